@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include "apps/common.h"
+
+namespace holdfast::apps {
+namespace {
+
+struct Options {
+  CommonOptions common;
+  std::string model;
+};
+
+int RunInfo(const Options& options) {
+  const auto body = LoadBody(options.model);
+  const Eigen::Matrix3Xd joints = body->RestJoints(body->Template());
+  const Eigen::Matrix3Xd& vertices = body->Template();
+  const Eigen::Vector3d low = vertices.rowwise().minCoeff(), high = vertices.rowwise().maxCoeff();
+  const double pelvis_height = joints(1, 0) - low.y();
+
+  nlohmann::json summary = JsonHead("holdfast/body-info/1", options.common);
+  summary["model"] = body->Name();
+  summary["vertices"] = body->NumVertices();
+  summary["faces"] = body->Faces().cols();
+  summary["joints"] = kNumJoints;
+  summary["shape_coefficients"] = body->NumShape();
+  summary["expression_coefficients"] = body->NumExpression();
+  summary["right_hand_vertices"] = body->HandVertexIds(Side::kRight).size();
+  summary["left_hand_vertices"] = body->HandVertexIds(Side::kLeft).size();
+  summary["height_m"] = high.y() - low.y();
+  summary["span_m"] = high.x() - low.x();
+  summary["pelvis_above_sole_m"] = pelvis_height;
+  PrintResult(
+      options.common, summary,
+      fmt::format("{}: {} vertices, {} faces, {} joints\n"
+                  "  shape coefficients       {}\n"
+                  "  expression coefficients  {}\n"
+                  "  hand vertices            {} right, {} left\n"
+                  "  height {:.3f} m, arm span {:.3f} m, pelvis {:.3f} m above the sole\n",
+                  body->Name(), body->NumVertices(), body->Faces().cols(), kNumJoints,
+                  body->NumShape(), body->NumExpression(),
+                  body->HandVertexIds(Side::kRight).size(), body->HandVertexIds(Side::kLeft).size(),
+                  high.y() - low.y(), high.x() - low.x(), pelvis_height));
+  return kDone;
+}
+
+}  // namespace
+
+void AddBodyCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("body", "Look at body models");
+  command->require_subcommand(1);
+  CLI::App* info = command->add_subcommand("info", "What a body model holds");
+  info->add_option("model", options->model, "SMPL-X .npz as downloaded; the embedded body if left out");
+  AddCommonOptions(*info, options->common, false,
+                   "  holdfast body info\n"
+                   "  holdfast body info models/SMPLX_NEUTRAL.npz --json\n");
+  info->callback([options, &exit_code] { exit_code = RunInfo(*options); });
+}
+
+}  // namespace holdfast::apps

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#include "apps/common.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/decimate.h"
+#include "geometry/embedded.h"
+#include "geometry/error.h"
+#include "geometry/io/mesh_io.h"
+#include "geometry/io/npz.h"
+#include "geometry/mesh_check.h"
+
+namespace holdfast::apps {
+
+namespace fs = std::filesystem;
+
+void AddCommonOptions(CLI::App& command, CommonOptions& options, bool writes,
+                      std::string_view examples) {
+  command.add_flag("--json", options.json, "Print the summary as JSON");
+  command.add_flag("--quiet,-q", options.quiet, "No progress and no notes on stderr");
+  command.add_option("--threads", options.threads, "Threads; 0 is all cores")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1024));
+  command.add_option("--seed", options.seed, "Seed of every random draw")->capture_default_str();
+  if (writes) command.add_flag("--force,-f", options.force, "Overwrite what is there");
+  command.footer(fmt::format("\nExamples:\n{}", examples));
+}
+
+int NumThreads(const CommonOptions& options) {
+  if (options.threads > 0) return options.threads;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+void Note(const CommonOptions& options, std::string_view text) {
+  if (!options.quiet) fmt::print(stderr, "{}\n", text);
+}
+
+Progress::Progress(const CommonOptions& options, std::string label)
+    : shown_(!options.quiet),
+      terminal_(::isatty(STDERR_FILENO) != 0),
+      label_(std::move(label)),
+      begin_(std::chrono::steady_clock::now()),
+      last_(begin_) {}
+
+Progress::~Progress() {
+  if (line_open_) fmt::print(stderr, "\n");
+}
+
+void Progress::Update(int done, int total) {
+  if (!shown_ || total <= 0) return;
+  const auto now = std::chrono::steady_clock::now();
+  const auto pause = terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(5000);
+  if (now - last_ < pause && done < total) return;
+  if (!terminal_ && now - begin_ < pause) return;  // short work leaves no trace in a log
+  last_ = now;
+  const double elapsed = std::chrono::duration<double>(now - begin_).count();
+  const double left = done > 0 ? elapsed / done * (total - done) : 0.0;
+  const std::string line = fmt::format("{}: {}/{}, {:.0f} s left", label_, done, total, left);
+  if (terminal_) {
+    fmt::print(stderr, "\r{:<78}", line);
+    line_open_ = true;
+  } else {
+    fmt::print(stderr, "{}\n", line);
+  }
+}
+
+std::shared_ptr<const BodyModel> LoadBody(const std::string& path) {
+  return path.empty() ? BodyModel::Default() : BodyModel::Load(path);
+}
+
+Clip LoadClip(const std::string& path_or_name) {
+  if (!fs::exists(path_or_name)) {
+    const std::vector<std::string> names = EmbeddedNames("clips", ".npz");
+    if (std::ranges::find(names, path_or_name) != names.end()) {
+      const EmbeddedFile file = FindEmbedded(fmt::format("clips/{}.npz", path_or_name));
+      return ReadClip(NpzReader(file.bytes, path_or_name));
+    }
+    throw Error(path_or_name, "is neither a file nor an embedded clip",
+                fmt::format("Give a clip (.npz; 'holdfast import' makes one), or one of: {}",
+                            fmt::join(names, ", ")));
+  }
+  return ReadClip(fs::path(path_or_name));
+}
+
+Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, const CommonOptions& options) {
+  if (clip.betas.size() == 0 || clip.betas.isZero(0.0)) return {};
+  const bool same_space = clip.body_model == body.Name() ||
+                          (clip.body_model.empty() && body.Name().starts_with("SMPLX_"));
+  if (!same_space) {
+    Note(options, fmt::format("note: the clip's betas belong to {}, not to {}: its mean shape is "
+                              "used (--body MODEL.npz gives another model)",
+                              clip.body_model.empty() ? "SMPL-X" : clip.body_model, body.Name()));
+    return {};
+  }
+  if (clip.betas.size() > body.NumShape()) {
+    Note(options, fmt::format("note: {} betas, the model has {}: the rest is left out",
+                              clip.betas.size(), body.NumShape()));
+    return clip.betas.head(body.NumShape());
+  }
+  return clip.betas;
+}
+
+LoadedObject LoadObject(const std::string& path_or_name) {
+  LoadedObject object;
+  MeshFile file;
+  if (fs::exists(path_or_name)) {
+    object.name = fs::path(path_or_name).stem().string();
+    file = ReadMeshFile(path_or_name);
+  } else {
+    std::vector<std::string> names = EmbeddedNames("objects", ".ply");
+    std::erase_if(names, [](const std::string& name) { return name.ends_with("_300"); });
+    if (std::ranges::find(names, path_or_name) == names.end()) {
+      throw Error(path_or_name, "is neither a file nor an embedded object",
+                  fmt::format("Give a mesh (.obj .ply .stl .off), or one of: {}",
+                              fmt::join(names, ", ")));
+    }
+    object.name = path_or_name;
+    const EmbeddedFile embedded = FindEmbedded(fmt::format("objects/{}.ply", path_or_name));
+    file = ReadMeshBytes(embedded.bytes, ".ply", path_or_name);
+  }
+  object.notes = std::move(file.notes);
+  RepairedMesh repaired = RepairMesh(file.mesh);
+  object.mesh = std::move(repaired.mesh);
+  for (std::string& action : repaired.actions) object.notes.push_back(std::move(action));
+  const MeshReport report = CheckMesh(object.mesh);
+  if (report.implausible_size) {
+    object.notes.push_back(fmt::format(
+        "The object is {:.3g} x {:.3g} x {:.3g} m: is it in metres?{}", report.extent_m.x(),
+        report.extent_m.y(), report.extent_m.z(),
+        report.suggested_scale != 1.0
+            ? fmt::format(" (--object-scale {:g} would make it handheld)", report.suggested_scale)
+            : ""));
+  }
+  if (!report.watertight) {
+    object.notes.push_back(
+        "The mesh is not watertight: inside and outside are judged by winding numbers");
+  }
+  return object;
+}
+
+TriangleMesh ForFitting(const LoadedObject& object, int vertices,
+                        std::vector<std::string>* notes) {
+  if (object.mesh.NumVertices() <= vertices) return object.mesh;
+  DecimateOptions options;
+  options.vertices = vertices;
+  options.samples_per_mesh = 0;
+  DecimateResult result = Decimate(object.mesh, options);
+  if (notes != nullptr) {
+    for (std::string& note : result.notes) notes->push_back(std::move(note));
+  }
+  return std::move(result.mesh);
+}
+
+void RequireNew(const fs::path& path, const CommonOptions& options) {
+  if (options.force || !fs::exists(path)) return;
+  throw Error(path.string(), "exists already", "Choose another name, or give --force");
+}
+
+nlohmann::json JsonHead(std::string_view schema, const CommonOptions& options) {
+  return {{"schema", schema}, {"holdfast_version", HOLDFAST_VERSION}, {"seed", options.seed}};
+}
+
+void PrintResult(const CommonOptions& options, const nlohmann::json& summary,
+                 std::string_view text) {
+  if (options.json) {
+    fmt::print("{}\n", summary.dump(2));
+  } else {
+    fmt::print("{}", text);
+  }
+  std::fflush(stdout);
+}
+
+}  // namespace holdfast::apps

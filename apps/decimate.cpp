@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include <fmt/format.h>
+
+#include "apps/common.h"
+#include "geometry/decimate.h"
+#include "geometry/io/mesh_io.h"
+
+namespace holdfast::apps {
+namespace {
+
+struct Options {
+  CommonOptions common;
+  std::string mesh;
+  std::string output;
+  std::string method = std::string(Name(DecimateOptions{}.method));
+  DecimateOptions decimate;
+};
+
+int Run(const Options& options) {
+  const CommonOptions& common = options.common;
+  RequireNew(options.output, common);
+  DecimateOptions decimate = options.decimate;
+  decimate.method = ParseDecimateMethod(options.method);
+  const LoadedObject object = LoadObject(options.mesh);
+  for (const std::string& note : object.notes) Note(common, "note: " + note);
+  const DecimateResult result = Decimate(object.mesh, decimate);
+  for (const std::string& note : result.notes) Note(common, "note: " + note);
+  WriteMesh(result.mesh, options.output);
+
+  const SurfaceDistance& distance = result.distance;
+  nlohmann::json summary = JsonHead("holdfast/decimate/1", common);
+  summary["output"] = options.output;
+  summary["method"] = options.method;
+  summary["vertices"] = {{"before", object.mesh.NumVertices()}, {"after", result.mesh.NumVertices()}};
+  summary["hausdorff_mm"] = {{"forward", 1e3 * distance.hausdorff_forward_m},
+                             {"backward", 1e3 * distance.hausdorff_backward_m}};
+  summary["mean_distance_mm"] = {{"forward", 1e3 * distance.mean_forward_m},
+                                 {"backward", 1e3 * distance.mean_backward_m}};
+  PrintResult(common, summary,
+              fmt::format("{}: {} vertices of {} ({}); Hausdorff distance {:.2f} mm there, {:.2f} mm "
+                          "back; mean {:.3f} mm\n",
+                          options.output, result.mesh.NumVertices(), object.mesh.NumVertices(),
+                          options.method, 1e3 * distance.hausdorff_forward_m,
+                          1e3 * distance.hausdorff_backward_m, 1e3 * distance.mean_forward_m));
+  return kDone;
+}
+
+}  // namespace
+
+void AddDecimateCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "decimate", "Simplify a mesh by edge collapse to exactly 300 (or --vertices) vertices");
+  command->add_option("mesh", options->mesh, "Mesh (.obj .ply .stl .off) or embedded object")
+      ->required();
+  command->add_option("-o,--output", options->output, "Mesh to write (.obj .ply .stl .off)")
+      ->required();
+  command->add_option("--vertices", options->decimate.vertices, "Vertices of the result")
+      ->capture_default_str()
+      ->check(CLI::Range(4, 100'000'000));
+  command->add_option("--method", options->method,
+                      "lindstrom-turk, garland-heckbert or garland-heckbert-probabilistic")
+      ->capture_default_str();
+  AddCommonOptions(*command, options->common, true,
+                   "  holdfast decimate scan.obj -o scan_300.ply\n"
+                   "  holdfast decimate mug -o mug_500.obj --vertices 500 --json\n");
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace holdfast::apps

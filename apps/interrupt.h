@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace holdfast::apps {
+
+/// From now on Ctrl-C asks for a clean stop (Interrupted()); a second one kills the program.
+void WatchForInterrupt();
+
+}  // namespace holdfast::apps

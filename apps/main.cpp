@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include <fmt/format.h>
+
+#include "apps/common.h"
+#include "apps/interrupt.h"
+#include "geometry/error.h"
+
+int main(int argc, char** argv) {
+  using namespace holdfast::apps;
+  CLI::App app{
+      "holdfast: fits objects to moving human hands, and human motion to goals.\n\n"
+      "  holdfast fit demo_drink mug -o held        an object held through a motion\n"
+      "  holdfast import walk.bvh -o walk.npz       a motion onto the SMPL-X skeleton\n"
+      "  holdfast grasp bottle.obj -o grasp.npz     a hand closed around an object\n\n"
+      "Every command has --help with examples. Exit codes: 0 done, 1 the input is at fault,\n"
+      "2 the command line is at fault, 3 the fit failed, 130 interrupted.",
+      "holdfast"};
+  app.set_version_flag("--version", "holdfast " HOLDFAST_VERSION);
+  app.require_subcommand(1);
+  int exit_code = kDone;
+  AddFitCommand(app, exit_code);
+  AddGraspCommand(app, exit_code);
+  AddImportCommand(app, exit_code);
+  AddDecimateCommand(app, exit_code);
+  AddBodyCommand(app, exit_code);
+  AddRenderCommand(app, exit_code);
+  WatchForInterrupt();
+
+  try {
+    app.parse(argc, argv);
+    return exit_code;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kDone : kUsageFault;
+  } catch (const holdfast::Error& error) {
+    fmt::print(stderr, "holdfast: {}\n", error.what());
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "holdfast: out of memory. Give a smaller input, or fewer threads.\n");
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "holdfast: {}\n", error.what());
+  }
+  return kInputFault;
+}

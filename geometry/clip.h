@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/skeleton.h"
+
+namespace holdfast {
+
+inline constexpr std::uint8_t kHoldsRight = 1;  ///< bits of `holding_hand`
+inline constexpr std::uint8_t kHoldsLeft = 2;
+
+class NpzReader;
+
+/// The object's way through a clip: x_world = R x_object + T, column vectors.
+struct ObjectTrack {
+  Eigen::Matrix3Xd trans;   ///< (3 x T) metres
+  Eigen::Matrix3Xd orient;  ///< (3 x T) axis-angle, radians
+  std::string name;
+  std::string mesh;  ///< file name of the mesh, relative to the clip
+};
+
+/// A human motion in SMPL-X parameters, optionally with an object. World: z up, ground z = 0, metres.
+/// The file is AMASS's SMPL-X layout (`.npz`); what Holdfast adds are extra arrays.
+struct Clip {
+  double frame_rate = 30.0;         ///< `mocap_frame_rate`, Hz
+  Eigen::Matrix3Xd trans;           ///< (3 x T) root translation: joint positions are G_j + trans
+  std::vector<JointPose> pose;      ///< T poses: root_orient, pose_body, jaw, eyes, hands
+  Eigen::VectorXd betas;            ///< shape coefficients, any number
+  std::string gender = "neutral";
+  std::string surface_model_type = "smplx";
+  /// Body model whose betas these are, as in BodyModel::Name(); empty in files of other programs,
+  /// where SMPL-X of `gender` is meant.
+  std::string body_model;
+  std::optional<ObjectTrack> object;
+  std::vector<std::uint8_t> holding_hand;  ///< per frame, empty or T long: 1 right, 2 left, 3 both
+
+  int NumFrames() const { return static_cast<int>(pose.size()); }
+};
+
+/// Reads a clip. `poses (T,165)` (AMASS's concatenated form) is accepted in place of the parts.
+/// Throws Error naming file and field: missing, wrong shape, unequal lengths, NaN or infinite
+/// values, no frames, a frame rate that is not positive.
+Clip ReadClip(const std::filesystem::path& path);
+Clip ReadClip(const NpzReader& archive);
+
+/// Writes a clip (float64), atomically. The same clip gives the same bytes.
+void WriteClip(const Clip& clip, const std::filesystem::path& path);
+
+/// Frames [begin, end) as a clip of their own.
+Clip Slice(const Clip& clip, int begin, int end);
+
+}  // namespace holdfast

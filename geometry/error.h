@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace holdfast {
+
+/// The one exception of the library: where the fault is (a path, a field), what was found there, and
+/// what to do about it. `what()` reads "<where>: <problem>. <remedy>". Programming errors assert;
+/// numerical trouble is a status in a report; only faults of the input throw.
+class Error : public std::runtime_error {
+ public:
+  Error(std::string_view where, std::string_view problem, std::string_view remedy);
+
+  const std::string& Where() const noexcept { return where_; }
+  const std::string& Problem() const noexcept { return problem_; }
+  const std::string& Remedy() const noexcept { return remedy_; }
+
+ private:
+  std::string where_;
+  std::string problem_;
+  std::string remedy_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace holdfast {
+
+/// One array of a NumPy `.npz` archive, as stored: element type, shape and raw bytes.
+/// Reading converts; nothing is ever executed (object arrays are refused by name).
+struct NpyArray {
+  char kind = 'f';             ///< 'f' float, 'i' signed, 'u' unsigned, 'b' bool, 'U' UCS-4 text, 'S' bytes
+  std::size_t item_size = 4;   ///< bytes per element
+  bool big_endian = false;
+  bool fortran_order = false;
+  std::vector<std::size_t> shape;
+  std::vector<std::byte> data;
+
+  std::size_t NumElements() const;
+};
+
+/// A member of an archive with the name it goes by in messages ("clip.npz[trans]").
+struct NpyMember {
+  std::string where;
+  NpyArray array;
+
+  /// Values in C order as doubles. Throws Error for text, object and complex arrays.
+  std::vector<double> AsDoubles() const;
+  /// Values in C order as floats, without a double copy in between.
+  std::vector<float> AsFloats() const;
+  /// Values in C order as signed integers; throws Error when the array holds fractions.
+  std::vector<std::int64_t> AsIntegers() const;
+  /// A scalar text (unicode or bytes, 0-d or one element), trailing NULs dropped.
+  std::string AsText() const;
+  /// Throws Error unless the shape is `expected`; -1 matches any length.
+  void RequireShape(const std::vector<std::ptrdiff_t>& expected) const;
+  std::string ShapeText() const;
+};
+
+/// Read access to a `.npz` archive (zip, stored or deflated, zip64). Members are read on demand.
+class NpzReader {
+ public:
+  /// Throws Error when the file is missing, empty, or not a zip archive.
+  explicit NpzReader(const std::filesystem::path& path);
+  /// The same for an archive in memory, which must outlive the reader; `name` goes into messages.
+  NpzReader(std::span<const std::byte> bytes, std::string name);
+  ~NpzReader();
+  NpzReader(NpzReader&&) noexcept;
+  NpzReader& operator=(NpzReader&&) noexcept;
+
+  bool Has(std::string_view key) const;
+  std::vector<std::string> Keys() const;
+  /// Throws Error when the member is missing (listing what is there), truncated, or malformed.
+  NpyMember Read(std::string_view key) const;
+  const std::filesystem::path& Path() const { return path_; }
+
+ private:
+  struct Archive;
+  std::filesystem::path path_;
+  Archive* archive_ = nullptr;
+};
+
+/// Collects arrays and writes them as one `.npz`, deflated, to a temporary that is renamed over
+/// `path`: after a crash or a full disk the old file is untouched. The same arrays give the same
+/// bytes (members sorted by name, fixed time stamps).
+class NpzWriter {
+ public:
+  void AddFloat32(std::string key, std::vector<std::size_t> shape, std::vector<float> values);
+  void AddFloat64(std::string key, std::vector<std::size_t> shape, std::vector<double> values);
+  /// Half precision: rounds to nearest even; throws Error when a value overflows (|x| > 65504).
+  void AddFloat16(std::string key, std::vector<std::size_t> shape, const std::vector<float>& values);
+  void AddInt64(std::string key, std::vector<std::size_t> shape, std::vector<std::int64_t> values);
+  void AddUint32(std::string key, std::vector<std::size_t> shape, std::vector<std::uint32_t> values);
+  void AddUint8(std::string key, std::vector<std::size_t> shape, std::vector<std::uint8_t> values);
+  /// A 0-d unicode scalar, as `np.savez(key="text")` writes it.
+  void AddText(std::string key, std::string_view text);
+  /// As read elsewhere, passed through untouched.
+  void Add(std::string key, NpyArray array);
+
+  void Write(const std::filesystem::path& path) const;
+
+ private:
+  std::map<std::string, NpyArray> arrays_;
+};
+
+/// IEEE 754 half <-> single.
+float HalfToFloat(std::uint16_t half);
+std::uint16_t FloatToHalf(float value);
+
+}  // namespace holdfast

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+
+namespace holdfast {
+
+/// A triangle mesh as plain data: positions (3 x V, metres) and triangles (3 x F, vertex ids,
+/// counter-clockwise seen from outside). Loaders guarantee ids in range and finite positions.
+struct TriangleMesh {
+  Eigen::Matrix3Xd vertices;
+  Eigen::Matrix3Xi faces;
+
+  Eigen::Index NumVertices() const { return vertices.cols(); }
+  Eigen::Index NumFaces() const { return faces.cols(); }
+};
+
+/// Signed volume by the divergence theorem, cubic metres: positive when faces point outwards.
+/// Meaningful for closed meshes only.
+double SignedVolume(const TriangleMesh& mesh);
+
+/// Per-vertex unit normals (3 x V), face normals weighted by corner angle; zero where no face has area.
+Eigen::Matrix3Xd VertexNormals(const TriangleMesh& mesh);
+
+/// Lengths of the axis-aligned bounding box, metres (zero for an empty mesh).
+Eigen::Vector3d Extent(const TriangleMesh& mesh);
+
+}  // namespace holdfast

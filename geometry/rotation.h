@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+/// Rotations: axis-angle in files, matrices in between, tangent increments in solvers.
+/// All act on column vectors. Jacobian names read "d out / d in" (J_out_in).
+namespace holdfast {
+
+/// [v]x, the matrix with [v]x w = v x w.
+template <typename T>
+Eigen::Matrix<T, 3, 3> Skew(const Eigen::Matrix<T, 3, 1>& v) {
+  Eigen::Matrix<T, 3, 3> m;
+  m << T(0), -v.z(), v.y(), v.z(), T(0), -v.x(), -v.y(), v.x(), T(0);
+  return m;
+}
+
+/// exp([w]x) by Rodrigues' formula, exact to rounding at any angle.
+Eigen::Matrix3d ExpSO3(const Eigen::Vector3d& w);
+
+/// The axis-angle of least angle (in [0, pi]) with ExpSO3(LogSO3(R)) = R.
+Eigen::Vector3d LogSO3(const Eigen::Matrix3d& R);
+
+/// exp([w + dw]x) = exp([J dw]x) exp([w]x) to first order: the left Jacobian of SO(3)
+/// (Sola, Deray, Atchuthan 2018, eq. 145).
+Eigen::Matrix3d LeftJacobianSO3(const Eigen::Vector3d& w);
+
+/// Inverse of LeftJacobianSO3; finite for angles below 2 pi.
+Eigen::Matrix3d InverseLeftJacobianSO3(const Eigen::Vector3d& w);
+
+/// The rotation nearest to M in the Frobenius norm, determinant +1 (SVD).
+Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& M);
+
+/// An equivalent axis-angle (w + 2 pi k axis) nearest to `reference`: removes jumps along a clip.
+Eigen::Vector3d UnwrapAxisAngle(const Eigen::Vector3d& w, const Eigen::Vector3d& reference);
+
+/// Angle between two rotations, radians in [0, pi].
+double AngleBetween(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
+
+}  // namespace holdfast

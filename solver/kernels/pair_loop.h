@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+// The pair loop, written once over a `Lanes` type. Included by one source file per instruction set,
+// each compiled with its own flags: everything here has internal linkage, so that no function built
+// for a newer processor can be picked by the linker for an older one.
+#pragma once
+
+#include "solver/kernels/pair_arguments.h"
+
+namespace holdfast::kernels {
+namespace {
+
+template <typename Lanes>
+struct PairAccumulators {
+  using V = typename Lanes::Vector;
+  V xx = Lanes::Zero(), xy = Lanes::Zero(), xz = Lanes::Zero();
+  V yy = Lanes::Zero(), yz = Lanes::Zero(), zz = Lanes::Zero();
+  V gx = Lanes::Zero(), gy = Lanes::Zero(), gz = Lanes::Zero();
+  V squares = Lanes::Zero();
+
+  // `mask` is 1 for real targets and 0 for padding.
+  template <bool kMasked>
+  inline void Add(V dx, V dy, V dz, V reference, V mask) {
+    const V d2 = Lanes::MulAdd(dx, dx, Lanes::MulAdd(dy, dy, Lanes::Mul(dz, dz)));
+    V distance, inverse;
+    Lanes::SqrtAndInverse(d2, distance, inverse);
+    V r = Lanes::Sub(distance, reference);
+    if constexpr (kMasked) {
+      inverse = Lanes::Mul(inverse, mask);
+      r = Lanes::Mul(r, mask);
+    }
+    const V nx = Lanes::Mul(dx, inverse), ny = Lanes::Mul(dy, inverse), nz = Lanes::Mul(dz, inverse);
+    xx = Lanes::MulAdd(nx, nx, xx);
+    xy = Lanes::MulAdd(nx, ny, xy);
+    xz = Lanes::MulAdd(nx, nz, xz);
+    yy = Lanes::MulAdd(ny, ny, yy);
+    yz = Lanes::MulAdd(ny, nz, yz);
+    zz = Lanes::MulAdd(nz, nz, zz);
+    gx = Lanes::MulAdd(r, nx, gx);
+    gy = Lanes::MulAdd(r, ny, gy);
+    gz = Lanes::MulAdd(r, nz, gz);
+    squares = Lanes::MulAdd(r, r, squares);
+  }
+};
+
+template <typename Lanes>
+inline void PairLoop(const PairArguments<typename Lanes::Real>& in) {
+  using Real = typename Lanes::Real;
+  constexpr int kWidth = Lanes::kWidth;
+  const int whole = in.num_targets / kWidth * kWidth;
+  Real tail_mask[kWidth];
+  for (int k = 0; k < kWidth; ++k) tail_mask[k] = whole + k < in.num_targets ? Real(1) : Real(0);
+  const auto mask = Lanes::Load(tail_mask);
+  for (int i = 0; i < in.num_points; ++i) {
+    const auto px = Lanes::Set(in.points[3 * i]);
+    const auto py = Lanes::Set(in.points[3 * i + 1]);
+    const auto pz = Lanes::Set(in.points[3 * i + 2]);
+    const Real* reference = in.reference + static_cast<long>(i) * in.stride;
+    PairAccumulators<Lanes> sum;
+    for (int j = 0; j < whole; j += kWidth) {
+      sum.template Add<false>(Lanes::Sub(px, Lanes::Load(in.x + j)),
+                              Lanes::Sub(py, Lanes::Load(in.y + j)),
+                              Lanes::Sub(pz, Lanes::Load(in.z + j)), Lanes::Load(reference + j),
+                              mask);
+    }
+    if (whole < in.num_targets) {
+      sum.template Add<true>(Lanes::Sub(px, Lanes::Load(in.x + whole)),
+                             Lanes::Sub(py, Lanes::Load(in.y + whole)),
+                             Lanes::Sub(pz, Lanes::Load(in.z + whole)),
+                             Lanes::Load(reference + whole), mask);
+    }
+    double* out = in.sums + 10L * i;
+    out[0] = Lanes::Sum(sum.xx);
+    out[1] = Lanes::Sum(sum.xy);
+    out[2] = Lanes::Sum(sum.xz);
+    out[3] = Lanes::Sum(sum.yy);
+    out[4] = Lanes::Sum(sum.yz);
+    out[5] = Lanes::Sum(sum.zz);
+    out[6] = Lanes::Sum(sum.gx);
+    out[7] = Lanes::Sum(sum.gy);
+    out[8] = Lanes::Sum(sum.gz);
+    out[9] = Lanes::Sum(sum.squares);
+  }
+}
+
+}  // namespace
+}  // namespace holdfast::kernels

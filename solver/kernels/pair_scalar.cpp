@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+
+#include "solver/kernels/pair_loop.h"
+
+namespace holdfast::kernels {
+namespace {
+
+// One lane, plain arithmetic: what the others are tested against.
+template <typename T>
+struct ScalarLanes {
+  using Real = T;
+  using Vector = T;
+  static constexpr int kWidth = 1;
+  static T Zero() { return 0; }
+  static T Set(T v) { return v; }
+  static T Load(const T* p) { return *p; }
+  static T Sub(T a, T b) { return a - b; }
+  static T Mul(T a, T b) { return a * b; }
+  static T MulAdd(T a, T b, T c) { return a * b + c; }
+  static double Sum(T v) { return static_cast<double>(v); }
+  static void SqrtAndInverse(T d2, T& distance, T& inverse) {
+    distance = std::sqrt(d2 > T(kTinySquaredDistance) ? d2 : T(kTinySquaredDistance));
+    inverse = T(1) / distance;
+  }
+};
+
+}  // namespace
+
+void PairLoopScalar(const PairArguments<float>& in) { PairLoop<ScalarLanes<float>>(in); }
+void PairLoopScalar(const PairArguments<double>& in) { PairLoop<ScalarLanes<double>>(in); }
+
+}  // namespace holdfast::kernels

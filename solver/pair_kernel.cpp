@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#include "solver/pair_kernel.h"
+
+#include <cassert>
+
+#include "solver/kernels/pair_arguments.h"
+
+namespace holdfast {
+
+static_assert(sizeof(PairSums) == 10 * sizeof(double));
+
+bool IsSupported(Isa isa) {
+  switch (isa) {
+    case Isa::kScalar:
+      return true;
+#if defined(HOLDFAST_X86_KERNELS)
+    case Isa::kSse2:
+      return __builtin_cpu_supports("sse2");
+    case Isa::kAvx2:
+      return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    case Isa::kAvx512:
+      return __builtin_cpu_supports("avx512f");
+#endif
+    default:
+      return false;
+  }
+}
+
+Isa BestIsa() {
+  for (const Isa isa : {Isa::kAvx512, Isa::kAvx2, Isa::kSse2}) {
+    if (IsSupported(isa)) return isa;
+  }
+  return Isa::kScalar;
+}
+
+std::string_view IsaName(Isa isa) {
+  switch (isa) {
+    case Isa::kScalar: return "scalar";
+    case Isa::kSse2: return "sse2";
+    case Isa::kAvx2: return "avx2";
+    case Isa::kAvx512: return "avx512";
+  }
+  return "unknown";
+}
+
+template <typename Real>
+PairTargets<Real>::PairTargets(const Eigen::Matrix3Xd& points)
+    : count_(static_cast<int>(points.cols())),
+      stride_((count_ + kPad - 1) / kPad * kPad),
+      coordinates_(3 * static_cast<std::size_t>(stride_), Real(0)) {
+  for (int c = 0; c < 3; ++c) {
+    for (int j = 0; j < count_; ++j) {
+      coordinates_[static_cast<std::size_t>(c) * stride_ + j] = static_cast<Real>(points(c, j));
+    }
+  }
+}
+
+template <typename Real>
+void SumPairs(Isa isa, const PairTargets<Real>& targets, const Real* points, int num_points,
+              const Real* reference, PairSums* sums) {
+  assert(IsSupported(isa));
+  const kernels::PairArguments<Real> in{targets.X(),      targets.Y(), targets.Z(),
+                                        targets.Count(),  targets.Stride(),
+                                        points,           num_points,  reference,
+                                        reinterpret_cast<double*>(sums)};
+  switch (isa) {
+#if defined(HOLDFAST_X86_KERNELS)
+    case Isa::kSse2: return kernels::PairLoopSse2(in);
+    case Isa::kAvx2: return kernels::PairLoopAvx2(in);
+    case Isa::kAvx512: return kernels::PairLoopAvx512(in);
+#endif
+    default: return kernels::PairLoopScalar(in);
+  }
+}
+
+template class PairTargets<float>;
+template class PairTargets<double>;
+template void SumPairs<float>(Isa, const PairTargets<float>&, const float*, int, const float*,
+                              PairSums*);
+template void SumPairs<double>(Isa, const PairTargets<double>&, const double*, int, const double*,
+                               PairSums*);
+
+}  // namespace holdfast

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace holdfast {
+
+/// What the M residuals r_j = |z - o_j| - D_j of one point z amount to, for any solver of
+/// Gauss-Newton type: with n_j = (z - o_j) / |z - o_j| (0 where they coincide),
+///   hessian = sum_j n_j n_j^T (xx, xy, xz, yy, yz, zz),  gradient = sum_j r_j n_j,
+///   squares = sum_j r_j^2.
+struct PairSums {
+  double hessian[6];
+  double gradient[3];
+  double squares;
+};
+
+/// Instruction sets the kernel is compiled for; the best one is chosen at run time.
+enum class Isa { kScalar, kSse2, kAvx2, kAvx512 };
+
+Isa BestIsa();
+bool IsSupported(Isa isa);
+std::string_view IsaName(Isa isa);
+
+/// Fixed points o_j as the kernel reads them: coordinates apart, padded to whole vectors.
+template <typename Real>
+class PairTargets {
+ public:
+  /// `points` is (3 x M), metres.
+  explicit PairTargets(const Eigen::Matrix3Xd& points);
+
+  int Count() const { return count_; }
+  int Stride() const { return stride_; }  ///< length of a row of D, a multiple of kPad
+  const Real* X() const { return coordinates_.data(); }
+  const Real* Y() const { return coordinates_.data() + stride_; }
+  const Real* Z() const { return coordinates_.data() + 2 * stride_; }
+
+  static constexpr int kPad = 64 / static_cast<int>(sizeof(Real));
+
+ private:
+  int count_;
+  int stride_;
+  std::vector<Real> coordinates_;
+};
+
+/// Sums for `num_points` points (x, y, z interleaved). `reference` has a row of Stride() distances
+/// for each. Differences of coordinates, distances and sums are taken in Real.
+template <typename Real>
+void SumPairs(Isa isa, const PairTargets<Real>& targets, const Real* points, int num_points,
+              const Real* reference, PairSums* sums);
+
+extern template class PairTargets<float>;
+extern template class PairTargets<double>;
+extern template void SumPairs<float>(Isa, const PairTargets<float>&, const float*, int,
+                                     const float*, PairSums*);
+extern template void SumPairs<double>(Isa, const PairTargets<double>&, const double*, int,
+                                      const double*, PairSums*);
+
+}  // namespace holdfast
