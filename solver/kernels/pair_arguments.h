@@ -18,7 +18,11 @@ struct PairArguments {
 };
 
 // Squared distances are raised to this, so that coinciding points give a unit vector of zero.
-inline constexpr float kTinySquaredDistance = 1e-20f;
+// Kernels take max(tiny, d2) in this order: it lets NaN through, where the other hides it.
+template <typename Real>
+inline constexpr Real kTinySquaredDistance = Real(1e-20);
+template <>
+inline constexpr double kTinySquaredDistance<double> = 1e-200;
 
 void PairLoopScalar(const PairArguments<float>& in);
 void PairLoopScalar(const PairArguments<double>& in);

@@ -21,7 +21,7 @@ struct FloatLanes {
   static double Sum(Vector v) { return SumHalves(v); }
   // Reciprocal square root to 12 bits and one Newton step: 23 bits at a third of the cost.
   static void SqrtAndInverse(Vector d2, Vector& distance, Vector& inverse) {
-    d2 = _mm256_max_ps(d2, _mm256_set1_ps(kTinySquaredDistance));
+    d2 = _mm256_max_ps(_mm256_set1_ps(kTinySquaredDistance<float>), d2);
     const Vector y = _mm256_rsqrt_ps(d2);
     const Vector half_d2_y = _mm256_mul_ps(_mm256_mul_ps(_mm256_set1_ps(0.5f), d2), y);
     inverse = _mm256_mul_ps(y, _mm256_fnmadd_ps(half_d2_y, y, _mm256_set1_ps(1.5f)));
@@ -41,7 +41,7 @@ struct DoubleLanes {
   static Vector MulAdd(Vector a, Vector b, Vector c) { return _mm256_fmadd_pd(a, b, c); }
   static double Sum(Vector v) { return SumHalves(v); }
   static void SqrtAndInverse(Vector d2, Vector& distance, Vector& inverse) {
-    distance = _mm256_sqrt_pd(_mm256_max_pd(d2, _mm256_set1_pd(double(kTinySquaredDistance))));
+    distance = _mm256_sqrt_pd(_mm256_max_pd(_mm256_set1_pd(kTinySquaredDistance<double>), d2));
     inverse = _mm256_div_pd(_mm256_set1_pd(1.0), distance);
   }
 };

@@ -28,7 +28,7 @@ struct FloatLanes {
   }
   // Reciprocal square root to 14 bits and one Newton step: full single precision.
   static void SqrtAndInverse(Vector d2, Vector& distance, Vector& inverse) {
-    d2 = _mm512_maskz_max_ps(0xffff, d2, _mm512_set1_ps(kTinySquaredDistance));
+    d2 = _mm512_maskz_max_ps(0xffff, _mm512_set1_ps(kTinySquaredDistance<float>), d2);
     const Vector y = _mm512_maskz_rsqrt14_ps(0xffff, d2);
     const Vector half_d2_y = _mm512_mul_ps(_mm512_mul_ps(_mm512_set1_ps(0.5f), d2), y);
     inverse = _mm512_mul_ps(y, _mm512_fnmadd_ps(half_d2_y, y, _mm512_set1_ps(1.5f)));
@@ -52,7 +52,7 @@ struct DoubleLanes {
   }
   static void SqrtAndInverse(Vector d2, Vector& distance, Vector& inverse) {
     distance = _mm512_maskz_sqrt_pd(
-        0xff, _mm512_maskz_max_pd(0xff, d2, _mm512_set1_pd(double(kTinySquaredDistance))));
+        0xff, _mm512_maskz_max_pd(0xff, _mm512_set1_pd(kTinySquaredDistance<double>), d2));
     inverse = _mm512_div_pd(_mm512_set1_pd(1.0), distance);
   }
 };

@@ -20,7 +20,7 @@ struct ScalarLanes {
   static T MulAdd(T a, T b, T c) { return a * b + c; }
   static double Sum(T v) { return static_cast<double>(v); }
   static void SqrtAndInverse(T d2, T& distance, T& inverse) {
-    distance = std::sqrt(d2 > T(kTinySquaredDistance) ? d2 : T(kTinySquaredDistance));
+    distance = std::sqrt(d2 < kTinySquaredDistance<T> ? kTinySquaredDistance<T> : d2);
     inverse = T(1) / distance;
   }
 };

@@ -23,7 +23,7 @@ struct FloatLanes {
     return double(lane[0]) + double(lane[1]) + double(lane[2]) + double(lane[3]);
   }
   static void SqrtAndInverse(Vector d2, Vector& distance, Vector& inverse) {
-    distance = _mm_sqrt_ps(_mm_max_ps(d2, _mm_set1_ps(kTinySquaredDistance)));
+    distance = _mm_sqrt_ps(_mm_max_ps(_mm_set1_ps(kTinySquaredDistance<float>), d2));
     inverse = _mm_div_ps(_mm_set1_ps(1.0f), distance);
   }
 };
@@ -44,7 +44,7 @@ struct DoubleLanes {
     return lane[0] + lane[1];
   }
   static void SqrtAndInverse(Vector d2, Vector& distance, Vector& inverse) {
-    distance = _mm_sqrt_pd(_mm_max_pd(d2, _mm_set1_pd(double(kTinySquaredDistance))));
+    distance = _mm_sqrt_pd(_mm_max_pd(_mm_set1_pd(kTinySquaredDistance<double>), d2));
     inverse = _mm_div_pd(_mm_set1_pd(1.0), distance);
   }
 };
