@@ -123,7 +123,9 @@ LoadedObject LoadObject(const std::string& path_or_name) {
     }
     object.name = path_or_name;
     const EmbeddedFile embedded = FindEmbedded(fmt::format("objects/{}.ply", path_or_name));
-    file = ReadMeshBytes(embedded.bytes, ".ply", path_or_name);
+    file = ReadMeshBytes(
+        {reinterpret_cast<const char*>(embedded.bytes.data()), embedded.bytes.size()},
+        embedded.name);
   }
   object.notes = std::move(file.notes);
   RepairedMesh repaired = RepairMesh(file.mesh);
@@ -150,7 +152,7 @@ TriangleMesh ForFitting(const LoadedObject& object, int vertices,
   if (object.mesh.NumVertices() <= vertices) return object.mesh;
   DecimateOptions options;
   options.vertices = vertices;
-  options.samples_per_mesh = 0;
+  options.samples = 0;
   DecimateResult result = Decimate(object.mesh, options);
   if (notes != nullptr) {
     for (std::string& note : result.notes) notes->push_back(std::move(note));

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,11 @@ inline constexpr int kInputFault = 1;
 inline constexpr int kUsageFault = 2;
 inline constexpr int kFitFault = 3;
 inline constexpr int kInterrupted = 130;
+
+/// The input is sound, yet there is no result: exit code 3.
+struct FitFailure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 /// Options that every command has.
 struct CommonOptions {

@@ -27,21 +27,25 @@ int Run(const Options& options) {
   for (const std::string& note : result.notes) Note(common, "note: " + note);
   WriteMesh(result.mesh, options.output);
 
-  const SurfaceDistance& distance = result.distance;
   nlohmann::json summary = JsonHead("holdfast/decimate/1", common);
   summary["output"] = options.output;
   summary["method"] = options.method;
   summary["vertices"] = {{"before", object.mesh.NumVertices()}, {"after", result.mesh.NumVertices()}};
-  summary["hausdorff_mm"] = {{"forward", 1e3 * distance.hausdorff_forward_m},
-                             {"backward", 1e3 * distance.hausdorff_backward_m}};
-  summary["mean_distance_mm"] = {{"forward", 1e3 * distance.mean_forward_m},
-                                 {"backward", 1e3 * distance.mean_backward_m}};
-  PrintResult(common, summary,
-              fmt::format("{}: {} vertices of {} ({}); Hausdorff distance {:.2f} mm there, {:.2f} mm "
-                          "back; mean {:.3f} mm\n",
-                          options.output, result.mesh.NumVertices(), object.mesh.NumVertices(),
-                          options.method, 1e3 * distance.hausdorff_forward_m,
-                          1e3 * distance.hausdorff_backward_m, 1e3 * distance.mean_forward_m));
+  std::string text = fmt::format("{}: {} vertices of {} ({})\n", options.output,
+                                 result.mesh.NumVertices(), object.mesh.NumVertices(),
+                                 options.method);
+  if (result.distance) {
+    const SurfaceDistance& distance = *result.distance;
+    summary["hausdorff_mm"] = {{"forward", 1e3 * distance.hausdorff_forward_m},
+                               {"backward", 1e3 * distance.hausdorff_backward_m}};
+    summary["mean_distance_mm"] = {{"forward", 1e3 * distance.mean_forward_m},
+                                   {"backward", 1e3 * distance.mean_backward_m}};
+    text += fmt::format(
+        "  Hausdorff distance {:.3f} mm there, {:.3f} mm back; mean {:.3f} mm there, {:.3f} mm back\n",
+        1e3 * distance.hausdorff_forward_m, 1e3 * distance.hausdorff_backward_m,
+        1e3 * distance.mean_forward_m, 1e3 * distance.mean_backward_m);
+  }
+  PrintResult(common, summary, text);
   return kDone;
 }
 

@@ -35,6 +35,9 @@ int main(int argc, char** argv) {
     return exit_code;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUsageFault;
+  } catch (const FitFailure& error) {
+    fmt::print(stderr, "holdfast: {}\n", error.what());
+    return kFitFault;
   } catch (const holdfast::Error& error) {
     fmt::print(stderr, "holdfast: {}\n", error.what());
   } catch (const std::bad_alloc&) {

@@ -50,9 +50,8 @@ FingerPose Pose(const Eigen::Matrix3Xd& rest_joints, Side side, const HandShape&
   for (int f = 0; f < 5; ++f) {
     for (int k = 0; k < 3; ++k) {
       const int joint = begin + 3 * f + k;
-      const Eigen::Vector3d bone = k < 2
-                                       ? rest_joints.col(joint + 1) - rest_joints.col(joint)
-                                       : rest_joints.col(joint) - rest_joints.col(joint - 1);
+      const Eigen::Vector3d bone = k < 2 ? rest_joints.col(joint + 1) - rest_joints.col(joint)
+                                         : rest_joints.col(joint) - rest_joints.col(joint - 1);
       // Flexion carries a fingertip towards the palm, the thumb's towards a point under the
       // knuckle of the middle finger.
       const Eigen::Vector3d towards =
@@ -68,8 +67,7 @@ FingerPose Pose(const Eigen::Matrix3Xd& rest_joints, Side side, const HandShape&
         }
       } else if (k == 0) {
         // Opposition: the whole thumb swings under the palm about the length of the hand.
-        const Eigen::Vector3d length =
-            (middle - rest_joints.col(WristJoint(side))).normalized();
+        const Eigen::Vector3d length = (middle - rest_joints.col(WristJoint(side))).normalized();
         const double sign = side == Side::kRight ? 1.0 : -1.0;
         rotation = ExpSO3(-sign * shape.opposition * kDegree * length) * rotation;
       }

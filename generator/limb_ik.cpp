@@ -15,7 +15,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 
-// Right-handed frame with the first axis along `along` and the second as near to `hinge` as it goes.
+// Right-handed frame with the first axis along `along` and the second as near to `hinge` as it
+// goes.
 Eigen::Matrix3d BoneFrame(const Eigen::Vector3d& along, const Eigen::Vector3d& hinge) {
   Eigen::Matrix3d frame;
   frame.col(0) = along.normalized();
@@ -45,8 +46,8 @@ double Reach(const Bones& bones, double flexion) {
 Limb Arm(Side side) {
   const double sign = side == Side::kRight ? 1.0 : -1.0;
   const int wrist = WristJoint(side);
-  return {wrist - 4, wrist - 2, wrist, sign * Eigen::Vector3d::UnitY(), 2.0 * kDegree,
-          150.0 * kDegree};
+  return {wrist - 4,     wrist - 2,      wrist, sign * Eigen::Vector3d::UnitY(),
+          2.0 * kDegree, 150.0 * kDegree};
 }
 
 Limb Leg(Side side) {
@@ -68,20 +69,19 @@ LimbPose SolveLimb(const Eigen::Matrix3Xd& rest_joints, const Limb& limb,
   const Bones bones = BonesOf(rest_joints, limb);
   const Eigen::Vector3d to_target = target - root;
   const double asked = to_target.norm();
-  const double distance = std::clamp(asked, Reach(bones, limb.max_flexion_rad),
-                                     Reach(bones, limb.min_flexion_rad));
-  const Eigen::Vector3d along =
-      asked > 1e-9 ? Eigen::Vector3d(to_target / asked) : Eigen::Vector3d(-Eigen::Vector3d::UnitZ());
+  const double distance =
+      std::clamp(asked, Reach(bones, limb.max_flexion_rad), Reach(bones, limb.min_flexion_rad));
+  const Eigen::Vector3d along = asked > 1e-9 ? Eigen::Vector3d(to_target / asked)
+                                             : Eigen::Vector3d(-Eigen::Vector3d::UnitZ());
   Eigen::Vector3d outward = pole - pole.dot(along) * along;
   if (outward.norm() < 1e-9 * (1.0 + pole.norm())) outward = along.unitOrthogonal();
   outward.normalize();
 
   // Law of cosines: the angle at the root between the upper bone and the line to the target.
-  const double cosine = (bones.a * bones.a + distance * distance - bones.b * bones.b) /
-                        (2.0 * bones.a * distance);
+  const double cosine =
+      (bones.a * bones.a + distance * distance - bones.b * bones.b) / (2.0 * bones.a * distance);
   const double angle = std::acos(std::clamp(cosine, -1.0, 1.0));
-  const Eigen::Vector3d upper =
-      bones.a * (std::cos(angle) * along + std::sin(angle) * outward);
+  const Eigen::Vector3d upper = bones.a * (std::cos(angle) * along + std::sin(angle) * outward);
   const Eigen::Vector3d lower = distance * along - upper;
   const Eigen::Vector3d hinge = outward.cross(along);
 
@@ -118,15 +118,14 @@ WristPose SolveWrist(const Eigen::Matrix3Xd& rest_joints, Side side, const Eigen
   const Eigen::Matrix3d half_twist = ExpSO3(0.5 * pose.twist_rad * forearm);
   pose.lower = lower * half_twist;
   pose.wrist = half_twist * ExpSO3(swing);
-  pose.reached =
-      pose.twist_rad == twist && pose.flexion_rad == flexion && pose.ulnar_rad == ulnar;
+  pose.reached = pose.twist_rad == twist && pose.flexion_rad == flexion && pose.ulnar_rad == ulnar;
   return pose;
 }
 
 Eigen::Matrix3d HandOrientation(Side side, const Eigen::Vector3d& fingers,
                                 const Eigen::Vector3d& thumb) {
-  const Eigen::Vector3d x =
-      (side == Side::kRight ? -1.0 : 1.0) * fingers.normalized();  // rest fingers lie along -x or +x
+  const Eigen::Vector3d x = (side == Side::kRight ? -1.0 : 1.0) *
+                            fingers.normalized();  // rest fingers lie along -x or +x
   Eigen::Vector3d z = thumb - thumb.dot(x) * x;
   if (!(z.norm() > 1e-6 * thumb.norm())) {
     throw Error("hand orientation", "fingers and thumb point the same way",

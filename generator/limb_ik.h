@@ -9,9 +9,9 @@ namespace holdfast {
 
 /// Two bones with a hinge between them: shoulder-elbow-wrist or hip-knee-ankle.
 struct Limb {
-  int root, middle, end;      ///< joints
-  Eigen::Vector3d hinge;      ///< unit, rest frame: positive rotation about it flexes
-  double min_flexion_rad;     ///< 0 is straight
+  int root, middle, end;   ///< joints
+  Eigen::Vector3d hinge;   ///< unit, rest frame: positive rotation about it flexes
+  double min_flexion_rad;  ///< 0 is straight
   double max_flexion_rad;
 };
 
@@ -19,11 +19,11 @@ Limb Arm(Side side);  ///< flexion 2..150 degrees
 Limb Leg(Side side);  ///< flexion 1..150 degrees
 
 struct LimbPose {
-  Eigen::Matrix3d upper;      ///< world rotation of the root joint
-  Eigen::Matrix3d lower;      ///< world rotation of the middle joint
-  Eigen::Vector3d end;        ///< where the end joint lands, world
+  Eigen::Matrix3d upper;  ///< world rotation of the root joint
+  Eigen::Matrix3d lower;  ///< world rotation of the middle joint
+  Eigen::Vector3d end;    ///< where the end joint lands, world
   double flexion_rad = 0.0;
-  bool reached = false;       ///< `end` is the target; else the nearest point within the limits
+  bool reached = false;  ///< `end` is the target; else the nearest point within the limits
 };
 
 /// The one pose that puts the limb's end on `target` with the middle joint on the side of `pole`
@@ -49,7 +49,7 @@ struct WristPose {
   Eigen::Matrix3d lower;  ///< world rotation of the elbow joint with its share of the twist
   Eigen::Matrix3d wrist;  ///< rotation of the wrist relative to that
   double flexion_rad = 0.0, ulnar_rad = 0.0, twist_rad = 0.0;
-  bool reached = false;   ///< the hand has the orientation asked for
+  bool reached = false;  ///< the hand has the orientation asked for
 };
 
 /// Brings the hand to a world orientation: the twist about the forearm is shared half and half by

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/LU>
 #include <fmt/format.h>
+#include <Eigen/LU>
 
 #include "geometry/error.h"
 
@@ -19,11 +19,11 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 const Matrix6d& Hermite() {
   static const Matrix6d hermite = [] {
     Matrix6d m;
-    m << 1, 0, 0, 0, 0, 0,             //
-        0, 1, 0, 0, 0, 0,              //
-        0, 0, 0.5, 0, 0, 0,            //
-        -10, -6, -1.5, 10, -4, 0.5,    //
-        15, 8, 1.5, -15, 7, -1,        //
+    m << 1, 0, 0, 0, 0, 0,           //
+        0, 1, 0, 0, 0, 0,            //
+        0, 0, 0.5, 0, 0, 0,          //
+        -10, -6, -1.5, 10, -4, 0.5,  //
+        15, 8, 1.5, -15, 7, -1,      //
         -6, -3, -0.5, 6, -3, 0.5;
     return m;
   }();
@@ -57,9 +57,9 @@ Eigen::MatrixXd SolveRun(std::span<const Waypoint> run) {
       for (int side = 0; side < 2; ++side) {  // the piece that ends at i, the piece that begins
         const int first = i - 1 + side;
         const double h = run[first + 1].time_s - run[first].time_s;
-        const Eigen::Matrix<double, 1, 6> w =
-            (side == 0 ? 1.0 : -1.0) / std::pow(h, order) *
-            Powers(side == 0 ? 1.0 : 0.0, order).transpose() * Hermite();
+        const Eigen::Matrix<double, 1, 6> w = (side == 0 ? 1.0 : -1.0) / std::pow(h, order) *
+                                              Powers(side == 0 ? 1.0 : 0.0, order).transpose() *
+                                              Hermite();
         for (int end = 0; end < 2; ++end) {
           const int at = first + end;
           b.row(row) -= w[3 * end] * run[at].value.transpose();
@@ -82,7 +82,8 @@ double MinimumJerk(double tau) {
 }
 
 MinimumJerkSpline::MinimumJerkSpline(std::span<const Waypoint> waypoints) {
-  if (waypoints.empty()) throw Error("minimum-jerk spline", "has no waypoints", "Give one or more.");
+  if (waypoints.empty())
+    throw Error("minimum-jerk spline", "has no waypoints", "Give one or more.");
   for (std::size_t i = 0; i < waypoints.size(); ++i) {
     const std::string where = fmt::format("waypoint {}", i);
     if (!std::isfinite(waypoints[i].time_s) ||
@@ -90,8 +91,7 @@ MinimumJerkSpline::MinimumJerkSpline(std::span<const Waypoint> waypoints) {
       throw Error(where, fmt::format("time {} s is not after its predecessor", waypoints[i].time_s),
                   "Order the waypoints by time.");
     }
-    if (waypoints[i].value.size() != waypoints[0].value.size() ||
-        !waypoints[i].value.allFinite()) {
+    if (waypoints[i].value.size() != waypoints[0].value.size() || !waypoints[i].value.allFinite()) {
       throw Error(where, "has another dimension than the first or values that are not finite", "");
     }
     times_.push_back(waypoints[i].time_s);

@@ -8,8 +8,8 @@
 
 namespace holdfast {
 
-/// How far a minimum-jerk movement from rest to rest has come at the fraction `tau` of its duration:
-/// 10 tau^3 - 15 tau^4 + 6 tau^5, 0 before and 1 after (Flash & Hogan 1985, eq. 3).
+/// How far a minimum-jerk movement from rest to rest has come at the fraction `tau` of its
+/// duration: 10 tau^3 - 15 tau^4 + 6 tau^5, 0 before and 1 after (Flash & Hogan 1985, eq. 3).
 double MinimumJerk(double tau);
 
 /// A place a movement goes through.

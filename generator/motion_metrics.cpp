@@ -17,7 +17,8 @@ constexpr std::array<int, 2> kBallsOfFeet = {10, 11};
 
 // Norm of a finite difference (weights on frames t - radius .. t + radius) per joint and frame.
 template <std::size_t N>
-MeanAndMax Difference(std::span<const JointPositions> frames, const std::array<double, N>& weights) {
+MeanAndMax Difference(std::span<const JointPositions> frames,
+                      const std::array<double, N>& weights) {
   const int radius = static_cast<int>(N / 2);
   const int count = static_cast<int>(frames.size()) - 2 * radius;
   MeanAndMax result;

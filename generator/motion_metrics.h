@@ -38,8 +38,8 @@ struct MotionMetrics {
   double foot_contact_ratio = 0.0;
 };
 
-/// Throws Error for no frames or a frame rate that is not positive. Clips too short for a difference
-/// have zero there.
+/// Throws Error for no frames or a frame rate that is not positive. Clips too short for a
+/// difference have zero there.
 MotionMetrics MeasureMotion(std::span<const JointPositions> frames, double frame_rate_hz);
 
 }  // namespace holdfast

@@ -58,8 +58,15 @@ class Channels {
 
   Targets At(double time) const {
     const Eigen::VectorXd v = spline_.Value(time);
-    return {v.head<3>(), reference_ * ExpSO3(v.segment<3>(3)), v[6], v[7], v[8], v[9],
-            std::clamp(v[10], 0.0, 1.0), std::clamp(v[11], 0.0, 1.0), v[12]};
+    return {v.head<3>(),
+            reference_ * ExpSO3(v.segment<3>(3)),
+            v[6],
+            v[7],
+            v[8],
+            v[9],
+            std::clamp(v[10], 0.0, 1.0),
+            std::clamp(v[11], 0.0, 1.0),
+            v[12]};
   }
   double EndTime() const { return spline_.EndTime(); }
 
@@ -114,7 +121,9 @@ class Sway {
 class Person {
  public:
   Person(const BodyMeasures& body, const ReachOptions& options)
-      : joints_(body.rest_joints), sole_y_(body.sole_y), options_(options),
+      : joints_(body.rest_joints),
+        sole_y_(body.sole_y),
+        options_(options),
         sway_(options.seed, options.liveliness) {
     for (const Side side : {Side::kRight, Side::kLeft}) {
       const double sign = side == Side::kRight ? 1.0 : -1.0;
@@ -148,13 +157,13 @@ class Person {
   void Trunk(PoseBuilder& pose, const Targets& now, double time) const {
     const double lean = now.lean + 0.25 * kDegree * sway_.Drift(0, time);
     const double roll = 2.0 * kDegree * now.shift;  // the hip over the standing leg rises
-    pose.SetLocal(kPelvis, kWorldFromRest * TurnY(0.35 * now.twist) * TurnX(0.2 * lean) *
-                               TurnZ(roll));
+    pose.SetLocal(kPelvis,
+                  kWorldFromRest * TurnY(0.35 * now.twist) * TurnX(0.2 * lean) * TurnZ(roll));
     for (const int joint : kSpine) {
       const double share = 1.0 / 3.0;
       const double breath = joint == kSpine3 ? -0.5 * kDegree * sway_.Breath(time) : 0.0;
-      pose.SetLocal(joint, TurnY(0.65 * share * now.twist) *
-                               TurnX(0.8 * share * lean + breath) * TurnZ(-share * roll));
+      pose.SetLocal(joint, TurnY(0.65 * share * now.twist) * TurnX(0.8 * share * lean + breath) *
+                               TurnZ(-share * roll));
     }
     // Hips go over the loaded foot, and back as the trunk leans forward.
     Vector3d pelvis(0.035 * now.shift + 0.004 * sway_.Drift(1, time),
@@ -167,8 +176,7 @@ class Person {
       // Knees point where the toes do, a little with the pelvis.
       const Vector3d pole = foot.rotation * Vector3d(0.0, 0.0, 1.0) +
                             0.4 * (pose.World(kPelvis) * Vector3d(0.0, 0.0, 1.0));
-      const LimbPose solved =
-          SolveLimb(joints_, leg, pose.Position(leg.root), foot.ankle, pole);
+      const LimbPose solved = SolveLimb(joints_, leg, pose.Position(leg.root), foot.ankle, pole);
       pose.SetWorld(leg.root, solved.upper);
       pose.SetWorld(leg.middle, solved.lower);
       pose.SetWorld(leg.end, foot.rotation);
@@ -180,10 +188,9 @@ class Person {
     std::array<double, 2> height{};
     for (const Side side : {Side::kRight, Side::kLeft}) {
       Limb leg = Leg(side);
-      leg.min_flexion_rad = 8.0 * kDegree;
+      leg.min_flexion_rad = 6.0 * kDegree;
       const Foot& foot = side == Side::kRight ? right_foot_ : left_foot_;
-      const Vector3d hip =
-          pose.World(kPelvis) * (joints_.col(leg.root) - joints_.col(kPelvis));
+      const Vector3d hip = pose.World(kPelvis) * (joints_.col(leg.root) - joints_.col(kPelvis));
       const double reach = MaxReach(joints_, leg);
       const double across = (foot.ankle - pelvis - hip).head<2>().norm();
       height[side == Side::kRight ? 0 : 1] =
@@ -196,8 +203,7 @@ class Person {
   void Collar(PoseBuilder& pose, Side side, const Vector3d& wrist) const {
     const double sign = side == Side::kRight ? 1.0 : -1.0;
     const Limb arm = Arm(side);
-    const Vector3d to_wrist =
-        pose.World(kSpine3).transpose() * (wrist - pose.Position(arm.root));
+    const Vector3d to_wrist = pose.World(kSpine3).transpose() * (wrist - pose.Position(arm.root));
     const double extent = to_wrist.norm() / MaxReach(joints_, arm);
     const Vector3d direction = to_wrist.normalized();
     const double lift = -0.10 + 0.16 * (1.0 + direction.y()) * std::min(1.0, extent);
@@ -206,15 +212,54 @@ class Person {
     pose.SetLocal(arm.root - 3, TurnY(sign * forward) * TurnZ(-sign * lift));
   }
 
-  void HoldingArm(PoseBuilder& pose, const Targets& now, ReachReport& report) const {
+  // The elbow hangs: down, somewhat outwards and back as seen from the chest. It leaves that place
+  // and swings up and out as far as the wrist gets more comfortable by it: the sum of squared
+  // angles, each relative to what is hardly felt, is least.
+  Vector3d ElbowDirection(const Matrix3d& chest, const Vector3d& shoulder,
+                          const Targets& now) const {
     const Side side = options_.side;
     const double sign = side == Side::kRight ? 1.0 : -1.0;
     const Limb arm = Arm(side);
+    const Vector3d hanging = chest * Vector3d(-0.45 * sign, -1.0, -0.30);
+    const Vector3d axis = (now.wrist - shoulder).normalized();
+    constexpr double kAny = 10.0;
+    const WristLimits unlimited{kAny, -kAny, kAny, -kAny, kAny};
+    const auto pole = [&](double swivel) -> Vector3d {
+      return ExpSO3(-sign * swivel * axis) * hanging;
+    };
+    const auto discomfort = [&](double swivel) {
+      const LimbPose limb = SolveLimb(joints_, arm, shoulder, now.wrist, pole(swivel));
+      const WristPose wrist = SolveWrist(joints_, side, limb.lower, now.hand, unlimited);
+      const auto square = [](double x) { return x * x; };
+      return square(swivel / (24.0 * kDegree)) + square(wrist.flexion_rad / (40.0 * kDegree)) +
+             square((wrist.ulnar_rad - 8.0 * kDegree) / (22.0 * kDegree)) +
+             square(wrist.twist_rad / (55.0 * kDegree));
+    };
+    // Coarse steps find the basin, golden section its bottom.
+    double best = 0.0;
+    for (double swivel = -30.0 * kDegree; swivel <= 90.0 * kDegree; swivel += 10.0 * kDegree) {
+      if (discomfort(swivel) < discomfort(best)) best = swivel;
+    }
+    double low = best - 10.0 * kDegree;
+    double high = best + 10.0 * kDegree;
+    while (high - low > 1e-7) {
+      const double step = (2.0 - std::numbers::phi) * (high - low);
+      if (discomfort(low + step) < discomfort(high - step)) {
+        high -= step;
+      } else {
+        low += step;
+      }
+    }
+    return pole(0.5 * (low + high));
+  }
+
+  void HoldingArm(PoseBuilder& pose, const Targets& now, ReachReport& report) const {
+    const Side side = options_.side;
+    const Limb arm = Arm(side);
     Collar(pose, side, now.wrist);
-    // The elbow hangs: down, somewhat outwards and back, as seen from the chest.
-    const Vector3d pole = pose.World(kSpine3) * Vector3d(-0.50 * sign, -1.0, -0.30);
-    const LimbPose solved =
-        SolveLimb(joints_, arm, pose.Position(arm.root), now.wrist, pole);
+    const Vector3d shoulder = pose.Position(arm.root);
+    const Vector3d pole = ElbowDirection(pose.World(kSpine3), shoulder, now);
+    const LimbPose solved = SolveLimb(joints_, arm, shoulder, now.wrist, pole);
     const WristPose wrist = SolveWrist(joints_, side, solved.lower, now.hand);
     pose.SetWorld(arm.root, solved.upper);
     pose.SetWorld(arm.middle, wrist.lower);
@@ -240,8 +285,7 @@ class Person {
     const double away = 11.0 * kDegree + 0.3 * std::abs(lag);
     const Matrix3d chest = kWorldFromRest * TurnY(now.twist);
     const Vector3d along = (joints_.col(arm.middle) - joints_.col(arm.root)).normalized();
-    const Matrix3d upper = chest * TurnX(-swing) *
-                           TurnZ(sign * (0.5 * std::numbers::pi - away)) *
+    const Matrix3d upper = chest * TurnX(-swing) * TurnZ(sign * (0.5 * std::numbers::pi - away)) *
                            ExpSO3(-sign * 0.25 * along);
     pose.SetWorld(arm.root, upper);
     pose.SetLocal(arm.middle, ExpSO3(0.34 * arm.hinge) * ExpSO3(-sign * 0.15 * along));
@@ -261,15 +305,17 @@ class Person {
     const double pitch =
         now.gaze * std::atan2(-direction.y(), std::hypot(direction.x(), direction.z())) -
         (1.0 - now.gaze) * 0.9 * now.lean;
-    const auto limited = [](double angle, double limit) { return limit * std::tanh(angle / limit); };
+    const auto limited = [](double angle, double limit) {
+      return limit * std::tanh(angle / limit);
+    };
     const double head_yaw = limited(0.7 * yaw, 60.0 * kDegree);
     const double head_pitch = limited(0.55 * pitch, 45.0 * kDegree) - now.head_tilt +
                               0.5 * kDegree * sway_.Drift(3, time);
     const double head_roll = 0.10 * head_yaw + 0.4 * kDegree * sway_.Drift(4, time);
     for (const int joint : {kNeck, kHead}) {
       const double share = joint == kNeck ? 0.45 : 0.55;
-      pose.SetLocal(joint, TurnY(share * head_yaw) * TurnX(share * head_pitch) *
-                               TurnZ(-share * head_roll));
+      pose.SetLocal(
+          joint, TurnY(share * head_yaw) * TurnX(share * head_pitch) * TurnZ(-share * head_roll));
     }
     const Matrix3d eye = TurnY(limited(yaw - head_yaw, 25.0 * kDegree)) *
                          TurnX(limited(pitch - head_pitch, 22.0 * kDegree));

@@ -20,20 +20,20 @@ struct BodyMeasures {
 
 BodyMeasures MeasureBody(const BodyModel& model, const Eigen::VectorXd& betas);
 
-/// One key of a reach. World: z up, ground z = 0, the person stands at the origin facing -y, left is
-/// +x. Channels are joined by minimum-jerk curves.
+/// One key of a reach. World: z up, ground z = 0, the person stands at the origin facing -y, left
+/// is +x. Channels are joined by minimum-jerk curves.
 struct ReachKey {
   double time_s = 0.0;
-  Eigen::Vector3d wrist = Eigen::Vector3d::Zero();          ///< metres
-  Eigen::Matrix3d hand = Eigen::Matrix3d::Identity();       ///< wrist joint's world rotation
-  bool rest = true;               ///< the movement stops here; else it passes through
-  double torso_twist_rad = 0.0;   ///< to the left positive, pelvis to shoulders together
-  double torso_lean_rad = 0.0;    ///< forward positive
-  double weight_shift = 0.0;      ///< -1 right foot .. 1 left foot
-  double knee_give_m = 0.0;       ///< how far the pelvis sinks
-  double grasp = 1.0;             ///< 0 hand open and ready, 1 closed
-  double gaze = 1.0;              ///< 1 looks at the hand, 0 straight ahead
-  double head_tilt_rad = 0.0;     ///< backwards positive, on top of the gaze
+  Eigen::Vector3d wrist = Eigen::Vector3d::Zero();     ///< metres
+  Eigen::Matrix3d hand = Eigen::Matrix3d::Identity();  ///< wrist joint's world rotation
+  bool rest = true;              ///< the movement stops here; else it passes through
+  double torso_twist_rad = 0.0;  ///< to the left positive, pelvis to shoulders together
+  double torso_lean_rad = 0.0;   ///< forward positive
+  double weight_shift = 0.0;     ///< -1 right foot .. 1 left foot
+  double knee_give_m = 0.0;      ///< how far the pelvis sinks
+  double grasp = 1.0;            ///< 0 hand open and ready, 1 closed
+  double gaze = 1.0;             ///< 1 looks at the hand, 0 straight ahead
+  double head_tilt_rad = 0.0;    ///< backwards positive, on top of the gaze
 };
 
 struct ReachOptions {
@@ -47,16 +47,16 @@ struct ReachOptions {
 };
 
 struct ReachReport {
-  int frames_out_of_reach = 0;      ///< the wrist was not at its target
-  int frames_beyond_wrist = 0;      ///< the hand's orientation was limited by the wrist
+  int frames_out_of_reach = 0;  ///< the wrist was not at its target
+  int frames_beyond_wrist = 0;  ///< the hand's orientation was limited by the wrist
   double max_wrist_error_m = 0.0;
   double max_hand_error_rad = 0.0;
 };
 
-/// A standing person moves one hand through the keys: feet stay planted (leg IK), the pelvis as high
-/// as the legs allow, trunk and collarbone help, the elbow hangs, eyes and head lead the hand, the
-/// other arm hangs and lags behind the trunk, fingers open and close with `grasp`. Deterministic:
-/// the same input and seed give the same clip on any machine with the same libm.
+/// A standing person moves one hand through the keys: feet stay planted (leg IK), the pelvis as
+/// high as the legs allow, trunk and collarbone help, the elbow hangs, eyes and head lead the hand,
+/// the other arm hangs and lags behind the trunk, fingers open and close with `grasp`.
+/// Deterministic: the same input and seed give the same clip on any machine with the same libm.
 /// Throws Error for no keys and times that do not increase.
 Clip MakeReachMotion(const BodyMeasures& body, const std::vector<ReachKey>& keys,
                      const ReachOptions& options = {}, ReachReport* report = nullptr);

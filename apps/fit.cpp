@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "apps/common.h"
+#include "apps/result_folder.h"
+#include "geometry/clip_contact.h"
+#include "geometry/distance_grid.h"
+#include "geometry/error.h"
+#include "geometry/io/atomic_file.h"
+#include "geometry/io/mesh_io.h"
+#include "geometry/rotation.h"
+#include "solver/fit.h"
+#include "solver/grasp.h"
+
+namespace holdfast::apps {
+namespace {
+
+struct Options {
+  CommonOptions common;
+  std::string clip;
+  std::string object;
+  std::string output;
+  std::string body;
+  std::string hand = "right";
+  std::string precision = "single";
+  int object_vertices = 300;
+  double object_scale = 1.0;
+  int start = 0;
+  int end = -1;
+  bool regrasp = false;
+  FitOptions fit;
+  double contact_threshold_mm = 10.0;
+  ContactProtocol protocol;
+};
+
+// Closes the hand around the object in the clip's first frame and writes both into the clip.
+// Returns false when there is nothing to hold on to.
+bool GraspFirstFrame(const Options& options, const HandModel& hand, const LoadedObject& object,
+                     const SignedDistance& surface, Clip& clip, nlohmann::json& summary) {
+  const CommonOptions& common = options.common;
+  HandState state(hand);
+  state.SetBody(clip.pose[0], clip.trans.col(0));
+  GraspOptions grasp_options;
+  grasp_options.seed = common.seed;
+  grasp_options.threads = NumThreads(common);
+  grasp_options.up_in_wrist = {state.WristRotation().transpose() * Eigen::Vector3d::UnitZ()};
+  DistanceGridOptions grid_options;
+  grid_options.threads = NumThreads(common);
+  const DistanceGrid grid(surface, grid_options);
+  GraspReport report;
+  Progress progress(common, "grasp");
+  const Grasp grasp =
+      CloseHand(hand, object.mesh, surface, grid, grasp_options, &report, [&](double share) {
+        progress.Update(static_cast<int>(100 * share), 100);
+        return !Interrupted();
+      });
+  summary = {{"made", true},
+             {"status", Describe(report.status)},
+             {"style", StyleName(grasp.style)},
+             {"score", grasp.score},
+             {"wrench_quality", grasp.wrench_quality},
+             {"max_penetration_mm", grasp.max_penetration_mm},
+             {"search_ms", report.search_ms + report.closing_ms + report.refinement_ms}};
+  if (report.status == GraspStatus::kNothingToGrasp || report.status == GraspStatus::kNoRoom) {
+    return false;
+  }
+  if (report.status == GraspStatus::kNoCleanGrasp) {
+    Note(common, fmt::format("warning: {}: the least bad grasp is carried on",
+                             Describe(report.status)));
+  }
+  const Eigen::Isometry3d pose = ObjectInWorld(grasp, state.WristRotation(), state.WristPosition());
+  clip.object.emplace();
+  clip.object->trans.setZero(3, clip.NumFrames());
+  clip.object->orient.setZero(3, clip.NumFrames());
+  clip.object->trans.col(0) = pose.translation();
+  clip.object->orient.col(0) = LogSO3(pose.linear());
+  SetFingers(clip.pose[0], hand.HandSide(), grasp.fingers);
+  return true;
+}
+
+template <typename Get>
+nlohmann::json PerFrame(const std::vector<FrameReport>& frames, const Get& get) {
+  nlohmann::json values = nlohmann::json::array();
+  for (const FrameReport& frame : frames) values.push_back(get(frame));
+  return values;
+}
+
+template <typename Get>
+nlohmann::json PerFrame(const std::vector<ContactMetrics>& frames, const Get& get) {
+  nlohmann::json values = nlohmann::json::array();
+  for (const ContactMetrics& frame : frames) values.push_back(get(frame));
+  return values;
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+nlohmann::json OptionsJson(const Options& options) {
+  return {{"clip", options.clip},
+          {"object", options.object},
+          {"object_scale", options.object_scale},
+          {"hand", options.hand},
+          {"body", options.body.empty() ? "holdfast_neutral" : options.body},
+          {"start", options.start},
+          {"end", options.end},
+          {"object_vertices", options.object_vertices},
+          {"lambda_distance", options.fit.lambda_distance},
+          {"lambda_contact", options.fit.lambda_contact},
+          {"lambda_temporal", options.fit.lambda_temporal},
+          {"contact_threshold_mm", options.contact_threshold_mm},
+          {"precision", options.precision},
+          {"max_iterations", options.fit.max_iterations}};
+}
+
+nlohmann::json ProtocolJson(const ContactProtocol& protocol, const LoadedObject& object,
+                            const SignedDistance& surface, const HandModel& hand) {
+  return {{"penetration", "depth of hand vertices inside the object, exact signed distance to the "
+                          "full-resolution mesh"},
+          {"contact", "a hand vertex is in contact when |signed distance| is below the threshold"},
+          {"contact_threshold_mm", protocol.contact_threshold_mm},
+          {"intersection_volume", "voxel centres inside both object and hand (closed at the wrist)"},
+          {"voxel_mm", protocol.voxel_mm},
+          {"hand_vertices", hand.NumVertices()},
+          {"object_vertices", object.mesh.NumVertices()},
+          {"inside_by", surface.SignMethod() == SignedDistance::Sign::kPseudonormal
+                            ? "pseudonormal"
+                            : "winding number"}};
+}
+
+int Run(Options options) {
+  const CommonOptions& common = options.common;
+  ResultFolder folder(options.output, common.force);
+  const Side side = options.hand == "left" ? Side::kLeft : Side::kRight;
+  options.fit.contact_threshold_m = 1e-3 * options.contact_threshold_mm;
+  options.fit.precision =
+      options.precision == "double" ? PairPrecision::kDouble : PairPrecision::kSingle;
+  options.protocol.threads = NumThreads(common);
+
+  const auto body = LoadBody(options.body);
+  Clip clip = LoadClip(options.clip);
+  const int end = options.end < 0 ? clip.NumFrames() : std::min(options.end, clip.NumFrames());
+  if (options.start >= end) {
+    throw Error(options.clip, fmt::format("has {} frames: nothing between {} and {}",
+                                          clip.NumFrames(), options.start, end),
+                "Give --start and --end within the clip");
+  }
+  clip = Slice(clip, options.start, end);
+  LoadedObject object = LoadObject(options.object);
+  object.mesh.vertices *= options.object_scale;
+  for (const std::string& note : object.notes) Note(common, "note: " + note);
+  const TriangleMesh simplified = ForFitting(object, options.object_vertices, nullptr);
+  const HandModel hand(body, BetasFor(clip, *body, common), side);
+  const SignedDistance surface(object.mesh);
+
+  nlohmann::json grasp = {{"made", false}};
+  if (!clip.object || options.regrasp) {
+    if (!GraspFirstFrame(options, hand, object, surface, clip, grasp)) {
+      throw FitFailure(fmt::format("{}: {}. Try --hand {}, or another object size (--object-scale)",
+                                   options.object, grasp["status"].get<std::string>(),
+                                   side == Side::kRight ? "left" : "right"));
+    }
+  }
+  if (Interrupted()) return kInterrupted;
+  clip.object->name = object.name;
+  clip.object->mesh = "object.ply";
+  if (clip.body_model.empty()) clip.body_model = body->Name();
+
+  const auto fit_begin = std::chrono::steady_clock::now();
+  Progress fit_progress(common, "fit");
+  const FitResult result =
+      FitClip(clip, hand, simplified.vertices, options.fit, [&](int done, int total) {
+        fit_progress.Update(done, total);
+        return !Interrupted();
+      });
+  const double fit_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - fit_begin).count();
+  if (Interrupted()) return kInterrupted;
+  Progress metric_progress(common, "metrics");
+  const std::vector<ContactMetrics> contact =
+      MeasureClipContact(result.clip, hand, surface, options.protocol, [&](int done, int total) {
+        metric_progress.Update(done, total);
+        return !Interrupted();
+      });
+  if (Interrupted()) return kInterrupted;
+
+  const ContactSummary contact_summary = Summarize(contact);
+  std::vector<double> solve_ms, iterations;
+  int failed = 0, unconverged = 0;
+  for (const FrameReport& frame : result.frames) {
+    if (frame.stop == StopReason::kGiven) continue;
+    solve_ms.push_back(frame.solve_ms);
+    iterations.push_back(frame.iterations);
+    failed += frame.stop == StopReason::kFailed;
+    unconverged += frame.stop == StopReason::kIterationLimit;
+  }
+  nlohmann::json summary = {
+      {"frames", result.frames.size()},
+      {"contact_pairs", result.num_contact_pairs},
+      {"frames_failed", failed},
+      {"frames_at_iteration_limit", unconverged},
+      {"solve_ms_median", Median(solve_ms)},
+      {"iterations_median", Median(iterations)},
+      {"frames_in_contact_ratio", contact_summary.frames_in_contact_ratio},
+      {"contact_ratio", contact_summary.mean_contact_ratio},
+      {"max_penetration_depth_mm", contact_summary.max_penetration_mm},
+      {"mean_max_penetration_depth_mm", contact_summary.mean_max_penetration_mm},
+      {"mean_penetration_depth_mm", contact_summary.mean_penetration_mm},
+      {"mean_intersection_volume_cm3", contact_summary.mean_intersection_volume_cm3}};
+  nlohmann::json metrics = JsonHead("holdfast/fit/1", common);
+  metrics["options"] = OptionsJson(options);
+  metrics["grasp"] = grasp;
+  metrics["protocol"] = ProtocolJson(options.protocol, object, surface, hand);
+  metrics["notes"] = object.notes;
+  metrics["summary"] = summary;
+  using F = FrameReport;
+  using C = ContactMetrics;
+  metrics["per_frame"] = {
+      {"energy_distance_m2", PerFrame(result.frames, [](const F& f) { return f.energy_distance; })},
+      {"energy_contact_m2", PerFrame(result.frames, [](const F& f) { return f.energy_contact; })},
+      {"energy_temporal", PerFrame(result.frames, [](const F& f) { return f.energy_temporal; })},
+      {"energy_total", PerFrame(result.frames, [](const F& f) { return f.energy_total; })},
+      {"iterations", PerFrame(result.frames, [](const F& f) { return f.iterations; })},
+      {"solve_ms", PerFrame(result.frames, [](const F& f) { return f.solve_ms; })},
+      {"stop", PerFrame(result.frames, [](const F& f) { return StopReasonName(f.stop); })},
+      {"contact_ratio", PerFrame(contact, [](const C& c) { return c.contact_ratio; })},
+      {"in_contact", PerFrame(contact, [](const C& c) { return c.in_contact; })},
+      {"penetration_depth_mm", PerFrame(contact, [](const C& c) { return c.max_penetration_mm; })},
+      {"mean_penetration_depth_mm",
+       PerFrame(contact, [](const C& c) { return c.mean_penetration_mm; })},
+      {"intersection_volume_cm3",
+       PerFrame(contact, [](const C& c) { return c.intersection_volume_cm3; })}};
+
+  WriteClip(result.clip, folder / "clip.npz");
+  WriteMesh(object.mesh, folder / "object.ply");
+  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  folder.Commit();
+
+  nlohmann::json printed = metrics;
+  printed.erase("per_frame");
+  printed["output"] = options.output;
+  PrintResult(
+      common, printed,
+      fmt::format(
+          "{0}/clip.npz: {1} held by the {2} hand through {3} frames\n"
+          "  in contact          {4:.1f} % of frames ({5:.1f} % of the hand within {6:g} mm)\n"
+          "  penetration         deepest {7:.2f} mm; mean over frames: deepest {8:.2f} mm, vertices "
+          "inside {9:.2f} mm\n"
+          "  intersection        {10:.3f} cm3 (mean; {11:g} mm voxels)\n"
+          "  solved              {12:.2f} ms per frame (median), {13:g} iterations; {14} failed; "
+          "whole fit {15:.2f} s\n",
+          options.output, object.name, SideName(side), result.frames.size(),
+          100.0 * contact_summary.frames_in_contact_ratio, 100.0 * contact_summary.mean_contact_ratio,
+          options.protocol.contact_threshold_mm, contact_summary.max_penetration_mm,
+          contact_summary.mean_max_penetration_mm, contact_summary.mean_penetration_mm,
+          contact_summary.mean_intersection_volume_cm3, options.protocol.voxel_mm, Median(solve_ms),
+          Median(iterations), failed, fit_s));
+  return failed > 0 ? kFitFault : kDone;
+}
+
+}  // namespace
+
+void AddFitCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "fit", "Carry an object through a motion: object pose and fingers, frame by frame");
+  command->add_option("clip", options->clip, "Clip (.npz) or embedded clip")->required();
+  command->add_option("object", options->object, "Mesh (.obj .ply .stl .off) or embedded object")
+      ->required();
+  command->add_option("-o,--output", options->output,
+                      "Folder to make: clip.npz, object.ply, metrics.json")
+      ->required();
+  command->add_option("--hand", options->hand, "The hand that holds")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"right", "left"}));
+  command->add_option("--body", options->body,
+                      "Body model (SMPLX_*.npz); the embedded body if left out");
+  command->add_option("--start", options->start, "First frame to fit")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--end", options->end, "Frame to stop before; -1 is the clip's end")
+      ->capture_default_str();
+  command->add_flag("--regrasp", options->regrasp, "Make a new grasp even if the clip has an object");
+  command->add_option("--object-scale", options->object_scale,
+                      "Multiplies the object's coordinates (0.001 for millimetres)")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command->add_option("--object-vertices", options->object_vertices,
+                      "Vertices that the object is simplified to")
+      ->capture_default_str()
+      ->check(CLI::Range(4, 100'000));
+  command->add_option("--lambda-distance", options->fit.lambda_distance,
+                      "Weight of E_d: hand and object keep their distances (paper eq. 7)")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--lambda-contact", options->fit.lambda_contact,
+                      "Weight of E_c: what touched stays together (paper eq. 8)")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--lambda-temporal", options->fit.lambda_temporal,
+                      "Weight of E_t: little change between frames (paper eq. 9)")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--contact-threshold", options->contact_threshold_mm,
+                      "tau: pairs closer than this in the first frame are in contact, mm")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command->add_option("--max-iterations", options->fit.max_iterations, "Per frame")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10'000));
+  command->add_option("--precision", options->precision, "Arithmetic of the pair loop")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"single", "double"}));
+  AddCommonOptions(*command, options->common, true,
+                   "  holdfast fit demo_drink mug -o held\n"
+                   "  holdfast fit reach.npz banana.obj -o held --hand left --json\n"
+                   "  holdfast fit grab_clip.npz phone -o held --body SMPLX_NEUTRAL.npz --start 40\n");
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace holdfast::apps

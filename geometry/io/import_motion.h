@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/clip.h"
+#include "geometry/retarget.h"
+
+namespace holdfast {
+
+struct ImportOptions {
+  double frame_rate = 30;         ///< of the clip, Hz; 0 keeps the file's
+  double source_frame_rate = 0;   ///< Hz, for files that do not tell (AMC: 120); 0: as the file says
+  double metres_per_unit = 0;     ///< 0: 0.01 for BVH, the skeleton's own unit for ASF/AMC
+  UpAxis up = UpAxis::kY;         ///< of the file's world
+  std::filesystem::path map;      ///< JSON map of joint names; empty: recognised
+  std::filesystem::path skeleton; ///< `.asf` of an `.amc`; empty: looked for beside it
+  bool find_ground = true;        ///< see RetargetOptions
+  Eigen::VectorXd betas;          ///< of the body given, noted in the clip
+};
+
+struct ImportReport {
+  std::string format;    ///< "BVH" or "ASF/AMC"
+  std::string skeleton;  ///< naming recognised, or the map's file name
+  int source_joints = 0;
+  int mapped_joints = 0;
+  std::vector<std::string> unused_source_joints;
+  std::vector<std::string> missing_body_joints;  ///< of the first 22 of SMPL-X, filled in
+  std::vector<std::string> notes;                ///< oddities of the file
+  int source_frames = 0;
+  double source_frame_rate = 0;
+  int frames = 0;
+  RetargetReport retarget;
+};
+
+/// True when the file begins like a motion that ImportMotion reads (BVH, AMC), whatever its name.
+bool LooksLikeMotionFile(const std::filesystem::path& path);
+
+/// Reads a BVH or an ASF/AMC motion (recognised by content, plain or gzip'd) onto a body. Throws
+/// Error for files that are neither or malformed, and skeletons that cannot be mapped.
+Clip ImportMotion(const std::filesystem::path& path, const RetargetBody& body,
+                  const ImportOptions& options = {}, ImportReport* report = nullptr);
+
+}  // namespace holdfast

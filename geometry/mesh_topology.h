@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace holdfast {
+
+inline bool HasRepeatedCorner(const Eigen::Vector3i& face) {
+  return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
+}
+
+/// Merges sets of 0 .. n-1 (union-find with path halving).
+class DisjointSets {
+ public:
+  explicit DisjointSets(int n);
+  int Find(int element);
+  /// The smaller root stays, so that sets are named by their first element in any order of merging.
+  void Merge(int a, int b);
+
+ private:
+  std::vector<int> parent_;
+};
+
+/// The edges of a triangle soup, each with the face corners it starts at: corner c = 3 f + k stands for
+/// the side from corner k to corner k + 1 of face f. Eight bytes per corner and four per vertex.
+class EdgeTable {
+ public:
+  /// Faces with a repeated corner are left out. Ids must be in range.
+  EdgeTable(const Eigen::Matrix3Xi& faces, Eigen::Index num_vertices);
+
+  /// Calls visit(low, high, corners) for every edge, low < high, ascending; `corners` ascends too.
+  template <typename Visit>
+  void ForEach(Visit&& visit) const {
+    for (std::size_t low = 0; low + 1 < begin_.size(); ++low) {
+      for (int i = begin_[low], end = i; i < begin_[low + 1]; i = end) {
+        while (end < begin_[low + 1] && sides_[end].high == sides_[i].high) ++end;
+        corners_.clear();
+        for (int s = i; s < end; ++s) corners_.push_back(sides_[s].corner);
+        visit(static_cast<int>(low), sides_[i].high, std::span<const int>(corners_));
+      }
+    }
+  }
+
+ private:
+  struct Side {
+    int high;
+    int corner;
+  };
+  std::vector<int> begin_;   // per low vertex
+  std::vector<Side> sides_;  // by low vertex, then high, then corner
+  mutable std::vector<int> corners_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace holdfast {
+
+/// Exact nearest neighbours among fixed points, by FLANN's single k-d tree in double precision.
+/// Const after construction; queries may run on any number of threads.
+///
+/// Ties go to the lowest id, so the answer does not depend on the tree. Distances are metres, not
+/// squared.
+class NearestPoints {
+ public:
+  struct Neighbour {
+    int id = -1;
+    double distance = 0.0;
+    bool operator==(const Neighbour&) const = default;
+  };
+
+  /// Copies the points (3 x n). Throws Error for no points or coordinates that are not finite.
+  explicit NearestPoints(const Eigen::Matrix3Xd& points);
+  ~NearestPoints();
+  NearestPoints(NearestPoints&&) noexcept;
+  NearestPoints& operator=(NearestPoints&&) noexcept;
+
+  Eigen::Index NumPoints() const;
+
+  /// The nearest point; id -1 at infinity for a query that is not finite.
+  Neighbour Nearest(const Eigen::Vector3d& query) const;
+  /// The nearest point to each column.
+  std::vector<Neighbour> NearestOfEach(const Eigen::Matrix3Xd& queries) const;
+  /// The min(k, NumPoints()) nearest points, ascending by (distance, id).
+  std::vector<Neighbour> KNearest(const Eigen::Vector3d& query, int k) const;
+  /// All points with distance <= radius, ascending by (distance, id).
+  std::vector<Neighbour> WithinRadius(const Eigen::Vector3d& query, double radius) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace holdfast

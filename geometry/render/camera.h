@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace holdfast {
+
+/// A pinhole camera in the world (z up, metres). Defaults look at a standing person's face side:
+/// people in clips face -y.
+struct Camera {
+  Eigen::Vector3d eye{0.0, -3.5, 1.2};
+  Eigen::Vector3d target{0.0, 0.0, 0.95};
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  double vertical_fov_rad = 0.6;
+  double near_m = 0.02;  ///< nothing closer than this is drawn
+};
+
+/// Looks at `target` from `distance_m` away. Azimuth 0 stands in front of a person (at -y of the
+/// target), pi/2 at the person's left (+x); elevation is above the horizon.
+Camera OrbitCamera(const Eigen::Vector3d& target, double azimuth_rad, double elevation_rad,
+                   double distance_m);
+
+/// The same, just far enough for the whole box to be seen, with `margin` (a fraction) around it.
+/// `aspect` is width / height of the picture.
+Camera FitCamera(const Eigen::AlignedBox3d& box, double azimuth_rad, double elevation_rad,
+                 double aspect, double margin = 0.06);
+
+/// The whole box from the front, slightly from above and to the side of the right hand.
+Camera FrontCamera(const Eigen::AlignedBox3d& box, double aspect);
+
+/// The whole box from the person's right.
+Camera SideCamera(const Eigen::AlignedBox3d& box, double aspect);
+
+/// Three-quarter view at a fixed distance that travels with `target` (a pelvis, a wrist).
+Camera FollowCamera(const Eigen::Vector3d& target, double distance_m = 3.2);
+
+/// A close look at one point from the given azimuth and elevation; `radius_m` around it fills the
+/// picture's height.
+Camera CloseUpCamera(const Eigen::Vector3d& point, double radius_m, double azimuth_rad,
+                     double elevation_rad);
+
+/// A camera resolved for a picture of a given size. Camera frame: +x right, +y down, +z forward;
+/// pixel (0, 0) is the top left one and covers [0, 1) x [0, 1).
+class View {
+ public:
+  /// Throws Error when eye and target coincide, the field of view is not in (0, pi), or the size is
+  /// not positive. A viewing direction along `up` is allowed.
+  View(const Camera& camera, int width, int height);
+
+  Eigen::Vector3d ToCamera(const Eigen::Vector3d& x_world) const {
+    return camera_from_world_ * (x_world - eye_);
+  }
+  /// Pixel position of a point in front of the camera.
+  Eigen::Vector2d Project(const Eigen::Vector3d& x_camera) const {
+    return {focal_ * x_camera.x() / x_camera.z() + centre_.x(),
+            focal_ * x_camera.y() / x_camera.z() + centre_.y()};
+  }
+  /// Direction through a pixel position in the camera frame, z = 1 (not unit length).
+  Eigen::Vector3d RayInCamera(double x, double y) const {
+    return {(x - centre_.x()) / focal_, (y - centre_.y()) / focal_, 1.0};
+  }
+
+  const Eigen::Matrix3d& CameraFromWorld() const { return camera_from_world_; }
+  const Eigen::Vector3d& Eye() const { return eye_; }
+  double Focal() const { return focal_; }  ///< pixels
+  double Near() const { return near_; }    ///< metres
+  int Width() const { return width_; }
+  int Height() const { return height_; }
+
+ private:
+  Eigen::Matrix3d camera_from_world_;
+  Eigen::Vector3d eye_;
+  Eigen::Vector2d centre_;
+  double focal_;
+  double near_;
+  int width_;
+  int height_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/render/clip_renderer.h"
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+const Eigen::Vector3d kSkin(0.80, 0.69, 0.62);
+const Eigen::Vector3d kObject(0.36, 0.52, 0.68);
+const Eigen::Vector3d kTouching(0.98, 0.70, 0.15);
+const Eigen::Vector3d kInside(0.86, 0.08, 0.10);
+constexpr double kContactDistance = 0.003;  // metres
+constexpr double kFullDepth = 0.002;        // inside by this much is wholly red
+
+constexpr double kHandRadius = 0.17;  // what the hand view shows around the fingers, metres
+
+}  // namespace
+
+std::optional<ClipView> ParseClipView(std::string_view name) {
+  if (name == "front") return ClipView::kFront;
+  if (name == "side") return ClipView::kSide;
+  if (name == "follow") return ClipView::kFollow;
+  if (name == "hand") return ClipView::kHand;
+  return std::nullopt;
+}
+
+ClipRenderer::ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body,
+                           const Eigen::VectorXd& betas, const TriangleMesh* object)
+    : clip_(std::move(clip)), surface_(std::move(body), betas) {
+  if (object != nullptr) {
+    if (!clip_.object || clip_.object->trans.cols() != clip_.NumFrames() ||
+        clip_.object->orient.cols() != clip_.NumFrames()) {
+      throw Error("clip", "an object is to be drawn but its track is missing or has another length",
+                  "Fit the object first (holdfast fit), or draw the body alone");
+    }
+    object_ = *object;
+    object_distance_.emplace(*object);
+  }
+  // Joints lie inside the body: room around them for what is skin, and for the crown of the head.
+  BodyState state;
+  for (int t = 0; t < clip_.NumFrames(); ++t) {
+    ForwardJoints(surface_.RestJoints(), clip_.pose[t], clip_.trans.col(t), state);
+    for (int j = 0; j < kNumJoints; ++j) {
+      const Eigen::Vector3d p = state.joints.col(j);
+      room_.extend(p - Eigen::Vector3d(0.08, 0.08, 0.03));
+      room_.extend(p + Eigen::Vector3d(0.08, 0.08, j == 23 || j == 24 ? 0.16 : 0.03));
+    }
+    if (!object_) continue;
+    const Eigen::Vector3d centre = object_->vertices.rowwise().mean();
+    room_.extend(ExpSO3(clip_.object->orient.col(t)) * centre + clip_.object->trans.col(t));
+  }
+}
+
+bool ClipRenderer::Holds(int frame, Side side) const {
+  const std::uint8_t bit = side == Side::kRight ? kHoldsRight : kHoldsLeft;
+  return clip_.holding_hand.empty() || (clip_.holding_hand[frame] & bit) != 0;
+}
+
+Camera ClipRenderer::CameraFor(const BodyState& state, int frame,
+                               const ClipRenderOptions& options) const {
+  const double aspect =
+      static_cast<double>(options.picture.width) / std::max(1, options.picture.height);
+  const auto azimuth = [&](double usual) { return options.azimuth_rad.value_or(usual); };
+  const auto elevation = [&](double usual) { return options.elevation_rad.value_or(usual); };
+  switch (options.view) {
+    case ClipView::kFront:
+      return FitCamera(room_, azimuth(-0.3), elevation(0.12), aspect);
+    case ClipView::kSide:
+      return FitCamera(room_, azimuth(-0.5 * std::numbers::pi), elevation(0.1), aspect);
+    case ClipView::kFollow:
+      return OrbitCamera(state.joints.col(0) + Eigen::Vector3d(0.0, 0.0, 0.02), azimuth(-0.7),
+                         elevation(0.2), 3.4 / std::min(1.0, aspect));
+    case ClipView::kHand:
+      break;
+  }
+  const Side side =
+      Holds(frame, Side::kRight) || !Holds(frame, Side::kLeft) ? Side::kRight : Side::kLeft;
+  const Eigen::Vector3d knuckles = state.joints.col(HandBegin(side) + 4);
+  return CloseUpCamera(knuckles, kHandRadius / std::min(1.0, aspect), azimuth(0.35),
+                       elevation(0.35));
+}
+
+Eigen::Matrix3Xd ClipRenderer::BodyColours(const BodyState& state, int frame,
+                                           bool show_contact) const {
+  Eigen::Matrix3Xd colours = kSkin.replicate(1, surface_.NumVertices());
+  if (!object_ || !show_contact) return colours;
+  const Eigen::Matrix3d world_from_object = ExpSO3(clip_.object->orient.col(frame));
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    for (const int v : surface_.Model().HandVertexIds(side)) {
+      const Eigen::Vector3d in_object =
+          world_from_object.transpose() * (state.vertices.col(v) - clip_.object->trans.col(frame));
+      const double distance = object_distance_->Distance(in_object);
+      if (distance >= kContactDistance) continue;
+      if (distance >= 0.0) {
+        const double share = 1.0 - 0.6 * distance / kContactDistance;
+        colours.col(v) = kSkin + share * (kTouching - kSkin);
+      } else {
+        const double share = 0.4 + 0.6 * std::min(1.0, -distance / kFullDepth);
+        colours.col(v) = kTouching + share * (kInside - kTouching);
+      }
+    }
+  }
+  return colours;
+}
+
+Image ClipRenderer::Draw(int frame, const ClipRenderOptions& options) const {
+  if (frame < 0 || frame >= NumFrames()) {
+    throw Error("render", fmt::format("no frame {}", frame),
+                fmt::format("The clip has frames 0 to {}", NumFrames() - 1));
+  }
+  BodyState state;
+  Forward(surface_, clip_.pose[frame], clip_.trans.col(frame), state);
+  const TriangleMesh body{state.vertices, surface_.Faces()};
+  const Eigen::Matrix3Xd colours = BodyColours(state, frame, options.show_contact);
+  std::vector<RenderItem> items = {{&body, kSkin, &colours}};
+  TriangleMesh object;
+  if (object_) {
+    object = *object_;
+    object.vertices = ExpSO3(clip_.object->orient.col(frame)) * object.vertices;
+    object.vertices.colwise() += Eigen::Vector3d(clip_.object->trans.col(frame));
+    items.push_back({&object, kObject, nullptr});
+  }
+  return Render(items, CameraFor(state, frame, options), options.picture);
+}
+
+}  // namespace holdfast

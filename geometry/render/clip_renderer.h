@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "geometry/body_model.h"
+#include "geometry/clip.h"
+#include "geometry/render/rasterizer.h"
+#include "geometry/signed_distance.h"
+
+namespace holdfast {
+
+/// Where a clip is looked at from.
+enum class ClipView {
+  kFront,   ///< the whole clip's room from the front, fixed
+  kSide,    ///< the same from the person's right
+  kFollow,  ///< travels with the pelvis
+  kHand,    ///< close to the holding hand
+};
+
+/// "front", "side", "follow" or "hand"; nothing for another name.
+std::optional<ClipView> ParseClipView(std::string_view name);
+
+struct ClipRenderOptions {
+  RenderOptions picture;
+  ClipView view = ClipView::kFront;
+  std::optional<double> azimuth_rad, elevation_rad;  ///< in place of the view's own
+  bool show_contact = true;
+};
+
+/// Pictures of a clip: the body, the object where its track puts it, and on the hands where they
+/// touch: amber within 3 mm outside the object's surface, red inside it. Const after construction;
+/// frames may be drawn on any number of threads.
+class ClipRenderer {
+ public:
+  /// `object` may be null; otherwise the clip must have an object track. `betas` are those of
+  /// `body`. Throws Error for a track without the clip's length.
+  ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body, const Eigen::VectorXd& betas,
+               const TriangleMesh* object);
+
+  int NumFrames() const { return clip_.NumFrames(); }
+  const Clip& GetClip() const { return clip_; }
+
+  /// One frame, 0-based. Throws Error when there is no such frame.
+  Image Draw(int frame, const ClipRenderOptions& options) const;
+
+ private:
+  Camera CameraFor(const BodyState& state, int frame, const ClipRenderOptions& options) const;
+  Eigen::Matrix3Xd BodyColours(const BodyState& state, int frame, bool show_contact) const;
+  bool Holds(int frame, Side side) const;
+
+  Clip clip_;
+  BodySurface surface_;
+  std::optional<TriangleMesh> object_;
+  std::optional<SignedDistance> object_distance_;
+  Eigen::AlignedBox3d room_;  // what all frames of the clip fill
+};
+
+}  // namespace holdfast

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/render/rasterizer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+#include "geometry/error.h"
+#include "geometry/render/ground_shadow.h"
+#include "geometry/render/lighting.h"
+#include "geometry/render/shadow_map.h"
+#include "geometry/render/visibility.h"
+
+namespace holdfast {
+namespace {
+
+using Colour = Eigen::Vector3f;  // linear light
+
+constexpr double kGridLine = 0.012;  // width of a line, fraction of the spacing
+constexpr float kGridStrength = 0.16f;
+
+void Check(std::span<const RenderItem> items, const RenderOptions& options) {
+  if (options.supersampling < 1 || options.supersampling > 4) {
+    throw Error("render", fmt::format("supersampling {}", options.supersampling), "Use 1 to 4.");
+  }
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const RenderItem& item = items[i];
+    const std::string where = fmt::format("render item {}", i);
+    if (item.mesh == nullptr) throw Error(where, "has no mesh", "");
+    const TriangleMesh& mesh = *item.mesh;
+    if (mesh.NumFaces() > 0 &&
+        (mesh.faces.minCoeff() < 0 || mesh.faces.maxCoeff() >= mesh.NumVertices())) {
+      throw Error(where, "a face names a vertex that does not exist", "");
+    }
+    if (item.vertex_colours && item.vertex_colours->cols() != mesh.NumVertices()) {
+      throw Error(where,
+                  fmt::format("{} vertex colours for {} vertices", item.vertex_colours->cols(),
+                              mesh.NumVertices()),
+                  "Give one colour per vertex.");
+    }
+  }
+}
+
+std::vector<const TriangleMesh*> Meshes(std::span<const RenderItem> items) {
+  std::vector<const TriangleMesh*> meshes;
+  for (const RenderItem& item : items) meshes.push_back(item.mesh);
+  return meshes;
+}
+
+// All triangles of a scene in one list, with what shading needs per vertex.
+class Scene {
+ public:
+  Scene(std::span<const RenderItem> items, const View& view) {
+    for (const RenderItem& item : items) {
+      const TriangleMesh& mesh = *item.mesh;
+      const auto first_vertex = static_cast<int>(position_.size());
+      const Eigen::Matrix3Xd normals = VertexNormals(mesh);
+      const Colour colour = LinearFromSrgb(item.colour);
+      for (Eigen::Index v = 0; v < mesh.NumVertices(); ++v) {
+        position_.push_back(view.ToCamera(mesh.vertices.col(v)));
+        normal_.push_back(normals.col(v).cast<float>());
+        colour_.push_back(item.vertex_colours ? LinearFromSrgb(item.vertex_colours->col(v))
+                                              : colour);
+      }
+      for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+        triangle_.push_back(mesh.faces.col(f).array() + first_vertex);
+      }
+    }
+  }
+
+  void Draw(VisibilityBuffer& buffer) const {
+    for (std::size_t t = 0; t < triangle_.size(); ++t) {
+      const Eigen::Vector3i& corner = triangle_[t];
+      buffer.Draw(position_[corner[0]], position_[corner[1]], position_[corner[2]],
+                  static_cast<std::uint32_t>(t + 1));
+    }
+  }
+
+  // Colour of triangle `id` where the ray (camera frame) meets it.
+  Colour Shade(std::uint32_t id, const Eigen::Vector3d& ray, const View& view,
+               const Lighting& lighting, const ShadowMap& shadows,
+               const std::optional<Eigen::Vector3d>& back_face) const {
+    const Eigen::Vector3i& corner = triangle_[id - 1];
+    const Eigen::Vector3d& a = position_[corner[0]];
+    const Eigen::Vector3d& b = position_[corner[1]];
+    const Eigen::Vector3d& c = position_[corner[2]];
+    // Cramer's rule for [a b c] w = t ray: barycentric up to scale, perspective included.
+    const Eigen::Vector3d bc = b.cross(c);
+    Eigen::Vector3d w(bc.dot(ray), c.cross(a).dot(ray), a.cross(b).dot(ray));
+    const double sum = w.sum();
+    w = sum != 0.0 ? Eigen::Vector3d(w / sum) : Eigen::Vector3d(Eigen::Vector3d::Constant(1.0 / 3));
+    // A pixel's mean sample may lie just outside a sliver.
+    w = w.cwiseMax(0.0);
+    w /= w.sum();
+    const Eigen::Vector3f weight = w.cast<float>();
+
+    Colour albedo = colour_[corner[0]] * weight[0] + colour_[corner[1]] * weight[1] +
+                    colour_[corner[2]] * weight[2];
+    Eigen::Vector3f normal = normal_[corner[0]] * weight[0] + normal_[corner[1]] * weight[1] +
+                             normal_[corner[2]] * weight[2];
+    const Eigen::Matrix3f world_from_camera = view.CameraFromWorld().transpose().cast<float>();
+    const Eigen::Vector3f to_eye = -(world_from_camera * ray.cast<float>()).normalized();
+    if (bc.dot(a) > 0.0) {  // (b - a) x (c - a) points away from the eye: seen from inside
+      normal = -normal;
+      if (back_face) albedo = LinearFromSrgb(*back_face);
+    }
+    const float length = normal.norm();
+    normal = length > 1e-6f ? Eigen::Vector3f(normal / length) : to_eye;
+    const Eigen::Vector3d point =
+        view.Eye() + view.CameraFromWorld().transpose() * (w[0] * a + w[1] * b + w[2] * c);
+    const float key = shadows.Light(point, normal.cast<double>());
+    return lighting.Shade(albedo, normal, to_eye, key);
+  }
+
+ private:
+  std::vector<Eigen::Vector3d> position_;  // camera frame
+  std::vector<Eigen::Vector3f> normal_;    // world
+  std::vector<Colour> colour_;
+  std::vector<Eigen::Vector3i> triangle_;
+};
+
+// Share of a pixel of width `footprint` that lines `spacing` apart cover at coordinate `x`.
+float GridLine(double x, double footprint, double spacing) {
+  const double distance = std::abs(x - spacing * std::round(x / spacing));
+  const double half_line = 0.5 * kGridLine * spacing;
+  const double covered = std::min(distance + 0.5 * footprint, half_line) -
+                         std::max(distance - 0.5 * footprint, -half_line);
+  return static_cast<float>(std::clamp(covered / footprint, 0.0, 1.0));
+}
+
+// The horizontal plane as seen through a ray of the camera.
+class Ground {
+ public:
+  Ground(std::span<const RenderItem> items, const View& view, const Lighting& lighting,
+         const RenderOptions& options)
+      : view_(view),
+        shadow_(options.ground ? Meshes(items) : std::vector<const TriangleMesh*>(),
+                options.ground_height_m, lighting.to_key.cast<double>()),
+        colour_(LinearFromSrgb(options.ground_colour)),
+        background_(LinearFromSrgb(options.background)),
+        grid_spacing_(options.grid_spacing_m),
+        eye_height_(view.Eye().z() - options.ground_height_m),
+        visible_(options.ground && eye_height_ > 0.0) {
+    world_from_camera_ = view.CameraFromWorld().transpose();
+    // The plane melts into the background some way behind what is looked at.
+    Eigen::AlignedBox3d box;
+    for (const RenderItem& item : items) {
+      for (Eigen::Index v = 0; v < item.mesh->NumVertices(); ++v) {
+        if (item.mesh->vertices.col(v).allFinite()) box.extend(item.mesh->vertices.col(v));
+      }
+    }
+    if (!box.isEmpty()) {
+      centre_ = box.center().head<2>();
+      fade_ = 2.5 * std::max(0.5 * box.diagonal().norm(), 0.05);
+    }
+  }
+
+  // 1 / z at which the ray meets the plane, 0 for never.
+  double InverseDepth(const Eigen::Vector3d& ray) const {
+    if (!visible_) return 0.0;
+    return std::max(0.0, -world_from_camera_.row(2).dot(ray) / eye_height_);
+  }
+
+  Colour Background() const { return background_; }
+
+  Colour Shade(const Eigen::Vector3d& ray, double inverse_depth) const {
+    const Eigen::Vector3d direction = world_from_camera_ * ray;
+    const Eigen::Vector3d p = view_.Eye() + direction / inverse_depth;
+    const double away = (p.head<2>() - centre_).norm() / fade_;
+    const auto presence = static_cast<float>(std::exp(-away * away));
+    if (presence < 0.002f) return background_;
+    Colour colour = colour_ * shadow_.Light(p.x(), p.y());
+    if (grid_spacing_ > 0.0) {
+      // A pixel on the plane: as wide as its distance allows, longer where seen at a low angle.
+      const double width = direction.norm() / (inverse_depth * view_.Focal());
+      const double stretch = std::min(direction.norm() / std::abs(direction.z()), 50.0);
+      const Eigen::Vector2d heading = direction.head<2>().normalized();
+      const auto footprint = [&](int axis) {
+        return width * (1.0 + (stretch - 1.0) * std::abs(heading[axis]));
+      };
+      const float line = std::max(GridLine(p.x(), footprint(0), grid_spacing_),
+                                  GridLine(p.y(), footprint(1), grid_spacing_));
+      colour *= 1.0f - kGridStrength * line;
+    }
+    return background_ + presence * (colour - background_);
+  }
+
+ private:
+  const View& view_;
+  GroundShadow shadow_;
+  Colour colour_, background_;
+  double grid_spacing_;
+  Eigen::Matrix3d world_from_camera_;
+  Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
+  double fade_ = 2.0;
+  double eye_height_;
+  bool visible_;
+};
+
+}  // namespace
+
+Image Render(std::span<const RenderItem> items, const Camera& camera,
+             const RenderOptions& options) {
+  Check(items, options);
+  const int n = options.supersampling;
+  const View view(camera, options.width, options.height);
+  const View sample_view(camera, n * options.width, n * options.height);
+  const Scene scene(items, view);
+  VisibilityBuffer buffer(sample_view);
+  scene.Draw(buffer);
+
+  const Lighting lighting(view);
+  const Ground ground(items, view, lighting, options);
+  const ShadowMap shadows(Meshes(items), lighting.to_key.cast<double>());
+  constexpr std::uint32_t kGround = 0xffffffffu;
+  // Samples of one pixel that show the same triangle are shaded once, at their mean position.
+  struct Share {
+    std::uint32_t id;
+    int count;
+    double x, y;
+  };
+  std::array<Share, 16> share;
+  Image image(options.width, options.height);
+  for (int y = 0; y < options.height; ++y) {
+    for (int x = 0; x < options.width; ++x) {
+      int shares = 0;
+      for (int k = 0; k < n * n; ++k) {
+        const int sx = n * x + k % n;
+        const int sy = n * y + k / n;
+        std::uint32_t id = buffer.Id(sx, sy);
+        const Eigen::Vector3d ray = sample_view.RayInCamera(sx + 0.5, sy + 0.5);
+        const double plane = ground.InverseDepth(ray);
+        if (plane > static_cast<double>(buffer.InverseDepth(sx, sy))) id = kGround;
+        int s = 0;
+        while (s < shares && share[s].id != id) ++s;
+        if (s == shares) share[shares++] = {id, 0, 0.0, 0.0};
+        ++share[s].count;
+        share[s].x += sx + 0.5;
+        share[s].y += sy + 0.5;
+      }
+      Colour sum = Colour::Zero();
+      for (int s = 0; s < shares; ++s) {
+        const double weight = 1.0 / share[s].count;
+        const Eigen::Vector3d ray =
+            sample_view.RayInCamera(weight * share[s].x, weight * share[s].y);
+        Colour colour = ground.Background();
+        if (share[s].id == kGround) {
+          colour = ground.Shade(ray, ground.InverseDepth(ray));
+        } else if (share[s].id != VisibilityBuffer::kNothing) {
+          colour = scene.Shade(share[s].id, ray, view, lighting, shadows, options.back_face_colour);
+        }
+        sum += static_cast<float>(share[s].count) * colour;
+      }
+      sum /= static_cast<float>(n * n);
+      std::uint8_t* const pixel = image.Pixel(x, y);
+      for (int c = 0; c < 3; ++c) pixel[c] = SrgbByteFromLinear(sum[c]);
+    }
+  }
+  return image;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/render/visibility.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+#include "geometry/render/triangle_scan.h"
+
+namespace holdfast {
+namespace {
+
+// A triangle cut by five planes has at most eight corners; rounding may add a few along an edge.
+struct Polygon {
+  std::array<Eigen::Vector3d, 16> corner;
+  int size = 0;
+};
+
+// Sutherland-Hodgman: the part of the polygon with normal . x >= offset.
+Polygon Clip(const Polygon& in, const Eigen::Vector3d& normal, double offset) {
+  Polygon out;
+  for (int k = 0; k < in.size && out.size + 2 <= static_cast<int>(out.corner.size()); ++k) {
+    const Eigen::Vector3d& a = in.corner[k];
+    const Eigen::Vector3d& b = in.corner[(k + 1) % in.size];
+    const double side_a = normal.dot(a) - offset;
+    const double side_b = normal.dot(b) - offset;
+    if (side_a >= 0.0) out.corner[out.size++] = a;
+    if ((side_a >= 0.0) != (side_b >= 0.0)) {
+      out.corner[out.size++] = a + side_a / (side_a - side_b) * (b - a);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+VisibilityBuffer::VisibilityBuffer(const View& view)
+    : view_(view),
+      inverse_depth_(static_cast<std::size_t>(view.Width()) * view.Height(), 0.0f),
+      id_(inverse_depth_.size(), kNothing) {}
+
+void VisibilityBuffer::Draw(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                            const Eigen::Vector3d& c, std::uint32_t id) {
+  if (!a.allFinite() || !b.allFinite() || !c.allFinite()) return;
+  const double near = view_.Near();
+  if (a.z() < near && b.z() < near && c.z() < near) return;
+  // What reaches beyond the scanner's range is cut there: a guard band far outside the picture.
+  const double slope = 0.5 * kScanLimit / view_.Focal();
+  const auto inside = [&](const Eigen::Vector3d& p) {
+    return p.z() >= near && std::abs(p.x()) <= slope * p.z() && std::abs(p.y()) <= slope * p.z();
+  };
+  if (inside(a) && inside(b) && inside(c)) {
+    DrawClipped(a, b, c, id);
+    return;
+  }
+  Polygon polygon;
+  polygon.corner[0] = a;
+  polygon.corner[1] = b;
+  polygon.corner[2] = c;
+  polygon.size = 3;
+  polygon = Clip(polygon, Eigen::Vector3d::UnitZ(), near);
+  polygon = Clip(polygon, {1.0, 0.0, slope}, 0.0);
+  polygon = Clip(polygon, {-1.0, 0.0, slope}, 0.0);
+  polygon = Clip(polygon, {0.0, 1.0, slope}, 0.0);
+  polygon = Clip(polygon, {0.0, -1.0, slope}, 0.0);
+  for (int k = 2; k < polygon.size; ++k) {
+    DrawClipped(polygon.corner[0], polygon.corner[k - 1], polygon.corner[k], id);
+  }
+}
+
+void VisibilityBuffer::DrawClipped(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                   const Eigen::Vector3d& c, std::uint32_t id) {
+  // On the plane n . x = d a ray with z = 1 meets it at 1/z = n . ray / d: linear in the pixel.
+  const Eigen::Vector3d normal = (b - a).cross(c - a);
+  const double distance = normal.dot(a);
+  if (distance == 0.0) return;  // no area, or seen exactly edge-on
+  const Eigen::Vector3d plane = normal / distance;
+  const double step_x = plane.x() / view_.Focal();
+  const double step_y = plane.y() / view_.Focal();
+  const double origin = plane.dot(view_.RayInCamera(0.5, 0.5));
+  // Slivers extrapolate badly: their depths stay between those of their corners.
+  const auto [min_z, max_z] = std::minmax({a.z(), b.z(), c.z()});
+  const double low = 1.0 / max_z;
+  const double high = 1.0 / min_z;
+  ScanTriangle({view_.Project(a), view_.Project(b), view_.Project(c)}, view_.Width(),
+               view_.Height(), [&](int x, int y) {
+                 const auto inverse_depth =
+                     static_cast<float>(std::clamp(origin + step_x * x + step_y * y, low, high));
+                 const std::size_t at = Index(x, y);
+                 if (inverse_depth > inverse_depth_[at]) {
+                   inverse_depth_[at] = inverse_depth;
+                   id_[at] = id;
+                 }
+               });
+}
+
+}  // namespace holdfast

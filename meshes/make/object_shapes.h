@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "geometry/mesh.h"
+
+namespace holdfast {
+
+/// A handheld object: how to make its mesh, in millimetres, z up as it lies or stands on a table.
+struct ObjectShape {
+  std::string name;
+  std::function<TriangleMesh()> make;
+};
+
+/// Plain solids and fruit: cube, cylinder, sphere, apple, banana.
+std::vector<ObjectShape> SimpleObjects();
+/// What stands on a table: mug, teapot, bottle, bowl, wine glass.
+std::vector<ObjectShape> TablewareObjects();
+/// What has a grip: hammer, knife, frying pan, toothbrush, flashlight.
+std::vector<ObjectShape> ToolObjects();
+/// Camera, phone, light bulb.
+std::vector<ObjectShape> DeviceObjects();
+
+/// All of them, sorted by name.
+std::vector<ObjectShape> HandheldObjects();
+
+/// The mesh in metres, origin at the centre of the bottom of its bounding box, coordinates rounded to
+/// single precision: every file format holds them exactly.
+TriangleMesh PlaceOnTable(TriangleMesh mesh_mm);
+
+}  // namespace holdfast

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "solver/grasp_candidates.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Geometry>
+
+namespace holdfast {
+namespace {
+
+// The fractional steps of the R3 sequence (Roberts 2018): 1/g, 1/g^2, 1/g^3 with g^4 = g + 1.
+constexpr double kStep[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
+
+double Fraction(double x) { return x - std::floor(x); }
+
+// A shift of the sequences in [0, 1) from the seed (splitmix64's finaliser).
+double Shift(std::uint64_t seed, int dimension) {
+  std::uint64_t z = seed + 0x9e3779b97f4a7c15ULL * static_cast<std::uint64_t>(dimension + 1);
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  z ^= z >> 31;
+  return static_cast<double>(z >> 11) * 0x1.0p-53;
+}
+
+// Widths a hand closes on at ease count full; the span's limits less.
+double WidthQuality(double width, double max_width) {
+  const double wide = std::clamp((max_width - width) / (0.35 * max_width), 0.15, 1.0);
+  const double thin = std::clamp(width / 0.012, 0.35, 1.0);
+  return wide * thin;
+}
+
+bool SameNeighbourhood(const Opposition& a, const Opposition& b, double size) {
+  const double near = std::clamp(0.12 * size, 0.008, 0.02);
+  return (a.center - b.center).norm() < near && std::abs(a.axis.dot(b.axis)) > 0.92 &&
+         std::abs(a.width - b.width) < 0.015;
+}
+
+}  // namespace
+
+Eigen::Vector3d SolidCentroid(const TriangleMesh& mesh) {
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero(), surface_moment = Eigen::Vector3d::Zero();
+  double volume = 0.0, area = 0.0;
+  const Eigen::Vector3d origin = mesh.vertices.rowwise().mean();
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, f)) - origin;
+    const Eigen::Vector3d b = mesh.vertices.col(mesh.faces(1, f)) - origin;
+    const Eigen::Vector3d c = mesh.vertices.col(mesh.faces(2, f)) - origin;
+    const double tetrahedron = a.dot(b.cross(c)) / 6.0;
+    volume += tetrahedron;
+    moment += tetrahedron * 0.25 * (a + b + c);
+    const double triangle = 0.5 * (b - a).cross(c - a).norm();
+    area += triangle;
+    surface_moment += triangle / 3.0 * (a + b + c);
+  }
+  const Eigen::AlignedBox3d box(mesh.vertices.rowwise().minCoeff(),
+                                mesh.vertices.rowwise().maxCoeff());
+  if (volume > 1e-3 * box.volume()) {
+    const Eigen::Vector3d centroid = origin + moment / volume;
+    if (box.contains(centroid)) return centroid;
+  }
+  return area > 0.0 ? Eigen::Vector3d(origin + surface_moment / area) : origin;
+}
+
+Eigen::Matrix3Xd SampleSurface(const TriangleMesh& mesh, int count, std::uint64_t seed) {
+  std::vector<double> cumulative(mesh.NumFaces() + 1, 0.0);
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, f));
+    const Eigen::Vector3d b = mesh.vertices.col(mesh.faces(1, f));
+    const Eigen::Vector3d c = mesh.vertices.col(mesh.faces(2, f));
+    cumulative[f + 1] = cumulative[f] + 0.5 * (b - a).cross(c - a).norm();
+  }
+  Eigen::Matrix3Xd points(3, count);
+  for (int i = 0; i < count; ++i) {
+    const double target = Fraction(Shift(seed, 0) + i * kStep[0]) * cumulative.back();
+    const auto it = std::upper_bound(cumulative.begin(), cumulative.end(), target);
+    const Eigen::Index f =
+        std::clamp<Eigen::Index>(it - cumulative.begin() - 1, 0, mesh.NumFaces() - 1);
+    double u = Fraction(Shift(seed, 1) + i * kStep[1]);
+    double v = Fraction(Shift(seed, 2) + i * kStep[2]);
+    if (u + v > 1.0) {
+      u = 1.0 - u;
+      v = 1.0 - v;
+    }
+    points.col(i) = (1.0 - u - v) * mesh.vertices.col(mesh.faces(0, f)) +
+                    u * mesh.vertices.col(mesh.faces(1, f)) +
+                    v * mesh.vertices.col(mesh.faces(2, f));
+  }
+  return points;
+}
+
+std::vector<Opposition> FindOppositions(const TriangleMesh& object, const DistanceGrid& distance,
+                                        const Eigen::Vector3d& centroid,
+                                        const OppositionOptions& options) {
+  const Eigen::Matrix3Xd points = SampleSurface(object, options.samples, options.seed);
+  const double size = Extent(object).norm();
+  const double min_step = 0.25 * distance.CellSize();
+
+  std::vector<Opposition> found;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    Eigen::Vector3d normal;
+    distance.Distance(points.col(i), &normal);
+    if (normal.norm() < 0.5) continue;  // a crease or the middle of a thin wall: no direction
+    normal.normalize();
+    const Eigen::Vector3d start = points.col(i);
+    bool inside = true;
+    for (double s = 2.0 * min_step; s < options.max_width_m;) {
+      Eigen::Vector3d gradient;
+      const double d = distance.Distance(start - s * normal, &gradient);
+      if (inside && d > 0.0) {
+        const double cosine = -gradient.normalized().dot(normal);
+        if (cosine > options.min_normal_cosine) {
+          const double width = s - d;
+          const Eigen::Vector3d center = start - 0.5 * width * normal;
+          const double off_center = (center - centroid).norm() / size;
+          found.push_back({center, -normal, width,
+                           cosine * WidthQuality(width, options.max_width_m) *
+                               std::exp(-2.0 * off_center)});
+        }
+      }
+      inside = d < 0.0;
+      s += std::max(std::abs(d), min_step);
+    }
+  }
+
+  std::stable_sort(found.begin(), found.end(), [](const Opposition& a, const Opposition& b) {
+    return a.quality > b.quality;
+  });
+  std::vector<Opposition> kept;
+  for (const Opposition& opposition : found) {
+    if (static_cast<int>(kept.size()) == options.count) break;
+    const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const Opposition& other) {
+      return SameNeighbourhood(opposition, other, size);
+    });
+    if (is_new) kept.push_back(opposition);
+  }
+  return kept;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/distance_grid.h"
+#include "geometry/mesh.h"
+
+namespace holdfast {
+
+/// Two places on an object that face away from each other: where a thumb and fingers can press
+/// against each other without sliding off.
+struct Opposition {
+  Eigen::Vector3d center;  ///< halfway, object frame
+  Eigen::Vector3d axis;    ///< unit, from one place to the other; either end may be the thumb's
+  double width;            ///< how far apart, metres
+  double quality;          ///< in (0, 1]: opposed normals, a width a hand likes, near the centroid
+};
+
+struct OppositionOptions {
+  int samples = 600;           ///< places tried on the surface
+  int count = 40;              ///< different oppositions kept, the best of their neighbourhood
+  double max_width_m = 0.105;  ///< what a hand spans
+  double min_normal_cosine = 0.80;  ///< of either normal with the axis: within the friction cone
+  std::uint64_t seed = 0;
+};
+
+/// Rays from low-discrepancy points of the surface go straight in; every place where they come out
+/// again facing away is a partner: thin walls, and what a hollow object spans as a whole.
+/// Sorted by quality, deterministic for a seed.
+std::vector<Opposition> FindOppositions(const TriangleMesh& object, const DistanceGrid& distance,
+                                        const Eigen::Vector3d& centroid,
+                                        const OppositionOptions& options);
+
+/// Centroid of the solid (of the surface when it has no volume).
+Eigen::Vector3d SolidCentroid(const TriangleMesh& mesh);
+
+/// Points spread evenly by area over a surface (3 x n), in a low-discrepancy order.
+Eigen::Matrix3Xd SampleSurface(const TriangleMesh& mesh, int count, std::uint64_t seed);
+
+}  // namespace holdfast

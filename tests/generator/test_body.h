@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "generator/reach_motion.h"
+#include "geometry/body_model.h"
+
+namespace holdfast {
+
+/// The embedded body's measures, loaded once.
+inline const BodyMeasures& DefaultMeasures() {
+  static const BodyMeasures body = MeasureBody(*BodyModel::Default(), Eigen::VectorXd());
+  return body;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/render/clip_renderer.h"
+
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "geometry/error.h"
+
+namespace holdfast {
+namespace {
+
+// A person at rest turned into the world, with a small cube somewhere.
+Clip StandingClip(const Eigen::Vector3d& object_at) {
+  Clip clip;
+  JointPose pose = JointPose::Zero();
+  pose(0, 0) = 1.5707963267948966;
+  clip.pose.assign(3, pose);
+  clip.trans = Eigen::Vector3d(0.0, 0.0, 0.88).replicate(1, 3);
+  ObjectTrack track;
+  track.trans = object_at.replicate(1, 3);
+  track.orient = Eigen::Matrix3Xd::Zero(3, 3);
+  track.name = "cube";
+  clip.object = track;
+  return clip;
+}
+
+TriangleMesh Cube(double half) {
+  TriangleMesh cube;
+  cube.vertices.resize(3, 8);
+  for (int v = 0; v < 8; ++v) {
+    cube.vertices.col(v) = half * Eigen::Vector3d(v & 1 ? 1 : -1, v & 2 ? 1 : -1, v & 4 ? 1 : -1);
+  }
+  cube.faces.resize(3, 12);
+  cube.faces << 0, 0, 4, 4, 0, 0, 2, 2, 0, 0, 1, 1,  //
+      2, 3, 5, 7, 1, 5, 6, 7, 4, 6, 3, 7,            //
+      3, 1, 7, 6, 5, 4, 7, 3, 6, 2, 7, 5;
+  return cube;
+}
+
+ClipRenderOptions Small(ClipView view) {
+  ClipRenderOptions options;
+  options.view = view;
+  options.picture.width = 160;
+  options.picture.height = 160;
+  return options;
+}
+
+int CountPixels(const Image& image, bool (*matches)(const std::uint8_t*)) {
+  int count = 0;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3) count += matches(&image.rgb[i]) ? 1 : 0;
+  return count;
+}
+
+bool Red(const std::uint8_t* p) { return p[0] > p[1] + 70 && p[0] > p[2] + 70; }
+bool Blue(const std::uint8_t* p) { return p[2] > p[0] + 40; }
+
+TEST(ClipRenderer, EveryViewShowsTheBodyAndTheObject) {
+  const auto body = BodyModel::Default();
+  const TriangleMesh cube = Cube(0.06);
+  const ClipRenderer renderer(StandingClip({-0.75, -0.02, 1.45}), body, {}, &cube);
+  for (const char* const name : {"front", "side", "follow", "hand"}) {
+    const Image image = renderer.Draw(1, Small(*ParseClipView(name)));
+    EXPECT_GT(CountPixels(image, Blue), 5) << name;
+  }
+  EXPECT_FALSE(ParseClipView("above").has_value());
+}
+
+TEST(ClipRenderer, SkinInsideTheObjectIsRed) {
+  const auto body = BodyModel::Default();
+  // Around the right hand, its far wall cutting the fingers open to view from the front.
+  const BodySurface surface(body, {});
+  const Eigen::Vector3d knuckle = surface.RestJoints().col(kRightHandBegin + 3);
+  const Eigen::Vector3d at(knuckle.x(), 0.035 - knuckle.z(), knuckle.y() + 0.88);
+  const TriangleMesh cube = Cube(0.04);
+  const ClipRenderer renderer(StandingClip(at), body, {}, &cube);
+  ClipRenderOptions options = Small(ClipView::kHand);
+  options.azimuth_rad = 0.0;
+  EXPECT_GT(CountPixels(renderer.Draw(0, options), Red), 10);
+  options.show_contact = false;
+  EXPECT_EQ(CountPixels(renderer.Draw(0, options), Red), 0);
+}
+
+TEST(ClipRenderer, RefusesWhatIsNotThere) {
+  const auto body = BodyModel::Default();
+  const TriangleMesh cube = Cube(0.05);
+  Clip clip = StandingClip(Eigen::Vector3d::Zero());
+  const ClipRenderer renderer(clip, body, {}, nullptr);
+  EXPECT_THROW(renderer.Draw(3, Small(ClipView::kFront)), Error);
+  EXPECT_THROW(renderer.Draw(-1, Small(ClipView::kFront)), Error);
+  clip.object.reset();
+  EXPECT_THROW(ClipRenderer(clip, body, {}, &cube), Error);
+}
+
+}  // namespace
+}  // namespace holdfast
