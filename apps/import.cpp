@@ -54,7 +54,8 @@ std::string Describe(const Options& options, const Clip& clip, const ImportRepor
                         fmt::join(report.missing_body_joints, ", "));
   }
   text += fmt::format(
-      "  limbs against the source, each bone at the body's length: mean {:.1f} mm, largest {:.1f} mm\n"
+      "  limbs against the source, each bone at the body's length: mean {:.1f} mm, largest {:.1f} "
+      "mm\n"
       "  ankles against the source, scaled: mean {:.1f} mm, largest {:.1f} mm\n"
       "  soles on the ground: mean height {:+.1f} mm, lowest {:+.1f} mm\n",
       fit.mean_joint_error_mm, fit.max_joint_error_mm, fit.mean_ankle_error_mm,
@@ -110,8 +111,7 @@ int Run(const Options& options) {
   import.betas = Eigen::Map<const Eigen::VectorXd>(options.betas.data(),
                                                    static_cast<Eigen::Index>(options.betas.size()));
   ImportReport report;
-  const Clip clip =
-      ImportMotion(options.motion, BodyFor(*model, import.betas), import, &report);
+  const Clip clip = ImportMotion(options.motion, BodyFor(*model, import.betas), import, &report);
   for (const std::string& note : report.notes) Note(common, "note: " + note);
   if (report.retarget.repaired_hand_frames > 0) {
     Note(common, fmt::format("note: in {} frames a wrist was bent as no wrist bends; bridged from "
@@ -135,11 +135,13 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
   command->add_option("--fps", options->fps, "Frame rate of the clip; 0 keeps the file's")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1000.0));
-  command->add_option("--source-fps", options->source_fps,
-                      "Frame rate of the file where it does not tell (AMC: 120)")
+  command
+      ->add_option("--source-fps", options->source_fps,
+                   "Frame rate of the file where it does not tell (AMC: 120)")
       ->check(CLI::Range(1.0, 1000.0));
-  command->add_option("--metres-per-unit", options->metres_per_unit,
-                      "Length unit of the file [BVH: 0.01; ASF: its own]")
+  command
+      ->add_option("--metres-per-unit", options->metres_per_unit,
+                   "Length unit of the file [BVH: 0.01; ASF: its own]")
       ->check(CLI::Range(1e-6, 1e3));
   command->add_option("--up", options->up, "Axis that is up in the file's world")
       ->capture_default_str()
@@ -154,10 +156,11 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
       ->delimiter(',');
   command->add_flag("--keep-ground", options->keep_ground,
                     "Leave heights as they are instead of standing the feet on z = 0");
-  AddCommonOptions(*command, options->common, true,
-                   "  holdfast import walk.bvh -o walk.npz\n"
-                   "  holdfast import 07_03.amc.gz --asf 07.asf.gz --fps 60 -o walk.npz --json\n"
-                   "  holdfast import dance.bvh --map map.json --up z --metres-per-unit 1 -o d.npz\n");
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast import walk.bvh -o walk.npz\n"
+      "  holdfast import 07_03.amc.gz --asf 07.asf.gz --fps 60 -o walk.npz --json\n"
+      "  holdfast import dance.bvh --map map.json --up z --metres-per-unit 1 -o d.npz\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -19,9 +19,10 @@ namespace {
 
 using Cubes = Eigen::Matrix<long long, 3, 1>;  ///< a place on the grid
 
-/// Counts cubes whose centres are inside two solids. Blocks of cubes are halved until a block's centre
-/// is farther from a surface than from its own corners' cubes: the whole block is then on one side, as
-/// distances change no faster than their point. The count is that of testing every cube.
+/// Counts cubes whose centres are inside two solids. Blocks of cubes are halved until a block's
+/// centre is farther from a surface than from its own corners' cubes: the whole block is then on
+/// one side, as distances change no faster than their point. The count is that of testing every
+/// cube.
 class SharedCubes {
  public:
   SharedCubes(const SignedDistance& a, const SignedDistance& b, double voxel)
@@ -61,7 +62,8 @@ ContactMetrics MeasureContact(const Eigen::Matrix3Xd& hand_vertices_in_object,
   const Eigen::Index n = hand_vertices_in_object.cols();
   if (n == 0) throw Error("hand", "has no vertices", "Give the hand's vertices");
   ContactMetrics metrics;
-  const Eigen::VectorXd distances_mm = 1e3 * object.Distances(hand_vertices_in_object, protocol.threads);
+  const Eigen::VectorXd distances_mm =
+      1e3 * object.Distances(hand_vertices_in_object, protocol.threads);
   Eigen::Index inside = 0;
   Eigen::Index in_contact = 0;
   for (const double d : distances_mm) {

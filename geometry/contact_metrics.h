@@ -10,8 +10,8 @@
 
 namespace holdfast {
 
-/// How contact is measured. Numbers can be compared only when this and the resolution of both meshes
-/// are the same: reports carry it along.
+/// How contact is measured. Numbers can be compared only when this and the resolution of both
+/// meshes are the same: reports carry it along.
 struct ContactProtocol {
   double contact_threshold_mm = 5.0;  ///< a vertex is in contact when |signed distance| is below
   double voxel_mm = 2.0;              ///< edge of the cubes that the shared volume is counted in
@@ -22,12 +22,12 @@ struct ContactProtocol {
 /// Contact of one hand with one object in one frame. Depths and distances are those of the hand's
 /// vertices to the object's surface.
 struct ContactMetrics {
-  double max_penetration_mm = 0.0;       ///< depth of the deepest vertex inside the object; 0 if none
-  double mean_penetration_mm = 0.0;      ///< mean depth of the vertices inside; 0 if none
-  double penetrating_ratio = 0.0;        ///< share of the vertices that are inside
-  double contact_ratio = 0.0;            ///< share of the vertices in contact
-  bool in_contact = false;               ///< whether any vertex is in contact or inside
-  double min_distance_mm = 0.0;          ///< smallest signed distance, negative inside
+  double max_penetration_mm = 0.0;   ///< depth of the deepest vertex inside the object; 0 if none
+  double mean_penetration_mm = 0.0;  ///< mean depth of the vertices inside; 0 if none
+  double penetrating_ratio = 0.0;    ///< share of the vertices that are inside
+  double contact_ratio = 0.0;        ///< share of the vertices in contact
+  bool in_contact = false;           ///< whether any vertex is in contact or inside
+  double min_distance_mm = 0.0;      ///< smallest signed distance, negative inside
   double intersection_volume_cm3 = 0.0;  ///< shared by the solid hand and object; 0 if not measured
   bool operator==(const ContactMetrics&) const = default;
 };
@@ -35,11 +35,11 @@ struct ContactMetrics {
 /// Contact over a clip.
 struct ContactSummary {
   int num_frames = 0;
-  double max_penetration_mm = 0.0;            ///< deepest of all frames
-  double mean_max_penetration_mm = 0.0;       ///< mean over frames of the deepest in each
-  double mean_penetration_mm = 0.0;           ///< mean over frames of the mean in each
-  double mean_contact_ratio = 0.0;            ///< mean over frames of the share of vertices in contact
-  double frames_in_contact_ratio = 0.0;       ///< share of frames with any vertex in contact
+  double max_penetration_mm = 0.0;       ///< deepest of all frames
+  double mean_max_penetration_mm = 0.0;  ///< mean over frames of the deepest in each
+  double mean_penetration_mm = 0.0;      ///< mean over frames of the mean in each
+  double mean_contact_ratio = 0.0;       ///< mean over frames of the share of vertices in contact
+  double frames_in_contact_ratio = 0.0;  ///< share of frames with any vertex in contact
   double mean_intersection_volume_cm3 = 0.0;  ///< mean over frames
   double max_intersection_volume_cm3 = 0.0;
 };
@@ -57,13 +57,14 @@ ContactMetrics MeasureContact(const TriangleMesh& hand_in_object, const SignedDi
 ContactSummary Summarize(std::span<const ContactMetrics> frames);
 
 /// Closes every boundary loop by a fan around a new vertex at the mean of the loop's, oriented like
-/// the faces beside it. New vertices come behind the given ones; where the boundary touches itself in a
-/// vertex that is doubled. Throws Error for edges of more than two faces or faces that disagree.
+/// the faces beside it. New vertices come behind the given ones; where the boundary touches itself
+/// in a vertex that is doubled. Throws Error for edges of more than two faces or faces that
+/// disagree.
 TriangleMesh CloseHoles(const TriangleMesh& mesh);
 
 /// Volume (m^3) of what two solids share: cubes of edge `voxel_m`, on a grid fixed to the origin of
-/// the coordinate frame, whose centres are inside both. Without bias; off by about the area of the shared
-/// boundary times half a voxel divided by the root of the number of cubes there.
+/// the coordinate frame, whose centres are inside both. Without bias; off by about the area of the
+/// shared boundary times half a voxel divided by the root of the number of cubes there.
 double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
                           int threads = 1);
 

@@ -36,10 +36,11 @@ using Point = Kernel::Point_3;
 using SurfaceMesh = CGAL::Surface_mesh<Point>;
 
 constexpr int kFewestVertices = 4;
+// Collapses that put a vertex farther than this share of the extent off the surface come last.
 constexpr double kFarthestPerExtent = 0.01;
 
-/// Every collapse takes one vertex: counting vertices rather than edges hits the number exactly, with
-/// boundaries and handles too.
+/// Every collapse takes one vertex: counting vertices rather than edges hits the number exactly,
+/// with boundaries and handles too.
 struct StopAtVertexCount {
   const SurfaceMesh* mesh;
   int vertices;
@@ -50,14 +51,15 @@ struct StopAtVertexCount {
   }
 };
 
-/// Refuses to turn faces over or to flatten them, and to put a vertex far off the original surface: a
-/// volume can also be kept by a spike.
+/// Refuses to turn faces over or to flatten them, and to put a vertex far off the original surface:
+/// a volume can also be kept by a spike.
 struct ShapeFilter {
   const TriangleTree* original;
   double farthest;
 
   template <typename Profile>
-  boost::optional<Point> operator()(const Profile& profile, boost::optional<Point> placement) const {
+  boost::optional<Point> operator()(const Profile& profile,
+                                    boost::optional<Point> placement) const {
     placement = sms::Bounded_normal_change_filter<>()(profile, placement);
     if (!placement) return placement;
     const Eigen::Vector3d p(placement->x(), placement->y(), placement->z());
@@ -79,8 +81,7 @@ void Collapse(SurfaceMesh& mesh, int vertices, const ShapeFilter* filter, const 
   mesh.collect_garbage();
 }
 
-void CollapseBy(DecimateMethod method, SurfaceMesh& mesh, int vertices,
-                const ShapeFilter* filter) {
+void CollapseBy(DecimateMethod method, SurfaceMesh& mesh, int vertices, const ShapeFilter* filter) {
   switch (method) {
     case DecimateMethod::kLindstromTurk:
       return Collapse(mesh, vertices, filter, sms::LindstromTurk_cost<SurfaceMesh>(),
@@ -128,8 +129,9 @@ SurfaceMesh ToCgal(const TriangleMesh& mesh, const Eigen::Vector3d& center, doub
       return SurfaceMesh::Vertex_index(static_cast<unsigned>(mesh.faces(k, f)));
     };
     if (out.add_face(vertex(0), vertex(1), vertex(2)) == SurfaceMesh::null_face()) {
-      throw Error("mesh", fmt::format("face {} makes the surface non-manifold", f),
-                  "Make it manifold first, in MeshLab: Filters > Cleaning > Repair non Manifold Edges");
+      throw Error(
+          "mesh", fmt::format("face {} makes the surface non-manifold", f),
+          "Make it manifold first, in MeshLab: Filters > Cleaning > Repair non Manifold Edges");
     }
   }
   return out;
@@ -150,6 +152,29 @@ TriangleMesh FromCgal(const SurfaceMesh& mesh, const Eigen::Vector3d& center, do
     }
   }
   return out;
+}
+
+/// As many collapses as it takes, or as the topology allows. The mesh must be manifold.
+TriangleMesh CollapseTo(const TriangleMesh& mesh, const DecimateOptions& options) {
+  // In a box of size one, so that no threshold inside sees the unit or a far origin.
+  const Eigen::Vector3d low = mesh.vertices.rowwise().minCoeff();
+  const Eigen::Vector3d high = mesh.vertices.rowwise().maxCoeff();
+  const Eigen::Vector3d center = 0.5 * (low + high);
+  const double scale = (high - low).maxCoeff();
+  SurfaceMesh surface = ToCgal(mesh, center, scale);
+  const auto left = [&] { return static_cast<int>(surface.number_of_vertices()); };
+  // An edge that could not be collapsed is not tried again within a pass, though what lies around
+  // it may have changed. The filter falls only when there is no other way left.
+  const TriangleMesh unit{(mesh.vertices.colwise() - center) / scale, mesh.faces};
+  const TriangleTree original(unit);
+  const ShapeFilter filter{&original, kFarthestPerExtent};
+  for (const ShapeFilter* current : {&filter, static_cast<const ShapeFilter*>(nullptr)}) {
+    for (int before = 0; before != left() && left() > options.vertices;) {
+      before = left();
+      CollapseBy(options.method, surface, options.vertices, current);
+    }
+  }
+  return FromCgal(surface, center, scale);
 }
 
 }  // namespace
@@ -176,33 +201,6 @@ DecimateMethod ParseDecimateMethod(std::string_view name) {
               fmt::format("Use one of {}", known));
 }
 
-namespace {
-
-/// As many collapses as it takes, or as the topology allows. The mesh must be manifold.
-TriangleMesh CollapseTo(const TriangleMesh& mesh, const DecimateOptions& options) {
-  // In a box of size one, so that no threshold inside sees the unit or a far origin.
-  const Eigen::Vector3d low = mesh.vertices.rowwise().minCoeff();
-  const Eigen::Vector3d high = mesh.vertices.rowwise().maxCoeff();
-  const Eigen::Vector3d center = 0.5 * (low + high);
-  const double scale = (high - low).maxCoeff();
-  SurfaceMesh surface = ToCgal(mesh, center, scale);
-  const auto left = [&] { return static_cast<int>(surface.number_of_vertices()); };
-  // An edge that could not be collapsed is not tried again within a pass, though what lies around it
-  // may have changed. The filter falls only when there is no other way left.
-  const TriangleMesh unit{(mesh.vertices.colwise() - center) / scale, mesh.faces};
-  const TriangleTree original(unit);
-  const ShapeFilter filter{&original, kFarthestPerExtent};
-  for (const ShapeFilter* current : {&filter, static_cast<const ShapeFilter*>(nullptr)}) {
-    for (int before = 0; before != left() && left() > options.vertices;) {
-      before = left();
-      CollapseBy(options.method, surface, options.vertices, current);
-    }
-  }
-  return FromCgal(surface, center, scale);
-}
-
-}  // namespace
-
 DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options) {
   if (options.vertices < kFewestVertices) {
     throw Error("vertices", fmt::format("{} are too few for a surface", options.vertices),
@@ -217,9 +215,10 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
   const bool may_wrap = options.allow_wrap && edges.boundary == 0;
   const auto wrap = [&](const std::string& reason) {
     surface = WrapSurface(surface);
-    result.notes.push_back(fmt::format(
-        "{}: the surface was wrapped first, which closes cavities, and tunnels narrower than {:.2g} mm.",
-        reason, 1e3 * Extent(mesh).maxCoeff() / kWrapAlphaPerExtent));
+    result.notes.push_back(
+        fmt::format("{}: the surface was wrapped first, which closes cavities, and tunnels "
+                    "narrower than {:.2g} mm.",
+                    reason, 1e3 * Extent(mesh).maxCoeff() / kWrapAlphaPerExtent));
   };
   if (edges.non_manifold > 0 || edges.misoriented > 0) {
     const std::string problem =
@@ -227,8 +226,9 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
             ? fmt::format("{} edges have more than two faces", edges.non_manifold)
             : std::string("its surface has no two sides (it is twisted like a Moebius strip)");
     if (!may_wrap) {
-      throw Error("mesh", problem,
-                  "Make it manifold first, in MeshLab: Filters > Cleaning > Repair non Manifold Edges");
+      throw Error(
+          "mesh", problem,
+          "Make it manifold first, in MeshLab: Filters > Cleaning > Repair non Manifold Edges");
     }
     wrap(problem);
   }
@@ -250,10 +250,11 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
       result.mesh = CollapseTo(surface, options);
     }
     if (result.mesh.NumVertices() != options.vertices) {
-      throw Error("mesh",
-                  fmt::format("cannot be decimated to {} vertices: its parts, handles and holes need {}",
-                              options.vertices, result.mesh.NumVertices()),
-                  fmt::format("Ask for {} or more", result.mesh.NumVertices()));
+      throw Error(
+          "mesh",
+          fmt::format("cannot be decimated to {} vertices: its parts, handles and holes need {}",
+                      options.vertices, result.mesh.NumVertices()),
+          fmt::format("Ask for {} or more", result.mesh.NumVertices()));
     }
   }
   if (options.samples > 0) {

@@ -11,19 +11,20 @@
 namespace holdfast {
 
 struct DistanceGridOptions {
-  double cell_m = 0.002;     ///< edge of a cell; creases of the distance are rounded over two of them
-  double padding_m = 0.02;   ///< how far the grid reaches beyond the bounding box of the surface
-  int threads = 1;           ///< for building; the same bytes for any number
+  double cell_m = 0.002;  ///< edge of a cell; creases of the distance are rounded over two of them
+  double padding_m = 0.02;  ///< how far the grid reaches beyond the bounding box of the surface
+  int threads = 1;          ///< for building; the same bytes for any number
   std::size_t max_nodes = 20'000'000;  ///< 8 bytes each: cells grow rather than exceed them
 };
 
 /// A signed distance sampled on a regular grid, for use inside solvers: tricubic (Catmull-Rom)
-/// interpolation, value and gradient continuous inside the box, about 100 ns per query, no allocation. The
-/// gradient is the exact derivative of the value returned (not of the true distance, and not quite unit).
+/// interpolation, value and gradient continuous inside the box, about 100 ns per query, no
+/// allocation. The gradient is the exact derivative of the value returned (not of the true
+/// distance, and not quite unit).
 ///
-/// Outside the box, with q the nearest point of the box: sqrt(distance(q)^2 + |p - q|^2), a lower bound of
-/// the true distance (the angle at q between p and any point of the surface is obtuse), continuous but
-/// with a kink at the box.
+/// Outside the box, with q the nearest point of the box: sqrt(distance(q)^2 + |p - q|^2), a lower
+/// bound of the true distance (the angle at q between p and any point of the surface is obtuse),
+/// continuous but with a kink at the box.
 ///
 /// Const after construction; queries may run on any number of threads.
 class DistanceGrid {

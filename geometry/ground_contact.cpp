@@ -20,8 +20,8 @@ double Percentile(std::vector<double>& values, double share) {
   return *middle;
 }
 
-// Points at rest: of each foot the lower of heel and ball; other parts only where they are lowest of
-// all, for a hanging hand is no contact.
+// Points at rest: of each foot the lower of heel and ball; other parts only where they are lowest
+// of all, for a hanging hand is no contact.
 std::vector<Eigen::Vector3d> StillPoints(const std::vector<Eigen::Matrix3Xd>& points,
                                          double frame_rate) {
   std::vector<Eigen::Vector3d> still;
@@ -112,16 +112,20 @@ GroundProbe::GroundProbe(const Eigen::Matrix3Xd& rest_joints, double floor_y) {
     const int foot = ankle + 3;
     const Eigen::Vector3d along = rest_joints.col(foot) - rest_joints.col(ankle);
     // The heel ends about a third of the ankle-to-ball length behind the ankle.
-    points_.push_back({ankle,
-                       Eigen::Vector3d(-along.x() / 3, floor_y - rest_joints(1, ankle),
-                                       -along.z() / 3),
-                       0.0});
+    points_.push_back(
+        {ankle, Eigen::Vector3d(-along.x() / 3, floor_y - rest_joints(1, ankle), -along.z() / 3),
+         0.0});
     points_.push_back({foot, Eigen::Vector3d(0, floor_y - rest_joints(1, foot), 0), 0.0});
   }
   // Thickness of flesh under a joint, metres: hints from an adult's cross-sections.
-  for (const auto& [joint, radius] :
-       {std::pair{0, 0.10}, {4, 0.055}, {5, 0.055}, {15, 0.09}, {18, 0.045}, {19, 0.045},
-        {20, 0.03}, {21, 0.03}}) {
+  for (const auto& [joint, radius] : {std::pair{0, 0.10},
+                                      {4, 0.055},
+                                      {5, 0.055},
+                                      {15, 0.09},
+                                      {18, 0.045},
+                                      {19, 0.045},
+                                      {20, 0.03},
+                                      {21, 0.03}}) {
     points_.push_back({joint, Eigen::Vector3d::Zero(), radius});
   }
 }

@@ -10,8 +10,8 @@
 
 namespace holdfast {
 
-/// Points of the body that may touch the ground, found from rest joints alone: heel and ball of each
-/// foot on its sole, and the undersides of knees, pelvis, elbows, wrists and head as spheres.
+/// Points of the body that may touch the ground, found from rest joints alone: heel and ball of
+/// each foot on its sole, and the undersides of knees, pelvis, elbows, wrists and head as spheres.
 class GroundProbe {
  public:
   /// `floor_y`: ground under the rest pose (y up), metres.
@@ -34,7 +34,7 @@ class GroundProbe {
 
 /// The ground under a motion: z = height + slope . (x, y).
 struct GroundPlane {
-  double height = 0;                                 ///< metres
+  double height = 0;                                ///< metres
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< rise per metre along x and y
 };
 

@@ -26,7 +26,8 @@ class HandModel {
  public:
   HandModel(std::shared_ptr<const BodyModel> model, const Eigen::VectorXd& betas, Side side);
 
-  /// Vertices moved by exactly these finger joints (0..14, ascending; ancestors included).
+  /// Vertices that only these finger joints (0..14, ascending) can move: none, the three of one
+  /// finger, or all fifteen.
   struct Group {
     std::vector<int> joints;
     std::vector<int> vertices;

@@ -8,8 +8,8 @@
 #include <numeric>
 #include <tuple>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include "geometry/error.h"
 #include "geometry/mesh_parts.h"
@@ -115,12 +115,11 @@ MeshReport CheckMesh(const TriangleMesh& mesh) {
       if (outwards != should_point_outwards) ++report.num_nested_solids;
     }
   }
-  report.watertight =
-      report.num_faces > 0 && report.num_boundary_edges == 0 &&
-      report.num_non_manifold_edges == 0 && report.num_non_manifold_vertices == 0 &&
-      report.num_degenerate_faces == 0 && report.num_duplicate_faces == 0 &&
-      report.num_misoriented_edges == 0 && report.num_inside_out_components == 0 &&
-      report.num_nested_solids == 0;
+  report.watertight = report.num_faces > 0 && report.num_boundary_edges == 0 &&
+                      report.num_non_manifold_edges == 0 && report.num_non_manifold_vertices == 0 &&
+                      report.num_degenerate_faces == 0 && report.num_duplicate_faces == 0 &&
+                      report.num_misoriented_edges == 0 && report.num_inside_out_components == 0 &&
+                      report.num_nested_solids == 0;
   JudgeSize(report);
   return report;
 }
@@ -130,17 +129,17 @@ std::vector<std::string> Describe(const MeshReport& report) {
   const auto plural = [](Eigen::Index n, const char* one, const char* many) {
     return fmt::format("{} {}", n, n == 1 ? one : many);
   };
-  lines.push_back(fmt::format(
-      "{}, {}, {}, {}.", plural(report.num_vertices, "vertex", "vertices"),
-      plural(report.num_faces, "face", "faces"), plural(report.num_edges, "edge", "edges"),
-      plural(report.num_components, "component", "components")));
+  lines.push_back(fmt::format("{}, {}, {}, {}.", plural(report.num_vertices, "vertex", "vertices"),
+                              plural(report.num_faces, "face", "faces"),
+                              plural(report.num_edges, "edge", "edges"),
+                              plural(report.num_components, "component", "components")));
   const Eigen::Vector3d& e = report.extent_m;
   const double size = e.maxCoeff();
   const bool closed = report.num_boundary_edges == 0 && report.num_non_manifold_edges == 0;
   const std::string volume =
       closed ? fmt::format(", volume {:.4g} cm^3", report.volume_m3 * 1e6) : std::string();
-  lines.push_back(fmt::format("Extent {:.4g} x {:.4g} x {:.4g} m, area {:.4g} cm^2{}.", e.x(), e.y(),
-                              e.z(), report.area_m2 * 1e4, volume));
+  lines.push_back(fmt::format("Extent {:.4g} x {:.4g} x {:.4g} m, area {:.4g} cm^2{}.", e.x(),
+                              e.y(), e.z(), report.area_m2 * 1e4, volume));
   if (report.watertight) {
     lines.push_back("Watertight: closed, manifold, consistently oriented, faces outwards.");
   } else {
@@ -156,8 +155,7 @@ std::vector<std::string> Describe(const MeshReport& report) {
         "where parts of the surface touch in a point only");
   fault(report.num_duplicate_vertices, "vertex", "vertices",
         "at exactly the place of another (repair welds them)");
-  fault(report.num_unreferenced_vertices, "vertex", "vertices",
-        "of no face (repair drops them)");
+  fault(report.num_unreferenced_vertices, "vertex", "vertices", "of no face (repair drops them)");
   fault(report.num_degenerate_faces, "face", "faces", "without area (repair removes them)");
   fault(report.num_duplicate_faces, "face", "faces", "given more than once (repair drops them)");
   fault(report.num_misoriented_edges, "edge", "edges",
@@ -167,15 +165,15 @@ std::vector<std::string> Describe(const MeshReport& report) {
   fault(report.num_nested_solids, "closed component", "closed components",
         "inside another solid without being a cavity");
   if (report.implausible_size) {
-    std::string line = fmt::format("The largest extent of {:.4g} m is {} for a handheld object", size,
-                                   size > kLargestPlausible_m ? "large" : "small");
+    std::string line = fmt::format("The largest extent of {:.4g} m is {} for a handheld object",
+                                   size, size > kLargestPlausible_m ? "large" : "small");
     if (report.suggested_scale != 1.0) {
-      const char* unit = report.suggested_scale == 0.001   ? "millimetres"
-                         : report.suggested_scale == 0.01  ? "centimetres"
+      const char* unit = report.suggested_scale == 0.001    ? "millimetres"
+                         : report.suggested_scale == 0.01   ? "centimetres"
                          : report.suggested_scale == 0.0254 ? "inches"
                                                             : "metres divided by 1000";
-      line += fmt::format(": the file is likely in {}, scale it by {:g}", unit,
-                          report.suggested_scale);
+      line +=
+          fmt::format(": the file is likely in {}, scale it by {:g}", unit, report.suggested_scale);
     }
     lines.push_back(line + ".");
   }

@@ -29,13 +29,13 @@ struct MeshReport {
 
   /// Closed components that point inwards and lie in no other closed component.
   Eigen::Index num_inside_out_components = 0;
-  /// Closed components that lie in another and point the same way: a solid within a solid rather than
-  /// a cavity, so that their surfaces do not bound the whole.
+  /// Closed components that lie in another and point the same way: a solid within a solid rather
+  /// than a cavity, so that their surfaces do not bound the whole.
   Eigen::Index num_nested_solids = 0;
 
-  /// Nothing of the above is wrong: closed, manifold, consistent, outwards. Inside and outside are then
-  /// defined and SignedDistance takes its exact sign. (Parts that cut through each other are not
-  /// looked for.)
+  /// Nothing of the above is wrong: closed, manifold, consistent, outwards. Inside and outside are
+  /// then defined and SignedDistance takes its exact sign. (Parts that cut through each other are
+  /// not looked for.)
   bool watertight = false;
 
   Eigen::Vector3d extent_m = Eigen::Vector3d::Zero();  ///< bounding box of the vertices of faces
@@ -64,11 +64,11 @@ struct RepairedMesh {
 };
 
 /// The repairs that cannot change the shape: welds vertices at exactly the same place, drops faces
-/// with a repeated corner, doubled faces and vertices of no face, divides faces along corners that lie
-/// on their sides in place of faces without area, turns faces to agree with their neighbours, and
-/// closed parts outwards (with what lies inside them). Does not close holes, part what is not manifold,
-/// or move a vertex: check the result.
-/// Throws Error as CheckMesh, and when no face is left.
+/// with a repeated corner, doubled faces and vertices of no face, divides faces along corners that
+/// lie on their sides in place of faces without area, turns faces to agree with their neighbours,
+/// and closed parts outwards (with what lies inside them). Does not close holes, part what is not
+/// manifold, or move a vertex: check the result. Throws Error as CheckMesh, and when no face is
+/// left.
 RepairedMesh RepairMesh(const TriangleMesh& mesh);
 
 }  // namespace holdfast

@@ -9,8 +9,8 @@
 #include <numeric>
 #include <tuple>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include "geometry/error.h"
 #include "geometry/mesh_topology.h"
@@ -26,7 +26,8 @@ bool BoxContains(const MeshPart& outer, const MeshPart& inner) {
          (outer.max.array() >= inner.max.array()).all();
 }
 
-/// Fills `enclosed_by`. Only pairs of nested boxes are looked at; a part's first vertex stands for it.
+/// Fills `enclosed_by`. Only pairs of nested boxes are looked at; a part's first vertex stands for
+/// it.
 void FindNesting(const TriangleMesh& mesh, MeshParts& parts) {
   std::vector<int> solids;
   for (std::size_t p = 0; p < parts.parts.size(); ++p) {
@@ -34,9 +35,7 @@ void FindNesting(const TriangleMesh& mesh, MeshParts& parts) {
   }
   if (solids.size() < 2) return;
   // The largest boxes first: a part can only lie in one before it.
-  const auto box_volume = [&](int p) {
-    return (parts.parts[p].max - parts.parts[p].min).prod();
-  };
+  const auto box_volume = [&](int p) { return (parts.parts[p].max - parts.parts[p].min).prod(); };
   std::stable_sort(solids.begin(), solids.end(),
                    [&](int a, int b) { return box_volume(a) > box_volume(b); });
   std::vector<int> begin(parts.parts.size() + 1, 0);  // faces of each part, ascending
@@ -186,7 +185,8 @@ Eigen::Index PartTouchingFans(TriangleMesh& mesh) {
     vertex = own;
   }
   const Eigen::Index before = mesh.NumVertices();
-  mesh.vertices.conservativeResize(Eigen::NoChange, before + static_cast<Eigen::Index>(added.size()));
+  mesh.vertices.conservativeResize(Eigen::NoChange,
+                                   before + static_cast<Eigen::Index>(added.size()));
   for (std::size_t i = 0; i < added.size(); ++i) {
     mesh.vertices.col(before + i) = mesh.vertices.col(added[i]);
   }

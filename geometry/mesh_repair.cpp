@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include "geometry/error.h"
 #include "geometry/mesh_check.h"
@@ -28,8 +28,8 @@ Eigen::Index FilterFaces(Eigen::Matrix3Xi& faces, Keep&& keep) {
   return dropped;
 }
 
-/// A face without area whose corners differ: corner b lies on the side from a to c. Each face acd (or
-/// cad) on the other side of ac is divided at b, which closes the gap the flat face leaves: the
+/// A face without area whose corners differ: corner b lies on the side from a to c. Each face acd
+/// (or cad) on the other side of ac is divided at b, which closes the gap the flat face leaves: the
 /// surface stays as it is. A side of several such corners takes several rounds.
 Eigen::Index RemoveFlatFaces(TriangleMesh& mesh) {
   Eigen::Index removed = 0;
@@ -47,9 +47,9 @@ Eigen::Index RemoveFlatFaces(TriangleMesh& mesh) {
       int longest = 0;
       double length = -1.0;
       for (int k = 0; k < 3; ++k) {
-        const double side = (mesh.vertices.col(mesh.faces(k, f)) -
-                             mesh.vertices.col(mesh.faces((k + 1) % 3, f)))
-                                .squaredNorm();
+        const double side =
+            (mesh.vertices.col(mesh.faces(k, f)) - mesh.vertices.col(mesh.faces((k + 1) % 3, f)))
+                .squaredNorm();
         if (side > length) {
           length = side;
           longest = k;
@@ -77,7 +77,8 @@ Eigen::Index RemoveFlatFaces(TriangleMesh& mesh) {
       const int k = longest_side(f);
       const int middle = mesh.faces((k + 2) % 3, f);
       const std::vector<int>& around = sides[side_key(f, k)];
-      if (std::any_of(around.begin(), around.end(), [&](int c) { return touched[c / 3]; })) continue;
+      if (std::any_of(around.begin(), around.end(), [&](int c) { return touched[c / 3]; }))
+        continue;
       for (const int corner : around) {
         const int g = corner / 3;
         touched[g] = true;
@@ -109,17 +110,17 @@ Eigen::Index RemoveFlatFaces(TriangleMesh& mesh) {
 
 void Flip(Eigen::Matrix3Xi& faces, Eigen::Index face) { std::swap(faces(1, face), faces(2, face)); }
 
-/// Makes faces agree across edges of two faces, the larger share of each patch keeping its way round.
+/// Makes faces agree across edges of two faces, the larger share of each patch keeping its way
+/// round.
 Eigen::Index OrientConsistently(TriangleMesh& mesh) {
   const int num_faces = static_cast<int>(mesh.NumFaces());
   // Per corner: the corner at the other side of its edge, if the edge has two faces.
   std::vector<int> opposite(3 * num_faces, -1);
-  EdgeTable(mesh.faces, mesh.NumVertices())
-      .ForEach([&](int, int, std::span<const int> sides) {
-        if (sides.size() != 2) return;
-        opposite[sides[0]] = sides[1];
-        opposite[sides[1]] = sides[0];
-      });
+  EdgeTable(mesh.faces, mesh.NumVertices()).ForEach([&](int, int, std::span<const int> sides) {
+    if (sides.size() != 2) return;
+    opposite[sides[0]] = sides[1];
+    opposite[sides[1]] = sides[0];
+  });
   const auto start = [&](int corner) { return mesh.faces(corner % 3, corner / 3); };
   std::vector<signed char> turn(num_faces, -1);  // -1: not seen; relative to the patch's first face
   std::vector<int> patch;
@@ -149,7 +150,8 @@ Eigen::Index OrientConsistently(TriangleMesh& mesh) {
   return static_cast<Eigen::Index>(to_flip.size());
 }
 
-/// Turns closed parts that point inwards, with everything inside them so that cavities stay cavities.
+/// Turns closed parts that point inwards, with everything inside them so that cavities stay
+/// cavities.
 Eigen::Index TurnOutwards(TriangleMesh& mesh) {
   const MeshParts parts = FindParts(mesh);
   std::vector<bool> inside_out(parts.parts.size(), false);

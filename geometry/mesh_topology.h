@@ -24,8 +24,9 @@ class DisjointSets {
   std::vector<int> parent_;
 };
 
-/// The edges of a triangle soup, each with the face corners it starts at: corner c = 3 f + k stands for
-/// the side from corner k to corner k + 1 of face f. Eight bytes per corner and four per vertex.
+/// The edges of a triangle soup, each with the face corners it starts at: corner c = 3 f + k stands
+/// for the side from corner k to corner k + 1 of face f. Eight bytes per corner and four per
+/// vertex.
 class EdgeTable {
  public:
   /// Faces with a repeated corner are left out. Ids must be in range.

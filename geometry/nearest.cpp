@@ -17,8 +17,8 @@ using Index = flann::KDTreeSingleIndex<flann::L2_3D<double>>;
 
 constexpr int kLeafSize = 10;
 
-/// How far FLANN has to look, squared, to find all at `distance`. It prunes on sums that may be off by a
-/// few ulps: looking that much further makes sure that no tie is missed.
+/// How far FLANN has to look, squared, to find all at `distance`. It prunes on sums that may be off
+/// by a few ulps: looking that much further makes sure that no tie is missed.
 double SearchLimit(double distance) {
   constexpr double kSlack = 1.0 + 1e-12;
   return std::max(distance * distance * kSlack, std::numeric_limits<double>::min());

@@ -22,13 +22,14 @@ using Joints = Eigen::Matrix<double, 3, kNumJoints>;
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kForearmRoll = 120 * kDegree;  // total roll of a hand that elbows still share
-// Part of a shoulder's shift that the collarbone follows: SMPL-X rests with its shoulders lower below
-// the neck than most capture skeletons, so the whole shift would let them slump.
+// Part of a shoulder's shift that the collarbone follows: SMPL-X rests with its shoulders lower
+// below the neck than most capture skeletons, so the whole shift would let them slump.
 constexpr double kShoulderShare = 0.75;
-constexpr double kWristBend = 105 * kDegree;    // no wrist bends further; anatomy ends near 90
-constexpr double kWristRoll = 135 * kDegree;    // nor rolls further against the elbow
+constexpr double kWristBend = 105 * kDegree;  // no wrist bends further; anatomy ends near 90
+constexpr double kWristRoll = 135 * kDegree;  // nor rolls further against the elbow
 
-// Joint positions of a body whose joints have these world rotations, pelvis at its rest place + trans.
+// Joint positions of a body whose joints have these world rotations, pelvis at its rest place +
+// trans.
 Joints PlaceJoints(const Eigen::Matrix3Xd& rest, const Rotations& world,
                    const Eigen::Vector3d& trans) {
   Joints joints;
@@ -117,13 +118,19 @@ class Retargeter {
     const Eigen::Matrix3d top = chest < 0 ? world[0] : Turned(frame, chest);
     const Eigen::Vector3d bend = LogSO3(world[0].transpose() * top);
     for (const auto& [joint, share] : {std::pair{3, 1.0 / 3}, {6, 2.0 / 3}, {9, 1.0}}) {
-      world[joint] = own && motion_.Has(joint) ? Turned(frame, joint)
-                                               : world[0] * ExpSO3(share * bend);
+      world[joint] =
+          own && motion_.Has(joint) ? Turned(frame, joint) : world[0] * ExpSO3(share * bend);
     }
-    const Eigen::Matrix3d head = motion_.Has(15) ? Turned(frame, 15)
-                                 : motion_.Has(12) ? Turned(frame, 12) : world[9];
-    world[12] = motion_.Has(12) ? Turned(frame, 12)
-                                : world[9] * ExpSO3(0.5 * LogSO3(world[9].transpose() * head));
+    const Eigen::Matrix3d head = motion_.Has(15)   ? Turned(frame, 15)
+                                 : motion_.Has(12) ? Turned(frame, 12)
+                                                   : world[9];
+    const bool neck = motion_.Has(12) && calibration_.neck_rests_with_head;
+    world[12] = neck
+                    ? Turned(frame, 12)
+                    : Eigen::Matrix3d(world[9] * ExpSO3(0.5 * LogSO3(world[9].transpose() * head)));
+    if (!own && motion_.Has(12) && motion_.Has(15)) {
+      world[12] = Aim(world[12], RestBone(12, 15), Bone(frame, 12, 15));
+    }
     world[15] = head;
     for (const int j : {22, 23, 24}) world[j] = head;
     for (const int collar : {13, 14}) Collar(frame, collar, world);
@@ -145,8 +152,8 @@ class Retargeter {
     }
     const Eigen::Vector3d moved =
         kShoulderShare * calibration_.scale * (to_chest * Bone(frame, 9, shoulder) - neutral);
-    world[collar] = Aim(world[9], RestBone(collar, shoulder),
-                        world[9] * (RestBone(collar, shoulder) + moved));
+    world[collar] =
+        Aim(world[9], RestBone(collar, shoulder), world[9] * (RestBone(collar, shoulder) + moved));
   }
 
   void Leg(int frame, int hip, Rotations& world) const {
@@ -181,8 +188,9 @@ class Retargeter {
     Fingers(frame, wrist, world);
   }
 
-  // The elbow's part of the forearm's roll. Beyond what a forearm can do it falls back to nothing at
-  // half a turn, so that rolls of +180 and -180 degrees, the same to the eye, give the same elbow.
+  // The elbow's part of the forearm's roll. Beyond what a forearm can do it falls back to nothing
+  // at half a turn, so that rolls of +180 and -180 degrees, the same to the eye, give the same
+  // elbow.
   double ElbowShare(double twist) const {
     const double size = std::abs(twist);
     const double share = size < kForearmRoll ? size
@@ -191,8 +199,8 @@ class Retargeter {
     return std::copysign(options_.forearm_twist_share * share, twist);
   }
 
-  // Hands relative to their unwrung forearms, all frames. What no wrist can do (capture of hands flips
-  // at times) is bridged from the nearest frames that are possible.
+  // Hands relative to their unwrung forearms, all frames. What no wrist can do (capture of hands
+  // flips at times) is bridged from the nearest frames that are possible.
   void GatherHands() {
     const int frames = motion_.NumFrames();
     for (const int shoulder : {16, 17}) {
@@ -213,9 +221,9 @@ class Retargeter {
         for (int gap = last + 1; gap < t; ++gap) {
           if (last < 0 && t == frames) continue;  // never possible: as found
           ++repaired_hand_frames_;
-          hands[gap] = last < 0        ? hands[t]
-                       : t == frames   ? hands[last]
-                                       : hands[last].slerp(double(gap - last) / (t - last), hands[t]);
+          hands[gap] = last < 0      ? hands[t]
+                       : t == frames ? hands[last]
+                                     : hands[last].slerp(double(gap - last) / (t - last), hands[t]);
         }
         last = t;
       }
@@ -270,8 +278,7 @@ class Retargeter {
     const double aside = std::sqrt(std::max(thigh * thigh - along * along, 0.0));
     const Eigen::Vector3d knee_goal = along * reach + aside * bend.normalized();
     world[hip] = Aim(world[hip], RestBone(hip, knee), knee_goal);
-    world[knee] =
-        BendHinge(knee, world[hip], RestBone(knee, ankle), distance * reach - knee_goal);
+    world[knee] = BendHinge(knee, world[hip], RestBone(knee, ankle), distance * reach - knee_goal);
   }
 
   const MappedMotion& motion_;
@@ -319,7 +326,8 @@ class ErrorMeter {
         0.5 * (motion_.Position(frame, 1) + motion_.Position(frame, 2));
     for (const int ankle : {7, 8}) {
       ankles.Add(1000 * (joints.col(ankle) - middle -
-                         scale_ * (motion_.Position(frame, ankle) - source_middle)).norm());
+                         scale_ * (motion_.Position(frame, ankle) - source_middle))
+                            .norm());
     }
   }
 
@@ -394,7 +402,8 @@ Clip Retarget(const SourceMotion& motion, const SkeletonMap& map, const Retarget
     for (int j = 0; j < kNumJoints; ++j) {
       const int parent = kJointParents[j];
       const Eigen::Matrix3d local =
-          parent < 0 ? pose.world[j] : Eigen::Matrix3d(pose.world[parent].transpose() * pose.world[j]);
+          parent < 0 ? pose.world[j]
+                     : Eigen::Matrix3d(pose.world[parent].transpose() * pose.world[j]);
       Eigen::Vector3d w = LogSO3(local);
       if (t > 0) w = UnwrapAxisAngle(w, clip.pose[t - 1].col(j));
       clip.pose[t].col(j) = w;

@@ -21,22 +21,23 @@ struct RetargetBody {
 enum class UpAxis { kY, kZ };
 
 struct RetargetOptions {
-  double frame_rate = 30;         ///< of the clip, Hz; 0 keeps the source's
-  UpAxis up = UpAxis::kY;         ///< of the source's world
-  bool find_ground = true;        ///< false: the source's ground plane is kept where it is
-  bool level_ground = true;       ///< take out the small tilt of a capture volume where feet show it
-  double forearm_twist_share = 0.5;  ///< of the hand's roll that the elbow joint takes, 0..1: all of it
-                                     ///< at the wrist wrings the skin there
+  double frame_rate = 30;    ///< of the clip, Hz; 0 keeps the source's
+  UpAxis up = UpAxis::kY;    ///< of the source's world
+  bool find_ground = true;   ///< false: the source's ground plane is kept where it is
+  bool level_ground = true;  ///< take out the small tilt of a capture volume where feet show it
+  double forearm_twist_share = 0.5;  ///< of the hand's roll that the elbow joint takes, 0..1: all
+                                     ///< of it at the wrist wrings the skin there
 };
 
 struct RetargetReport {
-  double scale = 1;            ///< lengths of the clip per length of the source (leg to leg)
-  double ground_offset_m = 0;  ///< added to all heights so that feet stand on z = 0
-  double ground_slope = 0;     ///< rise per metre that was taken out
-  bool same_skeleton = false;  ///< the source rests like SMPL-X: its rotations are copied
+  double scale = 1;              ///< lengths of the clip per length of the source (leg to leg)
+  double ground_offset_m = 0;    ///< added to all heights so that feet stand on z = 0
+  double ground_slope = 0;       ///< rise per metre that was taken out
+  bool same_skeleton = false;    ///< the source rests like SMPL-X: its rotations are copied
   int repaired_hand_frames = 0;  ///< frames in which a source wrist was bent as no wrist bends
-  /// Knees, ankles, elbows and wrists from their hip or shoulder, against the source's with each bone
-  /// taken at the body's length: how far directions are given up (legs: for the ankle's place).
+  /// Knees, ankles, elbows and wrists from their hip or shoulder, against the source's with each
+  /// bone taken at the body's length: how far directions are given up (legs: for the ankle's
+  /// place).
   double mean_joint_error_mm = 0;
   double max_joint_error_mm = 0;
   double mean_wrist_error_mm = 0;
@@ -51,11 +52,11 @@ struct RetargetReport {
   double min_sole_height_m = 0;
 };
 
-/// Brings a motion onto the SMPL-X skeleton. Bone directions are the source's; the roll of thighs and
-/// upper arms follows the source's rotations, set so that knees and elbows bend about the hinges of
-/// SMPL-X; hands follow their knuckles, feet stand flat where the source's do. The path of the hips
-/// and the ankles is scaled by leg length. World z-up, ground z = 0; a source that faces +z (y up)
-/// then faces -y.
+/// Brings a motion onto the SMPL-X skeleton. Bone directions are the source's; the roll of thighs
+/// and upper arms follows the source's rotations, set so that knees and elbows bend about the
+/// hinges of SMPL-X; hands follow their knuckles, feet stand flat where the source's do. The path
+/// of the hips and the ankles is scaled by leg length. World z-up, ground z = 0; a source that
+/// faces +z (y up) then faces -y.
 ///
 /// Any local frames and any rest pose will do where motion and geometry show how the parts lie; a
 /// source that rests like SMPL-X is copied rotation by rotation. Throws Error when bones of the
@@ -63,7 +64,8 @@ struct RetargetReport {
 Clip Retarget(const SourceMotion& motion, const SkeletonMap& map, const RetargetBody& body,
               const RetargetOptions& options = {}, RetargetReport* report = nullptr);
 
-/// The clip at another frame rate: rotations by the shortest arc, translation linear between frames.
+/// The clip at another frame rate: rotations by the shortest arc, translation linear between
+/// frames.
 Clip Resample(const Clip& clip, double frame_rate);
 
 }  // namespace holdfast

@@ -18,7 +18,13 @@ constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kFootTrust = 15 * kDegree;  // between a foot at rest and one that stands
 
 enum Joint {
-  kPelvis = 0, kLeftHip = 1, kRightHip = 2, kSpine1 = 3, kSpine2 = 6, kSpine3 = 9, kNeck = 12,
+  kPelvis = 0,
+  kLeftHip = 1,
+  kRightHip = 2,
+  kSpine1 = 3,
+  kSpine2 = 6,
+  kSpine3 = 9,
+  kNeck = 12,
   kHead = 15
 };
 
@@ -153,13 +159,7 @@ class Calibrator {
       axes_ = snapped;
       result_.source_from_smplx.fill(axes_);
     } else {
-      Eigen::Vector3d smplx = motion_.Map().lumbar_direction;
-      if (smplx.isZero()) {
-        smplx = joints_.col(lumbar < 0 ? kSpine1 : lumbar) -
-                0.5 * (joints_.col(kLeftHip) + joints_.col(kRightHip));
-      }
-      result_.source_from_smplx[kPelvis] =
-          pelvis * Frame(Eigen::Vector3d::UnitX(), smplx).transpose();
+      result_.source_from_smplx[kPelvis] = Pelvis(hips, lumbar, top);
     }
     if (motion_.Has(kSpine3) && top >= 0) {
       const bool collars = motion_.Has(13) && motion_.Has(14) &&
@@ -168,12 +168,68 @@ class Calibrator {
           collars ? Eigen::Vector3d(motion_.Rest(13) - motion_.Rest(14)) : shoulders;
       const Eigen::Vector3d up = motion_.Rest(top) - motion_.Rest(kSpine3);
       if (up.norm() > 0.005 && Angle(lateral, up) > 30 * kDegree) {
-        const Eigen::Matrix3d chest = Frame(lateral, up) * Frame(Eigen::Vector3d::UnitX(),
-                                                                 RestBone(kSpine3, top)).transpose();
+        const Eigen::Matrix3d chest =
+            Frame(lateral, up) *
+            Frame(Eigen::Vector3d::UnitX(), RestBone(kSpine3, top)).transpose();
         for (const int j : {kSpine1, kSpine2, kSpine3, kNeck, kHead}) {
           result_.source_from_smplx[j] = chest;
         }
       }
+    }
+    if (motion_.Has(kHead)) Head();
+  }
+
+  // A pelvis whose rest pose says nothing: as the lowest spine joint lies in SMPL-X, unless that is
+  // far from along the body where trunk and thighs are in line, standing or lying.
+  Eigen::Matrix3d Pelvis(const Eigen::Vector3d& hips, int lumbar, int top) const {
+    Eigen::Vector3d up = Eigen::Vector3d::Zero();
+    double weight = 0;
+    for (int t = 0; top >= 0 && t < motion_.NumFrames(); ++t) {
+      const Eigen::Vector3d middle =
+          0.5 * (motion_.Position(t, kLeftHip) + motion_.Position(t, kRightHip));
+      const Eigen::Vector3d trunk = (motion_.Position(t, top) - middle).normalized();
+      const Eigen::Vector3d left =
+          (motion_.Position(t, kLeftHip) - motion_.Position(t, 4)).normalized();
+      const Eigen::Vector3d right =
+          (motion_.Position(t, kRightHip) - motion_.Position(t, 5)).normalized();
+      const double in_line =
+          std::max(std::min(trunk.dot(left), trunk.dot(right)) - std::cos(35 * kDegree), 0.0);
+      up +=
+          in_line * in_line * motion_.Rotation(t, kPelvis).transpose() * (2 * trunk + left + right);
+      weight += in_line * in_line;
+    }
+    const int spine = lumbar < 0 ? kSpine1 : lumbar;
+    Eigen::Vector3d smplx =
+        joints_.col(spine) - 0.5 * (joints_.col(kLeftHip) + joints_.col(kRightHip));
+    if (const auto lean = motion_.Map().lumbar_lean) {
+      smplx = Eigen::Vector3d(0, std::cos(*lean), -std::sin(*lean));
+    }
+    const Eigen::Vector3d source = motion_.Rest(lumbar < 0 ? kPelvis : lumbar) -
+                                   0.5 * (motion_.Rest(kLeftHip) + motion_.Rest(kRightHip));
+    const Eigen::Matrix3d by_spine =
+        Frame(hips, source) * Frame(Eigen::Vector3d::UnitX(), smplx).transpose();
+    // A limb in line counts 0.03 at most: half a second of standing, or more of less.
+    if (weight < 0.005 * motion_.FrameRate() || Angle(up, hips) < 30 * kDegree) return by_spine;
+    const Eigen::Matrix3d by_stance = Frame(hips, up);
+    return AngleBetween(by_spine, by_stance) < 20 * kDegree ? by_spine : by_stance;
+  }
+
+  // A head whose rest pose is unrelated to the chest's: on average people look where the chest
+  // faces, and level. Rest poses that agree with that within a long look aside are believed.
+  void Head() {
+    const Eigen::Vector3d world_up = Eigen::Vector3d::UnitY();
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (int t = 0; t < motion_.NumFrames(); ++t) {
+      const int trunk = motion_.Has(kSpine3) ? kSpine3 : kPelvis;
+      const Eigen::Matrix3d chest = motion_.Rotation(t, trunk) * result_.source_from_smplx[trunk];
+      const bool upright = Angle(chest.col(1), world_up) < 40 * kDegree;
+      sum += motion_.Rotation(t, kHead).transpose() *
+             (upright ? FrameFromUp(world_up, chest.col(2)) : chest);
+    }
+    const Eigen::Matrix3d average = NearestRotation(sum);
+    if (AngleBetween(average, result_.source_from_smplx[kHead]) > 45 * kDegree) {
+      result_.source_from_smplx[kHead] = average;
+      result_.neck_rests_with_head = false;
     }
   }
 
@@ -187,8 +243,6 @@ class Calibrator {
         axes.transpose() *
         (motion_.Rest(lumbar) - 0.5 * (motion_.Rest(kLeftHip) + motion_.Rest(kRightHip)));
     if (Angle(hips, Eigen::Vector3d::UnitX()) > 8 * kDegree) return false;
-    const Eigen::Vector3d& known = motion_.Map().lumbar_direction;
-    if (!known.isZero()) return Angle(up, known) < 20 * kDegree;
     const double back = std::atan2(-up.z(), up.y());
     return back > -5 * kDegree && back < 60 * kDegree;
   }
@@ -215,7 +269,8 @@ class Calibrator {
       const Eigen::Vector3d bone = (knee - motion_.Position(t, joint)).normalized();
       const Eigen::Vector3d next = (motion_.Position(t, end) - knee).normalized();
       const Eigen::Vector3d bend = bone.cross(next);  // hinge axis times sine of the bend
-      const Eigen::Vector3d seen = upright.transpose() * motion_.Rotation(t, joint).transpose() * bend;
+      const Eigen::Vector3d seen =
+          upright.transpose() * motion_.Rotation(t, joint).transpose() * bend;
       along_zero += bend.norm() * seen.dot(zero);
       along_quarter += bend.norm() * seen.dot(quarter);
       weight += bend.squaredNorm();
@@ -224,8 +279,7 @@ class Calibrator {
       // Never bent, and no rest pose to go by: the roll that is least against the trunk.
       const int trunk = joint < 3 ? kPelvis : kSpine3;
       for (int t = 0; t < frames; ++t) {
-        const Eigen::Matrix3d above =
-            motion_.Rotation(t, trunk) * result_.source_from_smplx[trunk];
+        const Eigen::Matrix3d above = motion_.Rotation(t, trunk) * result_.source_from_smplx[trunk];
         const Eigen::Matrix3d least =
             LeastRotation(above * rest, motion_.Rotation(t, joint) * upright * rest) * above;
         const Eigen::Vector3d seen =
@@ -238,7 +292,8 @@ class Calibrator {
     result_.source_from_smplx[joint] = upright * ExpSO3(roll * rest);
   }
 
-  // Hands: by their knuckles; else by the rest pose; else so that forearms are, on average, unwrung.
+  // Hands: by their knuckles; else by the rest pose; else so that forearms are, on average,
+  // unwrung.
   void Hand(int wrist) {
     const int begin = wrist == 20 ? kLeftHandBegin : kRightHandBegin;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -260,11 +315,10 @@ class Calibrator {
     const Eigen::Vector3d tip = motion_.Tip(wrist);
     correction = tip.norm() > 0.005 ? LeastRotation(axes_ * rest, tip) * axes_ : axes_;
     const int elbow = wrist - 2, shoulder = wrist - 4;
-    const bool rest_tells =
-        Angle(axes_.transpose() * SourceRestBone(elbow, wrist), RestBone(elbow, wrist)) <
-            45 * kDegree &&
-        Angle(axes_.transpose() * SourceRestBone(shoulder, elbow), RestBone(shoulder, elbow)) <
-            45 * kDegree;
+    const bool rest_tells = Angle(axes_.transpose() * SourceRestBone(elbow, wrist),
+                                  RestBone(elbow, wrist)) < 45 * kDegree &&
+                            Angle(axes_.transpose() * SourceRestBone(shoulder, elbow),
+                                  RestBone(shoulder, elbow)) < 45 * kDegree;
     if (rest_tells) return;
 
     const Eigen::Vector3d forearm = RestBone(elbow, wrist).normalized();
@@ -272,8 +326,8 @@ class Calibrator {
     for (int t = 0; t < motion_.NumFrames(); ++t) {
       const Eigen::Matrix3d upper =
           motion_.Rotation(t, shoulder) * result_.source_from_smplx[shoulder];
-      const Eigen::Matrix3d lower = BendHinge(
-          elbow, upper, forearm, motion_.Position(t, wrist) - motion_.Position(t, elbow));
+      const Eigen::Matrix3d lower =
+          BendHinge(elbow, upper, forearm, motion_.Position(t, wrist) - motion_.Position(t, elbow));
       const double angle =
           TwistAngle(lower.transpose() * motion_.Rotation(t, wrist) * correction, forearm);
       twist += Eigen::Vector2d(std::cos(angle), std::sin(angle));
@@ -281,8 +335,8 @@ class Calibrator {
     correction = correction * ExpSO3(-std::atan2(twist.y(), twist.x()) * rest);
   }
 
-  // Feet: flat where the motion has them on the ground. A rest pose that stands tells nearly as much,
-  // and guards against motions that only tiptoe.
+  // Feet: flat where the motion has them on the ground. A rest pose that stands tells nearly as
+  // much, and guards against motions that only tiptoe.
   void Foot(int ankle, int foot) {
     const int hip = ankle - 6, knee = ankle - 3;
     const bool has_foot = motion_.Has(foot);

@@ -33,8 +33,8 @@ class MappedMotion {
   Eigen::Vector3d Tip(int joint) const { return tip_[joint]; }
   /// Every joint between the mapped joint and its nearest mapped ancestor is mapped too.
   bool HangsDirectly(int joint) const;
-  double FrameRate() const { return motion_.frame_rate; }
   const SkeletonMap& Map() const { return map_; }
+  double FrameRate() const { return motion_.frame_rate; }
 
  private:
   const SourceMotion& motion_;
@@ -49,11 +49,13 @@ class MappedMotion {
 struct RetargetCalibration {
   bool same_skeleton = false;
   bool torso_rests_upright = false;  ///< spine, neck, head and collars are neutral in the rest pose
+  bool neck_rests_with_head = true;  ///< the neck's rotation means something; else it is between
   double scale = 1;
   /// Left and right shoulder from spine3 in a neutral pose, SMPL-X axes, metres of the source; only
   /// where the torso rests upright.
   std::array<Eigen::Vector3d, 2> shoulder_at_rest{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-  /// C_j: x_source = C_j x_smplx for the segment of joint j; its world rotation is Rotation(t, j) C_j.
+  /// C_j: x_source = C_j x_smplx for the segment of joint j; its world rotation is Rotation(t, j)
+  /// C_j.
   std::array<Eigen::Matrix3d, kNumJoints> source_from_smplx;
 };
 
@@ -62,13 +64,13 @@ RetargetCalibration Calibrate(const MappedMotion& motion, const RetargetBody& bo
 /// The least rotation that takes direction `from` to direction `to`.
 Eigen::Matrix3d LeastRotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
-/// Axis of the hinge of a knee or an elbow in SMPL-X's rest pose: bending is a positive turn about it.
-/// `joint` is the knee or elbow.
+/// Axis of the hinge of a knee or an elbow in SMPL-X's rest pose: bending is a positive turn about
+/// it. `joint` is the knee or elbow.
 Eigen::Vector3d HingeAxis(int joint);
 
-/// `above` (world rotation of a thigh or an upper arm) bent about the hinge of `joint` (knee or elbow)
-/// so that the rest bone points along `direction`; what the hinge cannot reach is made up by the least
-/// turn. Steady for limbs folded flat, where the least turn alone may flip.
+/// `above` (world rotation of a thigh or an upper arm) bent about the hinge of `joint` (knee or
+/// elbow) so that the rest bone points along `direction`; what the hinge cannot reach is made up by
+/// the least turn. Steady for limbs folded flat, where the least turn alone may flip.
 Eigen::Matrix3d BendHinge(int joint, const Eigen::Matrix3d& above, const Eigen::Vector3d& rest_bone,
                           const Eigen::Vector3d& direction);
 

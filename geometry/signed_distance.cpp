@@ -91,7 +91,8 @@ struct SignedDistance::Impl {
       case TriangleFeature::kVertex0:
       case TriangleFeature::kVertex1:
       case TriangleFeature::kVertex2: {
-        const int corner = static_cast<int>(hit.feature) - static_cast<int>(TriangleFeature::kVertex0);
+        const int corner =
+            static_cast<int>(hit.feature) - static_cast<int>(TriangleFeature::kVertex0);
         return vertex_normals.col(faces(corner, hit.face));
       }
       default:
@@ -147,16 +148,16 @@ SignedDistance::Result SignedDistance::Query(const Eigen::Vector3d& point) const
 
 Eigen::VectorXd SignedDistance::Distances(const Eigen::Matrix3Xd& points, int threads) const {
   Eigen::VectorXd distances(points.cols());
-  // Fixed blocks, each searched in order: what a hint says does not depend on which thread takes which
-  // block, and so the bytes do not either.
+  // Fixed blocks, each searched in order: what a hint says does not depend on which thread takes
+  // which block, and so the bytes do not either.
   constexpr Eigen::Index kBlock = 1024;
   const auto block = [&](Eigen::Index begin) {
     TriangleTree::Hit last;
     const Eigen::Index end = std::min(begin + kBlock, points.cols());
     for (Eigen::Index i = begin; i < end; ++i) {
       const Eigen::Vector3d point = points.col(i);
-      // The last face is a good start for a step that is short beside the distance, as on a grid, and
-      // a poor one otherwise.
+      // The last face is a good start for a step that is short beside the distance, as on a grid,
+      // and a poor one otherwise.
       const bool near_last =
           i > begin && 16.0 * (point - points.col(i - 1)).squaredNorm() < last.squared_distance;
       last = impl_->tree.Closest(point, near_last ? last.face : -1);
@@ -164,7 +165,8 @@ Eigen::VectorXd SignedDistance::Distances(const Eigen::Matrix3Xd& points, int th
     }
   };
   const Eigen::Index num_blocks = (points.cols() + kBlock - 1) / kBlock;
-  const int workers = static_cast<int>(std::clamp<Eigen::Index>(threads, 1, std::max<Eigen::Index>(num_blocks, 1)));
+  const int workers =
+      static_cast<int>(std::clamp<Eigen::Index>(threads, 1, std::max<Eigen::Index>(num_blocks, 1)));
   const auto work = [&](int worker) {
     for (Eigen::Index b = worker; b < num_blocks; b += workers) block(b * kBlock);
   };

@@ -16,8 +16,9 @@
 namespace holdfast {
 namespace {
 
-/// One row of a table: SMPL-X joint and what sources call it. '*' stands for the side: "left"/"right"
-/// on SMPL-X's part, the table's own words on the source's. '|' parts equivalent names.
+/// One row of a table: SMPL-X joint and what sources call it. '*' stands for the side:
+/// "left"/"right" on SMPL-X's part, the table's own words on the source's. '|' parts equivalent
+/// names.
 struct Row {
   std::string_view target;
   std::string_view sources;
@@ -27,8 +28,8 @@ struct Table {
   std::string_view name;
   std::string_view left, right;
   std::vector<Row> rows;
-  Eigen::Vector3d lumbar_direction;
   std::vector<std::string_view> marks;  // source joints that no other table's skeletons have
+  std::optional<double> lumbar_lean = std::nullopt;  // see SkeletonMap
 };
 
 const std::vector<Table>& Tables() {
@@ -36,23 +37,37 @@ const std::vector<Table>& Tables() {
       {"SMPL",
        "left",
        "right",
-       {{"pelvis", "pelvis"},       {"spine1", "spine1"},
-        {"spine2", "spine2"},       {"spine3", "spine3"},
-        {"neck", "neck"},           {"head", "head"},
-        {"jaw", "jaw"},             {"*_eye", "*_eye|*_eye_smplhf"},
-        {"*_hip", "*_hip"},         {"*_knee", "*_knee"},
-        {"*_ankle", "*_ankle"},     {"*_foot", "*_foot"},
-        {"*_collar", "*_collar"},   {"*_shoulder", "*_shoulder"},
-        {"*_elbow", "*_elbow"},     {"*_wrist", "*_wrist"},
-        {"*_index1", "*_index1"},   {"*_index2", "*_index2"},
-        {"*_index3", "*_index3"},   {"*_middle1", "*_middle1"},
-        {"*_middle2", "*_middle2"}, {"*_middle3", "*_middle3"},
-        {"*_pinky1", "*_pinky1"},   {"*_pinky2", "*_pinky2"},
-        {"*_pinky3", "*_pinky3"},   {"*_ring1", "*_ring1"},
-        {"*_ring2", "*_ring2"},     {"*_ring3", "*_ring3"},
-        {"*_thumb1", "*_thumb1"},   {"*_thumb2", "*_thumb2"},
+       {{"pelvis", "pelvis"},
+        {"spine1", "spine1"},
+        {"spine2", "spine2"},
+        {"spine3", "spine3"},
+        {"neck", "neck"},
+        {"head", "head"},
+        {"jaw", "jaw"},
+        {"*_eye", "*_eye|*_eye_smplhf"},
+        {"*_hip", "*_hip"},
+        {"*_knee", "*_knee"},
+        {"*_ankle", "*_ankle"},
+        {"*_foot", "*_foot"},
+        {"*_collar", "*_collar"},
+        {"*_shoulder", "*_shoulder"},
+        {"*_elbow", "*_elbow"},
+        {"*_wrist", "*_wrist"},
+        {"*_index1", "*_index1"},
+        {"*_index2", "*_index2"},
+        {"*_index3", "*_index3"},
+        {"*_middle1", "*_middle1"},
+        {"*_middle2", "*_middle2"},
+        {"*_middle3", "*_middle3"},
+        {"*_pinky1", "*_pinky1"},
+        {"*_pinky2", "*_pinky2"},
+        {"*_pinky3", "*_pinky3"},
+        {"*_ring1", "*_ring1"},
+        {"*_ring2", "*_ring2"},
+        {"*_ring3", "*_ring3"},
+        {"*_thumb1", "*_thumb1"},
+        {"*_thumb2", "*_thumb2"},
         {"*_thumb3", "*_thumb3"}},
-       Eigen::Vector3d::Zero(),
        {}},
       {"SMPL, short names",
        "L",
@@ -86,41 +101,20 @@ const std::vector<Table>& Tables() {
         {"*_thumb1", "*_thumb1"},
         {"*_thumb2", "*_thumb2"},
         {"*_thumb3", "*_thumb3"}},
-       Eigen::Vector3d::Zero(),
        {}},
       {"SmartBody",
        "Lf",
        "Rt",
-       {{"pelvis", "JtPelvis|JtRoot"},
-        {"spine1", "JtSpineA"},
-        {"spine2", "JtSpineB"},
-        {"spine3", "JtSpineC"},
-        {"neck", "JtNeckA"},
-        {"head", "JtSkullA"},
-        {"*_hip", "JtHip*"},
-        {"*_knee", "JtKnee*"},
-        {"*_ankle", "JtAnkle*"},
-        {"*_foot", "JtBall*"},
-        {"*_collar", "JtClavicle*"},
-        {"*_shoulder", "JtShoulder*"},
-        {"*_elbow", "JtElbow*"},
-        {"*_wrist", "JtWrist*"},
-        {"*_index1", "JtIndexA*"},
-        {"*_index2", "JtIndexB*"},
-        {"*_index3", "JtIndexC*"},
-        {"*_middle1", "JtMiddleA*"},
-        {"*_middle2", "JtMiddleB*"},
-        {"*_middle3", "JtMiddleC*"},
-        {"*_pinky1", "JtLittleA*"},
-        {"*_pinky2", "JtLittleB*"},
-        {"*_pinky3", "JtLittleC*"},
-        {"*_ring1", "JtRingA*"},
-        {"*_ring2", "JtRingB*"},
-        {"*_ring3", "JtRingC*"},
-        {"*_thumb1", "JtThumbA*"},
-        {"*_thumb2", "JtThumbB*"},
-        {"*_thumb3", "JtThumbC*"}},
-       Eigen::Vector3d::Zero(),
+       {{"pelvis", "JtPelvis|JtRoot"}, {"spine1", "JtSpineA"},      {"spine2", "JtSpineB"},
+        {"spine3", "JtSpineC"},        {"neck", "JtNeckA"},         {"head", "JtSkullA"},
+        {"*_hip", "JtHip*"},           {"*_knee", "JtKnee*"},       {"*_ankle", "JtAnkle*"},
+        {"*_foot", "JtBall*"},         {"*_collar", "JtClavicle*"}, {"*_shoulder", "JtShoulder*"},
+        {"*_elbow", "JtElbow*"},       {"*_wrist", "JtWrist*"},     {"*_index1", "JtIndexA*"},
+        {"*_index2", "JtIndexB*"},     {"*_index3", "JtIndexC*"},   {"*_middle1", "JtMiddleA*"},
+        {"*_middle2", "JtMiddleB*"},   {"*_middle3", "JtMiddleC*"}, {"*_pinky1", "JtLittleA*"},
+        {"*_pinky2", "JtLittleB*"},    {"*_pinky3", "JtLittleC*"},  {"*_ring1", "JtRingA*"},
+        {"*_ring2", "JtRingB*"},       {"*_ring3", "JtRingC*"},     {"*_thumb1", "JtThumbA*"},
+        {"*_thumb2", "JtThumbB*"},     {"*_thumb3", "JtThumbC*"}},
        {}},
       {"SmartBody, anatomical names",
        "l",
@@ -154,41 +148,20 @@ const std::vector<Table>& Tables() {
         {"*_thumb1", "*_thumb1"},
         {"*_thumb2", "*_thumb2"},
         {"*_thumb3", "*_thumb3"}},
-       Eigen::Vector3d::Zero(),
        {}},
       {"SmartBody, biped names",
        "L",
        "R",
-       {{"pelvis", "Hip"},
-        {"spine1", "LowerSpine"},
-        {"spine2", "MiddleSpine"},
-        {"spine3", "Chest"},
-        {"neck", "Neck"},
-        {"head", "Head"},
-        {"*_hip", "*Thigh"},
-        {"*_knee", "*Shin"},
-        {"*_ankle", "*Foot"},
-        {"*_foot", "*Toe"},
-        {"*_collar", "*Clavicle"},
-        {"*_shoulder", "*Shoulder"},
-        {"*_elbow", "*Forearm"},
-        {"*_wrist", "*Hand"},
-        {"*_index1", "*Finger1"},
-        {"*_index2", "*Finger11"},
-        {"*_index3", "*Finger12"},
-        {"*_middle1", "*Finger2"},
-        {"*_middle2", "*Finger21"},
-        {"*_middle3", "*Finger22"},
-        {"*_ring1", "*Finger3"},
-        {"*_ring2", "*Finger31"},
-        {"*_ring3", "*Finger32"},
-        {"*_pinky1", "*Finger4"},
-        {"*_pinky2", "*Finger41"},
-        {"*_pinky3", "*Finger42"},
-        {"*_thumb1", "*Finger0"},
-        {"*_thumb2", "*Finger01"},
-        {"*_thumb3", "*Finger02"}},
-       Eigen::Vector3d::Zero(),
+       {{"pelvis", "Hip"},          {"spine1", "LowerSpine"},   {"spine2", "MiddleSpine"},
+        {"spine3", "Chest"},        {"neck", "Neck"},           {"head", "Head"},
+        {"*_hip", "*Thigh"},        {"*_knee", "*Shin"},        {"*_ankle", "*Foot"},
+        {"*_foot", "*Toe"},         {"*_collar", "*Clavicle"},  {"*_shoulder", "*Shoulder"},
+        {"*_elbow", "*Forearm"},    {"*_wrist", "*Hand"},       {"*_index1", "*Finger1"},
+        {"*_index2", "*Finger11"},  {"*_index3", "*Finger12"},  {"*_middle1", "*Finger2"},
+        {"*_middle2", "*Finger21"}, {"*_middle3", "*Finger22"}, {"*_ring1", "*Finger3"},
+        {"*_ring2", "*Finger31"},   {"*_ring3", "*Finger32"},   {"*_pinky1", "*Finger4"},
+        {"*_pinky2", "*Finger41"},  {"*_pinky3", "*Finger42"},  {"*_thumb1", "*Finger0"},
+        {"*_thumb2", "*Finger01"},  {"*_thumb3", "*Finger02"}},
        {}},
       // LeftHand carries only the roll of the forearm there, LeftFingerBase the bend of the wrist.
       {"CMU, BVH",
@@ -208,7 +181,6 @@ const std::vector<Table>& Tables() {
         {"*_shoulder", "*Arm"},
         {"*_elbow", "*ForeArm"},
         {"*_wrist", "*FingerBase"}},
-       Eigen::Vector3d::Zero(),
        {"LHipJoint", "RHipJoint", "LowerBack", "LThumb", "RThumb"}},
       // The bone "lradius" ends two thirds down the forearm; "lwrist" is the last third.
       {"CMU, ASF/AMC",
@@ -228,7 +200,6 @@ const std::vector<Table>& Tables() {
         {"*_shoulder", "*humerus"},
         {"*_elbow", "*radius"},
         {"*_wrist", "*hand"}},
-       Eigen::Vector3d::Zero(),
        {}},
       {"ACCAD",
        "Left",
@@ -247,8 +218,8 @@ const std::vector<Table>& Tables() {
         {"*_shoulder", "*Arm"},
         {"*_elbow", "*ForeArm"},
         {"*_wrist", "*Hand"}},
-       {0.0, 0.771, -0.637},
-       {"ToSpine"}},
+       {"ToSpine"},
+       0.94},
       {"Mixamo",
        "Left",
        "Right",
@@ -281,7 +252,6 @@ const std::vector<Table>& Tables() {
         {"*_thumb1", "*HandThumb1"},
         {"*_thumb2", "*HandThumb2"},
         {"*_thumb3", "*HandThumb3"}},
-       Eigen::Vector3d::Zero(),
        {}},
       {"Poser",
        "Left",
@@ -300,16 +270,15 @@ const std::vector<Table>& Tables() {
         {"*_shoulder", "*Shoulder"},
         {"*_elbow", "*Elbow"},
         {"*_wrist", "*Wrist"}},
-       Eigen::Vector3d::Zero(),
        {}},
   };
   return tables;
 }
 
 constexpr std::string_view kRequired[] = {
-    "pelvis",        "left_hip",       "right_hip",  "left_knee",   "right_knee", "left_ankle",
-    "right_ankle",   "left_shoulder",  "right_shoulder", "left_elbow", "right_elbow", "left_wrist",
-    "right_wrist"};
+    "pelvis",      "left_hip",    "right_hip",     "left_knee",      "right_knee",
+    "left_ankle",  "right_ankle", "left_shoulder", "right_shoulder", "left_elbow",
+    "right_elbow", "left_wrist",  "right_wrist"};
 
 std::string WithSide(std::string_view pattern, std::string_view side) {
   std::string name(pattern);
@@ -339,7 +308,7 @@ SkeletonMap Apply(const Table& table, const SourceMotion& motion) {
   SkeletonMap map;
   map.name = table.name;
   map.source.fill(-1);
-  map.lumbar_direction = table.lumbar_direction;
+  map.lumbar_lean = table.lumbar_lean;
   for (const Row& row : table.rows) {
     const bool sided = row.target.starts_with('*');
     map.source[*FindJoint(WithSide(row.target, "left"))] =
@@ -387,7 +356,8 @@ void CheckTree(const SkeletonMap& map, const SourceMotion& motion, const std::st
 }  // namespace
 
 int SkeletonMap::NumMapped() const {
-  return static_cast<int>(std::count_if(source.begin(), source.end(), [](int s) { return s >= 0; }));
+  return static_cast<int>(
+      std::count_if(source.begin(), source.end(), [](int s) { return s >= 0; }));
 }
 
 std::vector<std::string> SkeletonMap::UnusedSourceJoints(const SourceMotion& motion) const {
@@ -443,12 +413,10 @@ SkeletonMap ReadSkeletonMap(const std::filesystem::path& path, const SourceMotio
     }
     const auto target = FindJoint(target_name.get_ref<const std::string&>());
     if (!target) {
-      throw Error(where,
-                  fmt::format("'{}' is no joint of SMPL-X", target_name.get<std::string>()),
+      throw Error(where, fmt::format("'{}' is no joint of SMPL-X", target_name.get<std::string>()),
                   fmt::format("Use one of {}", fmt::join(kJointNames, ", ")));
     }
-    const auto found =
-        std::find(motion.joint_names.begin(), motion.joint_names.end(), source_name);
+    const auto found = std::find(motion.joint_names.begin(), motion.joint_names.end(), source_name);
     if (found == motion.joint_names.end()) {
       throw Error(where, fmt::format("the motion has no joint '{}'", source_name),
                   fmt::format("Use its own names: {}", fmt::join(motion.joint_names, ", ")));

@@ -3,10 +3,9 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
-
-#include <Eigen/Core>
 
 #include "geometry/io/motion_file.h"
 #include "geometry/skeleton.h"
@@ -17,19 +16,20 @@ namespace holdfast {
 struct SkeletonMap {
   std::string name;                    ///< of the naming recognised, or of the map file
   std::array<int, kNumJoints> source;  ///< source joint per SMPL-X joint, -1 for none
-  /// Where the lowest spine joint lies from the middle of the hips in a neutral pelvis, SMPL-X axes;
-  /// zero when the skeleton says nothing about it. Only for files whose rest pose is no pose.
-  Eigen::Vector3d lumbar_direction = Eigen::Vector3d::Zero();
+  /// How far behind straight up the lowest spine joint lies from the middle of the hips in a level
+  /// pelvis, radians; for files whose rest pose is no pose and whose motion never stands. SMPL-X's
+  /// own where a skeleton is not known to differ.
+  std::optional<double> lumbar_lean;
 
   int NumMapped() const;
   /// Source joints that stand for nothing, by name.
   std::vector<std::string> UnusedSourceJoints(const SourceMotion& motion) const;
 };
 
-/// Recognises the naming of a skeleton (SmartBody, CMU as BVH and as ASF, ACCAD, Mixamo, SMPL, ...) by
-/// which table finds most of its joints. A prefix up to a last ':' ("mixamorig:") and letter case do
-/// not count. Throws Error listing what could not be placed, and how to give a map, when no table
-/// finds pelvis, hips, knees, ankles, shoulders, elbows and wrists.
+/// Recognises the naming of a skeleton (SmartBody, CMU as BVH and as ASF, ACCAD, Mixamo, SMPL, ...)
+/// by which table finds most of its joints. A prefix up to a last ':' ("mixamorig:") and letter
+/// case do not count. Throws Error listing what could not be placed, and how to give a map, when no
+/// table finds pelvis, hips, knees, ankles, shoulders, elbows and wrists.
 SkeletonMap RecognizeSkeleton(const SourceMotion& motion, const std::string& where);
 
 /// Reads a map `{"source joint": "smplx joint", ...}` from a JSON file. Throws Error for anything

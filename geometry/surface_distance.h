@@ -7,10 +7,11 @@
 
 namespace holdfast {
 
-/// How far apart two surfaces a and b are, metres. Each one-sided distance is from points on the one
-/// surface to the nearest point of the other, which is exact; the points are every vertex of a face, and
-/// points spread evenly by area. The maxima are therefore lower bounds of the Hausdorff distances,
-/// short of them by less than the points' spacing; the means are over the evenly spread points.
+/// How far apart two surfaces a and b are, metres. Each one-sided distance is from points on the
+/// one surface to the nearest point of the other, which is exact; the points are every vertex of a
+/// face, and points spread evenly by area. The maxima are therefore lower bounds of the Hausdorff
+/// distances, short of them by less than the points' spacing; the means are over the evenly spread
+/// points.
 struct SurfaceDistance {
   double hausdorff_forward_m = 0.0;   ///< from a to b
   double hausdorff_backward_m = 0.0;  ///< from b to a
@@ -18,10 +19,10 @@ struct SurfaceDistance {
   double mean_backward_m = 0.0;
 };
 
-/// `count` points on a surface (3 x count), evenly spread by area: the i-th point lies where (i + 1/2)
-/// / count of the area has passed, going through the faces in order, and within its face at the i-th
-/// point of the R2 low-discrepancy sequence (Roberts 2018). The same mesh gives the same points.
-/// Throws Error for a mesh without area.
+/// `count` points on a surface (3 x count), evenly spread by area: the i-th point lies where (i +
+/// 1/2) / count of the area has passed, going through the faces in order, and within its face at
+/// the i-th point of the R2 low-discrepancy sequence (Roberts 2018). The same mesh gives the same
+/// points. Throws Error for a mesh without area.
 Eigen::Matrix3Xd SampleSurface(const TriangleMesh& mesh, int count);
 
 /// Distances with `samples` points on each surface besides the vertices.

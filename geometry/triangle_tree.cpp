@@ -17,8 +17,8 @@
 namespace holdfast {
 namespace {
 
-// Doubles suffice: nothing here decides topology, and an error of an ulp moves the closest point by as
-// much.
+// Doubles suffice: nothing here decides topology, and an error of an ulp moves the closest point by
+// as much.
 using Kernel = CGAL::Simple_cartesian<double>;
 using Point = Kernel::Point_3;
 using Triangles = std::vector<Kernel::Triangle_3>;

@@ -21,8 +21,8 @@ struct TrianglePoint {
 TrianglePoint ClosestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                 const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
-/// Nearest point on a triangle soup, by CGAL's tree of axis-aligned boxes. Const after construction;
-/// queries may run on any number of threads.
+/// Nearest point on a triangle soup, by CGAL's tree of axis-aligned boxes. Const after
+/// construction; queries may run on any number of threads.
 class TriangleTree {
  public:
   struct Hit {
@@ -39,8 +39,8 @@ class TriangleTree {
   TriangleTree(TriangleTree&&) noexcept;
   TriangleTree& operator=(TriangleTree&&) noexcept;
 
-  /// The nearest point. `hint_face` (a face of a nearby query's hit) shortens the search and changes
-  /// the answer among equally near points only.
+  /// The nearest point. `hint_face` (a face of a nearby query's hit) shortens the search and
+  /// changes the answer among equally near points only.
   Hit Closest(const Eigen::Vector3d& query, int hint_face = -1) const;
 
   const Eigen::Vector3d& Min() const;

@@ -101,19 +101,19 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
     object_ = start;
     fingers_ = previous_fingers;
   }
+  FillEnergies(previous_object, previous_fingers, report);
   report.solve_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  FillEnergies(previous_object, previous_fingers, report);
   return report;
 }
 
 void FrameFitter::FillEnergies(const ObjectPose& previous_object,
                                const FingerPose& previous_fingers, FrameReport& report) {
-  state_.Evaluate(fingers_, false);
-  const Eigen::Matrix3Xd z =
-      InObjectFrame(state_.Vertices(), object_.orientation, object_.translation);
-  report.energy_distance = distance_->Energy(z);
-  report.energy_contact = contact_->Energy(z);
+  const double* parameters[] = {object_.orientation.coeffs().data(), object_.translation.data(),
+                                fingers_.data()};
+  const std::vector<double>& energies = block_->Energies(parameters);  // in the order added
+  report.energy_distance = energies[0];
+  report.energy_contact = energies[1];
   report.energy_temporal =
       Temporal::Energy(previous_object.orientation, previous_object.translation, previous_fingers,
                        object_.orientation, object_.translation, fingers_);

@@ -27,7 +27,7 @@ struct FitOptions {
   double contact_threshold_m = 0.01;  ///< tau: first-frame pairs closer than this are in contact
   PairPrecision precision = PairPrecision::kSingle;
   int max_iterations = 50;            ///< Levenberg-Marquardt iterations per frame
-  double step_tolerance = 1e-6;       ///< stop when a step is this small against the unknowns
+  double step_tolerance = 1e-5;       ///< stop when a step is this small against the unknowns
   double function_tolerance = 1e-9;   ///< or when the cost changes by this share
 };
 
@@ -46,7 +46,8 @@ enum class StopReason {
 };
 std::string_view StopReasonName(StopReason reason);
 
-/// One frame's account. Energies as the paper writes them: no weights, no factor 1/2.
+/// One frame's account. Energies as the paper writes them, without weights and factor 1/2, in the
+/// precision of the pair loop.
 struct FrameReport {
   double energy_distance = 0.0;  ///< E_d, m^2
   double energy_contact = 0.0;   ///< E_c, m^2
@@ -67,6 +68,8 @@ class FrameFitter {
               const JointPose& first_pose, const Eigen::Vector3d& first_trans,
               const ObjectPose& first_object, const FitOptions& options = {});
   ~FrameFitter();
+  FrameFitter(const FrameFitter&) = delete;
+  FrameFitter& operator=(const FrameFitter&) = delete;
 
   /// Solves the next frame, from the last one's solution carried along rigidly by the wrist.
   FrameReport Solve(const JointPose& pose, const Eigen::Vector3d& trans);

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <mutex>
 #include <numbers>
 #include <thread>
@@ -46,17 +47,23 @@ struct Scene {
   Eigen::Vector3d centroid;
   double size;                 // diagonal of the bounding box
   double bottom, height;       // least z, extent in z
+  double tallness;             // in (0, 1]: how much it matters which way up the object is
   Eigen::Matrix3Xd surface;    // points all over the object
   const GraspOptions& options;
 };
 
 struct Attempt {
-  GraspStyle style;
-  HandAngles angles;
-  Eigen::Isometry3d wrist_from_object;
-  double prior;
-  double rank;  // before refinement
+  GraspStyle style = GraspStyle::kPower;
+  HandAngles angles = HandAngles::Zero();
+  Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
+  double rank = -std::numeric_limits<double>::infinity();  // before refinement
 };
+
+// What lies flat may be turned over; what stands has an up.
+double Tallness(const Eigen::Vector3d& extent) {
+  const double wide = std::max(extent.x(), extent.y());
+  return wide > 0.0 ? std::clamp(1.5 * extent.z() / wide, 0.4, 1.0) : 1.0;
+}
 
 // How far a pose is from one that is held without thinking, mean squared radians.
 double Discomfort(const HandAxes& axes, const HandAngles& angles) {
@@ -124,6 +131,8 @@ Grasp Assess(const Scene& scene, HandEvaluation& hand, const Attempt& attempt, b
     if (outward.norm() > 1e-6) contacts.push_back({skin.col(vertex), -outward.normalized()});
   };
   int parts_touching = 0;
+  std::array<Eigen::Vector3d, kNumHandParts> pressing;  // direction each touching part presses in
+  std::array<bool, kNumHandParts> touching{};
   for (int part = 0; part < kNumHandParts; ++part) {
     std::vector<std::pair<double, int>> near;
     for (const int i : landmarks.Pad(part)) {
@@ -138,6 +147,8 @@ Grasp Assess(const Scene& scene, HandEvaluation& hand, const Attempt& attempt, b
     }
     std::sort(near.begin(), near.end());
     add_contact(near.front().second);
+    touching[part] = !contacts.empty();
+    if (touching[part]) pressing[part] = contacts.back().inward;
     // A palm is as good as several pads: add its touching places far apart.
     if (part == kPalmPart) {
       for (const auto& [d, i] : near) {
@@ -160,6 +171,18 @@ Grasp Assess(const Scene& scene, HandEvaluation& hand, const Attempt& attempt, b
         1000.0 * ObjectInHand(scene, vertices, attempt.wrist_from_object);
   }
 
+  // Fingers that press against the thumb or the palm hold; those that rest on a side only touch.
+  double opposed = 0.0;
+  for (int finger = 0; finger < kThumb; ++finger) {
+    double most = 0.0;
+    for (int part = 3 * finger; part < 3 * finger + 3; ++part) {
+      if (!touching[part]) continue;
+      for (const int other : {3 * kThumb + 1, 3 * kThumb + 2, kPalmPart}) {
+        if (touching[other]) most = std::max(most, -pressing[part].dot(pressing[other]));
+      }
+    }
+    opposed += 0.25 * most;
+  }
   const Eigen::Vector3d middle =
       contacts.empty() ? skin.rowwise().mean().eval() : [&] {
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -170,14 +193,14 @@ Grasp Assess(const Scene& scene, HandEvaluation& hand, const Attempt& attempt, b
   const auto fingers = static_cast<double>(
       std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.end(), true));
   const bool in_palm = grasp.palm_touching && grasp.style == GraspStyle::kPower;
-  grasp.score = std::sqrt(std::min(grasp.wrench_quality / 0.3, 1.0)) + 0.12 * fingers +
+  grasp.score = std::sqrt(std::min(grasp.wrench_quality / 0.3, 1.0)) + 0.1 * fingers + 0.5 * opposed +
                 0.02 * parts_touching + (in_palm ? 0.2 : 0.0) +
                 (grasp.fingers_touching[kThumb] ? 0.4 : 0.0) -
                 0.2 * std::max(0.0, grasp.max_penetration_mm - 0.7) -
                 0.15 * std::max(0.0, grasp.object_in_hand_mm - 1.5) -
                 0.15 * grasp.self_penetration_mm -
                 0.6 * Discomfort(scene.anatomy.axes, attempt.angles) - 6.0 * std::max(0.0, off_center - 0.015) +
-                options.upright_weight * grasp.upright - BelowTable(scene, grasp);
+                options.upright_weight * scene.tallness * grasp.upright - BelowTable(scene, grasp);
   return grasp;
 }
 
@@ -241,6 +264,7 @@ Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedD
                     Extent(object).norm(),
                     object.vertices.row(2).minCoeff(),
                     Extent(object).z(),
+                    Tallness(Extent(object)),
                     SampleSurface(object, 8000, options.seed),
                     options};
   Grasp open;
@@ -296,7 +320,7 @@ Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedD
       for (const Placement& placement : placements) {
         if (placement.style != style) continue;
         const double upright = Upright(scene, placement.wrist_from_object);
-        of_style.emplace_back(placement.prior * std::exp(options.upright_weight * upright),
+        of_style.emplace_back(placement.prior * std::exp(options.upright_weight * scene.tallness * upright),
                               &placement);
       }
       std::stable_sort(of_style.begin(), of_style.end(),
@@ -329,18 +353,19 @@ Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedD
         const Closing closing = CloseFingers(anatomy, evaluation, distance,
                                              placement.wrist_from_object, placement.start,
                                              closing_options);
-        attempts[i] = {placement.style, closing.angles, placement.wrist_from_object,
-                       queue[i].first, 0.0};
+        attempts[i] = {placement.style, closing.angles, placement.wrist_from_object};
         attempts[i].rank = Assess(scene, evaluation, attempts[i], false).score;
       },
       keep_going(out.closings));
   std::stable_sort(attempts.begin(), attempts.end(),
                    [](const Attempt& a, const Attempt& b) { return a.rank > b.rank; });
+  std::erase_if(attempts, [](const Attempt& a) { return !std::isfinite(a.rank); });  // cancelled
   out.closing_ms = MillisecondsSince(stage);
 
   stage = Clock::now();
   out.refinements = std::min<int>(options.refinements, static_cast<int>(attempts.size()));
   std::vector<GraspReport::Candidate> refined(out.refinements);
+  std::vector<char> is_refined(out.refinements, 0);
   begin_stage(0.6, 0.4);
   ForEach(
       out.refinements, options.threads,
@@ -351,8 +376,16 @@ Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedD
                     attempt.wrist_from_object);
         refined[i].grasp = Assess(scene, evaluation, attempt, true);
         refined[i].refused = WhyRefused(scene, refined[i].grasp);
+        is_refined[i] = 1;
       },
       keep_going(out.refinements));
+  for (int i = out.refinements - 1; i >= 0; --i) {
+    if (!is_refined[i]) refined.erase(refined.begin() + i);
+  }
+  if (refined.empty()) {
+    out.status = GraspStatus::kNoRoom;
+    return open;
+  }
   std::stable_sort(refined.begin(), refined.end(), [](const auto& a, const auto& b) {
     if (a.refused.empty() != b.refused.empty()) return a.refused.empty();
     return a.grasp.score > b.grasp.score;

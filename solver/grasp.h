@@ -21,7 +21,7 @@
 namespace holdfast {
 
 struct GraspOptions {
-  int oppositions = 40;   ///< different places on the object to take hold of
+  int oppositions = 56;   ///< different places on the object to take hold of
   int turns = 12;         ///< directions each is approached from
   int closings = 160;     ///< placements that fingers are closed for, the most promising
   int refinements = 24;   ///< closed hands that are settled, the best

@@ -115,7 +115,7 @@ std::vector<Opposition> FindOppositions(const TriangleMesh& object, const Distan
           const double off_center = (center - centroid).norm() / size;
           found.push_back({center, -normal, width,
                            cosine * WidthQuality(width, options.max_width_m) *
-                               std::exp(-2.0 * off_center)});
+                               std::exp(-1.5 * off_center)});
         }
       }
       inside = d < 0.0;

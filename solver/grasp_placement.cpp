@@ -159,24 +159,28 @@ void GraspPlacer::PlacePrecision(const Opposition& opposition, const Eigen::Vect
                                  const Eigen::Vector3d& approach, const Target& target,
                                  std::vector<Placement>& placements) const {
   const DistanceGrid& object = target.object;
-  const auto posed = std::find_if(pinch_.begin(), pinch_.end(), [&](const PosedHand& hand) {
-    return hand.width > opposition.width + kPinchRoom;
-  });
-  if (posed == pinch_.end()) return;
-  Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
-  wrist_from_object.linear() =
-      Triad(posed->approach, posed->axis) * Triad(approach, axis).transpose();
-  wrist_from_object.translation() =
-      posed->center - wrist_from_object.linear() * opposition.center;
-  const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
-  const double allowed = -target.allowed_depth;
-  if (Clearance(object, object_from_wrist, posed->skin, finger_skin_, allowed) < allowed ||
-      Clearance(object, object_from_wrist, posed->skin, thumb_skin_, allowed) < allowed ||
-      !ForearmClear(object, wrist_from_object)) {
+  // Just open enough; and wider, for walls that curve around the fingers beside.
+  for (const double room : {kPinchRoom, kPinchRoom + 0.025}) {
+    const auto posed = std::find_if(pinch_.begin(), pinch_.end(), [&](const PosedHand& hand) {
+      return hand.width > opposition.width + room;
+    });
+    if (posed == pinch_.end()) return;
+    Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
+    wrist_from_object.linear() =
+        Triad(posed->approach, posed->axis) * Triad(approach, axis).transpose();
+    wrist_from_object.translation() =
+        posed->center - wrist_from_object.linear() * opposition.center;
+    const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
+    const double allowed = -target.allowed_depth;
+    if (Clearance(object, object_from_wrist, posed->skin, finger_skin_, allowed) < allowed ||
+        Clearance(object, object_from_wrist, posed->skin, thumb_skin_, allowed) < allowed ||
+        !ForearmClear(object, wrist_from_object)) {
+      continue;
+    }
+    placements.push_back({GraspStyle::kPrecision, wrist_from_object, posed->angles,
+                          opposition.width, 0.8 * opposition.quality});
     return;
   }
-  placements.push_back({GraspStyle::kPrecision, wrist_from_object, posed->angles,
-                        opposition.width, 0.8 * opposition.quality});
 }
 
 }  // namespace holdfast

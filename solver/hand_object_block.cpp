@@ -11,8 +11,6 @@
 namespace holdfast {
 namespace {
 
-using RowsMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
 // Upper S with S^T S = M for a positive semidefinite M. Directions without energy (a contact that
 // only acts along one normal, say) get rows of zeros instead of the square root of rounding errors.
 template <int kSize>
@@ -32,6 +30,26 @@ void SemidefiniteFactor(const Eigen::Matrix<double, kSize, kSize>& M,
   }
 }
 
+// The same for 3 x 3, written out.
+Eigen::Matrix3d Factor3(const Eigen::Matrix3d& M) {
+  Eigen::Matrix3d S = Eigen::Matrix3d::Zero();
+  double pivot = M(0, 0);
+  if (pivot > 0.0) {
+    const double inverse = 1.0 / std::sqrt(pivot);
+    S(0, 0) = pivot * inverse;
+    S(0, 1) = M(0, 1) * inverse;
+    S(0, 2) = M(0, 2) * inverse;
+  }
+  pivot = M(1, 1) - S(0, 1) * S(0, 1);
+  if (pivot > 1e-14 * M(1, 1)) {
+    S(1, 1) = std::sqrt(pivot);
+    S(1, 2) = (M(1, 2) - S(0, 1) * S(0, 2)) / S(1, 1);
+  }
+  pivot = M(2, 2) - S(0, 2) * S(0, 2) - S(1, 2) * S(1, 2);
+  if (pivot > 1e-14 * M(2, 2)) S(2, 2) = std::sqrt(pivot);
+  return S;
+}
+
 }  // namespace
 
 struct HandObjectBlock::Scratch {
@@ -42,7 +60,8 @@ struct HandObjectBlock::Scratch {
   Eigen::Matrix3Xd arms;  // v_i - T, world
   Eigen::Matrix3Xd z;
   std::vector<VertexQuadratic> quadratics;
-  std::vector<RowsMatrix> rows;  // per group: S_i d(v_i - R o)/d(delta, T, fingers of the group)
+  std::vector<double> energies;  // per term
+  Eigen::VectorXd rows;  // S_i dz_i / d(delta, T, fingers), three rows a vertex of one group
   System system;
 };
 
@@ -50,10 +69,6 @@ HandObjectBlock::HandObjectBlock(HandState* state)
     : state_(state), scratch_(std::make_unique<Scratch>()) {
   set_num_residuals(kRows);
   *mutable_parameter_block_sizes() = {4, 3, kHandDofs};
-  for (const HandModel::Group& group : state->Hand().Groups()) {
-    scratch_->rows.emplace_back(3 * static_cast<Eigen::Index>(group.vertices.size()),
-                                6 + 3 * static_cast<Eigen::Index>(group.joints.size()));
-  }
   scratch_->quadratics.resize(static_cast<std::size_t>(state->Hand().NumVertices()));
 }
 
@@ -79,59 +94,80 @@ void HandObjectBlock::Update(double const* const* parameters, bool with_jacobian
   s.z.noalias() = s.rotation.transpose() * s.arms;
   const VertexQuadratic nothing{Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(), 0.0};
   std::ranges::fill(s.quadratics, nothing);
-  for (const VertexTerm* term : terms_) term->Add(s.z, s.quadratics);
+  s.energies.clear();
+  for (const VertexTerm* term : terms_) s.energies.push_back(term->Add(s.z, s.quadratics));
+}
+
+const std::vector<double>& HandObjectBlock::Energies(double const* const* parameters) const {
+  Update(parameters, false);
+  return scratch_->energies;
+}
+
+// The vertices of one group, moved by `kFingers` finger numbers (fixed, so that the small products
+// unroll). In the object's frame dz = [z]x delta - R^T dT + R^T dv.
+template <int kFingers>
+void HandObjectBlock::ChainGroup(int g, System& system) const {
+  constexpr int kColumns = 6 + kFingers;
+  using Row3 = Eigen::Matrix<double, 3, kColumns, Eigen::RowMajor>;
+  Scratch& s = *scratch_;
+  const HandModel::Group& group = state_->Hand().Groups()[static_cast<std::size_t>(g)];
+  const JacobianMatrix& J_fingers = state_->GroupJacobian(g);
+  const Eigen::Matrix3d world_to_object = s.rotation.transpose();
+  Eigen::Matrix<double, kColumns, kColumns> hessian;
+  hessian.setZero();
+  Eigen::Matrix<double, kColumns, 1> gradient;
+  gradient.setZero();
+  s.rows.resize(3 * static_cast<Eigen::Index>(group.vertices.size()) * kColumns);
+  for (std::size_t m = 0; m < group.vertices.size(); ++m) {
+    const int i = group.vertices[m];
+    const VertexQuadratic& quadratic = s.quadratics[static_cast<std::size_t>(i)];
+    const Eigen::Vector3d z = s.z.col(i);
+    system.cost += quadratic.cost;
+    const Eigen::Matrix3d factor = Factor3(quadratic.hessian);
+    const Eigen::Matrix3d factor_world = factor * world_to_object;
+    const Eigen::Vector3d gradient_world = s.rotation * quadratic.gradient;
+    Eigen::Map<Row3> row(s.rows.data() + 3 * static_cast<Eigen::Index>(m) * kColumns);
+    for (int k = 0; k < 3; ++k) {
+      // Row k of factor [z]x is row_k x z.
+      row.template block<1, 3>(k, 0) = Eigen::Vector3d(factor.row(k)).cross(z).transpose();
+    }
+    row.template block<3, 3>(0, 3) = -factor_world;
+    gradient.template head<3>() += quadratic.gradient.cross(z);
+    gradient.template segment<3>(3) -= gradient_world;
+    if constexpr (kFingers > 0) {
+      const Eigen::Map<const Eigen::Matrix<double, 3, kFingers, Eigen::RowMajor>> J(
+          J_fingers.data() + 3 * static_cast<Eigen::Index>(m) * kFingers);
+      row.template rightCols<kFingers>().noalias() = factor_world.lazyProduct(J);
+      gradient.template tail<kFingers>().noalias() += J.transpose() * gradient_world;
+    }
+  }
+  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor>> rows(
+      s.rows.data(), 3 * static_cast<Eigen::Index>(group.vertices.size()), kColumns);
+  hessian.template selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+
+  // Scatter: the group's column c is column place(c) of the whole; only the lower triangle.
+  const auto place = [&](int c) {
+    return c < 6 ? c : 6 + 3 * group.joints[static_cast<std::size_t>(c - 6) / 3] + (c - 6) % 3;
+  };
+  for (int c = 0; c < kColumns; ++c) {
+    system.gradient(place(c)) += gradient(c);
+    for (int r = c; r < kColumns; ++r) system.hessian(place(r), place(c)) += hessian(r, c);
+  }
 }
 
 void HandObjectBlock::Chain(System& system) const {
-  Scratch& s = *scratch_;
   system.hessian.setZero();
   system.gradient.setZero();
   system.cost = 0.0;
   const std::vector<HandModel::Group>& groups = state_->Hand().Groups();
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    const HandModel::Group& group = groups[g];
-    const JacobianMatrix& J_fingers = state_->GroupJacobian(static_cast<int>(g));
-    RowsMatrix& rows = s.rows[g];
-    const Eigen::Index fingers = rows.cols() - 6;
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(rows.cols());
-    for (std::size_t m = 0; m < group.vertices.size(); ++m) {
-      const int i = group.vertices[m];
-      const auto row = 3 * static_cast<Eigen::Index>(m);
-      const VertexQuadratic& quadratic = s.quadratics[static_cast<std::size_t>(i)];
-      system.cost += quadratic.cost;
-      // In the object's frame dz = [z]x delta - R^T dT + R^T dv.
-      Eigen::Matrix<double, 3, 3, Eigen::RowMajor> factor;
-      SemidefiniteFactor<3>(quadratic.hessian, factor);
-      const Eigen::Matrix3d factor_world = factor * s.rotation.transpose();
-      const Eigen::Vector3d gradient_world = s.rotation * quadratic.gradient;
-      rows.block<3, 3>(row, 0).noalias() = factor * Skew(Eigen::Vector3d(s.z.col(i)));
-      rows.block<3, 3>(row, 3) = -factor_world;
-      gradient.head<3>() += quadratic.gradient.cross(Eigen::Vector3d(s.z.col(i)));
-      gradient.segment<3>(3) -= gradient_world;
-      if (fingers == 0) continue;
-      rows.block(row, 6, 3, fingers).noalias() =
-          factor_world.lazyProduct(J_fingers.middleRows<3>(row));
-      gradient.tail(fingers).noalias() +=
-          J_fingers.middleRows<3>(row).transpose() * gradient_world;
-    }
-    Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(rows.cols(), rows.cols());
-    hessian.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
-    hessian.triangularView<Eigen::StrictlyUpper>() = hessian.transpose();
-
-    system.hessian.topLeftCorner<6, 6>() += hessian.topLeftCorner<6, 6>();
-    system.gradient.head<6>() += gradient.head<6>();
-    for (std::size_t a = 0; a < group.joints.size(); ++a) {
-      const auto from_a = 6 + 3 * static_cast<Eigen::Index>(a);
-      const Eigen::Index to_a = 6 + 3 * group.joints[a];
-      system.gradient.segment<3>(to_a) += gradient.segment<3>(from_a);
-      system.hessian.block<6, 3>(0, to_a) += hessian.block<6, 3>(0, from_a);
-      system.hessian.block<3, 6>(to_a, 0) += hessian.block<3, 6>(from_a, 0);
-      for (std::size_t b = 0; b < group.joints.size(); ++b) {
-        system.hessian.block<3, 3>(to_a, 6 + 3 * group.joints[b]) +=
-            hessian.block<3, 3>(from_a, 6 + 3 * static_cast<Eigen::Index>(b));
-      }
+  for (int g = 0; g < static_cast<int>(groups.size()); ++g) {
+    switch (groups[static_cast<std::size_t>(g)].joints.size()) {
+      case 0: ChainGroup<0>(g, system); break;
+      case 3: ChainGroup<9>(g, system); break;
+      default: ChainGroup<kHandDofs>(g, system); break;
     }
   }
+  system.hessian.triangularView<Eigen::StrictlyUpper>() = system.hessian.transpose();
 }
 
 void HandObjectBlock::Linearize(double const* const* parameters, System& system) const {

@@ -49,6 +49,9 @@ class HandObjectBlock final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
+  /// Each term's energy at a point, in the order they were added, as the paper writes it (no weight).
+  const std::vector<double>& Energies(double const* const* parameters) const;
+
   /// The system at a point, in tangent order (rotation on the right, T, P).
   void Linearize(double const* const* parameters, System& system) const;
 
@@ -58,6 +61,8 @@ class HandObjectBlock final : public ceres::CostFunction {
   // parameters stay the same, as Ceres evaluates an accepted point twice.
   void Update(double const* const* parameters, bool with_jacobian) const;
   void Chain(System& system) const;
+  template <int kFingers>
+  void ChainGroup(int g, System& system) const;
 
   HandState* state_;
   std::vector<const VertexTerm*> terms_;

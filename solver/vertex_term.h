@@ -26,10 +26,8 @@ class VertexTerm {
   virtual ~VertexTerm() = default;
 
   /// Adds this term's quadratic at each column of `z` (3 x N) to `quadratics` (N), weight included.
-  virtual void Add(const Eigen::Matrix3Xd& z, std::span<VertexQuadratic> quadratics) const = 0;
-
-  /// The energy as the paper writes it (without weight and without the solver's factor 1/2).
-  virtual double Energy(const Eigen::Matrix3Xd& z) const = 0;
+  /// Returns the energy as the paper writes it: without weight and without the solver's factor 1/2.
+  virtual double Add(const Eigen::Matrix3Xd& z, std::span<VertexQuadratic> quadratics) const = 0;
 };
 
 }  // namespace holdfast

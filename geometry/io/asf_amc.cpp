@@ -76,9 +76,7 @@ Eigen::Vector3d ReadVector(TextScanner& scanner, std::string_view what) {
   return v;
 }
 
-bool AtSection(TextScanner& scanner) {
-  return scanner.AtEnd() || scanner.Peek().starts_with(':');
-}
+bool AtSection(TextScanner& scanner) { return scanner.AtEnd() || scanner.Peek().starts_with(':'); }
 
 Freedom ReadFreedom(TextScanner& scanner) {
   const std::string_view word = scanner.Next();
@@ -265,17 +263,16 @@ BonePose ReadBonePose(TextScanner& scanner, const Bone& bone, double angle_unit)
   BonePose pose;
   for (const Freedom freedom : bone.freedoms) {
     if (scanner.PeekOnLine().empty()) {
-      scanner.Fail(fmt::format("fewer than {} numbers for bone '{}'", bone.freedoms.size(),
-                               bone.name),
-                   "Use the skeleton that the motion was made with, or mend the line");
+      scanner.Fail(
+          fmt::format("fewer than {} numbers for bone '{}'", bone.freedoms.size(), bone.name),
+          "Use the skeleton that the motion was made with, or mend the line");
     }
     const double value = scanner.Number("a bone's value");
     const int axis = static_cast<int>(freedom) % 3;
     if (freedom == Freedom::kLength) {
       pose.stretch = value;
     } else if (freedom >= Freedom::kRx) {
-      pose.turn =
-          Turn(axis, std::remainder(value * angle_unit, 2 * std::numbers::pi)) * pose.turn;
+      pose.turn = Turn(axis, std::remainder(value * angle_unit, 2 * std::numbers::pi)) * pose.turn;
     } else {
       pose.shift[axis] = value;
     }
@@ -291,7 +288,8 @@ BonePose ReadBonePose(TextScanner& scanner, const Bone& bone, double angle_unit)
 std::vector<BonePose> ReadFrame(TextScanner& scanner, const Skeleton& skeleton, double angle_unit) {
   std::vector<BonePose> poses(skeleton.bones.size());
   std::vector<bool> seen(skeleton.bones.size(), false);
-  const std::string frame = fmt::format("frame {}", scanner.Integer("a frame's number", 0, 1 << 30));
+  const std::string frame =
+      fmt::format("frame {}", scanner.Integer("a frame's number", 0, 1 << 30));
   double number = 0;
   while (!scanner.AtEnd() && !ParseNumber(scanner.Peek(), number)) {
     const std::string name(scanner.Next());
@@ -402,8 +400,8 @@ std::filesystem::path FindAsfBeside(const std::filesystem::path& amc) {
     const std::string name = entry.path().filename().string();
     if (!is_skeleton(name)) continue;
     all.push_back(entry.path());
-    const std::string stem = name.substr(0, name.find(".asf") == name.npos ? name.find(".ASF")
-                                                                          : name.find(".asf"));
+    const std::string stem =
+        name.substr(0, name.find(".asf") == name.npos ? name.find(".ASF") : name.find(".asf"));
     if (motion_name.starts_with(stem)) by_prefix[stem.size()] = entry.path();
   }
   if (!by_prefix.empty()) return by_prefix.rbegin()->second;

@@ -16,13 +16,13 @@ struct AmcOptions {
 };
 
 /// Reads an Acclaim motion (`.amc`) on its skeleton (`.asf`), plain or gzip'd. Each bone becomes a
-/// joint at its start, of the bone's name; a bone that nothing hangs on gets an end site. With C the
-/// rotation of a bone's `axis` and M that of its degrees of freedom, both listed first-applied first,
-/// the joint turns by C M C^-1 relative to its parent.
+/// joint at its start, of the bone's name; a bone that nothing hangs on gets an end site. With C
+/// the rotation of a bone's `axis` and M that of its degrees of freedom, both listed first-applied
+/// first, the joint turns by C M C^-1 relative to its parent.
 ///
 /// Throws Error naming file and line: sections missing or malformed, bones without a place in the
-/// hierarchy, loops, unknown bones or degrees of freedom in the motion, frames cut short, values that
-/// are not finite, no frames; and Error naming the motion when no skeleton lies beside it.
+/// hierarchy, loops, unknown bones or degrees of freedom in the motion, frames cut short, values
+/// that are not finite, no frames; and Error naming the motion when no skeleton lies beside it.
 SourceMotion ReadAmc(const std::filesystem::path& path, const AmcOptions& options = {});
 
 /// The same for texts in memory; the names are how messages call them.

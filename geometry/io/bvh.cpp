@@ -41,9 +41,9 @@ void ReadChannels(TextScanner& scanner, int joint, std::vector<Channel>& channel
     const bool rotates = !word.empty() && EqualIgnoringCase(word.substr(1), "rotation");
     const bool moves = !word.empty() && EqualIgnoringCase(word.substr(1), "position");
     if (axis == word.npos || (!rotates && !moves)) {
-      scanner.Fail(fmt::format("channel {} of {} is not one of X/Y/Zposition, X/Y/Zrotation", i + 1,
-                               count),
-                   "Repair the line");
+      scanner.Fail(
+          fmt::format("channel {} of {} is not one of X/Y/Zposition, X/Y/Zrotation", i + 1, count),
+          "Repair the line");
     }
     const Channel channel{joint, static_cast<int>(axis % 3), rotates};
     const unsigned bit = 1u << (channel.axis + (rotates ? 3 : 0));
@@ -123,8 +123,8 @@ void ReadFrame(TextScanner& scanner, int frame, int num_frames, double scale,
     if (channel.rotates) {
       // An angle is an angle modulo a turn: keeps sine and cosine exact for counters gone wild.
       const double angle = std::remainder(value, 360.0) * kDegree;
-      local[channel.joint] = local[channel.joint] *
-                             Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(channel.axis));
+      local[channel.joint] =
+          local[channel.joint] * Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(channel.axis));
     } else {
       offset(channel.axis, channel.joint) = scale * value;
     }
@@ -172,9 +172,9 @@ SourceMotion ParseBvh(std::string_view text, std::string name, double metres_per
   if (whole > 0 && std::abs(motion.frame_rate - whole) < 2e-3 * whole) motion.frame_rate = whole;
 
   if (static_cast<double>(num_frames) * motion.NumJoints() > kMaxJointFrames) {
-    scanner.Fail(fmt::format("{} frames of {} joints are more than fit", num_frames,
-                             motion.NumJoints()),
-                 "Cut the motion into parts");
+    scanner.Fail(
+        fmt::format("{} frames of {} joints are more than fit", num_frames, motion.NumJoints()),
+        "Cut the motion into parts");
   }
   // The header's count is only believed as far as the text can bear it: a number takes two bytes.
   const std::size_t bearable = text.size() / (2 * channels.size()) + 1;
@@ -184,16 +184,16 @@ SourceMotion ParseBvh(std::string_view text, std::string name, double metres_per
   for (int frame = 0; frame < num_frames; ++frame) {
     // Some exporters count one frame too many or too few; whole frames are taken as they are.
     if (frame > 0 && frame == num_frames - 1 && scanner.AtEnd()) {
-      motion.notes.push_back(fmt::format("the header announces {} frames, {} are there",
-                                         num_frames, frame));
+      motion.notes.push_back(
+          fmt::format("the header announces {} frames, {} are there", num_frames, frame));
       return motion;
     }
     ReadFrame(scanner, frame, num_frames, metres_per_unit, channels, motion);
   }
   if (!scanner.AtEnd()) {
     ReadFrame(scanner, num_frames, num_frames + 1, metres_per_unit, channels, motion);
-    motion.notes.push_back(fmt::format("the header announces {} frames, one more is there",
-                                       num_frames));
+    motion.notes.push_back(
+        fmt::format("the header announces {} frames, one more is there", num_frames));
   }
   if (!scanner.AtEnd()) {
     scanner.Next();

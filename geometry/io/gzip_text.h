@@ -10,8 +10,8 @@ namespace holdfast {
 /// Largest text a motion file may unpack to: hours of capture, yet no zip bomb.
 inline constexpr std::size_t kMotionTextLimit = std::size_t{1} << 30;
 
-/// The whole file as text, unpacked when it is gzip'd (by content, not by name). Throws Error when it
-/// cannot be opened, is not a regular file, is damaged or cut short, or unpacks to more than
+/// The whole file as text, unpacked when it is gzip'd (by content, not by name). Throws Error when
+/// it cannot be opened, is not a regular file, is damaged or cut short, or unpacks to more than
 /// `limit_bytes`.
 std::string ReadGzipText(const std::filesystem::path& path,
                          std::size_t limit_bytes = kMotionTextLimit);

@@ -19,7 +19,8 @@ MotionFormat Recognize(std::string_view text) {
   TextScanner scanner("", text, '#');
   const std::string_view first = scanner.Next();
   if (EqualIgnoringCase(first, "HIERARCHY")) return MotionFormat::kBvh;
-  for (const std::string_view word : {":FULLY-SPECIFIED", ":DEGREES", ":RADIANS", ":SAMPLES-PER-SECOND"}) {
+  for (const std::string_view word :
+       {":FULLY-SPECIFIED", ":DEGREES", ":RADIANS", ":SAMPLES-PER-SECOND"}) {
     if (EqualIgnoringCase(first, word)) return MotionFormat::kAmc;
   }
   if (first.starts_with(':')) return MotionFormat::kAsf;
@@ -54,7 +55,8 @@ Clip ImportMotion(const std::filesystem::path& path, const RetargetBody& body,
       amc.skeleton = options.skeleton.empty() ? FindAsfBeside(path) : options.skeleton;
       amc.metres_per_unit = options.metres_per_unit;
       if (options.source_frame_rate > 0) amc.frame_rate = options.source_frame_rate;
-      motion = ParseAmc(ReadGzipText(amc.skeleton), amc.skeleton.string(), text, path.string(), amc);
+      motion =
+          ParseAmc(ReadGzipText(amc.skeleton), amc.skeleton.string(), text, path.string(), amc);
       break;
     }
     case MotionFormat::kAsf:

@@ -13,14 +13,14 @@
 namespace holdfast {
 
 struct ImportOptions {
-  double frame_rate = 30;         ///< of the clip, Hz; 0 keeps the file's
-  double source_frame_rate = 0;   ///< Hz, for files that do not tell (AMC: 120); 0: as the file says
-  double metres_per_unit = 0;     ///< 0: 0.01 for BVH, the skeleton's own unit for ASF/AMC
-  UpAxis up = UpAxis::kY;         ///< of the file's world
-  std::filesystem::path map;      ///< JSON map of joint names; empty: recognised
-  std::filesystem::path skeleton; ///< `.asf` of an `.amc`; empty: looked for beside it
-  bool find_ground = true;        ///< see RetargetOptions
-  Eigen::VectorXd betas;          ///< of the body given, noted in the clip
+  double frame_rate = 30;        ///< of the clip, Hz; 0 keeps the file's
+  double source_frame_rate = 0;  ///< Hz, for files that do not tell (AMC: 120); 0: as the file says
+  double metres_per_unit = 0;    ///< 0: 0.01 for BVH, the skeleton's own unit for ASF/AMC
+  UpAxis up = UpAxis::kY;        ///< of the file's world
+  std::filesystem::path map;     ///< JSON map of joint names; empty: recognised
+  std::filesystem::path skeleton;  ///< `.asf` of an `.amc`; empty: looked for beside it
+  bool find_ground = true;         ///< see RetargetOptions
+  Eigen::VectorXd betas;           ///< of the body given, noted in the clip
 };
 
 struct ImportReport {

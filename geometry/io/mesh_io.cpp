@@ -8,8 +8,8 @@
 #include <mutex>
 #include <sstream>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
@@ -23,8 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 namespace om = OpenMesh;
 
-/// OpenMesh's readers and writers are objects with state of which there is one per process, and they
-/// report to streams of the process. One at a time, and in silence.
+/// OpenMesh's readers and writers are objects with state of which there is one per process, and
+/// they report to streams of the process. One at a time, and in silence.
 class OpenMeshSession {
  public:
   OpenMeshSession() : lock_(Mutex()) {
@@ -122,7 +122,8 @@ MeshFile ReadMeshBytes(std::string bytes, const fs::path& path) {
     const int end = soup.polygon_begin[p + 1];
     num_split += end - begin > 3;
     for (int i = begin + 1; i + 1 < end; ++i) {
-      mesh.faces.col(next++) << soup.polygon_ids[begin], soup.polygon_ids[i], soup.polygon_ids[i + 1];
+      mesh.faces.col(next++) << soup.polygon_ids[begin], soup.polygon_ids[i],
+          soup.polygon_ids[i + 1];
     }
   }
   RequireValid(mesh);
@@ -131,8 +132,8 @@ MeshFile ReadMeshBytes(std::string bytes, const fs::path& path) {
                                      num_split, num_polygons));
   }
   if (num_polygons < num_expected) {
-    file.notes.push_back(fmt::format("{} faces that repeat a corner were left out.",
-                                     num_expected - num_polygons));
+    file.notes.push_back(
+        fmt::format("{} faces that repeat a corner were left out.", num_expected - num_polygons));
   }
   return file;
 }

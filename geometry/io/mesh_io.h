@@ -9,27 +9,27 @@
 
 namespace holdfast {
 
-/// A mesh as a file holds it: nothing welded, dropped or reordered, so that what is wrong with it can
-/// still be seen (geometry/mesh_check.h).
+/// A mesh as a file holds it: nothing welded, dropped or reordered, so that what is wrong with it
+/// can still be seen (geometry/mesh_check.h).
 struct MeshFile {
-  TriangleMesh mesh;              ///< polygons split into fans around their first corner
-  std::vector<std::string> notes; ///< what was done on the way, as plain sentences
+  TriangleMesh mesh;               ///< polygons split into fans around their first corner
+  std::vector<std::string> notes;  ///< what was done on the way, as plain sentences
 };
 
-/// Reads a surface mesh through OpenMesh by its extension, in capitals or not: `.obj`, `.ply` (text and
-/// binary, either byte order), `.stl` (text and binary), `.off` (text). Numbers are taken as metres;
-/// texture, normals, colours and materials are passed over. Faces are kept when doubled, without area
-/// or non-manifold; OpenMesh leaves out those of .obj and .stl files that repeat a corner (noted). An
-/// .stl file holds loose triangles: corners at the same place become one vertex.
+/// Reads a surface mesh through OpenMesh by its extension, in capitals or not: `.obj`, `.ply` (text
+/// and binary, either byte order), `.stl` (text and binary), `.off` (text). Numbers are taken as
+/// metres; texture, normals, colours and materials are passed over. Faces are kept when doubled,
+/// without area or non-manifold; OpenMesh leaves out those of .obj and .stl files that repeat a
+/// corner (noted). An .stl file holds loose triangles: corners at the same place become one vertex.
 ///
 /// OpenMesh 9 trusts what it reads and holds positions in single precision, so a scanner goes over
-/// each file first (geometry/io/mesh_scan.h), and positions are taken from there: in double precision
-/// where the file has it.
+/// each file first (geometry/io/mesh_scan.h), and positions are taken from there: in double
+/// precision where the file has it.
 ///
 /// Throws Error naming the file, the line where there are lines, and the fault: missing, a folder,
-/// empty, unknown extension, truncated, not of its format, NaN or infinite coordinates, vertex ids out
-/// of range, no vertices, no faces. A header that promises more than the file can hold is refused before
-/// anything is allocated for it. Safe to call from several threads.
+/// empty, unknown extension, truncated, not of its format, NaN or infinite coordinates, vertex ids
+/// out of range, no vertices, no faces. A header that promises more than the file can hold is
+/// refused before anything is allocated for it. Safe to call from several threads.
 MeshFile ReadMeshFile(const std::filesystem::path& path);
 
 /// The same for a file's content; `path` tells the format and goes into messages.
@@ -38,11 +38,11 @@ MeshFile ReadMeshBytes(std::string bytes, const std::filesystem::path& path);
 /// The mesh of ReadMeshFile.
 TriangleMesh ReadMesh(const std::filesystem::path& path);
 
-/// Writes a mesh through OpenMesh, by extension, atomically: `.obj` and `.off` as text, `.ply` and `.stl`
-/// as binary. Positions are stored in single precision (half a nanometre for an object of centimetres
-/// size, picometres in .obj). The same mesh gives the same bytes.
-/// Throws Error for an unknown extension, a mesh without faces, ids out of range, coordinates that are
-/// not finite in single precision, and when the file cannot be written.
+/// Writes a mesh through OpenMesh, by extension, atomically: `.obj` and `.off` as text, `.ply` and
+/// `.stl` as binary. Positions are stored in single precision (half a nanometre for an object of
+/// centimetres size, picometres in .obj). The same mesh gives the same bytes. Throws Error for an
+/// unknown extension, a mesh without faces, ids out of range, coordinates that are not finite in
+/// single precision, and when the file cannot be written.
 void WriteMesh(const TriangleMesh& mesh, const std::filesystem::path& path);
 
 }  // namespace holdfast

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/mesh_scan.h"
 
-#include <charconv>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -16,6 +16,8 @@ namespace holdfast {
 namespace {
 
 constexpr std::string_view kBlank = " \t\r\v\f";
+constexpr std::size_t kStlHeader = 84;
+constexpr std::size_t kStlTriangle = 50;
 constexpr const char* kTruncated = "The file may be cut short: copy or export it again";
 
 bool IsBlank(char c) { return kBlank.find(c) != std::string_view::npos; }
@@ -59,7 +61,8 @@ class Lines {
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (error == std::errc::result_out_of_range && end == digits.data() + digits.size()) {
       // from_chars leaves underflow (1e-400) to the caller: that is zero here.
-      if (digits.find("e-") != std::string_view::npos || digits.find("E-") != std::string_view::npos) {
+      if (digits.find("e-") != std::string_view::npos ||
+          digits.find("E-") != std::string_view::npos) {
         return 0.0;
       }
     } else if (error != std::errc() || end != digits.data() + digits.size()) {
@@ -132,8 +135,8 @@ std::size_t Count(long long count, std::size_t least_bytes, std::size_t bytes_le
   }
   if (static_cast<std::size_t>(count) > bytes_left / least_bytes) {
     throw Error(where,
-                fmt::format("its header promises {} {}, more than its {} bytes can hold", count, what,
-                            bytes_left),
+                fmt::format("its header promises {} {}, more than its {} bytes can hold", count,
+                            what, bytes_left),
                 kTruncated);
   }
   return static_cast<std::size_t>(count);
@@ -173,6 +176,21 @@ void WritePlainOff(MeshScan& scan) {
   }
 }
 
+/// As a binary file: OpenMesh takes any line of a text with "outer" in it for a triangle, the name
+/// too.
+void WritePlainStl(const std::vector<float>& corners, MeshScan& scan) {
+  scan.binary = true;
+  std::string& out = scan.plain;
+  out.assign(kStlHeader, '\0');
+  const auto count = static_cast<std::uint32_t>(scan.num_triangles);
+  std::memcpy(out.data() + 80, &count, sizeof count);
+  for (std::size_t t = 0; t < scan.num_triangles; ++t) {
+    out.append(12, '\0');
+    out.append(reinterpret_cast<const char*>(&corners[9 * t]), 36);
+    out.append(2, '\0');
+  }
+}
+
 }  // namespace
 
 MeshScan ScanObj(std::string_view bytes, const std::string& name) {
@@ -198,7 +216,8 @@ MeshScan ScanObj(std::string_view bytes, const std::string& name) {
     const std::string_view keyword = again.Word();
     if (keyword == "v") ++seen;
     if (keyword != "f") continue;
-    for (std::string_view word = again.Word(); !word.empty() && word[0] != '#'; word = again.Word()) {
+    for (std::string_view word = again.Word(); !word.empty() && word[0] != '#';
+         word = again.Word()) {
       if (word == "\\") {
         again.Fail("a face continues on the next line, which OpenMesh does not read",
                    "Join the lines");
@@ -210,7 +229,8 @@ MeshScan ScanObj(std::string_view bytes, const std::string& name) {
                    "Check the file, or export it again");
       }
       // Ids count from 1, and from the last vertex so far backwards when negative.
-      if (id == 0) again.Fail("a face names vertex 0, but .obj counts from 1", "Check the exporter");
+      if (id == 0)
+        again.Fail("a face names vertex 0, but .obj counts from 1", "Check the exporter");
       AddPolygonId(scan, id > 0 ? id - 1 : static_cast<long long>(seen) + id, scan.positions.size(),
                    again);
     }
@@ -225,7 +245,8 @@ MeshScan ScanOff(std::string_view bytes, const std::string& name) {
   MeshScan scan;
   Lines lines(bytes, name);
   const std::string_view magic = lines.WordAcrossLines();
-  if (magic != "OFF" && magic != "COFF" && magic != "NOFF" && magic != "CNOFF" && magic != "STOFF") {
+  if (magic != "OFF" && magic != "COFF" && magic != "NOFF" && magic != "CNOFF" &&
+      magic != "STOFF") {
     lines.Fail("does not start with OFF", "Check that it is an .off file");
   }
   const std::string_view first = lines.WordAcrossLines();
@@ -280,15 +301,14 @@ MeshScan ScanOff(std::string_view bytes, const std::string& name) {
 
 MeshScan ScanStl(std::string_view bytes, const std::string& name) {
   MeshScan scan;
-  constexpr std::size_t kHeader = 84;
-  constexpr std::size_t kTriangle = 50;
   // Binary files may begin with "solid" too: the size decides.
   std::uint32_t count = 0;
-  if (bytes.size() >= kHeader) std::memcpy(&count, bytes.data() + 80, sizeof count);
-  const bool size_fits = bytes.size() >= kHeader &&
-                         bytes.size() - kHeader == std::size_t{count} * kTriangle;
+  if (bytes.size() >= kStlHeader) std::memcpy(&count, bytes.data() + 80, sizeof count);
+  const bool size_fits =
+      bytes.size() >= kStlHeader && bytes.size() - kStlHeader == std::size_t{count} * kStlTriangle;
   std::string_view start = bytes;
-  while (!start.empty() && (IsBlank(start.front()) || start.front() == '\n')) start.remove_prefix(1);
+  while (!start.empty() && (IsBlank(start.front()) || start.front() == '\n'))
+    start.remove_prefix(1);
   const bool says_solid = start.substr(0, 5) == "solid" || start.substr(0, 5) == "SOLID";
   const bool has_facets = bytes.find("facet") != bytes.npos || bytes.find("FACET") != bytes.npos ||
                           bytes.find("endsolid") != bytes.npos;
@@ -300,6 +320,7 @@ MeshScan ScanStl(std::string_view bytes, const std::string& name) {
       return text;
     };
     bool ended = false;
+    std::vector<float> corners;
     while (lines.Next()) {
       const std::string word = lower(lines.Word());
       ended = ended || word == "endsolid";
@@ -308,25 +329,29 @@ MeshScan ScanStl(std::string_view bytes, const std::string& name) {
         if (!lines.Next() || lower(lines.Word()) != "vertex") {
           lines.Fail("a triangle has fewer than three 'vertex' lines", kTruncated);
         }
-        for (int k = 0; k < 3; ++k) lines.Coordinate(lines.Word());
+        for (int k = 0; k < 3; ++k) {
+          corners.push_back(static_cast<float>(lines.Coordinate(lines.Word())));
+        }
       }
       ++scan.num_triangles;
     }
     if (!ended) lines.Fail("ends without 'endsolid'", kTruncated);
+    WritePlainStl(corners, scan);
   } else {
     if (!size_fits) {
-      throw Error(name,
-                  bytes.size() < kHeader
-                      ? fmt::format("is too short for an .stl file ({} bytes)", bytes.size())
-                      : fmt::format("its header promises {} triangles ({} bytes), but it has {} bytes",
-                                    count, kHeader + std::size_t{count} * kTriangle, bytes.size()),
-                  kTruncated);
+      throw Error(
+          name,
+          bytes.size() < kStlHeader
+              ? fmt::format("is too short for an .stl file ({} bytes)", bytes.size())
+              : fmt::format("its header promises {} triangles ({} bytes), but it has {} bytes",
+                            count, kStlHeader + std::size_t{count} * kStlTriangle, bytes.size()),
+          kTruncated);
     }
     scan.binary = true;
     scan.num_triangles = count;
     for (std::size_t t = 0; t < count; ++t) {
       float corner[9];
-      std::memcpy(corner, bytes.data() + kHeader + t * kTriangle + 12, sizeof corner);
+      std::memcpy(corner, bytes.data() + kStlHeader + t * kStlTriangle + 12, sizeof corner);
       for (const float value : corner) {
         if (!std::isfinite(value)) {
           throw Error(name, fmt::format("triangle {} has a coordinate that is not finite", t),

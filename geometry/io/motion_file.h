@@ -9,7 +9,8 @@
 
 namespace holdfast {
 
-/// Frames times joints a reader takes at most: about 2 GB in memory, an hour of a hundred joints at 80 Hz.
+/// Frames times joints a reader takes at most: about 2 GB in memory, an hour of a hundred joints at
+/// 80 Hz.
 inline constexpr double kMaxJointFrames = 3e7;
 
 /// A motion as a file tells it, on the file's own skeleton: lengths in metres, everything else

@@ -141,7 +141,8 @@ class PlyScanner {
         Property property;
         property.name = words.back();
         const bool list = words[1] == "list";
-        if (words.size() != (list ? 5u : 3u)) Fail("its header has a property of an unknown form", kExportAgain);
+        if (words.size() != (list ? 5u : 3u))
+          Fail("its header has a property of an unknown form", kExportAgain);
         const std::optional<Type> type = ParseType(list ? words[3] : words[1]);
         if (list) property.count_type = ParseType(words[2]);
         if (!type || (list && (!property.count_type || *property.count_type >= Type::kFloat))) {
@@ -196,11 +197,13 @@ class PlyScanner {
   }
 
   std::string_view Word() {
-    while (position_ < bytes_.size() && std::isspace(static_cast<unsigned char>(bytes_[position_]))) {
+    while (position_ < bytes_.size() &&
+           std::isspace(static_cast<unsigned char>(bytes_[position_]))) {
       ++position_;
     }
     const std::size_t begin = position_;
-    while (position_ < bytes_.size() && !std::isspace(static_cast<unsigned char>(bytes_[position_]))) {
+    while (position_ < bytes_.size() &&
+           !std::isspace(static_cast<unsigned char>(bytes_[position_]))) {
       ++position_;
     }
     return bytes_.substr(begin, position_ - begin);
@@ -294,7 +297,10 @@ class PlyScanner {
           continue;
         }
         const double value = Value(property.type, element.name);
-        const int axis = property.name == "x" ? 0 : property.name == "y" ? 1 : property.name == "z" ? 2 : -1;
+        const int axis = property.name == "x"   ? 0
+                         : property.name == "y" ? 1
+                         : property.name == "z" ? 2
+                                                : -1;
         if (axis >= 0) p[axis] = value;
       }
       // OpenMesh keeps single precision, so that is the range.

@@ -65,18 +65,6 @@ Camera FitCamera(const Eigen::AlignedBox3d& box, double azimuth_rad, double elev
   return OrbitCamera(centre, azimuth_rad, elevation_rad, distance);
 }
 
-Camera FrontCamera(const Eigen::AlignedBox3d& box, double aspect) {
-  return FitCamera(box, -0.3, 0.12, aspect);
-}
-
-Camera SideCamera(const Eigen::AlignedBox3d& box, double aspect) {
-  return FitCamera(box, -0.5 * std::numbers::pi, 0.1, aspect);
-}
-
-Camera FollowCamera(const Eigen::Vector3d& target, double distance_m) {
-  return OrbitCamera(target, -0.7, 0.2, distance_m);
-}
-
 Camera CloseUpCamera(const Eigen::Vector3d& point, double radius_m, double azimuth_rad,
                      double elevation_rad) {
   const Camera defaults;

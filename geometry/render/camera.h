@@ -17,7 +17,7 @@ struct Camera {
 };
 
 /// Looks at `target` from `distance_m` away. Azimuth 0 stands in front of a person (at -y of the
-/// target), pi/2 at the person's left (+x); elevation is above the horizon.
+/// target), pi/2 at the person's left (+x), -pi/2 at the right; elevation is above the horizon.
 Camera OrbitCamera(const Eigen::Vector3d& target, double azimuth_rad, double elevation_rad,
                    double distance_m);
 
@@ -25,15 +25,6 @@ Camera OrbitCamera(const Eigen::Vector3d& target, double azimuth_rad, double ele
 /// `aspect` is width / height of the picture.
 Camera FitCamera(const Eigen::AlignedBox3d& box, double azimuth_rad, double elevation_rad,
                  double aspect, double margin = 0.06);
-
-/// The whole box from the front, slightly from above and to the side of the right hand.
-Camera FrontCamera(const Eigen::AlignedBox3d& box, double aspect);
-
-/// The whole box from the person's right.
-Camera SideCamera(const Eigen::AlignedBox3d& box, double aspect);
-
-/// Three-quarter view at a fixed distance that travels with `target` (a pelvis, a wrist).
-Camera FollowCamera(const Eigen::Vector3d& target, double distance_m = 3.2);
 
 /// A close look at one point from the given azimuth and elevation; `radius_m` around it fills the
 /// picture's height.

@@ -47,7 +47,7 @@ std::vector<float> PoseCorrectives(const BodyMesh& body, const Eigen::MatrixXd& 
   constexpr int kFeatures = 9 * (kNumJoints - 1);
   // In the fold the skin of both bones meets: pushing it out by the full length would press it
   // through itself.
-  constexpr double kShareInFold = 0.45;
+  constexpr double kShareInFold = 0.35;
   constexpr double kNegligible = 0.01;
   const RestJoints joints = DefaultRestJoints();
   const Eigen::Index num_vertices = body.mesh.NumVertices();

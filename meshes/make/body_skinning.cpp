@@ -172,7 +172,7 @@ class WeightField {
     }
     double left_over = mass;
     for (const Finger f : kFour) {
-      const double finger = mass * share[f] / total * Ramp(Beyond(p, f, 0), -0.0135, 0.0150);
+      const double finger = mass * share[f] / total * Ramp(Beyond(p, f, 0), -0.0160, 0.0165);
       AddFinger(p, f, finger, kHalfWidth[f], w);
       left_over -= finger;
     }

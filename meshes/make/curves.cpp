@@ -78,9 +78,8 @@ Outline RoundedPath(const std::vector<Corner>& corners, bool closed, double degr
       continue;
     }
     // Neighbouring arcs share a straight piece, so each may take half of it.
-    const double reach =
-        std::min(corners[i].round / std::tan(0.5 * opening),
-                 0.4999 * std::min(to_before.norm(), to_after.norm()));
+    const double reach = std::min(corners[i].round / std::tan(0.5 * opening),
+                                  0.4999 * std::min(to_before.norm(), to_after.norm()));
     const double radius = reach * std::tan(0.5 * opening);
     const Vec2 center = corner + (u + v).normalized() * radius / std::sin(0.5 * opening);
     const Vec2 from = corner + reach * u - center;
@@ -107,8 +106,7 @@ Outline OffsetLeft(const Outline& path, double distance) {
   const int n = static_cast<int>(path.size());
   Outline moved(path.size());
   for (int i = 0; i < n; ++i) {
-    const Vec2 tangent =
-        (path[std::min(i + 1, n - 1)] - path[std::max(i - 1, 0)]).normalized();
+    const Vec2 tangent = (path[std::min(i + 1, n - 1)] - path[std::max(i - 1, 0)]).normalized();
     moved[i] = path[i] + distance * Vec2(-tangent.y(), tangent.x());
   }
   return moved;
@@ -213,7 +211,7 @@ Sweep::Place Sweep::Locate(const Vec3& p) const {
   const Vec3 offset = p - center;
   const bool at_start = segment == 0 && fraction == 0.0;
   const bool at_end = segment + 2 == centers_.size() && fraction == 1.0;
-  const double past = at_start  ? std::max(-offset.dot(tangent), 0.0)
+  const double past = at_start ? std::max(-offset.dot(tangent), 0.0)
                       : at_end ? std::max(offset.dot(tangent), 0.0)
                                : 0.0;
   const double along =

@@ -57,7 +57,8 @@ struct Station {
   double half_up;    ///< across it, in the plane of bending
 };
 
-/// A tube along a smooth path through stations, its elliptic or squarish section changing on the way.
+/// A tube along a smooth path through stations, its elliptic or squarish section changing on the
+/// way.
 class Sweep {
  public:
   /// Where a point lies in the frame of the nearest section.
@@ -75,8 +76,8 @@ class Sweep {
 
   Place Locate(const Vec3& p) const;
 
-  /// Distance with a superelliptic section (exponent 2: ellipse, higher: squarer) and ends that bulge
-  /// by `cap` (0: cut flat, sharp).
+  /// Distance with a superelliptic section (exponent 2: ellipse, higher: squarer) and ends that
+  /// bulge by `cap` (0: cut flat, sharp).
   double Distance(const Vec3& p, double exponent, double cap) const;
 
  private:

@@ -29,21 +29,21 @@ double Scale(const BodyMeasures& body) {
 }
 
 // A power grip holds a handle askew: its top leans this much from the thumb side to the fingers.
-constexpr double kObliquity = 25.0 * kDegree;
+constexpr double kObliquity = 14.0 * kDegree;
 
 // The hand around an upright cylinder, palm facing left and `inward` back to the person, the
-// cylinder's top leaning `tilt` towards the person. Fingers point a little down (kObliquity).
+// cylinder's top leaning `tilt` towards the person. Fingers point a little up (kObliquity).
 Matrix3d Grip(double inward, double tilt) {
   const Vector3d fingers(std::sin(inward), -std::cos(inward), 0.0);
   const Matrix3d upright = HandOrientation(Side::kRight, fingers, Vector3d::UnitZ());
   return ExpSO3(-tilt * Vector3d::UnitX()) *  // from +z towards +y, the person's face
-         upright * ExpSO3(-kObliquity * Vector3d::UnitY());
+         upright * ExpSO3(kObliquity * Vector3d::UnitY());
 }
 
 // Where the wrist must be for the rim of a held mug to touch `mouth`.
 Vector3d WristForSip(const Vector3d& mouth, const Matrix3d& hand, double scale) {
   constexpr double kMugRadius = 0.041, kRimAbovePalm = 0.050;
-  const Matrix3d mug = hand * ExpSO3(kObliquity * Vector3d::UnitY());
+  const Matrix3d mug = hand * ExpSO3(-kObliquity * Vector3d::UnitY());
   const Vector3d axis = mug.col(2);  // up along the mug
   const Vector3d to_face = (Vector3d::UnitY() - axis.y() * axis).normalized();
   const Vector3d centre = mouth - kMugRadius * to_face - kRimAbovePalm * axis;
@@ -150,7 +150,7 @@ DemoMotion InspectMotion(const BodyMeasures& body) {
     return scale * Vector3d(x, y, z);
   };
   // From the middle pose, turns about the forearm (roll), to the palm (bend) and sideways (tip).
-  const Matrix3d middle = Grip(0.95, 0.15) * ExpSO3(16.0 * kDegree * Vector3d::UnitY());
+  const Matrix3d middle = Grip(0.95, 0.15);
   const auto turned = [&](double roll, double bend, double tip) -> Matrix3d {
     return middle * ExpSO3(kDegree * roll * Vector3d::UnitX()) *
            ExpSO3(kDegree * bend * Vector3d::UnitZ()) * ExpSO3(kDegree * tip * Vector3d::UnitY());

@@ -23,7 +23,8 @@ class Grid {
  public:
   Grid(const Field& solid, const Vec3& low, const Vec3& high, double cell)
       : low_(low), cell_(cell) {
-    for (int k = 0; k < 3; ++k) nodes_[k] = static_cast<int>(std::ceil((high[k] - low[k]) / cell)) + 1;
+    for (int k = 0; k < 3; ++k)
+      nodes_[k] = static_cast<int>(std::ceil((high[k] - low[k]) / cell)) + 1;
     values_.resize(static_cast<std::size_t>(nodes_[0]) * nodes_[1] * nodes_[2]);
     // A block far from the surface needs one value; a quarter more covers fields that are a little
     // steeper than a distance.
@@ -32,8 +33,7 @@ class Grid {
     for (int bz = 0; bz < nodes_[2]; bz += kBlock) {
       for (int by = 0; by < nodes_[1]; by += kBlock) {
         for (int bx = 0; bx < nodes_[0]; bx += kBlock) {
-          const Vec3 center =
-              low + cell * (Vec3(bx, by, bz) + Vec3::Constant(0.5 * (kBlock - 1)));
+          const Vec3 center = low + cell * (Vec3(bx, by, bz) + Vec3::Constant(0.5 * (kBlock - 1)));
           const double at_center = solid(center);
           const bool near = std::abs(at_center) < reach;
           for (int z = bz; z < std::min(bz + kBlock, nodes_[2]); ++z) {
@@ -216,8 +216,8 @@ Vec3 SurfaceNormal(const Field& solid, const Vec3& point) {
 
 TriangleMesh MeshImplicitSurface(const Field& solid, const Vec3& low, const Vec3& high,
                                  const ImplicitMesherOptions& options) {
-  // Flat faces that coincide with grid planes, and cells that the surface enters twice, are accidents
-  // of where the grid lies: shift it until none happens.
+  // Flat faces that coincide with grid planes, and cells that the surface enters twice, are
+  // accidents of where the grid lies: shift it until none happens.
   constexpr std::array<double, 6> kShifts{0.382, 0.618, 0.146, 0.854, 0.271, 0.729};
   for (const double shift : kShifts) {
     const Vec3 margin = options.cell * Vec3(1.5 + shift, 1.5 + 0.5 * shift, 1.5 + 0.75 * shift);

@@ -35,8 +35,8 @@ void AppendPiece(const Outline& piece, const LatheOptions& options, Outline& sam
   }
   std::vector<double> measure(n, 0.0);
   for (std::size_t i = 1; i < n; ++i) {
-    measure[i] = measure[i - 1] +
-                 0.5 * (density[i] + density[i - 1]) * (piece[i] - piece[i - 1]).norm();
+    measure[i] =
+        measure[i - 1] + 0.5 * (density[i] + density[i - 1]) * (piece[i] - piece[i - 1]).norm();
   }
   const int count = std::max(1, static_cast<int>(std::ceil(measure.back() - 0.2)));
   std::size_t at = 0;
@@ -63,8 +63,8 @@ Outline Resample(const Outline& profile, const LatheOptions& options) {
   return samples;
 }
 
-/// Corners on a ring: from a short ladder of counts, so that neighbouring rings mostly agree and meet
-/// in clean triangles.
+/// Corners on a ring: from a short ladder of counts, so that neighbouring rings mostly agree and
+/// meet in clean triangles.
 int RingCount(double radius, const LatheOptions& options) {
   const double wanted = 2.0 * std::numbers::pi * radius / ChordFor(radius, options);
   int base = 8;
@@ -93,8 +93,8 @@ void Stitch(const Ring& low, const Ring& high, std::vector<std::array<int, 3>>& 
   while (i < low_steps || j < high_steps) {
     // Advance on the ring whose next corner comes first: the shorter diagonal.
     const bool advance_low =
-        j >= high_steps || (i < low_steps && angle(low, i + 1) + angle(low, i) <=
-                                                 angle(high, j + 1) + angle(high, j));
+        j >= high_steps ||
+        (i < low_steps && angle(low, i + 1) + angle(low, i) <= angle(high, j + 1) + angle(high, j));
     const int a = low.first + i % low.count;
     const int b = high.first + j % high.count;
     if (advance_low) {
@@ -121,8 +121,8 @@ TriangleMesh Lathe(const Outline& profile, const LatheOptions& options) {
   Ring previous;
   for (std::size_t s = 0; s < samples.size(); ++s) {
     const double radius = samples[s].x();
-    Ring ring{static_cast<int>(points.size()),
-              radius <= kOnAxis ? 1 : RingCount(radius, options), s % 2 == 0 ? 0.0 : 0.5};
+    Ring ring{static_cast<int>(points.size()), radius <= kOnAxis ? 1 : RingCount(radius, options),
+              s % 2 == 0 ? 0.0 : 0.5};
     for (int k = 0; k < ring.count; ++k) {
       const double angle = 2.0 * std::numbers::pi * (k + ring.phase) / ring.count;
       points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), samples[s].y());

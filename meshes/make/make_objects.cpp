@@ -40,8 +40,8 @@ void RequireSound(const TriangleMesh& mesh, const std::string& name) {
   }
 }
 
-/// The 300-vertex version. Edge collapse can make close walls cut each other: then another cost, or an
-/// intermediate step, usually does not.
+/// The 300-vertex version. Edge collapse can make close walls cut each other: then another cost, or
+/// an intermediate step, usually does not.
 DecimateResult DecimateSoundly(const TriangleMesh& mesh, const std::string& name) {
   for (const int first_to : {0, 3000, 1500, 800}) {
     for (const DecimateMethod method : kDecimateMethods) {
@@ -78,9 +78,9 @@ void Make(const ObjectShape& shape, const std::filesystem::path& folder) {
 
   const DecimateResult coarse = DecimateSoundly(mesh, shape.name);
   WriteMesh(coarse.mesh, folder / (shape.name + "_300.ply"));
-  std::printf("   300 vertices within %.2f mm\n",
-              1e3 * std::max(coarse.distance->hausdorff_forward_m,
-                             coarse.distance->hausdorff_backward_m));
+  std::printf(
+      "   300 vertices within %.2f mm\n",
+      1e3 * std::max(coarse.distance->hausdorff_forward_m, coarse.distance->hausdorff_backward_m));
 }
 
 }  // namespace

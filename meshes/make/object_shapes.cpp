@@ -7,8 +7,7 @@ namespace holdfast {
 
 std::vector<ObjectShape> HandheldObjects() {
   std::vector<ObjectShape> all;
-  for (const auto& group :
-       {SimpleObjects(), TablewareObjects(), ToolObjects(), DeviceObjects()}) {
+  for (const auto& group : {SimpleObjects(), TablewareObjects(), ToolObjects(), DeviceObjects()}) {
     all.insert(all.end(), group.begin(), group.end());
   }
   std::sort(all.begin(), all.end(),

@@ -27,8 +27,8 @@ std::vector<ObjectShape> DeviceObjects();
 /// All of them, sorted by name.
 std::vector<ObjectShape> HandheldObjects();
 
-/// The mesh in metres, origin at the centre of the bottom of its bounding box, coordinates rounded to
-/// single precision: every file format holds them exactly.
+/// The mesh in metres, origin at the centre of the bottom of its bounding box, coordinates rounded
+/// to single precision: every file format holds them exactly.
 TriangleMesh PlaceOnTable(TriangleMesh mesh_mm);
 
 }  // namespace holdfast

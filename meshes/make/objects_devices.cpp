@@ -14,9 +14,19 @@ using namespace solids;  // the primitives are this file's vocabulary
 TriangleMesh CameraBody() {
   constexpr double kAxisX = 8.0;  // the lens sits off the middle, away from the grip
   constexpr double kAxisZ = 36.0;
-  const Region barrel(RoundedPath({{-40, -10}, {31, -10}, {31, 4}, {29.5, 4}, {29.5, 9},
-                                   {32, 9}, {32, 30}, {30.3, 30}, {30.3, 34}, {32, 34},
-                                   {32, 49}, {27.5, 49}, {22, 42.5},
+  const Region barrel(RoundedPath({{-40, -10},
+                                   {31, -10},
+                                   {31, 4},
+                                   {29.5, 4},
+                                   {29.5, 9},
+                                   {32, 9},
+                                   {32, 30},
+                                   {30.3, 30},
+                                   {30.3, 34},
+                                   {32, 34},
+                                   {32, 49},
+                                   {27.5, 49},
+                                   {22, 42.5},
                                    {-40, 42.5}},
                                   true));
   const auto solid = [&](const Vec3& p) {
@@ -24,8 +34,8 @@ TriangleMesh CameraBody() {
     const Vec3 c = p - Vec3(0, 0, 35.5);
     double body = Extrusion(Rectangle({c.x(), c.y()}, {64, 17.5}, 9.0), c.z() + 10.0, 45.5, 2.5);
     // Grip for the right hand.
-    const double grip =
-        Extrusion(Rectangle({p.x() + 49.0, p.y() + 19.0}, {13.5, 14.0}, 9.5), p.z() - 21.0, 41.0, 5.0);
+    const double grip = Extrusion(Rectangle({p.x() + 49.0, p.y() + 19.0}, {13.5, 14.0}, 9.5),
+                                  p.z() - 21.0, 41.0, 5.0);
     body = RoundedIntersection(SmoothUnion(body, grip, 9.0), -p.z(), 1.8);
     // Viewfinder hump: a roof over the lens axis.
     const Vec3 h = p - Vec3(kAxisX, -1.0, 70.0);
@@ -37,7 +47,8 @@ TriangleMesh CameraBody() {
     // Eyepiece with a cup, at the back of the hump.
     const Vec3 e = p - Vec3(kAxisX, 18.0, 77.0);
     const double cup = Extrusion(Rectangle({e.x(), e.z()}, {14.5, 9.5}, 6.0), e.y(), 5.0, 1.6);
-    const double glass = Extrusion(Rectangle({e.x(), e.z()}, {9.5, 5.8}, 3.0), e.y() - 5.0, 2.2, 0.0);
+    const double glass =
+        Extrusion(Rectangle({e.x(), e.z()}, {9.5, 5.8}, 3.0), e.y() - 5.0, 2.2, 0.0);
     body = Union(body, cup);
     body = Difference(body, glass);
     // Hot shoe.
@@ -51,8 +62,7 @@ TriangleMesh CameraBody() {
     const double angle = std::atan2(l.y(), l.x());
     // Grip ribs of the zoom ring.
     const double rib = std::abs(std::remainder(angle, std::numbers::pi / 20.0)) * 32.0;
-    const double groove =
-        std::max({rib - 1.2, 31.1 - radius, std::abs(l.z() - 19.5) - 8.0});
+    const double groove = std::max({rib - 1.2, 31.1 - radius, std::abs(l.z() - 19.5) - 8.0});
     lens = Difference(lens, groove);
     const double dome = std::max(Sphere(l - Vec3(0, 0, -2.0), 48.0), radius - 21.5);
     lens = Union(lens, std::max(dome, 20.0 - l.z()));
@@ -68,8 +78,8 @@ TriangleMesh CameraBody() {
     // Screen at the back, framed.
     const Vec3 s = p - Vec3(8.0, 17.5, 33.0);
     body = Union(body, Extrusion(Rectangle({s.x(), s.z()}, {41, 28}, 3.0), s.y(), 2.6));
-    body = Difference(
-        body, Extrusion(Rectangle({s.x(), s.z()}, {37, 24.5}, 1.5), s.y() - 2.6, 0.8));
+    body =
+        Difference(body, Extrusion(Rectangle({s.x(), s.z()}, {37, 24.5}, 1.5), s.y() - 2.6, 0.8));
     // Thumb rest, four-way pad and its centre.
     body = SmoothUnion(body, Ellipsoid(p - Vec3(-52, 17.0, 56), {9, 5.5, 12}), 4.0);
     const Vec3 pad = p - Vec3(-48, 17.5, 27);
@@ -101,7 +111,8 @@ TriangleMesh Phone() {
     body = Union(body, Box(c - Vec3(-35.7, 27, 0), {0.7, 5.5, 1.4}));
     body = Union(body, Box(c - Vec3(-35.7, 12, 0), {0.7, 5.5, 1.4}));
     // Charging port.
-    body = Difference(body, Extrusion(Rectangle({c.x(), c.z()}, {4.5, 1.4}, 1.4), c.y() + 73.5, 4.0));
+    body =
+        Difference(body, Extrusion(Rectangle({c.x(), c.z()}, {4.5, 1.4}, 1.4), c.y() + 73.5, 4.0));
     return body;
   };
   return MeshImplicitSurface(solid, {-37, -74, 0}, {37, 74, 11},
@@ -110,22 +121,35 @@ TriangleMesh Phone() {
 
 /// An E27 bulb standing on its contact.
 TriangleMesh LightBulb() {
-  Outline half = Spline({{13.6, 29}, {13.9, 34}, {16.4, 43}, {21.6, 54}, {27.2, 65}, {29.8, 76},
-                         {28.9, 87}, {24.6, 97}, {17.0, 104.5}, {8.5, 108.3}, {0, 109.4}},
+  Outline half = Spline({{13.6, 29},
+                         {13.9, 34},
+                         {16.4, 43},
+                         {21.6, 54},
+                         {27.2, 65},
+                         {29.8, 76},
+                         {28.9, 87},
+                         {24.6, 97},
+                         {17.0, 104.5},
+                         {8.5, 108.3},
+                         {0, 109.4}},
                         8);
   half.insert(half.begin(), Vec2(0, 20));
   half.insert(half.begin() + 1, Vec2(13.6, 20));
   const Region glass(Mirrored(half));
-  const Region cap(RoundedPath({{-20, 0}, {4.8, 0, 1.0}, {5.4, 2.2, 0.8}, {10.8, 5.6, 1.0},
-                                {12.2, 8.2, 0.8}, {12.2, 29, 0.8}, {-20, 29}},
+  const Region cap(RoundedPath({{-20, 0},
+                                {4.8, 0, 1.0},
+                                {5.4, 2.2, 0.8},
+                                {10.8, 5.6, 1.0},
+                                {12.2, 8.2, 0.8},
+                                {12.2, 29, 0.8},
+                                {-20, 29}},
                                true));
   const auto solid = [&](const Vec3& p) {
     const double radius = std::hypot(p.x(), p.y());
     // The thread: a helix of 3.6 mm pitch on the cap.
     const double turn = std::atan2(p.y(), p.x()) / (2.0 * std::numbers::pi);
     const double wave = std::cos(2.0 * std::numbers::pi * (p.z() / 3.6 - turn));
-    const double thread_zone =
-        SmoothStep(8.5, 10.5, p.z()) * (1.0 - SmoothStep(25.5, 27.5, p.z()));
+    const double thread_zone = SmoothStep(8.5, 10.5, p.z()) * (1.0 - SmoothStep(25.5, 27.5, p.z()));
     const double screw = cap({radius - 0.75 * thread_zone * wave, p.z()});
     return Union(screw, glass({radius, p.z()}));
   };

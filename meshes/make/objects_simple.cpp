@@ -30,11 +30,25 @@ TriangleMesh Ball() {
 }
 
 TriangleMesh Apple() {
-  const Region flesh(Mirrored(Spline({{0, 9.5}, {5, 7.6}, {10, 4}, {16, 1.2}, {23, 2.6}, {31, 12},
-                                      {37.5, 28}, {39.6, 43}, {37, 57}, {29.5, 67}, {20, 70.6},
-                                      {12, 68.6}, {6, 62.5}, {2, 57.5}, {0, 56.5}},
+  const Region flesh(Mirrored(Spline({{0, 9.5},
+                                      {5, 7.6},
+                                      {10, 4},
+                                      {16, 1.2},
+                                      {23, 2.6},
+                                      {31, 12},
+                                      {37.5, 28},
+                                      {39.6, 43},
+                                      {37, 57},
+                                      {29.5, 67},
+                                      {20, 70.6},
+                                      {12, 68.6},
+                                      {6, 62.5},
+                                      {2, 57.5},
+                                      {0, 56.5}},
                                      8)));
-  const Sweep stem({{{0, 0, 53}, 1.7, 1.7}, {{0.6, 0, 62}, 1.5, 1.5}, {{3, 0, 71}, 1.5, 1.5},
+  const Sweep stem({{{0, 0, 53}, 1.7, 1.7},
+                    {{0.6, 0, 62}, 1.5, 1.5},
+                    {{3, 0, 71}, 1.5, 1.5},
                     {{7, 0, 79}, 2.3, 2.1}},
                    Vec3::UnitY());
   const auto solid = [&](const Vec3& p) {
@@ -43,8 +57,7 @@ TriangleMesh Apple() {
     const double lobes = 0.030 * (1.0 - 0.75 * SmoothStep(0.0, 60.0, p.z()));
     const double swell = 1.0 + lobes * std::cos(5.0 * angle) + 0.012 * std::cos(angle - 0.7);
     const double lean = 1.0 + 0.00045 * p.x();
-    const double body =
-        flesh({std::hypot(p.x(), p.y()) / swell, 35.0 + (p.z() - 35.0) / lean});
+    const double body = flesh({std::hypot(p.x(), p.y()) / swell, 35.0 + (p.z() - 35.0) / lean});
     return SmoothUnion(body, stem.Distance(p, 2.0, 0.8), 2.0);
   };
   return MeshImplicitSurface(solid, {-43, -43, 0}, {43, 43, 82},
@@ -56,7 +69,7 @@ TriangleMesh Banana() {
   constexpr double kBend = 112.0;  // radius of the middle line
   constexpr double kHalfAngle = 0.86;
   const std::vector<std::pair<double, double>> thickness{
-      {0.0, 5.6},  {0.05, 4.9}, {0.11, 5.3}, {0.17, 8.0},  {0.25, 13.0}, {0.36, 16.6},
+      {0.0, 5.6},  {0.05, 4.9},  {0.11, 5.3},  {0.17, 8.0},  {0.25, 13.0}, {0.36, 16.6},
       {0.5, 18.0}, {0.64, 17.6}, {0.78, 14.8}, {0.88, 10.4}, {0.945, 6.0}, {1.0, 4.2}};
   std::vector<Station> stations;
   for (const auto& [along, radius] : thickness) {
@@ -89,7 +102,10 @@ TriangleMesh Banana() {
 }  // namespace
 
 std::vector<ObjectShape> SimpleObjects() {
-  return {{"cube", Cube}, {"cylinder", RoundBar}, {"sphere", Ball}, {"apple", Apple},
+  return {{"cube", Cube},
+          {"cylinder", RoundBar},
+          {"sphere", Ball},
+          {"apple", Apple},
           {"banana", Banana}};
 }
 

@@ -15,7 +15,9 @@ constexpr double kPastAxis = -20.0;  // regions run past the axis: no boundary l
 
 double Radius(const Vec3& p) { return std::hypot(p.x(), p.y()); }
 
-void Append(Outline& path, const Outline& more) { path.insert(path.end(), more.begin(), more.end()); }
+void Append(Outline& path, const Outline& more) {
+  path.insert(path.end(), more.begin(), more.end());
+}
 
 /// The rounded rim between the outer and the inner wall: half a circle from a to b, over the top.
 Outline Rim(const Vec2& a, const Vec2& b, int chords = 8) {
@@ -31,8 +33,13 @@ Outline Rim(const Vec2& a, const Vec2& b, int chords = 8) {
 }
 
 TriangleMesh Mug() {
-  const Region outside(RoundedPath({{kPastAxis, 2.2}, {29, 2.2, 1.2}, {30.5, 0, 1.2}, {36, 0, 2.5},
-                                    {41, 7, 7}, {41, 96}, {kPastAxis, 96}},
+  const Region outside(RoundedPath({{kPastAxis, 2.2},
+                                    {29, 2.2, 1.2},
+                                    {30.5, 0, 1.2},
+                                    {36, 0, 2.5},
+                                    {41, 7, 7},
+                                    {41, 96},
+                                    {kPastAxis, 96}},
                                    true));
   const Region inside(
       RoundedPath({{kPastAxis, 7}, {37.2, 7, 9}, {37.2, 130}, {kPastAxis, 130}}, true));
@@ -56,13 +63,28 @@ TriangleMesh Mug() {
 }
 
 TriangleMesh Teapot() {
-  const Region body(RoundedPath({{kPastAxis, 2}, {33, 2, 1.2}, {35, 0, 1.2}, {40, 0, 2}, {42, 5, 4},
-                                 {70, 30, 34}, {69, 78, 42}, {39, 101, 10}, {39, 104, 1.2},
+  const Region body(RoundedPath({{kPastAxis, 2},
+                                 {33, 2, 1.2},
+                                 {35, 0, 1.2},
+                                 {40, 0, 2},
+                                 {42, 5, 4},
+                                 {70, 30, 34},
+                                 {69, 78, 42},
+                                 {39, 101, 10},
+                                 {39, 104, 1.2},
                                  {kPastAxis, 104}},
                                 true));
-  const Region lid(RoundedPath({{kPastAxis, 90}, {36.5, 90}, {36.5, 106, 2}, {26, 113, 40},
-                                {9, 117, 6}, {5.5, 121, 5}, {6.5, 125, 3}, {11.5, 128, 4},
-                                {11.5, 135, 5}, {4, 139, 12}, {kPastAxis, 139}},
+  const Region lid(RoundedPath({{kPastAxis, 90},
+                                {36.5, 90},
+                                {36.5, 106, 2},
+                                {26, 113, 40},
+                                {9, 117, 6},
+                                {5.5, 121, 5},
+                                {6.5, 125, 3},
+                                {11.5, 128, 4},
+                                {11.5, 135, 5},
+                                {4, 139, 12},
+                                {kPastAxis, 139}},
                                true));
   const Sweep spout({{{48, 0, 36}, 15, 17},
                      {{66, 0, 46}, 12.5, 14},
@@ -95,11 +117,11 @@ TriangleMesh Teapot() {
 
 TriangleMesh Bottle() {
   const Outline profile = RoundedPath(
-      {{0, 5},        {10, 4.5, 8},   {20, 0, 3},      {28, 0, 4},      {32.5, 6, 6},
-       {32.5, 22, 1}, {31.2, 24, 1},  {31.2, 26, 1},   {32.5, 28, 1},   {32.5, 36, 1},
-       {31.2, 38, 1}, {31.2, 40, 1},  {32.5, 42, 1},   {32.5, 54, 18},  {29, 68, 22},
-       {29, 78, 22},  {32.5, 92, 18}, {32.5, 132, 34}, {26, 158, 40},   {13.2, 182, 14},
-       {13.2, 189, 1}, {16.6, 190, 0.6}, {16.6, 192, 0.6}, {13.2, 193}, {13.2, 194},
+      {{0, 5},           {10, 4.5, 8},     {20, 0, 3},         {28, 0, 4},         {32.5, 6, 6},
+       {32.5, 22, 1},    {31.2, 24, 1},    {31.2, 26, 1},      {32.5, 28, 1},      {32.5, 36, 1},
+       {31.2, 38, 1},    {31.2, 40, 1},    {32.5, 42, 1},      {32.5, 54, 18},     {29, 68, 22},
+       {29, 78, 22},     {32.5, 92, 18},   {32.5, 132, 34},    {26, 158, 40},      {13.2, 182, 14},
+       {13.2, 189, 1},   {16.6, 190, 0.6}, {16.6, 192, 0.6},   {13.2, 193},        {13.2, 194},
        {15.2, 194, 0.5}, {15.2, 197, 0.4}, {14.6, 197.4, 0.4}, {14.6, 211.5, 1.8}, {0, 211.5}},
       false);
   return Lathe(profile, {.max_edge = 3.2, .chord_error = 0.05});
@@ -121,16 +143,33 @@ TriangleMesh Bowl() {
 }
 
 TriangleMesh WineGlass() {
-  Outline profile = RoundedPath({{0, 1.2}, {20, 0.9}, {31, 0, 3}, {36, 0.2, 0.7}, {36, 1.9, 0.7},
-                                 {33, 2.3}}, false);
+  Outline profile = RoundedPath(
+      {{0, 1.2}, {20, 0.9}, {31, 0, 3}, {36, 0.2, 0.7}, {36, 1.9, 0.7}, {33, 2.3}}, false);
   // The wall is the gap between two splines through corresponding points.
-  const Outline outer =
-      Spline({{32.9, 2.3}, {24, 3.6}, {14, 6.2}, {7.4, 12}, {4.6, 24}, {3.8, 42}, {3.8, 66},
-              {4.6, 82}, {8.5, 92}, {19, 101.5}, {31, 115}, {38.8, 135}, {40.4, 156}, {38, 182},
-              {33, 213}},
-             10);
-  const Outline inner = Spline({{31.4, 213}, {36.4, 182}, {38.8, 156}, {37.2, 135.4}, {29.7, 116.1},
-                                {18, 103.3}, {8.5, 97.6}, {0, 96}},
+  const Outline outer = Spline({{32.9, 2.3},
+                                {24, 3.6},
+                                {14, 6.2},
+                                {7.4, 12},
+                                {4.6, 24},
+                                {3.8, 42},
+                                {3.8, 66},
+                                {4.6, 82},
+                                {8.5, 92},
+                                {19, 101.5},
+                                {31, 115},
+                                {38.8, 135},
+                                {40.4, 156},
+                                {38, 182},
+                                {33, 213}},
+                               10);
+  const Outline inner = Spline({{31.4, 213},
+                                {36.4, 182},
+                                {38.8, 156},
+                                {37.2, 135.4},
+                                {29.7, 116.1},
+                                {18, 103.3},
+                                {8.5, 97.6},
+                                {0, 96}},
                                10);
   Append(profile, outer);
   Append(profile, Rim(outer.back(), inner.front(), 6));
@@ -141,7 +180,10 @@ TriangleMesh WineGlass() {
 }  // namespace
 
 std::vector<ObjectShape> TablewareObjects() {
-  return {{"mug", Mug}, {"teapot", Teapot}, {"bottle", Bottle}, {"bowl", Bowl},
+  return {{"mug", Mug},
+          {"teapot", Teapot},
+          {"bottle", Bottle},
+          {"bowl", Bowl},
           {"wineglass", WineGlass}};
 }
 

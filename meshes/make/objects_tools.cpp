@@ -32,8 +32,14 @@ TriangleMesh Hammer() {
                     {{kHead - 11, -50, 0}, 15.5, 4.4},
                     {{kHead - 23, -64, 0}, 16.0, 1.7}},
                    Vec3::UnitZ());
-  const Region poll(RoundedPath({{-20, -8}, {12.0, -8}, {12.0, 14, 6}, {10.2, 20, 8}, {10.2, 27, 6},
-                                 {14.2, 33, 3}, {14.2, 46, 1.6}, {-20, 46}},
+  const Region poll(RoundedPath({{-20, -8},
+                                 {12.0, -8},
+                                 {12.0, 14, 6},
+                                 {10.2, 20, 8},
+                                 {10.2, 27, 6},
+                                 {14.2, 33, 3},
+                                 {14.2, 46, 1.6},
+                                 {-20, 46}},
                                 true));
   const auto solid = [&](const Vec3& p) {
     const Vec3 in_head = p - Vec3(kHead, 0, 0);
@@ -57,8 +63,8 @@ TriangleMesh Hammer() {
 TriangleMesh Knife() {
   // Blade outline in the plane, heel at x = 0.
   Outline blade = Spline({{-14, -2}, {-8, -5}, {-2, -12}, {-1, -22}}, 6);
-  for (const Vec2& point : Spline({{0.5, -24.5}, {30, -25.5}, {75, -24}, {110, -19}, {135, -11},
-                                   {152, -1.5}}, 10)) {
+  for (const Vec2& point :
+       Spline({{0.5, -24.5}, {30, -25.5}, {75, -24}, {110, -19}, {135, -11}, {152, -1.5}}, 10)) {
     blade.push_back(point);
   }
   for (const Vec2& point : Spline({{152, 0.5}, {110, 8.5}, {60, 13}, {10, 15}, {-14, 15}}, 8)) {
@@ -76,8 +82,7 @@ TriangleMesh Knife() {
   const auto solid = [&](const Vec3& p) {
     // Ground flat from the spine (2.6 mm) down to the edge (0.7 mm).
     const double half = 0.35 + 0.95 * std::clamp((p.y() + 25.0) / 34.0, 0.0, 1.0);
-    const double steel =
-        Intersection(blade_side({p.x(), p.y()}), std::abs(p.z()) - half);
+    const double steel = Intersection(blade_side({p.x(), p.y()}), std::abs(p.z()) - half);
     const double scales = RoundedIntersection(handle.Distance(p, 3.0, 0.0), -p.x() - 129.0, 3.0);
     double grip = Union(scales, steel);
     for (const double x : {-105.0, -67.0, -29.0}) {
@@ -92,9 +97,8 @@ TriangleMesh Knife() {
 }
 
 TriangleMesh FryingPan() {
-  const Region shell(RoundedPath({{-20, 0}, {80, 0, 8}, {100.5, 42, 1.6}, {97, 42, 1.6},
-                                  {77.5, 3.4, 7}, {-20, 3.4}},
-                                 true));
+  const Region shell(RoundedPath(
+      {{-20, 0}, {80, 0, 8}, {100.5, 42, 1.6}, {97, 42, 1.6}, {77.5, 3.4, 7}, {-20, 3.4}}, true));
   const Sweep handle({{{92, 0, 33}, 15, 4.5},
                       {{108, 0, 39}, 10, 5},
                       {{135, 0, 48}, 9.2, 6},
@@ -107,7 +111,8 @@ TriangleMesh FryingPan() {
   const auto solid = [&](const Vec3& p) {
     const Vec2 turned(std::hypot(p.x(), p.y()), p.z());
     double grip = handle.Distance(p, 2.6, 5.0);
-    const double eye = Extrusion(Capsule({p.x(), p.y(), 0}, {262, 0, 0}, {270, 0, 0}, 4, 4), p.z() - 56, 20);
+    const double eye =
+        Extrusion(Capsule({p.x(), p.y(), 0}, {262, 0, 0}, {270, 0, 0}, 4, 4), p.z() - 56, 20);
     grip = RoundedIntersection(grip, -eye, 1.5);
     grip = std::max(grip, -inside(turned));
     return SmoothUnion(shell(turned), grip, 0.8);
@@ -155,11 +160,20 @@ TriangleMesh Toothbrush() {
 
 /// Lies along x, lens to +x, with a rubber button on top.
 TriangleMesh Flashlight() {
-  const Region turned_part(
-      RoundedPath({{-20, -78}, {12.3, -78}, {13.4, -76.5}, {13.4, -60}, {12.4, -59},
-                   {12.4, 22, 6}, {18.5, 42, 6}, {18.5, 70}, {19.3, 70}, {19.3, 77.2},
-                   {16.6, 77.2}, {15.8, 73.6}, {-20, 73.6}},
-                  true));
+  const Region turned_part(RoundedPath({{-20, -78},
+                                        {12.3, -78},
+                                        {13.4, -76.5},
+                                        {13.4, -60},
+                                        {12.4, -59},
+                                        {12.4, 22, 6},
+                                        {18.5, 42, 6},
+                                        {18.5, 70},
+                                        {19.3, 70},
+                                        {19.3, 77.2},
+                                        {16.6, 77.2},
+                                        {15.8, 73.6},
+                                        {-20, 73.6}},
+                                       true));
   const auto solid = [&](const Vec3& p) {
     const double radius = std::hypot(p.y(), p.z());
     double body = turned_part({radius, p.x()});
@@ -171,7 +185,8 @@ TriangleMesh Flashlight() {
     // Twelve cooling scallops milled into the head.
     const double sector = 2.0 * std::numbers::pi / 12.0;
     const double angle = std::remainder(std::atan2(p.y(), p.z()), sector);
-    const double from_cutter = std::hypot(radius * std::cos(angle) - 20.3, radius * std::sin(angle));
+    const double from_cutter =
+        std::hypot(radius * std::cos(angle) - 20.3, radius * std::sin(angle));
     const double scallop = std::max(from_cutter - 3.2, std::abs(p.x() - 58.0) - 7.5);
     body = SmoothDifference(body, scallop, 0.8);
     const Vec3 at_button = p - Vec3(8.0, 0, 12.0);
@@ -187,8 +202,11 @@ TriangleMesh Flashlight() {
 }  // namespace
 
 std::vector<ObjectShape> ToolObjects() {
-  return {{"hammer", Hammer}, {"knife", Knife}, {"fryingpan", FryingPan},
-          {"toothbrush", Toothbrush}, {"flashlight", Flashlight}};
+  return {{"hammer", Hammer},
+          {"knife", Knife},
+          {"fryingpan", FryingPan},
+          {"toothbrush", Toothbrush},
+          {"flashlight", Flashlight}};
 }
 
 }  // namespace holdfast

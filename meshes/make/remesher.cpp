@@ -24,9 +24,18 @@ using solids::Vec3;
 
 using Kernel = CGAL::Simple_cartesian<double>;
 using Segments = std::vector<Kernel::Segment_3>;
-using SegmentTree =
-    CGAL::AABB_tree<CGAL::AABB_traits<Kernel, CGAL::AABB_segment_primitive<Kernel, Segments::iterator>>>;
-using Mesh = CGAL::Surface_mesh<Vec3>;
+using SegmentTree = CGAL::AABB_tree<
+    CGAL::AABB_traits<Kernel, CGAL::AABB_segment_primitive<Kernel, Segments::iterator>>>;
+
+/// A point that starts at zero: the mesh's default value is copied before it is set.
+struct Position : Vec3 {
+  Position() : Vec3(Vec3::Zero()) {}
+  template <typename Derived>
+  Position(const Eigen::MatrixBase<Derived>& other) : Vec3(other) {}
+  using Vec3::operator=;
+};
+
+using Mesh = CGAL::Surface_mesh<Position>;
 using Vertex = Mesh::Vertex_index;
 using Edge = Mesh::Edge_index;
 using Halfedge = Mesh::Halfedge_index;
@@ -61,7 +70,8 @@ class Remesher {
     constexpr int kPasses = 12;
     for (int pass = 0; pass < kPasses; ++pass) {
       if (pass == 0) {
-        // Thin the dense mesh out first: measuring its curvature everywhere would take most of the time.
+        // Thin the dense mesh out first: measuring its curvature everywhere would take most of the
+        // time.
         for (const Vertex v : mesh_.vertices()) size_[v] = options_.min_edge;
       } else {
         UpdateSizes();
@@ -92,7 +102,8 @@ class Remesher {
     std::vector<Vec3> normal(mesh_.num_faces());
     for (const Face face : mesh_.faces()) {
       Vec3 center = Vec3::Zero();
-      for (const Vertex v : mesh_.vertices_around_face(mesh_.halfedge(face))) center += Point(v) / 3.0;
+      for (const Vertex v : mesh_.vertices_around_face(mesh_.halfedge(face)))
+        center += Point(v) / 3.0;
       normal[face] = SurfaceNormal(solid_, center);
     }
     for (const Edge edge : mesh_.edges()) {
@@ -235,8 +246,7 @@ class Remesher {
       crease_[mesh_.edge(old)] = crease;
       const Halfedge side_a = CGAL::Euler::split_face(to_new, mesh_.next(old), mesh_);
       const Halfedge back = mesh_.opposite(old);
-      const Halfedge side_b =
-          CGAL::Euler::split_face(back, mesh_.next(mesh_.next(back)), mesh_);
+      const Halfedge side_b = CGAL::Euler::split_face(back, mesh_.next(mesh_.next(back)), mesh_);
       crease_[mesh_.edge(side_a)] = false;
       crease_[mesh_.edge(side_b)] = false;
       Project(middle);
@@ -273,7 +283,8 @@ class Remesher {
       for (const Halfedge spoke : mesh_.halfedges_around_target(mesh_.halfedge(v))) {
         const Vertex tip = mesh_.source(spoke);
         if (tip == gone || tip == kept) continue;
-        if ((Point(tip) - goal).norm() > 4.0 / 3.0 * std::min(size_[tip], size_[kept])) return false;
+        if ((Point(tip) - goal).norm() > 4.0 / 3.0 * std::min(size_[tip], size_[kept]))
+          return false;
       }
       if (!KeepsOrientation(v, goal, v == gone ? kept : gone)) return false;
     }
@@ -299,8 +310,8 @@ class Remesher {
     return true;
   }
 
-  /// Whether the faces around `v`, other than those shared with `ignored`, stay well oriented when v
-  /// moves to `goal`.
+  /// Whether the faces around `v`, other than those shared with `ignored`, stay well oriented when
+  /// v moves to `goal`.
   bool KeepsOrientation(Vertex v, const Vec3& goal, Vertex ignored) const {
     for (const Halfedge h : mesh_.halfedges_around_target(mesh_.halfedge(v))) {
       const Vertex a = mesh_.source(h);
@@ -310,9 +321,9 @@ class Remesher {
       const Vec3 after = (goal - Point(a)).cross(Point(b) - Point(a));
       if (after.dot(before) < 0.5 * after.norm() * before.norm()) return false;
       // A needle: its height is far below its base.
-      const double longest = std::max({(goal - Point(a)).squaredNorm(),
-                                       (Point(b) - Point(a)).squaredNorm(),
-                                       (Point(b) - goal).squaredNorm()});
+      const double longest =
+          std::max({(goal - Point(a)).squaredNorm(), (Point(b) - Point(a)).squaredNorm(),
+                    (Point(b) - goal).squaredNorm()});
       if (after.norm() < 0.08 * longest && after.norm() < 0.9 * before.norm()) return false;
     }
     return true;
@@ -389,7 +400,7 @@ class Remesher {
   }
 
   void Project(Vertex v) {
-    Vec3& point = mesh_.point(v);
+    Position& point = mesh_.point(v);
     if (freedom_[v] == Freedom::kCrease) {
       const auto closest = crease_tree_.closest_point({point.x(), point.y(), point.z()});
       point = Vec3(closest.x(), closest.y(), closest.z());
@@ -417,7 +428,8 @@ class Remesher {
     TriangleMesh result;
     result.vertices.resize(3, mesh_.num_vertices());
     result.faces.resize(3, mesh_.num_faces());
-    for (const Vertex v : mesh_.vertices()) result.vertices.col(static_cast<Eigen::Index>(v)) = Point(v);
+    for (const Vertex v : mesh_.vertices())
+      result.vertices.col(static_cast<Eigen::Index>(v)) = Point(v);
     for (const Face f : mesh_.faces()) {
       int k = 0;
       for (const Vertex v : mesh_.vertices_around_face(mesh_.halfedge(f))) {

@@ -8,8 +8,8 @@
 #include <Eigen/Core>
 
 /// Signed distance primitives and booleans. Lengths are millimetres, as in a product drawing;
-/// negative is inside. Distances are exact outside simple solids and first-order elsewhere, which is
-/// all a mesher needs: the sign, the zero set and a gradient that does not vanish near it.
+/// negative is inside. Distances are exact outside simple solids and first-order elsewhere, which
+/// is all a mesher needs: the sign, the zero set and a gradient that does not vanish near it.
 namespace holdfast::solids {
 
 using Vec2 = Eigen::Vector2d;

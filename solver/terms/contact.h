@@ -41,20 +41,16 @@ class Contact final : public VertexTerm {
     }
   }
 
-  void Add(const Eigen::Matrix3Xd& z, std::span<VertexQuadratic> quadratics) const override {
+  double Add(const Eigen::Matrix3Xd& z, std::span<VertexQuadratic> quadratics) const override {
+    double energy = 0.0;
     for (const Anchor& anchor : anchors_) {
       const Eigen::Vector3d difference = z.col(anchor.vertex) - anchor.mean;
+      const double squares = anchor.pairs * difference.squaredNorm() + anchor.spread;
       VertexQuadratic& quadratic = quadratics[static_cast<std::size_t>(anchor.vertex)];
       quadratic.hessian.diagonal().array() += weight_ * anchor.pairs;
       quadratic.gradient += weight_ * anchor.pairs * difference;
-      quadratic.cost += 0.5 * weight_ * (anchor.pairs * difference.squaredNorm() + anchor.spread);
-    }
-  }
-
-  double Energy(const Eigen::Matrix3Xd& z) const override {
-    double energy = 0.0;
-    for (const Anchor& anchor : anchors_) {
-      energy += anchor.pairs * (z.col(anchor.vertex) - anchor.mean).squaredNorm() + anchor.spread;
+      quadratic.cost += 0.5 * weight_ * squares;
+      energy += squares;
     }
     return energy;
   }

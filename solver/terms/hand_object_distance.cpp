@@ -40,10 +40,11 @@ std::vector<PairSums> HandObjectDistance::Sums(const Pairs<Real>& pairs,
   return sums;
 }
 
-void HandObjectDistance::Add(const Eigen::Matrix3Xd& z,
-                             std::span<VertexQuadratic> quadratics) const {
+double HandObjectDistance::Add(const Eigen::Matrix3Xd& z,
+                               std::span<VertexQuadratic> quadratics) const {
   const std::vector<PairSums> sums =
       precision_ == PairPrecision::kSingle ? Sums(single_, z) : Sums(double_, z);
+  double energy = 0.0;
   for (std::size_t i = 0; i < sums.size(); ++i) {
     const PairSums& s = sums[i];
     Eigen::Matrix3d hessian;
@@ -53,12 +54,8 @@ void HandObjectDistance::Add(const Eigen::Matrix3Xd& z,
     quadratics[i].hessian += weight_ * hessian;
     quadratics[i].gradient += weight_ * Eigen::Map<const Eigen::Vector3d>(s.gradient);
     quadratics[i].cost += 0.5 * weight_ * s.squares;
+    energy += s.squares;
   }
-}
-
-double HandObjectDistance::Energy(const Eigen::Matrix3Xd& z) const {
-  double energy = 0.0;
-  for (const PairSums& s : Sums(double_, z)) energy += s.squares;
   return energy;
 }
 

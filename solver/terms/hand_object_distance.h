@@ -31,8 +31,7 @@ class HandObjectDistance final : public VertexTerm {
                      double weight, PairPrecision precision = PairPrecision::kSingle,
                      Isa isa = BestIsa());
 
-  void Add(const Eigen::Matrix3Xd& z, std::span<VertexQuadratic> quadratics) const override;
-  double Energy(const Eigen::Matrix3Xd& z) const override;
+  double Add(const Eigen::Matrix3Xd& z, std::span<VertexQuadratic> quadratics) const override;
 
   /// D for hand vertices `z` (3 x N) and object vertices (3 x M), both in the object's frame: (M x N).
   static Eigen::MatrixXd Distances(const Eigen::Matrix3Xd& z, const Eigen::Matrix3Xd& object);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <ceres/cost_function.h>
-
 #include <algorithm>
+#include <numbers>
+
+#include <ceres/sized_cost_function.h>
 
 #include <Eigen/Core>
 
@@ -67,7 +68,7 @@ class HandPriorTerm final : public ceres::SizedCostFunction<97, kHandDofs> {
       ++row;
     }
     constexpr int kNeighbours[4] = {3 * kIndex, 3 * kMiddle, 3 * kRing, 3 * kPinky};
-    constexpr double kComfortable = 50.0 * 3.14159265358979323846 / 180.0;
+    constexpr double kComfortable = 50.0 * std::numbers::pi / 180.0;
     for (int n = 0; n < 3; ++n, ++row) {
       const int a = kNeighbours[n], b = kNeighbours[n + 1];
       const double difference = angles(0, a) - angles(0, b);

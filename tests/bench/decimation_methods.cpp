@@ -2,8 +2,11 @@
 // Compares the decimation methods on a folder of meshes:
 //   decimation_methods meshes/objects [VERTICES]
 // Distances in millimetres between each mesh and its decimation, by 200,000 points on each surface.
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -30,7 +33,8 @@ int main(int argc, char** argv) {
     }
     std::sort(paths.begin(), paths.end());
     const int vertices = argc > 2 ? std::stoi(argv[2]) : 300;
-    fmt::print("| mesh | method | Hausdorff to / from | mean to / from | volume | s | watertight |\n");
+    fmt::print(
+        "| mesh | method | Hausdorff to / from | mean to / from | volume | s | watertight |\n");
     fmt::print("|---|---|---|---|---|---|---|\n");
     struct Sum {
       double hausdorff = 0.0, mean = 0.0, volume = 0.0;
@@ -71,7 +75,8 @@ int main(int argc, char** argv) {
       ++sums[best].best;
     }
     fmt::print("\nOver {} meshes, {} vertices:\n\n", num_meshes, vertices);
-    fmt::print("| method | two-sided Hausdorff, mm | mean distance, mm | volume error | best mean |\n");
+    fmt::print(
+        "| method | two-sided Hausdorff, mm | mean distance, mm | volume error | best mean |\n");
     fmt::print("|---|---|---|---|---|\n");
     for (std::size_t m = 0; m < sums.size(); ++m) {
       fmt::print("| {} | {:.2f} | {:.3f} | {:.2f} % | {} |\n", Name(kDecimateMethods[m]),

@@ -112,16 +112,15 @@ TEST(AsfAmc, PosesAgreeWithHandComputation) {
                   .isApprox(Eigen::Vector3d(0, 0, -1), 1e-12));
 
   // Frame 2. Root: about x first, then z: (x,y,z) -> (x,-z,y) -> (z,x,y).
-  EXPECT_TRUE((motion.Rotation(1, 0) * Eigen::Vector3d(1, 2, 3))
-                  .isApprox(Eigen::Vector3d(3, 1, 2), 1e-12));
+  EXPECT_TRUE(
+      (motion.Rotation(1, 0) * Eigen::Vector3d(1, 2, 3)).isApprox(Eigen::Vector3d(3, 1, 2), 1e-12));
   // The thigh's rx turns about its own axis, C x = y of the skeleton: -y stays where it is.
   EXPECT_TRUE(motion.positions[1].col(2).isApprox(
       motion.Rotation(1, 0) * Eigen::Vector3d(0, -10 * kUnit, 0), 1e-12));
   const Eigen::Matrix3d local =
       (motion.Rotation(1, 0).conjugate() * motion.Rotation(1, 1)).toRotationMatrix();
-  EXPECT_TRUE(local.isApprox(Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitY())
-                                 .toRotationMatrix(),
-                             1e-12));
+  EXPECT_TRUE(local.isApprox(
+      Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitY()).toRotationMatrix(), 1e-12));
 }
 
 TEST(AsfAmc, UnitsAndRateCanBeGiven) {

@@ -88,10 +88,10 @@ TEST(Bvh, RotationChannelsMultiplyFromLeftToRight) {
   const auto turn = [](double degrees, const Eigen::Vector3d& axis) {
     return Eigen::AngleAxisd(degrees * std::numbers::pi / 180, axis);
   };
-  const Eigen::Matrix3d expected = (turn(30, Eigen::Vector3d::UnitZ()) *
-                                    turn(40, Eigen::Vector3d::UnitX()) *
-                                    turn(50, Eigen::Vector3d::UnitY()))
-                                       .toRotationMatrix();
+  const Eigen::Matrix3d expected =
+      (turn(30, Eigen::Vector3d::UnitZ()) * turn(40, Eigen::Vector3d::UnitX()) *
+       turn(50, Eigen::Vector3d::UnitY()))
+          .toRotationMatrix();
   EXPECT_TRUE(motion.Rotation(1, 0).toRotationMatrix().isApprox(expected, 1e-12));
 }
 
@@ -161,9 +161,10 @@ TEST(Bvh, FaultsNameLineAndRemedy) {
   ExpectFault(Replaced(text, "1 2 3 90", "1 2 nan 90"), "test.bvh:20");
   ExpectFault(Replaced(text, "1 2 3 90 0 0 0 0 90", "1 2 3 90 0 0 0"), "after 7 of 9");
   ExpectFault(Replaced(text, "1 2 3 90 0 0 0 0 90", "1 2 3 90 0 0 0 0 90 4"), "after 1 of 9");
-  ExpectFault(Replaced(text, "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
-                       "CHANNELS 0"),
-              "go on");
+  ExpectFault(
+      Replaced(text, "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
+               "CHANNELS 0"),
+      "go on");
 }
 
 TEST(Bvh, EveryPrefixIsRefusedWithoutACrash) {

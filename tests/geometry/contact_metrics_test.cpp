@@ -83,14 +83,16 @@ TEST(ContactMetrics, SharedVolumeCountsAsIfEveryCubeWasTested) {
     }
   }
   ASSERT_GT(expected, 1000);
-  EXPECT_NEAR(IntersectionVolume(a, b, voxel) / std::pow(voxel, 3), static_cast<double>(expected), 1e-6);
+  EXPECT_NEAR(IntersectionVolume(a, b, voxel) / std::pow(voxel, 3), static_cast<double>(expected),
+              1e-6);
 }
 
 TEST(ContactMetrics, SharedVolumeOfDistantSolidsIsZero) {
   TriangleMesh other = Sphere(0.01, 2);
   other.vertices.row(2).array() += 1.0;
   EXPECT_EQ(IntersectionVolume(SignedDistance(Sphere(0.01, 2)), SignedDistance(other), 0.002), 0.0);
-  EXPECT_THROW(IntersectionVolume(SignedDistance(Sphere(0.01, 2)), SignedDistance(other), 0.0), Error);
+  EXPECT_THROW(IntersectionVolume(SignedDistance(Sphere(0.01, 2)), SignedDistance(other), 0.0),
+               Error);
 }
 
 // A box without its lid, as a hand is open at the wrist.
@@ -117,9 +119,9 @@ TEST(ContactMetrics, HolesThatTouchInAVertexAreClosedApart) {
   Eigen::Index n = 0;
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
     const bool at_pole = (mesh.faces.col(f).array() == 4).any();
-    const Eigen::Vector3d middle = (mesh.vertices.col(mesh.faces(0, f)) +
-                                    mesh.vertices.col(mesh.faces(1, f)) +
-                                    mesh.vertices.col(mesh.faces(2, f)));
+    const Eigen::Vector3d middle =
+        (mesh.vertices.col(mesh.faces(0, f)) + mesh.vertices.col(mesh.faces(1, f)) +
+         mesh.vertices.col(mesh.faces(2, f)));
     if (at_pole && middle.x() * middle.y() > 0.0) continue;
     open.faces.col(n++) = mesh.faces.col(f);
   }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/decimate.h"
 
+#include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,10 +16,10 @@
 namespace holdfast {
 namespace {
 
+using testing::Box;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using testing::Box;
 using testing::Sheet;
 using testing::Sphere;
 using testing::Together;

@@ -40,7 +40,8 @@ TEST_F(DistanceGridTest, IsCloseToTheSurfaceItSamples) {
 
 TEST_F(DistanceGridTest, IsExactAtItsNodes) {
   for (int i = 0; i < 20; ++i) {
-    const Eigen::Vector3d node = grid_.Min() + grid_.CellSize() * Eigen::Vector3d(i, 2 * i % 20, 19 - i);
+    const Eigen::Vector3d node =
+        grid_.Min() + grid_.CellSize() * Eigen::Vector3d(i, 2 * i % 20, 19 - i);
     EXPECT_NEAR(grid_.Distance(node), surface_.Distance(node), 1e-14);
   }
 }
@@ -52,8 +53,8 @@ TEST_F(DistanceGridTest, GradientIsTheDerivativeOfTheValueEverywhere) {
     Eigen::Vector3d gradient;
     EXPECT_EQ(grid_.Distance(p, &gradient), grid_.Distance(p));
     constexpr double kStep = 1e-7;
-    const bool beside_the_box =
-        (p - grid_.Min()).cwiseAbs().minCoeff() < 2 * kStep || (p - grid_.Max()).cwiseAbs().minCoeff() < 2 * kStep;
+    const bool beside_the_box = (p - grid_.Min()).cwiseAbs().minCoeff() < 2 * kStep ||
+                                (p - grid_.Max()).cwiseAbs().minCoeff() < 2 * kStep;
     if (beside_the_box) continue;
     for (int k = 0; k < 3; ++k) {
       const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(k);

@@ -18,13 +18,13 @@ namespace holdfast {
 namespace {
 
 using ::testing::AllOf;
+using testing::Box;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::InsideOut;
 using ::testing::IsEmpty;
 using ::testing::Not;
-using testing::Box;
-using testing::InsideOut;
 using testing::Sheet;
 using testing::Sphere;
 using testing::Together;
@@ -219,8 +219,8 @@ TEST(RepairMesh, TurnsCavitiesWithTheirSolid) {
   EXPECT_EQ(SignedVolume(repaired.mesh), SignedVolume(shell));
 }
 
-// A corner of one face lies on the side of another: exporters fill the slit with a face without area.
-// Only to leave it out would open the surface.
+// A corner of one face lies on the side of another: exporters fill the slit with a face without
+// area. Only to leave it out would open the surface.
 TEST(RepairMesh, DividesFacesInPlaceOfFlatOnes) {
   TriangleMesh mesh = WithVertex(kBox, 0.5 * (kBox.vertices.col(0) + kBox.vertices.col(1)));
   // Divide one face at edge (0, 1), leave its neighbour, and fill the slit.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/mesh_io.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -26,10 +27,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::AllOf;
+using testing::Box;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using testing::Box;
 using testing::Sphere;
 using testing::Torus;
 
@@ -37,8 +38,8 @@ class MeshIo : public ::testing::Test {
  protected:
   void SetUp() override {
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(::testing::TempDir()) /
-              (std::string("holdfast_mesh_io_") + test->name() + std::to_string(std::random_device()()));
+    folder_ = fs::path(::testing::TempDir()) / (std::string("holdfast_mesh_io_") + test->name() +
+                                                std::to_string(std::random_device()()));
     fs::create_directories(folder_);
   }
   void TearDown() override { fs::remove_all(folder_); }
@@ -74,7 +75,8 @@ class MeshIo : public ::testing::Test {
 };
 
 constexpr const char* kPlyHeader =
-    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+    "z\n"
     "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
 const std::string kPlyTriangle = std::string(kPlyHeader) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
@@ -101,10 +103,10 @@ TEST_F(MeshIo, RoundTripsInEveryFormat) {
     // .stl numbers its vertices anew: compare corner by corner.
     for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
       for (int k = 0; k < 3; ++k) {
-        EXPECT_LT((file.mesh.vertices.col(file.mesh.faces(k, f)) -
-                   mesh.vertices.col(mesh.faces(k, f)))
-                      .norm(),
-                  2e-12);
+        EXPECT_LT(
+            (file.mesh.vertices.col(file.mesh.faces(k, f)) - mesh.vertices.col(mesh.faces(k, f)))
+                .norm(),
+            2e-12);
       }
     }
     const std::string once = Bytes(path);
@@ -120,9 +122,9 @@ TEST_F(MeshIo, KeepsWhatIsWrongWithAMesh) {
   mesh.vertices.col(8) << 2, 2, 2;
   mesh.vertices.col(9) = mesh.vertices.col(0);
   mesh.faces.conservativeResize(Eigen::NoChange, 15);
-  mesh.faces.col(12) << 0, 1, 8;                  // a fin
-  mesh.faces.col(13) = mesh.faces.col(3);         // doubled
-  mesh.faces.col(14) << 0, 9, 7;                  // flat
+  mesh.faces.col(12) << 0, 1, 8;           // a fin
+  mesh.faces.col(13) = mesh.faces.col(3);  // doubled
+  mesh.faces.col(14) << 0, 9, 7;           // flat
   for (const char* extension : {".obj", ".ply", ".off"}) {
     const fs::path path = folder_ / (std::string("mess") + extension);
     WriteMesh(mesh, path);
@@ -161,25 +163,25 @@ TEST_F(MeshIo, ReadsObjAsOtherProgramsWriteIt) {
 }
 
 TEST_F(MeshIo, KeepsDoublePrecisionOfText) {
-  const TriangleMesh mesh = ReadMesh(
-      Write("fine.obj", "v 1000.123456789012 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"));
+  const TriangleMesh mesh =
+      ReadMesh(Write("fine.obj", "v 1000.123456789012 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"));
   EXPECT_EQ(mesh.vertices(0, 0), 1000.123456789012);
 }
 
 TEST_F(MeshIo, ReadsPlyWithMoreThanASurfaceInIt) {
-  const TriangleMesh mesh = ReadMesh(Write(
-      "scan.ply",
-      "ply\r\nformat ascii 1.0\r\ncomment made by a scanner\r\nobj_info none\r\n"
-      "element camera 1\r\nproperty float focal\r\nproperty list uchar float pose\r\n"
-      "element vertex 4\r\nproperty double nx\r\nproperty double x\r\nproperty double y\r\n"
-      "property double z\r\nproperty uchar red\r\nproperty list uchar int seen_by\r\n"
-      "element face 1\r\nproperty uchar flags\r\nproperty list uint8 uint32 vertex_index\r\n"
-      "property list uchar float texcoord\r\n"
-      "element edge 1\r\nproperty int vertex1\r\nproperty int vertex2\r\nend_header\r\n"
-      "35 2 0.5 0.25\r\n"
-      "9 0 0 0 255 0\r\n9 1 0 0 255 2 4 5\r\n9 1 1.0000000001 0 255 1 4\r\n9 0 1 0 255 0\r\n"
-      "1 4 0 1 2 3 2 0.5 0.5\r\n"
-      "0 1\r\n"));
+  const TriangleMesh mesh = ReadMesh(
+      Write("scan.ply",
+            "ply\r\nformat ascii 1.0\r\ncomment made by a scanner\r\nobj_info none\r\n"
+            "element camera 1\r\nproperty float focal\r\nproperty list uchar float pose\r\n"
+            "element vertex 4\r\nproperty double nx\r\nproperty double x\r\nproperty double y\r\n"
+            "property double z\r\nproperty uchar red\r\nproperty list uchar int seen_by\r\n"
+            "element face 1\r\nproperty uchar flags\r\nproperty list uint8 uint32 vertex_index\r\n"
+            "property list uchar float texcoord\r\n"
+            "element edge 1\r\nproperty int vertex1\r\nproperty int vertex2\r\nend_header\r\n"
+            "35 2 0.5 0.25\r\n"
+            "9 0 0 0 255 0\r\n9 1 0 0 255 2 4 5\r\n9 1 1.0000000001 0 255 1 4\r\n9 0 1 0 255 0\r\n"
+            "1 4 0 1 2 3 2 0.5 0.5\r\n"
+            "0 1\r\n"));
   ASSERT_EQ(mesh.NumVertices(), 4);
   EXPECT_EQ(mesh.vertices(1, 2), 1.0000000001);
   Eigen::Matrix3Xi fan(3, 2);
@@ -196,9 +198,12 @@ TEST_F(MeshIo, ReadsBinaryPlyOfEveryByteOrderAndType) {
             "property {t} z\nelement face 1\nproperty list {c} {i} vertex_indices\nend_header\n",
             big_endian ? "big" : "little", fmt::arg("t", is_double ? "double" : "float"),
             fmt::arg("c", id_bytes == 1 ? "int" : "uchar"),
-            fmt::arg("i", id_bytes == 1 ? "uchar" : id_bytes == 2 ? "short" : "int"));
+            fmt::arg("i", id_bytes == 1   ? "uchar"
+                          : id_bytes == 2 ? "short"
+                                          : "int"));
         for (const double x : {0.0, 0.0, 0.5, 0.25, 0.0, 0.0, 0.0, 1.0, 0.0}) {
-          is_double ? Append(bytes, x, big_endian) : Append(bytes, static_cast<float>(x), big_endian);
+          is_double ? Append(bytes, x, big_endian)
+                    : Append(bytes, static_cast<float>(x), big_endian);
         }
         id_bytes == 1 ? Append(bytes, std::int32_t{3}, big_endian) : Append(bytes, std::uint8_t{3});
         for (const int id : {2, 0, 1}) {
@@ -231,7 +236,8 @@ TEST_F(MeshIo, ReadsOffWithCommentsColoursAndPolygons) {
 
 TEST_F(MeshIo, ReadsTextAndBinaryStl) {
   const std::string text =
-      "solid name\n  facet normal 0 0 1\n    outer loop\n      vertex 0 0 0\n      vertex 1 0 0\n"
+      "solid an outer part\n  facet normal 0 0 1\n    outer loop\n      vertex 0 0 0\n      vertex "
+      "1 0 0\n"
       "      vertex 0 1 0\n    endloop\n  endfacet\n  facet normal 0 0 1\n    outer loop\n"
       "      vertex 1 0 0\n      vertex 1 1 0\n      vertex 0 1 0\n    endloop\n  endfacet\n"
       "endsolid name\n";
@@ -264,7 +270,8 @@ TEST_F(MeshIo, RefusesBadNumbersAndIdsWithTheirLine) {
   const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   EXPECT_THAT(Refusal("a.obj", "v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n"),
               AllOf(HasSubstr("a.obj:2"), HasSubstr("not finite")));
-  EXPECT_THAT(Refusal("a.obj", "v 0 0 0\nv 1 1e999 0\nv 0 1 0\nf 1 2 3\n"), HasSubstr("not finite"));
+  EXPECT_THAT(Refusal("a.obj", "v 0 0 0\nv 1 1e999 0\nv 0 1 0\nf 1 2 3\n"),
+              HasSubstr("not finite"));
   EXPECT_THAT(Refusal("a.obj", "v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), HasSubstr("a.obj:1"));
   EXPECT_THAT(Refusal("a.obj", "v 0 zero 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), HasSubstr("'zero'"));
   EXPECT_THAT(Refusal("a.obj", three + "f 1 2 4\n"),
@@ -281,18 +288,21 @@ TEST_F(MeshIo, RefusesBadNumbersAndIdsWithTheirLine) {
   EXPECT_THAT(Refusal("a.obj", "Hello, world\n"), HasSubstr("does not look like"));
 
   const std::string off = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n";
-  EXPECT_THAT(Refusal("a.off", off + "3 0 1 3\n"), AllOf(HasSubstr("a.off:6"), HasSubstr("vertex 3")));
+  EXPECT_THAT(Refusal("a.off", off + "3 0 1 3\n"),
+              AllOf(HasSubstr("a.off:6"), HasSubstr("vertex 3")));
   EXPECT_THAT(Refusal("a.off", off + "3 0 1 -1\n"), HasSubstr("vertex -1"));
   EXPECT_THAT(Refusal("a.off", off + "3 0 1\n"), HasSubstr("missing"));
   EXPECT_THAT(Refusal("a.off", off + "2000000000 0 1\n"), HasSubstr("number of corners"));
   EXPECT_THAT(Refusal("a.off", off), HasSubstr("0 of 1 faces"));
-  EXPECT_THAT(Refusal("a.off", "OFF\n3 1 0\n0 0 inf\n1 0 0\n0 1 0\n3 0 1 2\n"), HasSubstr("not finite"));
+  EXPECT_THAT(Refusal("a.off", "OFF\n3 1 0\n0 0 inf\n1 0 0\n0 1 0\n3 0 1 2\n"),
+              HasSubstr("not finite"));
   EXPECT_THAT(Refusal("a.off", "OFF BINARY\n3 1 0\n"), HasSubstr("binary"));
   EXPECT_THAT(Refusal("a.off", "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n"), HasSubstr("has no faces"));
 
   const std::string header = kPlyHeader;
   EXPECT_THAT(Refusal("a.ply", header + "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n"), HasSubstr("vertex 1"));
-  EXPECT_THAT(Refusal("a.ply", header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"), HasSubstr("vertex 3 of 3"));
+  EXPECT_THAT(Refusal("a.ply", header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"),
+              HasSubstr("vertex 3 of 3"));
   EXPECT_THAT(Refusal("a.ply", header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -2\n"), HasSubstr("vertex -2"));
   EXPECT_THAT(Refusal("a.ply", header + "0 0 0\n1 0 0\n0 1 0\n3 0 1\n"), HasSubstr("ends within"));
   EXPECT_THAT(Refusal("a.ply", header + "0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2\n"),
@@ -304,7 +314,8 @@ TEST_F(MeshIo, RefusesHeadersThatPromiseTooMuch) {
   EXPECT_THAT(Refusal("a.off", "OFF\n2000000000 2000000000 0\n0 0 0\n"), HasSubstr("promises"));
   EXPECT_THAT(Refusal("a.off", "OFF\n-3 1 0\n0 0 0\n"), HasSubstr("number of vertices"));
   EXPECT_THAT(Refusal("a.off", "OFF\n99999999999999999999 1 0\n"), HasSubstr("missing"));
-  for (const char* count : {"1000000000", "18446744073709551615", "99999999999999999999", "-1", "x"}) {
+  for (const char* count :
+       {"1000000000", "18446744073709551615", "99999999999999999999", "-1", "x"}) {
     for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
       for (const char* element : {"vertex 3", "face 1"}) {
         std::string ply = kPlyTriangle;
@@ -346,11 +357,12 @@ TEST_F(MeshIo, RefusesOddPlyHeaders) {
   Refusal("a.ply", "ply\n");
   Refusal("a.ply", "ply");
   Refusal("a.ply", "ply\nformat ascii 1.0\n" + std::string(100'000, 'x'));
-  Refusal("a.ply", std::string("ply\nformat ascii 1.0\nelement vertex 3\nelement face 1\nend_header\n"));
+  Refusal("a.ply",
+          std::string("ply\nformat ascii 1.0\nelement vertex 3\nelement face 1\nend_header\n"));
 }
 
-/// Cut and changed files of every format: an Error or a mesh that holds its promises, never anything
-/// else.
+/// Cut and changed files of every format: an Error or a mesh that holds its promises, never
+/// anything else.
 TEST_F(MeshIo, SurvivesDamageOfEveryKind) {
   std::mt19937 random(1);
   const TriangleMesh mesh = Box({0, 0, 0}, {1, 2, 3});

@@ -3,10 +3,12 @@
 
 // Shapes with known answers, for the tests of geometry/.
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -92,7 +94,8 @@ inline TriangleMesh Torus(double major, double minor, int around, int across) {
   return mesh;
 }
 
-/// A flat n x n grid of squares of edge `step` in the plane z = 0, facing +z: a surface with boundary.
+/// A flat n x n grid of squares of edge `step` in the plane z = 0, facing +z: a surface with
+/// boundary.
 inline TriangleMesh Sheet(int n, double step) {
   TriangleMesh mesh;
   mesh.vertices.resize(3, (n + 1) * (n + 1));

@@ -36,8 +36,8 @@ struct Cloud {
   Eigen::Matrix3Xd points;
 };
 
-/// Distributions that break trees: ties everywhere, all in one place, on a line, split far apart, and over
-/// many magnitudes.
+/// Distributions that break trees: ties everywhere, all in one place, on a line, split far apart,
+/// and over many magnitudes.
 std::vector<Cloud> HostileClouds() {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
@@ -55,8 +55,9 @@ std::vector<Cloud> HostileClouds() {
   clouds.back().points.bottomRows(2).setZero();
   clouds.push_back({"two clusters", fill(400, [&] { return 1e-6 * unit(random); })});
   clouds.back().points.leftCols(200).array() += 1e3;
-  clouds.push_back({"many magnitudes",
-                    fill(500, [&] { return std::copysign(std::pow(10.0, 8.0 * unit(random)), unit(random)); })});
+  clouds.push_back({"many magnitudes", fill(500, [&] {
+                      return std::copysign(std::pow(10.0, 8.0 * unit(random)), unit(random));
+                    })});
   clouds.push_back({"one point", fill(1, [&] { return unit(random); })});
   return clouds;
 }

@@ -148,7 +148,8 @@ Difference Compare(const Clip& a, const Clip& b, const Eigen::Matrix3Xd& rest, i
   for (int t = 0; t < a.NumFrames(); ++t) {
     ForwardJoints(rest, a.pose[t], a.trans.col(t), x);
     ForwardJoints(rest, b.pose[t], b.trans.col(t), y);
-    worst.joint = std::max(worst.joint, (x.joints - y.joints).leftCols(joints).colwise().norm().maxCoeff());
+    worst.joint =
+        std::max(worst.joint, (x.joints - y.joints).leftCols(joints).colwise().norm().maxCoeff());
     for (int j = 0; j < joints; ++j) {
       worst.rotation =
           std::max(worst.rotation, AngleBetween(x.world_rotation[j], y.world_rotation[j]));
@@ -217,7 +218,8 @@ TEST(Retarget, AZUpSourceGivesTheSameClip) {
   Eigen::Matrix3d z_up;
   z_up << 1, 0, 0, 0, 0, -1, 0, 1, 0;
   for (auto& positions : motion.positions) positions = (z_up * positions).eval();
-  for (auto& q : motion.rotations) q = Eigen::Quaterniond(Eigen::Matrix3d(z_up * q.toRotationMatrix()));
+  for (auto& q : motion.rotations)
+    q = Eigen::Quaterniond(Eigen::Matrix3d(z_up * q.toRotationMatrix()));
   RetargetOptions options;
   options.find_ground = false;
   options.up = UpAxis::kZ;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -105,10 +106,10 @@ TEST(SignedDistance, QueryIsConsistent) {
     const auto corner = [&](int k) -> Eigen::Vector3d {
       return mesh.vertices.col(mesh.faces(k, result.face));
     };
-    EXPECT_LT((ClosestOnTriangle(result.closest, corner(0), corner(1), corner(2)).point -
-               result.closest)
-                  .norm(),
-              1e-15);
+    EXPECT_LT(
+        (ClosestOnTriangle(result.closest, corner(0), corner(1), corner(2)).point - result.closest)
+            .norm(),
+        1e-15);
     // The gradient is the distance's own, away from where the closest point jumps.
     Eigen::Vector3d numeric;
     constexpr double kStep = 1e-7;
@@ -127,8 +128,9 @@ TEST(SignedDistance, OnTheSurfaceTheGradientIsTheNormal) {
   const Eigen::Vector3d on_top(0.01, 0.02, kHigh.z());
   EXPECT_NEAR(distance.Distance(on_top), 0.0, 1e-16);
   EXPECT_LT((distance.Query(on_top).gradient - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
-  EXPECT_LT((distance.Query(kHigh).gradient - Eigen::Vector3d::Constant(1.0 / std::sqrt(3.0))).norm(),
-            1e-12);
+  EXPECT_LT(
+      (distance.Query(kHigh).gradient - Eigen::Vector3d::Constant(1.0 / std::sqrt(3.0))).norm(),
+      1e-12);
 }
 
 TEST(SignedDistance, KnowsCavities) {

@@ -40,11 +40,11 @@ SourceMotion Named(const std::map<std::string, std::string>& names) {
 }
 
 std::map<std::string, std::string> MixamoNames(const std::string& prefix) {
-  std::map<std::string, std::string> names = {
-      {"pelvis", "Hips"}, {"spine1", "Spine"}, {"spine2", "Spine1"}, {"spine3", "Spine2"},
-      {"neck", "Neck"},   {"head", "Head"}};
-  for (const auto& [side, word] : {std::pair<std::string, std::string>{"left", "Left"},
-                                   {"right", "Right"}}) {
+  std::map<std::string, std::string> names = {{"pelvis", "Hips"},   {"spine1", "Spine"},
+                                              {"spine2", "Spine1"}, {"spine3", "Spine2"},
+                                              {"neck", "Neck"},     {"head", "Head"}};
+  for (const auto& [side, word] :
+       {std::pair<std::string, std::string>{"left", "Left"}, {"right", "Right"}}) {
     names[side + "_hip"] = word + "UpLeg";
     names[side + "_knee"] = word + "Leg";
     names[side + "_ankle"] = word + "Foot";

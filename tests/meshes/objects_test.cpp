@@ -53,7 +53,9 @@ const Expected kObjects[] = {
     {"wineglass", {75, 75, 200}, {90, 90, 230}, 40, 90, 3.0},
 };
 
-std::filesystem::path ObjectsFolder() { return std::filesystem::path(HOLDFAST_MESHES_DIR) / "objects"; }
+std::filesystem::path ObjectsFolder() {
+  return std::filesystem::path(HOLDFAST_MESHES_DIR) / "objects";
+}
 
 bool CutsItself(const TriangleMesh& mesh) {
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -87,7 +89,7 @@ class ObjectTest : public testing::TestWithParam<Expected> {
 TEST_P(ObjectTest, FullResolutionIsSound) {
   const TriangleMesh mesh = Full();
   EXPECT_GE(mesh.NumVertices(), 3000);
-  EXPECT_LE(mesh.NumVertices(), 10500);
+  EXPECT_LE(mesh.NumVertices(), 8000);
   ExpectSound(mesh);
 }
 

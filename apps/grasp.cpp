@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "apps/common.h"
+#include "geometry/distance_grid.h"
+#include "geometry/io/mesh_io.h"
+#include "geometry/rotation.h"
+#include "solver/grasp.h"
+
+namespace holdfast::apps {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+struct Options {
+  CommonOptions common;
+  std::string object;
+  std::string output;
+  std::string body;
+  std::string hand = "right";
+  double object_scale = 1.0;
+  GraspOptions grasp;
+};
+
+// Standing, both arms down, the holding forearm forward and turned by `pronation`: 0 has the thumb
+// up, positive turns the palm down.
+JointPose StandingPose(Side side, double pronation) {
+  JointPose right = JointPose::Zero();
+  const auto joint = [&](const char* name) { return right.col(*FindJoint(name)); };
+  joint("pelvis") = 90.0 * kDegree * Eigen::Vector3d::UnitX();
+  joint("right_shoulder") = LogSO3(ExpSO3(-12.0 * kDegree * Eigen::Vector3d::UnitX()) *
+                                   ExpSO3(76.0 * kDegree * Eigen::Vector3d::UnitZ()));
+  // A forearm turns over its length: half at the elbow, half at the wrist.
+  const Eigen::Vector3d half_turn = 0.5 * pronation * Eigen::Vector3d::UnitX();
+  joint("right_elbow") =
+      LogSO3(ExpSO3(80.0 * kDegree * Eigen::Vector3d::UnitY()) * ExpSO3(half_turn));
+  joint("right_wrist") = half_turn;
+  joint("left_shoulder") = -74.0 * kDegree * Eigen::Vector3d::UnitZ();
+  joint("left_elbow") = -15.0 * kDegree * Eigen::Vector3d::UnitY();
+  return side == Side::kRight ? right : MirrorPose(right);
+}
+
+std::string FingerNames(const Grasp& grasp) {
+  constexpr const char* kNames[kNumFingers] = {"index", "middle", "pinky", "ring", "thumb"};
+  constexpr int kOrder[kNumFingers] = {kThumb, kIndex, kMiddle, kRing, kPinky};
+  std::vector<std::string> names;
+  for (const int finger : kOrder) {
+    if (grasp.fingers_touching[finger]) names.emplace_back(kNames[finger]);
+  }
+  if (grasp.palm_touching) names.emplace_back("palm");
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+nlohmann::json GraspJson(const Grasp& grasp) {
+  return {{"style", StyleName(grasp.style)},
+          {"touching", FingerNames(grasp)},
+          {"score", grasp.score},
+          {"wrench_quality", grasp.wrench_quality},
+          {"upright_cosine", grasp.upright},
+          {"skin_in_object_mm", grasp.max_penetration_mm},
+          {"object_in_hand_mm", grasp.object_in_hand_mm},
+          {"fingers_in_each_other_mm", grasp.self_penetration_mm},
+          {"limit_excess_deg", grasp.limit_excess_deg}};
+}
+
+int Run(Options options) {
+  const CommonOptions& common = options.common;
+  const std::filesystem::path output(options.output);
+  std::filesystem::path mesh_path = output;
+  mesh_path.replace_filename(output.stem().string() + "_object.ply");
+  RequireNew(output, common);
+  RequireNew(mesh_path, common);
+  const Side side = options.hand == "left" ? Side::kLeft : Side::kRight;
+  const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
+  LoadedObject object = LoadObject(options.object);
+  for (const std::string& note : object.notes) Note(common, "note: " + note);
+  object.mesh.vertices *= options.object_scale;
+
+  const HandModel hand(body, {}, side);
+  const SignedDistance surface(object.mesh);
+  DistanceGridOptions grid_options;
+  grid_options.threads = NumThreads(common);
+  const DistanceGrid grid(surface, grid_options);
+
+  // However the forearm can turn, up is there.
+  std::vector<double> pronations;
+  HandState state(hand);
+  for (double degrees = -75.0; degrees <= 75.0; degrees += 15.0) {
+    pronations.push_back(degrees * kDegree);
+    state.SetBody(StandingPose(side, pronations.back()), Eigen::Vector3d::Zero());
+    options.grasp.up_in_wrist.emplace_back(state.WristRotation().transpose() *
+                                           Eigen::Vector3d::UnitZ());
+  }
+  options.grasp.seed = common.seed;
+  options.grasp.threads = NumThreads(common);
+  GraspReport report;
+  Grasp grasp;
+  {
+    Progress progress(common, "grasp");
+    grasp = CloseHand(hand, object.mesh, surface, grid, options.grasp, &report, [&](double share) {
+      progress.Update(static_cast<int>(100 * share), 100);
+      return !Interrupted();
+    });
+  }
+  if (Interrupted()) return kInterrupted;
+  if (report.status != GraspStatus::kFound) {
+    std::string why = fmt::format("{}: {}", object.name, Describe(report.status));
+    if (!report.candidates.empty()) why += " (best try: " + report.candidates.front().refused + ")";
+    const Eigen::Vector3d extent = 100.0 * Extent(object.mesh);
+    throw FitFailure(fmt::format("{}. The object measures {:.1f} x {:.1f} x {:.1f} cm; a hand spans "
+                                 "about 10 cm. Check its unit (--object-scale), or try --closings "
+                                 "{} --seed {}",
+                                 why, extent.x(), extent.y(), extent.z(),
+                                 4 * options.grasp.closings, common.seed + 1));
+  }
+
+  const Eigen::Vector3d object_up = grasp.wrist_from_object.linear().col(2);
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < pronations.size(); ++i) {
+    const auto& up = options.grasp.up_in_wrist;
+    if (up[i].dot(object_up) > up[best].dot(object_up)) best = i;
+  }
+  JointPose pose = StandingPose(side, pronations[best]);
+  SetFingers(pose, side, grasp.fingers);
+  const Side other = OtherSide(side);
+  const HandAxes other_hand(HandModel(body, {}, other));
+  SetFingers(pose, other, other_hand.PoseOf(other_hand.Relaxed()));
+
+  // Feet on the ground.
+  const BodySurface whole(body);
+  BodyState posed;
+  Forward(whole, pose, Eigen::Vector3d::Zero(), posed);
+  const Eigen::Vector3d trans(0.0, 0.0, -posed.vertices.row(2).minCoeff());
+  state.SetBody(pose, trans);
+  const Eigen::Isometry3d world_from_object =
+      ObjectInWorld(grasp, state.WristRotation(), state.WristPosition());
+
+  Clip clip;
+  clip.trans = trans;
+  clip.pose = {pose};
+  clip.betas = Eigen::VectorXd::Zero(10);
+  clip.body_model = body->Name();
+  clip.object = ObjectTrack{world_from_object.translation(), LogSO3(world_from_object.linear()),
+                            object.name, mesh_path.filename().string()};
+  clip.holding_hand = {side == Side::kRight ? kHoldsRight : kHoldsLeft};
+  WriteMesh(object.mesh, mesh_path);
+  WriteClip(clip, output);
+
+  nlohmann::json summary = JsonHead("holdfast/grasp/1", common);
+  summary["output"] = output.string();
+  summary["object"] = object.name;
+  summary["object_mesh"] = mesh_path.string();
+  summary["hand"] = options.hand;
+  summary["grasp"] = GraspJson(grasp);
+  summary["contact"] = {{"max_penetration_mm", grasp.metrics.max_penetration_mm},
+                        {"mean_penetration_mm", grasp.metrics.mean_penetration_mm},
+                        {"contact_ratio", grasp.metrics.contact_ratio},
+                        {"contact_threshold_mm", ContactProtocol{}.contact_threshold_mm},
+                        {"intersection_volume_cm3", grasp.metrics.intersection_volume_cm3}};
+  summary["search"] = {{"places", report.oppositions},
+                       {"placements", report.placements},
+                       {"closed", report.closings},
+                       {"refined", report.refinements},
+                       {"search_ms", report.search_ms},
+                       {"closing_ms", report.closing_ms},
+                       {"refinement_ms", report.refinement_ms}};
+  PrintResult(
+      common, summary,
+      fmt::format("{}: {} grasp of {} with the {} hand ({})\n"
+                  "  {:.2f} mm deepest penetration, {:.0f} % of the hand in contact, quality {:.2f}\n"
+                  "  {} of {} placements closed, {} refined in {:.1f} s\n",
+                  output.string(), StyleName(grasp.style), object.name, options.hand,
+                  FingerNames(grasp), grasp.metrics.max_penetration_mm,
+                  100.0 * grasp.metrics.contact_ratio, grasp.wrench_quality, report.closings,
+                  report.placements, report.refinements,
+                  1e-3 * (report.search_ms + report.closing_ms + report.refinement_ms)));
+  return kDone;
+}
+
+}  // namespace
+
+void AddGraspCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "grasp", "Close a hand around an object: a clip of one frame, the start of a fit");
+  command->add_option("object", options->object, "Mesh (.obj .ply .stl .off) or embedded object")
+      ->required();
+  command->add_option("-o,--output", options->output, "Clip to write (.npz); the mesh goes beside it")
+      ->required();
+  command->add_option("--hand", options->hand, "right or left")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"right", "left"}));
+  command->add_option("--body", options->body, "Body model (SMPLX_*.npz); default: the embedded one");
+  command->add_option("--object-scale", options->object_scale,
+                      "Multiplies the mesh: 0.001 for millimetres")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command->add_option("--closings", options->grasp.closings,
+                      "Placements that the fingers are closed for")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100'000));
+  command->add_option("--refinements", options->grasp.refinements, "Closed hands that are refined")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100'000));
+  command->add_option("--upright", options->grasp.upright_weight,
+                      "How much an object that stays upright is preferred")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  AddCommonOptions(*command, options->common, true,
+                   "  holdfast grasp mug -o mug_grasp.npz\n"
+                   "  holdfast grasp hammer.obj -o hammer.npz --hand left --seed 3 --json\n");
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace holdfast::apps
