@@ -107,7 +107,7 @@ Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, const CommonOp
   return clip.betas;
 }
 
-LoadedObject LoadObject(const std::string& path_or_name) {
+LoadedObject LoadObject(const std::string& path_or_name, double scale) {
   LoadedObject object;
   MeshFile file;
   if (fs::exists(path_or_name)) {
@@ -130,8 +130,11 @@ LoadedObject LoadObject(const std::string& path_or_name) {
   object.notes = std::move(file.notes);
   RepairedMesh repaired = RepairMesh(file.mesh);
   object.mesh = std::move(repaired.mesh);
+  object.mesh.vertices *= scale;
   for (std::string& action : repaired.actions) object.notes.push_back(std::move(action));
   const MeshReport report = CheckMesh(object.mesh);
+  object.implausible_size = report.implausible_size;
+  object.suggested_scale = report.suggested_scale;
   if (report.implausible_size) {
     object.notes.push_back(fmt::format(
         "The object is {:.3g} x {:.3g} x {:.3g} m: is it in metres?{}", report.extent_m.x(),
@@ -145,6 +148,18 @@ LoadedObject LoadObject(const std::string& path_or_name) {
         "The mesh is not watertight: inside and outside are judged by winding numbers");
   }
   return object;
+}
+
+void RequireHandheld(const LoadedObject& object) {
+  if (!object.implausible_size) return;
+  const Eigen::Vector3d extent = Extent(object.mesh);
+  throw Error(object.name,
+              fmt::format("is {:.3g} x {:.3g} x {:.3g} m, no size to hold", extent.x(), extent.y(),
+                          extent.z()),
+              object.suggested_scale != 1.0
+                  ? fmt::format("Meshes are in metres: --object-scale {:g} makes it handheld",
+                                object.suggested_scale)
+                  : "Meshes are in metres: give its unit with --object-scale");
 }
 
 TriangleMesh ForFitting(const LoadedObject& object, int vertices,

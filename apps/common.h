@@ -82,13 +82,18 @@ Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, const CommonOp
 /// An object ready for fitting.
 struct LoadedObject {
   std::string name;    ///< stem of the file, or the embedded object's name
-  TriangleMesh mesh;   ///< repaired where that is safe
+  TriangleMesh mesh;   ///< repaired where that is safe, scaled
+  bool implausible_size = false;  ///< not a handheld object in metres
+  double suggested_scale = 1.0;   ///< then, the factor that would make it one, if there is one
   std::vector<std::string> notes;
 };
 
 /// A mesh by path, or an embedded object by name ("mug"). What was repaired, and what is wrong and
 /// could not be, is in `notes`. Throws Error listing the embedded names when it is neither.
-LoadedObject LoadObject(const std::string& path_or_name);
+LoadedObject LoadObject(const std::string& path_or_name, double scale = 1.0);
+
+/// Throws Error for an object that is no size for a hand, with the scale that would help.
+void RequireHandheld(const LoadedObject& object);
 
 /// 300 (or `vertices`) vertices for the fit: the mesh itself when it has no more.
 TriangleMesh ForFitting(const LoadedObject& object, int vertices, std::vector<std::string>* notes);

@@ -153,15 +153,19 @@ int Run(Options options) {
                 "Give --start and --end within the clip");
   }
   clip = Slice(clip, options.start, end);
-  LoadedObject object = LoadObject(options.object);
-  object.mesh.vertices *= options.object_scale;
+  const LoadedObject object = LoadObject(options.object, options.object_scale);
   for (const std::string& note : object.notes) Note(common, "note: " + note);
-  const TriangleMesh simplified = ForFitting(object, options.object_vertices, nullptr);
+  const bool needs_grasp = !clip.object || options.regrasp;
+  if (needs_grasp) RequireHandheld(object);
+  std::vector<std::string> decimation_notes;
+  const TriangleMesh simplified =
+      ForFitting(object, options.object_vertices, &decimation_notes);
+  for (const std::string& note : decimation_notes) Note(common, "note: " + note);
   const HandModel hand(body, BetasFor(clip, *body, common), side);
   const SignedDistance surface(object.mesh);
 
   nlohmann::json grasp = {{"made", false}};
-  if (!clip.object || options.regrasp) {
+  if (needs_grasp) {
     if (!GraspFirstFrame(options, hand, object, surface, clip, grasp)) {
       throw FitFailure(fmt::format("{}: {}. Try --hand {}, or another object size (--object-scale)",
                                    options.object, grasp["status"].get<std::string>(),

@@ -26,13 +26,14 @@ struct Options {
   GraspOptions grasp;
 };
 
-// Standing, both arms down, the holding forearm forward and turned by `pronation`: 0 has the thumb
-// up, positive turns the palm down.
-JointPose StandingPose(Side side, double pronation) {
+// Standing, both arms down, the holding forearm forward and turned by `pronation` (0 has the thumb
+// up) and away from the body by `outward`, which leaves up where it is in the wrist's frame.
+JointPose StandingPose(Side side, double pronation, double outward) {
   JointPose right = JointPose::Zero();
   const auto joint = [&](const char* name) { return right.col(*FindJoint(name)); };
   joint("pelvis") = 90.0 * kDegree * Eigen::Vector3d::UnitX();
-  joint("right_shoulder") = LogSO3(ExpSO3(-12.0 * kDegree * Eigen::Vector3d::UnitX()) *
+  joint("right_shoulder") = LogSO3(ExpSO3(-outward * Eigen::Vector3d::UnitY()) *
+                                   ExpSO3(-12.0 * kDegree * Eigen::Vector3d::UnitX()) *
                                    ExpSO3(76.0 * kDegree * Eigen::Vector3d::UnitZ()));
   // A forearm turns over its length: half at the elbow, half at the wrist.
   const Eigen::Vector3d half_turn = 0.5 * pronation * Eigen::Vector3d::UnitX();
@@ -44,7 +45,7 @@ JointPose StandingPose(Side side, double pronation) {
   return side == Side::kRight ? right : MirrorPose(right);
 }
 
-std::string FingerNames(const Grasp& grasp) {
+std::vector<std::string> TouchingParts(const Grasp& grasp) {
   constexpr const char* kNames[kNumFingers] = {"index", "middle", "pinky", "ring", "thumb"};
   constexpr int kOrder[kNumFingers] = {kThumb, kIndex, kMiddle, kRing, kPinky};
   std::vector<std::string> names;
@@ -52,12 +53,12 @@ std::string FingerNames(const Grasp& grasp) {
     if (grasp.fingers_touching[finger]) names.emplace_back(kNames[finger]);
   }
   if (grasp.palm_touching) names.emplace_back("palm");
-  return fmt::format("{}", fmt::join(names, ", "));
+  return names;
 }
 
 nlohmann::json GraspJson(const Grasp& grasp) {
   return {{"style", StyleName(grasp.style)},
-          {"touching", FingerNames(grasp)},
+          {"touching", TouchingParts(grasp)},
           {"score", grasp.score},
           {"wrench_quality", grasp.wrench_quality},
           {"upright_cosine", grasp.upright},
@@ -91,7 +92,7 @@ int Run(Options options) {
   HandState state(hand);
   for (double degrees = -75.0; degrees <= 75.0; degrees += 15.0) {
     pronations.push_back(degrees * kDegree);
-    state.SetBody(StandingPose(side, pronations.back()), Eigen::Vector3d::Zero());
+    state.SetBody(StandingPose(side, pronations.back(), 0.0), Eigen::Vector3d::Zero());
     options.grasp.up_in_wrist.emplace_back(state.WristRotation().transpose() *
                                            Eigen::Vector3d::UnitZ());
   }
@@ -111,11 +112,11 @@ int Run(Options options) {
     std::string why = fmt::format("{}: {}", object.name, Describe(report.status));
     if (!report.candidates.empty()) why += " (best try: " + report.candidates.front().refused + ")";
     const Eigen::Vector3d extent = 100.0 * Extent(object.mesh);
-    throw FitFailure(fmt::format("{}. The object measures {:.1f} x {:.1f} x {:.1f} cm; a hand spans "
-                                 "about 10 cm. Check its unit (--object-scale), or try --closings "
-                                 "{} --seed {}",
-                                 why, extent.x(), extent.y(), extent.z(),
-                                 4 * options.grasp.closings, common.seed + 1));
+    throw FitFailure(fmt::format(
+        "{}. The object measures {:.1f} x {:.1f} x {:.1f} cm; a hand spans "
+        "about 10 cm. Check its unit (--object-scale), or try --closings "
+        "{} --seed {}",
+        why, extent.x(), extent.y(), extent.z(), 4 * options.grasp.closings, common.seed + 1));
   }
 
   const Eigen::Vector3d object_up = grasp.wrist_from_object.linear().col(2);
@@ -124,20 +125,32 @@ int Run(Options options) {
     const auto& up = options.grasp.up_in_wrist;
     if (up[i].dot(object_up) > up[best].dot(object_up)) best = i;
   }
-  JointPose pose = StandingPose(side, pronations[best]);
-  SetFingers(pose, side, grasp.fingers);
   const Side other = OtherSide(side);
   const HandAxes other_hand(HandModel(body, {}, other));
-  SetFingers(pose, other, other_hand.PoseOf(other_hand.Relaxed()));
-
-  // Feet on the ground.
+  const FingerPose other_fingers = other_hand.PoseOf(other_hand.Relaxed());
   const BodySurface whole(body);
-  BodyState posed;
-  Forward(whole, pose, Eigen::Vector3d::Zero(), posed);
-  const Eigen::Vector3d trans(0.0, 0.0, -posed.vertices.row(2).minCoeff());
-  state.SetBody(pose, trans);
-  const Eigen::Isometry3d world_from_object =
-      ObjectInWorld(grasp, state.WristRotation(), state.WristPosition());
+  const std::vector<int>& hand_ids = body->HandVertexIds(side);
+  JointPose pose;
+  Eigen::Vector3d trans;
+  Eigen::Isometry3d world_from_object;
+  // The arm goes out as far as the object needs to clear the body.
+  for (const double outward : {0.0, 20.0, 40.0, 60.0}) {
+    pose = StandingPose(side, pronations[best], outward * kDegree);
+    SetFingers(pose, side, grasp.fingers);
+    SetFingers(pose, other, other_fingers);
+    BodyState posed;
+    Forward(whole, pose, Eigen::Vector3d::Zero(), posed);
+    trans = Eigen::Vector3d(0.0, 0.0, -posed.vertices.row(2).minCoeff());  // feet on the ground
+    state.SetBody(pose, trans);
+    world_from_object = ObjectInWorld(grasp, state.WristRotation(), state.WristPosition());
+    const Eigen::Isometry3d object_from_world = world_from_object.inverse();
+    bool clear = true;
+    for (int i = 0; i < whole.NumVertices() && clear; ++i) {
+      if (std::binary_search(hand_ids.begin(), hand_ids.end(), i)) continue;
+      clear = grid.Distance(object_from_world * (posed.vertices.col(i) + trans)) > 0.0;
+    }
+    if (clear) break;
+  }
 
   Clip clip;
   clip.trans = trans;
@@ -170,14 +183,15 @@ int Run(Options options) {
                        {"refinement_ms", report.refinement_ms}};
   PrintResult(
       common, summary,
-      fmt::format("{}: {} grasp of {} with the {} hand ({})\n"
-                  "  {:.2f} mm deepest penetration, {:.0f} % of the hand in contact, quality {:.2f}\n"
-                  "  {} of {} placements closed, {} refined in {:.1f} s\n",
-                  output.string(), StyleName(grasp.style), object.name, options.hand,
-                  FingerNames(grasp), grasp.metrics.max_penetration_mm,
-                  100.0 * grasp.metrics.contact_ratio, grasp.wrench_quality, report.closings,
-                  report.placements, report.refinements,
-                  1e-3 * (report.search_ms + report.closing_ms + report.refinement_ms)));
+      fmt::format(
+          "{}: {} grasp of {} with the {} hand ({})\n"
+          "  {:.2f} mm deepest penetration, {:.0f} % of the hand in contact, quality {:.2f}\n"
+          "  {} of {} placements closed, {} refined in {:.1f} s\n",
+          output.string(), StyleName(grasp.style), object.name, options.hand,
+          fmt::join(TouchingParts(grasp), ", "), grasp.metrics.max_penetration_mm,
+          100.0 * grasp.metrics.contact_ratio, grasp.wrench_quality, report.closings,
+          report.placements, report.refinements,
+          1e-3 * (report.search_ms + report.closing_ms + report.refinement_ms)));
   return kDone;
 }
 
@@ -189,25 +203,30 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
       "grasp", "Close a hand around an object: a clip of one frame, the start of a fit");
   command->add_option("object", options->object, "Mesh (.obj .ply .stl .off) or embedded object")
       ->required();
-  command->add_option("-o,--output", options->output, "Clip to write (.npz); the mesh goes beside it")
+  command
+      ->add_option("-o,--output", options->output, "Clip to write (.npz); the mesh goes beside it")
       ->required();
   command->add_option("--hand", options->hand, "right or left")
       ->capture_default_str()
       ->check(CLI::IsMember({"right", "left"}));
-  command->add_option("--body", options->body, "Body model (SMPLX_*.npz); default: the embedded one");
-  command->add_option("--object-scale", options->object_scale,
-                      "Multiplies the mesh: 0.001 for millimetres")
+  command->add_option("--body", options->body,
+                      "Body model (SMPLX_*.npz); default: the embedded one");
+  command
+      ->add_option("--object-scale", options->object_scale,
+                   "Multiplies the mesh: 0.001 for millimetres")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
-  command->add_option("--closings", options->grasp.closings,
-                      "Placements that the fingers are closed for")
+  command
+      ->add_option("--closings", options->grasp.closings,
+                   "Placements that the fingers are closed for")
       ->capture_default_str()
       ->check(CLI::Range(1, 100'000));
   command->add_option("--refinements", options->grasp.refinements, "Closed hands that are refined")
       ->capture_default_str()
       ->check(CLI::Range(1, 100'000));
-  command->add_option("--upright", options->grasp.upright_weight,
-                      "How much an object that stays upright is preferred")
+  command
+      ->add_option("--upright", options->grasp.upright_weight,
+                   "How much an object that stays upright is preferred")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
   AddCommonOptions(*command, options->common, true,

@@ -30,6 +30,11 @@ int main(int argc, char** argv) {
   AddRenderCommand(app, exit_code);
   WatchForInterrupt();
 
+  if (argc > 1 && argv[1][0] != '-' && app.get_subcommand_no_throw(argv[1]) == nullptr) {
+    fmt::print(stderr, "holdfast: there is no command '{}'. Run 'holdfast --help' for the list.\n",
+               argv[1]);
+    return kUsageFault;
+  }
   try {
     app.parse(argc, argv);
     return exit_code;

@@ -11,6 +11,7 @@
 
 #include "geometry/error.h"
 #include "geometry/ground_contact.h"
+#include "geometry/resample.h"
 #include "geometry/retarget_calibration.h"
 #include "geometry/rotation.h"
 
@@ -21,7 +22,7 @@ using Rotations = std::array<Eigen::Matrix3d, kNumJoints>;
 using Joints = Eigen::Matrix<double, 3, kNumJoints>;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kForearmRoll = 120 * kDegree;  // total roll of a hand that elbows still share
+constexpr double kForearmRoll = 110 * kDegree;  // most that a hand rolls against its upper arm
 // Part of a shoulder's shift that the collarbone follows: SMPL-X rests with its shoulders lower
 // below the neck than most capture skeletons, so the whole shift would let them slump.
 constexpr double kShoulderShare = 0.75;
@@ -174,6 +175,21 @@ class Retargeter {
     arm.upper =
         Aim(Turned(frame, shoulder), RestBone(shoulder, elbow), Bone(frame, shoulder, elbow));
     arm.unwrung = BendHinge(elbow, arm.upper, RestBone(elbow, wrist), Bone(frame, elbow, wrist));
+    // A straight arm shows no elbow, and captures let its upper half spin: what roll no forearm
+    // could take goes there. Continuous across half a turn, where the correction is half a turn
+    // either way.
+    const double straight =
+        Bone(frame, shoulder, elbow).normalized().dot(Bone(frame, elbow, wrist).normalized());
+    const double share = std::clamp(
+        (straight - std::cos(45 * kDegree)) / (std::cos(20 * kDegree) - std::cos(45 * kDegree)),
+        0.0, 1.0);
+    const double twist = TwistAngle(arm.unwrung.transpose() * Turned(frame, wrist),
+                                    RestBone(elbow, wrist).normalized());
+    const double excess = twist - FoldedTwist(twist);
+    if (share > 0 && excess != 0) {
+      arm.upper = arm.upper * ExpSO3(share * excess * RestBone(shoulder, elbow).normalized());
+      arm.unwrung = BendHinge(elbow, arm.upper, RestBone(elbow, wrist), Bone(frame, elbow, wrist));
+    }
     return arm;
   }
 
@@ -184,19 +200,19 @@ class Retargeter {
     const Eigen::Vector3d forearm = RestBone(elbow, wrist).normalized();
     world[shoulder] = arm.upper;
     world[wrist] = arm.unwrung * hand;
-    world[elbow] = arm.unwrung * ExpSO3(ElbowShare(TwistAngle(hand, forearm)) * forearm);
+    world[elbow] = arm.unwrung * ExpSO3(options_.forearm_twist_share *
+                                        FoldedTwist(TwistAngle(hand, forearm)) * forearm);
     Fingers(frame, wrist, world);
   }
 
-  // The elbow's part of the forearm's roll. Beyond what a forearm can do it falls back to nothing
-  // at half a turn, so that rolls of +180 and -180 degrees, the same to the eye, give the same
-  // elbow.
-  double ElbowShare(double twist) const {
+  // A roll as far as forearms go; beyond, back to nothing at half a turn, so that +180 and -180
+  // degrees, the same to the eye, give the same.
+  static double FoldedTwist(double twist) {
     const double size = std::abs(twist);
-    const double share = size < kForearmRoll ? size
-                                             : kForearmRoll * (std::numbers::pi - size) /
-                                                   (std::numbers::pi - kForearmRoll);
-    return std::copysign(options_.forearm_twist_share * share, twist);
+    const double folded = size < kForearmRoll ? size
+                                              : kForearmRoll * (std::numbers::pi - size) /
+                                                    (std::numbers::pi - kForearmRoll);
+    return std::copysign(folded, twist);
   }
 
   // Hands relative to their unwrung forearms, all frames. What no wrist can do (capture of hands
@@ -431,52 +447,6 @@ Clip Retarget(const SourceMotion& motion, const SkeletonMap& map, const Retarget
     ReportSoles(touching, motion.frame_rate, *report);
   }
   return options.frame_rate > 0 ? Resample(clip, options.frame_rate) : clip;
-}
-
-Clip Resample(const Clip& clip, double frame_rate) {
-  if (!(frame_rate > 0)) {
-    throw Error("resampling", "a frame rate that is not positive", "Give frames per second");
-  }
-  const int frames = clip.NumFrames();
-  if (frames == 0 || std::abs(frame_rate - clip.frame_rate) < 1e-9) return clip;
-  const double step = clip.frame_rate / frame_rate;
-  const int count = static_cast<int>(std::floor((frames - 1) / step + 1e-6)) + 1;
-  Clip out = clip;
-  out.frame_rate = frame_rate;
-  out.trans.resize(3, count);
-  out.pose.resize(count);
-  if (clip.object) {
-    out.object->trans.resize(3, count);
-    out.object->orient.resize(3, count);
-  }
-  if (!clip.holding_hand.empty()) out.holding_hand.resize(count);
-  const auto between = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double f) {
-    const Eigen::Matrix3d Ra = ExpSO3(a);
-    if (f == 0) return a;
-    const Eigen::Matrix3d R = Ra * ExpSO3(f * LogSO3(Ra.transpose() * ExpSO3(b)));
-    return UnwrapAxisAngle(LogSO3(R), a);
-  };
-  for (int i = 0; i < count; ++i) {
-    const double at = i * step;
-    const int before = std::min(static_cast<int>(at + 1e-9), frames - 1);
-    const int after = std::min(before + 1, frames - 1);
-    double f = std::clamp(at - before, 0.0, 1.0);
-    if (f < 1e-9) f = 0;
-    out.trans.col(i) = (1 - f) * clip.trans.col(before) + f * clip.trans.col(after);
-    for (int j = 0; j < kNumJoints; ++j) {
-      out.pose[i].col(j) = between(clip.pose[before].col(j), clip.pose[after].col(j), f);
-    }
-    if (clip.object) {
-      out.object->trans.col(i) =
-          (1 - f) * clip.object->trans.col(before) + f * clip.object->trans.col(after);
-      out.object->orient.col(i) =
-          between(clip.object->orient.col(before), clip.object->orient.col(after), f);
-    }
-    if (!clip.holding_hand.empty()) {
-      out.holding_hand[i] = clip.holding_hand[f < 0.5 ? before : after];
-    }
-  }
-  return out;
 }
 
 }  // namespace holdfast

@@ -64,8 +64,4 @@ struct RetargetReport {
 Clip Retarget(const SourceMotion& motion, const SkeletonMap& map, const RetargetBody& body,
               const RetargetOptions& options = {}, RetargetReport* report = nullptr);
 
-/// The clip at another frame rate: rotations by the shortest arc, translation linear between
-/// frames.
-Clip Resample(const Clip& clip, double frame_rate);
-
 }  // namespace holdfast

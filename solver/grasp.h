@@ -21,12 +21,12 @@
 namespace holdfast {
 
 struct GraspOptions {
-  int oppositions = 56;   ///< different places on the object to take hold of
-  int turns = 12;         ///< directions each is approached from
-  int closings = 160;     ///< placements that fingers are closed for, the most promising
-  int refinements = 24;   ///< closed hands that are settled, the best
+  int oppositions = 56;  ///< different places on the object to take hold of
+  int turns = 12;        ///< directions each is approached from
+  int closings = 240;    ///< placements that fingers are closed for, the most promising
+  int refinements = 32;  ///< closed hands that are settled, the best
   std::uint64_t seed = 0;
-  int threads = 1;        ///< the result is the same for any number
+  int threads = 1;  ///< the result is the same for any number
 
   /// World's up, unit, in the wrist's frame, for every pose the wrist may take (one for a first
   /// frame that is given, several where the forearm may still turn): objects stand z-up, and grasps
@@ -37,8 +37,8 @@ struct GraspOptions {
   /// (its least z) are less welcome by up to this much of score. 0: the object floats.
   double table_weight = 0.8;
 
-  double max_penetration_m = 0.0025;   ///< soft tissue gives 2 mm; deeper is refused
-  double touch_distance_m = 0.002;     ///< skin nearer than this touches
+  double max_penetration_m = 0.0025;  ///< soft tissue gives 2 mm; deeper is refused
+  double touch_distance_m = 0.002;    ///< skin nearer than this touches
   double friction = 0.5;
 };
 
@@ -51,22 +51,23 @@ struct Grasp {
 
   std::array<bool, kNumFingers> fingers_touching{};  ///< index, middle, pinky, ring, thumb
   bool palm_touching = false;
-  double max_penetration_mm = 0.0;    ///< skin in object, vertices and middles of edges
-  double object_in_hand_mm = 0.0;     ///< object's surface in the hand
-  double self_penetration_mm = 0.0;   ///< fingers in each other or the palm
+  double max_penetration_mm = 0.0;   ///< skin in object, vertices and middles of edges
+  double object_in_hand_mm = 0.0;    ///< object's surface in the hand
+  double self_penetration_mm = 0.0;  ///< fingers in each other or the palm
   double limit_excess_deg = 0.0;
-  double wrench_quality = 0.0;        ///< WrenchQuality: 0 without force closure
-  double below_bottom_mm = 0.0;       ///< how far the hand reaches below the object's least z
-  double upright = 0.0;               ///< cosine of the object's z with up, 0 if not asked
-  double score = 0.0;                 ///< larger is better
-  ContactMetrics metrics;             ///< of the grasp that is returned
+  double wrench_quality = 0.0;   ///< WrenchQuality: 0 without force closure
+  double below_bottom_mm = 0.0;  ///< how far the hand reaches below the object's least z
+  double upright = 0.0;          ///< cosine of the object's z with up, 0 if not asked
+  double score = 0.0;            ///< larger is better
+  ContactMetrics metrics;        ///< of the grasp that is returned
 };
 
 enum class GraspStatus {
   kFound,
-  kNothingToGrasp,   ///< no two opposed places within a hand's span: too large, or no solid
-  kNoRoom,           ///< no way to put the hand there
-  kNoCleanGrasp,     ///< hands close, but not cleanly or not firmly; the best try is returned
+  kNothingToGrasp,  ///< no two opposed places within a hand's span: too large, or no solid
+  kNoRoom,          ///< no way to put the hand there
+  kNoCleanGrasp,    ///< hands close, but not cleanly or not firmly; the best try is returned
+  kStopped,         ///< by the progress callback; the hand returned is open
 };
 std::string_view Describe(GraspStatus status);
 std::string_view StyleName(GraspStyle style);
@@ -84,12 +85,12 @@ struct GraspReport {
 };
 
 /// Called now and then with the share of the work done, in [0, 1], from one thread at a time.
-/// Returning false stops early with what has been found.
+/// Returning false stops the search.
 using GraspProgress = std::function<bool(double)>;
 
-/// Closes a hand around an object. Opposed places are found on the surface, hands are put to them in
-/// power and precision style, fingers close until they touch, all is settled by least squares, and
-/// the firmest clean grasp is returned. When the report's status is not kFound the grasp is the
+/// Closes a hand around an object. Opposed places are found on the surface, hands are put to them
+/// in power and precision style, fingers close until they touch, all is settled by least squares,
+/// and the firmest clean grasp is returned. When the report's status is not kFound the grasp is the
 /// least bad try, or the open hand when there was none.
 ///
 /// `object` in its own frame, metres, with the signed distances of the same mesh.

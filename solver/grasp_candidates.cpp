@@ -113,9 +113,9 @@ std::vector<Opposition> FindOppositions(const TriangleMesh& object, const Distan
           const double width = s - d;
           const Eigen::Vector3d center = start - 0.5 * width * normal;
           const double off_center = (center - centroid).norm() / size;
-          found.push_back({center, -normal, width,
-                           cosine * WidthQuality(width, options.max_width_m) *
-                               std::exp(-1.5 * off_center)});
+          found.push_back(
+              {center, -normal, width,
+               cosine * WidthQuality(width, options.max_width_m) * std::exp(-1.5 * off_center)});
         }
       }
       inside = d < 0.0;
@@ -123,9 +123,8 @@ std::vector<Opposition> FindOppositions(const TriangleMesh& object, const Distan
     }
   }
 
-  std::stable_sort(found.begin(), found.end(), [](const Opposition& a, const Opposition& b) {
-    return a.quality > b.quality;
-  });
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Opposition& a, const Opposition& b) { return a.quality > b.quality; });
   std::vector<Opposition> kept;
   for (const Opposition& opposition : found) {
     if (static_cast<int>(kept.size()) == options.count) break;

@@ -21,9 +21,9 @@ struct Opposition {
 };
 
 struct OppositionOptions {
-  int samples = 600;           ///< places tried on the surface
-  int count = 40;              ///< different oppositions kept, the best of their neighbourhood
-  double max_width_m = 0.105;  ///< what a hand spans
+  int samples = 600;                ///< places tried on the surface
+  int count = 40;                   ///< different oppositions kept, the best of their neighbourhood
+  double max_width_m = 0.105;       ///< what a hand spans
   double min_normal_cosine = 0.80;  ///< of either normal with the axis: within the friction cone
   std::uint64_t seed = 0;
 };

@@ -10,9 +10,9 @@ namespace holdfast {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kPinchStep = 0.0125;      // of the widths pinches are prepared for
+constexpr double kPinchStep = 0.0125;  // of the widths pinches are prepared for
 constexpr int kNumPinches = 9;
-constexpr double kPinchRoom = 0.008;       // a pinch opens this much wider than its object
+constexpr double kPinchRoom = 0.008;  // a pinch opens this much wider than its object
 constexpr double kPowerMinWidth = 0.008;
 constexpr double kPowerMaxWidth = 0.095;
 
@@ -115,8 +115,7 @@ void GraspPlacer::PlacePower(const Opposition& opposition, const Eigen::Vector3d
   // The palm's normal meets the object; thumb to fingers lies along the hand, or obliquely, as a
   // handle lies across a palm.
   for (const double roll : {0.0, 25.0 * kDegree, -25.0 * kDegree}) {
-    const Eigen::Vector3d along =
-        Eigen::AngleAxisd(roll, axes.PalmNormal()) * axes.Forward();
+    const Eigen::Vector3d along = Eigen::AngleAxisd(roll, axes.PalmNormal()) * axes.Forward();
     Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
     wrist_from_object.linear() =
         Triad(axes.PalmNormal(), along) * Triad(approach, axis).transpose();
@@ -134,10 +133,11 @@ void GraspPlacer::PlacePower(const Opposition& opposition, const Eigen::Vector3d
       height -= std::max(clearance - 0.0004, 0.0002);
     }
     // Too deep for something that thick: what touches is not what is to be grasped.
-    if (clearance < -target.allowed_depth || height < 0.2 * opposition.width || height > 0.075) continue;
+    if (clearance < -target.allowed_depth || height < 0.2 * opposition.width || height > 0.075)
+      continue;
     const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
-    if (Clearance(object, object_from_wrist, open_[0].skin, finger_skin_,
-                  -target.allowed_depth) < -target.allowed_depth) {
+    if (Clearance(object, object_from_wrist, open_[0].skin, finger_skin_, -target.allowed_depth) <
+        -target.allowed_depth) {
       continue;
     }
     double palm = std::numeric_limits<double>::infinity();

@@ -21,9 +21,9 @@ enum class GraspStyle {
 struct Placement {
   GraspStyle style;
   Eigen::Isometry3d wrist_from_object;
-  HandAngles start;      ///< finger angles to close from
-  double width;          ///< of the opposition it is made for, metres
-  double prior;          ///< how promising, before closing: larger is better
+  HandAngles start;  ///< finger angles to close from
+  double width;      ///< of the opposition it is made for, metres
+  double prior;      ///< how promising, before closing: larger is better
 };
 
 /// Puts one hand to any object. The hand's own part (open and pinching poses with their skin) is
@@ -34,7 +34,7 @@ class GraspPlacer {
 
   struct Target {
     const DistanceGrid& object;
-    double size;   ///< diagonal of the bounding box, metres
+    double size;  ///< diagonal of the bounding box, metres
     /// How deep a hand may be in the object before it closes, metres: closing and refinement free
     /// it. A small part of the thinnest wall, or hands would be freed to its far side.
     double allowed_depth;
@@ -42,20 +42,18 @@ class GraspPlacer {
 
   /// All placements of both styles for one opposition that have the open hand clear of the object:
   /// turned about the opposition's axis in steps, either way round.
-  std::vector<Placement> Place(const Opposition& opposition, const Target& target,
-                               int turns) const;
+  std::vector<Placement> Place(const Opposition& opposition, const Target& target, int turns) const;
 
   /// Whether the forearm behind a straight wrist is clear of the object.
-  bool ForearmClear(const DistanceGrid& object,
-                    const Eigen::Isometry3d& wrist_from_object) const;
+  bool ForearmClear(const DistanceGrid& object, const Eigen::Isometry3d& wrist_from_object) const;
 
  private:
   struct PosedHand {
     HandAngles angles;
-    Eigen::Matrix3Xd skin;    // every skin point
-    Eigen::Vector3d center;   // between the pads
-    Eigen::Vector3d axis;     // from the thumb's pad to the fingers'
-    Eigen::Vector3d approach; // from the palm to the pads, orthogonal to `axis`
+    Eigen::Matrix3Xd skin;     // every skin point
+    Eigen::Vector3d center;    // between the pads
+    Eigen::Vector3d axis;      // from the thumb's pad to the fingers'
+    Eigen::Vector3d approach;  // from the palm to the pads, orthogonal to `axis`
     double width;
   };
 
@@ -68,11 +66,11 @@ class GraspPlacer {
                       std::vector<Placement>& placements) const;
 
   const HandAnatomy& anatomy_;
-  std::vector<int> palm_side_;           // skin points that meet an object first
-  std::vector<int> finger_skin_;         // all but the thumb's
+  std::vector<int> palm_side_;    // skin points that meet an object first
+  std::vector<int> finger_skin_;  // all but the thumb's
   std::vector<int> thumb_skin_;
-  std::vector<PosedHand> open_;          // the same open fingers, thumbs in several places
-  std::vector<PosedHand> pinch_;         // by width
+  std::vector<PosedHand> open_;   // the same open fingers, thumbs in several places
+  std::vector<PosedHand> pinch_;  // by width
 };
 
 }  // namespace holdfast

@@ -57,8 +57,8 @@ double WrenchQuality(std::span<const GraspContact> contacts, const Eigen::Vector
 
   double least = std::numeric_limits<double>::infinity();
   for (int start = 0; start < kStarts; ++start) {
-    Wrench w = start < 12 ? Wrench((start % 2 ? -1.0 : 1.0) * Wrench::Unit(start / 2))
-                          : Direction(start);
+    Wrench w =
+        start < 12 ? Wrench((start % 2 ? -1.0 : 1.0) * Wrench::Unit(start / 2)) : Direction(start);
     for (int step = 0; step < kDescentSteps; ++step) {
       Eigen::Index furthest;
       const double support = (w.transpose() * wrenches).maxCoeff(&furthest);

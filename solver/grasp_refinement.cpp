@@ -15,7 +15,7 @@
 namespace holdfast {
 namespace {
 
-constexpr double kWatchDistance = 0.010;   // skin that could come inside within a round
+constexpr double kWatchDistance = 0.010;  // skin that could come inside within a round
 constexpr double kWatchCollision = 0.006;
 constexpr int kPointsPerPad = 3;
 constexpr int kPointsPerPalm = 6;
@@ -75,15 +75,14 @@ void RefineGrasp(const HandAnatomy& anatomy, HandEvaluation& hand, const Distanc
           nullptr, q, T, fingers.data());
     }
     if (!touching.empty()) {
-      problem.AddResidualBlock(
-          new GraspContactTerm(hand, object, std::move(touching),
-                               {options.contact_weight, -options.press_m}),
-          nullptr, q, T, fingers.data());
+      problem.AddResidualBlock(new GraspContactTerm(hand, object, std::move(touching),
+                                                    {options.contact_weight, -options.press_m}),
+                               nullptr, q, T, fingers.data());
     }
     if (!colliding.empty()) {
-      problem.AddResidualBlock(new FingerCollisionTerm(hand, landmarks, std::move(colliding),
-                                                       options.collision_weight),
-                               nullptr, fingers.data());
+      problem.AddResidualBlock(
+          new FingerCollisionTerm(hand, landmarks, std::move(colliding), options.collision_weight),
+          nullptr, fingers.data());
     }
     HandPriorWeights prior;
     prior.stay = 0.4;

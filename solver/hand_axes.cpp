@@ -20,7 +20,7 @@ struct Degrees {
 constexpr Degrees kFingerFlexion[3] = {{-25.0, 90.0}, {0.0, 105.0}, {-5.0, 80.0}};
 constexpr Degrees kThumbFlexion[3] = {{-20.0, 50.0}, {-10.0, 60.0}, {-15.0, 80.0}};
 constexpr Degrees kThumbSpread[3] = {{-10.0, 50.0}, {-10.0, 10.0}, {0.0, 0.0}};
-constexpr double kTwist = 5.0;       // what soft joints give; a saddle joint turns more
+constexpr double kTwist = 5.0;  // what soft joints give; a saddle joint turns more
 constexpr double kThumbTwist = 20.0;
 
 Eigen::Vector3d OrthogonalTo(const Eigen::Vector3d& v, const Eigen::Vector3d& unit) {
@@ -67,8 +67,7 @@ HandAxes::HandAxes(const HandModel& hand) : side_(hand.HandSide()) {
 
   forward_ = rest_joints_.col(3 * kMiddle).normalized();
   across_ = OrthogonalTo(rest_joints_.col(3 * kIndex) - rest_joints_.col(3 * kPinky), forward_);
-  palm_normal_ =
-      side_ == Side::kRight ? across_.cross(forward_) : forward_.cross(across_);
+  palm_normal_ = side_ == Side::kRight ? across_.cross(forward_) : forward_.cross(across_);
 
   for (int k = 0; k < kJointsPerHand; ++k) {
     const bool thumb = k / 3 == kThumb;
@@ -81,15 +80,16 @@ HandAxes::HandAxes(const HandModel& hand) : side_(hand.HandSide()) {
     pad_direction_.col(k) = pad;
     const Eigen::Vector3d flexion = bone.cross(pad);
     const Eigen::Vector3d& outwards = thumb ? palm_normal_ : across_;
-    const Eigen::Vector3d spread = pad.cross(bone).dot(outwards) > 0.0 ? pad : Eigen::Vector3d(-pad);
+    const Eigen::Vector3d spread =
+        pad.cross(bone).dot(outwards) > 0.0 ? pad : Eigen::Vector3d(-pad);
     axes_[k] << flexion, spread, flexion.cross(spread);
 
     if (!thumb) {
       const Eigen::Vector3d before =
           k % 3 == 0 ? Eigen::Vector3d(rest_joints_.col(k).normalized()) : Bone(k - 1);
       // Seen along the flexion axis.
-      rest_flexion_[k] = std::atan2(bone.dot(pad), bone.dot(bone)) -
-                         std::atan2(before.dot(pad), before.dot(bone));
+      rest_flexion_[k] =
+          std::atan2(bone.dot(pad), bone.dot(bone)) - std::atan2(before.dot(pad), before.dot(bone));
     }
     const auto set = [&](int row, Degrees degrees, double offset) {
       range_[row][k] = {degrees.low * kDegree - offset, degrees.high * kDegree - offset};
@@ -150,7 +150,10 @@ HandAngles HandAxes::Relaxed() const {
   for (int finger = 0; finger < kNumFingers; ++finger) {
     if (finger == kThumb) continue;
     // A gentle curl that grows towards the little finger.
-    const double more = finger == kIndex ? 0.0 : finger == kMiddle ? 4.0 : finger == kRing ? 8.0 : 10.0;
+    const double more = finger == kIndex    ? 0.0
+                        : finger == kMiddle ? 4.0
+                        : finger == kRing   ? 8.0
+                                            : 10.0;
     const double flexion[3] = {15.0 + more, 25.0 + more, 14.0 + 0.5 * more};
     for (int j = 0; j < 3; ++j) {
       angles(0, 3 * finger + j) = flexion[j] * kDegree - rest_flexion_[3 * finger + j];

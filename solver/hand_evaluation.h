@@ -9,9 +9,9 @@
 
 namespace holdfast {
 
-/// A hand state shared by the residual blocks of one problem: evaluated once per finger pose, however
-/// many terms ask. Not for use by several threads: give each problem its own, and solve with
-/// `num_threads = 1`.
+/// A hand state shared by the residual blocks of one problem: evaluated once per finger pose,
+/// however many terms ask. Not for use by several threads: give each problem its own, and solve
+/// with `num_threads = 1`.
 class HandEvaluation {
  public:
   /// `hand` must outlive this. The body is held at `pose` and `trans` (SetBody changes it).

@@ -67,8 +67,8 @@ HandLandmarks::HandLandmarks(const HandModel& hand, const HandAxes& axes) {
     const int last = 3 * finger + 2;
     // A pad's middle lies at about half of the last phalanx, on the line of its bone.
     const Eigen::Vector3d joint = axes.RestJoints().col(last);
-    const Eigen::Vector3d middle = joint + 0.55 * (axes.RestTips().col(finger) - joint) +
-                                   0.01 * axes.PadDirection(last);
+    const Eigen::Vector3d middle =
+        joint + 0.55 * (axes.RestTips().col(finger) - joint) + 0.01 * axes.PadDirection(last);
     double nearest = std::numeric_limits<double>::infinity();
     for (const int i : pads_[last]) {
       const double d = (rest.col(i) - middle).squaredNorm();
@@ -131,9 +131,9 @@ HandLandmarks::HandLandmarks(const HandModel& hand, const HandAxes& axes) {
       ++forearm_count;
     }
   }
-  palm_center_ = count > 0 ? Eigen::Vector3d(sum / count)
-                           : Eigen::Vector3d(0.75 * reach * axes.Forward() +
-                                             0.015 * axes.PalmNormal());
+  palm_center_ = count > 0
+                     ? Eigen::Vector3d(sum / count)
+                     : Eigen::Vector3d(0.75 * reach * axes.Forward() + 0.015 * axes.PalmNormal());
   if (forearm_count > 0) forearm_radius_ = forearm / forearm_count;
 }
 
@@ -168,8 +168,8 @@ double SelfPenetration(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& v
     const FingerBall& ball = landmarks.Balls()[b];
     if (ball.finger_joint % 3 != 2) continue;
     for (const int i : landmarks.PalmSkin()) {
-      deepest = std::max(deepest,
-                         ball.radius - kSkinGive - (centers.col(b) - vertices.col(i)).norm());
+      deepest =
+          std::max(deepest, ball.radius - kSkinGive - (centers.col(b) - vertices.col(i)).norm());
     }
   }
   return deepest;

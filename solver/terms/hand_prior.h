@@ -72,8 +72,7 @@ class HandPriorTerm final : public ceres::SizedCostFunction<97, kHandDofs> {
     for (int n = 0; n < 3; ++n, ++row) {
       const int a = kNeighbours[n], b = kNeighbours[n + 1];
       const double difference = angles(0, a) - angles(0, b);
-      const double excess =
-          difference - std::clamp(difference, -kComfortable, kComfortable);
+      const double excess = difference - std::clamp(difference, -kComfortable, kComfortable);
       residuals[row] = weights_.neighbours * excess;
       if (excess != 0.0) {
         add(row, weights_.neighbours, 0, a);

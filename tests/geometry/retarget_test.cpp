@@ -16,6 +16,7 @@
 #include "geometry/error.h"
 #include "geometry/ground_contact.h"
 #include "geometry/io/import_motion.h"
+#include "geometry/resample.h"
 #include "geometry/retarget_calibration.h"
 #include "geometry/rotation.h"
 

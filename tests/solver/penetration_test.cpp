@@ -3,13 +3,13 @@
 
 #include <cmath>
 
-#include <ceres/gradient_checker.h>
 #include <gtest/gtest.h>
 
 #include "geometry/io/mesh_io.h"
 #include "solver/finger_closing.h"
 #include "solver/terms/finger_collision.h"
 #include "solver/terms/grasp_contact.h"
+#include "tests/support/numeric_jacobian.h"
 
 namespace holdfast {
 namespace {
@@ -25,34 +25,17 @@ struct Scene {
         grid(surface, {.cell_m = 0.004}) {
     fingers = anatomy.axes.PoseOf(PinchHand(anatomy, 0.05));
     translation = anatomy.landmarks.PalmCenter() + 0.035 * anatomy.axes.PalmNormal();
-    rotation = Eigen::Quaterniond(
-        Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.3, -0.5, 0.8).normalized()));
+    rotation =
+        Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(0.3, -0.5, 0.8).normalized()));
   }
 
   std::vector<double*> Parameters() {
     return {rotation.coeffs().data(), translation.data(), fingers.data()};
   }
 
-  // Largest relative difference of the analytic Jacobian from Ridders' extrapolation of differences.
   double JacobianError(const ceres::CostFunction& cost) {
     const RotationManifold manifold;
-    const std::vector<const ceres::Manifold*> manifolds = {&manifold, nullptr, nullptr};
-    ceres::NumericDiffOptions options;
-    options.ridders_relative_initial_step_size = 1e-3;
-    ceres::GradientChecker checker(&cost, &manifolds, options);
-    ceres::GradientChecker::ProbeResults results;
-    const std::vector<double*> parameters = Parameters();
-    checker.Probe(parameters.data(), 1e-5, &results);
-    EXPECT_TRUE(results.return_value);
-    // Entries near zero have no relative error to speak of: compare norms block by block.
-    double error = 0.0;
-    for (std::size_t b = 0; b < results.local_jacobians.size(); ++b) {
-      error = std::max(error, (results.local_jacobians[b] - results.local_numeric_jacobians[b])
-                                      .cwiseAbs()
-                                      .maxCoeff() /
-                                  results.local_numeric_jacobians[b].cwiseAbs().maxCoeff());
-    }
-    return error;
+    return testing::JacobianError(cost, Parameters(), {&manifold, nullptr, nullptr});
   }
 
   HandModel hand;
@@ -73,12 +56,10 @@ INSTANTIATE_TEST_SUITE_P(Sides, EitherHand, ::testing::Values(Side::kRight, Side
 // Skin points well to one side of the hinge's corner, where differences see one branch only.
 std::vector<SkinPoint> Below(Scene& scene, double clearance) {
   std::vector<SkinPoint> points;
-  const Eigen::Matrix3Xd& vertices =
-      scene.evaluation.At(scene.fingers.data(), false).Vertices();
+  const Eigen::Matrix3Xd& vertices = scene.evaluation.At(scene.fingers.data(), false).Vertices();
   for (const SkinPoint& point : scene.anatomy.landmarks.Skin()) {
     const Eigen::Vector3d x = 0.5 * (vertices.col(point.a) + vertices.col(point.b));
-    const double d =
-        scene.grid.Distance(scene.rotation.conjugate() * (x - scene.translation));
+    const double d = scene.grid.Distance(scene.rotation.conjugate() * (x - scene.translation));
     if (std::abs(d - clearance) > 1e-4 && d < clearance + 0.01) points.push_back(point);
   }
   return points;
@@ -104,11 +85,7 @@ TEST_P(EitherHand, FingerCollisionJacobianMatchesDifferences) {
   std::vector<HandLandmarks::BallPair> pairs = scene.anatomy.landmarks.BallPairs();
   for (HandLandmarks::BallPair& pair : pairs) pair.free_distance = 0.5;
   const FingerCollisionTerm term(scene.evaluation, scene.anatomy.landmarks, pairs, 2.0);
-  ceres::GradientChecker checker(
-      &term, static_cast<const std::vector<const ceres::Manifold*>*>(nullptr), {});
-  ceres::GradientChecker::ProbeResults results;
-  const double* parameters[] = {scene.fingers.data()};
-  EXPECT_TRUE(checker.Probe(parameters, 1e-6, &results)) << results.error_log;
+  EXPECT_LT(testing::JacobianError(term, {scene.fingers.data()}, {nullptr}), 1e-6);
 }
 
 TEST(Penetration, CountsDepthInsideAndNothingOutside) {
@@ -118,12 +95,11 @@ TEST(Penetration, CountsDepthInsideAndNothingOutside) {
   Eigen::VectorXd residuals = Eigen::VectorXd::Constant(term.num_residuals(), NAN);
   const std::vector<double*> parameters = scene.Parameters();
   ASSERT_TRUE(term.Evaluate(parameters.data(), residuals.data(), nullptr));
-  const Eigen::Matrix3Xd& vertices =
-      scene.evaluation.At(scene.fingers.data(), false).Vertices();
+  const Eigen::Matrix3Xd& vertices = scene.evaluation.At(scene.fingers.data(), false).Vertices();
   int inside = 0;
   for (int i = 0; i < scene.hand.NumVertices(); ++i) {
-    const double d = scene.surface.Distance(scene.rotation.conjugate() *
-                                            (vertices.col(i) - scene.translation));
+    const double d =
+        scene.surface.Distance(scene.rotation.conjugate() * (vertices.col(i) - scene.translation));
     EXPECT_NEAR(residuals(i), 2.0 * std::max(0.0, -d), 2.0 * 2e-4);
     inside += d < 0.0;
   }

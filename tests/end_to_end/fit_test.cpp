@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+// The main job through the program: on the embedded default, and on real motion with real objects.
+#include <cstdlib>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "geometry/body_model.h"
+#include "geometry/clip.h"
+#include "geometry/io/mesh_io.h"
+#include "geometry/rotation.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::DataFolder;
+using testing::ProgramResult;
+using testing::ReadText;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+// What every fit must be: in contact, not through each other, and without a jump between frames
+// that the wrist does not make itself.
+void ExpectHeld(const TemporaryFolder& folder, const std::string& output, Side side) {
+  const nlohmann::json metrics =
+      nlohmann::json::parse(ReadText(folder / (output + "/metrics.json")));
+  const nlohmann::json& summary = metrics["summary"];
+  EXPECT_EQ(summary["frames_failed"], 0);
+  EXPECT_GE(summary["frames_in_contact_ratio"].get<double>(), 0.95);
+  EXPECT_LT(summary["mean_max_penetration_depth_mm"].get<double>(), 3.0);
+  const Clip clip = ReadClip(folder / (output + "/clip.npz"));
+  const auto frames = static_cast<std::size_t>(clip.NumFrames());
+  for (const char* key : {"energy_distance_m2", "energy_contact_m2", "energy_temporal", "solve_ms",
+                          "iterations", "stop", "penetration_depth_mm", "contact_ratio",
+                          "intersection_volume_cm3"}) {
+    EXPECT_EQ(metrics["per_frame"][key].size(), frames) << key;
+  }
+  ASSERT_TRUE(clip.object.has_value());
+  EXPECT_GT(ReadMesh(folder / (output + "/object.ply")).NumVertices(), 100);
+
+  const auto body = BodyModel::Default();
+  const Eigen::Matrix3Xd rest = body->RestJoints(body->Template());
+  BodyState state;
+  const int wrist = WristJoint(side);
+  Eigen::Vector3d object_in_wrist_before = Eigen::Vector3d::Zero();
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    ForwardJoints(rest, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
+    const Eigen::Vector3d object_in_wrist =
+        state.world_rotation[wrist].transpose() * (clip.object->trans.col(t) - state.joints.col(wrist));
+    if (t > 0) {
+      EXPECT_LT((object_in_wrist - object_in_wrist_before).norm(), 0.005) << output << " " << t;
+    }
+    object_in_wrist_before = object_in_wrist;
+  }
+}
+
+TEST(EmbeddedDefault, AMugIsHeldThroughTheDemo) {
+  const TemporaryFolder folder;
+  const ProgramResult result = RunHoldfast(folder.Path(), "fit demo_drink mug -o held");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("held/clip.npz: mug held by the right hand"));
+  ExpectHeld(folder, "held", Side::kRight);
+}
+
+TEST(EmbeddedDefault, TheLeftHandHoldsAsWell) {
+  const TemporaryFolder folder;
+  const ProgramResult result =
+      RunHoldfast(folder.Path(), "fit demo_inspect cylinder -o held --hand left --end 20 -q");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  ExpectHeld(folder, "held", Side::kLeft);
+}
+
+TEST(EmbeddedDefault, TheSameBytesOnOneThreadAndTwo) {
+  const TemporaryFolder folder;
+  for (const char* threads : {"1", "2"}) {
+    const std::string arguments = std::string("fit demo_drink sphere --end 12 -q --threads ") +
+                                  threads + " -o held" + threads;
+    EXPECT_EQ(RunHoldfast(folder.Path(), arguments).exit_code, 0);
+  }
+  EXPECT_EQ(ReadText(folder / "held1/clip.npz"), ReadText(folder / "held2/clip.npz"));
+  EXPECT_EQ(ReadText(folder / "held1/object.ply"), ReadText(folder / "held2/object.ply"));
+}
+
+TEST(EmbeddedDefault, AFittedClipIsFittedAgainFromItsOwnGrasp) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(), "fit demo_drink sphere --end 8 -q -o first").exit_code, 0);
+  const ProgramResult again =
+      RunHoldfast(folder.Path(), "fit first/clip.npz first/object.ply -q --json -o second");
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(nlohmann::json::parse(again.out)["grasp"]["made"], false);
+  const Clip a = ReadClip(folder / "first/clip.npz"), b = ReadClip(folder / "second/clip.npz");
+  EXPECT_LT((a.object->trans - b.object->trans).cwiseAbs().maxCoeff(), 1e-4);
+}
+
+struct RealCase {
+  const char* motion;
+  const char* object;
+  const char* hand;
+};
+
+class RealMotion : public ::testing::TestWithParam<RealCase> {};
+
+TEST_P(RealMotion, HoldsARealObject) {
+  const RealCase& c = GetParam();
+  const std::filesystem::path motion = DataFolder() / "mocap" / c.motion;
+  const std::filesystem::path object = DataFolder() / "objects" / c.object;
+  if (!std::filesystem::exists(motion) || !std::filesystem::exists(object)) {
+    GTEST_SKIP() << motion << " or " << object
+                 << " is not there: set HOLDFAST_DATA to the folder with mocap/ and objects/";
+  }
+  const TemporaryFolder folder;
+  const ProgramResult imported =
+      RunHoldfast(folder.Path(), "import '" + motion.string() + "' -o clip.npz -q");
+  ASSERT_EQ(imported.exit_code, 0) << imported.err;
+  const ProgramResult fitted = RunHoldfast(
+      folder.Path(), "fit clip.npz '" + object.string() + "' -o held -q --hand " + c.hand);
+  ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
+  ExpectHeld(folder, "held", std::string(c.hand) == "left" ? Side::kLeft : Side::kRight);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Shared, RealMotion,
+    ::testing::Values(
+        RealCase{"sb_reach/ChrGarza_IdleStand01_ReachForwardMediumFar01.bvh.gz", "025_mug.obj", "right"},
+        RealCase{"sb_reach/ChrHarmony_Relax001_ArmReachRtHigh.bvh.gz", "011_banana.obj", "right"},
+        RealCase{"sb_reach/ChrHarmony_Relax001_ArmReachLfMidHigh.bvh.gz", "005_tomato_soup_can.obj",
+                 "left"}));
+
+}  // namespace
+}  // namespace holdfast
