@@ -30,7 +30,8 @@ int main(int argc, char** argv) {
   AddRenderCommand(app, exit_code);
   WatchForInterrupt();
 
-  if (argc > 1 && argv[1][0] != '-' && app.get_subcommand_no_throw(argv[1]) == nullptr) {
+  const auto named = [&](const CLI::App* command) { return command->check_name(argv[1]); };
+  if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty()) {
     fmt::print(stderr, "holdfast: there is no command '{}'. Run 'holdfast --help' for the list.\n",
                argv[1]);
     return kUsageFault;

@@ -38,6 +38,8 @@ using SurfaceMesh = CGAL::Surface_mesh<Point>;
 constexpr int kFewestVertices = 4;
 // Collapses that put a vertex farther than this share of the extent off the surface come last.
 constexpr double kFarthestPerExtent = 0.01;
+// Above so many vertices a collapse moves a vertex by far less than that: the check is left out.
+constexpr int kFilterBelow = 60'000;
 
 /// Every collapse takes one vertex: counting vertices rather than edges hits the number exactly,
 /// with boundaries and handles too.
@@ -163,6 +165,9 @@ TriangleMesh CollapseTo(const TriangleMesh& mesh, const DecimateOptions& options
   const double scale = (high - low).maxCoeff();
   SurfaceMesh surface = ToCgal(mesh, center, scale);
   const auto left = [&] { return static_cast<int>(surface.number_of_vertices()); };
+  if (left() > std::max(kFilterBelow, options.vertices)) {
+    CollapseBy(options.method, surface, std::max(kFilterBelow, options.vertices), nullptr);
+  }
   // An edge that could not be collapsed is not tried again within a pass, though what lies around
   // it may have changed. The filter falls only when there is no other way left.
   const TriangleMesh unit{(mesh.vertices.colwise() - center) / scale, mesh.faces};
