@@ -15,6 +15,7 @@
 #include "geometry/rotation.h"
 #include "solver/fit.h"
 #include "solver/grasp.h"
+#include "solver/grasp_obstacles.h"
 
 namespace holdfast::apps {
 namespace {
@@ -40,7 +41,8 @@ struct Options {
 // Closes the hand around the object in the clip's first frame and writes both into the clip.
 // Returns false when there is nothing to hold on to.
 bool GraspFirstFrame(const Options& options, const HandModel& hand, const LoadedObject& object,
-                     const SignedDistance& surface, Clip& clip, nlohmann::json& summary) {
+                     const SignedDistance& surface, const BodySurface& body, Clip& clip,
+                     nlohmann::json& summary) {
   const CommonOptions& common = options.common;
   HandState state(hand);
   state.SetBody(clip.pose[0], clip.trans.col(0));
@@ -48,6 +50,10 @@ bool GraspFirstFrame(const Options& options, const HandModel& hand, const Loaded
   grasp_options.seed = common.seed;
   grasp_options.threads = NumThreads(common);
   grasp_options.up_in_wrist = {state.WristRotation().transpose() * Eigen::Vector3d::UnitZ()};
+  // A hand is about 20 cm long: nothing farther than that and the object's own size is met.
+  grasp_options.obstacles_in_wrist =
+      BodyAroundWrist(clip, body, hand.HandSide(),
+                      0.2 + Extent(object.mesh).norm());
   DistanceGridOptions grid_options;
   grid_options.threads = NumThreads(common);
   const DistanceGrid grid(surface, grid_options);
@@ -64,13 +70,19 @@ bool GraspFirstFrame(const Options& options, const HandModel& hand, const Loaded
              {"score", grasp.score},
              {"wrench_quality", grasp.wrench_quality},
              {"max_penetration_mm", grasp.max_penetration_mm},
+             {"frames_through_body_ratio", grasp.blocked},
              {"search_ms", report.search_ms + report.closing_ms + report.refinement_ms}};
-  if (report.status == GraspStatus::kNothingToGrasp || report.status == GraspStatus::kNoRoom) {
+  if (report.status == GraspStatus::kNothingToGrasp || report.status == GraspStatus::kNoRoom ||
+      report.status == GraspStatus::kStopped) {
     return false;
   }
   if (report.status == GraspStatus::kNoCleanGrasp) {
     Note(common, fmt::format("warning: {}: the least bad grasp is carried on",
                              Describe(report.status)));
+  }
+  if (grasp.blocked > 0.0) {
+    Note(common, fmt::format("warning: the object meets the body in about {:.0f} % of the frames",
+                             100.0 * grasp.blocked));
   }
   const Eigen::Isometry3d pose = ObjectInWorld(grasp, state.WristRotation(), state.WristPosition());
   clip.object.emplace();
@@ -161,18 +173,21 @@ int Run(Options options) {
   const TriangleMesh simplified =
       ForFitting(object, options.object_vertices, &decimation_notes);
   for (const std::string& note : decimation_notes) Note(common, "note: " + note);
-  const HandModel hand(body, BetasFor(clip, *body, common), side);
+  const Eigen::VectorXd betas = BetasFor(clip, *body, common);
+  const HandModel hand(body, betas, side);
   const SignedDistance surface(object.mesh);
 
   nlohmann::json grasp = {{"made", false}};
   if (needs_grasp) {
-    if (!GraspFirstFrame(options, hand, object, surface, clip, grasp)) {
+    const bool held = GraspFirstFrame(options, hand, object, surface, BodySurface(body, betas),
+                                      clip, grasp);
+    if (Interrupted()) return kInterrupted;
+    if (!held) {
       throw FitFailure(fmt::format("{}: {}. Try --hand {}, or another object size (--object-scale)",
                                    options.object, grasp["status"].get<std::string>(),
                                    side == Side::kRight ? "left" : "right"));
     }
   }
-  if (Interrupted()) return kInterrupted;
   clip.object->name = object.name;
   clip.object->mesh = "object.ply";
   if (clip.body_model.empty()) clip.body_model = body->Name();

@@ -77,9 +77,9 @@ int Run(Options options) {
   RequireNew(mesh_path, common);
   const Side side = options.hand == "left" ? Side::kLeft : Side::kRight;
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
-  LoadedObject object = LoadObject(options.object);
+  const LoadedObject object = LoadObject(options.object, options.object_scale);
   for (const std::string& note : object.notes) Note(common, "note: " + note);
-  object.mesh.vertices *= options.object_scale;
+  RequireHandheld(object);
 
   const HandModel hand(body, {}, side);
   const SignedDistance surface(object.mesh);

@@ -2,13 +2,12 @@
 #include "solver/grasp.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <mutex>
-#include <thread>
 #include <utility>
 
+#include "geometry/parallel.h"
 #include "solver/grasp_assessment.h"
 #include "solver/grasp_refinement.h"
 
@@ -19,23 +18,6 @@ using Clock = std::chrono::steady_clock;
 
 double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-// Runs work(i) for i in [0, count) on up to `threads` threads; every i writes its own slot only, so
-// that the order does not matter. Stops when `keep_going` says so.
-template <typename Work, typename KeepGoing>
-void ForEach(int count, int threads, const Work& work, const KeepGoing& keep_going) {
-  std::atomic<int> next{0};
-  std::atomic<bool> stop{false};
-  const auto run = [&] {
-    for (int i = next++; i < count && !stop; i = next++) {
-      work(i);
-      if (!keep_going()) stop = true;
-    }
-  };
-  std::vector<std::jthread> helpers;
-  for (int t = 1; t < std::min(threads, count); ++t) helpers.emplace_back(run);
-  run();
 }
 
 }  // namespace
@@ -80,22 +62,23 @@ Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedD
   Grasp open;
   open.fingers = anatomy.axes.PoseOf(OpenHand(anatomy.axes));
 
+  // One stage of the search: work(i) writes slot i only, so that the order does not matter.
   std::mutex progress_mutex;
-  double work_before = 0.0, work_share = 0.0;
-  int done = 0;
   bool cancelled = false;
-  const auto keep_going = [&](int count) {
-    return [&, count] {
-      if (!progress) return true;
+  const auto run_stage = [&](double share_before, double share, int count, const auto& work) {
+    int done = 0;
+    ParallelFor(count, options.threads, [&](int i) {
+      {
+        const std::lock_guard lock(progress_mutex);
+        if (cancelled) return;
+      }
+      work(i);
+      if (!progress) return;
       const std::lock_guard lock(progress_mutex);
-      cancelled |= !progress(work_before + work_share * ++done / count);
-      return !cancelled;
-    };
-  };
-  const auto begin_stage = [&](double before, double share) {
-    work_before = before;
-    work_share = share;
-    done = 0;
+      cancelled |= !progress(share_before + share * ++done / count);
+    });
+    if (cancelled) out.status = GraspStatus::kStopped;
+    return !cancelled;
   };
 
   // Where a hand could go.
@@ -113,14 +96,9 @@ Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedD
   ClosingOptions closing_options;
   closing_options.allowed_depth = std::min(closing_options.allowed_depth, target.allowed_depth);
   std::vector<std::vector<Placement>> placed(oppositions.size());
-  begin_stage(0.0, 0.2);
-  ForEach(
-      out.oppositions, options.threads,
-      [&](int i) { placed[i] = placer.Place(oppositions[i], target, options.turns); },
-      keep_going(out.oppositions));
-
-  if (cancelled) {
-    out.status = GraspStatus::kStopped;
+  if (!run_stage(0.0, 0.2, out.oppositions, [&](int i) {
+        placed[i] = placer.Place(oppositions[i], target, options.turns);
+      })) {
     return open;
   }
   // The most promising, but not all from one place: each further one from the same counts less.
@@ -133,7 +111,9 @@ Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedD
         if (placement.style != style) continue;
         const double upright = Uprightness(scene, placement.wrist_from_object);
         of_style.emplace_back(
-            placement.prior * std::exp(options.upright_weight * scene.tallness * upright),
+            placement.prior * std::exp(options.upright_weight * scene.tallness * upright -
+                                       options.obstacle_weight *
+                                           Blocked(scene, placement.wrist_from_object)),
             &placement);
       }
       std::stable_sort(of_style.begin(), of_style.end(),
@@ -157,10 +137,7 @@ Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedD
   stage = Clock::now();
   out.closings = static_cast<int>(queue.size());
   std::vector<GraspAttempt> attempts(queue.size());
-  begin_stage(0.2, 0.4);
-  ForEach(
-      out.closings, options.threads,
-      [&](int i) {
+  if (!run_stage(0.2, 0.4, out.closings, [&](int i) {
         HandEvaluation evaluation = AtWrist(hand);
         const Placement& placement = queue[i].second;
         const Closing closing =
@@ -168,32 +145,23 @@ Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedD
                          placement.start, closing_options);
         attempts[i] = {placement.style, closing.angles, placement.wrist_from_object};
         attempts[i].rank = Assess(scene, evaluation, attempts[i], false).score;
-      },
-      keep_going(out.closings));
-  std::stable_sort(attempts.begin(), attempts.end(),
-                   [](const GraspAttempt& a, const GraspAttempt& b) { return a.rank > b.rank; });
-  if (cancelled) {
-    out.status = GraspStatus::kStopped;
+      })) {
     return open;
   }
+  std::stable_sort(attempts.begin(), attempts.end(),
+                   [](const GraspAttempt& a, const GraspAttempt& b) { return a.rank > b.rank; });
   out.closing_ms = MillisecondsSince(stage);
 
   stage = Clock::now();
   out.refinements = std::min<int>(options.refinements, static_cast<int>(attempts.size()));
   std::vector<GraspReport::Candidate> refined(out.refinements);
-  begin_stage(0.6, 0.4);
-  ForEach(
-      out.refinements, options.threads,
-      [&](int i) {
+  if (!run_stage(0.6, 0.4, out.refinements, [&](int i) {
         HandEvaluation evaluation = AtWrist(hand);
         GraspAttempt attempt = attempts[i];
         RefineGrasp(anatomy, evaluation, distance, {}, attempt.angles, attempt.wrist_from_object);
         refined[i].grasp = Assess(scene, evaluation, attempt, true);
         refined[i].refused = WhyRefused(scene, refined[i].grasp);
-      },
-      keep_going(out.refinements));
-  if (cancelled) {
-    out.status = GraspStatus::kStopped;
+      })) {
     return open;
   }
   std::stable_sort(refined.begin(), refined.end(), [](const auto& a, const auto& b) {

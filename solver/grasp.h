@@ -37,6 +37,11 @@ struct GraspOptions {
   /// (its least z) are less welcome by up to this much of score. 0: the object floats.
   double table_weight = 0.8;
 
+  /// What the object must keep out of (the rest of the body, a table): points in the wrist's frame,
+  /// metres, one set (3 x n) for each pose that counts, such as frames of a clip.
+  std::vector<Eigen::Matrix3Xd> obstacles_in_wrist;
+  double obstacle_weight = 2.0;  ///< taken from the score of a grasp that meets them in every pose
+
   double max_penetration_m = 0.0025;  ///< soft tissue gives 2 mm; deeper is refused
   double touch_distance_m = 0.002;    ///< skin nearer than this touches
   double friction = 0.5;
@@ -57,6 +62,7 @@ struct Grasp {
   double limit_excess_deg = 0.0;
   double wrench_quality = 0.0;   ///< WrenchQuality: 0 without force closure
   double below_bottom_mm = 0.0;  ///< how far the hand reaches below the object's least z
+  double blocked = 0.0;          ///< share of the poses in which the object meets an obstacle
   double upright = 0.0;          ///< cosine of the object's z with up, 0 if not asked
   double score = 0.0;            ///< larger is better
   ContactMetrics metrics;        ///< of the grasp that is returned

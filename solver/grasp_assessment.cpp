@@ -78,6 +78,26 @@ double Uprightness(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_
   return most;
 }
 
+double Blocked(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object) {
+  constexpr double kSoftTissue = 0.002;  // metres
+  const std::vector<Eigen::Matrix3Xd>& poses = scene.options.obstacles_in_wrist;
+  if (poses.empty()) return 0.0;
+  const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
+  int met = 0;
+  for (const Eigen::Matrix3Xd& points : poses) {
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      const Eigen::Vector3d p = object_from_wrist * points.col(i);
+      const bool near = (p.array() > scene.object.Min().array()).all() &&
+                        (p.array() < scene.object.Max().array()).all();
+      if (near && scene.object.Distance(p) < -kSoftTissue) {
+        ++met;
+        break;
+      }
+    }
+  }
+  return met / static_cast<double>(poses.size());
+}
+
 Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& attempt,
              bool thorough) {
   const HandLandmarks& landmarks = scene.anatomy.landmarks;
@@ -137,6 +157,7 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
       scene.anatomy.axes.LimitExcess(attempt.angles) * 180.0 / std::numbers::pi;
   grasp.below_bottom_mm = 1000.0 * std::max(0.0, scene.bottom - skin.row(2).minCoeff());
   grasp.upright = Uprightness(scene, attempt.wrist_from_object);
+  grasp.blocked = Blocked(scene, attempt.wrist_from_object);
   if (thorough) {
     grasp.object_in_hand_mm = 1000.0 * ObjectInHand(scene, vertices, attempt.wrist_from_object);
   }
@@ -174,7 +195,8 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
       0.15 * std::max(0.0, grasp.object_in_hand_mm - 1.5) - 0.15 * grasp.self_penetration_mm -
       0.6 * Discomfort(scene.anatomy.axes, attempt.angles) -
       6.0 * std::max(0.0, off_center - 0.015) - 0.8 * std::max(0.0, leaning - 0.2) +
-      options.upright_weight * scene.tallness * grasp.upright - BelowTable(scene, grasp);
+      options.upright_weight * scene.tallness * grasp.upright - BelowTable(scene, grasp) -
+      options.obstacle_weight * grasp.blocked;
   return grasp;
 }
 

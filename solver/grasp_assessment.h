@@ -38,6 +38,9 @@ struct GraspAttempt {
 /// Cosine of the object's z with the nearest of the options' ups; 0 where none is given.
 double Uprightness(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object);
 
+/// Share of the options' obstacle poses in which a point is deeper than soft tissue in the object.
+double Blocked(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object);
+
 /// Measures and scores a hand: firm (wrench quality, fingers pressing against the thumb or the
 /// palm, forces that cancel, near the centroid), clean (depths), comfortable, and the right way up.
 /// `thorough` adds the object's surface in the hand, which is slow.
