@@ -38,9 +38,9 @@ int RunInfo(const Options& options) {
                   "  hand vertices            {} right, {} left\n"
                   "  height {:.3f} m, arm span {:.3f} m, pelvis {:.3f} m above the sole\n",
                   body->Name(), body->NumVertices(), body->Faces().cols(), kNumJoints,
-                  body->NumShape(), body->NumExpression(),
-                  body->HandVertexIds(Side::kRight).size(), body->HandVertexIds(Side::kLeft).size(),
-                  high.y() - low.y(), high.x() - low.x(), pelvis_height));
+                  body->NumShape(), body->NumExpression(), body->HandVertexIds(Side::kRight).size(),
+                  body->HandVertexIds(Side::kLeft).size(), high.y() - low.y(), high.x() - low.x(),
+                  pelvis_height));
   return kDone;
 }
 
@@ -51,7 +51,8 @@ void AddBodyCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("body", "Look at body models");
   command->require_subcommand(1);
   CLI::App* info = command->add_subcommand("info", "What a body model holds");
-  info->add_option("model", options->model, "SMPL-X .npz as downloaded; the embedded body if left out");
+  info->add_option("model", options->model,
+                   "SMPL-X .npz as downloaded; the embedded body if left out");
   AddCommonOptions(*info, options->common, false,
                    "  holdfast body info\n"
                    "  holdfast body info models/SMPLX_NEUTRAL.npz --json\n");

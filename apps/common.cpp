@@ -117,15 +117,15 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale) {
     std::vector<std::string> names = EmbeddedNames("objects", ".ply");
     std::erase_if(names, [](const std::string& name) { return name.ends_with("_300"); });
     if (std::ranges::find(names, path_or_name) == names.end()) {
-      throw Error(path_or_name, "is neither a file nor an embedded object",
-                  fmt::format("Give a mesh (.obj .ply .stl .off), or one of: {}",
-                              fmt::join(names, ", ")));
+      throw Error(
+          path_or_name, "is neither a file nor an embedded object",
+          fmt::format("Give a mesh (.obj .ply .stl .off), or one of: {}", fmt::join(names, ", ")));
     }
     object.name = path_or_name;
     const EmbeddedFile embedded = FindEmbedded(fmt::format("objects/{}.ply", path_or_name));
-    file = ReadMeshBytes(
-        {reinterpret_cast<const char*>(embedded.bytes.data()), embedded.bytes.size()},
-        embedded.name);
+    file =
+        ReadMeshBytes({reinterpret_cast<const char*>(embedded.bytes.data()), embedded.bytes.size()},
+                      embedded.name);
   }
   object.notes = std::move(file.notes);
   RepairedMesh repaired = RepairMesh(file.mesh);
@@ -162,8 +162,7 @@ void RequireHandheld(const LoadedObject& object) {
                   : "Meshes are in metres: give its unit with --object-scale");
 }
 
-TriangleMesh ForFitting(const LoadedObject& object, int vertices,
-                        std::vector<std::string>* notes) {
+TriangleMesh ForFitting(const LoadedObject& object, int vertices, std::vector<std::string>* notes) {
   if (object.mesh.NumVertices() <= vertices) return object.mesh;
   DecimateOptions options;
   options.vertices = vertices;

@@ -81,8 +81,8 @@ Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, const CommonOp
 
 /// An object ready for fitting.
 struct LoadedObject {
-  std::string name;    ///< stem of the file, or the embedded object's name
-  TriangleMesh mesh;   ///< repaired where that is safe, scaled
+  std::string name;               ///< stem of the file, or the embedded object's name
+  TriangleMesh mesh;              ///< repaired where that is safe, scaled
   bool implausible_size = false;  ///< not a handheld object in metres
   double suggested_scale = 1.0;   ///< then, the factor that would make it one, if there is one
   std::vector<std::string> notes;

@@ -30,10 +30,11 @@ int Run(const Options& options) {
   nlohmann::json summary = JsonHead("holdfast/decimate/1", common);
   summary["output"] = options.output;
   summary["method"] = options.method;
-  summary["vertices"] = {{"before", object.mesh.NumVertices()}, {"after", result.mesh.NumVertices()}};
-  std::string text = fmt::format("{}: {} vertices of {} ({})\n", options.output,
-                                 result.mesh.NumVertices(), object.mesh.NumVertices(),
-                                 options.method);
+  summary["vertices"] = {{"before", object.mesh.NumVertices()},
+                         {"after", result.mesh.NumVertices()}};
+  std::string text =
+      fmt::format("{}: {} vertices of {} ({})\n", options.output, result.mesh.NumVertices(),
+                  object.mesh.NumVertices(), options.method);
   if (result.distance) {
     const SurfaceDistance& distance = *result.distance;
     summary["hausdorff_mm"] = {{"forward", 1e3 * distance.hausdorff_forward_m},
@@ -41,7 +42,8 @@ int Run(const Options& options) {
     summary["mean_distance_mm"] = {{"forward", 1e3 * distance.mean_forward_m},
                                    {"backward", 1e3 * distance.mean_backward_m}};
     text += fmt::format(
-        "  Hausdorff distance {:.3f} mm there, {:.3f} mm back; mean {:.3f} mm there, {:.3f} mm back\n",
+        "  Hausdorff distance {:.3f} mm there, {:.3f} mm back; mean {:.3f} mm there, {:.3f} mm "
+        "back\n",
         1e3 * distance.hausdorff_forward_m, 1e3 * distance.hausdorff_backward_m,
         1e3 * distance.mean_forward_m, 1e3 * distance.mean_backward_m);
   }
@@ -62,8 +64,9 @@ void AddDecimateCommand(CLI::App& app, int& exit_code) {
   command->add_option("--vertices", options->decimate.vertices, "Vertices of the result")
       ->capture_default_str()
       ->check(CLI::Range(4, 100'000'000));
-  command->add_option("--method", options->method,
-                      "lindstrom-turk, garland-heckbert or garland-heckbert-probabilistic")
+  command
+      ->add_option("--method", options->method,
+                   "lindstrom-turk, garland-heckbert or garland-heckbert-probabilistic")
       ->capture_default_str();
   AddCommonOptions(*command, options->common, true,
                    "  holdfast decimate scan.obj -o scan_300.ply\n"

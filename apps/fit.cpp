@@ -52,8 +52,7 @@ bool GraspFirstFrame(const Options& options, const HandModel& hand, const Loaded
   grasp_options.up_in_wrist = {state.WristRotation().transpose() * Eigen::Vector3d::UnitZ()};
   // A hand is about 20 cm long: nothing farther than that and the object's own size is met.
   grasp_options.obstacles_in_wrist =
-      BodyAroundWrist(clip, body, hand.HandSide(),
-                      0.2 + Extent(object.mesh).norm());
+      BodyAroundWrist(clip, body, hand.HandSide(), 0.2 + Extent(object.mesh).norm());
   DistanceGridOptions grid_options;
   grid_options.threads = NumThreads(common);
   const DistanceGrid grid(surface, grid_options);
@@ -77,8 +76,8 @@ bool GraspFirstFrame(const Options& options, const HandModel& hand, const Loaded
     return false;
   }
   if (report.status == GraspStatus::kNoCleanGrasp) {
-    Note(common, fmt::format("warning: {}: the least bad grasp is carried on",
-                             Describe(report.status)));
+    Note(common,
+         fmt::format("warning: {}: the least bad grasp is carried on", Describe(report.status)));
   }
   if (grasp.blocked > 0.0) {
     Note(common, fmt::format("warning: the object meets the body in about {:.0f} % of the frames",
@@ -134,17 +133,19 @@ nlohmann::json OptionsJson(const Options& options) {
 
 nlohmann::json ProtocolJson(const ContactProtocol& protocol, const LoadedObject& object,
                             const SignedDistance& surface, const HandModel& hand) {
-  return {{"penetration", "depth of hand vertices inside the object, exact signed distance to the "
-                          "full-resolution mesh"},
-          {"contact", "a hand vertex is in contact when |signed distance| is below the threshold"},
-          {"contact_threshold_mm", protocol.contact_threshold_mm},
-          {"intersection_volume", "voxel centres inside both object and hand (closed at the wrist)"},
-          {"voxel_mm", protocol.voxel_mm},
-          {"hand_vertices", hand.NumVertices()},
-          {"object_vertices", object.mesh.NumVertices()},
-          {"inside_by", surface.SignMethod() == SignedDistance::Sign::kPseudonormal
-                            ? "pseudonormal"
-                            : "winding number"}};
+  return {
+      {"penetration",
+       "depth of hand vertices inside the object, exact signed distance to the "
+       "full-resolution mesh"},
+      {"contact", "a hand vertex is in contact when |signed distance| is below the threshold"},
+      {"contact_threshold_mm", protocol.contact_threshold_mm},
+      {"intersection_volume", "voxel centres inside both object and hand (closed at the wrist)"},
+      {"voxel_mm", protocol.voxel_mm},
+      {"hand_vertices", hand.NumVertices()},
+      {"object_vertices", object.mesh.NumVertices()},
+      {"inside_by", surface.SignMethod() == SignedDistance::Sign::kPseudonormal
+                        ? "pseudonormal"
+                        : "winding number"}};
 }
 
 int Run(Options options) {
@@ -160,8 +161,9 @@ int Run(Options options) {
   Clip clip = LoadClip(options.clip);
   const int end = options.end < 0 ? clip.NumFrames() : std::min(options.end, clip.NumFrames());
   if (options.start >= end) {
-    throw Error(options.clip, fmt::format("has {} frames: nothing between {} and {}",
-                                          clip.NumFrames(), options.start, end),
+    throw Error(options.clip,
+                fmt::format("has {} frames: nothing between {} and {}", clip.NumFrames(),
+                            options.start, end),
                 "Give --start and --end within the clip");
   }
   clip = Slice(clip, options.start, end);
@@ -170,8 +172,7 @@ int Run(Options options) {
   const bool needs_grasp = !clip.object || options.regrasp;
   if (needs_grasp) RequireHandheld(object);
   std::vector<std::string> decimation_notes;
-  const TriangleMesh simplified =
-      ForFitting(object, options.object_vertices, &decimation_notes);
+  const TriangleMesh simplified = ForFitting(object, options.object_vertices, &decimation_notes);
   for (const std::string& note : decimation_notes) Note(common, "note: " + note);
   const Eigen::VectorXd betas = BetasFor(clip, *body, common);
   const HandModel hand(body, betas, side);
@@ -179,8 +180,8 @@ int Run(Options options) {
 
   nlohmann::json grasp = {{"made", false}};
   if (needs_grasp) {
-    const bool held = GraspFirstFrame(options, hand, object, surface, BodySurface(body, betas),
-                                      clip, grasp);
+    const bool held =
+        GraspFirstFrame(options, hand, object, surface, BodySurface(body, betas), clip, grasp);
     if (Interrupted()) return kInterrupted;
     if (!held) {
       throw FitFailure(fmt::format("{}: {}. Try --hand {}, or another object size (--object-scale)",
@@ -270,17 +271,18 @@ int Run(Options options) {
       fmt::format(
           "{0}/clip.npz: {1} held by the {2} hand through {3} frames\n"
           "  in contact          {4:.1f} % of frames ({5:.1f} % of the hand within {6:g} mm)\n"
-          "  penetration         deepest {7:.2f} mm; mean over frames: deepest {8:.2f} mm, vertices "
+          "  penetration         deepest {7:.2f} mm; mean over frames: deepest {8:.2f} mm, "
+          "vertices "
           "inside {9:.2f} mm\n"
           "  intersection        {10:.3f} cm3 (mean; {11:g} mm voxels)\n"
           "  solved              {12:.2f} ms per frame (median), {13:g} iterations; {14} failed; "
           "whole fit {15:.2f} s\n",
           options.output, object.name, SideName(side), result.frames.size(),
-          100.0 * contact_summary.frames_in_contact_ratio, 100.0 * contact_summary.mean_contact_ratio,
-          options.protocol.contact_threshold_mm, contact_summary.max_penetration_mm,
-          contact_summary.mean_max_penetration_mm, contact_summary.mean_penetration_mm,
-          contact_summary.mean_intersection_volume_cm3, options.protocol.voxel_mm, Median(solve_ms),
-          Median(iterations), failed, fit_s));
+          100.0 * contact_summary.frames_in_contact_ratio,
+          100.0 * contact_summary.mean_contact_ratio, options.protocol.contact_threshold_mm,
+          contact_summary.max_penetration_mm, contact_summary.mean_max_penetration_mm,
+          contact_summary.mean_penetration_mm, contact_summary.mean_intersection_volume_cm3,
+          options.protocol.voxel_mm, Median(solve_ms), Median(iterations), failed, fit_s));
   return failed > 0 ? kFitFault : kDone;
 }
 
@@ -293,8 +295,9 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
   command->add_option("clip", options->clip, "Clip (.npz) or embedded clip")->required();
   command->add_option("object", options->object, "Mesh (.obj .ply .stl .off) or embedded object")
       ->required();
-  command->add_option("-o,--output", options->output,
-                      "Folder to make: clip.npz, object.ply, metrics.json")
+  command
+      ->add_option("-o,--output", options->output,
+                   "Folder to make: clip.npz, object.ply, metrics.json")
       ->required();
   command->add_option("--hand", options->hand, "The hand that holds")
       ->capture_default_str()
@@ -306,29 +309,36 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::NonNegativeNumber);
   command->add_option("--end", options->end, "Frame to stop before; -1 is the clip's end")
       ->capture_default_str();
-  command->add_flag("--regrasp", options->regrasp, "Make a new grasp even if the clip has an object");
-  command->add_option("--object-scale", options->object_scale,
-                      "Multiplies the object's coordinates (0.001 for millimetres)")
+  command->add_flag("--regrasp", options->regrasp,
+                    "Make a new grasp even if the clip has an object");
+  command
+      ->add_option("--object-scale", options->object_scale,
+                   "Multiplies the object's coordinates (0.001 for millimetres)")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
-  command->add_option("--object-vertices", options->object_vertices,
-                      "Vertices that the object is simplified to")
+  command
+      ->add_option("--object-vertices", options->object_vertices,
+                   "Vertices that the object is simplified to")
       ->capture_default_str()
       ->check(CLI::Range(4, 100'000));
-  command->add_option("--lambda-distance", options->fit.lambda_distance,
-                      "Weight of E_d: hand and object keep their distances (paper eq. 7)")
+  command
+      ->add_option("--lambda-distance", options->fit.lambda_distance,
+                   "Weight of E_d: hand and object keep their distances (paper eq. 7)")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--lambda-contact", options->fit.lambda_contact,
-                      "Weight of E_c: what touched stays together (paper eq. 8)")
+  command
+      ->add_option("--lambda-contact", options->fit.lambda_contact,
+                   "Weight of E_c: what touched stays together (paper eq. 8)")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--lambda-temporal", options->fit.lambda_temporal,
-                      "Weight of E_t: little change between frames (paper eq. 9)")
+  command
+      ->add_option("--lambda-temporal", options->fit.lambda_temporal,
+                   "Weight of E_t: little change between frames (paper eq. 9)")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--contact-threshold", options->contact_threshold_mm,
-                      "tau: pairs closer than this in the first frame are in contact, mm")
+  command
+      ->add_option("--contact-threshold", options->contact_threshold_mm,
+                   "tau: pairs closer than this in the first frame are in contact, mm")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   command->add_option("--max-iterations", options->fit.max_iterations, "Per frame")
@@ -337,10 +347,11 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
   command->add_option("--precision", options->precision, "Arithmetic of the pair loop")
       ->capture_default_str()
       ->check(CLI::IsMember({"single", "double"}));
-  AddCommonOptions(*command, options->common, true,
-                   "  holdfast fit demo_drink mug -o held\n"
-                   "  holdfast fit reach.npz banana.obj -o held --hand left --json\n"
-                   "  holdfast fit grab_clip.npz phone -o held --body SMPLX_NEUTRAL.npz --start 40\n");
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast fit demo_drink mug -o held\n"
+      "  holdfast fit reach.npz banana.obj -o held --hand left --json\n"
+      "  holdfast fit grab_clip.npz phone -o held --body SMPLX_NEUTRAL.npz --start 40\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: MIT
-#include <atomic>
 #include <charconv>
-#include <exception>
 #include <mutex>
 #include <numbers>
 #include <optional>
-#include <thread>
 
 #include <fmt/format.h>
 
 #include "apps/common.h"
 #include "geometry/error.h"
+#include "geometry/parallel.h"
 #include "geometry/render/clip_renderer.h"
 #include "geometry/render/contact_sheet.h"
 #include "geometry/render/png.h"
@@ -123,30 +121,15 @@ template <typename Done>
 void DrawFrames(const ClipRenderer& renderer, const ClipRenderOptions& how,
                 const std::vector<int>& frames, const CommonOptions& common, Done&& done) {
   Progress progress(common, "render");
-  std::atomic<std::size_t> next = 0;
   std::mutex lock;
   int finished = 0;
-  std::exception_ptr fault;
-  const auto work = [&] {
-    try {
-      for (std::size_t k = next++; k < frames.size() && !Interrupted(); k = next++) {
-        Image image = renderer.Draw(frames[k], how);
-        const std::scoped_lock guard(lock);
-        done(k, std::move(image));
-        progress.Update(++finished, static_cast<int>(frames.size()));
-      }
-    } catch (...) {
-      const std::scoped_lock guard(lock);
-      if (!fault) fault = std::current_exception();
-      next = frames.size();
-    }
-  };
-  std::vector<std::jthread> helpers;
-  const int threads = std::min(NumThreads(common), static_cast<int>(frames.size()));
-  for (int k = 1; k < threads; ++k) helpers.emplace_back(work);
-  work();
-  helpers.clear();
-  if (fault) std::rethrow_exception(fault);
+  ParallelFor(static_cast<int>(frames.size()), NumThreads(common), [&](int k) {
+    if (Interrupted()) return;
+    Image image = renderer.Draw(frames[k], how);
+    const std::scoped_lock guard(lock);
+    done(static_cast<std::size_t>(k), std::move(image));
+    progress.Update(++finished, static_cast<int>(frames.size()));
+  });
 }
 
 int Run(const Options& options) {

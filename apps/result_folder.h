@@ -18,8 +18,8 @@ class ResultFolder {
   /// Where to write a file of this name now.
   std::filesystem::path operator/(const char* name) const { return temporary_ / name; }
 
-  /// Makes the folder visible under its name. With `force`, what was there is replaced, after the new
-  /// one is complete.
+  /// Makes the folder visible under its name. With `force`, what was there is replaced, after the
+  /// new one is complete.
   void Commit();
 
  private:

@@ -27,11 +27,12 @@ namespace holdfast {
 /// (Loper et al. 2015, eq. 2-4, 9; Pavlakos et al. 2019.) The root turns about the pelvis J_0.
 class BodyModel {
  public:
-  /// Reads `SMPLX_*.npz` (v1.0 and v1.1) or any file with the same fields: v_template (V,3), f (F,3),
-  /// shapedirs (V,3,S), posedirs (V,3,486), J_regressor (55,V), weights (V,55), kintree_table (2,55);
-  /// optional hands_meanl/r (45), right_/left_hand_vertex_ids. Any float and integer type, C or
-  /// Fortran order. Throws Error naming the field for missing, misshapen or non-finite data, faces
-  /// out of range, a kinematic tree that is not SMPL-X's, and weights that do not sum to 1.
+  /// Reads `SMPLX_*.npz` (v1.0 and v1.1) or any file with the same fields: v_template (V,3), f
+  /// (F,3), shapedirs (V,3,S), posedirs (V,3,486), J_regressor (55,V), weights (V,55),
+  /// kintree_table (2,55); optional hands_meanl/r (45), right_/left_hand_vertex_ids. Any float and
+  /// integer type, C or Fortran order. Throws Error naming the field for missing, misshapen or
+  /// non-finite data, faces out of range, a kinematic tree that is not SMPL-X's, and weights that
+  /// do not sum to 1.
   static std::shared_ptr<const BodyModel> Load(const std::filesystem::path& path);
   /// The body that comes with Holdfast (meshes/body/holdfast_neutral.npz, inside the library).
   static std::shared_ptr<const BodyModel> Default();
@@ -101,7 +102,7 @@ class BodySurface {
   const std::vector<int>& VertexIds() const { return vertex_ids_; }
   /// Triangles of the model with all three corners in the subset, in the subset's numbering.
   const Eigen::Matrix3Xi& Faces() const { return faces_; }
-  const Eigen::Matrix3Xd& RestVertices() const { return rest_; }      ///< v_s, (3 x n)
+  const Eigen::Matrix3Xd& RestVertices() const { return rest_; }       ///< v_s, (3 x n)
   const Eigen::Matrix3Xd& RestJoints() const { return rest_joints_; }  ///< J, (3 x 55)
 
   /// Pose blend shapes of one joint, for the vertices that it moves.
@@ -115,8 +116,7 @@ class BodySurface {
 
   /// Skinning weights of vertex i: (joint, weight) pairs.
   std::span<const std::pair<int, double>> Weights(int vertex) const {
-    return {weights_.data() + weight_begin_[vertex],
-            weights_.data() + weight_begin_[vertex + 1]};
+    return {weights_.data() + weight_begin_[vertex], weights_.data() + weight_begin_[vertex + 1]};
   }
 
  private:
@@ -161,8 +161,8 @@ using JacobianMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eig
 
 /// d vertices / d (axis-angle of `joints`, then trans): (3n x 3|joints| + 3), pose blend shapes
 /// included. `state` must hold Forward's result for the same surface.
-void VertexJacobian(const BodySurface& surface, const BodyState& state,
-                    std::span<const int> joints, JacobianMatrix& J_vertices_params);
+void VertexJacobian(const BodySurface& surface, const BodyState& state, std::span<const int> joints,
+                    JacobianMatrix& J_vertices_params);
 
 /// d joints / d (axis-angle of `joints`, then trans): (165 x 3|joints| + 3).
 void JointJacobian(const BodyState& state, std::span<const int> joints,

@@ -18,9 +18,10 @@ Eigen::MatrixXd ReadRows(const NpzReader& archive, std::string_view key, std::pt
   const std::vector<double> values = member.AsDoubles();
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (!std::isfinite(values[i])) {
-      throw Error(member.where, fmt::format("holds {} in frame {}", values[i],
-                                            i / static_cast<std::size_t>(columns)),
-                  "Cut these frames out or fill them in");
+      throw Error(
+          member.where,
+          fmt::format("holds {} in frame {}", values[i], i / static_cast<std::size_t>(columns)),
+          "Cut these frames out or fill them in");
     }
   }
   return Eigen::Map<const Eigen::MatrixXd>(values.data(), columns,
@@ -45,9 +46,9 @@ double ReadFrameRate(const NpzReader& archive) {
   const NpyMember member = archive.Read(old_spelling ? "mocap_framerate" : "mocap_frame_rate");
   const std::vector<double> values = member.AsDoubles();
   if (values.size() != 1 || !(values[0] > 0.0) || !std::isfinite(values[0])) {
-    throw Error(member.where, fmt::format("is not one positive number (shape {}{})",
-                                          member.ShapeText(),
-                                          values.size() == 1 ? fmt::format(", {}", values[0]) : ""),
+    throw Error(member.where,
+                fmt::format("is not one positive number (shape {}{})", member.ShapeText(),
+                            values.size() == 1 ? fmt::format(", {}", values[0]) : ""),
                 "Give the frames per second");
   }
   return values[0];
@@ -94,8 +95,8 @@ Clip ReadClip(const NpzReader& archive) {
     for (const double value : values) {
       if (!std::isfinite(value)) throw Error(member.where, "holds NaN", "Give finite betas");
     }
-    clip.betas = Eigen::Map<const Eigen::VectorXd>(values.data(),
-                                                   static_cast<Eigen::Index>(values.size()));
+    clip.betas =
+        Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
   }
   clip.gender = ReadText(archive, "gender", "neutral");
   clip.surface_model_type = ReadText(archive, "surface_model_type", "smplx");

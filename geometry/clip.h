@@ -26,13 +26,13 @@ struct ObjectTrack {
   std::string mesh;  ///< file name of the mesh, relative to the clip
 };
 
-/// A human motion in SMPL-X parameters, optionally with an object. World: z up, ground z = 0, metres.
-/// The file is AMASS's SMPL-X layout (`.npz`); what Holdfast adds are extra arrays.
+/// A human motion in SMPL-X parameters, optionally with an object. World: z up, ground z = 0,
+/// metres. The file is AMASS's SMPL-X layout (`.npz`); what Holdfast adds are extra arrays.
 struct Clip {
-  double frame_rate = 30.0;         ///< `mocap_frame_rate`, Hz
-  Eigen::Matrix3Xd trans;           ///< (3 x T) root translation: joint positions are G_j + trans
-  std::vector<JointPose> pose;      ///< T poses: root_orient, pose_body, jaw, eyes, hands
-  Eigen::VectorXd betas;            ///< shape coefficients, any number
+  double frame_rate = 30.0;     ///< `mocap_frame_rate`, Hz
+  Eigen::Matrix3Xd trans;       ///< (3 x T) root translation: joint positions are G_j + trans
+  std::vector<JointPose> pose;  ///< T poses: root_orient, pose_body, jaw, eyes, hands
+  Eigen::VectorXd betas;        ///< shape coefficients, any number
   std::string gender = "neutral";
   std::string surface_model_type = "smplx";
   /// Body model whose betas these are, as in BodyModel::Name(); empty in files of other programs,

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cmath>
 #include <map>
-#include <thread>
 #include <vector>
 
 #include <fmt/format.h>
@@ -13,6 +12,7 @@
 #include "geometry/error.h"
 #include "geometry/mesh_parts.h"
 #include "geometry/mesh_topology.h"
+#include "geometry/parallel.h"
 
 namespace holdfast {
 namespace {
@@ -190,17 +190,10 @@ double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, doub
     return count;
   };
   // Counts are whole numbers: their sum does not depend on the order.
-  std::atomic<long long> next_layer = block_of(low.z());
+  const long long first_layer = block_of(low.z());
   std::atomic<long long> count = 0;
-  const auto work = [&] {
-    for (long long z = next_layer++; z <= block_of(high.z()); z = next_layer++) {
-      count += count_layer(z);
-    }
-  };
-  std::vector<std::jthread> pool;
-  for (int i = 1; i < threads; ++i) pool.emplace_back(work);
-  work();
-  pool.clear();  // joins
+  ParallelFor(static_cast<int>(block_of(high.z()) - first_layer + 1), threads,
+              [&](int layer) { count += count_layer(first_layer + layer); });
   return static_cast<double>(count.load()) * voxel_m * voxel_m * voxel_m;
 }
 

@@ -24,8 +24,8 @@ std::vector<std::string> EmbeddedNames(std::string_view folder, std::string_view
     if (file.name.size() <= folder.size() + 1 + extension.size()) continue;
     if (!file.name.starts_with(folder) || file.name[folder.size()] != '/') continue;
     if (!file.name.ends_with(extension)) continue;
-    names.emplace_back(file.name.substr(
-        folder.size() + 1, file.name.size() - folder.size() - 1 - extension.size()));
+    names.emplace_back(file.name.substr(folder.size() + 1,
+                                        file.name.size() - folder.size() - 1 - extension.size()));
   }
   return names;
 }

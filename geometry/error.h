@@ -7,9 +7,9 @@
 
 namespace holdfast {
 
-/// The one exception of the library: where the fault is (a path, a field), what was found there, and
-/// what to do about it. `what()` reads "<where>: <problem>. <remedy>". Programming errors assert;
-/// numerical trouble is a status in a report; only faults of the input throw.
+/// The one exception of the library: where the fault is (a path, a field), what was found there,
+/// and what to do about it. `what()` reads "<where>: <problem>. <remedy>". Programming errors
+/// assert; numerical trouble is a status in a report; only faults of the input throw.
 class Error : public std::runtime_error {
  public:
   Error(std::string_view where, std::string_view problem, std::string_view remedy);

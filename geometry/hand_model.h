@@ -11,17 +11,19 @@
 
 namespace holdfast {
 
-/// Finger pose: axis-angle of 15 joints, in file order (index, middle, pinky, ring, thumb), radians.
+/// Finger pose: axis-angle of 15 joints, in file order (index, middle, pinky, ring, thumb),
+/// radians.
 using FingerPose = Eigen::Matrix<double, kHandDofs, 1>;
 
 /// The fingers' part of a body pose, and back.
 FingerPose FingersOf(const JointPose& pose, Side side);
 void SetFingers(JointPose& pose, Side side, const FingerPose& fingers);
 
-/// One hand of one person: N vertices as a function of 45 finger numbers, the rest of the body held.
-/// The same model as BodySurface over BodyModel::HandVertexIds, reorganised for a solver's loop:
-/// what the fingers cannot change is computed once per frame, and vertices are grouped by the finger
-/// joints that can move them, so that Jacobians hold no columns of zeros. Const and shareable.
+/// One hand of one person: N vertices as a function of 45 finger numbers, the rest of the body
+/// held. The same model as BodySurface over BodyModel::HandVertexIds, reorganised for a solver's
+/// loop: what the fingers cannot change is computed once per frame, and vertices are grouped by the
+/// finger joints that can move them, so that Jacobians hold no columns of zeros. Const and
+/// shareable.
 class HandModel {
  public:
   HandModel(std::shared_ptr<const BodyModel> model, const Eigen::VectorXd& betas, Side side);

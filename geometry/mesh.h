@@ -19,7 +19,8 @@ struct TriangleMesh {
 /// Meaningful for closed meshes only.
 double SignedVolume(const TriangleMesh& mesh);
 
-/// Per-vertex unit normals (3 x V), face normals weighted by corner angle; zero where no face has area.
+/// Per-vertex unit normals (3 x V), face normals weighted by corner angle; zero where no face has
+/// area.
 Eigen::Matrix3Xd VertexNormals(const TriangleMesh& mesh);
 
 /// Lengths of the axis-aligned bounding box, metres (zero for an empty mesh).

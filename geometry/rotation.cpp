@@ -17,9 +17,14 @@ struct RodriguesCoefficients {
 
 RodriguesCoefficients Coefficients(double a2) {
   if (a2 < 1e-2) {
-    return {1.0 - a2 / 6.0 * (1.0 - a2 / 20.0 * (1.0 - a2 / 42.0 * (1.0 - a2 / 72.0 * (1.0 - a2 / 110.0)))),
-            0.5 - a2 / 24.0 * (1.0 - a2 / 30.0 * (1.0 - a2 / 56.0 * (1.0 - a2 / 90.0 * (1.0 - a2 / 132.0)))),
-            1.0 / 6.0 - a2 / 120.0 * (1.0 - a2 / 42.0 * (1.0 - a2 / 72.0 * (1.0 - a2 / 110.0 * (1.0 - a2 / 156.0))))};
+    return {
+        1.0 - a2 / 6.0 *
+                  (1.0 - a2 / 20.0 * (1.0 - a2 / 42.0 * (1.0 - a2 / 72.0 * (1.0 - a2 / 110.0)))),
+        0.5 - a2 / 24.0 *
+                  (1.0 - a2 / 30.0 * (1.0 - a2 / 56.0 * (1.0 - a2 / 90.0 * (1.0 - a2 / 132.0)))),
+        1.0 / 6.0 -
+            a2 / 120.0 *
+                (1.0 - a2 / 42.0 * (1.0 - a2 / 72.0 * (1.0 - a2 / 110.0 * (1.0 - a2 / 156.0))))};
   }
   const double a = std::sqrt(a2);
   return {std::sin(a) / a, (1.0 - std::cos(a)) / a2, (a - std::sin(a)) / (a2 * a)};
@@ -70,9 +75,10 @@ Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& M) {
 
 Eigen::Vector3d UnwrapAxisAngle(const Eigen::Vector3d& w, const Eigen::Vector3d& reference) {
   const double angle = w.norm();
-  const Eigen::Vector3d axis = angle > 1e-12   ? Eigen::Vector3d(w / angle)
-                               : reference.norm() > 1e-12 ? Eigen::Vector3d(reference.normalized())
-                                                          : Eigen::Vector3d(Eigen::Vector3d::UnitX());
+  const Eigen::Vector3d axis = angle > 1e-12 ? Eigen::Vector3d(w / angle)
+                               : reference.norm() > 1e-12
+                                   ? Eigen::Vector3d(reference.normalized())
+                                   : Eigen::Vector3d(Eigen::Vector3d::UnitX());
   const double turns = std::round((axis.dot(reference) - angle) / (2.0 * std::numbers::pi));
   return (angle + 2.0 * std::numbers::pi * turns) * axis;
 }

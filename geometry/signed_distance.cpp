@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <thread>
 #include <tuple>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include "geometry/mesh_check.h"
+#include "geometry/parallel.h"
 #include "geometry/triangle_tree.h"
 #include "geometry/winding_number.h"
 
@@ -165,15 +165,7 @@ Eigen::VectorXd SignedDistance::Distances(const Eigen::Matrix3Xd& points, int th
     }
   };
   const Eigen::Index num_blocks = (points.cols() + kBlock - 1) / kBlock;
-  const int workers =
-      static_cast<int>(std::clamp<Eigen::Index>(threads, 1, std::max<Eigen::Index>(num_blocks, 1)));
-  const auto work = [&](int worker) {
-    for (Eigen::Index b = worker; b < num_blocks; b += workers) block(b * kBlock);
-  };
-  std::vector<std::jthread> pool;
-  for (int worker = 1; worker < workers; ++worker) pool.emplace_back(work, worker);
-  work(0);
-  pool.clear();  // joins
+  ParallelFor(static_cast<int>(num_blocks), threads, [&](int b) { block(b * kBlock); });
   return distances;
 }
 

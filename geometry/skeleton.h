@@ -13,14 +13,16 @@ namespace holdfast {
 /// Axis-angle poses are 3 x 55, column j the rotation of joint j relative to its parent.
 /// Rest pose: T-pose, y up, facing +z, +x to the body's left; metres.
 inline constexpr int kNumJoints = 55;
-inline constexpr int kNumBodyJoints = 22;   ///< pelvis to right_wrist: joints 0..21
-inline constexpr int kLeftHandBegin = 25;   ///< first of 15 finger joints: index, middle, pinky, ring, thumb
+inline constexpr int kNumBodyJoints = 22;  ///< pelvis to right_wrist: joints 0..21
+inline constexpr int kLeftHandBegin =
+    25;  ///< first of 15 finger joints: index, middle, pinky, ring, thumb
 inline constexpr int kRightHandBegin = 40;
 inline constexpr int kJointsPerHand = 15;
 inline constexpr int kHandDofs = 3 * kJointsPerHand;
 
 extern const std::array<std::string_view, kNumJoints> kJointNames;
-extern const std::array<int, kNumJoints> kJointParents;  ///< -1 for the pelvis; always parent < child
+extern const std::array<int, kNumJoints>
+    kJointParents;  ///< -1 for the pelvis; always parent < child
 
 /// Index of a joint by name, nothing when there is none of that name.
 std::optional<int> FindJoint(std::string_view name);

@@ -15,12 +15,22 @@ namespace holdfast {
 
 std::string_view StopReasonName(StopReason reason) {
   switch (reason) {
-    case StopReason::kGiven: return "given";
-    case StopReason::kConverged: return "converged";
-    case StopReason::kIterationLimit: return "iteration_limit";
-    case StopReason::kFailed: return "failed";
+    case StopReason::kGiven:
+      return "given";
+    case StopReason::kConverged:
+      return "converged";
+    case StopReason::kIterationLimit:
+      return "iteration_limit";
+    case StopReason::kFailed:
+      return "failed";
   }
   return "unknown";
+}
+
+ObjectPose FollowWrist(const ObjectPose& object, const WristPose& from, const WristPose& to) {
+  const Eigen::Matrix3d turn = to.rotation * from.rotation.transpose();
+  return {(Eigen::Quaterniond(turn) * object.orientation).normalized(),
+          turn * (object.translation - from.position) + to.position};
 }
 
 FrameFitter::FrameFitter(const HandModel& hand, const Eigen::Matrix3Xd& object_vertices,
@@ -32,8 +42,7 @@ FrameFitter::FrameFitter(const HandModel& hand, const Eigen::Matrix3Xd& object_v
       fingers_(FingersOf(first_pose, hand.HandSide())) {
   state_.SetBody(first_pose, first_trans);
   state_.Evaluate(fingers_, false);
-  wrist_rotation_ = state_.WristRotation();
-  wrist_position_ = state_.WristPosition();
+  wrist_ = {state_.WristRotation(), state_.WristPosition()};
   const Eigen::Matrix3Xd z =
       InObjectFrame(state_.Vertices(), object_.orientation, object_.translation);
   const Eigen::MatrixXd distances = HandObjectDistance::Distances(z, object_vertices);
@@ -54,15 +63,10 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
   const ObjectPose previous_object = object_;
   const FingerPose previous_fingers = fingers_;
 
-  // If the fingers did not move relative to the wrist, the object's rigid following is the optimum.
   state_.SetBody(pose, trans);
-  const Eigen::Matrix3d turn = state_.WristRotation() * wrist_rotation_.transpose();
-  object_.orientation =
-      (Eigen::Quaterniond(turn) * previous_object.orientation).normalized();
-  object_.translation =
-      turn * (previous_object.translation - wrist_position_) + state_.WristPosition();
-  wrist_rotation_ = state_.WristRotation();
-  wrist_position_ = state_.WristPosition();
+  const WristPose wrist{state_.WristRotation(), state_.WristPosition()};
+  object_ = FollowWrist(previous_object, wrist_, wrist);
+  wrist_ = wrist;
   const ObjectPose start = object_;
 
   Temporal temporal(previous_object.orientation, previous_object.translation, previous_fingers,
@@ -143,8 +147,8 @@ FitResult FitClip(const Clip& clip, const HandModel& hand, const Eigen::Matrix3X
     if (progress && !progress(done, frames)) break;
     result.frames.push_back(fitter.Solve(clip.pose[done], clip.trans.col(done)));
     track.trans.col(done) = fitter.Object().translation;
-    track.orient.col(done) = UnwrapAxisAngle(
-        LogSO3(fitter.Object().orientation.toRotationMatrix()), track.orient.col(done - 1));
+    track.orient.col(done) = UnwrapAxisAngle(LogSO3(fitter.Object().orientation.toRotationMatrix()),
+                                             track.orient.col(done - 1));
     SetFingers(result.clip.pose[done], hand.HandSide(), fitter.Fingers());
   }
   const std::uint8_t bit = hand.HandSide() == Side::kRight ? kHoldsRight : kHoldsLeft;

@@ -21,14 +21,14 @@ namespace holdfast {
 /// Options of the object optimizer (IMoS, Ghosh et al. 2023, eq. 5-9). Weights multiply sums, as in
 /// the paper; its values are the defaults. The paper leaves tau open: 1 cm is its code's.
 struct FitOptions {
-  double lambda_distance = 1.0;    ///< weight of E_d
-  double lambda_contact = 0.005;   ///< weight of E_c
-  double lambda_temporal = 0.005;  ///< weight of E_t
+  double lambda_distance = 1.0;       ///< weight of E_d
+  double lambda_contact = 0.005;      ///< weight of E_c
+  double lambda_temporal = 0.005;     ///< weight of E_t
   double contact_threshold_m = 0.01;  ///< tau: first-frame pairs closer than this are in contact
   PairPrecision precision = PairPrecision::kSingle;
-  int max_iterations = 50;            ///< Levenberg-Marquardt iterations per frame
-  double step_tolerance = 1e-5;       ///< stop when a step is this small against the unknowns
-  double function_tolerance = 1e-9;   ///< or when the cost changes by this share
+  int max_iterations = 50;           ///< Levenberg-Marquardt iterations per frame
+  double step_tolerance = 1e-5;      ///< stop when a step is this small against the unknowns
+  double function_tolerance = 1e-9;  ///< or when the cost changes by this share
 };
 
 /// world_from_object: x_world = orientation * x_object + translation.
@@ -37,9 +37,19 @@ struct ObjectPose {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 };
 
+/// World pose of a wrist.
+struct WristPose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+};
+
+/// Where an object is that follows the wrist rigidly. If the fingers do not move relative to the
+/// wrist this is the optimum of E_d and E_c, and the start of every frame.
+ObjectPose FollowWrist(const ObjectPose& object, const WristPose& from, const WristPose& to);
+
 /// Why the solver left a frame.
 enum class StopReason {
-  kGiven,           ///< the first frame: it defines D and S and is not solved
+  kGiven,  ///< the first frame: it defines D and S and is not solved
   kConverged,
   kIterationLimit,  ///< usable, but not at its minimum
   kFailed,          ///< not finite: the frame holds the rigid start instead
@@ -74,8 +84,8 @@ class FrameFitter {
   /// Solves the next frame, from the last one's solution carried along rigidly by the wrist.
   FrameReport Solve(const JointPose& pose, const Eigen::Vector3d& trans);
 
-  const ObjectPose& Object() const { return object_; }     ///< of the last frame solved
-  const FingerPose& Fingers() const { return fingers_; }   ///< of the last frame solved
+  const ObjectPose& Object() const { return object_; }    ///< of the last frame solved
+  const FingerPose& Fingers() const { return fingers_; }  ///< of the last frame solved
   const FrameReport& FirstFrame() const { return first_; }
   int NumContactPairs() const { return contact_->NumPairs(); }
 
@@ -90,8 +100,7 @@ class FrameFitter {
   std::unique_ptr<HandObjectBlock> block_;
   ObjectPose object_;
   FingerPose fingers_;
-  Eigen::Matrix3d wrist_rotation_;
-  Eigen::Vector3d wrist_position_;
+  WristPose wrist_;
   FrameReport first_;
 };
 
@@ -101,11 +110,11 @@ struct FitResult {
   int num_contact_pairs = 0;  ///< sum of S
 };
 
-/// Carries the object through a clip with one hand, frame by frame. The clip's first frame holds the
-/// grasp: finger pose and object pose; object poses and this hand's fingers in later frames are
-/// ignored. Object rotations come out unwrapped (no jumps of 2 pi). `progress` (frames done, frames)
-/// may be empty and stops the fit by returning false (the result then holds the frames done).
-/// Throws Error for a clip without an object track or an object without vertices.
+/// Carries the object through a clip with one hand, frame by frame. The clip's first frame holds
+/// the grasp: finger pose and object pose; object poses and this hand's fingers in later frames are
+/// ignored. Object rotations come out unwrapped (no jumps of 2 pi). `progress` (frames done,
+/// frames) may be empty and stops the fit by returning false (the result then holds the frames
+/// done). Throws Error for a clip without an object track or an object without vertices.
 FitResult FitClip(const Clip& clip, const HandModel& hand, const Eigen::Matrix3Xd& object_vertices,
                   const FitOptions& options = {},
                   const std::function<bool(int, int)>& progress = {});

@@ -96,9 +96,8 @@ Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedD
   ClosingOptions closing_options;
   closing_options.allowed_depth = std::min(closing_options.allowed_depth, target.allowed_depth);
   std::vector<std::vector<Placement>> placed(oppositions.size());
-  if (!run_stage(0.0, 0.2, out.oppositions, [&](int i) {
-        placed[i] = placer.Place(oppositions[i], target, options.turns);
-      })) {
+  if (!run_stage(0.0, 0.2, out.oppositions,
+                 [&](int i) { placed[i] = placer.Place(oppositions[i], target, options.turns); })) {
     return open;
   }
   // The most promising, but not all from one place: each further one from the same counts less.
@@ -111,9 +110,9 @@ Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedD
         if (placement.style != style) continue;
         const double upright = Uprightness(scene, placement.wrist_from_object);
         of_style.emplace_back(
-            placement.prior * std::exp(options.upright_weight * scene.tallness * upright -
-                                       options.obstacle_weight *
-                                           Blocked(scene, placement.wrist_from_object)),
+            placement.prior *
+                std::exp(options.upright_weight * scene.tallness * upright -
+                         options.obstacle_weight * Blocked(scene, placement.wrist_from_object)),
             &placement);
       }
       std::stable_sort(of_style.begin(), of_style.end(),

@@ -162,9 +162,15 @@ void HandObjectBlock::Chain(System& system) const {
   const std::vector<HandModel::Group>& groups = state_->Hand().Groups();
   for (int g = 0; g < static_cast<int>(groups.size()); ++g) {
     switch (groups[static_cast<std::size_t>(g)].joints.size()) {
-      case 0: ChainGroup<0>(g, system); break;
-      case 3: ChainGroup<9>(g, system); break;
-      default: ChainGroup<kHandDofs>(g, system); break;
+      case 0:
+        ChainGroup<0>(g, system);
+        break;
+      case 3:
+        ChainGroup<9>(g, system);
+        break;
+      default:
+        ChainGroup<kHandDofs>(g, system);
+        break;
     }
   }
   system.hessian.triangularView<Eigen::StrictlyUpper>() = system.hessian.transpose();
@@ -190,7 +196,8 @@ bool HandObjectBlock::Evaluate(double const* const* parameters, double* residual
     return true;
   }
   Chain(s.system);
-  // Rows [J r; 0 rest] with J^T J the Hessian, J^T r the gradient and r^T r + rest^2 twice the cost.
+  // Rows [J r; 0 rest] with J^T J the Hessian, J^T r the gradient and r^T r + rest^2 twice the
+  // cost.
   Eigen::Matrix<double, kTangent, kTangent, Eigen::RowMajor> J;
   SemidefiniteFactor<kTangent>(s.system.hessian, J);
   Eigen::Matrix<double, kTangent, 1> projected = s.system.gradient;  // J^T projected = gradient

@@ -18,13 +18,13 @@ namespace holdfast {
 ///
 /// Each VertexTerm gives a 3 x 3 Hessian, gradient and cost per hand vertex in the object's frame;
 /// the chain rule through z_i = R^T (v_i(P) - T) sums them to one system in 3 + 3 + 45 numbers,
-/// whose factor has 51 + 1 rows. Cost, gradient J^T r and Gauss-Newton matrix J^T J are those of all
-/// residuals of all terms; the rows themselves have no meaning.
+/// whose factor has 51 + 1 rows. Cost, gradient J^T r and Gauss-Newton matrix J^T J are those of
+/// all residuals of all terms; the rows themselves have no meaning.
 ///
-/// Parameter blocks: orientation q (4; x y z w; object to world, with RotationManifold), translation
-/// T (3, metres, world), fingers P (45, axis-angle, radians). Residuals: 52, square roots of energy.
-/// Evaluate returns false when the cost is not finite. `state` must have its body set, outlives the
-/// block, and is written to: one block per thread.
+/// Parameter blocks: orientation q (4; x y z w; object to world, with RotationManifold),
+/// translation T (3, metres, world), fingers P (45, axis-angle, radians). Residuals: 52, square
+/// roots of energy. Evaluate returns false when the cost is not finite. `state` must have its body
+/// set, outlives the block, and is written to: one block per thread.
 class HandObjectBlock final : public ceres::CostFunction {
  public:
   static constexpr int kTangent = 6 + kHandDofs;
@@ -49,7 +49,8 @@ class HandObjectBlock final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
-  /// Each term's energy at a point, in the order they were added, as the paper writes it (no weight).
+  /// Each term's energy at a point, in the order they were added, as the paper writes it (no
+  /// weight).
   const std::vector<double>& Energies(double const* const* parameters) const;
 
   /// The system at a point, in tangent order (rotation on the right, T, P).

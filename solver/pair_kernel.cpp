@@ -35,10 +35,14 @@ Isa BestIsa() {
 
 std::string_view IsaName(Isa isa) {
   switch (isa) {
-    case Isa::kScalar: return "scalar";
-    case Isa::kSse2: return "sse2";
-    case Isa::kAvx2: return "avx2";
-    case Isa::kAvx512: return "avx512";
+    case Isa::kScalar:
+      return "scalar";
+    case Isa::kSse2:
+      return "sse2";
+    case Isa::kAvx2:
+      return "avx2";
+    case Isa::kAvx512:
+      return "avx512";
   }
   return "unknown";
 }
@@ -59,17 +63,21 @@ template <typename Real>
 void SumPairs(Isa isa, const PairTargets<Real>& targets, const Real* points, int num_points,
               const Real* reference, PairSums* sums) {
   assert(IsSupported(isa));
-  const kernels::PairArguments<Real> in{targets.X(),      targets.Y(), targets.Z(),
-                                        targets.Count(),  targets.Stride(),
-                                        points,           num_points,  reference,
-                                        reinterpret_cast<double*>(sums)};
+  const kernels::PairArguments<Real> in{
+      targets.X(),     targets.Y(),      targets.Z(),
+      targets.Count(), targets.Stride(), points,
+      num_points,      reference,        reinterpret_cast<double*>(sums)};
   switch (isa) {
 #if defined(HOLDFAST_X86_KERNELS)
-    case Isa::kSse2: return kernels::PairLoopSse2(in);
-    case Isa::kAvx2: return kernels::PairLoopAvx2(in);
-    case Isa::kAvx512: return kernels::PairLoopAvx512(in);
+    case Isa::kSse2:
+      return kernels::PairLoopSse2(in);
+    case Isa::kAvx2:
+      return kernels::PairLoopAvx2(in);
+    case Isa::kAvx512:
+      return kernels::PairLoopAvx512(in);
 #endif
-    default: return kernels::PairLoopScalar(in);
+    default:
+      return kernels::PairLoopScalar(in);
   }
 }
 

@@ -17,7 +17,8 @@ void WriteAtomically(const std::filesystem::path& path,
 /// The same for a text or byte string.
 void WriteAtomically(const std::filesystem::path& path, std::string_view content);
 
-/// The whole file as bytes. Throws Error when it cannot be opened or read, or exceeds `limit_bytes`.
+/// The whole file as bytes. Throws Error when it cannot be opened or read, or exceeds
+/// `limit_bytes`.
 std::string ReadFile(const std::filesystem::path& path,
                      std::size_t limit_bytes = std::size_t{4} << 30);
 

@@ -17,8 +17,8 @@ namespace holdfast {
 /// One array of a NumPy `.npz` archive, as stored: element type, shape and raw bytes.
 /// Reading converts; nothing is ever executed (object arrays are refused by name).
 struct NpyArray {
-  char kind = 'f';             ///< 'f' float, 'i' signed, 'u' unsigned, 'b' bool, 'U' UCS-4 text, 'S' bytes
-  std::size_t item_size = 4;   ///< bytes per element
+  char kind = 'f';  ///< 'f' float, 'i' signed, 'u' unsigned, 'b' bool, 'U' UCS-4 text, 'S' bytes
+  std::size_t item_size = 4;  ///< bytes per element
   bool big_endian = false;
   bool fortran_order = false;
   std::vector<std::size_t> shape;
@@ -76,9 +76,11 @@ class NpzWriter {
   void AddFloat32(std::string key, std::vector<std::size_t> shape, std::vector<float> values);
   void AddFloat64(std::string key, std::vector<std::size_t> shape, std::vector<double> values);
   /// Half precision: rounds to nearest even; throws Error when a value overflows (|x| > 65504).
-  void AddFloat16(std::string key, std::vector<std::size_t> shape, const std::vector<float>& values);
+  void AddFloat16(std::string key, std::vector<std::size_t> shape,
+                  const std::vector<float>& values);
   void AddInt64(std::string key, std::vector<std::size_t> shape, std::vector<std::int64_t> values);
-  void AddUint32(std::string key, std::vector<std::size_t> shape, std::vector<std::uint32_t> values);
+  void AddUint32(std::string key, std::vector<std::size_t> shape,
+                 std::vector<std::uint32_t> values);
   void AddUint8(std::string key, std::vector<std::size_t> shape, std::vector<std::uint8_t> values);
   /// A 0-d unicode scalar, as `np.savez(key="text")` writes it.
   void AddText(std::string key, std::string_view text);
@@ -90,9 +92,5 @@ class NpzWriter {
  private:
   std::map<std::string, NpyArray> arrays_;
 };
-
-/// IEEE 754 half <-> single.
-float HalfToFloat(std::uint16_t half);
-std::uint16_t FloatToHalf(float value);
 
 }  // namespace holdfast

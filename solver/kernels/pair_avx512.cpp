@@ -22,9 +22,8 @@ struct FloatLanes {
   static Vector MulAdd(Vector a, Vector b, Vector c) { return _mm512_fmadd_ps(a, b, c); }
   static double Sum(Vector v) {
     const __m512d halves = _mm512_castps_pd(v);
-    return SumHalves(
-        _mm256_add_ps(_mm256_castpd_ps(_mm512_maskz_extractf64x4_pd(0xf, halves, 0)),
-                      _mm256_castpd_ps(_mm512_maskz_extractf64x4_pd(0xf, halves, 1))));
+    return SumHalves(_mm256_add_ps(_mm256_castpd_ps(_mm512_maskz_extractf64x4_pd(0xf, halves, 0)),
+                                   _mm256_castpd_ps(_mm512_maskz_extractf64x4_pd(0xf, halves, 1))));
   }
   // Reciprocal square root to 14 bits and one Newton step: full single precision.
   static void SqrtAndInverse(Vector d2, Vector& distance, Vector& inverse) {

@@ -28,7 +28,8 @@ struct PairAccumulators {
       inverse = Lanes::Mul(inverse, mask);
       r = Lanes::Mul(r, mask);
     }
-    const V nx = Lanes::Mul(dx, inverse), ny = Lanes::Mul(dy, inverse), nz = Lanes::Mul(dz, inverse);
+    const V nx = Lanes::Mul(dx, inverse), ny = Lanes::Mul(dy, inverse),
+            nz = Lanes::Mul(dz, inverse);
     xx = Lanes::MulAdd(nx, nx, xx);
     xy = Lanes::MulAdd(nx, ny, xy);
     xz = Lanes::MulAdd(nx, nz, xz);
@@ -57,16 +58,14 @@ inline void PairLoop(const PairArguments<typename Lanes::Real>& in) {
     const Real* reference = in.reference + static_cast<long>(i) * in.stride;
     PairAccumulators<Lanes> sum;
     for (int j = 0; j < whole; j += kWidth) {
-      sum.template Add<false>(Lanes::Sub(px, Lanes::Load(in.x + j)),
-                              Lanes::Sub(py, Lanes::Load(in.y + j)),
-                              Lanes::Sub(pz, Lanes::Load(in.z + j)), Lanes::Load(reference + j),
-                              mask);
+      sum.template Add<false>(
+          Lanes::Sub(px, Lanes::Load(in.x + j)), Lanes::Sub(py, Lanes::Load(in.y + j)),
+          Lanes::Sub(pz, Lanes::Load(in.z + j)), Lanes::Load(reference + j), mask);
     }
     if (whole < in.num_targets) {
-      sum.template Add<true>(Lanes::Sub(px, Lanes::Load(in.x + whole)),
-                             Lanes::Sub(py, Lanes::Load(in.y + whole)),
-                             Lanes::Sub(pz, Lanes::Load(in.z + whole)),
-                             Lanes::Load(reference + whole), mask);
+      sum.template Add<true>(
+          Lanes::Sub(px, Lanes::Load(in.x + whole)), Lanes::Sub(py, Lanes::Load(in.y + whole)),
+          Lanes::Sub(pz, Lanes::Load(in.z + whole)), Lanes::Load(reference + whole), mask);
     }
     double* out = in.sums + 10L * i;
     out[0] = Lanes::Sum(sum.xx);

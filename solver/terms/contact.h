@@ -14,8 +14,8 @@ namespace holdfast {
 ///   E_c = sum_ij S_ij |v_i(P) - (R o_j + T)|^2,   S_ij = 1 where D_ij < tau, else 0
 ///
 /// Residuals z_i - o_j, metres, in the object's frame, three a contact pair. In closed form, with
-/// n_i pairs at vertex i and m_i the mean of their o_j: sum_j |z - o_j|^2 = n_i |z - m_i|^2 + const,
-/// so there is neither a pair loop nor the singularity that scalar distances have at zero.
+/// n_i pairs at vertex i and m_i the mean of their o_j: sum_j |z - o_j|^2 = n_i |z - m_i|^2 +
+/// const, so there is neither a pair loop nor the singularity that scalar distances have at zero.
 /// Weight: lambda_c, on the sum.
 class Contact final : public VertexTerm {
  public:
@@ -55,7 +55,7 @@ class Contact final : public VertexTerm {
     return energy;
   }
 
-  int NumPairs() const { return num_pairs_; }        ///< sum of S
+  int NumPairs() const { return num_pairs_; }                  ///< sum of S
   std::size_t NumVertices() const { return anchors_.size(); }  ///< hand vertices with a pair
 
  private:

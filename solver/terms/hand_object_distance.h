@@ -19,10 +19,10 @@ enum class PairPrecision { kSingle, kDouble };
 ///
 ///   E_d = sum_ij ( |v_i(P) - (R o_j + T)| - D_ij )^2
 ///
-/// N x M residuals, metres, of one hand's N vertices and the object's M (300). In the object's frame
-/// the residuals of vertex i depend on z_i alone, so that they sum up exactly to a 3 x 3 Hessian, a
-/// gradient and a cost: one streaming pass over the pairs, nothing approximated. Where a hand and an
-/// object vertex coincide the direction is taken as zero. Weight: lambda_d, on the sum.
+/// N x M residuals, metres, of one hand's N vertices and the object's M (300). In the object's
+/// frame the residuals of vertex i depend on z_i alone, so that they sum up exactly to a 3 x 3
+/// Hessian, a gradient and a cost: one streaming pass over the pairs, nothing approximated. Where a
+/// hand and an object vertex coincide the direction is taken as zero. Weight: lambda_d, on the sum.
 class HandObjectDistance final : public VertexTerm {
  public:
   /// `object` is (3 x M), in the object's frame; `reference` (M x N) holds D, column i for hand
@@ -33,7 +33,8 @@ class HandObjectDistance final : public VertexTerm {
 
   double Add(const Eigen::Matrix3Xd& z, std::span<VertexQuadratic> quadratics) const override;
 
-  /// D for hand vertices `z` (3 x N) and object vertices (3 x M), both in the object's frame: (M x N).
+  /// D for hand vertices `z` (3 x N) and object vertices (3 x M), both in the object's frame: (M x
+  /// N).
   static Eigen::MatrixXd Distances(const Eigen::Matrix3Xd& z, const Eigen::Matrix3Xd& object);
 
  private:

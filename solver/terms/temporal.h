@@ -19,10 +19,10 @@ namespace holdfast {
 ///
 ///   E_t = |log(R_prev^T R)|^2 + |T - T_prev|^2 + |P - P_prev|^2
 ///
-/// 51 residuals: log of the rotation since the previous frame (radians, object's frame), translation
-/// (metres, world), finger axis-angles (radians). Parameter blocks: orientation q (4, x y z w, with
-/// RotationManifold), translation T (3), fingers P (45). Weight: lambda_t, on the sum; residuals are
-/// scaled by its square root.
+/// 51 residuals: log of the rotation since the previous frame (radians, object's frame),
+/// translation (metres, world), finger axis-angles (radians). Parameter blocks: orientation q (4, x
+/// y z w, with RotationManifold), translation T (3), fingers P (45). Weight: lambda_t, on the sum;
+/// residuals are scaled by its square root.
 class Temporal final : public ceres::SizedCostFunction<51, 4, 3, kHandDofs> {
  public:
   Temporal(const Eigen::Quaterniond& orientation, const Eigen::Vector3d& translation,
@@ -38,8 +38,7 @@ class Temporal final : public ceres::SizedCostFunction<51, 4, 3, kHandDofs> {
     Eigen::Map<Eigen::Matrix<double, 51, 1>> r(residuals);
     const Eigen::Vector3d turn = LogSO3((orientation_.conjugate() * q).toRotationMatrix());
     r.head<3>() = scale_ * turn;
-    r.segment<3>(3) =
-        scale_ * (Eigen::Map<const Eigen::Vector3d>(parameters[1]) - translation_);
+    r.segment<3>(3) = scale_ * (Eigen::Map<const Eigen::Vector3d>(parameters[1]) - translation_);
     r.tail<kHandDofs>() = scale_ * (Eigen::Map<const FingerPose>(parameters[2]) - fingers_);
     if (jacobians == nullptr) return true;
     if (jacobians[0] != nullptr) {

@@ -34,7 +34,8 @@ struct Scene {
         clip(Slice(ReadClip(Archive("clips/demo_drink.npz")), 0, kFrames)) {
     const EmbeddedFile file = FindEmbedded("objects/mug_300.ply");
     object = ReadMeshBytes({reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()},
-                           file.name).mesh.vertices;
+                           file.name)
+                 .mesh.vertices;
     HandState state(hand);
     state.SetBody(clip.pose[0], clip.trans.col(0));
     state.Evaluate(FingersOf(clip.pose[0], Side::kRight), false);
@@ -77,12 +78,14 @@ FitOptions Options(PairPrecision precision) {
 class PlainFitter {
  public:
   PlainFitter(const Scene& scene, const FitOptions& options)
-      : scene_(scene), options_(options), state_(scene.hand), object_(scene.first),
+      : scene_(scene),
+        options_(options),
+        state_(scene.hand),
+        object_(scene.first),
         fingers_(FingersOf(scene.clip.pose[0], Side::kRight)) {
     state_.SetBody(scene.clip.pose[0], scene.clip.trans.col(0));
     state_.Evaluate(fingers_, false);
-    wrist_rotation_ = state_.WristRotation();
-    wrist_position_ = state_.WristPosition();
+    wrist_ = {state_.WristRotation(), state_.WristPosition()};
     reference_ = HandObjectDistance::Distances(
         InObjectFrame(state_.Vertices(), object_.orientation, object_.translation), scene.object);
   }
@@ -92,22 +95,18 @@ class PlainFitter {
     state_.SetBody(scene_.clip.pose[frame], scene_.clip.trans.col(frame));
     const ObjectPose previous = object_;
     const FingerPose previous_fingers = fingers_;
-    const Eigen::Matrix3d turn = state_.WristRotation() * wrist_rotation_.transpose();
-    object_.orientation = (Eigen::Quaterniond(turn) * previous.orientation).normalized();
-    object_.translation =
-        turn * (previous.translation - wrist_position_) + state_.WristPosition();
-    wrist_rotation_ = state_.WristRotation();
-    wrist_position_ = state_.WristPosition();
+    const WristPose wrist{state_.WristRotation(), state_.WristPosition()};
+    object_ = FollowWrist(previous, wrist_, wrist);
+    wrist_ = wrist;
 
     ceres::Problem problem;
     double* q = object_.orientation.coeffs().data();
     double* t = object_.translation.data();
     double* p = fingers_.data();
     problem.AddParameterBlock(q, 4, new RotationManifold);
-    problem.AddResidualBlock(
-        new PlainPairs(PlainPairs::Kind::kDistance, &state_, scene_.object, reference_, 0.0,
-                       options_.lambda_distance),
-        nullptr, q, t, p);
+    problem.AddResidualBlock(new PlainPairs(PlainPairs::Kind::kDistance, &state_, scene_.object,
+                                            reference_, 0.0, options_.lambda_distance),
+                             nullptr, q, t, p);
     problem.AddResidualBlock(
         new PlainPairs(PlainPairs::Kind::kContact, &state_, scene_.object, reference_,
                        options_.contact_threshold_m, options_.lambda_contact),
@@ -133,8 +132,7 @@ class PlainFitter {
   HandState state_;
   ObjectPose object_;
   FingerPose fingers_;
-  Eigen::Matrix3d wrist_rotation_;
-  Eigen::Vector3d wrist_position_;
+  WristPose wrist_;
   Eigen::MatrixXd reference_;
 };
 
@@ -203,8 +201,8 @@ void BM_PairKernel(benchmark::State& state) {
     benchmark::DoNotOptimize(sums.data());
   }
   state.SetLabel(std::string(IsaName(isa)));
-  state.counters["pairs/s"] = benchmark::Counter(850.0 * 300.0 * static_cast<double>(state.iterations()),
-                                                 benchmark::Counter::kIsRate);
+  state.counters["pairs/s"] = benchmark::Counter(
+      850.0 * 300.0 * static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
 }
 BENCHMARK(BM_PairKernel<float>)->DenseRange(0, 3)->Unit(benchmark::kMicrosecond);
 BENCHMARK(BM_PairKernel<double>)->DenseRange(0, 3)->Unit(benchmark::kMicrosecond);
@@ -298,8 +296,8 @@ void PrintSummary(const Reporter& reporter) {
     for (std::size_t k = 0; k < truth.size() && k < energies[name].size(); ++k) {
       worst = std::max(worst, std::abs(energies[name][k] - truth[k]) / truth[k]);
     }
-    fmt::print("  final energy, {} against plain: {:.1e} relative, worst of {} frames\n", name, worst,
-               truth.size());
+    fmt::print("  final energy, {} against plain: {:.1e} relative, worst of {} frames\n", name,
+               worst, truth.size());
   }
 }
 

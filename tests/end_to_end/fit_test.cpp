@@ -10,14 +10,15 @@
 #include "geometry/clip.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/rotation.h"
+#include "tests/support/data_folder.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
-using ::testing::HasSubstr;
 using testing::DataFolder;
+using ::testing::HasSubstr;
 using testing::ProgramResult;
 using testing::ReadText;
 using testing::RunHoldfast;
@@ -34,9 +35,9 @@ void ExpectHeld(const TemporaryFolder& folder, const std::string& output, Side s
   EXPECT_LT(summary["mean_max_penetration_depth_mm"].get<double>(), 3.0);
   const Clip clip = ReadClip(folder / (output + "/clip.npz"));
   const auto frames = static_cast<std::size_t>(clip.NumFrames());
-  for (const char* key : {"energy_distance_m2", "energy_contact_m2", "energy_temporal", "solve_ms",
-                          "iterations", "stop", "penetration_depth_mm", "contact_ratio",
-                          "intersection_volume_cm3"}) {
+  for (const char* key :
+       {"energy_distance_m2", "energy_contact_m2", "energy_temporal", "solve_ms", "iterations",
+        "stop", "penetration_depth_mm", "contact_ratio", "intersection_volume_cm3"}) {
     EXPECT_EQ(metrics["per_frame"][key].size(), frames) << key;
   }
   ASSERT_TRUE(clip.object.has_value());
@@ -49,8 +50,8 @@ void ExpectHeld(const TemporaryFolder& folder, const std::string& output, Side s
   Eigen::Vector3d object_in_wrist_before = Eigen::Vector3d::Zero();
   for (int t = 0; t < clip.NumFrames(); ++t) {
     ForwardJoints(rest, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
-    const Eigen::Vector3d object_in_wrist =
-        state.world_rotation[wrist].transpose() * (clip.object->trans.col(t) - state.joints.col(wrist));
+    const Eigen::Vector3d object_in_wrist = state.world_rotation[wrist].transpose() *
+                                            (clip.object->trans.col(t) - state.joints.col(wrist));
     if (t > 0) {
       EXPECT_LT((object_in_wrist - object_in_wrist_before).norm(), 0.005) << output << " " << t;
     }
@@ -103,6 +104,10 @@ struct RealCase {
   const char* hand;
 };
 
+std::ostream& operator<<(std::ostream& out, const RealCase& c) {
+  return out << c.motion << ", " << c.object << ", " << c.hand;
+}
+
 class RealMotion : public ::testing::TestWithParam<RealCase> {};
 
 TEST_P(RealMotion, HoldsARealObject) {
@@ -125,11 +130,12 @@ TEST_P(RealMotion, HoldsARealObject) {
 
 INSTANTIATE_TEST_SUITE_P(
     Shared, RealMotion,
-    ::testing::Values(
-        RealCase{"sb_reach/ChrGarza_IdleStand01_ReachForwardMediumFar01.bvh.gz", "025_mug.obj", "right"},
-        RealCase{"sb_reach/ChrHarmony_Relax001_ArmReachRtHigh.bvh.gz", "011_banana.obj", "right"},
-        RealCase{"sb_reach/ChrHarmony_Relax001_ArmReachLfMidHigh.bvh.gz", "005_tomato_soup_can.obj",
-                 "left"}));
+    ::testing::Values(RealCase{"sb_reach/ChrGarza_IdleStand01_ReachForwardMediumFar01.bvh.gz",
+                               "025_mug.obj", "right"},
+                      RealCase{"sb_reach/ChrHarmony_Relax001_ArmReachRtHigh.bvh.gz",
+                               "011_banana.obj", "right"},
+                      RealCase{"sb_reach/ChrHarmony_Relax001_ArmReachLfMidHigh.bvh.gz",
+                               "005_tomato_soup_can.obj", "left"}));
 
 }  // namespace
 }  // namespace holdfast

@@ -29,7 +29,9 @@ Eigen::Matrix3Xd LiteralForward(const SyntheticBody& body, const Eigen::VectorXd
                                 const Eigen::VectorXd& expression, const JointPose& pose,
                                 const Eigen::Vector3d& trans, Eigen::Matrix3Xd* joints_out) {
   const int V = body.num_vertices, S = body.num_directions;
-  const auto at = [](const std::vector<double>& a, int i) { return a[static_cast<std::size_t>(i)]; };
+  const auto at = [](const std::vector<double>& a, int i) {
+    return a[static_cast<std::size_t>(i)];
+  };
   Eigen::Matrix3Xd shaped(3, V);
   for (int v = 0; v < V; ++v) {
     for (int c = 0; c < 3; ++c) {
@@ -56,7 +58,8 @@ Eigen::Matrix3Xd LiteralForward(const SyntheticBody& body, const Eigen::VectorXd
     Eigen::Matrix4d local = Eigen::Matrix4d::Identity();
     local.topLeftCorner<3, 3>() = R;
     const int parent = kJointParents[j];
-    local.topRightCorner<3, 1>() = parent < 0 ? J.col(j) : Eigen::Vector3d(J.col(j) - J.col(parent));
+    local.topRightCorner<3, 1>() =
+        parent < 0 ? J.col(j) : Eigen::Vector3d(J.col(j) - J.col(parent));
     G[j] = parent < 0 ? local : Eigen::Matrix4d(G[parent] * local);
     if (j == 0) continue;
     for (int r = 0; r < 3; ++r) {
@@ -195,8 +198,7 @@ TEST_F(BodyModelTest, VertexJacobianMatchesCentralDifferences) {
       }
       Forward(surface, pose_plus, trans_plus, plus);
       Forward(surface, pose_minus, trans_minus, minus);
-      const Eigen::VectorXd numeric =
-          (plus.vertices - minus.vertices).reshaped() / (2.0 * h);
+      const Eigen::VectorXd numeric = (plus.vertices - minus.vertices).reshaped() / (2.0 * h);
       const Eigen::VectorXd numeric_joints = (plus.joints - minus.joints).reshaped() / (2.0 * h);
       EXPECT_LT((J.col(column) - numeric).cwiseAbs().maxCoeff(), 2e-9) << column << " " << scale;
       EXPECT_LT((J_joints.col(column) - numeric_joints).cwiseAbs().maxCoeff(), 2e-9)
@@ -214,8 +216,9 @@ TEST_F(BodyModelTest, TheRootTurnsAboutThePelvis) {
   Forward(surface, pose, {1, 0, 0}, state);
   const Eigen::Vector3d pelvis = surface.RestJoints().col(0);
   for (int i = 0; i < surface.NumVertices(); ++i) {
-    const Eigen::Vector3d expected = ExpSO3(pose.col(0)) * (surface.RestVertices().col(i) - pelvis) +
-                                     pelvis + Eigen::Vector3d::UnitX();
+    const Eigen::Vector3d expected =
+        ExpSO3(pose.col(0)) * (surface.RestVertices().col(i) - pelvis) + pelvis +
+        Eigen::Vector3d::UnitX();
     EXPECT_LT((state.vertices.col(i) - expected).norm(), 1e-14);
   }
 }
@@ -269,9 +272,13 @@ TEST_F(BodyModelTest, SaysWhichFieldIsAtFault) {
                 w.AddFloat64("posedirs", {V, 3, 207}, std::vector<double>(V * 3 * 207));
               }),
               HasSubstr("[posedirs]: has shape"));
-  EXPECT_THAT(message([&](NpzWriter& w) { w.AddInt64("f", {1, 3}, {0, 1, 999}); }),
+  EXPECT_THAT(message([&](NpzWriter& w) {
+                w.AddInt64("f", {1, 3}, {0, 1, 999});
+              }),
               HasSubstr("names vertex 999 of 60"));
-  EXPECT_THAT(message([&](NpzWriter& w) { w.AddInt64("f", {1, 3}, {0, 1, -1}); }),
+  EXPECT_THAT(message([&](NpzWriter& w) {
+                w.AddInt64("f", {1, 3}, {0, 1, -1});
+              }),
               HasSubstr("names vertex -1"));
   EXPECT_THAT(message([&](NpzWriter& w) {
                 w.AddFloat64("weights", {V, kNumJoints}, std::vector<double>(V * kNumJoints, 0.1));

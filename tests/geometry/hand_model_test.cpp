@@ -39,8 +39,9 @@ TEST(HandModel, IsTheBodyModelSeenFromTheHand) {
         state.SetBody(RandomPose(seed), {0.1, -0.4, 1.0});
         state.Evaluate(FingersOf(pose, side), false);
         for (int i = 0; i < hand.NumVertices(); ++i) {
-          EXPECT_LT((state.Vertices().col(i) -
-                     expected.vertices.col(hand.Surface().VertexIds()[i])).norm(), 1e-13);
+          EXPECT_LT((state.Vertices().col(i) - expected.vertices.col(hand.Surface().VertexIds()[i]))
+                        .norm(),
+                    1e-13);
         }
         EXPECT_LT((state.WristPosition() - expected.joints.col(WristJoint(side))).norm(), 1e-13);
       }

@@ -13,6 +13,7 @@
 #include "geometry/clip.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
+#include "geometry/io/half.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -71,26 +72,34 @@ NpyMember ReadForeign(const std::string& header, const std::string& data) {
 
 TEST(NpzReader, ReadsArraysLaidOutByHand) {
   EXPECT_THAT(ReadForeign("{'descr': '<i2', 'fortran_order': False, 'shape': (3,), }",
-                          Bytes({1, 0, 254, 255, 0, 1})).AsDoubles(),
+                          Bytes({1, 0, 254, 255, 0, 1}))
+                  .AsDoubles(),
               ElementsAre(1.0, -2.0, 256.0));
   EXPECT_THAT(ReadForeign("{'descr': '>u4', 'fortran_order': False, 'shape': (2,), }",
-                          Bytes({0, 0, 1, 0, 255, 255, 255, 255})).AsIntegers(),
+                          Bytes({0, 0, 1, 0, 255, 255, 255, 255}))
+                  .AsIntegers(),
               ElementsAre(256, 4294967295));
-  EXPECT_THAT(ReadForeign("{'descr': '|b1', 'fortran_order': False, 'shape': (2,), }",
-                          Bytes({1, 0})).AsDoubles(),
-              ElementsAre(1.0, 0.0));
+  EXPECT_THAT(
+      ReadForeign("{'descr': '|b1', 'fortran_order': False, 'shape': (2,), }", Bytes({1, 0}))
+          .AsDoubles(),
+      ElementsAre(1.0, 0.0));
   // (2, 3) in Fortran order: stored by columns.
   EXPECT_THAT(ReadForeign("{'descr': '|u1', 'fortran_order': True, 'shape': (2, 3), }",
-                          Bytes({1, 4, 2, 5, 3, 6})).AsDoubles(),
+                          Bytes({1, 4, 2, 5, 3, 6}))
+                  .AsDoubles(),
               ElementsAre(1, 2, 3, 4, 5, 6));
   EXPECT_EQ(ReadForeign("{'descr': '<U3', 'fortran_order': False, 'shape': (), }",
-                        Bytes({'o', 0, 0, 0, 0xe9, 0, 0, 0, 0, 0, 0, 0})).AsText(),
+                        Bytes({'o', 0, 0, 0, 0xe9, 0, 0, 0, 0, 0, 0, 0}))
+                .AsText(),
             "o\xc3\xa9");
   EXPECT_EQ(ReadForeign("{'descr': '|S4', 'fortran_order': False, 'shape': (), }",
-                        std::string("mug\0", 4)).AsText(), "mug");
+                        std::string("mug\0", 4))
+                .AsText(),
+            "mug");
   // Header entries in another order, Python 2 long integers.
   EXPECT_THAT(ReadForeign("{\"shape\": (1L,), \"fortran_order\": False, \"descr\": \"<f8\"}",
-                          Bytes({0, 0, 0, 0, 0, 0, 0xf0, 0x3f})).AsDoubles(),
+                          Bytes({0, 0, 0, 0, 0, 0, 0xf0, 0x3f}))
+                  .AsDoubles(),
               ElementsAre(1.0));
 }
 
@@ -113,7 +122,8 @@ TEST(NpzReader, RefusesWhatItCannotHold) {
   EXPECT_THAT(message("{'descr': '<f8', 'fortran_order': False, 'shape': (9,), }", good),
               HasSubstr("does not fit"));
   EXPECT_THAT(message("{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, "
-                      "99999999999), }", good),
+                      "99999999999), }",
+                      good),
               HasSubstr("does not fit"));
   EXPECT_THAT(message("{'descr': '<f8', 'fortran_order': __import__('os'), 'shape': (1,), }", good),
               HasSubstr("True or False expected"));
@@ -129,14 +139,16 @@ TEST(NpzReader, EveryTruncationIsAnErrorAndNeverACrash) {
   writer.Write(folder / "whole.npz");
   const std::string whole = ReadFile(folder / "whole.npz");
   for (std::size_t length = 0; length < whole.size(); ++length) {
-    std::ofstream(folder / "cut.npz", std::ios::binary | std::ios::trunc) << whole.substr(0, length);
+    std::ofstream(folder / "cut.npz", std::ios::binary | std::ios::trunc)
+        << whole.substr(0, length);
     EXPECT_THROW(
         {
           const NpzReader reader(folder / "cut.npz");
           reader.Read("a");
           reader.Read("b");
         },
-        Error) << length;
+        Error)
+        << length;
   }
 }
 
@@ -152,7 +164,8 @@ TEST(NpzReader, EveryFlippedByteIsAnErrorOrTheSameNumbers) {
     std::ofstream(folder / "bad.npz", std::ios::binary | std::ios::trunc) << bad;
     try {
       EXPECT_THAT(NpzReader(folder / "bad.npz").Read("a").AsDoubles(),
-                  ElementsAre(1.5, -2.25, 1e300)) << i;
+                  ElementsAre(1.5, -2.25, 1e300))
+          << i;
     } catch (const Error&) {
     }
   }
@@ -175,7 +188,8 @@ TEST(NpzWriter, NumpyReadsWhatWeWrite) {
       "'); assert f['d'].tolist() == [[0,1,2],[3,4,5]] and f['d'].dtype == np.float64; "
       "assert f['s'].tolist() == [0.5] and f['h'].tolist() == [1.0, -0.333251953125, 65504.0]; "
       "assert f['i'] == -7 and str(f['t']) == 'm\\u00fcg'; "
-      "np.savez_compressed('" + (folder / "theirs.npz").string() +
+      "np.savez_compressed('" +
+      (folder / "theirs.npz").string() +
       "', a=np.asfortranarray(np.arange(6.).reshape(2,3)), b=np.array('abc'), "
       "c=np.arange(3, dtype='>i4'))";
   ASSERT_EQ(std::system(("/usr/bin/python3 -c \"" + script + "\"").c_str()), 0);

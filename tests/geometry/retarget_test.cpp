@@ -19,6 +19,7 @@
 #include "geometry/resample.h"
 #include "geometry/retarget_calibration.h"
 #include "geometry/rotation.h"
+#include "tests/support/data_folder.h"
 
 namespace holdfast {
 namespace {
@@ -351,11 +352,6 @@ TEST(ResampleTest, KeepsEndsAndGoesTheShortWay) {
 
 // --- Real captures, where they are at hand -------------------------------------------------------
 
-std::filesystem::path MocapFolder() {
-  const char* data = std::getenv("HOLDFAST_DATA");
-  return std::filesystem::path(data ? data : HOLDFAST_SOURCE_DIR "/../shared/data") / "mocap";
-}
-
 struct Capture {
   const char* file;
   const char* skeleton;
@@ -365,7 +361,7 @@ struct Capture {
 class RealCapture : public ::testing::TestWithParam<Capture> {};
 
 TEST_P(RealCapture, ComesOntoTheBodyWhole) {
-  const auto path = MocapFolder() / GetParam().file;
+  const auto path = testing::DataFolder() / "mocap" / GetParam().file;
   if (!std::filesystem::exists(path)) {
     GTEST_SKIP() << path << " is not there; set HOLDFAST_DATA to the folder that holds mocap/";
   }

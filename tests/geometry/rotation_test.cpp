@@ -15,8 +15,8 @@ std::vector<Eigen::Vector3d> Samples() {
   std::mt19937 engine(5);
   std::normal_distribution<double> normal;
   std::vector<Eigen::Vector3d> samples = {Eigen::Vector3d::Zero()};
-  for (const double angle : {1e-12, 1e-8, 1e-4, 0.0999, 0.1001, 1.0, 3.0,
-                             std::numbers::pi - 1e-7, 4.5}) {
+  for (const double angle :
+       {1e-12, 1e-8, 1e-4, 0.0999, 0.1001, 1.0, 3.0, std::numbers::pi - 1e-7, 4.5}) {
     for (int k = 0; k < 5; ++k) {
       samples.push_back(
           angle * Eigen::Vector3d(normal(engine), normal(engine), normal(engine)).normalized());
@@ -48,8 +48,7 @@ TEST(Rotation, LeftJacobianMatchesDifferences) {
     const Eigen::Matrix3d J = LeftJacobianSO3(w);
     for (int k = 0; k < 3; ++k) {
       const Eigen::Vector3d h = 1e-6 * Eigen::Vector3d::Unit(k);
-      const Eigen::Vector3d numeric =
-          LogSO3(ExpSO3(w + h) * ExpSO3(w - h).transpose()) / 2e-6;
+      const Eigen::Vector3d numeric = LogSO3(ExpSO3(w + h) * ExpSO3(w - h).transpose()) / 2e-6;
       EXPECT_LT((J.col(k) - numeric).norm(), 1e-9) << w.transpose();
     }
     if (w.norm() < 6.0) {

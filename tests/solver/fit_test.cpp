@@ -58,11 +58,13 @@ TEST(FitClip, RecoversAnObjectThatMovesRigidlyWithTheHand) {
         EXPECT_LT((track.trans.col(t) - rigid.truth[t].translation).norm(), 1e-4) << t;
         EXPECT_LT(AngleBetween(ExpSO3(track.orient.col(t)),
                                rigid.truth[t].orientation.toRotationMatrix()),
-                  0.05 * std::numbers::pi / 180.0) << t;
+                  0.05 * std::numbers::pi / 180.0)
+            << t;
         EXPECT_EQ(result.clip.holding_hand[t], side == Side::kRight ? kHoldsRight : kHoldsLeft);
         if (t > 0) {
           EXPECT_EQ(result.frames[t].stop, StopReason::kConverged) << t;
-          // Unwrapped: no jump by a turn. (Near a whole turn axis-angles move faster than rotations.)
+          // Unwrapped: no jump by a turn. (Near a whole turn axis-angles move faster than
+          // rotations.)
           EXPECT_LT((track.orient.col(t) - track.orient.col(t - 1)).norm(), 1.6) << t;
         }
       }
@@ -79,8 +81,7 @@ TEST(FitClip, SolvesWithoutTheRigidStartsHelp) {
   clip.trans = scene.trans.replicate(1, 8);
   clip.object.emplace();
   clip.object->trans = scene.object_pose.translation.replicate(1, 8);
-  clip.object->orient =
-      LogSO3(scene.object_pose.orientation.toRotationMatrix()).replicate(1, 8);
+  clip.object->orient = LogSO3(scene.object_pose.orientation.toRotationMatrix()).replicate(1, 8);
   for (int t = 0; t < 8; ++t) {
     JointPose pose = scene.pose;
     pose.col(21) = Eigen::Vector3d(0.05 * t, -0.08 * t, 0.1 * t);
@@ -137,8 +138,8 @@ TEST(FitClip, NamesWhatIsMissing) {
 TEST(FitClip, StopsWhenAsked) {
   const HandScene scene;
   const RigidClip rigid(scene, 10);
-  const FitResult result = FitClip(rigid.clip, scene.hand, scene.object, {},
-                                   [](int done, int) { return done < 4; });
+  const FitResult result =
+      FitClip(rigid.clip, scene.hand, scene.object, {}, [](int done, int) { return done < 4; });
   EXPECT_EQ(result.frames.size(), 4u);
   EXPECT_EQ(result.clip.NumFrames(), 4);
 }

@@ -22,10 +22,10 @@ struct Setting {
   explicit Setting(Side side = Side::kRight) : scene(side), state(scene.hand) {
     state.SetBody(scene.pose, scene.trans);
     state.Evaluate(FingersOf(scene.pose, side), false);
-    reference = HandObjectDistance::Distances(
-        InObjectFrame(state.Vertices(), scene.object_pose.orientation,
-                      scene.object_pose.translation),
-        scene.object);
+    reference =
+        HandObjectDistance::Distances(InObjectFrame(state.Vertices(), scene.object_pose.orientation,
+                                                    scene.object_pose.translation),
+                                      scene.object);
     orientation = scene.object_pose.orientation *
                   Eigen::Quaterniond(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY()));
     translation = scene.object_pose.translation + Eigen::Vector3d(0.01, -0.004, 0.007);
@@ -79,7 +79,7 @@ TEST(HandObjectBlock, DistanceTermEqualsAllPairResiduals) {
     const HandObjectBlock::System expected = Assemble(plain, s);
     HandObjectBlock::System system;
     block.Linearize(s.Parameters().data(), system);
-    ExpectEqual(system, expected, 1e-10);           // the normal equations
+    ExpectEqual(system, expected, 1e-10);              // the normal equations
     ExpectEqual(Assemble(block, s), expected, 1e-10);  // the 51 + 1 rows that Ceres gets
     EXPECT_NEAR(1.7 * 0.5 * block.Energies(s.Parameters().data())[0], expected.cost,
                 1e-10 * expected.cost);
@@ -109,8 +109,8 @@ TEST(HandObjectBlock, ContactClosedFormEqualsAllContactPairs) {
   block.AddTerm(&term);
   HandState plain_state(s.scene.hand);
   plain_state.SetBody(s.scene.pose, s.scene.trans);
-  const PlainPairs plain(PlainPairs::Kind::kContact, &plain_state, s.scene.object, s.reference,
-                         tau, 0.3);
+  const PlainPairs plain(PlainPairs::Kind::kContact, &plain_state, s.scene.object, s.reference, tau,
+                         0.3);
   const HandObjectBlock::System expected = Assemble(plain, s);
   HandObjectBlock::System system;
   block.Linearize(s.Parameters().data(), system);
@@ -149,8 +149,7 @@ TEST(HandObjectBlock, GradientMatchesCentralDifferences) {
     Setting moved = s;
     if (k < 3) {
       const Eigen::Vector3d delta = step * Eigen::Vector3d::Unit(k);
-      manifold.Plus(s.orientation.coeffs().data(), delta.data(),
-                    moved.orientation.coeffs().data());
+      manifold.Plus(s.orientation.coeffs().data(), delta.data(), moved.orientation.coeffs().data());
     } else if (k < 6) {
       moved.translation(k - 3) += step;
     } else {
@@ -197,8 +196,7 @@ TEST(HandObjectBlock, EnergyIgnoresWhereTheSceneStands) {
   const Eigen::Matrix3Xd z = InObjectFrame(s.state.Vertices(), s.orientation, s.translation);
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, -1, 2).normalized()));
   const Eigen::Vector3d shift(3, -1, 2);
-  const Eigen::Matrix3Xd moved =
-      (turn.toRotationMatrix() * s.state.Vertices()).colwise() + shift;
+  const Eigen::Matrix3Xd moved = (turn.toRotationMatrix() * s.state.Vertices()).colwise() + shift;
   const Eigen::Matrix3Xd z_moved =
       InObjectFrame(moved, turn * s.orientation, turn * s.translation + shift);
   EXPECT_NEAR(energy(z), energy(z_moved), 1e-10 * energy(z));

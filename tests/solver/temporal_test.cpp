@@ -15,9 +15,8 @@ Eigen::Quaterniond Turned(const Eigen::Vector3d& w) { return Eigen::Quaterniond(
 
 TEST(RotationManifold, KeepsCeressInvariants) {
   const RotationManifold manifold;
-  for (const Eigen::Vector3d& w :
-       {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1e-9, 0, 0), Eigen::Vector3d(0.4, -1.1, 2.0),
-        Eigen::Vector3d(0, 3.14, 0)}) {
+  for (const Eigen::Vector3d& w : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1e-9, 0, 0),
+                                   Eigen::Vector3d(0.4, -1.1, 2.0), Eigen::Vector3d(0, 3.14, 0)}) {
     const Eigen::Quaterniond q = Turned(w);
     const Eigen::Vector4d x = q.coeffs();
     for (const double size : {1e-9, 1e-3, 1.0}) {
@@ -31,8 +30,9 @@ TEST(RotationManifold, KeepsCeressInvariants) {
       EXPECT_THAT(manifold, ceres::HasCorrectPlusJacobianAt(x, 1e-7));
       EXPECT_THAT(manifold, ceres::HasCorrectMinusJacobianAt(x, 1e-7));
       // Radians on the right, not half-angles on the left.
-      EXPECT_LT((Eigen::Quaterniond(y).toRotationMatrix() - q.toRotationMatrix() * ExpSO3(delta))
-                    .norm(), 1e-12);
+      EXPECT_LT(
+          (Eigen::Quaterniond(y).toRotationMatrix() - q.toRotationMatrix() * ExpSO3(delta)).norm(),
+          1e-12);
     }
   }
 }
@@ -59,8 +59,7 @@ TEST(Temporal, JacobianMatchesCentralDifferences) {
   for (const double angle : {0.0, 1e-8, 0.5, 2.0, std::numbers::pi - 1e-3}) {
     const Eigen::Quaterniond before = Turned({0.3, -0.7, 0.2});
     const Temporal term(before, Eigen::Vector3d(0.1, 0.2, 0.3), previous, 0.7);
-    const Eigen::Quaterniond q =
-        before * Turned(angle * Eigen::Vector3d(1, -2, 0.5).normalized());
+    const Eigen::Quaterniond q = before * Turned(angle * Eigen::Vector3d(1, -2, 0.5).normalized());
     const Eigen::Vector3d t(0.4, 0.1, 0.2);
     const FingerPose p = FingerPose::LinSpaced(0.1, 0.9);
     const double* parameters[] = {q.coeffs().data(), t.data(), p.data()};
@@ -71,8 +70,8 @@ TEST(Temporal, JacobianMatchesCentralDifferences) {
     J_q.setConstant(NAN), J_t.setConstant(NAN), J_p.setConstant(NAN);
     double* jacobians[] = {J_q.data(), J_t.data(), J_p.data()};
     ASSERT_TRUE(term.Evaluate(parameters, r.data(), jacobians));
-    EXPECT_NEAR(r.squaredNorm(),
-                0.7 * Temporal::Energy(before, {0.1, 0.2, 0.3}, previous, q, t, p), 1e-10);
+    EXPECT_NEAR(r.squaredNorm(), 0.7 * Temporal::Energy(before, {0.1, 0.2, 0.3}, previous, q, t, p),
+                1e-10);
     Eigen::MatrixXd J(51, 51);
     J << J_q * RotationManifold::PlusJacobianAt(parameters[0]), J_t, J_p;
     const RotationManifold manifold;

@@ -14,8 +14,8 @@
 namespace holdfast::testing {
 
 /// E_d and E_c as anyone would first write them for Ceres: every residual of every pair, with
-/// analytic Jacobians through hand and object. The truth that the compressed forms are held against,
-/// and the baseline of the benchmark. Parameter blocks as in HandObjectBlock.
+/// analytic Jacobians through hand and object. The truth that the compressed forms are held
+/// against, and the baseline of the benchmark. Parameter blocks as in HandObjectBlock.
 class PlainPairs final : public ceres::CostFunction {
  public:
   enum class Kind {
@@ -25,7 +25,10 @@ class PlainPairs final : public ceres::CostFunction {
 
   PlainPairs(Kind kind, HandState* state, const Eigen::Matrix3Xd& object,
              const Eigen::MatrixXd& reference, double tau_m, double weight)
-      : kind_(kind), state_(state), object_(object), reference_(reference),
+      : kind_(kind),
+        state_(state),
+        object_(object),
+        reference_(reference),
         scale_(std::sqrt(weight)) {
     for (Eigen::Index i = 0; i < reference.cols(); ++i) {
       for (Eigen::Index j = 0; j < reference.rows(); ++j) {

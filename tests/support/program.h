@@ -30,8 +30,8 @@ inline std::string ReadText(const std::filesystem::path& path) {
 /// Runs `holdfast ARGUMENTS` in `folder` through the shell, after `prefix` ("ulimit -f 8;").
 inline ProgramResult RunHoldfast(const std::filesystem::path& folder, const std::string& arguments,
                                  const std::string& prefix = "") {
-  const std::string command = "cd '" + folder.string() + "' && " + prefix + " '" HOLDFAST_PROGRAM
-                              "' " + arguments + " >.stdout 2>.stderr";
+  const std::string command = "cd '" + folder.string() + "' && " + prefix +
+                              " '" HOLDFAST_PROGRAM "' " + arguments + " >.stdout 2>.stderr";
   const int status = std::system(("bash -c \"" + command + "\"").c_str());
   ProgramResult result;
   result.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128;
@@ -52,12 +52,6 @@ inline std::string Listing(const std::filesystem::path& folder) {
   std::string text;
   for (const std::string& name : names) text += name + " ";
   return text;
-}
-
-/// The folder with real motion and objects: HOLDFAST_DATA, else shared/data beside the source.
-inline std::filesystem::path DataFolder() {
-  if (const char* folder = std::getenv("HOLDFAST_DATA")) return folder;
-  return std::filesystem::path(HOLDFAST_SOURCE_DIR).parent_path() / "shared" / "data";
 }
 
 }  // namespace holdfast::testing

@@ -67,8 +67,8 @@ struct SyntheticBody {
 
   NpyArray Store(const std::vector<double>& values, std::vector<std::size_t> shape,
                  const Storage& storage) const {
-    NpyArray array{storage.kind, storage.item_size, storage.big_endian, storage.fortran_order,
-                   shape, {}};
+    NpyArray array{
+        storage.kind, storage.item_size, storage.big_endian, storage.fortran_order, shape, {}};
     array.data.resize(values.size() * storage.item_size);
     for (std::size_t i = 0; i < values.size(); ++i) {
       std::size_t place = i;
