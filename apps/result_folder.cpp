@@ -29,12 +29,20 @@ ResultFolder::ResultFolder(fs::path path, bool force) : path_(std::move(path)) {
   }
   const fs::path parent = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
   temporary_ = parent / fmt::format(".{}.tmp{}", path_.filename().string(), ::getpid());
+  // Tried now, so that a place that cannot be written to is said before the work and not after it;
+  // made only when there is something to write, so that a killed program leaves nothing.
   fs::remove_all(temporary_, error);
   fs::create_directories(temporary_, error);
   if (error) {
     throw Error(path_.string(), fmt::format("cannot be created ({})", error.message()),
                 "Check the folder it is to be in");
   }
+  fs::remove(temporary_, error);
+}
+
+fs::path ResultFolder::operator/(const char* name) const {
+  fs::create_directories(temporary_);
+  return temporary_ / name;
 }
 
 ResultFolder::~ResultFolder() {

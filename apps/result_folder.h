@@ -16,7 +16,7 @@ class ResultFolder {
   ResultFolder& operator=(const ResultFolder&) = delete;
 
   /// Where to write a file of this name now.
-  std::filesystem::path operator/(const char* name) const { return temporary_ / name; }
+  std::filesystem::path operator/(const char* name) const;
 
   /// Makes the folder visible under its name. With `force`, what was there is replaced, after the
   /// new one is complete.

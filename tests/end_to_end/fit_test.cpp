@@ -98,6 +98,16 @@ TEST(EmbeddedDefault, AFittedClipIsFittedAgainFromItsOwnGrasp) {
   EXPECT_LT((a.object->trans - b.object->trans).cwiseAbs().maxCoeff(), 1e-4);
 }
 
+TEST(EmbeddedDefault, CtrlCLeavesNothingBehind) {
+  const TemporaryFolder folder;
+  // The grasp of a teapot alone takes longer than this.
+  const ProgramResult result = RunHoldfast(folder.Path(), "fit demo_inspect teapot -o held -q",
+                                           "timeout --preserve-status -s INT 0.7");
+  EXPECT_EQ(result.exit_code, 130) << result.err;
+  EXPECT_EQ(result.out, "");
+  EXPECT_EQ(testing::Listing(folder.Path()), "");
+}
+
 struct RealCase {
   const char* motion;
   const char* object;
