@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// The other commands through the program, each on something embedded.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "geometry/clip.h"
+#include "geometry/io/mesh_io.h"
+#include "tests/support/data_folder.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::ProgramResult;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+TEST(GraspCommand, WritesAClipThatFitCanCarryOn) {
+  const TemporaryFolder folder;
+  const ProgramResult grasped =
+      RunHoldfast(folder.Path(), "grasp hammer -o held.npz --hand left --json -q");
+  ASSERT_EQ(grasped.exit_code, 0) << grasped.err;
+  const nlohmann::json summary = nlohmann::json::parse(grasped.out);
+  EXPECT_LT(summary["contact"]["max_penetration_mm"].get<double>(), 3.0);
+  EXPECT_GT(summary["contact"]["contact_ratio"].get<double>(), 0.02);
+  const Clip clip = ReadClip(folder / "held.npz");
+  EXPECT_EQ(clip.NumFrames(), 1);
+  ASSERT_TRUE(clip.object.has_value());
+  EXPECT_EQ(clip.holding_hand[0], kHoldsLeft);
+
+  const ProgramResult fitted = RunHoldfast(
+      folder.Path(), "fit held.npz " + clip.object->mesh + " -o out --hand left --json -q");
+  ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
+  const nlohmann::json metrics = nlohmann::json::parse(fitted.out);
+  EXPECT_EQ(metrics["grasp"]["made"], false);
+  EXPECT_EQ(metrics["summary"]["frames_in_contact_ratio"], 1.0);
+}
+
+TEST(DecimateCommand, SaysHowFarTheResultIsOff) {
+  const TemporaryFolder folder;
+  const ProgramResult result =
+      RunHoldfast(folder.Path(), "decimate mug -o mug.off --vertices 500 --json");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  EXPECT_EQ(summary["vertices"]["after"], 500);
+  EXPECT_GT(summary["hausdorff_mm"]["forward"].get<double>(), 0.0);
+  EXPECT_LT(summary["hausdorff_mm"]["forward"].get<double>(), 3.0);
+  EXPECT_EQ(ReadMesh(folder / "mug.off").NumVertices(), 500);
+}
+
+TEST(RenderCommand, DrawsASheet) {
+  const TemporaryFolder folder;
+  const ProgramResult result = RunHoldfast(
+      folder.Path(), "render demo_drink -o sheet.png --sheet 2x1 --size 80x120 -q");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(testing::ReadText(folder / "sheet.png"), HasSubstr("PNG"));
+}
+
+TEST(BodyInfoCommand, DescribesTheEmbeddedBody) {
+  const TemporaryFolder folder;
+  const ProgramResult result = RunHoldfast(folder.Path(), "body info --json");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  EXPECT_EQ(summary["joints"], 55);
+  EXPECT_EQ(summary["right_hand_vertices"], summary["left_hand_vertices"]);
+}
+
+TEST(ImportCommand, ReportsWhatItMapped) {
+  const auto motion = testing::DataFolder() / "mocap/accad_bvh/Female1_A01_Stand.bvh.gz";
+  if (!std::filesystem::exists(motion)) {
+    GTEST_SKIP() << motion << " is not there: set HOLDFAST_DATA to the folder with mocap/";
+  }
+  const TemporaryFolder folder;
+  const ProgramResult result = RunHoldfast(
+      folder.Path(), "import '" + motion.string() + "' -o stand.npz --fps 15 --json -q");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(result.out)["skeleton"], "ACCAD");
+  EXPECT_EQ(ReadClip(folder / "stand.npz").frame_rate, 15.0);
+}
+
+TEST(EveryCommand, HasHelpWithExamples) {
+  const TemporaryFolder folder;
+  for (const char* command : {"fit", "grasp", "import", "decimate", "render", "body info"}) {
+    const ProgramResult result = RunHoldfast(folder.Path(), std::string(command) + " --help");
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_THAT(result.out, HasSubstr("Examples:")) << command;
+    EXPECT_THAT(result.out, HasSubstr(std::string("holdfast ") + command)) << command;
+    for (const char* option : {"--json", "--threads", "--seed", "--quiet"}) {
+      EXPECT_THAT(result.out, HasSubstr(option)) << command;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace holdfast
