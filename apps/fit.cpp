@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 
 #include <fmt/format.h>
 
 #include "apps/common.h"
+#include "apps/fit_metrics.h"
 #include "apps/result_folder.h"
 #include "geometry/clip_contact.h"
 #include "geometry/distance_grid.h"
@@ -93,27 +93,6 @@ bool GraspFirstFrame(const Options& options, const HandModel& hand, const Loaded
   return true;
 }
 
-template <typename Get>
-nlohmann::json PerFrame(const std::vector<FrameReport>& frames, const Get& get) {
-  nlohmann::json values = nlohmann::json::array();
-  for (const FrameReport& frame : frames) values.push_back(get(frame));
-  return values;
-}
-
-template <typename Get>
-nlohmann::json PerFrame(const std::vector<ContactMetrics>& frames, const Get& get) {
-  nlohmann::json values = nlohmann::json::array();
-  for (const ContactMetrics& frame : frames) values.push_back(get(frame));
-  return values;
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 nlohmann::json OptionsJson(const Options& options) {
   return {{"clip", options.clip},
           {"object", options.object},
@@ -129,23 +108,6 @@ nlohmann::json OptionsJson(const Options& options) {
           {"contact_threshold_mm", options.contact_threshold_mm},
           {"precision", options.precision},
           {"max_iterations", options.fit.max_iterations}};
-}
-
-nlohmann::json ProtocolJson(const ContactProtocol& protocol, const LoadedObject& object,
-                            const SignedDistance& surface, const HandModel& hand) {
-  return {
-      {"penetration",
-       "depth of hand vertices inside the object, exact signed distance to the "
-       "full-resolution mesh"},
-      {"contact", "a hand vertex is in contact when |signed distance| is below the threshold"},
-      {"contact_threshold_mm", protocol.contact_threshold_mm},
-      {"intersection_volume", "voxel centres inside both object and hand (closed at the wrist)"},
-      {"voxel_mm", protocol.voxel_mm},
-      {"hand_vertices", hand.NumVertices()},
-      {"object_vertices", object.mesh.NumVertices()},
-      {"inside_by", surface.SignMethod() == SignedDistance::Sign::kPseudonormal
-                        ? "pseudonormal"
-                        : "winding number"}};
 }
 
 int Run(Options options) {
@@ -211,52 +173,14 @@ int Run(Options options) {
       });
   if (Interrupted()) return kInterrupted;
 
-  const ContactSummary contact_summary = Summarize(contact);
-  std::vector<double> solve_ms, iterations;
-  int failed = 0, unconverged = 0;
-  for (const FrameReport& frame : result.frames) {
-    if (frame.stop == StopReason::kGiven) continue;
-    solve_ms.push_back(frame.solve_ms);
-    iterations.push_back(frame.iterations);
-    failed += frame.stop == StopReason::kFailed;
-    unconverged += frame.stop == StopReason::kIterationLimit;
-  }
-  nlohmann::json summary = {
-      {"frames", result.frames.size()},
-      {"contact_pairs", result.num_contact_pairs},
-      {"frames_failed", failed},
-      {"frames_at_iteration_limit", unconverged},
-      {"solve_ms_median", Median(solve_ms)},
-      {"iterations_median", Median(iterations)},
-      {"frames_in_contact_ratio", contact_summary.frames_in_contact_ratio},
-      {"contact_ratio", contact_summary.mean_contact_ratio},
-      {"max_penetration_depth_mm", contact_summary.max_penetration_mm},
-      {"mean_max_penetration_depth_mm", contact_summary.mean_max_penetration_mm},
-      {"mean_penetration_depth_mm", contact_summary.mean_penetration_mm},
-      {"mean_intersection_volume_cm3", contact_summary.mean_intersection_volume_cm3}};
+  const FitSummary summary = SummarizeFit(result, contact);
   nlohmann::json metrics = JsonHead("holdfast/fit/1", common);
   metrics["options"] = OptionsJson(options);
   metrics["grasp"] = grasp;
-  metrics["protocol"] = ProtocolJson(options.protocol, object, surface, hand);
+  metrics["protocol"] = ProtocolJson(options.protocol, object.mesh, surface, hand);
   metrics["notes"] = object.notes;
-  metrics["summary"] = summary;
-  using F = FrameReport;
-  using C = ContactMetrics;
-  metrics["per_frame"] = {
-      {"energy_distance_m2", PerFrame(result.frames, [](const F& f) { return f.energy_distance; })},
-      {"energy_contact_m2", PerFrame(result.frames, [](const F& f) { return f.energy_contact; })},
-      {"energy_temporal", PerFrame(result.frames, [](const F& f) { return f.energy_temporal; })},
-      {"energy_total", PerFrame(result.frames, [](const F& f) { return f.energy_total; })},
-      {"iterations", PerFrame(result.frames, [](const F& f) { return f.iterations; })},
-      {"solve_ms", PerFrame(result.frames, [](const F& f) { return f.solve_ms; })},
-      {"stop", PerFrame(result.frames, [](const F& f) { return StopReasonName(f.stop); })},
-      {"contact_ratio", PerFrame(contact, [](const C& c) { return c.contact_ratio; })},
-      {"in_contact", PerFrame(contact, [](const C& c) { return c.in_contact; })},
-      {"penetration_depth_mm", PerFrame(contact, [](const C& c) { return c.max_penetration_mm; })},
-      {"mean_penetration_depth_mm",
-       PerFrame(contact, [](const C& c) { return c.mean_penetration_mm; })},
-      {"intersection_volume_cm3",
-       PerFrame(contact, [](const C& c) { return c.intersection_volume_cm3; })}};
+  metrics["summary"] = SummaryJson(summary);
+  metrics["per_frame"] = PerFrameJson(result, contact);
 
   WriteClip(result.clip, folder / "clip.npz");
   WriteMesh(object.mesh, folder / "object.ply");
@@ -268,22 +192,10 @@ int Run(Options options) {
   printed["output"] = options.output;
   PrintResult(
       common, printed,
-      fmt::format(
-          "{0}/clip.npz: {1} held by the {2} hand through {3} frames\n"
-          "  in contact          {4:.1f} % of frames ({5:.1f} % of the hand within {6:g} mm)\n"
-          "  penetration         deepest {7:.2f} mm; mean over frames: deepest {8:.2f} mm, "
-          "vertices "
-          "inside {9:.2f} mm\n"
-          "  intersection        {10:.3f} cm3 (mean; {11:g} mm voxels)\n"
-          "  solved              {12:.2f} ms per frame (median), {13:g} iterations; {14} failed; "
-          "whole fit {15:.2f} s\n",
-          options.output, object.name, SideName(side), result.frames.size(),
-          100.0 * contact_summary.frames_in_contact_ratio,
-          100.0 * contact_summary.mean_contact_ratio, options.protocol.contact_threshold_mm,
-          contact_summary.max_penetration_mm, contact_summary.mean_max_penetration_mm,
-          contact_summary.mean_penetration_mm, contact_summary.mean_intersection_volume_cm3,
-          options.protocol.voxel_mm, Median(solve_ms), Median(iterations), failed, fit_s));
-  return failed > 0 ? kFitFault : kDone;
+      fmt::format("{}/clip.npz: {} held by the {} hand through {} frames\n{}  whole fit {:.2f} s\n",
+                  options.output, object.name, SideName(side), summary.frames,
+                  SummaryText(summary, options.protocol), fit_s));
+  return summary.failed > 0 ? kFitFault : kDone;
 }
 
 }  // namespace
