@@ -69,7 +69,13 @@ class HandState {
   /// Vertices for these fingers; with `with_jacobian` the Jacobians too. Needs SetBody before.
   void Evaluate(const FingerPose& fingers, bool with_jacobian);
 
+  /// The Jacobians at the fingers of the last Evaluate.
+  void EvaluateJacobians();
+
   const HandModel& Hand() const { return *hand_; }
+  FingerPose Fingers() const {
+    return FingersOf(body_.pose, hand_->HandSide());
+  }                                                               ///< last evaluated
   const Eigen::Matrix3Xd& Vertices() const { return vertices_; }  ///< world, metres (3 x N)
   /// d vertices of group g / d its joints: (3 |vertices| x 3 |joints|), row-major.
   const JacobianMatrix& GroupJacobian(int group) const { return jacobians_[group]; }
@@ -85,8 +91,6 @@ class HandState {
   }
 
  private:
-  void EvaluateJacobians();
-
   const HandModel* hand_;
   int wrist_;
   int first_;

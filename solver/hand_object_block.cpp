@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "geometry/rotation.h"
+#include "solver/rank_update.h"
 #include "solver/rotation_manifold.h"
 
 namespace holdfast {
@@ -61,7 +62,7 @@ struct HandObjectBlock::Scratch {
   Eigen::Matrix3Xd z;
   std::vector<VertexQuadratic> quadratics;
   std::vector<double> energies;  // per term
-  Eigen::VectorXd rows;  // S_i dz_i / d(delta, T, fingers), three rows a vertex of one group
+  Isa isa = BestIsa();
   System system;
 };
 
@@ -84,9 +85,12 @@ void HandObjectBlock::Update(double const* const* parameters, bool with_jacobian
   std::copy_n(parameters[2], kHandDofs, point.begin() + 7);
   const bool same = s.valid && point == s.point;
   if (same && (s.has_jacobian || !with_jacobian)) return;
-  state_->Evaluate(Eigen::Map<const FingerPose>(parameters[2]), with_jacobian);
   s.has_jacobian = with_jacobian;
-  if (same) return;
+  if (same && state_->Fingers() == Eigen::Map<const FingerPose>(parameters[2])) {
+    state_->EvaluateJacobians();
+    return;
+  }
+  state_->Evaluate(Eigen::Map<const FingerPose>(parameters[2]), with_jacobian);
   s.point = point;
   s.valid = true;
   s.rotation = Eigen::Map<const Eigen::Quaterniond>(parameters[0]).toRotationMatrix();
@@ -108,42 +112,46 @@ const std::vector<double>& HandObjectBlock::Energies(double const* const* parame
 template <int kFingers>
 void HandObjectBlock::ChainGroup(int g, System& system) const {
   constexpr int kColumns = 6 + kFingers;
-  using Row3 = Eigen::Matrix<double, 3, kColumns, Eigen::RowMajor>;
+  constexpr int kWidth = (kColumns + 7) / 8 * 8;  // zeros up to a whole vector
+  constexpr int kVerticesAtOnce = 20;             // their rows stay in the first-level cache
+  using Row3 = Eigen::Matrix<double, 3, kWidth, Eigen::RowMajor>;
   Scratch& s = *scratch_;
   const HandModel::Group& group = state_->Hand().Groups()[static_cast<std::size_t>(g)];
   const JacobianMatrix& J_fingers = state_->GroupJacobian(g);
   const Eigen::Matrix3d world_to_object = s.rotation.transpose();
-  Eigen::Matrix<double, kColumns, kColumns> hessian;
+  Eigen::Matrix<double, kWidth, kWidth, Eigen::RowMajor> hessian;
   hessian.setZero();
   Eigen::Matrix<double, kColumns, 1> gradient;
   gradient.setZero();
-  s.rows.resize(3 * static_cast<Eigen::Index>(group.vertices.size()) * kColumns);
-  for (std::size_t m = 0; m < group.vertices.size(); ++m) {
-    const int i = group.vertices[m];
-    const VertexQuadratic& quadratic = s.quadratics[static_cast<std::size_t>(i)];
-    const Eigen::Vector3d z = s.z.col(i);
-    system.cost += quadratic.cost;
-    const Eigen::Matrix3d factor = Factor3(quadratic.hessian);
-    const Eigen::Matrix3d factor_world = factor * world_to_object;
-    const Eigen::Vector3d gradient_world = s.rotation * quadratic.gradient;
-    Eigen::Map<Row3> row(s.rows.data() + 3 * static_cast<Eigen::Index>(m) * kColumns);
-    for (int k = 0; k < 3; ++k) {
-      // Row k of factor [z]x is row_k x z.
-      row.template block<1, 3>(k, 0) = Eigen::Vector3d(factor.row(k)).cross(z).transpose();
+  alignas(64) double rows[3 * kVerticesAtOnce * kWidth] = {};
+  const auto count = static_cast<int>(group.vertices.size());
+  for (int begin = 0; begin < count; begin += kVerticesAtOnce) {
+    const int end = std::min(begin + kVerticesAtOnce, count);
+    for (int m = begin; m < end; ++m) {
+      const int i = group.vertices[static_cast<std::size_t>(m)];
+      const VertexQuadratic& quadratic = s.quadratics[static_cast<std::size_t>(i)];
+      const Eigen::Vector3d z = s.z.col(i);
+      system.cost += quadratic.cost;
+      const Eigen::Matrix3d factor = Factor3(quadratic.hessian);
+      const Eigen::Matrix3d factor_world = factor * world_to_object;
+      const Eigen::Vector3d gradient_world = s.rotation * quadratic.gradient;
+      Eigen::Map<Row3> row(rows + 3 * (m - begin) * kWidth);
+      for (int k = 0; k < 3; ++k) {
+        // Row k of factor [z]x is row_k x z.
+        row.template block<1, 3>(k, 0) = Eigen::Vector3d(factor.row(k)).cross(z).transpose();
+      }
+      row.template block<3, 3>(0, 3) = -factor_world;
+      gradient.template head<3>() += quadratic.gradient.cross(z);
+      gradient.template segment<3>(3) -= gradient_world;
+      if constexpr (kFingers > 0) {
+        const Eigen::Map<const Eigen::Matrix<double, 3, kFingers, Eigen::RowMajor>> J(
+            J_fingers.data() + 3 * static_cast<Eigen::Index>(m) * kFingers);
+        row.template middleCols<kFingers>(6).noalias() = factor_world.lazyProduct(J);
+        gradient.template tail<kFingers>().noalias() += J.transpose().lazyProduct(gradient_world);
+      }
     }
-    row.template block<3, 3>(0, 3) = -factor_world;
-    gradient.template head<3>() += quadratic.gradient.cross(z);
-    gradient.template segment<3>(3) -= gradient_world;
-    if constexpr (kFingers > 0) {
-      const Eigen::Map<const Eigen::Matrix<double, 3, kFingers, Eigen::RowMajor>> J(
-          J_fingers.data() + 3 * static_cast<Eigen::Index>(m) * kFingers);
-      row.template rightCols<kFingers>().noalias() = factor_world.lazyProduct(J);
-      gradient.template tail<kFingers>().noalias() += J.transpose() * gradient_world;
-    }
+    RankUpdate(s.isa, rows, 3 * (end - begin), kWidth, hessian.data());
   }
-  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, kColumns, Eigen::RowMajor>> rows(
-      s.rows.data(), 3 * static_cast<Eigen::Index>(group.vertices.size()), kColumns);
-  hessian.template selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
 
   // Scatter: the group's column c is column place(c) of the whole; only the lower triangle.
   const auto place = [&](int c) {
@@ -151,7 +159,7 @@ void HandObjectBlock::ChainGroup(int g, System& system) const {
   };
   for (int c = 0; c < kColumns; ++c) {
     system.gradient(place(c)) += gradient(c);
-    for (int r = c; r < kColumns; ++r) system.hessian(place(r), place(c)) += hessian(r, c);
+    for (int r = c; r < kColumns; ++r) system.hessian(place(r), place(c)) += hessian(c, r);
   }
 }
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
+
+#include "solver/isa.h"
 
 namespace holdfast {
 
@@ -17,13 +18,6 @@ struct PairSums {
   double gradient[3];
   double squares;
 };
-
-/// Instruction sets the kernel is compiled for; the best one is chosen at run time.
-enum class Isa { kScalar, kSse2, kAvx2, kAvx512 };
-
-Isa BestIsa();
-bool IsSupported(Isa isa);
-std::string_view IsaName(Isa isa);
 
 /// Fixed points o_j as the kernel reads them: coordinates apart, padded to whole vectors.
 template <typename Real>

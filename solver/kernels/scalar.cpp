@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "solver/kernels/pair_loop.h"
+#include "solver/kernels/rank_update_loop.h"
 
 namespace holdfast::kernels {
 namespace {
@@ -15,6 +16,8 @@ struct ScalarLanes {
   static T Zero() { return 0; }
   static T Set(T v) { return v; }
   static T Load(const T* p) { return *p; }
+  static void Store(T* p, T v) { *p = v; }
+  static T Add(T a, T b) { return a + b; }
   static T Sub(T a, T b) { return a - b; }
   static T Mul(T a, T b) { return a * b; }
   static T MulAdd(T a, T b, T c) { return a * b + c; }
@@ -29,5 +32,6 @@ struct ScalarLanes {
 
 void PairLoopScalar(const PairArguments<float>& in) { PairLoop<ScalarLanes<float>>(in); }
 void PairLoopScalar(const PairArguments<double>& in) { PairLoop<ScalarLanes<double>>(in); }
+void RankUpdateScalar(const RankUpdateArguments& in) { RankUpdateLoop<ScalarLanes<double>>(in); }
 
 }  // namespace holdfast::kernels

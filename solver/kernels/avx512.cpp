@@ -5,6 +5,7 @@
 #include <immintrin.h>
 
 #include "solver/kernels/pair_loop.h"
+#include "solver/kernels/rank_update_loop.h"
 #include "solver/kernels/sum_halves.h"
 
 namespace holdfast::kernels {
@@ -42,6 +43,8 @@ struct DoubleLanes {
   static Vector Zero() { return _mm512_setzero_pd(); }
   static Vector Set(double v) { return _mm512_set1_pd(v); }
   static Vector Load(const double* p) { return _mm512_loadu_pd(p); }
+  static void Store(double* p, Vector v) { _mm512_storeu_pd(p, v); }
+  static Vector Add(Vector a, Vector b) { return _mm512_add_pd(a, b); }
   static Vector Sub(Vector a, Vector b) { return _mm512_sub_pd(a, b); }
   static Vector Mul(Vector a, Vector b) { return _mm512_mul_pd(a, b); }
   static Vector MulAdd(Vector a, Vector b, Vector c) { return _mm512_fmadd_pd(a, b, c); }
@@ -60,6 +63,7 @@ struct DoubleLanes {
 
 void PairLoopAvx512(const PairArguments<float>& in) { PairLoop<FloatLanes>(in); }
 void PairLoopAvx512(const PairArguments<double>& in) { PairLoop<DoubleLanes>(in); }
+void RankUpdateAvx512(const RankUpdateArguments& in) { RankUpdateLoop<DoubleLanes>(in); }
 
 }  // namespace holdfast::kernels
 #endif

@@ -3,6 +3,7 @@
 #include <emmintrin.h>
 
 #include "solver/kernels/pair_loop.h"
+#include "solver/kernels/rank_update_loop.h"
 
 namespace holdfast::kernels {
 namespace {
@@ -35,6 +36,8 @@ struct DoubleLanes {
   static Vector Zero() { return _mm_setzero_pd(); }
   static Vector Set(double v) { return _mm_set1_pd(v); }
   static Vector Load(const double* p) { return _mm_loadu_pd(p); }
+  static void Store(double* p, Vector v) { _mm_storeu_pd(p, v); }
+  static Vector Add(Vector a, Vector b) { return _mm_add_pd(a, b); }
   static Vector Sub(Vector a, Vector b) { return _mm_sub_pd(a, b); }
   static Vector Mul(Vector a, Vector b) { return _mm_mul_pd(a, b); }
   static Vector MulAdd(Vector a, Vector b, Vector c) { return _mm_add_pd(_mm_mul_pd(a, b), c); }
@@ -53,6 +56,7 @@ struct DoubleLanes {
 
 void PairLoopSse2(const PairArguments<float>& in) { PairLoop<FloatLanes>(in); }
 void PairLoopSse2(const PairArguments<double>& in) { PairLoop<DoubleLanes>(in); }
+void RankUpdateSse2(const RankUpdateArguments& in) { RankUpdateLoop<DoubleLanes>(in); }
 
 }  // namespace holdfast::kernels
 #endif

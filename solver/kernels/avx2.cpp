@@ -3,6 +3,7 @@
 #include <immintrin.h>
 
 #include "solver/kernels/pair_loop.h"
+#include "solver/kernels/rank_update_loop.h"
 #include "solver/kernels/sum_halves.h"
 
 namespace holdfast::kernels {
@@ -36,6 +37,8 @@ struct DoubleLanes {
   static Vector Zero() { return _mm256_setzero_pd(); }
   static Vector Set(double v) { return _mm256_set1_pd(v); }
   static Vector Load(const double* p) { return _mm256_loadu_pd(p); }
+  static void Store(double* p, Vector v) { _mm256_storeu_pd(p, v); }
+  static Vector Add(Vector a, Vector b) { return _mm256_add_pd(a, b); }
   static Vector Sub(Vector a, Vector b) { return _mm256_sub_pd(a, b); }
   static Vector Mul(Vector a, Vector b) { return _mm256_mul_pd(a, b); }
   static Vector MulAdd(Vector a, Vector b, Vector c) { return _mm256_fmadd_pd(a, b, c); }
@@ -50,6 +53,7 @@ struct DoubleLanes {
 
 void PairLoopAvx2(const PairArguments<float>& in) { PairLoop<FloatLanes>(in); }
 void PairLoopAvx2(const PairArguments<double>& in) { PairLoop<DoubleLanes>(in); }
+void RankUpdateAvx2(const RankUpdateArguments& in) { RankUpdateLoop<DoubleLanes>(in); }
 
 }  // namespace holdfast::kernels
 #endif
