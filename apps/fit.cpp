@@ -153,7 +153,6 @@ int Run(Options options) {
   }
   clip.object->name = object.name;
   clip.object->mesh = "object.ply";
-  if (clip.body_model.empty()) clip.body_model = body->Name();
 
   const auto fit_begin = std::chrono::steady_clock::now();
   Progress fit_progress(common, "fit");
