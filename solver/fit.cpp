@@ -4,7 +4,6 @@
 #include <chrono>
 
 #include <ceres/problem.h>
-#include <ceres/solver.h>
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"
@@ -25,6 +24,17 @@ std::string_view StopReasonName(StopReason reason) {
       return "failed";
   }
   return "unknown";
+}
+
+ceres::Solver::Options FrameSolverOptions(const FitOptions& options) {
+  ceres::Solver::Options solver_options;
+  solver_options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  solver_options.max_num_iterations = options.max_iterations;
+  solver_options.parameter_tolerance = options.step_tolerance;
+  solver_options.function_tolerance = options.function_tolerance;
+  solver_options.num_threads = 1;
+  solver_options.logging_type = ceres::SILENT;
+  return solver_options;
 }
 
 ObjectPose FollowWrist(const ObjectPose& object, const WristPose& from, const WristPose& to) {
@@ -84,15 +94,8 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
   problem.AddResidualBlock(block_.get(), nullptr, q, t, p);
   problem.AddResidualBlock(&temporal, nullptr, q, t, p);
 
-  ceres::Solver::Options solver_options;
-  solver_options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  solver_options.max_num_iterations = options_.max_iterations;
-  solver_options.parameter_tolerance = options_.step_tolerance;
-  solver_options.function_tolerance = options_.function_tolerance;
-  solver_options.num_threads = 1;
-  solver_options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
-  ceres::Solve(solver_options, &problem, &summary);
+  ceres::Solve(FrameSolverOptions(options_), &problem, &summary);
 
   FrameReport report;
   report.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;

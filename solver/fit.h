@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include <ceres/solver.h>
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -30,6 +32,9 @@ struct FitOptions {
   double step_tolerance = 1e-5;      ///< stop when a step is this small against the unknowns
   double function_tolerance = 1e-9;  ///< or when the cost changes by this share
 };
+
+/// How Ceres is asked to solve one frame, on one thread.
+ceres::Solver::Options FrameSolverOptions(const FitOptions& options);
 
 /// world_from_object: x_world = orientation * x_object + translation.
 struct ObjectPose {

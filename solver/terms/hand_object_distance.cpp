@@ -22,10 +22,10 @@ HandObjectDistance::HandObjectDistance(const Eigen::Matrix3Xd& object,
                                        const Eigen::MatrixXd& reference, double weight,
                                        PairPrecision precision, Isa isa)
     : weight_(weight),
-      precision_(precision),
       isa_(isa),
-      single_(object, reference),
-      double_(object, reference) {
+      pairs_(precision == PairPrecision::kSingle
+                 ? decltype(pairs_)(std::in_place_type<Pairs<float>>, object, reference)
+                 : decltype(pairs_)(std::in_place_type<Pairs<double>>, object, reference)) {
   assert(object.cols() == reference.rows());
 }
 
@@ -43,7 +43,7 @@ std::vector<PairSums> HandObjectDistance::Sums(const Pairs<Real>& pairs,
 double HandObjectDistance::Add(const Eigen::Matrix3Xd& z,
                                std::span<VertexQuadratic> quadratics) const {
   const std::vector<PairSums> sums =
-      precision_ == PairPrecision::kSingle ? Sums(single_, z) : Sums(double_, z);
+      std::visit([&](const auto& pairs) { return Sums(pairs, z); }, pairs_);
   double energy = 0.0;
   for (std::size_t i = 0; i < sums.size(); ++i) {
     const PairSums& s = sums[i];

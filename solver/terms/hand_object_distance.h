@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <variant>
 #include <vector>
 
 #include <Eigen/Core>
@@ -48,10 +49,8 @@ class HandObjectDistance final : public VertexTerm {
   std::vector<PairSums> Sums(const Pairs<Real>& pairs, const Eigen::Matrix3Xd& z) const;
 
   double weight_;
-  PairPrecision precision_;
   Isa isa_;
-  Pairs<float> single_;
-  Pairs<double> double_;
+  std::variant<Pairs<float>, Pairs<double>> pairs_;  // in the precision asked for
 };
 
 }  // namespace holdfast

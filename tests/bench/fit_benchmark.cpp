@@ -9,7 +9,6 @@
 
 #include <benchmark/benchmark.h>
 #include <ceres/problem.h>
-#include <ceres/solver.h>
 #include <fmt/format.h>
 
 #include "geometry/embedded.h"
@@ -114,13 +113,8 @@ class PlainFitter {
     problem.AddResidualBlock(new Temporal(previous.orientation, previous.translation,
                                           previous_fingers, options_.lambda_temporal),
                              nullptr, q, t, p);
-    ceres::Solver::Options solver_options;
-    solver_options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-    solver_options.max_num_iterations = options_.max_iterations;
-    solver_options.parameter_tolerance = options_.step_tolerance;
-    solver_options.function_tolerance = options_.function_tolerance;
+    ceres::Solver::Options solver_options = FrameSolverOptions(options_);
     solver_options.num_threads = 2;
-    solver_options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(solver_options, &problem, &summary);
     return 2.0 * summary.final_cost;
