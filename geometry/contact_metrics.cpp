@@ -57,13 +57,12 @@ class SharedCubes {
 
 }  // namespace
 
-ContactMetrics MeasureContact(const Eigen::Matrix3Xd& hand_vertices_in_object,
-                              const SignedDistance& object, const ContactProtocol& protocol) {
-  const Eigen::Index n = hand_vertices_in_object.cols();
+ContactMetrics ContactFromDistances(const Eigen::VectorXd& distances_m,
+                                    const ContactProtocol& protocol) {
+  const Eigen::Index n = distances_m.size();
   if (n == 0) throw Error("hand", "has no vertices", "Give the hand's vertices");
   ContactMetrics metrics;
-  const Eigen::VectorXd distances_mm =
-      1e3 * object.Distances(hand_vertices_in_object, protocol.threads);
+  const Eigen::VectorXd distances_mm = 1e3 * distances_m;
   Eigen::Index inside = 0;
   Eigen::Index in_contact = 0;
   for (const double d : distances_mm) {
@@ -80,6 +79,12 @@ ContactMetrics MeasureContact(const Eigen::Matrix3Xd& hand_vertices_in_object,
   metrics.in_contact = in_contact > 0 || inside > 0;
   metrics.min_distance_mm = distances_mm.minCoeff();
   return metrics;
+}
+
+ContactMetrics MeasureContact(const Eigen::Matrix3Xd& hand_vertices_in_object,
+                              const SignedDistance& object, const ContactProtocol& protocol) {
+  return ContactFromDistances(object.Distances(hand_vertices_in_object, protocol.threads),
+                              protocol);
 }
 
 ContactMetrics MeasureContact(const TriangleMesh& hand_in_object, const SignedDistance& object,

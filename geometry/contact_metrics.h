@@ -44,6 +44,11 @@ struct ContactSummary {
   double max_intersection_volume_cm3 = 0.0;
 };
 
+/// Metrics of a hand's vertices by their signed distances (metres) from the object, without the
+/// volume. Throws Error for no vertices.
+ContactMetrics ContactFromDistances(const Eigen::VectorXd& distances_m,
+                                    const ContactProtocol& protocol = {});
+
 /// Metrics of hand vertices (3 x n, metres, in the object's coordinate frame), without the volume.
 /// Throws Error for no vertices.
 ContactMetrics MeasureContact(const Eigen::Matrix3Xd& hand_vertices_in_object,

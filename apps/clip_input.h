@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/common.h"
+
+namespace holdfast::apps {
+
+/// What a clip needs besides itself, where the user says so.
+struct ClipInputOptions {
+  std::string body;    ///< SMPL-X model file; empty: the embedded body
+  std::string object;  ///< mesh or embedded object in place of the one the clip names; may be empty
+  double object_scale = 1.0;  ///< of that mesh
+};
+
+/// A clip with all that it takes to see or measure it.
+struct ClipInput {
+  std::string source;          ///< as the user wrote it
+  std::filesystem::path file;  ///< the clip's file; empty for an embedded clip
+  Clip clip;
+  std::shared_ptr<const BodyModel> body;
+  Eigen::VectorXd betas;               ///< of that body
+  bool foreign_body = false;           ///< the clip was made with another body model
+  std::optional<TriangleMesh> object;  ///< full resolution, in the object's own frame
+  std::string object_source;           ///< where it came from
+  std::string object_missing;          ///< why there is none, for a clip that has an object track
+  nlohmann::json metrics;              ///< of the metrics.json beside the clip; null without one
+};
+
+/// Loads a clip file, a result folder (its clip.npz) or an embedded clip by name. The object's mesh
+/// is the one told, else the file the clip names, else the embedded object of the clip's object's
+/// name. A mesh that is not found is no fault here (`object_missing` says why); one that was told
+/// and cannot be read throws Error, as does an unreadable clip.
+ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions& options,
+                        const CommonOptions& common);
+
+/// The vertices of the body in the clip: shaped, of the body model that was loaded.
+inline BodySurface SurfaceOf(const ClipInput& input) {
+  return BodySurface(input.body, input.betas);
+}
+
+/// Adds --body, --object and --object-scale.
+void AddClipInputOptions(CLI::App& command, ClipInputOptions& options);
+
+}  // namespace holdfast::apps

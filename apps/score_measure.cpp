@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: MIT
+#include "apps/score_measure.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/parallel.h"
+#include "geometry/resample.h"
+#include "geometry/score/object_shape.h"
+
+namespace holdfast::apps {
+namespace {
+
+// Per frame whether the hand holds; empty when the clip does not say of any hand.
+std::vector<std::uint8_t> HoldFlags(const Clip& clip, Side side) {
+  const std::uint8_t bit = side == Side::kRight ? kHoldsRight : kHoldsLeft;
+  std::vector<std::uint8_t> flags;
+  for (const std::uint8_t hands : clip.holding_hand) flags.push_back((hands & bit) != 0 ? 1 : 0);
+  return flags;
+}
+
+std::string Percent(Eigen::Index part, Eigen::Index whole) {
+  return fmt::format("{} of {} frames", part, whole);
+}
+
+// Says in how many frames the volume is not exact, and why.
+void NoteVolumes(const HandObjectScore& hand, const ScoreOptions& options,
+                 std::vector<std::string>& notes) {
+  for (const VolumeStatus status :
+       {VolumeStatus::kOpenSurface, VolumeStatus::kSelfIntersecting, VolumeStatus::kNotResolved}) {
+    const auto count = std::count_if(
+        hand.frames.begin(), hand.frames.end(),
+        [&](const HandObjectFrame& frame) { return frame.exact_volume.status == status; });
+    if (count == 0) continue;
+    notes.push_back(fmt::format(
+        "{} hand: the exact intersection volume is undefined in {} ({}); {}", SideName(hand.side),
+        Percent(count, static_cast<Eigen::Index>(hand.frames.size())), Describe(status),
+        options.exact == ExactMode::kOn || !options.hand_object.measure_voxels
+            ? "they are left out"
+            : fmt::format("voxels of {:g} mm stand in there",
+                          options.hand_object.contact.voxel_mm)));
+  }
+}
+
+void MeasureHands(const ClipInput& input, const ScoreOptions& options, const CommonOptions& common,
+                  ClipScore& score) {
+  const Clip& clip = input.clip;
+  const Solid object(*input.object);
+  score.object_source = input.object_source;
+  score.object_vertices = object.mesh.NumVertices();
+  score.object_faces = object.mesh.NumFaces();
+  score.inside_by = object.IsClosed() ? "pseudonormal" : "winding number";
+  if (!object.IsClosed()) {
+    if (options.exact == ExactMode::kOn) {
+      throw Error(input.object_source, "is not watertight: it bounds no volume to share exactly",
+                  "Repair the mesh, or leave --exact at auto");
+    }
+    score.notes.push_back(
+        "the object is not watertight: signed distance is not defined everywhere; inside is where "
+        "the winding number exceeds 1/2");
+  }
+  const ExactIntersection exact(object);
+  std::vector<HandModel> hands;
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    const std::vector<std::uint8_t> flags = HoldFlags(clip, side);
+    if (std::ranges::count(flags, std::uint8_t{1}) == 0) continue;
+    hands.emplace_back(input.body, input.betas, side);
+    score.holds.push_back(flags);
+  }
+  score.hands_by = "holding_hand";
+  if (hands.empty()) {
+    score.hands_by = "nearest";
+    HandModel right(input.body, input.betas, Side::kRight);
+    HandModel left(input.body, input.betas, Side::kLeft);
+    const int stride = std::max(1, clip.NumFrames() / 30);
+    const bool right_is_nearer = MeanDistance(clip, right, object.distance, stride) <=
+                                 MeanDistance(clip, left, object.distance, stride);
+    hands.push_back(std::move(right_is_nearer ? right : left));
+    score.holds.emplace_back();
+    score.notes.push_back(
+        fmt::format("the clip does not say which hand holds: the {} one is nearer",
+                    SideName(hands[0].HandSide())));
+  }
+  for (std::size_t h = 0; h < hands.size(); ++h) {
+    score.hand_vertices = hands[h].NumVertices();
+    score.hand_faces = hands[h].Surface().Faces().cols();
+    Progress progress(common,
+                      fmt::format("{}, {} hand", input.source, SideName(hands[h].HandSide())));
+    score.hands.push_back(MeasureHandObject(clip, hands[h], object, exact, options.hand_object,
+                                            score.holds[h], [&](int done, int total) {
+                                              progress.Update(done, total);
+                                              return !Interrupted();
+                                            }));
+    if (Interrupted()) return;
+    if (options.hand_object.measure_exact) NoteVolumes(score.hands.back(), options, score.notes);
+  }
+}
+
+// The reference's frames that stand against the clip's.
+Clip AlignReference(const ClipInput& input, const ClipInput& reference, const ScoreOptions& options,
+                    ClipScore& score) {
+  Clip clip = reference.clip;
+  const double rate = input.clip.frame_rate;
+  if (std::abs(clip.frame_rate - rate) > 1e-6 * rate) {
+    if (!options.resample) {
+      throw Error(input.source,
+                  fmt::format("runs at {:g} Hz, its reference {} at {:g} Hz", rate,
+                              reference.source, clip.frame_rate),
+                  "Give --resample to resample the reference, or clips of one frame rate");
+    }
+    score.notes.push_back(fmt::format(
+        "the reference was resampled from {:g} to {:g} Hz (rotations by the shortest arc, "
+        "translations linear)",
+        clip.frame_rate, rate));
+    clip = Resample(clip, rate);
+  }
+  if (clip.NumFrames() != input.clip.NumFrames()) {
+    const int common_frames = std::min(clip.NumFrames(), input.clip.NumFrames());
+    if (!options.overlap) {
+      throw Error(input.source,
+                  fmt::format("has {} frames, its reference {} has {}", input.clip.NumFrames(),
+                              reference.source, clip.NumFrames()),
+                  fmt::format("Give --overlap to compare the first {} frames of both, or clips of "
+                              "one length",
+                              common_frames));
+    }
+    score.notes.push_back(
+        fmt::format("compared with the reference over the first {} frames only", common_frames));
+    clip = Slice(clip, 0, common_frames);
+  }
+  return clip;
+}
+
+// Poses of two different things cannot be compared.
+void RequireSameObject(const ClipInput& input, const ClipInput& reference, double diameter_m) {
+  if (!reference.object) return;
+  const auto low = [](const TriangleMesh& mesh) { return mesh.vertices.rowwise().minCoeff(); };
+  const auto high = [](const TriangleMesh& mesh) { return mesh.vertices.rowwise().maxCoeff(); };
+  const double apart = std::max((low(*input.object) - low(*reference.object)).norm(),
+                                (high(*input.object) - high(*reference.object)).norm());
+  if (apart < 0.05 * diameter_m) return;
+  throw Error(
+      input.object_source,
+      fmt::format("is not the object of the reference ({}): their boxes differ by {:.1f} mm",
+                  reference.object_source, 1e3 * apart),
+      "Give clips of one object, in one coordinate frame of its own");
+}
+
+void CompareObjects(const ClipInput& input, const ClipInput& reference, const Clip& aligned,
+                    const ScoreOptions& options, const CommonOptions& common,
+                    ReferenceScore& result, ClipScore& score) {
+  if (!input.object || !input.clip.object || !aligned.object) {
+    score.notes.push_back(
+        fmt::format("{} has no object: object poses are not compared",
+                    !input.object || !input.clip.object ? "the clip" : "the reference"));
+    return;
+  }
+  ObjectSymmetry symmetry;
+  symmetry.center = MeasureMoments(*input.object).center;
+  if (options.symmetry != SymmetryMode::kOff) symmetry = DetectSymmetry(*input.object);
+  if (options.symmetry == SymmetryMode::kOn && !symmetry.Any()) {
+    score.notes.push_back(
+        "taken as symmetric as asked, though no rotation carries the object onto itself: rotation "
+        "errors are as without symmetry, ADD-S is the one to read");
+  }
+  const ObjectPoseComparer comparer(*input.object, symmetry);
+  RequireSameObject(input, reference, comparer.Diameter_m());
+  result.symmetry = symmetry;
+  result.diameter_mm = 1e3 * comparer.Diameter_m();
+  const std::vector<Eigen::Isometry3d> poses = ObjectPoses(input.clip);
+  const std::vector<Eigen::Isometry3d> wanted = ObjectPoses(aligned);
+  result.object.resize(static_cast<std::size_t>(result.frames));
+  ParallelFor(result.frames, NumThreads(common), [&](int t) {
+    if (!Interrupted()) result.object[t] = comparer.Compare(poses[t], wanted[t]);
+  });
+}
+
+ReferenceScore CompareWith(const ClipInput& input, const ClipInput& reference,
+                           const ScoreOptions& options, const CommonOptions& common,
+                           ClipScore& score) {
+  const Clip aligned = AlignReference(input, reference, options, score);
+  ReferenceScore result;
+  result.source = reference.source;
+  result.frames = std::min(aligned.NumFrames(), input.clip.NumFrames());
+  const auto points = BodyTrajectory(input.clip, input.body, input.betas);
+  const auto wanted = BodyTrajectory(aligned, reference.body, reference.betas);
+  for (int t = 0; t < result.frames; ++t) {
+    result.joints.push_back(CompareJoints(points[t], wanted[t]));
+  }
+  CompareObjects(input, reference, aligned, options, common, result, score);
+  return result;
+}
+
+// A fitted clip keeps the betas of the motion it came from, whose body it may not have been fitted
+// with: the metrics.json beside it says which one that was.
+bool IsForeign(const ClipInput& input) {
+  if (!input.foreign_body) return false;
+  if (!input.metrics.is_object()) return true;
+  const auto options = input.metrics.find("options");
+  if (options == input.metrics.end() || !options->is_object()) return true;
+  const auto body = options->find("body");
+  if (body == options->end() || !body->is_string()) return true;
+  const std::filesystem::path fitted_with = body->get<std::string>();
+  const std::string& loaded = input.body->Name();
+  return fitted_with.filename() != loaded && fitted_with.stem() != loaded;
+}
+
+}  // namespace
+
+ClipScore MeasureClip(const ClipInput& input, const ClipInput* reference,
+                      const ScoreOptions& options, const CommonOptions& common) {
+  ClipScore score;
+  score.source = input.source;
+  score.frames = input.clip.NumFrames();
+  score.frame_rate = input.clip.frame_rate;
+  score.body = input.body->Name();
+  score.foreign_body = IsForeign(input);
+  if (score.foreign_body) {
+    score.notes.push_back(fmt::format(
+        "made with another body model ({}) than the one loaded ({}): what depends on the hand's "
+        "surface is not the clip's own (--body MODEL.npz)",
+        input.clip.body_model.empty() ? "SMPL-X" : input.clip.body_model, input.body->Name()));
+  }
+  score.motion = MeasureMotion(JointTrajectory(input.clip, SurfaceOf(input).RestJoints()),
+                               input.clip.frame_rate);
+  // Before the long part, so that clips that cannot be compared are refused at once.
+  if (reference != nullptr)
+    score.reference = CompareWith(input, *reference, options, common, score);
+  if (input.clip.object && input.object) {
+    MeasureHands(input, options, common, score);
+  } else {
+    score.notes.push_back(
+        input.clip.object
+            ? fmt::format(
+                  "the object's mesh was not found ({}): motion alone is measured (--object "
+                  "MESH gives it)",
+                  input.object_missing)
+            : "the clip has no object: motion alone is measured");
+  }
+  return score;
+}
+
+}  // namespace holdfast::apps

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/score/exact_intersection.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/corefinement.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Surface_mesh.h>
+
+#include "geometry/contact_metrics.h"
+#include "geometry/mesh_parts.h"
+
+namespace holdfast {
+namespace {
+
+namespace pmp = CGAL::Polygon_mesh_processing;
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
+using FaceId = SurfaceMesh::Face_index;
+using EdgeId = SurfaceMesh::Edge_index;
+
+// A piece this close to the other surface, as a share of the size, lies on it.
+constexpr double kOnSurface = 1e-11;
+// Faces of a piece that are asked for its side; the one farthest from the other surface decides.
+constexpr std::size_t kWitnesses = 6;
+// What the vector areas of closed pieces may sum to, as a share of their areas.
+constexpr double kClosed = 1e-7;
+
+Eigen::Vector3d ToEigen(const Kernel::Point_3& p) { return {p.x(), p.y(), p.z()}; }
+
+// The faces that reach into a box, as a mesh of their own without touching fans.
+TriangleMesh FacesInBox(const TriangleMesh& mesh, const Eigen::Vector3d& low,
+                        const Eigen::Vector3d& high) {
+  TriangleMesh part;
+  std::vector<int> new_id(static_cast<std::size_t>(mesh.NumVertices()), -1);
+  std::vector<int> faces, vertices;
+  for (int f = 0; f < mesh.NumFaces(); ++f) {
+    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, f));
+    const Eigen::Vector3d b = mesh.vertices.col(mesh.faces(1, f));
+    const Eigen::Vector3d c = mesh.vertices.col(mesh.faces(2, f));
+    if ((a.cwiseMin(b).cwiseMin(c).array() > high.array()).any()) continue;
+    if ((a.cwiseMax(b).cwiseMax(c).array() < low.array()).any()) continue;
+    faces.push_back(f);
+    for (int k = 0; k < 3; ++k) {
+      int& id = new_id[mesh.faces(k, f)];
+      if (id >= 0) continue;
+      id = static_cast<int>(vertices.size());
+      vertices.push_back(mesh.faces(k, f));
+    }
+  }
+  part.vertices.resize(3, static_cast<Eigen::Index>(vertices.size()));
+  part.faces.resize(3, static_cast<Eigen::Index>(faces.size()));
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    part.vertices.col(i) = mesh.vertices.col(vertices[i]);
+  }
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    for (int k = 0; k < 3; ++k) part.faces(k, i) = new_id[mesh.faces(k, faces[i])];
+  }
+  PartTouchingFans(part);
+  return part;
+}
+
+SurfaceMesh ToSurfaceMesh(const TriangleMesh& mesh) {
+  SurfaceMesh out;
+  const auto count = [](Eigen::Index n) { return static_cast<SurfaceMesh::size_type>(n); };
+  out.reserve(count(mesh.NumVertices()), count(3 * mesh.NumFaces() / 2 + 1),
+              count(mesh.NumFaces()));
+  for (const auto& p : mesh.vertices.colwise()) out.add_vertex({p.x(), p.y(), p.z()});
+  using Vertex = SurfaceMesh::Vertex_index;
+  for (const auto& f : mesh.faces.colwise()) {
+    out.add_face(Vertex(f[0]), Vertex(f[1]), Vertex(f[2]));
+  }
+  return out;
+}
+
+// What the pieces of one surface add to the integrals over the shared volume's boundary.
+struct Boundary {
+  double volume_m3 = 0.0;
+  double area_m2 = 0.0;
+  Eigen::Vector3d area_vector = Eigen::Vector3d::Zero();
+};
+
+// Sums the pieces of a cut surface that lie inside the other body. Pieces on its surface count when
+// `count_shared` and both face the same way.
+template <typename CutMap>
+void AddPiecesInside(const SurfaceMesh& mesh, const CutMap& is_cut, const SignedDistance& other,
+                     const Eigen::Vector3d& origin, bool count_shared, Boundary& sum) {
+  const double on_surface = kOnSurface * (other.Max() - other.Min()).norm();
+  const auto corners = [&](FaceId face) {
+    std::array<Eigen::Vector3d, 3> points;
+    auto side = mesh.halfedge(face);
+    for (Eigen::Vector3d& point : points) {
+      point = ToEigen(mesh.point(mesh.target(side)));
+      side = mesh.next(side);
+    }
+    return points;
+  };
+  const auto area_vector = [&](const std::array<Eigen::Vector3d, 3>& p) -> Eigen::Vector3d {
+    return 0.5 * (p[1] - p[0]).cross(p[2] - p[0]);
+  };
+  std::vector<bool> seen(mesh.num_faces(), false);
+  std::vector<FaceId> piece;
+  std::vector<std::pair<double, FaceId>> largest;
+  for (const FaceId start : mesh.faces()) {
+    if (seen[start]) continue;
+    seen[start] = true;
+    piece.assign(1, start);
+    for (std::size_t i = 0; i < piece.size(); ++i) {
+      for (const auto side : mesh.halfedges_around_face(mesh.halfedge(piece[i]))) {
+        const auto opposite = mesh.opposite(side);
+        if (mesh.is_border(opposite) || get(is_cut, mesh.edge(side))) continue;
+        const FaceId next = mesh.face(opposite);
+        if (!seen[next]) {
+          seen[next] = true;
+          piece.push_back(next);
+        }
+      }
+    }
+    largest.clear();
+    for (const FaceId face : piece) {
+      largest.emplace_back(-area_vector(corners(face)).squaredNorm(), face);
+    }
+    const std::size_t witnesses = std::min(kWitnesses, largest.size());
+    std::partial_sort(largest.begin(), largest.begin() + static_cast<std::ptrdiff_t>(witnesses),
+                      largest.end());
+    double distance = 0.0;
+    bool same_way = false;
+    for (std::size_t k = 0; k < witnesses; ++k) {
+      const auto p = corners(largest[k].second);
+      const SignedDistance::Result here = other.Query((p[0] + p[1] + p[2]) / 3.0);
+      if (k > 0 && std::abs(here.distance) <= std::abs(distance)) continue;
+      distance = here.distance;
+      same_way = area_vector(p).dot(here.gradient) > 0.0;
+    }
+    const bool shared = std::abs(distance) <= on_surface;
+    const bool counts = shared ? count_shared && same_way : distance < 0.0;
+    if (!counts) continue;
+    for (const FaceId face : piece) {
+      const auto p = corners(face);
+      const Eigen::Vector3d area = area_vector(p);
+      sum.area_vector += area;
+      sum.area_m2 += area.norm();
+      sum.volume_m3 += (p[0] - origin).dot(area) / 3.0;
+    }
+  }
+}
+
+bool AnyInside(const Eigen::Matrix3Xd& points, const SignedDistance& body) {
+  for (const auto& point : points.colwise()) {
+    if ((point.array() < body.Min().array()).any() || (point.array() > body.Max().array()).any()) {
+      continue;
+    }
+    if (body.Inside(point)) return true;
+  }
+  return false;
+}
+
+ExactVolume Failed(VolumeStatus status) { return {status, 0.0}; }
+
+}  // namespace
+
+Solid::Solid(TriangleMesh surface, bool close_holes)
+    : mesh(close_holes ? CloseHoles(surface) : std::move(surface)), distance(mesh) {}
+
+std::string_view Describe(VolumeStatus status) {
+  switch (status) {
+    case VolumeStatus::kExact:
+      return "exact";
+    case VolumeStatus::kOpenSurface:
+      return "a surface is not closed and bounds no volume";
+    case VolumeStatus::kSelfIntersecting:
+      return "a surface crosses itself where the other body is";
+    case VolumeStatus::kNotResolved:
+      return "the cut surfaces do not close";
+  }
+  return "";
+}
+
+Eigen::Matrix3Xd SelfCrossings(const TriangleMesh& mesh, const Eigen::Vector3d& low,
+                               const Eigen::Vector3d& high) {
+  const SurfaceMesh surface = ToSurfaceMesh(FacesInBox(mesh, low, high));
+  std::vector<std::pair<FaceId, FaceId>> pairs;
+  pmp::self_intersections<CGAL::Sequential_tag>(surface, std::back_inserter(pairs));
+  const auto triangle = [&](FaceId face) {
+    const auto side = surface.halfedge(face);
+    return Kernel::Triangle_3(surface.point(surface.source(side)),
+                              surface.point(surface.target(side)),
+                              surface.point(surface.target(surface.next(side))));
+  };
+  Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(pairs.size()));
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Kernel::Triangle_3 a = triangle(pairs[i].first);
+    const Kernel::Triangle_3 b = triangle(pairs[i].second);
+    // Faces that share a corner meet there in any case: the far end of the segment is the place.
+    Eigen::Vector3d place = (ToEigen(CGAL::centroid(a)) + ToEigen(CGAL::centroid(b))) / 2.0;
+    if (const auto common = CGAL::intersection(a, b)) {
+      if (const auto* segment = boost::get<Kernel::Segment_3>(&*common)) {
+        place = (ToEigen(segment->source()) + ToEigen(segment->target())) / 2.0;
+      } else if (const auto* point = boost::get<Kernel::Point_3>(&*common)) {
+        place = ToEigen(*point);
+      }
+    }
+    places.col(i) = place;
+  }
+  return places;
+}
+
+ExactIntersection::ExactIntersection(const Solid& solid) : solid_(&solid) {
+  if (solid.IsClosed()) {
+    self_crossings_ = SelfCrossings(solid.mesh, solid.distance.Min(), solid.distance.Max());
+  }
+}
+
+ExactVolume ExactIntersection::With(const Solid& other) const {
+  if (!solid_->IsClosed() || !other.IsClosed()) return Failed(VolumeStatus::kOpenSurface);
+  const SignedDistance& a = solid_->distance;
+  const SignedDistance& b = other.distance;
+  const Eigen::Vector3d low = a.Min().cwiseMax(b.Min());
+  const Eigen::Vector3d high = a.Max().cwiseMin(b.Max());
+  if ((low.array() > high.array()).any()) return {};
+  if (AnyInside(self_crossings_, b) || AnyInside(SelfCrossings(other.mesh, low, high), a)) {
+    return Failed(VolumeStatus::kSelfIntersecting);
+  }
+  // A face outside the box that both reach into is outside the other body.
+  SurfaceMesh mesh_a = ToSurfaceMesh(FacesInBox(solid_->mesh, low, high));
+  SurfaceMesh mesh_b = ToSurfaceMesh(FacesInBox(other.mesh, low, high));
+  auto cut_a = mesh_a.add_property_map<EdgeId, bool>("e:cut", false).first;
+  auto cut_b = mesh_b.add_property_map<EdgeId, bool>("e:cut", false).first;
+  try {
+    // CGAL 5.5's own check for self-intersections refuses sound meshes that have a border, as
+    // these have. Crossings that count were looked for above; that pieces close is checked below.
+    pmp::corefine(mesh_a, mesh_b, CGAL::parameters::edge_is_constrained_map(cut_a),
+                  CGAL::parameters::edge_is_constrained_map(cut_b));
+  } catch (const pmp::Corefinement::Triple_intersection_exception&) {
+    return Failed(VolumeStatus::kSelfIntersecting);
+  } catch (const std::exception&) {
+    return Failed(VolumeStatus::kNotResolved);
+  }
+  Boundary boundary;
+  const Eigen::Vector3d origin = 0.5 * (low + high);
+  AddPiecesInside(mesh_a, cut_a, b, origin, true, boundary);
+  AddPiecesInside(mesh_b, cut_b, a, origin, false, boundary);
+  if (boundary.area_vector.norm() > kClosed * boundary.area_m2) {
+    return Failed(VolumeStatus::kNotResolved);
+  }
+  return {VolumeStatus::kExact, std::max(0.0, boundary.volume_m3)};
+}
+
+ExactVolume ExactIntersectionVolume(const TriangleMesh& a, const TriangleMesh& b) {
+  const Solid solid_a(a), solid_b(b);
+  return ExactIntersection(solid_a).With(solid_b);
+}
+
+}  // namespace holdfast

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/score/hand_object_score.h"
+
+#include <gtest/gtest.h>
+
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "tests/geometry/mesh_shapes.h"
+
+namespace holdfast {
+namespace {
+
+using testing::Box;
+using testing::Sphere;
+
+// A person at rest, and an object whose centre is in the middle of the right palm, carried along.
+struct Scene {
+  Scene() : hand(BodyModel::Default(), {}, Side::kRight) {
+    const Eigen::Matrix3Xd& joints = hand.Surface().RestJoints();
+    palm = 0.5 * (joints.col(WristJoint(Side::kRight)) + joints.col(kRightHandBegin + 3));
+    constexpr int kFrames = 6;
+    clip.pose.assign(kFrames, JointPose::Zero());
+    clip.trans.setZero(3, kFrames);
+    clip.object.emplace();
+    clip.object->trans.resize(3, kFrames);
+    clip.object->orient.resize(3, kFrames);
+    // The pelvis turns and moves, and the object with it.
+    const Eigen::Vector3d pelvis = joints.col(0);
+    for (int t = 0; t < kFrames; ++t) {
+      const Eigen::Vector3d turn(0.02 * t * t, 0.1 * t, 0.0);
+      clip.pose[t].col(0) = turn;
+      clip.trans.col(t) << 0.01 * t * t, 0.0, 0.03 * t;
+      clip.object->orient.col(t) = turn;
+      clip.object->trans.col(t) = ExpSO3(turn) * (palm - pelvis) + pelvis + clip.trans.col(t);
+    }
+  }
+
+  HandObjectScore Measure(const TriangleMesh& mesh, int threads = 1) const {
+    const Solid object(mesh);
+    HandObjectProtocol protocol;
+    protocol.contact.threads = threads;
+    return MeasureHandObject(clip, hand, object, ExactIntersection(object), protocol);
+  }
+
+  HandModel hand;
+  Eigen::Vector3d palm;
+  Clip clip;
+};
+
+// A blade: thin, longer than the palm is thick, with vertices all along.
+TriangleMesh Blade() {
+  TriangleMesh blade = Sphere(1.0, 4);
+  blade.vertices = Eigen::Vector3d(0.0004, 0.06, 0.0004).asDiagonal() * blade.vertices;
+  return blade;
+}
+
+TEST(HandObjectScore, ABladeThroughThePalmIsSeenByItsOwnVertices) {
+  const HandObjectScore score = Scene().Measure(Blade());
+  const HandObjectFrame& frame = score.frames[0];
+  EXPECT_EQ(frame.hand.max_penetration_mm, 0.0);  // no vertex of the hand is in it
+  EXPECT_GT(frame.object_max_penetration_mm, 5.0);
+  EXPECT_EQ(frame.DeepestPenetration_mm(), frame.object_max_penetration_mm);
+  EXPECT_GT(frame.object_vertices_inside, 10);
+  ASSERT_TRUE(frame.exact_volume.Known());
+  EXPECT_GT(frame.exact_volume.volume_m3, 0.0);
+}
+
+TEST(HandObjectScore, ABoxAroundTheHandHoldsAllOfIt) {
+  const Scene scene;
+  const HandObjectScore score = scene.Measure(Box({-0.3, -0.3, -0.3}, {0.3, 0.3, 0.3}));
+  const HandObjectFrame& frame = score.frames[0];
+  // Depth of the deepest vertex, from the box's faces.
+  double deepest = 0.0;
+  for (const auto& v : scene.hand.Surface().RestVertices().colwise()) {
+    deepest = std::max(deepest, 0.3 - (v - scene.palm).cwiseAbs().maxCoeff());
+  }
+  EXPECT_NEAR(frame.hand.max_penetration_mm, 1e3 * deepest, 1e-3);
+  EXPECT_EQ(frame.hand.penetrating_ratio, 1.0);
+  const Solid closed({scene.hand.Surface().RestVertices(), scene.hand.Surface().Faces()}, true);
+  EXPECT_NEAR(frame.exact_volume.volume_m3 / SignedVolume(closed.mesh), 1.0, 1e-7);
+  EXPECT_NEAR(frame.hand.intersection_volume_cm3 / (1e6 * frame.exact_volume.volume_m3), 1.0, 0.02);
+}
+
+TEST(HandObjectScore, ARigidCarryNeitherSlipsNorShakes) {
+  const HandObjectScore score = Scene().Measure(Sphere(0.03, 4));
+  EXPECT_EQ(score.track.mean_iou, 1.0);
+  // Skinning weights are stored in single precision: they sum to 1 within 1e-8.
+  EXPECT_NEAR(*score.track.max_drift, 0.0, 1e-4);
+  EXPECT_NEAR(*score.jitter.acceleration_ratio, 1.0, 1e-9);
+  EXPECT_NEAR(*score.jitter.angular_acceleration_ratio, 1.0, 1e-9);
+  EXPECT_NEAR(score.frames[0].exact_volume.volume_m3, score.frames[5].exact_volume.volume_m3,
+              1e-11);
+}
+
+TEST(HandObjectScore, DoesNotDependOnTheNumberOfThreads) {
+  const Scene scene;
+  const HandObjectScore one = scene.Measure(Sphere(0.03, 3), 1);
+  const HandObjectScore three = scene.Measure(Sphere(0.03, 3), 3);
+  for (std::size_t t = 0; t < one.frames.size(); ++t) {
+    EXPECT_EQ(one.frames[t].hand, three.frames[t].hand);
+    EXPECT_EQ(one.frames[t].exact_volume.volume_m3, three.frames[t].exact_volume.volume_m3);
+  }
+}
+
+TEST(HandObjectScore, AClipWithoutAnObjectIsRefused) {
+  Scene scene;
+  scene.clip.object.reset();
+  EXPECT_THROW(scene.Measure(Sphere(0.03, 2)), Error);
+}
+
+}  // namespace
+}  // namespace holdfast
