@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cctype>
+#include <mutex>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "apps/clip_input.h"
+#include "apps/common.h"
+#include "apps/render_output.h"
+#include "geometry/error.h"
+#include "geometry/io/bvh_writer.h"
+#include "geometry/io/gltf_writer.h"
+#include "geometry/io/mesh_io.h"
+#include "geometry/io/usda_writer.h"
+#include "geometry/parallel.h"
+#include "geometry/rotation.h"
+
+namespace holdfast::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kGenerator = "Holdfast " HOLDFAST_VERSION;
+constexpr double kLooseCorrectivesMm = 0.1;  // worth a note
+
+struct Options {
+  CommonOptions common;
+  ClipInputOptions input;
+  std::string clip;
+  std::string output;
+  bool no_object = false;
+  bool no_correctives = false;
+  double tolerance_mm = 0.02;
+  int start = 0;
+  std::optional<int> end;
+  int every = 1;
+};
+
+std::string ExtensionOf(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+// Empty for a file name that `export` can write, else what is wrong with it.
+std::string FaultOfOutput(const std::string& output) {
+  const std::string extension = ExtensionOf(output);
+  const bool numbered = output.find('%') != std::string::npos;
+  const bool sequence = extension == ".ply" || extension == ".obj";
+  const bool single =
+      extension == ".glb" || extension == ".bvh" || extension == ".usda" || extension == ".npz";
+  if (!sequence && !single) {
+    return fmt::format(
+        "'{}' is no format to export: use .glb .bvh .usda .npz, or "
+        "name_%04d.ply / name_%04d.obj for one mesh per frame",
+        output);
+  }
+  if (sequence) {
+    try {
+      if (ParseNumberedName(output)) return {};
+    } catch (const Error&) {
+      // Told below, in words that fit meshes.
+    }
+    return fmt::format("'{}' does not number one mesh per frame: write it like name_%04d{}", output,
+                       extension);
+  }
+  if (numbered) return fmt::format("'{}': {} holds the whole clip", output, extension);
+  return {};
+}
+
+// The frames asked for.
+void Cut(Clip& clip, const Options& options) {
+  const int end = options.end.value_or(clip.NumFrames());
+  if (options.start >= end || end > clip.NumFrames()) {
+    throw Error(options.clip,
+                fmt::format("has frames 0 to {}; {} to {} were asked for", clip.NumFrames() - 1,
+                            options.start, end - 1),
+                "Give --start and --end within them (--end is the first frame left out)");
+  }
+  if (options.start > 0 || end < clip.NumFrames()) clip = Slice(clip, options.start, end);
+}
+
+// One mesh per frame of the body, and of the object beside it under a name with "object_" in it.
+int WriteSequence(const ClipInput& input, const TriangleMesh* object, const Options& options,
+                  nlohmann::json& summary) {
+  const CommonOptions& common = options.common;
+  const NumberedName body_name = *ParseNumberedName(options.output);
+  NumberedName object_name = body_name;
+  object_name.before += "object_";
+  const Clip& clip = input.clip;
+  const std::vector<int> frames = EveryFrame(clip.NumFrames(), options.every);
+  for (const int t : frames) {
+    RequireNew(body_name.Name(options.start + t), common);
+    if (object != nullptr) RequireNew(object_name.Name(options.start + t), common);
+  }
+  const BodySurface surface = SurfaceOf(input);
+  Progress progress(common, "export");
+  std::mutex lock;
+  int finished = 0;
+  ParallelFor(static_cast<int>(frames.size()), NumThreads(common), [&](int k) {
+    if (Interrupted()) return;
+    const int t = frames[k];
+    BodyState state;
+    Forward(surface, clip.pose[t], clip.trans.col(t), state);
+    WriteMesh({state.vertices, surface.Faces()}, body_name.Name(options.start + t));
+    if (object != nullptr) {
+      TriangleMesh placed = *object;
+      placed.vertices = (ExpSO3(clip.object->orient.col(t)) * object->vertices).colwise() +
+                        clip.object->trans.col(t);
+      WriteMesh(placed, object_name.Name(options.start + t));
+    }
+    const std::scoped_lock guard(lock);
+    progress.Update(++finished, static_cast<int>(frames.size()));
+  });
+  summary["files"] = frames.size() * (object != nullptr ? 2 : 1);
+  return Interrupted() ? kInterrupted : kDone;
+}
+
+// Tells what `format` leaves of the pose correctives, for people and machines.
+void WriteGlbFile(const ClipInput& input, const TriangleMesh* object, const Options& options,
+                  nlohmann::json& summary, std::string& text) {
+  GlbOptions glb;
+  glb.generator = kGenerator;
+  glb.clip_name = input.file.empty() ? input.source : input.file.stem().string();
+  glb.correctives = !options.no_correctives;
+  glb.corrective_tolerance_m = 1e-3 * options.tolerance_mm;
+  glb.threads = NumThreads(options.common);
+  const GlbReport report = WriteGlb(input.clip, SurfaceOf(input), object, glb, options.output);
+  const double error_mm = 1e3 * report.corrective_error_m;
+  summary["morph_targets"] = report.morph_targets;
+  summary["influences_per_vertex"] = report.influences;
+  summary["surface_error_mm"] = error_mm;
+  text += fmt::format(
+      "  skin of 55 joints, {} per vertex; {} morph targets; surface within {:.3f} "
+      "mm of the body model\n",
+      report.influences, report.morph_targets, error_mm);
+  if (!options.no_correctives && error_mm > std::max(options.tolerance_mm, kLooseCorrectivesMm)) {
+    Note(options.common, fmt::format("note: {} morph targets leave {:.2f} mm between the file's "
+                                     "surface and the body model's (--start and --end export less)",
+                                     report.morph_targets, error_mm));
+  }
+}
+
+int Run(const Options& options) {
+  const CommonOptions& common = options.common;
+  const std::string extension = ExtensionOf(options.output);
+  const bool has_meshes = extension != ".bvh" && extension != ".npz";
+  const bool is_sequence = extension == ".ply" || extension == ".obj";
+  if (!is_sequence) RequireNew(options.output, common);
+  ClipInput input = LoadClipInput(options.clip, options.input, common);
+  Cut(input.clip, options);
+  if (options.no_object) input.clip.object.reset();
+  const TriangleMesh* object = nullptr;
+  if (has_meshes && input.clip.object) {
+    if (input.object) {
+      object = &*input.object;
+    } else {
+      Note(common, "note: the body is exported alone: " + input.object_missing);
+    }
+  }
+  if (has_meshes && !input.clip.object && !options.input.object.empty() && !options.no_object) {
+    throw Error(options.clip, "has no object track for the mesh of --object to move along",
+                "Leave --object out, or fit the object first ('holdfast fit')");
+  }
+
+  nlohmann::json summary = JsonHead("holdfast/export/1", common);
+  summary["output"] = options.output;
+  summary["format"] = extension.substr(1);
+  summary["frames"] = input.clip.NumFrames();
+  summary["frame_rate"] = input.clip.frame_rate;
+  summary["object"] =
+      object != nullptr || (!has_meshes && extension == ".npz" && input.clip.object);
+  std::string text =
+      fmt::format("{}: {} frames at {:g} Hz{}\n", options.output, input.clip.NumFrames(),
+                  input.clip.frame_rate, object != nullptr ? ", body and object" : "");
+  int exit_code = kDone;
+  if (is_sequence) {
+    exit_code = WriteSequence(input, object, options, summary);
+  } else if (extension == ".glb") {
+    WriteGlbFile(input, object, options, summary, text);
+  } else if (extension == ".bvh") {
+    WriteBvh(input.clip, SurfaceOf(input), options.output);
+  } else if (extension == ".usda") {
+    Progress progress(common, "export");
+    UsdaOptions usda;
+    usda.generator = kGenerator;
+    usda.every = options.every;
+    usda.threads = NumThreads(common);
+    usda.progress = [&](int done, int total) { progress.Update(done, total); };
+    WriteUsda(input.clip, SurfaceOf(input), object, usda, options.output);
+  } else {
+    WriteClip(input.clip, options.output);
+  }
+  if (exit_code == kDone) PrintResult(common, summary, text);
+  return exit_code;
+}
+
+}  // namespace
+
+void AddExportCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "export", "Writes a clip for other programs: .glb .bvh .usda .npz, or a mesh per frame");
+  command->add_option("clip", options->clip, "Clip (.npz), result folder or embedded clip")
+      ->required();
+  command
+      ->add_option("-o,--output", options->output,
+                   "File to write; its extension tells the format (below)")
+      ->required()
+      ->check(FaultOfOutput);
+  AddClipInputOptions(*command, options->input);
+  command->add_flag("--no-object", options->no_object, "The body alone");
+  command->add_option("--start", options->start, "First frame, from 0")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--end", options->end, "First frame left out; all by default")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--every", options->every, "Sequences and .usda: each n-th frame")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command->add_flag(
+      "--no-correctives", options->no_correctives,
+      ".glb: no morph targets; smaller, the skin is off by centimetres at bent joints");
+  command
+      ->add_option("--tolerance", options->tolerance_mm,
+                   ".glb: largest distance from the body model's surface, mm")
+      ->capture_default_str()
+      ->check(CLI::Range(1e-3, 100.0));
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast export held -o held.glb\n"
+      "  holdfast export demo_drink -o walk_%04d.ply --every 5\n"
+      "Formats:\n"
+      "  .glb   glTF 2.0, metres, y up: skinned body with pose correctives as morph targets, and\n"
+      "         the object, animated\n"
+      "  .bvh   55 joints with the shaped body's offsets, centimetres, y up, Euler Z X Y\n"
+      "  .usda  USD text, metres, z up: the body's points in every frame, the object's transform\n"
+      "  .npz   the clip itself (AMASS layout, z up), cut to --start and --end\n"
+      "  .ply .obj  x_%04d.ply is the body in each frame (metres, z up, numbered from the clip's\n"
+      "         first), x_object_%04d.ply the object\n");
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace holdfast::apps

@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/gltf_writer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <sstream>
+#include <vector>
+
+#include <tiny_gltf.h>
+
+#include <Eigen/Geometry>
+
+#include "geometry/corrective_basis.h"
+#include "geometry/crease_normals.h"
+#include "geometry/error.h"
+#include "geometry/io/atomic_file.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+using Matrix4Xf = Eigen::Matrix<float, 4, Eigen::Dynamic>;
+
+// Weights dropped from a vertex move it by at most this share of the distance between the places
+// where its joints would carry it: well under a hundredth of a millimetre.
+constexpr double kNegligibleWeight = 1e-5;
+constexpr std::size_t kMaxFileBytes = std::numeric_limits<std::uint32_t>::max() - (1u << 24);
+
+// A rotation through time as unit quaternions x y z w (4 x T), neighbours in the same half of the
+// sphere so that players turn the short way.
+Matrix4Xf Quaternions(const Eigen::Matrix3Xd& axis_angle) {
+  Matrix4Xf result(4, axis_angle.cols());
+  Eigen::Quaterniond previous = Eigen::Quaterniond::Identity();
+  for (Eigen::Index t = 0; t < axis_angle.cols(); ++t) {
+    Eigen::Quaterniond q(ExpSO3(axis_angle.col(t)));
+    q.normalize();
+    if (q.dot(previous) < 0) q.coeffs() = -q.coeffs();
+    result.col(t) = q.coeffs().cast<float>();
+    previous = q;
+  }
+  return result;
+}
+
+template <typename Vector>
+std::vector<double> ToVector(const Vector& v) {
+  return {v.begin(), v.end()};
+}
+
+// Each vertex's largest weights first, `sets` times four of them, summing to one.
+struct SkinWeights {
+  int sets = 1;
+  std::vector<std::array<std::uint8_t, 4>> joints;  // set after set, vertex after vertex
+  Matrix4Xf weights;
+};
+
+SkinWeights LargestWeights(const BodySurface& surface) {
+  const int n = surface.NumVertices();
+  std::vector<std::vector<std::pair<int, double>>> sorted(n);
+  SkinWeights result;
+  for (int v = 0; v < n; ++v) {
+    const auto weights = surface.Weights(v);
+    sorted[v].assign(weights.begin(), weights.end());
+    std::stable_sort(sorted[v].begin(), sorted[v].end(),
+                     [](const auto& a, const auto& b) { return a.second > b.second; });
+    double dropped = 0;
+    for (std::size_t k = 4; k < sorted[v].size(); ++k) dropped += sorted[v][k].second;
+    if (dropped > kNegligibleWeight) result.sets = 2;
+  }
+  result.joints.assign(static_cast<std::size_t>(result.sets) * n, {0, 0, 0, 0});
+  result.weights = Matrix4Xf::Zero(4, static_cast<Eigen::Index>(result.sets) * n);
+  for (int v = 0; v < n; ++v) {
+    const std::size_t kept = std::min<std::size_t>(sorted[v].size(), 4 * result.sets);
+    double sum = 0;
+    for (std::size_t k = 0; k < kept; ++k) sum += sorted[v][k].second;
+    for (std::size_t k = 0; k < kept; ++k) {
+      const auto weight = static_cast<float>(sorted[v][k].second / sum);
+      if (weight <= 0) continue;  // a joint without weight must be 0
+      const std::size_t at = (k / 4) * n + v;
+      result.joints[at][k % 4] = static_cast<std::uint8_t>(sorted[v][k].first);
+      result.weights(static_cast<Eigen::Index>(k % 4), static_cast<Eigen::Index>(at)) = weight;
+    }
+  }
+  return result;
+}
+
+class GlbBuilder {
+ public:
+  GlbBuilder(const Clip& clip, const GlbOptions& options) : clip_(clip), options_(options) {
+    model_.asset.version = "2.0";
+    model_.asset.generator = options.generator;
+    model_.buffers.emplace_back();
+    model_.scenes.emplace_back();
+    model_.defaultScene = 0;
+    tinygltf::Node world;
+    world.name = "world";
+    const double half = std::sqrt(0.5);
+    world.rotation = {-half, 0, 0, half};  // (x, y, z) with z up becomes (x, z, -y)
+    model_.scenes[0].nodes = {AddNode(std::move(world))};
+    tinygltf::Animation animation;
+    animation.name = options.clip_name.empty() ? "clip" : options.clip_name;
+    model_.animations.push_back(std::move(animation));
+    Eigen::RowVectorXf times(clip.NumFrames());
+    for (int t = 0; t < clip.NumFrames(); ++t) {
+      times(t) = static_cast<float>(t / clip.frame_rate);
+    }
+    times_ = AddFloats(times, TINYGLTF_TYPE_SCALAR, 0, /*with_range=*/true);
+  }
+
+  void AddBody(const BodySurface& surface, GlbReport& report) {
+    const int first_joint = AddJoints(surface.RestJoints());
+    const CorrectiveBasis basis = ComputeCorrectiveBasis(
+        surface, clip_, options_.corrective_tolerance_m,
+        options_.correctives ? options_.max_correctives : 0, options_.threads);
+    report.morph_targets = static_cast<int>(basis.Size());
+    report.corrective_error_m = basis.max_error_m;
+
+    TriangleMesh rest{surface.RestVertices(), surface.Faces()};
+    Eigen::Matrix3Xd normals = VertexNormals(rest);
+    for (auto normal : normals.colwise()) {
+      if (normal.squaredNorm() < 0.5) normal = Eigen::Vector3d::UnitY();
+    }
+    tinygltf::Mesh mesh;
+    mesh.name = "body";
+    mesh.primitives.push_back(
+        Primitive(rest, normals, AddMaterial("skin", {0.78, 0.60, 0.50}, 0.65, false)));
+    tinygltf::Primitive& primitive = mesh.primitives[0];
+    const SkinWeights skin = LargestWeights(surface);
+    report.influences = 4 * skin.sets;
+    const std::size_t n = surface.NumVertices();
+    for (int set = 0; set < skin.sets; ++set) {
+      const std::string number = std::to_string(set);
+      primitive.attributes["JOINTS_" + number] =
+          AddAccessor(skin.joints.data() + set * n, 4 * n, n, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
+                      TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
+      primitive.attributes["WEIGHTS_" + number] = AddFloats(
+          skin.weights.middleCols(static_cast<Eigen::Index>(set * n), static_cast<Eigen::Index>(n)),
+          TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
+    }
+    AddMorphTargets(basis, mesh);
+
+    tinygltf::Node node;
+    node.name = "body";
+    node.mesh = static_cast<int>(model_.meshes.size());
+    node.skin = AddSkin(surface.RestJoints(), first_joint);
+    model_.meshes.push_back(std::move(mesh));
+    // A skinned mesh stands where its joints are: below `world` it would only seem to be turned.
+    const int body = AddNode(std::move(node));
+    model_.scenes[0].nodes.push_back(body);
+    if (basis.Size() > 0) {
+      const Eigen::RowVectorXf weights = basis.coefficients.reshaped().transpose();
+      Animate(body, "weights", AddFloats(weights, TINYGLTF_TYPE_SCALAR));
+    }
+  }
+
+  void AddObject(const TriangleMesh& object) {
+    const ShadedMesh shaded = SplitAtCreases(object);
+    tinygltf::Mesh mesh;
+    mesh.name = clip_.object->name.empty() ? "object" : clip_.object->name;
+    mesh.primitives.push_back(Primitive(shaded.mesh, shaded.normals,
+                                        AddMaterial("object", {0.16, 0.38, 0.62}, 0.45, true)));
+    tinygltf::Node node;
+    node.name = mesh.name;
+    node.mesh = static_cast<int>(model_.meshes.size());
+    model_.meshes.push_back(std::move(mesh));
+    Place(AddNode(std::move(node), kWorldNode), clip_.object->trans, clip_.object->orient);
+  }
+
+  void AddProvenance(const BodySurface& surface) {
+    tinygltf::Value::Object extras;
+    extras["clip"] = tinygltf::Value(options_.clip_name);
+    extras["frames"] = tinygltf::Value(clip_.NumFrames());
+    extras["frame_rate"] = tinygltf::Value(clip_.frame_rate);
+    extras["body_model"] = tinygltf::Value(surface.Model().Name());
+    if (clip_.object) extras["object"] = tinygltf::Value(clip_.object->name);
+    model_.asset.extras = tinygltf::Value(std::move(extras));
+  }
+
+  std::string Bytes() const {
+    if (model_.buffers[0].data.size() > kMaxFileBytes) {
+      throw Error("the clip", "makes a glTF of more than 4 GB, which the format cannot hold",
+                  "Export a part of it");
+    }
+    std::ostringstream stream;
+    tinygltf::TinyGLTF writer;
+    writer.WriteGltfSceneToStream(&model_, stream, /*prettyPrint=*/false, /*writeBinary=*/true);
+    return std::move(stream).str();
+  }
+
+ private:
+  static constexpr int kWorldNode = 0;
+
+  int AddNode(tinygltf::Node node, int parent = -1) {
+    const auto index = static_cast<int>(model_.nodes.size());
+    model_.nodes.push_back(std::move(node));
+    if (parent >= 0) model_.nodes[parent].children.push_back(index);
+    return index;
+  }
+
+  // Posed as in the first frame, moved by the animation.
+  void Place(int node, const Eigen::Matrix3Xd& trans, const Eigen::Matrix3Xd& orient) {
+    Turn(node, orient);
+    const Eigen::Matrix3Xf track = trans.cast<float>();
+    model_.nodes[node].translation = ToVector(track.col(0));
+    Animate(node, "translation", AddFloats(track, TINYGLTF_TYPE_VEC3));
+  }
+
+  void Turn(int node, const Eigen::Matrix3Xd& orient) {
+    const Matrix4Xf quaternions = Quaternions(orient);
+    model_.nodes[node].rotation = ToVector(quaternions.col(0));
+    Animate(node, "rotation", AddFloats(quaternions, TINYGLTF_TYPE_VEC4));
+  }
+
+  void Animate(int node, const char* path, int output) {
+    tinygltf::Animation& animation = model_.animations[0];
+    tinygltf::AnimationSampler sampler;
+    sampler.input = times_;
+    sampler.output = output;
+    tinygltf::AnimationChannel channel;
+    channel.sampler = static_cast<int>(animation.samplers.size());
+    channel.target_node = node;
+    channel.target_path = path;
+    animation.samplers.push_back(std::move(sampler));
+    animation.channels.push_back(std::move(channel));
+  }
+
+  int AddJoints(const Eigen::Matrix3Xd& rest_joints) {
+    const auto first = static_cast<int>(model_.nodes.size());
+    Eigen::Matrix3Xd orient(3, clip_.NumFrames());
+    for (int j = 0; j < kNumJoints; ++j) {
+      const int parent = kJointParents[j];
+      tinygltf::Node node;
+      node.name = kJointNames[j];
+      if (parent >= 0) {
+        node.translation = ToVector((rest_joints.col(j) - rest_joints.col(parent)).eval());
+      }
+      const int index = AddNode(std::move(node), parent < 0 ? kWorldNode : first + parent);
+      for (int t = 0; t < clip_.NumFrames(); ++t) orient.col(t) = clip_.pose[t].col(j);
+      if (parent < 0) {
+        Place(index, clip_.trans.colwise() + rest_joints.col(0), orient);
+      } else {
+        Turn(index, orient);
+      }
+    }
+    return first;
+  }
+
+  int AddSkin(const Eigen::Matrix3Xd& rest_joints, int first_joint) {
+    Eigen::Matrix<float, 16, Eigen::Dynamic> inverse_bind(16, kNumJoints);
+    tinygltf::Skin skin;
+    skin.name = "smplx";
+    skin.skeleton = first_joint;
+    for (int j = 0; j < kNumJoints; ++j) {
+      Eigen::Matrix4f matrix = Eigen::Matrix4f::Identity();
+      matrix.topRightCorner<3, 1>() = -rest_joints.col(j).cast<float>();
+      inverse_bind.col(j) = matrix.reshaped();
+      skin.joints.push_back(first_joint + j);
+    }
+    skin.inverseBindMatrices = AddFloats(inverse_bind, TINYGLTF_TYPE_MAT4);
+    model_.skins.push_back(std::move(skin));
+    return 0;
+  }
+
+  void AddMorphTargets(const CorrectiveBasis& basis, tinygltf::Mesh& mesh) {
+    tinygltf::Value::Array names;
+    for (Eigen::Index k = 0; k < basis.Size(); ++k) {
+      const Eigen::Matrix3Xf offsets = basis.directions.col(k).reshaped(3, basis.rest.cols());
+      mesh.primitives[0].targets.push_back(
+          {{"POSITION", AddFloats(offsets, TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER,
+                                  /*with_range=*/true)}});
+      mesh.weights.push_back(basis.coefficients(k, 0));
+      names.emplace_back("corrective_" + std::to_string(k));
+    }
+    if (basis.Size() == 0) return;
+    mesh.extras = tinygltf::Value(
+        tinygltf::Value::Object{{"targetNames", tinygltf::Value(std::move(names))}});
+  }
+
+  int AddMaterial(const char* name, const std::array<double, 3>& color, double roughness,
+                  bool double_sided) {
+    tinygltf::Material material;
+    material.name = name;
+    material.pbrMetallicRoughness.baseColorFactor = {color[0], color[1], color[2], 1.0};
+    material.pbrMetallicRoughness.metallicFactor = 0;
+    material.pbrMetallicRoughness.roughnessFactor = roughness;
+    material.doubleSided = double_sided;  // objects may be open sheets
+    model_.materials.push_back(std::move(material));
+    return static_cast<int>(model_.materials.size()) - 1;
+  }
+
+  tinygltf::Primitive Primitive(const TriangleMesh& mesh, const Eigen::Matrix3Xd& normals,
+                                int material) {
+    tinygltf::Primitive primitive;
+    primitive.mode = TINYGLTF_MODE_TRIANGLES;
+    primitive.material = material;
+    primitive.attributes["POSITION"] =
+        AddFloats(mesh.vertices.cast<float>(), TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER,
+                  /*with_range=*/true);
+    primitive.attributes["NORMAL"] =
+        AddFloats(normals.cast<float>(), TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER);
+    const auto count = static_cast<std::size_t>(mesh.faces.size());
+    // The largest 16-bit index is kept for restarting primitives.
+    if (mesh.NumVertices() < 65535) {
+      const Eigen::Matrix<std::uint16_t, 3, Eigen::Dynamic> faces =
+          mesh.faces.cast<std::uint16_t>();
+      primitive.indices =
+          AddAccessor(faces.data(), 2 * count, count, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
+                      TINYGLTF_TYPE_SCALAR, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
+    } else {
+      primitive.indices =
+          AddAccessor(mesh.faces.data(), 4 * count, count, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT,
+                      TINYGLTF_TYPE_SCALAR, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
+    }
+    return primitive;
+  }
+
+  // One element per column.
+  template <typename Derived>
+  int AddFloats(const Eigen::MatrixBase<Derived>& columns, int type, int target = 0,
+                bool with_range = false) {
+    const Eigen::MatrixXf values = columns;
+    const int index = AddAccessor(values.data(), 4 * static_cast<std::size_t>(values.size()),
+                                  static_cast<std::size_t>(values.cols()),
+                                  TINYGLTF_COMPONENT_TYPE_FLOAT, type, target);
+    if (with_range) {
+      model_.accessors[index].minValues = ToVector(values.rowwise().minCoeff().eval());
+      model_.accessors[index].maxValues = ToVector(values.rowwise().maxCoeff().eval());
+    }
+    return index;
+  }
+
+  int AddAccessor(const void* data, std::size_t num_bytes, std::size_t count, int component,
+                  int type, int target) {
+    std::vector<unsigned char>& bytes = model_.buffers[0].data;
+    bytes.resize((bytes.size() + 3) / 4 * 4);
+    tinygltf::BufferView view;
+    view.buffer = 0;
+    view.byteOffset = bytes.size();
+    view.byteLength = num_bytes;
+    view.target = target;
+    const auto* begin = static_cast<const unsigned char*>(data);
+    bytes.insert(bytes.end(), begin, begin + num_bytes);
+    tinygltf::Accessor accessor;
+    accessor.bufferView = static_cast<int>(model_.bufferViews.size());
+    accessor.componentType = component;
+    accessor.type = type;
+    accessor.count = count;
+    model_.bufferViews.push_back(std::move(view));
+    model_.accessors.push_back(std::move(accessor));
+    return static_cast<int>(model_.accessors.size()) - 1;
+  }
+
+  const Clip& clip_;
+  const GlbOptions& options_;
+  tinygltf::Model model_;
+  int times_ = -1;
+};
+
+}  // namespace
+
+GlbReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
+                   const GlbOptions& options, const std::filesystem::path& path) {
+  GlbReport report;
+  GlbBuilder builder(clip, options);
+  builder.AddBody(surface, report);
+  if (object != nullptr && clip.object) builder.AddObject(*object);
+  builder.AddProvenance(surface);
+  WriteAtomically(path, builder.Bytes());
+  return report;
+}
+
+}  // namespace holdfast

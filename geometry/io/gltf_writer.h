@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "geometry/body_model.h"
+#include "geometry/clip.h"
+#include "geometry/mesh.h"
+
+namespace holdfast {
+
+struct GlbOptions {
+  std::string generator = "Holdfast";  ///< `asset.generator`
+  std::string clip_name;               ///< of the animation, and in `asset.extras`
+  bool correctives = true;             ///< pose correctives as morph targets
+  double corrective_tolerance_m = 2e-5;
+  int max_correctives = 128;
+  int threads = 1;
+};
+
+struct GlbReport {
+  int morph_targets = 0;
+  int influences = 4;             ///< joints per vertex: 4, or 8 where 4 would not do
+  double corrective_error_m = 0;  ///< largest distance from the body model's surface, metres
+};
+
+/// Writes a clip as a glTF 2.0 binary: the skinned and animated body of `surface` and, when the
+/// clip has an object track and `object` is not null, the object that it carries.
+///
+/// Nodes: `world` turns z-up into glTF's y-up; below it the 55 joints by their SMPL-X names, posed
+/// as in the first frame, and the object. The skin's inverse bind matrices are the T-pose's, which
+/// with the morph targets of a CorrectiveBasis makes the file's surface the body model's within
+/// `corrective_error_m`. Single precision, nothing quantised; key frames at the clip's frame rate,
+/// linear in between. Throws Error when the file would pass the format's 4 GB or cannot be written.
+GlbReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
+                   const GlbOptions& options, const std::filesystem::path& path);
+
+}  // namespace holdfast

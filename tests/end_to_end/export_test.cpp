@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+// holdfast export, through the program.
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "geometry/body_model.h"
+#include "geometry/clip.h"
+#include "geometry/io/bvh.h"
+#include "geometry/io/mesh_io.h"
+#include "geometry/rotation.h"
+#include "tests/support/glb_file.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using testing::GlbFile;
+using ::testing::HasSubstr;
+using testing::Listing;
+using testing::ProgramResult;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+// The mug beside the first frame's hand, carried along: as `fit` leaves it, without its cost.
+void MakeHeldClip(const TemporaryFolder& folder) {
+  ASSERT_EQ(RunHoldfast(folder.Path(), "export demo_drink -o held.npz --end 20").exit_code, 0);
+  Clip clip = ReadClip(folder / "held.npz");
+  ObjectTrack track;
+  track.name = "mug";
+  track.trans = clip.trans.colwise() + Eigen::Vector3d(0.2, -0.3, 0.1);
+  track.orient = Eigen::Matrix3Xd::Constant(3, clip.NumFrames(), 0.4);
+  clip.object = track;
+  WriteClip(clip, folder / "held.npz");
+}
+
+// Everything at once: the file shows what the body model and the object's track say, to 0.1 mm.
+TEST(ExportCommand, GlbShowsBodyAndObject) {
+  const TemporaryFolder folder;
+  MakeHeldClip(folder);
+  const ProgramResult result = RunHoldfast(folder.Path(), "export held.npz -o held.glb --json -q");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto summary = nlohmann::json::parse(result.out);
+  EXPECT_EQ(summary["frames"], 20);
+  EXPECT_EQ(summary["object"], true);
+  EXPECT_LE(summary["surface_error_mm"].get<double>(), 0.02);
+
+  const GlbFile file(folder / "held.glb");
+  EXPECT_THAT(file.Json()["asset"]["generator"].get<std::string>(), HasSubstr("Holdfast "));
+  EXPECT_EQ(file.Json()["asset"]["extras"]["clip"], "held");
+  const Clip clip = ReadClip(folder / "held.npz");
+  const BodySurface surface(BodyModel::Default(), clip.betas);
+  BodyState state;
+  Forward(surface, clip.pose[13], clip.trans.col(13), state);
+  const Eigen::Matrix3Xd body = file.Vertices(file.Node("body"), 13);
+  Eigen::Matrix3Xd z_up(3, body.cols());
+  z_up << body.row(0), -body.row(2), body.row(1);
+  EXPECT_LT((z_up - state.vertices).colwise().norm().maxCoeff(), 1e-4);
+  const Eigen::Vector3d mug = file.Pose(13)[file.Node("mug")].translation();
+  EXPECT_LT((Eigen::Vector3d(mug.x(), -mug.z(), mug.y()) - clip.object->trans.col(13)).norm(),
+            1e-5);
+}
+
+TEST(ExportCommand, BvhComesBackThroughImport) {
+  const TemporaryFolder folder;
+  const ProgramResult out = RunHoldfast(folder.Path(), "export demo_drink -o walk.bvh --end 30");
+  ASSERT_EQ(out.exit_code, 0) << out.err;
+  EXPECT_EQ(ReadBvh(folder / "walk.bvh").NumJoints(), kNumJoints);
+  ASSERT_EQ(RunHoldfast(folder.Path(), "export demo_drink -o walk.npz --end 30").exit_code, 0);
+  const ProgramResult in = RunHoldfast(folder.Path(), "import walk.bvh -o back.npz --json -q");
+  ASSERT_EQ(in.exit_code, 0) << in.err;
+  const Clip before = ReadClip(folder / "walk.npz");
+  const Clip after = ReadClip(folder / "back.npz");
+  ASSERT_EQ(after.NumFrames(), 30);
+  for (int t = 0; t < 30; ++t) {
+    for (int j = 0; j < kNumJoints; ++j) {
+      EXPECT_LT(AngleBetween(ExpSO3(before.pose[t].col(j)), ExpSO3(after.pose[t].col(j))), 1e-6);
+    }
+  }
+}
+
+TEST(ExportCommand, SequencesNumberBodyAndObjectByFrame) {
+  const TemporaryFolder folder;
+  MakeHeldClip(folder);
+  const std::string cut = " --start 4 --end 11 --every 3 -q";
+  ASSERT_EQ(RunHoldfast(folder.Path(), "export held.npz -o s_%03d.ply" + cut).exit_code, 0);
+  EXPECT_EQ(Listing(folder.Path()),
+            "held.npz s_004.ply s_007.ply s_010.ply s_object_004.ply s_object_007.ply "
+            "s_object_010.ply ");
+  const Clip clip = ReadClip(folder / "held.npz");
+  const BodySurface surface(BodyModel::Default(), clip.betas);
+  BodyState state;
+  Forward(surface, clip.pose[7], clip.trans.col(7), state);
+  const TriangleMesh body = ReadMesh(folder / "s_007.ply");
+  EXPECT_LT((body.vertices - state.vertices).colwise().norm().maxCoeff(), 1e-6);
+  EXPECT_EQ(body.faces, surface.Faces());
+
+  ASSERT_EQ(RunHoldfast(folder.Path(), "export held.npz -o o_%d.obj --no-object" + cut).exit_code,
+            0);
+  EXPECT_THAT(Listing(folder.Path()), ::testing::Not(HasSubstr("o_object")));
+  EXPECT_EQ(ReadMesh(folder / "o_10.obj").NumVertices(), body.NumVertices());
+}
+
+TEST(ExportCommand, UsdaTellsUpAxisAndUnits) {
+  const TemporaryFolder folder;
+  MakeHeldClip(folder);
+  ASSERT_EQ(RunHoldfast(folder.Path(), "export held.npz -o a.usda --every 10 -q").exit_code, 0);
+  const std::string text = testing::ReadText(folder / "a.usda");
+  EXPECT_THAT(text, HasSubstr("upAxis = \"Z\""));
+  EXPECT_THAT(text, HasSubstr("def Mesh \"object\""));
+}
+
+TEST(ExportCommand, BadOutputNamesAreTheCommandLinesFault) {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.fbx", "a", "a.ply", "a_%s.ply", "a_%d_%d.obj", "a_%03d.glb"}) {
+    const ProgramResult result =
+        RunHoldfast(folder.Path(), std::string("export demo_drink -o ") + name);
+    EXPECT_EQ(result.exit_code, 2) << name;
+    EXPECT_THAT(result.err, HasSubstr(name));
+    EXPECT_EQ(Listing(folder.Path()), "") << name;
+  }
+  const ProgramResult unknown = RunHoldfast(folder.Path(), "export demo_drink -o a.fbx");
+  EXPECT_THAT(unknown.err, HasSubstr(".glb .bvh .usda .npz"));
+}
+
+TEST(ExportCommand, NothingIsOverwrittenUnasked) {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.glb", "a.bvh", "a.usda", "a.npz", "a_0003.ply"}) {
+    std::ofstream(folder / name) << "mine";
+    const std::string output = std::string(name) == "a_0003.ply" ? "a_%04d.ply" : name;
+    const std::string arguments = "export demo_drink --end 5 -q -o " + output;
+    const ProgramResult refused = RunHoldfast(folder.Path(), arguments);
+    EXPECT_EQ(refused.exit_code, 1) << name;
+    EXPECT_THAT(refused.err, HasSubstr("--force"));
+    EXPECT_EQ(testing::ReadText(folder / name), "mine");
+    EXPECT_EQ(RunHoldfast(folder.Path(), arguments + " --force").exit_code, 0) << name;
+    EXPECT_NE(testing::ReadText(folder / name), "mine");
+  }
+}
+
+TEST(ExportCommand, FaultsOfTheInputAreNamed) {
+  const TemporaryFolder folder;
+  const auto error_of = [&](const std::string& arguments) {
+    const ProgramResult result = RunHoldfast(folder.Path(), "export " + arguments);
+    EXPECT_EQ(result.exit_code, 1) << arguments;
+    EXPECT_EQ(Listing(folder.Path()), "") << arguments;
+    return result.err;
+  };
+  EXPECT_THAT(error_of("nowhere.npz -o a.glb"), HasSubstr("nowhere.npz"));
+  EXPECT_THAT(error_of("demo_drink -o no/such/folder/a.glb"), HasSubstr("no/such/folder"));
+  EXPECT_THAT(error_of("demo_drink -o no/such/a_%d.ply --end 2"), HasSubstr("no/such"));
+  EXPECT_THAT(error_of("demo_drink -o a.glb --start 9 --end 9"), HasSubstr("--start"));
+  EXPECT_THAT(error_of("demo_drink -o a.glb --end 100000"), HasSubstr("99999"));
+  EXPECT_THAT(error_of("demo_drink -o a.glb --object mug"), HasSubstr("no object track"));
+}
+
+// The object's mesh is gone: said, and the body is still worth having.
+TEST(ExportCommand, AnObjectWithoutItsMeshIsToldAndLeftOut) {
+  const TemporaryFolder folder;
+  MakeHeldClip(folder);
+  Clip clip = ReadClip(folder / "held.npz");
+  clip.object->name = "";
+  clip.object->mesh = "lost.ply";
+  WriteClip(clip, folder / "held.npz");
+  const ProgramResult result = RunHoldfast(folder.Path(), "export held.npz -o a.glb --json");
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.err, HasSubstr("lost.ply"));
+  EXPECT_EQ(nlohmann::json::parse(result.out)["object"], false);
+  EXPECT_EQ(GlbFile(folder / "a.glb").Json()["meshes"].size(), 1u);
+}
+
+}  // namespace
+}  // namespace holdfast
