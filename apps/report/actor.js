@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+// One clip in the scene: a body, and its object when it has one. Solid, or translucent as a ghost.
+import {
+  BufferAttribute,
+  BufferGeometry,
+  DynamicDrawUsage,
+  Group,
+  Mesh,
+  MeshBasicMaterial,
+  MeshStandardMaterial,
+} from "three";
+import { toCreasedNormals } from "three/addons/utils/BufferGeometryUtils.js";
+
+import { kPalette, paintAll, paintHands, ramp } from "./colours.js";
+import { Skin } from "./skinning.js";
+
+const kCreaseAngle = (55 * Math.PI) / 180;
+const kCreasedFaces = 60000; // creases are found face by face; scans that are larger stay smooth
+
+export class Actor {
+  constructor(header, arrays) {
+    this.header = header;
+    this.arrays = arrays;
+    this.skin = new Skin(arrays);
+    this.group = new Group();
+    this.frame = -1;
+    this.mode = "off";
+    this.body = this.makeBody();
+    this.object = header.has_object ? this.makeObject() : null;
+    this.setGhost(false);
+  }
+
+  makeBody() {
+    const geometry = new BufferGeometry();
+    const dynamic = (array) => {
+      const attribute = new BufferAttribute(array, 3);
+      attribute.setUsage(DynamicDrawUsage);
+      return attribute;
+    };
+    this.colours = new Float32Array(this.arrays.rest.length);
+    geometry.setIndex(new BufferAttribute(this.arrays.faces, 1));
+    geometry.setAttribute("position", dynamic(this.skin.positions));
+    geometry.setAttribute("normal", dynamic(this.skin.normals));
+    geometry.setAttribute("color", dynamic(this.colours));
+    return this.addMesh(geometry);
+  }
+
+  makeObject() {
+    let geometry = new BufferGeometry();
+    geometry.setIndex(new BufferAttribute(this.arrays.object_faces, 1));
+    geometry.setAttribute("position", new BufferAttribute(this.arrays.object_vertices, 3));
+    if (this.arrays.object_faces.length / 3 <= kCreasedFaces) {
+      geometry = toCreasedNormals(geometry, kCreaseAngle);
+    } else {
+      geometry.computeVertexNormals();
+    }
+    return this.addMesh(geometry);
+  }
+
+  // A mesh, and before it the same mesh into the depth buffer only: with it a translucent surface
+  // does not show its own far side.
+  addMesh(geometry) {
+    const depth = new Mesh(geometry, new MeshBasicMaterial({ colorWrite: false }));
+    depth.renderOrder = 1;
+    const mesh = new Mesh(geometry, new MeshStandardMaterial());
+    for (const part of [depth, mesh]) part.frustumCulled = false; // the shape moves, its box does not
+    mesh.userData.depth = depth;
+    this.group.add(depth, mesh);
+    return mesh;
+  }
+
+  setGhost(ghost) {
+    this.ghost = ghost;
+    const body = this.body.material;
+    body.vertexColors = !ghost;
+    body.color.set(ghost ? kPalette.ghostBody : "#ffffff");
+    body.roughness = 0.72;
+    if (this.object) {
+      const object = this.object.material;
+      object.color.set(ghost ? kPalette.ghostObject : kPalette.object);
+      object.roughness = 0.5;
+    }
+    this.body.castShadow = !ghost;
+    this.body.receiveShadow = !ghost;
+    // Where ghost and clip agree the clip is seen: the ghost stands two millimetres back.
+    for (const mesh of [this.body, this.object]) {
+      if (!mesh) continue;
+      for (const { material } of [mesh, mesh.userData.depth]) {
+        material.polygonOffset = ghost;
+        material.polygonOffsetFactor = 1;
+        material.polygonOffsetUnits = 40;
+      }
+    }
+    this.frame = -1;
+    this.setOpacity(this.body, ghost ? 0.34 : 1);
+    this.setObjectLook(this.objectLook ?? "solid");
+  }
+
+  // "solid", "clear" (see what it hides) or "hidden".
+  setObjectLook(look) {
+    this.objectLook = look;
+    if (!this.object) return;
+    const opacity = this.ghost ? 0.4 : 1;
+    this.setOpacity(this.object, look === "clear" ? 0.2 * opacity : opacity);
+    this.object.visible = look !== "hidden";
+    this.object.userData.depth.visible = look !== "hidden" && this.object.material.transparent;
+    this.object.castShadow = look === "solid" && !this.ghost;
+    this.object.receiveShadow = look === "solid" && !this.ghost;
+  }
+
+  setOpacity(mesh, opacity) {
+    const clear = opacity < 1;
+    mesh.material.opacity = opacity;
+    mesh.material.transparent = clear;
+    mesh.material.depthWrite = !clear;
+    mesh.material.needsUpdate = true;
+    mesh.renderOrder = clear ? 2 : 0;
+    mesh.userData.depth.visible = clear && !mesh.material.wireframe;
+  }
+
+  setWireframe(on) {
+    for (const mesh of [this.body, this.object]) {
+      if (!mesh) continue;
+      mesh.material.wireframe = on;
+      mesh.userData.depth.visible = mesh.visible && mesh.material.transparent && !on;
+    }
+  }
+
+  setColours(mode, scales) {
+    this.mode = this.header.has_object ? mode : "off";
+    this.table = ramp(this.mode, scales);
+    paintAll(this.colours, kPalette.body);
+    this.frame = -1;
+  }
+
+  // Moves everything to a frame; nothing to do when it is there.
+  show(frame) {
+    if (frame === this.frame) return;
+    this.frame = frame;
+    this.skin.pose(frame);
+    const { position, normal, color } = this.body.geometry.attributes;
+    position.needsUpdate = true;
+    normal.needsUpdate = true;
+    if (!this.ghost) {
+      if (this.mode !== "off") paintHands(this.colours, this.arrays, frame, this.table);
+      color.needsUpdate = true;
+    }
+    if (this.object) {
+      const pose = this.arrays.object_pose.subarray(7 * frame, 7 * frame + 7);
+      for (const mesh of [this.object, this.object.userData.depth]) {
+        mesh.quaternion.fromArray(pose, 0);
+        mesh.position.fromArray(pose, 4);
+      }
+    }
+  }
+
+  // Box of the body's vertices in the frame shown: {min, max}.
+  bounds() {
+    const p = this.skin.positions;
+    const min = [Infinity, Infinity, Infinity];
+    const max = [-Infinity, -Infinity, -Infinity];
+    for (let i = 0; i < p.length; ++i) {
+      min[i % 3] = Math.min(min[i % 3], p[i]);
+      max[i % 3] = Math.max(max[i % 3], p[i]);
+    }
+    return { min, max };
+  }
+
+  // Middle of the object in the frame shown; nothing without one.
+  objectCentre() {
+    if (!this.object) return null;
+    const { geometry } = this.object;
+    if (!geometry.boundingSphere) geometry.computeBoundingSphere();
+    this.object.updateMatrix();
+    return geometry.boundingSphere.center.clone().applyMatrix4(this.object.matrix).toArray();
+  }
+
+  // Mean of one hand's vertices in the frame shown.
+  handCentre(side) {
+    const { hand_vertices: ids } = this.arrays;
+    const right = this.header.right_hand_vertices;
+    const part = side === "right" ? ids.subarray(0, right) : ids.subarray(right);
+    const sum = [0, 0, 0];
+    for (const id of part) for (let k = 0; k < 3; ++k) sum[k] += this.skin.positions[3 * id + k];
+    return sum.map((value) => value / part.length);
+  }
+}
