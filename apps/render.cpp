@@ -1,17 +1,23 @@
 // SPDX-License-Identifier: MIT
-#include <charconv>
+#include <algorithm>
+#include <functional>
 #include <mutex>
 #include <numbers>
 #include <optional>
+#include <span>
 
 #include <fmt/format.h>
 
+#include "apps/clip_input.h"
 #include "apps/common.h"
+#include "apps/render_output.h"
 #include "geometry/error.h"
+#include "geometry/io/text_scanner.h"
 #include "geometry/parallel.h"
 #include "geometry/render/clip_renderer.h"
 #include "geometry/render/contact_sheet.h"
 #include "geometry/render/png.h"
+#include "geometry/render/video.h"
 
 namespace holdfast::apps {
 namespace {
@@ -22,125 +28,35 @@ struct Options {
   CommonOptions common;
   std::string clip;
   std::string output;
-  std::string object;
-  std::string body;
+  ClipInputOptions input;
   std::string view = "front";
   std::string size = "640x480";
   std::string sheet;
   std::optional<int> frame;
   int every = 1;
   int supersampling = 2;
+  std::optional<double> fps;
   std::optional<double> azimuth_deg, elevation_deg;
   bool no_contact = false;
 };
 
-constexpr int kMaxSide = 16384;  // pixels, or tiles
-
-// "640x480" to a pair of positive numbers.
-std::optional<std::pair<int, int>> ParsePair(const std::string& text) {
-  int a = 0;
-  int b = 0;
-  const char* const end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, a);
-  if (first.ec != std::errc() || first.ptr == end || *first.ptr != 'x') return std::nullopt;
-  const auto second = std::from_chars(first.ptr + 1, end, b);
-  if (second.ec != std::errc() || second.ptr != end || a < 1 || b < 1) return std::nullopt;
-  if (a > kMaxSide || b > kMaxSide) return std::nullopt;
-  return std::pair(a, b);
-}
-
-// A file name with one %d or %0Nd in it, for numbered pictures.
-struct Pattern {
-  std::string before, after;
-  int digits = 1;
-
-  std::string Name(int number) const {
-    return fmt::format("{}{:0{}}{}", before, number, digits, after);
-  }
-};
-
-std::optional<Pattern> ParsePattern(const std::string& name) {
-  const auto percent = name.find('%');
-  if (percent == std::string::npos) return std::nullopt;
-  const auto letter = name.find('d', percent);
-  Pattern pattern;
-  if (letter != std::string::npos) {
-    const std::string width = name.substr(percent + 1, letter - percent - 1);
-    const auto [end, fault] =
-        std::from_chars(width.data(), width.data() + width.size(), pattern.digits);
-    pattern.before = name.substr(0, percent);
-    pattern.after = name.substr(letter + 1);
-    const bool number = fault == std::errc() && end == width.data() + width.size();
-    if ((width.empty() || number) && pattern.digits >= 0 && pattern.digits <= 9 &&
-        pattern.after.find('%') == std::string::npos) {
-      return pattern;
-    }
-  }
-  throw Error(name, "is not a pattern for numbered pictures", "Write it like frame_%03d.png");
-}
-
-// The object's mesh: as told, else the file the clip names, else the embedded object of its name.
-std::optional<TriangleMesh> ObjectOf(const Clip& clip, const Options& options) {
-  if (!options.object.empty()) return LoadObject(options.object).mesh;
-  if (!clip.object) return std::nullopt;
-  std::vector<std::string> candidates;
-  if (!clip.object->mesh.empty()) {
-    candidates.push_back((fs::path(options.clip).parent_path() / clip.object->mesh).string());
-  }
-  if (!clip.object->name.empty()) candidates.push_back(clip.object->name);
-  for (const std::string& candidate : candidates) {
-    try {
-      return LoadObject(candidate).mesh;
-    } catch (const Error&) {
-      continue;
-    }
-  }
-  Note(options.common, fmt::format("note: the mesh of the clip's object ('{}') was not found: the "
-                                   "body is drawn alone (--object MESH gives one)",
-                                   clip.object->mesh));
-  return std::nullopt;
-}
-
-// The frames of a sheet: first, last and evenly between, or the one asked for.
-std::vector<int> ChooseFrames(const Options& options, int num_frames, int tiles, bool numbered) {
-  if (options.frame) return {*options.frame};
-  std::vector<int> frames;
-  if (numbered) {
-    for (int t = 0; t < num_frames; t += options.every) frames.push_back(t);
-    return frames;
-  }
-  const int count = std::min(tiles, num_frames);
-  for (int k = 0; k < count; ++k) {
-    frames.push_back(count == 1 ? 0 : k * (num_frames - 1) / (count - 1));
-  }
-  return frames;
-}
-
-// Draws the frames on several threads and hands each to `done` (any order, never two at once).
-template <typename Done>
-void DrawFrames(const ClipRenderer& renderer, const ClipRenderOptions& how,
-                const std::vector<int>& frames, const CommonOptions& common, Done&& done) {
-  Progress progress(common, "render");
+// Draws these frames on several threads; nothing (empty) after Ctrl-C.
+std::vector<Image> Draw(const ClipRenderer& renderer, const ClipRenderOptions& how,
+                        std::span<const int> frames, const CommonOptions& common,
+                        const std::function<void()>& drawn) {
+  std::vector<Image> images(frames.size());
   std::mutex lock;
-  int finished = 0;
   ParallelFor(static_cast<int>(frames.size()), NumThreads(common), [&](int k) {
     if (Interrupted()) return;
-    Image image = renderer.Draw(frames[k], how);
+    images[k] = renderer.Draw(frames[k], how);
     const std::scoped_lock guard(lock);
-    done(static_cast<std::size_t>(k), std::move(image));
-    progress.Update(++finished, static_cast<int>(frames.size()));
+    drawn();
   });
+  if (Interrupted()) images.clear();
+  return images;
 }
 
-int Run(const Options& options) {
-  const CommonOptions& common = options.common;
-  const std::optional<Pattern> pattern = ParsePattern(options.output);
-  const Clip clip = LoadClip(options.clip);
-  const auto body = LoadBody(options.body);
-  const std::optional<TriangleMesh> object = ObjectOf(clip, options);
-  const ClipRenderer renderer(clip, body, BetasFor(clip, *body, common),
-                              object ? &*object : nullptr);
-
+ClipRenderOptions HowToDraw(const Options& options) {
   ClipRenderOptions how;
   std::tie(how.picture.width, how.picture.height) = *ParsePair(options.size);
   how.picture.supersampling = options.supersampling;
@@ -149,34 +65,99 @@ int Run(const Options& options) {
   constexpr double kDegree = std::numbers::pi / 180.0;
   if (options.azimuth_deg) how.azimuth_rad = *options.azimuth_deg * kDegree;
   if (options.elevation_deg) how.elevation_rad = *options.elevation_deg * kDegree;
+  return how;
+}
 
+// The frame rate of a video: as told, else the clip's, as far as the format has it.
+double VideoRate(const Options& options, VideoFormat format, double clip_frame_rate) {
+  const double rate = options.fps.value_or(clip_frame_rate / options.every);
+  if (format != VideoFormat::kGif || rate <= kMaxGifRate) return rate;
+  Note(options.common, fmt::format("note: a .gif shows {0:g} frames per second at most: {0:g} in "
+                                   "place of {1:g}",
+                                   kMaxGifRate, rate));
+  return kMaxGifRate;
+}
+
+int Run(const Options& options) {
+  const CommonOptions& common = options.common;
+  const std::optional<VideoFormat> video = VideoFormatOf(options.output);
+  const std::optional<NumberedName> numbered = ParseNumberedName(options.output);
+  if (video && numbered) {
+    throw Error(options.output, "is one file, not numbered pictures", "Leave the % out");
+  }
+  if (!video && !EqualIgnoringCase(fs::path(options.output).extension().string(), ".png")) {
+    throw Error(options.output, "is no format of pictures that is written here",
+                "Give a name in .png, .gif or .mp4");
+  }
+  if (!numbered) RequireNew(options.output, common);
+  const ClipInput input = LoadClipInput(options.clip, options.input, common);
+  const Clip& clip = input.clip;
+  if (clip.object && !input.object) {
+    Note(common, fmt::format("note: the mesh of the clip's object was not found: the body is drawn "
+                             "alone (--object MESH gives one). {}",
+                             input.object_missing));
+  }
+  const ClipRenderer renderer(clip, input.body, input.betas,
+                              clip.object && input.object ? &*input.object : nullptr);
+  ClipRenderOptions how = HowToDraw(options);
   const auto [columns, rows] = ParsePair(options.sheet).value_or(std::pair(4, 2));
-  const std::vector<int> frames =
-      ChooseFrames(options, clip.NumFrames(), columns * rows, pattern.has_value());
-  const auto name = [&](std::size_t k) {
-    return pattern ? pattern->Name(frames[k]) : options.output;
-  };
-  for (std::size_t k = 0; k < (pattern ? frames.size() : 1); ++k) RequireNew(name(k), common);
 
-  std::vector<Image> tiles(pattern ? 0 : frames.size());
-  DrawFrames(renderer, how, frames, common, [&](std::size_t k, Image image) {
-    if (pattern) {
-      WritePng(image, name(k));
-    } else {
-      tiles[k] = std::move(image);
+  std::vector<int> frames;
+  double rate = 0.0;
+  if (options.frame) {
+    frames = {*options.frame};
+    rate = 1.0;
+  } else if (video) {
+    rate = VideoRate(options, *video, clip.frame_rate);
+    frames = FramesAtRate(clip.NumFrames(), clip.frame_rate, rate);
+  } else if (numbered) {
+    frames = EveryFrame(clip.NumFrames(), options.every);
+  } else {
+    frames = EvenFrames(clip.NumFrames(), columns * rows);
+  }
+  if (video == VideoFormat::kMp4) {  // its colours are stored for two by two pixels
+    how.picture.width += how.picture.width % 2;
+    how.picture.height += how.picture.height % 2;
+  }
+  if (numbered) {
+    for (const int frame : frames) RequireNew(numbered->Name(frame), common);
+  }
+
+  Progress progress(common, "render");
+  int drawn = 0;
+  const auto draw = [&](std::span<const int> which) {
+    return Draw(renderer, how, which, common, [&] {
+      progress.Update(++drawn, std::max(drawn, static_cast<int>(frames.size())));
+    });
+  };
+  const int batch = 2 * NumThreads(common);  // keeps memory small, and the threads busy
+  if (video) {
+    WriteVideo(options.output, static_cast<int>(frames.size()), {rate, batch},
+               [&](std::span<const int> indices) {
+                 std::vector<int> which;
+                 for (const int k : indices) which.push_back(frames[k]);
+                 return draw(which);
+               });
+  } else if (numbered) {
+    for (std::size_t k = 0; k < frames.size() && !Interrupted(); k += batch) {
+      const std::size_t count = std::min<std::size_t>(batch, frames.size() - k);
+      const std::vector<Image> images = draw({frames.data() + k, count});
+      for (std::size_t i = 0; i < images.size(); ++i) {
+        WritePng(images[i], numbered->Name(frames[k + i]));
+      }
     }
-  });
-  if (Interrupted()) return kInterrupted;
-  if (!pattern) {
+  } else if (const std::vector<Image> tiles = draw(frames); !tiles.empty()) {
     std::vector<std::string> labels;
     for (const int t : frames) labels.push_back(fmt::format("{:.2f} s", t / clip.frame_rate));
-    WritePng(frames.size() == 1 ? tiles[0] : ContactSheet(tiles, labels, columns), options.output);
+    WritePng(tiles.size() == 1 ? tiles[0] : ContactSheet(tiles, labels, columns), options.output);
   }
+  if (Interrupted()) return kInterrupted;
 
   nlohmann::json summary = JsonHead("holdfast/render/1", common);
   summary["output"] = options.output;
   summary["frames"] = frames;
   summary["size"] = {how.picture.width, how.picture.height};
+  if (video) summary["frame_rate_hz"] = rate;
   PrintResult(
       common, summary,
       fmt::format("{}: {} of {} frames\n", options.output, frames.size(), clip.NumFrames()));
@@ -194,14 +175,14 @@ void AddRenderCommand(CLI::App& app, int& exit_code) {
     return ParsePair(text) ? std::string()
                            : "'" + text + "' is not two numbers (1 to 16384) like 640x480";
   };
-  command->add_option("clip", options->clip, "Clip (.npz) or embedded clip")->required();
+  command->add_option("clip", options->clip, "Clip (.npz), result folder or embedded clip")
+      ->required();
   command
       ->add_option("-o,--output", options->output,
-                   "A .png: one picture or a sheet; with %d or %03d in it: one per frame")
+                   "A .png: one picture or a sheet; with %d or %03d in it: one per frame. "
+                   "A .gif or .mp4: a video (made by ffmpeg)")
       ->required();
-  command->add_option("--object", options->object,
-                      "Mesh or embedded object in place of the one the clip names");
-  command->add_option("--body", options->body, "SMPL-X model file in place of the embedded body");
+  AddClipInputOptions(*command, options->input);
   command->add_option("--camera", options->view, "front, side, follow or hand")
       ->capture_default_str()
       ->check(CLI::IsMember({"front", "side", "follow", "hand"}));
@@ -212,9 +193,16 @@ void AddRenderCommand(CLI::App& app, int& exit_code) {
       ->check(pair);
   command->add_option("--frame", options->frame, "Only this frame, from 0")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--every", options->every, "For numbered pictures: every n-th frame")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+  CLI::Option* every =
+      command
+          ->add_option("--every", options->every, "Numbered pictures and videos: every n-th frame")
+          ->capture_default_str()
+          ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--fps", options->fps,
+                   "Videos: frames per second, at the clip's speed [the clip's; .gif: at most 50]")
+      ->check(CLI::Range(0.1, 240.0))
+      ->excludes(every);
   command->add_option("--size", options->size, "Pixels of each picture")
       ->capture_default_str()
       ->check(pair);
@@ -224,7 +212,8 @@ void AddRenderCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--no-contact", options->no_contact, "Do not colour where the hands touch");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast render demo_drink -o drink.png --sheet 6x2 --size 240x400\n"
-                   "  holdfast render held/clip.npz -o hand_%03d.png --camera hand\n"
+                   "  holdfast render held -o hand_%03d.png --camera hand\n"
+                   "  holdfast render held -o held.mp4 --size 1280x720 --camera follow\n"
                    "Amber: skin within 3 mm of the object. Red: skin inside it.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }

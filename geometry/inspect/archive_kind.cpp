@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/inspect/archive_kind.h"
+
+#include <zip.h>
+
+#include <algorithm>
+#include <initializer_list>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/io/npz.h"
+#include "geometry/skeleton.h"
+
+namespace holdfast {
+namespace {
+
+constexpr zip_int64_t kMaxListed = 10'000;
+
+std::vector<std::string> Members(const std::filesystem::path& path, std::string& fault) {
+  int code = 0;
+  zip_t* zip = zip_open(path.c_str(), ZIP_RDONLY, &code);
+  if (zip == nullptr) {
+    zip_error_t reason;
+    zip_error_init_with_code(&reason, code);
+    fault = zip_error_strerror(&reason);
+    zip_error_fini(&reason);
+    return {};
+  }
+  std::vector<std::string> names;
+  const zip_int64_t count = std::min<zip_int64_t>(zip_get_num_entries(zip, 0), kMaxListed);
+  for (zip_int64_t i = 0; i < count; ++i) {
+    const char* name = zip_get_name(zip, static_cast<zip_uint64_t>(i), 0);
+    if (name != nullptr) names.emplace_back(name);
+  }
+  zip_discard(zip);
+  return names;
+}
+
+FileKind NpzKind(const std::filesystem::path& path, const std::vector<std::string>& members,
+                 std::string& detail) {
+  const auto has = [&](std::initializer_list<const char*> keys) {
+    return std::ranges::all_of(keys, [&](const char* key) {
+      return std::ranges::find(members, fmt::format("{}.npy", key)) != members.end();
+    });
+  };
+  // The last length of an array's shape; 0 when it cannot be read.
+  const auto columns = [&](const char* key) -> std::size_t {
+    try {
+      const NpyMember member = NpzReader(path).Read(key);
+      return member.array.shape.empty() ? 0 : member.array.shape.back();
+    } catch (const Error& error) {
+      detail = error.Problem();
+      return 0;
+    }
+  };
+  if (has({"v_template", "kintree_table"}) || has({"v_template", "weights", "J_regressor"})) {
+    const std::size_t joints = has({"kintree_table"}) ? columns("kintree_table") : 0;
+    return joints == kNumJoints ? FileKind::kBodyModel : FileKind::kOtherModel;
+  }
+  if (has({"root_orient", "pose_body"})) return FileKind::kClip;
+  if (has({"body", "object", "rhand"}) || has({"motion_intent", "obj_name"})) {
+    return FileKind::kGrab;
+  }
+  if (has({"poses"})) {
+    const std::size_t width = columns("poses");
+    if (width == 3 * kNumJoints) return FileKind::kClip;
+    if (width == 156) return FileKind::kSmplhMotion;
+    if (width == 72) return FileKind::kSmplMotion;
+  }
+  if (has({"body_pose"}) || has({"fullpose"}) || has({"global_orient", "transl"})) {
+    return FileKind::kParameters;
+  }
+  // A clip with members missing is still meant as one.
+  if (has({"trans", "pose_body"}) || has({"trans", "root_orient"}) ||
+      has({"mocap_frame_rate", "trans"})) {
+    return FileKind::kClip;
+  }
+  return FileKind::kNpz;
+}
+
+}  // namespace
+
+void IdentifyArchive(const std::filesystem::path& path, Identity& identity) {
+  identity.members = Members(path, identity.fault);
+  if (!identity.fault.empty()) {
+    identity.kind = FileKind::kDamagedArchive;
+    identity.fault =
+        fmt::format("a zip archive (.npz or other) that does not open: {}", identity.fault);
+    return;
+  }
+  const auto any = [&](std::string_view end) {
+    return std::ranges::any_of(identity.members,
+                               [&](const std::string& name) { return name.ends_with(end); });
+  };
+  if (any(".npy")) {
+    identity.kind = NpzKind(path, identity.members, identity.detail);
+  } else if (any("data.pkl")) {
+    identity.kind = FileKind::kTorch;
+  } else if (any(".usdc") || any(".usda")) {
+    identity.kind = FileKind::kUsd;
+  } else {
+    identity.kind = FileKind::kZip;
+  }
+}
+
+}  // namespace holdfast

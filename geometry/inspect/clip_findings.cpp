@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/inspect/clip_findings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/clip.h"
+#include "geometry/inspect/convert_commands.h"
+#include "geometry/inspect/hand_evidence.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr std::size_t kShownLeaps = 3;
+
+}  // namespace
+
+void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspection& inspection) {
+  const bool file_is_clip = inspection.identity.kind == FileKind::kClip;
+  if (!motion.has_root || !motion.has_body) return;
+  inspection.AddFact("up_axis", posture.up_is_certain ? AxisName(posture) : "undecided", "");
+  inspection.AddFact("head_over_feet_m", posture.head_over_feet, "");
+  if (!posture.up_is_certain) {
+    inspection.Warn("up cannot be told: the body does not stand upright for long",
+                    "make sure that z is up");
+  } else if (AxisName(posture) == "z") {
+    inspection.Ok(fmt::format("z is up: the head is {:.2f} m above the feet, in {:.0f} % of frames",
+                              posture.head_over_feet, 100 * posture.share));
+  } else {
+    inspection.Fault(
+        fmt::format(
+            "{} is up (the head is {:.2f} m over the feet along it, in {:.0f} % of frames); "
+            "Holdfast's world is z-up",
+            AxisName(posture), posture.head_over_feet, 100 * posture.share),
+        "turn root_orient and trans");
+    if (file_is_clip) {
+      inspection.next.push_back(TurnUpCommand(inspection.path, posture.axis, posture.sign));
+    }
+  }
+  if (!motion.has_trans) return;
+  inspection.AddFact("metres_per_unit", posture.metres_per_unit, "");
+  inspection.AddFact("ground_height_m", posture.ground_m, "");
+  inspection.AddFact("root_height_m", posture.root_height_m, "");
+  inspection.AddFact("fastest_root_m_per_s", posture.fastest_root_m_per_s, "");
+  const std::string unit = posture.metres_per_unit == 1.0    ? "metres"
+                           : posture.metres_per_unit == 0.01 ? "centimetres"
+                                                             : "millimetres";
+  if (posture.metres_per_unit != 1.0) {
+    inspection.Fault(fmt::format("trans is in {}: only then the feet are on the ground", unit),
+                     fmt::format("multiply trans by {:g}", posture.metres_per_unit));
+    if (file_is_clip) {
+      inspection.next.push_back(ScaleCommand(inspection.path, posture.metres_per_unit));
+    }
+  } else if (posture.unit_is_certain) {
+    inspection.Ok("trans is in metres");
+  }
+  const std::string ground = fmt::format(
+      "ground at {:+.3f} m, a foot on it in {:.0f} % of frames, pelvis {:.2f} m over it",
+      posture.ground_m, 100 * posture.grounded_share, posture.root_height_m);
+  if (std::abs(posture.ground_m) < 0.05) {
+    inspection.Ok(ground);
+  } else {
+    inspection.Warn(
+        ground + (std::abs(posture.ground_m) < 0.12 ? " (with a body of average shape)" : ""),
+        fmt::format("take {:.3f} m off the heights in trans if the ground is to be at 0",
+                    posture.ground_m));
+  }
+  if (posture.fastest_root_m_per_s > 13.0) {
+    inspection.Warn(fmt::format("the root moves at up to {:.0f} m/s, faster than a sprinter",
+                                posture.fastest_root_m_per_s),
+                    "look for leaps, a wrong frame rate or unit");
+  }
+}
+
+void DescribeHands(const LooseMotion& motion, const BodyModel& body, Inspection& inspection) {
+  using Reading = HandMeanEvidence::Reading;
+  const HandMeanEvidence evidence = JudgeHandMean(motion, body);
+  if (!motion.has_hands) {
+    inspection.Warn("no finger poses: the hands are straight", "fit closes the hand that holds");
+    return;
+  }
+  const char* names[] = {"full", "relative", "undecided", "zero", "absent"};
+  inspection.AddFact("hand_pose", names[static_cast<int>(evidence.reading)], "");
+  inspection.AddFact("hand_from_mean", evidence.from_mean, "");
+  inspection.AddFact("hand_from_zero", evidence.from_zero, "");
+  const std::string seen = fmt::format(
+      "they come within {:.2f} of a relaxed hand and {:.2f} of a flat one (1 is from one to the "
+      "other)",
+      evidence.from_mean, evidence.from_zero);
+  switch (evidence.reading) {
+    case Reading::kFull:
+      inspection.Ok(fmt::format("finger poses are {}full rotations (flat_hand_mean=True): {}",
+                                evidence.certain ? "" : "probably ", seen));
+      break;
+    case Reading::kRelative:
+      inspection.Warn(
+          fmt::format(
+              "finger poses are {}differences from the mean hand (flat_hand_mean=False): {}",
+              evidence.certain ? "" : "probably ", seen),
+          "add the model's hands_meanl and hands_meanr to pose_hand: Holdfast takes full "
+          "rotations");
+      break;
+    case Reading::kZero:
+      inspection.Warn("finger poses are all zero: not captured, and flat as they stand",
+                      "fit closes the hand that holds");
+      break;
+    case Reading::kUndecided:
+      inspection.Warn(
+          fmt::format("cannot tell whether finger poses hold the mean hand: {}", seen),
+          "look: holdfast render " + ShellWord(inspection.path) + " -o hand.png --camera hand");
+      break;
+    case Reading::kAbsent:
+      break;
+  }
+  if (evidence.reading != Reading::kZero && evidence.reading != Reading::kAbsent) {
+    inspection.AddFact("fingers_move", evidence.moves ? "yes" : "no",
+                       evidence.moves ? "" : "the fingers keep one pose throughout");
+  }
+}
+
+void DescribeObject(const LooseMotion& motion, const BodyModel& body, double metres_per_unit,
+                    Inspection& inspection) {
+  if (!motion.has_object || !motion.has_body) return;
+  const ObjectEvidence evidence = JudgeObject(motion, body, metres_per_unit);
+  using Convention = ObjectEvidence::Convention;
+  const std::string seen =
+      fmt::format("it turns {:.1f} degrees against the wrist in 0.2 s if columns, {:.1f} if rows",
+                  kDegrees * evidence.column_drift_rad, kDegrees * evidence.row_drift_rad);
+  inspection.AddFact("object_rotation",
+                     evidence.convention == Convention::kColumn ? "column"
+                     : evidence.convention == Convention::kRow  ? "row"
+                                                                : "undecided",
+                     "");
+  if (evidence.steps > 0) {
+    inspection.AddFact("object_column_drift_deg", kDegrees * evidence.column_drift_rad, "");
+    inspection.AddFact("object_row_drift_deg", kDegrees * evidence.row_drift_rad, "");
+  }
+  switch (evidence.convention) {
+    case Convention::kColumn:
+      inspection.Ok(fmt::format("the object's rotation acts on column vectors, R x + T: {}", seen));
+      break;
+    case Convention::kRow:
+      inspection.Fault(
+          fmt::format("the object's rotation is written for row vectors, x R + T, as in GRAB: {}",
+                      seen),
+          "transpose it: negate object_orient");
+      if (inspection.identity.kind == FileKind::kClip) {
+        inspection.next.push_back(TransposeObjectCommand(inspection.path));
+      }
+      break;
+    case Convention::kUndecided:
+      inspection.Ok(
+          evidence.steps == 0
+              ? "row or column rotation of the object is undecidable here: it never turns "
+                "while it is carried"
+              : fmt::format("row or column rotation of the object is undecidable: {}", seen));
+      break;
+  }
+  std::string holder = "no hand";
+  if (evidence.holder) {
+    holder = fmt::format("the {} hand", SideName(*evidence.holder));
+    inspection.AddFact("holding_hand", std::string(SideName(*evidence.holder)), "");
+  } else {
+    inspection.AddFact("holding_hand", "none", "");
+  }
+  inspection.AddFact(
+      "wrist_distance_m", evidence.wrist_distance_m,
+      !evidence.moves
+          ? fmt::format("the object does not move; median {:.2f} m from the nearer wrist",
+                        evidence.wrist_distance_m)
+          : fmt::format("carried by {}{}; median {:.2f} m from {} wrist", holder,
+                        evidence.holder
+                            ? fmt::format(" in {:.0f} % of its moves", 100 * evidence.holder_share)
+                            : std::string(),
+                        evidence.wrist_distance_m, evidence.holder ? "its" : "the nearer"));
+  if (evidence.holder && !motion.holding_hand.empty()) {
+    const int bit = *evidence.holder == Side::kRight ? kHoldsRight : kHoldsLeft;
+    const auto says =
+        std::ranges::count_if(motion.holding_hand, [&](int b) { return (b & bit) != 0; });
+    if (says == 0) {
+      inspection.Warn(
+          fmt::format("holding_hand never says {}, which is the hand that carries the object",
+                      SideName(*evidence.holder)),
+          "check holding_hand: 1 is right, 2 left, 3 both");
+    }
+  }
+}
+
+void DescribeMotion(const LooseMotion& motion, double metres_per_unit, Inspection& inspection) {
+  const std::vector<Leap> leaps = FindLeaps(motion, metres_per_unit);
+  inspection.AddFact("leaps", static_cast<double>(leaps.size()), "");
+  if (!leaps.empty()) {
+    std::vector<std::string> shown;
+    for (std::size_t k = 0; k < std::min(leaps.size(), kShownLeaps); ++k) {
+      const Leap& leap = leaps[k];
+      shown.push_back(
+          leap.turns ? fmt::format("frame {}: {} by {:.0f} degrees", leap.frame, leap.what,
+                                   kDegrees * leap.size)
+                     : fmt::format("frame {}: {} by {:.2f} m", leap.frame, leap.what, leap.size));
+    }
+    inspection.Warn(fmt::format("leaps in {} of {} frames ({}{})", leaps.size(), motion.frames,
+                                fmt::join(shown, "; "), leaps.size() > kShownLeaps ? "; ..." : ""),
+                    "cut the clip there, or smooth it");
+  }
+  const std::vector<Overbend> bends = FindOverbends(motion);
+  inspection.AddFact("overbent_joints", static_cast<double>(bends.size()), "");
+  if (!bends.empty()) {
+    const Overbend& worst = bends.front();
+    inspection.Warn(
+        fmt::format("{} joint{} bent beyond what bodies do: {} in {} frames, from frame {}, up to "
+                    "{:.0f} degrees",
+                    bends.size(), bends.size() == 1 ? "" : "s", kJointNames[worst.joint],
+                    worst.frames, worst.first_frame, kDegrees * worst.worst_rad),
+        "check the order of the joints and the units of the angles");
+  }
+  const double hinges = HingeAgreement(motion);
+  if (hinges < 0) return;
+  inspection.AddFact("hinge_agreement", hinges, "");
+  if (hinges < 0.6) {
+    inspection.Warn(fmt::format("knees and elbows do not turn like hinges ({:.0f} % about their "
+                                "axes): the joints may be in another order",
+                                100 * hinges),
+                    "SMPL-X's order is pelvis, left_hip, right_hip, spine1, left_knee, ...");
+  } else {
+    inspection.Ok(
+        fmt::format("knees and elbows turn like hinges ({:.0f} %): the joints are in "
+                    "SMPL's order",
+                    100 * hinges));
+  }
+}
+
+}  // namespace holdfast

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "geometry/inspect/inspection.h"
+#include "geometry/inspect/loose_motion.h"
+#include "geometry/inspect/posture.h"
+
+namespace holdfast {
+
+// What the measurements of a motion mean, as facts, findings and commands of its inspection.
+
+/// Up axis, unit of the root's position, height of the ground.
+void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspection& inspection);
+
+/// Full finger rotations or differences from the mean hand.
+void DescribeHands(const LooseMotion& motion, const BodyModel& body, Inspection& inspection);
+
+/// Row or column rotation of the object, and the hand that carries it.
+void DescribeObject(const LooseMotion& motion, const BodyModel& body, double metres_per_unit,
+                    Inspection& inspection);
+
+/// Leaps, joints bent too far, order of the joints.
+void DescribeMotion(const LooseMotion& motion, double metres_per_unit, Inspection& inspection);
+
+}  // namespace holdfast

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/inspect/mesh_inspection.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/error.h"
+#include "geometry/io/atomic_file.h"
+#include "geometry/io/mesh_io.h"
+#include "geometry/io/text_scanner.h"
+#include "geometry/mesh_check.h"
+
+namespace holdfast {
+namespace {
+
+constexpr Eigen::Index kFitVertices = 300;
+
+std::string ExtensionOf(FileKind kind) {
+  switch (kind) {
+    case FileKind::kPly:
+      return ".ply";
+    case FileKind::kStl:
+      return ".stl";
+    case FileKind::kOff:
+      return ".off";
+    default:
+      return ".obj";
+  }
+}
+
+void AddSizes(const MeshReport& report, Inspection& inspection) {
+  const Eigen::Vector3d& e = report.extent_m;
+  inspection.AddFact("vertices", static_cast<double>(report.num_vertices), "");
+  inspection.AddFact("faces", static_cast<double>(report.num_faces), "");
+  inspection.AddFact("components", static_cast<double>(report.num_components), "");
+  inspection.AddFact("extent_m", std::vector<double>{e.x(), e.y(), e.z()}, "");
+  inspection.AddFact("area_m2", report.area_m2, "");
+  for (const std::string& line : Describe(report)) {
+    inspection.AddFact("", "", line);
+    if (inspection.facts.size() >= 2 && line.starts_with("Extent")) break;
+  }
+  if (report.watertight) inspection.AddFact("volume_m3", report.volume_m3, "");
+}
+
+}  // namespace
+
+void InspectMesh(Inspection& inspection) {
+  const std::string word = ShellWord(inspection.path);
+  const std::string extension = ExtensionOf(inspection.identity.kind);
+  const bool misnamed = !EqualIgnoringCase(inspection.path.extension().string(), extension);
+  if (inspection.identity.gzipped) {
+    inspection.Fault("it is packed with gzip", "unpack it first");
+    inspection.next.push_back(fmt::format("gunzip -k {}", word));
+    return;
+  }
+  if (misnamed) {
+    inspection.Fault(fmt::format("its content is {}, its name ends in '{}': meshes are read by "
+                                 "their extension",
+                                 extension, inspection.path.extension().string()),
+                     fmt::format("rename it to {}{}", Stem(inspection.path), extension));
+  }
+  MeshReport report;
+  MeshReport repaired_report;
+  std::vector<std::string> actions;
+  try {
+    std::filesystem::path named = inspection.path;
+    if (misnamed) named += extension;
+    const MeshFile file = ReadMeshBytes(ReadFile(inspection.path), named);
+    report = CheckMesh(file.mesh);
+    for (const std::string& note : file.notes) inspection.AddFact("note", note, note);
+    const RepairedMesh repaired = RepairMesh(file.mesh);
+    actions = repaired.actions;
+    repaired_report = CheckMesh(repaired.mesh);
+  } catch (const Error& error) {
+    inspection.Fault(fmt::format("{}: {}", error.Where(), error.Problem()), error.Remedy());
+    return;
+  }
+  AddSizes(report, inspection);
+  inspection.AddFact("watertight", report.watertight ? "yes" : "no", "");
+  inspection.AddFact("watertight_after_repair", repaired_report.watertight ? "yes" : "no", "");
+
+  const std::string repairs = fmt::format("{}", fmt::join(actions, " "));
+  if (report.watertight) {
+    inspection.Ok("watertight: closed, manifold, faces outwards");
+  } else if (repaired_report.watertight) {
+    inspection.Ok(fmt::format("watertight once loaded, where this is repaired: {}", repairs));
+  } else {
+    std::vector<std::string> faults = Describe(repaired_report);
+    std::erase_if(faults, [](const std::string& line) {
+      return line.find("edge") == std::string::npos && line.find("touch") == std::string::npos &&
+             line.find("component") == std::string::npos;
+    });
+    // The first line is the counts.
+    if (!faults.empty()) faults.erase(faults.begin());
+    inspection.Warn(
+        fmt::format("not watertight{}: {}", actions.empty() ? "" : ", also after repairs",
+                    fmt::join(faults, " ")),
+        "it is usable: inside and outside are judged by winding numbers; close the holes "
+        "in a mesh editor for exact depths");
+  }
+  if (report.implausible_size) {
+    const bool known = report.suggested_scale != 1.0;
+    inspection.AddFact("suggested_scale", report.suggested_scale, "");
+    inspection.Warn(
+        fmt::format("{:.3g} m at its longest is no size for a hand{}", report.extent_m.maxCoeff(),
+                    report.suggested_scale == 0.001    ? ": the file is likely in millimetres"
+                    : report.suggested_scale == 0.01   ? ": the file is likely in centimetres"
+                    : report.suggested_scale == 0.0254 ? ": the file is likely in inches"
+                                                       : ""),
+        known ? fmt::format("--object-scale {:g}", report.suggested_scale)
+              : "give its unit with --object-scale");
+  } else {
+    inspection.Ok("a size for a hand, in metres");
+  }
+  if (misnamed) return;
+  const std::string scale = report.implausible_size && report.suggested_scale != 1.0
+                                ? fmt::format(" --object-scale {:g}", report.suggested_scale)
+                                : "";
+  const std::string stem = Stem(inspection.path);
+  inspection.next.push_back(
+      fmt::format("holdfast fit demo_drink {} -o {}{}", word, ShellWord(stem + "_held"), scale));
+  if (report.num_vertices > kFitVertices) {
+    inspection.AddFact("fit_vertices", static_cast<double>(kFitVertices),
+                       fmt::format("fit simplifies it to {} vertices by itself", kFitVertices));
+    inspection.next.push_back(
+        fmt::format("holdfast decimate {} -o {}", word, ShellWord(stem + "_300.ply")));
+  }
+}
+
+}  // namespace holdfast

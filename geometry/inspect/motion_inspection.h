@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "geometry/inspect/inspection.h"
+
+namespace holdfast {
+
+/// A BVH or ASF/AMC motion: skeleton, unit, up axis, leaps. Adds to `inspection`.
+void InspectMotion(Inspection& inspection);
+
+/// An Acclaim skeleton without motion.
+void InspectAsf(Inspection& inspection);
+
+}  // namespace holdfast

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// `holdfast doctor` through the program.
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::ProgramResult;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+TEST(DoctorCommand, AFittedFolderIsSoundAndTheNextCommandWorks) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(), "fit demo_drink mug -o held --end 30 -q").exit_code, 0);
+  const ProgramResult text = RunHoldfast(folder.Path(), "doctor held");
+  EXPECT_EQ(text.exit_code, 0) << text.out;
+  EXPECT_THAT(text.out, HasSubstr("held: result folder of Holdfast"));
+  EXPECT_THAT(text.out, HasSubstr("acts on column vectors"));
+  EXPECT_THAT(text.out, HasSubstr("next: holdfast render held -o held.mp4"));
+
+  const ProgramResult result = RunHoldfast(folder.Path(), "doctor held/clip.npz --json");
+  EXPECT_EQ(result.exit_code, 0);
+  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  EXPECT_EQ(summary["schema"], "holdfast/doctor/1");
+  const nlohmann::json& file = summary["files"][0];
+  EXPECT_EQ(file["verdict"], "ok") << file.dump(1);
+  EXPECT_EQ(file["facts"]["frames"], 30);
+  EXPECT_EQ(file["facts"]["object_rotation"], "column");
+  EXPECT_EQ(file["facts"]["holding_hand"], "right");
+}
+
+TEST(DoctorCommand, OneUnusableFileAmongSoundOnesIsExitCodeOne) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "empty.npz");
+  std::ofstream(folder / "notes.txt") << "words\n";
+  EXPECT_EQ(RunHoldfast(folder.Path(), "doctor notes.txt").exit_code, 0);
+  const ProgramResult result =
+      RunHoldfast(folder.Path(), "doctor notes.txt empty.npz missing.npz --json --threads 2");
+  EXPECT_EQ(result.exit_code, 1);
+  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  EXPECT_EQ(summary["unsound"], 2);
+  EXPECT_EQ(summary["with_warnings"], 1);
+  ASSERT_EQ(summary["files"].size(), 3u);  // in the order given
+  EXPECT_EQ(summary["files"][1]["file"], "empty.npz");
+  EXPECT_EQ(summary["files"][1]["kind"], "empty file");
+  EXPECT_EQ(RunHoldfast(folder.Path(), "doctor").exit_code, 2);
+}
+
+TEST(DoctorCommand, NamesThatAreNoTextAreStillJson) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "bad\xff.npz") << "x";
+  const ProgramResult result = RunHoldfast(folder.Path(), "doctor bad*.npz --json");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_NO_THROW(nlohmann::json::parse(result.out));
+}
+
+}  // namespace
+}  // namespace holdfast
