@@ -108,24 +108,25 @@ Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, const CommonOp
 }
 
 LoadedObject LoadObject(const std::string& path_or_name, double scale) {
+  std::vector<std::string> names = EmbeddedNames("objects", ".ply");
+  std::erase_if(names, [](const std::string& name) { return name.ends_with("_300"); });
+  const bool embedded = std::ranges::find(names, path_or_name) != names.end();
   LoadedObject object;
   MeshFile file;
-  if (fs::exists(path_or_name)) {
+  // A folder of an embedded object's name does not hide it.
+  if (fs::exists(path_or_name) && !(fs::is_directory(path_or_name) && embedded)) {
     object.name = fs::path(path_or_name).stem().string();
     file = ReadMeshFile(path_or_name);
   } else {
-    std::vector<std::string> names = EmbeddedNames("objects", ".ply");
-    std::erase_if(names, [](const std::string& name) { return name.ends_with("_300"); });
-    if (std::ranges::find(names, path_or_name) == names.end()) {
+    if (!embedded) {
       throw Error(
           path_or_name, "is neither a file nor an embedded object",
           fmt::format("Give a mesh (.obj .ply .stl .off), or one of: {}", fmt::join(names, ", ")));
     }
     object.name = path_or_name;
-    const EmbeddedFile embedded = FindEmbedded(fmt::format("objects/{}.ply", path_or_name));
-    file =
-        ReadMeshBytes({reinterpret_cast<const char*>(embedded.bytes.data()), embedded.bytes.size()},
-                      embedded.name);
+    const EmbeddedFile inside = FindEmbedded(fmt::format("objects/{}.ply", path_or_name));
+    file = ReadMeshBytes({reinterpret_cast<const char*>(inside.bytes.data()), inside.bytes.size()},
+                         inside.name);
   }
   object.notes = std::move(file.notes);
   RepairedMesh repaired = RepairMesh(file.mesh);

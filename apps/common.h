@@ -115,5 +115,11 @@ void AddImportCommand(CLI::App& app, int& exit_code);
 void AddDecimateCommand(CLI::App& app, int& exit_code);
 void AddBodyCommand(CLI::App& app, int& exit_code);
 void AddRenderCommand(CLI::App& app, int& exit_code);
+void AddScoreCommand(CLI::App& app, int& exit_code);
+void AddDoctorCommand(CLI::App& app, int& exit_code);
+void AddExportCommand(CLI::App& app, int& exit_code);
+void AddOffhandCommand(CLI::App& app, int& exit_code);
+void AddReportCommand(CLI::App& app, int& exit_code);
+void AddRefineCommand(CLI::App& app, int& exit_code);
 
 }  // namespace holdfast::apps

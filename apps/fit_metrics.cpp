@@ -24,13 +24,42 @@ double Median(std::vector<double> values) {
 
 }  // namespace
 
+std::vector<ContactMetrics> OfHoldingHands(const std::vector<std::vector<ContactMetrics>>& per_hand,
+                                           const std::vector<const HandModel*>& hands,
+                                           const std::vector<std::uint8_t>& holding) {
+  std::vector<ContactMetrics> frames(per_hand.front().size());
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    ContactMetrics& all = frames[t];
+    int counted = 0;
+    for (std::size_t h = 0; h < hands.size(); ++h) {
+      const std::uint8_t bit = hands[h]->HandSide() == Side::kRight ? kHoldsRight : kHoldsLeft;
+      if (holding[t] != 0 && (holding[t] & bit) == 0) continue;
+      const ContactMetrics& one = per_hand[h][t];
+      const bool first = counted++ == 0;
+      all.max_penetration_mm = std::max(all.max_penetration_mm, one.max_penetration_mm);
+      all.mean_penetration_mm = std::max(all.mean_penetration_mm, one.mean_penetration_mm);
+      all.penetrating_ratio += one.penetrating_ratio;
+      all.contact_ratio += one.contact_ratio;
+      all.in_contact = (first || all.in_contact) && one.in_contact;
+      all.min_distance_mm =
+          first ? one.min_distance_mm : std::min(all.min_distance_mm, one.min_distance_mm);
+      all.intersection_volume_cm3 += one.intersection_volume_cm3;
+    }
+    if (counted > 1) {
+      all.penetrating_ratio /= counted;
+      all.contact_ratio /= counted;
+    }
+  }
+  return frames;
+}
+
 FitSummary SummarizeFit(const FitResult& result, const std::vector<ContactMetrics>& contact) {
   FitSummary summary;
   summary.frames = static_cast<int>(result.frames.size());
   summary.contact_pairs = result.num_contact_pairs;
   std::vector<double> solve_ms, iterations;
   for (const FrameReport& frame : result.frames) {
-    if (frame.stop == StopReason::kGiven) continue;
+    if (frame.stop == StopReason::kGiven || frame.stop == StopReason::kResting) continue;
     solve_ms.push_back(frame.solve_ms);
     iterations.push_back(frame.iterations);
     summary.failed += frame.stop == StopReason::kFailed;
@@ -79,6 +108,12 @@ nlohmann::json PerFrameJson(const FitResult& result, const std::vector<ContactMe
       {"energy_distance_m2", PerFrame(result.frames, [](const F& f) { return f.energy_distance; })},
       {"energy_contact_m2", PerFrame(result.frames, [](const F& f) { return f.energy_contact; })},
       {"energy_temporal", PerFrame(result.frames, [](const F& f) { return f.energy_temporal; })},
+      {"energy_penetration_m2",
+       PerFrame(result.frames, [](const F& f) { return f.energy_penetration; })},
+      {"energy_object_in_hand_m2",
+       PerFrame(result.frames, [](const F& f) { return f.energy_object_in_hand; })},
+      {"wrist_offset_mm",
+       PerFrame(result.frames, [](const F& f) { return 1000.0 * f.wrist_offset_m; })},
       {"energy_total", PerFrame(result.frames, [](const F& f) { return f.energy_total; })},
       {"iterations", PerFrame(result.frames, [](const F& f) { return f.iterations; })},
       {"solve_ms", PerFrame(result.frames, [](const F& f) { return f.solve_ms; })},

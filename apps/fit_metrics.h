@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,13 @@ struct FitSummary {
   double iterations = 0.0;
   ContactSummary contact;
 };
+
+/// One account of every frame, over the hands that hold in it (all hands where none does): the
+/// deepest, the sum of volumes, and contact only where each of them touches. `per_hand[h]` is that
+/// of `hands[h]`, `holding` has bits as in Clip::holding_hand.
+std::vector<ContactMetrics> OfHoldingHands(const std::vector<std::vector<ContactMetrics>>& per_hand,
+                                           const std::vector<const HandModel*>& hands,
+                                           const std::vector<std::uint8_t>& holding);
 
 FitSummary SummarizeFit(const FitResult& result, const std::vector<ContactMetrics>& contact);
 

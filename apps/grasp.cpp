@@ -7,9 +7,11 @@
 
 #include "apps/common.h"
 #include "geometry/distance_grid.h"
+#include "geometry/error.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/rotation.h"
 #include "solver/grasp.h"
+#include "solver/grasp_both.h"
 
 namespace holdfast::apps {
 namespace {
@@ -22,6 +24,9 @@ struct Options {
   std::string output;
   std::string body;
   std::string hand = "right";
+  std::string style = "auto";
+  std::string clip;
+  int frame = 0;
   double object_scale = 1.0;
   GraspOptions grasp;
 };
@@ -59,6 +64,8 @@ std::vector<std::string> TouchingParts(const Grasp& grasp) {
 nlohmann::json GraspJson(const Grasp& grasp) {
   return {{"style", StyleName(grasp.style)},
           {"touching", TouchingParts(grasp)},
+          {"fingers_through_handle",
+           std::count(grasp.fingers_through.begin(), grasp.fingers_through.end(), true)},
           {"score", grasp.score},
           {"wrench_quality", grasp.wrench_quality},
           {"upright_cosine", grasp.upright},
@@ -96,6 +103,7 @@ int Run(Options options) {
     options.grasp.up_in_wrist.emplace_back(state.WristRotation().transpose() *
                                            Eigen::Vector3d::UnitZ());
   }
+  options.grasp.style = StyleByName(options.style);
   options.grasp.seed = common.seed;
   options.grasp.threads = NumThreads(common);
   GraspReport report;
@@ -195,6 +203,99 @@ int Run(Options options) {
   return kDone;
 }
 
+// Feet on the ground.
+Eigen::Vector3d Standing(const BodySurface& body, const JointPose& pose) {
+  BodyState state;
+  Forward(body, pose, Eigen::Vector3d::Zero(), state);
+  return {0.0, 0.0, -state.vertices.row(2).minCoeff()};
+}
+
+// An object between both hands: of a person who stands with the forearms forward, or of a frame.
+int RunBoth(const Options& options) {
+  const CommonOptions& common = options.common;
+  const std::filesystem::path output(options.output);
+  std::filesystem::path mesh_path = output;
+  mesh_path.replace_filename(output.stem().string() + "_object.ply");
+  RequireNew(output, common);
+  RequireNew(mesh_path, common);
+  const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
+  const LoadedObject object = LoadObject(options.object, options.object_scale);
+  for (const std::string& note : object.notes) Note(common, "note: " + note);
+
+  Clip clip;
+  if (options.clip.empty()) {
+    JointPose pose = StandingPose(Side::kRight, 0.0, 0.0);
+    const JointPose left = StandingPose(Side::kLeft, 0.0, 0.0);
+    for (const char* joint : {"left_shoulder", "left_elbow", "left_wrist"}) {
+      pose.col(*FindJoint(joint)) = left.col(*FindJoint(joint));
+    }
+    clip.pose = {pose};
+    clip.betas = Eigen::VectorXd::Zero(10);
+    clip.body_model = body->Name();
+    clip.trans = Standing(BodySurface(body), pose);
+  } else {
+    clip = LoadClip(options.clip);
+    if (options.frame >= clip.NumFrames()) {
+      throw Error(options.clip,
+                  fmt::format("has {} frames: none is number {}", clip.NumFrames(), options.frame),
+                  "Give --frame within the clip, counted from 0");
+    }
+    clip = Slice(clip, options.frame, options.frame + 1);
+  }
+  const Eigen::VectorXd betas = BetasFor(clip, *body, common);
+  const HandModel right(body, betas, Side::kRight), left(body, betas, Side::kLeft);
+  const SignedDistance surface(object.mesh);
+  DistanceGridOptions grid_options;
+  grid_options.threads = NumThreads(common);
+  const DistanceGrid grid(surface, grid_options);
+  BothHandsOptions both_options;
+  both_options.seed = common.seed;
+  both_options.threads = NumThreads(common);
+  const BothHandsGrasp grasp = HoldInBothHands(right, left, BodySurface(body, betas), clip.pose[0],
+                                               clip.trans.col(0), object.mesh, grid, both_options);
+  if (Interrupted()) return kInterrupted;
+  if (grasp.status != GraspStatus::kFound) {
+    const Eigen::Vector3d extent = 100.0 * Extent(object.mesh);
+    throw FitFailure(fmt::format(
+        "{} in both hands: {}. The object measures {:.1f} x {:.1f} x {:.1f} cm. Check its unit "
+        "(--object-scale), or take a pose with both hands in front (--clip, --frame)",
+        object.name, Describe(grasp.status), extent.x(), extent.y(), extent.z()));
+  }
+
+  clip.pose[0] = grasp.pose;
+  clip.object =
+      ObjectTrack{grasp.world_from_object.translation(), LogSO3(grasp.world_from_object.linear()),
+                  object.name, mesh_path.filename().string()};
+  clip.holding_hand = {static_cast<std::uint8_t>(kHoldsRight | kHoldsLeft)};
+  WriteMesh(object.mesh, mesh_path);
+  WriteClip(clip, output);
+
+  nlohmann::json summary = JsonHead("holdfast/grasp_both/1", common);
+  summary["output"] = output.string();
+  summary["object"] = object.name;
+  summary["object_mesh"] = mesh_path.string();
+  summary["hand"] = "both";
+  summary["width_mm"] = 1000.0 * grasp.width_m;
+  summary["upright_cosine"] = grasp.upright;
+  summary["body_in_object_mm"] = grasp.in_body_mm;
+  std::string text = fmt::format("{}: {} between both hands, {:.0f} mm apart\n", output.string(),
+                                 object.name, 1000.0 * grasp.width_m);
+  for (int h = 0; h < 2; ++h) {
+    const char* name = h == 0 ? "right" : "left";
+    summary[name] = GraspJson(grasp.hands[h]);
+    summary[name].erase("style");
+    summary[name].erase("fingers_through_handle");
+    summary[name]["wrist_shift_mm"] = grasp.wrist_shift_mm[h];
+    summary[name]["wrist_turn_deg"] = grasp.wrist_turn_deg[h];
+    text += fmt::format(
+        "  {}: {} touch, {:.2f} mm deepest penetration, wrist moved {:.0f} mm and {:.0f} degrees\n",
+        name, fmt::join(TouchingParts(grasp.hands[h]), ", "), grasp.hands[h].max_penetration_mm,
+        grasp.wrist_shift_mm[h], grasp.wrist_turn_deg[h]);
+  }
+  PrintResult(common, summary, text);
+  return kDone;
+}
+
 }  // namespace
 
 void AddGraspCommand(CLI::App& app, int& exit_code) {
@@ -206,9 +307,22 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("-o,--output", options->output, "Clip to write (.npz); the mesh goes beside it")
       ->required();
-  command->add_option("--hand", options->hand, "right or left")
+  command->add_option("--hand", options->hand, "right, left, or both: the object between them")
       ->capture_default_str()
-      ->check(CLI::IsMember({"right", "left"}));
+      ->check(CLI::IsMember({"right", "left", "both"}));
+  CLI::Option* const clip = command->add_option(
+      "--clip", options->clip, "With --hand both: take the pose from this clip; else standing");
+  command->add_option("--frame", options->frame, "Frame of --clip, from 0")
+      ->capture_default_str()
+      ->needs(clip)
+      ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option(
+          "--style", options->style,
+          "power, precision, handle (fingers through it), or auto: the best of all, by its "
+          "handle what has one")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "power", "precision", "handle"}));
   command->add_option("--body", options->body,
                       "Body model (SMPLX_*.npz); default: the embedded one");
   command
@@ -231,8 +345,16 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::NonNegativeNumber);
   AddCommonOptions(*command, options->common, true,
                    "  holdfast grasp mug -o mug_grasp.npz\n"
-                   "  holdfast grasp hammer.obj -o hammer.npz --hand left --seed 3 --json\n");
-  command->callback([options, &exit_code] { exit_code = Run(*options); });
+                   "  holdfast grasp hammer.obj -o hammer.npz --hand left --seed 3 --json\n"
+                   "  holdfast grasp box.obj -o box.npz --hand both --clip carry.npz --frame 60\n");
+  command->callback([options, &exit_code] {
+    if (options->hand == "both") {
+      exit_code = RunBoth(*options);
+      return;
+    }
+    if (!options->clip.empty()) throw CLI::ValidationError("--clip", "needs --hand both");
+    exit_code = Run(*options);
+  });
 }
 
 }  // namespace holdfast::apps

@@ -23,11 +23,17 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = kDone;
   AddFitCommand(app, exit_code);
+  AddOffhandCommand(app, exit_code);
   AddGraspCommand(app, exit_code);
   AddImportCommand(app, exit_code);
   AddDecimateCommand(app, exit_code);
   AddBodyCommand(app, exit_code);
   AddRenderCommand(app, exit_code);
+  AddScoreCommand(app, exit_code);
+  AddDoctorCommand(app, exit_code);
+  AddExportCommand(app, exit_code);
+  AddReportCommand(app, exit_code);
+  AddRefineCommand(app, exit_code);
   WatchForInterrupt();
 
   const auto named = [&](const CLI::App* command) { return command->check_name(argv[1]); };

@@ -61,7 +61,7 @@ HandModel::HandModel(std::shared_ptr<const BodyModel> model, const Eigen::Vector
     return (JointSet{1} << kJointsPerHand) - 1;
   };
   std::map<JointSet, int> group_of_set;
-  std::vector<int> group_of(NumVertices()), member_of(NumVertices());
+  places_.resize(static_cast<std::size_t>(NumVertices()));
   for (int i = 0; i < NumVertices(); ++i) {
     const JointSet set = round_up(moved_by[i]);
     const auto [it, is_new] = group_of_set.try_emplace(set, static_cast<int>(groups_.size()));
@@ -71,8 +71,8 @@ HandModel::HandModel(std::shared_ptr<const BodyModel> model, const Eigen::Vector
         if (set >> k & 1) groups_.back().joints.push_back(k);
       }
     }
-    group_of[i] = it->second;
-    member_of[i] = static_cast<int>(groups_[it->second].vertices.size());
+    places_[static_cast<std::size_t>(i)] = {it->second,
+                                            static_cast<int>(groups_[it->second].vertices.size())};
     groups_[it->second].vertices.push_back(i);
   }
 
@@ -83,8 +83,9 @@ HandModel::HandModel(std::shared_ptr<const BodyModel> model, const Eigen::Vector
       FingerDirs part{k, g, {}, {}};
       std::vector<std::size_t> rows;
       for (std::size_t m = 0; m < block.vertices.size(); ++m) {
-        if (group_of[block.vertices[m]] != g) continue;
-        part.member.push_back(member_of[block.vertices[m]]);
+        const Place& place = PlaceOf(block.vertices[m]);
+        if (place.group != g) continue;
+        part.member.push_back(place.member);
         rows.push_back(m);
       }
       if (rows.empty()) continue;
@@ -226,6 +227,17 @@ void HandState::EvaluateJacobians() {
       jacobians_[part.group].block<3, 3>(3 * part.member[r], column).noalias() +=
           blend_[group.vertices[part.member[r]]] * moved;
     }
+  }
+}
+
+void HandState::AddJacobianRow(int vertex, const Eigen::Vector3d& direction, double* row) const {
+  const HandModel::Place& place = hand_->PlaceOf(vertex);
+  const std::vector<int>& joints = hand_->Groups()[static_cast<std::size_t>(place.group)].joints;
+  const JacobianMatrix& J = GroupJacobian(place.group);
+  const Eigen::Index first = 3 * static_cast<Eigen::Index>(place.member);
+  for (std::size_t k = 0; k < joints.size(); ++k) {
+    Eigen::Map<Eigen::RowVector3d>(row + 3 * joints[k]) +=
+        direction.transpose() * J.block<3, 3>(first, 3 * static_cast<Eigen::Index>(k));
   }
 }
 

@@ -39,6 +39,11 @@ class HandModel {
   int NumVertices() const { return surface_.NumVertices(); }
   const BodySurface& Surface() const { return surface_; }
   const std::vector<Group>& Groups() const { return groups_; }
+  /// Where a vertex is in Groups(): groups_[group].vertices[member].
+  struct Place {
+    int group, member;
+  };
+  const Place& PlaceOf(int vertex) const { return places_[static_cast<std::size_t>(vertex)]; }
 
  private:
   friend class HandState;
@@ -54,6 +59,7 @@ class HandModel {
   Side side_;
   BodySurface surface_;
   std::vector<Group> groups_;
+  std::vector<Place> places_;  // per vertex
   std::vector<FingerDirs> finger_dirs_;
 };
 
@@ -79,6 +85,8 @@ class HandState {
   const Eigen::Matrix3Xd& Vertices() const { return vertices_; }  ///< world, metres (3 x N)
   /// d vertices of group g / d its joints: (3 |vertices| x 3 |joints|), row-major.
   const JacobianMatrix& GroupJacobian(int group) const { return jacobians_[group]; }
+  /// row += direction^T d vertex / d fingers (`row` has 45 entries).
+  void AddJacobianRow(int vertex, const Eigen::Vector3d& direction, double* row) const;
   /// World pose of the wrist.
   const Eigen::Matrix3d& WristRotation() const { return body_.world_rotation[wrist_]; }
   Eigen::Vector3d WristPosition() const { return body_.joints.col(wrist_); }

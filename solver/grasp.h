@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,9 @@ struct GraspOptions {
   int turns = 12;        ///< directions each is approached from
   int closings = 240;    ///< placements that fingers are closed for, the most promising
   int refinements = 32;  ///< closed hands that are settled, the best
+  /// The only style that will do; none: the best of all, by its handle what has one.
+  std::optional<GraspStyle> style;
+  double handle_weight = 1.0;  ///< how much grasps through a handle are preferred
   std::uint64_t seed = 0;
   int threads = 1;  ///< the result is the same for any number
 
@@ -55,6 +59,7 @@ struct Grasp {
   Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
 
   std::array<bool, kNumFingers> fingers_touching{};  ///< index, middle, pinky, ring, thumb
+  std::array<bool, kNumFingers> fingers_through{};   ///< a handle's opening, for kHandle
   bool palm_touching = false;
   double max_penetration_mm = 0.0;   ///< skin in object, vertices and middles of edges
   double object_in_hand_mm = 0.0;    ///< object's surface in the hand
@@ -71,16 +76,19 @@ struct Grasp {
 enum class GraspStatus {
   kFound,
   kNothingToGrasp,  ///< no two opposed places within a hand's span: too large, or no solid
+  kNoHandle,        ///< asked for a handle, and there is none that a finger fits through
   kNoRoom,          ///< no way to put the hand there
   kNoCleanGrasp,    ///< hands close, but not cleanly or not firmly; the best try is returned
   kStopped,         ///< by the progress callback; the hand returned is open
 };
 std::string_view Describe(GraspStatus status);
 std::string_view StyleName(GraspStyle style);
+/// "power", "precision" or "handle"; nothing for any other name.
+std::optional<GraspStyle> StyleByName(std::string_view name);
 
 struct GraspReport {
   GraspStatus status = GraspStatus::kNothingToGrasp;
-  int oppositions = 0, placements = 0, closings = 0, refinements = 0;
+  int oppositions = 0, handles = 0, placements = 0, closings = 0, refinements = 0;
   /// Each refined grasp, best first, and why it was refused (empty: it was not).
   struct Candidate {
     Grasp grasp;
@@ -94,9 +102,10 @@ struct GraspReport {
 /// Returning false stops the search.
 using GraspProgress = std::function<bool(double)>;
 
-/// Closes a hand around an object. Opposed places are found on the surface, hands are put to them
-/// in power and precision style, fingers close until they touch, all is settled by least squares,
-/// and the firmest clean grasp is returned. When the report's status is not kFound the grasp is the
+/// Closes a hand around an object. Opposed places are found on the surface and hands are put to
+/// them in power and precision style; handles are found, and hands put to them with fingers
+/// through. Fingers close until they touch, all is settled by least squares, and the firmest clean
+/// grasp is returned. When the report's status is not kFound the grasp is the
 /// least bad try, or the open hand when there was none.
 ///
 /// `object` in its own frame, metres, with the signed distances of the same mesh.

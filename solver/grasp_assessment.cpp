@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "solver/grasp_handle_placement.h"
 #include "solver/grasp_quality.h"
 
 namespace holdfast {
@@ -54,6 +55,28 @@ double ObjectInHand(const GraspScene& scene, const Eigen::Matrix3Xd& vertices,
   return deepest;
 }
 
+// How many fingers have their backs against the object.
+int KnucklesTouching(const GraspScene& scene, HandEvaluation& hand, const FingerPose& fingers,
+                     const Eigen::VectorXd& distance) {
+  const HandAnatomy& anatomy = scene.anatomy;
+  const HandState& state = hand.At(fingers.data(), false);
+  std::array<bool, kNumFingers> touching{};
+  Eigen::Matrix3Xd centers;
+  BallCenters(anatomy.landmarks, state.Vertices(), centers);
+  for (std::size_t b = 0; b < anatomy.landmarks.Balls().size(); ++b) {
+    const FingerBall& ball = anatomy.landmarks.Balls()[b];
+    const Eigen::Vector3d pad =
+        state.JointRotation(ball.finger_joint) * anatomy.axes.PadDirection(ball.finger_joint);
+    for (const int i : ball.ring) {
+      const Eigen::Vector3d out = state.Vertices().col(i) - centers.col(b);
+      if (distance(i) < scene.options.touch_distance_m && out.dot(pad) < -0.5 * out.norm()) {
+        touching[ball.finger_joint / 3] = true;
+      }
+    }
+  }
+  return static_cast<int>(std::count(touching.begin(), touching.end(), true));
+}
+
 }  // namespace
 
 GraspScene::GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer,
@@ -76,6 +99,10 @@ double Uprightness(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_
     most = std::max(most, up.dot(wrist_from_object.linear().col(2)));
   }
   return most;
+}
+
+double UprightWeight(const GraspScene& scene, GraspStyle style) {
+  return scene.options.upright_weight * (style == GraspStyle::kHandle ? 3.0 : scene.tallness);
 }
 
 double Blocked(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object) {
@@ -158,6 +185,11 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
   grasp.below_bottom_mm = 1000.0 * std::max(0.0, scene.bottom - skin.row(2).minCoeff());
   grasp.upright = Uprightness(scene, attempt.wrist_from_object);
   grasp.blocked = Blocked(scene, attempt.wrist_from_object);
+  if (grasp.style == GraspStyle::kHandle) {
+    grasp.fingers_through =
+        FingersThrough(scene.anatomy.axes, hand.At(grasp.fingers.data(), false),
+                       scene.handles[attempt.handle], attempt.wrist_from_object);
+  }
   if (thorough) {
     grasp.object_in_hand_mm = 1000.0 * ObjectInHand(scene, vertices, attempt.wrist_from_object);
   }
@@ -184,10 +216,12 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
     for (const GraspContact& contact : contacts) sum += contact.point;
     return Eigen::Vector3d(sum / static_cast<double>(contacts.size()));
   }();
-  const double off_center = (middle - scene.centroid).norm();  // metres of lever for its weight
+  // Metres of lever for its weight; a handle is where it is.
+  const bool by_handle = grasp.style == GraspStyle::kHandle;
+  const double off_center = by_handle ? 0.0 : (middle - scene.centroid).norm();
   const auto fingers = static_cast<double>(
       std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.end(), true));
-  const bool in_palm = grasp.palm_touching && grasp.style == GraspStyle::kPower;
+  const bool in_palm = grasp.palm_touching && grasp.style != GraspStyle::kPrecision;
   grasp.score =
       std::sqrt(std::min(grasp.wrench_quality / 0.3, 1.0)) + 0.1 * fingers + 0.5 * opposed +
       0.02 * parts_touching + (in_palm ? 0.2 : 0.0) + (grasp.fingers_touching[kThumb] ? 0.4 : 0.0) -
@@ -195,8 +229,14 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
       0.15 * std::max(0.0, grasp.object_in_hand_mm - 1.5) - 0.15 * grasp.self_penetration_mm -
       0.6 * Discomfort(scene.anatomy.axes, attempt.angles) -
       6.0 * std::max(0.0, off_center - 0.015) - 0.8 * std::max(0.0, leaning - 0.2) +
-      options.upright_weight * scene.tallness * grasp.upright - BelowTable(scene, grasp) -
+      UprightWeight(scene, grasp.style) * grasp.upright - BelowTable(scene, grasp) -
       options.obstacle_weight * grasp.blocked;
+  if (by_handle) {
+    const auto through = static_cast<double>(
+        std::count(grasp.fingers_through.begin(), grasp.fingers_through.end(), true));
+    grasp.score += options.handle_weight + 0.35 * through -
+                   0.1 * KnucklesTouching(scene, hand, grasp.fingers, distance);
+  }
   return grasp;
 }
 
@@ -212,7 +252,13 @@ std::string WhyRefused(const GraspScene& scene, const Grasp& grasp) {
   if (grasp.self_penetration_mm > 4.0) return "fingers go into each other";
   if (grasp.limit_excess_deg > 1.0) return "a joint is beyond its range";
   if (!grasp.fingers_touching[kThumb]) return "the thumb does not touch";
-  if (fingers < 2 && !(fingers == 1 && scene.size < 0.03)) return "fewer than two fingers touch";
+  const bool by_handle = grasp.style == GraspStyle::kHandle;
+  if (by_handle &&
+      std::count(grasp.fingers_through.begin(), grasp.fingers_through.end(), true) == 0) {
+    return "no finger is through the handle";
+  }
+  if (fingers < 2 && !(fingers == 1 && (by_handle || scene.size < 0.03)))
+    return "fewer than two fingers touch";
   if (grasp.wrench_quality <= 0.0) return "contacts do not hold it (no force closure)";
   if (!scene.placer.ForearmClear(scene.object, grasp.wrist_from_object)) {
     return "the forearm is in the way";

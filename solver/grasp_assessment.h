@@ -3,11 +3,13 @@
 
 #include <limits>
 #include <string>
+#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include "solver/grasp.h"
+#include "solver/grasp_handle.h"
 
 namespace holdfast {
 
@@ -24,6 +26,7 @@ struct GraspScene {
   double bottom, height;     ///< least z, extent in z, metres
   double tallness;           ///< in (0, 1]: how much it matters which way up the object is
   Eigen::Matrix3Xd surface;  ///< points all over the object (3 x n)
+  std::vector<Handle> handles;
   const GraspOptions& options;
 };
 
@@ -32,11 +35,15 @@ struct GraspAttempt {
   GraspStyle style = GraspStyle::kPower;
   HandAngles angles = HandAngles::Zero();
   Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
+  int handle = -1;                                         ///< which of the scene's, for kHandle
   double rank = -std::numeric_limits<double>::infinity();  ///< its score before refinement
 };
 
 /// Cosine of the object's z with the nearest of the options' ups; 0 where none is given.
 double Uprightness(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object);
+
+/// What uprightness counts: much for what has a handle, since that is made to be filled.
+double UprightWeight(const GraspScene& scene, GraspStyle style);
 
 /// Share of the options' obstacle poses in which a point is deeper than soft tissue in the object.
 double Blocked(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,6 +16,7 @@ namespace holdfast {
 enum class GraspStyle {
   kPower,      ///< object in the palm, fingers around it (Feix et al.: power)
   kPrecision,  ///< pads of the thumb and the fingers (precision)
+  kHandle,     ///< fingers through a handle, round its bar
 };
 
 /// A hand put to an object, still open.
@@ -24,6 +26,8 @@ struct Placement {
   HandAngles start;  ///< finger angles to close from
   double width;      ///< of the opposition it is made for, metres
   double prior;      ///< how promising, before closing: larger is better
+  std::array<bool, kNumFingers> closing = {true, true, true, true, true};  ///< those that close
+  int handle = -1;  ///< which of the object's, for kHandle
 };
 
 /// Puts one hand to any object. The hand's own part (open and pinching poses with their skin) is

@@ -5,14 +5,7 @@ namespace holdfast {
 
 HandEvaluation::HandEvaluation(const HandModel& hand, const JointPose& pose,
                                const Eigen::Vector3d& trans)
-    : state_(hand), group_(hand.NumVertices()), member_(hand.NumVertices()) {
-  for (std::size_t g = 0; g < hand.Groups().size(); ++g) {
-    const std::vector<int>& vertices = hand.Groups()[g].vertices;
-    for (std::size_t m = 0; m < vertices.size(); ++m) {
-      group_[vertices[m]] = static_cast<int>(g);
-      member_[vertices[m]] = static_cast<int>(m);
-    }
-  }
+    : state_(hand) {
   SetBody(pose, trans);
 }
 
@@ -29,16 +22,6 @@ const HandState& HandEvaluation::At(const double* fingers, bool with_jacobian) {
   valid_ = true;
   has_jacobian_ = with_jacobian;
   return state_;
-}
-
-void HandEvaluation::AddRow(int vertex, const Eigen::Vector3d& direction, double* row) const {
-  const HandModel::Group& group = state_.Hand().Groups()[group_[vertex]];
-  const JacobianMatrix& J = state_.GroupJacobian(group_[vertex]);
-  const Eigen::Index first = 3 * static_cast<Eigen::Index>(member_[vertex]);
-  for (std::size_t k = 0; k < group.joints.size(); ++k) {
-    Eigen::Map<Eigen::RowVector3d>(row + 3 * group.joints[k]) +=
-        direction.transpose() * J.block<3, 3>(first, 3 * static_cast<Eigen::Index>(k));
-  }
 }
 
 }  // namespace holdfast

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <vector>
-
 #include <Eigen/Core>
 
 #include "geometry/hand_model.h"
@@ -25,14 +23,15 @@ class HandEvaluation {
 
   /// row += direction^T d vertex / d fingers (`row` has 45 entries), for the pose of the last call
   /// of At, which must have asked for the Jacobian.
-  void AddRow(int vertex, const Eigen::Vector3d& direction, double* row) const;
+  void AddRow(int vertex, const Eigen::Vector3d& direction, double* row) const {
+    state_.AddJacobianRow(vertex, direction, row);
+  }
 
  private:
   HandState state_;
   FingerPose fingers_;
   bool valid_ = false;
   bool has_jacobian_ = false;
-  std::vector<int> group_, member_;  // where each vertex's Jacobian lies
 };
 
 }  // namespace holdfast

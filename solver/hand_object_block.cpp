@@ -61,7 +61,9 @@ struct HandObjectBlock::Scratch {
   Eigen::Matrix3Xd arms;  // v_i - T, world
   Eigen::Matrix3Xd z;
   std::vector<VertexQuadratic> quadratics;
-  std::vector<double> energies;  // per term
+  SkinRows rows;
+  std::vector<double> dense_rows;  // (rows x 56): the chained rows of skin terms
+  std::vector<double> energies;    // per term
   Isa isa = BestIsa();
   System system;
 };
@@ -100,6 +102,20 @@ void HandObjectBlock::Update(double const* const* parameters, bool with_jacobian
   std::ranges::fill(s.quadratics, nothing);
   s.energies.clear();
   for (const VertexTerm* term : terms_) s.energies.push_back(term->Add(s.z, s.quadratics));
+  s.rows.Clear();
+  if (watch_always_) {
+    for (SkinTerm* term : skin_terms_) term->Watch(s.z);
+  }
+  for (const SkinTerm* term : skin_terms_) s.energies.push_back(term->Add(s.z, s.rows));
+}
+
+bool HandObjectBlock::Watch(double const* const* parameters) {
+  if (skin_terms_.empty()) return false;
+  Update(parameters, false);
+  bool anew = false;
+  for (SkinTerm* term : skin_terms_) anew |= term->Watch(scratch_->z);
+  if (anew) Invalidate();
+  return anew;
 }
 
 const std::vector<double>& HandObjectBlock::Energies(double const* const* parameters) const {
@@ -163,6 +179,34 @@ void HandObjectBlock::ChainGroup(int g, System& system) const {
   }
 }
 
+// Rows of skin terms: few, and each through any vertices, so they are written out in full width.
+void HandObjectBlock::ChainRows(System& system) const {
+  constexpr int kWidth = (kTangent + 7) / 8 * 8;
+  Scratch& s = *scratch_;
+  const auto count = static_cast<int>(s.rows.Size());
+  if (count == 0) return;
+  s.dense_rows.assign(static_cast<std::size_t>(count) * kWidth, 0.0);
+  for (int k = 0; k < count; ++k) {
+    const auto index = static_cast<std::size_t>(k);
+    double* const dense = s.dense_rows.data() + index * kWidth;
+    Eigen::Map<Eigen::Matrix<double, kTangent, 1>> row(dense);
+    for (const SkinRows::Entry* entry = s.rows.begin(index); entry != s.rows.end(index); ++entry) {
+      const Eigen::Vector3d in_world = s.rotation * entry->gradient;
+      row.head<3>() += entry->gradient.cross(s.z.col(entry->vertex));
+      row.segment<3>(3) -= in_world;
+      state_->AddJacobianRow(entry->vertex, in_world, dense + 6);
+    }
+    const double residual = s.rows.Residual(index);
+    system.gradient += residual * row;
+    system.cost += 0.5 * residual * residual;
+  }
+  alignas(64) double product[kWidth * kWidth] = {};
+  RankUpdate(s.isa, s.dense_rows.data(), count, kWidth, product);
+  for (int r = 0; r < kTangent; ++r) {
+    for (int c = 0; c <= r; ++c) system.hessian(r, c) += product[c * kWidth + r];
+  }
+}
+
 void HandObjectBlock::Chain(System& system) const {
   system.hessian.setZero();
   system.gradient.setZero();
@@ -181,6 +225,7 @@ void HandObjectBlock::Chain(System& system) const {
         break;
     }
   }
+  ChainRows(system);
   system.hessian.triangularView<Eigen::StrictlyUpper>() = system.hessian.transpose();
 }
 
@@ -195,6 +240,9 @@ bool HandObjectBlock::Evaluate(double const* const* parameters, double* residual
   Update(parameters, jacobians != nullptr);
   double cost = 0.0;
   for (const VertexQuadratic& quadratic : s.quadratics) cost += quadratic.cost;
+  for (std::size_t k = 0; k < s.rows.Size(); ++k) {
+    cost += 0.5 * s.rows.Residual(k) * s.rows.Residual(k);
+  }
   if (!std::isfinite(cost)) return false;
   Eigen::Map<Eigen::Matrix<double, kRows, 1>> r(residuals);
   if (jacobians == nullptr) {

@@ -10,16 +10,18 @@
 #include <Eigen/Geometry>
 
 #include "geometry/hand_model.h"
+#include "solver/skin_term.h"
 #include "solver/vertex_term.h"
 
 namespace holdfast {
 
 /// All terms between one hand and one object in one frame, as one small dense Ceres block.
 ///
-/// Each VertexTerm gives a 3 x 3 Hessian, gradient and cost per hand vertex in the object's frame;
-/// the chain rule through z_i = R^T (v_i(P) - T) sums them to one system in 3 + 3 + 45 numbers,
-/// whose factor has 51 + 1 rows. Cost, gradient J^T r and Gauss-Newton matrix J^T J are those of
-/// all residuals of all terms; the rows themselves have no meaning.
+/// Each VertexTerm gives a 3 x 3 Hessian, gradient and cost per hand vertex in the object's frame,
+/// each SkinTerm rows at some of them; the chain rule through z_i = R^T (v_i(P) - T) sums them to
+/// one system in 3 + 3 + 45 numbers, whose factor has 51 + 1 rows. Cost, gradient J^T r and
+/// Gauss-Newton matrix J^T J are those of all residuals of all terms; the rows themselves have no
+/// meaning.
 ///
 /// Parameter blocks: orientation q (4; x y z w; object to world, with RotationManifold),
 /// translation T (3, metres, world), fingers P (45, axis-angle, radians). Residuals: 52, square
@@ -42,15 +44,24 @@ class HandObjectBlock final : public ceres::CostFunction {
 
   /// Adds a term; the block does not own it.
   void AddTerm(const VertexTerm* term) { terms_.push_back(term); }
+  void AddTerm(SkinTerm* term) { skin_terms_.push_back(term); }
+
+  /// From now on skin terms choose their points in every evaluation, as Watch has them do: for
+  /// blocks that go from frame to frame while they are solved together.
+  void WatchAlways() { watch_always_ = true; }
 
   /// Forgets the last evaluation: to be called after HandState::SetBody.
   void Invalidate();
 
+  /// Lets the skin terms choose their points, with everything at these parameters. Returns whether
+  /// any of them did so anew.
+  bool Watch(double const* const* parameters);
+
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
-  /// Each term's energy at a point, in the order they were added, as the paper writes it (no
-  /// weight).
+  /// Each term's energy at a point as the paper writes it (no weight): vertex terms in the order
+  /// they were added, then skin terms.
   const std::vector<double>& Energies(double const* const* parameters) const;
 
   /// The system at a point, in tangent order (rotation on the right, T, P).
@@ -64,9 +75,12 @@ class HandObjectBlock final : public ceres::CostFunction {
   void Chain(System& system) const;
   template <int kFingers>
   void ChainGroup(int g, System& system) const;
+  void ChainRows(System& system) const;
 
   HandState* state_;
   std::vector<const VertexTerm*> terms_;
+  std::vector<SkinTerm*> skin_terms_;
+  bool watch_always_ = false;
   mutable std::unique_ptr<Scratch> scratch_;
 };
 

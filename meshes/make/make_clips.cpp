@@ -7,9 +7,12 @@
 #include <string>
 
 #include "demo_motions.h"
+#include "generator/handover_motion.h"
 #include "generator/motion_metrics.h"
 #include "geometry/body_model.h"
 #include "geometry/clip.h"
+#include "geometry/embedded.h"
+#include "geometry/io/mesh_io.h"
 
 namespace {
 
@@ -28,12 +31,36 @@ void Write(const holdfast::DemoMotion& demo, const holdfast::BodyMeasures& body,
       m.foot_slide_max_mm_per_frame);
 }
 
+// The body's part of a handover: the object comes from `holdfast offhand`. The hands meet as far
+// apart as an apple is wide.
+void WritePass(const holdfast::BodyMeasures& body, const std::filesystem::path& path) {
+  using namespace holdfast;
+  const EmbeddedFile file = FindEmbedded("objects/apple.ply");
+  const TriangleMesh apple =
+      ReadMeshBytes({reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()},
+                    file.name)
+          .mesh;
+  HandoverOptions options;
+  options.switches = 1;
+  options.first_hand = Side::kRight;
+  options.min_dwell_s = options.max_dwell_s = 0.5;
+  options.seed = 11;
+  HandoverMotion motion =
+      MakeHandoverMotion(body, PalmGrips(body, apple.vertices, options.seed), options);
+  motion.clip.object.reset();
+  motion.clip.holding_hand.clear();
+  WriteClip(motion.clip, path);
+  std::printf("%s: %d frames, hands meet about frame %d\n", path.c_str(), motion.clip.NumFrames(),
+              motion.switch_frames.front());
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc != 2 || argv[1][0] == '-') {
-    std::fprintf(stderr,
-                 "usage: make_clips FOLDER    writes demo_drink.npz and demo_inspect.npz\n");
+    std::fprintf(
+        stderr,
+        "usage: make_clips FOLDER    writes demo_drink.npz, demo_inspect.npz and demo_pass.npz\n");
     return argc == 2 && std::string(argv[1]) == "--help" ? 0 : 2;
   }
   try {
@@ -43,6 +70,7 @@ int main(int argc, char** argv) {
         holdfast::MeasureBody(*holdfast::BodyModel::Default(), Eigen::VectorXd());
     Write(holdfast::DrinkMotion(body), body, folder / "demo_drink.npz");
     Write(holdfast::InspectMotion(body), body, folder / "demo_inspect.npz");
+    WritePass(body, folder / "demo_pass.npz");
   } catch (const std::exception& e) {
     std::fprintf(stderr, "make_clips: %s\n", e.what());
     return 1;

@@ -19,14 +19,25 @@ struct FloatLanes {
   static Vector Sub(Vector a, Vector b) { return _mm256_sub_ps(a, b); }
   static Vector Mul(Vector a, Vector b) { return _mm256_mul_ps(a, b); }
   static Vector MulAdd(Vector a, Vector b, Vector c) { return _mm256_fmadd_ps(a, b, c); }
-  static double Sum(Vector v) { return SumHalves(v); }
+  // Four at a time: each step adds neighbours of two vectors and puts the sums side by side.
+  static void SumTen(const Vector (&v)[10], double* out) {
+    StoreFour(_mm256_hadd_ps(_mm256_hadd_ps(v[0], v[1]), _mm256_hadd_ps(v[2], v[3])), out);
+    StoreFour(_mm256_hadd_ps(_mm256_hadd_ps(v[4], v[5]), _mm256_hadd_ps(v[6], v[7])), out + 4);
+    const Vector two = _mm256_hadd_ps(_mm256_hadd_ps(v[8], v[9]), _mm256_setzero_ps());
+    _mm_storeu_pd(out + 8, _mm_cvtps_pd(_mm_add_ps(_mm256_castps256_ps128(two),
+                                                   _mm256_extractf128_ps(two, 1))));
+  }
+  static void StoreFour(Vector halves, double* out) {
+    _mm256_storeu_pd(out, _mm256_cvtps_pd(_mm_add_ps(_mm256_castps256_ps128(halves),
+                                                     _mm256_extractf128_ps(halves, 1))));
+  }
   // Reciprocal square root to 12 bits and one Newton step: 23 bits at a third of the cost.
   static void SqrtAndInverse(Vector d2, Vector& distance, Vector& inverse) {
-    d2 = _mm256_max_ps(_mm256_set1_ps(kTinySquaredDistance<float>), d2);
     const Vector y = _mm256_rsqrt_ps(d2);
-    const Vector half_d2_y = _mm256_mul_ps(_mm256_mul_ps(_mm256_set1_ps(0.5f), d2), y);
-    inverse = _mm256_mul_ps(y, _mm256_fnmadd_ps(half_d2_y, y, _mm256_set1_ps(1.5f)));
-    distance = _mm256_mul_ps(d2, inverse);
+    const Vector rough = _mm256_mul_ps(d2, y), half = _mm256_set1_ps(0.5f);
+    const Vector error = _mm256_fnmadd_ps(rough, _mm256_mul_ps(half, y), half);
+    inverse = _mm256_fmadd_ps(y, error, y);
+    distance = _mm256_fmadd_ps(rough, error, rough);
   }
 };
 
@@ -43,8 +54,9 @@ struct DoubleLanes {
   static Vector Mul(Vector a, Vector b) { return _mm256_mul_pd(a, b); }
   static Vector MulAdd(Vector a, Vector b, Vector c) { return _mm256_fmadd_pd(a, b, c); }
   static double Sum(Vector v) { return SumHalves(v); }
+  static void SumTen(const Vector (&v)[10], double* out) { SumEach<DoubleLanes>(v, out); }
   static void SqrtAndInverse(Vector d2, Vector& distance, Vector& inverse) {
-    distance = _mm256_sqrt_pd(_mm256_max_pd(_mm256_set1_pd(kTinySquaredDistance<double>), d2));
+    distance = _mm256_sqrt_pd(d2);
     inverse = _mm256_div_pd(_mm256_set1_pd(1.0), distance);
   }
 };

@@ -17,8 +17,8 @@ struct PairArguments {
   double* sums;  ///< ten per point, in the order of PairSums
 };
 
-// Squared distances are raised to this, so that coinciding points give a unit vector of zero.
-// Kernels take max(tiny, d2) in this order: it lets NaN through, where the other hides it.
+// Added to squared distances, so that coinciding points give a unit vector of zero; lost in
+// rounding beyond a micrometre.
 template <typename Real>
 inline constexpr Real kTinySquaredDistance = Real(1e-20);
 template <>

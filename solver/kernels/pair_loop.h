@@ -9,6 +9,12 @@
 namespace holdfast::kernels {
 namespace {
 
+// Ten sums over lanes, one by one: for instruction sets without a faster way.
+template <typename Lanes>
+inline void SumEach(const typename Lanes::Vector (&v)[10], double* out) {
+  for (int k = 0; k < 10; ++k) out[k] = Lanes::Sum(v[k]);
+}
+
 template <typename Lanes>
 struct PairAccumulators {
   using V = typename Lanes::Vector;
@@ -19,8 +25,8 @@ struct PairAccumulators {
 
   // `mask` is 1 for real targets and 0 for padding.
   template <bool kMasked>
-  inline void Add(V dx, V dy, V dz, V reference, V mask) {
-    const V d2 = Lanes::MulAdd(dx, dx, Lanes::MulAdd(dy, dy, Lanes::Mul(dz, dz)));
+  inline void Add(V dx, V dy, V dz, V reference, V mask, V tiny) {
+    const V d2 = Lanes::MulAdd(dx, dx, Lanes::MulAdd(dy, dy, Lanes::MulAdd(dz, dz, tiny)));
     V distance, inverse;
     Lanes::SqrtAndInverse(d2, distance, inverse);
     V r = Lanes::Sub(distance, reference);
@@ -51,6 +57,7 @@ inline void PairLoop(const PairArguments<typename Lanes::Real>& in) {
   Real tail_mask[kWidth];
   for (int k = 0; k < kWidth; ++k) tail_mask[k] = whole + k < in.num_targets ? Real(1) : Real(0);
   const auto mask = Lanes::Load(tail_mask);
+  const auto tiny = Lanes::Set(kTinySquaredDistance<Real>);
   for (int i = 0; i < in.num_points; ++i) {
     const auto px = Lanes::Set(in.points[3 * i]);
     const auto py = Lanes::Set(in.points[3 * i + 1]);
@@ -60,24 +67,16 @@ inline void PairLoop(const PairArguments<typename Lanes::Real>& in) {
     for (int j = 0; j < whole; j += kWidth) {
       sum.template Add<false>(
           Lanes::Sub(px, Lanes::Load(in.x + j)), Lanes::Sub(py, Lanes::Load(in.y + j)),
-          Lanes::Sub(pz, Lanes::Load(in.z + j)), Lanes::Load(reference + j), mask);
+          Lanes::Sub(pz, Lanes::Load(in.z + j)), Lanes::Load(reference + j), mask, tiny);
     }
     if (whole < in.num_targets) {
       sum.template Add<true>(
           Lanes::Sub(px, Lanes::Load(in.x + whole)), Lanes::Sub(py, Lanes::Load(in.y + whole)),
-          Lanes::Sub(pz, Lanes::Load(in.z + whole)), Lanes::Load(reference + whole), mask);
+          Lanes::Sub(pz, Lanes::Load(in.z + whole)), Lanes::Load(reference + whole), mask, tiny);
     }
-    double* out = in.sums + 10L * i;
-    out[0] = Lanes::Sum(sum.xx);
-    out[1] = Lanes::Sum(sum.xy);
-    out[2] = Lanes::Sum(sum.xz);
-    out[3] = Lanes::Sum(sum.yy);
-    out[4] = Lanes::Sum(sum.yz);
-    out[5] = Lanes::Sum(sum.zz);
-    out[6] = Lanes::Sum(sum.gx);
-    out[7] = Lanes::Sum(sum.gy);
-    out[8] = Lanes::Sum(sum.gz);
-    out[9] = Lanes::Sum(sum.squares);
+    const typename Lanes::Vector sums[10] = {sum.xx, sum.xy, sum.xz, sum.yy, sum.yz,
+                                             sum.zz, sum.gx, sum.gy, sum.gz, sum.squares};
+    Lanes::SumTen(sums, in.sums + 10L * i);
   }
 }
 

@@ -22,8 +22,9 @@ struct ScalarLanes {
   static T Mul(T a, T b) { return a * b; }
   static T MulAdd(T a, T b, T c) { return a * b + c; }
   static double Sum(T v) { return static_cast<double>(v); }
+  static void SumTen(const T (&v)[10], double* out) { SumEach<ScalarLanes>(v, out); }
   static void SqrtAndInverse(T d2, T& distance, T& inverse) {
-    distance = std::sqrt(d2 < kTinySquaredDistance<T> ? kTinySquaredDistance<T> : d2);
+    distance = std::sqrt(d2);
     inverse = T(1) / distance;
   }
 };

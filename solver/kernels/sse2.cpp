@@ -23,8 +23,9 @@ struct FloatLanes {
     _mm_storeu_ps(lane, v);
     return double(lane[0]) + double(lane[1]) + double(lane[2]) + double(lane[3]);
   }
+  static void SumTen(const Vector (&v)[10], double* out) { SumEach<FloatLanes>(v, out); }
   static void SqrtAndInverse(Vector d2, Vector& distance, Vector& inverse) {
-    distance = _mm_sqrt_ps(_mm_max_ps(_mm_set1_ps(kTinySquaredDistance<float>), d2));
+    distance = _mm_sqrt_ps(d2);
     inverse = _mm_div_ps(_mm_set1_ps(1.0f), distance);
   }
 };
@@ -46,8 +47,9 @@ struct DoubleLanes {
     _mm_storeu_pd(lane, v);
     return lane[0] + lane[1];
   }
+  static void SumTen(const Vector (&v)[10], double* out) { SumEach<DoubleLanes>(v, out); }
   static void SqrtAndInverse(Vector d2, Vector& distance, Vector& inverse) {
-    distance = _mm_sqrt_pd(_mm_max_pd(_mm_set1_pd(kTinySquaredDistance<double>), d2));
+    distance = _mm_sqrt_pd(d2);
     inverse = _mm_div_pd(_mm_set1_pd(1.0), distance);
   }
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "solver/terms/hand_object_distance.h"
 
+#include <algorithm>
+#include <array>
 #include <cassert>
 
 namespace holdfast {
@@ -30,33 +32,37 @@ HandObjectDistance::HandObjectDistance(const Eigen::Matrix3Xd& object,
 }
 
 template <typename Real>
-std::vector<PairSums> HandObjectDistance::Sums(const Pairs<Real>& pairs,
-                                               const Eigen::Matrix3Xd& z) const {
+double HandObjectDistance::AddPairs(const Pairs<Real>& pairs, const Eigen::Matrix3Xd& z,
+                                    std::span<VertexQuadratic> quadratics) const {
   assert(pairs.reference.size() == static_cast<std::size_t>(z.cols()) * pairs.targets.Stride());
-  const Eigen::Matrix<Real, 3, Eigen::Dynamic> points = z.template cast<Real>();
-  std::vector<PairSums> sums(static_cast<std::size_t>(z.cols()));
-  SumPairs<Real>(isa_, pairs.targets, points.data(), static_cast<int>(z.cols()),
-                 pairs.reference.data(), sums.data());
-  return sums;
+  constexpr Eigen::Index kAtOnce = 64;  // their sums stay in the first-level cache
+  std::array<PairSums, kAtOnce> sums;
+  Eigen::Matrix<Real, 3, kAtOnce> points;
+  double energy = 0.0;
+  for (Eigen::Index begin = 0; begin < z.cols(); begin += kAtOnce) {
+    const Eigen::Index count = std::min(kAtOnce, z.cols() - begin);
+    points.leftCols(count) = z.middleCols(begin, count).template cast<Real>();
+    SumPairs<Real>(isa_, pairs.targets, points.data(), static_cast<int>(count),
+                   pairs.reference.data() + begin * pairs.targets.Stride(), sums.data());
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const PairSums& s = sums[static_cast<std::size_t>(k)];
+      VertexQuadratic& quadratic = quadratics[static_cast<std::size_t>(begin + k)];
+      Eigen::Matrix3d hessian;
+      hessian << s.hessian[0], s.hessian[1], s.hessian[2],  //
+          s.hessian[1], s.hessian[3], s.hessian[4],         //
+          s.hessian[2], s.hessian[4], s.hessian[5];
+      quadratic.hessian += weight_ * hessian;
+      quadratic.gradient += weight_ * Eigen::Map<const Eigen::Vector3d>(s.gradient);
+      quadratic.cost += 0.5 * weight_ * s.squares;
+      energy += s.squares;
+    }
+  }
+  return energy;
 }
 
 double HandObjectDistance::Add(const Eigen::Matrix3Xd& z,
                                std::span<VertexQuadratic> quadratics) const {
-  const std::vector<PairSums> sums =
-      std::visit([&](const auto& pairs) { return Sums(pairs, z); }, pairs_);
-  double energy = 0.0;
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    const PairSums& s = sums[i];
-    Eigen::Matrix3d hessian;
-    hessian << s.hessian[0], s.hessian[1], s.hessian[2],  //
-        s.hessian[1], s.hessian[3], s.hessian[4],         //
-        s.hessian[2], s.hessian[4], s.hessian[5];
-    quadratics[i].hessian += weight_ * hessian;
-    quadratics[i].gradient += weight_ * Eigen::Map<const Eigen::Vector3d>(s.gradient);
-    quadratics[i].cost += 0.5 * weight_ * s.squares;
-    energy += s.squares;
-  }
-  return energy;
+  return std::visit([&](const auto& pairs) { return AddPairs(pairs, z, quadratics); }, pairs_);
 }
 
 Eigen::MatrixXd HandObjectDistance::Distances(const Eigen::Matrix3Xd& z,

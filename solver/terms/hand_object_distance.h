@@ -46,7 +46,8 @@ class HandObjectDistance final : public VertexTerm {
     Pairs(const Eigen::Matrix3Xd& object, const Eigen::MatrixXd& distances);
   };
   template <typename Real>
-  std::vector<PairSums> Sums(const Pairs<Real>& pairs, const Eigen::Matrix3Xd& z) const;
+  double AddPairs(const Pairs<Real>& pairs, const Eigen::Matrix3Xd& z,
+                  std::span<VertexQuadratic> quadratics) const;
 
   double weight_;
   Isa isa_;

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/common.h"
+#include "geometry/body_model.h"
+#include "geometry/clip.h"
+#include "geometry/distance_grid.h"
+#include "geometry/hand_model.h"
+#include "geometry/signed_distance.h"
+#include "solver/fit.h"
+
+namespace holdfast::apps {
+
+/// Closes a hand around the object in the clip's first frame and writes fingers and object into it.
+/// `style` as in StyleByName, or "auto". The object keeps clear of the body along the clip.
+/// `summary` says what was found. Returns false when there is nothing to hold on to; warns when the
+/// grasp is not clean.
+bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
+                       const SignedDistance& surface, const DistanceGrid& grid,
+                       const BodySurface& body, const std::string& style,
+                       const CommonOptions& common, Clip& clip, nlohmann::json& summary);
+
+/// The same with the object between both hands. The arms have to go to it: returns how each hand
+/// (right, left) takes hold, relative to the clip's wrists, which stay; nothing when there is no
+/// way.
+std::optional<std::array<GripPose, 2>> HoldInFirstFrame(
+    const HandModel& right, const HandModel& left, const LoadedObject& object,
+    const DistanceGrid& grid, const BodySurface& body, const CommonOptions& common, Clip& clip,
+    nlohmann::json& summary);
+
+}  // namespace holdfast::apps

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#include "apps/fit_library.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace holdfast::apps {
+
+template <typename Value, typename Make>
+std::shared_ptr<const Value> FitLibrary::Find(Shelf<Value>& shelf, const std::string& key,
+                                              const Make& make) {
+  using Entry = typename Shelf<Value>::Entry;
+  std::promise<std::shared_ptr<const Value>> promise;
+  std::shared_future<std::shared_ptr<const Value>> value;
+  bool mine = false;
+  {
+    const std::scoped_lock guard(lock_);
+    const auto found = std::ranges::find(shelf.entries, key, &Entry::key);
+    if (found != shelf.entries.end()) {
+      shelf.entries.splice(shelf.entries.begin(), shelf.entries, found);
+    } else {
+      mine = true;
+      shelf.entries.push_front({key, promise.get_future().share()});
+      if (shelf.entries.size() > capacity_) shelf.entries.pop_back();
+    }
+    value = shelf.entries.front().value;
+  }
+  if (mine) {
+    try {
+      promise.set_value(make());
+    } catch (...) {
+      promise.set_exception(std::current_exception());  // the same fault for all who ask
+    }
+  }
+  return value.get();
+}
+
+std::shared_ptr<const BodyModel> FitLibrary::Body(const std::string& path) {
+  return Find(bodies_, path, [&] { return LoadBody(path); });
+}
+
+std::shared_ptr<const PreparedObject> FitLibrary::Object(const std::string& path_or_name,
+                                                         double scale, int vertices, int threads) {
+  const std::string key = fmt::format("{}\n{}\n{}", path_or_name, scale, vertices);
+  return Find(objects_, key, [&]() -> std::shared_ptr<const PreparedObject> {
+    LoadedObject object = LoadObject(path_or_name, scale);
+    std::vector<std::string> notes = object.notes;
+    TriangleMesh simplified = ForFitting(object, vertices, &notes);
+    SignedDistance surface(object.mesh);
+    FitObject fit = MakeFitObject(object.mesh, surface, simplified, threads);
+    return std::make_shared<const PreparedObject>(
+        PreparedObject{std::move(object), std::move(surface), std::move(simplified), std::move(fit),
+                       std::move(notes)});
+  });
+}
+
+}  // namespace holdfast::apps

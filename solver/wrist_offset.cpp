@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#include "solver/wrist_offset.h"
+
+#include "generator/arm_correction.h"
+
+namespace holdfast {
+namespace {
+
+Eigen::Isometry3d WristOf(const HandModel& hand, const Eigen::Vector3d& trans,
+                          const JointPose& pose) {
+  BodyState state;
+  ForwardJoints(hand.Surface().RestJoints(), pose, trans, state);
+  const int wrist = WristJoint(hand.HandSide());
+  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
+  transform.linear() = state.world_rotation[static_cast<std::size_t>(wrist)];
+  transform.translation() = state.joints.col(wrist);
+  return transform;
+}
+
+}  // namespace
+
+double MoveHand(const HandModel& hand, const WristOffset& offset, const Eigen::Vector3d& trans,
+                JointPose& pose) {
+  if (offset.IsZero()) return 0.0;
+  const Eigen::Isometry3d wrist = WristOf(hand, trans, pose);
+  return MoveWrist(hand.Surface().RestJoints(), hand.HandSide(),
+                   wrist.linear() * offset.rotation.toRotationMatrix(), wrist * offset.translation,
+                   trans, pose);
+}
+
+WristOffset OffsetTo(const HandModel& hand, const Eigen::Isometry3d& wrist,
+                     const Eigen::Vector3d& trans, const JointPose& pose) {
+  const Eigen::Isometry3d difference = WristOf(hand, trans, pose).inverse() * wrist;
+  return {Eigen::Quaterniond(difference.linear()).normalized(), difference.translation()};
+}
+
+}  // namespace holdfast
