@@ -16,6 +16,7 @@
 #include "geometry/body_model.h"
 #include "geometry/clip.h"
 #include "geometry/mesh.h"
+#include "geometry/retarget.h"
 
 namespace holdfast::apps {
 
@@ -78,6 +79,9 @@ Clip LoadClip(const std::string& path_or_name);
 /// here: the mean shape is used then, with a note.
 Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, const CommonOptions& options);
 
+/// The body as motions are brought onto it.
+RetargetBody RetargetBodyOf(const BodyModel& model, const Eigen::VectorXd& betas = {});
+
 /// An object ready for fitting.
 struct LoadedObject {
   std::string name;               ///< stem of the file, or the embedded object's name
@@ -119,6 +123,7 @@ void AddScoreCommand(CLI::App& app, int& exit_code);
 void AddDoctorCommand(CLI::App& app, int& exit_code);
 void AddExportCommand(CLI::App& app, int& exit_code);
 void AddOffhandCommand(CLI::App& app, int& exit_code);
+void AddEvaluateCommand(CLI::App& app, int& exit_code);
 void AddReportCommand(CLI::App& app, int& exit_code);
 void AddRefineCommand(CLI::App& app, int& exit_code);
 

@@ -44,7 +44,7 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
       ->add_option("--recipe", job.recipe,
                    "holdfast: all terms; paper: its three; imos-code: what its authors' code does")
       ->capture_default_str()
-      ->check(CLI::IsMember({"holdfast", "paper"}));
+      ->check(CLI::IsMember({"holdfast", "paper", "imos-code"}));
   AddFitJobOptions(*command, job);
   AddCommonOptions(
       *command, options->common, true,

@@ -17,11 +17,13 @@
 #include "geometry/clip_contact.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
+#include "geometry/io/import_motion.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/rotation.h"
 #include "solver/grip_by_transfer.h"
 #include "solver/grip_from_clip.h"
 #include "solver/holding.h"
+#include "solver/recipes/imos_code.h"
 
 namespace holdfast::apps {
 namespace {
@@ -80,8 +82,10 @@ nlohmann::json FitOptionsJson(const FitJob& job) {
 
 namespace {
 
-Clip LoadRange(const FitJob& job) {
-  Clip clip = LoadClip(job.clip);
+// A motion of another program is imported on the way.
+Clip LoadRange(const FitJob& job, const BodyModel& body) {
+  const bool motion = std::filesystem::is_regular_file(job.clip) && LooksLikeMotionFile(job.clip);
+  Clip clip = motion ? ImportMotion(job.clip, RetargetBodyOf(body)) : LoadClip(job.clip);
   const int end = job.end < 0 ? clip.NumFrames() : std::min(job.end, clip.NumFrames());
   if (job.start >= end) {
     throw Error(
@@ -96,7 +100,7 @@ Clip LoadRange(const FitJob& job) {
 struct Scene {
   Scene(const FitJob& job, const CommonOptions& common, FitLibrary& library)
       : body(library.Body(job.body)),
-        clip(LoadRange(job)),
+        clip(LoadRange(job, *body)),
         prepared(
             library.Object(job.object, job.object_scale, job.object_vertices, NumThreads(common))),
         betas(BetasFor(clip, *body, common)),
@@ -270,11 +274,15 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
   };
   const auto fit_begin = std::chrono::steady_clock::now();
   Progress fit_progress(common, "fit");
-  const FitResult result = FitClip(scene.clip, hands, scene.prepared->fit, holding, job.fit, grips,
-                                   [&](int done, int total) {
-                                     fit_progress.Update(done, total);
-                                     return !Interrupted();
-                                   });
+  const auto report_progress = [&](int done, int total) {
+    fit_progress.Update(done, total);
+    return !Interrupted();
+  };
+  const FitResult result = job.recipe == "imos-code"
+                               ? FitClipImosCode(scene.clip, *hands.front(),
+                                                 scene.prepared->fit.vertices, {}, report_progress)
+                               : FitClip(scene.clip, hands, scene.prepared->fit, holding, job.fit,
+                                         grips, report_progress);
   const double fit_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - fit_begin).count();
   if (Interrupted()) return stopped;

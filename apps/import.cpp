@@ -28,17 +28,6 @@ struct Options {
   double metres_per_unit = 0;
   bool keep_ground = false;
 };
-
-RetargetBody BodyFor(const BodyModel& model, const Eigen::VectorXd& betas) {
-  const Eigen::Matrix3Xd shaped = model.ShapedVertices(betas);
-  RetargetBody body;
-  body.rest_joints = model.RestJoints(shaped);
-  body.floor_y = shaped.row(1).minCoeff();
-  body.left_hand = model.HandMean(Side::kLeft);
-  body.right_hand = model.HandMean(Side::kRight);
-  return body;
-}
-
 std::string Describe(const Options& options, const Clip& clip, const ImportReport& report) {
   const RetargetReport& fit = report.retarget;
   std::string text = fmt::format(
@@ -111,7 +100,8 @@ int Run(const Options& options) {
   import.betas = Eigen::Map<const Eigen::VectorXd>(options.betas.data(),
                                                    static_cast<Eigen::Index>(options.betas.size()));
   ImportReport report;
-  const Clip clip = ImportMotion(options.motion, BodyFor(*model, import.betas), import, &report);
+  const Clip clip =
+      ImportMotion(options.motion, RetargetBodyOf(*model, import.betas), import, &report);
   for (const std::string& note : report.notes) Note(common, "note: " + note);
   if (report.retarget.repaired_hand_frames > 0) {
     Note(common, fmt::format("note: in {} frames a wrist was bent as no wrist bends; bridged from "

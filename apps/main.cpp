@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
   AddDoctorCommand(app, exit_code);
   AddExportCommand(app, exit_code);
   AddReportCommand(app, exit_code);
+  AddEvaluateCommand(app, exit_code);
   AddRefineCommand(app, exit_code);
   WatchForInterrupt();
 

@@ -56,6 +56,7 @@ class WholeClip {
           std::make_unique<HandPriorTerm>(*axes_.back(), HandAngles::Zero(), weights));
     }
     AddHands();
+    evaluation_.MarkContacts();
     AddGoals();
     AddObjectMotion();
     AddFingerMotion();
@@ -320,14 +321,16 @@ ClipReport SolveClip(const ClipProblem& problem, const FitOptions& options, int 
   const auto begin = std::chrono::steady_clock::now();
   ClipReport report;
   // A hand that moves as a whole bends at its wrist when the arm follows: a second round solves
-  // with the arms as they are then.
-  bool together = false;
+  // with the arms as they are then. What slips is dragged towards where it was in the frame before,
+  // as of the round before.
+  bool together = false, slips = false;
   for (const ClipHold& a : problem.holds) {
+    slips |= a.slip;
     for (const ClipHold& b : problem.holds) {
       together |= a.hand < b.hand && a.begin < b.end && b.begin < a.end;
     }
   }
-  const int rounds = together && options.lambda_wrist > 0.0 ? 2 : 1;
+  const int rounds = slips || (together && options.lambda_wrist > 0.0) ? 2 : 1;
   for (int round = 0; round < rounds; ++round) {
     std::vector<FittedFrame> solution = fitted;
     WholeClip whole(problem, options, threads, solution);

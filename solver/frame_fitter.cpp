@@ -143,6 +143,7 @@ void FrameFitter::Settle(Side side, const JointPose& pose, const Eigen::Vector3d
   constexpr double kContent = 1e-8;  // m^2: a tenth of a millimetre too deep in one place
   HeldHand& hand = Find(side);
   for (int round = 0; round < kRounds; ++round) {
+    hand.Watch(object_, {});
     const HeldHand::Energies energies = hand.EnergiesAt(object_);
     if (energies.penetration + energies.object_in_hand < kContent) return;
     RotationManifold manifold;
@@ -158,7 +159,6 @@ void FrameFitter::Settle(Side side, const JointPose& pose, const Eigen::Vector3d
     double* const C = step.rotation.coeffs().data();
     problem.AddParameterBlock(q, 4, &manifold);
     problem.AddParameterBlock(C, 4, &manifold);
-    hand.Watch(object_, {});
     WristOffsetBlock block(&hand.Block(), &hand.State());
     problem.AddResidualBlock(&block, nullptr, q, T, fingers.data(), C, step.translation.data());
     if (hand.Limits() != nullptr) {
@@ -328,6 +328,9 @@ void FrameFitter::FillEnergies(FrameReport& report) {
 
 FrameReport FrameFitter::FirstFrame() {
   FrameReport report;
+  for (const auto& hand : hands_) {
+    if (hand->Holds()) hand->Watch(object_, {});
+  }
   FillEnergies(report);
   return report;
 }

@@ -57,6 +57,8 @@ struct HandObjectBlock::Scratch {
   std::array<double, 4 + 3 + kHandDofs> point;  // parameters of what follows
   bool valid = false;
   bool has_jacobian = false;
+  std::array<double, 4 + 3 + kHandDofs> linearized;  // where Jacobians were last asked for
+  std::vector<double> linearized_energies;
   Eigen::Matrix3d rotation;
   Eigen::Matrix3Xd arms;  // v_i - T, world
   Eigen::Matrix3Xd z;
@@ -77,7 +79,10 @@ HandObjectBlock::HandObjectBlock(HandState* state)
 
 HandObjectBlock::~HandObjectBlock() = default;
 
-void HandObjectBlock::Invalidate() { scratch_->valid = false; }
+void HandObjectBlock::Invalidate() {
+  scratch_->valid = false;
+  scratch_->linearized_energies.clear();
+}
 
 void HandObjectBlock::Update(double const* const* parameters, bool with_jacobian) const {
   Scratch& s = *scratch_;
@@ -88,6 +93,10 @@ void HandObjectBlock::Update(double const* const* parameters, bool with_jacobian
   const bool same = s.valid && point == s.point;
   if (same && (s.has_jacobian || !with_jacobian)) return;
   s.has_jacobian = with_jacobian;
+  if (same) {
+    s.linearized = point;
+    s.linearized_energies = s.energies;
+  }
   if (same && state_->Fingers() == Eigen::Map<const FingerPose>(parameters[2])) {
     state_->EvaluateJacobians();
     return;
@@ -107,6 +116,10 @@ void HandObjectBlock::Update(double const* const* parameters, bool with_jacobian
     for (SkinTerm* term : skin_terms_) term->Watch(s.z);
   }
   for (const SkinTerm* term : skin_terms_) s.energies.push_back(term->Add(s.z, s.rows));
+  if (with_jacobian) {
+    s.linearized = s.point;
+    s.linearized_energies = s.energies;
+  }
 }
 
 bool HandObjectBlock::Watch(double const* const* parameters) {
@@ -119,8 +132,16 @@ bool HandObjectBlock::Watch(double const* const* parameters) {
 }
 
 const std::vector<double>& HandObjectBlock::Energies(double const* const* parameters) const {
+  // A solver's last point is mostly the last it linearised at, and not the last it tried.
+  const Scratch& s = *scratch_;
+  const auto at = [&](int block, int size, int begin) {
+    return std::equal(parameters[block], parameters[block] + size, s.linearized.begin() + begin);
+  };
+  if (!s.linearized_energies.empty() && at(0, 4, 0) && at(1, 3, 4) && at(2, kHandDofs, 7)) {
+    return s.linearized_energies;
+  }
   Update(parameters, false);
-  return scratch_->energies;
+  return s.energies;
 }
 
 // The vertices of one group, moved by `kFingers` finger numbers (fixed, so that the small products
@@ -140,15 +161,21 @@ void HandObjectBlock::ChainGroup(int g, System& system) const {
   Eigen::Matrix<double, kColumns, 1> gradient;
   gradient.setZero();
   alignas(64) double rows[3 * kVerticesAtOnce * kWidth] = {};
+  Eigen::Matrix3d factors[kVerticesAtOnce];
   const auto count = static_cast<int>(group.vertices.size());
   for (int begin = 0; begin < count; begin += kVerticesAtOnce) {
     const int end = std::min(begin + kVerticesAtOnce, count);
+    // All factors first: chains of roots and quotients that the processor then works on together.
+    for (int m = begin; m < end; ++m) {
+      const int i = group.vertices[static_cast<std::size_t>(m)];
+      factors[m - begin] = Factor3(s.quadratics[static_cast<std::size_t>(i)].hessian);
+    }
     for (int m = begin; m < end; ++m) {
       const int i = group.vertices[static_cast<std::size_t>(m)];
       const VertexQuadratic& quadratic = s.quadratics[static_cast<std::size_t>(i)];
       const Eigen::Vector3d z = s.z.col(i);
       system.cost += quadratic.cost;
-      const Eigen::Matrix3d factor = Factor3(quadratic.hessian);
+      const Eigen::Matrix3d& factor = factors[m - begin];
       const Eigen::Matrix3d factor_world = factor * world_to_object;
       const Eigen::Vector3d gradient_world = s.rotation * quadratic.gradient;
       Eigen::Map<Row3> row(rows + 3 * (m - begin) * kWidth);

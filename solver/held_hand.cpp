@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "geometry/surface_distance.h"
+#include "geometry/contact_samples.h"
 #include "solver/wrist_offset_block.h"
 
 namespace holdfast {
@@ -15,18 +15,9 @@ FitObject MakeFitObject(const TriangleMesh& mesh, const SignedDistance& surface,
   DistanceGridOptions grid;
   grid.threads = threads;
   object.distance = std::make_shared<const DistanceGrid>(surface, grid);
-  // About 3 mm apart, but no more points than a large object needs to keep a hand out.
-  constexpr double kSpacing = 0.003;
+  constexpr double kSpacing = 0.003;  // no fingertip fits between
   constexpr int kMost = 20'000;
-  double area = 0.0;
-  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
-    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, f));
-    area += 0.5 * (mesh.vertices.col(mesh.faces(1, f)) - a)
-                      .cross(mesh.vertices.col(mesh.faces(2, f)) - a)
-                      .norm();
-  }
-  const double wanted = std::clamp(area / (kSpacing * kSpacing), 100.0, double{kMost});
-  object.surface = SampleSurface(mesh, static_cast<int>(wanted));
+  object.surface = ContactSamples(mesh, kSpacing, kMost);
   return object;
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 // Frames that one worker takes in a row. Which points a term watches depends on the frames before
 // in the same chunk and on nothing else.
-constexpr int kChunk = 8;
+constexpr int kChunk = 32;
 
 }  // namespace
 
@@ -61,7 +61,13 @@ struct HoldEvaluation::Worker {
     const auto h = static_cast<std::size_t>(problem.holds[static_cast<std::size_t>(hold)].hand);
     if (block_hold[h] != hold) {
       blocks[h] = std::make_unique<HandObjectBlock>(hands[h].state.get());
-      terms.AddTo(*blocks[h]);
+      slips[h].reset();
+      if (terms.Slips()) {
+        slips[h] = std::make_unique<Slip>(*terms.SlipTerm());  // its marks change with the frame
+        blocks[h]->AddTerm(slips[h].get());
+      } else {
+        terms.AddTo(*blocks[h]);
+      }
       for (const auto& term : hands[h].skin_terms) blocks[h]->AddTerm(term.get());
       blocks[h]->WatchAlways();
       block_hold[h] = hold;
@@ -77,6 +83,7 @@ struct HoldEvaluation::Worker {
 
   std::vector<Hand> hands;
   std::array<std::unique_ptr<HandObjectBlock>, 2> blocks;
+  std::array<std::unique_ptr<Slip>, 2> slips;
   std::array<int, 2> block_hold = {-1, -1};
 };
 
@@ -116,6 +123,26 @@ void HoldEvaluation::PrepareForEvaluation(bool, bool new_evaluation_point) {
   if (new_evaluation_point || !evaluated_) EvaluateAll();
 }
 
+void HoldEvaluation::MarkContacts() {
+  std::vector<std::vector<Slip::Mark>> last(problem_.holds.size());
+  Worker& worker = *workers_.front();
+  for (const auto& held : frames_) {
+    const auto k = static_cast<std::size_t>(held->hold);
+    if (!terms_[k]->Slips()) continue;
+    const ClipHold& hold = problem_.holds[k];
+    const Slip& slip = *terms_[k]->SlipTerm();
+    HandState& state = *worker.hands[static_cast<std::size_t>(hold.hand)].state;
+    state.SetBody(held->body, problem_.source.trans.col(held->frame));
+    state.Evaluate(held->fingers, false);
+    if (held->frame == hold.begin) last[k] = slip.MarksOf(hold.at);
+    held->marks = last[k];
+    last[k] = slip.MarksOf(
+        InObjectFrame(state.Vertices(),
+                      Eigen::Quaterniond(Eigen::Map<const Eigen::Quaterniond>(held->orientation)),
+                      Eigen::Map<const Eigen::Vector3d>(held->translation)));
+  }
+}
+
 void HoldEvaluation::EvaluateAll() {
   const auto count = static_cast<int>(frames_.size());
   ParallelFor((count + kChunk - 1) / kChunk, threads_, [&](int chunk) {
@@ -143,6 +170,9 @@ void HoldEvaluation::Evaluate(Worker& worker, HeldFrame& held) const {
   HandObjectBlock& block = worker.Block(problem_, held.hold, terms);
   state.SetBody(held.body, problem_.source.trans.col(held.frame));
   block.Invalidate();
+  if (terms.Slips()) {
+    worker.slips[static_cast<std::size_t>(hold.hand)]->SetMarks(held.marks);
+  }
 
   std::array<double*, 5> jacobians{};
   double* next = held.jacobians_.data();

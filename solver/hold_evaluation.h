@@ -37,6 +37,7 @@ class HeldFrame final : public ceres::CostFunction {
   FingerPose fingers;
   WristOffset step;  ///< on top of what the body has
   bool moves;
+  std::vector<Slip::Mark> marks;  ///< where contacts were in the frame before, with slip
   FrameEnergies energies;
 
  private:
@@ -57,6 +58,8 @@ class HoldEvaluation final : public ceres::EvaluationCallback {
   /// In the order of frames; may be added to until the first evaluation.
   std::vector<std::unique_ptr<HeldFrame>>& Frames() { return frames_; }
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
+  /// Where contacts that slip are now becomes where they were, for the frames that follow.
+  void MarkContacts();
   /// Energies of every held frame where its unknowns are now.
   void EvaluateAll();
 

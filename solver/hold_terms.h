@@ -43,7 +43,7 @@ class HoldTerms {
   }
 
   bool Slips() const { return slip_ != nullptr; }
-  Slip* SlipTerm() { return slip_.get(); }  ///< null where the hand holds firmly
+  Slip* SlipTerm() const { return slip_.get(); }  ///< null where the hand holds firmly
   /// Pairs of S; with slip, vertices that touch.
   int NumContacts() const { return slip_ ? slip_->NumContacts() : contact_->NumPairs(); }
 

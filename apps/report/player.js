@@ -188,14 +188,16 @@ class Player {
     fill(find("pick-ghost"), true);
     const choose = async () => {
       const before = this.primary;
-      this.primary = Number(find("pick-clip").value);
+      const picked = Number(find("pick-clip").value);
       const ghost = find("pick-ghost").value;
+      // Pictures go on while a clip is unpacked: it comes on stage when it is there.
+      await this.actor(picked);
+      if (ghost !== "") await this.actor(Number(ghost));
+      this.primary = picked;
       this.ghost = ghost === "" ? null : Number(ghost);
       // Choosing the ghost as the clip swaps them; a clip is no ghost of itself.
       if (this.ghost === this.primary) this.ghost = before === this.primary ? null : before;
       this.ghostShown = this.ghost !== null;
-      await this.actor(this.primary);
-      if (this.ghost !== null) await this.actor(this.ghost);
       if (before !== this.primary) {
         const { playing } = this.playback;
         this.playback.pause();

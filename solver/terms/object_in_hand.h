@@ -30,10 +30,7 @@ class ObjectInHand final : public SkinTerm {
   /// Keeps the samples that are inside the hand or could come there, and for each the triangles
   /// that could be nearest. Does nothing while the hand has hardly moved on the object since.
   bool Watch(const Eigen::Matrix3Xd& z) override;
-  void Forget() override {
-    near_at_.resize(3, 0);
-    watched_at_.resize(3, 0);
-  }
+  void Forget() override { watched_at_.resize(3, 0); }  // what is near only saves time
   double Add(const Eigen::Matrix3Xd& z, SkinRows& rows) const override;
 
   std::size_t NumWatched() const { return watched_.size(); }

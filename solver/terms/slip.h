@@ -2,7 +2,9 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -42,23 +44,36 @@ class Slip final : public VertexTerm {
     MoveTo(z);
   }
 
-  /// The frame is solved: drag from here on is towards where the vertices are now.
-  void MoveTo(const Eigen::Matrix3Xd& z) {
-    for (Contact& contact : contacts_) {
-      contact.at = z.col(contact.vertex);
-      object_.Distance(contact.at, &contact.normal);
-      contact.normal.normalize();
+  /// Where a contact was on the object: y_i and n_i.
+  struct Mark {
+    Eigen::Vector3d at, normal;
+  };
+
+  /// The marks that a hand at `z` leaves, one for each contact.
+  std::vector<Mark> MarksOf(const Eigen::Matrix3Xd& z) const {
+    std::vector<Mark> marks;
+    for (const Contact& contact : contacts_) {
+      Mark mark{z.col(contact.vertex), Eigen::Vector3d::Zero()};
+      object_.Distance(mark.at, &mark.normal);
+      mark.normal.normalize();
+      marks.push_back(mark);
     }
+    return marks;
   }
+  /// Drag from here on is towards these.
+  void SetMarks(std::vector<Mark> marks) { marks_ = std::move(marks); }
+  /// The frame is solved: drag from here on is towards where the vertices are now.
+  void MoveTo(const Eigen::Matrix3Xd& z) { SetMarks(MarksOf(z)); }
 
   double Add(const Eigen::Matrix3Xd& z, std::span<VertexQuadratic> quadratics) const override {
     double energy = 0.0;
-    for (const Contact& contact : contacts_) {
+    for (std::size_t k = 0; k < contacts_.size(); ++k) {
+      const Contact& contact = contacts_[k];
       Eigen::Vector3d gradient;
       const double off = object_.Distance(z.col(contact.vertex), &gradient) - contact.distance;
-      const Eigen::Vector3d& n = contact.normal;
+      const Eigen::Vector3d& n = marks_[k].normal;
       const Eigen::Matrix3d along = Eigen::Matrix3d::Identity() - n * n.transpose();
-      const Eigen::Vector3d travel = along * (z.col(contact.vertex) - contact.at);
+      const Eigen::Vector3d travel = along * (z.col(contact.vertex) - marks_[k].at);
       const double squares = off * off + drag_ * travel.squaredNorm();
       VertexQuadratic& quadratic = quadratics[static_cast<std::size_t>(contact.vertex)];
       quadratic.hessian += weight_ * (gradient * gradient.transpose() + drag_ * along);
@@ -82,6 +97,7 @@ class Slip final : public VertexTerm {
   const DistanceGrid& object_;
   double weight_, drag_;
   std::vector<Contact> contacts_;
+  std::vector<Mark> marks_;  // one for each contact
 };
 
 }  // namespace holdfast

@@ -73,6 +73,7 @@ class PlainFitter {
       : scene_(scene),
         options_(options),
         state_(scene.hand),
+        contact_state_(scene.hand),
         object_(scene.first),
         fingers_(FingersOf(scene.clip.pose[0], Side::kRight)) {
     state_.SetBody(scene.clip.pose[0], scene.clip.trans.col(0));
@@ -85,6 +86,7 @@ class PlainFitter {
   double Solve(int frame) {  // the energy reached
     using testing::PlainPairs;
     state_.SetBody(scene_.clip.pose[frame], scene_.clip.trans.col(frame));
+    contact_state_.SetBody(scene_.clip.pose[frame], scene_.clip.trans.col(frame));
     const ObjectPose previous = object_;
     const FingerPose previous_fingers = fingers_;
     const WristFrame wrist{state_.WristRotation(), state_.WristPosition()};
@@ -100,7 +102,7 @@ class PlainFitter {
                                             reference_, 0.0, options_.lambda_distance),
                              nullptr, q, t, p);
     problem.AddResidualBlock(
-        new PlainPairs(PlainPairs::Kind::kContact, &state_, scene_.object, reference_,
+        new PlainPairs(PlainPairs::Kind::kContact, &contact_state_, scene_.object, reference_,
                        options_.contact_threshold_m, options_.lambda_contact),
         nullptr, q, t, p);
     problem.AddResidualBlock(new Temporal(previous.orientation, previous.translation,
@@ -117,6 +119,7 @@ class PlainFitter {
   const Scene& scene_;
   FitOptions options_;
   HandState state_;
+  HandState contact_state_;  // its own: Ceres evaluates both blocks at a time
   ObjectPose object_;
   FingerPose fingers_;
   WristFrame wrist_;

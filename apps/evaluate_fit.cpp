@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+#include "apps/evaluate_fit.h"
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "apps/clip_input.h"
+#include "apps/job_list.h"
+#include "apps/score_values.h"
+#include "geometry/error.h"
+#include "geometry/io/atomic_file.h"
+#include "solver/handover_study.h"
+
+namespace holdfast::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kRecipes[] = {"paper", "imos-code", "holdfast"};
+
+// A row of the table: one number of a recipe over all its clips.
+struct Row {
+  const char* key;  // of MetricValues
+  const char* label;
+  const char* unit;
+  double factor;
+  int digits;
+  enum class Of { kMean, kWorst } of;
+  const char* wanted;
+};
+constexpr Row kRows[] = {
+    {"deep_penetration_frames_ratio", "frames with penetration deeper than 2 mm, both ways", "%",
+     100.0, 2, Row::Of::kMean, "under 2 %"},
+    {"intersection_volume_cm3", "intersection volume, mean", "cm3", 1.0, 3, Row::Of::kMean,
+     "under 0.3 cm3"},
+    {"contact_frames_ratio", "frames in contact", "%", 100.0, 1, Row::Of::kMean, "at least 98 %"},
+    {"contact_drift_max_mm", "contact points move, mean of each clip's largest", "mm", 1.0, 2,
+     Row::Of::kMean, ""},
+    {"contact_drift_max_mm", "contact points move, worst clip", "mm", 1.0, 2, Row::Of::kWorst,
+     "within 2 mm"},
+    {"jitter_acceleration_ratio", "object's acceleration over the hand's, mean", "", 1.0, 3,
+     Row::Of::kMean, "at most 1.1"},
+    {"jitter_acceleration_ratio", "object's acceleration over the hand's, worst clip", "", 1.0, 3,
+     Row::Of::kWorst, ""},
+};
+
+struct Study {
+  std::vector<std::string> names;
+  std::vector<MetricValues> values;
+  std::vector<double> solve_ms;
+  std::vector<std::string> faults;
+};
+
+nlohmann::json ReadMetrics(const fs::path& result) {
+  std::ifstream file(result / "metrics.json");
+  return nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
+}
+
+// The job as this recipe does it. All start from the grasp that the paper's made.
+FitJob ForRecipe(const FitJob& job, const std::string& recipe, const fs::path& folder) {
+  FitJob made = job;
+  made.recipe = recipe;
+  made.write_report = false;
+  made.output = (folder / recipe / job.output).string();
+  if (made.hand == "auto") made.hand = "right";
+  if (recipe != "paper") {
+    made.clip = (folder / "paper" / job.output / "clip.npz").string();
+    made.start = 0;
+    made.end = -1;
+  }
+  return made;
+}
+
+std::optional<double> Value(const Study& study, const Row& row) {
+  double sum = 0.0;
+  std::optional<double> worst;
+  int count = 0;
+  for (const MetricValues& clip : study.values) {
+    const auto found = clip.find(row.key);
+    if (found == clip.end() || !found->second) continue;
+    sum += *found->second;
+    worst = std::max(worst.value_or(*found->second), *found->second);
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return row.factor * (row.of == Row::Of::kMean ? sum / count : *worst);
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  std::ranges::sort(values);
+  return values[values.size() / 2];
+}
+
+std::string Table(const std::map<std::string, Study>& studies, const HandoverStudy& handovers) {
+  std::string text =
+      "| | paper's terms | authors' code | Holdfast | wanted |\n|---|---|---|---|---|\n";
+  for (const Row& row : kRows) {
+    text += fmt::format("| {} |", row.label);
+    for (const char* recipe : kRecipes) {
+      const std::optional<double> value = Value(studies.at(recipe), row);
+      const std::string unit = row.unit[0] == '\0' ? "" : fmt::format(" {}", row.unit);
+      text += value ? fmt::format(" {:.{}f}{} |", *value, row.digits, unit) : " - |";
+    }
+    text += fmt::format(" {} |\n", row.wanted);
+  }
+  text += "| solve, ms per frame (median of clips) |";
+  for (const char* recipe : kRecipes) {
+    text += fmt::format(" {:.2f} |", Median(studies.at(recipe).solve_ms));
+  }
+  text += " |\n";
+  text += fmt::format(
+      "| hand-overs found within 2 frames, object's trajectory with noise | - | - | {} of {} | 38 "
+      "of "
+      "40 |\n| hand-overs found within 2 frames, from the body alone | - | - | {} of {} | |\n",
+      handovers.found_with_object, handovers.clips.size(), handovers.found_without_object,
+      handovers.clips.size());
+  return text;
+}
+
+}  // namespace
+
+FitOutcome EvaluateFit(const fs::path& list, const fs::path& folder, int handovers,
+                       const CommonOptions& common) {
+  const std::vector<FitJob> jobs = ReadJobList(list, {});
+  fs::create_directories(folder);
+  const FitOutcome stopped{kInterrupted, {}, {}};
+  ScoreOptions score_options;
+  score_options.hand_object.contact.threads = NumThreads(common);
+
+  FitLibrary library;
+  std::map<std::string, Study> studies;
+  CommonOptions inner = common;
+  inner.quiet = true;
+  inner.force = true;
+  Progress progress(common, "evaluate");
+  const int total = static_cast<int>(jobs.size() * std::size(kRecipes));
+  int done = 0;
+  nlohmann::json clips = nlohmann::json::array();
+  for (const FitJob& job : jobs) {
+    nlohmann::json entry = {{"name", job.output}, {"clip", job.clip}, {"object", job.object}};
+    for (const char* recipe : kRecipes) {
+      Study& study = studies[recipe];
+      const FitJob made = ForRecipe(job, recipe, folder);
+      try {
+        if (!fs::exists(fs::path(made.output) / "metrics.json")) {
+          RunFitJob(made, inner, library);
+          if (Interrupted()) return stopped;
+        }
+        const ClipInput input = LoadClipInput(made.output, {}, inner);
+        const ClipScore score = MeasureClip(input, nullptr, score_options, inner);
+        if (Interrupted()) return stopped;
+        study.names.push_back(job.output);
+        study.values.push_back(ClipValues(score, score_options));
+        const nlohmann::json metrics = ReadMetrics(made.output);
+        study.solve_ms.push_back(metrics["summary"].value("solve_ms_median", 0.0));
+        nlohmann::json values;
+        for (const auto& [key, value] : study.values.back()) {
+          values[key] = value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+        }
+        entry[recipe] = values;
+      } catch (const std::exception& error) {
+        study.faults.push_back(fmt::format("{}: {}", job.output, error.what()));
+        entry[recipe] = {{"fault", error.what()}};
+        Note(common, study.faults.back());
+      }
+      progress.Update(++done, total);
+    }
+    clips.push_back(std::move(entry));
+  }
+  HandoverStudyOptions study_options;
+  study_options.count = handovers;
+  study_options.threads = NumThreads(common);
+  const HandoverStudy study = RunHandoverStudy(LoadBody(""), study_options);
+
+  const std::string table = Table(studies, study);
+  nlohmann::json evaluation = JsonHead("holdfast/evaluate-fit/1", common);
+  evaluation["clips"] = std::move(clips);
+  for (const char* recipe : kRecipes) {
+    for (const Row& row : kRows) {
+      const std::optional<double> value = Value(studies[recipe], row);
+      const std::string key =
+          std::string(row.key) + (row.of == Row::Of::kMean ? "_mean" : "_worst");
+      evaluation["summary"][recipe][key] = value ? nlohmann::json(*value / row.factor) : nullptr;
+    }
+    evaluation["summary"][recipe]["faults"] = studies[recipe].faults;
+  }
+  evaluation["handovers"] = {{"clips", study.clips.size()},
+                             {"found_with_object", study.found_with_object},
+                             {"found_without_object", study.found_without_object}};
+  WriteAtomically(folder / "evaluation.json", evaluation.dump(1) + "\n");
+  WriteAtomically(folder / "evaluation.md", table);
+
+  FitOutcome outcome;
+  bool faults = false;
+  for (const auto& [recipe, one] : studies) faults |= !one.faults.empty();
+  outcome.exit_code = faults ? kInputFault : kDone;
+  outcome.summary = std::move(evaluation);
+  outcome.text = fmt::format("{} clips, {} synthetic hand-overs; all results in {}\n\n{}",
+                             jobs.size(), handovers, folder.string(), table);
+  return outcome;
+}
+
+}  // namespace holdfast::apps

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+// Fits from a list, with both hands, and from hand to hand.
+#include <cstdlib>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "geometry/clip.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::ProgramResult;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+// A short clip that holds an apple, and a list of twelve fits of it with one that cannot be done.
+void MakeList(const TemporaryFolder& folder) {
+  const ProgramResult held =
+      RunHoldfast(folder.Path(), "fit demo_drink apple -o held --end 40 --no-report -q");
+  ASSERT_EQ(held.exit_code, 0) << held.err;
+  std::ofstream list(folder / "list.txt");
+  list << "# clip object\n";
+  for (int k = 0; k < 12; ++k) {
+    list << "held/clip.npz held/object.ply hand=right start=" << k << " name=job" << k << "\n";
+  }
+  list << "held/clip.npz missing.obj name=bad\n";
+}
+
+bool SameFolders(const TemporaryFolder& folder, const char* a, const char* b) {
+  const std::string command =
+      "cd '" + folder.Path().string() + "' && diff -r " + a + " " + b + " > .diff";
+  return std::system(command.c_str()) == 0;
+}
+
+TEST(FitBatch, GoesOnPastABadClipAndSaysSo) {
+  const TemporaryFolder folder;
+  MakeList(folder);
+  const ProgramResult result = RunHoldfast(folder.Path(), "fit --batch list.txt -o out");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("missing.obj"));
+  EXPECT_THAT(result.out, HasSubstr("13 fits, 1 failed"));
+  const nlohmann::json manifest =
+      nlohmann::json::parse(testing::ReadText(folder / "out" / "manifest.json"));
+  ASSERT_EQ(manifest["jobs"].size(), 13u);
+  EXPECT_EQ(manifest["jobs"][0]["status"], "done");
+  EXPECT_EQ(manifest["jobs"][12]["status"], "failed");
+  EXPECT_THAT(manifest["jobs"][12]["fault"].get<std::string>(), HasSubstr("missing.obj"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out" / "job11" / "clip.npz"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "out" / "bad"));
+}
+
+TEST(FitBatch, KilledAndStartedAgainEndsWithTheSameBytes) {
+  const TemporaryFolder folder;
+  MakeList(folder);
+  ASSERT_EQ(RunHoldfast(folder.Path(), "fit --batch list.txt -o whole -q --threads 2").exit_code,
+            1);
+  int left_undone = 0;
+  for (const char* after : {"0.15", "0.3", "0.6", "1.0"}) {
+    const std::string kill = std::string("timeout -s KILL ") + after;
+    RunHoldfast(folder.Path(), "fit --batch list.txt -o killed -q --threads 1", kill);
+    left_undone += !std::filesystem::exists(folder / "killed" / "job11");
+  }
+  EXPECT_GT(left_undone, 0) << "never killed before the end";
+  const ProgramResult last =
+      RunHoldfast(folder.Path(), "fit --batch list.txt -o killed -q --threads 2");
+  EXPECT_EQ(last.exit_code, 1);
+  EXPECT_TRUE(SameFolders(folder, "whole", "killed")) << testing::ReadText(folder / ".diff");
+}
+
+TEST(FitBatch, DoesNotMixOptionsOrTouchOtherFolders) {
+  const TemporaryFolder folder;
+  MakeList(folder);
+  ASSERT_EQ(RunHoldfast(folder.Path(), "fit --batch list.txt -o out -q").exit_code, 1);
+  const ProgramResult other =
+      RunHoldfast(folder.Path(), "fit --batch list.txt -o out -q --lambda-contact 1");
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.err, HasSubstr("another list, options"));
+  const ProgramResult foreign = RunHoldfast(folder.Path(), "fit --batch list.txt -o held -q");
+  EXPECT_EQ(foreign.exit_code, 1);
+  EXPECT_THAT(foreign.err, HasSubstr("not the folder of a batch"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "held" / "clip.npz"));
+}
+
+TEST(FitBatch, NamesTheLineThatDoesNotRead) {
+  const TemporaryFolder folder;
+  const auto fault = [&](const char* line) {
+    std::ofstream(folder / "list.txt") << "demo_drink mug\n" << line << "\n";
+    const ProgramResult result = RunHoldfast(folder.Path(), "fit --batch list.txt -o out -q");
+    EXPECT_EQ(result.exit_code, 1) << line;
+    EXPECT_THAT(result.err, HasSubstr("list.txt:2")) << line;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out")) << line;
+    return result.err;
+  };
+  EXPECT_THAT(fault("demo_drink"), HasSubstr("no object"));
+  EXPECT_THAT(fault("demo_drink mug hand=third"), HasSubstr("no hand"));
+  EXPECT_THAT(fault("demo_drink mug start=x"), HasSubstr("not a number"));
+  EXPECT_THAT(fault("demo_drink mug colour=red"), HasSubstr("unknown key"));
+  EXPECT_THAT(fault("demo_drink mug name=../out"), HasSubstr("folder name"));
+  EXPECT_THAT(fault("demo_drink mug name=demo_drink_mug"), HasSubstr("repeats"));
+  EXPECT_THAT(fault("\"demo_drink mug"), HasSubstr("not closed"));
+}
+
+TEST(OffhandCommand, PassesTheAppleOfTheDemo) {
+  const TemporaryFolder folder;
+  const ProgramResult result =
+      RunHoldfast(folder.Path(), "offhand demo_pass apple -o out --json -q --no-report");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json metrics = nlohmann::json::parse(result.out);
+  ASSERT_EQ(metrics["switches"].size(), 1u);
+  EXPECT_NEAR(metrics["switches"][0]["frame"].get<int>(), 57, 2);
+  EXPECT_EQ(metrics["switches"][0]["from"], "right");
+  EXPECT_TRUE(metrics["switches"][0]["grasp"]["clean"].get<bool>());
+  EXPECT_EQ(metrics["summary"]["frames_in_contact_ratio"], 1.0);
+  EXPECT_LT(metrics["summary"]["max_penetration_depth_mm"].get<double>(), 2.0);
+  const Clip clip = ReadClip(folder / "out" / "clip.npz");
+  EXPECT_EQ(clip.holding_hand.front(), kHoldsRight);
+  EXPECT_EQ(clip.holding_hand.back(), kHoldsLeft);
+  EXPECT_EQ(clip.holding_hand[57], kHoldsRight | kHoldsLeft);
+  // The object goes its way without a leap.
+  for (int t = 1; t < clip.NumFrames(); ++t) {
+    EXPECT_LT((clip.object->trans.col(t) - clip.object->trans.col(t - 1)).norm(), 0.06) << t;
+  }
+}
+
+TEST(FitCommand, HoldsABoxInBothHands) {
+  const TemporaryFolder folder;
+  const ProgramResult result = RunHoldfast(
+      folder.Path(),
+      "fit demo_pass cube --object-scale 3 --hand both --start 50 --end 70 -o out --json -q "
+      "--no-report");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json metrics = nlohmann::json::parse(result.out);
+  EXPECT_EQ(metrics["held_by"], "both hands");
+  EXPECT_EQ(metrics["summary"]["frames_in_contact_ratio"], 1.0);
+  EXPECT_LT(metrics["summary"]["max_penetration_depth_mm"].get<double>(), 2.0);
+  for (const std::uint8_t bits : ReadClip(folder / "out" / "clip.npz").holding_hand) {
+    EXPECT_EQ(bits, kHoldsRight | kHoldsLeft);
+  }
+}
+
+TEST(FitCommand, ThePapersTermsAreNothingElse) {
+  const TemporaryFolder folder;
+  const ProgramResult result = RunHoldfast(
+      folder.Path(), "fit demo_drink apple -o out --end 10 --paper --json -q --no-report");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json metrics =
+      nlohmann::json::parse(testing::ReadText(folder / "out" / "metrics.json"));
+  EXPECT_EQ(metrics["options"]["lambda_penetration"], 0.0);
+  EXPECT_EQ(metrics["options"]["lambda_limits"], 0.0);
+  for (const auto& value : metrics["per_frame"]["energy_penetration_m2"]) EXPECT_EQ(value, 0.0);
+}
+
+}  // namespace
+}  // namespace holdfast

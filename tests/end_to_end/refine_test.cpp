@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+// A fitted clip with noise on its object, cleaned again: the truth is known.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "geometry/clip.h"
+#include "geometry/rotation.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::ProgramResult;
+using testing::ReadText;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+double RootMeanSquareTo(const Clip& truth, const Clip& clip) {
+  return (clip.object->trans - truth.object->trans).norm() /
+         std::sqrt(static_cast<double>(truth.NumFrames()));
+}
+
+// Mean second difference of the object's place, per frame.
+double Jitter(const Clip& clip) {
+  const Eigen::Matrix3Xd& x = clip.object->trans;
+  const Eigen::Index n = x.cols();
+  return (x.rightCols(n - 2) - 2.0 * x.middleCols(1, n - 2) + x.leftCols(n - 2))
+      .colwise()
+      .norm()
+      .mean();
+}
+
+TEST(Refine, TakesOutNoiseJitterAndPenetration) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(), "fit demo_drink mug -o fit --quiet").exit_code, 0);
+  const Clip truth = ReadClip(folder / "fit/clip.npz");
+  Clip noisy = truth;
+  noisy.holding_hand.clear();
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  for (int t = 0; t < truth.NumFrames(); ++t) {
+    const auto draw = [&](double size) {
+      return Eigen::Vector3d(size *
+                             Eigen::Vector3d(normal(random), normal(random), normal(random)));
+    };
+    noisy.object->trans.col(t) += draw(0.005);
+    noisy.object->orient.col(t) =
+        LogSO3(ExpSO3(truth.object->orient.col(t)) * ExpSO3(draw(3.0 * std::numbers::pi / 180.0)));
+  }
+  WriteClip(noisy, folder / "noisy.npz");
+
+  const ProgramResult run =
+      RunHoldfast(folder.Path(), "refine noisy.npz --object fit/object.ply -o clean --json");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json summary = nlohmann::json::parse(run.out);
+  EXPECT_EQ(summary["schema"], "holdfast/refine/1");
+  EXPECT_GT(summary["before"]["frames_deeper_than_2_mm"].get<int>(), 20);
+  EXPECT_EQ(summary["after"]["frames_deeper_than_2_mm"], 0);
+  EXPECT_GE(summary["after"]["frames_in_contact_ratio"].get<double>(), 0.98);
+  ASSERT_EQ(summary["holds"].size(), 1u);
+  EXPECT_EQ(summary["holds"][0]["hand"], "right");
+  EXPECT_EQ(summary["holds"][0]["rigid"], true);
+  EXPECT_NEAR(summary["holds"][0]["noise_mm"].get<double>(), 5.0, 1.0);
+  // It moved by about the noise that was added: sqrt(3) of 5 mm.
+  EXPECT_NEAR(summary["distance_to_data"]["rms_mm"].get<double>(), 5.0 * std::sqrt(3.0), 1.0);
+
+  const Clip clean = ReadClip(folder / "clean/clip.npz");
+  EXPECT_LT(Jitter(clean), Jitter(noisy) / 5.0);
+  EXPECT_LT(Jitter(clean), 1.1 * Jitter(truth));
+  EXPECT_LT(RootMeanSquareTo(truth, clean), 0.002);
+  EXPECT_GT(RootMeanSquareTo(truth, noisy), 0.008);
+  const nlohmann::json metrics = nlohmann::json::parse(ReadText(folder / "clean/metrics.json"));
+  EXPECT_EQ(metrics["per_frame"]["distance_to_data_mm"].size(), clean.pose.size());
+  EXPECT_EQ(metrics["per_frame"]["penetration_depth_mm"].size(), clean.pose.size());
+
+  // The same bytes on any number of threads.
+  ASSERT_EQ(RunHoldfast(folder.Path(),
+                        "refine noisy.npz --object fit/object.ply -o again --threads 1 --quiet")
+                .exit_code,
+            0);
+  for (const char* file : {"clip.npz", "metrics.json", "object.ply"}) {
+    EXPECT_EQ(ReadText(folder / (std::string("clean/") + file)),
+              ReadText(folder / (std::string("again/") + file)))
+        << file;
+  }
+}
+
+TEST(Refine, SaysWhatIsMissing) {
+  const TemporaryFolder folder;
+  ProgramResult run = RunHoldfast(folder.Path(), "refine demo_drink -o out");
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("has no object trajectory to refine"));
+  run = RunHoldfast(folder.Path(), "refine nothing.npz -o out");
+  EXPECT_EQ(run.exit_code, 1);
+  run = RunHoldfast(folder.Path(), "refine demo_drink");
+  EXPECT_EQ(run.exit_code, 2);
+  run = RunHoldfast(folder.Path(), "refine --help");
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.out, HasSubstr("holdfast refine captured.npz --object mug.obj -o clean"));
+  EXPECT_EQ(testing::Listing(folder.Path()), "");
+}
+
+TEST(FitAllAtOnce, HoldsLikeFrameAfterFrameAndIsTheSameOnAnyThreads) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(),
+                        "fit demo_drink mug -o one --solve batch --end 40 --threads 1 --quiet")
+                .exit_code,
+            0);
+  ASSERT_EQ(RunHoldfast(folder.Path(),
+                        "fit demo_drink mug -o two --solve batch --end 40 --threads 2 --quiet")
+                .exit_code,
+            0);
+  EXPECT_EQ(ReadText(folder / "one/clip.npz"), ReadText(folder / "two/clip.npz"));
+  const nlohmann::json metrics = nlohmann::json::parse(ReadText(folder / "one/metrics.json"));
+  EXPECT_EQ(metrics["options"]["solve"], "batch");
+  EXPECT_EQ(metrics["summary"]["frames_in_contact_ratio"], 1.0);
+  EXPECT_LT(metrics["summary"]["max_penetration_depth_mm"].get<double>(), 1.0);
+}
+
+}  // namespace
+}  // namespace holdfast
