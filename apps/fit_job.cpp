@@ -202,11 +202,13 @@ void RemoveTimings(nlohmann::json& metrics) {
   metrics["per_frame"].erase("solve_ms");
 }
 
-void RequireGrasp(bool held, const FitJob& job, const nlohmann::json& grasp, Side side) {
+void RequireGrasp(bool held, const FitJob& job, const nlohmann::json& grasp, std::uint8_t holding) {
   if (held) return;
-  throw FitFailure(fmt::format("{}: {}. Try --hand {}, or another object size (--object-scale)",
-                               job.object, grasp["status"].get<std::string>(),
-                               SideName(OtherSide(side))));
+  const std::string other =
+      holding == kHoldsBoth ? "a first frame with both hands in front (--start)"
+                            : fmt::format("--hand {}", holding == kHoldsLeft ? "right" : "left");
+  throw FitFailure(fmt::format("{}: {}. Try {}, or another object size (--object-scale)",
+                               job.object, grasp["status"].get<std::string>(), other));
 }
 
 }  // namespace
@@ -237,14 +239,14 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
         HoldInFirstFrame(scene.right, scene.left, scene.Object(), *scene.prepared->fit.distance,
                          BodySurface(scene.body, scene.betas), common, scene.clip, grasp);
     if (Interrupted()) return stopped;
-    RequireGrasp(both_grips.has_value(), job, grasp, Side::kRight);
+    RequireGrasp(both_grips.has_value(), job, grasp, kHoldsBoth);
   } else if (needs_grasp) {
     const Side side = holding.front() == kHoldsLeft ? Side::kLeft : Side::kRight;
     const bool grasped = GraspInFirstFrame(
         scene.Hand(side), scene.Object(), scene.prepared->surface, *scene.prepared->fit.distance,
         BodySurface(scene.body, scene.betas), job.style, common, scene.clip, grasp);
     if (Interrupted()) return stopped;
-    RequireGrasp(grasped, job, grasp, side);
+    RequireGrasp(grasped, job, grasp, holding.front());
   }
   scene.clip.object->name = scene.Object().name;
   scene.clip.object->mesh = "object.ply";

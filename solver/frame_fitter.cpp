@@ -30,6 +30,22 @@ struct HandBlocks {
   FingerPose fingers_before;
 };
 
+Eigen::Isometry3d Transform(const WristFrame& wrist) {
+  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
+  transform.linear() = wrist.rotation;
+  transform.translation() = wrist.position;
+  return transform;
+}
+
+// The offset that keeps a hand, on the object at `from` with its wrist at `before`, where it is on
+// the object at `to`; its wrist is at `now` without one.
+WristOffset Carried(const WristFrame& before, const WristFrame& now, const ObjectPose& from,
+                    const ObjectPose& to) {
+  const Eigen::Isometry3d offset =
+      Transform(now).inverse() * to.Transform() * from.Transform().inverse() * Transform(before);
+  return {Eigen::Quaterniond(offset.linear()).normalized(), offset.translation()};
+}
+
 // Half way between two poses.
 ObjectPose Middle(const ObjectPose& a, const ObjectPose& b) {
   return {a.orientation.slerp(0.5, b.orientation).normalized(),
@@ -227,7 +243,9 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
     HandBlocks& own = blocks[k];
     double* const p = hand.fingers.data();
     own.fingers_before = hand.fingers;
-    hand.Watch(object_, {});
+    // The hands start where they are on the object: all that is left is to share out the way.
+    if (together) own.step = Carried(before[k], Wrist(hand), previous, start);
+    hand.Watch(object_, own.step);
     if (together) {
       double* const C = own.step.rotation.coeffs().data();
       double* const c = own.step.translation.data();
