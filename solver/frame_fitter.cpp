@@ -244,7 +244,9 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
     double* const p = hand.fingers.data();
     own.fingers_before = hand.fingers;
     // The hands start where they are on the object: all that is left is to share out the way.
-    if (together) own.step = Carried(before[k], Wrist(hand), previous, start);
+    if (together && options_.lambda_wrist > 0.0) {
+      own.step = Carried(before[k], Wrist(hand), previous, start);
+    }
     hand.Watch(object_, own.step);
     if (together) {
       double* const C = own.step.rotation.coeffs().data();
