@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "apps/clip_input.h"
 
-#include <fstream>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "apps/read_json.h"
 #include "geometry/error.h"
 
 namespace holdfast::apps {
@@ -18,8 +18,7 @@ nlohmann::json MetricsBeside(const fs::path& clip) {
   const fs::path path = clip.parent_path() / "metrics.json";
   std::error_code ignored;
   if (clip.filename() != "clip.npz" || !fs::is_regular_file(path, ignored)) return nullptr;
-  std::ifstream file(path);
-  nlohmann::json metrics = nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
+  nlohmann::json metrics = ReadJson(path);
   if (!metrics.is_object()) {
     throw Error(path.string(), "is not the JSON of a result", "Remove it, or make it anew");
   }

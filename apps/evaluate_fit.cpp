@@ -2,7 +2,6 @@
 #include "apps/evaluate_fit.h"
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <vector>
@@ -11,6 +10,7 @@
 
 #include "apps/clip_input.h"
 #include "apps/job_list.h"
+#include "apps/read_json.h"
 #include "apps/score_values.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
@@ -55,11 +55,6 @@ struct Study {
   std::vector<double> solve_ms;
   std::vector<std::string> faults;
 };
-
-nlohmann::json ReadMetrics(const fs::path& result) {
-  std::ifstream file(result / "metrics.json");
-  return nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
-}
 
 // The job as this recipe does it. All start from the grasp that the paper's made.
 FitJob ForRecipe(const FitJob& job, const std::string& recipe, const fs::path& folder) {
@@ -157,7 +152,7 @@ FitOutcome EvaluateFit(const fs::path& list, const fs::path& folder, int handove
         if (Interrupted()) return stopped;
         study.names.push_back(job.output);
         study.values.push_back(ClipValues(score, score_options));
-        const nlohmann::json metrics = ReadMetrics(made.output);
+        const nlohmann::json metrics = ReadJson(fs::path(made.output) / "metrics.json");
         study.solve_ms.push_back(metrics["summary"].value("solve_ms_median", 0.0));
         nlohmann::json values;
         for (const auto& [key, value] : study.values.back()) {

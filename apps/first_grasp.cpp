@@ -18,7 +18,7 @@ bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
   state.SetBody(clip.pose[0], clip.trans.col(0));
   GraspOptions grasp_options;
   grasp_options.seed = common.seed;
-  if (style != "auto") grasp_options.style = StyleByName(style);
+  grasp_options.style = StyleByName(style);
   grasp_options.threads = NumThreads(common);
   grasp_options.up_in_wrist = {state.WristRotation().transpose() * Eigen::Vector3d::UnitZ()};
   // A hand is about 20 cm long: nothing farther than that and the object's own size is met.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "apps/fit_batch.h"
 
-#include <atomic>
-#include <fstream>
 #include <mutex>
 #include <system_error>
 #include <vector>
@@ -10,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "apps/job_list.h"
+#include "apps/read_json.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/parallel.h"
@@ -29,11 +28,6 @@ struct Entry {
   std::string fault;
   nlohmann::json summary;
 };
-
-nlohmann::json ReadJson(const fs::path& path) {
-  std::ifstream file(path);
-  return nlohmann::json::parse(file, nullptr, /*allow_exceptions=*/false);
-}
 
 // The jobs as the manifest names them: what must agree for a batch to be continued.
 nlohmann::json JobsJson(const std::vector<FitJob>& jobs) {

@@ -20,6 +20,7 @@
 #include "geometry/io/import_motion.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/rotation.h"
+#include "solver/clip_state.h"
 #include "solver/grip_by_transfer.h"
 #include "solver/grip_from_clip.h"
 #include "solver/holding.h"
@@ -257,7 +258,7 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
 
   std::vector<const HandModel*> hands;
   for (const Side side : {Side::kRight, Side::kLeft}) {
-    if ((all_bits & (side == Side::kRight ? kHoldsRight : kHoldsLeft)) != 0) {
+    if ((all_bits & HoldingBit(side)) != 0) {
       hands.push_back(&scene.Hand(side));
     }
   }

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "solver/clip_state.h"
+
 namespace holdfast::apps {
 namespace {
 
@@ -32,7 +34,7 @@ std::vector<ContactMetrics> OfHoldingHands(const std::vector<std::vector<Contact
     ContactMetrics& all = frames[t];
     int counted = 0;
     for (std::size_t h = 0; h < hands.size(); ++h) {
-      const std::uint8_t bit = hands[h]->HandSide() == Side::kRight ? kHoldsRight : kHoldsLeft;
+      const std::uint8_t bit = HoldingBit(hands[h]->HandSide());
       if (holding[t] != 0 && (holding[t] & bit) == 0) continue;
       const ContactMetrics& one = per_hand[h][t];
       const bool first = counted++ == 0;

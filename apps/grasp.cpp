@@ -10,6 +10,7 @@
 #include "geometry/error.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/rotation.h"
+#include "solver/clip_state.h"
 #include "solver/grasp.h"
 #include "solver/grasp_both.h"
 
@@ -167,7 +168,7 @@ int Run(Options options) {
   clip.body_model = body->Name();
   clip.object = ObjectTrack{world_from_object.translation(), LogSO3(world_from_object.linear()),
                             object.name, mesh_path.filename().string()};
-  clip.holding_hand = {side == Side::kRight ? kHoldsRight : kHoldsLeft};
+  clip.holding_hand = {HoldingBit(side)};
   WriteMesh(object.mesh, mesh_path);
   WriteClip(clip, output);
 

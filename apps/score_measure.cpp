@@ -10,13 +10,14 @@
 #include "geometry/parallel.h"
 #include "geometry/resample.h"
 #include "geometry/score/object_shape.h"
+#include "solver/clip_state.h"
 
 namespace holdfast::apps {
 namespace {
 
 // Per frame whether the hand holds; empty when the clip does not say of any hand.
 std::vector<std::uint8_t> HoldFlags(const Clip& clip, Side side) {
-  const std::uint8_t bit = side == Side::kRight ? kHoldsRight : kHoldsLeft;
+  const std::uint8_t bit = HoldingBit(side);
   std::vector<std::uint8_t> flags;
   for (const std::uint8_t hands : clip.holding_hand) flags.push_back((hands & bit) != 0 ? 1 : 0);
   return flags;

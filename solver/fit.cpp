@@ -37,15 +37,6 @@ void Check(const Clip& clip, std::span<const HandModel* const> hands, const FitO
   }
 }
 
-void SumUp(const FitOptions& options, FrameReport& report) {
-  report.energy_total = options.lambda_distance * report.energy_distance +
-                        options.lambda_contact * report.energy_contact +
-                        options.lambda_temporal * report.energy_temporal +
-                        options.lambda_slip * report.energy_slip +
-                        options.lambda_penetration * report.energy_penetration +
-                        options.lambda_object_in_hand * report.energy_object_in_hand;
-}
-
 // The times that each hand holds, as the frames that were fitted have them.
 std::vector<ClipHold> HoldsOf(const Clip& clip, std::span<const HandModel* const> hands,
                               std::span<const std::uint8_t> holding,
@@ -121,7 +112,7 @@ void FitWholeClip(const Clip& clip, std::span<const HandModel* const> hands,
       report.iterations += whole.iterations;
     }
     report.solve_ms += whole.solve_ms / frames;
-    SumUp(options, report);
+    report.energy_total = TotalEnergy(report, options);
   }
 }
 

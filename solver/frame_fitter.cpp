@@ -87,6 +87,15 @@ ObjectPose FollowWrist(const ObjectPose& object, const WristFrame& from, const W
           turn * (object.translation - from.position) + to.position};
 }
 
+double TotalEnergy(const FrameReport& report, const FitOptions& options) {
+  return options.lambda_distance * report.energy_distance +
+         options.lambda_contact * report.energy_contact +
+         options.lambda_temporal * report.energy_temporal +
+         options.lambda_slip * report.energy_slip +
+         options.lambda_penetration * report.energy_penetration +
+         options.lambda_object_in_hand * report.energy_object_in_hand;
+}
+
 FrameFitter::FrameFitter(std::span<const HandModel* const> hands, const FitObject& object,
                          const FitOptions& options, double frame_s)
     : options_(options), frame_s_(frame_s) {
@@ -338,12 +347,7 @@ void FrameFitter::FillEnergies(FrameReport& report) {
     report.energy_penetration += energies.penetration;
     report.energy_object_in_hand += energies.object_in_hand;
   }
-  report.energy_total = options_.lambda_distance * report.energy_distance +
-                        options_.lambda_contact * report.energy_contact +
-                        options_.lambda_temporal * report.energy_temporal +
-                        options_.lambda_slip * report.energy_slip +
-                        options_.lambda_penetration * report.energy_penetration +
-                        options_.lambda_object_in_hand * report.energy_object_in_hand;
+  report.energy_total = TotalEnergy(report, options_);
 }
 
 FrameReport FrameFitter::FirstFrame() {

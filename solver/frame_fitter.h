@@ -56,6 +56,9 @@ struct FrameReport {
   StopReason stop = StopReason::kGiven;
 };
 
+/// The weighted sum of a frame's energies.
+double TotalEnergy(const FrameReport& report, const FitOptions& options);
+
 /// Fits one frame after another, with one hand or two: the door for repeated solves, with
 /// everything that a clip keeps (hands, object, D, S) prepared once. Not for use by several threads
 /// at a time.

@@ -10,6 +10,7 @@
 
 #include "geometry/body_model.h"
 #include "geometry/error.h"
+#include "solver/clip_state.h"
 #include "solver/hand_axes.h"
 #include "solver/time_filters.h"
 
@@ -221,14 +222,12 @@ void CheckOptions(const HandoverSearchOptions& options, int frames) {
   }
 }
 
-std::uint8_t BitOf(Side side) { return side == Side::kRight ? kHoldsRight : kHoldsLeft; }
-
 // Who holds in each frame, for switches in order that share the frames [both_begin, both_end).
 void FillHands(Side first, int frames, Holding& holding) {
-  holding.hands.assign(static_cast<std::size_t>(frames), BitOf(first));
+  holding.hands.assign(static_cast<std::size_t>(frames), HoldingBit(first));
   for (const HandSwitch& change : holding.switches) {
     for (int t = change.both_begin; t < frames; ++t) {
-      holding.hands[t] = t < change.both_end ? kHoldsRight | kHoldsLeft : BitOf(change.to);
+      holding.hands[t] = t < change.both_end ? kHoldsRight | kHoldsLeft : HoldingBit(change.to);
     }
   }
 }

@@ -10,6 +10,7 @@
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"
+#include "solver/clip_state.h"
 #include "solver/hand_object_block.h"
 #include "solver/recipes/adam.h"
 #include "solver/recipes/imos_finger_loss.h"
@@ -201,7 +202,7 @@ FitResult FitClipImosCode(const Clip& clip, const HandModel& hand,
     object_before = object;
     fingers_before = fingers;
   }
-  result.clip.holding_hand.assign(frames, side == Side::kRight ? kHoldsRight : kHoldsLeft);
+  result.clip.holding_hand.assign(frames, HoldingBit(side));
   if (done < frames) result.clip = Slice(result.clip, 0, done);
   if (progress) progress(done, frames);
   return result;
