@@ -12,16 +12,17 @@ namespace holdfast {
 namespace {
 
 // Reads (T, columns) as columns x T doubles, all finite.
-Eigen::MatrixXd ReadRows(const NpzReader& archive, std::string_view key, std::ptrdiff_t columns) {
+Eigen::MatrixXd ReadRows(const NpzReader& archive, std::string_view key, std::ptrdiff_t columns,
+                         std::string_view row_is = "frame") {
   const NpyMember member = archive.Read(key);
   member.RequireShape({-1, columns});
   const std::vector<double> values = member.AsDoubles();
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (!std::isfinite(values[i])) {
-      throw Error(
-          member.where,
-          fmt::format("holds {} in frame {}", values[i], i / static_cast<std::size_t>(columns)),
-          "Cut these frames out or fill them in");
+      throw Error(member.where,
+                  fmt::format("holds {} in {} {}", values[i], row_is,
+                              i / static_cast<std::size_t>(columns)),
+                  "Give finite numbers: cut such frames out or fill them in");
     }
   }
   return Eigen::Map<const Eigen::MatrixXd>(values.data(), columns,
@@ -52,6 +53,39 @@ double ReadFrameRate(const NpzReader& archive) {
                 "Give the frames per second");
   }
   return values[0];
+}
+
+// The track whose arrays begin with `prefix`; nothing when the archive has none.
+std::optional<ObjectTrack> ReadTrack(const NpzReader& archive, const std::string& prefix,
+                                     Eigen::Index frames) {
+  const std::string trans = prefix + "_trans";
+  const std::string orient = prefix + "_orient";
+  if (!archive.Has(trans) && !archive.Has(orient)) return std::nullopt;
+  ObjectTrack track;
+  track.trans = ReadRows(archive, trans, 3);
+  track.orient = ReadRows(archive, orient, 3);
+  RequireLength(archive, trans, track.trans.cols(), frames);
+  RequireLength(archive, orient, track.orient.cols(), frames);
+  track.name = ReadText(archive, prefix + "_name", "");
+  track.mesh = ReadText(archive, prefix + "_mesh", "");
+  return track;
+}
+
+// Labels (T, V) as V x T; empty when the archive has none.
+ContactLabels::Matrix ReadLabels(const NpzReader& archive, std::string_view key,
+                                 Eigen::Index frames) {
+  if (!archive.Has(key)) return {};
+  const NpyMember member = archive.Read(key);
+  member.RequireShape({static_cast<std::ptrdiff_t>(frames), -1});
+  const std::vector<std::int64_t> values = member.AsIntegers();
+  ContactLabels::Matrix labels(static_cast<Eigen::Index>(member.array.shape[1]), frames);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i] < 0 || values[i] > 255) {
+      throw Error(member.where, fmt::format("holds {}", values[i]), "Labels are 0 to 255");
+    }
+    labels(static_cast<Eigen::Index>(i)) = static_cast<std::uint8_t>(values[i]);
+  }
+  return labels;
 }
 
 // Copies `part` (3k x T) into joints [begin, begin + k) of each pose.
@@ -101,15 +135,14 @@ Clip ReadClip(const NpzReader& archive) {
   clip.gender = ReadText(archive, "gender", "neutral");
   clip.surface_model_type = ReadText(archive, "surface_model_type", "smplx");
   clip.body_model = ReadText(archive, "body_model", "");
-  if (archive.Has("object_trans") || archive.Has("object_orient")) {
-    ObjectTrack object;
-    object.trans = ReadRows(archive, "object_trans", 3);
-    object.orient = ReadRows(archive, "object_orient", 3);
-    RequireLength(archive, "object_trans", object.trans.cols(), frames);
-    RequireLength(archive, "object_orient", object.orient.cols(), frames);
-    object.name = ReadText(archive, "object_name", "");
-    object.mesh = ReadText(archive, "object_mesh", "");
-    clip.object = std::move(object);
+  clip.subject = ReadText(archive, "subject", "");
+  clip.action = ReadText(archive, "action", "");
+  clip.object = ReadTrack(archive, "object", frames);
+  clip.table = ReadTrack(archive, "table", frames);
+  if (archive.Has("v_template")) clip.v_template = ReadRows(archive, "v_template", 3, "vertex");
+  if (archive.Has("contact_object") || archive.Has("contact_body")) {
+    clip.contact = ContactLabels{ReadLabels(archive, "contact_object", frames),
+                                 ReadLabels(archive, "contact_body", frames)};
   }
   if (archive.Has("holding_hand")) {
     const NpyMember member = archive.Read("holding_hand");
@@ -128,7 +161,8 @@ Clip ReadClip(const NpzReader& archive) {
 void WriteClip(const Clip& clip, const std::filesystem::path& path) {
   const auto frames = static_cast<std::size_t>(clip.NumFrames());
   NpzWriter writer;
-  const auto add_rows = [&](const char* key, std::size_t columns, const Eigen::MatrixXd& values) {
+  const auto add_rows = [&](const std::string& key, std::size_t columns,
+                            const Eigen::MatrixXd& values) {
     writer.AddFloat64(key, {frames, columns}, {values.data(), values.data() + values.size()});
   };
   const auto add_joints = [&](const char* key, int begin, int count) {
@@ -150,11 +184,28 @@ void WriteClip(const Clip& clip, const std::filesystem::path& path) {
   writer.AddText("gender", clip.gender);
   writer.AddText("surface_model_type", clip.surface_model_type);
   if (!clip.body_model.empty()) writer.AddText("body_model", clip.body_model);
-  if (clip.object) {
-    add_rows("object_trans", 3, clip.object->trans);
-    add_rows("object_orient", 3, clip.object->orient);
-    writer.AddText("object_name", clip.object->name);
-    writer.AddText("object_mesh", clip.object->mesh);
+  if (!clip.subject.empty()) writer.AddText("subject", clip.subject);
+  if (!clip.action.empty()) writer.AddText("action", clip.action);
+  const auto add_track = [&](const std::string& prefix, const ObjectTrack& track) {
+    add_rows(prefix + "_trans", 3, track.trans);
+    add_rows(prefix + "_orient", 3, track.orient);
+    writer.AddText(prefix + "_name", track.name);
+    writer.AddText(prefix + "_mesh", track.mesh);
+  };
+  if (clip.object) add_track("object", *clip.object);
+  if (clip.table) add_track("table", *clip.table);
+  if (clip.v_template.cols() > 0) {
+    writer.AddFloat64("v_template", {static_cast<std::size_t>(clip.v_template.cols()), 3},
+                      {clip.v_template.data(), clip.v_template.data() + clip.v_template.size()});
+  }
+  const auto add_labels = [&](const char* key, const ContactLabels::Matrix& labels) {
+    if (labels.size() == 0) return;
+    writer.AddUint8(key, {frames, static_cast<std::size_t>(labels.rows())},
+                    {labels.data(), labels.data() + labels.size()});
+  };
+  if (clip.contact) {
+    add_labels("contact_object", clip.contact->object);
+    add_labels("contact_body", clip.contact->body);
   }
   if (!clip.holding_hand.empty()) writer.AddUint8("holding_hand", {frames}, clip.holding_hand);
   writer.Write(path);
@@ -164,9 +215,15 @@ Clip Slice(const Clip& clip, int begin, int end) {
   Clip part = clip;
   part.trans = clip.trans.middleCols(begin, end - begin);
   part.pose.assign(clip.pose.begin() + begin, clip.pose.begin() + end);
-  if (clip.object) {
-    part.object->trans = clip.object->trans.middleCols(begin, end - begin);
-    part.object->orient = clip.object->orient.middleCols(begin, end - begin);
+  for (std::optional<ObjectTrack>* track : {&part.object, &part.table}) {
+    if (!*track) continue;
+    (*track)->trans = (*track)->trans.middleCols(begin, end - begin).eval();
+    (*track)->orient = (*track)->orient.middleCols(begin, end - begin).eval();
+  }
+  if (part.contact) {
+    for (ContactLabels::Matrix* labels : {&part.contact->object, &part.contact->body}) {
+      if (labels->size() > 0) *labels = labels->middleCols(begin, end - begin).eval();
+    }
   }
   if (!clip.holding_hand.empty()) {
     part.holding_hand.assign(clip.holding_hand.begin() + begin, clip.holding_hand.begin() + end);

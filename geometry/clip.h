@@ -26,6 +26,15 @@ struct ObjectTrack {
   std::string mesh;  ///< file name of the mesh, relative to the clip
 };
 
+/// Who touches whom, as a capture labelled it: one column per frame. 0 is no contact; on the object
+/// the SMPL-X joint of the touching part + 1 (GRAB: 21 left hand, 22 right hand, 26-40 left and
+/// 41-55 right fingers), on the body any number but 0.
+struct ContactLabels {
+  using Matrix = Eigen::Matrix<std::uint8_t, Eigen::Dynamic, Eigen::Dynamic>;
+  Matrix object;  ///< (V_object x T), of the capture's mesh; empty when there is none
+  Matrix body;    ///< (V_body x T), of the capture's body model; empty when there is none
+};
+
 /// A human motion in SMPL-X parameters, optionally with an object. World: z up, ground z = 0,
 /// metres. The file is AMASS's SMPL-X layout (`.npz`); what Holdfast adds are extra arrays.
 struct Clip {
@@ -39,6 +48,14 @@ struct Clip {
   /// where SMPL-X of `gender` is meant.
   std::string body_model;
   std::optional<ObjectTrack> object;
+  /// What the object rests on, moving as the object does; no mesh of it is needed.
+  std::optional<ObjectTrack> table;
+  /// The subject's own rest surface (3 x V) in the body model's numbering, metres; empty: the shape
+  /// that `betas` give. Where it is there it is the shape, and betas only describe it.
+  Eigen::Matrix3Xd v_template;
+  std::optional<ContactLabels> contact;
+  std::string subject;                     ///< "s1"; empty when not known
+  std::string action;                      ///< what is being done: "drink"; empty when not known
   std::vector<std::uint8_t> holding_hand;  ///< per frame, empty or T long: 1 right, 2 left, 3 both
 
   int NumFrames() const { return static_cast<int>(pose.size()); }

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "geometry/io/data_value.h"
+
+namespace holdfast {
+
+enum class DataFormat { kNpz, kNpy, kPickle, kTorchZip, kTorchLegacy, kJson, kSafetensors };
+
+std::string_view DataFormatName(DataFormat format);
+
+/// A file of named values in any of the formats in which the field keeps them, told by its content:
+/// numpy's .npz and .npy, pickle, torch (zip and the form before it, whatever the name ends in),
+/// JSON, safetensors. Nothing in the file is ever executed: classes other than the few that plain
+/// data are made of are refused by name (see pickle.h).
+class DataFile {
+ public:
+  /// Throws Error for a file that is missing, empty, cut off, malformed, or of another format.
+  explicit DataFile(const std::filesystem::path& path);
+  ~DataFile();
+  DataFile(DataFile&&) noexcept;
+  DataFile& operator=(DataFile&&) noexcept;
+
+  DataFormat Format() const;
+  const std::filesystem::path& Path() const;
+
+  /// Top-level names. A .npz reads its members on demand: has() and names cost nothing.
+  bool Has(std::string_view name) const;
+  std::vector<std::string> Names() const;
+  /// Throws Error when there is none of that name (listing what is there), or it is malformed.
+  DataValue operator[](std::string_view name) const;
+  std::optional<DataValue> Find(std::string_view name) const;
+  /// The whole file as one value: what a pickle holds that is no dict.
+  DataValue Root() const;
+
+ private:
+  struct Content;
+  std::unique_ptr<Content> content_;
+};
+
+}  // namespace holdfast
