@@ -22,25 +22,30 @@ int RunInfo(const Options& options) {
   summary["model"] = body->Name();
   summary["vertices"] = body->NumVertices();
   summary["faces"] = body->Faces().cols();
-  summary["joints"] = kNumJoints;
+  summary["kind"] = ModelKindName(body->Kind());
+  summary["joints"] = body->NativeJoints();
   summary["shape_coefficients"] = body->NumShape();
   summary["expression_coefficients"] = body->NumExpression();
   summary["right_hand_vertices"] = body->HandVertexIds(Side::kRight).size();
   summary["left_hand_vertices"] = body->HandVertexIds(Side::kLeft).size();
   summary["height_m"] = high.y() - low.y();
   summary["span_m"] = high.x() - low.x();
-  summary["pelvis_above_sole_m"] = pelvis_height;
-  PrintResult(
-      options.common, summary,
-      fmt::format("{}: {} vertices, {} faces, {} joints\n"
-                  "  shape coefficients       {}\n"
-                  "  expression coefficients  {}\n"
-                  "  hand vertices            {} right, {} left\n"
-                  "  height {:.3f} m, arm span {:.3f} m, pelvis {:.3f} m above the sole\n",
-                  body->Name(), body->NumVertices(), body->Faces().cols(), kNumJoints,
-                  body->NumShape(), body->NumExpression(), body->HandVertexIds(Side::kRight).size(),
-                  body->HandVertexIds(Side::kLeft).size(), high.y() - low.y(), high.x() - low.x(),
-                  pelvis_height));
+  if (!body->LoneHand()) summary["pelvis_above_sole_m"] = pelvis_height;
+  const std::string size =
+      body->LoneHand()
+          ? fmt::format("{:.3f} m long", (high - low).maxCoeff())
+          : fmt::format("height {:.3f} m, arm span {:.3f} m, pelvis {:.3f} m above the sole",
+                        high.y() - low.y(), high.x() - low.x(), pelvis_height);
+  PrintResult(options.common, summary,
+              fmt::format("{} ({}): {} vertices, {} faces, {} joints\n"
+                          "  shape coefficients       {}\n"
+                          "  expression coefficients  {}\n"
+                          "  hand vertices            {} right, {} left\n"
+                          "  {}\n",
+                          body->Name(), ModelKindName(body->Kind()), body->NumVertices(),
+                          body->Faces().cols(), body->NativeJoints(), body->NumShape(),
+                          body->NumExpression(), body->HandVertexIds(Side::kRight).size(),
+                          body->HandVertexIds(Side::kLeft).size(), size));
   return kDone;
 }
 
@@ -51,8 +56,9 @@ void AddBodyCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("body", "Look at body models");
   command->require_subcommand(1);
   CLI::App* info = command->add_subcommand("info", "What a body model holds");
-  info->add_option("model", options->model,
-                   "SMPL-X .npz as downloaded; the embedded body if left out");
+  info->add_option(
+      "model", options->model,
+      "SMPL-X, SMPL-H or MANO as downloaded (.npz, .pkl); the embedded body if left out");
   AddCommonOptions(*info, options->common, false,
                    "  holdfast body info\n"
                    "  holdfast body info models/SMPLX_NEUTRAL.npz --json\n");

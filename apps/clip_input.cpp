@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/clip_body.h"
 #include "apps/read_json.h"
 #include "geometry/error.h"
 
@@ -27,7 +28,10 @@ nlohmann::json MetricsBeside(const fs::path& clip) {
 
 bool IsForeign(const ClipInput& input) {
   const std::string& made_with = input.clip.body_model;
+  if (input.body->IsSubject()) return false;
   if (!made_with.empty()) return made_with != input.body->Name();
+  if (input.body->Kind() == ModelKind::kSmplh) return input.clip.surface_model_type != "smplh";
+  if (input.body->LoneHand()) return !IsHandAlone(input.clip);
   // Other programs' files are SMPL-X's; the embedded clips fit any body.
   return !input.file.empty() && !input.body->Name().starts_with("SMPLX_");
 }
@@ -74,8 +78,9 @@ ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions&
     if (fs::exists(path_or_name)) input.file = path_or_name;
     input.clip = LoadClip(path_or_name);
   }
-  input.body = LoadBody(options.body);
-  input.betas = BetasFor(input.clip, *input.body, common);
+  ClipBody body = BodyOfClip(path_or_name, input.clip, LoadBody(options.body), common);
+  input.body = std::move(body.model);
+  input.betas = std::move(body.betas);
   input.foreign_body = IsForeign(input);
   if (!input.file.empty()) input.metrics = MetricsBeside(input.file);
   FindObject(input, options);
@@ -90,7 +95,9 @@ void AddClipInputOptions(CLI::App& command, ClipInputOptions& options) {
                   "Multiplies the object's coordinates (0.001 for millimetres)")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
-  command.add_option("--body", options.body, "SMPL-X model file in place of the embedded body");
+  command.add_option("--body", options.body,
+                     "Body model in place of the embedded one: SMPL-X, SMPL-H or MANO, .npz or "
+                     ".pkl");
 }
 
 }  // namespace holdfast::apps

@@ -14,7 +14,7 @@ namespace holdfast::apps {
 
 /// What a clip needs besides itself, where the user says so.
 struct ClipInputOptions {
-  std::string body;    ///< SMPL-X model file; empty: the embedded body
+  std::string body;    ///< body model file; empty: the embedded body
   std::string object;  ///< mesh or embedded object in place of the one the clip names; may be empty
   double object_scale = 1.0;  ///< of that mesh
 };

@@ -91,8 +91,13 @@ Clip LoadClip(const std::string& path_or_name) {
 
 Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, const CommonOptions& options) {
   if (clip.betas.size() == 0 || clip.betas.isZero(0.0)) return {};
-  const bool same_space = clip.body_model == body.Name() ||
-                          (clip.body_model.empty() && body.Name().starts_with("SMPLX_"));
+  // Files of other programs do not name the model's file, only its family.
+  const std::string& family = clip.surface_model_type;
+  const bool same_family = body.Kind() == ModelKind::kSmplx   ? body.Name().starts_with("SMPLX_")
+                           : body.Kind() == ModelKind::kSmplh ? family == "smplh"
+                                                              : family.starts_with("mano");
+  const bool same_space =
+      clip.body_model == body.Name() || (clip.body_model.empty() && same_family);
   if (!same_space) {
     Note(options, fmt::format("note: the clip's betas belong to {}, not to {}: its mean shape is "
                               "used (--body MODEL.npz gives another model)",

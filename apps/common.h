@@ -116,6 +116,7 @@ void PrintResult(const CommonOptions& options, const nlohmann::json& summary,
 void AddFitCommand(CLI::App& app, int& exit_code);
 void AddGraspCommand(CLI::App& app, int& exit_code);
 void AddImportCommand(CLI::App& app, int& exit_code);
+void AddConvertCommand(CLI::App& app, int& exit_code);
 void AddDecimateCommand(CLI::App& app, int& exit_code);
 void AddBodyCommand(CLI::App& app, int& exit_code);
 void AddRenderCommand(CLI::App& app, int& exit_code);
@@ -126,5 +127,6 @@ void AddOffhandCommand(CLI::App& app, int& exit_code);
 void AddEvaluateCommand(CLI::App& app, int& exit_code);
 void AddReportCommand(CLI::App& app, int& exit_code);
 void AddRefineCommand(CLI::App& app, int& exit_code);
+void AddMakeReachDataCommand(CLI::App& app, int& exit_code);
 
 }  // namespace holdfast::apps

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/clip_body.h"
 #include "apps/first_grasp.h"
 #include "apps/fit_metrics.h"
 #include "apps/report.h"
@@ -86,6 +87,10 @@ namespace {
 // A motion of another program is imported on the way.
 Clip LoadRange(const FitJob& job, const BodyModel& body) {
   const bool motion = std::filesystem::is_regular_file(job.clip) && LooksLikeMotionFile(job.clip);
+  if (motion && body.LoneHand()) {
+    throw Error(job.clip, "is a motion of a whole body, " + body.Name() + " a hand alone",
+                "Import it with a whole body first, then 'holdfast convert'");
+  }
   Clip clip = motion ? ImportMotion(job.clip, RetargetBodyOf(body)) : LoadClip(job.clip);
   const int end = job.end < 0 ? clip.NumFrames() : std::min(job.end, clip.NumFrames());
   if (job.start >= end) {
@@ -100,11 +105,15 @@ Clip LoadRange(const FitJob& job, const BodyModel& body) {
 // Everything that a fit works on.
 struct Scene {
   Scene(const FitJob& job, const CommonOptions& common, FitLibrary& library)
-      : body(library.Body(job.body)),
-        clip(LoadRange(job, *body)),
+      : Scene(job, common, library, library.Body(job.body)) {}
+  Scene(const FitJob& job, const CommonOptions& common, FitLibrary& library,
+        const std::shared_ptr<const BodyModel>& model)
+      : clip(LoadRange(job, *model)),
+        person(BodyOfClip(job.clip, clip, model, common)),
+        body(person.model),
         prepared(
             library.Object(job.object, job.object_scale, job.object_vertices, NumThreads(common))),
-        betas(BetasFor(clip, *body, common)),
+        betas(person.betas),
         right(body, betas, Side::kRight),
         left(body, betas, Side::kLeft) {
     for (const std::string& note : prepared->notes) Note(common, "note: " + note);
@@ -112,8 +121,9 @@ struct Scene {
   const HandModel& Hand(Side side) const { return side == Side::kRight ? right : left; }
   const LoadedObject& Object() const { return prepared->object; }
 
-  std::shared_ptr<const BodyModel> body;
   Clip clip;
+  ClipBody person;
+  std::shared_ptr<const BodyModel> body;
   std::shared_ptr<const PreparedObject> prepared;
   Eigen::VectorXd betas;
   HandModel right, left;
@@ -139,7 +149,7 @@ Holding WhoHolds(const FitJob& job, const Scene& scene, const CommonOptions& com
   } else if (!job.offhand && job.hand != "auto") {
     return Always(BitsOf(job.hand), frames);
   } else if (!has_track) {
-    return Always(kHoldsRight, frames);
+    return Always(scene.body->LoneHand() == Side::kLeft ? kHoldsLeft : kHoldsRight, frames);
   } else {
     HoldingOptions options;
     options.threads = NumThreads(common);
@@ -228,10 +238,12 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
   Scene scene(job, common, library);
   const bool needs_grasp = !scene.clip.object || job.regrasp;
   if (needs_grasp) RequireHandheld(scene.Object());
+  if (job.offhand) RequireHands(*scene.body, kHoldsBoth);
   const Holding held = WhoHolds(job, scene, common);
   const std::vector<std::uint8_t>& holding = held.hands;
   std::uint8_t all_bits = 0;
   for (const std::uint8_t bits : holding) all_bits |= bits;
+  RequireHands(*scene.body, all_bits);
 
   nlohmann::json grasp = {{"made", false}};
   std::optional<std::array<GripPose, 2>> both_grips;
@@ -352,7 +364,10 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
 }
 
 void AddFitJobOptions(CLI::App& command, FitJob& job) {
-  command.add_option("--body", job.body, "Body model (SMPLX_*.npz); the embedded body if left out");
+  command.add_option(
+      "--body", job.body,
+      "Body model: SMPL-X, SMPL-H, or MANO for a hand alone (.npz, .pkl); the embedded "
+      "body if left out");
   command
       .add_option("--style", job.style,
                   "How a new grasp holds: power, precision, handle (fingers through it), or auto")

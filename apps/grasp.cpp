@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/clip_body.h"
 #include "apps/common.h"
 #include "geometry/distance_grid.h"
 #include "geometry/error.h"
@@ -24,7 +25,7 @@ struct Options {
   std::string object;
   std::string output;
   std::string body;
-  std::string hand = "right";
+  std::string hand = "auto";
   std::string style = "auto";
   std::string clip;
   int frame = 0;
@@ -49,6 +50,17 @@ JointPose StandingPose(Side side, double pronation, double outward) {
   joint("left_shoulder") = -74.0 * kDegree * Eigen::Vector3d::UnitZ();
   joint("left_elbow") = -15.0 * kDegree * Eigen::Vector3d::UnitY();
   return side == Side::kRight ? right : MirrorPose(right);
+}
+
+constexpr double kHandAloneHeight_m = 1.0;  // of the wrist, where nothing else says
+
+// The hand that is to hold: the only one of a hand alone, else the right if nothing is asked for.
+Side HandFor(const Options& options, const BodyModel& body) {
+  const Side side = options.hand == "auto"   ? body.LoneHand().value_or(Side::kRight)
+                    : options.hand == "left" ? Side::kLeft
+                                             : Side::kRight;
+  RequireHands(body, HoldingBit(side));
+  return side;
 }
 
 std::vector<std::string> TouchingParts(const Grasp& grasp) {
@@ -76,6 +88,53 @@ nlohmann::json GraspJson(const Grasp& grasp) {
           {"limit_excess_deg", grasp.limit_excess_deg}};
 }
 
+// Who holds the object, in the world.
+struct Holder {
+  JointPose pose = JointPose::Zero();
+  Eigen::Vector3d trans = Eigen::Vector3d::Zero();
+};
+
+// A hand on nothing, turned as a standing person's would be.
+Holder HandAlone(const HandModel& hand, double pronation, const Grasp& grasp) {
+  HandState state(hand);
+  state.SetBody(StandingPose(hand.HandSide(), pronation, 0.0), Eigen::Vector3d::Zero());
+  Holder holder;
+  holder.pose.col(0) = LogSO3(state.WristRotation());
+  SetFingers(holder.pose, hand.HandSide(), grasp.fingers);
+  holder.trans = kHandAloneHeight_m * Eigen::Vector3d::UnitZ() - state.WristPosition();
+  return holder;
+}
+
+// A standing person, the arm as far out as the object needs to clear the body.
+Holder Standing(const std::shared_ptr<const BodyModel>& body, const HandModel& hand,
+                double pronation, const Grasp& grasp, const DistanceGrid& grid) {
+  const Side side = hand.HandSide(), other = OtherSide(side);
+  const HandAxes other_hand(HandModel(body, {}, other));
+  const FingerPose other_fingers = other_hand.PoseOf(other_hand.Relaxed());
+  const BodySurface whole(body);
+  const std::vector<int>& hand_ids = body->HandVertexIds(side);
+  HandState state(hand);
+  Holder holder;
+  for (const double outward : {0.0, 20.0, 40.0, 60.0}) {
+    holder.pose = StandingPose(side, pronation, outward * kDegree);
+    SetFingers(holder.pose, side, grasp.fingers);
+    SetFingers(holder.pose, other, other_fingers);
+    BodyState posed;
+    Forward(whole, holder.pose, Eigen::Vector3d::Zero(), posed);
+    holder.trans = {0.0, 0.0, -posed.vertices.row(2).minCoeff()};  // feet on the ground
+    state.SetBody(holder.pose, holder.trans);
+    const Eigen::Isometry3d object_from_world =
+        ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()).inverse();
+    bool clear = true;
+    for (int i = 0; i < whole.NumVertices() && clear; ++i) {
+      if (std::binary_search(hand_ids.begin(), hand_ids.end(), i)) continue;
+      clear = grid.Distance(object_from_world * (posed.vertices.col(i) + holder.trans)) > 0.0;
+    }
+    if (clear) break;
+  }
+  return holder;
+}
+
 int Run(Options options) {
   const CommonOptions& common = options.common;
   const std::filesystem::path output(options.output);
@@ -83,8 +142,8 @@ int Run(Options options) {
   mesh_path.replace_filename(output.stem().string() + "_object.ply");
   RequireNew(output, common);
   RequireNew(mesh_path, common);
-  const Side side = options.hand == "left" ? Side::kLeft : Side::kRight;
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
+  const Side side = HandFor(options, *body);
   const LoadedObject object = LoadObject(options.object, options.object_scale);
   for (const std::string& note : object.notes) Note(common, "note: " + note);
   RequireHandheld(object);
@@ -134,38 +193,17 @@ int Run(Options options) {
     const auto& up = options.grasp.up_in_wrist;
     if (up[i].dot(object_up) > up[best].dot(object_up)) best = i;
   }
-  const Side other = OtherSide(side);
-  const HandAxes other_hand(HandModel(body, {}, other));
-  const FingerPose other_fingers = other_hand.PoseOf(other_hand.Relaxed());
-  const BodySurface whole(body);
-  const std::vector<int>& hand_ids = body->HandVertexIds(side);
-  JointPose pose;
-  Eigen::Vector3d trans;
-  Eigen::Isometry3d world_from_object;
-  // The arm goes out as far as the object needs to clear the body.
-  for (const double outward : {0.0, 20.0, 40.0, 60.0}) {
-    pose = StandingPose(side, pronations[best], outward * kDegree);
-    SetFingers(pose, side, grasp.fingers);
-    SetFingers(pose, other, other_fingers);
-    BodyState posed;
-    Forward(whole, pose, Eigen::Vector3d::Zero(), posed);
-    trans = Eigen::Vector3d(0.0, 0.0, -posed.vertices.row(2).minCoeff());  // feet on the ground
-    state.SetBody(pose, trans);
-    world_from_object = ObjectInWorld(grasp, state.WristRotation(), state.WristPosition());
-    const Eigen::Isometry3d object_from_world = world_from_object.inverse();
-    bool clear = true;
-    for (int i = 0; i < whole.NumVertices() && clear; ++i) {
-      if (std::binary_search(hand_ids.begin(), hand_ids.end(), i)) continue;
-      clear = grid.Distance(object_from_world * (posed.vertices.col(i) + trans)) > 0.0;
-    }
-    if (clear) break;
-  }
-
+  const Holder holder = body->LoneHand() ? HandAlone(hand, pronations[best], grasp)
+                                         : Standing(body, hand, pronations[best], grasp, grid);
   Clip clip;
-  clip.trans = trans;
-  clip.pose = {pose};
+  clip.trans = holder.trans;
+  clip.pose = {holder.pose};
   clip.betas = Eigen::VectorXd::Zero(10);
   clip.body_model = body->Name();
+  if (body->LoneHand()) MarkHandAlone(clip);
+  state.SetBody(holder.pose, holder.trans);
+  const Eigen::Isometry3d world_from_object =
+      ObjectInWorld(grasp, state.WristRotation(), state.WristPosition());
   clip.object = ObjectTrack{world_from_object.translation(), LogSO3(world_from_object.linear()),
                             object.name, mesh_path.filename().string()};
   clip.holding_hand = {HoldingBit(side)};
@@ -176,7 +214,7 @@ int Run(Options options) {
   summary["output"] = output.string();
   summary["object"] = object.name;
   summary["object_mesh"] = mesh_path.string();
-  summary["hand"] = options.hand;
+  summary["hand"] = SideName(side);
   summary["grasp"] = GraspJson(grasp);
   summary["contact"] = {{"max_penetration_mm", grasp.metrics.max_penetration_mm},
                         {"mean_penetration_mm", grasp.metrics.mean_penetration_mm},
@@ -196,7 +234,7 @@ int Run(Options options) {
           "{}: {} grasp of {} with the {} hand ({})\n"
           "  {:.2f} mm deepest penetration, {:.0f} % of the hand in contact, quality {:.2f}\n"
           "  {} of {} placements closed, {} refined in {:.1f} s\n",
-          output.string(), StyleName(grasp.style), object.name, options.hand,
+          output.string(), StyleName(grasp.style), object.name, SideName(side),
           fmt::join(TouchingParts(grasp), ", "), grasp.metrics.max_penetration_mm,
           100.0 * grasp.metrics.contact_ratio, grasp.wrench_quality, report.closings,
           report.placements, report.refinements,
@@ -219,7 +257,8 @@ int RunBoth(const Options& options) {
   mesh_path.replace_filename(output.stem().string() + "_object.ply");
   RequireNew(output, common);
   RequireNew(mesh_path, common);
-  const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
+  std::shared_ptr<const BodyModel> body = LoadBody(options.body);
+  RequireHands(*body, kHoldsRight | kHoldsLeft);
   const LoadedObject object = LoadObject(options.object, options.object_scale);
   for (const std::string& note : object.notes) Note(common, "note: " + note);
 
@@ -243,7 +282,9 @@ int RunBoth(const Options& options) {
     }
     clip = Slice(clip, options.frame, options.frame + 1);
   }
-  const Eigen::VectorXd betas = BetasFor(clip, *body, common);
+  ClipBody person = BodyOfClip(options.clip, clip, std::move(body), common);
+  body = std::move(person.model);
+  const Eigen::VectorXd betas = std::move(person.betas);
   const HandModel right(body, betas, Side::kRight), left(body, betas, Side::kLeft);
   const SignedDistance surface(object.mesh);
   DistanceGridOptions grid_options;
@@ -308,9 +349,13 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("-o,--output", options->output, "Clip to write (.npz); the mesh goes beside it")
       ->required();
-  command->add_option("--hand", options->hand, "right, left, or both: the object between them")
+  command
+      ->add_option(
+          "--hand", options->hand,
+          "right, left, both: the object between them; auto: the right, or the only one of "
+          "a MANO model")
       ->capture_default_str()
-      ->check(CLI::IsMember({"right", "left", "both"}));
+      ->check(CLI::IsMember({"auto", "right", "left", "both"}));
   CLI::Option* const clip = command->add_option(
       "--clip", options->clip, "With --hand both: take the pose from this clip; else standing");
   command->add_option("--frame", options->frame, "Frame of --clip, from 0")
@@ -324,8 +369,10 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
           "handle what has one")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "power", "precision", "handle"}));
-  command->add_option("--body", options->body,
-                      "Body model (SMPLX_*.npz); default: the embedded one");
+  command->add_option(
+      "--body", options->body,
+      "Body model: SMPL-X, SMPL-H, or MANO for a hand alone (.npz, .pkl); default: the "
+      "embedded one");
   command
       ->add_option("--object-scale", options->object_scale,
                    "Multiplies the mesh: 0.001 for millimetres")

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "apps/common.h"
 #include "geometry/error.h"
-#include "geometry/io/import_motion.h"
+#include "geometry/import/import_file.h"
+#include "geometry/import/rotation_arrays.h"
+#include "geometry/io/mesh_io.h"
 #include "geometry/skeleton_map.h"
 
 namespace holdfast::apps {
@@ -19,16 +23,35 @@ struct Options {
   std::string motion;
   std::string output;
   std::string body;
-  std::string map;
-  std::string skeleton;
-  std::string up = "y";
-  std::vector<double> betas;
-  double fps = 30;
+  // What a file may not tell.
+  std::optional<double> fps;
   double source_fps = 0;
   double metres_per_unit = 0;
+  std::string up;
   bool keep_ground = false;
+  // Motions that are brought onto the body.
+  std::string map;
+  std::string skeleton;
+  std::vector<double> betas;
+  std::string animation, character, prop;
+  // Parameters.
+  std::string hands = "body";
+  std::string flat_hand_mean = "auto";
+  std::vector<std::string> hand_models;
+  std::string data_root;
+  std::string object_mesh;
+  bool copy_mesh = false;
+  int person = 0;
 };
-std::string Describe(const Options& options, const Clip& clip, const ImportReport& report) {
+
+// The mesh that an imported clip names.
+struct ObjectMesh {
+  fs::path file;  ///< empty: none found
+  Eigen::Index vertices = 0;
+  bool copied = false;
+};
+
+std::string DescribeMotion(const Options& options, const Clip& clip, const ImportReport& report) {
   const RetargetReport& fit = report.retarget;
   std::string text = fmt::format(
       "{}: {} frames at {:g} Hz, of {} at {:g} Hz\n"
@@ -52,7 +75,7 @@ std::string Describe(const Options& options, const Clip& clip, const ImportRepor
   return text;
 }
 
-nlohmann::json Summary(const Options& options, const Clip& clip, const ImportReport& report) {
+nlohmann::json MotionSummary(const Options& options, const Clip& clip, const ImportReport& report) {
   const RetargetReport& fit = report.retarget;
   nlohmann::json summary = JsonHead("holdfast/import/1", options.common);
   summary["output"] = options.output;
@@ -85,31 +108,213 @@ nlohmann::json Summary(const Options& options, const Clip& clip, const ImportRep
   return summary;
 }
 
+// Frames in which a hand holds, of those in the clip.
+std::array<int, 2> HoldingFrames(const Clip& clip) {
+  std::array<int, 2> frames = {0, 0};
+  for (const std::uint8_t bits : clip.holding_hand) {
+    frames[0] += (bits & kHoldsRight) != 0;
+    frames[1] += (bits & kHoldsLeft) != 0;
+  }
+  return frames;
+}
+
+std::string DescribeParameters(const Options& options, const ImportedFile& imported,
+                               const ObjectMesh& mesh) {
+  const Clip& clip = imported.clip;
+  std::string text =
+      fmt::format("{}: {} frames at {:g} Hz", options.output, clip.NumFrames(), clip.frame_rate);
+  if (clip.NumFrames() != imported.source_frames) {
+    text += fmt::format(", of {} at {:g} Hz", imported.source_frames, imported.source_frame_rate);
+  }
+  text += fmt::format("\n  {}", imported.format);
+  if (!clip.subject.empty()) text += fmt::format(", subject {}", clip.subject);
+  text += fmt::format(", {}", clip.gender);
+  if (!clip.action.empty()) text += fmt::format(", '{}'", clip.action);
+  text += '\n';
+  if (clip.object) {
+    text += fmt::format(
+        "  object '{}': {}\n", clip.object->name,
+        mesh.file.empty() ? std::string("no mesh found")
+        : mesh.copied
+            ? fmt::format("{}, {} vertices", clip.object->mesh, mesh.vertices)
+            : fmt::format("{}, {} vertices (named, not copied)", clip.object->mesh, mesh.vertices));
+    if (!clip.holding_hand.empty()) {
+      const auto [right, left] = HoldingFrames(clip);
+      text +=
+          fmt::format("  held by the right hand in {} frames, by the left in {}\n", right, left);
+    }
+  }
+  if (clip.v_template.cols() > 0) {
+    text += fmt::format("  the subject's own surface, {} vertices\n", clip.v_template.cols());
+  }
+  for (const std::string& line : imported.conventions) text += fmt::format("  - {}\n", line);
+  if (!imported.dropped.empty()) {
+    text += "  left out:\n";
+    for (const std::string& line : imported.dropped) text += fmt::format("  - {}\n", line);
+  }
+  return text;
+}
+
+nlohmann::json ToJson(const RotationDefects& defects) {
+  return {{"matrices", defects.matrices},
+          {"no_rotations", defects.bad},
+          {"frames", defects.frames},
+          {"first_frame", defects.first_frame},
+          {"worst_frame", defects.worst_frame},
+          {"reflections", defects.reflections},
+          {"singular_values", {defects.min_singular, defects.max_singular}},
+          {"determinants", {defects.min_determinant, defects.max_determinant}}};
+}
+
+nlohmann::json ParameterSummary(const Options& options, const ImportedFile& imported,
+                                const ObjectMesh& mesh) {
+  const Clip& clip = imported.clip;
+  nlohmann::json summary = JsonHead("holdfast/import/1", options.common);
+  summary["output"] = options.output;
+  summary["format"] = imported.format;
+  summary["source"] = {{"frames", imported.source_frames},
+                       {"frame_rate_hz", imported.source_frame_rate},
+                       {"notes", imported.notes}};
+  summary["frames"] = clip.NumFrames();
+  summary["frame_rate_hz"] = clip.frame_rate;
+  summary["conventions"] = imported.conventions;
+  summary["left_out"] = imported.dropped;
+  summary["subject"] = clip.subject;
+  summary["gender"] = clip.gender;
+  summary["action"] = clip.action;
+  summary["surface_model_type"] = clip.surface_model_type;
+  summary["betas"] = clip.betas.size();
+  summary["template_vertices"] = clip.v_template.cols();
+  summary["has_table"] = clip.table.has_value();
+  if (imported.body_defects.matrices > 0) {
+    summary["body_rotations"] = ToJson(imported.body_defects);
+  }
+  if (clip.object) {
+    summary["object"] = {{"name", clip.object->name},
+                         {"mesh", clip.object->mesh},
+                         {"mesh_vertices", mesh.vertices},
+                         {"mesh_copied", mesh.copied}};
+    if (imported.object_defects.matrices > 0) {
+      summary["object"]["rotations"] = ToJson(imported.object_defects);
+    }
+    if (!clip.holding_hand.empty()) {
+      const auto [right, left] = HoldingFrames(clip);
+      summary["holding_frames"] = {{"right", right}, {"left", left}};
+    }
+  }
+  return summary;
+}
+
+// The way from a folder to a file, as a clip names its mesh.
+std::string NameFrom(const fs::path& folder, const fs::path& file) {
+  std::error_code error;
+  const fs::path relative = fs::relative(file, folder.empty() ? "." : folder, error);
+  return error || relative.empty() ? fs::absolute(file).string() : relative.generic_string();
+}
+
+// Names the object's mesh in the clip, and copies it where that is asked for or its unit needs it.
+ObjectMesh SettleMesh(const Options& options, ImportedFile& imported) {
+  ObjectMesh mesh;
+  Clip& clip = imported.clip;
+  const fs::path output = options.output;
+  if (clip.table && !imported.table_mesh.empty()) {
+    clip.table->mesh = NameFrom(output.parent_path(), imported.table_mesh);
+  }
+  const bool asked = !options.object_mesh.empty();
+  mesh.file = asked ? fs::path(options.object_mesh) : imported.object_mesh;
+  if (!clip.object) {
+    if (asked) {
+      throw Error("--object-mesh", "the file has no object that moves",
+                  "Leave it out: 'holdfast fit CLIP OBJECT' puts an object into a clip's hand");
+    }
+    return mesh;
+  }
+  if (mesh.file.empty()) return mesh;
+  TriangleMesh surface = ReadMesh(mesh.file);
+  mesh.vertices = surface.NumVertices();
+  const double scale = asked ? 1.0 : imported.object_mesh_scale;
+  mesh.copied = options.copy_mesh || scale != 1;
+  if (mesh.copied) {
+    const fs::path copy = output.parent_path() / (output.stem().string() + "_object.ply");
+    RequireNew(copy, options.common);
+    surface.vertices *= scale;
+    WriteMesh(surface, copy);
+    clip.object->mesh = copy.filename().string();
+    if (scale != 1) {
+      imported.conventions.push_back(
+          fmt::format("the object's mesh multiplied by {:g} into {}", scale, clip.object->mesh));
+    }
+  } else {
+    clip.object->mesh = NameFrom(output.parent_path(), mesh.file);
+  }
+  if (clip.contact && clip.contact->object.size() > 0 &&
+      clip.contact->object.rows() != mesh.vertices) {
+    imported.notes.push_back(
+        fmt::format("contact labels are for {} vertices, the mesh has {}: they are of another mesh",
+                    clip.contact->object.rows(), mesh.vertices));
+  }
+  return mesh;
+}
+
+ImportFileOptions ToLibrary(const Options& options) {
+  ImportFileOptions import;
+  ParameterOptions& parameters = import.parameters;
+  parameters.body = LoadBody(options.body);
+  for (const std::string& path : options.hand_models) parameters.hand_models.emplace_back(path);
+  if (options.flat_hand_mean != "auto") parameters.flat_hand_mean = options.flat_hand_mean == "yes";
+  if (!options.up.empty()) parameters.up = ParseWorldUp(options.up);
+  parameters.source_frame_rate = options.source_fps;
+  if (options.metres_per_unit > 0) parameters.metres_per_unit = options.metres_per_unit;
+  parameters.data_root = options.data_root;
+  parameters.hands = options.hands == "rhand"   ? ImportedHands::kRightAlone
+                     : options.hands == "lhand" ? ImportedHands::kLeftAlone
+                     : options.hands == "none"  ? ImportedHands::kNone
+                                                : ImportedHands::kOfBody;
+  parameters.find_ground = !options.keep_ground;
+  parameters.person = options.person;
+  ImportOptions& motion = import.motion;
+  motion.source_frame_rate = options.source_fps;
+  motion.metres_per_unit = options.metres_per_unit;
+  motion.up = options.up == "z" ? UpAxis::kZ : UpAxis::kY;
+  motion.map = options.map;
+  motion.skeleton = options.skeleton;
+  motion.find_ground = !options.keep_ground;
+  motion.animation = options.animation;
+  motion.character = options.character;
+  motion.prop = options.prop;
+  motion.betas = Eigen::Map<const Eigen::VectorXd>(options.betas.data(),
+                                                   static_cast<Eigen::Index>(options.betas.size()));
+  import.retarget_body = RetargetBodyOf(*parameters.body, motion.betas);
+  import.frame_rate = options.fps;
+  return import;
+}
+
 int Run(const Options& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
-  const auto model = LoadBody(options.body);
-  ImportOptions import;
-  import.frame_rate = options.fps;
-  import.source_frame_rate = options.source_fps;
-  import.metres_per_unit = options.metres_per_unit;
-  import.up = options.up == "z" ? UpAxis::kZ : UpAxis::kY;
-  import.map = options.map;
-  import.skeleton = options.skeleton;
-  import.find_ground = !options.keep_ground;
-  import.betas = Eigen::Map<const Eigen::VectorXd>(options.betas.data(),
-                                                   static_cast<Eigen::Index>(options.betas.size()));
-  ImportReport report;
-  const Clip clip =
-      ImportMotion(options.motion, RetargetBodyOf(*model, import.betas), import, &report);
-  for (const std::string& note : report.notes) Note(common, "note: " + note);
+  ImportedFile imported = ImportFile(options.motion, ToLibrary(options));
+  ObjectMesh mesh;
+  if (!imported.motion) mesh = SettleMesh(options, imported);
+  for (const std::string& note : imported.notes) Note(common, "note: " + note);
+  if (!imported.motion) {
+    WriteClip(imported.clip, options.output);
+    PrintResult(common, ParameterSummary(options, imported, mesh),
+                DescribeParameters(options, imported, mesh));
+    return kDone;
+  }
+  if (options.up.size() > 1 || options.up == "x") {
+    throw Error("--up", fmt::format("{} is for parameters", options.up),
+                "A motion that is brought onto the body has y or z up");
+  }
+  const ImportReport& report = *imported.motion;
   if (report.retarget.repaired_hand_frames > 0) {
     Note(common, fmt::format("note: in {} frames a wrist was bent as no wrist bends; bridged from "
                              "the frames around them",
                              report.retarget.repaired_hand_frames));
   }
-  WriteClip(clip, options.output);
-  PrintResult(common, Summary(options, clip, report), Describe(options, clip, report));
+  WriteClip(imported.clip, options.output);
+  PrintResult(common, MotionSummary(options, imported.clip, report),
+              DescribeMotion(options, imported.clip, report));
   return kDone;
 }
 
@@ -118,37 +323,98 @@ int Run(const Options& options) {
 void AddImportCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
-      "import", "Bring a motion (BVH, ASF/AMC; plain or gzip'd) onto the SMPL-X skeleton");
-  command->add_option("motion", options->motion, "Motion file (.bvh .amc .gz), told by its content")
+      "import",
+      "Make a clip of a motion as it was downloaded: GRAB, AMASS, IMoS, ARCTIC, Motion-X, SMPL-X "
+      "parameters, BVH, ASF/AMC, glTF, told by their content");
+  command
+      ->add_option("motion", options->motion,
+                   fmt::format("File or folder: {}", fmt::join(ImportableFormats(), "; ")))
       ->required();
   command->add_option("-o,--output", options->output, "Clip to write (.npz)")->required();
-  command->add_option("--fps", options->fps, "Frame rate of the clip; 0 keeps the file's")
-      ->capture_default_str()
+  command
+      ->add_option("--fps", options->fps,
+                   "Frame rate of the clip; 0 keeps the file's [BVH, AMC, glTF: 30; parameters: 0]")
       ->check(CLI::Range(0.0, 1000.0));
   command
       ->add_option("--source-fps", options->source_fps,
-                   "Frame rate of the file where it does not tell (AMC: 120)")
+                   "Frame rate of the file where it does not tell [AMC: 120; IMoS: 10; others: 30]")
       ->check(CLI::Range(1.0, 1000.0));
   command
       ->add_option("--metres-per-unit", options->metres_per_unit,
-                   "Length unit of the file [BVH: 0.01; ASF: its own]")
+                   "Length unit of the file [BVH: 0.01; ASF: its own; parameters: 1]")
       ->check(CLI::Range(1e-6, 1e3));
-  command->add_option("--up", options->up, "Axis that is up in the file's world")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"y", "z"}));
-  command->add_option("--map", options->map,
-                      fmt::format("JSON map of joint names {{\"source joint\": \"smplx joint\"}}; "
-                                  "known without: {}",
-                                  fmt::join(KnownSkeletons(), "; ")));
-  command->add_option("--asf", options->skeleton, "Skeleton of an .amc [looked for beside it]");
-  command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
-  command->add_option("--betas", options->betas, "Shape of the body, numbers with commas between")
-      ->delimiter(',');
+  command
+      ->add_option("--up", options->up,
+                   "Axis that is up in the file's world: x y z -x -y -z, the last as --up=-y [BVH, "
+                   "AMC: y; parameters: what the format is known for, else by the posture]")
+      ->check(CLI::IsMember({"x", "y", "z", "-x", "-y", "-z"}));
   command->add_flag("--keep-ground", options->keep_ground,
                     "Leave heights as they are instead of standing the feet on z = 0");
+  command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
+
+  const std::string skeletons = "Motions with a skeleton of their own";
+  command
+      ->add_option("--map", options->map,
+                   fmt::format("JSON map of joint names {{\"source joint\": \"smplx joint\"}}; "
+                               "known without: {}",
+                               fmt::join(KnownSkeletons(), "; ")))
+      ->group(skeletons);
+  command->add_option("--asf", options->skeleton, "Skeleton of an .amc [looked for beside it]")
+      ->group(skeletons);
+  command->add_option("--betas", options->betas, "Shape of the body, numbers with commas between")
+      ->delimiter(',')
+      ->group(skeletons);
+  command
+      ->add_option("--animation", options->animation,
+                   "Of a glTF with several [the longest that moves the character]")
+      ->group(skeletons);
+  command->add_option("--character", options->character, "Of a glTF with several")
+      ->group(skeletons);
+  command
+      ->add_option("--prop", options->prop,
+                   "Node of a glTF that becomes the object [the only one that moves]")
+      ->group(skeletons);
+
+  const std::string parameters = "Parameters of a body model";
+  command
+      ->add_option("--hands", options->hands,
+                   "body: the body's; rhand, lhand: that hand alone (MANO), where the file has it; "
+                   "none: a relaxed hand instead of the file's")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"body", "rhand", "lhand", "none"}))
+      ->group(parameters);
+  command
+      ->add_option("--flat-hand-mean", options->flat_hand_mean,
+                   "Whether finger angles are complete (yes) or differences from the mean hand "
+                   "(no) [auto: what the format is known for, else what the fingers look like]")
+      ->check(CLI::IsMember({"auto", "yes", "no"}))
+      ->group(parameters);
+  command
+      ->add_option("--hand-model", options->hand_models,
+                   "SMPL-X file, or MANO_LEFT and MANO_RIGHT, for hands that are stored as "
+                   "principal components (twice for two)")
+      ->allow_extra_args(false)
+      ->group(parameters);
+  command
+      ->add_option("--data-root", options->data_root,
+                   "Folder of the data set (with GRAB's 'tools', ARCTIC's 'meta') for meshes that "
+                   "the file names [looked for in the folders above it]")
+      ->group(parameters);
+  command->add_option("--object-mesh", options->object_mesh, "The object's mesh, in metres")
+      ->group(parameters);
+  command
+      ->add_flag("--copy-mesh", options->copy_mesh,
+                 "Put a copy of the object's mesh beside the clip instead of naming where it is")
+      ->group(parameters);
+  command->add_option("--person", options->person, "Which person of a file or folder with several")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber)
+      ->group(parameters);
   AddCommonOptions(
       *command, options->common, true,
-      "  holdfast import walk.bvh -o walk.npz\n"
+      "  holdfast import grab/s4/mug_pass_1.npz -o pass.npz\n"
+      "  holdfast import visualize_samples/s10_mug_drink_1_0.npz --data-root GRAB -o drink.npz\n"
+      "  holdfast import smplifyx/results --hand-model SMPLX_MALE.npz -o fit.npz\n"
       "  holdfast import 07_03.amc.gz --asf 07.asf.gz --fps 60 -o walk.npz --json\n"
       "  holdfast import dance.bvh --map map.json --up z --metres-per-unit 1 -o d.npz\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
   AddOffhandCommand(app, exit_code);
   AddGraspCommand(app, exit_code);
   AddImportCommand(app, exit_code);
+  AddConvertCommand(app, exit_code);
   AddDecimateCommand(app, exit_code);
   AddBodyCommand(app, exit_code);
   AddRenderCommand(app, exit_code);
@@ -35,6 +36,7 @@ int main(int argc, char** argv) {
   AddReportCommand(app, exit_code);
   AddEvaluateCommand(app, exit_code);
   AddRefineCommand(app, exit_code);
+  AddMakeReachDataCommand(app, exit_code);
   WatchForInterrupt();
 
   const auto named = [&](const CLI::App* command) { return command->check_name(argv[1]); };

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/clip_body.h"
 #include "apps/clip_input.h"
 #include "apps/common.h"
 #include "apps/fit_library.h"
@@ -220,6 +221,7 @@ int Refine(Options& options) {
       hands.push_back(hand);
     }
   }
+  for (const HandModel* hand : hands) RequireHands(*input.body, HoldingBit(hand->HandSide()));
   if (hands.empty()) {
     throw Error(options.clip, "has an object that no hand holds in any frame",
                 "Say which hand does with --hand");

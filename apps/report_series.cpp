@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 namespace holdfast::apps {
@@ -111,9 +112,10 @@ nlohmann::json SeriesOf(const ClipInput& input, const std::vector<Eigen::Matrix3
   const auto joint = [&](int j) {
     return [&joints, j](int t) -> Eigen::Vector3d { return joints[t].col(j); };
   };
-  add_motion("right_wrist", joint(WristJoint(Side::kRight)));
-  add_motion("left_wrist", joint(WristJoint(Side::kLeft)));
-  add_motion("hips", joint(0));
+  const std::optional<Side> lone = input.body->LoneHand();
+  if (lone != Side::kLeft) add_motion("right_wrist", joint(WristJoint(Side::kRight)));
+  if (lone != Side::kRight) add_motion("left_wrist", joint(WristJoint(Side::kLeft)));
+  if (!lone) add_motion("hips", joint(0));
   if (clip.object) {
     add_motion("object", [&](int t) -> Eigen::Vector3d { return clip.object->trans.col(t); });
   }

@@ -67,11 +67,16 @@ void MeasureHands(const ClipInput& input, const ScoreOptions& options, const Com
   std::vector<HandModel> hands;
   for (const Side side : {Side::kRight, Side::kLeft}) {
     const std::vector<std::uint8_t> flags = HoldFlags(clip, side);
-    if (std::ranges::count(flags, std::uint8_t{1}) == 0) continue;
+    if (std::ranges::count(flags, std::uint8_t{1}) == 0 || !input.body->HasHand(side)) continue;
     hands.emplace_back(input.body, input.betas, side);
     score.holds.push_back(flags);
   }
   score.hands_by = "holding_hand";
+  if (const std::optional<Side> lone = input.body->LoneHand(); hands.empty() && lone) {
+    score.hands_by = "only hand";
+    hands.emplace_back(input.body, input.betas, *lone);
+    score.holds.emplace_back();
+  }
   if (hands.empty()) {
     score.hands_by = "nearest";
     HandModel right(input.body, input.betas, Side::kRight);

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -11,13 +12,36 @@
 
 #include <Eigen/Core>
 
-#include "geometry/io/npz.h"
+#include "geometry/body_layouts.h"
+#include "geometry/linear_basis.h"
 #include "geometry/mesh.h"
 #include "geometry/skeleton.h"
 
 namespace holdfast {
 
-/// A body model file of SMPL-X's layout: const, shared by any number of threads.
+/// (joint or vertex, weight) pairs.
+using SparseRow = std::vector<std::pair<int, double>>;
+
+/// What a body model is made of, in SMPL-X's 55 joints (see BodyLayout). Metres.
+struct BodyModelParts {
+  std::string name;  ///< file name, for reports
+  ModelKind kind = ModelKind::kSmplx;
+  Eigen::Matrix3Xd v_template;
+  Eigen::Matrix3Xi faces;
+  LinearBasis shape_dirs;  ///< shape columns, then expression columns
+  int num_shape = 0;
+  int num_expression = 0;
+  LinearBasis pose_dirs;                   ///< nine columns for each of `pose_joints`; may be empty
+  std::vector<int> pose_joints;            ///< whose R - I, row-major, each nine columns multiply
+  std::vector<SparseRow> joint_regressor;  ///< per joint: vertices
+  std::vector<SparseRow> weights;          ///< per vertex: joints
+  Eigen::Matrix<double, kHandDofs, 1> right_hand_mean, left_hand_mean;
+  Eigen::MatrixXd right_hand_components,
+      left_hand_components;                        ///< (n x 45), one a row; may be empty
+  std::vector<int> right_hand_ids, left_hand_ids;  ///< ascending; empty: the model lacks the hand
+};
+
+/// A body model of SMPL-X's form: const, shared by any number of threads.
 ///
 ///   v_s = v_template + sum_k beta_k S_k + sum_k psi_k E_k
 ///   J   = J_regressor v_s
@@ -25,34 +49,64 @@ namespace holdfast {
 ///   v_i = sum_j w_ij (A_j^R v_p,i + A_j^t) + trans,  A_j = [G_j^R | G_j^t - G_j^R J_j]
 ///
 /// (Loper et al. 2015, eq. 2-4, 9; Pavlakos et al. 2019.) The root turns about the pelvis J_0.
+/// SMPL-H and MANO become bodies of the same 55 joints when they are read: BodyLayout says how.
 class BodyModel {
  public:
-  /// Reads `SMPLX_*.npz` (v1.0 and v1.1) or any file with the same fields: v_template (V,3), f
-  /// (F,3), shapedirs (V,3,S), posedirs (V,3,486), J_regressor (55,V), weights (V,55),
-  /// kintree_table (2,55); optional hands_meanl/r (45), right_/left_hand_vertex_ids. Any float and
+  /// Reads SMPL-X (v1.0, v1.1), SMPL-H and MANO as downloaded, `.npz` or `.pkl`, and any file with
+  /// the same fields; meshes/body/README.md lists them. With J joints: v_template (V,3), f (F,3),
+  /// weights (V,J), J_regressor (J,V), kintree_table (2,J); optional shapedirs (V,3,S), posedirs
+  /// (V,3,9(J-1)), hands_meanl/r, hands_componentsl/r, right_/left_hand_vertex_ids. Any float and
   /// integer type, C or Fortran order. Throws Error naming the field for missing, misshapen or
-  /// non-finite data, faces out of range, a kinematic tree that is not SMPL-X's, and weights that
-  /// do not sum to 1.
+  /// non-finite data, faces out of range, a kinematic tree that is none of these models', and
+  /// weights that do not sum to 1.
+  ///
+  /// Which hand a MANO file is of is told by its thumb (SideOfHand), and where that lies flat by
+  /// "left" or "right" in its name.
   static std::shared_ptr<const BodyModel> Load(const std::filesystem::path& path);
   /// The body that comes with Holdfast (meshes/body/holdfast_neutral.npz, inside the library).
   static std::shared_ptr<const BodyModel> Default();
+  /// The same model with a subject's own rest surface (3 x V): betas have no effect on it. What is
+  /// large is shared. Throws Error unless it has the model's vertices and is finite.
+  static std::shared_ptr<const BodyModel> WithTemplate(std::shared_ptr<const BodyModel> model,
+                                                       Eigen::Matrix3Xd v_template);
 
-  int NumVertices() const { return static_cast<int>(template_vertices_.cols()); }
-  int NumShape() const { return num_shape_; }            ///< usable betas
-  int NumExpression() const { return num_expression_; }  ///< usable expression coefficients
-  const Eigen::Matrix3Xi& Faces() const { return faces_; }
-  const Eigen::Matrix3Xd& Template() const { return template_vertices_; }
+  /// Parts that fit together; whoever reads a file checks it.
+  explicit BodyModel(BodyModelParts parts);
+
+  ModelKind Kind() const { return parts_->kind; }
+  /// Joints that the file has: 55, 52 or 16.
+  int NativeJoints() const {
+    return static_cast<int>(LayoutOf(parts_->kind).joint_of_native.size());
+  }
+  /// The hand that the model is, nothing else; nothing for a body.
+  std::optional<Side> LoneHand() const { return holdfast::LoneHand(parts_->kind); }
+  bool HasHand(Side side) const { return !HandVertexIds(side).empty(); }
+  /// Whether the rest surface is a subject's own (WithTemplate).
+  bool IsSubject() const { return is_subject_; }
+
+  int NumVertices() const { return static_cast<int>(v_template_.cols()); }
+  int NumShape() const { return parts_->num_shape; }            ///< usable betas
+  int NumExpression() const { return parts_->num_expression; }  ///< usable expression coefficients
+  const Eigen::Matrix3Xi& Faces() const { return parts_->faces; }
+  const Eigen::Matrix3Xd& Template() const { return v_template_; }
+  /// Zero where the file has none.
   const Eigen::Matrix<double, kHandDofs, 1>& HandMean(Side side) const {
-    return side == Side::kRight ? right_hand_mean_ : left_hand_mean_;
+    return side == Side::kRight ? parts_->right_hand_mean : parts_->left_hand_mean;
+  }
+  /// Principal components of hand poses (n x 45), one a row; no rows where the file has none.
+  const Eigen::MatrixXd& HandComponents(Side side) const {
+    return side == Side::kRight ? parts_->right_hand_components : parts_->left_hand_components;
   }
   /// Vertices of a hand, ascending. From the file where it has them, the published MANO sets for a
-  /// 10,475-vertex SMPL-X, else all vertices with more than half their weight on wrist and fingers.
+  /// 10,475-vertex SMPL-X, all of a MANO model, else all vertices with more than half their weight
+  /// on wrist and fingers.
   const std::vector<int>& HandVertexIds(Side side) const {
-    return side == Side::kRight ? right_hand_ids_ : left_hand_ids_;
+    return side == Side::kRight ? parts_->right_hand_ids : parts_->left_hand_ids;
   }
-  const std::string& Name() const { return name_; }  ///< file name, for reports
+  const std::string& Name() const { return parts_->name; }  ///< file name, for reports
 
   /// Shaped vertices v_s (3 x V). Coefficients beyond the model's throw Error; fewer count as zero.
+  /// A subject's surface takes no betas (any number is ignored), only expression.
   Eigen::Matrix3Xd ShapedVertices(const Eigen::VectorXd& betas,
                                   const Eigen::VectorXd& expression = {}) const;
   /// Rest joints J (3 x 55) of shaped vertices.
@@ -61,30 +115,11 @@ class BodyModel {
  private:
   friend class BodySurface;
 
-  /// Rows of a (V,3,K) tensor in the precision of the file; only rows in use become doubles.
-  struct Basis {
-    bool is_double = false;
-    std::size_t columns = 0;
-    std::vector<std::byte> data;
-    void CopyRow(std::size_t row, std::size_t begin, std::size_t count, double* out) const;
-  };
+  BodyModel(std::shared_ptr<const BodyModelParts> parts, Eigen::Matrix3Xd v_template);
 
-  static std::shared_ptr<const BodyModel> FromArchive(const NpzReader& archive, std::string name);
-  static Basis ReadBasis(const NpzReader& archive, const char* key, std::ptrdiff_t vertices,
-                         std::ptrdiff_t columns);
-
-  std::string name_;
-  Eigen::Matrix3Xd template_vertices_;
-  Eigen::Matrix3Xi faces_;
-  Basis shape_dirs_;
-  int num_shape_ = 0;
-  int num_expression_ = 0;
-  int expression_begin_ = 0;  // column of the first expression direction
-  Basis pose_dirs_;
-  std::vector<std::vector<std::pair<int, double>>> joint_regressor_;  // per joint: vertex, weight
-  std::vector<std::vector<std::pair<int, double>>> weights_;          // per vertex: joint, weight
-  Eigen::Matrix<double, kHandDofs, 1> right_hand_mean_, left_hand_mean_;
-  std::vector<int> right_hand_ids_, left_hand_ids_;
+  std::shared_ptr<const BodyModelParts> parts_;
+  Eigen::Matrix3Xd v_template_;
+  bool is_subject_ = false;
 };
 
 /// Some vertices of one person: all that stays constant through a clip. Const and shareable.
@@ -121,6 +156,7 @@ class BodySurface {
 
  private:
   void Build(const Eigen::VectorXd& betas, const Eigen::VectorXd& expression);
+  void BuildPoseDirs();
 
   std::shared_ptr<const BodyModel> model_;
   std::vector<int> vertex_ids_;

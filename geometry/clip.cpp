@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/io/npz.h"
 
@@ -158,9 +159,8 @@ Clip ReadClip(const NpzReader& archive) {
   return clip;
 }
 
-void WriteClip(const Clip& clip, const std::filesystem::path& path) {
+void AddArrays(const Clip& clip, NpzWriter& writer) {
   const auto frames = static_cast<std::size_t>(clip.NumFrames());
-  NpzWriter writer;
   const auto add_rows = [&](const std::string& key, std::size_t columns,
                             const Eigen::MatrixXd& values) {
     writer.AddFloat64(key, {frames, columns}, {values.data(), values.data() + values.size()});
@@ -208,6 +208,11 @@ void WriteClip(const Clip& clip, const std::filesystem::path& path) {
     add_labels("contact_body", clip.contact->body);
   }
   if (!clip.holding_hand.empty()) writer.AddUint8("holding_hand", {frames}, clip.holding_hand);
+}
+
+void WriteClip(const Clip& clip, const std::filesystem::path& path) {
+  NpzWriter writer;
+  AddArrays(clip, writer);
   writer.Write(path);
 }
 

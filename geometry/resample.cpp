@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"
@@ -21,11 +23,14 @@ Clip Resample(const Clip& clip, double frame_rate) {
   out.frame_rate = frame_rate;
   out.trans.resize(3, count);
   out.pose.resize(count);
-  if (clip.object) {
-    out.object->trans.resize(3, count);
-    out.object->orient.resize(3, count);
+  const auto tracks = {std::pair{&clip.object, &out.object}, std::pair{&clip.table, &out.table}};
+  for (const auto& [from, to] : tracks) {
+    if (!*from) continue;
+    (*to)->trans.resize(3, count);
+    (*to)->orient.resize(3, count);
   }
   if (!clip.holding_hand.empty()) out.holding_hand.resize(count);
+  std::vector<int> nearest(count);
   const auto between = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double f) {
     const Eigen::Matrix3d Ra = ExpSO3(a);
     if (f == 0) return a;
@@ -42,15 +47,19 @@ Clip Resample(const Clip& clip, double frame_rate) {
     for (int j = 0; j < kNumJoints; ++j) {
       out.pose[i].col(j) = between(clip.pose[before].col(j), clip.pose[after].col(j), f);
     }
-    if (clip.object) {
-      out.object->trans.col(i) =
-          (1 - f) * clip.object->trans.col(before) + f * clip.object->trans.col(after);
-      out.object->orient.col(i) =
-          between(clip.object->orient.col(before), clip.object->orient.col(after), f);
+    for (const auto& [from, to] : tracks) {
+      if (!*from) continue;
+      (*to)->trans.col(i) = (1 - f) * (*from)->trans.col(before) + f * (*from)->trans.col(after);
+      (*to)->orient.col(i) = between((*from)->orient.col(before), (*from)->orient.col(after), f);
     }
-    if (!clip.holding_hand.empty()) {
-      out.holding_hand[i] = clip.holding_hand[f < 0.5 ? before : after];
+    nearest[i] = f < 0.5 ? before : after;
+    if (!clip.holding_hand.empty()) out.holding_hand[i] = clip.holding_hand[nearest[i]];
+  }
+  if (clip.contact) {
+    if (clip.contact->object.size() > 0) {
+      out.contact->object = clip.contact->object(Eigen::all, nearest);
     }
+    if (clip.contact->body.size() > 0) out.contact->body = clip.contact->body(Eigen::all, nearest);
   }
   return out;
 }

@@ -368,7 +368,29 @@ void StandOn(const GroundPlane& ground, const Eigen::Vector3d& root, Clip& clip,
                                             clip.pose[std::max(t - 1, 0)].col(0));
     }
     points[t] = tilt * (points[t].colwise() - base);
+    if (!clip.object) continue;
+    ObjectTrack& object = *clip.object;
+    object.trans.col(t) = tilt * (object.trans.col(t) - base);
+    if (!ground.slope.isZero()) {
+      object.orient.col(t) = UnwrapAxisAngle(LogSO3(tilt * ExpSO3(object.orient.col(t))),
+                                             object.orient.col(std::max(t - 1, 0)));
+    }
   }
+}
+
+// What moves beside the body, on its way scaled as the body's.
+ObjectTrack TrackOf(const SourceMotion::Prop& prop, const Eigen::Matrix3d& clip_from_source,
+                    double scale) {
+  ObjectTrack track;
+  track.name = prop.name;
+  track.trans = scale * clip_from_source * prop.positions;
+  track.orient.resize(3, prop.positions.cols());
+  for (Eigen::Index t = 0; t < track.orient.cols(); ++t) {
+    const Eigen::Vector3d w =
+        LogSO3(clip_from_source * prop.rotations[static_cast<std::size_t>(t)].toRotationMatrix());
+    track.orient.col(t) = t > 0 ? UnwrapAxisAngle(w, track.orient.col(t - 1)) : w;
+  }
+  return track;
 }
 
 void ReportSoles(const std::vector<Eigen::Matrix3Xd>& points, double frame_rate,
@@ -426,6 +448,9 @@ Clip Retarget(const SourceMotion& motion, const SkeletonMap& map, const Retarget
     }
     touching[t] = probe.LowestPoints(PlaceJoints(body.rest_joints, pose.world, clip.trans.col(t)),
                                      pose.world);
+  }
+  if (motion.prop) {
+    clip.object = TrackOf(*motion.prop, z_up * UprightFrom(options.up), calibration.scale);
   }
   GroundPlane ground;
   if (options.find_ground) {

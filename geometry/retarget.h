@@ -59,7 +59,8 @@ struct RetargetReport {
 /// faces +z (y up) then faces -y.
 ///
 /// Any local frames and any rest pose will do where motion and geometry show how the parts lie; a
-/// source that rests like SMPL-X is copied rotation by rotation. Throws Error when bones of the
+/// source that rests like SMPL-X is copied rotation by rotation. The motion's prop becomes the
+/// clip's object: its path is scaled as the body's, its size is not. Throws Error when bones of the
 /// source have no length or the frame rate is not positive.
 Clip Retarget(const SourceMotion& motion, const SkeletonMap& map, const RetargetBody& body,
               const RetargetOptions& options = {}, RetargetReport* report = nullptr);

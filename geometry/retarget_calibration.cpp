@@ -410,9 +410,14 @@ class Calibrator {
 
 }  // namespace
 
+Eigen::Matrix3d UprightFrom(UpAxis up) {
+  Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();
+  if (up == UpAxis::kZ) upright << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  return upright;
+}
+
 MappedMotion::MappedMotion(const SourceMotion& motion, const SkeletonMap& map, UpAxis up)
-    : motion_(motion), map_(map), upright_(Eigen::Matrix3d::Identity()) {
-  if (up == UpAxis::kZ) upright_ << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+    : motion_(motion), map_(map), upright_(UprightFrom(up)) {
   const int num_joints = motion.NumJoints();
   rest_ = motion.rest_offsets;
   for (int j = 1; j < num_joints; ++j) rest_.col(j) += rest_.col(motion.parents[j]);

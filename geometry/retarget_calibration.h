@@ -12,6 +12,9 @@
 
 namespace holdfast {
 
+/// Turns a world with this axis up into one with y up.
+Eigen::Matrix3d UprightFrom(UpAxis up);
+
 /// A source motion seen through a map: joints by SMPL-X number, world y-up.
 class MappedMotion {
  public:

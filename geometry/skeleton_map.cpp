@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 #include <string_view>
+#include <unordered_map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,269 +12,10 @@
 
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
-#include "geometry/io/text_scanner.h"
+#include "geometry/skeleton_tables.h"
 
 namespace holdfast {
 namespace {
-
-/// One row of a table: SMPL-X joint and what sources call it. '*' stands for the side:
-/// "left"/"right" on SMPL-X's part, the table's own words on the source's. '|' parts equivalent
-/// names.
-struct Row {
-  std::string_view target;
-  std::string_view sources;
-};
-
-struct Table {
-  std::string_view name;
-  std::string_view left, right;
-  std::vector<Row> rows;
-  std::vector<std::string_view> marks;  // source joints that no other table's skeletons have
-  std::optional<double> lumbar_lean = std::nullopt;  // see SkeletonMap
-};
-
-const std::vector<Table>& Tables() {
-  static const std::vector<Table> tables = {
-      {"SMPL",
-       "left",
-       "right",
-       {{"pelvis", "pelvis"},
-        {"spine1", "spine1"},
-        {"spine2", "spine2"},
-        {"spine3", "spine3"},
-        {"neck", "neck"},
-        {"head", "head"},
-        {"jaw", "jaw"},
-        {"*_eye", "*_eye|*_eye_smplhf"},
-        {"*_hip", "*_hip"},
-        {"*_knee", "*_knee"},
-        {"*_ankle", "*_ankle"},
-        {"*_foot", "*_foot"},
-        {"*_collar", "*_collar"},
-        {"*_shoulder", "*_shoulder"},
-        {"*_elbow", "*_elbow"},
-        {"*_wrist", "*_wrist"},
-        {"*_index1", "*_index1"},
-        {"*_index2", "*_index2"},
-        {"*_index3", "*_index3"},
-        {"*_middle1", "*_middle1"},
-        {"*_middle2", "*_middle2"},
-        {"*_middle3", "*_middle3"},
-        {"*_pinky1", "*_pinky1"},
-        {"*_pinky2", "*_pinky2"},
-        {"*_pinky3", "*_pinky3"},
-        {"*_ring1", "*_ring1"},
-        {"*_ring2", "*_ring2"},
-        {"*_ring3", "*_ring3"},
-        {"*_thumb1", "*_thumb1"},
-        {"*_thumb2", "*_thumb2"},
-        {"*_thumb3", "*_thumb3"}},
-       {}},
-      {"SMPL, short names",
-       "L",
-       "R",
-       {{"pelvis", "pelvis"},
-        {"spine1", "spine1|torso"},
-        {"spine2", "spine2|spine"},
-        {"spine3", "spine3|chest"},
-        {"neck", "neck"},
-        {"head", "head"},
-        {"*_hip", "*_hip"},
-        {"*_knee", "*_knee"},
-        {"*_ankle", "*_ankle"},
-        {"*_foot", "*_foot|*_toe"},
-        {"*_collar", "*_collar|*_thorax"},
-        {"*_shoulder", "*_shoulder"},
-        {"*_elbow", "*_elbow"},
-        {"*_wrist", "*_wrist"},
-        {"*_index1", "*_index1"},
-        {"*_index2", "*_index2"},
-        {"*_index3", "*_index3"},
-        {"*_middle1", "*_middle1"},
-        {"*_middle2", "*_middle2"},
-        {"*_middle3", "*_middle3"},
-        {"*_pinky1", "*_pinky1"},
-        {"*_pinky2", "*_pinky2"},
-        {"*_pinky3", "*_pinky3"},
-        {"*_ring1", "*_ring1"},
-        {"*_ring2", "*_ring2"},
-        {"*_ring3", "*_ring3"},
-        {"*_thumb1", "*_thumb1"},
-        {"*_thumb2", "*_thumb2"},
-        {"*_thumb3", "*_thumb3"}},
-       {}},
-      {"SmartBody",
-       "Lf",
-       "Rt",
-       {{"pelvis", "JtPelvis|JtRoot"}, {"spine1", "JtSpineA"},      {"spine2", "JtSpineB"},
-        {"spine3", "JtSpineC"},        {"neck", "JtNeckA"},         {"head", "JtSkullA"},
-        {"*_hip", "JtHip*"},           {"*_knee", "JtKnee*"},       {"*_ankle", "JtAnkle*"},
-        {"*_foot", "JtBall*"},         {"*_collar", "JtClavicle*"}, {"*_shoulder", "JtShoulder*"},
-        {"*_elbow", "JtElbow*"},       {"*_wrist", "JtWrist*"},     {"*_index1", "JtIndexA*"},
-        {"*_index2", "JtIndexB*"},     {"*_index3", "JtIndexC*"},   {"*_middle1", "JtMiddleA*"},
-        {"*_middle2", "JtMiddleB*"},   {"*_middle3", "JtMiddleC*"}, {"*_pinky1", "JtLittleA*"},
-        {"*_pinky2", "JtLittleB*"},    {"*_pinky3", "JtLittleC*"},  {"*_ring1", "JtRingA*"},
-        {"*_ring2", "JtRingB*"},       {"*_ring3", "JtRingC*"},     {"*_thumb1", "JtThumbA*"},
-        {"*_thumb2", "JtThumbB*"},     {"*_thumb3", "JtThumbC*"}},
-       {}},
-      {"SmartBody, anatomical names",
-       "l",
-       "r",
-       {{"pelvis", "base"},
-        {"spine1", "spine1"},
-        {"spine2", "spine2"},
-        {"spine3", "spine3"},
-        {"neck", "spine4"},
-        {"head", "skullbase"},
-        {"*_hip", "*_hip"},
-        {"*_knee", "*_knee"},
-        {"*_ankle", "*_ankle"},
-        {"*_foot", "*_forefoot"},
-        {"*_collar", "*_sternoclavicular"},
-        {"*_shoulder", "*_shoulder"},
-        {"*_elbow", "*_elbow"},
-        {"*_wrist", "*_wrist"},
-        {"*_index1", "*_index1"},
-        {"*_index2", "*_index2"},
-        {"*_index3", "*_index3"},
-        {"*_middle1", "*_middle1"},
-        {"*_middle2", "*_middle2"},
-        {"*_middle3", "*_middle3"},
-        {"*_pinky1", "*_pinky1"},
-        {"*_pinky2", "*_pinky2"},
-        {"*_pinky3", "*_pinky3"},
-        {"*_ring1", "*_ring1"},
-        {"*_ring2", "*_ring2"},
-        {"*_ring3", "*_ring3"},
-        {"*_thumb1", "*_thumb1"},
-        {"*_thumb2", "*_thumb2"},
-        {"*_thumb3", "*_thumb3"}},
-       {}},
-      {"SmartBody, biped names",
-       "L",
-       "R",
-       {{"pelvis", "Hip"},          {"spine1", "LowerSpine"},   {"spine2", "MiddleSpine"},
-        {"spine3", "Chest"},        {"neck", "Neck"},           {"head", "Head"},
-        {"*_hip", "*Thigh"},        {"*_knee", "*Shin"},        {"*_ankle", "*Foot"},
-        {"*_foot", "*Toe"},         {"*_collar", "*Clavicle"},  {"*_shoulder", "*Shoulder"},
-        {"*_elbow", "*Forearm"},    {"*_wrist", "*Hand"},       {"*_index1", "*Finger1"},
-        {"*_index2", "*Finger11"},  {"*_index3", "*Finger12"},  {"*_middle1", "*Finger2"},
-        {"*_middle2", "*Finger21"}, {"*_middle3", "*Finger22"}, {"*_ring1", "*Finger3"},
-        {"*_ring2", "*Finger31"},   {"*_ring3", "*Finger32"},   {"*_pinky1", "*Finger4"},
-        {"*_pinky2", "*Finger41"},  {"*_pinky3", "*Finger42"},  {"*_thumb1", "*Finger0"},
-        {"*_thumb2", "*Finger01"},  {"*_thumb3", "*Finger02"}},
-       {}},
-      // LeftHand carries only the roll of the forearm there, LeftFingerBase the bend of the wrist.
-      {"CMU, BVH",
-       "Left",
-       "Right",
-       {{"pelvis", "Hips"},
-        {"spine1", "LowerBack"},
-        {"spine2", "Spine"},
-        {"spine3", "Spine1"},
-        {"neck", "Neck"},
-        {"head", "Head"},
-        {"*_hip", "*UpLeg"},
-        {"*_knee", "*Leg"},
-        {"*_ankle", "*Foot"},
-        {"*_foot", "*ToeBase"},
-        {"*_collar", "*Shoulder"},
-        {"*_shoulder", "*Arm"},
-        {"*_elbow", "*ForeArm"},
-        {"*_wrist", "*FingerBase"}},
-       {"LHipJoint", "RHipJoint", "LowerBack", "LThumb", "RThumb"}},
-      // The bone "lradius" ends two thirds down the forearm; "lwrist" is the last third.
-      {"CMU, ASF/AMC",
-       "l",
-       "r",
-       {{"pelvis", "root"},
-        {"spine1", "lowerback"},
-        {"spine2", "upperback"},
-        {"spine3", "thorax"},
-        {"neck", "lowerneck"},
-        {"head", "head"},
-        {"*_hip", "*femur"},
-        {"*_knee", "*tibia"},
-        {"*_ankle", "*foot"},
-        {"*_foot", "*toes"},
-        {"*_collar", "*clavicle"},
-        {"*_shoulder", "*humerus"},
-        {"*_elbow", "*radius"},
-        {"*_wrist", "*hand"}},
-       {}},
-      {"ACCAD",
-       "Left",
-       "Right",
-       {{"pelvis", "Hips"},
-        {"spine1", "ToSpine"},
-        {"spine2", "Spine"},
-        {"spine3", "Spine1"},
-        {"neck", "Neck"},
-        {"head", "Head"},
-        {"*_hip", "*UpLeg"},
-        {"*_knee", "*Leg"},
-        {"*_ankle", "*Foot"},
-        {"*_foot", "*ToeBase"},
-        {"*_collar", "*Shoulder"},
-        {"*_shoulder", "*Arm"},
-        {"*_elbow", "*ForeArm"},
-        {"*_wrist", "*Hand"}},
-       {"ToSpine"},
-       0.94},
-      {"Mixamo",
-       "Left",
-       "Right",
-       {{"pelvis", "Hips"},
-        {"spine1", "Spine"},
-        {"spine2", "Spine1"},
-        {"spine3", "Spine2|Chest"},
-        {"neck", "Neck"},
-        {"head", "Head"},
-        {"*_hip", "*UpLeg"},
-        {"*_knee", "*Leg"},
-        {"*_ankle", "*Foot"},
-        {"*_foot", "*ToeBase|*Toe"},
-        {"*_collar", "*Shoulder"},
-        {"*_shoulder", "*Arm"},
-        {"*_elbow", "*ForeArm"},
-        {"*_wrist", "*Hand"},
-        {"*_index1", "*HandIndex1"},
-        {"*_index2", "*HandIndex2"},
-        {"*_index3", "*HandIndex3"},
-        {"*_middle1", "*HandMiddle1"},
-        {"*_middle2", "*HandMiddle2"},
-        {"*_middle3", "*HandMiddle3"},
-        {"*_pinky1", "*HandPinky1"},
-        {"*_pinky2", "*HandPinky2"},
-        {"*_pinky3", "*HandPinky3"},
-        {"*_ring1", "*HandRing1"},
-        {"*_ring2", "*HandRing2"},
-        {"*_ring3", "*HandRing3"},
-        {"*_thumb1", "*HandThumb1"},
-        {"*_thumb2", "*HandThumb2"},
-        {"*_thumb3", "*HandThumb3"}},
-       {}},
-      {"Poser",
-       "Left",
-       "Right",
-       {{"pelvis", "Hips"},
-        {"spine1", "Chest"},
-        {"spine2", "Chest2"},
-        {"spine3", "Chest4|Chest3"},
-        {"neck", "Neck"},
-        {"head", "Head"},
-        {"*_hip", "*Hip"},
-        {"*_knee", "*Knee"},
-        {"*_ankle", "*Ankle"},
-        {"*_foot", "*Toe"},
-        {"*_collar", "*Collar"},
-        {"*_shoulder", "*Shoulder"},
-        {"*_elbow", "*Elbow"},
-        {"*_wrist", "*Wrist"}},
-       {}},
-  };
-  return tables;
-}
 
 constexpr std::string_view kRequired[] = {
     "pelvis",      "left_hip",    "right_hip",     "left_knee",      "right_knee",
@@ -287,35 +29,68 @@ std::string WithSide(std::string_view pattern, std::string_view side) {
   return name;
 }
 
-std::string_view WithoutPrefix(std::string_view name) {
-  const std::size_t colon = name.rfind(':');
-  return colon == std::string_view::npos ? name : name.substr(colon + 1);
+// Which joint has a name, the first where several do.
+using JointsByName = std::unordered_map<std::string, int>;
+
+bool IsDigits(std::string_view text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == text.npos;
 }
 
-int FindSource(const SourceMotion& motion, std::string_view patterns, std::string_view side) {
-  while (!patterns.empty()) {
-    const std::size_t bar = std::min(patterns.find('|'), patterns.size());
-    const std::string name = WithSide(patterns.substr(0, bar), side);
-    for (int j = 0; j < motion.NumJoints(); ++j) {
-      if (EqualIgnoringCase(WithoutPrefix(motion.joint_names[j]), name)) return j;
-    }
-    patterns.remove_prefix(std::min(bar + 1, patterns.size()));
+// Where nearly every name ends in "_12", that is a number some program added.
+bool NamesAreNumbered(const SourceMotion& motion) {
+  std::size_t numbered = 0;
+  for (const std::string& name : motion.joint_names) {
+    const std::size_t bar = name.rfind('_');
+    if (bar != name.npos && IsDigits(std::string_view(name).substr(bar + 1))) ++numbered;
   }
-  return -1;
+  return motion.joint_names.size() >= 13 && 10 * numbered >= 9 * motion.joint_names.size();
 }
 
-SkeletonMap Apply(const Table& table, const SourceMotion& motion) {
+JointsByName NamesOf(const SourceMotion& motion) {
+  const bool numbered = NamesAreNumbered(motion);
+  JointsByName joints;
+  for (int j = 0; j < motion.NumJoints(); ++j) {
+    std::string_view name = motion.joint_names[static_cast<std::size_t>(j)];
+    const std::size_t bar = name.rfind('_');
+    if (numbered && bar != name.npos && IsDigits(name.substr(bar + 1))) name = name.substr(0, bar);
+    joints.try_emplace(SkeletonKey(name), j);
+  }
+  return joints;
+}
+
+// Calls `use` with each of the texts between bars, until it returns true.
+template <typename Use>
+void ForEachOf(std::string_view texts, const Use& use) {
+  while (true) {
+    const std::size_t bar = std::min(texts.find('|'), texts.size());
+    if (use(texts.substr(0, bar)) || bar == texts.size()) return;
+    texts.remove_prefix(bar + 1);
+  }
+}
+
+int FindSource(const JointsByName& joints, std::string_view patterns, std::string_view side,
+               std::string_view prefix) {
+  int found = -1;
+  ForEachOf(patterns, [&](std::string_view pattern) {
+    const auto joint = joints.find(SkeletonKey(prefix) + SkeletonKey(WithSide(pattern, side)));
+    if (joint != joints.end()) found = joint->second;
+    return found >= 0;
+  });
+  return found;
+}
+
+SkeletonMap Apply(const SkeletonTable& table, std::string_view prefix, const JointsByName& joints) {
   SkeletonMap map;
   map.name = table.name;
   map.source.fill(-1);
   map.lumbar_lean = table.lumbar_lean;
-  for (const Row& row : table.rows) {
+  for (const SkeletonRow& row : table.rows) {
     const bool sided = row.target.starts_with('*');
     map.source[*FindJoint(WithSide(row.target, "left"))] =
-        FindSource(motion, row.sources, table.left);
+        FindSource(joints, row.sources, table.left, prefix);
     if (sided) {
       map.source[*FindJoint(WithSide(row.target, "right"))] =
-          FindSource(motion, row.sources, table.right);
+          FindSource(joints, row.sources, table.right, prefix);
     }
   }
   return map;
@@ -371,21 +146,30 @@ std::vector<std::string> SkeletonMap::UnusedSourceJoints(const SourceMotion& mot
 }
 
 SkeletonMap RecognizeSkeleton(const SourceMotion& motion, const std::string& where) {
+  const JointsByName joints = NamesOf(motion);
   std::optional<SkeletonMap> best;
   std::size_t best_missing = 0;
   int best_score = 0;
-  for (const Table& table : Tables()) {
-    SkeletonMap map = Apply(table, motion);
+  const auto consider = [&](const SkeletonTable& table, std::string_view prefix) {
+    SkeletonMap map = Apply(table, prefix, joints);
     const std::size_t missing = MissingLimbs(map).size();
     int score = map.NumMapped();
     for (const std::string_view mark : table.marks) {
-      if (FindSource(motion, mark, "") >= 0) score += 2;
+      if (FindSource(joints, mark, "", prefix) >= 0) score += 2;
     }
     if (!best || missing < best_missing || (missing == best_missing && score > best_score)) {
       best = std::move(map);
       best_missing = missing;
       best_score = score;
     }
+  };
+  for (const SkeletonTable& table : SkeletonTables()) {
+    consider(table, "");
+    if (table.prefixes.empty()) continue;
+    ForEachOf(table.prefixes, [&](std::string_view prefix) {
+      consider(table, prefix);
+      return false;
+    });
   }
   if (best_missing > 0) {
     throw Error(where,
@@ -438,7 +222,7 @@ SkeletonMap ReadSkeletonMap(const std::filesystem::path& path, const SourceMotio
 
 std::vector<std::string> KnownSkeletons() {
   std::vector<std::string> names;
-  for (const Table& table : Tables()) names.emplace_back(table.name);
+  for (const SkeletonTable& table : SkeletonTables()) names.emplace_back(table.name);
   return names;
 }
 

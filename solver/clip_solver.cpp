@@ -146,7 +146,7 @@ class WholeClip {
       }
       if (holds.empty()) continue;
       JointPose body = problem_.source.pose[t];
-      const Eigen::Vector3d trans = problem_.source.trans.col(static_cast<Eigen::Index>(t));
+      Eigen::Vector3d trans = problem_.source.trans.col(static_cast<Eigen::Index>(t));
       for (const int k : holds) {
         const auto h = static_cast<std::size_t>(problem_.holds[static_cast<std::size_t>(k)].hand);
         MoveHand(*problem_.hands[h], fitted_[t].hands[h].offset, trans, body);

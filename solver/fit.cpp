@@ -51,8 +51,9 @@ std::vector<ClipHold> HoldsOf(const Clip& clip, std::span<const HandModel* const
       ClipHold hold{static_cast<int>(h), t, t, {}, slip};
       const FittedFrame& first = fitted[t];
       JointPose body = clip.pose[t];
-      MoveHand(*hands[h], first.hands[h].offset, clip.trans.col(t), body);
-      state.SetBody(body, clip.trans.col(t));
+      Eigen::Vector3d trans = clip.trans.col(t);
+      MoveHand(*hands[h], first.hands[h].offset, trans, body);
+      state.SetBody(body, trans);
       state.Evaluate(first.hands[h].fingers, false);
       hold.at = InObjectFrame(state.Vertices(), first.object.orientation, first.object.translation);
       while (t < frames && (holding[t] & bit) != 0) ++t;

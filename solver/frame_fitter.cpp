@@ -135,12 +135,13 @@ WristFrame FrameFitter::Wrist(const HeldHand& hand) const {
 // The clip's pose with the arms where the hands' offsets want them.
 void FrameFitter::SetBody(const JointPose& pose, const Eigen::Vector3d& trans) {
   body_ = pose;
+  Eigen::Vector3d moved = trans;
   for (const auto& hand : hands_) {
     if (!hand->Holds() || hand->offset.IsZero()) continue;
-    MoveHand(hand->State().Hand(), hand->offset, trans, body_);
+    MoveHand(hand->State().Hand(), hand->offset, moved, body_);
   }
   for (const auto& hand : hands_) {
-    if (hand->Holds()) hand->SetBody(body_, trans);
+    if (hand->Holds()) hand->SetBody(body_, moved);
   }
 }
 
@@ -149,8 +150,9 @@ void FrameFitter::Grip(Side side, const JointPose& pose, const Eigen::Vector3d& 
   HeldHand& hand = Find(side);
   hand.offset = offset;
   JointPose body = pose;
-  if (!offset.IsZero()) MoveHand(hand.State().Hand(), offset, trans, body);
-  hand.SetBody(body, trans);
+  Eigen::Vector3d moved = trans;
+  MoveHand(hand.State().Hand(), offset, moved, body);
+  hand.SetBody(body, moved);
   hand.Grip(fingers, object_);
   body_ = pose;
   SetBody(pose, trans);

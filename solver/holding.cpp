@@ -25,6 +25,7 @@ constexpr double kHeldWindow_s = 0.5;    // to either side, for where a hand hol
 constexpr int kTouchingVertices = 8;     // as many as a fingertip has
 constexpr double kMostAgainst = 12.0;    // nats of one frame's evidence
 constexpr double kMostFor = 3.0;
+constexpr double kAway = 100.0;  // metres
 
 // What one hand sees of the object, one column or entry per frame.
 struct HandView {
@@ -58,6 +59,10 @@ HandView View(const Clip& clip, const HandModel& hand, const DistanceGrid& objec
         distance[i] = std::max(0.0, object.Distance(skin.col(i)));
       }
       const int nearest = std::min<int>(kTouchingVertices, static_cast<int>(distance.size()));
+      if (nearest == 0) {  // the model lacks this hand: it is nowhere near
+        view.gap(t) = kAway;
+        continue;
+      }
       std::partial_sort(distance.begin(), distance.begin() + nearest, distance.end());
       double sum = 0.0;
       for (int i = 0; i < nearest; ++i) sum += distance[i];

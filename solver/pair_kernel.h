@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "solver/isa.h"
+#include "geometry/isa.h"
 
 namespace holdfast {
 

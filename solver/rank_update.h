@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "solver/isa.h"
+#include "geometry/isa.h"
 
 namespace holdfast {
 

@@ -19,13 +19,20 @@ Eigen::Isometry3d WristOf(const HandModel& hand, const Eigen::Vector3d& trans,
 
 }  // namespace
 
-double MoveHand(const HandModel& hand, const WristOffset& offset, const Eigen::Vector3d& trans,
+double MoveHand(const HandModel& hand, const WristOffset& offset, Eigen::Ref<Eigen::Vector3d> trans,
                 JointPose& pose) {
   if (offset.IsZero()) return 0.0;
   const Eigen::Isometry3d wrist = WristOf(hand, trans, pose);
-  return MoveWrist(hand.Surface().RestJoints(), hand.HandSide(),
-                   wrist.linear() * offset.rotation.toRotationMatrix(), wrist * offset.translation,
-                   trans, pose);
+  const Eigen::Matrix3d rotation = wrist.linear() * offset.rotation.toRotationMatrix();
+  const Eigen::Vector3d position = wrist * offset.translation;
+  if (hand.Surface().Model().LoneHand()) {
+    // Root and wrist are in one place: wherever the root goes, the wrist is.
+    const Eigen::Matrix3d root_from_wrist = wrist.linear().transpose() * ExpSO3(pose.col(0));
+    pose.col(0) = LogSO3(rotation * root_from_wrist);
+    trans += position - wrist.translation();
+    return 0.0;
+  }
+  return MoveWrist(hand.Surface().RestJoints(), hand.HandSide(), rotation, position, trans, pose);
 }
 
 WristOffset OffsetTo(const HandModel& hand, const Eigen::Isometry3d& wrist,

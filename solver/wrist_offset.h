@@ -26,8 +26,9 @@ struct WristOffset {
 };
 
 /// Moves a hand of `pose` by an offset from where it is; the arm follows (MoveWrist). Returns the
-/// distance that the arm is too short, metres.
-double MoveHand(const HandModel& hand, const WristOffset& offset, const Eigen::Vector3d& trans,
+/// distance that the arm is too short, metres. A hand that hangs on no body (BodyModel::LoneHand)
+/// goes there itself: its root turns and `trans` changes, which stays what it is otherwise.
+double MoveHand(const HandModel& hand, const WristOffset& offset, Eigen::Ref<Eigen::Vector3d> trans,
                 JointPose& pose);
 
 /// The offset that brings a hand of `pose` to a world pose of its wrist.

@@ -55,8 +55,7 @@ FileKind NpzKind(const std::filesystem::path& path, const std::vector<std::strin
     }
   };
   if (has({"v_template", "kintree_table"}) || has({"v_template", "weights", "J_regressor"})) {
-    const std::size_t joints = has({"kintree_table"}) ? columns("kintree_table") : 0;
-    return joints == kNumJoints ? FileKind::kBodyModel : FileKind::kOtherModel;
+    return FileKind::kBodyModel;
   }
   if (has({"root_orient", "pose_body"})) return FileKind::kClip;
   if (has({"body", "object", "rhand"}) || has({"motion_intent", "obj_name"})) {

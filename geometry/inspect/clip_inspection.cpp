@@ -11,7 +11,6 @@
 #include "geometry/clip.h"
 #include "geometry/error.h"
 #include "geometry/inspect/clip_findings.h"
-#include "geometry/inspect/convert_commands.h"
 #include "geometry/inspect/posture.h"
 
 namespace holdfast {
@@ -50,7 +49,7 @@ void DescribeArrays(const LooseMotion& motion, Inspection& inspection) {
                             : "see how the program that wrote it stores rotations");
     }
     const bool clip_array = array.role != "object rotation";
-    if (inspection.identity.kind == FileKind::kClip && clip_array &&
+    if (clip_array &&
         (array.form == RotationForm::kMatrix || array.form == RotationForm::kQuaternion ||
          array.form == RotationForm::kSixD)) {
       inspection.Fault(
@@ -97,7 +96,6 @@ void InspectClip(Inspection& inspection) {
     inspection.Fault(error.Problem(), error.Remedy());
     return;
   }
-  const FileKind kind = inspection.identity.kind;
   if (motion.has_object) inspection.title += ", with an object";
   if (motion.frame_rate > 0) {
     inspection.AddFact("frames", motion.frames,
@@ -124,7 +122,7 @@ void InspectClip(Inspection& inspection) {
   }
 
   // What fit, render and the others would say.
-  if (kind == FileKind::kClip && inspection.Worst() != Verdict::kFault) {
+  if (inspection.Worst() != Verdict::kFault) {
     try {
       ReadClip(inspection.path);
     } catch (const Error& error) {
@@ -147,11 +145,7 @@ void InspectClip(Inspection& inspection) {
     DescribeObject(motion, *body, posture.metres_per_unit, inspection);
   }
 
-  if (kind != FileKind::kClip) {
-    inspection.Fault(fmt::format("{} is not read as it is", Describe(kind)),
-                     "write it as an SMPL-X clip (the command below)");
-    inspection.next.push_back(ConvertCommand(inspection.path, kind));
-  } else if (inspection.Worst() != Verdict::kFault) {
+  if (inspection.Worst() != Verdict::kFault) {
     const std::string stem = Stem(inspection.path);
     if (motion.has_object) {
       inspection.next.push_back(fmt::format("holdfast score {}", word));
@@ -165,39 +159,6 @@ void InspectClip(Inspection& inspection) {
       inspection.next.push_back(fmt::format("holdfast render {} -o {}.png", word, ShellWord(stem)));
     }
   }
-}
-
-void InspectGrab(Inspection& inspection) {
-  std::vector<std::string> names;
-  for (const std::string& member : inspection.identity.members) {
-    names.push_back(member.substr(0, member.size() - std::min<std::size_t>(4, member.size())));
-  }
-  inspection.AddFact("members", fmt::format("{}", fmt::join(names, ", ")),
-                     fmt::format("members: {}", fmt::join(names, ", ")));
-  try {
-    const NpzReader archive(inspection.path);
-    for (const char* key : {"gender", "sbj_id", "obj_name", "motion_intent"}) {
-      if (!archive.Has(key)) continue;
-      const NpyMember member = archive.Read(key);
-      if (member.array.kind != 'U' && member.array.kind != 'S') continue;
-      inspection.AddFact(key, member.AsText(), fmt::format("{}: {}", key, member.AsText()));
-    }
-    for (const char* key : {"n_frames", "framerate"}) {
-      if (!archive.Has(key)) continue;
-      const std::vector<double> value = archive.Read(key).AsDoubles();
-      if (value.size() == 1)
-        inspection.AddFact(key, value[0], fmt::format("{}: {:g}", key, value[0]));
-    }
-  } catch (const Error& error) {
-    inspection.Fault(error.Problem(), error.Remedy());
-  }
-  inspection.AddFact("conventions", "z up, metres, row-vector object rotations, SMPL-X fullpose",
-                     "GRAB's conventions: z up, metres, object rotations for row vectors, SMPL-X "
-                     "with a mesh of each subject");
-  inspection.Fault("its parameters are Python objects (pickled), which Holdfast does not read",
-                   "write them as plain arrays: the command below executes what the file holds, so "
-                   "only for a file that you trust");
-  inspection.next.push_back(ConvertCommand(inspection.path, FileKind::kGrab));
 }
 
 }  // namespace holdfast

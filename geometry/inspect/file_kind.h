@@ -25,8 +25,7 @@ enum class FileKind {
   kSmplMotion,   ///< poses (T, 72): SMPL
   kParameters,   ///< global_orient, body_pose, ...: SMPL-X parameters in the smplx package's names
   kGrab,         ///< GRAB sequence (Python objects)
-  kBodyModel,    ///< v_template, weights, kintree_table with 55 joints
-  kOtherModel,   ///< the same with another number of joints: SMPL, SMPL-H, MANO, FLAME
+  kBodyModel,    ///< v_template, weights, kintree_table: SMPL-X, SMPL-H, MANO, ...
   kNpz,          ///< none of these
 
   // Other containers.

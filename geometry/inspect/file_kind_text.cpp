@@ -30,9 +30,7 @@ std::string_view Describe(FileKind kind) {
     case FileKind::kGrab:
       return "GRAB sequence (.npz)";
     case FileKind::kBodyModel:
-      return "body model: SMPL-X (.npz)";
-    case FileKind::kOtherModel:
-      return "body model, not SMPL-X (.npz)";
+      return "body model (.npz)";
     case FileKind::kNpz:
       return "numpy archive (.npz)";
     case FileKind::kNpy:

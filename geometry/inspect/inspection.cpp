@@ -8,6 +8,7 @@
 
 #include "geometry/error.h"
 #include "geometry/inspect/clip_inspection.h"
+#include "geometry/inspect/data_inspection.h"
 #include "geometry/inspect/mesh_inspection.h"
 #include "geometry/inspect/model_inspection.h"
 #include "geometry/inspect/motion_inspection.h"
@@ -103,16 +104,23 @@ Inspection Inspect(const fs::path& path) {
         InspectResult(inspection);
         break;
       case FileKind::kClip:
+        InspectClip(inspection);
+        break;
       case FileKind::kSmplhMotion:
       case FileKind::kSmplMotion:
       case FileKind::kParameters:
-        InspectClip(inspection);
-        break;
       case FileKind::kGrab:
-        InspectGrab(inspection);
+      case FileKind::kNpz:
+      case FileKind::kNpy:
+      case FileKind::kPickle:
+      case FileKind::kTorch:
+      case FileKind::kSafetensors:
+      case FileKind::kJson:
+      case FileKind::kGlb:
+      case FileKind::kGltf:
+        InspectData(inspection);
         break;
       case FileKind::kBodyModel:
-      case FileKind::kOtherModel:
         InspectModel(inspection);
         break;
       case FileKind::kBvh:

@@ -295,6 +295,26 @@ std::string_view Describe(RotationForm form) {
   return "coefficients";
 }
 
+LooseMotion LooseMotionOf(const Clip& clip) {
+  LooseMotion motion;
+  motion.frame_rate = clip.frame_rate;
+  motion.frames = clip.NumFrames();
+  motion.has_trans = motion.has_root = motion.has_body = motion.has_hands = true;
+  motion.num_joints = kNumJoints;
+  motion.trans = clip.trans;
+  motion.pose = clip.pose;
+  motion.has_object = clip.object.has_value();
+  if (clip.object) {
+    motion.object_trans = clip.object->trans;
+    for (int t = 0; t < motion.frames; ++t) {
+      motion.object_rotation.push_back(ExpSO3(clip.object->orient.col(t)));
+    }
+  }
+  motion.holding_hand.assign(clip.holding_hand.begin(), clip.holding_hand.end());
+  motion.num_betas = static_cast<int>(clip.betas.size());
+  return motion;
+}
+
 LooseMotion ReadLooseMotion(const NpzReader& archive) {
   LooseMotion motion;
   Reader read(archive, motion);

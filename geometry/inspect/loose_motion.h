@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "geometry/clip.h"
 #include "geometry/io/npz.h"
 #include "geometry/skeleton.h"
 
@@ -53,5 +54,8 @@ struct LooseMotion {
 
 /// Reads what can be read. Throws nothing but std::bad_alloc; problems are in the result.
 LooseMotion ReadLooseMotion(const NpzReader& archive);
+
+/// A clip as such a motion, without what was found of a file's arrays.
+LooseMotion LooseMotionOf(const Clip& clip);
 
 }  // namespace holdfast

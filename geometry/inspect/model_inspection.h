@@ -5,8 +5,7 @@
 
 namespace holdfast {
 
-/// A body model in an .npz: of SMPL-X's layout, or another that is only named. Adds to
-/// `inspection`.
+/// A body model, of SMPL-X, SMPL-H, MANO or in one of their layouts.
 void InspectModel(Inspection& inspection);
 
 }  // namespace holdfast

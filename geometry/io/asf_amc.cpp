@@ -12,6 +12,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/gzip_text.h"
+#include "geometry/io/motion_limits.h"
 #include "geometry/io/text_scanner.h"
 
 namespace holdfast {
@@ -38,14 +39,17 @@ struct Skeleton {
   Eigen::Vector3d root_position = Eigen::Vector3d::Zero();
   double length_unit = 1;
   double angle_unit = kDegree;
+  std::map<std::string, int, std::less<>> bone_of_name = {{"root", 0}};
 
   Skeleton() { bones[0].name = "root"; }
 
   int Find(std::string_view name) const {
-    for (std::size_t i = 0; i < bones.size(); ++i) {
-      if (bones[i].name == name) return static_cast<int>(i);
-    }
-    return -1;
+    const auto found = bone_of_name.find(name);
+    return found == bone_of_name.end() ? -1 : found->second;
+  }
+  void Add(Bone bone) {
+    bone_of_name[bone.name] = static_cast<int>(bones.size());
+    bones.push_back(std::move(bone));
   }
 };
 
@@ -166,12 +170,12 @@ void ReadBone(TextScanner& scanner, Skeleton& skeleton) {
   if (skeleton.Find(bone.name) >= 0) {
     scanner.Fail("a second bone of the same name", "Name each bone differently");
   }
-  const double norm = bone.direction.norm();
+  const double norm = bone.direction.stableNorm();
   if (norm > 0) bone.direction /= norm;
   if (norm == 0 && bone.length != 0) {
     scanner.Fail("a bone with a length but no direction", "Repair the bone");
   }
-  skeleton.bones.push_back(std::move(bone));
+  skeleton.Add(std::move(bone));
 }
 
 void ReadHierarchy(TextScanner& scanner, Skeleton& skeleton) {
@@ -311,6 +315,17 @@ std::vector<BonePose> ReadFrame(TextScanner& scanner, const Skeleton& skeleton, 
   return poses;
 }
 
+// Lines from here on that begin with a number: no frame begins elsewhere.
+std::size_t CountFrames(TextScanner ahead) {
+  std::size_t frames = 0;
+  double number = 0;
+  while (!ahead.AtEnd()) {
+    frames += ParseNumber(ahead.Next(), number);
+    ahead.RestOfLine();
+  }
+  return frames;
+}
+
 }  // namespace
 
 SourceMotion ParseAmc(std::string_view asf_text, std::string asf_name, std::string_view amc_text,
@@ -346,6 +361,10 @@ SourceMotion ParseAmc(std::string_view asf_text, std::string asf_name, std::stri
     if (!has_child[j]) motion.end_sites.push_back({j, scale * bone.length * bone.direction});
   }
 
+  if (!motion.rest_offsets.allFinite()) {
+    throw Error(asf.Where(), "bones longer than a number can hold", "Repair the lengths");
+  }
+
   TextScanner amc(std::move(amc_name), amc_text, '#');
   double angle_unit = skeleton.angle_unit;
   while (amc.Peek().starts_with(':')) {
@@ -354,9 +373,13 @@ SourceMotion ParseAmc(std::string_view asf_text, std::string asf_name, std::stri
     if (EqualIgnoringCase(word, ":DEGREES")) angle_unit = kDegree;
     amc.RestOfLine();
   }
+  const std::size_t num_frames = CountFrames(amc);
+  RequireBearable(amc, static_cast<double>(num_frames), num_joints, amc_text.size());
+  motion.positions.reserve(num_frames);
+  motion.rotations.reserve(num_frames * order.size());
   while (!amc.AtEnd()) {
-    if (static_cast<double>(motion.NumFrames() + 1) * num_joints > kMaxJointFrames) {
-      amc.Fail("more frames than fit", "Cut the motion into parts");
+    if (static_cast<std::size_t>(motion.NumFrames()) == num_frames) {
+      amc.Fail("a frame's number does not begin a line", "Begin each frame on a line of its own");
     }
     const std::vector<BonePose> poses = ReadFrame(amc, skeleton, angle_unit);
     Eigen::Matrix3Xd position(3, num_joints);
@@ -379,6 +402,9 @@ SourceMotion ParseAmc(std::string_view asf_text, std::string asf_name, std::stri
                    bone.axis * pose.shift);
       position.col(j) = position.col(parent) + above * offset;
       motion.rotations.push_back((above * local).normalized());
+    }
+    if (!position.allFinite()) {
+      amc.Fail("positions beyond what a number can hold", "Repair the skeleton and the frame");
     }
     motion.positions.push_back(std::move(position));
   }

@@ -11,6 +11,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/gzip_text.h"
+#include "geometry/io/motion_limits.h"
 #include "geometry/io/text_scanner.h"
 
 namespace holdfast {
@@ -142,6 +143,10 @@ void ReadFrame(TextScanner& scanner, int frame, int num_frames, double scale,
       motion.rotations.push_back((above * local[j]).normalized());
     }
   }
+  if (!position.allFinite()) {
+    scanner.Fail(fmt::format("positions of frame {} are beyond what a number can hold", frame + 1),
+                 "Repair the offsets and positions");
+  }
   motion.positions.push_back(std::move(position));
 }
 
@@ -171,16 +176,12 @@ SourceMotion ParseBvh(std::string_view text, std::string name, double metres_per
   const double whole = std::round(motion.frame_rate);
   if (whole > 0 && std::abs(motion.frame_rate - whole) < 2e-3 * whole) motion.frame_rate = whole;
 
-  if (static_cast<double>(num_frames) * motion.NumJoints() > kMaxJointFrames) {
-    scanner.Fail(
-        fmt::format("{} frames of {} joints are more than fit", num_frames, motion.NumJoints()),
-        "Cut the motion into parts");
-  }
   // The header's count is only believed as far as the text can bear it: a number takes two bytes.
   const std::size_t bearable = text.size() / (2 * channels.size()) + 1;
   const std::size_t expected = std::min<std::size_t>(num_frames, bearable);
-  motion.positions.reserve(expected);
-  motion.rotations.reserve(expected * motion.joint_names.size());
+  RequireBearable(scanner, static_cast<double>(expected + 1), motion.NumJoints(), text.size());
+  motion.positions.reserve(expected + 1);  // some files have one frame more than they announce
+  motion.rotations.reserve((expected + 1) * motion.joint_names.size());
   for (int frame = 0; frame < num_frames; ++frame) {
     // Some exporters count one frame too many or too few; whole frames are taken as they are.
     if (frame > 0 && frame == num_frames - 1 && scanner.AtEnd()) {

@@ -22,7 +22,8 @@ enum class DataKind {
   kBytes,
   kArray,   ///< numbers with a shape: numpy arrays and scalars, torch tensors
   kList,    ///< lists, tuples, sets, numpy arrays of Python objects
-  kDict,    ///< names and values, in the file's order; other keys than text are kept aside
+  kDict,    ///< names and values, in the file's order; integer keys go by their decimal text,
+            ///< other keys are kept aside
   kObject,  ///< instance of an allowed class, as its class name and the fields of its state
 };
 
@@ -60,12 +61,18 @@ class DataValue {
   bool HoldsNumbers() const;
   /// Numbers with their shape: an array, a number (0-d), nested lists of numbers of equal length, a
   /// scipy.sparse matrix (made dense), a chumpy array (its value). Throws Error for all else.
-  NpyMember Array() const;
+  /// The last handle of an array that shares its bytes with nothing else gives them away uncopied.
+  NpyMember Array() const&;
+  NpyMember Array() &&;
   /// One number. Throws Error for more than one, and for fractions where an integer is asked for.
   double Number() const;
   std::int64_t Integer() const;
   /// A text: Python's str or bytes, or a numpy text scalar.
   std::string Text() const;
+
+  /// The file's values, for readers that put several files' values together.
+  const std::shared_ptr<const DataStore>& Store() const { return store_; }
+  std::uint32_t Index() const { return index_; }
 
  private:
   std::shared_ptr<const DataStore> store_;

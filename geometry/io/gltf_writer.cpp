@@ -174,6 +174,10 @@ class GlbBuilder {
     extras["frames"] = tinygltf::Value(clip_.NumFrames());
     extras["frame_rate"] = tinygltf::Value(clip_.frame_rate);
     extras["body_model"] = tinygltf::Value(surface.Model().Name());
+    extras["gender"] = tinygltf::Value(clip_.gender);
+    tinygltf::Value::Array betas;
+    for (const double beta : clip_.betas) betas.emplace_back(beta);
+    extras["betas"] = tinygltf::Value(std::move(betas));
     if (clip_.object) extras["object"] = tinygltf::Value(clip_.object->name);
     model_.asset.extras = tinygltf::Value(std::move(extras));
   }

@@ -12,7 +12,7 @@ inline constexpr std::size_t kMotionTextLimit = std::size_t{1} << 30;
 
 /// The whole file as text, unpacked when it is gzip'd (by content, not by name). Throws Error when
 /// it cannot be opened, is not a regular file, is damaged or cut short, or unpacks to more than
-/// `limit_bytes`.
+/// `limit_bytes`, or than ten times the file and 48 MB.
 std::string ReadGzipText(const std::filesystem::path& path,
                          std::size_t limit_bytes = kMotionTextLimit);
 

@@ -6,6 +6,7 @@
 #include "geometry/error.h"
 #include "geometry/io/asf_amc.h"
 #include "geometry/io/bvh.h"
+#include "geometry/io/gltf_reader.h"
 #include "geometry/io/gzip_text.h"
 #include "geometry/io/text_scanner.h"
 #include "geometry/skeleton_map.h"
@@ -13,9 +14,18 @@
 namespace holdfast {
 namespace {
 
-enum class MotionFormat { kUnknown, kBvh, kAmc, kAsf };
+constexpr std::size_t kHeadBytes = 4096;
+
+enum class MotionFormat { kUnknown, kBvh, kAmc, kAsf, kGltf, kC3d };
+
+// A C3D file begins with the number of its parameter block (2 in practice) and the byte 0x50.
+bool LooksLikeC3d(std::string_view head) {
+  return head.size() >= 2 && head[0] >= 2 && head[0] < 16 && head[1] == 'P';
+}
 
 MotionFormat Recognize(std::string_view text) {
+  if (LooksLikeGltf(text.substr(0, kHeadBytes))) return MotionFormat::kGltf;
+  if (LooksLikeC3d(text)) return MotionFormat::kC3d;
   TextScanner scanner("", text, '#');
   const std::string_view first = scanner.Next();
   if (EqualIgnoringCase(first, "HIERARCHY")) return MotionFormat::kBvh;
@@ -35,40 +45,69 @@ MotionFormat Recognize(std::string_view text) {
 }  // namespace
 
 bool LooksLikeMotionFile(const std::filesystem::path& path) {
-  const std::string head = ReadGzipHead(path, 4096);
-  const MotionFormat format = Recognize(head);
-  return format == MotionFormat::kBvh || format == MotionFormat::kAmc;
+  // A C3D is known for what it is, so that it can be told why it cannot be read.
+  const MotionFormat format = Recognize(ReadGzipHead(path, kHeadBytes));
+  return format != MotionFormat::kUnknown && format != MotionFormat::kAsf;
 }
 
-Clip ImportMotion(const std::filesystem::path& path, const RetargetBody& body,
-                  const ImportOptions& options, ImportReport* report) {
-  const std::string text = ReadGzipText(path);
-  SourceMotion motion;
-  switch (Recognize(text)) {
-    case MotionFormat::kBvh:
-      motion = ParseBvh(text, path.string(),
-                        options.metres_per_unit > 0 ? options.metres_per_unit : 0.01);
+SourceMotion ReadMotion(const std::filesystem::path& path, const ImportOptions& options) {
+  std::string text = ReadGzipText(path);
+  const std::string where = path.string();
+  const MotionFormat format = Recognize(text);
+  if (format != MotionFormat::kGltf &&
+      !(options.animation.empty() && options.character.empty() && options.prop.empty())) {
+    throw Error(where, "holds one motion of one skeleton",
+                "Leave the choice of animation, character and object out: glTF alone has them");
+  }
+  switch (format) {
+    case MotionFormat::kBvh: {
+      SourceMotion motion =
+          ParseBvh(text, where, options.metres_per_unit > 0 ? options.metres_per_unit : 0.01);
       if (options.source_frame_rate > 0) motion.frame_rate = options.source_frame_rate;
-      break;
+      return motion;
+    }
     case MotionFormat::kAmc: {
       AmcOptions amc;
       amc.skeleton = options.skeleton.empty() ? FindAsfBeside(path) : options.skeleton;
       amc.metres_per_unit = options.metres_per_unit;
       if (options.source_frame_rate > 0) amc.frame_rate = options.source_frame_rate;
-      motion =
-          ParseAmc(ReadGzipText(amc.skeleton), amc.skeleton.string(), text, path.string(), amc);
-      break;
+      return ParseAmc(ReadGzipText(amc.skeleton), amc.skeleton.string(), text, where, amc);
+    }
+    case MotionFormat::kGltf: {
+      GltfMotionOptions gltf;
+      gltf.frame_rate = options.source_frame_rate;
+      if (options.metres_per_unit > 0) gltf.metres_per_unit = options.metres_per_unit;
+      gltf.animation = options.animation;
+      gltf.character = options.character;
+      gltf.prop = options.prop;
+      return ParseGltfMotion(std::move(text), where, path.parent_path(), gltf);
     }
     case MotionFormat::kAsf:
-      throw Error(path.string(), "an Acclaim skeleton (.asf), which holds no motion",
+      throw Error(where, "an Acclaim skeleton (.asf), which holds no motion",
                   "Give the .amc, and this file with --asf where it lies elsewhere");
+    case MotionFormat::kC3d:
+      throw Error(where,
+                  "a C3D capture: it holds the paths of markers on the skin, not the rotations of "
+                  "joints, and which marker sits where is not part of it",
+                  "Solve it for a skeleton or a body first (MoSh++ and SOMA give SMPL-X; Vicon "
+                  "Shogun, OptiTrack Motive and Mokka export BVH or ASF/AMC), then import that");
     case MotionFormat::kUnknown:
-      throw Error(path.string(), "neither a BVH nor an ASF/AMC motion (by its first words)",
-                  "Give a file that begins with HIERARCHY (BVH) or :FULLY-SPECIFIED (AMC)");
+      break;
   }
+  throw Error(where, "neither a BVH, an ASF/AMC nor a glTF motion (by its first words)",
+              "Give a file that begins with HIERARCHY (BVH) or :FULLY-SPECIFIED (AMC), a .glb or "
+              "a .gltf");
+}
 
-  const SkeletonMap map = options.map.empty() ? RecognizeSkeleton(motion, path.string())
-                                              : ReadSkeletonMap(options.map, motion);
+Clip ImportMotion(const std::filesystem::path& path, const RetargetBody& body,
+                  const ImportOptions& options, ImportReport* report) {
+  return ImportMotion(ReadMotion(path, options), path.string(), body, options, report);
+}
+
+Clip ImportMotion(const SourceMotion& motion, const std::string& where, const RetargetBody& body,
+                  const ImportOptions& options, ImportReport* report) {
+  const SkeletonMap map =
+      options.map.empty() ? RecognizeSkeleton(motion, where) : ReadSkeletonMap(options.map, motion);
   RetargetOptions retarget;
   retarget.frame_rate = options.frame_rate;
   retarget.up = options.up;
@@ -76,6 +115,7 @@ Clip ImportMotion(const std::filesystem::path& path, const RetargetBody& body,
   RetargetReport retarget_report;
   Clip clip = Retarget(motion, map, body, retarget, &retarget_report);
   clip.betas = options.betas;
+  if (!motion.gender.empty()) clip.gender = motion.gender;
 
   if (report) {
     report->format = motion.format;

@@ -88,26 +88,28 @@ MeshFile ReadMeshBytes(std::string bytes, const fs::path& path) {
   MeshScan scan = Scan(format, bytes, name);
   if (!scan.plain.empty()) bytes = std::move(scan.plain);
 
-  SoupImporter soup;
+  // Loose corners of .stl files become vertices there; all other positions are known already.
+  const bool is_stl = format == "stl";
+  const std::size_t num_expected = is_stl ? scan.num_triangles : scan.polygon_begin.size() - 1;
+  SoupImporter soup(is_stl, num_expected, is_stl ? 3 * num_expected : scan.polygon_ids.size());
   {
     const OpenMeshSession session;
-    om::IO::Options options(scan.binary ? om::IO::Options::Binary : om::IO::Options::Default);
+    om::IO::Options options(om::IO::Options::Binary);
     std::istringstream stream(std::move(bytes));
-    if (!om::IO::IOManager().read(stream, format, soup, options)) {
+    if (!om::IO::IOManager().read(stream, std::string(scan.format), soup, options)) {
       throw Error(name, "cannot be read as ." + format, "Check the file, or export it again");
     }
   }
 
   MeshFile file;
   TriangleMesh& mesh = file.mesh;
-  const std::vector<Eigen::Vector3d>& positions =
-      scan.positions.empty() ? soup.positions : scan.positions;
+  const std::vector<Eigen::Vector3d>& positions = is_stl ? soup.positions : scan.positions;
   const std::size_t num_polygons = soup.polygon_begin.size() - 1;
-  const std::size_t num_expected =
-      format == "stl" ? scan.num_triangles : scan.polygon_begin.size() - 1;
-  if (soup.positions.size() != positions.size() || num_polygons > num_expected) {
+  if (soup.n_vertices() != positions.size() || num_polygons > num_expected ||
+      (!is_stl && num_polygons < num_expected)) {
     throw Error(name, "was read in part only", "Convert it to .ply, or export it again");
   }
+  const std::size_t num_left_out = scan.num_left_out + num_expected - num_polygons;
   if (num_polygons == 0) {
     throw Error(name, "has no face with three different corners", "A surface is needed");
   }
@@ -131,9 +133,8 @@ MeshFile ReadMeshBytes(std::string bytes, const fs::path& path) {
     file.notes.push_back(fmt::format("{} of {} faces had more than three corners and were split.",
                                      num_split, num_polygons));
   }
-  if (num_polygons < num_expected) {
-    file.notes.push_back(
-        fmt::format("{} faces that repeat a corner were left out.", num_expected - num_polygons));
+  if (num_left_out > 0) {
+    file.notes.push_back(fmt::format("{} faces that repeat a corner were left out.", num_left_out));
   }
   return file;
 }

@@ -19,8 +19,9 @@ struct MeshFile {
 /// Reads a surface mesh through OpenMesh by its extension, in capitals or not: `.obj`, `.ply` (text
 /// and binary, either byte order), `.stl` (text and binary), `.off` (text). Numbers are taken as
 /// metres; texture, normals, colours and materials are passed over. Faces are kept when doubled,
-/// without area or non-manifold; OpenMesh leaves out those of .obj and .stl files that repeat a
-/// corner (noted). An .stl file holds loose triangles: corners at the same place become one vertex.
+/// without area or non-manifold; in .obj and .stl files each corner of a face is taken once, and
+/// faces of fewer than three are left out (noted). An .stl file holds loose triangles: corners at
+/// the same place become one vertex.
 ///
 /// OpenMesh 9 trusts what it reads and holds positions in single precision, so a scanner goes over
 /// each file first (geometry/io/mesh_scan.h), and positions are taken from there: in double

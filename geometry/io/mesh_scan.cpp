@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/mesh_scan.h"
 
+#include <algorithm>
+#include <bit>
 #include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <iterator>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -142,44 +144,29 @@ std::size_t Count(long long count, std::size_t least_bytes, std::size_t bytes_le
   return static_cast<std::size_t>(count);
 }
 
-/// Positions as text that OpenMesh reads to the same single precision number.
-void AppendPosition(const Eigen::Vector3d& p, std::string& out) {
-  const Eigen::Vector3f single = p.cast<float>();
-  fmt::format_to(std::back_inserter(out), "{} {} {}\n", single[0], single[1], single[2]);
-}
-
-void WritePlainObj(MeshScan& scan) {
-  std::string& out = scan.plain;
-  for (const Eigen::Vector3d& p : scan.positions) {
-    out += "v ";
-    AppendPosition(p, out);
-  }
-  for (std::size_t f = 0; f + 1 < scan.polygon_begin.size(); ++f) {
-    out += 'f';
-    for (int i = scan.polygon_begin[f]; i < scan.polygon_begin[f + 1]; ++i) {
-      fmt::format_to(std::back_inserter(out), " {}", scan.polygon_ids[i] + 1);
-    }
-    out += '\n';
-  }
-}
-
-void WritePlainOff(MeshScan& scan) {
-  std::string& out = scan.plain;
-  out = fmt::format("OFF\n{} {} 0\n", scan.positions.size(), scan.polygon_begin.size() - 1);
-  for (const Eigen::Vector3d& p : scan.positions) AppendPosition(p, out);
-  for (std::size_t f = 0; f + 1 < scan.polygon_begin.size(); ++f) {
-    out += std::to_string(scan.polygon_begin[f + 1] - scan.polygon_begin[f]);
-    for (int i = scan.polygon_begin[f]; i < scan.polygon_begin[f + 1]; ++i) {
-      fmt::format_to(std::back_inserter(out), " {}", scan.polygon_ids[i]);
-    }
-    out += '\n';
+/// Takes each corner of the polygon begun last once, and drops it when fewer than three are left.
+/// `last_seen_in` has the polygon in which each vertex was seen last.
+void EndObjPolygon(MeshScan& scan, std::vector<int>& last_seen_in, const Lines& lines) {
+  const int begin = scan.polygon_begin.back();
+  if (scan.polygon_ids.size() - begin < 3) EndPolygon(scan, lines);  // says so
+  const int polygon = static_cast<int>(scan.polygon_begin.size() + scan.num_left_out);
+  const auto is_repeated = [&](int id) {
+    return std::exchange(last_seen_in[id], polygon) == polygon;
+  };
+  const auto first = scan.polygon_ids.begin() + begin;
+  scan.polygon_ids.erase(std::remove_if(first, scan.polygon_ids.end(), is_repeated),
+                         scan.polygon_ids.end());
+  if (scan.polygon_ids.size() - begin < 3) {
+    scan.polygon_ids.resize(begin);
+    ++scan.num_left_out;
+  } else {
+    EndPolygon(scan, lines);
   }
 }
 
 /// As a binary file: OpenMesh takes any line of a text with "outer" in it for a triangle, the name
 /// too.
 void WritePlainStl(const std::vector<float>& corners, MeshScan& scan) {
-  scan.binary = true;
   std::string& out = scan.plain;
   out.assign(kStlHeader, '\0');
   const auto count = static_cast<std::uint32_t>(scan.num_triangles);
@@ -193,24 +180,58 @@ void WritePlainStl(const std::vector<float>& corners, MeshScan& scan) {
 
 }  // namespace
 
+void WritePlainPly(MeshScan& scan) {
+  static_assert(std::endian::native == std::endian::little, "written for little-endian machines");
+  scan.format = "ply";
+  std::string& out = scan.plain;
+  out = fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\n"
+      "property float y\nproperty float z\nelement face {}\n"
+      "property list int int vertex_indices\nend_header\n",
+      scan.positions.size(), scan.polygon_begin.size() - 1);
+  out.reserve(out.size() + 12 * scan.positions.size() +
+              4 * (scan.polygon_begin.size() + scan.polygon_ids.size()));
+  const auto append = [&](auto value) {
+    out.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  for (const Eigen::Vector3d& p : scan.positions) {
+    for (int k = 0; k < 3; ++k) append(static_cast<float>(p[k]));
+  }
+  for (std::size_t f = 0; f + 1 < scan.polygon_begin.size(); ++f) {
+    append(std::int32_t{scan.polygon_begin[f + 1] - scan.polygon_begin[f]});
+    for (int i = scan.polygon_begin[f]; i < scan.polygon_begin[f + 1]; ++i) {
+      append(std::int32_t{scan.polygon_ids[i]});
+    }
+  }
+}
+
 MeshScan ScanObj(std::string_view bytes, const std::string& name) {
-  // Two passes as OpenMesh makes them: a face may name vertices that come later.
+  // Faces in a pass of their own: they may name vertices that come later.
   MeshScan scan;
+  std::size_t num_vertices = 0;
+  std::size_t num_faces = 0;
+  for (Lines ahead(bytes, name); ahead.Next();) {
+    const std::string_view word = ahead.Word();
+    num_vertices += word == "v";
+    num_faces += word == "f";
+  }
+  if (num_vertices == 0 && num_faces == 0) {
+    throw Error(name, "does not look like an .obj file: it has neither 'v' nor 'f' lines",
+                "Check what it is, and name it by its format");
+  }
+  scan.positions.reserve(num_vertices);
+  scan.polygon_begin.reserve(num_faces + 1);
+  scan.polygon_ids.reserve(3 * num_faces);
   Lines lines(bytes, name);
-  bool known_line = false;
   while (lines.Next()) {
     const std::string_view word = lines.Word();
-    known_line = known_line || word == "v" || word == "f";
     if (word != "v") continue;
     Eigen::Vector3d p;
     for (int k = 0; k < 3; ++k) p[k] = lines.Coordinate(lines.Word());
     scan.positions.push_back(p);
   }
-  if (!known_line) {
-    throw Error(name, "does not look like an .obj file: it has neither 'v' nor 'f' lines",
-                "Check what it is, and name it by its format");
-  }
   std::size_t seen = 0;
+  std::vector<int> last_seen_in(scan.positions.size(), 0);
   Lines again(bytes, name);
   while (again.Next()) {
     const std::string_view keyword = again.Word();
@@ -234,10 +255,10 @@ MeshScan ScanObj(std::string_view bytes, const std::string& name) {
       AddPolygonId(scan, id > 0 ? id - 1 : static_cast<long long>(seen) + id, scan.positions.size(),
                    again);
     }
-    EndPolygon(scan, again);
+    EndObjPolygon(scan, last_seen_in, again);
   }
-  RequireSurface(scan, name);
-  WritePlainObj(scan);
+  if (scan.num_left_out == 0) RequireSurface(scan, name);
+  WritePlainPly(scan);
   return scan;
 }
 
@@ -265,6 +286,9 @@ MeshScan ScanOff(std::string_view bytes, const std::string& name) {
   const std::size_t faces = Count(num_faces, 7, bytes.size(), "faces", name);
   if (vertices == 0) NoElements(name, "vertices");
   if (faces == 0) NoElements(name, "faces");
+  scan.positions.reserve(vertices);
+  scan.polygon_begin.reserve(faces + 1);
+  scan.polygon_ids.reserve(3 * faces);
   for (std::size_t v = 0; v < vertices; ++v) {
     Eigen::Vector3d p;
     p[0] = lines.Coordinate(lines.WordAcrossLines());
@@ -295,12 +319,13 @@ MeshScan ScanOff(std::string_view bytes, const std::string& name) {
     EndPolygon(scan, lines);
     while (!lines.Word().empty()) continue;  // colours
   }
-  WritePlainOff(scan);
+  WritePlainPly(scan);
   return scan;
 }
 
 MeshScan ScanStl(std::string_view bytes, const std::string& name) {
   MeshScan scan;
+  scan.format = "stl";
   // Binary files may begin with "solid" too: the size decides.
   std::uint32_t count = 0;
   if (bytes.size() >= kStlHeader) std::memcpy(&count, bytes.data() + 80, sizeof count);
@@ -347,7 +372,6 @@ MeshScan ScanStl(std::string_view bytes, const std::string& name) {
                             count, kStlHeader + std::size_t{count} * kStlTriangle, bytes.size()),
           kTruncated);
     }
-    scan.binary = true;
     scan.num_triangles = count;
     for (std::size_t t = 0; t < count; ++t) {
       float corner[9];

@@ -18,12 +18,18 @@ struct MeshScan {
   std::vector<int> polygon_begin = {
       0};                         ///< polygon i: ids polygon_begin[i] .. polygon_begin[i + 1]
   std::vector<int> polygon_ids;   ///< in range
+  std::size_t num_left_out = 0;   ///< .obj: polygons of fewer than three different corners
   std::size_t num_triangles = 0;  ///< .stl: triangles in the file
+  std::string_view format;        ///< in which OpenMesh is to read: binary "ply" or "stl"
   /// What OpenMesh is to read in place of the file: its positions and polygons and nothing else.
   /// Empty when the file itself is as plain as that.
   std::string plain;
-  bool binary = false;  ///< what OpenMesh is to read
 };
+
+/// Sets `plain` to the positions and polygons as a binary .ply file. Of all that OpenMesh reads it
+/// is the form with nothing to misunderstand, and a polygon takes time in proportion to its corners
+/// (in an .obj file to their square).
+void WritePlainPly(MeshScan& scan);
 
 /// Each throws Error (`name`, with the line where there are lines) unless OpenMesh can read
 /// `bytes`, or the plain form, safely and completely. Memory stays in proportion to the bytes

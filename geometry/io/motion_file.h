@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+
+#include "geometry/mesh.h"
 
 namespace holdfast {
 
@@ -21,7 +24,15 @@ struct SourceMotion {
     Eigen::Vector3d offset;  ///< in the parent's frame, metres
   };
 
-  std::string format;                    ///< "BVH" or "ASF/AMC"
+  /// A rigid thing that moves in the file beside the body.
+  struct Prop {
+    std::string name;
+    TriangleMesh mesh;                          ///< in its own frame, metres; empty when not read
+    std::vector<Eigen::Quaterniond> rotations;  ///< per frame: x_world = q x + position
+    Eigen::Matrix3Xd positions;                 ///< (3 x T) world, metres
+  };
+
+  std::string format;                    ///< "BVH", "ASF/AMC" or "glTF"
   std::vector<std::string> joint_names;  ///< as in the file; equal names are kept
   std::vector<int> parents;              ///< -1 for the root
   Eigen::Matrix3Xd rest_offsets;         ///< (3 x J) from the parent, with all rotations zero
@@ -31,6 +42,9 @@ struct SourceMotion {
   /// World rotation of joint j in frame t, at [t * J + j]: x_world = q x_joint + position.
   std::vector<Eigen::Quaterniond> rotations;
   std::vector<Eigen::Matrix3Xd> positions;  ///< per frame, (3 x J) world, metres
+  std::optional<Prop> prop;
+  Eigen::VectorXd betas;           ///< of the body, where the file tells (Holdfast's own do)
+  std::string gender, body_model;  ///< likewise
 
   int NumJoints() const { return static_cast<int>(joint_names.size()); }
   int NumFrames() const { return static_cast<int>(positions.size()); }

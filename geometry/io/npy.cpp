@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -53,6 +54,10 @@ void ForEachElement(const NpyArray& array, Put&& put) {
 template <typename Out>
 std::vector<Out> Convert(const NpyMember& member) {
   const NpyArray& array = member.array;
+  if (std::string_view("fiub").find(array.kind) == std::string_view::npos) {
+    throw Error(member.where, "holds text where numbers are needed", "Check the field");
+  }
+  if (const auto same = member.View<Out>()) return {same->begin(), same->end()};
   std::vector<Out> values(array.NumElements());
   const bool be = array.big_endian;
   const auto fill = [&](auto load) {
@@ -102,10 +107,13 @@ std::vector<Out> Convert(const NpyMember& member) {
           break;
       }
       break;
-    default:
-      throw Error(member.where, "holds text where numbers are needed", "Check the field");
   }
   return values;
+}
+
+template <typename T>
+constexpr char KindOf() {
+  return std::is_floating_point_v<T> ? 'f' : std::is_signed_v<T> ? 'i' : 'u';
 }
 
 }  // namespace
@@ -115,6 +123,29 @@ std::size_t NpyArray::NumElements() const {
   for (const std::size_t d : shape) n *= d;
   return n;
 }
+
+template <typename T>
+std::optional<std::span<const T>> NpyMember::View() const {
+  const bool in_c_order = !array.fortran_order || array.shape.size() < 2;
+  const bool in_place = reinterpret_cast<std::uintptr_t>(array.data.data()) % alignof(T) == 0;
+  if (array.kind != KindOf<T>() || array.item_size != sizeof(T) || !in_c_order || !in_place ||
+      (array.big_endian && sizeof(T) > 1)) {
+    return std::nullopt;
+  }
+  // The bytes were read as T's into storage that is aligned for them.
+  return std::span<const T>(reinterpret_cast<const T*>(array.data.data()), array.NumElements());
+}
+
+template std::optional<std::span<const float>> NpyMember::View() const;
+template std::optional<std::span<const double>> NpyMember::View() const;
+template std::optional<std::span<const std::int8_t>> NpyMember::View() const;
+template std::optional<std::span<const std::int16_t>> NpyMember::View() const;
+template std::optional<std::span<const std::int32_t>> NpyMember::View() const;
+template std::optional<std::span<const std::int64_t>> NpyMember::View() const;
+template std::optional<std::span<const std::uint8_t>> NpyMember::View() const;
+template std::optional<std::span<const std::uint16_t>> NpyMember::View() const;
+template std::optional<std::span<const std::uint32_t>> NpyMember::View() const;
+template std::optional<std::span<const std::uint64_t>> NpyMember::View() const;
 
 std::vector<double> NpyMember::AsDoubles() const { return Convert<double>(*this); }
 std::vector<float> NpyMember::AsFloats() const { return Convert<float>(*this); }

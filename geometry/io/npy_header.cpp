@@ -4,15 +4,21 @@
 #include <charconv>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "geometry/error.h"
 
 namespace holdfast {
 namespace {
 
+constexpr std::size_t kMaxHeaderBytes = 1 << 16;
+constexpr std::uint64_t kMaxElements = std::uint64_t{1} << 48;
+constexpr std::uint64_t kMaxEmptyTexts = 1 << 20;
+
 class HeaderParser {
  public:
-  HeaderParser(std::string_view text, const std::string& where) : rest_(text), where_(where) {}
+  HeaderParser(std::string_view text, const std::string& where, NpyObjects objects)
+      : rest_(text), where_(where), objects_(objects) {}
 
   NpyArray Parse() {
     NpyArray array;
@@ -113,6 +119,10 @@ class HeaderParser {
           std::from_chars(descr.data() + 1, descr.data() + descr.size(), size);
       if (error != std::errc() || end != descr.data() + descr.size()) Fail("an unreadable dtype");
     }
+    if (array.kind == 'O' && objects_ == NpyObjects::kAllowed) {
+      array.item_size = 0;
+      return;
+    }
     if (array.kind == 'O') {
       throw Error(where_, "holds Python objects (dtype object), which are never loaded",
                   "Save plain numeric arrays");
@@ -131,12 +141,54 @@ class HeaderParser {
 
   std::string_view rest_;
   const std::string& where_;
+  NpyObjects objects_;
 };
 
 }  // namespace
 
-NpyArray ParseNpyHeader(std::string_view text, const std::string& where) {
-  return HeaderParser(text, where).Parse();
+NpyArray ParseNpyHeader(std::string_view text, const std::string& where, NpyObjects objects) {
+  return HeaderParser(text, where, objects).Parse();
+}
+
+NpyStart ReadNpyStart(const std::function<void(std::span<std::byte>)>& read,
+                      const std::string& where, NpyObjects objects) {
+  const auto damaged = [&](std::string_view detail) {
+    return Error(where, fmt::format("is damaged or cut off ({})", detail),
+                 "Copy or save the file again");
+  };
+  std::string preamble(8, '\0');
+  read(std::as_writable_bytes(std::span(preamble)));
+  if (!preamble.starts_with(kNpyMagic)) throw damaged("not .npy data");
+  std::string length(preamble[6] == 1 ? 2 : 4, '\0');
+  read(std::as_writable_bytes(std::span(length)));
+  std::size_t header_bytes = 0;
+  for (std::size_t i = length.size(); i-- > 0;) {
+    header_bytes = header_bytes << 8 | static_cast<unsigned char>(length[i]);
+  }
+  if (header_bytes > kMaxHeaderBytes) throw damaged("an oversized header");
+  std::string header(header_bytes, '\0');
+  read(std::as_writable_bytes(std::span(header)));
+  return {ParseNpyHeader(header, where, objects), preamble.size() + length.size() + header_bytes};
+}
+
+std::size_t NpyDataBytes(const NpyArray& array, std::uint64_t available, const std::string& where) {
+  const auto refuse = [&] {
+    return Error(where,
+                 fmt::format("is damaged or cut off (shape ({}) does not fit its {} bytes of data)",
+                             fmt::join(array.shape, ", "), available),
+                 "Copy or save the file again");
+  };
+  std::uint64_t bytes = array.item_size;
+  std::uint64_t elements = 1;
+  for (const std::size_t n : array.shape) {
+    if (n != 0 && (bytes > available / n || elements > kMaxElements / n)) throw refuse();
+    bytes *= n;
+    elements *= n;
+  }
+  if (bytes > available) throw refuse();
+  // Empty texts (dtype U0) take no bytes: as many as one likes are no data.
+  if (bytes == 0 && elements > kMaxEmptyTexts) throw refuse();
+  return static_cast<std::size_t>(bytes);
 }
 
 std::string EncodeNpy(const NpyArray& array) {

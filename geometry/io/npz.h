@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,8 +16,11 @@
 
 namespace holdfast {
 
+class ZipArchive;
+
 /// One array of a NumPy `.npz` archive, as stored: element type, shape and raw bytes.
-/// Reading converts; nothing is ever executed (object arrays are refused by name).
+/// Reading converts; nothing is ever executed (NpzReader refuses object arrays by name, DataFile
+/// takes the plain data in them).
 struct NpyArray {
   char kind = 'f';  ///< 'f' float, 'i' signed, 'u' unsigned, 'b' bool, 'U' UCS-4 text, 'S' bytes
   std::size_t item_size = 4;  ///< bytes per element
@@ -32,6 +37,10 @@ struct NpyMember {
   std::string where;
   NpyArray array;
 
+  /// The values where they are, nothing copied; nothing when they are stored in any other way than
+  /// as C-ordered, little-endian T. T: float, double, signed and unsigned integers.
+  template <typename T>
+  std::optional<std::span<const T>> View() const;
   /// Values in C order as doubles. Throws Error for text, object and complex arrays.
   std::vector<double> AsDoubles() const;
   /// Values in C order as floats, without a double copy in between.
@@ -45,27 +54,38 @@ struct NpyMember {
   std::string ShapeText() const;
 };
 
-/// Read access to a `.npz` archive (zip, stored or deflated, zip64). Members are read on demand.
+/// Read access to a `.npz` archive (zip, stored or deflated, zip64). Members are read on demand,
+/// each straight into the array that is returned: a 2 GB member takes 2 GB.
 class NpzReader {
  public:
   /// Throws Error when the file is missing, empty, or not a zip archive.
   explicit NpzReader(const std::filesystem::path& path);
   /// The same for an archive in memory, which must outlive the reader; `name` goes into messages.
   NpzReader(std::span<const std::byte> bytes, std::string name);
+  /// The same for an archive that is open already.
+  explicit NpzReader(std::unique_ptr<const ZipArchive> archive);
   ~NpzReader();
   NpzReader(NpzReader&&) noexcept;
   NpzReader& operator=(NpzReader&&) noexcept;
 
   bool Has(std::string_view key) const;
+  /// Names of the members, in the archive's order, without numpy's ending `.npy`.
   std::vector<std::string> Keys() const;
-  /// Throws Error when the member is missing (listing what is there), truncated, or malformed.
+  /// Element type (kind 'O' for Python objects) and shape, without the data.
+  NpyMember ReadHeader(std::string_view key) const;
+  /// Throws Error when the member is missing (listing what is there), twice in the archive,
+  /// encrypted, packed in an unknown way, truncated, or malformed.
   NpyMember Read(std::string_view key) const;
+  /// Of an array of Python objects (kind 'O'): the pickle that stands for its data. Whoever reads
+  /// it does so with ReadObjectArray, which executes nothing.
+  std::vector<std::byte> ReadPickle(std::string_view key, std::size_t limit_bytes) const;
   const std::filesystem::path& Path() const { return path_; }
+  /// Of the whole file.
+  std::uint64_t SizeBytes() const;
 
  private:
-  struct Archive;
   std::filesystem::path path_;
-  Archive* archive_ = nullptr;
+  std::unique_ptr<const ZipArchive> archive_;
 };
 
 /// Collects arrays and writes them as one `.npz`, deflated, to a temporary that is renamed over

@@ -20,6 +20,13 @@ namespace holdfast {
 /// that would refuse every face that makes the surface non-manifold.
 class SoupImporter final : public OpenMesh::IO::BaseImporter {
  public:
+  /// Positions are kept only when they are wanted; polygons and their corners are made room for.
+  SoupImporter(bool wants_positions, std::size_t num_polygons, std::size_t num_corners)
+      : wants_positions_(wants_positions) {
+    polygon_begin.reserve(num_polygons + 1);
+    polygon_ids.reserve(num_corners);
+  }
+
   std::vector<Eigen::Vector3d> positions;
   std::vector<int> polygon_begin = {0};
   std::vector<int> polygon_ids;
@@ -30,23 +37,22 @@ class SoupImporter final : public OpenMesh::IO::BaseImporter {
   using FaceHandle = OpenMesh::FaceHandle;
 
   VertexHandle add_vertex(const OpenMesh::Vec3f& p) override {
-    positions.emplace_back(p[0], p[1], p[2]);
-    return VertexHandle(static_cast<int>(positions.size()) - 1);
+    return add_vertex(OpenMesh::Vec3d(p));
   }
   VertexHandle add_vertex(const OpenMesh::Vec3d& p) override {
-    positions.emplace_back(p[0], p[1], p[2]);
-    return VertexHandle(static_cast<int>(positions.size()) - 1);
+    if (wants_positions_) positions.emplace_back(p[0], p[1], p[2]);
+    return VertexHandle(num_vertices_++);
   }
   VertexHandle add_vertex() override { return add_vertex(OpenMesh::Vec3d(0.0)); }
   void set_point(VertexHandle vertex, const OpenMesh::Vec3f& p) override {
-    positions[vertex.idx()] << p[0], p[1], p[2];
+    if (wants_positions_) positions[vertex.idx()] << p[0], p[1], p[2];
   }
   FaceHandle add_face(const VHandles& corners) override {
     for (const VertexHandle corner : corners) polygon_ids.push_back(corner.idx());
     polygon_begin.push_back(static_cast<int>(polygon_ids.size()));
     return FaceHandle(static_cast<int>(polygon_begin.size()) - 2);
   }
-  std::size_t n_vertices() const override { return positions.size(); }
+  std::size_t n_vertices() const override { return static_cast<std::size_t>(num_vertices_); }
   std::size_t n_faces() const override { return polygon_begin.size() - 1; }
   std::size_t n_edges() const override { return 0; }
 
@@ -85,6 +91,10 @@ class SoupImporter final : public OpenMesh::IO::BaseImporter {
   void set_color(FaceHandle, const OpenMesh::Vec3f&) override {}
   void set_color(FaceHandle, const OpenMesh::Vec4f&) override {}
   void add_texture_information(int, std::string) override {}
+
+ private:
+  bool wants_positions_;
+  int num_vertices_ = 0;
 };
 
 /// Shows a TriangleMesh to OpenMesh's writers, manifold or not. The mesh must outlive it.

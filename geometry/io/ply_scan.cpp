@@ -73,8 +73,9 @@ class PlyScanner {
         }
       }
     }
-    scan_.binary = format_ != Format::kText;
-    if (!IsPlain()) WritePlain();
+    // Also of files without anything else in them: OpenMesh never returns from a header whose
+    // version is no number, and takes the corner "3.0" of a text for two.
+    WritePlainPly(scan_);
     return std::move(scan_);
   }
 
@@ -316,6 +317,8 @@ class PlyScanner {
     if (std::count_if(element.properties.begin(), element.properties.end(), IsCornerList) != 1) {
       Fail("its faces do not have one list property vertex_indices", kExportAgain);
     }
+    scan_.polygon_begin.reserve(element.count + 1);
+    scan_.polygon_ids.reserve(3 * element.count);
     for (std::size_t f = 0; f < element.count; ++f) {
       for (const Property& property : element.properties) {
         if (!IsCornerList(property)) {
@@ -338,41 +341,6 @@ class PlyScanner {
           scan_.polygon_ids.push_back(static_cast<int>(id));
         }
         scan_.polygon_begin.push_back(static_cast<int>(scan_.polygon_ids.size()));
-      }
-    }
-  }
-
-  bool IsPlain() const {
-    if (elements_.size() != 2) return false;
-    for (const Property& property : elements_[0].properties) {
-      if (property.count_type || property.type < Type::kFloat ||
-          (property.name != "x" && property.name != "y" && property.name != "z")) {
-        return false;
-      }
-    }
-    const std::vector<Property>& face = elements_[1].properties;
-    return face.size() == 1 && face[0].count_type == Type::kUint8 &&
-           (face[0].type == Type::kInt32 || face[0].type == Type::kUint32);
-  }
-
-  void WritePlain() {
-    scan_.binary = true;
-    std::string& out = scan_.plain;
-    out = fmt::format(
-        "ply\nformat binary_{}_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n"
-        "property float z\nelement face {}\nproperty list int int vertex_indices\nend_header\n",
-        std::endian::native == std::endian::little ? "little" : "big", scan_.positions.size(),
-        scan_.polygon_begin.size() - 1);
-    const auto append = [&](auto value) {
-      out.append(reinterpret_cast<const char*>(&value), sizeof value);
-    };
-    for (const Eigen::Vector3d& p : scan_.positions) {
-      for (int k = 0; k < 3; ++k) append(static_cast<float>(p[k]));
-    }
-    for (std::size_t f = 0; f + 1 < scan_.polygon_begin.size(); ++f) {
-      append(std::int32_t{scan_.polygon_begin[f + 1] - scan_.polygon_begin[f]});
-      for (int i = scan_.polygon_begin[f]; i < scan_.polygon_begin[f + 1]; ++i) {
-        append(std::int32_t{scan_.polygon_ids[i]});
       }
     }
   }

@@ -76,13 +76,18 @@ Camera ClipRenderer::CameraFor(const BodyState& state, int frame,
     case ClipView::kSide:
       return FitCamera(room_, azimuth(-0.5 * std::numbers::pi), elevation(0.1), aspect);
     case ClipView::kFollow:
+      if (surface_.Model().LoneHand()) {  // a body's distance would leave a speck of it
+        return CloseUpCamera(state.joints.col(0), 1.6 * kHandRadius / std::min(1.0, aspect),
+                             azimuth(-0.7), elevation(0.2));
+      }
       return OrbitCamera(state.joints.col(0) + Eigen::Vector3d(0.0, 0.0, 0.02), azimuth(-0.7),
                          elevation(0.2), 3.4 / std::min(1.0, aspect));
     case ClipView::kHand:
       break;
   }
-  const Side side =
+  const Side holds =
       Holds(frame, Side::kRight) || !Holds(frame, Side::kLeft) ? Side::kRight : Side::kLeft;
+  const Side side = surface_.Model().LoneHand().value_or(holds);
   const Eigen::Vector3d knuckles = state.joints.col(HandBegin(side) + 4);
   return CloseUpCamera(knuckles, kHandRadius / std::min(1.0, aspect), azimuth(0.35),
                        elevation(0.35));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/body_model.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -242,6 +243,58 @@ TEST_F(BodyModelTest, DoesNotAllocateAfterTheFirstFrame) {
   Forward(surface, RandomPose(2), Eigen::Vector3d::Zero(), state);
   EXPECT_EQ(posed, state.posed_rest.data());
   EXPECT_EQ(vertices, state.vertices.data());
+}
+
+TEST_F(BodyModelTest, ASubjectsSurfaceIsTheShape) {
+  const SyntheticBody body;
+  const auto model = Load(body);
+  const Eigen::Matrix3Xd surface = model->ShapedVertices(Eigen::VectorXd::Constant(10, 0.4));
+  const auto subject = BodyModel::WithTemplate(model, surface);
+  EXPECT_TRUE(subject->IsSubject());
+  EXPECT_FALSE(model->IsSubject());
+  // Betas, even too many, change nothing; expression does.
+  const Eigen::VectorXd smile = Eigen::VectorXd::Constant(10, 0.3);
+  EXPECT_EQ(subject->ShapedVertices(Eigen::VectorXd::Ones(500)), surface);
+  EXPECT_NE(subject->ShapedVertices({}, smile), surface);
+  BodyState of_subject, of_betas;
+  Forward(BodySurface(subject, {}, smile), RandomPose(4), {1, 2, 3}, of_subject);
+  Forward(BodySurface(model, Eigen::VectorXd::Constant(10, 0.4), smile), RandomPose(4), {1, 2, 3},
+          of_betas);
+  EXPECT_LT((of_subject.vertices - of_betas.vertices).norm(), 1e-12);
+  EXPECT_THROW(BodyModel::WithTemplate(model, surface.leftCols(59)), Error);
+  Eigen::Matrix3Xd bad = surface;
+  bad(1, 7) = NAN;
+  EXPECT_THROW(BodyModel::WithTemplate(model, bad), Error);
+}
+
+TEST_F(BodyModelTest, ReadsAnyNumberOfVerticesAndDoesWithoutBlendShapes) {
+  const SyntheticBody large(20000, 3);
+  large.Write(folder_ / "large.npz", {'f', 4, false, false});
+  const auto model = BodyModel::Load(folder_ / "large.npz");
+  EXPECT_EQ(model->NumVertices(), 20000);
+  EXPECT_EQ(model->NumShape(), 3);
+  EXPECT_GT(model->HandVertexIds(Side::kRight).size(), 0u);
+
+  const SyntheticBody body;
+  body.Write(folder_ / "plain.npz");
+  const NpzReader whole(folder_ / "plain.npz");
+  NpzWriter needed;
+  for (const char* key : {"v_template", "f", "weights", "J_regressor", "kintree_table"}) {
+    needed.Add(key, whole.Read(key).array);
+  }
+  needed.Write(folder_ / "needed.npz");
+  const auto plain = BodyModel::Load(folder_ / "needed.npz");
+  EXPECT_EQ(plain->NumShape(), 0);
+  const BodySurface surface(plain);
+  EXPECT_TRUE(surface.PoseDirs().empty());
+  SyntheticBody without = body;
+  std::ranges::fill(without.posedirs, 0.0);
+  BodyState state;
+  Forward(surface, RandomPose(6), {1, 2, 3}, state);
+  Eigen::Matrix3Xd joints;
+  const Eigen::Matrix3Xd expected =
+      LiteralForward(without, {}, {}, RandomPose(6), {1, 2, 3}, &joints);
+  EXPECT_LT((state.vertices - expected).norm(), 1e-11 * expected.norm());
 }
 
 TEST_F(BodyModelTest, SaysWhichFieldIsAtFault) {

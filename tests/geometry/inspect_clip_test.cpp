@@ -144,6 +144,9 @@ Clip YUp(Clip clip) {
 // Runs a suggested command in the folder of the files.
 bool RunSuggested(const TemporaryFolder& folder, std::string command) {
   if (command.starts_with("python3")) command = "/usr/bin/" + command;
+#ifdef HOLDFAST_PROGRAM
+  if (command.starts_with("holdfast ")) command = HOLDFAST_PROGRAM + command.substr(8);
+#endif
   std::ofstream(folder / "command.sh") << "cd '" << folder.Path().string() << "'\n"
                                        << command << "\n";
   return std::system(("sh '" + (folder / "command.sh").string() + "'").c_str()) == 0;
@@ -280,14 +283,14 @@ TEST_F(InspectClip, ConvertsWhatAmassAndSmplxWrite) {
     const char* result;
     double rate;
   };
-  for (const Case& c : {Case{"smplh.npz", FileKind::kSmplhMotion, "smplh_smplx.npz", 30},
+  for (const Case& c : {Case{"smplh.npz", FileKind::kSmplhMotion, "smplh_clip.npz", 30},
                         Case{"smplx.npz", FileKind::kParameters, "smplx_clip.npz", 30},
                         Case{"grab.npz", FileKind::kGrab, "grab_clip.npz", 120}}) {
     const Inspection inspection = Inspect(folder_ / c.file);
     EXPECT_EQ(inspection.identity.kind, c.kind) << c.file;
-    EXPECT_EQ(inspection.Worst(), Verdict::kFault) << c.file;
+    EXPECT_NE(inspection.Worst(), Verdict::kFault) << c.file;
     ASSERT_FALSE(inspection.next.empty()) << c.file;
-    ASSERT_TRUE(RunSuggested(folder_, inspection.next.back())) << inspection.next.back();
+    ASSERT_TRUE(RunSuggested(folder_, inspection.next.front())) << inspection.next.front();
     const Clip converted = ReadClip(folder_ / c.result);
     EXPECT_EQ(converted.frame_rate, c.rate);
     ASSERT_EQ(converted.NumFrames(), clip.NumFrames());

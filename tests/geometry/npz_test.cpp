@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/npz.h"
 
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <limits>
+#include <span>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -14,49 +17,21 @@
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/io/half.h"
+#include "tests/support/peak_memory.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/zip_bytes.h"
 
 namespace holdfast {
 namespace {
 
+using testing::BytesOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using testing::NpyBytes;
+using testing::PeakMemory;
 using testing::TemporaryFolder;
-
-// A stored (uncompressed) archive with one member, byte by byte as `zip -0` and numpy.savez lay it
-// out, so that the reader is held against the format and not against our own writer.
-std::string ZipOf(const std::string& name, const std::string& content) {
-  const auto crc = [&] {
-    std::uint32_t value = 0xffffffffu;
-    for (const unsigned char byte : content) {
-      value ^= byte;
-      for (int k = 0; k < 8; ++k) value = value >> 1 ^ (value & 1u ? 0xedb88320u : 0u);
-    }
-    return value ^ 0xffffffffu;
-  }();
-  const auto number = [](std::uint32_t value, int bytes) {
-    std::string text;
-    for (int k = 0; k < bytes; ++k) text.push_back(static_cast<char>(value >> (8 * k)));
-    return text;
-  };
-  const auto size = static_cast<std::uint32_t>(content.size());
-  const std::string common = number(20, 2) + number(0, 2) + number(0, 2) + number(0, 2) +
-                             number(33, 2) + number(crc, 4) + number(size, 4) + number(size, 4) +
-                             number(static_cast<std::uint32_t>(name.size()), 2) + number(0, 2);
-  const std::string local = "PK\x03\x04" + common + name + content;
-  const std::string central = "PK\x01\x02" + number(20, 2) + common + number(0, 2) + number(0, 2) +
-                              number(0, 2) + number(0, 4) + number(0, 4) + name;
-  return local + central + "PK\x05\x06" + number(0, 4) + number(1, 2) + number(1, 2) +
-         number(static_cast<std::uint32_t>(central.size()), 4) +
-         number(static_cast<std::uint32_t>(local.size()), 4) + number(0, 2);
-}
-
-std::string Npy(std::string header, const std::string& data) {
-  while ((10 + header.size() + 1) % 16 != 0) header += ' ';
-  header += '\n';
-  return std::string("\x93NUMPY\x01\x00", 8) + static_cast<char>(header.size() & 0xff) +
-         static_cast<char>(header.size() >> 8) + header + data;
-}
+using testing::ZipBytes;
+using testing::ZipPart;
 
 std::string Bytes(std::initializer_list<int> values) {
   std::string text;
@@ -66,7 +41,8 @@ std::string Bytes(std::initializer_list<int> values) {
 
 NpyMember ReadForeign(const std::string& header, const std::string& data) {
   const TemporaryFolder folder;
-  std::ofstream(folder / "a.npz", std::ios::binary) << ZipOf("x.npy", Npy(header, data));
+  std::ofstream(folder / "a.npz", std::ios::binary)
+      << ZipBytes({{.name = "x.npy", .content = NpyBytes(header, data)}});
   return NpzReader(folder / "a.npz").Read("x");
 }
 
@@ -169,6 +145,167 @@ TEST(NpzReader, EveryFlippedByteIsAnErrorOrTheSameNumbers) {
     } catch (const Error&) {
     }
   }
+}
+
+const char* const kOneFloat = "{'descr': '<f4', 'fortran_order': False, 'shape': (1,), }";
+
+std::string FloatArray(float value) { return NpyBytes(kOneFloat, BytesOf<float>({value})); }
+
+NpzReader ReaderOf(const std::string& bytes) {
+  return NpzReader(std::as_bytes(std::span(bytes)), "a.npz");
+}
+
+// What reading x from an archive of these members throws.
+std::string Refusal(const std::vector<ZipPart>& parts) {
+  const std::string bytes = ZipBytes(parts);
+  try {
+    ReaderOf(bytes).Read("x");
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(NpzReader, ReadsMembersHoweverTheyArePacked) {
+  const std::string content = FloatArray(1.5f);
+  for (const int method : {0, 8}) {
+    for (const bool zip64 : {false, true}) {
+      for (const char* prefix : {"", "#!/bin/sh begins with something else"}) {
+        const std::string bytes = ZipBytes(
+            {{.name = "x.npy", .content = content, .method = method, .zip64 = zip64}}, prefix);
+        EXPECT_THAT(ReaderOf(bytes).Read("x").AsFloats(), ElementsAre(1.5f))
+            << method << zip64 << prefix;
+      }
+    }
+  }
+}
+
+TEST(NpzReader, ReadsMembersWhoseNamesLackTheEnding) {
+  const std::string bytes = ZipBytes({{.name = "x", .content = FloatArray(1.0f)},
+                                      {.name = "y", .content = FloatArray(2.0f)},
+                                      {.name = "y.npy", .content = FloatArray(3.0f)},
+                                      {.name = "folder/", .content = ""},
+                                      {.name = "../../up.npy", .content = FloatArray(4.0f)},
+                                      {.name = "/root.npy", .content = FloatArray(5.0f)}});
+  const NpzReader reader = ReaderOf(bytes);
+  EXPECT_THAT(reader.Keys(), ElementsAre("x", "y", "y", "../../up", "/root"));
+  EXPECT_THAT(reader.Read("x").AsFloats(), ElementsAre(1.0f));
+  EXPECT_THAT(reader.Read("y").AsFloats(), ElementsAre(3.0f)) << "numpy's name goes first";
+  EXPECT_THAT(reader.Read("../../up").AsFloats(), ElementsAre(4.0f));
+  EXPECT_THAT(reader.Read("/root").AsFloats(), ElementsAre(5.0f));
+  EXPECT_FALSE(reader.Has("folder/"));
+  EXPECT_FALSE(reader.Has("z"));
+}
+
+TEST(NpzReader, SaysWhyAMemberIsNotRead) {
+  const std::string content = FloatArray(1.0f);
+  EXPECT_THAT(Refusal({{.name = "x.npy", .content = content},
+                       {.name = "x.npy", .content = FloatArray(2.0f)}}),
+              HasSubstr("a.npz[x]: is in the archive twice ('x.npy')"));
+  EXPECT_THAT(Refusal({{.name = "x.npy", .content = content, .flags = 1}}),
+              HasSubstr("is encrypted"));
+  EXPECT_THAT(Refusal({{.name = "x.npy", .content = content, .method = 12}}),
+              HasSubstr("is packed by method 12"));
+  EXPECT_THAT(Refusal({{.name = "x.npy", .content = content, .checksum = 7}}),
+              HasSubstr("checksum"));
+  EXPECT_THAT(Refusal({{.name = "x.npy", .content = content, .size = content.size() + 1}}),
+              HasSubstr("of another size"));
+  EXPECT_THAT(
+      Refusal({{.name = "x.npy", .content = content, .method = 8, .size = content.size() + 4}}),
+      HasSubstr("more data than needed"));
+  EXPECT_THAT(Refusal({{.name = "x.npy", .content = "no array, but a text"}}),
+              HasSubstr("not .npy data"));
+  EXPECT_THAT(Refusal({{.name = "y.npy", .content = content}}),
+              HasSubstr("is missing. The file has: y"));
+  EXPECT_THAT(Refusal({}), HasSubstr("is missing"));
+}
+
+TEST(NpzReader, BelievesNoSizeThatItsDataDoNotBear) {
+  const std::string giant = "{'descr': '<f4', 'fortran_order': False, 'shape': (4294967296,), }";
+  const std::string content = NpyBytes(giant, "four");
+  EXPECT_THAT(Refusal({{.name = "x.npy", .content = content}}), HasSubstr("does not fit"));
+  EXPECT_THAT(Refusal({{.name = "x.npy",
+                        .content = content,
+                        .method = 8,
+                        .zip64 = true,
+                        .size = content.size() + (std::uint64_t{1} << 34)}}),
+              HasSubstr("claim to be"));
+  // A real bomb: 288 MB of zeros in one.
+  const std::string zeros =
+      NpyBytes("{'descr': '|u1', 'fortran_order': False, 'shape': (301989888,), }", "");
+  std::string bomb = zeros + std::string(std::size_t{288} << 20, '\0');
+  const std::string packed = ZipBytes({{.name = "x.npy", .content = std::move(bomb), .method = 8}});
+  ASSERT_LT(packed.size(), std::size_t{2} << 20);
+  const PeakMemory reading;
+  try {
+    ReaderOf(packed).Read("x");
+    ADD_FAILURE() << "the bomb went off";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("save it without compression"));
+  }
+  EXPECT_LT(reading.Growth().value_or(0), std::size_t{32} << 20);
+  // Empty texts take no bytes, however many: the shape alone is refused.
+  EXPECT_THAT(ReadForeign("{'descr': '<U0', 'fortran_order': False, 'shape': (3,), }", "")
+                  .array.NumElements(),
+              3);
+  EXPECT_THROW(
+      ReadForeign("{'descr': '<U0', 'fortran_order': False, 'shape': (9999999999,), }", ""), Error);
+}
+
+TEST(NpzReader, AHundredThousandMembersAreOpenedAtOnce) {
+  std::vector<ZipPart> parts(100'000);
+  for (std::size_t i = 0; i < parts.size(); ++i) parts[i].name = std::to_string(i) + ".npy";
+  parts[77'777].content = FloatArray(7.0f);
+  const std::string bytes = ZipBytes(parts);
+  const auto begin = std::chrono::steady_clock::now();
+  const NpzReader reader = ReaderOf(bytes);
+  EXPECT_EQ(reader.Keys().size(), parts.size());
+  EXPECT_THAT(reader.Read("77777").AsFloats(), ElementsAre(7.0f));
+  EXPECT_THROW(reader.Read("absent"), Error);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
+}
+
+TEST(NpyMember, ShowsItsNumbersInPlaceWhereTheTypeIsTheirs) {
+  const NpyMember floats = ReadForeign(
+      "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 1), }", BytesOf<float>({1.0f, 2.0f}));
+  const auto view = floats.View<float>();
+  ASSERT_TRUE(view);
+  EXPECT_THAT(*view, ElementsAre(1.0f, 2.0f));
+  EXPECT_EQ(static_cast<const void*>(view->data()), floats.array.data.data());
+  EXPECT_FALSE(floats.View<double>());
+  EXPECT_FALSE(floats.View<std::int32_t>());
+  EXPECT_FALSE(ReadForeign("{'descr': '>f4', 'fortran_order': False, 'shape': (1,), }", "four")
+                   .View<float>());
+  EXPECT_FALSE(ReadForeign("{'descr': '<f4', 'fortran_order': True, 'shape': (1, 2), }",
+                           BytesOf<float>({1.0f, 2.0f}))
+                   .View<float>());
+  EXPECT_TRUE(ReadForeign("{'descr': '>u1', 'fortran_order': True, 'shape': (2,), }", "ab")
+                  .View<std::uint8_t>());
+}
+
+TEST(NpzReader, ReadsALargeMemberWithoutASecondCopy) {
+  constexpr std::size_t kBytes = std::size_t{64} << 20;
+  const TemporaryFolder folder;
+  {
+    std::string content =
+        NpyBytes("{'descr': '<f4', 'fortran_order': False, 'shape': (4096, 4096), }", "");
+    const std::size_t begin = content.size();
+    content.resize(begin + kBytes);
+    for (std::size_t i = 0; i < kBytes / 4; ++i) {
+      const auto value = static_cast<float>(i);
+      std::memcpy(content.data() + begin + 4 * i, &value, 4);
+    }
+    std::ofstream(folder / "large.npz", std::ios::binary)
+        << ZipBytes({{.name = "x.npy", .content = std::move(content)}});
+  }
+  const PeakMemory memory;
+  const NpyMember member = NpzReader(folder / "large.npz").Read("x");
+  const auto values = member.View<float>();
+  ASSERT_TRUE(values);
+  EXPECT_EQ((*values)[4096 * 4096 - 1], 4096.0f * 4096.0f - 1.0f);
+  const auto growth = memory.Growth();
+  if (!growth) GTEST_SKIP() << "the peak of memory cannot be read here";
+  EXPECT_LT(*growth, kBytes + kBytes / 2);
 }
 
 TEST(NpzWriter, NumpyReadsWhatWeWrite) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/skeleton_map.h"
 
+#include <algorithm>
 #include <fstream>
 #include <map>
 #include <string>
@@ -9,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
+#include "geometry/skeleton_tables.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -78,6 +80,48 @@ TEST(SkeletonMap, PrefixesAndLetterCaseDoNotCount) {
     EXPECT_EQ(map.name, "Mixamo") << prefix;
     EXPECT_EQ(map.NumMapped(), 24) << prefix;
   }
+}
+
+// No table takes another's skeletons for its own, and all of each table's names are found.
+TEST(SkeletonMap, EveryTableRecognizesItsOwnSkeletons) {
+  for (const SkeletonTable& table : SkeletonTables()) {
+    const std::string prefix(table.prefixes.substr(0, table.prefixes.find('|')));
+    std::map<std::string, std::string> names;
+    for (const SkeletonRow& row : table.rows) {
+      for (const auto& [side, word] :
+           {std::pair<std::string, std::string_view>{"left", table.left}, {"right", table.right}}) {
+        std::string target(row.target), source(row.sources.substr(0, row.sources.find('|')));
+        const std::size_t star = source.find('*');
+        if (target[0] == '*') target.replace(0, 1, side);
+        if (star != std::string::npos) source.replace(star, 1, word);
+        names[target] = prefix + source;
+      }
+    }
+    SourceMotion motion = Named(names);
+    for (const std::string_view mark : table.marks) {
+      const auto named = [&](const std::string& name) {
+        return SkeletonKey(name) == SkeletonKey(mark);
+      };
+      if (std::any_of(motion.joint_names.begin(), motion.joint_names.end(), named)) continue;
+      motion.joint_names.push_back(prefix + std::string(mark));
+      motion.parents.push_back(0);
+    }
+    const SkeletonMap map = RecognizeSkeleton(motion, "x");
+    EXPECT_EQ(map.name, table.name);
+    EXPECT_EQ(map.NumMapped(), static_cast<int>(names.size())) << table.name;
+  }
+}
+
+TEST(SkeletonMap, SeparatorsAndAddedNumbersDoNotCount) {
+  auto names = MixamoNames("mixamorig");  // three.js leaves the colon out
+  EXPECT_EQ(RecognizeSkeleton(Named(names), "x").NumMapped(), 24);
+  int number = 0;
+  for (auto& [joint, name] : names) name += "_0" + std::to_string(number++);
+  EXPECT_EQ(RecognizeSkeleton(Named(names), "x").NumMapped(), 24);
+  names = MixamoNames("");
+  names["left_hip"] = "Left_Up-Leg";
+  names["right_hip"] = "right up.leg";
+  EXPECT_EQ(RecognizeSkeleton(Named(names), "x").NumMapped(), 24);
 }
 
 TEST(SkeletonMap, AnUnknownNamingIsAnErrorThatHelps) {

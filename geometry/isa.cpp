@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/isa.h"
+#include "geometry/isa.h"
 
 namespace holdfast {
 
@@ -7,7 +7,7 @@ bool IsSupported(Isa isa) {
   switch (isa) {
     case Isa::kScalar:
       return true;
-#if defined(HOLDFAST_X86_KERNELS)
+#if defined(__x86_64__) || defined(__i386__)
     case Isa::kSse2:
       return __builtin_cpu_supports("sse2");
     case Isa::kAvx2:

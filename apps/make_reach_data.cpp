@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "apps/capture_set.h"
+#include "apps/common.h"
+#include "apps/reach_manifest.h"
+#include "generator/finger_pose.h"
+#include "geometry/clip_arrays.h"
+#include "geometry/error.h"
+#include "geometry/io/atomic_file.h"
+#include "geometry/parallel.h"
+#include "solver/reach_clip.h"
+
+namespace holdfast::apps {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr int kMostAtOnce = 32;  // clips between two entries in the manifest
+constexpr int kMostTries = 6;    // clips tried per clip wanted before giving up
+
+struct Options {
+  CommonOptions common;
+  std::string captures;
+  std::string output;
+  std::string body;
+  std::string wrist = "right";
+  std::vector<std::string> held_out;
+  double hours = 1.0;
+  int reaches = 4;
+  double farthest = 5.0;
+  double blend_s = 0.35;
+  bool as_captured = false;
+};
+
+// splitmix64: seeds of neighbouring clips have nothing in common.
+std::uint64_t SeedOf(std::uint64_t seed, int index) {
+  std::uint64_t z = seed + 0x9E3779B97F4A7C15ull * (static_cast<std::uint64_t>(index) + 1);
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
+  return z ^ (z >> 31);
+}
+
+std::string ClipName(int index) { return fmt::format("reach_{:05d}", index); }
+
+// All that is the same for every clip.
+struct Workshop {
+  const Options& options;
+  fs::path folder;
+  std::string body_name;
+  MotionLibrary library;
+  ReachClipOptions making;
+  JointPose hands = JointPose::Zero();
+};
+
+json SourceJson(const LibraryClip& clip) {
+  return clip.mirrored ? json(clip.name + "~mirrored") : json(clip.name);
+}
+
+json Provenance(const Workshop& shop, const ReachClip& made, std::uint64_t seed) {
+  json segments = json::array(), reaches = json::array();
+  for (const MotionSegment& segment : made.segments) {
+    segments.push_back({{"frame", segment.begin},
+                        {"source", SourceJson(shop.library.Clips()[segment.clip])},
+                        {"source_frame", segment.source_frame},
+                        {"rate", segment.rate}});
+  }
+  for (const ReachLabel& label : made.labels) {
+    reaches.push_back({{"goal_m", {label.goal.x(), label.goal.y(), label.goal.z()}},
+                       {"frame", label.frame},
+                       {"wrist", SideName(label.wrist)},
+                       {"how", label.warped ? "carried" : "as captured"},
+                       {"carried_m", label.carried_m},
+                       {"error_m", label.error_m},
+                       {"source", SourceJson(shop.library.Clips()[label.source])}});
+  }
+  return {{"made_by", "holdfast make-reach-data " HOLDFAST_VERSION},
+          {"seed", seed},
+          {"transitions_blended_s", shop.making.synthesis.blend_s},
+          {"segments", segments},
+          {"reaches", reaches}};
+}
+
+// Values a float can hold: half the bytes once packed, a tenth of a micron.
+void RoundToFloat(Clip& clip) {
+  clip.trans = clip.trans.cast<float>().cast<double>().eval();
+  for (JointPose& pose : clip.pose) pose = pose.cast<float>().cast<double>().eval();
+}
+
+void WriteReachClip(const Workshop& shop, const ReachClip& made, const json& provenance,
+                    const fs::path& path) {
+  Clip clip = ToClip(made.frames, MotionLibrary::kFrameRate, shop.library.RestJoints(), shop.hands);
+  clip.body_model = shop.body_name;
+  clip.action = "reach";
+  RoundToFloat(clip);
+  NpzWriter writer;
+  AddArrays(clip, writer);
+  const std::size_t count = made.labels.size();
+  std::vector<double> goals;
+  std::vector<std::int64_t> frames;
+  std::vector<std::uint8_t> wrists;
+  for (const ReachLabel& label : made.labels) {
+    goals.insert(goals.end(), label.goal.begin(), label.goal.end());
+    frames.push_back(label.frame);
+    wrists.push_back(label.wrist == Side::kRight ? kHoldsRight : kHoldsLeft);
+  }
+  writer.AddFloat64("goal", {count, 3}, goals);
+  writer.AddInt64("goal_frame", {count}, frames);
+  writer.AddUint8("goal_wrist", {count}, wrists);
+  writer.AddText("provenance", provenance.dump());
+  writer.Write(path);
+}
+
+// The line of one clip in the manifest; the clip is written unless it has a fault.
+json MakeOne(const Workshop& shop, int index) {
+  const std::uint64_t seed = SeedOf(shop.options.common.seed, index);
+  ReachClipOptions making = shop.making;
+  if (shop.options.wrist == "both" && index % 2 == 1) making.synthesis.wrist = Side::kLeft;
+  const ReachClip made = MakeReachClip(shop.library, making, seed);
+  json line = {{"index", index},
+               {"seed", seed},
+               {"frames", made.frames.size()},
+               {"transitions", made.transitions},
+               {"quality", QualityJson(made.quality)},
+               {"foot_correction_m", made.feet.max_correction_m},
+               {"pelvis_sink_m", made.feet.max_sink_m}};
+  if (!made.fault.empty()) {
+    line["dropped"] = made.fault;
+    return line;
+  }
+  const json provenance = Provenance(shop, made, seed);
+  line["file"] = "made/" + ClipName(index) + ".npz";
+  line["wrist"] = SideName(making.synthesis.wrist);
+  line["reaches"] = provenance["reaches"];
+  line["statistics"] = {{"skating_frames", made.statistics.skating_frames},
+                        {"pelvis_speed", made.statistics.pelvis_speed},
+                        {"acceleration", made.statistics.acceleration}};
+  std::set<std::string> sources;
+  for (const json& segment : provenance["segments"]) sources.insert(segment["source"]);
+  line["sources"] = sources;
+  WriteReachClip(shop, made, provenance, shop.folder / "made" / (ClipName(index) + ".npz"));
+  return line;
+}
+
+json OptionsJson(const Options& options) {
+  return {{"captures", fs::path(options.captures).filename().string()},
+          {"hours", options.hours},
+          {"reaches", options.reaches},
+          {"farthest_m", options.farthest},
+          {"blend_s", options.blend_s},
+          {"wrist", options.wrist},
+          {"as_captured", options.as_captured}};
+}
+
+int Run(const Options& options) {
+  const CommonOptions& common = options.common;
+  const fs::path folder = options.output;
+  const auto body = LoadBody(options.body);
+  const RetargetBody target = RetargetBodyOf(*body);
+
+  std::vector<Capture> captures = ListCaptures(options.captures);
+  if (!ImportCaptures(options.captures, folder / "captured", *body, common, captures)) {
+    return kInterrupted;
+  }
+  HoldOut(captures, options.held_out);
+  SortClips(folder / "captured", captures);
+
+  Workshop shop{options,      folder,
+                body->Name(), MotionLibrary(target.rest_joints, target.floor_y),
+                {},           JointPose::Zero()};
+  MotionStatistics train, held_out;
+  std::vector<std::vector<BodyFrame>> moving;
+  double train_minutes = 0.0, held_minutes = 0.0;
+  int dropped = 0, reach_sources = 0;
+  for (const Capture& capture : captures) {
+    if (!capture.fault.empty()) {
+      ++dropped;
+      continue;
+    }
+    const ClipUse use = UseOf(capture, target);
+    const std::vector<BodyFrame> frames = BodyFrames(capture.clip, target.rest_joints);
+    JointLimits none;
+    none.fill(10.0);
+    MotionStatistics* const sums = capture.held_out ? &held_out : &train;
+    (capture.held_out ? held_minutes : train_minutes) +=
+        capture.clip.NumFrames() / MotionLibrary::kFrameRate / 60.0;
+    if (!use.walking && !use.reach) continue;
+    MeasureQuality(target.rest_joints, shop.library.SolesOfBody(), frames, none, sums);
+    if (capture.held_out) continue;
+    moving.push_back(frames);
+    shop.library.Add(capture.clip, capture.name, use);
+    reach_sources += use.reach.has_value() ? 1 : 0;
+  }
+  shop.library.Finish();
+  shop.making.warp.joint_limits = LimitsOf(moving);
+  shop.making.synthesis.reaches = options.reaches;
+  shop.making.synthesis.farthest_goal = options.farthest;
+  shop.making.synthesis.blend_s = options.blend_s;
+  shop.making.synthesis.wrist = options.wrist == "left" ? Side::kLeft : Side::kRight;
+  shop.making.carry_to_goals = !options.as_captured;
+  for (const Side side : {Side::kLeft, Side::kRight}) {
+    shop.hands.middleCols<kJointsPerHand>(HandBegin(side)) =
+        RelaxedFingers(target.rest_joints, side).reshaped(3, kJointsPerHand);
+  }
+
+  json head = JsonHead("holdfast/reach-data/1", common);
+  head["options"] = OptionsJson(options);
+  head["body"] = body->Name();
+  head["captures"] = CapturesJson(captures);
+  std::error_code error;
+  fs::create_directories(folder / "made", error);
+  const fs::path manifest = folder / "manifest.json";
+  std::vector<json> lines = LinesBefore(manifest, head, common.force);
+  double minutes = 0.0;
+  for (const json& line : lines) minutes += MinutesOf(line);
+  const int had = static_cast<int>(lines.size());
+
+  Note(common,
+       fmt::format("{} captured clips ({:.1f} min to learn from, {:.1f} min held out), {} dropped; "
+                   "{} reaches to start from",
+                   captures.size(), train_minutes, held_minutes, dropped, reach_sources));
+  const double wanted = 60.0 * options.hours;
+  const int most = std::max(200, static_cast<int>(kMostTries * wanted / 0.3));
+  Progress progress(common, "minutes made");
+  while (minutes < wanted && static_cast<int>(lines.size()) < most && !Interrupted()) {
+    const int begin = static_cast<int>(lines.size());
+    // About half a minute each; never by the number of threads, so that results are the same.
+    const int count = std::clamp(static_cast<int>(2.0 * (wanted - minutes)) + 1, 1, kMostAtOnce);
+    std::vector<json> batch(static_cast<std::size_t>(count));
+    ParallelFor(count, NumThreads(common), [&](int k) {
+      if (!Interrupted()) batch[static_cast<std::size_t>(k)] = MakeOne(shop, begin + k);
+    });
+    if (Interrupted()) break;
+    for (json& line : batch) {
+      if (minutes >= wanted) {
+        fs::remove(folder / line.value("file", "made/none"), error);
+        continue;
+      }
+      minutes += MinutesOf(line);
+      lines.push_back(std::move(line));
+    }
+    head["complete"] = minutes >= wanted;
+    WriteAtomically(manifest, ManifestText(head, lines));
+    progress.Update(static_cast<int>(std::min(minutes, wanted)), static_cast<int>(wanted + 0.5));
+  }
+  if (Interrupted()) return kInterrupted;
+  if (minutes < wanted) {
+    throw FitFailure(
+        fmt::format("{:.1f} of {:.1f} minutes after {} clips: nearly all are dropped, "
+                    "see {}",
+                    minutes, wanted, lines.size(), manifest.string()));
+  }
+
+  MotionStatistics made;
+  int kept = 0, goals = 0, carried = 0;
+  for (const json& line : lines) {
+    if (!line.contains("file")) continue;
+    ++kept;
+    made.Add(StatisticsOf(line));
+    for (const json& reach : line["reaches"]) {
+      ++goals;
+      carried += reach["how"] == "carried" ? 1 : 0;
+    }
+  }
+  head["complete"] = true;
+  head["statistics"] = {{"captured_train", StatisticsJson(train)},
+                        {"captured_held_out", StatisticsJson(held_out)},
+                        {"made", StatisticsJson(made)}};
+  head["summary"] = {{"hours", minutes / 60.0},
+                     {"clips", kept},
+                     {"clips_dropped", lines.size() - static_cast<std::size_t>(kept)},
+                     {"goals", goals},
+                     {"goals_carried", carried},
+                     {"captured_train_minutes", train_minutes},
+                     {"captured_held_out_minutes", held_minutes},
+                     {"captured_dropped", dropped}};
+  WriteAtomically(manifest, ManifestText(head, lines));
+  head.erase("captures");
+  head["output"] = options.output;
+  PrintResult(common, head,
+              fmt::format("{}: {:.2f} hours in {} clips ({} dropped, {} of them there already), {} "
+                          "goals, {} carried\n",
+                          options.output, minutes / 60.0, kept,
+                          static_cast<int>(lines.size()) - kept, had, goals, carried));
+  return kDone;
+}
+
+}  // namespace
+
+void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "make-reach-data", "Hours of walking, turning and reaching with goals, from captured clips");
+  command
+      ->add_option("captures", options->captures,
+                   "Folder of captured motion (.bvh .amc .npz, .gz), with an index.csv if there is")
+      ->required();
+  command
+      ->add_option("-o,--output", options->output,
+                   "Folder to write: captured/, made/, manifest.json; an unfinished one goes on")
+      ->required();
+  command->add_option("--hours", options->hours, "Of made motion")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 200.0));
+  command
+      ->add_option("--held-out", options->held_out,
+                   "Subjects kept away from training [the smallest, a tenth of all]")
+      ->delimiter(',');
+  command->add_option("--wrist", options->wrist, "That reaches")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"right", "left", "both"}));
+  command->add_option("--reaches", options->reaches, "Goals one after the other in a clip")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100));
+  command->add_option("--farthest", options->farthest, "Way to a goal, metres")
+      ->capture_default_str()
+      ->check(CLI::Range(0.5, 20.0));
+  command->add_option("--blend", options->blend_s, "Length of a transition, seconds")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 1.0));
+  command->add_flag("--as-captured", options->as_captured,
+                    "Leave reaches as they are: goals are where the wrists come to");
+  command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
+  AddCommonOptions(*command, options->common, true,
+                   "  holdfast make-reach-data mocap -o reaches --hours 4\n"
+                   "  holdfast make-reach-data mocap -o left --hours 0.5 --wrist left --seed 7 "
+                   "--held-out cmu_08,cmu_39\n");
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace holdfast::apps

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#include "generator/matching/foot_lock.h"
+
+#include <algorithm>
+
+#include "generator/minimum_jerk.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Stance {
+  int begin, end;  // frames [begin, end)
+};
+
+std::vector<Stance> StancesOf(const std::vector<SoleBits>& contacts, SoleBits mask) {
+  std::vector<Stance> stances;
+  for (int t = 0; t < static_cast<int>(contacts.size()); ++t) {
+    if ((contacts[t] & mask) == 0) continue;
+    if (stances.empty() || stances.back().end != t) stances.push_back({t, t});
+    stances.back().end = t + 1;
+  }
+  return stances;
+}
+
+// The way along the ground that a planted foot makes from frame t - 1 to t: of its ball, or of its
+// heel while the ball is in the air. `heel` is the first of the foot's two columns.
+Eigen::Vector2d Drift(const std::vector<Soles>& soles, const std::vector<SoleBits>& contacts,
+                      int heel, int t) {
+  const int point = (contacts[t] & (2u << heel)) != 0 ? heel + 1 : heel;
+  return (soles[t].col(point) - soles[t - 1].col(point)).head<2>();
+}
+
+// A foot that drifts far while it is on the ground, as transitions between two stances make it, is
+// better lifted: such frames lose their contact, where the other foot carries. Returns how high the
+// foot is lifted in every frame.
+std::vector<double> StepWhereDrifting(const std::vector<Soles>& soles, int heel,
+                                      std::vector<SoleBits>& contacts) {
+  constexpr double kFarthest = 0.05;  // metres
+  constexpr int kBefore = 4, kAfter = 8;
+  constexpr double kLift = 0.04;
+  const int frames = static_cast<int>(soles.size());
+  const auto foot = static_cast<SoleBits>(3u << heel);
+  const auto other = static_cast<SoleBits>(3u << (2 - heel));
+  std::vector<double> lift(soles.size(), 0.0);
+  Eigen::Vector2d drift = Eigen::Vector2d::Zero();
+  for (int t = 1; t < frames; ++t) {
+    const bool planted = (contacts[t] & foot) != 0 && (contacts[t - 1] & foot) != 0;
+    drift = planted ? Eigen::Vector2d(drift + Drift(soles, contacts, heel, t))
+                    : Eigen::Vector2d::Zero();
+    if (drift.norm() < kFarthest || t < kBefore || t + kAfter >= frames) continue;
+    bool carried = true;
+    for (int s = t - kBefore; s < t + kAfter; ++s) {
+      carried = carried && (contacts[s] & other) != 0;
+    }
+    if (!carried) continue;
+    for (int s = t - kBefore; s < t + kAfter; ++s) {
+      contacts[s] = static_cast<SoleBits>(contacts[s] & ~foot);
+      lift[s] = kLift * MinimumJerk(2.0 * std::min(s - t + kBefore + 1, t + kAfter - s) /
+                                    (kBefore + kAfter + 1.0));
+    }
+    t += kAfter;
+    drift.setZero();
+  }
+  return lift;
+}
+
+// What is added to the foot's place in every frame.
+std::vector<Vector3d> Corrections(const std::vector<Soles>& soles,
+                                  const std::vector<SoleBits>& contacts, int heel) {
+  const int frames = static_cast<int>(soles.size());
+  const std::vector<Stance> stances = StancesOf(contacts, static_cast<SoleBits>(3u << heel));
+  std::vector<Vector3d> correction(soles.size(), Vector3d::Zero());
+  const auto lowest = [&](int t) { return std::min(soles[t](2, heel), soles[t](2, heel + 1)); };
+  for (const Stance& stance : stances) {
+    Vector3d mean = Vector3d::Zero();
+    for (int t = stance.begin; t < stance.end; ++t) {
+      if (t > stance.begin) {
+        correction[t].head<2>() = correction[t - 1].head<2>() - Drift(soles, contacts, heel, t);
+      }
+      mean += correction[t];
+    }
+    mean /= stance.end - stance.begin;
+    for (int t = stance.begin; t < stance.end; ++t) {
+      correction[t] -= mean;
+      correction[t].z() = -lowest(t);
+    }
+  }
+  // In the air, and before the first and after the last stance.
+  int previous = -1;
+  for (std::size_t k = 0; k <= stances.size(); ++k) {
+    const int next = k < stances.size() ? stances[k].begin : frames;
+    for (int t = previous + 1; t < next; ++t) {
+      const Vector3d from = previous >= 0   ? correction[previous]
+                            : next < frames ? correction[next]
+                                            : Vector3d::Zero();
+      const Vector3d to = next < frames ? correction[next] : from;
+      correction[t] =
+          from + MinimumJerk(static_cast<double>(t - previous) / (next - previous)) * (to - from);
+      correction[t].z() = std::max(correction[t].z(), -lowest(t));
+    }
+    if (k < stances.size()) previous = stances[k].end - 1;
+  }
+  // Heights jump where a contact begins or ends a frame early: a short bell over time.
+  std::vector<Vector3d> smooth = correction;
+  for (int t = 0; t < frames; ++t) {
+    const auto z = [&](int s) { return correction[std::clamp(s, 0, frames - 1)].z(); };
+    smooth[t].z() = 0.375 * z(t) + 0.25 * (z(t - 1) + z(t + 1)) + 0.0625 * (z(t - 2) + z(t + 2));
+  }
+  return smooth;
+}
+
+}  // namespace
+
+std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles,
+                                 const std::vector<SoleBits>& contacts,
+                                 std::vector<BodyFrame>& frames, FootLockReport* report) {
+  const std::size_t count = frames.size();
+  std::vector<Soles> points(count);
+  std::vector<FeetTarget> feet(count);
+  for (std::size_t t = 0; t < count; ++t) {
+    const BodyPlacement placed = Place(rest_joints, frames[t]);
+    points[t] = soles.At(placed);
+    feet[t] = FeetOf(placed);
+  }
+  FootLockReport found;
+  std::vector<SoleBits> planted = contacts;
+  std::array<std::vector<double>, 2> lift;
+  for (const int side : {0, 1}) {
+    lift[static_cast<std::size_t>(side)] = StepWhereDrifting(points, 2 * side, planted);
+  }
+  for (const int side : {0, 1}) {
+    const std::vector<Vector3d> correction = Corrections(points, planted, 2 * side);
+    const SoleBits mask = side == 0 ? kLeftSole : kRightSole;
+    for (std::size_t t = 0; t < count; ++t) {
+      Vector3d& ankle = feet[t].ankle[static_cast<std::size_t>(side)];
+      ankle += correction[t];
+      ankle.z() += lift[static_cast<std::size_t>(side)][t];
+      if ((planted[t] & mask) != 0) {
+        found.max_correction_m = std::max(found.max_correction_m, correction[t].head<2>().norm());
+      }
+    }
+  }
+  const std::vector<double> sink = PelvisSink(rest_joints, frames, feet);
+  for (std::size_t t = 0; t < count; ++t) {
+    frames[t].pelvis.z() -= sink[t];
+    found.max_sink_m = std::max(found.max_sink_m, sink[t]);
+    found.max_missed_m = std::max(found.max_missed_m, PlaceLegs(rest_joints, feet[t], frames[t]));
+  }
+  if (report != nullptr) *report = found;
+  return feet;
+}
+
+}  // namespace holdfast

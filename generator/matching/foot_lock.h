@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "generator/matching/body_frame.h"
+#include "generator/matching/leg_placement.h"
+#include "generator/matching/sole_contact.h"
+
+namespace holdfast {
+
+struct FootLockReport {
+  double max_correction_m = 0.0;  ///< greatest way that a planted foot was moved
+  double max_sink_m = 0.0;        ///< greatest sinking of the pelvis for legs to reach
+  double max_missed_m = 0.0;      ///< greatest distance of an ankle from its place at the end
+};
+
+/// Feet that are on the ground stay where they are on the ground. While a sole point is in contact
+/// (the ball, else the heel) its horizontal motion is taken out of the foot, and the lower of the
+/// two is put on z = 0; each stance is moved as a whole as little as possible. In the air the
+/// correction passes from one stance to the next by a minimum-jerk blend, and soles stay above the
+/// ground. A planted foot that the motion drags farther than 5 cm makes a small step instead, while
+/// the other carries. Legs follow by two-bone inverse kinematics, the pelvis sinks where they would
+/// not reach.
+///
+/// Looks ahead: it is for whole motions. `contacts` as long as `frames`. Returns where the feet of
+/// every frame are afterwards.
+std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles,
+                                 const std::vector<SoleBits>& contacts,
+                                 std::vector<BodyFrame>& frames, FootLockReport* report = nullptr);
+
+}  // namespace holdfast

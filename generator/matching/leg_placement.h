@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "generator/matching/body_frame.h"
+
+namespace holdfast {
+
+/// Where both feet of one frame are: left, right. World.
+struct FeetTarget {
+  std::array<Eigen::Vector3d, 2> ankle;
+  std::array<Eigen::Matrix3d, 2> rotation;  ///< of the ankle joints; toes keep their bend
+};
+
+FeetTarget FeetOf(const BodyPlacement& placed);
+
+/// Bends both legs so that the feet are where they are asked to be; knees stay on the side they
+/// are on. Returns how far the farther ankle stays from its place (0: reached), metres.
+double PlaceLegs(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet, BodyFrame& frame);
+
+/// How far each frame's pelvis must sink for both legs to reach, the knees at least 3 degrees bent;
+/// spread over neighbouring frames so that it is smooth. Metres, not negative.
+std::vector<double> PelvisSink(const Eigen::Matrix3Xd& rest_joints,
+                               const std::vector<BodyFrame>& frames,
+                               const std::vector<FeetTarget>& feet);
+
+}  // namespace holdfast

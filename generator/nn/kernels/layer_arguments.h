@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace holdfast::kernels {
+
+// Rows of activations and packed matrices are padded with zeros to a multiple of this, so that the
+// loops have whole vectors at any width.
+inline constexpr int kRowQuantum = 16;
+// Rows of one packed panel; the last panel of a matrix may be narrower.
+inline constexpr int kPanelRows = 64;
+
+/// Y = A X, column by column. Every element of Y is one chain of multiply-adds over the inner index
+/// in ascending order: columns do not depend on which others are computed beside them.
+template <typename Real>
+struct ProductArguments {
+  const Real* packed;  ///< panels of A, as PackedMatrix makes them
+  int padded_rows;
+  int num_inner;  ///< rows of X
+  const Real* x;
+  long x_stride;
+  int num_columns;
+  /// Ascending inner indices to visit, the others being zero in all columns of X; null visits all.
+  const int* visited;
+  int num_visited;
+  Real* y;
+  long y_stride;
+};
+
+/// Mean and 1 / sqrt(variance + epsilon) of each column of X.
+template <typename Real>
+struct MomentArguments {
+  const Real* x;
+  long x_stride;
+  int num_rows;
+  int num_columns;
+  Real epsilon;
+  Real* mean;
+  Real* inverse_deviation;
+};
+
+/// Y_ij <- scale_j Y_ij + shift_j row_sums_i + bias_i, clipped at 0 below when `rectified`.
+template <typename Real>
+struct FinishArguments {
+  Real* y;
+  long y_stride;
+  int padded_rows;
+  int num_columns;
+  const Real* inverse_deviation;
+  const Real* mean;
+  const Real* row_sums;
+  const Real* bias;
+  bool rectified;
+};
+
+/// The backward pass of a layer's normalisation. Column j of `gradient` is that of the normalised
+/// input xhat = (x - mean) inverse_deviation and becomes that of x,
+///   inverse_deviation (g - avg(g) - xhat avg(xhat g)),
+/// and 0 where x is not positive when x came out of a rectifier. Column j belongs to column
+/// j / gradients_per_column of x.
+template <typename Real>
+struct NormBackwardArguments {
+  Real* gradient;
+  long gradient_stride;
+  const Real* x;
+  long x_stride;
+  int num_rows;
+  int num_columns;  ///< of `gradient`
+  int gradients_per_column;
+  const Real* mean;
+  const Real* inverse_deviation;
+  bool rectified;
+};
+
+/// The loops as one instruction set has them.
+template <typename Real>
+struct LayerLoops {
+  void (*product)(const ProductArguments<Real>&);
+  void (*moments)(const MomentArguments<Real>&);
+  void (*finish)(const FinishArguments<Real>&);
+  void (*norm_backward)(const NormBackwardArguments<Real>&);
+};
+
+template <typename Real>
+LayerLoops<Real> GenericLayerLoops();
+template <typename Real>
+LayerLoops<Real> Avx2LayerLoops();
+template <typename Real>
+LayerLoops<Real> Avx512LayerLoops();
+
+template <>
+LayerLoops<float> GenericLayerLoops<float>();
+template <>
+LayerLoops<double> GenericLayerLoops<double>();
+template <>
+LayerLoops<float> Avx2LayerLoops<float>();
+template <>
+LayerLoops<double> Avx2LayerLoops<double>();
+template <>
+LayerLoops<float> Avx512LayerLoops<float>();
+template <>
+LayerLoops<double> Avx512LayerLoops<double>();
+
+}  // namespace holdfast::kernels

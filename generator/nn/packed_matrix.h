@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+
+#include "generator/nn/aligned_array.h"
+#include "generator/nn/kernels/layer_arguments.h"
+#include "geometry/isa.h"
+
+namespace holdfast::nn {
+
+/// Rows of activations are stored this far apart: a multiple of kernels::kRowQuantum.
+inline constexpr int PaddedRows(int rows) {
+  return (rows + kernels::kRowQuantum - 1) / kernels::kRowQuantum * kernels::kRowQuantum;
+}
+
+/// The loops for an instruction set; those of the next lesser one where it has none of its own.
+template <typename Real>
+const kernels::LayerLoops<Real>& LoopsFor(Isa isa);
+
+/// A constant matrix A as the products read it: panels of 64 rows, in each the columns one after
+/// the other, the last panel padded with zeros.
+template <typename Real>
+class PackedMatrix {
+ public:
+  using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+
+  PackedMatrix() = default;
+  explicit PackedMatrix(const Matrix& a);
+
+  int Rows() const { return rows_; }
+  int Inner() const { return inner_; }
+
+  /// Y = A X for `num_columns` columns; Y's are written up to PaddedRows(Rows()). Column j of Y
+  /// depends on column j of X alone, to the last bit. With few columns, inner indices at which all
+  /// of them are zero are not read: `visited` is room for Inner() of them.
+  void Multiply(const kernels::LayerLoops<Real>& loops, const Real* x, long x_stride,
+                int num_columns, Real* y, long y_stride, int* visited) const;
+
+ private:
+  int rows_ = 0;
+  int inner_ = 0;
+  AlignedArray<Real> data_;
+};
+
+extern template class PackedMatrix<float>;
+extern template class PackedMatrix<double>;
+extern template const kernels::LayerLoops<float>& LoopsFor<float>(Isa);
+extern template const kernels::LayerLoops<double>& LoopsFor<double>(Isa);
+
+}  // namespace holdfast::nn

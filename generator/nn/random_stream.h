@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+namespace holdfast::nn {
+
+/// Random numbers by counting: the k-th is a mix of seed and k (SplitMix64; Steele, Lea & Flood
+/// 2014), so that a stream per rollout gives the same numbers in whatever order rollouts are made.
+class RandomStream {
+ public:
+  explicit RandomStream(std::uint64_t seed) : state_(seed) {}
+  /// Streams of one seed with different indices have nothing to do with each other.
+  RandomStream(std::uint64_t seed, std::uint64_t index) : state_(Mix(Mix(seed) ^ Mix(~index))) {}
+
+  std::uint64_t Next() { return Mix(state_ += 0x9e3779b97f4a7c15ull); }
+  /// In [0, 1), 53 bits.
+  double Uniform() { return static_cast<double>(Next() >> 11) * 0x1.0p-53; }
+  /// Two draws of N(0, 1) (Box & Muller 1958).
+  void NormalPair(double& first, double& second) {
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - Uniform()));
+    const double angle = 2.0 * std::numbers::pi * Uniform();
+    first = radius * std::cos(angle);
+    second = radius * std::sin(angle);
+  }
+
+ private:
+  static std::uint64_t Mix(std::uint64_t z) {
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+    return z ^ (z >> 31);
+  }
+
+  std::uint64_t state_;
+};
+
+}  // namespace holdfast::nn

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "generator/wandr/heading.h"
+
+namespace holdfast::wandr {
+
+/// How the goal is told to the network, at the end of the condition.
+enum class IntentionLayout {
+  kPaper,    ///< 9: I^w, I^p, I^r; all zero without a goal
+  kFlagged,  ///< 10: the paper's 9, then 1 with a goal and 0 without: with 0, a motion prior
+  /// 13, bounded however near the deadline: I^w limited by tanh to 2 m/s (3), the wrist's way to
+  /// the goal saturated as in I^p (3), I^p (x, y), I^r (x, y), exp(-eta/30), exp(-eta/8), flag
+  kBounded,
+};
+
+inline constexpr int IntentionSize(IntentionLayout layout) {
+  return layout == IntentionLayout::kPaper ? 9 : layout == IntentionLayout::kFlagged ? 10 : 13;
+}
+
+inline constexpr double kFramesPerSecond = 30.0;
+inline constexpr double kMaxIntention = 2.0;  ///< D_max, metres (`max_distance`), and m/s for tanh
+
+/// What is wanted of the wrist at one frame.
+template <typename T>
+struct FrameGoal {
+  bool active = false;
+  Vector3<T> position = Vector3<T>::Zero();  ///< G, world, metres
+  T frames_left = T(0);                      ///< eta
+  /// g_hat, the heading wanted. Training: that of the body at the goal's frame. Empty: towards G
+  /// from the pelvis, as at run time.
+  std::optional<Vector3<T>> heading;
+};
+
+/// What the intention sees of the body.
+template <typename T>
+struct IntentionBody {
+  Heading<T> heading;
+  Vector3<T> pelvis;  ///< P, joint 0
+  Vector3<T> wrist;   ///< W, joint 21 (or 20)
+};
+
+/// Gradients with respect to what the intention depends on.
+template <typename T>
+struct IntentionBar {
+  Vector3<T> pelvis = Vector3<T>::Zero();
+  Vector3<T> wrist = Vector3<T>::Zero();
+  Vector3<T> goal = Vector3<T>::Zero();
+  T turn = T(0);  ///< of the heading's azimuth a
+};
+
+/// A radial map v = r(n) e / n of e with norm n, with what its (symmetric) Jacobian
+/// (r/n) (I - ee^T/n^2) + r' ee^T/n^2 needs.
+template <typename T>
+struct RadialMap {
+  Vector3<T> direction;
+  T ratio;  ///< r(n) / n
+  T slope;  ///< r'(n)
+
+  /// r = D (1 - exp(-n)).
+  static RadialMap Saturating(const Vector3<T>& e) {
+    const T limit = T(kMaxIntention), n = e.norm(), decay = std::exp(-n);
+    if (n < T(1e-6)) return {Vector3<T>::Zero(), limit, limit};
+    return {e / n, -limit * std::expm1(-n) / n, limit * decay};
+  }
+  /// r = D tanh(n / D).
+  static RadialMap Limiting(const Vector3<T>& e) {
+    const T limit = T(kMaxIntention), n = e.norm(), r = std::tanh(n / limit);
+    if (n < T(1e-6)) return {Vector3<T>::Zero(), T(1), T(1)};
+    return {e / n, limit * r / n, T(1) - r * r};
+  }
+  Vector3<T> Vjp(const Vector3<T>& v_bar) const {
+    return ratio * v_bar + (slope - ratio) * direction.dot(v_bar) * direction;
+  }
+};
+
+/// g_hat towards the goal: the horizontal unit vector of e = G - P, and 1/|e_xy|. Above or below
+/// the pelvis there is none: zero (no turn is asked for).
+template <typename T>
+struct GoalHeading {
+  Vector3<T> direction = Vector3<T>::Zero();
+  T inverse_distance = T(0);
+
+  explicit GoalHeading(const Vector3<T>& e) {
+    const T distance = std::sqrt(e.x() * e.x() + e.y() * e.y());
+    if (distance < T(1e-6)) return;
+    inverse_distance = T(1) / distance;
+    direction = Vector3<T>(e.x(), e.y(), T(0)) * inverse_distance;
+  }
+};
+
+/// The wanted time to the goal, s: tau = eta/30 + 1e-5.
+template <typename T>
+T TimeLeft(const FrameGoal<T>& goal) {
+  return goal.frames_left / T(kFramesPerSecond) + T(1e-5);
+}
+
+/// Writes I (IntentionSize(layout) numbers), all in the heading frame:
+///   I^w = Z^T (G - W) / tau, m/s
+///   I^p = S Z^T v,  v = D_max (1 - exp(-n)) e/n, e = G - P, n = |e| (in 3D), S = diag(1, 1, 0)
+///   I^r = S Z^T (g_hat - h) = S (Z^T g_hat + e_y)
+template <typename T>
+void WriteIntention(IntentionLayout layout, const IntentionBody<T>& body, const FrameGoal<T>& goal,
+                    T* out) {
+  std::fill_n(out, IntentionSize(layout), T(0));
+  if (!goal.active) return;
+  const Heading<T>& Z = body.heading;
+  const Vector3<T> reach = goal.position - body.wrist, way = goal.position - body.pelvis;
+  const Vector3<T> velocity = Z.FromWorld(reach / TimeLeft(goal));
+  const Vector3<T> walk = Z.FromWorld(RadialMap<T>::Saturating(way).ratio * way);
+  Vector3<T> turn = Vector3<T>::Zero();
+  const Vector3<T> wanted = goal.heading ? *goal.heading : GoalHeading<T>(way).direction;
+  if (wanted.squaredNorm() > T(0)) turn = Z.FromWorld(wanted) + Vector3<T>::UnitY();
+  if (layout == IntentionLayout::kBounded) {
+    Eigen::Map<Vector3<T>>{out} = RadialMap<T>::Limiting(velocity).ratio * velocity;
+    Eigen::Map<Vector3<T>>{out + 3} = Z.FromWorld(RadialMap<T>::Saturating(reach).ratio * reach);
+    out[6] = walk.x();
+    out[7] = walk.y();
+    out[8] = turn.x();
+    out[9] = turn.y();
+    out[10] = std::exp(-goal.frames_left / T(30));
+    out[11] = std::exp(-goal.frames_left / T(8));
+    out[12] = T(1);
+    return;
+  }
+  Eigen::Map<Vector3<T>>{out} = velocity;
+  out[3] = walk.x();
+  out[4] = walk.y();
+  out[6] = turn.x();
+  out[7] = turn.y();
+  if (layout == IntentionLayout::kFlagged) out[9] = T(1);
+}
+
+/// Adds to `bar` what `intention_bar` means for body and goal. The deadline is a constant.
+template <typename T>
+void WriteIntentionVjp(IntentionLayout layout, const IntentionBody<T>& body,
+                       const FrameGoal<T>& goal, const T* intention_bar, IntentionBar<T>& bar) {
+  if (!goal.active) return;
+  const bool bounded = layout == IntentionLayout::kBounded;
+  const Heading<T>& Z = body.heading;
+  const Vector3<T> reach = goal.position - body.wrist, way = goal.position - body.pelvis;
+
+  Vector3<T> velocity_bar = Eigen::Map<const Vector3<T>>(intention_bar);
+  const T tau = TimeLeft(goal);
+  const Vector3<T> velocity = Z.FromWorld(reach / tau);
+  if (bounded) velocity_bar = RadialMap<T>::Limiting(velocity).Vjp(velocity_bar);
+  Vector3<T> reach_bar = Z.ToWorld(velocity_bar) / tau;
+  bar.turn += TurnVjp<T>(velocity, velocity_bar);
+  if (bounded) {
+    const Vector3<T> offset_bar = Eigen::Map<const Vector3<T>>(intention_bar + 3);
+    const RadialMap<T> saturated = RadialMap<T>::Saturating(reach);
+    reach_bar += saturated.Vjp(Z.ToWorld(offset_bar));
+    bar.turn += TurnVjp<T>(Z.FromWorld(saturated.ratio * reach), offset_bar);
+  }
+
+  const T* const flat = intention_bar + (bounded ? 6 : 3);
+  const Vector3<T> walk_bar(flat[0], flat[1], T(0));
+  const RadialMap<T> saturated = RadialMap<T>::Saturating(way);
+  Vector3<T> way_bar = saturated.Vjp(Z.ToWorld(walk_bar));
+  bar.turn += TurnVjp<T>(Z.FromWorld(saturated.ratio * way), walk_bar);
+
+  const T* const heading_bar = intention_bar + (bounded ? 8 : 6);
+  const Vector3<T> turn_bar(heading_bar[0], heading_bar[1], T(0));
+  const GoalHeading<T> towards(way);
+  if (goal.heading) {
+    bar.turn += TurnVjp<T>(Z.FromWorld(*goal.heading), turn_bar);
+  } else {
+    const Vector3<T> world_bar = Z.ToWorld(turn_bar);
+    way_bar += towards.inverse_distance *
+               (world_bar - towards.direction.dot(world_bar) * towards.direction);
+    bar.turn += TurnVjp<T>(Z.FromWorld(towards.direction), turn_bar);
+  }
+  bar.wrist -= reach_bar;
+  bar.pelvis -= way_bar;
+  bar.goal += reach_bar + way_bar;
+}
+
+}  // namespace holdfast::wandr

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include "generator/wandr/network.h"
+
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+
+namespace holdfast::wandr {
+namespace {
+
+constexpr const char* kFormat = "wandr-1";
+constexpr const char* kRemedy = "Give weights that 'holdfast train wandr' wrote, or converted ones";
+
+constexpr std::array<std::pair<IntentionLayout, std::string_view>, 3> kLayoutNames{
+    {{IntentionLayout::kPaper, "paper"},
+     {IntentionLayout::kFlagged, "flagged"},
+     {IntentionLayout::kBounded, "bounded"}}};
+
+IntentionLayout LayoutOf(const std::string& name, const std::string& where) {
+  for (const auto& [layout, text] : kLayoutNames) {
+    if (text == name) return layout;
+  }
+  throw Error(where, fmt::format("the intention is '{}', not paper, flagged or bounded", name),
+              kRemedy);
+}
+
+void CheckSizes(const NetworkWeights& weights, const std::string& where) {
+  const int condition = ConditionSize(weights.layout), latent = weights.LatentSize();
+  if (latent < 1) {
+    throw Error(where,
+                fmt::format("the decoder takes {} values, more than the condition's {} are needed",
+                            weights.decoder.InputSize(), condition),
+                kRemedy);
+  }
+  if (weights.decoder.OutputSize() != kStateSize) {
+    throw Error(where,
+                fmt::format("the decoder gives {} values, a delta has {}",
+                            weights.decoder.OutputSize(), kStateSize),
+                kRemedy);
+  }
+  if (!weights.encoder) return;
+  if (weights.encoder->InputSize() != kStateSize + condition ||
+      weights.encoder->OutputSize() != 2 * latent) {
+    throw Error(where,
+                fmt::format("the encoder is {} -> {}, the decoder needs {} -> {}",
+                            weights.encoder->InputSize(), weights.encoder->OutputSize(),
+                            kStateSize + condition, 2 * latent),
+                kRemedy);
+  }
+}
+
+}  // namespace
+
+NetworkWeights RandomNetwork(IntentionLayout layout, std::uint64_t seed,
+                             const Statistics& statistics, int latent_size,
+                             const std::vector<int>& hidden) {
+  const int condition = ConditionSize(layout);
+  const auto make = [&](int input, int output, std::uint64_t which) {
+    return nn::RandomMlp(input, hidden.empty() ? nn::TaperedWidths(input, output) : hidden, output,
+                         2 * seed + which);
+  };
+  NetworkWeights weights;
+  weights.layout = layout;
+  weights.decoder = make(latent_size + condition, kStateSize, 0);
+  weights.encoder = make(kStateSize + condition, 2 * latent_size, 1);
+  weights.statistics = statistics;
+  return weights;
+}
+
+NetworkWeights ReadNetwork(const std::filesystem::path& path) {
+  return ReadNetwork(SafetensorsReader(path), path.string());
+}
+
+NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& where) {
+  NetworkWeights weights;
+  weights.notes = file.Metadata();
+  if (const auto format = weights.notes.extract("format"); !format.empty()) {
+    // "pt" is what PyTorch's own writer says.
+    if (format.mapped() != kFormat && format.mapped() != "pt") {
+      throw Error(where, fmt::format("its format is '{}', not '{}'", format.mapped(), kFormat),
+                  kRemedy);
+    }
+  }
+  if (const auto layout = weights.notes.extract("intention"); !layout.empty()) {
+    weights.layout = LayoutOf(layout.mapped(), where);
+  }
+  nn::TensorMap tensors;
+  bool has_encoder = false;
+  for (const std::string& name : file.Names()) {
+    const bool encoder = name.starts_with("encoder.layers.");
+    has_encoder |= encoder;
+    if (!encoder && !name.starts_with("decoder.layers.") && !name.starts_with("statistics.")) {
+      continue;
+    }
+    const NpyMember member = file.Read(name);
+    tensors[name] = {member.array.shape, member.AsFloats()};
+  }
+  weights.decoder = nn::MlpFromTensors(tensors, "decoder", where);
+  if (has_encoder) weights.encoder = nn::MlpFromTensors(tensors, "encoder", where);
+  weights.statistics = StatisticsFromTensors(tensors, where);
+  CheckSizes(weights, where);
+  return weights;
+}
+
+void WriteNetwork(const NetworkWeights& weights, const std::filesystem::path& path, bool half) {
+  nn::TensorMap tensors;
+  nn::AddTensors(weights.decoder, "decoder", tensors);
+  if (weights.encoder) nn::AddTensors(*weights.encoder, "encoder", tensors);
+  AddTensors(weights.statistics, tensors);
+  SafetensorsWriter writer;
+  for (const auto& [name, tensor] : tensors) {
+    // Statistics are few, and keep their precision.
+    if (half && !name.starts_with("statistics.")) {
+      writer.AddFloat16(name, tensor.shape, tensor.values);
+    } else {
+      writer.AddFloat32(name, tensor.shape, tensor.values);
+    }
+  }
+  SafetensorsMetadata metadata(weights.notes.begin(), weights.notes.end());
+  metadata["format"] = kFormat;
+  for (const auto& [layout, text] : kLayoutNames) {
+    if (layout == weights.layout) metadata["intention"] = text;
+  }
+  writer.SetMetadata(std::move(metadata));
+  writer.Write(path);
+}
+
+template <typename Real>
+Network<Real>::Network(const NetworkWeights& weights, Isa isa)
+    : layout_(weights.layout),
+      latent_size_(weights.LatentSize()),
+      normaliser_(weights.statistics),
+      decoder_(weights.decoder, isa) {
+  CheckSizes(weights, "network");
+  if (weights.encoder) encoder_.emplace(*weights.encoder, isa);
+}
+
+template <typename Real>
+const nn::Mlp<Real>& Network<Real>::Encoder() const {
+  if (!encoder_) {
+    throw Error("network", "these weights have no encoder",
+                "Give weights that were saved with it: a training checkpoint");
+  }
+  return *encoder_;
+}
+
+Eigen::MatrixXf SampleLatents(const Eigen::Ref<const Eigen::MatrixXf>& code,
+                              const Eigen::Ref<const Eigen::MatrixXf>& eps, Spread spread) {
+  const Eigen::Index size = code.rows() / 2;
+  const float factor = spread == Spread::kAsPublished ? 1.0f : 0.5f;
+  return code.topRows(size).array() + eps.array() * (factor * code.bottomRows(size).array()).exp();
+}
+
+template class Network<float>;
+template class Network<double>;
+
+}  // namespace holdfast::wandr

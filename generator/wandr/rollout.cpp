@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include "generator/wandr/rollout.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "generator/wandr/condition.h"
+#include "generator/wandr/pose_delta.h"
+
+namespace holdfast::wandr {
+
+template <typename Real>
+Rollout<Real>::Rollout(const Network<Real>& network, const BoneOffsets<Real>& bones, int max_bodies,
+                       int max_steps, const RolloutOptions& options, bool differentiable)
+    : network_(network),
+      bones_(bones),
+      options_(options),
+      max_bodies_(max_bodies),
+      max_steps_(max_steps),
+      differentiable_(differentiable),
+      poses_(static_cast<std::size_t>(max_bodies) * (max_steps + 1)),
+      plans_(max_bodies),
+      headings_(max_bodies),
+      previous_delta_(kStateSize, max_bodies),
+      tapes_(differentiable ? std::max(max_steps, 1) : 1,
+             nn::MlpTape<Real>(network.Decoder(), max_bodies)) {}
+
+template <typename Real>
+void Rollout<Real>::Begin(std::span<const RolloutStart<Real>> starts,
+                          std::span<const GoalPlan> plans) {
+  assert(static_cast<int>(starts.size()) <= max_bodies_ && plans.size() == starts.size());
+  num_bodies_ = static_cast<int>(starts.size());
+  step_ = 0;
+  if (previous_delta_.cols() != num_bodies_) previous_delta_.resize(kStateSize, num_bodies_);
+  for (int i = 0; i < num_bodies_; ++i) {
+    PosesAt(0)[i] = starts[i].pose;
+    previous_delta_.col(i) = starts[i].previous_delta;
+    plans_[i] = plans[i];
+  }
+  for (nn::MlpTape<Real>& tape : tapes_) tape.Resize(num_bodies_);
+}
+
+template <typename Real>
+void Rollout<Real>::WriteInput(int body, const Heading<Real>& heading, Real* condition) const {
+  const Pose<Real>& pose = Poses(step_)[body];
+  WritePoseFeatures(pose, heading, network_.Norms(), condition);
+  std::copy_n(previous_delta_.col(body).data(), kStateSize, condition + kPreviousDeltaOf);
+  const FrameGoal<Real> goal = GoalAt<Real>(plans_[body], step_, options_.intention);
+  IntentionBody<Real> seen{heading, pose.translation + bones_.offset.col(0), {}};
+  if (goal.active) seen.wrist = WristPosition(bones_, pose, options_.intention.wrist);
+  WriteIntention(network_.Layout(), seen, goal, condition + kIntentionOf);
+}
+
+template <typename Real>
+void Rollout<Real>::Step(const Eigen::Ref<const Matrix>& latents) {
+  assert(step_ < max_steps_ && latents.cols() == num_bodies_);
+  const int latent_size = network_.LatentSize();
+  nn::MlpTape<Real>& tape = Tape(step_);
+  auto input = tape.Input();
+  for (int i = 0; i < num_bodies_; ++i) {
+    Real* const column = input.col(i).data();
+    std::copy_n(latents.col(i).data(), latent_size, column);
+    headings_[i] = HeadingOf<Real>(Poses(step_)[i].rotation[0]);
+    WriteInput(i, headings_[i], column + latent_size);
+  }
+  network_.Decoder().Forward(tape);
+  previous_delta_ = tape.Output();
+  for (int i = 0; i < num_bodies_; ++i) {
+    const StateVector<Real> delta =
+        DeltaOfNormalised<Real>(network_.Norms(), previous_delta_.col(i));
+    ApplyDelta<Real>(PosesAt(step_)[i], headings_[i], delta, PosesAt(step_ + 1)[i]);
+  }
+  ++step_;
+}
+
+namespace {
+
+// Adds what the seed has at `frame` for column c: poses directly, joints into joints_bar.
+template <typename Real>
+bool AddSeed(const RolloutSeed<Real>& seed, int frame, int c, TangentVector<Real>& pose_bar,
+             BodyJoints<Real>& joints_bar) {
+  if (!seed.poses.empty() && seed.poses[frame].size() > 0) pose_bar += seed.poses[frame].col(c);
+  if (seed.joints.empty() || seed.joints[frame].size() == 0) return false;
+  joints_bar += Eigen::Map<const BodyJoints<Real>>(seed.joints[frame].col(c).data());
+  return true;
+}
+
+}  // namespace
+
+template <typename Real>
+void Rollout<Real>::Backward(const RolloutSeed<Real>& seed, int rows,
+                             RolloutGradient<Real>& gradient) const {
+  assert(differentiable_);
+  assert(seed.joints.empty() || static_cast<int>(seed.joints.size()) == step_ + 1);
+  assert(seed.poses.empty() || static_cast<int>(seed.poses.size()) == step_ + 1);
+  const int columns = num_bodies_ * rows, latent_size = network_.LatentSize();
+  std::size_t waypoints = 0;
+  for (int i = 0; i < num_bodies_; ++i) waypoints = std::max(waypoints, plans_[i].size());
+  gradient.latents.resize(static_cast<Eigen::Index>(latent_size) * step_, columns);
+  gradient.start_pose.resize(kTangentSize, columns);
+  gradient.previous_delta.resize(kStateSize, columns);
+  gradient.goals.setZero(static_cast<Eigen::Index>(3 * waypoints), columns);
+
+  Matrix& pose_bar = gradient.start_pose;       // of frame t + 1, then of frame t
+  Matrix& delta_bar = gradient.previous_delta;  // of u_t as the previous delta of step t + 1
+  delta_bar.setZero();
+  BodyKinematics<Real> kinematics;
+  for (int i = 0; i < num_bodies_; ++i) {
+    ForwardKinematics(bones_, Poses(step_)[i], kinematics);
+    for (int c = i * rows; c < (i + 1) * rows; ++c) {
+      TangentVector<Real> bar = TangentVector<Real>::Zero();
+      BodyJoints<Real> joints_bar = BodyJoints<Real>::Zero();
+      if (AddSeed(seed, step_, c, bar, joints_bar)) {
+        ForwardKinematicsVjp<Real>(kinematics, joints_bar, bar);
+      }
+      pose_bar.col(c) = bar;
+    }
+  }
+
+  nn::MlpScratch<Real> scratch(network_.Decoder(), columns);
+  Matrix output_bar(kStateSize, columns), input_bar(network_.Decoder().InputSize(), columns);
+  const int wrist = WristJoint(options_.intention.wrist);
+  for (int t = step_ - 1; t >= 0; --t) {
+    const nn::MlpTape<Real>& tape = tapes_[t];
+    for (int c = 0; c < columns; ++c) {
+      const Pose<Real>& pose = Poses(t)[c / rows];
+      const StateVector<Real> delta =
+          DeltaOfNormalised<Real>(network_.Norms(), tape.Output().col(c / rows));
+      TangentVector<Real> bar = TangentVector<Real>::Zero();
+      StateVector<Real> step_bar;
+      ApplyDeltaVjp<Real>(HeadingOf<Real>(pose.rotation[0]), delta, pose_bar.col(c),
+                          options_.detached_heading, bar, step_bar);
+      pose_bar.col(c) = bar;
+      output_bar.col(c) =
+          step_bar.cwiseProduct(network_.Norms().delta.deviation) + delta_bar.col(c);
+    }
+    network_.Decoder().Backward(tape, output_bar, input_bar, scratch);
+    gradient.latents.middleRows(static_cast<Eigen::Index>(latent_size) * t, latent_size) =
+        input_bar.topRows(latent_size);
+
+    for (int i = 0; i < num_bodies_; ++i) {
+      const Pose<Real>& pose = Poses(t)[i];
+      const Heading<Real> heading = HeadingOf<Real>(pose.rotation[0]);
+      ForwardKinematics(bones_, pose, kinematics);
+      const FrameGoal<Real> goal = GoalAt<Real>(plans_[i], t, options_.intention);
+      const int waypoint = ActiveWaypoint(plans_[i], t, options_.intention);
+      const IntentionBody<Real> seen{heading, kinematics.joints.col(0),
+                                     kinematics.joints.col(wrist)};
+      for (int c = i * rows; c < (i + 1) * rows; ++c) {
+        const Real* const condition_bar = input_bar.col(c).data() + latent_size;
+        TangentVector<Real> bar = pose_bar.col(c);
+        WritePoseFeaturesVjp<Real>(pose, heading, network_.Norms(), condition_bar, bar);
+        delta_bar.col(c) = Eigen::Map<const StateVector<Real>>(condition_bar + kPreviousDeltaOf);
+
+        BodyJoints<Real> joints_bar = BodyJoints<Real>::Zero();
+        bool any = AddSeed(seed, t, c, bar, joints_bar);
+        if (goal.active) {
+          IntentionBar<Real> intention;
+          WriteIntentionVjp(network_.Layout(), seen, goal, condition_bar + kIntentionOf, intention);
+          joints_bar.col(0) += intention.pelvis;
+          joints_bar.col(wrist) += intention.wrist;
+          if (!options_.detached_heading) {
+            bar.template segment<3>(TangentOf(0)) += intention.turn * heading.gradient;
+          }
+          gradient.goals.template block<3, 1>(3 * waypoint, c) += intention.goal;
+          any = true;
+        }
+        if (any) ForwardKinematicsVjp<Real>(kinematics, joints_bar, bar);
+        pose_bar.col(c) = bar;
+      }
+    }
+  }
+}
+
+template class Rollout<float>;
+template class Rollout<double>;
+
+}  // namespace holdfast::wandr

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// WANDR (Diomataris et al., CVPR 2024): intention-guided human motion, run without autograd.
+///
+///   const NetworkWeights weights = ReadNetwork("wandr.safetensors");
+///   const Network<float> network(weights);
+///   const BodyMeasures body = MeasureBody(*BodyModel::Default(), {});
+///   const auto bones = BoneOffsetsOf(body.rest_joints).Cast<float>();
+///   const Normaliser<double> normaliser(weights.statistics);
+///   const auto start = StartAtRest(StandingPose(body), normaliser).Cast<float>();
+///   const GoalPlan plan{{{1.5, 1.0, 1.1}, 240}};
+///   const RolloutRequest request{.starts = {&start, 1}, .plans = {&plan, 1}};
+///   const auto tracks = RunRollouts(network, bones, request, 2);
+///   WriteClip(ClipOfStates(tracks[0].states.cast<double>()), "reach.npz");
+///
+/// From the inside out, each with its vector-Jacobian product beside it:
+///   rotation_6d.h      rotations as six numbers, Gram-Schmidt
+///   heading.h          the heading frame Z, the root without it
+///   pose.h             the state s (135), its tangent (69)
+///   pose_delta.h       the delta d (135), s' = step(s, d)
+///   body_kinematics.h  22 joints
+///   intention.h        I^w, I^p, I^r
+///   statistics.h       normalisation
+///   condition.h        c = [pose | previous delta | intention] (277)
+///   network.h          encoder, decoder, weights files (layers: generator/nn/mlp.h)
+///   goal_plan.h        waypoints and deadlines
+///   rollout.h          the closed loop and its gradient; run_rollouts.h: many, on threads
+///   motion_states.h    clips in and out, where rollouts start
+///   training_frames.h  hindsight goals, what a network is trained on
+#include "generator/wandr/motion_states.h"
+#include "generator/wandr/network.h"
+#include "generator/wandr/rollout.h"
+#include "generator/wandr/run_rollouts.h"
+#include "generator/wandr/training_frames.h"

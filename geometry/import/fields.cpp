@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/import/fields.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "geometry/error.h"
+
+namespace holdfast {
+namespace {
+
+constexpr int kMaxPacked = 8;  // what is packed deeper was made to annoy
+
+bool IsNamed(const DataValue& value) {
+  return value.Kind() == DataKind::kDict || value.Kind() == DataKind::kObject;
+}
+
+}  // namespace
+
+DataValue Unpacked(DataValue value) {
+  DataValue inner = value;
+  for (int i = 0; i < kMaxPacked && inner.Kind() == DataKind::kList && inner.Size() == 1; ++i) {
+    inner = inner[std::size_t{0}];
+  }
+  return IsNamed(inner) || inner.Kind() == DataKind::kText ? inner : value;
+}
+
+Fields::Fields(const DataFile& file) : where_(file.Path().string()) {
+  if (file.Format() == DataFormat::kNpz) {
+    file_ = &file;
+  } else {
+    value_ = Unpacked(file.Root());
+  }
+}
+
+Fields::Fields(DataValue value) : value_(Unpacked(std::move(value))), where_(value_->Where()) {}
+
+bool Fields::Has(std::string_view name) const {
+  return file_ != nullptr ? file_->Has(name) : value_->Has(name);
+}
+
+std::optional<std::string_view> Fields::FirstOf(std::span<const std::string_view> names) const {
+  for (const std::string_view name : names) {
+    if (Has(name)) return name;
+  }
+  return std::nullopt;
+}
+
+std::optional<DataValue> Fields::Find(std::string_view name) const {
+  if (!Has(name)) return std::nullopt;
+  return (*this)[name];
+}
+
+std::optional<DataValue> Fields::Find(std::span<const std::string_view> names) const {
+  const std::optional<std::string_view> name = FirstOf(names);
+  return name ? Find(*name) : std::nullopt;
+}
+
+DataValue Fields::operator[](std::string_view name) const {
+  return Unpacked(file_ != nullptr ? (*file_)[name] : (*value_)[name]);
+}
+
+std::vector<std::string> Fields::Names() const {
+  return file_ != nullptr ? file_->Names() : value_->Names();
+}
+
+std::string TextOf(const Fields& fields, std::string_view name) {
+  const std::optional<DataValue> value = fields.Find(name);
+  if (!value) return {};
+  try {
+    return value->Text();
+  } catch (const Error&) {
+    return {};  // these texts describe; none is worth refusing a motion for
+  }
+}
+
+std::optional<std::string> GenderOf(const DataValue& value) {
+  std::string text;
+  try {
+    if (value.Kind() == DataKind::kInteger || value.Kind() == DataKind::kReal ||
+        value.Kind() == DataKind::kArray) {
+      const double number = value.Number();
+      if (number == 1) return "male";
+      if (number == 2) return "female";
+    }
+  } catch (const Error&) {
+    // A numpy text scalar is an array too.
+  }
+  try {
+    text = value.Text();
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+  // Old archives hold the printed form of bytes: b'male'.
+  if (text.size() > 3 && text.starts_with("b'")) text = text.substr(2, text.size() - 3);
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
+  for (const std::string_view gender : {"male", "female", "neutral"}) {
+    if (text == gender) return std::string(gender);
+  }
+  return std::nullopt;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/import/grab_sequence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/import/data_set_files.h"
+#include "geometry/import/finger_angles.h"
+#include "geometry/import/joint_fields.h"
+#include "geometry/import/rotation_arrays.h"
+#include "geometry/import/world_frame.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kGrabFrameRate = 120;  // of the capture
+constexpr int kLabels = 256;
+
+// Row vectors: v R(w) + t = R(w)^T v + t = R(-w) v + t.
+ObjectTrack ReadTrack(const Fields& thing, std::string_view name, Index frames) {
+  const Fields params = thing.In("params");
+  ObjectTrack track;
+  track.trans = ReadFrameRows(params["transl"], 3);
+  RotationDefects none;
+  track.orient = -ReadRotations(params["global_orient"], 1, none);
+  RequireFrames(params.Where(), "transl", track.trans.cols(), frames);
+  RequireFrames(params.Where(), "global_orient", track.orient.cols(), frames);
+  track.name = name;
+  return track;
+}
+
+// Labels (T, V) as (V x T), from any integer type.
+ContactLabels::Matrix ReadLabels(const DataValue& value, Index frames) {
+  const NpyMember member = value.Array();
+  member.RequireShape({static_cast<std::ptrdiff_t>(frames), -1});
+  const auto vertices = static_cast<Index>(member.array.shape[1]);
+  ContactLabels::Matrix labels(vertices, frames);
+  const bool bytes = member.array.item_size == 1 && !member.array.fortran_order &&
+                     (member.array.kind == 'u' || member.array.kind == 'b');
+  if (bytes) {
+    if (labels.size() > 0) {
+      std::memcpy(labels.data(), member.array.data.data(), static_cast<std::size_t>(labels.size()));
+    }
+    return labels;
+  }
+  const std::vector<std::int64_t> values = member.AsIntegers();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i] < 0 || values[i] >= kLabels) {
+      throw Error(member.where,
+                  fmt::format("holds the label {} in frame {}", values[i],
+                              static_cast<Index>(i) / std::max<Index>(vertices, 1)),
+                  "Labels are 0 to 255");
+    }
+    labels(static_cast<Index>(i)) = static_cast<std::uint8_t>(values[i]);
+  }
+  return labels;
+}
+
+double ReadFrameRate(const Fields& fields, const ParameterOptions& options,
+                     ImportedClip& imported) {
+  if (const auto rate = fields.Find("framerate")) {
+    const double value = rate->Number();
+    if (!(value > 0) || !std::isfinite(value)) {
+      throw Error(rate->Where(), fmt::format("is {}", value), "Give frames per second (GRAB: 120)");
+    }
+    return value;
+  }
+  imported.notes.push_back("the file has no framerate: GRAB's 120 Hz taken (--source-fps)");
+  return options.source_frame_rate > 0 ? options.source_frame_rate : kGrabFrameRate;
+}
+
+// What is done in a sequence: its intent, and the word in the file's name where there is one
+// ("mug_drink_1": the intent is only "use").
+std::string ActionOf(const Fields& fields, const std::filesystem::path& path) {
+  const std::string intent = TextOf(fields, "motion_intent");
+  const std::string object = TextOf(fields, "obj_name");
+  std::string stem = path.stem().string();
+  if (!object.empty() && stem.starts_with(object + "_")) {
+    stem = stem.substr(object.size() + 1);
+    const std::string action = stem.substr(0, stem.find('_'));
+    if (!action.empty()) return action;
+  }
+  return intent;
+}
+
+void ReadBody(const Fields& fields, const ParameterOptions& options, ImportedClip& imported) {
+  Clip& clip = imported.clip;
+  const Fields params = fields.In("body").In("params");
+  clip.trans = ReadFrameRows(params["transl"], 3);
+  const bool complete = params.Has("fullpose");
+  clip.pose = RestPoses(clip.trans.cols(), params[complete ? "fullpose" : "body_pose"], 63);
+  if (const auto full = params.Find("fullpose")) {
+    SetJoints(clip.pose, 0, ReadRotations(*full, kNumJoints, imported.body_defects), full->Where());
+    imported.conventions.push_back(
+        "the body's pose is `fullpose`, finger angles complete (its 24 hand coefficients are the "
+        "same hands compressed)");
+  } else {
+    imported.notes.push_back(
+        "the file has no `fullpose`: its parts taken, hands from coefficients");
+    for (const auto& [name, begin, count] : {std::tuple{"global_orient", 0, 1},
+                                             {"body_pose", 1, 21},
+                                             {"jaw_pose", 22, 1},
+                                             {"leye_pose", 23, 1},
+                                             {"reye_pose", 24, 1}}) {
+      SetJoints(clip.pose, begin, ReadRotations(params[name], count, imported.body_defects),
+                params[name].Where());
+    }
+    if (options.hands != ImportedHands::kNone) {
+      FingerAngles fingers(options);
+      for (const Side side : {Side::kLeft, Side::kRight}) {
+        const DataValue value = params[fmt::format("{}_hand_pose", SideName(side))];
+        SetJoints(clip.pose, HandBegin(side), fingers.Read(value, side, imported.body_defects),
+                  value.Where());
+      }
+      // The body's coefficients are on top of the mean hand (the smplx package's default).
+      if (!options.flat_hand_mean.value_or(false)) fingers.AddMean(clip.pose);
+      Append(imported.conventions, fingers.Conventions());
+      Append(imported.notes, fingers.Notes());
+    }
+  }
+  clip.surface_model_type = "smplx";
+}
+
+// A hand in the world, of MANO.
+void ReadHand(const Fields& fields, Side side, ImportedClip& imported) {
+  Clip& clip = imported.clip;
+  const Fields params = fields.In(side == Side::kRight ? "rhand" : "lhand").In("params");
+  clip.trans = ReadFrameRows(params["transl"], 3);
+  clip.pose = RestPoses(clip.trans.cols(), params["fullpose"], kHandDofs);
+  SetJoints(clip.pose, 0, ReadRotations(params["global_orient"], 1, imported.body_defects),
+            params["global_orient"].Where());
+  const DataValue full = params["fullpose"];
+  SetJoints(clip.pose, HandBegin(side), ReadRotations(full, kJointsPerHand, imported.body_defects),
+            full.Where());
+  clip.surface_model_type = "mano";
+  imported.conventions.push_back(fmt::format(
+      "the {} hand alone, as MANO: root_orient is the wrist's, fingers are `fullpose` (flat)",
+      SideName(side)));
+}
+
+}  // namespace
+
+bool LooksLikeGrab(const Fields& fields) {
+  return fields.Has("body") && fields.Has("object") &&
+         (fields.Has("rhand") || fields.Has("contact") || fields.Has("motion_intent"));
+}
+
+std::uint8_t HandsTouching(std::span<const std::uint8_t> labels) {
+  std::uint8_t hands = 0;
+  for (const std::uint8_t label : labels) {
+    // The SMPL-X joint of the touching part + 1.
+    const int joint = label - 1;
+    const auto of = [&](Side side) {
+      return joint == WristJoint(side) ||
+             (joint >= HandBegin(side) && joint < HandBegin(side) + kJointsPerHand);
+    };
+    if (of(Side::kRight)) hands |= kHoldsRight;
+    if (of(Side::kLeft)) hands |= kHoldsLeft;
+  }
+  return hands;
+}
+
+ImportedClip ImportGrab(const Fields& fields, const std::filesystem::path& path,
+                        const ParameterOptions& options) {
+  ImportedClip imported;
+  imported.format = "GRAB sequence";
+  Clip& clip = imported.clip;
+  const bool right = options.hands == ImportedHands::kRightAlone;
+  const bool alone = right || options.hands == ImportedHands::kLeftAlone;
+  clip.frame_rate = ReadFrameRate(fields, options, imported);
+  if (alone) {
+    ReadHand(fields, right ? Side::kRight : Side::kLeft, imported);
+  } else {
+    ReadBody(fields, options, imported);
+  }
+  const Index frames = clip.trans.cols();
+
+  const std::string object_name = TextOf(fields, "obj_name");
+  const Fields object = fields.In("object");
+  clip.object = ReadTrack(object, object_name, frames);
+  imported.conventions.push_back(
+      "rotations of object and table are for row vectors (v R + t): transposed for columns");
+  const auto find_mesh = [&](const Fields& thing, std::string_view key) {
+    const std::string name = TextOf(thing, key);
+    const std::filesystem::path mesh = FindInDataSet(path, name, options);
+    if (mesh.empty() && !name.empty()) {
+      imported.notes.push_back(
+          fmt::format("{} was not found beside the file or in the folders above it (--data-root "
+                      "says where the data set is, --object-mesh which mesh to take)",
+                      name));
+    }
+    return mesh;
+  };
+  imported.object_mesh = find_mesh(object, "object_mesh");
+  if (fields.Has("table")) {
+    const Fields table = fields.In("table");
+    clip.table = ReadTrack(table, "table", frames);
+    imported.table_mesh = FindInDataSet(path, TextOf(table, "table_mesh"), options);
+  }
+
+  const Fields person = fields.In(!alone ? "body" : right ? "rhand" : "lhand");
+  ReadSubject(path, TextOf(person, "vtemp"), options, imported);
+  if (!alone) NoteTemplate(*options.body, imported);
+  if (const auto gender = fields.Find("gender")) {
+    clip.gender = GenderOf(*gender).value_or("neutral");
+  }
+  clip.subject = TextOf(fields, "sbj_id");
+  clip.action = ActionOf(fields, path);
+
+  if (fields.Has("contact")) {
+    const Fields contact = fields.In("contact");
+    ContactLabels labels;
+    if (const auto on = contact.Find("object")) labels.object = ReadLabels(*on, frames);
+    if (const auto on = contact.Find("body"); on && !alone) labels.body = ReadLabels(*on, frames);
+    for (Index t = 0; t < frames && labels.object.size() > 0; ++t) {
+      std::uint8_t hands =
+          HandsTouching({&labels.object(0, t), static_cast<std::size_t>(labels.object.rows())});
+      if (alone) hands &= right ? kHoldsRight : kHoldsLeft;
+      clip.holding_hand.push_back(hands);
+    }
+    clip.contact = std::move(labels);
+    imported.conventions.push_back(
+        "who holds is who touches: hand and finger labels on the object's vertices");
+  }
+  if (!alone && fields.In("body").In("params").Has("expression")) {
+    imported.dropped.push_back("body.params.expression: clips have no face");
+  }
+  if (!alone && (fields.Has("rhand") || fields.Has("lhand"))) {
+    imported.dropped.push_back("rhand, lhand: the same hands as MANO (--hands rhand takes one)");
+  }
+  SettleWorld(imported, options, WorldUp::kPlusZ, false);
+  return imported;
+}
+
+}  // namespace holdfast

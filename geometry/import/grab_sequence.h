@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "geometry/import/fields.h"
+#include "geometry/import/imported_clip.h"
+
+namespace holdfast {
+
+/// Whether these are the fields of a GRAB sequence: dicts `body` and `object`, with their hands,
+/// contact or intent beside them.
+bool LooksLikeGrab(const Fields& fields);
+
+/// A sequence of GRAB (Taheri et al., ECCV 2020) as it is downloaded: `grab/<subject>/*.npz`.
+///
+/// The world is z-up, metres, 120 Hz. The body is SMPL-X; its final pose is `fullpose`, complete
+/// (without it, the 24 hand coefficients need a hand model). Objects and tables act on row vectors,
+///   v_world = v R + t,
+/// so their rotation is transposed: the axis-angle negated. The subject's surface comes from the
+/// .ply that `body.vtemp` names. Who holds, per frame, from the labels on the object: right where
+/// any vertex has 22 or 41..55, left for 21 or 26..40. A hand alone takes `rhand` or `lhand`, which
+/// are MANO in the world: root_orient is the wrist's, `fullpose` the fingers, flat.
+/// Throws Error naming the field.
+ImportedClip ImportGrab(const Fields& fields, const std::filesystem::path& path,
+                        const ParameterOptions& options);
+
+/// The hands that touch the object by GRAB's labels of one frame (bits as Clip::holding_hand).
+std::uint8_t HandsTouching(std::span<const std::uint8_t> labels);
+
+}  // namespace holdfast

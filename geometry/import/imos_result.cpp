@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/import/imos_result.h"
+
+#include <cctype>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/import/data_set_files.h"
+#include "geometry/import/finger_angles.h"
+#include "geometry/import/joint_fields.h"
+#include "geometry/import/rotation_arrays.h"
+#include "geometry/import/world_frame.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Index;
+
+std::vector<std::string> Words(const std::string& text) {
+  std::vector<std::string> words(1);
+  for (const char c : text) {
+    if (c == '_') {
+      words.emplace_back();
+    } else {
+      words.back() += c;
+    }
+  }
+  return words;
+}
+
+// "s10_mug_drink_1", "grab/s10/mug_drink_1.npz", "mug_drink_1": subject and action by the object's
+// name in it.
+void ReadNames(const std::string& sequence, const std::filesystem::path& path,
+               const std::string& object, Clip& clip) {
+  const auto is_subject = [](const std::string& word) {
+    return word.size() > 1 && word[0] == 's' && std::isdigit(static_cast<unsigned char>(word[1]));
+  };
+  for (const std::filesystem::path& name : {std::filesystem::path(sequence), path}) {
+    const std::vector<std::string> words = Words(name.stem().string());
+    if (clip.subject.empty()) {
+      if (is_subject(words[0])) clip.subject = words[0];
+      if (const std::string above = name.parent_path().filename().string(); is_subject(above)) {
+        clip.subject = above;
+      }
+    }
+    for (std::size_t i = 0; clip.action.empty() && i + 1 < words.size(); ++i) {
+      if (words[i] == object) clip.action = words[i + 1];
+    }
+  }
+}
+
+bool ThirdJointsAreZero(const Eigen::MatrixXd& fingers) {
+  for (int finger = 0; finger < 5; ++finger) {
+    if (!fingers.middleRows(9 * finger + 6, 3).isZero(0.0)) return false;
+  }
+  return true;
+}
+
+void ReadHands(const Fields& subject, const ParameterOptions& options, ImportedClip& imported) {
+  Clip& clip = imported.clip;
+  FingerAngles fingers(options);
+  bool third_joints_zero = true, angles = false;
+  for (const Side side : {Side::kLeft, Side::kRight}) {
+    const std::string name = fmt::format("{}_hand_pose", SideName(side));
+    const auto value = subject.Find(name);
+    if (!value) {
+      imported.notes.push_back(fmt::format("no {}: that hand is left flat", name));
+      continue;
+    }
+    const int numbers = NumbersPerHand(*value);
+    SetJoints(clip.pose, HandBegin(side), fingers.Read(*value, side, imported.body_defects),
+              value->Where());
+    if (numbers == kHandDofs) {
+      angles = true;
+      third_joints_zero = third_joints_zero && ThirdJointsAreZero(ReadFrameRows(*value, kHandDofs));
+    }
+  }
+  if (!options.flat_hand_mean.value_or(true)) fingers.AddMean(clip.pose);
+  Append(imported.conventions, fingers.Conventions());
+  Append(imported.notes, fingers.Notes());
+  if (angles && third_joints_zero) {
+    imported.notes.push_back(
+        "the third joint of every finger is exactly zero, so the 45 numbers of a hand are taken as "
+        "axis-angle; the authors' viewer reads them as principal components on top of a mean hand");
+  }
+}
+
+void ReadObject(const Fields& object, ImportedClip& imported) {
+  Clip& clip = imported.clip;
+  ObjectTrack track;
+  track.trans = ReadFrameRows(object["transl"], 3);
+  // v R + t: the transpose is the axis-angle negated, of the nearest rotation too.
+  track.orient = -ReadRotations(object["global_orient"], 1, imported.object_defects);
+  const Index frames = clip.trans.cols();
+  RequireFrames(object.Where(), "transl", track.trans.cols(), frames);
+  RequireFrames(object.Where(), "global_orient", track.orient.cols(), frames);
+  clip.object = std::move(track);
+  imported.conventions.push_back(
+      "the object's rotations are for row vectors (v R + t): transposed for columns");
+  if (const std::string text = Describe(imported.object_defects); !text.empty()) {
+    imported.notes.push_back("the object: " + text +
+                             "; the nearest rotations taken (SVD, determinant +1)");
+  }
+}
+
+}  // namespace
+
+bool LooksLikeImos(const Fields& fields) { return fields.Has("sbj_p") && fields.Has("obj_p"); }
+
+ImportedClip ImportImos(const Fields& fields, const std::filesystem::path& path,
+                        const ParameterOptions& options) {
+  ImportedClip imported;
+  imported.format = "IMoS result";
+  Clip& clip = imported.clip;
+  clip.frame_rate = options.source_frame_rate > 0 ? options.source_frame_rate : kImosFrameRate;
+  const Fields subject = fields.In("sbj_p");
+  clip.trans = ReadFrameRows(subject["transl"], 3);
+  clip.pose = RestPoses(clip.trans.cols(), subject["body_pose"], 63);
+  for (const auto& [name, begin, joints, needed] : {std::tuple{"global_orient", 0, 1, true},
+                                                    {"body_pose", 1, 21, true},
+                                                    {"jaw_pose", 22, 1, false},
+                                                    {"leye_pose", 23, 1, false},
+                                                    {"reye_pose", 24, 1, false}}) {
+    if (!needed && !subject.Has(name)) continue;
+    const DataValue value = subject[name];
+    SetJoints(clip.pose, begin, ReadRotations(value, joints, imported.body_defects), value.Where());
+  }
+  if (options.hands == ImportedHands::kNone) {
+    for (JointPose& pose : clip.pose) pose = AddHandMean(*options.body, pose);
+  } else {
+    ReadHands(subject, options, imported);
+  }
+  if (const std::string text = Describe(imported.body_defects); !text.empty()) {
+    imported.notes.push_back("the body: " + text + "; the nearest rotations taken");
+  }
+  ReadObject(fields.In("obj_p"), imported);
+  clip.object->name = TextOf(fields, "obj_name");
+
+  const auto surface = fields.Has("sbj_vtemp")     ? fields.Find("sbj_vtemp")
+                       : subject.Has("v_template") ? subject.Find("v_template")
+                                                   : std::nullopt;
+  if (surface) {
+    clip.v_template = ReadFrameRows(*surface, 3);
+    imported.conventions.push_back(
+        "the subject's own surface (the file's template) is the shape; betas stay zero");
+    NoteTemplate(*options.body, imported);
+  }
+  if (const auto gender = fields.Find("gender")) {
+    clip.gender = GenderOf(*gender).value_or("neutral");
+  }
+  ReadNames(TextOf(fields, "sequence_name"), path, clip.object->name, clip);
+
+  for (const std::string folder : {"new_contact_meshes", "contact_meshes"}) {
+    if (!imported.object_mesh.empty() || clip.object->name.empty()) break;
+    for (const std::string root : {"tools", "GRAB/tools", "DATASETS/GRAB/tools"}) {
+      imported.object_mesh = FindInDataSet(
+          path, fmt::format("{}/object_meshes/{}/{}.ply", root, folder, clip.object->name),
+          options);
+      if (!imported.object_mesh.empty()) break;
+    }
+  }
+  if (imported.object_mesh.empty()) {
+    imported.notes.push_back(fmt::format(
+        "GRAB's mesh of '{}' was not found in the folders above the file (--data-root says where "
+        "GRAB is, --object-mesh which mesh to take)",
+        clip.object->name));
+  }
+  imported.conventions.push_back(fmt::format(
+      "{} key frames at {:g} Hz: the file does not tell, {} (--source-fps says otherwise)",
+      clip.NumFrames(), clip.frame_rate,
+      options.source_frame_rate > 0 ? "as asked" : "the paper says 8 to 10"));
+  SettleWorld(imported, options, WorldUp::kPlusZ, true);
+  return imported;
+}
+
+}  // namespace holdfast

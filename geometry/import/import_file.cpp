@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/import/import_file.h"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/error.h"
+#include "geometry/import/amass.h"
+#include "geometry/import/arctic.h"
+#include "geometry/import/fields.h"
+#include "geometry/import/frame_files.h"
+#include "geometry/import/grab_sequence.h"
+#include "geometry/import/imos_result.h"
+#include "geometry/import/joint_fields.h"
+#include "geometry/import/parameter_array.h"
+#include "geometry/import/smplx_parameters.h"
+#include "geometry/import/world_frame.h"
+#include "geometry/resample.h"
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A data file that is open, and its fields.
+struct OpenFile {
+  const fs::path& path;
+  const DataFile& file;
+  Fields fields;
+};
+
+bool IsClip(const OpenFile& open) {
+  return LooksLikeAmass(open.fields) && open.fields.Has("object_trans");
+}
+
+ImportedClip ImportClip(const OpenFile& open, const ParameterOptions& options) {
+  ImportedClip imported;
+  imported.format = "clip";
+  imported.clip = ReadClip(open.path);
+  std::error_code ignored;
+  const auto mesh_of = [&](const std::optional<ObjectTrack>& track) {
+    const fs::path mesh = track ? open.path.parent_path() / track->mesh : fs::path();
+    return track && !track->mesh.empty() && fs::exists(mesh, ignored) ? mesh : fs::path();
+  };
+  imported.object_mesh = mesh_of(imported.clip.object);
+  imported.table_mesh = mesh_of(imported.clip.table);
+  SettleWorld(imported, options, WorldUp::kPlusZ, false);
+  return imported;
+}
+
+// Values without names: an array, or a list with the parameters of one frame an item.
+bool IsArray(const OpenFile& open) {
+  return open.file.Format() != DataFormat::kNpz && open.file.Root().Kind() == DataKind::kArray;
+}
+
+bool IsListOfParameters(const OpenFile& open) {
+  if (open.file.Format() == DataFormat::kNpz) return false;
+  const DataValue root = open.file.Root();
+  return root.Kind() == DataKind::kList && root.Size() > 1 &&
+         LooksLikeParameters(Fields(root[std::size_t{0}]));
+}
+
+ImportedClip ImportList(const OpenFile& open, const ParameterOptions& options) {
+  const DataValue root = open.file.Root();
+  ParameterCollector collector(options);
+  for (std::size_t i = 0; i < root.Size(); ++i) collector.Add(Fields(root[i]));
+  ImportedClip imported = collector.Collect();
+  imported.format = "SMPL-X parameters, a list of frames";
+  SettleWorld(imported, options, {}, true);
+  return imported;
+}
+
+// {0: {...}, 1: {...}}: a track a person.
+bool IsPeople(const OpenFile& open) {
+  const std::vector<std::string> names = open.fields.Names();
+  const auto is_number = [](const std::string& name) {
+    return !name.empty() && std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; });
+  };
+  return !names.empty() && std::ranges::all_of(names, is_number) &&
+         LooksLikeParameters(open.fields.In(names[0]));
+}
+
+ImportedClip ImportPerson(const OpenFile& open, const ParameterOptions& options) {
+  const std::vector<std::string> names = open.fields.Names();
+  if (static_cast<std::size_t>(options.person) >= names.size()) {
+    throw Error(open.path.string(), fmt::format("has {} people", names.size()),
+                "Choose one from 0 on with --person");
+  }
+  const std::string& name = names[static_cast<std::size_t>(options.person)];
+  ImportedClip imported = ImportParameters(open.fields.In(name), options);
+  imported.format = "SMPL-X parameters by person";
+  imported.notes.push_back(
+      fmt::format("person '{}' of {} taken (--person chooses)", name, names.size()));
+  return imported;
+}
+
+// How data files are told apart: the first that knows one reads it. A new format is one line here
+// and one file beside this.
+struct Importer {
+  std::string_view reads;
+  bool (*recognises)(const OpenFile&);
+  ImportedClip (*import)(const OpenFile&, const ParameterOptions&);
+};
+
+constexpr std::array kImporters = {
+    Importer{"GRAB sequence", [](const OpenFile& f) { return LooksLikeGrab(f.fields); },
+             [](const OpenFile& f, const ParameterOptions& o) {
+               return ImportGrab(f.fields, f.path, o);
+             }},
+    Importer{"IMoS result", [](const OpenFile& f) { return LooksLikeImos(f.fields); },
+             [](const OpenFile& f, const ParameterOptions& o) {
+               return ImportImos(f.fields, f.path, o);
+             }},
+    Importer{"Holdfast clip", IsClip, ImportClip},
+    Importer{"AMASS (SMPL-X, SMPL-H, SMPL)",
+             [](const OpenFile& f) { return LooksLikeAmass(f.fields); },
+             [](const OpenFile& f, const ParameterOptions& o) { return ImportAmass(f.fields, o); }},
+    Importer{"ARCTIC .smplx.npy, .mano.npy",
+             [](const OpenFile& f) { return LooksLikeArctic(f.file, f.fields); },
+             [](const OpenFile& f, const ParameterOptions& o) {
+               return ImportArctic(f.fields, f.path, o);
+             }},
+    Importer{
+        "SMPL-X parameters (.npz .pkl .npy .json .pt; the smplx package's names and others')",
+        [](const OpenFile& f) { return LooksLikeParameters(f.fields); },
+        [](const OpenFile& f, const ParameterOptions& o) { return ImportParameters(f.fields, o); }},
+    Importer{"a list of such parameters, one a frame", IsListOfParameters, ImportList},
+    Importer{"such parameters by person", IsPeople, ImportPerson},
+    Importer{"Motion-X (frames, 322), poses (frames, 165 or 156)", IsArray,
+             [](const OpenFile& f, const ParameterOptions& o) {
+               return ImportParameterArray(f.file.Root(), o);
+             }},
+};
+
+ImportedClip ImportDataFile(const fs::path& path, const ParameterOptions& options) {
+  const DataFile file(path);
+  const OpenFile open{path, file, Fields(file)};
+  for (const Importer& importer : kImporters) {
+    if (importer.recognises(open)) return importer.import(open, options);
+  }
+  const std::vector<std::string> names = open.fields.Names();
+  const auto has = [&](std::string_view name) { return open.fields.Has(name); };
+  if (has("v_template") && (has("weights") || has("kintree_table"))) {
+    throw Error(path.string(), "is a body model, not a motion", "Give it with --body");
+  }
+  if (has("partbody_pose")) {
+    throw Error(path.string(), "holds PIXIE's raw output, before decode()",
+                "Save the parameters after it: they have a body_pose");
+  }
+  constexpr std::size_t kMostNamed = 12;
+  const std::vector<std::string> some(
+      names.begin(), names.begin() + std::min<std::ptrdiff_t>(
+                                         kMostNamed, static_cast<std::ptrdiff_t>(names.size())));
+  throw Error(
+      path.string(),
+      fmt::format("is {}, with no motion that is known in it ({})", DataFormatName(file.Format()),
+                  names.empty() ? std::string("no names")
+                                : fmt::format("it has: {}{}", fmt::join(some, ", "),
+                                              names.size() > kMostNamed ? ", ..." : "")),
+      fmt::format("Known: {}", fmt::join(ImportableFormats(), "; ")));
+}
+
+ImportedClip ImportFolder(const fs::path& folder, const ParameterOptions& options) {
+  std::error_code ignored;
+  if (fs::exists(folder / "clip.npz", ignored)) {
+    throw Error(folder.string(), "is a result folder: its clip is ready for every command",
+                "Give the folder to fit, report, export or score");
+  }
+  const FrameFiles frames = FindFrameFiles(folder, options.person);
+  ParameterCollector collector(options);
+  for (const fs::path& path : frames.files) {
+    const DataFile file(path);
+    collector.Add(Fields(file));
+  }
+  ImportedClip imported = collector.Collect();
+  imported.format = fmt::format("SMPL-X parameters, a folder of {} files", frames.files.size());
+  if (frames.people > 1) {
+    imported.notes.push_back(fmt::format("up to {} people a frame: number {} taken (--person)",
+                                         frames.people, options.person));
+  }
+  if (frames.missing > 0) {
+    imported.notes.push_back(
+        fmt::format("frames missing between the first and the last number: {}; the others were put "
+                    "together without a gap",
+                    frames.missing));
+  }
+  SettleWorld(imported, options, {}, true);
+  return imported;
+}
+
+ImportedFile ImportRetargeted(const fs::path& path, const ImportFileOptions& options) {
+  ImportedFile imported;
+  ImportOptions motion = options.motion;
+  motion.frame_rate = options.frame_rate.value_or(30.0);
+  imported.motion.emplace();
+  imported.clip = ImportMotion(path, options.retarget_body, motion, &*imported.motion);
+  imported.format = imported.motion->format;
+  imported.notes = imported.motion->notes;
+  imported.source_frames = imported.motion->source_frames;
+  imported.source_frame_rate = imported.motion->source_frame_rate;
+  return imported;
+}
+
+}  // namespace
+
+ImportedFile ImportFile(const fs::path& path, const ImportFileOptions& options) {
+  if (!options.parameters.body) {
+    ImportFileOptions with_body = options;
+    with_body.parameters.body = BodyModel::Default();
+    return ImportFile(path, with_body);
+  }
+  std::error_code error;
+  if (!fs::exists(path, error)) throw Error(path.string(), "does not exist", "Check the path");
+  const bool folder = fs::is_directory(path, error);
+  if (!folder && LooksLikeMotionFile(path)) return ImportRetargeted(path, options);
+  ImportedFile imported;
+  static_cast<ImportedClip&>(imported) =
+      folder ? ImportFolder(path, options.parameters) : ImportDataFile(path, options.parameters);
+  Clip& clip = imported.clip;
+  imported.source_frames = clip.NumFrames();
+  imported.source_frame_rate = clip.frame_rate;
+  if (const double rate = options.frame_rate.value_or(0); rate > 0 && rate != clip.frame_rate) {
+    clip = Resample(clip, rate);
+  }
+  return imported;
+}
+
+std::vector<std::string> ImportableFormats() {
+  std::vector<std::string> formats = {"BVH", "ASF/AMC", "glTF",
+                                      "a folder with one file of parameters a frame"};
+  for (const Importer& importer : kImporters) formats.emplace_back(importer.reads);
+  return formats;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geometry/import/imported_clip.h"
+#include "geometry/io/import_motion.h"
+
+namespace holdfast {
+
+struct ImportFileOptions {
+  ParameterOptions parameters;
+  /// Of motions that are brought onto the body (BVH, ASF/AMC, glTF). Its frame rate is not used.
+  ImportOptions motion;
+  RetargetBody retarget_body;  ///< of `parameters.body`; needed for such motions only
+  /// Of the clip, Hz; 0 keeps the file's; empty: 30 for motions that are brought onto the body,
+  /// the file's for parameters.
+  std::optional<double> frame_rate;
+};
+
+/// What a file became.
+struct ImportedFile : ImportedClip {
+  int source_frames = 0;
+  double source_frame_rate = 0;        ///< Hz
+  std::optional<ImportReport> motion;  ///< of a motion that was brought onto the body
+};
+
+/// Reads any file of human motion that is known, told by its content, not by its name. Throws Error
+/// for one that is malformed, and for one that is something else, naming what it is where that can
+/// be told.
+ImportedFile ImportFile(const std::filesystem::path& path, const ImportFileOptions& options);
+
+/// The formats, for help: "GRAB sequence (.npz)".
+std::vector<std::string> ImportableFormats();
+
+}  // namespace holdfast

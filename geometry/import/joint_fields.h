@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/io/data_value.h"
+#include "geometry/skeleton.h"
+
+namespace holdfast {
+
+/// Makes T poses at rest for a motion whose largest array is `main`. Throws Error when that holds
+/// fewer than `numbers` a frame: a pose takes 1,320 bytes, which a short array must not claim by
+/// the million.
+std::vector<JointPose> RestPoses(Eigen::Index frames, const DataValue& main, Eigen::Index numbers);
+
+/// Copies rotations (3k x T) into joints [begin, begin + k) of T poses. One frame goes to all of
+/// them: what does not move is often stored once. Throws Error for other lengths, naming `where`.
+void SetJoints(std::vector<JointPose>& pose, int begin, const Eigen::MatrixXd& rotations,
+               std::string_view where);
+
+/// Throws Error unless `found` frames are `frames`.
+void RequireFrames(std::string_view where, std::string_view name, Eigen::Index found,
+                   Eigen::Index frames);
+
+/// Appends.
+void Append(std::vector<std::string>& texts, std::vector<std::string> more);
+
+}  // namespace holdfast

@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/import/smplx_parameters.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/error.h"
+#include "geometry/import/finger_angles.h"
+#include "geometry/import/joint_fields.h"
+#include "geometry/import/rotation_arrays.h"
+#include "geometry/import/world_frame.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Index;
+using Names = std::span<const std::string_view>;
+
+// One thing under all the names that it goes by.
+constexpr std::array<std::string_view, 7> kRoot = {
+    "global_orient", "root_orient", "smplx_root_pose", "smplx_global_orient",
+    "global_pose",   "root_pose",   "poses_root"};
+constexpr std::array<std::string_view, 4> kBody = {"body_pose", "pose_body", "smplx_body_pose",
+                                                   "poses_body"};
+constexpr std::array<std::string_view, 4> kLeftHand = {"left_hand_pose", "lhand_pose",
+                                                       "smplx_lhand_pose", "smplx_left_hand_pose"};
+constexpr std::array<std::string_view, 4> kRightHand = {
+    "right_hand_pose", "rhand_pose", "smplx_rhand_pose", "smplx_right_hand_pose"};
+constexpr std::array<std::string_view, 2> kBothHands = {"pose_hand", "poses_hand"};
+constexpr std::array<std::string_view, 3> kJaw = {"jaw_pose", "pose_jaw", "smplx_jaw_pose"};
+constexpr std::array<std::string_view, 2> kLeftEye = {"leye_pose", "smplx_leye_pose"};
+constexpr std::array<std::string_view, 2> kRightEye = {"reye_pose", "smplx_reye_pose"};
+constexpr std::array<std::string_view, 1> kBothEyes = {"pose_eye"};
+constexpr std::array<std::string_view, 7> kTrans = {
+    "transl", "trans", "smplx_transl", "cam_trans", "translation", "root_trans", "global_transl"};
+constexpr std::array<std::string_view, 5> kBetas = {"betas", "shape", "smplx_shape", "smplx_betas",
+                                                    "beta"};
+constexpr std::array<std::string_view, 3> kFull = {"fullpose", "full_pose", "smplx_fullpose"};
+constexpr std::array<std::string_view, 4> kExpression = {"expression", "exp", "smplx_expr",
+                                                         "face_expr"};
+constexpr std::array<std::string_view, 5> kFrameRate = {"mocap_frame_rate", "mocap_framerate",
+                                                        "frame_rate", "framerate", "fps"};
+constexpr std::array<std::string_view, 7> kInside = {
+    "smplx", "smplx_params", "params", "body_params", "pred_smplx_params", "smplx_param", "body"};
+
+constexpr int kVposerLatent = 32;
+constexpr int kSmplBodyJoints = 23;
+
+// Columns put one after the other; nothing is copied twice for one part.
+Eigen::MatrixXd Joined(const std::vector<Eigen::MatrixXd>& parts) {
+  Index columns = 0;
+  for (const Eigen::MatrixXd& part : parts) columns += part.cols();
+  Eigen::MatrixXd all(parts.empty() ? 0 : parts[0].rows(), columns);
+  columns = 0;
+  for (const Eigen::MatrixXd& part : parts) {
+    all.middleCols(columns, part.cols()) = part;
+    columns += part.cols();
+  }
+  return all;
+}
+
+bool HasParameters(const Fields& fields) {
+  return (fields.FirstOf(kBody) && fields.FirstOf(kRoot)) ||
+         (fields.FirstOf(kFull) && fields.FirstOf(kTrans));
+}
+
+}  // namespace
+
+std::optional<Fields> FindParameters(const Fields& fields) {
+  if (HasParameters(fields)) return fields;
+  for (const std::string_view name : kInside) {
+    if (!fields.Has(name)) continue;
+    const Fields inside = fields.In(name);
+    if (HasParameters(inside)) return inside;
+  }
+  return std::nullopt;
+}
+
+bool LooksLikeParameters(const Fields& fields) { return FindParameters(fields).has_value(); }
+
+ParameterCollector::ParameterCollector(const ParameterOptions& options)
+    : options_(options), fingers_(options) {
+  imported_.format = "SMPL-X parameters";
+  imported_.clip.frame_rate = options.source_frame_rate;
+}
+
+Eigen::MatrixXd ParameterCollector::ReadBody(const DataValue& value) {
+  const NpyMember member = value.Array();
+  const std::size_t size = member.array.NumElements();
+  const std::size_t last = member.array.shape.empty() ? 0 : member.array.shape.back();
+  if (last == kVposerLatent || (size == kVposerLatent && member.array.shape.size() == 1)) {
+    throw Error(value.Where(),
+                "holds the 32 numbers of VPoser's latent space, not joint angles (SMPLify-X's "
+                "use_vposer)",
+                "Decode it with VPoser where the file was made and save body_pose as (1, 63)");
+  }
+  const bool smpl = last == 3 * kSmplBodyJoints || last == 9 * kSmplBodyJoints ||
+                    size == 3 * kSmplBodyJoints || size == 9 * kSmplBodyJoints ||
+                    (member.array.shape.size() >= 2 &&
+                     std::ranges::find(member.array.shape, std::size_t{kSmplBodyJoints}) !=
+                         member.array.shape.end());
+  if (!smpl) return ReadRotations(value, kNumBodyJoints - 1, imported_.body_defects);
+  is_smpl_ = true;
+  return ReadRotations(value, kSmplBodyJoints, imported_.body_defects)
+      .topRows(3 * (kNumBodyJoints - 1));
+}
+
+void ParameterCollector::AddHands(const Fields& fields, std::vector<JointPose>& pose) {
+  if (options_.hands == ImportedHands::kNone) return;
+  if (const auto both = fields.Find(kBothHands)) {
+    // 30 joints: left and right behind each other, angles (the layout of AMASS).
+    SetJoints(pose, kLeftHandBegin,
+              ReadRotations(*both, 2 * kJointsPerHand, imported_.body_defects), both->Where());
+    has_fingers_ = true;
+  }
+  for (const auto& [side, names] :
+       {std::pair<Side, Names>{Side::kLeft, kLeftHand}, {Side::kRight, kRightHand}}) {
+    const auto hand = fields.Find(names);
+    if (!hand) continue;
+    SetJoints(pose, HandBegin(side), fingers_.Read(*hand, side, imported_.body_defects),
+              hand->Where());
+    has_fingers_ = true;
+  }
+}
+
+void ParameterCollector::AddBetas(const Fields& fields) {
+  const auto value = fields.Find(kBetas);
+  if (!value || !value->HoldsNumbers()) return;
+  const NpyMember member = value->Array();
+  const std::vector<std::size_t>& shape = member.array.shape;
+  if (member.array.NumElements() == 0) return;
+  const auto count = static_cast<Index>(shape.empty() ? 1 : shape.back());
+  const Eigen::MatrixXd rows = ReadFrameRows(*value, count);
+  for (Index t = 0; t < rows.cols(); ++t) betas_.push_back(rows.col(t));
+}
+
+void ParameterCollector::AddTrans(const Fields& fields, Index frames) {
+  const auto trans = fields.Find(kTrans);
+  if (!trans) {
+    trans_.push_back(Eigen::MatrixXd::Zero(3, frames));
+    frames_without_trans_ += static_cast<int>(frames);
+    return;
+  }
+  Eigen::MatrixXd rows = ReadFrameRows(*trans, 3);
+  if (rows.cols() == 1 && frames > 1) rows = rows.replicate(1, frames).eval();
+  RequireFrames(fields.Where(), *fields.FirstOf(kTrans), rows.cols(), frames);
+  trans_.push_back(std::move(rows));
+}
+
+void ParameterCollector::Add(const Fields& packed) {
+  const std::optional<Fields> found = FindParameters(packed);
+  if (!found) {
+    throw Error(packed.Where(), "holds no body parameters",
+                fmt::format("A root ({}, ...) and a body ({}, ...) are needed; it has: {}",
+                            kRoot[0], kBody[0], fmt::join(packed.Names(), ", ")));
+  }
+  const Fields& fields = *found;
+  std::vector<JointPose> pose;
+  const auto full = fields.Find(kFull);
+  const auto root = fields.Find(kRoot);
+  const auto body = fields.Find(kBody);
+  RotationDefects& defects = imported_.body_defects;
+  if (body && root) {
+    const Eigen::MatrixXd root_rows = ReadRotations(*root, 1, defects);
+    const Eigen::MatrixXd body_rows = ReadBody(*body);
+    const Index frames = std::max(root_rows.cols(), body_rows.cols());
+    pose = RestPoses(frames, *body, 3 * (kNumBodyJoints - 1));
+    SetJoints(pose, 0, root_rows, root->Where());
+    SetJoints(pose, 1, body_rows, body->Where());
+    for (const auto& [names, begin, joints] : {std::tuple<Names, int, int>{kJaw, 22, 1},
+                                               {kBothEyes, 23, 2},
+                                               {kLeftEye, 23, 1},
+                                               {kRightEye, 24, 1}}) {
+      if (const auto value = fields.Find(names)) {
+        SetJoints(pose, begin, ReadRotations(*value, joints, defects), value->Where());
+      }
+    }
+    AddHands(fields, pose);
+  } else {
+    const Eigen::MatrixXd rows = ReadRotations(*full, kNumJoints, defects);
+    pose.assign(static_cast<std::size_t>(rows.cols()), JointPose::Zero());
+    SetJoints(pose, 0, rows, full->Where());
+    has_fingers_ = options_.hands != ImportedHands::kNone;
+    if (!has_fingers_) {
+      for (JointPose& p : pose) p.rightCols(2 * kJointsPerHand).setZero();
+    }
+  }
+  AddTrans(fields, static_cast<Index>(pose.size()));
+  Clip& clip = imported_.clip;
+  clip.pose.insert(clip.pose.end(), pose.begin(), pose.end());
+  if (clip.NumFrames() > kMaxImportFrames) {
+    throw Error(fields.Where(), "there are more than two million frames", "Cut it into clips");
+  }
+  AddBetas(fields);
+  if (const auto gender = fields.Find("gender")) {
+    if (const auto known = GenderOf(*gender)) clip.gender = *known;
+  }
+  if (const auto rate = fields.Find(kFrameRate); rate && rate->HoldsNumbers()) {
+    const double value = rate->Number();
+    if (!(value > 0) || !std::isfinite(value)) {
+      throw Error(rate->Where(), fmt::format("is {}", value), "Give frames per second");
+    }
+    clip.frame_rate = value;
+  }
+  ListDropped(fields);
+}
+
+void ParameterCollector::ListDropped(const Fields& fields) {
+  if (!imported_.dropped.empty()) return;  // the first part speaks for all
+  std::vector<std::string> cameras, others;
+  const auto known = [&](const std::string& name) {
+    for (const Names names :
+         {Names(kRoot), Names(kBody), Names(kLeftHand), Names(kRightHand), Names(kBothHands),
+          Names(kJaw), Names(kLeftEye), Names(kRightEye), Names(kBothEyes), Names(kTrans),
+          Names(kBetas), Names(kFull), Names(kFrameRate)}) {
+      if (std::ranges::find(names, name) != names.end()) return true;
+    }
+    return name == "gender";
+  };
+  for (const std::string& name : fields.Names()) {
+    if (known(name)) continue;
+    if (std::ranges::find(kExpression, name) != kExpression.end()) {
+      imported_.dropped.push_back(name + ": clips have no face");
+    } else if (name.starts_with("cam") || name.ends_with("_cam") || name.starts_with("focal") ||
+               name.starts_with("pred_cam")) {
+      cameras.push_back(name);
+    } else {
+      others.push_back(name);
+    }
+  }
+  if (!cameras.empty()) {
+    imported_.dropped.push_back(fmt::format("{}: a clip has no camera", fmt::join(cameras, ", ")));
+  }
+  if (!others.empty()) imported_.dropped.push_back(fmt::format("{}", fmt::join(others, ", ")));
+}
+
+void ParameterCollector::DecideFlat(std::optional<bool> known_flat) {
+  Clip& clip = imported_.clip;
+  if (!has_fingers_) {
+    for (JointPose& pose : clip.pose) pose = AddHandMean(*options_.body, pose);
+    imported_.notes.push_back(
+        fmt::format("no fingers taken: the relaxed hand of {} put in", options_.body->Name()));
+    return;
+  }
+  if (!fingers_.MayLackMean()) return;
+  bool flat = false;  // the smplx package's default, also of SMPLify-X
+  if (options_.flat_hand_mean) {
+    flat = *options_.flat_hand_mean;
+  } else if (known_flat) {
+    flat = *known_flat;
+  } else if (fingers_.HasCoefficients()) {
+    imported_.notes.push_back(
+        "hand coefficients are taken to be on top of the mean hand, the smplx package's default "
+        "(--flat-hand-mean yes says otherwise)");
+  } else if (const auto looks = FingersLookFlat(clip, *options_.body)) {
+    flat = *looks;
+    imported_.notes.push_back(fmt::format(
+        "whether finger angles are complete the file does not tell; relaxed fingers "
+        "are near {}, so they are taken as {} (--flat-hand-mean says otherwise)",
+        flat ? "the mean hand" : "zero", flat ? "complete" : "differences from the mean hand"));
+  } else {
+    imported_.notes.push_back(
+        "whether finger angles are complete the file does not tell: taken as differences from the "
+        "mean hand, the smplx package's default (--flat-hand-mean yes says otherwise)");
+  }
+  if (!flat) fingers_.AddMean(clip.pose);
+}
+
+void ParameterCollector::DecideBetas() {
+  if (betas_.empty()) return;
+  const Index count = betas_[0].size();
+  for (const Eigen::VectorXd& betas : betas_) {
+    if (betas.size() != count) {
+      imported_.notes.push_back("betas of different lengths: left out, the mean shape stands in");
+      return;
+    }
+  }
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(count);
+  for (const Eigen::VectorXd& betas : betas_) mean += betas / static_cast<double>(betas_.size());
+  double spread = 0;
+  for (const Eigen::VectorXd& betas : betas_) {
+    spread = std::max(spread, (betas - mean).cwiseAbs().maxCoeff());
+  }
+  if (is_smpl_) {
+    imported_.notes.push_back("betas are SMPL's, which mean nothing to SMPL-X: left out");
+    return;
+  }
+  imported_.clip.betas = spread == 0 ? betas_[0] : mean;
+  if (spread > 1e-6) {
+    imported_.notes.push_back(fmt::format(
+        "betas differ from frame to frame (by up to {:.3g}): their mean is the clip's shape",
+        spread));
+  }
+}
+
+ImportedClip ParameterCollector::Collect(std::optional<bool> known_flat) {
+  Clip& clip = imported_.clip;
+  clip.trans = Joined(trans_);
+  if (clip.frame_rate == 0) {
+    clip.frame_rate = 30;
+    if (clip.NumFrames() > 1) {
+      imported_.notes.push_back(
+          "no frame rate in the file: 30 Hz taken (--source-fps says otherwise)");
+    }
+  }
+  if (frames_without_trans_ > 0) {
+    imported_.notes.push_back(fmt::format("no translation in {} of {} frames: zero there",
+                                          frames_without_trans_, clip.NumFrames()));
+  }
+  if (is_smpl_) {
+    clip.surface_model_type = "smpl";
+    imported_.conventions.push_back("24 joints of SMPL: its two hand joints dropped");
+  }
+  DecideFlat(known_flat);
+  DecideBetas();
+  Append(imported_.conventions, fingers_.Conventions());
+  Append(imported_.notes, fingers_.Notes());
+  if (imported_.body_defects.matrices > 0) {
+    imported_.conventions.push_back("rotations are matrices, turned into axis-angle");
+  }
+  if (const std::string text = Describe(imported_.body_defects); !text.empty()) {
+    imported_.notes.push_back("the body: " + text + "; the nearest rotations taken");
+  }
+  return std::move(imported_);
+}
+
+ImportedClip ImportParameters(const Fields& fields, const ParameterOptions& options,
+                              std::optional<WorldUp> known_up, std::optional<bool> known_flat) {
+  ParameterCollector collector(options);
+  collector.Add(fields);
+  ImportedClip imported = collector.Collect(known_flat);
+  SettleWorld(imported, options, known_up, !known_up);
+  return imported;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/import/fields.h"
+#include "geometry/import/finger_angles.h"
+#include "geometry/import/imported_clip.h"
+
+namespace holdfast {
+
+/// The dict with the parameters in a value that packs them: the value itself, one person of a list,
+/// or a dict below a name such as `smplx` or `params`. Nothing when there is none.
+std::optional<Fields> FindParameters(const Fields& fields);
+
+/// Whether these are parameters of a body, by the names of the smplx package or of codes around it:
+/// global_orient, body_pose (smplx_root_pose, smplx_body_pose; root_orient, pose_body; ...), or
+/// `fullpose` with `transl`.
+bool LooksLikeParameters(const Fields& fields);
+
+/// Parameters of SMPL-X as fitting codes write them, collected file by file (or frame by frame)
+/// into one clip. Rotations as axis-angle or matrices, in the shapes that ReadRotations takes;
+/// hands as angles, matrices or PCA coefficients (FingerAngles); a body of 23 joints (SMPL) loses
+/// its last two. The latent of VPoser (32 numbers) is refused: it means nothing without that
+/// network. betas of several frames are averaged. Expression and cameras are dropped.
+class ParameterCollector {
+ public:
+  /// `options` must outlive this.
+  explicit ParameterCollector(const ParameterOptions& options);
+
+  /// Puts the frames of `fields` behind those that are there. Throws Error naming file and field.
+  void Add(const Fields& fields);
+
+  /// The clip in the file's world. `known_flat` is the format's flat_hand_mean, where it is known;
+  /// otherwise the fingers tell, with a note.
+  ImportedClip Collect(std::optional<bool> known_flat = {});
+
+ private:
+  Eigen::MatrixXd ReadBody(const DataValue& value);
+  void AddHands(const Fields& fields, std::vector<JointPose>& pose);
+  void AddBetas(const Fields& fields);
+  void AddTrans(const Fields& fields, Eigen::Index frames);
+  void ListDropped(const Fields& fields);
+  void DecideFlat(std::optional<bool> known_flat);
+  void DecideBetas();
+
+  const ParameterOptions& options_;
+  ImportedClip imported_;
+  FingerAngles fingers_;
+  std::vector<Eigen::MatrixXd> trans_;
+  std::vector<Eigen::VectorXd> betas_;
+  int frames_without_trans_ = 0;
+  bool has_fingers_ = false, is_smpl_ = false;
+};
+
+/// All of one file, in a clip's world: `known_up` is the format's axis, where it is known;
+/// otherwise the posture tells, with a note, and the floor is where the feet are.
+ImportedClip ImportParameters(const Fields& fields, const ParameterOptions& options,
+                              std::optional<WorldUp> known_up = {},
+                              std::optional<bool> known_flat = {});
+
+}  // namespace holdfast

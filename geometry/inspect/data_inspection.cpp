@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/inspect/data_inspection.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/error.h"
+#include "geometry/import/import_file.h"
+#include "geometry/inspect/clip_findings.h"
+#include "geometry/inspect/model_inspection.h"
+#include "geometry/io/data_file.h"
+
+namespace holdfast {
+namespace {
+
+constexpr std::size_t kShown = 24;
+constexpr int kShownDepth = 3;  // a pickle may loop
+
+void ListNames(const DataValue& value, int depth, std::vector<std::string>& lines) {
+  for (const std::string& name : value.Names()) {
+    if (lines.size() > kShown) return;
+    const DataValue part = value[name];
+    lines.push_back(fmt::format("{:{}}{}: {}", "", 2 * depth, name, part.Describe()));
+    if (part.Kind() == DataKind::kDict && depth + 1 < kShownDepth) {
+      ListNames(part, depth + 1, lines);
+    }
+  }
+}
+
+void ListContent(const DataFile& file, Inspection& inspection) {
+  std::vector<std::string> lines;
+  const std::vector<std::string> names = file.Names();
+  inspection.AddFact("names", fmt::format("{}", fmt::join(names, ", ")), "");
+  for (const std::string& name : names) {
+    if (lines.size() > kShown) break;
+    try {
+      const DataValue value = file[name];
+      lines.push_back(fmt::format("{}: {}", name, value.Describe()));
+      if (value.Kind() == DataKind::kDict) ListNames(value, 1, lines);
+    } catch (const Error& error) {
+      inspection.Fault(fmt::format("{}: {}", name, error.Problem()), error.Remedy());
+    }
+  }
+  if (names.empty() && file.Format() != DataFormat::kNpz) {
+    lines.push_back(file.Root().Describe());
+  }
+  if (lines.size() > kShown) {
+    lines.resize(kShown);
+    lines.push_back(fmt::format("... ({} names at the top)", names.size()));
+  }
+  for (std::string& line : lines) inspection.AddFact("", "", std::move(line));
+}
+
+bool IsHandVertexIds(const DataFile& file) {
+  const std::vector<std::string> names = file.Names();
+  return names.size() == 2 && file.Has("left_hand") && file.Has("right_hand") &&
+         file["left_hand"].HoldsNumbers() && file["right_hand"].HoldsNumbers();
+}
+
+// Names as layers have them, of arrays.
+bool IsWeights(const DataFile& file) {
+  const std::vector<std::string> names = file.Names();
+  const auto is_layer = [](const std::string& name) {
+    return name == "state_dict" || name.ends_with(".weight") || name.ends_with(".bias");
+  };
+  return file.Format() == DataFormat::kSafetensors || std::ranges::any_of(names, is_layer);
+}
+
+void InspectWeights(const DataFile& file, Inspection& inspection) {
+  inspection.title = fmt::format("network weights ({})", DataFormatName(file.Format()));
+  double numbers = 0;
+  std::size_t arrays = 0;
+  const auto count = [&](const DataValue& value) {
+    if (!value.HoldsNumbers()) return;
+    ++arrays;
+    numbers += static_cast<double>(value.Array().array.NumElements());
+  };
+  for (const std::string& name : file.Names()) {
+    const DataValue value = file[name];
+    count(value);
+    if (value.Kind() != DataKind::kDict) continue;
+    for (const std::string& inner : value.Names()) count(value[inner]);
+  }
+  inspection.AddFact("tensors", static_cast<double>(arrays), "");
+  inspection.AddFact("parameters", numbers,
+                     fmt::format("{} arrays, {:.4g} numbers", arrays, numbers));
+  inspection.Ok("every array is whole");
+}
+
+// A motion that import takes: said of the clip that comes of it.
+void InspectMotionData(Inspection& inspection) {
+  ImportFileOptions options;
+  options.frame_rate = 0;
+  ImportedFile imported;
+  try {
+    imported = ImportFile(inspection.path, options);
+  } catch (const Error& error) {
+    inspection.Fault(error.Problem(), error.Remedy());
+    return;
+  }
+  const Clip& clip = imported.clip;
+  inspection.title = fmt::format("{}{}", imported.format, clip.object ? ", with an object" : "");
+  inspection.AddFact("format", imported.format, "");
+  inspection.AddFact("frames", clip.NumFrames(),
+                     fmt::format("{} frames at {:g} Hz: {:.2f} s", clip.NumFrames(),
+                                 clip.frame_rate, clip.NumFrames() / clip.frame_rate));
+  inspection.AddFact("frame_rate_hz", clip.frame_rate, "");
+  const auto text = [&](const char* name, const std::string& value) {
+    if (!value.empty()) inspection.AddFact(name, value, fmt::format("{}: {}", name, value));
+  };
+  text("gender", clip.gender);
+  text("subject", clip.subject);
+  text("action", clip.action);
+  if (clip.object) text("object", clip.object->name);
+  if (!imported.dropped.empty()) {
+    const std::string dropped = fmt::format("{}", fmt::join(imported.dropped, ", "));
+    inspection.AddFact("dropped", dropped, "a clip has no place for: " + dropped);
+  }
+  for (const std::string& convention : imported.conventions) inspection.Ok(convention);
+  for (const std::string& note : imported.notes) inspection.Warn(note, "");
+
+  const LooseMotion motion = LooseMotionOf(clip);
+  const auto body = BodyModel::Default();
+  if (clip.surface_model_type != "mano") {
+    const Posture posture = MeasurePosture(motion, *body);
+    DescribePosture(motion, posture, inspection);
+    DescribeMotion(motion, posture.metres_per_unit, inspection);
+  }
+  DescribeObject(motion, *body, 1.0, inspection);
+  const std::string file = ShellWord(inspection.path), stem = ShellWord(Stem(inspection.path));
+  inspection.next.push_back(fmt::format("holdfast import {} -o {}_clip.npz", file, stem));
+  if (clip.object) {
+    inspection.next.push_back(fmt::format("holdfast report {}_clip.npz -o {}.html", stem, stem));
+  } else {
+    inspection.next.push_back(fmt::format("holdfast fit {}_clip.npz mug -o {}_held", stem, stem));
+  }
+}
+
+}  // namespace
+
+void InspectData(Inspection& inspection) {
+  const FileKind kind = inspection.identity.kind;
+  if (!inspection.identity.fault.empty()) {
+    inspection.Fault(inspection.identity.fault, "copy it again, or fix what wrote it");
+    return;
+  }
+  if (kind == FileKind::kGlb || kind == FileKind::kGltf) return InspectMotionData(inspection);
+  try {
+    const DataFile file(inspection.path);
+    ListContent(file, inspection);
+    if (inspection.Worst() == Verdict::kFault) return;
+    if (file.Has("v_template") && (file.Has("weights") || file.Has("kintree_table"))) {
+      return InspectModel(inspection);
+    }
+    if (IsHandVertexIds(file)) {
+      inspection.title = "vertices of the hands in a body model, as MANO_SMPLX_vertex_ids.pkl";
+      inspection.Ok("nothing to do: Holdfast knows MANO's vertices in SMPL-X");
+      return;
+    }
+    if (IsWeights(file)) return InspectWeights(file, inspection);
+  } catch (const Error& error) {
+    inspection.Fault(error.Problem(), error.Remedy());
+    return;
+  }
+  InspectMotionData(inspection);
+}
+
+}  // namespace holdfast

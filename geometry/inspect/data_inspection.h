@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "geometry/inspect/inspection.h"
+
+namespace holdfast {
+
+/// A file of named values (numpy, pickle, torch, JSON, safetensors), or of a scene with a motion:
+/// what is in it, whether it is a motion that import takes (and then all that is told of a clip), a
+/// body model, or network weights.
+void InspectData(Inspection& inspection);
+
+}  // namespace holdfast

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include "solver/reach_warp.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+#include <fmt/format.h>
+
+#include "generator/limb_ik.h"
+#include "generator/minimum_jerk.h"
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "solver/reach_frame_block.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr int kFixedKnots = 3;  // at either end: value, velocity and acceleration vanish there
+
+// How readily each degree of freedom is used: the arm first, then the trunk.
+ReachChange Readiness() {
+  ReachChange sigma;
+  sigma.segment<3>(ReachDofs::kPelvisMove) << 0.06, 0.06, 0.10;
+  sigma.segment<3>(ReachDofs::kPelvisTurn).setConstant(7.0 * kDegree);
+  sigma.segment<9>(ReachDofs::kSpine).setConstant(6.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kCollar).setConstant(6.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kShoulder).setConstant(25.0 * kDegree);
+  sigma(ReachDofs::kElbow) = 30.0 * kDegree;
+  sigma.segment<3>(ReachDofs::kNeck).setConstant(8.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kHead).setConstant(8.0 * kDegree);
+  return sigma;
+}
+
+// Of the four control points around a place between two of them.
+Eigen::Vector4d CubicBasis(double u) {
+  const double v = 1.0 - u;
+  return {v * v * v / 6.0, (3.0 * u * u * u - 6.0 * u * u + 4.0) / 6.0,
+          (3.0 * v * v * v - 6.0 * v * v + 4.0) / 6.0, u * u * u / 6.0};
+}
+
+// The share of the way to the goal that is added in a frame.
+double Share(const ReachWarp& warp, int frame) {
+  const double tau =
+      frame <= warp.frame
+          ? static_cast<double>(frame - warp.begin) / std::max(1, warp.frame - 1 - warp.begin)
+          : static_cast<double>(warp.end - 1 - frame) / std::max(1, warp.end - 2 - warp.frame);
+  return MinimumJerk(tau);
+}
+
+class Warp {
+ public:
+  Warp(const Eigen::Matrix3Xd& rest_joints, const std::vector<FeetTarget>& feet,
+       const ReachWarp& warp, const ReachWarpOptions& options, std::vector<BodyFrame>& frames)
+      : chain_(rest_joints, warp.wrist),
+        feet_(feet),
+        warp_(warp),
+        options_(options),
+        frames_(frames),
+        captured_(frames.begin() + warp.begin, frames.begin() + warp.end) {
+    const int intervals =
+        (static_cast<int>(captured_.size()) - 1 + options.knot_frames - 1) / options.knot_frames;
+    knots_.assign(static_cast<std::size_t>(intervals + 3), ReachChange::Zero());
+  }
+
+  ReachWarpReport Run() {
+    ceres::Problem problem;
+    for (ReachChange& knot : knots_) problem.AddParameterBlock(knot.data(), ReachDofs::kSize);
+    const BodyPlacement at_goal =
+        Place(chain_.RestJoints(), captured_[static_cast<std::size_t>(warp_.frame - warp_.begin)]);
+    const Vector3d lacks = warp_.goal - at_goal.joints.col(chain_.WristJointId());
+    for (int t = warp_.begin; t < warp_.end; ++t) {
+      const auto [knot, basis] = At(t);
+      problem.AddResidualBlock(new ReachFrameBlock(chain_, Captured(t), TermsOf(t, lacks), basis),
+                               nullptr, knots_[knot].data(), knots_[knot + 1].data(),
+                               knots_[knot + 2].data(), knots_[knot + 3].data());
+    }
+    const ReachChange readiness = Readiness();
+    for (std::size_t k = 1; k + 1 < knots_.size(); ++k) {
+      problem.AddResidualBlock(new ReachSplinePrior(readiness, 0.5), nullptr, knots_[k - 1].data(),
+                               knots_[k].data(), knots_[k + 1].data());
+    }
+    for (std::size_t k = 0; k < kFixedKnots; ++k) {
+      problem.SetParameterBlockConstant(knots_[k].data());
+      problem.SetParameterBlockConstant(knots_[knots_.size() - 1 - k].data());
+    }
+    ceres::Solver::Options solver;
+    solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    solver.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+    solver.max_num_iterations = options_.max_iterations;
+    solver.function_tolerance = 1e-4;
+    solver.num_threads = 1;
+    solver.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &problem, &summary);
+
+    ReachWarpReport report;
+    report.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
+    report.converged = summary.termination_type == ceres::CONVERGENCE;
+    if (summary.IsSolutionUsable()) Finish(report);
+    return report;
+  }
+
+ private:
+  const BodyFrame& Captured(int t) const {
+    return captured_[static_cast<std::size_t>(t - warp_.begin)];
+  }
+
+  std::pair<std::size_t, Eigen::Vector4d> At(int t) const {
+    const double place = static_cast<double>(t - warp_.begin) / options_.knot_frames;
+    const auto knot = std::min(static_cast<std::size_t>(place), knots_.size() - 4);
+    return {knot, CubicBasis(place - static_cast<double>(knot))};
+  }
+
+  ReachFrameTerms TermsOf(int t, const Vector3d& lacks) const {
+    const BodyFrame& frame = Captured(t);
+    const BodyPlacement placed = Place(chain_.RestJoints(), frame);
+    const double share = Share(warp_, t);
+    const Vector3d wrist = placed.joints.col(chain_.WristJointId());
+    ReachFrameTerms terms;
+    terms.wrist.target = wrist + share * lacks;
+    terms.wrist.sigma_m = t == warp_.frame ? options_.goal_sigma_m : options_.path_sigma_m;
+    // The face turns as the direction from the head to the hand's goal does.
+    const Vector3d head = placed.joints.col(15);
+    const Vector3d face = placed.rotation[15].col(2);
+    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(
+        warp_.goal - lacks - head, warp_.goal - lacks + share * lacks - head);
+    terms.gaze.wanted = turn * face;
+    terms.balance.captured = Balance::Middle(chain_, placed);
+    const FeetTarget& feet = feet_[static_cast<std::size_t>(t)];
+    for (const std::size_t k : {0u, 1u}) {
+      Limb leg = Leg(k == 0 ? Side::kLeft : Side::kRight);
+      leg.min_flexion_rad = 4.0 * kDegree;
+      terms.legs.ankle[k] = feet.ankle[k];
+      const double captured = (placed.joints.col(leg.root) - feet.ankle[k]).norm();
+      terms.legs.longest[k] = std::max(captured, MaxReach(chain_.RestJoints(), leg));
+      leg.max_flexion_rad = 140.0 * kDegree;
+      terms.legs.shortest = MinReach(chain_.RestJoints(), leg);
+    }
+    terms.range = JointRange::Of(chain_, frame, options_.joint_limits);
+    return terms;
+  }
+
+  // The frames with the change made, legs and all.
+  void Finish(ReachWarpReport& report) {
+    std::vector<BodyFrame> changed;
+    for (int t = warp_.begin; t < warp_.end; ++t) {
+      const auto [knot, basis] = At(t);
+      ReachChange change = ReachChange::Zero();
+      for (int k = 0; k < 4; ++k) change += basis(k) * knots_[knot + static_cast<std::size_t>(k)];
+      changed.push_back(chain_.Changed(Captured(t), change));
+    }
+    for (int t = warp_.begin; t < warp_.end; ++t) {
+      BodyFrame& frame = changed[static_cast<std::size_t>(t - warp_.begin)];
+      report.max_missed_m =
+          std::max(report.max_missed_m,
+                   PlaceLegs(chain_.RestJoints(), feet_[static_cast<std::size_t>(t)], frame));
+      frames_[static_cast<std::size_t>(t)] = frame;
+    }
+    const BodyPlacement placed =
+        Place(chain_.RestJoints(), frames_[static_cast<std::size_t>(warp_.frame)]);
+    report.wrist_error_m = (placed.joints.col(chain_.WristJointId()) - warp_.goal).norm();
+  }
+
+  ReachChain chain_;
+  const std::vector<FeetTarget>& feet_;
+  const ReachWarp& warp_;
+  const ReachWarpOptions& options_;
+  std::vector<BodyFrame>& frames_;
+  std::vector<BodyFrame> captured_;
+  std::vector<ReachChange> knots_;
+};
+
+}  // namespace
+
+ReachWarpReport WarpReach(const Eigen::Matrix3Xd& rest_joints, const std::vector<FeetTarget>& feet,
+                          const ReachWarp& warp, const ReachWarpOptions& options,
+                          std::vector<BodyFrame>& frames) {
+  const int margin = 3 * options.knot_frames;
+  if (warp.begin < 0 || warp.end > static_cast<int>(frames.size()) ||
+      warp.frame - warp.begin < margin || warp.end - 1 - warp.frame < margin) {
+    throw Error("reach",
+                fmt::format("frames [{}, {}) leave no time around frame {}", warp.begin, warp.end,
+                            warp.frame),
+                fmt::format("Leave {} frames on either side", margin));
+  }
+  return Warp(rest_joints, feet, warp, options, frames).Run();
+}
+
+}  // namespace holdfast

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+// What a WANDR rollout costs: the published network (random weights: the work is the same), one
+// core unless said otherwise. `--scene FOLDER` writes weights, starts, latents and the motions made
+// of them for wandr_torch.py, which runs the same in PyTorch and compares both.
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include "generator/wandr/wandr.h"
+#include "geometry/io/npz.h"
+#include "tests/support/wandr_scene.h"
+
+namespace holdfast::wandr {
+namespace {
+
+constexpr int kSteps = 240;
+
+NetworkWeights BenchWeights() {
+  NetworkWeights weights = RandomNetwork(IntentionLayout::kPaper, 1, testing::WalkingStatistics());
+  // Random weights make a chaotic loop; a damped last layer makes it comparable over 8 s.
+  weights.decoder.layers.back().weight *= 0.05f;
+  return weights;
+}
+
+struct Scene {
+  Scene() : weights(BenchWeights()), network(weights) {
+    nn::RandomStream random(5);
+    for (int i = 0; i < 750; ++i) {
+      starts.push_back(testing::RandomStart(random).Cast<float>());
+      plans.push_back({{Eigen::Vector3d(i % 5 - 2.0, i % 3 - 1.0, 0.45 * (i % 4)), kSteps}});
+    }
+  }
+  RolloutRequest Request(int count) const {
+    return {.starts = std::span(starts).first(count),
+            .plans = std::span(plans).first(count),
+            .num_steps = kSteps,
+            .seed = 3};
+  }
+
+  NetworkWeights weights;
+  Network<float> network;
+  BoneOffsets<float> bones = testing::DefaultBones().Cast<float>();
+  std::vector<RolloutStart<float>> starts;
+  std::vector<GoalPlan> plans;
+};
+
+const Scene& TheScene() {
+  static const Scene scene;
+  return scene;
+}
+
+// One closed-loop step of N bodies: features, decoder, integration.
+void Step(benchmark::State& state) {
+  const Scene& scene = TheScene();
+  const int count = static_cast<int>(state.range(0));
+  Rollout<float> rollout(scene.network, scene.bones, count, kSteps);
+  const Eigen::MatrixXf latents = Eigen::MatrixXf::Random(kLatentSize, count);
+  const RolloutRequest request = scene.Request(count);
+  rollout.Begin(request.starts, request.plans);
+  for (auto _ : state) {
+    if (rollout.NumSteps() == kSteps) rollout.Begin(request.starts, request.plans);
+    rollout.Step(latents);
+  }
+  state.SetItemsProcessed(state.iterations() * count);
+}
+
+void DecoderAlone(benchmark::State& state) {
+  const Scene& scene = TheScene();
+  const int count = static_cast<int>(state.range(0));
+  nn::MlpTape<float> tape(scene.network.Decoder(), count);
+  tape.Input().setRandom();
+  for (auto _ : state) scene.network.Decoder().Forward(tape);
+  state.SetItemsProcessed(state.iterations() * count);
+}
+
+// 8 s of N motions, latents drawn and joints computed.
+void EightSeconds(benchmark::State& state) {
+  const Scene& scene = TheScene();
+  const int count = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(1));
+  const RolloutRequest request = scene.Request(count);
+  for (auto _ : state) {
+    RunRollouts(
+        scene.network, scene.bones, request, threads, {},
+        [](int, const RolloutTrack& track) { benchmark::DoNotOptimize(track.joints.data()); });
+  }
+  state.SetItemsProcessed(state.iterations() * count);
+}
+
+// The wrist at the end with respect to everything: one row, or the three of its position.
+void Gradient(benchmark::State& state) {
+  const Scene& scene = TheScene();
+  const int rows = static_cast<int>(state.range(0));
+  Rollout<float> rollout(scene.network, scene.bones, 1, kSteps, {}, true);
+  const RolloutRequest request = scene.Request(1);
+  const Eigen::MatrixXf latents = Eigen::MatrixXf::Random(kLatentSize, kSteps);
+  RolloutSeed<float> seed;
+  seed.joints.resize(kSteps + 1);
+  seed.joints[kSteps].setZero(kJointNumbers, rows);
+  for (int r = 0; r < rows; ++r) seed.joints[kSteps](3 * 21 + r, r) = 1.0f;
+  RolloutGradient<float> gradient;
+  for (auto _ : state) {
+    rollout.Begin(request.starts, request.plans);
+    for (int t = 0; t < kSteps; ++t) rollout.Step(latents.col(t));
+    rollout.Backward(seed, rows, gradient);
+    benchmark::DoNotOptimize(gradient.latents.data());
+  }
+}
+
+BENCHMARK(DecoderAlone)->Arg(1)->Arg(64)->Unit(benchmark::kMicrosecond);
+BENCHMARK(Step)->Arg(1)->Arg(64)->Arg(750)->Unit(benchmark::kMicrosecond);
+BENCHMARK(EightSeconds)
+    ->Args({1, 1})
+    ->Args({64, 1})
+    ->Args({750, 1})
+    ->Args({750, 2})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
+BENCHMARK(Gradient)->Arg(1)->Arg(3)->Unit(benchmark::kMillisecond);
+
+void WriteScene(const std::filesystem::path& folder) {
+  constexpr std::size_t kCount = 4;
+  const Scene& scene = TheScene();
+  const RolloutRequest request = scene.Request(kCount);
+  const auto tracks = RunRollouts(scene.network, scene.bones, request, 1);
+  const auto floats = [](const auto& m) {
+    return std::vector<float>(m.data(), m.data() + m.size());
+  };
+  NpzWriter out;
+  std::vector<float> states, previous, goals, latents, motions;
+  const auto append = [](std::vector<float>& to, const std::vector<float>& values) {
+    to.insert(to.end(), values.begin(), values.end());
+  };
+  for (std::size_t i = 0; i < kCount; ++i) {
+    append(states, floats(StateOf(scene.starts[i].pose)));
+    append(previous, floats(scene.starts[i].previous_delta));
+    append(goals, floats(Eigen::Vector3f(scene.plans[i][0].position.cast<float>())));
+    append(latents, floats(DrawLatents(request.seed, i, kLatentSize, kSteps, 1.0)));
+    append(motions, floats(tracks[i].states));
+  }
+  const Eigen::MatrixXf rest = testing::DefaultBody().rest_joints.leftCols<22>().cast<float>();
+  out.AddFloat32("rest_joints", {22, 3}, floats(rest));
+  out.AddFloat32("states", {kCount, kStateSize}, states);
+  out.AddFloat32("previous_deltas", {kCount, kStateSize}, previous);
+  out.AddFloat32("goals", {kCount, 3}, goals);
+  out.AddFloat32("latents", {kCount, kSteps, kLatentSize}, latents);
+  out.AddFloat32("motions", {kCount, kSteps + 1, kStateSize}, motions);
+  out.Write(folder / "scene.npz");
+  WriteNetwork(scene.weights, folder / "wandr.safetensors");
+}
+
+}  // namespace
+}  // namespace holdfast::wandr
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  if (argc == 3 && std::string_view(argv[1]) == "--scene") {
+    holdfast::wandr::WriteScene(argv[2]);
+    return 0;
+  }
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}

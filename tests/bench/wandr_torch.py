@@ -1,0 +1,202 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""WANDR's closed loop in PyTorch and in Holdfast: the same network, one core, one run.
+
+usage: wandr_torch.py [--build build/release]
+
+Prints a Markdown table of CPU time per step, and how far the motions of both differ after 8 s. Needs
+holdfast_wandr_bench (-DHOLDFAST_BUILD_BENCHMARKS=ON) and Debian's python3-torch, best beside
+libopenblas0-pthread: with the reference BLAS PyTorch's products are several times slower. The loop is
+written with batched tensor operations throughout, the wrist by the seven joints that move it.
+PyTorch runs as it comes ("eager") and compiled (traced and frozen); the faster counts.
+"""
+import argparse
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+
+import numpy as np
+import torch
+
+HERE = pathlib.Path(__file__).resolve().parent
+STEPS = 240
+WRIST_CHAIN = (0, 3, 6, 9, 14, 17, 19, 21)  # pelvis to right wrist
+
+
+def read_safetensors(path):
+    data = path.read_bytes()
+    size = int.from_bytes(data[:8], "little")
+    header, body = json.loads(data[8 : 8 + size]), data[8 + size :]
+    header.pop("__metadata__", None)
+    return {
+        name: torch.from_numpy(
+            np.frombuffer(body[slice(*e["data_offsets"])], np.float32).reshape(e["shape"]).copy()
+        )
+        for name, e in header.items()
+    }
+
+
+def decoder(tensors):
+    layers, k = [], 0
+    while f"decoder.layers.{4 * k + 2}.weight" in tensors:
+        weight = tensors[f"decoder.layers.{4 * k + 2}.weight"]
+        norm, linear = torch.nn.LayerNorm(weight.shape[1]), torch.nn.Linear(*reversed(weight.shape))
+        norm.weight.data, norm.bias.data = (tensors[f"decoder.layers.{4 * k + 1}.{w}"] for w in ("weight", "bias"))
+        linear.weight.data, linear.bias.data = weight, tensors[f"decoder.layers.{4 * k + 2}.bias"]
+        layers += [norm, linear, torch.nn.ReLU()]
+        k += 1
+    return torch.nn.Sequential(*layers[:-1])
+
+
+def matrices(six):
+    """(..., 6) -> (..., 3, 3): Gram-Schmidt of the first two rows."""
+    a1, a2 = six[..., :3], six[..., 3:]
+    b1 = torch.nn.functional.normalize(a1, dim=-1, eps=1e-12)
+    b2 = torch.nn.functional.normalize(a2 - (b1 * a2).sum(-1, keepdim=True) * b1, dim=-1, eps=1e-12)
+    return torch.stack((b1, b2, torch.cross(b1, b2, dim=-1)), dim=-2)
+
+
+def rows12(R):
+    return R[..., :2, :].flatten(-2)
+
+
+class Step(torch.nn.Module):
+    """s, d, z, goal, eta -> s', d'. States (N, 135) in their own units, deltas normalised."""
+
+    def __init__(self, tensors, rest_joints, detached_heading=False):
+        super().__init__()
+        self.detached_heading = detached_heading  # in gradients, as the authors' code has it
+        self.decoder = decoder(tensors)
+        stat = lambda what, *names: torch.cat([tensors[f"statistics.{n}.{what}"] for n in names])
+        pose = ("body_transl", "body_orient_xy", "body_pose")
+        delta = ("body_transl_delta_pelv_xy", "body_orient_delta", "body_pose_delta")
+        self.register_buffer("pose_mean", stat("mean", *pose)[2:])
+        self.register_buffer("pose_scale", stat("std", *pose)[2:] + 1e-5)
+        self.register_buffer("delta_mean", stat("mean", *delta))
+        self.register_buffer("delta_scale", stat("std", *delta) + 1e-5)
+        bones = [rest_joints[b] - rest_joints[a] for a, b in zip(WRIST_CHAIN, WRIST_CHAIN[1:])]
+        self.register_buffer("pelvis", rest_joints[0].clone())
+        self.register_buffer("bones", torch.stack(bones))
+
+    def forward(self, state, delta, z, goal, eta):
+        n = state.shape[0]
+        p, R = state[:, :3], matrices(state[:, 3:].view(n, 22, 6))
+        root = R[:, 0]
+        azimuth = torch.atan2(root[:, 1, 0], root[:, 0, 0])
+        c, s, o = torch.cos(azimuth), torch.sin(azimuth), torch.zeros_like(azimuth)
+        Z = torch.stack((c, -s, o, s, c, o, o, o, o + 1), dim=-1).view(n, 3, 3)
+        upright = rows12(Z.transpose(1, 2) @ root)
+        Z = Z.detach() if self.detached_heading else Z
+        Zt = Z.transpose(1, 2)
+        local = lambda v: (Zt @ v.unsqueeze(-1)).squeeze(-1)
+
+        pelvis = p + self.pelvis
+        wrist, A = pelvis, root
+        for k, bone in enumerate(self.bones):
+            wrist = wrist + A @ bone
+            if k + 2 < len(WRIST_CHAIN):
+                A = A @ R[:, WRIST_CHAIN[k + 1]]
+        velocity = local(goal - wrist) / (eta / 30.0 + 1e-5)
+        way = goal - pelvis
+        norm = way.norm(dim=-1, keepdim=True)
+        flat = torch.tensor([1.0, 1.0, 0.0])
+        walk = local(2.0 * (1.0 - torch.exp(-norm)) * way / norm) * flat
+        wanted = torch.nn.functional.normalize(way * flat, dim=-1)
+        turn = local(wanted) + torch.tensor([0.0, 1.0, 0.0])
+
+        upright = torch.cat((upright[:, :3], o.unsqueeze(-1), upright[:, 4:]), dim=-1)
+        features = torch.cat((p[:, 2:], upright, rows12(R[:, 1:]).flatten(1)), dim=-1)
+        features = (features - self.pose_mean) / self.pose_scale
+        u = self.decoder(torch.cat((z, features, delta, velocity, walk, turn), dim=-1))
+
+        d = u * self.delta_scale + self.delta_mean
+        p = p + (Z @ d[:, :3].unsqueeze(-1)).squeeze(-1)
+        R = R @ matrices(d[:, 3:].view(n, 22, 6))
+        return torch.cat((p, rows12(R).flatten(1)), dim=-1), u
+
+
+def cpu_time(run, seconds=2.0):
+    """Least CPU time of a call, microseconds: other programs on the machine do not count."""
+    run()
+    best, begin = math.inf, time.monotonic()
+    while time.monotonic() - begin < seconds:
+        start = time.process_time()
+        run()
+        best = min(best, time.process_time() - start)
+    return 1e6 * best
+
+
+def ours(program):
+    out = subprocess.run(
+        [program, "--benchmark_format=json", "--benchmark_filter=Step|DecoderAlone|EightSeconds/1/",
+         "--benchmark_repetitions=5"],
+        capture_output=True, text=True, check=True,
+    ).stdout
+    found = {}
+    for row in json.loads(out)["benchmarks"]:
+        if row["run_type"] == "iteration":
+            name = row["run_name"].split("/process_time")[0]
+            unit = {"us": 1.0, "ms": 1e3}[row["time_unit"]]
+            found[name] = min(found.get(name, math.inf), unit * row["cpu_time"])
+    return found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--build", type=pathlib.Path, default=HERE.parents[1] / "build" / "release")
+    options = parser.parse_args()
+    program = options.build / "tests" / "bench" / "holdfast_wandr_bench"
+    if not program.exists():
+        sys.exit(f"wandr_torch.py: no {program}: build with -DHOLDFAST_BUILD_BENCHMARKS=ON, or give --build")
+    torch.set_num_threads(1)
+    warnings.filterwarnings("ignore", category=torch.jit.TracerWarning)
+    with tempfile.TemporaryDirectory() as folder, torch.inference_mode():
+        folder = pathlib.Path(folder)
+        subprocess.run([program, "--scene", folder], check=True)
+        scene = {name: torch.from_numpy(array) for name, array in np.load(folder / "scene.npz").items()}
+        step = Step(read_safetensors(folder / "wandr.safetensors"), scene["rest_joints"]).eval()
+
+        state, delta = scene["states"], scene["previous_deltas"]
+        worst = {}
+        for t in range(STEPS):
+            state, delta = step(state, delta, scene["latents"][:, t], scene["goals"], torch.tensor(float(STEPS - t)))
+            worst[t + 1] = (state - scene["motions"][:, t + 1]).abs().max().item()
+
+        held = ours(program)
+        rows = []
+
+        def compare(name, mine, module, inputs):
+            eager = cpu_time(lambda: module(*inputs))
+            with torch.inference_mode(False), torch.no_grad():
+                copies = [x.clone() for x in inputs]
+                compiled = torch.jit.freeze(torch.jit.trace(module, copies, check_trace=False))
+                for _ in range(3):
+                    compiled(*copies)
+                traced = cpu_time(lambda: compiled(*copies))
+            theirs = min(eager, traced)
+            rows.append((name, held[mine], eager, traced, theirs / held[mine]))
+
+        for count in (1, 64, 750):
+            many = lambda x: x[:1].expand(count, *x.shape[1:]).contiguous()
+            inputs = (many(scene["states"]), many(scene["previous_deltas"]), many(scene["latents"][:, 0]),
+                      many(scene["goals"]), torch.tensor(240.0))
+            if count < 750:
+                compare(f"decoder alone, N = {count}", f"DecoderAlone/{count}", step.decoder,
+                        (torch.randn(count, 341),))
+            compare(f"one step, N = {count}", f"Step/{count}", step, inputs)
+
+    print(f"| CPU time, us | Holdfast | PyTorch {torch.__version__} eager | compiled | ratio |\n|---|---|---|---|---|")
+    for name, mine, eager, traced, ratio in rows:
+        print(f"| {name} | {mine:.0f} | {eager:.0f} | {traced:.0f} | {ratio:.1f} |")
+    print(f"\n240 frames, N = 1: {held['EightSeconds/1/1'] / 1e3:.1f} ms.")
+    print(f"Largest difference of states: {worst[1]:.1e} after one step, {worst[STEPS]:.1e} after {STEPS}.")
+
+
+if __name__ == "__main__":
+    main()

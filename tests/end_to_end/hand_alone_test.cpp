@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+// A hand that hangs on no body (MANO) through every command.
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "geometry/body_model.h"
+#include "geometry/clip.h"
+#include "geometry/rotation.h"
+#include "tests/support/mano_like.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::ProgramResult;
+using testing::ReadText;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+class HandAloneTest : public ::testing::Test {
+ protected:
+  HandAloneTest() {
+    testing::WriteManoLike(folder_ / "MANO_RIGHT.npz", Side::kRight);
+    testing::WriteManoLike(folder_ / "MANO_LEFT.npz", Side::kLeft);
+  }
+  ProgramResult Run(const std::string& arguments) const {
+    return RunHoldfast(folder_.Path(), arguments);
+  }
+  nlohmann::json Json(const std::string& arguments) const {
+    const ProgramResult result = Run(arguments + " --json");
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return nlohmann::json::parse(result.out, nullptr, false);
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(HandAloneTest, GraspsAMugWithEitherHand) {
+  for (const char* side : {"RIGHT", "LEFT"}) {
+    const bool right = std::string(side) == "RIGHT";
+    const std::string model = std::string("MANO_") + side + ".npz";
+    const std::string output = std::string(side) + ".npz";
+    const nlohmann::json grasp = Json("grasp mug --body " + model + " -o " + output);
+    EXPECT_EQ(grasp["hand"], right ? "right" : "left");
+    EXPECT_LT(grasp["contact"]["max_penetration_mm"].get<double>(), 3.0);
+    EXPECT_GT(grasp["contact"]["contact_ratio"].get<double>(), 0.0);
+    const Clip clip = ReadClip(folder_ / output);
+    EXPECT_EQ(clip.surface_model_type, "mano");
+    EXPECT_EQ(clip.holding_hand[0], right ? kHoldsRight : kHoldsLeft);
+    EXPECT_TRUE(clip.pose[0].middleCols<21>(1).isZero(0.0));
+    // In the air, not on its own floor.
+    const auto hand = BodyModel::Load(folder_ / model);
+    BodyState state;
+    Forward(BodySurface(hand), clip.pose[0], clip.trans.col(0), state);
+    EXPECT_NEAR(state.joints(2, 0), 1.0, 1e-9);
+    EXPECT_GT(state.vertices.row(2).minCoeff(), 0.5);
+  }
+}
+
+TEST_F(HandAloneTest, CarriesAMugAsTheBodysHandDoesAndComesThroughEveryCommand) {
+  const nlohmann::json converted = Json("convert demo_drink --to-body MANO_RIGHT.npz -o hand.npz");
+  EXPECT_LT(converted["residual"]["max_mm"].get<double>(), 0.05);
+  EXPECT_THAT(converted["not_carried_over"].dump(), HasSubstr("the body's motion"));
+  const Clip source = ReadClip(folder_ / "hand.npz");
+
+  const nlohmann::json fit = Json("fit hand.npz mug --body MANO_RIGHT.npz -o held");
+  const nlohmann::json& summary = fit["summary"];
+  EXPECT_EQ(summary["frames_failed"], 0);
+  EXPECT_GE(summary["frames_in_contact_ratio"].get<double>(), 0.95);
+  EXPECT_LT(summary["mean_max_penetration_depth_mm"].get<double>(), 3.0);
+  const Clip held = ReadClip(folder_ / "held/clip.npz");
+  EXPECT_EQ(held.surface_model_type, "mano");
+  ASSERT_TRUE(held.object);
+  // The hand's own way is untouched, and the object keeps its place in the hand.
+  EXPECT_LT((held.trans - source.trans).cwiseAbs().maxCoeff(), 1e-9);
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  for (int t = 0; t < held.NumFrames(); ++t) {
+    const auto frame = static_cast<std::size_t>(t);
+    EXPECT_LT((held.pose[frame].col(0) - source.pose[frame].col(0)).norm(), 1e-9) << t;
+    const Eigen::Vector3d in_hand = ExpSO3(held.pose[frame].col(0)).transpose() *
+                                    (held.object->trans.col(t) - held.trans.col(t));
+    if (t > 0) {
+      EXPECT_LT((in_hand - before).norm(), 0.005) << t;
+    }
+    before = in_hand;
+  }
+
+  const std::string body = " --body MANO_RIGHT.npz";
+  for (const std::string& command :
+       {"render held -o sheet.png --sheet 2x1 --size 120x120" + body,
+        "render held -o hand.png --frame 3 --camera hand --size 120x120" + body,
+        "render held -o follow.png --frame 3 --camera follow --size 120x120" + body,
+        "report held -o page.html" + body, "export held -o hand.glb" + body,
+        "export held -o hand.bvh" + body, "refine held -o refined" + body}) {
+    const ProgramResult result = Run(command);
+    EXPECT_EQ(result.exit_code, 0) << command << "\n" << result.err;
+  }
+  const nlohmann::json score = Json("score held" + body);
+  EXPECT_THAT(score.dump(), HasSubstr("penetration"));
+}
+
+TEST_F(HandAloneTest, GoesBackOntoTheBody) {
+  ASSERT_EQ(Run("convert demo_drink --to-body MANO_RIGHT.npz -o hand.npz").exit_code, 0);
+  const nlohmann::json back =
+      Json("convert hand.npz --from-body MANO_RIGHT.npz --to-body MANO_RIGHT.npz -o same.npz");
+  EXPECT_LT(back["residual"]["max_mm"].get<double>(), 1e-3);
+  const ProgramResult refused =
+      Run("convert hand.npz --from-body MANO_RIGHT.npz --to-body MANO_LEFT.npz -o left.npz");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.err, HasSubstr("right hand"));
+}
+
+TEST_F(HandAloneTest, SaysWhatNeedsABody) {
+  ASSERT_EQ(Run("convert demo_drink --to-body MANO_RIGHT.npz -o hand.npz").exit_code, 0);
+  struct Case {
+    std::string command;
+    const char* message;
+  };
+  for (const Case& bad : {
+           Case{"fit demo_drink mug --body MANO_RIGHT.npz -o a", "is of a whole body"},
+           {"fit hand.npz mug -o a", "is of a hand alone"},
+           {"fit hand.npz mug --body MANO_RIGHT.npz --hand left -o a", "has no left hand"},
+           {"fit hand.npz mug --body MANO_RIGHT.npz --hand both -o a", "has no left hand"},
+           {"offhand hand.npz mug --body MANO_RIGHT.npz -o a", "has no left hand"},
+           {"grasp mug --body MANO_LEFT.npz --hand right -o a.npz", "has no right hand"},
+           {"grasp mug --body MANO_LEFT.npz --hand both -o a.npz", "has no right hand"},
+           {"render hand.npz -o a.png", "is of a hand alone"},
+           {"render demo_drink --body MANO_RIGHT.npz -o a.png", "is of a whole body"},
+       }) {
+    const ProgramResult result = Run(bad.command);
+    EXPECT_EQ(result.exit_code, 1) << bad.command << "\n" << result.err;
+    EXPECT_THAT(result.err, HasSubstr(bad.message)) << bad.command;
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "a")) << bad.command;
+  }
+}
+
+}  // namespace
+}  // namespace holdfast

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "geometry/clip.h"
+#include "geometry/io/npz.h"
+#include "tests/generator/test_body.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/walking_figure.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::ProgramResult;
+using testing::ReadText;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+// A set of captures of two subjects, with an index.
+void WriteCaptures(const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  const BodyMeasures& body = DefaultMeasures();
+  WriteClip(testing::StandingFigure(body, 120), folder / "stand.npz");
+  WriteClip(testing::WalkingFigure(body, 240, 1.0), folder / "walk.npz");
+  WriteClip(testing::WalkingFigure(body, 90, 1.0), folder / "walk_other.npz");
+  WriteClip(testing::ReachingFigure(body, 121, 0.7), folder / "low.npz");
+  WriteClip(testing::ReachingFigure(body, 121, 1.2), folder / "high.npz");
+  std::ofstream(folder / "index.csv") << "file,subject,category,fps,hand,key_frame\n"
+                                         "stand.npz,ann,idle,30,,\n"
+                                         "walk.npz,ann,walk,30,,\n"
+                                         "walk_other.npz,bob,walk,30,,\n"
+                                         "low.npz,ann,reach,30,right,60\n"
+                                         "high.npz,ann,reach,30,right,60\n";
+}
+
+class MakeReachDataTest : public ::testing::Test {
+ protected:
+  MakeReachDataTest() { WriteCaptures(folder_ / "captures"); }
+
+  ProgramResult Make(const std::string& arguments) {
+    return RunHoldfast(folder_.Path(),
+                       "make-reach-data captures --held-out bob --quiet " + arguments);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(MakeReachDataTest, IsTheSameOnAnyNumberOfThreadsAndWhenItGoesOn) {
+  ASSERT_EQ(Make("-o one --hours 0.02 --threads 1").exit_code, 0);
+  ASSERT_EQ(Make("-o two --hours 0.02 --threads 3").exit_code, 0);
+  // Half of it, something lost, and then all.
+  ASSERT_EQ(Make("-o parts --hours 0.01").exit_code, 0);
+  ASSERT_EQ(Make("-o parts --hours 0.02").exit_code, 0);
+  const auto manifest = nlohmann::json::parse(ReadText(folder_ / "one" / "manifest.json"));
+  EXPECT_TRUE(manifest["complete"]);
+  int files = 0;
+  for (const auto& line : manifest["clips"]) {
+    if (!line.contains("file")) continue;
+    ++files;
+    const std::string name = line["file"];
+    const std::string bytes = ReadText(folder_ / "one" / name);
+    EXPECT_EQ(ReadText(folder_ / "two" / name), bytes) << name;
+    EXPECT_EQ(ReadText(folder_ / "parts" / name), bytes) << name;
+  }
+  EXPECT_GT(files, 0);
+  EXPECT_EQ(ReadText(folder_ / "two" / "manifest.json"),
+            ReadText(folder_ / "one" / "manifest.json"));
+  EXPECT_EQ(ReadText(folder_ / "parts" / "manifest.json"),
+            ReadText(folder_ / "one" / "manifest.json"));
+}
+
+TEST_F(MakeReachDataTest, LabelsGoalsAndKeepsHeldOutSubjectsAway) {
+  const ProgramResult result = Make("-o made --hours 0.01 --json");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_GT(nlohmann::json::parse(result.out)["summary"]["hours"], 0.01);
+  EXPECT_TRUE(
+      std::filesystem::exists(folder_ / "made" / "captured" / "held_out" / "walk_other.npz"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "made" / "captured" / "train" / "walk.npz"));
+  const auto manifest = nlohmann::json::parse(ReadText(folder_ / "made" / "manifest.json"));
+  for (const auto& line : manifest["clips"]) {
+    if (!line.contains("file")) continue;
+    EXPECT_THAT(line["sources"].dump(), Not(HasSubstr("walk_other")));
+    const NpzReader archive(folder_ / "made" / line["file"].get<std::string>());
+    const Clip clip = ReadClip(archive);
+    const std::vector<double> goals = archive.Read("goal").AsDoubles();
+    const std::vector<std::int64_t> frames = archive.Read("goal_frame").AsIntegers();
+    ASSERT_EQ(goals.size(), 3 * frames.size());
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+      BodyState state;
+      ForwardJoints(DefaultMeasures().rest_joints, clip.pose[frames[k]], clip.trans.col(frames[k]),
+                    state);
+      EXPECT_LT((state.joints.col(21) - Eigen::Vector3d(&goals[3 * k])).norm(), 0.01);
+    }
+  }
+}
+
+TEST_F(MakeReachDataTest, SaysWhatIsWrong) {
+  EXPECT_THAT(RunHoldfast(folder_.Path(), "make-reach-data nowhere -o x").err,
+              HasSubstr("is not a folder"));
+  EXPECT_THAT(RunHoldfast(folder_.Path(), "make-reach-data captures --held-out eve -o x").err,
+              HasSubstr("Subjects: ann, bob"));
+  ASSERT_EQ(Make("-o made --hours 0.01").exit_code, 0);
+  const ProgramResult other = Make("-o made --hours 0.01 --seed 2");
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.err, HasSubstr("--force"));
+  std::ofstream(folder_ / "captures" / "index.csv") << "file,subject\nstand.npz\n";
+  const ProgramResult index = RunHoldfast(folder_.Path(), "make-reach-data captures -o y");
+  EXPECT_EQ(index.exit_code, 1);
+  EXPECT_THAT(index.err, HasSubstr("index.csv, line 2"));
+}
+
+}  // namespace
+}  // namespace holdfast

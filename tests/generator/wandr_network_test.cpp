@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "geometry/error.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/wandr_scene.h"
+
+namespace holdfast::wandr {
+namespace {
+
+using holdfast::testing::TemporaryFolder;
+
+std::string Message(const std::filesystem::path& path) {
+  try {
+    ReadNetwork(path);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+std::string Bytes(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+TEST(Network, AFileHoldsAllOfIt) {
+  const TemporaryFolder folder;
+  for (const IntentionLayout layout :
+       {IntentionLayout::kPaper, IntentionLayout::kFlagged, IntentionLayout::kBounded}) {
+    NetworkWeights weights = testing::SmallNetwork(layout, 4);
+    weights.notes["licence"] = "CC0";
+    const auto path = folder.Path() / "w.safetensors";
+    WriteNetwork(weights, path);
+    const NetworkWeights back = ReadNetwork(path);
+    EXPECT_EQ(back.layout, layout);
+    EXPECT_EQ(back.LatentSize(), 8);
+    EXPECT_EQ(back.notes.at("licence"), "CC0");
+    ASSERT_TRUE(back.encoder.has_value());
+    ASSERT_EQ(back.decoder.layers.size(), weights.decoder.layers.size());
+    for (std::size_t l = 0; l < weights.decoder.layers.size(); ++l) {
+      EXPECT_EQ(back.decoder.layers[l].weight, weights.decoder.layers[l].weight);
+      EXPECT_EQ(back.encoder->layers[l].bias, weights.encoder->layers[l].bias);
+    }
+    EXPECT_LT((back.statistics.body_pose.mean - weights.statistics.body_pose.mean).norm(), 1e-6);
+    EXPECT_EQ(back.statistics.body_orient_xy.deviation[3], 0.0);
+    WriteNetwork(back, folder.Path() / "again.safetensors");
+    EXPECT_EQ(Bytes(folder.Path() / "again.safetensors"), Bytes(path));
+  }
+}
+
+TEST(Network, HalfPrecisionIsHalfTheSize) {
+  const TemporaryFolder folder;
+  const NetworkWeights weights = testing::SmallNetwork(IntentionLayout::kPaper, 4);
+  WriteNetwork(weights, folder.Path() / "full.safetensors");
+  WriteNetwork(weights, folder.Path() / "half.safetensors", true);
+  EXPECT_LT(std::filesystem::file_size(folder.Path() / "half.safetensors"),
+            0.65 * double(std::filesystem::file_size(folder.Path() / "full.safetensors")));
+  const NetworkWeights back = ReadNetwork(folder.Path() / "half.safetensors");
+  EXPECT_LT(
+      (back.decoder.layers[0].weight - weights.decoder.layers[0].weight).cwiseAbs().maxCoeff(),
+      1e-4f);
+}
+
+TEST(Network, IsTheSameForTheSameSeed) {
+  const NetworkWeights a = RandomNetwork(IntentionLayout::kPaper, 7),
+                       b = RandomNetwork(IntentionLayout::kPaper, 7),
+                       c = RandomNetwork(IntentionLayout::kPaper, 8);
+  EXPECT_EQ(a.decoder.layers[3].weight, b.decoder.layers[3].weight);
+  EXPECT_NE(a.decoder.layers[3].weight, c.decoder.layers[3].weight);
+  EXPECT_EQ(a.decoder.InputSize(), 341);
+  EXPECT_EQ(a.encoder->InputSize(), 412);
+  EXPECT_EQ(a.encoder->OutputSize(), 128);
+  EXPECT_LE(a.decoder.layers[0].weight.cwiseAbs().maxCoeff(), 1.0f / std::sqrt(341.0f));
+}
+
+TEST(Network, SaysWhatIsWrongWithAFile) {
+  const TemporaryFolder folder;
+  const auto path = folder.Path() / "w.safetensors";
+  const NetworkWeights good = testing::SmallNetwork(IntentionLayout::kPaper, 4);
+
+  EXPECT_NE(Message(folder.Path() / "none.safetensors").find("none.safetensors"),
+            std::string::npos);
+  NetworkWeights bad = good;
+  bad.decoder.layers[1].weight(2, 3) = NAN;
+  WriteNetwork(bad, path);
+  EXPECT_NE(Message(path).find("'decoder.layers.6.weight' holds values that are not finite"),
+            std::string::npos);
+  bad = good;
+  bad.layout = IntentionLayout::kBounded;  // 4 latents are left: the encoder does not fit
+  WriteNetwork(bad, path);
+  EXPECT_NE(Message(path).find("the encoder is"), std::string::npos);
+  bad = good;
+  bad.encoder.reset();
+  bad.decoder = nn::RandomMlp(100, {20}, kStateSize, 1);
+  WriteNetwork(bad, path);
+  EXPECT_NE(Message(path).find("takes 100 values"), std::string::npos);
+  bad.decoder = nn::RandomMlp(300, {20}, 134, 1);
+  WriteNetwork(bad, path);
+  EXPECT_NE(Message(path).find("gives 134 values"), std::string::npos);
+  bad = good;
+  bad.statistics.body_transl.deviation[1] = -1.0;
+  WriteNetwork(bad, path);
+  EXPECT_NE(Message(path).find("'statistics.body_transl.std' holds -1"), std::string::npos);
+
+  SafetensorsWriter writer;
+  writer.AddFloat32("decoder.layers.1.weight", {1}, std::vector<float>{1.0f});
+  writer.SetMetadata({{"format", "wandr-9"}});
+  writer.Write(path);
+  EXPECT_NE(Message(path).find("'wandr-9'"), std::string::npos);
+  writer.SetMetadata({{"intention", "other"}});
+  writer.Write(path);
+  EXPECT_NE(Message(path).find("'other'"), std::string::npos);
+  writer.SetMetadata({});
+  writer.Write(path);
+  EXPECT_NE(Message(path).find("no tensor 'decoder.layers.2.weight'"), std::string::npos);
+}
+
+TEST(Network, EncodesAndSamples) {
+  const NetworkWeights weights = testing::SmallNetwork(IntentionLayout::kPaper, 4);
+  const Network<float> network(weights);
+  nn::MlpTape<float> tape(network.Encoder(), 5);
+  tape.Input().setRandom();
+  network.Encoder().Forward(tape);
+  const Eigen::MatrixXf code = tape.Output(), eps = Eigen::MatrixXf::Random(8, 5);
+  ASSERT_EQ(code.rows(), 16);
+  const Eigen::MatrixXf published = SampleLatents(code, eps, Spread::kAsPublished);
+  const Eigen::MatrixXf variance = SampleLatents(code, eps, Spread::kFromVariance);
+  EXPECT_NEAR(published(3, 2), code(3, 2) + eps(3, 2) * std::exp(code(11, 2)), 1e-6);
+  EXPECT_NEAR(variance(3, 2), code(3, 2) + eps(3, 2) * std::exp(0.5f * code(11, 2)), 1e-6);
+  NetworkWeights decoder_only = weights;
+  decoder_only.encoder.reset();
+  EXPECT_THROW(Network<float>(decoder_only).Encoder(), Error);
+}
+
+}  // namespace
+}  // namespace holdfast::wandr
