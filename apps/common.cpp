@@ -112,16 +112,6 @@ Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, const CommonOp
   return clip.betas;
 }
 
-RetargetBody RetargetBodyOf(const BodyModel& model, const Eigen::VectorXd& betas) {
-  const Eigen::Matrix3Xd shaped = model.ShapedVertices(betas);
-  RetargetBody body;
-  body.rest_joints = model.RestJoints(shaped);
-  body.floor_y = shaped.row(1).minCoeff();
-  body.left_hand = model.HandMean(Side::kLeft);
-  body.right_hand = model.HandMean(Side::kRight);
-  return body;
-}
-
 LoadedObject LoadObject(const std::string& path_or_name, double scale) {
   std::vector<std::string> names = EmbeddedNames("objects", ".ply");
   std::erase_if(names, [](const std::string& name) { return name.ends_with("_300"); });

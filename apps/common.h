@@ -79,9 +79,6 @@ Clip LoadClip(const std::string& path_or_name);
 /// here: the mean shape is used then, with a note.
 Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, const CommonOptions& options);
 
-/// The body as motions are brought onto it.
-RetargetBody RetargetBodyOf(const BodyModel& model, const Eigen::VectorXd& betas = {});
-
 /// An object ready for fitting.
 struct LoadedObject {
   std::string name;               ///< stem of the file, or the embedded object's name

@@ -54,7 +54,6 @@ Clip ReadSource(const Options& options, const std::shared_ptr<const BodyModel>& 
   if (options.from_hands != "auto") {
     import.parameters.flat_hand_mean = options.from_hands == "complete";
   }
-  import.retarget_body = RetargetBodyOf(*from);
   ImportedFile file = ImportFile(path, import);
   for (const std::string& note : file.notes) Note(options.common, "note: " + note);
   return std::move(file.clip);

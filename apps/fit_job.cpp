@@ -102,6 +102,9 @@ Clip LoadRange(const FitJob& job, const BodyModel& body) {
   return Slice(clip, job.start, end);
 }
 
+// A grasp of a clip's own that the terms cannot mend any more: soft tissue gives less.
+constexpr double kBadGripMm = 3.0;
+
 // Everything that a fit works on.
 struct Scene {
   Scene(const FitJob& job, const CommonOptions& common, FitLibrary& library)
@@ -345,6 +348,11 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
     if (Interrupted()) return stopped;
   }
   folder.Commit();
+  if (!needs_grasp && summary.contact.mean_max_penetration_mm > kBadGripMm) {
+    Note(common, fmt::format("warning: the clip's own grasp holds the object {:.0f} mm deep in the "
+                             "hand; --regrasp makes a new one",
+                             summary.contact.mean_max_penetration_mm));
+  }
   for (const Handover& handover : handovers) {
     if (handover.transfer.found) continue;
     Note(common, fmt::format("warning: the {} hand's grasp of frame {} is the least bad try: {}",

@@ -229,11 +229,12 @@ ObjectMesh SettleMesh(const Options& options, ImportedFile& imported) {
     }
     return mesh;
   }
-  if (mesh.file.empty()) return mesh;
-  TriangleMesh surface = ReadMesh(mesh.file);
+  const bool in_file = !asked && imported.object_surface.has_value();
+  if (mesh.file.empty() && !in_file) return mesh;
+  TriangleMesh surface = in_file ? *imported.object_surface : ReadMesh(mesh.file);
   mesh.vertices = surface.NumVertices();
   const double scale = asked ? 1.0 : imported.object_mesh_scale;
-  mesh.copied = options.copy_mesh || scale != 1;
+  mesh.copied = in_file || options.copy_mesh || scale != 1;
   if (mesh.copied) {
     const fs::path copy = output.parent_path() / (output.stem().string() + "_object.ply");
     RequireNew(copy, options.common);
@@ -284,7 +285,6 @@ ImportFileOptions ToLibrary(const Options& options) {
   motion.prop = options.prop;
   motion.betas = Eigen::Map<const Eigen::VectorXd>(options.betas.data(),
                                                    static_cast<Eigen::Index>(options.betas.size()));
-  import.retarget_body = RetargetBodyOf(*parameters.body, motion.betas);
   import.frame_rate = options.fps;
   return import;
 }
@@ -293,8 +293,7 @@ int Run(const Options& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
   ImportedFile imported = ImportFile(options.motion, ToLibrary(options));
-  ObjectMesh mesh;
-  if (!imported.motion) mesh = SettleMesh(options, imported);
+  const ObjectMesh mesh = SettleMesh(options, imported);
   for (const std::string& note : imported.notes) Note(common, "note: " + note);
   if (!imported.motion) {
     WriteClip(imported.clip, options.output);

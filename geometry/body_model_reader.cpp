@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 
 #include <fmt/format.h>
 
@@ -59,11 +60,11 @@ void ReadShape(const BodyModelFields& fields, BodyModelParts& parts) {
   }
 }
 
-void ReadPoseDirs(const BodyModelFields& fields, const BodyLayout& layout, BodyModelParts& parts) {
-  if (!fields.Has("posedirs")) return;
-  parts.pose_joints.assign(layout.joint_of_native.begin() + 1, layout.joint_of_native.end());
-  parts.pose_dirs = LinearBasis(fields.Read("posedirs"), parts.v_template.cols(),
-                                static_cast<std::ptrdiff_t>(9 * parts.pose_joints.size()));
+// Nine columns for each joint but the root.
+LinearBasis ReadPoseDirs(const BodyModelFields& fields, const BodyLayout& layout,
+                         int num_vertices) {
+  return LinearBasis(fields.Read("posedirs"), num_vertices,
+                     9 * (static_cast<std::ptrdiff_t>(layout.joint_of_native.size()) - 1));
 }
 
 std::vector<SparseRow> ReadRegressor(const BodyModelFields& fields, const BodyLayout& layout,
@@ -206,9 +207,15 @@ BodyModelParts ReadBodyModel(const BodyModelFields& fields, std::string name) {
   if (LoneHand(parts.kind)) parts.kind = SideOfMano(fields, parts.v_template, name);
   const BodyLayout& layout = LayoutOf(parts.kind);
   parts.name = std::move(name);
+  // Half of the file, on another thread where there is one. Its faults are reported when the other
+  // fields have none.
+  std::future<LinearBasis> pose_dirs;
+  if (fields.Has("posedirs")) {
+    parts.pose_joints.assign(layout.joint_of_native.begin() + 1, layout.joint_of_native.end());
+    pose_dirs = std::async([&] { return ReadPoseDirs(fields, layout, num_vertices); });
+  }
   parts.faces = ReadFaces(fields, num_vertices);
   ReadShape(fields, parts);
-  ReadPoseDirs(fields, layout, parts);
   parts.joint_regressor = ReadRegressor(fields, layout, num_vertices);
   parts.weights = ReadWeights(fields, layout, num_vertices);
   for (const Side side : {Side::kRight, Side::kLeft}) {
@@ -223,6 +230,7 @@ BodyModelParts ReadBodyModel(const BodyModelFields& fields, std::string name) {
         has_pose ? ReadHandComponents(fields, components) : Eigen::MatrixXd(0, kHandDofs);
     (right ? parts.right_hand_ids : parts.left_hand_ids) = HandIds(fields, side, parts);
   }
+  if (pose_dirs.valid()) parts.pose_dirs = pose_dirs.get();
   return parts;
 }
 

@@ -412,6 +412,16 @@ void ReportSoles(const std::vector<Eigen::Matrix3Xd>& points, double frame_rate,
 
 }  // namespace
 
+RetargetBody RetargetBodyOf(const BodyModel& model, const Eigen::VectorXd& betas) {
+  const Eigen::Matrix3Xd shaped = model.ShapedVertices(betas);
+  RetargetBody body;
+  body.rest_joints = model.RestJoints(shaped);
+  body.floor_y = shaped.row(1).minCoeff();
+  body.left_hand = model.HandMean(Side::kLeft);
+  body.right_hand = model.HandMean(Side::kRight);
+  return body;
+}
+
 Clip Retarget(const SourceMotion& motion, const SkeletonMap& map, const RetargetBody& body,
               const RetargetOptions& options, RetargetReport* report) {
   if (!(motion.frame_rate > 0) || motion.NumFrames() == 0) {

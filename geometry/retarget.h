@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "geometry/body_model.h"
 #include "geometry/clip.h"
 #include "geometry/io/motion_file.h"
 #include "geometry/skeleton_map.h"
@@ -17,6 +18,9 @@ struct RetargetBody {
       Eigen::Matrix<double, kHandDofs, 1>::Zero();  ///< fingers where the source has none, radians
   Eigen::Matrix<double, kHandDofs, 1> right_hand = Eigen::Matrix<double, kHandDofs, 1>::Zero();
 };
+
+/// A model's body of this shape, with its mean hands.
+RetargetBody RetargetBodyOf(const BodyModel& model, const Eigen::VectorXd& betas = {});
 
 enum class UpAxis { kY, kZ };
 

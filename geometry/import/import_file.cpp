@@ -196,7 +196,16 @@ ImportedFile ImportRetargeted(const fs::path& path, const ImportFileOptions& opt
   ImportOptions motion = options.motion;
   motion.frame_rate = options.frame_rate.value_or(30.0);
   imported.motion.emplace();
-  imported.clip = ImportMotion(path, options.retarget_body, motion, &*imported.motion);
+  const SourceMotion source = ReadMotion(path, motion);
+  const BodyModel& body = *options.parameters.body;
+  if (motion.betas.size() == 0 && source.body_model == body.Name()) motion.betas = source.betas;
+  imported.clip = ImportMotion(source, path.string(), RetargetBodyOf(body, motion.betas), motion,
+                               &*imported.motion);
+  imported.clip.body_model = body.Name();
+  if (source.prop && source.prop->mesh.NumFaces() > 0) {
+    imported.object_surface = source.prop->mesh;
+    imported.object_surface->vertices *= imported.motion->retarget.scale;
+  }
   imported.format = imported.motion->format;
   imported.notes = imported.motion->notes;
   imported.source_frames = imported.motion->source_frames;

@@ -13,9 +13,9 @@ namespace holdfast {
 
 struct ImportFileOptions {
   ParameterOptions parameters;
-  /// Of motions that are brought onto the body (BVH, ASF/AMC, glTF). Its frame rate is not used.
+  /// Of motions that are brought onto the body (BVH, ASF/AMC, glTF). Its frame rate is not used;
+  /// without betas the shape is the file's, where it tells one of `parameters.body`.
   ImportOptions motion;
-  RetargetBody retarget_body;  ///< of `parameters.body`; needed for such motions only
   /// Of the clip, Hz; 0 keeps the file's; empty: 30 for motions that are brought onto the body,
   /// the file's for parameters.
   std::optional<double> frame_rate;

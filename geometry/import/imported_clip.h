@@ -64,7 +64,8 @@ struct ImportedClip {
   std::vector<std::string> dropped;      ///< fields that a clip has no place for
   /// Where the object's and the table's mesh lie; empty when not found or not named.
   std::filesystem::path object_mesh, table_mesh;
-  double object_mesh_scale = 1;  ///< metres per unit of that mesh
+  std::optional<TriangleMesh> object_surface;  ///< the object's, where the file itself holds it
+  double object_mesh_scale = 1;                ///< metres per unit of that mesh
   RotationDefects object_defects, body_defects;
 };
 

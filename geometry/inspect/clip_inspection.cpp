@@ -62,6 +62,12 @@ void DescribeArrays(const LooseMotion& motion, Inspection& inspection) {
   }
 }
 
+// MANO's: the root is the wrist, and there is no body to be upright.
+bool IsHandAlone(const LooseMotion& motion) {
+  const auto type = motion.texts.find("surface_model_type");
+  return type != motion.texts.end() && type->second == "mano";
+}
+
 void DescribeModel(const LooseMotion& motion, Inspection& inspection) {
   const auto text = [&](const char* key) {
     const auto found = motion.texts.find(key);
@@ -69,6 +75,11 @@ void DescribeModel(const LooseMotion& motion, Inspection& inspection) {
   };
   const std::string type = text("surface_model_type"), gender = text("gender"),
                     body = text("body_model");
+  if (IsHandAlone(motion)) {
+    const std::string hand = "a hand alone (MANO), as a body's";
+    inspection.AddFact("body", hand, "body: " + hand + (body.empty() ? "" : " '" + body + "'"));
+    return;
+  }
   std::string line = motion.num_joints == 52   ? "SMPL-H (52 joints)"
                      : motion.num_joints == 24 ? "SMPL (24 joints)"
                                                : "SMPL-X (55 joints)";
@@ -138,11 +149,15 @@ void InspectClip(Inspection& inspection) {
   }
   if (motion.frames > 0 && !too_long) {
     const auto body = BodyModel::Default();
-    const Posture posture = MeasurePosture(motion, *body);
-    DescribePosture(motion, posture, inspection);
+    double metres_per_unit = 1.0;
+    if (!IsHandAlone(motion)) {
+      const Posture posture = MeasurePosture(motion, *body);
+      metres_per_unit = posture.metres_per_unit;
+      DescribePosture(motion, posture, inspection);
+      DescribeMotion(motion, metres_per_unit, inspection);
+    }
     DescribeHands(motion, *body, inspection);
-    DescribeMotion(motion, posture.metres_per_unit, inspection);
-    DescribeObject(motion, *body, posture.metres_per_unit, inspection);
+    DescribeObject(motion, *body, metres_per_unit, inspection);
   }
 
   if (inspection.Worst() != Verdict::kFault) {

@@ -19,11 +19,23 @@ namespace {
 constexpr std::size_t kShown = 24;
 constexpr int kShownDepth = 3;  // a pickle may loop
 
+// "array (120, 63) of float32", and the number itself where there is but one.
+std::string DescribeValue(const DataValue& value) {
+  if (value.Kind() != DataKind::kArray) return value.Describe();
+  const NpyMember member = value.Array();
+  if (!member.array.shape.empty()) return value.Describe();
+  try {
+    return fmt::format("{:g}", value.Number());
+  } catch (const Error&) {  // a text scalar
+    return value.Describe();
+  }
+}
+
 void ListNames(const DataValue& value, int depth, std::vector<std::string>& lines) {
   for (const std::string& name : value.Names()) {
     if (lines.size() > kShown) return;
     const DataValue part = value[name];
-    lines.push_back(fmt::format("{:{}}{}: {}", "", 2 * depth, name, part.Describe()));
+    lines.push_back(fmt::format("{:{}}{}: {}", "", 2 * depth, name, DescribeValue(part)));
     if (part.Kind() == DataKind::kDict && depth + 1 < kShownDepth) {
       ListNames(part, depth + 1, lines);
     }
@@ -38,7 +50,7 @@ void ListContent(const DataFile& file, Inspection& inspection) {
     if (lines.size() > kShown) break;
     try {
       const DataValue value = file[name];
-      lines.push_back(fmt::format("{}: {}", name, value.Describe()));
+      lines.push_back(fmt::format("{}: {}", name, DescribeValue(value)));
       if (value.Kind() == DataKind::kDict) ListNames(value, 1, lines);
     } catch (const Error& error) {
       inspection.Fault(fmt::format("{}: {}", name, error.Problem()), error.Remedy());

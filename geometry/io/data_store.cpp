@@ -14,6 +14,8 @@ namespace {
 
 // What the allocator adds to a block, roughly.
 constexpr std::size_t kBlock = 16;
+// A node with its share of what a deque's blocks of 512 bytes leave over.
+constexpr std::size_t kNodeBytes = sizeof(DataNode) + 8;
 // A key with its name in a map.
 constexpr std::size_t kNameEntry = 64;
 // An entry of a dict with its place in `entries` (which may double), `named` and `by_name`.
@@ -46,7 +48,7 @@ void DataStore::Charge(std::size_t bytes) {
 }
 
 NodeIndex DataStore::Add(DataNode node) {
-  Charge(sizeof(DataNode));
+  Charge(kNodeBytes);
   if (nodes_.size() >= std::numeric_limits<NodeIndex>::max()) {
     throw Error(where_, "holds more than four thousand million values", "Split the file");
   }

@@ -94,10 +94,7 @@ NpyMember NpzReader::Read(std::string_view key) const {
   OpenMember member(*this, *archive_, key, NpyObjects::kRefused);
   ZipArchive::Stream& stream = member.Stream();
   NpyArray& array = member.Array();
-  const std::size_t bytes = NpyDataBytes(array, stream.Remaining(), member.Where());
-  array.data.resize(bytes);
-  stream.Read(array.data);
-  stream.Finish();
+  array.data = stream.ReadRest(NpyDataBytes(array, stream.Remaining(), member.Where()));
   return {member.Where(), std::move(array)};
 }
 
@@ -113,10 +110,7 @@ std::vector<std::byte> NpzReader::ReadPickle(std::string_view key, std::size_t l
                             limit_bytes),
                 "Save plain arrays");
   }
-  std::vector<std::byte> pickle(static_cast<std::size_t>(stream.Remaining()));
-  stream.Read(pickle);
-  stream.Finish();
-  return pickle;
+  return stream.ReadRest(static_cast<std::size_t>(stream.Remaining()));
 }
 
 }  // namespace holdfast

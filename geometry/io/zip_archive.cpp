@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/zip_archive.h"
 
+#include <libdeflate.h>
+#include <sys/mman.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -38,6 +40,9 @@ constexpr std::uint64_t kUnpackedPerFileByte = 20;
 constexpr std::uint64_t kTrustedUnpackedBytes = std::uint64_t{32} << 20;
 constexpr std::size_t kChunkBytes = std::size_t{4} << 20;
 constexpr std::size_t kPackedChunkBytes = std::size_t{64} << 10;
+// Members are unpacked in one go when their packed bytes may stand in memory beside the others.
+constexpr std::uint64_t kMostPackedInOneGo = std::uint64_t{256} << 20;
+constexpr std::size_t kLargePageBytes = std::size_t{2} << 20;
 
 // Little-endian number of `bytes` bytes.
 std::uint64_t Number(std::span<const std::byte> data, std::size_t at, std::size_t bytes) {
@@ -135,6 +140,23 @@ void ReadZip64Extra(std::span<const std::byte> extra, ZipMember& member) {
   }
 }
 
+// `count` bytes yet to be filled. Large ones in large pages where the system has them: most of the
+// time that reading a stored array takes is the system's, for pages of 4 KB.
+std::vector<std::byte> LargeBuffer(std::size_t count) {
+  std::vector<std::byte> buffer;
+  buffer.reserve(count);
+#ifdef MADV_HUGEPAGE
+  if (count >= kLargePageBytes * 2) {
+    const auto begin = reinterpret_cast<std::uintptr_t>(buffer.data());
+    const std::uintptr_t first = (begin + kLargePageBytes - 1) / kLargePageBytes * kLargePageBytes;
+    const std::uintptr_t last = (begin + count) / kLargePageBytes * kLargePageBytes;
+    ::madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);  // a wish
+  }
+#endif
+  buffer.resize(count);
+  return buffer;
+}
+
 }  // namespace
 
 ZipArchive::ZipArchive(ByteSource source) : source_(std::move(source)) {
@@ -200,10 +222,7 @@ std::vector<std::byte> ZipArchive::Read(const ZipMember& member, const std::stri
     throw Error(where, fmt::format("unpacks to {} bytes, more than {}", member.size, limit_bytes),
                 "Make the file smaller");
   }
-  std::vector<std::byte> data(static_cast<std::size_t>(member.size));
-  stream.Read(data);
-  stream.Finish();
-  return data;
+  return stream.ReadRest(static_cast<std::size_t>(member.size));
 }
 
 struct ZipArchive::Stream::Inflater {
@@ -245,7 +264,8 @@ ZipArchive::Stream::Stream(const ZipArchive& archive, const ZipMember& member, s
   if (Number(header, 8, 2) != member.method || Number(header, 26, 2) != member.name.size()) {
     Damaged("its header and the directory differ");
   }
-  position_ = member.header_offset + header.size() + Number(header, 26, 2) + Number(header, 28, 2);
+  begin_ = member.header_offset + header.size() + Number(header, 26, 2) + Number(header, 28, 2);
+  position_ = begin_;
   if (position_ > source_.Size() || member.packed_size > source_.Size() - position_) {
     Damaged("it ends outside the file");
   }
@@ -264,7 +284,6 @@ ZipArchive::Stream::Stream(const ZipArchive& archive, const ZipMember& member, s
                               source_.Size() >> 10),
                   "If that is right, save it without compression (numpy.savez)");
     }
-    const std::uint64_t begin = position_;
     std::vector<std::byte> chunk(kPackedChunkBytes);
     inflater_ = std::make_unique<Inflater>();
     while (Remaining() > 0) {
@@ -272,7 +291,7 @@ ZipArchive::Stream::Stream(const ZipArchive& archive, const ZipMember& member, s
           static_cast<std::size_t>(std::min<std::uint64_t>(Remaining(), chunk.size()))));
     }
     Finish();
-    position_ = begin;
+    position_ = begin_;
     packed_left_ = member.packed_size;
     delivered_ = 0;
     checksum_ = 0;
@@ -294,8 +313,7 @@ void ZipArchive::Stream::Read(std::span<std::byte> target) {
     } else {
       Inflate(piece);
     }
-    checksum_ = static_cast<std::uint32_t>(crc32(
-        checksum_, reinterpret_cast<const Bytef*>(piece.data()), static_cast<uInt>(piece.size())));
+    checksum_ = libdeflate_crc32(checksum_, piece.data(), piece.size());
     delivered_ += piece.size();
     target = target.subspan(piece.size());
   }
@@ -320,6 +338,36 @@ void ZipArchive::Stream::Inflate(std::span<std::byte> target) {
     if (status == Z_STREAM_END && state.avail_out == 0) return;
     if (status != Z_OK) Damaged(status == Z_STREAM_END ? "ends too early" : "bad packed data");
   }
+}
+
+// All of the member, or false for whatever reason: Read() then tells it.
+bool ZipArchive::Stream::InflateWhole(std::span<std::byte> target) const {
+  const auto count = static_cast<std::size_t>(member_.packed_size);
+  std::vector<std::byte> packed = LargeBuffer(count);
+  source_.ReadAt(begin_, packed);
+  const std::unique_ptr<libdeflate_decompressor, decltype(&libdeflate_free_decompressor)> inflater(
+      libdeflate_alloc_decompressor(), &libdeflate_free_decompressor);
+  return inflater != nullptr &&
+         libdeflate_deflate_decompress(inflater.get(), packed.data(), count, target.data(),
+                                       target.size(), nullptr) == LIBDEFLATE_SUCCESS &&
+         libdeflate_crc32(0, target.data(), target.size()) == member_.checksum;
+}
+
+std::vector<std::byte> ZipArchive::Stream::ReadRest(std::size_t count) {
+  if (count > Remaining()) Damaged("ends too early");
+  const bool in_one_go = member_.method == kDeflated && count > 0 && count == Remaining() &&
+                         member_.packed_size <= kMostPackedInOneGo;
+  std::vector<std::byte> data =
+      LargeBuffer(in_one_go ? static_cast<std::size_t>(member_.size) : count);
+  if (in_one_go && InflateWhole(data)) {
+    data.erase(data.begin(), data.begin() + static_cast<std::ptrdiff_t>(delivered_));
+    delivered_ = member_.size;
+    return data;
+  }
+  data.resize(count);
+  Read(data);
+  Finish();
+  return data;
 }
 
 void ZipArchive::Stream::Finish() {

@@ -53,16 +53,21 @@ class ZipArchive {
     void Read(std::span<std::byte> target);
     /// Throws Error unless all is read and the checksum is right.
     void Finish();
+    /// The `count` bytes that are to be all that remains, finished: what Read() and Finish() give,
+    /// some three times as fast where the member is packed.
+    std::vector<std::byte> ReadRest(std::size_t count);
 
    private:
     struct Inflater;
     [[noreturn]] void Damaged(std::string_view detail) const;
     void Inflate(std::span<std::byte> target);
+    bool InflateWhole(std::span<std::byte> target) const;
 
     const ByteSource& source_;
     const ZipMember& member_;
     std::string where_;
-    std::uint64_t position_ = 0;  // of the next packed byte, from the begin of the file
+    std::uint64_t begin_ = 0;     // of the packed bytes, from the begin of the file
+    std::uint64_t position_ = 0;  // of the next one
     std::uint64_t packed_left_ = 0;
     std::uint64_t delivered_ = 0;
     std::uint32_t checksum_ = 0;

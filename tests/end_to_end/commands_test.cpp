@@ -54,8 +54,8 @@ TEST(DecimateCommand, SaysHowFarTheResultIsOff) {
 
 TEST(RenderCommand, DrawsASheet) {
   const TemporaryFolder folder;
-  const ProgramResult result = RunHoldfast(
-      folder.Path(), "render demo_drink -o sheet.png --sheet 2x1 --size 80x120 -q");
+  const ProgramResult result =
+      RunHoldfast(folder.Path(), "render demo_drink -o sheet.png --sheet 2x1 --size 80x120 -q");
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(testing::ReadText(folder / "sheet.png"), HasSubstr("PNG"));
 }
@@ -84,7 +84,8 @@ TEST(ImportCommand, ReportsWhatItMapped) {
 
 TEST(EveryCommand, HasHelpWithExamples) {
   const TemporaryFolder folder;
-  for (const char* command : {"fit", "grasp", "import", "decimate", "render", "body info"}) {
+  for (const char* command : {"fit", "grasp", "import", "convert", "decimate", "render",
+                              "body info", "make-reach-data"}) {
     const ProgramResult result = RunHoldfast(folder.Path(), std::string(command) + " --help");
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_THAT(result.out, HasSubstr("Examples:")) << command;

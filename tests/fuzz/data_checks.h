@@ -39,7 +39,7 @@ inline void Interrogate(const DataValue& value, bool with_numbers) {
     ask([&] { value.Integer(); });
   });
   // Not the other way round: an array stretched over few bytes may be refused for its size.
-  Require(value.HoldsNumbers() || !gives_numbers, "what gives numbers holds them");
+  Require(!gives_numbers || value.HoldsNumbers(), "what gives numbers holds them");
 }
 
 /// Walks through what was read, as far as a few hundred values: they may be in loops. Lists are
@@ -47,7 +47,7 @@ inline void Interrogate(const DataValue& value, bool with_numbers) {
 inline void InterrogateAll(const DataValue& root) {
   constexpr int kMostValues = 200;
   constexpr std::size_t kMostChildren = 40;
-  int lists_left = 6;
+  int lists_left = 2;
   std::deque<DataValue> open{root};
   for (int seen = 0; seen < kMostValues && !open.empty(); ++seen) {
     const DataValue value = std::move(open.front());

@@ -59,7 +59,7 @@ for target in "${targets[@]}"; do
   TIMEFORMAT='cpu_s %U'
   { time (cd "$folder" && "$build/tests/fuzz/fuzz_$target" "${inputs[@]}" "${options[@]}" "${limit[@]}"); } \
     >"$log" 2>&1 || failed=1
-  runs=$(sed -n 's/.*number_of_executed_units: *//p' "$log")
+  runs=$(sed -n "s/.*number_of_executed_units: *//p" "$log" | tail -n 1)
   last=$(grep ' cov: ' "$log" | tail -n 1 || true)
   printf '%-14s %10s %9s %6s %7s %8s\n' "$target" "${runs:-?}" \
     "$(sed -n 's/^cpu_s //p' "$log")" "$(sed -n 's/.* cov: \([0-9]*\).*/\1/p' <<<"$last")" \

@@ -44,8 +44,9 @@ std::vector<Member> Unpack(const std::uint8_t* data, std::size_t size) {
   for (zip_uint64_t i = 0; i < static_cast<zip_uint64_t>(zip_get_num_entries(zip, 0)); ++i) {
     const char* name = zip_get_name(zip, i, ZIP_FL_ENC_RAW);
     zip_file_t* file = zip_fopen_index(zip, i, 0);
-    if (name != nullptr && file != nullptr) {
-      Member member{name, std::string(1 << 14, '\0')};
+    zip_stat_t stat;
+    if (name != nullptr && file != nullptr && zip_stat_index(zip, i, 0, &stat) == 0) {
+      Member member{name, std::string(std::min<zip_uint64_t>(stat.size, 1 << 14), '\0')};
       // What a wrong checksum spoils at the end is taken up to there.
       const zip_int64_t count = zip_fread(file, member.data.data(), member.data.size());
       member.data.resize(count > 0 ? static_cast<std::size_t>(count) : 0);

@@ -4,16 +4,19 @@
 #include <cstdlib>
 #include <random>
 #include <sstream>
+#include <tuple>
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
 #include "geometry/body_model.h"
 #include "geometry/clip.h"
+#include "geometry/import/import_file.h"
 #include "geometry/io/bvh_writer.h"
 #include "geometry/io/gltf_writer.h"
 #include "geometry/io/import_motion.h"
 #include "geometry/io/mesh_io.h"
+#include "geometry/io/parameter_writer.h"
 #include "geometry/rotation.h"
 #include "tests/support/moving_clip.h"
 #include "tests/support/temporary_folder.h"
@@ -197,6 +200,57 @@ TEST(RoundTrip, GlbKeepsSinglePrecision) {
     RC_ASSERT(difference.rotation < 4e-7);
     RC_ASSERT(difference.place < 6e-7);
   });
+}
+
+// A motion with what a family of models has and nothing else: SMPL-H no face, MANO no body.
+Clip Only(Clip clip, ModelKind kind) {
+  clip.object.reset();
+  clip.holding_hand.clear();
+  for (JointPose& pose : clip.pose) {
+    if (kind != ModelKind::kSmplx) pose.middleCols(22, 3).setZero();
+    if (const std::optional<Side> hand = LoneHand(kind)) {
+      const int begin = HandBegin(*hand);
+      JointPose alone = JointPose::Zero();
+      alone.col(0) = pose.col(0);
+      alone.middleCols(begin, kJointsPerHand) = pose.middleCols(begin, kJointsPerHand);
+      pose = alone;
+    }
+  }
+  if (LoneHand(kind)) clip.surface_model_type = "mano";
+  if (kind == ModelKind::kSmplh) clip.surface_model_type = "smplh";
+  return clip;
+}
+
+// Double precision in every layout and container, by import's own reading of them.
+TEST(RoundTrip, ParametersKeepEveryNumber) {
+  const TemporaryFolder folder;
+  ImportFileOptions import;
+  import.parameters.body = BodyModel::Default();
+  import.parameters.up = WorldUp::kPlusZ;
+  import.parameters.find_ground = false;
+  import.frame_rate = 0;
+  using enum ParameterLayout;
+  for (const auto& [kind, layout, name] : {std::tuple{ModelKind::kSmplx, kPackage, "a.npz"},
+                                           {ModelKind::kSmplx, kPackage, "a.json"},
+                                           std::tuple{ModelKind::kSmplx, kAmass, "a.npz"},
+                                           {ModelKind::kSmplh, kPackage, "a.npz"},
+                                           std::tuple{ModelKind::kSmplh, kPackage, "a.json"},
+                                           {ModelKind::kSmplh, kAmass, "a.npz"},
+                                           std::tuple{ModelKind::kManoRight, kPackage, "a.json"}}) {
+    const std::string what = std::string(ModelKindName(kind)) + (layout == kAmass ? " " : " p ");
+    Check(what + name, 10, [&, kind = kind, layout = layout, name = name] {
+      const Clip clip = Only(AnyClip(false), kind);
+      WriteParameters(clip, kind, layout, true, folder / name);
+      const ImportedFile back = ImportFile(folder / name, import);
+      RC_ASSERT(back.clip.NumFrames() == clip.NumFrames());
+      RC_ASSERT(back.clip.frame_rate == clip.frame_rate);
+      RC_ASSERT(back.clip.gender == clip.gender);
+      RC_ASSERT(back.clip.betas == clip.betas);
+      const Difference difference = Between(clip, back.clip);
+      RC_ASSERT(difference.rotation < 1e-12);
+      RC_ASSERT(difference.place < 1e-12);
+    });
+  }
 }
 
 // Six decimals of a degree and of a centimetre, rotations relative to parents.
