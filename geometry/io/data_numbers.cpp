@@ -84,12 +84,17 @@ NpyArray JoinLeaves(const DataStore& store, const std::vector<NodeIndex>& leaves
 // appears.
 NpyArray GatherList(const DataStore& store, NodeIndex index, const std::string& where) {
   std::vector<std::size_t> shape;
-  std::vector<NodeIndex> level{index}, next;
+  std::vector<NodeIndex> level{index}, next, firsts;
   while (!level.empty() && std::holds_alternative<ListNode>(store[level.front()])) {
     if (shape.size() == kMaxRank) {
       throw Error(where, fmt::format("is nested more than {} lists deep", kMaxRank),
                   "Save it as an array");
     }
+    // From each level's first list the next one's is reached: one that comes again is in itself.
+    if (std::find(firsts.begin(), firsts.end(), level.front()) != firsts.end()) {
+      throw Error(where, "is a list that holds itself", "Save it as an array");
+    }
+    firsts.push_back(level.front());
     const std::size_t length = std::get<ListNode>(store[level.front()]).items.size();
     if (length > store.MemoryLimit() / (4 * sizeof(double)) / level.size()) {
       throw Error(where, "repeats its lists beyond all bounds", "Save it as an array");

@@ -55,8 +55,8 @@ struct NpyMember {
 };
 
 /// Read access to a `.npz` archive (zip, stored or deflated, zip64). Members are read on demand,
-/// each straight into the array that is returned: a 2 GB member takes 2 GB (and a deflated one up to
-/// 256 MB for its packed bytes while it is unpacked).
+/// each straight into the array that is returned: a 2 GB member takes 2 GB, and a deflated one up
+/// to 256 MB more, for its packed bytes, while it is unpacked.
 class NpzReader {
  public:
   /// Throws Error when the file is missing, empty, or not a zip archive.

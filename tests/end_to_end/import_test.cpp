@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +15,9 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string Quoted(const std::string& fixture) { return "'" + Fixture(fixture).string() + "'"; }
+std::string Quoted(const std::string& fixture) {
+  return fmt::format("'{}'", Fixture(fixture).string());
+}
 
 nlohmann::json ImportJson(const TemporaryFolder& folder, const std::string& arguments) {
   const ProgramResult run = RunHoldfast(folder.Path(), "import " + arguments + " --json");

@@ -35,7 +35,9 @@ TEST_P(WristOffsetOf, MoveHandBringsTheWristWhereTheOffsetSays) {
   before.Evaluate(FingerPose::Zero(), false);
   JointPose pose = scene.pose;
   const WristOffset offset = SomeOffset();
-  EXPECT_LT(MoveHand(scene.hand, offset, scene.trans, pose), 1e-9);
+  Eigen::Vector3d trans = scene.trans;
+  EXPECT_LT(MoveHand(scene.hand, offset, trans, pose), 1e-9);
+  EXPECT_EQ(trans, scene.trans);  // the arm follows, the body stays
   after.SetBody(pose, scene.trans);
   after.Evaluate(FingerPose::Zero(), false);
   EXPECT_LT((after.WristPosition() -
@@ -65,7 +67,8 @@ TEST_P(WristOffsetOf, AWristOutOfReachComesAsNearAsTheArmIsLong) {
   JointPose pose = scene.pose;
   WristOffset offset;
   offset.translation = Eigen::Vector3d(0.0, 3.0, 0.0);
-  const double missing = MoveHand(scene.hand, offset, scene.trans, pose);
+  Eigen::Vector3d trans = scene.trans;
+  const double missing = MoveHand(scene.hand, offset, trans, pose);
   EXPECT_GT(missing, 2.0);
   EXPECT_LT(missing, 3.0);
   EXPECT_TRUE(pose.allFinite());
@@ -75,9 +78,10 @@ TEST_P(WristOffsetOf, OffsetsComposeInTheFrameOfTheMovedHand) {
   const HandScene scene(GetParam());
   const WristOffset a = SomeOffset(), b = SomeOffset().Part(-0.4);
   JointPose in_steps = scene.pose, at_once = scene.pose;
-  MoveHand(scene.hand, a, scene.trans, in_steps);
-  MoveHand(scene.hand, b, scene.trans, in_steps);
-  MoveHand(scene.hand, a.Then(b), scene.trans, at_once);
+  Eigen::Vector3d trans = scene.trans;
+  MoveHand(scene.hand, a, trans, in_steps);
+  MoveHand(scene.hand, b, trans, in_steps);
+  MoveHand(scene.hand, a.Then(b), trans, at_once);
   HandState s(scene.hand), o(scene.hand);
   s.SetBody(in_steps, scene.trans);
   s.Evaluate(FingerPose::Zero(), false);
