@@ -7,6 +7,7 @@
 #include "geometry/import/data_set_files.h"
 #include "geometry/import/finger_angles.h"
 #include "geometry/import/joint_fields.h"
+#include "geometry/import/mano_parameters.h"
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/import/smplx_parameters.h"
 #include "geometry/import/world_frame.h"
@@ -41,24 +42,10 @@ std::string SequenceOf(const fs::path& path) {
 std::string SubjectOf(const fs::path& path) { return path.parent_path().filename().string(); }
 
 ImportedClip ImportHandAlone(const Fields& fields, Side side, const ParameterOptions& options) {
-  ImportedClip imported;
-  Clip& clip = imported.clip;
-  const Fields hand = fields.In(SideName(side));
-  clip.trans = ReadFrameRows(hand["trans"], 3);
-  clip.pose = RestPoses(clip.trans.cols(), hand["pose"], kHandDofs);
-  SetJoints(clip.pose, 0, ReadRotations(hand["rot"], 1, imported.body_defects),
-            hand["rot"].Where());
-  FingerAngles fingers(options);
-  SetJoints(clip.pose, HandBegin(side), fingers.Read(hand["pose"], side, imported.body_defects),
-            hand["pose"].Where());
-  if (!options.flat_hand_mean.value_or(false)) fingers.AddMean(clip.pose);
-  if (const auto shape = hand.Find("shape")) {
-    clip.betas = ReadFrameRows(*shape, 10).rowwise().mean();
-  }
-  clip.surface_model_type = "mano";
-  clip.frame_rate = kArcticFrameRate;
-  Append(imported.conventions, fingers.Conventions());
-  Append(imported.notes, fingers.Notes());
+  ImportedClip imported =
+      ReadHandAlone(fields.In(SideName(side)), {"rot", "pose", "trans", "shape"}, side,
+                    options.flat_hand_mean.value_or(false), options);
+  imported.clip.frame_rate = kArcticFrameRate;
   return imported;
 }
 

@@ -15,6 +15,7 @@
 #include "geometry/import/grab_sequence.h"
 #include "geometry/import/imos_result.h"
 #include "geometry/import/joint_fields.h"
+#include "geometry/import/mano_parameters.h"
 #include "geometry/import/parameter_array.h"
 #include "geometry/import/smplx_parameters.h"
 #include "geometry/import/world_frame.h"
@@ -127,6 +128,9 @@ constexpr std::array kImporters = {
         "SMPL-X parameters (.npz .pkl .npy .json .pt; the smplx package's names and others')",
         [](const OpenFile& f) { return LooksLikeParameters(f.fields); },
         [](const OpenFile& f, const ParameterOptions& o) { return ImportParameters(f.fields, o); }},
+    Importer{"MANO parameters (the smplx package's names)",
+             [](const OpenFile& f) { return LooksLikeMano(f.fields); },
+             [](const OpenFile& f, const ParameterOptions& o) { return ImportMano(f.fields, o); }},
     Importer{"a list of such parameters, one a frame", IsListOfParameters, ImportList},
     Importer{"such parameters by person", IsPeople, ImportPerson},
     Importer{"Motion-X (frames, 322), poses (frames, 165 or 156)", IsArray,

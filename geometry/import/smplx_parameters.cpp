@@ -82,6 +82,22 @@ std::optional<Fields> FindParameters(const Fields& fields) {
 
 bool LooksLikeParameters(const Fields& fields) { return FindParameters(fields).has_value(); }
 
+std::optional<double> FrameRateOf(const Fields& fields) {
+  const auto rate = fields.Find(kFrameRate);
+  if (!rate || !rate->HoldsNumbers()) return std::nullopt;
+  const double value = rate->Number();
+  if (!(value > 0) || !std::isfinite(value)) {
+    throw Error(rate->Where(), fmt::format("is {}", value), "Give frames per second");
+  }
+  return value;
+}
+
+std::optional<bool> FlatHandMeanOf(const Fields& fields) {
+  const auto flat = fields.Find("flat_hand_mean");
+  if (!flat || !flat->HoldsNumbers()) return std::nullopt;
+  return flat->Number() != 0;
+}
+
 ParameterCollector::ParameterCollector(const ParameterOptions& options)
     : options_(options), fingers_(options) {
   imported_.format = "SMPL-X parameters";
@@ -199,13 +215,7 @@ void ParameterCollector::Add(const Fields& packed) {
   if (const auto gender = fields.Find("gender")) {
     if (const auto known = GenderOf(*gender)) clip.gender = *known;
   }
-  if (const auto rate = fields.Find(kFrameRate); rate && rate->HoldsNumbers()) {
-    const double value = rate->Number();
-    if (!(value > 0) || !std::isfinite(value)) {
-      throw Error(rate->Where(), fmt::format("is {}", value), "Give frames per second");
-    }
-    clip.frame_rate = value;
-  }
+  if (const auto rate = FrameRateOf(fields)) clip.frame_rate = *rate;
   ListDropped(fields);
 }
 
@@ -332,6 +342,7 @@ ImportedClip ImportParameters(const Fields& fields, const ParameterOptions& opti
                               std::optional<WorldUp> known_up, std::optional<bool> known_flat) {
   ParameterCollector collector(options);
   collector.Add(fields);
+  if (!known_flat) known_flat = FlatHandMeanOf(fields);
   ImportedClip imported = collector.Collect(known_flat);
   SettleWorld(imported, options, known_up, !known_up);
   return imported;

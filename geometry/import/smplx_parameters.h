@@ -21,6 +21,12 @@ std::optional<Fields> FindParameters(const Fields& fields);
 /// `fullpose` with `transl`.
 bool LooksLikeParameters(const Fields& fields);
 
+/// Frames per second, under any of the names in use; nothing when there is none. Throws Error for a
+/// rate that is not positive.
+std::optional<double> FrameRateOf(const Fields& fields);
+/// The smplx package's flag, where a file keeps it (Holdfast's do).
+std::optional<bool> FlatHandMeanOf(const Fields& fields);
+
 /// Parameters of SMPL-X as fitting codes write them, collected file by file (or frame by frame)
 /// into one clip. Rotations as axis-angle or matrices, in the shapes that ReadRotations takes;
 /// hands as angles, matrices or PCA coefficients (FingerAngles); a body of 23 joints (SMPL) loses

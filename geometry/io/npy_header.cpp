@@ -178,6 +178,7 @@ std::size_t NpyDataBytes(const NpyArray& array, std::uint64_t available, const s
                              fmt::join(array.shape, ", "), available),
                  "Copy or save the file again");
   };
+  if (std::ranges::find(array.shape, std::size_t{0}) != array.shape.end()) return 0;
   std::uint64_t bytes = array.item_size;
   std::uint64_t elements = 1;
   for (const std::size_t n : array.shape) {

@@ -13,6 +13,7 @@ using holdfast::fuzz::Require;
 std::map<std::string, holdfast::NpyArray> ReadAll(const holdfast::SafetensorsReader& reader) {
   std::map<std::string, holdfast::NpyArray> arrays;
   for (const std::string& name : reader.Names()) {
+    if (name.empty()) continue;  // read, but no name that we would write
     try {
       arrays[name] = reader.Read(name).array;
     } catch (const holdfast::Error&) {

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string_view>
+
+#include "geometry/import/fields.h"
+#include "geometry/import/imported_clip.h"
+#include "geometry/skeleton.h"
+
+namespace holdfast {
+
+/// What the parameters of a hand alone are called in a file.
+struct HandFieldNames {
+  std::string_view orient, pose, trans, betas;
+};
+
+/// A MANO hand as a clip of a hand alone: `orient` and `trans` its root, `pose` 15 joints or
+/// coefficients. `flat`: whether these are complete, or differences from the mean hand. No world is
+/// settled. Throws Error naming the field.
+ImportedClip ReadHandAlone(const Fields& fields, const HandFieldNames& names, Side side, bool flat,
+                           const ParameterOptions& options);
+
+/// Whether these are MANO's parameters in the smplx package's names: `global_orient`, `hand_pose`
+/// and no body.
+bool LooksLikeMano(const Fields& fields);
+
+/// Such parameters. The hand is the one that `is_rhand` tells (Holdfast's files do), else the one
+/// that the options ask for, else a right one, with a note. Finger angles are as `flat_hand_mean`
+/// in the file tells, else on top of the mean hand, the package's default.
+ImportedClip ImportMano(const Fields& fields, const ParameterOptions& options);
+
+}  // namespace holdfast
