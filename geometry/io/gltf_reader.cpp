@@ -379,7 +379,9 @@ class GltfMotionReader {
     prop.mesh = ReadGltfMesh(asset_, At(asset_, *prop_).mesh);
     const Eigen::Matrix3d shape = options_.metres_per_unit * R.transpose() * linear;
     prop.mesh.vertices = (shape * prop.mesh.vertices).eval();
-    if (shape.determinant() < 0) prop.mesh.faces.row(1).swap(prop.mesh.faces.row(2));
+    if (shape.determinant() < 0 && prop.mesh.NumFaces() > 0) {
+      prop.mesh.faces.row(1).swap(prop.mesh.faces.row(2));
+    }
   }
 
   // The bind pose may be in other units than the scene (centimetres below a node that scales).
