@@ -234,4 +234,13 @@ void DescribeMotion(const LooseMotion& motion, double metres_per_unit, Inspectio
   }
 }
 
+double DescribeBodyMotion(const LooseMotion& motion, const BodyModel& body,
+                          Inspection& inspection) {
+  if (motion.IsHandAlone()) return 1.0;
+  const Posture posture = MeasurePosture(motion, body);
+  DescribePosture(motion, posture, inspection);
+  DescribeMotion(motion, posture.metres_per_unit, inspection);
+  return posture.metres_per_unit;
+}
+
 }  // namespace holdfast

@@ -22,4 +22,8 @@ void DescribeObject(const LooseMotion& motion, const BodyModel& body, double met
 /// Leaps, joints bent too far, order of the joints.
 void DescribeMotion(const LooseMotion& motion, double metres_per_unit, Inspection& inspection);
 
+/// DescribePosture and DescribeMotion, neither of which says anything of a hand alone. Returns the
+/// metres per unit of `trans`.
+double DescribeBodyMotion(const LooseMotion& motion, const BodyModel& body, Inspection& inspection);
+
 }  // namespace holdfast

@@ -11,7 +11,6 @@
 #include "geometry/clip.h"
 #include "geometry/error.h"
 #include "geometry/inspect/clip_findings.h"
-#include "geometry/inspect/posture.h"
 
 namespace holdfast {
 namespace {
@@ -62,12 +61,6 @@ void DescribeArrays(const LooseMotion& motion, Inspection& inspection) {
   }
 }
 
-// MANO's: the root is the wrist, and there is no body to be upright.
-bool IsHandAlone(const LooseMotion& motion) {
-  const auto type = motion.texts.find("surface_model_type");
-  return type != motion.texts.end() && type->second == "mano";
-}
-
 void DescribeModel(const LooseMotion& motion, Inspection& inspection) {
   const auto text = [&](const char* key) {
     const auto found = motion.texts.find(key);
@@ -75,7 +68,7 @@ void DescribeModel(const LooseMotion& motion, Inspection& inspection) {
   };
   const std::string type = text("surface_model_type"), gender = text("gender"),
                     body = text("body_model");
-  if (IsHandAlone(motion)) {
+  if (motion.IsHandAlone()) {
     const std::string hand = "a hand alone (MANO), as a body's";
     inspection.AddFact("body", hand, "body: " + hand + (body.empty() ? "" : " '" + body + "'"));
     return;
@@ -149,13 +142,7 @@ void InspectClip(Inspection& inspection) {
   }
   if (motion.frames > 0 && !too_long) {
     const auto body = BodyModel::Default();
-    double metres_per_unit = 1.0;
-    if (!IsHandAlone(motion)) {
-      const Posture posture = MeasurePosture(motion, *body);
-      metres_per_unit = posture.metres_per_unit;
-      DescribePosture(motion, posture, inspection);
-      DescribeMotion(motion, metres_per_unit, inspection);
-    }
+    const double metres_per_unit = DescribeBodyMotion(motion, *body, inspection);
     DescribeHands(motion, *body, inspection);
     DescribeObject(motion, *body, metres_per_unit, inspection);
   }

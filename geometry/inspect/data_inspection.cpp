@@ -104,7 +104,9 @@ void InspectWeights(const DataFile& file, Inspection& inspection) {
 
 // A motion that import takes: said of the clip that comes of it.
 void InspectMotionData(Inspection& inspection) {
+  const auto body = BodyModel::Default();
   ImportFileOptions options;
+  options.parameters.body = body;
   options.frame_rate = 0;
   ImportedFile imported;
   try {
@@ -135,12 +137,7 @@ void InspectMotionData(Inspection& inspection) {
   for (const std::string& note : imported.notes) inspection.Warn(note, "");
 
   const LooseMotion motion = LooseMotionOf(clip);
-  const auto body = BodyModel::Default();
-  if (clip.surface_model_type != "mano") {
-    const Posture posture = MeasurePosture(motion, *body);
-    DescribePosture(motion, posture, inspection);
-    DescribeMotion(motion, posture.metres_per_unit, inspection);
-  }
+  DescribeBodyMotion(motion, *body, inspection);
   DescribeObject(motion, *body, 1.0, inspection);
   const std::string file = ShellWord(inspection.path), stem = ShellWord(Stem(inspection.path));
   inspection.next.push_back(fmt::format("holdfast import {} -o {}_clip.npz", file, stem));

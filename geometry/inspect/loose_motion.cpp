@@ -312,6 +312,7 @@ LooseMotion LooseMotionOf(const Clip& clip) {
   }
   motion.holding_hand.assign(clip.holding_hand.begin(), clip.holding_hand.end());
   motion.num_betas = static_cast<int>(clip.betas.size());
+  motion.texts["surface_model_type"] = clip.surface_model_type;
   return motion;
 }
 

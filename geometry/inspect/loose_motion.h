@@ -50,6 +50,12 @@ struct LooseMotion {
   std::vector<int> holding_hand;                 ///< bits, empty if not there
   std::map<std::string, std::string> texts;      ///< gender, surface_model_type, ...
   int num_betas = -1;                            ///< -1: none
+
+  /// MANO's: the root is the wrist, and there is no body to be upright.
+  bool IsHandAlone() const {
+    const auto type = texts.find("surface_model_type");
+    return type != texts.end() && type->second == "mano";
+  }
 };
 
 /// Reads what can be read. Throws nothing but std::bad_alloc; problems are in the result.
