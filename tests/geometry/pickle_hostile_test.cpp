@@ -175,6 +175,8 @@ TEST(HostilePickle, LoopsAndSharedValuesAreNoTrap) {
             "a value");
   EXPECT_THAT(ReadNumbers("]q\x01h\x01"
                           "a."),
+              HasSubstr("is a list that holds itself"));
+  EXPECT_THAT(ReadNumbers(std::string(40, '(') + "I7\n" + std::string(40, 'l') + "."),
               HasSubstr("nested more than 32 lists deep"));
   // Each list holds the one before twice, or ten times.
   std::string laughs = "I7\n";
