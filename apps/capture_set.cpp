@@ -130,9 +130,11 @@ fs::path KeptAt(const fs::path& cache, const Capture& capture) {
   return cache / file;
 }
 
-// On the ground, and no faster than a hand that takes something: no leap, catch or blow.
+// On the ground, no faster than a hand that takes something, and at rest or nearly so where it
+// does: no leap, catch or blow.
 bool IsCalm(const Clip& clip, const ReachMark& mark, const RetargetBody& body) {
-  constexpr double kFastestWrist = 4.0;  // m/s
+  constexpr double kFastestWrist = 3.2;  // m/s
+  constexpr double kSlowEnough = 1.0;    // m/s, at the mark
   constexpr double kHighestSole = 0.08;  // metres
   const SolePoints soles(body.rest_joints, body.floor_y);
   const std::vector<BodyFrame> motion = BodyFrames(clip, body.rest_joints);
@@ -142,7 +144,8 @@ bool IsCalm(const Clip& clip, const ReachMark& mark, const RetargetBody& body) {
   for (int t = begin; t < end; ++t) {
     const BodyPlacement placed = Place(body.rest_joints, motion[static_cast<std::size_t>(t)]);
     const Eigen::Vector3d wrist = placed.joints.col(WristJoint(mark.wrist));
-    if (t > begin && (wrist - before).norm() * kFrameRate > kFastestWrist) return false;
+    const double fastest = std::abs(t - mark.frame) <= 1 ? kSlowEnough : kFastestWrist;
+    if (t > begin && (wrist - before).norm() * kFrameRate > fastest) return false;
     if (soles.At(placed).row(2).minCoeff() > kHighestSole) return false;
     before = wrist;
   }
@@ -190,11 +193,13 @@ void HoldOut(std::vector<Capture>& captures, const std::vector<std::string>& sub
     total += usable;
   }
   std::set<std::string> out(subjects.begin(), subjects.end());
+  std::set<std::string> names;
+  for (const Capture& capture : captures) names.insert(capture.name);
   for (const std::string& subject : subjects) {
-    if (frames.count(subject) == 0) {
+    if (frames.count(subject) == 0 && names.count(subject) == 0) {
       std::vector<std::string> known;
       for (const auto& [name, count] : frames) known.push_back(name);
-      throw Error("--held-out", fmt::format("there is no subject '{}'", subject),
+      throw Error("--held-out", fmt::format("there is no subject or clip '{}'", subject),
                   fmt::format("Subjects: {}", fmt::join(known, ", ")));
     }
   }
@@ -211,7 +216,9 @@ void HoldOut(std::vector<Capture>& captures, const std::vector<std::string>& sub
       out.insert(name);
     }
   }
-  for (Capture& capture : captures) capture.held_out = out.count(capture.subject) > 0;
+  for (Capture& capture : captures) {
+    capture.held_out = out.count(capture.subject) > 0 || out.count(capture.name) > 0;
+  }
 }
 
 bool ImportCaptures(const fs::path& folder, const fs::path& cache, const BodyModel& body,

@@ -33,8 +33,9 @@ struct Capture {
 /// Error naming file, line and column for an index that does not read, and for an empty folder.
 std::vector<Capture> ListCaptures(const std::filesystem::path& folder);
 
-/// Splits by subject: those named, or without names the subjects with the least motion until they
-/// have a tenth of it. Throws Error for a name that no capture has.
+/// Splits by subject: those named (or clips named, where the subject of a take is not stated), or
+/// without names the subjects with the least motion until they have a tenth of it. Throws Error for
+/// a name that no capture has.
 void HoldOut(std::vector<Capture>& captures, const std::vector<std::string>& subjects);
 
 /// Imports and measures all captures, in parallel. Clips are kept in `cache` (or where SortClips

@@ -30,6 +30,8 @@ struct ClipInput {
   std::optional<TriangleMesh> object;  ///< full resolution, in the object's own frame
   std::string object_source;           ///< where it came from
   std::string object_missing;          ///< why there is none, for a clip that has an object track
+  /// World, metres: shown in reports where it is, and nothing else.
+  std::optional<TriangleMesh> marker;
   nlohmann::json metrics;              ///< of the metrics.json beside the clip; null without one
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "apps/common.h"
 #include "apps/evaluate_fit.h"
+#include "apps/evaluate_reach.h"
 
 namespace holdfast::apps {
 
@@ -36,6 +37,7 @@ void AddEvaluateCommand(CLI::App& app, int& exit_code) {
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;
   });
+  AddEvaluateReach(*command, exit_code);
 }
 
 }  // namespace holdfast::apps

@@ -36,7 +36,9 @@ int main(int argc, char** argv) {
   AddReportCommand(app, exit_code);
   AddEvaluateCommand(app, exit_code);
   AddRefineCommand(app, exit_code);
+  AddReachCommand(app, exit_code);
   AddMakeReachDataCommand(app, exit_code);
+  AddTrainCommand(app, exit_code);
   WatchForInterrupt();
 
   const auto named = [&](const CLI::App* command) { return command->check_name(argv[1]); };

@@ -32,8 +32,9 @@ struct Options {
   std::string wrist = "right";
   std::vector<std::string> held_out;
   double hours = 1.0;
-  int reaches = 4;
+  int reaches = 3;
   double farthest = 5.0;
+  double pace = 1.0;
   double blend_s = 0.35;
   bool as_captured = false;
 };
@@ -152,6 +153,7 @@ json OptionsJson(const Options& options) {
           {"hours", options.hours},
           {"reaches", options.reaches},
           {"farthest_m", options.farthest},
+          {"pace", options.pace},
           {"blend_s", options.blend_s},
           {"wrist", options.wrist},
           {"as_captured", options.as_captured}};
@@ -200,6 +202,7 @@ int Run(const Options& options) {
   shop.making.warp.joint_limits = LimitsOf(moving);
   shop.making.synthesis.reaches = options.reaches;
   shop.making.synthesis.farthest_goal = options.farthest;
+  shop.making.synthesis.pace = options.pace;
   shop.making.synthesis.blend_s = options.blend_s;
   shop.making.synthesis.wrist = options.wrist == "left" ? Side::kLeft : Side::kRight;
   shop.making.carry_to_goals = !options.as_captured;
@@ -308,8 +311,10 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(CLI::Range(0.01, 200.0));
   command
-      ->add_option("--held-out", options->held_out,
-                   "Subjects kept away from training [the smallest, a tenth of all]")
+      ->add_option(
+          "--held-out", options->held_out,
+          "Subjects, or clips by name (folder_file), kept away from training [the smallest "
+          "subjects, a tenth of all]")
       ->delimiter(',');
   command->add_option("--wrist", options->wrist, "That reaches")
       ->capture_default_str()
@@ -320,6 +325,12 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
   command->add_option("--farthest", options->farthest, "Way to a goal, metres")
       ->capture_default_str()
       ->check(CLI::Range(0.5, 20.0));
+  command
+      ->add_option("--pace", options->pace,
+                   "Multiplies the speeds of walking (1.0-1.8 m/s asked for) and playing (1.0-1.35 "
+                   "times as captured); 0.8 strolls")
+      ->capture_default_str()
+      ->check(CLI::Range(0.6, 1.3));
   command->add_option("--blend", options->blend_s, "Length of a transition, seconds")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 1.0));
@@ -329,7 +340,10 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
   AddCommonOptions(*command, options->common, true,
                    "  holdfast make-reach-data mocap -o reaches --hours 4\n"
                    "  holdfast make-reach-data mocap -o left --hours 0.5 --wrist left --seed 7 "
-                   "--held-out cmu_08,cmu_39\n");
+                   "--held-out cmu_08,cmu_39\n"
+                   "made/*.npz are clips with arrays goal (K x 3, world, metres), goal_frame (K) "
+                   "and goal_wrist (K):\nthe wrist joint is at the goal in its frame. A goal "
+                   "begins where the one before is reached.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -229,6 +229,11 @@ ReportClip MakeReportClip(const ClipInput& input, const ReportOptions& options, 
     AddObject(payload, input, notes);
   }
 
+  if (input.marker) {
+    AddPoints(payload, "marker_vertices", input.marker->vertices);
+    AddFaces(payload, "marker_faces", input.marker->faces, input.marker->NumVertices());
+  }
+
   report.header = {{"name", ReportName(input)},
                    {"source", input.source},
                    {"frames", clip.NumFrames()},
@@ -236,6 +241,7 @@ ReportClip MakeReportClip(const ClipInput& input, const ReportOptions& options, 
                    {"vertices", vertices},
                    {"right_hand_vertices", right_hand},
                    {"has_object", has_object},
+                   {"has_marker", input.marker.has_value()},
                    {"object_name", clip.object ? clip.object->name : ""},
                    {"holding", clip.holding_hand},
                    {"contact_threshold_mm", options.contact_threshold_mm},

@@ -30,10 +30,10 @@ struct ReachClipLimits {
   double foot_correction_m = 0.20;  ///< of a planted foot, by foot locking
   double pelvis_sink_m = 0.12;      ///< for legs to reach
   double ankle_missed_m = 0.03;
-  double skate_ratio = 0.12;
+  double skate_ratio = 0.15;
   double lowest_sole_m = -0.05;
-  double max_acceleration = 120.0;  ///< m/s^2, of any joint in any frame
-  double p99_acceleration = 30.0;
+  double max_acceleration = 150.0;  ///< m/s^2, of any joint in any frame
+  double p99_acceleration = 34.0;
   double beyond_limits_ratio = 0.01;  ///< share of frames and joints beyond the joint limits
 };
 

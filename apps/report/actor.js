@@ -27,6 +27,7 @@ export class Actor {
     this.mode = "off";
     this.body = this.makeBody();
     this.object = header.has_object ? this.makeObject() : null;
+    if (header.has_marker) this.group.add(this.makeMarker());
     this.setGhost(false);
   }
 
@@ -55,6 +56,18 @@ export class Actor {
       geometry.computeVertexNormals();
     }
     return this.addMesh(geometry);
+  }
+
+  // What stands in the world and is neither body nor object: a goal.
+  makeMarker() {
+    const geometry = new BufferGeometry();
+    geometry.setIndex(new BufferAttribute(this.arrays.marker_faces, 1));
+    geometry.setAttribute("position", new BufferAttribute(this.arrays.marker_vertices, 3));
+    geometry.computeVertexNormals();
+    const material = new MeshStandardMaterial({ color: kPalette.marker, roughness: 0.5 });
+    const marker = new Mesh(geometry, material);
+    marker.castShadow = true;
+    return marker;
   }
 
   // A mesh, and before it the same mesh into the depth buffer only: with it a translucent surface

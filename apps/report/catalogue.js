@@ -35,6 +35,13 @@ const kCharts = [
     series: [["intersection_volume_cm3", "", "c"]],
   },
   {
+    title: "Distance to the goal",
+    about: "From the wrist that reaches to the goal in mind",
+    unit: "cm",
+    factor: 100,
+    series: [["goal_distance_m", "", "a"]],
+  },
+  {
     title: "Solve time",
     about: "Time to solve the frame",
     unit: "ms",

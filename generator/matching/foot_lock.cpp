@@ -138,7 +138,9 @@ std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const Sole
       ankle += correction[t];
       ankle.z() += lift[static_cast<std::size_t>(side)][t];
       if ((planted[t] & mask) != 0) {
-        found.max_correction_m = std::max(found.max_correction_m, correction[t].head<2>().norm());
+        const double moved = correction[t].head<2>().norm();
+        if (moved > found.max_correction_m) found.at_frame = static_cast<int>(t);
+        found.max_correction_m = std::max(found.max_correction_m, moved);
       }
     }
   }

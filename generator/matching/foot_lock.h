@@ -13,6 +13,7 @@ namespace holdfast {
 
 struct FootLockReport {
   double max_correction_m = 0.0;  ///< greatest way that a planted foot was moved
+  int at_frame = 0;               ///< that of the greatest correction
   double max_sink_m = 0.0;        ///< greatest sinking of the pelvis for legs to reach
   double max_missed_m = 0.0;      ///< greatest distance of an ankle from its place at the end
 };

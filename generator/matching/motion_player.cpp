@@ -8,6 +8,8 @@ namespace holdfast {
 namespace {
 
 constexpr double kRate = MotionLibrary::kFrameRate;
+constexpr double kSwinging = 0.03;     // m per frame: a foot this fast is no longer on the ground
+constexpr double kAnchorShare = 0.35;  // of what is new in a slide, taken up per frame
 
 }  // namespace
 
@@ -35,10 +37,36 @@ bool MotionPlayer::CanStep() const {
   return next_ + rate_ <= static_cast<double>(library_.Clips()[clip_].frames.size()) - 1.0;
 }
 
+// Where the body goes so that the feet that carry it stay: the mean slide of the planted feet,
+// eased in and out.
+void MotionPlayer::Anchor(BodyFrame& frame, SoleBits contact) {
+  Soles soles = library_.SolesOfBody().At(Place(library_.RestJoints(), frame));
+  Eigen::Vector2d slide = Eigen::Vector2d::Zero();
+  int planted = 0;
+  for (const int heel : {0, 2}) {
+    const unsigned both = frames_.empty() ? 0u : contact & contacts_.back() & (3u << heel);
+    if (both == 0) continue;
+    const int point = (both & (2u << heel)) != 0 ? heel + 1 : heel;
+    const Eigen::Vector2d moved = (soles.col(point) - soles_.col(point)).head<2>();
+    if (moved.norm() > kSwinging) continue;
+    slide += moved;
+    ++planted;
+  }
+  if (planted > 0) slide /= planted;
+  anchor_ += kAnchorShare * (slide - anchor_);
+  frame.pelvis.head<2>() -= anchor_;
+  move_.shift -= anchor_;
+  soles_ = soles;
+  soles_.topRows<2>().colwise() -= anchor_;
+}
+
 void MotionPlayer::Step() {
-  frames_.push_back(Next());
   const auto nearest = static_cast<std::size_t>(next_ + 0.5);
-  contacts_.push_back(library_.Clips()[clip_].contacts[nearest]);
+  const SoleBits contact = library_.Clips()[clip_].contacts[nearest];
+  BodyFrame frame = Next();
+  Anchor(frame, contact);
+  frames_.push_back(frame);
+  contacts_.push_back(contact);
   next_ += rate_;
   ++blend_frames_;
 }

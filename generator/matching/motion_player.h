@@ -18,7 +18,8 @@ struct MotionSegment {
 };
 
 /// Plays captured motion one frame after the other, jumping between places of the library without
-/// a jump of the body: aligned in place and heading, the rest blended away.
+/// a jump of the body: aligned in place and heading, the rest blended away. The body goes where the
+/// feet that are on the ground leave it: what they slide is taken out of its way.
 class MotionPlayer {
  public:
   MotionPlayer(const MotionLibrary& library, MotionLibrary::Place start, double rate);
@@ -43,6 +44,7 @@ class MotionPlayer {
  private:
   BodyFrame Sample(int clip, double frame) const;
   BodyFrame Next() const;  // the frame that Step() would add
+  void Anchor(BodyFrame& frame, SoleBits contact);
 
   const MotionLibrary& library_;
   int clip_;
@@ -50,7 +52,9 @@ class MotionPlayer {
   double rate_;
   PlanarMove move_;
   MotionBlend blend_;
-  int blend_frames_ = 0;  // since the last jump
+  Eigen::Vector2d anchor_ = Eigen::Vector2d::Zero();  // way taken out of the last frame, metres
+  Soles soles_ = Soles::Zero();                       // of the last frame
+  int blend_frames_ = 0;                              // since the last jump
   std::vector<BodyFrame> frames_;
   std::vector<SoleBits> contacts_;
   std::vector<MotionSegment> segments_;

@@ -11,9 +11,9 @@ using Eigen::Vector2d;
 
 constexpr double kStep = 1.0 / 30.0;    // seconds
 constexpr double kVelocityTime = 0.25;  // s in which a walker takes up a new velocity
-constexpr double kTurnTime = 0.25;      // s, and a new heading
-constexpr double kFastestTurn = 2.6;    // rad/s
-constexpr double kSlowDown = 0.9;       // m before the target
+constexpr double kTurnTime = 0.2;       // s, and a new heading
+constexpr double kFastestTurn = 3.5;    // rad/s
+constexpr double kSlowDown = 0.6;       // m before the target
 constexpr double kFaceAsAsked = 0.7;    // m before the target
 
 }  // namespace
@@ -35,7 +35,7 @@ FuturePath PlanWalk(const WalkState& now, const WalkTarget& target) {
     if (distance > 1e-6) {
       double speed = target.speed * std::min(1.0, distance / kSlowDown);
       // Who has to turn round does so before walking off.
-      if (distance > kFaceAsAsked) speed *= std::clamp(0.35 + 0.65 * std::cos(off), 0.05, 1.0);
+      if (distance > kFaceAsAsked) speed *= std::clamp(0.35 + 0.65 * std::cos(off), 0.1, 1.0);
       velocity = speed * to_go / distance;
     }
     walker.velocity += (velocity - walker.velocity) * (kStep / kVelocityTime);

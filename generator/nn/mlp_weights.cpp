@@ -10,50 +10,6 @@
 #include "geometry/error.h"
 
 namespace holdfast::nn {
-namespace {
-
-using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-const Tensor& Find(const TensorMap& tensors, const std::string& name, const std::string& where,
-                   std::size_t dimensions) {
-  const auto found = tensors.find(name);
-  if (found == tensors.end()) {
-    throw Error(where, fmt::format("there is no tensor '{}'", name),
-                "Give a file of a network of this kind");
-  }
-  const Tensor& tensor = found->second;
-  std::size_t size = 1;
-  for (const std::size_t length : tensor.shape) size *= length;
-  if (tensor.shape.size() != dimensions || size == 0 || size != tensor.values.size()) {
-    throw Error(where,
-                fmt::format("'{}' does not have {} dimension(s) of values", name, dimensions),
-                "Give a file of a network of this kind");
-  }
-  for (const float value : tensor.values) {
-    if (!std::isfinite(value)) {
-      throw Error(where, fmt::format("'{}' holds values that are not finite", name),
-                  "The training that wrote it diverged: use an earlier checkpoint");
-    }
-  }
-  return tensor;
-}
-
-Eigen::VectorXf ReadVector(const TensorMap& tensors, const std::string& name,
-                           const std::string& where, Eigen::Index size) {
-  const Tensor& tensor = Find(tensors, name, where, 1);
-  if (static_cast<Eigen::Index>(tensor.values.size()) != size) {
-    throw Error(where,
-                fmt::format("'{}' has {} values, {} are needed", name, tensor.values.size(), size),
-                "Give a file of a network of this kind");
-  }
-  return Eigen::Map<const Eigen::VectorXf>(tensor.values.data(), size);
-}
-
-Tensor VectorTensor(const Eigen::VectorXf& v) {
-  return {{static_cast<std::size_t>(v.size())}, {v.begin(), v.end()}};
-}
-
-}  // namespace
 
 std::vector<int> TaperedWidths(int input, int output, int num_interior) {
   std::vector<int> widths;
@@ -90,9 +46,8 @@ MlpWeights MlpFromTensors(const TensorMap& tensors, const std::string& prefix,
   };
   MlpWeights mlp;
   for (int k = 0; k == 0 || tensors.contains(name(k, 2, "weight")); ++k) {
-    const Tensor& weight = Find(tensors, name(k, 2, "weight"), where, 2);
-    const auto out = static_cast<Eigen::Index>(weight.shape[0]);
-    const auto in = static_cast<Eigen::Index>(weight.shape[1]);
+    const Eigen::MatrixXf weight = ReadMatrix(tensors, name(k, 2, "weight"), where);
+    const Eigen::Index out = weight.rows(), in = weight.cols();
     if (k > 0 && in != mlp.OutputSize()) {
       throw Error(where,
                   fmt::format("'{}' takes {} values, the layer before it gives {}",
@@ -100,8 +55,7 @@ MlpWeights MlpFromTensors(const TensorMap& tensors, const std::string& prefix,
                   "Give a file of a network of this kind");
     }
     mlp.layers.push_back({ReadVector(tensors, name(k, 1, "weight"), where, in),
-                          ReadVector(tensors, name(k, 1, "bias"), where, in),
-                          Eigen::Map<const RowMajor>(weight.values.data(), out, in),
+                          ReadVector(tensors, name(k, 1, "bias"), where, in), weight,
                           ReadVector(tensors, name(k, 2, "bias"), where, out)});
   }
   return mlp;
@@ -112,12 +66,9 @@ void AddTensors(const MlpWeights& mlp, const std::string& prefix, TensorMap& ten
     const LayerWeights& layer = mlp.layers[k];
     const std::string norm = fmt::format("{}.layers.{}.", prefix, 4 * k + 1);
     const std::string linear = fmt::format("{}.layers.{}.", prefix, 4 * k + 2);
-    const RowMajor weight = layer.weight;
     tensors[norm + "weight"] = VectorTensor(layer.gain);
     tensors[norm + "bias"] = VectorTensor(layer.offset);
-    tensors[linear + "weight"] = {
-        {static_cast<std::size_t>(weight.rows()), static_cast<std::size_t>(weight.cols())},
-        {weight.data(), weight.data() + weight.size()}};
+    tensors[linear + "weight"] = MatrixTensor(layer.weight);
     tensors[linear + "bias"] = VectorTensor(layer.bias);
   }
 }

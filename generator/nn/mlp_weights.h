@@ -2,21 +2,14 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
-namespace holdfast::nn {
+#include "generator/nn/tensor.h"
 
-/// A named array of a weights file, C order.
-struct Tensor {
-  std::vector<std::size_t> shape;
-  std::vector<float> values;
-};
-using TensorMap = std::map<std::string, Tensor, std::less<>>;
+namespace holdfast::nn {
 
 /// One layer: y = relu(W norm(x) + b), norm(x) = gain * (x - mean(x)) / sqrt(var(x) + 1e-5) +
 /// offset (LayerNorm, biased variance); the last layer of a network has no relu.

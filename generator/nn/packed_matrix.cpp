@@ -50,7 +50,7 @@ void PackedMatrix<Real>::Multiply(const kernels::LayerLoops<Real>& loops, const 
                                   int* visited) const {
   kernels::ProductArguments<Real> in{data_.data(), PaddedRows(rows_), inner_, x, x_stride,
                                      num_columns,  nullptr,           inner_, y, y_stride};
-  if (num_columns <= kFewColumns) {
+  if (visited && num_columns <= kFewColumns) {
     int count = 0;
     for (int k = 0; k < inner_; ++k) {
       bool any = false;

@@ -33,7 +33,8 @@ class PackedMatrix {
 
   /// Y = A X for `num_columns` columns; Y's are written up to PaddedRows(Rows()). Column j of Y
   /// depends on column j of X alone, to the last bit. With few columns, inner indices at which all
-  /// of them are zero are not read: `visited` is room for Inner() of them.
+  /// of them are zero are not read: `visited` is room for Inner() of them, or null where X is not
+  /// expected to have any.
   void Multiply(const kernels::LayerLoops<Real>& loops, const Real* x, long x_stride,
                 int num_columns, Real* y, long y_stride, int* visited) const;
 

@@ -4,6 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+
 namespace holdfast::wandr {
 
 int ActiveWaypoint(const GoalPlan& plan, int frame, const IntentionOptions& options) {
@@ -19,15 +23,27 @@ FrameGoal<T> GoalAt(const GoalPlan& plan, int frame, const IntentionOptions& opt
   const int index = ActiveWaypoint(plan, frame, options);
   if (index < 0) return goal;
   goal.active = true;
+  goal.parts = options.parts;
   goal.position = plan[index].position.template cast<T>();
   goal.frames_left =
       static_cast<T>(std::max(double(plan[index].frame - frame), options.min_frames_left));
   return goal;
 }
 
-int AdaptiveDeadline(double distance_m) {
-  return static_cast<int>(
-      std::lround(std::clamp(45.0 + kFramesPerSecond * distance_m / 0.8, 60.0, 240.0)));
+void DeadlineRule::Check() const {
+  if (frames_for_reach >= 0.0 && walking_m_s > 0.0 && min_frames >= 1.0 &&
+      min_frames <= max_frames) {
+    return;
+  }
+  throw Error("deadline",
+              fmt::format("{} frames and {} m/s, between {} and {} frames, allow no time",
+                          frames_for_reach, walking_m_s, min_frames, max_frames),
+              "Give a walking speed above 0, at least 1 frame, and no minimum above the maximum");
+}
+
+int DeadlineRule::Frames(double distance_m) const {
+  return static_cast<int>(std::lround(std::clamp(
+      frames_for_reach + kFramesPerSecond * distance_m / walking_m_s, min_frames, max_frames)));
 }
 
 template FrameGoal<float> GoalAt<float>(const GoalPlan&, int, const IntentionOptions&);

@@ -26,6 +26,7 @@ struct IntentionOptions {
   /// Past the last deadline: keep the last goal with the least eta, or have no intention (as
   /// training has it).
   bool hold_last_goal = false;
+  IntentionParts parts = {};
 };
 
 /// The waypoint that counts at `frame`: the first whose deadline is still to come. -1 for none.
@@ -35,9 +36,20 @@ int ActiveWaypoint(const GoalPlan& plan, int frame, const IntentionOptions& opti
 template <typename T>
 FrameGoal<T> GoalAt(const GoalPlan& plan, int frame, const IntentionOptions& options);
 
-/// Frames to allow for a goal at this horizontal distance: clamp(45 + 30 d / 0.8 m, 60, 240), half
-/// again as long as walking there at 0.8 m/s takes when it is near.
-int AdaptiveDeadline(double distance_m);
+/// Frames to allow for a goal at a horizontal distance d, metres:
+///   clamp(frames_for_reach + 30 d / walking_m_s, min_frames, max_frames).
+struct DeadlineRule {
+  double frames_for_reach = 45.0;  ///< to start, and to reach on arrival
+  double walking_m_s = 0.8;
+  double min_frames = 60.0;
+  double max_frames = 240.0;
+
+  /// The same for every distance.
+  static DeadlineRule Fixed(int frames) { return {0.0, 1.0, double(frames), double(frames)}; }
+  /// Throws Error unless speeds and frames are positive and min <= max.
+  void Check() const;
+  int Frames(double distance_m) const;
+};
 
 extern template FrameGoal<float> GoalAt<float>(const GoalPlan&, int, const IntentionOptions&);
 extern template FrameGoal<double> GoalAt<double>(const GoalPlan&, int, const IntentionOptions&);

@@ -27,6 +27,13 @@ inline constexpr int IntentionSize(IntentionLayout layout) {
 inline constexpr double kFramesPerSecond = 30.0;
 inline constexpr double kMaxIntention = 2.0;  ///< D_max, metres (`max_distance`), and m/s for tanh
 
+/// Which of I^w, I^p, I^r the network is told; one left out is zero. For ablations.
+struct IntentionParts {
+  bool wrist = true;
+  bool pelvis = true;
+  bool heading = true;
+};
+
 /// What is wanted of the wrist at one frame.
 template <typename T>
 struct FrameGoal {
@@ -36,6 +43,7 @@ struct FrameGoal {
   /// g_hat, the heading wanted. Training: that of the body at the goal's frame. Empty: towards G
   /// from the pelvis, as at run time.
   std::optional<Vector3<T>> heading;
+  IntentionParts parts = {};
 };
 
 /// What the intention sees of the body.
@@ -112,14 +120,18 @@ void WriteIntention(IntentionLayout layout, const IntentionBody<T>& body, const 
   if (!goal.active) return;
   const Heading<T>& Z = body.heading;
   const Vector3<T> reach = goal.position - body.wrist, way = goal.position - body.pelvis;
-  const Vector3<T> velocity = Z.FromWorld(reach / TimeLeft(goal));
-  const Vector3<T> walk = Z.FromWorld(RadialMap<T>::Saturating(way).ratio * way);
-  Vector3<T> turn = Vector3<T>::Zero();
+  Vector3<T> velocity = Vector3<T>::Zero(), walk = velocity, turn = velocity;
+  if (goal.parts.wrist) velocity = Z.FromWorld(reach / TimeLeft(goal));
+  if (goal.parts.pelvis) walk = Z.FromWorld(RadialMap<T>::Saturating(way).ratio * way);
   const Vector3<T> wanted = goal.heading ? *goal.heading : GoalHeading<T>(way).direction;
-  if (wanted.squaredNorm() > T(0)) turn = Z.FromWorld(wanted) + Vector3<T>::UnitY();
+  if (goal.parts.heading && wanted.squaredNorm() > T(0)) {
+    turn = Z.FromWorld(wanted) + Vector3<T>::UnitY();
+  }
   if (layout == IntentionLayout::kBounded) {
     Eigen::Map<Vector3<T>>{out} = RadialMap<T>::Limiting(velocity).ratio * velocity;
-    Eigen::Map<Vector3<T>>{out + 3} = Z.FromWorld(RadialMap<T>::Saturating(reach).ratio * reach);
+    if (goal.parts.wrist) {
+      Eigen::Map<Vector3<T>>{out + 3} = Z.FromWorld(RadialMap<T>::Saturating(reach).ratio * reach);
+    }
     out[6] = walk.x();
     out[7] = walk.y();
     out[8] = turn.x();
@@ -146,27 +158,30 @@ void WriteIntentionVjp(IntentionLayout layout, const IntentionBody<T>& body,
   const Heading<T>& Z = body.heading;
   const Vector3<T> reach = goal.position - body.wrist, way = goal.position - body.pelvis;
 
-  Vector3<T> velocity_bar = Eigen::Map<const Vector3<T>>(intention_bar);
+  const auto told = [](bool part) { return part ? T(1) : T(0); };
+  Vector3<T> velocity_bar = told(goal.parts.wrist) * Eigen::Map<const Vector3<T>>(intention_bar);
   const T tau = TimeLeft(goal);
   const Vector3<T> velocity = Z.FromWorld(reach / tau);
   if (bounded) velocity_bar = RadialMap<T>::Limiting(velocity).Vjp(velocity_bar);
   Vector3<T> reach_bar = Z.ToWorld(velocity_bar) / tau;
   bar.turn += TurnVjp<T>(velocity, velocity_bar);
   if (bounded) {
-    const Vector3<T> offset_bar = Eigen::Map<const Vector3<T>>(intention_bar + 3);
+    const Vector3<T> offset_bar =
+        told(goal.parts.wrist) * Eigen::Map<const Vector3<T>>(intention_bar + 3);
     const RadialMap<T> saturated = RadialMap<T>::Saturating(reach);
     reach_bar += saturated.Vjp(Z.ToWorld(offset_bar));
     bar.turn += TurnVjp<T>(Z.FromWorld(saturated.ratio * reach), offset_bar);
   }
 
   const T* const flat = intention_bar + (bounded ? 6 : 3);
-  const Vector3<T> walk_bar(flat[0], flat[1], T(0));
+  const Vector3<T> walk_bar = told(goal.parts.pelvis) * Vector3<T>(flat[0], flat[1], T(0));
   const RadialMap<T> saturated = RadialMap<T>::Saturating(way);
   Vector3<T> way_bar = saturated.Vjp(Z.ToWorld(walk_bar));
   bar.turn += TurnVjp<T>(Z.FromWorld(saturated.ratio * way), walk_bar);
 
   const T* const heading_bar = intention_bar + (bounded ? 8 : 6);
-  const Vector3<T> turn_bar(heading_bar[0], heading_bar[1], T(0));
+  const Vector3<T> turn_bar =
+      told(goal.parts.heading) * Vector3<T>(heading_bar[0], heading_bar[1], T(0));
   const GoalHeading<T> towards(way);
   if (goal.heading) {
     bar.turn += TurnVjp<T>(Z.FromWorld(*goal.heading), turn_bar);

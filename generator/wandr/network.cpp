@@ -4,6 +4,7 @@
 #include <array>
 #include <string_view>
 #include <utility>
+#include <variant>
 
 #include <fmt/format.h>
 
@@ -28,26 +29,41 @@ IntentionLayout LayoutOf(const std::string& name, const std::string& where) {
               kRemedy);
 }
 
+// Of the latents that a residual network's blocks see; `otherwise` for a chain of layers.
+int LatentSeen(const nn::AnyWeights& weights, int otherwise) {
+  const auto* const residual = std::get_if<nn::ResidualWeights>(&weights);
+  return residual ? residual->LatentSize() : otherwise;
+}
+
 void CheckSizes(const NetworkWeights& weights, const std::string& where) {
   const int condition = ConditionSize(weights.layout), latent = weights.LatentSize();
   if (latent < 1) {
     throw Error(where,
                 fmt::format("the decoder takes {} values, more than the condition's {} are needed",
-                            weights.decoder.InputSize(), condition),
+                            nn::InputSize(weights.decoder), condition),
                 kRemedy);
   }
-  if (weights.decoder.OutputSize() != kStateSize) {
+  if (nn::OutputSize(weights.decoder) != kStateSize) {
     throw Error(where,
                 fmt::format("the decoder gives {} values, a delta has {}",
-                            weights.decoder.OutputSize(), kStateSize),
+                            nn::OutputSize(weights.decoder), kStateSize),
+                kRemedy);
+  }
+  if (const int seen = LatentSeen(weights.decoder, latent); seen != latent) {
+    throw Error(where, fmt::format("the decoder's blocks see {} latents, it has {}", seen, latent),
                 kRemedy);
   }
   if (!weights.encoder) return;
-  if (weights.encoder->InputSize() != kStateSize + condition ||
-      weights.encoder->OutputSize() != 2 * latent) {
+  if (const int seen = LatentSeen(*weights.encoder, 0); seen != 0) {
+    throw Error(where,
+                fmt::format("the encoder's blocks see {} latents, an encoder has none", seen),
+                kRemedy);
+  }
+  if (nn::InputSize(*weights.encoder) != kStateSize + condition ||
+      nn::OutputSize(*weights.encoder) != 2 * latent) {
     throw Error(where,
                 fmt::format("the encoder is {} -> {}, the decoder needs {} -> {}",
-                            weights.encoder->InputSize(), weights.encoder->OutputSize(),
+                            nn::InputSize(*weights.encoder), nn::OutputSize(*weights.encoder),
                             kStateSize + condition, 2 * latent),
                 kRemedy);
   }
@@ -67,6 +83,20 @@ NetworkWeights RandomNetwork(IntentionLayout layout, std::uint64_t seed,
   weights.layout = layout;
   weights.decoder = make(latent_size + condition, kStateSize, 0);
   weights.encoder = make(kStateSize + condition, 2 * latent_size, 1);
+  weights.statistics = statistics;
+  return weights;
+}
+
+NetworkWeights RandomResidualNetwork(IntentionLayout layout, std::uint64_t seed,
+                                     const Statistics& statistics, int latent_size, int width,
+                                     int blocks) {
+  const int condition = ConditionSize(layout);
+  NetworkWeights weights;
+  weights.layout = layout;
+  weights.decoder =
+      nn::RandomResidual(latent_size + condition, latent_size, width, blocks, kStateSize, 2 * seed);
+  weights.encoder =
+      nn::RandomResidual(kStateSize + condition, 0, width, blocks, 2 * latent_size, 2 * seed + 1);
   weights.statistics = statistics;
   return weights;
 }
@@ -91,16 +121,14 @@ NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& whe
   nn::TensorMap tensors;
   bool has_encoder = false;
   for (const std::string& name : file.Names()) {
-    const bool encoder = name.starts_with("encoder.layers.");
+    const bool encoder = nn::IsTensorOf("encoder", name);
     has_encoder |= encoder;
-    if (!encoder && !name.starts_with("decoder.layers.") && !name.starts_with("statistics.")) {
-      continue;
-    }
+    if (!encoder && !nn::IsTensorOf("decoder", name) && !name.starts_with("statistics.")) continue;
     const NpyMember member = file.Read(name);
     tensors[name] = {member.array.shape, member.AsFloats()};
   }
-  weights.decoder = nn::MlpFromTensors(tensors, "decoder", where);
-  if (has_encoder) weights.encoder = nn::MlpFromTensors(tensors, "encoder", where);
+  weights.decoder = nn::AnyFromTensors(tensors, "decoder", where);
+  if (has_encoder) weights.encoder = nn::AnyFromTensors(tensors, "encoder", where);
   weights.statistics = StatisticsFromTensors(tensors, where);
   CheckSizes(weights, where);
   return weights;
@@ -134,13 +162,13 @@ Network<Real>::Network(const NetworkWeights& weights, Isa isa)
     : layout_(weights.layout),
       latent_size_(weights.LatentSize()),
       normaliser_(weights.statistics),
-      decoder_(weights.decoder, isa) {
+      decoder_(nn::MakeNetwork<Real>(weights.decoder, isa)) {
   CheckSizes(weights, "network");
-  if (weights.encoder) encoder_.emplace(*weights.encoder, isa);
+  if (weights.encoder) encoder_ = nn::MakeNetwork<Real>(*weights.encoder, isa);
 }
 
 template <typename Real>
-const nn::Mlp<Real>& Network<Real>::Encoder() const {
+const nn::ColumnNetwork<Real>& Network<Real>::Encoder() const {
   if (!encoder_) {
     throw Error("network", "these weights have no encoder",
                 "Give weights that were saved with it: a training checkpoint");

@@ -4,13 +4,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include <Eigen/Core>
 
-#include "generator/nn/mlp.h"
-#include "generator/nn/mlp_weights.h"
+#include "generator/nn/any_weights.h"
+#include "generator/nn/column_network.h"
 #include "generator/wandr/condition.h"
 #include "generator/wandr/intention.h"
 #include "generator/wandr/statistics.h"
@@ -22,16 +23,18 @@ inline constexpr int kLatentSize = 64;  ///< of the published networks
 
 /// WANDR's conditional variational auto-encoder as a file holds it (Diomataris et al. 2024, sec.
 /// 3). Decoder: [z, c] -> normalised delta. Encoder: [normalised target delta, c] -> [mu, logvar],
-/// for training and for encoding captured motion; files for use may leave it out.
+/// for training and for encoding captured motion; files for use may leave it out. Either is the
+/// published chain of layers or a residual network: a residual decoder's blocks see all of z, a
+/// residual encoder's none.
 struct NetworkWeights {
   IntentionLayout layout = IntentionLayout::kPaper;
-  nn::MlpWeights decoder;
-  std::optional<nn::MlpWeights> encoder;
+  nn::AnyWeights decoder;
+  std::optional<nn::AnyWeights> encoder;
   Statistics statistics;
   /// Texts kept in the file: how it was trained, on what, under which licence.
   std::map<std::string, std::string> notes;
 
-  int LatentSize() const { return decoder.InputSize() - ConditionSize(layout); }
+  int LatentSize() const { return nn::InputSize(decoder) - ConditionSize(layout); }
 };
 
 /// The published architecture with PyTorch's random start; `hidden` empty takes the paper's widths.
@@ -40,10 +43,16 @@ NetworkWeights RandomNetwork(IntentionLayout layout, std::uint64_t seed,
                              const Statistics& statistics = {}, int latent_size = kLatentSize,
                              const std::vector<int>& hidden = {});
 
+/// The same of residual networks with `width` values between `blocks` blocks.
+NetworkWeights RandomResidualNetwork(IntentionLayout layout, std::uint64_t seed,
+                                     const Statistics& statistics, int latent_size, int width,
+                                     int blocks);
+
 /// Reads a safetensors file: `decoder.layers.<i>.weight/bias` and `encoder....` by the names of the
-/// published checkpoint, `statistics.<feature>.mean/std`, and in its metadata "intention" (paper,
-/// flagged, bounded; paper where it says nothing), every other text becoming a note. Throws Error
-/// for what is missing, of another shape or version, or not finite, and for sizes that do not fit.
+/// published checkpoint, or those of residual networks (nn/residual_weights.h),
+/// `statistics.<feature>.mean/std`, and in its metadata "intention" (paper, flagged, bounded; paper
+/// where it says nothing), every other text becoming a note. Throws Error for what is missing, of
+/// another shape or version, or not finite, and for sizes that do not fit.
 NetworkWeights ReadNetwork(const std::filesystem::path& path);
 NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& where);
 
@@ -62,17 +71,17 @@ class Network {
   int LatentSize() const { return latent_size_; }
   int ConditionSize() const { return wandr::ConditionSize(layout_); }
   const Normaliser<Real>& Norms() const { return normaliser_; }
-  const nn::Mlp<Real>& Decoder() const { return decoder_; }
-  bool HasEncoder() const { return encoder_.has_value(); }
+  const nn::ColumnNetwork<Real>& Decoder() const { return *decoder_; }
+  bool HasEncoder() const { return encoder_ != nullptr; }
   /// Throws Error when the file had none.
-  const nn::Mlp<Real>& Encoder() const;
+  const nn::ColumnNetwork<Real>& Encoder() const;
 
  private:
   IntentionLayout layout_;
   int latent_size_;
   Normaliser<Real> normaliser_;
-  nn::Mlp<Real> decoder_;
-  std::optional<nn::Mlp<Real>> encoder_;
+  std::unique_ptr<const nn::ColumnNetwork<Real>> decoder_;
+  std::unique_ptr<const nn::ColumnNetwork<Real>> encoder_;  // null where the file has none
 };
 
 /// How the encoder's logvar becomes a standard deviation. The published code samples with

@@ -23,7 +23,7 @@ Rollout<Real>::Rollout(const Network<Real>& network, const BoneOffsets<Real>& bo
       headings_(max_bodies),
       previous_delta_(kStateSize, max_bodies),
       tapes_(differentiable ? std::max(max_steps, 1) : 1,
-             nn::MlpTape<Real>(network.Decoder(), max_bodies)) {}
+             nn::Tape<Real>(network.Decoder(), max_bodies)) {}
 
 template <typename Real>
 void Rollout<Real>::Begin(std::span<const RolloutStart<Real>> starts,
@@ -37,7 +37,7 @@ void Rollout<Real>::Begin(std::span<const RolloutStart<Real>> starts,
     previous_delta_.col(i) = starts[i].previous_delta;
     plans_[i] = plans[i];
   }
-  for (nn::MlpTape<Real>& tape : tapes_) tape.Resize(num_bodies_);
+  for (nn::Tape<Real>& tape : tapes_) tape.Resize(num_bodies_);
 }
 
 template <typename Real>
@@ -55,7 +55,7 @@ template <typename Real>
 void Rollout<Real>::Step(const Eigen::Ref<const Matrix>& latents) {
   assert(step_ < max_steps_ && latents.cols() == num_bodies_);
   const int latent_size = network_.LatentSize();
-  nn::MlpTape<Real>& tape = Tape(step_);
+  nn::Tape<Real>& tape = Tape(step_);
   auto input = tape.Input();
   for (int i = 0; i < num_bodies_; ++i) {
     Real* const column = input.col(i).data();
@@ -117,11 +117,11 @@ void Rollout<Real>::Backward(const RolloutSeed<Real>& seed, int rows,
     }
   }
 
-  nn::MlpScratch<Real> scratch(network_.Decoder(), columns);
+  nn::Scratch<Real> scratch(network_.Decoder(), columns);
   Matrix output_bar(kStateSize, columns), input_bar(network_.Decoder().InputSize(), columns);
   const int wrist = WristJoint(options_.intention.wrist);
   for (int t = step_ - 1; t >= 0; --t) {
-    const nn::MlpTape<Real>& tape = tapes_[t];
+    const nn::Tape<Real>& tape = tapes_[t];
     for (int c = 0; c < columns; ++c) {
       const Pose<Real>& pose = Poses(t)[c / rows];
       const StateVector<Real> delta =

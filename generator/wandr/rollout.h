@@ -91,7 +91,7 @@ class Rollout {
   Pose<Real>* PosesAt(int frame) {
     return poses_.data() + static_cast<std::size_t>(frame) * max_bodies_;
   }
-  nn::MlpTape<Real>& Tape(int step) { return tapes_[differentiable_ ? step : 0]; }
+  nn::Tape<Real>& Tape(int step) { return tapes_[differentiable_ ? step : 0]; }
   void WriteInput(int body, const Heading<Real>& heading, Real* condition) const;
 
   const Network<Real>& network_;
@@ -106,7 +106,7 @@ class Rollout {
   std::vector<GoalPlan> plans_;
   std::vector<Heading<Real>> headings_;
   Matrix previous_delta_;
-  std::vector<nn::MlpTape<Real>> tapes_;  // one, or one per step
+  std::vector<nn::Tape<Real>> tapes_;  // one, or one per step
 };
 
 extern template class Rollout<float>;

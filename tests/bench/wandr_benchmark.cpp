@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
-// What a WANDR rollout costs: the published network (random weights: the work is the same), one
-// core unless said otherwise. `--scene FOLDER` writes weights, starts, latents and the motions made
-// of them for wandr_torch.py, which runs the same in PyTorch and compares both.
+// What a WANDR rollout costs: the published network and residual ones (random weights: the work is
+// the same), one core unless said otherwise. `--scene FOLDER` writes of each weights, starts,
+// latents and the motions made of them for wandr_torch.py, which runs the same in PyTorch and
+// compares both.
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -17,18 +19,22 @@ namespace holdfast::wandr {
 namespace {
 
 constexpr int kSteps = 240;
+constexpr int kMostBodies = 3750;  // of the paper's evaluation
 
-NetworkWeights BenchWeights() {
-  NetworkWeights weights = RandomNetwork(IntentionLayout::kPaper, 1, testing::WalkingStatistics());
-  // Random weights make a chaotic loop; a damped last layer makes it comparable over 8 s.
-  weights.decoder.layers.back().weight *= 0.05f;
-  return weights;
+// Random weights make a chaotic loop; a damped last layer makes it comparable over 8 s.
+NetworkWeights Damped(const NetworkWeights& weights) {
+  return testing::WithScaledOutput(weights, 0.05f);
+}
+
+NetworkWeights Residual(int width, int blocks) {
+  return Damped(RandomResidualNetwork(IntentionLayout::kPaper, 1, testing::WalkingStatistics(),
+                                      kLatentSize, width, blocks));
 }
 
 struct Scene {
-  Scene() : weights(BenchWeights()), network(weights) {
+  explicit Scene(const NetworkWeights& from) : weights(from), network(weights) {
     nn::RandomStream random(5);
-    for (int i = 0; i < 750; ++i) {
+    for (int i = 0; i < kMostBodies; ++i) {
       starts.push_back(testing::RandomStart(random).Cast<float>());
       plans.push_back({{Eigen::Vector3d(i % 5 - 2.0, i % 3 - 1.0, 0.45 * (i % 4)), kSteps}});
     }
@@ -47,14 +53,28 @@ struct Scene {
   std::vector<GoalPlan> plans;
 };
 
-const Scene& TheScene() {
-  static const Scene scene;
+// The networks measured, by the name that the benchmarks and the files of --scene bear.
+using SceneOf = const Scene& (*)();
+const Scene& Published() {
+  static const Scene scene(
+      Damped(RandomNetwork(IntentionLayout::kPaper, 1, testing::WalkingStatistics())));
   return scene;
 }
+const Scene& Residual256x4() {
+  static const Scene scene(Residual(256, 4));
+  return scene;
+}
+const Scene& Residual512x4() {
+  static const Scene scene(Residual(512, 4));
+  return scene;
+}
+constexpr std::pair<const char*, SceneOf> kScenes[] = {{"published", &Published},
+                                                       {"residual256x4", &Residual256x4},
+                                                       {"residual512x4", &Residual512x4}};
 
 // One closed-loop step of N bodies: features, decoder, integration.
-void Step(benchmark::State& state) {
-  const Scene& scene = TheScene();
+void Step(benchmark::State& state, SceneOf scene_of) {
+  const Scene& scene = scene_of();
   const int count = static_cast<int>(state.range(0));
   Rollout<float> rollout(scene.network, scene.bones, count, kSteps);
   const Eigen::MatrixXf latents = Eigen::MatrixXf::Random(kLatentSize, count);
@@ -67,18 +87,18 @@ void Step(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * count);
 }
 
-void DecoderAlone(benchmark::State& state) {
-  const Scene& scene = TheScene();
+void DecoderAlone(benchmark::State& state, SceneOf scene_of) {
+  const Scene& scene = scene_of();
   const int count = static_cast<int>(state.range(0));
-  nn::MlpTape<float> tape(scene.network.Decoder(), count);
+  nn::Tape<float> tape(scene.network.Decoder(), count);
   tape.Input().setRandom();
   for (auto _ : state) scene.network.Decoder().Forward(tape);
   state.SetItemsProcessed(state.iterations() * count);
 }
 
 // 8 s of N motions, latents drawn and joints computed.
-void EightSeconds(benchmark::State& state) {
-  const Scene& scene = TheScene();
+void EightSeconds(benchmark::State& state, SceneOf scene_of) {
+  const Scene& scene = scene_of();
   const int count = static_cast<int>(state.range(0)), threads = static_cast<int>(state.range(1));
   const RolloutRequest request = scene.Request(count);
   for (auto _ : state) {
@@ -90,8 +110,8 @@ void EightSeconds(benchmark::State& state) {
 }
 
 // The wrist at the end with respect to everything: one row, or the three of its position.
-void Gradient(benchmark::State& state) {
-  const Scene& scene = TheScene();
+void Gradient(benchmark::State& state, SceneOf scene_of) {
+  const Scene& scene = scene_of();
   const int rows = static_cast<int>(state.range(0));
   Rollout<float> rollout(scene.network, scene.bones, 1, kSteps, {}, true);
   const RolloutRequest request = scene.Request(1);
@@ -109,21 +129,28 @@ void Gradient(benchmark::State& state) {
   }
 }
 
-BENCHMARK(DecoderAlone)->Arg(1)->Arg(64)->Unit(benchmark::kMicrosecond);
-BENCHMARK(Step)->Arg(1)->Arg(64)->Arg(750)->Unit(benchmark::kMicrosecond);
-BENCHMARK(EightSeconds)
-    ->Args({1, 1})
-    ->Args({64, 1})
-    ->Args({750, 1})
-    ->Args({750, 2})
-    ->Unit(benchmark::kMillisecond)
-    ->UseRealTime()
-    ->MeasureProcessCPUTime();
-BENCHMARK(Gradient)->Arg(1)->Arg(3)->Unit(benchmark::kMillisecond);
+void Register() {
+  for (const auto& [name, scene] : kScenes) {
+    const auto add = [&, of = scene](const std::string& what, auto* run) {
+      return benchmark::RegisterBenchmark((what + "/" + name).c_str(), run, of);
+    };
+    add("DecoderAlone", DecoderAlone)->Arg(1)->Arg(64)->Unit(benchmark::kMicrosecond);
+    add("Step", Step)->Arg(1)->Arg(64)->Arg(750)->Unit(benchmark::kMicrosecond);
+    add("EightSeconds", EightSeconds)
+        ->Args({1, 1})
+        ->Args({64, 1})
+        ->Args({750, 1})
+        ->Args({750, 2})
+        ->Args({kMostBodies, 2})
+        ->Unit(benchmark::kMillisecond)
+        ->UseRealTime()
+        ->MeasureProcessCPUTime();
+    add("Gradient", Gradient)->Arg(1)->Arg(3)->Unit(benchmark::kMillisecond);
+  }
+}
 
-void WriteScene(const std::filesystem::path& folder) {
+void WriteScene(const Scene& scene, const std::string& name, const std::filesystem::path& folder) {
   constexpr std::size_t kCount = 4;
-  const Scene& scene = TheScene();
   const RolloutRequest request = scene.Request(kCount);
   const auto tracks = RunRollouts(scene.network, scene.bones, request, 1);
   const auto floats = [](const auto& m) {
@@ -148,8 +175,8 @@ void WriteScene(const std::filesystem::path& folder) {
   out.AddFloat32("goals", {kCount, 3}, goals);
   out.AddFloat32("latents", {kCount, kSteps, kLatentSize}, latents);
   out.AddFloat32("motions", {kCount, kSteps + 1, kStateSize}, motions);
-  out.Write(folder / "scene.npz");
-  WriteNetwork(scene.weights, folder / "wandr.safetensors");
+  out.Write(folder / (name + ".npz"));
+  WriteNetwork(scene.weights, folder / (name + ".safetensors"));
 }
 
 }  // namespace
@@ -158,10 +185,13 @@ void WriteScene(const std::filesystem::path& folder) {
 int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   if (argc == 3 && std::string_view(argv[1]) == "--scene") {
-    holdfast::wandr::WriteScene(argv[2]);
+    for (const auto& [name, scene] : holdfast::wandr::kScenes) {
+      holdfast::wandr::WriteScene(scene(), name, argv[2]);
+    }
     return 0;
   }
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  holdfast::wandr::Register();
   benchmark::RunSpecifiedBenchmarks();
   return 0;
 }

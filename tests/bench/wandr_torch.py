@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""WANDR's closed loop in PyTorch and in Holdfast: the same network, one core, one run.
+"""WANDR's closed loop in PyTorch and in Holdfast: the same networks, one core, one run.
 
 usage: wandr_torch.py [--build build/release]
 
-Prints a Markdown table of CPU time per step, and how far the motions of both differ after 8 s. Needs
+Prints a Markdown table of CPU time per step for each network, and how far the motions of both differ after 8 s. Needs
 holdfast_wandr_bench (-DHOLDFAST_BUILD_BENCHMARKS=ON) and Debian's python3-torch, best beside
 libopenblas0-pthread: with the reference BLAS PyTorch's products are several times slower. The loop is
 written with batched tensor operations throughout, the wrist by the seven joints that move it.
@@ -42,7 +42,46 @@ def read_safetensors(path):
     }
 
 
+class Block(torch.nn.Module):
+    """h, z -> h + W2 silu(W1 norm(h) + Wz z + b1) + b2."""
+
+    def __init__(self, width, latent):
+        super().__init__()
+        self.norm = torch.nn.LayerNorm(width)
+        self.first = torch.nn.Linear(width, width)
+        self.latent = torch.nn.Linear(latent, width, bias=False)
+        self.second = torch.nn.Linear(width, width)
+
+    def forward(self, h, z):
+        return h + self.second(torch.nn.functional.silu(self.first(self.norm(h)) + self.latent(z)))
+
+
+class Residual(torch.nn.Module):
+    """The residual network, its parameters named as in the file."""
+
+    def __init__(self, size, latent, width, blocks, output):
+        super().__init__()
+        self.latent_size = latent
+        self.input = torch.nn.Linear(size, width)
+        self.blocks = torch.nn.ModuleList(Block(width, latent) for _ in range(blocks))
+        self.output_norm = torch.nn.LayerNorm(width)
+        self.output = torch.nn.Linear(width, output)
+
+    def forward(self, x):
+        z, h = x[:, : self.latent_size], self.input(x)
+        for block in self.blocks:
+            h = block(h, z)
+        return self.output(self.output_norm(h))
+
+
 def decoder(tensors):
+    own = {name.removeprefix("decoder."): v for name, v in tensors.items() if name.startswith("decoder.")}
+    if "input.weight" in own:
+        (width, size), latent = own["input.weight"].shape, own["blocks.0.latent.weight"].shape[1]
+        blocks = sum(name.endswith("first.weight") for name in own)
+        residual = Residual(size, latent, width, blocks, len(own["output.bias"]))
+        residual.load_state_dict(own)
+        return residual
     layers, k = [], 0
     while f"decoder.layers.{4 * k + 2}.weight" in tensors:
         weight = tensors[f"decoder.layers.{4 * k + 2}.weight"]
@@ -132,19 +171,68 @@ def cpu_time(run, seconds=2.0):
     return 1e6 * best
 
 
-def ours(program):
+def ours(program, network):
+    """CPU times of one network, microseconds, by what was measured and how often."""
+    measured = "Step|DecoderAlone|EightSeconds"
     out = subprocess.run(
-        [program, "--benchmark_format=json", "--benchmark_filter=Step|DecoderAlone|EightSeconds/1/",
-         "--benchmark_repetitions=5"],
+        [program, "--benchmark_format=json", "--benchmark_repetitions=5",
+         f"--benchmark_filter=^({measured})/{network}/(1|1/1|64|750)(/process_time.*)?$"],
         capture_output=True, text=True, check=True,
     ).stdout
     found = {}
     for row in json.loads(out)["benchmarks"]:
         if row["run_type"] == "iteration":
-            name = row["run_name"].split("/process_time")[0]
+            name = row["run_name"].split("/process_time")[0].replace(f"/{network}", "")
             unit = {"us": 1.0, "ms": 1e3}[row["time_unit"]]
             found[name] = min(found.get(name, math.inf), unit * row["cpu_time"])
     return found
+
+
+def every_motion(program, network):
+    """Seconds by the clock of the 3,750 motions of 8 s, two threads."""
+    out = subprocess.run(
+        [program, "--benchmark_format=json", f"--benchmark_filter=^EightSeconds/{network}/3750/"],
+        capture_output=True, text=True, check=True,
+    ).stdout
+    (row,) = json.loads(out)["benchmarks"]
+    return row["real_time"] / 1e3
+
+
+def compare(network, program, folder):
+    scene = {name: torch.from_numpy(array) for name, array in np.load(folder / f"{network}.npz").items()}
+    step = Step(read_safetensors(folder / f"{network}.safetensors"), scene["rest_joints"]).eval()
+
+    state, delta = scene["states"], scene["previous_deltas"]
+    worst = {}
+    for t in range(STEPS):
+        state, delta = step(state, delta, scene["latents"][:, t], scene["goals"], torch.tensor(float(STEPS - t)))
+        worst[t + 1] = (state - scene["motions"][:, t + 1]).abs().max().item()
+
+    held = ours(program, network)
+
+    def row(name, mine, module, inputs):
+        eager = cpu_time(lambda: module(*inputs))
+        with torch.inference_mode(False), torch.no_grad():
+            copies = [x.clone() for x in inputs]
+            compiled = torch.jit.freeze(torch.jit.trace(module, copies, check_trace=False))
+            for _ in range(3):
+                compiled(*copies)
+            traced = cpu_time(lambda: compiled(*copies))
+        ratio = min(eager, traced) / held[mine]
+        print(f"| {name} | {held[mine]:.0f} | {eager:.0f} | {traced:.0f} | {ratio:.1f} |", flush=True)
+
+    print(f"\n{network}\n\n| CPU time, us | Holdfast | PyTorch {torch.__version__} eager | compiled | ratio |")
+    print("|---|---|---|---|---|")
+    for count in (1, 64, 750):
+        many = lambda x: x[:1].expand(count, *x.shape[1:]).contiguous()
+        inputs = (many(scene["states"]), many(scene["previous_deltas"]), many(scene["latents"][:, 0]),
+                  many(scene["goals"]), torch.tensor(240.0))
+        if count < 750:
+            row(f"decoder alone, N = {count}", f"DecoderAlone/{count}", step.decoder, (torch.randn(count, 341),))
+        row(f"one step, N = {count}", f"Step/{count}", step, inputs)
+    print(f"\n240 frames, N = 1: {held['EightSeconds/1/1'] / 1e3:.1f} ms. "
+          f"3,750 motions of 240 frames, two threads: {every_motion(program, network):.1f} s.")
+    print(f"Largest difference of states: {worst[1]:.1e} after one step, {worst[STEPS]:.1e} after {STEPS}.")
 
 
 def main():
@@ -157,45 +245,9 @@ def main():
     torch.set_num_threads(1)
     warnings.filterwarnings("ignore", category=torch.jit.TracerWarning)
     with tempfile.TemporaryDirectory() as folder, torch.inference_mode():
-        folder = pathlib.Path(folder)
         subprocess.run([program, "--scene", folder], check=True)
-        scene = {name: torch.from_numpy(array) for name, array in np.load(folder / "scene.npz").items()}
-        step = Step(read_safetensors(folder / "wandr.safetensors"), scene["rest_joints"]).eval()
-
-        state, delta = scene["states"], scene["previous_deltas"]
-        worst = {}
-        for t in range(STEPS):
-            state, delta = step(state, delta, scene["latents"][:, t], scene["goals"], torch.tensor(float(STEPS - t)))
-            worst[t + 1] = (state - scene["motions"][:, t + 1]).abs().max().item()
-
-        held = ours(program)
-        rows = []
-
-        def compare(name, mine, module, inputs):
-            eager = cpu_time(lambda: module(*inputs))
-            with torch.inference_mode(False), torch.no_grad():
-                copies = [x.clone() for x in inputs]
-                compiled = torch.jit.freeze(torch.jit.trace(module, copies, check_trace=False))
-                for _ in range(3):
-                    compiled(*copies)
-                traced = cpu_time(lambda: compiled(*copies))
-            theirs = min(eager, traced)
-            rows.append((name, held[mine], eager, traced, theirs / held[mine]))
-
-        for count in (1, 64, 750):
-            many = lambda x: x[:1].expand(count, *x.shape[1:]).contiguous()
-            inputs = (many(scene["states"]), many(scene["previous_deltas"]), many(scene["latents"][:, 0]),
-                      many(scene["goals"]), torch.tensor(240.0))
-            if count < 750:
-                compare(f"decoder alone, N = {count}", f"DecoderAlone/{count}", step.decoder,
-                        (torch.randn(count, 341),))
-            compare(f"one step, N = {count}", f"Step/{count}", step, inputs)
-
-    print(f"| CPU time, us | Holdfast | PyTorch {torch.__version__} eager | compiled | ratio |\n|---|---|---|---|---|")
-    for name, mine, eager, traced, ratio in rows:
-        print(f"| {name} | {mine:.0f} | {eager:.0f} | {traced:.0f} | {ratio:.1f} |")
-    print(f"\n240 frames, N = 1: {held['EightSeconds/1/1'] / 1e3:.1f} ms.")
-    print(f"Largest difference of states: {worst[1]:.1e} after one step, {worst[STEPS]:.1e} after {STEPS}.")
+        for network in ("published", "residual256x4", "residual512x4"):
+            compare(network, program, pathlib.Path(folder))
 
 
 if __name__ == "__main__":

@@ -100,6 +100,20 @@ TEST_F(MakeReachDataTest, LabelsGoalsAndKeepsHeldOutSubjectsAway) {
   }
 }
 
+TEST_F(MakeReachDataTest, KeepsAClipByNameAway) {
+  const ProgramResult result = RunHoldfast(
+      folder_.Path(),
+      "make-reach-data captures -o made --hours 0.01 --pace 0.9 --quiet --held-out low");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "made" / "captured" / "held_out" / "low.npz"));
+  const auto manifest = nlohmann::json::parse(ReadText(folder_ / "made" / "manifest.json"));
+  EXPECT_EQ(manifest["options"]["pace"], 0.9);
+  for (const auto& line : manifest["clips"]) {
+    if (!line.contains("file")) continue;
+    EXPECT_THAT(line["sources"].dump(), Not(HasSubstr("low")));
+  }
+}
+
 TEST_F(MakeReachDataTest, SaysWhatIsWrong) {
   EXPECT_THAT(RunHoldfast(folder_.Path(), "make-reach-data nowhere -o x").err,
               HasSubstr("is not a folder"));

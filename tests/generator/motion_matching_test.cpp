@@ -163,6 +163,23 @@ TEST(MotionPlayer, JumpsWithoutAJumpOfTheBody) {
   EXPECT_EQ(player.Segments()[1].begin, 20);
 }
 
+TEST(MotionPlayer, GoesWhereTheFeetThatCarryItLeaveIt) {
+  // A walker whose steps are longer than the way it makes: played, it makes the way of its steps.
+  const auto played = [](double share) {
+    Clip clip = WalkingFigure(DefaultMeasures(), 150, 1.0);
+    clip.trans.row(1) *= share;
+    MotionLibrary library(Rest(), DefaultMeasures().sole_y);
+    library.Add(clip, "walk", {true, {}});
+    library.Finish();
+    MotionPlayer player(library, {0, 10, 0.0f}, 1.0);
+    for (int t = 0; t < 120; ++t) player.Step();
+    return (player.Frames().back().pelvis - player.Frames().front().pelvis).norm();
+  };
+  const double way = played(1.0);
+  EXPECT_NEAR(way, 119.0 / kRate, 0.15);
+  EXPECT_NEAR(played(0.9), way, 0.06);  // instead of a tenth, 40 cm, less
+}
+
 TEST(ReachSynthesis, IsTheSameForASeedAndAnotherForAnother) {
   const MotionLibrary library = FigureLibrary(DefaultMeasures());
   SynthesisOptions options;
@@ -183,6 +200,48 @@ TEST(ReachSynthesis, IsTheSameForASeedAndAnotherForAnother) {
     EXPECT_GT(event.frame, event.begin);
     EXPECT_LT(event.frame, event.end);
   }
+}
+
+TEST(ReachSynthesis, GoalsWithoutWalkingAreInReach) {
+  const MotionLibrary library = FigureLibrary(DefaultMeasures());
+  SynthesisOptions options;
+  options.without_walking = 1.0;
+  options.begin_walking = 0.0;
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    const SynthesizedMotion motion = SynthesizeReaches(library, options, seed);
+    ASSERT_EQ(static_cast<int>(motion.reaches.size()), options.reaches);
+    const Vector3d stands = motion.frames.front().pelvis;
+    for (const ReachEvent& event : motion.reaches) {
+      EXPECT_LT((event.goal - stands).head<2>().norm(), 1.0) << seed;
+    }
+  }
+}
+
+TEST(ReachSynthesis, WalkersAreThereSoonerAtAHigherPace) {
+  const MotionLibrary library = FigureLibrary(DefaultMeasures());
+  const auto frames = [&](double pace) {
+    SynthesisOptions options;
+    options.pace = pace;
+    options.without_walking = 0.0;
+    int sum = 0;
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+      sum += SynthesizeReaches(library, options, seed).reaches.back().frame;
+    }
+    return sum;
+  };
+  EXPECT_LT(frames(1.3), 0.9 * frames(0.6));
+}
+
+TEST(ReachSynthesis, SomeBeginInMidWalkAndSomeStanding) {
+  const MotionLibrary library = FigureLibrary(DefaultMeasures());
+  const auto first_speed = [&](double begin_walking) {
+    SynthesisOptions options;
+    options.begin_walking = begin_walking;
+    const SynthesizedMotion motion = SynthesizeReaches(library, options, 4);
+    return kRate * (motion.frames[3].pelvis - motion.frames[0].pelvis).head<2>().norm() / 3.0;
+  };
+  EXPECT_GT(first_speed(1.0), 0.5);
+  EXPECT_LT(first_speed(0.0), 0.3);
 }
 
 TEST(ReachSynthesis, SaysWhenNobodyReaches) {

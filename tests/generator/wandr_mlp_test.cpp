@@ -46,7 +46,7 @@ Eigen::MatrixXd Reference(const MlpWeights& mlp, Eigen::MatrixXd x) {
 
 template <typename Real>
 Eigen::MatrixXd RunMlp(const Mlp<Real>& mlp, const Eigen::MatrixXd& x) {
-  MlpTape<Real> tape(mlp, static_cast<int>(x.cols()));
+  Tape<Real> tape(mlp, static_cast<int>(x.cols()));
   tape.Input() = x.cast<Real>();
   mlp.Forward(tape);
   return tape.Output().template cast<double>();
@@ -118,10 +118,10 @@ TEST(Mlp, VectorJacobianProductIsTheDerivative) {
     const Mlp<double> mlp(weights, isa);
     const Eigen::MatrixXd x = Eigen::MatrixXd::Random(19, 3);
     const Eigen::MatrixXd rows = Eigen::MatrixXd::Random(21, 6);  // two rows for each column
-    MlpTape<double> tape(mlp, 3);
+    Tape<double> tape(mlp, 3);
     tape.Input() = x;
     mlp.Forward(tape);
-    MlpScratch<double> scratch(mlp, 6);
+    Scratch<double> scratch(mlp, 6);
     Eigen::MatrixXd found = Eigen::MatrixXd::Constant(19, 6, NAN);
     mlp.Backward(tape, rows, found, scratch);
     for (int c = 0; c < 6; ++c) {
@@ -139,16 +139,16 @@ TEST(Mlp, FloatGradientsAreThoseOfDouble) {
   const Mlp<double> reference(weights);
   const Eigen::MatrixXf x = Eigen::MatrixXf::Random(341, 9),
                         y_bar = Eigen::MatrixXf::Random(135, 9);
-  MlpTape<float> tape(single, 9);
+  Tape<float> tape(single, 9);
   tape.Input() = x;
   single.Forward(tape);
-  MlpTape<double> exact(reference, 9);
+  Tape<double> exact(reference, 9);
   exact.Input() = x.cast<double>();
   reference.Forward(exact);
   Eigen::MatrixXf x_bar(341, 9);
   Eigen::MatrixXd expected(341, 9);
-  MlpScratch<float> scratch(single, 9);
-  MlpScratch<double> exact_scratch(reference, 9);
+  Scratch<float> scratch(single, 9);
+  Scratch<double> exact_scratch(reference, 9);
   single.Backward(tape, y_bar, x_bar, scratch);
   reference.Backward(exact, y_bar.cast<double>(), expected, exact_scratch);
   // A unit within rounding of its kink may be on in one and off in the other.

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Motions and gradients that PyTorch got from a small network, by a loop written from the paper
-// (tests/fixtures/make_wandr.py).
+// Motions and gradients that PyTorch got from small networks of both architectures, by a loop
+// written from the paper (tests/fixtures/make_wandr.py).
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -80,18 +81,28 @@ void Compare(const std::filesystem::path& folder) {
 
 TEST(PyTorchReference, MotionsAndGradientsAreTheSame) { Compare(kFixtures); }
 
-TEST(PyTorchReference, WithOtherWeightsToo) {
+TEST(PyTorchReference, MotionsAndGradientsOfAResidualNetworkAreTheSame) {
+  const NetworkWeights weights = ReadNetwork(kFixtures / "residual" / "network.safetensors");
+  ASSERT_TRUE(std::holds_alternative<nn::ResidualWeights>(weights.decoder));
+  Compare(kFixtures / "residual");
+}
+
+void CompareFresh(const std::string& options) {
   if (std::system("/usr/bin/python3 -c 'import numpy, torch' 2>/dev/null") != 0) {
     GTEST_SKIP() << "python3-torch is not installed";
   }
   const holdfast::testing::TemporaryFolder folder;
   ASSERT_EQ(
       std::system(("/usr/bin/python3 '" HOLDFAST_SOURCE_DIR "/tests/fixtures/make_wandr.py' '" +
-                   folder.Path().string() + "' 77")
+                   folder.Path().string() + "' " + options)
                       .c_str()),
       0);
   Compare(folder.Path());
 }
+
+TEST(PyTorchReference, WithOtherWeightsToo) { CompareFresh("77"); }
+
+TEST(PyTorchReference, WithOtherWeightsOfAResidualNetworkToo) { CompareFresh("78 residual"); }
 
 }  // namespace
 }  // namespace holdfast::wandr

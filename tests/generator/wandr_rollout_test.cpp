@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -18,13 +19,16 @@ using testing::Perturbed;
 using testing::RandomStart;
 using testing::RelativeError;
 using testing::SmallNetwork;
+using testing::WithScaledOutput;
 
 constexpr int kSteps = 9;
 
 // A scene for derivatives: bodies with two goals, one, and none.
 struct Scene {
   explicit Scene(IntentionLayout layout, bool hold_last_goal = false)
-      : weights(SmallNetwork(layout, 3)), network(weights) {
+      : Scene(SmallNetwork(layout, 3), hold_last_goal) {}
+  explicit Scene(const NetworkWeights& from, bool hold_last_goal = false)
+      : weights(from), network(weights) {
     options.intention.hold_last_goal = hold_last_goal;
     nn::RandomStream random(11);
     for (int i = 0; i < 3; ++i) starts.push_back(RandomStart(random));
@@ -68,47 +72,53 @@ struct Scene {
   std::vector<Eigen::MatrixXd> joint_weights, pose_weights;
 };
 
+void CheckGradients(const Scene& scene) {
+  const Rollout<double> rollout = scene.Run(scene.starts, scene.plans, scene.latents);
+  RolloutGradient<double> gradient;
+  rollout.Backward({scene.joint_weights, {}}, 1, gradient);
+  for (int i = 0; i < 3; ++i) {
+    SCOPED_TRACE("body " + std::to_string(i));
+    const auto latents = [&](const Eigen::VectorXd& step) {
+      Eigen::MatrixXd z = scene.latents;
+      z.col(i) += step;
+      return scene.Value(scene.Run(scene.starts, scene.plans, z), i);
+    };
+    EXPECT_LT(RelativeError(gradient.latents.col(i), NumericGradient(latents, 8 * kSteps)), 1e-5);
+    const auto pose = [&](const Eigen::VectorXd& step) {
+      std::vector<RolloutStart<double>> starts = scene.starts;
+      starts[i].pose = Perturbed(starts[i].pose, step);
+      return scene.Value(scene.Run(starts, scene.plans, scene.latents), i);
+    };
+    EXPECT_LT(RelativeError(gradient.start_pose.col(i), NumericGradient(pose, kTangentSize)), 1e-5);
+    const auto delta = [&](const Eigen::VectorXd& step) {
+      std::vector<RolloutStart<double>> starts = scene.starts;
+      starts[i].previous_delta += step;
+      return scene.Value(scene.Run(starts, scene.plans, scene.latents), i);
+    };
+    EXPECT_LT(RelativeError(gradient.previous_delta.col(i), NumericGradient(delta, kStateSize)),
+              1e-5);
+    for (std::size_t w = 0; w < scene.plans[i].size(); ++w) {
+      const auto goal = [&](const Eigen::VectorXd& step) {
+        std::vector<GoalPlan> plans = scene.plans;
+        plans[i][w].position += step;
+        return scene.Value(scene.Run(scene.starts, plans, scene.latents), i);
+      };
+      EXPECT_LT(RelativeError(gradient.goals.block<3, 1>(3 * w, i), NumericGradient(goal, 3)),
+                1e-5);
+    }
+  }
+  EXPECT_EQ(gradient.goals.col(2), Eigen::VectorXd::Zero(6)) << "no goal, no gradient";
+}
+
 TEST(Rollout, GradientIsTheDerivativeInEverything) {
   for (const IntentionLayout layout :
        {IntentionLayout::kPaper, IntentionLayout::kFlagged, IntentionLayout::kBounded}) {
-    const Scene scene(layout, layout == IntentionLayout::kBounded);
-    const Rollout<double> rollout = scene.Run(scene.starts, scene.plans, scene.latents);
-    RolloutGradient<double> gradient;
-    rollout.Backward({scene.joint_weights, {}}, 1, gradient);
-    for (int i = 0; i < 3; ++i) {
-      SCOPED_TRACE("body " + std::to_string(i));
-      const auto latents = [&](const Eigen::VectorXd& step) {
-        Eigen::MatrixXd z = scene.latents;
-        z.col(i) += step;
-        return scene.Value(scene.Run(scene.starts, scene.plans, z), i);
-      };
-      EXPECT_LT(RelativeError(gradient.latents.col(i), NumericGradient(latents, 8 * kSteps)), 1e-5);
-      const auto pose = [&](const Eigen::VectorXd& step) {
-        std::vector<RolloutStart<double>> starts = scene.starts;
-        starts[i].pose = Perturbed(starts[i].pose, step);
-        return scene.Value(scene.Run(starts, scene.plans, scene.latents), i);
-      };
-      EXPECT_LT(RelativeError(gradient.start_pose.col(i), NumericGradient(pose, kTangentSize)),
-                1e-5);
-      const auto delta = [&](const Eigen::VectorXd& step) {
-        std::vector<RolloutStart<double>> starts = scene.starts;
-        starts[i].previous_delta += step;
-        return scene.Value(scene.Run(starts, scene.plans, scene.latents), i);
-      };
-      EXPECT_LT(RelativeError(gradient.previous_delta.col(i), NumericGradient(delta, kStateSize)),
-                1e-5);
-      for (std::size_t w = 0; w < scene.plans[i].size(); ++w) {
-        const auto goal = [&](const Eigen::VectorXd& step) {
-          std::vector<GoalPlan> plans = scene.plans;
-          plans[i][w].position += step;
-          return scene.Value(scene.Run(scene.starts, plans, scene.latents), i);
-        };
-        EXPECT_LT(RelativeError(gradient.goals.block<3, 1>(3 * w, i), NumericGradient(goal, 3)),
-                  1e-5);
-      }
-    }
-    EXPECT_EQ(gradient.goals.col(2), Eigen::VectorXd::Zero(6)) << "no goal, no gradient";
+    CheckGradients(Scene(layout, layout == IntentionLayout::kBounded));
   }
+}
+
+TEST(Rollout, GradientOfAResidualDecoderIsTheDerivative) {
+  CheckGradients(Scene(testing::SmallResidualNetwork(IntentionLayout::kFlagged, 3)));
 }
 
 TEST(Rollout, RowsOfAResidualAreGradientsOfTheirOwn) {
@@ -165,9 +175,10 @@ TEST(Rollout, DetachedHeadingLeavesItsGradientOut) {
 // The published sizes, float, for the laws of running.
 struct PublishedScene {
   explicit PublishedScene(int count)
-      : weights(RandomNetwork(IntentionLayout::kPaper, 1, testing::WalkingStatistics())),
-        network(weights),
-        bones(DefaultBones().Cast<float>()) {
+      : PublishedScene(count,
+                       RandomNetwork(IntentionLayout::kPaper, 1, testing::WalkingStatistics())) {}
+  PublishedScene(int count, const NetworkWeights& from)
+      : weights(from), network(weights), bones(DefaultBones().Cast<float>()) {
     nn::RandomStream random(5);
     for (int i = 0; i < count; ++i) {
       starts.push_back(RandomStart(random).Cast<float>());
@@ -184,6 +195,18 @@ struct PublishedScene {
   std::vector<RolloutStart<float>> starts;
   std::vector<GoalPlan> plans;
 };
+
+// The laws hold for both architectures.
+class EveryDecoder : public ::testing::TestWithParam<const char*> {
+ protected:
+  static PublishedScene SceneOf(int count) {
+    if (GetParam() == std::string("Chain")) return PublishedScene(count);
+    return {count, RandomResidualNetwork(IntentionLayout::kPaper, 1, testing::WalkingStatistics(),
+                                         kLatentSize, 256, 4)};
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Rollout, EveryDecoder, ::testing::Values("Chain", "Residual"),
+                         [](const auto& of) { return std::string(of.param); });
 
 TEST(Rollout, StepsAsThePaperComposesThem) {
   // One step from the parts, each tested on its own: condition, decoder, step.
@@ -204,7 +227,7 @@ TEST(Rollout, StepsAsThePaperComposesThem) {
   WriteIntention<double>(IntentionLayout::kPaper,
                          {heading, kinematics.joints.col(0), kinematics.joints.col(21)}, goal,
                          condition.data() + kIntentionOf);
-  nn::MlpTape<double> tape(network.Decoder(), 1);
+  nn::Tape<double> tape(network.Decoder(), 1);
   tape.Input() << z, condition;
   network.Decoder().Forward(tape);
   const StateVector<double> u = tape.Output();
@@ -219,8 +242,8 @@ TEST(Rollout, StepsAsThePaperComposesThem) {
   EXPECT_LT((rollout.PreviousDelta().col(0) - u).norm(), 1e-13);
 }
 
-TEST(Rollout, DoesNotDependOnThreadsOrCompany) {
-  const PublishedScene scene(101);
+TEST_P(EveryDecoder, DoesNotDependOnThreadsOrCompany) {
+  const PublishedScene scene = SceneOf(101);
   const auto all = RunRollouts(scene.network, scene.bones, scene.Request(12), 1);
   const auto threaded = RunRollouts(scene.network, scene.bones, scene.Request(12), 3);
   for (int i = 0; i < 101; ++i) {
@@ -240,15 +263,8 @@ TEST(Rollout, DoesNotDependOnThreadsOrCompany) {
   EXPECT_NE(all[0].states, all[5].states);
 }
 
-// Random weights make a chaotic loop (a difference grows fourfold per step), trained ones a stable
-// one: so does damping the last layer.
-NetworkWeights Stable(NetworkWeights weights) {
-  weights.decoder.layers.back().weight *= 0.05f;
-  return weights;
-}
-
-TEST(Rollout, FloatIsDoubleToRounding) {
-  const PublishedScene scene(4);
+TEST_P(EveryDecoder, FloatIsDoubleToRounding) {
+  const PublishedScene scene = SceneOf(4);
   const Network<double> network(scene.weights);
   for (int i = 0; i < 4; ++i) {
     RolloutStart<double> start = scene.starts[i].Cast<double>();
@@ -271,9 +287,9 @@ TEST(Rollout, FloatIsDoubleToRounding) {
   }
 }
 
-TEST(Rollout, EightSecondsInFloatEndWhereDoubleEnds) {
-  const PublishedScene scene(4);
-  const NetworkWeights weights = Stable(scene.weights);
+TEST_P(EveryDecoder, EightSecondsInFloatEndWhereDoubleEnds) {
+  const PublishedScene scene = SceneOf(4);
+  const NetworkWeights weights = WithScaledOutput(scene.weights, 0.05f);
   const Network<float> single(weights);
   const Network<double> network(weights);
   RolloutRequest request = scene.Request(240);
@@ -318,11 +334,11 @@ TEST(Rollout, CommutesWithMovingOnTheGround) {
   }
 }
 
-TEST(Rollout, StepsAllocateNothing) {
+TEST_P(EveryDecoder, StepsAllocateNothing) {
 #if !defined(HOLDFAST_COUNTS_ALLOCATIONS)
   GTEST_SKIP() << "allocations are not counted in this build";
 #endif
-  const PublishedScene scene(7);
+  const PublishedScene scene = SceneOf(7);
   for (const bool differentiable : {false, true}) {
     Rollout<float> rollout(scene.network, scene.bones, 7, 20, {}, differentiable);
     const Eigen::MatrixXf z = Eigen::MatrixXf::Random(kLatentSize, 7);
@@ -333,6 +349,16 @@ TEST(Rollout, StepsAllocateNothing) {
     rollout.Begin(scene.starts, scene.plans);
     EXPECT_EQ(holdfast::testing::AllocationCount(), before) << "nor does starting again";
   }
+  const nn::ColumnNetwork<float>& decoder = scene.network.Decoder();
+  nn::Tape<float> tape(decoder, 3);
+  nn::Scratch<float> scratch(decoder, 6);
+  tape.Input().setRandom();
+  const Eigen::MatrixXf rows = Eigen::MatrixXf::Random(decoder.OutputSize(), 6);
+  Eigen::MatrixXf gradient(decoder.InputSize(), 6);
+  const long started = holdfast::testing::AllocationCount();
+  decoder.Forward(tape);
+  decoder.Backward(tape, rows, gradient, scratch);
+  EXPECT_EQ(holdfast::testing::AllocationCount(), started) << "backwards neither";
   // The counter counts.
   const long before = holdfast::testing::AllocationCount();
   const std::vector<int> some(100);
@@ -377,9 +403,9 @@ TEST(GoalPlan, TheNextDeadlineCounts) {
   EXPECT_EQ(GoalAt<double>(plan, 300, options).frames_left, 5.0);
   EXPECT_EQ(GoalAt<double>(plan, 300, options).position.x(), 2.0);
   EXPECT_FALSE(GoalAt<double>({}, 0, options).active);
-  EXPECT_EQ(AdaptiveDeadline(0.0), 60);
-  EXPECT_EQ(AdaptiveDeadline(2.0), 120);
-  EXPECT_EQ(AdaptiveDeadline(9.0), 240);
+  EXPECT_EQ(DeadlineRule().Frames(0.0), 60);
+  EXPECT_EQ(DeadlineRule().Frames(2.0), 120);
+  EXPECT_EQ(DeadlineRule().Frames(9.0), 240);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <variant>
 
 #include <Eigen/Core>
 
@@ -69,6 +70,22 @@ inline Statistics WalkingStatistics() {
 /// A network small enough for finite differences of everything.
 inline NetworkWeights SmallNetwork(IntentionLayout layout, std::uint64_t seed) {
   return RandomNetwork(layout, seed, WalkingStatistics(), 8, {48, 64, 40});
+}
+
+/// The same with residual networks.
+inline NetworkWeights SmallResidualNetwork(IntentionLayout layout, std::uint64_t seed) {
+  return RandomResidualNetwork(layout, seed, WalkingStatistics(), 8, 40, 3);
+}
+
+/// `weights` with the decoder's last product scaled. Random weights make a chaotic loop (a
+/// difference grows fourfold per step), trained ones a stable one: so does damping what it gives.
+inline NetworkWeights WithScaledOutput(NetworkWeights weights, float factor) {
+  if (auto* const chain = std::get_if<nn::MlpWeights>(&weights.decoder)) {
+    chain->layers.back().weight *= factor;
+  } else {
+    std::get<nn::ResidualWeights>(weights.decoder).output_weight *= factor;
+  }
+  return weights;
 }
 
 inline RolloutStart<double> RandomStart(nn::RandomStream& random) {

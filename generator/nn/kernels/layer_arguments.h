@@ -71,6 +71,57 @@ struct NormBackwardArguments {
   bool rectified;
 };
 
+/// Y = gain (X - mean) inverse_deviation + offset, rows with a gain and offset of zero becoming
+/// zero.
+template <typename Real>
+struct NormaliseArguments {
+  const Real* x;
+  long x_stride;
+  int padded_rows;
+  int num_columns;
+  const Real* mean;
+  const Real* inverse_deviation;
+  const Real* gain;
+  const Real* offset;
+  Real* y;
+  long y_stride;
+};
+
+/// Y += bias + X, of which either may be null (zero).
+template <typename Real>
+struct SumArguments {
+  Real* y;
+  long y_stride;
+  int padded_rows;
+  int num_columns;
+  const Real* bias;
+  const Real* x;
+  long x_stride;
+};
+
+/// Y = silu(X) = X / (1 + exp(-X)).
+template <typename Real>
+struct SiluArguments {
+  const Real* x;
+  long x_stride;
+  int padded_rows;
+  int num_columns;
+  Real* y;
+  long y_stride;
+};
+
+/// The gradient of silu(X) becomes that of X. Column j belongs to column j / gradients_per_column.
+template <typename Real>
+struct SiluBackwardArguments {
+  Real* gradient;
+  long gradient_stride;
+  const Real* x;
+  long x_stride;
+  int padded_rows;
+  int num_columns;  ///< of `gradient`
+  int gradients_per_column;
+};
+
 /// The loops as one instruction set has them.
 template <typename Real>
 struct LayerLoops {
@@ -78,6 +129,10 @@ struct LayerLoops {
   void (*moments)(const MomentArguments<Real>&);
   void (*finish)(const FinishArguments<Real>&);
   void (*norm_backward)(const NormBackwardArguments<Real>&);
+  void (*normalise)(const NormaliseArguments<Real>&);
+  void (*sum)(const SumArguments<Real>&);
+  void (*silu)(const SiluArguments<Real>&);
+  void (*silu_backward)(const SiluBackwardArguments<Real>&);
 };
 
 template <typename Real>

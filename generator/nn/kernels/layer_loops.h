@@ -5,6 +5,7 @@
 #pragma once
 
 #include "generator/nn/kernels/layer_arguments.h"
+#include "generator/nn/kernels/residual_loops.h"
 
 namespace holdfast::kernels {
 namespace {
@@ -192,7 +193,8 @@ void NormBackward(const NormBackwardArguments<typename S::Real>& in) {
 
 template <typename S>
 LayerLoops<typename S::Real> LoopsOf() {
-  return {&Product<S>, &Moments<S>, &Finish<S>, &NormBackward<S>};
+  return {&Product<S>,   &Moments<S>, &Finish<S>, &NormBackward<S>,
+          &Normalise<S>, &Sum<S>,     &Silu<S>,   &SiluBackward<S>};
 }
 
 }  // namespace

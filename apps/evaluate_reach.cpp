@@ -1,0 +1,379 @@
+// SPDX-License-Identifier: MIT
+#include "apps/evaluate_reach.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "apps/reach_network.h"
+#include "apps/reach_study.h"
+#include "apps/reach_study_page.h"
+#include "generator/reach_motion.h"
+#include "generator/wandr/motion_states.h"
+#include "geometry/error.h"
+#include "geometry/io/atomic_file.h"
+#include "geometry/parallel.h"
+
+namespace holdfast::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Stopped {};
+
+struct CapturedClips {
+  std::vector<std::string> names;
+  std::vector<Clip> clips;
+};
+
+CapturedClips ReadStartClips(const std::vector<std::string>& paths) {
+  std::vector<fs::path> files;
+  for (const std::string& path : paths) {
+    if (!fs::is_directory(path)) {
+      files.emplace_back(path);
+      continue;
+    }
+    const std::size_t before = files.size();
+    for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
+      if (entry.path().extension() == ".npz") files.push_back(entry.path());
+    }
+    std::sort(files.begin() + static_cast<std::ptrdiff_t>(before), files.end());
+    if (files.size() == before) {
+      throw Error(path, "has no clip (.npz) in it", "Give the folder that the clips are in");
+    }
+  }
+  CapturedClips captured;
+  for (const fs::path& file : files) {
+    captured.names.push_back(file.stem().string());
+    captured.clips.push_back(ReadClip(file));
+  }
+  return captured;
+}
+
+std::vector<wandr::ReachStart> StartsFrom(const CapturedClips& captured,
+                                          const wandr::Normaliser<double>& normaliser) {
+  std::vector<wandr::StartCandidate> candidates;
+  for (std::size_t i = 0; i < captured.clips.size(); ++i) {
+    const Clip& clip = captured.clips[i];
+    candidates.push_back(
+        {captured.names[i], clip.subject, static_cast<int>(wandr::StatesOfClip(clip).cols())});
+  }
+  std::vector<Clip> clips;
+  std::vector<std::string> names;
+  for (const int i : wandr::ChooseStartClips(candidates)) {
+    clips.push_back(captured.clips[i]);
+    names.push_back(fmt::format("{}, frame {}", captured.names[i], wandr::kReachStartFrame));
+  }
+  return wandr::StartsOfClips(clips, names, normaliser);
+}
+
+CapturedSkating SkatingOfCaptured(const CapturedClips& captured, const wandr::LowestPoint& lowest,
+                                  const wandr::BoneOffsets<float>& bones, int threads) {
+  constexpr double kWalks = 1.0;  // metres that the pelvis gets away
+  struct Measured {
+    double surface = 0.0, joints = 0.0, farthest = 0.0;
+  };
+  std::vector<Measured> measured(captured.clips.size());
+  ParallelFor(static_cast<int>(measured.size()), threads, [&](int i) {
+    const wandr::StateMatrix<float> states = wandr::StatesOfClip(captured.clips[i]).cast<float>();
+    Eigen::MatrixXf joints(wandr::kJointNumbers, states.cols());
+    wandr::BodyKinematics<float> kinematics;
+    for (Eigen::Index f = 0; f < states.cols(); ++f) {
+      wandr::ForwardKinematics(bones, wandr::PoseOf<float>(states.col(f)), kinematics);
+      Eigen::Map<wandr::BodyJoints<float>>(joints.col(f).data()) = kinematics.joints;
+      const double away = (joints.block<2, 1>(0, f) - joints.block<2, 1>(0, 0)).norm();
+      measured[i].farthest = std::max(measured[i].farthest, away);
+    }
+    measured[i].joints = wandr::MeasureReach(joints, Eigen::Vector3d::Zero()).skating_share;
+    measured[i].surface = wandr::SkatingOfLowestVertex(lowest, states);
+  });
+  CapturedSkating skating;
+  for (const Measured& one : measured) {
+    ++skating.clips;
+    skating.surface += one.surface;
+    skating.joints += one.joints;
+    if (one.farthest < kWalks) continue;
+    ++skating.walking_clips;
+    skating.walking_surface += one.surface;
+    skating.walking_joints += one.joints;
+  }
+  const double all = std::max(skating.clips, 1), walking = std::max(skating.walking_clips, 1);
+  skating.surface /= all;
+  skating.joints /= all;
+  skating.walking_surface /= walking;
+  skating.walking_joints /= walking;
+  return skating;
+}
+
+std::map<std::string, ReachNetwork> AblationNetworks(const std::vector<std::string>& told) {
+  std::map<std::string, ReachNetwork> networks;
+  for (const std::string& text : told) {
+    const std::size_t equals = text.find('=');
+    const std::string name = text.substr(0, equals);
+    const bool known = std::ranges::any_of(ReachVariants(), [&](const ReachVariant& variant) {
+      return variant.key == name && name != "full";
+    });
+    if (equals == std::string::npos || !known) {
+      throw Error("--ablation-weights " + text, "names no ablation",
+                  "Give NAME=FILE, NAME one of wrist, wrist+pelvis, wrist+heading, none");
+    }
+    networks.emplace(name, LoadReachNetwork(text.substr(equals + 1)));
+  }
+  return networks;
+}
+
+nlohmann::json SummaryJson(const StudySummary& summary) {
+  const wandr::ReachSummary& s = summary.reach;
+  const bool any = std::isfinite(s.speed_at_reach_m_s);
+  return {{"motions", s.count},
+          {"success_ratio", s.success},
+          {"success_at_end_ratio", s.success_at_end},
+          {"distance_to_goal_mean_m", s.distance_mean_m},
+          {"distance_to_goal_median_m", s.distance_median_m},
+          {"foot_skating_ratio", summary.surface_skating},
+          {"foot_skating_joints_ratio", s.skating},
+          {"airborne_ratio", s.airborne},
+          {"peak_pelvis_median_m_s", s.peak_pelvis_median_m_s},
+          {"acceleration_mean_m_s2", s.acceleration_m_s2},
+          {"wrist_speed_at_reach_m_s", any ? nlohmann::json(s.speed_at_reach_m_s) : nullptr},
+          {"diverged", s.diverged}};
+}
+
+nlohmann::json RunJson(const StudyRun& run) {
+  nlohmann::json json = {{"variant", run.variant->key},
+                         {"deadline", run.deadline},
+                         {"how", run.how},
+                         {"summary", SummaryJson(run.summary)}};
+  for (const auto& [name, axis] :
+       {std::pair{"by_angle", GridAxis::kAngle}, std::pair{"by_height", GridAxis::kHeight},
+        std::pair{"by_distance", GridAxis::kDistance}, std::pair{"by_start", GridAxis::kStart}}) {
+    for (const AxisValue& value : ByAxis(run, axis)) {
+      json[name].push_back({{"at", value.label},
+                            {"success_ratio", value.success},
+                            {"distance_to_goal_mean_m", value.distance_m}});
+    }
+  }
+  const ReachVariant& v = *run.variant;
+  if (v.paper_success) {
+    json["paper"] = {{"success_ratio", *v.paper_success},
+                     {"foot_skating_ratio", *v.paper_skating},
+                     {"distance_to_goal_mean_m", *v.paper_distance_m}};
+  }
+  return json;
+}
+
+// What a reader must know about the numbers.
+std::vector<std::string> NotesOf(const EvaluateReachOptions& options, const ReachNetwork& network,
+                                 const std::vector<wandr::ReachStart>& starts,
+                                 const wandr::ReachProtocol& adaptive, bool masked) {
+  std::string names;
+  for (const wandr::ReachStart& start : starts) {
+    names += fmt::format("{}{}", names.empty() ? "" : "; ", start.name);
+  }
+  std::vector<std::string> notes;
+  notes.push_back(fmt::format(
+      "Protocol of WANDR (Diomataris et al., CVPR 2024): 5 angles, 5 heights of 0 to 1.8 m and 5 "
+      "distances of 0.5 to 5 m about {} start poses, {} samples each, 8 s at 30 fps; network {}.",
+      starts.size(), options.samples, network.source));
+  notes.push_back(
+      options.starts.empty()
+          ? fmt::format("Start poses: six of Holdfast's own, none captured ({}).", names)
+          : fmt::format("Start poses: held-out captured motion ({}).", names));
+  notes.push_back(
+      "SR: the right wrist is within 10 cm of the goal in any frame (at end: in the last). DTG: "
+      "its "
+      "closest approach. FS: share of frames whose lowest vertex of the body's surface moves "
+      "horizontally by more than 2/3 cm to the next; by joints: the same of the lowest of ankles "
+      "and balls of the feet. Airborne: all of these above 12 cm.");
+  notes.push_back(fmt::format(
+      "Fixed deadline: the goal is due after 8 s, as in the paper. Adaptive: after {:g} frames and "
+      "the time to walk there at {:g} m/s, {:g} to {:g} frames; then the goal is kept in mind with "
+      "{:g} frames left.",
+      adaptive.deadline.frames_for_reach, adaptive.deadline.walking_m_s,
+      adaptive.deadline.min_frames, adaptive.deadline.max_frames,
+      adaptive.intention.min_frames_left));
+  if (masked) {
+    notes.push_back(
+        "Rows marked 'masked' leave parts of the intention out of one trained network at run time; "
+        "the paper trained a network for each row.");
+  }
+  return notes;
+}
+
+}  // namespace
+
+FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOptions& common) {
+  const ReachNetwork network = LoadReachNetwork(options.weights);
+  const std::map<std::string, ReachNetwork> others = AblationNetworks(options.ablation_weights);
+  const std::shared_ptr<const BodyModel> body = LoadBody("");
+  const BodyMeasures measures = MeasureBody(*body, {});
+  const auto bones = wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>();
+  const wandr::LowestPoint lowest{BodySurface(body)};
+  const CapturedClips captured = ReadStartClips(options.starts);
+  const auto starts_for = [&](const ReachNetwork& of) {
+    const wandr::Normaliser<double> normaliser(of.weights.statistics);
+    return captured.clips.empty() ? wandr::ComposedStarts(measures, normaliser)
+                                  : StartsFrom(captured, normaliser);
+  };
+
+  struct Planned {
+    StudyRun run;
+    ReachQuestion question;
+    std::string name;
+  };
+  std::vector<Planned> plan;
+  bool masked = false;
+  for (const std::string deadline : {"adaptive", "fixed"}) {
+    if (options.deadline != "both" && options.deadline != deadline) continue;
+    for (const ReachVariant& variant : ReachVariants()) {
+      if (!options.ablations && variant.key != "full") continue;
+      Planned planned;
+      const auto own = others.find(variant.key);
+      const ReachNetwork& used = own == others.end() ? network : own->second;
+      planned.run.variant = &variant;
+      planned.run.deadline = deadline;
+      wandr::ReachProtocol protocol =
+          deadline == "adaptive" ? wandr::ReachProtocol::Adaptive() : wandr::ReachProtocol();
+      protocol.num_samples = options.samples;
+      protocol.sigma = options.sigma;
+      protocol.seed = common.seed;
+      protocol.with_intention = variant.with_intention;
+      if (own == others.end()) {
+        protocol.intention.parts = variant.parts;
+        const bool leaves_out = variant.key != "full" && variant.with_intention;
+        if (leaves_out) planned.run.how = "masked";
+        masked |= leaves_out;
+      } else {
+        // Such a network may know the rest of the intention as zero only: told so, it is safe.
+        protocol.intention.parts = variant.parts;
+        planned.run.how = fs::path(own->second.source).filename().string();
+      }
+      planned.run.protocol = protocol;
+      planned.question = {starts_for(used), protocol, variant.key, &used};
+      planned.run.cases =
+          wandr::ReachCases(protocol, bones, wandr::AsFloat(planned.question.starts));
+      planned.name = fmt::format("{}_{}", deadline, variant.key);
+      plan.push_back(std::move(planned));
+    }
+  }
+
+  const fs::path folder = options.output;
+  const ReachStudy study(folder / "blocks", lowest, bones, common);
+  int left = 0, total = 0;
+  for (const Planned& planned : plan) {
+    const int motions = static_cast<int>(planned.run.cases.size());
+    total += motions;
+    left += motions - study.NumDone(planned.question, planned.name);
+  }
+  if (left < total) {
+    Note(common, fmt::format("{} of {} motions are there already", total - left, total));
+  }
+  const auto started = std::chrono::steady_clock::now();
+  try {
+    Progress progress(common, "evaluate reach");
+    int done = 0;
+    for (Planned& planned : plan) {
+      planned.run.motions = study.Run(planned.question, planned.name, [&] {
+        if (Interrupted()) throw Stopped();
+        progress.Update(++done, left);
+      });
+      planned.run.summary = SummariseMotions(planned.run.motions);
+    }
+  } catch (const Stopped&) {
+    return {kInterrupted, {}, {}};
+  }
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  const CapturedSkating skating = SkatingOfCaptured(captured, lowest, bones, NumThreads(common));
+
+  std::vector<StudyRun> runs;
+  for (Planned& planned : plan) runs.push_back(std::move(planned.run));
+  StudyText text;
+  text.title = "Reaching, by WANDR's protocol";
+  text.notes =
+      NotesOf(options, network, plan[0].question.starts, wandr::ReachProtocol::Adaptive(), masked);
+  nlohmann::json results = JsonHead("holdfast/evaluate-reach/1", common);
+  results["network"] = network.ToJson();
+  results["starts"] = {{"captured", !captured.clips.empty()}};
+  for (const wandr::ReachStart& start : plan[0].question.starts) {
+    results["starts"]["poses"].push_back(start.name);
+  }
+  results["notes"] = text.notes;
+  for (const StudyRun& run : runs) results["runs"].push_back(RunJson(run));
+  if (skating.clips > 0) {
+    results["captured"] = {{"clips", skating.clips},
+                           {"foot_skating_ratio", skating.surface},
+                           {"foot_skating_joints_ratio", skating.joints},
+                           {"walking_clips", skating.walking_clips},
+                           {"walking_foot_skating_ratio", skating.walking_surface},
+                           {"walking_foot_skating_joints_ratio", skating.walking_joints}};
+  }
+  const std::string table = StudyTable(runs, skating);
+  WriteAtomically(folder / "results.json", results.dump(1) + "\n");
+  WriteAtomically(folder / "results.md", table);
+  WriteAtomically(folder / "report.html", StudyPage(text, runs, skating));
+
+  FitOutcome outcome;
+  outcome.summary = std::move(results);
+  outcome.summary["output"] = options.output;
+  outcome.text = fmt::format("{} motions", total);
+  if (left > 0) {
+    outcome.text += fmt::format(", {} of them made in {:.0f} s ({:.1f} ms each)", left, seconds,
+                                1e3 * seconds / left);
+  }
+  outcome.text += fmt::format("; results.json, results.md, report.html in {}\n", options.output);
+  outcome.text += text.notes[1] + "\n\n" + table;
+  return outcome;
+}
+
+void AddEvaluateReach(CLI::App& evaluate, int& exit_code) {
+  struct Options {
+    CommonOptions common;
+    EvaluateReachOptions reach;
+  };
+  auto options = std::make_shared<Options>();
+  EvaluateReachOptions& reach = options->reach;
+  CLI::App* command = evaluate.add_subcommand(
+      "reach", "WANDR's protocol: 3,750 motions to goals all around, with its ablations");
+  AddWeightsOption(*command, reach.weights);
+  command->add_option(
+      "--starts", reach.starts,
+      "Held-out captured clips, or a folder of them, to start from: frame 25 of six, "
+      "of as many people as there are. Without them six poses of Holdfast's own");
+  command->add_option("--ablation-weights", reach.ablation_weights,
+                      "NAME=FILE: a network trained without parts of the intention, for the row "
+                      "wrist, wrist+pelvis, wrist+heading or none. Other rows mask one network");
+  command->add_flag("--no-ablations{false}", reach.ablations, "The full intention alone");
+  command
+      ->add_option("--deadline", reach.deadline,
+                   "When goals are due: both, adaptive or fixed (8 s)")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"both", "adaptive", "fixed"}));
+  command->add_option("--samples", reach.samples, "Motions to each goal; the paper has 5")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100));
+  command->add_option("--sigma", reach.sigma, "Spread of the random latents")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 3.0));
+  command
+      ->add_option("-o,--output", reach.output,
+                   "Folder for results.json, results.md, report.html and blocks of motions; "
+                   "continued if it exists")
+      ->required();
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast evaluate reach -o out/reach\n"
+      "  holdfast evaluate reach --weights mine.safetensors --starts captured/held_out "
+      "-o out/mine\n");
+  command->callback([options, &exit_code] {
+    const FitOutcome outcome = EvaluateReach(options->reach, options->common);
+    if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
+    exit_code = outcome.exit_code;
+  });
+}
+
+}  // namespace holdfast::apps

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#include "apps/common.h"
+#include "apps/reach_job.h"
+#include "apps/reach_network.h"
+
+namespace holdfast::apps {
+
+void AddReachCommand(CLI::App& app, int& exit_code) {
+  struct Options {
+    CommonOptions common;
+    ReachJob job;
+  };
+  auto options = std::make_shared<Options>();
+  ReachJob& job = options->job;
+  CLI::App* command = app.add_subcommand(
+      "reach", "A person walks and reaches to a place in space: motion made by a network");
+  command
+      ->add_option("--goal", job.goals,
+                   "X,Y,Z of the wrist, metres, z up from the ground. Repeated: one after another "
+                   "in one motion")
+      ->required()
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command->add_option("--from", job.from,
+                      "CLIP or CLIP:FRAME to go on from (the last frame if left out). Without it a "
+                      "person stands at the origin, facing -y");
+  command
+      ->add_option("--time", job.time_s,
+                   "Seconds until each goal is due [by its distance: 1.5 s and 0.8 m/s, at least "
+                   "2 s]")
+      ->check(CLI::Range(0.1, 60.0));
+  command->add_option("--samples", job.samples, "Motions to choose from")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10'000));
+  command->add_option("--wrist", job.wrist, "The wrist that reaches; left by mirroring the person")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"right", "left"}));
+  command->add_option("--sigma", job.sigma, "Spread of the random latents; 0 has one mean motion")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 3.0));
+  command->add_flag("--all", job.all, "Keep all samples: samples/NN.npz, best first");
+  command->add_option("--body", job.body, "Body model in place of the embedded one");
+  AddWeightsOption(*command, job.weights);
+  command->add_flag("--no-report{false}", job.write_report, "Leave out report.html");
+  command
+      ->add_option("-o,--output", job.output, "Folder to make: clip.npz, metrics.json, report.html")
+      ->capture_default_str();
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast reach --goal 1.5,1.0,1.1\n"
+      "  holdfast reach --goal 0.4,-2.0,0.9 --goal -1.0,-2.5,1.4 --samples 64 -o errand\n"
+      "  holdfast reach --from walk.npz:40 --goal 2.0,0.5,0.3 --wrist left --all -o reached\n"
+      "A goal is reached when the wrist is within 10 cm of it. The next is taken on when the "
+      "wrist\n"
+      "has been there and comes no closer, or half as long again after the goal was due. The best\n"
+      "sample: most goals reached; among those that reach all, the fewest frames that skate (the\n"
+      "lowest vertex moves more than 2/3 cm per frame) or fly (all foot joints above 12 cm);\n"
+      "among others, the least sum of closest distances.\n");
+  command->callback([options, &exit_code] {
+    const FitOutcome outcome = RunReachJob(options->job, options->common);
+    if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
+    exit_code = outcome.exit_code;
+  });
+}
+
+}  // namespace holdfast::apps

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+#include "apps/reach_study.h"
+
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "apps/read_json.h"
+#include "geometry/error.h"
+#include "geometry/io/atomic_file.h"
+
+namespace holdfast::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kBlock = 250;  // motions in a file
+constexpr int kColumns = 11;
+
+nlohmann::json NumberOrNull(double value) {
+  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
+
+// One row of a block's file. Numbers are written so that they read back to the last bit.
+nlohmann::json RowOf(const StudyMotion& motion) {
+  const wandr::ReachOutcome& o = motion.outcome;
+  return {o.closest_m,
+          o.closest_frame,
+          o.last_m,
+          o.reached_frame,
+          NumberOrNull(o.speed_at_reach_m_s),
+          o.skating_share,
+          motion.surface_skating,
+          o.airborne_share,
+          o.peak_pelvis_m_s,
+          o.mean_acceleration_m_s2,
+          o.diverged};
+}
+
+StudyMotion MotionOf(const nlohmann::json& row) {
+  StudyMotion motion;
+  wandr::ReachOutcome& o = motion.outcome;
+  o.closest_m = row.at(0);
+  o.closest_frame = row.at(1);
+  o.last_m = row.at(2);
+  o.reached_frame = row.at(3);
+  o.speed_at_reach_m_s =
+      row.at(4).is_null() ? std::numeric_limits<double>::quiet_NaN() : row.at(4).get<double>();
+  o.skating_share = row.at(5);
+  motion.surface_skating = row.at(6);
+  o.airborne_share = row.at(7);
+  o.peak_pelvis_m_s = row.at(8);
+  o.mean_acceleration_m_s2 = row.at(9);
+  o.diverged = row.at(10);
+  return motion;
+}
+
+constexpr const char* kColumnNames[kColumns] = {"closest_m",
+                                                "closest_frame",
+                                                "last_m",
+                                                "reached_frame",
+                                                "speed_at_reach_m_s",
+                                                "foot_skating_joints_ratio",
+                                                "foot_skating_ratio",
+                                                "airborne_ratio",
+                                                "peak_pelvis_m_s",
+                                                "mean_acceleration_m_s2",
+                                                "diverged"};
+
+}  // namespace
+
+const std::vector<ReachVariant>& ReachVariants() {
+  static const std::vector<ReachVariant> variants = {
+      {"full", "full intention", {}, true, 0.32, 0.16, 0.248},
+      {"wrist", "I^w alone", {true, false, false}, true, 0.15, 0.13, 0.629},
+      {"wrist+pelvis", "I^w + I^p", {true, true, false}, true, 0.18, 0.17, 0.449},
+      {"wrist+heading", "I^w + I^r", {true, false, true}, true, 0.19, 0.19, 0.360},
+      {"none", "no intention", {}, false, std::nullopt, std::nullopt, std::nullopt},
+  };
+  return variants;
+}
+
+StudySummary SummariseMotions(std::span<const StudyMotion> motions) {
+  std::vector<wandr::ReachOutcome> outcomes;
+  StudySummary summary;
+  for (const StudyMotion& motion : motions) {
+    outcomes.push_back(motion.outcome);
+    summary.surface_skating += motion.surface_skating / static_cast<double>(motions.size());
+  }
+  summary.reach = wandr::Summarise(outcomes);
+  return summary;
+}
+
+std::string ReachQuestion::Checksum() const {
+  const wandr::ReachProtocol& p = protocol;
+  nlohmann::json all = {{"network", network->checksum},
+                        {"variant", variant},
+                        {"grid", {p.num_angles, p.num_heights, p.num_distances, p.num_samples}},
+                        {"range", {p.max_height_m, p.min_distance_m, p.max_distance_m}},
+                        {"frames", p.num_frames},
+                        {"deadline",
+                         {p.deadline.frames_for_reach, p.deadline.walking_m_s,
+                          p.deadline.min_frames, p.deadline.max_frames}},
+                        {"intention",
+                         {static_cast<int>(p.intention.wrist), p.intention.min_frames_left,
+                          p.intention.hold_last_goal, p.intention.parts.wrist,
+                          p.intention.parts.pelvis, p.intention.parts.heading, p.with_intention}},
+                        {"sigma", p.sigma},
+                        {"seed", p.seed}};
+  for (const wandr::ReachStart& start : starts) {
+    const wandr::StateVector<double> state = wandr::StateOf(start.start.pose);
+    all["starts"].push_back(std::vector<double>(state.begin(), state.end()));
+    all["starts"].push_back(
+        std::vector<double>(start.start.previous_delta.begin(), start.start.previous_delta.end()));
+  }
+  return apps::Checksum(all.dump());
+}
+
+ReachStudy::ReachStudy(fs::path folder, const wandr::LowestPoint& lowest,
+                       const wandr::BoneOffsets<float>& bones, const CommonOptions& common)
+    : folder_(std::move(folder)), lowest_(lowest), bones_(bones), common_(common) {
+  fs::create_directories(folder_);
+}
+
+fs::path ReachStudy::BlockFile(const std::string& name, int block) const {
+  return folder_ / fmt::format("{}_{:03d}.json", name, block);
+}
+
+std::optional<std::vector<StudyMotion>> ReachStudy::Load(const std::string& name, int block,
+                                                         const std::string& checksum,
+                                                         int count) const {
+  const fs::path file = BlockFile(name, block);
+  if (!fs::exists(file)) return std::nullopt;
+  const nlohmann::json json = ReadJson(file);
+  if (!json.is_object() || json.value("question", "") != checksum) {
+    if (common_.force) return std::nullopt;
+    throw Error(file.string(),
+                "holds results of another question (network, start poses, protocol or seed)",
+                "Choose another folder, or --force to replace them");
+  }
+  try {
+    std::vector<StudyMotion> motions;
+    for (const nlohmann::json& row : json.at("motions")) motions.push_back(MotionOf(row));
+    if (static_cast<int>(motions.size()) == count) return motions;
+  } catch (const nlohmann::json::exception&) {
+    // falls through: damaged, as with the wrong number of motions
+  }
+  throw Error(file.string(), "is damaged", "Delete it: its motions are made again");
+}
+
+int ReachStudy::NumDone(const ReachQuestion& question, const std::string& name) const {
+  const int total = question.protocol.NumCases(static_cast<int>(question.starts.size()));
+  const std::string checksum = question.Checksum();
+  int done = 0;
+  for (int first = 0; first < total; first += kBlock) {
+    const int count = std::min(kBlock, total - first);
+    if (Load(name, first / kBlock, checksum, count)) done += count;
+  }
+  return done;
+}
+
+std::vector<StudyMotion> ReachStudy::Run(const ReachQuestion& question, const std::string& name,
+                                         const std::function<void()>& progress) const {
+  const std::vector<wandr::RolloutStart<float>> starts = wandr::AsFloat(question.starts);
+  const int total = question.protocol.NumCases(static_cast<int>(starts.size()));
+  const std::string checksum = question.Checksum();
+  std::optional<wandr::Network<float>> network;  // only when something is left to run
+  std::vector<StudyMotion> all;
+  for (int first = 0; first < total; first += kBlock) {
+    const int count = std::min(kBlock, total - first);
+    std::optional<std::vector<StudyMotion>> block = Load(name, first / kBlock, checksum, count);
+    if (!block) {
+      if (!network) network.emplace(question.network->weights);
+      block.emplace(count);
+      wandr::ReachRun run;
+      run.threads = NumThreads(common_);
+      run.first = first;
+      run.count = count;
+      run.progress = [&](int, int) { progress(); };
+      run.see = [&](int index, const wandr::RolloutTrack& track) {
+        (*block)[index - first].surface_skating =
+            wandr::SkatingOfLowestVertex(lowest_, track.states);
+      };
+      const std::vector<wandr::ReachOutcome> outcomes =
+          wandr::RunReachProtocol(*network, bones_, starts, question.protocol, run);
+      nlohmann::json json = {{"question", checksum}, {"columns", kColumnNames}};
+      for (int i = 0; i < count; ++i) {
+        (*block)[i].outcome = outcomes[i];
+        json["motions"].push_back(RowOf((*block)[i]));
+      }
+      WriteAtomically(BlockFile(name, first / kBlock), json.dump() + "\n");
+    }
+    all.insert(all.end(), block->begin(), block->end());
+  }
+  return all;
+}
+
+}  // namespace holdfast::apps

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/common.h"
+#include "apps/reach_network.h"
+#include "generator/wandr/reach_protocol.h"
+#include "generator/wandr/reach_skating.h"
+#include "generator/wandr/reach_starts.h"
+
+namespace holdfast::apps {
+
+/// A row of the ablation table (Table 2 of the paper).
+struct ReachVariant {
+  std::string key;    ///< "full", "wrist", "wrist+pelvis", "wrist+heading", "none"
+  std::string label;  ///< for people
+  wandr::IntentionParts parts;
+  bool with_intention = true;
+  /// The paper's; empty where it has none.
+  std::optional<double> paper_success, paper_skating, paper_distance_m;
+};
+const std::vector<ReachVariant>& ReachVariants();
+
+/// A motion of the protocol, measured.
+struct StudyMotion {
+  wandr::ReachOutcome outcome;
+  double surface_skating = 0.0;  ///< FS exactly: SkatingOfLowestVertex
+};
+
+/// Over many of them.
+struct StudySummary {
+  wandr::ReachSummary reach;
+  double surface_skating = 0.0;
+};
+StudySummary SummariseMotions(std::span<const StudyMotion> motions);
+
+/// What a study asks: everything that its results depend on.
+struct ReachQuestion {
+  std::vector<wandr::ReachStart> starts;
+  wandr::ReachProtocol protocol;
+  std::string variant;
+  const ReachNetwork* network = nullptr;
+
+  std::string Checksum() const;
+};
+
+/// Runs a protocol in blocks that are kept in files, so that a stopped study goes on where it was.
+class ReachStudy {
+ public:
+  /// `folder` is made. With `force`, blocks of another question are replaced; otherwise they throw
+  /// Error.
+  ReachStudy(std::filesystem::path folder, const wandr::LowestPoint& lowest,
+             const wandr::BoneOffsets<float>& bones, const CommonOptions& common);
+
+  /// Blocks of this question (named `name`) that there are already, as a number of motions.
+  int NumDone(const ReachQuestion& question, const std::string& name) const;
+  /// All motions in the order of ReachCases. `progress` sees each that is run. What it throws ends
+  /// the run, with all complete blocks kept.
+  std::vector<StudyMotion> Run(const ReachQuestion& question, const std::string& name,
+                               const std::function<void()>& progress) const;
+
+ private:
+  std::filesystem::path BlockFile(const std::string& name, int block) const;
+  /// The motions of a block in a file; nothing when there is none (of this question, with force).
+  std::optional<std::vector<StudyMotion>> Load(const std::string& name, int block,
+                                               const std::string& checksum, int count) const;
+
+  std::filesystem::path folder_;
+  const wandr::LowestPoint& lowest_;
+  const wandr::BoneOffsets<float>& bones_;
+  const CommonOptions& common_;
+};
+
+}  // namespace holdfast::apps

@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: MIT
+#include "apps/reach_study_page.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "apps/report_page.h"
+
+namespace holdfast::apps {
+namespace {
+
+constexpr const char* kColours[] = {"#2f6f9f", "#d1495b", "#66a182", "#edae49", "#6d597a"};
+
+int IndexOn(const wandr::ReachCase& c, GridAxis axis) {
+  switch (axis) {
+    case GridAxis::kAngle:
+      return c.angle;
+    case GridAxis::kHeight:
+      return c.height;
+    case GridAxis::kDistance:
+      return c.distance;
+    case GridAxis::kStart:
+      return c.start;
+  }
+  return 0;
+}
+
+std::string Percent(double share, int digits = 1) {
+  return fmt::format("{:.{}f} %", 100.0 * share, digits);
+}
+
+std::string OrDash(const std::optional<double>& value, double factor, const char* unit) {
+  return value ? fmt::format("{:.{}f} {}", factor * *value,
+                             factor == 100.0 && unit[0] == 'c' ? 1 : 0, unit)
+               : "-";
+}
+
+struct Row {
+  std::vector<std::string> cells;
+};
+
+const std::vector<std::string> kHeads = {"intention",    "SR",           "SR at end",  "DTG mean",
+                                         "DTG median",   "FS",           "FS, joints", "airborne",
+                                         "pelvis, peak", "acceleration", "paper: SR",  "paper: DTG",
+                                         "paper: FS"};
+
+Row RowOf(const StudyRun& run) {
+  const StudySummary& s = run.summary;
+  std::string label = run.variant->label;
+  if (!run.how.empty()) label += fmt::format(" ({})", run.how);
+  return {{label, Percent(s.reach.success), Percent(s.reach.success_at_end),
+           fmt::format("{:.1f} cm", 100.0 * s.reach.distance_mean_m),
+           fmt::format("{:.1f} cm", 100.0 * s.reach.distance_median_m), Percent(s.surface_skating),
+           Percent(s.reach.skating), Percent(s.reach.airborne),
+           fmt::format("{:.2f} m/s", s.reach.peak_pelvis_median_m_s),
+           fmt::format("{:.2f} m/s2", s.reach.acceleration_m_s2),
+           OrDash(run.variant->paper_success, 100.0, "%"),
+           OrDash(run.variant->paper_distance_m, 100.0, "cm"),
+           OrDash(run.variant->paper_skating, 100.0, "%")}};
+}
+
+// Groups of bars: one group per label, one bar per series.
+struct Bars {
+  std::string title;
+  std::vector<std::string> labels;
+  std::vector<std::pair<std::string, std::vector<double>>> series;  // shares in [0, 1]
+};
+
+std::string SvgOpen(int width, int height) {
+  return fmt::format("<svg viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" role=\"img\">",
+                     width, height);
+}
+
+std::string Text(double x, double y, const std::string& text, const char* anchor = "middle",
+                 const char* style = "") {
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" {}>{}</text>", x, y,
+                     anchor, style, EscapeHtml(text));
+}
+
+// A round share at or above the greatest value, for the top of an axis.
+double AxisTop(double greatest) {
+  for (const double top : {0.05, 0.1, 0.2, 0.4, 0.6, 0.8}) {
+    if (greatest <= top) return top;
+  }
+  return 1.0;
+}
+
+std::string BarChart(const Bars& bars) {
+  constexpr int kWidth = 400, kHeight = 230, kLeft = 44, kTop = 30, kBottom = 40;
+  double greatest = 0.0;
+  for (const auto& [name, values] : bars.series) {
+    for (const double value : values) greatest = std::max(greatest, value);
+  }
+  const double top = AxisTop(greatest), plot = kHeight - kTop - kBottom;
+  std::string svg = "<figure>" + SvgOpen(kWidth, kHeight);
+  svg += Text(kLeft, 16, bars.title, "start", "class=\"title\"");
+  for (int k = 0; k <= 4; ++k) {
+    const double y = kTop + plot * (1.0 - k / 4.0);
+    svg += fmt::format("<line class=\"grid\" x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\"/>",
+                       kLeft, kWidth - 8, y, y);
+    svg += Text(kLeft - 5, y + 4, fmt::format("{:g}", 100.0 * top * k / 4.0), "end");
+  }
+  const double group = (kWidth - 8.0 - kLeft) / static_cast<double>(bars.labels.size());
+  const double bar = 0.7 * group / static_cast<double>(bars.series.size());
+  for (std::size_t s = 0; s < bars.series.size(); ++s) {
+    for (std::size_t i = 0; i < bars.labels.size(); ++i) {
+      const double value = bars.series[s].second[i], height = plot * value / top;
+      const double x =
+          kLeft + group * (static_cast<double>(i) + 0.15) + bar * static_cast<double>(s);
+      svg += fmt::format(
+          "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" "
+          "fill=\"{}\"><title>{}: "
+          "{}</title></rect>",
+          x, kTop + plot - height, bar - 1.0, height, kColours[s % std::size(kColours)],
+          EscapeHtml(bars.series[s].first), Percent(value));
+      svg += Text(x + 0.5 * bar, kTop + plot - height - 3, fmt::format("{:.0f}", 100.0 * value),
+                  "middle", "class=\"value\"");
+    }
+  }
+  for (std::size_t i = 0; i < bars.labels.size(); ++i) {
+    svg += Text(kLeft + group * (static_cast<double>(i) + 0.5), kHeight - 22, bars.labels[i]);
+  }
+  double x = kLeft;
+  for (std::size_t s = 0; s < bars.series.size(); ++s) {
+    svg += fmt::format("<rect x=\"{:.1f}\" y=\"{}\" width=\"9\" height=\"9\" fill=\"{}\"/>", x,
+                       kHeight - 12, kColours[s % std::size(kColours)]);
+    svg += Text(x + 13, kHeight - 4, bars.series[s].first, "start");
+    x += 22 + 6.5 * static_cast<double>(bars.series[s].first.size());
+  }
+  return svg + "</svg></figure>\n";
+}
+
+std::string AxisChart(const std::vector<const StudyRun*>& runs, GridAxis axis,
+                      const std::string& title) {
+  Bars bars;
+  bars.title = title;
+  for (const StudyRun* run : runs) {
+    std::vector<double> values;
+    bars.labels.clear();
+    for (const AxisValue& value : ByAxis(*run, axis)) {
+      bars.labels.push_back(value.label);
+      values.push_back(value.success);
+    }
+    bars.series.emplace_back(run->deadline + " deadline", values);
+  }
+  return BarChart(bars);
+}
+
+// Success at every place of the ground, over heights, starts and samples: ahead is up.
+std::string FromAbove(const StudyRun& run) {
+  constexpr double kSize = 400.0, kMiddle = 200.0, kRadius = 165.0;
+  std::map<std::pair<int, int>, std::pair<int, int>> reached;  // (angle, distance) -> (of, all)
+  for (std::size_t i = 0; i < run.cases.size(); ++i) {
+    auto& [of, all] = reached[{run.cases[i].angle, run.cases[i].distance}];
+    of += run.motions[i].outcome.Reached();
+    ++all;
+  }
+  const wandr::ReachProtocol& p = run.protocol;
+  std::string svg = "<figure>" + SvgOpen(400, 400);
+  svg += Text(8, 16, fmt::format("Success from above, {} deadline, %", run.deadline), "start",
+              "class=\"title\"");
+  svg += fmt::format("<path d=\"M{0} {1} l-7 12 h14 z\" class=\"person\"/>", kMiddle, kMiddle - 8);
+  for (const auto& [place, counts] : reached) {
+    const double share = static_cast<double>(counts.first) / counts.second;
+    const double distance = p.num_distances == 1
+                                ? 0.5 * (p.min_distance_m + p.max_distance_m)
+                                : p.min_distance_m + (p.max_distance_m - p.min_distance_m) *
+                                                         place.second / (p.num_distances - 1);
+    const double angle = 2.0 * std::numbers::pi * place.first / p.num_angles;
+    // Angles go counter-clockwise from ahead, which is up.
+    const double r = kRadius * distance / std::max(p.max_distance_m, 1e-6);
+    const double x = kMiddle - r * std::sin(angle), y = kMiddle + 8 - r * std::cos(angle);
+    svg += fmt::format(
+        "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"14\" fill=\"#2f6f9f\" fill-opacity=\"{:.2f}\" "
+        "class=\"place\"><title>{:.2f} m, {:.0f} degrees: {}</title></circle>",
+        x, y, share, distance, angle * 180.0 / std::numbers::pi, Percent(share));
+    svg += Text(x, y + 4, fmt::format("{:.0f}", 100.0 * share), "middle",
+                share > 0.55 ? "class=\"light\"" : "");
+  }
+  (void)kSize;
+  return svg + "</svg></figure>\n";
+}
+
+// Share of motions that come within x of the goal.
+std::string ToleranceChart(const std::vector<const StudyRun*>& runs, const std::string& title) {
+  constexpr int kWidth = 400, kHeight = 260, kLeft = 44, kTop = 30, kBottom = 56;
+  constexpr double kMost = 1.0;  // metres
+  const double plot_w = kWidth - kLeft - 10, plot_h = kHeight - kTop - kBottom;
+  std::string svg = "<figure>" + SvgOpen(kWidth, kHeight);
+  svg += Text(kLeft, 16, title, "start", "class=\"title\"");
+  for (int k = 0; k <= 4; ++k) {
+    const double y = kTop + plot_h * (1.0 - k / 4.0);
+    svg += fmt::format("<line class=\"grid\" x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\"/>",
+                       kLeft, kWidth - 10, y, y);
+    svg += Text(kLeft - 5, y + 4, fmt::format("{}", 25 * k), "end");
+    svg += Text(kLeft + plot_w * k / 4.0, kTop + plot_h + 15, fmt::format("{} cm", 25 * k));
+  }
+  const double ten = kLeft + plot_w * wandr::kReachedWithin / kMost;
+  svg +=
+      fmt::format("<line class=\"limit\" x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2:.1f}\"/>",
+                  ten, kTop, kTop + plot_h);
+  double legend = kLeft;
+  for (std::size_t s = 0; s < runs.size(); ++s) {
+    std::vector<double> distances;
+    for (const StudyMotion& motion : runs[s]->motions) {
+      distances.push_back(motion.outcome.closest_m);
+    }
+    std::ranges::sort(distances);
+    std::string points;
+    for (int k = 0; k <= 100; ++k) {
+      const double within = kMost * k / 100.0;
+      const auto count = std::ranges::upper_bound(distances, within) - distances.begin();
+      points += fmt::format("{:.1f},{:.1f} ", kLeft + plot_w * within / kMost,
+                            kTop + plot_h * (1.0 - static_cast<double>(count) /
+                                                       static_cast<double>(distances.size())));
+    }
+    const char* const colour = kColours[s % std::size(kColours)];
+    svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>",
+                       points, colour);
+    svg += fmt::format("<rect x=\"{:.1f}\" y=\"{}\" width=\"9\" height=\"9\" fill=\"{}\"/>", legend,
+                       kHeight - 18, colour);
+    svg += Text(legend + 12, kHeight - 10, runs[s]->variant->label, "start");
+    legend += 18 + 6.0 * static_cast<double>(runs[s]->variant->label.size());
+  }
+  return svg + "</svg></figure>\n";
+}
+
+std::vector<const StudyRun*> Select(const std::vector<StudyRun>& runs, const std::string& variant,
+                                    const std::string& deadline) {
+  std::vector<const StudyRun*> some;
+  for (const StudyRun& run : runs) {
+    if ((variant.empty() || run.variant->key == variant) &&
+        (deadline.empty() || run.deadline == deadline)) {
+      some.push_back(&run);
+    }
+  }
+  return some;
+}
+
+std::string CapturedText(const CapturedSkating& captured) {
+  if (captured.clips == 0) return "";
+  std::string text =
+      fmt::format("The same measure on {} held-out captured clips: FS {} (foot joints {})",
+                  captured.clips, Percent(captured.surface), Percent(captured.joints));
+  if (captured.walking_clips > 0) {
+    text += fmt::format("; on the {} that go a metre or more: {} (foot joints {})",
+                        captured.walking_clips, Percent(captured.walking_surface),
+                        Percent(captured.walking_joints));
+  }
+  return text + ".";
+}
+
+constexpr const char* kStyle = R"(
+:root { color-scheme: light dark; }
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 84rem; margin: 2rem auto; padding: 0 1rem; }
+table { border-collapse: collapse; margin: .5rem 0 1.5rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .3rem .6rem; text-align: right; border-bottom: 1px solid #8886; }
+th:first-child, td:first-child { text-align: left; }
+tr.full td { font-weight: 600; }
+.scroll { overflow-x: auto; }
+figure { display: inline-block; margin: .4rem; }
+svg { font: 11px system-ui, sans-serif; fill: currentColor; }
+svg .title { font-size: 13px; font-weight: 600; }
+svg .value { font-size: 9px; opacity: .75; }
+svg .grid { stroke: #8884; } svg .limit { stroke: #888; stroke-dasharray: 4 3; }
+svg .place { stroke: #2f6f9f88; } svg .person { fill: #888; } svg .light { fill: #fff; }
+)";
+
+}  // namespace
+
+std::vector<AxisValue> ByAxis(const StudyRun& run, GridAxis axis) {
+  const wandr::ReachProtocol& p = run.protocol;
+  std::map<int, std::vector<const StudyMotion*>> places;
+  std::map<int, const wandr::ReachCase*> example;
+  for (std::size_t i = 0; i < run.cases.size(); ++i) {
+    places[IndexOn(run.cases[i], axis)].push_back(&run.motions[i]);
+    example[IndexOn(run.cases[i], axis)] = &run.cases[i];
+  }
+  std::vector<AxisValue> values;
+  for (const auto& [place, motions] : places) {
+    AxisValue value;
+    const auto on_range = [&](int count, double low, double high) {
+      return count == 1 ? 0.5 * (low + high) : low + (high - low) * place / (count - 1);
+    };
+    switch (axis) {
+      case GridAxis::kAngle:
+        value.label = fmt::format("{:.0f}°", 360.0 * place / p.num_angles);
+        break;
+      case GridAxis::kHeight:
+        value.label = fmt::format("{:.2f} m", example[place]->goal.z());
+        break;
+      case GridAxis::kDistance:
+        value.label =
+            fmt::format("{:.2f} m", on_range(p.num_distances, p.min_distance_m, p.max_distance_m));
+        break;
+      case GridAxis::kStart:
+        value.label = fmt::format("{}", place + 1);
+        break;
+    }
+    for (const StudyMotion* motion : motions) {
+      value.success += motion->outcome.Reached() / static_cast<double>(motions.size());
+      value.distance_m += motion->outcome.closest_m / static_cast<double>(motions.size());
+    }
+    values.push_back(value);
+  }
+  return values;
+}
+
+std::string StudyTable(const std::vector<StudyRun>& runs, const CapturedSkating& captured) {
+  std::string text;
+  for (const char* deadline : {"adaptive", "fixed"}) {
+    const auto some = Select(runs, "", deadline);
+    if (some.empty()) continue;
+    if (!text.empty()) text += "\n";
+    text += fmt::format("{} deadline, {} motions each\n\n|", deadline, some[0]->motions.size());
+    for (const std::string& head : kHeads) text += fmt::format(" {} |", head);
+    text += "\n|";
+    for (std::size_t k = 0; k < kHeads.size(); ++k) text += "---|";
+    text += "\n";
+    for (const StudyRun* run : some) {
+      text += "|";
+      for (const std::string& cell : RowOf(*run).cells) text += fmt::format(" {} |", cell);
+      text += "\n";
+    }
+  }
+  const std::string about = CapturedText(captured);
+  if (!about.empty()) text += "\n" + about + "\n";
+  return text;
+}
+
+std::string StudyPage(const StudyText& text, const std::vector<StudyRun>& runs,
+                      const CapturedSkating& captured) {
+  std::string page = fmt::format(
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" "
+      "content=\"width=device-width, initial-scale=1\">\n<title>{0}</title><style>{1}</style>"
+      "</head><body>\n<h1>{0}</h1>\n",
+      EscapeHtml(text.title), kStyle);
+  for (const std::string& note : text.notes) page += "<p>" + EscapeHtml(note) + "</p>\n";
+  for (const char* deadline : {"adaptive", "fixed"}) {
+    const auto some = Select(runs, "", deadline);
+    if (some.empty()) continue;
+    page += fmt::format("<h2>Table, {} deadline</h2><div class=\"scroll\"><table><tr>", deadline);
+    for (const std::string& head : kHeads) page += "<th>" + EscapeHtml(head) + "</th>";
+    page += "</tr>\n";
+    for (const StudyRun* run : some) {
+      page += run->variant->key == "full" ? "<tr class=\"full\">" : "<tr>";
+      for (const std::string& cell : RowOf(*run).cells) page += "<td>" + EscapeHtml(cell) + "</td>";
+      page += "</tr>\n";
+    }
+    page += "</table></div>\n";
+  }
+  const std::string about = CapturedText(captured);
+  if (!about.empty()) page += "<p>" + EscapeHtml(about) + "</p>\n";
+  const auto full = Select(runs, "full", "");
+  page += "<h2>Success by place of the goal, full intention</h2>\n";
+  page += AxisChart(full, GridAxis::kHeight, "by height of the goal, % of motions");
+  page += AxisChart(full, GridAxis::kAngle, "by angle from straight ahead, counter-clockwise, %");
+  page += AxisChart(full, GridAxis::kDistance, "by distance, %");
+  page += AxisChart(full, GridAxis::kStart, "by start pose, %");
+  for (const StudyRun* run : full) page += FromAbove(*run);
+  page += "<h2>Success by tolerance</h2>\n";
+  for (const char* deadline : {"adaptive", "fixed"}) {
+    const auto some = Select(runs, "", deadline);
+    if (some.empty()) continue;
+    page += ToleranceChart(some,
+                           fmt::format("% of motions that come this near, {} deadline", deadline));
+  }
+  return page + "</body></html>\n";
+}
+
+}  // namespace holdfast::apps

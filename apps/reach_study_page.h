@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "apps/reach_study.h"
+
+namespace holdfast::apps {
+
+/// One run of a study: all motions of one variant with one rule for deadlines.
+struct StudyRun {
+  const ReachVariant* variant = nullptr;
+  std::string deadline;  ///< "adaptive" or "fixed"
+  std::string how;       ///< how the ablation was made: "", "masked" or a file
+  wandr::ReachProtocol protocol;
+  std::vector<wandr::ReachCase> cases;
+  std::vector<StudyMotion> motions;
+  StudySummary summary;
+};
+
+/// FS of captured motion, by the same measures.
+struct CapturedSkating {
+  int clips = 0;
+  double surface = 0.0, joints = 0.0;  ///< means over clips
+  int walking_clips = 0;               ///< whose pelvis gets at least a metre away
+  double walking_surface = 0.0, walking_joints = 0.0;
+};
+
+/// What the page says besides numbers.
+struct StudyText {
+  std::string title;
+  std::vector<std::string> notes;
+};
+
+/// Means over the motions that share a place on one axis of the grid.
+struct AxisValue {
+  std::string label;
+  double success = 0.0;
+  double distance_m = 0.0;
+};
+enum class GridAxis { kAngle, kHeight, kDistance, kStart };
+std::vector<AxisValue> ByAxis(const StudyRun& run, GridAxis axis);
+
+/// The table, in Markdown.
+std::string StudyTable(const std::vector<StudyRun>& runs, const CapturedSkating& captured);
+/// One page without scripts: tables, success by height, angle and distance (figure 5 of the paper),
+/// from above, and by tolerance.
+std::string StudyPage(const StudyText& text, const std::vector<StudyRun>& runs,
+                      const CapturedSkating& captured);
+
+}  // namespace holdfast::apps

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "apps/common.h"
+#include "geometry/error.h"
+
+namespace holdfast::apps {
+namespace {
+
+// Trains in a program of its own beside this one: it needs LibTorch, which nothing else does.
+constexpr const char* kProgram = "holdfast-train";
+
+[[noreturn]] void Become(const std::vector<std::string>& arguments) {
+  const std::filesystem::path program =
+      std::filesystem::read_symlink("/proc/self/exe").parent_path() / kProgram;
+  if (!std::filesystem::exists(program)) {
+    throw Error(
+        "train",
+        fmt::format("{} is not there: this program was built without training", program.string()),
+        "Install libtorch-dev and configure with -DHOLDFAST_BUILD_TRAINING=ON");
+  }
+  std::vector<std::string> texts{program.string()};
+  texts.insert(texts.end(), arguments.begin(), arguments.end());
+  std::vector<char*> pointers;
+  for (std::string& text : texts) pointers.push_back(text.data());
+  pointers.push_back(nullptr);
+  ::execv(pointers[0], pointers.data());
+  throw Error(program.string(), fmt::format("could not be run: {}", std::strerror(errno)),
+              "Check that it is executable");
+}
+
+}  // namespace
+
+void AddTrainCommand(CLI::App& app, int&) {
+  CLI::App* command =
+      app.add_subcommand("train", "Train the networks (wandr); needs LibTorch when built");
+  // Everything after the name, --help too, is for the other program.
+  command->set_help_flag();
+  command->prefix_command();
+  command->callback([command] { Become(command->remaining()); });
+}
+
+}  // namespace holdfast::apps

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "generator/nn/column_network.h"
+#include "generator/nn/residual_weights.h"
+
+namespace holdfast::nn {
+
+/// A residual network (residual_weights.h). What the blocks take of z depends on z alone and is one
+/// product for all of them; going back, so is z's gradient.
+template <typename Real>
+class ResidualMlp final : public ColumnNetwork<Real> {
+ public:
+  using Matrix = typename ColumnNetwork<Real>::Matrix;
+
+  /// `isa` for tests and measurements; the best one by default.
+  explicit ResidualMlp(const ResidualWeights& weights, Isa isa = BestIsa());
+
+  int NumBlocks() const { return static_cast<int>(blocks_.size()); }
+  long NumProducts() const override;
+  void Forward(Tape<Real>& tape) const override;
+  void Backward(const Tape<Real>& tape, const Eigen::Ref<const Matrix>& output_gradient,
+                Eigen::Ref<Matrix> input_gradient, Scratch<Real>& scratch) const override;
+
+ private:
+  // y = W norm(h) + b. Backwards the gain is part of the matrix, diag(gain) W^T, so that the
+  // gradient it gives is that of (h - mean) / deviation.
+  struct NormedLinear {
+    AlignedArray<Real> gain, offset, bias;
+    PackedMatrix<Real> forward, backward;
+  };
+  struct Block {
+    NormedLinear first;
+    PackedMatrix<Real> second, second_backward;
+    AlignedArray<Real> second_bias;
+  };
+
+  static NormedLinear MakeNormedLinear(const Eigen::VectorXf& gain, const Eigen::VectorXf& offset,
+                                       const Eigen::MatrixXf& weight, const Eigen::VectorXf& bias);
+
+  // The levels of a tape: x, the stream before each block and after the last, what all blocks'
+  // silus take (block by block), the last normed or activated values, y.
+  static constexpr int kInput = 0;
+  int Stream(int block) const { return 1 + block; }
+  int Activations() const { return NumBlocks() + 2; }
+  int Temporary() const { return NumBlocks() + 3; }
+  int Output() const { return NumBlocks() + 4; }
+
+  // norm(h) of level Stream(block) into the temporary, with normalisation `block`.
+  void NormStream(const NormedLinear& to, int block, Tape<Real>& tape) const;
+
+  const kernels::LayerLoops<Real>* loops_;
+  int latent_size_;
+  PackedMatrix<Real> input_, input_backward_;
+  AlignedArray<Real> input_bias_;
+  PackedMatrix<Real> latent_, latent_backward_;  // of all blocks, each padded to whole vectors
+  std::vector<Block> blocks_;
+  NormedLinear output_;
+};
+
+extern template class ResidualMlp<float>;
+extern template class ResidualMlp<double>;
+
+}  // namespace holdfast::nn

@@ -1,0 +1,445 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "generator/wandr/reach_goals.h"
+#include "generator/wandr/reach_protocol.h"
+#include "generator/wandr/reach_skating.h"
+#include "generator/wandr/reach_starts.h"
+#include "geometry/error.h"
+#include "tests/support/wandr_scene.h"
+
+namespace holdfast::wandr {
+namespace {
+
+using testing::DefaultBody;
+using testing::DefaultBones;
+
+// Twenty-two joints that stay where they are; foot joints on the floor at heights that make joint
+// 10 the lowest.
+Eigen::MatrixXf StillTrack(int frames) {
+  Eigen::MatrixXf joints(kJointNumbers, frames);
+  for (int f = 0; f < frames; ++f) {
+    for (int k = 0; k < kNumBodyJoints; ++k) {
+      joints.block<3, 1>(3 * k, f) = Eigen::Vector3f(0.1f * static_cast<float>(k), 0.0f, 1.0f);
+    }
+    joints(3 * 7 + 2, f) = 0.08f;
+    joints(3 * 8 + 2, f) = 0.09f;
+    joints(3 * 10 + 2, f) = 0.02f;
+    joints(3 * 11 + 2, f) = 0.03f;
+  }
+  return joints;
+}
+
+void Move(Eigen::MatrixXf& joints, int joint, int frame, const Eigen::Vector3f& by) {
+  joints.block<3, 1>(3 * joint, frame) += by;
+}
+
+TEST(ReachOutcome, ABodyThatStandsStill) {
+  const ReachOutcome outcome = MeasureReach(StillTrack(10), {2.1, 0.0, 1.0});  // the wrist at 2.1
+  EXPECT_NEAR(outcome.closest_m, 0.0, 1e-6);
+  EXPECT_EQ(outcome.closest_frame, 0);
+  EXPECT_EQ(outcome.reached_frame, 0);
+  EXPECT_TRUE(outcome.ReachedAtEnd());
+  EXPECT_EQ(outcome.speed_at_reach_m_s, 0.0);
+  EXPECT_EQ(outcome.skating_share, 0.0);
+  EXPECT_EQ(outcome.airborne_share, 0.0);
+  EXPECT_EQ(outcome.peak_pelvis_m_s, 0.0);
+  EXPECT_EQ(outcome.mean_acceleration_m_s2, 0.0);
+}
+
+TEST(ReachOutcome, DistancesAndTheFrameOfArrival) {
+  Eigen::MatrixXf joints = StillTrack(4);
+  // The wrist is 50, 9, 5 and 20 cm away.
+  const std::array<float, 4> away = {0.5f, 0.09f, 0.05f, 0.2f};
+  for (int f = 0; f < 4; ++f) joints(3 * 21 + 1, f) = away[f];
+  const ReachOutcome outcome = MeasureReach(joints, {2.1, 0.0, 1.0});
+  EXPECT_NEAR(outcome.closest_m, 0.05, 1e-6);
+  EXPECT_EQ(outcome.closest_frame, 2);
+  EXPECT_EQ(outcome.reached_frame, 1);
+  EXPECT_NEAR(outcome.last_m, 0.2, 1e-6);
+  EXPECT_FALSE(outcome.ReachedAtEnd());
+  EXPECT_NEAR(outcome.speed_at_reach_m_s, 0.41 * 30.0, 1e-4);
+  // The left wrist is joint 20 and was never near.
+  const ReachOutcome left = MeasureReach(joints, {2.1, 0.0, 2.0}, Side::kLeft);
+  EXPECT_FALSE(left.Reached());
+  EXPECT_TRUE(std::isnan(left.speed_at_reach_m_s));
+}
+
+TEST(ReachOutcome, OnlyTheLowestFootJointSkates) {
+  const Eigen::Vector3d goal(0.0, 0.0, 1.0);
+  Eigen::MatrixXf joints = StillTrack(5);
+  Move(joints, 11, 2, {0.5f, 0.0f, 0.0f});  // not the lowest
+  EXPECT_EQ(MeasureReach(joints, goal).skating_share, 0.0);
+  Move(joints, 10, 2, {0.0066f, 0.0f, 0.0f});  // there and back, below the limit
+  EXPECT_EQ(MeasureReach(joints, goal).skating_share, 0.0);
+  Move(joints, 10, 2, {0.0002f, 0.0f, 0.0f});  // above it now
+  EXPECT_EQ(MeasureReach(joints, goal).skating_share, 2.0 / 4.0);
+  // Upwards is no skating; after it another joint is the lowest.
+  joints = StillTrack(5);
+  Move(joints, 10, 4, {0.0f, 0.0f, 0.005f});
+  EXPECT_EQ(MeasureReach(joints, goal).skating_share, 0.0);
+}
+
+TEST(ReachOutcome, FlightSpeedAndAcceleration) {
+  Eigen::MatrixXf joints = StillTrack(4);
+  for (const int k : {7, 8, 10, 11}) Move(joints, k, 3, {0.0f, 0.0f, 0.11f});
+  Move(joints, 0, 1, {0.0f, 0.0f, 0.1f});
+  const ReachOutcome outcome = MeasureReach(joints, {0.0, 0.0, 1.0});
+  EXPECT_EQ(outcome.airborne_share, 1.0 / 4.0);
+  EXPECT_NEAR(outcome.peak_pelvis_m_s, 3.0, 1e-4);
+  // Frame 1: the pelvis 2 x 0.1; frame 2: the pelvis 0.1 and four joints 0.11.
+  EXPECT_NEAR(outcome.mean_acceleration_m_s2, 900.0 * (0.2 + 0.1 + 4 * 0.11) / (22.0 * 2.0), 1e-3);
+}
+
+TEST(ReachOutcome, WhatIsNoNumberAnyMoreDidNotReach) {
+  Eigen::MatrixXf joints = StillTrack(6);
+  joints(5, 3) = NAN;
+  const ReachOutcome outcome = MeasureReach(joints, {2.1, 0.0, 1.0});
+  EXPECT_TRUE(outcome.diverged);
+  EXPECT_TRUE(outcome.Reached());  // before
+  EXPECT_FALSE(outcome.ReachedAtEnd());
+  joints(5, 0) = NAN;
+  EXPECT_THROW(MeasureReach(joints, {2.1, 0.0, 1.0}), Error);
+  EXPECT_THROW(MeasureReach(StillTrack(2), {NAN, 0.0, 1.0}), Error);
+}
+
+TEST(ReachOutcome, Summary) {
+  std::vector<ReachOutcome> outcomes(4);
+  const std::array<double, 4> closest = {0.05, 0.2, 0.6, 0.35};
+  for (int i = 0; i < 4; ++i) {
+    outcomes[i].closest_m = outcomes[i].last_m = closest[i];
+    outcomes[i].speed_at_reach_m_s = NAN;
+    outcomes[i].skating_share = 0.1 * i;
+  }
+  outcomes[0].reached_frame = 7;
+  outcomes[0].last_m = 0.3;
+  outcomes[0].speed_at_reach_m_s = 1.5;
+  const ReachSummary summary = Summarise(outcomes);
+  EXPECT_EQ(summary.success, 0.25);
+  EXPECT_EQ(summary.success_at_end, 0.0);
+  EXPECT_NEAR(summary.distance_mean_m, 0.3, 1e-12);
+  EXPECT_NEAR(summary.distance_median_m, 0.275, 1e-12);
+  EXPECT_NEAR(summary.skating, 0.15, 1e-12);
+  EXPECT_EQ(summary.speed_at_reach_m_s, 1.5);
+  EXPECT_THROW(Summarise({}), Error);
+}
+
+// A start that faces `turn` counter-clockwise of -y, away from the origin.
+RolloutStart<float> TurnedStart(double turn) {
+  RolloutStart<double> start;
+  start.pose =
+      Moved(StandingPose(DefaultBody()), turn, {1.0, 2.0, 0.0}, DefaultBody().rest_joints.col(0));
+  return start.Cast<float>();
+}
+
+TEST(ReachProtocol, GoalsAreAboutTheStartAsThePaperHasThem) {
+  const BoneOffsets<float> bones = DefaultBones().Cast<float>();
+  const std::vector starts = {TurnedStart(0.0), TurnedStart(0.9)};
+  const ReachProtocol protocol;
+  const std::vector<ReachCase> cases = ReachCases(protocol, bones, starts);
+  ASSERT_EQ(cases.size(), 1250u);
+  EXPECT_EQ(protocol.NumCases(6), 3750);
+  // The first: straight ahead (-y), floor, half a metre.
+  EXPECT_TRUE(cases[0].goal.isApprox(Eigen::Vector3d(1.0, 1.5, 0.0), 1e-5)) << cases[0].goal;
+  EXPECT_EQ(cases[0].deadline, 240);
+  std::set<std::array<long, 3>> places;
+  for (const ReachCase& c : cases) {
+    const Eigen::Vector2d away = c.goal.head<2>() - Eigen::Vector2d(1.0, 2.0);
+    EXPECT_NEAR(away.norm(), 0.5 + 1.125 * c.distance, 1e-5);
+    EXPECT_NEAR(c.goal.z(), 0.45 * c.height, 1e-9);
+    const double facing = -M_PI / 2.0 + (c.start == 0 ? 0.0 : 0.9);
+    const double angle = std::atan2(away.y(), away.x()) - facing - 2.0 * M_PI * c.angle / 5.0;
+    EXPECT_NEAR(std::remainder(angle, 2.0 * M_PI), 0.0, 1e-5);
+    places.insert({std::lround(1e4 * c.goal.x()), std::lround(1e4 * c.goal.y()),
+                   std::lround(1e4 * c.goal.z())});
+  }
+  EXPECT_EQ(places.size(), 250u);  // five samples each
+  const ReachProtocol adaptive = ReachProtocol::Adaptive();
+  const std::vector<ReachCase> timed = ReachCases(adaptive, bones, starts);
+  EXPECT_EQ(timed[0].deadline, 64);  // 45 + 30 * 0.5 / 0.8
+  EXPECT_EQ(timed[20].deadline, 233);
+}
+
+TEST(ReachProtocol, RefusesWhatMakesNoSense) {
+  const BoneOffsets<float> bones = DefaultBones().Cast<float>();
+  const std::vector starts = {TurnedStart(0.0)};
+  EXPECT_THROW(ReachCases({}, bones, {}), Error);
+  ReachProtocol protocol;
+  protocol.num_angles = 0;
+  EXPECT_THROW(ReachCases(protocol, bones, starts), Error);
+  protocol = {};
+  protocol.min_distance_m = 6.0;
+  EXPECT_THROW(ReachCases(protocol, bones, starts), Error);
+  protocol = {};
+  protocol.deadline.walking_m_s = 0.0;
+  EXPECT_THROW(ReachCases(protocol, bones, starts), Error);
+  protocol = {};
+  protocol.sigma = NAN;
+  EXPECT_THROW(ReachCases(protocol, bones, starts), Error);
+}
+
+class ReachRuns : public ::testing::Test {
+ protected:
+  ReachRuns() {
+    protocol_.num_angles = 2;
+    protocol_.num_heights = 2;
+    protocol_.num_distances = 3;
+    protocol_.num_samples = 2;
+    protocol_.num_frames = 20;
+  }
+  std::vector<ReachOutcome> Run(const ReachRun& run) const {
+    return RunReachProtocol(network_, bones_, starts_, protocol_, run);
+  }
+
+  Network<float> network_{testing::SmallNetwork(IntentionLayout::kFlagged, 3)};
+  BoneOffsets<float> bones_ = DefaultBones().Cast<float>();
+  std::vector<RolloutStart<float>> starts_ =
+      AsFloat(ComposedStarts(DefaultBody(), Normaliser<double>(testing::WalkingStatistics())));
+  ReachProtocol protocol_;
+};
+
+TEST_F(ReachRuns, ThreadsAndPartsDoNotMatter) {
+  const std::vector<ReachOutcome> whole = Run({});
+  ASSERT_EQ(whole.size(), 144u);
+  std::vector<int> calls;
+  const ReachRun part{.threads = 3, .first = 31, .count = 60, .progress = [&](int done, int total) {
+                        EXPECT_EQ(total, 60);
+                        calls.push_back(done);
+                      }};
+  const std::vector<ReachOutcome> some = Run(part);
+  for (int i = 0; i < 60; ++i) {
+    EXPECT_EQ(some[i].closest_m, whole[31 + i].closest_m) << i;
+    EXPECT_EQ(some[i].mean_acceleration_m_s2, whole[31 + i].mean_acceleration_m_s2) << i;
+  }
+  ASSERT_EQ(calls.size(), 60u);
+  EXPECT_TRUE(std::is_sorted(calls.begin(), calls.end()));
+  EXPECT_THROW(Run({.first = 144}), Error);
+  EXPECT_THROW(Run({.first = 100, .count = 45}), Error);
+}
+
+TEST_F(ReachRuns, WithoutIntentionTheGoalDoesNotMatterAndWithPartsItDoes) {
+  // Which motion comes out, told by a number that every frame of it enters.
+  const auto motion = [&](const ReachProtocol& protocol, int index) {
+    return RunReachProtocol(network_, bones_, starts_, protocol, {.first = index, .count = 1})[0]
+        .mean_acceleration_m_s2;
+  };
+  ReachProtocol elsewhere = protocol_;
+  elsewhere.max_height_m = 0.3;
+  // Index 6: the same start, angle and sample at the greatest height.
+  EXPECT_NE(motion(protocol_, 6), motion(elsewhere, 6));
+  ReachProtocol blind = protocol_, blind_elsewhere = elsewhere;
+  blind.with_intention = blind_elsewhere.with_intention = false;
+  EXPECT_EQ(motion(blind, 6), motion(blind_elsewhere, 6));
+  // I^r knows the way there, not the height.
+  ReachProtocol turning = protocol_, turning_elsewhere = elsewhere;
+  turning.intention.parts = turning_elsewhere.intention.parts = {false, false, true};
+  EXPECT_EQ(motion(turning, 6), motion(turning_elsewhere, 6));
+  EXPECT_NE(motion(turning, 6), motion(blind, 6));
+  EXPECT_NE(motion(turning, 6), motion(protocol_, 6));
+}
+
+// The body's surface by plain skinning.
+class OnTheBody : public ::testing::Test {
+ protected:
+  const Eigen::Matrix3Xd& Skinned(const Pose<double>& pose) {
+    JointPose axis_angles = JointPose::Zero();
+    for (int k = 0; k < kNumBodyJoints; ++k) axis_angles.col(k) = LogSO3(pose.rotation[k]);
+    Forward(surface_, axis_angles, pose.translation, state_);
+    return state_.vertices;
+  }
+
+  BodySurface surface_{BodyModel::Default()};
+  BodyState state_;
+  LowestPoint lowest_{surface_};
+  LowestPoint::Placed placed_;
+};
+
+TEST_F(OnTheBody, TheLowestVertexIsThatOfPlainSkinning) {
+  nn::RandomStream random(5);
+  std::set<int> found_vertices;
+  for (int k = 0; k < 60; ++k) {
+    // Standing and stepping, then bent, then upside down and lying.
+    Pose<double> pose = testing::RandomPose(random, k < 20 ? 0.2 : k < 40 ? 0.6 : 1.2);
+    if (k >= 40) pose.rotation[0] = ExpSO3({3.0 * random.Uniform(), 0.5, 0.0}) * pose.rotation[0];
+    const Eigen::Matrix3Xd& vertices = Skinned(pose);
+    lowest_.Place(pose, placed_);
+    int expected = 0;
+    vertices.row(2).minCoeff(&expected);
+    const int found = lowest_.Find(placed_, static_cast<int>(random.Next() % 10'000));
+    EXPECT_NEAR(vertices(2, found), vertices(2, expected), 1e-12) << k;
+    EXPECT_LT((lowest_.Vertex(placed_, found) - vertices.col(found)).norm(), 1e-9);
+    found_vertices.insert(found);
+  }
+  EXPECT_GT(found_vertices.size(), 30u);
+}
+
+TEST_F(OnTheBody, SkatingIsThatOfPlainSkinning) {
+  const RolloutTrack track = [] {
+    const Network<float> network(testing::SmallNetwork(IntentionLayout::kFlagged, 8));
+    const Normaliser<double> normaliser(testing::WalkingStatistics());
+    const RolloutStart<float> start =
+        StartAtRest(StandingPose(DefaultBody()), normaliser).Cast<float>();
+    const GoalPlan plan{{{1.0, -1.0, 1.0}, 60}};
+    const RolloutRequest request{.starts = {&start, 1}, .plans = {&plan, 1}, .num_steps = 60};
+    return RunRollouts(network, DefaultBones().Cast<float>(), request, 1)[0];
+  }();
+  int skating = 0, lowest = -1;
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  for (int f = 0; f <= 60; ++f) {
+    const Eigen::Matrix3Xd& vertices = Skinned(PoseOf<float>(track.states.col(f)).Cast<double>());
+    if (f > 0 && (vertices.col(lowest) - before).head<2>().norm() > 0.02 / 3.0) ++skating;
+    vertices.row(2).minCoeff(&lowest);
+    before = vertices.col(lowest);
+  }
+  EXPECT_GT(skating, 0);
+  EXPECT_LT(skating, 60);
+  EXPECT_DOUBLE_EQ(SkatingOfLowestVertex(lowest_, track.states), skating / 60.0);
+  EXPECT_EQ(SkatingOfLowestVertex(lowest_, track.states.leftCols(1)), 0.0);
+}
+
+// A network that answers the intention: random weights do, in some way.
+class SeveralGoals : public ::testing::Test {
+ protected:
+  std::vector<ReachSample> Run(std::span<const Eigen::Vector3d> goals, int count,
+                               int threads = 1) const {
+    return ReachGoals(network_, DefaultBones().Cast<float>(), start_, goals, count, threads,
+                      options_);
+  }
+
+  Network<float> network_{testing::SmallNetwork(IntentionLayout::kFlagged, 3)};
+  RolloutStart<float> start_ =
+      StartAtRest(StandingPose(DefaultBody()), Normaliser<double>(testing::WalkingStatistics()))
+          .Cast<float>();
+  ReachGoalsOptions options_{.frames = 30, .seed = 7};
+};
+
+TEST_F(SeveralGoals, AreGivenUpHalfAsLongAgainAfterTheyWereDue) {
+  const std::vector<Eigen::Vector3d> goals = {{4.0, -30.0, 1.0}, {-4.0, -30.0, 1.0}};
+  const std::vector<ReachSample> samples = Run(goals, 3, 2);
+  for (const ReachSample& sample : samples) {
+    ASSERT_EQ(sample.track.states.cols(), 91);  // 2 x (30 + 15) steps
+    EXPECT_EQ(sample.NumReached(), 0);
+    EXPECT_EQ(sample.goals[0].taken_on, 0);
+    EXPECT_EQ(sample.goals[0].due, 30);
+    EXPECT_EQ(sample.goals[0].left, 45);
+    EXPECT_EQ(sample.goals[1].taken_on, 45);
+    EXPECT_EQ(sample.goals[1].due, 75);
+    EXPECT_EQ(sample.goals[1].left, 90);
+    EXPECT_EQ(sample.goal_of_frame[44], 0);
+    EXPECT_EQ(sample.goal_of_frame[45], 1);
+    EXPECT_EQ(sample.goal_of_frame.size(), 91u);
+  }
+  EXPECT_NE(samples[0].track.states, samples[1].track.states);
+  const std::vector<ReachSample> alone = Run(goals, 1);
+  EXPECT_EQ(alone[0].track.states, samples[0].track.states);
+}
+
+TEST_F(SeveralGoals, OneAloneIsTheRolloutOfItsPlan) {
+  const std::vector<Eigen::Vector3d> goals = {{0.5, -1.0, 1.0}};
+  const ReachSample sample = Run(goals, 1)[0];
+  const GoalPlan plan{{goals[0], 30}};
+  const RolloutRequest request{
+      .starts = {&start_, 1}, .plans = {&plan, 1}, .num_steps = 30, .seed = 7};
+  const RolloutTrack track = RunRollouts(network_, DefaultBones().Cast<float>(), request, 1)[0];
+  // The same but for the least time left, which the last frames come to.
+  EXPECT_EQ(sample.track.states.leftCols(20), track.states.leftCols(20));
+}
+
+TEST_F(SeveralGoals, TheNextIsTakenOnWhenOneIsReached) {
+  // A place that the wrist passes: where it is in frame 12 of the motion to the second goal.
+  const std::vector<Eigen::Vector3d> far = {{0.5, -1.0, 1.0}};
+  const ReachSample direct = Run(far, 1)[0];
+  const Eigen::Vector3d start_wrist = direct.track.joints.block<3, 1>(63, 0).cast<double>();
+  const std::vector<Eigen::Vector3d> goals = {start_wrist, far[0]};
+  const ReachSample sample = Run(goals, 1)[0];
+  EXPECT_EQ(sample.goals[0].reached, 0);
+  EXPECT_EQ(sample.goals[0].closest_frame, 0);
+  EXPECT_EQ(sample.goals[0].left, 1);  // it comes no closer
+  EXPECT_EQ(sample.goals[1].taken_on, 1);
+  EXPECT_EQ(sample.goals[1].due, 31);
+  // A last goal that is reached is kept for the frames that the motion lingers.
+  const std::vector<Eigen::Vector3d> near = {start_wrist};
+  const ReachSample lingering = Run(near, 1)[0];
+  EXPECT_EQ(lingering.track.states.cols(), 1 + 1 + options_.lingering_frames);
+  EXPECT_EQ(lingering.goal_of_frame.size(), 17u);
+}
+
+TEST_F(SeveralGoals, TheLeftWristReachesAsTheRightOneInTheMirror) {
+  // Of a body that is not symmetric.
+  BoneOffsets<double> bones = DefaultBones();
+  bones.offset.col(20) *= 1.1;
+  bones.offset.col(0).x() += 0.02;
+  StateMatrix<double> states =
+      Run(std::vector<Eigen::Vector3d>{{0.5, -1.0, 1.0}}, 1)[0].track.states.cast<double>();
+  const StateMatrix<double> mirrored = MirroredStates(states);
+  EXPECT_LT((MirroredStates(mirrored) - states).cwiseAbs().maxCoeff(), 1e-6);
+  BodyKinematics<double> here, there;
+  for (const int f : {0, 20, 40}) {
+    ForwardKinematics(bones, PoseOf<double>(states.col(f)), here);
+    ForwardKinematics(MirroredBones(bones), PoseOf<double>(mirrored.col(f)), there);
+    for (int k = 0; k < kNumBodyJoints; ++k) {
+      EXPECT_LT((MirroredPoint(here.joints.col(k)) - there.joints.col(MirrorJoint(k))).norm(), 1e-6)
+          << k;
+    }
+  }
+}
+
+TEST_F(SeveralGoals, RefusesNoneAndWhatIsNoNumber) {
+  EXPECT_THROW(Run({}, 1), Error);
+  EXPECT_THROW(Run(std::vector<Eigen::Vector3d>{{0.0, NAN, 1.0}}, 1), Error);
+  EXPECT_THROW(Run(std::vector<Eigen::Vector3d>{{0.0, 0.0, 1.0}}, 0), Error);
+  options_.frames = 0;
+  EXPECT_THROW(Run(std::vector<Eigen::Vector3d>{{0.0, 0.0, 1.0}}, 1), Error);
+}
+
+TEST(ReachStarts, FromAsManyPeopleAsThereAre) {
+  std::vector<StartCandidate> clips;
+  for (const char* subject : {"b", "a", "c"}) {
+    for (int i = 0; i < 5; ++i) clips.push_back({subject + std::to_string(i), subject, 100});
+  }
+  clips.push_back({"d0", "d", 25});  // too short: frame 25 is its 26th
+  const std::vector<int> chosen = ChooseStartClips(clips);
+  std::map<std::string, int> per_subject;
+  std::set<std::string> names;
+  for (const int i : chosen) {
+    ++per_subject[clips[i].subject];
+    names.insert(clips[i].name);
+  }
+  EXPECT_EQ(per_subject, (std::map<std::string, int>{{"a", 2}, {"b", 2}, {"c", 2}}));
+  EXPECT_EQ(names.size(), 6u);
+  std::reverse(clips.begin(), clips.end());
+  std::set<std::string> again;
+  for (const int i : ChooseStartClips(clips)) again.insert(clips[i].name);
+  EXPECT_EQ(again, names);
+  EXPECT_EQ(ChooseStartClips(clips, 2).size(), 2u);
+  EXPECT_THROW(ChooseStartClips(clips, 16), Error);
+}
+
+TEST(ReachStarts, ComposedOnesStandOnTheFloorAndDiffer) {
+  const Normaliser<double> normaliser(testing::WalkingStatistics());
+  const std::vector<ReachStart> starts = ComposedStarts(DefaultBody(), normaliser);
+  ASSERT_EQ(starts.size(), static_cast<std::size_t>(kNumReachStarts));
+  BodyKinematics<double> kinematics;
+  std::vector<Eigen::Vector3d> wrists;
+  for (const ReachStart& start : starts) {
+    ForwardKinematics(DefaultBones(), start.start.pose, kinematics);
+    const auto& joints = kinematics.joints;
+    // The balls of the feet as high as in the rest pose, soles on the floor.
+    const double rest = DefaultBody().rest_joints(1, 10) - DefaultBody().sole_y;
+    EXPECT_NEAR(joints(2, 10), rest, 0.03) << start.name;
+    EXPECT_NEAR(joints(2, 11), rest, 0.03) << start.name;
+    EXPECT_GT(joints(2, 15), 1.0) << start.name;
+    for (const Eigen::Vector3d& other : wrists) {
+      EXPECT_GT((joints.col(21) - other).norm(), 0.01) << start.name;
+    }
+    wrists.push_back(joints.col(21));
+  }
+}
+
+}  // namespace
+}  // namespace holdfast::wandr
