@@ -177,8 +177,8 @@ std::vector<std::string> NotesOf(const EvaluateReachOptions& options, const Reac
   std::vector<std::string> notes;
   notes.push_back(fmt::format(
       "Protocol of WANDR (Diomataris et al., CVPR 2024): 5 angles, 5 heights of 0 to 1.8 m and 5 "
-      "distances of 0.5 to 5 m about {} start poses, {} samples each, 8 s at 30 fps; network {}.",
-      starts.size(), options.samples, network.source));
+      "distances of 0.5 to 5 m about {} start poses, {} sample{} each, 8 s at 30 fps; network {}.",
+      starts.size(), options.samples, options.samples == 1 ? "" : "s", network.source));
   notes.push_back(
       options.starts.empty()
           ? fmt::format("Start poses: six of Holdfast's own, none captured ({}).", names)
@@ -242,15 +242,13 @@ FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOption
       protocol.sigma = options.sigma;
       protocol.seed = common.seed;
       protocol.with_intention = variant.with_intention;
-      if (own == others.end()) {
-        protocol.intention.parts = variant.parts;
-        const bool leaves_out = variant.key != "full" && variant.with_intention;
-        if (leaves_out) planned.run.how = "masked";
-        masked |= leaves_out;
-      } else {
-        // Such a network may know the rest of the intention as zero only: told so, it is safe.
-        protocol.intention.parts = variant.parts;
+      // A network trained without a part has seen zeros there: it is told so as well.
+      protocol.intention.parts = variant.parts;
+      if (own != others.end()) {
         planned.run.how = fs::path(own->second.source).filename().string();
+      } else if (variant.key != "full" && variant.with_intention) {
+        planned.run.how = "masked";
+        masked = true;
       }
       planned.run.protocol = protocol;
       planned.question = {starts_for(used), protocol, variant.key, &used};

@@ -269,7 +269,9 @@ nlohmann::json PerFrameJson(const wandr::ReachSample& sample,
         sample.track.joints.block<3, 1>(3 * WristJoint(Side::kRight), f).cast<double>();
     distance.push_back((wrist - goals[sample.goal_of_frame[f]]).norm());
   }
-  return {{"goal_distance_m", distance}, {"goal", sample.goal_of_frame}};
+  nlohmann::json curves = {{"goal_distance_m", distance}};
+  if (goals.size() > 1) curves["goal_index"] = sample.goal_of_frame;
+  return curves;
 }
 
 std::string Text(const ReachJob& job, const wandr::ReachSample& best, const Measured& measured,

@@ -152,7 +152,7 @@ std::string AxisChart(const std::vector<const StudyRun*>& runs, GridAxis axis,
 
 // Success at every place of the ground, over heights, starts and samples: ahead is up.
 std::string FromAbove(const StudyRun& run) {
-  constexpr double kSize = 400.0, kMiddle = 200.0, kRadius = 165.0;
+  constexpr double kMiddle = 200.0, kRadius = 165.0;
   std::map<std::pair<int, int>, std::pair<int, int>> reached;  // (angle, distance) -> (of, all)
   for (std::size_t i = 0; i < run.cases.size(); ++i) {
     auto& [of, all] = reached[{run.cases[i].angle, run.cases[i].distance}];
@@ -181,7 +181,6 @@ std::string FromAbove(const StudyRun& run) {
     svg += Text(x, y + 4, fmt::format("{:.0f}", 100.0 * share), "middle",
                 share > 0.55 ? "class=\"light\"" : "");
   }
-  (void)kSize;
   return svg + "</svg></figure>\n";
 }
 
@@ -258,7 +257,7 @@ constexpr const char* kStyle = R"(
 :root { color-scheme: light dark; }
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 84rem; margin: 2rem auto; padding: 0 1rem; }
 table { border-collapse: collapse; margin: .5rem 0 1.5rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .3rem .6rem; text-align: right; border-bottom: 1px solid #8886; }
+th, td { padding: .3rem .6rem; text-align: right; white-space: nowrap; border-bottom: 1px solid #8886; }
 th:first-child, td:first-child { text-align: left; }
 tr.full td { font-weight: 600; }
 .scroll { overflow-x: auto; }
@@ -358,7 +357,7 @@ std::string StudyPage(const StudyText& text, const std::vector<StudyRun>& runs,
   const auto full = Select(runs, "full", "");
   page += "<h2>Success by place of the goal, full intention</h2>\n";
   page += AxisChart(full, GridAxis::kHeight, "by height of the goal, % of motions");
-  page += AxisChart(full, GridAxis::kAngle, "by angle from straight ahead, counter-clockwise, %");
+  page += AxisChart(full, GridAxis::kAngle, "by angle, counter-clockwise from ahead, %");
   page += AxisChart(full, GridAxis::kDistance, "by distance, %");
   page += AxisChart(full, GridAxis::kStart, "by start pose, %");
   for (const StudyRun* run : full) page += FromAbove(*run);

@@ -68,7 +68,8 @@ class Synthesis {
       Plan plan = stays ? Plan() : DrawPlan();
       if (k > 0) Return(stays ? PlanStand() : PlanWalk(player_.State(), plan.target));
       rate_ = DrawRate();
-      Reach(stays ? NearEntry(plan) : Walk(plan), plan.goal);
+      const Entry entry = stays ? NearEntry(plan) : Walk(plan);
+      Reach(entry, plan.goal);
     }
     Return(PlanStand());
     Follow(PlanStand(), 5 + draws_.Index(15));
@@ -94,7 +95,12 @@ class Synthesis {
   };
 
   static FuturePath WalkOn(double speed) {
-    return PlanWalk({{}, speed * Facing(0.0), 0.0}, {9.0 * Facing(0.0), 0.0, speed});
+    WalkState now;
+    now.velocity = speed * Facing(0.0);
+    WalkTarget ahead;
+    ahead.place = 9.0 * Facing(0.0);
+    ahead.speed = speed;
+    return PlanWalk(now, ahead);
   }
 
   double DrawRate() { return options_.pace * draws_.Uniform(options_.slowest, options_.fastest); }

@@ -26,15 +26,15 @@ constexpr int kFewestStepsForPrior = 4;  // unrolled
 constexpr double kNearest = 0.25, kFarthest = 5.2, kHighest = 1.9;
 constexpr float kLowestPelvis = 0.7f;
 constexpr int kLongestFree = 240, kAfterDeadline = 8;  // frames
+constexpr long kReferenceLasts = 500;                  // iterations
 constexpr float kLargestBar = 3.0f;  // of one body's pose, where a metre of distance gives 1
 
-// One thread for LibTorch's products: ours is the parallelism over bodies, and its OpenMP threads
-// multiply with those of OpenBLAS.
-void UseThreads(int threads) {
+// Sums of products that several threads share depend on how many there are.
+void UseOneThreadForProducts() {
   at::set_num_threads(1);
   using SetThreads = void (*)(int);
   if (void* const set = dlsym(RTLD_DEFAULT, "openblas_set_num_threads")) {
-    reinterpret_cast<SetThreads>(set)(threads);
+    reinterpret_cast<SetThreads>(set)(1);
   }
 }
 
@@ -178,7 +178,8 @@ struct Trainer::Impl {
   Statistics statistics;
   WindowSampler sampler;
   TorchNetwork decoder, encoder, mean_decoder, mean_encoder;
-  std::optional<TorchNetwork> reference;  // the averaged decoder when free motions began
+  std::optional<TorchNetwork> reference;  // the averaged decoder as it was a while ago
+  long reference_since = 0;
   UnrolledBatch batch, free_batch;
   torch::optim::AdamW optimizer;
   long iteration = 0;
@@ -305,7 +306,10 @@ TrainingLosses Trainer::Impl::Follow(nn::RandomStream& random) {
 }
 
 TrainingLosses Trainer::Impl::GoFreely(nn::RandomStream& random) {
-  if (!reference) reference = mean_decoder.Frozen();
+  if (!reference || iteration - reference_since >= kReferenceLasts) {
+    reference = mean_decoder.Frozen();
+    reference_since = iteration;
+  }
   // Goals about as far from all, so that all take about as long.
   const double about = random.Uniform() * kFarthest;
   std::vector<TrainingWindow> windows;
@@ -333,7 +337,7 @@ TrainingLosses Trainer::Impl::GoFreely(nn::RandomStream& random) {
 
 Trainer::Trainer(const Corpus& corpus, const BoneOffsets<float>& bones,
                  const TrainingOptions& options, const NetworkWeights* from) {
-  UseThreads(options.threads);
+  UseOneThreadForProducts();
   TrainingOptions mine = options;
   if (from) {
     if (!from->encoder) {
@@ -458,6 +462,7 @@ void Trainer::Save(const std::filesystem::path& path) const {
   }
   writer.SetMetadata({{"format", kFormat},
                       {"iteration", std::to_string(s.iteration)},
+                      {"reference_since", std::to_string(s.reference_since)},
                       {"options", Fingerprint(s.options, s.corpus)}});
   writer.Write(path);
 }
@@ -516,6 +521,7 @@ void Trainer::Load(const std::filesystem::path& path) {
     s.optimizer.state()[KeyOf(parameters[k])] = std::move(state);
   }
   s.iteration = iteration;
+  s.reference_since = std::atol(text("reference_since").c_str());
 }
 
 }  // namespace holdfast::wandr

@@ -27,6 +27,8 @@
 ///   goal_plan.h        waypoints and deadlines
 ///   rollout.h          the closed loop and its gradient; run_rollouts.h: many, on threads
 ///   motion_states.h    clips in and out, where rollouts start
+///   reach_goals.h      goals one after another, best of many
+///   reach_protocol.h   the published evaluation; reach_outcome.h, reach_skating.h: its measures
 ///   training_frames.h  hindsight goals, what a network is trained on
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/network.h"

@@ -9,12 +9,13 @@
 #include "generator/nn/mlp.h"
 #include "generator/nn/mlp_weights.h"
 #include "geometry/error.h"
-#include "tests/support/wandr_scene.h"
+#include "tests/support/column_network_checks.h"
 
 namespace holdfast::nn {
 namespace {
 
-using wandr::testing::NumericGradient;
+using testing::RunNetwork;
+using testing::SupportedIsas;
 using wandr::testing::RelativeError;
 
 // A network whose normalisations do something, too.
@@ -44,22 +45,6 @@ Eigen::MatrixXd Reference(const MlpWeights& mlp, Eigen::MatrixXd x) {
   return x;
 }
 
-template <typename Real>
-Eigen::MatrixXd RunMlp(const Mlp<Real>& mlp, const Eigen::MatrixXd& x) {
-  Tape<Real> tape(mlp, static_cast<int>(x.cols()));
-  tape.Input() = x.cast<Real>();
-  mlp.Forward(tape);
-  return tape.Output().template cast<double>();
-}
-
-std::vector<Isa> SupportedIsas() {
-  std::vector<Isa> all;
-  for (const Isa isa : {Isa::kScalar, Isa::kSse2, Isa::kAvx2, Isa::kAvx512}) {
-    if (IsSupported(isa)) all.push_back(isa);
-  }
-  return all;
-}
-
 TEST(Mlp, IsItsDefinitionOnEveryInstructionSet) {
   std::srand(3);
   for (const std::vector<int>& hidden :
@@ -71,8 +56,8 @@ TEST(Mlp, IsItsDefinitionOnEveryInstructionSet) {
       for (const Isa isa : SupportedIsas()) {
         SCOPED_TRACE(std::string(IsaName(isa)) + ", columns: " + std::to_string(columns));
         // Gains and offsets are folded in double and rounded to the network's own precision.
-        EXPECT_LT(RelativeError(RunMlp(Mlp<double>(weights, isa), x), expected), 1e-12);
-        EXPECT_LT(RelativeError(RunMlp(Mlp<float>(weights, isa), x), expected), 3e-5);
+        EXPECT_LT(RelativeError(RunNetwork(Mlp<double>(weights, isa), x), expected), 1e-12);
+        EXPECT_LT(RelativeError(RunNetwork(Mlp<float>(weights, isa), x), expected), 3e-5);
       }
     }
   }
@@ -82,14 +67,8 @@ TEST(Mlp, AColumnDoesNotDependOnItsNeighbours) {
   const MlpWeights weights = RandomMlp(341, TaperedWidths(341, 135), 135, 2);
   const Eigen::MatrixXd x = Eigen::MatrixXd::Random(341, 23);
   for (const Isa isa : SupportedIsas()) {
-    const Mlp<float> mlp(weights, isa);
-    const Eigen::MatrixXd all = RunMlp(mlp, x);
-    for (const int size : {1, 2, 4, 9}) {
-      for (int first = 0; first + size <= 23; first += size) {
-        EXPECT_EQ(RunMlp(mlp, x.middleCols(first, size)), all.middleCols(first, size))
-            << IsaName(isa) << ", " << size << " of 23 columns";
-      }
-    }
+    SCOPED_TRACE(IsaName(isa));
+    testing::CheckColumnsAreAlone(Mlp<float>(weights, isa), x);
   }
 }
 
@@ -115,51 +94,24 @@ TEST(Mlp, PublishedSizes) {
 TEST(Mlp, VectorJacobianProductIsTheDerivative) {
   const MlpWeights weights = Trained(19, {40, 64, 33}, 21, 8);
   for (const Isa isa : SupportedIsas()) {
-    const Mlp<double> mlp(weights, isa);
-    const Eigen::MatrixXd x = Eigen::MatrixXd::Random(19, 3);
-    const Eigen::MatrixXd rows = Eigen::MatrixXd::Random(21, 6);  // two rows for each column
-    Tape<double> tape(mlp, 3);
-    tape.Input() = x;
-    mlp.Forward(tape);
-    Scratch<double> scratch(mlp, 6);
-    Eigen::MatrixXd found = Eigen::MatrixXd::Constant(19, 6, NAN);
-    mlp.Backward(tape, rows, found, scratch);
-    for (int c = 0; c < 6; ++c) {
-      const auto value = [&](const Eigen::VectorXd& step) {
-        return rows.col(c).dot(Reference(weights, x.col(c / 2) + step).col(0));
-      };
-      EXPECT_LT(RelativeError(found.col(c), NumericGradient(value, 19)), 1e-7) << IsaName(isa);
-    }
+    SCOPED_TRACE(IsaName(isa));
+    testing::CheckBackward(Mlp<double>(weights, isa), [&](const Eigen::VectorXd& x) {
+      return Reference(weights, x).col(0).eval();
+    });
   }
 }
 
 TEST(Mlp, FloatGradientsAreThoseOfDouble) {
   const MlpWeights weights = RandomMlp(341, TaperedWidths(341, 135), 135, 4);
-  const Mlp<float> single(weights);
-  const Mlp<double> reference(weights);
-  const Eigen::MatrixXf x = Eigen::MatrixXf::Random(341, 9),
-                        y_bar = Eigen::MatrixXf::Random(135, 9);
-  Tape<float> tape(single, 9);
-  tape.Input() = x;
-  single.Forward(tape);
-  Tape<double> exact(reference, 9);
-  exact.Input() = x.cast<double>();
-  reference.Forward(exact);
-  Eigen::MatrixXf x_bar(341, 9);
-  Eigen::MatrixXd expected(341, 9);
-  Scratch<float> scratch(single, 9);
-  Scratch<double> exact_scratch(reference, 9);
-  single.Backward(tape, y_bar, x_bar, scratch);
-  reference.Backward(exact, y_bar.cast<double>(), expected, exact_scratch);
   // A unit within rounding of its kink may be on in one and off in the other.
-  EXPECT_LT((x_bar.cast<double>() - expected).norm() / expected.norm(), 1e-3);
+  EXPECT_LT(testing::SingleGradientError(Mlp<float>(weights), Mlp<double>(weights)), 1e-3);
 }
 
 TEST(Mlp, LetsNotANumberThrough) {
   const Mlp<float> mlp(RandomMlp(20, {64, 64}, 20, 1));
   Eigen::MatrixXd x = Eigen::MatrixXd::Random(20, 2);
   x(4, 1) = std::numeric_limits<double>::quiet_NaN();
-  const Eigen::MatrixXd y = RunMlp(mlp, x);
+  const Eigen::MatrixXd y = RunNetwork(mlp, x);
   EXPECT_TRUE(y.col(0).allFinite());
   EXPECT_TRUE(y.col(1).array().isNaN().all());
 }

@@ -397,6 +397,43 @@ TEST_F(SeveralGoals, RefusesNoneAndWhatIsNoNumber) {
   EXPECT_THROW(Run(std::vector<Eigen::Vector3d>{{0.0, 0.0, 1.0}}, 1), Error);
 }
 
+TEST(IntentionParts, WhatIsLeftOutIsZeroAndHasNoGradient) {
+  nn::RandomStream random(11);
+  const auto draw = [&] {
+    return Eigen::Vector3d(random.Uniform() - 0.5, random.Uniform() - 0.5, random.Uniform());
+  };
+  for (const IntentionLayout layout :
+       {IntentionLayout::kPaper, IntentionLayout::kFlagged, IntentionLayout::kBounded}) {
+    const int size = IntentionSize(layout);
+    for (const IntentionParts parts :
+         {IntentionParts{true, false, false}, IntentionParts{false, true, false},
+          IntentionParts{false, false, true}}) {
+      const IntentionBody<double> body{HeadingOf(ExpSO3({0.1, 0.2, 0.9})), draw(), draw()};
+      FrameGoal<double> goal{true, 3.0 * draw(), 12.0, std::nullopt, parts};
+      const Eigen::VectorXd bar =
+          Eigen::VectorXd::NullaryExpr(size, [&] { return random.Uniform(); });
+      const auto told = [&](const Eigen::Vector3d& by) {
+        FrameGoal<double> moved = goal;
+        moved.position += by;
+        Eigen::VectorXd out(size);
+        WriteIntention(layout, body, moved, out.data());
+        return out;
+      };
+      const Eigen::VectorXd out = told(Eigen::Vector3d::Zero());
+      const int walk = layout == IntentionLayout::kBounded ? 6 : 3;
+      const int turn = layout == IntentionLayout::kBounded ? 8 : 6;
+      EXPECT_EQ(out.head(walk).isZero(0.0), !parts.wrist);
+      EXPECT_EQ(out.segment<2>(walk).isZero(0.0), !parts.pelvis);
+      EXPECT_EQ(out.segment<2>(turn).isZero(0.0), !parts.heading);
+      IntentionBar<double> found;
+      WriteIntentionVjp(layout, body, goal, bar.data(), found);
+      const Eigen::VectorXd expected =
+          testing::NumericGradient([&](const Eigen::VectorXd& by) { return bar.dot(told(by)); }, 3);
+      EXPECT_LT((found.goal - expected).norm(), 1e-7);
+    }
+  }
+}
+
 TEST(ReachStarts, FromAsManyPeopleAsThereAre) {
   std::vector<StartCandidate> clips;
   for (const char* subject : {"b", "a", "c"}) {

@@ -8,12 +8,13 @@
 
 #include "generator/nn/residual_mlp.h"
 #include "geometry/error.h"
-#include "tests/support/wandr_scene.h"
+#include "tests/support/column_network_checks.h"
 
 namespace holdfast::nn {
 namespace {
 
-using wandr::testing::NumericGradient;
+using testing::RunNetwork;
+using testing::SupportedIsas;
 using wandr::testing::RelativeError;
 
 // A network whose normalisations do something, too.
@@ -58,22 +59,6 @@ Eigen::MatrixXd Reference(const ResidualWeights& network, const Eigen::MatrixXd&
   return y;
 }
 
-template <typename Real>
-Eigen::MatrixXd RunNetwork(const ColumnNetwork<Real>& network, const Eigen::MatrixXd& x) {
-  Tape<Real> tape(network, static_cast<int>(x.cols()));
-  tape.Input() = x.cast<Real>();
-  network.Forward(tape);
-  return tape.Output().template cast<double>();
-}
-
-std::vector<Isa> SupportedIsas() {
-  std::vector<Isa> all;
-  for (const Isa isa : {Isa::kScalar, Isa::kSse2, Isa::kAvx2, Isa::kAvx512}) {
-    if (IsSupported(isa)) all.push_back(isa);
-  }
-  return all;
-}
-
 struct Sizes {
   int input, latent, width, blocks, output;
 };
@@ -99,14 +84,8 @@ TEST(ResidualMlp, AColumnDoesNotDependOnItsNeighbours) {
   Eigen::MatrixXd x = Eigen::MatrixXd::Random(341, 23);
   x.col(4).head(64).setZero();  // as latents switched off
   for (const Isa isa : SupportedIsas()) {
-    const ResidualMlp<float> network(weights, isa);
-    const Eigen::MatrixXd all = RunNetwork(network, x);
-    for (const int size : {1, 2, 4, 9}) {
-      for (int first = 0; first + size <= 23; first += size) {
-        EXPECT_EQ(RunNetwork(network, x.middleCols(first, size)), all.middleCols(first, size))
-            << IsaName(isa) << ", " << size << " of 23 columns";
-      }
-    }
+    SCOPED_TRACE(IsaName(isa));
+    testing::CheckColumnsAreAlone(ResidualMlp<float>(weights, isa), x);
   }
 }
 
@@ -114,44 +93,18 @@ TEST(ResidualMlp, VectorJacobianProductIsTheDerivative) {
   for (const Sizes s : {Sizes{19, 7, 40, 3, 21}, {19, 0, 33, 1, 21}}) {
     const ResidualWeights weights = Trained(s.input, s.latent, s.width, s.blocks, s.output);
     for (const Isa isa : SupportedIsas()) {
-      const ResidualMlp<double> network(weights, isa);
-      const Eigen::MatrixXd x = Eigen::MatrixXd::Random(19, 3);
-      const Eigen::MatrixXd rows = Eigen::MatrixXd::Random(21, 6);  // two rows for each column
-      Tape<double> tape(network, 3);
-      tape.Input() = x;
-      network.Forward(tape);
-      Scratch<double> scratch(network, 6);
-      Eigen::MatrixXd found = Eigen::MatrixXd::Constant(19, 6, NAN);
-      network.Backward(tape, rows, found, scratch);
-      for (int c = 0; c < 6; ++c) {
-        const auto value = [&](const Eigen::VectorXd& step) {
-          return rows.col(c).dot(Reference(weights, x.col(c / 2) + step).col(0));
-        };
-        EXPECT_LT(RelativeError(found.col(c), NumericGradient(value, 19)), 1e-7) << IsaName(isa);
-      }
+      SCOPED_TRACE(IsaName(isa));
+      testing::CheckBackward(ResidualMlp<double>(weights, isa), [&](const Eigen::VectorXd& x) {
+        return Reference(weights, x).col(0).eval();
+      });
     }
   }
 }
 
 TEST(ResidualMlp, FloatGradientsAreThoseOfDouble) {
   const ResidualWeights weights = RandomResidual(341, 64, 256, 4, 135, 4);
-  const ResidualMlp<float> single(weights);
-  const ResidualMlp<double> reference(weights);
-  const Eigen::MatrixXf x = Eigen::MatrixXf::Random(341, 9),
-                        y_bar = Eigen::MatrixXf::Random(135, 9);
-  Tape<float> tape(single, 9);
-  tape.Input() = x;
-  single.Forward(tape);
-  Tape<double> exact(reference, 9);
-  exact.Input() = x.cast<double>();
-  reference.Forward(exact);
-  Eigen::MatrixXf x_bar(341, 9);
-  Eigen::MatrixXd expected(341, 9);
-  Scratch<float> scratch(single, 9);
-  Scratch<double> exact_scratch(reference, 9);
-  single.Backward(tape, y_bar, x_bar, scratch);
-  reference.Backward(exact, y_bar.cast<double>(), expected, exact_scratch);
-  EXPECT_LT(RelativeError(x_bar.cast<double>(), expected), 1e-5);
+  EXPECT_LT(testing::SingleGradientError(ResidualMlp<float>(weights), ResidualMlp<double>(weights)),
+            1e-5);
 }
 
 // The loop itself, over all it may be given.

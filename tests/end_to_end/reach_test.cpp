@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "generator/reach_motion.h"
+#include "generator/wandr/motion_states.h"
+#include "geometry/clip.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/wandr_scene.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::Listing;
+using ::testing::Not;
+using testing::ProgramResult;
+using testing::ReadText;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+// A folder with random weights: they move somehow, always the same.
+class ReachCommand : public ::testing::Test {
+ protected:
+  ReachCommand() {
+    WriteNetwork(wandr::testing::SmallNetwork(wandr::IntentionLayout::kFlagged, 3),
+                 Path("net.safetensors"));
+  }
+  std::filesystem::path Path(const std::string& name) const { return folder_.Path() / name; }
+  ProgramResult Reach(const std::string& arguments) const {
+    return RunHoldfast(folder_.Path(), "reach --weights net.safetensors " + arguments);
+  }
+  nlohmann::json Json(const std::string& name) const {
+    return nlohmann::json::parse(ReadText(Path(name)));
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(ReachCommand, WritesAResultFolderThatOtherCommandsRead) {
+  const ProgramResult result =
+      Reach("--goal 0.3,-1.5,1.1 --goal -0.5,-2,0.8 --samples 4 --all --no-report -o out");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("of 2 goals reached with the right wrist"));
+  EXPECT_EQ(Listing(Path("out")), "clip.npz metrics.json samples ");
+  EXPECT_EQ(Listing(Path("out/samples")), "00.npz 01.npz 02.npz 03.npz ");
+  EXPECT_EQ(ReadText(Path("out/clip.npz")), ReadText(Path("out/samples/00.npz")));
+  const nlohmann::json metrics = Json("out/metrics.json");
+  EXPECT_EQ(metrics["schema"], "holdfast/reach/1");
+  ASSERT_EQ(metrics["goals"].size(), 2u);
+  const Clip clip = ReadClip(Path("out/clip.npz"));
+  EXPECT_EQ(static_cast<int>(metrics["per_frame"]["goal_distance_m"].size()), clip.NumFrames());
+  EXPECT_EQ(clip.frame_rate, 30.0);
+  // What metrics say about the wrist is what the clip's wrist does.
+  const BodyMeasures& body = wandr::testing::DefaultBody();
+  const wandr::StateMatrix<double> states = wandr::StatesOfClip(clip);
+  const Eigen::Vector3d wrist = wandr::WristPosition(
+      wandr::testing::DefaultBones(), wandr::PoseOf<double>(states.col(7)), Side::kRight);
+  EXPECT_NEAR(metrics["per_frame"]["goal_distance_m"][7].get<double>(),
+              (wrist - Eigen::Vector3d(0.3, -1.5, 1.1)).norm(), 1e-4);
+  // It begins standing at the origin.
+  EXPECT_LT((states.col(0) - wandr::StateOf(wandr::StandingPose(body))).cwiseAbs().maxCoeff(),
+            1e-5);
+  EXPECT_EQ(RunHoldfast(folder_.Path(), "score out").exit_code, 0);
+
+  EXPECT_EQ(Reach("--goal 1,1,1 -o out").exit_code, 1);  // is there already
+  EXPECT_EQ(Reach("--goal 1,1,1 --samples 1 --no-report -o out --force").exit_code, 0);
+}
+
+TEST_F(ReachCommand, TheSameSeedGivesTheSameBytesOnAnyThreads) {
+  const std::string goal = "--goal 0.3,-1.5,1.1 --samples 20 --no-report --quiet ";
+  ASSERT_EQ(Reach(goal + "--threads 1 -o a").exit_code, 0);
+  ASSERT_EQ(Reach(goal + "--threads 3 -o b").exit_code, 0);
+  ASSERT_EQ(Reach(goal + "--threads 3 --seed 2 -o c").exit_code, 0);
+  EXPECT_EQ(ReadText(Path("a/clip.npz")), ReadText(Path("b/clip.npz")));
+  EXPECT_EQ(ReadText(Path("a/metrics.json")), ReadText(Path("b/metrics.json")));
+  EXPECT_NE(ReadText(Path("a/clip.npz")), ReadText(Path("c/clip.npz")));
+}
+
+TEST_F(ReachCommand, TheLeftWristIsMeasuredWhereItIs) {
+  ASSERT_EQ(Reach("--goal 0.3,-1.5,1.1 --wrist left --samples 1 --no-report -o left").exit_code, 0);
+  const nlohmann::json metrics = Json("left/metrics.json");
+  const wandr::StateMatrix<double> states = wandr::StatesOfClip(ReadClip(Path("left/clip.npz")));
+  const wandr::Pose<double> pose = wandr::PoseOf<double>(states.col(40));
+  const Eigen::Vector3d goal(0.3, -1.5, 1.1);
+  const Eigen::Vector3d wrist =
+      wandr::WristPosition(wandr::testing::DefaultBones(), pose, Side::kLeft);
+  EXPECT_NEAR(metrics["per_frame"]["goal_distance_m"][40].get<double>(), (wrist - goal).norm(),
+              1e-4);
+}
+
+TEST_F(ReachCommand, GoesOnFromAClip) {
+  ASSERT_EQ(Reach("--goal 0,-1,1 --from demo_drink:40 --samples 1 --no-report -o on").exit_code, 0);
+  const wandr::StateMatrix<double> from =
+      wandr::StatesOfClip(ReadClip(HOLDFAST_MESHES_DIR "/clips/demo_drink.npz"));
+  const wandr::StateMatrix<double> on = wandr::StatesOfClip(ReadClip(Path("on/clip.npz")));
+  EXPECT_LT((on.col(0) - from.col(40)).cwiseAbs().maxCoeff(), 1e-4);
+  // A clip of one frame is a pose at rest.
+  Clip one = ReadClip(HOLDFAST_MESHES_DIR "/clips/demo_drink.npz");
+  one.pose.resize(1);
+  one.trans.conservativeResize(Eigen::NoChange, 1);
+  one.object.reset();
+  one.holding_hand.clear();
+  WriteClip(one, Path("one.npz"));
+  EXPECT_EQ(Reach("--goal 0,-1,1 --from one.npz --samples 1 --no-report -o first").exit_code, 0);
+}
+
+TEST_F(ReachCommand, BadInputIsNamed) {
+  const auto fails = [&](const std::string& arguments, int code, const std::string& says) {
+    const ProgramResult result = Reach(arguments + " --no-report -o bad");
+    EXPECT_EQ(result.exit_code, code) << arguments << result.err;
+    EXPECT_THAT(result.err + result.out, HasSubstr(says)) << arguments;
+    EXPECT_FALSE(std::filesystem::exists(Path("bad"))) << arguments;
+  };
+  fails("--goal 100,0,1", 1, "100.0 m away");
+  fails("--goal 1,0,-0.3", 1, "below the ground");
+  fails("--goal nan,0,1", 1, "not three finite numbers");
+  fails("--goal 1,2", 1, "not three finite numbers");
+  fails("--goal 1,2,1x", 1, "not three finite numbers");
+  fails("--goal 1,1,1 --time 0", 2, "--time");
+  fails("--goal 1,1,1 --from demo_drink:9999", 1, "has frames 0 to");
+  fails("--goal 1,1,1 --from demo_drink:x", 1, "frame number");
+  fails("--goal 1,1,1 --from nowhere.npz", 1, "nowhere.npz");
+  fails("", 2, "--goal");
+  const ProgramResult high = Reach("--goal 7,0,2.9 --samples 1 --no-report -o high");
+  EXPECT_EQ(high.exit_code, 0);
+  EXPECT_THAT(high.err, HasSubstr("higher than"));
+  EXPECT_THAT(high.err, HasSubstr("7.0 m away"));
+
+  wandr::NetworkWeights broken = wandr::testing::SmallNetwork(wandr::IntentionLayout::kFlagged, 3);
+  broken.statistics.body_transl.mean.z() = NAN;
+  WriteNetwork(broken, Path("net.safetensors"));
+  fails("--goal 1,1,1", 1, "'statistics.body_transl.mean' holds nan");
+  std::ofstream(Path("net.safetensors")) << "text";
+  fails("--goal 1,1,1", 1, "net.safetensors");
+  std::filesystem::remove(Path("net.safetensors"));
+  fails("--goal 1,1,1", 1, "net.safetensors");
+}
+
+class EvaluateReachCommand : public ReachCommand {
+ protected:
+  ProgramResult Evaluate(const std::string& arguments) const {
+    return RunHoldfast(folder_.Path(),
+                       "evaluate reach --weights net.safetensors --samples 1 "
+                       "--deadline adaptive " +
+                           arguments);
+  }
+};
+
+TEST_F(EvaluateReachCommand, IsTheSameStoppedOrNotOnAnyThreads) {
+  const ProgramResult whole = Evaluate("-o whole --no-ablations --threads 2");
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  EXPECT_THAT(whole.out, HasSubstr("| full intention |"));
+  EXPECT_THAT(whole.out, HasSubstr("none captured"));
+  EXPECT_EQ(Listing(Path("whole")), "blocks report.html results.json results.md ");
+  const nlohmann::json results = Json("whole/results.json");
+  ASSERT_EQ(results["runs"].size(), 1u);
+  EXPECT_EQ(results["runs"][0]["summary"]["motions"], 750);
+  EXPECT_EQ(results["runs"][0]["by_height"].size(), 5u);
+  EXPECT_EQ(results["starts"]["poses"].size(), 6u);
+
+  // As if it had been stopped: some blocks are missing, and one is begun on other threads.
+  std::filesystem::create_directories(Path("part"));
+  std::filesystem::copy(Path("whole/blocks"), Path("part/blocks"));
+  std::filesystem::remove(Path("part/blocks/adaptive_full_001.json"));
+  std::filesystem::remove(Path("part/blocks/adaptive_full_002.json"));
+  const ProgramResult rest = Evaluate("-o part --no-ablations --threads 1");
+  ASSERT_EQ(rest.exit_code, 0) << rest.err;
+  EXPECT_THAT(rest.err, HasSubstr("250 of 750 motions are there already"));
+  for (const char* file : {"results.json", "results.md", "report.html"}) {
+    EXPECT_EQ(ReadText(Path("part") / file), ReadText(Path("whole") / file)) << file;
+  }
+
+  // Another question is not mixed with it.
+  const ProgramResult other = Evaluate("-o part --seed 2 --no-ablations");
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.err, HasSubstr("another question"));
+  EXPECT_EQ(Evaluate("-o part --seed 2 --no-ablations --force").exit_code, 0);
+  EXPECT_NE(ReadText(Path("part/results.md")), ReadText(Path("whole/results.md")));
+}
+
+TEST_F(EvaluateReachCommand, StartsFromCapturedClipsAndOwnAblations) {
+  // Six clips of two people stand in for captures.
+  std::filesystem::create_directories(Path("held_out"));
+  Clip clip = ReadClip(HOLDFAST_MESHES_DIR "/clips/demo_drink.npz");
+  clip.object.reset();
+  for (int k = 0; k < 6; ++k) {
+    clip.subject = k < 3 ? "ann" : "bob";
+    clip.trans.row(0).array() += 0.1;
+    WriteClip(clip, Path("held_out/clip_" + std::to_string(k) + ".npz"));
+  }
+  WriteNetwork(wandr::testing::SmallNetwork(wandr::IntentionLayout::kPaper, 9),
+               Path("other.safetensors"));
+  const ProgramResult result =
+      Evaluate("--starts held_out --ablation-weights wrist=other.safetensors -o out");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("held-out captured motion (clip_"));
+  EXPECT_THAT(result.out, HasSubstr("| I^w alone (other.safetensors) |"));
+  EXPECT_THAT(result.out, HasSubstr("on 6 held-out captured clips"));
+  EXPECT_THAT(result.out, HasSubstr("| I^w + I^r (masked) |"));
+  const nlohmann::json results = Json("out/results.json");
+  EXPECT_EQ(results["captured"]["clips"], 6);
+  ASSERT_EQ(results["runs"].size(), 5u);
+  for (int k = 1; k < 5; ++k) {
+    EXPECT_NE(results["runs"][0]["summary"], results["runs"][k]["summary"]) << k;
+  }
+
+  EXPECT_THAT(Evaluate("--starts held_out/clip_0.npz -o few").err, HasSubstr("6 are needed"));
+  EXPECT_THAT(Evaluate("--ablation-weights legs=other.safetensors -o few").err,
+              HasSubstr("names no ablation"));
+}
+
+}  // namespace
+}  // namespace holdfast
