@@ -152,7 +152,8 @@ std::string AxisChart(const std::vector<const StudyRun*>& runs, GridAxis axis,
 
 // Success at every place of the ground, over heights, starts and samples: ahead is up.
 std::string FromAbove(const StudyRun& run) {
-  constexpr double kMiddle = 200.0, kRadius = 165.0;
+  constexpr double kMiddle = 200.0, kRadius = 172.0;
+  constexpr double kNearest = 30.0;  // leaves room for the person in the middle
   std::map<std::pair<int, int>, std::pair<int, int>> reached;  // (angle, distance) -> (of, all)
   for (std::size_t i = 0; i < run.cases.size(); ++i) {
     auto& [of, all] = reached[{run.cases[i].angle, run.cases[i].distance}];
@@ -172,7 +173,7 @@ std::string FromAbove(const StudyRun& run) {
                                                          place.second / (p.num_distances - 1);
     const double angle = 2.0 * std::numbers::pi * place.first / p.num_angles;
     // Angles go counter-clockwise from ahead, which is up.
-    const double r = kRadius * distance / std::max(p.max_distance_m, 1e-6);
+    const double r = kNearest + (kRadius - kNearest) * distance / std::max(p.max_distance_m, 1e-6);
     const double x = kMiddle - r * std::sin(angle), y = kMiddle + 8 - r * std::cos(angle);
     svg += fmt::format(
         "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"14\" fill=\"#2f6f9f\" fill-opacity=\"{:.2f}\" "
@@ -188,13 +189,13 @@ std::string FromAbove(const StudyRun& run) {
 std::string ToleranceChart(const std::vector<const StudyRun*>& runs, const std::string& title) {
   constexpr int kWidth = 400, kHeight = 260, kLeft = 44, kTop = 30, kBottom = 56;
   constexpr double kMost = 1.0;  // metres
-  const double plot_w = kWidth - kLeft - 10, plot_h = kHeight - kTop - kBottom;
+  const double plot_w = kWidth - kLeft - 24, plot_h = kHeight - kTop - kBottom;
   std::string svg = "<figure>" + SvgOpen(kWidth, kHeight);
   svg += Text(kLeft, 16, title, "start", "class=\"title\"");
   for (int k = 0; k <= 4; ++k) {
     const double y = kTop + plot_h * (1.0 - k / 4.0);
     svg += fmt::format("<line class=\"grid\" x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\"/>",
-                       kLeft, kWidth - 10, y, y);
+                       kLeft, kWidth - 24, y, y);
     svg += Text(kLeft - 5, y + 4, fmt::format("{}", 25 * k), "end");
     svg += Text(kLeft + plot_w * k / 4.0, kTop + plot_h + 15, fmt::format("{} cm", 25 * k));
   }
@@ -257,7 +258,7 @@ constexpr const char* kStyle = R"(
 :root { color-scheme: light dark; }
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 84rem; margin: 2rem auto; padding: 0 1rem; }
 table { border-collapse: collapse; margin: .5rem 0 1.5rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .3rem .6rem; text-align: right; white-space: nowrap; border-bottom: 1px solid #8886; }
+th, td { padding: .3rem .45rem; text-align: right; white-space: nowrap; border-bottom: 1px solid #8886; }
 th:first-child, td:first-child { text-align: left; }
 tr.full td { font-weight: 600; }
 .scroll { overflow-x: auto; }
@@ -365,8 +366,7 @@ std::string StudyPage(const StudyText& text, const std::vector<StudyRun>& runs,
   for (const char* deadline : {"adaptive", "fixed"}) {
     const auto some = Select(runs, "", deadline);
     if (some.empty()) continue;
-    page += ToleranceChart(some,
-                           fmt::format("% of motions that come this near, {} deadline", deadline));
+    page += ToleranceChart(some, fmt::format("% of motions within, {} deadline", deadline));
   }
   return page + "</body></html>\n";
 }

@@ -139,7 +139,7 @@ struct Trainer::Impl {
   // Few steps first; in the end all lengths up to the longest, each as often.
   int DrawSteps(nn::RandomStream& random) const {
     int longest = 1;
-    for (double from = 0.03; 2 * longest <= options.longest_unroll && Progress() >= from;
+    for (double from = 0.01; 2 * longest <= options.longest_unroll && Progress() >= from;
          from *= 2.0) {
       longest *= 2;
     }

@@ -49,7 +49,7 @@ struct TrainingOptions {
   // The schedule
   long iterations = 6000;
   int frames_per_iteration = 4096;  ///< bodies times unrolled steps
-  int longest_unroll = 16;          ///< a power of two; reached after a third of the iterations
+  int longest_unroll = 16;          ///< a power of two; reached after a tenth of the iterations
   double learning_rate = 6e-4;      ///< of AdamW (0.9, 0.99), warmed up, falling linearly ...
   double decay_from = 0.3;          ///< ... from this share of the iterations on
   double weight_decay = 1e-4;

@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 
+#include <Eigen/Geometry>
+
 #include "generator/wandr/pose_delta.h"
 #include "geometry/parallel.h"
 
@@ -35,6 +37,22 @@ double AddRobust(const Vector3<float>& e, float unit, float weight, Vector3<floa
   return static_cast<double>(weight) * static_cast<double>(robust.value);
 }
 
+// The pose `astray` takes a true one to, `frame` frames after frame 0.
+Pose<float> Astray(const Pose<float>& truth, const TangentVector<float>& astray, float frame) {
+  if (astray.isZero(0.0f)) return truth;
+  const float left = std::exp(-frame / kRecoveryFrames);
+  Pose<float> pose = truth;
+  pose.translation.z() += left * astray[2];
+  for (int k = 0; k < kNumBodyJoints; ++k) {
+    const Vector3<float> turn = left * astray.segment<3>(TangentOf(k));
+    const float angle = turn.norm();
+    if (angle > 0.0f) {
+      pose.rotation[k] = truth.rotation[k] * Eigen::AngleAxisf(angle, turn / angle).matrix();
+    }
+  }
+  return pose;
+}
+
 template <typename Body>
 void ForBodies(int count, int threads, const Body& body) {
   ParallelFor((count + kChunk - 1) / kChunk, threads, [&](int chunk) {
@@ -53,7 +71,8 @@ UnrolledBatch::UnrolledBatch(const Statistics& statistics, const BoneOffsets<flo
       layout_(layout),
       intention_(intention),
       max_bodies_(max_bodies),
-      poses_(static_cast<std::size_t>(max_bodies) * (max_steps + 1)),
+      truth_(static_cast<std::size_t>(max_bodies) * (max_steps + 1)),
+      poses_(truth_.size()),
       placed_(poses_.size()),
       joints_bar_(poses_.size()),
       deltas_(kStateSize, static_cast<Eigen::Index>(poses_.size())) {}
@@ -70,10 +89,15 @@ void UnrolledBatch::Begin(std::span<const TrainingWindow> windows, int steps) {
   }
   for (int i = 0; i < count; ++i) {
     const TrainingWindow& window = windows_[i];
-    poses_[Index(i, 0)] = window.truth[0];
-    ForwardKinematics(bones_, window.truth[0], placed_[Index(i, 0)]);
+    for (int a = 0; a <= (window.free ? 0 : steps); ++a) {
+      truth_[Index(i, a)] = Astray(window.truth[a], window.astray, static_cast<float>(a));
+    }
+    poses_[Index(i, 0)] = truth_[Index(i, 0)];
+    ForwardKinematics(bones_, poses_[Index(i, 0)], placed_[Index(i, 0)]);
     const StateVector<float> led_here =
-        window.before ? DeltaBetween(*window.before, window.truth[0]) : RestDelta<float>();
+        window.before
+            ? DeltaBetween(Astray(*window.before, window.astray, -1.0f), poses_[Index(i, 0)])
+            : RestDelta<float>();
     deltas_.col(Index(i, 0)) = NormalisedDelta<float>(norms_, led_here);
   }
 }
@@ -94,7 +118,8 @@ void UnrolledBatch::WriteInputs(int step, Eigen::Ref<Matrix> conditions, Eigen::
     if (window.free) {
       targets.col(i).setZero();
     } else {
-      targets.col(i) = NormalisedDelta<float>(norms_, DeltaBetween(pose, window.truth[step + 1]));
+      targets.col(i) =
+          NormalisedDelta<float>(norms_, DeltaBetween(pose, truth_[Index(i, step + 1)]));
     }
   });
 }
@@ -112,8 +137,8 @@ double UnrolledBatch::Advance(int step, const Eigen::Ref<const Matrix>& deltas,
     ForwardKinematics(bones_, poses_[next], placed_[next]);
     if (window.free) return;
     BodyKinematics<float> true_now, true_next;
-    ForwardKinematics(bones_, window.truth[step], true_now);
-    ForwardKinematics(bones_, window.truth[step + 1], true_next);
+    ForwardKinematics(bones_, truth_[now], true_now);
+    ForwardKinematics(bones_, truth_[next], true_next);
     double sum = 0.0;
     const auto add = [&](int joint, const Vector3<float>& error, float unit, float weight,
                          bool moving) {

@@ -22,13 +22,19 @@ struct TrainingWindow {
   const Pose<float>* before = nullptr;  ///< the pose before frame 0; none: it starts at rest
   GoalPlan plan;                        ///< frames counted from the window's frame 0
   bool free = false;                    ///< nothing to follow but the plan's first goal
+  /// How far the body is off the truth at frame 0 (a tangent; its translation's height alone
+  /// counts). The truth to be followed leads back: what it is off dies away with
+  /// kRecoveryFrames. Networks that never saw themselves go astray do not find back.
+  TangentVector<float> astray = TangentVector<float>::Zero();
 };
+
+inline constexpr float kRecoveryFrames = 8.0f;  ///< in which 1 - 1/e of being astray is made up for
 
 /// Weights of what the joints of an unrolled body are asked for, beside the deltas.
 struct JointLossWeights {
   float position = 0.3f;        ///< where they are, in units of 2 cm
-  float foot_velocity = 0.03f;  ///< how feet move, in units of 4 mm a frame
-  float foot_contact = 0.03f;   ///< that feet stay where the true ones do, in the same units
+  float foot_velocity = 0.06f;  ///< how feet move, in units of 4 mm a frame
+  float foot_contact = 0.06f;   ///< that feet stay where the true ones do, in the same units
 };
 
 /// N bodies unrolled over A steps by a network that somebody else runs: this class makes its
@@ -75,6 +81,8 @@ class UnrolledBatch {
   void ConditionGradient(int step, const Eigen::Ref<const Matrix>& conditions_bar, float largest,
                          int threads);
 
+  /// What body i is to follow, frames 0 .. steps.
+  const Pose<float>& TruthAt(int body, int step) const { return truth_[Index(body, step)]; }
   const Pose<float>& PoseAt(int body, int step) const { return poses_[Index(body, step)]; }
 
  private:
@@ -89,7 +97,8 @@ class UnrolledBatch {
   int max_bodies_;
   int steps_ = 0;
   std::vector<TrainingWindow> windows_;
-  std::vector<Pose<float>> poses_;             // step by step
+  std::vector<Pose<float>> truth_;  // step by step
+  std::vector<Pose<float>> poses_;
   std::vector<BodyKinematics<float>> placed_;  // of poses_
   std::vector<BodyJoints<float>> joints_bar_;  // of the losses, by pose
   Matrix deltas_;                              // (135 x N (A + 1)), u_{a-1} before step a

@@ -11,6 +11,8 @@ namespace {
 
 constexpr int kSoonest = 15, kLatest = 240;  // frames to a hindsight goal
 constexpr double kSureWithin = 30.0;         // frames before a deadline that are told rightly
+constexpr float kHeightPerAngle = 0.15f;     // metres the body is too high or low, per radian
+constexpr int kLegs[] = {0, 1, 2, 4, 5, 7, 8, 10, 11};
 
 }  // namespace
 
@@ -54,6 +56,19 @@ GoalPlan WindowSampler::DrawGoals(const CorpusClip& clip, int frame,
   return plan;
 }
 
+TangentVector<float> WindowSampler::DrawAstray(nn::RandomStream& random) const {
+  const double deviation = mixture_.astray_rad * random.Uniform();
+  TangentVector<float> astray;
+  double pair[2] = {};
+  for (int i = 0; i < kTangentSize; ++i) {
+    if (i % 2 == 0) random.NormalPair(pair[0], pair[1]);
+    astray[i] = static_cast<float>(deviation * pair[i % 2]);
+  }
+  astray.head<3>() *= kHeightPerAngle;
+  for (const int k : kLegs) astray.segment<3>(TangentOf(k)) *= 0.5f;
+  return astray;
+}
+
 TrainingWindow WindowSampler::Draw(int steps, nn::RandomStream& random) const {
   const double source = random.Uniform();
   const bool captured =
@@ -70,6 +85,7 @@ TrainingWindow WindowSampler::Draw(int steps, nn::RandomStream& random) const {
     window.truth = clip.poses.data() + frame;
     if (frame > 0) window.before = window.truth - 1;
     window.plan = DrawGoals(clip, frame, random);
+    if (random.Uniform() < mixture_.astray) window.astray = DrawAstray(random);
     return window;
   }
 }

@@ -16,6 +16,10 @@ struct GoalMixture {
   /// Deadlines far ahead are told wrongly by up to this share, early or late: at run time nobody
   /// knows how long the way takes.
   double deadline_error = 0.2;
+  /// Share of windows that begin astray, by up to this angle per joint (standard deviation, drawn
+  /// evenly from 0 on; half of it in the legs).
+  double astray = 0.5;
+  double astray_rad = 0.15;
   double captured = 0.2;  ///< share of windows from captured motion, where there is made motion
 };
 
@@ -34,6 +38,7 @@ class WindowSampler {
     std::vector<int> clips;
     std::vector<long> end;  // frames of clips up to and with this one
   };
+  TangentVector<float> DrawAstray(nn::RandomStream& random) const;
   GoalPlan DrawGoals(const CorpusClip& clip, int frame, nn::RandomStream& random) const;
 
   const Corpus& corpus_;

@@ -39,9 +39,9 @@ FrameGoal<T> GoalAt(const GoalPlan& plan, int frame, const IntentionOptions& opt
 /// Frames to allow for a goal at a horizontal distance d, metres:
 ///   clamp(frames_for_reach + 30 d / walking_m_s, min_frames, max_frames).
 struct DeadlineRule {
-  double frames_for_reach = 45.0;  ///< to start, and to reach on arrival
-  double walking_m_s = 0.8;
-  double min_frames = 60.0;
+  double frames_for_reach = 42.0;  ///< to start, and to reach on arrival
+  double walking_m_s = 0.95;
+  double min_frames = 40.0;
   double max_frames = 240.0;
 
   /// The same for every distance.

@@ -33,6 +33,7 @@ class UnrolledBatchTest : public ::testing::Test {
         batch_(testing::WalkingStatistics(), testing::DefaultBones().Cast<float>(),
                IntentionLayout::kBounded, {}, 3, kSteps) {}
 
+  // Followed windows begin a little astray.
   std::vector<TrainingWindow> Windows(bool free) const {
     std::vector<TrainingWindow> windows;
     for (const CorpusClip& clip : clips_) {
@@ -44,6 +45,7 @@ class UnrolledBatchTest : public ::testing::Test {
       }
       if (free) window.plan = {{Eigen::Vector3d(0.3, -0.5, 1.0), 3}};
       window.free = free;
+      window.astray.setConstant(free ? 0.0f : 0.04f);
       windows.push_back(window);
     }
     return windows;
@@ -124,9 +126,22 @@ TEST_F(UnrolledBatchTest, TargetsCarryBodiesToTheTruth) {
     if (a == 0) u.array() += 0.5f;
     batch_.Advance(a, u, JointLossWeights(), weights, 1);
     for (int i = 0; i < 3 && a > 0; ++i) {
-      const Pose<float>& truth = clips_[i].poses[10 + a + 1];
+      const Pose<float>& truth = batch_.TruthAt(i, a + 1);
       EXPECT_LT((StateOf(batch_.PoseAt(i, a + 1)) - StateOf(truth)).cwiseAbs().maxCoeff(), 2e-4f);
     }
+  }
+}
+
+// Who is astray is led back to the motion itself.
+TEST_F(UnrolledBatchTest, TheTruthLeadsBack) {
+  batch_.Begin(Windows(false), kSteps);
+  double before = INFINITY;
+  for (int a = 0; a <= kSteps; ++a) {
+    const Pose<float>& truth = clips_[1].poses[10 + a];
+    const double off = (StateOf(batch_.TruthAt(1, a)) - StateOf(truth)).norm();
+    EXPECT_LT(off, 0.95 * before);
+    EXPECT_GT(off, 1e-3);
+    before = off;
   }
 }
 
@@ -145,6 +160,7 @@ TEST_F(UnrolledBatchTest, ConditionsAreThoseOfTrainingFrames) {
                                                    IntentionLayout::kBounded, norms, Side::kRight);
   std::vector<TrainingWindow> windows = Windows(false);
   windows[0].plan.clear();
+  windows[0].astray.setZero();
   batch_.Begin(windows, kSteps);
   Eigen::MatrixXf conditions(batch_.ConditionSize(), 3), targets(kStateSize, 3);
   batch_.WriteInputs(0, conditions, targets, 1);
