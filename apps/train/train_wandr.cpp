@@ -29,7 +29,7 @@ struct Options {
   int width = 256, blocks = 4, unroll = 16, frames = 4096;
   long iterations = 6000;
   double made_hours = 1e6, learning_rate = 6e-4, kl = 0.5;
-  double free_from = 0.5, free_share = 0.5, anchor = 1.0, skating = 0.02;
+  double free_from = 0.5, free_share = 0.5, anchor = 1.0, skating = 0.02, critic = 1.0;
   int evaluate_every = 250, patience = 0;
 };
 
@@ -41,6 +41,8 @@ json LossesJson(const wandr::TrainingLosses& losses) {
           {"kl", losses.kl},
           {"joints", losses.joints},
           {"goal", losses.goal},
+          {"doubt", losses.doubt},
+          {"critic", losses.critic},
           {"total", losses.total},
           {"gradient", losses.gradient}};
 }
@@ -52,6 +54,8 @@ void Add(const wandr::TrainingLosses& from, double weight, wandr::TrainingLosses
   to.kl += weight * from.kl;
   to.joints += weight * from.joints;
   to.goal += weight * from.goal;
+  to.doubt += weight * from.doubt;
+  to.critic += weight * from.critic;
   to.total += weight * from.total;
   to.gradient += weight * from.gradient;
 }
@@ -82,7 +86,7 @@ class Training {
  private:
   wandr::TrainingOptions Recipe() const;
   json Evaluate(const wandr::Trainer& trainer) const;
-  void Keep(const wandr::Trainer& trainer, const json& best, const fs::path& path) const;
+  void Keep(const wandr::Trainer& trainer, const json& validation, const std::string& name) const;
   void WriteLog() const;
 
   const Options& options_;
@@ -111,6 +115,7 @@ wandr::TrainingOptions Training::Recipe() const {
   recipe.free_from = options_.paper ? 1.0 : options_.free_from;
   recipe.free_share = options_.free_share;
   recipe.anchor = options_.anchor;
+  recipe.critic = options_.critic;
   recipe.goal_losses.skating = static_cast<float>(options_.skating);
   const auto height = [&](int joint) {
     return static_cast<float>(measures_.rest_joints(1, joint) - measures_.sole_y);
@@ -144,15 +149,18 @@ json Training::Evaluate(const wandr::Trainer& trainer) const {
   return line;
 }
 
-void Training::Keep(const wandr::Trainer& trainer, const json& best, const fs::path& path) const {
+// <name>.safetensors, and <name>_half.safetensors of half the size, to be shipped.
+void Training::Keep(const wandr::Trainer& trainer, const json& validation,
+                    const std::string& name) const {
   wandr::NetworkWeights weights = trainer.Weights(true);
   weights.notes["made_by"] = "holdfast train wandr " HOLDFAST_VERSION;
   weights.notes["iteration"] = std::to_string(trainer.Iteration());
   weights.notes["corpus"] = fmt::format("{:.2f} h captured (mirror images counted), {:.2f} h made",
                                         static_cast<double>(corpus_.captured_frames) / 108000.0,
                                         static_cast<double>(corpus_.made_frames) / 108000.0);
-  weights.notes["validation"] = best.dump();
-  wandr::WriteNetwork(weights, path);
+  weights.notes["validation"] = validation.dump();
+  wandr::WriteNetwork(weights, folder_ / (name + ".safetensors"));
+  wandr::WriteNetwork(weights, folder_ / (name + "_half.safetensors"), true);
 }
 
 void Training::WriteLog() const {
@@ -244,9 +252,9 @@ int Training::Run() {
       if (best.is_null() || now["success"] >= best["success"]) {
         best = now;
         best_at = iteration;
-        Keep(trainer, best, folder_ / "best.safetensors");
+        Keep(trainer, best, "best");
       }
-      Keep(trainer, now, folder_ / "latest.safetensors");
+      Keep(trainer, now, "latest");
       WriteLog();
       if (options_.patience > 0 && iteration - best_at >= options_.patience) break;
     }
@@ -327,6 +335,11 @@ void AddTrainWandrCommand(CLI::App& app, int& exit_code) {
                    "Weight of staying near the earlier network in whole motions")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e6));
+  command
+      ->add_option("--critic", options->critic,
+                   "Weight of passing for captured motion, to a critic that learns to tell")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e3));
   command->add_option("--skating", options->skating, "Weight of sliding feet in whole motions")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e3));

@@ -125,6 +125,9 @@ std::string TrainingPage(const std::vector<json>& lines, long iterations) {
   page += Figure("Whole motions to goals: their loss, and how far they stray",
                  {free("/goal", "goal", "#b4521e"), free("/pose", "straying (pose)", "#0f62fe")},
                  end, true);
+  page +=
+      Figure("What the critic makes of them: doubt, and how often it is right",
+             {free("/doubt", "doubt", "#8a3ffc"), free("/critic", "right", "#1f7a4d")}, end, false);
   return page + "</main></html>\n";
 }
 

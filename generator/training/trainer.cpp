@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "generator/nn/any_weights.h"
+#include "generator/training/motion_critic.h"
 #include "generator/training/torch_network.h"
 #include "geometry/error.h"
 #include "geometry/io/safetensors.h"
@@ -27,6 +28,7 @@ constexpr double kNearest = 0.25, kFarthest = 5.2, kHighest = 1.9;
 constexpr float kLowestPelvis = 0.7f;
 constexpr int kLongestFree = 240, kAfterDeadline = 8;  // frames
 constexpr long kReferenceLasts = 500;                  // iterations
+constexpr int kCriticEvery = 12;                       // frames
 constexpr float kLargestBar = 3.0f;  // of one body's pose, where a metre of distance gives 1
 
 // Sums of products that several threads share depend on how many there are.
@@ -109,6 +111,7 @@ struct Trainer::Impl {
         encoder(from ? TensorsOf(*from->encoder) : StartingTensors(given, false)),
         mean_decoder(decoder.Frozen()),
         mean_encoder(encoder.Frozen()),
+        critic(given.seed),
         batch(statistics, bone_offsets, given.layout, given.intention, given.frames_per_iteration,
               given.longest_unroll),
         free_batch(statistics, bone_offsets, given.layout, FreeIntention(given),
@@ -168,7 +171,8 @@ struct Trainer::Impl {
 
   TrainingLosses Unroll(UnrolledBatch& bodies, int steps, int encoded, const TorchNetwork& decode,
                         const TorchNetwork& encode, bool learn);
-  TrainingLosses UnrollFreely(int steps);
+  TrainingLosses UnrollFreely(int steps, nn::RandomStream& random);
+  torch::Tensor TrueMoments(int count, nn::RandomStream& random);
   TrainingLosses Follow(nn::RandomStream& random);
   TrainingLosses GoFreely(nn::RandomStream& random);
 
@@ -180,6 +184,7 @@ struct Trainer::Impl {
   TorchNetwork decoder, encoder, mean_decoder, mean_encoder;
   std::optional<TorchNetwork> reference;  // the averaged decoder as it was a while ago
   long reference_since = 0;
+  MotionCritic critic;
   UnrolledBatch batch, free_batch;
   torch::optim::AdamW optimizer;
   long iteration = 0;
@@ -246,13 +251,13 @@ TrainingLosses Trainer::Impl::Unroll(UnrolledBatch& bodies, int steps, int encod
   return losses;
 }
 
-TrainingLosses Trainer::Impl::UnrollFreely(int steps) {
+TrainingLosses Trainer::Impl::UnrollFreely(int steps, nn::RandomStream& random) {
   UnrolledBatch& bodies = free_batch;
   const int count = bodies.NumBodies();
   const double share = options.anchor / (count * steps);
   TrainingLosses losses;
   losses.free = true;
-  std::vector<torch::Tensor> conditions, outputs, own_losses;
+  std::vector<torch::Tensor> conditions, outputs, own_losses, moments;
   torch::Tensor nothing = torch::empty({count, kStateSize});
   for (int a = 0; a < steps; ++a) {
     torch::Tensor condition = torch::empty({count, bodies.ConditionSize()});
@@ -267,7 +272,14 @@ TrainingLosses Trainer::Impl::UnrollFreely(int steps) {
     }
     const auto errors = DeltaErrors(output, before);
     const torch::Tensor sums = torch::stack({errors[0].sum(), errors[1].sum(), errors[2].sum()});
-    const torch::Tensor own = share * sums.sum();
+    torch::Tensor own = share * sums.sum();
+    if (options.critic > 0.0) {
+      const torch::Tensor moment = MotionCritic::Moments(condition, output);
+      const torch::Tensor doubt = critic.Doubt(moment) / steps;
+      losses.doubt += doubt.item<double>();
+      own = own + options.critic * doubt;
+      if (a % kCriticEvery == 0) moments.push_back(moment.detach());
+    }
     const torch::Tensor values = (share * sums).detach();
     losses.translation += values[0].item<double>();
     losses.orientation += values[1].item<double>();
@@ -291,7 +303,26 @@ TrainingLosses Trainer::Impl::UnrollFreely(int steps) {
                                options.threads);
     }
   }
+  if (!moments.empty()) {
+    const torch::Tensor own = torch::cat(moments);
+    losses.critic = critic.Learn(TrueMoments(static_cast<int>(own.size(0)), random), own);
+  }
   return losses;
+}
+
+torch::Tensor Trainer::Impl::TrueMoments(int count, nn::RandomStream& random) {
+  std::vector<TrainingWindow> windows;
+  while (static_cast<int>(windows.size()) < count) {
+    TrainingWindow window = sampler.Draw(1, random);
+    window.astray.setZero();
+    windows.push_back(window);
+  }
+  UnrolledBatch bodies(statistics, bones, options.layout, options.intention, count, 1);
+  bodies.Begin(windows, 1);
+  const torch::Tensor condition = torch::empty({count, bodies.ConditionSize()});
+  const torch::Tensor target = torch::empty({count, kStateSize});
+  bodies.WriteInputs(0, Columns(condition), Columns(target), options.threads);
+  return MotionCritic::Moments(condition, target);
 }
 
 TrainingLosses Trainer::Impl::Follow(nn::RandomStream& random) {
@@ -327,12 +358,13 @@ TrainingLosses Trainer::Impl::GoFreely(nn::RandomStream& random) {
     goal.frame = static_cast<int>(std::lround(early * options.deadline.Frames(distance)));
     goal.frame = std::min(goal.frame, kLongestFree - kAfterDeadline);
     window.free = true;
+    window.astray.setZero();
     window.plan = {goal};
     steps = std::max(steps, goal.frame + kAfterDeadline);
     windows.push_back(window);
   }
   free_batch.Begin(windows, steps);
-  return UnrollFreely(steps);
+  return UnrollFreely(steps, random);
 }
 
 Trainer::Trainer(const Corpus& corpus, const BoneOffsets<float>& bones,
@@ -426,7 +458,8 @@ std::string Fingerprint(const TrainingOptions& o, const Corpus& corpus) {
       corpus.made_frames, corpus.clips.size());
 }
 
-using AdamState = torch::optim::AdamWParamState;
+using AdamWState = torch::optim::AdamWParamState;
+using AdamState = torch::optim::AdamParamState;
 
 std::string KeyOf(const torch::Tensor& parameter) {
   return c10::guts::to_string(parameter.unsafeGetTensorImpl());
@@ -437,6 +470,7 @@ std::string KeyOf(const torch::Tensor& parameter) {
 void Trainer::Save(const std::filesystem::path& path) const {
   const Impl& s = *impl_;
   SafetensorsWriter writer;
+  std::map<std::string, std::string> steps{{"adam", "0"}, {"critic_adam", "0"}};
   const auto add = [&](const std::string& prefix, const TorchNetwork& network) {
     for (const auto& [name, tensor] : Prefixed(network.Tensors(), prefix)) {
       writer.AddFloat32(name, tensor.shape, tensor.values);
@@ -447,22 +481,32 @@ void Trainer::Save(const std::filesystem::path& path) const {
   add("mean.decoder", s.mean_decoder);
   add("mean.encoder", s.mean_encoder);
   if (s.reference) add("reference", *s.reference);
-  const std::vector<torch::Tensor> parameters = s.AllParameters();
+  add("critic", s.critic.Network());
   const auto add_moment = [&](const std::string& name, const torch::Tensor& moment) {
     const torch::Tensor values = moment.contiguous();
     writer.AddFloat32(name, {static_cast<std::size_t>(values.numel())},
                       {values.data_ptr<float>(), static_cast<std::size_t>(values.numel())});
   };
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
-    const auto found = s.optimizer.state().find(KeyOf(parameters[k]));
-    if (found == s.optimizer.state().end()) continue;
-    const auto& state = static_cast<const AdamState&>(*found->second);
-    add_moment(fmt::format("adam.{}.first", k), state.exp_avg());
-    add_moment(fmt::format("adam.{}.second", k), state.exp_avg_sq());
-  }
+  const auto add_moments = [&](const std::string& prefix, const auto& optimizer,
+                               const std::vector<torch::Tensor>& parameters, auto* state_type) {
+    using State = std::remove_pointer_t<decltype(state_type)>;
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      const auto found = optimizer.state().find(KeyOf(parameters[k]));
+      if (found == optimizer.state().end()) continue;
+      const auto& state = static_cast<const State&>(*found->second);
+      add_moment(fmt::format("{}.{}.first", prefix, k), state.exp_avg());
+      add_moment(fmt::format("{}.{}.second", prefix, k), state.exp_avg_sq());
+      steps[prefix] = std::to_string(state.step());
+    }
+  };
+  add_moments("adam", s.optimizer, s.AllParameters(), static_cast<AdamWState*>(nullptr));
+  add_moments("critic_adam", s.critic.Optimizer(), s.critic.Network().Parameters(),
+              static_cast<AdamState*>(nullptr));
   writer.SetMetadata({{"format", kFormat},
                       {"iteration", std::to_string(s.iteration)},
                       {"reference_since", std::to_string(s.reference_since)},
+                      {"adam", steps["adam"]},
+                      {"critic_adam", steps["critic_adam"]},
                       {"options", Fingerprint(s.options, s.corpus)}});
   writer.Write(path);
 }
@@ -508,18 +552,29 @@ void Trainer::Load(const std::filesystem::path& path) {
     s.reference = s.mean_decoder.Frozen();
     read("reference", *s.reference);
   }
-  const std::vector<torch::Tensor> parameters = s.AllParameters();
-  const long iteration = std::atol(text("iteration").c_str());
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
-    const std::string name = fmt::format("adam.{}", k);
-    if (!file.Has(name + ".first")) continue;
-    auto state = std::make_unique<AdamState>();
-    torch::Tensor first = torch::zeros_like(parameters[k]), second = first.clone();
-    fill(name + ".first", first);
-    fill(name + ".second", second);
-    state->step(iteration).exp_avg(first).exp_avg_sq(second);
-    s.optimizer.state()[KeyOf(parameters[k])] = std::move(state);
+  const auto read_moments = [&](const std::string& prefix, auto& optimizer,
+                                const std::vector<torch::Tensor>& parameters, auto* state_type) {
+    using State = std::remove_pointer_t<decltype(state_type)>;
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      const std::string name = fmt::format("{}.{}", prefix, k);
+      if (!file.Has(name + ".first")) continue;
+      auto state = std::make_unique<State>();
+      torch::Tensor first = torch::zeros_like(parameters[k]), second = first.clone();
+      fill(name + ".first", first);
+      fill(name + ".second", second);
+      state->step(std::atol(text(prefix).c_str()));
+      state->exp_avg(first);
+      state->exp_avg_sq(second);
+      optimizer.state()[KeyOf(parameters[k])] = std::move(state);
+    }
+  };
+  read_moments("adam", s.optimizer, s.AllParameters(), static_cast<AdamWState*>(nullptr));
+  if (file.Has("critic.input.weight")) {
+    read("critic", s.critic.Network());
+    read_moments("critic_adam", s.critic.Optimizer(), s.critic.Network().Parameters(),
+                 static_cast<AdamState*>(nullptr));
   }
+  const long iteration = std::atol(text("iteration").c_str());
   s.iteration = iteration;
   s.reference_since = std::atol(text("reference_since").c_str());
 }

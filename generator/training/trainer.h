@@ -42,6 +42,7 @@ struct TrainingOptions {
   double free_share = 0.5;  ///< of the iterations from there on
   int free_bodies = 64;
   double anchor = 1.0;  ///< weight of straying: the deltas' error against the earlier network
+  double critic = 1.0;  ///< weight of looking made up to a critic (motion_critic.h), per motion
   GoalLossWeights goal_losses;
   FootHeights standing;  ///< of the body that is trained
   DeadlineRule deadline;
@@ -68,7 +69,9 @@ struct TrainingLosses {
   double translation = 0.0, orientation = 0.0, pose = 0.0;  ///< normalised deltas, block means
   double kl = 0.0;
   double joints = 0.0;
-  double goal = 0.0;  ///< of free motions; translation, orientation and pose are straying then
+  double goal = 0.0;    ///< of free motions; translation, orientation and pose are straying then
+  double doubt = 0.0;   ///< of the critic about free motions: 0 none, 1 to be sure
+  double critic = 0.0;  ///< share that the critic judges rightly
   bool free = false;
   double total = 0.0;
   double gradient = 0.0;  ///< norm, before it is clipped

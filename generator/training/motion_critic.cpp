@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: MIT
+#include "generator/training/motion_critic.h"
+
+#include "generator/nn/any_weights.h"
+#include "generator/wandr/condition.h"
+
+namespace holdfast::wandr {
+namespace {
+
+constexpr int kMomentSize = kIntentionOf + kStateSize;
+constexpr double kRate = 2e-4, kGradientPenalty = 2.0;
+
+nn::TensorMap StartingTensors(std::uint64_t seed) {
+  nn::TensorMap prefixed, plain;
+  nn::AddTensors(nn::AnyWeights(nn::RandomResidual(kMomentSize, 0, MotionCritic::kWidth,
+                                                   MotionCritic::kBlocks, 1, seed)),
+                 "net", prefixed);
+  for (auto& [name, tensor] : prefixed) plain[name.substr(4)] = std::move(tensor);
+  return plain;
+}
+
+}  // namespace
+
+MotionCritic::MotionCritic(std::uint64_t seed)
+    : network_(StartingTensors(seed)),
+      optimizer_(network_.Parameters(), torch::optim::AdamOptions(kRate).betas({0.5, 0.99})) {}
+
+torch::Tensor MotionCritic::Moments(const torch::Tensor& conditions, const torch::Tensor& deltas) {
+  return torch::cat({conditions.narrow(1, 0, kIntentionOf), deltas}, 1);
+}
+
+torch::Tensor MotionCritic::Doubt(const torch::Tensor& moments) const {
+  return 0.25 * (network_.Forward(moments) - 1.0).square().mean();
+}
+
+double MotionCritic::Learn(const torch::Tensor& true_moments, const torch::Tensor& own_moments) {
+  const torch::Tensor real = true_moments.detach().clone().requires_grad_(true);
+  const torch::Tensor real_score = network_.Forward(real);
+  const torch::Tensor own_score = network_.Forward(own_moments.detach());
+  const torch::Tensor slope =
+      torch::autograd::grad({real_score.sum()}, {real}, {}, /*retain_graph=*/true,
+                            /*create_graph=*/true)[0];
+  const torch::Tensor loss = (real_score - 1.0).square().mean() +
+                             (own_score + 1.0).square().mean() +
+                             kGradientPenalty * slope.square().sum(1).mean();
+  optimizer_.zero_grad();
+  loss.backward();
+  optimizer_.step();
+  return 0.5 * ((real_score > 0.0).to(torch::kFloat32).mean().item<double>() +
+                (own_score < 0.0).to(torch::kFloat32).mean().item<double>());
+}
+
+}  // namespace holdfast::wandr
