@@ -27,7 +27,7 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--time", job.time_s,
                    "Seconds until each goal is due [by its distance: 1.4 s and 0.95 m/s, at least "
-                   "2 s]")
+                   "1.4 s]")
       ->check(CLI::Range(0.1, 60.0));
   command->add_option("--samples", job.samples, "Motions to choose from")
       ->capture_default_str()

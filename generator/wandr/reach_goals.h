@@ -25,7 +25,7 @@ struct ReachGoalsOptions {
   /// Frames from taking a goal on until it is due; empty: by the rule, from the horizontal distance
   /// between pelvis and goal at that moment.
   std::optional<int> frames;
-  DeadlineRule deadline{45.0, 0.8, 60.0, 900.0};
+  DeadlineRule deadline{.max_frames = 900.0};
   int lingering_frames = 15;
   IntentionOptions intention{.min_frames_left = 10.0};
   double sigma = 1.0;  ///< of the latents

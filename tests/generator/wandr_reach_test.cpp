@@ -161,8 +161,8 @@ TEST(ReachProtocol, GoalsAreAboutTheStartAsThePaperHasThem) {
   EXPECT_EQ(places.size(), 250u);  // five samples each
   const ReachProtocol adaptive = ReachProtocol::Adaptive();
   const std::vector<ReachCase> timed = ReachCases(adaptive, bones, starts);
-  EXPECT_EQ(timed[0].deadline, 64);  // 45 + 30 * 0.5 / 0.8
-  EXPECT_EQ(timed[20].deadline, 233);
+  EXPECT_EQ(timed[0].deadline, 58);  // 42 + 30 * 0.5 / 0.95
+  EXPECT_EQ(timed[20].deadline, 200);
 }
 
 TEST(ReachProtocol, RefusesWhatMakesNoSense) {

@@ -403,8 +403,8 @@ TEST(GoalPlan, TheNextDeadlineCounts) {
   EXPECT_EQ(GoalAt<double>(plan, 300, options).frames_left, 5.0);
   EXPECT_EQ(GoalAt<double>(plan, 300, options).position.x(), 2.0);
   EXPECT_FALSE(GoalAt<double>({}, 0, options).active);
-  EXPECT_EQ(DeadlineRule().Frames(0.0), 60);
-  EXPECT_EQ(DeadlineRule().Frames(2.0), 120);
+  EXPECT_EQ(DeadlineRule().Frames(0.0), 42);
+  EXPECT_EQ(DeadlineRule().Frames(2.0), 105);
   EXPECT_EQ(DeadlineRule().Frames(9.0), 240);
 }
 
