@@ -29,7 +29,7 @@ struct Options {
   int width = 256, blocks = 4, unroll = 16, frames = 4096;
   long iterations = 6000;
   double made_hours = 1e6, learning_rate = 6e-4, kl = 0.5;
-  double free_from = 0.5, free_share = 0.5, anchor = 1.0, skating = 0.02, critic = 1.0;
+  double free_from = 0.5, free_share = 0.5, anchor = 1.0, skating = 0.05, critic = 1.0, prior = 0.0;
   int evaluate_every = 250, patience = 0;
 };
 
@@ -116,6 +116,7 @@ wandr::TrainingOptions Training::Recipe() const {
   recipe.free_share = options_.free_share;
   recipe.anchor = options_.anchor;
   recipe.critic = options_.critic;
+  if (!options_.paper) recipe.prior_share = options_.prior;
   recipe.goal_losses.skating = static_cast<float>(options_.skating);
   const auto height = [&](int joint) {
     return static_cast<float>(measures_.rest_joints(1, joint) - measures_.sole_y);
@@ -340,6 +341,11 @@ void AddTrainWandrCommand(CLI::App& app, int& exit_code) {
                    "Weight of passing for captured motion, to a critic that learns to tell")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e3));
+  command
+      ->add_option("--prior-share", options->prior,
+                   "Share of followed windows driven by latents of N(0, 1), not the encoder's")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
   command->add_option("--skating", options->skating, "Weight of sliding feet in whole motions")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e3));

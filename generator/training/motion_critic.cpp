@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "generator/training/motion_critic.h"
 
-#include "generator/nn/any_weights.h"
+#include "generator/training/network_tensors.h"
 #include "generator/wandr/condition.h"
 
 namespace holdfast::wandr {
@@ -10,19 +10,10 @@ namespace {
 constexpr int kMomentSize = kIntentionOf + kStateSize;
 constexpr double kRate = 2e-4, kGradientPenalty = 2.0;
 
-nn::TensorMap StartingTensors(std::uint64_t seed) {
-  nn::TensorMap prefixed, plain;
-  nn::AddTensors(nn::AnyWeights(nn::RandomResidual(kMomentSize, 0, MotionCritic::kWidth,
-                                                   MotionCritic::kBlocks, 1, seed)),
-                 "net", prefixed);
-  for (auto& [name, tensor] : prefixed) plain[name.substr(4)] = std::move(tensor);
-  return plain;
-}
-
 }  // namespace
 
 MotionCritic::MotionCritic(std::uint64_t seed)
-    : network_(StartingTensors(seed)),
+    : network_(TensorsOf(nn::RandomResidual(kMomentSize, 0, kWidth, kBlocks, 1, seed))),
       optimizer_(network_.Parameters(), torch::optim::AdamOptions(kRate).betas({0.5, 0.99})) {}
 
 torch::Tensor MotionCritic::Moments(const torch::Tensor& conditions, const torch::Tensor& deltas) {
