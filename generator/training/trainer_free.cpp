@@ -15,7 +15,7 @@ constexpr float kLowestPelvis = 0.7f;
 constexpr int kAfterDeadline = 8;      // frames
 constexpr long kReferenceLasts = 500;  // iterations
 constexpr int kCriticEvery = 12;       // frames
-constexpr float kLargestBar = 3.0f;    // of one body's pose, where a metre of distance gives 1
+constexpr float kLargestBar = 60.0f;   // of one body's pose, where a metre of distance gives 1
 
 }  // namespace
 
