@@ -18,6 +18,12 @@ int main(int argc, char** argv) {
   int exit_code = kDone;
   AddTrainWandrCommand(app, exit_code);
   WatchForInterrupt();
+  const auto named = [&](const CLI::App* command) { return command->check_name(argv[1]); };
+  if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty()) {
+    fmt::print(stderr, "holdfast train: there is no network '{}' to train. There is: wandr.\n",
+               argv[1]);
+    return kUsageFault;
+  }
   try {
     app.parse(argc, argv);
     return exit_code;
