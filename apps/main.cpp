@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <cstdio>
-#include <exception>
-#include <new>
-
-#include <fmt/format.h>
-
 #include "apps/common.h"
-#include "apps/interrupt.h"
-#include "geometry/error.h"
+#include "apps/program.h"
 
 int main(int argc, char** argv) {
   using namespace holdfast::apps;
@@ -39,28 +32,5 @@ int main(int argc, char** argv) {
   AddReachCommand(app, exit_code);
   AddMakeReachDataCommand(app, exit_code);
   AddTrainCommand(app, exit_code);
-  WatchForInterrupt();
-
-  const auto named = [&](const CLI::App* command) { return command->check_name(argv[1]); };
-  if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty()) {
-    fmt::print(stderr, "holdfast: there is no command '{}'. Run 'holdfast --help' for the list.\n",
-               argv[1]);
-    return kUsageFault;
-  }
-  try {
-    app.parse(argc, argv);
-    return exit_code;
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kUsageFault;
-  } catch (const FitFailure& error) {
-    fmt::print(stderr, "holdfast: {}\n", error.what());
-    return kFitFault;
-  } catch (const holdfast::Error& error) {
-    fmt::print(stderr, "holdfast: {}\n", error.what());
-  } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "holdfast: out of memory. Give a smaller input, or fewer threads.\n");
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "holdfast: {}\n", error.what());
-  }
-  return kInputFault;
+  return RunProgram(app, "holdfast", argc, argv, exit_code);
 }

@@ -91,7 +91,7 @@ std::string TrainingPage(const std::vector<json>& lines, long iterations) {
       "<!doctype html><html lang='en'><meta charset='utf-8'><title>Training</title><style>"
       "body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:1200px;padding:0 1rem;"
       "color:#1a1d21;background:#fff}main{display:flex;flex-wrap:wrap;gap:1.5rem}"
-      "figure{margin:0;flex:1 1 520px}figcaption{font-weight:600}svg{width:100%}"
+      "figure{margin:0;flex:1 1 520px;max-width:580px}figcaption{font-weight:600}svg{width:100%}"
       "svg text{font-size:11px;fill:#5b6470}.grid{stroke:#e3e6ea}"
       "polyline{fill:none;stroke-width:1.8}p span{margin-right:1.2em}"
       "@media(prefers-color-scheme:dark){body{background:#14171a;color:#e6e8ea}"

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string_view>
+
+#include <CLI/CLI.hpp>
+
+namespace holdfast::apps {
+
+/// Parses the command line and runs the command it names; `exit_code` is what the commands of `app`
+/// write theirs to. Errors go to stderr, after `name`; returns the program's exit code.
+int RunProgram(CLI::App& app, std::string_view name, int argc, char** argv, const int& exit_code);
+
+}  // namespace holdfast::apps
