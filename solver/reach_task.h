@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "generator/wandr/run_rollouts.h"
+
+namespace holdfast {
+
+/// A motion that is wanted: from a start, its wrist at a goal. The wrist is the right one (see
+/// wandr::MirroredStates for the left).
+struct ReachTask {
+  wandr::RolloutStart<float> start;
+  Eigen::Vector3d goal = Eigen::Vector3d::Zero();  ///< world, metres
+  int num_steps = 239;                             ///< T: frames 0..T at 30 fps
+  int deadline = 239;                              ///< frame at which the wrist is due
+  /// The optimisation begins with the latents that wandr::DrawLatents gives this stream.
+  std::uint64_t seed = 1;
+  std::uint64_t stream = 0;
+};
+
+/// How an optimisation went: one entry per iterate, the first before any step.
+struct ReachTrace {
+  std::vector<float> closest_m;  ///< least distance of wrist and goal over all frames
+  std::vector<float> last_m;     ///< distance at the last frame
+  std::vector<float> seconds;    ///< of the whole batch so far, by its size
+};
+
+struct ReachSolution {
+  wandr::RolloutTrack track;
+  Eigen::VectorXf latents;  ///< (64 T)
+  ReachTrace trace;
+};
+
+}  // namespace holdfast
