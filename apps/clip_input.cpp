@@ -8,6 +8,7 @@
 #include "apps/clip_body.h"
 #include "apps/read_json.h"
 #include "geometry/error.h"
+#include "geometry/io/mesh_io.h"
 
 namespace holdfast::apps {
 namespace {
@@ -61,6 +62,14 @@ void FindObject(ClipInput& input, const ClipInputOptions& options) {
   if (input.object_missing.empty()) input.object_missing = "the clip names no mesh of its object";
 }
 
+// The mesh of what the object rests on: it is only looked at, so that its absence is no matter.
+void FindTable(ClipInput& input) {
+  if (!input.clip.table || input.clip.table->mesh.empty()) return;
+  const fs::path path = input.file.parent_path() / input.clip.table->mesh;
+  std::error_code ignored;
+  if (fs::is_regular_file(path, ignored)) input.table = ReadMesh(path);
+}
+
 }  // namespace
 
 ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions& options,
@@ -84,6 +93,7 @@ ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions&
   input.foreign_body = IsForeign(input);
   if (!input.file.empty()) input.metrics = MetricsBeside(input.file);
   FindObject(input, options);
+  FindTable(input);
   return input;
 }
 

@@ -30,9 +30,11 @@ struct ClipInput {
   std::optional<TriangleMesh> object;  ///< full resolution, in the object's own frame
   std::string object_source;           ///< where it came from
   std::string object_missing;          ///< why there is none, for a clip that has an object track
+  /// What the object rests on, in its own frame, where the clip has a track and a file of it.
+  std::optional<TriangleMesh> table;
   /// World, metres: shown in reports where it is, and nothing else.
   std::optional<TriangleMesh> marker;
-  nlohmann::json metrics;              ///< of the metrics.json beside the clip; null without one
+  nlohmann::json metrics;  ///< of the metrics.json beside the clip; null without one
 };
 
 /// Loads a clip file, a result folder (its clip.npz) or an embedded clip by name. The object's mesh

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "apps/common.h"
 #include "apps/evaluate_fit.h"
+#include "apps/evaluate_naturalness.h"
 #include "apps/evaluate_reach.h"
 
 namespace holdfast::apps {
@@ -38,6 +39,7 @@ void AddEvaluateCommand(CLI::App& app, int& exit_code) {
     exit_code = outcome.exit_code;
   });
   AddEvaluateReach(*command, exit_code);
+  AddEvaluateNaturalness(*command, exit_code);
 }
 
 }  // namespace holdfast::apps

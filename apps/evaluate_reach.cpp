@@ -9,14 +9,16 @@
 
 #include <fmt/format.h>
 
+#include "apps/evaluate_reach_methods.h"
 #include "apps/reach_network.h"
 #include "apps/reach_study.h"
+#include "apps/reach_study_captured.h"
+#include "apps/reach_study_output.h"
 #include "apps/reach_study_page.h"
+#include "apps/reach_study_solvers.h"
 #include "generator/reach_motion.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
-#include "geometry/parallel.h"
 
 namespace holdfast::apps {
 namespace {
@@ -24,90 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Stopped {};
-
-struct CapturedClips {
-  std::vector<std::string> names;
-  std::vector<Clip> clips;
-};
-
-CapturedClips ReadStartClips(const std::vector<std::string>& paths) {
-  std::vector<fs::path> files;
-  for (const std::string& path : paths) {
-    if (!fs::is_directory(path)) {
-      files.emplace_back(path);
-      continue;
-    }
-    const std::size_t before = files.size();
-    for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
-      if (entry.path().extension() == ".npz") files.push_back(entry.path());
-    }
-    std::sort(files.begin() + static_cast<std::ptrdiff_t>(before), files.end());
-    if (files.size() == before) {
-      throw Error(path, "has no clip (.npz) in it", "Give the folder that the clips are in");
-    }
-  }
-  CapturedClips captured;
-  for (const fs::path& file : files) {
-    captured.names.push_back(file.stem().string());
-    captured.clips.push_back(ReadClip(file));
-  }
-  return captured;
-}
-
-std::vector<wandr::ReachStart> StartsFrom(const CapturedClips& captured,
-                                          const wandr::Normaliser<double>& normaliser) {
-  std::vector<wandr::StartCandidate> candidates;
-  for (std::size_t i = 0; i < captured.clips.size(); ++i) {
-    const Clip& clip = captured.clips[i];
-    candidates.push_back(
-        {captured.names[i], clip.subject, static_cast<int>(wandr::StatesOfClip(clip).cols())});
-  }
-  std::vector<Clip> clips;
-  std::vector<std::string> names;
-  for (const int i : wandr::ChooseStartClips(candidates)) {
-    clips.push_back(captured.clips[i]);
-    names.push_back(fmt::format("{}, frame {}", captured.names[i], wandr::kReachStartFrame));
-  }
-  return wandr::StartsOfClips(clips, names, normaliser);
-}
-
-CapturedSkating SkatingOfCaptured(const CapturedClips& captured, const wandr::LowestPoint& lowest,
-                                  const wandr::BoneOffsets<float>& bones, int threads) {
-  constexpr double kWalks = 1.0;  // metres that the pelvis gets away
-  struct Measured {
-    double surface = 0.0, joints = 0.0, farthest = 0.0;
-  };
-  std::vector<Measured> measured(captured.clips.size());
-  ParallelFor(static_cast<int>(measured.size()), threads, [&](int i) {
-    const wandr::StateMatrix<float> states = wandr::StatesOfClip(captured.clips[i]).cast<float>();
-    Eigen::MatrixXf joints(wandr::kJointNumbers, states.cols());
-    wandr::BodyKinematics<float> kinematics;
-    for (Eigen::Index f = 0; f < states.cols(); ++f) {
-      wandr::ForwardKinematics(bones, wandr::PoseOf<float>(states.col(f)), kinematics);
-      Eigen::Map<wandr::BodyJoints<float>>(joints.col(f).data()) = kinematics.joints;
-      const double away = (joints.block<2, 1>(0, f) - joints.block<2, 1>(0, 0)).norm();
-      measured[i].farthest = std::max(measured[i].farthest, away);
-    }
-    measured[i].joints = wandr::MeasureReach(joints, Eigen::Vector3d::Zero()).skating_share;
-    measured[i].surface = wandr::SkatingOfLowestVertex(lowest, states);
-  });
-  CapturedSkating skating;
-  for (const Measured& one : measured) {
-    ++skating.clips;
-    skating.surface += one.surface;
-    skating.joints += one.joints;
-    if (one.farthest < kWalks) continue;
-    ++skating.walking_clips;
-    skating.walking_surface += one.surface;
-    skating.walking_joints += one.joints;
-  }
-  const double all = std::max(skating.clips, 1), walking = std::max(skating.walking_clips, 1);
-  skating.surface /= all;
-  skating.joints /= all;
-  skating.walking_surface /= walking;
-  skating.walking_joints /= walking;
-  return skating;
-}
 
 std::map<std::string, ReachNetwork> AblationNetworks(const std::vector<std::string>& told) {
   std::map<std::string, ReachNetwork> networks;
@@ -213,7 +131,7 @@ FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOption
   const BodyMeasures measures = MeasureBody(*body, {});
   const auto bones = wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>();
   const wandr::LowestPoint lowest{BodySurface(body)};
-  const CapturedClips captured = ReadStartClips(options.starts);
+  const CapturedClips captured = ReadCapturedClips(options.starts);
   const auto starts_for = [&](const ReachNetwork& of) {
     const wandr::Normaliser<double> normaliser(of.weights.statistics);
     return captured.clips.empty() ? wandr::ComposedStarts(measures, normaliser)
@@ -286,7 +204,8 @@ FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOption
   }
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-  const CapturedSkating skating = SkatingOfCaptured(captured, lowest, bones, NumThreads(common));
+  const CapturedSkating skating =
+      SkatingOf(MeasureCaptured(captured, lowest, bones, NumThreads(common)));
 
   std::vector<StudyRun> runs;
   for (Planned& planned : plan) runs.push_back(std::move(planned.run));
@@ -294,13 +213,8 @@ FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOption
   text.title = "Reaching, by WANDR's protocol";
   text.notes =
       NotesOf(options, network, plan[0].question.starts, wandr::ReachProtocol::Adaptive(), masked);
-  nlohmann::json results = JsonHead("holdfast/evaluate-reach/1", common);
-  results["network"] = network.ToJson();
-  results["starts"] = {{"captured", !captured.clips.empty()}};
-  for (const wandr::ReachStart& start : plan[0].question.starts) {
-    results["starts"]["poses"].push_back(start.name);
-  }
-  results["notes"] = text.notes;
+  nlohmann::json results = StudyHead("holdfast/evaluate-reach/1", common, network,
+                                     plan[0].question.starts, !captured.clips.empty(), text);
   for (const StudyRun& run : runs) results["runs"].push_back(RunJson(run));
   if (skating.clips > 0) {
     results["captured"] = {{"clips", skating.clips},
@@ -310,22 +224,8 @@ FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOption
                            {"walking_foot_skating_ratio", skating.walking_surface},
                            {"walking_foot_skating_joints_ratio", skating.walking_joints}};
   }
-  const std::string table = StudyTable(runs, skating);
-  WriteAtomically(folder / "results.json", results.dump(1) + "\n");
-  WriteAtomically(folder / "results.md", table);
-  WriteAtomically(folder / "report.html", StudyPage(text, runs, skating));
-
-  FitOutcome outcome;
-  outcome.summary = std::move(results);
-  outcome.summary["output"] = options.output;
-  outcome.text = fmt::format("{} motions", total);
-  if (left > 0) {
-    outcome.text += fmt::format(", {} of them made in {:.0f} s ({:.1f} ms each)", left, seconds,
-                                1e3 * seconds / left);
-  }
-  outcome.text += fmt::format("; results.json, results.md, report.html in {}\n", options.output);
-  outcome.text += text.notes[1] + "\n\n" + table;
-  return outcome;
+  return WriteStudy({options.output, text, std::move(results), StudyTable(runs, skating),
+                     StudyPage(text, runs, skating), total, left, seconds});
 }
 
 void AddEvaluateReach(CLI::App& evaluate, int& exit_code) {
@@ -357,6 +257,21 @@ void AddEvaluateReach(CLI::App& evaluate, int& exit_code) {
   command->add_option("--sigma", reach.sigma, "Spread of the random latents")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 3.0));
+  std::vector<std::string> names = ReachMethodNames();
+  names.push_back("all");
+  command
+      ->add_option("--methods", reach.methods,
+                   "Ways to reach, side by side instead of ablations (comma separated): the "
+                   "network's intention, optimised latents of it as the paper's baseline, or all")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->check(CLI::IsMember(names));
+  command
+      ->add_option("--goals", reach.goals,
+                   "So many of the protocol's motions, evenly spread, for methods that take long; "
+                   "0: all. More can be asked later: what is done is kept")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1000000));
   command
       ->add_option("-o,--output", reach.output,
                    "Folder for results.json, results.md, report.html and blocks of motions; "
@@ -366,9 +281,11 @@ void AddEvaluateReach(CLI::App& evaluate, int& exit_code) {
       *command, options->common, true,
       "  holdfast evaluate reach -o out/reach\n"
       "  holdfast evaluate reach --weights mine.safetensors --starts captured/held_out "
-      "-o out/mine\n");
+      "-o out/mine\n"
+      "  holdfast evaluate reach --methods all --goals 150 -o out/methods\n");
   command->callback([options, &exit_code] {
-    const FitOutcome outcome = EvaluateReach(options->reach, options->common);
+    const auto run = ComparesMethods(options->reach) ? CompareReachMethods : EvaluateReach;
+    const FitOutcome outcome = run(options->reach, options->common);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;
   });

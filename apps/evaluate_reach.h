@@ -17,6 +17,8 @@ struct EvaluateReachOptions {
   bool ablations = true;
   int samples = 5;
   double sigma = 1.0;
+  std::vector<std::string> methods = {"intention"};  ///< ReachMethodNames, or "all"
+  int goals = 0;                                     ///< 0: all of the protocol's
   std::string output;
 };
 

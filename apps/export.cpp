@@ -127,6 +127,7 @@ void WriteGlbFile(const ClipInput& input, const TriangleMesh* object, const Opti
   glb.correctives = !options.no_correctives;
   glb.corrective_tolerance_m = 1e-3 * options.tolerance_mm;
   glb.threads = NumThreads(options.common);
+  if (input.table && !options.no_object) glb.table = &*input.table;
   const GlbReport report = WriteGlb(input.clip, SurfaceOf(input), object, glb, options.output);
   const double error_mm = 1e3 * report.corrective_error_m;
   summary["morph_targets"] = report.morph_targets;
@@ -233,8 +234,8 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       "  holdfast export held -o held.glb\n"
       "  holdfast export demo_drink -o walk_%04d.ply --every 5\n"
       "Formats:\n"
-      "  .glb   glTF 2.0, metres, y up: skinned body with pose correctives as morph targets, and\n"
-      "         the object, animated\n"
+      "  .glb   glTF 2.0, metres, y up: skinned body with pose correctives as morph targets,\n"
+      "         the object, animated, and the table it stood on where the clip has one\n"
       "  .bvh   55 joints with the shaped body's offsets, centimetres, y up, Euler Z X Y\n"
       "  .usda  USD text, metres, z up: the body's points in every frame, the object's transform\n"
       "  .npz   the clip itself (AMASS layout, z up), cut to --start and --end\n"

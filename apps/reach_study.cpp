@@ -22,8 +22,21 @@ nlohmann::json NumberOrNull(double value) {
   return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }
 
-// One row of a block's file. Numbers are written so that they read back to the last bit.
-nlohmann::json RowOf(const StudyMotion& motion) {
+constexpr const char* kColumnNames[kColumns] = {"closest_m",
+                                                "closest_frame",
+                                                "last_m",
+                                                "reached_frame",
+                                                "speed_at_reach_m_s",
+                                                "foot_skating_joints_ratio",
+                                                "foot_skating_ratio",
+                                                "airborne_ratio",
+                                                "peak_pelvis_m_s",
+                                                "mean_acceleration_m_s2",
+                                                "diverged"};
+
+}  // namespace
+
+nlohmann::json StudyRow(const StudyMotion& motion) {
   const wandr::ReachOutcome& o = motion.outcome;
   return {o.closest_m,
           o.closest_frame,
@@ -38,7 +51,7 @@ nlohmann::json RowOf(const StudyMotion& motion) {
           o.diverged};
 }
 
-StudyMotion MotionOf(const nlohmann::json& row) {
+StudyMotion StudyMotionOf(const nlohmann::json& row) {
   StudyMotion motion;
   wandr::ReachOutcome& o = motion.outcome;
   o.closest_m = row.at(0);
@@ -55,20 +68,6 @@ StudyMotion MotionOf(const nlohmann::json& row) {
   o.diverged = row.at(10);
   return motion;
 }
-
-constexpr const char* kColumnNames[kColumns] = {"closest_m",
-                                                "closest_frame",
-                                                "last_m",
-                                                "reached_frame",
-                                                "speed_at_reach_m_s",
-                                                "foot_skating_joints_ratio",
-                                                "foot_skating_ratio",
-                                                "airborne_ratio",
-                                                "peak_pelvis_m_s",
-                                                "mean_acceleration_m_s2",
-                                                "diverged"};
-
-}  // namespace
 
 const std::vector<ReachVariant>& ReachVariants() {
   static const std::vector<ReachVariant> variants = {
@@ -141,7 +140,7 @@ std::optional<std::vector<StudyMotion>> ReachStudy::Load(const std::string& name
   }
   try {
     std::vector<StudyMotion> motions;
-    for (const nlohmann::json& row : json.at("motions")) motions.push_back(MotionOf(row));
+    for (const nlohmann::json& row : json.at("motions")) motions.push_back(StudyMotionOf(row));
     if (static_cast<int>(motions.size()) == count) return motions;
   } catch (const nlohmann::json::exception&) {
     // falls through: damaged, as with the wrong number of motions
@@ -187,7 +186,7 @@ std::vector<StudyMotion> ReachStudy::Run(const ReachQuestion& question, const st
       nlohmann::json json = {{"question", checksum}, {"columns", kColumnNames}};
       for (int i = 0; i < count; ++i) {
         (*block)[i].outcome = outcomes[i];
-        json["motions"].push_back(RowOf((*block)[i]));
+        json["motions"].push_back(StudyRow((*block)[i]));
       }
       WriteAtomically(BlockFile(name, first / kBlock), json.dump() + "\n");
     }

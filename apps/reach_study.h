@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "apps/common.h"
 #include "apps/reach_network.h"
 #include "generator/wandr/reach_protocol.h"
@@ -31,6 +33,11 @@ struct StudyMotion {
   wandr::ReachOutcome outcome;
   double surface_skating = 0.0;  ///< FS exactly: SkatingOfLowestVertex
 };
+
+/// As one row of a file, and back to the last bit. The second throws nlohmann::json::exception for
+/// rows that are none.
+nlohmann::json StudyRow(const StudyMotion& motion);
+StudyMotion StudyMotionOf(const nlohmann::json& row);
 
 /// Over many of them.
 struct StudySummary {

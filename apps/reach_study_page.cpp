@@ -8,12 +8,11 @@
 
 #include <fmt/format.h>
 
+#include "apps/reach_study_charts.h"
 #include "apps/report_page.h"
 
 namespace holdfast::apps {
 namespace {
-
-constexpr const char* kColours[] = {"#2f6f9f", "#d1495b", "#66a182", "#edae49", "#6d597a"};
 
 int IndexOn(const wandr::ReachCase& c, GridAxis axis) {
   switch (axis) {
@@ -27,10 +26,6 @@ int IndexOn(const wandr::ReachCase& c, GridAxis axis) {
       return c.start;
   }
   return 0;
-}
-
-std::string Percent(double share, int digits = 1) {
-  return fmt::format("{:.{}f} %", 100.0 * share, digits);
 }
 
 std::string OrDash(const std::optional<double>& value, double factor, const char* unit) {
@@ -63,77 +58,6 @@ Row RowOf(const StudyRun& run) {
            OrDash(run.variant->paper_skating, 100.0, "%")}};
 }
 
-// Groups of bars: one group per label, one bar per series.
-struct Bars {
-  std::string title;
-  std::vector<std::string> labels;
-  std::vector<std::pair<std::string, std::vector<double>>> series;  // shares in [0, 1]
-};
-
-std::string SvgOpen(int width, int height) {
-  return fmt::format("<svg viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" role=\"img\">",
-                     width, height);
-}
-
-std::string Text(double x, double y, const std::string& text, const char* anchor = "middle",
-                 const char* style = "") {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" {}>{}</text>", x, y,
-                     anchor, style, EscapeHtml(text));
-}
-
-// A round share at or above the greatest value, for the top of an axis.
-double AxisTop(double greatest) {
-  for (const double top : {0.05, 0.1, 0.2, 0.4, 0.6, 0.8}) {
-    if (greatest <= top) return top;
-  }
-  return 1.0;
-}
-
-std::string BarChart(const Bars& bars) {
-  constexpr int kWidth = 400, kHeight = 230, kLeft = 44, kTop = 30, kBottom = 40;
-  double greatest = 0.0;
-  for (const auto& [name, values] : bars.series) {
-    for (const double value : values) greatest = std::max(greatest, value);
-  }
-  const double top = AxisTop(greatest), plot = kHeight - kTop - kBottom;
-  std::string svg = "<figure>" + SvgOpen(kWidth, kHeight);
-  svg += Text(kLeft, 16, bars.title, "start", "class=\"title\"");
-  for (int k = 0; k <= 4; ++k) {
-    const double y = kTop + plot * (1.0 - k / 4.0);
-    svg += fmt::format("<line class=\"grid\" x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\"/>",
-                       kLeft, kWidth - 8, y, y);
-    svg += Text(kLeft - 5, y + 4, fmt::format("{:g}", 100.0 * top * k / 4.0), "end");
-  }
-  const double group = (kWidth - 8.0 - kLeft) / static_cast<double>(bars.labels.size());
-  const double bar = 0.7 * group / static_cast<double>(bars.series.size());
-  for (std::size_t s = 0; s < bars.series.size(); ++s) {
-    for (std::size_t i = 0; i < bars.labels.size(); ++i) {
-      const double value = bars.series[s].second[i], height = plot * value / top;
-      const double x =
-          kLeft + group * (static_cast<double>(i) + 0.15) + bar * static_cast<double>(s);
-      svg += fmt::format(
-          "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" "
-          "fill=\"{}\"><title>{}: "
-          "{}</title></rect>",
-          x, kTop + plot - height, bar - 1.0, height, kColours[s % std::size(kColours)],
-          EscapeHtml(bars.series[s].first), Percent(value));
-      svg += Text(x + 0.5 * bar, kTop + plot - height - 3, fmt::format("{:.0f}", 100.0 * value),
-                  "middle", "class=\"value\"");
-    }
-  }
-  for (std::size_t i = 0; i < bars.labels.size(); ++i) {
-    svg += Text(kLeft + group * (static_cast<double>(i) + 0.5), kHeight - 22, bars.labels[i]);
-  }
-  double x = kLeft;
-  for (std::size_t s = 0; s < bars.series.size(); ++s) {
-    svg += fmt::format("<rect x=\"{:.1f}\" y=\"{}\" width=\"9\" height=\"9\" fill=\"{}\"/>", x,
-                       kHeight - 12, kColours[s % std::size(kColours)]);
-    svg += Text(x + 13, kHeight - 4, bars.series[s].first, "start");
-    x += 22 + 6.5 * static_cast<double>(bars.series[s].first.size());
-  }
-  return svg + "</svg></figure>\n";
-}
-
 std::string AxisChart(const std::vector<const StudyRun*>& runs, GridAxis axis,
                       const std::string& title) {
   Bars bars;
@@ -162,8 +86,8 @@ std::string FromAbove(const StudyRun& run) {
   }
   const wandr::ReachProtocol& p = run.protocol;
   std::string svg = "<figure>" + SvgOpen(400, 400);
-  svg += Text(8, 16, fmt::format("Success from above, {} deadline, %", run.deadline), "start",
-              "class=\"title\"");
+  svg += SvgText(8, 16, fmt::format("Success from above, {} deadline, %", run.deadline), "start",
+                 "class=\"title\"");
   svg += fmt::format("<path d=\"M{0} {1} l-7 12 h14 z\" class=\"person\"/>", kMiddle, kMiddle - 8);
   for (const auto& [place, counts] : reached) {
     const double share = static_cast<double>(counts.first) / counts.second;
@@ -179,54 +103,18 @@ std::string FromAbove(const StudyRun& run) {
         "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"14\" fill=\"#2f6f9f\" fill-opacity=\"{:.2f}\" "
         "class=\"place\"><title>{:.2f} m, {:.0f} degrees: {}</title></circle>",
         x, y, share, distance, angle * 180.0 / std::numbers::pi, Percent(share));
-    svg += Text(x, y + 4, fmt::format("{:.0f}", 100.0 * share), "middle",
-                share > 0.55 ? "class=\"light\"" : "");
+    svg += SvgText(x, y + 4, fmt::format("{:.0f}", 100.0 * share), "middle",
+                   share > 0.55 ? "class=\"light\"" : "");
   }
   return svg + "</svg></figure>\n";
 }
 
-// Share of motions that come within x of the goal.
-std::string ToleranceChart(const std::vector<const StudyRun*>& runs, const std::string& title) {
-  constexpr int kWidth = 400, kHeight = 260, kLeft = 44, kTop = 30, kBottom = 56;
-  constexpr double kMost = 1.0;  // metres
-  const double plot_w = kWidth - kLeft - 24, plot_h = kHeight - kTop - kBottom;
-  std::string svg = "<figure>" + SvgOpen(kWidth, kHeight);
-  svg += Text(kLeft, 16, title, "start", "class=\"title\"");
-  for (int k = 0; k <= 4; ++k) {
-    const double y = kTop + plot_h * (1.0 - k / 4.0);
-    svg += fmt::format("<line class=\"grid\" x1=\"{}\" x2=\"{}\" y1=\"{:.1f}\" y2=\"{:.1f}\"/>",
-                       kLeft, kWidth - 24, y, y);
-    svg += Text(kLeft - 5, y + 4, fmt::format("{}", 25 * k), "end");
-    svg += Text(kLeft + plot_w * k / 4.0, kTop + plot_h + 15, fmt::format("{} cm", 25 * k));
+std::string ToleranceOf(const std::vector<const StudyRun*>& runs, const std::string& title) {
+  std::vector<ShareSeries> series;
+  for (const StudyRun* run : runs) {
+    series.push_back(WithinTolerance(run->variant->label, run->motions));
   }
-  const double ten = kLeft + plot_w * wandr::kReachedWithin / kMost;
-  svg +=
-      fmt::format("<line class=\"limit\" x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2:.1f}\"/>",
-                  ten, kTop, kTop + plot_h);
-  double legend = kLeft;
-  for (std::size_t s = 0; s < runs.size(); ++s) {
-    std::vector<double> distances;
-    for (const StudyMotion& motion : runs[s]->motions) {
-      distances.push_back(motion.outcome.closest_m);
-    }
-    std::ranges::sort(distances);
-    std::string points;
-    for (int k = 0; k <= 100; ++k) {
-      const double within = kMost * k / 100.0;
-      const auto count = std::ranges::upper_bound(distances, within) - distances.begin();
-      points += fmt::format("{:.1f},{:.1f} ", kLeft + plot_w * within / kMost,
-                            kTop + plot_h * (1.0 - static_cast<double>(count) /
-                                                       static_cast<double>(distances.size())));
-    }
-    const char* const colour = kColours[s % std::size(kColours)];
-    svg += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>",
-                       points, colour);
-    svg += fmt::format("<rect x=\"{:.1f}\" y=\"{}\" width=\"9\" height=\"9\" fill=\"{}\"/>", legend,
-                       kHeight - 18, colour);
-    svg += Text(legend + 12, kHeight - 10, runs[s]->variant->label, "start");
-    legend += 18 + 6.0 * static_cast<double>(runs[s]->variant->label.size());
-  }
-  return svg + "</svg></figure>\n";
+  return ToleranceChart(series, title);
 }
 
 std::vector<const StudyRun*> Select(const std::vector<StudyRun>& runs, const std::string& variant,
@@ -253,22 +141,6 @@ std::string CapturedText(const CapturedSkating& captured) {
   }
   return text + ".";
 }
-
-constexpr const char* kStyle = R"(
-:root { color-scheme: light dark; }
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 84rem; margin: 2rem auto; padding: 0 1rem; }
-table { border-collapse: collapse; margin: .5rem 0 1.5rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .3rem .45rem; text-align: right; white-space: nowrap; border-bottom: 1px solid #8886; }
-th:first-child, td:first-child { text-align: left; }
-tr.full td { font-weight: 600; }
-.scroll { overflow-x: auto; }
-figure { display: inline-block; margin: .4rem; }
-svg { font: 11px system-ui, sans-serif; fill: currentColor; }
-svg .title { font-size: 13px; font-weight: 600; }
-svg .value { font-size: 9px; opacity: .75; }
-svg .grid { stroke: #8884; } svg .limit { stroke: #888; stroke-dasharray: 4 3; }
-svg .place { stroke: #2f6f9f88; } svg .person { fill: #888; } svg .light { fill: #fff; }
-)";
 
 }  // namespace
 
@@ -301,6 +173,7 @@ std::vector<AxisValue> ByAxis(const StudyRun& run, GridAxis axis) {
         value.label = fmt::format("{}", place + 1);
         break;
     }
+    value.motions = static_cast<int>(motions.size());
     for (const StudyMotion* motion : motions) {
       value.success += motion->outcome.Reached() / static_cast<double>(motions.size());
       value.distance_m += motion->outcome.closest_m / static_cast<double>(motions.size());
@@ -334,11 +207,7 @@ std::string StudyTable(const std::vector<StudyRun>& runs, const CapturedSkating&
 
 std::string StudyPage(const StudyText& text, const std::vector<StudyRun>& runs,
                       const CapturedSkating& captured) {
-  std::string page = fmt::format(
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" "
-      "content=\"width=device-width, initial-scale=1\">\n<title>{0}</title><style>{1}</style>"
-      "</head><body>\n<h1>{0}</h1>\n",
-      EscapeHtml(text.title), kStyle);
+  std::string page = StudyPageHead(text.title);
   for (const std::string& note : text.notes) page += "<p>" + EscapeHtml(note) + "</p>\n";
   for (const char* deadline : {"adaptive", "fixed"}) {
     const auto some = Select(runs, "", deadline);
@@ -366,7 +235,7 @@ std::string StudyPage(const StudyText& text, const std::vector<StudyRun>& runs,
   for (const char* deadline : {"adaptive", "fixed"}) {
     const auto some = Select(runs, "", deadline);
     if (some.empty()) continue;
-    page += ToleranceChart(some, fmt::format("% of motions within, {} deadline", deadline));
+    page += ToleranceOf(some, fmt::format("% of motions within, {} deadline", deadline));
   }
   return page + "</body></html>\n";
 }

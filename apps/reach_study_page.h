@@ -36,6 +36,7 @@ struct StudyText {
 /// Means over the motions that share a place on one axis of the grid.
 struct AxisValue {
   std::string label;
+  int motions = 0;
   double success = 0.0;
   double distance_m = 0.0;
 };

@@ -98,7 +98,8 @@ int Run(const Options& options) {
                              input.object_missing));
   }
   const ClipRenderer renderer(clip, input.body, input.betas,
-                              clip.object && input.object ? &*input.object : nullptr);
+                              clip.object && input.object ? &*input.object : nullptr,
+                              input.table ? &*input.table : nullptr);
   ClipRenderOptions how = HowToDraw(options);
   const auto [columns, rows] = ParsePair(options.sheet).value_or(std::pair(4, 2));
 

@@ -180,19 +180,20 @@ TriangleMesh Shown(const TriangleMesh& object, std::vector<std::string>& notes) 
   }
 }
 
-void AddObject(ReportPayload& payload, const ClipInput& input, std::vector<std::string>& notes) {
-  const TriangleMesh shown = Shown(*input.object, notes);
-  AddPoints(payload, "object_vertices", shown.vertices);
-  AddFaces(payload, "object_faces", shown.faces, shown.NumVertices());
+// A rigid mesh and its track: NAME_vertices, NAME_faces, NAME_pose.
+void AddTracked(ReportPayload& payload, const std::string& name, const TriangleMesh& mesh,
+                const ObjectTrack& track, std::vector<std::string>& notes) {
+  const TriangleMesh shown = Shown(mesh, notes);
+  AddPoints(payload, name + "_vertices", shown.vertices);
+  AddFaces(payload, name + "_faces", shown.faces, shown.NumVertices());
   std::vector<float> pose;
-  for (int t = 0; t < input.clip.NumFrames(); ++t) {
-    const Eigen::Quaternionf q(
-        Eigen::Quaterniond(ExpSO3(input.clip.object->orient.col(t))).cast<float>());
-    const Eigen::Vector3f trans = input.clip.object->trans.col(t).cast<float>();
+  for (Eigen::Index t = 0; t < track.trans.cols(); ++t) {
+    const Eigen::Quaternionf q(Eigen::Quaterniond(ExpSO3(track.orient.col(t))).cast<float>());
+    const Eigen::Vector3f trans = track.trans.col(t).cast<float>();
     pose.insert(pose.end(), q.coeffs().data(), q.coeffs().data() + 4);
     pose.insert(pose.end(), trans.data(), trans.data() + 3);
   }
-  payload.Add("object_pose", pose, 7);
+  payload.Add(name + "_pose", pose, 7);
 }
 
 }  // namespace
@@ -226,9 +227,11 @@ ReportClip MakeReportClip(const ClipInput& input, const ReportOptions& options, 
   const bool has_object = input.object && clip.object;
   if (has_object) {
     AddDistances(payload, motion.distance);
-    AddObject(payload, input, notes);
+    AddTracked(payload, "object", *input.object, *clip.object, notes);
   }
 
+  const bool has_table = input.table && clip.table;
+  if (has_table) AddTracked(payload, "table", *input.table, *clip.table, notes);
   if (input.marker) {
     AddPoints(payload, "marker_vertices", input.marker->vertices);
     AddFaces(payload, "marker_faces", input.marker->faces, input.marker->NumVertices());
@@ -241,6 +244,7 @@ ReportClip MakeReportClip(const ClipInput& input, const ReportOptions& options, 
                    {"vertices", vertices},
                    {"right_hand_vertices", right_hand},
                    {"has_object", has_object},
+                   {"has_table", has_table},
                    {"has_marker", input.marker.has_value()},
                    {"object_name", clip.object ? clip.object->name : ""},
                    {"holding", clip.holding_hand},

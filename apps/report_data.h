@@ -32,6 +32,7 @@ struct ReportClip {
 ///                                each frame as the difference to the one before (modulo 256)
 ///   object_vertices f32, object_faces u16|u32, object_pose f32 (T,7): quaternion, translation
 ///
+///   table_vertices f32, table_faces u16|u32, table_pose f32 (T,7): where there is a table
 ///   marker_vertices f32, marker_faces u16|u32: in the world, where there is a marker
 ///
 /// `header.check` holds vertices of the body model itself for the page to compare with.

@@ -27,6 +27,7 @@ export class Actor {
     this.mode = "off";
     this.body = this.makeBody();
     this.object = header.has_object ? this.makeObject() : null;
+    this.furniture = header.has_table ? this.makeTable() : null;
     if (header.has_marker) this.group.add(this.makeMarker());
     this.setGhost(false);
   }
@@ -56,6 +57,23 @@ export class Actor {
       geometry.computeVertexNormals();
     }
     return this.addMesh(geometry);
+  }
+
+  // What the object rests on. Not part of the clip's looks: never a ghost, never clear.
+  makeTable() {
+    let geometry = new BufferGeometry();
+    geometry.setIndex(new BufferAttribute(this.arrays.table_faces, 1));
+    geometry.setAttribute("position", new BufferAttribute(this.arrays.table_vertices, 3));
+    geometry = toCreasedNormals(geometry, kCreaseAngle);
+    const table = new Mesh(
+      geometry,
+      new MeshStandardMaterial({ color: kPalette.table, roughness: 0.7 }),
+    );
+    table.castShadow = true;
+    table.receiveShadow = true;
+    table.frustumCulled = false;
+    this.group.add(table);
+    return table;
   }
 
   // What stands in the world and is neither body nor object: a goal.
@@ -164,6 +182,11 @@ export class Actor {
         mesh.quaternion.fromArray(pose, 0);
         mesh.position.fromArray(pose, 4);
       }
+    }
+    if (this.furniture) {
+      const pose = this.arrays.table_pose.subarray(7 * frame, 7 * frame + 7);
+      this.furniture.quaternion.fromArray(pose, 0);
+      this.furniture.position.fromArray(pose, 4);
     }
   }
 

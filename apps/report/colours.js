@@ -5,6 +5,7 @@ import { Color } from "three";
 export const kPalette = {
   body: "#b3bdcc",
   object: "#d8b892",
+  table: "#a58b6f",
   marker: "#d1495b",
   ghostBody: "#8c7fe0",
   ghostObject: "#5aa6a0",

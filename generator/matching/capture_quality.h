@@ -54,6 +54,10 @@ MotionQuality MeasureQuality(const Eigen::Matrix3Xd& rest_joints, const SolePoin
 /// has none.
 JointLimits LimitsOf(const std::vector<std::vector<BodyFrame>>& motions);
 
+/// LimitsOf the 415 captured clips that the embedded network learned from (its model card says
+/// which), radians.
+JointLimits CapturedJointLimits();
+
 /// What captured motion must keep to be used.
 struct CaptureLimits {
   double skate_ratio = 0.6;

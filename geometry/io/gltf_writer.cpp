@@ -156,16 +156,26 @@ class GlbBuilder {
   }
 
   void AddObject(const TriangleMesh& object) {
-    const ShadedMesh shaded = SplitAtCreases(object);
+    AddTracked(object, *clip_.object, "object", {0.16, 0.38, 0.62});
+  }
+
+  void AddTable(const TriangleMesh& table) {
+    AddTracked(table, *clip_.table, "table", {0.42, 0.33, 0.24});
+  }
+
+  // A rigid mesh that moves along a track, named as the track is or else as told.
+  void AddTracked(const TriangleMesh& rigid, const ObjectTrack& track, const char* usual,
+                  const std::array<double, 3>& colour) {
+    const ShadedMesh shaded = SplitAtCreases(rigid);
     tinygltf::Mesh mesh;
-    mesh.name = clip_.object->name.empty() ? "object" : clip_.object->name;
-    mesh.primitives.push_back(Primitive(shaded.mesh, shaded.normals,
-                                        AddMaterial("object", {0.16, 0.38, 0.62}, 0.45, true)));
+    mesh.name = track.name.empty() ? usual : track.name;
+    mesh.primitives.push_back(
+        Primitive(shaded.mesh, shaded.normals, AddMaterial(usual, colour, 0.45, true)));
     tinygltf::Node node;
     node.name = mesh.name;
     node.mesh = static_cast<int>(model_.meshes.size());
     model_.meshes.push_back(std::move(mesh));
-    Place(AddNode(std::move(node), kWorldNode), clip_.object->trans, clip_.object->orient);
+    Place(AddNode(std::move(node), kWorldNode), track.trans, track.orient);
   }
 
   void AddProvenance(const BodySurface& surface) {
@@ -370,6 +380,7 @@ GlbReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleM
   GlbBuilder builder(clip, options);
   builder.AddBody(surface, report);
   if (object != nullptr && clip.object) builder.AddObject(*object);
+  if (options.table != nullptr && clip.table) builder.AddTable(*options.table);
   builder.AddProvenance(surface);
   WriteAtomically(path, builder.Bytes());
   return report;

@@ -17,6 +17,8 @@ struct GlbOptions {
   double corrective_tolerance_m = 2e-5;
   int max_correctives = 128;
   int threads = 1;
+  /// What the object rests on, for a clip with a track of it; may be null.
+  const TriangleMesh* table = nullptr;
 };
 
 struct GlbReport {
@@ -29,10 +31,11 @@ struct GlbReport {
 /// clip has an object track and `object` is not null, the object that it carries.
 ///
 /// Nodes: `world` turns z-up into glTF's y-up; below it the 55 joints by their SMPL-X names, posed
-/// as in the first frame, and the object. The skin's inverse bind matrices are the T-pose's, which
-/// with the morph targets of a CorrectiveBasis makes the file's surface the body model's within
-/// `corrective_error_m`. Single precision, nothing quantised; key frames at the clip's frame rate,
-/// linear in between. Throws Error when the file would pass the format's 4 GB or cannot be written.
+/// as in the first frame, the object and the table. The skin's inverse bind matrices are the
+/// T-pose's, which with the morph targets of a CorrectiveBasis makes the file's surface the body
+/// model's within `corrective_error_m`. Single precision, nothing quantised; key frames at the
+/// clip's frame rate, linear in between. Throws Error when the file would pass the format's 4 GB or
+/// cannot be written.
 GlbReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
                    const GlbOptions& options, const std::filesystem::path& path);
 

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/crease_normals.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 
@@ -15,12 +16,31 @@ namespace {
 
 const Eigen::Vector3d kSkin(0.80, 0.69, 0.62);
 const Eigen::Vector3d kObject(0.36, 0.52, 0.68);
+const Eigen::Vector3d kTable(0.62, 0.56, 0.48);
 const Eigen::Vector3d kTouching(0.98, 0.70, 0.15);
 const Eigen::Vector3d kInside(0.86, 0.08, 0.10);
 constexpr double kContactDistance = 0.003;  // metres
 constexpr double kFullDepth = 0.002;        // inside by this much is wholly red
 
 constexpr double kHandRadius = 0.17;  // what the hand view shows around the fingers, metres
+
+// A mesh where its track puts it in a frame.
+TriangleMesh Placed(const TriangleMesh& mesh, const ObjectTrack& track, int frame) {
+  TriangleMesh placed = mesh;
+  placed.vertices = ExpSO3(track.orient.col(frame)) * mesh.vertices;
+  placed.vertices.colwise() += Eigen::Vector3d(track.trans.col(frame));
+  return placed;
+}
+
+void RequireTrack(const Clip& clip, const std::optional<ObjectTrack>& track, const char* what) {
+  if (track && track->trans.cols() == clip.NumFrames() &&
+      track->orient.cols() == clip.NumFrames()) {
+    return;
+  }
+  throw Error("clip",
+              fmt::format("{} is to be drawn but its track is missing or has another length", what),
+              "Fit the object first (holdfast fit), or draw the body alone");
+}
 
 }  // namespace
 
@@ -33,16 +53,19 @@ std::optional<ClipView> ParseClipView(std::string_view name) {
 }
 
 ClipRenderer::ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body,
-                           const Eigen::VectorXd& betas, const TriangleMesh* object)
+                           const Eigen::VectorXd& betas, const TriangleMesh* object,
+                           const TriangleMesh* table)
     : clip_(std::move(clip)), surface_(std::move(body), betas) {
   if (object != nullptr) {
-    if (!clip_.object || clip_.object->trans.cols() != clip_.NumFrames() ||
-        clip_.object->orient.cols() != clip_.NumFrames()) {
-      throw Error("clip", "an object is to be drawn but its track is missing or has another length",
-                  "Fit the object first (holdfast fit), or draw the body alone");
-    }
+    RequireTrack(clip_, clip_.object, "an object");
     object_ = *object;
     object_distance_.emplace(*object);
+  }
+  if (table != nullptr) {
+    RequireTrack(clip_, clip_.table, "a table");
+    table_ = SplitAtCreases(*table).mesh;  // boards have edges
+    const TriangleMesh first = Placed(*table_, *clip_.table, 0);
+    for (const auto p : first.vertices.colwise()) room_.extend(Eigen::Vector3d(p));
   }
   // Joints lie inside the body: room around them for what is skin, and for the crown of the head.
   BodyState state;
@@ -126,12 +149,14 @@ Image ClipRenderer::Draw(int frame, const ClipRenderOptions& options) const {
   const TriangleMesh body{state.vertices, surface_.Faces()};
   const Eigen::Matrix3Xd colours = BodyColours(state, frame, options.show_contact);
   std::vector<RenderItem> items = {{&body, kSkin, &colours}};
-  TriangleMesh object;
+  TriangleMesh object, table;
   if (object_) {
-    object = *object_;
-    object.vertices = ExpSO3(clip_.object->orient.col(frame)) * object.vertices;
-    object.vertices.colwise() += Eigen::Vector3d(clip_.object->trans.col(frame));
+    object = Placed(*object_, *clip_.object, frame);
     items.push_back({&object, kObject, nullptr});
+  }
+  if (table_) {
+    table = Placed(*table_, *clip_.table, frame);
+    items.push_back({&table, kTable, nullptr});
   }
   return Render(items, CameraFor(state, frame, options), options.picture);
 }

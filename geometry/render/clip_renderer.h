@@ -34,15 +34,16 @@ struct ClipRenderOptions {
   bool show_contact = true;
 };
 
-/// Pictures of a clip: the body, the object where its track puts it, and on the hands where they
-/// touch: amber within 3 mm outside the object's surface, red inside it. Const after construction;
-/// frames may be drawn on any number of threads.
+/// Pictures of a clip: the body, the object (and the table) where its track puts it, and on the
+/// hands where they touch: amber within 3 mm outside the object's surface, red inside it. Const
+/// after construction; frames may be drawn on any number of threads.
 class ClipRenderer {
  public:
   /// `object` may be null; otherwise the clip must have an object track. `betas` are those of
   /// `body`. Throws Error for a track without the clip's length.
+  /// `table` may be null too; it needs a table track.
   ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body, const Eigen::VectorXd& betas,
-               const TriangleMesh* object);
+               const TriangleMesh* object, const TriangleMesh* table = nullptr);
 
   int NumFrames() const { return clip_.NumFrames(); }
   const Clip& GetClip() const { return clip_; }
@@ -58,6 +59,7 @@ class ClipRenderer {
   Clip clip_;
   BodySurface surface_;
   std::optional<TriangleMesh> object_;
+  std::optional<TriangleMesh> table_;
   std::optional<SignedDistance> object_distance_;
   Eigen::AlignedBox3d room_;  // what all frames of the clip fill
 };

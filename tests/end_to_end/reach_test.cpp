@@ -216,5 +216,75 @@ TEST_F(EvaluateReachCommand, StartsFromCapturedClipsAndOwnAblations) {
               HasSubstr("names no ablation"));
 }
 
+// All that does not depend on how fast the machine is.
+nlohmann::json WithoutSeconds(nlohmann::json results) {
+  for (nlohmann::json& method : results["methods"]) {
+    method.erase("success_by_seconds");
+    method["summary"].erase("seconds_mean");
+  }
+  return results;
+}
+
+TEST_F(EvaluateReachCommand, ComparesMethodsOnSomeGoalsAndGoesOnFromThere) {
+  const std::string methods = "--methods vae-opt-adam,intention --goals 6 ";
+  const ProgramResult result = Evaluate(methods + "--threads 2 -o six");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("| VAE + opt: Adam |"));
+  EXPECT_THAT(result.out, HasSubstr("| intention, adaptive deadline |"));
+  EXPECT_THAT(result.out, HasSubstr("| paper: VAE + opt |"));
+  EXPECT_EQ(Listing(Path("six")), "blocks report.html results.json results.md ");
+  EXPECT_THAT(ReadText(Path("six/report.html")), HasSubstr("by iterations"));
+  const nlohmann::json six = Json("six/results.json");
+  EXPECT_EQ(six["goals"], 6);
+  ASSERT_EQ(six["methods"].size(), 2u);
+  const nlohmann::json& adam = six["methods"][0];
+  EXPECT_EQ(adam["method"], "vae-opt-adam");
+  EXPECT_EQ(adam["summary"]["motions"], 6);
+  EXPECT_EQ(adam["success_by_iteration"].size(), 201u);
+  EXPECT_EQ(adam["success_by_iteration"].back(), adam["summary"]["success_ratio"]);
+  EXPECT_EQ(six["methods"][1]["success_by_iteration"].size(), 1u);
+  // Latents of a sample are N(0, 1); optimised ones have moved from there.
+  EXPECT_NEAR(six["methods"][1]["summary"]["latent_rms_mean"].get<double>(), 1.0, 0.05);
+  EXPECT_NE(adam["summary"]["latent_rms_mean"], six["methods"][1]["summary"]["latent_rms_mean"]);
+
+  ASSERT_EQ(Evaluate(methods + "--threads 1 -o other").exit_code, 0);
+  EXPECT_EQ(WithoutSeconds(Json("other/results.json")), WithoutSeconds(six));
+
+  // More goals begin with those, and come to what they are when asked for at once.
+  const ProgramResult more = Evaluate("--methods vae-opt-adam,intention --goals 9 -o six");
+  ASSERT_EQ(more.exit_code, 0) << more.err;
+  EXPECT_THAT(more.err, HasSubstr("12 of 18 motions are there already"));
+  ASSERT_EQ(Evaluate("--methods vae-opt-adam,intention --goals 9 -o nine").exit_code, 0);
+  EXPECT_EQ(WithoutSeconds(Json("six/results.json")), WithoutSeconds(Json("nine/results.json")));
+  // And fewer are found among them.
+  EXPECT_THAT(Evaluate(methods + "-o six").err, HasSubstr("12 of 12 motions are there already"));
+  EXPECT_EQ(WithoutSeconds(Json("six/results.json")), WithoutSeconds(six));
+
+  EXPECT_THAT(Evaluate(methods + "-o six --seed 2").err, HasSubstr("another question"));
+  EXPECT_EQ(Evaluate("--methods legs -o bad").exit_code, 2);
+}
+
+TEST_F(EvaluateReachCommand, SomeGoalsAreSpreadEvenlyAndAllAreTheProtocol) {
+  ASSERT_EQ(Evaluate("--no-ablations -o protocol").exit_code, 0);
+  ASSERT_EQ(Evaluate("--methods intention --goals 750 -o all").exit_code, 0);
+  const nlohmann::json protocol = Json("protocol/results.json")["runs"][0];
+  const nlohmann::json all = Json("all/results.json")["methods"][0];
+  for (const char* key :
+       {"motions", "success_ratio", "success_at_end_ratio", "distance_to_goal_mean_m",
+        "distance_to_goal_median_m", "foot_skating_ratio", "acceleration_mean_m_s2"}) {
+    EXPECT_NEAR(all["summary"][key].get<double>(), protocol["summary"][key].get<double>(), 1e-9)
+        << key;
+  }
+  ASSERT_EQ(Evaluate("--methods intention --goals 60 -o some").exit_code, 0);
+  const nlohmann::json some = Json("some/results.json")["methods"][0];
+  for (const auto& [axis, places] : {std::pair{"by_angle", 5}, std::pair{"by_height", 5},
+                                     std::pair{"by_distance", 5}, std::pair{"by_start", 6}}) {
+    ASSERT_EQ(some[axis].size(), static_cast<std::size_t>(places)) << axis;
+    for (const nlohmann::json& place : some[axis]) {
+      EXPECT_NEAR(place["motions"].get<double>(), 60.0 / places, 2.0) << axis << place["at"];
+    }
+  }
+}
+
 }  // namespace
 }  // namespace holdfast

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "apps/reach_study.h"
+#include "apps/reach_study_page.h"
+#include "geometry/clip.h"
+
+namespace holdfast::apps {
+
+/// Clips that the protocol's motions start from and are compared with.
+struct CapturedClips {
+  std::vector<std::string> names;  ///< of the files, without their ending
+  std::vector<Clip> clips;
+};
+
+/// Clips, or all clips (.npz) of folders, by name. Throws Error for a folder without any.
+CapturedClips ReadCapturedClips(const std::vector<std::string>& paths);
+
+/// Frame 25 of six of them, of as many people as there are.
+std::vector<wandr::ReachStart> StartsFrom(const CapturedClips& captured,
+                                          const wandr::Normaliser<double>& normaliser);
+
+/// How a captured clip moves, at 30 fps, by what the protocol's motions are measured by.
+struct CapturedMotion {
+  StudyMotion motion;  ///< what it says of a goal means nothing
+  double fast_share = 0.0;
+  bool walks = false;  ///< the pelvis gets a metre or more away from where it began
+};
+std::vector<CapturedMotion> MeasureCaptured(const CapturedClips& captured,
+                                            const wandr::LowestPoint& lowest,
+                                            const wandr::BoneOffsets<float>& bones, int threads);
+
+CapturedSkating SkatingOf(const std::vector<CapturedMotion>& motions);
+
+}  // namespace holdfast::apps

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+#include "apps/reach_study_methods.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "apps/read_json.h"
+#include "generator/wandr/motion_states.h"
+#include "geometry/error.h"
+#include "geometry/io/atomic_file.h"
+#include "geometry/parallel.h"
+
+namespace holdfast::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kBlock = 64;             // motions in a file
+constexpr int kMotionsPerThread = 16;  // between writings of it: what shares a pass over weights
+
+// Decimals that are worth a file's room: a micrometre, a tenth of a millisecond.
+std::vector<double> Rounded(const std::vector<float>& values, double per_unit) {
+  std::vector<double> rounded;
+  for (const float value : values) {
+    rounded.push_back(std::round(static_cast<double>(value) * per_unit) / per_unit);
+  }
+  return rounded;
+}
+
+nlohmann::json JsonOf(const MethodMotion& motion) {
+  return {{"outcome", StudyRow(motion.motion)}, {"fast_ratio", motion.fast_share},
+          {"latent_rms", motion.latent_rms},    {"seconds", motion.seconds},
+          {"closest_m", motion.closest_m},      {"seconds_at", motion.seconds_at}};
+}
+
+MethodMotion MotionOf(const nlohmann::json& json) {
+  MethodMotion motion;
+  motion.motion = StudyMotionOf(json.at("outcome"));
+  motion.fast_share = json.at("fast_ratio");
+  motion.latent_rms = json.at("latent_rms");
+  motion.seconds = json.at("seconds");
+  motion.closest_m = json.at("closest_m").get<std::vector<double>>();
+  motion.seconds_at = json.at("seconds_at").get<std::vector<double>>();
+  if (motion.closest_m.size() != motion.seconds_at.size()) {
+    throw nlohmann::json::other_error::create(501, "iterates differ in number", nullptr);
+  }
+  return motion;
+}
+
+std::string ChecksumOf(const MethodStudy::Question& question) {
+  return ReachQuestion{question.starts, question.method.protocol,
+                       question.method.key + " " + question.method.settings, &question.network}
+      .Checksum();
+}
+
+}  // namespace
+
+MethodSummary SummariseMethod(std::span<const MethodMotion> motions) {
+  std::vector<StudyMotion> plain;
+  MethodSummary summary;
+  for (const MethodMotion& motion : motions) {
+    const wandr::ReachOutcome& outcome = motion.motion.outcome;
+    plain.push_back(motion.motion);
+    summary.airborne_motions += outcome.airborne_share > 0.0;
+    summary.fast_motions += motion.fast_share > 0.0;
+    summary.fast_frames += motion.fast_share;
+    summary.latent_rms += motion.latent_rms;
+    summary.seconds += motion.seconds;
+    summary.success_any +=
+        outcome.Reached() || std::ranges::any_of(motion.closest_m, [](double distance) {
+          return distance <= wandr::kReachedWithin;
+        });
+  }
+  summary.study = SummariseMotions(plain);
+  const auto count = static_cast<double>(motions.size());
+  for (double* const mean : {&summary.airborne_motions, &summary.fast_motions, &summary.fast_frames,
+                             &summary.latent_rms, &summary.seconds, &summary.success_any}) {
+    *mean /= count;
+  }
+  return summary;
+}
+
+double FastShare(const Eigen::Ref<const Eigen::MatrixXf>& joints) {
+  int fast = 0, pairs = 0;
+  for (Eigen::Index f = 0; f + 1 < joints.cols() && joints.col(f + 1).allFinite(); ++f) {
+    const Eigen::Vector3d way =
+        (joints.block<3, 1>(0, f + 1) - joints.block<3, 1>(0, f)).cast<double>();
+    fast += way.norm() * wandr::kFramesPerSecond > kFastPelvis;
+    ++pairs;
+  }
+  return static_cast<double>(fast) / std::max(pairs, 1);
+}
+
+std::vector<int> SpreadCases(const wandr::ReachProtocol& protocol, int num_starts) {
+  const std::array sizes = {num_starts, protocol.num_angles, protocol.num_heights,
+                            protocol.num_distances, protocol.num_samples};
+  constexpr double kRoot = 1.1347241384015194;
+  const int total = protocol.NumCases(num_starts);
+  std::vector<bool> met(total, false);
+  std::vector<int> order;
+  for (int k = 0; static_cast<int>(order.size()) < total; ++k) {
+    int index = 0;
+    double step = 1.0;
+    for (const int size : sizes) {
+      step /= kRoot;
+      double whole = 0.0;
+      const double place = std::modf(0.5 + k * step, &whole);
+      index = index * size + std::min(static_cast<int>(place * size), size - 1);
+    }
+    if (met[index]) continue;
+    met[index] = true;
+    order.push_back(index);
+  }
+  return order;
+}
+
+MethodStudy::MethodStudy(fs::path folder, const wandr::LowestPoint& lowest,
+                         const wandr::BoneOffsets<float>& bones, const CommonOptions& common)
+    : folder_(std::move(folder)), lowest_(lowest), bones_(bones), common_(common) {
+  fs::create_directories(folder_);
+}
+
+fs::path MethodStudy::BlockFile(const ReachMethod& method, int block) const {
+  return folder_ / fmt::format("method_{}_{:03d}.json", method.key, block);
+}
+
+std::vector<MethodMotion> MethodStudy::Load(const ReachMethod& method, int block,
+                                            const std::string& checksum) const {
+  const fs::path file = BlockFile(method, block);
+  if (!fs::exists(file)) return {};
+  const nlohmann::json json = ReadJson(file);
+  if (!json.is_object() || json.value("question", "") != checksum) {
+    if (common_.force) return {};
+    throw Error(
+        file.string(),
+        "holds results of another question (network, start poses, protocol, method or seed)",
+        "Choose another folder, or --force to replace them");
+  }
+  try {
+    std::vector<MethodMotion> motions;
+    for (const nlohmann::json& motion : json.at("motions")) motions.push_back(MotionOf(motion));
+    if (motions.size() <= kBlock) return motions;
+  } catch (const nlohmann::json::exception&) {
+    // falls through: damaged, as with too many motions
+  }
+  throw Error(file.string(), "is damaged", "Delete it: its motions are made again");
+}
+
+int MethodStudy::NumDone(const Question& question) const {
+  const int total = static_cast<int>(question.cases.size());
+  const std::string checksum = ChecksumOf(question);
+  int done = 0;
+  for (int first = 0; first < total; first += kBlock) {
+    const auto there = Load(question.method, first / kBlock, checksum).size();
+    done += std::min(static_cast<int>(there), total - first);
+  }
+  return done;
+}
+
+MethodMotion MethodStudy::Measure(const ReachTask& task, const ReachSolution& solution) const {
+  MethodMotion measured;
+  measured.motion.outcome = wandr::MeasureReach(solution.track.joints, task.goal);
+  measured.motion.surface_skating = wandr::SkatingOfLowestVertex(lowest_, solution.track.states);
+  measured.fast_share = FastShare(solution.track.joints);
+  const auto numbers = static_cast<double>(std::max<Eigen::Index>(solution.latents.size(), 1));
+  measured.latent_rms = solution.latents.norm() / std::sqrt(numbers);
+  measured.closest_m = Rounded(solution.trace.closest_m, 1e6);
+  measured.seconds_at = Rounded(solution.trace.seconds, 1e4);
+  return measured;
+}
+
+std::vector<MethodMotion> MethodStudy::Run(const Question& question,
+                                           const std::function<void(int)>& progress,
+                                           const std::function<void()>& poll) const {
+  const wandr::ReachProtocol& protocol = question.method.protocol;
+  const std::vector<wandr::RolloutStart<float>> starts = wandr::AsFloat(question.starts);
+  const std::vector<wandr::ReachCase> cases = wandr::ReachCases(protocol, bones_, starts);
+  const std::string checksum = ChecksumOf(question);
+  const int total = static_cast<int>(question.cases.size()), threads = NumThreads(common_);
+  std::vector<MethodMotion> all;
+  for (int first = 0; first < total; first += kBlock) {
+    const int count = std::min(kBlock, total - first);
+    std::vector<MethodMotion> block = Load(question.method, first / kBlock, checksum);
+    while (static_cast<int>(block.size()) < count) {
+      poll();
+      const int begin = static_cast<int>(block.size());
+      const int size = std::min(count - begin, kMotionsPerThread * threads);
+      std::vector<ReachTask> tasks(size);
+      for (int k = 0; k < size; ++k) {
+        const int index = question.cases[first + begin + k];
+        const wandr::ReachCase& one = cases[index];
+        tasks[k] = {starts[one.start], one.goal,      protocol.num_frames - 1,
+                    one.deadline,      protocol.seed, static_cast<std::uint64_t>(index)};
+      }
+      const auto started = std::chrono::steady_clock::now();
+      const std::vector<ReachSolution> solutions = question.method.solve(tasks, threads, poll);
+      const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - started;
+      block.resize(begin + size);
+      ParallelFor(size, threads, [&](int k) {
+        MethodMotion& motion = block[begin + k];
+        motion = Measure(tasks[k], solutions[k]);
+        motion.seconds = motion.seconds_at.empty() ? passed.count() * std::min(threads, size) / size
+                                                   : motion.seconds_at.back();
+      });
+      nlohmann::json json = {{"question", checksum}, {"motions", nlohmann::json::array()}};
+      for (const MethodMotion& motion : block) json["motions"].push_back(JsonOf(motion));
+      WriteAtomically(BlockFile(question.method, first / kBlock), json.dump() + "\n");
+      progress(size);
+    }
+    all.insert(all.end(), block.begin(), block.begin() + count);
+  }
+  return all;
+}
+
+}  // namespace holdfast::apps

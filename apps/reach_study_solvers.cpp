@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+#include "apps/reach_study_solvers.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "solver/latent_optimizer.h"
+#include "solver/vae_opt.h"
+
+namespace holdfast::apps {
+namespace {
+
+// Each motion sampled once in closed loop, as `holdfast reach --samples 1`.
+ReachMethod Intention(const ReachGenerator& with, const wandr::ReachProtocol& protocol,
+                      const std::string& deadline) {
+  ReachMethod method;
+  method.key = deadline == "adaptive" ? "intention" : "intention-" + deadline;
+  method.label = fmt::format("intention, {} deadline", deadline);
+  method.protocol = protocol;
+  method.solve = [with, protocol](std::span<const ReachTask> tasks, int threads,
+                                  const std::function<void()>&) {
+    const int steps = tasks[0].num_steps, latent_size = with.network.LatentSize();
+    std::vector<wandr::RolloutStart<float>> starts;
+    std::vector<wandr::GoalPlan> plans;
+    Eigen::MatrixXf latents(Eigen::Index{latent_size} * steps, tasks.size());
+    for (std::size_t i = 0; i < tasks.size(); ++i) {
+      starts.push_back(tasks[i].start);
+      plans.push_back({{tasks[i].goal, tasks[i].deadline}});
+      latents.col(static_cast<Eigen::Index>(i)) =
+          wandr::DrawLatents(tasks[i].seed, tasks[i].stream, latent_size, steps, protocol.sigma);
+    }
+    wandr::RolloutRequest request;
+    request.starts = starts;
+    request.plans = plans;
+    request.num_steps = steps;
+    request.latents = &latents;
+    std::vector<ReachSolution> solutions(tasks.size());
+    wandr::RunRollouts(with.network, with.bones, request, threads,
+                       {.intention = protocol.intention},
+                       [&](int i, const wandr::RolloutTrack& track) {
+                         solutions[i] = {track, latents.col(i), {}};
+                       });
+    return solutions;
+  };
+  return method;
+}
+
+ReachMethod VaeOpt(const ReachGenerator& with, const wandr::ReachProtocol& protocol,
+                   const std::string& key, const std::string& label, VaeOptMethod optimiser) {
+  VaeOptOptions options;
+  options.method = optimiser;
+  options.iterations = VaeOptOptions::DefaultIterations(optimiser);
+  options.sigma = protocol.sigma;
+  ReachMethod method;
+  method.key = key;
+  method.label = label;
+  method.protocol = protocol;
+  method.protocol.with_intention = false;
+  method.settings = fmt::format(
+      "iterations {}, goal sigma {} m, prior weight {}, history {}, learning rate {} to {} of it",
+      options.iterations, options.objective.goal_sigma_m, options.objective.prior_weight,
+      options.history, options.learning_rate, options.last_learning_rate_ratio);
+  method.solve = [with, options](std::span<const ReachTask> tasks, int threads,
+                                 const std::function<void()>& poll) {
+    VaeOptOptions polled = options;
+    polled.poll = poll;
+    return OptimiseAsPublished(with.network, with.bones, tasks, polled, threads);
+  };
+  return method;
+}
+
+// What is not a number here is not asked for by the protocol: obstacles, gaze, another joint.
+std::string SettingsOf(const LatentOptions& o) {
+  const nlohmann::json all = {
+      {"with_intention", o.with_intention},
+      {"min_frames_left", o.intention.min_frames_left},
+      {"time", {o.free_time ? 1 : 0, o.hold_frames, o.late_frames}},
+      {"soft_min", {o.soft_min_from_m, o.soft_min_to_m}},
+      {"goal", o.goal},
+      {"prior", o.prior},
+      {"skate, floor, airborne", {o.skate, o.floor, o.airborne}},
+      {"speed", {o.speed, o.fastest_m_s}},
+      {"path, limits, acceleration, look, balance",
+       {o.path, o.limits, o.acceleration, o.look, o.balance}},
+      {"adam", {o.adam_iterations, o.least_iterations, o.adam_step, o.close_enough_m}},
+      {"newton", {o.newton_iterations, o.newton_goal_m}},
+      {"restarts", o.restarts}};
+  return all.dump();
+}
+
+ReachMethod LatentOpt(const ReachGenerator& with, const wandr::ReachProtocol& protocol) {
+  const LatentOptions options;
+  ReachMethod method;
+  method.key = "latent-opt";
+  method.label = "latent-opt (ours)";
+  method.protocol = protocol;
+  method.settings = SettingsOf(options);
+  const LatentBody body = LatentBodyOf(with.body.rest_joints, with.body.sole_y);
+  method.solve = [with, body, options](std::span<const ReachTask> tasks, int threads,
+                                       const std::function<void()>& poll) {
+    // The protocol's deadlines count to the end of the last frame.
+    std::vector<ReachTask> within(tasks.begin(), tasks.end());
+    for (ReachTask& task : within) task.deadline = std::min(task.deadline, task.num_steps);
+    return OptimiseLatents(with.network, body, within, options, threads, [&](int, int) { poll(); });
+  };
+  return method;
+}
+
+}  // namespace
+
+const std::vector<std::string>& ReachMethodNames() {
+  static const std::vector<std::string> names = {
+      "intention", "vae-opt-lbfgs", "vae-opt-lbfgs-step1", "vae-opt-adam", "latent-opt"};
+  return names;
+}
+
+std::vector<ReachMethod> ReachMethodsOf(const EvaluateReachOptions& options,
+                                        const ReachGenerator& with, std::uint64_t seed) {
+  const auto asked = [&](const std::string& name) {
+    return std::ranges::any_of(options.methods, [&](const std::string& method) {
+      return method == name || method == "all";
+    });
+  };
+  const auto protocol = [&](wandr::ReachProtocol one) {
+    one.num_samples = options.samples;
+    one.sigma = options.sigma;
+    one.seed = seed;
+    return one;
+  };
+  const wandr::ReachProtocol adaptive = protocol(wandr::ReachProtocol::Adaptive());
+  std::vector<ReachMethod> methods;
+  if (asked("vae-opt-lbfgs-step1")) {
+    methods.push_back(VaeOpt(with, adaptive, "vae-opt-lbfgs-step1",
+                             "VAE + opt: L-BFGS, step 1 (as released)",
+                             VaeOptMethod::kLbfgsStepOne));
+  }
+  if (asked("vae-opt-lbfgs")) {
+    methods.push_back(VaeOpt(with, adaptive, "vae-opt-lbfgs", "VAE + opt: L-BFGS, line search",
+                             VaeOptMethod::kLbfgs));
+  }
+  if (asked("vae-opt-adam")) {
+    methods.push_back(
+        VaeOpt(with, adaptive, "vae-opt-adam", "VAE + opt: Adam", VaeOptMethod::kAdam));
+  }
+  if (asked("intention")) {
+    if (options.deadline != "adaptive") {
+      methods.push_back(Intention(with, protocol(wandr::ReachProtocol()), "fixed"));
+    }
+    if (options.deadline != "fixed") methods.push_back(Intention(with, adaptive, "adaptive"));
+  }
+  if (asked("latent-opt")) methods.push_back(LatentOpt(with, adaptive));
+  return methods;
+}
+
+}  // namespace holdfast::apps
