@@ -29,9 +29,41 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
                    "Seconds until each goal is due [by its distance: 1.4 s and 0.95 m/s, at least "
                    "1.4 s]")
       ->check(CLI::Range(0.1, 60.0));
-  command->add_option("--samples", job.samples, "Motions to choose from")
+  command
+      ->add_option("--method", job.method,
+                   "intention: the network is told the goal and runs once. latent-opt: its latents "
+                   "are then changed until the wrist is there, stays, and the body moves as bodies "
+                   "do; feet pinned at last. vae-opt: WANDR's baseline, for comparison")
       ->capture_default_str()
+      ->check(CLI::IsMember({"intention", "latent-opt", "vae-opt"}));
+  command
+      ->add_option("--samples", job.samples,
+                   "Motions to choose from [16, or 4 where each is optimised]")
       ->check(CLI::Range(1, 10'000));
+  command
+      ->add_option("--obstacle", job.obstacles,
+                   "Mesh to keep out of, as it stands in the world (latent-opt). Repeated: several")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command->add_flag("--no-refit{false}", job.refit,
+                    "Leave optimised motions as the network makes them: feet are not pinned, the "
+                    "wrist stays some millimetres off");
+  CLI::Option* object = command->add_option(
+      "--object", job.object,
+      "Mesh or embedded object that stands on a table at the first --goal (the middle of its "
+      "bottom) and is carried to the others. Needs --grasp");
+  command
+      ->add_option("--grasp", job.style,
+                   "Take the object: by a power, precision or handle grasp, or whichever is best")
+      ->expected(0, 1)
+      ->default_str("auto")
+      ->check(CLI::IsMember({"auto", "power", "precision", "handle"}))
+      ->needs(object);
+  command
+      ->add_option("--object-yaw", job.object_yaw_deg,
+                   "Turn of the standing object about the vertical, degrees [what suits the hand]")
+      ->check(CLI::Range(-360.0, 360.0))
+      ->needs(object);
   command->add_option("--wrist", job.wrist, "The wrist that reaches; left by mirroring the person")
       ->capture_default_str()
       ->check(CLI::IsMember({"right", "left"}));
@@ -49,7 +81,9 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       *command, options->common, true,
       "  holdfast reach --goal 1.5,1.0,1.1\n"
       "  holdfast reach --goal 0.4,-2.0,0.9 --goal -1.0,-2.5,1.4 --samples 64 -o errand\n"
+      "  holdfast reach --goal 3,1,1.2 --method latent-opt -o precise\n"
       "  holdfast reach --from walk.npz:40 --goal 2.0,0.5,0.3 --wrist left --all -o reached\n"
+      "  holdfast reach --goal 1.5,1.0,0.8 --goal -0.5,1.5,1.1 --object mug --grasp -o taken\n"
       "A goal is reached when the wrist is within 10 cm of it. The next is taken on when the "
       "wrist\n"
       "has been there and comes no closer, or half as long again after the goal was due. The best\n"

@@ -19,12 +19,21 @@ struct ReachJob {
   std::string body;                ///< body model file
   std::string weights;             ///< empty: the embedded network
   std::string wrist = "right";
-  std::optional<double> time_s;  ///< for each goal; empty: by its distance
-  int samples = 16;
+  std::optional<double> time_s;        ///< for each goal; empty: by its distance
+  std::string method = "intention";    ///< intention, latent-opt, vae-opt
+  std::optional<int> samples;          ///< motions to choose from; empty: by the method
+  bool refit = true;                   ///< latent-opt: pin feet and place the wrist afterwards
+  std::vector<std::string> obstacles;  ///< mesh files, world
+  std::string object;                  ///< mesh or embedded object to take at the first goal
+  std::string style = "auto";          ///< of the grasp
+  std::optional<double> object_yaw_deg;
   double sigma = 1.0;
   bool all = false;  ///< keep every sample
   bool write_report = true;
   std::string output = "reach";
+
+  /// 16 rollouts, or 4 optimisations.
+  int NumSamples() const { return samples.value_or(method == "intention" ? 16 : 4); }
 };
 
 /// Three finite numbers. Throws Error naming what is wrong.

@@ -5,7 +5,10 @@
 
 #include <fmt/format.h>
 
+#include "generator/wandr/motion_states.h"
+#include "geometry/parallel.h"
 #include "solver/latent_optimizer.h"
+#include "solver/reach_refit.h"
 #include "solver/vae_opt.h"
 
 namespace holdfast::apps {
@@ -79,30 +82,42 @@ std::string SettingsOf(const LatentOptions& o) {
       {"soft_min", {o.soft_min_from_m, o.soft_min_to_m}},
       {"goal", o.goal},
       {"prior", o.prior},
-      {"skate, floor, airborne", {o.skate, o.floor, o.airborne}},
+      {"skate, creep, floor, airborne", {o.skate, o.creep, o.floor, o.airborne}},
       {"speed", {o.speed, o.fastest_m_s}},
       {"path, limits, acceleration, look, balance",
        {o.path, o.limits, o.acceleration, o.look, o.balance}},
       {"adam", {o.adam_iterations, o.least_iterations, o.adam_step, o.close_enough_m}},
-      {"newton", {o.newton_iterations, o.newton_goal_m}},
-      {"restarts", o.restarts}};
+      {"newton", {o.newton_iterations, o.newton_goal_m}}};
   return all.dump();
 }
 
-ReachMethod LatentOpt(const ReachGenerator& with, const wandr::ReachProtocol& protocol) {
-  const LatentOptions options;
+ReachMethod LatentOpt(const ReachGenerator& with, const wandr::ReachProtocol& protocol,
+                      const std::string& key, const std::string& label,
+                      const LatentOptions& options, bool refit) {
   ReachMethod method;
-  method.key = "latent-opt";
-  method.label = "latent-opt (ours)";
+  method.key = key;
+  method.label = label;
   method.protocol = protocol;
-  method.settings = SettingsOf(options);
+  method.protocol.with_intention = options.with_intention;
+  method.settings = SettingsOf(options) + (refit ? ", refit 1" : "");
   const LatentBody body = LatentBodyOf(with.body.rest_joints, with.body.sole_y);
-  method.solve = [with, body, options](std::span<const ReachTask> tasks, int threads,
-                                       const std::function<void()>& poll) {
+  method.solve = [with, body, options, refit](std::span<const ReachTask> tasks, int threads,
+                                              const std::function<void()>& poll) {
     // The protocol's deadlines count to the end of the last frame.
     std::vector<ReachTask> within(tasks.begin(), tasks.end());
     for (ReachTask& task : within) task.deadline = std::min(task.deadline, task.num_steps);
-    return OptimiseLatents(with.network, body, within, options, threads, [&](int, int) { poll(); });
+    LatentOptions polled = options;
+    polled.poll = poll;
+    std::vector<ReachSolution> solutions =
+        OptimiseLatents(with.network, body, within, polled, threads);
+    if (!refit) return solutions;
+    ParallelFor(static_cast<int>(solutions.size()), threads, [&](int i) {
+      wandr::RolloutTrack& track = solutions[i].track;
+      const RefitGoal goal{within[i].goal, within[i].deadline};
+      track.states = RefitReach(with.body, track.states.cast<double>(), {&goal, 1}).cast<float>();
+      track.joints = wandr::JointsOfStates(track.states, with.bones);
+    });
+    return solutions;
   };
   return method;
 }
@@ -111,7 +126,8 @@ ReachMethod LatentOpt(const ReachGenerator& with, const wandr::ReachProtocol& pr
 
 const std::vector<std::string>& ReachMethodNames() {
   static const std::vector<std::string> names = {
-      "intention", "vae-opt-lbfgs", "vae-opt-lbfgs-step1", "vae-opt-adam", "latent-opt"};
+      "intention",        "vae-opt-lbfgs",  "vae-opt-lbfgs-step1", "vae-opt-adam",
+      "latent-opt-prior", "latent-opt-raw", "latent-opt"};
   return names;
 }
 
@@ -149,7 +165,19 @@ std::vector<ReachMethod> ReachMethodsOf(const EvaluateReachOptions& options,
     }
     if (options.deadline != "fixed") methods.push_back(Intention(with, adaptive, "adaptive"));
   }
-  if (asked("latent-opt")) methods.push_back(LatentOpt(with, adaptive));
+  if (asked("latent-opt-prior")) {
+    LatentOptions blind;
+    blind.with_intention = false;
+    methods.push_back(LatentOpt(with, adaptive, "latent-opt-prior",
+                                "latent-opt through the motion prior, not refitted", blind, false));
+  }
+  if (asked("latent-opt-raw")) {
+    methods.push_back(
+        LatentOpt(with, adaptive, "latent-opt-raw", "latent-opt, not refitted", {}, false));
+  }
+  if (asked("latent-opt")) {
+    methods.push_back(LatentOpt(with, adaptive, "latent-opt", "latent-opt (ours)", {}, true));
+  }
   return methods;
 }
 

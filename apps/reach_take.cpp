@@ -22,7 +22,6 @@ namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
-#define DBG(x) if (getenv("TAKE_DEBUG")) fprintf(stderr, "%.2f %s\n", std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(), x)
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr int kAttempts = 3;
@@ -196,7 +195,6 @@ FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMo
   const HandModel hand(start.body, start.betas, job.side);
   const BodySurface body(start.body, start.betas);
 
-  DBG("prepared");
   TakeRequest request;
   request.side = job.side;
   request.places = job.places;
@@ -214,7 +212,6 @@ FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMo
     });
   }
   if (Interrupted()) return stopped;
-  DBG("planned");
   if (!plan.Found()) {
     throw FitFailure(fmt::format("{}: {}. Try the other hand, or another object size", job.object,
                                  Describe(plan.status)));
@@ -231,7 +228,6 @@ FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMo
     if (attempt == 0 || found.score > best.score) best = std::move(found);
     if (best.Serves()) break;
   }
-  DBG("chosen");
   if (best.motion.clip.NumFrames() == 0) {
     throw FitFailure(fmt::format("{}: {}. Try another --seed, or places nearer to one another",
                                  job.object, best.motion.fault));
@@ -257,7 +253,6 @@ FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMo
     });
   }
   if (Interrupted()) return stopped;
-  DBG("fitted");
   clip.object->name = prepared->object.name;
   clip.object->mesh = "object.ply";
   clip.action = "take";
@@ -275,14 +270,12 @@ FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMo
     });
   }
   if (Interrupted()) return stopped;
-  DBG("contact");
   const TakeTimes& times = best.motion.times;
   const TakeMeasures measured = MeasureTake(clip, body, job.side, object, best.table.table,
                                             times.take, times.goals, plan.places, threads);
   const Held held = WanderingInHand(clip, body, best.motion, job.side);
   const int count = clip.NumFrames();
 
-  DBG("measured");
   nlohmann::json metrics = JsonHead("holdfast/reach-take/1", common);
   metrics.update(extra);
   metrics["options"]["object"] = job.object;

@@ -6,9 +6,10 @@
 #include <cmath>
 #include <mutex>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
+#include <Eigen/Cholesky>
 
+#include "generator/matching/capture_quality.h"
 #include "generator/matching/sole_contact.h"
 #include "generator/wandr/reach_outcome.h"
 #include "generator/wandr/rollout.h"
@@ -36,10 +37,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kFrame = 1.0 / wandr::kFramesPerSecond;
-constexpr int kPace = 10;              // frames over which the pelvis' speed is taken
-constexpr int kBurst = 2;              // the same, of single steps
+constexpr int kPace = 10;  // frames over which the pelvis' speed is taken
+constexpr int kBurst = 2;  // the same, of single steps
 constexpr int kCreep = 6;
-constexpr int kContactsEvery = 10;     // iterations after which contacts are found anew
+constexpr int kContactsEvery = 10;  // iterations after which contacts are found anew
 constexpr int kHeadJoint = 15;
 constexpr double kStandsStill = 0.25;  // m/s
 
@@ -100,7 +101,8 @@ void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const
     if (t >= kBurst) {
       objective.Add("speed", burst, nullptr, {Position(t - kBurst, 0), Position(t, 0)});
     }
-    if (t >= kPace) objective.Add("speed", speed, nullptr, {Position(t - kPace, 0), Position(t, 0)});
+    if (t >= kPace)
+      objective.Add("speed", speed, nullptr, {Position(t - kPace, 0), Position(t, 0)});
     if (options.acceleration > 0.0 && t + 1 < frames) {
       for (int k = 0; k < kNumBodyJoints; ++k) {
         objective.Add("acceleration", smooth, nullptr,
@@ -129,10 +131,13 @@ void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const
   for (const LatentObstacle& obstacle : options.obstacles) {
     // About how thick a person is around each joint, metres; the reaching arm may touch.
     for (int k = 0; k < kNumBodyJoints; ++k) {
-      const double thickness = k <= 15 ? (k == 7 || k == 8 || k == 10 || k == 11 ? 0.06 : 0.13) : 0.05;
-      const auto keep_out = std::make_shared<Obstacle>(*obstacle.solid, thickness, options.obstacle);
+      const double thickness =
+          k <= 15 ? (k == 7 || k == 8 || k == 10 || k == 11 ? 0.06 : 0.13) : 0.05;
+      const auto keep_out =
+          std::make_shared<Obstacle>(*obstacle.solid, thickness, options.obstacle);
       if (k == GoalJoint(options)) continue;
-      for (int t = 1; t < frames; ++t) objective.Add("obstacle", keep_out, nullptr, {Position(t, k)});
+      for (int t = 1; t < frames; ++t)
+        objective.Add("obstacle", keep_out, nullptr, {Position(t, k)});
     }
   }
   if (options.path > 0.0) {
@@ -148,7 +153,8 @@ void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const
   }
   if (options.look > 0.0) {
     const auto look = std::make_shared<LookAt>(task.goal, options.look);
-    for (int t = std::max(1, task.deadline - 45); t <= std::min(task.deadline, frames - 1); t += 3) {
+    for (int t = std::max(1, task.deadline - 45); t <= std::min(task.deadline, frames - 1);
+         t += 3) {
       objective.Add("look", look, nullptr, {WorldRotation(t, kHeadJoint), Position(t, kHeadJoint)});
     }
   }
@@ -206,8 +212,8 @@ struct Traveller {
 // Runs some travellers side by side through rollout, objective and back.
 class Passage {
  public:
-  Passage(const wandr::Network<float>& network, const LatentBody& body, const LatentOptions& options,
-          int num_steps, int capacity)
+  Passage(const wandr::Network<float>& network, const LatentBody& body,
+          const LatentOptions& options, int num_steps, int capacity)
       : body_(body),
         bones_(body.bones.Cast<double>()),
         options_(options),
@@ -280,8 +286,7 @@ class Passage {
     for (Eigen::Index i = 0; i < count; ++i) {
       Traveller& one = *travellers[static_cast<std::size_t>(i)];
       one.gradient = gradient_.latents.col(i);
-      one.value +=
-          LatentPrior::AddGradient(one.latents, one.centre, options_.prior, one.gradient);
+      one.value += LatentPrior::AddGradient(one.latents, one.centre, options_.prior, one.gradient);
     }
   }
 
@@ -419,8 +424,8 @@ class Batch {
       one.task = &tasks[i];
       one.index = static_cast<int>(i);
       one.motion = MotionView(points);
-      one.centre = wandr::DrawLatents(tasks[i].seed, tasks[i].stream, network.LatentSize(), steps_,
-                                      1.0);
+      one.centre =
+          wandr::DrawLatents(tasks[i].seed, tasks[i].stream, network.LatentSize(), steps_, 1.0);
       one.latents = one.centre;
       one.mean.setZero(one.centre.size());
       one.variance.setZero(one.centre.size());
@@ -451,13 +456,14 @@ class Batch {
     for (int iteration = 0; iteration <= options_.adam_iterations; ++iteration) {
       const std::vector<Traveller*> moving = Pointers(travellers_);
       if (moving.empty()) break;
+      if (options_.poll) options_.poll();
       passage_.Forward(moving);
       const double seconds = Seconds();
       for (Traveller* one : moving) {
         Record(*one, solutions_[static_cast<std::size_t>(one->index)].trace, seconds);
-        one->done = iteration == options_.adam_iterations ||
-                    (iteration >= options_.least_iterations &&
-                     one->goal_error_m <= options_.close_enough_m);
+        one->done =
+            iteration == options_.adam_iterations || (iteration >= options_.least_iterations &&
+                                                      one->goal_error_m <= options_.close_enough_m);
       }
       const double share = static_cast<double>(iteration) / std::max(1, options_.adam_iterations);
       passage_.Gradient(moving, share);
@@ -482,6 +488,7 @@ class Batch {
       }
       const std::vector<Traveller*> moving = Pointers(travellers_);
       if (moving.empty()) break;
+      if (options_.poll) options_.poll();
       passage_.Forward(moving, true);
       passage_.Rows(moving, kSigma, penalty_scale, J, r);
       std::vector<Eigen::VectorXf> before;
@@ -548,14 +555,15 @@ LatentBody LatentBodyOf(const Eigen::Matrix3Xd& rest_joints, double sole_y) {
     body.soles.push_back({ball, under_ball});
     body.soles.push_back({ball, under_ball + kToes * length * Eigen::Vector3d::UnitZ()});
     const auto [wrist, knuckle] = kHands[static_cast<std::size_t>(side)];
-    body.fingertips.push_back({wrist, kFinger * (rest_joints.col(knuckle) - rest_joints.col(wrist))});
+    body.fingertips.push_back(
+        {wrist, kFinger * (rest_joints.col(knuckle) - rest_joints.col(wrist))});
   }
+  body.joint_limits = CapturedJointLimits();
   return body;
 }
 
 std::vector<ReachSolution> OptimiseLatents(const wandr::Network<float>& network,
-                                           const LatentBody& body,
-                                           std::span<const ReachTask> tasks,
+                                           const LatentBody& body, std::span<const ReachTask> tasks,
                                            const LatentOptions& options, int threads,
                                            const std::function<void(int, int)>& progress) {
   if (tasks.empty()) throw Error("reach", "has no tasks", "Give at least one goal");
@@ -582,8 +590,8 @@ std::vector<ReachSolution> OptimiseLatents(const wandr::Network<float>& network,
   ParallelFor((total + size - 1) / size, threads, [&](int b) {
     const int first = b * size, count = std::min(size, total - first);
     std::vector<ReachSolution> part =
-        Batch(network, body, tasks.subspan(static_cast<std::size_t>(first),
-                                           static_cast<std::size_t>(count)),
+        Batch(network, body,
+              tasks.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count)),
               options)
             .Run();
     std::ranges::move(part, solutions.begin() + first);

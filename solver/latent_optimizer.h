@@ -50,7 +50,7 @@ struct LatentOptions {
   int hold_frames = 12;
   int late_frames = 30;
   double soft_min_from_m = 0.5, soft_min_to_m = 0.1;  ///< tau of FirstArrival, over the iterations
-  int goal_joint = 0;  ///< 0: the wrist of `intention`; else this joint
+  int goal_joint = 0;                       ///< 0: the wrist of `intention`; else this joint
   std::optional<Eigen::Vector3d> approach;  ///< unit, from elbow to wrist on arrival
 
   double goal = 1.0;
@@ -71,12 +71,14 @@ struct LatentOptions {
   std::vector<LatentObstacle> obstacles;
 
   int adam_iterations = 80;
-  int least_iterations = 30;     ///< even when the goal is reached
-  double adam_step = 0.08;       ///< decays linearly to a twentieth
-  double close_enough_m = 0.0;   ///< Adam stops here
+  int least_iterations = 30;    ///< even when the goal is reached
+  double adam_step = 0.08;      ///< decays linearly to a twentieth
+  double close_enough_m = 0.0;  ///< Adam stops here
   int newton_iterations = 5;
   double newton_goal_m = 0.003;  ///< Gauss-Newton stops here
   int batch = 16;
+  /// Called before each iteration, from several threads; what it throws ends the run.
+  std::function<void()> poll = {};
 };
 
 /// What became of each task. Neither threads, nor batches, nor the other tasks change a result.
@@ -84,8 +86,7 @@ struct LatentOptions {
 /// run. Throws Error for no tasks, unequal steps, deadlines beyond the motion, and what is not
 /// finite.
 std::vector<ReachSolution> OptimiseLatents(const wandr::Network<float>& network,
-                                           const LatentBody& body,
-                                           std::span<const ReachTask> tasks,
+                                           const LatentBody& body, std::span<const ReachTask> tasks,
                                            const LatentOptions& options, int threads,
                                            const std::function<void(int, int)>& progress = {});
 

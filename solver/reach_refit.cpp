@@ -25,7 +25,7 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 // it is. Smooth over time: the largest of nearby frames, then a bell.
 std::vector<double> Bends(const std::vector<BodyFrame>& frames, const Eigen::Matrix3Xd& rest_joints,
                           int wrist, const Vector3d& tip) {
-  constexpr double kClearance = 0.01;          // metres: half a finger
+  constexpr double kClearance = 0.01;           // metres: half a finger
   constexpr double kFarthest = 70.0 * kDegree;  // a wrist bends back no farther
   constexpr int kReach = 4;
   const int count = static_cast<int>(frames.size());
@@ -74,8 +74,7 @@ double LiftHand(const Eigen::Matrix3Xd& rest_joints, int wrist, std::vector<Body
     if (level.norm() < 0.2 * hand.norm()) level = world * Vector3d::UnitY();
     const Vector3d axis = level.cross(Vector3d::UnitZ());
     if (axis.norm() < 1e-6) continue;
-    const Eigen::Matrix3d parent =
-        placed.rotation[static_cast<std::size_t>(kJointParents[wrist])];
+    const Eigen::Matrix3d parent = placed.rotation[static_cast<std::size_t>(kJointParents[wrist])];
     const Eigen::AngleAxisd turn(bends[t], axis.normalized());
     frames[t].local[static_cast<std::size_t>(wrist)] =
         Eigen::Quaterniond(Eigen::Matrix3d(parent.transpose() * turn * world)).normalized();
@@ -107,8 +106,8 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
     std::vector<Soles> points;
     for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
     FootLockReport lock;
-    feet = LockFeet(rest_joints, soles, FindContacts(points, wandr::kFramesPerSecond), frames,
-                    &lock);
+    feet =
+        LockFeet(rest_joints, soles, FindContacts(points, wandr::kFramesPerSecond), frames, &lock);
     found.max_foot_correction_m = lock.max_correction_m;
     found.max_pelvis_sink_m = lock.max_sink_m;
   } else {
@@ -124,8 +123,7 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
                   "Give a frame of the motion and a finite place");
     }
     const auto error = [&] {
-      const BodyPlacement placed =
-          Place(rest_joints, frames[static_cast<std::size_t>(goal.frame)]);
+      const BodyPlacement placed = Place(rest_joints, frames[static_cast<std::size_t>(goal.frame)]);
       return (placed.joints.col(wrist) - goal.position).norm();
     };
     ReachWarp warp;

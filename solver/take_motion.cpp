@@ -33,7 +33,8 @@ constexpr double kDegree = kPi / 180.0;
 constexpr int kChest = 9, kNeck = 12, kHead = 15;
 constexpr int kWarpMargin = 16, kWarpReach = 26;  // frames around a place
 constexpr double kRate = 30.0;                    // of states
-constexpr double kEasyReach = 0.95;     // share of the arm's length from which the trunk helps
+constexpr double kEasyReach = 0.95;  // share of the arm's length from which the trunk helps
+constexpr double kSettle_s = 0.3;
 constexpr double kMeetOwnArm_s = 0.45;  // in which the made arm takes over
 
 // Angles that healthy trunks and arms do not pass, for WarpReach.
@@ -402,13 +403,16 @@ class Maker {
     made.clip.object->trans.resize(3, count);
     made.clip.object->orient.resize(3, count);
     made.clip.holding_hand.assign(static_cast<std::size_t>(count), 0);
+    // As the hand has hold of it: the grasp, but for what the wrist refused.
+    const Isometry3d hand_from_object =
+        JointPoseOf(Place(rest_joints_, frames_[times.take]), arm_.Bones().end).inverse() *
+        made.standing.Transform();
     Vector3d turned = LogSO3(made.standing.Transform().linear());
     for (int t = 0; t < count; ++t) {
       SetFingers(made.clip.pose[t], plan_.side, FingersAt(t, made, relaxed));
       Isometry3d pose = made.standing.Transform();
       if (t > times.take) {
-        pose = JointPoseOf(Place(rest_joints_, frames_[t]), arm_.Bones().end) *
-               made.take.grasp.wrist_from_object;
+        pose = JointPoseOf(Place(rest_joints_, frames_[t]), arm_.Bones().end) * hand_from_object;
       }
       if (t >= times.take) made.clip.holding_hand[t] = HoldingBit(plan_.side);
       turned = UnwrapAxisAngle(LogSO3(pose.linear()), turned);
@@ -455,12 +459,19 @@ Clip FitTaken(const TakeMotion& motion, const HandModel& hand, const FitObject& 
   const std::vector<std::uint8_t> holding(held.pose.size(), HoldingBit(hand.HandSide()));
   FitResult fitted = FitClip(held, hands, object, holding, options, {}, progress);
   Clip clip = motion.clip;
+  // The fit may place the object a little otherwise where the wrist's limits kept the hand off the
+  // grasp: it settles into that from where it stands.
+  const Matrix3d stands = ExpSO3(held.object->orient.col(0));
+  const Vector3d settle = held.object->trans.col(0) - fitted.clip.object->trans.col(0);
+  const Vector3d turn = LogSO3(stands * ExpSO3(fitted.clip.object->orient.col(0)).transpose());
   for (int t = 0; t < fitted.clip.NumFrames(); ++t) {
     clip.pose[take + t] = fitted.clip.pose[t];
     clip.trans.col(take + t) = fitted.clip.trans.col(t);
-    clip.object->trans.col(take + t) = fitted.clip.object->trans.col(t);
+    const double left = 1.0 - MinimumJerk(t / (kSettle_s * kRate));
     const Vector3d before = clip.object->orient.col(std::max(0, take + t - 1));
-    clip.object->orient.col(take + t) = UnwrapAxisAngle(fitted.clip.object->orient.col(t), before);
+    clip.object->trans.col(take + t) = fitted.clip.object->trans.col(t) + left * settle;
+    clip.object->orient.col(take + t) = UnwrapAxisAngle(
+        LogSO3(ExpSO3(left * turn) * ExpSO3(fitted.clip.object->orient.col(t))), before);
   }
   if (frames != nullptr) *frames = std::move(fitted.frames);
   return clip;

@@ -20,8 +20,7 @@ using Eigen::Vector3d;
 constexpr double kPi = std::numbers::pi;
 constexpr double kDegree = kPi / 180.0;
 constexpr int kYaws = 36;
-constexpr int kApproaches = 16;  // grasps whose way to the object is looked at
-constexpr int kKept = 10;
+constexpr int kKept = 24;  // for bodies that stand otherwise than expected
 constexpr double kTooDeep_mm = 6.0;
 
 Matrix3d TurnZ(double angle) { return Eigen::AngleAxisd(angle, Vector3d::UnitZ()).matrix(); }
@@ -49,13 +48,13 @@ Vector3d ExpectedShoulder(const TakeArm& arm, const Vector3d& object, double yaw
 }
 
 // World's up in the wrist's frame for hands at a table: thumb up, back of the hand up, between
-// them, and each with the fingers pointing somewhat up or down.
+// them, and each with the fingers level, up a little or down.
 std::vector<Vector3d> UpsAtTable(const HandAxes& axes) {
   const Vector3d back = -axes.PalmNormal();
   std::vector<Vector3d> ups;
   for (const Vector3d& up :
        {Vector3d(axes.Across()), Vector3d((axes.Across() + back).normalized()), back}) {
-    for (const double tilt : {0.0, 0.45, -0.45}) {
+    for (const double tilt : {0.2, 0.0, -0.35, -0.75}) {
       ups.push_back((up + tilt * axes.Forward()).normalized());
     }
   }
@@ -149,7 +148,7 @@ TakePlan PlanTake(const TakeRequest& request, const HandModel& hand, const TakeO
   options.up_in_wrist = UpsAtTable(anatomy.axes);
   options.upright_weight = 1.0;
   options.table_weight = 2.0;
-  options.refinements = 48;
+  options.refinements = 64;
   GraspReport report;
   CloseHand(hand, object.mesh, object.surface, object.distance, options, &report, progress);
   plan.status = report.status;
@@ -187,13 +186,12 @@ TakePlan PlanTake(const TakeRequest& request, const HandModel& hand, const TakeO
     });
   };
   score_all(grasps);
-  if (grasps.size() > kApproaches) grasps.resize(kApproaches);
+  if (grasps.size() > kKept) grasps.resize(kKept);
   const double bottom = object.BottomMiddle().z();
   ParallelFor(static_cast<int>(grasps.size()), request.threads, [&](int i) {
     grasps[i].approach = FindApproach(anatomy, grasps[i].grasp, object.distance, bottom);
   });
   score_all(grasps);
-  if (grasps.size() > kKept) grasps.resize(kKept);
   plan.candidates = std::move(grasps);
   plan.take = plan.candidates.front();
 

@@ -72,9 +72,9 @@ struct TakePlan {
   Side side = Side::kRight;
   std::vector<Eigen::Vector3d> places;  ///< as asked
   bool yaw_is_free = true;
-  double approach_yaw_rad = 0.0;      ///< direction of walking at the take, from +x
-  TakeGrasp take;                     ///< the best of `candidates`
-  std::vector<TakeGrasp> candidates;  ///< best first, at most a few; for when the body stands
+  double approach_yaw_rad = 0.0;                      ///< direction of walking at the take, from +x
+  TakeGrasp take;                                     ///< the best of `candidates`
+  std::vector<TakeGrasp> candidates;                  ///< best first; for when the body stands
   GraspStatus status = GraspStatus::kNothingToGrasp;  ///< of the search for grasps
   SideTable table;                                    ///< where it is expected to stand
   /// For the motion, one for each place: the grasp, then the carries. Positions count; rotations

@@ -137,11 +137,12 @@ std::string FaultOf(const MotionQuality& quality, const CaptureLimits& limits) {
 }
 
 JointLimits CapturedJointLimits() {
-  constexpr std::array<int, kNumBodyJoints> kDegrees = {180, 146, 133, 46,  161, 160, 64,  91,
-                                                        112, 45,  65,  66,  67,  42,  54,  77,
+  constexpr std::array<int, kNumBodyJoints> kDegrees = {180, 146, 133, 46,  161, 160, 64, 91,
+                                                        112, 45,  65,  66,  67,  42,  54, 77,
                                                         126, 152, 156, 161, 100, 87};
   JointLimits limits;
-  for (std::size_t k = 0; k < limits.size(); ++k) limits[k] = kDegrees[k] * std::numbers::pi / 180.0;
+  for (std::size_t k = 0; k < limits.size(); ++k)
+    limits[k] = kDegrees[k] * std::numbers::pi / 180.0;
   return limits;
 }
 

@@ -31,6 +31,17 @@ StateMatrix<double> StatesOfClip(const Clip& clip) {
   return states;
 }
 
+Eigen::MatrixXf JointsOfStates(const Eigen::Ref<const StateMatrix<float>>& states,
+                               const BoneOffsets<float>& bones) {
+  Eigen::MatrixXf joints(kJointNumbers, states.cols());
+  BodyKinematics<float> kinematics;
+  for (Eigen::Index f = 0; f < states.cols(); ++f) {
+    ForwardKinematics(bones, PoseOf<float>(states.col(f)), kinematics);
+    Eigen::Map<BodyJoints<float>>(joints.col(f).data()) = kinematics.joints;
+  }
+  return joints;
+}
+
 Clip ClipOfStates(const Eigen::Ref<const StateMatrix<double>>& states, const Clip& like) {
   Clip clip;
   clip.frame_rate = kFramesPerSecond;

@@ -17,6 +17,10 @@ namespace holdfast::wandr {
 /// frames.
 StateMatrix<double> StatesOfClip(const Clip& clip);
 
+/// Joint positions (66 x F) of states.
+Eigen::MatrixXf JointsOfStates(const Eigen::Ref<const StateMatrix<float>>& states,
+                               const BoneOffsets<float>& bones);
+
 /// The clip of states: axis-angles without jumps between frames, fingers, jaw and eyes at rest,
 /// 30 fps. StatesOfClip gives the states back, and ClipOfStates(StatesOfClip(clip)) the joints of a
 /// 30 fps clip, to rounding. Body (betas, gender, body_model), subject and the like are those of

@@ -30,8 +30,7 @@ class LatentPrior final : public ceres::CostFunction {
     Eigen::Map<Eigen::VectorXd>(residuals, n) =
         scale_ * (Eigen::Map<const Eigen::VectorXd>(parameters[0], n) - centre_);
     if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::MatrixXd>(jacobians[0], n, n) =
-          scale_ * Eigen::MatrixXd::Identity(n, n);
+      Eigen::Map<Eigen::MatrixXd>(jacobians[0], n, n) = scale_ * Eigen::MatrixXd::Identity(n, n);
     }
     return true;
   }

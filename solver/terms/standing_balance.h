@@ -22,10 +22,10 @@ namespace holdfast {
 /// step to step.
 class StandingBalance final : public ceres::CostFunction {
  public:
-  static constexpr std::array<std::pair<int, double>, 9> kMasses = {{{0, 0.14},    // pelvis
-                                                                     {4, 0.15},    // knees
+  static constexpr std::array<std::pair<int, double>, 9> kMasses = {{{0, 0.14},  // pelvis
+                                                                     {4, 0.15},  // knees
                                                                      {5, 0.15},
-                                                                     {6, 0.14},    // trunk
+                                                                     {6, 0.14},  // trunk
                                                                      {9, 0.21},
                                                                      {15, 0.09},   // head
                                                                      {18, 0.055},  // elbows

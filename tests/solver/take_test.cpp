@@ -49,7 +49,7 @@ const HandModel& RightHand() {
 // A bottle at arm's length before a person who stands at the origin and faces -y.
 TakeRequest Request() {
   TakeRequest request;
-  request.places = {{-0.15, -0.45, 0.85}, {-0.35, -0.4, 1.05}};
+  request.places = {{-0.2, -0.5, 1.0}, {-0.35, -0.4, 1.1}};
   request.pelvis = Vector3d(0.0, 0.6, 0.95);
   request.threads = 2;
   return request;
@@ -112,18 +112,18 @@ TEST(PlanTake, FindsAGraspThatAHandCanTakeFromATable) {
   EXPECT_EQ(plan.take.fault, "");
   ASSERT_EQ(plan.goals.size(), 2u);
   const Isometry3d stands = Bottle().Object().Upright(plan.places[0], plan.take.yaw_rad);
-  EXPECT_NEAR((stands * Bottle().mesh.vertices).row(2).minCoeff(), 0.85, 1e-9);
+  EXPECT_NEAR((stands * Bottle().mesh.vertices).row(2).minCoeff(), 1.0, 1e-9);
   EXPECT_LT((plan.goals[0].wrist - plan.take.WristFor(stands).translation()).norm(), 1e-12);
   // The closed and the ready hand, by their skin: above the table, out of the bottle.
   HandEvaluation hand = AtWrist(RightHand());
   for (const FingerPose& fingers : {plan.take.grasp.fingers, plan.take.approach.ready}) {
     const Eigen::Matrix3Xd skin =
         plan.take.WristFor(stands) * hand.At(fingers.data(), false).Vertices();
-    EXPECT_GT(skin.row(2).minCoeff(), 0.85 - 0.006);
+    EXPECT_GT(skin.row(2).minCoeff(), 1.0 - 0.006);
     EXPECT_GT(Bottle().surface.Distances(stands.inverse() * skin).minCoeff(), -0.004);
   }
   for (const TakeGrasp& candidate : plan.candidates) {
-    if (candidate.fault.empty()) EXPECT_LE(candidate.score, plan.take.score);
+    EXPECT_TRUE(!candidate.fault.empty() || candidate.score <= plan.take.score);
   }
 }
 
@@ -153,15 +153,17 @@ TEST(PlanTake, RefusesPlacesThatAreNone) {
 
 TEST(MakeTakeMotion, HasTheHandExactlyAtTheGraspWhenItTakes) {
   const TakeMotion& motion = Motion();
-  ASSERT_EQ(motion.fault, "");
+  EXPECT_EQ(motion.fault, "");
   const Isometry3d grasp = motion.take.WristFor(motion.standing.Transform());
   for (int t = motion.times.arrive; t <= motion.times.take; ++t) {
     const Isometry3d wrist = WristIn(motion.clip, t);
     EXPECT_LT((wrist.translation() - grasp.translation()).norm(), 1e-3) << t;
     EXPECT_LT(AngleBetween(wrist.linear(), grasp.linear()), 0.5 * kDegree) << t;
   }
-  EXPECT_EQ(FingersOf(motion.clip.pose[motion.times.take], Side::kRight),
-            motion.take.grasp.fingers);
+  EXPECT_LT(
+      (FingersOf(motion.clip.pose[motion.times.take], Side::kRight) - motion.take.grasp.fingers)
+          .norm(),
+      1e-9);
 }
 
 TEST(MakeTakeMotion, LeavesLegsAndTheRestOfTheMotionAlone) {
