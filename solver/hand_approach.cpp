@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kDirections = 96;
 constexpr std::array<double, 6> kOpennesses = {0.5, 0.7, 0.3, 0.9, 0.2, 0.1};
-constexpr std::array<double, 3> kLeads = {0.0, 0.5, -0.5};
+constexpr std::array<double, 4> kLeads = {0.0, 0.5, 1.0, -0.5};
 constexpr std::array<double, 6> kOnTheWay = {0.006, 0.015, 0.028, 0.045, 0.065, 0.09};  // metres
 constexpr std::array<double, 8> kClosing = {0.1, 0.22, 0.35, 0.48, 0.6, 0.72, 0.85, 0.95};
 
@@ -86,7 +86,7 @@ HandApproach FindApproach(const HandAnatomy& anatomy, const Grasp& grasp,
   const auto cost_of = [&](HandApproach& tried, const Depths& depths) {
     tried.through_mm = 1000.0 * std::max(0.0, depths.through - own.through);
     tried.below_mm = 1000.0 * depths.below;
-    return tried.through_mm + 0.1 * depths.inside + 0.5 * tried.below_mm +
+    return tried.through_mm + 0.2 * depths.inside + 0.5 * tried.below_mm +
            3.0 * std::abs(tried.openness - 0.6) + std::abs(tried.tips_lead);
   };
   for (const double openness : kOpennesses) {

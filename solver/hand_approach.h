@@ -30,10 +30,10 @@ FingerPose ClosingFingers(const HandApproach& approach, const Grasp& grasp, doub
 /// The line, the readiness of fingers and their way of closing that keep clearest of the object and
 /// of the plane that it stands on (`bottom_z`, its frame). Least of
 ///
-///   through_mm + 0.1 (skin points inside at once) + 0.5 below_mm + 3 (1 - cos(retreat, usual)) + 3
+///   through_mm + 0.2 (skin points inside at once) + 0.5 below_mm + 3 (1 - cos(retreat, usual)) + 3
 ///   |openness - 0.6| + |tips_lead|
 ///
-/// over 96 directions, 6 opennesses and 3 ways of closing. `usual` has the hand come palm and
+/// over 96 directions, 6 opennesses and 4 ways of closing. `usual` has the hand come palm and
 /// fingertips first.
 HandApproach FindApproach(const HandAnatomy& anatomy, const Grasp& grasp,
                           const DistanceGrid& object, double bottom_z);

@@ -37,9 +37,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kFrame = 1.0 / wandr::kFramesPerSecond;
-constexpr int kPace = 10;  // frames over which the pelvis' speed is taken
-constexpr int kBurst = 2;  // the same, of single steps
-constexpr int kCreep = 6;
+constexpr int kPace = 10;           // frames over which the pelvis' speed is taken
+constexpr int kBurst = 2;           // the same, of single steps
+constexpr int kCreep = 6;           // frames over which a planted foot is not to creep
+constexpr int kArriving = 5;        // frames before the deadline
 constexpr int kContactsEvery = 10;  // iterations after which contacts are found anew
 constexpr int kHeadJoint = 15;
 constexpr double kStandsStill = 0.25;  // m/s
@@ -120,9 +121,13 @@ void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const
     std::vector<int> joints;
     for (const auto& mass : StandingBalance::kMasses) joints.push_back(mass.first);
     joints.insert(joints.end(), StandingBalance::kFeet.begin(), StandingBalance::kFeet.end());
-    for (int t = kPace; t + kPace < frames; ++t) {
-      const Eigen::Vector3d way = motion.At(t + kPace, 0) - motion.At(t - kPace, 0);
-      if (way.head<2>().norm() > kStandsStill * 2 * kPace * kFrame) continue;
+    for (int t = 1; t < frames; ++t) {
+      // Who arrives stands; else who hardly moves does.
+      const bool arrived =
+          t >= task.deadline - kArriving && t <= task.deadline + options.hold_frames;
+      const int before = std::max(0, t - kPace), after = std::min(frames - 1, t + kPace);
+      const Eigen::Vector3d way = motion.At(after, 0) - motion.At(before, 0);
+      if (!arrived && way.head<2>().norm() > kStandsStill * (after - before) * kFrame) continue;
       std::vector<MotionQuantity> blocks;
       for (const int joint : joints) blocks.push_back(Position(t, joint));
       objective.Add("balance", balance, nullptr, std::move(blocks));

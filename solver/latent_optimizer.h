@@ -67,7 +67,7 @@ struct LatentOptions {
   double acceleration = 1e-7;
   double obstacle = 1.0;
   double look = 0.005;
-  double balance = 0.1;
+  double balance = 0.3;
   std::vector<LatentObstacle> obstacles;
 
   int adam_iterations = 80;

@@ -58,6 +58,24 @@ TEST(GltfWriter, ShowsTheBodyModelsSurfaceJointsAndObject) {
   }
 }
 
+TEST(GltfWriter, ShowsTheTable) {
+  const TemporaryFolder folder;
+  Clip clip = MakeMovingClip(3, 3);
+  clip.table = clip.object;
+  clip.table->name = "desk";
+  clip.table->trans.array() += 0.3;
+  const TriangleMesh table = Tetrahedron();
+  GlbOptions options;
+  options.table = &table;
+  WriteGlb(clip, BodySurface(BodyModel::Default()), nullptr, options, folder / "a.glb");
+  const GlbFile file(folder / "a.glb");
+  const ShadedMesh shaded = SplitAtCreases(table);
+  const Eigen::Matrix3Xd placed =
+      (ExpSO3(clip.table->orient.col(2)) * shaded.mesh.vertices).colwise() +
+      clip.table->trans.col(2);
+  EXPECT_LT(Furthest(file.Vertices(file.Node("desk"), 2), YUp(placed)), 1e-5);
+}
+
 TEST(GltfWriter, WithoutCorrectivesTellsHowFarOffTheSkinIs) {
   const TemporaryFolder folder;
   const BodySurface surface(BodyModel::Default());
