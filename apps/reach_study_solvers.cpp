@@ -84,6 +84,7 @@ std::string SettingsOf(const LatentOptions& o) {
       {"prior", o.prior},
       {"skate, creep, floor, airborne", {o.skate, o.creep, o.floor, o.airborne}},
       {"speed", {o.speed, o.fastest_m_s}},
+      {"near", {o.near, o.farthest_stance_m}},
       {"path, limits, acceleration, look, balance",
        {o.path, o.limits, o.acceleration, o.look, o.balance}},
       {"adam", {o.adam_iterations, o.least_iterations, o.adam_step, o.close_enough_m}},

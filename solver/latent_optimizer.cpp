@@ -29,6 +29,7 @@
 #include "solver/terms/pelvis_path.h"
 #include "solver/terms/pelvis_speed.h"
 #include "solver/terms/rotation_range.h"
+#include "solver/terms/stand_near.h"
 #include "solver/terms/standing_balance.h"
 
 namespace holdfast {
@@ -144,6 +145,13 @@ void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const
       for (int t = 1; t < frames; ++t)
         objective.Add("obstacle", keep_out, nullptr, {Position(t, k)});
     }
+  }
+  if (options.near > 0.0) {
+    const int first = std::max(1, task.deadline - 3 * kArriving);
+    const int last = std::min(frames - 1, task.deadline + options.hold_frames);
+    const auto near = std::make_shared<StandNear>(task.goal, options.farthest_stance_m,
+                                                  options.near / (last - first + 1));
+    for (int t = first; t <= last; ++t) objective.Add("near", near, nullptr, {Position(t, 0)});
   }
   if (options.path > 0.0) {
     const Eigen::Vector3d from = motion.At(0, 0);

@@ -62,6 +62,8 @@ struct LatentOptions {
   double airborne = 1.0;
   double speed = 0.05;
   double fastest_m_s = 1.5;
+  double near = 2.0;
+  double farthest_stance_m = 0.5;  ///< pelvis to goal, as seen from above
   double path = 0.0;
   double limits = 0.01;
   double acceleration = 1e-7;
