@@ -33,8 +33,9 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       ->add_option("--method", job.method,
                    "intention: the network is told the goal and runs once. latent-opt: its latents "
                    "are then changed until the wrist is there, stays, and the body moves as bodies "
-                   "do; feet pinned at last. vae-opt: WANDR's baseline, for comparison")
-      ->capture_default_str()
+                   "do; feet pinned at last. vae-opt: WANDR's baseline, for comparison [intention; "
+                   "latent-opt "
+                   "with --object]")
       ->check(CLI::IsMember({"intention", "latent-opt", "vae-opt"}));
   command
       ->add_option("--samples", job.samples,
@@ -59,6 +60,7 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       ->default_str("auto")
       ->check(CLI::IsMember({"auto", "power", "precision", "handle"}))
       ->needs(object);
+  object->needs(command->get_option("--grasp"));
   command
       ->add_option("--object-yaw", job.object_yaw_deg,
                    "Turn of the standing object about the vertical, degrees [what suits the hand]")
@@ -83,7 +85,7 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "  holdfast reach --goal 0.4,-2.0,0.9 --goal -1.0,-2.5,1.4 --samples 64 -o errand\n"
       "  holdfast reach --goal 3,1,1.2 --method latent-opt -o precise\n"
       "  holdfast reach --from walk.npz:40 --goal 2.0,0.5,0.3 --wrist left --all -o reached\n"
-      "  holdfast reach --goal 1.5,1.0,0.8 --goal -0.5,1.5,1.1 --object mug --grasp -o taken\n"
+      "  holdfast reach --goal 1.5,1,0.8 --goal -0.5,1.5,1.1 --object mug --grasp -o taken\n"
       "A goal is reached when the wrist is within 10 cm of it. The next is taken on when the "
       "wrist\n"
       "has been there and comes no closer, or half as long again after the goal was due. The best\n"

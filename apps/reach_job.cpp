@@ -83,7 +83,7 @@ nlohmann::json OptionsJson(const ReachJob& job, const Beginning& begin) {
           {"from", begin.source},
           {"from_frame_30fps", begin.frame},
           {"wrist", job.wrist},
-          {"method", job.method},
+          {"method", job.Method()},
           {"time_s", job.time_s ? nlohmann::json(*job.time_s) : nullptr},
           {"samples", job.NumSamples()},
           {"sigma", job.sigma},
@@ -186,7 +186,7 @@ std::string Text(const ReachJob& job, const wandr::ReachSample& best, const Meas
                       100.0 * measured.skating, 100.0 * measured.airborne);
   text +=
       fmt::format("  {:<26}best of {} by {}; {} reach {}; {:.2f} s\n", "samples", job.NumSamples(),
-                  job.method, full, goals.size() == 1 ? "the goal" : "all goals", seconds);
+                  job.Method(), full, goals.size() == 1 ? "the goal" : "all goals", seconds);
   return text;
 }
 
@@ -244,7 +244,7 @@ FitOutcome RunTake(const ReachJob& job, const Beginning& begin, const ReachNetwo
           std::max(12, static_cast<int>(std::lround(wandr::kFramesPerSecond * goal.stay_s))));
     }
     wishes.seed_offset = static_cast<std::uint64_t>(attempt);
-    if (job.method == "latent-opt") {
+    if (job.Method() == "latent-opt") {
       TriangleMesh table = plan.table.Mesh();
       for (Eigen::Index i = 0; i < table.vertices.cols(); ++i) {
         table.vertices.col(i) =
@@ -319,7 +319,7 @@ FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
   metrics["goals"] = GoalsJson(best, goals, why);
   metrics["summary"] = SampleJson(best, measured[order[0]], order[0]);
   metrics["summary"]["samples_that_reach_all"] = full;
-  if (!made.refits.empty() && job.refit && job.method == "latent-opt") {
+  if (!made.refits.empty() && job.refit && job.Method() == "latent-opt") {
     const RefitReport& refit = made.refits[order[0]];
     metrics["refit"] = {{"max_foot_correction_m", refit.max_foot_correction_m},
                         {"max_pelvis_sink_m", refit.max_pelvis_sink_m},

@@ -32,8 +32,11 @@ struct ReachJob {
   bool write_report = true;
   std::string output = "reach";
 
+  std::string Method() const {
+    return !method.empty() ? method : object.empty() ? "intention" : "latent-opt";
+  }
   /// 16 rollouts, or 4 optimisations.
-  int NumSamples() const { return samples.value_or(method == "intention" ? 16 : 4); }
+  int NumSamples() const { return samples.value_or(Method() == "intention" ? 16 : 4); }
 };
 
 /// Three finite numbers. Throws Error naming what is wrong.

@@ -75,7 +75,7 @@ ReachMotions ReachMaker::Make(std::span<const Eigen::Vector3d> goals,
       if (Interrupted()) throw Stopped();
       progress.Update(done, total);
     };
-    if (job_.method == "intention") {
+    if (job_.Method() == "intention") {
       wandr::ReachGoalsOptions options;
       options.seed = seed;
       options.sigma = job_.sigma;
@@ -84,7 +84,7 @@ ReachMotions ReachMaker::Make(std::span<const Eigen::Vector3d> goals,
                                        options, see);
     } else {
       ReachByOptimisationOptions options;
-      options.as_published = job_.method == "vae-opt";
+      options.as_published = job_.Method() == "vae-opt";
       options.refit = job_.refit && !options.as_published;
       options.seed = seed;
       options.frames = frames;
