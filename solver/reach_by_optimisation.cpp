@@ -17,7 +17,7 @@
 namespace holdfast {
 namespace {
 
-constexpr int kStay = 12;                      // frames
+constexpr int kStay = 16;                      // frames: enough after it for WarpReach
 constexpr int kWrist = 21;                     // the right one
 constexpr std::uint64_t kStreams = 1'000'000;  // latents of other goals and tries are far apart
 

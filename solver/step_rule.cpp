@@ -8,19 +8,20 @@ namespace holdfast {
 
 bool Adam::Step(int iteration, const Eigen::Ref<const Eigen::VectorXf>& gradient,
                 Eigen::Ref<Eigen::VectorXf> variables) {
-  constexpr double kMean = 0.9, kSquare = 0.999;
-  constexpr float kTiny = 1e-8f;
+  constexpr double kMean = 0.9;
+  const double square_decay = rates_.square_decay;
   if (iteration == 0) {
     mean_.setZero(gradient.size());
     square_.setZero(gradient.size());
   }
   mean_ += static_cast<float>(1.0 - kMean) * (gradient.array() - mean_);
-  square_ += static_cast<float>(1.0 - kSquare) * (gradient.array().square() - square_);
+  square_ += static_cast<float>(1.0 - square_decay) * (gradient.array().square() - square_);
   const double left = 1.0 - static_cast<double>(iteration) / std::max(rates_.iterations - 1, 1);
   const double rate = rates_.first * (rates_.last_ratio + (1.0 - rates_.last_ratio) * left);
   const auto step = static_cast<float>(rate / (1.0 - std::pow(kMean, iteration + 1)));
-  const auto scale = static_cast<float>(1.0 / std::sqrt(1.0 - std::pow(kSquare, iteration + 1)));
-  variables.array() -= step * mean_ / (scale * square_.sqrt() + kTiny);
+  const auto scale =
+      static_cast<float>(1.0 / std::sqrt(1.0 - std::pow(square_decay, iteration + 1)));
+  variables.array() -= step * mean_ / (scale * square_.sqrt() + static_cast<float>(rates_.tiny));
   return true;
 }
 

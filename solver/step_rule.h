@@ -22,9 +22,11 @@ struct AdamRates {
   double first = 0.05;
   double last_ratio = 0.1;
   int iterations = 200;
+  double square_decay = 0.999;  ///< beta_2
+  double tiny = 1e-8;           ///< epsilon
 };
 
-/// Kingma & Ba 2015, algorithm 1; betas 0.9 and 0.999, epsilon 1e-8.
+/// Kingma & Ba 2015, algorithm 1; beta_1 is 0.9.
 class Adam final : public StepRule {
  public:
   explicit Adam(const AdamRates& rates) : rates_(rates) {}
