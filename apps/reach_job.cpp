@@ -92,6 +92,24 @@ nlohmann::json OptionsJson(const ReachJob& job, const Beginning& begin) {
           {"body", begin.body->Name()}};
 }
 
+// As the obstacles' distances see it: mirrored where the left wrist reaches.
+Eigen::Vector3d Seen(const Eigen::Vector3d& goal, Side side) {
+  return side == Side::kLeft ? wandr::MirroredPoint(goal) : goal;
+}
+
+void CheckFree(std::span<const Eigen::Vector3d> goals, std::span<const ReachObstacle> obstacles,
+               Side side) {
+  for (const ReachObstacle& obstacle : obstacles) {
+    for (const Eigen::Vector3d& goal : goals) {
+      const double distance = obstacle.distance->Distance(Seen(goal, side));
+      if (distance >= 0.0) continue;
+      throw Error("--goal " + GoalText(goal),
+                  fmt::format("is {:.2f} m inside the obstacle {}", -distance, obstacle.name),
+                  "Give a goal outside, or leave the obstacle out");
+    }
+  }
+}
+
 // For each goal that was missed; empty where it was not.
 std::vector<std::string> WhyMissedAll(const wandr::ReachSample& sample,
                                       std::span<const Eigen::Vector3d> goals,
@@ -102,10 +120,8 @@ std::vector<std::string> WhyMissedAll(const wandr::ReachSample& sample,
   for (std::size_t g = 0; g < goals.size(); ++g) {
     const wandr::GoalOutcome& goal = sample.goals[g];
     if (goal.taken_on < 0 || goal.Reached()) continue;
-    Eigen::Vector3d seen = goals[g];
-    if (side == Side::kLeft) seen = wandr::MirroredPoint(seen);
     const bool blocked = std::ranges::any_of(wishes.obstacles, [&](const ReachObstacle& obstacle) {
-      return obstacle.distance->Distance(seen) < kHand;
+      return obstacle.distance->Distance(Seen(goals[g], side)) < kHand;
     });
     const Eigen::Vector3d from = sample.track.joints.block<3, 1>(0, goal.taken_on).cast<double>();
     why[g] = WhyMissed(goals[g], from, begin, job, side, blocked);
@@ -283,11 +299,15 @@ FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
   for (const std::string& note : notes) Note(common, "warning: " + note);
   if (!job.object.empty()) return RunTake(job, begin, network, goals, side, common);
 
+  if (!job.obstacles.empty() && job.Method() != "latent-opt") {
+    throw Error("--obstacle", "is not seen by --method " + job.Method(), "Add --method latent-opt");
+  }
   ResultFolder folder(job.output, common.force);
   ReachWishes wishes;
   for (const std::string& file : job.obstacles) {
     wishes.obstacles.push_back(MakeObstacle(file, ReadMesh(file), side, NumThreads(common)));
   }
+  CheckFree(goals, wishes.obstacles, side);
   ReachMotions made = ReachMaker(job, begin, network, common).Make(goals, wishes);
   if (made.stopped) return {kInterrupted, {}, {}};
   const std::vector<wandr::ReachSample>& samples = made.samples;
@@ -344,6 +364,7 @@ FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
     shown.body = begin.body;
     shown.betas = begin.betas;
     shown.marker = GoalMarkers(goals);
+    for (const ReachObstacle& obstacle : wishes.obstacles) Append(obstacle.mesh, *shown.marker);
     if (rank == 0) shown.metrics = metrics;
     shown.metrics["per_frame"] = PerFrameJson(sample, goals, side);
     return shown;

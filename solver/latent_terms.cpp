@@ -35,6 +35,12 @@ constexpr int kArriving = 5;  // frames before the deadline
 constexpr int kHeadJoint = 15;
 constexpr double kStandsStill = 0.25;  // m/s
 
+// How thick a person is about a joint, metres: feet, arms, trunk and legs.
+double Thickness(int joint) {
+  if (joint == 7 || joint == 8 || joint == 10 || joint == 11) return 0.06;
+  return joint > kHeadJoint ? 0.05 : 0.13;
+}
+
 }  // namespace
 
 int GoalJoint(const LatentOptions& options) {
@@ -125,15 +131,13 @@ void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const
     }
   }
   for (const LatentObstacle& obstacle : options.obstacles) {
-    // About how thick a person is around each joint, metres; the reaching arm may touch.
     for (int k = 0; k < kNumBodyJoints; ++k) {
-      const double thickness =
-          k <= 15 ? (k == 7 || k == 8 || k == 10 || k == 11 ? 0.06 : 0.13) : 0.05;
+      const double clearance = k == GoalJoint(options) ? 0.02 : Thickness(k);
       const auto keep_out =
-          std::make_shared<Obstacle>(*obstacle.solid, thickness, options.obstacle);
-      if (k == GoalJoint(options)) continue;
-      for (int t = 1; t < frames; ++t)
+          std::make_shared<Obstacle>(*obstacle.solid, clearance, options.obstacle);
+      for (int t = 1; t < frames; ++t) {
         objective.Add("obstacle", keep_out, nullptr, {Position(t, k)});
+      }
     }
   }
   if (options.near > 0.0) {

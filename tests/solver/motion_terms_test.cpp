@@ -139,8 +139,9 @@ TEST(FirstArrival, IsASoftMinimumOfTheDistance) {
   constexpr int kFrames = 6;
   const Vector3d goal(0.2, -0.4, 1.1);
   for (const double tau : {0.5, 0.1}) {
+    // Near enough to one another that all of them have a share.
     CheckJacobian(FirstArrival(goal, kFrames, tau, 2.0), true, [&](Draw& draw) {
-      Blocks frames = Points(draw, kFrames, 0.3);
+      Blocks frames = Points(draw, kFrames, 0.8 * tau);
       for (VectorXd& frame : frames) frame += goal;
       return frames;
     });
