@@ -46,6 +46,13 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
                    "Mesh to keep out of, as it stands in the world (latent-opt). Repeated: several")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command->add_flag("--free-time", job.free_time,
+                    "Arrive when it suits the motion, at the latest when the goal is due "
+                    "(latent-opt)");
+  command
+      ->add_option("--approach", job.approach,
+                   "X,Y,Z along the forearm, elbow to wrist, on arrival (latent-opt)")
+      ->excludes(command->get_option("--free-time"));
   command->add_flag("--no-refit{false}", job.refit,
                     "Leave optimised motions as the network makes them: feet are not pinned, the "
                     "wrist stays some millimetres off");

@@ -88,6 +88,8 @@ nlohmann::json OptionsJson(const ReachJob& job, const Beginning& begin) {
           {"samples", job.NumSamples()},
           {"sigma", job.sigma},
           {"refit", job.refit},
+          {"free_time", job.free_time},
+          {"approach", job.approach},
           {"obstacles", job.obstacles},
           {"body", begin.body->Name()}};
 }
@@ -208,8 +210,8 @@ std::string Text(const ReachJob& job, const wandr::ReachSample& best, const Meas
 
 }  // namespace
 
-Eigen::Vector3d ParseGoal(const std::string& text) {
-  const Error fault("--goal " + text, "is not three finite numbers",
+Eigen::Vector3d ParsePoint(const std::string& option, const std::string& text) {
+  const Error fault(option + " " + text, "is not three finite numbers",
                     "Give X,Y,Z in metres with commas and no spaces, as in 1.5,1.0,1.1");
   Eigen::Vector3d goal;
   const char* at = text.data();
@@ -291,7 +293,7 @@ FitOutcome RunTake(const ReachJob& job, const Beginning& begin, const ReachNetwo
 
 FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
   std::vector<Eigen::Vector3d> goals;
-  for (const std::string& text : job.goals) goals.push_back(ParseGoal(text));
+  for (const std::string& text : job.goals) goals.push_back(ParsePoint("--goal", text));
   const Side side = job.wrist == "left" ? Side::kLeft : Side::kRight;
   const ReachNetwork network = LoadReachNetwork(job.weights);
   const Beginning begin = BeginReach(job, common);

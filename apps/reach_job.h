@@ -19,10 +19,12 @@ struct ReachJob {
   std::string body;                ///< body model file
   std::string weights;             ///< empty: the embedded network
   std::string wrist = "right";
-  std::optional<double> time_s;        ///< for each goal; empty: by its distance
-  std::string method = "intention";    ///< intention, latent-opt, vae-opt
-  std::optional<int> samples;          ///< motions to choose from; empty: by the method
-  bool refit = true;                   ///< latent-opt: pin feet and place the wrist afterwards
+  std::optional<double> time_s;      ///< for each goal; empty: by its distance
+  std::string method = "intention";  ///< intention, latent-opt, vae-opt
+  std::optional<int> samples;        ///< motions to choose from; empty: by the method
+  bool refit = true;                 ///< latent-opt: pin feet and place the wrist afterwards
+  bool free_time = false;            ///< latent-opt: arrive when it suits, until the deadline or so
+  std::string approach;  ///< latent-opt: "X,Y,Z", along the forearm on arrival; or empty
   std::vector<std::string> obstacles;  ///< mesh files, world
   std::string object;                  ///< mesh or embedded object to take at the first goal
   std::string style = "auto";          ///< of the grasp
@@ -39,8 +41,8 @@ struct ReachJob {
   int NumSamples() const { return samples.value_or(Method() == "intention" ? 16 : 4); }
 };
 
-/// Three finite numbers. Throws Error naming what is wrong.
-Eigen::Vector3d ParseGoal(const std::string& text);
+/// "X,Y,Z" of an option: three finite numbers. Throws Error naming what is wrong.
+Eigen::Vector3d ParsePoint(const std::string& option, const std::string& text);
 
 /// "clip.npz:40" as a clip and its frame; without a number the frame is empty (the last). A file
 /// whose name is all of the text is that file.

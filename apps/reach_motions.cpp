@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "generator/wandr/motion_states.h"
+#include "geometry/error.h"
 #include "geometry/signed_distance.h"
 #include "solver/reach_by_optimisation.h"
 
@@ -89,6 +90,15 @@ ReachMotions ReachMaker::Make(std::span<const Eigen::Vector3d> goals,
       options.seed = seed;
       options.frames = frames;
       options.stay_frames = wishes.stay_frames;
+      options.latent.free_time = job_.free_time;
+      if (!job_.approach.empty()) {
+        Eigen::Vector3d along = ParsePoint("--approach", job_.approach);
+        if (mirrored) along = wandr::MirroredPoint(along);
+        if (along.norm() < 1e-6) {
+          throw Error("--approach", "has no direction", "Give a vector other than 0,0,0");
+        }
+        options.approaches.assign(goals.size(), along.normalized());
+      }
       options.vae.poll = [] {
         if (Interrupted()) throw Stopped();
       };

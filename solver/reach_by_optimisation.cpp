@@ -135,7 +135,7 @@ class Chain {
     outcome.left = static_cast<int>(before + added) - 1;
     at_goal_.push_back(std::min(outcome.due, outcome.left));
     Measure();
-    if (options_.as_published) at_goal_.back() = outcome.closest_frame;
+    if (options_.as_published || options_.latent.free_time) at_goal_.back() = outcome.closest_frame;
     // The next part goes on from here: the pose, and the step that led to it.
     const wandr::StateMatrix<float> last = sample_.track.states.rightCols<2>();
     const wandr::Pose<float> pose = wandr::PoseOf<float>(last.col(1));

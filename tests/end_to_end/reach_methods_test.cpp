@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "generator/reach_motion.h"
+#include "generator/wandr/motion_states.h"
+#include "geometry/clip.h"
+#include "geometry/io/mesh_io.h"
+#include "tests/geometry/mesh_shapes.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/wandr_scene.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::HasSubstr;
+using testing::Listing;
+using ::testing::Not;
+using testing::ProgramResult;
+using testing::ReadText;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+// With the network that is built in.
+class ReachMethods : public ::testing::Test {
+ protected:
+  std::filesystem::path Path(const std::string& name) const { return folder_.Path() / name; }
+  ProgramResult Reach(const std::string& arguments) const {
+    return RunHoldfast(folder_.Path(), "reach --no-report " + arguments);
+  }
+  nlohmann::json Metrics(const std::string& output) const {
+    return nlohmann::json::parse(ReadText(Path(output) / "metrics.json"));
+  }
+  // Of a wrist and a place, in a frame of the clip.
+  double Distance(const std::string& output, int frame, Side side, const Vector3d& goal) const {
+    const wandr::StateMatrix<double> states =
+        wandr::StatesOfClip(ReadClip(Path(output) / "clip.npz"));
+    return (wandr::WristPosition(wandr::testing::DefaultBones(),
+                                 wandr::PoseOf<double>(states.col(frame)), side) -
+            goal)
+        .norm();
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(ReachMethods, LatentOptimisationPutsTheWristThere) {
+  const ProgramResult result =
+      Reach("--goal 0.3,-1.3,1.1 --method latent-opt --samples 2 --all -o out");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("1 of 1 goal reached"));
+  EXPECT_THAT(result.out, HasSubstr("best of 2 by latent-opt; 2 reach the goal"));
+  EXPECT_EQ(Listing(Path("out")), "clip.npz metrics.json samples ");
+  const nlohmann::json metrics = Metrics("out");
+  EXPECT_EQ(metrics["options"]["method"], "latent-opt");
+  EXPECT_EQ(metrics["options"]["samples"], 2);
+  EXPECT_EQ(metrics["options"]["refit"], true);
+  const nlohmann::json& goal = metrics["goals"][0];
+  EXPECT_EQ(goal["reached"], true);
+  EXPECT_TRUE(goal["why_missed"].is_null());
+  EXPECT_LT(goal["closest_m"].get<double>(), 1e-3) << "the refit is exact";
+  const nlohmann::json& refit = metrics["refit"];
+  ASSERT_EQ(refit["wrist_errors_m"].size(), 1u);
+  EXPECT_LT(refit["wrist_errors_m"][0].get<double>(), 1e-3);
+  EXPECT_GT(refit["max_foot_correction_m"].get<double>(), 0.0);
+  // The clip has what the metrics say.
+  EXPECT_NEAR(Distance("out", goal["closest_frame"], Side::kRight, {0.3, -1.3, 1.1}),
+              goal["closest_m"].get<double>(), 1e-4);
+  EXPECT_EQ(RunHoldfast(folder_.Path(), "score out").exit_code, 0);
+}
+
+TEST_F(ReachMethods, WithoutRefitItIsTheNetworksMotion) {
+  const std::string reach = "--goal 0.3,-1.3,1.1 --method latent-opt --samples 1 ";
+  ASSERT_EQ(Reach(reach + "-o touched").exit_code, 0);
+  const ProgramResult result = Reach(reach + "--no-refit -o bare");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json bare = Metrics("bare");
+  EXPECT_EQ(bare["options"]["refit"], false);
+  EXPECT_FALSE(bare.contains("refit"));
+  EXPECT_LT(bare["goals"][0]["closest_m"].get<double>(), 0.01);
+  EXPECT_GT(bare["goals"][0]["closest_m"].get<double>(), 1e-5);
+  EXPECT_LT(Metrics("touched")["goals"][0]["closest_m"].get<double>(),
+            bare["goals"][0]["closest_m"].get<double>());
+  const Clip a = ReadClip(Path("bare/clip.npz")), b = ReadClip(Path("touched/clip.npz"));
+  ASSERT_EQ(a.NumFrames(), b.NumFrames());
+  EXPECT_LT((a.trans - b.trans).colwise().norm().maxCoeff(), 0.1) << "the same motion, touched up";
+}
+
+TEST_F(ReachMethods, TheBaselineOfThePaper) {
+  const ProgramResult result = Reach("--goal 0.3,-1.0,1.1 --method vae-opt --samples 1 -o out");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("by vae-opt"));
+  const nlohmann::json metrics = Metrics("out");
+  EXPECT_EQ(metrics["options"]["method"], "vae-opt");
+  EXPECT_LT(metrics["goals"][0]["closest_m"].get<double>(), 0.05);
+  EXPECT_FALSE(metrics.contains("refit")) << "left as published";
+  EXPECT_EQ(metrics["summary"]["frames"], metrics["goals"][0]["due_frame"].get<int>() + 1);
+}
+
+TEST_F(ReachMethods, TheLeftWristReachesAsWell) {
+  for (const std::string method : {"latent-opt", "vae-opt"}) {
+    ASSERT_EQ(
+        Reach("--goal 0.3,-1.0,1.1 --wrist left --samples 1 --method " + method + " -o " + method)
+            .exit_code,
+        0);
+    const nlohmann::json metrics = Metrics(method);
+    EXPECT_EQ(metrics["options"]["wrist"], "left");
+    const nlohmann::json& goal = metrics["goals"][0];
+    EXPECT_EQ(goal["reached"], true) << method;
+    const double bound = method == "latent-opt" ? 1e-3 : 0.05;
+    EXPECT_LT(goal["closest_m"].get<double>(), bound);
+    const Vector3d place(0.3, -1.0, 1.1);
+    EXPECT_LT(Distance(method, goal["closest_frame"], Side::kLeft, place), bound + 1e-4);
+    EXPECT_GT(Distance(method, goal["closest_frame"], Side::kRight, place), 0.1);
+  }
+}
+
+TEST_F(ReachMethods, TheSameBytesOnAnyThreads) {
+  const std::string reach =
+      "--goal 0.3,-0.9,1.1 --goal -0.3,-1.2,0.9 --method latent-opt --samples 3 --quiet ";
+  ASSERT_EQ(Reach(reach + "--threads 1 -o one").exit_code, 0);
+  ASSERT_EQ(Reach(reach + "--threads 2 -o two").exit_code, 0);
+  EXPECT_EQ(ReadText(Path("one/clip.npz")), ReadText(Path("two/clip.npz")));
+  EXPECT_EQ(ReadText(Path("one/metrics.json")), ReadText(Path("two/metrics.json")));
+  const nlohmann::json metrics = Metrics("one");
+  EXPECT_EQ(metrics["summary"]["goals_reached"], 2);
+  EXPECT_EQ(metrics["goals"][0]["left_frame"], metrics["goals"][1]["taken_on_frame"]);
+}
+
+TEST_F(ReachMethods, SaysWhyAGoalIsMissed) {
+  const auto why = [&](const std::string& arguments, const std::string& output) {
+    const ProgramResult result = Reach(arguments + " --samples 1 -o " + output);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("0 of 1 goal reached"));
+    const nlohmann::json goal = Metrics(output)["goals"][0];
+    EXPECT_EQ(goal["reached"], false);
+    EXPECT_GT(goal["closest_m"].get<double>(), 0.1);
+    const std::string said = goal["why_missed"].is_string() ? goal["why_missed"] : "nothing";
+    EXPECT_THAT(result.out, HasSubstr(said)) << "in the text as in the metrics";
+    return said;
+  };
+  EXPECT_THAT(why("--goal 0.2,-0.7,2.7 --method latent-opt --time 1.5", "high"),
+              HasSubstr("too high for this body, whose wrist comes to"));
+  EXPECT_THAT(why("--goal 0,-6,1.1 --method latent-opt --time 1", "soon"),
+              HasSubstr("out of time: 6.0 m in 1.0 s is faster than a walk"));
+}
+
+TEST_F(ReachMethods, GoesAroundAnObstacle) {
+  const Vector3d low(-0.2, -1.1, 0.0), high(0.2, -0.8, 1.0);
+  WriteMesh(testing::Box(low, high), Path("pillar.obj"));
+  const std::string reach = "--goal 0,-2,1.1 --method latent-opt --samples 2 ";
+  ASSERT_EQ(Reach(reach + "-o through").exit_code, 0);
+  const ProgramResult result = Reach(reach + "--obstacle pillar.obj -o around");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(Metrics("around")["options"]["obstacles"], nlohmann::json({"pillar.obj"}));
+  EXPECT_EQ(Metrics("around")["goals"][0]["reached"], true);
+  const auto deepest = [&](const std::string& output) {
+    const wandr::StateMatrix<double> states =
+        wandr::StatesOfClip(ReadClip(Path(output) / "clip.npz"));
+    double depth = -INFINITY;
+    for (Eigen::Index t = 0; t < states.cols(); ++t) {
+      wandr::BodyKinematics<double> at;
+      wandr::ForwardKinematics(wandr::testing::DefaultBones(), wandr::PoseOf<double>(states.col(t)),
+                               at);
+      for (int k = 0; k < kNumBodyJoints; ++k) {
+        depth = std::max(depth, -testing::BoxDistance(at.joints.col(k), low, high));
+      }
+    }
+    return depth;
+  };
+  EXPECT_GT(deepest("through"), 0.1);
+  EXPECT_LT(deepest("around"), 0.4 * deepest("through"));
+
+  // The left wrist's way is found in a mirror: a pillar that is not symmetric stays on its side.
+  WriteMesh(testing::Box({0.05, -0.9, 0.0}, {0.6, -0.7, 1.2}), Path("aside.obj"));
+  EXPECT_EQ(Reach("--goal 0.3,-0.8,1.1 --wrist left --method latent-opt --samples 1 --time 2 "
+                  "--obstacle aside.obj -o inside")
+                .exit_code,
+            0);
+  if (!Metrics("inside")["goals"][0]["reached"].get<bool>()) {
+    EXPECT_THAT(Metrics("inside")["goals"][0]["why_missed"].get<std::string>(),
+                HasSubstr("in an obstacle"));
+  }
+}
+
+TEST_F(ReachMethods, BadInputIsNamed) {
+  const auto fails = [&](const std::string& arguments, int code, const std::string& says) {
+    const ProgramResult result = Reach("--goal 0.3,-1,1.1 " + arguments + " -o bad");
+    EXPECT_EQ(result.exit_code, code) << arguments << result.err;
+    EXPECT_THAT(result.err + result.out, HasSubstr(says)) << arguments;
+    EXPECT_FALSE(std::filesystem::exists(Path("bad"))) << arguments;
+  };
+  std::ofstream(Path("broken.obj")) << "v 1 2 x\n";
+  fails("--method latent-opt --obstacle broken.obj", 1, "broken.obj:1");
+  fails("--method latent-opt --obstacle nowhere.obj", 1, "nowhere.obj: does not exist");
+  std::ofstream(Path("empty.obj")) << "";
+  fails("--method latent-opt --obstacle empty.obj", 1, "empty.obj");
+  fails("--method latent", 2, "latent-opt");
+  fails("--samples 0", 2, "--samples");
+  fails("--object mug", 2, "--grasp");
+  fails("--grasp", 2, "--object");
+  fails("--object mug --grasp pinch", 2, "precision");
+  fails("--object-yaw 30", 2, "--object");
+  fails("--object mgu --grasp", 1, "one of: apple");
+}
+
+TEST_F(ReachMethods, TakesAnObjectFromATableAndCarriesIt) {
+  const ProgramResult result =
+      Reach("--object mug --grasp --goal 0.6,-1.2,0.8 --goal -0.5,-1.4,1.0 --samples 2 -o taken");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("mug taken after"));
+  EXPECT_EQ(Listing(Path("taken")), "clip.npz metrics.json object.ply table.ply ");
+  const nlohmann::json metrics = Metrics("taken");
+  EXPECT_EQ(metrics["schema"], "holdfast/reach-take/1");
+  const nlohmann::json& summary = metrics["summary"];
+  EXPECT_LT(summary["take_wrist_error_mm"].get<double>(), 1.0);
+  EXPECT_LT(summary["object_in_table_mm"].get<double>(), 1.0);
+  EXPECT_LT(summary["body_in_table_mm"].get<double>(), 20.0);
+  EXPECT_GT(summary["contact"]["frames_in_contact_ratio"].get<double>(), 0.95);
+
+  const Clip clip = ReadClip(Path("taken/clip.npz"));
+  EXPECT_EQ(clip.NumFrames(), summary["frames"].get<int>());
+  ASSERT_TRUE(clip.object.has_value());
+  ASSERT_TRUE(clip.table.has_value());
+  EXPECT_EQ(clip.object->trans.cols(), clip.NumFrames());
+  EXPECT_EQ(clip.table->trans.cols(), clip.NumFrames());
+  EXPECT_EQ(clip.object->mesh, "object.ply");
+  // It stands still until it is taken, on the table and at its place, then it is carried.
+  const int taken = metrics["take"]["frames"]["taken"];
+  ASSERT_GT(taken, 30);
+  ASSERT_LT(taken, clip.NumFrames() - 30);
+  for (int t = 0; t < taken; ++t) {
+    EXPECT_LT((clip.object->trans.col(t) - clip.object->trans.col(0)).norm(), 5e-4) << t;
+    EXPECT_LT((clip.object->orient.col(t) - clip.object->orient.col(0)).norm(), 5e-3) << t;
+  }
+  const TriangleMesh mug = ReadMesh(Path("taken/object.ply"));
+  const auto bottom = [&](int frame) {
+    const Eigen::Matrix3d R = ExpSO3(clip.object->orient.col(frame));
+    return ((R * mug.vertices).colwise() + clip.object->trans.col(frame)).row(2).minCoeff();
+  };
+  EXPECT_NEAR(bottom(0), 0.8, 1e-3);
+  EXPECT_NEAR(clip.table->trans(2, 0), 0.8, 1e-3);
+  EXPECT_NEAR(bottom(clip.NumFrames() - 1), 1.0, 0.02);
+  EXPECT_GT((clip.object->trans.rightCols<1>() - clip.object->trans.col(0)).head<2>().norm(), 0.9);
+  EXPECT_EQ(RunHoldfast(folder_.Path(), "score taken").exit_code, 0);
+}
+
+}  // namespace
+}  // namespace holdfast
