@@ -18,6 +18,7 @@
 #include "geometry/rotation.h"
 #include "solver/clip_state.h"
 #include "solver/reach_warp.h"
+#include "solver/take_choice.h"
 #include "solver/take_turns.h"
 
 namespace holdfast {
@@ -33,8 +34,7 @@ constexpr double kDegree = kPi / 180.0;
 constexpr int kChest = 9, kNeck = 12, kHead = 15;
 constexpr int kWarpMargin = 16, kWarpReach = 26;  // frames around a place
 constexpr double kRate = 30.0;                    // of states
-constexpr double kEasyReach = 0.95;  // share of the arm's length from which the trunk helps
-constexpr double kSettle_s = 0.3;
+constexpr double kEasyReach = 0.95;     // share of the arm's length from which the trunk helps
 constexpr double kMeetOwnArm_s = 0.45;  // in which the made arm takes over
 
 // Angles that healthy trunks and arms do not pass, for WarpReach.
@@ -63,49 +63,6 @@ Isometry3d JointPoseOf(const BodyPlacement& placed, int joint) {
 
 Quaterniond Relative(const Matrix3d& parent, const Matrix3d& child) {
   return Quaterniond(Matrix3d(parent.transpose() * child)).normalized();
-}
-
-// The candidate and yaw that suit this shoulder; its way from the wrist's own place counts too.
-TakeGrasp ChooseTake(const TakePlan& plan, const TakeObject& object, const TakeArm& arm,
-                     const BodyPlacement& body) {
-  const Vector3d wrist = body.joints.col(arm.Bones().end);
-  TakeGrasp best;
-  bool first = true;
-  for (const TakeGrasp& candidate : plan.candidates) {
-    const int yaws = plan.yaw_is_free ? 72 : 1;
-    for (int k = 0; k < yaws; ++k) {
-      TakeGrasp tried = candidate;
-      if (plan.yaw_is_free) tried.yaw_rad = 2.0 * kPi * k / yaws;
-      const Isometry3d stands = object.Upright(plan.places.front(), tried.yaw_rad);
-      ScoreTake(arm, body.joints.col(arm.Bones().root), body.rotation[kChest], stands,
-                plan.places.front().z(), tried);
-      tried.score -= 2.0 * (tried.WristFor(stands).translation() - wrist).norm();
-      const bool sounder = tried.fault.empty() && !best.fault.empty();
-      const bool worse = !tried.fault.empty() && best.fault.empty();
-      if (first || sounder || (!worse && tried.score > best.score)) best = tried;
-      first = false;
-    }
-  }
-  return best;
-}
-
-// The turn of the object at a place that is most comfortable for this body.
-UprightPose ComfortableAt(const TakeArm& arm, const TakeGrasp& take, const TakeObject& object,
-                          const Vector3d& place, const BodyPlacement& body, double usual_yaw) {
-  UprightPose best;
-  double least = 1e30;
-  for (int k = 0; k < 72; ++k) {
-    const double yaw = usual_yaw + 2.0 * kPi * k / 72;
-    const Isometry3d pose = object.Upright(place, yaw);
-    const ArmChoice choice =
-        arm.Best({body.joints.col(arm.Bones().root), body.rotation[kChest], take.WristFor(pose)});
-    const double cost = choice.discomfort + 30.0 * choice.lacks_m;
-    if (cost < least) {
-      least = cost;
-      best = {pose.translation(), yaw};
-    }
-  }
-  return best;
 }
 
 class Maker {
@@ -448,33 +405,6 @@ class Maker {
 TakeMotion MakeTakeMotion(const TakePlan& plan, const TakenMotion& motion, const HandModel& hand,
                           const TakeObject& object, const Clip& like) {
   return Maker(plan, motion, hand, object, like).Make();
-}
-
-Clip FitTaken(const TakeMotion& motion, const HandModel& hand, const FitObject& object,
-              const FitOptions& options, std::vector<FrameReport>* frames,
-              const std::function<bool(int, int)>& progress) {
-  const int take = motion.times.take, count = motion.clip.NumFrames();
-  const Clip held = Slice(motion.clip, take, count);
-  const HandModel* hands[] = {&hand};
-  const std::vector<std::uint8_t> holding(held.pose.size(), HoldingBit(hand.HandSide()));
-  FitResult fitted = FitClip(held, hands, object, holding, options, {}, progress);
-  Clip clip = motion.clip;
-  // The fit may place the object a little otherwise where the wrist's limits kept the hand off the
-  // grasp: it settles into that from where it stands.
-  const Matrix3d stands = ExpSO3(held.object->orient.col(0));
-  const Vector3d settle = held.object->trans.col(0) - fitted.clip.object->trans.col(0);
-  const Vector3d turn = LogSO3(stands * ExpSO3(fitted.clip.object->orient.col(0)).transpose());
-  for (int t = 0; t < fitted.clip.NumFrames(); ++t) {
-    clip.pose[take + t] = fitted.clip.pose[t];
-    clip.trans.col(take + t) = fitted.clip.trans.col(t);
-    const double left = 1.0 - MinimumJerk(t / (kSettle_s * kRate));
-    const Vector3d before = clip.object->orient.col(std::max(0, take + t - 1));
-    clip.object->trans.col(take + t) = fitted.clip.object->trans.col(t) + left * settle;
-    clip.object->orient.col(take + t) = UnwrapAxisAngle(
-        LogSO3(ExpSO3(left * turn) * ExpSO3(fitted.clip.object->orient.col(t))), before);
-  }
-  if (frames != nullptr) *frames = std::move(fitted.frames);
-  return clip;
 }
 
 }  // namespace holdfast

@@ -8,7 +8,6 @@
 #include <Eigen/Core>
 
 #include "geometry/clip.h"
-#include "solver/fit.h"
 #include "solver/take_path.h"
 #include "solver/take_plan.h"
 
@@ -48,11 +47,5 @@ struct TakeMotion {
 /// object while it is reached for. `like` is as for wandr::ClipOfStates.
 TakeMotion MakeTakeMotion(const TakePlan& plan, const TakenMotion& motion, const HandModel& hand,
                           const TakeObject& object, const Clip& like);
-
-/// Fits the object to the hand (FitClip) from the take on; the frames before stay. Throws what
-/// FitClip throws. `frames` may be null.
-Clip FitTaken(const TakeMotion& motion, const HandModel& hand, const FitObject& object,
-              const FitOptions& options, std::vector<FrameReport>* frames = nullptr,
-              const std::function<bool(int, int)>& progress = {});
 
 }  // namespace holdfast

@@ -10,6 +10,7 @@
 #include "geometry/error.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/rotation.h"
+#include "solver/take_fit.h"
 #include "solver/take_measures.h"
 #include "solver/take_motion.h"
 #include "solver/take_plan.h"
