@@ -24,6 +24,7 @@ using Eigen::Vector3d;
 using wandr::testing::DefaultBody;
 using wandr::testing::DefaultBones;
 using wandr::testing::SmallNetwork;
+using wandr::testing::WithScaledOutput;
 
 constexpr int kWrist = 21, kElbow = 19;
 
@@ -299,6 +300,30 @@ TEST(LatentOptimizer, WhatPollThrowsEndsTheRun) {
   EXPECT_THROW(OptimiseLatents(network, Body(), tasks, options, 2,
                                [](int, int) { throw std::runtime_error("enough"); }),
                std::runtime_error);
+}
+
+TEST(LatentOptimizer, AMotionOfOneStepIsAMotion) {
+  const wandr::NetworkWeights weights = SmallNetwork(wandr::IntentionLayout::kFlagged, 3);
+  const wandr::Network<float> network(weights);
+  for (const bool free_time : {false, true}) {
+    LatentOptions options;
+    options.free_time = free_time;
+    const ReachTask task = Task(weights, {0.3, -0.3, 1.0}, 1, 0);
+    const ReachSolution solution = OptimiseLatents(network, Body(), {&task, 1}, options, 1)[0];
+    EXPECT_EQ(solution.track.states.cols(), 2);
+    EXPECT_TRUE(solution.latents.allFinite());
+  }
+}
+
+TEST(LatentOptimizer, ABrokenNetworkIsSeenInTheMotion) {
+  // Numbers that leave the range of float after a few steps.
+  const wandr::NetworkWeights weights =
+      WithScaledOutput(SmallNetwork(wandr::IntentionLayout::kFlagged, 3), 1e30F);
+  const wandr::Network<float> network(weights);
+  const ReachTask task = Task(weights, {0.3, -0.3, 1.0}, 20, 2);
+  const ReachSolution solution = OptimiseLatents(network, Body(), {&task, 1}, {}, 1)[0];
+  EXPECT_FALSE(solution.track.joints.allFinite());
+  EXPECT_TRUE(wandr::MeasureReach(solution.track.joints, task.goal).diverged);
 }
 
 TEST(LatentOptimizer, RefusesTasksThatMakeNoSense) {

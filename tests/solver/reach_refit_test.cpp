@@ -349,6 +349,26 @@ TEST(ReachByOptimisation, KeepsTheTimeThatIsGiven) {
   EXPECT_EQ(published.sample.goals[0].due, 70);
 }
 
+TEST(ReachByOptimisation, SaysThatTheNetworkBroke) {
+  const wandr::NetworkWeights weights = wandr::testing::WithScaledOutput(
+      wandr::testing::SmallNetwork(wandr::IntentionLayout::kFlagged, 3), 1e30F);
+  const wandr::Network<float> network(weights);
+  ReachByOptimisationOptions options;
+  options.latent.adam_iterations = 3;
+  const std::vector<Vector3d> goals = {{0.3, -0.5, 1.1}, {0.1, -0.5, 1.1}};
+  const wandr::RolloutStart<float> start =
+      wandr::StartAtRest(wandr::StandingPose(DefaultBody()),
+                         wandr::Normaliser<double>(weights.statistics))
+          .Cast<float>();
+  const auto reaches = ReachByOptimisation(network, DefaultBody(), start, goals, 2, 2, options);
+  for (const OptimisedReach& reach : reaches) {
+    EXPECT_TRUE(reach.sample.diverged);
+    EXPECT_TRUE(reach.sample.track.joints.allFinite()) << "frames up to there";
+    EXPECT_EQ(reach.sample.goals.size(), 2u);
+    EXPECT_EQ(reach.sample.NumReached(), 0);
+  }
+}
+
 TEST(ReachByOptimisation, RefusesNoGoalsAndNoMotions) {
   EXPECT_THROW(Reach({}, 1, 1), Error);
   EXPECT_THROW(Reach({{0.3, -0.9, 1.1}}, 0, 1), Error);
