@@ -48,6 +48,7 @@ void FindObject(ClipInput& input, const ClipInputOptions& options) {
   std::vector<std::string> candidates;
   if (!input.clip.object->mesh.empty()) {
     candidates.push_back((input.file.parent_path() / input.clip.object->mesh).string());
+    candidates.push_back(input.clip.object->mesh);  // an embedded object's name
   }
   if (!input.clip.object->name.empty()) candidates.push_back(input.clip.object->name);
   for (const std::string& candidate : candidates) {

@@ -125,7 +125,10 @@ void AddEvaluateCommand(CLI::App& app, int& exit_code);
 void AddReportCommand(CLI::App& app, int& exit_code);
 void AddRefineCommand(CLI::App& app, int& exit_code);
 void AddMakeReachDataCommand(CLI::App& app, int& exit_code);
+void AddMakeActionsCommand(CLI::App& app, int& exit_code);
 void AddReachCommand(CLI::App& app, int& exit_code);
+void AddSynthesizeCommand(CLI::App& app, int& exit_code);
 void AddTrainCommand(CLI::App& app, int& exit_code);
+void AddImportWeightsCommand(CLI::App& app, int& exit_code);
 
 }  // namespace holdfast::apps

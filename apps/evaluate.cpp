@@ -3,6 +3,7 @@
 #include "apps/evaluate_fit.h"
 #include "apps/evaluate_naturalness.h"
 #include "apps/evaluate_reach.h"
+#include "apps/evaluate_synthesis.h"
 
 namespace holdfast::apps {
 
@@ -40,6 +41,7 @@ void AddEvaluateCommand(CLI::App& app, int& exit_code) {
   });
   AddEvaluateReach(*command, exit_code);
   AddEvaluateNaturalness(*command, exit_code);
+  AddEvaluateSynthesis(*command, exit_code);
 }
 
 }  // namespace holdfast::apps

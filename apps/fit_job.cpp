@@ -86,6 +86,7 @@ namespace {
 
 // A motion of another program is imported on the way.
 Clip LoadRange(const FitJob& job, const BodyModel& body) {
+  if (job.motion) return *job.motion;
   const bool motion = std::filesystem::is_regular_file(job.clip) && LooksLikeMotionFile(job.clip);
   if (motion && body.LoneHand()) {
     throw Error(job.clip, "is a motion of a whole body, " + body.Name() + " a hand alone",
@@ -330,6 +331,7 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
   metrics["per_frame"] = PerFrameJson(result, contact);
   metrics["per_frame"]["holding_hand"] = holding;
 
+  if (!job.extra.is_null()) metrics.update(job.extra);
   if (!job.write_timings) RemoveTimings(metrics);
 
   WriteClip(result.clip, folder / "clip.npz");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 
 #include "apps/common.h"
 #include "apps/fit_library.h"
+#include "geometry/clip.h"
 #include "geometry/contact_metrics.h"
 #include "solver/fit.h"
 #include "solver/handover_search.h"
@@ -17,7 +19,9 @@ namespace holdfast::apps {
 
 /// What makes one result folder: a motion, an object, and how the one is fitted to the other.
 struct FitJob {
-  std::string clip;
+  std::string clip;            ///< file or embedded clip; only a name where `motion` is there
+  std::optional<Clip> motion;  ///< in place of what `clip` names
+  nlohmann::json extra;        ///< merged into metrics.json; null: nothing
   std::string object;
   std::string output;
   std::string body;            ///< SMPL-X model file; empty: the embedded body

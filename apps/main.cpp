@@ -30,7 +30,10 @@ int main(int argc, char** argv) {
   AddEvaluateCommand(app, exit_code);
   AddRefineCommand(app, exit_code);
   AddReachCommand(app, exit_code);
+  AddSynthesizeCommand(app, exit_code);
   AddMakeReachDataCommand(app, exit_code);
+  AddMakeActionsCommand(app, exit_code);
   AddTrainCommand(app, exit_code);
+  AddImportWeightsCommand(app, exit_code);
   return RunProgram(app, "holdfast", argc, argv, exit_code);
 }

@@ -39,7 +39,7 @@ constexpr const char* kProgram = "holdfast-train";
 
 void AddTrainCommand(CLI::App& app, int&) {
   CLI::App* command =
-      app.add_subcommand("train", "Train the networks (wandr); needs LibTorch when built");
+      app.add_subcommand("train", "Train the networks (wandr, imos); needs LibTorch when built");
   // Everything after the name, --help too, is for the other program.
   command->set_help_flag();
   command->prefix_command();

@@ -93,14 +93,18 @@ J_point_change ReachState::PointJacobian(int joint) const {
   return J;
 }
 
-J_point_change ReachState::HeadDirectionJacobian(const Vector3d& world) const {
+J_point_change ReachState::DirectionJacobian(int joint, const Vector3d& world) const {
   J_point_change J = J_point_change::Zero();
   const Eigen::Matrix3d swing = -Skew<double>(world);
   for (const Turn& turn : turns_) {
-    if (!Moves(kHeadJoint, turn.joint)) continue;
+    if (!Moves(joint, turn.joint)) continue;
     J.middleCols(turn.column, turn.size) = swing * turn.J_omega_change.leftCols(turn.size);
   }
   return J;
+}
+
+J_point_change ReachState::HeadDirectionJacobian(const Vector3d& world) const {
+  return DirectionJacobian(kHeadJoint, world);
 }
 
 }  // namespace holdfast

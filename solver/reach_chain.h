@@ -60,7 +60,9 @@ class ReachState {
   const BodyPlacement& Placed() const { return placed_; }
   /// d position of a joint / d change. Joints 0-3, 6, 9, 12, 15 and the arm's, not legs below hips.
   J_point_change PointJacobian(int joint) const;
-  /// d (direction fixed in the head's frame, as `world` now) / d change.
+  /// d (direction fixed in a joint's frame, as `world` now) / d change. Joints as above.
+  J_point_change DirectionJacobian(int joint, const Eigen::Vector3d& world) const;
+  /// The same in the head's frame.
   J_point_change HeadDirectionJacobian(const Eigen::Vector3d& world) const;
 
  private:

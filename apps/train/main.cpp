@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "apps/program.h"
+#include "apps/train/train_imos.h"
+#include "apps/train/train_recogniser.h"
 #include "apps/train/train_wandr.h"
 
 // A program of its own, which `holdfast train` runs: LibTorch takes longer to load than most of
@@ -9,6 +11,8 @@ int main(int argc, char** argv) {
   CLI::App app{"holdfast train: trains the networks that holdfast runs", "holdfast train"};
   app.require_subcommand(1);
   int exit_code = kDone;
+  AddTrainImosCommand(app, exit_code);
+  AddTrainRecogniserCommand(app, exit_code);
   AddTrainWandrCommand(app, exit_code);
   return RunProgram(app, "holdfast train", argc, argv, exit_code);
 }

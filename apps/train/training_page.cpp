@@ -2,82 +2,12 @@
 #include "apps/train/training_page.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
-#include <fmt/format.h>
+#include "apps/train/training_curves.h"
 
 namespace holdfast::apps {
-namespace {
 
 using nlohmann::json;
-
-constexpr double kWidth = 560.0, kHeight = 240.0, kLeft = 56.0, kBottom = 28.0, kTop = 10.0;
-
-struct Curve {
-  std::string name;
-  std::string colour;
-  std::vector<std::pair<double, double>> points;
-};
-
-Curve CurveOf(const std::vector<json>& lines, const std::string& kind, const json::json_pointer& at,
-              double scale, std::string name, std::string colour) {
-  Curve curve{std::move(name), std::move(colour), {}};
-  for (const json& line : lines) {
-    if (line.value("kind", "") != kind || !line.contains(at) || !line[at].is_number()) continue;
-    curve.points.emplace_back(line["iteration"].get<double>(), scale * line[at].get<double>());
-  }
-  return curve;
-}
-
-std::string Figure(const std::string& title, const std::vector<Curve>& curves, double iterations,
-                   bool logarithmic) {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const Curve& curve : curves) {
-    for (const auto& [x, y] : curve.points) {
-      if (logarithmic && y <= 0.0) continue;
-      low = std::min(low, y);
-      high = std::max(high, y);
-    }
-  }
-  if (!(low <= high)) return "";
-  if (!logarithmic) low = std::min(low, 0.0);
-  const auto height = [&](double y) {
-    const double share = logarithmic
-                             ? (std::log(y) - std::log(low)) / std::max(std::log(high / low), 1e-9)
-                             : (y - low) / std::max(high - low, 1e-9);
-    return kHeight - kBottom - share * (kHeight - kBottom - kTop);
-  };
-  std::string svg =
-      fmt::format("<figure><figcaption>{}</figcaption><svg viewBox='0 0 {} {}' role='img'>", title,
-                  kWidth, kHeight);
-  for (int k = 0; k <= 4; ++k) {
-    const double share = k / 4.0;
-    const double y = logarithmic ? low * std::pow(high / low, share) : low + share * (high - low);
-    svg += fmt::format(
-        "<line class='grid' x1='{0}' x2='{1}' y1='{2:.1f}' y2='{2:.1f}'/>"
-        "<text x='{3}' y='{4:.1f}' text-anchor='end'>{5:.3g}</text>",
-        kLeft, kWidth, height(y), kLeft - 6, height(y) + 4, y);
-    svg += fmt::format("<text x='{:.1f}' y='{}' text-anchor='{}'>{:.0f}</text>",
-                       kLeft + share * (kWidth - kLeft), kHeight - 8,
-                       k == 0 ? "start" : (k == 4 ? "end" : "middle"), share * iterations);
-  }
-  std::string legend;
-  for (const Curve& curve : curves) {
-    if (curve.points.empty()) continue;
-    std::string path;
-    for (const auto& [x, y] : curve.points) {
-      if (logarithmic && y <= 0.0) continue;
-      path += fmt::format("{:.1f},{:.1f} ", kLeft + x / iterations * (kWidth - kLeft), height(y));
-    }
-    svg += fmt::format("<polyline points='{}' stroke='{}'/>", path, curve.colour);
-    legend += fmt::format("<span style='color:{}'>{} {:.4g}</span>", curve.colour, curve.name,
-                          curve.points.back().second);
-  }
-  return svg + "</svg><p>" + legend + "</p></figure>";
-}
-
-}  // namespace
 
 std::string TrainingPage(const std::vector<json>& lines, long iterations) {
   const double end = static_cast<double>(std::max(iterations, 1l));
@@ -87,48 +17,40 @@ std::string TrainingPage(const std::vector<json>& lines, long iterations) {
   const auto train = [&](const char* at, const char* name, const char* colour) {
     return CurveOf(lines, "train", json::json_pointer(at), 1.0, name, colour);
   };
-  std::string page =
-      "<!doctype html><html lang='en'><meta charset='utf-8'><title>Training</title><style>"
-      "body{font:15px/1.5 system-ui,sans-serif;margin:2rem auto;max-width:1200px;padding:0 1rem;"
-      "color:#1a1d21;background:#fff}main{display:flex;flex-wrap:wrap;gap:1.5rem}"
-      "figure{margin:0;flex:1 1 520px;max-width:580px}figcaption{font-weight:600}svg{width:100%}"
-      "svg text{font-size:11px;fill:#5b6470}.grid{stroke:#e3e6ea}"
-      "polyline{fill:none;stroke-width:1.8}p span{margin-right:1.2em}"
-      "@media(prefers-color-scheme:dark){body{background:#14171a;color:#e6e8ea}"
-      ".grid{stroke:#2b3036}}</style><h1>Training of a WANDR network</h1><main>";
-  page += Figure("Goals reached, % (within 10 cm, starts not trained on)",
-                 {reach("/success", 100.0, "reached", "#1f7a4d")}, end, false);
-  page += Figure("Distance left, cm",
-                 {reach("/distance_m", 100.0, "mean", "#b4521e"),
-                  reach("/distance_median_m", 100.0, "median", "#d39a2d")},
-                 end, false);
-  page += Figure("Frames with a skating foot, and airborne, %",
-                 {reach("/skating", 100.0, "skating", "#8a3ffc"),
-                  reach("/airborne", 100.0, "airborne", "#0f62fe")},
-                 end, false);
-  page +=
+  std::vector<std::string> figures;
+  figures.push_back(Figure("Goals reached, % (within 10 cm, starts not trained on)",
+                           {reach("/success", 100.0, "reached", "#1f7a4d")}, end, false));
+  figures.push_back(Figure("Distance left, cm",
+                           {reach("/distance_m", 100.0, "mean", "#b4521e"),
+                            reach("/distance_median_m", 100.0, "median", "#d39a2d")},
+                           end, false));
+  figures.push_back(Figure("Frames with a skating foot, and airborne, %",
+                           {reach("/skating", 100.0, "skating", "#8a3ffc"),
+                            reach("/airborne", 100.0, "airborne", "#0f62fe")},
+                           end, false));
+  figures.push_back(
       Figure("Losses of deltas in training",
              {train("/translation", "translation", "#0f62fe"),
               train("/orientation", "orientation", "#b4521e"), train("/pose", "pose", "#1f7a4d")},
-             end, true);
-  page += Figure("The same on clips not trained on",
-                 {reach("/held_out/translation", 1.0, "translation", "#0f62fe"),
-                  reach("/held_out/orientation", 1.0, "orientation", "#b4521e"),
-                  reach("/held_out/pose", 1.0, "pose", "#1f7a4d")},
-                 end, true);
-  page += Figure("Divergence of latents, nats each; joints' loss",
-                 {train("/kl", "divergence", "#8a3ffc"), train("/joints", "joints", "#d39a2d")},
-                 end, true);
+             end, true));
+  figures.push_back(Figure("The same on clips not trained on",
+                           {reach("/held_out/translation", 1.0, "translation", "#0f62fe"),
+                            reach("/held_out/orientation", 1.0, "orientation", "#b4521e"),
+                            reach("/held_out/pose", 1.0, "pose", "#1f7a4d")},
+                           end, true));
+  figures.push_back(Figure(
+      "Divergence of latents, nats each; joints' loss",
+      {train("/kl", "divergence", "#8a3ffc"), train("/joints", "joints", "#d39a2d")}, end, true));
   const auto free = [&](const char* at, const char* name, const char* colour) {
     return CurveOf(lines, "free", json::json_pointer(at), 1.0, name, colour);
   };
-  page += Figure("Whole motions to goals: their loss, and how far they stray",
-                 {free("/goal", "goal", "#b4521e"), free("/pose", "straying (pose)", "#0f62fe")},
-                 end, true);
-  page +=
-      Figure("What the critic makes of them: doubt, and how often it is right",
-             {free("/doubt", "doubt", "#8a3ffc"), free("/critic", "right", "#1f7a4d")}, end, false);
-  return page + "</main></html>\n";
+  figures.push_back(Figure(
+      "Whole motions to goals: their loss, and how far they stray",
+      {free("/goal", "goal", "#b4521e"), free("/pose", "straying (pose)", "#0f62fe")}, end, true));
+  figures.push_back(Figure(
+      "What the critic makes of them: doubt, and how often it is right",
+      {free("/doubt", "doubt", "#8a3ffc"), free("/critic", "right", "#1f7a4d")}, end, false));
+  return PageOfFigures("Training of a WANDR network", figures);
 }
 
 }  // namespace holdfast::apps

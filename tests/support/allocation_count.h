@@ -6,8 +6,9 @@
 #include <cstddef>
 
 /// Counts this program's allocations by standing in for glibc's allocator, which it calls. Include
-/// in one source of a program only. With a sanitizer, which stands there itself, nothing is
-/// counted.
+/// in one source of a program only; others of it that ask for the count define
+/// HOLDFAST_ALLOCATIONS_ARE_COUNTED_ELSEWHERE before they include this. With a sanitizer, which
+/// stands there itself, nothing is counted.
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define HOLDFAST_COUNTS_ALLOCATIONS 1
 #endif
@@ -21,7 +22,7 @@ inline long AllocationCount() { return allocation_count.load(); }
 
 }  // namespace holdfast::testing
 
-#if defined(HOLDFAST_COUNTS_ALLOCATIONS)
+#if defined(HOLDFAST_COUNTS_ALLOCATIONS) && !defined(HOLDFAST_ALLOCATIONS_ARE_COUNTED_ELSEWHERE)
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);

@@ -122,6 +122,34 @@ struct SiluBackwardArguments {
   int gradients_per_column;
 };
 
+/// Y = leaky(Y + bias + X), leaky(v) = v where positive and slope v where not. X and bias may be
+/// null (zero).
+template <typename Real>
+struct LeakyArguments {
+  Real* y;
+  long y_stride;
+  int padded_rows;
+  int num_columns;
+  const Real* bias;
+  const Real* x;
+  long x_stride;
+  Real slope;
+};
+
+/// The gradient of Y = leaky(X) becomes that of X; Y's signs are X's. Column j belongs to column
+/// j / gradients_per_column.
+template <typename Real>
+struct LeakyBackwardArguments {
+  Real* gradient;
+  long gradient_stride;
+  const Real* y;
+  long y_stride;
+  int padded_rows;
+  int num_columns;  ///< of `gradient`
+  int gradients_per_column;
+  Real slope;
+};
+
 /// The loops as one instruction set has them.
 template <typename Real>
 struct LayerLoops {
@@ -133,6 +161,8 @@ struct LayerLoops {
   void (*sum)(const SumArguments<Real>&);
   void (*silu)(const SiluArguments<Real>&);
   void (*silu_backward)(const SiluBackwardArguments<Real>&);
+  void (*leaky)(const LeakyArguments<Real>&);
+  void (*leaky_backward)(const LeakyBackwardArguments<Real>&);
 };
 
 template <typename Real>

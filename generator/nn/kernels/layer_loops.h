@@ -193,8 +193,8 @@ void NormBackward(const NormBackwardArguments<typename S::Real>& in) {
 
 template <typename S>
 LayerLoops<typename S::Real> LoopsOf() {
-  return {&Product<S>,   &Moments<S>, &Finish<S>, &NormBackward<S>,
-          &Normalise<S>, &Sum<S>,     &Silu<S>,   &SiluBackward<S>};
+  return {&Product<S>, &Moments<S>, &Finish<S>,       &NormBackward<S>, &Normalise<S>,
+          &Sum<S>,     &Silu<S>,    &SiluBackward<S>, &Leaky<S>,        &LeakyBackward<S>};
 }
 
 }  // namespace

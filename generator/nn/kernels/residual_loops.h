@@ -107,5 +107,31 @@ void SiluBackward(const SiluBackwardArguments<typename S::Real>& in) {
   }
 }
 
+template <typename S>
+void Leaky(const LeakyArguments<typename S::Real>& in) {
+  for (int j = 0; j < in.num_columns; ++j) {
+    const typename S::Real* x = in.x ? in.x + j * in.x_stride : nullptr;
+    typename S::Real* y = in.y + j * in.y_stride;
+    for (int i = 0; i < in.padded_rows; i += S::kWidth) {
+      typename S::Vector v = S::Load(y + i);
+      if (in.bias) v += S::Load(in.bias + i);
+      if (x) v += S::Load(x + i);
+      S::Store(y + i, v > 0 ? v : v * in.slope);
+    }
+  }
+}
+
+template <typename S>
+void LeakyBackward(const LeakyBackwardArguments<typename S::Real>& in) {
+  for (int j = 0; j < in.num_columns; ++j) {
+    const typename S::Real* y = in.y + j / in.gradients_per_column * in.y_stride;
+    typename S::Real* g = in.gradient + j * in.gradient_stride;
+    for (int i = 0; i < in.padded_rows; i += S::kWidth) {
+      const typename S::Vector gradient = S::Load(g + i);
+      S::Store(g + i, S::Load(y + i) > 0 ? gradient : gradient * in.slope);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace holdfast::kernels

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#include "apps/action_plan.h"
+
+#include <algorithm>
+#include <map>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "generator/actions/action_catalog.h"
+#include "generator/matching/random_draws.h"
+#include "geometry/error.h"
+
+namespace holdfast::apps {
+namespace {
+
+constexpr std::uint64_t kShapes = 0x5EED, kDraws = 0xD0;
+
+struct Choice {
+  std::string_view action;
+  std::vector<std::string_view> objects;
+  double share;
+};
+
+std::vector<Choice> ChoicesOf(const ActionSetOptions& options) {
+  std::vector<Choice> choices;
+  std::vector<std::string_view> known;
+  for (const MadeAction& action : MadeActions()) {
+    Choice choice{action.name, {}, action.share};
+    const bool wanted = options.actions.empty() ||
+                        std::ranges::find(options.actions, action.name) != options.actions.end();
+    if (!wanted) continue;
+    for (const std::string_view object : action.objects) {
+      if (std::ranges::find(known, object) == known.end()) known.push_back(object);
+      if (options.objects.empty() ||
+          std::ranges::find(options.objects, object) != options.objects.end()) {
+        choice.objects.push_back(object);
+      }
+    }
+    if (!choice.objects.empty()) choices.push_back(std::move(choice));
+  }
+  for (const std::string& object : options.objects) {
+    if (std::ranges::find(known, object) != known.end()) continue;
+    throw Error(object, "is nothing that these actions are made with",
+                fmt::format("There are {}", fmt::join(known, ", ")));
+  }
+  return choices;
+}
+
+}  // namespace
+
+std::uint64_t MixSeed(std::uint64_t seed, std::uint64_t index) {
+  std::uint64_t z = seed + 0x9E3779B97F4A7C15ull * (index + 1);
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
+  return z ^ (z >> 31);
+}
+
+bool IsHeldOut(int subject, int subjects) {
+  return subject >= subjects - std::max(1, subjects / 5);
+}
+
+Eigen::VectorXd SubjectBetas(int subject, int count, std::uint64_t seed) {
+  RandomDraws draws(MixSeed(MixSeed(seed, kShapes), static_cast<std::uint64_t>(subject)));
+  Eigen::VectorXd betas(count);
+  for (int k = 0; k < count; ++k) betas(k) = std::clamp(0.9 * draws.Normal(), -2.0, 2.0);
+  return betas.cast<float>().cast<double>();
+}
+
+std::vector<ActionJob> PlanActions(const ActionSetOptions& options, std::uint64_t seed) {
+  for (const std::string& action : options.actions) FindMadeAction(action);
+  const std::vector<Choice> choices = ChoicesOf(options);
+  double total = 0.0;
+  for (const Choice& choice : choices) total += choice.share;
+  std::vector<double> made(choices.size(), 0.0);
+  std::vector<int> turns(choices.size(), 0);
+  std::map<std::string, int> numbers;
+  std::vector<ActionJob> jobs;
+  for (int index = 0; index < options.count; ++index) {
+    // The action that lags its share the most.
+    std::size_t next = 0;
+    for (std::size_t k = 0; k < choices.size(); ++k) {
+      if (made[k] / choices[k].share < made[next] / choices[next].share) next = k;
+    }
+    made[next] += 1.0;
+    const Choice& choice = choices[next];
+    ActionJob job;
+    job.index = index;
+    job.seed = MixSeed(seed, static_cast<std::uint64_t>(index));
+    RandomDraws draws(MixSeed(job.seed, kDraws));
+    job.action = choice.action;
+    // An action's own turn, so that subjects and actions do not beat against each other.
+    job.subject = (turns[next]++ + static_cast<int>(next)) % options.subjects;
+    const double u = draws.Uniform(0.0, 1.0);
+    const auto objects = static_cast<double>(choice.objects.size());
+    job.object = choice.objects[std::min(choice.objects.size() - 1,
+                                         static_cast<std::size_t>((0.4 * u + 0.6 * u * u) * objects))];
+    job.left = draws.Uniform(0.0, 1.0) < options.left_share;
+    const std::string stem = fmt::format("s{}/{}_{}", job.subject + 1,
+                                         VocabularyName(job.object), job.action);
+    job.name = fmt::format("{}_{}", stem, ++numbers[stem]);
+    jobs.push_back(std::move(job));
+  }
+  return jobs;
+}
+
+}  // namespace holdfast::apps

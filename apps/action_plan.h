@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace holdfast::apps {
+
+struct ActionSetOptions {
+  int count = 600;
+  int subjects = 10;
+  double left_share = 0.15;          ///< of left-handed clips
+  std::vector<std::string> actions;  ///< empty: all
+  std::vector<std::string> objects;  ///< embedded names; empty: all that an action has
+};
+
+/// One clip that is to be made.
+struct ActionJob {
+  int index = 0;
+  std::string action, object;  ///< object by its embedded name
+  int subject = 0;             ///< 0 is s1
+  bool left = false;
+  std::uint64_t seed = 0;
+  std::string name;  ///< "s1/mug_drink_3": below the set's folder, without .npz
+};
+
+/// The clips of a set, by index. A longer set begins with a shorter one's. Actions by their shares,
+/// objects with the first of each action's the oftenest, subjects in turn. Throws Error for an
+/// unknown action, and for objects that no action is made with.
+std::vector<ActionJob> PlanActions(const ActionSetOptions& options, std::uint64_t seed);
+
+/// The last fifth of the subjects, at least one: made from other people's starts.
+bool IsHeldOut(int subject, int subjects);
+
+/// Shape of a subject: `count` coefficients, normal with standard deviation 0.9, at most 2.
+Eigen::VectorXd SubjectBetas(int subject, int count, std::uint64_t seed);
+
+/// splitmix64: neighbouring seeds have nothing in common.
+std::uint64_t MixSeed(std::uint64_t seed, std::uint64_t index);
+
+}  // namespace holdfast::apps

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#include "generator/imos/import_weights.h"
+
+#include <fmt/format.h>
+
+#include "apps/common.h"
+
+namespace holdfast::apps {
+namespace {
+
+struct Options {
+  CommonOptions common;
+  std::string arms, body;
+  std::string output;
+  std::string actions;
+  std::string arm_order = "published";
+  std::string object_rotation = "rows";
+  int heads = 4;
+  bool half = false;
+  bool keep_training = false;
+};
+
+long CountNumbers(const imos::NetworkWeights& weights) {
+  long count = 0;
+  for (const auto& [name, tensor] : weights.tensors) {
+    count += static_cast<long>(tensor.values.size());
+  }
+  return count;
+}
+
+int Run(const Options& options) {
+  const CommonOptions& common = options.common;
+  RequireNew(options.output, common);
+  imos::ImportWeightsOptions import;
+  import.arm_order = options.arm_order == "published" ? imos::ArmOrder::kRightThenLeft
+                                                      : imos::ArmOrder::kAscending;
+  import.object_rotation = options.object_rotation == "rows" ? imos::ObjectRotation::kRows
+                                                             : imos::ObjectRotation::kColumns;
+  import.attention_heads = options.heads;
+  import.keep_training = options.keep_training;
+  imos::ImportedWeights imported = imos::ImportWeights(options.arms, options.body, import);
+  imos::NetworkWeights& weights = imported.weights;
+  if (options.actions.empty()) {
+    Note(common, fmt::format("note: without --actions the networks bring no embeddings with them; "
+                             "they take one of {} numbers for each action",
+                             weights.config.action_size));
+  } else {
+    weights.tensors["action_embedding.weight"] =
+        nn::MatrixTensor(imos::ReadActionTable(options.actions, weights.config.action_size));
+  }
+  weights.notes["source"] = "imported from PyTorch checkpoints of IMoS";
+  imos::WriteNetwork(weights, options.output, options.half);
+
+  nlohmann::json summary = JsonHead("holdfast/import-weights/1", common);
+  summary["output"] = options.output;
+  summary["config"] = imos::ConfigTexts(weights.config);
+  summary["numbers"] = CountNumbers(weights);
+  summary["bytes"] = std::filesystem::file_size(options.output);
+  summary["has_action_table"] = weights.HasActionTable();
+  summary["ignored"] = imported.ignored;
+  const std::string text = fmt::format(
+      "{}: {} numbers, {:.1f} MB{}\n  arms {} -> {} -> {}, z {}; body {} -> {} -> {}, z {}; "
+      "actions of {} numbers{}\n",
+      options.output, CountNumbers(weights),
+      static_cast<double>(std::filesystem::file_size(options.output)) / 1e6,
+      options.half ? " (matrices at half precision)" : "", weights.config.ArmsPastInput(),
+      weights.config.arms_first, weights.config.arms_second, weights.config.arms_latent,
+      weights.config.BodyPastInput(), weights.config.body_first, weights.config.body_second,
+      weights.config.body_latent, weights.config.action_size,
+      weights.HasActionTable() ? ", kept with them" : "");
+  PrintResult(common, summary, text);
+  return kDone;
+}
+
+}  // namespace
+
+void AddImportWeightsCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "import-weights", "The published IMoS networks' PyTorch checkpoints as Holdfast's weights");
+  command->add_option("arms", options->arms, "Checkpoint of the arms' network (.p, .pt, .pth)")
+      ->required();
+  command->add_option("body", options->body, "Checkpoint of the body's network")->required();
+  command->add_option("-o,--output", options->output, "Weights to write (.safetensors)")
+      ->required();
+  command->add_option("--actions", options->actions,
+                      "Embeddings of the 29 actions (.npz, .safetensors, .pt), kept with the "
+                      "weights: an array per label, or one called 'embeddings' (29 x E)");
+  command
+      ->add_option("--arm-order", options->arm_order,
+                   "published (17,19,21,16,18,20: the weights that were released) or ascending "
+                   "(trained anew by the published code)")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"published", "ascending"}));
+  command
+      ->add_option("--object-rotation", options->object_rotation,
+                   "Object rotations in training: of points as rows (GRAB) or as columns")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"rows", "columns"}));
+  command->add_option("--heads", options->heads, "Heads of the self-attention")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1024));
+  command->add_flag("--half", options->half, "Store matrices at half precision");
+  command->add_flag("--keep-training", options->keep_training,
+                    "Keep the encoder of the present frame, which only training uses");
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast import-weights exp_80_001600.p exp_31_001500.p -o imos.safetensors "
+      "--actions clip.npz\n"
+      "  holdfast import-weights arms.p body.p -o mine.safetensors --arm-order ascending --half\n");
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace holdfast::apps

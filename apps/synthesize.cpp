@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "apps/common.h"
+#include "apps/synthesis_network.h"
+#include "apps/synthesize_job.h"
+#include "generator/imos/config.h"
+
+namespace holdfast::apps {
+
+void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
+  struct Options {
+    CommonOptions common;
+    SynthesizeJob job;
+    std::string hand = "right", place = "any";
+  };
+  auto options = std::make_shared<Options>();
+  SynthesizeJob& job = options->job;
+  CLI::App* command = app.add_subcommand(
+      "synthesize", "A person does something with an object: an intent in, body and object out");
+  CLI::Option* sentence = command->add_option(
+      "sentence", job.sentence, "\"The person drinks from the mug\", in place of --action");
+  CLI::Option* action =
+      command
+          ->add_option("--action", job.action,
+                       "What is done: drink, eat, pour, pass, inspect, call, takepicture, brush, "
+                       "toast, lift, offhand, ...")
+          ->excludes(sentence);
+  CLI::Option* object =
+      command->add_option("--object", job.begin.object,
+                          "Mesh (.obj .ply .stl .off) or embedded object; the sentence's if left "
+                          "out");
+  action->needs(object);
+  command->add_option("--class", job.object_class,
+                      "What the object is, as the networks know it: mug, waterbottle, ... [its "
+                      "name]");
+  command
+      ->add_option("--object-scale", job.begin.object_scale,
+                   "Multiplies the object's coordinates (0.001 for millimetres)")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command->add_option("--from", job.begin.from,
+                      "CLIP or CLIP:FRAME of a person with the object in a hand to go on from. "
+                      "Without it a person stands at the origin, facing -y");
+  command
+      ->add_option("--start", options->place,
+                   "Where the object is at a made start: on a table, in the hand, any")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"any", "table", "hand"}))
+      ->excludes(command->get_option("--from"));
+  command->add_option("--hand", options->hand, "The hand of a made start")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"right", "left"}))
+      ->excludes(command->get_option("--from"));
+  command
+      ->add_option("--betas", job.begin.betas,
+                   "Body shape of a made start, coefficients of the body model: 1.5,-0.5")
+      ->delimiter(',')
+      ->excludes(command->get_option("--from"));
+  command->add_option("--seconds", job.seconds, "How long it takes [as long as it usually does]")
+      ->check(CLI::Range(0.5, 60.0));
+  command->add_option("--key-frames", job.key_frames, "Key frames that the networks make, 4 given")
+      ->capture_default_str()
+      ->check(CLI::Range(imos::kHistory + 1, 1000));
+  command->add_option("--samples", job.samples, "Motions to choose from")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10'000));
+  command->add_option("--sigma", job.sigma, "Spread of the random latents; 0 has one mean motion")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 3.0));
+  command->add_option("--frame-rate", job.frame_rate, "Of the motion made, Hz")
+      ->capture_default_str()
+      ->check(CLI::Range(5.0, 240.0));
+  command->add_option("--body", job.begin.body, "Body model in place of the embedded one");
+  AddSynthesisWeightsOptions(*command, job.weights, job.action_embeddings);
+  command->add_flag("--no-report{false}", job.write_report, "Leave out report.html");
+  command
+      ->add_option("-o,--output", job.output,
+                   "Folder to make: clip.npz, object.ply, metrics.json, report.html")
+      ->capture_default_str();
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast synthesize --action drink --object mug\n"
+      "  holdfast synthesize \"The person takes picture with the camera\" --seed 7 -o picture\n"
+      "  holdfast synthesize --action pour --object jug.obj --class teapot --hand left -o poured\n"
+      "  holdfast synthesize --action inspect --object held/object.ply --class mug --from held\n"
+      "The best sample: least penetration, least of the object in the body and of joints beyond\n"
+      "what captured people do, most contact; the first of equals.\n");
+  command->callback([options, &exit_code] {
+    SynthesizeJob& asked = options->job;
+    if (asked.sentence.empty() && asked.action.empty()) {
+      throw CLI::RequiredError("A sentence, or --action and --object,");
+    }
+    asked.begin.left = options->hand == "left";
+    if (options->place != "any") asked.begin.in_hand = options->place == "hand";
+    const FitOutcome outcome = RunSynthesizeJob(asked, options->common);
+    if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
+    exit_code = outcome.exit_code;
+  });
+}
+
+}  // namespace holdfast::apps

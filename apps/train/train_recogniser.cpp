@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+#include "apps/train/train_recogniser.h"
+
+#include <map>
+#include <optional>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "generator/imos/action_set.h"
+#include "generator/imos/synthesis_metrics.h"
+#include "generator/imos/vocabulary.h"
+#include "generator/training/recogniser.h"
+
+namespace holdfast::apps {
+namespace {
+
+using nlohmann::json;
+
+struct Options {
+  CommonOptions common;
+  std::vector<std::string> folders, validation{"s1"}, held_out{"s10"}, without;
+  std::string output, body, rule = "whole";
+  bool paper = false;
+  imos::RecogniserOptions training;
+};
+
+imos::LabelledMotions MotionsOf(const std::vector<imos::ActionSequence>& sequences) {
+  imos::LabelledMotions set;
+  for (const imos::ActionSequence& sequence : sequences) {
+    set.motions.push_back(sequence.joints);
+    set.labels.push_back(sequence.action);
+  }
+  return set;
+}
+
+// Accuracy on a set, in all and by action; what was taken for what.
+json AccuracyJson(const imos::Recogniser& recogniser, const imos::LabelledMotions& set,
+                  int threads) {
+  const imos::Recognition seen = recogniser.Recognise(set.motions, threads);
+  std::map<int, std::pair<int, int>> by_action;  // right, all
+  json mistaken = json::object();
+  for (std::size_t n = 0; n < set.labels.size(); ++n) {
+    auto& [right, all] = by_action[set.labels[n]];
+    right += seen.labels[n] == set.labels[n];
+    ++all;
+    if (seen.labels[n] == set.labels[n]) continue;
+    json& count = mistaken[fmt::format("{} for {}", imos::Actions()[set.labels[n]].label,
+                                       imos::Actions()[seen.labels[n]].label)];
+    count = count.is_null() ? 1 : count.get<int>() + 1;
+  }
+  json result = {{"sequences", set.labels.size()},
+                 {"accuracy", imos::RecognitionAccuracy(seen.labels, set.labels)},
+                 {"mistaken", mistaken}};
+  for (const auto& [action, counts] : by_action) {
+    result["by_action"][std::string(imos::Actions()[action].label)] = {
+        {"sequences", counts.second},
+        {"accuracy", static_cast<double>(counts.first) / counts.second}};
+  }
+  return result;
+}
+
+std::string Line(const char* what, const json& accuracy) {
+  std::string text =
+      fmt::format("  {:<12}{:5.1f} % of {} sequences", what,
+                  100.0 * accuracy["accuracy"].get<double>(), accuracy["sequences"].get<int>());
+  std::vector<std::string> mistakes;
+  for (const auto& [which, count] : accuracy["mistaken"].items()) {
+    mistakes.push_back(fmt::format("{} ({})", which, count.get<int>()));
+  }
+  if (!mistakes.empty()) text += fmt::format("; mistaken: {}", fmt::join(mistakes, ", "));
+  return text + "\n";
+}
+
+int Train(Options& options) {
+  const CommonOptions& common = options.common;
+  RequireNew(options.output, common);
+  imos::ActionSetOptions what;
+  what.sequences.rule =
+      options.rule == "paper" ? imos::KeyFrameRule::kPaper : imos::KeyFrameRule::kWhole;
+  what.split = {options.validation, options.held_out};
+  what.without = options.without;
+  what.threads = NumThreads(common);
+  const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
+  const imos::ActionSet set = [&] {
+    Progress progress(common, "reading clips");
+    return imos::ReadActionSet({options.folders.begin(), options.folders.end()}, body, what,
+                               [&](int done, int total) { progress.Update(done, total); });
+  }();
+  for (const std::string& note : set.notes) Note(common, note);
+  const imos::LabelledMotions training = MotionsOf(set.train);
+  const imos::LabelledMotions validation = MotionsOf(set.validation);
+  const imos::LabelledMotions held_out = MotionsOf(set.test);
+
+  imos::RecogniserOptions recipe =
+      options.paper ? imos::PaperRecogniserOptions() : options.training;
+  recipe.seed = common.seed;
+  imos::TrainedRecogniser trained = [&] {
+    Progress progress(common, "epochs");
+    return imos::TrainRecogniser(training, validation, recipe,
+                                 [&](const imos::RecogniserEpoch& now) {
+                                   progress.Update(now.epoch, recipe.epochs);
+                                   return !Interrupted();
+                                 });
+  }();
+  if (Interrupted()) return kInterrupted;  // a quarter-trained judge is worse than none
+
+  const imos::Recogniser recogniser(trained.weights);
+  json summary = JsonHead("holdfast/train-recogniser/1", common);
+  summary["epochs"] = trained.epochs.size();
+  summary["kept_epoch"] = trained.best.epoch;
+  summary["training_loss"] = trained.best.training_loss;
+  std::string text = fmt::format("{}: epoch {} of {}\n", options.output, trained.best.epoch,
+                                 trained.epochs.size());
+  const int threads = NumThreads(common);
+  for (const auto& [name, motions] :
+       {std::pair{"training", &training}, {"validation", &validation}, {"held out", &held_out}}) {
+    if (motions->motions.empty()) continue;
+    summary[name] = AccuracyJson(recogniser, *motions, threads);
+    text += Line(name, summary[name]);
+    trained.weights.notes[fmt::format("accuracy, {}", name)] =
+        fmt::format("{:.4f} of {}", summary[name]["accuracy"].get<double>(),
+                    summary[name]["sequences"].get<int>());
+  }
+  trained.weights.notes["made_by"] = "holdfast train recogniser " HOLDFAST_VERSION;
+  trained.weights.notes["key_frames"] = options.rule;
+  trained.weights.notes["seed"] = std::to_string(common.seed);
+  trained.weights.notes["epochs"] = std::to_string(trained.best.epoch);
+  trained.weights.notes["held_out"] = fmt::format("{}", fmt::join(options.held_out, ","));
+  imos::WriteRecogniser(trained.weights, options.output);
+  PrintResult(common, summary, text);
+  return kDone;
+}
+
+}  // namespace
+
+void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  imos::RecogniserOptions& training = options->training;
+  CLI::App* command = app.add_subcommand(
+      "recogniser",
+      "Trains the network that tells actions, by which 'evaluate synthesis' measures");
+  command->add_option("folders", options->folders, "Folders of action clips, as of 'make-actions'")
+      ->required();
+  command->add_option("-o,--output", options->output, "File to write (.safetensors)")->required();
+  command
+      ->add_option("--held-out", options->held_out,
+                   "Subjects that are not trained on: those that will be evaluated")
+      ->delimiter(',')
+      ->capture_default_str();
+  command
+      ->add_option("--validation", options->validation,
+                   "Subjects that tell when to stop; none of them trained on")
+      ->delimiter(',')
+      ->capture_default_str();
+  command->add_option("--without", options->without, "Actions to leave out (as published: lift)")
+      ->delimiter(',');
+  command
+      ->add_option("--key-frames", options->rule,
+                   "15 spread over the clip (whole), or over the contact as published (paper)")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"whole", "paper"}));
+  command->add_flag("--paper", options->paper,
+                    "As published: 500 epochs, batches of one, rate 5e-4, no early stop");
+  command->add_option("--epochs", training.epochs, "At most")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1'000'000));
+  command->add_option("--batch", training.batch, "Sequences of a step")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100'000));
+  command->add_option("--learning-rate", training.learning_rate, "Of Adam")
+      ->capture_default_str()
+      ->check(CLI::Range(1e-9, 1.0));
+  command
+      ->add_option("--patience", training.patience,
+                   "Stop after so many epochs without a lower loss in validation; 0: never")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1'000'000));
+  command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast train recogniser actions -o recogniser.safetensors --held-out s9,s10\n"
+      "  holdfast train recogniser grab --without lift --key-frames paper --paper -o paper.st\n");
+  command->callback([options, &exit_code] { exit_code = Train(*options); });
+}
+
+}  // namespace holdfast::apps

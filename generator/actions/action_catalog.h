@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace holdfast {
+
+/// An action that can be made, and what with. Action names are GRAB's; objects are the embedded
+/// ones by name, the commonest first.
+struct MadeAction {
+  std::string_view name;
+  std::vector<std::string_view> objects;
+  double share = 1.0;  ///< of the clips of a set, relative to the others'
+  std::string_view meaning;
+};
+
+std::span<const MadeAction> MadeActions();
+/// Throws Error listing all, with the nearest, for a name that is none of them.
+const MadeAction& FindMadeAction(std::string_view name);
+/// "drink, eat, ...": for help and messages.
+std::string MadeActionNames();
+
+/// The name that GRAB and its vocabulary have for an embedded object: "waterbottle" for "bottle";
+/// the same for most.
+std::string_view VocabularyName(std::string_view embedded_object);
+
+}  // namespace holdfast

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+
+#include "generator/actions/script_intents.h"
+
+// Intents with a rhythm, or a tool that points somewhere. Places and directions are in the world.
+
+namespace holdfast {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// The tool's forward and working side along these directions, or turned a little off them about
+// the vertical, from one to the other, and about the tool.
+std::vector<Isometry3d> Pointed(const ObjectMarks& tool, const Vector3d& place,
+                                const Vector3d& forward, const Vector3d& facing) {
+  std::vector<Isometry3d> poses;
+  for (const double yaw : {-24.0, -12.0, 0.0, 12.0, 24.0}) {
+    for (const double pitch : {-14.0, 0.0, 14.0}) {
+      for (const double roll : {-20.0, 0.0, 20.0}) {
+        const Matrix3d turn =
+            AngleAxisd(yaw * kDegreeOfScript, Vector3d::UnitZ()) *
+            AngleAxisd(pitch * kDegreeOfScript, forward.cross(facing).normalized()) *
+            AngleAxisd(roll * kDegreeOfScript, forward.normalized()).matrix() *
+            AlignAxes(tool.forward, tool.facing, forward, facing);
+        poses.push_back(PoseAt(turn, tool.middle, place));
+      }
+    }
+  }
+  return poses;
+}
+
+}  // namespace
+
+void WriteShake(ScriptWriter& writer) {
+  const ObjectMarks& object = writer.Scene().object;
+  const double begin = writer.Now(), come = writer.Time(0.6, 0.9);
+  const Vector3d place =
+      writer.Before(writer.Uniform(-0.14, 0.0), writer.Uniform(0.58, 0.75), -writer.Uniform(0.08, 0.2));
+  writer.MoveTo(Anchor::kWorld, UprightPoses(object.middle, place, 36, {0.3}), come,
+                writer.Time(1.2, 2.0));
+  Stroke stroke;
+  stroke.begin_s = begin + 0.8 * come;
+  stroke.end_s = writer.Now();
+  stroke.period_s = writer.Uniform(0.27, 0.42);
+  stroke.move = writer.Uniform(0.025, 0.05) * Vector3d::UnitZ();
+  writer.Add(stroke);
+  writer.LookAtObject(begin, writer.Uniform(0.3, 0.8));
+  writer.Lean(begin, come, writer.Degrees(-1.0, 5.0), writer.Degrees(-3.0, 3.0));
+}
+
+void WriteSwitchOn(ScriptWriter& writer) {
+  const ObjectMarks& light = writer.Scene().object;
+  const double begin = writer.Now(), come = writer.Time(0.7, 1.0);
+  const Vector3d place =
+      writer.Before(writer.Uniform(-0.16, -0.02), writer.Uniform(0.62, 0.82), -writer.Uniform(0.12, 0.26));
+  const double down = writer.Uniform(-0.25, 0.05), left = writer.Uniform(-0.2, 0.2);
+  writer.MoveTo(Anchor::kWorld,
+                Pointed(light, place, Vector3d(left, -1.0, down), Vector3d::UnitZ()), come,
+                writer.Time(0.5, 0.9));
+  writer.Look(begin + 0.3, std::atan(left), 0.6 * std::atan(down));
+  if (writer.Chance(0.7)) {  // to something else
+    const double there = writer.Now(), swing = writer.Time(0.5, 0.8);
+    const double more = left + (left > 0.0 ? -1.0 : 1.0) * writer.Uniform(0.3, 0.6);
+    writer.MoveTo(Anchor::kWorld,
+                  Pointed(light, place, Vector3d(more, -1.0, down), Vector3d::UnitZ()), swing,
+                  writer.Time(0.3, 0.7));
+    writer.Look(there, std::atan(more), 0.6 * std::atan(down));
+  }
+  writer.Lean(begin, come, writer.Degrees(0.0, 6.0), writer.Degrees(-2.0, 6.0));
+}
+
+void WriteHammer(ScriptWriter& writer) {
+  const ObjectMarks& hammer = writer.Scene().object;
+  const double begin = writer.Now(), come = writer.Time(0.75, 1.05);
+  const Vector3d place =
+      writer.Before(writer.Uniform(-0.12, 0.0), writer.Uniform(0.72, 0.88), -writer.Uniform(0.14, 0.24));
+  const Vector3d forward(writer.Uniform(0.05, 0.4), -0.5, writer.Uniform(0.7, 1.0));
+  writer.MoveTo(Anchor::kWorld, Pointed(hammer, place, forward, Vector3d(0.0, -1.0, -0.5)), come,
+                writer.Time(1.6, 2.4));
+  Stroke blow;
+  blow.begin_s = begin + 0.8 * come;
+  blow.end_s = writer.Now();
+  blow.period_s = writer.Uniform(0.55, 0.8);
+  blow.turn = writer.Degrees(16.0, 26.0) * hammer.forward.cross(hammer.facing);
+  blow.pivot = hammer.middle - 0.65 * hammer.size.x() * hammer.forward;
+  writer.Add(blow);
+  writer.LookAtObject(begin, writer.Uniform(0.5, 0.8));
+  writer.Lean(begin, come, writer.Degrees(3.0, 10.0), writer.Degrees(-2.0, 5.0));
+}
+
+void WriteChop(ScriptWriter& writer) {
+  const ObjectMarks& knife = writer.Scene().object;
+  const double begin = writer.Now(), come = writer.Time(0.7, 1.0);
+  const double amplitude = writer.Uniform(0.018, 0.035);
+  Vector3d place = writer.Before(writer.Uniform(-0.1, 0.04), writer.Uniform(0.7, 0.88),
+                                 -writer.Uniform(0.32, 0.42));
+  if (writer.Script().table_m) place.z() = *writer.Script().table_m + 0.05 + amplitude;
+  const Vector3d forward(writer.Uniform(0.4, 1.0), -1.0, -0.1);
+  writer.MoveTo(Anchor::kWorld, Pointed(knife, place, forward, -Vector3d::UnitZ()), come,
+                writer.Time(1.4, 2.2));
+  Stroke chop;
+  chop.begin_s = begin + 0.9 * come;
+  chop.end_s = writer.Now();
+  chop.period_s = writer.Uniform(0.38, 0.6);
+  chop.move = amplitude * knife.facing;
+  writer.Add(chop);
+  writer.LookAtObject(begin, writer.Uniform(0.6, 0.9));
+  writer.Lean(begin, come, writer.Degrees(4.0, 11.0), writer.Degrees(-2.0, 5.0));
+}
+
+void WriteCook(ScriptWriter& writer) {
+  const ObjectMarks& pan = writer.Scene().object;
+  const double begin = writer.Now(), come = writer.Time(0.65, 0.95);
+  const Vector3d place =
+      writer.Before(writer.Uniform(-0.12, 0.04), writer.Uniform(0.92, 1.1), -writer.Uniform(0.28, 0.38));
+  const Vector3d forward(writer.Uniform(0.1, 0.7), -1.0, 0.0);
+  writer.MoveTo(Anchor::kWorld, Pointed(pan, place, forward, Vector3d::UnitZ()), come,
+                writer.Time(1.8, 2.6));
+  Stroke sway;
+  sway.begin_s = begin + 0.8 * come;
+  sway.end_s = writer.Now();
+  sway.period_s = writer.Uniform(0.75, 1.15);
+  sway.move = writer.Uniform(0.025, 0.05) * Vector3d::UnitX();
+  if (writer.Chance(0.6)) sway.move_aside = writer.Uniform(0.02, 0.04) * Vector3d::UnitY();
+  sway.turn = writer.Degrees(0.0, 7.0) * Vector3d::UnitY();
+  sway.pivot = pan.middle;
+  writer.Add(sway);
+  writer.LookAtObject(begin, writer.Uniform(0.6, 0.9));
+  writer.Lean(begin, come, writer.Degrees(2.0, 7.0), writer.Degrees(-2.0, 4.0));
+}
+
+}  // namespace holdfast

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: MIT
+#include "generator/imos/action_sequence.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "generator/imos/vocabulary.h"
+#include "generator/wandr/heading.h"
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+
+namespace holdfast::imos {
+namespace {
+
+using wandr::BodyKinematics;
+using wandr::RotationFromRows12;
+using wandr::Rows12;
+
+constexpr double kMetresPerRadian = 0.1;  // of an object in a hand, to weigh turns against ways
+
+wandr::BoneOffsets<double> BonesOf(const ActionSequence& sequence) {
+  return wandr::BoneOffsetsOf(sequence.rest_joints);
+}
+
+std::vector<BodyKinematics<double>> KinematicsOf(const ActionSequence& sequence) {
+  std::vector<BodyKinematics<double>> all(sequence.NumKeyFrames());
+  const wandr::BoneOffsets<double> bones = BonesOf(sequence);
+  for (int k = 0; k < sequence.NumKeyFrames(); ++k) {
+    ForwardKinematics(bones, sequence.BodyPose(k), all[k]);
+  }
+  return all;
+}
+
+ObjectPose ObjectAt(const ActionSequence& sequence, int key_frame) {
+  return {sequence.ObjectRotation(key_frame), sequence.object_transl.col(key_frame)};
+}
+
+// Joints, and who carries: what follows from the poses.
+void Complete(ActionSequence& sequence) {
+  const std::vector<BodyKinematics<double>> kinematics = KinematicsOf(sequence);
+  const int frames = sequence.NumKeyFrames();
+  sequence.joints.resize(wandr::kJointNumbers, frames);
+  sequence.carriers.assign(frames, Carrier::kNothing);
+  for (int k = 0; k < frames; ++k) {
+    Eigen::Map<wandr::BodyJoints<double>>(sequence.joints.col(k).data()) = kinematics[k].joints;
+    if (k == 0) continue;
+    const ObjectPose truth = ObjectAt(sequence, k);
+    // Both ends of the way count: a hand takes it up or puts it down between key frames.
+    const std::uint8_t hands = sequence.hands[k - 1] | sequence.hands[k];
+    double least = std::numeric_limits<double>::infinity();
+    for (const Carrier carrier : {Carrier::kNothing, Carrier::kRightWrist, Carrier::kLeftWrist}) {
+      const std::uint8_t bit = carrier == Carrier::kRightWrist ? kHoldsRight : kHoldsLeft;
+      if (carrier != Carrier::kNothing && hands != 0 && (hands & bit) == 0) continue;
+      const ObjectPose guess =
+          Carried(ObjectAt(sequence, k - 1), carrier, kinematics[k - 1], kinematics[k]);
+      const double error =
+          (guess.T - truth.T).norm() + kMetresPerRadian * AngleBetween(guess.R, truth.R);
+      if (error >= least) continue;
+      least = error;
+      sequence.carriers[k] = carrier;
+    }
+  }
+  if (frames > 1) sequence.carriers[0] = sequence.carriers[1];
+}
+
+}  // namespace
+
+CanonicalFrame CanonicalFrameOf(const Eigen::Matrix3d& root, const Eigen::Vector3d& transl,
+                                const Eigen::Vector3d& rest_pelvis, bool turn_heading) {
+  CanonicalFrame frame;
+  frame.rest_pelvis = rest_pelvis;
+  frame.pelvis = transl + rest_pelvis;
+  if (turn_heading) {
+    const wandr::Heading<double> heading = wandr::HeadingOf<double>(root);
+    frame.turn << heading.cosine, heading.sine, 0.0, -heading.sine, heading.cosine, 0.0, 0.0, 0.0,
+        1.0;
+  }
+  return frame;
+}
+
+Eigen::Matrix3d ActionSequence::Rotation(int joint, int key_frame) const {
+  return RotationFromRows12<double>(pose.col(key_frame).segment<6>(6 * joint));
+}
+
+Eigen::Matrix3d ActionSequence::ObjectRotation(int key_frame) const {
+  return RotationFromRows12<double>(object_rotation.col(key_frame));
+}
+
+wandr::Pose<double> ActionSequence::BodyPose(int key_frame) const {
+  wandr::Pose<double> body;
+  body.translation = transl.col(key_frame);
+  for (int j = 0; j < kNumBodyJoints; ++j) body.rotation[j] = Rotation(j, key_frame);
+  return body;
+}
+
+RotationColumns ActionSequence::ObjectRotationForRows() const {
+  RotationColumns rows(6, NumKeyFrames());
+  for (int k = 0; k < NumKeyFrames(); ++k) {
+    rows.col(k) = Rows12<double>(ObjectRotation(k).transpose());
+  }
+  return rows;
+}
+
+ObjectPose Carried(const ObjectPose& object, Carrier carrier, const BodyKinematics<double>& from,
+                   const BodyKinematics<double>& to) {
+  if (carrier == Carrier::kNothing) return object;
+  const int wrist = WristJoint(carrier == Carrier::kRightWrist ? Side::kRight : Side::kLeft);
+  const Eigen::Matrix3d turn = to.world[wrist] * from.world[wrist].transpose();
+  return {wandr::Orthonormalised<double>(turn * object.R),
+          turn * (object.T - from.joints.col(wrist)) + to.joints.col(wrist)};
+}
+
+ActionSequence SequenceFromClip(const Clip& clip,
+                                const Eigen::Ref<const Eigen::Matrix3Xd>& rest_joints,
+                                const SequenceOptions& options) {
+  if (!clip.object) {
+    throw Error("clip", "it has no object", "Give clips of somebody who does something with one");
+  }
+  if (rest_joints.cols() != kNumJoints) {
+    throw Error("clip", "it is of a hand alone", "Give clips of a whole body");
+  }
+  ActionSequence out;
+  out.action = ActionId(clip.action, "action");
+  out.object = ObjectId(clip.object->name, "object");
+  const Clip keys = KeyFramesOf(clip, options.rule);
+  const int frames = keys.NumFrames();
+  out.subject = clip.subject;
+  out.gender = clip.gender;
+  out.seconds_per_key_frame = 1.0 / keys.frame_rate;
+  const Eigen::Index betas = std::min<Eigen::Index>(clip.betas.size(), kNumBetas);
+  out.betas.head(betas) = clip.betas.head(betas);
+  out.rest_joints = rest_joints;
+  out.canonical = CanonicalFrameOf(ExpSO3(keys.pose[0].col(0)), keys.trans.col(0),
+                                   rest_joints.col(0), options.turn_heading);
+  out.pose.resize(kPoseNumbers, frames);
+  out.transl.resize(3, frames);
+  out.object_transl.resize(3, frames);
+  out.object_rotation.resize(6, frames);
+  for (int k = 0; k < frames; ++k) {
+    for (int j = 0; j < kNumJoints; ++j) {
+      const Eigen::Matrix3d R = ExpSO3(keys.pose[k].col(j));
+      out.pose.col(k).segment<6>(6 * j) =
+          Rows12<double>(j == 0 ? out.canonical.RotationFromWorld(R) : R);
+    }
+    out.transl.col(k) = out.canonical.TranslFromWorld(keys.trans.col(k));
+    out.object_transl.col(k) = out.canonical.PointFromWorld(keys.object->trans.col(k));
+    out.object_rotation.col(k) =
+        Rows12<double>(out.canonical.RotationFromWorld(ExpSO3(keys.object->orient.col(k))));
+  }
+  out.hands = keys.holding_hand;
+  if (out.hands.empty()) out.hands.assign(frames, 0);
+  Complete(out);
+  return out;
+}
+
+ActionSequence SequenceFromClip(const Clip& clip, const std::shared_ptr<const BodyModel>& body,
+                                const SequenceOptions& options) {
+  const bool own_surface = clip.v_template.cols() == body->NumVertices();
+  // Betas of another model's shape space mean nothing here.
+  const bool own_betas = clip.body_model.empty() || clip.body_model == body->Name();
+  if (own_surface) return SequenceFromClip(clip, body->RestJoints(clip.v_template), options);
+  Clip shaped = clip;
+  if (!own_betas) shaped.betas.resize(0);
+  const Eigen::Index used = std::min<Eigen::Index>(shaped.betas.size(), body->NumShape());
+  return SequenceFromClip(shaped, body->RestJoints(body->ShapedVertices(shaped.betas.head(used))),
+                          options);
+}
+
+ActionSequence Mirrored(const ActionSequence& sequence) {
+  const Eigen::DiagonalMatrix<double, 3> mirror(-1.0, 1.0, 1.0);
+  ActionSequence out = sequence;
+  out.mirrored = !sequence.mirrored;
+  const auto reflected = [&](const Eigen::Matrix3d& R) -> Eigen::Matrix3d {
+    return mirror * R * mirror;
+  };
+  for (int j = 0; j < kNumJoints; ++j) {
+    out.rest_joints.col(j) = mirror * sequence.rest_joints.col(MirrorJoint(j));
+  }
+  for (int k = 0; k < sequence.NumKeyFrames(); ++k) {
+    for (int j = 0; j < kNumJoints; ++j) {
+      out.pose.col(k).segment<6>(6 * j) =
+          Rows12<double>(reflected(sequence.Rotation(MirrorJoint(j), k)));
+    }
+    out.transl.col(k) =
+        mirror * (sequence.transl.col(k) + sequence.rest_joints.col(0)) - out.rest_joints.col(0);
+    out.object_transl.col(k) = mirror * sequence.object_transl.col(k);
+    out.object_rotation.col(k) = Rows12<double>(reflected(sequence.ObjectRotation(k)));
+    const std::uint8_t held = sequence.hands[k];
+    out.hands[k] = static_cast<std::uint8_t>(((held & kHoldsRight) ? kHoldsLeft : 0) |
+                                             ((held & kHoldsLeft) ? kHoldsRight : 0));
+  }
+  // The mirror stands in the canonical frame: the way back is that of the mirrored world.
+  out.canonical.rest_pelvis = out.rest_joints.col(0);
+  out.canonical.pelvis = mirror * sequence.canonical.pelvis;
+  out.canonical.turn = reflected(sequence.canonical.turn);
+  Complete(out);
+  return out;
+}
+
+}  // namespace holdfast::imos

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: MIT
+#include "generator/imos/config.h"
+
+#include <array>
+#include <charconv>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+
+namespace holdfast::imos {
+namespace {
+
+constexpr const char* kRemedy = "Give weights that 'holdfast train imos' or import-weights wrote";
+constexpr int kMaxWidth = 65536;
+constexpr int kMaxAttentionLayers = 64;
+
+template <typename Value>
+struct Word {
+  Value value;
+  std::string_view text;
+};
+template <typename Value>
+constexpr std::array<Word<Value>, 0> kWords{};
+template <>
+constexpr std::array kWords<bool>{Word<bool>{true, "yes"}, Word<bool>{false, "no"}};
+template <>
+constexpr std::array kWords<Modules>{Word<Modules>{Modules::kTwo, "two"},
+                                     Word<Modules>{Modules::kOne, "one"}};
+template <>
+constexpr std::array kWords<ActionEmbedding>{
+    Word<ActionEmbedding>{ActionEmbedding::kGiven, "given"},
+    Word<ActionEmbedding>{ActionEmbedding::kLearned, "learned"},
+    Word<ActionEmbedding>{ActionEmbedding::kRandom, "random"}};
+template <>
+constexpr std::array kWords<ArmsObject>{Word<ArmsObject>{ArmsObject::kTranslation, "translation"},
+                                        Word<ArmsObject>{ArmsObject::kPose, "pose"}};
+template <>
+constexpr std::array kWords<ObjectNow>{Word<ObjectNow>{ObjectNow::kAbsent, "absent"},
+                                       Word<ObjectNow>{ObjectNow::kPrevious, "previous"},
+                                       Word<ObjectNow>{ObjectNow::kTrue, "true"}};
+template <>
+constexpr std::array kWords<ArmOrder>{
+    Word<ArmOrder>{ArmOrder::kAscending, "16,17,18,19,20,21"},
+    Word<ArmOrder>{ArmOrder::kRightThenLeft, "17,19,21,16,18,20"}};
+template <>
+constexpr std::array kWords<RootTranslation>{
+    Word<RootTranslation>{RootTranslation::kGiven, "given"},
+    Word<RootTranslation>{RootTranslation::kPredicted, "predicted"}};
+template <>
+constexpr std::array kWords<ObjectRotation>{
+    Word<ObjectRotation>{ObjectRotation::kColumns, "columns"},
+    Word<ObjectRotation>{ObjectRotation::kRows, "rows"}};
+
+std::string TextOf(int value) { return std::to_string(value); }
+template <typename Value>
+std::string TextOf(Value value) {
+  for (const Word<Value>& word : kWords<Value>) {
+    if (word.value == value) return std::string(word.text);
+  }
+  return {};
+}
+
+bool FromText(std::string_view text, int& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+template <typename Value>
+bool FromText(std::string_view text, Value& value) {
+  for (const Word<Value>& word : kWords<Value>) {
+    if (word.text == text) {
+      value = word.value;
+      return true;
+    }
+  }
+  return false;
+}
+
+// Every option with its name in files, so that reading, writing and checking agree.
+template <typename ConfigType, typename Visit>
+void ForEachSize(ConfigType& config, const Visit& visit) {
+  visit("action_size", config.action_size);
+  visit("block_width", config.block_width);
+  visit("arms_condition", config.arms_condition);
+  visit("arms_first", config.arms_first);
+  visit("arms_second", config.arms_second);
+  visit("arms_decoder", config.arms_decoder);
+  visit("arms_latent", config.arms_latent);
+  visit("body_condition", config.body_condition);
+  visit("body_first", config.body_first);
+  visit("body_second", config.body_second);
+  visit("body_decoder", config.body_decoder);
+  visit("body_latent", config.body_latent);
+  visit("attention_layers", config.attention_layers);
+  visit("attention_heads", config.attention_heads);
+  visit("attention_width", config.attention_width);
+}
+template <typename ConfigType, typename Visit>
+void ForEachOption(ConfigType& config, const Visit& visit) {
+  visit("modules", config.modules);
+  visit("self_attention", config.self_attention);
+  visit("action_embedding", config.action_embedding);
+  visit("arms_see_class", config.arms_see_class);
+  visit("arms_object", config.arms_object);
+  visit("body_sees_arms_now", config.body_sees_arms_now);
+  visit("object_now", config.object_now);
+  visit("arm_order", config.arm_order);
+  visit("root", config.root);
+  visit("object_rotation", config.object_rotation);
+  ForEachSize(config, visit);
+}
+
+class TensorList {
+ public:
+  void Vector(const std::string& name, int size) { list.push_back({name, {Size(size)}}); }
+  void Matrix(const std::string& name, int rows, int columns) {
+    list.push_back({name, {Size(rows), Size(columns)}});
+  }
+  void Linear(const std::string& name, int in, int out) {
+    Matrix(name + ".weight", out, in);
+    Vector(name + ".bias", out);
+  }
+  void BatchNorm(const std::string& name, int size) {
+    for (const char* part : {".weight", ".bias", ".running_mean", ".running_var"}) {
+      Vector(name + part, size);
+    }
+  }
+  void Block(const std::string& name, int in, int width, int out) {
+    Linear(name + ".fc1", in, width);
+    BatchNorm(name + ".bn1", width);
+    Linear(name + ".fc2", width, out);
+    BatchNorm(name + ".bn2", out);
+    if (in != out) Linear(name + ".fc3", in, out);
+  }
+
+  std::vector<TensorShape> list;
+
+ private:
+  static std::size_t Size(int size) { return static_cast<std::size_t>(size); }
+};
+
+void AddArms(const Config& c, bool training, TensorList& tensors) {
+  const int width = c.block_width;
+  tensors.BatchNorm("arms.enc_bn0", c.ArmsConditionInput());
+  tensors.Block("arms.enc_rb0", c.ArmsConditionInput(), width, c.arms_condition);
+  const auto encoder = [&](int input, const std::string& suffix, const std::string& latent) {
+    tensors.BatchNorm("arms.enc_bn1" + suffix, input);
+    tensors.Block("arms.enc_rb1" + suffix, input, width, c.arms_first);
+    tensors.Block("arms.enc_rb2" + suffix, input + c.arms_first, width, c.arms_second);
+    tensors.Linear("arms.mu_" + latent, c.arms_second, c.arms_latent);
+    tensors.Linear("arms.sigma_" + latent, c.arms_second, c.arms_latent);
+  };
+  if (training) encoder(c.ArmsPresentInput(), "", "present");
+  encoder(c.ArmsPastInput(), "_past", "past");
+  const int input = c.ArmsDecoderInput();
+  tensors.BatchNorm("arms.dec_bn1", input);
+  tensors.Block("arms.dec_rb1", input, width, c.arms_decoder);
+  tensors.Block("arms.dec_rb2", input + c.arms_decoder, width, kArmsSize);
+}
+
+void AddBody(const Config& c, TensorList& tensors) {
+  const int width = c.block_width;
+  tensors.BatchNorm("body.enc_bn0", c.BodyConditionInput());
+  tensors.Block("body.enc_rb0", c.BodyConditionInput(), width, c.body_condition);
+  const int all_heads = c.attention_heads * c.attention_width;
+  for (int l = 0; c.self_attention && l < c.attention_layers; ++l) {
+    const std::string name = fmt::format("body.attention_model.attention_layers.{}.attn.", l);
+    for (const char* part : {"w_qs", "w_ks", "w_vs"}) {
+      tensors.Matrix(name + part + ".weight", all_heads, kRotationSize);
+    }
+    tensors.Matrix(name + "w_combine.weight", kRotationSize, all_heads);
+    tensors.Matrix(name + "layer_norm.weight", c.BodyJoints(), kRotationSize);
+    tensors.Matrix(name + "layer_norm.bias", c.BodyJoints(), kRotationSize);
+  }
+  const int past = c.BodyPastInput(), input = c.BodyDecoderInput();
+  tensors.BatchNorm("body.enc_bn1_past", past);
+  tensors.Block("body.enc_rb1_past", past, width, c.body_first);
+  tensors.Block("body.enc_rb2_past", past + c.body_first, width, c.body_second);
+  tensors.Linear("body.mu_past", c.body_second, c.body_latent);
+  tensors.Linear("body.sigma_past", c.body_second, c.body_latent);
+  tensors.BatchNorm("body.dec_bn1", input);
+  tensors.Block("body.dec_rb1", input, width, c.body_decoder);
+  tensors.Block("body.dec_rb2", input + c.body_decoder, width, c.BodyOutput());
+}
+
+}  // namespace
+
+int Config::ArmsConditionInput() const {
+  return kNumBetas + (arms_see_class ? kNumObjects : 0) + action_size;
+}
+int Config::ArmsPresentInput() const { return kArmsSize + ArmsObjectSize() + arms_condition; }
+int Config::ArmsPastInput() const {
+  return kHistory * (kArmsSize + ArmsObjectSize()) + arms_condition;
+}
+int Config::ArmsDecoderInput() const { return ArmsPastInput() + arms_latent; }
+int Config::BodyConditionInput() const { return kNumBetas + kNumObjects + action_size; }
+int Config::BodyPastInput() const {
+  int size = kHistory * (BodyPoseSize() + kObjectSize) + body_condition;
+  if (HasArms()) size += kHistory * kArmsSize + (body_sees_arms_now ? kArmsSize : 0);
+  if (object_now != ObjectNow::kAbsent) size += kObjectSize;
+  if (root == RootTranslation::kPredicted) size += kHistory * 3;
+  return size;
+}
+int Config::BodyDecoderInput() const { return body_latent + BodyPastInput(); }
+int Config::BodyOutput() const {
+  return BodyPoseSize() + (root == RootTranslation::kPredicted ? 3 : 0);
+}
+
+Config PaperConfig() { return {}; }
+
+Config CompactConfig() {
+  Config config;
+  config.action_embedding = ActionEmbedding::kLearned;
+  config.action_size = 32;
+  config.arms_see_class = true;
+  config.arms_object = ArmsObject::kPose;
+  config.object_now = ObjectNow::kPrevious;
+  config.root = RootTranslation::kPredicted;
+  config.object_rotation = ObjectRotation::kColumns;
+  config.block_width = 192;
+  config.arms_condition = 128;
+  config.arms_first = 512;
+  config.arms_second = 256;
+  config.arms_decoder = 512;
+  config.body_first = 256;
+  config.body_second = 128;
+  config.body_decoder = 256;
+  return config;
+}
+
+void CheckConfig(const Config& config, const std::string& where) {
+  ForEachSize(config, [&](const char* name, int value) {
+    if (value < 1 || value > kMaxWidth) {
+      throw Error(where, fmt::format("'{}' is {}, not in 1..{}", name, value, kMaxWidth), kRemedy);
+    }
+  });
+  const long all_heads = long{config.attention_heads} * config.attention_width;
+  if (all_heads > kMaxWidth || config.attention_layers > kMaxAttentionLayers) {
+    throw Error(where,
+                fmt::format("attention of {} layers and {} rows is more than {} and {}",
+                            config.attention_layers, all_heads, kMaxAttentionLayers, kMaxWidth),
+                kRemedy);
+  }
+}
+
+std::map<std::string, std::string> ConfigTexts(const Config& config) {
+  std::map<std::string, std::string> texts;
+  ForEachOption(config, [&](const char* name, const auto& value) { texts[name] = TextOf(value); });
+  return texts;
+}
+
+Config ConfigFromTexts(std::map<std::string, std::string>& texts, const std::string& where) {
+  Config config;
+  ForEachOption(config, [&](const char* name, auto& value) {
+    const auto text = texts.extract(name);
+    if (text.empty()) {
+      throw Error(where, fmt::format("its metadata does not say '{}'", name), kRemedy);
+    }
+    if (!FromText(text.mapped(), value)) {
+      throw Error(where, fmt::format("'{}' is '{}', which means nothing here", name, text.mapped()),
+                  kRemedy);
+    }
+  });
+  CheckConfig(config, where);
+  return config;
+}
+
+std::vector<TensorShape> TensorsOf(const Config& config, bool training) {
+  TensorList tensors;
+  if (config.action_embedding != ActionEmbedding::kGiven) {
+    tensors.Matrix("action_embedding.weight", kNumActions, config.action_size);
+  }
+  if (config.HasArms()) AddArms(config, training, tensors);
+  AddBody(config, tensors);
+  return std::move(tensors.list);
+}
+
+}  // namespace holdfast::imos

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#include "generator/imos/default_network.h"
+
+#include <algorithm>
+#include <string>
+
+#include "geometry/embedded.h"
+#include "geometry/io/byte_source.h"
+#include "geometry/io/safetensors.h"
+
+namespace holdfast::imos {
+namespace {
+
+constexpr std::string_view kName = "networks/imos.safetensors";
+
+}  // namespace
+
+bool HasDefaultNetwork() {
+  return std::ranges::any_of(EmbeddedFiles(),
+                             [](const EmbeddedFile& file) { return file.name == kName; });
+}
+
+NetworkWeights DefaultNetwork() {
+  const EmbeddedFile file = FindEmbedded(kName);
+  const std::string name(file.name);
+  return ReadNetwork(SafetensorsReader(ByteSource(file.bytes, name)), name);
+}
+
+}  // namespace holdfast::imos

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "generator/nn/column_network.h"
+#include "generator/nn/packed_matrix.h"
+#include "generator/nn/tensor.h"
+
+namespace holdfast::imos {
+
+inline constexpr double kLeakySlope = 0.2;
+inline constexpr double kBatchNormEpsilon = 1e-5;
+
+/// BatchNorm with its running statistics: x -> scale x + shift.
+struct Affine {
+  Eigen::VectorXd scale, shift;
+};
+
+/// One residual block in -> width -> out of the published networks, its two BatchNorms folded:
+///   y = leaky(s + B leaky(A x + a) + b),  s = leaky(C x + c), or x itself where in = out.
+/// The outer leaky is there in every block, output blocks included.
+struct Block {
+  Eigen::MatrixXd first;  ///< A (width x in)
+  Eigen::VectorXd first_bias;
+  Eigen::MatrixXd second;  ///< B (out x width)
+  Eigen::VectorXd second_bias;
+  Eigen::MatrixXd skip;  ///< C (out x in)
+  Eigen::VectorXd skip_bias;
+  bool skip_is_linear = false;  ///< in = out: C x + c is the input, normalised or not
+};
+
+/// Reads `<name>.weight`, `.bias`, `.running_mean` and `.running_var` of `size` values. Throws
+/// Error as ReadVector does, and for a negative variance.
+Affine ReadBatchNorm(const nn::TensorMap& tensors, const std::string& name,
+                     const std::string& where, int size);
+/// Reads `<name>.fc1`, `.bn1`, `.fc2`, `.bn2`, and `.fc3` where the sizes differ.
+Block ReadBlock(const nn::TensorMap& tensors, const std::string& name, const std::string& where,
+                int input, int width, int output);
+/// The block of an input whose first values are normalised before.
+void FoldInput(const Affine& affine, Block& block);
+
+/// What every network here is: a block of the input x; a second one of [x | the first's output]; a
+/// linear head. The last two may be missing.
+struct BlockChain {
+  std::vector<Block> blocks;  ///< one or two
+  Eigen::MatrixXd head;       ///< (out x in); empty if there is none
+  Eigen::VectorXd head_bias;
+};
+
+/// A chain ready to run.
+template <typename Real>
+class BlockNetwork final : public nn::ColumnNetwork<Real> {
+ public:
+  using Matrix = typename nn::ColumnNetwork<Real>::Matrix;
+
+  /// Without `differentiable` Backward must not be called, and half the memory is needed.
+  explicit BlockNetwork(const BlockChain& chain, bool differentiable = true, Isa isa = BestIsa());
+
+  long NumProducts() const override;
+  void Forward(nn::Tape<Real>& tape) const override;
+  void Backward(const nn::Tape<Real>& tape, const Eigen::Ref<const Matrix>& output_gradient,
+                Eigen::Ref<Matrix> input_gradient, nn::Scratch<Real>& scratch) const override;
+
+ private:
+  // A and C meet the same input: one matrix, C's rows from PaddedRows(width) on.
+  struct PackedBlock {
+    int width, output;
+    bool skip_is_linear;
+    nn::PackedMatrix<Real> first, first_backward;
+    nn::PackedMatrix<Real> second, second_backward;
+    nn::AlignedArray<Real> first_bias, second_bias;
+  };
+  // Levels of a tape: x; with two blocks [x | first output]; each block's [A x | C x], activated;
+  // the last block's output; the head's.
+  static constexpr int kInput = 0;
+  static constexpr int kJoined = 1;
+  bool IsDouble() const { return blocks_.size() == 2; }
+  int Inner(int block) const { return (IsDouble() ? 2 : 1) + block; }
+  int LastOutput() const { return Inner(static_cast<int>(blocks_.size())); }
+
+  void RunBlock(const PackedBlock& block, const nn::Columns<Real>& x,
+                const nn::Columns<Real>& inner, Real* y, long y_stride, int columns) const;
+  // `gradient`, of the block's output, is used up; that of its input is written to `out`.
+  void RunBlockBackward(const PackedBlock& block, const nn::Columns<const Real>& inner,
+                        const Real* y, long y_stride, const nn::Columns<Real>& gradient,
+                        const nn::Columns<Real>& inner_gradient, const nn::Columns<Real>& out,
+                        int columns, int per_column) const;
+
+  const kernels::LayerLoops<Real>* loops_;
+  bool differentiable_;
+  std::vector<PackedBlock> blocks_;
+  nn::PackedMatrix<Real> head_, head_backward_;
+  nn::AlignedArray<Real> head_bias_;
+  bool has_head_;
+};
+
+extern template class BlockNetwork<float>;
+extern template class BlockNetwork<double>;
+
+}  // namespace holdfast::imos

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+
+#include "generator/imos/network.h"
+#include "generator/nn/column_network.h"
+
+namespace holdfast::imos {
+
+/// A key frame of N samples, one column each, or gradients with respect to one.
+template <typename Real>
+struct KeyFrame {
+  using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+  Matrix pose;      ///< (132 x N) joints 0..21, six numbers each, as the networks gave them
+  Matrix root;      ///< (3 x N) translation of the root, metres
+  Matrix object;    ///< (9 x N) translation, rotation (ObjectColumn)
+  Matrix attended;  ///< the pose of Body Synthesis after attention; not used without
+
+  void Resize(const Config& config, int columns);
+  void SetZero();
+};
+
+/// phi of both modules, (arms_condition x N) and (body_condition x N).
+template <typename Real>
+struct ConditionCodes {
+  using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+  Matrix arms, body;
+};
+
+/// Room for one step of up to `max_samples` samples. Running backwards reads it.
+template <typename Real>
+class StepTape {
+ public:
+  using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+  StepTape(const Network<Real>& network, int max_samples);
+  void Resize(int num_samples);
+
+  std::optional<nn::Tape<Real>> arms_encoder, arms_decoder;  ///< of two modules
+  std::optional<nn::Tape<Real>> body_encoder, body_decoder;  ///< always
+  Matrix noise;                                              ///< (NoiseSize x max samples)
+};
+
+/// Room for StepBackward with up to `max_gradients` columns.
+template <typename Real>
+class StepScratch {
+ public:
+  using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+  StepScratch(const Network<Real>& network, int max_gradients);
+
+  std::optional<nn::Scratch<Real>> arms_encoder, arms_decoder, body_encoder, body_decoder;
+  Matrix output_bar, code_bar, encoder_input_bar, decoder_input_bar, arms_bar;
+};
+
+/// One step: from the past k key frames, oldest first, with their `attended`, the pose of the next
+/// one (and its root where that is predicted). Writes next.pose and next.root; nothing is
+/// allocated. `noise` (NoiseSize x N) ~ N(0, I): the latents are mu + sigma noise.
+///
+///   arms:  mu, sigma = encoder(past arms, past objects, phi);  z = mu + sigma eps
+///          arms_t = arms_{t-1} + decoder(phi, z, past arms, past objects)
+///   body:  x = [attended past, past arms, arms_t, object now, past objects, past roots, phi]
+///          mu, sigma = encoder(x);  z = mu + sigma eps;  pose_t = decoder(z, x)
+template <typename Real>
+void RunStep(const Network<Real>& network, std::span<const KeyFrame<Real>, kHistory> past,
+             const ConditionCodes<Real>& codes,
+             const Eigen::Ref<const typename KeyFrame<Real>::Matrix>& noise, StepTape<Real>& tape,
+             KeyFrame<Real>& next);
+
+/// The vector-Jacobian product of RunStep. Columns of gradients are consecutive, `rows` to each
+/// sample. Adds to `past_bar` (with respect to pose, root, object and attended) and `codes_bar`;
+/// writes `noise_bar`.
+template <typename Real>
+void StepBackward(const Network<Real>& network, const StepTape<Real>& tape,
+                  const KeyFrame<Real>& next_bar, int rows,
+                  std::span<KeyFrame<Real>, kHistory> past_bar, ConditionCodes<Real>& codes_bar,
+                  Eigen::Ref<typename KeyFrame<Real>::Matrix> noise_bar,
+                  StepScratch<Real>& scratch);
+
+}  // namespace holdfast::imos

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: MIT
+#include "generator/imos/vocabulary.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/error.h"
+
+namespace holdfast::imos {
+namespace {
+
+constexpr std::array<Action, kNumActions> kActions{{
+    {"offhand", "offhands"},     {"pass", "passes"},
+    {"lift", "lifts"},           {"drink", "drinks from"},
+    {"brush", "brushes with"},   {"eat", "eats"},
+    {"peel", "peels"},           {"takepicture", "takes picture with"},
+    {"see", "sees in"},          {"wear", "wears"},
+    {"play", "plays"},           {"clean", "cleans"},
+    {"browse", "browses on"},    {"inspect", "inspects"},
+    {"pour", "pours from"},      {"use", "uses"},
+    {"switchON", "switches on"}, {"cook", "cooks on"},
+    {"toast", "toasts with"},    {"staple", "staples with"},
+    {"squeeze", "squeezes"},     {"set", "sets"},
+    {"open", "opens"},           {"chop", "chops with"},
+    {"screw", "screws"},         {"call", "calls on"},
+    {"shake", "shakes"},         {"fly", "flies"},
+    {"stamp", "stamps with"},
+}};
+
+constexpr std::array<std::string_view, kNumObjects> kObjects{
+    "cylinderlarge", "mug",           "elephant",     "hand",           "cubelarge",
+    "stanfordbunny", "airplane",      "alarmclock",   "banana",         "body",
+    "bowl",          "cubesmall",     "cup",          "doorknob",       "cubemedium",
+    "eyeglasses",    "flashlight",    "flute",        "gamecontroller", "hammer",
+    "headphones",    "knife",         "lightbulb",    "mouse",          "phone",
+    "piggybank",     "pyramidlarge",  "pyramidsmall", "pyramidmedium",  "duck",
+    "scissors",      "spherelarge",   "spheresmall",  "stamp",          "stapler",
+    "table",         "teapot",        "toruslarge",   "torussmall",     "train",
+    "watch",         "cylindersmall", "waterbottle",  "torusmedium",    "cylindermedium",
+    "spheremedium",  "wristwatch",    "wineglass",    "camera",         "binoculars",
+    "fryingpan",     "toothpaste",    "apple",        "toothbrush"};
+
+struct Alias {
+  std::string_view name, known;
+};
+// Names as people say them, already in the plain form of Plain().
+constexpr std::array kActionAliases{
+    Alias{"phone", "call"},
+    Alias{"telephone", "call"},
+    Alias{"brushteeth", "brush"},
+    Alias{"photograph", "takepicture"},
+    Alias{"photographs", "takepicture"},
+    Alias{"photographing", "takepicture"},
+    Alias{"takesapicturewith", "takepicture"},
+    Alias{"takeapicture", "takepicture"},
+    Alias{"takesapicture", "takepicture"},
+    Alias{"takepictures", "takepicture"},
+    Alias{"takingapicture", "takepicture"},
+    Alias{"takingpictures", "takepicture"},
+    Alias{"handover", "pass"},
+    Alias{"handsover", "pass"},
+    Alias{"handingover", "pass"},
+    Alias{"turnon", "switchON"},
+    Alias{"turnson", "switchON"},
+    Alias{"changehands", "offhand"},
+    Alias{"changeshands", "offhand"},
+};
+constexpr std::array kObjectAliases{
+    Alias{"bottle", "waterbottle"},       Alias{"cube", "cubemedium"},
+    Alias{"cylinder", "cylindermedium"},  Alias{"sphere", "spheremedium"},
+    Alias{"pyramid", "pyramidmedium"},    Alias{"torus", "torusmedium"},
+    Alias{"glass", "wineglass"},          Alias{"pan", "fryingpan"},
+    Alias{"bunny", "stanfordbunny"},      Alias{"glasses", "eyeglasses"},
+    Alias{"controller", "gamecontroller"}};
+constexpr std::array kMeshes{Alias{"bottle", "waterbottle"}, Alias{"cube", "cubemedium"},
+                             Alias{"cylinder", "cylindermedium"}, Alias{"sphere", "spheremedium"}};
+
+// Lower case, letters and digits alone.
+std::string Plain(std::string_view text) {
+  std::string plain;
+  for (const char c : text) {
+    const auto letter = static_cast<unsigned char>(c);
+    if (std::isalnum(letter)) plain += static_cast<char>(std::tolower(letter));
+  }
+  return plain;
+}
+
+int IdOfLabel(std::string_view label) {
+  const auto found = std::ranges::find(kActions, label, &Action::label);
+  return static_cast<int>(found - kActions.begin());
+}
+
+int IdOfObject(std::string_view name) {
+  return static_cast<int>(std::ranges::find(kObjects, name) - kObjects.begin());
+}
+
+// "drinks" -> "drinking", "uses" -> "using", "sets" -> "setting".
+bool IsIngForm(std::string_view word, std::string_view label) {
+  constexpr std::string_view kEnd = "ing";
+  if (!word.ends_with(kEnd)) return false;
+  const std::string_view stem = word.substr(0, word.size() - kEnd.size());
+  if (stem == label) return true;
+  if (label.ends_with('e') && stem == label.substr(0, label.size() - 1)) return true;
+  return stem.size() == label.size() + 1 && stem.starts_with(label) && stem.back() == label.back();
+}
+
+std::string PlainVerb(const Action& action) { return Plain(action.verb); }
+std::string FirstWord(const Action& action) {
+  return Plain(action.verb.substr(0, action.verb.find(' ')));
+}
+
+// The action a plain text means by its label, verb or a form of it; aliases come last.
+std::optional<int> MatchAction(std::string_view plain) {
+  for (int id = 0; id < kNumActions; ++id) {
+    const Action& action = kActions[static_cast<std::size_t>(id)];
+    // "takes" alone says nothing.
+    const bool short_form = action.label != "takepicture" && action.label != "switchON";
+    if (plain == Plain(action.label) || plain == PlainVerb(action)) return id;
+    if (short_form && (plain == FirstWord(action) || IsIngForm(plain, action.label))) return id;
+  }
+  for (const Alias& alias : kActionAliases) {
+    if (plain == alias.name) return IdOfLabel(alias.known);
+  }
+  return std::nullopt;
+}
+
+std::optional<int> MatchObject(std::string_view plain) {
+  for (int id = 0; id < kNumObjects; ++id) {
+    if (plain == kObjects[static_cast<std::size_t>(id)]) return id;
+  }
+  for (const Alias& alias : kObjectAliases) {
+    if (plain == alias.name) return IdOfObject(alias.known);
+  }
+  // "small cube": the size stands behind the shape.
+  for (const std::string_view size : {"small", "medium", "large"}) {
+    if (!plain.starts_with(size)) continue;
+    const std::string turned = std::string(plain.substr(size.size())) + std::string(size);
+    const auto found = std::ranges::find(kObjects, turned);
+    if (found != kObjects.end()) return static_cast<int>(found - kObjects.begin());
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string_view> ActionLabels() {
+  std::vector<std::string_view> labels;
+  for (const Action& action : kActions) labels.push_back(action.label);
+  return labels;
+}
+
+struct Nearest {
+  std::string_view name;
+  int distance;
+};
+
+// The known name that takes the fewest changes; distances are per word of `words`.
+Nearest NearestTo(std::span<const std::string> words, std::span<const std::string_view> known) {
+  Nearest nearest{known.front(), 1 << 20};
+  for (const std::string& word : words) {
+    if (word.size() < 3) continue;  // "he" is no misspelt "see"
+    for (const std::string_view name : known) {
+      const int distance = EditDistance(word, Plain(name));
+      if (distance < nearest.distance) nearest = {name, distance};
+    }
+  }
+  return nearest;
+}
+
+[[noreturn]] void ThrowUnknown(std::string_view where, std::string_view what,
+                               std::span<const std::string> words,
+                               std::span<const std::string_view> known, std::string problem) {
+  const Nearest nearest = NearestTo(words, known);
+  // A name that shares next to nothing is no suggestion.
+  const bool close =
+      nearest.distance <= std::max<int>(1, static_cast<int>(nearest.name.size()) / 3);
+  std::string remedy = close ? fmt::format("Did you mean '{}'? ", nearest.name) : std::string();
+  remedy += fmt::format("Known {}: {}", what, fmt::join(known, ", "));
+  throw Error(where, problem, remedy);
+}
+
+std::vector<std::string> WordsOf(std::string_view sentence) {
+  std::vector<std::string> words(1);
+  for (const char c : sentence) {
+    const auto letter = static_cast<unsigned char>(c);
+    if (std::isalnum(letter)) {
+      words.back() += static_cast<char>(std::tolower(letter));
+    } else if (c != '-' && c != '_' && c != '\'' && !words.back().empty()) {
+      words.emplace_back();
+    }
+  }
+  if (words.back().empty()) words.pop_back();
+  return words;
+}
+
+struct Phrase {
+  std::size_t begin = 0, length = 0;
+  int id = 0;
+  bool Overlaps(std::size_t other_begin, std::size_t other_length) const {
+    return begin < other_begin + other_length && other_begin < begin + length;
+  }
+};
+
+constexpr std::size_t kMaxPhraseWords = 4;  // "takes a picture with"
+
+// The longest run of words that `match` knows, of equals the first or the last.
+template <typename Match>
+std::optional<Phrase> FindPhrase(const std::vector<std::string>& words, bool last,
+                                 const std::optional<Phrase>& except, const Match& match) {
+  for (std::size_t length = std::min(kMaxPhraseWords, words.size()); length > 0; --length) {
+    std::optional<Phrase> found;
+    for (std::size_t begin = 0; begin + length <= words.size(); ++begin) {
+      if (except && except->Overlaps(begin, length)) continue;
+      std::string joined;
+      for (std::size_t i = begin; i < begin + length; ++i) joined += words[i];
+      const std::optional<int> id = match(joined);
+      if (id && (last || !found)) found = Phrase{begin, length, *id};
+    }
+    if (found) return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::span<const Action, kNumActions> Actions() { return kActions; }
+std::span<const std::string_view, kNumObjects> Objects() { return kObjects; }
+
+std::optional<int> FindAction(std::string_view name) { return MatchAction(Plain(name)); }
+std::optional<int> FindObject(std::string_view name) { return MatchObject(Plain(name)); }
+
+int ActionId(std::string_view name, std::string_view where) {
+  if (const std::optional<int> id = FindAction(name)) return *id;
+  const std::string plain = Plain(name);
+  const std::vector<std::string_view> labels = ActionLabels();
+  ThrowUnknown(where, "actions", {&plain, 1}, labels, fmt::format("there is no action '{}'", name));
+}
+
+int ObjectId(std::string_view name, std::string_view where) {
+  if (const std::optional<int> id = FindObject(name)) return *id;
+  const std::string plain = Plain(name);
+  ThrowUnknown(where, "objects", {&plain, 1}, kObjects,
+               fmt::format("there is no object '{}'", name));
+}
+
+std::string_view EmbeddedMeshName(std::string_view vocabulary_name) {
+  const auto found = std::ranges::find(kMeshes, vocabulary_name, &Alias::known);
+  return found == kMeshes.end() ? vocabulary_name : found->name;
+}
+
+std::string_view VocabularyName(std::string_view embedded_mesh_name) {
+  const auto found = std::ranges::find(kMeshes, embedded_mesh_name, &Alias::name);
+  return found == kMeshes.end() ? embedded_mesh_name : found->known;
+}
+
+std::string SentenceOf(const Intent& intent) {
+  return fmt::format("The person {} the {}.",
+                     kActions.at(static_cast<std::size_t>(intent.action)).verb,
+                     kObjects.at(static_cast<std::size_t>(intent.object)));
+}
+
+Intent ParseSentence(std::string_view sentence) {
+  const std::vector<std::string> words = WordsOf(sentence);
+  const std::string where = fmt::format("\"{}\"", sentence);
+  if (words.empty()) {
+    throw Error(where, "there is no word in it", "Say for example \"drinks from the mug\"");
+  }
+  std::optional<Phrase> action = FindPhrase(words, false, std::nullopt, MatchAction);
+  if (!action) {
+    ThrowUnknown(where, "actions", words, ActionLabels(), "none of its words is a known action");
+  }
+  std::optional<Phrase> object = FindPhrase(words, true, action, MatchObject);
+  if (!object) {
+    ThrowUnknown(where, "objects", words, kObjects, "none of its words is a known object");
+  }
+  return {action->id, object->id};
+}
+
+int EditDistance(std::string_view a, std::string_view b) {
+  std::vector<std::vector<int>> distance(a.size() + 1, std::vector<int>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      int& best = distance[i][j];
+      if (i == 0 || j == 0) {
+        best = static_cast<int>(i + j);
+        continue;
+      }
+      best = std::min({distance[i - 1][j] + 1, distance[i][j - 1] + 1,
+                       distance[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        best = std::min(best, distance[i - 2][j - 2] + 1);
+      }
+    }
+  }
+  return distance[a.size()][b.size()];
+}
+
+}  // namespace holdfast::imos

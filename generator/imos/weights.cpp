@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+#include "generator/imos/weights.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "generator/nn/random_stream.h"
+#include "geometry/error.h"
+#include "geometry/io/data_file.h"
+
+namespace holdfast::imos {
+namespace {
+
+constexpr const char* kFormat = "imos-1";
+constexpr const char* kTableName = "action_embedding.weight";
+constexpr const char* kRemedy = "Give weights that 'holdfast train imos' or import-weights wrote";
+
+bool IsPresentEncoder(std::string_view name) {
+  for (const char* part : {"enc_bn1.", "enc_rb1.", "enc_rb2.", "mu_present.", "sigma_present."}) {
+    if (name.starts_with(std::string("arms.") + part)) return true;
+  }
+  return false;
+}
+
+// What PyTorch starts with, of a tensor by its name.
+struct Start {
+  double mean, deviation;
+};
+Start StartOf(std::string_view name) {
+  if (name.ends_with(".running_mean")) return {0.0, 0.0};
+  if (name.ends_with(".running_var") || name.ends_with("layer_norm.weight")) return {1.0, 0.0};
+  if (name.ends_with("layer_norm.bias")) return {0.0, 0.0};
+  if (name == kTableName) return {0.0, 1.0};
+  return {0.0, 0.02};
+}
+
+std::size_t SizeOf(const std::vector<std::size_t>& shape) {
+  std::size_t size = 1;
+  for (const std::size_t length : shape) size *= length;
+  return size;
+}
+
+void CheckTensor(const TensorShape& expected, const nn::TensorMap& tensors,
+                 const std::string& where) {
+  const auto found = tensors.find(expected.name);
+  if (found == tensors.end()) {
+    throw Error(where, fmt::format("there is no tensor '{}'", expected.name), kRemedy);
+  }
+  const nn::Tensor& tensor = found->second;
+  if (tensor.shape != expected.shape || tensor.values.size() != SizeOf(expected.shape)) {
+    throw Error(where,
+                fmt::format("'{}' is {}, {} is needed", expected.name,
+                            fmt::join(tensor.shape, " x "), fmt::join(expected.shape, " x ")),
+                kRemedy);
+  }
+  if (!std::ranges::all_of(tensor.values, [](float v) { return std::isfinite(v); })) {
+    throw Error(where, fmt::format("'{}' holds values that are not finite", expected.name),
+                "The training that wrote it diverged: use an earlier checkpoint");
+  }
+  if (expected.name.ends_with(".running_var") && std::ranges::min(tensor.values) < 0.0f) {
+    throw Error(where, fmt::format("'{}' holds negative variances", expected.name), kRemedy);
+  }
+}
+
+}  // namespace
+
+NetworkWeights RandomNetwork(const Config& config, std::uint64_t seed, bool training) {
+  CheckConfig(config, "network");
+  NetworkWeights weights{config, {}, {}};
+  std::uint64_t stream = 0;
+  for (const TensorShape& shape : TensorsOf(config, training)) {
+    nn::RandomStream random(seed, stream++);
+    const Start start = StartOf(shape.name);
+    nn::Tensor& tensor = weights.tensors[shape.name];
+    tensor = {shape.shape, std::vector<float>(SizeOf(shape.shape))};
+    double pair[2] = {};
+    for (std::size_t k = 0; k < tensor.values.size(); ++k) {
+      if (k % 2 == 0) random.NormalPair(pair[0], pair[1]);
+      tensor.values[k] = static_cast<float>(start.mean + start.deviation * pair[k % 2]);
+    }
+  }
+  return weights;
+}
+
+NetworkWeights ReadNetwork(const std::filesystem::path& path) {
+  return ReadNetwork(SafetensorsReader(path), path.string());
+}
+
+NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& where) {
+  NetworkWeights weights;
+  weights.notes = file.Metadata();
+  const auto format = weights.notes.extract("format");
+  if (format.empty() || format.mapped() != kFormat) {
+    throw Error(where,
+                format.empty()
+                    ? fmt::format("its metadata does not say that it is '{}'", kFormat)
+                    : fmt::format("its format is '{}', not '{}'", format.mapped(), kFormat),
+                kRemedy);
+  }
+  weights.config = ConfigFromTexts(weights.notes, where);
+  // Nothing that a configuration of these sizes does not have is read.
+  for (const TensorShape& shape : TensorsOf(weights.config, true)) {
+    if (!file.Has(shape.name)) continue;
+    const NpyMember member = file.Read(shape.name);
+    weights.tensors[shape.name] = {member.array.shape, member.AsFloats()};
+  }
+  if (file.Has(kTableName) && !weights.HasActionTable()) {
+    const NpyMember member = file.Read(kTableName);
+    weights.tensors[kTableName] = {member.array.shape, member.AsFloats()};
+  }
+  for (const std::string& name : file.Names()) {
+    if (!weights.tensors.contains(name)) {
+      throw Error(where, fmt::format("networks of this configuration have no tensor '{}'", name),
+                  kRemedy);
+    }
+  }
+  CheckNetwork(weights, where);
+  return weights;
+}
+
+void WriteNetwork(const NetworkWeights& weights, const std::filesystem::path& path, bool half) {
+  CheckNetwork(weights, path.string());
+  SafetensorsWriter writer;
+  for (const auto& [name, tensor] : weights.tensors) {
+    if (half && tensor.shape.size() > 1) {
+      writer.AddFloat16(name, tensor.shape, tensor.values);
+    } else {
+      writer.AddFloat32(name, tensor.shape, tensor.values);
+    }
+  }
+  SafetensorsMetadata metadata(weights.notes.begin(), weights.notes.end());
+  for (auto& [name, text] : ConfigTexts(weights.config)) metadata[name] = text;
+  metadata["format"] = kFormat;
+  writer.SetMetadata(std::move(metadata));
+  writer.Write(path);
+}
+
+void CheckNetwork(const NetworkWeights& weights, const std::string& where) {
+  CheckConfig(weights.config, where);
+  std::vector<TensorShape> expected = TensorsOf(weights.config, weights.HasPresentEncoder());
+  if (weights.HasActionTable() && weights.config.action_embedding == ActionEmbedding::kGiven) {
+    expected.push_back(
+        {kTableName,
+         {std::size_t{kNumActions}, static_cast<std::size_t>(weights.config.action_size)}});
+  }
+  for (const TensorShape& shape : expected) CheckTensor(shape, weights.tensors, where);
+  if (expected.size() == weights.tensors.size()) return;
+  for (const auto& [name, tensor] : weights.tensors) {
+    if (std::ranges::find(expected, name, &TensorShape::name) == expected.end()) {
+      throw Error(where, fmt::format("networks of this configuration have no tensor '{}'", name),
+                  kRemedy);
+    }
+  }
+}
+
+NetworkWeights WithoutTraining(NetworkWeights weights) {
+  std::erase_if(weights.tensors, [](const auto& item) { return IsPresentEncoder(item.first); });
+  return weights;
+}
+
+Eigen::MatrixXf ActionTable(const NetworkWeights& weights) {
+  if (!weights.HasActionTable()) {
+    throw Error("action embedding",
+                fmt::format("these networks take one of {} numbers, and bring none with them",
+                            weights.config.action_size),
+                "Give import-weights the table of embeddings by --actions, so that they are kept "
+                "together");
+  }
+  return nn::ReadMatrix(weights.tensors, kTableName, "network", kNumActions,
+                        weights.config.action_size);
+}
+
+Eigen::MatrixXf ReadActionTable(const std::filesystem::path& path, int action_size) {
+  const DataFile file(path);
+  Eigen::MatrixXf table(kNumActions, action_size);
+  if (const std::optional<DataValue> all = file.Find("embeddings")) {
+    const NpyMember member = all->Array();
+    if (member.array.shape !=
+        std::vector<std::size_t>{std::size_t{kNumActions}, static_cast<std::size_t>(action_size)}) {
+      throw Error(all->Where(),
+                  fmt::format("it is {}, {} x {} is needed", fmt::join(member.array.shape, " x "),
+                              kNumActions, action_size),
+                  "Give one row for each action, in the order of their ids");
+    }
+    const std::vector<float> values = member.AsFloats();
+    using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    table = Eigen::Map<const RowMajor>(values.data(), kNumActions, action_size);
+  } else {
+    for (int a = 0; a < kNumActions; ++a) {
+      const std::string label(Actions()[static_cast<std::size_t>(a)].label);
+      const std::optional<DataValue> value = file.Find(label);
+      if (!value) {
+        throw Error(path.string(), fmt::format("there is no embedding of '{}'", label),
+                    "Give an array for each of the 29 labels, or one called 'embeddings'");
+      }
+      const std::vector<float> numbers = value->Array().AsFloats();
+      if (static_cast<int>(numbers.size()) != action_size) {
+        throw Error(value->Where(),
+                    fmt::format("it has {} numbers, {} are needed", numbers.size(), action_size),
+                    "Embed all labels by the encoder that the networks were trained with");
+      }
+      table.row(a) = Eigen::Map<const Eigen::RowVectorXf>(numbers.data(), action_size);
+    }
+  }
+  if (!table.allFinite()) {
+    throw Error(path.string(), "some embeddings are not finite", "Make them anew");
+  }
+  return table;
+}
+
+}  // namespace holdfast::imos

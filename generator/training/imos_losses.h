@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+namespace holdfast::imos {
+
+struct LossWeights {
+  double divergence = 0.001;  ///< of each encoder's latents from N(0, 1)
+  double pose = 1.0;          ///< mean |6D error|
+  double velocity = 1.0;      ///< mean |error of the 6D step from the key frame before|
+  double joints = 1.0;        ///< mean |error| of joint coordinates, metres ...
+  int num_joints = 22;        ///< ... of joints 0 .. num_joints - 1
+  double wrists = 0.0;        ///< the same of the wrists, once more
+  double root = 1.0;          ///< mean |error of the root's step|, metres, where it is predicted
+};
+
+/// Means over rows (and time steps); not yet weighed.
+struct Losses {
+  double divergence = 0.0;            ///< sum over encoders
+  double arms = 0.0, body = 0.0;      ///< 6D poses
+  double velocity = 0.0;              ///< sum over modules
+  double joints = 0.0, wrists = 0.0;  ///< metres
+  double root = 0.0;                  ///< metres
+  double total = 0.0;                 ///< weighed
+  double gradient = 0.0;              ///< norm, before it is clipped
+
+  void Add(const Losses& other, double weight) {
+    divergence += weight * other.divergence;
+    arms += weight * other.arms;
+    body += weight * other.body;
+    velocity += weight * other.velocity;
+    joints += weight * other.joints;
+    wrists += weight * other.wrists;
+    root += weight * other.root;
+    total += weight * other.total;
+    gradient += weight * other.gradient;
+  }
+};
+
+}  // namespace holdfast::imos

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT
+#include "generator/training/recogniser.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include <fmt/format.h>
+#include <torch/torch.h>
+
+#include "generator/nn/random_stream.h"
+#include "geometry/error.h"
+
+namespace holdfast::imos {
+namespace {
+
+constexpr int kHidden = kRecogniserFeatures;
+
+// A motion as the network was given it: (T x 66).
+torch::Tensor RowsOf(const JointMotion& motion) {
+  const Eigen::MatrixXf values = motion.cast<float>();
+  return torch::from_blob(const_cast<float*>(values.data()), {values.cols(), values.rows()})
+      .clone();
+}
+
+// (N x T x 66).
+torch::Tensor BatchOf(const std::vector<JointMotion>& motions) {
+  std::vector<torch::Tensor> rows;
+  for (const JointMotion& motion : motions) rows.push_back(RowsOf(motion));
+  return torch::stack(rows);
+}
+
+void Require(const LabelledMotions& set, const LabelledMotions& like) {
+  if (set.labels.size() != set.motions.size()) {
+    throw Error(
+        "labels",
+        fmt::format("{} of them stand against {} motions", set.labels.size(), set.motions.size()),
+        "Give one of each motion");
+  }
+  for (std::size_t n = 0; n < set.motions.size(); ++n) {
+    const JointMotion& motion = set.motions[n];
+    if (motion.rows() != 3 * kMetricJoints || motion.cols() != like.motions[0].cols() ||
+        motion.cols() < 1 || !motion.allFinite()) {
+      throw Error(
+          "motions",
+          fmt::format("number {} is {} x {} or not finite; {} x {} is needed", n + 1, motion.rows(),
+                      motion.cols(), 3 * kMetricJoints, like.motions[0].cols()),
+          "Give the 22 joints of the body in every key frame");
+    }
+    if (set.labels[n] < 0 || set.labels[n] >= kNumActions) {
+      throw Error("labels", fmt::format("{} is no action", set.labels[n]),
+                  fmt::format("Actions are 0 to {}", kNumActions - 1));
+    }
+  }
+}
+
+}  // namespace
+
+RecogniserOptions PaperRecogniserOptions() {
+  RecogniserOptions options;
+  options.batch = 1;
+  options.epochs = 500;
+  options.learning_rate = 5e-4;
+  options.patience = 0;
+  return options;
+}
+
+struct TorchRecogniser::Impl {
+  torch::nn::LSTM lstm[2]{{nullptr}, {nullptr}};
+  torch::nn::Conv1d convolution[2]{{nullptr}, {nullptr}};
+  torch::nn::Linear labels{nullptr};
+
+  Impl() {
+    const auto plane = torch::nn::LSTMOptions(2 * kMetricJoints, kHidden).num_layers(2);
+    for (int k = 0; k < 2; ++k) {
+      lstm[k] = torch::nn::LSTM(plane);
+      convolution[k] = torch::nn::Conv1d(torch::nn::Conv1dOptions(1, 1, 3).padding(1));
+    }
+    labels = torch::nn::Linear(kHidden, kNumActions);
+  }
+
+  // By the names that weights files have them by.
+  std::map<std::string, torch::Tensor> Parameters() const {
+    std::map<std::string, torch::Tensor> all;
+    const auto add = [&](const std::string& prefix, const torch::nn::Module& module) {
+      for (const auto& item : module.named_parameters())
+        all[prefix + "." + item.key()] = item.value();
+    };
+    for (int k = 0; k < 2; ++k) {
+      add(k == 0 ? "lstm2_2" : "lstm2_3", *lstm[k]);
+      add(k == 0 ? "conv1_2_2" : "conv1_2_3", *convolution[k]);
+    }
+    add("hidden2label", *labels);
+    return all;
+  }
+
+  // y (N x 128) of motions (N x T x 66).
+  torch::Tensor Forward(const torch::Tensor& motions) {
+    const torch::Tensor points = motions.view({motions.size(0), motions.size(1), kMetricJoints, 3});
+    torch::Tensor y;
+    for (int k = 0; k < 2; ++k) {
+      const torch::Tensor seen =
+          points.index_select(3, torch::tensor({0L, k + 1L})).flatten(2).transpose(0, 1);
+      const torch::Tensor last = std::get<0>(lstm[k]->forward(seen)).select(0, -1);
+      const torch::Tensor out = convolution[k]->forward(last.unsqueeze(1)).squeeze(1);
+      y = k == 0 ? out : y + out;
+    }
+    return y;
+  }
+};
+
+TorchRecogniser::TorchRecogniser(const RecogniserWeights& weights)
+    : impl_(std::make_unique<Impl>()) {
+  static_cast<void>(Recogniser(weights));  // checks names and shapes
+  const torch::NoGradGuard no_gradients;
+  for (auto& [name, parameter] : impl_->Parameters()) {
+    const nn::Tensor& tensor = weights.tensors.at(name);
+    parameter.copy_(torch::from_blob(const_cast<float*>(tensor.values.data()), parameter.sizes()));
+  }
+}
+
+TorchRecogniser::~TorchRecogniser() = default;
+
+RecogniserWeights TorchRecogniser::Weights() const {
+  RecogniserWeights weights;
+  for (const auto& [name, parameter] : impl_->Parameters()) {
+    const torch::Tensor values = parameter.detach().contiguous();
+    nn::Tensor& tensor = weights.tensors[name];
+    for (const auto length : values.sizes()) {
+      tensor.shape.push_back(static_cast<std::size_t>(length));
+    }
+    tensor.values.assign(values.data_ptr<float>(), values.data_ptr<float>() + values.numel());
+  }
+  return weights;
+}
+
+Recognition TorchRecogniser::Recognise(const std::vector<JointMotion>& motions) const {
+  const torch::NoGradGuard no_gradients;
+  const torch::Tensor y = impl_->Forward(BatchOf(motions));
+  const torch::Tensor logits = impl_->labels->forward(y).contiguous();
+  const torch::Tensor features = (0.1 * torch::tanh(y)).contiguous();
+  const auto columns = [](const torch::Tensor& rows) {
+    return Eigen::MatrixXf(
+        Eigen::Map<const Eigen::MatrixXf>(rows.data_ptr<float>(), rows.size(1), rows.size(0)));
+  };
+  Recognition result{columns(logits), columns(features), {}};
+  const torch::Tensor best = logits.argmax(1);
+  for (std::int64_t n = 0; n < best.size(0); ++n) {
+    result.labels.push_back(static_cast<int>(best[n].item<std::int64_t>()));
+  }
+  return result;
+}
+
+TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
+                                  const LabelledMotions& validation,
+                                  const RecogniserOptions& options,
+                                  const std::function<bool(const RecogniserEpoch&)>& progress) {
+  if (training.motions.empty()) {
+    throw Error("motions", "there are none to train with", "Give a folder of action clips");
+  }
+  Require(training, training);
+  Require(validation, training);
+  // Sums of many threads depend on their number: batches of this size have no work for two.
+  torch::set_num_threads(1);
+  TorchRecogniser network(RandomRecogniser(options.seed));
+  std::vector<torch::Tensor> parameters;
+  for (const auto& [name, parameter] : network.impl_->Parameters()) parameters.push_back(parameter);
+  torch::optim::Adam optimizer(parameters, torch::optim::AdamOptions(options.learning_rate));
+
+  const auto one_hot = [](const std::vector<int>& labels) {
+    const torch::Tensor targets =
+        torch::zeros({static_cast<std::int64_t>(labels.size()), kNumActions});
+    for (std::size_t n = 0; n < labels.size(); ++n) {
+      targets[static_cast<std::int64_t>(n)][labels[n]] = 1.0f;
+    }
+    return targets;
+  };
+  const torch::Tensor motions = BatchOf(training.motions), targets = one_hot(training.labels);
+  const bool validates = !validation.motions.empty();
+  torch::Tensor validation_motions, validation_targets;
+  if (validates) {
+    validation_motions = BatchOf(validation.motions);
+    validation_targets = one_hot(validation.labels);
+  }
+  const auto loss_of = [&](const torch::Tensor& some, const torch::Tensor& wanted) {
+    return torch::binary_cross_entropy_with_logits(
+        network.impl_->labels->forward(network.impl_->Forward(some)), wanted);
+  };
+
+  TrainedRecogniser result;
+  const auto count = static_cast<int>(training.motions.size());
+  std::vector<std::int64_t> order(count);
+  for (int epoch = 1; epoch <= options.epochs; ++epoch) {
+    std::iota(order.begin(), order.end(), 0);
+    nn::RandomStream random(options.seed, static_cast<std::uint64_t>(epoch));
+    for (int n = count - 1; n > 0; --n) {
+      std::swap(order[n], order[static_cast<int>(random.Uniform() * (n + 1))]);
+    }
+    RecogniserEpoch now;
+    now.epoch = epoch;
+    for (int first = 0; first < count; first += options.batch) {
+      const int size = std::min(options.batch, count - first);
+      const torch::Tensor some = torch::tensor(
+          std::vector<std::int64_t>(order.begin() + first, order.begin() + first + size));
+      optimizer.zero_grad();
+      const torch::Tensor loss =
+          loss_of(motions.index_select(0, some), targets.index_select(0, some));
+      loss.backward();
+      torch::nn::utils::clip_grad_norm_(parameters, options.largest_gradient);
+      optimizer.step();
+      now.training_loss += loss.item<double>() * size / count;
+    }
+    if (!std::isfinite(now.training_loss)) {
+      throw Error("recogniser", fmt::format("its loss is no longer finite in epoch {}", epoch),
+                  "Give a lower --learning-rate");
+    }
+    now.validation_loss = now.validation_accuracy = std::numeric_limits<double>::quiet_NaN();
+    if (validates) {
+      const torch::NoGradGuard no_gradients;
+      now.validation_loss = loss_of(validation_motions, validation_targets).item<double>();
+      const Recognition seen = network.Recognise(validation.motions);
+      int right = 0;
+      for (std::size_t n = 0; n < seen.labels.size(); ++n) {
+        right += seen.labels[n] == validation.labels[n];
+      }
+      now.validation_accuracy =
+          static_cast<double>(right) / static_cast<double>(seen.labels.size());
+    }
+    result.epochs.push_back(now);
+    if (!validates || epoch == 1 || now.validation_loss < result.best.validation_loss) {
+      result.best = now;
+      result.weights = network.Weights();
+    }
+    if (progress && !progress(now)) break;
+    if (validates && options.patience > 0 && epoch - result.best.epoch >= options.patience) break;
+  }
+  return result;
+}
+
+}  // namespace holdfast::imos

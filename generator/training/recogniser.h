@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "generator/imos/recognition.h"
+
+namespace holdfast::imos {
+
+/// Motions of one length and the actions they show.
+struct LabelledMotions {
+  std::vector<JointMotion> motions;
+  std::vector<int> labels;
+};
+
+/// How the recogniser is trained. The defaults are this project's; PaperRecogniserOptions() are the
+/// authors'.
+struct RecogniserOptions {
+  int batch = 16;
+  int epochs = 300;
+  double learning_rate = 2e-3;    ///< of Adam
+  double largest_gradient = 1.0;  ///< norm that gradients are clipped to
+  int patience = 60;              ///< epochs without a lower validation loss; 0: never stops early
+  std::uint64_t seed = 1;
+};
+
+/// Batches of one, 500 epochs, rate 5e-4, and no early stop.
+RecogniserOptions PaperRecogniserOptions();
+
+/// After an epoch.
+struct RecogniserEpoch {
+  int epoch = 0;
+  double training_loss = 0.0;    ///< binary cross-entropy, mean over labels
+  double validation_loss = 0.0;  ///< NaN without motions to validate with
+  double validation_accuracy = 0.0;
+};
+
+/// What was trained: the weights of the epoch with the lowest validation loss (of the last one
+/// without motions to validate with).
+struct TrainedRecogniser {
+  RecogniserWeights weights;
+  RecogniserEpoch best;
+  std::vector<RecogniserEpoch> epochs;
+};
+
+/// Trains. `validation` may be empty. `progress` sees each epoch and stops the training by
+/// returning false. The same motions, options and seed give the same weights on one machine,
+/// whatever the number of threads. Throws Error for no motions, of different sizes, or with labels
+/// that are no actions.
+TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
+                                  const LabelledMotions& validation,
+                                  const RecogniserOptions& options,
+                                  const std::function<bool(const RecogniserEpoch&)>& progress = {});
+
+/// The recogniser in LibTorch.
+class TorchRecogniser {
+ public:
+  explicit TorchRecogniser(const RecogniserWeights& weights);
+  ~TorchRecogniser();
+  TorchRecogniser(const TorchRecogniser&) = delete;
+  TorchRecogniser& operator=(const TorchRecogniser&) = delete;
+
+  /// Logits and features of a motion, as Recogniser gives them.
+  Recognition Recognise(const std::vector<JointMotion>& motions) const;
+  RecogniserWeights Weights() const;
+
+ private:
+  friend TrainedRecogniser TrainRecogniser(const LabelledMotions&, const LabelledMotions&,
+                                           const RecogniserOptions&,
+                                           const std::function<bool(const RecogniserEpoch&)>&);
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace holdfast::imos

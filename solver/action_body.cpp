@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#include "solver/action_body.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include "generator/limb_ik.h"
+#include "solver/action_frame_block.h"
+#include "solver/action_stance.h"
+#include "solver/reach_frame_block.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr int kChest = 9, kHead = 15;
+
+// How readily each degree of freedom is used. The arm is where it should be already.
+ReachChange Readiness() {
+  ReachChange sigma;
+  sigma.segment<3>(ReachDofs::kPelvisMove) << 0.03, 0.04, 0.02;
+  sigma.segment<3>(ReachDofs::kPelvisTurn).setConstant(4.0 * kDegree);
+  sigma.segment<9>(ReachDofs::kSpine).setConstant(6.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kCollar).setConstant(6.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kShoulder).setConstant(25.0 * kDegree);
+  sigma(ReachDofs::kElbow) = 30.0 * kDegree;
+  sigma.segment<3>(ReachDofs::kNeck).setConstant(12.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kHead).setConstant(12.0 * kDegree);
+  return sigma;
+}
+
+// Of the four control points around a place between two of them.
+Eigen::Vector4d CubicBasis(double u) {
+  const double v = 1.0 - u;
+  return {v * v * v / 6.0, (3.0 * u * u * u - 6.0 * u * u + 4.0) / 6.0,
+          (3.0 * v * v * v - 6.0 * v * v + 4.0) / 6.0, u * u * u / 6.0};
+}
+
+class Mover {
+ public:
+  Mover(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet, const ActionScript& script,
+        const ActionPath& path, double path_end_s, const ActionBodyOptions& options,
+        std::vector<BodyFrame>& frames)
+      : chain_(rest_joints, Side::kRight),
+        feet_(feet),
+        script_(script),
+        path_(path),
+        path_end_s_(path_end_s),
+        options_(options),
+        frames_(frames),
+        base_(frames) {
+    const int intervals =
+        (static_cast<int>(base_.size()) - 1 + options.knot_frames - 1) / options.knot_frames;
+    knots_.assign(static_cast<std::size_t>(std::max(1, intervals) + 3), ReachChange::Zero());
+  }
+
+  ActionBodyReport Run() {
+    ceres::Problem problem;
+    for (ReachChange& knot : knots_) problem.AddParameterBlock(knot.data(), ReachDofs::kSize);
+    for (int t = 0; t < static_cast<int>(base_.size()); ++t) {
+      const auto [knot, basis] = At(t);
+      problem.AddResidualBlock(
+          new ActionFrameBlock(chain_, base_[static_cast<std::size_t>(t)], TermsOf(t), basis),
+          nullptr, knots_[knot].data(), knots_[knot + 1].data(), knots_[knot + 2].data(),
+          knots_[knot + 3].data());
+    }
+    const ReachChange readiness = Readiness();
+    for (std::size_t k = 1; k + 1 < knots_.size(); ++k) {
+      problem.AddResidualBlock(new ReachSplinePrior(readiness, 0.35), nullptr,
+                               knots_[k - 1].data(), knots_[k].data(), knots_[k + 1].data());
+    }
+    ceres::Solver::Options solver;
+    solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    solver.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+    solver.max_num_iterations = options_.max_iterations;
+    solver.function_tolerance = 1e-3;
+    solver.num_threads = 1;
+    solver.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &problem, &summary);
+    ActionBodyReport report;
+    report.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
+    report.usable = summary.IsSolutionUsable();
+    if (report.usable) Finish(report);
+    return report;
+  }
+
+ private:
+  std::pair<std::size_t, Eigen::Vector4d> At(int t) const {
+    const double place = static_cast<double>(t) / options_.knot_frames;
+    const auto knot = std::min(static_cast<std::size_t>(place), knots_.size() - 4);
+    return {knot, CubicBasis(place - static_cast<double>(knot))};
+  }
+
+  ActionFrameTerms TermsOf(int t) const {
+    const double time = t / options_.frame_rate;
+    const BodyFrame& frame = base_[static_cast<std::size_t>(t)];
+    const BodyPlacement placed = Place(chain_.RestJoints(), frame);
+    ActionFrameTerms terms;
+    const PathPoint wanted = path_.At(time);
+    terms.hand.share = wanted.share;
+    terms.hand.in_world = wanted.world.translation();
+    terms.hand.in_head = wanted.head.translation();
+    // A hand that is free again is nowhere in particular.
+    terms.hand.sigma_m = time < path_end_s_ ? options_.hand_sigma_m : 1.0;
+    Isometry3d head = Isometry3d::Identity();
+    head.linear() = placed.rotation[kHead];
+    head.translation() = placed.joints.col(kHead);
+    const Vector3d eyes = head * Vector3d(0.0, 0.05, 0.08);
+    terms.gaze.wanted = GazeAt(script_, time, eyes, wanted.At(head).translation());
+    terms.gaze.sigma = options_.gaze_sigma;
+    const Matrix3d chest = LeanRotation(LeanAt(script_, time)) * placed.rotation[kChest];
+    terms.lean.up = chest.col(1);
+    terms.lean.forward = chest.col(2);
+    terms.lean.sigma = options_.lean_sigma;
+    terms.balance.captured = Balance::Middle(chain_, placed);
+    for (const std::size_t k : {0u, 1u}) {
+      Limb leg = Leg(k == 0 ? Side::kLeft : Side::kRight);
+      leg.min_flexion_rad = 4.0 * kDegree;
+      terms.legs.ankle[k] = feet_.ankle[k];
+      const double captured = (placed.joints.col(leg.root) - feet_.ankle[k]).norm();
+      terms.legs.longest[k] = std::max(captured, MaxReach(chain_.RestJoints(), leg));
+      leg.max_flexion_rad = 140.0 * kDegree;
+      terms.legs.shortest = MinReach(chain_.RestJoints(), leg);
+    }
+    terms.range = JointRange::Of(chain_, frame, options_.joint_limits);
+    return terms;
+  }
+
+  // The frames with the change made, legs and all.
+  void Finish(ActionBodyReport& report) {
+    for (int t = 0; t < static_cast<int>(base_.size()); ++t) {
+      const auto [knot, basis] = At(t);
+      ReachChange change = ReachChange::Zero();
+      for (int k = 0; k < 4; ++k) change += basis(k) * knots_[knot + static_cast<std::size_t>(k)];
+      BodyFrame frame = chain_.Changed(base_[static_cast<std::size_t>(t)], change);
+      report.worst_missed_m =
+          std::max(report.worst_missed_m, PlaceLegs(chain_.RestJoints(), feet_, frame));
+      const double time = t / options_.frame_rate;
+      if (time < path_end_s_) {
+        const BodyPlacement placed = Place(chain_.RestJoints(), frame);
+        Isometry3d head = Isometry3d::Identity();
+        head.linear() = placed.rotation[kHead];
+        head.translation() = placed.joints.col(kHead);
+        const Vector3d wanted = path_.At(time).At(head).translation();
+        report.worst_hand_m = std::max(
+            report.worst_hand_m, (placed.joints.col(chain_.WristJointId()) - wanted).norm());
+      }
+      frames_[static_cast<std::size_t>(t)] = frame;
+    }
+  }
+
+  ReachChain chain_;
+  const FeetTarget& feet_;
+  const ActionScript& script_;
+  const ActionPath& path_;
+  double path_end_s_;
+  const ActionBodyOptions& options_;
+  std::vector<BodyFrame>& frames_;
+  std::vector<BodyFrame> base_;
+  std::vector<ReachChange> knots_;
+};
+
+}  // namespace
+
+ActionBodyReport MoveActionBody(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet,
+                                const ActionScript& script, const ActionPath& path,
+                                double path_end_s, const ActionBodyOptions& options,
+                                std::vector<BodyFrame>& frames) {
+  return Mover(rest_joints, feet, script, path, path_end_s, options, frames).Run();
+}
+
+}  // namespace holdfast

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "generator/actions/face_marks.h"
+#include "generator/actions/object_marks.h"
+#include "generator/reach_motion.h"
+#include "geometry/body_model.h"
+#include "geometry/distance_grid.h"
+#include "geometry/hand_model.h"
+#include "geometry/mesh.h"
+#include "geometry/signed_distance.h"
+#include "solver/action_choice.h"
+#include "solver/action_grasps.h"
+#include "solver/fit_options.h"
+
+namespace holdfast {
+
+/// A person who acts, of one shape: const and shared by clips.
+class ActionActor {
+ public:
+  /// Throws Error for a body without a head or hands.
+  ActionActor(std::shared_ptr<const BodyModel> model, const Eigen::VectorXd& betas);
+
+  const BodyModel& Model() const { return *model_; }
+  const Eigen::VectorXd& Betas() const { return betas_; }
+  const BodyMeasures& Measures() const { return measures_; }
+  const FaceMarks& Face() const { return face_; }
+  const HandModel& Hand(Side side) const { return side == Side::kRight ? right_ : left_; }
+  const ActionPerson& Person() const { return person_; }
+  /// Skin that an object must keep out of: all but forearms and hands, every other vertex.
+  const BodySurface& Skin() const { return skin_; }
+  /// Signed distances of the closed trunk in the frame of spine3 at rest: origin at the joint.
+  const DistanceGrid& Trunk() const { return trunk_; }
+  /// Skin of both forearms, every third vertex.
+  const BodySurface& Forearms() const { return forearms_; }
+
+ private:
+  std::shared_ptr<const BodyModel> model_;
+  Eigen::VectorXd betas_;
+  BodyMeasures measures_;
+  BodySurface surface_;
+  FaceMarks face_;
+  DistanceGrid head_, trunk_;
+  HandModel right_, left_;
+  BodySurface skin_, forearms_;
+  ActionPerson person_;
+};
+
+/// An object that is acted with, as it is or in a mirror (ReflectX): const and shared by clips.
+struct ActionProp {
+  std::string name;  ///< embedded name
+  TriangleMesh mesh;
+  SignedDistance surface;
+  FitObject fit;
+  ObjectMarks marks;
+  Eigen::Matrix3Xd samples;  ///< some hundred points of the surface, object frame
+};
+
+/// `simplified`: 300 vertices, for the fit.
+ActionProp MakeActionProp(std::string name, const TriangleMesh& mesh,
+                          const TriangleMesh& simplified, bool mirrored, int threads);
+
+/// How one actor can hold one prop: for the right hand, and where `left` is given for both.
+class ActionGrips {
+ public:
+  /// `right`: FindActionGrasps of the prop; `left`: of the left hand on the same prop (MirrorGrasp
+  /// of those on the mirrored one); empty where no other hand is needed.
+  ActionGrips(const ActionActor& actor, std::vector<Grasp> right, std::vector<Grasp> left);
+
+  /// One for each grasp of the right hand.
+  const std::vector<ActionGrip>& Single() const { return single_; }
+  /// Pairs of hands, for offhand.
+  const std::vector<ActionGrip>& Paired() const { return paired_; }
+
+  ActionGrips(const ActionGrips&) = delete;  // grips point into it
+  ActionGrips& operator=(const ActionGrips&) = delete;
+
+ private:
+  std::vector<Grasp> right_, left_;
+  std::vector<ActionGrip> single_, paired_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "generator/reach_motion.h"
+#include "geometry/clip.h"
+
+namespace holdfast {
+
+/// Key frames of a synthesis as motion: a curve through them (ResampleSmoothly), feet that stand
+/// stay where they are (LockFeet). The object's track is the key frames' along the same curve: the
+/// fit of all frames makes it anew. The person's rest pose stands on measures.sole_y, the ground is
+/// z = 0.
+Clip MotionOfKeyFrames(const Clip& keys, const BodyMeasures& measures, double frame_rate);
+
+}  // namespace holdfast

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "generator/imos/recognition.h"
+#include "generator/imos/weights.h"
+#include "tests/support/action_scene.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::HasSubstr;
+using testing::ProgramResult;
+using testing::ReadText;
+using testing::RunHoldfast;
+
+// A set, networks that nobody trained and a recogniser that knows nothing.
+class EvaluateSynthesis : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    imos::testing::WriteComposedSet(folder_.Path() / "set", 5, {"s1", "s10"});
+    const imos::Config config = imos::CompactConfig();
+    imos::WriteNetwork(imos::RandomNetwork(config, 3), folder_ / "full.safetensors");
+    imos::Config plain = config;
+    plain.self_attention = false;
+    imos::WriteNetwork(imos::RandomNetwork(plain, 4), folder_ / "plain.safetensors");
+    imos::WriteRecogniser(imos::RandomRecogniser(1), folder_ / "recogniser.safetensors");
+  }
+  ProgramResult Run(const std::string& more, const std::string& output = "out") {
+    return RunHoldfast(folder_.Path(),
+                       "evaluate synthesis --data set --recogniser recogniser.safetensors -o " +
+                           output + " " + more);
+  }
+  json Results(const std::string& output = "out") {
+    return json::parse(ReadText(folder_ / (output + "/results.json")));
+  }
+  // Without what the clock says.
+  static json Timeless(json results) {
+    for (json& row : results["rows"]) {
+      row.erase("seconds_median");
+      row.erase("finishing_seconds_median");
+    }
+    return results;
+  }
+
+  testing::TemporaryFolder folder_;
+};
+
+constexpr const char* kTwo =
+    "--weights full=full.safetensors --weights no-attention=plain.safetensors --objects "
+    "given,carried --repeats 3 ";
+
+TEST_F(EvaluateSynthesis, GivesBothTablesWithTheRealMotionFirst) {
+  const ProgramResult run = Run(kTwo);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json results = Results();
+  ASSERT_EQ(results["rows"].size(), 7u);  // real, clip, still, two networks twice
+  EXPECT_EQ(results["sequences"].size(), 5u);
+  const json& real = results["rows"][0];
+  EXPECT_EQ(real["row"], "real");
+  EXPECT_TRUE(real["as_published"]["mpjpe_m"].is_null());
+  EXPECT_EQ(real["objects"].size(), 11u);
+  const json& full = results["rows"][3];
+  EXPECT_EQ(full["label"], "full model");
+  EXPECT_EQ(full["as_published"]["mpjpe_m"]["repeats"], 3);
+  EXPECT_GT(full["as_published"]["mpjpe_m"]["mean"].get<double>(), 0.0);
+  EXPECT_GT(full["seconds_median"].get<double>(), 0.0);
+  // A network that knows the seed alone is farther off than one that holds still: it is untrained.
+  const json& still = results["rows"][2];
+  EXPECT_GT(full["as_published"]["mpjpe_m"]["mean"], still["as_published"]["mpjpe_m"]["mean"]);
+  // Carried rigidly, the object shakes as the wrist does; with true poses against a hand that goes
+  // elsewhere it does not.
+  const json& carried = results["rows"][5];
+  EXPECT_EQ(carried["objects_placed"], "carried");
+  EXPECT_NEAR(carried["objects"]["jitter_acceleration_ratio"].get<double>(), 1.0, 0.15);
+
+  const std::string table = ReadText(folder_ / "out/results.md");
+  EXPECT_THAT(table, HasSubstr("| real motion | - | - | - |"));
+  EXPECT_THAT(table, HasSubstr("| IMoS | 0.03 ± 0.005 | 3.82 ± 0.004 | 0.27 ± 0.002 |"));
+  EXPECT_THAT(table, HasSubstr("## Order of the rows, objects given"));
+  const std::string page = ReadText(folder_ / "out/report.html");
+  EXPECT_THAT(page, HasSubstr("ablation 2: no self-attention"));
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+}
+
+TEST_F(EvaluateSynthesis, GivesTheSameForAnyNumberOfThreadsAndGoesOnWhereItWas) {
+  ASSERT_EQ(Run(std::string(kTwo) + "--threads 1", "one").exit_code, 0);
+  ASSERT_EQ(Run(std::string(kTwo) + "--threads 3", "three").exit_code, 0);
+  EXPECT_EQ(Timeless(Results("one")), Timeless(Results("three")));
+
+  // A block that is gone is made again, the others are read.
+  const std::string before = ReadText(folder_ / "one/results.json");
+  const fs::path lost = folder_ / "one/blocks/given_full_01_0000.safetensors";
+  ASSERT_TRUE(fs::remove(lost));
+  const ProgramResult again = Run(std::string(kTwo) + "--threads 2", "one");
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.err, HasSubstr("70 of 75 motions are there already"));
+  EXPECT_EQ(ReadText(folder_ / "one/results.json"), before);
+  EXPECT_TRUE(fs::exists(lost));
+
+  // Blocks of another question are not mixed in.
+  const ProgramResult other = Run(std::string(kTwo) + "--seed 2", "one");
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.err, HasSubstr("holds results of another question"));
+  EXPECT_EQ(Run(std::string(kTwo) + "--seed 2 --force", "one").exit_code, 0);
+  EXPECT_NE(Timeless(Results("one")), Timeless(Results("three")));
+}
+
+TEST_F(EvaluateSynthesis, RefusesWhatMakesNoSense) {
+  const auto error_of = [&](const std::string& more) {
+    const ProgramResult run = Run(more);
+    EXPECT_EQ(run.exit_code, 1) << more;
+    return run.err;
+  };
+  EXPECT_THAT(error_of("--weights full.safetensors"), HasSubstr("is not NAME=FILE"));
+  EXPECT_THAT(error_of("--weights a/b=full.safetensors"), HasSubstr("is not NAME=FILE"));
+  EXPECT_THAT(error_of("--weights real=full.safetensors"), HasSubstr("the name of another row"));
+  EXPECT_THAT(error_of("--weights full=recogniser.safetensors"),
+              HasSubstr("recogniser.safetensors"));
+  EXPECT_THAT(error_of("--weights full=full.safetensors --held-out s7"),
+              HasSubstr("no clip is of these subjects. Those of the data are s1, s10"));
+  EXPECT_EQ(Run("--weights full=full.safetensors --objects thrown").exit_code, 2);
+}
+
+#ifdef HOLDFAST_HAS_TRAINING
+TEST_F(EvaluateSynthesis, TakesARecogniserThatWasTrained) {
+  const ProgramResult trained =
+      RunHoldfast(folder_.Path(), "train recogniser set -o known.safetensors --epochs 3 --json -q");
+  ASSERT_EQ(trained.exit_code, 0) << trained.err;
+  const json summary = json::parse(trained.out);
+  EXPECT_EQ(summary["held out"]["sequences"], 5);
+  const imos::RecogniserWeights weights = imos::ReadRecogniser(folder_ / "known.safetensors");
+  EXPECT_EQ(weights.notes.at("held_out"), "s10");
+  EXPECT_EQ(RunHoldfast(folder_.Path(), "train recogniser set -o known.safetensors").exit_code, 1);
+}
+#endif
+
+}  // namespace
+}  // namespace holdfast

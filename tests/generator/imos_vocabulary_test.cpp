@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include <set>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "generator/imos/config.h"
+#include "generator/imos/vocabulary.h"
+#include "geometry/embedded.h"
+#include "geometry/error.h"
+
+namespace holdfast::imos {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string_view Label(const Intent& intent) { return Actions()[intent.action].label; }
+std::string_view Object(const Intent& intent) { return Objects()[intent.object]; }
+
+TEST(Vocabulary, IdsAreThePublishedOnes) {
+  EXPECT_EQ(Actions()[0].label, "offhand");
+  EXPECT_EQ(Actions()[3].label, "drink");
+  EXPECT_EQ(Actions()[16].label, "switchON");
+  EXPECT_EQ(Actions()[28].label, "stamp");
+  EXPECT_EQ(Objects()[1], "mug");
+  EXPECT_EQ(Objects()[42], "waterbottle");
+  EXPECT_EQ(Objects()[53], "toothbrush");
+  std::set<std::string_view> labels, objects(Objects().begin(), Objects().end());
+  for (const Action& action : Actions()) labels.insert(action.label);
+  EXPECT_EQ(labels.size(), 29u);
+  EXPECT_EQ(objects.size(), 54u);
+}
+
+TEST(Vocabulary, EveryNameIsFoundAndEverySentenceIsUnderstood) {
+  for (int a = 0; a < kNumActions; ++a) {
+    EXPECT_EQ(FindAction(Actions()[a].label), a) << Actions()[a].label;
+    EXPECT_EQ(FindAction(Actions()[a].verb), a) << Actions()[a].verb;
+    for (int o = 0; o < kNumObjects; ++o) {
+      const Intent intent = ParseSentence(SentenceOf({a, o}));
+      EXPECT_EQ(intent.action, a) << SentenceOf({a, o});
+      EXPECT_EQ(intent.object, o) << SentenceOf({a, o});
+    }
+  }
+  for (int o = 0; o < kNumObjects; ++o) EXPECT_EQ(FindObject(Objects()[o]), o);
+}
+
+TEST(Vocabulary, SentencesAsPeopleSayThem) {
+  const auto expect = [](const char* sentence, const char* action, const char* object) {
+    const Intent intent = ParseSentence(sentence);
+    EXPECT_EQ(Label(intent), action) << sentence;
+    EXPECT_EQ(Object(intent), object) << sentence;
+  };
+  expect("The person drinks from the mug", "drink", "mug");
+  expect("drink mug", "drink", "mug");
+  expect("Somebody is pouring tea out of a teapot.", "pour", "teapot");
+  expect("she takes a picture with the camera", "takepicture", "camera");
+  expect("He photographs his duck with a camera", "takepicture", "camera");
+  expect("pass the small sphere to a partner", "pass", "spheresmall");
+  expect("a person using the frying pan", "use", "fryingpan");
+  expect("brush teeth with the tooth brush", "brush", "toothbrush");
+  expect("calls on the phone", "call", "phone");
+  expect("stamp with the stamp", "stamp", "stamp");
+  expect("setting the alarm-clock", "set", "alarmclock");
+  expect("She hands over the bottle", "pass", "waterbottle");
+  expect("switches on the flashlight", "switchON", "flashlight");
+}
+
+template <typename Call>
+std::string ErrorOf(const Call& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Vocabulary, UnknownNamesSuggestTheNearest) {
+  EXPECT_THAT(ErrorOf([] { ActionId("drnik", "--action"); }),
+              HasSubstr("--action: there is no action 'drnik'. Did you mean 'drink'?"));
+  const std::string error = ErrorOf([] { ObjectId("weinglass"); });
+  EXPECT_THAT(error, HasSubstr("Did you mean 'wineglass'?"));
+  EXPECT_THAT(error, HasSubstr("mug, elephant"));  // and lists all
+  EXPECT_THAT(ErrorOf([] { ActionId("xylophonically"); }), Not(HasSubstr("Did you mean")));
+  EXPECT_THAT(ErrorOf([] { ParseSentence("the person swims with the mug"); }),
+              HasSubstr("none of its words is a known action"));
+  EXPECT_THAT(ErrorOf([] { ParseSentence("the person drinks from the zeppelin"); }),
+              HasSubstr("none of its words is a known object"));
+  EXPECT_THAT(ErrorOf([] { ParseSentence("drink from the binocculars"); }),
+              HasSubstr("Did you mean 'binoculars'?"));
+  EXPECT_THAT(ErrorOf([] { ParseSentence(" ... "); }), HasSubstr("no word"));
+}
+
+TEST(Vocabulary, EmbeddedMeshesAreInIt) {
+  EXPECT_EQ(EmbeddedMeshName("waterbottle"), "bottle");
+  EXPECT_EQ(EmbeddedMeshName("mug"), "mug");
+  EXPECT_EQ(VocabularyName("cube"), "cubemedium");
+  EXPECT_EQ(VocabularyName("mug"), "mug");
+  int meshes = 0;
+  for (const EmbeddedFile& file : EmbeddedFiles()) {
+    constexpr std::string_view kFolder = "objects/", kEnd = ".ply", kSmall = "_300.ply";
+    if (!file.name.starts_with(kFolder) || !file.name.ends_with(kEnd)) continue;
+    if (file.name.ends_with(kSmall)) continue;
+    const std::string_view name =
+        file.name.substr(kFolder.size(), file.name.size() - kFolder.size() - kEnd.size());
+    EXPECT_TRUE(FindObject(VocabularyName(name))) << name;
+    EXPECT_EQ(EmbeddedMeshName(VocabularyName(name)), name);
+    ++meshes;
+  }
+  EXPECT_GT(meshes, 10);
+}
+
+TEST(Vocabulary, EditDistanceIsThatOfKnownPairs) {
+  EXPECT_EQ(EditDistance("kitten", "sitting"), 3);
+  EXPECT_EQ(EditDistance("", "abc"), 3);
+  EXPECT_EQ(EditDistance("ab", "ba"), 1);
+  EXPECT_EQ(EditDistance("mug", "mug"), 0);
+}
+
+}  // namespace
+}  // namespace holdfast::imos
