@@ -13,6 +13,7 @@
 #include "apps/evaluate_synthesis_study.h"
 #include "apps/reach_network.h"
 #include "generator/imos/action_set.h"
+#include "generator/imos/default_network.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/io/byte_source.h"
@@ -131,7 +132,8 @@ std::vector<std::string> NotesOf(const EvaluateSynthesisOptions& options,
 }  // namespace
 
 FitOutcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const CommonOptions& common) {
-  const std::vector<RatedNetwork> networks = NetworksOf(options.weights);
+  const std::vector<RatedNetwork> networks =
+      NetworksOf(options.weights.empty() ? std::vector<std::string>{"full="} : options.weights);
   std::vector<ObjectMode> modes;
   for (const std::string& name : options.objects) modes.push_back(ObjectModeOf(name));
   const imos::RecogniserWeights weights = imos::ReadRecogniser(options.recogniser);
@@ -179,6 +181,11 @@ FitOutcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const Comm
     return {kInterrupted, {}, {}};
   }
 
+  if (const double known = results[0].summary.accuracy.mean; known < 0.7) {
+    Note(common, fmt::format("the recogniser knows {:.0f} % of the real motions: nothing that is "
+                             "measured through it means much",
+                             100.0 * known));
+  }
   const std::vector<std::string> notes = NotesOf(options, weights, cases, results[0].summary);
   const std::vector<TextTable> tables = SynthesisTables(results, modes);
   nlohmann::json json = JsonHead("holdfast/evaluate-synthesis/1", common);
@@ -228,8 +235,9 @@ void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
   command
       ->add_option("--weights", synthesis.weights,
                    "NAME=FILE, NAME one of full, random-embeddings, no-attention, one-module, or "
-                   "of your own; several are rows of one table")
-      ->required();
+                   "of your own; several are rows of one table. Without a FILE, or without "
+                   "--weights as 'full': the embedded network")
+      ->required(!imos::HasDefaultNetwork());
   command
       ->add_option("--recogniser", synthesis.recogniser,
                    "The network that tells actions, of 'train recogniser'")

@@ -234,7 +234,11 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
       result.weights = network.Weights();
     }
     if (progress && !progress(now)) break;
-    if (validates && options.patience > 0 && epoch - result.best.epoch >= options.patience) break;
+    const int steps = epoch * ((count + options.batch - 1) / options.batch);
+    if (validates && options.patience > 0 && steps >= options.least_steps &&
+        epoch - result.best.epoch >= options.patience) {
+      break;
+    }
   }
   return result;
 }

@@ -24,6 +24,9 @@ struct RecogniserOptions {
   double learning_rate = 2e-3;    ///< of Adam
   double largest_gradient = 1.0;  ///< norm that gradients are clipped to
   int patience = 60;              ///< epochs without a lower validation loss; 0: never stops early
+  /// Before so many steps it never stops: for some hundred the network knows nothing but how often
+  /// each action is, and its loss does not fall.
+  int least_steps = 2000;
   std::uint64_t seed = 1;
 };
 

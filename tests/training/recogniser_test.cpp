@@ -68,6 +68,7 @@ TEST(TrainRecogniser, KeepsTheEpochThatValidatesBestAndStopsEarly) {
   for (int& label : validation.labels) label = 28;
   RecogniserOptions options = ShortOptions();
   options.patience = 5;
+  options.least_steps = 0;
   const TrainedRecogniser trained = TrainRecogniser(ComposedMotions(9), validation, options);
   EXPECT_LT(static_cast<int>(trained.epochs.size()), options.epochs);
   EXPECT_EQ(static_cast<int>(trained.epochs.size()), trained.best.epoch + options.patience);
