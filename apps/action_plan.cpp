@@ -2,12 +2,14 @@
 #include "apps/action_plan.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "generator/actions/action_catalog.h"
+#include "generator/imos/vocabulary.h"
 #include "generator/matching/random_draws.h"
 #include "geometry/error.h"
 
@@ -56,6 +58,10 @@ std::uint64_t MixSeed(std::uint64_t seed, std::uint64_t index) {
   return z ^ (z >> 31);
 }
 
+bool IsLeftHanded(int subject, double share) {
+  return std::floor((subject + 1) * share + 1e-9) > std::floor(subject * share + 1e-9);
+}
+
 bool IsHeldOut(int subject, int subjects) {
   return subject >= subjects - std::max(1, subjects / 5);
 }
@@ -93,11 +99,15 @@ std::vector<ActionJob> PlanActions(const ActionSetOptions& options, std::uint64_
     job.subject = (turns[next]++ + static_cast<int>(next)) % options.subjects;
     const double u = draws.Uniform(0.0, 1.0);
     const auto objects = static_cast<double>(choice.objects.size());
-    job.object = choice.objects[std::min(choice.objects.size() - 1,
-                                         static_cast<std::size_t>((0.4 * u + 0.6 * u * u) * objects))];
-    job.left = draws.Uniform(0.0, 1.0) < options.left_share;
+    std::size_t object = std::min(choice.objects.size() - 1,
+                                  static_cast<std::size_t>((0.4 * u + 0.6 * u * u) * objects));
+    if (choice.action == "offhand") {
+      object = (static_cast<std::size_t>(job.subject) + (u < 0.5 ? 0 : 1)) % choice.objects.size();
+    }
+    job.object = choice.objects[object];
+    job.left = IsLeftHanded(job.subject, options.left_share);
     const std::string stem = fmt::format("s{}/{}_{}", job.subject + 1,
-                                         VocabularyName(job.object), job.action);
+                                         imos::VocabularyName(job.object), job.action);
     job.name = fmt::format("{}_{}", stem, ++numbers[stem]);
     jobs.push_back(std::move(job));
   }

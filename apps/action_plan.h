@@ -12,7 +12,7 @@ namespace holdfast::apps {
 struct ActionSetOptions {
   int count = 600;
   int subjects = 10;
-  double left_share = 0.15;          ///< of left-handed clips
+  double left_share = 0.2;           ///< of left-handed subjects
   std::vector<std::string> actions;  ///< empty: all
   std::vector<std::string> objects;  ///< embedded names; empty: all that an action has
 };
@@ -28,9 +28,13 @@ struct ActionJob {
 };
 
 /// The clips of a set, by index. A longer set begins with a shorter one's. Actions by their shares,
-/// objects with the first of each action's the oftenest, subjects in turn. Throws Error for an
+/// objects with the first of each action's the oftenest, subjects in turn (each subject passes two
+/// objects from hand to hand, no more: hands that fit each other are dear). Throws Error for an
 /// unknown action, and for objects that no action is made with.
 std::vector<ActionJob> PlanActions(const ActionSetOptions& options, std::uint64_t seed);
+
+/// Whether a subject is left-handed: evenly spread, the last one among them where any is.
+bool IsLeftHanded(int subject, double share);
 
 /// The last fifth of the subjects, at least one: made from other people's starts.
 bool IsHeldOut(int subject, int subjects);

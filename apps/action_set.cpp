@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/grasp_file.h"
-#include "generator/actions/action_catalog.h"
+#include "generator/imos/vocabulary.h"
 #include "generator/matching/random_draws.h"
 
 namespace holdfast::apps {
@@ -19,7 +19,8 @@ using nlohmann::json;
 constexpr int kTries = 4;          // of a clip, before it is given up
 constexpr int kGrasps = 14;        // that a hand may choose from
 constexpr int kPairVertices = 300;
-constexpr std::uint64_t kStart = 0x57A7;
+constexpr int kPairTries = 5;      // grasps of a giving hand that a receiving one is found for
+constexpr std::uint64_t kStart = 0x57A7, kGraspSeed = 0x6AA5;
 
 json QualityJson(const ActionQuality& quality) {
   const double degree = std::numbers::pi / 180.0;
@@ -88,38 +89,65 @@ const ActionProp& ActionWorkshop::Prop(const std::string& object, bool mirrored)
   return *shelf.value;
 }
 
+json ActionWorkshop::GraspKey(int subject, const std::string& object, bool mirrored) {
+  const Eigen::VectorXd& betas = Actor(subject).Betas();
+  return {{"version", HOLDFAST_VERSION},
+          {"body", body_->Name()},
+          {"betas", std::vector<double>(betas.begin(), betas.end())},
+          {"object", object},
+          {"mirrored", mirrored},
+          {"seed", MixSeed(seed_, kGraspSeed)},
+          {"most", kGrasps}};
+}
+
 std::vector<Grasp> ActionWorkshop::GraspsOf(int subject, const std::string& object,
                                             bool mirrored) {
-  const ActionActor& actor = Actor(subject);
-  const std::uint64_t seed = MixSeed(seed_, 0x6AA5);
-  const json key = {{"version", HOLDFAST_VERSION},
-                    {"body", body_->Name()},
-                    {"betas", std::vector<double>(actor.Betas().begin(), actor.Betas().end())},
-                    {"object", object},
-                    {"mirrored", mirrored},
-                    {"seed", seed},
-                    {"most", kGrasps}};
+  const json key = GraspKey(subject, object, mirrored);
   const fs::path path = folder_ / "grasps" /
                         fmt::format("s{}_{}{}.json", subject + 1, object, mirrored ? "_left" : "");
   if (std::optional<std::vector<Grasp>> kept = ReadGrasps(key, path)) return *kept;
   const ActionProp& prop = Prop(object, mirrored);
   const std::vector<Grasp> grasps =
-      FindActionGrasps(actor.Hand(Side::kRight), {prop.mesh, prop.surface, *prop.fit.distance},
-                       seed, kGrasps);
+      FindActionGrasps(Actor(subject).Hand(Side::kRight),
+                       {prop.mesh, prop.surface, *prop.fit.distance}, key["seed"], kGrasps);
   WriteGrasps(grasps, key, path);
   return grasps;
 }
 
+std::vector<GraspPair> ActionWorkshop::PairsOf(int subject, const std::string& object,
+                                               bool mirrored, const std::vector<Grasp>& right) {
+  json key = GraspKey(subject, object, mirrored);
+  key["pairs_tried"] = kPairTries;
+  const fs::path path =
+      folder_ / "grasps" /
+      fmt::format("s{}_{}{}_pairs.json", subject + 1, object, mirrored ? "_left" : "");
+  std::vector<GraspPair> pairs;
+  // In the file, a right and a left one in turn.
+  if (const std::optional<std::vector<Grasp>> kept = ReadGrasps(key, path);
+      kept && kept->size() % 2 == 0) {
+    for (std::size_t k = 0; k < kept->size(); k += 2) pairs.push_back({(*kept)[k], (*kept)[k + 1]});
+    return pairs;
+  }
+  const ActionProp& prop = Prop(object, mirrored);
+  const ActionActor& actor = Actor(subject);
+  pairs = FindGraspPairs(actor.Hand(Side::kRight), actor.Hand(Side::kLeft),
+                         {prop.mesh, prop.surface, *prop.fit.distance}, right, key["seed"],
+                         kPairTries);
+  std::vector<Grasp> flat;
+  for (const GraspPair& pair : pairs) {
+    flat.push_back(pair.right);
+    flat.push_back(pair.left);
+  }
+  WriteGrasps(flat, key, path);
+  return pairs;
+}
+
 std::unique_ptr<const ActionGrips> ActionWorkshop::Grips(int subject, const std::string& object,
                                                          bool mirrored, bool both) {
-  std::vector<Grasp> left;
-  if (both) {
-    for (const Grasp& grasp : GraspsOf(subject, object, !mirrored)) {
-      left.push_back(MirrorGrasp(grasp));
-    }
-  }
-  return std::make_unique<const ActionGrips>(Actor(subject), GraspsOf(subject, object, mirrored),
-                                             std::move(left));
+  std::vector<Grasp> right = GraspsOf(subject, object, mirrored);
+  std::vector<GraspPair> pairs;
+  if (both) pairs = PairsOf(subject, object, mirrored, right);
+  return std::make_unique<const ActionGrips>(Actor(subject), std::move(right), std::move(pairs));
 }
 
 std::vector<json> ActionWorkshop::Make(const std::vector<ActionJob>& jobs) {
@@ -143,7 +171,7 @@ json ActionWorkshop::MakeOne(const ActionJob& job, const ActionGrips& grips) {
   json line = {{"index", job.index},
                {"name", job.name},
                {"action", job.action},
-               {"object", VocabularyName(job.object)},
+               {"object", imos::VocabularyName(job.object)},
                {"subject", fmt::format("s{}", job.subject + 1)},
                {"split", held_out ? "held_out" : "train"},
                {"hand", job.left ? "left" : "right"}};

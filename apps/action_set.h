@@ -29,7 +29,7 @@ class ActionWorkshop {
   const ActionStarts& Starts() const { return starts_; }
   const ActionActor& Actor(int subject);
   const ActionProp& Prop(const std::string& object, bool mirrored);
-  /// How a subject's right hand holds a prop, and its left where `both`. Grasps are kept in
+  /// How a subject's right hand holds a prop, and both hands at once where `both`. Grasps are kept in
   /// FOLDER/grasps, and taken from there by a later run with the same body, shape and seed.
   std::unique_ptr<const ActionGrips> Grips(int subject, const std::string& object, bool mirrored,
                                            bool both);
@@ -40,6 +40,9 @@ class ActionWorkshop {
 
  private:
   std::vector<Grasp> GraspsOf(int subject, const std::string& object, bool mirrored);
+  std::vector<GraspPair> PairsOf(int subject, const std::string& object, bool mirrored,
+                                 const std::vector<Grasp>& right);
+  nlohmann::json GraspKey(int subject, const std::string& object, bool mirrored);
   nlohmann::json MakeOne(const ActionJob& job, const ActionGrips& grips);
 
   template <typename Value>

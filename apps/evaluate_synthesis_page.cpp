@@ -53,11 +53,11 @@ std::vector<const SynthesisResult*> RowsFor(std::span<const SynthesisResult> res
 std::string PlacedText(ObjectMode mode) {
   switch (mode) {
     case ObjectMode::kGiven:
-      return "true object poses in the history, as the authors' evaluation has it";
+      return "True object poses in the history, as the authors' evaluation has it";
     case ObjectMode::kCarried:
-      return "objects carried rigidly by the wrist that truly carries them";
+      return "Objects carried rigidly by the wrist that truly carries them";
     case ObjectMode::kFitted:
-      return "objects fitted in every key frame: the whole loop";
+      return "Objects fitted in every key frame: the whole loop";
   }
   return "";
 }
@@ -131,8 +131,8 @@ TextTable ObjectTable(std::span<const SynthesisResult> results, ObjectMode mode)
                  "drift",
                  "object's shake / wrist's",
                  "turning",
-                 "object's acceleration",
-                 "joints' acceleration",
+                 "object's accel.",
+                 "joints' accel.",
                  "foot skating",
                  "time, 15 key frames",
                  "fit of all frames"};

@@ -229,7 +229,7 @@ void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
       ->delimiter(',');
   command->add_option("--objects", options->set.objects, "Only with these embedded objects [all]")
       ->delimiter(',');
-  command->add_option("--left", options->set.left_share, "Share of left-handed clips")
+  command->add_option("--left", options->set.left_share, "Share of left-handed subjects")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--starts", options->starts,

@@ -18,8 +18,9 @@
 namespace holdfast::apps {
 namespace {
 
-constexpr int kGrasps = 14;  // that the hand may choose from
-constexpr int kTries = 6;    // of a start, in other styles
+constexpr int kGrasps = 14;    // that the hand may choose from
+constexpr int kPairTries = 5;  // of them that the other hand is found a grasp for
+constexpr int kTries = 6;      // of a start, in other styles
 constexpr int kPairVertices = 300;
 
 // The person of the clip at its frame, up to it.
@@ -79,27 +80,24 @@ HeldStart Made(const SynthesisBegin& begin, const imos::Intent& intent, const Lo
     throw Error("--action", fmt::format("no start can be made for '{}'", action),
                 "Give one with --from, or one of: " + MadeActionNames());
   }
-  const auto grasps_on = [&](const ActionProp& prop) {
-    GraspStatus status{};
-    std::vector<Grasp> grasps = FindActionGrasps(start.actor->Hand(Side::kRight),
-                                                 {prop.mesh, prop.surface, *prop.fit.distance},
-                                                 common.seed, kGrasps, &status);
-    if (grasps.empty()) {
-      throw FitFailure(
-          fmt::format("{}: {}. Try another size (--object-scale)", begin.object, Describe(status)));
-    }
-    return grasps;
-  };
-  const TriangleMesh simplified = ForFitting(object, kPairVertices, nullptr);
   start.prop = std::make_unique<const ActionProp>(
-      MakeActionProp(object.name, object.mesh, simplified, begin.left, NumThreads(common)));
-  std::vector<Grasp> left;
-  if (action == "offhand") {
-    const ActionProp other =
-        MakeActionProp(object.name, object.mesh, simplified, !begin.left, NumThreads(common));
-    for (const Grasp& grasp : grasps_on(other)) left.push_back(MirrorGrasp(grasp));
+      MakeActionProp(object.name, object.mesh, ForFitting(object, kPairVertices, nullptr),
+                     begin.left, NumThreads(common)));
+  const ActionProp& prop = *start.prop;
+  const ActionObject shape{prop.mesh, prop.surface, *prop.fit.distance};
+  GraspStatus status{};
+  std::vector<Grasp> grasps =
+      FindActionGrasps(start.actor->Hand(Side::kRight), shape, common.seed, kGrasps, &status);
+  if (grasps.empty()) {
+    throw FitFailure(
+        fmt::format("{}: {}. Try another size (--object-scale)", begin.object, Describe(status)));
   }
-  const ActionGrips grips(*start.actor, grasps_on(*start.prop), std::move(left));
+  std::vector<GraspPair> pairs;
+  if (action == "offhand") {
+    pairs = FindGraspPairs(start.actor->Hand(Side::kRight), start.actor->Hand(Side::kLeft), shape,
+                           grasps, common.seed, kPairTries);
+  }
+  const ActionGrips grips(*start.actor, std::move(grasps), std::move(pairs));
   ActionClip made;
   for (int attempt = 0; attempt < kTries; ++attempt) {
     const std::uint64_t seed = MixSeed(common.seed, static_cast<std::uint64_t>(attempt));

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "generator/actions/action_catalog.h"
+#include "generator/imos/vocabulary.h"
 #include "generator/finger_pose.h"
 #include "generator/matching/random_draws.h"
 #include "geometry/rotation.h"
@@ -134,7 +134,7 @@ ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool>
   made.clip.betas = actor.Betas();
   made.clip.body_model = actor.Model().Name();
   made.clip.action = request.action;
-  made.clip.object->name = VocabularyName(request.prop.name);
+  made.clip.object->name = imos::VocabularyName(request.prop.name);
   if (request.mirrored) made.clip = MirrorClip(made.clip);
   return made;
 }
@@ -163,7 +163,7 @@ ActionClip MakeActionClip(const ActionClipRequest& request) {
   made.clip.betas = actor.Betas();
   made.clip.body_model = actor.Model().Name();
   made.clip.action = request.action;
-  made.clip.object->name = VocabularyName(request.prop.name);
+  made.clip.object->name = imos::VocabularyName(request.prop.name);
   if (script.table_m) {
     const Vector3d low = clip.object->trans.col(0);
     made.clip.table.emplace();

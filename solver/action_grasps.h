@@ -27,21 +27,6 @@ struct ActionObject {
 std::vector<Grasp> FindActionGrasps(const HandModel& hand, const ActionObject& object,
                                     std::uint64_t seed, int most, GraspStatus* status = nullptr);
 
-/// The left hand's grasps from those of the right hand on the reflected object (ReflectX), of a
-/// body whose two sides mirror each other.
-Grasp MirrorGrasp(const Grasp& grasp);
-
-/// Two hands that can hold the object at once.
-struct GraspPair {
-  int right = 0, left = 0;  ///< indices
-  double clearance_m = 0.0;  ///< between the hands' skin, and from hand to forearm
-};
-
-/// All pairs whose hands keep clear of each other, by score, at most `most`.
-std::vector<GraspPair> PairGrasps(const HandModel& right_hand, const std::vector<Grasp>& right,
-                                  const HandModel& left_hand, const std::vector<Grasp>& left,
-                                  int most);
-
 /// The hand's skin with a grasp's fingers, in the wrist's frame: every `every`-th vertex (3 x n).
 Eigen::Matrix3Xd SkinInWrist(const HandModel& hand, const FingerPose& fingers, int every);
 

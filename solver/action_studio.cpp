@@ -11,13 +11,14 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kSpine3 = 9;
-constexpr double kHeadCell_m = 0.004, kTrunkCell_m = 0.008;
-constexpr int kSamples = 260, kMostPairs = 24;
+constexpr double kHeadCell_m = 0.005, kTrunkCell_m = 0.016;
+constexpr int kSamples = 260;
 constexpr int kSkinEvery = 6;
 
 DistanceGrid GridOf(const TriangleMesh& mesh, double cell_m) {
   DistanceGridOptions options;
   options.cell_m = cell_m;
+  options.padding_m = 0.01;
   return DistanceGrid(SignedDistance(mesh), options);
 }
 
@@ -106,19 +107,17 @@ ActionProp MakeActionProp(std::string name, const TriangleMesh& mesh,
 }
 
 ActionGrips::ActionGrips(const ActionActor& actor, std::vector<Grasp> right,
-                         std::vector<Grasp> left)
-    : right_(std::move(right)), left_(std::move(left)) {
+                         std::vector<GraspPair> pairs)
+    : right_(std::move(right)), pairs_(std::move(pairs)) {
+  const auto skin = [&](Side side, const Grasp& grasp) {
+    return SkinInWrist(actor.Hand(side), grasp.fingers, kSkinEvery);
+  };
   for (const Grasp& grasp : right_) {
-    single_.push_back({&grasp, nullptr,
-                       SkinInWrist(actor.Hand(Side::kRight), grasp.fingers, kSkinEvery),
-                       Eigen::Matrix3Xd()});
+    single_.push_back({&grasp, nullptr, skin(Side::kRight, grasp), Eigen::Matrix3Xd()});
   }
-  for (const GraspPair& pair : PairGrasps(actor.Hand(Side::kRight), right_,
-                                          actor.Hand(Side::kLeft), left_, kMostPairs)) {
-    const Grasp& r = right_[static_cast<std::size_t>(pair.right)];
-    const Grasp& l = left_[static_cast<std::size_t>(pair.left)];
-    paired_.push_back({&r, &l, SkinInWrist(actor.Hand(Side::kRight), r.fingers, kSkinEvery),
-                       SkinInWrist(actor.Hand(Side::kLeft), l.fingers, kSkinEvery)});
+  for (const GraspPair& pair : pairs_) {
+    paired_.push_back({&pair.right, &pair.left, skin(Side::kRight, pair.right),
+                       skin(Side::kLeft, pair.left)});
   }
 }
 

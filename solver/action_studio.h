@@ -18,6 +18,7 @@
 #include "geometry/signed_distance.h"
 #include "solver/action_choice.h"
 #include "solver/action_grasps.h"
+#include "solver/action_pairs.h"
 #include "solver/fit_options.h"
 
 namespace holdfast {
@@ -67,23 +68,23 @@ struct ActionProp {
 ActionProp MakeActionProp(std::string name, const TriangleMesh& mesh,
                           const TriangleMesh& simplified, bool mirrored, int threads);
 
-/// How one actor can hold one prop: for the right hand, and where `left` is given for both.
+/// How one actor can hold one prop: with the right hand, and in both at once.
 class ActionGrips {
  public:
-  /// `right`: FindActionGrasps of the prop; `left`: of the left hand on the same prop (MirrorGrasp
-  /// of those on the mirrored one); empty where no other hand is needed.
-  ActionGrips(const ActionActor& actor, std::vector<Grasp> right, std::vector<Grasp> left);
+  /// `right`: FindActionGrasps of the prop; `pairs`: FindGraspPairs, where clips need both hands.
+  ActionGrips(const ActionActor& actor, std::vector<Grasp> right, std::vector<GraspPair> pairs);
 
   /// One for each grasp of the right hand.
   const std::vector<ActionGrip>& Single() const { return single_; }
-  /// Pairs of hands, for offhand.
+  /// One for each pair: for offhand.
   const std::vector<ActionGrip>& Paired() const { return paired_; }
 
   ActionGrips(const ActionGrips&) = delete;  // grips point into it
   ActionGrips& operator=(const ActionGrips&) = delete;
 
  private:
-  std::vector<Grasp> right_, left_;
+  std::vector<Grasp> right_;
+  std::vector<GraspPair> pairs_;
   std::vector<ActionGrip> single_, paired_;
 };
 

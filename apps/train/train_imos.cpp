@@ -122,6 +122,10 @@ imos::TrainingOptions Training::Recipe() const {
   recipe.batch = options_.batch;
   recipe.learning_rate = options_.learning_rate;
   recipe.present_share = options_.present;
+  if (!options_.paper) {
+    recipe.losses.joints = 2.0;
+    recipe.losses.wrists = 1.0;
+  }
   if (options_.dropout >= 0.0) recipe.dropout = options_.dropout;
   if (!options_.paper) recipe.history_noise = options_.noise;
   recipe.seed = options_.common.seed;

@@ -11,6 +11,7 @@
 #include "generator/imos/synthesis_metrics.h"
 #include "generator/imos/vocabulary.h"
 #include "generator/training/recogniser.h"
+#include "geometry/error.h"
 
 namespace holdfast::apps {
 namespace {
@@ -88,6 +89,12 @@ int Train(Options& options) {
                                [&](int done, int total) { progress.Update(done, total); });
   }();
   for (const std::string& note : set.notes) Note(common, note);
+  if (set.train.empty()) {
+    throw Error(fmt::format("{}", fmt::join(options.folders, ", ")),
+                fmt::format("every clip is of a subject held out ({}) or for validation ({})",
+                            fmt::join(options.held_out, ","), fmt::join(options.validation, ",")),
+                "Give other --held-out or --validation, or more subjects");
+  }
   const imos::LabelledMotions training = MotionsOf(set.train);
   const imos::LabelledMotions validation = MotionsOf(set.validation);
   const imos::LabelledMotions held_out = MotionsOf(set.test);
@@ -173,7 +180,7 @@ void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1e-9, 1.0));
   command
       ->add_option("--patience", training.patience,
-                   "Stop after so many epochs without a lower loss in validation; 0: never")
+                   "Stop after so many epochs without a better validation; 0: never")
       ->capture_default_str()
       ->check(CLI::Range(0, 1'000'000));
   command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");

@@ -2,34 +2,14 @@
 #include "generator/actions/action_catalog.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "generator/imos/vocabulary.h"
 #include "geometry/error.h"
 
 namespace holdfast {
-namespace {
-
-// Number of letters to change, add or leave out.
-std::size_t Difference(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t changed = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({changed, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
-
-}  // namespace
-
 std::span<const MadeAction> MadeActions() {
   static const std::vector<MadeAction> actions = {
       {"drink", {"mug", "wineglass", "bottle", "bowl"}, 1.3, "rim to the mouth, tilted"},
@@ -55,8 +35,7 @@ std::span<const MadeAction> MadeActions() {
       {"toast", {"wineglass", "mug"}, 1.0, "raised to a partner, then a sip"},
       {"pour", {"teapot", "bottle", "mug"}, 1.1, "spout or rim tilted down"},
       {"offhand",
-       {"apple", "cube", "sphere", "cylinder", "banana", "flashlight", "bottle", "phone",
-        "lightbulb"},
+       {"bottle", "banana", "apple", "flashlight", "cylinder"},
        1.3,
        "from one hand to the other"},
       {"shake", {"bottle", "cylinder"}, 0.8, "up and down, fast"},
@@ -79,17 +58,9 @@ const MadeAction& FindMadeAction(std::string_view name) {
   const auto found = std::ranges::find(all, name, &MadeAction::name);
   if (found != all.end()) return *found;
   const auto nearest = std::ranges::min_element(
-      all, {}, [&](const MadeAction& action) { return Difference(name, action.name); });
+      all, {}, [&](const MadeAction& action) { return imos::EditDistance(name, action.name); });
   throw Error(std::string(name), "is no action that can be made",
               fmt::format("Did you mean '{}'? There are {}", nearest->name, MadeActionNames()));
-}
-
-std::string_view VocabularyName(std::string_view embedded_object) {
-  if (embedded_object == "bottle") return "waterbottle";
-  if (embedded_object == "cube") return "cubemedium";
-  if (embedded_object == "cylinder") return "cylindermedium";
-  if (embedded_object == "sphere") return "spheremedium";
-  return embedded_object;
 }
 
 }  // namespace holdfast

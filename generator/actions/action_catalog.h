@@ -23,8 +23,4 @@ const MadeAction& FindMadeAction(std::string_view name);
 /// "drink, eat, ...": for help and messages.
 std::string MadeActionNames();
 
-/// The name that GRAB and its vocabulary have for an embedded object: "waterbottle" for "bottle";
-/// the same for most.
-std::string_view VocabularyName(std::string_view embedded_object);
-
 }  // namespace holdfast

@@ -16,6 +16,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr int kHip = 1, kKnee = 4, kAnkle = 7, kChest = 9, kHead = 15;  // left; the right is next
 constexpr int kLeastFrames = 30, kMostFrames = 150;
 constexpr double kStill_m = 0.02;  // that an ankle or, twice that, the pelvis wanders
+constexpr double kIdle_m = 0.07;   // that a hand wanders, against the pelvis
 
 bool Stands(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame) {
   const BodyPlacement at = Place(rest_joints, frame);
@@ -54,6 +55,12 @@ int StillUntil(const Eigen::Matrix3Xd& rest_joints, std::span<const BodyFrame> f
         wandered(0) > 2.0 * kStill_m) {
       break;
     }
+    // Whoever gestures is not idle.
+    const Vector3d along = at.joints.col(0) - first.joints.col(0);
+    const auto gestured = [&](int wrist) {
+      return (at.joints.col(wrist) - first.joints.col(wrist) - along).norm();
+    };
+    if (gestured(20) > kIdle_m || gestured(21) > kIdle_m) break;
   }
   return t;
 }

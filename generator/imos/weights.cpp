@@ -177,7 +177,9 @@ Eigen::MatrixXf ActionTable(const NetworkWeights& weights) {
 Eigen::MatrixXf ReadActionTable(const std::filesystem::path& path, int action_size) {
   const DataFile file(path);
   Eigen::MatrixXf table(kNumActions, action_size);
-  if (const std::optional<DataValue> all = file.Find("embeddings")) {
+  std::optional<DataValue> all = file.Find("embeddings");
+  if (!all) all = file.Find(kTableName);
+  if (all) {
     const NpyMember member = all->Array();
     if (member.array.shape !=
         std::vector<std::size_t>{std::size_t{kNumActions}, static_cast<std::size_t>(action_size)}) {

@@ -53,7 +53,8 @@ NetworkWeights WithoutTraining(NetworkWeights weights);
 Eigen::MatrixXf ActionTable(const NetworkWeights& weights);
 
 /// Embeddings by label that the user made: a file (.npz, .safetensors, torch, JSON) with an array
-/// of E numbers for each of the 29 labels, or one array `embeddings` (29 x E) in their order.
+/// of E numbers for each of the 29 labels, or one array `embeddings` (29 x E) in their order, or
+/// other networks' weights that have a table with them.
 /// Returns (29 x E). Throws Error for missing labels and other sizes.
 Eigen::MatrixXf ReadActionTable(const std::filesystem::path& path, int action_size);
 

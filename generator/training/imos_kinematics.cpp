@@ -14,6 +14,40 @@ torch::Tensor Normalised(const torch::Tensor& v) {
   return v / torch::sqrt((v * v).sum(-1, true) + kLeastNorm * kLeastNorm);
 }
 
+// The joints by their distance from the pelvis: each level follows from the one before at once.
+struct Levels {
+  torch::Tensor order, back;  // joints level by level, and where each joint is there
+  std::vector<std::int64_t> sizes;
+  std::vector<torch::Tensor> parents;  // of each joint of a level, among the level before
+
+  Levels() {
+    std::vector<std::vector<std::int64_t>> joints(1, {0});
+    std::vector<int> depth(kNumBodyJoints, 0), place(kNumBodyJoints, 0);
+    std::vector<std::vector<std::int64_t>> above(1);
+    for (int k = 1; k < kNumBodyJoints; ++k) {
+      depth[k] = depth[kJointParents[k]] + 1;
+      if (depth[k] == static_cast<int>(joints.size())) {
+        joints.emplace_back();
+        above.emplace_back();
+      }
+      place[k] = static_cast<int>(joints[depth[k]].size());
+      joints[depth[k]].push_back(k);
+      above[depth[k]].push_back(place[kJointParents[k]]);
+    }
+    std::vector<std::int64_t> all, inverse(kNumBodyJoints);
+    for (std::size_t level = 0; level < joints.size(); ++level) {
+      for (const std::int64_t joint : joints[level]) {
+        inverse[joint] = static_cast<std::int64_t>(all.size());
+        all.push_back(joint);
+      }
+      sizes.push_back(static_cast<std::int64_t>(joints[level].size()));
+      parents.push_back(torch::tensor(above[level], torch::kInt64));
+    }
+    order = torch::tensor(all, torch::kInt64);
+    back = torch::tensor(inverse, torch::kInt64);
+  }
+};
+
 }  // namespace
 
 torch::Tensor RotationsOf(const torch::Tensor& six) {
@@ -29,17 +63,20 @@ torch::Tensor SixOf(const torch::Tensor& rotations) {
 
 TorchBody ForwardJoints(const torch::Tensor& rotations, const torch::Tensor& transl,
                         const torch::Tensor& bones) {
-  std::vector<torch::Tensor> world(kNumBodyJoints), joints(kNumBodyJoints);
-  world[0] = rotations.select(1, 0);
-  joints[0] = transl + bones.select(1, 0);
-  for (int k = 1; k < kNumBodyJoints; ++k) {
-    const torch::Tensor& above = world[kJointParents[k]];
-    joints[k] =
-        joints[kJointParents[k]] + torch::bmm(above, bones.select(1, k).unsqueeze(2)).squeeze(2);
-    world[k] = torch::bmm(above, rotations.select(1, k));
+  static const Levels levels;
+  const auto by_level = [&](const torch::Tensor& x) {
+    return x.index_select(1, levels.order).split_with_sizes(levels.sizes, 1);
+  };
+  const std::vector<torch::Tensor> turns = by_level(rotations), ways = by_level(bones);
+  std::vector<torch::Tensor> world{turns[0]}, joints{transl.unsqueeze(1) + ways[0]};
+  for (std::size_t k = 1; k < turns.size(); ++k) {
+    const torch::Tensor above = world.back().index_select(1, levels.parents[k]);
+    joints.push_back(joints.back().index_select(1, levels.parents[k]) +
+                     torch::matmul(above, ways[k].unsqueeze(3)).squeeze(3));
+    world.push_back(torch::matmul(above, turns[k]));
   }
-  return {torch::stack(joints, 1),
-          torch::stack({world[WristJoint(Side::kLeft)], world[WristJoint(Side::kRight)]}, 1)};
+  // The wrists are the last level: 20 and 21.
+  return {torch::cat(joints, 1).index_select(1, levels.back), world.back()};
 }
 
 TorchObject Carried(const TorchObject& object, const TorchBody& from, const TorchBody& to,

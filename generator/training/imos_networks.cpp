@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "generator/imos/res_block.h"
 #include "generator/imos/weights.h"
 #include "generator/nn/random_stream.h"
 #include "geometry/error.h"
@@ -13,13 +14,12 @@
 namespace holdfast::imos {
 namespace {
 
-constexpr double kSlope = 0.2;  // of leaky ReLUs
-constexpr double kBatchNormEpsilon = 1e-5, kLayerNormEpsilon = 1e-6;
+constexpr double kLayerNormEpsilon = 1e-6;
 constexpr double kMomentum = 0.1;  // of running statistics
 constexpr float kSmallStart = 0.1f;
 constexpr const char* kEmbedding = "action_embedding.weight";
 
-torch::Tensor LeakyRelu(const torch::Tensor& x) { return torch::leaky_relu(x, kSlope); }
+torch::Tensor LeakyRelu(const torch::Tensor& x) { return torch::leaky_relu(x, kLeakySlope); }
 
 torch::Tensor Dropped(const torch::Tensor& x, const Pass& pass) {
   if (pass.dropout == 0.0) return x;
@@ -94,20 +94,16 @@ torch::Tensor TorchNetworks::Linear(const torch::Tensor& x, const std::string& n
 
 torch::Tensor TorchNetworks::BatchNorm(const torch::Tensor& x, const std::string& name,
                                        Pass& pass) const {
-  const torch::Tensor &weight = At(name + ".weight"), &bias = At(name + ".bias");
-  if (!pass.batch_statistics) {
-    const torch::Tensor scale =
-        weight * torch::rsqrt(At(name + ".running_var") + kBatchNormEpsilon);
-    return x * scale + (bias - At(name + ".running_mean") * scale);
+  const torch::Tensor &mean = At(name + ".running_mean"), &variance = At(name + ".running_var");
+  Pass::Statistics statistics{mean, variance};
+  if (pass.batch_statistics) {
+    const auto [found, is_new] = pass.running.try_emplace(name);
+    if (is_new) found->second = {mean.clone(), variance.clone()};
+    statistics = found->second;
   }
-  // Running statistics are the trainer's to change: several batches may be under way at once.
-  auto [y, mean, inverse] =
-      torch::native_batch_norm(x, weight, bias, {}, {}, true, kMomentum, kBatchNormEpsilon);
-  const double count = static_cast<double>(x.size(0));
-  const torch::Tensor variance =
-      (inverse.detach().pow(-2) - kBatchNormEpsilon) * (count / std::max(count - 1.0, 1.0));
-  pass.seen.push_back({name, mean.detach(), variance});
-  return y;
+  return std::get<0>(torch::native_batch_norm(x, At(name + ".weight"), At(name + ".bias"),
+                                              statistics.mean, statistics.variance,
+                                              pass.batch_statistics, kMomentum, kBatchNormEpsilon));
 }
 
 torch::Tensor TorchNetworks::Block(const torch::Tensor& x, const std::string& name,
@@ -160,17 +156,14 @@ torch::Tensor TorchNetworks::ArmsDecode(const torch::Tensor& latent, const torch
   return Block(torch::cat({y0, y1}, 1), "arms.dec_rb2", pass);
 }
 
-torch::Tensor TorchNetworks::Attend(const torch::Tensor& past_poses, Pass& pass) const {
-  const std::int64_t rows = past_poses.size(0), joints = config_.BodyJoints();
-  if (!config_.self_attention) return past_poses.reshape({rows, -1});
+torch::Tensor TorchNetworks::Attend(const torch::Tensor& pose, Pass& pass) const {
+  const std::int64_t rows = pose.size(0), joints = config_.BodyJoints();
+  if (!config_.self_attention) return pose;
   const std::int64_t heads = config_.attention_heads, width = config_.attention_width;
-  const torch::Tensor tokens =
-      past_poses.reshape({rows * kHistory, joints, kRotationSize}) + positions_;
+  const torch::Tensor tokens = pose.reshape({rows, joints, kRotationSize}) + positions_;
   // (poses x heads x joints x width)
   const auto projected = [&](const torch::Tensor& x, const std::string& weight) {
-    return torch::linear(x, At(weight))
-        .view({rows * kHistory, joints, heads, width})
-        .transpose(1, 2);
+    return torch::linear(x, At(weight)).view({rows, joints, heads, width}).transpose(1, 2);
   };
   torch::Tensor x = tokens;
   for (int l = 0; l < config_.attention_layers; ++l) {
@@ -181,9 +174,8 @@ torch::Tensor TorchNetworks::Attend(const torch::Tensor& past_poses, Pass& pass)
     const torch::Tensor scores =
         torch::matmul(q / std::sqrt(static_cast<double>(width)), k.transpose(2, 3));
     const torch::Tensor attention = Dropped(torch::softmax(scores, -1), pass);
-    const torch::Tensor heard = torch::matmul(attention, v)
-                                    .transpose(1, 2)
-                                    .reshape({rows * kHistory, joints, heads * width});
+    const torch::Tensor heard =
+        torch::matmul(attention, v).transpose(1, 2).reshape({rows, joints, heads * width});
     x = x + Dropped(torch::linear(heard, At(name + "w_combine.weight")), pass);
     x = torch::layer_norm(x, {joints, kRotationSize}, At(name + "layer_norm.weight"),
                           At(name + "layer_norm.bias"), kLayerNormEpsilon);
@@ -217,11 +209,17 @@ long TorchNetworks::NumParameters() const {
   return count;
 }
 
-void TorchNetworks::UpdateRunningStatistics(const std::vector<Pass::Seen>& seen) {
+void TorchNetworks::TakeStatistics(std::span<const Pass* const> passes) {
   const torch::NoGradGuard no_gradients;
-  for (const Pass::Seen& one : seen) {
-    tensors_.find(one.name + ".running_mean")->second.lerp_(one.mean, kMomentum);
-    tensors_.find(one.name + ".running_var")->second.lerp_(one.variance, kMomentum);
+  for (const auto& [name, first] : passes.front()->running) {
+    torch::Tensor mean = first.mean, variance = first.variance;
+    for (const Pass* pass : passes.subspan(1)) {
+      mean = mean + pass->running.find(name)->second.mean;
+      variance = variance + pass->running.find(name)->second.variance;
+    }
+    const double share = 1.0 / static_cast<double>(passes.size());
+    tensors_.find(name + ".running_mean")->second.copy_(mean * share);
+    tensors_.find(name + ".running_var")->second.copy_(variance * share);
   }
 }
 

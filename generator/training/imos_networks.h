@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,18 +14,19 @@
 
 namespace holdfast::imos {
 
-/// How the networks compute. As they run: running statistics, no dropout.
+/// How the networks compute, and what batch norms see. As they run: running statistics, no dropout.
 struct Pass {
-  bool batch_statistics = false;  ///< batch norms take the batch's own; `seen` gets them
+  /// Batch norms take the batch's own statistics, and `running` follows them.
+  bool batch_statistics = false;
   double dropout = 0.0;
   at::Generator* generator = nullptr;  ///< of dropout; not null where there is any
 
-  /// Mean and (unbiased) variance of what a batch norm was given, in order of evaluation.
-  struct Seen {
-    std::string name;
+  struct Statistics {
     torch::Tensor mean, variance;
   };
-  std::vector<Seen> seen;
+  /// The networks' running statistics as this pass has moved them, by the norm's name: the networks
+  /// stay as they are, so that several passes may be under way at once.
+  std::map<std::string, Statistics, std::less<>> running;
 };
 
 /// What somebody is to do: one row each.
@@ -66,8 +68,8 @@ class TorchNetworks {
   torch::Tensor ArmsDecode(const torch::Tensor& latent, const torch::Tensor& past,
                            const torch::Tensor& phi, Pass& pass) const;
 
-  /// Past poses (B x 4 x BodyPoseSize()), each attended to by itself (B x 4 BodyPoseSize()).
-  torch::Tensor Attend(const torch::Tensor& past_poses, Pass& pass) const;
+  /// A past pose (B x BodyPoseSize()) attended to by itself.
+  torch::Tensor Attend(const torch::Tensor& pose, Pass& pass) const;
   /// `input`: the whole of the past encoder's.
   Latents BodyPast(const torch::Tensor& input, Pass& pass) const;
   /// Pose, and step of the root where it is predicted (B x BodyOutput()).
@@ -78,8 +80,8 @@ class TorchNetworks {
   /// embedding belongs to both). An embedding that is not learned is none.
   std::vector<torch::Tensor> Parameters(const std::string& prefix = "") const;
   long NumParameters() const;
-  /// running = 0.9 running + 0.1 seen, in order.
-  void UpdateRunningStatistics(const std::vector<Pass::Seen>& seen);
+  /// Running statistics become the passes' mean; those that no pass moved stay.
+  void TakeStatistics(std::span<const Pass* const> passes);
 
   nn::TensorMap Tensors() const;
   /// Every parameter and statistic, by name.

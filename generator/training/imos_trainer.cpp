@@ -10,6 +10,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include "generator/imos/res_block.h"
 #include "generator/training/imos_trainer_state.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
@@ -20,6 +21,8 @@ namespace {
 constexpr int kSteps = kNumKeyFrames - kHistory;
 constexpr int kWarmUp = 50;         // iterations
 constexpr double kLastRate = 0.01;  // share of the learning rate that is left at the end
+// Of the start.
+constexpr float kAttentionStart = 0.05f, kSkipStart = 0.05f, kRootStart = 0.005f, kOffset = 2.0f;
 constexpr std::uint64_t kOrderStream = 0x0bde7;
 
 // Sums of products that several threads share depend on how many there are.
@@ -40,6 +43,55 @@ void CheckOptions(const TrainingOptions& o) {
   if (o.batch < 2) refuse(fmt::format("{} sequences a batch: batch norms need two", o.batch));
   if (o.shard < 2) refuse(fmt::format("{} sequences a shard: batch norms need two", o.shard));
   if (o.iterations < 1) refuse("no iterations");
+}
+
+// The tensors to begin with. Ours begin by standing still: the last block of the body's decoder,
+// which makes the pose as it is and not as a step, passes on the pose of the key frame before,
+// which it is given after self-attention: (v - mean) / deviation over the pose's numbers, as long
+// as that adds little. What is made passes two leaky ReLUs: the first is kept positive by an
+// offset, and numbers that are negative on average are made five times as large before the second.
+nn::TensorMap Start(const TrainingOptions& options, const SequenceTensors& data,
+                    const Eigen::MatrixXf& embeddings) {
+  const Config& config = options.config;
+  nn::TensorMap tensors = StartingTensors(config, options.as_published, options.seed, embeddings);
+  if (options.as_published) return tensors;
+  const auto values = [&](const std::string& name) -> std::vector<float>& {
+    return tensors.find(name)->second.values;
+  };
+  for (int l = 0; config.self_attention && l < config.attention_layers; ++l) {
+    for (float& w :
+         values(fmt::format("body.attention_model.attention_layers.{}.attn.w_combine.weight", l))) {
+      w *= kAttentionStart;
+    }
+  }
+  const std::int64_t size = config.BodyPoseSize();
+  const torch::Tensor poses = data.pose.narrow(2, 0, size).reshape({-1, size});
+  const torch::Tensor mean = poses.mean(0), deviation = poses.std(0);
+  float pose_mean = 0.0f, pose_deviation = 1.0f;
+  if (config.self_attention) {
+    pose_mean = poses.mean().item<float>();
+    pose_deviation = poses.std(1, false).mean().item<float>();
+  }
+  std::vector<float>&shift = values("body.dec_rb2.bn2.bias"),
+  &scale = values("body.dec_rb2.bn2.weight"), &skip = values("body.dec_rb2.fc3.weight"),
+  &skip_bias = values("body.dec_rb2.fc3.bias");
+  const std::size_t inputs = skip.size() / shift.size();
+  const auto last_pose = static_cast<std::size_t>(config.body_latent + (kHistory - 1) * size);
+  for (std::size_t i = 0; i < shift.size(); ++i) {
+    float* const row = skip.data() + i * inputs;
+    for (std::size_t c = 0; c < inputs; ++c) row[c] *= kSkipStart;
+    if (i >= static_cast<std::size_t>(size)) {
+      scale[i] = kRootStart;  // steps of millimetres
+      continue;
+    }
+    const auto k = static_cast<std::int64_t>(i);
+    const float gain = mean[k].item<float>() < 0.0f ? 1.0f / static_cast<float>(kLeakySlope) : 1.0f;
+    scale[i] = 0.1f * gain * deviation[k].item<float>();
+    row[last_pose + i] += gain * pose_deviation;
+    skip_bias[i] = gain * (pose_mean + kOffset);
+    shift[i] = -gain * kOffset;
+  }
+  return tensors;
 }
 
 // Everything that the data's values decide, in short.
@@ -102,9 +154,7 @@ Trainer::Impl::Impl(const std::vector<ActionSequence>& given,
     : options(training_options),
       data(TensorsOf(given)),
       fingerprint_of_data(Fingerprint(data)),
-      networks(options.config,
-               StartingTensors(options.config, options.as_published, options.seed, embeddings),
-               "training") {
+      networks(options.config, Start(options, data, embeddings), "training") {
   options.batch = static_cast<int>(std::min<long>(options.batch, data.Count()));
   if (options.as_published && options.config.HasArms()) {
     optimizers.emplace_back("arms", networks.Parameters("arms."), options);
@@ -154,7 +204,7 @@ Losses Trainer::Impl::StepTogether(nn::RandomStream& random) {
   OptimizerOf& optimizer = optimizers[0];
   struct Shard {
     std::vector<torch::Tensor> gradients;
-    std::vector<Pass::Seen> seen;
+    Pass pass;
     Losses losses;
   };
   std::vector<Shard> done(static_cast<std::size_t>(shards));
@@ -164,7 +214,7 @@ Losses Trainer::Impl::StepTogether(nn::RandomStream& random) {
     const double share = static_cast<double>(end - begin) / static_cast<double>(rows.size());
     const SequenceTensors batch = data.Rows({rows.data() + begin, rows.data() + end});
     at::Generator generator = at::detail::createCPUGenerator(seeds[k]);
-    Pass pass;
+    Pass& pass = done[k].pass;
     pass.batch_statistics = !running;
     pass.dropout = options.dropout;
     pass.generator = &generator;
@@ -184,7 +234,6 @@ Losses Trainer::Impl::StepTogether(nn::RandomStream& random) {
     }
     out.gradients = torch::autograd::grad({loss * (share / steps)}, optimizer.parameters, {}, false,
                                           false, true);
-    out.seen = std::move(pass.seen);
   });
 
   Losses losses;
@@ -196,10 +245,12 @@ Losses Trainer::Impl::StepTogether(nn::RandomStream& random) {
     }
     optimizer.parameters[p].mutable_grad() = sum;
   }
+  std::vector<const Pass*> passes;
   for (const Shard& shard : done) {
     losses.Add(shard.losses, 1.0);
-    networks.UpdateRunningStatistics(shard.seen);
+    passes.push_back(&shard.pass);
   }
+  networks.TakeStatistics(passes);
   losses.gradient =
       torch::nn::utils::clip_grad_norm_(optimizer.parameters, options.largest_gradient);
   for (auto& group : optimizer.adam->param_groups()) group.options().set_lr(CosineRate());

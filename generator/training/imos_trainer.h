@@ -42,7 +42,7 @@ struct TrainingOptions {
   double lengthen_until = 0.3;  ///< share of the iterations in which windows grow from 1 to 11
   /// From this share of the iterations on, batch norms use the statistics that they will be run
   /// with, which stay; what is trained is then exactly what is run.
-  double running_from = 0.5;
+  double running_from = 0.15;
   int shard = 64;  ///< rows that are unrolled together, on one thread
 
   std::uint64_t seed = 1;

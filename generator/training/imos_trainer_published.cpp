@@ -53,10 +53,10 @@ Losses Trainer::Impl::StepAsPublished(nn::RandomStream& random) {
     }
     sum.Add(losses.values, kShare);
     sum.gradient += kShare * gradient;
-    networks.UpdateRunningStatistics(pass.seen);
-    pass.seen.clear();
     unroller.Advance(Detached(frame, unroller.Truth(t)));
   }
+  const Pass* const passes[] = {&pass};
+  networks.TakeStatistics(passes);
   if ((iteration + 1) % (data.Count() / options.batch) == 0) {
     for (OptimizerOf& optimizer : optimizers) {
       optimizer.plateau.Observe(optimizer.epoch_loss /

@@ -44,6 +44,7 @@ Unroller::Unroller(const TorchNetworks& networks, const SequenceTensors& batch, 
 }
 
 void Unroller::Refresh() {
+  for (TorchFrame& frame : history_) frame.attended = torch::Tensor();
   const ConditionInput condition{batch_.betas, batch_.object_id, batch_.action};
   if (config_.HasArms()) arms_phi_ = networks_.ArmsCondition(condition, pass_);
   body_phi_ = networks_.BodyCondition(condition, pass_);
@@ -117,11 +118,13 @@ TorchFrame Unroller::Predict(const StepOptions& options) {
     arms_now = batch_.pose.select(1, t_).narrow(1, kTrunk, kArms);
   }
 
-  std::vector<torch::Tensor> poses, parts;
-  for (const TorchFrame& frame : history_) {
-    poses.push_back(frame.pose.narrow(1, 0, config_.BodyPoseSize()));
+  std::vector<torch::Tensor> parts;
+  for (TorchFrame& frame : history_) {
+    if (!frame.attended.defined()) {
+      frame.attended = networks_.Attend(frame.pose.narrow(1, 0, config_.BodyPoseSize()), pass_);
+    }
+    parts.push_back(frame.attended);
   }
-  parts.push_back(networks_.Attend(torch::stack(poses, 1), pass_));
   if (config_.HasArms()) {
     parts.push_back(past_arms);
     if (config_.body_sees_arms_now) parts.push_back(arms_now);

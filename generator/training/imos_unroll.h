@@ -18,6 +18,7 @@ struct TorchFrame {
   torch::Tensor transl;  ///< (B x 3)
   TorchObject object;
   TorchBody body;
+  torch::Tensor attended;  ///< (B x BodyPoseSize()), once it was needed
 };
 
 struct StepOptions {

@@ -229,7 +229,10 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
           static_cast<double>(right) / static_cast<double>(seen.labels.size());
     }
     result.epochs.push_back(now);
-    if (!validates || epoch == 1 || now.validation_loss < result.best.validation_loss) {
+    const bool better = now.validation_accuracy > result.best.validation_accuracy ||
+                        (now.validation_accuracy == result.best.validation_accuracy &&
+                         now.validation_loss < result.best.validation_loss);
+    if (!validates || epoch == 1 || better) {
       result.best = now;
       result.weights = network.Weights();
     }

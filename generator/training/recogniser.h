@@ -23,7 +23,7 @@ struct RecogniserOptions {
   int epochs = 300;
   double learning_rate = 2e-3;    ///< of Adam
   double largest_gradient = 1.0;  ///< norm that gradients are clipped to
-  int patience = 60;              ///< epochs without a lower validation loss; 0: never stops early
+  int patience = 60;              ///< epochs without a better validation; 0: never stops early
   /// Before so many steps it never stops: for some hundred the network knows nothing but how often
   /// each action is, and its loss does not fall.
   int least_steps = 2000;
@@ -41,8 +41,9 @@ struct RecogniserEpoch {
   double validation_accuracy = 0.0;
 };
 
-/// What was trained: the weights of the epoch with the lowest validation loss (of the last one
-/// without motions to validate with).
+/// What was trained: the weights of the epoch with the highest validation accuracy, of those with
+/// the lowest loss (which rises with confidence long before accuracy falls); without motions to
+/// validate with, of the last one.
 struct TrainedRecogniser {
   RecogniserWeights weights;
   RecogniserEpoch best;

@@ -478,6 +478,9 @@ TEST(ActionTables, AreReadByLabelAndInOnePiece) {
   whole.Write(one);
   EXPECT_EQ(ReadActionTable(labels, 4), table);
   EXPECT_EQ(ReadActionTable(one, 4), table);
+  const NetworkWeights others = RandomNetwork(testing::SmallConfig(), 1);
+  WriteNetwork(others, folder.Path() / "others.safetensors");
+  EXPECT_EQ(ReadActionTable(folder.Path() / "others.safetensors", 7), ActionTable(others));
   EXPECT_THROW(ReadActionTable(labels, 512), Error);
   EXPECT_THROW(ReadActionTable(one, 512), Error);
   NpzWriter few;
