@@ -49,7 +49,7 @@ void CheckOptions(const TrainingOptions& o) {
 // which makes the pose as it is and not as a step, passes on the pose of the key frame before,
 // which it is given after self-attention: (v - mean) / deviation over the pose's numbers, as long
 // as that adds little. What is made passes two leaky ReLUs: the first is kept positive by an
-// offset, and numbers that are negative on average are made five times as large before the second.
+// offset, and numbers that are always negative are made five times as large before the second.
 nn::TensorMap Start(const TrainingOptions& options, const SequenceTensors& data,
                     const Eigen::MatrixXf& embeddings) {
   const Config& config = options.config;
@@ -85,8 +85,11 @@ nn::TensorMap Start(const TrainingOptions& options, const SequenceTensors& data,
       continue;
     }
     const auto k = static_cast<std::int64_t>(i);
-    const float gain = mean[k].item<float>() < 0.0f ? 1.0f / static_cast<float>(kLeakySlope) : 1.0f;
-    scale[i] = 0.1f * gain * deviation[k].item<float>();
+    // Larger where it may be positive, they would grow from key frame to key frame.
+    const float spread = deviation[k].item<float>();
+    const bool negative = mean[k].item<float>() < -2.0f * spread;
+    const float gain = negative ? 1.0f / static_cast<float>(kLeakySlope) : 1.0f;
+    scale[i] = 0.1f * gain * spread;
     row[last_pose + i] += gain * pose_deviation;
     skip_bias[i] = gain * (pose_mean + kOffset);
     shift[i] = -gain * kOffset;
@@ -212,8 +215,9 @@ Losses Trainer::Impl::StepTogether(nn::RandomStream& random) {
     at::set_num_threads(1);
     const std::size_t begin = rows.size() * k / shards, end = rows.size() * (k + 1) / shards;
     const double share = static_cast<double>(end - begin) / static_cast<double>(rows.size());
-    const SequenceTensors batch = data.Rows({rows.data() + begin, rows.data() + end});
+    SequenceTensors batch = data.Rows({rows.data() + begin, rows.data() + end});
     at::Generator generator = at::detail::createCPUGenerator(seeds[k]);
+    batch.betas += torch::empty_like(batch.betas).normal_(0.0, options.shape_noise, generator);
     Pass& pass = done[k].pass;
     pass.batch_statistics = !running;
     pass.dropout = options.dropout;

@@ -39,7 +39,9 @@ struct TrainingOptions {
 
   // Ours alone
   double history_noise = 0.02;  ///< N(0, s^2) in the true history's 6D; a third of it in metres
-  double lengthen_until = 0.3;  ///< share of the iterations in which windows grow from 1 to 11
+  /// N(0, s^2) on betas: there are few subjects, which must not be known by their shape.
+  double shape_noise = 0.5;
+  double lengthen_until = 0.5;  ///< share of the iterations in which windows grow from 1 to 11
   /// From this share of the iterations on, batch norms use the statistics that they will be run
   /// with, which stay; what is trained is then exactly what is run.
   double running_from = 0.15;
