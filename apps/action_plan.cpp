@@ -106,8 +106,8 @@ std::vector<ActionJob> PlanActions(const ActionSetOptions& options, std::uint64_
     }
     job.object = choice.objects[object];
     job.left = IsLeftHanded(job.subject, options.left_share);
-    const std::string stem = fmt::format("s{}/{}_{}", job.subject + 1,
-                                         imos::VocabularyName(job.object), job.action);
+    const std::string stem =
+        fmt::format("s{}/{}_{}", job.subject + 1, imos::VocabularyName(job.object), job.action);
     job.name = fmt::format("{}_{}", stem, ++numbers[stem]);
     jobs.push_back(std::move(job));
   }

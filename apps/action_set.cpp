@@ -16,10 +16,10 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr int kTries = 4;          // of a clip, before it is given up
-constexpr int kGrasps = 14;        // that a hand may choose from
+constexpr int kTries = 4;    // of a clip, before it is given up
+constexpr int kGrasps = 14;  // that a hand may choose from
 constexpr int kPairVertices = 300;
-constexpr int kPairTries = 5;      // grasps of a giving hand that a receiving one is found for
+constexpr int kPairTries = 5;  // grasps of a giving hand that a receiving one is found for
 constexpr std::uint64_t kStart = 0x57A7, kGraspSeed = 0x6AA5;
 
 json QualityJson(const ActionQuality& quality) {
@@ -41,7 +41,9 @@ json QualityJson(const ActionQuality& quality) {
 
 // Values a float can hold: half the bytes once packed, a tenth of a micron.
 void RoundToFloat(Clip& clip) {
-  const auto round = [](auto& values) { values = values.template cast<float>().template cast<double>().eval(); };
+  const auto round = [](auto& values) {
+    values = values.template cast<float>().template cast<double>().eval();
+  };
   round(clip.trans);
   for (JointPose& pose : clip.pose) round(pose);
   round(clip.object->trans);
@@ -51,8 +53,7 @@ void RoundToFloat(Clip& clip) {
 }  // namespace
 
 ActionWorkshop::ActionWorkshop(std::shared_ptr<const BodyModel> body, ActionStarts starts,
-                               const ActionSetOptions& options, fs::path folder,
-                               std::uint64_t seed)
+                               const ActionSetOptions& options, fs::path folder, std::uint64_t seed)
     : body_(std::move(body)),
       starts_(std::move(starts)),
       options_(options),
@@ -72,8 +73,8 @@ const ActionActor& ActionWorkshop::Actor(int subject) {
   Shelf<ActionActor>& shelf = ShelfOf(actors_, subject);
   const std::scoped_lock guard(shelf.lock);
   if (!shelf.value) {
-    shelf.value = std::make_unique<const ActionActor>(
-        body_, SubjectBetas(subject, body_->NumShape(), seed_));
+    shelf.value =
+        std::make_unique<const ActionActor>(body_, SubjectBetas(subject, body_->NumShape(), seed_));
   }
   return *shelf.value;
 }
@@ -100,8 +101,7 @@ json ActionWorkshop::GraspKey(int subject, const std::string& object, bool mirro
           {"most", kGrasps}};
 }
 
-std::vector<Grasp> ActionWorkshop::GraspsOf(int subject, const std::string& object,
-                                            bool mirrored) {
+std::vector<Grasp> ActionWorkshop::GraspsOf(int subject, const std::string& object, bool mirrored) {
   const json key = GraspKey(subject, object, mirrored);
   const fs::path path = folder_ / "grasps" /
                         fmt::format("s{}_{}{}.json", subject + 1, object, mirrored ? "_left" : "");
@@ -130,9 +130,9 @@ std::vector<GraspPair> ActionWorkshop::PairsOf(int subject, const std::string& o
   }
   const ActionProp& prop = Prop(object, mirrored);
   const ActionActor& actor = Actor(subject);
-  pairs = FindGraspPairs(actor.Hand(Side::kRight), actor.Hand(Side::kLeft),
-                         {prop.mesh, prop.surface, *prop.fit.distance}, right, key["seed"],
-                         kPairTries);
+  pairs =
+      FindGraspPairs(actor.Hand(Side::kRight), actor.Hand(Side::kLeft),
+                     {prop.mesh, prop.surface, *prop.fit.distance}, right, key["seed"], kPairTries);
   std::vector<Grasp> flat;
   for (const GraspPair& pair : pairs) {
     flat.push_back(pair.right);
@@ -190,8 +190,8 @@ json ActionWorkshop::MakeOne(const ActionJob& job, const ActionGrips& grips) {
     }
     const StandingStart& start =
         *moments[static_cast<std::size_t>(draws.Index(static_cast<int>(moments.size())))];
-    ActionClip made = MakeActionClip({job.action, Actor(job.subject), Prop(job.object, job.left),
-                                      grips, start, job.left, seed});
+    ActionClip made = MakeActionClip(
+        {job.action, Actor(job.subject), Prop(job.object, job.left), grips, start, job.left, seed});
     if (!made.fault.empty()) {
       dropped.push_back({{"reason", made.fault}, {"detail", made.detail}});
       continue;

@@ -23,14 +23,13 @@ namespace holdfast::apps {
 class ActionWorkshop {
  public:
   ActionWorkshop(std::shared_ptr<const BodyModel> body, ActionStarts starts,
-                 const ActionSetOptions& options, std::filesystem::path folder,
-                 std::uint64_t seed);
+                 const ActionSetOptions& options, std::filesystem::path folder, std::uint64_t seed);
 
   const ActionStarts& Starts() const { return starts_; }
   const ActionActor& Actor(int subject);
   const ActionProp& Prop(const std::string& object, bool mirrored);
-  /// How a subject's right hand holds a prop, and both hands at once where `both`. Grasps are kept in
-  /// FOLDER/grasps, and taken from there by a later run with the same body, shape and seed.
+  /// How a subject's right hand holds a prop, and both hands at once where `both`. Grasps are kept
+  /// in FOLDER/grasps, and taken from there by a later run with the same body, shape and seed.
   std::unique_ptr<const ActionGrips> Grips(int subject, const std::string& object, bool mirrored,
                                            bool both);
 

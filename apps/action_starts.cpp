@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr int kOwn = 40;           // standing poses of Holdfast's own, per side
+constexpr int kOwn = 40;             // standing poses of Holdfast's own, per side
 constexpr std::size_t kEnough = 10;  // starts of a person who may be held out
 constexpr std::size_t kHeldPeople = 2;
 

@@ -7,8 +7,8 @@
 
 #include "apps/action_set.h"
 #include "apps/common.h"
-#include "apps/read_json.h"
 #include "apps/reach_manifest.h"
+#include "apps/read_json.h"
 #include "generator/actions/action_catalog.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
@@ -114,11 +114,11 @@ void WriteManifest(const fs::path& path, json head, const std::map<int, json>& l
 }
 
 std::string TextOf(const std::string& output, const json& summary, double seconds, int made) {
-  std::string text = fmt::format("{}: {} clips, {:.2f} hours", output,
-                                 summary["clips"].get<int>(), summary["hours"].get<double>());
+  std::string text = fmt::format("{}: {} clips, {:.2f} hours", output, summary["clips"].get<int>(),
+                                 summary["hours"].get<double>());
   if (made > 0) text += fmt::format("; {:.2f} s a clip and thread", seconds / made);
-  text += fmt::format("\n  {:<14}{:>6}{:>10}{:>16}\n", "action", "kept", "given up",
-                      "tries dropped");
+  text +=
+      fmt::format("\n  {:<14}{:>6}{:>10}{:>16}\n", "action", "kept", "given up", "tries dropped");
   for (const auto& [action, counts] : summary["by_action"].items()) {
     text += fmt::format("  {:<14}{:>6}{:>10}{:>16}\n", action, counts.value("kept", 0),
                         counts.value("given_up", 0), counts.value("tries_dropped", 0));
@@ -138,8 +138,8 @@ int Run(Options options) {
   const std::vector<ActionJob> jobs = PlanActions(options.set, common.seed);
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
   ActionStarts starts = FindActionStarts(options.starts, options.held_out, *body, common);
-  Note(common, fmt::format("{} moments of standing to learn from, {} held out",
-                           starts.train.size(), starts.held_out.size()));
+  Note(common, fmt::format("{} moments of standing to learn from, {} held out", starts.train.size(),
+                           starts.held_out.size()));
   json head = JsonHead("holdfast/actions/1", common);
   head["options"] = OptionsJson(options);
   head["body"] = body->Name();
@@ -193,8 +193,8 @@ int Run(Options options) {
   WriteManifest(manifest, head, lines);
   const json summary = SummaryOf(lines);
   if (summary["clips"].get<int>() == 0) {
-    throw FitFailure(fmt::format("{}: no clip could be made; see why in {}", options.output,
-                                 manifest.string()));
+    throw FitFailure(
+        fmt::format("{}: no clip could be made; see why in {}", options.output, manifest.string()));
   }
   head["summary"] = summary;
   head["output"] = options.output;
@@ -215,10 +215,9 @@ void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
                    "Folder to write: s1/mug_drink_1.npz ..., manifest.json, grasps/; an unfinished "
                    "one goes on, a finished one grows")
       ->required();
-  CLI::Option* count =
-      command->add_option("--count", options->set.count, "Clips")
-          ->capture_default_str()
-          ->check(CLI::Range(1, 1'000'000));
+  CLI::Option* count = command->add_option("--count", options->set.count, "Clips")
+                           ->capture_default_str()
+                           ->check(CLI::Range(1, 1'000'000));
   command->add_option("--hours", options->hours, "Of motion, about, in place of --count")
       ->check(CLI::Range(0.001, 1000.0))
       ->excludes(count);

@@ -73,8 +73,8 @@ class Mover {
     }
     const ReachChange readiness = Readiness();
     for (std::size_t k = 1; k + 1 < knots_.size(); ++k) {
-      problem.AddResidualBlock(new ReachSplinePrior(readiness, 0.35), nullptr,
-                               knots_[k - 1].data(), knots_[k].data(), knots_[k + 1].data());
+      problem.AddResidualBlock(new ReachSplinePrior(readiness, 0.35), nullptr, knots_[k - 1].data(),
+                               knots_[k].data(), knots_[k + 1].data());
     }
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -150,8 +150,8 @@ class Mover {
         head.linear() = placed.rotation[kHead];
         head.translation() = placed.joints.col(kHead);
         const Vector3d wanted = path_.At(time).At(head).translation();
-        report.worst_hand_m = std::max(
-            report.worst_hand_m, (placed.joints.col(chain_.WristJointId()) - wanted).norm());
+        report.worst_hand_m = std::max(report.worst_hand_m,
+                                       (placed.joints.col(chain_.WristJointId()) - wanted).norm());
       }
       frames_[static_cast<std::size_t>(t)] = frame;
     }

@@ -100,8 +100,8 @@ class Chooser {
       Candidate candidate;
       candidate.object = key.poses[i];
       if (!key.push.isZero(0.0)) candidate.cost += PushOff(grip, key.push, candidate.object);
-      candidate.world = key.anchor == Anchor::kHead ? stance.head * candidate.object
-                                                    : candidate.object;
+      candidate.world =
+          key.anchor == Anchor::kHead ? stance.head * candidate.object : candidate.object;
       const std::array<bool, 2> holds = HoldersAt(script_, k);
       if (holds[0]) candidate.cost += ArmCost(Side::kRight, *grip.right, stance, candidate.world);
       if (holds[1]) candidate.cost += ArmCost(Side::kLeft, *grip.left, stance, candidate.world);

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "generator/imos/vocabulary.h"
 #include "generator/finger_pose.h"
+#include "generator/imos/vocabulary.h"
 #include "generator/matching/random_draws.h"
 #include "geometry/rotation.h"
 #include "solver/action_measures.h"

@@ -115,8 +115,8 @@ class Looker {
       for (HandState& hand : hands) {
         hand.SetBody(pose, clip_.trans.col(t));
         hand.Evaluate(FingersOf(pose, hand.Hand().HandSide()), false);
-        quality_.hand_in_head_mm = std::max(
-            quality_.hand_in_head_mm, DeepestIn(actor_.Person().head, head, hand.Vertices()));
+        quality_.hand_in_head_mm = std::max(quality_.hand_in_head_mm,
+                                            DeepestIn(actor_.Person().head, head, hand.Vertices()));
         in_trunk = std::max(in_trunk, DeepestIn(actor_.Trunk(), chest, hand.Vertices()));
       }
       quality_.arm_in_trunk_mm = std::max(quality_.arm_in_trunk_mm, in_trunk);
@@ -163,7 +163,8 @@ ActionFault FaultOf(const ActionQuality& quality, std::string_view action) {
                                           100.0 * quality.penetrating, quality.deepest_mm)};
   }
   if (quality.contact < 0.98) {
-    return {"hand off object", fmt::format("in {:.0f} % of frames", 100.0 * (1.0 - quality.contact))};
+    return {"hand off object",
+            fmt::format("in {:.0f} % of frames", 100.0 * (1.0 - quality.contact))};
   }
   if (quality.object_in_body_mm > 5.0) {
     return {"object in body", fmt::format("{:.0f} mm", quality.object_in_body_mm)};

@@ -34,7 +34,8 @@ Quaterniond Relative(const Matrix3d& parent, const Matrix3d& child) {
 }
 
 // Strokes of the object as its wrist makes them.
-std::vector<Stroke> InWrist(const std::vector<Stroke>& strokes, const Isometry3d& wrist_from_object) {
+std::vector<Stroke> InWrist(const std::vector<Stroke>& strokes,
+                            const Isometry3d& wrist_from_object) {
   std::vector<Stroke> result = strokes;
   for (Stroke& stroke : result) {
     for (Vector3d* v : {&stroke.move, &stroke.turn, &stroke.move_aside}) {
@@ -160,8 +161,7 @@ class Maker {
     std::vector<ArmTarget> targets;
     for (std::size_t t = 0; t < frames_.size(); ++t) {
       placed.push_back(Place(body_.rest_joints, frames_[t]));
-      const Isometry3d wrist =
-          path.At(static_cast<double>(t) / kRate).At(HeadOf(placed.back()));
+      const Isometry3d wrist = path.At(static_cast<double>(t) / kRate).At(HeadOf(placed.back()));
       targets.push_back(TargetOf(placed.back(), side, wrist));
     }
     const std::vector<double> swivels = arm.Track(targets, kRate);
@@ -195,8 +195,8 @@ class Maker {
       wrist.linear() = placed.rotation[joint];
       wrist.translation() = placed.joints.col(static_cast<Eigen::Index>(joint));
       made.object.push_back(wrist * grip_.Of(side)->wrist_from_object);
-      made.holding.push_back(static_cast<std::uint8_t>((right ? kHoldsRight : 0) |
-                                                       (left ? kHoldsLeft : 0)));
+      made.holding.push_back(
+          static_cast<std::uint8_t>((right ? kHoldsRight : 0) | (left ? kHoldsLeft : 0)));
       std::array<double, 2> closed = {1.0, 0.0};
       if (script_.handover) {
         const HandoverKey& handover = *script_.handover;

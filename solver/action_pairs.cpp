@@ -27,18 +27,18 @@ class Meeting {
       : rest_joints_(rest_joints),
         right_(rest_joints, Side::kRight),
         left_(rest_joints, Side::kLeft) {
-    const Vector3d middle = 0.5 * (mesh.vertices.rowwise().minCoeff() +
-                                   mesh.vertices.rowwise().maxCoeff());
-    const Vector3d place = Shoulder(right_) + Vector3d(-Shoulder(right_).x(),
-                                                       -0.6 * right_.Length(), -0.2);
+    const Vector3d middle =
+        0.5 * (mesh.vertices.rowwise().minCoeff() + mesh.vertices.rowwise().maxCoeff());
+    const Vector3d place =
+        Shoulder(right_) + Vector3d(-Shoulder(right_).x(), -0.6 * right_.Length(), -0.2);
     poses_ = UprightPoses(middle, place, kTurns, {0.4});
   }
 
   const std::vector<Isometry3d>& Poses() const { return poses_; }
   double Cost(Side side, const Isometry3d& object, const Grasp& grasp) const {
     const TakeArm& arm = side == Side::kRight ? right_ : left_;
-    const ArmChoice choice = arm.Best(
-        {Shoulder(arm), FacingFront(), object * grasp.wrist_from_object.inverse()});
+    const ArmChoice choice =
+        arm.Best({Shoulder(arm), FacingFront(), object * grasp.wrist_from_object.inverse()});
     return choice.discomfort + 50.0 * choice.lacks_m;
   }
 
@@ -91,10 +91,10 @@ std::vector<GraspPair> FindGraspPairs(const HandModel& right_hand, const HandMod
   for (const Offered& offer : offered) {
     const Grasp& giving = right[offer.grasp];
     const Isometry3d wrist = offer.object * giving.wrist_from_object.inverse();
-    const GraspTransfer transfer = TransferGrasp(
-        right_hand, giving.fingers, giving.wrist_from_object, left_hand,
-        Mirrored(wrist).inverse() * offer.object, object.mesh, object.surface, object.distance,
-        options);
+    const GraspTransfer transfer =
+        TransferGrasp(right_hand, giving.fingers, giving.wrist_from_object, left_hand,
+                      Mirrored(wrist).inverse() * offer.object, object.mesh, object.surface,
+                      object.distance, options);
     if (!transfer.found) continue;
     double least = std::numeric_limits<double>::infinity();
     for (const Isometry3d& pose : meeting.Poses()) {

@@ -28,8 +28,8 @@ Vector3d GazeAt(const ActionScript& script, double time_s, const Vector3d& eyes,
   Vector3d face = ahead;
   for (const GazeKey& key : script.gaze) {
     if (time_s < key.begin_s) continue;
-    const Vector3d wanted =
-        key.at_object ? Vector3d((object - eyes).normalized()) : Vector3d(key.direction.normalized());
+    const Vector3d wanted = key.at_object ? Vector3d((object - eyes).normalized())
+                                          : Vector3d(key.direction.normalized());
     const double come =
         key.duration_s > 0.0 ? MinimumJerk((time_s - key.begin_s) / key.duration_s) : 1.0;
     face = Slerp(face, Slerp(ahead, wanted, key.share), come);

@@ -116,8 +116,8 @@ ActionGrips::ActionGrips(const ActionActor& actor, std::vector<Grasp> right,
     single_.push_back({&grasp, nullptr, skin(Side::kRight, grasp), Eigen::Matrix3Xd()});
   }
   for (const GraspPair& pair : pairs_) {
-    paired_.push_back({&pair.right, &pair.left, skin(Side::kRight, pair.right),
-                       skin(Side::kLeft, pair.left)});
+    paired_.push_back(
+        {&pair.right, &pair.left, skin(Side::kRight, pair.right), skin(Side::kLeft, pair.left)});
   }
 }
 

@@ -28,7 +28,7 @@ struct Options {
   bool random_embeddings = false, no_attention = false, one_module = false;
   long iterations = 4000;
   int batch = 64, evaluate_every = 200, patience = 0;
-  double learning_rate = 1e-3, dropout = -1.0, present = 0.5, noise = 0.02;
+  double learning_rate = 5e-4, dropout = -1.0, present = 0.5, noise = 0.02;
 };
 
 // Lines of training.jsonl: `kind` is train (means since the last line) or rollout (an evaluation).
@@ -122,10 +122,6 @@ imos::TrainingOptions Training::Recipe() const {
   recipe.batch = options_.batch;
   recipe.learning_rate = options_.learning_rate;
   recipe.present_share = options_.present;
-  if (!options_.paper) {
-    recipe.losses.joints = 2.0;
-    recipe.losses.wrists = 1.0;
-  }
   if (options_.dropout >= 0.0) recipe.dropout = options_.dropout;
   if (!options_.paper) recipe.history_noise = options_.noise;
   recipe.seed = options_.common.seed;

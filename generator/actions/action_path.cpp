@@ -19,8 +19,7 @@ using Eigen::Vector3d;
 Isometry3d Between(const Isometry3d& a, const Isometry3d& b, double share) {
   Isometry3d pose = Isometry3d::Identity();
   pose.translation() = (1.0 - share) * a.translation() + share * b.translation();
-  pose.linear() =
-      Quaterniond(a.linear()).slerp(share, Quaterniond(b.linear())).toRotationMatrix();
+  pose.linear() = Quaterniond(a.linear()).slerp(share, Quaterniond(b.linear())).toRotationMatrix();
   return pose;
 }
 
@@ -73,8 +72,7 @@ PathPoint ActionPath::At(double time_s) const {
   put(to, to.pose);
   point.share = to.anchor == Anchor::kHead ? share : 1.0 - share;
   // The bulge belongs to the world's part, which has (1 - share) of the whole.
-  point.world.translation() +=
-      4.0 * (to.anchor == Anchor::kHead ? share : 1.0 - share) * to.bulge;
+  point.world.translation() += 4.0 * (to.anchor == Anchor::kHead ? share : 1.0 - share) * to.bulge;
   return point;
 }
 

@@ -26,8 +26,8 @@ struct ScriptKey {
   std::optional<double> turned_rad;
   /// The very pose of an earlier key; `poses` is empty then.
   std::optional<int> same_as;
-  /// Before the face: object and hand keep out of the head (PushOffHead) along this direction of
-  /// the head's frame. Zero: they are nowhere near.
+  /// Before the face: object and hand are moved out of the head along this direction of the head's
+  /// frame. Zero: they are nowhere near.
   Eigen::Vector3d push = Eigen::Vector3d::Zero();
 };
 
@@ -64,16 +64,16 @@ struct ActionScript {
   std::vector<LeanKey> lean;
   std::optional<HandoverKey> handover;
   std::optional<double> table_m;  ///< height of the table that the object stands on at the start
-  double swivel_rad = 0.0;  ///< style: elbow farther out (positive) or in than comfort has it
+  double swivel_rad = 0.0;        ///< style: elbow farther out (positive) or in than comfort has it
 };
 
 /// What a script is written for. World: the person at the origin facing -y.
 struct ActionScene {
   FaceMarks face;
   ObjectMarks object;
-  Eigen::Isometry3d head = Eigen::Isometry3d::Identity();      ///< head joint at the start
-  Eigen::Vector3d shoulder = Eigen::Vector3d::Zero();  ///< right, at the start
-  double arm_m = 0.5;                                  ///< shoulder to wrist
+  Eigen::Isometry3d head = Eigen::Isometry3d::Identity();  ///< head joint at the start
+  Eigen::Vector3d shoulder = Eigen::Vector3d::Zero();      ///< right, at the start
+  double arm_m = 0.5;                                      ///< shoulder to wrist
   bool in_hand = false;  ///< the object is in the hand at the start, not on a table
 };
 

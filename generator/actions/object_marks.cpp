@@ -83,8 +83,8 @@ TriangleMesh ReflectX(const TriangleMesh& mesh) {
 
 ObjectMarks ReflectX(const ObjectMarks& marks) {
   ObjectMarks reflected = marks;
-  for (Vector3d* v : {&reflected.middle, &reflected.rim, &reflected.tip, &reflected.forward,
-                      &reflected.facing}) {
+  for (Vector3d* v :
+       {&reflected.middle, &reflected.rim, &reflected.tip, &reflected.forward, &reflected.facing}) {
     v->x() *= -1.0;
   }
   return reflected;

@@ -51,8 +51,8 @@ void Sip(ScriptWriter& writer, double least_tilt, double most_tilt, double stay_
 
 // Lowered before the chest, where a clip may end.
 void Lower(ScriptWriter& writer) {
-  const Vector3d place =
-      writer.Before(writer.Uniform(-0.2, -0.05), writer.Uniform(0.5, 0.7), -writer.Uniform(0.15, 0.3));
+  const Vector3d place = writer.Before(writer.Uniform(-0.2, -0.05), writer.Uniform(0.5, 0.7),
+                                       -writer.Uniform(0.15, 0.3));
   writer.MoveTo(Anchor::kWorld, UprightPoses(writer.Scene().object.middle, place, 36),
                 writer.Time(0.6, 0.9), 0.2);
 }
@@ -126,10 +126,10 @@ void WriteCall(ScriptWriter& writer) {
   std::vector<Isometry3d> poses;
   for (const double back : {0.5, 0.75, 1.0, 1.3}) {  // of the upper end, against up
     for (const double flare : {0.0, 0.12, 0.25}) {   // of the lower end, off the cheek
-      const Matrix3d turn =
-          AlignAxes(phone.forward, phone.facing, Vector3d(flare - 0.05, 1.0, -back),
-                    Vector3d(1.0, 0.0, 0.1));
-      poses.push_back(PoseAt(turn, phone.tip, scene.face.right_ear + Vector3d(-0.006, -0.004, 0.004)));
+      const Matrix3d turn = AlignAxes(phone.forward, phone.facing,
+                                      Vector3d(flare - 0.05, 1.0, -back), Vector3d(1.0, 0.0, 0.1));
+      poses.push_back(
+          PoseAt(turn, phone.tip, scene.face.right_ear + Vector3d(-0.006, -0.004, 0.004)));
     }
   }
   const double begin = writer.Now(), come = writer.Time(0.8, 1.15);
@@ -183,10 +183,9 @@ void WriteBrush(ScriptWriter& writer) {
     for (const double up : {-0.1, 0.15, 0.4}) {
       for (const double inward : {-0.1, -0.35, -0.6}) {
         for (const double roll : {-0.4, 0.0, 0.4}) {
-          const Matrix3d turn = AlignAxes(brush.forward, brush.facing,
-                                          Vector3d(1.0, up, inward), Vector3d(0.0, roll, -1.0));
-          poses.push_back(
-              PoseAt(turn, brush.tip, scene.face.mouth + Vector3d(left, 0.0, kLips_m)));
+          const Matrix3d turn = AlignAxes(brush.forward, brush.facing, Vector3d(1.0, up, inward),
+                                          Vector3d(0.0, roll, -1.0));
+          poses.push_back(PoseAt(turn, brush.tip, scene.face.mouth + Vector3d(left, 0.0, kLips_m)));
         }
       }
     }

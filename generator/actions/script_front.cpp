@@ -40,7 +40,8 @@ void WritePass(ScriptWriter& writer) {
   const ObjectMarks& object = writer.Scene().object;
   const double begin = writer.Now(), come = writer.Time(0.8, 1.2);
   const double aside = writer.Uniform(-0.14, 0.12);
-  const Vector3d place = writer.Before(aside, writer.Uniform(0.92, 1.12), writer.Uniform(-0.22, 0.02));
+  const Vector3d place =
+      writer.Before(aside, writer.Uniform(0.92, 1.12), writer.Uniform(-0.22, 0.02));
   writer.MoveTo(Anchor::kWorld, UprightPoses(object.middle, place, 36, {0.3}), come,
                 writer.Time(0.6, 1.4));
   writer.Look(begin + writer.Uniform(0.1, 0.4), writer.Degrees(-8.0, 12.0),
@@ -70,8 +71,8 @@ void WriteLift(ScriptWriter& writer) {
   const ObjectMarks& object = writer.Scene().object;
   const double begin = writer.Now(), come = writer.Time(0.6, 1.0);
   const Vector3d start = writer.Script().keys.front().poses.front() * object.middle;
-  const Vector3d place =
-      start + Vector3d(writer.Uniform(-0.04, 0.06), writer.Uniform(0.0, 0.07), writer.Uniform(0.14, 0.36));
+  const Vector3d place = start + Vector3d(writer.Uniform(-0.04, 0.06), writer.Uniform(0.0, 0.07),
+                                          writer.Uniform(0.14, 0.36));
   writer.MoveTo(Anchor::kWorld, UprightPoses(object.middle, place, 36), come,
                 writer.Time(0.4, 1.2));
   writer.Last().bulge.setZero();
@@ -83,8 +84,8 @@ void WritePour(ScriptWriter& writer) {
   const ObjectMarks& object = writer.Scene().object;
   const bool spout = std::abs(object.forward.z()) < 0.5;
   const double begin = writer.Now(), come = writer.Time(0.75, 1.1);
-  const Vector3d place =
-      writer.Before(writer.Uniform(-0.04, 0.14), writer.Uniform(0.72, 0.92), -writer.Uniform(0.14, 0.24));
+  const Vector3d place = writer.Before(writer.Uniform(-0.04, 0.14), writer.Uniform(0.72, 0.92),
+                                       -writer.Uniform(0.14, 0.24));
   const double most = spout ? writer.Degrees(28.0, 45.0)
                             : writer.Degrees(object.rim_radius > 0.025 ? 55.0 : 70.0, 92.0);
   writer.MoveTo(Anchor::kWorld, Tipped(object, place, writer.Degrees(3.0, 10.0)), come, 0.05);
@@ -99,8 +100,8 @@ void WritePour(ScriptWriter& writer) {
 void WriteOffhand(ScriptWriter& writer) {
   const ObjectMarks& object = writer.Scene().object;
   const double begin = writer.Now(), come = writer.Time(0.75, 1.1);
-  const Vector3d middle =
-      writer.Before(writer.Uniform(-0.04, 0.03), writer.Uniform(0.54, 0.66), -writer.Uniform(0.14, 0.26));
+  const Vector3d middle = writer.Before(writer.Uniform(-0.04, 0.03), writer.Uniform(0.54, 0.66),
+                                        -writer.Uniform(0.14, 0.26));
   std::vector<Isometry3d> meet = UprightPoses(object.middle, middle, 24, {0.4});
   HandoverKey handover;
   const double both = writer.Time(0.15, 0.35);
@@ -110,8 +111,8 @@ void WriteOffhand(ScriptWriter& writer) {
   handover.both_end_s = writer.Now();
   handover.free_s = writer.Now() + writer.Time(0.7, 1.0);
   const double leave = writer.Now(), away = writer.Time(0.7, 1.05);
-  const Vector3d end =
-      writer.Before(writer.Uniform(0.08, 0.24), writer.Uniform(0.55, 0.75), -writer.Uniform(0.2, 0.36));
+  const Vector3d end = writer.Before(writer.Uniform(0.08, 0.24), writer.Uniform(0.55, 0.75),
+                                     -writer.Uniform(0.2, 0.36));
   writer.MoveTo(Anchor::kWorld, UprightPoses(object.middle, end, 24, {0.4}), away,
                 writer.Time(0.3, 0.7));
   writer.Script().handover = handover;

@@ -5,8 +5,7 @@
 
 namespace holdfast {
 
-// One function per intent: the keys after the start. All but `finish` is drawn. At the face
-// (script_face.cpp):
+// One function per intent: the keys after the start, drawn. At the face (script_face.cpp):
 void WriteDrink(ScriptWriter& writer);
 void WriteToast(ScriptWriter& writer);
 void WriteEat(ScriptWriter& writer);

@@ -38,8 +38,8 @@ std::vector<Isometry3d> Pointed(const ObjectMarks& tool, const Vector3d& place,
 void WriteShake(ScriptWriter& writer) {
   const ObjectMarks& object = writer.Scene().object;
   const double begin = writer.Now(), come = writer.Time(0.6, 0.9);
-  const Vector3d place =
-      writer.Before(writer.Uniform(-0.14, 0.0), writer.Uniform(0.58, 0.75), -writer.Uniform(0.08, 0.2));
+  const Vector3d place = writer.Before(writer.Uniform(-0.14, 0.0), writer.Uniform(0.58, 0.75),
+                                       -writer.Uniform(0.08, 0.2));
   writer.MoveTo(Anchor::kWorld, UprightPoses(object.middle, place, 36, {0.3}), come,
                 writer.Time(1.2, 2.0));
   Stroke stroke;
@@ -55,8 +55,8 @@ void WriteShake(ScriptWriter& writer) {
 void WriteSwitchOn(ScriptWriter& writer) {
   const ObjectMarks& light = writer.Scene().object;
   const double begin = writer.Now(), come = writer.Time(0.7, 1.0);
-  const Vector3d place =
-      writer.Before(writer.Uniform(-0.16, -0.02), writer.Uniform(0.62, 0.82), -writer.Uniform(0.12, 0.26));
+  const Vector3d place = writer.Before(writer.Uniform(-0.16, -0.02), writer.Uniform(0.62, 0.82),
+                                       -writer.Uniform(0.12, 0.26));
   const double down = writer.Uniform(-0.25, 0.05), left = writer.Uniform(-0.2, 0.2);
   writer.MoveTo(Anchor::kWorld,
                 Pointed(light, place, Vector3d(left, -1.0, down), Vector3d::UnitZ()), come,
@@ -76,8 +76,8 @@ void WriteSwitchOn(ScriptWriter& writer) {
 void WriteHammer(ScriptWriter& writer) {
   const ObjectMarks& hammer = writer.Scene().object;
   const double begin = writer.Now(), come = writer.Time(0.75, 1.05);
-  const Vector3d place =
-      writer.Before(writer.Uniform(-0.12, 0.0), writer.Uniform(0.72, 0.88), -writer.Uniform(0.14, 0.24));
+  const Vector3d place = writer.Before(writer.Uniform(-0.12, 0.0), writer.Uniform(0.72, 0.88),
+                                       -writer.Uniform(0.14, 0.24));
   const Vector3d forward(writer.Uniform(0.05, 0.4), -0.5, writer.Uniform(0.7, 1.0));
   writer.MoveTo(Anchor::kWorld, Pointed(hammer, place, forward, Vector3d(0.0, -1.0, -0.5)), come,
                 writer.Time(1.6, 2.4));
@@ -115,8 +115,8 @@ void WriteChop(ScriptWriter& writer) {
 void WriteCook(ScriptWriter& writer) {
   const ObjectMarks& pan = writer.Scene().object;
   const double begin = writer.Now(), come = writer.Time(0.65, 0.95);
-  const Vector3d place =
-      writer.Before(writer.Uniform(-0.12, 0.04), writer.Uniform(0.92, 1.1), -writer.Uniform(0.28, 0.38));
+  const Vector3d place = writer.Before(writer.Uniform(-0.12, 0.04), writer.Uniform(0.92, 1.1),
+                                       -writer.Uniform(0.28, 0.38));
   const Vector3d forward(writer.Uniform(0.1, 0.7), -1.0, 0.0);
   writer.MoveTo(Anchor::kWorld, Pointed(pan, place, forward, Vector3d::UnitZ()), come,
                 writer.Time(1.8, 2.6));

@@ -14,13 +14,13 @@ using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
 constexpr int kHip = 1, kKnee = 4, kAnkle = 7, kChest = 9, kHead = 15;  // left; the right is next
-constexpr int kLeastFrames = 30, kMostFrames = 150;
+constexpr int kLeastFrames = 24, kMostFrames = 150;
 constexpr double kStill_m = 0.02;  // that an ankle or, twice that, the pelvis wanders
-constexpr double kIdle_m = 0.07;   // that a hand wanders, against the pelvis
+constexpr double kIdle_m = 0.10;   // that a hand wanders, against the pelvis
 
 bool Stands(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame) {
   const BodyPlacement at = Place(rest_joints, frame);
-  if (at.rotation[0](2, 1) < 0.97 || at.rotation[kChest](2, 1) < 0.97) return false;
+  if (at.rotation[0](2, 1) < 0.96 || at.rotation[kChest](2, 1) < 0.93) return false;
   if (at.rotation[kHead](2, 1) < 0.93) return false;
   // The face looks where the body does.
   const Vector3d forward = at.rotation[0].col(2);
@@ -29,7 +29,7 @@ bool Stands(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame) {
     const Vector3d hip = at.joints.col(kHip + side), ankle = at.joints.col(kAnkle + side);
     const double longest = (rest_joints.col(kHip + side) - rest_joints.col(kKnee + side)).norm() +
                            (rest_joints.col(kKnee + side) - rest_joints.col(kAnkle + side)).norm();
-    if ((hip - ankle).norm() < 0.965 * longest || ankle.z() > 0.16) return false;
+    if ((hip - ankle).norm() < 0.945 * longest || ankle.z() > 0.16) return false;
     const Vector3d wrist = at.joints.col(20 + side), shoulder = at.joints.col(16 + side);
     const Vector3d from_pelvis = wrist - at.joints.col(0);
     if (wrist.z() > at.joints(2, 0) + 0.22 || from_pelvis.head<2>().norm() > 0.48) return false;
@@ -94,8 +94,7 @@ StandingStart OwnStanding(const BodyMeasures& body, std::uint64_t seed) {
   const Vector3d shoulder = body.rest_joints.col(arm.root);
   const double reach = MaxReach(body.rest_joints, arm);
   ReachKey hang;
-  hang.wrist = Vector3d(shoulder.x() - 0.08, -0.06,
-                        shoulder.y() - body.sole_y - 0.97 * reach);
+  hang.wrist = Vector3d(shoulder.x() - 0.08, -0.06, shoulder.y() - body.sole_y - 0.97 * reach);
   hang.hand = HandOrientation(Side::kRight, -Vector3d::UnitZ(), -Vector3d::UnitY());
   hang.gaze = 0.0;
   ReachOptions options;
@@ -107,20 +106,19 @@ StandingStart OwnStanding(const BodyMeasures& body, std::uint64_t seed) {
   return start;
 }
 
-std::vector<BodyFrame> IdleMotion(const BodyMeasures& body, const StandingStart& start,
-                                  int count) {
+std::vector<BodyFrame> IdleMotion(const BodyMeasures& body, const StandingStart& start, int count) {
   const int last = static_cast<int>(start.frames.size()) - 1;
   const BodyPlacement first = Place(body.rest_joints, start.frames.front());
   const double ankle = std::min(body.rest_joints(1, kAnkle), body.rest_joints(1, kAnkle + 1));
-  const double raise = ankle - body.sole_y -
-                       std::min(first.joints(2, kAnkle), first.joints(2, kAnkle + 1));
+  const double raise =
+      ankle - body.sole_y - std::min(first.joints(2, kAnkle), first.joints(2, kAnkle + 1));
   std::vector<BodyFrame> frames;
   for (int t = 0; t < count; ++t) {
     const double place = last == 0 ? 0.0 : 0.5 * last * (1.0 - std::cos(kPi * t / last));
     const int before = std::min(static_cast<int>(place), std::max(0, last - 1));
-    BodyFrame frame = Interpolate(start.frames[static_cast<std::size_t>(before)],
-                                  start.frames[static_cast<std::size_t>(std::min(before + 1, last))],
-                                  place - before);
+    BodyFrame frame = Interpolate(
+        start.frames[static_cast<std::size_t>(before)],
+        start.frames[static_cast<std::size_t>(std::min(before + 1, last))], place - before);
     frame.pelvis.z() += raise;
     frames.push_back(frame);
   }

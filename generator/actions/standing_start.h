@@ -20,10 +20,10 @@ struct StandingStart {
   std::vector<BodyFrame> frames;
 };
 
-/// Stretches of captured motion (30 fps) in which somebody stands: at least 1 s, at most 5 s, trunk
-/// and head upright, legs nearly straight, both feet on the ground and still, hands low and beside
-/// or before the hips. Each is moved to the origin and turned to face -y. `person` and `source` are
-/// left to the caller.
+/// Stretches of captured motion (30 fps) in which somebody stands: at least 0.8 s, at most 5 s,
+/// trunk and head upright, legs nearly straight, both feet on the ground and still, hands low and
+/// beside or before the hips. Each is moved to the origin and turned to face -y. `person` and
+/// `source` are left to the caller.
 std::vector<StandingStart> FindStandingStarts(const Eigen::Matrix3Xd& rest_joints,
                                               std::span<const BodyFrame> frames);
 

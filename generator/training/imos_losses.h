@@ -7,9 +7,9 @@ struct LossWeights {
   double divergence = 0.001;  ///< of each encoder's latents from N(0, 1)
   double pose = 1.0;          ///< mean |6D error|
   double velocity = 1.0;      ///< mean |error of the 6D step from the key frame before|
-  double joints = 1.0;        ///< mean |error| of joint coordinates, metres ...
+  double joints = 2.0;        ///< mean |error| of joint coordinates, metres ...
   int num_joints = 22;        ///< ... of joints 0 .. num_joints - 1
-  double wrists = 0.0;        ///< the same of the wrists, once more
+  double wrists = 1.0;        ///< the same of the wrists, once more
   double root = 1.0;          ///< mean |error of the root's step|, metres, where it is predicted
 };
 

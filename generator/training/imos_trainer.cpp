@@ -114,7 +114,9 @@ TrainingOptions PaperOptions() {
   options.weight_decay = 0.0;
   options.dropout = 0.1;
   options.history_noise = 0.0;
+  options.losses.joints = 1.0;
   options.losses.num_joints = kNumTrunkJoints;
+  options.losses.wrists = 0.0;
   return options;
 }
 

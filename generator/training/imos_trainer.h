@@ -31,7 +31,7 @@ struct TrainingOptions {
   long iterations = 4000;  ///< batches
   int batch = 64;
   double learning_rate =
-      1e-3;  ///< of Adam(W), 0.9, 0.999; ours is warmed up, then falls as a cosine
+      5e-4;  ///< of Adam(W), 0.9, 0.999; ours is warmed up, then falls as a cosine
   double weight_decay = 1e-4;     ///< ours alone
   double largest_gradient = 1.0;  ///< norm that gradients are clipped to
   double dropout = 0.0;           ///< in blocks and attention, while batch statistics are used

@@ -56,6 +56,41 @@ void Require(const LabelledMotions& set, const LabelledMotions& like) {
   }
 }
 
+// Mean and deviation of each of the 66 coordinates over frames and motions.
+struct Scale {
+  torch::Tensor mean, deviation;
+
+  Scale() : mean(torch::zeros({3 * kMetricJoints})), deviation(torch::ones({3 * kMetricJoints})) {}
+  explicit Scale(const torch::Tensor& motions) {
+    constexpr double kLeast_m = 0.01;  // what hardly moves is not blown up
+    const torch::Tensor rows = motions.flatten(0, 1);
+    mean = rows.mean(0);
+    deviation = rows.std(0).clamp_min(kLeast_m);
+  }
+  torch::Tensor Standardised(const torch::Tensor& motions) const {
+    return (motions - mean) / deviation;
+  }
+  // Weights for coordinates as they are from those for standardised ones.
+  void FoldInto(RecogniserWeights& weights) const {
+    for (int k = 0; k < 2; ++k) {
+      const std::string lstm = k == 0 ? "lstm2_2" : "lstm2_3";
+      nn::Tensor& matrix = weights.tensors.at(lstm + ".weight_ih_l0");
+      nn::Tensor& bias = weights.tensors.at(lstm + ".bias_ih_l0");
+      const std::size_t inputs = matrix.shape[1];
+      for (std::size_t row = 0; row < matrix.shape[0]; ++row) {
+        double moved = 0.0;
+        for (std::size_t i = 0; i < inputs; ++i) {
+          const auto coordinate = static_cast<std::int64_t>(3 * (i / 2) + (i % 2 == 0 ? 0 : 1 + k));
+          float& weight = matrix.values[row * inputs + i];
+          weight /= deviation[coordinate].item<float>();
+          moved += static_cast<double>(weight) * mean[coordinate].item<double>();
+        }
+        bias.values[row] = static_cast<float>(bias.values[row] - moved);
+      }
+    }
+  }
+};
+
 }  // namespace
 
 RecogniserOptions PaperRecogniserOptions() {
@@ -64,6 +99,8 @@ RecogniserOptions PaperRecogniserOptions() {
   options.epochs = 500;
   options.learning_rate = 5e-4;
   options.patience = 0;
+  options.standardise = false;
+  options.softmax = false;
   return options;
 }
 
@@ -177,16 +214,22 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
     }
     return targets;
   };
-  const torch::Tensor motions = BatchOf(training.motions), targets = one_hot(training.labels);
+  torch::Tensor motions = BatchOf(training.motions);
+  const torch::Tensor targets = one_hot(training.labels);
+  const Scale scale = options.standardise ? Scale(motions) : Scale();
+  motions = scale.Standardised(motions);
   const bool validates = !validation.motions.empty();
   torch::Tensor validation_motions, validation_targets;
   if (validates) {
-    validation_motions = BatchOf(validation.motions);
+    validation_motions = scale.Standardised(BatchOf(validation.motions));
     validation_targets = one_hot(validation.labels);
   }
-  const auto loss_of = [&](const torch::Tensor& some, const torch::Tensor& wanted) {
-    return torch::binary_cross_entropy_with_logits(
-        network.impl_->labels->forward(network.impl_->Forward(some)), wanted);
+  const auto logits_of = [&](const torch::Tensor& some) {
+    return network.impl_->labels->forward(network.impl_->Forward(some));
+  };
+  const auto loss_of = [&](const torch::Tensor& logits, const torch::Tensor& wanted) {
+    return options.softmax ? torch::cross_entropy_loss(logits, wanted)
+                           : torch::binary_cross_entropy_with_logits(logits, wanted);
   };
 
   TrainedRecogniser result;
@@ -206,7 +249,7 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
           std::vector<std::int64_t>(order.begin() + first, order.begin() + first + size));
       optimizer.zero_grad();
       const torch::Tensor loss =
-          loss_of(motions.index_select(0, some), targets.index_select(0, some));
+          loss_of(logits_of(motions.index_select(0, some)), targets.index_select(0, some));
       loss.backward();
       torch::nn::utils::clip_grad_norm_(parameters, options.largest_gradient);
       optimizer.step();
@@ -219,14 +262,13 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
     now.validation_loss = now.validation_accuracy = std::numeric_limits<double>::quiet_NaN();
     if (validates) {
       const torch::NoGradGuard no_gradients;
-      now.validation_loss = loss_of(validation_motions, validation_targets).item<double>();
-      const Recognition seen = network.Recognise(validation.motions);
-      int right = 0;
-      for (std::size_t n = 0; n < seen.labels.size(); ++n) {
-        right += seen.labels[n] == validation.labels[n];
-      }
-      now.validation_accuracy =
-          static_cast<double>(right) / static_cast<double>(seen.labels.size());
+      const torch::Tensor logits = logits_of(validation_motions);
+      now.validation_loss = loss_of(logits, validation_targets).item<double>();
+      now.validation_accuracy = logits.argmax(1)
+                                    .eq(validation_targets.argmax(1))
+                                    .to(torch::kFloat64)
+                                    .mean()
+                                    .item<double>();
     }
     result.epochs.push_back(now);
     const bool better = now.validation_accuracy > result.best.validation_accuracy ||
@@ -235,6 +277,7 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
     if (!validates || epoch == 1 || better) {
       result.best = now;
       result.weights = network.Weights();
+      scale.FoldInto(result.weights);
     }
     if (progress && !progress(now)) break;
     const int steps = epoch * ((count + options.batch - 1) / options.batch);

@@ -32,10 +32,10 @@ struct HeldAtFace {
     residuals = (placed.joints.col(wrist) - (1.0 - share) * in_world -
                  share * (placed.joints.col(kHeadJoint) + from_head)) /
                 sigma_m;
-    J_residuals_change = (state.PointJacobian(wrist) -
-                          share * (state.PointJacobian(kHeadJoint) +
-                                   state.HeadDirectionJacobian(from_head))) /
-                         sigma_m;
+    J_residuals_change =
+        (state.PointJacobian(wrist) -
+         share * (state.PointJacobian(kHeadJoint) + state.HeadDirectionJacobian(from_head))) /
+        sigma_m;
   }
 };
 

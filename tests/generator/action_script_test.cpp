@@ -83,10 +83,12 @@ TEST(ActionPath, BulgesByWhatItIsAskedInTheMiddle) {
   const Vector3d bulge(0.03, -0.02, 0.05);
   const Isometry3d head = Pose(0.2);
   for (const Anchor to : {Anchor::kWorld, Anchor::kHead}) {
-    const ActionPath bent({{0.0, 0.0, Anchor::kWorld, Pose(0.1), Vector3d::Zero()}, {1.0, 1.0, to, Pose(0.5), bulge}},
-                          {});
-    const ActionPath straight(
-        {{0.0, 0.0, Anchor::kWorld, Pose(0.1), Vector3d::Zero()}, {1.0, 1.0, to, Pose(0.5), Vector3d::Zero()}}, {});
+    const ActionPath bent(
+        {{0.0, 0.0, Anchor::kWorld, Pose(0.1), Vector3d::Zero()}, {1.0, 1.0, to, Pose(0.5), bulge}},
+        {});
+    const ActionPath straight({{0.0, 0.0, Anchor::kWorld, Pose(0.1), Vector3d::Zero()},
+                               {1.0, 1.0, to, Pose(0.5), Vector3d::Zero()}},
+                              {});
     EXPECT_TRUE((bent.At(0.5).At(head).translation() - straight.At(0.5).At(head).translation())
                     .isApprox(bulge, 1e-12));
   }
@@ -100,7 +102,8 @@ TEST(ActionPath, StrokesSwingAboutTheKeyAndFadeOut) {
   stroke.move = Vector3d(0.0, 0.02, 0.0);
   stroke.turn = Vector3d(0.0, 0.0, 0.3);
   stroke.pivot = Vector3d(0.1, 0.0, 0.0);
-  const ActionPath path({{0.0, 3.0, Anchor::kWorld, Isometry3d::Identity(), Vector3d::Zero()}}, {stroke});
+  const ActionPath path({{0.0, 3.0, Anchor::kWorld, Isometry3d::Identity(), Vector3d::Zero()}},
+                        {stroke});
   EXPECT_TRUE(path.At(0.2).world.isApprox(Isometry3d::Identity()));
   EXPECT_TRUE(path.At(2.2).world.isApprox(Isometry3d::Identity()));
   // A quarter into the fourth stroke it is all the way there, its pivot moved by `move` alone.
@@ -245,7 +248,8 @@ TEST(StandingStart, IsFoundInStandingOnly) {
   }
   EXPECT_TRUE(FindStandingStarts(rest, frames).empty());
   std::vector<BodyFrame> sliding = own.frames;
-  for (std::size_t t = 0; t < sliding.size(); ++t) sliding[t].pelvis.x() += 0.03 * static_cast<double>(t);
+  for (std::size_t t = 0; t < sliding.size(); ++t)
+    sliding[t].pelvis.x() += 0.03 * static_cast<double>(t);
   EXPECT_TRUE(FindStandingStarts(rest, sliding).empty());
 }
 

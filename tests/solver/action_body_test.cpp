@@ -60,10 +60,9 @@ TEST(ActionTerms, HaveTheJacobiansOfCentralDifferences) {
         for (ReachChange& knot : knots) {
           knot = scale * ReachChange::NullaryExpr([&] { return normal(random); });
         }
-        EXPECT_LT(JacobianError(block,
-                                {knots[0].data(), knots[1].data(), knots[2].data(),
-                                 knots[3].data()},
-                                {nullptr, nullptr, nullptr, nullptr}, 1e-6),
+        EXPECT_LT(JacobianError(
+                      block, {knots[0].data(), knots[1].data(), knots[2].data(), knots[3].data()},
+                      {nullptr, nullptr, nullptr, nullptr}, 1e-6),
                   1e-6)
             << share << " " << scale;
       }
@@ -121,8 +120,9 @@ TEST(MoveActionBody, BringsHandHeadAndChestWhereTheyAreWantedAndLeavesFeet) {
   wrist.translation() = start.joints.col(21);
   Isometry3d there = wrist;
   there.translation() += Vector3d(0.03, -0.10, 0.06);
-  const ActionPath path(
-      {{0.0, 0.5, Anchor::kWorld, wrist, Vector3d::Zero()}, {1.3, 3.0, Anchor::kWorld, there, Vector3d::Zero()}}, {});
+  const ActionPath path({{0.0, 0.5, Anchor::kWorld, wrist, Vector3d::Zero()},
+                         {1.3, 3.0, Anchor::kWorld, there, Vector3d::Zero()}},
+                        {});
   const ActionBodyReport report =
       MoveActionBody(Rest(), feet, script, path, 10.0, ActionBodyOptions(), frames);
   ASSERT_TRUE(report.usable);

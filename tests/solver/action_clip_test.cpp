@@ -32,8 +32,8 @@ const ActionProp& Mug() {
 const ActionGrips& MugGrips() {
   static const ActionGrips grips(
       Actor(),
-      FindActionGrasps(Actor().Hand(Side::kRight),
-                       {Mug().mesh, Mug().surface, *Mug().fit.distance}, 1, 8),
+      FindActionGrasps(Actor().Hand(Side::kRight), {Mug().mesh, Mug().surface, *Mug().fit.distance},
+                       1, 8),
       {});
   return grips;
 }
@@ -64,8 +64,7 @@ TEST(ActionClip, DrinksWithTheRimAtTheMouthAndNothingInTheFace) {
     BodyState state;
     for (int t = 0; t < clip.NumFrames(); ++t) {
       ForwardJoints(Actor().Measures().rest_joints, clip.pose[t], clip.trans.col(t), state);
-      const Vector3d mouth =
-          state.joints.col(15) + state.world_rotation[15] * Actor().Face().mouth;
+      const Vector3d mouth = state.joints.col(15) + state.world_rotation[15] * Actor().Face().mouth;
       const Vector3d in_mug = ObjectAt(clip, t).inverse() * mouth - Mug().marks.rim;
       const double off = std::hypot(in_mug.head<2>().norm() - Mug().marks.rim_radius, in_mug.z());
       if (off < least) least = off;
@@ -115,9 +114,8 @@ TEST(ActionClip, SaysWhyWhenNoHandCanHoldTheObject) {
   simple.vertices *= 6.0;
   const ActionProp prop = MakeActionProp("cube", crate, simple, false, 1);
   GraspStatus status = GraspStatus::kFound;
-  std::vector<Grasp> none =
-      FindActionGrasps(Actor().Hand(Side::kRight),
-                       {prop.mesh, prop.surface, *prop.fit.distance}, 1, 8, &status);
+  std::vector<Grasp> none = FindActionGrasps(
+      Actor().Hand(Side::kRight), {prop.mesh, prop.surface, *prop.fit.distance}, 1, 8, &status);
   EXPECT_TRUE(none.empty());
   EXPECT_NE(status, GraspStatus::kFound);
   const ActionGrips grips(Actor(), none, {});

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include <filesystem>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "generator/actions/face_marks.h"
+#include "generator/actions/object_marks.h"
+#include "geometry/clip.h"
+#include "geometry/io/mesh_io.h"
+#include "geometry/rotation.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::ProgramResult;
+using testing::ReadText;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+// Nearest that the middle of the object's rim comes to the mouth, metres.
+double RimToMouth(const std::filesystem::path& result) {
+  const Clip clip = ReadClip(result / "clip.npz");
+  const BodySurface body(BodyModel::Default(), {});
+  const FaceMarks face = FindFaceMarks(body);
+  const ObjectMarks object = MarksOf("mug", ReadMesh(result / "object.ply"));
+  double nearest = 1e9;
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    BodyState state;
+    ForwardJoints(body.RestJoints(), clip.pose[t], clip.trans.col(t), state);
+    const Eigen::Vector3d mouth = state.joints.col(15) + state.world_rotation[15] * face.mouth;
+    const Eigen::Vector3d rim =
+        ExpSO3(clip.object->orient.col(t)) * object.rim + clip.object->trans.col(t);
+    nearest = std::min(nearest, (rim - mouth).norm());
+  }
+  return nearest;
+}
+
+TEST(Synthesize, APersonDrinksFromAMug) {
+  const TemporaryFolder folder;
+  const ProgramResult result = RunHoldfast(
+      folder.Path(), "synthesize --action drink --object mug -o drunk --json --samples 4 -q");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  EXPECT_EQ(summary["synthesis"]["action"], "drink");
+  EXPECT_EQ(summary["synthesis"]["object"], "mug");
+  EXPECT_EQ(summary["synthesis"]["samples"].size(), 4u);
+  EXPECT_EQ(summary["summary"]["frames_in_contact_ratio"], 1.0) << summary["summary"];
+  EXPECT_THAT(ReadText(folder / "drunk/report.html"), HasSubstr("drink"));
+  const Clip clip = ReadClip(folder / "drunk/clip.npz");
+  EXPECT_EQ(clip.action, "drink");
+  EXPECT_DOUBLE_EQ(clip.frame_rate, 30.0);
+  for (const std::uint8_t hands : clip.holding_hand) EXPECT_EQ(hands, kHoldsRight);
+  EXPECT_LT(RimToMouth(folder / "drunk"), 0.10);
+
+  // Somebody who has a mug in the hand can go on from there.
+  const ProgramResult further = RunHoldfast(
+      folder.Path(),
+      "synthesize --action inspect --object mug --from drunk:0 --samples 2 --no-report -o seen -q");
+  EXPECT_EQ(further.exit_code, 0) << further.err;
+  EXPECT_LT((ReadClip(folder / "seen/clip.npz").trans.col(0) - clip.trans.col(0)).norm(), 1e-3);
+}
+
+TEST(Synthesize, TheSameBytesOnAnyThreads) {
+  const TemporaryFolder folder;
+  for (const char* threads : {"1", "2"}) {
+    const ProgramResult result =
+        RunHoldfast(folder.Path(),
+                    "synthesize \"The person lifts the cube\" --start table --samples 3 "
+                    "--no-report -q --seed 4 --threads " +
+                        std::string(threads) + " -o out" + threads);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+  }
+  EXPECT_EQ(ReadText(folder / "out1/clip.npz"), ReadText(folder / "out2/clip.npz"));
+}
+
+TEST(Synthesize, LeftHandsAndOtherBodiesHoldToo) {
+  const TemporaryFolder folder;
+  const ProgramResult result =
+      RunHoldfast(folder.Path(),
+                  "synthesize --action eat --object apple --hand left --betas 1.5,-0.5 --samples 2 "
+                  "--no-report -q --json -o eaten");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Clip clip = ReadClip(folder / "eaten/clip.npz");
+  for (const std::uint8_t hands : clip.holding_hand) EXPECT_EQ(hands, kHoldsLeft);
+  EXPECT_DOUBLE_EQ(clip.betas[0], 1.5);
+  EXPECT_EQ(nlohmann::json::parse(result.out)["summary"]["frames_in_contact_ratio"], 1.0);
+}
+
+TEST(Synthesize, SaysWhatIsWrong) {
+  const TemporaryFolder folder;
+  const auto fails = [&](const std::string& arguments, int code, const std::string& message) {
+    const ProgramResult result = RunHoldfast(folder.Path(), "synthesize -o out " + arguments);
+    EXPECT_EQ(result.exit_code, code) << arguments << "\n" << result.err;
+    EXPECT_THAT(result.err, HasSubstr(message)) << arguments;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out")) << arguments;
+  };
+  fails("--action drnk --object mug", 1, "drink");
+  fails("--action fly --object mug", 1, "fly");
+  fails("--action drink --object mugg", 1, "mug");
+  fails("\"The person drinks from the sea\"", 1, "object");
+  fails("--action drink", 2, "--object");
+  fails("", 2, "--action");
+  fails("--action drink --object mug --object-scale 9", 1, "--object-scale");
+  fails("--action drink --object mug --from demo_drink", 1, "--from");
+  fails("--action drink --object mug --from nowhere.npz", 1, "nowhere.npz");
+  fails("--action drink --object mug --weights nowhere.safetensors", 1, "nowhere");
+  fails("--action drink --object mug --betas 1,2,3,4,5,6,7,8,9,10,11,12,13", 1, "--betas");
+}
+
+}  // namespace
+}  // namespace holdfast
