@@ -113,7 +113,7 @@ HeldStart Made(const SynthesisBegin& begin, const imos::Intent& intent, const Lo
                     begin.object, action, made.fault, made.detail));
   }
   start.clip = std::move(made.clip);
-  start.how = {{"made", true}, {"tries", kTries}};
+  start.how = {{"made", true}, {"hand", begin.left ? "left" : "right"}, {"betas", begin.betas}};
   return start;
 }
 

@@ -70,7 +70,7 @@ TEST(Synthesize, TheSameBytesOnAnyThreads) {
   for (const char* threads : {"1", "2"}) {
     const ProgramResult result =
         RunHoldfast(folder.Path(),
-                    "synthesize \"The person lifts the cube\" --start table --samples 3 "
+                    "synthesize 'The person lifts the cube' --start table --samples 3 "
                     "--no-report -q --seed 4 --threads " +
                         std::string(threads) + " -o out" + threads);
     ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -102,11 +102,11 @@ TEST(Synthesize, SaysWhatIsWrong) {
   fails("--action drnk --object mug", 1, "drink");
   fails("--action fly --object mug", 1, "fly");
   fails("--action drink --object mugg", 1, "mug");
-  fails("\"The person drinks from the sea\"", 1, "object");
+  fails("'The person drinks from the sea'", 1, "object");
   fails("--action drink", 2, "--object");
   fails("", 2, "--action");
-  fails("--action drink --object mug --object-scale 9", 1, "--object-scale");
-  fails("--action drink --object mug --from demo_drink", 1, "--from");
+  fails("--action drink --object mug --object-scale 9", 3, "no room for a hand");
+  fails("--action drink --object mug --from demo_drink", 1, "no object track");
   fails("--action drink --object mug --from nowhere.npz", 1, "nowhere.npz");
   fails("--action drink --object mug --weights nowhere.safetensors", 1, "nowhere");
   fails("--action drink --object mug --betas 1,2,3,4,5,6,7,8,9,10,11,12,13", 1, "--betas");
