@@ -26,10 +26,15 @@ struct Options {
   imos::RecogniserOptions training;
 };
 
-imos::LabelledMotions MotionsOf(const std::vector<imos::ActionSequence>& sequences) {
+// With `mirrored` the other hand does the same.
+imos::LabelledMotions MotionsOf(const std::vector<imos::ActionSequence>& sequences,
+                                bool mirrored = false) {
   imos::LabelledMotions set;
   for (const imos::ActionSequence& sequence : sequences) {
     set.motions.push_back(sequence.joints);
+    set.labels.push_back(sequence.action);
+    if (!mirrored) continue;
+    set.motions.push_back(imos::Mirrored(sequence).joints);
     set.labels.push_back(sequence.action);
   }
   return set;
@@ -95,7 +100,7 @@ int Train(Options& options) {
                             fmt::join(options.held_out, ","), fmt::join(options.validation, ",")),
                 "Give other --held-out or --validation, or more subjects");
   }
-  const imos::LabelledMotions training = MotionsOf(set.train);
+  const imos::LabelledMotions training = MotionsOf(set.train, !options.paper);
   const imos::LabelledMotions validation = MotionsOf(set.validation);
   const imos::LabelledMotions held_out = MotionsOf(set.test);
 

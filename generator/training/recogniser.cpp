@@ -56,6 +56,26 @@ void Require(const LabelledMotions& set, const LabelledMotions& like) {
   }
 }
 
+// Motions (N x T x 66) of people who stand otherwise and are of other size.
+torch::Tensor InOtherStances(const torch::Tensor& motions, double stance_m,
+                             nn::RandomStream& random) {
+  constexpr double kScale = 0.1;
+  const auto count = motions.size(0);
+  torch::Tensor shift = torch::empty({count, 1, motions.size(2)});
+  torch::Tensor scale = torch::empty({count, 1, 1});
+  float* shifts = shift.data_ptr<float>();
+  for (std::int64_t i = 0; i < shift.numel(); i += 2) {  // 66 of each: an even number
+    double first, second;
+    random.NormalPair(first, second);
+    shifts[i] = static_cast<float>(stance_m * first);
+    shifts[i + 1] = static_cast<float>(stance_m * second);
+  }
+  for (std::int64_t n = 0; n < count; ++n) {
+    scale[n][0][0] = static_cast<float>(1.0 + kScale * (2.0 * random.Uniform() - 1.0));
+  }
+  return motions * scale + shift;
+}
+
 // Mean and deviation of each of the 66 coordinates over frames and motions.
 struct Scale {
   torch::Tensor mean, deviation;
@@ -101,6 +121,7 @@ RecogniserOptions PaperRecogniserOptions() {
   options.patience = 0;
   options.standardise = false;
   options.softmax = false;
+  options.stance_m = 0.0;
   return options;
 }
 
@@ -217,7 +238,7 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
   torch::Tensor motions = BatchOf(training.motions);
   const torch::Tensor targets = one_hot(training.labels);
   const Scale scale = options.standardise ? Scale(motions) : Scale();
-  motions = scale.Standardised(motions);
+  if (options.stance_m == 0.0) motions = scale.Standardised(motions);
   const bool validates = !validation.motions.empty();
   torch::Tensor validation_motions, validation_targets;
   if (validates) {
@@ -247,9 +268,12 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
       const int size = std::min(options.batch, count - first);
       const torch::Tensor some = torch::tensor(
           std::vector<std::int64_t>(order.begin() + first, order.begin() + first + size));
+      torch::Tensor shown = motions.index_select(0, some);
+      if (options.stance_m > 0.0) {
+        shown = scale.Standardised(InOtherStances(shown, options.stance_m, random));
+      }
       optimizer.zero_grad();
-      const torch::Tensor loss =
-          loss_of(logits_of(motions.index_select(0, some)), targets.index_select(0, some));
+      const torch::Tensor loss = loss_of(logits_of(shown), targets.index_select(0, some));
       loss.backward();
       torch::nn::utils::clip_grad_norm_(parameters, options.largest_gradient);
       optimizer.step();

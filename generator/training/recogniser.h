@@ -32,6 +32,9 @@ struct RecogniserOptions {
   bool standardise = true;
   /// Cross-entropy of the softmax over actions; without, binary cross-entropy of each action.
   bool softmax = true;
+  /// Every motion is seen with all of each joint's positions shifted by a draw of this deviation,
+  /// metres, and as a whole scaled by up to a tenth: how somebody stands is not what they do.
+  double stance_m = 0.05;
   std::uint64_t seed = 1;
 };
 
