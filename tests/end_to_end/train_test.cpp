@@ -95,7 +95,8 @@ TEST_F(TrainCommand, BadInputIsNamed) {
   fails("wandr empty -o out", 1, "broken.npz");
   fails("wandr corpus -o out --unroll 5", 2, "--unroll");
   fails("wandr corpus -o out --from corpus/demo_drink.npz", 1, "demo_drink.npz");
-  fails("imos corpus -o out", 2, "imos");
+  fails("imos corpus -o out", 1, "no object");
+  fails("dance corpus -o out", 2, "dance");
 }
 
 #else
