@@ -12,12 +12,6 @@
 namespace holdfast::apps {
 namespace {
 
-std::string BytesOf(const ByteSource& source) {
-  std::string bytes(source.Size(), '\0');
-  source.ReadAt(0, std::as_writable_bytes(std::span(bytes)));
-  return bytes;
-}
-
 const char* LayoutName(wandr::IntentionLayout layout) {
   switch (layout) {
     case wandr::IntentionLayout::kPaper:
@@ -40,14 +34,20 @@ std::string Checksum(std::string_view bytes) {
   return fmt::format("{:016x}", hash);
 }
 
+std::string Checksum(const ByteSource& source) {
+  std::string bytes(source.Size(), '\0');
+  source.ReadAt(0, std::as_writable_bytes(std::span(bytes)));
+  return Checksum(bytes);
+}
+
 ReachNetwork LoadReachNetwork(const std::string& path) {
   if (path.empty()) {
     const EmbeddedFile file = FindEmbedded("networks/wandr.safetensors");
     return {"embedded", wandr::DefaultNetwork(),
-            Checksum(BytesOf(ByteSource(file.bytes, std::string(file.name))))};
+            Checksum(ByteSource(file.bytes, std::string(file.name)))};
   }
   return {path, wandr::ReadNetwork(std::filesystem::path(path)),
-          Checksum(BytesOf(ByteSource(std::filesystem::path(path))))};
+          Checksum(ByteSource(std::filesystem::path(path)))};
 }
 
 nlohmann::json ReachNetwork::ToJson() const {

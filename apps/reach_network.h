@@ -7,6 +7,7 @@
 
 #include "apps/common.h"
 #include "generator/wandr/network.h"
+#include "geometry/io/byte_source.h"
 
 namespace holdfast::apps {
 
@@ -28,5 +29,7 @@ void AddWeightsOption(CLI::App& command, std::string& path);
 
 /// FNV-1a (Fowler, Noll & Vo), 64 bits, as text.
 std::string Checksum(std::string_view bytes);
+/// The same of all bytes of a source.
+std::string Checksum(const ByteSource& source);
 
 }  // namespace holdfast::apps

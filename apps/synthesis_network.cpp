@@ -15,12 +15,6 @@ namespace {
 
 constexpr double kPublishedSeconds = 0.1;
 
-std::string BytesOf(const ByteSource& source) {
-  std::string bytes(source.Size(), '\0');
-  source.ReadAt(0, std::as_writable_bytes(std::span(bytes)));
-  return bytes;
-}
-
 // A note of the weights that is JSON; an empty object where there is none.
 nlohmann::json JsonNote(const imos::NetworkWeights& weights, const std::string& name,
                         const std::string& where) {
@@ -42,11 +36,11 @@ SynthesisNetwork LoadSynthesisNetwork(const std::string& path, const std::string
     const EmbeddedFile file = FindEmbedded("networks/imos.safetensors");
     network.source = "embedded";
     network.weights = imos::DefaultNetwork();
-    network.checksum = Checksum(BytesOf(ByteSource(file.bytes, std::string(file.name))));
+    network.checksum = Checksum(ByteSource(file.bytes, std::string(file.name)));
   } else {
     network.source = path;
     network.weights = imos::ReadNetwork(std::filesystem::path(path));
-    network.checksum = Checksum(BytesOf(ByteSource(std::filesystem::path(path))));
+    network.checksum = Checksum(ByteSource(std::filesystem::path(path)));
   }
   network.action_table =
       embeddings.empty() ? imos::ActionTable(network.weights)

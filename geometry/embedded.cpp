@@ -18,6 +18,10 @@ EmbeddedFile FindEmbedded(std::string_view name) {
   throw Error(name, "is not among the files inside the program", "There are:" + known);
 }
 
+bool HasEmbedded(std::string_view name) {
+  return std::ranges::find(EmbeddedFiles(), name, &EmbeddedFile::name) != EmbeddedFiles().end();
+}
+
 std::vector<std::string> EmbeddedNames(std::string_view folder, std::string_view extension) {
   std::vector<std::string> names;
   for (const EmbeddedFile& file : EmbeddedFiles()) {

@@ -21,6 +21,9 @@ std::span<const EmbeddedFile> EmbeddedFiles();
 /// One embedded file. Throws Error (listing what there is) when there is none of that name.
 EmbeddedFile FindEmbedded(std::string_view name);
 
+/// Whether there is one of that name.
+bool HasEmbedded(std::string_view name);
+
 /// Names (without folder and extension) of embedded files in a folder of meshes/ with an extension.
 std::vector<std::string> EmbeddedNames(std::string_view folder, std::string_view extension);
 

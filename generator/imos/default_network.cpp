@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "generator/imos/default_network.h"
 
-#include <algorithm>
 #include <string>
 
 #include "geometry/embedded.h"
@@ -15,10 +14,7 @@ constexpr std::string_view kName = "networks/imos.safetensors";
 
 }  // namespace
 
-bool HasDefaultNetwork() {
-  return std::ranges::any_of(EmbeddedFiles(),
-                             [](const EmbeddedFile& file) { return file.name == kName; });
-}
+bool HasDefaultNetwork() { return HasEmbedded(kName); }
 
 NetworkWeights DefaultNetwork() {
   const EmbeddedFile file = FindEmbedded(kName);
