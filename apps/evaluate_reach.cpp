@@ -114,6 +114,11 @@ std::vector<std::string> NotesOf(const EvaluateReachOptions& options, const Reac
       adaptive.deadline.frames_for_reach, adaptive.deadline.walking_m_s,
       adaptive.deadline.min_frames, adaptive.deadline.max_frames,
       adaptive.intention.min_frames_left));
+  notes.push_back(
+      "Refitted: what 'reach' gives. Planted feet stay where they are, hands stay off the floor, "
+      "and the wrist is put at the goal if the network brought it within 10 cm; SR is of what "
+      "comes "
+      "out.");
   if (masked) {
     notes.push_back(
         "Rows marked 'masked' leave parts of the intention out of one trained network at run time; "
@@ -148,7 +153,7 @@ FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOption
   for (const std::string deadline : {"adaptive", "fixed"}) {
     if (options.deadline != "both" && options.deadline != deadline) continue;
     for (const ReachVariant& variant : ReachVariants()) {
-      if (!options.ablations && variant.key != "full") continue;
+      if (!options.ablations && variant.key != "full" && !variant.refitted) continue;
       Planned planned;
       const auto own = others.find(variant.key);
       const ReachNetwork& used = own == others.end() ? network : own->second;
@@ -164,12 +169,12 @@ FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOption
       protocol.intention.parts = variant.parts;
       if (own != others.end()) {
         planned.run.how = fs::path(own->second.source).filename().string();
-      } else if (variant.key != "full" && variant.with_intention) {
+      } else if (variant.key != "full" && variant.with_intention && !variant.refitted) {
         planned.run.how = "masked";
         masked = true;
       }
       planned.run.protocol = protocol;
-      planned.question = {starts_for(used), protocol, variant.key, &used};
+      planned.question = {starts_for(used), protocol, variant.key, variant.refitted, &used};
       planned.run.cases =
           wandr::ReachCases(protocol, bones, wandr::AsFloat(planned.question.starts));
       planned.name = fmt::format("{}_{}", deadline, variant.key);
@@ -178,7 +183,7 @@ FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOption
   }
 
   const fs::path folder = options.output;
-  const ReachStudy study(folder / "blocks", lowest, bones, common);
+  const ReachStudy study(folder / "blocks", lowest, measures, common);
   int left = 0, total = 0;
   for (const Planned& planned : plan) {
     const int motions = static_cast<int>(planned.run.cases.size());

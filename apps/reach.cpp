@@ -54,8 +54,8 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
                    "X,Y,Z along the forearm, elbow to wrist, on arrival (latent-opt)")
       ->excludes(command->get_option("--free-time"));
   command->add_flag("--no-refit{false}", job.refit,
-                    "Leave optimised motions as the network makes them: feet are not pinned, the "
-                    "wrist stays some millimetres off");
+                    "Leave motions as the network makes them: feet are not pinned, the wrist stays "
+                    "some centimetres off (latent-opt: millimetres)");
   CLI::Option* object = command->add_option(
       "--object", job.object,
       "Mesh or embedded object that stands on a table at the first --goal (the middle of its "

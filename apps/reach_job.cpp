@@ -24,6 +24,7 @@
 #include "generator/wandr/reach_outcome.h"
 #include "generator/wandr/reach_skating.h"
 #include "geometry/error.h"
+#include "geometry/parallel.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/io/mesh_io.h"
 
@@ -310,9 +311,10 @@ FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
     wishes.obstacles.push_back(MakeObstacle(file, ReadMesh(file), side, NumThreads(common)));
   }
   CheckFree(goals, wishes.obstacles, side);
-  ReachMotions made = ReachMaker(job, begin, network, common).Make(goals, wishes);
+  const ReachMaker maker(job, begin, network, common);
+  ReachMotions made = maker.Make(goals, wishes);
   if (made.stopped) return {kInterrupted, {}, {}};
-  const std::vector<wandr::ReachSample>& samples = made.samples;
+  std::vector<wandr::ReachSample>& samples = made.samples;
   const int num_samples = static_cast<int>(samples.size());
 
   const wandr::LowestPoint lowest(BodySurface(begin.body, begin.betas));
@@ -331,6 +333,21 @@ FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
   const auto full = std::ranges::count_if(samples, [&](const wandr::ReachSample& sample) {
     return !sample.diverged && sample.NumReached() == static_cast<int>(goals.size());
   });
+  std::optional<RefitReport> refit;
+  if (job.refit && job.Method() == "latent-opt") refit = made.refits[order[0]];
+  if (job.refit && job.Method() == "intention") {
+    // Chosen as the network made them: only what is written is worth the time.
+    std::vector<int> written = order;
+    if (!job.all) written.resize(1);
+    std::vector<RefitReport> refits(written.size());
+    ParallelFor(static_cast<int>(written.size()), NumThreads(common), [&](int k) {
+      wandr::ReachSample& sample = samples[written[k]];
+      if (sample.diverged) return;
+      refits[k] = maker.Refit(goals, sample);
+      measured[written[k]] = Measure(sample, lowest, goals, side);
+    });
+    refit = refits[0];
+  }
   const std::vector<std::string> why = WhyMissedAll(best, goals, begin, job, side, wishes);
 
   nlohmann::json metrics = JsonHead("holdfast/reach/1", common);
@@ -341,12 +358,11 @@ FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
   metrics["goals"] = GoalsJson(best, goals, why);
   metrics["summary"] = SampleJson(best, measured[order[0]], order[0]);
   metrics["summary"]["samples_that_reach_all"] = full;
-  if (!made.refits.empty() && job.refit && job.Method() == "latent-opt") {
-    const RefitReport& refit = made.refits[order[0]];
-    metrics["refit"] = {{"max_foot_correction_m", refit.max_foot_correction_m},
-                        {"max_pelvis_sink_m", refit.max_pelvis_sink_m},
-                        {"max_hand_bend_rad", refit.max_hand_bend_rad},
-                        {"wrist_errors_m", refit.wrist_errors_m}};
+  if (refit) {
+    metrics["refit"] = {{"max_foot_correction_m", refit->max_foot_correction_m},
+                        {"max_pelvis_sink_m", refit->max_pelvis_sink_m},
+                        {"max_hand_bend_rad", refit->max_hand_bend_rad},
+                        {"wrist_errors_m", refit->wrist_errors_m}};
   }
   for (const int i : order) metrics["samples"].push_back(SampleJson(samples[i], measured[i], i));
   metrics["notes"] = notes;

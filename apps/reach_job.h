@@ -22,7 +22,7 @@ struct ReachJob {
   std::optional<double> time_s;      ///< for each goal; empty: by its distance
   std::string method = "intention";  ///< intention, latent-opt, vae-opt
   std::optional<int> samples;        ///< motions to choose from; empty: by the method
-  bool refit = true;                 ///< latent-opt: pin feet and place the wrist afterwards
+  bool refit = true;                 ///< pin feet and place the wrist afterwards
   bool free_time = false;            ///< latent-opt: arrive when it suits, until the deadline or so
   std::string approach;  ///< latent-opt: "X,Y,Z", along the forearm on arrival; or empty
   std::vector<std::string> obstacles;  ///< mesh files, world

@@ -128,4 +128,16 @@ ReachMotions ReachMaker::Make(std::span<const Eigen::Vector3d> goals,
   return made;
 }
 
+RefitReport ReachMaker::Refit(std::span<const Eigen::Vector3d> goals,
+                              wandr::ReachSample& sample) const {
+  std::vector<RefitGoal> reached;
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    const wandr::GoalOutcome& outcome = sample.goals[g];
+    if (outcome.Reached()) reached.push_back({goals[g], outcome.closest_frame});
+  }
+  const RefitReport report = RefitRollout(begin_.measures, reached, side_, sample.track);
+  wandr::MeasureGoals(goals, WristJoint(side_), sample);
+  return report;
+}
+
 }  // namespace holdfast::apps

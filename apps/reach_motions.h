@@ -42,7 +42,7 @@ struct ReachWishes {
 /// Motions made, in the world whatever the side: states and joints of the body that moves.
 struct ReachMotions {
   std::vector<wandr::ReachSample> samples;
-  std::vector<RefitReport> refits;  ///< of optimised ones
+  std::vector<RefitReport> refits;  ///< of those refitted: none, or all
   double seconds = 0.0;
   bool stopped = false;  ///< by Ctrl-C
 };
@@ -55,6 +55,10 @@ class ReachMaker {
              const CommonOptions& common);
 
   ReachMotions Make(std::span<const Eigen::Vector3d> goals, const ReachWishes& wishes) const;
+
+  /// RefitReach of a motion that Make made and did not refit; the wrist is placed at the goals that
+  /// the motion reached. Outcomes are measured anew.
+  RefitReport Refit(std::span<const Eigen::Vector3d> goals, wandr::ReachSample& sample) const;
 
  private:
   const ReachJob& job_;

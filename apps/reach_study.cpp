@@ -9,6 +9,7 @@
 #include "apps/read_json.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
+#include "solver/reach_refit.h"
 
 namespace holdfast::apps {
 namespace {
@@ -71,13 +72,22 @@ StudyMotion StudyMotionOf(const nlohmann::json& row) {
 
 const std::vector<ReachVariant>& ReachVariants() {
   static const std::vector<ReachVariant> variants = {
-      {"full", "full intention", {}, true, 0.32, 0.16, 0.248},
-      {"wrist", "I^w alone", {true, false, false}, true, 0.15, 0.13, 0.629},
-      {"wrist+pelvis", "I^w + I^p", {true, true, false}, true, 0.18, 0.17, 0.449},
-      {"wrist+heading", "I^w + I^r", {true, false, true}, true, 0.19, 0.19, 0.360},
-      {"none", "no intention", {}, false, std::nullopt, std::nullopt, std::nullopt},
+      {"full", "full intention", {}, true, false, 0.32, 0.16, 0.248},
+      {"refitted", "full intention, refitted", {}, true, true, 0.32, 0.16, 0.248},
+      {"wrist", "I^w alone", {true, false, false}, true, false, 0.15, 0.13, 0.629},
+      {"wrist+pelvis", "I^w + I^p", {true, true, false}, true, false, 0.18, 0.17, 0.449},
+      {"wrist+heading", "I^w + I^r", {true, false, true}, true, false, 0.19, 0.19, 0.360},
+      {"none", "no intention", {}, false, false, std::nullopt, std::nullopt, std::nullopt},
   };
   return variants;
+}
+
+void RefitToGoal(const BodyMeasures& measures, const Eigen::Vector3d& goal,
+                 wandr::RolloutTrack& track) {
+  if (!track.states.allFinite()) return;
+  const wandr::ReachOutcome outcome = wandr::MeasureReach(track.joints, goal);
+  const RefitGoal there{goal, outcome.closest_frame};
+  RefitRollout(measures, {&there, outcome.Reached() ? 1u : 0u}, Side::kRight, track);
 }
 
 StudySummary SummariseMotions(std::span<const StudyMotion> motions) {
@@ -116,9 +126,13 @@ std::string ReachQuestion::Checksum() const {
   return apps::Checksum(all.dump());
 }
 
-ReachStudy::ReachStudy(fs::path folder, const wandr::LowestPoint& lowest,
-                       const wandr::BoneOffsets<float>& bones, const CommonOptions& common)
-    : folder_(std::move(folder)), lowest_(lowest), bones_(bones), common_(common) {
+ReachStudy::ReachStudy(fs::path folder, const wandr::LowestPoint& lowest, const BodyMeasures& body,
+                       const CommonOptions& common)
+    : folder_(std::move(folder)),
+      lowest_(lowest),
+      body_(body),
+      bones_(wandr::BoneOffsetsOf(body.rest_joints).Cast<float>()),
+      common_(common) {
   fs::create_directories(folder_);
 }
 
@@ -164,6 +178,7 @@ std::vector<StudyMotion> ReachStudy::Run(const ReachQuestion& question, const st
   const std::vector<wandr::RolloutStart<float>> starts = wandr::AsFloat(question.starts);
   const int total = question.protocol.NumCases(static_cast<int>(starts.size()));
   const std::string checksum = question.Checksum();
+  const std::vector<wandr::ReachCase> cases = wandr::ReachCases(question.protocol, bones_, starts);
   std::optional<wandr::Network<float>> network;  // only when something is left to run
   std::vector<StudyMotion> all;
   for (int first = 0; first < total; first += kBlock) {
@@ -178,16 +193,15 @@ std::vector<StudyMotion> ReachStudy::Run(const ReachQuestion& question, const st
       run.count = count;
       run.progress = [&](int, int) { progress(); };
       run.see = [&](int index, const wandr::RolloutTrack& track) {
-        (*block)[index - first].surface_skating =
-            wandr::SkatingOfLowestVertex(lowest_, track.states);
+        StudyMotion& motion = (*block)[index - first];
+        wandr::RolloutTrack seen = track;
+        if (question.refitted) RefitToGoal(body_, cases[index].goal, seen);
+        motion.outcome = wandr::MeasureReach(seen.joints, cases[index].goal);
+        motion.surface_skating = wandr::SkatingOfLowestVertex(lowest_, seen.states);
       };
-      const std::vector<wandr::ReachOutcome> outcomes =
-          wandr::RunReachProtocol(*network, bones_, starts, question.protocol, run);
+      wandr::RunReachProtocol(*network, bones_, starts, question.protocol, run);
       nlohmann::json json = {{"question", checksum}, {"columns", kColumnNames}};
-      for (int i = 0; i < count; ++i) {
-        (*block)[i].outcome = outcomes[i];
-        json["motions"].push_back(StudyRow((*block)[i]));
-      }
+      for (const StudyMotion& motion : *block) json["motions"].push_back(StudyRow(motion));
       WriteAtomically(BlockFile(name, first / kBlock), json.dump() + "\n");
     }
     all.insert(all.end(), block->begin(), block->end());

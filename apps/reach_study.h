@@ -11,6 +11,7 @@
 
 #include "apps/common.h"
 #include "apps/reach_network.h"
+#include "generator/reach_motion.h"
 #include "generator/wandr/reach_protocol.h"
 #include "generator/wandr/reach_skating.h"
 #include "generator/wandr/reach_starts.h"
@@ -23,6 +24,7 @@ struct ReachVariant {
   std::string label;  ///< for people
   wandr::IntentionParts parts;
   bool with_intention = true;
+  bool refitted = false;  ///< feet pinned, the wrist placed where it reached: as `reach` gives them
   /// The paper's; empty where it has none.
   std::optional<double> paper_success, paper_skating, paper_distance_m;
 };
@@ -39,6 +41,10 @@ struct StudyMotion {
 nlohmann::json StudyRow(const StudyMotion& motion);
 StudyMotion StudyMotionOf(const nlohmann::json& row);
 
+/// RefitRollout of a motion of the protocol, right wrist; one whose numbers broke stays as it is.
+void RefitToGoal(const BodyMeasures& measures, const Eigen::Vector3d& goal,
+                 wandr::RolloutTrack& track);
+
 /// Over many of them.
 struct StudySummary {
   wandr::ReachSummary reach;
@@ -51,6 +57,7 @@ struct ReachQuestion {
   std::vector<wandr::ReachStart> starts;
   wandr::ReachProtocol protocol;
   std::string variant;
+  bool refitted = false;
   const ReachNetwork* network = nullptr;
 
   std::string Checksum() const;
@@ -62,7 +69,7 @@ class ReachStudy {
   /// `folder` is made. With `force`, blocks of another question are replaced; otherwise they throw
   /// Error.
   ReachStudy(std::filesystem::path folder, const wandr::LowestPoint& lowest,
-             const wandr::BoneOffsets<float>& bones, const CommonOptions& common);
+             const BodyMeasures& body, const CommonOptions& common);
 
   /// Blocks of this question (named `name`) that there are already, as a number of motions.
   int NumDone(const ReachQuestion& question, const std::string& name) const;
@@ -79,7 +86,8 @@ class ReachStudy {
 
   std::filesystem::path folder_;
   const wandr::LowestPoint& lowest_;
-  const wandr::BoneOffsets<float>& bones_;
+  const BodyMeasures& body_;
+  wandr::BoneOffsets<float> bones_;
   const CommonOptions& common_;
 };
 

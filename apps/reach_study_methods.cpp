@@ -53,7 +53,8 @@ MethodMotion MotionOf(const nlohmann::json& json) {
 
 std::string ChecksumOf(const MethodStudy::Question& question) {
   return ReachQuestion{question.starts, question.method.protocol,
-                       question.method.key + " " + question.method.settings, &question.network}
+                       question.method.key + " " + question.method.settings, false,
+                       &question.network}
       .Checksum();
 }
 

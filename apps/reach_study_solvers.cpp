@@ -16,13 +16,15 @@ namespace {
 
 // Each motion sampled once in closed loop, as `holdfast reach --samples 1`.
 ReachMethod Intention(const ReachGenerator& with, const wandr::ReachProtocol& protocol,
-                      const std::string& deadline) {
+                      const std::string& deadline, bool refitted) {
   ReachMethod method;
-  method.key = deadline == "adaptive" ? "intention" : "intention-" + deadline;
-  method.label = fmt::format("intention, {} deadline", deadline);
+  method.key = std::string("intention") + (deadline == "adaptive" ? "" : "-" + deadline) +
+               (refitted ? "-refit" : "");
+  method.label = fmt::format("intention, {} deadline{}", deadline, refitted ? ", refitted" : "");
   method.protocol = protocol;
-  method.solve = [with, protocol](std::span<const ReachTask> tasks, int threads,
-                                  const std::function<void()>&) {
+  if (refitted) method.settings = "refit 1";
+  method.solve = [with, protocol, refitted](std::span<const ReachTask> tasks, int threads,
+                                            const std::function<void()>&) {
     const int steps = tasks[0].num_steps, latent_size = with.network.LatentSize();
     std::vector<wandr::RolloutStart<float>> starts;
     std::vector<wandr::GoalPlan> plans;
@@ -43,6 +45,8 @@ ReachMethod Intention(const ReachGenerator& with, const wandr::ReachProtocol& pr
                        {.intention = protocol.intention},
                        [&](int i, const wandr::RolloutTrack& track) {
                          solutions[i] = {track, latents.col(i), {}};
+                         wandr::RolloutTrack& made = solutions[i].track;
+                         if (refitted) RefitToGoal(with.body, tasks[i].goal, made);
                        });
     return solutions;
   };
@@ -127,8 +131,8 @@ ReachMethod LatentOpt(const ReachGenerator& with, const wandr::ReachProtocol& pr
 
 const std::vector<std::string>& ReachMethodNames() {
   static const std::vector<std::string> names = {
-      "intention",        "vae-opt-lbfgs",  "vae-opt-lbfgs-step1", "vae-opt-adam",
-      "latent-opt-prior", "latent-opt-raw", "latent-opt"};
+      "intention",    "intention-refit",  "vae-opt-lbfgs",  "vae-opt-lbfgs-step1",
+      "vae-opt-adam", "latent-opt-prior", "latent-opt-raw", "latent-opt"};
   return names;
 }
 
@@ -160,11 +164,14 @@ std::vector<ReachMethod> ReachMethodsOf(const EvaluateReachOptions& options,
     methods.push_back(
         VaeOpt(with, adaptive, "vae-opt-adam", "VAE + opt: Adam", VaeOptMethod::kAdam));
   }
-  if (asked("intention")) {
+  for (const bool refitted : {false, true}) {
+    if (!asked(refitted ? "intention-refit" : "intention")) continue;
     if (options.deadline != "adaptive") {
-      methods.push_back(Intention(with, protocol(wandr::ReachProtocol()), "fixed"));
+      methods.push_back(Intention(with, protocol(wandr::ReachProtocol()), "fixed", refitted));
     }
-    if (options.deadline != "fixed") methods.push_back(Intention(with, adaptive, "adaptive"));
+    if (options.deadline != "fixed") {
+      methods.push_back(Intention(with, adaptive, "adaptive", refitted));
+    }
   }
   if (asked("latent-opt-prior")) {
     LatentOptions blind;

@@ -73,27 +73,10 @@ class Chain {
     return out;
   }
 
-  /// Outcomes anew, for a motion that was refitted.
-  void Measure() {
-    for (std::size_t g = 0; g < at_goal_.size(); ++g) {
-      wandr::GoalOutcome& outcome = sample_.goals[g];
-      outcome.closest_m = INFINITY;
-      outcome.reached = -1;
-      for (int t = outcome.taken_on; t <= outcome.left; ++t) {
-        const double distance = Distance(t, g);
-        if (distance < outcome.closest_m) {
-          outcome.closest_m = distance;
-          outcome.closest_frame = t;
-        }
-        if (distance <= wandr::kReachedWithin && outcome.reached < 0) outcome.reached = t;
-      }
-    }
-  }
+  /// Outcomes anew: of a part that was added, of a motion that was refitted.
+  void Measure() { wandr::MeasureGoals(goals_, kWrist, sample_); }
 
  private:
-  double Distance(int frame, std::size_t g) const {
-    return (sample_.track.joints.block<3, 1>(3 * kWrist, frame).cast<double>() - goals_[g]).norm();
-  }
   int Stay(std::size_t g) const {
     return g < options_.stay_frames.size() ? options_.stay_frames[g] : kStay;
   }

@@ -68,7 +68,7 @@ ReachClip MakeReachClip(const MotionLibrary& library, const ReachClipOptions& op
   clip.segments = motion.segments;
   clip.transitions = static_cast<int>(motion.segments.size()) - 1;
   const std::vector<FeetTarget> feet =
-      LockFeet(rest_joints, library.SolesOfBody(), motion.contacts, clip.frames, &clip.feet);
+      LockFeet(rest_joints, library.SolesOfBody(), motion.contacts, clip.frames, {}, &clip.feet);
 
   for (std::size_t k = 0; k < motion.reaches.size(); ++k) {
     const ReachEvent& event = motion.reaches[k];

@@ -10,7 +10,10 @@
 #include "generator/matching/capture_quality.h"
 #include "generator/matching/foot_lock.h"
 #include "generator/matching/sole_contact.h"
+#include "generator/matching/support_feet.h"
 #include "generator/wandr/intention.h"
+#include "generator/wandr/motion_states.h"
+#include "generator/wandr/reach_outcome.h"
 #include "geometry/error.h"
 #include "solver/reach_warp.h"
 
@@ -20,6 +23,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
+
+constexpr int kRoomKnots = 3;            // on either side of a goal: WarpReach asks for them
+constexpr double kStepClearance = 0.03;  // metres: of a foot half-way through its step
 
 // How far the wrist of every frame has to bend up for the fingertip to be off the floor; zero where
 // it is. Smooth over time: the largest of nearby frames, then a bell.
@@ -106,8 +112,8 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
     std::vector<Soles> points;
     for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
     FootLockReport lock;
-    feet =
-        LockFeet(rest_joints, soles, FindContacts(points, wandr::kFramesPerSecond), frames, &lock);
+    feet = LockFeet(rest_joints, soles, FindSupports(points, wandr::kFramesPerSecond), frames,
+                    {.clearance_m = kStepClearance, .keep_first = true}, &lock);
     found.max_foot_correction_m = lock.max_correction_m;
     found.max_pelvis_sink_m = lock.max_sink_m;
   } else {
@@ -116,7 +122,7 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
   const int wrist = WristJoint(options.wrist);
   ReachWarpOptions warp_options;
   warp_options.joint_limits = CapturedJointLimits();
-  const int margin = 3 * warp_options.knot_frames;
+  const int margin = kRoomKnots * warp_options.knot_frames;
   for (const RefitGoal& goal : goals) {
     if (goal.frame < 0 || goal.frame >= count || !goal.position.allFinite()) {
       throw Error("refit", fmt::format("goal at frame {} of {}", goal.frame, count),
@@ -156,6 +162,25 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
   }
   if (report != nullptr) *report = found;
   return refitted;
+}
+
+RefitReport RefitRollout(const BodyMeasures& measures, std::span<const RefitGoal> reached,
+                         Side wrist, wandr::RolloutTrack& track) {
+  const int margin = kRoomKnots * ReachWarpOptions().knot_frames;
+  const int last = static_cast<int>(track.states.cols()) - 1;
+  std::vector<RefitGoal> goals(reached.begin(), reached.end());
+  for (RefitGoal& goal : goals) {
+    if (last >= 2 * margin) goal.frame = std::clamp(goal.frame, margin, last - margin);
+  }
+  RefitOptions options;
+  options.wrist = wrist;
+  options.farthest_m = 2.0 * wandr::kReachedWithin;
+  RefitReport report;
+  track.states =
+      RefitReach(measures, track.states.cast<double>(), goals, options, &report).cast<float>();
+  track.joints =
+      wandr::JointsOfStates(track.states, wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>());
+  return report;
 }
 
 }  // namespace holdfast

@@ -8,6 +8,7 @@
 
 #include "generator/reach_motion.h"
 #include "generator/wandr/pose.h"
+#include "generator/wandr/run_rollouts.h"
 #include "geometry/skeleton.h"
 
 namespace holdfast {
@@ -47,5 +48,11 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
                                       std::span<const RefitGoal> goals,
                                       const RefitOptions& options = {},
                                       RefitReport* report = nullptr);
+
+/// RefitReach of a rollout in place, joints as well. `reached`: the goals that it reached and the
+/// frames in which it was closest; the wrist is put there in the nearest frame that leaves it time
+/// to come and go, also where pinning the feet took it away by some centimetres.
+RefitReport RefitRollout(const BodyMeasures& measures, std::span<const RefitGoal> reached,
+                         Side wrist, wandr::RolloutTrack& track);
 
 }  // namespace holdfast

@@ -3,12 +3,21 @@
 
 #include <algorithm>
 
+#include "generator/limb_ik.h"
 #include "generator/minimum_jerk.h"
 
 namespace holdfast {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr int kFadeIn =
+    10;  // frames until all of a change is made that the first frame has none of
+
+// Of frame `frame`, all of it from kFadeIn on.
+double FadeIn(int frame) {
+  return frame < kFadeIn ? MinimumJerk(static_cast<double>(frame) / kFadeIn) : 1.0;
+}
 
 struct Stance {
   int begin, end;  // frames [begin, end)
@@ -68,7 +77,8 @@ std::vector<double> StepWhereDrifting(const std::vector<Soles>& soles, int heel,
 
 // What is added to the foot's place in every frame.
 std::vector<Vector3d> Corrections(const std::vector<Soles>& soles,
-                                  const std::vector<SoleBits>& contacts, int heel) {
+                                  const std::vector<SoleBits>& contacts, int heel,
+                                  const FootLockOptions& options) {
   const int frames = static_cast<int>(soles.size());
   const std::vector<Stance> stances = StancesOf(contacts, static_cast<SoleBits>(3u << heel));
   std::vector<Vector3d> correction(soles.size(), Vector3d::Zero());
@@ -82,6 +92,7 @@ std::vector<Vector3d> Corrections(const std::vector<Soles>& soles,
       mean += correction[t];
     }
     mean /= stance.end - stance.begin;
+    if (options.keep_first && stance.begin == 0) mean.setZero();
     for (int t = stance.begin; t < stance.end; ++t) {
       correction[t] -= mean;
       correction[t].z() = -lowest(t);
@@ -91,14 +102,21 @@ std::vector<Vector3d> Corrections(const std::vector<Soles>& soles,
   int previous = -1;
   for (std::size_t k = 0; k <= stances.size(); ++k) {
     const int next = k < stances.size() ? stances[k].begin : frames;
+    // A first frame that is kept is where the way to the first stance begins.
+    const int begin = previous < 0 && options.keep_first ? 0 : previous;
     for (int t = previous + 1; t < next; ++t) {
-      const Vector3d from = previous >= 0   ? correction[previous]
-                            : next < frames ? correction[next]
-                                            : Vector3d::Zero();
+      Vector3d from = Vector3d::Zero();
+      if (previous >= 0) {
+        from = correction[previous];
+      } else if (next < frames && !options.keep_first) {
+        from = correction[next];
+      }
       const Vector3d to = next < frames ? correction[next] : from;
-      correction[t] =
-          from + MinimumJerk(static_cast<double>(t - previous) / (next - previous)) * (to - from);
-      correction[t].z() = std::max(correction[t].z(), -lowest(t));
+      const double x = static_cast<double>(t - begin) / (next - begin);
+      correction[t] = from + MinimumJerk(x) * (to - from);
+      const bool steps = previous >= 0 && next < frames;
+      const double height = steps ? options.clearance_m * std::min(1.0, 6.0 * x * (1.0 - x)) : 0.0;
+      correction[t].z() = std::max(correction[t].z(), height - lowest(t));
     }
     if (k < stances.size()) previous = stances[k].end - 1;
   }
@@ -108,6 +126,9 @@ std::vector<Vector3d> Corrections(const std::vector<Soles>& soles,
     const auto z = [&](int s) { return correction[std::clamp(s, 0, frames - 1)].z(); };
     smooth[t].z() = 0.375 * z(t) + 0.25 * (z(t - 1) + z(t + 1)) + 0.0625 * (z(t - 2) + z(t + 2));
   }
+  if (options.keep_first) {
+    for (int t = 0; t < std::min(kFadeIn, frames); ++t) smooth[t].z() *= FadeIn(t);
+  }
   return smooth;
 }
 
@@ -115,7 +136,8 @@ std::vector<Vector3d> Corrections(const std::vector<Soles>& soles,
 
 std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles,
                                  const std::vector<SoleBits>& contacts,
-                                 std::vector<BodyFrame>& frames, FootLockReport* report) {
+                                 std::vector<BodyFrame>& frames, const FootLockOptions& options,
+                                 FootLockReport* report) {
   const std::size_t count = frames.size();
   std::vector<Soles> points(count);
   std::vector<FeetTarget> feet(count);
@@ -131,7 +153,7 @@ std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const Sole
     lift[static_cast<std::size_t>(side)] = StepWhereDrifting(points, 2 * side, planted);
   }
   for (const int side : {0, 1}) {
-    const std::vector<Vector3d> correction = Corrections(points, planted, 2 * side);
+    const std::vector<Vector3d> correction = Corrections(points, planted, 2 * side, options);
     const SoleBits mask = side == 0 ? kLeftSole : kRightSole;
     for (std::size_t t = 0; t < count; ++t) {
       Vector3d& ankle = feet[t].ankle[static_cast<std::size_t>(side)];
@@ -146,9 +168,19 @@ std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const Sole
   }
   const std::vector<double> sink = PelvisSink(rest_joints, frames, feet);
   for (std::size_t t = 0; t < count; ++t) {
-    frames[t].pelvis.z() -= sink[t];
-    found.max_sink_m = std::max(found.max_sink_m, sink[t]);
+    const double share = options.keep_first ? FadeIn(static_cast<int>(t)) : 1.0;
+    const BodyFrame before = frames[t];
+    frames[t].pelvis.z() -= share * sink[t];
+    found.max_sink_m = std::max(found.max_sink_m, share * sink[t]);
     found.max_missed_m = std::max(found.max_missed_m, PlaceLegs(rest_joints, feet[t], frames[t]));
+    if (share == 1.0) continue;
+    // Legs placed where they are already need not be bent as they were: knees may turn out.
+    for (const Side side : {Side::kLeft, Side::kRight}) {
+      const Limb leg = Leg(side);
+      for (const int joint : {leg.root, leg.middle, leg.end}) {
+        frames[t].local[joint] = before.local[joint].slerp(share, frames[t].local[joint]);
+      }
+    }
   }
   if (report != nullptr) *report = found;
   return feet;

@@ -11,6 +11,14 @@
 
 namespace holdfast {
 
+struct FootLockOptions {
+  /// Soles are at least that high half-way between two stances: where the motion shuffles, higher
+  /// than it has them.
+  double clearance_m = 0.0;
+  /// The first frame stays as it is, for a motion that goes on from somewhere.
+  bool keep_first = false;
+};
+
 struct FootLockReport {
   double max_correction_m = 0.0;  ///< greatest way that a planted foot was moved
   int at_frame = 0;               ///< that of the greatest correction
@@ -30,6 +38,8 @@ struct FootLockReport {
 /// every frame are afterwards.
 std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles,
                                  const std::vector<SoleBits>& contacts,
-                                 std::vector<BodyFrame>& frames, FootLockReport* report = nullptr);
+                                 std::vector<BodyFrame>& frames,
+                                 const FootLockOptions& options = {},
+                                 FootLockReport* report = nullptr);
 
 }  // namespace holdfast

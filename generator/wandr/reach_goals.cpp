@@ -183,6 +183,24 @@ int ReachSample::NumReached() const {
   return static_cast<int>(std::ranges::count_if(goals, &GoalOutcome::Reached));
 }
 
+void MeasureGoals(std::span<const Eigen::Vector3d> goals, int wrist, ReachSample& sample) {
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    GoalOutcome& outcome = sample.goals[g];
+    if (outcome.taken_on < 0) continue;
+    outcome.closest_m = INFINITY;
+    outcome.reached = -1;
+    for (int t = outcome.taken_on; t <= outcome.left; ++t) {
+      const Eigen::Vector3d at = sample.track.joints.block<3, 1>(3 * wrist, t).cast<double>();
+      const double distance = (at - goals[g]).norm();
+      if (distance < outcome.closest_m) {
+        outcome.closest_m = distance;
+        outcome.closest_frame = t;
+      }
+      if (distance <= kReachedWithin && outcome.reached < 0) outcome.reached = t;
+    }
+  }
+}
+
 std::vector<ReachSample> ReachGoals(const Network<float>& network, const BoneOffsets<float>& bones,
                                     const RolloutStart<float>& start,
                                     std::span<const Eigen::Vector3d> goals, int count, int threads,

@@ -54,6 +54,10 @@ struct ReachSample {
   int NumReached() const;
 };
 
+/// Distances to the goals anew, for a motion that was changed afterwards: `closest_m`,
+/// `closest_frame` and `reached` of every goal between being taken on and left. `wrist`: joint id.
+void MeasureGoals(std::span<const Eigen::Vector3d> goals, int wrist, ReachSample& sample);
+
 /// Runs `count` samples in closed loop from the same start, sample i with the latents that
 /// DrawLatents gives stream i of the seed. Neither threads nor the number of samples changes a
 /// sample. For a left wrist see Mirrored. `progress` sees samples done, one call at a time; what it

@@ -9,6 +9,7 @@
 #include "generator/matching/motion_blend.h"
 #include "generator/matching/motion_player.h"
 #include "generator/matching/reach_synthesis.h"
+#include "generator/matching/support_feet.h"
 #include "generator/matching/walk_plan.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
@@ -114,10 +115,77 @@ TEST(LockFeet, PlantedFeetStandStillWhereMotionDragsThem) {
   ASSERT_GT(planted, 75);
   ASSERT_GT(slide(), 2e-3);
   FootLockReport report;
-  LockFeet(Rest(), soles, contacts, frames, &report);
+  LockFeet(Rest(), soles, contacts, frames, {}, &report);
   EXPECT_LT(slide(), 3e-4);
   EXPECT_LT(report.max_correction_m, 0.1);
   EXPECT_LT(report.max_missed_m, 1e-3);
+}
+
+TEST(LockFeet, FirstFrameStaysAndStepsClearTheGround) {
+  const SolePoints soles = TheSoles();
+  // A walker that shuffles: its feet are never high, and the first frame is in mid-step.
+  Clip clip = WalkingFigure(DefaultMeasures(), 150, 1.0);
+  for (int t = 0; t < clip.NumFrames(); ++t) clip.trans(1, t) *= 0.9;
+  std::vector<BodyFrame> frames = BodyFrames(clip, Rest());
+  frames.erase(frames.begin(), frames.begin() + 8);
+  const std::vector<BodyFrame> before = frames;
+  std::vector<Soles> points;
+  for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(Rest(), frame)));
+  const std::vector<SoleBits> contacts = FindSupports(points, kRate);
+  constexpr double kHigh = 0.08;
+  LockFeet(Rest(), soles, contacts, frames, {.clearance_m = kHigh, .keep_first = true});
+  EXPECT_LT(Distance(frames[0], before[0]), 1e-6);
+  int steps = 0;
+  for (const int heel : {0, 2}) {
+    const auto carries = [&](std::size_t t) { return (contacts[t] >> heel & 3u) != 0; };
+    for (std::size_t begin = 1; begin < frames.size(); ++begin) {
+      if (!carries(begin - 1) || carries(begin)) continue;
+      std::size_t end = begin;
+      while (end < frames.size() && !carries(end)) ++end;
+      if (end == frames.size() || end - begin < 7) continue;
+      const Soles middle = soles.At(Place(Rest(), frames[(begin + end) / 2]));
+      EXPECT_GT(std::min(middle(2, heel), middle(2, heel + 1)), 0.9 * kHigh) << begin;
+      ++steps;
+    }
+  }
+  EXPECT_GT(steps, 3);
+}
+
+TEST(FindSupports, OneFootCarriesHoweverFastBothSlide) {
+  // Feet that shuffle over the ground in turns, the slower one at 0.6 m/s: too fast for a contact.
+  std::vector<Soles> soles(90, Soles::Zero());
+  for (std::size_t t = 1; t < soles.size(); ++t) {
+    const bool left_waits = t / 15 % 2 == 0;
+    soles[t] = soles[t - 1];
+    soles[t].leftCols<2>().array().row(1) += (left_waits ? 0.6 : 1.8) / 30.0;
+    soles[t].rightCols<2>().array().row(1) += (left_waits ? 1.8 : 0.6) / 30.0;
+  }
+  for (const SoleBits bits : FindContacts(soles, 30.0)) EXPECT_EQ(bits, 0);
+  const std::vector<SoleBits> supports = FindSupports(soles, 30.0);
+  for (std::size_t t = 0; t < supports.size(); ++t) {
+    if (t % 15 < 2 || t % 15 > 12) continue;  // where they change over
+    const bool left_waits = t / 15 % 2 == 0;
+    EXPECT_EQ((supports[t] & kLeftSole) != 0, left_waits) << t;
+    EXPECT_EQ((supports[t] & kRightSole) != 0, !left_waits) << t;
+  }
+  EXPECT_TRUE(FindSupports({}, 30.0).empty());
+}
+
+TEST(FindSupports, AgreesWithContactsWhereFeetStand) {
+  const SolePoints soles = TheSoles();
+  std::vector<Soles> points;
+  for (const BodyFrame& frame : BodyFrames(WalkingFigure(DefaultMeasures(), 150, 1.0), Rest())) {
+    points.push_back(soles.At(Place(Rest(), frame)));
+  }
+  const std::vector<SoleBits> contacts = FindContacts(points, kRate),
+                              supports = FindSupports(points, kRate);
+  int same = 0;
+  for (std::size_t t = 0; t < points.size(); ++t) {
+    EXPECT_NE(supports[t], 0) << t;
+    same += ((contacts[t] & kLeftSole) != 0) == ((supports[t] & kLeftSole) != 0);
+    same += ((contacts[t] & kRightSole) != 0) == ((supports[t] & kRightSole) != 0);
+  }
+  EXPECT_GT(same, 270) << "of 300";
 }
 
 TEST(WalkPlan, EndsAtTheTargetFacingAsAsked) {

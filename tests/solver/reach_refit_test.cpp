@@ -8,11 +8,13 @@
 
 #include <gtest/gtest.h>
 
-#include "generator/matching/sole_contact.h"
+#include "generator/matching/support_feet.h"
 #include "generator/wandr/default_network.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_goals.h"
 #include "generator/wandr/reach_outcome.h"
+#include "generator/wandr/reach_skating.h"
+#include "geometry/body_model.h"
 #include "geometry/error.h"
 #include "solver/reach_by_optimisation.h"
 #include "tests/support/wandr_scene.h"
@@ -127,7 +129,7 @@ TEST(RefitReach, PinsPlantedFeetAndPutsTheWristWhereItShallBe) {
     EXPECT_NEAR((Kinematics(after)[frame].joints.col(kWrist) - goal.position).norm(),
                 report.wrist_errors_m[0], 1e-6)
         << "what is said is so";
-    const std::vector<SoleBits> contacts = FindContacts(SolesOf(before), wandr::kFramesPerSecond);
+    const std::vector<SoleBits> contacts = FindSupports(SolesOf(before), wandr::kFramesPerSecond);
     const Sliding slid = SlidingOf(before, contacts), slides = SlidingOf(after, contacts);
     EXPECT_GT(slid.share, 0.5) << "the network's feet do slide";
     EXPECT_LT(slides.share, 0.4 * slid.share);
@@ -145,6 +147,35 @@ TEST(RefitReach, PinsPlantedFeetAndPutsTheWristWhereItShallBe) {
     };
     EXPECT_LT(largest_step(after), 1.3 * largest_step(before) + 0.01);
   }
+}
+
+TEST(RefitRollout, SkatesLessBeginsAsItDidAndIsWhereItReached) {
+  const Vector3d goal(0.3, -1.5, 1.1);
+  const wandr::LowestPoint lowest{BodySurface(BodyModel::Default())};
+  wandr::ReachSample sample = Walk(goal);
+  ASSERT_TRUE(sample.goals[0].Reached());
+  const wandr::RolloutTrack before = sample.track;
+  const RefitGoal reached{goal, sample.goals[0].closest_frame};
+  const RefitReport report = RefitRollout(DefaultBody(), {&reached, 1}, Side::kRight, sample.track);
+  wandr::MeasureGoals({&goal, 1}, kWrist, sample);
+  EXPECT_LT(sample.goals[0].closest_m, 1e-3);
+  EXPECT_NEAR(sample.goals[0].closest_m, report.wrist_errors_m.at(0), 1e-4);
+  EXPECT_LT(wandr::SkatingOfLowestVertex(lowest, sample.track.states),
+            0.5 * wandr::SkatingOfLowestVertex(lowest, before.states));
+  EXPECT_LT((sample.track.states.col(0) - before.states.col(0)).cwiseAbs().maxCoeff(), 2e-3f)
+      << "it goes on from where it was asked to";
+  const Eigen::MatrixXf joints =
+      wandr::JointsOfStates(sample.track.states, DefaultBones().Cast<float>());
+  EXPECT_LT((joints - sample.track.joints).cwiseAbs().maxCoeff(), 1e-5f);
+
+  // A motion that nothing was reached in, and one too short for a wrist to be placed.
+  wandr::RolloutTrack shorter = before;
+  shorter.states = before.states.leftCols(12).eval();
+  shorter.joints = before.joints.leftCols(12).eval();
+  const RefitGoal early{goal, 5};
+  EXPECT_GT(RefitRollout(DefaultBody(), {&early, 1}, Side::kRight, shorter).wrist_errors_m.at(0),
+            0.1);
+  EXPECT_TRUE(shorter.states.allFinite());
 }
 
 TEST(RefitReach, DoesWhatItIsAskedAndNoMore) {
