@@ -88,7 +88,9 @@ ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions&
     if (fs::exists(path_or_name)) input.file = path_or_name;
     input.clip = LoadClip(path_or_name);
   }
-  ClipBody body = BodyOfClip(path_or_name, input.clip, LoadBody(options.body), common);
+  ClipBody body =
+      BodyOfClip(path_or_name, input.clip,
+                 options.loaded_body ? options.loaded_body : LoadBody(options.body), common);
   input.body = std::move(body.model);
   input.betas = std::move(body.betas);
   input.foreign_body = IsForeign(input);

@@ -17,6 +17,8 @@ struct ClipInputOptions {
   std::string body;    ///< body model file; empty: the embedded body
   std::string object;  ///< mesh or embedded object in place of the one the clip names; may be empty
   double object_scale = 1.0;  ///< of that mesh
+  /// In place of `body`, where many clips are loaded: one body model for all of them.
+  std::shared_ptr<const BodyModel> loaded_body = nullptr;
 };
 
 /// A clip with all that it takes to see or measure it.

@@ -78,13 +78,16 @@ std::vector<SynthesisCase> CasesOf(const EvaluateSynthesisOptions& options,
   }
   CommonOptions quiet = common;
   quiet.quiet = true;
+  ClipInputOptions shared;
+  shared.loaded_body = LoadBody("");
   std::vector<SynthesisCase> cases;
   for (imos::ActionSequence& sequence : chosen) {
     SynthesisCase one;
-    one.input = LoadClipInput(sequence.source, {}, quiet);
+    one.input = LoadClipInput(sequence.source, shared, quiet);
     if (!one.input.object) {
       throw Error(sequence.source, one.input.object_missing, "Put the mesh where the clip says");
     }
+    one.input.object.reset();  // loaded again where it is measured: there are hundreds of cases
     one.keys = imos::KeyFramesOf(one.input.clip, rule);
     one.sequence = std::move(sequence);
     const std::vector<std::uint8_t>& hands = one.keys.holding_hand;
@@ -118,6 +121,8 @@ std::vector<std::string> NotesOf(const EvaluateSynthesisOptions& options,
                   "with 95 % intervals (1.96 standard errors).",
                   cases.size(), fmt::join(subjects, ", "), fmt::join(options.data, ", "),
                   imos::kNumKeyFrames, imos::kHistory, options.repeats),
+      fmt::format("Hand and object are measured in {} of them, evenly spread, once each.",
+                  std::min<std::size_t>(options.object_cases, cases.size())),
       fmt::format("Recognition network {}: {:.1f} % of these sequences' real motion recognised; "
                   "trained without {}, accuracy held out then {}.",
                   options.recogniser, 100.0 * real.accuracy.mean, note("held_out"),
@@ -144,7 +149,7 @@ FitOutcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const Comm
   std::string bytes(source.Size(), '\0');
   source.ReadAt(0, std::as_writable_bytes(std::span(bytes)));
   SynthesisStudy study(options.output, cases, recogniser, Checksum(bytes),
-                       {options.sigma, options.keep_clips}, common);
+                       {options.sigma, options.object_cases, options.keep_clips}, common);
   const std::vector<SynthesisRow> rows = SynthesisRows(networks, modes);
   const auto repeats_of = [&](const SynthesisRow& row) {
     if (!row.IsRandom()) return 1;
@@ -264,6 +269,13 @@ void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
                    "The same with fitted objects. More can be asked later: what is done is kept")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000));
+  command
+      ->add_option(
+          "--object-cases", synthesis.object_cases,
+          "Sequences, evenly over all, in which hand and object are measured, and fitted in "
+          "all frames: a second each")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1'000'000));
   command->add_option("--at-most", synthesis.at_most, "Sequences, evenly over all [0: all]")
       ->check(CLI::Range(0, 1'000'000));
   command->add_option("--sigma", synthesis.sigma, "Spread of the random latents")

@@ -17,6 +17,7 @@ struct EvaluateSynthesisOptions {
   std::vector<std::string> objects{"given", "fitted"};
   std::vector<std::string> without;  ///< actions to leave out
   std::string key_frames = "whole";
+  int object_cases = 60;   ///< sequences in which hand and object are measured, evenly over all
   int repeats = 20;        ///< with given and carried objects
   int fitted_repeats = 1;  ///< with fitted ones, which take a second each
   int at_most = 0;         ///< sequences, evenly over all; 0: all

@@ -165,7 +165,8 @@ SynthesisedCase Fit(const RatedNetwork& network, const SynthesisCase& one, int i
           order.sigma, 1)[0]
           .clip;
   made.seconds = SecondsSince(begin);
-  if (!order.finish) return made;
+  const auto of_these = static_cast<std::size_t>(index - order.first);
+  if (of_these >= order.finish.size() || !order.finish[of_these]) return made;
   begin = Clock::now();
   const Clip motion =
       MotionOfKeyFrames(made.keys, MeasureBody(*input.body, input.betas), kFinishedRate_Hz);

@@ -29,7 +29,7 @@ ObjectMode ObjectModeOf(const std::string& name);
 /// comes.
 struct SynthesisCase {
   imos::ActionSequence sequence;
-  ClipInput input;  ///< the clip it is of
+  ClipInput input;  ///< the clip it is of; its object's mesh is not kept
   Clip keys;        ///< its key frames, in the clip's world
 };
 
@@ -51,15 +51,15 @@ struct SynthesisedCase {
 };
 
 /// Case i of all of them draws from stream `repeat` * `total` + i of `seed`; `cases` begin with
-/// number `first`. With `finish`, fitted ones are fitted in all frames too. The result does not
-/// depend on `threads`. With `timed`, given and carried ones are made one by one to know how long
-/// they take.
+/// number `first`. Fitted ones are fitted in all frames too where `finish` says so of the case
+/// (none where it is empty). The result does not depend on `threads`. With `timed`, given and
+/// carried ones are made one by one to know how long they take.
 struct SynthesisOrder {
   ObjectMode mode = ObjectMode::kGiven;
   std::uint64_t seed = 1;
   int repeat = 0, total = 0, first = 0;
   double sigma = 1.0;
-  bool finish = false;
+  std::vector<bool> finish = {};
   bool timed = false;
   int threads = 1;
 };

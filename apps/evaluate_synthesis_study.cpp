@@ -97,6 +97,12 @@ SynthesisStudy::SynthesisStudy(fs::path folder, std::span<const SynthesisCase> c
   fs::create_directories(folder_ / "blocks");
 }
 
+bool SynthesisStudy::MeasuresObject(int repeat, int index) const {
+  const auto total = static_cast<std::int64_t>(cases_.size());
+  const std::int64_t some = std::min<std::int64_t>(options_.object_cases, total);
+  return repeat == 0 && index * some / total != (index + 1) * some / total;
+}
+
 int SynthesisStudy::BlockSize(const SynthesisRow& row, int repeat) const {
   const bool slow = repeat == 0 || row.mode == ObjectMode::kFitted;
   return slow ? kSlowBlock : kFastBlock;
@@ -110,6 +116,7 @@ fs::path SynthesisStudy::BlockFile(const SynthesisRow& row, int repeat, int firs
 
 std::string SynthesisStudy::Question(const SynthesisRow& row, int repeat) const {
   std::string all = fmt::format("{} {} {} of {}", asked_, row.key, repeat, cases_.size());
+  if (repeat == 0) all += fmt::format(" objects of {}", options_.object_cases);
   if (row.network) {
     all += fmt::format(" {} {} seed {} sigma {}", row.network->loaded.checksum,
                        ObjectModeName(row.mode), common_.seed, options_.sigma);
@@ -183,7 +190,8 @@ std::vector<SynthesisedCase> SynthesisStudy::MakeCases(const SynthesisRow& row, 
     order.total = static_cast<int>(cases_.size());
     order.first = first;
     order.sigma = options_.sigma;
-    order.finish = order.timed = repeat == 0;
+    order.timed = repeat == 0;
+    for (int i = first; i < first + count; ++i) order.finish.push_back(MeasuresObject(repeat, i));
     order.threads = NumThreads(common_);
     return SynthesiseCases(*row.network, cases, order, library_);
   }
@@ -210,6 +218,7 @@ Eigen::VectorXd SynthesisStudy::MeasureObject(const SynthesisRow& row, const Syn
     }
     WriteClip(kept, folder / (one.sequence.name + ".npz"));
   }
+  input.object = LoadObject(one.input.object_source, 1.0).mesh;
   CommonOptions alone = common_;
   alone.threads = 1;
   const ScoreOptions options = SynthesisScoreOptions();
@@ -227,7 +236,7 @@ SynthesisSample SynthesisStudy::Make(const SynthesisRow& row, int repeat, int fi
   if (Interrupted()) return sample;
   sample.errors.resize(3, count);
   sample.seconds.resize(2, count);
-  sample.objects.resize(repeat == 0 ? std::size(kObjectKeys) : 0, count);
+  sample.objects.setConstant(repeat == 0 ? std::size(kObjectKeys) : 0, count, kUndefined);
   std::vector<imos::JointMotion> joints(made.size());
   ParallelFor(count, NumThreads(common_), [&](int i) {
     const SynthesisCase& one = cases_[first + i];
@@ -236,7 +245,8 @@ SynthesisSample SynthesisStudy::Make(const SynthesisRow& row, int repeat, int fi
         imos::AverageVarianceErrorOfCode(joints[i], one.sequence.joints),
         imos::AverageVarianceError(joints[i], one.sequence.joints);
     sample.seconds.col(i) << made[i].seconds, made[i].finishing_seconds;
-    if (repeat == 0 && !Interrupted()) sample.objects.col(i) = MeasureObject(row, one, made[i]);
+    if (MeasuresObject(repeat, first + i) && !Interrupted())
+      sample.objects.col(i) = MeasureObject(row, one, made[i]);
   });
   imos::Recognition seen = recogniser_.Recognise(joints, NumThreads(common_));
   sample.features = std::move(seen.features);

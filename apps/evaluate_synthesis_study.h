@@ -29,7 +29,7 @@ struct SynthesisSample {
   std::vector<int> recognised;  ///< N
   Eigen::Matrix3Xd errors;      ///< (3 x N) MPJPE in m, AVE of the code, AVE in m^2
   Eigen::Matrix2Xd seconds;     ///< (2 x N) of key frames with object; of fitting all frames
-  Eigen::MatrixXd objects;      ///< (keys x N) NaN where undefined; no rows when not measured
+  Eigen::MatrixXd objects;  ///< (keys x N) NaN where undefined or not measured; no rows in repeats
 
   void Append(const SynthesisSample& more);
   int Count() const { return static_cast<int>(recognised.size()); }
@@ -37,6 +37,9 @@ struct SynthesisSample {
 
 struct SynthesisStudyOptions {
   double sigma = 1.0;
+  /// Hand and object are measured in so many of the first repeat's cases, evenly spread: it takes a
+  /// second each.
+  int object_cases = 60;
   bool keep_clips = false;  ///< the clips of the first repeat, 30 frames a second, in clips/
 };
 
@@ -57,6 +60,8 @@ class SynthesisStudy {
                       const std::function<void(int)>& progress);
 
  private:
+  /// Whether hand and object of case `index` are measured.
+  bool MeasuresObject(int repeat, int index) const;
   int BlockSize(const SynthesisRow& row, int repeat) const;
   std::filesystem::path BlockFile(const SynthesisRow& row, int repeat, int first) const;
   std::string Question(const SynthesisRow& row, int repeat) const;

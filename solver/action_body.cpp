@@ -4,13 +4,9 @@
 #include <algorithm>
 #include <numbers>
 
-#include <ceres/problem.h>
-#include <ceres/solver.h>
-
-#include "generator/limb_ik.h"
 #include "solver/action_frame_block.h"
 #include "solver/action_stance.h"
-#include "solver/reach_frame_block.h"
+#include "solver/change_spline.h"
 
 namespace holdfast {
 namespace {
@@ -36,13 +32,6 @@ ReachChange Readiness() {
   return sigma;
 }
 
-// Of the four control points around a place between two of them.
-Eigen::Vector4d CubicBasis(double u) {
-  const double v = 1.0 - u;
-  return {v * v * v / 6.0, (3.0 * u * u * u - 6.0 * u * u + 4.0) / 6.0,
-          (3.0 * v * v * v - 6.0 * v * v + 4.0) / 6.0, u * u * u / 6.0};
-}
-
 class Mover {
  public:
   Mover(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet, const ActionScript& script,
@@ -55,36 +44,19 @@ class Mover {
         path_end_s_(path_end_s),
         options_(options),
         frames_(frames),
-        base_(frames) {
-    const int intervals =
-        (static_cast<int>(base_.size()) - 1 + options.knot_frames - 1) / options.knot_frames;
-    knots_.assign(static_cast<std::size_t>(std::max(1, intervals) + 3), ReachChange::Zero());
-  }
+        base_(frames),
+        change_(static_cast<int>(frames.size()), options.knot_frames) {}
 
   ActionBodyReport Run() {
     ceres::Problem problem;
-    for (ReachChange& knot : knots_) problem.AddParameterBlock(knot.data(), ReachDofs::kSize);
+    change_.AddTo(problem);
     for (int t = 0; t < static_cast<int>(base_.size()); ++t) {
-      const auto [knot, basis] = At(t);
-      problem.AddResidualBlock(
-          new ActionFrameBlock(chain_, base_[static_cast<std::size_t>(t)], TermsOf(t), basis),
-          nullptr, knots_[knot].data(), knots_[knot + 1].data(), knots_[knot + 2].data(),
-          knots_[knot + 3].data());
+      change_.AddFrame(problem, t, [&](const Eigen::Vector4d& basis) {
+        return new ActionFrameBlock(chain_, base_[static_cast<std::size_t>(t)], TermsOf(t), basis);
+      });
     }
-    const ReachChange readiness = Readiness();
-    for (std::size_t k = 1; k + 1 < knots_.size(); ++k) {
-      problem.AddResidualBlock(new ReachSplinePrior(readiness, 0.35), nullptr, knots_[k - 1].data(),
-                               knots_[k].data(), knots_[k + 1].data());
-    }
-    ceres::Solver::Options solver;
-    solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    solver.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
-    solver.max_num_iterations = options_.max_iterations;
-    solver.function_tolerance = 1e-3;
-    solver.num_threads = 1;
-    solver.logging_type = ceres::SILENT;
-    ceres::Solver::Summary summary;
-    ceres::Solve(solver, &problem, &summary);
+    change_.AddPrior(problem, Readiness(), 0.35);
+    const ceres::Solver::Summary summary = SolveFrames(problem, options_.max_iterations, 1e-3);
     ActionBodyReport report;
     report.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
     report.usable = summary.IsSolutionUsable();
@@ -93,12 +65,6 @@ class Mover {
   }
 
  private:
-  std::pair<std::size_t, Eigen::Vector4d> At(int t) const {
-    const double place = static_cast<double>(t) / options_.knot_frames;
-    const auto knot = std::min(static_cast<std::size_t>(place), knots_.size() - 4);
-    return {knot, CubicBasis(place - static_cast<double>(knot))};
-  }
-
   ActionFrameTerms TermsOf(int t) const {
     const double time = t / options_.frame_rate;
     const BodyFrame& frame = base_[static_cast<std::size_t>(t)];
@@ -121,15 +87,7 @@ class Mover {
     terms.lean.forward = chest.col(2);
     terms.lean.sigma = options_.lean_sigma;
     terms.balance.captured = Balance::Middle(chain_, placed);
-    for (const std::size_t k : {0u, 1u}) {
-      Limb leg = Leg(k == 0 ? Side::kLeft : Side::kRight);
-      leg.min_flexion_rad = 4.0 * kDegree;
-      terms.legs.ankle[k] = feet_.ankle[k];
-      const double captured = (placed.joints.col(leg.root) - feet_.ankle[k]).norm();
-      terms.legs.longest[k] = std::max(captured, MaxReach(chain_.RestJoints(), leg));
-      leg.max_flexion_rad = 140.0 * kDegree;
-      terms.legs.shortest = MinReach(chain_.RestJoints(), leg);
-    }
+    terms.legs = LegReach::Of(chain_, placed, feet_);
     terms.range = JointRange::Of(chain_, frame, options_.joint_limits);
     return terms;
   }
@@ -137,10 +95,7 @@ class Mover {
   // The frames with the change made, legs and all.
   void Finish(ActionBodyReport& report) {
     for (int t = 0; t < static_cast<int>(base_.size()); ++t) {
-      const auto [knot, basis] = At(t);
-      ReachChange change = ReachChange::Zero();
-      for (int k = 0; k < 4; ++k) change += basis(k) * knots_[knot + static_cast<std::size_t>(k)];
-      BodyFrame frame = chain_.Changed(base_[static_cast<std::size_t>(t)], change);
+      BodyFrame frame = chain_.Changed(base_[static_cast<std::size_t>(t)], change_.At(t));
       report.worst_missed_m =
           std::max(report.worst_missed_m, PlaceLegs(chain_.RestJoints(), feet_, frame));
       const double time = t / options_.frame_rate;
@@ -165,7 +120,7 @@ class Mover {
   const ActionBodyOptions& options_;
   std::vector<BodyFrame>& frames_;
   std::vector<BodyFrame> base_;
-  std::vector<ReachChange> knots_;
+  ChangeSpline change_;
 };
 
 }  // namespace

@@ -5,14 +5,13 @@
 #include <cmath>
 #include <numbers>
 
-#include <ceres/problem.h>
-#include <ceres/solver.h>
 #include <fmt/format.h>
 
 #include "generator/limb_ik.h"
 #include "generator/minimum_jerk.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
+#include "solver/change_spline.h"
 #include "solver/reach_frame_block.h"
 
 namespace holdfast {
@@ -21,7 +20,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr int kFixedKnots = 3;  // at either end: value, velocity and acceleration vanish there
 
 // How readily each degree of freedom is used: the arm first, then the trunk.
 ReachChange Readiness() {
@@ -35,13 +33,6 @@ ReachChange Readiness() {
   sigma.segment<3>(ReachDofs::kNeck).setConstant(8.0 * kDegree);
   sigma.segment<3>(ReachDofs::kHead).setConstant(8.0 * kDegree);
   return sigma;
-}
-
-// Of the four control points around a place between two of them.
-Eigen::Vector4d CubicBasis(double u) {
-  const double v = 1.0 - u;
-  return {v * v * v / 6.0, (3.0 * u * u * u - 6.0 * u * u + 4.0) / 6.0,
-          (3.0 * v * v * v - 6.0 * v * v + 4.0) / 6.0, u * u * u / 6.0};
 }
 
 // The share of the way to the goal that is added in a frame.
@@ -62,43 +53,23 @@ class Warp {
         warp_(warp),
         options_(options),
         frames_(frames),
-        captured_(frames.begin() + warp.begin, frames.begin() + warp.end) {
-    const int intervals =
-        (static_cast<int>(captured_.size()) - 1 + options.knot_frames - 1) / options.knot_frames;
-    knots_.assign(static_cast<std::size_t>(intervals + 3), ReachChange::Zero());
-  }
+        captured_(frames.begin() + warp.begin, frames.begin() + warp.end),
+        change_(warp.end - warp.begin, options.knot_frames) {}
 
   ReachWarpReport Run() {
     ceres::Problem problem;
-    for (ReachChange& knot : knots_) problem.AddParameterBlock(knot.data(), ReachDofs::kSize);
+    change_.AddTo(problem);
     const BodyPlacement at_goal =
         Place(chain_.RestJoints(), captured_[static_cast<std::size_t>(warp_.frame - warp_.begin)]);
     const Vector3d lacks = warp_.goal - at_goal.joints.col(chain_.WristJointId());
     for (int t = warp_.begin; t < warp_.end; ++t) {
-      const auto [knot, basis] = At(t);
-      problem.AddResidualBlock(new ReachFrameBlock(chain_, Captured(t), TermsOf(t, lacks), basis),
-                               nullptr, knots_[knot].data(), knots_[knot + 1].data(),
-                               knots_[knot + 2].data(), knots_[knot + 3].data());
+      change_.AddFrame(problem, t - warp_.begin, [&](const Eigen::Vector4d& basis) {
+        return new ReachFrameBlock(chain_, Captured(t), TermsOf(t, lacks), basis);
+      });
     }
-    const ReachChange readiness = Readiness();
-    for (std::size_t k = 1; k + 1 < knots_.size(); ++k) {
-      problem.AddResidualBlock(new ReachSplinePrior(readiness, 0.5), nullptr, knots_[k - 1].data(),
-                               knots_[k].data(), knots_[k + 1].data());
-    }
-    for (std::size_t k = 0; k < kFixedKnots; ++k) {
-      problem.SetParameterBlockConstant(knots_[k].data());
-      problem.SetParameterBlockConstant(knots_[knots_.size() - 1 - k].data());
-    }
-    ceres::Solver::Options solver;
-    solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    solver.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
-    solver.max_num_iterations = options_.max_iterations;
-    solver.function_tolerance = 1e-4;
-    solver.num_threads = 1;
-    solver.logging_type = ceres::SILENT;
-    ceres::Solver::Summary summary;
-    ceres::Solve(solver, &problem, &summary);
-
+    change_.AddPrior(problem, Readiness(), 0.5);
+    change_.HoldEnds(problem);
+    const ceres::Solver::Summary summary = SolveFrames(problem, options_.max_iterations, 1e-4);
     ReachWarpReport report;
     report.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
     report.converged = summary.termination_type == ceres::CONVERGENCE;
@@ -109,12 +80,6 @@ class Warp {
  private:
   const BodyFrame& Captured(int t) const {
     return captured_[static_cast<std::size_t>(t - warp_.begin)];
-  }
-
-  std::pair<std::size_t, Eigen::Vector4d> At(int t) const {
-    const double place = static_cast<double>(t - warp_.begin) / options_.knot_frames;
-    const auto knot = std::min(static_cast<std::size_t>(place), knots_.size() - 4);
-    return {knot, CubicBasis(place - static_cast<double>(knot))};
   }
 
   ReachFrameTerms TermsOf(int t, const Vector3d& lacks) const {
@@ -132,16 +97,7 @@ class Warp {
         warp_.goal - lacks - head, warp_.goal - lacks + share * lacks - head);
     terms.gaze.wanted = turn * face;
     terms.balance.captured = Balance::Middle(chain_, placed);
-    const FeetTarget& feet = feet_[static_cast<std::size_t>(t)];
-    for (const std::size_t k : {0u, 1u}) {
-      Limb leg = Leg(k == 0 ? Side::kLeft : Side::kRight);
-      leg.min_flexion_rad = 4.0 * kDegree;
-      terms.legs.ankle[k] = feet.ankle[k];
-      const double captured = (placed.joints.col(leg.root) - feet.ankle[k]).norm();
-      terms.legs.longest[k] = std::max(captured, MaxReach(chain_.RestJoints(), leg));
-      leg.max_flexion_rad = 140.0 * kDegree;
-      terms.legs.shortest = MinReach(chain_.RestJoints(), leg);
-    }
+    terms.legs = LegReach::Of(chain_, placed, feet_[static_cast<std::size_t>(t)]);
     terms.range = JointRange::Of(chain_, frame, options_.joint_limits);
     return terms;
   }
@@ -150,10 +106,7 @@ class Warp {
   void Finish(ReachWarpReport& report) {
     std::vector<BodyFrame> changed;
     for (int t = warp_.begin; t < warp_.end; ++t) {
-      const auto [knot, basis] = At(t);
-      ReachChange change = ReachChange::Zero();
-      for (int k = 0; k < 4; ++k) change += basis(k) * knots_[knot + static_cast<std::size_t>(k)];
-      changed.push_back(chain_.Changed(Captured(t), change));
+      changed.push_back(chain_.Changed(Captured(t), change_.At(t - warp_.begin)));
     }
     for (int t = warp_.begin; t < warp_.end; ++t) {
       BodyFrame& frame = changed[static_cast<std::size_t>(t - warp_.begin)];
@@ -173,7 +126,7 @@ class Warp {
   const ReachWarpOptions& options_;
   std::vector<BodyFrame>& frames_;
   std::vector<BodyFrame> captured_;
-  std::vector<ReachChange> knots_;
+  ChangeSpline change_;
 };
 
 }  // namespace

@@ -2,12 +2,12 @@
 #include "apps/train/train_imos.h"
 
 #include <chrono>
-#include <fstream>
 #include <map>
 
 #include <fmt/format.h>
 
 #include "apps/train/imos_page.h"
+#include "apps/train/training_curves.h"
 #include "generator/imos/action_set.h"
 #include "generator/imos/vocabulary.h"
 #include "generator/training/imos_trainer.h"
@@ -23,12 +23,12 @@ using nlohmann::json;
 struct Options {
   CommonOptions common;
   std::vector<std::string> folders, validation{"s1"}, held_out{"s10"}, drop;
-  std::string output, body, embeddings, key_frames = "whole";
+  std::string output, body, from, embeddings, key_frames = "whole";
   bool paper = false, mirror = false;
   bool random_embeddings = false, no_attention = false, one_module = false;
   long iterations = 4000;
   int batch = 64, evaluate_every = 200, patience = 0;
-  double learning_rate = 5e-4, dropout = -1.0, present = 0.5, noise = 0.02;
+  double learning_rate = 5e-4, dropout = -1.0, present = 0.5, noise = 0.02, stance_noise_rad = 0.08;
 };
 
 // Lines of training.jsonl: `kind` is train (means since the last line) or rollout (an evaluation).
@@ -47,18 +47,6 @@ json ErrorsJson(const imos::RolloutErrors& errors) {
           {"object_m", errors.object_m},
           {"root_m", errors.root_m},
           {"still_m", errors.still_m}};
-}
-
-std::vector<json> LinesBefore(const fs::path& log, long iteration) {
-  std::vector<json> lines;
-  std::ifstream in(log);
-  for (std::string text; std::getline(in, text);) {
-    const json line = json::parse(text, nullptr, false);
-    if (line.is_object() && line.value("iteration", iteration + 1) <= iteration) {
-      lines.push_back(line);
-    }
-  }
-  return lines;
 }
 
 // What those who run the network must know of what it was trained on: {"drink": 0.21, ...} seconds
@@ -123,7 +111,12 @@ imos::TrainingOptions Training::Recipe() const {
   recipe.learning_rate = options_.learning_rate;
   recipe.present_share = options_.present;
   if (options_.dropout >= 0.0) recipe.dropout = options_.dropout;
-  if (!options_.paper) recipe.history_noise = options_.noise;
+  if (!options_.paper) {
+    recipe.history_noise = options_.noise;
+    recipe.stance_noise_rad = options_.stance_noise_rad;
+    // Weights that can walk already need not learn it step by step.
+    if (!options_.from.empty()) recipe.lengthen_until = recipe.running_from = 0.0;
+  }
   recipe.seed = options_.common.seed;
   recipe.threads = NumThreads(options_.common);
   return recipe;
@@ -276,6 +269,7 @@ int Training::Run() {
     embeddings = imos::ReadActionTable(options_.embeddings, recipe.config.action_size);
   }
   imos::Trainer trainer(set_.train, recipe, embeddings);
+  if (!options_.from.empty()) trainer.StartFrom(imos::ReadNetwork(options_.from), options_.from);
   if (goes_on) {
     trainer.Load(checkpoint);
     lines_ = LinesBefore(folder_ / "training.jsonl", trainer.Iteration());
@@ -363,6 +357,16 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
       ->add_option("--present-share", options->present,
                    "Of sequences whose arms are driven by the encoder that sees the answer")
       ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
+  command
+      ->add_option(
+          "--from", options->from,
+          "best.safetensors of an earlier training to begin with: more iterations, or other data")
+      ->check(CLI::ExistingFile);
+  command
+      ->add_option(
+          "--stance-noise", options->stance_noise_rad,
+          "On how people stand, the same in all of a sequence, radians [0.08; --paper: none]")
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--noise", options->noise, "On given histories, in 6D")
       ->capture_default_str()

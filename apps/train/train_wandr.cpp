@@ -2,11 +2,11 @@
 #include "apps/train/train_wandr.h"
 
 #include <chrono>
-#include <fstream>
 
 #include <fmt/format.h>
 
 #include "apps/read_json.h"
+#include "apps/train/training_curves.h"
 #include "apps/train/training_page.h"
 #include "generator/reach_motion.h"
 #include "generator/training/trainer.h"
@@ -58,19 +58,6 @@ void Add(const wandr::TrainingLosses& from, double weight, wandr::TrainingLosses
   to.critic += weight * from.critic;
   to.total += weight * from.total;
   to.gradient += weight * from.gradient;
-}
-
-// What was written of an earlier run, up to the iteration that goes on.
-std::vector<json> LinesBefore(const fs::path& log, long iteration) {
-  std::vector<json> lines;
-  std::ifstream in(log);
-  for (std::string text; std::getline(in, text);) {
-    const json line = json::parse(text, nullptr, false);
-    if (line.is_object() && line.value("iteration", iteration + 1) <= iteration) {
-      lines.push_back(line);
-    }
-  }
-  return lines;
 }
 
 class Training {

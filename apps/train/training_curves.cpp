@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <limits>
 
 #include <fmt/format.h>
@@ -15,6 +16,18 @@ using nlohmann::json;
 constexpr double kWidth = 560.0, kHeight = 240.0, kLeft = 56.0, kBottom = 28.0, kTop = 10.0;
 
 }  // namespace
+
+std::vector<json> LinesBefore(const std::filesystem::path& log, long iteration) {
+  std::vector<json> lines;
+  std::ifstream in(log);
+  for (std::string text; std::getline(in, text);) {
+    const json line = json::parse(text, nullptr, false);
+    if (line.is_object() && line.value("iteration", iteration + 1) <= iteration) {
+      lines.push_back(line);
+    }
+  }
+  return lines;
+}
 
 Curve CurveOf(const std::vector<json>& lines, const std::string& kind, const json::json_pointer& at,
               double scale, std::string name, std::string colour) {

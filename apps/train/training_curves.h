@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,6 +9,10 @@
 #include <nlohmann/json.hpp>
 
 namespace holdfast::apps {
+
+/// The lines of a training.jsonl up to an iteration: what was trained later is trained again. Lines
+/// that are no JSON are left out; no file has none.
+std::vector<nlohmann::json> LinesBefore(const std::filesystem::path& log, long iteration);
 
 /// Something that changes with the iterations of a training.
 struct Curve {

@@ -50,6 +50,9 @@ constexpr std::array kWords<RootTranslation>{
     Word<RootTranslation>{RootTranslation::kGiven, "given"},
     Word<RootTranslation>{RootTranslation::kPredicted, "predicted"}};
 template <>
+constexpr std::array kWords<BodyMakes>{Word<BodyMakes>{BodyMakes::kPose, "pose"},
+                                       Word<BodyMakes>{BodyMakes::kStep, "step"}};
+template <>
 constexpr std::array kWords<ObjectRotation>{
     Word<ObjectRotation>{ObjectRotation::kColumns, "columns"},
     Word<ObjectRotation>{ObjectRotation::kRows, "rows"}};
@@ -108,6 +111,7 @@ void ForEachOption(ConfigType& config, const Visit& visit) {
   visit("object_now", config.object_now);
   visit("arm_order", config.arm_order);
   visit("root", config.root);
+  visit("body_makes", config.body_makes);
   visit("object_rotation", config.object_rotation);
   ForEachSize(config, visit);
 }
@@ -218,6 +222,7 @@ Config CompactConfig() {
   config.arms_object = ArmsObject::kPose;
   config.object_now = ObjectNow::kPrevious;
   config.root = RootTranslation::kPredicted;
+  config.body_makes = BodyMakes::kStep;
   config.object_rotation = ObjectRotation::kColumns;
   config.block_width = 192;
   config.arms_condition = 128;

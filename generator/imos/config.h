@@ -41,6 +41,10 @@ enum class ArmOrder { kAscending, kRightThenLeft };
 /// The root's translation: given with every frame (the code), or predicted by Body Synthesis: it
 /// sees the past k, and 3 more outputs are the step from the previous key frame, metres.
 enum class RootTranslation { kGiven, kPredicted };
+/// What Body Synthesis makes of the pose: the pose itself (the code), or its step from the previous
+/// key frame in 6D, as Arm Synthesis does: then people stand as they stood, also those it never
+/// saw.
+enum class BodyMakes { kPose, kStep };
 /// Which rotation of the object the networks see: R of x = R x_object + T, or its transpose, as
 /// GRAB and the published weights have it (their points are rows).
 enum class ObjectRotation { kColumns, kRows };
@@ -58,6 +62,7 @@ struct Config {
   ObjectNow object_now = ObjectNow::kTrue;
   ArmOrder arm_order = ArmOrder::kAscending;
   RootTranslation root = RootTranslation::kGiven;
+  BodyMakes body_makes = BodyMakes::kPose;
   ObjectRotation object_rotation = ObjectRotation::kRows;
 
   // Widths. A block is in -> block_width -> out.
@@ -112,7 +117,8 @@ struct Config {
 /// 2.8 M for the body.
 Config PaperConfig();
 /// Ours: the same graph with narrower layers, a learned embedding of 32, the object's class and
-/// whole pose seen by the arms, and the root predicted: 2.8 M numbers without the present encoder.
+/// whole pose seen by the arms, steps of the pose, and the root predicted: 2.8 M numbers without
+/// the present encoder.
 Config CompactConfig();
 
 /// Throws Error naming the option when a size is not in 1..65536, or attention has more than 64

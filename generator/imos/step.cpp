@@ -182,6 +182,9 @@ void RunBody(const Network<Real>& network, std::span<const KeyFrame<Real>, kHist
   const bool predicted = c.root == RootTranslation::kPredicted;
   for (int i = 0; i < samples; ++i) {
     next.pose.col(i).head(c.BodyPoseSize()) = output.col(i).head(c.BodyPoseSize());
+    if (c.body_makes == BodyMakes::kStep) {
+      next.pose.col(i).head(c.BodyPoseSize()) += past.back().pose.col(i).head(c.BodyPoseSize());
+    }
     next.root.col(i) = past.back().root.col(i);
     if (predicted) next.root.col(i) += output.col(i).template tail<3>();
   }
@@ -265,6 +268,10 @@ void StepBackward(const Network<Real>& network, const StepTape<Real>& tape,
   body_bar.topRows(c.BodyPoseSize()) = next_bar.pose.topLeftCorner(c.BodyPoseSize(), columns);
   if (predicted) body_bar.template bottomRows<3>() = next_bar.root.leftCols(columns);
   past_bar.back().root.leftCols(columns) += next_bar.root.leftCols(columns);
+  if (c.body_makes == BodyMakes::kStep) {
+    past_bar.back().pose.topLeftCorner(c.BodyPoseSize(), columns) +=
+        next_bar.pose.topLeftCorner(c.BodyPoseSize(), columns);
+  }
   auto decoder_bar = scratch.decoder_input_bar.topLeftCorner(c.BodyDecoderInput(), columns);
   auto encoder_bar = scratch.encoder_input_bar.topLeftCorner(c.BodyPastInput(), columns);
   auto code_bar = scratch.code_bar.topLeftCorner(2 * c.body_latent, columns);

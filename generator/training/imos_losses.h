@@ -9,7 +9,7 @@ struct LossWeights {
   double velocity = 1.0;      ///< mean |error of the 6D step from the key frame before|
   double joints = 2.0;        ///< mean |error| of joint coordinates, metres ...
   int num_joints = 22;        ///< ... of joints 0 .. num_joints - 1
-  double wrists = 1.0;        ///< the same of the wrists, once more
+  double wrists = 3.0;        ///< the same of the wrists, once more: hands say what is done
   double root = 1.0;          ///< mean |error of the root's step|, metres, where it is predicted
 };
 

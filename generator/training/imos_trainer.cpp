@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "generator/imos/res_block.h"
+#include "generator/training/imos_augmentation.h"
 #include "generator/training/imos_trainer_state.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
@@ -22,7 +23,8 @@ constexpr int kSteps = kNumKeyFrames - kHistory;
 constexpr int kWarmUp = 50;         // iterations
 constexpr double kLastRate = 0.01;  // share of the learning rate that is left at the end
 // Of the start.
-constexpr float kAttentionStart = 0.05f, kSkipStart = 0.05f, kRootStart = 0.005f, kOffset = 2.0f;
+constexpr float kAttentionStart = 0.05f, kSkipStart = 0.05f, kRootStart = 0.005f,
+                kStepStart = 0.02f, kOffset = 2.0f;
 constexpr std::uint64_t kOrderStream = 0x0bde7;
 
 // Sums of products that several threads share depend on how many there are.
@@ -45,8 +47,8 @@ void CheckOptions(const TrainingOptions& o) {
   if (o.iterations < 1) refuse("no iterations");
 }
 
-// The tensors to begin with. Ours begin by standing still: the last block of the body's decoder,
-// which makes the pose as it is and not as a step, passes on the pose of the key frame before,
+// The tensors to begin with. Ours begin by standing still. Steps are small then; where the pose is
+// made as it is, the last block of the body's decoder passes on the pose of the key frame before,
 // which it is given after self-attention: (v - mean) / deviation over the pose's numbers, as long
 // as that adds little. What is made passes two leaky ReLUs: the first is kept positive by an
 // offset, and numbers that are always negative are made five times as large before the second.
@@ -77,6 +79,12 @@ nn::TensorMap Start(const TrainingOptions& options, const SequenceTensors& data,
   &skip_bias = values("body.dec_rb2.fc3.bias");
   const std::size_t inputs = skip.size() / shift.size();
   const auto last_pose = static_cast<std::size_t>(config.body_latent + (kHistory - 1) * size);
+  if (config.body_makes == BodyMakes::kStep) {
+    for (float& w : skip) w *= kSkipStart;
+    std::ranges::fill(scale, kStepStart);
+    std::fill(scale.begin() + size, scale.end(), kRootStart);
+    return tensors;
+  }
   for (std::size_t i = 0; i < shift.size(); ++i) {
     float* const row = skip.data() + i * inputs;
     for (std::size_t c = 0; c < inputs; ++c) row[c] *= kSkipStart;
@@ -219,7 +227,8 @@ Losses Trainer::Impl::StepTogether(nn::RandomStream& random) {
     const double share = static_cast<double>(end - begin) / static_cast<double>(rows.size());
     SequenceTensors batch = data.Rows({rows.data() + begin, rows.data() + end});
     at::Generator generator = at::detail::createCPUGenerator(seeds[k]);
-    batch.betas += torch::empty_like(batch.betas).normal_(0.0, options.shape_noise, generator);
+    DisturbShapes(batch, options.shape_noise, generator);
+    DisturbStances(batch, options.stance_noise_rad, generator);
     Pass& pass = done[k].pass;
     pass.batch_statistics = !running;
     pass.dropout = options.dropout;
@@ -279,6 +288,23 @@ Trainer::Trainer(const std::vector<ActionSequence>& sequences, const TrainingOpt
   }
   UseOneThreadForProducts();
   impl_ = std::make_unique<Impl>(sequences, options, embeddings);
+}
+
+void Trainer::StartFrom(const NetworkWeights& weights, const std::string& where) {
+  if (weights.config != impl_->options.config) {
+    throw Error(where, "has another configuration than is trained",
+                "Give the options it was made with");
+  }
+  const torch::NoGradGuard no_gradients;
+  for (auto& [name, tensor] : impl_->networks.Named()) {
+    const auto found = weights.tensors.find(name);
+    if (found == weights.tensors.end() ||
+        static_cast<std::int64_t>(found->second.values.size()) != tensor.numel()) {
+      throw Error(where, fmt::format("has no '{}' of {} numbers", name, tensor.numel()),
+                  "Give the best.safetensors of a training, not a file made smaller to be run");
+    }
+    std::ranges::copy(found->second.values, tensor.data_ptr<float>());
+  }
 }
 
 Trainer::~Trainer() = default;

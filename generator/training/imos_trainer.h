@@ -40,7 +40,9 @@ struct TrainingOptions {
   // Ours alone
   double history_noise = 0.02;  ///< N(0, s^2) in the true history's 6D; a third of it in metres
   /// N(0, s^2) on betas: there are few subjects, which must not be known by their shape.
-  double shape_noise = 0.5;
+  double shape_noise = 1.0;
+  /// Of the rotations that DisturbStances puts into each sequence: nor by how they stand.
+  double stance_noise_rad = 0.08;
   double lengthen_until = 0.5;  ///< share of the iterations in which windows grow from 1 to 11
   /// From this share of the iterations on, batch norms use the statistics that they will be run
   /// with, which stay; what is trained is then exactly what is run.
@@ -72,6 +74,9 @@ class Trainer {
   /// sequences, options that make no sense, and embeddings of another size.
   Trainer(const std::vector<ActionSequence>& sequences, const TrainingOptions& options,
           const Eigen::MatrixXf& embeddings = {});
+  /// Begins with weights that were trained before, the present encoder's too, where none of Load's
+  /// follow. Throws Error where they are of another configuration, or lack a tensor.
+  void StartFrom(const NetworkWeights& weights, const std::string& where);
   ~Trainer();
 
   long Iteration() const;

@@ -143,6 +143,9 @@ TorchFrame Unroller::Predict(const StepOptions& options) {
   const torch::Tensor output = networks_.BodyDecode(latents.Sample(draw(latents.mu)), input, pass_);
 
   trunk_ = output.narrow(1, 0, config_.BodyPoseSize());
+  if (config_.body_makes == BodyMakes::kStep) {
+    trunk_ = trunk_ + last.pose.narrow(1, 0, config_.BodyPoseSize());
+  }
   TorchFrame frame;
   frame.pose = config_.HasArms() ? torch::cat({trunk_, arms_}, 1) : trunk_;
   root_step_ = predicts_root ? output.narrow(1, config_.BodyPoseSize(), 3) : torch::Tensor();

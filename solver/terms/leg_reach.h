@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 
 #include <Eigen/Core>
 
+#include "generator/limb_ik.h"
+#include "generator/matching/leg_placement.h"
 #include "solver/reach_chain.h"
 
 namespace holdfast {
@@ -23,6 +26,22 @@ struct LegReach {
   std::array<double, 2> longest = {0.8, 0.8};
   double shortest = 0.3;
   double sigma_m = 0.004;
+
+  /// Of a captured frame whose feet shall be at `feet`: knees between 4 and 140 degrees bent.
+  static LegReach Of(const ReachChain& chain, const BodyPlacement& placed, const FeetTarget& feet) {
+    constexpr double kDegree = std::numbers::pi / 180.0;
+    LegReach legs;
+    for (const std::size_t k : {0u, 1u}) {
+      Limb leg = Leg(k == 0 ? Side::kLeft : Side::kRight);
+      leg.min_flexion_rad = 4.0 * kDegree;
+      leg.max_flexion_rad = 140.0 * kDegree;
+      legs.ankle[k] = feet.ankle[k];
+      const double captured = (placed.joints.col(leg.root) - feet.ankle[k]).norm();
+      legs.longest[k] = std::max(captured, MaxReach(chain.RestJoints(), leg));
+      legs.shortest = MinReach(chain.RestJoints(), leg);
+    }
+    return legs;
+  }
 
   template <typename Residuals, typename Jacobian>
   void Evaluate(const ReachChain&, const ReachState& state, Residuals&& residuals,

@@ -179,6 +179,8 @@ class Networks:
             x += [held.flatten(1)] + (roots[-HISTORY:] if self.rooted else []) + [phi]
             x = torch.cat(x, -1)
             y = self.body.decode(torch.cat((self.body.latent(x, eps), x), -1))
+            if c["body_makes"] == "step":
+                y = torch.cat((y[:, : 6 * self.joints] + poses[-1][:, : 6 * self.joints], y[:, 6 * self.joints :]), -1)
             poses.append(torch.cat((y[:, :96], arms), -1) if self.two else y[:, :132])
             roots.append(roots[-1] + y[:, -3:] if self.rooted else roots[-1])
         return torch.stack(poses, 1), torch.stack(roots, 1)
@@ -196,7 +198,7 @@ def read_safetensors(path):
 
 
 OPTIONS = ("modules self_attention action_embedding action_size arms_see_class arms_object body_sees_arms_now "
-           "object_now arm_order root object_rotation block_width arms_condition arms_first arms_second "
+           "object_now arm_order root body_makes object_rotation block_width arms_condition arms_first arms_second "
            "arms_decoder arms_latent body_condition body_first body_second body_decoder body_latent "
            "attention_layers attention_heads attention_width").split()
 

@@ -10,6 +10,7 @@
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "solver/reach_clip.h"
+#include "solver/change_spline.h"
 #include "solver/reach_frame_block.h"
 #include "tests/generator/test_body.h"
 #include "tests/support/numeric_jacobian.h"

@@ -58,6 +58,7 @@ TrainingOptions TinyPaperOptions() {
   options.config.object_now = published.object_now;
   options.config.object_rotation = published.object_rotation;
   options.config.root = published.root;
+  options.config.body_makes = published.body_makes;
   options.true_history_epochs = 5;
   options.iterations = 20;
   options.batch = 8;
@@ -112,10 +113,11 @@ Eigen::MatrixXf RunTimeRollout(const NetworkWeights& weights, const ActionSequen
 // What is trained is what is run.
 TEST(ImosTrainer, TrainsWhatTheRunTimeComputes) {
   const std::vector<ActionSequence> sequences = testing::ComposedSequences(8);
-  std::vector<TrainingOptions> all(4, TinyOptions());
+  std::vector<TrainingOptions> all(5, TinyOptions());
   all[1].config.modules = Modules::kOne;
   all[2].config.self_attention = false;
-  all[3] = TinyPaperOptions();
+  all[3].config.body_makes = BodyMakes::kPose;
+  all[4] = TinyPaperOptions();
   for (TrainingOptions& options : all) {
     options.iterations = 6;
     Trainer trainer(sequences, options);
@@ -199,6 +201,7 @@ TEST(ImosTrainer, LearnsAHandfulOfSequences) {
   options.iterations = 250;
   options.batch = 6;
   options.learning_rate = 3e-3;
+  options.stance_noise_rad = 0.0;  // it is to know them by heart
   Trainer trainer(sequences, options);
   while (trainer.Iteration() < options.iterations) trainer.Step();
   const RolloutErrors errors = trainer.Evaluate(sequences);
