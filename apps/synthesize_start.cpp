@@ -86,8 +86,8 @@ HeldStart Made(const SynthesisBegin& begin, const imos::Intent& intent, const Lo
   const ActionProp& prop = *start.prop;
   const ActionObject shape{prop.mesh, prop.surface, *prop.fit.distance};
   GraspStatus status{};
-  std::vector<Grasp> grasps =
-      FindActionGrasps(start.actor->Hand(Side::kRight), shape, common.seed, kGrasps, &status);
+  std::vector<Grasp> grasps = FindActionGrasps(start.actor->Hand(Side::kRight), shape, common.seed,
+                                               kGrasps, &status, NumThreads(common));
   if (grasps.empty()) {
     throw FitFailure(
         fmt::format("{}: {}. Try another size (--object-scale)", begin.object, Describe(status)));

@@ -50,8 +50,10 @@ Eigen::Matrix3Xd SkinInWrist(const HandModel& hand, const FingerPose& fingers, i
 }
 
 std::vector<Grasp> FindActionGrasps(const HandModel& hand, const ActionObject& object,
-                                    std::uint64_t seed, int most, GraspStatus* status) {
+                                    std::uint64_t seed, int most, GraspStatus* status,
+                                    int threads) {
   GraspOptions options;
+  options.threads = threads;
   options.seed = seed;
   options.up_in_wrist = UpsInWrist(HandAxes(hand));
   options.upright_weight = 1.0;

@@ -23,9 +23,10 @@ struct ActionObject {
 
 /// Ways in which a hand can hold an object: clean grasps (CloseHand's), best first, no two nearly
 /// alike (wrists 2 cm or 20 degrees apart). Up is wherever a hand at a table has it. Empty when the
-/// hand cannot hold it; `status` tells why.
+/// hand cannot hold it; `status` tells why. The same on any number of `threads`.
 std::vector<Grasp> FindActionGrasps(const HandModel& hand, const ActionObject& object,
-                                    std::uint64_t seed, int most, GraspStatus* status = nullptr);
+                                    std::uint64_t seed, int most, GraspStatus* status = nullptr,
+                                    int threads = 1);
 
 /// The hand's skin with a grasp's fingers, in the wrist's frame: every `every`-th vertex (3 x n).
 Eigen::Matrix3Xd SkinInWrist(const HandModel& hand, const FingerPose& fingers, int every);

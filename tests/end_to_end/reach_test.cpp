@@ -160,8 +160,12 @@ TEST_F(EvaluateReachCommand, IsTheSameStoppedOrNotOnAnyThreads) {
   EXPECT_THAT(whole.out, HasSubstr("none captured"));
   EXPECT_EQ(Listing(Path("whole")), "blocks report.html results.json results.md ");
   const nlohmann::json results = Json("whole/results.json");
-  ASSERT_EQ(results["runs"].size(), 1u);
+  ASSERT_EQ(results["runs"].size(), 2u);
   EXPECT_EQ(results["runs"][0]["summary"]["motions"], 750);
+  const nlohmann::json& refitted = results["runs"][1];
+  EXPECT_EQ(refitted["variant"], "refitted");
+  EXPECT_LT(refitted["summary"]["foot_skating_ratio"].get<double>(),
+            results["runs"][0]["summary"]["foot_skating_ratio"].get<double>());
   EXPECT_EQ(results["runs"][0]["by_height"].size(), 5u);
   EXPECT_EQ(results["starts"]["poses"].size(), 6u);
 
@@ -172,7 +176,7 @@ TEST_F(EvaluateReachCommand, IsTheSameStoppedOrNotOnAnyThreads) {
   std::filesystem::remove(Path("part/blocks/adaptive_full_002.json"));
   const ProgramResult rest = Evaluate("-o part --no-ablations --threads 1");
   ASSERT_EQ(rest.exit_code, 0) << rest.err;
-  EXPECT_THAT(rest.err, HasSubstr("250 of 750 motions are there already"));
+  EXPECT_THAT(rest.err, HasSubstr("1000 of 1500 motions are there already"));
   for (const char* file : {"results.json", "results.md", "report.html"}) {
     EXPECT_EQ(ReadText(Path("part") / file), ReadText(Path("whole") / file)) << file;
   }
@@ -206,8 +210,8 @@ TEST_F(EvaluateReachCommand, StartsFromCapturedClipsAndOwnAblations) {
   EXPECT_THAT(result.out, HasSubstr("| I^w + I^r (masked) |"));
   const nlohmann::json results = Json("out/results.json");
   EXPECT_EQ(results["captured"]["clips"], 6);
-  ASSERT_EQ(results["runs"].size(), 5u);
-  for (int k = 1; k < 5; ++k) {
+  ASSERT_EQ(results["runs"].size(), 6u);
+  for (int k = 1; k < 6; ++k) {
     EXPECT_NE(results["runs"][0]["summary"], results["runs"][k]["summary"]) << k;
   }
 
