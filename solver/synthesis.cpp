@@ -140,9 +140,12 @@ Clip HistoryOf(const Clip& start, double seconds_per_key_frame) {
   history.table.reset();
   for (int k = 0; k < imos::kHistory; ++k) {
     const double at = std::max(0.0, start.NumFrames() - 1.0 - step * (imos::kHistory - 1 - k));
-    const int before = static_cast<int>(at), after = std::min(before + 1, start.NumFrames() - 1);
+    // What is off a frame by rounding alone is on it: nothing lies between.
+    constexpr double kRounding = 1e-6;
+    const int before = static_cast<int>(at + kRounding);
+    const int after = std::min(before + 1, start.NumFrames() - 1);
     Clip two = Slice(start, before, before + 1);
-    if (at > before) {
+    if (at > before + kRounding) {
       two = Slice(start, before, after + 1);
       two.frame_rate = 1.0;
       two = Slice(Resample(two, 1.0 / (at - before)), 1, 2);

@@ -74,6 +74,24 @@ TEST(SynthesisHistory, IsTakenFromTheEndOfALongStart) {
   EXPECT_NEAR(history.object->trans(0, 0), 16.5, 1e-9);
 }
 
+// Rounding puts some of these a hair off their frames.
+TEST(SynthesisHistory, KeyFramesOfItsOwnRateAreTakenAsTheyAre) {
+  const Holder holder;
+  Clip start = holder.clip;
+  start.pose.assign(imos::kHistory, holder.clip.pose[0]);
+  start.holding_hand.assign(imos::kHistory, kHoldsRight);
+  start.trans = Eigen::Matrix3Xd::Zero(3, imos::kHistory);
+  for (int t = 0; t < imos::kHistory; ++t) start.trans(0, t) = t;
+  start.object->trans = start.trans;
+  start.object->orient = Eigen::Matrix3Xd::Zero(3, imos::kHistory);
+  for (int frames = 40; frames < 400; ++frames) {
+    const double seconds = (frames - 1) / 30.0 / (imos::kNumKeyFrames - 1);
+    start.frame_rate = 1.0 / seconds;
+    const Clip history = HistoryOf(start, seconds);
+    EXPECT_LT((history.trans - start.trans).cwiseAbs().maxCoeff(), 1e-6) << frames;
+  }
+}
+
 TEST(SynthesisHistory, SaysWhatIsMissing) {
   const Holder holder;
   Clip start = holder.clip;
