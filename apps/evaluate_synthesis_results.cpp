@@ -141,7 +141,9 @@ SynthesisSummary SummariseSynthesis(const SynthesisRow& row,
     value = key.starts_with("jitter_") ? QuantileOf(values, 0.5) : MeanOf(values);
   }
   const auto median = [&](int which) {
-    return QuantileOf(Defined(samples[0].seconds.row(which)), 0.5);
+    std::vector<double> taken = Defined(samples[0].seconds.row(which));
+    std::erase(taken, 0.0);  // of what was not made
+    return taken.empty() ? 0.0 : QuantileOf(taken, 0.5);
   };
   summary.seconds = median(0);
   summary.finishing_seconds = median(1);
