@@ -201,12 +201,14 @@ TEST(ImosTrainer, LearnsAHandfulOfSequences) {
   options.iterations = 250;
   options.batch = 6;
   options.learning_rate = 3e-3;
-  options.stance_noise_rad = 0.0;  // it is to know them by heart
+  // It is to know them by heart, all of the body alike.
+  options.stance_noise_rad = options.shape_noise = 0.0;
+  options.losses.wrists = 1.0;
   Trainer trainer(sequences, options);
   while (trainer.Iteration() < options.iterations) trainer.Step();
   const RolloutErrors errors = trainer.Evaluate(sequences);
   EXPECT_GT(errors.still_m, 0.025);
-  EXPECT_LT(errors.mpjpe_m, 0.012);
+  EXPECT_LT(errors.mpjpe_m, 0.014);
   EXPECT_LT(errors.wrists_m, 0.05);
   EXPECT_LT(errors.object_m, 0.06);
   // It is the intent that tells them apart: another action from the same start goes elsewhere.
