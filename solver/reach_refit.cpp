@@ -25,6 +25,7 @@ using Eigen::Vector3d;
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 constexpr int kRoomKnots = 3;            // on either side of a goal: WarpReach asks for them
+constexpr double kMostSink = 0.08;       // metres: farther would be a squat, and sudden
 constexpr double kStepClearance = 0.03;  // metres: of a foot half-way through its step
 
 // How far the wrist of every frame has to bend up for the fingertip to be off the floor; zero where
@@ -113,7 +114,8 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
     for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
     FootLockReport lock;
     feet = LockFeet(rest_joints, soles, FindSupports(points, wandr::kFramesPerSecond), frames,
-                    {.clearance_m = kStepClearance, .keep_first = true}, &lock);
+                    {.clearance_m = kStepClearance, .most_sink_m = kMostSink, .keep_first = true},
+                    &lock);
     found.max_foot_correction_m = lock.max_correction_m;
     found.max_pelvis_sink_m = lock.max_sink_m;
   } else {

@@ -166,12 +166,13 @@ std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const Sole
       }
     }
   }
-  const std::vector<double> sink = PelvisSink(rest_joints, frames, feet);
+  std::vector<double> sink = PelvisSink(rest_joints, frames, feet);
   for (std::size_t t = 0; t < count; ++t) {
     const double share = options.keep_first ? FadeIn(static_cast<int>(t)) : 1.0;
     const BodyFrame before = frames[t];
-    frames[t].pelvis.z() -= share * sink[t];
-    found.max_sink_m = std::max(found.max_sink_m, share * sink[t]);
+    sink[t] = share * std::min(sink[t], options.most_sink_m);
+    frames[t].pelvis.z() -= sink[t];
+    found.max_sink_m = std::max(found.max_sink_m, sink[t]);
     found.max_missed_m = std::max(found.max_missed_m, PlaceLegs(rest_joints, feet[t], frames[t]));
     if (share == 1.0) continue;
     // Legs placed where they are already need not be bent as they were: knees may turn out.
