@@ -117,8 +117,7 @@ std::vector<std::string> NotesOf(const EvaluateReachOptions& options, const Reac
   notes.push_back(
       "Refitted: what 'reach' gives. Planted feet stay where they are, hands stay off the floor, "
       "and the wrist is put at the goal if the network brought it within 10 cm; SR is of what "
-      "comes "
-      "out.");
+      "comes out.");
   if (masked) {
     notes.push_back(
         "Rows marked 'masked' leave parts of the intention out of one trained network at run time; "

@@ -145,10 +145,8 @@ FitOutcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const Comm
   const imos::Recogniser recogniser(weights, options.recogniser);
   const std::vector<SynthesisCase> cases = CasesOf(options, common);
 
-  const ByteSource source{fs::path(options.recogniser)};
-  std::string bytes(source.Size(), '\0');
-  source.ReadAt(0, std::as_writable_bytes(std::span(bytes)));
-  SynthesisStudy study(options.output, cases, recogniser, Checksum(bytes),
+  SynthesisStudy study(options.output, cases, recogniser,
+                       Checksum(ByteSource{fs::path(options.recogniser)}),
                        {options.sigma, options.object_cases, options.keep_clips}, common);
   const std::vector<SynthesisRow> rows = SynthesisRows(networks, modes);
   const auto repeats_of = [&](const SynthesisRow& row) {

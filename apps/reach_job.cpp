@@ -24,9 +24,9 @@
 #include "generator/wandr/reach_outcome.h"
 #include "generator/wandr/reach_skating.h"
 #include "geometry/error.h"
-#include "geometry/parallel.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/io/mesh_io.h"
+#include "geometry/parallel.h"
 
 namespace holdfast::apps {
 namespace {

@@ -178,7 +178,6 @@ std::vector<StudyMotion> ReachStudy::Run(const ReachQuestion& question, const st
   const std::vector<wandr::RolloutStart<float>> starts = wandr::AsFloat(question.starts);
   const int total = question.protocol.NumCases(static_cast<int>(starts.size()));
   const std::string checksum = question.Checksum();
-  const std::vector<wandr::ReachCase> cases = wandr::ReachCases(question.protocol, bones_, starts);
   std::optional<wandr::Network<float>> network;  // only when something is left to run
   std::vector<StudyMotion> all;
   for (int first = 0; first < total; first += kBlock) {
@@ -193,15 +192,21 @@ std::vector<StudyMotion> ReachStudy::Run(const ReachQuestion& question, const st
       run.count = count;
       run.progress = [&](int, int) { progress(); };
       run.see = [&](int index, const wandr::RolloutTrack& track) {
-        StudyMotion& motion = (*block)[index - first];
-        wandr::RolloutTrack seen = track;
-        if (question.refitted) RefitToGoal(body_, cases[index].goal, seen);
-        motion.outcome = wandr::MeasureReach(seen.joints, cases[index].goal);
-        motion.surface_skating = wandr::SkatingOfLowestVertex(lowest_, seen.states);
+        (*block)[index - first].surface_skating =
+            wandr::SkatingOfLowestVertex(lowest_, track.states);
       };
-      wandr::RunReachProtocol(*network, bones_, starts, question.protocol, run);
+      if (question.refitted) {
+        run.change = [&](const wandr::ReachCase& one, wandr::RolloutTrack& track) {
+          RefitToGoal(body_, one.goal, track);
+        };
+      }
+      const std::vector<wandr::ReachOutcome> outcomes =
+          wandr::RunReachProtocol(*network, bones_, starts, question.protocol, run);
       nlohmann::json json = {{"question", checksum}, {"columns", kColumnNames}};
-      for (const StudyMotion& motion : *block) json["motions"].push_back(StudyRow(motion));
+      for (int i = 0; i < count; ++i) {
+        (*block)[i].outcome = outcomes[i];
+        json["motions"].push_back(StudyRow((*block)[i]));
+      }
       WriteAtomically(BlockFile(name, first / kBlock), json.dump() + "\n");
     }
     all.insert(all.end(), block->begin(), block->end());

@@ -36,14 +36,12 @@ class FrameBlock final : public ceres::CostFunction {
     JacobianRows J;
     int row = 0;
     terms_.ForEach([&]<typename Term>(const Term& term) {
-      const auto rows = r.template segment<Term::kRows>(row);
-      const auto J_rows = J.template middleRows<Term::kRows>(row);
+      auto rows = r.template segment<Term::kRows>(row);
+      auto J_rows = J.template middleRows<Term::kRows>(row);
       if constexpr (requires { term.Evaluate(chain_, state, change, rows, J_rows); }) {
-        term.Evaluate(chain_, state, change, r.template segment<Term::kRows>(row),
-                      J.template middleRows<Term::kRows>(row));
+        term.Evaluate(chain_, state, change, rows, J_rows);
       } else {
-        term.Evaluate(chain_, state, r.template segment<Term::kRows>(row),
-                      J.template middleRows<Term::kRows>(row));
+        term.Evaluate(chain_, state, rows, J_rows);
       }
       row += Term::kRows;
     });

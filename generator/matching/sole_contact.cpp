@@ -46,6 +46,12 @@ Soles SolePoints::At(const BodyPlacement& placed) const {
   return soles;
 }
 
+double SpeedAlongGround(std::span<const Soles> soles, double frame_rate, int point, std::size_t t) {
+  const std::size_t before = t > 0 ? t - 1 : 0, after = std::min(t + 1, soles.size() - 1);
+  const double way = (soles[after].col(point) - soles[before].col(point)).head<2>().norm();
+  return way * frame_rate / static_cast<double>(std::max<std::size_t>(after - before, 1));
+}
+
 std::vector<SoleBits> FindContacts(std::span<const Soles> soles, double frame_rate) {
   const std::size_t frames = soles.size();
   std::vector<SoleBits> contacts(frames, 0);
@@ -53,10 +59,7 @@ std::vector<SoleBits> FindContacts(std::span<const Soles> soles, double frame_ra
   for (int i = 0; i < GroundProbe::kNumSoles; ++i) {
     std::vector<bool> flags(frames);
     for (std::size_t t = 0; t < frames; ++t) {
-      const std::size_t before = t > 0 ? t - 1 : 0, after = std::min(t + 1, frames - 1);
-      const double way = (soles[after].col(i) - soles[before].col(i)).head<2>().norm();
-      const double speed =
-          way * frame_rate / static_cast<double>(std::max<std::size_t>(after - before, 1));
+      const double speed = SpeedAlongGround(soles, frame_rate, i, t);
       flags[t] = soles[t](2, i) < kContactHeight && speed < kContactSpeed;
     }
     FlipShortRuns(flags, false, shortest);

@@ -26,6 +26,9 @@ class SolePoints {
   Soles offset_;  // in the joint's frame
 };
 
+/// How fast a sole point (column) goes along the ground in frame t, m/s: over both neighbours.
+double SpeedAlongGround(std::span<const Soles> soles, double frame_rate, int point, std::size_t t);
+
 /// Bit i of a frame's contacts: sole point i is on the ground.
 using SoleBits = std::uint8_t;
 inline constexpr SoleBits kLeftSole = 0b0011, kRightSole = 0b1100;

@@ -16,11 +16,9 @@ constexpr std::array<unsigned, 3> kStates = {0b01, 0b10, 0b11};  // left, right,
 
 // What it costs to say of a foot that it carries. `heel` is the first of its two columns.
 double Cost(std::span<const Soles> soles, double frame_rate, int heel, std::size_t t) {
-  const std::size_t before = t > 0 ? t - 1 : 0, after = std::min(t + 1, soles.size() - 1);
   double least = std::numeric_limits<double>::infinity();
   for (const int point : {heel, heel + 1}) {
-    const double speed = (soles[after].col(point) - soles[before].col(point)).head<2>().norm() *
-                         frame_rate / static_cast<double>(std::max<std::size_t>(after - before, 1));
+    const double speed = SpeedAlongGround(soles, frame_rate, point, t);
     const double height = std::max(soles[t](2, point), 0.0);
     least =
         std::min(least, speed * speed / (kSpeed * kSpeed) + height * height / (kHeight * kHeight));

@@ -115,12 +115,18 @@ std::vector<ReachOutcome> RunReachProtocol(const Network<float>& network,
   std::vector<ReachOutcome> outcomes(count);
   std::mutex progress_mutex;
   int done = 0;
-  RunRollouts(network, bones, request, run.threads, options, [&](int i, const RolloutTrack& track) {
+  const auto finish = [&](int i, const RolloutTrack& track) {
     outcomes[i] = MeasureReach(track.joints, cases[i].goal, protocol.intention.wrist);
     if (run.see) run.see(run.first + i, track);
     if (!run.progress) return;
     const std::lock_guard lock(progress_mutex);
     run.progress(++done, count);
+  };
+  RunRollouts(network, bones, request, run.threads, options, [&](int i, const RolloutTrack& track) {
+    if (!run.change) return finish(i, track);
+    RolloutTrack changed = track;
+    run.change(cases[i], changed);
+    finish(i, changed);
   });
   return outcomes;
 }

@@ -67,6 +67,8 @@ struct ReachRun {
   int count = -1;  ///< -1: all from `first`
   /// Motions done so far; one call at a time. What it throws ends the run.
   std::function<void(int done, int total)> progress = {};
+  /// Changes a motion before it is measured and seen; called as `see` is.
+  std::function<void(const ReachCase&, RolloutTrack&)> change = {};
   /// Sees every motion; called from several threads at a time, `index` counts from 0 over all
   /// cases.
   std::function<void(int index, const RolloutTrack&)> see = {};
