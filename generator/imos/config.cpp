@@ -53,6 +53,9 @@ template <>
 constexpr std::array kWords<BodyMakes>{Word<BodyMakes>{BodyMakes::kPose, "pose"},
                                        Word<BodyMakes>{BodyMakes::kStep, "step"}};
 template <>
+constexpr std::array kWords<AttendedPast>{Word<AttendedPast>{AttendedPast::kInstead, "instead"},
+                                          Word<AttendedPast>{AttendedPast::kBeside, "beside"}};
+template <>
 constexpr std::array kWords<ObjectRotation>{
     Word<ObjectRotation>{ObjectRotation::kColumns, "columns"},
     Word<ObjectRotation>{ObjectRotation::kRows, "rows"}};
@@ -104,6 +107,8 @@ template <typename ConfigType, typename Visit>
 void ForEachOption(ConfigType& config, const Visit& visit) {
   visit("modules", config.modules);
   visit("self_attention", config.self_attention);
+  visit("attended_past", config.attended_past);
+  visit("sees_progress", config.sees_progress);
   visit("action_embedding", config.action_embedding);
   visit("arms_see_class", config.arms_see_class);
   visit("arms_object", config.arms_object);
@@ -196,12 +201,12 @@ int Config::ArmsConditionInput() const {
 }
 int Config::ArmsPresentInput() const { return kArmsSize + ArmsObjectSize() + arms_condition; }
 int Config::ArmsPastInput() const {
-  return kHistory * (kArmsSize + ArmsObjectSize()) + arms_condition;
+  return kHistory * (kArmsSize + ArmsObjectSize()) + ProgressSize() + arms_condition;
 }
 int Config::ArmsDecoderInput() const { return ArmsPastInput() + arms_latent; }
 int Config::BodyConditionInput() const { return kNumBetas + kNumObjects + action_size; }
 int Config::BodyPastInput() const {
-  int size = kHistory * (BodyPoseSize() + kObjectSize) + body_condition;
+  int size = kHistory * (BodyPastPoseSize() + kObjectSize) + ProgressSize() + body_condition;
   if (HasArms()) size += kHistory * kArmsSize + (body_sees_arms_now ? kArmsSize : 0);
   if (object_now != ObjectNow::kAbsent) size += kObjectSize;
   if (root == RootTranslation::kPredicted) size += kHistory * 3;
@@ -219,6 +224,8 @@ Config CompactConfig() {
   config.action_embedding = ActionEmbedding::kLearned;
   config.action_size = 32;
   config.arms_see_class = true;
+  config.attended_past = AttendedPast::kBeside;
+  config.sees_progress = true;
   config.arms_object = ArmsObject::kPose;
   config.object_now = ObjectNow::kPrevious;
   config.root = RootTranslation::kPredicted;

@@ -21,6 +21,12 @@ inline constexpr int kArmsSize = kNumArmJoints * kRotationSize;     ///< 36
 inline constexpr int kTrunkSize = kNumTrunkJoints * kRotationSize;  ///< 96
 inline constexpr int kObjectSize = 9;                               ///< translation 3, rotation 6
 
+/// How far a motion is at key frame t of the published protocol's: 0 in the first, 1 from the last
+/// one on.
+constexpr double ProgressOf(int frame) {
+  return frame < kNumKeyFrames - 1 ? static_cast<double>(frame) / (kNumKeyFrames - 1) : 1.0;
+}
+
 /// Two: arms by Arm Synthesis, then the trunk by Body Synthesis. One (the paper's third ablation):
 /// all 22 joints by Body Synthesis.
 enum class Modules { kTwo, kOne };
@@ -45,6 +51,10 @@ enum class RootTranslation { kGiven, kPredicted };
 /// key frame in 6D, as Arm Synthesis does: then people stand as they stood, also those it never
 /// saw.
 enum class BodyMakes { kPose, kStep };
+/// What Body Synthesis sees of past poses where there is self-attention: what that makes of them
+/// instead of them (the paper), or beside them. A layer norm over the whole pose is attention's
+/// last step, and takes away how large its numbers are.
+enum class AttendedPast { kInstead, kBeside };
 /// Which rotation of the object the networks see: R of x = R x_object + T, or its transpose, as
 /// GRAB and the published weights have it (their points are rows).
 enum class ObjectRotation { kColumns, kRows };
@@ -54,6 +64,10 @@ enum class ObjectRotation { kColumns, kRows };
 struct Config {
   Modules modules = Modules::kTwo;
   bool self_attention = true;  ///< false: the second ablation, past poses as they are
+  AttendedPast attended_past = AttendedPast::kInstead;
+  /// Encoders and decoders see how far the motion is, t / 14, at most 1: four past key frames
+  /// cannot tell a first bite from a last one. Not in the published system.
+  bool sees_progress = false;
   ActionEmbedding action_embedding = ActionEmbedding::kGiven;
   int action_size = 512;        ///< E
   bool arms_see_class = false;  ///< the object's one-hot in the arms' condition (the paper)
@@ -85,6 +99,13 @@ struct Config {
   /// Joints that Body Synthesis makes: 0..15, or 0..21.
   int BodyJoints() const { return HasArms() ? kNumTrunkJoints : kNumPoseJoints; }
   int BodyPoseSize() const { return BodyJoints() * kRotationSize; }
+  /// Whether Body Synthesis sees past poses as they are.
+  bool SeesPastPoses() const { return !self_attention || attended_past == AttendedPast::kBeside; }
+  /// Numbers of a past pose as Body Synthesis sees it.
+  int BodyPastPoseSize() const {
+    return ((self_attention ? 1 : 0) + (SeesPastPoses() ? 1 : 0)) * BodyPoseSize();
+  }
+  int ProgressSize() const { return sees_progress ? 1 : 0; }
   int ArmsObjectSize() const { return arms_object == ArmsObject::kPose ? kObjectSize : 3; }
   /// Random numbers of one step of one sample: the arms' first, then the body's.
   int NoiseSize() const { return (HasArms() ? arms_latent : 0) + body_latent; }
@@ -95,15 +116,15 @@ struct Config {
   int ArmsConditionInput() const;
   /// arms of frame t 36, object of frame t, phi: training only
   int ArmsPresentInput() const;
-  /// past arms 4 x 36, past objects 4 x (3 or 9), phi
+  /// past arms 4 x 36, past objects 4 x (3 or 9), progress 1 if seen, phi
   int ArmsPastInput() const;
-  /// phi, latent, past arms, past objects
+  /// phi, latent, past arms, past objects, progress
   int ArmsDecoderInput() const;
   /// betas 10, object one-hot 54, action E
   int BodyConditionInput() const;
-  /// attended past poses 4 x BodyPoseSize(); with two modules past arms 4 x 36 and, if
-  /// body_sees_arms_now, arms of frame t 36; object "now" 9 unless absent; past objects 4 x 9; past
-  /// root translations 4 x 3 if predicted; phi
+  /// past poses 4 x BodyPoseSize(), attended, and then 4 x as they are if beside; with two modules
+  /// past arms 4 x 36 and, if body_sees_arms_now, arms of frame t 36; object "now" 9 unless absent;
+  /// past objects 4 x 9; past root translations 4 x 3 if predicted; progress 1 if seen; phi
   int BodyPastInput() const;
   /// latent, then the past encoder's input before its normalisation
   int BodyDecoderInput() const;

@@ -126,7 +126,7 @@ void Rollout<Real>::Step(const ConstRef& noise) {
   }
   const std::span<const KeyFrame<Real>, kHistory> past(&frames_[num_frames_ - kHistory], kHistory);
   KeyFrame<Real>& next = frames_[num_frames_];
-  RunStep<Real>(network_, past, codes_, noise, TapeOf(num_frames_), next);
+  RunStep<Real>(network_, past, codes_, num_frames_, noise, TapeOf(num_frames_), next);
   next.object.leftCols(num_samples_) = past.back().object.leftCols(num_samples_);
   ++num_frames_;
 }

@@ -16,6 +16,7 @@ class ColumnWriter {
  public:
   explicit ColumnWriter(Real* begin) : next_(begin) {}
   void Put(const Real* values, int count) { next_ = std::copy_n(values, count, next_); }
+  void Put(Real value) { *next_++ = value; }
   void PutArms(const Real* pose, const std::array<int, kNumArmJoints>& order) {
     for (const int joint : order) Put(pose + kRotationSize * joint, kRotationSize);
   }
@@ -33,6 +34,8 @@ class ColumnAdder {
     for (int i = 0; i < count; ++i) sums[i] += next_[i];
     next_ += count;
   }
+  /// Of numbers that nothing is to be known about.
+  void Skip(int count) { next_ += count; }
   void AddArmsTo(Real* pose, const std::array<int, kNumArmJoints>& order) {
     for (const int joint : order) AddTo(pose + kRotationSize * joint, kRotationSize);
   }
@@ -43,13 +46,14 @@ class ColumnAdder {
 
 // What both of the arms' networks see of the past.
 template <typename Real>
-void PutArmsPast(const Config& c, std::span<const KeyFrame<Real>, kHistory> past, int i,
-                 ColumnWriter<Real>& out) {
+void PutArmsPast(const Config& c, std::span<const KeyFrame<Real>, kHistory> past, Real progress,
+                 int i, ColumnWriter<Real>& out) {
   const auto order = ArmJoints(c.arm_order);
   for (const KeyFrame<Real>& frame : past) out.PutArms(frame.pose.col(i).data(), order);
   for (const KeyFrame<Real>& frame : past) {
     out.Put(frame.object.col(i).data(), c.ArmsObjectSize());
   }
+  if (c.sees_progress) out.Put(progress);
 }
 
 template <typename Real>
@@ -60,6 +64,7 @@ void AddArmsPast(const Config& c, ColumnAdder<Real>& bars,
   for (KeyFrame<Real>& frame : past_bar) {
     bars.AddTo(frame.object.col(i).data(), c.ArmsObjectSize());
   }
+  bars.Skip(c.ProgressSize());
 }
 
 // z = mu + sigma eps into `z`.
@@ -88,7 +93,7 @@ void RunArms(const Network<Real>& network, std::span<const KeyFrame<Real>, kHist
   auto input = tape.arms_encoder->Input();
   for (int i = 0; i < samples; ++i) {
     ColumnWriter<Real> out(input.col(i).data());
-    PutArmsPast(c, past, i, out);
+    PutArmsPast(c, past, tape.progress, i, out);
     out.Put(codes.arms.col(i).data(), c.arms_condition);
   }
   network.ArmsEncoder().Forward(*tape.arms_encoder);
@@ -100,7 +105,7 @@ void RunArms(const Network<Real>& network, std::span<const KeyFrame<Real>, kHist
     Real* const z = column + c.arms_condition;
     Sample(tape.arms_encoder->Output().col(i), tape.noise.col(i).data(), c.arms_latent, z);
     ColumnWriter<Real> rest(z + c.arms_latent);
-    PutArmsPast(c, past, i, rest);
+    PutArmsPast(c, past, tape.progress, i, rest);
   }
   network.ArmsDecoder().Forward(*tape.arms_decoder);
   const auto output = tape.arms_decoder->Output();
@@ -116,9 +121,15 @@ void RunArms(const Network<Real>& network, std::span<const KeyFrame<Real>, kHist
 
 template <typename Real>
 void PutBodyPast(const Config& c, std::span<const KeyFrame<Real>, kHistory> past,
-                 const KeyFrame<Real>& next, const Real* phi, int i, ColumnWriter<Real>& out) {
-  for (const KeyFrame<Real>& frame : past) {
-    out.Put((c.self_attention ? frame.attended : frame.pose).col(i).data(), c.BodyPoseSize());
+                 const KeyFrame<Real>& next, Real progress, const Real* phi, int i,
+                 ColumnWriter<Real>& out) {
+  if (c.self_attention) {
+    for (const KeyFrame<Real>& frame : past) {
+      out.Put(frame.attended.col(i).data(), c.BodyPoseSize());
+    }
+  }
+  if (c.SeesPastPoses()) {
+    for (const KeyFrame<Real>& frame : past) out.Put(frame.pose.col(i).data(), c.BodyPoseSize());
   }
   if (c.HasArms()) {
     for (const KeyFrame<Real>& frame : past) {
@@ -131,6 +142,7 @@ void PutBodyPast(const Config& c, std::span<const KeyFrame<Real>, kHistory> past
   if (c.root == RootTranslation::kPredicted) {
     for (const KeyFrame<Real>& frame : past) out.Put(frame.root.col(i).data(), 3);
   }
+  if (c.sees_progress) out.Put(progress);
   out.Put(phi, c.body_condition);
 }
 
@@ -139,8 +151,13 @@ template <typename Real>
 void AddBodyPast(const Config& c, ColumnAdder<Real>& bars,
                  std::span<KeyFrame<Real>, kHistory> past_bar, Real* arms_bar, Real* phi_bar,
                  int i) {
-  for (KeyFrame<Real>& frame : past_bar) {
-    bars.AddTo((c.self_attention ? frame.attended : frame.pose).col(i).data(), c.BodyPoseSize());
+  if (c.self_attention) {
+    for (KeyFrame<Real>& frame : past_bar) {
+      bars.AddTo(frame.attended.col(i).data(), c.BodyPoseSize());
+    }
+  }
+  if (c.SeesPastPoses()) {
+    for (KeyFrame<Real>& frame : past_bar) bars.AddTo(frame.pose.col(i).data(), c.BodyPoseSize());
   }
   if (c.HasArms()) {
     for (KeyFrame<Real>& frame : past_bar) {
@@ -155,6 +172,7 @@ void AddBodyPast(const Config& c, ColumnAdder<Real>& bars,
   if (c.root == RootTranslation::kPredicted) {
     for (KeyFrame<Real>& frame : past_bar) bars.AddTo(frame.root.col(i).data(), 3);
   }
+  bars.Skip(c.ProgressSize());
   bars.AddTo(phi_bar, c.body_condition);
 }
 
@@ -167,7 +185,7 @@ void RunBody(const Network<Real>& network, std::span<const KeyFrame<Real>, kHist
   auto input = tape.body_encoder->Input();
   for (int i = 0; i < samples; ++i) {
     ColumnWriter<Real> out(input.col(i).data());
-    PutBodyPast(c, past, next, codes.body.col(i).data(), i, out);
+    PutBodyPast(c, past, next, tape.progress, codes.body.col(i).data(), i, out);
   }
   network.BodyEncoder().Forward(*tape.body_encoder);
   auto decoder_input = tape.body_decoder->Input();
@@ -242,13 +260,14 @@ StepScratch<Real>::StepScratch(const Network<Real>& network, int max_gradients) 
 
 template <typename Real>
 void RunStep(const Network<Real>& network, std::span<const KeyFrame<Real>, kHistory> past,
-             const ConditionCodes<Real>& codes,
+             const ConditionCodes<Real>& codes, int frame,
              const Eigen::Ref<const typename KeyFrame<Real>::Matrix>& noise, StepTape<Real>& tape,
              KeyFrame<Real>& next) {
   const int samples = static_cast<int>(noise.cols());
   assert(noise.rows() == network.Options().NoiseSize());
   tape.Resize(samples);
   tape.noise.leftCols(samples) = noise;
+  tape.progress = static_cast<Real>(ProgressOf(frame));
   if (network.Options().HasArms()) RunArms(network, past, codes, tape, next, samples);
   RunBody(network, past, codes, tape, next, samples);
 }
@@ -329,7 +348,7 @@ void StepBackward(const Network<Real>& network, const StepTape<Real>& tape,
   template class StepTape<Real>;                                                                \
   template class StepScratch<Real>;                                                             \
   template void RunStep<Real>(const Network<Real>&, std::span<const KeyFrame<Real>, kHistory>,  \
-                              const ConditionCodes<Real>&,                                      \
+                              const ConditionCodes<Real>&, int,                                 \
                               const Eigen::Ref<const KeyFrame<Real>::Matrix>&, StepTape<Real>&, \
                               KeyFrame<Real>&);                                                 \
   template void StepBackward<Real>(const Network<Real>&, const StepTape<Real>&,                 \

@@ -42,6 +42,7 @@ class StepTape {
   std::optional<nn::Tape<Real>> arms_encoder, arms_decoder;  ///< of two modules
   std::optional<nn::Tape<Real>> body_encoder, body_decoder;  ///< always
   Matrix noise;                                              ///< (NoiseSize x max samples)
+  Real progress = 0;                                         ///< ProgressOf
 };
 
 /// Room for StepBackward with up to `max_gradients` columns.
@@ -57,15 +58,17 @@ class StepScratch {
 
 /// One step: from the past k key frames, oldest first, with their `attended`, the pose of the next
 /// one (and its root where that is predicted). Writes next.pose and next.root; nothing is
-/// allocated. `noise` (NoiseSize x N) ~ N(0, I): the latents are mu + sigma noise.
+/// allocated. `frame` is its number. `noise` (NoiseSize x N) ~ N(0, I): the latents are mu + sigma
+/// noise.
 ///
-///   arms:  mu, sigma = encoder(past arms, past objects, phi);  z = mu + sigma eps
-///          arms_t = arms_{t-1} + decoder(phi, z, past arms, past objects)
-///   body:  x = [attended past, past arms, arms_t, object now, past objects, past roots, phi]
+///   arms:  mu, sigma = encoder(past arms, past objects, progress, phi);  z = mu + sigma eps
+///          arms_t = arms_{t-1} + decoder(phi, z, past arms, past objects, progress)
+///   body:  x = [attended past, past, past arms, arms_t, object now, past objects, past roots,
+///               progress, phi], parts by the configuration
 ///          mu, sigma = encoder(x);  z = mu + sigma eps;  pose_t = decoder(z, x)
 template <typename Real>
 void RunStep(const Network<Real>& network, std::span<const KeyFrame<Real>, kHistory> past,
-             const ConditionCodes<Real>& codes,
+             const ConditionCodes<Real>& codes, int frame,
              const Eigen::Ref<const typename KeyFrame<Real>::Matrix>& noise, StepTape<Real>& tape,
              KeyFrame<Real>& next);
 

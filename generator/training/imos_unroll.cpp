@@ -83,6 +83,7 @@ TorchFrame Unroller::Predict(const StepOptions& options) {
                           : torch::zeros_like(like);
   };
   const TorchFrame& last = history_.back();
+  const torch::Tensor progress = torch::full({rows, 1}, ProgressOf(t_), batch_.pose.options());
   torch::Tensor past_arms = Past(&TorchFrame::pose, kTrunk, kArms), arms_now;
   if (config_.HasArms()) {
     const bool with_rotation = config_.arms_object == ArmsObject::kPose;
@@ -90,6 +91,7 @@ TorchFrame Unroller::Predict(const StepOptions& options) {
     for (const TorchFrame& frame : history_) {
       parts.push_back(ObjectNumbers(frame.object, with_rotation));
     }
+    if (config_.sees_progress) parts.push_back(progress);
     const torch::Tensor past = torch::cat(parts, 1);
     const Latents from_past = networks_.ArmsPast(past, arms_phi_, pass_);
     divergence_arms_ = from_past.Divergence();
@@ -125,6 +127,9 @@ TorchFrame Unroller::Predict(const StepOptions& options) {
     }
     parts.push_back(frame.attended);
   }
+  if (config_.self_attention && config_.SeesPastPoses()) {
+    parts.push_back(Past(&TorchFrame::pose, 0, config_.BodyPoseSize()));
+  }
   if (config_.HasArms()) {
     parts.push_back(past_arms);
     if (config_.body_sees_arms_now) parts.push_back(arms_now);
@@ -136,6 +141,7 @@ TorchFrame Unroller::Predict(const StepOptions& options) {
   for (const TorchFrame& frame : history_) parts.push_back(ObjectNumbers(frame.object, true));
   const bool predicts_root = config_.root == RootTranslation::kPredicted;
   if (predicts_root) parts.push_back(Past(&TorchFrame::transl, 0, 3));
+  if (config_.sees_progress) parts.push_back(progress);
   parts.push_back(body_phi_);
   const torch::Tensor input = torch::cat(parts, 1);
   const Latents latents = networks_.BodyPast(input, pass_);

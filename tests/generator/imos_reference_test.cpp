@@ -120,7 +120,7 @@ void CompareMotions(const NpzReader& file, const std::string& name, const Networ
 void Compare(const std::filesystem::path& folder) {
   const NpzReader file(folder / "motions.npz");
   const Fixture fixture = ReadFixture(folder);
-  ASSERT_EQ(fixture.configs.size(), 5u);
+  ASSERT_EQ(fixture.configs.size(), 6u);
   for (const auto& [name, config] : fixture.configs) {
     CompareMotions(file, name, testing::DrawnNetwork(config, fixture.seed));
   }

@@ -38,6 +38,8 @@ std::vector<Named> AllKinds() {
   published.object_now = ObjectNow::kTrue;
   published.arm_order = ArmOrder::kRightThenLeft;
   published.root = RootTranslation::kGiven;
+  published.attended_past = AttendedPast::kInstead;
+  published.sees_progress = false;
   kinds.push_back({"published", published});
   Config one = testing::SmallConfig();
   one.modules = Modules::kOne;
@@ -221,6 +223,7 @@ TEST(ImosRollout, StepsAllocateNothing) {
 // What is fed back is raw: with poses made orthonormal between steps the motion is another.
 TEST(ImosRollout, FeedsBackWhatTheNetworksGave) {
   Config config = testing::SmallConfig();
+  config.sees_progress = false;  // of the second rollout it is another
   const Network<double> network(DrawnNetwork(config, 22));
   const Given<double> given = RandomGiven(config, 1, 6, 23);
   Rollout<double> rollout(network, 1, 6);
