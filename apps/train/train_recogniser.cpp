@@ -184,6 +184,16 @@ void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(CLI::Range(1e-9, 1.0));
   command
+      ->add_option("--jitter", training.jitter_m,
+                   "Deviation of what is added to every coordinate, metres")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
+  command
+      ->add_option("--pace", training.pace,
+                   "Key frames by which motions are made faster here and slower there")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 5.0));
+  command
       ->add_option("--patience", training.patience,
                    "Stop after so many epochs without a better validation; 0: never")
       ->capture_default_str()

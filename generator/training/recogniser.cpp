@@ -5,12 +5,14 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <numeric>
 
 #include <fmt/format.h>
 #include <torch/torch.h>
 
 #include "generator/nn/random_stream.h"
+#include "generator/training/motion_augmentation.h"
 #include "geometry/error.h"
 
 namespace holdfast::imos {
@@ -54,26 +56,6 @@ void Require(const LabelledMotions& set, const LabelledMotions& like) {
                   fmt::format("Actions are 0 to {}", kNumActions - 1));
     }
   }
-}
-
-// Motions (N x T x 66) of people who stand otherwise and are of other size.
-torch::Tensor InOtherStances(const torch::Tensor& motions, double stance_m,
-                             nn::RandomStream& random) {
-  constexpr double kScale = 0.1;
-  const auto count = motions.size(0);
-  torch::Tensor shift = torch::empty({count, 1, motions.size(2)});
-  torch::Tensor scale = torch::empty({count, 1, 1});
-  float* shifts = shift.data_ptr<float>();
-  for (std::int64_t i = 0; i < shift.numel(); i += 2) {  // 66 of each: an even number
-    double first, second;
-    random.NormalPair(first, second);
-    shifts[i] = static_cast<float>(stance_m * first);
-    shifts[i + 1] = static_cast<float>(stance_m * second);
-  }
-  for (std::int64_t n = 0; n < count; ++n) {
-    scale[n][0][0] = static_cast<float>(1.0 + kScale * (2.0 * random.Uniform() - 1.0));
-  }
-  return motions * scale + shift;
 }
 
 // Mean and deviation of each of the 66 coordinates over frames and motions.
@@ -121,7 +103,8 @@ RecogniserOptions PaperRecogniserOptions() {
   options.patience = 0;
   options.standardise = false;
   options.softmax = false;
-  options.stance_m = 0.0;
+  options.falling = false;
+  options.stance_m = options.jitter_m = options.pace = 0.0;
   return options;
 }
 
@@ -238,7 +221,8 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
   torch::Tensor motions = BatchOf(training.motions);
   const torch::Tensor targets = one_hot(training.labels);
   const Scale scale = options.standardise ? Scale(motions) : Scale();
-  if (options.stance_m == 0.0) motions = scale.Standardised(motions);
+  const bool disturbed = options.stance_m > 0.0 || options.pace > 0.0 || options.jitter_m > 0.0;
+  if (!disturbed) motions = scale.Standardised(motions);
   const bool validates = !validation.motions.empty();
   torch::Tensor validation_motions, validation_targets;
   if (validates) {
@@ -262,6 +246,12 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
     for (int n = count - 1; n > 0; --n) {
       std::swap(order[n], order[static_cast<int>(random.Uniform() * (n + 1))]);
     }
+    if (options.falling) {
+      const double way = std::numbers::pi * (epoch - 1) / options.epochs;
+      for (auto& group : optimizer.param_groups()) {
+        group.options().set_lr(0.5 * options.learning_rate * (1.0 + std::cos(way)));
+      }
+    }
     RecogniserEpoch now;
     now.epoch = epoch;
     for (int first = 0; first < count; first += options.batch) {
@@ -269,9 +259,10 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
       const torch::Tensor some = torch::tensor(
           std::vector<std::int64_t>(order.begin() + first, order.begin() + first + size));
       torch::Tensor shown = motions.index_select(0, some);
-      if (options.stance_m > 0.0) {
-        shown = scale.Standardised(InOtherStances(shown, options.stance_m, random));
-      }
+      if (options.pace > 0.0) shown = AtOtherPaces(shown, options.pace, random);
+      if (options.stance_m > 0.0) shown = InOtherStances(shown, options.stance_m, random);
+      if (options.jitter_m > 0.0) shown = Jittered(shown, options.jitter_m, random);
+      if (disturbed) shown = scale.Standardised(shown);
       optimizer.zero_grad();
       const torch::Tensor loss = loss_of(logits_of(shown), targets.index_select(0, some));
       loss.backward();

@@ -22,6 +22,7 @@ struct RecogniserOptions {
   int batch = 16;
   int epochs = 300;
   double learning_rate = 2e-3;    ///< of Adam
+  bool falling = true;            ///< it falls to 0 as a cosine over the epochs
   double largest_gradient = 1.0;  ///< norm that gradients are clipped to
   int patience = 60;              ///< epochs without a better validation; 0: never stops early
   /// Before so many steps it never stops: for some hundred the network knows nothing but how often
@@ -35,6 +36,12 @@ struct RecogniserOptions {
   /// Every motion is seen with all of each joint's positions shifted by a draw of this deviation,
   /// metres, and as a whole scaled by up to a tenth: how somebody stands is not what they do.
   double stance_m = 0.05;
+  /// Every coordinate of every key frame is seen with a draw of this deviation added, metres: a
+  /// centimetre more or less is not what tells actions apart.
+  double jitter_m = 0.015;
+  /// Motions are seen at other paces: each key frame is taken from up to so many key frames earlier
+  /// or later, linearly between the two it falls between, first and last as they are.
+  double pace = 1.0;
   std::uint64_t seed = 1;
 };
 

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <torch/torch.h>
+
+#include "generator/nn/random_stream.h"
+
+/// Other motions of the same meaning, for networks that are to tell actions from joints: (N x T x
+/// 66) metres, in and out.
+namespace holdfast::imos {
+
+/// Of people who stand otherwise and are of other size: each coordinate of a motion shifted by a
+/// draw of N(0, stance_m^2), the same in all key frames, and the whole scaled by up to a tenth.
+torch::Tensor InOtherStances(const torch::Tensor& motions, double stance_m,
+                             nn::RandomStream& random);
+
+/// Faster here and slower there: key frame k of T is what was, linearly between two, at
+/// k + pace (a sin(pi k / (T - 1)) + b sin(2 pi k / (T - 1)) / 2), a and b uniform in -1 .. 1 for
+/// each motion. The first and the last stay.
+torch::Tensor AtOtherPaces(const torch::Tensor& motions, double pace, nn::RandomStream& random);
+
+/// A draw of N(0, jitter_m^2) added to each number.
+torch::Tensor Jittered(const torch::Tensor& motions, double jitter_m, nn::RandomStream& random);
+
+}  // namespace holdfast::imos
