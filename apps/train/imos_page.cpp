@@ -43,6 +43,9 @@ std::string ImosTrainingPage(const std::vector<json>& lines, long iterations) {
               end, true),
        Figure("Divergence of latents, nats each, of all encoders",
               {train("/divergence", "divergence", "#8a3ffc")}, end, true),
+       Figure("Critic: its doubts about whole motions, and the share that it judges rightly",
+              {train("/doubt", "doubt", "#b4521e"), train("/critic", "judged rightly", "#0f62fe")},
+              end, false),
        Figure("Learning rate", {train("/learning_rate", "rate", "#5b6470")}, end, true)});
 }
 

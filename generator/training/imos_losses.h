@@ -20,6 +20,8 @@ struct Losses {
   double velocity = 0.0;              ///< sum over modules
   double joints = 0.0, wrists = 0.0;  ///< metres
   double root = 0.0;                  ///< metres
+  double doubt = 0.0;                 ///< of the critic: 0 none, 1 to be sure
+  double critic = 0.0;                ///< share that the critic judges rightly
   double total = 0.0;                 ///< weighed
   double gradient = 0.0;              ///< norm, before it is clipped
 
@@ -31,6 +33,8 @@ struct Losses {
     joints += weight * other.joints;
     wrists += weight * other.wrists;
     root += weight * other.root;
+    doubt += weight * other.doubt;
+    critic += weight * other.critic;
     total += weight * other.total;
     gradient += weight * other.gradient;
   }

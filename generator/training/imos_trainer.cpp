@@ -11,15 +11,12 @@
 #include <fmt/format.h>
 
 #include "generator/imos/res_block.h"
-#include "generator/training/imos_augmentation.h"
 #include "generator/training/imos_trainer_state.h"
 #include "geometry/error.h"
-#include "geometry/parallel.h"
 
 namespace holdfast::imos {
 namespace {
 
-constexpr int kSteps = kNumKeyFrames - kHistory;
 constexpr int kWarmUp = 50;         // iterations
 constexpr double kLastRate = 0.01;  // share of the learning rate that is left at the end
 // Of the start.
@@ -118,6 +115,7 @@ TrainingOptions PaperOptions() {
   TrainingOptions options;
   options.config = PaperConfig();
   options.as_published = true;
+  options.critic = 0.0;
   options.learning_rate = 5e-4;
   options.weight_decay = 0.0;
   options.dropout = 0.1;
@@ -167,7 +165,8 @@ Trainer::Impl::Impl(const std::vector<ActionSequence>& given,
     : options(training_options),
       data(TensorsOf(given)),
       fingerprint_of_data(Fingerprint(data)),
-      networks(options.config, Start(options, data, embeddings), "training") {
+      networks(options.config, Start(options, data, embeddings), "training"),
+      critic(data, options.seed) {
   options.batch = static_cast<int>(std::min<long>(options.batch, data.Count()));
   if (options.as_published && options.config.HasArms()) {
     optimizers.emplace_back("arms", networks.Parameters("arms."), options);
@@ -200,77 +199,6 @@ double Trainer::Impl::CosineRate() const {
   const double warm = std::min(1.0, static_cast<double>(iteration + 1) / kWarmUp);
   const double fall = 0.5 * (1.0 + std::cos(std::numbers::pi * Progress()));
   return options.learning_rate * warm * (kLastRate + (1.0 - kLastRate) * fall);
-}
-
-Losses Trainer::Impl::StepTogether(nn::RandomStream& random) {
-  const double lengthening =
-      options.lengthen_until > 0.0 ? std::min(1.0, Progress() / options.lengthen_until) : 1.0;
-  const int steps = std::min(kSteps, 1 + static_cast<int>(lengthening * kSteps));
-  const int first =
-      kHistory + static_cast<int>(random.Uniform() * static_cast<double>(kSteps - steps + 1));
-  const bool running = Progress() >= options.running_from;
-  const std::vector<std::int64_t> rows = DrawRows();
-  const int shards = std::max(1, static_cast<int>(rows.size()) / options.shard);
-  std::vector<std::uint64_t> seeds(static_cast<std::size_t>(shards));
-  for (std::uint64_t& seed : seeds) seed = random.Next();
-
-  OptimizerOf& optimizer = optimizers[0];
-  struct Shard {
-    std::vector<torch::Tensor> gradients;
-    Pass pass;
-    Losses losses;
-  };
-  std::vector<Shard> done(static_cast<std::size_t>(shards));
-  ParallelFor(shards, options.threads, [&](int k) {
-    at::set_num_threads(1);
-    const std::size_t begin = rows.size() * k / shards, end = rows.size() * (k + 1) / shards;
-    const double share = static_cast<double>(end - begin) / static_cast<double>(rows.size());
-    SequenceTensors batch = data.Rows({rows.data() + begin, rows.data() + end});
-    at::Generator generator = at::detail::createCPUGenerator(seeds[k]);
-    DisturbShapes(batch, options.shape_noise, generator);
-    DisturbStances(batch, options.stance_noise_rad, generator);
-    Pass& pass = done[k].pass;
-    pass.batch_statistics = !running;
-    pass.dropout = options.dropout;
-    pass.generator = &generator;
-    Unroller unroller(networks, batch, first, options.history_noise, pass, generator);
-    StepOptions how;
-    how.present_share = options.config.HasArms() ? options.present_share : 0.0;
-    how.true_object_now = true;
-    torch::Tensor loss = torch::zeros({});
-    Shard& out = done[k];
-    for (int step = 0; step < steps; ++step) {
-      const TorchFrame frame = unroller.Predict(how);
-      const StepLosses losses = unroller.Judge(frame, options.losses);
-      loss = loss + losses.body_total;
-      if (losses.arms_total.defined()) loss = loss + losses.arms_total;
-      out.losses.Add(losses.values, share / steps);
-      unroller.Advance(frame);
-    }
-    out.gradients = torch::autograd::grad({loss * (share / steps)}, optimizer.parameters, {}, false,
-                                          false, true);
-  });
-
-  Losses losses;
-  for (std::size_t p = 0; p < optimizer.parameters.size(); ++p) {
-    torch::Tensor sum;
-    for (const Shard& shard : done) {
-      const torch::Tensor& part = shard.gradients[p];
-      if (part.defined()) sum = sum.defined() ? sum + part : part;
-    }
-    optimizer.parameters[p].mutable_grad() = sum;
-  }
-  std::vector<const Pass*> passes;
-  for (const Shard& shard : done) {
-    losses.Add(shard.losses, 1.0);
-    passes.push_back(&shard.pass);
-  }
-  networks.TakeStatistics(passes);
-  losses.gradient =
-      torch::nn::utils::clip_grad_norm_(optimizer.parameters, options.largest_gradient);
-  for (auto& group : optimizer.adam->param_groups()) group.options().set_lr(CosineRate());
-  if (std::isfinite(losses.gradient)) optimizer.adam->step();
-  return losses;
 }
 
 Trainer::Trainer(const std::vector<ActionSequence>& sequences, const TrainingOptions& options,

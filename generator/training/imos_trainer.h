@@ -47,6 +47,11 @@ struct TrainingOptions {
   /// From this share of the iterations on, batch norms use the statistics that they will be run
   /// with, which stay; what is trained is then exactly what is run.
   double running_from = 0.15;
+  /// Weight of what the critic doubts of whole motions, made as at run time (action_critic.h); 0
+  /// has none.
+  double critic = 0.03;
+  /// From this share of the iterations on; the windows are whole then.
+  double critic_from = 0.5;
   int shard = 64;  ///< rows that are unrolled together, on one thread
 
   std::uint64_t seed = 1;

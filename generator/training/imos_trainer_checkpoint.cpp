@@ -18,12 +18,13 @@ std::string Fingerprint(const TrainingOptions& o, const std::string& data) {
   std::string text = fmt::format(
       "published {} {} iterations {} batch {} shard {} rate {} decay {} clip {} dropout {} present "
       "{} "
-      "noise {} {} lengthen {} running {} losses {} {} {} {} {} {} {} seed {} data {}",
+      "noise {} {} {} lengthen {} running {} critic {} {} losses {} {} {} {} {} {} {} seed {} "
+      "data {}",
       o.as_published, o.true_history_epochs, o.iterations, o.batch, o.shard, o.learning_rate,
       o.weight_decay, o.largest_gradient, o.dropout, o.present_share, o.history_noise,
-      o.shape_noise, o.stance_noise_rad, o.lengthen_until, o.running_from, o.losses.divergence,
-      o.losses.pose, o.losses.velocity, o.losses.joints, o.losses.num_joints, o.losses.wrists,
-      o.losses.root, o.seed, data);
+      o.shape_noise, o.stance_noise_rad, o.lengthen_until, o.running_from, o.critic, o.critic_from,
+      o.losses.divergence, o.losses.pose, o.losses.velocity, o.losses.joints, o.losses.num_joints,
+      o.losses.wrists, o.losses.root, o.seed, data);
   for (const auto& [name, value] : ConfigTexts(o.config))
     text += fmt::format(" {} {}", name, value);
   return text;
@@ -43,6 +44,10 @@ void Trainer::Save(const std::filesystem::path& path) const {
         fmt::format("{:.17g} {:.17g} {} {:.17g}", optimizer.plateau.rate, optimizer.plateau.best,
                     optimizer.plateau.bad_epochs, optimizer.epoch_loss));
   }
+  for (const auto& [name, tensor] : s.critic.Network().Tensors()) {
+    file.Add("critic." + name, tensor);
+  }
+  file.AddMoments<AdamState>("critic_adam", s.critic.Optimizer(), s.critic.Network().Parameters());
   file.Write(path);
 }
 
@@ -59,6 +64,9 @@ void Trainer::Load(const std::filesystem::path& path) {
       file.Damaged(fmt::format("has no schedule of '{}'", optimizer.name));
     }
   }
+  s.critic.Network().ForEach(
+      [&](const std::string& name, torch::Tensor& tensor) { file.Fill("critic." + name, tensor); });
+  file.ReadMoments<AdamState>("critic_adam", s.critic.Network().Parameters(), s.critic.Optimizer());
   s.iteration = std::atol(file.Text("iteration").c_str());
 }
 

@@ -7,12 +7,15 @@
 #include <vector>
 
 #include "generator/nn/random_stream.h"
+#include "generator/training/action_critic.h"
 #include "generator/training/imos_batch.h"
 #include "generator/training/imos_networks.h"
 #include "generator/training/imos_trainer.h"
 #include "generator/training/imos_unroll.h"
 
 namespace holdfast::imos {
+
+inline constexpr int kSteps = kNumKeyFrames - kHistory;  ///< of a whole motion
 
 /// Lowers a learning rate when a loss no longer falls: torch's ReduceLROnPlateau with a relative
 /// threshold.
@@ -53,12 +56,26 @@ struct Trainer::Impl {
   double CosineRate() const;
 
   Losses StepTogether(nn::RandomStream& random);
+  /// Rows of a batch that are unrolled together, on one thread.
+  struct Shard;
+  /// What an iteration asks of all of them: windows of `steps` key frames from `first` on, whether
+  /// whole motions are shown to the critic.
+  struct Window {
+    int first, steps;
+    bool criticised;
+  };
+  void UnrollShard(SequenceTensors batch, double share, const Window& window, std::uint64_t seed,
+                   Shard& out) const;
+  /// What the critic doubts, weighed, a scalar.
+  torch::Tensor DoubtOf(const std::vector<torch::Tensor>& frames, const SequenceTensors& batch,
+                        double share, Shard& out) const;
   Losses StepAsPublished(nn::RandomStream& random);
 
   TrainingOptions options;
   SequenceTensors data;
   std::string fingerprint_of_data;
   TorchNetworks networks;
+  ActionCritic critic;
   std::vector<OptimizerOf> optimizers;  ///< one; as published, the arms' and the body's
   long iteration = 0;
 };

@@ -59,6 +59,8 @@ TrainingOptions TinyPaperOptions() {
   options.config.object_rotation = published.object_rotation;
   options.config.root = published.root;
   options.config.body_makes = published.body_makes;
+  options.config.attended_past = published.attended_past;
+  options.config.sees_progress = published.sees_progress;
   options.true_history_epochs = 5;
   options.iterations = 20;
   options.batch = 8;
