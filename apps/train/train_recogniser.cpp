@@ -189,11 +189,6 @@ void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   command
-      ->add_option("--pace", training.pace,
-                   "Key frames by which motions are made faster here and slower there")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 5.0));
-  command
       ->add_option("--patience", training.patience,
                    "Stop after so many epochs without a better validation; 0: never")
       ->capture_default_str()

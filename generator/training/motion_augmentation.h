@@ -14,11 +14,6 @@ namespace holdfast::imos {
 torch::Tensor InOtherStances(const torch::Tensor& motions, double stance_m,
                              nn::RandomStream& random);
 
-/// Faster here and slower there: key frame k of T is what was, linearly between two, at
-/// k + pace (a sin(pi k / (T - 1)) + b sin(2 pi k / (T - 1)) / 2), a and b uniform in -1 .. 1 for
-/// each motion. The first and the last stay.
-torch::Tensor AtOtherPaces(const torch::Tensor& motions, double pace, nn::RandomStream& random);
-
 /// A draw of N(0, jitter_m^2) added to each number.
 torch::Tensor Jittered(const torch::Tensor& motions, double jitter_m, nn::RandomStream& random);
 

@@ -104,7 +104,7 @@ RecogniserOptions PaperRecogniserOptions() {
   options.standardise = false;
   options.softmax = false;
   options.falling = false;
-  options.stance_m = options.jitter_m = options.pace = 0.0;
+  options.stance_m = options.jitter_m = 0.0;
   return options;
 }
 
@@ -221,7 +221,7 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
   torch::Tensor motions = BatchOf(training.motions);
   const torch::Tensor targets = one_hot(training.labels);
   const Scale scale = options.standardise ? Scale(motions) : Scale();
-  const bool disturbed = options.stance_m > 0.0 || options.pace > 0.0 || options.jitter_m > 0.0;
+  const bool disturbed = options.stance_m > 0.0 || options.jitter_m > 0.0;
   if (!disturbed) motions = scale.Standardised(motions);
   const bool validates = !validation.motions.empty();
   torch::Tensor validation_motions, validation_targets;
@@ -259,7 +259,6 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
       const torch::Tensor some = torch::tensor(
           std::vector<std::int64_t>(order.begin() + first, order.begin() + first + size));
       torch::Tensor shown = motions.index_select(0, some);
-      if (options.pace > 0.0) shown = AtOtherPaces(shown, options.pace, random);
       if (options.stance_m > 0.0) shown = InOtherStances(shown, options.stance_m, random);
       if (options.jitter_m > 0.0) shown = Jittered(shown, options.jitter_m, random);
       if (disturbed) shown = scale.Standardised(shown);

@@ -38,10 +38,7 @@ struct RecogniserOptions {
   double stance_m = 0.05;
   /// Every coordinate of every key frame is seen with a draw of this deviation added, metres: a
   /// centimetre more or less is not what tells actions apart.
-  double jitter_m = 0.015;
-  /// Motions are seen at other paces: each key frame is taken from up to so many key frames earlier
-  /// or later, linearly between the two it falls between, first and last as they are.
-  double pace = 1.0;
+  double jitter_m = 0.01;
   std::uint64_t seed = 1;
 };
 

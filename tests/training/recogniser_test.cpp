@@ -53,7 +53,7 @@ TEST(TrainRecogniser, LearnsAFewSequencesByHeartAndKnowsTheirLike) {
   const LabelledMotions training = ComposedMotions(12), others = ComposedMotions(6, 12);
   RecogniserOptions options = ShortOptions();
   options.epochs = 100;
-  options.stance_m = options.jitter_m = options.pace = 0.0;
+  options.stance_m = options.jitter_m = 0.0;
   const TrainedRecogniser trained = TrainRecogniser(training, {}, options);
   EXPECT_LT(trained.best.training_loss, 0.02);
   EXPECT_GT(trained.epochs.front().training_loss, 0.3);
