@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "generator/training/action_critic.h"
 
-#include <algorithm>
-
 #include "generator/nn/residual_weights.h"
 #include "generator/training/imos_kinematics.h"
+#include "generator/training/least_squares_critic.h"
 #include "generator/training/network_tensors.h"
 
 namespace holdfast::imos {
@@ -13,7 +12,7 @@ namespace {
 constexpr int kFrames = kNumKeyFrames - kHistory + 1;
 constexpr int kFrameSize = 3 * kNumPoseJoints + kObjectSize;
 constexpr int kMotionSize = (2 * kFrames - 1) * kFrameSize;
-constexpr double kRate = 4e-4, kGradientPenalty = 2.0;
+constexpr double kRate = 4e-4;
 constexpr double kLeastDeviation = 0.01;  // metres: what hardly moves is not blown up
 
 torch::Tensor Unscaled(const std::vector<torch::Tensor>& frames) {
@@ -61,7 +60,7 @@ torch::Tensor ActionCritic::Scores(const torch::Tensor& motions,
 
 torch::Tensor ActionCritic::Doubt(const torch::Tensor& motions,
                                   const torch::Tensor& actions) const {
-  return 0.25 * (Scores(motions, actions) - 1.0).square().mean();
+  return DoubtOfScores(Scores(motions, actions));
 }
 
 double ActionCritic::Learn(const torch::Tensor& true_motions, const torch::Tensor& own_motions,
@@ -79,17 +78,8 @@ double ActionCritic::Learn(const torch::Tensor& true_motions, const torch::Tenso
     const torch::Tensor is_wrong = wrong.ne(actions).to(torch::kFloat32);
     wrong_loss = (is_wrong * (Scores(real, wrong) + 1.0).square()).mean();
   }
-  const torch::Tensor slope =
-      torch::autograd::grad({real_score.sum()}, {real}, {}, /*retain_graph=*/true,
-                            /*create_graph=*/true)[0];
-  const torch::Tensor loss = (real_score - 1.0).square().mean() +
-                             0.5 * ((own_score + 1.0).square().mean() + wrong_loss) +
-                             kGradientPenalty * slope.square().sum(1).mean();
-  optimizer_.zero_grad();
-  loss.backward();
-  optimizer_.step();
-  return 0.5 * ((real_score > 0.0).to(torch::kFloat32).mean().item<double>() +
-                (own_score < 0.0).to(torch::kFloat32).mean().item<double>());
+  const torch::Tensor belief = 0.5 * (BeliefOfScores(own_score) + wrong_loss);
+  return LearnToTell(real, real_score, own_score, belief, optimizer_);
 }
 
 }  // namespace holdfast::imos

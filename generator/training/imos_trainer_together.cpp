@@ -31,7 +31,6 @@ torch::Tensor Trainer::Impl::DoubtOf(const std::vector<torch::Tensor>& frames,
   const torch::Tensor weighed = share * known * options.critic * doubt;
   out.losses.doubt = share * doubt.item<double>();
   out.losses.total += weighed.item<double>();
-  out.true_motions = critic.Motions(ActionCritic::TrueFrames(batch));
   out.own_motions = motions.detach();
   out.actions = batch.action;
   return weighed;
@@ -52,7 +51,11 @@ void Trainer::Impl::UnrollShard(SequenceTensors batch, double share, const Windo
   how.true_object_now = true;
   torch::Tensor loss = torch::zeros({});
   std::vector<torch::Tensor> seen;
-  if (window.criticised) seen.push_back(ActionCritic::TrueFrames(batch).front());
+  if (window.criticised) {
+    const std::vector<torch::Tensor> truth = ActionCritic::TrueFrames(batch);
+    out.true_motions = critic.Motions(truth);
+    seen.push_back(truth.front());
+  }
   for (int step = 0; step < window.steps; ++step) {
     const TorchFrame frame = unroller.Predict(how);
     const StepLosses losses = unroller.Judge(frame, options.losses);

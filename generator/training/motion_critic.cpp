@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "generator/training/motion_critic.h"
 
+#include "generator/training/least_squares_critic.h"
 #include "generator/training/network_tensors.h"
 #include "generator/wandr/condition.h"
 
@@ -8,7 +9,7 @@ namespace holdfast::wandr {
 namespace {
 
 constexpr int kMomentSize = kIntentionOf + kStateSize;
-constexpr double kRate = 2e-4, kGradientPenalty = 2.0;
+constexpr double kRate = 2e-4;
 
 }  // namespace
 
@@ -21,24 +22,14 @@ torch::Tensor MotionCritic::Moments(const torch::Tensor& conditions, const torch
 }
 
 torch::Tensor MotionCritic::Doubt(const torch::Tensor& moments) const {
-  return 0.25 * (network_.Forward(moments) - 1.0).square().mean();
+  return DoubtOfScores(network_.Forward(moments));
 }
 
 double MotionCritic::Learn(const torch::Tensor& true_moments, const torch::Tensor& own_moments) {
   const torch::Tensor real = true_moments.detach().clone().requires_grad_(true);
   const torch::Tensor real_score = network_.Forward(real);
   const torch::Tensor own_score = network_.Forward(own_moments.detach());
-  const torch::Tensor slope =
-      torch::autograd::grad({real_score.sum()}, {real}, {}, /*retain_graph=*/true,
-                            /*create_graph=*/true)[0];
-  const torch::Tensor loss = (real_score - 1.0).square().mean() +
-                             (own_score + 1.0).square().mean() +
-                             kGradientPenalty * slope.square().sum(1).mean();
-  optimizer_.zero_grad();
-  loss.backward();
-  optimizer_.step();
-  return 0.5 * ((real_score > 0.0).to(torch::kFloat32).mean().item<double>() +
-                (own_score < 0.0).to(torch::kFloat32).mean().item<double>());
+  return LearnToTell(real, real_score, own_score, BeliefOfScores(own_score), optimizer_);
 }
 
 }  // namespace holdfast::wandr
