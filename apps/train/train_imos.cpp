@@ -29,7 +29,7 @@ struct Options {
   long iterations = 4000;
   int batch = 64, evaluate_every = 200, patience = 0;
   double learning_rate = 5e-4, dropout = -1.0, present = 0.5, critic = -1.0, noise = 0.02,
-         stance_noise_rad = 0.08;
+         critic_blur_m = 0.01, stance_noise_rad = 0.08;
 };
 
 // Lines of training.jsonl: `kind` is train (means since the last line) or rollout (an evaluation).
@@ -122,6 +122,7 @@ imos::TrainingOptions Training::Recipe() const {
   if (!options_.paper) {
     recipe.history_noise = options_.noise;
     if (options_.critic >= 0.0) recipe.critic = options_.critic;
+    recipe.critic_blur_m = options_.critic_blur_m;
     recipe.stance_noise_rad = options_.stance_noise_rad;
     // Weights that can walk already need not learn it step by step.
     if (!options_.from.empty())
@@ -372,8 +373,14 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--critic", options->critic,
                    "Weight of a critic's doubts about whole motions, from half of the iterations "
-                   "on; 0 for none [0.03; --paper: none]")
+                   "on; 0 for none [0.06; --paper: none]")
       ->check(CLI::Range(0.0, 1000.0));
+  command
+      ->add_option("--critic-blur", options->critic_blur_m,
+                   "Noise in all motions that it sees, metres: more, and it goes by what people "
+                   "do rather than by how their hands tremble")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 0.2));
   command
       ->add_option(
           "--from", options->from,

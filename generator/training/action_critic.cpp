@@ -13,6 +13,7 @@ constexpr int kFrames = kNumKeyFrames - kHistory + 1;
 constexpr int kFrameSize = 3 * kNumPoseJoints + kObjectSize;
 constexpr int kMotionSize = (2 * kFrames - 1) * kFrameSize;
 constexpr double kRate = 4e-4;
+constexpr double kLever = 0.1;            // metres: what turns a point this far off by a blur
 constexpr double kLeastDeviation = 0.01;  // metres: what hardly moves is not blown up
 
 torch::Tensor Unscaled(const std::vector<torch::Tensor>& frames) {
@@ -45,6 +46,18 @@ std::vector<torch::Tensor> ActionCritic::TrueFrames(const SequenceTensors& batch
   for (int t = kHistory - 1; t < kNumKeyFrames; ++t) {
     frames.push_back(
         Frame(batch.joints.select(1, t), batch.object_T.select(1, t), batch.object_R.select(1, t)));
+  }
+  return frames;
+}
+
+std::vector<torch::Tensor> ActionCritic::Blurred(std::vector<torch::Tensor> frames, double blur_m,
+                                                 at::Generator& generator) {
+  if (blur_m <= 0.0) return frames;
+  torch::Tensor deviation = torch::full({kFrameSize}, blur_m);
+  deviation.narrow(0, kFrameSize - kRotationSize, kRotationSize).fill_(blur_m / kLever);
+  for (torch::Tensor& frame : frames) {
+    frame = frame + deviation * torch::randn(frame.sizes(),
+                                             c10::optional<at::Generator>(generator));
   }
   return frames;
 }

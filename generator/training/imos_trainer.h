@@ -49,9 +49,12 @@ struct TrainingOptions {
   double running_from = 0.15;
   /// Weight of what the critic doubts of whole motions, made as at run time (action_critic.h); 0
   /// has none.
-  double critic = 0.03;
+  double critic = 0.06;
   /// From this share of the iterations on; the windows are whole then.
   double critic_from = 0.5;
+  /// Noise in the motions that the critic sees, the data's and the networks', metres
+  /// (ActionCritic::Blurred).
+  double critic_blur_m = 0.01;
   int shard = 64;  ///< rows that are unrolled together, on one thread
 
   std::uint64_t seed = 1;

@@ -24,7 +24,8 @@ struct Trainer::Impl::Shard {
 
 torch::Tensor Trainer::Impl::DoubtOf(const std::vector<torch::Tensor>& frames,
                                      const SequenceTensors& batch, double share, Shard& out) const {
-  const torch::Tensor motions = critic.Motions(frames);
+  const torch::Tensor motions =
+      critic.Motions(ActionCritic::Blurred(frames, options.critic_blur_m, *out.pass.generator));
   const torch::Tensor doubt = critic.Doubt(motions, batch.action);
   // It knows nothing at first.
   const double known = std::min(1.0, (Progress() - options.critic_from) / kCriticRamp);
@@ -53,7 +54,8 @@ void Trainer::Impl::UnrollShard(SequenceTensors batch, double share, const Windo
   std::vector<torch::Tensor> seen;
   if (window.criticised) {
     const std::vector<torch::Tensor> truth = ActionCritic::TrueFrames(batch);
-    out.true_motions = critic.Motions(truth);
+    out.true_motions =
+        critic.Motions(ActionCritic::Blurred(truth, options.critic_blur_m, generator));
     seen.push_back(truth.front());
   }
   for (int step = 0; step < window.steps; ++step) {

@@ -38,6 +38,35 @@ TEST_F(Critic, SeesNumbersOfOneScale) {
   EXPECT_GT((still_ - true_).abs().max().item<double>(), 0.5);
 }
 
+TEST_F(Critic, BlurMovesPositionsByMetresAndTurnsByTheirLever) {
+  const std::vector<torch::Tensor> blurred = ActionCritic::Blurred(frames_, 0.02, generator_);
+  ASSERT_EQ(blurred.size(), frames_.size());
+  const torch::Tensor noise = torch::stack(blurred) - torch::stack(frames_);  // (12 x B x 75)
+  EXPECT_NEAR(noise.narrow(2, 0, 69).std().item<double>(), 0.02, 0.001);
+  EXPECT_NEAR(noise.narrow(2, 69, 6).std().item<double>(), 0.2, 0.02);
+  EXPECT_NEAR(noise.mean().item<double>(), 0.0, 0.005);
+  // Another draw in every key frame: a shift would leave steps as they are.
+  EXPECT_NEAR((noise[1] - noise[0]).narrow(1, 0, 69).std().item<double>(), 0.028, 0.003);
+}
+
+TEST_F(Critic, WithoutBlurFramesAreAsTheyWere) {
+  EXPECT_TRUE(torch::equal(torch::stack(ActionCritic::Blurred(frames_, 0.0, generator_)),
+                           torch::stack(frames_)));
+}
+
+// A tremor of a millimetre is all that these differ by.
+TEST_F(Critic, UnderBlurATremorTellsNothing) {
+  const std::vector<torch::Tensor> trembling = ActionCritic::Blurred(frames_, 0.001, generator_);
+  double right = 0.0;
+  for (int k = 0; k < 60; ++k) {
+    const auto seen = [&](const std::vector<torch::Tensor>& frames) {
+      return critic_.Motions(ActionCritic::Blurred(frames, 0.02, generator_));
+    };
+    right = critic_.Learn(seen(frames_), seen(trembling), batch_.action, generator_);
+  }
+  EXPECT_LT(right, 0.85);
+}
+
 TEST_F(Critic, LearnsToTellMotionsAndTheirActions) {
   EXPECT_GT(Learn(150), 0.9);
   const double of_true = critic_.Doubt(true_, batch_.action).item<double>();

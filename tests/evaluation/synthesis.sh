@@ -1,0 +1,52 @@
+#!/usr/bin/env bash
+# From motion capture to Table 2 of IMoS on the set that Holdfast makes: everything that the model
+# card says of the embedded networks, in one command. Goes on where it was stopped.
+#
+#   ./setup train
+#   tests/evaluation/synthesis.sh [FOLDER]     # out/synthesis; about four hours of one core
+#
+# Environment: HOLDFAST (the program, default build/release/apps/holdfast), HOLDFAST_DATA (default
+# ../shared/data), SEEDS (of the trainings, default 1: a row of the table each), ITERATIONS
+# (default 4800), JOBS (trainings at the same time, a core each; default what there is).
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+out=${1:-out/synthesis}
+holdfast=${HOLDFAST:-build/release/apps/holdfast}
+data=${HOLDFAST_DATA:-../shared/data}
+jobs=${JOBS:-$(nproc)}
+recogniser=$out/recogniser.safetensors
+mkdir -p "$out/networks"
+
+# The people: clips of four to learn from, of two others for the held-out subjects s9 and s10.
+"$holdfast" make-reach-data "$data/mocap" -o "$out/people" --hours 0.01 \
+  --held-out cmu_08,cmu_39,cmu_49,cmu_expmap_train_walking_43
+"$holdfast" make-actions -o "$out/actions" --starts "$out/people/captured" --count 2500 --subjects 10
+
+[ -e "$recogniser" ] ||
+  "$holdfast" train recogniser "$out/actions" -o "$recogniser" --held-out s9,s10 --validation s8 \
+    --epochs 150 --patience 0 --batch 64
+
+train() { # name seed flags...
+  local folder=$out/networks/$1-$2 seed=$2
+  shift 2
+  "$holdfast" train imos "$out/actions" -o "$folder" --held-out s9,s10 --validation s1 --mirror \
+    --learning-rate 8e-4 --iterations "${ITERATIONS:-4800}" --threads 1 --seed "$seed" "$@" \
+    2>"$folder.log" || { tail "$folder.log" && return 1; }
+}
+
+rows=()
+one_more() { # name seed flags...
+  while [ "$(jobs -rp | wc -l)" -ge "$jobs" ]; do wait -n; done
+  train "$@" &
+  rows+=(--weights "$1${2#1}=$out/networks/$1-$2/best.safetensors")
+}
+for seed in ${SEEDS:-1}; do
+  one_more full "$seed"
+  one_more no-attention "$seed" --no-attention
+  one_more random-embeddings "$seed" --random-embeddings
+  one_more one-module "$seed" --one-module
+done
+while [ -n "$(jobs -rp)" ]; do wait -n; done
+
+"$holdfast" evaluate synthesis --data "$out/actions" --held-out s9,s10 --recogniser "$recogniser" \
+  "${rows[@]}" --repeats 20 --fitted-repeats 2 --object-cases 40 -o "$out/table"
