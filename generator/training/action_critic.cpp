@@ -56,8 +56,8 @@ std::vector<torch::Tensor> ActionCritic::Blurred(std::vector<torch::Tensor> fram
   torch::Tensor deviation = torch::full({kFrameSize}, blur_m);
   deviation.narrow(0, kFrameSize - kRotationSize, kRotationSize).fill_(blur_m / kLever);
   for (torch::Tensor& frame : frames) {
-    frame = frame + deviation * torch::randn(frame.sizes(),
-                                             c10::optional<at::Generator>(generator));
+    frame =
+        frame + deviation * torch::randn(frame.sizes(), c10::optional<at::Generator>(generator));
   }
   return frames;
 }

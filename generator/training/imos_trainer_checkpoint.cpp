@@ -23,8 +23,8 @@ std::string Fingerprint(const TrainingOptions& o, const std::string& data) {
       o.as_published, o.true_history_epochs, o.iterations, o.batch, o.shard, o.learning_rate,
       o.weight_decay, o.largest_gradient, o.dropout, o.present_share, o.history_noise,
       o.shape_noise, o.stance_noise_rad, o.lengthen_until, o.running_from, o.critic, o.critic_from,
-      o.critic_blur_m,      o.losses.divergence, o.losses.pose, o.losses.velocity, o.losses.joints, o.losses.num_joints,
-      o.losses.wrists, o.losses.root, o.seed, data);
+      o.critic_blur_m, o.losses.divergence, o.losses.pose, o.losses.velocity, o.losses.joints,
+      o.losses.num_joints, o.losses.wrists, o.losses.root, o.seed, data);
   for (const auto& [name, value] : ConfigTexts(o.config))
     text += fmt::format(" {} {}", name, value);
   return text;
