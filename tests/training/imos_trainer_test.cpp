@@ -200,7 +200,7 @@ TEST(ImosTrainer, LearnsAHandfulOfSequences) {
   options.config.block_width = 64;
   options.config.arms_first = options.config.arms_decoder = 96;
   options.config.body_first = options.config.body_decoder = 96;
-  options.iterations = 250;
+  options.iterations = 400;
   options.batch = 6;
   options.learning_rate = 3e-3;
   // It is to know them by heart, all of the body alike.
