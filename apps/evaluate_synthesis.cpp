@@ -32,13 +32,19 @@ std::vector<RatedNetwork> NetworksOf(const std::vector<std::string>& told) {
   for (const std::string& text : told) {
     const std::size_t equals = text.find('=');
     const std::string name = text.substr(0, equals);
-    const bool plain = !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
-      return std::isalnum(c) != 0 || c == '-' || c == '.';
-    });
+    const auto is_plain = [](std::string_view part) {
+      return !part.empty() && std::ranges::all_of(part, [](unsigned char c) {
+        return std::isalnum(c) != 0 || c == '-' || c == '.';
+      });
+    };
+    const std::size_t at = name.find('@');  // the seed of a training follows
+    const bool plain = is_plain(std::string_view(name).substr(0, at)) &&
+                       (at == std::string::npos || is_plain(std::string_view(name).substr(at + 1)));
     if (equals == std::string::npos || !plain) {
-      throw Error("--weights " + text, "is not NAME=FILE",
-                  "Give full=FILE, random-embeddings=FILE, no-attention=FILE, one-module=FILE, or "
-                  "a name of letters, digits, '-' and '.'");
+      throw Error(
+          "--weights " + text, "is not NAME=FILE",
+          "Give full=FILE, random-embeddings=FILE, no-attention=FILE, one-module=FILE, or "
+          "a name of letters, digits, '-' and '.'; '@2' after it for seed 2 of the training");
     }
     if (!names.insert(name).second) {
       throw Error("--weights " + text, fmt::format("'{}' is the name of another row", name),
@@ -184,6 +190,8 @@ FitOutcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const Comm
     return {kInterrupted, {}, {}};
   }
 
+  AddMeansOverSeeds(results);
+
   if (const double known = results[0].summary.accuracy.mean; known < 0.7) {
     Note(common, fmt::format("the recogniser knows {:.0f} % of the real motions: nothing that is "
                              "measured through it means much",
@@ -236,10 +244,12 @@ void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
       ->delimiter(',')
       ->capture_default_str();
   command
-      ->add_option("--weights", synthesis.weights,
-                   "NAME=FILE, NAME one of full, random-embeddings, no-attention, one-module, or "
-                   "of your own; several are rows of one table. Without a FILE, or without "
-                   "--weights as 'full': the embedded network")
+      ->add_option(
+          "--weights", synthesis.weights,
+          "NAME=FILE, NAME one of full, random-embeddings, no-attention, one-module, or "
+          "of your own; several are rows of one table; NAME@2=FILE is that one of another "
+          "seed of its training, and has its mean with NAME in a row. Without a FILE, or without "
+          "--weights as 'full': the embedded network")
       ->required(!imos::HasDefaultNetwork());
   command
       ->add_option("--recogniser", synthesis.recogniser,

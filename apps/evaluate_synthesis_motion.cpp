@@ -23,6 +23,7 @@
 namespace holdfast::apps {
 namespace {
 
+constexpr int kHead = 15;         // joint
 constexpr int kSimplified = 300;  // vertices, as published
 constexpr double kFinishedRate_Hz = 30.0;
 constexpr std::pair<ObjectMode, const char*> kModes[] = {{ObjectMode::kGiven, "given"},
@@ -39,6 +40,15 @@ wandr::BodyKinematics<double> KinematicsOf(const imos::ActionSequence& sequence,
   wandr::BodyKinematics<double> kinematics;
   wandr::ForwardKinematics(wandr::BoneOffsetsOf(sequence.rest_joints), pose, kinematics);
   return kinematics;
+}
+
+// Of a clip's frame, in the clip's world.
+wandr::BodyKinematics<double> KinematicsOf(const imos::ActionSequence& sequence, const Clip& clip,
+                                           int frame) {
+  wandr::Pose<double> pose;
+  pose.translation = clip.trans.col(frame);
+  for (int j = 0; j < kNumBodyJoints; ++j) pose.rotation[j] = ExpSO3(clip.pose[frame].col(j));
+  return KinematicsOf(sequence, pose);
 }
 
 // The object of one case on its way through the key frames, canonical.
@@ -245,15 +255,22 @@ Clip HeldStill(const SynthesisCase& one) {
 imos::JointMotion JointsOf(const Clip& keys, const SynthesisCase& one) {
   imos::JointMotion joints(3 * imos::kMetricJoints, keys.NumFrames());
   for (int k = 0; k < keys.NumFrames(); ++k) {
-    wandr::Pose<double> pose;
-    pose.translation = keys.trans.col(k);
-    for (int j = 0; j < kNumBodyJoints; ++j) pose.rotation[j] = ExpSO3(keys.pose[k].col(j));
-    const wandr::BodyKinematics<double> body = KinematicsOf(one.sequence, pose);
+    const wandr::BodyKinematics<double> body = KinematicsOf(one.sequence, keys, k);
     for (int j = 0; j < imos::kMetricJoints; ++j) {
       joints.col(k).segment<3>(3 * j) = one.sequence.canonical.PointFromWorld(body.joints.col(j));
     }
   }
   return joints;
+}
+
+Eigen::Matrix3Xd ObjectFromHead(const Clip& keys, const SynthesisCase& one) {
+  Eigen::Matrix3Xd seen(3, keys.NumFrames());
+  for (int k = 0; k < keys.NumFrames(); ++k) {
+    const wandr::BodyKinematics<double> body = KinematicsOf(one.sequence, keys, k);
+    seen.col(k) =
+        body.world[kHead].transpose() * (keys.object->trans.col(k) - body.joints.col(kHead));
+  }
+  return seen;
 }
 
 }  // namespace holdfast::apps

@@ -73,4 +73,7 @@ Clip HeldStill(const SynthesisCase& one);
 /// Joints of key frames in the case's canonical frame, (66 x T).
 imos::JointMotion JointsOf(const Clip& keys, const SynthesisCase& one);
 
+/// The object's translation as the head has it (imos::FaceError), (3 x T).
+Eigen::Matrix3Xd ObjectFromHead(const Clip& keys, const SynthesisCase& one);
+
 }  // namespace holdfast::apps

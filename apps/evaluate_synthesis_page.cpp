@@ -27,6 +27,14 @@ std::string Cell(const std::optional<PaperValue>& value, int digits, int interva
                : kNone;
 }
 
+std::optional<imos::RepeatedValue> InCentimetres(std::optional<imos::RepeatedValue> metres) {
+  if (metres) {
+    metres->mean *= 100.0;
+    metres->interval *= 100.0;
+  }
+  return metres;
+}
+
 std::string Number(const SynthesisSummary& summary, const char* key, double factor, int digits) {
   const auto found = summary.objects.find(key);
   if (found == summary.objects.end() || !found->second) return kNone;
@@ -44,7 +52,8 @@ std::vector<const SynthesisResult*> RowsFor(std::span<const SynthesisResult> res
   std::vector<const SynthesisResult*> rows;
   for (const SynthesisResult& result : results) {
     if (result.row.kind == RowKind::kClip && !clips) continue;
-    if (result.row.kind == RowKind::kNetwork && result.row.mode != mode) continue;
+    const bool made = result.row.kind == RowKind::kNetwork || result.row.kind == RowKind::kMean;
+    if (made && result.row.mode != mode) continue;
     rows.push_back(&result);
   }
   return rows;
@@ -78,6 +87,8 @@ TextTable MotionTable(std::span<const SynthesisResult> results, ObjectMode mode,
                  "accuracy ↑",
                  "diversity →",
                  "multimodality →"};
+  const bool faces = !published && mode != ObjectMode::kGiven;
+  if (faces) table.heads.push_back("object at the face, cm ↓");
   for (const SynthesisResult* result : RowsFor(results, mode, false)) {
     const SynthesisSummary& s = result->summary;
     table.rows.push_back({result->row.label, Cell(s.mpjpe_m, 4),
@@ -85,6 +96,7 @@ TextTable MotionTable(std::span<const SynthesisResult> results, ObjectMode mode,
                           published ? Cell(s.fid_code, 3) : Cell(s.fid, 3), Cell(s.accuracy, 3),
                           published ? Cell(s.diversity_code, 3) : Cell(s.diversity, 3),
                           published ? Cell(s.multimodality_code, 3) : Cell(s.multimodality, 3)});
+    if (faces) table.rows.back().push_back(Cell(InCentimetres(s.face_m), 1));
     Mark(*result, table);
   }
   if (!published) {
@@ -137,6 +149,7 @@ TextTable ObjectTable(std::span<const SynthesisResult> results, ObjectMode mode)
                  "time, 15 key frames",
                  "fit of all frames"};
   for (const SynthesisResult* result : RowsFor(results, mode, true)) {
+    if (result->row.kind == RowKind::kMean) continue;  // one sequence in many, once each
     const SynthesisSummary& s = result->summary;
     const auto unit = [&](const char* key, double factor, int digits, const char* name) {
       const std::string number = Number(s, key, factor, digits);

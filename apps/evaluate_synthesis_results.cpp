@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -128,6 +129,11 @@ SynthesisSummary SummariseSynthesis(const SynthesisRow& row,
     summary.mpjpe_m = error(0);
     summary.ave_code = error(1);
     summary.ave_m2 = error(2);
+    // Given objects come to faces by themselves. Which sequences bring theirs is the reference's.
+    const bool brings = row.kind == RowKind::kStill || row.mode != ObjectMode::kGiven;
+    if (brings && !Defined(of(0).errors.row(3)).empty()) {
+      summary.face_m = Repeat(made, [&](int r) { return MeanOf(Defined(of(r).errors.row(3))); });
+    }
     summary.fid_code = Repeat(
         made, [&](int r) { return imos::FrechetDistanceOfCode(of(r).features, real.features); });
   }
@@ -150,11 +156,59 @@ SynthesisSummary SummariseSynthesis(const SynthesisRow& row,
   return summary;
 }
 
+void AddMeansOverSeeds(std::vector<SynthesisResult>& results) {
+  std::map<std::pair<ObjectMode, std::string>, std::vector<const SynthesisSummary*>> seeds;
+  std::vector<std::pair<ObjectMode, std::string>> order;
+  for (const SynthesisResult& result : results) {
+    if (result.row.kind != RowKind::kNetwork) continue;
+    const std::pair key(result.row.mode, result.row.Name());
+    if (!seeds.contains(key)) order.push_back(key);
+    seeds[key].push_back(&result.summary);
+  }
+  std::vector<SynthesisResult> means;
+  for (const auto& key : order) {
+    const std::vector<const SynthesisSummary*>& all = seeds[key];
+    if (all.size() < 2) continue;
+    const auto over = [&](const auto& value) {
+      std::vector<double> values;
+      for (const SynthesisSummary* one : all) values.push_back(value(*one));
+      return imos::OverRepeats(values);
+    };
+    SynthesisResult mean;
+    mean.row.key = key.second;
+    mean.row.label = fmt::format("{}, mean of {} seeds", LabelOfNetwork(key.second), all.size());
+    mean.row.kind = RowKind::kMean;
+    mean.row.mode = key.first;
+    SynthesisSummary& s = mean.summary;
+    s.sequences = all[0]->sequences;
+    using Measure = imos::RepeatedValue SynthesisSummary::*;
+    for (const Measure m : {&SynthesisSummary::accuracy, &SynthesisSummary::diversity_code,
+                            &SynthesisSummary::diversity, &SynthesisSummary::multimodality_code}) {
+      s.*m = over([m](const SynthesisSummary& one) { return (one.*m).mean; });
+    }
+    using Optional = std::optional<imos::RepeatedValue> SynthesisSummary::*;
+    for (const Optional m :
+         {&SynthesisSummary::mpjpe_m, &SynthesisSummary::ave_code, &SynthesisSummary::ave_m2,
+          &SynthesisSummary::fid_code, &SynthesisSummary::fid, &SynthesisSummary::face_m,
+          &SynthesisSummary::multimodality}) {
+      if (all[0]->*m) s.*m = over([m](const SynthesisSummary& one) { return (one.*m)->mean; });
+    }
+    for (std::size_t a = 0; a < all[0]->by_action.size(); ++a) {
+      s.by_action.push_back(all[0]->by_action[a]);
+      s.by_action.back().accuracy =
+          over([a](const SynthesisSummary& one) { return one.by_action[a].accuracy; }).mean;
+    }
+    means.push_back(std::move(mean));
+  }
+  results.insert(results.end(), means.begin(), means.end());
+}
+
 nlohmann::json SynthesisJson(const SynthesisResult& result) {
   const auto& [row, s] = result;
   nlohmann::json json = {{"row", row.key}, {"label", row.label}, {"sequences", s.sequences}};
+  if (row.network || row.kind == RowKind::kMean) json["objects_placed"] = ObjectModeName(row.mode);
+  if (row.kind == RowKind::kMean) json["mean_of_seeds"] = true;
   if (row.network) {
-    json["objects_placed"] = ObjectModeName(row.mode);
     json["network"] = row.network->loaded.ToJson();
     json["config"] = imos::ConfigTexts(row.network->loaded.weights.config);
     json["seconds_median"] = s.seconds;
@@ -170,6 +224,7 @@ nlohmann::json SynthesisJson(const SynthesisResult& result) {
     json["as_defined"] = {{"mpjpe_m", Json(s.mpjpe_m)},
                           {"ave_m2", Json(s.ave_m2)},
                           {"fid", Json(s.fid)},
+                          {"face_m", Json(s.face_m)},
                           {"accuracy_ratio", Json(s.accuracy)},
                           {"diversity", Json(s.diversity)},
                           {"multimodality", Json(s.multimodality)}};
@@ -204,8 +259,14 @@ nlohmann::json PaperSynthesisJson() {
 std::vector<std::string> OrderOfRows(std::span<const SynthesisResult> results, ObjectMode mode) {
   const SynthesisSummary* full = nullptr;
   std::vector<const SynthesisResult*> others;
+  std::set<std::string> with_mean;
   for (const SynthesisResult& result : results) {
-    if (result.row.kind != RowKind::kNetwork || result.row.mode != mode) continue;
+    if (result.row.kind == RowKind::kMean) with_mean.insert(result.row.key);
+  }
+  for (const SynthesisResult& result : results) {
+    const bool alone =
+        result.row.kind == RowKind::kNetwork && !with_mean.contains(result.row.Name());
+    if ((!alone && result.row.kind != RowKind::kMean) || result.row.mode != mode) continue;
     if (result.row.key == "full") {
       full = &result.summary;
     } else {
@@ -226,7 +287,8 @@ std::vector<std::string> OrderOfRows(std::span<const SynthesisResult> results, O
                                  {"AVE", [](const S& s) { return s.ave_m2; }, 1.0},
                                  {"FID (code)", [](const S& s) { return s.fid_code; }, 1.0},
                                  {"FID", [](const S& s) { return s.fid; }, 1.0},
-                                 {"accuracy", [](const S& s) -> V { return s.accuracy; }, -1.0}};
+                                 {"accuracy", [](const S& s) -> V { return s.accuracy; }, -1.0},
+                                 {"object at the face", [](const S& s) { return s.face_m; }, 1.0}};
   for (const Column& column : kColumns) {
     const V best = column.of(*full);
     if (!best) continue;

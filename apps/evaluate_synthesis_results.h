@@ -26,7 +26,7 @@ struct ActionAccuracy {
 /// definitions. `_code`: as the authors' code computes it.
 struct SynthesisSummary {
   int sequences = 0;
-  std::optional<imos::RepeatedValue> mpjpe_m, ave_code, ave_m2, fid_code, fid;
+  std::optional<imos::RepeatedValue> mpjpe_m, ave_code, ave_m2, fid_code, fid, face_m;
   imos::RepeatedValue accuracy, diversity_code, diversity, multimodality_code;
   std::optional<imos::RepeatedValue> multimodality;
   std::vector<ActionAccuracy> by_action;
@@ -51,11 +51,15 @@ SynthesisSummary SummariseSynthesis(const SynthesisRow& row,
                                     std::span<const SynthesisCase> cases, int repeats,
                                     std::uint64_t seed);
 
+/// Adds a row for every name that has several networks (NAME, NAME@2, ...) with one mode: the means
+/// of their means, with 95 % intervals of the seeds of their trainings.
+void AddMeansOverSeeds(std::vector<SynthesisResult>& results);
+
 nlohmann::json SynthesisJson(const SynthesisResult& result);
 nlohmann::json PaperSynthesisJson();
 
-/// Whether the full model is better than every ablation by a measure of the table, and by how much
-/// the nearest misses; empty without both. Sentences for people.
+/// Whether the full model is better than every ablation by a measure of the table: means over seeds
+/// where there are any, else single networks. Empty without both. Sentences for people.
 std::vector<std::string> OrderOfRows(std::span<const SynthesisResult> results, ObjectMode mode);
 
 }  // namespace holdfast::apps

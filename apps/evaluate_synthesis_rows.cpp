@@ -78,6 +78,10 @@ std::span<const PaperSynthesisRow> PaperSynthesisRows() {
 }
 
 std::string LabelOfNetwork(const std::string& name) {
+  const std::size_t at = name.find('@');
+  if (at != std::string::npos) {
+    return fmt::format("{}, seed {}", LabelOfNetwork(name.substr(0, at)), name.substr(at + 1));
+  }
   for (const auto& [known, label] : kNames) {
     if (name == known) return label;
   }

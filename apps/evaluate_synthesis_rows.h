@@ -30,6 +30,7 @@ enum class RowKind {
   kClip,     ///< the clips that they are of, all frames: for the object alone
   kStill,    ///< the seed's last key frame, held
   kNetwork,  ///< what networks make of the seed
+  kMean,     ///< several networks of one name that differ in the seed of their training
 };
 
 struct SynthesisRow {
@@ -40,11 +41,13 @@ struct SynthesisRow {
   const RatedNetwork* network = nullptr;
 
   bool HasMotionErrors() const { return kind == RowKind::kStill || kind == RowKind::kNetwork; }
+  /// `key` without the seed of the training: "full" of "full@2".
+  std::string Name() const { return key.substr(0, key.find('@')); }
   bool IsRandom() const { return kind == RowKind::kNetwork; }
 };
 
 /// Names of networks that have a row in the paper, and what they mean: full, random-embeddings,
-/// no-attention, one-module.
+/// no-attention, one-module; with "@2", that one trained from seed 2.
 std::string LabelOfNetwork(const std::string& name);
 
 /// All rows: real motion, its clips, held still, then every network with every mode.

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/reach_network.h"
+#include "generator/imos/face_error.h"
 #include "generator/imos/synthesis_metrics_motion.h"
 #include "geometry/error.h"
 #include "geometry/io/safetensors.h"
@@ -115,7 +116,7 @@ fs::path SynthesisStudy::BlockFile(const SynthesisRow& row, int repeat, int firs
 }
 
 std::string SynthesisStudy::Question(const SynthesisRow& row, int repeat) const {
-  std::string all = fmt::format("{} {} {} of {}", asked_, row.key, repeat, cases_.size());
+  std::string all = fmt::format("2 {} {} {} of {}", asked_, row.key, repeat, cases_.size());
   if (repeat == 0) all += fmt::format(" objects of {}", options_.object_cases);
   if (row.network) {
     all += fmt::format(" {} {} seed {} sigma {}", row.network->loaded.checksum,
@@ -145,7 +146,7 @@ std::optional<SynthesisSample> SynthesisStudy::Load(const SynthesisRow& row, int
                                                static_cast<Eigen::Index>(n));
     };
     sample.features = matrix("features", imos::kRecogniserFeatures).cast<float>();
-    sample.errors = matrix("errors", 3);
+    sample.errors = matrix("errors", 4);
     sample.seconds = matrix("seconds", 2);
     sample.objects = matrix("objects", repeat == 0 ? std::size(kObjectKeys) : 0);
     for (const double label : Doubles(reader.Read("recognised"), n)) {
@@ -175,7 +176,7 @@ void SynthesisStudy::Save(const SynthesisSample& sample, const SynthesisRow& row
   const std::vector<std::int64_t> labels(sample.recognised.begin(), sample.recognised.end());
   writer.AddInt64("recognised", {n}, labels);
   writer.SetMetadata(
-      {{"format", "holdfast-synthesis-block-1"}, {"question", Question(row, repeat)}});
+      {{"format", "holdfast-synthesis-block-2"}, {"question", Question(row, repeat)}});
   writer.Write(BlockFile(row, repeat, first));
 }
 
@@ -234,7 +235,7 @@ SynthesisSample SynthesisStudy::Make(const SynthesisRow& row, int repeat, int fi
   const std::vector<SynthesisedCase> made = MakeCases(row, repeat, first, count);
   SynthesisSample sample;
   if (Interrupted()) return sample;
-  sample.errors.resize(3, count);
+  sample.errors.resize(4, count);
   sample.seconds.resize(2, count);
   sample.objects.setConstant(repeat == 0 ? std::size(kObjectKeys) : 0, count, kUndefined);
   std::vector<imos::JointMotion> joints(made.size());
@@ -243,7 +244,10 @@ SynthesisSample SynthesisStudy::Make(const SynthesisRow& row, int repeat, int fi
     joints[i] = JointsOf(made[i].keys, one);
     sample.errors.col(i) << imos::MeanJointError(joints[i], one.sequence.joints),
         imos::AverageVarianceErrorOfCode(joints[i], one.sequence.joints),
-        imos::AverageVarianceError(joints[i], one.sequence.joints);
+        imos::AverageVarianceError(joints[i], one.sequence.joints),
+        imos::FaceError(ObjectFromHead(made[i].keys, one), ObjectFromHead(one.keys, one),
+                        imos::kHistory)
+            .value_or(kUndefined);
     sample.seconds.col(i) << made[i].seconds, made[i].finishing_seconds;
     if (MeasuresObject(repeat, first + i) && !Interrupted())
       sample.objects.col(i) = MeasureObject(row, one, made[i]);

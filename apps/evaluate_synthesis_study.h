@@ -27,9 +27,10 @@ ScoreOptions SynthesisScoreOptions();
 struct SynthesisSample {
   Eigen::MatrixXf features;     ///< (128 x N)
   std::vector<int> recognised;  ///< N
-  Eigen::Matrix3Xd errors;      ///< (3 x N) MPJPE in m, AVE of the code, AVE in m^2
-  Eigen::Matrix2Xd seconds;     ///< (2 x N) of key frames with object; of fitting all frames
-  Eigen::MatrixXd objects;  ///< (keys x N) NaN where undefined or not measured; no rows in repeats
+  /// (4 x N) MPJPE in m, AVE of the code, AVE in m^2, and FaceError in m, NaN where there is none
+  Eigen::Matrix4Xd errors;
+  Eigen::Matrix2Xd seconds;  ///< (2 x N) of key frames with object; of fitting all frames
+  Eigen::MatrixXd objects;   ///< (keys x N) NaN where undefined or not measured; no rows in repeats
 
   void Append(const SynthesisSample& more);
   int Count() const { return static_cast<int>(recognised.size()); }

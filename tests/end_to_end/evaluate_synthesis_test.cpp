@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -117,6 +118,28 @@ TEST_F(EvaluateSynthesis, GivesTheSameForAnyNumberOfThreadsAndGoesOnWhereItWas) 
   EXPECT_NE(Timeless(Results("one")), Timeless(Results("three")));
 }
 
+TEST_F(EvaluateSynthesis, TakesTheMeanOverSeedsOfATraining) {
+  imos::WriteNetwork(imos::RandomNetwork(imos::CompactConfig(), 5), folder_ / "again.safetensors");
+  const ProgramResult run =
+      Run("--weights full=full.safetensors --weights full@2=again.safetensors --weights "
+          "no-attention=plain.safetensors --objects given --repeats 2 --object-cases 1");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json rows = Results()["rows"];
+  ASSERT_EQ(rows.size(), 7u);  // real, clip, still, three networks, one mean
+  EXPECT_EQ(rows[4]["label"], "full model, seed 2");
+  const json& mean = rows[6];
+  EXPECT_EQ(mean["row"], "full");
+  EXPECT_TRUE(mean["mean_of_seeds"].get<bool>());
+  const auto mpjpe = [](const json& row) { return row["as_defined"]["mpjpe_m"]; };
+  const double one = mpjpe(rows[3])["mean"], other = mpjpe(rows[4])["mean"];
+  ASSERT_NE(one, other);
+  EXPECT_NEAR(mpjpe(mean)["mean"].get<double>(), 0.5 * (one + other), 1e-12);
+  EXPECT_EQ(mpjpe(mean)["repeats"], 2);
+  // 1.96 s / sqrt(2), s = |a - b| / sqrt(2).
+  EXPECT_NEAR(mpjpe(mean)["interval_95"].get<double>(), 0.98 * std::abs(one - other), 1e-12);
+  EXPECT_THAT(ReadText(folder_ / "out/results.md"), HasSubstr("| full model, mean of 2 seeds |"));
+}
+
 TEST_F(EvaluateSynthesis, RefusesWhatMakesNoSense) {
   const auto error_of = [&](const std::string& more) {
     const ProgramResult run = Run(more);
@@ -124,6 +147,7 @@ TEST_F(EvaluateSynthesis, RefusesWhatMakesNoSense) {
     return run.err;
   };
   EXPECT_THAT(error_of("--weights full.safetensors"), HasSubstr("is not NAME=FILE"));
+  EXPECT_THAT(error_of("--weights full@=full.safetensors"), HasSubstr("is not NAME=FILE"));
   EXPECT_THAT(error_of("--weights a/b=full.safetensors"), HasSubstr("is not NAME=FILE"));
   EXPECT_THAT(error_of("--weights real=full.safetensors"), HasSubstr("the name of another row"));
   EXPECT_THAT(error_of("--weights full=recogniser.safetensors"),

@@ -6,7 +6,7 @@
 #   tests/evaluation/synthesis.sh [FOLDER]     # out/synthesis; three hours of one core
 #
 # Environment: HOLDFAST (the program, default build/release/apps/holdfast), HOLDFAST_DATA (default
-# ../shared/data), SEEDS (of the trainings, default 1: a row of the table each), ITERATIONS
+# ../shared/data), SEEDS (of the trainings, default 1: a row of the table each, and one for their mean), ITERATIONS
 # (default 4800), JOBS (trainings at the same time, a core each; default what there is).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -35,10 +35,13 @@ train() { # name seed flags...
 }
 
 rows=()
+read -r first _ <<<"${SEEDS:-1}"
 one_more() { # name seed flags...
   while [ "$(jobs -rp | wc -l)" -ge "$jobs" ]; do wait -n; done
   train "$@" &
-  rows+=(--weights "$1${2#1}=$out/networks/$1-$2/best.safetensors")
+  local name=$1
+  [ "$2" = "$first" ] || name=$1@$2
+  rows+=(--weights "$name=$out/networks/$1-$2/best.safetensors")
 }
 for seed in ${SEEDS:-1}; do
   one_more full "$seed"
