@@ -180,7 +180,6 @@ std::vector<Synthesised> Synthesise(const imos::Network<float>& network,
     start.objects.col(k) =
         column(ExpSO3(history.object->orient.col(k)), history.object->trans.col(k));
   }
-  start.bones = wandr::BoneOffsetsOf(scene.rest_joints);
   start.condition = imos::ConditionOf(scene.start.betas, scene.intent, action_table);
 
   std::vector<Synthesised> results(num_samples);

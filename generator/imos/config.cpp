@@ -109,7 +109,6 @@ void ForEachOption(ConfigType& config, const Visit& visit) {
   visit("self_attention", config.self_attention);
   visit("attended_past", config.attended_past);
   visit("sees_progress", config.sees_progress);
-  visit("object_from_head", config.object_from_head);
   visit("action_embedding", config.action_embedding);
   visit("arms_see_class", config.arms_see_class);
   visit("arms_object", config.arms_object);
@@ -207,7 +206,7 @@ int Config::ArmsPastInput() const {
 int Config::ArmsDecoderInput() const { return ArmsPastInput() + arms_latent; }
 int Config::BodyConditionInput() const { return kNumBetas + kNumObjects + action_size; }
 int Config::BodyPastInput() const {
-  int size = kHistory * (BodyPastPoseSize() + ObjectSize()) + ProgressSize() + body_condition;
+  int size = kHistory * (BodyPastPoseSize() + kObjectSize) + ProgressSize() + body_condition;
   if (HasArms()) size += kHistory * kArmsSize + (body_sees_arms_now ? kArmsSize : 0);
   if (object_now != ObjectNow::kAbsent) size += kObjectSize;
   if (root == RootTranslation::kPredicted) size += kHistory * 3;
@@ -227,7 +226,6 @@ Config CompactConfig() {
   config.arms_see_class = true;
   config.attended_past = AttendedPast::kBeside;
   config.sees_progress = true;
-  config.object_from_head = true;
   config.arms_object = ArmsObject::kPose;
   config.object_now = ObjectNow::kPrevious;
   config.root = RootTranslation::kPredicted;

@@ -68,10 +68,6 @@ struct Config {
   /// Encoders and decoders see how far the motion is, t / 14, at most 1: four past key frames
   /// cannot tell a first bite from a last one. Not in the published system.
   bool sees_progress = false;
-  /// Both modules see past objects as the head has them too (SeenFromHead): whether a mug is at the
-  /// mouth is not to be worked out of joint angles and somebody's proportions. Not in the published
-  /// system.
-  bool object_from_head = false;
   ActionEmbedding action_embedding = ActionEmbedding::kGiven;
   int action_size = 512;        ///< E
   bool arms_see_class = false;  ///< the object's one-hot in the arms' condition (the paper)
@@ -110,12 +106,7 @@ struct Config {
     return ((self_attention ? 1 : 0) + (SeesPastPoses() ? 1 : 0)) * BodyPoseSize();
   }
   int ProgressSize() const { return sees_progress ? 1 : 0; }
-  /// Numbers of an object's pose: ObjectColumn, and if object_from_head SeenFromHead of it.
-  int ObjectSize() const { return kObjectSize + HeadObjectSize(); }
-  int HeadObjectSize() const { return object_from_head ? kObjectSize : 0; }
-  /// ... that the arms see of it as the world has it, and in all.
-  int ArmsWorldObjectSize() const { return arms_object == ArmsObject::kPose ? kObjectSize : 3; }
-  int ArmsObjectSize() const { return ArmsWorldObjectSize() + HeadObjectSize(); }
+  int ArmsObjectSize() const { return arms_object == ArmsObject::kPose ? kObjectSize : 3; }
   /// Random numbers of one step of one sample: the arms' first, then the body's.
   int NoiseSize() const { return (HasArms() ? arms_latent : 0) + body_latent; }
 
@@ -125,7 +116,7 @@ struct Config {
   int ArmsConditionInput() const;
   /// arms of frame t 36, object of frame t, phi: training only
   int ArmsPresentInput() const;
-  /// past arms 4 x 36, past objects 4 x ArmsObjectSize(), progress 1 if seen, phi
+  /// past arms 4 x 36, past objects 4 x (3 or 9), progress 1 if seen, phi
   int ArmsPastInput() const;
   /// phi, latent, past arms, past objects, progress
   int ArmsDecoderInput() const;
@@ -133,8 +124,7 @@ struct Config {
   int BodyConditionInput() const;
   /// past poses 4 x BodyPoseSize(), attended, and then 4 x as they are if beside; with two modules
   /// past arms 4 x 36 and, if body_sees_arms_now, arms of frame t 36; object "now" 9 unless absent;
-  /// past objects 4 x ObjectSize(); past root translations 4 x 3 if predicted; progress 1 if seen;
-  /// phi
+  /// past objects 4 x 9; past root translations 4 x 3 if predicted; progress 1 if seen; phi
   int BodyPastInput() const;
   /// latent, then the past encoder's input before its normalisation
   int BodyDecoderInput() const;

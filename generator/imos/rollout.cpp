@@ -7,11 +7,6 @@
 #include "generator/wandr/rotation_6d.h"
 
 namespace holdfast::imos {
-namespace {
-
-constexpr int kHead = 15;  // joint
-
-}  // namespace
 
 Eigen::Vector<double, kObjectSize> ObjectColumn(const Eigen::Matrix3d& R, const Eigen::Vector3d& T,
                                                 ObjectRotation rotation) {
@@ -19,16 +14,6 @@ Eigen::Vector<double, kObjectSize> ObjectColumn(const Eigen::Matrix3d& R, const 
   column << T, rotation == ObjectRotation::kRows ? wandr::Rows12<double>(R.transpose())
                                                  : wandr::Rows12<double>(R);
   return column;
-}
-
-Eigen::Vector<double, kObjectSize> SeenFromHead(
-    const Eigen::Ref<const Eigen::Vector<double, kObjectSize>>& object,
-    const wandr::BodyKinematics<double>& body, ObjectRotation rotation) {
-  const Eigen::Matrix3d& head = body.world[kHead];
-  Eigen::Matrix3d R = wandr::RotationFromRows12<double>(object.tail<kRotationSize>());
-  if (rotation == ObjectRotation::kRows) R.transposeInPlace();
-  return ObjectColumn(head.transpose() * R,
-                      head.transpose() * (object.head<3>() - body.joints.col(kHead)), rotation);
 }
 
 Eigen::Vector<double, kPoseSize> PoseColumn(const wandr::Pose<double>& pose) {
@@ -120,7 +105,7 @@ template <typename Real>
 void Rollout<Real>::SetHistory(int frame, int sample,
                                const Eigen::Ref<const Eigen::Vector<Real, kPoseSize>>& p,
                                const Eigen::Ref<const Eigen::Vector<Real, 3>>& root,
-                               const Eigen::Ref<const Eigen::VectorX<Real>>& object) {
+                               const Eigen::Ref<const Eigen::Vector<Real, kObjectSize>>& object) {
   assert(num_frames_ == kHistory && num_attended_ == 0 && frame < kHistory);
   frames_[frame].pose.col(sample) = p;
   frames_[frame].root.col(sample) = root;
@@ -147,8 +132,8 @@ void Rollout<Real>::Step(const ConstRef& noise) {
 }
 
 template <typename Real>
-void Rollout<Real>::SetObject(int sample, const Eigen::Ref<const Eigen::VectorX<Real>>& object) {
-  assert(object.size() == network_.Options().ObjectSize());
+void Rollout<Real>::SetObject(int sample,
+                              const Eigen::Ref<const Eigen::Vector<Real, kObjectSize>>& object) {
   frames_[num_frames_ - 1].object.col(sample) = object;
 }
 

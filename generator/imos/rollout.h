@@ -8,7 +8,6 @@
 #include <Eigen/Geometry>
 
 #include "generator/imos/step.h"
-#include "generator/wandr/body_kinematics.h"
 #include "generator/wandr/pose.h"
 
 namespace holdfast::imos {
@@ -17,11 +16,6 @@ namespace holdfast::imos {
 /// its transpose, by the configuration.
 Eigen::Vector<double, kObjectSize> ObjectColumn(const Eigen::Matrix3d& R, const Eigen::Vector3d& T,
                                                 ObjectRotation rotation);
-/// The same of the object as a body's head (joint 15) has it, R_h^T R and R_h^T (T - p_h); `object`
-/// is an ObjectColumn.
-Eigen::Vector<double, kObjectSize> SeenFromHead(
-    const Eigen::Ref<const Eigen::Vector<double, kObjectSize>>& object,
-    const wandr::BodyKinematics<double>& body, ObjectRotation rotation);
 /// Joints 0..21, six numbers each, and back: every six made a rotation by Gram-Schmidt.
 Eigen::Vector<double, kPoseSize> PoseColumn(const wandr::Pose<double>& pose);
 wandr::Pose<double> PoseOfColumn(const Eigen::Ref<const Eigen::VectorXd>& column,
@@ -44,7 +38,7 @@ struct RolloutGradient {
   Matrix noise;                         ///< (NoiseSize S x N m), step s in rows NoiseSize s ..
   Matrix condition;                     ///< (ConditionSize x N m)
   std::vector<KeyFrame<Real>> history;  ///< the k given ones: pose, root; its object is below
-  std::vector<Matrix> objects;  ///< (ObjectSize x N m) of each key frame, poses of others held
+  std::vector<Matrix> objects;          ///< (9 x N m) of each key frame, poses of others held
 };
 
 /// N samples stepped together through the loop of IMoS (sec. 5.4 of the code): k key frames are
@@ -70,12 +64,12 @@ class Rollout {
   void Begin(const ConstRef& conditions);
   void SetHistory(int frame, int sample, const Eigen::Ref<const Eigen::Vector<Real, kPoseSize>>& p,
                   const Eigen::Ref<const Eigen::Vector<Real, 3>>& root,
-                  const Eigen::Ref<const Eigen::VectorX<Real>>& object);
+                  const Eigen::Ref<const Eigen::Vector<Real, kObjectSize>>& object);
 
   /// Makes key frame NumFrames(); `noise` is (NoiseSize x N).
   void Step(const ConstRef& noise);
-  /// Its object (ObjectSize numbers: ObjectColumn, then SeenFromHead if configured), of one sample.
-  void SetObject(int sample, const Eigen::Ref<const Eigen::VectorX<Real>>& object);
+  /// Its object (ObjectColumn), of one sample.
+  void SetObject(int sample, const Eigen::Ref<const Eigen::Vector<Real, kObjectSize>>& object);
   /// Its root, where that is given and not predicted. (Networks of that kind do not see it.)
   void SetRoot(int sample, const Eigen::Ref<const Eigen::Vector<Real, 3>>& root);
 

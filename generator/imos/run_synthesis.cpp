@@ -45,7 +45,7 @@ void Check(const SynthesisRequest& request, const Network<float>& network) {
                   "Make it from the networks' own table of actions");
     }
     if (!start.poses.allFinite() || !start.roots.allFinite() || !start.objects.allFinite() ||
-        !start.condition.allFinite() || !start.bones.offset.allFinite()) {
+        !start.condition.allFinite()) {
       throw Error(where, "its start is not finite", "Check the clip it comes from");
     }
     if (!request.roots.empty() && request.roots[i].cols() < request.num_frames) {
@@ -106,12 +106,10 @@ class Batch {
       track.roots.resize(3, request_.num_frames);
       track.objects.resize(kObjectSize, request_.num_frames);
       for (int f = 0; f < kHistory; ++f) {
-        const wandr::Pose<double> pose = PoseOfColumn(start.poses.col(f), start.roots.col(f));
         rollout_.SetHistory(f, i, start.poses.col(f).cast<float>(),
-                            start.roots.col(f).cast<float>(),
-                            Seen(start.objects.col(f), pose, start));
+                            start.roots.col(f).cast<float>(), start.objects.col(f).cast<float>());
         track.raw_poses.col(f) = start.poses.col(f);
-        track.poses.col(f) = PoseColumn(pose);
+        track.poses.col(f) = PoseColumn(PoseOfColumn(start.poses.col(f), start.roots.col(f)));
         track.roots.col(f) = start.roots.col(f);
         track.objects.col(f) = start.objects.col(f);
       }
@@ -136,21 +134,7 @@ class Batch {
                   fmt::format("the object's pose of key frame {} is not finite", f),
                   "Check how it is found");
     }
-    rollout_.SetObject(column, Seen(track.objects.col(f), pose, request_.starts[sample]));
-  }
-
-  // What the networks see of an object, (ObjectSize).
-  Eigen::VectorXf Seen(const Eigen::Ref<const Eigen::Vector<double, kObjectSize>>& object,
-                       const wandr::Pose<double>& pose, const SynthesisStart& start) const {
-    const Config& config = network_.Options();
-    Eigen::VectorXf seen(config.ObjectSize());
-    seen.head<kObjectSize>() = object.cast<float>();
-    if (config.object_from_head) {
-      wandr::BodyKinematics<double> body;
-      wandr::ForwardKinematics(start.bones, pose, body);
-      seen.tail<kObjectSize>() = SeenFromHead(object, body, config.object_rotation).cast<float>();
-    }
-    return seen;
+    rollout_.SetObject(column, track.objects.col(f).cast<float>());
   }
 
   const Network<float>& network_;
@@ -171,7 +155,6 @@ SynthesisStart StartOf(const ActionSequence& sequence, ObjectRotation rotation,
     start.objects.col(f) =
         ObjectColumn(sequence.ObjectRotation(f), sequence.object_transl.col(f), rotation);
   }
-  start.bones = wandr::BoneOffsetsOf(sequence.rest_joints);
   start.condition = ConditionOf(sequence.betas, {sequence.action, sequence.object}, action_table);
   return start;
 }

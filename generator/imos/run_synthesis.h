@@ -19,8 +19,6 @@ struct SynthesisStart {
   Eigen::Matrix<double, 3, kHistory> roots;              ///< SMPL-X translation
   Eigen::Matrix<double, kObjectSize, kHistory> objects;  ///< ObjectColumn
   Eigen::VectorXf condition;                             ///< ConditionOf
-  /// Of the person, for networks that see objects from the head.
-  wandr::BoneOffsets<double> bones{wandr::BodyJoints<double>::Zero()};
 };
 
 /// The first k key frames of a sequence, with its own intent and shape.

@@ -51,9 +51,7 @@ void PutArmsPast(const Config& c, std::span<const KeyFrame<Real>, kHistory> past
   const auto order = ArmJoints(c.arm_order);
   for (const KeyFrame<Real>& frame : past) out.PutArms(frame.pose.col(i).data(), order);
   for (const KeyFrame<Real>& frame : past) {
-    const Real* const object = frame.object.col(i).data();
-    out.Put(object, c.ArmsWorldObjectSize());
-    out.Put(object + kObjectSize, c.HeadObjectSize());
+    out.Put(frame.object.col(i).data(), c.ArmsObjectSize());
   }
   if (c.sees_progress) out.Put(progress);
 }
@@ -64,9 +62,7 @@ void AddArmsPast(const Config& c, ColumnAdder<Real>& bars,
   const auto order = ArmJoints(c.arm_order);
   for (KeyFrame<Real>& frame : past_bar) bars.AddArmsTo(frame.pose.col(i).data(), order);
   for (KeyFrame<Real>& frame : past_bar) {
-    Real* const object_bar = frame.object.col(i).data();
-    bars.AddTo(object_bar, c.ArmsWorldObjectSize());
-    bars.AddTo(object_bar + kObjectSize, c.HeadObjectSize());
+    bars.AddTo(frame.object.col(i).data(), c.ArmsObjectSize());
   }
   bars.Skip(c.ProgressSize());
 }
@@ -142,7 +138,7 @@ void PutBodyPast(const Config& c, std::span<const KeyFrame<Real>, kHistory> past
     if (c.body_sees_arms_now) out.Put(next.pose.col(i).data() + kArmsOf, kArmsSize);
   }
   if (c.object_now != ObjectNow::kAbsent) out.Put(past.back().object.col(i).data(), kObjectSize);
-  for (const KeyFrame<Real>& frame : past) out.Put(frame.object.col(i).data(), c.ObjectSize());
+  for (const KeyFrame<Real>& frame : past) out.Put(frame.object.col(i).data(), kObjectSize);
   if (c.root == RootTranslation::kPredicted) {
     for (const KeyFrame<Real>& frame : past) out.Put(frame.root.col(i).data(), 3);
   }
@@ -172,7 +168,7 @@ void AddBodyPast(const Config& c, ColumnAdder<Real>& bars,
   if (c.object_now != ObjectNow::kAbsent) {
     bars.AddTo(past_bar.back().object.col(i).data(), kObjectSize);
   }
-  for (KeyFrame<Real>& frame : past_bar) bars.AddTo(frame.object.col(i).data(), c.ObjectSize());
+  for (KeyFrame<Real>& frame : past_bar) bars.AddTo(frame.object.col(i).data(), kObjectSize);
   if (c.root == RootTranslation::kPredicted) {
     for (KeyFrame<Real>& frame : past_bar) bars.AddTo(frame.root.col(i).data(), 3);
   }
@@ -218,7 +214,7 @@ template <typename Real>
 void KeyFrame<Real>::Resize(const Config& config, int columns) {
   pose.resize(kPoseSize, columns);
   root.resize(3, columns);
-  object.resize(config.ObjectSize(), columns);
+  object.resize(kObjectSize, columns);
   attended.resize(config.self_attention ? config.BodyPoseSize() : 0, columns);
 }
 

@@ -2,16 +2,15 @@
 #include "generator/training/action_critic.h"
 
 #include "generator/nn/residual_weights.h"
+#include "generator/training/imos_kinematics.h"
 #include "generator/training/least_squares_critic.h"
 #include "generator/training/network_tensors.h"
-#include "geometry/skeleton.h"
 
 namespace holdfast::imos {
 namespace {
 
 constexpr int kFrames = kNumKeyFrames - kHistory + 1;
-constexpr int kPositions = 3 * kNumPoseJoints + 3 + 3 * 3;  // the last three as the head has them
-constexpr int kFrameSize = kPositions + 2 * kRotationSize;
+constexpr int kFrameSize = 3 * kNumPoseJoints + kObjectSize;
 constexpr int kMotionSize = (2 * kFrames - 1) * kFrameSize;
 constexpr double kRate = 4e-4;
 constexpr double kLever = 0.1;            // metres: what turns a point this far off by a blur
@@ -37,25 +36,16 @@ ActionCritic::ActionCritic(const SequenceTensors& data, std::uint64_t seed)
   }
 }
 
-torch::Tensor ActionCritic::Frame(const TorchBody& body, const TorchObject& object) {
-  const TorchObject seen = SeenFromHead(object, body);
-  const auto wrist = [&](int side) {
-    const TorchObject hand{body.joints.select(1, WristJoint(Side::kLeft) + side), object.R};
-    return SeenFromHead(hand, body).T;
-  };
-  return torch::cat({body.joints.flatten(1), object.T, wrist(0), wrist(1), seen.T, SixOf(object.R),
-                     SixOf(seen.R)},
-                    1);
+torch::Tensor ActionCritic::Frame(const torch::Tensor& joints, const torch::Tensor& object_T,
+                                  const torch::Tensor& object_R) {
+  return torch::cat({joints.flatten(1), object_T, SixOf(object_R)}, 1);
 }
 
 std::vector<torch::Tensor> ActionCritic::TrueFrames(const SequenceTensors& batch) {
   std::vector<torch::Tensor> frames;
   for (int t = kHistory - 1; t < kNumKeyFrames; ++t) {
-    const torch::Tensor pose = batch.pose.select(1, t);
-    const torch::Tensor rotations =
-        RotationsOf(pose.view({pose.size(0), kNumPoseJoints, kRotationSize}));
-    frames.push_back(Frame(ForwardJoints(rotations, batch.transl.select(1, t), batch.bones),
-                           {batch.object_T.select(1, t), batch.object_R.select(1, t)}));
+    frames.push_back(
+        Frame(batch.joints.select(1, t), batch.object_T.select(1, t), batch.object_R.select(1, t)));
   }
   return frames;
 }
@@ -64,7 +54,7 @@ std::vector<torch::Tensor> ActionCritic::Blurred(std::vector<torch::Tensor> fram
                                                  at::Generator& generator) {
   if (blur_m <= 0.0) return frames;
   torch::Tensor deviation = torch::full({kFrameSize}, blur_m);
-  deviation.narrow(0, kPositions, kFrameSize - kPositions).fill_(blur_m / kLever);
+  deviation.narrow(0, kFrameSize - kRotationSize, kRotationSize).fill_(blur_m / kLever);
   for (torch::Tensor& frame : frames) {
     frame =
         frame + deviation * torch::randn(frame.sizes(), c10::optional<at::Generator>(generator));

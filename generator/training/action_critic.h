@@ -7,7 +7,6 @@
 #include <torch/torch.h>
 
 #include "generator/training/imos_batch.h"
-#include "generator/training/imos_kinematics.h"
 #include "generator/training/torch_network.h"
 
 namespace holdfast::imos {
@@ -19,8 +18,7 @@ namespace holdfast::imos {
 /// this asks only that it is drinking.
 ///
 /// A motion is, from key frame k - 1 on: the joints, the object's translation and rotation (6D),
-/// both wrists and the object as the head has them (a mug is drunk from at the mouth, wherever that
-/// is), and the step of all that from each key frame to the next; each number of the mean 0 and
+/// and the step of all that from each key frame to the next; each number of the mean 0 and
 /// deviation 1 over the data.
 class ActionCritic {
  public:
@@ -29,14 +27,15 @@ class ActionCritic {
   /// Mean and deviation are `data`'s.
   ActionCritic(const SequenceTensors& data, std::uint64_t seed);
 
-  /// Key frames k - 1 .. 14 as numbers that Motions takes, (B x 90) each.
+  /// Key frames k - 1 .. 14 as numbers that Motions takes, (B x 75) each.
   static std::vector<torch::Tensor> TrueFrames(const SequenceTensors& batch);
-  static torch::Tensor Frame(const TorchBody& body, const TorchObject& object);
+  static torch::Tensor Frame(const torch::Tensor& joints, const torch::Tensor& object_T,
+                             const torch::Tensor& object_R);
   /// The same with draws of N(0, blur_m^2) added to all positions (metres), and a tenth of a radian
-  /// a centimetre to rotations: what the tremor of a hand is cannot tell the two apart then.
+  /// a centimetre to the rotation: what the tremor of a hand is cannot tell the two apart then.
   static std::vector<torch::Tensor> Blurred(std::vector<torch::Tensor> frames, double blur_m,
                                             at::Generator& generator);
-  /// (B x 2070) of 12 key frames.
+  /// (B x 1725) of 12 key frames.
   torch::Tensor Motions(const std::vector<torch::Tensor>& frames) const;
 
   /// Mean over rows of (score - 1)^2 / 4 of the row's action (B): 0 for what is taken for true, 1

@@ -9,7 +9,6 @@ namespace holdfast::imos {
 namespace {
 
 constexpr double kLeastNorm = 1e-9;
-constexpr int kHead = 15;
 
 torch::Tensor Normalised(const torch::Tensor& v) {
   return v / torch::sqrt((v * v).sum(-1, true) + kLeastNorm * kLeastNorm);
@@ -20,8 +19,6 @@ struct Levels {
   torch::Tensor order, back;  // joints level by level, and where each joint is there
   std::vector<std::int64_t> sizes;
   std::vector<torch::Tensor> parents;  // of each joint of a level, among the level before
-  std::size_t head_level;
-  std::int64_t head_place;
 
   Levels() {
     std::vector<std::vector<std::int64_t>> joints(1, {0});
@@ -46,8 +43,6 @@ struct Levels {
       sizes.push_back(static_cast<std::int64_t>(joints[level].size()));
       parents.push_back(torch::tensor(above[level], torch::kInt64));
     }
-    head_level = static_cast<std::size_t>(depth[kHead]);
-    head_place = place[kHead];
     order = torch::tensor(all, torch::kInt64);
     back = torch::tensor(inverse, torch::kInt64);
   }
@@ -81,14 +76,7 @@ TorchBody ForwardJoints(const torch::Tensor& rotations, const torch::Tensor& tra
     world.push_back(torch::matmul(above, turns[k]));
   }
   // The wrists are the last level: 20 and 21.
-  return {torch::cat(joints, 1).index_select(1, levels.back),
-          world[levels.head_level].select(1, levels.head_place), world.back()};
-}
-
-TorchObject SeenFromHead(const TorchObject& object, const TorchBody& body) {
-  const torch::Tensor to_head = body.head.transpose(1, 2);
-  const torch::Tensor way = object.T - body.joints.select(1, kHead);
-  return {torch::bmm(to_head, way.unsqueeze(2)).squeeze(2), torch::bmm(to_head, object.R)};
+  return {torch::cat(joints, 1).index_select(1, levels.back), world.back()};
 }
 
 TorchObject Carried(const TorchObject& object, const TorchBody& from, const TorchBody& to,

@@ -14,7 +14,6 @@ torch::Tensor SixOf(const torch::Tensor& rotations);
 
 struct TorchBody {
   torch::Tensor joints;  ///< (B x 22 x 3)
-  torch::Tensor head;    ///< (B x 3 x 3) world rotation of joint 15
   torch::Tensor wrists;  ///< (B x 2 x 3 x 3) world rotations: left (joint 20), right (21)
 };
 
@@ -27,9 +26,6 @@ struct TorchObject {
   torch::Tensor T;  ///< (B x 3)
   torch::Tensor R;  ///< (B x 3 x 3)
 };
-
-/// The object as the head has it: R_h^T R, R_h^T (T - p_h).
-TorchObject SeenFromHead(const TorchObject& object, const TorchBody& body);
 
 /// The object carried rigidly from `from` to `to` by the left wrist where left (B) is 1, by the
 /// right where right (B) is 1; it stays where both are 0.

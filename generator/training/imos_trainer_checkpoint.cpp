@@ -10,7 +10,7 @@
 namespace holdfast::imos {
 namespace {
 
-constexpr const char* kFormat = "imos-training-3";
+constexpr const char* kFormat = "imos-training-2";
 using AdamState = torch::optim::AdamWParamState;
 
 // What must agree for a training to go on: what shapes the weights and the draws. Threads do not.

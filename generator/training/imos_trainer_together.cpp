@@ -65,7 +65,7 @@ void Trainer::Impl::UnrollShard(SequenceTensors batch, double share, const Windo
     if (losses.arms_total.defined()) loss = loss + losses.arms_total;
     out.losses.Add(losses.values, share / window.steps);
     if (window.criticised) {
-      seen.push_back(ActionCritic::Frame(frame.body, frame.object));
+      seen.push_back(ActionCritic::Frame(frame.body.joints, frame.object.T, frame.object.R));
     }
     unroller.Advance(frame);
   }

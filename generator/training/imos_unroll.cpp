@@ -69,12 +69,6 @@ torch::Tensor Unroller::ObjectNumbers(const TorchObject& object, bool rotation) 
   return torch::cat({object.T, SixOf(rows ? object.R.transpose(1, 2) : object.R)}, 1);
 }
 
-torch::Tensor Unroller::ObjectOf(const TorchFrame& frame, bool rotation) const {
-  const torch::Tensor numbers = ObjectNumbers(frame.object, rotation);
-  if (!config_.object_from_head) return numbers;
-  return torch::cat({numbers, ObjectNumbers(SeenFromHead(frame.object, frame.body), true)}, 1);
-}
-
 torch::Tensor Unroller::Past(const torch::Tensor TorchFrame::*part, std::int64_t begin,
                              std::int64_t size) const {
   std::vector<torch::Tensor> parts;
@@ -95,7 +89,7 @@ TorchFrame Unroller::Predict(const StepOptions& options) {
     const bool with_rotation = config_.arms_object == ArmsObject::kPose;
     std::vector<torch::Tensor> parts{past_arms};
     for (const TorchFrame& frame : history_) {
-      parts.push_back(ObjectOf(frame, with_rotation));
+      parts.push_back(ObjectNumbers(frame.object, with_rotation));
     }
     if (config_.sees_progress) parts.push_back(progress);
     const torch::Tensor past = torch::cat(parts, 1);
@@ -104,10 +98,11 @@ TorchFrame Unroller::Predict(const StepOptions& options) {
     torch::Tensor z = from_past.Sample(draw(from_past.mu));
     if (options.present_share > 0.0) {
       const TorchFrame truth = Truth(t_);
-      const Latents present = networks_.ArmsPresent(
-          torch::cat(
-              {truth.pose.narrow(1, kTrunk, kArms), ObjectOf(truth, with_rotation), arms_phi_}, 1),
-          pass_);
+      const Latents present =
+          networks_.ArmsPresent(torch::cat({truth.pose.narrow(1, kTrunk, kArms),
+                                            ObjectNumbers(truth.object, with_rotation), arms_phi_},
+                                           1),
+                                pass_);
       divergence_arms_ = divergence_arms_ + present.Divergence();
       const torch::Tensor chosen =
           torch::empty({rows, 1}).bernoulli_(options.present_share, generator_);
@@ -143,7 +138,7 @@ TorchFrame Unroller::Predict(const StepOptions& options) {
     const bool true_now = config_.object_now == ObjectNow::kTrue && options.true_object_now;
     parts.push_back(ObjectNumbers(true_now ? Truth(t_).object : last.object, true));
   }
-  for (const TorchFrame& frame : history_) parts.push_back(ObjectOf(frame, true));
+  for (const TorchFrame& frame : history_) parts.push_back(ObjectNumbers(frame.object, true));
   const bool predicts_root = config_.root == RootTranslation::kPredicted;
   if (predicts_root) parts.push_back(Past(&TorchFrame::transl, 0, 3));
   if (config_.sees_progress) parts.push_back(progress);

@@ -65,8 +65,6 @@ class Unroller {
 
  private:
   torch::Tensor ObjectNumbers(const TorchObject& object, bool rotation) const;
-  /// Of a key frame's object, from the head too where that is configured.
-  torch::Tensor ObjectOf(const TorchFrame& frame, bool rotation) const;
   torch::Tensor Past(const torch::Tensor TorchFrame::*part, std::int64_t begin,
                      std::int64_t size) const;
 

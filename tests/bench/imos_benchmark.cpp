@@ -45,7 +45,7 @@ std::vector<SynthesisStart> Starts(const Scene& scene, int count) {
     for (int f = 0; f < kHistory; ++f) {
       start.poses.col(f) = scene.given.history[f].pose.col(0);
       start.roots.col(f) = scene.given.history[f].root.col(0);
-      start.objects.col(f) = scene.given.objects[f].col(0).head<kObjectSize>();
+      start.objects.col(f) = scene.given.objects[f].col(0);
     }
     start.condition = scene.given.conditions.col(0).cast<float>();
   }
@@ -59,8 +59,7 @@ void KeyFrames(benchmark::State& state, SceneOf scene_of, int threads) {
   const std::vector<SynthesisStart> starts = Starts(scene, count);
   const SynthesisRequest request{.starts = starts, .seed = 1};
   const ObjectOfFrame object = [&](int, int frame, const wandr::Pose<double>&) {
-    return Eigen::Vector<double, kObjectSize>(
-        scene.given.objects[frame].col(0).head<kObjectSize>());
+    return Eigen::Vector<double, kObjectSize>(scene.given.objects[frame].col(0));
   };
   for (auto _ : state) {
     benchmark::DoNotOptimize(RunSynthesis(scene.network, request, object, threads));
@@ -131,7 +130,7 @@ void WriteScene(const Scene& scene, const std::string& name, const std::filesyst
       [&](int f, int i) { return given.history[f].pose.col(i).cast<float>(); });
   add("roots", kHistory, 3,
       [&](int f, int i) { return given.history[f].root.col(i).cast<float>(); });
-  add("objects", kNumKeyFrames, static_cast<std::size_t>(scene.network.Options().ObjectSize()),
+  add("objects", kNumKeyFrames, kObjectSize,
       [&](int f, int i) { return given.objects[f].col(i).cast<float>(); });
   add("noise", kNumKeyFrames - kHistory, static_cast<std::size_t>(noise_size), [&](int f, int i) {
     return given.noise.col(i).segment(Eigen::Index{noise_size} * f, noise_size).cast<float>();

@@ -115,7 +115,6 @@ class Networks:
         self.two, self.rooted = c["modules"] == "two", c["root"] == "predicted"
         self.joints = 16 if self.two else 22
         self.seen = 9 if c["arms_object"] == "pose" else 3
-        self.head = 9 if c["object_from_head"] == "yes" else 0
         self.tells = 1 if c["sees_progress"] == "yes" else 0
         self.order = [int(j) for j in config["arm_order"].split(",")]
         width = c["block_width"]
@@ -123,11 +122,11 @@ class Networks:
         if self.two:
             condition = 10 + c["action_size"] + (54 if c["arms_see_class"] == "yes" else 0)
             self.arms = Synthesis(
-                condition, c["arms_condition"], 4 * (36 + self.seen + self.head) + self.tells + c["arms_condition"], c["arms_first"],
+                condition, c["arms_condition"], 4 * (36 + self.seen) + self.tells + c["arms_condition"], c["arms_first"],
                 c["arms_second"], c["arms_latent"], c["arms_decoder"], 36, width,
-                36 + self.seen + self.head + c["arms_condition"] if present else None)
+                36 + self.seen + c["arms_condition"] if present else None)
         self.beside = c["self_attention"] == "yes" and c["attended_past"] == "beside"
-        past = 4 * (6 * self.joints * (2 if self.beside else 1) + 9 + self.head) + self.tells + c["body_condition"]
+        past = 4 * (6 * self.joints * (2 if self.beside else 1) + 9) + self.tells + c["body_condition"]
         past += 4 * 36 + (36 if c["body_sees_arms_now"] == "yes" else 0) if self.two else 0
         past += (0 if c["object_now"] == "absent" else 9) + (12 if self.rooted else 0)
         self.body = Synthesis(
@@ -155,7 +154,7 @@ class Networks:
         return self
 
     def roll(self, condition, poses, roots, objects, noise):
-        """(N, C), (N, 4, 132), (N, 4, 3), (N, T, 9 or 18), (N, T - 4, Z) -> poses (N, T, 132), roots."""
+        """(N, C), (N, 4, 132), (N, 4, 3), (N, T, 9), (N, T - 4, Z) -> poses (N, T, 132), roots."""
         c, n = self.c, len(condition)
         poses, roots = list(poses.unbind(1)), list(roots.unbind(1))
         slots = torch.cat([torch.arange(6) + 6 * j for j in self.order])
@@ -170,7 +169,7 @@ class Networks:
             if self.two:
                 eps_arms, eps = eps[:, : c["arms_latent"]], eps[:, c["arms_latent"] :]
                 arms_past = torch.cat([p[:, slots] for p in past], -1)
-                seen = torch.cat([torch.cat((held[:, :, : self.seen], held[:, :, 9:]), -1).flatten(1)] + told, -1)
+                seen = torch.cat([held[:, :, : self.seen].flatten(1)] + told, -1)
                 z = self.arms.latent(torch.cat((arms_past, seen, phi_arms), -1), eps_arms)
                 made = self.arms.decode(torch.cat((phi_arms, z, arms_past, seen), -1)) + arms_past[:, -36:]
                 arms = torch.zeros_like(made)
@@ -181,7 +180,7 @@ class Networks:
                 x += [p[:, : 6 * self.joints] for p in past]
             if self.two:
                 x += [p[:, 96:] for p in past] + ([arms] if c["body_sees_arms_now"] == "yes" else [])
-            x += [] if c["object_now"] == "absent" else [held[:, -1, :9]]
+            x += [] if c["object_now"] == "absent" else [held[:, -1]]
             x += [held.flatten(1)] + (roots[-HISTORY:] if self.rooted else []) + told + [phi]
             x = torch.cat(x, -1)
             y = self.body.decode(torch.cat((self.body.latent(x, eps), x), -1))
@@ -203,7 +202,7 @@ def read_safetensors(path):
     }
 
 
-OPTIONS = ("modules self_attention attended_past sees_progress object_from_head action_embedding action_size arms_see_class arms_object body_sees_arms_now "
+OPTIONS = ("modules self_attention attended_past sees_progress action_embedding action_size arms_see_class arms_object body_sees_arms_now "
            "object_now arm_order root body_makes object_rotation block_width arms_condition arms_first arms_second "
            "arms_decoder arms_latent body_condition body_first body_second body_decoder body_latent "
            "attention_layers attention_heads attention_width").split()

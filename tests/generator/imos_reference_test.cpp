@@ -32,7 +32,7 @@ Eigen::MatrixXd Columns(const NpzReader& file, const std::string& name) {
       values.data(), static_cast<Eigen::Index>(values.size()) / kSamples, kSamples);
 }
 
-testing::Given<double> ReadGiven(const NpzReader& file, const std::string& name, int object_size) {
+testing::Given<double> ReadGiven(const NpzReader& file, const std::string& name) {
   testing::Given<double> given;
   given.conditions = Columns(file, name + "/conditions");
   given.noise = Columns(file, name + "/noise");
@@ -40,7 +40,7 @@ testing::Given<double> ReadGiven(const NpzReader& file, const std::string& name,
                         roots = Columns(file, name + "/roots"),
                         objects = Columns(file, name + "/objects");
   for (int f = 0; f < kFrames; ++f) {
-    given.objects.push_back(objects.middleRows(object_size * f, object_size));
+    given.objects.push_back(objects.middleRows(kObjectSize * f, kObjectSize));
     if (f >= kHistory) continue;
     given.history.push_back({poses.middleRows(kPoseSize * f, kPoseSize),
                              roots.middleRows(3 * f, 3),
@@ -68,8 +68,8 @@ Fixture ReadFixture(const std::filesystem::path& folder) {
 
 void CompareMotions(const NpzReader& file, const std::string& name, const NetworkWeights& weights) {
   SCOPED_TRACE(name);
-  const int noise_size = weights.config.NoiseSize(), object_size = weights.config.ObjectSize();
-  const testing::Given<double> given = ReadGiven(file, name, object_size);
+  const int noise_size = weights.config.NoiseSize();
+  const testing::Given<double> given = ReadGiven(file, name);
   const Eigen::MatrixXd motions = Columns(file, name + "/motions"),
                         roots = Columns(file, name + "/root_tracks");
   const Network<double> network(weights, true);
@@ -107,7 +107,7 @@ void CompareMotions(const NpzReader& file, const std::string& name, const Networ
                         d_roots = Columns(file, name + "/d_roots"),
                         d_objects = Columns(file, name + "/d_objects");
   for (int f = 0; f < kFrames; ++f) {
-    EXPECT_LT((gradient.objects[f] - d_objects.middleRows(object_size * f, object_size)).norm(),
+    EXPECT_LT((gradient.objects[f] - d_objects.middleRows(kObjectSize * f, kObjectSize)).norm(),
               1e-10 * d_objects.norm());
     if (f >= kHistory) continue;
     EXPECT_LT((gradient.history[f].pose - d_poses.middleRows(kPoseSize * f, kPoseSize)).norm(),

@@ -40,7 +40,6 @@ std::vector<Named> AllKinds() {
   published.root = RootTranslation::kGiven;
   published.attended_past = AttendedPast::kInstead;
   published.sees_progress = false;
-  published.object_from_head = false;
   kinds.push_back({"published", published});
   Config one = testing::SmallConfig();
   one.modules = Modules::kOne;
@@ -324,46 +323,6 @@ TEST(RunSynthesis, PosesAreRotationsAndWhatTheCallbackSaw) {
   }
 }
 
-// The loop step by step, by hand, for a person with bones.
-TEST(RunSynthesis, ShowsObjectsFromTheHead) {
-  Scene scene(testing::SmallConfig(), 1);
-  ASSERT_TRUE(scene.config.object_from_head);
-  SynthesisStart& start = scene.starts[0];
-  nn::RandomStream random(26);
-  for (double& offset : start.bones.offset.reshaped()) offset = 0.2 * random.Uniform();
-  const auto track =
-      RunSynthesis(scene.network, {.starts = scene.starts, .seed = 4}, scene.in_hand, 1)[0];
-
-  Rollout<float> rollout(scene.network, 1, kNumKeyFrames);
-  const auto seen = [&](const wandr::Pose<double>& pose) {
-    wandr::BodyKinematics<double> body;
-    wandr::ForwardKinematics(start.bones, pose, body);
-    const auto object = scene.in_hand(0, 0, pose);
-    Eigen::VectorXd both(2 * kObjectSize);
-    both << object, SeenFromHead(object, body, scene.config.object_rotation);
-    return Eigen::VectorXf(both.cast<float>());
-  };
-  rollout.Begin(start.condition);
-  for (int f = 0; f < kHistory; ++f) {
-    rollout.SetHistory(f, 0, start.poses.col(f).cast<float>(), start.roots.col(f).cast<float>(),
-                       seen(PoseOfColumn(start.poses.col(f), start.roots.col(f))));
-  }
-  const int size = scene.config.NoiseSize();
-  const Eigen::VectorXf noise = DrawNoise(4, 0, size, kNumKeyFrames - kHistory, 1.0);
-  for (int f = kHistory; f < kNumKeyFrames; ++f) {
-    rollout.Step(noise.segment(Eigen::Index{size} * (f - kHistory), size));
-    const KeyFrame<float>& frame = rollout.Frame(f);
-    rollout.SetObject(
-        0, seen(PoseOfColumn(frame.pose.col(0).cast<double>(), frame.root.col(0).cast<double>())));
-  }
-  EXPECT_EQ(rollout.Frame(14).pose.col(0), track.raw_poses.col(14).cast<float>());
-  // It matters whose bones they are.
-  start.bones.offset *= 1.5;
-  EXPECT_NE(RunSynthesis(scene.network, {.starts = scene.starts, .seed = 4}, scene.in_hand, 1)[0]
-                .raw_poses,
-            track.raw_poses);
-}
-
 TEST(RunSynthesis, RootsAreGivenOrPredicted) {
   Config given = testing::SmallConfig();
   given.root = RootTranslation::kGiven;
@@ -406,23 +365,6 @@ TEST(RunSynthesis, RefusesBadRequests) {
   scene.starts[1] = scene.starts[0];
   scene.starts[1].poses(7, 2) = NAN;
   EXPECT_THROW(run({.starts = scene.starts}), Error);
-}
-
-// A head half a metre up that looks to the left (z of the head is where the face looks).
-TEST(ObjectColumns, AreSeenFromTheHead) {
-  wandr::BodyKinematics<double> body;
-  for (auto& world : body.world) world.setIdentity();
-  body.joints.setZero();
-  body.world[15] = ExpSO3({0.0, M_PI / 2, 0.0});  // its z is x of the world, its x is -z
-  body.joints.col(15) << 0.0, 0.5, 0.0;
-  const Eigen::Matrix3d R = ExpSO3({0.4, -0.8, 0.3});
-  for (const ObjectRotation rotation : {ObjectRotation::kColumns, ObjectRotation::kRows}) {
-    const auto seen =
-        SeenFromHead(ObjectColumn(R, Eigen::Vector3d(0.2, 0.6, 0.1), rotation), body, rotation);
-    EXPECT_LT((seen.head<3>() - Eigen::Vector3d(-0.1, 0.1, 0.2)).norm(), 1e-12);
-    const auto turned = ObjectColumn(body.world[15].transpose() * R, seen.head<3>(), rotation);
-    EXPECT_LT((seen - turned).norm(), 1e-12);
-  }
 }
 
 TEST(ObjectColumns, AreSeenAsConfigured) {

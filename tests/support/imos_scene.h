@@ -108,7 +108,7 @@ inline Given<double> RandomGiven(const Config& config, int samples, int frames,
   };
   Given<double> given;
   given.conditions = draw(kNumBetas + kNumObjects + config.action_size);
-  for (int f = 0; f < frames; ++f) given.objects.push_back(draw(config.ObjectSize()));
+  for (int f = 0; f < frames; ++f) given.objects.push_back(draw(kObjectSize));
   for (int f = 0; f < kHistory; ++f) {
     given.history.push_back({draw(kPoseSize), draw(3), given.objects[f], {}});
   }

@@ -61,7 +61,6 @@ TrainingOptions TinyPaperOptions() {
   options.config.body_makes = published.body_makes;
   options.config.attended_past = published.attended_past;
   options.config.sees_progress = published.sees_progress;
-  options.config.object_from_head = published.object_from_head;
   options.true_history_epochs = 5;
   options.iterations = 20;
   options.batch = 8;
@@ -87,18 +86,12 @@ Eigen::MatrixXf RunTimeRollout(const NetworkWeights& weights, const ActionSequen
   const wandr::BoneOffsets<double> bones = wandr::BoneOffsetsOf(sequence.rest_joints);
   wandr::BodyKinematics<double> last, next;
   ObjectPose object;
-  const auto seen = [&](const wandr::BodyKinematics<double>& body) {
-    const auto column = ObjectColumn(object.R, object.T, config.object_rotation);
-    Eigen::VectorXd numbers(config.ObjectSize());
-    numbers << column,
-        SeenFromHead(column, body, config.object_rotation).head(config.HeadObjectSize());
-    return Eigen::VectorXf(numbers.cast<float>());
-  };
   for (int t = 0; t < kHistory; ++t) {
     object = {sequence.ObjectRotation(t), sequence.object_transl.col(t)};
-    ForwardKinematics(bones, sequence.BodyPose(t), last);
     rollout.SetHistory(t, 0, sequence.pose.col(t).head<kPoseSize>().cast<float>(),
-                       sequence.transl.col(t).cast<float>(), seen(last));
+                       sequence.transl.col(t).cast<float>(),
+                       ObjectColumn(object.R, object.T, config.object_rotation).cast<float>());
+    ForwardKinematics(bones, sequence.BodyPose(t), last);
   }
   Eigen::MatrixXf joints = sequence.joints.cast<float>();
   const Eigen::MatrixXf noise = Eigen::MatrixXf::Zero(config.NoiseSize(), 1);
@@ -112,7 +105,7 @@ Eigen::MatrixXf RunTimeRollout(const NetworkWeights& weights, const ActionSequen
         bones, PoseOfColumn(frame.pose.col(0).cast<double>(), frame.root.col(0).cast<double>()),
         next);
     object = Carried(object, sequence.carriers[t], last, next);
-    rollout.SetObject(0, seen(next));
+    rollout.SetObject(0, ObjectColumn(object.R, object.T, config.object_rotation).cast<float>());
     joints.col(t) = Eigen::Map<const Eigen::VectorXd>(next.joints.data(), 66).cast<float>();
     last = next;
   }
