@@ -247,8 +247,8 @@ void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
       ->add_option(
           "--weights", synthesis.weights,
           "NAME=FILE, NAME one of full, random-embeddings, no-attention, one-module, or "
-          "of your own; several are rows of one table; NAME@2=FILE is that one of another "
-          "seed of its training, and has its mean with NAME in a row. Without a FILE, or without "
+          "of your own; several are rows of one table. NAME@2=FILE: the same trained from seed 2; "
+          "means over seeds are rows too. Without a FILE, or without "
           "--weights as 'full': the embedded network")
       ->required(!imos::HasDefaultNetwork());
   command

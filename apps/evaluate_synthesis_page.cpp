@@ -149,7 +149,7 @@ TextTable ObjectTable(std::span<const SynthesisResult> results, ObjectMode mode)
                  "time, 15 key frames",
                  "fit of all frames"};
   for (const SynthesisResult* result : RowsFor(results, mode, true)) {
-    if (result->row.kind == RowKind::kMean) continue;  // one sequence in many, once each
+    if (result->row.kind == RowKind::kMean) continue;  // clips are measured seed by seed
     const SynthesisSummary& s = result->summary;
     const auto unit = [&](const char* key, double factor, int digits, const char* name) {
       const std::string number = Number(s, key, factor, digits);

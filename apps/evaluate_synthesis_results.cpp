@@ -267,7 +267,7 @@ std::vector<std::string> OrderOfRows(std::span<const SynthesisResult> results, O
     const bool alone =
         result.row.kind == RowKind::kNetwork && !with_mean.contains(result.row.Name());
     if ((!alone && result.row.kind != RowKind::kMean) || result.row.mode != mode) continue;
-    if (result.row.key == "full") {
+    if (result.row.Name() == "full") {
       full = &result.summary;
     } else {
       others.push_back(&result);

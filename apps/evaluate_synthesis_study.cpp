@@ -22,6 +22,8 @@ namespace fs = std::filesystem;
 constexpr int kSlowBlock = 16;   // cases in a file, where each takes a second
 constexpr int kFastBlock = 256;  // where many are made at once
 constexpr double kRate_Hz = 30.0;
+// Blocks of another are of another question.
+constexpr const char* kBlockFormat = "holdfast-synthesis-block-2";
 constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
 constexpr const char* kObjectKeys[] = {
@@ -116,7 +118,8 @@ fs::path SynthesisStudy::BlockFile(const SynthesisRow& row, int repeat, int firs
 }
 
 std::string SynthesisStudy::Question(const SynthesisRow& row, int repeat) const {
-  std::string all = fmt::format("2 {} {} {} of {}", asked_, row.key, repeat, cases_.size());
+  std::string all =
+      fmt::format("{} {} {} {} of {}", kBlockFormat, asked_, row.key, repeat, cases_.size());
   if (repeat == 0) all += fmt::format(" objects of {}", options_.object_cases);
   if (row.network) {
     all += fmt::format(" {} {} seed {} sigma {}", row.network->loaded.checksum,
@@ -175,8 +178,7 @@ void SynthesisStudy::Save(const SynthesisSample& sample, const SynthesisRow& row
   add("objects", sample.objects);
   const std::vector<std::int64_t> labels(sample.recognised.begin(), sample.recognised.end());
   writer.AddInt64("recognised", {n}, labels);
-  writer.SetMetadata(
-      {{"format", "holdfast-synthesis-block-2"}, {"question", Question(row, repeat)}});
+  writer.SetMetadata({{"format", kBlockFormat}, {"question", Question(row, repeat)}});
   writer.Write(BlockFile(row, repeat, first));
 }
 

@@ -6,8 +6,8 @@
 #   tests/evaluation/synthesis.sh [FOLDER]     # out/synthesis; three hours of one core
 #
 # Environment: HOLDFAST (the program, default build/release/apps/holdfast), HOLDFAST_DATA (default
-# ../shared/data), SEEDS (of the trainings, default 1: a row of the table each, and one for their mean), ITERATIONS
-# (default 4800), JOBS (trainings at the same time, a core each; default what there is).
+# ../shared/data), SEEDS (of the trainings, default 1: a row of the table each, and one for their
+# mean), ITERATIONS (default 4800), JOBS (trainings at the same time, a core each; default what there is).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 out=${1:-out/synthesis}
