@@ -3,15 +3,19 @@
 #include <cctype>
 #include <mutex>
 #include <optional>
+#include <set>
 
 #include <fmt/format.h>
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
 #include "apps/render_output.h"
+#include "geometry/contact_metrics.h"
 #include "geometry/error.h"
 #include "geometry/io/bvh_writer.h"
+#include "geometry/io/contact_writer.h"
 #include "geometry/io/gltf_writer.h"
+#include "geometry/io/import_motion.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/io/usda_writer.h"
 #include "geometry/parallel.h"
@@ -44,18 +48,25 @@ std::string ExtensionOf(const fs::path& path) {
   return extension;
 }
 
+// Contacts are a table, or arrays in a file that is called after them.
+bool IsContacts(const fs::path& output) {
+  const std::string extension = ExtensionOf(output);
+  return extension == ".csv" ||
+         (extension == ".npz" && output.stem().string().ends_with("contacts"));
+}
+
 // Empty for a file name that `export` can write, else what is wrong with it.
 std::string FaultOfOutput(const std::string& output) {
   const std::string extension = ExtensionOf(output);
   const bool numbered = output.find('%') != std::string::npos;
   const bool sequence = extension == ".ply" || extension == ".obj";
-  const bool single =
-      extension == ".glb" || extension == ".bvh" || extension == ".usda" || extension == ".npz";
+  const bool single = extension == ".glb" || extension == ".bvh" || extension == ".usda" ||
+                      extension == ".npz" || extension == ".csv";
   if (!sequence && !single) {
     return fmt::format(
-        "'{}' is no format to export: use .glb .bvh .usda .npz, or "
+        "'{}': {}. Use .glb .bvh .usda .npz, contacts.npz / .csv, or "
         "name_%04d.ply / name_%04d.obj for one mesh per frame",
-        output);
+        output, extension == ".fbx" ? kFbxProblem : "is no format to export");
   }
   if (sequence) {
     try {
@@ -84,7 +95,7 @@ void Cut(Clip& clip, const Options& options) {
 
 // One mesh per frame of the body, and of the object beside it under a name with "object_" in it.
 int WriteSequence(const ClipInput& input, const TriangleMesh* object, const Options& options,
-                  nlohmann::json& summary) {
+                  nlohmann::json& summary, std::string& text) {
   const CommonOptions& common = options.common;
   const NumberedName body_name = *ParseNumberedName(options.output);
   NumberedName object_name = body_name;
@@ -115,6 +126,7 @@ int WriteSequence(const ClipInput& input, const TriangleMesh* object, const Opti
     progress.Update(++finished, static_cast<int>(frames.size()));
   });
   summary["files"] = frames.size() * (object != nullptr ? 2 : 1);
+  text += fmt::format("  {} files\n", frames.size() * (object != nullptr ? 2 : 1));
   return Interrupted() ? kInterrupted : kDone;
 }
 
@@ -144,12 +156,47 @@ void WriteGlbFile(const ClipInput& input, const TriangleMesh* object, const Opti
   }
 }
 
+// The second table beside contacts.csv.
+fs::path PosesPath(const fs::path& output) {
+  return output.parent_path() / (output.stem().string() + "_poses.csv");
+}
+
+// Where the hands touch the object, and the poses of wrists and fingertips.
+void WriteContacts(const ClipInput& input, const TriangleMesh* object, const Options& options,
+                   nlohmann::json& summary, std::string& text) {
+  if (object == nullptr) {
+    throw Error(options.clip,
+                input.clip.object ? "its object's mesh is not there: " + input.object_missing
+                                  : "has no object to touch",
+                input.clip.object ? "Give it with --object" : "Fit one first ('holdfast fit')");
+  }
+  const ClipContactPoints contacts =
+      FindContactPoints(input.clip, input.body, input.betas, SignedDistance(*object),
+                        1e-3 * ContactProtocol().contact_threshold_mm, NumThreads(options.common));
+  if (ExtensionOf(options.output) == ".csv") {
+    WriteContactsCsv(contacts, options.output, PosesPath(options.output));
+  } else {
+    WriteContactsNpz(contacts, options.output);
+  }
+  std::set<int> touching;
+  for (const ContactPoint& point : contacts.points) touching.insert(point.frame);
+  summary["contact_points"] = contacts.points.size();
+  summary["frames_in_contact"] = touching.size();
+  text += fmt::format("  {} contact points in {} frames; poses of {} wrists and their fingertips\n",
+                      contacts.points.size(), touching.size(), contacts.hands.size());
+}
+
 int Run(const Options& options) {
   const CommonOptions& common = options.common;
   const std::string extension = ExtensionOf(options.output);
-  const bool has_meshes = extension != ".bvh" && extension != ".npz";
+  const bool is_contacts = IsContacts(options.output);
+  const bool has_meshes = is_contacts || (extension != ".bvh" && extension != ".npz");
   const bool is_sequence = extension == ".ply" || extension == ".obj";
+  if (options.every > 1 && !is_sequence && extension != ".usda") {
+    throw CLI::ValidationError("--every", "is for mesh sequences and .usda");
+  }
   if (!is_sequence) RequireNew(options.output, common);
+  if (extension == ".csv") RequireNew(PosesPath(options.output), common);
   ClipInput input = LoadClipInput(options.clip, options.input, common);
   Cut(input.clip, options);
   if (options.no_object) input.clip.object.reset();
@@ -157,9 +204,12 @@ int Run(const Options& options) {
   if (has_meshes && input.clip.object) {
     if (input.object) {
       object = &*input.object;
-    } else {
+    } else if (!is_contacts) {
       Note(common, "note: the body is exported alone: " + input.object_missing);
     }
+  }
+  if (extension == ".bvh" && input.clip.object) {
+    Note(common, "note: a .bvh holds the skeleton alone: the object is left out (.glb has both)");
   }
   if (has_meshes && !input.clip.object && !options.input.object.empty() && !options.no_object) {
     throw Error(options.clip, "has no object track for the mesh of --object to move along",
@@ -169,16 +219,19 @@ int Run(const Options& options) {
   nlohmann::json summary = JsonHead("holdfast/export/1", common);
   summary["output"] = options.output;
   summary["format"] = extension.substr(1);
-  summary["frames"] = input.clip.NumFrames();
-  summary["frame_rate"] = input.clip.frame_rate;
+  const std::size_t frames = EveryFrame(input.clip.NumFrames(), options.every).size();
+  summary["frames"] = frames;
+  summary["frame_rate"] = input.clip.frame_rate / options.every;
   summary["object"] =
       object != nullptr || (!has_meshes && extension == ".npz" && input.clip.object);
-  std::string text =
-      fmt::format("{}: {} frames at {:g} Hz{}\n", options.output, input.clip.NumFrames(),
-                  input.clip.frame_rate, object != nullptr ? ", body and object" : "");
+  std::string text = fmt::format("{}: {} frames at {:g} Hz{}\n", options.output, frames,
+                                 input.clip.frame_rate / options.every,
+                                 object != nullptr ? ", body and object" : "");
   int exit_code = kDone;
-  if (is_sequence) {
-    exit_code = WriteSequence(input, object, options, summary);
+  if (is_contacts) {
+    WriteContacts(input, object, options, summary, text);
+  } else if (is_sequence) {
+    exit_code = WriteSequence(input, object, options, summary, text);
   } else if (extension == ".glb") {
     WriteGlbFile(input, object, options, summary, text);
   } else if (extension == ".bvh") {
@@ -239,6 +292,8 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       "  .bvh   55 joints with the shaped body's offsets, centimetres, y up, Euler Z X Y\n"
       "  .usda  USD text, metres, z up: the body's points in every frame, the object's transform\n"
       "  .npz   the clip itself (AMASS layout, z up), cut to --start and --end\n"
+      "  contacts.npz, .csv  where the hands touch the object in each frame, normals, depth, and\n"
+      "         the poses of wrists and fingertips (FORMATS.md); x_contacts.npz does too\n"
       "  .ply .obj  x_%04d.ply is the body in each frame (metres, z up, numbered from the clip's\n"
       "         first), x_object_%04d.ply the object\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

@@ -251,4 +251,22 @@ CorrectiveBasis ComputeCorrectiveBasis(const BodySurface& surface, const Clip& c
   return basis;
 }
 
+CorrectiveBasis WithUnitWeights(const CorrectiveBasis& basis) {
+  CorrectiveBasis unit = basis;
+  Eigen::Index size = 0;
+  for (Eigen::Index k = 0; k < basis.Size(); ++k) {
+    const float least = basis.coefficients.row(k).minCoeff();
+    const float range = basis.coefficients.row(k).maxCoeff() - least;
+    unit.rest.reshaped() += static_cast<double>(least) * basis.directions.col(k).cast<double>();
+    if (range == 0.0f) continue;
+    unit.directions.col(size) = range * basis.directions.col(k);
+    unit.coefficients.row(size) =
+        ((basis.coefficients.row(k).array() - least) / range).cwiseMin(1.0f);
+    ++size;
+  }
+  unit.directions.conservativeResize(Eigen::NoChange, size);
+  unit.coefficients.conservativeResize(size, Eigen::NoChange);
+  return unit;
+}
+
 }  // namespace holdfast

@@ -31,4 +31,9 @@ struct CorrectiveBasis {
 CorrectiveBasis ComputeCorrectiveBasis(const BodySurface& surface, const Clip& clip,
                                        double tolerance_m, int max_directions, int threads = 1);
 
+/// The same surface with every coefficient in [0, 1], the range of a morph target's weight in
+/// programs that clamp it: the least share of each direction goes into `rest`, directions are
+/// scaled, and one whose coefficient never changes is `rest`'s altogether.
+CorrectiveBasis WithUnitWeights(const CorrectiveBasis& basis);
+
 }  // namespace holdfast

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "geometry/io/import_motion.h"
+
 namespace holdfast {
 namespace {
 
@@ -42,7 +44,7 @@ constexpr Advice kAdvice[] = {
      "copy or download it again"},
     {FileKind::kC3d, Verdict::kFault, "markers, which are not read",
      "solve the markers to a skeleton first and export BVH"},
-    {FileKind::kFbx, Verdict::kFault, "FBX is not read", "export BVH (motion) or .obj (mesh)"},
+    {FileKind::kFbx, Verdict::kFault, kFbxProblem, "export .glb from Blender"},
     {FileKind::kPlyPoints, Verdict::kFault, "points without faces: no surface",
      "reconstruct a surface first (for example Poisson in MeshLab)"},
     {FileKind::kUsd, Verdict::kWarning, "USD is not read",

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/end_site.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/rotation.h"
 
@@ -46,20 +47,6 @@ Eigen::Vector3d EulerZxy(const Eigen::Matrix3d& R, const Eigen::Vector3d& previo
   const Eigen::Vector3d one = nearest(angles);
   const Eigen::Vector3d other = nearest({angles[0] + kPi, kPi - angles[1], angles[2] + kPi});
   return (one - previous).squaredNorm() <= (other - previous).squaredNorm() ? one : other;
-}
-
-// From the joint to the farthest vertex that follows it more than any other joint.
-Eigen::Vector3d EndSite(const BodySurface& surface, int joint) {
-  Eigen::Vector3d farthest = Eigen::Vector3d::Zero();
-  for (int v = 0; v < surface.NumVertices(); ++v) {
-    for (const auto& [other, weight] : surface.Weights(v)) {
-      if (other != joint || weight <= 0.5) continue;
-      const Eigen::Vector3d offset =
-          surface.RestVertices().col(v) - surface.RestJoints().col(joint);
-      if (offset.squaredNorm() > farthest.squaredNorm()) farthest = offset;
-    }
-  }
-  return farthest;
 }
 
 void WriteOffset(const Eigen::Vector3d& offset_m, const std::string& indent, Text out) {

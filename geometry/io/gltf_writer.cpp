@@ -29,13 +29,16 @@ using Matrix4Xf = Eigen::Matrix<float, 4, Eigen::Dynamic>;
 constexpr double kNegligibleWeight = 1e-5;
 constexpr std::size_t kMaxFileBytes = std::numeric_limits<std::uint32_t>::max() - (1u << 24);
 
-// A rotation through time as unit quaternions x y z w (4 x T), neighbours in the same half of the
-// sphere so that players turn the short way.
-Matrix4Xf Quaternions(const Eigen::Matrix3Xd& axis_angle) {
+// (x, y, z) with z up becomes (x, z, -y).
+const Eigen::Matrix3d kYUpFromZUp = (Eigen::Matrix3d() << 1, 0, 0, 0, 0, 1, 0, -1, 0).finished();
+
+// R_after exp(axis_angle) through time as unit quaternions x y z w (4 x T), neighbours in the same
+// half of the sphere so that players turn the short way.
+Matrix4Xf Quaternions(const Eigen::Matrix3d& R_after, const Eigen::Matrix3Xd& axis_angle) {
   Matrix4Xf result(4, axis_angle.cols());
   Eigen::Quaterniond previous = Eigen::Quaterniond::Identity();
   for (Eigen::Index t = 0; t < axis_angle.cols(); ++t) {
-    Eigen::Quaterniond q(ExpSO3(axis_angle.col(t)));
+    Eigen::Quaterniond q(R_after * ExpSO3(axis_angle.col(t)));
     q.normalize();
     if (q.dot(previous) < 0) q.coeffs() = -q.coeffs();
     result.col(t) = q.coeffs().cast<float>();
@@ -94,11 +97,6 @@ class GlbBuilder {
     model_.buffers.emplace_back();
     model_.scenes.emplace_back();
     model_.defaultScene = 0;
-    tinygltf::Node world;
-    world.name = "world";
-    const double half = std::sqrt(0.5);
-    world.rotation = {-half, 0, 0, half};  // (x, y, z) with z up becomes (x, z, -y)
-    model_.scenes[0].nodes = {AddNode(std::move(world))};
     tinygltf::Animation animation;
     animation.name = options.clip_name.empty() ? "clip" : options.clip_name;
     model_.animations.push_back(std::move(animation));
@@ -110,22 +108,20 @@ class GlbBuilder {
   }
 
   void AddBody(const BodySurface& surface, GlbReport& report) {
-    const int first_joint = AddJoints(surface.RestJoints());
-    const CorrectiveBasis basis = ComputeCorrectiveBasis(
+    const CorrectiveBasis basis = WithUnitWeights(ComputeCorrectiveBasis(
         surface, clip_, options_.corrective_tolerance_m,
-        options_.correctives ? options_.max_correctives : 0, options_.threads);
+        options_.correctives ? options_.max_correctives : 0, options_.threads));
     report.morph_targets = static_cast<int>(basis.Size());
     report.corrective_error_m = basis.max_error_m;
 
-    TriangleMesh rest{surface.RestVertices(), surface.Faces()};
-    Eigen::Matrix3Xd normals = VertexNormals(rest);
+    Eigen::Matrix3Xd normals = VertexNormals({surface.RestVertices(), surface.Faces()});
     for (auto normal : normals.colwise()) {
       if (normal.squaredNorm() < 0.5) normal = Eigen::Vector3d::UnitY();
     }
     tinygltf::Mesh mesh;
-    mesh.name = "body";
-    mesh.primitives.push_back(
-        Primitive(rest, normals, AddMaterial("skin", {0.78, 0.60, 0.50}, 0.65, false)));
+    mesh.name = "skin";
+    mesh.primitives.push_back(Primitive({basis.rest, surface.Faces()}, normals,
+                                        AddMaterial("skin", {0.78, 0.60, 0.50}, 0.65, false)));
     tinygltf::Primitive& primitive = mesh.primitives[0];
     const SkinWeights skin = LargestWeights(surface);
     report.influences = 4 * skin.sets;
@@ -144,11 +140,9 @@ class GlbBuilder {
     tinygltf::Node node;
     node.name = "body";
     node.mesh = static_cast<int>(model_.meshes.size());
-    node.skin = AddSkin(surface.RestJoints(), first_joint);
     model_.meshes.push_back(std::move(mesh));
-    // A skinned mesh stands where its joints are: below `world` it would only seem to be turned.
     const int body = AddNode(std::move(node));
-    model_.scenes[0].nodes.push_back(body);
+    model_.nodes[body].skin = AddSkin(surface.RestJoints(), AddJoints(body, surface.RestJoints()));
     if (basis.Size() > 0) {
       const Eigen::RowVectorXf weights = basis.coefficients.reshaped().transpose();
       Animate(body, "weights", AddFloats(weights, TINYGLTF_TYPE_SCALAR));
@@ -175,7 +169,7 @@ class GlbBuilder {
     node.name = mesh.name;
     node.mesh = static_cast<int>(model_.meshes.size());
     model_.meshes.push_back(std::move(mesh));
-    Place(AddNode(std::move(node), kWorldNode), track.trans, track.orient);
+    Place(AddNode(std::move(node)), track.trans, track.orient);
   }
 
   void AddProvenance(const BodySurface& surface) {
@@ -204,25 +198,24 @@ class GlbBuilder {
   }
 
  private:
-  static constexpr int kWorldNode = 0;
-
+  // In the scene itself without a parent.
   int AddNode(tinygltf::Node node, int parent = -1) {
     const auto index = static_cast<int>(model_.nodes.size());
     model_.nodes.push_back(std::move(node));
-    if (parent >= 0) model_.nodes[parent].children.push_back(index);
+    (parent < 0 ? model_.scenes[0].nodes : model_.nodes[parent].children).push_back(index);
     return index;
   }
 
-  // Posed as in the first frame, moved by the animation.
+  // In the world, z up: posed as in the first frame, moved by the animation.
   void Place(int node, const Eigen::Matrix3Xd& trans, const Eigen::Matrix3Xd& orient) {
-    Turn(node, orient);
-    const Eigen::Matrix3Xf track = trans.cast<float>();
+    Turn(node, kYUpFromZUp, orient);
+    const Eigen::Matrix3Xf track = (kYUpFromZUp * trans).cast<float>();
     model_.nodes[node].translation = ToVector(track.col(0));
     Animate(node, "translation", AddFloats(track, TINYGLTF_TYPE_VEC3));
   }
 
-  void Turn(int node, const Eigen::Matrix3Xd& orient) {
-    const Matrix4Xf quaternions = Quaternions(orient);
+  void Turn(int node, const Eigen::Matrix3d& R_after, const Eigen::Matrix3Xd& orient) {
+    const Matrix4Xf quaternions = Quaternions(R_after, orient);
     model_.nodes[node].rotation = ToVector(quaternions.col(0));
     Animate(node, "rotation", AddFloats(quaternions, TINYGLTF_TYPE_VEC4));
   }
@@ -240,7 +233,7 @@ class GlbBuilder {
     animation.channels.push_back(std::move(channel));
   }
 
-  int AddJoints(const Eigen::Matrix3Xd& rest_joints) {
+  int AddJoints(int body, const Eigen::Matrix3Xd& rest_joints) {
     const auto first = static_cast<int>(model_.nodes.size());
     Eigen::Matrix3Xd orient(3, clip_.NumFrames());
     for (int j = 0; j < kNumJoints; ++j) {
@@ -250,12 +243,12 @@ class GlbBuilder {
       if (parent >= 0) {
         node.translation = ToVector((rest_joints.col(j) - rest_joints.col(parent)).eval());
       }
-      const int index = AddNode(std::move(node), parent < 0 ? kWorldNode : first + parent);
+      const int index = AddNode(std::move(node), parent < 0 ? body : first + parent);
       for (int t = 0; t < clip_.NumFrames(); ++t) orient.col(t) = clip_.pose[t].col(j);
       if (parent < 0) {
         Place(index, clip_.trans.colwise() + rest_joints.col(0), orient);
       } else {
-        Turn(index, orient);
+        Turn(index, Eigen::Matrix3d::Identity(), orient);
       }
     }
     return first;

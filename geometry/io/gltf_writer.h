@@ -30,12 +30,14 @@ struct GlbReport {
 /// Writes a clip as a glTF 2.0 binary: the skinned and animated body of `surface` and, when the
 /// clip has an object track and `object` is not null, the object that it carries.
 ///
-/// Nodes: `world` turns z-up into glTF's y-up; below it the 55 joints by their SMPL-X names, posed
-/// as in the first frame, the object and the table. The skin's inverse bind matrices are the
-/// T-pose's, which with the morph targets of a CorrectiveBasis makes the file's surface the body
-/// model's within `corrective_error_m`. Single precision, nothing quantised; key frames at the
-/// clip's frame rate, linear in between. Throws Error when the file would pass the format's 4 GB or
-/// cannot be written.
+/// Nodes: `body` shows the skin, with the 55 joints below it by their SMPL-X names, posed as in the
+/// first frame (Blender makes an armature of it, with the mesh inside and no empties); beside it
+/// the object and the table. z-up becomes glTF's y-up in the poses of these and of the pelvis. The
+/// skin's inverse bind matrices are the T-pose's, which with the morph targets of a CorrectiveBasis
+/// makes the file's surface the body model's within `corrective_error_m`. Morph weights lie in
+/// [0, 1], which Blender would clamp them to. Single precision, nothing quantised; key frames at
+/// the clip's frame rate, linear in between. Throws Error when the file would pass the format's
+/// 4 GB or cannot be written.
 GlbReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
                    const GlbOptions& options, const std::filesystem::path& path);
 

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kHeadBytes = 4096;
 
-enum class MotionFormat { kUnknown, kBvh, kAmc, kAsf, kGltf, kC3d };
+enum class MotionFormat { kUnknown, kBvh, kAmc, kAsf, kGltf, kC3d, kFbx };
 
 // A C3D file begins with the number of its parameter block (2 in practice) and the byte 0x50.
 bool LooksLikeC3d(std::string_view head) {
@@ -26,6 +26,9 @@ bool LooksLikeC3d(std::string_view head) {
 MotionFormat Recognize(std::string_view text) {
   if (LooksLikeGltf(text.substr(0, kHeadBytes))) return MotionFormat::kGltf;
   if (LooksLikeC3d(text)) return MotionFormat::kC3d;
+  if (text.starts_with("Kaydara FBX Binary") || text.starts_with("; FBX")) {
+    return MotionFormat::kFbx;
+  }
   TextScanner scanner("", text, '#');
   const std::string_view first = scanner.Next();
   if (EqualIgnoringCase(first, "HIERARCHY")) return MotionFormat::kBvh;
@@ -45,7 +48,6 @@ MotionFormat Recognize(std::string_view text) {
 }  // namespace
 
 bool LooksLikeMotionFile(const std::filesystem::path& path) {
-  // A C3D is known for what it is, so that it can be told why it cannot be read.
   const MotionFormat format = Recognize(ReadGzipHead(path, kHeadBytes));
   return format != MotionFormat::kUnknown && format != MotionFormat::kAsf;
 }
@@ -91,6 +93,8 @@ SourceMotion ReadMotion(const std::filesystem::path& path, const ImportOptions& 
                   "joints, and which marker sits where is not part of it",
                   "Solve it for a skeleton or a body first (MoSh++ and SOMA give SMPL-X; Vicon "
                   "Shogun, OptiTrack Motive and Mokka export BVH or ASF/AMC), then import that");
+    case MotionFormat::kFbx:
+      throw Error(where, kFbxProblem, "Export .glb from Blender, and import that");
     case MotionFormat::kUnknown:
       break;
   }

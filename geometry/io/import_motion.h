@@ -38,8 +38,12 @@ struct ImportReport {
   RetargetReport retarget;
 };
 
-/// True when the file begins like a motion that ReadMotion knows (BVH, AMC, glTF, C3D), whatever
-/// its name.
+/// What is said of FBX wherever it turns up.
+inline constexpr const char* kFbxProblem =
+    "FBX is neither read nor written, .glb is: Blender converts one to the other";
+
+/// True when the file begins like a motion that ReadMotion knows (BVH, AMC, glTF; C3D and FBX, to
+/// be told why not), whatever its name.
 bool LooksLikeMotionFile(const std::filesystem::path& path);
 
 /// Reads a BVH, an ASF/AMC or a glTF motion, recognised by content, plain or gzip'd. Throws Error

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // holdfast export, through the program.
+#include <algorithm>
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -10,6 +11,7 @@
 #include "geometry/clip.h"
 #include "geometry/io/bvh.h"
 #include "geometry/io/mesh_io.h"
+#include "geometry/io/npz.h"
 #include "geometry/rotation.h"
 #include "tests/support/glb_file.h"
 #include "tests/support/program.h"
@@ -62,6 +64,79 @@ TEST(ExportCommand, GlbShowsBodyAndObject) {
   const Eigen::Vector3d mug = file.Pose(13)[file.Node("mug")].translation();
   EXPECT_LT((Eigen::Vector3d(mug.x(), -mug.z(), mug.y()) - clip.object->trans.col(13)).norm(),
             1e-5);
+}
+
+// For controllers: FORMATS.md has the fields.
+TEST(ExportCommand, ContactsAreArraysOrTables) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(), "grasp mug -o grip.npz -q").exit_code, 0);
+  const ProgramResult result =
+      RunHoldfast(folder.Path(), "export grip.npz -o contacts.npz --json -q");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto summary = nlohmann::json::parse(result.out);
+  const auto count = summary["contact_points"].get<std::ptrdiff_t>();
+  EXPECT_GT(count, 10);
+  EXPECT_EQ(summary["frames_in_contact"], 1);
+  const NpzReader npz(folder / "contacts.npz");
+  npz.Read("contact_normal_world").RequireShape({count, 3});
+  npz.Read("fingertip_pose").RequireShape({1, 2, 5, 4, 4});
+  for (const double depth : npz.Read("contact_depth").AsDoubles()) {
+    EXPECT_GT(depth, -0.005);
+    EXPECT_LT(depth, 0.003);  // the grasp's own tolerance
+  }
+
+  ASSERT_EQ(RunHoldfast(folder.Path(), "export grip.npz -o table.csv -q").exit_code, 0);
+  const auto lines = [&](const char* name) {
+    const std::string text = testing::ReadText(folder / name);
+    return std::count(text.begin(), text.end(), '\n');
+  };
+  EXPECT_EQ(lines("table.csv"), 1 + count);
+  EXPECT_EQ(lines("table_poses.csv"), 1 + 1 + 2 * 6);
+  EXPECT_EQ(RunHoldfast(folder.Path(), "export grip.npz -o table.csv -q").exit_code, 1);
+
+  const ProgramResult none = RunHoldfast(folder.Path(), "export demo_drink -o contacts.csv");
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.err, HasSubstr("no object to touch"));
+}
+
+TEST(ExportCommand, BvhSaysThatItHasNoObject) {
+  const TemporaryFolder folder;
+  MakeHeldClip(folder);
+  const ProgramResult with = RunHoldfast(folder.Path(), "export held.npz -o a.bvh");
+  EXPECT_EQ(with.exit_code, 0);
+  EXPECT_THAT(with.err, HasSubstr("object is left out"));
+  const ProgramResult without = RunHoldfast(folder.Path(), "export held.npz -o b.bvh --no-object");
+  EXPECT_THAT(without.err, ::testing::Not(HasSubstr("object")));
+}
+
+TEST(ExportCommand, EveryCountsWhatItWrote) {
+  const TemporaryFolder folder;
+  MakeHeldClip(folder);
+  const ProgramResult result =
+      RunHoldfast(folder.Path(), "export held.npz -o s_%02d.ply --every 8 --json");
+  const auto summary = nlohmann::json::parse(result.out);
+  EXPECT_EQ(summary["frames"], 3);
+  EXPECT_EQ(summary["files"], 6);
+  const ProgramResult text =
+      RunHoldfast(folder.Path(), "export held.npz -o s_%02d.ply --every 8 --force");
+  EXPECT_THAT(text.out, HasSubstr("3 frames"));
+  EXPECT_THAT(text.out, HasSubstr("6 files"));
+  const ProgramResult usda =
+      RunHoldfast(folder.Path(), "export held.npz -o a.usda --every 8 --json -q");
+  EXPECT_EQ(nlohmann::json::parse(usda.out)["frames"], 3);
+  const ProgramResult glb = RunHoldfast(folder.Path(), "export held.npz -o a.glb --every 8");
+  EXPECT_EQ(glb.exit_code, 2);
+  EXPECT_THAT(glb.err, HasSubstr("--every"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.glb"));
+}
+
+TEST(ExportCommand, FbxIsToldAsImportDoes) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "walk.fbx") << "Kaydara FBX Binary  \n rest";
+  const char* said = "FBX is neither read nor written, .glb is: Blender converts one to the other";
+  EXPECT_THAT(RunHoldfast(folder.Path(), "export demo_drink -o a.fbx").err, HasSubstr(said));
+  EXPECT_THAT(RunHoldfast(folder.Path(), "import walk.fbx -o a.npz").err, HasSubstr(said));
+  EXPECT_THAT(RunHoldfast(folder.Path(), "doctor walk.fbx").out, HasSubstr(said));
 }
 
 TEST(ExportCommand, BvhComesBackThroughImport) {

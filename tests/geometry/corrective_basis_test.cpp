@@ -119,6 +119,27 @@ TEST_F(CorrectiveBasisOfDefaultBody, RootRotationAndTranslationDoNotMatter) {
   EXPECT_EQ(before.coefficients, after.coefficients);
 }
 
+TEST_F(CorrectiveBasisOfDefaultBody, UnitWeightsShowTheSameSurface) {
+  const Clip clip = MakeMotion(40, 9);
+  const CorrectiveBasis basis = ComputeCorrectiveBasis(surface_, clip, 1e-5, 400);
+  ASSERT_LT(basis.coefficients.minCoeff(), -0.5f);
+  const CorrectiveBasis unit = WithUnitWeights(basis);
+  EXPECT_EQ(unit.Size(), basis.Size());
+  EXPECT_EQ(unit.coefficients.rowwise().minCoeff().cwiseAbs().maxCoeff(), 0.0f);
+  EXPECT_EQ(unit.coefficients.rowwise().maxCoeff().minCoeff(), 1.0f);
+  EXPECT_LE(unit.coefficients.maxCoeff(), 1.0f);
+  EXPECT_NEAR(WorstDistance(surface_, clip, unit), basis.max_error_m, 1e-7);
+}
+
+TEST_F(CorrectiveBasisOfDefaultBody, UnitWeightsOfOneFrameAreNone) {
+  const Clip clip = MakeMotion(1, 10);
+  const CorrectiveBasis basis = ComputeCorrectiveBasis(surface_, clip, 1e-5, 400);
+  ASSERT_GT(basis.Size(), 0);
+  const CorrectiveBasis unit = WithUnitWeights(basis);
+  EXPECT_EQ(unit.Size(), 0);
+  EXPECT_LE(WorstDistance(surface_, clip, unit), 1e-5);
+}
+
 TEST(CorrectiveBasis, OfAPartOfTheBodyIsOfItsVertices) {
   const auto body = BodyModel::Default();
   const BodySurface hand(body, {}, body->HandVertexIds(Side::kRight));

@@ -58,6 +58,31 @@ TEST(GltfWriter, ShowsTheBodyModelsSurfaceJointsAndObject) {
   }
 }
 
+// Blender clamps a target's weight to [0, 1], and makes an armature of the joints' parent: no
+// object of the scene may be there for the file's sake only.
+TEST(GltfWriter, MorphWeightsLieInZeroToOneAndNodesAreThings) {
+  const TemporaryFolder folder;
+  const TriangleMesh object = Tetrahedron();
+  WriteGlb(MakeMovingClip(25, 3), BodySurface(BodyModel::Default()), &object, {}, folder / "a.glb");
+  const GlbFile file(folder / "a.glb");
+  int channels = 0;
+  for (const auto& channel : file.Json()["animations"][0]["channels"]) {
+    if (channel["target"]["path"] != "weights") continue;
+    ++channels;
+    const auto& sampler = file.Json()["animations"][0]["samplers"][channel["sampler"].get<int>()];
+    const Eigen::MatrixXd weights = file.Accessor(sampler["output"]);
+    EXPECT_GE(weights.minCoeff(), 0.0);
+    EXPECT_LE(weights.maxCoeff(), 1.0);
+  }
+  EXPECT_EQ(channels, 1);
+  std::vector<std::string> top;
+  for (const int node : file.Json()["scenes"][0]["nodes"]) {
+    top.push_back(file.Json()["nodes"][node]["name"]);
+  }
+  EXPECT_EQ(top, (std::vector<std::string>{"body", "thing"}));
+  EXPECT_EQ(file.Json()["nodes"].size(), 2u + kNumJoints);
+}
+
 TEST(GltfWriter, ShowsTheTable) {
   const TemporaryFolder folder;
   Clip clip = MakeMovingClip(3, 3);

@@ -1,25 +1,13 @@
 # Makes reports with HOLDFAST and looks at them in a headless Chromium, in WORK_DIR.
-find_program(node node)
-find_program(npm npm)
+include(${CMAKE_CURRENT_LIST_DIR}/npm_install.cmake)
 find_program(chromium NAMES chromium chromium-browser google-chrome)
-if(NOT node OR NOT npm OR NOT chromium)
-  message("SKIPPED: node, npm and chromium are needed to look at reports")
+if(NOT chromium)
+  message("SKIPPED: chromium is not installed")
   return()
 endif()
-file(MAKE_DIRECTORY ${WORK_DIR})
-foreach(name package.json package-lock.json show_report.mjs)
-  configure_file(${CMAKE_CURRENT_LIST_DIR}/${name} ${WORK_DIR}/${name} COPYONLY)
-endforeach()
-file(SHA256 ${WORK_DIR}/package-lock.json lock)
-if(NOT EXISTS ${WORK_DIR}/installed-${lock})
-  execute_process(COMMAND ${npm} ci --ignore-scripts --no-audit --no-fund
-                  WORKING_DIRECTORY ${WORK_DIR}
-                  RESULT_VARIABLE failed OUTPUT_QUIET ERROR_QUIET TIMEOUT 120)
-  if(failed)
-    message("SKIPPED: npm could not install playwright-core (no network?)")
-    return()
-  endif()
-  file(TOUCH ${WORK_DIR}/installed-${lock})
+holdfast_npm_install(node show_report.mjs)
+if(NOT node)
+  return()
 endif()
 foreach(arguments "fit demo_drink mug -o with_mug --no-report" "fit demo_drink bottle -o with_bottle --no-report"
                   "report with_mug -o one.html"

@@ -1,0 +1,27 @@
+# holdfast_npm_install(node FILE...): the packages of package.json and the FILEs of this folder in
+# WORK_DIR. Sets `node`; where that cannot be, says so (SKIPPED) and leaves it empty.
+function(holdfast_npm_install result)
+  set(${result} "" PARENT_SCOPE)
+  find_program(node_program node)
+  find_program(npm_program npm)
+  if(NOT node_program OR NOT npm_program)
+    message("SKIPPED: node and npm are not installed")
+    return()
+  endif()
+  file(MAKE_DIRECTORY ${WORK_DIR})
+  foreach(name package.json package-lock.json ${ARGN})
+    configure_file(${CMAKE_CURRENT_FUNCTION_LIST_DIR}/${name} ${WORK_DIR}/${name} COPYONLY)
+  endforeach()
+  file(SHA256 ${WORK_DIR}/package-lock.json lock)
+  if(NOT EXISTS ${WORK_DIR}/installed-${lock})
+    execute_process(COMMAND ${npm_program} ci --ignore-scripts --no-audit --no-fund
+                    WORKING_DIRECTORY ${WORK_DIR}
+                    RESULT_VARIABLE failed OUTPUT_QUIET ERROR_QUIET TIMEOUT 120)
+    if(failed)
+      message("SKIPPED: npm could not install the packages of tests/web (no network?)")
+      return()
+    endif()
+    file(TOUCH ${WORK_DIR}/installed-${lock})
+  endif()
+  set(${result} ${node_program} PARENT_SCOPE)
+endfunction()
