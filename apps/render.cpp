@@ -29,7 +29,7 @@ struct Options {
   std::string clip;
   std::string output;
   ClipInputOptions input;
-  std::string view = "front";
+  std::string view;
   std::string size = "640x480";
   std::string sheet;
   std::optional<int> frame;
@@ -56,11 +56,11 @@ std::vector<Image> Draw(const ClipRenderer& renderer, const ClipRenderOptions& h
   return images;
 }
 
-ClipRenderOptions HowToDraw(const Options& options) {
+ClipRenderOptions HowToDraw(const Options& options, ClipView usual) {
   ClipRenderOptions how;
   std::tie(how.picture.width, how.picture.height) = *ParsePair(options.size);
   how.picture.supersampling = options.supersampling;
-  how.view = *ParseClipView(options.view);
+  how.view = options.view.empty() ? usual : *ParseClipView(options.view);
   how.show_contact = !options.no_contact;
   constexpr double kDegree = std::numbers::pi / 180.0;
   if (options.azimuth_deg) how.azimuth_rad = *options.azimuth_deg * kDegree;
@@ -100,7 +100,8 @@ int Run(const Options& options) {
   const ClipRenderer renderer(clip, input.body, input.betas,
                               clip.object && input.object ? &*input.object : nullptr,
                               input.table ? &*input.table : nullptr);
-  ClipRenderOptions how = HowToDraw(options);
+  const bool sheet = !options.frame && !video && !numbered;
+  ClipRenderOptions how = HowToDraw(options, sheet ? SheetView(clip) : ClipView::kFront);
   const auto [columns, rows] = ParsePair(options.sheet).value_or(std::pair(4, 2));
 
   std::vector<int> frames;
@@ -184,8 +185,9 @@ void AddRenderCommand(CLI::App& app, int& exit_code) {
                    "A .gif or .mp4: a video (made by ffmpeg)")
       ->required();
   AddClipInputOptions(*command, options->input);
-  command->add_option("--camera", options->view, "front, side, follow or hand")
-      ->capture_default_str()
+  command
+      ->add_option("--camera", options->view,
+                   "front, side, follow or hand [front; a sheet of somebody who walks: follow]")
       ->check(CLI::IsMember({"front", "side", "follow", "hand"}));
   command->add_option("--azimuth", options->azimuth_deg,
                       "Turn the camera: degrees from the front, to the person's left positive");

@@ -10,6 +10,7 @@
 #include "apps/report_facts.h"
 #include "apps/report_series.h"
 #include "geometry/corrective_basis.h"
+#include "geometry/crease_normals.h"
 #include "geometry/decimate.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
@@ -180,11 +181,22 @@ TriangleMesh Shown(const TriangleMesh& object, std::vector<std::string>& notes) 
   }
 }
 
-// A rigid mesh and its track: NAME_vertices, NAME_faces, NAME_pose.
+// Unit vectors in 16 bits a component.
+void AddNormals(ReportPayload& payload, std::string_view name, const Eigen::Matrix3Xd& normals) {
+  std::vector<std::int16_t> values;
+  for (const double value : normals.reshaped()) {
+    values.push_back(static_cast<std::int16_t>(std::lround(32767.0 * value)));
+  }
+  payload.Add(name, values, 3);
+}
+
+// A rigid mesh and its track: NAME_vertices, NAME_normals, NAME_faces, NAME_pose.
 void AddTracked(ReportPayload& payload, const std::string& name, const TriangleMesh& mesh,
                 const ObjectTrack& track, std::vector<std::string>& notes) {
-  const TriangleMesh shown = Shown(mesh, notes);
+  const ShadedMesh shaded = SplitAtCreases(Shown(mesh, notes));
+  const TriangleMesh& shown = shaded.mesh;
   AddPoints(payload, name + "_vertices", shown.vertices);
+  AddNormals(payload, name + "_normals", shaded.normals);
   AddFaces(payload, name + "_faces", shown.faces, shown.NumVertices());
   std::vector<float> pose;
   for (Eigen::Index t = 0; t < track.trans.cols(); ++t) {

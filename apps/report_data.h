@@ -30,9 +30,11 @@ struct ReportClip {
 ///   hand_vertices u16|u32 (H)
 ///   distance i8 (T,H)            signed distance to the object in 0.1 mm, clamped to +-12.7 mm;
 ///                                each frame as the difference to the one before (modulo 256)
-///   object_vertices f32, object_faces u16|u32, object_pose f32 (T,7): quaternion, translation
-///
-///   table_vertices f32, table_faces u16|u32, table_pose f32 (T,7): where there is a table
+///   object_vertices f32          doubled along creases
+///   object_normals i16           unit, times 32767
+///   object_faces u16|u32
+///   object_pose f32 (T,7)        quaternion, translation
+///   table_vertices, table_normals, table_faces, table_pose: the same, where there is a table
 ///   marker_vertices f32, marker_faces u16|u32: in the world, where there is a marker
 ///
 /// `header.check` holds vertices of the body model itself for the page to compare with.

@@ -9,13 +9,9 @@ import {
   MeshBasicMaterial,
   MeshStandardMaterial,
 } from "three";
-import { toCreasedNormals } from "three/addons/utils/BufferGeometryUtils.js";
 
 import { kPalette, paintAll, paintHands, ramp } from "./colours.js";
 import { Skin } from "./skinning.js";
-
-const kCreaseAngle = (55 * Math.PI) / 180;
-const kCreasedFaces = 60000; // creases are found face by face; scans that are larger stay smooth
 
 export class Actor {
   constructor(header, arrays) {
@@ -48,25 +44,24 @@ export class Actor {
   }
 
   makeObject() {
-    let geometry = new BufferGeometry();
-    geometry.setIndex(new BufferAttribute(this.arrays.object_faces, 1));
-    geometry.setAttribute("position", new BufferAttribute(this.arrays.object_vertices, 3));
-    if (this.arrays.object_faces.length / 3 <= kCreasedFaces) {
-      geometry = toCreasedNormals(geometry, kCreaseAngle);
-    } else {
-      geometry.computeVertexNormals();
-    }
-    return this.addMesh(geometry);
+    return this.addMesh(this.rigid("object"));
+  }
+
+  // A mesh that moves as one, with the normals of its faces and creases.
+  rigid(name) {
+    const { [`${name}_faces`]: faces, [`${name}_vertices`]: vertices } = this.arrays;
+    const geometry = new BufferGeometry();
+    geometry.setIndex(new BufferAttribute(faces, 1));
+    geometry.setAttribute("position", new BufferAttribute(vertices, 3));
+    const normals = new BufferAttribute(this.arrays[`${name}_normals`], 3, true);
+    geometry.setAttribute("normal", normals);
+    return geometry;
   }
 
   // What the object rests on. Not part of the clip's looks: never a ghost, never clear.
   makeTable() {
-    let geometry = new BufferGeometry();
-    geometry.setIndex(new BufferAttribute(this.arrays.table_faces, 1));
-    geometry.setAttribute("position", new BufferAttribute(this.arrays.table_vertices, 3));
-    geometry = toCreasedNormals(geometry, kCreaseAngle);
     const table = new Mesh(
-      geometry,
+      this.rigid("table"),
       new MeshStandardMaterial({ color: kPalette.table, roughness: 0.7 }),
     );
     table.castShadow = true;

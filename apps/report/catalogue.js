@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What the curves are called and how they are drawn, by the names that metrics files use.
+import { sentence, wordsOf } from "./words.js";
 
 const kRight = "right";
 const kLeft = "left";
@@ -23,6 +24,7 @@ const kCharts = [
     unit: "mm",
     series: [
       ["penetration_depth_mm", "deepest", "c"],
+      ["penetration_depth_before_mm", "before", "b"],
       ["mean_penetration_depth_mm", "mean", "d"],
       ["right_hand_penetration_depth_mm", kRight, "c"],
       ["left_hand_penetration_depth_mm", kLeft, "d"],
@@ -76,6 +78,44 @@ const kCharts = [
     series: [["energy_temporal", "", "a"]],
   },
   {
+    title: "Penetration term",
+    about: "Squared depth of skin inside the object, beyond what soft tissue gives",
+    unit: "m\u00b2",
+    energy: true,
+    series: [["energy_penetration_m2", "", "a"]],
+  },
+  {
+    title: "Object-in-hand term",
+    about: "Squared depth of the object inside the hand, beyond what soft tissue gives",
+    unit: "m\u00b2",
+    energy: true,
+    series: [["energy_object_in_hand_m2", "", "a"]],
+  },
+  {
+    title: "Wrist offset",
+    about: "How far the wrist is moved from the clip's own place",
+    unit: "mm",
+    series: [["wrist_offset_mm", "", "a"]],
+  },
+  {
+    title: "Distance to the data",
+    about: "How far the object is moved from the clip's own place",
+    unit: "mm",
+    series: [["distance_to_data_mm", "", "a"]],
+  },
+  {
+    title: "Rotation from the data",
+    about: "How far the object is turned from the clip's own orientation",
+    unit: "\u00b0",
+    series: [["distance_to_data_deg", "", "a"]],
+  },
+  {
+    title: "Distance to the object",
+    about: "From the hand's nearest vertex; negative inside",
+    unit: "mm",
+    series: [["min_distance_mm", "", "a"]],
+  },
+  {
     title: "Iterations",
     about: "Steps of the solver",
     unit: "",
@@ -105,35 +145,15 @@ const kCharts = [
   },
 ];
 
-const kLeftOut = new Set(["in_contact", "holding_hand"]); // contact_ratio says more
-
-const kUnits = [
-  ["_m_s2", "m/s\u00b2"],
-  ["_m_s", "m/s"],
-  ["_cm3", "cm\u00b3"],
-  ["_m2", "m\u00b2"],
-  ["_mm", "mm"],
-  ["_cm", "cm"],
-  ["_ms", "ms"],
-  ["_deg", "\u00b0"],
-  ["_rad", "rad"],
-  ["_m", "m"],
-  ["_s", "s"],
-];
+// contact_ratio and penetration_depth_mm say more.
+const kLeftOut = new Set(["in_contact", "holding_hand", "max_penetration_mm"]);
 
 // A chart for a name that nobody listed: its words, and the unit at its end.
 function chartOf(name) {
-  const found = kUnits.find(([ending]) => name.endsWith(ending));
-  const ratio = !found && name.endsWith("_ratio");
-  const words = (found ? name.slice(0, -found[0].length) : name).replaceAll("_", " ");
-  return {
-    title: words.charAt(0).toUpperCase() + words.slice(1),
-    about: name,
-    unit: ratio ? "%" : (found?.[1] ?? ""),
-    factor: ratio ? 100 : 1,
-    energy: name.startsWith("energy"),
-    series: [[name, "", "a"]],
-  };
+  const { words, unit, factor } = wordsOf(name);
+  const title = sentence(words);
+  const energy = name.startsWith("energy");
+  return { title, about: title, unit, factor, energy, series: [[name, "", "a"]] };
 }
 
 // Charts that any of the clips has data for.
@@ -147,15 +167,4 @@ export function chartsFor(clips) {
     if (!listed.has(name) && !kLeftOut.has(name)) charts.push(chartOf(name));
   }
   return charts;
-}
-
-// A number in few characters: "0.63", "12.4", "1.2e-6".
-export function short(value) {
-  if (value === null || value === undefined || !Number.isFinite(value)) return "\u2013";
-  const size = Math.abs(value);
-  if (size === 0) return "0";
-  if (size >= 1e5 || size < 1e-3) return value.toExponential(1).replace("e+", "e");
-  if (size >= 100) return value.toFixed(0);
-  if (size >= 10) return value.toFixed(1);
-  return String(Number(value.toPrecision(2)));
 }

@@ -4,7 +4,7 @@ import { Color } from "three";
 
 export const kPalette = {
   body: "#b3bdcc",
-  object: "#d8b892",
+  object: "#5c85ad",
   table: "#a58b6f",
   marker: "#d1495b",
   ghostBody: "#8c7fe0",
@@ -17,6 +17,7 @@ export const kPalette = {
 
 const kStep = 0.1; // mm per unit of `distance`
 const kLimit = 127;
+const kEdgeShare = 0.25; // of the contact colour, at the threshold
 
 const linear = (style) => new Color(style).toArray();
 const mix = (a, b, share) => a.map((value, i) => value + share * (b[i] - value));
@@ -43,7 +44,7 @@ export function ramp(mode, { threshold, depth }) {
     const mm = d * kStep;
     let colour = base;
     if (mode === "contact" && Math.abs(mm) < threshold) {
-      colour = mix(base, touching, 1 - 0.75 * (Math.abs(mm) / threshold));
+      colour = mix(base, touching, 1 - (1 - kEdgeShare) * (Math.abs(mm) / threshold));
     } else if (mode === "penetration" && d < 0) {
       const share = 2 * Math.min(1, -mm / depth);
       colour = share < 1 ? mix(stops[0], stops[1], share) : mix(stops[1], stops[2], share - 1);
@@ -78,9 +79,10 @@ export function paintAll(colours, style) {
 // What the colours mean: title, CSS gradient, and the labels of its two ends.
 export function legend(mode, { threshold, depth }) {
   if (mode === "contact") {
+    const edge = new Color(kPalette.body).lerp(new Color(kPalette.touching), kEdgeShare);
     return {
       title: "Skin to object",
-      gradient: `linear-gradient(90deg, ${kPalette.touching}, #b3bdcc)`,
+      gradient: `linear-gradient(90deg, ${kPalette.touching}, ${edge.getStyle()})`,
       low: "touching",
       high: `${threshold} mm`,
     };

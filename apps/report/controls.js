@@ -65,12 +65,16 @@ export class Controls {
       l: () => actions.toggleLoop(),
       "?": () => this.toggleHelp(),
     };
+    // After a click of the mouse or a finger (detail counts them) the keys are the player's again.
+    document.addEventListener("click", (event) => {
+      if (event.detail > 0) event.target.closest("button")?.blur();
+    });
     window.addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey || find("help").open) return;
       const target = event.target;
       const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
       if (target.matches("select, input:not([type=range]), textarea")) return;
-      // A focused button or link takes its own space, a slider its own arrows.
+      // A button or link reached by keyboard takes its own space, a slider its own arrows.
       if (key === " " && target.matches("button, summary, a")) return;
       if (target.matches("input[type=range]") && key !== " " && key.length > 1) return;
       if (!keys[key]) return;

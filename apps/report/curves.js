@@ -1,15 +1,22 @@
 // SPDX-License-Identifier: MIT
 // Small multiples of the values per frame: a cursor tied to the player, hover to read, click or drag
 // to seek.
-import { chartsFor, short } from "./catalogue.js";
+import { chartsFor } from "./catalogue.js";
 import { element } from "./dom.js";
+import { short, withUnit } from "./words.js";
 
 const kPad = { left: 44, right: 10, top: 8, bottom: 18 };
+const kFont = 11; // px
 const kLogSpan = 100; // energies that span more than this are drawn on a log scale
+const kNoise = 1e-6; // in a chart's unit: less is rounding
+const kConstant = 1e-3; // of a line's size: digits that are shown do not change by less
+const kEnergyNoise = 1e-12; // squared micrometres
 
+// `container` takes the charts, `constants` (a dl) the values of those that do not change.
 export class Curves {
-  constructor(container, playback) {
+  constructor(container, constants, playback) {
     this.container = container;
+    this.constants = constants;
     this.playback = playback;
     this.charts = [];
     this.hovered = null;
@@ -22,7 +29,15 @@ export class Curves {
     this.ghost = ghost;
     this.duration = primary.frames / primary.frame_rate;
     const shown = ghost ? [primary, ghost] : [primary];
-    this.charts = chartsFor(shown).map((spec) => new Chart(this, spec));
+    const charts = chartsFor(shown).map((spec) => new Chart(this, spec));
+    this.charts = charts.filter((chart) => !chart.constant);
+    const constant = charts.filter((chart) => chart.constant);
+    this.constants.replaceChildren(
+      ...constant.map(({ spec, constant: text }) =>
+        element("div", {}, element("dt", {}, spec.title), element("dd", {}, text)),
+      ),
+    );
+    this.constants.hidden = constant.length === 0;
     this.container.replaceChildren(...this.charts.map((chart) => chart.figure));
     this.draw();
     this.update();
@@ -69,8 +84,26 @@ class Chart {
         });
       }
     }
+    this.constant = this.constantText();
+    if (this.constant) return;
     this.scale();
     this.build();
+  }
+
+  // "zero throughout" where no line changes by more than rounding; else nothing.
+  constantText() {
+    const noise = this.spec.energy ? kEnergyNoise : kNoise;
+    const texts = [];
+    for (const { values, label, dashed } of this.lines) {
+      const { low, high } = extent(values);
+      const size = Math.max(Math.abs(low), Math.abs(high));
+      if (high - low > Math.max(noise, kConstant * size)) return "";
+      const value = low > high ? "not measured" : size <= noise ? "zero" : short(0.5 * (low + high));
+      const known = low <= high && size > noise;
+      const text = known ? withUnit(value, this.spec.unit) : value;
+      texts.push([dashed ? "ghost" : "", label, text].filter(Boolean).join(" "));
+    }
+    return `${texts.reverse().join(", ")} throughout`;
   }
 
   scale() {
@@ -120,7 +153,7 @@ class Chart {
     );
     const frameAt = (event) => {
       const box = plot.getBoundingClientRect();
-      const share = (event.clientX - box.left - kPad.left) / (box.width - kPad.left - kPad.right);
+      const share = (event.clientX - box.left - this.left) / (box.width - this.left - kPad.right);
       const { frames } = this.curves.primary;
       return Math.max(0, Math.min(frames - 1, Math.round(share * (frames - 1))));
     };
@@ -142,10 +175,9 @@ class Chart {
     const parts = this.lines
       .filter((line) => !line.dashed)
       .map(({ label, values }) => {
-        const known = values.filter(Number.isFinite);
-        const low = known.reduce((a, b) => Math.min(a, b), Infinity);
-        const high = known.reduce((a, b) => Math.max(a, b), -Infinity);
-        return `${label} from ${short(low)} to ${short(high)} ${this.spec.unit}`.trim();
+        const { low, high } = extent(values);
+        const range = withUnit(`${short(low)} to ${short(high)}`, this.spec.unit);
+        return `${label} from ${range}`.trim();
       });
     return `${this.spec.title} over time: ${parts.join("; ")}`;
   }
@@ -153,7 +185,7 @@ class Chart {
   x(time) {
     const { frames, frame_rate: rate } = this.curves.primary;
     const end = Math.max(frames - 1, 1) / rate;
-    return kPad.left + (time / end) * (this.width - kPad.left - kPad.right);
+    return this.left + (time / end) * (this.width - this.left - kPad.right);
   }
 
   y(value) {
@@ -173,33 +205,34 @@ class Chart {
     canvas.height = Math.round(box.height * ratio);
     const pen = canvas.getContext("2d");
     pen.scale(ratio, ratio);
+    pen.font = `${kFont}px ${getComputedStyle(document.body).fontFamily}`;
+    const labels = this.ticks().map((value) => pen.measureText(this.tickText(value)).width);
+    this.left = Math.max(kPad.left, ...labels.map((width) => Math.ceil(width) + 10));
     const style = getComputedStyle(this.figure);
     const colour = (name) => style.getPropertyValue(name).trim();
     this.drawAxes(pen, colour);
     pen.save();
     pen.beginPath();
-    const plotWidth = this.width - kPad.left - kPad.right;
-    pen.rect(kPad.left, 0, plotWidth + 2, this.height - kPad.bottom + 2);
+    const plotWidth = this.width - this.left - kPad.right;
+    pen.rect(this.left, 0, plotWidth + 2, this.height - kPad.bottom + 2);
     pen.clip();
     for (const line of this.lines) this.drawLine(pen, line, colour(`--hue-${line.hue}`));
     pen.restore();
   }
 
   drawAxes(pen, colour) {
-    pen.font = `11px ${getComputedStyle(document.body).fontFamily}`;
     pen.fillStyle = colour("--ink-3");
     pen.strokeStyle = colour("--line");
     pen.lineWidth = 1;
     pen.textAlign = "right";
     pen.textBaseline = "middle";
-    const digits = this.log ? 0 : Math.max(0, -Math.floor(Math.log10(this.step) + 1e-9));
     for (const value of this.ticks()) {
       const y = Math.round(this.y(value)) + 0.5;
       pen.beginPath();
-      pen.moveTo(kPad.left, y);
+      pen.moveTo(this.left, y);
       pen.lineTo(this.width - kPad.right, y);
       pen.stroke();
-      pen.fillText(this.log ? power(value) : value.toFixed(digits), kPad.left - 6, y);
+      pen.fillText(this.tickText(value), this.left - 6, y);
     }
     pen.textBaseline = "alphabetic";
     const { frames, frame_rate: rate } = this.curves.primary;
@@ -210,6 +243,12 @@ class Chart {
       pen.textAlign = x > this.width - 24 ? "right" : k === 0 ? "left" : "center";
       pen.fillText(`${short(k * step)}${k === 0 ? " s" : ""}`, x, this.height - 4);
     }
+  }
+
+  tickText(value) {
+    if (this.log) return power(value);
+    if (value !== 0 && this.step < 1e-3) return short(value);
+    return value.toFixed(Math.max(0, -Math.floor(Math.log10(this.step) + 1e-9)));
   }
 
   ticks() {
@@ -254,13 +293,25 @@ class Chart {
       (node.style.transform = `translateX(${this.x(frame / rate).toFixed(2)}px)`);
     put(this.cursor, current);
     put(this.hoverLine, read);
-    const valueOf = (line) => short(line.values[Math.floor((read / rate) * line.rate + 1e-6)]);
+    const noise = this.spec.energy ? kEnergyNoise : kNoise;
+    const valueOf = (line) => {
+      const value = line.values[Math.floor((read / rate) * line.rate + 1e-6)];
+      return short(Math.abs(value) <= noise ? 0 : value);
+    };
     for (const { line, ghost, node } of this.readouts) {
       let text = `${line.label ? `${line.label} ` : ""}${valueOf(line)}`;
       if (ghost && ghost !== line) text += ` (${valueOf(ghost)})`;
       if (node.textContent !== text) node.textContent = text;
     }
   }
+}
+
+// Least and greatest of the finite values; low > high where there is none.
+function extent(values) {
+  const known = values.filter(Number.isFinite);
+  const least = (a, b) => Math.min(a, b);
+  const greatest = (a, b) => Math.max(a, b);
+  return { low: known.reduce(least, Infinity), high: known.reduce(greatest, -Infinity) };
 }
 
 function niceStep(rough) {

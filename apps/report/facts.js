@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The numbers beside the player, and the tables of what made the clips.
-import { short } from "./catalogue.js";
 import { element, find } from "./dom.js";
+import { sentence, short, withUnit, wordsOf } from "./words.js";
+
+const kShortNote = 90; // characters
+const kRounding = 1e-12; // of what has a unit: less is zero
 
 const mean = (values) => values.reduce((sum, v) => sum + v, 0) / values.length;
 const max = (values) => values.reduce((a, b) => Math.max(a, b), -Infinity);
@@ -68,7 +71,7 @@ const kCards = [
     },
   },
   {
-    title: "Way",
+    title: "Path length",
     about: "of the hips",
     unit: "m",
     motionOnly: true,
@@ -125,23 +128,26 @@ export function showCards(clip, ghost) {
   find("cards").replaceChildren(...cards);
 }
 
-// {"a": {"b": 1}} to [["a b", "1"]].
-function rows(value, prefix = "") {
-  if (value === null || value === undefined) return [];
-  if (typeof value !== "object") return [[prefix, show(value)]];
-  if (Array.isArray(value)) {
-    return value.length === 0 ? [] : [[prefix, value.map((v) => show(v)).join(", ")]];
+// {"a": {"b_mm": 1}} to [["A: b", "1 mm"]].
+function rows(value, path = []) {
+  if (value === null || value === undefined || value === "") return [];
+  const list = Array.isArray(value);
+  if (typeof value === "object" && !(list && value.every((v) => typeof v !== "object"))) {
+    return Object.entries(value).flatMap(([key, inner]) =>
+      rows(inner, [...path, list ? String(Number(key) + 1) : key]),
+    );
   }
-  return Object.entries(value).flatMap(([key, inner]) =>
-    rows(inner, `${prefix} ${key.replaceAll("_", " ")}`.trim()),
-  );
+  if (list && value.length === 0) return [];
+  const { unit, factor } = wordsOf(path.findLast((key) => Number.isNaN(Number(key))));
+  const exact = (v) => (unit && Math.abs(v) < kRounding ? 0 : v * factor);
+  const one = (v) => (typeof v === "number" ? show(exact(v)) : String(v));
+  const text = [value].flat().map(one).join(", ");
+  const words = path.map((key) => wordsOf(key).words);
+  return [[sentence(words.join(": ")), withUnit(text, unit)]];
 }
 
 // Measured numbers to five digits; whole ones and what was typed in are shorter anyway.
-const show = (value) => {
-  if (typeof value === "object") return JSON.stringify(value);
-  return typeof value === "number" && !Number.isInteger(value) ? String(Number(value.toPrecision(5))) : String(value);
-};
+const show = (value) => String(Number(value.toPrecision(Number.isInteger(value) ? 15 : 5)));
 
 // Rows of several clips side by side; where they differ is marked.
 function table(title, clips, rowsOf) {
@@ -188,7 +194,7 @@ export function showTables(header) {
     const m = clip.metrics;
     if (!m) return [];
     return [
-      ...rows({ "holdfast version": m.holdfast_version, seed: m.seed, format: m.schema }),
+      ...rows({ holdfast_version: m.holdfast_version, seed: m.seed, format: m.schema }),
       ...rows(m.options),
       ...rows({ grasp: m.grasp }),
     ];
@@ -203,8 +209,8 @@ export function showTables(header) {
           ? rows(clip.metrics.protocol)
           : clip.has_object
             ? [
-                ["contact", `a hand vertex closer than ${clip.contact_threshold_mm} mm to the object`],
-                ["penetration", "depth of hand vertices inside the object, exact signed distance"],
+                ["Contact", `a hand vertex closer than ${clip.contact_threshold_mm} mm to the object`],
+                ["Penetration", "depth of hand vertices inside the object, exact signed distance"],
               ]
             : [],
       ),
@@ -214,10 +220,22 @@ export function showTables(header) {
   find("made-by").textContent = `holdfast ${header.holdfast_version}`;
 }
 
+// A short note as it is; of a long one its first words, and the whole on request.
+function noteItem(note) {
+  if (note.length <= kShortNote) return element("li", {}, note);
+  const head = note.slice(0, note.lastIndexOf(" ", kShortNote));
+  const rest = note.slice(head.length);
+  return element(
+    "li",
+    {},
+    element("details", {}, element("summary", {}, head), element("span", {}, rest)),
+  );
+}
+
 export function showNotes(clips) {
   const notes = clips.flatMap((clip) =>
     clip.notes.map((note) => (clips.length > 1 ? `${clip.name}: ${note}` : note)),
   );
-  find("notes").replaceChildren(...[...new Set(notes)].map((note) => element("li", {}, note)));
+  find("notes").replaceChildren(...[...new Set(notes)].map(noteItem));
   find("notes").hidden = notes.length === 0;
 }

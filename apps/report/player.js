@@ -27,7 +27,7 @@ class Player {
     this.actors = [];
     const first = header.clips[0];
     this.playback = new Playback(first.frames, first.frame_rate);
-    this.curves = new Curves(find("curves"), this.playback);
+    this.curves = new Curves(find("curves"), find("constants"), this.playback);
     this.controls = new Controls(this.playback, this);
     this.playback.addEventListener("seek", () => this.curves.update());
     find("title").textContent = header.title;

@@ -22,6 +22,8 @@ const Eigen::Vector3d kInside(0.86, 0.08, 0.10);
 constexpr double kContactDistance = 0.003;  // metres
 constexpr double kFullDepth = 0.002;        // inside by this much is wholly red
 
+constexpr double kWalk = 1.0;  // metres
+
 constexpr double kHandRadius = 0.17;  // what the hand view shows around the fingers, metres
 
 // A mesh where its track puts it in a frame.
@@ -50,6 +52,12 @@ std::optional<ClipView> ParseClipView(std::string_view name) {
   if (name == "follow") return ClipView::kFollow;
   if (name == "hand") return ClipView::kHand;
   return std::nullopt;
+}
+
+ClipView SheetView(const Clip& clip) {
+  const Eigen::Matrix2Xd ground = clip.trans.topRows<2>();
+  const bool walks = (ground.colwise() - ground.col(0)).colwise().norm().maxCoeff() > kWalk;
+  return walks ? ClipView::kFollow : ClipView::kFront;
 }
 
 ClipRenderer::ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body,

@@ -27,6 +27,10 @@ enum class ClipView {
 /// "front", "side", "follow" or "hand"; nothing for another name.
 std::optional<ClipView> ParseClipView(std::string_view name);
 
+/// What a sheet of pictures shows a clip from: kFollow where the person walks (the root leaves its
+/// first place by more than a metre), else kFront.
+ClipView SheetView(const Clip& clip);
+
 struct ClipRenderOptions {
   RenderOptions picture;
   ClipView view = ClipView::kFront;

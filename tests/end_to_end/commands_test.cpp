@@ -60,6 +60,24 @@ TEST(RenderCommand, DrawsASheet) {
   EXPECT_THAT(testing::ReadText(folder / "sheet.png"), HasSubstr("PNG"));
 }
 
+TEST(RenderCommand, FollowsWhoWalksInASheet) {
+  const TemporaryFolder folder;
+  Clip clip = ReadClip(HOLDFAST_MESHES_DIR "/clips/demo_drink.npz");
+  for (int t = 0; t < clip.NumFrames(); ++t) clip.trans(1, t) -= 0.02 * t;
+  WriteClip(clip, folder / "walk.npz");
+  const auto sheet = [&](const std::string& name, const std::string& options) {
+    const ProgramResult result =
+        RunHoldfast(folder.Path(), "render walk.npz -o " + name + " --size 80x120 -q" + options);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return testing::ReadText(folder / name);
+  };
+  const std::string usual = sheet("usual.png", " --sheet 2x1");
+  EXPECT_TRUE(usual == sheet("follow.png", " --sheet 2x1 --camera follow"));
+  EXPECT_FALSE(usual == sheet("front.png", " --sheet 2x1 --camera front"));
+  // Other pictures keep still, and a film asks for it.
+  EXPECT_TRUE(sheet("one.png", " --frame 9") == sheet("same.png", " --frame 9 --camera front"));
+}
+
 TEST(BodyInfoCommand, DescribesTheEmbeddedBody) {
   const TemporaryFolder folder;
   const ProgramResult result = RunHoldfast(folder.Path(), "body info --json");

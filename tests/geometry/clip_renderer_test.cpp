@@ -66,6 +66,18 @@ TEST(ClipRenderer, EveryViewShowsTheBodyAndTheObject) {
   EXPECT_FALSE(ParseClipView("above").has_value());
 }
 
+TEST(ClipRenderer, SheetsFollowWhoWalks) {
+  Clip clip = StandingClip(Eigen::Vector3d::Zero());
+  EXPECT_EQ(SheetView(clip), ClipView::kFront);
+  clip.trans(0, 1) += 0.9;  // a step aside and back
+  EXPECT_EQ(SheetView(clip), ClipView::kFront);
+  clip.trans(0, 1) += 0.2;
+  EXPECT_EQ(SheetView(clip), ClipView::kFollow);
+  clip.trans(0, 1) -= 1.1;
+  clip.trans(2, 2) += 3.0;  // up alone is no walk
+  EXPECT_EQ(SheetView(clip), ClipView::kFront);
+}
+
 TEST(ClipRenderer, SkinInsideTheObjectIsRed) {
   const auto body = BodyModel::Default();
   // Around the right hand, its far wall cutting the fingers open to view from the front.

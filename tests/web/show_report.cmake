@@ -10,7 +10,8 @@ if(NOT node)
   return()
 endif()
 foreach(arguments "fit demo_drink mug -o with_mug --no-report" "fit demo_drink bottle -o with_bottle --no-report"
-                  "report with_mug -o one.html"
+                  "reach --goal 1.5,1.0,0.8 --goal -0.5,1.5,1.1 --object mug --grasp -o taken --no-report"
+                  "report with_mug -o one.html" "report taken -o take.html"
                   "report with_mug with_bottle -o two.html"
                   "report with_mug with_bottle demo_inspect -o three.html" "report demo_inspect -o motion.html"
                   "report demo_drink -o hostile.html --title </script><script>window.hacked=1</script>&amp;<b>")

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// node show_report.mjs CHROMIUM: uses the reports beside this file as a person would, and checks what
-// is seen. Leaves screenshots.
+// node show_report.mjs CHROMIUM [WORD]: uses the reports beside this file as a person would, and
+// checks what is seen; only the tests with WORD in their name. Leaves screenshots.
 import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
 import { resolve } from "node:path";
@@ -88,6 +88,71 @@ const difference = (a, b) =>
     [a, b],
   );
 
+// Distance of two sRGB colours (0 to 1) in CIE Lab: 2 is just seen, 20 is another colour.
+function colourDistance(a, b) {
+  const lab = (rgb) => {
+    const [r, g, bl] = rgb.map((c) => (c > 0.04045 ? ((c + 0.055) / 1.055) ** 2.4 : c / 12.92));
+    const f = (t) => (t > 216 / 24389 ? Math.cbrt(t) : (t * 24389) / 27 / 116 + 16 / 116);
+    const [x, y, z] = [
+      f((0.4124 * r + 0.3576 * g + 0.1805 * bl) / 0.9505),
+      f(0.2126 * r + 0.7152 * g + 0.0722 * bl),
+      f((0.0193 * r + 0.1192 * g + 0.9505 * bl) / 1.089),
+    ];
+    return [116 * y - 16, 500 * (x - y), 200 * (y - z)];
+  };
+  const [p, q] = [lab(a), lab(b)];
+  return Math.hypot(...p.map((value, k) => value - q[k]));
+}
+
+// Triangles of a rigid mesh of the page that share an edge, each pair with the angle between the
+// faces and the greatest angle between their normals at the edge's ends, degrees.
+const edgesOf = (page, part) =>
+  page.evaluate((name) => {
+    const { geometry } = window.holdfast.player.actors[0][name];
+    const { position, normal } = geometry.attributes;
+    const index = geometry.index?.array ?? Array.from({ length: position.count }, (_, k) => k);
+    const at = (attribute, k) => [attribute.getX(k), attribute.getY(k), attribute.getZ(k)];
+    const minus = (a, b) => a.map((value, k) => value - b[k]);
+    const cross = (a, b) => [0, 1, 2].map((k) => a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3]);
+    const angle = (a, b) => {
+      const dot = a.reduce((sum, value, k) => sum + value * b[k], 0);
+      return (Math.acos(Math.max(-1, Math.min(1, dot / Math.hypot(...a) / Math.hypot(...b)))) * 180) / Math.PI;
+    };
+    const sides = new Map(); // of an edge, by the places of its ends
+    for (let f = 0; f < index.length; f += 3) {
+      const ids = [index[f], index[f + 1], index[f + 2]];
+      const [a, b, c] = ids.map((id) => at(position, id));
+      const face = cross(minus(b, a), minus(c, a));
+      if (Math.hypot(...face) < 1e-9) continue;
+      for (let k = 0; k < 3; ++k) {
+        const ends = [ids[k], ids[(k + 1) % 3]].map((id) => [at(position, id).join(), at(normal, id)]);
+        ends.sort((p, q) => (p[0] < q[0] ? -1 : 1));
+        const key = ends.map(([place]) => place).join();
+        sides.set(key, [...(sides.get(key) ?? []), { face, normals: ends.map(([, n]) => n) }]);
+      }
+    }
+    return [...sides.values()]
+      .filter((pair) => pair.length === 2)
+      .map(([p, q]) => ({
+        bend: angle(p.face, q.face),
+        step: Math.max(...p.normals.map((n, k) => angle(n, q.normals[k]))),
+        lean: Math.max(...[p, q].flatMap(({ face, normals }) => normals.map((n) => angle(n, face)))),
+      }));
+  }, part);
+
+// What is written in elements and does not fit into them, or reaches out of the window.
+const cutTexts = (page) =>
+  page.evaluate(() =>
+    [...document.querySelectorAll("h1, h2, button, dt, dd, th, td, summary, .name, .values, .legend, .legend span, .readout, .notes li")]
+      .filter((node) => node.checkVisibility())
+      .filter((node) => {
+        const box = node.getBoundingClientRect();
+        const within = node.closest(".scroll") || (box.left >= -1 && box.right <= innerWidth + 1);
+        return !within || node.scrollWidth > Math.ceil(box.width) + 1;
+      })
+      .map((node) => `${node.className || node.tagName}: ${node.textContent}`),
+  );
+
 async function changes(page, what, action, least = 0.0005) {
   const before = await picture(page);
   await action();
@@ -138,6 +203,144 @@ const tests = {
     const moving = await open("one.html", { reducedMotion: "no-preference" });
     await moving.waitForFunction(() => window.holdfast.player.playback.frame > 2);
     await close(moving);
+  },
+
+  async "gives the keys back after a click"() {
+    const page = await open("one.html");
+    const playing = () => page.evaluate(() => window.holdfast.player.playback.playing);
+    await page.keyboard.press("Space");
+    for (const id of ["[data-view=side]", "#wireframe", "#loop", "[data-colours=penetration]"]) {
+      const button = page.locator(id);
+      await button.click();
+      const pressed = await button.getAttribute("aria-pressed");
+      await page.keyboard.press("Space");
+      assert.equal(await playing(), false, `space pauses after a click on ${id}`);
+      assert.equal(await button.getAttribute("aria-pressed"), pressed, `and leaves ${id} alone`);
+      await page.keyboard.press("Space");
+    }
+    // Who came by keyboard presses the button with it.
+    await page.keyboard.press("Space");
+    await page.locator("#loop").focus();
+    await page.keyboard.press("Tab");
+    await page.keyboard.press("Shift+Tab");
+    await page.keyboard.press("Space");
+    assert.equal(await page.getAttribute("#loop", "aria-pressed"), "true");
+    assert.equal(await playing(), false);
+    await close(page);
+  },
+
+  async "shades objects and tables smoothly up to their creases"() {
+    const page = await open("take.html");
+    for (const [part, creased] of [
+      ["object", 60],
+      ["furniture", 12],
+    ]) {
+      const edges = await edgesOf(page, part);
+      const sharp = edges.filter(({ bend }) => bend > 60);
+      const smooth = edges.filter(({ bend }) => bend < 20);
+      console.log(`  ${part}: ${smooth.length} smooth edges, ${sharp.length} sharp ones`);
+      assert.ok(smooth.length > 0 && sharp.length >= creased, "has both kinds");
+      const step = Math.max(...smooth.map((edge) => edge.step));
+      assert.ok(step < 0.1, `normals agree across a smooth edge (${step} degrees)`);
+      const split = sharp.filter((edge) => edge.step > 30).length;
+      assert.ok(split > 0.95 * sharp.length, `creases stay (${split} of ${sharp.length})`);
+      const lean = Math.max(...edges.map((edge) => edge.lean));
+      assert.ok(lean < 60, `no normal leans far from its face (${lean} degrees)`);
+    }
+    await page.keyboard.press("3");
+    await seek(page, 100);
+    await picture(page, "report_take.png");
+    await close(page);
+  },
+
+  async "tells contact, object and skin apart by colour"() {
+    const page = await open("one.html");
+    const { object, skin, contact } = await page.evaluate(() => {
+      const { player } = window.holdfast;
+      const actor = player.actors[0];
+      const style = (colour) => {
+        const plain = colour.getHexString(); // sRGB
+        return [0, 2, 4].map((k) => parseInt(plain.slice(k, k + 2), 16) / 255);
+      };
+      const of = (table, k) => {
+        const colour = actor.object.material.color.clone();
+        return style(colour.setRGB(table[3 * k], table[3 * k + 1], table[3 * k + 2]));
+      };
+      const within = Math.floor(10 * player.scales.threshold) - 1; // tenths of a millimetre
+      return {
+        object: style(actor.object.material.color),
+        skin: of(actor.table, 254),
+        contact: Array.from({ length: within + 1 }, (_, mm) => of(actor.table, 127 + mm)),
+      };
+    });
+    assert.ok(object[2] > object[0] + 0.2, "the object is blue");
+    assert.ok(colourDistance(object, skin) > 20, `object and skin: ${colourDistance(object, skin)}`);
+    for (const colour of contact) {
+      assert.ok(colourDistance(object, colour) > 30, `object and contact: ${colourDistance(object, colour)}`);
+    }
+    assert.ok(colourDistance(contact[0], skin) > 50);
+    await close(page);
+  },
+
+  async "says in words what does not change, and nothing in keys"() {
+    for (const file of ["one.html", "take.html"]) {
+      const page = await open(file);
+      const texts = (selector) => page.locator(selector).allTextContents();
+      const drawn = await texts(".chart .name");
+      const constant = new Map();
+      for (const row of await page.locator("#constants > div").all()) {
+        const [title, value] = [row.locator("dt"), row.locator("dd")];
+        constant.set(await title.textContent(), await value.textContent());
+      }
+      console.log(`  ${[...constant].map((entry) => entry.join(": ")).join("; ")}`);
+      for (const title of constant.keys()) assert.ok(!drawn.includes(title), `${title} is not drawn`);
+      if (file === "one.html") assert.equal(constant.get("Wrist offset"), "zero throughout");
+      const ranges = await page.evaluate(() =>
+        window.holdfast.player.curves.charts.map(({ spec, lines }) => {
+          const all = lines.map(({ values }) => values.filter(Number.isFinite));
+          return [spec.title, Math.max(...all.map((v) => Math.max(...v) - Math.min(...v)))];
+        }),
+      );
+      for (const [title, range] of ranges) assert.ok(range > 1e-12, `${title} is a curve`);
+      const words = [...drawn, ...constant.keys(), ...(await texts("tbody th"))];
+      assert.ok(words.length > 20);
+      for (const text of words) {
+        const plain = text.replace(/ E_[dct]$/, ""); // the paper's symbols
+        assert.doesNotMatch(plain, /_|\b(mm|cm|cm3|m|m2|m s|s2|ms|deg|rad|ratio|lambda)\b/);
+      }
+      await close(page);
+    }
+  },
+
+  async "shows texts whole"() {
+    for (const file of ["one.html", "two.html", "take.html", "motion.html"]) {
+      for (const viewport of [
+        { width: 1440, height: 900 },
+        { width: 820, height: 1180 },
+        { width: 390, height: 844 },
+      ]) {
+        const page = await open(file, { viewport });
+        assert.deepEqual(await cutTexts(page), [], `${file} at ${viewport.width} pixels`);
+        await close(page);
+      }
+    }
+  },
+
+  async "folds long notes"() {
+    const page = await open("one.html");
+    await page.evaluate(() => {
+      const { player } = window.holdfast;
+      player.clip.notes = ["Short.", "word ".repeat(60)];
+      player.showTexts();
+    });
+    const notes = page.locator("#notes li");
+    assert.equal(await notes.count(), 2);
+    for (const note of await notes.all()) {
+      assert.ok((await note.boundingBox()).height < 40, "takes a line");
+    }
+    await page.locator("#notes summary").click();
+    assert.ok((await notes.nth(1).innerText()).replaceAll("\n", "").length > 290, "says it all when asked");
+    await close(page);
   },
 
   async "ties slider, curves and picture together"() {
@@ -301,6 +504,7 @@ const tests = {
 
 let failed = 0;
 for (const [name, test] of Object.entries(tests)) {
+  if (!name.includes(process.argv[3] ?? "")) continue;
   try {
     await test();
     console.log(`ok      ${name}`);
