@@ -130,6 +130,43 @@ int WriteSequence(const ClipInput& input, const TriangleMesh* object, const Opti
   return Interrupted() ? kInterrupted : kDone;
 }
 
+// Texture coordinates and materials of the mesh that the clip's object was read from: --object, or
+// what the command that wrote the result was given. Nothing where it has none, or is another mesh
+// by now.
+std::optional<TexturedMesh> ObjectLook(const ClipInput& input, const TriangleMesh& object,
+                                       const Options& options) {
+  fs::path path = options.input.object;
+  double scale = options.input.object_scale;
+  if (path.empty() && input.metrics.is_object() && input.metrics.contains("options")) {
+    const nlohmann::json& made = input.metrics["options"];
+    if (made.contains("object") && made["object"].is_string())
+      path = made["object"].get<std::string>();
+    if (made.contains("object_scale") && made["object_scale"].is_number()) {
+      scale = made["object_scale"].get<double>();
+    }
+  }
+  if (ExtensionOf(path) != ".obj") return std::nullopt;
+  std::optional<TexturedMesh> look;
+  if (fs::exists(path)) look = ReadTexturedObj(path, scale);
+  Eigen::AlignedBox3d shown, held;
+  for (const Eigen::Vector3d v : object.vertices.colwise()) held.extend(v);
+  if (look) {
+    for (const TexturedMesh::Part& part : look->parts) {
+      for (const Eigen::Vector3d v : part.mesh.vertices.colwise()) shown.extend(v);
+    }
+  }
+  if (!fs::exists(path) || (look && !shown.isApprox(held, 1e-4))) {
+    Note(options.common,
+         fmt::format("note: the object is plain: {} {} (give it with --object)", path.string(),
+                     look ? "is another mesh by now" : "is not there any more"));
+    return std::nullopt;
+  }
+  for (std::size_t k = 0; look && k < look->notes.size(); ++k) {
+    Note(options.common, fmt::format("note: {}: {}", path.string(), look->notes[k]));
+  }
+  return look;
+}
+
 // Tells what `format` leaves of the pose correctives, for people and machines.
 void WriteGlbFile(const ClipInput& input, const TriangleMesh* object, const Options& options,
                   nlohmann::json& summary, std::string& text) {
@@ -140,6 +177,9 @@ void WriteGlbFile(const ClipInput& input, const TriangleMesh* object, const Opti
   glb.corrective_tolerance_m = 1e-3 * options.tolerance_mm;
   glb.threads = NumThreads(options.common);
   if (input.table && !options.no_object) glb.table = &*input.table;
+  std::optional<TexturedMesh> look;
+  if (object != nullptr) look = ObjectLook(input, *object, options);
+  if (look) glb.object_look = &*look;
   const GlbReport report = WriteGlb(input.clip, SurfaceOf(input), object, glb, options.output);
   const double error_mm = 1e3 * report.corrective_error_m;
   summary["morph_targets"] = report.morph_targets;
@@ -288,7 +328,9 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       "  holdfast export demo_drink -o walk_%04d.ply --every 5\n"
       "Formats:\n"
       "  .glb   glTF 2.0, metres, y up: skinned body with pose correctives as morph targets,\n"
-      "         the object, animated, and the table it stood on where the clip has one\n"
+      "         the object, animated, with the materials and textures of its .obj, and the table "
+      "it\n"
+      "         stood on where the clip has one\n"
       "  .bvh   55 joints with the shaped body's offsets, centimetres, y up, Euler Z X Y\n"
       "  .usda  USD text, metres, z up: the body's points in every frame, the object's transform\n"
       "  .npz   the clip itself (AMASS layout, z up), cut to --start and --end\n"

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <sstream>
 #include <vector>
 
@@ -14,7 +15,6 @@
 #include <Eigen/Geometry>
 
 #include "geometry/corrective_basis.h"
-#include "geometry/crease_normals.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/rotation.h"
@@ -120,8 +120,9 @@ class GlbBuilder {
     }
     tinygltf::Mesh mesh;
     mesh.name = "skin";
-    mesh.primitives.push_back(Primitive({basis.rest, surface.Faces()}, normals,
-                                        AddMaterial("skin", {0.78, 0.60, 0.50}, 0.65, false)));
+    mesh.primitives.push_back(
+        Primitive({basis.rest, surface.Faces()}, normals,
+                  AddMaterial({"skin", {0.78, 0.60, 0.50, 1}, 0, 0.65, {}}, false)));
     tinygltf::Primitive& primitive = mesh.primitives[0];
     const SkinWeights skin = LargestWeights(surface);
     report.influences = 4 * skin.sets;
@@ -150,21 +151,32 @@ class GlbBuilder {
   }
 
   void AddObject(const TriangleMesh& object) {
-    AddTracked(object, *clip_.object, "object", {0.16, 0.38, 0.62});
+    if (options_.object_look != nullptr) {
+      AddTracked(*options_.object_look, *clip_.object, "object");
+    } else {
+      AddTracked(PlainMesh(object, {"object", {0.16, 0.38, 0.62, 1}, 0, 0.45, {}}), *clip_.object,
+                 "object");
+    }
   }
 
   void AddTable(const TriangleMesh& table) {
-    AddTracked(table, *clip_.table, "table", {0.42, 0.33, 0.24});
+    AddTracked(PlainMesh(table, {"table", {0.42, 0.33, 0.24, 1}, 0, 0.45, {}}), *clip_.table,
+               "table");
   }
 
   // A rigid mesh that moves along a track, named as the track is or else as told.
-  void AddTracked(const TriangleMesh& rigid, const ObjectTrack& track, const char* usual,
-                  const std::array<double, 3>& colour) {
-    const ShadedMesh shaded = SplitAtCreases(rigid);
+  void AddTracked(const TexturedMesh& rigid, const ObjectTrack& track, const char* usual) {
     tinygltf::Mesh mesh;
     mesh.name = track.name.empty() ? usual : track.name;
-    mesh.primitives.push_back(
-        Primitive(shaded.mesh, shaded.normals, AddMaterial(usual, colour, 0.45, true)));
+    for (const TexturedMesh::Part& part : rigid.parts) {
+      const Material& material = rigid.materials[static_cast<std::size_t>(part.material)];
+      mesh.primitives.push_back(Primitive(part.mesh, part.normals, AddMaterial(material, true)));
+      if (part.uv.size() == 0) continue;
+      Eigen::Matrix2Xf uv = part.uv.cast<float>();
+      uv.row(1) = 1.0f - uv.row(1).array();  // glTF's v points down
+      mesh.primitives.back().attributes["TEXCOORD_0"] =
+          AddFloats(uv, TINYGLTF_TYPE_VEC2, TINYGLTF_TARGET_ARRAY_BUFFER);
+    }
     tinygltf::Node node;
     node.name = mesh.name;
     node.mesh = static_cast<int>(model_.meshes.size());
@@ -285,16 +297,33 @@ class GlbBuilder {
         tinygltf::Value::Object{{"targetNames", tinygltf::Value(std::move(names))}});
   }
 
-  int AddMaterial(const char* name, const std::array<double, 3>& color, double roughness,
-                  bool double_sided) {
+  int AddMaterial(const Material& look, bool double_sided) {
     tinygltf::Material material;
-    material.name = name;
-    material.pbrMetallicRoughness.baseColorFactor = {color[0], color[1], color[2], 1.0};
-    material.pbrMetallicRoughness.metallicFactor = 0;
-    material.pbrMetallicRoughness.roughnessFactor = roughness;
+    material.name = look.name;
+    tinygltf::PbrMetallicRoughness& pbr = material.pbrMetallicRoughness;
+    pbr.baseColorFactor = ToVector(look.color);
+    pbr.metallicFactor = look.metallic;
+    pbr.roughnessFactor = look.roughness;
+    if (look.color[3] < 1) material.alphaMode = "BLEND";
+    if (!look.image.empty()) pbr.baseColorTexture.index = AddTexture(look.image);
     material.doubleSided = double_sided;  // objects may be open sheets
     model_.materials.push_back(std::move(material));
     return static_cast<int>(model_.materials.size()) - 1;
+  }
+
+  // Of a PNG or JPEG file, once for all materials that share it.
+  int AddTexture(const std::string& file) {
+    const auto [at, is_new] =
+        texture_of_.try_emplace(file, static_cast<int>(model_.textures.size()));
+    if (!is_new) return at->second;
+    tinygltf::Image image;
+    image.mimeType = file[0] == '\x89' ? "image/png" : "image/jpeg";
+    image.bufferView = AddView(file.data(), file.size(), 0);
+    tinygltf::Texture texture;
+    texture.source = static_cast<int>(model_.images.size());
+    model_.images.push_back(std::move(image));
+    model_.textures.push_back(std::move(texture));
+    return at->second;
   }
 
   tinygltf::Primitive Primitive(const TriangleMesh& mesh, const Eigen::Matrix3Xd& normals,
@@ -338,8 +367,7 @@ class GlbBuilder {
     return index;
   }
 
-  int AddAccessor(const void* data, std::size_t num_bytes, std::size_t count, int component,
-                  int type, int target) {
+  int AddView(const void* data, std::size_t num_bytes, int target) {
     std::vector<unsigned char>& bytes = model_.buffers[0].data;
     bytes.resize((bytes.size() + 3) / 4 * 4);
     tinygltf::BufferView view;
@@ -349,12 +377,17 @@ class GlbBuilder {
     view.target = target;
     const auto* begin = static_cast<const unsigned char*>(data);
     bytes.insert(bytes.end(), begin, begin + num_bytes);
+    model_.bufferViews.push_back(std::move(view));
+    return static_cast<int>(model_.bufferViews.size()) - 1;
+  }
+
+  int AddAccessor(const void* data, std::size_t num_bytes, std::size_t count, int component,
+                  int type, int target) {
     tinygltf::Accessor accessor;
-    accessor.bufferView = static_cast<int>(model_.bufferViews.size());
+    accessor.bufferView = AddView(data, num_bytes, target);
     accessor.componentType = component;
     accessor.type = type;
     accessor.count = count;
-    model_.bufferViews.push_back(std::move(view));
     model_.accessors.push_back(std::move(accessor));
     return static_cast<int>(model_.accessors.size()) - 1;
   }
@@ -362,6 +395,7 @@ class GlbBuilder {
   const Clip& clip_;
   const GlbOptions& options_;
   tinygltf::Model model_;
+  std::map<std::string, int> texture_of_;  // by the image's bytes
   int times_ = -1;
 };
 

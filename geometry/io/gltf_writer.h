@@ -6,6 +6,7 @@
 
 #include "geometry/body_model.h"
 #include "geometry/clip.h"
+#include "geometry/io/textured_mesh.h"
 #include "geometry/mesh.h"
 
 namespace holdfast {
@@ -17,6 +18,8 @@ struct GlbOptions {
   double corrective_tolerance_m = 2e-5;
   int max_correctives = 128;
   int threads = 1;
+  /// The object's own look in place of a plain one; may be null. Images are written as they are.
+  const TexturedMesh* object_look = nullptr;
   /// What the object rests on, for a clip with a track of it; may be null.
   const TriangleMesh* table = nullptr;
 };

@@ -2,6 +2,7 @@
 // holdfast export, through the program.
 #include <algorithm>
 #include <fstream>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -97,6 +98,49 @@ TEST(ExportCommand, ContactsAreArraysOrTables) {
   const ProgramResult none = RunHoldfast(folder.Path(), "export demo_drink -o contacts.csv");
   EXPECT_EQ(none.exit_code, 1);
   EXPECT_THAT(none.err, HasSubstr("no object to touch"));
+}
+
+// What the fit was given is found again; its mesh in the result has no texture coordinates.
+TEST(ExportCommand, GlbKeepsTheObjectsMaterialsAndTextures) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(), "render demo_drink -o paint.png --size 32x32 -q").exit_code,
+            0);
+  ASSERT_EQ(RunHoldfast(folder.Path(), "decimate bottle -o bottle.obj -q").exit_code, 0);
+  std::string obj = "mtllib look.mtl\nvt 0 0\nvt 1 0\nvt 0.5 1\nusemtl paint\n";
+  std::istringstream lines(testing::ReadText(folder / "bottle.obj"));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string keyword, a, b, c;
+    words >> keyword >> a >> b >> c;
+    if (keyword == "v") obj += line + "\n";
+    if (keyword == "f") obj += "f " + a + "/1 " + b + "/2 " + c + "/3\n";
+  }
+  std::ofstream(folder / "bottle.obj") << obj;
+  std::ofstream(folder / "look.mtl") << "newmtl paint\nPr 0.25\nmap_Kd paint.png\n";
+  const ProgramResult fit =
+      RunHoldfast(folder.Path(), "fit demo_drink bottle.obj -o held --end 3 --no-report -q");
+  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+
+  ASSERT_EQ(RunHoldfast(folder.Path(), "export held -o held.glb -q").exit_code, 0);
+  const GlbFile file(folder / "held.glb");
+  const auto& json = file.Json();
+  const auto& mesh = json["meshes"][json["nodes"][file.Node("bottle")]["mesh"].get<int>()];
+  const auto& primitive = mesh["primitives"][0];
+  const auto& material = json["materials"][primitive["material"].get<int>()];
+  EXPECT_EQ(material["name"], "paint");
+  EXPECT_EQ(material["pbrMetallicRoughness"]["roughnessFactor"], 0.25);
+  const int texture = material["pbrMetallicRoughness"]["baseColorTexture"]["index"];
+  const auto& image = json["images"][json["textures"][texture]["source"].get<int>()];
+  EXPECT_EQ(image["mimeType"], "image/png");
+  const auto& view = json["bufferViews"][image["bufferView"].get<int>()];
+  EXPECT_EQ(view["byteLength"], std::filesystem::file_size(folder / "paint.png"));
+  const auto& uv = json["accessors"][primitive["attributes"]["TEXCOORD_0"].get<int>()];
+  EXPECT_EQ(uv["type"], "VEC2");
+
+  std::filesystem::remove(folder / "bottle.obj");
+  const ProgramResult gone = RunHoldfast(folder.Path(), "export held -o plain.glb");
+  EXPECT_EQ(gone.exit_code, 0);
+  EXPECT_THAT(gone.err, HasSubstr("bottle.obj is not there any more"));
 }
 
 TEST(ExportCommand, BvhSaysThatItHasNoObject) {
