@@ -14,11 +14,13 @@
 #include "geometry/error.h"
 #include "geometry/io/bvh_writer.h"
 #include "geometry/io/contact_writer.h"
+#include "geometry/io/gltf_onto.h"
 #include "geometry/io/gltf_writer.h"
 #include "geometry/io/import_motion.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/io/usda_writer.h"
 #include "geometry/parallel.h"
+#include "geometry/retarget_onto.h"
 #include "geometry/rotation.h"
 
 namespace holdfast::apps {
@@ -34,6 +36,7 @@ struct Options {
   ClipInputOptions input;
   std::string clip;
   std::string output;
+  std::string onto;
   bool no_object = false;
   bool no_correctives = false;
   double tolerance_mm = 0.02;
@@ -167,12 +170,41 @@ std::optional<TexturedMesh> ObjectLook(const ClipInput& input, const TriangleMes
   return look;
 }
 
+std::string ClipName(const ClipInput& input) {
+  return input.file.empty() ? input.source : input.file.stem().string();
+}
+
+// The motion on the skeleton of a character, which keeps its skin.
+void WriteOnto(const ClipInput& input, const TriangleMesh* object, const Options& options,
+               nlohmann::json& summary, std::string& text) {
+  if (input.body->LoneHand()) {
+    throw Error(options.clip, "is a hand alone, which no character can take over",
+                "Export it without --onto");
+  }
+  const GltfAsset asset = GltfAsset::Read(options.onto);
+  const GltfRig rig = ReadGltfRig(asset);
+  const SkeletonMap map = RecognizeSkeleton(rig.motion, options.onto);
+  const SourceMotion motion =
+      RetargetOnto(input.clip, RetargetBodyOf(*input.body, input.betas), rig.motion, map);
+  std::optional<TexturedMesh> look;
+  if (object != nullptr) {
+    look = ObjectLook(input, *object, options);
+    if (!look) look = PlainMesh(*object, ObjectMaterial());
+  }
+  WriteGltfOnto(options.onto, asset, rig, motion, map.source[0], look ? &*look : nullptr,
+                {ClipName(input), kGenerator}, options.output);
+  summary["skeleton"] = map.name;
+  summary["joints"] = map.NumMapped();
+  text += fmt::format("  on the skeleton of {} ({}): {} of its {} joints\n", options.onto, map.name,
+                      map.NumMapped(), rig.motion.NumJoints());
+}
+
 // Tells what `format` leaves of the pose correctives, for people and machines.
 void WriteGlbFile(const ClipInput& input, const TriangleMesh* object, const Options& options,
                   nlohmann::json& summary, std::string& text) {
   GlbOptions glb;
   glb.generator = kGenerator;
-  glb.clip_name = input.file.empty() ? input.source : input.file.stem().string();
+  glb.clip_name = ClipName(input);
   glb.correctives = !options.no_correctives;
   glb.corrective_tolerance_m = 1e-3 * options.tolerance_mm;
   glb.threads = NumThreads(options.common);
@@ -235,6 +267,9 @@ int Run(const Options& options) {
   if (options.every > 1 && !is_sequence && extension != ".usda") {
     throw CLI::ValidationError("--every", "is for mesh sequences and .usda");
   }
+  if (!options.onto.empty() && extension != ".glb") {
+    throw CLI::ValidationError("--onto", "writes a .glb");
+  }
   if (!is_sequence) RequireNew(options.output, common);
   if (extension == ".csv") RequireNew(PosesPath(options.output), common);
   ClipInput input = LoadClipInput(options.clip, options.input, common);
@@ -272,6 +307,8 @@ int Run(const Options& options) {
     WriteContacts(input, object, options, summary, text);
   } else if (is_sequence) {
     exit_code = WriteSequence(input, object, options, summary, text);
+  } else if (!options.onto.empty()) {
+    WriteOnto(input, object, options, summary, text);
   } else if (extension == ".glb") {
     WriteGlbFile(input, object, options, summary, text);
   } else if (extension == ".bvh") {
@@ -305,6 +342,9 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       ->required()
       ->check(FaultOfOutput);
   AddClipInputOptions(*command, options->input);
+  command->add_option("--onto", options->onto,
+                      ".glb: the motion on the skeleton of this character (.glb, .gltf), which "
+                      "keeps its skin");
   command->add_flag("--no-object", options->no_object, "The body alone");
   command->add_option("--start", options->start, "First frame, from 0")
       ->capture_default_str()
@@ -325,6 +365,7 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast export held -o held.glb\n"
+      "  holdfast export held -o animated.glb --onto character.glb\n"
       "  holdfast export demo_drink -o walk_%04d.ply --every 5\n"
       "Formats:\n"
       "  .glb   glTF 2.0, metres, y up: skinned body with pose correctives as morph targets,\n"

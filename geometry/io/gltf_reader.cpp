@@ -57,7 +57,51 @@ class GltfMotionReader {
     return std::move(motion_);
   }
 
+  GltfRig ReadRig() {
+    motion_.format = "glTF";
+    std::vector<GltfCharacter> characters = FindCharacters(asset_);
+    if (characters.empty()) {
+      throw Error(asset_.Where(), "holds no skinned character",
+                  "Give a character with its skeleton and skin");
+    }
+    std::set<int> joints;
+    for (const GltfCharacter& character : characters) {
+      joints.insert(character.joints.begin(), character.joints.end());
+    }
+    const bool moves = std::ranges::any_of(asset_.animations, [&](const GltfAnimation& animation) {
+      return Duration(animation, joints) >= 0;
+    });
+    const GltfAnimation still;
+    const GltfAnimation& animation = moves ? ChooseAnimation(characters) : still;
+    const GltfSampler sampler(asset_, animation);
+    skeleton_ = BuildSkeleton(
+        asset_, moves ? ChooseCharacter(characters, animation, sampler) : OnlyBody(characters));
+    Sample(sampler);
+    GltfRig rig{std::move(motion_), skeleton_.nodes, {}};
+    for (const Eigen::Affine3d& rest : skeleton_.rest) {
+      rig.rest_rotations.push_back(RotationWithin(rest.linear()));
+    }
+    return rig;
+  }
+
  private:
+  // Of characters that stand still.
+  const GltfCharacter& OnlyBody(const std::vector<GltfCharacter>& characters) const {
+    const GltfCharacter* body = &characters[0];
+    std::vector<std::string> bodies;
+    for (const GltfCharacter& character : characters) {
+      if (character.joints.size() < kFewestBodyJoints) continue;
+      bodies.push_back(character.name);
+      body = &character;
+    }
+    if (bodies.size() > 1) {
+      throw Error(asset_.Where(),
+                  fmt::format("holds {} characters: {}", bodies.size(), Quoted(bodies)),
+                  "Export one of them alone");
+    }
+    return *body;
+  }
+
   static bool IsNamed(const GltfAsset& asset, const GltfCharacter& character,
                       const std::string& name) {
     return character.name == name ||
@@ -424,6 +468,12 @@ class GltfMotionReader {
 };
 
 }  // namespace
+
+GltfRig ReadGltfRig(const GltfAsset& asset) {
+  GltfMotionOptions options;
+  options.frame_rate = 30;
+  return GltfMotionReader(asset, options).ReadRig();
+}
 
 SourceMotion ReadGltfMotion(const std::filesystem::path& path, const GltfMotionOptions& options) {
   return GltfMotionReader(GltfAsset::Read(path), options).Read();

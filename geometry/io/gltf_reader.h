@@ -3,7 +3,11 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
+#include <Eigen/Core>
+
+#include "geometry/io/gltf_asset.h"
 #include "geometry/io/gltf_container.h"  // LooksLikeGltf
 #include "geometry/io/motion_file.h"
 
@@ -34,5 +38,16 @@ SourceMotion ReadGltfMotion(const std::filesystem::path& path,
 SourceMotion ParseGltfMotion(std::string bytes, const std::string& where,
                              const std::filesystem::path& folder,
                              const GltfMotionOptions& options = {});
+
+/// The skeleton of a character, to be moved otherwise.
+struct GltfRig {
+  SourceMotion motion;                          ///< of the file; one frame where it has none
+  std::vector<int> nodes;                       ///< of each joint
+  std::vector<Eigen::Matrix3d> rest_rotations;  ///< of each joint's node in the bind pose
+};
+
+/// The skinned character of a file: the one that its animation moves, else the only one. Throws
+/// Error as ReadGltfMotion does, and for files without a skin.
+GltfRig ReadGltfRig(const GltfAsset& asset);
 
 }  // namespace holdfast

@@ -3,60 +3,24 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstring>
-#include <limits>
-#include <map>
-#include <sstream>
 #include <vector>
 
-#include <tiny_gltf.h>
-
-#include <Eigen/Geometry>
-
 #include "geometry/corrective_basis.h"
-#include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
-#include "geometry/rotation.h"
+#include "geometry/io/gltf_builder.h"
 
 namespace holdfast {
 namespace {
 
-using Matrix4Xf = Eigen::Matrix<float, 4, Eigen::Dynamic>;
-
 // Weights dropped from a vertex move it by at most this share of the distance between the places
 // where its joints would carry it: well under a hundredth of a millimetre.
 constexpr double kNegligibleWeight = 1e-5;
-constexpr std::size_t kMaxFileBytes = std::numeric_limits<std::uint32_t>::max() - (1u << 24);
-
-// (x, y, z) with z up becomes (x, z, -y).
-const Eigen::Matrix3d kYUpFromZUp = (Eigen::Matrix3d() << 1, 0, 0, 0, 0, 1, 0, -1, 0).finished();
-
-// R_after exp(axis_angle) through time as unit quaternions x y z w (4 x T), neighbours in the same
-// half of the sphere so that players turn the short way.
-Matrix4Xf Quaternions(const Eigen::Matrix3d& R_after, const Eigen::Matrix3Xd& axis_angle) {
-  Matrix4Xf result(4, axis_angle.cols());
-  Eigen::Quaterniond previous = Eigen::Quaterniond::Identity();
-  for (Eigen::Index t = 0; t < axis_angle.cols(); ++t) {
-    Eigen::Quaterniond q(R_after * ExpSO3(axis_angle.col(t)));
-    q.normalize();
-    if (q.dot(previous) < 0) q.coeffs() = -q.coeffs();
-    result.col(t) = q.coeffs().cast<float>();
-    previous = q;
-  }
-  return result;
-}
-
-template <typename Vector>
-std::vector<double> ToVector(const Vector& v) {
-  return {v.begin(), v.end()};
-}
 
 // Each vertex's largest weights first, `sets` times four of them, summing to one.
 struct SkinWeights {
   int sets = 1;
   std::vector<std::array<std::uint8_t, 4>> joints;  // set after set, vertex after vertex
-  Matrix4Xf weights;
+  Eigen::Matrix<float, 4, Eigen::Dynamic> weights;
 };
 
 SkinWeights LargestWeights(const BodySurface& surface) {
@@ -73,7 +37,7 @@ SkinWeights LargestWeights(const BodySurface& surface) {
     if (dropped > kNegligibleWeight) result.sets = 2;
   }
   result.joints.assign(static_cast<std::size_t>(result.sets) * n, {0, 0, 0, 0});
-  result.weights = Matrix4Xf::Zero(4, static_cast<Eigen::Index>(result.sets) * n);
+  result.weights = Eigen::MatrixXf::Zero(4, static_cast<Eigen::Index>(result.sets) * n);
   for (int v = 0; v < n; ++v) {
     const std::size_t kept = std::min<std::size_t>(sorted[v].size(), 4 * result.sets);
     double sum = 0;
@@ -89,23 +53,13 @@ SkinWeights LargestWeights(const BodySurface& surface) {
   return result;
 }
 
-class GlbBuilder {
+class GlbWriter {
  public:
-  GlbBuilder(const Clip& clip, const GlbOptions& options) : clip_(clip), options_(options) {
-    model_.asset.version = "2.0";
-    model_.asset.generator = options.generator;
-    model_.buffers.emplace_back();
-    model_.scenes.emplace_back();
-    model_.defaultScene = 0;
-    tinygltf::Animation animation;
-    animation.name = options.clip_name.empty() ? "clip" : options.clip_name;
-    model_.animations.push_back(std::move(animation));
-    Eigen::RowVectorXf times(clip.NumFrames());
-    for (int t = 0; t < clip.NumFrames(); ++t) {
-      times(t) = static_cast<float>(t / clip.frame_rate);
-    }
-    times_ = AddFloats(times, TINYGLTF_TYPE_SCALAR, 0, /*with_range=*/true);
-  }
+  GlbWriter(const Clip& clip, const GlbOptions& options)
+      : clip_(clip),
+        options_(options),
+        gltf_(clip.NumFrames(), clip.frame_rate, options.generator,
+              options.clip_name.empty() ? "clip" : options.clip_name) {}
 
   void AddBody(const BodySurface& surface, GlbReport& report) {
     const CorrectiveBasis basis = WithUnitWeights(ComputeCorrectiveBasis(
@@ -121,18 +75,18 @@ class GlbBuilder {
     tinygltf::Mesh mesh;
     mesh.name = "skin";
     mesh.primitives.push_back(
-        Primitive({basis.rest, surface.Faces()}, normals,
-                  AddMaterial({"skin", {0.78, 0.60, 0.50, 1}, 0, 0.65, {}}, false)));
+        gltf_.Primitive({basis.rest, surface.Faces()}, normals,
+                        gltf_.AddMaterial({"skin", {0.78, 0.60, 0.50, 1}, 0, 0.65, {}}, false)));
     tinygltf::Primitive& primitive = mesh.primitives[0];
     const SkinWeights skin = LargestWeights(surface);
     report.influences = 4 * skin.sets;
     const std::size_t n = surface.NumVertices();
     for (int set = 0; set < skin.sets; ++set) {
       const std::string number = std::to_string(set);
-      primitive.attributes["JOINTS_" + number] =
-          AddAccessor(skin.joints.data() + set * n, 4 * n, n, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
-                      TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
-      primitive.attributes["WEIGHTS_" + number] = AddFloats(
+      primitive.attributes["JOINTS_" + number] = gltf_.AddAccessor(
+          skin.joints.data() + set * n, 4 * n, n, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
+          TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
+      primitive.attributes["WEIGHTS_" + number] = gltf_.AddFloats(
           skin.weights.middleCols(static_cast<Eigen::Index>(set * n), static_cast<Eigen::Index>(n)),
           TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
     }
@@ -140,48 +94,27 @@ class GlbBuilder {
 
     tinygltf::Node node;
     node.name = "body";
-    node.mesh = static_cast<int>(model_.meshes.size());
-    model_.meshes.push_back(std::move(mesh));
-    const int body = AddNode(std::move(node));
-    model_.nodes[body].skin = AddSkin(surface.RestJoints(), AddJoints(body, surface.RestJoints()));
+    node.mesh = gltf_.AddMesh(std::move(mesh));
+    const int body = gltf_.AddNode(std::move(node));
+    gltf_.Model().nodes[body].skin =
+        AddSkin(surface.RestJoints(), AddJoints(body, surface.RestJoints()));
     if (basis.Size() > 0) {
       const Eigen::RowVectorXf weights = basis.coefficients.reshaped().transpose();
-      Animate(body, "weights", AddFloats(weights, TINYGLTF_TYPE_SCALAR));
+      gltf_.Animate(body, "weights", gltf_.AddFloats(weights, TINYGLTF_TYPE_SCALAR));
     }
   }
 
   void AddObject(const TriangleMesh& object) {
     if (options_.object_look != nullptr) {
-      AddTracked(*options_.object_look, *clip_.object, "object");
+      gltf_.AddTracked(*options_.object_look, *clip_.object, "object");
     } else {
-      AddTracked(PlainMesh(object, {"object", {0.16, 0.38, 0.62, 1}, 0, 0.45, {}}), *clip_.object,
-                 "object");
+      gltf_.AddTracked(PlainMesh(object, ObjectMaterial()), *clip_.object, "object");
     }
   }
 
   void AddTable(const TriangleMesh& table) {
-    AddTracked(PlainMesh(table, {"table", {0.42, 0.33, 0.24, 1}, 0, 0.45, {}}), *clip_.table,
-               "table");
-  }
-
-  // A rigid mesh that moves along a track, named as the track is or else as told.
-  void AddTracked(const TexturedMesh& rigid, const ObjectTrack& track, const char* usual) {
-    tinygltf::Mesh mesh;
-    mesh.name = track.name.empty() ? usual : track.name;
-    for (const TexturedMesh::Part& part : rigid.parts) {
-      const Material& material = rigid.materials[static_cast<std::size_t>(part.material)];
-      mesh.primitives.push_back(Primitive(part.mesh, part.normals, AddMaterial(material, true)));
-      if (part.uv.size() == 0) continue;
-      Eigen::Matrix2Xf uv = part.uv.cast<float>();
-      uv.row(1) = 1.0f - uv.row(1).array();  // glTF's v points down
-      mesh.primitives.back().attributes["TEXCOORD_0"] =
-          AddFloats(uv, TINYGLTF_TYPE_VEC2, TINYGLTF_TARGET_ARRAY_BUFFER);
-    }
-    tinygltf::Node node;
-    node.name = mesh.name;
-    node.mesh = static_cast<int>(model_.meshes.size());
-    model_.meshes.push_back(std::move(mesh));
-    Place(AddNode(std::move(node)), track.trans, track.orient);
+    gltf_.AddTracked(PlainMesh(table, {"table", {0.42, 0.33, 0.24, 1}, 0, 0.45, {}}), *clip_.table,
+                     "table");
   }
 
   void AddProvenance(const BodySurface& surface) {
@@ -195,58 +128,14 @@ class GlbBuilder {
     for (const double beta : clip_.betas) betas.emplace_back(beta);
     extras["betas"] = tinygltf::Value(std::move(betas));
     if (clip_.object) extras["object"] = tinygltf::Value(clip_.object->name);
-    model_.asset.extras = tinygltf::Value(std::move(extras));
+    gltf_.Model().asset.extras = tinygltf::Value(std::move(extras));
   }
 
-  std::string Bytes() const {
-    if (model_.buffers[0].data.size() > kMaxFileBytes) {
-      throw Error("the clip", "makes a glTF of more than 4 GB, which the format cannot hold",
-                  "Export a part of it");
-    }
-    std::ostringstream stream;
-    tinygltf::TinyGLTF writer;
-    writer.WriteGltfSceneToStream(&model_, stream, /*prettyPrint=*/false, /*writeBinary=*/true);
-    return std::move(stream).str();
-  }
+  std::string Bytes() const { return gltf_.Bytes(); }
 
  private:
-  // In the scene itself without a parent.
-  int AddNode(tinygltf::Node node, int parent = -1) {
-    const auto index = static_cast<int>(model_.nodes.size());
-    model_.nodes.push_back(std::move(node));
-    (parent < 0 ? model_.scenes[0].nodes : model_.nodes[parent].children).push_back(index);
-    return index;
-  }
-
-  // In the world, z up: posed as in the first frame, moved by the animation.
-  void Place(int node, const Eigen::Matrix3Xd& trans, const Eigen::Matrix3Xd& orient) {
-    Turn(node, kYUpFromZUp, orient);
-    const Eigen::Matrix3Xf track = (kYUpFromZUp * trans).cast<float>();
-    model_.nodes[node].translation = ToVector(track.col(0));
-    Animate(node, "translation", AddFloats(track, TINYGLTF_TYPE_VEC3));
-  }
-
-  void Turn(int node, const Eigen::Matrix3d& R_after, const Eigen::Matrix3Xd& orient) {
-    const Matrix4Xf quaternions = Quaternions(R_after, orient);
-    model_.nodes[node].rotation = ToVector(quaternions.col(0));
-    Animate(node, "rotation", AddFloats(quaternions, TINYGLTF_TYPE_VEC4));
-  }
-
-  void Animate(int node, const char* path, int output) {
-    tinygltf::Animation& animation = model_.animations[0];
-    tinygltf::AnimationSampler sampler;
-    sampler.input = times_;
-    sampler.output = output;
-    tinygltf::AnimationChannel channel;
-    channel.sampler = static_cast<int>(animation.samplers.size());
-    channel.target_node = node;
-    channel.target_path = path;
-    animation.samplers.push_back(std::move(sampler));
-    animation.channels.push_back(std::move(channel));
-  }
-
   int AddJoints(int body, const Eigen::Matrix3Xd& rest_joints) {
-    const auto first = static_cast<int>(model_.nodes.size());
+    const auto first = static_cast<int>(gltf_.Model().nodes.size());
     Eigen::Matrix3Xd orient(3, clip_.NumFrames());
     for (int j = 0; j < kNumJoints; ++j) {
       const int parent = kJointParents[j];
@@ -255,12 +144,12 @@ class GlbBuilder {
       if (parent >= 0) {
         node.translation = ToVector((rest_joints.col(j) - rest_joints.col(parent)).eval());
       }
-      const int index = AddNode(std::move(node), parent < 0 ? body : first + parent);
+      const int index = gltf_.AddNode(std::move(node), parent < 0 ? body : first + parent);
       for (int t = 0; t < clip_.NumFrames(); ++t) orient.col(t) = clip_.pose[t].col(j);
       if (parent < 0) {
-        Place(index, clip_.trans.colwise() + rest_joints.col(0), orient);
+        gltf_.Place(index, clip_.trans.colwise() + rest_joints.col(0), orient);
       } else {
-        Turn(index, Eigen::Matrix3d::Identity(), orient);
+        gltf_.Turn(index, QuaternionsOverTime(Eigen::Matrix3d::Identity(), orient));
       }
     }
     return first;
@@ -277,8 +166,8 @@ class GlbBuilder {
       inverse_bind.col(j) = matrix.reshaped();
       skin.joints.push_back(first_joint + j);
     }
-    skin.inverseBindMatrices = AddFloats(inverse_bind, TINYGLTF_TYPE_MAT4);
-    model_.skins.push_back(std::move(skin));
+    skin.inverseBindMatrices = gltf_.AddFloats(inverse_bind, TINYGLTF_TYPE_MAT4);
+    gltf_.Model().skins.push_back(std::move(skin));
     return 0;
   }
 
@@ -287,8 +176,8 @@ class GlbBuilder {
     for (Eigen::Index k = 0; k < basis.Size(); ++k) {
       const Eigen::Matrix3Xf offsets = basis.directions.col(k).reshaped(3, basis.rest.cols());
       mesh.primitives[0].targets.push_back(
-          {{"POSITION", AddFloats(offsets, TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER,
-                                  /*with_range=*/true)}});
+          {{"POSITION", gltf_.AddFloats(offsets, TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER,
+                                        /*with_range=*/true)}});
       mesh.weights.push_back(basis.coefficients(k, 0));
       names.emplace_back("corrective_" + std::to_string(k));
     }
@@ -297,106 +186,9 @@ class GlbBuilder {
         tinygltf::Value::Object{{"targetNames", tinygltf::Value(std::move(names))}});
   }
 
-  int AddMaterial(const Material& look, bool double_sided) {
-    tinygltf::Material material;
-    material.name = look.name;
-    tinygltf::PbrMetallicRoughness& pbr = material.pbrMetallicRoughness;
-    pbr.baseColorFactor = ToVector(look.color);
-    pbr.metallicFactor = look.metallic;
-    pbr.roughnessFactor = look.roughness;
-    if (look.color[3] < 1) material.alphaMode = "BLEND";
-    if (!look.image.empty()) pbr.baseColorTexture.index = AddTexture(look.image);
-    material.doubleSided = double_sided;  // objects may be open sheets
-    model_.materials.push_back(std::move(material));
-    return static_cast<int>(model_.materials.size()) - 1;
-  }
-
-  // Of a PNG or JPEG file, once for all materials that share it.
-  int AddTexture(const std::string& file) {
-    const auto [at, is_new] =
-        texture_of_.try_emplace(file, static_cast<int>(model_.textures.size()));
-    if (!is_new) return at->second;
-    tinygltf::Image image;
-    image.mimeType = file[0] == '\x89' ? "image/png" : "image/jpeg";
-    image.bufferView = AddView(file.data(), file.size(), 0);
-    tinygltf::Texture texture;
-    texture.source = static_cast<int>(model_.images.size());
-    model_.images.push_back(std::move(image));
-    model_.textures.push_back(std::move(texture));
-    return at->second;
-  }
-
-  tinygltf::Primitive Primitive(const TriangleMesh& mesh, const Eigen::Matrix3Xd& normals,
-                                int material) {
-    tinygltf::Primitive primitive;
-    primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.material = material;
-    primitive.attributes["POSITION"] =
-        AddFloats(mesh.vertices.cast<float>(), TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER,
-                  /*with_range=*/true);
-    primitive.attributes["NORMAL"] =
-        AddFloats(normals.cast<float>(), TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER);
-    const auto count = static_cast<std::size_t>(mesh.faces.size());
-    // The largest 16-bit index is kept for restarting primitives.
-    if (mesh.NumVertices() < 65535) {
-      const Eigen::Matrix<std::uint16_t, 3, Eigen::Dynamic> faces =
-          mesh.faces.cast<std::uint16_t>();
-      primitive.indices =
-          AddAccessor(faces.data(), 2 * count, count, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
-                      TINYGLTF_TYPE_SCALAR, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
-    } else {
-      primitive.indices =
-          AddAccessor(mesh.faces.data(), 4 * count, count, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT,
-                      TINYGLTF_TYPE_SCALAR, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
-    }
-    return primitive;
-  }
-
-  // One element per column.
-  template <typename Derived>
-  int AddFloats(const Eigen::MatrixBase<Derived>& columns, int type, int target = 0,
-                bool with_range = false) {
-    const Eigen::MatrixXf values = columns;
-    const int index = AddAccessor(values.data(), 4 * static_cast<std::size_t>(values.size()),
-                                  static_cast<std::size_t>(values.cols()),
-                                  TINYGLTF_COMPONENT_TYPE_FLOAT, type, target);
-    if (with_range) {
-      model_.accessors[index].minValues = ToVector(values.rowwise().minCoeff().eval());
-      model_.accessors[index].maxValues = ToVector(values.rowwise().maxCoeff().eval());
-    }
-    return index;
-  }
-
-  int AddView(const void* data, std::size_t num_bytes, int target) {
-    std::vector<unsigned char>& bytes = model_.buffers[0].data;
-    bytes.resize((bytes.size() + 3) / 4 * 4);
-    tinygltf::BufferView view;
-    view.buffer = 0;
-    view.byteOffset = bytes.size();
-    view.byteLength = num_bytes;
-    view.target = target;
-    const auto* begin = static_cast<const unsigned char*>(data);
-    bytes.insert(bytes.end(), begin, begin + num_bytes);
-    model_.bufferViews.push_back(std::move(view));
-    return static_cast<int>(model_.bufferViews.size()) - 1;
-  }
-
-  int AddAccessor(const void* data, std::size_t num_bytes, std::size_t count, int component,
-                  int type, int target) {
-    tinygltf::Accessor accessor;
-    accessor.bufferView = AddView(data, num_bytes, target);
-    accessor.componentType = component;
-    accessor.type = type;
-    accessor.count = count;
-    model_.accessors.push_back(std::move(accessor));
-    return static_cast<int>(model_.accessors.size()) - 1;
-  }
-
   const Clip& clip_;
   const GlbOptions& options_;
-  tinygltf::Model model_;
-  std::map<std::string, int> texture_of_;  // by the image's bytes
-  int times_ = -1;
+  GltfBuilder gltf_;
 };
 
 }  // namespace
@@ -404,12 +196,12 @@ class GlbBuilder {
 GlbReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
                    const GlbOptions& options, const std::filesystem::path& path) {
   GlbReport report;
-  GlbBuilder builder(clip, options);
-  builder.AddBody(surface, report);
-  if (object != nullptr && clip.object) builder.AddObject(*object);
-  if (options.table != nullptr && clip.table) builder.AddTable(*options.table);
-  builder.AddProvenance(surface);
-  WriteAtomically(path, builder.Bytes());
+  GlbWriter writer(clip, options);
+  writer.AddBody(surface, report);
+  if (object != nullptr && clip.object) writer.AddObject(*object);
+  if (options.table != nullptr && clip.table) writer.AddTable(*options.table);
+  writer.AddProvenance(surface);
+  WriteAtomically(path, writer.Bytes());
   return report;
 }
 

@@ -35,6 +35,9 @@ struct TexturedMesh {
   std::vector<std::string> notes;  ///< what of the file was left out, and why
 };
 
+/// Of objects that bring none.
+inline Material ObjectMaterial() { return {"object", {0.16, 0.38, 0.62, 1}, 0, 0.45, {}}; }
+
 /// A mesh in one material, creases kept sharp.
 TexturedMesh PlainMesh(const TriangleMesh& mesh, Material material);
 

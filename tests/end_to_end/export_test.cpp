@@ -143,6 +143,28 @@ TEST(ExportCommand, GlbKeepsTheObjectsMaterialsAndTextures) {
   EXPECT_THAT(gone.err, HasSubstr("bottle.obj is not there any more"));
 }
 
+TEST(ExportCommand, OntoWritesTheMotionOnAnotherSkeleton) {
+  const TemporaryFolder folder;
+  MakeHeldClip(folder);
+  const std::string character = HOLDFAST_SOURCE_DIR "/tests/fixtures/gltf/mixamo.glb";
+  const ProgramResult result = RunHoldfast(
+      folder.Path(), "export held.npz -o moved.glb --json -q --onto '" + character + "'");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto summary = nlohmann::json::parse(result.out);
+  EXPECT_EQ(summary["skeleton"], "Mixamo");
+  EXPECT_EQ(summary["frames"], 20);
+  EXPECT_NO_THROW(GlbFile(folder / "moved.glb").Node("mug"));
+  const ProgramResult back = RunHoldfast(folder.Path(), "import moved.glb -o back.npz -q");
+  EXPECT_EQ(back.exit_code, 0) << back.err;
+  EXPECT_EQ(ReadClip(folder / "back.npz").NumFrames(), 20);
+
+  EXPECT_EQ(RunHoldfast(folder.Path(), "export held.npz -o a.bvh --onto moved.glb").exit_code, 2);
+  const ProgramResult none =
+      RunHoldfast(folder.Path(), "export held.npz -o a.glb --onto nowhere.glb");
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.err, HasSubstr("nowhere.glb"));
+}
+
 TEST(ExportCommand, BvhSaysThatItHasNoObject) {
   const TemporaryFolder folder;
   MakeHeldClip(folder);
