@@ -16,6 +16,7 @@
 #include "geometry/io/contact_writer.h"
 #include "geometry/io/gltf_onto.h"
 #include "geometry/io/gltf_writer.h"
+#include "geometry/io/gzip_text.h"
 #include "geometry/io/import_motion.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/io/usda_writer.h"
@@ -180,6 +181,10 @@ void WriteOnto(const ClipInput& input, const TriangleMesh* object, const Options
   if (input.body->LoneHand()) {
     throw Error(options.clip, "is a hand alone, which no character can take over",
                 "Export it without --onto");
+  }
+  if (!LooksLikeGltf(ReadGzipHead(options.onto, 4096))) {
+    throw Error(options.onto, ExtensionOf(options.onto) == ".fbx" ? kFbxProblem : "is not glTF",
+                "Give --onto a character as .glb or .gltf");
   }
   const GltfAsset asset = GltfAsset::Read(options.onto);
   const GltfRig rig = ReadGltfRig(asset);

@@ -59,6 +59,7 @@ class GltfMotionReader {
 
   GltfRig ReadRig() {
     motion_.format = "glTF";
+    which_ = "Export one of them alone";
     std::vector<GltfCharacter> characters = FindCharacters(asset_);
     if (characters.empty()) {
       throw Error(asset_.Where(), "holds no skinned character",
@@ -77,6 +78,10 @@ class GltfMotionReader {
     skeleton_ = BuildSkeleton(
         asset_, moves ? ChooseCharacter(characters, animation, sampler) : OnlyBody(characters));
     Sample(sampler);
+    if (Mirrors()) {
+      throw Error(asset_.Where(), "its scene mirrors the character (a negative scale above it)",
+                  "Apply the scale in Blender (Object > Apply > Scale), and export it again");
+    }
     GltfRig rig{std::move(motion_), skeleton_.nodes, {}};
     for (const Eigen::Affine3d& rest : skeleton_.rest) {
       rig.rest_rotations.push_back(RotationWithin(rest.linear()));
@@ -96,8 +101,7 @@ class GltfMotionReader {
     }
     if (bodies.size() > 1) {
       throw Error(asset_.Where(),
-                  fmt::format("holds {} characters: {}", bodies.size(), Quoted(bodies)),
-                  "Export one of them alone");
+                  fmt::format("holds {} characters: {}", bodies.size(), Quoted(bodies)), which_);
     }
     return *body;
   }
@@ -224,7 +228,7 @@ class GltfMotionReader {
         throw Error(asset_.Where(),
                     fmt::format("animation '{}' moves {} characters: {}", animation.name,
                                 moved.size(), Quoted(names)),
-                    "Name one with --character");
+                    which_);
       }
       std::swap(moved[0], moved[bodies[0]]);
     }
@@ -387,11 +391,16 @@ class GltfMotionReader {
     ScaleRest();
   }
 
+  bool Mirrors() const {
+    return World(skeleton_.nodes[0]).linear().determinant() *
+               skeleton_.rest[0].linear().determinant() <
+           0;
+  }
+
   // A scene that shows its character in a mirror is taken out of it again: names of joints keep
   // their sides.
   Eigen::Matrix3d Unmirror() {
-    const double posed = World(skeleton_.nodes[0]).linear().determinant();
-    if (posed * skeleton_.rest[0].linear().determinant() >= 0) return Eigen::Matrix3d::Identity();
+    if (!Mirrors()) return Eigen::Matrix3d::Identity();
     motion_.notes.emplace_back(
         "the scene mirrors its character (a negative scale above the skeleton): imported as it is "
         "without the mirror");
@@ -459,6 +468,7 @@ class GltfMotionReader {
 
   const GltfAsset& asset_;
   const GltfMotionOptions& options_;
+  const char* which_ = "Name one with --character";  // of several characters
   SourceMotion motion_;
   GltfSkeleton skeleton_;
   std::optional<int> prop_;

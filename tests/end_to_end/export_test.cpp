@@ -163,6 +163,8 @@ TEST(ExportCommand, OntoWritesTheMotionOnAnotherSkeleton) {
       RunHoldfast(folder.Path(), "export held.npz -o a.glb --onto nowhere.glb");
   EXPECT_EQ(none.exit_code, 1);
   EXPECT_THAT(none.err, HasSubstr("nowhere.glb"));
+  EXPECT_THAT(RunHoldfast(folder.Path(), "export held.npz -o a.glb --onto held.npz").err,
+              HasSubstr(".glb or .gltf"));
 }
 
 TEST(ExportCommand, BvhSaysThatItHasNoObject) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <utility>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
@@ -154,6 +155,19 @@ TEST(RetargetOnto, SameSkeletonIsExact) {
       EXPECT_LT((shown - YUp(state.joints.col(j))).norm(), 1e-5) << kJointNames[j];
     }
   }
+}
+
+TEST(RetargetOnto, RefusesMirrorsAndChoices) {
+  const auto fault = [](const char* file) {
+    try {
+      ReadGltfRig(GltfAsset::Read(kMixamo.parent_path() / file));
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(fault("mirrored.gltf"), ::testing::HasSubstr("mirrors the character"));
+  EXPECT_THAT(fault("two.glb"), ::testing::HasSubstr("Export one of them alone"));
 }
 
 TEST(RetargetOnto, NeedsASkin) {
