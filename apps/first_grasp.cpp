@@ -12,7 +12,7 @@ namespace holdfast::apps {
 
 bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
                        const SignedDistance& surface, const DistanceGrid& grid,
-                       const BodySurface& body, const std::string& style,
+                       const BodySurface& body, int held_frames, const std::string& style,
                        const CommonOptions& common, Clip& clip, nlohmann::json& summary) {
   HandState state(hand);
   state.SetBody(clip.pose[0], clip.trans.col(0));
@@ -22,8 +22,8 @@ bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
   grasp_options.threads = NumThreads(common);
   grasp_options.up_in_wrist = {state.WristRotation().transpose() * Eigen::Vector3d::UnitZ()};
   // A hand is about 20 cm long: nothing farther than that and the object's own size is met.
-  grasp_options.obstacles_in_wrist =
-      BodyAroundWrist(clip, body, hand.HandSide(), 0.2 + Extent(object.mesh).norm());
+  const double reach_m = 0.2 + Extent(object.mesh).norm();
+  grasp_options.obstacles_in_wrist = BodyAroundWrist(clip, body, hand.HandSide(), reach_m);
   GraspReport report;
   Progress progress(common, "grasp");
   const Grasp grasp =
@@ -31,13 +31,21 @@ bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
         progress.Update(static_cast<int>(100 * share), 100);
         return !Interrupted();
       });
+  // A hand that takes the object over has to touch it: what else meets it, and before, is told.
+  double blocked = grasp.blocked;
+  if (held_frames < clip.NumFrames()) {
+    const Clip held = Slice(clip, 0, held_frames);
+    constexpr int kFrames = 8;
+    blocked = ShareBlocked(grid, grasp.wrist_from_object,
+                           BodyAroundWrist(held, body, hand.HandSide(), reach_m, kFrames, false));
+  }
   summary = {{"made", true},
              {"status", Describe(report.status)},
              {"style", StyleName(grasp.style)},
              {"score", grasp.score},
              {"wrench_quality", grasp.wrench_quality},
              {"max_penetration_mm", grasp.max_penetration_mm},
-             {"frames_through_body_ratio", grasp.blocked},
+             {"frames_through_body_ratio", blocked},
              {"search_ms", report.search_ms + report.closing_ms + report.refinement_ms}};
   if (report.status == GraspStatus::kNothingToGrasp || report.status == GraspStatus::kNoRoom ||
       report.status == GraspStatus::kStopped) {
@@ -47,9 +55,9 @@ bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
     Note(common,
          fmt::format("warning: {}: the least bad grasp is carried on", Describe(report.status)));
   }
-  if (grasp.blocked > 0.0) {
+  if (blocked > 0.0) {
     Note(common, fmt::format("warning: the object meets the body in about {:.0f} % of the frames",
-                             100.0 * grasp.blocked));
+                             100.0 * blocked));
   }
   const Eigen::Isometry3d pose = ObjectInWorld(grasp, state.WristRotation(), state.WristPosition());
   clip.object.emplace();

@@ -18,12 +18,13 @@
 namespace holdfast::apps {
 
 /// Closes a hand around the object in the clip's first frame and writes fingers and object into it.
-/// `style` as in StyleByName, or "auto". The object keeps clear of the body along the clip.
+/// `style` as in StyleByName, or "auto". The object keeps clear of the body along the clip;
+/// told is what meets it in the first `held_frames`, while this hand alone holds it.
 /// `summary` says what was found. Returns false when there is nothing to hold on to; warns when the
 /// grasp is not clean.
 bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
                        const SignedDistance& surface, const DistanceGrid& grid,
-                       const BodySurface& body, const std::string& style,
+                       const BodySurface& body, int held_frames, const std::string& style,
                        const CommonOptions& common, Clip& clip, nlohmann::json& summary);
 
 /// The same with the object between both hands. The arms have to go to it: returns how each hand

@@ -259,9 +259,12 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
     RequireGrasp(both_grips.has_value(), job, grasp, kHoldsBoth);
   } else if (needs_grasp) {
     const Side side = holding.front() == kHoldsLeft ? Side::kLeft : Side::kRight;
+    const auto alone = std::ranges::find_if_not(
+        holding, [&](std::uint8_t bits) { return bits == holding.front(); });
     const bool grasped = GraspInFirstFrame(
         scene.Hand(side), scene.Object(), scene.prepared->surface, *scene.prepared->fit.distance,
-        BodySurface(scene.body, scene.betas), job.style, common, scene.clip, grasp);
+        BodySurface(scene.body, scene.betas), static_cast<int>(alone - holding.begin()), job.style,
+        common, scene.clip, grasp);
     if (Interrupted()) return stopped;
     RequireGrasp(grasped, job, grasp, holding.front());
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "solver/grasp_handle_placement.h"
+#include "solver/grasp_obstacles.h"
 #include "solver/grasp_quality.h"
 
 namespace holdfast {
@@ -106,23 +107,7 @@ double UprightWeight(const GraspScene& scene, GraspStyle style) {
 }
 
 double Blocked(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object) {
-  constexpr double kSoftTissue = 0.002;  // metres
-  const std::vector<Eigen::Matrix3Xd>& poses = scene.options.obstacles_in_wrist;
-  if (poses.empty()) return 0.0;
-  const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
-  int met = 0;
-  for (const Eigen::Matrix3Xd& points : poses) {
-    for (Eigen::Index i = 0; i < points.cols(); ++i) {
-      const Eigen::Vector3d p = object_from_wrist * points.col(i);
-      const bool near = (p.array() > scene.object.Min().array()).all() &&
-                        (p.array() < scene.object.Max().array()).all();
-      if (near && scene.object.Distance(p) < -kSoftTissue) {
-        ++met;
-        break;
-      }
-    }
-  }
-  return met / static_cast<double>(poses.size());
+  return ShareBlocked(scene.object, wrist_from_object, scene.options.obstacles_in_wrist);
 }
 
 Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& attempt,

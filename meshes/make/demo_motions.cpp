@@ -19,7 +19,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr int kHead = 15, kLeftEye = 23, kRightEye = 24;
+constexpr int kHead = 15;
 
 // The keys are laid out for the embedded body and scaled to others by their height to the neck.
 constexpr double kDesignHeight = 1.403;
@@ -40,15 +40,26 @@ Matrix3d Grip(double inward, double tilt) {
          upright * ExpSO3(kObliquity * Vector3d::UnitY());
 }
 
-// Where the wrist must be for the rim of a held mug to touch `mouth`.
-Vector3d WristForSip(const Vector3d& mouth, const Matrix3d& hand, double scale) {
-  constexpr double kMugRadius = 0.041, kRimAbovePalm = 0.050;
-  const Matrix3d mug = hand * ExpSO3(-kObliquity * Vector3d::UnitY());
-  const Vector3d axis = mug.col(2);  // up along the mug
+// The embedded mug held by its handle, as `holdfast grasp mug` and `fit` hold it: its axis (unit,
+// up) and the middle of its rim in the wrist's frame.
+const Vector3d kMugAxis(-0.1283, -0.2541, 0.9586);
+const Vector3d kMugRim(-0.0350, -0.0928, 0.0089);  // metres
+constexpr double kMugRadius = 0.041;
+
+// The hand that holds the mug so, the mug's top leaning `tilt` towards the person.
+Matrix3d MugGrip(double inward, double tilt) {
+  const Vector3d fingers(std::sin(inward), -std::cos(inward), 0.0);
+  const Matrix3d level = HandOrientation(Side::kRight, fingers, Vector3d::UnitZ());
+  const Vector3d up = level.transpose() * Vector3d::UnitZ();
+  return ExpSO3(-tilt * Vector3d::UnitX()) * level *
+         Eigen::Quaterniond::FromTwoVectors(kMugAxis, up).toRotationMatrix();
+}
+
+// Where the wrist must be for the rim of the mug to be at `lips`.
+Vector3d WristForSip(const Vector3d& lips, const Matrix3d& hand) {
+  const Vector3d axis = hand * kMugAxis;
   const Vector3d to_face = (Vector3d::UnitY() - axis.y() * axis).normalized();
-  const Vector3d centre = mouth - kMugRadius * to_face - kRimAbovePalm * axis;
-  return centre -
-         scale * (0.085 * FingerDirection(Side::kRight, hand) + 0.052 * PalmDirection(hand));
+  return lips - kMugRadius * to_face - hand * kMugRim;
 }
 
 // What the trunk and head do at a key.
@@ -88,12 +99,11 @@ Matrix3d WorldRotation(const JointPose& pose, int joint) {
   return rotation;
 }
 
-// In front of the lips: a step down and forward from the eyes.
-Vector3d Mouth(const BodyMeasures& body, const Clip& clip, int frame) {
+// A place of the head (head joint's frame) in the world.
+Vector3d AtHead(const BodyMeasures& body, const Clip& clip, int frame, const Vector3d& place) {
   const Clip one = Slice(clip, frame, frame + 1);
   const JointPositions joints = JointTrajectory(one, body.rest_joints).front();
-  const Vector3d eyes = 0.5 * (joints.col(kLeftEye) + joints.col(kRightEye));
-  return eyes + WorldRotation(one.pose[0], kHead) * Vector3d(0.0, -0.074, 0.030);
+  return joints.col(kHead) + WorldRotation(one.pose[0], kHead) * place;
 }
 
 // Makes the motion a few times over. What the wrist cannot do is given up in the keys themselves,
@@ -117,29 +127,30 @@ DemoMotion Settle(const BodyMeasures& body, std::vector<ReachKey>& keys, std::ui
 
 }  // namespace
 
-DemoMotion DrinkMotion(const BodyMeasures& body) {
+DemoMotion DrinkMotion(const BodyMeasures& body, const Vector3d& mouth) {
   const double scale = Scale(body);
   const auto at = [&](double x, double y, double z) -> Vector3d {
     return scale * Vector3d(x, y, z);
   };
   // clang-format off
   std::vector<ReachKey> keys = {
-      Key(0.00, kStop, at(-0.15, -0.30, 1.05), Grip(0.55, 0.0), {-0.03, 0.10, -0.15, 0.002}),
-      Key(0.20, kStop, at(-0.15, -0.30, 1.05), Grip(0.55, 0.0), {-0.03, 0.10, -0.15, 0.002}),
-      Key(0.80, kPass, at(-0.16, -0.31, 1.24), Grip(0.80, 0.04), {0.0, 0.04, -0.25, 0.001, 0.9}),
-      Key(1.50, kStop, at(-0.10, -0.19, 1.46), Grip(1.15, 0.34), {0.02, 0.0, -0.30, 0.0, 0.45}),
-      Key(2.00, kStop, at(-0.10, -0.19, 1.46), Grip(1.20, 0.72), {0.02, -0.03, -0.3, 0, 0.3, 0.2}),
-      Key(2.50, kPass, at(-0.10, -0.19, 1.46), Grip(1.15, 0.34), {0.02, 0.0, -0.25, 0, 0.45, 0.04}),
-      Key(3.10, kPass, at(-0.06, -0.34, 1.22), Grip(0.95, 0.03), {0.22, 0.04, 0.10, 0.001, 0.85}),
-      Key(4.20, kStop, at(0.17, -0.33, 1.05), Grip(1.15, 0.0), {0.55, 0.12, 0.50, 0.004}),
-      Key(4.80, kStop, at(0.17, -0.33, 1.05), Grip(1.15, 0.0), {0.53, 0.12, 0.45, 0.003})};
+      Key(0.00, kStop, at(-0.15, -0.30, 1.05), MugGrip(0.55, 0.0), {-0.03, 0.10, -0.15, 0.002}),
+      Key(0.20, kStop, at(-0.15, -0.30, 1.05), MugGrip(0.55, 0.0), {-0.03, 0.10, -0.15, 0.002}),
+      Key(0.80, kPass, at(-0.16, -0.31, 1.24), MugGrip(0.80, 0.04), {0.0, 0.04, -0.25, 0.001, 0.9}),
+      Key(1.50, kStop, at(-0.10, -0.19, 1.46), MugGrip(1.15, 0.34), {0.02, 0.0, -0.30, 0.0, 0.45}),
+      Key(2.00, kStop, at(-0.10, -0.19, 1.46), MugGrip(1.20, 0.72), {0.02, -0.03, -0.3, 0, 0.3, 0.2}),
+      Key(2.50, kPass, at(-0.10, -0.19, 1.46), MugGrip(1.15, 0.34), {0.02, 0.0, -0.25, 0, 0.45, 0.04}),
+      Key(3.10, kPass, at(-0.06, -0.34, 1.22), MugGrip(0.95, 0.03), {0.22, 0.04, 0.10, 0.001, 0.85}),
+      Key(4.20, kStop, at(0.17, -0.33, 1.05), MugGrip(1.15, 0.0), {0.55, 0.12, 0.50, 0.004}),
+      Key(4.80, kStop, at(0.17, -0.33, 1.05), MugGrip(1.15, 0.0), {0.53, 0.12, 0.45, 0.003})};
   // clang-format on
 
   // Where the mouth is depends on the motion: rounds settle it.
+  const Vector3d lips = mouth + Vector3d(0.0, -0.004, 0.004);  // off the skin
   return Settle(body, keys, 1, [&](const Clip& clip) {
     for (ReachKey& key : keys) {
       if (key.time_s < 1.4 || key.time_s > 2.6) continue;
-      key.wrist = WristForSip(Mouth(body, clip, FrameAt(clip, key.time_s)), key.hand, scale);
+      key.wrist = WristForSip(AtHead(body, clip, FrameAt(clip, key.time_s), lips), key.hand);
     }
   });
 }

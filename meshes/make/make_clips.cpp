@@ -7,6 +7,7 @@
 #include <string>
 
 #include "demo_motions.h"
+#include "generator/actions/face_marks.h"
 #include "generator/handover_motion.h"
 #include "generator/motion_metrics.h"
 #include "geometry/body_model.h"
@@ -66,9 +67,11 @@ int main(int argc, char** argv) {
   try {
     const std::filesystem::path folder = argv[1];
     std::filesystem::create_directories(folder);
-    const holdfast::BodyMeasures body =
-        holdfast::MeasureBody(*holdfast::BodyModel::Default(), Eigen::VectorXd());
-    Write(holdfast::DrinkMotion(body), body, folder / "demo_drink.npz");
+    const auto model = holdfast::BodyModel::Default();
+    const holdfast::BodyMeasures body = holdfast::MeasureBody(*model, Eigen::VectorXd());
+    const holdfast::FaceMarks face =
+        holdfast::FindFaceMarks(holdfast::BodySurface(model, Eigen::VectorXd()));
+    Write(holdfast::DrinkMotion(body, face.mouth), body, folder / "demo_drink.npz");
     Write(holdfast::InspectMotion(body), body, folder / "demo_inspect.npz");
     WritePass(body, folder / "demo_pass.npz");
   } catch (const std::exception& e) {

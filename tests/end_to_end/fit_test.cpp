@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 // The main job through the program: on the embedded default, and on real motion with real objects.
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "generator/actions/face_marks.h"
+#include "generator/actions/object_marks.h"
 #include "geometry/body_model.h"
 #include "geometry/clip.h"
 #include "geometry/io/mesh_io.h"
@@ -19,6 +24,7 @@ namespace {
 
 using testing::DataFolder;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::ProgramResult;
 using testing::ReadText;
 using testing::RunHoldfast;
@@ -59,12 +65,44 @@ void ExpectHeld(const TemporaryFolder& folder, const std::string& output, Side s
   }
 }
 
+// The demo's mug stands upright while the person has just taken it, and its rim is at the lips
+// while they drink.
+void ExpectDrunkFrom(const Clip& clip, const TriangleMesh& mesh) {
+  const BodySurface body(BodyModel::Default(), {});
+  const FaceMarks face = FindFaceMarks(body);
+  const ObjectMarks mug = MarksOf("mug", mesh);
+  const auto world_from_mug = [&](int t) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = ExpSO3(clip.object->orient.col(t));
+    pose.translation() = clip.object->trans.col(t);
+    return pose;
+  };
+  for (int t = 0; t <= 6; ++t) {
+    const double tilt_rad = std::acos(std::min(1.0, world_from_mug(t).linear()(2, 2)));
+    EXPECT_LT(tilt_rad * 180.0 / std::numbers::pi, 3.0) << t;
+  }
+  BodyState state;
+  for (int t = 48; t <= 72; ++t) {
+    ForwardJoints(body.RestJoints(), clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t),
+                  state);
+    const Eigen::Vector3d mouth = state.joints.col(15) + state.world_rotation[15] * face.mouth;
+    const Eigen::Vector3d from_rim = world_from_mug(t).inverse() * mouth - mug.rim;
+    const double across = from_rim.head<2>().norm() - mug.rim_radius;
+    EXPECT_LT(std::hypot(across, from_rim.z()), 0.012) << t;
+  }
+}
+
 TEST(EmbeddedDefault, AMugIsHeldThroughTheDemo) {
   const TemporaryFolder folder;
   const ProgramResult result = RunHoldfast(folder.Path(), "fit demo_drink mug -o held");
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("held/clip.npz: mug held by the right hand"));
   ExpectHeld(folder, "held", Side::kRight);
+  EXPECT_THAT(result.err, Not(HasSubstr("warning")));
+  EXPECT_THAT(result.err, Not(HasSubstr("note")));
+  const nlohmann::json metrics = nlohmann::json::parse(ReadText(folder / "held/metrics.json"));
+  EXPECT_EQ(metrics["grasp"]["style"], "handle");
+  ExpectDrunkFrom(ReadClip(folder / "held/clip.npz"), ReadMesh(folder / "held/object.ply"));
 }
 
 TEST(EmbeddedDefault, TheLeftHandHoldsAsWell) {

@@ -114,6 +114,8 @@ TEST(OffhandCommand, PassesTheAppleOfTheDemo) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const nlohmann::json metrics = nlohmann::json::parse(result.out);
   ASSERT_EQ(metrics["switches"].size(), 1u);
+  // The hand that takes over touches the apple; nothing else does.
+  EXPECT_EQ(metrics["grasp"]["frames_through_body_ratio"], 0.0);
   EXPECT_NEAR(metrics["switches"][0]["frame"].get<int>(), 57, 2);
   EXPECT_EQ(metrics["switches"][0]["from"], "right");
   EXPECT_TRUE(metrics["switches"][0]["grasp"]["clean"].get<bool>());
