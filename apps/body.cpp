@@ -61,7 +61,7 @@ void AddBodyCommand(CLI::App& app, int& exit_code) {
       "SMPL-X, SMPL-H or MANO as downloaded (.npz, .pkl); the embedded body if left out");
   AddCommonOptions(*info, options->common, false,
                    "  holdfast body info\n"
-                   "  holdfast body info models/SMPLX_NEUTRAL.npz --json\n");
+                   "  holdfast body info SMPLX_NEUTRAL.npz --json\n");
   info->callback([options, &exit_code] { exit_code = RunInfo(*options); });
 }
 

@@ -152,6 +152,24 @@ bool IsCalm(const Clip& clip, const ReachMark& mark, const RetargetBody& body) {
   return true;
 }
 
+// A set made of some of what an index names would pass for one made of all.
+void RequireFiles(const fs::path& folder, const std::vector<Capture>& captures) {
+  constexpr std::size_t kMostNamed = 5;
+  std::vector<std::string> absent;
+  for (const Capture& capture : captures) {
+    std::error_code error;
+    if (!fs::is_regular_file(folder / capture.file, error)) absent.push_back(capture.file);
+  }
+  if (absent.empty()) return;
+  const std::size_t named = std::min(kMostNamed, absent.size());
+  throw Error((folder / "index.csv").string(),
+              fmt::format("names {} files, and {} of them {} not there: {}{}", captures.size(),
+                          absent.size(), absent.size() == 1 ? "is" : "are",
+                          fmt::join(absent.begin(), absent.begin() + named, ", "),
+                          absent.size() > named ? ", ..." : ""),
+              "Put them where it says, or take their lines out");
+}
+
 }  // namespace
 
 std::vector<Capture> ListCaptures(const fs::path& folder) {
@@ -162,6 +180,7 @@ std::vector<Capture> ListCaptures(const fs::path& folder) {
   std::vector<Capture> captures;
   if (fs::exists(folder / "index.csv")) {
     captures = ReadIndex(folder / "index.csv");
+    RequireFiles(folder, captures);
   } else {
     for (const auto& entry : fs::recursive_directory_iterator(folder)) {
       std::string file = fs::relative(entry.path(), folder).generic_string();

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/suggestion.h"
 #include "geometry/decimate.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
@@ -83,8 +84,8 @@ Clip LoadClip(const std::string& path_or_name) {
       return ReadClip(NpzReader(file.bytes, path_or_name));
     }
     throw Error(path_or_name, "is neither a file nor an embedded clip",
-                fmt::format("Give a clip (.npz; 'holdfast import' makes one), or one of: {}",
-                            fmt::join(names, ", ")));
+                fmt::format("{}Give a clip (.npz; 'holdfast import' makes one), or one of: {}",
+                            Suggestion(path_or_name, names), fmt::join(names, ", ")));
   }
   return ReadClip(fs::path(path_or_name));
 }
@@ -124,9 +125,9 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale) {
     file = ReadMeshFile(path_or_name);
   } else {
     if (!embedded) {
-      throw Error(
-          path_or_name, "is neither a file nor an embedded object",
-          fmt::format("Give a mesh (.obj .ply .stl .off), or one of: {}", fmt::join(names, ", ")));
+      throw Error(path_or_name, "is neither a file nor an embedded object",
+                  fmt::format("{}Give a mesh (.obj .ply .stl .off), or one of: {}",
+                              Suggestion(path_or_name, names), fmt::join(names, ", ")));
     }
     object.name = path_or_name;
     const EmbeddedFile inside = FindEmbedded(fmt::format("objects/{}.ply", path_or_name));

@@ -233,7 +233,7 @@ void AddConvertCommand(CLI::App& app, int& exit_code) {
                       "brings its wrist to the hand, frame by frame");
   AddCommonOptions(
       *command, options->common, true,
-      "  holdfast convert walk.npz --from-body SMPLX_MALE.npz --to-body SMPLH_MALE.pkl -o "
+      "  holdfast convert walk.npz --from-body SMPLX_NEUTRAL.npz --to-body SMPLH_MALE.pkl -o "
       "walk_h.npz\n"
       "  holdfast convert held/clip.npz --to-body MANO_RIGHT.pkl -o hand.json --to-hands relative\n"
       "Rotations are kept; trans is corrected for the models' pelvises (of a hand, wrists); betas "

@@ -69,7 +69,7 @@ void AddDecimateCommand(CLI::App& app, int& exit_code) {
                    "lindstrom-turk, garland-heckbert or garland-heckbert-probabilistic")
       ->capture_default_str();
   AddCommonOptions(*command, options->common, true,
-                   "  holdfast decimate scan.obj -o scan_300.ply\n"
+                   "  holdfast decimate bottle.obj -o bottle_300.ply\n"
                    "  holdfast decimate mug -o mug_500.obj --vertices 500 --json\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }

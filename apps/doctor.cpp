@@ -123,8 +123,8 @@ void AddDoctorCommand(CLI::App& app, int& exit_code) {
                    "Motions, body models, meshes, result folders: anything that lies about")
       ->required();
   AddCommonOptions(*command, options->common, false,
-                   "  holdfast doctor s1_mug_drink_1.npz\n"
-                   "  holdfast doctor models/*.npz objects/*.obj held --json\n"
+                   "  holdfast doctor GRAB/grab/s1/mug_drink_1.npz\n"
+                   "  holdfast doctor SMPLX_NEUTRAL.npz bottle.obj held --json\n"
                    "Files are told by their content and nothing in them is executed. Exit code 0:\n"
                    "all sound, perhaps with warnings; 1: some not usable as they are.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

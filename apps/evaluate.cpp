@@ -32,7 +32,7 @@ void AddEvaluateCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 10'000));
   AddCommonOptions(*fit, options->common, false,
                    "  holdfast evaluate fit tests/evaluation/fit.txt -o out/evaluation\n"
-                   "  holdfast evaluate fit mine.txt -o out/mine --json\n");
+                   "  holdfast evaluate fit list.txt -o out/mine --json\n");
   fit->callback([options, &exit_code] {
     const FitOutcome outcome =
         EvaluateFit(options->list, options->output, options->handovers, options->common);

@@ -286,9 +286,12 @@ void AddEvaluateNaturalness(CLI::App& evaluate, int& exit_code) {
       ->required();
   AddCommonOptions(
       *command, options->common, true,
-      "  holdfast evaluate naturalness captured/held_out --against reach=out/reach -o out/natural\n"
-      "  holdfast evaluate naturalness captured/held_out --against others=captured/train \\\n"
-      "      --against made=corpus/made --at-most 200 --limits captured/train -o out/natural\n"
+      "  holdfast reach --goal 3,1,1.2 --samples 20 --all -o reached\n"
+      "  holdfast evaluate naturalness reaches/captured/held_out --against reach=reached \\\n"
+      "      -o out/natural\n"
+      "  holdfast evaluate naturalness reaches/captured/held_out --at-most 200 \\\n"
+      "      --against others=reaches/captured/train --against made=reaches/made \\\n"
+      "      --limits reaches/captured/train -o out/natural_data\n"
       "Clips of another frame rate are resampled to "
       "30 Hz.\n");
   command->callback([options, &exit_code] {

@@ -284,8 +284,8 @@ void AddEvaluateReach(CLI::App& evaluate, int& exit_code) {
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast evaluate reach -o out/reach\n"
-      "  holdfast evaluate reach --weights mine.safetensors --starts captured/held_out "
-      "-o out/mine\n"
+      "  holdfast evaluate reach --weights out/wandr/best.safetensors \\\n"
+      "      --starts reaches/captured/held_out -o out/mine\n"
       "  holdfast evaluate reach --methods all --goals 150 -o out/methods\n");
   command->callback([options, &exit_code] {
     const auto run = ComparesMethods(options->reach) ? CompareReachMethods : EvaluateReach;

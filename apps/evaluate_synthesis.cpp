@@ -299,8 +299,8 @@ void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast train recogniser actions -o recogniser.safetensors --held-out s9,s10\n"
-      "  holdfast evaluate synthesis --data actions --held-out s9,s10 --weights full=imos.st \\\n"
-      "    --weights no-attention=plain.st --recogniser recogniser.safetensors -o out/synthesis\n");
+      "  holdfast evaluate synthesis --data actions --held-out s9,s10 -o out/synthesis \\\n"
+      "    --weights full=out/imos/best.safetensors --recogniser recogniser.safetensors\n");
   command->callback([options, &exit_code] {
     const FitOutcome outcome = EvaluateSynthesis(options->synthesis, options->common);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);

@@ -371,7 +371,7 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       *command, options->common, true,
       "  holdfast export held -o held.glb\n"
       "  holdfast export held -o animated.glb --onto character.glb\n"
-      "  holdfast export demo_drink -o walk_%04d.ply --every 5\n"
+      "  holdfast export walk.npz -o walk_%04d.ply --every 5\n"
       "Formats:\n"
       "  .glb   glTF 2.0, metres, y up: skinned body with pose correctives as morph targets,\n"
       "         the object, animated, with the materials and textures of its .obj, and the table "

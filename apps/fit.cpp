@@ -49,9 +49,9 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast fit demo_drink mug -o held\n"
-      "  holdfast fit reach.npz banana.obj -o held --hand left --json\n"
-      "  holdfast fit --batch list.txt -o results\n"
-      "  holdfast fit grab_clip.npz phone -o held --body SMPLX_NEUTRAL.npz --start 40\n");
+      "  holdfast fit walk.npz banana.obj -o held_banana --hand left --json\n"
+      "  holdfast fit --batch list.txt -o fits\n"
+      "  holdfast fit captured.npz phone -o held_phone --body SMPLX_NEUTRAL.npz --start 40\n");
   command->callback([options, &exit_code] {
     if (options->paper) options->job.recipe = "paper";
     if (options->list.empty() && options->job.object.empty()) {

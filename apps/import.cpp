@@ -411,11 +411,11 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
       ->group(parameters);
   AddCommonOptions(
       *command, options->common, true,
-      "  holdfast import grab/s4/mug_pass_1.npz -o pass.npz\n"
+      "  holdfast import GRAB/grab/s1/mug_drink_1.npz -o grab_drink.npz\n"
       "  holdfast import visualize_samples/s10_mug_drink_1_0.npz --data-root GRAB -o drink.npz\n"
-      "  holdfast import smplifyx/results --hand-model SMPLX_MALE.npz -o fit.npz\n"
+      "  holdfast import smplifyx/results --hand-model SMPLX_NEUTRAL.npz -o person.npz\n"
       "  holdfast import 07_03.amc.gz --asf 07.asf.gz --fps 60 -o walk.npz --json\n"
-      "  holdfast import dance.bvh --map map.json --up z --metres-per-unit 1 -o d.npz\n");
+      "  holdfast import dance.bvh --map map.json --up z --metres-per-unit 1 -o dance.npz\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

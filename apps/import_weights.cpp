@@ -106,7 +106,7 @@ void AddImportWeightsCommand(CLI::App& app, int& exit_code) {
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast import-weights exp_80_001600.p exp_31_001500.p -o imos.safetensors "
-      "--actions clip.npz\n"
+      "--actions clip_embeddings.npz\n"
       "  holdfast import-weights arms.p body.p -o mine.safetensors --arm-order ascending --half\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }

@@ -6,9 +6,9 @@ int main(int argc, char** argv) {
   using namespace holdfast::apps;
   CLI::App app{
       "holdfast: fits objects to moving human hands, and human motion to goals.\n\n"
-      "  holdfast fit demo_drink mug -o held        an object held through a motion\n"
-      "  holdfast import walk.bvh -o walk.npz       a motion onto the SMPL-X skeleton\n"
-      "  holdfast grasp bottle.obj -o grasp.npz     a hand closed around an object\n\n"
+      "  holdfast fit demo_drink mug -o held      # an object held through a motion\n"
+      "  holdfast import walk.bvh -o walk.npz     # a motion onto the SMPL-X skeleton\n"
+      "  holdfast grasp bottle.obj -o grasp.npz   # a hand closed around an object\n\n"
       "Every command has --help with examples. Exit codes: 0 done, 1 the input is at fault,\n"
       "2 the command line is at fault, 3 the fit failed, 130 interrupted.",
       "holdfast"};

@@ -44,8 +44,8 @@ void AddOffhandCommand(CLI::App& app, int& exit_code) {
   AddFitJobOptions(*command, job);
   AddCommonOptions(*command, options->common, true,
                    "  holdfast offhand pass.npz apple -o passed\n"
-                   "  holdfast offhand juggle.npz ball.obj -o passed --first-hand left "
-                   "--switch 60,140\n");
+                   "  holdfast offhand pass.npz ball.obj -o passed_ball --first-hand right "
+                   "--switch 60\n");
   command->callback([options, &exit_code] {
     FitJob& asked = options->job;
     asked.offhand = true;

@@ -1,31 +1,101 @@
 // SPDX-License-Identifier: MIT
 #include "apps/program.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
 #include "apps/common.h"
 #include "apps/interrupt.h"
+#include "apps/suggestion.h"
 #include "geometry/error.h"
 
 namespace holdfast::apps {
+namespace {
+
+// The command that parsing came to, and its name from the program's on.
+struct ReachedCommand {
+  const CLI::App* app;
+  std::string name;
+};
+
+ReachedCommand Reached(const CLI::App& app, std::string_view name) {
+  ReachedCommand reached{&app, std::string(name)};
+  for (auto parsed = app.get_subcommands(); !parsed.empty();
+       parsed = reached.app->get_subcommands()) {
+    reached.app = parsed.back();
+    reached.name += " " + parsed.back()->get_name();
+  }
+  return reached;
+}
+
+std::vector<std::string> CommandNames(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(command->get_name());
+  }
+  return names;
+}
+
+std::vector<std::string> OptionNames(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+// What is wrong with a command line, where a word of it is neither an option nor an argument.
+std::optional<std::string> UnknownWord(const ReachedCommand& reached,
+                                       const std::vector<std::string>& unknown) {
+  if (unknown.empty()) return std::nullopt;
+  const std::string& first = unknown.front();
+  if (reached.app->get_require_subcommand_min() > 0 && !first.starts_with('-')) {
+    return fmt::format("there is no command '{}'. {}", first,
+                       Suggestion(first, CommandNames(*reached.app)));
+  }
+  const auto option =
+      std::ranges::find_if(unknown, [](const std::string& word) { return word.starts_with('-'); });
+  if (option == unknown.end()) return fmt::format("'{}' is one argument too many. ", first);
+  const std::string given = option->substr(0, option->find('='));
+  const std::vector<std::string> known = OptionNames(*reached.app);
+  if (std::ranges::find(known, given) != known.end()) {
+    return fmt::format("'{}' stands before the command. Put it behind. ", given);
+  }
+  return fmt::format("there is no option '{}'. {}", given, Suggestion(given, known));
+}
+
+// Says what is wrong with the command line; a command that stands for several, alone, lists them
+// (as git does: the list on stdout, and an exit code that says nothing was done).
+int ReportUsageFault(const CLI::App& app, std::string_view name, const CLI::ParseError& error) {
+  const ReachedCommand reached = Reached(app, name);
+  std::optional<std::string> fault = UnknownWord(reached, app.remaining(true));
+  const bool alone = reached.app->get_require_subcommand_min() > 0;
+  if (!fault && alone) {
+    fmt::print("{}", app.help());
+    return kUsageFault;
+  }
+  if (!fault) fault = error.what() + std::string(". ");
+  fmt::print(stderr, "{0}: {1}Run '{0} --help' for {2}.\n", reached.name, *fault,
+             alone ? "the list" : "its options and examples");
+  return kUsageFault;
+}
+
+}  // namespace
 
 int RunProgram(CLI::App& app, std::string_view name, int argc, char** argv, const int& exit_code) {
   WatchForInterrupt();
-  const auto named = [&](const CLI::App* command) { return command->check_name(argv[1]); };
-  if (argc > 1 && argv[1][0] != '-' && app.get_subcommands(named).empty()) {
-    fmt::print(stderr, "{0}: there is no command '{1}'. Run '{0} --help' for the list.\n", name,
-               argv[1]);
-    return kUsageFault;
-  }
   try {
     app.parse(argc, argv);
     return exit_code;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kDone : kUsageFault;
+    return error.get_exit_code() == 0 ? app.exit(error) : ReportUsageFault(app, name, error);
   } catch (const FitFailure& error) {
     fmt::print(stderr, "{}: {}\n", name, error.what());
     return kFitFault;

@@ -331,7 +331,7 @@ void AddRefineCommand(CLI::App& app, int& exit_code) {
          "Weight of E_o: the object stays out of the hand (thin walls, blades)");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast refine captured.npz --object mug.obj -o clean\n"
-                   "  holdfast refine predicted/ -o clean --hand right --json\n");
+                   "  holdfast refine held -o refined --hand right --json\n");
   command->callback([options, &exit_code] { exit_code = Refine(*options); });
 }
 

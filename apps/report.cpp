@@ -128,7 +128,7 @@ void AddReportCommand(CLI::App& app, int& exit_code) {
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast report held -o report.html\n"
-      "  holdfast report held_mug held_bottle -o compare.html --title 'Mug or bottle'\n"
+      "  holdfast report held held_bottle -o compare.html --title 'Mug or bottle'\n"
       "  holdfast report walk.npz -o walk.html\n"
       "The page needs no network: send it, archive it, open it from disk.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

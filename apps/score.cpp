@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <map>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/common.h"
+#include "apps/read_json.h"
 #include "apps/score_output.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
@@ -26,10 +29,27 @@ struct Options {
   bool per_frame = false;
 };
 
+// What other commands write beside results: lists of jobs, tables, pages, pictures. A shell that
+// expands fits/* names them too.
+bool IsBesideResults(const fs::path& path) {
+  constexpr std::array<std::string_view, 6> kWritten = {".csv", ".html", ".png",
+                                                        ".gif", ".mp4",  ".txt"};
+  if (!fs::is_regular_file(path)) return false;
+  if (path.extension() != ".json") return std::ranges::count(kWritten, path.extension()) > 0;
+  const nlohmann::json json = ReadJson(path);
+  if (!json.is_object() || !json.contains("schema") || !json["schema"].is_string()) return false;
+  return json["schema"].get_ref<const std::string&>().starts_with("holdfast/");
+}
+
 // Clips as they are; a folder that is no result itself stands for the results in it.
-std::vector<std::string> ExpandFolders(const std::vector<std::string>& given) {
-  std::vector<std::string> clips;
+std::vector<std::string> ExpandFolders(const std::vector<std::string>& given,
+                                       const CommonOptions& common) {
+  std::vector<std::string> clips, beside;
   for (const std::string& path : given) {
+    if (given.size() > 1 && IsBesideResults(path)) {
+      beside.push_back(path);
+      continue;
+    }
     if (!fs::is_directory(path) || fs::exists(fs::path(path) / "clip.npz")) {
       clips.push_back(path);
       continue;
@@ -47,6 +67,10 @@ std::vector<std::string> ExpandFolders(const std::vector<std::string>& given) {
     std::ranges::sort(inside);
     clips.insert(clips.end(), inside.begin(), inside.end());
   }
+  if (clips.empty()) return beside;  // reading the first says that it is no clip
+  if (!beside.empty()) {
+    Note(common, fmt::format("note: no clip, left out: {}", fmt::join(beside, ", ")));
+  }
   return clips;
 }
 
@@ -55,8 +79,8 @@ int Run(Options options) {
   for (const std::string& path : {options.output, options.csv}) {
     if (!path.empty()) RequireNew(path, common);
   }
-  const std::vector<std::string> clips = ExpandFolders(options.clips);
-  const std::vector<std::string> references = ExpandFolders(options.references);
+  const std::vector<std::string> clips = ExpandFolders(options.clips, common);
+  const std::vector<std::string> references = ExpandFolders(options.references, common);
   if (references.size() > 1 && references.size() != clips.size()) {
     throw Error("--reference",
                 fmt::format("names {} clips for {} to score", references.size(), clips.size()),

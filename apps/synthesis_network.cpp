@@ -74,16 +74,11 @@ nlohmann::json SynthesisNetwork::ToJson() const {
   return {{"weights", source}, {"checksum", checksum}, {"notes", weights.notes}};
 }
 
-std::string CheckIntent(const SynthesisNetwork& network, const imos::Intent& intent) {
-  if (network.seen.empty()) return "";
+std::string NoteOnIntent(const SynthesisNetwork& network, const imos::Intent& intent) {
   const std::string action(imos::Actions()[intent.action].label);
   const std::string object(imos::Objects()[intent.object]);
   const auto seen = network.seen.find(action);
-  if (seen == network.seen.end()) {
-    throw Error("action", fmt::format("the networks were not trained to '{}'", action),
-                fmt::format("They know: {}", fmt::join(network.Actions(), ", ")));
-  }
-  if (seen->second.is_object() && !seen->second.contains(object)) {
+  if (seen != network.seen.end() && seen->second.is_object() && !seen->second.contains(object)) {
     std::vector<std::string> objects;
     for (const auto& [name, count] : seen->second.items()) objects.push_back(name);
     return fmt::format("note: nobody was seen who {} a {}; seen with {}",

@@ -34,9 +34,8 @@ struct SynthesisNetwork {
 /// `embeddings` (imos::ReadActionTable) unless that is empty. Throws Error when there are none.
 SynthesisNetwork LoadSynthesisNetwork(const std::string& path, const std::string& embeddings);
 
-/// Throws Error for an action or object that is not in the vocabulary (with the nearest name), and
-/// for an action that the networks have not been trained on; returns a note where the pair is new.
-std::string CheckIntent(const SynthesisNetwork& network, const imos::Intent& intent);
+/// A note where the networks have seen the action, and never with the object; otherwise empty.
+std::string NoteOnIntent(const SynthesisNetwork& network, const imos::Intent& intent);
 
 /// Adds --weights and --action-embeddings.
 void AddSynthesisWeightsOptions(CLI::App& command, std::string& path, std::string& embeddings);

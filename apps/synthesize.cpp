@@ -2,6 +2,7 @@
 #include "apps/common.h"
 #include "apps/synthesis_network.h"
 #include "apps/synthesize_job.h"
+#include "generator/actions/action_catalog.h"
 #include "generator/imos/config.h"
 
 namespace holdfast::apps {
@@ -19,10 +20,7 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   CLI::Option* sentence = command->add_option(
       "sentence", job.sentence, "\"The person drinks from the mug\", in place of --action");
   CLI::Option* action =
-      command
-          ->add_option("--action", job.action,
-                       "What is done: drink, eat, pour, pass, inspect, call, takepicture, brush, "
-                       "toast, lift, offhand, ...")
+      command->add_option("--action", job.action, "What is done: " + MadeActionNames())
           ->excludes(sentence);
   CLI::Option* object =
       command->add_option("--object", job.begin.object,

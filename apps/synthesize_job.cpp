@@ -6,8 +6,11 @@
 #include <numeric>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/synthesis_network.h"
+#include "generator/actions/action_catalog.h"
+#include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "solver/action_clip.h"
@@ -35,20 +38,47 @@ struct Sample {
   int number = 0;
 };
 
-imos::Intent IntentOf(SynthesizeJob& job) {
+// Actions that the networks know and, where a start is to be made, that one can be made for.
+std::vector<std::string> OfferedActions(const SynthesisNetwork& network, bool makes_start) {
+  std::vector<std::string> offered = network.Actions();
+  std::erase_if(offered, [&](const std::string& action) {
+    return makes_start &&
+           std::ranges::find(MadeActions(), action, &MadeAction::name) == MadeActions().end();
+  });
+  return offered;
+}
+
+// What the object is to the networks: as told, or what its name says.
+int ObjectClass(const SynthesizeJob& job) {
+  if (!job.object_class.empty()) {
+    return imos::ObjectId(imos::VocabularyName(job.object_class), "--class");
+  }
+  const std::string named = std::filesystem::path(job.begin.object).stem().string();
+  if (const auto id = imos::FindObject(imos::VocabularyName(named))) return *id;
+  LoadObject(job.begin.object);  // no such file or object is another fault than one of no class
+  return imos::ObjectId(named, "--class");
+}
+
+imos::Intent IntentOf(SynthesizeJob& job, const SynthesisNetwork& network) {
+  const std::vector<std::string> names = OfferedActions(network, job.begin.from.empty());
+  const std::vector<std::string_view> actions(names.begin(), names.end());
   imos::Intent intent;
-  if (!job.sentence.empty()) {
-    intent = imos::ParseSentence(job.sentence);
+  if (job.sentence.empty()) {
+    intent = {imos::ActionId(job.action, "--action", actions), ObjectClass(job)};
+  } else {
+    const std::vector<std::string> meshes = EmbeddedNames("objects", "_300.ply");
+    std::vector<std::string_view> objects;
+    for (const std::string& mesh : meshes) objects.push_back(imos::VocabularyName(mesh));
+    intent = imos::ParseSentence(job.sentence, actions, objects);
     if (job.begin.object.empty()) {
       job.begin.object = imos::EmbeddedMeshName(imos::Objects()[intent.object]);
     }
-  } else {
-    intent.action = imos::ActionId(job.action, "--action");
-    const std::string named = !job.object_class.empty()
-                                  ? job.object_class
-                                  : std::filesystem::path(job.begin.object).stem().string();
-    intent.object = imos::ObjectId(imos::VocabularyName(named),
-                                   job.object_class.empty() ? "--object" : "--class");
+  }
+  const std::string_view label = imos::Actions()[intent.action].label;
+  if (std::ranges::find(actions, label) == actions.end()) {
+    throw Error(job.sentence.empty() ? "--action" : fmt::format("\"{}\"", job.sentence),
+                fmt::format("no motion can be made for '{}'", label),
+                fmt::format("There are: {}", fmt::join(actions, ", ")));
   }
   return intent;
 }
@@ -56,9 +86,9 @@ imos::Intent IntentOf(SynthesizeJob& job) {
 }  // namespace
 
 FitOutcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
-  const imos::Intent intent = IntentOf(job);
   const SynthesisNetwork network = LoadSynthesisNetwork(job.weights, job.action_embeddings);
-  if (const std::string note = CheckIntent(network, intent); !note.empty()) Note(common, note);
+  const imos::Intent intent = IntentOf(job, network);
+  if (const std::string note = NoteOnIntent(network, intent); !note.empty()) Note(common, note);
   const HeldStart start = BeginSynthesis(job.begin, intent, common);
   if (Interrupted()) return {kInterrupted, {}, {}};
 

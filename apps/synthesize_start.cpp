@@ -10,7 +10,6 @@
 #include "apps/clip_body.h"
 #include "apps/clip_input.h"
 #include "apps/reach_job.h"
-#include "generator/actions/action_catalog.h"
 #include "generator/actions/standing_start.h"
 #include "geometry/error.h"
 #include "solver/action_clip.h"
@@ -75,11 +74,6 @@ HeldStart Made(const SynthesisBegin& begin, const imos::Intent& intent, const Lo
   start.mirrored = begin.left;
   start.actor = std::make_unique<const ActionActor>(body, betas);
   const std::string_view action = imos::Actions()[intent.action].label;
-  const auto known = std::ranges::find(MadeActions(), action, &MadeAction::name);
-  if (known == MadeActions().end()) {
-    throw Error("--action", fmt::format("no start can be made for '{}'", action),
-                "Give one with --from, or one of: " + MadeActionNames());
-  }
   start.prop = std::make_unique<const ActionProp>(
       MakeActionProp(object.name, object.mesh, ForFitting(object, kPairVertices, nullptr),
                      begin.left, NumThreads(common)));

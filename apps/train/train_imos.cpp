@@ -406,7 +406,7 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
                    "  holdfast make-actions -o actions\n"
                    "  holdfast train imos actions -o out/imos --held-out s9,s10\n"
                    "  holdfast train imos grab_clips -o out/paper --paper --iterations 20000 \\\n"
-                   "      --action-embeddings clip.npz --body SMPLX_NEUTRAL.npz\n"
+                   "      --action-embeddings clip_embeddings.npz --body SMPLX_NEUTRAL.npz\n"
                    "  holdfast synthesize --action drink --object mug "
                    "--weights out/imos/best.safetensors\n");
   command->callback([=, &exit_code] {

@@ -146,7 +146,9 @@ std::optional<int> MatchObject(std::string_view plain) {
   return std::nullopt;
 }
 
-std::vector<std::string_view> ActionLabels() {
+// What a message lists: the names offered, all where there are none.
+std::vector<std::string_view> ActionLabels(std::span<const std::string_view> offered) {
+  if (!offered.empty()) return {offered.begin(), offered.end()};
   std::vector<std::string_view> labels;
   for (const Action& action : kActions) labels.push_back(action.label);
   return labels;
@@ -232,10 +234,11 @@ std::span<const std::string_view, kNumObjects> Objects() { return kObjects; }
 std::optional<int> FindAction(std::string_view name) { return MatchAction(Plain(name)); }
 std::optional<int> FindObject(std::string_view name) { return MatchObject(Plain(name)); }
 
-int ActionId(std::string_view name, std::string_view where) {
+int ActionId(std::string_view name, std::string_view where,
+             std::span<const std::string_view> offered) {
   if (const std::optional<int> id = FindAction(name)) return *id;
   const std::string plain = Plain(name);
-  const std::vector<std::string_view> labels = ActionLabels();
+  const std::vector<std::string_view> labels = ActionLabels(offered);
   ThrowUnknown(where, "actions", {&plain, 1}, labels, fmt::format("there is no action '{}'", name));
 }
 
@@ -262,7 +265,8 @@ std::string SentenceOf(const Intent& intent) {
                      kObjects.at(static_cast<std::size_t>(intent.object)));
 }
 
-Intent ParseSentence(std::string_view sentence) {
+Intent ParseSentence(std::string_view sentence, std::span<const std::string_view> offered_actions,
+                     std::span<const std::string_view> offered_objects) {
   const std::vector<std::string> words = WordsOf(sentence);
   const std::string where = fmt::format("\"{}\"", sentence);
   if (words.empty()) {
@@ -270,11 +274,15 @@ Intent ParseSentence(std::string_view sentence) {
   }
   std::optional<Phrase> action = FindPhrase(words, false, std::nullopt, MatchAction);
   if (!action) {
-    ThrowUnknown(where, "actions", words, ActionLabels(), "none of its words is a known action");
+    ThrowUnknown(where, "actions", words, ActionLabels(offered_actions),
+                 "none of its words is a known action");
   }
   std::optional<Phrase> object = FindPhrase(words, true, action, MatchObject);
   if (!object) {
-    ThrowUnknown(where, "objects", words, kObjects, "none of its words is a known object");
+    ThrowUnknown(
+        where, "objects", words,
+        offered_objects.empty() ? std::span<const std::string_view>(kObjects) : offered_objects,
+        "none of its words is a known object");
   }
   return {action->id, object->id};
 }

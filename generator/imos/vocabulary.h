@@ -27,8 +27,9 @@ std::span<const std::string_view, kNumObjects> Objects();
 std::optional<int> FindAction(std::string_view name);
 std::optional<int> FindObject(std::string_view name);
 /// The same. Throws Error (`where` names the option or field) with the nearest name by edit
-/// distance and the whole list.
-int ActionId(std::string_view name, std::string_view where = "action");
+/// distance and the whole list; of actions, those `offered` where that is not empty.
+int ActionId(std::string_view name, std::string_view where = "action",
+             std::span<const std::string_view> offered = {});
 int ObjectId(std::string_view name, std::string_view where = "object");
 
 /// The name of the object's mesh among the embedded ones, and back: bottle is waterbottle in the
@@ -48,8 +49,11 @@ std::string SentenceOf(const Intent& intent);
 /// Finds the action and the object that a sentence speaks of: "The person drinks from the mug", "he
 /// is pouring out of a small sphere", "drink mug". Verbs may end in -s or -ing; of several
 /// fitting words the longest counts, then the first for the action and the last for the object.
-/// Throws Error when either is missing, with the nearest known name to any of the words.
-Intent ParseSentence(std::string_view sentence);
+/// Throws Error when either is missing, with the nearest known name to any of the words; it lists
+/// the actions and objects `offered`, all where those are empty.
+Intent ParseSentence(std::string_view sentence,
+                     std::span<const std::string_view> offered_actions = {},
+                     std::span<const std::string_view> offered_objects = {});
 
 /// Letters to insert, delete, replace or swap with their neighbour to turn `a` into `b`.
 int EditDistance(std::string_view a, std::string_view b);

@@ -19,6 +19,7 @@
 #include "geometry/import/parameter_array.h"
 #include "geometry/import/smplx_parameters.h"
 #include "geometry/import/world_frame.h"
+#include "geometry/inspect/file_kind.h"
 #include "geometry/resample.h"
 
 namespace holdfast {
@@ -217,6 +218,17 @@ ImportedFile ImportRetargeted(const fs::path& path, const ImportFileOptions& opt
   return imported;
 }
 
+// What people give for a motion by mistake is named for what it is.
+void RefuseOtherKinds(const fs::path& path) {
+  const FileKind kind = Identify(path).kind;
+  constexpr std::array kOthers = {FileKind::kPicture,   FileKind::kVideo, FileKind::kHtml,
+                                  FileKind::kPlyPoints, FileKind::kUsd,   FileKind::kMetrics};
+  if (!IsMesh(kind) && std::ranges::find(kOthers, kind) == kOthers.end()) return;
+  throw Error(path.string(), fmt::format("is no motion but a {}", Describe(kind)),
+              "Give .npz, .npy, .pkl or .json with SMPL-X or SMPL-H parameters, .bvh, .amc, .glb "
+              "or .gltf");
+}
+
 }  // namespace
 
 ImportedFile ImportFile(const fs::path& path, const ImportFileOptions& options) {
@@ -228,6 +240,7 @@ ImportedFile ImportFile(const fs::path& path, const ImportFileOptions& options) 
   std::error_code error;
   if (!fs::exists(path, error)) throw Error(path.string(), "does not exist", "Check the path");
   const bool folder = fs::is_directory(path, error);
+  if (!folder) RefuseOtherKinds(path);
   if (!folder && LooksLikeMotionFile(path)) return ImportRetargeted(path, options);
   ImportedFile imported;
   static_cast<ImportedClip&>(imported) =

@@ -211,7 +211,8 @@ struct DataFile::Content {
       root = ReadPickle(Whole(source), path.string(), Options(0));
     } else {
       throw Error(path.string(), "is of no format that is read here",
-                  "Give .npz, .npy, a pickle, a torch file, safetensors or JSON");
+                  "Give .npz, .npy, a pickle, a torch file, safetensors or JSON; motion also as "
+                  ".bvh, .amc, .glb or .gltf");
     }
   }
 

@@ -332,7 +332,6 @@ std::vector<Case> Cases() {
        {"could not be written"},
        "trap '' XFSZ; ulimit -f 8;"},
       // command lines
-      {"NoCommand", {}, "", 2, {"subcommand"}},
       {"UnknownCommand", {}, "levitate", 2, {"levitate"}},
       {"UnknownOption", {}, "fit demo_drink cube -o out --warp 9", 2, {"--warp"}},
       {"WrongHand", {}, "fit demo_drink cube -o out --hand third", 2, {"--hand"}},

@@ -123,6 +123,13 @@ TEST_F(MakeReachDataTest, SaysWhatIsWrong) {
   const ProgramResult other = Make("-o made --hours 0.01 --seed 2");
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.err, HasSubstr("--force"));
+  std::filesystem::remove(folder_ / "captures" / "low.npz");
+  std::filesystem::remove(folder_ / "captures" / "walk.npz");
+  const ProgramResult absent = RunHoldfast(folder_.Path(), "make-reach-data captures -o z");
+  EXPECT_EQ(absent.exit_code, 1);
+  EXPECT_THAT(absent.err, HasSubstr("index.csv: names 5 files, and 2 of them are not there: "
+                                    "walk.npz, low.npz"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "z"));
   std::ofstream(folder_ / "captures" / "index.csv") << "file,subject\nstand.npz\n";
   const ProgramResult index = RunHoldfast(folder_.Path(), "make-reach-data captures -o y");
   EXPECT_EQ(index.exit_code, 1);

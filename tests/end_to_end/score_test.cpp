@@ -134,6 +134,22 @@ TEST(Score, SeveralClipsNameTheWorst) {
   EXPECT_THAT(table.out, HasSubstr("frames deeper than 2 mm"));
 }
 
+TEST(Score, WhatAShellNamesBesideResultsIsLeftOut) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "list.txt") << "demo_drink cylinder end=3\n";
+  ASSERT_EQ(RunHoldfast(folder.Path(), "fit --batch list.txt -o fits -q").exit_code, 0);
+  ASSERT_EQ(Score(folder, "fits/* --csv fits/table.csv")["clips"].size(), 1u);
+  const ProgramResult again = RunHoldfast(folder.Path(), "score fits/*");
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.err, HasSubstr("no clip, left out: fits/manifest.json, fits/table.csv"));
+
+  std::ofstream(folder / "fits/mine.json") << R"({"trans": "none"})";
+  const ProgramResult other = RunHoldfast(folder.Path(), "score fits/*");
+  EXPECT_EQ(other.exit_code, 1) << "not what the program wrote";
+  EXPECT_THAT(other.err, HasSubstr("fits/mine.json"));
+  EXPECT_EQ(RunHoldfast(folder.Path(), "score fits/manifest.json").exit_code, 1);
+}
+
 TEST(Score, WithoutAnObjectMotionIsMeasured) {
   const TemporaryFolder folder;
   const json clip = Score(folder, "demo_drink")["clips"][0];

@@ -99,9 +99,16 @@ TEST(Synthesize, SaysWhatIsWrong) {
     EXPECT_THAT(result.err, HasSubstr(message)) << arguments;
     EXPECT_FALSE(std::filesystem::exists(folder / "out")) << arguments;
   };
-  fails("--action drnk --object mug", 1, "drink");
-  fails("--action fly --object mug", 1, "fly");
-  fails("--action drink --object mugg", 1, "mug");
+  fails("--action drnk --object mug", 1, "Did you mean 'drink'?");
+  fails("--action fly --object mug", 1, "--action: no motion can be made for 'fly'");
+  fails("'The person flies the mug'", 1, "no motion can be made for 'fly'");
+  for (const char* wrong : {"--action drnk --object mug", "--action fly --object mug",
+                            "'The person swims with the mug'"}) {
+    const std::string said = RunHoldfast(folder.Path(), std::string("synthesize ") + wrong).err;
+    EXPECT_THAT(said, ::testing::Not(HasSubstr("staple"))) << "it was not trained on that";
+    EXPECT_THAT(said, HasSubstr("switchON, cook, toast, chop")) << "in the vocabulary's order";
+  }
+  fails("--action drink --object mugg", 1, "mugg: is neither a file nor an embedded object");
   fails("'The person drinks from the sea'", 1, "object");
   fails("--action drink", 2, "--object");
   fails("", 2, "--action");
