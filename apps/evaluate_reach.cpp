@@ -281,12 +281,11 @@ void AddEvaluateReach(CLI::App& evaluate, int& exit_code) {
                    "Folder for results.json, results.md, report.html and blocks of motions; "
                    "continued if it exists")
       ->required();
-  AddCommonOptions(
-      *command, options->common, true,
-      "  holdfast evaluate reach -o out/reach\n"
-      "  holdfast evaluate reach --weights out/wandr/best.safetensors \\\n"
-      "      --starts reaches/captured/held_out -o out/mine\n"
-      "  holdfast evaluate reach --methods all --goals 150 -o out/methods\n");
+  AddCommonOptions(*command, options->common, true,
+                   "  holdfast evaluate reach -o out/reach\n"
+                   "  holdfast evaluate reach --weights out/wandr/best.safetensors \\\n"
+                   "      --starts reaches/captured/held_out -o out/mine\n"
+                   "  holdfast evaluate reach --methods all --goals 150 -o out/methods\n");
   command->callback([options, &exit_code] {
     const auto run = ComparesMethods(options->reach) ? CompareReachMethods : EvaluateReach;
     const FitOutcome outcome = run(options->reach, options->common);

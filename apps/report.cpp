@@ -125,12 +125,11 @@ void AddReportCommand(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(CLI::Range(0.1, 12.0));
   AddClipInputOptions(*command, options->input);
-  AddCommonOptions(
-      *command, options->common, true,
-      "  holdfast report held -o report.html\n"
-      "  holdfast report held held_bottle -o compare.html --title 'Mug or bottle'\n"
-      "  holdfast report walk.npz -o walk.html\n"
-      "The page needs no network: send it, archive it, open it from disk.\n");
+  AddCommonOptions(*command, options->common, true,
+                   "  holdfast report held -o report.html\n"
+                   "  holdfast report held held_bottle -o compare.html --title 'Mug or bottle'\n"
+                   "  holdfast report walk.npz -o walk.html\n"
+                   "The page needs no network: send it, archive it, open it from disk.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -403,7 +403,6 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0, 100'000'000));
   command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
   AddCommonOptions(*command, options->common, true,
-                   "  holdfast make-actions -o actions\n"
                    "  holdfast train imos actions -o out/imos --held-out s9,s10\n"
                    "  holdfast train imos grab_clips -o out/paper --paper --iterations 20000 \\\n"
                    "      --action-embeddings clip_embeddings.npz --body SMPLX_NEUTRAL.npz\n"

@@ -197,7 +197,8 @@ void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast train recogniser actions -o recogniser.safetensors --held-out s9,s10\n"
-      "  holdfast train recogniser grab_clips --without lift --key-frames paper --paper -o paper.safetensors\n");
+      "  holdfast train recogniser grab_clips --without lift --key-frames paper --paper -o "
+      "paper.safetensors\n");
   command->callback([options, &exit_code] { exit_code = Train(*options); });
 }
 
