@@ -5,9 +5,11 @@
 
 #include <fmt/format.h>
 
-#include "apps/clip_body.h"
 #include "apps/read_json.h"
+#include "apps/suggestion.h"
+#include "geometry/embedded.h"
 #include "geometry/error.h"
+#include "geometry/held_distance.h"
 #include "geometry/io/mesh_io.h"
 
 namespace holdfast::apps {
@@ -27,33 +29,46 @@ nlohmann::json MetricsBeside(const fs::path& clip) {
   return metrics;
 }
 
-bool IsForeign(const ClipInput& input) {
-  const std::string& made_with = input.clip.body_model;
-  if (input.body->IsSubject()) return false;
-  if (!made_with.empty()) return made_with != input.body->Name();
-  if (input.body->Kind() == ModelKind::kSmplh) return input.clip.surface_model_type != "smplh";
-  if (input.body->LoneHand()) return !IsHandAlone(input.clip);
-  // Other programs' files are SMPL-X's; the embedded clips fit any body.
-  return !input.file.empty() && !input.body->Name().starts_with("SMPLX_");
+bool IsForeign(const LoadedClip& loaded) {
+  const BodyModel& body = *loaded.body.model;
+  const std::string& made_with = loaded.clip.body_model;
+  const bool embedded = loaded.file.empty() && !loaded.imported;  // those fit any body
+  if (body.IsSubject() || embedded) return false;
+  if (loaded.change) return true;
+  if (!made_with.empty()) return made_with != body.Name();
+  if (body.Kind() == ModelKind::kSmplh) return loaded.clip.surface_model_type != "smplh";
+  if (body.LoneHand()) return !IsHandAlone(loaded.clip);
+  // Other programs' files are SMPL-X's.
+  return !body.Name().starts_with("SMPLX_");
 }
 
 // Tries the places where the mesh of a clip's object may be.
-void FindObject(ClipInput& input, const ClipInputOptions& options) {
+void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptions& options) {
+  input.object_scale = options.object_scale;
   if (!options.object.empty()) {
     input.object = LoadObject(options.object, options.object_scale).mesh;
     input.object_source = options.object;
     return;
   }
   if (!input.clip.object) return;
-  std::vector<std::string> candidates;
-  if (!input.clip.object->mesh.empty()) {
-    candidates.push_back((input.file.parent_path() / input.clip.object->mesh).string());
-    candidates.push_back(input.clip.object->mesh);  // an embedded object's name
+  const ObjectTrack& track = *input.clip.object;
+  if (loaded.object_surface) {
+    input.object = *loaded.object_surface;
+    input.object->vertices *= options.object_scale;
+    return;
   }
-  if (!input.clip.object->name.empty()) candidates.push_back(input.clip.object->name);
-  for (const std::string& candidate : candidates) {
+  std::vector<std::pair<std::string, double>> candidates;
+  if (!loaded.object_mesh.empty()) {
+    candidates.emplace_back(loaded.object_mesh.string(), loaded.object_mesh_scale);
+  } else if (!track.mesh.empty()) {
+    candidates.emplace_back((input.file.parent_path() / track.mesh).string(), 1.0);
+    candidates.emplace_back(track.mesh, 1.0);  // an embedded object's name
+  }
+  if (!track.name.empty()) candidates.emplace_back(track.name, 1.0);
+  for (const auto& [candidate, scale] : candidates) {
     try {
-      input.object = LoadObject(candidate, options.object_scale).mesh;
+      input.object_scale = options.object_scale * scale;
+      input.object = LoadObject(candidate, input.object_scale).mesh;
       input.object_source = candidate;
       return;
     } catch (const Error& error) {
@@ -63,40 +78,51 @@ void FindObject(ClipInput& input, const ClipInputOptions& options) {
   if (input.object_missing.empty()) input.object_missing = "the clip names no mesh of its object";
 }
 
-// The mesh of what the object rests on: it is only looked at, so that its absence is no matter.
-void FindTable(ClipInput& input) {
-  if (!input.clip.table || input.clip.table->mesh.empty()) return;
-  const fs::path path = input.file.parent_path() / input.clip.table->mesh;
-  std::error_code ignored;
-  if (fs::is_regular_file(path, ignored)) input.table = ReadMesh(path);
+}  // namespace
+
+LoadedClip LoadClip(const std::string& path_or_name, std::shared_ptr<const BodyModel> body,
+                    const CommonOptions& common, ImportFileOptions import) {
+  import.parameters.body = std::move(body);
+  try {
+    LoadedClip loaded = LoadClip(path_or_name, std::move(import));
+    for (const std::string& note : loaded.notes) Note(common, "note: " + note);
+    return loaded;
+  } catch (const Error& error) {
+    std::error_code ignored;
+    if (fs::exists(path_or_name, ignored)) throw;
+    throw Error(error.Where(), error.Problem(),
+                Suggestion(path_or_name, EmbeddedNames("clips", ".npz")) + error.Remedy());
+  }
 }
 
-}  // namespace
+void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& body,
+                const TriangleMesh& object, const CommonOptions& common) {
+  if (const auto warning = WarnOfHeldDistance(clip, body, object)) {
+    Note(common, fmt::format("warning: {}: {}: {}", source, warning->seen, warning->advice));
+  }
+}
 
 ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions& options,
                         const CommonOptions& common) {
+  LoadedClip loaded = LoadClip(
+      path_or_name, options.loaded_body ? options.loaded_body : LoadBody(options.body), common);
   ClipInput input;
   input.source = path_or_name;
-  if (fs::is_directory(path_or_name)) {
-    input.file = fs::path(path_or_name) / "clip.npz";
-    if (!fs::exists(input.file)) {
-      throw Error(path_or_name, "is a folder without a clip.npz",
-                  "Give a clip (.npz), or a folder that 'holdfast fit' wrote");
-    }
-    input.clip = ReadClip(input.file);
-  } else {
-    if (fs::exists(path_or_name)) input.file = path_or_name;
-    input.clip = LoadClip(path_or_name);
-  }
-  ClipBody body =
-      BodyOfClip(path_or_name, input.clip,
-                 options.loaded_body ? options.loaded_body : LoadBody(options.body), common);
-  input.body = std::move(body.model);
-  input.betas = std::move(body.betas);
-  input.foreign_body = IsForeign(input);
+  input.file = loaded.file;
+  input.clip = loaded.clip;
+  input.body = loaded.body.model;
+  input.betas = loaded.body.betas;
+  input.foreign_body = IsForeign(loaded);
+  input.made_with = loaded.change                    ? loaded.change->from
+                    : loaded.clip.body_model.empty() ? "SMPL-X"
+                                                     : loaded.clip.body_model;
   if (!input.file.empty()) input.metrics = MetricsBeside(input.file);
-  FindObject(input, options);
-  FindTable(input);
+  FindObject(input, loaded, options);
+  // It is only looked at, so that its absence is no matter.
+  if (!loaded.table_mesh.empty()) input.table = ReadMesh(loaded.table_mesh);
+  if (input.object && (input.foreign_body || input.metrics.is_null())) {
+    WarnIfAway(path_or_name, input.clip, loaded.body, *input.object, common);
+  }
   return input;
 }
 

@@ -9,8 +9,13 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/common.h"
+#include "geometry/import/load_clip.h"
 
 namespace holdfast::apps {
+
+/// What a command takes for a clip, in its help.
+inline constexpr const char* kClipHelp =
+    "Clip (.npz), result folder, embedded clip, or any file that 'holdfast import' reads";
 
 /// What a clip needs besides itself, where the user says so.
 struct ClipInputOptions {
@@ -24,13 +29,15 @@ struct ClipInputOptions {
 /// A clip with all that it takes to see or measure it.
 struct ClipInput {
   std::string source;          ///< as the user wrote it
-  std::filesystem::path file;  ///< the clip's file; empty for an embedded clip
+  std::filesystem::path file;  ///< the clip's own; empty for an embedded clip and an imported file
   Clip clip;
   std::shared_ptr<const BodyModel> body;
   Eigen::VectorXd betas;               ///< of that body
   bool foreign_body = false;           ///< the clip was made with another body model
+  std::string made_with;               ///< which one
   std::optional<TriangleMesh> object;  ///< full resolution, in the object's own frame
-  std::string object_source;           ///< where it came from
+  std::string object_source;           ///< where it came from, for LoadObject
+  double object_scale = 1.0;           ///< of that source
   std::string object_missing;          ///< why there is none, for a clip that has an object track
   /// What the object rests on, in its own frame, where the clip has a track and a file of it.
   std::optional<TriangleMesh> table;
@@ -39,10 +46,18 @@ struct ClipInput {
   nlohmann::json metrics;  ///< of the metrics.json beside the clip; null without one
 };
 
-/// Loads a clip file, a result folder (its clip.npz) or an embedded clip by name. The object's mesh
-/// is the one told, else the file the clip names, else the embedded object of the clip's object's
-/// name. A mesh that is not found is no fault here (`object_missing` says why); one that was told
-/// and cannot be read throws Error, as does an unreadable clip.
+/// LoadClip with its notes told: every command loads its clips through here.
+LoadedClip LoadClip(const std::string& path_or_name, std::shared_ptr<const BodyModel> body,
+                    const CommonOptions& common, ImportFileOptions import = {});
+
+/// Warns where the clip says that a hand holds the object, and the hand is centimetres away.
+void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& body,
+                const TriangleMesh& object, const CommonOptions& common);
+
+/// Loads a clip of any kind, as LoadClip does. The object's mesh is the one told, else the one that
+/// the file names or holds, else the embedded object of the clip's object's name. A mesh that is
+/// not found is no fault here (`object_missing` says why); one that was told and cannot be read
+/// throws Error, as does an unreadable clip.
 ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions& options,
                         const CommonOptions& common);
 

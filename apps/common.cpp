@@ -15,7 +15,6 @@
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/io/mesh_io.h"
-#include "geometry/io/npz.h"
 #include "geometry/mesh_check.h"
 
 namespace holdfast::apps {
@@ -74,43 +73,6 @@ void Progress::Update(int done, int total) {
 
 std::shared_ptr<const BodyModel> LoadBody(const std::string& path) {
   return path.empty() ? BodyModel::Default() : BodyModel::Load(path);
-}
-
-Clip LoadClip(const std::string& path_or_name) {
-  if (!fs::exists(path_or_name)) {
-    const std::vector<std::string> names = EmbeddedNames("clips", ".npz");
-    if (std::ranges::find(names, path_or_name) != names.end()) {
-      const EmbeddedFile file = FindEmbedded(fmt::format("clips/{}.npz", path_or_name));
-      return ReadClip(NpzReader(file.bytes, path_or_name));
-    }
-    throw Error(path_or_name, "is neither a file nor an embedded clip",
-                fmt::format("{}Give a clip (.npz; 'holdfast import' makes one), or one of: {}",
-                            Suggestion(path_or_name, names), fmt::join(names, ", ")));
-  }
-  return ReadClip(fs::path(path_or_name));
-}
-
-Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, const CommonOptions& options) {
-  if (clip.betas.size() == 0 || clip.betas.isZero(0.0)) return {};
-  // Files of other programs do not name the model's file, only its family.
-  const std::string& family = clip.surface_model_type;
-  const bool same_family = body.Kind() == ModelKind::kSmplx   ? body.Name().starts_with("SMPLX_")
-                           : body.Kind() == ModelKind::kSmplh ? family == "smplh"
-                                                              : family.starts_with("mano");
-  const bool same_space =
-      clip.body_model == body.Name() || (clip.body_model.empty() && same_family);
-  if (!same_space) {
-    Note(options, fmt::format("note: the clip's betas belong to {}, not to {}: its mean shape is "
-                              "used (--body MODEL.npz gives another model)",
-                              clip.body_model.empty() ? "SMPL-X" : clip.body_model, body.Name()));
-    return {};
-  }
-  if (clip.betas.size() > body.NumShape()) {
-    Note(options, fmt::format("note: {} betas, the model has {}: the rest is left out",
-                              clip.betas.size(), body.NumShape()));
-    return clip.betas.head(body.NumShape());
-  }
-  return clip.betas;
 }
 
 LoadedObject LoadObject(const std::string& path_or_name, double scale) {
@@ -182,8 +144,26 @@ TriangleMesh ForFitting(const LoadedObject& object, int vertices, std::vector<st
 }
 
 void RequireNew(const fs::path& path, const CommonOptions& options) {
-  if (options.force || !fs::exists(path)) return;
-  throw Error(path.string(), "exists already", "Choose another name, or give --force");
+  RequireNewFolder(path, options);
+  std::error_code error;
+  if (fs::is_directory(path, error)) {
+    throw Error(path.string(), "is a folder, a file is to be written", "Choose a file name");
+  }
+}
+
+void RequireNewFolder(const fs::path& path, const CommonOptions& options) {
+  std::error_code error;
+  if (!options.force && fs::exists(path, error)) {
+    throw Error(path.string(), "exists already", "Choose another name, or give --force");
+  }
+  fs::path above = fs::absolute(path, error).parent_path();
+  while (!fs::exists(above, error) && above.has_relative_path()) above = above.parent_path();
+  const bool folder = fs::is_directory(above, error);
+  if (folder && ::access(above.c_str(), W_OK | X_OK) == 0) return;
+  throw Error(path.string(),
+              fmt::format("cannot be written: '{}' is {}", above.string(),
+                          folder ? "read-only" : "not a folder"),
+              "Choose another place");
 }
 
 nlohmann::json JsonHead(std::string_view schema, const CommonOptions& options) {

@@ -72,13 +72,6 @@ class Progress {
 /// The body model in a file, or the embedded one when `path` is empty.
 std::shared_ptr<const BodyModel> LoadBody(const std::string& path);
 
-/// A clip by path, or an embedded one by name ("demo_drink").
-Clip LoadClip(const std::string& path_or_name);
-
-/// Betas of a clip that belong to this body model. Betas of another body's shape space mean nothing
-/// here: the mean shape is used then, with a note.
-Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, const CommonOptions& options);
-
 /// An object ready for fitting.
 struct LoadedObject {
   std::string name;               ///< stem of the file, or the embedded object's name
@@ -98,8 +91,12 @@ void RequireHandheld(const LoadedObject& object);
 /// 300 (or `vertices`) vertices for the fit: the mesh itself when it has no more.
 TriangleMesh ForFitting(const LoadedObject& object, int vertices, std::vector<std::string>* notes);
 
-/// Throws Error unless `path` is new or --force was given.
+/// Before the work: throws Error unless the file `path` is new or --force was given, and can be
+/// written there. Folders above it that do not exist are made when it is written.
 void RequireNew(const std::filesystem::path& path, const CommonOptions& options);
+
+/// The same for a folder.
+void RequireNewFolder(const std::filesystem::path& path, const CommonOptions& options);
 
 /// schema, version, seed: the head of every JSON that is written.
 nlohmann::json JsonHead(std::string_view schema, const CommonOptions& options);

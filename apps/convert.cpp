@@ -4,12 +4,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "apps/clip_body.h"
+#include "apps/clip_input.h"
 #include "apps/common.h"
 #include "generator/hand_onto_body.h"
 #include "geometry/convert_parameters.h"
 #include "geometry/error.h"
-#include "geometry/import/import_file.h"
 #include "geometry/io/parameter_writer.h"
 
 namespace holdfast::apps {
@@ -29,34 +28,19 @@ struct Options {
   int betas = 10;
 };
 
-// A clip as it is; any other file of parameters by way of the importer, its world left alone.
-Clip ReadSource(const Options& options, const std::shared_ptr<const BodyModel>& from) {
-  const fs::path path(options.clip);
-  const bool is_clip = !fs::is_regular_file(path) || [&] {
-    try {
-      const NpzReader archive(path);
-      return archive.Has("root_orient") && archive.Has("pose_body");
-    } catch (const Error&) {
-      return false;
-    }
-  }();
-  if (is_clip) {
-    Clip clip = LoadClip(options.clip);
-    if (options.from_hands == "relative") {
-      for (JointPose& pose : clip.pose) pose = AddHandMean(*from, pose);
-    }
-    return clip;
-  }
+// A file of another program is imported with its world left alone.
+LoadedClip ReadSource(const Options& options, const std::shared_ptr<const BodyModel>& from) {
   ImportFileOptions import;
-  import.parameters.body = from;
   import.parameters.up = WorldUp::kPlusZ;
   import.parameters.find_ground = false;
   if (options.from_hands != "auto") {
     import.parameters.flat_hand_mean = options.from_hands == "complete";
   }
-  ImportedFile file = ImportFile(path, import);
-  for (const std::string& note : file.notes) Note(options.common, "note: " + note);
-  return std::move(file.clip);
+  LoadedClip source = LoadClip(options.clip, from, options.common, import);
+  if (!source.imported && options.from_hands == "relative") {
+    for (JointPose& pose : source.clip.pose) pose = AddHandMean(*from, pose);
+  }
+  return source;
 }
 
 ParameterLayout LayoutFor(const Options& options, ModelKind kind) {
@@ -82,8 +66,9 @@ Result PutOnto(const Options& options, const Clip& hand, const ClipBody& from,
                const std::shared_ptr<const BodyModel>& to) {
   Result result;
   Clip& body = result.converted.clip;
-  body = LoadClip(options.onto);
-  const ClipBody person = BodyOfClip(options.onto, body, to, options.common);
+  LoadedClip onto = LoadClip(options.onto, to, options.common);
+  const ClipBody person = std::move(onto.body);
+  body = std::move(onto.clip);
   const Clip before = hand;
   result.arms = PutHandOntoBody(hand, *from.model, from.betas, *person.model, person.betas, body);
   const auto rest = [](const BodyModel& model, const Eigen::VectorXd& betas) {
@@ -136,11 +121,11 @@ std::string Text(const Options& options, const BodyModel& from, const BodyModel&
 int Run(const Options& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
-  const std::shared_ptr<const BodyModel> from_model = LoadBody(options.from);
   const std::shared_ptr<const BodyModel> to = LoadBody(options.to);
   const ParameterLayout layout = LayoutFor(options, to->Kind());
-  const Clip clip = ReadSource(options, from_model);
-  const ClipBody from = BodyOfClip(options.clip, clip, from_model, common);
+  const LoadedClip source = ReadSource(options, LoadBody(options.from));
+  const Clip& clip = source.clip;
+  const ClipBody& from = source.body;
   ConvertOptions convert;
   convert.num_betas = options.betas;
   Result result;
@@ -190,10 +175,7 @@ void AddConvertCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "convert", "The parameters of one body model as those of another: SMPL-X, SMPL-H, MANO");
-  command
-      ->add_option("clip", options->clip,
-                   "Clip (.npz), or any file of parameters that import reads")
-      ->required();
+  command->add_option("clip", options->clip, kClipHelp)->required();
   command->add_option(
       "--from-body", options->from,
       "Model of the clip: SMPL-X, SMPL-H or MANO (.npz, .pkl); the embedded body if "

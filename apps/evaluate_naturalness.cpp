@@ -177,7 +177,7 @@ std::vector<std::string> NotesOf(const EvaluateNaturalnessOptions& options,
 FitOutcome EvaluateNaturalness(const EvaluateNaturalnessOptions& options,
                                const CommonOptions& common) {
   const fs::path folder = options.output;
-  RequireNew(folder, common);
+  RequireNewFolder(folder, common);
   const std::vector<MotionSet> sets = SetsOf(options);
   const MotionReader reader(options.body);
   const int total = std::accumulate(sets.begin(), sets.end(), 0, [](int sum, const MotionSet& set) {

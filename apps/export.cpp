@@ -339,8 +339,7 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "export", "Writes a clip for other programs: .glb .bvh .usda .npz, or a mesh per frame");
-  command->add_option("clip", options->clip, "Clip (.npz), result folder or embedded clip")
-      ->required();
+  command->add_option("clip", options->clip, kClipHelp)->required();
   command
       ->add_option("-o,--output", options->output,
                    "File to write; its extension tells the format (below)")

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "apps/clip_input.h"
 #include "apps/common.h"
 #include "apps/fit_batch.h"
 #include "apps/fit_job.h"
@@ -16,7 +17,7 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
   FitJob& job = options->job;
   CLI::App* command = app.add_subcommand(
       "fit", "Carry an object through a motion: object pose and fingers, frame by frame");
-  CLI::Option* const clip = command->add_option("clip", job.clip, "Clip (.npz) or embedded clip");
+  CLI::Option* const clip = command->add_option("clip", job.clip, kClipHelp);
   CLI::Option* const object =
       command->add_option("object", job.object, "Mesh (.obj .ply .stl .off) or embedded object");
   clip->needs(object);

@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/clip_body.h"
+#include "apps/clip_input.h"
 #include "apps/first_grasp.h"
 #include "apps/fit_metrics.h"
 #include "apps/report.h"
@@ -18,7 +18,6 @@
 #include "geometry/clip_contact.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
-#include "geometry/io/import_motion.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/rotation.h"
 #include "solver/clip_state.h"
@@ -84,15 +83,18 @@ nlohmann::json FitOptionsJson(const FitJob& job) {
 
 namespace {
 
-// A motion of another program is imported on the way.
-Clip LoadRange(const FitJob& job, const BodyModel& body) {
-  if (job.motion) return *job.motion;
-  const bool motion = std::filesystem::is_regular_file(job.clip) && LooksLikeMotionFile(job.clip);
-  if (motion && body.LoneHand()) {
-    throw Error(job.clip, "is a motion of a whole body, " + body.Name() + " a hand alone",
-                "Import it with a whole body first, then 'holdfast convert'");
+// The motion and its person, cut to the frames asked for.
+LoadedClip LoadRange(const FitJob& job, const std::shared_ptr<const BodyModel>& body,
+                     const CommonOptions& common) {
+  if (job.motion) {
+    LoadedClip loaded;
+    loaded.clip = *job.motion;
+    loaded.body = BodyOfClip(job.clip, loaded.clip, body, loaded.notes);
+    for (const std::string& note : loaded.notes) Note(common, "note: " + note);
+    return loaded;
   }
-  Clip clip = motion ? ImportMotion(job.clip, RetargetBodyOf(body)) : LoadClip(job.clip);
+  LoadedClip loaded = LoadClip(job.clip, body, common);
+  Clip& clip = loaded.clip;
   const int end = job.end < 0 ? clip.NumFrames() : std::min(job.end, clip.NumFrames());
   if (job.start >= end) {
     throw Error(
@@ -100,7 +102,8 @@ Clip LoadRange(const FitJob& job, const BodyModel& body) {
         fmt::format("has {} frames: nothing between {} and {}", clip.NumFrames(), job.start, end),
         "Give --start and --end within the clip");
   }
-  return Slice(clip, job.start, end);
+  clip = Slice(clip, job.start, end);
+  return loaded;
 }
 
 // A grasp of a clip's own that the terms cannot mend any more: soft tissue gives less.
@@ -109,15 +112,13 @@ constexpr double kBadGripMm = 3.0;
 // Everything that a fit works on.
 struct Scene {
   Scene(const FitJob& job, const CommonOptions& common, FitLibrary& library)
-      : Scene(job, common, library, library.Body(job.body)) {}
-  Scene(const FitJob& job, const CommonOptions& common, FitLibrary& library,
-        const std::shared_ptr<const BodyModel>& model)
-      : clip(LoadRange(job, *model)),
-        person(BodyOfClip(job.clip, clip, model, common)),
-        body(person.model),
+      : Scene(job, common, library, LoadRange(job, library.Body(job.body), common)) {}
+  Scene(const FitJob& job, const CommonOptions& common, FitLibrary& library, LoadedClip loaded)
+      : clip(std::move(loaded.clip)),
+        body(loaded.body.model),
         prepared(
             library.Object(job.object, job.object_scale, job.object_vertices, NumThreads(common))),
-        betas(person.betas),
+        betas(loaded.body.betas),
         right(body, betas, Side::kRight),
         left(body, betas, Side::kLeft) {
     for (const std::string& note : prepared->notes) Note(common, "note: " + note);
@@ -126,7 +127,6 @@ struct Scene {
   const LoadedObject& Object() const { return prepared->object; }
 
   Clip clip;
-  ClipBody person;
   std::shared_ptr<const BodyModel> body;
   std::shared_ptr<const PreparedObject> prepared;
   Eigen::VectorXd betas;
@@ -248,6 +248,10 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
   std::uint8_t all_bits = 0;
   for (const std::uint8_t bits : holding) all_bits |= bits;
   RequireHands(*scene.body, all_bits);
+
+  if (!needs_grasp) {
+    WarnIfAway(job.clip, scene.clip, {scene.body, scene.betas}, scene.Object().mesh, common);
+  }
 
   nlohmann::json grasp = {{"made", false}};
   std::optional<std::array<GripPose, 2>> both_grips;

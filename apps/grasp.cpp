@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "apps/clip_body.h"
+#include "apps/clip_input.h"
 #include "apps/common.h"
 #include "geometry/distance_grid.h"
 #include "geometry/error.h"
@@ -263,6 +263,7 @@ int RunBoth(const Options& options) {
   for (const std::string& note : object.notes) Note(common, "note: " + note);
 
   Clip clip;
+  ClipBody person{body, {}};
   if (options.clip.empty()) {
     JointPose pose = StandingPose(Side::kRight, 0.0, 0.0);
     const JointPose left = StandingPose(Side::kLeft, 0.0, 0.0);
@@ -274,7 +275,9 @@ int RunBoth(const Options& options) {
     clip.body_model = body->Name();
     clip.trans = Standing(BodySurface(body), pose);
   } else {
-    clip = LoadClip(options.clip);
+    LoadedClip loaded = LoadClip(options.clip, std::move(body), common);
+    clip = std::move(loaded.clip);
+    person = std::move(loaded.body);
     if (options.frame >= clip.NumFrames()) {
       throw Error(options.clip,
                   fmt::format("has {} frames: none is number {}", clip.NumFrames(), options.frame),
@@ -282,7 +285,6 @@ int RunBoth(const Options& options) {
     }
     clip = Slice(clip, options.frame, options.frame + 1);
   }
-  ClipBody person = BodyOfClip(options.clip, clip, std::move(body), common);
   body = std::move(person.model);
   const Eigen::VectorXd betas = std::move(person.betas);
   const HandModel right(body, betas, Side::kRight), left(body, betas, Side::kLeft);

@@ -8,6 +8,7 @@
 
 #include "apps/common.h"
 #include "geometry/error.h"
+#include "geometry/held_distance.h"
 #include "geometry/import/import_file.h"
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/io/mesh_io.h"
@@ -46,7 +47,8 @@ struct Options {
 
 // The mesh that an imported clip names.
 struct ObjectMesh {
-  fs::path file;  ///< empty: none found
+  fs::path file;                        ///< empty: none found
+  std::optional<TriangleMesh> surface;  ///< metres
   Eigen::Index vertices = 0;
   bool copied = false;
 };
@@ -212,6 +214,10 @@ std::string NameFrom(const fs::path& folder, const fs::path& file) {
   return error || relative.empty() ? fs::absolute(file).string() : relative.generic_string();
 }
 
+fs::path MeshCopy(const fs::path& output) {
+  return output.parent_path() / (output.stem().string() + "_object.ply");
+}
+
 // Names the object's mesh in the clip, and copies it where that is asked for or its unit needs it.
 ObjectMesh SettleMesh(const Options& options, ImportedFile& imported) {
   ObjectMesh mesh;
@@ -234,11 +240,11 @@ ObjectMesh SettleMesh(const Options& options, ImportedFile& imported) {
   TriangleMesh surface = in_file ? *imported.object_surface : ReadMesh(mesh.file);
   mesh.vertices = surface.NumVertices();
   const double scale = asked ? 1.0 : imported.object_mesh_scale;
+  surface.vertices *= scale;
   mesh.copied = in_file || options.copy_mesh || scale != 1;
   if (mesh.copied) {
-    const fs::path copy = output.parent_path() / (output.stem().string() + "_object.ply");
+    const fs::path copy = MeshCopy(output);
     RequireNew(copy, options.common);
-    surface.vertices *= scale;
     WriteMesh(surface, copy);
     clip.object->mesh = copy.filename().string();
     if (scale != 1) {
@@ -248,6 +254,7 @@ ObjectMesh SettleMesh(const Options& options, ImportedFile& imported) {
   } else {
     clip.object->mesh = NameFrom(output.parent_path(), mesh.file);
   }
+  mesh.surface = std::move(surface);
   if (clip.contact && clip.contact->object.size() > 0 &&
       clip.contact->object.rows() != mesh.vertices) {
     imported.notes.push_back(
@@ -255,6 +262,18 @@ ObjectMesh SettleMesh(const Options& options, ImportedFile& imported) {
                     clip.contact->object.rows(), mesh.vertices));
   }
   return mesh;
+}
+
+// What the clip becomes on the body that commands take without --body, or on the one given here.
+void NoteBody(const std::shared_ptr<const BodyModel>& body, const ObjectMesh& mesh,
+              ImportedFile& imported) {
+  const BodyNotes notes = NotesOnBody(imported.clip, body, mesh.surface ? &*mesh.surface : nullptr);
+  if (!notes.change.empty()) {
+    imported.notes.push_back(fmt::format(
+        "the clip keeps the file's own trans, other commands bring it onto their body: {}",
+        notes.change));
+  }
+  if (notes.held) imported.notes.push_back(notes.held->seen + ": " + notes.held->advice);
 }
 
 ImportFileOptions ToLibrary(const Options& options) {
@@ -292,8 +311,11 @@ ImportFileOptions ToLibrary(const Options& options) {
 int Run(const Options& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
-  ImportedFile imported = ImportFile(options.motion, ToLibrary(options));
+  if (options.copy_mesh) RequireNew(MeshCopy(options.output), common);
+  const ImportFileOptions import = ToLibrary(options);
+  ImportedFile imported = ImportFile(options.motion, import);
   const ObjectMesh mesh = SettleMesh(options, imported);
+  if (!imported.motion) NoteBody(import.parameters.body, mesh, imported);
   for (const std::string& note : imported.notes) Note(common, "note: " + note);
   if (!imported.motion) {
     WriteClip(imported.clip, options.output);

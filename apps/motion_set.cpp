@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "apps/clip_body.h"
+#include "apps/clip_input.h"
 #include "geometry/error.h"
 #include "geometry/resample.h"
 
@@ -50,8 +50,9 @@ MotionReader::Person MotionReader::Make(const std::shared_ptr<const BodyModel>& 
 LoadedMotion MotionReader::Read(const MotionFile& file, const CommonOptions& common) const {
   CommonOptions silent = common;  // one note for all motions is enough
   silent.quiet = true;
-  Clip clip = LoadClip(file.path);
-  const ClipBody body = BodyOfClip(file.path, clip, model_, silent);
+  LoadedClip loaded = LoadClip(file.path, model_, silent);
+  Clip& clip = loaded.clip;
+  const ClipBody& body = loaded.body;
   if (clip.frame_rate != kRate) clip = Resample(clip, kRate);
   const bool is_mean = body.model == model_ && (body.betas.size() == 0 || body.betas.isZero(0.0));
   const Person person = is_mean ? mean_ : Make(body.model, body.betas);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "apps/clip_input.h"
 #include "apps/common.h"
 #include "apps/fit_job.h"
 
@@ -14,7 +15,7 @@ void AddOffhandCommand(CLI::App& app, int& exit_code) {
   FitJob& job = options->job;
   CLI::App* command = app.add_subcommand(
       "offhand", "Carry an object through a motion in which it passes from hand to hand");
-  command->add_option("clip", job.clip, "Clip (.npz) or embedded clip")->required();
+  command->add_option("clip", job.clip, kClipHelp)->required();
   command->add_option("object", job.object, "Mesh (.obj .ply .stl .off) or embedded object")
       ->required();
   command

@@ -11,6 +11,7 @@
 #include "apps/clip_input.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/error.h"
+#include "geometry/inspect/posture.h"
 
 namespace holdfast::apps {
 namespace {
@@ -53,6 +54,7 @@ Beginning BeginReach(const ReachJob& job, const CommonOptions& common) {
       throw Error(job.from, fmt::format("the clip has frames 0 to {}", frames - 1),
                   "Give one of those");
     }
+    if (!begin.body->LoneHand()) RequireMetres(name, input.clip, *begin.body);
     begin.states = wandr::StatesOfClip(input.clip);
     const double rate = wandr::kFramesPerSecond / input.clip.frame_rate;
     begin.frame = std::min(static_cast<int>(std::lround(frame.value_or(frames - 1) * rate)),

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/clip_body.h"
 #include "apps/clip_input.h"
 #include "apps/common.h"
 #include "apps/fit_library.h"
@@ -206,9 +205,13 @@ int Refine(Options& options) {
     throw Error(options.clip, "its object's mesh is missing: " + input.object_missing,
                 "Say where it is with --object");
   }
+  if (input.object_source.empty()) {
+    throw Error(options.clip, "holds its object's mesh itself",
+                "Make a clip and a mesh of it first, with 'holdfast import'");
+  }
   FitLibrary library;
-  const auto object = library.Object(input.object_source, options.input.object_scale,
-                                     options.object_vertices, threads);
+  const auto object =
+      library.Object(input.object_source, input.object_scale, options.object_vertices, threads);
   for (const std::string& note : object->notes) Note(options.common, "note: " + note);
   const HandModel right(input.body, input.betas, Side::kRight);
   const HandModel left(input.body, input.betas, Side::kLeft);
@@ -297,8 +300,7 @@ void AddRefineCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "refine", "Clean a clip that has its object's trajectory: penetration, jitter, lost contact");
-  command->add_option("clip", options->clip, "Clip (.npz), result folder or embedded clip")
-      ->required();
+  command->add_option("clip", options->clip, kClipHelp)->required();
   command
       ->add_option("-o,--output", options->output,
                    "Folder to make: clip.npz, object.ply, metrics.json with before and after")

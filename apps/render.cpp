@@ -177,8 +177,7 @@ void AddRenderCommand(CLI::App& app, int& exit_code) {
     return ParsePair(text) ? std::string()
                            : "'" + text + "' is not two numbers (1 to 16384) like 640x480";
   };
-  command->add_option("clip", options->clip, "Clip (.npz), result folder or embedded clip")
-      ->required();
+  command->add_option("clip", options->clip, kClipHelp)->required();
   command
       ->add_option("-o,--output", options->output,
                    "A .png: one picture or a sheet; with %d or %03d in it: one per frame. "

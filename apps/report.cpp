@@ -113,9 +113,10 @@ void AddReportCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "report", "One self-contained page to see a clip: 3D player, curves, what made it");
   command
-      ->add_option("clips", options->clips,
-                   "Result folders, clips (.npz) or embedded clips; the second is shown as the "
-                   "first one's ghost")
+      ->add_option(
+          "clips", options->clips,
+          "Result folders, clips or files that 'holdfast import' reads; the second is shown as the "
+          "first one's ghost")
       ->required();
   command->add_option("-o,--output", options->output, "The page (.html) to write")->required();
   command->add_option("--title", options->report.title, "The page's title");

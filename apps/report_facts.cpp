@@ -58,7 +58,7 @@ std::vector<std::string> NotesOf(const ClipInput& input) {
     notes.push_back(fmt::format(
         "The clip was made with another body model ({}) than the one shown ({}): its shape is not "
         "shown, and contact can be off by centimetres.",
-        input.clip.body_model.empty() ? "SMPL-X, " + input.clip.gender : input.clip.body_model,
+        input.made_with == "SMPL-X" ? "SMPL-X, " + input.clip.gender : input.made_with,
         input.body->Name()));
   }
   if (!input.object_missing.empty()) {

@@ -60,10 +60,7 @@ std::vector<std::string> ExpandFolders(const std::vector<std::string>& given,
       const bool clip = entry.is_regular_file() && entry.path().extension() == ".npz";
       if (result || clip) inside.push_back(entry.path().string());
     }
-    if (inside.empty()) {
-      throw Error(path, "is a folder without clips",
-                  "Give clips (.npz), folders that 'holdfast fit' wrote, or a folder of these");
-    }
+    if (inside.empty()) inside.push_back(path);  // one of a file a frame
     std::ranges::sort(inside);
     clips.insert(clips.end(), inside.begin(), inside.end());
   }
@@ -138,7 +135,8 @@ void AddScoreCommand(CLI::App& app, int& exit_code) {
       "score", "Measure clips: penetration, contact, slip, jitter, and errors to a reference");
   command
       ->add_option("clips", options->clips,
-                   "Clips (.npz), result folders, folders of these, or embedded clips")
+                   "Clips (.npz), result folders, folders of these, embedded clips, or files that "
+                   "'holdfast import' reads")
       ->required();
   command->add_option("-r,--reference", options->references,
                       "True motion to compare with: one for all clips, or one for each");

@@ -228,7 +228,7 @@ ClipScore MeasureClip(const ClipInput& input, const ClipInput* reference,
     score.notes.push_back(fmt::format(
         "made with another body model ({}) than the one loaded ({}): what depends on the hand's "
         "surface is not the clip's own (--body MODEL.npz)",
-        input.clip.body_model.empty() ? "SMPL-X" : input.clip.body_model, input.body->Name()));
+        input.made_with, input.body->Name()));
   }
   score.motion = MeasureMotion(JointTrajectory(input.clip, SurfaceOf(input).RestJoints()),
                                input.clip.frame_rate);

@@ -7,11 +7,11 @@
 #include <fmt/format.h>
 
 #include "apps/action_plan.h"
-#include "apps/clip_body.h"
 #include "apps/clip_input.h"
 #include "apps/reach_job.h"
 #include "generator/actions/standing_start.h"
 #include "geometry/error.h"
+#include "geometry/inspect/posture.h"
 #include "solver/action_clip.h"
 
 namespace holdfast::apps {
@@ -33,6 +33,7 @@ HeldStart FromClip(const SynthesisBegin& begin, const CommonOptions& common) {
   if (input.body->LoneHand()) {
     throw Error(name, "shows a hand alone", "Give a clip of a whole body");
   }
+  RequireMetres(name, input.clip, *input.body);
   const int frames = input.clip.NumFrames();
   if (frame && *frame >= frames) {
     throw Error(begin.from, fmt::format("the clip has frames 0 to {}", frames - 1),

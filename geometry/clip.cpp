@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/clip.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
 
@@ -11,6 +14,21 @@
 
 namespace holdfast {
 namespace {
+
+// The arrays of a clip's file: those of AMASS's SMPL-X layout, and those that only Holdfast has.
+constexpr std::array kAmassArrays = {
+    "mocap_frame_rate",  "mocap_time_length", "trans", "root_orient", "pose_body", "pose_jaw",
+    "pose_eye",          "pose_hand",         "poses", "betas",       "num_betas", "gender",
+    "surface_model_type"};
+constexpr std::array kOwnArrays = {"body_model",     "subject",      "action",      "object_trans",
+                                   "object_orient",  "object_name",  "object_mesh", "table_trans",
+                                   "table_orient",   "table_name",   "table_mesh",  "v_template",
+                                   "contact_object", "contact_body", "holding_hand"};
+
+bool HasAll(std::span<const std::string> names, std::initializer_list<const char*> wanted) {
+  return std::ranges::all_of(
+      wanted, [&](const char* name) { return std::ranges::find(names, name) != names.end(); });
+}
 
 // Reads (T, columns) as columns x T doubles, all finite.
 Eigen::MatrixXd ReadRows(const NpzReader& archive, std::string_view key, std::ptrdiff_t columns,
@@ -159,6 +177,27 @@ Clip ReadClip(const NpzReader& archive) {
   return clip;
 }
 
+bool IsHoldfastClip(std::span<const std::string> names) {
+  return HasAll(names, {"trans"}) &&
+         (HasAll(names, {"root_orient", "pose_body"}) || HasAll(names, {"poses"})) &&
+         (HasAll(names, {"body_model"}) || HasAll(names, {"object_trans"}) ||
+          HasAll(names, {"object_orient"}) || HasAll(names, {"holding_hand"}));
+}
+
+bool HasOnlyClipArrays(std::span<const std::string> names) {
+  const auto known = [](const std::string& name) {
+    return std::ranges::find(kAmassArrays, name) != kAmassArrays.end() ||
+           std::ranges::find(kOwnArrays, name) != kOwnArrays.end();
+  };
+  return (HasAll(names, {"root_orient"}) || HasAll(names, {"pose_body"})) &&
+         std::ranges::all_of(names, known);
+}
+
+Eigen::VectorXd WrittenBetas(const Clip& clip) {
+  constexpr int kAmassBetas = 16;
+  return clip.betas.size() > 0 ? clip.betas : Eigen::VectorXd(Eigen::VectorXd::Zero(kAmassBetas));
+}
+
 void AddArrays(const Clip& clip, NpzWriter& writer) {
   const auto frames = static_cast<std::size_t>(clip.NumFrames());
   const auto add_rows = [&](const std::string& key, std::size_t columns,
@@ -179,8 +218,19 @@ void AddArrays(const Clip& clip, NpzWriter& writer) {
   add_joints("pose_jaw", 22, 1);
   add_joints("pose_eye", 23, 2);
   add_joints("pose_hand", kLeftHandBegin, 2 * kJointsPerHand);
-  writer.AddFloat64("betas", {static_cast<std::size_t>(clip.betas.size())},
-                    {clip.betas.data(), clip.betas.data() + clip.betas.size()});
+  // What AMASS's own loaders look for beside the parts: all joints in one array, and a shape of
+  // some length. Floats are enough for a copy.
+  std::vector<float> poses;
+  for (const JointPose& pose : clip.pose) {
+    std::ranges::transform(pose.reshaped(), std::back_inserter(poses),
+                           [](double angle) { return static_cast<float>(angle); });
+  }
+  writer.AddFloat32("poses", {frames, 3 * kNumJoints}, std::move(poses));
+  const Eigen::VectorXd betas = WrittenBetas(clip);
+  writer.AddFloat64("betas", {static_cast<std::size_t>(betas.size())},
+                    {betas.begin(), betas.end()});
+  writer.AddInt64("num_betas", {}, {betas.size()});
+  writer.AddFloat64("mocap_time_length", {}, {clip.NumFrames() / clip.frame_rate});
   writer.AddText("gender", clip.gender);
   writer.AddText("surface_model_type", clip.surface_model_type);
   if (!clip.body_model.empty()) writer.AddText("body_model", clip.body_model);

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
+#include <string>
+
 #include "geometry/clip.h"
 #include "geometry/io/npz.h"
 
@@ -8,5 +11,15 @@ namespace holdfast {
 
 /// The arrays that WriteClip writes, added to a file that holds more than a clip.
 void AddArrays(const Clip& clip, NpzWriter& writer);
+
+/// The clip's betas, or as many zeros as AMASS's files have: loaders take a shape of some length.
+Eigen::VectorXd WrittenBetas(const Clip& clip);
+
+/// Whether an archive with arrays of these names is a clip that Holdfast wrote: it has a motion,
+/// and an array that only Holdfast's clips have.
+bool IsHoldfastClip(std::span<const std::string> names);
+
+/// Whether it has parts of a motion, and no array but those that WriteClip writes.
+bool HasOnlyClipArrays(std::span<const std::string> names);
 
 }  // namespace holdfast

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "geometry/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/import/amass.h"
 #include "geometry/import/arctic.h"
@@ -20,6 +21,7 @@
 #include "geometry/import/smplx_parameters.h"
 #include "geometry/import/world_frame.h"
 #include "geometry/inspect/file_kind.h"
+#include "geometry/io/mesh_io.h"
 #include "geometry/resample.h"
 
 namespace holdfast {
@@ -35,20 +37,15 @@ struct OpenFile {
 };
 
 bool IsClip(const OpenFile& open) {
-  return LooksLikeAmass(open.fields) && open.fields.Has("object_trans");
+  return open.file.Format() == DataFormat::kNpz && IsHoldfastClip(open.fields.Names());
 }
 
 ImportedClip ImportClip(const OpenFile& open, const ParameterOptions& options) {
   ImportedClip imported;
   imported.format = "clip";
   imported.clip = ReadClip(open.path);
-  std::error_code ignored;
-  const auto mesh_of = [&](const std::optional<ObjectTrack>& track) {
-    const fs::path mesh = track ? open.path.parent_path() / track->mesh : fs::path();
-    return track && !track->mesh.empty() && fs::exists(mesh, ignored) ? mesh : fs::path();
-  };
-  imported.object_mesh = mesh_of(imported.clip.object);
-  imported.table_mesh = mesh_of(imported.clip.table);
+  imported.object_mesh = MeshBeside(open.path, imported.clip.object);
+  imported.table_mesh = MeshBeside(open.path, imported.clip.table);
   SettleWorld(imported, options, WorldUp::kPlusZ, false);
   return imported;
 }
@@ -203,6 +200,10 @@ ImportedFile ImportRetargeted(const fs::path& path, const ImportFileOptions& opt
   imported.motion.emplace();
   const SourceMotion source = ReadMotion(path, motion);
   const BodyModel& body = *options.parameters.body;
+  if (body.LoneHand()) {
+    throw Error(path.string(), "is a motion of a whole body, " + body.Name() + " a hand alone",
+                "Import it with a whole body first, then 'holdfast convert'");
+  }
   if (motion.betas.size() == 0 && source.body_model == body.Name()) motion.betas = source.betas;
   imported.clip = ImportMotion(source, path.string(), RetargetBodyOf(body, motion.betas), motion,
                                &*imported.motion);
@@ -230,6 +231,25 @@ void RefuseOtherKinds(const fs::path& path) {
 }
 
 }  // namespace
+
+fs::path MeshBeside(const fs::path& clip, const std::optional<ObjectTrack>& track) {
+  if (!track || track->mesh.empty()) return {};
+  std::error_code ignored;
+  const fs::path mesh = clip.parent_path() / track->mesh;
+  return fs::is_regular_file(mesh, ignored) ? mesh : fs::path();
+}
+
+std::optional<TriangleMesh> ObjectMeshOf(const ImportedClip& imported) {
+  if (imported.object_surface) return imported.object_surface;
+  if (imported.object_mesh.empty()) return std::nullopt;
+  try {
+    TriangleMesh mesh = ReadMesh(imported.object_mesh);
+    mesh.vertices *= imported.object_mesh_scale;
+    return mesh;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
 
 ImportedFile ImportFile(const fs::path& path, const ImportFileOptions& options) {
   if (!options.parameters.body) {

@@ -33,6 +33,14 @@ struct ImportedFile : ImportedClip {
 /// be told.
 ImportedFile ImportFile(const std::filesystem::path& path, const ImportFileOptions& options);
 
+/// The mesh that a clip's track names, relative to the clip; empty when there is none.
+std::filesystem::path MeshBeside(const std::filesystem::path& clip,
+                                 const std::optional<ObjectTrack>& track);
+
+/// The mesh of an imported clip's object, metres; nothing where none was found or it cannot be
+/// read.
+std::optional<TriangleMesh> ObjectMeshOf(const ImportedClip& imported);
+
 /// The formats, for help: "GRAB sequence (.npz)".
 std::vector<std::string> ImportableFormats();
 

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "geometry/clip.h"
+#include "geometry/held_distance.h"
 #include "geometry/inspect/convert_commands.h"
 #include "geometry/inspect/hand_evidence.h"
 
@@ -241,6 +241,13 @@ double DescribeBodyMotion(const LooseMotion& motion, const BodyModel& body,
   DescribePosture(motion, posture, inspection);
   DescribeMotion(motion, posture.metres_per_unit, inspection);
   return posture.metres_per_unit;
+}
+
+void DescribeOnBody(const Clip& clip, const std::optional<TriangleMesh>& mesh,
+                    const std::shared_ptr<const BodyModel>& body, Inspection& inspection) {
+  const BodyNotes notes = NotesOnBody(clip, body, mesh ? &*mesh : nullptr);
+  if (!notes.change.empty()) inspection.Ok(notes.change);
+  if (notes.held) inspection.Warn(notes.held->seen, notes.held->advice);
 }
 
 }  // namespace holdfast

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <memory>
+#include <optional>
+
+#include "geometry/body_model.h"
+#include "geometry/clip.h"
 #include "geometry/inspect/inspection.h"
 #include "geometry/inspect/loose_motion.h"
 #include "geometry/inspect/posture.h"
+#include "geometry/mesh.h"
 
 namespace holdfast {
 
@@ -25,5 +31,10 @@ void DescribeMotion(const LooseMotion& motion, double metres_per_unit, Inspectio
 /// DescribePosture and DescribeMotion, neither of which says anything of a hand alone. Returns the
 /// metres per unit of `trans`.
 double DescribeBodyMotion(const LooseMotion& motion, const BodyModel& body, Inspection& inspection);
+
+/// What a clip of another model becomes on `body`: where its trans goes, and how far the hands that
+/// it says hold the object (`mesh`) are from it then.
+void DescribeOnBody(const Clip& clip, const std::optional<TriangleMesh>& mesh,
+                    const std::shared_ptr<const BodyModel>& body, Inspection& inspection);
 
 }  // namespace holdfast

@@ -10,6 +10,7 @@
 
 #include "geometry/clip.h"
 #include "geometry/error.h"
+#include "geometry/import/import_file.h"
 #include "geometry/inspect/clip_findings.h"
 
 namespace holdfast {
@@ -145,6 +146,12 @@ void InspectClip(Inspection& inspection) {
     const double metres_per_unit = DescribeBodyMotion(motion, *body, inspection);
     DescribeHands(motion, *body, inspection);
     DescribeObject(motion, *body, metres_per_unit, inspection);
+    if (inspection.Worst() != Verdict::kFault) {
+      ImportedClip clip;
+      clip.clip = ReadClip(inspection.path);
+      clip.object_mesh = MeshBeside(inspection.path, clip.clip.object);
+      DescribeOnBody(clip.clip, ObjectMeshOf(clip), body, inspection);
+    }
   }
 
   if (inspection.Worst() != Verdict::kFault) {

@@ -139,6 +139,7 @@ void InspectMotionData(Inspection& inspection) {
   const LooseMotion motion = LooseMotionOf(clip);
   DescribeBodyMotion(motion, *body, inspection);
   DescribeObject(motion, *body, 1.0, inspection);
+  if (!imported.motion) DescribeOnBody(clip, ObjectMeshOf(imported), body, inspection);
   const std::string file = ShellWord(inspection.path), stem = ShellWord(Stem(inspection.path));
   inspection.next.push_back(fmt::format("holdfast import {} -o {}_clip.npz", file, stem));
   if (clip.object) {

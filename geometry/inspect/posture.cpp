@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "geometry/error.h"
 #include "geometry/ground_contact.h"
 #include "geometry/inspect/series.h"
 #include "geometry/rotation.h"
@@ -176,6 +177,18 @@ Posture MeasurePosture(const LooseMotion& motion, const BodyModel& body) {
         posture.fastest_root_m_per_s, step * (motion.frame_rate > 0 ? motion.frame_rate : 30.0));
   }
   return posture;
+}
+
+void RequireMetres(const std::string& source, const Clip& clip, const BodyModel& body) {
+  const Posture posture = MeasurePosture(LooseMotionOf(clip), body);
+  if (!posture.unit_is_certain || posture.metres_per_unit == 1.0) return;
+  throw Error(source,
+              fmt::format("its positions are in {}, not in metres: only so does the body stand on "
+                          "the ground",
+                          posture.metres_per_unit == 0.01 ? "centimetres" : "millimetres"),
+              fmt::format("Make a clip in metres of it: holdfast import {} --metres-per-unit {:g} "
+                          "-o CLIP",
+                          source, posture.metres_per_unit));
 }
 
 std::vector<Leap> FindLeaps(const LooseMotion& motion, double metres_per_unit) {

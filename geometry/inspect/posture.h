@@ -34,6 +34,9 @@ struct Posture {
 
 Posture MeasurePosture(const LooseMotion& motion, const BodyModel& body);
 
+/// Throws Error, named `source`, for a clip whose positions are surely not metres.
+void RequireMetres(const std::string& source, const Clip& clip, const BodyModel& body);
+
 /// "z" or "-y".
 std::string AxisName(const Posture& posture);
 

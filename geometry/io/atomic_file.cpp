@@ -56,9 +56,10 @@ void FlushToDisk(const fs::path& path) {
 void WriteAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   std::error_code error;
+  fs::create_directories(folder, error);
   if (!fs::is_directory(folder, error)) {
-    throw Error(path.string(), fmt::format("the folder '{}' does not exist", folder.string()),
-                "Create it, or choose another place to write to");
+    throw Error(path.string(), fmt::format("the folder '{}' cannot be made", folder.string()),
+                "Choose another place to write to");
   }
   if (fs::is_directory(path, error)) {
     throw Error(path.string(), "is a folder, a file was to be written", "Choose a file name");

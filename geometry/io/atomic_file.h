@@ -9,8 +9,8 @@
 namespace holdfast {
 
 /// Writes a file so that `path` is never seen half-written: `write` fills a temporary beside it,
-/// which is flushed to disk and renamed over `path`. When `write` throws, or the disk is full, the
-/// temporary is removed and whatever was at `path` is untouched.
+/// which is flushed to disk and renamed over `path`; folders above it are made. When `write`
+/// throws, or the disk is full, the temporary is removed and whatever was at `path` is untouched.
 void WriteAtomically(const std::filesystem::path& path,
                      const std::function<void(const std::filesystem::path& temporary)>& write);
 

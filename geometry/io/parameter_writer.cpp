@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "geometry/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/io/npz.h"
@@ -28,7 +29,7 @@ std::map<std::string, RowMajor> PackageArrays(const Clip& clip, ModelKind kind) 
   std::map<std::string, RowMajor> arrays;
   arrays["global_orient"] = Joints(clip, 0, 1);
   arrays["transl"] = clip.trans.transpose();
-  arrays["betas"] = clip.betas.transpose();
+  arrays["betas"] = WrittenBetas(clip).transpose();
   if (const std::optional<Side> hand = LoneHand(kind)) {
     arrays["hand_pose"] = Joints(clip, HandBegin(*hand), kJointsPerHand);
     return arrays;
@@ -92,8 +93,9 @@ void WriteAmassSmplh(const Clip& clip, const std::filesystem::path& path) {
   NpzWriter writer;
   Add(writer, "poses", poses);
   Add(writer, "trans", clip.trans.transpose());
-  writer.AddFloat64("betas", {static_cast<std::size_t>(clip.betas.size())},
-                    {clip.betas.data(), clip.betas.data() + clip.betas.size()});
+  const Eigen::VectorXd betas = WrittenBetas(clip);
+  writer.AddFloat64("betas", {static_cast<std::size_t>(betas.size())},
+                    {betas.begin(), betas.end()});
   writer.AddText("gender", clip.gender);
   writer.AddFloat64("mocap_framerate", {}, {clip.frame_rate});
   writer.Write(path);

@@ -17,9 +17,10 @@
 
 namespace {
 
-void Write(const holdfast::DemoMotion& demo, const holdfast::BodyMeasures& body,
+void Write(holdfast::DemoMotion demo, const holdfast::BodyMeasures& body,
            const std::filesystem::path& path) {
   using namespace holdfast;
+  demo.clip.body_model = BodyModel::Default()->Name();
   WriteClip(demo.clip, path);
   const auto frames = JointTrajectory(demo.clip, body.rest_joints);
   const MotionMetrics m = MeasureMotion(frames, demo.clip.frame_rate);
@@ -48,6 +49,7 @@ void WritePass(const holdfast::BodyMeasures& body, const std::filesystem::path& 
   options.seed = 11;
   HandoverMotion motion =
       MakeHandoverMotion(body, PalmGrips(body, apple.vertices, options.seed), options);
+  motion.clip.body_model = BodyModel::Default()->Name();
   motion.clip.object.reset();
   motion.clip.holding_hand.clear();
   WriteClip(motion.clip, path);

@@ -111,6 +111,16 @@ TEST_F(ReachCommand, GoesOnFromAClip) {
   EXPECT_EQ(Reach("--goal 0,-1,1 --from one.npz --samples 1 --no-report -o first").exit_code, 0);
 }
 
+TEST_F(ReachCommand, AClipInMillimetresIsRefusedForItsUnits) {
+  Clip clip = ReadClip(HOLDFAST_MESHES_DIR "/clips/demo_drink.npz");
+  clip.trans *= 1000.0;
+  WriteClip(clip, Path("mm.npz"));
+  const ProgramResult result = Reach("--goal 0,-1,1 --from mm.npz --samples 1 --no-report -o on");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("mm.npz: its positions are in millimetres"));
+  EXPECT_THAT(result.err, HasSubstr("holdfast import mm.npz --metres-per-unit 0.001"));
+}
+
 TEST_F(ReachCommand, BadInputIsNamed) {
   const auto fails = [&](const std::string& arguments, int code, const std::string& says) {
     const ProgramResult result = Reach(arguments + " --no-report -o bad");

@@ -30,6 +30,7 @@ Clip Figure(const BodyMeasures& body, int frames, const PoseAt& pose_at) {
   };
   const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), z = Eigen::Vector3d::UnitZ();
   Clip clip;
+  clip.body_model = BodyModel::Default()->Name();
   clip.trans.resize(3, frames);
   for (int t = 0; t < frames; ++t) {
     const FigurePose figure = pose_at(t);

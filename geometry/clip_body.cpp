@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "apps/clip_body.h"
+#include "geometry/clip_body.h"
 
 #include <algorithm>
 
@@ -7,7 +7,7 @@
 
 #include "geometry/error.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 namespace {
 
 // Whether any joint above the fingers but the root turns: on a hand alone they would turn the hand.
@@ -31,6 +31,32 @@ void RequireSameKind(const std::string& source, const Clip& clip, const BodyMode
   }
 }
 
+// Betas of a clip that belong to `body`. Betas of another body's shape space mean nothing here: the
+// mean shape is used then, with a note.
+Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, std::vector<std::string>& notes) {
+  if (clip.betas.size() == 0 || clip.betas.isZero(0.0)) return {};
+  // Files of other programs do not name the model's file, only its family.
+  const std::string& family = clip.surface_model_type;
+  const bool same_family = body.Kind() == ModelKind::kSmplx   ? body.Name().starts_with("SMPLX_")
+                           : body.Kind() == ModelKind::kSmplh ? family == "smplh"
+                                                              : family.starts_with("mano");
+  const bool same_space =
+      clip.body_model == body.Name() || (clip.body_model.empty() && same_family);
+  if (!same_space) {
+    notes.push_back(fmt::format(
+        "the clip's betas belong to {}, not to {}: its mean shape is used (--body MODEL.npz gives "
+        "another model)",
+        clip.body_model.empty() ? "SMPL-X" : clip.body_model, body.Name()));
+    return {};
+  }
+  if (clip.betas.size() > body.NumShape()) {
+    notes.push_back(fmt::format("{} betas, the model has {}: the rest is left out",
+                                clip.betas.size(), body.NumShape()));
+    return clip.betas.head(body.NumShape());
+  }
+  return clip.betas;
+}
+
 }  // namespace
 
 bool IsHandAlone(const Clip& clip) { return clip.surface_model_type.starts_with("mano"); }
@@ -38,19 +64,19 @@ bool IsHandAlone(const Clip& clip) { return clip.surface_model_type.starts_with(
 void MarkHandAlone(Clip& clip) { clip.surface_model_type = "mano"; }
 
 ClipBody BodyOfClip(const std::string& source, const Clip& clip,
-                    std::shared_ptr<const BodyModel> model, const CommonOptions& options) {
+                    std::shared_ptr<const BodyModel> model, std::vector<std::string>& notes) {
   RequireSameKind(source, clip, *model);
   const Eigen::Index vertices = clip.v_template.cols();
   if (vertices > 0 && vertices == model->NumVertices()) {
     return {BodyModel::WithTemplate(std::move(model), clip.v_template), {}};
   }
   if (vertices > 0) {
-    Note(options,
-         fmt::format("note: the subject's own surface has {} vertices, {} has {}: it is not used "
-                     "(--body MODEL gives the model that it belongs to)",
-                     vertices, model->Name(), model->NumVertices()));
+    notes.push_back(
+        fmt::format("the subject's own surface has {} vertices, {} has {}: it is not used (--body "
+                    "MODEL gives the model that it belongs to)",
+                    vertices, model->Name(), model->NumVertices()));
   }
-  Eigen::VectorXd betas = BetasFor(clip, *model, options);
+  Eigen::VectorXd betas = BetasFor(clip, *model, notes);
   return {std::move(model), std::move(betas)};
 }
 
@@ -67,4 +93,4 @@ void RequireHands(const BodyModel& model, std::uint8_t bits) {
   }
 }
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/import/load_clip.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/clip_arrays.h"
+#include "geometry/embedded.h"
+#include "geometry/error.h"
+#include "geometry/io/npz.h"
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Whether a file is a clip already: no arrays but those that WriteClip writes, or some that only
+// Holdfast's have.
+bool IsClipFile(const fs::path& path) {
+  std::vector<std::string> names;
+  try {
+    names = NpzReader(path).Keys();
+  } catch (const Error&) {
+    return false;  // ImportFile says what is wrong with it
+  }
+  return IsHoldfastClip(names) || HasOnlyClipArrays(names);
+}
+
+LoadedClip LoadEmbedded(const std::string& name) {
+  const std::vector<std::string> names = EmbeddedNames("clips", ".npz");
+  if (std::ranges::find(names, name) == names.end()) {
+    throw Error(name, "is neither a file nor an embedded clip",
+                fmt::format("Give a clip (.npz), a result folder, a file that 'holdfast import' "
+                            "reads, or one of: {}",
+                            fmt::join(names, ", ")));
+  }
+  LoadedClip loaded;
+  loaded.clip = ReadClip(NpzReader(FindEmbedded(fmt::format("clips/{}.npz", name)).bytes, name));
+  return loaded;
+}
+
+LoadedClip ReadFile(const fs::path& path, const ImportFileOptions& options) {
+  LoadedClip loaded;
+  std::error_code error;
+  const bool folder = fs::is_directory(path, error);
+  const bool result = folder && fs::exists(path / "clip.npz", error);
+  if (result || (!folder && IsClipFile(path))) {
+    loaded.file = result ? path / "clip.npz" : path;
+    loaded.clip = ReadClip(loaded.file);
+    loaded.object_mesh = MeshBeside(loaded.file, loaded.clip.object);
+    loaded.table_mesh = MeshBeside(loaded.file, loaded.clip.table);
+    return loaded;
+  }
+  static_cast<ImportedFile&>(loaded) = ImportFile(path, options);
+  loaded.imported = true;
+  loaded.notes.insert(loaded.notes.begin(),
+                      fmt::format("{}: {}, imported on the way ('holdfast import' has options)",
+                                  path.string(), loaded.format));
+  return loaded;
+}
+
+}  // namespace
+
+LoadedClip LoadClip(const std::string& path_or_name, ImportFileOptions options) {
+  ParameterOptions& parameters = options.parameters;
+  if (!parameters.body) parameters.body = BodyModel::Default();
+  if (const std::optional<Side> hand = parameters.body->LoneHand();
+      hand && parameters.hands == ImportedHands::kOfBody) {
+    parameters.hands =
+        *hand == Side::kRight ? ImportedHands::kRightAlone : ImportedHands::kLeftAlone;
+  }
+  std::error_code error;
+  LoadedClip loaded = fs::exists(path_or_name, error) ? ReadFile(path_or_name, options)
+                                                      : LoadEmbedded(path_or_name);
+  loaded.body = BodyOfClip(path_or_name, loaded.clip, parameters.body, loaded.notes);
+  loaded.change = BringOntoBody(loaded.clip, loaded.body);
+  if (loaded.change) {
+    loaded.notes.push_back(
+        fmt::format("{}: {}", path_or_name, Describe(*loaded.change, *loaded.body.model)));
+  }
+  return loaded;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "geometry/body_change.h"
+#include "geometry/clip_body.h"
+#include "geometry/import/import_file.h"
+
+namespace holdfast {
+
+/// A clip and the body that it moves.
+struct LoadedClip : ImportedFile {
+  std::filesystem::path file;  ///< the clip's own; empty for an embedded clip and an imported file
+  bool imported = false;       ///< read by ImportFile, not a clip yet
+  ClipBody body;
+  std::optional<BodyChange> change;  ///< where the clip was made with another kind of model
+};
+
+/// A clip of any kind: an embedded clip by name ("demo_drink"), a result folder (its clip.npz), a
+/// clip's file, or whatever else ImportFile reads. The body is `options.parameters.body` (the
+/// embedded one when null) in the clip's shape; a clip that was made with a model of another kind
+/// is brought onto it. `notes` says what was decided on the way. Throws Error for what is none of
+/// these.
+LoadedClip LoadClip(const std::string& path_or_name, ImportFileOptions options = {});
+
+}  // namespace holdfast

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: MIT
+// Every command takes every clip: from a file as it was published to a result in one command.
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "geometry/embedded.h"
+#include "geometry/io/mesh_io.h"
+#include "geometry/io/npz.h"
+#include "tests/support/data_folder.h"
+#include "tests/support/program.h"
+#include "tests/support/published_files.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using testing::DataFolder;
+using ::testing::HasSubstr;
+using testing::Listing;
+using ::testing::Not;
+using testing::ProgramResult;
+using testing::ReadText;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+constexpr int kFrames = 12;
+constexpr const char* kModel = HOLDFAST_MESHES_DIR "/body/holdfast_neutral.npz";
+
+Clip Demo() { return Slice(ReadClip(HOLDFAST_MESHES_DIR "/clips/demo_drink.npz"), 0, kFrames); }
+
+// A mug that is held, in a folder "held" of its own.
+Clip Held(const TemporaryFolder& folder) {
+  const ProgramResult fit =
+      RunHoldfast(folder.Path(), "fit demo_drink mug -o held -q --no-report --end 12");
+  EXPECT_EQ(fit.exit_code, 0) << fit.err;
+  return ReadClip(folder / "held/clip.npz");
+}
+
+// GRAB's folders: the sequence beside the mesh that it names.
+void WriteGrabFolder(const TemporaryFolder& folder) {
+  const Clip clip = Held(folder);
+  const TriangleMesh mug = ReadMesh(folder / "held/object.ply");
+  std::filesystem::create_directories(folder / "grab/s1");
+  std::filesystem::create_directories(folder / "tools/object_meshes");
+  WriteMesh(mug, folder / "tools/object_meshes/mug.ply");
+  testing::WriteGrab(clip, "tools/object_meshes/mug.ply",
+                     static_cast<std::size_t>(mug.NumVertices()),
+                     folder / "grab/s1/mug_drink_1.npz");
+}
+
+nlohmann::json Json(const TemporaryFolder& folder, const std::string& arguments) {
+  const ProgramResult run = RunHoldfast(folder.Path(), arguments + " --json");
+  EXPECT_EQ(run.exit_code, 0) << arguments << "\n" << run.err;
+  return run.exit_code == 0 ? nlohmann::json::parse(run.out) : nlohmann::json();
+}
+
+// One command from the file to the mug in the hand.
+void ExpectAMugHeld(const TemporaryFolder& folder, const std::string& file) {
+  const nlohmann::json fit = Json(folder, "fit " + file + " mug -o out/fitted --no-report");
+  ASSERT_TRUE(fit.contains("summary"));
+  EXPECT_GE(fit["summary"]["frames_in_contact_ratio"].get<double>(), 0.98);
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/fitted/clip.npz"));
+}
+
+TEST(FromFileToFit, Grab) {
+  const TemporaryFolder folder;
+  WriteGrabFolder(folder);
+  ExpectAMugHeld(folder, "grab/s1/mug_drink_1.npz");
+}
+
+TEST(FromFileToFit, AmassSmplx) {
+  const TemporaryFolder folder;
+  testing::WriteAmassSmplx(Demo(), folder / "walk_stageii.npz");
+  ExpectAMugHeld(folder, "walk_stageii.npz");
+}
+
+TEST(FromFileToFit, AmassSmplh) {
+  const TemporaryFolder folder;
+  testing::WriteAmassSmplh(Demo(), folder / "walk_poses.npz");
+  ExpectAMugHeld(folder, "walk_poses.npz");
+}
+
+TEST(FromFileToFit, Bvh) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(), "export demo_drink -o drink.bvh --end 12").exit_code, 0);
+  ExpectAMugHeld(folder, "drink.bvh");
+}
+
+TEST(FromFileToFit, GltfWithNamesOfMixamo) {
+  const TemporaryFolder folder;
+  ExpectAMugHeld(folder, "'" HOLDFAST_SOURCE_DIR "/tests/fixtures/gltf/mixamo.glb'");
+}
+
+TEST(FromFileToFit, Amc) {
+  const std::filesystem::path motion = DataFolder() / "mocap/cmu_asfamc/01_01.amc.gz";
+  if (!std::filesystem::exists(motion)) {
+    GTEST_SKIP() << motion << " is not there: set HOLDFAST_DATA to the folder with mocap/";
+  }
+  const TemporaryFolder folder;
+  ExpectAMugHeld(folder, "'" + motion.string() + "' --end 12");
+}
+
+TEST(ClipInput, ResultFoldersAreClips) {
+  const TemporaryFolder folder;
+  Held(folder);
+  EXPECT_EQ(Json(folder, "fit held held/object.ply -o again --no-report")["grasp"]["made"], false);
+  Json(folder, "convert held --to-body '" + std::string(kModel) + "' -o converted.npz");
+  Json(folder, "reach --goal 0,-1,1 --from held:3 --samples 1 --no-report -o reached");
+}
+
+TEST(ClipInput, FilesOfOthersAreImportedOnTheWay) {
+  const TemporaryFolder folder;
+  WriteGrabFolder(folder);
+  ASSERT_EQ(RunHoldfast(folder.Path(), "export demo_drink -o walk.bvh --end 12").exit_code, 0);
+  const std::string grab = "grab/s1/mug_drink_1.npz";
+  for (const std::string command :
+       {"render walk.bvh -o walk.png --size 64x64 --frame 2", "report walk.bvh -o walk.html",
+        "export walk.bvh -o walk.glb", "score walk.bvh", "fit walk.bvh sphere -o w --no-report",
+        "reach --goal 0,-1,1 --from walk.bvh:3 --samples 1 --no-report -o reached"}) {
+    const ProgramResult run = RunHoldfast(folder.Path(), command);
+    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
+    EXPECT_THAT(run.err, HasSubstr("walk.bvh: BVH")) << command;
+    EXPECT_THAT(run.err, HasSubstr("imported on the way")) << command;
+  }
+  for (const std::string& command :
+       {"render " + grab + " -o grab.png --size 64x64 --frame 2", "score " + grab,
+        "refine " + grab + " -o refined", "report " + grab + " -o grab.html"}) {
+    const ProgramResult run = RunHoldfast(folder.Path(), command);
+    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
+    EXPECT_THAT(run.err, HasSubstr("GRAB sequence, imported on the way")) << command;
+    EXPECT_THAT(run.err, HasSubstr("made with SMPL-X")) << command;
+    EXPECT_THAT(run.err, Not(HasSubstr("body is drawn alone"))) << command;
+  }
+}
+
+TEST(ClipInput, WhatIsNoClipIsNamedWithWhatWouldDo) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "empty");
+  std::ofstream(folder / "note.txt") << "no motion";
+  for (const std::string clip : {"empty", "note.txt", "nowhere.npz"}) {
+    const ProgramResult run = RunHoldfast(folder.Path(), "render " + clip + " -o a.png");
+    EXPECT_EQ(run.exit_code, 1) << clip;
+    EXPECT_THAT(run.err, HasSubstr(clip));
+  }
+  EXPECT_THAT(RunHoldfast(folder.Path(), "fit nowhere.npz mug -o a").err, HasSubstr("demo_drink"));
+}
+
+TEST(Outputs, FoldersAboveAreMadeAndWhatExistsIsRefusedBeforeTheWork) {
+  const TemporaryFolder folder;
+  Held(folder);
+  const std::string mug = "'" HOLDFAST_MESHES_DIR "/objects/mug.ply'";
+  int k = 0;
+  const auto test = [&](const std::string& command, const std::string& extension) {
+    const std::string output = "new/" + std::to_string(++k) + "/deep/file" + extension;
+    const ProgramResult run = RunHoldfast(folder.Path(), command + " -o " + output);
+    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
+    EXPECT_TRUE(std::filesystem::exists(folder / output)) << command;
+    const ProgramResult again = RunHoldfast(folder.Path(), command + " -o " + output);
+    EXPECT_EQ(again.exit_code, 1) << command;
+    EXPECT_THAT(again.err, HasSubstr("exists already")) << command;
+    // Where nothing can be made: refused as well, and nothing left.
+    const ProgramResult blocked =
+        RunHoldfast(folder.Path(), command + " -o held/clip.npz/file" + extension);
+    EXPECT_EQ(blocked.exit_code, 1) << command;
+    EXPECT_THAT(blocked.err, HasSubstr("held/clip.npz")) << command;
+  };
+  test("render held --frame 1 --size 64x64", ".png");
+  test("report held", ".html");
+  test("export held", ".glb");
+  test("export held", ".npz");
+  test("score held", ".json");
+  test("decimate " + mug, ".ply");
+  test("grasp sphere", ".npz");
+  test("import held/clip.npz", ".npz");
+  test("fit held held/object.ply --no-report", "");
+  test("refine held", "");
+  test("convert held --to-body '" + std::string(kModel) + "'", ".npz");
+}
+
+// Joint 0 is at J_0 + trans, and J_0 is 0.35 m from the origin in SMPL-X, at it in the embedded
+// body.
+TEST(OtherBodies, TransGoesWithThePelvis) {
+  const TemporaryFolder folder;
+  WriteGrabFolder(folder);
+  const double held =
+      Json(folder, "score held")["clips"][0]["values"]["contact_ratio"].get<double>();
+  for (const std::string clip : {"grab/s1/mug_drink_1.npz", "imported.npz"}) {
+    if (clip == "imported.npz") {
+      const ProgramResult import =
+          RunHoldfast(folder.Path(), "import grab/s1/mug_drink_1.npz -o imported.npz");
+      ASSERT_EQ(import.exit_code, 0) << import.err;
+      EXPECT_THAT(import.err, HasSubstr("made with SMPL-X"));
+      EXPECT_THAT(import.err, Not(HasSubstr("mm from it")));
+    }
+    const nlohmann::json score = Json(folder, "score " + clip);
+    EXPECT_NEAR(score["clips"][0]["values"]["contact_ratio"].get<double>(), held, 0.002) << clip;
+    EXPECT_EQ(score["clips"][0]["foreign_body"], true);
+  }
+  // On the file's own kind of body nothing moves.
+  const Clip imported = ReadClip(folder / "imported.npz");
+  EXPECT_EQ(imported.body_model, "");
+  EXPECT_LT((imported.trans -
+             testing::TransFor(ReadClip(folder / "held/clip.npz"), testing::SmplxPelvis()))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-12);
+  // A result is of the body that it was made on: it is not moved again.
+  const nlohmann::json fit = Json(folder, "fit imported.npz mug -o fitted --no-report");
+  EXPECT_EQ(ReadClip(folder / "fitted/clip.npz").body_model, "holdfast_neutral");
+  EXPECT_EQ(Json(folder, "score fitted")["clips"][0]["foreign_body"], false);
+}
+
+TEST(OtherBodies, AHandThatIsAwayFromWhatItHoldsIsSaid) {
+  const TemporaryFolder folder;
+  Clip clip = Held(folder);
+  clip.object->trans.row(2).array() += 0.15;  // as longer arms would
+  clip.holding_hand.assign(kFrames, kHoldsRight);
+  std::filesystem::copy(folder / "held/object.ply", folder / "object.ply");
+  WriteClip(clip, folder / "away.npz");
+  for (const std::string command :
+       {"score away.npz", "refine away.npz -o r", "fit away.npz object.ply -o f --no-report",
+        "import away.npz -o again.npz"}) {
+    const ProgramResult run = RunHoldfast(folder.Path(), command);
+    EXPECT_THAT(run.err, HasSubstr("says that a hand holds the object in 12 of 12 frames"))
+        << command;
+    EXPECT_THAT(run.err, HasSubstr("mm from it")) << command;
+    EXPECT_THAT(run.err, HasSubstr("--regrasp")) << command;
+  }
+  const ProgramResult doctor = RunHoldfast(folder.Path(), "doctor away.npz");
+  EXPECT_THAT(doctor.out, HasSubstr("mm from it"));
+  EXPECT_THAT(doctor.out, HasSubstr("--regrasp"));
+}
+
+// The lines of AMASS's notebook and of the loaders after it.
+void ExpectAmassLoads(const std::filesystem::path& path, int frames) {
+  const NpzReader file(path);
+  const Clip clip = ReadClip(path);
+  const NpyMember poses = file.Read("poses");
+  poses.RequireShape({frames, 165});
+  const std::vector<double> values = poses.AsDoubles();
+  for (int t = 0; t < frames; ++t) {
+    for (int k = 0; k < 165; ++k) {
+      ASSERT_NEAR(values[static_cast<std::size_t>(165 * t + k)],
+                  clip.pose[static_cast<std::size_t>(t)].reshaped()(k), 1e-6);
+    }
+  }
+  const std::vector<std::int64_t> num_betas = file.Read("num_betas").AsIntegers();
+  ASSERT_EQ(num_betas.size(), 1U);
+  EXPECT_GT(num_betas[0], 0);
+  EXPECT_EQ(file.Read("betas").array.NumElements(), static_cast<std::size_t>(num_betas[0]));
+  EXPECT_NEAR(file.Read("mocap_time_length").AsDoubles()[0],
+              frames / file.Read("mocap_frame_rate").AsDoubles()[0], 1e-12);
+  EXPECT_EQ(file.Read("gender").AsText(), clip.gender);
+}
+
+TEST(AmassLayout, IsWhatEveryCommandWrites) {
+  const TemporaryFolder folder;
+  Held(folder);
+  ExpectAmassLoads(folder / "held/clip.npz", kFrames);
+  Json(folder, "export held -o exported.npz --start 2");
+  ExpectAmassLoads(folder / "exported.npz", kFrames - 2);
+  Json(folder, "convert held --to-body '" + std::string(kModel) + "' -o converted.npz --betas 0");
+  ExpectAmassLoads(folder / "converted.npz", kFrames);
+  Json(folder, "import held/clip.npz -o imported.npz");
+  ExpectAmassLoads(folder / "imported.npz", kFrames);
+  // Twice the pose, yet not twice the file.
+  NpzWriter alone;
+  const NpzReader file(folder / "held/clip.npz");
+  for (const std::string& key : file.Keys()) {
+    if (key != "poses") alone.Add(key, file.Read(key).array);
+  }
+  alone.Write(folder / "alone.npz");
+  EXPECT_LT(static_cast<double>(std::filesystem::file_size(folder / "held/clip.npz")),
+            1.6 * static_cast<double>(std::filesystem::file_size(folder / "alone.npz")));
+}
+
+}  // namespace
+}  // namespace holdfast
