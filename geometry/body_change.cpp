@@ -37,14 +37,15 @@ std::optional<BodyChange> BringOntoBody(Clip& clip, const ClipBody& body) {
   const Family from = FamilyOf(clip), to = FamilyOf(*body.model);
   if (from == to || from == Family::kOther || to == Family::kOther) return std::nullopt;
   BodyChange change;
+  change.from = !clip.body_model.empty() ? clip.body_model
+                : from == Family::kSmplx ? "SMPL-X"
+                                         : "SMPL-H";
   Eigen::Vector3d pelvis;
   if (from == Family::kEmbedded) {
     const BodyModel& embedded = *BodyModel::Default();
-    change.from = embedded.Name();
     const bool shaped = clip.betas.size() <= embedded.NumShape();
     pelvis = PelvisOf(embedded, shaped ? clip.betas : Eigen::VectorXd());
   } else {
-    change.from = from == Family::kSmplx ? "SMPL-X" : "SMPL-H";
     pelvis = from == Family::kSmplx ? kSmplxPelvis : kSmplhPelvis;
   }
   change.offset = pelvis - PelvisOf(*body.model, body.betas);

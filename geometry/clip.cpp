@@ -189,8 +189,8 @@ bool HasOnlyClipArrays(std::span<const std::string> names) {
     return std::ranges::find(kAmassArrays, name) != kAmassArrays.end() ||
            std::ranges::find(kOwnArrays, name) != kOwnArrays.end();
   };
-  return (HasAll(names, {"root_orient"}) || HasAll(names, {"pose_body"})) &&
-         std::ranges::all_of(names, known);
+  const bool only_joined = HasAll(names, {"poses"}) && !HasAll(names, {"root_orient"});
+  return !only_joined && std::ranges::all_of(names, known);
 }
 
 Eigen::VectorXd WrittenBetas(const Clip& clip) {

@@ -19,7 +19,8 @@ Eigen::VectorXd WrittenBetas(const Clip& clip);
 /// and an array that only Holdfast's clips have.
 bool IsHoldfastClip(std::span<const std::string> names);
 
-/// Whether it has parts of a motion, and no array but those that WriteClip writes.
+/// Whether it has no array but those that WriteClip writes, and not the joints in one array alone,
+/// which may be another model's.
 bool HasOnlyClipArrays(std::span<const std::string> names);
 
 }  // namespace holdfast
