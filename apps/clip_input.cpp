@@ -102,6 +102,18 @@ void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& bod
   }
 }
 
+std::optional<TriangleMesh> MeshNamedBy(const Clip& clip, const fs::path& source) {
+  if (!clip.object || clip.object->mesh.empty()) return std::nullopt;
+  const fs::path folder = fs::is_directory(source) ? source : source.parent_path();
+  for (const std::string& place : {(folder / clip.object->mesh).string(), clip.object->mesh}) {
+    try {
+      return LoadObject(place).mesh;
+    } catch (const Error&) {
+    }
+  }
+  return std::nullopt;
+}
+
 ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions& options,
                         const CommonOptions& common) {
   LoadedClip loaded = LoadClip(

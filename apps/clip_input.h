@@ -61,6 +61,10 @@ void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& bod
 ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions& options,
                         const CommonOptions& common);
 
+/// The mesh that a clip's object names, beside the clip's file (or its folder) or embedded; nothing
+/// when there is none.
+std::optional<TriangleMesh> MeshNamedBy(const Clip& clip, const std::filesystem::path& source);
+
 /// The vertices of the body in the clip: shaped, of the body model that was loaded.
 inline BodySurface SurfaceOf(const ClipInput& input) {
   return BodySurface(input.body, input.betas);

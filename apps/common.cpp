@@ -122,12 +122,15 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale) {
 void RequireHandheld(const LoadedObject& object) {
   if (!object.implausible_size) return;
   const Eigen::Vector3d extent = Extent(object.mesh);
+  const Eigen::Vector3d in_cm = 100.0 * object.suggested_scale * extent;
   throw Error(object.name,
               fmt::format("is {:.3g} x {:.3g} x {:.3g} m, no size to hold", extent.x(), extent.y(),
                           extent.z()),
               object.suggested_scale != 1.0
-                  ? fmt::format("Meshes are in metres: --object-scale {:g} makes it handheld",
-                                object.suggested_scale)
+                  ? fmt::format("Meshes are in metres, this one is likely in {}: --object-scale "
+                                "{:g} makes it {:.3g} x {:.3g} x {:.3g} cm",
+                                UnitOfScale(object.suggested_scale), object.suggested_scale,
+                                in_cm.x(), in_cm.y(), in_cm.z())
                   : "Meshes are in metres: give its unit with --object-scale");
 }
 

@@ -6,9 +6,24 @@
 #include "geometry/rotation.h"
 #include "solver/grasp.h"
 #include "solver/grasp_both.h"
+#include "solver/grasp_candidates.h"
 #include "solver/grasp_obstacles.h"
 
 namespace holdfast::apps {
+
+void RequireGraspable(const LoadedObject& object, bool both) {
+  RequireHandheld(object);
+  constexpr double kLarge_m = 0.25;  // the search itself says so soon enough of smaller ones
+  const Eigen::Vector3d extent = Extent(object.mesh);
+  const double span = both ? BothHandsOptions{}.max_width_m : OppositionOptions{}.max_width_m;
+  if (extent.maxCoeff() < kLarge_m || IsWithinSpan(object.mesh, span)) return;
+  throw FitFailure(fmt::format(
+      "{}: nothing of it is thinner than the {:.0f} cm that {}. It measures {:.1f} x {:.1f} x "
+      "{:.1f} cm: check its unit (--object-scale){}",
+      object.name, 100.0 * span, both ? "two hands hold between them" : "a hand spans",
+      100.0 * extent.x(), 100.0 * extent.y(), 100.0 * extent.z(),
+      both ? "" : ", or hold it between both hands (--hand both)"));
+}
 
 bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
                        const SignedDistance& surface, const DistanceGrid& grid,

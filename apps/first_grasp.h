@@ -17,6 +17,11 @@
 
 namespace holdfast::apps {
 
+/// Throws at once for what no hand can hold: Error for an object that is no size for a hand
+/// (RequireHandheld), FitFailure for a large one that nowhere is within the span of a hand, or of
+/// `both`.
+void RequireGraspable(const LoadedObject& object, bool both);
+
 /// Closes a hand around the object in the clip's first frame and writes fingers and object into it.
 /// `style` as in StyleByName, or "auto". The object keeps clear of the body along the clip;
 /// told is what meets it in the first `held_frames`, while this hand alone holds it.

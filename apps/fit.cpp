@@ -38,7 +38,6 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
                    "an object the right")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "right", "left", "both"}));
-  command->add_flag("--regrasp", job.regrasp, "Make a new grasp even if the clip has an object");
   command->add_flag("--paper", options->paper,
                     "The paper's three terms and nothing else (--recipe paper)");
   command

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <chrono>
 #include <memory>
 #include <numbers>
@@ -20,6 +21,7 @@
 #include "geometry/io/atomic_file.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/rotation.h"
+#include "geometry/surface_distance.h"
 #include "solver/clip_state.h"
 #include "solver/grip_by_transfer.h"
 #include "solver/grip_from_clip.h"
@@ -106,6 +108,39 @@ LoadedClip LoadRange(const FitJob& job, const std::shared_ptr<const BodyModel>& 
   return loaded;
 }
 
+// Whether the object that a clip has is the one given: the surface that the clip names is the same,
+// or, where there is none to look at, one of its names.
+bool IsObjectOf(const Clip& clip, const FitJob& job, const LoadedObject& object) {
+  if (std::optional<TriangleMesh> own = MeshNamedBy(clip, job.clip)) {
+    if (SameSurface(*own, object.mesh)) return true;
+    own->vertices *= job.object_scale;
+    return job.object_scale != 1.0 && SameSurface(*own, object.mesh);
+  }
+  const auto same = [](unsigned char a, unsigned char b) {
+    return std::tolower(a) == std::tolower(b);
+  };
+  const std::string mesh = std::filesystem::path(clip.object->mesh).stem().string();
+  return clip.object->name.empty() || std::ranges::equal(clip.object->name, object.name, same) ||
+         std::ranges::equal(mesh, object.name, same);
+}
+
+// Whether a grasp has to be made. Objects that no hand can hold are refused here, before anything
+// is prepared for them.
+bool NeedsGrasp(const FitJob& job, const Clip& clip, const LoadedObject& object,
+                const CommonOptions& common) {
+  bool needed = !clip.object || job.regrasp;
+  if (!needed && !job.keep_grasp && !job.motion && !IsObjectOf(clip, job, object)) {
+    needed = true;
+    Note(common,
+         fmt::format("note: the clip's grasp is of {}, not of {}: a new one is made "
+                     "(--keep-grasp keeps it)",
+                     clip.object->name.empty() ? "another mesh" : clip.object->name, job.object));
+  }
+  const bool both = job.hand == "both" || std::ranges::count(clip.holding_hand, kHoldsBoth) > 0;
+  if (needed) RequireGraspable(object, both);
+  return needed;
+}
+
 // A grasp of a clip's own that the terms cannot mend any more: soft tissue gives less.
 constexpr double kBadGripMm = 3.0;
 
@@ -116,6 +151,7 @@ struct Scene {
   Scene(const FitJob& job, const CommonOptions& common, FitLibrary& library, LoadedClip loaded)
       : clip(std::move(loaded.clip)),
         body(loaded.body.model),
+        needs_grasp(NeedsGrasp(job, clip, *library.Loaded(job.object, job.object_scale), common)),
         prepared(
             library.Object(job.object, job.object_scale, job.object_vertices, NumThreads(common))),
         betas(loaded.body.betas),
@@ -128,6 +164,7 @@ struct Scene {
 
   Clip clip;
   std::shared_ptr<const BodyModel> body;
+  bool needs_grasp;  ///< the clip has none of this object
   std::shared_ptr<const PreparedObject> prepared;
   Eigen::VectorXd betas;
   HandModel right, left;
@@ -137,14 +174,26 @@ Holding Always(std::uint8_t bits, std::size_t frames) {
   return {std::vector<std::uint8_t>(frames, bits), {}, std::vector<double>(frames, 1.0)};
 }
 
+// Who is to hold an object that the clip does not have: who held the clip's own in most frames.
+std::uint8_t UsualHolder(const Scene& scene) {
+  if (const std::optional<Side> lone = scene.body->LoneHand()) return HoldingBit(*lone);
+  const auto frames = [&](std::uint8_t bits) {
+    return std::ranges::count(scene.clip.holding_hand, bits);
+  };
+  const std::uint8_t one = frames(kHoldsLeft) > frames(kHoldsRight) ? kHoldsLeft : kHoldsRight;
+  return frames(kHoldsBoth) > frames(one) ? kHoldsBoth : one;
+}
+
 // Who holds the object in each frame, before the fit.
 Holding WhoHolds(const FitJob& job, const Scene& scene, const CommonOptions& common) {
   const Clip& clip = scene.clip;
   const auto frames = static_cast<std::size_t>(clip.NumFrames());
-  const bool has_track = clip.object && !job.regrasp;
+  const bool has_track = !scene.needs_grasp;
+  // Without the object's own trajectory, somebody has to hold it in every frame.
+  const bool labelled =
+      !clip.holding_hand.empty() && (has_track || std::ranges::count(clip.holding_hand, 0) == 0);
   Holding holding;
-  if (has_track && !clip.holding_hand.empty() && (job.offhand || job.hand == "auto") &&
-      job.handover.switch_frames.empty()) {
+  if (labelled && (job.offhand || job.hand == "auto") && job.handover.switch_frames.empty()) {
     holding = {clip.holding_hand, SwitchesOf(clip.holding_hand), {}};
   } else if (job.offhand && !(has_track && job.handover.switch_frames.empty())) {
     Eigen::Vector3d extent = Extent(scene.Object().mesh);
@@ -153,7 +202,7 @@ Holding WhoHolds(const FitJob& job, const Scene& scene, const CommonOptions& com
   } else if (!job.offhand && job.hand != "auto") {
     return Always(BitsOf(job.hand), frames);
   } else if (!has_track) {
-    return Always(scene.body->LoneHand() == Side::kLeft ? kHoldsLeft : kHoldsRight, frames);
+    return Always(UsualHolder(scene), frames);
   } else {
     HoldingOptions options;
     options.threads = NumThreads(common);
@@ -226,6 +275,14 @@ void RequireGrasp(bool held, const FitJob& job, const nlohmann::json& grasp, std
                                job.object, grasp["status"].get<std::string>(), other));
 }
 
+void RequireContact(const ContactSummary& contact, const FitJob& job, bool grasped) {
+  if (contact.frames_in_contact_ratio > 0.0) return;
+  throw FitFailure(fmt::format(
+      "{}: {} touches no hand in any frame, so that nothing is written. {}", job.clip, job.object,
+      grasped ? "Try another --hand, or another frame to take hold in (--start)"
+              : "Its trajectory is of another object, scale or body: --regrasp makes a new grasp"));
+}
+
 }  // namespace
 
 FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& library) {
@@ -240,8 +297,7 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
   const FitOutcome stopped{kInterrupted, {}, {}};
 
   Scene scene(job, common, library);
-  const bool needs_grasp = !scene.clip.object || job.regrasp;
-  if (needs_grasp) RequireHandheld(scene.Object());
+  const bool needs_grasp = scene.needs_grasp;
   if (job.offhand) RequireHands(*scene.body, kHoldsBoth);
   const Holding held = WhoHolds(job, scene, common);
   const std::vector<std::uint8_t>& holding = held.hands;
@@ -290,7 +346,7 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
   transfer.seed = common.seed;
   transfer.threads = NumThreads(common);
   const GripMaker later_grips =
-      job.offhand
+      job.offhand || needs_grasp
           ? GripsByTransfer(scene.right, scene.left, scene.Object().mesh, scene.prepared->surface,
                             *scene.prepared->fit.distance, transfer, &handovers)
           : GripsFromClip(scene.clip, hands);
@@ -326,6 +382,7 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
   const std::vector<ContactMetrics> contact = OfHoldingHands(per_hand, hands, holding);
 
   const FitSummary summary = SummarizeFit(result, contact);
+  RequireContact(summary.contact, job, needs_grasp);
   nlohmann::json metrics = JsonHead("holdfast/fit/1", common);
   metrics["options"] = FitOptionsJson(job);
   metrics["held_by"] = HandsText(all_bits);
@@ -390,6 +447,12 @@ void AddFitJobOptions(CLI::App& command, FitJob& job) {
                   "How a new grasp holds: power, precision, handle (fingers through it), or auto")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "power", "precision", "handle"}));
+  CLI::Option* const regrasp = command.add_flag(
+      "--regrasp", job.regrasp, "Make a new grasp even if the clip has one of this object");
+  command
+      .add_flag("--keep-grasp", job.keep_grasp,
+                "Keep the clip's own grasp and trajectory even if they are another object's")
+      ->excludes(regrasp);
   command.add_option("--start", job.start, "First frame to fit")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);

@@ -41,11 +41,18 @@ std::shared_ptr<const BodyModel> FitLibrary::Body(const std::string& path) {
   return Find(bodies_, path, [&] { return LoadBody(path); });
 }
 
+std::shared_ptr<const LoadedObject> FitLibrary::Loaded(const std::string& path_or_name,
+                                                       double scale) {
+  return Find(loaded_, fmt::format("{}\n{}", path_or_name, scale), [&] {
+    return std::make_shared<const LoadedObject>(LoadObject(path_or_name, scale));
+  });
+}
+
 std::shared_ptr<const PreparedObject> FitLibrary::Object(const std::string& path_or_name,
                                                          double scale, int vertices, int threads) {
   const std::string key = fmt::format("{}\n{}\n{}", path_or_name, scale, vertices);
   return Find(objects_, key, [&]() -> std::shared_ptr<const PreparedObject> {
-    LoadedObject object = LoadObject(path_or_name, scale);
+    LoadedObject object = *Loaded(path_or_name, scale);
     std::vector<std::string> notes = object.notes;
     TriangleMesh simplified = ForFitting(object, vertices, &notes);
     SignedDistance surface(object.mesh);

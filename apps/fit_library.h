@@ -32,6 +32,8 @@ class FitLibrary {
 
   /// Throws what LoadBody throws.
   std::shared_ptr<const BodyModel> Body(const std::string& path);
+  /// The object alone, at once. Throws what LoadObject throws.
+  std::shared_ptr<const LoadedObject> Loaded(const std::string& path_or_name, double scale);
   /// Throws what LoadObject and Decimate throw; prepares on `threads` threads.
   std::shared_ptr<const PreparedObject> Object(const std::string& path_or_name, double scale,
                                                int vertices, int threads);
@@ -51,6 +53,7 @@ class FitLibrary {
   std::size_t capacity_;
   std::mutex lock_;
   Shelf<BodyModel> bodies_;
+  Shelf<LoadedObject> loaded_;
   Shelf<PreparedObject> objects_;
 };
 

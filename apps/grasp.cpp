@@ -7,6 +7,7 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
+#include "apps/first_grasp.h"
 #include "geometry/distance_grid.h"
 #include "geometry/error.h"
 #include "geometry/io/mesh_io.h"
@@ -146,7 +147,7 @@ int Run(Options options) {
   const Side side = HandFor(options, *body);
   const LoadedObject object = LoadObject(options.object, options.object_scale);
   for (const std::string& note : object.notes) Note(common, "note: " + note);
-  RequireHandheld(object);
+  RequireGraspable(object, false);
 
   const HandModel hand(body, {}, side);
   const SignedDistance surface(object.mesh);
@@ -261,6 +262,7 @@ int RunBoth(const Options& options) {
   RequireHands(*body, kHoldsRight | kHoldsLeft);
   const LoadedObject object = LoadObject(options.object, options.object_scale);
   for (const std::string& note : object.notes) Note(common, "note: " + note);
+  RequireGraspable(object, true);
 
   Clip clip;
   ClipBody person{body, {}};

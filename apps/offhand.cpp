@@ -41,7 +41,6 @@ void AddOffhandCommand(CLI::App& app, int& exit_code) {
                    "Both hands hold for about this long around a switch that was given, s")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 10.0));
-  command->add_flag("--regrasp", job.regrasp, "Ignore the object that the clip has");
   AddFitJobOptions(*command, job);
   AddCommonOptions(*command, options->common, true,
                    "  holdfast offhand pass.npz apple -o passed\n"

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/clip_input.h"
+#include "apps/first_grasp.h"
 #include "apps/report.h"
 #include "apps/result_folder.h"
 #include "geometry/clip_contact.h"
@@ -188,10 +189,10 @@ FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMo
   const int threads = NumThreads(common);
   FitLibrary library;
   constexpr int kPairVertices = 300;
+  RequireGraspable(*library.Loaded(job.object, job.object_scale), false);
   const std::shared_ptr<const PreparedObject> prepared =
       library.Object(job.object, job.object_scale, kPairVertices, threads);
   for (const std::string& note : prepared->notes) Note(common, "note: " + note);
-  RequireHandheld(prepared->object);
   const TakeObject object{prepared->object.mesh, prepared->surface, *prepared->fit.distance};
   const HandModel hand(start.body, start.betas, job.side);
   const BodySurface body(start.body, start.betas);

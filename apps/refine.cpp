@@ -15,6 +15,7 @@
 #include "geometry/io/atomic_file.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/score/hand_object_score.h"
+#include "geometry/surface_distance.h"
 #include "solver/clip_refinement.h"
 #include "solver/clip_state.h"
 #include "solver/holding.h"
@@ -208,6 +209,15 @@ int Refine(Options& options) {
   if (input.object_source.empty()) {
     throw Error(options.clip, "holds its object's mesh itself",
                 "Make a clip and a mesh of it first, with 'holdfast import'");
+  }
+  if (!options.input.object.empty()) {
+    const std::optional<TriangleMesh> own = MeshNamedBy(input.clip, options.clip);
+    if (own && !SameSurface(*own, *input.object)) {
+      throw Error(options.input.object,
+                  "is not the object whose trajectory the clip has: " + input.clip.object->mesh,
+                  fmt::format("Leave out --object, or fit it anew: holdfast fit {} {}",
+                              options.clip, options.input.object));
+    }
   }
   FitLibrary library;
   const auto object =

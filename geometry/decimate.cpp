@@ -122,6 +122,38 @@ EdgeCounts CountEdges(const TriangleMesh& mesh) {
   return counts;
 }
 
+/// What is left of the parts of a surface at the least, in vertices.
+Eigen::Index FewestVertices(const MeshParts& found) {
+  Eigen::Index count = 0;
+  for (const MeshPart& part : found.parts) count += part.closed ? kFewestVertices : 3;
+  return count;
+}
+
+/// The same when it is wrapped: parts whose boxes are farther apart than a wrap bridges stay apart.
+Eigen::Index FewestVerticesWrapped(const MeshParts& found, double extent) {
+  std::vector<MeshPart> parts = found.parts;
+  constexpr std::size_t kMost = 20'000;  // beyond, pairs are too many to look at
+  if (parts.size() > kMost) return 0;
+  std::ranges::sort(parts, {}, [](const MeshPart& part) { return part.min.x(); });
+  const double bridged = extent / kWrapAlphaPerExtent + 2.0 * extent / kWrapOffsetPerExtent;
+  DisjointSets sets(static_cast<int>(parts.size()));
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Eigen::Array3d low = parts[i].min.array() - bridged,
+                         high = parts[i].max.array() + bridged;
+    for (std::size_t j = i + 1; j < parts.size() && parts[j].min.x() <= high.x(); ++j) {
+      if ((parts[j].min.array() <= high).all() && (parts[j].max.array() >= low).all()) {
+        sets.Merge(static_cast<int>(i), static_cast<int>(j));
+      }
+    }
+  }
+  Eigen::Index count = 0;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const int part = static_cast<int>(i);
+    if (sets.Find(part) == part) count += kFewestVertices;
+  }
+  return count;
+}
+
 SurfaceMesh ToCgal(const TriangleMesh& mesh, const Eigen::Vector3d& center, double scale) {
   SurfaceMesh out;
   out.reserve(static_cast<unsigned>(mesh.NumVertices()),
@@ -258,6 +290,21 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
                     surface.NumVertices(), options.vertices));
     result.mesh = std::move(surface);
   } else {
+    const MeshParts found = FindParts(surface);
+    if (FewestVertices(found) > options.vertices) {
+      const Eigen::Index fewest = may_wrap
+                                      ? FewestVerticesWrapped(found, Extent(surface).maxCoeff())
+                                      : FewestVertices(found);
+      if (fewest > options.vertices) {
+        throw Error("mesh",
+                    fmt::format("cannot be decimated to {} vertices: it is of {} loose parts that "
+                                "need at least {}",
+                                options.vertices, found.parts.size(), fewest),
+                    "Join its parts or leave some out in a mesh editor, or ask for more vertices "
+                    "(--object-vertices in a fit)");
+      }
+      wrap(fmt::format("its {} parts need {} vertices", found.parts.size(), FewestVertices(found)));
+    }
     result.mesh = CollapseTo(surface, options);
     if (result.mesh.NumVertices() > options.vertices && may_wrap) {
       wrap(fmt::format("its handles and parts need {} vertices", result.mesh.NumVertices()));

@@ -20,6 +20,8 @@ namespace {
 
 constexpr double kLargestPlausible_m = 2.0;
 constexpr double kSmallestPlausible_m = 0.005;
+constexpr double kTypicalSize_m = 0.07;         // geometric mean of the extents of what hands hold
+constexpr double kDecade = 3.1622776601683795;  // root of 10: as far as half way to the next unit
 
 void CountTopology(const TriangleMesh& mesh, MeshReport& report) {
   const EdgeTable edges(mesh.faces, mesh.NumVertices());
@@ -71,15 +73,31 @@ void CountTopology(const TriangleMesh& mesh, MeshReport& report) {
   report.extent_m = high - low;
 }
 
+// How large something is in the hand: the geometric mean of its extents, so that a sword is not
+// taken for smaller than a ball, nor a sheet of no thickness for nothing.
+double HandSize(const Eigen::Vector3d& extent) {
+  const double longest = extent.maxCoeff();
+  return std::cbrt(extent.cwiseMax(0.02 * longest).prod());
+}
+
+bool IsPlausible(double longest) {
+  return longest <= kLargestPlausible_m && longest >= kSmallestPlausible_m;
+}
+
 void JudgeSize(MeshReport& report) {
-  const double size = report.extent_m.maxCoeff();
-  report.implausible_size = size > kLargestPlausible_m || size < kSmallestPlausible_m;
+  const double longest = report.extent_m.maxCoeff();
+  report.implausible_size = !IsPlausible(longest);
   if (!report.implausible_size) return;
-  for (const double scale : {0.001, 0.01, 0.0254, 1000.0}) {
-    if (size * scale >= 0.03 && size * scale <= 0.6) {
-      report.suggested_scale = scale;
-      return;
-    }
+  const double size = HandSize(report.extent_m);
+  const auto fits = [&](double scale) {
+    const double factor = size * scale / kTypicalSize_m;
+    return IsPlausible(longest * scale) && factor > 1.0 / kDecade && factor <= kDecade;
+  };
+  // Metric units are a factor of ten or more apart: at most one of them fits. Inches come last.
+  for (const double scale : {0.001, 0.01, 1000.0, 0.0254}) {
+    if (!fits(scale)) continue;
+    report.suggested_scale = scale;
+    return;
   }
 }
 
@@ -122,6 +140,13 @@ MeshReport CheckMesh(const TriangleMesh& mesh) {
                       report.num_nested_solids == 0;
   JudgeSize(report);
   return report;
+}
+
+std::string_view UnitOfScale(double scale) {
+  if (scale == 0.001) return "millimetres";
+  if (scale == 0.01) return "centimetres";
+  if (scale == 0.0254) return "inches";
+  return scale == 1000.0 ? "kilometres" : "";
 }
 
 std::vector<std::string> Describe(const MeshReport& report) {
@@ -168,12 +193,8 @@ std::vector<std::string> Describe(const MeshReport& report) {
     std::string line = fmt::format("The largest extent of {:.4g} m is {} for a handheld object",
                                    size, size > kLargestPlausible_m ? "large" : "small");
     if (report.suggested_scale != 1.0) {
-      const char* unit = report.suggested_scale == 0.001    ? "millimetres"
-                         : report.suggested_scale == 0.01   ? "centimetres"
-                         : report.suggested_scale == 0.0254 ? "inches"
-                                                            : "metres divided by 1000";
-      line +=
-          fmt::format(": the file is likely in {}, scale it by {:g}", unit, report.suggested_scale);
+      line += fmt::format(": the file is likely in {}, scale it by {:g}",
+                          UnitOfScale(report.suggested_scale), report.suggested_scale);
     }
     lines.push_back(line + ".");
   }

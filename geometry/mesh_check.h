@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -45,14 +46,17 @@ struct MeshReport {
   /// The largest extent is more than 2 m or less than 5 mm: not a handheld object in metres.
   bool implausible_size = false;
   /// Then the factor that gives metres if a common unit explains it: 0.001 (millimetres), 0.01
-  /// (centimetres), 0.0254 (inches) or 1000 (metres taken for millimetres), the first that leads to
-  /// 3 cm ... 60 cm. Else 1.
+  /// (centimetres), 1000 (metres taken for millimetres) or 0.0254 (inches), the first that makes it
+  /// hand-sized: the geometric mean of its extents is then 2.2 cm ... 22 cm. Else 1.
   double suggested_scale = 1.0;
 };
 
 /// Looks at a mesh without changing it: seconds for two million vertices, about 100 bytes per face.
 /// Throws Error for ids out of range and coordinates that are not finite.
 MeshReport CheckMesh(const TriangleMesh& mesh);
+
+/// The unit that a suggested scale takes to metres, in the plural; empty for 1.
+std::string_view UnitOfScale(double scale);
 
 /// The report as plain sentences: what the mesh is, then each fault.
 std::vector<std::string> Describe(const MeshReport& report);

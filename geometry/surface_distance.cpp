@@ -84,4 +84,19 @@ SurfaceDistance MeasureSurfaceDistance(const TriangleMesh& a, const TriangleMesh
   return {forward.max, backward.max, forward.mean, backward.mean};
 }
 
+bool SameSurface(const TriangleMesh& a, const TriangleMesh& b) {
+  constexpr double kMean = 0.01, kAnywhere = 0.05;  // of the size
+  constexpr int kSamples = 2000;
+  const auto low = [](const TriangleMesh& mesh) { return mesh.vertices.rowwise().minCoeff(); };
+  const auto high = [](const TriangleMesh& mesh) { return mesh.vertices.rowwise().maxCoeff(); };
+  const double size = Extent(a).norm();
+  if ((low(a) - low(b)).norm() > kAnywhere * size ||
+      (high(a) - high(b)).norm() > kAnywhere * size) {
+    return false;  // a glance is enough for most that differ
+  }
+  const SurfaceDistance apart = MeasureSurfaceDistance(a, b, kSamples);
+  return std::max(apart.mean_forward_m, apart.mean_backward_m) <= kMean * size &&
+         std::max(apart.hausdorff_forward_m, apart.hausdorff_backward_m) <= kAnywhere * size;
+}
+
 }  // namespace holdfast

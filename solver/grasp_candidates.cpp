@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include "geometry/triangle_tree.h"
+
 namespace holdfast {
 namespace {
 
@@ -37,6 +39,32 @@ bool SameNeighbourhood(const Opposition& a, const Opposition& b, double size) {
 }
 
 }  // namespace
+
+bool IsWithinSpan(const TriangleMesh& object, double span_m) {
+  constexpr int kPlaces = 3000;
+  constexpr double kTouch_m = 0.00025, kOwnSurface_m = 0.001, kFacing = 0.5;
+  const TriangleTree tree(object);
+  const auto normal_of = [&](int face) {
+    const auto corner = [&](int k) { return object.vertices.col(object.faces(k, face)); };
+    return Eigen::Vector3d((corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized());
+  };
+  const Eigen::Matrix3Xd places = SampleSurface(object, kPlaces, 0);
+  for (Eigen::Index i = 0; i < places.cols(); ++i) {
+    TriangleTree::Hit hit = tree.Closest(places.col(i));
+    const Eigen::Vector3d inward = -normal_of(hit.face);
+    for (double s = kTouch_m; s < span_m;) {
+      hit = tree.Closest(places.col(i) + s * inward, hit.face);
+      const double distance = std::sqrt(hit.squared_distance);
+      const double facing = normal_of(hit.face).dot(inward);
+      // Faces may be turned the wrong way; the one that was left is not met again.
+      if (distance < kTouch_m && (facing > kFacing || (s > kOwnSurface_m && facing < -kFacing))) {
+        return true;
+      }
+      s += std::max(distance, kTouch_m);
+    }
+  }
+  return false;
+}
 
 Eigen::Vector3d SolidCentroid(const TriangleMesh& mesh) {
   Eigen::Vector3d moment = Eigen::Vector3d::Zero(), surface_moment = Eigen::Vector3d::Zero();

@@ -35,6 +35,11 @@ std::vector<Opposition> FindOppositions(const TriangleMesh& object, const Distan
                                         const Eigen::Vector3d& centroid,
                                         const OppositionOptions& options);
 
+/// Whether anything of an object is so thin that a hand (or two) could close on it: straight in
+/// from some of many places of its surface, it is left again within `span_m`. Where it is not,
+/// FindOppositions finds nothing either, and this takes no distance grid to say so.
+bool IsWithinSpan(const TriangleMesh& object, double span_m);
+
 /// Centroid of the solid (of the surface when it has no volume).
 Eigen::Vector3d SolidCentroid(const TriangleMesh& mesh);
 

@@ -104,11 +104,8 @@ void InspectMesh(Inspection& inspection) {
     const bool known = report.suggested_scale != 1.0;
     inspection.AddFact("suggested_scale", report.suggested_scale, "");
     inspection.Warn(
-        fmt::format("{:.3g} m at its longest is no size for a hand{}", report.extent_m.maxCoeff(),
-                    report.suggested_scale == 0.001    ? ": the file is likely in millimetres"
-                    : report.suggested_scale == 0.01   ? ": the file is likely in centimetres"
-                    : report.suggested_scale == 0.0254 ? ": the file is likely in inches"
-                                                       : ""),
+        fmt::format("{:.3g} m at its longest is no size for a hand{}{}", report.extent_m.maxCoeff(),
+                    known ? ": the file is likely in " : "", UnitOfScale(report.suggested_scale)),
         known ? fmt::format("--object-scale {:g}", report.suggested_scale)
               : "give its unit with --object-scale");
   } else {

@@ -12,6 +12,7 @@
 #include "geometry/clip.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/io/npz.h"
+#include "tests/geometry/mesh_shapes.h"
 #include "tests/support/program.h"
 #include "tests/support/synthetic_body.h"
 #include "tests/support/temporary_folder.h"
@@ -248,6 +249,28 @@ std::vector<Case> Cases() {
        mesh_fit + " -q",
        1,
        {"no size to hold", "--object-scale 1000"}},
+      {"AHandSizedThingInCentimetres",
+       [](const TemporaryFolder& f) { WriteMesh(Tetrahedron(35.0), f / "mesh.obj"); },
+       mesh_fit + " -q",
+       1,
+       {"no size to hold", "centimetres", "--object-scale 0.01 makes it 35 x 35 x 35 cm"}},
+      // The searches take a minute to say so.
+      {"NothingWithinAHandsSpan",
+       [](const TemporaryFolder& f) {
+         WriteMesh(testing::Box({0, 0, 0}, {1.5, 1.5, 1.5}), f / "mesh.obj");
+       },
+       "grasp mesh.obj -o out.npz -q",
+       3,
+       {"mesh: nothing of it is thinner than", "150.0 x 150.0 x 150.0 cm"},
+       "timeout 20"},
+      {"NothingToFitWithinAHandsSpan",
+       [](const TemporaryFolder& f) {
+         WriteMesh(testing::Box({0, 0, 0}, {1.5, 1.5, 1.5}), f / "mesh.obj");
+       },
+       mesh_fit + " -q",
+       3,
+       {"mesh: nothing of it is thinner than"},
+       "timeout 20"},
       // body models
       {"MissingModel", {}, "body info model.npz", 1, {"model.npz: does not exist"}},
       {"EmptyModel", file("model.npz", ""), "body info model.npz", 1, {"model.npz: is empty"}},

@@ -137,6 +137,52 @@ TEST(EmbeddedDefault, AFittedClipIsFittedAgainFromItsOwnGrasp) {
   EXPECT_LT((a.object->trans - b.object->trans).cwiseAbs().maxCoeff(), 1e-4);
 }
 
+TEST(EmbeddedDefault, AGraspBelongsToTheObjectItWasMadeFor) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(
+      RunHoldfast(folder.Path(), "fit demo_drink mug --hand left --end 8 -q -o held").exit_code, 0);
+  // The same mug by another name, coarser: its grasp is kept.
+  const ProgramResult coarse =
+      RunHoldfast(folder.Path(), "decimate held/object.ply -o cup.ply --vertices 300 -q");
+  ASSERT_EQ(coarse.exit_code, 0) << coarse.err;
+  ProgramResult result = RunHoldfast(folder.Path(), "fit held/clip.npz cup.ply --json -o cup");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(result.out)["grasp"]["made"], false);
+  EXPECT_THAT(result.err, Not(HasSubstr("a new one is made")));
+  // Another object, by the mug's name too, is grasped anew, with the hand that held the mug.
+  ASSERT_EQ(RunHoldfast(folder.Path(), "fit demo_drink apple --end 1 -q -o apple").exit_code, 0);
+  std::filesystem::rename(folder / "apple/object.ply", folder / "mug.ply");
+  result = RunHoldfast(folder.Path(), "fit held/clip.npz mug.ply --json -o other");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err,
+              HasSubstr("the clip's grasp is of mug, not of mug.ply: a new one is made"));
+  const nlohmann::json made = nlohmann::json::parse(result.out);
+  EXPECT_EQ(made["grasp"]["made"], true);
+  EXPECT_EQ(made["held_by"], "the left hand");
+  ExpectHeld(folder, "other", Side::kLeft);
+  // Without the mesh, names decide.
+  std::filesystem::remove(folder / "held/object.ply");
+  result = RunHoldfast(folder.Path(), "fit held/clip.npz apple --end 3 -o anew");
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("the clip's grasp is of mug, not of apple"));
+  result =
+      RunHoldfast(folder.Path(), "fit held/clip.npz apple --end 3 --keep-grasp -o kept --json");
+  EXPECT_THAT(result.err, Not(HasSubstr("a new one is made")));
+}
+
+TEST(EmbeddedDefault, AnObjectThatNoHandTouchesIsAFailure) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(), "fit demo_drink apple --end 5 -q -o held").exit_code, 0);
+  Clip clip = ReadClip(folder / "held/clip.npz");
+  clip.object->trans.row(2).array() += 0.5;
+  WriteClip(clip, folder / "held/clip.npz");
+  const ProgramResult result = RunHoldfast(folder.Path(), "fit held/clip.npz apple -o away");
+  EXPECT_EQ(result.exit_code, 3) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("touches no hand in any frame"));
+  EXPECT_THAT(result.err, HasSubstr("--regrasp"));
+  EXPECT_EQ(testing::Listing(folder.Path()), "held ");
+}
+
 TEST(EmbeddedDefault, CtrlCLeavesNothingBehind) {
   const TemporaryFolder folder;
   // The grasp of a teapot alone takes longer than this.

@@ -93,6 +93,17 @@ TEST(Refine, TakesOutNoiseJitterAndPenetration) {
   }
 }
 
+TEST(Refine, RefusesAnObjectThatTheTrajectoryIsNotOf) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(), "fit demo_drink mug --end 3 -q -o held").exit_code, 0);
+  const ProgramResult run =
+      RunHoldfast(folder.Path(), "refine held/clip.npz --object apple -o out -q");
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("apple: is not the object whose trajectory the clip has"));
+  EXPECT_THAT(run.err, HasSubstr("holdfast fit held/clip.npz apple"));
+  EXPECT_EQ(testing::Listing(folder.Path()), "held ");
+}
+
 TEST(Refine, SaysWhatIsMissing) {
   const TemporaryFolder folder;
   ProgramResult run = RunHoldfast(folder.Path(), "refine demo_drink -o out");

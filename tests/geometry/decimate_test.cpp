@@ -172,6 +172,35 @@ TEST(Decimate, RefusesWhatItCannotDo) {
   EXPECT_THROW(Decimate(fin), Error);
 }
 
+TEST(Decimate, SaysAtOnceThatThereAreTooManyLooseParts) {
+  // Farther apart than a wrap bridges: without looking for them this takes a second and more.
+  TriangleMesh crumbs;
+  for (int i = 0; i < 125; ++i) {
+    const Eigen::Vector3d place(i % 5, i / 5 % 5, i / 25);
+    const TriangleMesh crumb = Box(place, place + Eigen::Vector3d::Constant(0.5));
+    crumbs = i == 0 ? crumb : Together(crumbs, crumb);
+  }
+  const auto refused = [&](const TriangleMesh& mesh) -> std::string {
+    try {
+      Decimate(mesh, {.vertices = 300, .samples = 0});
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(refused(crumbs), HasSubstr("it is of 125 loose parts that need at least 500"));
+  // Near each other they are wrapped together.
+  TriangleMesh near = crumbs;
+  for (int i = 0; i < 125; ++i) {
+    near.vertices.middleCols(8 * i, 8).colwise() -=
+        0.49 * Eigen::Vector3d(i % 5, i / 5 % 5, i / 25);
+  }
+  EXPECT_EQ(Decimate(near, {.vertices = 300, .samples = 0}).mesh.NumVertices(), 300);
+  // With a hole nothing is wrapped.
+  crumbs.faces = crumbs.faces.rightCols(crumbs.NumFaces() - 1).eval();
+  EXPECT_THAT(refused(crumbs), HasSubstr("need at least 499"));
+}
+
 TEST(Decimate, MethodsHaveNames) {
   for (const DecimateMethod method : kDecimateMethods) {
     EXPECT_EQ(ParseDecimateMethod(Name(method)), method);
@@ -185,6 +214,17 @@ TEST(SurfaceDistance, OfTwoConcentricSpheresIsTheirGap) {
   EXPECT_NEAR(d.hausdorff_backward_m, 0.01, 1e-4);
   EXPECT_NEAR(d.mean_forward_m, 0.01, 1e-4);
   EXPECT_NEAR(d.mean_backward_m, 0.01, 1e-4);
+}
+
+TEST(SurfaceDistance, OneThingIsTheSameHoweverFinely) {
+  const TriangleMesh ball = Sphere(0.05, 5);
+  EXPECT_TRUE(SameSurface(ball, Sphere(0.05, 3)));
+  EXPECT_TRUE(SameSurface(Sphere(0.05, 3), ball));
+  EXPECT_FALSE(SameSurface(ball, Sphere(0.055, 5)));
+  TriangleMesh moved = ball;
+  moved.vertices.row(0).array() += 0.003;
+  EXPECT_FALSE(SameSurface(ball, moved));
+  EXPECT_FALSE(SameSurface(ball, Box({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05})));  // the same box
 }
 
 TEST(SurfaceDistance, SamplesAreEvenByArea) {

@@ -149,6 +149,22 @@ TEST(CheckMesh, GuessesTheUnit) {
   EXPECT_EQ(report.suggested_scale, 1.0);
 }
 
+TEST(CheckMesh, SuggestsWhatMakesAnythingHandSized) {
+  // In metres: a mug, a phone, a knife, a pan, a sword, a broom, a sheet of paper, a pen.
+  const Eigen::Vector3d sizes[] = {{0.12, 0.09, 0.10},   {0.15, 0.07, 0.008}, {0.25, 0.03, 0.015},
+                                   {0.42, 0.24, 0.06},   {0.95, 0.16, 0.03},  {1.5, 0.025, 0.025},
+                                   {0.297, 0.21, 0.001}, {0.15, 0.01, 0.01}};
+  for (const Eigen::Vector3d& size : sizes) {
+    for (const double unit : {0.01, 0.001}) {
+      const MeshReport report = CheckMesh(Box(Eigen::Vector3d::Zero(), size / unit));
+      ASSERT_TRUE(report.implausible_size);
+      EXPECT_EQ(report.suggested_scale, unit) << size.transpose() / unit;
+    }
+  }
+  // Hand-sized in inches alone.
+  EXPECT_EQ(CheckMesh(Box(Eigen::Vector3d::Zero(), {2.5, 1.5, 1.0})).suggested_scale, 0.0254);
+}
+
 TEST(CheckMesh, IsIndependentOfUnitAndPlace) {
   for (const double scale : {1e-6, 1e6}) {
     TriangleMesh mesh = Sphere(0.05, 3);

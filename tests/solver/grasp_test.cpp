@@ -9,7 +9,9 @@
 
 #include "geometry/io/mesh_io.h"
 #include "geometry/rotation.h"
+#include "solver/grasp_candidates.h"
 #include "solver/grasp_quality.h"
+#include "tests/geometry/mesh_shapes.h"
 
 namespace holdfast {
 namespace {
@@ -108,6 +110,20 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) {
       return std::string(test.param.object) + "_" + std::string(SideName(test.param.side));
     });
+
+TEST(IsWithinSpan, OfWallsAndHandlesAndNotOfBoulders) {
+  const TriangleMesh boulder = testing::Box({0, 0, 0}, {1.5, 1.5, 1.2});
+  EXPECT_FALSE(IsWithinSpan(boulder, 0.105));
+  EXPECT_TRUE(IsWithinSpan(boulder, 1.3));
+  EXPECT_TRUE(IsWithinSpan(testing::Box({0, 0, 0}, {1.5, 1.5, 0.01}), 0.105));
+  // A bar along one side, as wide as a hand likes it.
+  TriangleMesh chest = testing::Together(
+      boulder, testing::Box({1.55, 0.7, 1.0}, {1.57, 0.9, 1.02}));
+  EXPECT_TRUE(IsWithinSpan(chest, 0.105));
+  // However its faces are turned.
+  chest.faces.row(0).swap(chest.faces.row(1));
+  EXPECT_TRUE(IsWithinSpan(chest, 0.105));
+}
 
 TEST(CloseHand, IsTheSameOnAnyNumberOfThreads) {
   const Object object(std::string("cylinder"));
