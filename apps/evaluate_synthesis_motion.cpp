@@ -183,10 +183,10 @@ SynthesisedCase Fit(const RatedNetwork& network, const SynthesisCase& one, int i
   GraspTransferOptions transfer;
   transfer.seed = order.seed;
   const GripMaker first = GripsFromClip(motion, hands);
-  const GripMaker later = offhand
-                              ? GripsByTransfer(right, left, object->object.mesh, object->surface,
-                                                *object->fit.distance, transfer, nullptr)
-                              : first;
+  const GripMaker later =
+      offhand ? GripsByTransfer(right, left, object->object.mesh, object->solid.distance,
+                                *object->fit.distance, transfer, nullptr)
+              : first;
   made.finished = FitClip(motion, hands, object->fit, motion.holding_hand, options,
                           [&](const GripRequest& request) {
                             return request.frame == 0 ? first(request) : later(request);

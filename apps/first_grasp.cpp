@@ -59,7 +59,8 @@ bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
              {"style", StyleName(grasp.style)},
              {"score", grasp.score},
              {"wrench_quality", grasp.wrench_quality},
-             {"max_penetration_mm", grasp.max_penetration_mm},
+             {"skin_in_object_mm", grasp.max_penetration_mm},
+             {"object_in_hand_mm", grasp.object_in_hand_mm},
              {"frames_through_body_ratio", blocked},
              {"search_ms", report.search_ms + report.closing_ms + report.refinement_ms}};
   if (report.status == GraspStatus::kNothingToGrasp || report.status == GraspStatus::kNoRoom ||
@@ -107,7 +108,7 @@ std::optional<std::array<GripPose, 2>> HoldInFirstFrame(
     wrist.linear() = state.WristRotation();
     wrist.translation() = state.WristPosition();
     grips[h] = {FingersOf(grasp.pose, hand.HandSide()), OffsetTo(hand, wrist, trans, clip.pose[0])};
-    summary[h == 0 ? "right" : "left"] = {{"max_penetration_mm", grasp.hands[h].max_penetration_mm},
+    summary[h == 0 ? "right" : "left"] = {{"skin_in_object_mm", grasp.hands[h].max_penetration_mm},
                                           {"wrist_shift_mm", grasp.wrist_shift_mm[h]},
                                           {"wrist_turn_deg", grasp.wrist_turn_deg[h]}};
   }

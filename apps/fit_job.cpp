@@ -16,7 +16,6 @@
 #include "apps/fit_metrics.h"
 #include "apps/report.h"
 #include "apps/result_folder.h"
-#include "geometry/clip_contact.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/io/mesh_io.h"
@@ -237,7 +236,7 @@ nlohmann::json SwitchesJson(const Holding& holding, const std::vector<Handover>&
           {"wrist_correction_mm", 1e3 * transfer.correction_m},
           {"wrist_correction_deg", transfer.correction_rad * 180.0 / std::numbers::pi},
           {"hand_overlap_mm", transfer.hand_overlap_mm},
-          {"max_penetration_mm", transfer.grasp.max_penetration_mm}};
+          {"skin_in_object_mm", transfer.grasp.max_penetration_mm}};
     }
     list.push_back(std::move(entry));
   }
@@ -275,8 +274,8 @@ void RequireGrasp(bool held, const FitJob& job, const nlohmann::json& grasp, std
                                job.object, grasp["status"].get<std::string>(), other));
 }
 
-void RequireContact(const ContactSummary& contact, const FitJob& job, bool grasped) {
-  if (contact.frames_in_contact_ratio > 0.0) return;
+void RequireContact(const ContactScore& contact, const FitJob& job, bool grasped) {
+  if (contact.contact_frames_ratio.value_or(0.0) > 0.0) return;
   throw FitFailure(fmt::format(
       "{}: {} touches no hand in any frame, so that nothing is written. {}", job.clip, job.object,
       grasped ? "Try another --hand, or another frame to take hold in (--start)"
@@ -322,9 +321,9 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
     const auto alone = std::ranges::find_if_not(
         holding, [&](std::uint8_t bits) { return bits == holding.front(); });
     const bool grasped = GraspInFirstFrame(
-        scene.Hand(side), scene.Object(), scene.prepared->surface, *scene.prepared->fit.distance,
-        BodySurface(scene.body, scene.betas), static_cast<int>(alone - holding.begin()), job.style,
-        common, scene.clip, grasp);
+        scene.Hand(side), scene.Object(), scene.prepared->solid.distance,
+        *scene.prepared->fit.distance, BodySurface(scene.body, scene.betas),
+        static_cast<int>(alone - holding.begin()), job.style, common, scene.clip, grasp);
     if (Interrupted()) return stopped;
     RequireGrasp(grasped, job, grasp, holding.front());
   }
@@ -345,10 +344,13 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
   GraspTransferOptions transfer;
   transfer.seed = common.seed;
   transfer.threads = NumThreads(common);
+  const bool hands_change =
+      std::ranges::adjacent_find(holding, std::ranges::not_equal_to{}) != holding.end();
   const GripMaker later_grips =
-      job.offhand || needs_grasp
-          ? GripsByTransfer(scene.right, scene.left, scene.Object().mesh, scene.prepared->surface,
-                            *scene.prepared->fit.distance, transfer, &handovers)
+      job.offhand || (needs_grasp && hands_change)
+          ? GripsByTransfer(scene.right, scene.left, scene.Object().mesh,
+                            scene.prepared->solid.distance, *scene.prepared->fit.distance, transfer,
+                            &handovers)
           : GripsFromClip(scene.clip, hands);
   const GripMaker grips = [&](const GripRequest& request) {
     const bool first = request.frame == 0 && both_grips;
@@ -369,30 +371,20 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
       std::chrono::duration<double>(std::chrono::steady_clock::now() - fit_begin).count();
   if (Interrupted()) return stopped;
 
-  std::vector<std::vector<ContactMetrics>> per_hand;
-  for (const HandModel* hand : hands) {
-    Progress progress(common, "metrics");
-    per_hand.push_back(MeasureClipContact(result.clip, *hand, scene.prepared->surface, job.protocol,
-                                          [&](int done, int total) {
-                                            progress.Update(done, total);
-                                            return !Interrupted();
-                                          }));
-    if (Interrupted()) return stopped;
-  }
-  const std::vector<ContactMetrics> contact = OfHoldingHands(per_hand, hands, holding);
-
-  const FitSummary summary = SummarizeFit(result, contact);
+  const std::vector<HandObjectScore> scores =
+      MeasureHands(result.clip, hands, holding, scene.prepared->solid, job.protocol, common);
+  if (Interrupted()) return stopped;
+  const FitSummary summary = SummarizeFit(result, ScoreContact(scores));
   RequireContact(summary.contact, job, needs_grasp);
   nlohmann::json metrics = JsonHead("holdfast/fit/1", common);
   metrics["options"] = FitOptionsJson(job);
   metrics["held_by"] = HandsText(all_bits);
   metrics["grasp"] = grasp;
   metrics["switches"] = SwitchesJson(held, handovers);
-  metrics["protocol"] =
-      ProtocolJson(job.protocol, scene.Object().mesh, scene.prepared->surface, *hands.front());
+  metrics["protocol"] = ProtocolJson(job.protocol, scene.prepared->solid, *hands.front());
   metrics["notes"] = scene.prepared->notes;
   metrics["summary"] = SummaryJson(summary);
-  metrics["per_frame"] = PerFrameJson(result, contact);
+  metrics["per_frame"] = PerFrameJson(result, summary.contact);
   metrics["per_frame"]["holding_hand"] = holding;
 
   if (!job.extra.is_null()) metrics.update(job.extra);
@@ -414,10 +406,10 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
     if (Interrupted()) return stopped;
   }
   folder.Commit();
-  if (!needs_grasp && summary.contact.mean_max_penetration_mm > kBadGripMm) {
+  if (!needs_grasp && summary.contact.penetration_mean_max_mm > kBadGripMm) {
     Note(common, fmt::format("warning: the clip's own grasp holds the object {:.0f} mm deep in the "
                              "hand; --regrasp makes a new one",
-                             summary.contact.mean_max_penetration_mm));
+                             summary.contact.penetration_mean_max_mm));
   }
   for (const Handover& handover : handovers) {
     if (handover.transfer.found) continue;

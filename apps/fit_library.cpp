@@ -55,10 +55,10 @@ std::shared_ptr<const PreparedObject> FitLibrary::Object(const std::string& path
     LoadedObject object = *Loaded(path_or_name, scale);
     std::vector<std::string> notes = object.notes;
     TriangleMesh simplified = ForFitting(object, vertices, &notes);
-    SignedDistance surface(object.mesh);
-    FitObject fit = MakeFitObject(object.mesh, surface, simplified, threads);
+    Solid solid(object.mesh);
+    FitObject fit = MakeFitObject(object.mesh, solid.distance, simplified, threads);
     return std::make_shared<const PreparedObject>(
-        PreparedObject{std::move(object), std::move(surface), std::move(simplified), std::move(fit),
+        PreparedObject{std::move(object), std::move(solid), std::move(simplified), std::move(fit),
                        std::move(notes)});
   });
 }

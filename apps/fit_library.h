@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "apps/common.h"
-#include "geometry/signed_distance.h"
+#include "geometry/score/exact_intersection.h"
 #include "solver/fit_options.h"
 
 namespace holdfast::apps {
@@ -18,7 +18,7 @@ namespace holdfast::apps {
 /// An object with all that a fit asks of it; const, shared by fits.
 struct PreparedObject {
   LoadedObject object;
-  SignedDistance surface;   ///< of the full mesh
+  Solid solid;              ///< of the full mesh
   TriangleMesh simplified;  ///< for the pair terms
   FitObject fit;
   std::vector<std::string> notes;  ///< of loading and simplifying

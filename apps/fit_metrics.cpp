@@ -2,10 +2,9 @@
 #include "apps/fit_metrics.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
-
-#include "solver/clip_state.h"
 
 namespace holdfast::apps {
 namespace {
@@ -26,36 +25,26 @@ double Median(std::vector<double> values) {
 
 }  // namespace
 
-std::vector<ContactMetrics> OfHoldingHands(const std::vector<std::vector<ContactMetrics>>& per_hand,
-                                           const std::vector<const HandModel*>& hands,
-                                           const std::vector<std::uint8_t>& holding) {
-  std::vector<ContactMetrics> frames(per_hand.front().size());
-  for (std::size_t t = 0; t < frames.size(); ++t) {
-    ContactMetrics& all = frames[t];
-    int counted = 0;
-    for (std::size_t h = 0; h < hands.size(); ++h) {
-      const std::uint8_t bit = HoldingBit(hands[h]->HandSide());
-      if (holding[t] != 0 && (holding[t] & bit) == 0) continue;
-      const ContactMetrics& one = per_hand[h][t];
-      const bool first = counted++ == 0;
-      all.max_penetration_mm = std::max(all.max_penetration_mm, one.max_penetration_mm);
-      all.mean_penetration_mm = std::max(all.mean_penetration_mm, one.mean_penetration_mm);
-      all.penetrating_ratio += one.penetrating_ratio;
-      all.contact_ratio += one.contact_ratio;
-      all.in_contact = (first || all.in_contact) && one.in_contact;
-      all.min_distance_mm =
-          first ? one.min_distance_mm : std::min(all.min_distance_mm, one.min_distance_mm);
-      all.intersection_volume_cm3 += one.intersection_volume_cm3;
-    }
-    if (counted > 1) {
-      all.penetrating_ratio /= counted;
-      all.contact_ratio /= counted;
-    }
+std::vector<HandObjectScore> MeasureHands(const Clip& clip,
+                                          const std::vector<const HandModel*>& hands,
+                                          std::span<const std::uint8_t> holding,
+                                          const Solid& object, const ContactProtocol& protocol,
+                                          const CommonOptions& common) {
+  std::vector<HandObjectScore> scores;
+  for (const HandModel* hand : hands) {
+    Progress progress(common, "metrics");
+    scores.push_back(MeasureHandObject(
+        clip, *hand, object, nullptr, {.contact = protocol, .measure_exact = false},
+        HoldFlags(holding, hand->HandSide()), [&](int done, int total) {
+          progress.Update(done, total);
+          return !Interrupted();
+        }));
+    if (Interrupted()) break;
   }
-  return frames;
+  return scores;
 }
 
-FitSummary SummarizeFit(const FitResult& result, const std::vector<ContactMetrics>& contact) {
+FitSummary SummarizeFit(const FitResult& result, ContactScore contact) {
   FitSummary summary;
   summary.frames = static_cast<int>(result.frames.size());
   summary.contact_pairs = result.num_contact_pairs;
@@ -69,43 +58,46 @@ FitSummary SummarizeFit(const FitResult& result, const std::vector<ContactMetric
   }
   summary.solve_ms = Median(solve_ms);
   summary.iterations = Median(iterations);
-  summary.contact = Summarize(contact);
+  summary.contact = std::move(contact);
   return summary;
 }
 
 std::string SummaryText(const FitSummary& summary, const ContactProtocol& protocol) {
-  const ContactSummary& contact = summary.contact;
+  const ContactScore& contact = summary.contact;
   return fmt::format(
-      "  in contact          {:.1f} % of frames ({:.1f} % of the hand within {:g} mm)\n"
-      "  penetration         deepest {:.2f} mm; mean over frames: deepest {:.2f} mm, vertices "
-      "inside {:.2f} mm\n"
+      "  in contact          {:.1f} % of the frames held ({:.1f} % of the hand within {:g} mm)\n"
+      "  penetration         deepest {:.2f} mm, both ways; mean over frames: deepest {:.2f} mm, "
+      "hand vertices inside {:.2f} mm\n"
       "  intersection        {:.3f} cm3 (mean; {:g} mm voxels)\n"
       "  solved              {:.2f} ms per frame (median), {:g} iterations; {} failed\n",
-      100.0 * contact.frames_in_contact_ratio, 100.0 * contact.mean_contact_ratio,
-      protocol.contact_threshold_mm, contact.max_penetration_mm, contact.mean_max_penetration_mm,
-      contact.mean_penetration_mm, contact.mean_intersection_volume_cm3, protocol.voxel_mm,
-      summary.solve_ms, summary.iterations, summary.failed);
+      100.0 * contact.contact_frames_ratio.value_or(0.0),
+      100.0 * contact.contact_ratio.value_or(0.0), protocol.contact_threshold_mm,
+      contact.penetration_max_mm, contact.penetration_mean_max_mm, contact.penetration_mean_mm,
+      contact.voxel_volume_cm3, protocol.voxel_mm, summary.solve_ms, summary.iterations,
+      summary.failed);
 }
 
 nlohmann::json SummaryJson(const FitSummary& summary) {
-  const ContactSummary& contact = summary.contact;
+  const ContactScore& contact = summary.contact;
   return {{"frames", summary.frames},
           {"contact_pairs", summary.contact_pairs},
           {"frames_failed", summary.failed},
           {"frames_at_iteration_limit", summary.at_iteration_limit},
           {"solve_ms_median", summary.solve_ms},
           {"iterations_median", summary.iterations},
-          {"frames_in_contact_ratio", contact.frames_in_contact_ratio},
-          {"contact_ratio", contact.mean_contact_ratio},
-          {"max_penetration_depth_mm", contact.max_penetration_mm},
-          {"mean_max_penetration_depth_mm", contact.mean_max_penetration_mm},
-          {"mean_penetration_depth_mm", contact.mean_penetration_mm},
-          {"mean_intersection_volume_cm3", contact.mean_intersection_volume_cm3}};
+          {"frames_in_contact_ratio", contact.contact_frames_ratio.value_or(0.0)},
+          {"contact_ratio", contact.contact_ratio.value_or(0.0)},
+          {"frames_deeper_than_2_mm", contact.deep_frames},
+          {"max_penetration_depth_mm", contact.penetration_max_mm},
+          {"mean_max_penetration_depth_mm", contact.penetration_mean_max_mm},
+          {"mean_penetration_depth_mm", contact.penetration_mean_mm},
+          {"object_in_hand_max_mm", contact.object_in_hand_max_mm},
+          {"mean_intersection_volume_cm3", contact.voxel_volume_cm3}};
 }
 
-nlohmann::json PerFrameJson(const FitResult& result, const std::vector<ContactMetrics>& contact) {
+nlohmann::json PerFrameJson(const FitResult& result, const ContactScore& contact) {
   using F = FrameReport;
-  using C = ContactMetrics;
+  using C = ContactScore::Frame;
   return {
       {"energy_distance_m2", PerFrame(result.frames, [](const F& f) { return f.energy_distance; })},
       {"energy_contact_m2", PerFrame(result.frames, [](const F& f) { return f.energy_contact; })},
@@ -120,30 +112,30 @@ nlohmann::json PerFrameJson(const FitResult& result, const std::vector<ContactMe
       {"iterations", PerFrame(result.frames, [](const F& f) { return f.iterations; })},
       {"solve_ms", PerFrame(result.frames, [](const F& f) { return f.solve_ms; })},
       {"stop", PerFrame(result.frames, [](const F& f) { return StopReasonName(f.stop); })},
-      {"contact_ratio", PerFrame(contact, [](const C& c) { return c.contact_ratio; })},
-      {"in_contact", PerFrame(contact, [](const C& c) { return c.in_contact; })},
-      {"penetration_depth_mm", PerFrame(contact, [](const C& c) { return c.max_penetration_mm; })},
+      {"contact_ratio", PerFrame(contact.frames, [](const C& c) { return c.contact_ratio; })},
+      {"in_contact", PerFrame(contact.frames, [](const C& c) { return c.in_contact; })},
+      {"penetration_depth_mm",
+       PerFrame(contact.frames, [](const C& c) { return c.penetration_mm; })},
       {"mean_penetration_depth_mm",
-       PerFrame(contact, [](const C& c) { return c.mean_penetration_mm; })},
+       PerFrame(contact.frames, [](const C& c) { return c.mean_penetration_mm; })},
       {"intersection_volume_cm3",
-       PerFrame(contact, [](const C& c) { return c.intersection_volume_cm3; })}};
+       PerFrame(contact.frames, [](const C& c) { return c.voxel_volume_cm3; })}};
 }
 
-nlohmann::json ProtocolJson(const ContactProtocol& protocol, const TriangleMesh& object,
-                            const SignedDistance& surface, const HandModel& hand) {
+nlohmann::json ProtocolJson(const ContactProtocol& protocol, const Solid& object,
+                            const HandModel& hand) {
   return {
       {"penetration",
-       "depth of hand vertices inside the object, exact signed distance to the "
-       "full-resolution mesh"},
+       "depth of hand vertices inside the object and of object vertices inside the hand (closed "
+       "at the wrist), exact signed distance to full-resolution meshes; mean_penetration: of hand "
+       "vertices alone"},
       {"contact", "a hand vertex is in contact when |signed distance| is below the threshold"},
       {"contact_threshold_mm", protocol.contact_threshold_mm},
       {"intersection_volume", "voxel centres inside both object and hand (closed at the wrist)"},
       {"voxel_mm", protocol.voxel_mm},
       {"hand_vertices", hand.NumVertices()},
-      {"object_vertices", object.NumVertices()},
-      {"inside_by", surface.SignMethod() == SignedDistance::Sign::kPseudonormal
-                        ? "pseudonormal"
-                        : "winding number"}};
+      {"object_vertices", object.mesh.NumVertices()},
+      {"inside_by", object.IsClosed() ? "pseudonormal" : "winding number"}};
 }
 
 }  // namespace holdfast::apps

@@ -75,6 +75,11 @@ std::vector<std::string> TouchingParts(const Grasp& grasp) {
   return names;
 }
 
+// Of skin in the object and the object's surface in the hand.
+double Deepest_mm(const Grasp& grasp) {
+  return std::max(grasp.max_penetration_mm, grasp.object_in_hand_mm);
+}
+
 nlohmann::json GraspJson(const Grasp& grasp) {
   return {{"style", StyleName(grasp.style)},
           {"touching", TouchingParts(grasp)},
@@ -217,8 +222,8 @@ int Run(Options options) {
   summary["object_mesh"] = mesh_path.string();
   summary["hand"] = SideName(side);
   summary["grasp"] = GraspJson(grasp);
-  summary["contact"] = {{"max_penetration_mm", grasp.metrics.max_penetration_mm},
-                        {"mean_penetration_mm", grasp.metrics.mean_penetration_mm},
+  summary["contact"] = {{"hand_in_object_max_mm", grasp.metrics.max_penetration_mm},
+                        {"hand_in_object_mean_mm", grasp.metrics.mean_penetration_mm},
                         {"contact_ratio", grasp.metrics.contact_ratio},
                         {"contact_threshold_mm", ContactProtocol{}.contact_threshold_mm},
                         {"intersection_volume_cm3", grasp.metrics.intersection_volume_cm3}};
@@ -236,7 +241,7 @@ int Run(Options options) {
           "  {:.2f} mm deepest penetration, {:.0f} % of the hand in contact, quality {:.2f}\n"
           "  {} of {} placements closed, {} refined in {:.1f} s\n",
           output.string(), StyleName(grasp.style), object.name, SideName(side),
-          fmt::join(TouchingParts(grasp), ", "), grasp.metrics.max_penetration_mm,
+          fmt::join(TouchingParts(grasp), ", "), Deepest_mm(grasp),
           100.0 * grasp.metrics.contact_ratio, grasp.wrench_quality, report.closings,
           report.placements, report.refinements,
           1e-3 * (report.search_ms + report.closing_ms + report.refinement_ms)));
@@ -335,7 +340,7 @@ int RunBoth(const Options& options) {
     summary[name]["wrist_turn_deg"] = grasp.wrist_turn_deg[h];
     text += fmt::format(
         "  {}: {} touch, {:.2f} mm deepest penetration, wrist moved {:.0f} mm and {:.0f} degrees\n",
-        name, fmt::join(TouchingParts(grasp.hands[h]), ", "), grasp.hands[h].max_penetration_mm,
+        name, fmt::join(TouchingParts(grasp.hands[h]), ", "), Deepest_mm(grasp.hands[h]),
         grasp.wrist_shift_mm[h], grasp.wrist_turn_deg[h]);
   }
   PrintResult(common, summary, text);

@@ -8,9 +8,9 @@
 
 #include "apps/clip_input.h"
 #include "apps/first_grasp.h"
+#include "apps/fit_metrics.h"
 #include "apps/report.h"
 #include "apps/result_folder.h"
-#include "geometry/clip_contact.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/io/mesh_io.h"
@@ -99,7 +99,7 @@ nlohmann::json TakeJson(const TakePlan& plan, const Candidate& best) {
             {"status", Describe(plan.status)},
             {"score", grasp.score},
             {"wrench_quality", grasp.wrench_quality},
-            {"max_penetration_mm", grasp.max_penetration_mm},
+            {"skin_in_object_mm", grasp.max_penetration_mm},
             {"below_bottom_mm", grasp.below_bottom_mm}}},
           {"approach",
            {{"standoff_m", motion.take.approach.standoff_m},
@@ -124,10 +124,10 @@ nlohmann::json TakeJson(const TakePlan& plan, const Candidate& best) {
           {"motion", best.index}};
 }
 
-// Deepest of the hand in the object over frames [begin, end).
-double Deepest(const std::vector<ContactMetrics>& contact, int begin, int end) {
+// Deepest of hand and object in each other over frames [begin, end).
+double Deepest(const ContactScore& contact, int begin, int end) {
   double deepest = 0.0;
-  for (int t = begin; t < end; ++t) deepest = std::max(deepest, contact[t].max_penetration_mm);
+  for (int t = begin; t < end; ++t) deepest = std::max(deepest, contact.frames[t].penetration_mm);
   return deepest;
 }
 
@@ -193,7 +193,7 @@ FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMo
   const std::shared_ptr<const PreparedObject> prepared =
       library.Object(job.object, job.object_scale, kPairVertices, threads);
   for (const std::string& note : prepared->notes) Note(common, "note: " + note);
-  const TakeObject object{prepared->object.mesh, prepared->surface, *prepared->fit.distance};
+  const TakeObject object{prepared->object.mesh, prepared->solid.distance, *prepared->fit.distance};
   const HandModel hand(start.body, start.betas, job.side);
   const BodySurface body(start.body, start.betas);
 
@@ -263,14 +263,11 @@ FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMo
 
   ContactProtocol protocol;
   protocol.threads = threads;
-  std::vector<ContactMetrics> contact;
-  {
-    Progress progress(common, "metrics");
-    contact = MeasureClipContact(clip, hand, prepared->surface, protocol, [&](int done, int total) {
-      progress.Update(done, total);
-      return !Interrupted();
-    });
-  }
+  // Of the frames from the take on the hand holds; before, it comes and closes.
+  std::vector<std::uint8_t> holding(static_cast<std::size_t>(clip.NumFrames()), 0);
+  std::fill(holding.begin() + best.motion.times.take, holding.end(), HoldingBit(job.side));
+  const ContactScore contact =
+      ScoreContact(MeasureHands(clip, {&hand}, holding, prepared->solid, protocol, common));
   if (Interrupted()) return stopped;
   const TakeTimes& times = best.motion.times;
   const TakeMeasures measured = MeasureTake(clip, body, job.side, object, best.table.table,
@@ -296,11 +293,10 @@ FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMo
   summary["coming_penetration_mm"] = Deepest(contact, times.begin, times.arrive);
   summary["closing_penetration_mm"] = Deepest(contact, times.arrive, times.take);
   summary["holding_penetration_mm"] = Deepest(contact, times.take, count);
-  summary["contact"] = {
-      {"mean_max_penetration_mm",
-       Summarize({contact.data() + times.take, contact.data() + count}).mean_max_penetration_mm},
-      {"frames_in_contact_ratio",
-       Summarize({contact.data() + times.take, contact.data() + count}).frames_in_contact_ratio}};
+  double held_depth_mm = 0.0;
+  for (int t = times.take; t < count; ++t) held_depth_mm += contact.frames[t].penetration_mm;
+  summary["contact"] = {{"mean_max_penetration_mm", held_depth_mm / (count - times.take)},
+                        {"frames_in_contact_ratio", contact.contact_frames_ratio.value_or(0.0)}};
   summary["object_in_table_mm"] = measured.object_in_table_mm;
   summary["hand_in_table_mm"] = measured.hand_in_table_mm;
   summary["body_in_table_mm"] = measured.body_in_table_mm;
@@ -322,8 +318,8 @@ FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMo
     metrics["per_frame"]["arm_lacks_mm"].push_back(1000.0 * best.motion.lacks_m[t]);
     metrics["per_frame"]["hand_error_deg"].push_back(best.motion.hand_error_rad[t] / kDegree);
   }
-  for (const ContactMetrics& frame : contact) {
-    metrics["per_frame"]["max_penetration_mm"].push_back(frame.max_penetration_mm);
+  for (const ContactScore::Frame& frame : contact.frames) {
+    metrics["per_frame"]["max_penetration_mm"].push_back(frame.penetration_mm);
     metrics["per_frame"]["min_distance_mm"].push_back(frame.min_distance_mm);
   }
   for (const std::string& note : notes) Note(common, "warning: " + note);

@@ -10,11 +10,10 @@
 #include "apps/fit_library.h"
 #include "apps/fit_metrics.h"
 #include "apps/result_folder.h"
-#include "geometry/clip_contact.h"
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/io/mesh_io.h"
-#include "geometry/score/hand_object_score.h"
+#include "geometry/score/contact_score.h"
 #include "geometry/surface_distance.h"
 #include "solver/clip_refinement.h"
 #include "solver/clip_state.h"
@@ -22,8 +21,6 @@
 
 namespace holdfast::apps {
 namespace {
-
-constexpr double kDeep_mm = 2.0;  // penetration deeper than this is seen
 
 struct Options {
   CommonOptions common;
@@ -38,56 +35,17 @@ struct Options {
 
 // One clip in numbers, over the hands that hold.
 struct Measured {
-  std::vector<ContactMetrics> frames;
-  ContactSummary contact;
-  int deep_frames = 0;
-  Unevenness jitter;  // of the object, over all frames
-  std::optional<double> against_hand;
+  ContactScore contact;
+  CarryJitter jitter;
 };
 
-// Of these frames of `hand`; the object's centre is where its mesh's is.
 Measured Measure(const Clip& clip, const std::vector<const HandModel*>& hands,
                  const std::vector<std::uint8_t>& holding, const PreparedObject& object,
                  const Options& options) {
-  Measured measured;
-  std::vector<std::vector<ContactMetrics>> per_hand;
-  for (const HandModel* hand : hands) {
-    Progress progress(options.common, "metrics");
-    per_hand.push_back(
-        MeasureClipContact(clip, *hand, object.surface, options.protocol, [&](int done, int total) {
-          progress.Update(done, total);
-          return !Interrupted();
-        }));
-    if (Interrupted()) return measured;
-  }
-  measured.frames = OfHoldingHands(per_hand, hands, holding);
-  std::vector<ContactMetrics> held;
-  for (std::size_t t = 0; t < holding.size(); ++t) {
-    if (holding[t] != 0) held.push_back(measured.frames[t]);
-  }
-  measured.contact = Summarize(held);
-  measured.deep_frames = static_cast<int>(std::ranges::count_if(
-      held, [](const ContactMetrics& frame) { return frame.max_penetration_mm > kDeep_mm; }));
-
-  const Eigen::Vector3d center = object.object.mesh.vertices.rowwise().mean();
-  const std::vector<Eigen::Isometry3d> poses = ObjectPoses(clip);
-  measured.jitter = MeasureUnevenness(poses, center, clip.frame_rate);
-  // Against the hand that holds longest.
-  std::size_t most = 0;
-  for (const HandModel* hand : hands) {
-    std::vector<std::uint8_t> holds;
-    for (const std::uint8_t bits : holding) {
-      holds.push_back((bits & HoldingBit(hand->HandSide())) != 0);
-    }
-    const auto count = static_cast<std::size_t>(std::ranges::count(holds, 1));
-    if (count <= most) continue;
-    most = count;
-    measured.against_hand =
-        MeasureCarryJitter(WristPoses(clip, hand->Surface().RestJoints(), hand->HandSide()), poses,
-                           center, clip.frame_rate, holds)
-            .acceleration_ratio;
-  }
-  return measured;
+  const std::vector<HandObjectScore> scores =
+      MeasureHands(clip, hands, holding, object.solid, options.protocol, options.common);
+  if (Interrupted()) return {};
+  return {ScoreContact(scores), MeanJitter(scores)};
 }
 
 nlohmann::json OrNull(const std::optional<double>& value) {
@@ -95,16 +53,17 @@ nlohmann::json OrNull(const std::optional<double>& value) {
 }
 
 nlohmann::json MeasuredJson(const Measured& measured) {
-  return {
-      {"max_penetration_depth_mm", measured.contact.max_penetration_mm},
-      {"mean_max_penetration_depth_mm", measured.contact.mean_max_penetration_mm},
-      {"frames_deeper_than_2_mm", measured.deep_frames},
-      {"mean_intersection_volume_cm3", measured.contact.mean_intersection_volume_cm3},
-      {"frames_in_contact_ratio", measured.contact.frames_in_contact_ratio},
-      {"object_acceleration_m_s2", OrNull(measured.jitter.acceleration_m_s2)},
-      {"object_jerk_m_s3", OrNull(measured.jitter.jerk_m_s3)},
-      {"object_angular_acceleration_rad_s2", OrNull(measured.jitter.angular_acceleration_rad_s2)},
-      {"object_acceleration_against_hand", OrNull(measured.against_hand)}};
+  const ContactScore& contact = measured.contact;
+  const Unevenness& object = measured.jitter.object;
+  return {{"max_penetration_depth_mm", contact.penetration_max_mm},
+          {"mean_max_penetration_depth_mm", contact.penetration_mean_max_mm},
+          {"frames_deeper_than_2_mm", contact.deep_frames},
+          {"mean_intersection_volume_cm3", contact.voxel_volume_cm3},
+          {"frames_in_contact_ratio", OrNull(contact.contact_frames_ratio)},
+          {"object_acceleration_m_s2", OrNull(object.acceleration_m_s2)},
+          {"object_jerk_m_s3", OrNull(object.jerk_m_s3)},
+          {"object_angular_acceleration_rad_s2", OrNull(object.angular_acceleration_rad_s2)},
+          {"object_acceleration_against_hand", OrNull(measured.jitter.acceleration_ratio)}};
 }
 
 // How far the refined object is from the data, per frame.
@@ -152,17 +111,18 @@ std::string Text(const Options& options, const Measured& before, const Measured&
       "{}/clip.npz: {} frames refined\n"
       "                          before     after\n"
       "  deeper than 2 mm    {:8d}   {:8d}   frames\n"
-      "  deepest             {:8.2f}   {:8.2f}   mm\n"
-      "  intersection        {:8.3f}   {:8.3f}   cm3 (mean)\n"
+      "  deepest, both ways  {:8.2f}   {:8.2f}   mm\n"
+      "  intersection        {:8.3f}   {:8.3f}   cm3 (mean; voxels)\n"
       "  in contact          {:8.1f}   {:8.1f}   % of the frames held\n"
-      "  object acceleration {:8.2f}   {:8.2f}   m/s2 (mean)\n"
+      "  object acceleration {:8.2f}   {:8.2f}   m/s2 (mean, while held)\n"
       "  moved from the data {:.2f} mm, {:.2f} degrees (root mean square)\n",
-      options.output, result.clip.NumFrames(), before.deep_frames, after.deep_frames,
-      before.contact.max_penetration_mm, after.contact.max_penetration_mm,
-      before.contact.mean_intersection_volume_cm3, after.contact.mean_intersection_volume_cm3,
-      100.0 * before.contact.frames_in_contact_ratio, 100.0 * after.contact.frames_in_contact_ratio,
-      before.jitter.acceleration_m_s2.value_or(0.0), after.jitter.acceleration_m_s2.value_or(0.0),
-      distance.rms_mm, distance.rms_degrees);
+      options.output, result.clip.NumFrames(), before.contact.deep_frames,
+      after.contact.deep_frames, before.contact.penetration_max_mm,
+      after.contact.penetration_max_mm, before.contact.voxel_volume_cm3,
+      after.contact.voxel_volume_cm3, 100.0 * before.contact.contact_frames_ratio.value_or(0.0),
+      100.0 * after.contact.contact_frames_ratio.value_or(0.0),
+      before.jitter.object.acceleration_m_s2.value_or(0.0),
+      after.jitter.object.acceleration_m_s2.value_or(0.0), distance.rms_mm, distance.rms_degrees);
   for (const RefinedHold& hold : result.holds) {
     text += fmt::format("  frames {}-{}: {} hand, {} (moves {:.1f} mm, {:.1f} degrees in it)\n",
                         hold.begin, hold.end - 1, SideName(hold.side),
@@ -258,6 +218,12 @@ int Refine(Options& options) {
   if (Interrupted()) return kInterrupted;
   const Measured after = Measure(result.clip, hands, held, *object, options);
   if (Interrupted()) return kInterrupted;
+  if (after.contact.contact_frames_ratio.value_or(0.0) == 0.0) {
+    throw FitFailure(fmt::format(
+        "{}: no hand that holds touches {} in any frame, so that nothing is written. Say who holds "
+        "with --hand, or make a new grasp with 'holdfast fit --regrasp'",
+        options.clip, input.object_source));
+  }
   const Distance distance(input.clip, result.clip);
 
   nlohmann::json metrics = JsonHead("holdfast/refine/1", options.common);
@@ -274,8 +240,7 @@ int Refine(Options& options) {
                         {"lambda_object", options.fit.lambda_object},
                         {"lambda_support", options.fit.lambda_support},
                         {"lambda_acceleration", options.fit.lambda_acceleration}};
-  metrics["protocol"] =
-      ProtocolJson(options.protocol, object->object.mesh, object->surface, *hands.front());
+  metrics["protocol"] = ProtocolJson(options.protocol, object->solid, *hands.front());
   metrics["before"] = MeasuredJson(before);
   metrics["after"] = MeasuredJson(after);
   metrics["distance_to_data"] = {{"rms_mm", distance.rms_mm}, {"rms_deg", distance.rms_degrees}};
@@ -287,9 +252,8 @@ int Refine(Options& options) {
   nlohmann::json summary = metrics;
   summary["output"] = options.output;
   nlohmann::json depth_before = nlohmann::json::array(), depth_after = nlohmann::json::array();
-  for (const ContactMetrics& frame : before.frames)
-    depth_before.push_back(frame.max_penetration_mm);
-  for (const ContactMetrics& frame : after.frames) depth_after.push_back(frame.max_penetration_mm);
+  for (const auto& frame : before.contact.frames) depth_before.push_back(frame.penetration_mm);
+  for (const auto& frame : after.contact.frames) depth_after.push_back(frame.penetration_mm);
   metrics["per_frame"] = {{"holding_hand", held},
                           {"penetration_depth_before_mm", depth_before},
                           {"penetration_depth_mm", depth_after},

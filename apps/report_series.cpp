@@ -100,9 +100,9 @@ nlohmann::json SeriesOf(const ClipInput& input, const std::vector<Eigen::Matrix3
     const bool both = hands[0].meets && hands[1].meets;
     for (int k = 0; k < 2; ++k) {
       if (!hands[k].meets && (k == 1 || hands[1].meets)) continue;
-      const std::string prefix = both ? (k == 0 ? "right_hand_" : "left_hand_") : "";
-      series[prefix + "contact_ratio"] = hands[k].ratio;
-      series[prefix + "penetration_depth_mm"] = hands[k].depth_mm;
+      const std::string side = !both ? "" : k == 0 ? "right_" : "left_";
+      series[both ? side + "hand_contact_ratio" : "contact_ratio"] = hands[k].ratio;
+      series[side + "hand_in_object_mm"] = hands[k].depth_mm;  // one way
     }
   }
   const auto add_motion = [&](const std::string& name, const auto& point_at) {

@@ -108,7 +108,7 @@ Json ClipJson(const ClipScore& score, const ScoreOptions& options, bool per_fram
                  {"values", Values(HandValues(score, h, options))}};
     if (per_frame) {
       hand["per_frame"] = PerFrame(score.hands[h], options);
-      if (!score.holds[h].empty()) hand["per_frame"]["holds"] = score.holds[h];
+      if (!score.hands[h].holds.empty()) hand["per_frame"]["holds"] = score.hands[h].holds;
     }
     json["hands"].push_back(std::move(hand));
   }

@@ -15,14 +15,6 @@
 namespace holdfast::apps {
 namespace {
 
-// Per frame whether the hand holds; empty when the clip does not say of any hand.
-std::vector<std::uint8_t> HoldFlags(const Clip& clip, Side side) {
-  const std::uint8_t bit = HoldingBit(side);
-  std::vector<std::uint8_t> flags;
-  for (const std::uint8_t hands : clip.holding_hand) flags.push_back((hands & bit) != 0 ? 1 : 0);
-  return flags;
-}
-
 std::string Percent(Eigen::Index part, Eigen::Index whole) {
   return fmt::format("{} of {} frames", part, whole);
 }
@@ -63,19 +55,21 @@ void MeasureHands(const ClipInput& input, const ScoreOptions& options, const Com
         "the object is not watertight: signed distance is not defined everywhere; inside is where "
         "the winding number exceeds 1/2");
   }
-  const ExactIntersection exact(object);
+  std::optional<ExactIntersection> exact;
+  if (options.hand_object.measure_exact) exact.emplace(object);
   std::vector<HandModel> hands;
+  std::vector<std::vector<std::uint8_t>> holds;  // of each hand
   for (const Side side : {Side::kRight, Side::kLeft}) {
-    const std::vector<std::uint8_t> flags = HoldFlags(clip, side);
+    const std::vector<std::uint8_t> flags = HoldFlags(clip.holding_hand, side);
     if (std::ranges::count(flags, std::uint8_t{1}) == 0 || !input.body->HasHand(side)) continue;
     hands.emplace_back(input.body, input.betas, side);
-    score.holds.push_back(flags);
+    holds.push_back(flags);
   }
   score.hands_by = "holding_hand";
   if (const std::optional<Side> lone = input.body->LoneHand(); hands.empty() && lone) {
     score.hands_by = "only hand";
     hands.emplace_back(input.body, input.betas, *lone);
-    score.holds.emplace_back();
+    holds.emplace_back();
   }
   if (hands.empty()) {
     score.hands_by = "nearest";
@@ -85,7 +79,7 @@ void MeasureHands(const ClipInput& input, const ScoreOptions& options, const Com
     const bool right_is_nearer = MeanDistance(clip, right, object.distance, stride) <=
                                  MeanDistance(clip, left, object.distance, stride);
     hands.push_back(std::move(right_is_nearer ? right : left));
-    score.holds.emplace_back();
+    holds.emplace_back();
     score.notes.push_back(
         fmt::format("the clip does not say which hand holds: the {} one is nearer",
                     SideName(hands[0].HandSide())));
@@ -95,8 +89,9 @@ void MeasureHands(const ClipInput& input, const ScoreOptions& options, const Com
     score.hand_faces = hands[h].Surface().Faces().cols();
     Progress progress(common,
                       fmt::format("{}, {} hand", input.source, SideName(hands[h].HandSide())));
-    score.hands.push_back(MeasureHandObject(clip, hands[h], object, exact, options.hand_object,
-                                            score.holds[h], [&](int done, int total) {
+    score.hands.push_back(MeasureHandObject(clip, hands[h], object, exact ? &*exact : nullptr,
+                                            options.hand_object, holds[h],
+                                            [&](int done, int total) {
                                               progress.Update(done, total);
                                               return !Interrupted();
                                             }));

@@ -9,7 +9,7 @@
 #include "apps/common.h"
 #include "generator/joint_error.h"
 #include "generator/motion_metrics.h"
-#include "geometry/score/hand_object_score.h"
+#include "geometry/score/contact_score.h"
 #include "geometry/score/object_pose_error.h"
 
 namespace holdfast::apps {
@@ -26,7 +26,7 @@ enum class SymmetryMode { kAuto, kOn, kOff };
 
 struct ScoreOptions {
   HandObjectProtocol hand_object;
-  double deep_mm = 2.0;  ///< frames with penetration deeper than this are counted
+  double deep_mm = kDeep_mm;  ///< frames with penetration deeper than this are counted
   ExactMode exact = ExactMode::kAuto;
   SymmetryMode symmetry = SymmetryMode::kAuto;
   bool overlap = false;   ///< clip and reference of different lengths: compare what both have
@@ -48,8 +48,7 @@ struct ClipScore {
   std::string source;
   int frames = 0;
   double frame_rate = 0.0;
-  std::vector<HandObjectScore> hands;            ///< those that hold; empty without an object
-  std::vector<std::vector<std::uint8_t>> holds;  ///< of each hand per frame; empty: all
+  std::vector<HandObjectScore> hands;  ///< those that hold; empty without an object
   MotionMetrics motion;
   std::optional<ReferenceScore> reference;
   bool foreign_body = false;

@@ -110,9 +110,7 @@ std::string TableOfColumns(std::span<const ClipScore> scores, const ScoreOptions
                                           ? "both"
                                           : std::string(SideName(score.hands[0].side))));
     for (std::size_t h = 0; h < hand_values[c].size(); ++h) {
-      about.cells.push_back(fmt::format(
-          "{}", score.holds[h].empty() ? score.frames
-                                       : std::ranges::count(score.holds[h], std::uint8_t{1})));
+      about.cells.push_back(fmt::format("{}", score.hands[h].FramesHeld()));
     }
   }
   rows.push_back(about);

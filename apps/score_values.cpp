@@ -7,7 +7,7 @@
 namespace holdfast::apps {
 namespace {
 
-using Hands = std::vector<std::size_t>;
+using Hands = std::span<const HandObjectScore>;
 
 // Mean and maximum of what was seen; nothing of nothing.
 class Spread {
@@ -29,16 +29,6 @@ class Spread {
   double sum_ = 0.0, max_ = 0.0, weight_ = 0.0;
 };
 
-bool Holds(const ClipScore& score, std::size_t hand, std::size_t t) {
-  return score.holds[hand].empty() || score.holds[hand][t] != 0;
-}
-
-double FramesHeld(const ClipScore& score, std::size_t hand) {
-  double count = 0.0;
-  for (int t = 0; t < score.frames; ++t) count += Holds(score, hand, static_cast<std::size_t>(t));
-  return count;
-}
-
 // The volume shared by one hand in one frame: exact where known, else what stands in for it.
 std::optional<double> Volume_cm3(const HandObjectFrame& frame, const ScoreOptions& options) {
   const HandObjectProtocol& protocol = options.hand_object;
@@ -49,69 +39,48 @@ std::optional<double> Volume_cm3(const HandObjectFrame& frame, const ScoreOption
   return frame.hand.intersection_volume_cm3;
 }
 
-// Sums over hands in one frame; unknown when one is.
-void AddVolumes(const ClipScore& score, const Hands& hands, std::size_t t,
-                const ScoreOptions& options, Spread& volume, Spread& voxels, Spread& exact) {
-  std::optional<double> sum = 0.0;
-  double voxel_sum = 0.0;
-  bool all_exact = true;
-  for (const std::size_t h : hands) {
-    const HandObjectFrame& frame = score.hands[h].frames[t];
-    const std::optional<double> one = Volume_cm3(frame, options);
-    sum = sum && one ? std::optional(*sum + *one) : std::nullopt;
-    voxel_sum += frame.hand.intersection_volume_cm3;
-    all_exact = all_exact && frame.exact_volume.Known();
+// Sums over hands; unknown in a frame when it is of one of them.
+void AddVolumes(Hands hands, const ScoreOptions& options, MetricValues& values) {
+  Spread volume, exact;
+  for (std::size_t t = 0; t < hands.front().frames.size(); ++t) {
+    std::optional<double> sum = 0.0;
+    bool all_exact = true;
+    for (const HandObjectScore& hand : hands) {
+      const std::optional<double> one = Volume_cm3(hand.frames[t], options);
+      sum = sum && one ? std::optional(*sum + *one) : std::nullopt;
+      all_exact = all_exact && hand.frames[t].exact_volume.Known();
+    }
+    volume.Add(sum);
+    if (options.hand_object.measure_exact) exact.Add(all_exact ? 1.0 : 0.0);
   }
-  volume.Add(sum);
-  if (options.hand_object.measure_voxels) voxels.Add(voxel_sum);
-  if (options.hand_object.measure_exact) exact.Add(all_exact ? 1.0 : 0.0);
+  values["intersection_volume_cm3"] = volume.Mean();
+  values["intersection_volume_max_cm3"] = volume.Max();
+  values["exact_volume_frames_ratio"] = exact.Mean();
 }
 
-void AddContact(const ClipScore& score, const Hands& hands, const ScoreOptions& options,
-                MetricValues& values) {
-  Spread deep, deepest, inside, object_deepest, volume, voxels, exact, touching, ratio;
-  for (std::size_t t = 0; t < static_cast<std::size_t>(score.frames); ++t) {
-    double depth = 0.0, object_depth = 0.0, depth_sum = 0.0, depth_count = 0.0;
-    bool counts = false, in_contact = false;
-    for (const std::size_t h : hands) {
-      const HandObjectFrame& frame = score.hands[h].frames[t];
-      depth = std::max(depth, frame.DeepestPenetration_mm());
-      object_depth = std::max(object_depth, frame.object_max_penetration_mm);
-      depth_sum += frame.hand.mean_penetration_mm * frame.hand.penetrating_ratio;
-      depth_count += frame.hand.penetrating_ratio;
-      if (!Holds(score, h, t)) continue;
-      counts = true;
-      in_contact = in_contact || frame.hand.in_contact;
-      ratio.Add(frame.hand.contact_ratio);
-    }
-    deep.Add(depth > options.deep_mm ? 1.0 : 0.0);
-    deepest.Add(depth);
-    object_deepest.Add(object_depth);
-    inside.Add(depth_count > 0.0 ? depth_sum / depth_count : 0.0);
-    AddVolumes(score, hands, t, options, volume, voxels, exact);
-    if (counts) touching.Add(in_contact ? 1.0 : 0.0);
-  }
+void AddContact(Hands hands, const ScoreOptions& options, MetricValues& values) {
+  const ContactScore score = ScoreContact(hands, options.deep_mm);
+  values["deep_penetration_frames_ratio"] =
+      score.deep_frames / static_cast<double>(score.frames.size());
+  values["penetration_max_mm"] = score.penetration_max_mm;
+  values["penetration_mean_max_mm"] = score.penetration_mean_max_mm;
+  values["penetration_mean_mm"] = score.penetration_mean_mm;
+  values["object_in_hand_max_mm"] = score.object_in_hand_max_mm;
+  values["intersection_volume_voxel_cm3"] =
+      options.hand_object.measure_voxels ? std::optional(score.voxel_volume_cm3) : std::nullopt;
+  values["contact_frames_ratio"] = score.contact_frames_ratio;
+  values["contact_ratio"] = score.contact_ratio;
+  AddVolumes(hands, options, values);
   Spread iou, slip, slip_max, drift, drift_max;
-  for (const std::size_t h : hands) {
-    const ContactTrack& track = score.hands[h].track;
-    const double weight = FramesHeld(score, h);
+  for (const HandObjectScore& hand : hands) {
+    const ContactTrack& track = hand.track;
+    const double weight = hand.FramesHeld();
     iou.Add(track.mean_iou, weight);
     slip.Add(track.mean_slip, weight);
     slip_max.Add(track.max_slip);
     drift.Add(track.mean_drift, weight);
     drift_max.Add(track.max_drift);
   }
-  values["deep_penetration_frames_ratio"] = deep.Mean();
-  values["penetration_max_mm"] = deepest.Max();
-  values["penetration_mean_max_mm"] = deepest.Mean();
-  values["penetration_mean_mm"] = inside.Mean();
-  values["object_in_hand_max_mm"] = object_deepest.Max();
-  values["intersection_volume_cm3"] = volume.Mean();
-  values["intersection_volume_max_cm3"] = volume.Max();
-  values["intersection_volume_voxel_cm3"] = voxels.Mean();
-  values["exact_volume_frames_ratio"] = exact.Mean();
-  values["contact_frames_ratio"] = touching.Mean();
-  values["contact_ratio"] = ratio.Mean();
   values["contact_iou"] = iou.Mean();
   values["contact_slip_mm_per_frame"] = slip.Mean();
   values["contact_slip_max_mm_per_frame"] = slip_max.Max();
@@ -119,28 +88,18 @@ void AddContact(const ClipScore& score, const Hands& hands, const ScoreOptions& 
   values["contact_drift_max_mm"] = drift_max.Max();
 }
 
-void AddJitter(const ClipScore& score, const Hands& hands, MetricValues& values) {
-  const auto mean = [&](const auto& get) {
-    Spread spread;
-    for (const std::size_t h : hands) {
-      spread.Add(get(score.hands[h].jitter), FramesHeld(score, h));
-    }
-    return spread.Mean();
-  };
-  using J = CarryJitter;
-  values["jitter_acceleration_ratio"] = mean([](const J& j) { return j.acceleration_ratio; });
-  values["jitter_jerk_ratio"] = mean([](const J& j) { return j.jerk_ratio; });
-  values["jitter_angular_acceleration_ratio"] =
-      mean([](const J& j) { return j.angular_acceleration_ratio; });
-  values["jitter_angular_jerk_ratio"] = mean([](const J& j) { return j.angular_jerk_ratio; });
-  values["object_acceleration_m_s2"] = mean([](const J& j) { return j.object.acceleration_m_s2; });
-  values["object_jerk_m_s3"] = mean([](const J& j) { return j.object.jerk_m_s3; });
-  values["object_angular_acceleration_rad_s2"] =
-      mean([](const J& j) { return j.object.angular_acceleration_rad_s2; });
-  values["object_angular_jerk_rad_s3"] =
-      mean([](const J& j) { return j.object.angular_jerk_rad_s3; });
-  values["wrist_acceleration_m_s2"] = mean([](const J& j) { return j.wrist.acceleration_m_s2; });
-  values["wrist_jerk_m_s3"] = mean([](const J& j) { return j.wrist.jerk_m_s3; });
+void AddJitter(Hands hands, MetricValues& values) {
+  const CarryJitter jitter = MeanJitter(hands);
+  values["jitter_acceleration_ratio"] = jitter.acceleration_ratio;
+  values["jitter_jerk_ratio"] = jitter.jerk_ratio;
+  values["jitter_angular_acceleration_ratio"] = jitter.angular_acceleration_ratio;
+  values["jitter_angular_jerk_ratio"] = jitter.angular_jerk_ratio;
+  values["object_acceleration_m_s2"] = jitter.object.acceleration_m_s2;
+  values["object_jerk_m_s3"] = jitter.object.jerk_m_s3;
+  values["object_angular_acceleration_rad_s2"] = jitter.object.angular_acceleration_rad_s2;
+  values["object_angular_jerk_rad_s3"] = jitter.object.angular_jerk_rad_s3;
+  values["wrist_acceleration_m_s2"] = jitter.wrist.acceleration_m_s2;
+  values["wrist_jerk_m_s3"] = jitter.wrist.jerk_m_s3;
 }
 
 void AddReference(const ReferenceScore& reference, MetricValues& values) {
@@ -180,11 +139,9 @@ void AddReference(const ReferenceScore& reference, MetricValues& values) {
 MetricValues ClipValues(const ClipScore& score, const ScoreOptions& options) {
   MetricValues values;
   for (const MetricDefinition& metric : MetricDefinitions(options)) values[metric.key];
-  Hands hands;
-  for (std::size_t h = 0; h < score.hands.size(); ++h) hands.push_back(h);
-  if (!hands.empty()) {
-    AddContact(score, hands, options, values);
-    AddJitter(score, hands, values);
+  if (!score.hands.empty()) {
+    AddContact(score.hands, options, values);
+    AddJitter(score.hands, values);
   }
   const MotionMetrics& motion = score.motion;
   values["joint_acceleration_m_s2"] = motion.joint_acceleration_m_s2.mean;
@@ -197,8 +154,8 @@ MetricValues ClipValues(const ClipScore& score, const ScoreOptions& options) {
 
 MetricValues HandValues(const ClipScore& score, std::size_t hand, const ScoreOptions& options) {
   MetricValues values;
-  AddContact(score, {hand}, options, values);
-  AddJitter(score, {hand}, values);
+  AddContact({&score.hands[hand], 1}, options, values);
+  AddJitter({&score.hands[hand], 1}, values);
   return values;
 }
 

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <map>
+#include <span>
 #include <vector>
 
 #include <fmt/format.h>
@@ -94,28 +95,6 @@ ContactMetrics MeasureContact(const TriangleMesh& hand_in_object, const SignedDi
   metrics.intersection_volume_cm3 =
       1e6 * IntersectionVolume(object, hand, 1e-3 * protocol.voxel_mm, protocol.threads);
   return metrics;
-}
-
-ContactSummary Summarize(std::span<const ContactMetrics> frames) {
-  ContactSummary summary;
-  summary.num_frames = static_cast<int>(frames.size());
-  if (frames.empty()) return summary;
-  for (const ContactMetrics& frame : frames) {
-    summary.max_penetration_mm = std::max(summary.max_penetration_mm, frame.max_penetration_mm);
-    summary.mean_max_penetration_mm += frame.max_penetration_mm;
-    summary.mean_penetration_mm += frame.mean_penetration_mm;
-    summary.mean_contact_ratio += frame.contact_ratio;
-    summary.frames_in_contact_ratio += frame.in_contact ? 1.0 : 0.0;
-    summary.mean_intersection_volume_cm3 += frame.intersection_volume_cm3;
-    summary.max_intersection_volume_cm3 =
-        std::max(summary.max_intersection_volume_cm3, frame.intersection_volume_cm3);
-  }
-  for (double* mean :
-       {&summary.mean_max_penetration_mm, &summary.mean_penetration_mm, &summary.mean_contact_ratio,
-        &summary.frames_in_contact_ratio, &summary.mean_intersection_volume_cm3}) {
-    *mean /= static_cast<double>(frames.size());
-  }
-  return summary;
 }
 
 TriangleMesh CloseHoles(const TriangleMesh& mesh) {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <span>
-
 #include <Eigen/Core>
 
 #include "geometry/mesh.h"
@@ -20,7 +18,8 @@ struct ContactProtocol {
 };
 
 /// Contact of one hand with one object in one frame. Depths and distances are those of the hand's
-/// vertices to the object's surface.
+/// vertices to the object's surface: one way. Both ways is HandObjectFrame
+/// (geometry/score/hand_object_score.h), what clips are measured by.
 struct ContactMetrics {
   double max_penetration_mm = 0.0;   ///< depth of the deepest vertex inside the object; 0 if none
   double mean_penetration_mm = 0.0;  ///< mean depth of the vertices inside; 0 if none
@@ -30,18 +29,6 @@ struct ContactMetrics {
   double min_distance_mm = 0.0;      ///< smallest signed distance, negative inside
   double intersection_volume_cm3 = 0.0;  ///< shared by the solid hand and object; 0 if not measured
   bool operator==(const ContactMetrics&) const = default;
-};
-
-/// Contact over a clip.
-struct ContactSummary {
-  int num_frames = 0;
-  double max_penetration_mm = 0.0;       ///< deepest of all frames
-  double mean_max_penetration_mm = 0.0;  ///< mean over frames of the deepest in each
-  double mean_penetration_mm = 0.0;      ///< mean over frames of the mean in each
-  double mean_contact_ratio = 0.0;       ///< mean over frames of the share of vertices in contact
-  double frames_in_contact_ratio = 0.0;  ///< share of frames with any vertex in contact
-  double mean_intersection_volume_cm3 = 0.0;  ///< mean over frames
-  double max_intersection_volume_cm3 = 0.0;
 };
 
 /// Metrics of a hand's vertices by their signed distances (metres) from the object, without the
@@ -58,8 +45,6 @@ ContactMetrics MeasureContact(const Eigen::Matrix3Xd& hand_vertices_in_object,
 /// closed first (CloseHoles), which adds to the volume only.
 ContactMetrics MeasureContact(const TriangleMesh& hand_in_object, const SignedDistance& object,
                               const ContactProtocol& protocol = {});
-
-ContactSummary Summarize(std::span<const ContactMetrics> frames);
 
 /// Closes every boundary loop by a fan around a new vertex at the mean of the loop's, oriented like
 /// the faces beside it. New vertices come behind the given ones; where the boundary touches itself

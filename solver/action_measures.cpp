@@ -71,7 +71,7 @@ class Looker {
     return distances;
   }
 
-  // Holding hands in the object, frame by frame, as `score` measures it.
+  // Vertices of holding hands in the object, frame by frame: one way, which is quick.
   void Hands() {
     int penetrating = 0, touching = 0;
     std::vector<HandState> states = {HandState(actor_.Hand(Side::kRight)),

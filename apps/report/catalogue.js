@@ -20,14 +20,15 @@ const kCharts = [
   },
   {
     title: "Penetration depth",
-    about: "How deep skin lies inside the object: the deepest vertex, and the mean of those inside",
+    about: "How deep hand and object lie inside each other: the deepest vertex of both, the mean of the hand's inside",
     unit: "mm",
     series: [
       ["penetration_depth_mm", "deepest", "c"],
       ["penetration_depth_before_mm", "before", "b"],
       ["mean_penetration_depth_mm", "mean", "d"],
-      ["right_hand_penetration_depth_mm", kRight, "c"],
-      ["left_hand_penetration_depth_mm", kLeft, "d"],
+      ["hand_in_object_mm", "hand in object", "c"],
+      ["right_hand_in_object_mm", kRight, "c"],
+      ["left_hand_in_object_mm", kLeft, "d"],
     ],
   },
   {

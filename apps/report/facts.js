@@ -36,13 +36,16 @@ const kCards = [
   },
   {
     title: "Deepest penetration",
-    about: "of skin into the object",
+    about: (clip) =>
+      Number.isFinite(clip.metrics?.summary?.max_penetration_depth_mm)
+        ? "hand and object, both ways"
+        : "of the hand's skin into the object",
     unit: "mm",
     lower: true,
     value: (clip) => {
       const told = clip.metrics?.summary?.max_penetration_depth_mm;
       if (Number.isFinite(told)) return told;
-      const hands = series(clip, /^(?!mean).*penetration_depth_mm$/);
+      const hands = series(clip, /hand_in_object_mm$/);
       return hands.length > 0 ? max(hands.map(max)) : undefined;
     },
   },

@@ -227,7 +227,7 @@ class Player {
   showReadout() {
     const { frame } = this.playback;
     const value = (name) => this.clip.series[name]?.[frame];
-    const depth = value("penetration_depth_mm");
+    const depth = value("penetration_depth_mm") ?? value("hand_in_object_mm");
     const ratio = value("contact_ratio");
     find("read-contact").textContent = Number.isFinite(ratio)
       ? `${(100 * ratio).toFixed(1)} % touching`

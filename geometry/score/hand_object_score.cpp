@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/score/hand_object_score.h"
 
+#include <algorithm>
 #include <atomic>
 #include <mutex>
 
@@ -42,7 +43,7 @@ void MeasureObjectInHand(const Eigen::Matrix3Xd& vertices, const SignedDistance&
 }
 
 HandObjectFrame MeasureFrame(const TriangleMesh& hand, const Solid& object,
-                             const ExactIntersection& exact, const HandObjectProtocol& protocol,
+                             const ExactIntersection* exact, const HandObjectProtocol& protocol,
                              Touch& touch) {
   const auto n = static_cast<std::size_t>(hand.NumVertices());
   std::vector<SignedDistance::Result> queries(n);
@@ -61,7 +62,7 @@ HandObjectFrame MeasureFrame(const TriangleMesh& hand, const Solid& object,
         1e6 *
         IntersectionVolume(object.distance, closed_hand.distance, 1e-3 * protocol.contact.voxel_mm);
   }
-  if (protocol.measure_exact) frame.exact_volume = exact.With(closed_hand);
+  if (protocol.measure_exact) frame.exact_volume = exact->With(closed_hand);
   return frame;
 }
 
@@ -72,7 +73,7 @@ void RequireObject(const Clip& clip) {
 }  // namespace
 
 HandObjectScore MeasureHandObject(const Clip& clip, const HandModel& hand, const Solid& object,
-                                  const ExactIntersection& exact,
+                                  const ExactIntersection* exact,
                                   const HandObjectProtocol& protocol,
                                   std::span<const std::uint8_t> holds,
                                   const std::function<bool(int, int)>& progress) {
@@ -80,6 +81,7 @@ HandObjectScore MeasureHandObject(const Clip& clip, const HandModel& hand, const
   const int frames = clip.NumFrames();
   HandObjectScore score;
   score.side = hand.HandSide();
+  score.holds.assign(holds.begin(), holds.end());
   score.frames.resize(static_cast<std::size_t>(frames));
   std::vector<Touch> touches(static_cast<std::size_t>(frames));
   std::atomic<bool> stopped{false};
@@ -99,6 +101,20 @@ HandObjectScore MeasureHandObject(const Clip& clip, const HandModel& hand, const
                                     ObjectPoses(clip), MeasureMoments(object.mesh).center,
                                     clip.frame_rate, holds);
   return score;
+}
+
+double HandObjectScore::FramesHeld() const {
+  const auto count =
+      holds.empty() ? static_cast<std::ptrdiff_t>(frames.size())
+                    : std::ranges::count_if(holds, [](std::uint8_t held) { return held != 0; });
+  return static_cast<double>(count);
+}
+
+std::vector<std::uint8_t> HoldFlags(std::span<const std::uint8_t> holding_hand, Side side) {
+  const std::uint8_t bit = side == Side::kRight ? kHoldsRight : kHoldsLeft;
+  std::vector<std::uint8_t> flags;
+  for (const std::uint8_t hands : holding_hand) flags.push_back((hands & bit) != 0 ? 1 : 0);
+  return flags;
 }
 
 double MeanDistance(const Clip& clip, const HandModel& hand, const SignedDistance& object,

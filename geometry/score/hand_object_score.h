@@ -43,20 +43,28 @@ struct HandObjectFrame {
 struct HandObjectScore {
   Side side = Side::kRight;
   std::vector<HandObjectFrame> frames;  ///< T
+  std::vector<std::uint8_t> holds;      ///< T, whether this hand holds; empty: in every frame
   ContactTrack track;
   CarryJitter jitter;
+
+  bool Holds(std::size_t frame) const { return holds.empty() || holds[frame] != 0; }
+  double FramesHeld() const;
 };
 
 /// Measures every frame. `holds` (empty: all, else T long) tells the frames in which this hand
-/// holds: contact over time and jitter are of those. The object's exact preparation comes with it,
-/// made once for all hands and clips. Frames are shared among `protocol.contact.threads`; the
-/// result does not depend on it. `progress` (frames done, frames) may be empty, is called one at a
-/// time, and stops the measurement by returning false. Throws Error for a clip without an object.
+/// holds: contact over time and jitter are of those. `exact` is the object's preparation for exact
+/// volumes, made once for all hands and clips; null where `protocol` does not ask for them. Frames
+/// are shared among `protocol.contact.threads`; the result does not depend on it. `progress`
+/// (frames done, frames) may be empty, is called one at a time, and stops the measurement by
+/// returning false. Throws Error for a clip without an object.
 HandObjectScore MeasureHandObject(const Clip& clip, const HandModel& hand, const Solid& object,
-                                  const ExactIntersection& exact,
+                                  const ExactIntersection* exact,
                                   const HandObjectProtocol& protocol,
                                   std::span<const std::uint8_t> holds = {},
                                   const std::function<bool(int, int)>& progress = {});
+
+/// Whether this hand holds in each frame, of bits as in Clip::holding_hand; empty of none.
+std::vector<std::uint8_t> HoldFlags(std::span<const std::uint8_t> holding_hand, Side side);
 
 /// Mean over frames of the least distance from the hand's vertices to the object, metres, negative
 /// inside: tells which of two hands is nearer. Every `stride`-th frame is looked at.

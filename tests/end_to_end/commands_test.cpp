@@ -25,7 +25,7 @@ TEST(GraspCommand, WritesAClipThatFitCanCarryOn) {
       RunHoldfast(folder.Path(), "grasp hammer -o held.npz --hand left --json -q");
   ASSERT_EQ(grasped.exit_code, 0) << grasped.err;
   const nlohmann::json summary = nlohmann::json::parse(grasped.out);
-  EXPECT_LT(summary["contact"]["max_penetration_mm"].get<double>(), 3.0);
+  EXPECT_LT(summary["contact"]["hand_in_object_max_mm"].get<double>(), 3.0);
   EXPECT_GT(summary["contact"]["contact_ratio"].get<double>(), 0.02);
   const Clip clip = ReadClip(folder / "held.npz");
   EXPECT_EQ(clip.NumFrames(), 1);

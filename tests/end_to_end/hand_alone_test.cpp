@@ -46,7 +46,7 @@ TEST_F(HandAloneTest, GraspsAMugWithEitherHand) {
     const std::string output = std::string(side) + ".npz";
     const nlohmann::json grasp = Json("grasp mug --body " + model + " -o " + output);
     EXPECT_EQ(grasp["hand"], right ? "right" : "left");
-    EXPECT_LT(grasp["contact"]["max_penetration_mm"].get<double>(), 3.0);
+    EXPECT_LT(grasp["contact"]["hand_in_object_max_mm"].get<double>(), 3.0);
     EXPECT_GT(grasp["contact"]["contact_ratio"].get<double>(), 0.0);
     const Clip clip = ReadClip(folder_ / output);
     EXPECT_EQ(clip.surface_model_type, "mano");

@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/clip.h"
-#include "geometry/clip_contact.h"
 #include "geometry/io/mesh_io.h"
+#include "geometry/score/hand_object_score.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -117,15 +117,15 @@ TEST(ReportCommand, CurvesWithoutMetricsAreThoseOfTheMetricsProtocol) {
   ASSERT_EQ(RunHoldfast(folder.Path(), "report clip.npz -o r.html -q").exit_code, 0);
   const nlohmann::json series = HeaderOf(ReadText(folder / "r.html"))["clips"][0]["series"];
   const HandModel hand(BodyModel::Default(), {}, Side::kRight);
-  const SignedDistance mug(ReadMesh(HOLDFAST_MESHES_DIR "/objects/mug.ply"));
-  const auto metrics = MeasureClipContact(clip, hand, mug, {});
-  ASSERT_EQ(series["contact_ratio"].size(), metrics.size());
+  const Solid mug(ReadMesh(HOLDFAST_MESHES_DIR "/objects/mug.ply"));
+  const auto frames = MeasureHandObject(clip, hand, mug, nullptr, {.measure_exact = false}).frames;
+  ASSERT_EQ(series["contact_ratio"].size(), frames.size());
   bool deep = false;
-  for (std::size_t t = 0; t < metrics.size(); ++t) {
-    EXPECT_NEAR(series["contact_ratio"][t].get<double>(), metrics[t].contact_ratio, 1e-12);
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    EXPECT_NEAR(series["contact_ratio"][t].get<double>(), frames[t].hand.contact_ratio, 1e-12);
     // Depths beyond 12.7 mm are shown as that.
-    const double depth = std::min(12.7, metrics[t].max_penetration_mm);
-    EXPECT_NEAR(series["penetration_depth_mm"][t].get<double>(), depth, 1e-9);
+    const double depth = std::min(12.7, frames[t].hand.max_penetration_mm);
+    EXPECT_NEAR(series["hand_in_object_mm"][t].get<double>(), depth, 1e-9);
     deep = deep || depth > 1.0;
   }
   EXPECT_TRUE(deep) << "the clip is meant to have penetration";

@@ -154,25 +154,5 @@ TEST(ContactMetrics, ClosingRefusesWhatHasNoInside) {
   EXPECT_THROW(CloseHoles(turned), Error);
 }
 
-TEST(ContactMetrics, SummaryIsOfAllFrames) {
-  ContactMetrics touching;
-  touching.max_penetration_mm = 4.0;
-  touching.mean_penetration_mm = 2.0;
-  touching.contact_ratio = 0.3;
-  touching.in_contact = true;
-  touching.intersection_volume_cm3 = 1.0;
-  const ContactMetrics frames[] = {touching, ContactMetrics{}};
-  const ContactSummary summary = Summarize(frames);
-  EXPECT_EQ(summary.num_frames, 2);
-  EXPECT_DOUBLE_EQ(summary.max_penetration_mm, 4.0);
-  EXPECT_DOUBLE_EQ(summary.mean_max_penetration_mm, 2.0);
-  EXPECT_DOUBLE_EQ(summary.mean_penetration_mm, 1.0);
-  EXPECT_DOUBLE_EQ(summary.mean_contact_ratio, 0.15);
-  EXPECT_DOUBLE_EQ(summary.frames_in_contact_ratio, 0.5);
-  EXPECT_DOUBLE_EQ(summary.mean_intersection_volume_cm3, 0.5);
-  EXPECT_DOUBLE_EQ(summary.max_intersection_volume_cm3, 1.0);
-  EXPECT_EQ(Summarize({}).num_frames, 0);
-}
-
 }  // namespace
 }  // namespace holdfast

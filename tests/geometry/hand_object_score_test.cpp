@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/score/hand_object_score.h"
+#include "geometry/score/contact_score.h"
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,8 @@ struct Scene {
     const Solid object(mesh);
     HandObjectProtocol protocol;
     protocol.contact.threads = threads;
-    return MeasureHandObject(clip, hand, object, ExactIntersection(object), protocol);
+    const ExactIntersection exact(object);
+    return MeasureHandObject(clip, hand, object, &exact, protocol);
   }
 
   HandModel hand;
@@ -63,6 +64,31 @@ TEST(HandObjectScore, ABladeThroughThePalmIsSeenByItsOwnVertices) {
   EXPECT_GT(frame.object_vertices_inside, 10);
   ASSERT_TRUE(frame.exact_volume.Known());
   EXPECT_GT(frame.exact_volume.volume_m3, 0.0);
+}
+
+TEST(ContactScore, CountsBothWaysInAllFramesAndContactInThoseHeld) {
+  const HandObjectScore blade = Scene().Measure(Blade());
+  HandObjectScore scores[] = {blade, blade};
+  scores[0].holds = {0, 1, 1, 1, 0, 0};
+  scores[1].holds = {0, 0, 0, 1, 0, 0};
+  scores[1].frames[3].hand.in_contact = false;
+  scores[1].frames[3].hand.contact_ratio = 0.0;
+  scores[0].frames[2].hand.in_contact = false;
+  scores[1].frames[5].object_max_penetration_mm = 99.0;
+  const ContactScore score = ScoreContact(scores);
+  ASSERT_EQ(score.frames.size(), 6u);
+  EXPECT_EQ(score.penetration_max_mm, 99.0);
+  EXPECT_EQ(score.object_in_hand_max_mm, 99.0);
+  EXPECT_EQ(score.frames[0].penetration_mm, blade.frames[0].object_max_penetration_mm);
+  EXPECT_EQ(score.deep_frames, 6);
+  EXPECT_EQ(ScoreContact(scores, 50.0).deep_frames, 1);
+  // Of the three frames held a holding hand touches in two; four times a hand holds.
+  EXPECT_FALSE(score.frames[0].held);
+  EXPECT_DOUBLE_EQ(*score.contact_frames_ratio, 2.0 / 3.0);
+  EXPECT_NEAR(*score.contact_ratio, 0.75 * blade.frames[1].hand.contact_ratio, 1e-12);
+  scores[0].holds = scores[1].holds = std::vector<std::uint8_t>(6, 0);
+  EXPECT_FALSE(ScoreContact(scores).contact_frames_ratio);
+  EXPECT_EQ(ScoreContact({}).frames.size(), 0u);
 }
 
 TEST(HandObjectScore, ABoxAroundTheHandHoldsAllOfIt) {
