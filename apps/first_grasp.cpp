@@ -28,12 +28,14 @@ void RequireGraspable(const LoadedObject& object, bool both) {
 bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
                        const SignedDistance& surface, const DistanceGrid& grid,
                        const BodySurface& body, int held_frames, const std::string& style,
-                       const CommonOptions& common, Clip& clip, nlohmann::json& summary) {
+                       const std::shared_ptr<const GraspPlace>& place, const CommonOptions& common,
+                       Clip& clip, nlohmann::json& summary) {
   HandState state(hand);
   state.SetBody(clip.pose[0], clip.trans.col(0));
   GraspOptions grasp_options;
   grasp_options.seed = common.seed;
   grasp_options.style = StyleByName(style);
+  grasp_options.place = place;
   grasp_options.threads = NumThreads(common);
   grasp_options.up_in_wrist = {state.WristRotation().transpose() * Eigen::Vector3d::UnitZ()};
   // A hand is about 20 cm long: nothing farther than that and the object's own size is met.
@@ -64,7 +66,13 @@ bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
              {"frames_through_body_ratio", blocked},
              {"search_ms", report.search_ms + report.closing_ms + report.refinement_ms}};
   if (report.status == GraspStatus::kNothingToGrasp || report.status == GraspStatus::kNoRoom ||
-      report.status == GraspStatus::kStopped) {
+      report.status == GraspStatus::kNothingAtPlace || report.status == GraspStatus::kStopped) {
+    return false;
+  }
+  // The least bad grasp need not be where it was asked for.
+  if (place && report.status != GraspStatus::kFound) {
+    summary["status"] = fmt::format("{} at the place asked for (best try: {})",
+                                    Describe(report.status), report.candidates.front().refused);
     return false;
   }
   if (report.status == GraspStatus::kNoCleanGrasp) {

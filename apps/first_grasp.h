@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -14,6 +15,7 @@
 #include "geometry/hand_model.h"
 #include "geometry/signed_distance.h"
 #include "solver/fit.h"
+#include "solver/grasp_place.h"
 
 namespace holdfast::apps {
 
@@ -23,14 +25,15 @@ namespace holdfast::apps {
 void RequireGraspable(const LoadedObject& object, bool both);
 
 /// Closes a hand around the object in the clip's first frame and writes fingers and object into it.
-/// `style` as in StyleByName, or "auto". The object keeps clear of the body along the clip;
-/// told is what meets it in the first `held_frames`, while this hand alone holds it.
-/// `summary` says what was found. Returns false when there is nothing to hold on to; warns when the
-/// grasp is not clean.
+/// `style` as in StyleByName, or "auto"; `place` may be null. The object keeps clear of the body
+/// along the clip; told is what meets it in the first `held_frames`, while this hand alone holds
+/// it. `summary` says what was found. Returns false when there is nothing to hold on to; warns when
+/// the grasp is not clean.
 bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
                        const SignedDistance& surface, const DistanceGrid& grid,
                        const BodySurface& body, int held_frames, const std::string& style,
-                       const CommonOptions& common, Clip& clip, nlohmann::json& summary);
+                       const std::shared_ptr<const GraspPlace>& place, const CommonOptions& common,
+                       Clip& clip, nlohmann::json& summary);
 
 /// The same with the object between both hands. The arms have to go to it: returns how each hand
 /// (right, left) takes hold, relative to the clip's wrists, which stay; nothing when there is no

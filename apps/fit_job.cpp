@@ -52,34 +52,36 @@ std::string_view HandsText(std::uint8_t bits) {
 
 nlohmann::json FitOptionsJson(const FitJob& job) {
   const FitOptions& fit = job.fit;
-  return {{"clip", job.clip},
-          {"object", job.object},
-          {"object_scale", job.object_scale},
-          {"hand", job.hand},
-          {"style", job.style},
-          {"body", job.body.empty() ? "holdfast_neutral" : job.body},
-          {"start", job.start},
-          {"end", job.end},
-          {"object_vertices", job.object_vertices},
-          {"recipe", job.recipe},
-          {"solve", job.solve},
-          {"lambda_distance", fit.lambda_distance},
-          {"lambda_contact", fit.lambda_contact},
-          {"lambda_temporal", fit.lambda_temporal},
-          {"lambda_penetration", fit.lambda_penetration},
-          {"lambda_object_in_hand", fit.lambda_object_in_hand},
-          {"lambda_limits", fit.lambda_limits},
-          {"lambda_wrist", fit.lambda_wrist},
-          {"slip", fit.slip},
-          {"lambda_slip", fit.lambda_slip},
-          {"drag_share", fit.drag_share},
-          {"lambda_fingers", fit.lambda_fingers},
-          {"lambda_object", fit.lambda_object},
-          {"lambda_acceleration", fit.whole_clip ? fit.lambda_acceleration : 0.0},
-          {"soft_tissue_mm", 1e3 * fit.soft_tissue_m},
-          {"contact_threshold_mm", job.contact_threshold_mm},
-          {"precision", job.precision},
-          {"max_iterations", fit.max_iterations}};
+  nlohmann::json options = {{"clip", job.clip},
+                            {"object", job.object},
+                            {"object_scale", job.object_scale},
+                            {"hand", job.hand},
+                            {"style", job.style},
+                            {"body", job.body.empty() ? "holdfast_neutral" : job.body},
+                            {"start", job.start},
+                            {"end", job.end},
+                            {"object_vertices", job.object_vertices},
+                            {"recipe", job.recipe},
+                            {"solve", job.solve},
+                            {"lambda_distance", fit.lambda_distance},
+                            {"lambda_contact", fit.lambda_contact},
+                            {"lambda_temporal", fit.lambda_temporal},
+                            {"lambda_penetration", fit.lambda_penetration},
+                            {"lambda_object_in_hand", fit.lambda_object_in_hand},
+                            {"lambda_limits", fit.lambda_limits},
+                            {"lambda_wrist", fit.lambda_wrist},
+                            {"slip", fit.slip},
+                            {"lambda_slip", fit.lambda_slip},
+                            {"drag_share", fit.drag_share},
+                            {"lambda_fingers", fit.lambda_fingers},
+                            {"lambda_object", fit.lambda_object},
+                            {"lambda_acceleration", fit.whole_clip ? fit.lambda_acceleration : 0.0},
+                            {"soft_tissue_mm", 1e3 * fit.soft_tissue_m},
+                            {"contact_threshold_mm", job.contact_threshold_mm},
+                            {"precision", job.precision},
+                            {"max_iterations", fit.max_iterations}};
+  if (job.place.Given()) options["place"] = GraspPlaceJson(job.place);
+  return options;
 }
 
 namespace {
@@ -127,7 +129,7 @@ bool IsObjectOf(const Clip& clip, const FitJob& job, const LoadedObject& object)
 // is prepared for them.
 bool NeedsGrasp(const FitJob& job, const Clip& clip, const LoadedObject& object,
                 const CommonOptions& common) {
-  bool needed = !clip.object || job.regrasp;
+  bool needed = !clip.object || job.regrasp || job.place.Given();
   if (!needed && !job.keep_grasp && !job.motion && !IsObjectOf(clip, job, object)) {
     needed = true;
     Note(common,
@@ -270,8 +272,10 @@ void RequireGrasp(bool held, const FitJob& job, const nlohmann::json& grasp, std
   const std::string other =
       holding == kHoldsBoth ? "a first frame with both hands in front (--start)"
                             : fmt::format("--hand {}", holding == kHoldsLeft ? "right" : "left");
-  throw FitFailure(fmt::format("{}: {}. Try {}, or another object size (--object-scale)",
-                               job.object, grasp["status"].get<std::string>(), other));
+  throw FitFailure(fmt::format("{}: {}. Try {}, {}", job.object, grasp["status"].get<std::string>(),
+                               other,
+                               job.place.Given() ? "or another place (--at, --region, --avoid)"
+                                                 : "or another object size (--object-scale)"));
 }
 
 void RequireContact(const ContactScore& contact, const FitJob& job, bool grasped) {
@@ -308,6 +312,14 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
     WarnIfAway(job.clip, scene.clip, {scene.body, scene.betas}, scene.Object().mesh, common);
   }
 
+  const std::shared_ptr<const GraspPlace> place =
+      MakeGraspPlace(job.place, scene.Object(), job.object, job.object_scale);
+  if (place && holding.front() == kHoldsBoth) {
+    throw Error(job.clip,
+                "is held by both hands in its first frame: --at, --region and --avoid are "
+                "for one",
+                "Say which with --hand");
+  }
   nlohmann::json grasp = {{"made", false}};
   std::optional<std::array<GripPose, 2>> both_grips;
   if (needs_grasp && holding.front() == kHoldsBoth) {
@@ -323,7 +335,7 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
     const bool grasped = GraspInFirstFrame(
         scene.Hand(side), scene.Object(), scene.prepared->solid.distance,
         *scene.prepared->fit.distance, BodySurface(scene.body, scene.betas),
-        static_cast<int>(alone - holding.begin()), job.style, common, scene.clip, grasp);
+        static_cast<int>(alone - holding.begin()), job.style, place, common, scene.clip, grasp);
     if (Interrupted()) return stopped;
     RequireGrasp(grasped, job, grasp, holding.front());
   }
@@ -439,12 +451,16 @@ void AddFitJobOptions(CLI::App& command, FitJob& job) {
                   "How a new grasp holds: power, precision, handle (fingers through it), or auto")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "power", "precision", "handle"}));
+  AddGraspPlaceOptions(command, job.place);
   CLI::Option* const regrasp = command.add_flag(
       "--regrasp", job.regrasp, "Make a new grasp even if the clip has one of this object");
   command
       .add_flag("--keep-grasp", job.keep_grasp,
                 "Keep the clip's own grasp and trajectory even if they are another object's")
-      ->excludes(regrasp);
+      ->excludes(regrasp)
+      ->excludes(command.get_option("--at"))
+      ->excludes(command.get_option("--region"))
+      ->excludes(command.get_option("--avoid"));
   command.add_option("--start", job.start, "First frame to fit")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);

@@ -10,6 +10,7 @@
 
 #include "apps/common.h"
 #include "apps/fit_library.h"
+#include "apps/grasp_place_input.h"
 #include "geometry/clip.h"
 #include "geometry/contact_metrics.h"
 #include "solver/fit.h"
@@ -34,6 +35,7 @@ struct FitJob {
   double object_scale = 1.0;
   int start = 0;
   int end = -1;
+  GraspPlaceInput place;    ///< where it has to be made
   bool regrasp = false;     ///< a new grasp even if the clip has one of this object
   bool keep_grasp = false;  ///< the clip's own even if it is another object's
   bool offhand = false;     ///< the object changes hands: `handover` says what is known of it

@@ -8,6 +8,7 @@
 #include "apps/clip_input.h"
 #include "apps/common.h"
 #include "apps/first_grasp.h"
+#include "apps/grasp_place_input.h"
 #include "geometry/distance_grid.h"
 #include "geometry/error.h"
 #include "geometry/io/mesh_io.h"
@@ -31,6 +32,7 @@ struct Options {
   std::string clip;
   int frame = 0;
   double object_scale = 1.0;
+  GraspPlaceInput place;
   GraspOptions grasp;
 };
 
@@ -170,6 +172,7 @@ int Run(Options options) {
                                            Eigen::Vector3d::UnitZ());
   }
   options.grasp.style = StyleByName(options.style);
+  options.grasp.place = MakeGraspPlace(options.place, object, options.object, options.object_scale);
   options.grasp.seed = common.seed;
   options.grasp.threads = NumThreads(common);
   GraspReport report;
@@ -188,9 +191,10 @@ int Run(Options options) {
     const Eigen::Vector3d extent = 100.0 * Extent(object.mesh);
     throw FitFailure(fmt::format(
         "{}. The object measures {:.1f} x {:.1f} x {:.1f} cm; a hand spans "
-        "about 10 cm. Check its unit (--object-scale), or try --closings "
-        "{} --seed {}",
-        why, extent.x(), extent.y(), extent.z(), 4 * options.grasp.closings, common.seed + 1));
+        "about 10 cm. {}, or try --closings {} --seed {}",
+        why, extent.x(), extent.y(), extent.z(),
+        options.grasp.place ? "Choose another place" : "Check its unit (--object-scale)",
+        4 * options.grasp.closings, common.seed + 1));
   }
 
   const Eigen::Vector3d object_up = grasp.wrist_from_object.linear().col(2);
@@ -227,6 +231,11 @@ int Run(Options options) {
                         {"contact_ratio", grasp.metrics.contact_ratio},
                         {"contact_threshold_mm", ContactProtocol{}.contact_threshold_mm},
                         {"intersection_volume_cm3", grasp.metrics.intersection_volume_cm3}};
+  if (options.grasp.place) {
+    summary["place"] = GraspPlaceJson(options.place);
+    summary["place"]["contacts_outside_ratio"] = grasp.outside_place;
+    summary["place"]["from_point_mm"] = 1000.0 * grasp.from_place_m;
+  }
   summary["search"] = {{"places", report.oppositions},
                        {"placements", report.placements},
                        {"closed", report.closings},
@@ -387,6 +396,7 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
                    "Multiplies the mesh: 0.001 for millimetres")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
+  AddGraspPlaceOptions(*command, options->place);
   command
       ->add_option("--closings", options->grasp.closings,
                    "Placements that the fingers are closed for")
@@ -405,6 +415,9 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
                    "  holdfast grasp hammer.obj -o hammer.npz --hand left --seed 3 --json\n"
                    "  holdfast grasp box.obj -o box.npz --hand both --clip carry.npz --frame 60\n");
   command->callback([options, &exit_code] {
+    if (options->hand == "both" && options->place.Given()) {
+      throw CLI::ValidationError("--hand both", "has no --at, --region or --avoid");
+    }
     if (options->hand == "both") {
       exit_code = RunBoth(*options);
       return;

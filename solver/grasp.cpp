@@ -70,6 +70,8 @@ std::string_view Describe(GraspStatus status) {
       return "found";
     case GraspStatus::kNothingToGrasp:
       return "no two opposed places are within a hand's span";
+    case GraspStatus::kNothingAtPlace:
+      return "at the place asked for, no two opposed places are within a hand's span";
     case GraspStatus::kNoHandle:
       return "there is no handle that a finger fits through";
     case GraspStatus::kNoRoom:
@@ -146,17 +148,25 @@ Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedD
   opposition_options.count = options.oppositions;
   opposition_options.seed = options.seed;
   std::vector<Opposition> oppositions;
+  if (options.place) {
+    opposition_options.allowed = [&](const Eigen::Vector3d& x) { return options.place->Allows(x); };
+  }
   if (options.style != GraspStyle::kHandle) {
-    oppositions = FindOppositions(object, distance, scene.centroid, opposition_options);
+    oppositions = FindOppositions(options.place ? options.place->Surface() : object, distance,
+                                  scene.held_at, opposition_options);
   }
   if (!options.style || options.style == GraspStyle::kHandle) {
     HandleOptions handle_options;
     handle_options.threads = options.threads;
     scene.handles = FindHandles(distance, handle_options);
+    std::erase_if(scene.handles, [&](const Handle& handle) {
+      return options.place && !options.place->Allows(handle.bar);
+    });
   }
   out.oppositions = static_cast<int>(oppositions.size());
   out.handles = static_cast<int>(scene.handles.size());
   if (oppositions.empty() && scene.handles.empty()) {
+    if (options.place) out.status = GraspStatus::kNothingAtPlace;
     if (options.style == GraspStyle::kHandle) out.status = GraspStatus::kNoHandle;
     return open;
   }

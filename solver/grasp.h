@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,6 +18,7 @@
 #include "geometry/hand_model.h"
 #include "geometry/mesh.h"
 #include "geometry/signed_distance.h"
+#include "solver/grasp_place.h"
 #include "solver/grasp_placement.h"
 
 namespace holdfast {
@@ -46,6 +48,9 @@ struct GraspOptions {
   std::vector<Eigen::Matrix3Xd> obstacles_in_wrist;
   double obstacle_weight = 2.0;  ///< taken from the score of a grasp that meets them in every pose
 
+  /// Where to take hold; none: anywhere. Hands that touch elsewhere are refused.
+  std::shared_ptr<const GraspPlace> place;
+
   double max_penetration_m = 0.0025;  ///< soft tissue gives 2 mm; deeper is refused
   double touch_distance_m = 0.002;    ///< skin nearer than this touches
   double friction = 0.5;
@@ -67,6 +72,8 @@ struct Grasp {
   double limit_excess_deg = 0.0;
   double wrench_quality = 0.0;   ///< WrenchQuality: 0 without force closure
   double below_bottom_mm = 0.0;  ///< how far the hand reaches below the object's least z
+  double outside_place = 0.0;    ///< share of the skin in contact that is out of its region
+  double from_place_m = 0.0;     ///< of the middle of the contacts from the point asked for
   double blocked = 0.0;          ///< share of the poses in which the object meets an obstacle
   double upright = 0.0;          ///< cosine of the object's z with up, 0 if not asked
   double score = 0.0;            ///< larger is better
@@ -76,6 +83,7 @@ struct Grasp {
 enum class GraspStatus {
   kFound,
   kNothingToGrasp,  ///< no two opposed places within a hand's span: too large, or no solid
+  kNothingAtPlace,  ///< the same of the place asked for
   kNoHandle,        ///< asked for a handle, and there is none that a finger fits through
   kNoRoom,          ///< no way to put the hand there
   kNoCleanGrasp,    ///< hands close, but not cleanly or not firmly; the best try is returned

@@ -56,6 +56,19 @@ double ObjectInHand(const GraspScene& scene, const Eigen::Matrix3Xd& vertices,
   return deepest;
 }
 
+// Share of the skin in contact that touches elsewhere than where it is wanted.
+double OutsidePlace(const GraspPlace& place, const Eigen::Matrix3Xd& skin,
+                    const Eigen::VectorXd& distance) {
+  const double near = 1e-3 * ContactProtocol{}.contact_threshold_mm;
+  int touching = 0, outside = 0;
+  for (Eigen::Index s = 0; s < skin.cols(); ++s) {
+    if (distance(s) >= near) continue;
+    ++touching;
+    outside += !place.InRegion(skin.col(s));
+  }
+  return touching == 0 ? 0.0 : outside / static_cast<double>(touching);
+}
+
 // How many fingers have their backs against the object.
 int KnucklesTouching(const GraspScene& scene, HandEvaluation& hand, const FingerPose& fingers,
                      const Eigen::VectorXd& distance) {
@@ -87,6 +100,7 @@ GraspScene::GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer,
       placer(hand_placer),
       object(distance),
       centroid(SolidCentroid(mesh)),
+      held_at(search_options.place ? search_options.place->Center() : centroid),
       size(Extent(mesh).norm()),
       bottom(mesh.vertices.row(2).minCoeff()),
       height(Extent(mesh).z()),
@@ -201,9 +215,12 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
     for (const GraspContact& contact : contacts) sum += contact.point;
     return Eigen::Vector3d(sum / static_cast<double>(contacts.size()));
   }();
-  // Metres of lever for its weight; a handle is where it is.
+  // Metres of lever for its weight, or from where it is wanted; a handle is where it is.
   const bool by_handle = grasp.style == GraspStyle::kHandle;
-  const double off_center = by_handle ? 0.0 : (middle - scene.centroid).norm();
+  const bool at_point = options.place && options.place->At();
+  const double off_center = by_handle && !at_point ? 0.0 : (middle - scene.held_at).norm();
+  if (at_point) grasp.from_place_m = off_center;
+  if (options.place) grasp.outside_place = OutsidePlace(*options.place, skin, distance);
   const auto fingers = static_cast<double>(
       std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.end(), true));
   const bool in_palm = grasp.palm_touching && grasp.style != GraspStyle::kPrecision;
@@ -213,9 +230,9 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
       0.2 * std::max(0.0, grasp.max_penetration_mm - 0.7) -
       0.15 * std::max(0.0, grasp.object_in_hand_mm - 1.5) - 0.15 * grasp.self_penetration_mm -
       0.6 * Discomfort(scene.anatomy.axes, attempt.angles) -
-      6.0 * std::max(0.0, off_center - 0.015) - 0.8 * std::max(0.0, leaning - 0.2) +
-      UprightWeight(scene, grasp.style) * grasp.upright - BelowTable(scene, grasp) -
-      options.obstacle_weight * grasp.blocked;
+      (at_point ? 20.0 : 6.0) * std::max(0.0, off_center - 0.015) - 3.0 * grasp.outside_place -
+      0.8 * std::max(0.0, leaning - 0.2) + UprightWeight(scene, grasp.style) * grasp.upright -
+      BelowTable(scene, grasp) - options.obstacle_weight * grasp.blocked;
   if (by_handle) {
     const auto through = static_cast<double>(
         std::count(grasp.fingers_through.begin(), grasp.fingers_through.end(), true));
@@ -244,6 +261,10 @@ std::string WhyRefused(const GraspScene& scene, const Grasp& grasp) {
   }
   if (fingers < 2 && !(fingers == 1 && (by_handle || scene.size < 0.03)))
     return "fewer than two fingers touch";
+  if (grasp.outside_place > GraspPlace::kMostOutside) {
+    return "it touches what is not to be touched";
+  }
+  if (grasp.from_place_m > GraspPlace::kReach_m) return "it is not at the point asked for";
   if (grasp.wrench_quality <= 0.0) return "contacts do not hold it (no force closure)";
   if (!scene.placer.ForearmClear(scene.object, grasp.wrist_from_object)) {
     return "the forearm is in the way";

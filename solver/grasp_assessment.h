@@ -22,6 +22,7 @@ struct GraspScene {
   const GraspPlacer& placer;
   const DistanceGrid& object;
   Eigen::Vector3d centroid;
+  Eigen::Vector3d held_at;   ///< where hands are wanted: the centroid, or the place asked for
   double size;               ///< diagonal of the bounding box, metres
   double bottom, height;     ///< least z, extent in z, metres
   double tallness;           ///< in (0, 1]: how much it matters which way up the object is

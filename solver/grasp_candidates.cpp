@@ -6,8 +6,6 @@
 
 #include <Eigen/Geometry>
 
-#include "geometry/triangle_tree.h"
-
 namespace holdfast {
 namespace {
 
@@ -38,30 +36,48 @@ bool SameNeighbourhood(const Opposition& a, const Opposition& b, double size) {
          std::abs(a.width - b.width) < 0.015;
 }
 
+// As many places as asked for of those allowed, or as there are among many more.
+Eigen::Matrix3Xd AllowedPoints(const TriangleMesh& object, const OppositionOptions& options) {
+  if (!options.allowed) return SampleSurface(object, options.samples, options.seed);
+  constexpr int kMore = 30;
+  Eigen::Matrix3Xd points = SampleSurface(object, kMore * options.samples, options.seed);
+  Eigen::Index count = 0;
+  for (Eigen::Index i = 0; i < points.cols() && count < options.samples; ++i) {
+    if (options.allowed(points.col(i))) points.col(count++) = points.col(i).eval();
+  }
+  return points.leftCols(count);
+}
+
 }  // namespace
 
-bool IsWithinSpan(const TriangleMesh& object, double span_m) {
-  constexpr int kPlaces = 3000;
+std::optional<InwardRay> MeasureThickness(const TriangleMesh& object, const TriangleTree& tree,
+                                          const Eigen::Vector3d& place, double most_m) {
   constexpr double kTouch_m = 0.00025, kOwnSurface_m = 0.001, kFacing = 0.5;
-  const TriangleTree tree(object);
   const auto normal_of = [&](int face) {
     const auto corner = [&](int k) { return object.vertices.col(object.faces(k, face)); };
     return Eigen::Vector3d((corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized());
   };
+  TriangleTree::Hit hit = tree.Closest(place);
+  const InwardRay ray{hit.point, -normal_of(hit.face), 0.0};
+  for (double s = kTouch_m; s < most_m;) {
+    hit = tree.Closest(ray.start + s * ray.inward, hit.face);
+    const double distance = std::sqrt(hit.squared_distance);
+    const double facing = normal_of(hit.face).dot(ray.inward);
+    // Faces may be turned the wrong way; the one that was left is not met again.
+    if (distance < kTouch_m && (facing > kFacing || (s > kOwnSurface_m && facing < -kFacing))) {
+      return InwardRay{ray.start, ray.inward, s};
+    }
+    s += std::max(distance, kTouch_m);
+  }
+  return std::nullopt;
+}
+
+bool IsWithinSpan(const TriangleMesh& object, double span_m) {
+  constexpr int kPlaces = 3000;
+  const TriangleTree tree(object);
   const Eigen::Matrix3Xd places = SampleSurface(object, kPlaces, 0);
   for (Eigen::Index i = 0; i < places.cols(); ++i) {
-    TriangleTree::Hit hit = tree.Closest(places.col(i));
-    const Eigen::Vector3d inward = -normal_of(hit.face);
-    for (double s = kTouch_m; s < span_m;) {
-      hit = tree.Closest(places.col(i) + s * inward, hit.face);
-      const double distance = std::sqrt(hit.squared_distance);
-      const double facing = normal_of(hit.face).dot(inward);
-      // Faces may be turned the wrong way; the one that was left is not met again.
-      if (distance < kTouch_m && (facing > kFacing || (s > kOwnSurface_m && facing < -kFacing))) {
-        return true;
-      }
-      s += std::max(distance, kTouch_m);
-    }
+    if (MeasureThickness(object, tree, places.col(i), span_m)) return true;
   }
   return false;
 }
@@ -120,7 +136,7 @@ Eigen::Matrix3Xd SampleSurface(const TriangleMesh& mesh, int count, std::uint64_
 std::vector<Opposition> FindOppositions(const TriangleMesh& object, const DistanceGrid& distance,
                                         const Eigen::Vector3d& centroid,
                                         const OppositionOptions& options) {
-  const Eigen::Matrix3Xd points = SampleSurface(object, options.samples, options.seed);
+  const Eigen::Matrix3Xd points = AllowedPoints(object, options);
   const double size = Extent(object).norm();
   const double min_step = 0.25 * distance.CellSize();
 
@@ -137,8 +153,9 @@ std::vector<Opposition> FindOppositions(const TriangleMesh& object, const Distan
       const double d = distance.Distance(start - s * normal, &gradient);
       if (inside && d > 0.0) {
         const double cosine = -gradient.normalized().dot(normal);
-        if (cosine > options.min_normal_cosine) {
-          const double width = s - d;
+        const double width = s - d;
+        if (cosine > options.min_normal_cosine &&
+            (!options.allowed || options.allowed(start - width * normal))) {
           const Eigen::Vector3d center = start - 0.5 * width * normal;
           const double off_center = (center - centroid).norm() / size;
           found.push_back(

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "geometry/distance_grid.h"
 #include "geometry/mesh.h"
+#include "geometry/triangle_tree.h"
 
 namespace holdfast {
 
@@ -26,6 +29,8 @@ struct OppositionOptions {
   double max_width_m = 0.105;       ///< what a hand spans
   double min_normal_cosine = 0.80;  ///< of either normal with the axis: within the friction cone
   std::uint64_t seed = 0;
+  /// Whether a place of the surface may be one of the two; empty: any may.
+  std::function<bool(const Eigen::Vector3d&)> allowed = {};
 };
 
 /// Rays from low-discrepancy points of the surface go straight in; every place where they come out
@@ -34,6 +39,17 @@ struct OppositionOptions {
 std::vector<Opposition> FindOppositions(const TriangleMesh& object, const DistanceGrid& distance,
                                         const Eigen::Vector3d& centroid,
                                         const OppositionOptions& options);
+
+/// The way straight into an object, from its surface to where it is left again.
+struct InwardRay {
+  Eigen::Vector3d start, inward;  ///< on the surface; unit
+  double length;
+};
+
+/// From the place of the surface nearest to `place`; nothing where it is more than `most_m` thick.
+/// `tree` is of the same mesh.
+std::optional<InwardRay> MeasureThickness(const TriangleMesh& object, const TriangleTree& tree,
+                                          const Eigen::Vector3d& place, double most_m);
 
 /// Whether anything of an object is so thin that a hand (or two) could close on it: straight in
 /// from some of many places of its surface, it is left again within `span_m`. Where it is not,

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "apps/common.h"
+#include "solver/grasp_place.h"
+
+namespace holdfast::apps {
+
+/// Where a hand is to take hold, as the user says it.
+struct GraspPlaceInput {
+  std::vector<double> at;           ///< x, y, z
+  std::vector<std::string> region;  ///< groups, objects, materials, files with vertex lists
+  std::vector<std::string> avoid;   ///< the same
+
+  bool Given() const { return !at.empty() || !region.empty() || !avoid.empty(); }
+};
+
+/// Adds --at, --region and --avoid.
+void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input);
+
+/// The place on this object, which was loaded from `path_or_name` with this scale; null when none
+/// is asked for. Throws Error for names that the file does not have, with all that it has.
+std::shared_ptr<const GraspPlace> MakeGraspPlace(const GraspPlaceInput& input,
+                                                 const LoadedObject& object,
+                                                 const std::string& path_or_name, double scale);
+
+/// As metrics.json records it.
+nlohmann::json GraspPlaceJson(const GraspPlaceInput& input);
+
+}  // namespace holdfast::apps
