@@ -22,7 +22,9 @@ void RequireGraspable(const LoadedObject& object, bool both) {
       "{:.1f} cm: check its unit (--object-scale){}",
       object.name, 100.0 * span, both ? "two hands hold between them" : "a hand spans",
       100.0 * extent.x(), 100.0 * extent.y(), 100.0 * extent.z(),
-      both ? "" : ", or hold it between both hands (--hand both)"));
+      !both && IsWithinSpan(object.mesh, BothHandsOptions{}.max_width_m)
+          ? ", or hold it between both hands (--hand both)"
+          : ""));
 }
 
 bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
@@ -65,6 +67,10 @@ bool GraspInFirstFrame(const HandModel& hand, const LoadedObject& object,
              {"object_in_hand_mm", grasp.object_in_hand_mm},
              {"frames_through_body_ratio", blocked},
              {"search_ms", report.search_ms + report.closing_ms + report.refinement_ms}};
+  if (place) {
+    summary["contacts_outside_place_ratio"] = grasp.outside_place;
+    summary["from_point_mm"] = 1000.0 * grasp.from_place_m;
+  }
   if (report.status == GraspStatus::kNothingToGrasp || report.status == GraspStatus::kNoRoom ||
       report.status == GraspStatus::kNothingAtPlace || report.status == GraspStatus::kStopped) {
     return false;

@@ -128,14 +128,13 @@ bool IsObjectOf(const Clip& clip, const FitJob& job, const LoadedObject& object)
 // Whether a grasp has to be made. Objects that no hand can hold are refused here, before anything
 // is prepared for them.
 bool NeedsGrasp(const FitJob& job, const Clip& clip, const LoadedObject& object,
-                const CommonOptions& common) {
+                std::vector<std::string>& notes) {
   bool needed = !clip.object || job.regrasp || job.place.Given();
   if (!needed && !job.keep_grasp && !job.motion && !IsObjectOf(clip, job, object)) {
     needed = true;
-    Note(common,
-         fmt::format("note: the clip's grasp is of {}, not of {}: a new one is made "
-                     "(--keep-grasp keeps it)",
-                     clip.object->name.empty() ? "another mesh" : clip.object->name, job.object));
+    notes.push_back(fmt::format(
+        "the clip's grasp is of {}, not of {}: a new one is made (--keep-grasp keeps it)",
+        clip.object->name.empty() ? "another mesh" : clip.object->name, job.object));
   }
   const bool both = job.hand == "both" || std::ranges::count(clip.holding_hand, kHoldsBoth) > 0;
   if (needed) RequireGraspable(object, both);
@@ -152,20 +151,22 @@ struct Scene {
   Scene(const FitJob& job, const CommonOptions& common, FitLibrary& library, LoadedClip loaded)
       : clip(std::move(loaded.clip)),
         body(loaded.body.model),
-        needs_grasp(NeedsGrasp(job, clip, *library.Loaded(job.object, job.object_scale), common)),
+        needs_grasp(NeedsGrasp(job, clip, *library.Loaded(job.object, job.object_scale), notes)),
         prepared(
             library.Object(job.object, job.object_scale, job.object_vertices, NumThreads(common))),
         betas(loaded.body.betas),
         right(body, betas, Side::kRight),
         left(body, betas, Side::kLeft) {
-    for (const std::string& note : prepared->notes) Note(common, "note: " + note);
+    notes.insert(notes.end(), prepared->notes.begin(), prepared->notes.end());
+    for (const std::string& note : notes) Note(common, "note: " + note);
   }
   const HandModel& Hand(Side side) const { return side == Side::kRight ? right : left; }
   const LoadedObject& Object() const { return prepared->object; }
 
   Clip clip;
   std::shared_ptr<const BodyModel> body;
-  bool needs_grasp;  ///< the clip has none of this object
+  std::vector<std::string> notes;  ///< for people, and for metrics.json
+  bool needs_grasp;                ///< the clip has none of this object
   std::shared_ptr<const PreparedObject> prepared;
   Eigen::VectorXd betas;
   HandModel right, left;
@@ -394,7 +395,7 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
   metrics["grasp"] = grasp;
   metrics["switches"] = SwitchesJson(held, handovers);
   metrics["protocol"] = ProtocolJson(job.protocol, scene.prepared->solid, *hands.front());
-  metrics["notes"] = scene.prepared->notes;
+  metrics["notes"] = scene.notes;
   metrics["summary"] = SummaryJson(summary);
   metrics["per_frame"] = PerFrameJson(result, summary.contact);
   metrics["per_frame"]["holding_hand"] = holding;

@@ -413,6 +413,7 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
   AddCommonOptions(*command, options->common, true,
                    "  holdfast grasp mug -o mug_grasp.npz\n"
                    "  holdfast grasp hammer.obj -o hammer.npz --hand left --seed 3 --json\n"
+                   "  holdfast grasp bottle -o neck.npz --at 0,0,0.18\n"
                    "  holdfast grasp box.obj -o box.npz --hand both --clip carry.npz --frame 60\n");
   command->callback([options, &exit_code] {
     if (options->hand == "both" && options->place.Given()) {

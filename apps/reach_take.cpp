@@ -16,6 +16,7 @@
 #include "geometry/io/mesh_io.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
+#include "solver/clip_state.h"
 #include "solver/take_fit.h"
 #include "solver/take_measures.h"
 #include "solver/take_motion.h"

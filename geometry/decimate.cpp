@@ -130,12 +130,13 @@ Eigen::Index FewestVertices(const MeshParts& found) {
 }
 
 /// The same when it is wrapped: parts whose boxes are farther apart than a wrap bridges stay apart.
+/// (Its alpha is the radius of the ball that fits into what is not bridged.)
 Eigen::Index FewestVerticesWrapped(const MeshParts& found, double extent) {
   std::vector<MeshPart> parts = found.parts;
   constexpr std::size_t kMost = 20'000;  // beyond, pairs are too many to look at
   if (parts.size() > kMost) return 0;
   std::ranges::sort(parts, {}, [](const MeshPart& part) { return part.min.x(); });
-  const double bridged = extent / kWrapAlphaPerExtent + 2.0 * extent / kWrapOffsetPerExtent;
+  const double bridged = 2.0 * extent / kWrapAlphaPerExtent + 2.0 * extent / kWrapOffsetPerExtent;
   DisjointSets sets(static_cast<int>(parts.size()));
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const Eigen::Array3d low = parts[i].min.array() - bridged,
@@ -291,19 +292,19 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
     result.mesh = std::move(surface);
   } else {
     const MeshParts found = FindParts(surface);
-    if (FewestVertices(found) > options.vertices) {
-      const Eigen::Index fewest = may_wrap
-                                      ? FewestVerticesWrapped(found, Extent(surface).maxCoeff())
-                                      : FewestVertices(found);
-      if (fewest > options.vertices) {
-        throw Error("mesh",
-                    fmt::format("cannot be decimated to {} vertices: it is of {} loose parts that "
-                                "need at least {}",
-                                options.vertices, found.parts.size(), fewest),
-                    "Join its parts or leave some out in a mesh editor, or ask for more vertices "
-                    "(--object-vertices in a fit)");
-      }
-      wrap(fmt::format("its {} parts need {} vertices", found.parts.size(), FewestVertices(found)));
+    const auto require = [&](Eigen::Index fewest) {
+      if (fewest <= options.vertices) return;
+      throw Error("mesh",
+                  fmt::format("cannot be decimated to {} vertices: it is of {} loose parts that "
+                              "need {} at the least",
+                              options.vertices, found.parts.size(), fewest),
+                  "Join its parts or leave some out in a mesh editor, or ask for more vertices "
+                  "(--object-vertices in a fit)");
+    };
+    if (const Eigen::Index fewest = FewestVertices(found); fewest > options.vertices) {
+      require(may_wrap ? FewestVerticesWrapped(found, Extent(surface).maxCoeff()) : fewest);
+      wrap(fmt::format("its {} parts need {} vertices", found.parts.size(), fewest));
+      require(FewestVertices(FindParts(surface)));
     }
     result.mesh = CollapseTo(surface, options);
     if (result.mesh.NumVertices() > options.vertices && may_wrap) {

@@ -36,7 +36,7 @@ Eigen::Matrix3Xd SkinNearTable(const Clip& clip, const BodySurface& surface,
                                const Eigen::Vector3d& bottom_middle, int threads);
 
 /// Measures a clip in which the object is taken at frame `take` and is at places[1 + k] at
-/// `goals[k]`. Penetration of hand and object is MeasureClipContact's.
+/// `goals[k]`. Penetration of hand and object is ScoreContact's.
 TakeMeasures MeasureTake(const Clip& clip, const BodySurface& surface, Side side,
                          const TakeObject& object, const SideTable& table, int take,
                          const std::vector<int>& goals, const std::vector<Eigen::Vector3d>& places,

@@ -37,7 +37,7 @@ const kCards = [
   {
     title: "Deepest penetration",
     about: (clip) =>
-      Number.isFinite(clip.metrics?.summary?.max_penetration_depth_mm)
+      clip.series.penetration_depth_mm
         ? "hand and object, both ways"
         : "of the hand's skin into the object",
     unit: "mm",
@@ -45,7 +45,8 @@ const kCards = [
     value: (clip) => {
       const told = clip.metrics?.summary?.max_penetration_depth_mm;
       if (Number.isFinite(told)) return told;
-      const hands = series(clip, /hand_in_object_mm$/);
+      const both = series(clip, /^penetration_depth_mm$/);
+      const hands = both.length > 0 ? both : series(clip, /hand_in_object_mm$/);
       return hands.length > 0 ? max(hands.map(max)) : undefined;
     },
   },

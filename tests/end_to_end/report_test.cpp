@@ -118,7 +118,8 @@ TEST(ReportCommand, CurvesWithoutMetricsAreThoseOfTheMetricsProtocol) {
   const nlohmann::json series = HeaderOf(ReadText(folder / "r.html"))["clips"][0]["series"];
   const HandModel hand(BodyModel::Default(), {}, Side::kRight);
   const Solid mug(ReadMesh(HOLDFAST_MESHES_DIR "/objects/mug.ply"));
-  const auto frames = MeasureHandObject(clip, hand, mug, nullptr, {.measure_exact = false}).frames;
+  const auto frames =
+      MeasureHandObject(clip, hand, mug, nullptr, {.contact = {}, .measure_exact = false}).frames;
   ASSERT_EQ(series["contact_ratio"].size(), frames.size());
   bool deep = false;
   for (std::size_t t = 0; t < frames.size(); ++t) {

@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include "geometry/clip_contact.h"
 #include "geometry/error.h"
 #include "geometry/hand_model.h"
 #include "geometry/io/contact_writer.h"
 #include "geometry/io/npz.h"
+#include "geometry/score/hand_object_score.h"
 #include "tests/support/moving_clip.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
@@ -48,7 +48,10 @@ class ContactPoints : public ::testing::Test {
 TEST_F(ContactPoints, AreTheVerticesThatTheMetricsCount) {
   const ClipContactPoints found = Find();
   const HandModel hand(body_, {}, Side::kRight);
-  const auto metrics = MeasureClipContact(clip_, hand, SignedDistance(thing_), {});
+  const Solid thing(thing_);
+  const auto frames =
+      MeasureHandObject(clip_, hand, thing, nullptr, {.contact = {}, .measure_exact = false})
+          .frames;
   for (int t = 0; t < clip_.NumFrames(); ++t) {
     double deepest_mm = 0;
     int touching = 0;
@@ -58,8 +61,8 @@ TEST_F(ContactPoints, AreTheVerticesThatTheMetricsCount) {
       touching += std::abs(point.depth_m) < kThreshold_m;
     }
     ASSERT_GT(deepest_mm, 0);
-    EXPECT_NEAR(deepest_mm, metrics[t].max_penetration_mm, 1e-9);
-    EXPECT_NEAR(touching, metrics[t].contact_ratio * hand.NumVertices(), 1e-6);
+    EXPECT_NEAR(deepest_mm, frames[t].hand.max_penetration_mm, 1e-9);
+    EXPECT_NEAR(touching, frames[t].hand.contact_ratio * hand.NumVertices(), 1e-6);
   }
 }
 

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+// --at, --region and --avoid through the program: a sword is held by its hilt.
+#include <fstream>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "geometry/clip.h"
+#include "geometry/io/mesh_groups.h"
+#include "geometry/io/mesh_io.h"
+#include "tests/geometry/mesh_shapes.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using nlohmann::json;
+using testing::Box;
+using ::testing::HasSubstr;
+using testing::Listing;
+using testing::ProgramResult;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+// Groups "hilt", "guard" and "blade", the last of material "steel"; in millimetres.
+void WriteSword(const std::filesystem::path& path) {
+  std::ofstream out(path);
+  int before = 1;
+  const auto add = [&](const char* head, const TriangleMesh& part) {
+    out << head << "\n";
+    for (const auto& v : part.vertices.colwise()) {
+      out << fmt::format("v {:g} {:g} {:g}\n", v.x(), v.y(), v.z());
+    }
+    for (const auto& f : part.faces.colwise()) {
+      out << fmt::format("f {}// {}// {}//\n", f[0] + before, f[1] + before, f[2] + before);
+    }
+    before += static_cast<int>(part.NumVertices());
+  };
+  add("g hilt grip", Box({-14, -11, -200}, {14, 11, 0}));
+  add("g guard", Box({-80, -14, 0}, {80, 14, 20}));
+  add("g blade\nusemtl steel", Box({-24, -3, 20}, {24, 3, 750}));
+}
+
+TEST(MeshGroups, AreGroupsAndMaterialsWithTheirFaces) {
+  const TemporaryFolder folder;
+  WriteSword(folder / "sword.obj");
+  const std::vector<MeshGroup> groups = ReadMeshGroups(folder / "sword.obj");
+  std::vector<std::string> names;
+  for (const MeshGroup& group : groups) names.push_back(group.name);
+  EXPECT_THAT(names, ::testing::ElementsAre("hilt", "grip", "guard", "blade", "steel"));
+  EXPECT_EQ(groups[1].surface.NumFaces(), 12);
+  EXPECT_EQ(groups[4].kind, MeshGroup::Kind::kMaterial);
+  EXPECT_EQ(groups[4].surface.vertices.row(2).maxCoeff(), 750.0);
+}
+
+TEST(GraspPlace, ASwordIsHeldByItsHilt) {
+  const TemporaryFolder folder;
+  WriteSword(folder / "sword.obj");
+  std::ofstream(folder / "hilt.txt") << "# the hilt\n0 1 2 3\n4, 5, 6, 7\n";
+  const std::string scaled = " --object-scale 0.001 -q --json";
+  for (const char* place : {"--region hilt", "--region hilt.txt", "--avoid steel --avoid guard"}) {
+    const ProgramResult result = RunHoldfast(
+        folder.Path(), fmt::format("grasp sword.obj -o grasp.npz -f {} {}", place, scaled));
+    ASSERT_EQ(result.exit_code, 0) << place << result.err;
+    EXPECT_LE(json::parse(result.out)["place"]["contacts_outside_ratio"].get<double>(), 0.1);
+  }
+  // A fit begins with such a grasp, of a clip that has another one too.
+  const ProgramResult fit =
+      RunHoldfast(folder.Path(), "fit demo_drink sword.obj --region hilt --end 2 -o held" + scaled);
+  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+  const json made = json::parse(fit.out);
+  EXPECT_EQ(made["grasp"]["made"], true);
+  EXPECT_EQ(made["options"]["place"]["region"][0], "hilt");
+  EXPECT_LE(made["grasp"]["contacts_outside_place_ratio"].get<double>(), 0.1);
+}
+
+TEST(GraspPlace, SaysWhatThereIs) {
+  const TemporaryFolder folder;
+  WriteSword(folder / "sword.obj");
+  std::ofstream(folder / "far.txt") << "0 1 2 99\n";
+  struct Case {
+    std::string arguments;
+    int exit_code;
+    const char* said;
+  };
+  const std::string grasp = "grasp sword.obj --object-scale 0.001 -q -o out.npz ";
+  for (const Case& c : std::vector<Case>{
+           {grasp + "--region hlit", 1,
+            "Did you mean 'hilt'? It has: blade, grip, guard, hilt, steel"},
+           {grasp + "--avoid far.txt", 1, "far.txt:1: '99' is not a vertex of the mesh"},
+           {grasp + "--at 0,0,2", 1, "is 125.0 cm from the object's surface"},
+           {grasp + "--region hilt --avoid grip", 1, "leaves nothing of the object's surface"},
+           {grasp + "--region hilt --hand both", 2, "has no --at, --region or --avoid"},
+           {grasp + "--at 0,0", 2, "--at"},
+           {"grasp mug -q -o out.npz --region handle", 1, "mug has no named parts"},
+           {"fit demo_drink sword.obj --object-scale 0.001 -q -o out --end 2 --region hlit", 1,
+            "Did you mean 'hilt'?"}}) {
+    const ProgramResult result = RunHoldfast(folder.Path(), c.arguments);
+    EXPECT_EQ(result.exit_code, c.exit_code) << c.arguments << result.err;
+    EXPECT_THAT(result.err, HasSubstr(c.said)) << c.arguments;
+    EXPECT_EQ(Listing(folder.Path()), "far.txt sword.obj ") << c.arguments;
+  }
+}
+
+}  // namespace
+}  // namespace holdfast
