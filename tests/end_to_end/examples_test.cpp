@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: MIT
+// Every example of every --help, and of the README, runs as pasted into a shell: one after the
+// other, in a folder with the files that they name.
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/example_files.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ExampleFiles;
+using testing::ProgramResult;
+using testing::ReadText;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+// Work that nobody waits for in a test: what of an example is replaced by what.
+struct Reduced {
+  std::string part, replacement, reason;
+};
+const std::vector<Reduced> kReduced = {
+    {"-o reaches --hours 4", "-o reaches --hours 0.02", "hours of motion, minutes of work"},
+    {"-o left --hours 0.5", "-o left --hours 0.02", "half an hour of motion"},
+    {"--count 2500", "--count 4", "a second a clip and more"},
+    {"-o few --count 20", "-o few --count 2", "a second a clip and more"},
+    {"evaluate reach -o out/reach", "evaluate reach -o out/reach --no-ablations --samples 1",
+     "3,750 motions for each of ten rows"},
+    {"captured/held_out -o out/mine", "captured/held_out -o out/mine --no-ablations --samples 1",
+     "3,750 motions for each of ten rows"},
+    {"--goals 150", "--goals 2", "each of 150 goals by five methods, seconds each"},
+    {"-o out/synthesis", "-o out/synthesis --repeats 1 --fitted-repeats 1 --object-cases 1",
+     "20 samples of each sequence"},
+    {"evaluate fit tests/evaluation/fit.txt -o out/evaluation",
+     "evaluate fit list.txt -o out/evaluation --handovers 1",
+     "fifteen fits in three ways and 40 hand-overs; its list of shared data is the repository's"},
+    {"evaluate fit list.txt -o out/mine", "evaluate fit list.txt -o out/mine --handovers 1",
+     "40 hand-overs"},
+    {"--actions clip_embeddings", "--actions clip_embeddings_8",
+     "512 numbers an action; the fixtures' networks have 8"},
+#ifdef HOLDFAST_HAS_TRAINING
+    {"-o reaches --hours 6", "-o reaches --hours 0.02", "hours of motion, minutes of work"},
+    {"-o out/imos", "-o out/imos --iterations 4 --batch 8 --evaluate-every 2", "hours"},
+    {"grab_clips -o out/paper --paper --iterations 20000",
+     "grab_clips -o out/paper --paper --iterations 2 --batch 8 --evaluate-every 2", "hours"},
+    {"-o out/wandr", "-o out/wandr --iterations 4 --frames 64 --unroll 4 --evaluate-every 4",
+     "hours"},
+    {"reaches -o out/paper --paper --iterations 20000",
+     "reaches -o out/paper --paper --iterations 4 --frames 64 --evaluate-every 4", "hours"},
+    {"train recogniser actions", "train recogniser actions --epochs 2", "minutes"},
+    {"train recogniser grab_clips", "train recogniser grab_clips --epochs 2", "minutes"},
+#endif
+};
+
+// Commands whose examples take long even so: in tests of their own.
+const std::set<std::string> kSlowMotion = {"offhand", "reach", "refine", "render", "synthesize"};
+const std::set<std::string> kSlowStudies = {"evaluate fit", "evaluate reach", "evaluate synthesis",
+                                            "make-actions", "train imos",     "train recogniser",
+                                            "train wandr"};
+
+std::vector<std::string> Lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+// The commands that a help lists under "Subcommands:".
+std::vector<std::string> SubcommandsOf(const std::string& help) {
+  std::vector<std::string> names;
+  bool listing = false;
+  for (const std::string& line : Lines(help)) {
+    if (line == "Subcommands:") {
+      listing = true;
+    } else if (listing && (line.empty() || !line.starts_with("  "))) {
+      break;
+    } else if (listing && line[2] != ' ') {
+      names.push_back(line.substr(2, line.find(' ', 2) - 2));
+    }
+  }
+  return names;
+}
+
+// "" (the program itself) and all commands below, with the help of each.
+void AddHelp(const std::string& command, std::map<std::string, std::string>& helps) {
+  const TemporaryFolder folder;
+  const ProgramResult run = RunHoldfast(folder.Path(), command + " --help");
+  ASSERT_EQ(run.exit_code, 0) << command << ": " << run.err;
+  helps[command] = run.out;
+  for (const std::string& name : SubcommandsOf(run.out)) {
+#ifndef HOLDFAST_HAS_TRAINING
+    if (name == "train") continue;  // built without
+#endif
+    AddHelp(command.empty() ? name : command + " " + name, helps);
+  }
+}
+
+const std::map<std::string, std::string>& Helps() {
+  static const auto helps = [] {
+    std::map<std::string, std::string> all;
+    AddHelp("", all);
+    return all;
+  }();
+  return helps;
+}
+
+// Command lines: "  holdfast ...", continued where a line ends with a backslash.
+std::vector<std::string> ExamplesOf(const std::string& help) {
+  std::vector<std::string> examples;
+  bool goes_on = false;
+  for (const std::string& line : Lines(help)) {
+    if (goes_on) {
+      examples.back() += "\n" + line;
+    } else if (line.starts_with("  holdfast ")) {
+      examples.push_back(line.substr(2));
+    } else {
+      continue;
+    }
+    goes_on = line.ends_with('\\');
+  }
+  return examples;
+}
+
+std::string Shortened(std::string example) {
+  for (const Reduced& reduced : kReduced) {
+    const auto at = example.find(reduced.part);
+    if (at != std::string::npos) example.replace(at, reduced.part.size(), reduced.replacement);
+  }
+  return example;
+}
+
+// Words of a command line without quotes, comment and what is told to be written.
+std::vector<std::string> ReadWords(const std::string& example) {
+  std::vector<std::string> words;
+  std::string word;
+  char quote = 0;
+  bool written = false;
+  const auto end = [&] {
+    if (!word.empty() && !written) words.push_back(word);
+    if (!word.empty()) written = word == "-o" || word == "--output" || word == "--csv";
+    word.clear();
+  };
+  for (const char c : example) {
+    if (quote == 0 && c == '#') break;
+    if (quote == 0 && (c == '"' || c == '\'')) {
+      quote = c;
+    } else if (c == quote) {
+      quote = 0;
+    } else if (quote == 0 && (std::isspace(static_cast<unsigned char>(c)) || c == '\\')) {
+      end();
+    } else {
+      word += c;
+    }
+  }
+  end();
+  return words;
+}
+
+// Puts what the example reads into the folder; a file that nobody makes is a fault of the test.
+void PlaceFiles(const std::string& example, ExampleFiles& files, const fs::path& folder) {
+  for (std::string word : ReadWords(example)) {
+    if (const auto equals = word.find('='); equals != std::string::npos) {
+      word = word.substr(equals + 1);  // NAME=FILE
+    }
+    const bool number = word.find_first_not_of("0123456789.,-") == std::string::npos;
+    if (word.starts_with('-') || number) continue;
+    if (const auto colon = word.find(':'); colon != std::string::npos) word.resize(colon);
+    if (fs::exists(folder / word) || files.Place(word, folder)) continue;
+    const auto dot = word.rfind('.');
+    const bool file =
+        word.find('/') != std::string::npos || (dot != std::string::npos && dot + 1 < word.size());
+    EXPECT_FALSE(file && word.find(' ') == std::string::npos)
+        << "'" << example << "' names " << word
+        << ", which tests/support/example_files.h does not make and no example before it writes";
+  }
+}
+
+ProgramResult RunInShell(const std::string& line, const fs::path& folder) {
+  const fs::path program = HOLDFAST_PROGRAM;
+  std::ofstream(folder / ".script")
+      << "set -e -o pipefail\nPATH='" << program.parent_path().string() << "':$PATH\n"
+      << line << "\n";
+  const std::string command =
+      "cd '" + folder.string() + "' && bash .script </dev/null >.stdout 2>.stderr";
+  const int status = std::system(command.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128, ReadText(folder / ".stdout"),
+          ReadText(folder / ".stderr")};
+}
+
+// One example in the folder; says so where it cannot be run here.
+void RunExample(const std::string& line, ExampleFiles& files, const fs::path& folder,
+                const std::string& where) {
+#ifndef HOLDFAST_HAS_TRAINING
+  if (line.starts_with("holdfast train")) {
+    fmt::print("  built without training, left out: {}\n", line);
+    return;
+  }
+#endif
+  try {
+    PlaceFiles(line, files, folder);
+  } catch (const ExampleFiles::NoData& absent) {
+    fmt::print("  without {}, left out: {}\n", absent.file.string(), line);
+    return;
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const ProgramResult run = RunInShell(line, folder);
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+  fmt::print("{:6.1f} s  {}\n", seconds.count(), line);
+  std::fflush(stdout);
+  EXPECT_EQ(run.exit_code, 0) << where << "\n" << line << "\n" << run.err;
+}
+
+void RunExamples(const std::vector<std::string>& examples, ExampleFiles& files,
+                 const std::string& where) {
+  const TemporaryFolder folder;
+  for (const std::string& example : examples) {
+    RunExample(Shortened(example), files, folder.Path(), where);
+  }
+}
+
+template <typename Chosen>
+void RunHelps(const Chosen& chosen) {
+  ExampleFiles files;
+  for (const auto& [command, help] : Helps()) {
+    if (!chosen(command)) continue;
+    const std::vector<std::string> examples = ExamplesOf(help);
+    EXPECT_TRUE(!examples.empty() || !SubcommandsOf(help).empty())
+        << "holdfast " << command << " --help has no example";
+    RunExamples(examples, files, "holdfast " + command + " --help");
+  }
+}
+
+// Blocks between fences that name no language.
+std::vector<std::vector<std::string>> BlocksOf(const std::string& markdown) {
+  std::vector<std::vector<std::string>> blocks;
+  bool inside = false, shell = false;
+  for (const std::string& line : Lines(markdown)) {
+    if (line.starts_with("```")) {
+      inside = !inside;
+      shell = inside && line == "```";
+      if (shell) blocks.emplace_back();
+    } else if (inside && shell) {
+      blocks.back().push_back(line);
+    }
+  }
+  return blocks;
+}
+
+TEST(ExamplesOfHelp, RunAsPasted) {
+  RunHelps([](const std::string& command) {
+    return !kSlowMotion.contains(command) && !kSlowStudies.contains(command);
+  });
+}
+
+TEST(ExamplesOfHelp, OfMotionAndPicturesRunAsPasted) {
+  RunHelps([](const std::string& command) { return kSlowMotion.contains(command); });
+}
+
+TEST(ExamplesOfHelp, OfSetsAndStudiesRunAsPasted) {
+  RunHelps([](const std::string& command) { return kSlowStudies.contains(command); });
+}
+
+TEST(ExamplesOfHelp, AreReducedOnlyWhereTheyStand) {
+  std::string all;
+  for (const auto& [command, help] : Helps()) all += help;
+  for (const Reduced& reduced : kReduced) {
+    EXPECT_THAT(all, ::testing::HasSubstr(reduced.part)) << "no example has it any more";
+  }
+}
+
+// What stands in fenced blocks of a document.
+void RunBlocks(const std::string& document) {
+  // They install packages and build.
+  const std::set<std::string> setup = {"./setup demo", "./setup test"};
+  ExampleFiles files;
+  std::vector<std::string> examples;
+  for (const auto& block : BlocksOf(ReadText(fs::path(HOLDFAST_SOURCE_DIR) / document))) {
+    if (block.front().starts_with("$ ")) {  // a session: what is typed, and what is answered
+      const TemporaryFolder folder;
+      const std::string line = block.front().substr(2);
+      PlaceFiles(line, files, folder.Path());
+      const ProgramResult run = RunInShell(line, folder.Path());
+      EXPECT_EQ(run.out, fmt::format("{}\n", fmt::join(block.begin() + 1, block.end(), "\n")));
+      continue;
+    }
+    for (const std::string& line : block) {
+      if (setup.contains(line)) continue;
+      EXPECT_THAT(line, ::testing::StartsWith("holdfast ")) << document << ": nothing to paste";
+      examples.push_back(line);
+    }
+  }
+  ASSERT_FALSE(examples.empty());
+  RunExamples(examples, files, document);
+}
+
+TEST(ExamplesOfReadme, RunAsPasted) { RunBlocks("README.md"); }
+
+TEST(ExamplesOfMetrics, RunAsPasted) { RunBlocks("METRICS.md"); }
+
+}  // namespace
+}  // namespace holdfast
