@@ -31,15 +31,17 @@ std::map<std::string, std::string> SubjectsOf(const fs::path& folder) {
   for (const fs::path& place : {folder, folder.parent_path()}) {
     const json manifest = ReadJson(place / "manifest.json");
     if (!manifest.is_object() || !manifest.contains("captures")) continue;
-    for (const json& capture : manifest["captures"]) {
-      if (!capture.is_object()) continue;
-      std::string name = capture.value("file", "");
-      std::ranges::replace(name, '/', '_');
-      for (const char* end : {".gz", ".bvh", ".amc", ".npz"}) {
-        if (name.ends_with(end)) name.resize(name.size() - std::string_view(end).size());
+    UseJson(place / "manifest.json", [&] {
+      for (const json& capture : manifest["captures"]) {
+        if (!capture.is_object()) continue;
+        std::string name = capture.value("file", "");
+        std::ranges::replace(name, '/', '_');
+        for (const char* end : {".gz", ".bvh", ".amc", ".npz"}) {
+          if (name.ends_with(end)) name.resize(name.size() - std::string_view(end).size());
+        }
+        subjects[name] = capture.value("subject", "");
       }
-      subjects[name] = capture.value("subject", "");
-    }
+    });
     break;
   }
   return subjects;

@@ -260,22 +260,22 @@ bool ImportCaptures(const fs::path& folder, const fs::path& cache, const BodyMod
     Capture& capture = captures[static_cast<std::size_t>(k)];
     const fs::path source = folder / capture.file;
     const fs::path kept = KeptAt(cache, capture);
+    bool imported = false;
     try {
-      std::error_code missing;
+      std::error_code missing, ignored;
       const auto made = fs::last_write_time(kept, missing);
-      if (!missing && made >= fs::last_write_time(source)) {
-        capture.clip = ReadClip(kept);
-      } else {
-        capture.clip = Import(source, target);
-        capture.clip.subject = capture.subject;
-        capture.clip.action = capture.category;
-        WriteClip(capture.clip, kept);
-      }
+      imported = missing || made < fs::last_write_time(source, ignored);
+      capture.clip = imported ? Import(source, target) : ReadClip(kept);
       capture.quality = MeasureQuality(target.rest_joints, soles,
                                        BodyFrames(capture.clip, target.rest_joints), unlimited);
       capture.fault = FaultOf(capture.quality, CaptureLimits());
     } catch (const Error& fault) {
       capture.fault = fault.what();
+    }
+    if (imported && capture.clip.NumFrames() > 0) {  // a disk that is full is no fault of the clip
+      capture.clip.subject = capture.subject;
+      capture.clip.action = capture.category;
+      WriteClip(capture.clip, kept);
     }
     const std::scoped_lock guard(lock);
     progress.Update(++done, static_cast<int>(captures.size()));

@@ -13,9 +13,9 @@
 #include "apps/suggestion.h"
 #include "geometry/decimate.h"
 #include "geometry/embedded.h"
-#include "geometry/error.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/mesh_check.h"
+#include "geometry/value_ranges.h"
 
 namespace holdfast::apps {
 
@@ -80,9 +80,12 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale) {
   std::erase_if(names, [](const std::string& name) { return name.ends_with("_300"); });
   const bool embedded = std::ranges::find(names, path_or_name) != names.end();
   LoadedObject object;
+  object.source = path_or_name;
   MeshFile file;
   // A folder of an embedded object's name does not hide it.
-  if (fs::exists(path_or_name) && !(fs::is_directory(path_or_name) && embedded)) {
+  std::error_code ignored;
+  if (fs::exists(path_or_name, ignored) &&
+      !(fs::is_directory(path_or_name, ignored) && embedded)) {
     object.name = fs::path(path_or_name).stem().string();
     file = ReadMeshFile(path_or_name);
   } else {
@@ -97,11 +100,12 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale) {
                          inside.name);
   }
   object.notes = std::move(file.notes);
-  RepairedMesh repaired = RepairMesh(file.mesh);
+  RepairedMesh repaired = NamingMesh(path_or_name, [&] { return RepairMesh(file.mesh); });
   object.mesh = std::move(repaired.mesh);
   object.mesh.vertices *= scale;
+  RequireInRange(object.mesh, path_or_name);
   for (std::string& action : repaired.actions) object.notes.push_back(std::move(action));
-  const MeshReport report = CheckMesh(object.mesh);
+  const MeshReport report = NamingMesh(path_or_name, [&] { return CheckMesh(object.mesh); });
   object.implausible_size = report.implausible_size;
   object.suggested_scale = report.suggested_scale;
   if (report.implausible_size) {
@@ -123,7 +127,7 @@ void RequireHandheld(const LoadedObject& object) {
   if (!object.implausible_size) return;
   const Eigen::Vector3d extent = Extent(object.mesh);
   const Eigen::Vector3d in_cm = 100.0 * object.suggested_scale * extent;
-  throw Error(object.name,
+  throw Error(object.source,
               fmt::format("is {:.3g} x {:.3g} x {:.3g} m, no size to hold", extent.x(), extent.y(),
                           extent.z()),
               object.suggested_scale != 1.0
@@ -139,7 +143,7 @@ TriangleMesh ForFitting(const LoadedObject& object, int vertices, std::vector<st
   DecimateOptions options;
   options.vertices = vertices;
   options.samples = 0;
-  DecimateResult result = Decimate(object.mesh, options);
+  DecimateResult result = NamingMesh(object.source, [&] { return Decimate(object.mesh, options); });
   if (notes != nullptr) {
     for (std::string& note : result.notes) notes->push_back(std::move(note));
   }

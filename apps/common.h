@@ -15,6 +15,7 @@
 
 #include "geometry/body_model.h"
 #include "geometry/clip.h"
+#include "geometry/error.h"
 #include "geometry/mesh.h"
 #include "geometry/retarget.h"
 
@@ -75,6 +76,7 @@ std::shared_ptr<const BodyModel> LoadBody(const std::string& path);
 /// An object ready for fitting.
 struct LoadedObject {
   std::string name;               ///< stem of the file, or the embedded object's name
+  std::string source;             ///< as the user wrote it
   TriangleMesh mesh;              ///< repaired where that is safe, scaled
   bool implausible_size = false;  ///< not a handheld object in metres
   double suggested_scale = 1.0;   ///< then, the factor that would make it one, if there is one
@@ -84,6 +86,17 @@ struct LoadedObject {
 /// A mesh by path, or an embedded object by name ("mug"). What was repaired, and what is wrong and
 /// could not be, is in `notes`. Throws Error listing the embedded names when it is neither.
 LoadedObject LoadObject(const std::string& path_or_name, double scale = 1.0);
+
+/// What `work` gives; an Error of it about "mesh" is thrown on as one about `source`.
+template <typename Work>
+auto NamingMesh(const std::string& source, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    if (error.Where() != "mesh") throw;
+    throw Error(source, error.Problem(), error.Remedy());
+  }
+}
 
 /// Throws Error for an object that is no size for a hand, with the scale that would help.
 void RequireHandheld(const LoadedObject& object);

@@ -23,7 +23,8 @@ int Run(const Options& options) {
   decimate.method = ParseDecimateMethod(options.method);
   const LoadedObject object = LoadObject(options.mesh);
   for (const std::string& note : object.notes) Note(common, "note: " + note);
-  const DecimateResult result = Decimate(object.mesh, decimate);
+  const DecimateResult result =
+      NamingMesh(options.mesh, [&] { return Decimate(object.mesh, decimate); });
   for (const std::string& note : result.notes) Note(common, "note: " + note);
   WriteMesh(result.mesh, options.output);
 

@@ -153,7 +153,9 @@ FitOutcome EvaluateFit(const fs::path& list, const fs::path& folder, int handove
         study.names.push_back(job.output);
         study.values.push_back(ClipValues(score, score_options));
         const nlohmann::json metrics = ReadJson(fs::path(made.output) / "metrics.json");
-        study.solve_ms.push_back(metrics["summary"].value("solve_ms_median", 0.0));
+        study.solve_ms.push_back(UseJson(fs::path(made.output) / "metrics.json", [&] {
+          return metrics.at("summary").value("solve_ms_median", 0.0);
+        }));
         nlohmann::json values;
         for (const auto& [key, value] : study.values.back()) {
           values[key] = value ? nlohmann::json(*value) : nlohmann::json(nullptr);

@@ -16,7 +16,7 @@
 #include "geometry/io/contact_writer.h"
 #include "geometry/io/gltf_onto.h"
 #include "geometry/io/gltf_writer.h"
-#include "geometry/io/gzip_text.h"
+#include "geometry/io/gzip.h"
 #include "geometry/io/import_motion.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/io/usda_writer.h"

@@ -45,7 +45,7 @@ void Prepare(const fs::path& folder, const nlohmann::json& head, const CommonOpt
   if (fs::exists(folder, error) && !fs::is_empty(folder, error)) {
     const nlohmann::json before =
         fs::exists(manifest) ? ReadJson(manifest) : nlohmann::json(nullptr);
-    if (!before.is_object() || before.value("schema", "") != head["schema"]) {
+    if (!before.contains("schema") || before["schema"] != head["schema"]) {
       throw Error(folder.string(), "is not the folder of a batch: nothing is written there",
                   "Choose another name");
     }
@@ -96,7 +96,7 @@ Entry RunOne(const FitJob& job, const fs::path& folder, const CommonOptions& com
     }
     entry.summary = metrics["summary"];
     entry.done = true;
-    if (entry.summary.value("frames_failed", 0) > 0) {
+    if (UseJson(result / "metrics.json", [&] { return entry.summary.value("frames_failed", 0); })) {
       entry.exit_code = kFitFault;
       entry.fault = "some frames could not be solved";
     }

@@ -53,12 +53,14 @@ std::optional<std::vector<Grasp>> ReadGrasps(const json& key, const std::filesys
   const json file = ReadJson(path);
   if (!file.is_object() || !file.contains("of") || file["of"] != key) return std::nullopt;
   if (!file.contains("grasps") || !file["grasps"].is_array()) return std::nullopt;
-  std::vector<Grasp> grasps;
-  for (const json& entry : file["grasps"]) {
-    if (!IsGrasp(entry)) return std::nullopt;
-    grasps.push_back(GraspOf(entry));
-  }
-  return grasps;
+  return UseJson(path, [&]() -> std::optional<std::vector<Grasp>> {
+    std::vector<Grasp> grasps;
+    for (const json& entry : file["grasps"]) {
+      if (!IsGrasp(entry)) return std::nullopt;
+      grasps.push_back(GraspOf(entry));
+    }
+    return grasps;
+  });
 }
 
 }  // namespace holdfast::apps

@@ -2,7 +2,6 @@
 #include "apps/job_list.h"
 
 #include <charconv>
-#include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
@@ -10,11 +9,14 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/io/atomic_file.h"
 
 namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kMostBytes = std::size_t{16} << 20;  // of a list: 100,000 jobs and more
 
 // Words of a line: separated by blanks, or in double quotes. Nothing after '#'.
 std::vector<std::string> Words(const std::string& line, const std::string& where) {
@@ -53,9 +55,15 @@ Number ParseNumber(const std::string& text, const std::string& key, const std::s
 }
 
 // A path relative to the list, unless there is no such file: then it is an embedded name.
-std::string Resolve(const std::string& word, const fs::path& folder) {
+std::string Resolve(const std::string& word, const fs::path& folder, const std::string& where) {
   const fs::path beside = folder / word;
-  return fs::exists(beside) ? beside.string() : word;
+  std::error_code error;
+  const bool there = fs::exists(beside, error);
+  if (error) {
+    throw Error(where, fmt::format("'{}' cannot be used ({})", word, error.message()),
+                "Check the path");
+  }
+  return there ? beside.string() : word;
 }
 
 void SetKey(const std::string& key, const std::string& value, const std::string& where,
@@ -79,8 +87,9 @@ void SetKey(const std::string& key, const std::string& value, const std::string&
     job.end = ParseNumber<int>(value, key, where);
   } else if (key == "object-scale") {
     job.object_scale = ParseNumber<double>(value, key, where);
-    if (!(job.object_scale > 0.0)) {
-      throw Error(where, "object-scale is not positive", "Write it like object-scale=0.001");
+    if (!(job.object_scale >= 1e-6 && job.object_scale <= 1e6)) {
+      throw Error(where, "object-scale is not within 1e-6 and 1e6",
+                  "Write it like object-scale=0.001");
     }
   } else {
     throw Error(where, fmt::format("has an unknown key '{}'", key),
@@ -91,10 +100,7 @@ void SetKey(const std::string& key, const std::string& value, const std::string&
 }  // namespace
 
 std::vector<FitJob> ReadJobList(const fs::path& path, const FitJob& common_job) {
-  std::ifstream file(path);
-  if (!file) {
-    throw Error(path.string(), "cannot be read", "Give a text file with a job on each line");
-  }
+  std::istringstream file(ReadFile(path, kMostBytes));
   std::vector<FitJob> jobs;
   std::set<std::string> taken;
   std::map<std::string, int> uses;
@@ -108,8 +114,8 @@ std::vector<FitJob> ReadJobList(const fs::path& path, const FitJob& common_job) 
     }
     FitJob job = common_job;
     job.output.clear();
-    job.clip = Resolve(words[0], path.parent_path());
-    job.object = Resolve(words[1], path.parent_path());
+    job.clip = Resolve(words[0], path.parent_path(), where);
+    job.object = Resolve(words[1], path.parent_path(), where);
     for (std::size_t w = 2; w < words.size(); ++w) {
       const auto equals = words[w].find('=');
       if (equals == std::string::npos) {

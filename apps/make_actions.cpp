@@ -39,6 +39,37 @@ json OptionsJson(const Options& options) {
           {"held_out", options.held_out}};
 }
 
+// What was kept and dropped, and why.
+json SummaryOf(const std::map<int, json>& lines) {
+  std::map<std::string, std::map<std::string, int>> actions;
+  std::map<std::string, int> reasons, subjects;
+  long frames = 0;
+  int kept = 0, tries = 0;
+  for (const auto& [index, line] : lines) {
+    std::map<std::string, int>& action = actions[line.at("action").get<std::string>()];
+    const bool is_kept = line.contains("file");
+    ++action[is_kept ? "kept" : "given_up"];
+    tries += is_kept ? 1 : 0;
+    if (is_kept) {
+      ++kept;
+      ++subjects[line.at("subject").get<std::string>()];
+      frames += line.at("frames").get<long>();
+    }
+    for (const json& dropped : line.value("tries_dropped", json::array())) {
+      ++action["tries_dropped"];
+      ++reasons[dropped.at("reason").get<std::string>()];
+      ++tries;
+    }
+  }
+  return {{"clips", kept},
+          {"given_up", lines.size() - static_cast<std::size_t>(kept)},
+          {"tries", tries},
+          {"hours", static_cast<double>(frames) / 30.0 / 3600.0},
+          {"by_action", actions},
+          {"by_subject", subjects},
+          {"tries_dropped_because", reasons}};
+}
+
 // Lines of an unfinished or shorter set that asked for the same, by index.
 std::map<int, json> LinesBefore(const fs::path& manifest, const json& head, bool force) {
   std::map<int, json> lines;
@@ -56,8 +87,11 @@ std::map<int, json> LinesBefore(const fs::path& manifest, const json& head, bool
     throw Error(manifest.string(), "is of other starts, options, seed or version",
                 "Choose another folder, or give --force to make it anew");
   }
-  for (const json& line : before["clips"]) lines[line.value("index", -1)] = line;
-  return lines;
+  return UseJson(manifest, [&] {
+    for (const json& line : before["clips"]) lines[line.at("index").get<int>()] = line;
+    SummaryOf(lines);  // all is there
+    return lines;
+  });
 }
 
 // Jobs that share subject, object and hand; in an order in which a set grows evenly.
@@ -73,37 +107,6 @@ std::vector<std::vector<ActionJob>> GroupsOf(const std::vector<ActionJob>& jobs,
     return MixSeed(seed, static_cast<std::uint64_t>(group.front().index));
   });
   return list;
-}
-
-// What was kept and dropped, and why.
-json SummaryOf(const std::map<int, json>& lines) {
-  std::map<std::string, std::map<std::string, int>> actions;
-  std::map<std::string, int> reasons, subjects;
-  long frames = 0;
-  int kept = 0, tries = 0;
-  for (const auto& [index, line] : lines) {
-    std::map<std::string, int>& action = actions[line["action"].get<std::string>()];
-    const bool is_kept = line.contains("file");
-    ++action[is_kept ? "kept" : "given_up"];
-    tries += is_kept ? 1 : 0;
-    if (is_kept) {
-      ++kept;
-      ++subjects[line["subject"].get<std::string>()];
-      frames += line["frames"].get<long>();
-    }
-    for (const json& dropped : line.value("tries_dropped", json::array())) {
-      ++action["tries_dropped"];
-      ++reasons[dropped["reason"].get<std::string>()];
-      ++tries;
-    }
-  }
-  return {{"clips", kept},
-          {"given_up", lines.size() - static_cast<std::size_t>(kept)},
-          {"tries", tries},
-          {"hours", static_cast<double>(frames) / 30.0 / 3600.0},
-          {"by_action", actions},
-          {"by_subject", subjects},
-          {"tries_dropped_because", reasons}};
 }
 
 void WriteManifest(const fs::path& path, json head, const std::map<int, json>& lines) {
@@ -154,9 +157,11 @@ int Run(Options options) {
   const fs::path manifest = folder / "manifest.json";
   std::map<int, json> lines = LinesBefore(manifest, head, common.force);
   const int had = static_cast<int>(lines.size());
-  std::erase_if(lines, [&](const auto& line) {
-    return line.second.contains("file") &&
-           !fs::exists(folder / line.second["file"].template get<std::string>());
+  UseJson(manifest, [&] {
+    std::erase_if(lines, [&](const auto& line) {
+      return line.second.contains("file") &&
+             !fs::exists(folder / line.second.at("file").template get<std::string>());
+    });
   });
   std::error_code error;
   fs::create_directories(folder / "grasps", error);

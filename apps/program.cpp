@@ -2,8 +2,11 @@
 #include "apps/program.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <new>
 #include <optional>
 #include <string>
@@ -15,6 +18,7 @@
 #include "apps/interrupt.h"
 #include "apps/suggestion.h"
 #include "geometry/error.h"
+#include "solver/quiet_ceres.h"
 
 namespace holdfast::apps {
 namespace {
@@ -87,10 +91,30 @@ int ReportUsageFault(const CLI::App& app, std::string_view name, const CLI::Pars
   return kUsageFault;
 }
 
+// The one door for numbers of the command line: CLI11's ranges let NaN through, an option without a
+// range anything, and whole numbers end at the largest that there is.
+void RequireNumbersInRange(CLI::App& app) {
+  for (CLI::Option* option : app.get_options()) {
+    const std::string type = option->get_type_name();
+    if (!type.starts_with("FLOAT") && !type.starts_with("UINT")) continue;
+    const double most = type.starts_with("UINT") ? 0x1p64 : 1e9;
+    option->check([most](const std::string& text) -> std::string {
+      const double value = std::strtod(text.c_str(), nullptr);
+      if (std::abs(value) <= most && value < 0x1p64) return "";
+      return fmt::format("{} is no number within {:g}", text, most);
+    });
+  }
+  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
+    RequireNumbersInRange(*command);
+  }
+}
+
 }  // namespace
 
 int RunProgram(CLI::App& app, std::string_view name, int argc, char** argv, const int& exit_code) {
   WatchForInterrupt();
+  QuietCeres();
+  RequireNumbersInRange(app);
   try {
     app.parse(argc, argv);
     return exit_code;
@@ -99,6 +123,9 @@ int RunProgram(CLI::App& app, std::string_view name, int argc, char** argv, cons
   } catch (const FitFailure& error) {
     fmt::print(stderr, "{}: {}\n", name, error.what());
     return kFitFault;
+  } catch (const std::filesystem::filesystem_error& error) {
+    fmt::print(stderr, "{}: {}: cannot be used ({}). Check the path.\n", name,
+               error.path1().string(), error.code().message());
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "{}: out of memory. Give a smaller input, or fewer threads.\n", name);
   } catch (const std::exception& error) {

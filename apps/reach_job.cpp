@@ -308,7 +308,8 @@ FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
   ResultFolder folder(job.output, common.force);
   ReachWishes wishes;
   for (const std::string& file : job.obstacles) {
-    wishes.obstacles.push_back(MakeObstacle(file, ReadMesh(file), side, NumThreads(common)));
+    wishes.obstacles.push_back(NamingMesh(
+        file, [&] { return MakeObstacle(file, ReadMesh(file), side, NumThreads(common)); }));
   }
   CheckFree(goals, wishes.obstacles, side);
   const ReachMaker maker(job, begin, network, common);

@@ -73,7 +73,8 @@ std::vector<json> LinesBefore(const fs::path& manifest, const json& head, bool f
   if (!same("schema")) {
     throw Error(manifest.string(), "is no manifest of made reaches", "Choose another folder");
   }
-  json asked = head["options"], had = before.value("options", json::object());
+  json asked = head["options"], had = before.contains("options") ? before["options"] : json();
+  if (!had.is_object()) had = json::object();
   asked.erase("hours");  // more of the same may be asked for
   had.erase("hours");
   const bool same_making = same("seed") && same("holdfast_version") && same("captures") &&
@@ -83,21 +84,29 @@ std::vector<json> LinesBefore(const fs::path& manifest, const json& head, bool f
     throw Error(manifest.string(), "is of other captures, options, seed or version",
                 "Choose another folder, or give --force to make it anew");
   }
-  std::vector<json> lines(before["clips"].begin(), before["clips"].end());
-  return lines;
+  return UseJson(manifest, [&] {
+    std::vector<json> lines(before["clips"].begin(), before["clips"].end());
+    for (const json& line : lines) {  // looked at now, not after hours of work
+      if (!line.contains("file")) continue;
+      MinutesOf(line);
+      StatisticsOf(line);
+      for (const json& reach : line.at("reaches")) reach.at("how").get<std::string>();
+    }
+    return lines;
+  });
 }
 
 double MinutesOf(const json& line) {
-  return line.contains("file") ? line["frames"].get<double>() / MotionLibrary::kFrameRate / 60.0
+  return line.contains("file") ? line.at("frames").get<double>() / MotionLibrary::kFrameRate / 60.0
                                : 0.0;
 }
 
 MotionStatistics StatisticsOf(const json& line) {
   MotionStatistics statistics;
-  statistics.frames = line["frames"].get<long>();
-  statistics.skating_frames = line["statistics"]["skating_frames"].get<double>();
-  statistics.pelvis_speed = line["statistics"]["pelvis_speed"].get<SpeedHistogram>();
-  statistics.acceleration = line["statistics"]["acceleration"].get<AccelerationHistogram>();
+  statistics.frames = line.at("frames").get<long>();
+  statistics.skating_frames = line.at("statistics").at("skating_frames").get<double>();
+  statistics.pelvis_speed = line.at("statistics").at("pelvis_speed").get<SpeedHistogram>();
+  statistics.acceleration = line.at("statistics").at("acceleration").get<AccelerationHistogram>();
   return statistics;
 }
 

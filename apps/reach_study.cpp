@@ -146,7 +146,7 @@ std::optional<std::vector<StudyMotion>> ReachStudy::Load(const std::string& name
   const fs::path file = BlockFile(name, block);
   if (!fs::exists(file)) return std::nullopt;
   const nlohmann::json json = ReadJson(file);
-  if (!json.is_object() || json.value("question", "") != checksum) {
+  if (!json.contains("question") || json["question"] != checksum) {
     if (common_.force) return std::nullopt;
     throw Error(file.string(),
                 "holds results of another question (network, start poses, protocol or seed)",

@@ -134,7 +134,7 @@ std::vector<MethodMotion> MethodStudy::Load(const ReachMethod& method, int block
   const fs::path file = BlockFile(method, block);
   if (!fs::exists(file)) return {};
   const nlohmann::json json = ReadJson(file);
-  if (!json.is_object() || json.value("question", "") != checksum) {
+  if (!json.contains("question") || json["question"] != checksum) {
     if (common_.force) return {};
     throw Error(
         file.string(),

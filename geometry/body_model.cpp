@@ -6,7 +6,7 @@
 #include "geometry/body_model_reader.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
-#include "geometry/finite.h"
+#include "geometry/value_ranges.h"
 
 namespace holdfast {
 
@@ -36,9 +36,11 @@ std::shared_ptr<const BodyModel> BodyModel::WithTemplate(std::shared_ptr<const B
                             model->NumVertices()),
                 "Give the body model whose vertices the subject's surface has");
   }
-  if (FirstNonFinite(std::span<const double>(v_template.data(),
-                                             static_cast<std::size_t>(v_template.size())))) {
-    throw Error("v_template", "holds values that are no numbers", "Get the surface again");
+  const std::span<const double> values(v_template.data(),
+                                       static_cast<std::size_t>(v_template.size()));
+  if (FirstBeyond(values, kMostMetres)) {
+    throw Error("v_template", "holds values that are no numbers of metres",
+                "Get the surface again");
   }
   return std::shared_ptr<const BodyModel>(new BodyModel(model->parts_, std::move(v_template)));
 }

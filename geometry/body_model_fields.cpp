@@ -1,23 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/body_model_fields.h"
 
-#include <fstream>
 #include <variant>
 
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/finite.h"
+#include "geometry/io/byte_source.h"
 #include "geometry/io/data_file.h"
+#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {
 
-bool IsZip(const std::filesystem::path& path) {
-  char head[2] = {};
-  std::ifstream(path, std::ios::binary).read(head, sizeof head);
-  return head[0] == 'P' && head[1] == 'K';
-}
+bool IsZip(const std::filesystem::path& path) { return ByteSource(path).Head(2) == "PK"; }
 
 }  // namespace
 
@@ -58,7 +54,7 @@ std::vector<double> BodyModelFields::ReadFinite(std::string_view key,
   const NpyMember member = Read(key);
   member.RequireShape(shape);
   std::vector<double> values = member.AsDoubles();
-  if (const auto bad = FirstNonFinite(std::span<const double>(values))) {
+  if (const auto bad = FirstBeyond(std::span<const double>(values), kMostMetres)) {
     throw Error(member.where, fmt::format("holds {} at element {}", values[*bad], *bad),
                 "The model file is damaged: get it again");
   }

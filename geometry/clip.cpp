@@ -11,6 +11,7 @@
 #include "geometry/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/io/npz.h"
+#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {
@@ -174,6 +175,7 @@ Clip ReadClip(const NpzReader& archive) {
       clip.holding_hand.push_back(static_cast<std::uint8_t>(bits));
     }
   }
+  RequireInRange(clip, archive.Path().string());
   return clip;
 }
 

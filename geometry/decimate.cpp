@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <vector>
 
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Surface_mesh.h>
@@ -20,6 +21,7 @@
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/LindstromTurk.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Midpoint_placement.h>
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
+#include <CGAL/boost/graph/Euler_operations.h>
 #include <fmt/format.h>
 
 #include "geometry/error.h"
@@ -45,6 +47,12 @@ constexpr int kFilterBelow = 60'000;
 // Down to so many, shortest edges go first, to their midpoints: where triangles are that much
 // smaller than those of the result it does not show, and takes a tenth of the time.
 constexpr int kThinAbove = 200'000;
+// Every collapse beside a vertex takes the square of its faces' number: 2,000 triangles around one
+// take a minute. Above so many the ring around it is thinned first, where its vertices lie so dense
+// that it does not show.
+constexpr unsigned kMostAround = 256;
+// To put a fan together takes the square of its triangles, too: beyond this, too long.
+constexpr int kMostToBuild = 20'000;
 
 /// Every collapse takes one vertex: counting vertices rather than edges hits the number exactly,
 /// with boundaries and handles too.
@@ -74,6 +82,34 @@ struct ShapeFilter {
     return placement;
   }
 };
+
+/// Collapses every other edge of the ring around each vertex of very many faces, again and again.
+void ThinHubs(SurfaceMesh& mesh, int vertices) {
+  std::vector<SurfaceMesh::Vertex_index> hubs;
+  for (const auto v : mesh.vertices()) {
+    if (mesh.degree(v) > kMostAround) hubs.push_back(v);
+  }
+  const auto thin_once = [&](SurfaceMesh::Vertex_index hub) {
+    std::vector<SurfaceMesh::Halfedge_index> ring;
+    for (const auto spoke : mesh.halfedges_around_target(mesh.halfedge(hub))) {
+      if (!mesh.is_border(spoke)) ring.push_back(mesh.prev(spoke));
+    }
+    for (std::size_t i = 0; i < ring.size(); i += 2) {
+      const auto edge = mesh.edge(ring[i]);
+      if (static_cast<int>(mesh.number_of_vertices()) <= vertices) return;
+      if (mesh.is_removed(edge) || !CGAL::Euler::does_satisfy_link_condition(edge, mesh)) continue;
+      CGAL::Euler::collapse_edge(edge, mesh);
+    }
+  };
+  for (const auto hub : hubs) {
+    for (unsigned before = 0; !mesh.is_removed(hub) && mesh.degree(hub) > kMostAround;) {
+      if (before == mesh.degree(hub)) break;  // none could be collapsed
+      before = mesh.degree(hub);
+      thin_once(hub);
+    }
+  }
+  mesh.collect_garbage();
+}
 
 template <typename GetCost, typename GetPlacement>
 void Collapse(SurfaceMesh& mesh, int vertices, const ShapeFilter* filter, const GetCost& cost,
@@ -156,6 +192,12 @@ Eigen::Index FewestVerticesWrapped(const MeshParts& found, double extent) {
 }
 
 SurfaceMesh ToCgal(const TriangleMesh& mesh, const Eigen::Vector3d& center, double scale) {
+  std::vector<int> around(mesh.NumVertices(), 0);
+  for (const int v : mesh.faces.reshaped()) {
+    if (++around[v] <= kMostToBuild) continue;
+    throw Error("mesh", fmt::format("has more than {} faces around one vertex", kMostToBuild),
+                "Split its largest polygon evenly, or remesh it (Blender: Remesh)");
+  }
   SurfaceMesh out;
   out.reserve(static_cast<unsigned>(mesh.NumVertices()),
               static_cast<unsigned>(mesh.NumFaces() * 3 / 2),
@@ -203,6 +245,7 @@ TriangleMesh CollapseTo(const TriangleMesh& mesh, const DecimateOptions& options
   const double scale = (high - low).maxCoeff();
   SurfaceMesh surface = ToCgal(mesh, center, scale);
   const auto left = [&] { return static_cast<int>(surface.number_of_vertices()); };
+  ThinHubs(surface, options.vertices);
   if (left() > std::max(kThinAbove, 10 * options.vertices)) {
     Collapse(surface, std::max(kThinAbove, 10 * options.vertices), nullptr,
              sms::Edge_length_cost<SurfaceMesh>(), sms::Midpoint_placement<SurfaceMesh>());

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/finite.h"
+#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {
@@ -35,7 +35,8 @@ LinearBasis::LinearBasis(NpyMember member, std::ptrdiff_t vertices, std::ptrdiff
   } else {
     copy(member.AsFloats());
   }
-  const auto bad = is_double_ ? FirstNonFinite(As<double>(data)) : FirstNonFinite(As<float>(data));
+  const auto bad = is_double_ ? FirstBeyond(As<double>(data), kMostMetres)
+                              : FirstBeyond(As<float>(data), kMostMetres);
   if (bad) {
     const double value = is_double_ ? As<double>(data)[*bad] : As<float>(data)[*bad];
     throw Error(member.where, fmt::format("holds {} at element {}", value, *bad),

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 
@@ -16,6 +18,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
+
+constexpr double kMostFrames = 2e6;  // 2.6 GB of a clip; 18 hours at 30 Hz
 
 // Where a frame of the result lies among the given ones.
 struct Between {
@@ -32,7 +36,14 @@ Clip ResampleWith(const Clip& clip, double frame_rate) {
   const int frames = clip.NumFrames();
   if (frames == 0 || std::abs(frame_rate - clip.frame_rate) < 1e-9) return clip;
   const double step = clip.frame_rate / frame_rate;
-  const int count = static_cast<int>(std::floor((frames - 1) / step + 1e-6)) + 1;
+  const double frames_after = std::floor((frames - 1) / step + 1e-6) + 1;
+  if (!(frames_after <= kMostFrames)) {
+    throw Error("resampling",
+                fmt::format("{} frames at {:g} Hz would be {:g} at {:g} Hz, more than {:g}", frames,
+                            clip.frame_rate, frames_after, frame_rate, kMostFrames),
+                "Cut the clip into parts, or check the frame rates");
+  }
+  const int count = static_cast<int>(frames_after);
   std::vector<Between> times(count);
   std::vector<int> nearest(count);
   for (int i = 0; i < count; ++i) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/triangle_tree.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -27,6 +28,26 @@ using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
 Point ToCgal(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 Eigen::Vector3d ToEigen(const Point& p) { return {p.x(), p.y(), p.z()}; }
+
+// CGAL starts its search for a closest triangle at the nearest first corner. Its tree of these is
+// as deep as there are many at one place, and is built by recursion: where a fan has more triangles
+// than that can take, these are the corners with one triangle each. Empty: no such fan.
+std::vector<Tree::Point_and_primitive_id> StartsWithoutHubs(const Triangles& triangles) {
+  constexpr std::size_t kMostAtOnePlace = 1000;
+  std::vector<Tree::Point_and_primitive_id> starts;
+  starts.reserve(triangles.size());
+  for (auto t = triangles.cbegin(); t != triangles.cend(); ++t) starts.emplace_back((*t)[0], t);
+  std::sort(starts.begin(), starts.end());
+  std::size_t longest = 0, begin = 0;
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    if (starts[i].first != starts[begin].first) begin = i;
+    longest = std::max(longest, i + 1 - begin);
+  }
+  if (longest <= kMostAtOnePlace) return {};
+  const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
+  starts.erase(std::unique(starts.begin(), starts.end(), same), starts.end());
+  return starts;
+}
 
 }  // namespace
 
@@ -102,7 +123,12 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh) : impl_(std::make_unique<Im
   impl_->tree.insert(impl_->triangles.cbegin(), impl_->triangles.cend());
   // Both are lazy otherwise, and queries come from several threads.
   impl_->tree.build();
-  impl_->tree.accelerate_distance_queries();
+  const std::vector<Tree::Point_and_primitive_id> starts = StartsWithoutHubs(impl_->triangles);
+  if (starts.empty()) {
+    impl_->tree.accelerate_distance_queries();
+  } else {
+    impl_->tree.accelerate_distance_queries(starts.begin(), starts.end());
+  }
 }
 
 TriangleTree::~TriangleTree() = default;

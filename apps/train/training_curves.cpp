@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
+#include <sstream>
 
 #include <fmt/format.h>
+
+#include "geometry/io/atomic_file.h"
 
 namespace holdfast::apps {
 namespace {
@@ -19,7 +21,11 @@ constexpr double kWidth = 560.0, kHeight = 240.0, kLeft = 56.0, kBottom = 28.0, 
 
 std::vector<json> LinesBefore(const std::filesystem::path& log, long iteration) {
   std::vector<json> lines;
-  std::ifstream in(log);
+  std::error_code ignored;
+  if (!std::filesystem::exists(log, ignored) || std::filesystem::file_size(log, ignored) == 0) {
+    return lines;
+  }
+  std::istringstream in(ReadFile(log));
   for (std::string text; std::getline(in, text);) {
     const json line = json::parse(text, nullptr, false);
     if (line.is_object() && line.value("iteration", iteration + 1) <= iteration) {

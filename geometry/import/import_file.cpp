@@ -23,6 +23,7 @@
 #include "geometry/inspect/file_kind.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/resample.h"
+#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {
@@ -266,6 +267,7 @@ ImportedFile ImportFile(const fs::path& path, const ImportFileOptions& options) 
   static_cast<ImportedClip&>(imported) =
       folder ? ImportFolder(path, options.parameters) : ImportDataFile(path, options.parameters);
   Clip& clip = imported.clip;
+  RequireInRange(clip, path.string());
   imported.source_frames = clip.NumFrames();
   imported.source_frame_rate = clip.frame_rate;
   if (const double rate = options.frame_rate.value_or(0); rate > 0 && rate != clip.frame_rate) {

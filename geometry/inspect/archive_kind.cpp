@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/inspect/archive_kind.h"
 
-#include <zip.h>
-
 #include <algorithm>
 #include <initializer_list>
 
@@ -10,30 +8,24 @@
 
 #include "geometry/error.h"
 #include "geometry/io/npz.h"
+#include "geometry/io/zip_archive.h"
 #include "geometry/skeleton.h"
 
 namespace holdfast {
 namespace {
 
-constexpr zip_int64_t kMaxListed = 10'000;
+constexpr std::size_t kMaxListed = 10'000;
 
 std::vector<std::string> Members(const std::filesystem::path& path, std::string& fault) {
-  int code = 0;
-  zip_t* zip = zip_open(path.c_str(), ZIP_RDONLY, &code);
-  if (zip == nullptr) {
-    zip_error_t reason;
-    zip_error_init_with_code(&reason, code);
-    fault = zip_error_strerror(&reason);
-    zip_error_fini(&reason);
-    return {};
-  }
   std::vector<std::string> names;
-  const zip_int64_t count = std::min<zip_int64_t>(zip_get_num_entries(zip, 0), kMaxListed);
-  for (zip_int64_t i = 0; i < count; ++i) {
-    const char* name = zip_get_name(zip, static_cast<zip_uint64_t>(i), 0);
-    if (name != nullptr) names.emplace_back(name);
+  try {
+    const ZipArchive archive{ByteSource(path)};
+    for (const ZipMember& member : archive.Members()) {
+      if (names.size() < kMaxListed) names.emplace_back(member.name);
+    }
+  } catch (const Error& error) {
+    fault = error.Problem();
   }
-  zip_discard(zip);
   return names;
 }
 

@@ -31,10 +31,11 @@ void DescribeArrays(const LooseMotion& motion, Inspection& inspection) {
     inspection.AddFact("", "", fmt::format("{}: {}", how, fmt::join(arrays, ", ")));
   }
   for (const LooseArray& array : motion.arrays) {
-    if (array.non_finite > 0) {
-      inspection.Fault(fmt::format("{} holds {} NaN or infinite numbers, the first in frame {}",
-                                   array.key, array.non_finite, array.first_non_finite),
-                       "cut these frames out or fill them in");
+    if (array.out_of_range > 0) {
+      inspection.Fault(
+          fmt::format("{} holds {} NaN, infinite or huge numbers, the first in frame {}", array.key,
+                      array.out_of_range, array.first_out_of_range),
+          "cut these frames out or fill them in");
     }
     if (array.form == RotationForm::kMatrix && array.orthonormality_off > 1e-3) {
       inspection.Warn(fmt::format("{} holds matrices that are no rotations (R'R is off by {:.2g})",

@@ -3,17 +3,16 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
 #include <cstdint>
-#include <cstring>
-#include <fstream>
 #include <optional>
 
 #include <fmt/format.h>
 
+#include "geometry/error.h"
 #include "geometry/inspect/archive_kind.h"
 #include "geometry/inspect/json_kind.h"
-#include "geometry/io/gzip_text.h"
+#include "geometry/io/byte_source.h"
+#include "geometry/io/gzip.h"
 #include "geometry/io/text_scanner.h"
 
 namespace holdfast {
@@ -180,7 +179,7 @@ std::optional<FileKind> KindByStatus(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (status.type() == fs::file_type::not_found) return FileKind::kMissing;
-  if (error) return FileKind::kUnreadable;
+  if (error) return FileKind::kUnreadable;  // such as a loop of symbolic links
   if (fs::is_directory(status)) {
     const bool result =
         fs::exists(path / "clip.npz", error) && fs::exists(path / "metrics.json", error);
@@ -203,18 +202,19 @@ Identity Identify(const fs::path& path) {
     identity.kind = *kind;
     return identity;
   }
-  std::error_code error;
-  identity.bytes = fs::file_size(path, error);
-  errno = 0;
-  std::ifstream in(path, std::ios::binary);
-  std::string head(kHeadBytes, '\0');
-  if (!in.read(head.data(), static_cast<std::streamsize>(head.size())) && in.bad()) in.close();
-  if (!in.is_open()) {
-    identity.kind = FileKind::kUnreadable;
-    identity.fault = errno != 0 ? std::strerror(errno) : "it cannot be read";
-    return identity;
+  std::string head;
+  try {
+    const ByteSource source(path);
+    identity.bytes = source.Size();
+    head = source.Head(kHeadBytes);
+  } catch (const Error& error) {
+    std::error_code ignored;
+    if (fs::file_size(path, ignored) != 0) {
+      identity.kind = FileKind::kUnreadable;
+      identity.fault = error.Problem();
+      return identity;
+    }
   }
-  head.resize(static_cast<std::size_t>(in.gcount()));
   if (head.empty()) {
     identity.kind = FileKind::kEmpty;
     return identity;

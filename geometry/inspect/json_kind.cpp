@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/error.h"
-#include "geometry/io/gzip_text.h"
+#include "geometry/io/gzip.h"
 #include "geometry/skeleton.h"
 
 namespace holdfast {

@@ -11,6 +11,7 @@
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"
+#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {
@@ -81,7 +82,8 @@ class Reader {
  public:
   Reader(const NpzReader& archive, LooseMotion& motion) : archive_(archive), motion_(motion) {}
 
-  // The first of these keys that is there, with its numbers; non-finite ones become 0.
+  // The first of these keys that is there, with its numbers; those that are none, or beyond all
+  // ranges, become 0.
   struct Rows {
     LooseArray array;
     std::size_t width = 0;
@@ -108,9 +110,9 @@ class Reader {
         rows.array.frames = static_cast<int>(std::min(frames, kMaxLooseFrames));
         rows.width = rows.values.size() / frames;
         for (std::size_t i = 0; i < rows.values.size(); ++i) {
-          if (std::isfinite(rows.values[i])) continue;
-          if (rows.array.non_finite++ == 0) {
-            rows.array.first_non_finite = static_cast<int>(i / rows.width);
+          if (std::abs(rows.values[i]) <= kMostMetres) continue;
+          if (rows.array.out_of_range++ == 0) {
+            rows.array.first_out_of_range = static_cast<int>(i / rows.width);
           }
           rows.values[i] = 0.0;
         }
@@ -320,6 +322,9 @@ LooseMotion ReadLooseMotion(const NpzReader& archive) {
   LooseMotion motion;
   Reader read(archive, motion);
   motion.frame_rate = read.Number({"mocap_frame_rate", "mocap_framerate", "framerate", "fps"});
+  if (!(motion.frame_rate >= kLowestFrameRate && motion.frame_rate <= kHighestFrameRate)) {
+    motion.frame_rate = 0.0;  // ReadClip says why
+  }
   motion.has_trans = read.Points({"trans", "transl"}, "root position", motion.trans);
 
   // One array for all joints, or one for each part. SMPL-H has no jaw and eyes, SMPL no fingers.

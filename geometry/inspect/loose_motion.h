@@ -28,8 +28,8 @@ struct LooseArray {
   std::string type;   ///< "float32"
   RotationForm form = RotationForm::kAxisAngle;
   int frames = 0;
-  std::size_t non_finite = 0;       ///< numbers that are NaN or infinite
-  int first_non_finite = -1;        ///< frame of the first
+  std::size_t out_of_range = 0;     ///< numbers that are NaN, infinite or beyond all ranges
+  int first_out_of_range = -1;      ///< frame of the first
   double orthonormality_off = 0.0;  ///< matrices: largest entry of R^T R - I
 };
 

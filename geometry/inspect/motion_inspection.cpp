@@ -13,9 +13,10 @@
 #include "geometry/inspect/series.h"
 #include "geometry/io/asf_amc.h"
 #include "geometry/io/bvh.h"
-#include "geometry/io/gzip_text.h"
+#include "geometry/io/gzip.h"
 #include "geometry/io/text_scanner.h"
 #include "geometry/skeleton_map.h"
+#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {
@@ -254,6 +255,7 @@ void InspectMotion(Inspection& inspection) {
   try {
     motion = inspection.identity.kind == FileKind::kBvh ? ReadBvh(inspection.path, kBvhUnit_m)
                                                         : ReadAmc(inspection.path);
+    RequireInRange(motion, inspection.path.string());
   } catch (const Error& error) {
     inspection.Fault(fmt::format("{}: {}", error.Where(), error.Problem()), error.Remedy());
     return;

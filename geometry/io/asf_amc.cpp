@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/io/gzip_text.h"
+#include "geometry/io/gzip.h"
 #include "geometry/io/motion_limits.h"
 #include "geometry/io/text_scanner.h"
 

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/io/byte_source.h"
 
 namespace holdfast {
 namespace {
@@ -93,24 +94,7 @@ void WriteAtomically(const fs::path& path, std::string_view content) {
 }
 
 std::string ReadFile(const fs::path& path, std::size_t limit_bytes) {
-  std::error_code error;
-  if (!fs::exists(path, error)) throw Error(path.string(), "does not exist", "Check the path");
-  if (fs::is_directory(path, error)) {
-    throw Error(path.string(), "is a folder, a file is needed", "Name the file inside it");
-  }
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw Error(path.string(), "cannot be opened", "Check that you may read it");
-  std::string content;
-  char block[1 << 16];
-  while (in.read(block, sizeof block) || in.gcount() > 0) {
-    content.append(block, static_cast<std::size_t>(in.gcount()));
-    if (content.size() > limit_bytes) {
-      throw Error(path.string(), fmt::format("is larger than {} bytes", limit_bytes),
-                  "Is this the right file?");
-    }
-  }
-  if (in.bad()) throw Error(path.string(), "could not be read to its end", "Check the disk");
-  return content;
+  return ByteSource(path).Text(limit_bytes);
 }
 
 }  // namespace holdfast

@@ -28,7 +28,10 @@ ByteSource::ByteSource(const std::filesystem::path& path) : name_(path.string())
     if (descriptor_ >= 0) ::close(descriptor_);
     throw Error(name_, problem, remedy);
   };
-  if (descriptor_ < 0 && reason == ENOENT) refuse("does not exist", "Check the path");
+  if (descriptor_ < 0 && (reason == ENOENT || reason == ENOTDIR)) {
+    refuse("does not exist", "Check the path");
+  }
+  if (descriptor_ < 0 && reason == ELOOP) refuse("is a loop of symbolic links", "Check the path");
   if (descriptor_ < 0) {
     refuse(fmt::format("cannot be opened ({})", std::strerror(reason)), "Check the permissions");
   }
@@ -90,6 +93,14 @@ std::string ByteSource::Head(std::size_t count) const {
   std::string head(static_cast<std::size_t>(std::min<std::uint64_t>(count, size_)), '\0');
   ReadAt(0, std::as_writable_bytes(std::span(head)));
   return head;
+}
+
+std::string ByteSource::Text(std::size_t limit_bytes) const {
+  if (size_ > limit_bytes) {
+    throw Error(name_, fmt::format("is larger than {} bytes", limit_bytes),
+                "Is this the right file?");
+  }
+  return Head(static_cast<std::size_t>(size_));
 }
 
 }  // namespace holdfast

@@ -13,7 +13,8 @@ namespace holdfast {
 /// when another takes its name, or a piece of memory that must outlive the source.
 class ByteSource {
  public:
-  /// Throws Error for a file that is missing, no regular file, empty, or may not be read.
+  /// The one door through which files come in. Throws Error for a file that is missing, no regular
+  /// file (a pipe is never waited for), empty, or may not be read.
   explicit ByteSource(const std::filesystem::path& path);
   /// `name` goes into messages.
   ByteSource(std::span<const std::byte> bytes, std::string name);
@@ -27,6 +28,8 @@ class ByteSource {
   void ReadAt(std::uint64_t offset, std::span<std::byte> target) const;
   /// The first `count` bytes, or fewer in a shorter file.
   std::string Head(std::size_t count) const;
+  /// All of it. Throws Error when there are more than `limit_bytes`.
+  std::string Text(std::size_t limit_bytes) const;
 
  private:
   std::string name_;

@@ -14,7 +14,7 @@
 #include "geometry/error.h"
 #include "geometry/io/byte_source.h"
 #include "geometry/io/data_store.h"
-#include "geometry/io/gzip_bytes.h"
+#include "geometry/io/gzip.h"
 #include "geometry/io/json_data.h"
 #include "geometry/io/npy_header.h"
 #include "geometry/io/npz.h"

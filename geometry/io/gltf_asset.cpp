@@ -13,7 +13,7 @@
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/io/gltf_container.h"
-#include "geometry/io/gzip_text.h"
+#include "geometry/io/gzip.h"
 #include "geometry/io/json_budget.h"
 
 namespace holdfast {

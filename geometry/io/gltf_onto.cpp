@@ -13,7 +13,7 @@
 #include "geometry/io/atomic_file.h"
 #include "geometry/io/gltf_builder.h"
 #include "geometry/io/gltf_skeleton.h"
-#include "geometry/io/gzip_text.h"
+#include "geometry/io/gzip.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

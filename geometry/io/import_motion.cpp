@@ -7,9 +7,10 @@
 #include "geometry/io/asf_amc.h"
 #include "geometry/io/bvh.h"
 #include "geometry/io/gltf_reader.h"
-#include "geometry/io/gzip_text.h"
+#include "geometry/io/gzip.h"
 #include "geometry/io/text_scanner.h"
 #include "geometry/skeleton_map.h"
+#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {
@@ -45,14 +46,7 @@ MotionFormat Recognize(std::string_view text) {
   return MotionFormat::kUnknown;
 }
 
-}  // namespace
-
-bool LooksLikeMotionFile(const std::filesystem::path& path) {
-  const MotionFormat format = Recognize(ReadGzipHead(path, kHeadBytes));
-  return format != MotionFormat::kUnknown && format != MotionFormat::kAsf;
-}
-
-SourceMotion ReadMotion(const std::filesystem::path& path, const ImportOptions& options) {
+SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOptions& options) {
   std::string text = ReadGzipText(path);
   const std::string where = path.string();
   const MotionFormat format = Recognize(text);
@@ -101,6 +95,19 @@ SourceMotion ReadMotion(const std::filesystem::path& path, const ImportOptions& 
   throw Error(where, "neither a BVH, an ASF/AMC nor a glTF motion (by its first words)",
               "Give a file that begins with HIERARCHY (BVH) or :FULLY-SPECIFIED (AMC), a .glb or "
               "a .gltf");
+}
+}  // namespace
+
+bool LooksLikeMotionFile(const std::filesystem::path& path) {
+  // A C3D is known for what it is, so that it can be told why it cannot be read.
+  const MotionFormat format = Recognize(ReadGzipHead(path, kHeadBytes));
+  return format != MotionFormat::kUnknown && format != MotionFormat::kAsf;
+}
+
+SourceMotion ReadMotion(const std::filesystem::path& path, const ImportOptions& options) {
+  SourceMotion motion = ReadAnyMotion(path, options);
+  RequireInRange(motion, path.string());
+  return motion;
 }
 
 Clip ImportMotion(const std::filesystem::path& path, const RetargetBody& body,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <span>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -16,6 +17,7 @@
 #include "geometry/io/mesh_scan.h"
 #include "geometry/io/openmesh_soup.h"
 #include "geometry/mesh_parts.h"
+#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {
@@ -64,6 +66,27 @@ std::string FormatOf(const fs::path& path) {
                 "Use .obj, .ply, .stl or .off");
   }
   return extension.substr(1);
+}
+
+/// Triangles of a polygon: a fan around its first corner, and for many corners halves of halves,
+/// so that no vertex gets more than some twenty of them.
+template <typename Add>
+void SplitPolygon(std::span<const int> ids, const Add& add) {
+  constexpr std::size_t kLargestFan = 64;
+  if (ids.size() <= kLargestFan) {
+    for (std::size_t i = 1; i + 1 < ids.size(); ++i) add(ids[0], ids[i], ids[i + 1]);
+    return;
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> open = {{0, ids.size() - 1}};
+  while (!open.empty()) {
+    const auto [low, high] = open.back();
+    open.pop_back();
+    if (high - low < 2) continue;
+    const std::size_t middle = low + (high - low) / 2;
+    add(ids[low], ids[middle], ids[high]);
+    open.emplace_back(low, middle);
+    open.emplace_back(middle, high);
+  }
 }
 
 MeshScan Scan(const std::string& format, std::string_view bytes, const std::string& name) {
@@ -123,12 +146,10 @@ MeshFile ReadMeshBytes(std::string bytes, const fs::path& path) {
     const int begin = soup.polygon_begin[p];
     const int end = soup.polygon_begin[p + 1];
     num_split += end - begin > 3;
-    for (int i = begin + 1; i + 1 < end; ++i) {
-      mesh.faces.col(next++) << soup.polygon_ids[begin], soup.polygon_ids[i],
-          soup.polygon_ids[i + 1];
-    }
+    SplitPolygon(std::span(soup.polygon_ids).subspan(begin, end - begin),
+                 [&](int a, int b, int c) { mesh.faces.col(next++) << a, b, c; });
   }
-  RequireValid(mesh);
+  RequireInRange(mesh, name);
   if (num_split > 0) {
     file.notes.push_back(fmt::format("{} of {} faces had more than three corners and were split.",
                                      num_split, num_polygons));

@@ -100,6 +100,15 @@ TEST_F(MakeReachDataTest, LabelsGoalsAndKeepsHeldOutSubjectsAway) {
   }
 }
 
+TEST_F(MakeReachDataTest, AFullDiskIsNotTheClipsFault) {
+  const ProgramResult result = RunHoldfast(
+      folder_.Path(), "make-reach-data captures -o made --hours 0.01 --quiet --held-out bob",
+      "trap '' XFSZ; ulimit -f 8;");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("could not be written"));
+  EXPECT_THAT(result.err, HasSubstr("made/captured/"));
+}
+
 TEST_F(MakeReachDataTest, KeepsAClipByNameAway) {
   const ProgramResult result = RunHoldfast(
       folder_.Path(),

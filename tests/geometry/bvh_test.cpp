@@ -10,7 +10,7 @@
 #include <zlib.h>
 
 #include "geometry/error.h"
-#include "geometry/io/gzip_text.h"
+#include "geometry/io/gzip.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {

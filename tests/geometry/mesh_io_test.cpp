@@ -2,6 +2,7 @@
 #include "geometry/io/mesh_io.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <numbers>
 #include <random>
 #include <string>
 #include <thread>
@@ -232,6 +234,29 @@ TEST_F(MeshIo, ReadsOffWithCommentsColoursAndPolygons) {
   EXPECT_EQ(mesh.NumVertices(), 5);
   EXPECT_EQ(mesh.NumFaces(), 3);
   EXPECT_EQ(mesh.vertices.col(4), Eigen::Vector3d(0.5, 0.5, 1.0));
+}
+
+TEST_F(MeshIo, SplitsAPolygonOfManyCornersWithoutAHub) {
+  for (const int corners : {64, 65, 1000, 100'000}) {
+    std::string text, face = "f";
+    for (int i = 0; i < corners; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / corners;
+      text += fmt::format("v {:.12f} {:.12f} 0\n", std::cos(angle), std::sin(angle));
+      face += fmt::format(" {}", i + 1);
+    }
+    const TriangleMesh mesh = ReadMesh(Write("disc.obj", text + face + "\n"));
+    ASSERT_EQ(mesh.NumFaces(), corners - 2);
+    double area = 0.0;
+    std::vector<int> faces_at(static_cast<std::size_t>(corners), 0);
+    for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+      const auto corner = [&](int k) { return mesh.vertices.col(mesh.faces(k, f)); };
+      const Eigen::Vector3d u = corner(1) - corner(0), v = corner(2) - corner(0);
+      area += 0.5 * (u.x() * v.y() - u.y() * v.x());
+      for (int k = 0; k < 3; ++k) ++faces_at[static_cast<std::size_t>(mesh.faces(k, f))];
+    }
+    EXPECT_NEAR(area, 0.5 * corners * std::sin(2.0 * std::numbers::pi / corners), 1e-6);
+    EXPECT_LE(*std::ranges::max_element(faces_at), std::max(64, 40));
+  }
 }
 
 TEST_F(MeshIo, ReadsTextAndBinaryStl) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/signed_distance.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -89,6 +90,34 @@ TEST(SignedDistance, AgreesWithBruteForceOnSpikes) {
     const Eigen::Vector3d p =
         RandomPoint(random, Eigen::Vector3d::Constant(-0.15), Eigen::Vector3d::Constant(0.15));
     EXPECT_NEAR(distance.Distance(p), BruteForceDistance(mesh, p), 1e-13);
+  }
+}
+
+TEST(SignedDistance, AFanOfManyTrianglesIsNoRecursion) {
+  // 200,000 triangles of a double cone have their first corner at one of two places.
+  constexpr int kSectors = 100'000;
+  TriangleMesh mesh;
+  mesh.vertices.resize(3, kSectors + 2);
+  mesh.vertices.col(0) << 0, 0, 1;
+  mesh.vertices.col(1) << 0, 0, -1;
+  mesh.faces.resize(3, 2 * kSectors);
+  for (int i = 0; i < kSectors; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / kSectors;
+    mesh.vertices.col(2 + i) << std::cos(angle), std::sin(angle), 0;
+    const int next = (i + 1) % kSectors;
+    mesh.faces.col(2 * i) << 0, 2 + i, 2 + next;
+    mesh.faces.col(2 * i + 1) << 1, 2 + next, 2 + i;
+  }
+  const SignedDistance distance(mesh);
+  std::mt19937 random(3);
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Vector3d p =
+        RandomPoint(random, Eigen::Vector3d::Constant(-1.5), Eigen::Vector3d::Constant(1.5));
+    // A cone's profile is the line from (1, 0) to (0, 1).
+    const Eigen::Vector2d q(p.head<2>().norm(), std::abs(p.z()));
+    const double along = std::clamp((q.y() - q.x() + 1.0) / 2.0, 0.0, 1.0);
+    const double expected = (q - Eigen::Vector2d(1.0 - along, along)).norm();
+    EXPECT_NEAR(distance.Distance(p), q.sum() < 1.0 ? -expected : expected, 1e-6);
   }
 }
 

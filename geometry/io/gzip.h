@@ -4,15 +4,22 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <vector>
+
+#include "geometry/io/byte_source.h"
 
 namespace holdfast {
 
 /// Largest text a motion file may unpack to: hours of capture, yet no zip bomb.
 inline constexpr std::size_t kMotionTextLimit = std::size_t{1} << 30;
 
-/// The whole file as text, unpacked when it is gzip'd (by content, not by name). Throws Error when
-/// it cannot be opened, is not a regular file, is damaged or cut short, or unpacks to more than
-/// `limit_bytes`, or than ten times the file and 48 MB.
+/// What a gzip'd file holds. It is unpacked twice, first only to see that it is whole and how long,
+/// so that memory is taken once and for sound data alone. Throws Error when it is damaged, cut off,
+/// holds nothing, or unpacks to more than `limit_bytes`.
+std::vector<std::byte> ReadGzip(const ByteSource& source, std::size_t limit_bytes);
+
+/// The whole file as text, unpacked when it is gzip'd (by content, not by name). Throws Error as
+/// ByteSource and ReadGzip do; also where it unpacks to more than ten times the file and 48 MB.
 std::string ReadGzipText(const std::filesystem::path& path,
                          std::size_t limit_bytes = kMotionTextLimit);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/gzip_bytes.h"
+#include "geometry/io/gzip.h"
 
 #include <zlib.h>
 
@@ -14,7 +14,9 @@ namespace holdfast {
 namespace {
 
 constexpr std::size_t kChunkBytes = std::size_t{64} << 10;
+constexpr std::size_t kAlwaysBytes = std::size_t{48} << 20;
 constexpr int kGzipOnly = 16;  // added to zlib's window size
+constexpr std::string_view kMagic = "\x1f\x8b";
 
 struct Inflater {
   Inflater() { good = inflateInit2(&state, MAX_WBITS + kGzipOnly) == Z_OK; }
@@ -26,7 +28,8 @@ struct Inflater {
   bool good = false;
 };
 
-// Calls `take` with piece after piece of what is unpacked. A file may be several one after another.
+// Calls `take` with piece after piece of what is unpacked, until it returns false. A file may be
+// several one after another.
 template <typename Take>
 void Unpack(const ByteSource& source, Take&& take) {
   const auto damaged = [&](std::string_view detail) {
@@ -62,14 +65,14 @@ void Unpack(const ByteSource& source, Take&& take) {
     if (status != Z_OK && status != Z_STREAM_END && status != Z_BUF_ERROR) {
       throw damaged(state.msg != nullptr ? state.msg : "not gzip");
     }
-    take(std::span<const std::byte>(piece).first(piece.size() - state.avail_out));
+    if (!take(std::span<const std::byte>(piece).first(piece.size() - state.avail_out))) return;
     at_end = status == Z_STREAM_END;
   }
 }
 
-}  // namespace
-
-std::vector<std::byte> ReadGzip(const ByteSource& source, std::size_t limit_bytes) {
+// Content: a vector of bytes or a string.
+template <typename Content>
+Content Unpacked(const ByteSource& source, std::size_t limit_bytes) {
   std::size_t bytes = 0;
   Unpack(source, [&](std::span<const std::byte> piece) {
     if (piece.size() > limit_bytes - bytes) {
@@ -79,16 +82,50 @@ std::vector<std::byte> ReadGzip(const ByteSource& source, std::size_t limit_byte
                   "If that is right, unpack it first (gunzip)");
     }
     bytes += piece.size();
+    return true;
   });
   if (bytes == 0) throw Error(source.Name(), "holds nothing", "Save it again");
-  std::vector<std::byte> content;
+  Content content;
   content.reserve(bytes);
+  using Value = typename Content::value_type;
   Unpack(source, [&](std::span<const std::byte> piece) {
     if (piece.size() <= bytes - content.size()) {
-      content.insert(content.end(), piece.begin(), piece.end());
+      const auto* const begin = reinterpret_cast<const Value*>(piece.data());
+      content.insert(content.end(), begin, begin + piece.size());
     }
+    return true;
   });
   return content;
+}
+
+}  // namespace
+
+std::vector<std::byte> ReadGzip(const ByteSource& source, std::size_t limit_bytes) {
+  return Unpacked<std::vector<std::byte>>(source, limit_bytes);
+}
+
+std::string ReadGzipText(const std::filesystem::path& path, std::size_t limit_bytes) {
+  const ByteSource source(path);
+  if (source.Head(kMagic.size()) != kMagic) return source.Text(limit_bytes);
+  // A text of motion packs to a tenth at best; a small one may be anything.
+  return Unpacked<std::string>(
+      source, std::min<std::uint64_t>(limit_bytes, kAlwaysBytes + 10 * source.Size()));
+}
+
+std::string ReadGzipHead(const std::filesystem::path& path, std::size_t bytes) {
+  try {
+    const ByteSource source(path);
+    if (source.Head(kMagic.size()) != kMagic) return source.Head(bytes);
+    std::string head;
+    Unpack(source, [&](std::span<const std::byte> piece) {
+      head.append(reinterpret_cast<const char*>(piece.data()),
+                  std::min(piece.size(), bytes - head.size()));
+      return head.size() < bytes;
+    });
+    return head;
+  } catch (const Error&) {
+    return {};
+  }
 }
 
 }  // namespace holdfast
