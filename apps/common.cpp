@@ -84,8 +84,7 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale) {
   MeshFile file;
   // A folder of an embedded object's name does not hide it.
   std::error_code ignored;
-  if (fs::exists(path_or_name, ignored) &&
-      !(fs::is_directory(path_or_name, ignored) && embedded)) {
+  if (fs::exists(path_or_name, ignored) && !(fs::is_directory(path_or_name, ignored) && embedded)) {
     object.name = fs::path(path_or_name).stem().string();
     file = ReadMeshFile(path_or_name);
   } else {

@@ -33,7 +33,8 @@ auto UseJson(const std::filesystem::path& path, const Use& use) {
   try {
     return use();
   } catch (const nlohmann::json::exception&) {
-    throw Error(path.string(), "is damaged: a value is missing, or of another type than it should be",
+    throw Error(path.string(),
+                "is damaged: a value is missing, or of another type than it should be",
                 "Remove it, or make it anew");
   }
 }

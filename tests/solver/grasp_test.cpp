@@ -117,8 +117,8 @@ TEST(IsWithinSpan, OfWallsAndHandlesAndNotOfBoulders) {
   EXPECT_TRUE(IsWithinSpan(boulder, 1.3));
   EXPECT_TRUE(IsWithinSpan(testing::Box({0, 0, 0}, {1.5, 1.5, 0.01}), 0.105));
   // A bar along one side, as wide as a hand likes it.
-  TriangleMesh chest = testing::Together(
-      boulder, testing::Box({1.55, 0.7, 1.0}, {1.57, 0.9, 1.02}));
+  TriangleMesh chest =
+      testing::Together(boulder, testing::Box({1.55, 0.7, 1.0}, {1.57, 0.9, 1.02}));
   EXPECT_TRUE(IsWithinSpan(chest, 0.105));
   // However its faces are turned.
   chest.faces.row(0).swap(chest.faces.row(1));
