@@ -55,6 +55,10 @@ LoadedClip ReadFile(const fs::path& path, const ImportFileOptions& options) {
   }
   static_cast<ImportedFile&>(loaded) = ImportFile(path, options);
   loaded.imported = true;
+  // As a clip's own file would name it.
+  if (loaded.clip.object && !loaded.object_mesh.empty() && loaded.object_mesh_scale == 1) {
+    loaded.clip.object->mesh = fs::absolute(loaded.object_mesh, error).string();
+  }
   loaded.notes.insert(loaded.notes.begin(),
                       fmt::format("{}: {}, imported on the way ('holdfast import' has options)",
                                   path.string(), loaded.format));

@@ -93,7 +93,7 @@ TEST(FromFileToFit, Bvh) {
 
 TEST(FromFileToFit, GltfWithNamesOfMixamo) {
   const TemporaryFolder folder;
-  ExpectAMugHeld(folder, "'" HOLDFAST_SOURCE_DIR "/tests/fixtures/gltf/mixamo.glb' --regrasp");
+  ExpectAMugHeld(folder, "'" HOLDFAST_SOURCE_DIR "/tests/fixtures/gltf/mixamo.glb'");
 }
 
 TEST(FromFileToFit, Amc) {
