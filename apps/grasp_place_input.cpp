@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "apps/grasp_place_input.h"
 
-#include <algorithm>
 #include <filesystem>
-#include <set>
 #include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "generator/imos/vocabulary.h"
+#include "apps/suggestion.h"
 #include "geometry/error.h"
 #include "geometry/io/mesh_groups.h"
 #include "geometry/io/mesh_io.h"
@@ -36,12 +34,10 @@ void Append(const TriangleMesh& part, TriangleMesh& whole) {
         "Parts are groups, objects and materials of an .obj file; or give a file that lists "
         "vertices, or a point with --at");
   }
-  std::set<std::string> names;
-  for (const MeshGroup& group : groups) names.insert(group.name);
-  const std::string& nearest = *std::ranges::min_element(
-      names, {}, [&](const std::string& known) { return imos::EditDistance(name, known); });
+  std::vector<std::string> names;
+  for (const MeshGroup& group : groups) names.push_back(group.name);
   throw Error(where, fmt::format("is neither a part of {} nor a file", object),
-              fmt::format("Did you mean '{}'? It has: {}", nearest, fmt::join(names, ", ")));
+              fmt::format("{}It has: {}", Suggestion(name, names), fmt::join(names, ", ")));
 }
 
 // The faces of all parts that are named, in the file's unit.

@@ -88,15 +88,15 @@ TEST(GraspPlace, SaysWhatThereIs) {
   };
   const std::string grasp = "grasp sword.obj --object-scale 0.001 -q -o out.npz ";
   for (const Case& c : std::vector<Case>{
-           {grasp + "--region hlit", 1,
-            "Did you mean 'hilt'? It has: blade, grip, guard, hilt, steel"},
+           {grasp + "--region hilts", 1,
+            "Did you mean 'hilt'? It has: hilt, grip, guard, blade, steel"},
            {grasp + "--avoid far.txt", 1, "far.txt:1: '99' is not a vertex of the mesh"},
            {grasp + "--at 0,0,2", 1, "is 125.0 cm from the object's surface"},
            {grasp + "--region hilt --avoid grip", 1, "leaves nothing of the object's surface"},
            {grasp + "--region hilt --hand both", 2, "has no --at, --region or --avoid"},
            {grasp + "--at 0,0", 2, "--at"},
            {"grasp mug -q -o out.npz --region handle", 1, "mug has no named parts"},
-           {"fit demo_drink sword.obj --object-scale 0.001 -q -o out --end 2 --region hlit", 1,
+           {"fit demo_drink sword.obj --object-scale 0.001 -q -o out --end 2 --region hilts", 1,
             "Did you mean 'hilt'?"}}) {
     const ProgramResult result = RunHoldfast(folder.Path(), c.arguments);
     EXPECT_EQ(result.exit_code, c.exit_code) << c.arguments << result.err;
