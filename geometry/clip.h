@@ -63,7 +63,7 @@ struct Clip {
 
 /// Reads a clip. `poses (T,165)` (AMASS's concatenated form) is accepted in place of the parts.
 /// Throws Error naming file and field: missing, wrong shape, unequal lengths, NaN or infinite
-/// values, no frames, a frame rate that is not positive.
+/// values or such beyond all ranges (geometry/value_ranges.h), no frames.
 Clip ReadClip(const std::filesystem::path& path);
 Clip ReadClip(const NpzReader& archive);
 

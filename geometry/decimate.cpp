@@ -51,8 +51,6 @@ constexpr int kThinAbove = 200'000;
 // take a minute. Above so many the ring around it is thinned first, where its vertices lie so dense
 // that it does not show.
 constexpr unsigned kMostAround = 256;
-// To put a fan together takes the square of its triangles, too: beyond this, too long.
-constexpr int kMostToBuild = 20'000;
 
 /// Every collapse takes one vertex: counting vertices rather than edges hits the number exactly,
 /// with boundaries and handles too.
@@ -192,12 +190,6 @@ Eigen::Index FewestVerticesWrapped(const MeshParts& found, double extent) {
 }
 
 SurfaceMesh ToCgal(const TriangleMesh& mesh, const Eigen::Vector3d& center, double scale) {
-  std::vector<int> around(mesh.NumVertices(), 0);
-  for (const int v : mesh.faces.reshaped()) {
-    if (++around[v] <= kMostToBuild) continue;
-    throw Error("mesh", fmt::format("has more than {} faces around one vertex", kMostToBuild),
-                "Split its largest polygon evenly, or remesh it (Blender: Remesh)");
-  }
   SurfaceMesh out;
   out.reserve(static_cast<unsigned>(mesh.NumVertices()),
               static_cast<unsigned>(mesh.NumFaces() * 3 / 2),

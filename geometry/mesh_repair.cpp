@@ -108,6 +108,17 @@ Eigen::Index RemoveFlatFaces(TriangleMesh& mesh) {
   return removed;
 }
 
+/// Distances and collapses beside a vertex take the square of its faces' number.
+void RequireNoHub(const TriangleMesh& mesh) {
+  constexpr int kMostFaces = 20'000;
+  std::vector<int> around(mesh.NumVertices(), 0);
+  for (const int v : mesh.faces.reshaped()) {
+    if (++around[v] <= kMostFaces) continue;
+    throw Error("mesh", fmt::format("has more than {} faces around one vertex", kMostFaces),
+                "Split its largest polygon evenly, or remesh it (Blender: Remesh)");
+  }
+}
+
 void Flip(Eigen::Matrix3Xi& faces, Eigen::Index face) { std::swap(faces(1, face), faces(2, face)); }
 
 /// Makes faces agree across edges of two faces, the larger share of each patch keeping its way
@@ -205,6 +216,7 @@ RepairedMesh RepairMesh(const TriangleMesh& mesh) {
   Eigen::Index welded = 0;
   for (std::size_t v = 0; v < first.size(); ++v) welded += first[v] != static_cast<int>(v);
   for (int& v : out.faces.reshaped()) v = first[v];
+  RequireNoHub(out);
   note(welded, "Welded", "vertex at the place of another", "vertices at the places of others");
 
   note(FilterFaces(out.faces, [&](Eigen::Index f) { return !HasRepeatedCorner(out.faces.col(f)); }),

@@ -12,7 +12,7 @@ namespace holdfast {
 /// A mesh as a file holds it: nothing welded, dropped or reordered, so that what is wrong with it
 /// can still be seen (geometry/mesh_check.h).
 struct MeshFile {
-  TriangleMesh mesh;               ///< polygons split into fans around their first corner
+  TriangleMesh mesh;               ///< polygons split into triangles, those of 64 corners as fans
   std::vector<std::string> notes;  ///< what was done on the way, as plain sentences
 };
 

@@ -17,6 +17,25 @@
 namespace holdfast {
 namespace {
 
+TEST(RepairMesh, RefusesAFanThatNobodyCouldWaitFor) {
+  for (const int faces : {20'000, 20'001}) {
+    TriangleMesh mesh;
+    mesh.vertices.resize(3, faces + 1);
+    mesh.vertices.col(0).setZero();
+    mesh.faces.resize(3, faces);
+    for (int i = 0; i < faces; ++i) {
+      mesh.vertices.col(1 + i) << std::cos(6.283185307 * i / faces),
+          std::sin(6.283185307 * i / faces), 0;
+      mesh.faces.col(i) << 0, 1 + i, 1 + (i + 1) % faces;
+    }
+    if (faces == 20'000) {
+      EXPECT_NO_THROW(RepairMesh(mesh));
+    } else {
+      EXPECT_THROW(RepairMesh(mesh), Error);
+    }
+  }
+}
+
 using ::testing::AllOf;
 using testing::Box;
 using ::testing::Contains;
