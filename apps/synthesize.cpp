@@ -79,7 +79,8 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
       "  holdfast synthesize --action drink --object mug\n"
       "  holdfast synthesize \"The person takes picture with the camera\" --seed 7 -o picture\n"
       "  holdfast synthesize --action pour --object jug.obj --class teapot --hand left -o poured\n"
-      "  holdfast synthesize --action inspect --object held/object.ply --class mug --from held\n"
+      "  holdfast synthesize --action inspect --object held/object.ply --class mug --from held \\\n"
+      "      -o inspected\n"
       "The best sample: least penetration, least of the object in the body and of joints beyond\n"
       "what captured people do, most contact; the first of equals.\n");
   command->callback([options, &exit_code] {
