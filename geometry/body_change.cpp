@@ -10,7 +10,8 @@ enum class Family { kEmbedded, kSmplx, kSmplh, kOther };
 
 // Rest pelvises of the neutral models' mean shapes, metres (J_regressor v_template), as they stand
 // in public code: SMPL-X in the retargeting tables of kimodo (SMPLX_REST_WORLD), SMPL, whose body
-// SMPL-H shares, in PHC's smpl_humanoid.xml. Those of men and women are within a few centimetres.
+// SMPL-H shares, in the smpl_humanoid.xml of its simulations. Those of men and women are within a
+// few centimetres.
 const Eigen::Vector3d kSmplxPelvis(0.0031, -0.3514, 0.0120);
 const Eigen::Vector3d kSmplhPelvis(-0.0018, -0.2233, 0.0282);
 
