@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "solver/quiet_ceres.h"
 
+#include <cstdlib>
+
 #include <gtest/gtest.h>
 
 #if __has_include(<glog/logging.h>)
@@ -9,24 +11,24 @@
 namespace holdfast {
 namespace {
 
+[[noreturn]] void Warn() {
+  QuietCeres();
+  LOG(ERROR) << "Line search failed";
+  std::_Exit(0);
+}
+
+void FailACheck() {
+  QuietCeres();
+  CHECK(false) << "isfinite(x)";
+}
+
 TEST(QuietCeres, SaysNothingOfWhatCeresMeets) {
-  EXPECT_EXIT(
-      {
-        QuietCeres();
-        LOG(ERROR) << "Line search failed";
-        std::_Exit(0);
-      },
-      ::testing::ExitedWithCode(0), "^$");
+  EXPECT_EXIT(Warn(), ::testing::ExitedWithCode(0), "^$");
 }
 
 TEST(QuietCeres, AFailedCheckIsASentenceAndAnExitCode) {
-  EXPECT_EXIT(
-      {
-        QuietCeres();
-        CHECK(false) << "isfinite(x)";
-      },
-      ::testing::ExitedWithCode(1),
-      "^holdfast: the optimizer met numbers that it cannot work with");
+  EXPECT_EXIT(FailACheck(), ::testing::ExitedWithCode(1),
+              "^holdfast: the optimizer met numbers that it cannot work with");
 }
 
 }  // namespace
