@@ -102,14 +102,14 @@ TEST(FromFileToFit, Amc) {
     GTEST_SKIP() << motion << " is not there: set HOLDFAST_DATA to the folder with mocap/";
   }
   const TemporaryFolder folder;
-  ExpectAMugHeld(folder, "'" + motion.string() + "' --end 12");
+  ExpectAMugHeld(folder, std::string("'") + motion.string() + "' --end 12");
 }
 
 TEST(ClipInput, ResultFoldersAreClips) {
   const TemporaryFolder folder;
   Held(folder);
   EXPECT_EQ(Json(folder, "fit held held/object.ply -o again --no-report")["grasp"]["made"], false);
-  Json(folder, "convert held --to-body '" + std::string(kModel) + "' -o converted.npz");
+  Json(folder, std::string("convert held --to-body '") + kModel + "' -o converted.npz");
   Json(folder, "reach --goal 0,-1,1 --from held:3 --samples 1 --no-report -o reached");
 }
 
@@ -156,7 +156,7 @@ TEST(Outputs, FoldersAboveAreMadeAndWhatExistsIsRefusedBeforeTheWork) {
   const std::string mug = "'" HOLDFAST_MESHES_DIR "/objects/mug.ply'";
   int k = 0;
   const auto test = [&](const std::string& command, const std::string& extension) {
-    const std::string output = "new/" + std::to_string(++k) + "/deep/file" + extension;
+    const std::string output = std::string("new/") + std::to_string(++k) + "/deep/file" + extension;
     const ProgramResult run = RunHoldfast(folder.Path(), command + " -o " + output);
     EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
     EXPECT_TRUE(std::filesystem::exists(folder / output)) << command;
@@ -179,7 +179,7 @@ TEST(Outputs, FoldersAboveAreMadeAndWhatExistsIsRefusedBeforeTheWork) {
   test("import held/clip.npz", ".npz");
   test("fit held held/object.ply --no-report", "");
   test("refine held", "");
-  test("convert held --to-body '" + std::string(kModel) + "'", ".npz");
+  test(std::string("convert held --to-body '") + kModel + "'", ".npz");
 }
 
 // Joint 0 is at J_0 + trans, and J_0 is 0.35 m from the origin in SMPL-X, at it in the embedded
@@ -264,7 +264,7 @@ TEST(AmassLayout, IsWhatEveryCommandWrites) {
   ExpectAmassLoads(folder / "held/clip.npz", kFrames);
   Json(folder, "export held -o exported.npz --start 2");
   ExpectAmassLoads(folder / "exported.npz", kFrames - 2);
-  Json(folder, "convert held --to-body '" + std::string(kModel) + "' -o converted.npz --betas 0");
+  Json(folder, std::string("convert held --to-body '") + kModel + "' -o converted.npz --betas 0");
   ExpectAmassLoads(folder / "converted.npz", kFrames);
   Json(folder, "import held/clip.npz -o imported.npz");
   ExpectAmassLoads(folder / "imported.npz", kFrames);

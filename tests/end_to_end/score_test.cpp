@@ -70,8 +70,8 @@ TEST(Score, AgreesWithTheFitsOwnMetrics) {
   Fit(folder, "mug");
   const json fit = json::parse(ReadText(folder / "held/metrics.json"))["summary"];
   const json values = Score(folder, "held")["clips"][0]["values"];
-  const auto same = [](const json& values, const char* key, const json& fit, const char* fit_key) {
-    EXPECT_NEAR(values[key].get<double>(), fit[fit_key].get<double>(), 1e-5) << key;
+  const auto same = [](const json& a, const char* key, const json& b, const char* b_key) {
+    EXPECT_NEAR(a[key].get<double>(), b[b_key].get<double>(), 1e-5) << key;
   };
   same(values, "contact_ratio", fit, "contact_ratio");
   same(values, "contact_frames_ratio", fit, "frames_in_contact_ratio");

@@ -246,7 +246,7 @@ TEST(SurfaceDistance, OneThingIsTheSameHoweverFinely) {
   EXPECT_TRUE(SameSurface(Sphere(0.05, 3), ball));
   EXPECT_FALSE(SameSurface(ball, Sphere(0.055, 5)));
   TriangleMesh moved = ball;
-  moved.vertices.row(0).array() += 0.003;
+  moved.vertices.row(0).array() += 0.005;
   EXPECT_FALSE(SameSurface(ball, moved));
   EXPECT_FALSE(SameSurface(ball, Box({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05})));  // the same box
 }

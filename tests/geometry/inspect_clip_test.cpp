@@ -253,7 +253,7 @@ TEST_F(InspectClip, CountsNaN) {
   const Inspection inspection = Inspect(folder_ / "nan.npz");
   EXPECT_EQ(inspection.Worst(), Verdict::kFault);
   EXPECT_THAT(Findings(inspection),
-              HasSubstr("pose_body holds 2 NaN or infinite numbers, the first in frame 7"));
+              HasSubstr("pose_body holds 2 NaN, infinite or huge numbers, the first in frame 7"));
 }
 
 TEST_F(InspectClip, ConvertsWhatAmassAndSmplxWrite) {

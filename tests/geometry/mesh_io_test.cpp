@@ -462,7 +462,9 @@ TEST_F(MeshIo, SaysNothingItself) {
 TEST_F(MeshIo, RefusesToWriteWhatCannotBeRead) {
   const TriangleMesh box = Box({0, 0, 0}, {1, 1, 1});
   EXPECT_THROW(WriteMesh(box, folder_ / "box.fbx"), Error);
-  EXPECT_THROW(WriteMesh(box, folder_ / "no such folder" / "box.ply"), Error);
+  std::ofstream(folder_ / "file") << "no folder";
+  EXPECT_THROW(WriteMesh(box, folder_ / "file" / "box.ply"), Error);
+  fs::remove(folder_ / "file");
   EXPECT_THROW(WriteMesh(TriangleMesh{}, folder_ / "empty.ply"), Error);
   TriangleMesh bad = box;
   bad.faces(0, 0) = 8;

@@ -161,7 +161,7 @@ TEST(SkeletonMap, AMapFileOverrides) {
       EXPECT_THAT(error.what(), AllOf(HasSubstr("map.json"), HasSubstr(part)));
     }
   };
-  fault("", "JSON");
+  fault("", "is empty");
   fault("[]", "JSON");
   fault("{\"my Hips\": 3}", "my Hips");
   fault("{\"my Hips\": \"nose\"}", "nose");
