@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: MIT
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wrestrict"  // GCC 12 sees overlaps in operator+ that are not there
+#endif
 // Every command takes every clip: from a file as it was published to a result in one command.
 #include <filesystem>
 #include <fstream>
