@@ -95,16 +95,16 @@ TEST(GraspPlace, APointMovesTheGrasp) {
     const Held held = Hold(bottle, std::make_shared<GraspPlace>(bottle, wanted));
     ASSERT_EQ(held.report.status, GraspStatus::kFound);
     middle[k] = held.contacts.row(2).mean();
-    EXPECT_NEAR(middle[k], z, 0.05);
+    EXPECT_NEAR(middle[k], z, 0.06);
     EXPECT_LE(held.grasp.from_place_m, GraspPlace::kReach_m);
   }
   EXPECT_GT(middle[1] - middle[0], 0.06);
 }
 
 TEST(GraspPlace, SaysThatAPlaceCannotBeHeld) {
-  const TriangleMesh chest = Together(Box({0, 0, 0}, {0.3, 0.3, 0.3}), kSword);
+  const TriangleMesh chest = Together(Box({0.5, 0, 0}, {0.8, 0.3, 0.3}), kSword);
   const auto place = std::make_shared<GraspPlace>(
-      chest, GraspPlace::Wanted{Box({0, 0, 0}, {0.3, 0.3, 0.3}), {}, {}});
+      chest, GraspPlace::Wanted{Box({0.5, 0, 0}, {0.8, 0.3, 0.3}), {}, {}});
   EXPECT_EQ(Hold(chest, place).report.status, GraspStatus::kNothingAtPlace);
 }
 
