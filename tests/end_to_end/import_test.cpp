@@ -36,9 +36,14 @@ TEST(ImportCommand, MakesAClipOfAResultOfImosThatFitsAndReports) {
   EXPECT_GT(summary["template_vertices"], 0);
   EXPECT_EQ(summary["subject"], "s3");
 
-  const ProgramResult fit = RunHoldfast(
-      folder.Path(), "fit mug.npz mug --hand right --object-vertices 100 -o fitted --quiet --json");
-  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+  // In this made-up sequence the object flies beside the hand.
+  const std::string fit = "fit mug.npz mug --hand right --object-vertices 100 -o fitted --quiet";
+  const ProgramResult astray = RunHoldfast(folder.Path(), fit);
+  EXPECT_EQ(astray.exit_code, 3);
+  EXPECT_THAT(astray.err, ::testing::HasSubstr("--regrasp"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "fitted"));
+  const ProgramResult fitted = RunHoldfast(folder.Path(), fit + " --regrasp");
+  ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
   const ProgramResult report = RunHoldfast(folder.Path(), "report fitted -o report.html --quiet");
   ASSERT_EQ(report.exit_code, 0) << report.err;
   EXPECT_GT(std::filesystem::file_size(folder / "report.html"), 100'000U);
