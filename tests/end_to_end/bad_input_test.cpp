@@ -250,10 +250,10 @@ std::vector<Case> Cases() {
        1,
        {"no size to hold", "--object-scale 1000"}},
       {"AHandSizedThingInCentimetres",
-       [](const TemporaryFolder& f) { WriteMesh(Tetrahedron(35.0), f / "mesh.obj"); },
+       [](const TemporaryFolder& f) { WriteMesh(Tetrahedron(12.0), f / "mesh.obj"); },
        mesh_fit + " -q",
        1,
-       {"no size to hold", "centimetres", "--object-scale 0.01 makes it 35 x 35 x 35 cm"}},
+       {"no size to hold", "centimetres", "--object-scale 0.01 makes it 12 x 12 x 12 cm"}},
       // The searches take a minute to say so.
       {"NothingWithinAHandsSpan",
        [](const TemporaryFolder& f) {
