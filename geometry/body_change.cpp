@@ -43,9 +43,9 @@ std::optional<BodyChange> BringOntoBody(Clip& clip, const ClipBody& body) {
                                          : "SMPL-H";
   Eigen::Vector3d pelvis;
   if (from == Family::kEmbedded) {
-    const BodyModel& embedded = *BodyModel::Default();
-    const bool shaped = clip.betas.size() <= embedded.NumShape();
-    pelvis = PelvisOf(embedded, shaped ? clip.betas : Eigen::VectorXd());
+    const std::shared_ptr<const BodyModel> embedded = BodyModel::Default();
+    const bool shaped = clip.betas.size() <= embedded->NumShape();
+    pelvis = PelvisOf(*embedded, shaped ? clip.betas : Eigen::VectorXd());
   } else {
     pelvis = from == Family::kSmplx ? kSmplxPelvis : kSmplhPelvis;
   }
