@@ -162,19 +162,7 @@ TEST(Decimate, PartsSurfacesThatTouchInAVertex) {
 
 TEST(Decimate, ManyTrianglesAroundAVertexTakeNoTime) {
   // A double cone of 10,000 sectors; 2,000 took a minute.
-  constexpr int kSectors = 10'000;
-  TriangleMesh mesh;
-  mesh.vertices.resize(3, kSectors + 2);
-  mesh.vertices.col(0) << 0, 0, 1;
-  mesh.vertices.col(1) << 0, 0, -1;
-  mesh.faces.resize(3, 2 * kSectors);
-  for (int i = 0; i < kSectors; ++i) {
-    const double angle = 2.0 * std::numbers::pi * i / kSectors;
-    mesh.vertices.col(2 + i) << std::cos(angle), std::sin(angle), 0;
-    const int next = (i + 1) % kSectors;
-    mesh.faces.col(2 * i) << 0, 2 + i, 2 + next;
-    mesh.faces.col(2 * i + 1) << 1, 2 + next, 2 + i;
-  }
+  const TriangleMesh mesh = testing::DoubleCone(10'000);
   DecimateOptions options;
   options.vertices = 200;
   const DecimateResult result = Decimate(mesh, options);

@@ -70,6 +70,23 @@ inline TriangleMesh Sphere(double radius, int levels) {
   return mesh;
 }
 
+/// Two cones on one unit circle of `sectors` corners, tips at z = 1 and -1 (vertices 0 and 1).
+inline TriangleMesh DoubleCone(int sectors) {
+  TriangleMesh mesh;
+  mesh.vertices.resize(3, sectors + 2);
+  mesh.vertices.col(0) << 0, 0, 1;
+  mesh.vertices.col(1) << 0, 0, -1;
+  mesh.faces.resize(3, 2 * sectors);
+  for (int i = 0; i < sectors; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / sectors;
+    mesh.vertices.col(2 + i) << std::cos(angle), std::sin(angle), 0;
+    const int next = (i + 1) % sectors;
+    mesh.faces.col(2 * i) << 0, 2 + i, 2 + next;
+    mesh.faces.col(2 * i + 1) << 1, 2 + next, 2 + i;
+  }
+  return mesh;
+}
+
 /// A torus around the z axis, closed, genus one, outwards.
 inline TriangleMesh Torus(double major, double minor, int around, int across) {
   TriangleMesh mesh;

@@ -95,19 +95,7 @@ TEST(SignedDistance, AgreesWithBruteForceOnSpikes) {
 
 TEST(SignedDistance, AFanOfManyTrianglesIsNoRecursion) {
   // 200,000 triangles of a double cone have their first corner at one of two places.
-  constexpr int kSectors = 100'000;
-  TriangleMesh mesh;
-  mesh.vertices.resize(3, kSectors + 2);
-  mesh.vertices.col(0) << 0, 0, 1;
-  mesh.vertices.col(1) << 0, 0, -1;
-  mesh.faces.resize(3, 2 * kSectors);
-  for (int i = 0; i < kSectors; ++i) {
-    const double angle = 2.0 * std::numbers::pi * i / kSectors;
-    mesh.vertices.col(2 + i) << std::cos(angle), std::sin(angle), 0;
-    const int next = (i + 1) % kSectors;
-    mesh.faces.col(2 * i) << 0, 2 + i, 2 + next;
-    mesh.faces.col(2 * i + 1) << 1, 2 + next, 2 + i;
-  }
+  const TriangleMesh mesh = testing::DoubleCone(100'000);
   const SignedDistance distance(mesh);
   std::mt19937 random(3);
   for (int i = 0; i < 200; ++i) {
