@@ -142,7 +142,7 @@ TEST_F(NaturalnessCommand, SaysWhatIsWrong) {
   EXPECT_EQ(Evaluate("captured -o out --way -1").exit_code, 2);
   const ProgramResult help = Evaluate("--help");
   EXPECT_EQ(help.exit_code, 0);
-  EXPECT_THAT(help.out, HasSubstr("--against made=corpus/made"));
+  EXPECT_THAT(help.out, HasSubstr("--against made=reaches/made"));
 }
 
 }  // namespace

@@ -42,6 +42,7 @@ inline Clip ComposedActionClip(int which, int style, const std::string& subject 
   Clip clip = MakeReachMotion(wandr::testing::DefaultBody(), keys);
   clip.subject = subject;
   clip.action = what.action;
+  clip.body_model = BodyModel::Default()->Name();
   clip.betas = Eigen::VectorXd::Zero(10);
   clip.holding_hand.assign(clip.NumFrames(), kHoldsRight);
   ObjectTrack track;
