@@ -12,6 +12,7 @@
 #include "generator/imos/vocabulary.h"
 #include "generator/matching/random_draws.h"
 #include "geometry/error.h"
+#include "geometry/seed.h"
 
 namespace holdfast::apps {
 namespace {
@@ -50,13 +51,6 @@ std::vector<Choice> ChoicesOf(const ActionSetOptions& options) {
 }
 
 }  // namespace
-
-std::uint64_t MixSeed(std::uint64_t seed, std::uint64_t index) {
-  std::uint64_t z = seed + 0x9E3779B97F4A7C15ull * (index + 1);
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
-  return z ^ (z >> 31);
-}
 
 bool IsLeftHanded(int subject, double share) {
   return std::floor((subject + 1) * share + 1e-9) > std::floor(subject * share + 1e-9);

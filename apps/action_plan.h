@@ -42,7 +42,4 @@ bool IsHeldOut(int subject, int subjects);
 /// Shape of a subject: `count` coefficients, normal with standard deviation 0.9, at most 2.
 Eigen::VectorXd SubjectBetas(int subject, int count, std::uint64_t seed);
 
-/// splitmix64: neighbouring seeds have nothing in common.
-std::uint64_t MixSeed(std::uint64_t seed, std::uint64_t index);
-
 }  // namespace holdfast::apps

@@ -9,6 +9,7 @@
 #include "apps/grasp_file.h"
 #include "generator/imos/vocabulary.h"
 #include "generator/matching/random_draws.h"
+#include "geometry/seed.h"
 
 namespace holdfast::apps {
 namespace {

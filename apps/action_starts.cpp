@@ -14,6 +14,7 @@
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/resample.h"
+#include "geometry/seed.h"
 
 namespace holdfast::apps {
 namespace {
@@ -122,7 +123,7 @@ ActionStarts OwnStarts(const BodyModel& body, std::uint64_t seed) {
   ActionStarts starts;
   for (int k = 0; k < 2 * kOwn; ++k) {
     StandingStart start =
-        OwnStanding(measures, seed + 0x9E3779B97F4A7C15ull * static_cast<std::uint64_t>(k + 1));
+        OwnStanding(measures, seed + kSplitMixStep * static_cast<std::uint64_t>(k + 1));
     start.source = fmt::format("own_{}", k);
     (k < kOwn ? starts.train : starts.held_out).push_back(std::move(start));
   }

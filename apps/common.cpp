@@ -15,7 +15,6 @@
 #include "geometry/embedded.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/mesh_check.h"
-#include "geometry/value_ranges.h"
 
 namespace holdfast::apps {
 

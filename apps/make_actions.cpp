@@ -13,6 +13,7 @@
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/parallel.h"
+#include "geometry/seed.h"
 
 namespace holdfast::apps {
 namespace {

@@ -13,6 +13,7 @@
 #include "geometry/error.h"
 #include "geometry/io/atomic_file.h"
 #include "geometry/parallel.h"
+#include "geometry/seed.h"
 #include "solver/reach_clip.h"
 
 namespace holdfast::apps {
@@ -38,14 +39,6 @@ struct Options {
   double blend_s = 0.35;
   bool as_captured = false;
 };
-
-// splitmix64: seeds of neighbouring clips have nothing in common.
-std::uint64_t SeedOf(std::uint64_t seed, int index) {
-  std::uint64_t z = seed + 0x9E3779B97F4A7C15ull * (static_cast<std::uint64_t>(index) + 1);
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
-  return z ^ (z >> 31);
-}
 
 std::string ClipName(int index) { return fmt::format("reach_{:05d}", index); }
 
@@ -119,7 +112,7 @@ void WriteReachClip(const Workshop& shop, const ReachClip& made, const json& pro
 
 // The line of one clip in the manifest; the clip is written unless it has a fault.
 json MakeOne(const Workshop& shop, int index) {
-  const std::uint64_t seed = SeedOf(shop.options.common.seed, index);
+  const std::uint64_t seed = MixSeed(shop.options.common.seed, static_cast<std::uint64_t>(index));
   ReachClipOptions making = shop.making;
   if (shop.options.wrist == "both" && index % 2 == 1) making.synthesis.wrist = Side::kLeft;
   const ReachClip made = MakeReachClip(shop.library, making, seed);

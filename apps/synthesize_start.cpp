@@ -12,6 +12,7 @@
 #include "generator/actions/standing_start.h"
 #include "geometry/error.h"
 #include "geometry/inspect/posture.h"
+#include "geometry/seed.h"
 #include "solver/action_clip.h"
 
 namespace holdfast::apps {

@@ -15,6 +15,7 @@
 #include "generator/pose_builder.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
+#include "geometry/seed.h"
 
 namespace holdfast {
 namespace {
@@ -414,7 +415,7 @@ HandoverMotion MakeHandoverMotion(const BodyMeasures& body, const HandoverGrips&
   constexpr int kAttempts = 40;
   HandoverOptions drawn = options;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    drawn.seed = options.seed + 0x9e3779b97f4a7c15ULL * static_cast<std::uint64_t>(attempt);
+    drawn.seed = options.seed + kSplitMixStep * static_cast<std::uint64_t>(attempt);
     const Script script = ScriptWriter(body, grips, drawn).Write();
     std::optional<HandoverMotion> motion = Perform(body, grips, drawn, script);
     if (motion) return *std::move(motion);

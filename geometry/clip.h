@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -66,6 +67,10 @@ struct Clip {
 /// values or such beyond all ranges (geometry/value_ranges.h), no frames.
 Clip ReadClip(const std::filesystem::path& path);
 Clip ReadClip(const NpzReader& archive);
+
+/// Throws Error (`where`, with the field and the frame) for the first number that is outside the
+/// ranges of geometry/value_ranges.h or no number.
+void RequireInRange(const Clip& clip, std::string_view where);
 
 /// Writes a clip (float64), atomically. The same clip gives the same bytes.
 void WriteClip(const Clip& clip, const std::filesystem::path& path);

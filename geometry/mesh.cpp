@@ -5,6 +5,10 @@
 #include <cmath>
 
 #include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/value_ranges.h"
 
 namespace holdfast {
 
@@ -45,6 +49,16 @@ Eigen::Matrix3Xd VertexNormals(const TriangleMesh& mesh) {
 Eigen::Vector3d Extent(const TriangleMesh& mesh) {
   if (mesh.NumVertices() == 0) return Eigen::Vector3d::Zero();
   return mesh.vertices.rowwise().maxCoeff() - mesh.vertices.rowwise().minCoeff();
+}
+
+void RequireInRange(const TriangleMesh& mesh, std::string_view where) {
+  for (Eigen::Index v = 0; v < mesh.NumVertices(); ++v) {
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      if (Within(mesh.vertices(k, v), kMostMetres)) continue;
+      throw Error(where, fmt::format("vertex {} has the coordinate {:g}", v, mesh.vertices(k, v)),
+                  "Coordinates are taken within 100,000: remove the vertex, or scale the mesh");
+    }
+  }
 }
 
 }  // namespace holdfast

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string_view>
+
 #include <Eigen/Core>
 
 namespace holdfast {
@@ -25,5 +27,9 @@ Eigen::Matrix3Xd VertexNormals(const TriangleMesh& mesh);
 
 /// Lengths of the axis-aligned bounding box, metres (zero for an empty mesh).
 Eigen::Vector3d Extent(const TriangleMesh& mesh);
+
+/// Throws Error (`where`, with the vertex) for the first coordinate that is outside the range of
+/// geometry/value_ranges.h or no number.
+void RequireInRange(const TriangleMesh& mesh, std::string_view where);
 
 }  // namespace holdfast

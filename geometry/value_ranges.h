@@ -6,9 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "geometry/clip.h"
-#include "geometry/io/motion_file.h"
-#include "geometry/mesh.h"
+#include <Eigen/Core>
 
 namespace holdfast {
 
@@ -20,11 +18,21 @@ inline constexpr double kMostBeta = 1e3;
 inline constexpr double kLowestFrameRate = 1.0;  // Hz
 inline constexpr double kHighestFrameRate = 1e4;
 
-/// Each throws Error (`where`, with the field or element and the frame) for the first number that
-/// is outside its range or no number. Readers call them; so should who fills these by other means.
-void RequireInRange(const Clip& clip, std::string_view where);
-void RequireInRange(const SourceMotion& motion, std::string_view where);
-void RequireInRange(const TriangleMesh& mesh, std::string_view where);
+/// What is said of positions and angles beyond them.
+inline constexpr std::string_view kMetresRemedy =
+    "Positions are metres, within 100,000: check the units";
+inline constexpr std::string_view kRadiansRemedy =
+    "Angles are radians, within 1,000: check the units";
+
+inline bool Within(double value, double most) { return value >= -most && value <= most; }
+
+/// Throws Error ("where[field]", with value and column) for the first number beyond +-`most` or no
+/// number. `column_is`: what a column is, "frame". RequireInRange of clips, motions and meshes
+/// stands beside those types; readers call it, and so should who fills them by other means.
+void RequireWithin(const Eigen::Ref<const Eigen::MatrixXd>& values, double most,
+                   std::string_view where, std::string_view field, std::string_view column_is,
+                   std::string_view remedy);
+void RequireFrameRate(double rate, std::string_view where);
 
 /// Place of the first value that is no number or beyond +-`most`; nothing when there is none. Runs
 /// at the speed of memory.

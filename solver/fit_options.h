@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "geometry/pose.h"
 #include "geometry/distance_grid.h"
 #include "geometry/mesh.h"
 #include "geometry/signed_distance.h"
@@ -58,19 +59,6 @@ struct FitOptions {
     options.lambda_object = 0.0;
     options.lambda_acceleration = 0.0;
     return options;
-  }
-};
-
-/// world_from_object: x_world = orientation * x_object + translation.
-struct ObjectPose {
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
-
-  Eigen::Isometry3d Transform() const {
-    Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
-    transform.linear() = orientation.toRotationMatrix();
-    transform.translation() = translation;
-    return transform;
   }
 };
 

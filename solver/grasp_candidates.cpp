@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "solver/grasp_candidates.h"
+#include "geometry/seed.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,13 +15,9 @@ constexpr double kStep[3] = {0.8191725133961645, 0.6710436067037893, 0.549700477
 
 double Fraction(double x) { return x - std::floor(x); }
 
-// A shift of the sequences in [0, 1) from the seed (splitmix64's finaliser).
+// A shift of the sequences in [0, 1) from the seed.
 double Shift(std::uint64_t seed, int dimension) {
-  std::uint64_t z = seed + 0x9e3779b97f4a7c15ULL * static_cast<std::uint64_t>(dimension + 1);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-  z ^= z >> 31;
-  return static_cast<double>(z >> 11) * 0x1.0p-53;
+  return static_cast<double>(MixSeed(seed, static_cast<std::uint64_t>(dimension)) >> 11) * 0x1.0p-53;
 }
 
 // Widths a hand closes on at ease count full; the span's limits less.

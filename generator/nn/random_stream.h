@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <numbers>
 
+#include "geometry/seed.h"
+
 namespace holdfast::nn {
 
 /// Random numbers by counting: the k-th is a mix of seed and k (SplitMix64; Steele, Lea & Flood
@@ -13,9 +15,9 @@ class RandomStream {
  public:
   explicit RandomStream(std::uint64_t seed) : state_(seed) {}
   /// Streams of one seed with different indices have nothing to do with each other.
-  RandomStream(std::uint64_t seed, std::uint64_t index) : state_(Mix(Mix(seed) ^ Mix(~index))) {}
+  RandomStream(std::uint64_t seed, std::uint64_t index) : state_(SplitMix64(SplitMix64(seed) ^ SplitMix64(~index))) {}
 
-  std::uint64_t Next() { return Mix(state_ += 0x9e3779b97f4a7c15ull); }
+  std::uint64_t Next() { return SplitMix64(state_ += kSplitMixStep); }
   /// In [0, 1), 53 bits.
   double Uniform() { return static_cast<double>(Next() >> 11) * 0x1.0p-53; }
   /// Two draws of N(0, 1) (Box & Muller 1958).
@@ -27,12 +29,6 @@ class RandomStream {
   }
 
  private:
-  static std::uint64_t Mix(std::uint64_t z) {
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-    return z ^ (z >> 31);
-  }
-
   std::uint64_t state_;
 };
 

@@ -23,7 +23,6 @@
 #include "geometry/inspect/file_kind.h"
 #include "geometry/io/mesh_io.h"
 #include "geometry/resample.h"
-#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {

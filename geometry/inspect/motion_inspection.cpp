@@ -16,7 +16,7 @@
 #include "geometry/io/gzip.h"
 #include "geometry/io/text_scanner.h"
 #include "geometry/skeleton_map.h"
-#include "geometry/value_ranges.h"
+#include "geometry/io/motion_limits.h"
 
 namespace holdfast {
 namespace {

@@ -17,7 +17,6 @@
 #include "geometry/io/mesh_scan.h"
 #include "geometry/io/openmesh_soup.h"
 #include "geometry/mesh_parts.h"
-#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {

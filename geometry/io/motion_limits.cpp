@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/motion_limits.h"
 
+#include <string>
+
 #include <fmt/format.h>
 
-#include "geometry/io/motion_file.h"
+#include "geometry/error.h"
+#include "geometry/value_ranges.h"
 
 namespace holdfast {
 
@@ -21,6 +24,27 @@ void RequireBearable(const TextScanner& scanner, double frames, int joints,
                              frames, joints, text_bytes),
                  "Leave out the joints without channels, or cut the motion into parts");
   }
+}
+
+void RequireInRange(const SourceMotion& motion, std::string_view where) {
+  RequireFrameRate(motion.frame_rate, where);
+  const std::string remedy = fmt::format("{} (import --metres-per-unit says another)", kMetresRemedy);
+  const auto require = [&](const auto& positions, std::string_view field, std::string_view column) {
+    RequireWithin(positions, kMostMetres, where, field, column, remedy);
+  };
+  require(motion.rest_offsets, "offsets", "joint");
+  for (std::size_t t = 0; t < motion.positions.size(); ++t) {
+    require(motion.positions[t], fmt::format("frame {}", t), "joint");
+  }
+  for (std::size_t i = 0; i < motion.rotations.size(); ++i) {
+    if (motion.rotations[i].coeffs().allFinite()) continue;
+    throw Error(where,
+                fmt::format("a rotation of frame {} is no number", i / motion.joint_names.size()),
+                "Cut such frames out, or export it again");
+  }
+  if (!motion.prop) return;
+  require(motion.prop->positions, motion.prop->name, "frame");
+  RequireInRange(motion.prop->mesh, where);
 }
 
 }  // namespace holdfast

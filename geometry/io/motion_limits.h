@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <string_view>
 
+#include "geometry/io/motion_file.h"
 #include "geometry/io/text_scanner.h"
 
 namespace holdfast {
@@ -14,5 +16,9 @@ inline constexpr std::size_t kJointFrameBytes = 56;
 /// scanner's line when `frames` of `joints` would take more than ten times the text they come from
 /// and 60 MB, or more than kMaxJointFrames.
 void RequireBearable(const TextScanner& scanner, double frames, int joints, std::size_t text_bytes);
+
+/// Throws Error (`where`, with the field and the frame) for the first number that is outside the
+/// ranges of geometry/value_ranges.h or no number.
+void RequireInRange(const SourceMotion& motion, std::string_view where);
 
 }  // namespace holdfast

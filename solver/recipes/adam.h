@@ -9,9 +9,9 @@ namespace holdfast {
 
 /// Adam (Kingma and Ba 2015, algorithm 1) with the customary constants. Moments are kept from call
 /// to call until Reset.
-class Adam {
+class ReferenceAdam {
  public:
-  explicit Adam(Eigen::Index size)
+  explicit ReferenceAdam(Eigen::Index size)
       : mean_(Eigen::VectorXd::Zero(size)), square_(Eigen::VectorXd::Zero(size)) {}
 
   void Step(const Eigen::VectorXd& gradient, double learning_rate, Eigen::VectorXd& x) {

@@ -52,7 +52,7 @@ Eigen::VectorXd Chain6d(const Eigen::VectorXd& x, const FingerPose& fingers,
 
 // Second stage, one frame: the fingers after all steps but the last, which the code does not use.
 FingerPose FitFingers(ImosFingerLoss& loss, const FingerPose& start, const ImosCodeOptions& options,
-                      Adam& adam) {
+                      ReferenceAdam& adam) {
   Eigen::VectorXd x = Fingers6d(start);
   FingerPose fingers = start;
   double learning_rate = options.learning_rate;
@@ -145,7 +145,7 @@ FitResult FitClipImosCode(const Clip& clip, const HandModel& hand,
   const FitOptions paper = FitOptions{}.OnlyPaper();
   const Contact contact(object_vertices, distances, options.contact_threshold_m, 1.0);
   result.num_contact_pairs = contact.NumPairs();
-  Adam adam(6 * kJointsPerHand);
+  ReferenceAdam adam(6 * kJointsPerHand);
 
   ObjectPose object = given_object(0), object_before = object;
   FingerPose fingers = FingersOf(clip.pose[0], side), fingers_before = fingers;

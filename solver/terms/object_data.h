@@ -8,8 +8,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "geometry/pose.h"
 #include "geometry/rotation.h"
-#include "solver/fit_options.h"
 #include "solver/rotation_manifold.h"
 
 namespace holdfast {

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/value_ranges.h"
 
+#include "geometry/clip.h"
+#include "geometry/io/motion_limits.h"
+#include "geometry/mesh.h"
+
 #include <cmath>
 #include <functional>
 #include <span>
