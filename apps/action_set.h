@@ -14,7 +14,7 @@
 #include "apps/action_starts.h"
 #include "apps/common.h"
 #include "apps/fit_library.h"
-#include "solver/action_clip.h"
+#include "solver/actions/action_clip.h"
 
 namespace holdfast::apps {
 

@@ -11,9 +11,9 @@
 
 #include "apps/motion_set.h"
 #include "apps/read_json.h"
+#include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
-#include "geometry/resample.h"
 #include "geometry/seed.h"
 
 namespace holdfast::apps {

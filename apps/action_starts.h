@@ -6,7 +6,7 @@
 
 #include "apps/common.h"
 #include "generator/actions/standing_start.h"
-#include "geometry/body_model.h"
+#include "geometry/body/body_model.h"
 
 namespace holdfast::apps {
 

@@ -6,12 +6,12 @@
 namespace holdfast::apps {
 namespace {
 
-struct Options {
+struct BodyCommand {
   CommonOptions common;
   std::string model;
 };
 
-int RunInfo(const Options& options) {
+int RunInfo(const BodyCommand& options) {
   const auto body = LoadBody(options.model);
   const Eigen::Matrix3Xd joints = body->RestJoints(body->Template());
   const Eigen::Matrix3Xd& vertices = body->Template();
@@ -52,7 +52,7 @@ int RunInfo(const Options& options) {
 }  // namespace
 
 void AddBodyCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<BodyCommand>();
   CLI::App* command = app.add_subcommand("body", "Look at body models");
   command->require_subcommand(1);
   CLI::App* info = command->add_subcommand("info", "What a body model holds");

@@ -11,11 +11,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "geometry/clip/resample.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
-#include "geometry/io/import_motion.h"
+#include "geometry/import/import_motion.h"
+#include "geometry/io/container/atomic_file.h"
 #include "geometry/parallel.h"
-#include "geometry/resample.h"
 
 namespace holdfast::apps {
 namespace {

@@ -8,7 +8,7 @@
 #include "apps/common.h"
 #include "generator/matching/capture_quality.h"
 #include "generator/matching/motion_library.h"
-#include "geometry/body_model.h"
+#include "geometry/body/body_model.h"
 
 namespace holdfast::apps {
 

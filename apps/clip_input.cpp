@@ -9,8 +9,8 @@
 #include "apps/suggestion.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
-#include "geometry/held_distance.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/import/held_distance.h"
+#include "geometry/io/mesh/mesh_io.h"
 
 namespace holdfast::apps {
 namespace {

@@ -5,16 +5,16 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <thread>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "apps/suggestion.h"
-#include "geometry/decimate.h"
 #include "geometry/embedded.h"
-#include "geometry/io/mesh_io.h"
-#include "geometry/mesh_check.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/decimate.h"
+#include "geometry/mesh/mesh_check.h"
+#include "geometry/parallel.h"
 
 namespace holdfast::apps {
 
@@ -24,7 +24,8 @@ void AddCommonOptions(CLI::App& command, CommonOptions& options, bool writes,
                       std::string_view examples) {
   command.add_flag("--json", options.json, "Print the summary as JSON");
   command.add_flag("--quiet,-q", options.quiet, "No progress and no notes on stderr");
-  command.add_option("--threads", options.threads, "Threads; 0 is all cores")
+  command
+      .add_option("--threads", options.threads, "Threads; 0: all cores that the process may use")
       ->capture_default_str()
       ->check(CLI::Range(0, 1024));
   command.add_option("--seed", options.seed, "Seed of every random draw")->capture_default_str();
@@ -34,7 +35,7 @@ void AddCommonOptions(CLI::App& command, CommonOptions& options, bool writes,
 
 int NumThreads(const CommonOptions& options) {
   if (options.threads > 0) return options.threads;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  return AvailableThreads();
 }
 
 void Note(const CommonOptions& options, std::string_view text) {
@@ -157,6 +158,7 @@ void RequireNew(const fs::path& path, const CommonOptions& options) {
 }
 
 void RequireNewFolder(const fs::path& path, const CommonOptions& options) {
+  if (path.empty()) throw Error("--output", "is an empty name", "Name what is to be written");
   std::error_code error;
   if (!options.force && fs::exists(path, error)) {
     throw Error(path.string(), "exists already", "Choose another name, or give --force");

@@ -13,11 +13,11 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "geometry/body_model.h"
-#include "geometry/clip.h"
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
 #include "geometry/error.h"
-#include "geometry/mesh.h"
-#include "geometry/retarget.h"
+#include "geometry/mesh/mesh.h"
+#include "geometry/retarget/retarget.h"
 
 namespace holdfast::apps {
 

@@ -6,17 +6,17 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "generator/hand_onto_body.h"
-#include "geometry/convert_parameters.h"
+#include "generator/body/hand_onto_body.h"
 #include "geometry/error.h"
-#include "geometry/io/parameter_writer.h"
+#include "geometry/io/motion/parameter_writer.h"
+#include "geometry/retarget/convert_parameters.h"
 
 namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct ConvertCommand {
   CommonOptions common;
   std::string clip;
   std::string from, to;
@@ -29,7 +29,7 @@ struct Options {
 };
 
 // A file of another program is imported with its world left alone.
-LoadedClip ReadSource(const Options& options, const std::shared_ptr<const BodyModel>& from) {
+LoadedClip ReadSource(const ConvertCommand& options, const std::shared_ptr<const BodyModel>& from) {
   ImportFileOptions import;
   import.parameters.up = WorldUp::kPlusZ;
   import.parameters.find_ground = false;
@@ -43,10 +43,11 @@ LoadedClip ReadSource(const Options& options, const std::shared_ptr<const BodyMo
   return source;
 }
 
-ParameterLayout LayoutFor(const Options& options, ModelKind kind) {
-  const bool json = fs::path(options.output).extension() == ".json";
+ParameterLayout LayoutFor(const ConvertCommand& options, ModelKind kind) {
+  const bool as_json = fs::path(options.output).extension() == ".json";
   if (options.layout == "amass") return ParameterLayout::kAmass;
-  if (options.layout == "auto") return json ? ParameterLayout::kPackage : ParameterLayout::kAmass;
+  if (options.layout == "auto")
+    return as_json ? ParameterLayout::kPackage : ParameterLayout::kAmass;
   const std::string family = LoneHand(kind) ? "mano" : std::string(ModelKindName(kind));
   if (options.layout != family) {
     throw Error("--layout " + options.layout,
@@ -62,7 +63,7 @@ struct Result {
 };
 
 // A hand alone onto the body of another clip.
-Result PutOnto(const Options& options, const Clip& hand, const ClipBody& from,
+Result PutOnto(const ConvertCommand& options, const Clip& hand, const ClipBody& from,
                const std::shared_ptr<const BodyModel>& to) {
   Result result;
   Clip& body = result.converted.clip;
@@ -88,7 +89,7 @@ Result PutOnto(const Options& options, const Clip& hand, const ClipBody& from,
   return result;
 }
 
-std::string Text(const Options& options, const BodyModel& from, const BodyModel& to,
+std::string Text(const ConvertCommand& options, const BodyModel& from, const BodyModel& to,
                  const Result& result) {
   const ConvertedClip& converted = result.converted;
   std::string text = fmt::format(
@@ -118,7 +119,7 @@ std::string Text(const Options& options, const BodyModel& from, const BodyModel&
   return text;
 }
 
-int Run(const Options& options) {
+int Run(const ConvertCommand& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
   const std::shared_ptr<const BodyModel> to = LoadBody(options.to);
@@ -172,7 +173,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddConvertCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ConvertCommand>();
   CLI::App* command = app.add_subcommand(
       "convert", "The parameters of one body model as those of another: SMPL-X, SMPL-H, MANO");
   command->add_option("clip", options->clip, kClipHelp)->required();

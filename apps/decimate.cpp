@@ -2,13 +2,13 @@
 #include <fmt/format.h>
 
 #include "apps/common.h"
-#include "geometry/decimate.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/decimate.h"
 
 namespace holdfast::apps {
 namespace {
 
-struct Options {
+struct DecimateCommand {
   CommonOptions common;
   std::string mesh;
   std::string output;
@@ -16,7 +16,7 @@ struct Options {
   DecimateOptions decimate;
 };
 
-int Run(const Options& options) {
+int Run(const DecimateCommand& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
   DecimateOptions decimate = options.decimate;
@@ -55,7 +55,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddDecimateCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DecimateCommand>();
   CLI::App* command = app.add_subcommand(
       "decimate", "Simplify a mesh by edge collapse to exactly 300 (or --vertices) vertices");
   command->add_option("mesh", options->mesh, "Mesh (.obj .ply .stl .off) or embedded object")

@@ -13,7 +13,7 @@
 namespace holdfast::apps {
 namespace {
 
-struct Options {
+struct DoctorCommand {
   CommonOptions common;
   std::vector<std::string> files;
 };
@@ -72,7 +72,7 @@ nlohmann::json Json(const Inspection& inspection) {
           {"next", inspection.next}};
 }
 
-int Run(const Options& options) {
+int Run(const DoctorCommand& options) {
   const CommonOptions& common = options.common;
   std::vector<Inspection> inspections(options.files.size());
   Progress progress(common, "doctor");
@@ -114,7 +114,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddDoctorCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DoctorCommand>();
   CLI::App* command = app.add_subcommand(
       "doctor",
       "What is this file, which conventions does it follow, is it sound, what to type next");

@@ -13,8 +13,8 @@
 #include "apps/read_json.h"
 #include "apps/score_values.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
-#include "solver/handover_study.h"
+#include "geometry/io/container/atomic_file.h"
+#include "solver/evaluation/handover_study.h"
 
 namespace holdfast::apps {
 namespace {
@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 constexpr const char* kRecipes[] = {"paper", "imos-code", "holdfast"};
 
 // A row of the table: one number of a recipe over all its clips.
-struct Row {
+struct FitRow {
   const char* key;  // of MetricValues
   const char* label;
   const char* unit;
@@ -33,20 +33,21 @@ struct Row {
   enum class Of { kMean, kWorst } of;
   const char* wanted;
 };
-constexpr Row kRows[] = {
+constexpr FitRow kRows[] = {
     {"deep_penetration_frames_ratio", "frames with penetration deeper than 2 mm, both ways", "%",
-     100.0, 2, Row::Of::kMean, "under 2 %"},
-    {"intersection_volume_cm3", "intersection volume, mean", "cm3", 1.0, 3, Row::Of::kMean,
+     100.0, 2, FitRow::Of::kMean, "under 2 %"},
+    {"intersection_volume_cm3", "intersection volume, mean", "cm3", 1.0, 3, FitRow::Of::kMean,
      "under 0.3 cm3"},
-    {"contact_frames_ratio", "frames in contact", "%", 100.0, 1, Row::Of::kMean, "at least 98 %"},
+    {"contact_frames_ratio", "frames in contact", "%", 100.0, 1, FitRow::Of::kMean,
+     "at least 98 %"},
     {"contact_drift_max_mm", "contact points move, mean of each clip's largest", "mm", 1.0, 2,
-     Row::Of::kMean, ""},
-    {"contact_drift_max_mm", "contact points move, worst clip", "mm", 1.0, 2, Row::Of::kWorst,
+     FitRow::Of::kMean, ""},
+    {"contact_drift_max_mm", "contact points move, worst clip", "mm", 1.0, 2, FitRow::Of::kWorst,
      "within 2 mm"},
     {"jitter_acceleration_ratio", "object's acceleration over the hand's, mean", "", 1.0, 3,
-     Row::Of::kMean, "at most 1.1"},
+     FitRow::Of::kMean, "at most 1.1"},
     {"jitter_acceleration_ratio", "object's acceleration over the hand's, worst clip", "", 1.0, 3,
-     Row::Of::kWorst, ""},
+     FitRow::Of::kWorst, ""},
 };
 
 struct Study {
@@ -71,7 +72,7 @@ FitJob ForRecipe(const FitJob& job, const std::string& recipe, const fs::path& f
   return made;
 }
 
-std::optional<double> Value(const Study& study, const Row& row) {
+std::optional<double> Value(const Study& study, const FitRow& row) {
   double sum = 0.0;
   std::optional<double> worst;
   int count = 0;
@@ -83,7 +84,7 @@ std::optional<double> Value(const Study& study, const Row& row) {
     ++count;
   }
   if (count == 0) return std::nullopt;
-  return row.factor * (row.of == Row::Of::kMean ? sum / count : *worst);
+  return row.factor * (row.of == FitRow::Of::kMean ? sum / count : *worst);
 }
 
 double Median(std::vector<double> values) {
@@ -95,7 +96,7 @@ double Median(std::vector<double> values) {
 std::string Table(const std::map<std::string, Study>& studies, const HandoverStudy& handovers) {
   std::string text =
       "| | paper's terms | authors' code | Holdfast | wanted |\n|---|---|---|---|---|\n";
-  for (const Row& row : kRows) {
+  for (const FitRow& row : kRows) {
     text += fmt::format("| {} |", row.label);
     for (const char* recipe : kRecipes) {
       const std::optional<double> value = Value(studies.at(recipe), row);
@@ -179,10 +180,10 @@ FitOutcome EvaluateFit(const fs::path& list, const fs::path& folder, int handove
   nlohmann::json evaluation = JsonHead("holdfast/evaluate-fit/1", common);
   evaluation["clips"] = std::move(clips);
   for (const char* recipe : kRecipes) {
-    for (const Row& row : kRows) {
+    for (const FitRow& row : kRows) {
       const std::optional<double> value = Value(studies[recipe], row);
       const std::string key =
-          std::string(row.key) + (row.of == Row::Of::kMean ? "_mean" : "_worst");
+          std::string(row.key) + (row.of == FitRow::Of::kMean ? "_mean" : "_worst");
       evaluation["summary"][recipe][key] = value ? nlohmann::json(*value / row.factor) : nullptr;
     }
     evaluation["summary"][recipe]["faults"] = studies[recipe].faults;

@@ -12,18 +12,17 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/interrupt.h"
 #include "apps/motion_set.h"
 #include "apps/naturalness_page.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 #include "geometry/parallel.h"
 
 namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Stopped {};
 
 std::string FolderName(const std::string& path) {
   fs::path name = fs::path(path).lexically_normal();

@@ -10,13 +10,14 @@
 #include <fmt/format.h>
 
 #include "apps/evaluate_reach_methods.h"
+#include "apps/interrupt.h"
 #include "apps/reach_network.h"
 #include "apps/reach_study.h"
 #include "apps/reach_study_captured.h"
 #include "apps/reach_study_output.h"
 #include "apps/reach_study_page.h"
 #include "apps/reach_study_solvers.h"
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/error.h"
 
@@ -24,8 +25,6 @@ namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Stopped {};
 
 std::map<std::string, ReachNetwork> AblationNetworks(const std::vector<std::string>& told) {
   std::map<std::string, ReachNetwork> networks;

@@ -6,21 +6,20 @@
 
 #include <fmt/format.h>
 
+#include "apps/interrupt.h"
 #include "apps/reach_network.h"
 #include "apps/reach_study_captured.h"
 #include "apps/reach_study_methods.h"
 #include "apps/reach_study_methods_page.h"
 #include "apps/reach_study_output.h"
 #include "apps/reach_study_solvers.h"
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
 #include "generator/wandr/motion_states.h"
 
 namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Stopped {};
 
 std::vector<std::string> NotesOf(const EvaluateReachOptions& options, const ReachNetwork& network,
                                  const std::vector<wandr::ReachStart>& starts, int goals,

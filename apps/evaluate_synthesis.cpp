@@ -11,19 +11,18 @@
 #include "apps/evaluate_synthesis_page.h"
 #include "apps/evaluate_synthesis_results.h"
 #include "apps/evaluate_synthesis_study.h"
+#include "apps/interrupt.h"
 #include "apps/reach_network.h"
 #include "generator/imos/action_set.h"
 #include "generator/imos/default_network.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
-#include "geometry/io/byte_source.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/byte_source.h"
 
 namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Stopped {};
 
 std::vector<RatedNetwork> NetworksOf(const std::vector<std::string>& told) {
   std::vector<RatedNetwork> networks;

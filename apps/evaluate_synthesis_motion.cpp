@@ -9,21 +9,21 @@
 #include <fmt/format.h>
 
 #include "generator/imos/run_synthesis.h"
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
+#include "geometry/body/skeleton.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
-#include "solver/clip_state.h"
-#include "solver/fit.h"
-#include "solver/grip_by_transfer.h"
-#include "solver/grip_from_clip.h"
-#include "solver/synthesis.h"
-#include "solver/synthesis_motion.h"
+#include "solver/fit/clip_state.h"
+#include "solver/fit/fit.h"
+#include "solver/fit/grip_from_clip.h"
+#include "solver/handover/grip_by_transfer.h"
+#include "solver/synthesis/synthesis.h"
+#include "solver/synthesis/synthesis_motion.h"
 
 namespace holdfast::apps {
 namespace {
 
-constexpr int kHead = 15;         // joint
 constexpr int kSimplified = 300;  // vertices, as published
 constexpr double kFinishedRate_Hz = 30.0;
 constexpr std::pair<ObjectMode, const char*> kModes[] = {{ObjectMode::kGiven, "given"},

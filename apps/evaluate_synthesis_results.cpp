@@ -10,7 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "generator/nn/random_stream.h"
-#include "generator/sample_statistics.h"
+#include "generator/walk_statistics/sample_statistics.h"
 
 namespace holdfast::apps {
 namespace {

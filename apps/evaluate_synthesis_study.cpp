@@ -9,10 +9,10 @@
 #include "apps/reach_network.h"
 #include "generator/imos/face_error.h"
 #include "generator/imos/synthesis_metrics_motion.h"
+#include "geometry/clip/resample.h"
 #include "geometry/error.h"
-#include "geometry/io/safetensors.h"
+#include "geometry/io/container/safetensors.h"
 #include "geometry/parallel.h"
-#include "geometry/resample.h"
 
 namespace holdfast::apps {
 namespace {

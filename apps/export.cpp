@@ -10,19 +10,19 @@
 #include "apps/clip_input.h"
 #include "apps/common.h"
 #include "apps/render_output.h"
-#include "geometry/contact_metrics.h"
 #include "geometry/error.h"
-#include "geometry/io/bvh_writer.h"
-#include "geometry/io/contact_writer.h"
-#include "geometry/io/gltf_onto.h"
-#include "geometry/io/gltf_writer.h"
-#include "geometry/io/gzip.h"
-#include "geometry/io/import_motion.h"
-#include "geometry/io/mesh_io.h"
-#include "geometry/io/usda_writer.h"
+#include "geometry/import/import_motion.h"
+#include "geometry/io/container/gzip.h"
+#include "geometry/io/gltf/gltf_onto.h"
+#include "geometry/io/gltf/gltf_writer.h"
+#include "geometry/io/gltf/usda_writer.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/io/motion/bvh_writer.h"
 #include "geometry/parallel.h"
-#include "geometry/retarget_onto.h"
+#include "geometry/retarget/retarget_onto.h"
 #include "geometry/rotation.h"
+#include "geometry/score/contact_metrics.h"
+#include "geometry/score/contact_writer.h"
 
 namespace holdfast::apps {
 namespace {
@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 constexpr const char* kGenerator = "Holdfast " HOLDFAST_VERSION;
 constexpr double kLooseCorrectivesMm = 0.1;  // worth a note
 
-struct Options {
+struct ExportCommand {
   CommonOptions common;
   ClipInputOptions input;
   std::string clip;
@@ -86,7 +86,7 @@ std::string FaultOfOutput(const std::string& output) {
 }
 
 // The frames asked for.
-void Cut(Clip& clip, const Options& options) {
+void Cut(Clip& clip, const ExportCommand& options) {
   const int end = options.end.value_or(clip.NumFrames());
   if (options.start >= end || end > clip.NumFrames()) {
     throw Error(options.clip,
@@ -98,7 +98,7 @@ void Cut(Clip& clip, const Options& options) {
 }
 
 // One mesh per frame of the body, and of the object beside it under a name with "object_" in it.
-int WriteSequence(const ClipInput& input, const TriangleMesh* object, const Options& options,
+int WriteSequence(const ClipInput& input, const TriangleMesh* object, const ExportCommand& options,
                   nlohmann::json& summary, std::string& text) {
   const CommonOptions& common = options.common;
   const NumberedName body_name = *ParseNumberedName(options.output);
@@ -138,7 +138,7 @@ int WriteSequence(const ClipInput& input, const TriangleMesh* object, const Opti
 // what the command that wrote the result was given. Nothing where it has none, or is another mesh
 // by now.
 std::optional<TexturedMesh> ObjectLook(const ClipInput& input, const TriangleMesh& object,
-                                       const Options& options) {
+                                       const ExportCommand& options) {
   fs::path path = options.input.object;
   double scale = options.input.object_scale;
   if (path.empty() && input.metrics.is_object() && input.metrics.contains("options")) {
@@ -176,7 +176,7 @@ std::string ClipName(const ClipInput& input) {
 }
 
 // The motion on the skeleton of a character, which keeps its skin.
-void WriteOnto(const ClipInput& input, const TriangleMesh* object, const Options& options,
+void WriteOnto(const ClipInput& input, const TriangleMesh* object, const ExportCommand& options,
                nlohmann::json& summary, std::string& text) {
   if (input.body->LoneHand()) {
     throw Error(options.clip, "is a hand alone, which no character can take over",
@@ -205,7 +205,7 @@ void WriteOnto(const ClipInput& input, const TriangleMesh* object, const Options
 }
 
 // Tells what `format` leaves of the pose correctives, for people and machines.
-void WriteGlbFile(const ClipInput& input, const TriangleMesh* object, const Options& options,
+void WriteGlbFile(const ClipInput& input, const TriangleMesh* object, const ExportCommand& options,
                   nlohmann::json& summary, std::string& text) {
   GlbOptions glb;
   glb.generator = kGenerator;
@@ -239,7 +239,7 @@ fs::path PosesPath(const fs::path& output) {
 }
 
 // Where the hands touch the object, and the poses of wrists and fingertips.
-void WriteContacts(const ClipInput& input, const TriangleMesh* object, const Options& options,
+void WriteContacts(const ClipInput& input, const TriangleMesh* object, const ExportCommand& options,
                    nlohmann::json& summary, std::string& text) {
   if (object == nullptr) {
     throw Error(options.clip,
@@ -263,7 +263,7 @@ void WriteContacts(const ClipInput& input, const TriangleMesh* object, const Opt
                       contacts.points.size(), touching.size(), contacts.hands.size());
 }
 
-int Run(const Options& options) {
+int Run(const ExportCommand& options) {
   const CommonOptions& common = options.common;
   const std::string extension = ExtensionOf(options.output);
   const bool is_contacts = IsContacts(options.output);
@@ -336,7 +336,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddExportCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportCommand>();
   CLI::App* command = app.add_subcommand(
       "export", "Writes a clip for other programs: .glb .bvh .usda .npz, or a mesh per frame");
   command->add_option("clip", options->clip, kClipHelp)->required();

@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include "geometry/rotation.h"
-#include "solver/grasp.h"
-#include "solver/grasp_both.h"
-#include "solver/grasp_candidates.h"
-#include "solver/grasp_obstacles.h"
+#include "solver/grasp/grasp.h"
+#include "solver/grasp/grasp_both.h"
+#include "solver/grasp/grasp_candidates.h"
+#include "solver/grasp/grasp_obstacles.h"
 
 namespace holdfast::apps {
 

@@ -9,13 +9,13 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/common.h"
-#include "geometry/body_model.h"
-#include "geometry/clip.h"
-#include "geometry/distance_grid.h"
-#include "geometry/hand_model.h"
-#include "geometry/signed_distance.h"
-#include "solver/fit.h"
-#include "solver/grasp_place.h"
+#include "geometry/body/body_model.h"
+#include "geometry/body/hand_model.h"
+#include "geometry/clip/clip.h"
+#include "geometry/mesh/distance_grid.h"
+#include "geometry/mesh/signed_distance.h"
+#include "solver/fit/fit.h"
+#include "solver/grasp/grasp_place.h"
 
 namespace holdfast::apps {
 

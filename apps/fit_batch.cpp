@@ -10,7 +10,7 @@
 #include "apps/job_list.h"
 #include "apps/read_json.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 #include "geometry/parallel.h"
 
 namespace holdfast::apps {

@@ -11,10 +11,10 @@
 #include "apps/common.h"
 #include "apps/fit_library.h"
 #include "apps/grasp_place_input.h"
-#include "geometry/clip.h"
-#include "geometry/contact_metrics.h"
-#include "solver/fit.h"
-#include "solver/handover_search.h"
+#include "geometry/clip/clip.h"
+#include "geometry/score/contact_metrics.h"
+#include "solver/fit/fit.h"
+#include "solver/handover/handover_search.h"
 
 namespace holdfast::apps {
 

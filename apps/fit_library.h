@@ -11,7 +11,7 @@
 
 #include "apps/common.h"
 #include "geometry/score/exact_intersection.h"
-#include "solver/fit_options.h"
+#include "solver/fit/fit_options.h"
 
 namespace holdfast::apps {
 

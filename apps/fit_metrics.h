@@ -9,10 +9,10 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/common.h"
-#include "geometry/contact_metrics.h"
-#include "geometry/hand_model.h"
+#include "geometry/body/hand_model.h"
+#include "geometry/score/contact_metrics.h"
 #include "geometry/score/contact_score.h"
-#include "solver/fit.h"
+#include "solver/fit/fit.h"
 
 namespace holdfast::apps {
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,20 +8,18 @@
 #include "apps/common.h"
 #include "apps/first_grasp.h"
 #include "apps/grasp_place_input.h"
-#include "geometry/distance_grid.h"
 #include "geometry/error.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/distance_grid.h"
 #include "geometry/rotation.h"
-#include "solver/clip_state.h"
-#include "solver/grasp.h"
-#include "solver/grasp_both.h"
+#include "solver/fit/clip_state.h"
+#include "solver/grasp/grasp.h"
+#include "solver/grasp/grasp_both.h"
 
 namespace holdfast::apps {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
-
-struct Options {
+struct GraspCommand {
   CommonOptions common;
   std::string object;
   std::string output;
@@ -58,7 +55,7 @@ JointPose StandingPose(Side side, double pronation, double outward) {
 constexpr double kHandAloneHeight_m = 1.0;  // of the wrist, where nothing else says
 
 // The hand that is to hold: the only one of a hand alone, else the right if nothing is asked for.
-Side HandFor(const Options& options, const BodyModel& body) {
+Side HandFor(const GraspCommand& options, const BodyModel& body) {
   const Side side = options.hand == "auto"   ? body.LoneHand().value_or(Side::kRight)
                     : options.hand == "left" ? Side::kLeft
                                              : Side::kRight;
@@ -143,7 +140,7 @@ Holder Standing(const std::shared_ptr<const BodyModel>& body, const HandModel& h
   return holder;
 }
 
-int Run(Options options) {
+int Run(GraspCommand options) {
   const CommonOptions& common = options.common;
   const std::filesystem::path output(options.output);
   std::filesystem::path mesh_path = output;
@@ -265,7 +262,7 @@ Eigen::Vector3d Standing(const BodySurface& body, const JointPose& pose) {
 }
 
 // An object between both hands: of a person who stands with the forearms forward, or of a frame.
-int RunBoth(const Options& options) {
+int RunBoth(const GraspCommand& options) {
   const CommonOptions& common = options.common;
   const std::filesystem::path output(options.output);
   std::filesystem::path mesh_path = output;
@@ -359,7 +356,7 @@ int RunBoth(const Options& options) {
 }  // namespace
 
 void AddGraspCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<GraspCommand>();
   CLI::App* command = app.add_subcommand(
       "grasp", "Close a hand around an object: a clip of one frame, the start of a fit");
   command->add_option("object", options->object, "Mesh (.obj .ply .stl .off) or embedded object")

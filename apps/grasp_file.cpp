@@ -2,14 +2,14 @@
 #include "apps/grasp_file.h"
 
 #include "apps/read_json.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 
 namespace holdfast::apps {
 namespace {
 
 using nlohmann::json;
 
-json GraspJson(const Grasp& grasp) {
+json StoredGrasp(const Grasp& grasp) {
   const Eigen::Matrix<double, 3, 4> pose = grasp.wrist_from_object.matrix().topRows<3>();
   return {{"style", StyleName(grasp.style)},
           {"fingers", std::vector<double>(grasp.fingers.begin(), grasp.fingers.end())},
@@ -45,7 +45,7 @@ bool IsGrasp(const json& entry) {
 void WriteGrasps(const std::vector<Grasp>& grasps, const json& key,
                  const std::filesystem::path& path) {
   json list = json::array();
-  for (const Grasp& grasp : grasps) list.push_back(GraspJson(grasp));
+  for (const Grasp& grasp : grasps) list.push_back(StoredGrasp(grasp));
   WriteAtomically(path, json{{"of", key}, {"grasps", list}}.dump() + "\n");
 }
 

@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "solver/grasp.h"
+#include "solver/grasp/grasp.h"
 
 namespace holdfast::apps {
 

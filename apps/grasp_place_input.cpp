@@ -9,8 +9,8 @@
 
 #include "apps/suggestion.h"
 #include "geometry/error.h"
-#include "geometry/io/mesh_groups.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/io/mesh/mesh_groups.h"
+#include "geometry/io/mesh/mesh_io.h"
 
 namespace holdfast::apps {
 namespace {

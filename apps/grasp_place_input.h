@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/common.h"
-#include "solver/grasp_place.h"
+#include "solver/grasp/grasp_place.h"
 
 namespace holdfast::apps {
 

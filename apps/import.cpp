@@ -8,18 +8,18 @@
 
 #include "apps/common.h"
 #include "geometry/error.h"
-#include "geometry/held_distance.h"
+#include "geometry/import/held_distance.h"
 #include "geometry/import/import_file.h"
 #include "geometry/import/rotation_arrays.h"
-#include "geometry/io/mesh_io.h"
-#include "geometry/skeleton_map.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/retarget/skeleton_map.h"
 
 namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct ImportCommand {
   CommonOptions common;
   std::string motion;
   std::string output;
@@ -53,7 +53,8 @@ struct ObjectMesh {
   bool copied = false;
 };
 
-std::string DescribeMotion(const Options& options, const Clip& clip, const ImportReport& report) {
+std::string DescribeMotion(const ImportCommand& options, const Clip& clip,
+                           const ImportReport& report) {
   const RetargetReport& fit = report.retarget;
   std::string text = fmt::format(
       "{}: {} frames at {:g} Hz, of {} at {:g} Hz\n"
@@ -77,7 +78,8 @@ std::string DescribeMotion(const Options& options, const Clip& clip, const Impor
   return text;
 }
 
-nlohmann::json MotionSummary(const Options& options, const Clip& clip, const ImportReport& report) {
+nlohmann::json MotionSummary(const ImportCommand& options, const Clip& clip,
+                             const ImportReport& report) {
   const RetargetReport& fit = report.retarget;
   nlohmann::json summary = JsonHead("holdfast/import/1", options.common);
   summary["output"] = options.output;
@@ -120,7 +122,7 @@ std::array<int, 2> HoldingFrames(const Clip& clip) {
   return frames;
 }
 
-std::string DescribeParameters(const Options& options, const ImportedFile& imported,
+std::string DescribeParameters(const ImportCommand& options, const ImportedFile& imported,
                                const ObjectMesh& mesh) {
   const Clip& clip = imported.clip;
   std::string text =
@@ -168,7 +170,7 @@ nlohmann::json ToJson(const RotationDefects& defects) {
           {"determinants", {defects.min_determinant, defects.max_determinant}}};
 }
 
-nlohmann::json ParameterSummary(const Options& options, const ImportedFile& imported,
+nlohmann::json ParameterSummary(const ImportCommand& options, const ImportedFile& imported,
                                 const ObjectMesh& mesh) {
   const Clip& clip = imported.clip;
   nlohmann::json summary = JsonHead("holdfast/import/1", options.common);
@@ -219,7 +221,7 @@ fs::path MeshCopy(const fs::path& output) {
 }
 
 // Names the object's mesh in the clip, and copies it where that is asked for or its unit needs it.
-ObjectMesh SettleMesh(const Options& options, ImportedFile& imported) {
+ObjectMesh SettleMesh(const ImportCommand& options, ImportedFile& imported) {
   ObjectMesh mesh;
   Clip& clip = imported.clip;
   const fs::path output = options.output;
@@ -276,7 +278,7 @@ void NoteBody(const std::shared_ptr<const BodyModel>& body, const ObjectMesh& me
   if (notes.held) imported.notes.push_back(notes.held->seen + ": " + notes.held->advice);
 }
 
-ImportFileOptions ToLibrary(const Options& options) {
+ImportFileOptions ToLibrary(const ImportCommand& options) {
   ImportFileOptions import;
   ParameterOptions& parameters = import.parameters;
   parameters.body = LoadBody(options.body);
@@ -308,7 +310,7 @@ ImportFileOptions ToLibrary(const Options& options) {
   return import;
 }
 
-int Run(const Options& options) {
+int Run(const ImportCommand& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
   if (options.copy_mesh) RequireNew(MeshCopy(options.output), common);
@@ -342,7 +344,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddImportCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ImportCommand>();
   CLI::App* command = app.add_subcommand(
       "import",
       "Make a clip of a motion as it was downloaded: GRAB, AMASS, IMoS, ARCTIC, Motion-X, SMPL-X "

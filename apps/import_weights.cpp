@@ -8,7 +8,7 @@
 namespace holdfast::apps {
 namespace {
 
-struct Options {
+struct ImportWeightsCommand {
   CommonOptions common;
   std::string arms, body;
   std::string output;
@@ -28,7 +28,7 @@ long CountNumbers(const imos::NetworkWeights& weights) {
   return count;
 }
 
-int Run(const Options& options) {
+int Run(const ImportWeightsCommand& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
   imos::ImportWeightsOptions import;
@@ -75,7 +75,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddImportWeightsCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ImportWeightsCommand>();
   CLI::App* command = app.add_subcommand(
       "import-weights", "The published IMoS networks' PyTorch checkpoints as Holdfast's weights");
   command->add_option("arms", options->arms, "Checkpoint of the arms' network (.p, .pt, .pth)")

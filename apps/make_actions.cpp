@@ -11,7 +11,7 @@
 #include "apps/read_json.h"
 #include "generator/actions/action_catalog.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 #include "geometry/parallel.h"
 #include "geometry/seed.h"
 
@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-struct Options {
+struct MakeActionsCommand {
   CommonOptions common;
   ActionSetOptions set;
   std::string output, starts, body;
@@ -31,7 +31,7 @@ struct Options {
 
 constexpr double kSecondsPerClip = 4.2;  // about, for --hours
 
-json OptionsJson(const Options& options) {
+json OptionsJson(const MakeActionsCommand& options) {
   return {{"subjects", options.set.subjects},
           {"left_share", options.set.left_share},
           {"actions", options.set.actions},
@@ -72,7 +72,7 @@ json SummaryOf(const std::map<int, json>& lines) {
 }
 
 // Lines of an unfinished or shorter set that asked for the same, by index.
-std::map<int, json> LinesBefore(const fs::path& manifest, const json& head, bool force) {
+std::map<int, json> ClipsBefore(const fs::path& manifest, const json& head, bool force) {
   std::map<int, json> lines;
   if (!fs::exists(manifest)) return lines;
   const json before = ReadJson(manifest);
@@ -133,7 +133,7 @@ std::string TextOf(const std::string& output, const json& summary, double second
   return text;
 }
 
-int Run(Options options) {
+int Run(MakeActionsCommand options) {
   const CommonOptions& common = options.common;
   if (options.hours > 0.0) {
     options.set.count = std::max(1, static_cast<int>(options.hours * 3600.0 / kSecondsPerClip));
@@ -156,7 +156,7 @@ int Run(Options options) {
         {"betas", std::vector<double>(betas.begin(), betas.end())}};
   }
   const fs::path manifest = folder / "manifest.json";
-  std::map<int, json> lines = LinesBefore(manifest, head, common.force);
+  std::map<int, json> lines = ClipsBefore(manifest, head, common.force);
   const int had = static_cast<int>(lines.size());
   UseJson(manifest, [&] {
     std::erase_if(lines, [&](const auto& line) {
@@ -213,7 +213,7 @@ int Run(Options options) {
 }  // namespace
 
 void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MakeActionsCommand>();
   CLI::App* command = app.add_subcommand(
       "make-actions", "A labelled set of people doing things with objects, made without a licence");
   command

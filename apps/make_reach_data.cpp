@@ -8,13 +8,13 @@
 #include "apps/capture_set.h"
 #include "apps/common.h"
 #include "apps/reach_manifest.h"
-#include "generator/finger_pose.h"
-#include "geometry/clip_arrays.h"
+#include "generator/body/finger_pose.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 #include "geometry/parallel.h"
 #include "geometry/seed.h"
-#include "solver/reach_clip.h"
+#include "solver/body_ik/reach_clip.h"
 
 namespace holdfast::apps {
 namespace {
@@ -25,7 +25,7 @@ using nlohmann::json;
 constexpr int kMostAtOnce = 32;  // clips between two entries in the manifest
 constexpr int kMostTries = 6;    // clips tried per clip wanted before giving up
 
-struct Options {
+struct MakeReachDataCommand {
   CommonOptions common;
   std::string captures;
   std::string output;
@@ -44,7 +44,7 @@ std::string ClipName(int index) { return fmt::format("reach_{:05d}", index); }
 
 // All that is the same for every clip.
 struct Workshop {
-  const Options& options;
+  const MakeReachDataCommand& options;
   fs::path folder;
   std::string body_name;
   MotionLibrary library;
@@ -141,7 +141,7 @@ json MakeOne(const Workshop& shop, int index) {
   return line;
 }
 
-json OptionsJson(const Options& options) {
+json OptionsJson(const MakeReachDataCommand& options) {
   return {{"captures", fs::path(options.captures).filename().string()},
           {"hours", options.hours},
           {"reaches", options.reaches},
@@ -152,7 +152,7 @@ json OptionsJson(const Options& options) {
           {"as_captured", options.as_captured}};
 }
 
-int Run(const Options& options) {
+int Run(const MakeReachDataCommand& options) {
   const CommonOptions& common = options.common;
   const fs::path folder = options.output;
   const auto body = LoadBody(options.body);
@@ -289,7 +289,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MakeReachDataCommand>();
   CLI::App* command = app.add_subcommand(
       "make-reach-data", "Hours of walking, turning and reaching with goals, from captured clips");
   command

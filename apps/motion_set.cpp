@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "apps/clip_input.h"
+#include "geometry/clip/resample.h"
 #include "geometry/error.h"
-#include "geometry/resample.h"
 
 namespace holdfast::apps {
 namespace {

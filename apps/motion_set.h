@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "apps/common.h"
-#include "generator/motion_style.h"
-#include "generator/reach_motion.h"
-#include "geometry/body_model.h"
+#include "generator/scripted/reach_motion.h"
+#include "generator/walk_statistics/motion_style.h"
+#include "geometry/body/body_model.h"
 
 namespace holdfast::apps {
 

@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "generator/style_comparison.h"
+#include "generator/walk_statistics/style_comparison.h"
 
 namespace holdfast::apps {
 

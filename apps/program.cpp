@@ -18,7 +18,7 @@
 #include "apps/interrupt.h"
 #include "apps/suggestion.h"
 #include "geometry/error.h"
-#include "solver/quiet_ceres.h"
+#include "solver/unknowns/quiet_ceres.h"
 
 namespace holdfast::apps {
 namespace {

@@ -10,13 +10,13 @@
 
 #include "apps/clip_input.h"
 #include "generator/wandr/motion_states.h"
+#include "geometry/conventions/posture.h"
 #include "geometry/error.h"
-#include "geometry/inspect/posture.h"
 
 namespace holdfast::apps {
 namespace {
 
-constexpr double kFarthest = 20.0;      // metres: nobody has been shown walking so far
+constexpr double kFarthestGoal = 20.0;  // metres: nobody has been shown walking so far
 constexpr double kUsualDistance = 5.0;  // metres: as far as networks are trained and evaluated
 constexpr double kFastestWalk = 2.0;    // m/s
 
@@ -95,11 +95,11 @@ std::vector<std::string> CheckGoals(std::span<const Eigen::Vector3d> goals, cons
                   fmt::format("is {:.2f} m below the ground z = 0", -goal.z()),
                   "Give a height of 0 or more: x and y are on the ground, z is up, metres");
     }
-    if (distance > kFarthest) {
-      throw Error(
-          "--goal " + GoalText(goal),
-          fmt::format("is {:.1f} m away; {:.0f} m is the most that is tried", distance, kFarthest),
-          "Give metres, or go there by several goals (--goal again and again)");
+    if (distance > kFarthestGoal) {
+      throw Error("--goal " + GoalText(goal),
+                  fmt::format("is {:.1f} m away; {:.0f} m is the most that is tried", distance,
+                              kFarthestGoal),
+                  "Give metres, or go there by several goals (--goal again and again)");
     }
     if (distance > kUsualDistance) {
       notes.push_back(fmt::format(

@@ -10,12 +10,12 @@
 
 #include "apps/common.h"
 #include "apps/reach_job.h"
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
 #include "generator/wandr/body_kinematics.h"
 #include "generator/wandr/pose.h"
-#include "geometry/body_model.h"
-#include "geometry/clip.h"
-#include "geometry/skeleton.h"
+#include "geometry/body/body_model.h"
+#include "geometry/body/skeleton.h"
+#include "geometry/clip/clip.h"
 
 namespace holdfast::apps {
 

@@ -18,14 +18,14 @@
 #include "apps/reach_take.h"
 #include "apps/report.h"
 #include "apps/result_folder.h"
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_goals.h"
 #include "generator/wandr/reach_outcome.h"
 #include "generator/wandr/reach_skating.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/parallel.h"
 
 namespace holdfast::apps {
@@ -134,14 +134,14 @@ std::vector<std::string> WhyMissedAll(const wandr::ReachSample& sample,
 
 nlohmann::json GoalsJson(const wandr::ReachSample& sample, std::span<const Eigen::Vector3d> goals,
                          std::span<const std::string> why) {
-  nlohmann::json json = nlohmann::json::array();
+  nlohmann::json out = nlohmann::json::array();
   const auto frame_or_null = [](int frame) {
     return frame < 0 ? nlohmann::json(nullptr) : nlohmann::json(frame);
   };
   for (std::size_t g = 0; g < goals.size(); ++g) {
     const wandr::GoalOutcome& goal = sample.goals[g];
     const bool tried = goal.taken_on >= 0;
-    json.push_back(
+    out.push_back(
         {{"goal_m", {goals[g].x(), goals[g].y(), goals[g].z()}},
          {"reached", goal.Reached()},
          {"taken_on_frame", frame_or_null(goal.taken_on)},
@@ -152,7 +152,7 @@ nlohmann::json GoalsJson(const wandr::ReachSample& sample, std::span<const Eigen
          {"closest_frame", frame_or_null(goal.closest_frame)},
          {"why_missed", why[g].empty() ? nlohmann::json(nullptr) : nlohmann::json(why[g])}});
   }
-  return json;
+  return out;
 }
 
 nlohmann::json SampleJson(const wandr::ReachSample& sample, const Measured& measured, int index) {

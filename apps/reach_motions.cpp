@@ -5,15 +5,14 @@
 #include <chrono>
 #include <cmath>
 
+#include "apps/interrupt.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/error.h"
-#include "geometry/signed_distance.h"
-#include "solver/reach_by_optimisation.h"
+#include "geometry/mesh/signed_distance.h"
+#include "solver/latent/reach_by_optimisation.h"
 
 namespace holdfast::apps {
 namespace {
-
-struct Stopped {};
 
 BodyMeasures MirroredMeasures(const BodyMeasures& measures) {
   BodyMeasures mirrored = measures;

@@ -15,9 +15,9 @@
 #include "apps/reach_network.h"
 #include "generator/wandr/network.h"
 #include "generator/wandr/reach_goals.h"
-#include "geometry/distance_grid.h"
-#include "geometry/mesh.h"
-#include "solver/reach_refit.h"
+#include "geometry/mesh/distance_grid.h"
+#include "geometry/mesh/mesh.h"
+#include "solver/body_ik/reach_refit.h"
 
 namespace holdfast::apps {
 

@@ -7,7 +7,7 @@
 
 #include "generator/wandr/default_network.h"
 #include "geometry/embedded.h"
-#include "geometry/io/byte_source.h"
+#include "geometry/io/container/byte_source.h"
 
 namespace holdfast::apps {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "apps/common.h"
 #include "generator/wandr/network.h"
-#include "geometry/io/byte_source.h"
+#include "geometry/io/container/byte_source.h"
 
 namespace holdfast::apps {
 

@@ -8,8 +8,8 @@
 
 #include "apps/read_json.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
-#include "solver/reach_refit.h"
+#include "geometry/io/container/atomic_file.h"
+#include "solver/body_ik/reach_refit.h"
 
 namespace holdfast::apps {
 namespace {
@@ -145,8 +145,8 @@ std::optional<std::vector<StudyMotion>> ReachStudy::Load(const std::string& name
                                                          int count) const {
   const fs::path file = BlockFile(name, block);
   if (!fs::exists(file)) return std::nullopt;
-  const nlohmann::json json = ReadJson(file);
-  if (!json.contains("question") || json["question"] != checksum) {
+  const nlohmann::json out = ReadJson(file);
+  if (!out.contains("question") || out["question"] != checksum) {
     if (common_.force) return std::nullopt;
     throw Error(file.string(),
                 "holds results of another question (network, start poses, protocol or seed)",
@@ -154,7 +154,7 @@ std::optional<std::vector<StudyMotion>> ReachStudy::Load(const std::string& name
   }
   try {
     std::vector<StudyMotion> motions;
-    for (const nlohmann::json& row : json.at("motions")) motions.push_back(StudyMotionOf(row));
+    for (const nlohmann::json& row : out.at("motions")) motions.push_back(StudyMotionOf(row));
     if (static_cast<int>(motions.size()) == count) return motions;
   } catch (const nlohmann::json::exception&) {
     // falls through: damaged, as with the wrong number of motions
@@ -202,12 +202,12 @@ std::vector<StudyMotion> ReachStudy::Run(const ReachQuestion& question, const st
       }
       const std::vector<wandr::ReachOutcome> outcomes =
           wandr::RunReachProtocol(*network, bones_, starts, question.protocol, run);
-      nlohmann::json json = {{"question", checksum}, {"columns", kColumnNames}};
+      nlohmann::json out = {{"question", checksum}, {"columns", kColumnNames}};
       for (int i = 0; i < count; ++i) {
         (*block)[i].outcome = outcomes[i];
-        json["motions"].push_back(StudyRow((*block)[i]));
+        out["motions"].push_back(StudyRow((*block)[i]));
       }
-      WriteAtomically(BlockFile(name, first / kBlock), json.dump() + "\n");
+      WriteAtomically(BlockFile(name, first / kBlock), out.dump() + "\n");
     }
     all.insert(all.end(), block->begin(), block->end());
   }

@@ -11,7 +11,7 @@
 
 #include "apps/common.h"
 #include "apps/reach_network.h"
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
 #include "generator/wandr/reach_protocol.h"
 #include "generator/wandr/reach_skating.h"
 #include "generator/wandr/reach_starts.h"

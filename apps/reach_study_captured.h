@@ -6,7 +6,7 @@
 
 #include "apps/reach_study.h"
 #include "apps/reach_study_page.h"
-#include "geometry/clip.h"
+#include "geometry/clip/clip.h"
 
 namespace holdfast::apps {
 

@@ -11,7 +11,7 @@
 #include "apps/read_json.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 #include "geometry/parallel.h"
 
 namespace holdfast::apps {
@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kBlock = 64;             // motions in a file
+constexpr int kBlockOfMotions = 64;    // motions in a file
 constexpr int kMotionsPerThread = 16;  // between writings of it: what shares a pass over weights
 
 // Decimals that are worth a file's room: a micrometre, a tenth of a millisecond.
@@ -37,14 +37,14 @@ nlohmann::json JsonOf(const MethodMotion& motion) {
           {"closest_m", motion.closest_m},      {"seconds_at", motion.seconds_at}};
 }
 
-MethodMotion MotionOf(const nlohmann::json& json) {
+MethodMotion MotionOf(const nlohmann::json& out) {
   MethodMotion motion;
-  motion.motion = StudyMotionOf(json.at("outcome"));
-  motion.fast_share = json.at("fast_ratio");
-  motion.latent_rms = json.at("latent_rms");
-  motion.seconds = json.at("seconds");
-  motion.closest_m = json.at("closest_m").get<std::vector<double>>();
-  motion.seconds_at = json.at("seconds_at").get<std::vector<double>>();
+  motion.motion = StudyMotionOf(out.at("outcome"));
+  motion.fast_share = out.at("fast_ratio");
+  motion.latent_rms = out.at("latent_rms");
+  motion.seconds = out.at("seconds");
+  motion.closest_m = out.at("closest_m").get<std::vector<double>>();
+  motion.seconds_at = out.at("seconds_at").get<std::vector<double>>();
   if (motion.closest_m.size() != motion.seconds_at.size()) {
     throw nlohmann::json::other_error::create(501, "iterates differ in number", nullptr);
   }
@@ -133,8 +133,8 @@ std::vector<MethodMotion> MethodStudy::Load(const ReachMethod& method, int block
                                             const std::string& checksum) const {
   const fs::path file = BlockFile(method, block);
   if (!fs::exists(file)) return {};
-  const nlohmann::json json = ReadJson(file);
-  if (!json.contains("question") || json["question"] != checksum) {
+  const nlohmann::json out = ReadJson(file);
+  if (!out.contains("question") || out["question"] != checksum) {
     if (common_.force) return {};
     throw Error(
         file.string(),
@@ -143,8 +143,8 @@ std::vector<MethodMotion> MethodStudy::Load(const ReachMethod& method, int block
   }
   try {
     std::vector<MethodMotion> motions;
-    for (const nlohmann::json& motion : json.at("motions")) motions.push_back(MotionOf(motion));
-    if (motions.size() <= kBlock) return motions;
+    for (const nlohmann::json& motion : out.at("motions")) motions.push_back(MotionOf(motion));
+    if (motions.size() <= kBlockOfMotions) return motions;
   } catch (const nlohmann::json::exception&) {
     // falls through: damaged, as with too many motions
   }
@@ -155,8 +155,8 @@ int MethodStudy::NumDone(const Question& question) const {
   const int total = static_cast<int>(question.cases.size());
   const std::string checksum = ChecksumOf(question);
   int done = 0;
-  for (int first = 0; first < total; first += kBlock) {
-    const auto there = Load(question.method, first / kBlock, checksum).size();
+  for (int first = 0; first < total; first += kBlockOfMotions) {
+    const auto there = Load(question.method, first / kBlockOfMotions, checksum).size();
     done += std::min(static_cast<int>(there), total - first);
   }
   return done;
@@ -183,9 +183,9 @@ std::vector<MethodMotion> MethodStudy::Run(const Question& question,
   const std::string checksum = ChecksumOf(question);
   const int total = static_cast<int>(question.cases.size()), threads = NumThreads(common_);
   std::vector<MethodMotion> all;
-  for (int first = 0; first < total; first += kBlock) {
-    const int count = std::min(kBlock, total - first);
-    std::vector<MethodMotion> block = Load(question.method, first / kBlock, checksum);
+  for (int first = 0; first < total; first += kBlockOfMotions) {
+    const int count = std::min(kBlockOfMotions, total - first);
+    std::vector<MethodMotion> block = Load(question.method, first / kBlockOfMotions, checksum);
     while (static_cast<int>(block.size()) < count) {
       poll();
       const int begin = static_cast<int>(block.size());
@@ -207,9 +207,9 @@ std::vector<MethodMotion> MethodStudy::Run(const Question& question,
         motion.seconds = motion.seconds_at.empty() ? passed.count() * std::min(threads, size) / size
                                                    : motion.seconds_at.back();
       });
-      nlohmann::json json = {{"question", checksum}, {"motions", nlohmann::json::array()}};
-      for (const MethodMotion& motion : block) json["motions"].push_back(JsonOf(motion));
-      WriteAtomically(BlockFile(question.method, first / kBlock), json.dump() + "\n");
+      nlohmann::json out = {{"question", checksum}, {"motions", nlohmann::json::array()}};
+      for (const MethodMotion& motion : block) out["motions"].push_back(JsonOf(motion));
+      WriteAtomically(BlockFile(question.method, first / kBlockOfMotions), out.dump() + "\n");
       progress(size);
     }
     all.insert(all.end(), block.begin(), block.begin() + count);

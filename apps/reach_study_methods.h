@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "apps/reach_study.h"
-#include "solver/reach_task.h"
+#include "solver/latent/reach_task.h"
 
 namespace holdfast::apps {
 

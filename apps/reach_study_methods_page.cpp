@@ -12,25 +12,25 @@
 namespace holdfast::apps {
 namespace {
 
-struct Row {
+struct MethodRow {
   bool bold = false;
   std::vector<std::string> cells;
 };
 
-const std::vector<std::string> kHeads = {"",
-                                         "SR",
-                                         "SR at end",
-                                         "DTG mean",
-                                         "DTG median",
-                                         "FS",
-                                         "FS, joints",
-                                         "both feet > 12 cm: motions",
-                                         "both feet > 12 cm: frames",
-                                         "pelvis > 2 m/s: motions",
-                                         "pelvis > 2 m/s: frames",
-                                         "acceleration",
-                                         "latents, rms",
-                                         "s per motion"};
+const std::vector<std::string> kMethodHeads = {"",
+                                               "SR",
+                                               "SR at end",
+                                               "DTG mean",
+                                               "DTG median",
+                                               "FS",
+                                               "FS, joints",
+                                               "both feet > 12 cm: motions",
+                                               "both feet > 12 cm: frames",
+                                               "pelvis > 2 m/s: motions",
+                                               "pelvis > 2 m/s: frames",
+                                               "acceleration",
+                                               "latents, rms",
+                                               "s per motion"};
 
 std::string Centimetres(double metres) { return fmt::format("{:.1f} cm", 100.0 * metres); }
 
@@ -45,22 +45,22 @@ std::vector<std::string> MannerCells(const MethodSummary& s) {
           fmt::format("{:.2f} m/s2", s.study.reach.acceleration_m_s2)};
 }
 
-std::vector<Row> RowsOf(const std::vector<MethodRun>& runs,
-                        const std::vector<CapturedMotion>& captured) {
-  std::vector<Row> rows;
+std::vector<MethodRow> RowsOf(const std::vector<MethodRun>& runs,
+                              const std::vector<CapturedMotion>& captured) {
+  std::vector<MethodRow> rows;
   for (const PaperRow& paper : PaperRows()) {
     rows.push_back({false,
                     {paper.label, Percent(paper.success, 0), "-", Centimetres(paper.distance_m),
                      "-", Percent(paper.skating, 0)}});
   }
   for (const CapturedGroup& group : GroupsOf(captured)) {
-    Row row{false, {group.label, "-", "-", "-", "-"}};
+    MethodRow row{false, {group.label, "-", "-", "-", "-"}};
     for (std::string& cell : MannerCells(group.summary)) row.cells.push_back(std::move(cell));
     rows.push_back(row);
   }
   for (const MethodRun& run : runs) {
     const MethodSummary& s = run.summary;
-    Row row{
+    MethodRow row{
         run.method.key == "latent-opt",
         {run.method.label, Percent(s.study.reach.success), Percent(s.study.reach.success_at_end),
          Centimetres(s.study.reach.distance_mean_m), Centimetres(s.study.reach.distance_median_m)}};
@@ -69,7 +69,7 @@ std::vector<Row> RowsOf(const std::vector<MethodRun>& runs,
     row.cells.push_back(fmt::format("{:.{}f}", s.seconds, s.seconds < 0.1 ? 3 : 2));
     rows.push_back(row);
   }
-  for (Row& row : rows) row.cells.resize(kHeads.size(), "-");
+  for (MethodRow& row : rows) row.cells.resize(kMethodHeads.size(), "-");
   return rows;
 }
 
@@ -145,11 +145,11 @@ std::string AxisChart(const std::vector<MethodRun>& runs, GridAxis axis, const s
 std::string MethodsTable(const std::vector<MethodRun>& runs,
                          const std::vector<CapturedMotion>& captured) {
   std::string text = "|";
-  for (const std::string& head : kHeads) text += fmt::format(" {} |", head);
+  for (const std::string& head : kMethodHeads) text += fmt::format(" {} |", head);
   text += "\n|";
-  for (std::size_t k = 0; k < kHeads.size(); ++k) text += "---|";
+  for (std::size_t k = 0; k < kMethodHeads.size(); ++k) text += "---|";
   text += "\n";
-  for (const Row& row : RowsOf(runs, captured)) {
+  for (const MethodRow& row : RowsOf(runs, captured)) {
     text += "|";
     for (const std::string& cell : row.cells) text += fmt::format(" {} |", cell);
     text += "\n";
@@ -164,9 +164,9 @@ std::string MethodsPage(const StudyText& text, const std::vector<MethodRun>& run
   page +=
       fmt::format("<h2>Table, {} motions each</h2><div class=\"scroll\"><table class=\"many\"><tr>",
                   runs[0].motions.size());
-  for (const std::string& head : kHeads) page += "<th>" + EscapeHtml(head) + "</th>";
+  for (const std::string& head : kMethodHeads) page += "<th>" + EscapeHtml(head) + "</th>";
   page += "</tr>\n";
-  for (const Row& row : RowsOf(runs, captured)) {
+  for (const MethodRow& row : RowsOf(runs, captured)) {
     page += row.bold ? "<tr class=\"full\">" : "<tr>";
     for (const std::string& cell : row.cells) page += "<td>" + EscapeHtml(cell) + "</td>";
     page += "</tr>\n";

@@ -117,15 +117,15 @@ std::vector<AxisValue> ByAxis(const MethodRun& run, GridAxis axis) {
 
 nlohmann::json MethodsJson(const std::vector<MethodRun>& runs,
                            const std::vector<CapturedMotion>& captured) {
-  nlohmann::json json;
+  nlohmann::json out;
   for (const PaperRow& paper : PaperRows()) {
-    json["paper"].push_back({{"label", paper.label},
-                             {"success_ratio", paper.success},
-                             {"foot_skating_ratio", paper.skating},
-                             {"distance_to_goal_mean_m", paper.distance_m}});
+    out["paper"].push_back({{"label", paper.label},
+                            {"success_ratio", paper.success},
+                            {"foot_skating_ratio", paper.skating},
+                            {"distance_to_goal_mean_m", paper.distance_m}});
   }
   for (const CapturedGroup& group : GroupsOf(captured)) {
-    json["captured"][group.key] = MannerJson(group.summary);
+    out["captured"][group.key] = MannerJson(group.summary);
   }
   for (const MethodRun& run : runs) {
     const MethodSummary& s = run.summary;
@@ -154,9 +154,9 @@ nlohmann::json MethodsJson(const std::vector<MethodRun>& runs,
                              {"distance_to_goal_mean_m", value.distance_m}});
       }
     }
-    json["methods"].push_back(std::move(one));
+    out["methods"].push_back(std::move(one));
   }
-  return json;
+  return out;
 }
 
 }  // namespace holdfast::apps

@@ -34,16 +34,16 @@ std::string OrDash(const std::optional<double>& value, double factor, const char
                : "-";
 }
 
-struct Row {
+struct PageRow {
   std::vector<std::string> cells;
 };
 
-const std::vector<std::string> kHeads = {"intention",    "SR",           "SR at end",  "DTG mean",
-                                         "DTG median",   "FS",           "FS, joints", "airborne",
-                                         "pelvis, peak", "acceleration", "paper: SR",  "paper: DTG",
-                                         "paper: FS"};
+const std::vector<std::string> kStudyHeads = {
+    "intention", "SR",         "SR at end", "DTG mean",     "DTG median",
+    "FS",        "FS, joints", "airborne",  "pelvis, peak", "acceleration",
+    "paper: SR", "paper: DTG", "paper: FS"};
 
-Row RowOf(const StudyRun& run) {
+PageRow RowOf(const StudyRun& run) {
   const StudySummary& s = run.summary;
   std::string label = run.variant->label;
   if (!run.how.empty()) label += fmt::format(" ({})", run.how);
@@ -190,9 +190,9 @@ std::string StudyTable(const std::vector<StudyRun>& runs, const CapturedSkating&
     if (some.empty()) continue;
     if (!text.empty()) text += "\n";
     text += fmt::format("{} deadline, {} motions each\n\n|", deadline, some[0]->motions.size());
-    for (const std::string& head : kHeads) text += fmt::format(" {} |", head);
+    for (const std::string& head : kStudyHeads) text += fmt::format(" {} |", head);
     text += "\n|";
-    for (std::size_t k = 0; k < kHeads.size(); ++k) text += "---|";
+    for (std::size_t k = 0; k < kStudyHeads.size(); ++k) text += "---|";
     text += "\n";
     for (const StudyRun* run : some) {
       text += "|";
@@ -213,7 +213,7 @@ std::string StudyPage(const StudyText& text, const std::vector<StudyRun>& runs,
     const auto some = Select(runs, "", deadline);
     if (some.empty()) continue;
     page += fmt::format("<h2>Table, {} deadline</h2><div class=\"scroll\"><table><tr>", deadline);
-    for (const std::string& head : kHeads) page += "<th>" + EscapeHtml(head) + "</th>";
+    for (const std::string& head : kStudyHeads) page += "<th>" + EscapeHtml(head) + "</th>";
     page += "</tr>\n";
     for (const StudyRun* run : some) {
       page += run->variant->key == "full" ? "<tr class=\"full\">" : "<tr>";

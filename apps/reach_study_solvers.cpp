@@ -7,9 +7,9 @@
 
 #include "generator/wandr/motion_states.h"
 #include "geometry/parallel.h"
-#include "solver/latent_optimizer.h"
-#include "solver/reach_refit.h"
-#include "solver/vae_opt.h"
+#include "solver/body_ik/reach_refit.h"
+#include "solver/latent/latent_optimizer.h"
+#include "solver/latent/vae_opt.h"
 
 namespace holdfast::apps {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "apps/evaluate_reach.h"
 #include "apps/reach_study_methods.h"
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
 #include "generator/wandr/network.h"
 
 namespace holdfast::apps {

@@ -2,7 +2,6 @@
 #include "apps/reach_take.h"
 
 #include <algorithm>
-#include <numbers>
 
 #include <fmt/format.h>
 
@@ -12,21 +11,20 @@
 #include "apps/report.h"
 #include "apps/result_folder.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
-#include "solver/clip_state.h"
-#include "solver/take_fit.h"
-#include "solver/take_measures.h"
-#include "solver/take_motion.h"
+#include "solver/fit/clip_state.h"
+#include "solver/take/take_fit.h"
+#include "solver/take/take_measures.h"
+#include "solver/take/take_motion.h"
 
 namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr int kAttempts = 3;
 constexpr int kLookedAt = 4;             // motions of an attempt that a table is put to
 constexpr double kLaterMotion = 0.03;    // of score: the maker has its best first

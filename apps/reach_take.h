@@ -11,7 +11,7 @@
 
 #include "apps/common.h"
 #include "apps/fit_job.h"
-#include "solver/take_plan.h"
+#include "solver/take/take_plan.h"
 
 namespace holdfast::apps {
 

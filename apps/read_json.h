@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
-#include "geometry/io/json_budget.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_budget.h"
 
 namespace holdfast::apps {
 

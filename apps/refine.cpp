@@ -11,18 +11,18 @@
 #include "apps/fit_metrics.h"
 #include "apps/result_folder.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/surface_distance.h"
 #include "geometry/score/contact_score.h"
-#include "geometry/surface_distance.h"
-#include "solver/clip_refinement.h"
-#include "solver/clip_state.h"
-#include "solver/holding.h"
+#include "solver/fit/clip_refinement.h"
+#include "solver/fit/clip_state.h"
+#include "solver/handover/holding.h"
 
 namespace holdfast::apps {
 namespace {
 
-struct Options {
+struct RefineCommand {
   CommonOptions common;
   ClipInputOptions input;
   std::string clip;
@@ -41,7 +41,7 @@ struct Measured {
 
 Measured Measure(const Clip& clip, const std::vector<const HandModel*>& hands,
                  const std::vector<std::uint8_t>& holding, const PreparedObject& object,
-                 const Options& options) {
+                 const RefineCommand& options) {
   const std::vector<HandObjectScore> scores =
       MeasureHands(clip, hands, holding, object.solid, options.protocol, options.common);
   if (Interrupted()) return {};
@@ -86,8 +86,9 @@ struct Distance {
   double rms_mm, rms_degrees;
 };
 
-std::vector<std::uint8_t> WhoHolds(const Options& options, const Clip& clip, const HandModel& right,
-                                   const HandModel& left, const DistanceGrid& object) {
+std::vector<std::uint8_t> WhoHolds(const RefineCommand& options, const Clip& clip,
+                                   const HandModel& right, const HandModel& left,
+                                   const DistanceGrid& object) {
   const auto frames = static_cast<std::size_t>(clip.NumFrames());
   if (options.hand == "right") return std::vector<std::uint8_t>(frames, kHoldsRight);
   if (options.hand == "left") return std::vector<std::uint8_t>(frames, kHoldsLeft);
@@ -105,7 +106,7 @@ std::vector<std::uint8_t> WhoHolds(const Options& options, const Clip& clip, con
   return FindHolding(clip, right, left, object, holding).hands;
 }
 
-std::string Text(const Options& options, const Measured& before, const Measured& after,
+std::string Text(const RefineCommand& options, const Measured& before, const Measured& after,
                  const Distance& distance, const RefineResult& result) {
   std::string text = fmt::format(
       "{}/clip.npz: {} frames refined\n"
@@ -153,7 +154,7 @@ nlohmann::json HoldsJson(const RefineResult& result) {
   return {{"holds", holds}, {"rests", rests}};
 }
 
-int Refine(Options& options) {
+int Refine(RefineCommand& options) {
   ResultFolder folder(options.output, options.common.force);
   const int threads = NumThreads(options.common);
   options.protocol.threads = options.fit.threads = threads;
@@ -271,7 +272,7 @@ int Refine(Options& options) {
 }  // namespace
 
 void AddRefineCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RefineCommand>();
   CLI::App* command = app.add_subcommand(
       "refine", "Clean a clip that has its object's trajectory: penetration, jitter, lost contact");
   command->add_option("clip", options->clip, kClipHelp)->required();

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <functional>
 #include <mutex>
-#include <numbers>
 #include <optional>
 #include <span>
 
@@ -12,19 +11,20 @@
 #include "apps/common.h"
 #include "apps/render_output.h"
 #include "geometry/error.h"
-#include "geometry/io/text_scanner.h"
+#include "geometry/io/container/text_scanner.h"
 #include "geometry/parallel.h"
 #include "geometry/render/clip_renderer.h"
 #include "geometry/render/contact_sheet.h"
 #include "geometry/render/png.h"
 #include "geometry/render/video.h"
+#include "geometry/rotation.h"
 
 namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct RenderCommand {
   CommonOptions common;
   std::string clip;
   std::string output;
@@ -56,20 +56,19 @@ std::vector<Image> Draw(const ClipRenderer& renderer, const ClipRenderOptions& h
   return images;
 }
 
-ClipRenderOptions HowToDraw(const Options& options, ClipView usual) {
+ClipRenderOptions HowToDraw(const RenderCommand& options, ClipView usual) {
   ClipRenderOptions how;
   std::tie(how.picture.width, how.picture.height) = *ParsePair(options.size);
   how.picture.supersampling = options.supersampling;
   how.view = options.view.empty() ? usual : *ParseClipView(options.view);
   how.show_contact = !options.no_contact;
-  constexpr double kDegree = std::numbers::pi / 180.0;
   if (options.azimuth_deg) how.azimuth_rad = *options.azimuth_deg * kDegree;
   if (options.elevation_deg) how.elevation_rad = *options.elevation_deg * kDegree;
   return how;
 }
 
 // The frame rate of a video: as told, else the clip's, as far as the format has it.
-double VideoRate(const Options& options, VideoFormat format, double clip_frame_rate) {
+double VideoRate(const RenderCommand& options, VideoFormat format, double clip_frame_rate) {
   const double rate = options.fps.value_or(clip_frame_rate / options.every);
   if (format != VideoFormat::kGif || rate <= kMaxGifRate) return rate;
   Note(options.common, fmt::format("note: a .gif shows {0:g} frames per second at most: {0:g} in "
@@ -78,7 +77,7 @@ double VideoRate(const Options& options, VideoFormat format, double clip_frame_r
   return kMaxGifRate;
 }
 
-int Run(const Options& options) {
+int Run(const RenderCommand& options) {
   const CommonOptions& common = options.common;
   const std::optional<VideoFormat> video = VideoFormatOf(options.output);
   const std::optional<NumberedName> numbered = ParseNumberedName(options.output);
@@ -169,7 +168,7 @@ int Run(const Options& options) {
 }  // namespace
 
 void AddRenderCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RenderCommand>();
   CLI::App* command = app.add_subcommand(
       "render",
       "Pictures of a clip: body, object, and where the hands touch it (no GPU, no display)");

@@ -9,12 +9,12 @@
 #include "apps/report_data.h"
 #include "apps/report_page.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 
 namespace holdfast::apps {
 namespace {
 
-struct Options {
+struct ReportCommand {
   CommonOptions common;
   ClipInputOptions input;
   ReportOptions report;
@@ -41,7 +41,7 @@ std::string TitleOf(std::span<const ClipInput> clips) {
   return title;
 }
 
-int Run(const Options& options) {
+int Run(const ReportCommand& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
   const auto begin = std::chrono::steady_clock::now();
@@ -109,7 +109,7 @@ void WriteReportBeside(std::span<const ClipInput> clips, const std::filesystem::
 }
 
 void AddReportCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReportCommand>();
   CLI::App* command = app.add_subcommand(
       "report", "One self-contained page to see a clip: 3D player, curves, what made it");
   command

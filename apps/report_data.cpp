@@ -9,13 +9,13 @@
 
 #include "apps/report_facts.h"
 #include "apps/report_series.h"
-#include "geometry/corrective_basis.h"
-#include "geometry/crease_normals.h"
-#include "geometry/decimate.h"
+#include "geometry/clip/corrective_basis.h"
 #include "geometry/error.h"
+#include "geometry/mesh/crease_normals.h"
+#include "geometry/mesh/decimate.h"
+#include "geometry/mesh/signed_distance.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
-#include "geometry/signed_distance.h"
 
 namespace holdfast::apps {
 namespace {

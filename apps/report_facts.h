@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/clip_input.h"
-#include "geometry/corrective_basis.h"
+#include "geometry/clip/corrective_basis.h"
 
 namespace holdfast::apps {
 

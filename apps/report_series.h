@@ -8,7 +8,7 @@
 
 #include "apps/clip_input.h"
 #include "apps/report.h"
-#include "geometry/signed_distance.h"
+#include "geometry/mesh/signed_distance.h"
 
 namespace holdfast::apps {
 

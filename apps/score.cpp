@@ -11,14 +11,14 @@
 #include "apps/read_json.h"
 #include "apps/score_output.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 
 namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct ScoreCommand {
   CommonOptions common;
   ClipInputOptions input;
   ScoreOptions score;
@@ -71,7 +71,7 @@ std::vector<std::string> ExpandFolders(const std::vector<std::string>& given,
   return clips;
 }
 
-int Run(Options options) {
+int Run(ScoreCommand options) {
   const CommonOptions& common = options.common;
   for (const std::string& path : {options.output, options.csv}) {
     if (!path.empty()) RequireNew(path, common);
@@ -130,7 +130,7 @@ int Run(Options options) {
 }  // namespace
 
 void AddScoreCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ScoreCommand>();
   CLI::App* command = app.add_subcommand(
       "score", "Measure clips: penetration, contact, slip, jitter, and errors to a reference");
   command

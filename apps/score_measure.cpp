@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
+#include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
-#include "geometry/resample.h"
 #include "geometry/score/object_shape.h"
-#include "solver/clip_state.h"
+#include "solver/fit/clip_state.h"
 
 namespace holdfast::apps {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "generator/joint_error.h"
-#include "generator/motion_metrics.h"
+#include "generator/walk_statistics/joint_error.h"
+#include "generator/walk_statistics/motion_metrics.h"
 #include "geometry/score/contact_score.h"
 #include "geometry/score/object_pose_error.h"
 

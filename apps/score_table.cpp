@@ -29,15 +29,15 @@ std::string ShortName(const ClipScore& score) {
   return score.foreign_body ? name + "*" : name;
 }
 
-struct Row {
+struct TableRow {
   std::string label, unit;
   std::vector<std::string> cells;
 };
 
-std::string Layout(const std::vector<Row>& rows) {
+std::string Layout(const std::vector<TableRow>& rows) {
   std::vector<std::size_t> widths;
   std::size_t label = 0, unit = 0;
-  for (const Row& row : rows) {
+  for (const TableRow& row : rows) {
     label = std::max(label, row.label.size());
     unit = std::max(unit, row.unit.size());
     widths.resize(std::max(widths.size(), row.cells.size()), 0);
@@ -46,7 +46,7 @@ std::string Layout(const std::vector<Row>& rows) {
     }
   }
   std::string text;
-  for (const Row& row : rows) {
+  for (const TableRow& row : rows) {
     std::string line = fmt::format("{:<{}}  {:<{}}", row.label, label, row.unit, unit);
     for (std::size_t c = 0; c < row.cells.size(); ++c) {
       line += fmt::format("  {:>{}}", row.cells[c], widths[c]);
@@ -91,7 +91,7 @@ std::string TableOfColumns(std::span<const ClipScore> scores, const ScoreOptions
       hands.push_back(HandValues(score, h, options));
     }
   }
-  std::vector<Row> rows(1);
+  std::vector<TableRow> rows(1);
   for (std::size_t c = 0; c < scores.size(); ++c) {
     rows[0].cells.push_back(ShortName(scores[c]));
     for (std::size_t h = 0; h < hand_values[c].size(); ++h) {
@@ -101,7 +101,7 @@ std::string TableOfColumns(std::span<const ClipScore> scores, const ScoreOptions
   if (summarize) {
     for (const char* name : {"mean", "median", "worst", ""}) rows[0].cells.push_back(name);
   }
-  Row about{"frames, hand", "", {}};
+  TableRow about{"frames, hand", "", {}};
   for (std::size_t c = 0; c < scores.size(); ++c) {
     const ClipScore& score = scores[c];
     about.cells.push_back(fmt::format("{}, {}", score.frames,
@@ -120,7 +120,7 @@ std::string TableOfColumns(std::span<const ClipScore> scores, const ScoreOptions
     if (std::ranges::none_of(values, known)) continue;
     if (group && *group != metric.group) rows.push_back({});
     group = metric.group;
-    Row row{metric.label, metric.unit, {}};
+    TableRow row{metric.label, metric.unit, {}};
     for (std::size_t c = 0; c < values.size(); ++c) {
       row.cells.push_back(Number(values[c].at(metric.key), metric));
       for (const MetricValues& hand : hand_values[c]) {
@@ -153,21 +153,21 @@ std::string TableOfRows(std::span<const ClipScore> scores, const ScoreOptions& o
     const auto known = [&](const MetricValues& v) { return v.at(key).has_value(); };
     if (std::ranges::any_of(values, known)) heads.push_back(*metric);
   }
-  std::vector<Row> rows(2);
+  std::vector<TableRow> rows(2);
   rows[0].label = "clip";
   for (const MetricDefinition& metric : heads) {
     rows[0].cells.push_back(metric.label);
     rows[1].cells.push_back(metric.unit);
   }
   for (std::size_t c = 0; c < scores.size(); ++c) {
-    Row row{ShortName(scores[c]), "", {}};
+    TableRow row{ShortName(scores[c]), "", {}};
     for (const MetricDefinition& metric : heads) {
       row.cells.push_back(Number(values[c].at(metric.key), metric));
     }
     rows.push_back(std::move(row));
   }
   std::string text = Layout(rows) + "\n";
-  std::vector<Row> summaries = {
+  std::vector<TableRow> summaries = {
       {fmt::format("over {} clips", scores.size()), "", {"mean", "median", "worst", "", "clips"}}};
   for (const MetricDefinition& metric : metrics) {
     const auto summary = SummarizeMetric(metric, values);

@@ -8,7 +8,7 @@
 #include "generator/imos/default_network.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
-#include "geometry/io/byte_source.h"
+#include "geometry/io/container/byte_source.h"
 
 namespace holdfast::apps {
 namespace {

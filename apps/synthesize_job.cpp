@@ -13,10 +13,10 @@
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
-#include "solver/action_clip.h"
-#include "solver/action_measures.h"
-#include "solver/synthesis.h"
-#include "solver/synthesis_motion.h"
+#include "solver/actions/action_clip.h"
+#include "solver/actions/action_measures.h"
+#include "solver/synthesis/synthesis.h"
+#include "solver/synthesis/synthesis_motion.h"
 
 namespace holdfast::apps {
 namespace {

@@ -10,10 +10,10 @@
 #include "apps/clip_input.h"
 #include "apps/reach_job.h"
 #include "generator/actions/standing_start.h"
+#include "geometry/conventions/posture.h"
 #include "geometry/error.h"
-#include "geometry/inspect/posture.h"
 #include "geometry/seed.h"
-#include "solver/action_clip.h"
+#include "solver/actions/action_clip.h"
 
 namespace holdfast::apps {
 namespace {

@@ -10,8 +10,8 @@
 #include "apps/common.h"
 #include "apps/fit_library.h"
 #include "generator/imos/vocabulary.h"
-#include "geometry/clip.h"
-#include "solver/action_studio.h"
+#include "geometry/clip/clip.h"
+#include "solver/actions/action_studio.h"
 
 namespace holdfast::apps {
 

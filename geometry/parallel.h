@@ -10,6 +10,10 @@
 
 namespace holdfast {
 
+/// Threads that this process may use: of the cores that its affinity allows (taskset, Slurm), at
+/// most its control group's share (containers). At least 1.
+int AvailableThreads();
+
 /// Calls body(index) for 0 <= index < count on up to `threads` threads, the caller's among them.
 /// Which thread takes which index is open: results must be written by index, and then do not depend
 /// on `threads`. The first exception is rethrown here when all have stopped.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -9,6 +10,8 @@
 /// Rotations: axis-angle in files, matrices in between, tangent increments in solvers.
 /// All act on column vectors. Jacobian names read "d out / d in" (J_out_in).
 namespace holdfast {
+
+inline constexpr double kDegree = std::numbers::pi / 180.0;  ///< radians
 
 /// [v]x, the matrix with [v]x w = v x w.
 template <typename T>

@@ -18,8 +18,8 @@ std::optional<std::size_t> FindBeyond(std::span<const T> values, double most) {
     const auto block = values.subspan(begin, std::min(kBlock, values.size() - begin));
     const Eigen::Map<const Eigen::Array<T, Eigen::Dynamic, 1>> x(
         block.data(), static_cast<Eigen::Index>(block.size()));
-    if (Within(x.abs().template maxCoeff<Eigen::PropagateNaN>(), most)) continue;
-    const auto bad = std::ranges::find_if(block, [&](T value) { return !Within(value, most); });
+    if (IsWithin(x.abs().template maxCoeff<Eigen::PropagateNaN>(), most)) continue;
+    const auto bad = std::ranges::find_if(block, [&](T value) { return !IsWithin(value, most); });
     return begin + static_cast<std::size_t>(bad - block.begin());
   }
   return std::nullopt;
@@ -32,7 +32,7 @@ void RequireWithin(const Eigen::Ref<const Eigen::MatrixXd>& values, double most,
                    std::string_view remedy) {
   for (Eigen::Index c = 0; c < values.cols(); ++c) {
     for (Eigen::Index r = 0; r < values.rows(); ++r) {
-      if (Within(values(r, c), most)) continue;
+      if (IsWithin(values(r, c), most)) continue;
       throw Error(fmt::format("{}[{}]", where, field),
                   fmt::format("holds {:g} in {} {}", values(r, c), column_is, c), remedy);
     }

@@ -24,7 +24,7 @@ inline constexpr std::string_view kMetresRemedy =
 inline constexpr std::string_view kRadiansRemedy =
     "Angles are radians, within 1,000: check the units";
 
-inline bool Within(double value, double most) { return value >= -most && value <= most; }
+inline bool IsWithin(double value, double most) { return value >= -most && value <= most; }
 
 /// Throws Error ("where[field]", with value and column) for the first number beyond +-`most` or no
 /// number. `column_is`: what a column is, "frame". RequireInRange of clips, motions and meshes

@@ -10,9 +10,9 @@
 #include "apps/train/training_curves.h"
 #include "generator/imos/action_set.h"
 #include "generator/imos/vocabulary.h"
-#include "generator/training/imos_trainer.h"
+#include "generator/training/imos/imos_trainer.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 
 namespace holdfast::apps {
 namespace {
@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-struct Options {
+struct TrainImosCommand {
   CommonOptions common;
   std::vector<std::string> folders, validation{"s1"}, held_out{"s10"}, drop;
   std::string output, body, from, embeddings, key_frames = "whole";
@@ -68,9 +68,10 @@ std::map<std::string, std::string> DataNotes(const imos::ActionSet& set) {
   return {{"seconds_per_key_frame", json(seconds).dump()}, {"seen", json(seen).dump()}};
 }
 
-class Training {
+class ImosTraining {
  public:
-  explicit Training(const Options& options) : options_(options), folder_(options.output) {}
+  explicit ImosTraining(const TrainImosCommand& options)
+      : options_(options), folder_(options.output) {}
 
   int Run();
 
@@ -93,7 +94,7 @@ class Training {
                                        : line["train"]["mpjpe_m"].get<double>();
   }
 
-  const Options& options_;
+  const TrainImosCommand& options_;
   fs::path folder_;
   imos::ActionSet set_;
   std::vector<imos::ActionSequence> some_trained_;  // to compare with those that are not
@@ -102,7 +103,7 @@ class Training {
   bool has_critic_ = false;
 };
 
-imos::TrainingOptions Training::Recipe() const {
+imos::TrainingOptions ImosTraining::Recipe() const {
   imos::TrainingOptions recipe = options_.paper ? imos::PaperOptions() : imos::TrainingOptions();
   imos::Config& config = recipe.config;
   if (!options_.embeddings.empty()) {
@@ -133,7 +134,7 @@ imos::TrainingOptions Training::Recipe() const {
   return recipe;
 }
 
-imos::ActionSet Training::Read() const {
+imos::ActionSet ImosTraining::Read() const {
   Progress progress(options_.common, "reading clips");
   imos::ActionSetOptions what;
   what.sequences.rule =
@@ -156,7 +157,7 @@ imos::ActionSet Training::Read() const {
   return set;
 }
 
-json Training::Evaluate(const imos::Trainer& trainer) const {
+json ImosTraining::Evaluate(const imos::Trainer& trainer) const {
   json line{{"kind", "rollout"},
             {"iteration", trainer.Iteration()},
             {"train", ErrorsJson(trainer.Evaluate(some_trained_))}};
@@ -165,7 +166,8 @@ json Training::Evaluate(const imos::Trainer& trainer) const {
 }
 
 // <name>.safetensors with all that training needs, <name>_half.safetensors to be shipped.
-void Training::Keep(const imos::Trainer& trainer, const json& line, const std::string& name) const {
+void ImosTraining::Keep(const imos::Trainer& trainer, const json& line,
+                        const std::string& name) const {
   imos::NetworkWeights weights = trainer.Weights(true);
   weights.notes = DataNotes(set_);
   weights.notes["made_by"] = "holdfast train imos " HOLDFAST_VERSION;
@@ -180,14 +182,14 @@ void Training::Keep(const imos::Trainer& trainer, const json& line, const std::s
                      folder_ / (name + "_half.safetensors"), true);
 }
 
-void Training::WriteLog() const {
+void ImosTraining::WriteLog() const {
   std::string text;
   for (const json& line : lines_) text += line.dump() + "\n";
   WriteAtomically(folder_ / "training.jsonl", text);
   WriteAtomically(folder_ / "train.html", ImosTrainingPage(lines_, options_.iterations));
 }
 
-void Training::Loop(imos::Trainer& trainer) {
+void ImosTraining::Loop(imos::Trainer& trainer) {
   const fs::path checkpoint = folder_ / "checkpoint.safetensors";
   Progress progress(options_.common, "iterations");
   imos::Losses sum;
@@ -247,7 +249,7 @@ void Training::Loop(imos::Trainer& trainer) {
   WriteLog();
 }
 
-int Training::Summarise(const imos::Trainer& trainer) const {
+int ImosTraining::Summarise(const imos::Trainer& trainer) const {
   json summary = JsonHead("holdfast/train-imos/1", options_.common);
   summary["iterations"] = trainer.Iteration();
   summary["parameters"] = trainer.NumParameters();
@@ -268,7 +270,7 @@ int Training::Summarise(const imos::Trainer& trainer) const {
   return kInterrupted;
 }
 
-int Training::Run() {
+int ImosTraining::Run() {
   const fs::path checkpoint = folder_ / "checkpoint.safetensors";
   const bool goes_on = fs::exists(checkpoint) && !options_.common.force;
   set_ = Read();
@@ -307,7 +309,7 @@ int Training::Run() {
   return Summarise(trainer);
 }
 
-void AddAblations(CLI::App& command, Options& options) {
+void AddAblations(CLI::App& command, TrainImosCommand& options) {
   auto* random = command.add_flag("--random-embeddings", options.random_embeddings,
                                   "Fixed random vectors for actions (the paper's first ablation)");
   command.add_flag("--no-attention", options.no_attention,
@@ -324,7 +326,7 @@ void AddAblations(CLI::App& command, Options& options) {
 }  // namespace
 
 void AddTrainImosCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TrainImosCommand>();
   CLI::App* command = app.add_subcommand(
       "imos", "Trains IMoS's c-VAEs: what somebody does with an object, from an intent");
   command
@@ -414,7 +416,7 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
       if (drop->count() == 0) options->drop = {"lift"};
       if (rate->count() == 0) options->learning_rate = imos::PaperOptions().learning_rate;
     }
-    exit_code = Training(*options).Run();
+    exit_code = ImosTraining(*options).Run();
   });
 }
 

@@ -10,7 +10,7 @@
 #include "generator/imos/action_set.h"
 #include "generator/imos/synthesis_metrics.h"
 #include "generator/imos/vocabulary.h"
-#include "generator/training/recogniser.h"
+#include "generator/training/imos/recogniser.h"
 #include "geometry/error.h"
 
 namespace holdfast::apps {
@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-struct Options {
+struct TrainRecogniserCommand {
   CommonOptions common;
   std::vector<std::string> folders, validation{"s1"}, held_out{"s10"}, without;
   std::string output, body, rule = "whole";
@@ -78,7 +78,7 @@ std::string Line(const char* what, const json& accuracy) {
   return text + "\n";
 }
 
-int Train(Options& options) {
+int Train(TrainRecogniserCommand& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
   imos::ActionSetOptions what;
@@ -147,7 +147,7 @@ int Train(Options& options) {
 }  // namespace
 
 void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TrainRecogniserCommand>();
   imos::RecogniserOptions& training = options->training;
   CLI::App* command = app.add_subcommand(
       "recogniser",

@@ -8,12 +8,12 @@
 #include "apps/read_json.h"
 #include "apps/train/training_curves.h"
 #include "apps/train/training_page.h"
-#include "generator/reach_motion.h"
-#include "generator/training/trainer.h"
+#include "generator/scripted/reach_motion.h"
+#include "generator/training/wandr/trainer.h"
 #include "generator/wandr/reach_protocol.h"
 #include "generator/wandr/reach_starts.h"
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 
 namespace holdfast::apps {
 namespace {
@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-struct Options {
+struct TrainWandrCommand {
   CommonOptions common;
   std::vector<std::string> corpora;
   std::string output, held_out, body, from, wrist = "right";
@@ -60,9 +60,9 @@ void Add(const wandr::TrainingLosses& from, double weight, wandr::TrainingLosses
   to.gradient += weight * from.gradient;
 }
 
-class Training {
+class WandrTraining {
  public:
-  Training(const Options& options, const BodyModel& body)
+  WandrTraining(const TrainWandrCommand& options, const BodyModel& body)
       : options_(options),
         folder_(options.output),
         measures_(MeasureBody(body, Eigen::VectorXd())),
@@ -76,7 +76,7 @@ class Training {
   void Keep(const wandr::Trainer& trainer, const json& validation, const std::string& name) const;
   void WriteLog() const;
 
-  const Options& options_;
+  const TrainWandrCommand& options_;
   fs::path folder_;
   BodyMeasures measures_;
   wandr::BoneOffsets<float> bones_;
@@ -85,7 +85,7 @@ class Training {
   std::vector<json> lines_;
 };
 
-wandr::TrainingOptions Training::Recipe() const {
+wandr::TrainingOptions WandrTraining::Recipe() const {
   wandr::TrainingOptions recipe = options_.paper ? wandr::PaperOptions() : wandr::TrainingOptions();
   recipe.intention.wrist = options_.wrist == "right" ? Side::kRight : Side::kLeft;
   recipe.iterations = options_.iterations;
@@ -113,7 +113,7 @@ wandr::TrainingOptions Training::Recipe() const {
 }
 
 // The protocol on starts that no table is made of, one sample a goal.
-json Training::Evaluate(const wandr::Trainer& trainer) const {
+json WandrTraining::Evaluate(const wandr::Trainer& trainer) const {
   const wandr::NetworkWeights weights = trainer.Weights(false);
   const wandr::Network<float> network(weights);
   const wandr::Normaliser<double> norms(weights.statistics);
@@ -138,8 +138,8 @@ json Training::Evaluate(const wandr::Trainer& trainer) const {
 }
 
 // <name>.safetensors, and <name>_half.safetensors of half the size, to be shipped.
-void Training::Keep(const wandr::Trainer& trainer, const json& validation,
-                    const std::string& name) const {
+void WandrTraining::Keep(const wandr::Trainer& trainer, const json& validation,
+                         const std::string& name) const {
   wandr::NetworkWeights weights = trainer.Weights(true);
   weights.notes["made_by"] = "holdfast train wandr " HOLDFAST_VERSION;
   weights.notes["iteration"] = std::to_string(trainer.Iteration());
@@ -151,14 +151,14 @@ void Training::Keep(const wandr::Trainer& trainer, const json& validation,
   wandr::WriteNetwork(weights, folder_ / (name + "_half.safetensors"), true);
 }
 
-void Training::WriteLog() const {
+void WandrTraining::WriteLog() const {
   std::string text;
   for (const json& line : lines_) text += line.dump() + "\n";
   WriteAtomically(folder_ / "training.jsonl", text);
   WriteAtomically(folder_ / "train.html", TrainingPage(lines_, options_.iterations));
 }
 
-int Training::Run() {
+int WandrTraining::Run() {
   const fs::path checkpoint = folder_ / "checkpoint.safetensors";
   const bool goes_on = fs::exists(checkpoint) && !options_.common.force;
   fs::create_directories(folder_);
@@ -275,7 +275,7 @@ int Training::Run() {
 }  // namespace
 
 void AddTrainWandrCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TrainWandrCommand>();
   CLI::App* command = app.add_subcommand(
       "wandr", "Trains WANDR's c-VAE: human motion that goes and reaches for goals");
   command->add_option("corpus", options->corpora, "Folders of clips, as of 'make-reach-data'")
@@ -355,8 +355,9 @@ void AddTrainWandrCommand(CLI::App& app, int& exit_code) {
       "  holdfast train wandr reaches -o out/wandr --held-out reaches/captured/held_out\n"
       "  holdfast train wandr reaches -o out/paper --paper --iterations 20000\n"
       "  holdfast reach --goal 1.5,1.0,1.1 --weights out/wandr/best.safetensors\n");
-  command->callback(
-      [options, &exit_code] { exit_code = Training(*options, *LoadBody(options->body)).Run(); });
+  command->callback([options, &exit_code] {
+    exit_code = WandrTraining(*options, *LoadBody(options->body)).Run();
+  });
 }
 
 }  // namespace holdfast::apps

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 
 namespace holdfast::apps {
 namespace {

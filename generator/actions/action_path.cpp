@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "generator/minimum_jerk.h"
+#include "generator/scripted/minimum_jerk.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 

@@ -4,15 +4,15 @@
 #include <cmath>
 #include <vector>
 
-#include "geometry/contact_metrics.h"
+#include "geometry/body/skeleton.h"
 #include "geometry/error.h"
+#include "geometry/score/contact_metrics.h"
 
 namespace holdfast {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kNeck = 12, kHead = 15, kJaw = 22, kLeftEye = 23, kRightEye = 24;
 constexpr double kMidline_m = 0.012, kEarBand_m = 0.02;
 
 double WeightOf(const BodySurface& body, int vertex, std::initializer_list<int> joints) {

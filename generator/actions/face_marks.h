@@ -3,8 +3,8 @@
 
 #include <Eigen/Core>
 
-#include "geometry/body_model.h"
-#include "geometry/mesh.h"
+#include "geometry/body/body_model.h"
+#include "geometry/mesh/mesh.h"
 
 namespace holdfast {
 

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "generator/limb_ik.h"
+#include "generator/body/limb_ik.h"
+#include "geometry/body/skeleton.h"
 
 namespace holdfast {
 namespace {
@@ -13,14 +14,14 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kHip = 1, kKnee = 4, kAnkle = 7, kChest = 9, kHead = 15;  // left; the right is next
+constexpr int kHip = 1, kKnee = 4, kAnkle = 7;  // left; the right is next
 constexpr int kLeastFrames = 24, kMostFrames = 150;
 constexpr double kStill_m = 0.02;  // that an ankle or, twice that, the pelvis wanders
 constexpr double kIdle_m = 0.10;   // that a hand wanders, against the pelvis
 
 bool Stands(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame) {
   const BodyPlacement at = Place(rest_joints, frame);
-  if (at.rotation[0](2, 1) < 0.96 || at.rotation[kChest](2, 1) < 0.93) return false;
+  if (at.rotation[0](2, 1) < 0.96 || at.rotation[kSpine3](2, 1) < 0.93) return false;
   if (at.rotation[kHead](2, 1) < 0.93) return false;
   // The face looks where the body does.
   const Vector3d forward = at.rotation[0].col(2);

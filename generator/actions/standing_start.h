@@ -8,7 +8,7 @@
 
 #include "generator/matching/body_frame.h"
 #include "generator/matching/leg_placement.h"
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
 
 namespace holdfast {
 

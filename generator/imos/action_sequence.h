@@ -11,8 +11,8 @@
 #include "generator/imos/config.h"
 #include "generator/imos/key_frames.h"
 #include "generator/wandr/body_kinematics.h"
-#include "geometry/body_model.h"
-#include "geometry/clip.h"
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
 
 namespace holdfast::imos {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "generator/imos/action_sequence.h"
-#include "geometry/body_model.h"
+#include "geometry/body/body_model.h"
 
 namespace holdfast::imos {
 

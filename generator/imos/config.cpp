@@ -13,7 +13,6 @@
 namespace holdfast::imos {
 namespace {
 
-constexpr const char* kRemedy = "Give weights that 'holdfast train imos' or import-weights wrote";
 constexpr int kMaxWidth = 65536;
 constexpr int kMaxAttentionLayers = 64;
 
@@ -245,7 +244,8 @@ Config CompactConfig() {
 void CheckConfig(const Config& config, const std::string& where) {
   ForEachSize(config, [&](const char* name, int value) {
     if (value < 1 || value > kMaxWidth) {
-      throw Error(where, fmt::format("'{}' is {}, not in 1..{}", name, value, kMaxWidth), kRemedy);
+      throw Error(where, fmt::format("'{}' is {}, not in 1..{}", name, value, kMaxWidth),
+                  kWeightsRemedy);
     }
   });
   const long all_heads = long{config.attention_heads} * config.attention_width;
@@ -253,7 +253,7 @@ void CheckConfig(const Config& config, const std::string& where) {
     throw Error(where,
                 fmt::format("attention of {} layers and {} rows is more than {} and {}",
                             config.attention_layers, all_heads, kMaxAttentionLayers, kMaxWidth),
-                kRemedy);
+                kWeightsRemedy);
   }
 }
 
@@ -268,11 +268,11 @@ Config ConfigFromTexts(std::map<std::string, std::string>& texts, const std::str
   ForEachOption(config, [&](const char* name, auto& value) {
     const auto text = texts.extract(name);
     if (text.empty()) {
-      throw Error(where, fmt::format("its metadata does not say '{}'", name), kRemedy);
+      throw Error(where, fmt::format("its metadata does not say '{}'", name), kWeightsRemedy);
     }
     if (!FromText(text.mapped(), value)) {
       throw Error(where, fmt::format("'{}' is '{}', which means nothing here", name, text.mapped()),
-                  kRemedy);
+                  kWeightsRemedy);
     }
   });
   CheckConfig(config, where);

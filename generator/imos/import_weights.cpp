@@ -9,12 +9,12 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/io/data_file.h"
+#include "geometry/io/pickle/data_file.h"
 
 namespace holdfast::imos {
 namespace {
 
-constexpr const char* kRemedy =
+constexpr const char* kCheckpointRemedy =
     "Give the arms' and the body's checkpoint of IMoS as its training code saves them, in that "
     "order";
 
@@ -55,7 +55,8 @@ void ReadState(const std::filesystem::path& path, const std::string& prefix,
     any = true;
   }
   if (!any) {
-    throw Error(path.string(), "it holds no tensor by a name of IMoS's networks", kRemedy);
+    throw Error(path.string(), "it holds no tensor by a name of IMoS's networks",
+                kCheckpointRemedy);
   }
 }
 
@@ -73,10 +74,10 @@ class Shapes {
   int Length(const std::string& name, std::size_t axis) const {
     const auto found = tensors_.find(name);
     if (found == tensors_.end()) {
-      throw Error(where_, fmt::format("there is no tensor '{}'", name), kRemedy);
+      throw Error(where_, fmt::format("there is no tensor '{}'", name), kCheckpointRemedy);
     }
     if (found->second.shape.size() != 2 || found->second.shape[axis] > 1'000'000) {
-      throw Error(where_, fmt::format("'{}' is no matrix of a network", name), kRemedy);
+      throw Error(where_, fmt::format("'{}' is no matrix of a network", name), kCheckpointRemedy);
     }
     return static_cast<int>(found->second.shape[axis]);
   }
@@ -98,7 +99,7 @@ void FindBodyInputs(int inputs, const std::string& where, Config& config) {
   throw Error(
       where,
       fmt::format("the body's past encoder takes {} values, which fits no configuration", inputs),
-      kRemedy);
+      kCheckpointRemedy);
 }
 
 Config ConfigOfShapes(const nn::TensorMap& tensors, const std::string& where,

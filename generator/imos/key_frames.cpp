@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "geometry/clip/resample.h"
 #include "geometry/error.h"
-#include "geometry/resample.h"
 
 namespace holdfast::imos {
 namespace {

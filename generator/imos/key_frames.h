@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "generator/imos/config.h"
-#include "geometry/clip.h"
+#include "geometry/clip/clip.h"
 
 namespace holdfast::imos {
 

@@ -8,7 +8,7 @@
 
 #include "generator/nn/random_stream.h"
 #include "geometry/error.h"
-#include "geometry/io/safetensors.h"
+#include "geometry/io/container/safetensors.h"
 #include "geometry/isa.h"
 #include "geometry/parallel.h"
 
@@ -16,7 +16,7 @@ namespace holdfast::imos {
 namespace {
 
 constexpr const char* kFormat = "imos-recogniser-1";
-constexpr const char* kRemedy = "Give a file that 'holdfast train recogniser' wrote";
+constexpr const char* kRecogniserRemedy = "Give a file that 'holdfast train recogniser' wrote";
 
 constexpr int kHidden = kRecogniserFeatures;
 constexpr int kGates = 4 * kHidden;
@@ -96,7 +96,8 @@ RecogniserWeights ReadRecogniser(const std::filesystem::path& path) {
     // "pt" is what PyTorch's own writer says.
     if (format.mapped() != kFormat && format.mapped() != "pt") {
       throw Error(path.string(),
-                  fmt::format("its format is '{}', not '{}'", format.mapped(), kFormat), kRemedy);
+                  fmt::format("its format is '{}', not '{}'", format.mapped(), kFormat),
+                  kRecogniserRemedy);
     }
   }
   for (const std::string& name : file.Names()) {

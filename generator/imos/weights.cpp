@@ -10,14 +10,13 @@
 
 #include "generator/nn/random_stream.h"
 #include "geometry/error.h"
-#include "geometry/io/data_file.h"
+#include "geometry/io/pickle/data_file.h"
 
 namespace holdfast::imos {
 namespace {
 
 constexpr const char* kFormat = "imos-1";
 constexpr const char* kTableName = "action_embedding.weight";
-constexpr const char* kRemedy = "Give weights that 'holdfast train imos' or import-weights wrote";
 
 bool IsPresentEncoder(std::string_view name) {
   for (const char* part : {"enc_bn1.", "enc_rb1.", "enc_rb2.", "mu_present.", "sigma_present."}) {
@@ -48,21 +47,21 @@ void CheckTensor(const TensorShape& expected, const nn::TensorMap& tensors,
                  const std::string& where) {
   const auto found = tensors.find(expected.name);
   if (found == tensors.end()) {
-    throw Error(where, fmt::format("there is no tensor '{}'", expected.name), kRemedy);
+    throw Error(where, fmt::format("there is no tensor '{}'", expected.name), kWeightsRemedy);
   }
   const nn::Tensor& tensor = found->second;
   if (tensor.shape != expected.shape || tensor.values.size() != SizeOf(expected.shape)) {
     throw Error(where,
                 fmt::format("'{}' is {}, {} is needed", expected.name,
                             fmt::join(tensor.shape, " x "), fmt::join(expected.shape, " x ")),
-                kRemedy);
+                kWeightsRemedy);
   }
   if (!std::ranges::all_of(tensor.values, [](float v) { return std::isfinite(v); })) {
     throw Error(where, fmt::format("'{}' holds values that are not finite", expected.name),
                 "The training that wrote it diverged: use an earlier checkpoint");
   }
   if (expected.name.ends_with(".running_var") && std::ranges::min(tensor.values) < 0.0f) {
-    throw Error(where, fmt::format("'{}' holds negative variances", expected.name), kRemedy);
+    throw Error(where, fmt::format("'{}' holds negative variances", expected.name), kWeightsRemedy);
   }
 }
 
@@ -99,7 +98,7 @@ NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& whe
                 format.empty()
                     ? fmt::format("its metadata does not say that it is '{}'", kFormat)
                     : fmt::format("its format is '{}', not '{}'", format.mapped(), kFormat),
-                kRemedy);
+                kWeightsRemedy);
   }
   weights.config = ConfigFromTexts(weights.notes, where);
   // Nothing that a configuration of these sizes does not have is read.
@@ -115,7 +114,7 @@ NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& whe
   for (const std::string& name : file.Names()) {
     if (!weights.tensors.contains(name)) {
       throw Error(where, fmt::format("networks of this configuration have no tensor '{}'", name),
-                  kRemedy);
+                  kWeightsRemedy);
     }
   }
   CheckNetwork(weights, where);
@@ -152,7 +151,7 @@ void CheckNetwork(const NetworkWeights& weights, const std::string& where) {
   for (const auto& [name, tensor] : weights.tensors) {
     if (std::ranges::find(expected, name, &TensorShape::name) == expected.end()) {
       throw Error(where, fmt::format("networks of this configuration have no tensor '{}'", name),
-                  kRemedy);
+                  kWeightsRemedy);
     }
   }
 }

@@ -10,7 +10,7 @@
 
 #include "generator/imos/config.h"
 #include "generator/nn/tensor.h"
-#include "geometry/io/safetensors.h"
+#include "geometry/io/container/safetensors.h"
 
 namespace holdfast::imos {
 

@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "geometry/clip.h"
-#include "geometry/skeleton.h"
+#include "geometry/body/skeleton.h"
+#include "geometry/clip/clip.h"
 
 namespace holdfast {
 

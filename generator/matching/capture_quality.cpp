@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "generator/matching/capture_quality.h"
+#include "geometry/rotation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +12,9 @@ namespace holdfast {
 namespace {
 
 constexpr double kRate = 30.0;
-constexpr double kSkate = 0.02 / 3.0;  // metres per frame
-constexpr double kStill = 0.15;        // m/s
-constexpr double kAirborne = 0.10;     // metres
-constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kSkate = 0.02 / 3.0;              // metres per frame
+constexpr double kStill = 0.15;                    // m/s
+constexpr double kAirborne = 0.10;                 // metres
 constexpr double kAlwaysAllowed = 17.0 * kDegree;  // of joints that captures hardly use
 
 double Percentile(std::vector<double> values, double share) {

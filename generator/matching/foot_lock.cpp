@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "generator/limb_ik.h"
-#include "generator/minimum_jerk.h"
+#include "generator/body/limb_ik.h"
+#include "generator/scripted/minimum_jerk.h"
 
 namespace holdfast {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "generator/limb_ik.h"
+#include "generator/body/limb_ik.h"
 
 namespace holdfast {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "generator/matching/body_frame.h"
 #include "generator/matching/sole_contact.h"
-#include "geometry/clip.h"
+#include "geometry/clip/clip.h"
 
 namespace holdfast {
 

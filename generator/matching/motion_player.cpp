@@ -7,7 +7,6 @@
 namespace holdfast {
 namespace {
 
-constexpr double kRate = MotionLibrary::kFrameRate;
 constexpr double kSwinging = 0.03;     // m per frame: a foot this fast is no longer on the ground
 constexpr double kAnchorShare = 0.35;  // of what is new in a slide, taken up per frame
 
@@ -30,7 +29,7 @@ BodyFrame MotionPlayer::Sample(int clip, double frame) const {
 }
 
 BodyFrame MotionPlayer::Next() const {
-  return blend_.Apply(move_ * Sample(clip_, next_), blend_frames_ / kRate);
+  return blend_.Apply(move_ * Sample(clip_, next_), blend_frames_ / MotionLibrary::kFrameRate);
 }
 
 bool MotionPlayer::CanStep() const {
@@ -85,7 +84,8 @@ void MotionPlayer::Jump(MotionLibrary::Place place, double rate, double blend_s)
   const PlanarMove move = MoveFor(place);
   const BodyFrame new_now = move * Sample(place.clip, place.frame);
   const BodyFrame new_before = move * Sample(place.clip, place.frame - rate);
-  blend_ = MotionBlend(frames_.back(), old_now, new_before, new_now, kRate, blend_s);
+  blend_ =
+      MotionBlend(frames_.back(), old_now, new_before, new_now, MotionLibrary::kFrameRate, blend_s);
   blend_frames_ = 0;
   move_ = move;
   clip_ = place.clip;
@@ -102,7 +102,8 @@ WalkState MotionPlayer::State() const {
   const std::size_t span = std::min<std::size_t>(5, frames_.size() - 1);
   if (span > 0) {
     const BodyFrame& before = frames_[frames_.size() - 1 - span];
-    state.velocity = (now.pelvis - before.pelvis).head<2>() * kRate / static_cast<double>(span);
+    state.velocity = (now.pelvis - before.pelvis).head<2>() * MotionLibrary::kFrameRate /
+                     static_cast<double>(span);
   }
   return state;
 }

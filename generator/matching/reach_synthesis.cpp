@@ -15,7 +15,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Place = MotionLibrary::Place;
 
-constexpr double kRate = MotionLibrary::kFrameRate;
 constexpr int kSearchEvery = 6;  // frames
 // What another place must be better by, in costs, to be worth a transition.
 constexpr float kWorthJumping = 0.75f;
@@ -144,7 +143,7 @@ class Synthesis {
   // Until a captured reach fits, at the latest when the body stands and no longer gets nearer.
   Entry Walk(const Plan& plan) {
     const double way = (plan.target.place - player_.State().place).norm();
-    const int limit = static_cast<int>(kRate * (3.0 + way / 0.5));
+    const int limit = static_cast<int>(MotionLibrary::kFrameRate * (3.0 + way / 0.5));
     int near = 0, stuck = 0;
     WalkState before = player_.State();
     for (int t = 0; t < limit && stuck < 6; ++t) {
@@ -154,8 +153,8 @@ class Synthesis {
         if (entry.cost < kFittingCost + kPatience * static_cast<float>(near)) return entry;
       }
       Advance(PlanWalk(state, plan.target));
-      const double turning =
-          kRate * std::abs(std::remainder(state.yaw_rad - before.yaw_rad, 2.0 * M_PI));
+      const double turning = MotionLibrary::kFrameRate *
+                             std::abs(std::remainder(state.yaw_rad - before.yaw_rad, 2.0 * M_PI));
       const bool still = t > 15 && state.velocity.norm() < 0.15 && turning < 0.35;
       stuck = still ? stuck + 1 : 0;
       before = state;

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "generator/matching/body_frame.h"
-#include "geometry/ground_contact.h"
+#include "geometry/retarget/ground_contact.h"
 
 namespace holdfast {
 

@@ -15,7 +15,8 @@ class RandomStream {
  public:
   explicit RandomStream(std::uint64_t seed) : state_(seed) {}
   /// Streams of one seed with different indices have nothing to do with each other.
-  RandomStream(std::uint64_t seed, std::uint64_t index) : state_(SplitMix64(SplitMix64(seed) ^ SplitMix64(~index))) {}
+  RandomStream(std::uint64_t seed, std::uint64_t index)
+      : state_(SplitMix64(SplitMix64(seed) ^ SplitMix64(~index))) {}
 
   std::uint64_t Next() { return SplitMix64(state_ += kSplitMixStep); }
   /// In [0, 1), 53 bits.

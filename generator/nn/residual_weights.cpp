@@ -9,12 +9,11 @@
 #include <fmt/format.h>
 
 #include "generator/nn/random_stream.h"
+#include "generator/nn/tensor.h"
 #include "geometry/error.h"
 
 namespace holdfast::nn {
 namespace {
-
-constexpr const char* kRemedy = "Give a file of a network of this kind";
 
 // One more than the highest k of the names `<prefix>.blocks.<k>.`, and at least 1, so that what is
 // missing below it is asked for by name.
@@ -38,7 +37,8 @@ void CheckNamesKnown(const TensorMap& tensors, const std::string& prefix, const 
   for (auto it = tensors.lower_bound(begin); it != tensors.end(); ++it) {
     if (!it->first.starts_with(begin)) break;
     if (!known.contains(it->first)) {
-      throw Error(where, fmt::format("a residual network has no tensor '{}'", it->first), kRemedy);
+      throw Error(where, fmt::format("a residual network has no tensor '{}'", it->first),
+                  kNetworkRemedy);
     }
   }
 }
@@ -97,7 +97,7 @@ ResidualWeights ResidualFromTensors(const TensorMap& tensors, const std::string&
     throw Error(
         where,
         fmt::format("'{}' takes {} values, the whole input has {}", first_latent, latent, input),
-        kRemedy);
+        kNetworkRemedy);
   }
   for (int k = 0; k < blocks; ++k) {
     const std::string name = fmt::format(".blocks.{}.", k);
@@ -121,7 +121,7 @@ ResidualWeights ResidualFromTensors(const TensorMap& tensors, const std::string&
     throw Error(where,
                 fmt::format("'{}.output.weight' takes {} values, the network's width is {}", prefix,
                             network.output_weight.cols(), width),
-                kRemedy);
+                kNetworkRemedy);
   }
   network.output_bias = vector(".output.bias", network.output_weight.rows());
   TensorMap known;

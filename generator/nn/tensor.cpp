@@ -11,13 +11,12 @@ namespace holdfast::nn {
 namespace {
 
 using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-constexpr const char* kRemedy = "Give a file of a network of this kind";
 
 const Tensor& Find(const TensorMap& tensors, const std::string& name, const std::string& where,
                    std::size_t dimensions) {
   const auto found = tensors.find(name);
   if (found == tensors.end()) {
-    throw Error(where, fmt::format("there is no tensor '{}'", name), kRemedy);
+    throw Error(where, fmt::format("there is no tensor '{}'", name), kNetworkRemedy);
   }
   const Tensor& tensor = found->second;
   std::size_t size = 1;
@@ -25,7 +24,7 @@ const Tensor& Find(const TensorMap& tensors, const std::string& name, const std:
   if (tensor.shape.size() != dimensions || size == 0 || size != tensor.values.size()) {
     throw Error(where,
                 fmt::format("'{}' does not have {} dimension(s) of values", name, dimensions),
-                kRemedy);
+                kNetworkRemedy);
   }
   for (const float value : tensor.values) {
     if (!std::isfinite(value)) {
@@ -53,7 +52,7 @@ Eigen::MatrixXf ReadMatrix(const TensorMap& tensors, const std::string& name,
     throw Error(where,
                 fmt::format("'{}' is {} x {}, {} x {} is needed", name, matrix.rows(),
                             matrix.cols(), rows, cols),
-                kRemedy);
+                kNetworkRemedy);
   }
   return matrix;
 }
@@ -64,7 +63,7 @@ Eigen::VectorXf ReadVector(const TensorMap& tensors, const std::string& name,
   if (static_cast<Eigen::Index>(tensor.values.size()) != size) {
     throw Error(where,
                 fmt::format("'{}' has {} values, {} are needed", name, tensor.values.size(), size),
-                kRemedy);
+                kNetworkRemedy);
   }
   return Eigen::Map<const Eigen::VectorXf>(tensor.values.data(), size);
 }

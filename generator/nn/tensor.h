@@ -10,6 +10,8 @@
 
 namespace holdfast::nn {
 
+inline constexpr const char* kNetworkRemedy = "Give a file of a network of this kind";
+
 /// A named array of a weights file, C order.
 struct Tensor {
   std::vector<std::size_t> shape;

@@ -11,7 +11,7 @@
 #include <torch/torch.h>
 
 #include "generator/nn/tensor.h"
-#include "geometry/io/safetensors.h"
+#include "geometry/io/container/safetensors.h"
 
 namespace holdfast {
 

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "generator/wandr/pose.h"
-#include "geometry/skeleton.h"
+#include "geometry/body/skeleton.h"
 
 namespace holdfast::wandr {
 

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "geometry/embedded.h"
-#include "geometry/io/byte_source.h"
-#include "geometry/io/safetensors.h"
+#include "geometry/io/container/byte_source.h"
+#include "geometry/io/container/safetensors.h"
 
 namespace holdfast::wandr {
 namespace {

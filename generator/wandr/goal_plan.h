@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 
 #include "generator/wandr/intention.h"
-#include "geometry/skeleton.h"
+#include "geometry/body/skeleton.h"
 
 namespace holdfast::wandr {
 

@@ -8,8 +8,8 @@
 
 #include "generator/wandr/condition.h"
 #include "generator/wandr/pose_delta.h"
+#include "geometry/clip/resample.h"
 #include "geometry/error.h"
-#include "geometry/resample.h"
 #include "geometry/rotation.h"
 
 namespace holdfast::wandr {

@@ -3,12 +3,12 @@
 
 #include <Eigen/Core>
 
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
 #include "generator/wandr/body_kinematics.h"
 #include "generator/wandr/network.h"
 #include "generator/wandr/pose.h"
 #include "generator/wandr/rollout.h"
-#include "geometry/clip.h"
+#include "geometry/clip/clip.h"
 
 namespace holdfast::wandr {
 

@@ -15,7 +15,7 @@
 #include "generator/wandr/condition.h"
 #include "generator/wandr/intention.h"
 #include "generator/wandr/statistics.h"
-#include "geometry/io/safetensors.h"
+#include "geometry/io/container/safetensors.h"
 
 namespace holdfast::wandr {
 

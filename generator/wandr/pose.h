@@ -7,7 +7,7 @@
 
 #include "generator/wandr/heading.h"
 #include "generator/wandr/rotation_6d.h"
-#include "geometry/skeleton.h"
+#include "geometry/body/skeleton.h"
 
 namespace holdfast::wandr {
 

@@ -8,7 +8,7 @@
 
 #include "generator/wandr/body_kinematics.h"
 #include "generator/wandr/pose.h"
-#include "geometry/body_model.h"
+#include "geometry/body/body_model.h"
 
 namespace holdfast::wandr {
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
 #include "generator/wandr/rollout.h"
-#include "geometry/clip.h"
+#include "geometry/clip/clip.h"
 
 namespace holdfast::wandr {
 

@@ -27,19 +27,19 @@ void ForEachFeature(S& statistics, const Visit& visit) {
 template <int kSize>
 void Read(const nn::TensorMap& tensors, const std::string& name, const std::string& where,
           bool positive, Eigen::Matrix<double, kSize, 1>& out) {
-  constexpr const char* kRemedy = "Give a file of a WANDR network with its statistics";
+  constexpr const char* kStatisticsRemedy = "Give a file of a WANDR network with its statistics";
   const auto found = tensors.find(name);
   if (found == tensors.end()) {
-    throw Error(where, fmt::format("there is no tensor '{}'", name), kRemedy);
+    throw Error(where, fmt::format("there is no tensor '{}'", name), kStatisticsRemedy);
   }
   const std::vector<float>& values = found->second.values;
   if (values.size() != static_cast<std::size_t>(kSize)) {
     throw Error(where, fmt::format("'{}' has {} values, {} are needed", name, values.size(), kSize),
-                kRemedy);
+                kStatisticsRemedy);
   }
   for (int i = 0; i < kSize; ++i) {
     if (!std::isfinite(values[i]) || (positive && values[i] < 0.0f)) {
-      throw Error(where, fmt::format("'{}' holds {}", name, values[i]), kRemedy);
+      throw Error(where, fmt::format("'{}' holds {}", name, values[i]), kStatisticsRemedy);
     }
     out[i] = values[i];
   }

@@ -24,8 +24,8 @@ constexpr std::array<std::string_view, 2> kFrameRates = {"mocap_frame_rate", "mo
 constexpr int kSmplhJoints = 52;
 constexpr int kSmplJoints = 24;
 
-double ReadFrameRate(const Fields& fields, const ParameterOptions& options,
-                     ImportedClip& imported) {
+double ReadAmassFrameRate(const Fields& fields, const ParameterOptions& options,
+                          ImportedClip& imported) {
   if (const auto rate = fields.Find(kFrameRates)) {
     const double value = rate->Number();
     if (!(value > 0) || !std::isfinite(value)) {
@@ -107,7 +107,7 @@ bool LooksLikeAmass(const Fields& fields) {
 ImportedClip ImportAmass(const Fields& fields, const ParameterOptions& options) {
   ImportedClip imported;
   Clip& clip = imported.clip;
-  clip.frame_rate = ReadFrameRate(fields, options, imported);
+  clip.frame_rate = ReadAmassFrameRate(fields, options, imported);
   clip.trans = ReadFrameRows(fields["trans"], 3);
   const Index frames = clip.trans.cols();
   const bool parts = fields.Has("root_orient") && fields.Has("pose_body");

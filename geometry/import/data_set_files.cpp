@@ -8,7 +8,7 @@
 #include "geometry/error.h"
 #include "geometry/import/fields.h"
 #include "geometry/import/rotation_arrays.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/io/mesh/mesh_io.h"
 
 namespace holdfast {
 namespace {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "geometry/io/data_file.h"
+#include "geometry/io/pickle/data_file.h"
 
 namespace holdfast {
 

@@ -5,17 +5,17 @@
 
 #include <fmt/format.h>
 
+#include "geometry/conventions/hand_evidence.h"
 #include "geometry/error.h"
 #include "geometry/import/fields.h"
 #include "geometry/import/rotation_arrays.h"
-#include "geometry/inspect/hand_evidence.h"
 
 namespace holdfast {
 namespace {
 
 constexpr int kFingers = kJointsPerHand;
 
-int Index(Side side) { return side == Side::kRight ? 0 : 1; }
+int RowOf(Side side) { return side == Side::kRight ? 0 : 1; }
 
 // K components, one a row, as (K x 45).
 Eigen::MatrixXd ReadComponents(const DataValue& value) {
@@ -43,7 +43,7 @@ void FingerAngles::Load(const std::filesystem::path& path) {
   const DataFile file(path);
   const Fields fields(file);
   const auto load = [&](Side side, std::string_view components, std::string_view mean) {
-    spaces_[Index(side)] = HandSpace{ReadComponents(fields[components]),
+    spaces_[RowOf(side)] = HandSpace{ReadComponents(fields[components]),
                                      ReadFrameRows(fields[mean], kHandDofs).col(0)};
   };
   if (fields.Has("hands_componentsl") && fields.Has("hands_componentsr")) {
@@ -63,12 +63,12 @@ Eigen::MatrixXd FingerAngles::Read(const DataValue& value, Side side, RotationDe
     matrices_ = true;
     return ReadRotations(value, kFingers, defects);
   }
-  lacks_mean_[Index(side)] = true;
+  lacks_mean_[RowOf(side)] = true;
   if (numbers == kHandDofs) {
     angles_ = true;
     return ReadRotations(value, kFingers, defects);
   }
-  const std::optional<HandSpace>& space = spaces_[Index(side)];
+  const std::optional<HandSpace>& space = spaces_[RowOf(side)];
   if (!space) {
     throw Error(value.Where(),
                 fmt::format("holds {} coefficients of the {} hand's principal components, which "
@@ -89,8 +89,8 @@ Eigen::MatrixXd FingerAngles::Read(const DataValue& value, Side side, RotationDe
 
 void FingerAngles::AddMean(std::vector<JointPose>& pose) {
   for (const Side side : {Side::kRight, Side::kLeft}) {
-    if (!lacks_mean_[Index(side)]) continue;
-    const std::optional<HandSpace>& space = spaces_[Index(side)];
+    if (!lacks_mean_[RowOf(side)]) continue;
+    const std::optional<HandSpace>& space = spaces_[RowOf(side)];
     const Eigen::Matrix<double, kHandDofs, 1> mean = space ? space->mean : body_->HandMean(side);
     mean_of_body_ = mean_of_body_ || !space;
     mean_added_ = true;

@@ -10,9 +10,9 @@
 
 #include <Eigen/Core>
 
+#include "geometry/body/skeleton.h"
 #include "geometry/import/imported_clip.h"
-#include "geometry/io/data_value.h"
-#include "geometry/skeleton.h"
+#include "geometry/io/container/data_value.h"
 
 namespace holdfast {
 

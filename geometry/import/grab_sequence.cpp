@@ -62,8 +62,8 @@ ContactLabels::Matrix ReadLabels(const DataValue& value, Index frames) {
   return labels;
 }
 
-double ReadFrameRate(const Fields& fields, const ParameterOptions& options,
-                     ImportedClip& imported) {
+double ReadGrabFrameRate(const Fields& fields, const ParameterOptions& options,
+                         ImportedClip& imported) {
   if (const auto rate = fields.Find("framerate")) {
     const double value = rate->Number();
     if (!(value > 0) || !std::isfinite(value)) {
@@ -173,7 +173,7 @@ ImportedClip ImportGrab(const Fields& fields, const std::filesystem::path& path,
   Clip& clip = imported.clip;
   const bool right = options.hands == ImportedHands::kRightAlone;
   const bool alone = right || options.hands == ImportedHands::kLeftAlone;
-  clip.frame_rate = ReadFrameRate(fields, options, imported);
+  clip.frame_rate = ReadGrabFrameRate(fields, options, imported);
   if (alone) {
     ReadHand(fields, right ? Side::kRight : Side::kLeft, imported);
   } else {

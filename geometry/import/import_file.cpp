@@ -7,11 +7,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "geometry/clip_arrays.h"
+#include "geometry/clip/clip_arrays.h"
+#include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/import/amass.h"
 #include "geometry/import/arctic.h"
 #include "geometry/import/fields.h"
+#include "geometry/import/file_kind.h"
 #include "geometry/import/frame_files.h"
 #include "geometry/import/grab_sequence.h"
 #include "geometry/import/imos_result.h"
@@ -20,9 +22,7 @@
 #include "geometry/import/parameter_array.h"
 #include "geometry/import/smplx_parameters.h"
 #include "geometry/import/world_frame.h"
-#include "geometry/inspect/file_kind.h"
-#include "geometry/io/mesh_io.h"
-#include "geometry/resample.h"
+#include "geometry/io/mesh/mesh_io.h"
 
 namespace holdfast {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "geometry/import/import_motion.h"
 #include "geometry/import/imported_clip.h"
-#include "geometry/io/import_motion.h"
 
 namespace holdfast {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "geometry/body_model.h"
-#include "geometry/clip.h"
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
 
 namespace holdfast {
 

@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "geometry/io/data_value.h"
-#include "geometry/skeleton.h"
+#include "geometry/body/skeleton.h"
+#include "geometry/io/container/data_value.h"
 
 namespace holdfast {
 

@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "geometry/clip_arrays.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
-#include "geometry/io/npz.h"
+#include "geometry/io/container/npz.h"
 
 namespace holdfast {
 namespace {
@@ -30,6 +30,10 @@ bool IsClipFile(const fs::path& path) {
 
 LoadedClip LoadEmbedded(const std::string& name) {
   const std::vector<std::string> names = EmbeddedNames("clips", ".npz");
+  if (HasEmbedded(fmt::format("objects/{}.ply", name))) {
+    throw Error(name, "is an embedded object, and a clip is asked for here",
+                fmt::format("Give the clip first: one of {}, or a file", fmt::join(names, ", ")));
+  }
   if (std::ranges::find(names, name) == names.end()) {
     throw Error(name, "is neither a file nor an embedded clip",
                 fmt::format("Give a clip (.npz), a result folder, a file that 'holdfast import' "

@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "geometry/body_change.h"
-#include "geometry/clip_body.h"
+#include "geometry/clip/body_change.h"
+#include "geometry/clip/clip_body.h"
 #include "geometry/import/import_file.h"
 
 namespace holdfast {

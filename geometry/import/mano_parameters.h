@@ -3,9 +3,9 @@
 
 #include <string_view>
 
+#include "geometry/body/skeleton.h"
 #include "geometry/import/fields.h"
 #include "geometry/import/imported_clip.h"
-#include "geometry/skeleton.h"
 
 namespace holdfast {
 

@@ -14,8 +14,8 @@ namespace {
 using Eigen::Index;
 
 // Places in a row of Motion-X.
-constexpr Index kMotionX = 322, kHands = 66, kJaw = 156, kExpression = 159, kTrans = 309,
-                kBetas = 312, kNumBetas = 10;
+constexpr Index kMotionX = 322, kHandsAt = 66, kJawAt = 156, kExpressionAt = 159, kTransAt = 309,
+                kBetasAt = 312, kNumBetas = 10;
 constexpr double kMotionXFrameRate = 30;
 constexpr Index kSmplh = 156;
 
@@ -67,15 +67,15 @@ ImportedClip ImportParameterArray(const DataValue& value, const ParameterOptions
   if (width == kMotionX) {
     imported.format = "Motion-X";
     const Eigen::MatrixXd rows = ReadFrameRows(value, kMotionX);
-    clip.trans = rows.middleRows(kTrans, 3);
+    clip.trans = rows.middleRows(kTransAt, 3);
     clip.pose.assign(static_cast<std::size_t>(rows.cols()), JointPose::Zero());
-    SetJoints(clip.pose, 0, rows.topRows(kHands), value.Where());
-    SetJoints(clip.pose, kLeftHandBegin, rows.middleRows(kHands, 2 * kHandDofs), value.Where());
-    SetJoints(clip.pose, 22, rows.middleRows(kJaw, 3), value.Where());
-    clip.betas = rows.middleRows(kBetas, kNumBetas).rowwise().mean();
+    SetJoints(clip.pose, 0, rows.topRows(kHandsAt), value.Where());
+    SetJoints(clip.pose, kLeftHandBegin, rows.middleRows(kHandsAt, 2 * kHandDofs), value.Where());
+    SetJoints(clip.pose, 22, rows.middleRows(kJawAt, 3), value.Where());
+    clip.betas = rows.middleRows(kBetasAt, kNumBetas).rowwise().mean();
     imported.conventions.push_back(
         fmt::format("{:g} Hz (--source-fps says otherwise); finger angles complete", rate));
-    if (!rows.middleRows(kExpression, kTrans - kExpression).isZero(0.0)) {
+    if (!rows.middleRows(kExpressionAt, kTransAt - kExpressionAt).isZero(0.0)) {
       imported.dropped.push_back("expression and face shape: clips have no face");
     }
     up = WorldUp::kPlusY;

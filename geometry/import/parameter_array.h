@@ -2,7 +2,7 @@
 #pragma once
 
 #include "geometry/import/imported_clip.h"
-#include "geometry/io/data_value.h"
+#include "geometry/io/container/data_value.h"
 
 namespace holdfast {
 

@@ -31,10 +31,10 @@ constexpr std::array<std::string_view, 4> kLeftHand = {"left_hand_pose", "lhand_
 constexpr std::array<std::string_view, 4> kRightHand = {
     "right_hand_pose", "rhand_pose", "smplx_rhand_pose", "smplx_right_hand_pose"};
 constexpr std::array<std::string_view, 2> kBothHands = {"pose_hand", "poses_hand"};
-constexpr std::array<std::string_view, 3> kJaw = {"jaw_pose", "pose_jaw", "smplx_jaw_pose"};
-constexpr std::array<std::string_view, 2> kLeftEye = {"leye_pose", "smplx_leye_pose"};
-constexpr std::array<std::string_view, 2> kRightEye = {"reye_pose", "smplx_reye_pose"};
-constexpr std::array<std::string_view, 1> kBothEyes = {"pose_eye"};
+constexpr std::array<std::string_view, 3> kJawNames = {"jaw_pose", "pose_jaw", "smplx_jaw_pose"};
+constexpr std::array<std::string_view, 2> kLeftEyeNames = {"leye_pose", "smplx_leye_pose"};
+constexpr std::array<std::string_view, 2> kRightEyeNames = {"reye_pose", "smplx_reye_pose"};
+constexpr std::array<std::string_view, 1> kBothEyesNames = {"pose_eye"};
 constexpr std::array<std::string_view, 7> kTrans = {
     "transl", "trans", "smplx_transl", "cam_trans", "translation", "root_trans", "global_transl"};
 constexpr std::array<std::string_view, 5> kBetas = {"betas", "shape", "smplx_shape", "smplx_betas",
@@ -187,10 +187,10 @@ void ParameterCollector::Add(const Fields& packed) {
     pose = RestPoses(frames, *body, 3 * (kNumBodyJoints - 1));
     SetJoints(pose, 0, root_rows, root->Where());
     SetJoints(pose, 1, body_rows, body->Where());
-    for (const auto& [names, begin, joints] : {std::tuple<Names, int, int>{kJaw, 22, 1},
-                                               {kBothEyes, 23, 2},
-                                               {kLeftEye, 23, 1},
-                                               {kRightEye, 24, 1}}) {
+    for (const auto& [names, begin, joints] : {std::tuple<Names, int, int>{kJawNames, 22, 1},
+                                               {kBothEyesNames, 23, 2},
+                                               {kLeftEyeNames, 23, 1},
+                                               {kRightEyeNames, 24, 1}}) {
       if (const auto value = fields.Find(names)) {
         SetJoints(pose, begin, ReadRotations(*value, joints, defects), value->Where());
       }
@@ -225,8 +225,8 @@ void ParameterCollector::ListDropped(const Fields& fields) {
   const auto known = [&](const std::string& name) {
     for (const Names names :
          {Names(kRoot), Names(kBody), Names(kLeftHand), Names(kRightHand), Names(kBothHands),
-          Names(kJaw), Names(kLeftEye), Names(kRightEye), Names(kBothEyes), Names(kTrans),
-          Names(kBetas), Names(kFull), Names(kFrameRate)}) {
+          Names(kJawNames), Names(kLeftEyeNames), Names(kRightEyeNames), Names(kBothEyesNames),
+          Names(kTrans), Names(kBetas), Names(kFull), Names(kFrameRate)}) {
       if (std::ranges::find(names, name) != names.end()) return true;
     }
     return name == "gender";

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "geometry/conventions/posture.h"
 #include "geometry/error.h"
-#include "geometry/inspect/posture.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "geometry/held_distance.h"
+#include "geometry/conventions/hand_evidence.h"
+#include "geometry/import/held_distance.h"
 #include "geometry/inspect/convert_commands.h"
-#include "geometry/inspect/hand_evidence.h"
 
 namespace holdfast {
 namespace {

@@ -4,12 +4,12 @@
 #include <memory>
 #include <optional>
 
-#include "geometry/body_model.h"
-#include "geometry/clip.h"
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
+#include "geometry/conventions/loose_motion.h"
+#include "geometry/conventions/posture.h"
 #include "geometry/inspect/inspection.h"
-#include "geometry/inspect/loose_motion.h"
-#include "geometry/inspect/posture.h"
-#include "geometry/mesh.h"
+#include "geometry/mesh/mesh.h"
 
 namespace holdfast {
 

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "geometry/clip.h"
+#include "geometry/clip/clip.h"
 #include "geometry/error.h"
 #include "geometry/import/import_file.h"
 #include "geometry/inspect/clip_findings.h"

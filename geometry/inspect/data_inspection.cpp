@@ -11,12 +11,12 @@
 #include "geometry/import/import_file.h"
 #include "geometry/inspect/clip_findings.h"
 #include "geometry/inspect/model_inspection.h"
-#include "geometry/io/data_file.h"
+#include "geometry/io/pickle/data_file.h"
 
 namespace holdfast {
 namespace {
 
-constexpr std::size_t kShown = 24;
+constexpr std::size_t kShownEntries = 24;
 constexpr int kShownDepth = 3;  // a pickle may loop
 
 // "array (120, 63) of float32", and the number itself where there is but one.
@@ -33,7 +33,7 @@ std::string DescribeValue(const DataValue& value) {
 
 void ListNames(const DataValue& value, int depth, std::vector<std::string>& lines) {
   for (const std::string& name : value.Names()) {
-    if (lines.size() > kShown) return;
+    if (lines.size() > kShownEntries) return;
     const DataValue part = value[name];
     lines.push_back(fmt::format("{:{}}{}: {}", "", 2 * depth, name, DescribeValue(part)));
     if (part.Kind() == DataKind::kDict && depth + 1 < kShownDepth) {
@@ -47,7 +47,7 @@ void ListContent(const DataFile& file, Inspection& inspection) {
   const std::vector<std::string> names = file.Names();
   inspection.AddFact("names", fmt::format("{}", fmt::join(names, ", ")), "");
   for (const std::string& name : names) {
-    if (lines.size() > kShown) break;
+    if (lines.size() > kShownEntries) break;
     try {
       const DataValue value = file[name];
       lines.push_back(fmt::format("{}: {}", name, DescribeValue(value)));
@@ -59,8 +59,8 @@ void ListContent(const DataFile& file, Inspection& inspection) {
   if (names.empty() && file.Format() != DataFormat::kNpz) {
     lines.push_back(file.Root().Describe());
   }
-  if (lines.size() > kShown) {
-    lines.resize(kShown);
+  if (lines.size() > kShownEntries) {
+    lines.resize(kShownEntries);
     lines.push_back(fmt::format("... ({} names at the top)", names.size()));
   }
   for (std::string& line : lines) inspection.AddFact("", "", std::move(line));

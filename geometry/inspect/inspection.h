@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "geometry/inspect/file_kind.h"
+#include "geometry/import/file_kind.h"
 
 namespace holdfast {
 

@@ -7,10 +7,10 @@
 #include <fmt/ranges.h>
 
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
-#include "geometry/io/mesh_io.h"
-#include "geometry/io/text_scanner.h"
-#include "geometry/mesh_check.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/text_scanner.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/mesh_check.h"
 
 namespace holdfast {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
-#include "geometry/body_model.h"
+#include "geometry/body/body_model.h"
 #include "geometry/error.h"
-#include "geometry/io/data_file.h"
+#include "geometry/io/pickle/data_file.h"
 
 namespace holdfast {
 namespace {

@@ -9,21 +9,21 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "geometry/conventions/series.h"
 #include "geometry/error.h"
-#include "geometry/inspect/series.h"
-#include "geometry/io/asf_amc.h"
-#include "geometry/io/bvh.h"
-#include "geometry/io/gzip.h"
-#include "geometry/io/text_scanner.h"
-#include "geometry/skeleton_map.h"
-#include "geometry/io/motion_limits.h"
+#include "geometry/io/container/gzip.h"
+#include "geometry/io/container/text_scanner.h"
+#include "geometry/io/motion/asf_amc.h"
+#include "geometry/io/motion/bvh.h"
+#include "geometry/io/motion/motion_limits.h"
+#include "geometry/retarget/skeleton_map.h"
 
 namespace holdfast {
 namespace {
 
 constexpr double kBvhUnit_m = 0.01;  // what ReadBvh multiplies by
 constexpr double kLeg_m = 0.84;      // hip to knee to ankle of an adult
-constexpr std::size_t kShown = 6;
+constexpr std::size_t kShownJoints = 6;
 
 // Hip to knee to ankle, mean of both legs, in the reader's metres.
 double LegLength(const SourceMotion& motion, const SkeletonMap& map) {
@@ -178,7 +178,7 @@ void JudgeLeaps(const SourceMotion& motion, const SkeletonMap& map, Inspection& 
   inspection.AddFact("leaps", static_cast<double>(frames.size()), "");
   if (frames.empty()) return;
   const std::size_t count = frames.size();
-  frames.resize(std::min(count, kShown));
+  frames.resize(std::min(count, kShownJoints));
   // A first frame in the T-pose is a custom, not a fault.
   const bool only_start = count == 1 && frames[0] == 1;
   if (only_start) {
@@ -188,7 +188,7 @@ void JudgeLeaps(const SourceMotion& motion, const SkeletonMap& map, Inspection& 
         "leave the first frame out of what you use");
   } else {
     inspection.Warn(fmt::format("leaps in {} frame{} ({}{})", count, count == 1 ? "" : "s",
-                                fmt::join(frames, ", "), count > kShown ? ", ..." : ""),
+                                fmt::join(frames, ", "), count > kShownJoints ? ", ..." : ""),
                     "cut the motion there");
   }
 }

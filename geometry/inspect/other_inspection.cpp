@@ -4,17 +4,17 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "geometry/io/import_motion.h"
+#include "geometry/import/import_motion.h"
 
 namespace holdfast {
 namespace {
 
-constexpr std::size_t kShown = 12;
+constexpr std::size_t kShownNames = 12;
 
 void InspectZip(Inspection& inspection) {
   std::vector<std::string> names;
   for (const std::string& member : inspection.identity.members) {
-    if (names.size() < kShown) names.push_back(member);
+    if (names.size() < kShownNames) names.push_back(member);
   }
   inspection.AddFact(
       "members", static_cast<double>(inspection.identity.members.size()),

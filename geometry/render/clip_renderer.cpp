@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "geometry/crease_normals.h"
 #include "geometry/error.h"
+#include "geometry/mesh/crease_normals.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

@@ -9,10 +9,10 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "geometry/body_model.h"
-#include "geometry/clip.h"
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
+#include "geometry/mesh/signed_distance.h"
 #include "geometry/render/rasterizer.h"
-#include "geometry/signed_distance.h"
 
 namespace holdfast {
 

@@ -10,7 +10,7 @@
 namespace holdfast {
 namespace {
 
-float LinearFromSrgb(float v) {
+float LinearChannel(float v) {
   v = std::clamp(v, 0.0f, 1.0f);
   return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
 }
@@ -19,7 +19,7 @@ float LinearFromSrgb(float v) {
 const std::array<float, 256>& ByteThresholds() {
   static const std::array<float, 256> thresholds = [] {
     std::array<float, 256> t{};
-    for (int b = 1; b < 256; ++b) t[b] = LinearFromSrgb((static_cast<float>(b) - 0.5f) / 255.0f);
+    for (int b = 1; b < 256; ++b) t[b] = LinearChannel((static_cast<float>(b) - 0.5f) / 255.0f);
     return t;
   }();
   return thresholds;
@@ -31,9 +31,8 @@ float Wrapped(float cosine, float wrap) { return std::max(0.0f, (cosine + wrap) 
 }  // namespace
 
 Eigen::Vector3f LinearFromSrgb(const Eigen::Vector3d& srgb) {
-  return {LinearFromSrgb(static_cast<float>(srgb.x())),
-          LinearFromSrgb(static_cast<float>(srgb.y())),
-          LinearFromSrgb(static_cast<float>(srgb.z()))};
+  return {LinearChannel(static_cast<float>(srgb.x())), LinearChannel(static_cast<float>(srgb.y())),
+          LinearChannel(static_cast<float>(srgb.z()))};
 }
 
 std::uint8_t SrgbByteFromLinear(float linear) {

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 
 namespace holdfast {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "geometry/mesh.h"
+#include "geometry/mesh/mesh.h"
 #include "geometry/render/camera.h"
 #include "geometry/render/image.h"
 

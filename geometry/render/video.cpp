@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
-#include "geometry/io/text_scanner.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/text_scanner.h"
 #include "geometry/render/ffmpeg_process.h"
 
 namespace holdfast {

@@ -19,7 +19,7 @@ struct Polygon {
 };
 
 // Sutherland-Hodgman: the part of the polygon with normal . x >= offset.
-Polygon Clip(const Polygon& in, const Eigen::Vector3d& normal, double offset) {
+Polygon Cut(const Polygon& in, const Eigen::Vector3d& normal, double offset) {
   Polygon out;
   for (int k = 0; k < in.size && out.size + 2 <= static_cast<int>(out.corner.size()); ++k) {
     const Eigen::Vector3d& a = in.corner[k];
@@ -60,11 +60,11 @@ void VisibilityBuffer::Draw(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
   polygon.corner[1] = b;
   polygon.corner[2] = c;
   polygon.size = 3;
-  polygon = Clip(polygon, Eigen::Vector3d::UnitZ(), near);
-  polygon = Clip(polygon, {1.0, 0.0, slope}, 0.0);
-  polygon = Clip(polygon, {-1.0, 0.0, slope}, 0.0);
-  polygon = Clip(polygon, {0.0, 1.0, slope}, 0.0);
-  polygon = Clip(polygon, {0.0, -1.0, slope}, 0.0);
+  polygon = Cut(polygon, Eigen::Vector3d::UnitZ(), near);
+  polygon = Cut(polygon, {1.0, 0.0, slope}, 0.0);
+  polygon = Cut(polygon, {-1.0, 0.0, slope}, 0.0);
+  polygon = Cut(polygon, {0.0, 1.0, slope}, 0.0);
+  polygon = Cut(polygon, {0.0, -1.0, slope}, 0.0);
   for (int k = 2; k < polygon.size; ++k) {
     DrawClipped(polygon.corner[0], polygon.corner[k - 1], polygon.corner[k], id);
   }

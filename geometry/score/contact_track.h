@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "geometry/signed_distance.h"
+#include "geometry/mesh/signed_distance.h"
 
 namespace holdfast {
 

@@ -13,8 +13,8 @@
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Surface_mesh.h>
 
-#include "geometry/contact_metrics.h"
-#include "geometry/mesh_parts.h"
+#include "geometry/mesh/mesh_parts.h"
+#include "geometry/score/contact_metrics.h"
 
 namespace holdfast {
 namespace {

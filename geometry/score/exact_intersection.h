@@ -6,8 +6,8 @@
 
 #include <Eigen/Core>
 
-#include "geometry/mesh.h"
-#include "geometry/signed_distance.h"
+#include "geometry/mesh/mesh.h"
+#include "geometry/mesh/signed_distance.h"
 
 namespace holdfast {
 

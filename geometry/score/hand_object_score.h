@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "geometry/clip.h"
-#include "geometry/contact_metrics.h"
-#include "geometry/hand_model.h"
+#include "geometry/body/hand_model.h"
+#include "geometry/clip/clip.h"
+#include "geometry/score/contact_metrics.h"
 #include "geometry/score/contact_track.h"
 #include "geometry/score/exact_intersection.h"
 #include "geometry/score/rigid_jitter.h"

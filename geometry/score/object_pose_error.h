@@ -3,8 +3,8 @@
 
 #include <Eigen/Geometry>
 
-#include "geometry/mesh.h"
-#include "geometry/nearest.h"
+#include "geometry/mesh/mesh.h"
+#include "geometry/mesh/nearest.h"
 #include "geometry/score/object_symmetry.h"
 
 namespace holdfast {

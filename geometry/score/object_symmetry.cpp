@@ -12,10 +12,10 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "geometry/mesh/surface_distance.h"
+#include "geometry/mesh/triangle_tree.h"
 #include "geometry/rotation.h"
 #include "geometry/score/object_shape.h"
-#include "geometry/surface_distance.h"
-#include "geometry/triangle_tree.h"
 
 namespace holdfast {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "geometry/mesh.h"
+#include "geometry/mesh/mesh.h"
 
 namespace holdfast {
 

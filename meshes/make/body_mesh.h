@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "geometry/mesh.h"
+#include "geometry/mesh/mesh.h"
 #include "meshes/make/body_shape.h"
 
 namespace holdfast {

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "geometry/skeleton.h"
+#include "geometry/body/skeleton.h"
 
 namespace holdfast {
 

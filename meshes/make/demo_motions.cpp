@@ -4,12 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <numbers>
 
 #include <Eigen/Geometry>
 
-#include "generator/limb_ik.h"
-#include "generator/motion_metrics.h"
+#include "generator/body/limb_ik.h"
+#include "generator/walk_statistics/motion_metrics.h"
+#include "geometry/body/skeleton.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {
@@ -17,9 +17,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr int kHead = 15;
 
 // The keys are laid out for the embedded body and scaled to others by their height to the neck.
 constexpr double kDesignHeight = 1.403;

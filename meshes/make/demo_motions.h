@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "generator/reach_motion.h"
-#include "geometry/clip.h"
+#include "generator/scripted/reach_motion.h"
+#include "geometry/clip/clip.h"
 
 namespace holdfast {
 

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/io/npz.h"
+#include "geometry/io/container/npz.h"
 #include "meshes/make/body_betas.h"
 #include "meshes/make/body_correctives.h"
 #include "meshes/make/body_mesh.h"

@@ -8,12 +8,12 @@
 
 #include "demo_motions.h"
 #include "generator/actions/face_marks.h"
-#include "generator/handover_motion.h"
-#include "generator/motion_metrics.h"
-#include "geometry/body_model.h"
-#include "geometry/clip.h"
+#include "generator/scripted/handover_motion.h"
+#include "generator/walk_statistics/motion_metrics.h"
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
 #include "geometry/embedded.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/io/mesh/mesh_io.h"
 
 namespace {
 

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "geometry/decimate.h"
 #include "geometry/error.h"
-#include "geometry/io/mesh_io.h"
-#include "geometry/mesh_check.h"
-#include "geometry/surface_distance.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/decimate.h"
+#include "geometry/mesh/mesh_check.h"
+#include "geometry/mesh/surface_distance.h"
 #include "meshes/make/mesh_faults.h"
 #include "meshes/make/object_shapes.h"
 

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "geometry/mesh.h"
+#include "geometry/mesh/mesh.h"
 
 namespace holdfast {
 

@@ -10,13 +10,13 @@
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"
-#include "solver/clip_state.h"
-#include "solver/hand_object_block.h"
+#include "solver/fit/clip_state.h"
+#include "solver/fit/hand_object_block.h"
 #include "solver/recipes/adam.h"
 #include "solver/recipes/imos_finger_loss.h"
 #include "solver/recipes/rotation_6d.h"
-#include "solver/rotation_manifold.h"
-#include "solver/terms/contact.h"
+#include "solver/terms/hand/contact.h"
+#include "solver/unknowns/rotation_manifold.h"
 
 namespace holdfast {
 namespace {

@@ -5,9 +5,9 @@
 
 #include <Eigen/Core>
 
-#include "geometry/clip.h"
-#include "geometry/hand_model.h"
-#include "solver/fit.h"
+#include "geometry/body/hand_model.h"
+#include "geometry/clip/clip.h"
+#include "solver/fit/fit.h"
 
 namespace holdfast {
 

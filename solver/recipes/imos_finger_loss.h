@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "geometry/hand_model.h"
+#include "geometry/body/hand_model.h"
 
 namespace holdfast {
 

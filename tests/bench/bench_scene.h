@@ -6,11 +6,11 @@
 #include <ceres/problem.h>
 
 #include "geometry/embedded.h"
-#include "geometry/io/mesh_io.h"
-#include "geometry/io/npz.h"
-#include "solver/fit.h"
-#include "solver/rotation_manifold.h"
-#include "solver/terms/temporal.h"
+#include "geometry/io/container/npz.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "solver/fit/fit.h"
+#include "solver/terms/hand/temporal.h"
+#include "solver/unknowns/rotation_manifold.h"
 #include "tests/support/plain_terms.h"
 
 /// The scene that all fit benchmarks share, and the fit as one would first write it for Ceres.

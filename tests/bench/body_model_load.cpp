@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "geometry/body_model.h"
+#include "geometry/body/body_model.h"
 #include "geometry/error.h"
 
 int main(int argc, char** argv) {

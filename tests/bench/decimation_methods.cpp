@@ -12,10 +12,10 @@
 
 #include <fmt/format.h>
 
-#include "geometry/decimate.h"
 #include "geometry/error.h"
-#include "geometry/io/mesh_io.h"
-#include "geometry/mesh_check.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/decimate.h"
+#include "geometry/mesh/mesh_check.h"
 
 namespace fs = std::filesystem;
 using namespace holdfast;

@@ -11,7 +11,7 @@
 #include <benchmark/benchmark.h>
 
 #include "generator/imos/run_synthesis.h"
-#include "geometry/io/npz.h"
+#include "geometry/io/container/npz.h"
 #include "tests/support/imos_scene.h"
 
 namespace holdfast::imos {

@@ -12,7 +12,7 @@
 #include <benchmark/benchmark.h>
 
 #include "generator/wandr/wandr.h"
-#include "geometry/io/npz.h"
+#include "geometry/io/container/npz.h"
 #include "tests/support/wandr_scene.h"
 
 namespace holdfast::wandr {

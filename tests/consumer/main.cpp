@@ -2,9 +2,9 @@
 // A program outside the tree: the installed headers and libraries are all it has.
 #include <cstdio>
 
-#include "geometry/body_model.h"
-#include "geometry/hand_model.h"
-#include "solver/fit.h"
+#include "geometry/body/body_model.h"
+#include "geometry/body/hand_model.h"
+#include "solver/fit/fit.h"
 
 int main() {
   const auto body = holdfast::BodyModel::Default();

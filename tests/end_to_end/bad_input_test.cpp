@@ -9,9 +9,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "geometry/clip.h"
-#include "geometry/io/mesh_io.h"
-#include "geometry/io/npz.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/container/npz.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "tests/geometry/mesh_shapes.h"
 #include "tests/support/program.h"
 #include "tests/support/synthetic_body.h"

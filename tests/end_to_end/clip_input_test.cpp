@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/embedded.h"
-#include "geometry/io/mesh_io.h"
-#include "geometry/io/npz.h"
+#include "geometry/io/container/npz.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"
 #include "tests/support/published_files.h"

@@ -5,8 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "geometry/clip.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

@@ -8,11 +8,11 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "geometry/body_model.h"
-#include "geometry/clip.h"
-#include "geometry/io/bvh.h"
-#include "geometry/io/mesh_io.h"
-#include "geometry/io/npz.h"
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/container/npz.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/io/motion/bvh.h"
 #include "geometry/rotation.h"
 #include "tests/support/glb_file.h"
 #include "tests/support/program.h"

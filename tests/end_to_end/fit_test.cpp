@@ -11,9 +11,9 @@
 
 #include "generator/actions/face_marks.h"
 #include "generator/actions/object_marks.h"
-#include "geometry/body_model.h"
-#include "geometry/clip.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"

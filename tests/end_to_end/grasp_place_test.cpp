@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "geometry/clip.h"
-#include "geometry/io/mesh_groups.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/mesh/mesh_groups.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "tests/geometry/mesh_shapes.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "geometry/body_model.h"
-#include "geometry/clip.h"
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
 #include "geometry/rotation.h"
 #include "tests/support/mano_like.h"
 #include "tests/support/program.h"

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "geometry/io/mesh_io.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "tests/support/imported.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

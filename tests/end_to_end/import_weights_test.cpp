@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "generator/imos/weights.h"
-#include "geometry/io/npz.h"
+#include "geometry/io/container/npz.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "geometry/clip.h"
+#include "geometry/clip/clip.h"
 #include "tests/generator/test_body.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

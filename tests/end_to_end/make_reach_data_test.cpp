@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "geometry/clip.h"
-#include "geometry/io/npz.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/container/npz.h"
 #include "tests/generator/test_body.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

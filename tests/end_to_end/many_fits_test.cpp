@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "geometry/clip.h"
+#include "geometry/clip/clip.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 

@@ -8,10 +8,10 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
 #include "generator/wandr/motion_states.h"
-#include "geometry/clip.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "tests/geometry/mesh_shapes.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

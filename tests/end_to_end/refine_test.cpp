@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "geometry/clip.h"
+#include "geometry/clip/clip.h"
 #include "geometry/rotation.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

@@ -8,8 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "geometry/clip.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/score/hand_object_score.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

@@ -7,8 +7,8 @@
 
 #include "generator/actions/face_marks.h"
 #include "generator/actions/object_marks.h"
-#include "geometry/clip.h"
-#include "geometry/io/mesh_io.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

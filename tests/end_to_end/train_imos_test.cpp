@@ -7,7 +7,7 @@
 
 #include "generator/imos/recognition.h"
 #include "generator/imos/weights.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 #include "tests/support/action_scene.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "generator/wandr/network.h"
-#include "geometry/clip.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/container/atomic_file.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "geometry/error.h"
-#include "geometry/io/data_value.h"
+#include "geometry/io/container/data_value.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace holdfast::fuzz {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "geometry/io/mesh_io.h"
-#include "geometry/io/mesh_scan.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/io/mesh/mesh_scan.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"
 

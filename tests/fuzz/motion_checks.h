@@ -3,12 +3,12 @@
 
 #include <cmath>
 
-#include "geometry/io/motion_file.h"
+#include "geometry/io/motion/motion_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace holdfast::fuzz {
 
-/// What every reader of motions promises of a motion it returns (geometry/io/motion_file.h).
+/// What every reader of motions promises of a motion it returns (geometry/io/motion/motion_file.h).
 inline void RequireSound(const SourceMotion& motion) {
   const int joints = motion.NumJoints();
   const int frames = motion.NumFrames();

@@ -13,7 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace holdfast::fuzz {

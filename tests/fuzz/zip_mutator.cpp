@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "geometry/error.h"
-#include "geometry/io/npy_header.h"
+#include "geometry/io/container/npy_header.h"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 

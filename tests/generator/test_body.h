@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "generator/reach_motion.h"
-#include "geometry/body_model.h"
+#include "generator/scripted/reach_motion.h"
+#include "geometry/body/body_model.h"
 
 namespace holdfast {
 

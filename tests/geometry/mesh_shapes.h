@@ -13,7 +13,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "geometry/mesh.h"
+#include "geometry/mesh/mesh.h"
 
 namespace holdfast::testing {
 

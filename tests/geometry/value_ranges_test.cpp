@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/value_ranges.h"
 
-#include "geometry/clip.h"
-#include "geometry/io/motion_limits.h"
-#include "geometry/mesh.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/motion/motion_limits.h"
+#include "geometry/mesh/mesh.h"
 
 #include <cmath>
 #include <functional>
@@ -14,8 +14,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "geometry/clip/resample.h"
 #include "geometry/error.h"
-#include "geometry/resample.h"
 
 namespace holdfast {
 namespace {

@@ -18,7 +18,7 @@
 #include <CGAL/Surface_mesh.h>
 #include <gtest/gtest.h>
 
-#include "geometry/body_model.h"
+#include "geometry/body/body_model.h"
 
 namespace holdfast {
 namespace {

@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include "generator/motion_metrics.h"
-#include "generator/reach_motion.h"
-#include "geometry/body_model.h"
-#include "geometry/clip.h"
+#include "generator/scripted/reach_motion.h"
+#include "generator/walk_statistics/motion_metrics.h"
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
 
 namespace holdfast {
 namespace {

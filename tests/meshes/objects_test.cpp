@@ -10,11 +10,11 @@
 #include <CGAL/Surface_mesh.h>
 #include <gtest/gtest.h>
 
-#include "geometry/decimate.h"
-#include "geometry/io/mesh_io.h"
-#include "geometry/mesh.h"
-#include "geometry/mesh_check.h"
-#include "geometry/surface_distance.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/decimate.h"
+#include "geometry/mesh/mesh.h"
+#include "geometry/mesh/mesh_check.h"
+#include "geometry/mesh/surface_distance.h"
 
 namespace holdfast {
 namespace {

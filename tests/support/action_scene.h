@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "generator/imos/action_sequence.h"
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
 #include "geometry/rotation.h"
 #include "tests/support/wandr_scene.h"
 

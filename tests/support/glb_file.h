@@ -12,7 +12,7 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
-#include "geometry/io/atomic_file.h"
+#include "geometry/io/container/atomic_file.h"
 
 namespace holdfast::testing {
 

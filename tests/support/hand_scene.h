@@ -6,9 +6,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "geometry/hand_model.h"
-#include "solver/fit.h"
-#include "solver/hand_object_block.h"
+#include "geometry/body/hand_model.h"
+#include "solver/fit/fit.h"
+#include "solver/fit/hand_object_block.h"
 
 namespace holdfast::testing {
 

@@ -16,9 +16,9 @@
 #include <string>
 #include <vector>
 
-#include "geometry/clip.h"
-#include "geometry/io/npz.h"
-#include "geometry/skeleton.h"
+#include "geometry/body/skeleton.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/container/npz.h"
 #include "tests/support/synthetic_body.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/zip_bytes.h"

@@ -6,9 +6,9 @@
 
 #include <Eigen/Core>
 
-#include "geometry/clip.h"
+#include "geometry/clip/clip.h"
 #include "geometry/import/import_file.h"
-#include "geometry/io/npz.h"
+#include "geometry/io/container/npz.h"
 #include "geometry/rotation.h"
 
 namespace holdfast::testing {

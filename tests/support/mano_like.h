@@ -8,8 +8,8 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
-#include "geometry/body_model.h"
-#include "geometry/io/npz.h"
+#include "geometry/body/body_model.h"
+#include "geometry/io/container/npz.h"
 
 namespace holdfast::testing {
 

@@ -3,8 +3,8 @@
 
 #include <random>
 
-#include "geometry/clip.h"
-#include "geometry/mesh.h"
+#include "geometry/clip/clip.h"
+#include "geometry/mesh/mesh.h"
 
 namespace holdfast::testing {
 

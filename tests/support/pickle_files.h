@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "geometry/io/pickle.h"
+#include "geometry/io/pickle/pickle.h"
 
 namespace holdfast::testing {
 

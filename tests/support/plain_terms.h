@@ -7,9 +7,9 @@
 
 #include <ceres/cost_function.h>
 
-#include "geometry/hand_model.h"
+#include "geometry/body/hand_model.h"
 #include "geometry/rotation.h"
-#include "solver/rotation_manifold.h"
+#include "solver/unknowns/rotation_manifold.h"
 
 namespace holdfast::testing {
 

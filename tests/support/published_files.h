@@ -12,9 +12,9 @@
 #include <fmt/format.h>
 #include <Eigen/Core>
 
-#include "geometry/body_model.h"
-#include "geometry/clip.h"
-#include "geometry/io/npz.h"
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/container/npz.h"
 #include "tests/support/zip_bytes.h"
 
 namespace holdfast::testing {

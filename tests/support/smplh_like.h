@@ -6,9 +6,9 @@
 
 #include <Eigen/Core>
 
+#include "geometry/body/skeleton.h"
 #include "geometry/embedded.h"
-#include "geometry/io/npz.h"
-#include "geometry/skeleton.h"
+#include "geometry/io/container/npz.h"
 
 namespace holdfast::testing {
 

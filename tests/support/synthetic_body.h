@@ -10,8 +10,8 @@
 
 #include <Eigen/Core>
 
-#include "geometry/io/npz.h"
-#include "geometry/skeleton.h"
+#include "geometry/body/skeleton.h"
+#include "geometry/io/container/npz.h"
 
 namespace holdfast::testing {
 

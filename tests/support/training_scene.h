@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "generator/reach_motion.h"
-#include "generator/training/corpus.h"
+#include "generator/scripted/reach_motion.h"
+#include "generator/training/wandr/corpus.h"
 #include "generator/wandr/motion_states.h"
 #include "tests/support/wandr_scene.h"
 

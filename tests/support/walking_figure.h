@@ -6,9 +6,9 @@
 
 #include <Eigen/Core>
 
+#include "generator/body/pose_builder.h"
 #include "generator/matching/motion_library.h"
-#include "generator/pose_builder.h"
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
 #include "geometry/rotation.h"
 
 namespace holdfast::testing {

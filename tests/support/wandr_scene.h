@@ -7,10 +7,10 @@
 
 #include <Eigen/Core>
 
-#include "generator/reach_motion.h"
+#include "generator/scripted/reach_motion.h"
 #include "generator/wandr/pose_delta.h"
 #include "generator/wandr/wandr.h"
-#include "geometry/body_model.h"
+#include "geometry/body/body_model.h"
 #include "geometry/rotation.h"
 
 /// Poses, statistics and starts for tests of the WANDR generator.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/asf_amc.h"
+#include "geometry/io/motion/asf_amc.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/motion_checks.h"
 

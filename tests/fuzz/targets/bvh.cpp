@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/bvh.h"
+#include "geometry/io/motion/bvh.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/motion_checks.h"
 

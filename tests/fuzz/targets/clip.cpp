@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/clip.h"
+#include "geometry/clip/clip.h"
 
-#include "geometry/clip_arrays.h"
-#include "geometry/io/npz.h"
+#include "geometry/clip/clip_arrays.h"
+#include "geometry/io/container/npz.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/data_file.h"
+#include "geometry/io/pickle/data_file.h"
 
 #include "tests/fuzz/data_checks.h"
 #include "tests/fuzz/fuzz_target.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/gltf_reader.h"
+#include "geometry/io/gltf/gltf_reader.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/motion_checks.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/npz.h"
+#include "geometry/io/container/npz.h"
 #include "geometry/error.h"
 #include "tests/fuzz/fuzz_target.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/pickle.h"
+#include "geometry/io/pickle/pickle.h"
 
 #include "tests/fuzz/data_checks.h"
 #include "tests/fuzz/fuzz_target.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/safetensors.h"
+#include "geometry/io/container/safetensors.h"
 
 #include "geometry/error.h"
 #include "tests/fuzz/fuzz_target.h"

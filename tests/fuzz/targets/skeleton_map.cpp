@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/skeleton_map.h"
+#include "geometry/retarget/skeleton_map.h"
 
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/torch_archive.h"
+#include "geometry/io/pickle/torch_archive.h"
 #include "tests/fuzz/data_checks.h"
 #include "tests/fuzz/fuzz_target.h"
 

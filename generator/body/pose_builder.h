@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+
+#include <Eigen/Core>
+
+#include "geometry/body/skeleton.h"
+
+namespace holdfast {
+
+/// A pose under construction, joint by joint from the root outwards, in whichever frame is handy:
+/// relative to the parent or in the world. Reads back where joints are at any time.
+class PoseBuilder {
+ public:
+  /// `rest_joints` (3 x 55) must outlive the builder. Starts in the rest pose at `pelvis` (world).
+  PoseBuilder(const Eigen::Matrix3Xd& rest_joints, const Eigen::Vector3d& pelvis)
+      : rest_joints_(rest_joints), pelvis_(pelvis) {
+    local_.fill(Eigen::Matrix3d::Identity());
+  }
+
+  void SetPelvis(const Eigen::Vector3d& pelvis) { pelvis_ = pelvis; }
+  void SetLocal(int joint, const Eigen::Matrix3d& rotation) { local_[joint] = rotation; }
+  /// Turns the joint so that its frame has this world rotation, given its parents as they are now.
+  void SetWorld(int joint, const Eigen::Matrix3d& rotation) {
+    local_[joint] =
+        joint == 0 ? rotation : Eigen::Matrix3d(World(kJointParents[joint]).transpose() * rotation);
+  }
+
+  Eigen::Matrix3d World(int joint) const;
+  Eigen::Vector3d Position(int joint) const;
+
+  /// Axis-angles, each the nearest equivalent to `previous`, so that clips have no jumps.
+  JointPose Pose(const JointPose& previous) const;
+  /// Root translation of a clip's frame: joints are G_j + trans.
+  Eigen::Vector3d Trans() const { return pelvis_ - rest_joints_.col(0); }
+
+ private:
+  const Eigen::Matrix3Xd& rest_joints_;
+  Eigen::Vector3d pelvis_;
+  std::array<Eigen::Matrix3d, kNumJoints> local_;
+};
+
+}  // namespace holdfast

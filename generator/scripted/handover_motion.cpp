@@ -1,0 +1,443 @@
+// SPDX-License-Identifier: MIT
+#include "generator/scripted/handover_motion.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <fmt/format.h>
+
+#include "generator/body/finger_pose.h"
+#include "generator/body/limb_ik.h"
+#include "generator/body/pose_builder.h"
+#include "generator/scripted/minimum_jerk.h"
+#include "geometry/body/skeleton.h"
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "geometry/seed.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr std::array<Side, 2> kSides = {Side::kRight, Side::kLeft};
+
+std::size_t Index(Side side) { return side == Side::kRight ? 0 : 1; }
+// The right hand is on the -x side of a person who faces -y.
+double Outward(Side side) { return side == Side::kRight ? -1.0 : 1.0; }
+
+// Not the standard distributions: their numbers differ between standard libraries.
+class Draw {
+ public:
+  explicit Draw(std::uint64_t seed) : random_(seed) {}
+  double Uniform(double low, double high) {
+    return low + (high - low) * static_cast<double>(random_() >> 11) * 0x1.0p-53;
+  }
+  bool Coin() { return Uniform(0.0, 1.0) < 0.5; }
+  double Normal() {  // Box and Muller
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - Uniform(0.0, 1.0)));
+    return radius * std::cos(Uniform(0.0, 2.0 * std::numbers::pi));
+  }
+  Vector3d Normal3(double sigma) {
+    const double x = Normal(), y = Normal(), z = Normal();
+    return sigma * Vector3d(x, y, z);
+  }
+  Vector3d Box(const Vector3d& low, const Vector3d& high) {
+    const double x = Uniform(low.x(), high.x()), y = Uniform(low.y(), high.y());
+    return {x, y, Uniform(low.z(), high.z())};
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+// Fingers forward and a little inwards, thumb up: how a hand takes what another one offers.
+Matrix3d OfferedHand(Side side) {
+  return HandOrientation(side, Vector3d(-0.5 * Outward(side), -1.0, 0.05), Vector3d::UnitZ());
+}
+
+struct HandKey {
+  double time_s;
+  Isometry3d wrist;
+  bool rest;
+};
+
+// One hand's way: position, and turn from its offered orientation.
+class HandPath {
+ public:
+  HandPath(Side side, const std::vector<HandKey>& keys)
+      : reference_(OfferedHand(side)), spline_(Waypoints(keys)) {}
+
+  Isometry3d Wrist(double time) const {
+    const Eigen::VectorXd v = spline_.Value(time);
+    Isometry3d wrist = Isometry3d::Identity();
+    wrist.linear() = reference_ * ExpSO3(v.segment<3>(3));
+    wrist.translation() = v.head<3>();
+    return wrist;
+  }
+
+ private:
+  std::vector<Waypoint> Waypoints(const std::vector<HandKey>& keys) const {
+    std::vector<Waypoint> waypoints;
+    Vector3d turn = Vector3d::Zero();
+    for (const HandKey& key : keys) {
+      turn = UnwrapAxisAngle(LogSO3(reference_.transpose() * key.wrist.linear()), turn);
+      Eigen::VectorXd value(6);
+      value << key.wrist.translation(), turn;
+      waypoints.push_back({key.time_s, value, key.rest});
+    }
+    return waypoints;
+  }
+
+  Matrix3d reference_;
+  MinimumJerkSpline spline_;
+};
+
+constexpr double kIdleClosure = 0.3;
+
+struct Dwell {
+  double begin_s, end_s;
+};
+
+// What happens when, before any joint moves.
+struct Script {
+  Side first_hand = Side::kRight;
+  std::array<std::vector<HandKey>, 2> keys;
+  std::array<std::vector<Waypoint>, 2> closure;  // 0 open, 1 holding
+  std::vector<ReachKey> attention;  // where the holding hand is: trunk, head and eyes follow it
+  std::vector<Dwell> dwells;
+  double end_s = 0.0;
+};
+
+class ScriptWriter {
+ public:
+  ScriptWriter(const BodyMeasures& body, const HandoverGrips& grips, const HandoverOptions& options)
+      : body_(body), grips_(grips), options_(options), draw_(options.seed) {
+    // Heights above the ground that belong to this person.
+    const auto height = [&](int joint) { return body.rest_joints(1, joint) - body.sole_y; };
+    hip_ = height(0);
+    chest_ = height(kSpine3);
+    shoulder_x_ = std::abs(body.rest_joints(0, Arm(Side::kRight).root));
+    arm_ = MaxReach(body.rest_joints, Arm(Side::kRight));
+  }
+
+  Script Write() {
+    script_.first_hand = options_.first_hand.value_or(draw_.Coin() ? Side::kRight : Side::kLeft);
+    int switches = options_.switches;
+    if (switches == 0) switches = 1 + static_cast<int>(draw_.Uniform(0.0, 3.0));
+    Side holder = script_.first_hand;
+    Add(holder, 0.0, Carried(holder));
+    Add(OtherSide(holder), 0.0, Idle(OtherSide(holder)));
+    Close(holder, 0.0, 1.0);
+    Close(OtherSide(holder), 0.0, kIdleClosure);
+    for (int k = 0; k < switches; ++k) {
+      CarryOn(holder, 2);
+      PassOn(holder);
+      holder = OtherSide(holder);
+    }
+    CarryOn(holder, 1);
+    Add(holder, Now(holder) + draw_.Uniform(0.5, 1.0), Carried(holder));
+    script_.end_s = std::max(Now(Side::kRight), Now(Side::kLeft)) + draw_.Uniform(0.1, 0.4);
+    for (const HandKey& key : script_.keys[Index(holder)]) {
+      if (script_.dwells.empty() || key.time_s > script_.dwells.back().end_s) Attend(holder, key);
+    }
+    return std::move(script_);
+  }
+
+ private:
+  double Now(Side side) const { return script_.keys[Index(side)].back().time_s; }
+
+  void Add(Side side, double time, const Isometry3d& wrist, bool rest = true) {
+    script_.keys[Index(side)].push_back({time, wrist, rest});
+  }
+
+  void Close(Side side, double time, double closure) {
+    script_.closure[Index(side)].push_back({time, Eigen::VectorXd::Constant(1, closure), true});
+  }
+
+  void Attend(Side side, const HandKey& key) {
+    ReachKey attention;
+    attention.time_s = key.time_s;
+    attention.wrist = key.wrist.translation();
+    attention.hand = key.wrist.linear();
+    attention.rest = key.rest;
+    const double towards = std::atan2(attention.wrist.x(), -attention.wrist.y());
+    attention.torso_twist_rad = 0.25 * towards;
+    attention.torso_lean_rad = 0.06;
+    attention.weight_shift = 0.3 * Outward(side);
+    script_.attention.push_back(attention);
+  }
+
+  Isometry3d Pose(Side side, const Vector3d& wrist, double turn_rad) {
+    Isometry3d pose = Isometry3d::Identity();
+    pose.linear() = OfferedHand(side) * ExpSO3(draw_.Normal3(turn_rad));
+    pose.translation() = wrist;
+    return pose;
+  }
+
+  // Somewhere before the hand's own side of the body.
+  Isometry3d Carried(Side side) {
+    const Vector3d wrist =
+        draw_.Box(Vector3d(0.6 * shoulder_x_, -0.85 * arm_, hip_ + 0.10 * arm_),
+                  Vector3d(2.0 * shoulder_x_, -0.50 * arm_, chest_ + 0.25 * arm_));
+    return Pose(side, {Outward(side) * wrist.x(), wrist.y(), wrist.z()}, 12.0 * kDegree);
+  }
+
+  // Hangs at the side, or waits bent before the waist: near, but not at the object.
+  Isometry3d Idle(Side side) {
+    if (draw_.Uniform(0.0, 1.0) < 0.35) {
+      const Vector3d wrist(Outward(side) * draw_.Uniform(1.2, 1.7) * shoulder_x_,
+                           -draw_.Uniform(0.40, 0.55) * arm_, hip_ + 0.12 * arm_);
+      return Pose(side, wrist, 8.0 * kDegree);
+    }
+    Isometry3d pose = Isometry3d::Identity();
+    pose.linear() = HandOrientation(side, Vector3d(0.0, -0.25, -1.0), -Vector3d::UnitY());
+    pose.translation() = Vector3d(Outward(side) * (shoulder_x_ + draw_.Uniform(0.06, 0.12)),
+                                  -draw_.Uniform(0.03, 0.10), hip_ - 0.10 * arm_);
+    return pose;
+  }
+
+  void CarryOn(Side side, int most) {
+    const int count = static_cast<int>(draw_.Uniform(0.0, most + 1.0));
+    for (int k = 0; k < count; ++k) {
+      Add(side, Now(side) + draw_.Uniform(0.5, 1.1), Carried(side), draw_.Coin());
+    }
+  }
+
+  void PassOn(Side giver) {
+    const Side receiver = OtherSide(giver);
+    // Where the object is met, and how far it drifts while both hold it.
+    Isometry3d met = Isometry3d::Identity();
+    met.linear() = ExpSO3(draw_.Normal() * 8.0 * kDegree * Vector3d::UnitZ()) * grips_.presented;
+    met.translation() = draw_.Box(Vector3d(-0.10, -0.78 * arm_, hip_ + 0.25 * arm_),
+                                  Vector3d(0.10, -0.62 * arm_, chest_ + 0.10 * arm_));
+    Isometry3d left = met;
+    left.translation() += draw_.Normal3(0.015);
+
+    const double approach = draw_.Uniform(0.45, 0.9);
+    const double arrives = Now(giver) + draw_.Uniform(0.5, 1.0);
+    const double begin = std::max(arrives + std::max(0.0, draw_.Uniform(-0.2, 0.3)),
+                                  Now(receiver) + approach + 0.05);
+    const double end = begin + draw_.Uniform(options_.min_dwell_s, options_.max_dwell_s);
+    const auto wrist = [&](Side side, const Isometry3d& object) -> Isometry3d {
+      return object * grips_.Of(side).wrist_from_object.inverse();
+    };
+    const HandKey waiting = script_.keys[Index(receiver)].back();
+    if (begin - approach > waiting.time_s) Add(receiver, begin - approach, waiting.wrist);
+    Add(receiver, begin, wrist(receiver, met));
+    if (begin > arrives + 1e-3) Add(giver, arrives, wrist(giver, met));
+    Add(giver, begin, wrist(giver, met));
+    Add(giver, end, wrist(giver, left));
+    Add(receiver, end, wrist(receiver, left));
+    Close(receiver, begin - 0.9 * approach, kIdleClosure);
+    Close(receiver, begin - 0.3 * approach, 0.0);
+    Close(receiver, begin, 1.0);
+    script_.dwells.push_back({begin, end});
+    for (const HandKey& key : script_.keys[Index(giver)]) {
+      const double after = script_.attention.empty() ? -1.0 : script_.attention.back().time_s;
+      if (key.time_s > after) Attend(giver, key);
+    }
+    const double retreat = draw_.Uniform(0.45, 0.9);
+    Add(giver, end + retreat, Idle(giver));
+    Close(giver, end, 1.0);
+    Close(giver, end + 0.3 * retreat, 0.0);
+    Close(giver, end + 0.9 * retreat, kIdleClosure);
+    const double lag = draw_.Uniform(-0.15, 0.25);
+    if (lag > 0.0) Add(receiver, end + lag, wrist(receiver, left));
+    Add(receiver, Now(receiver) + draw_.Uniform(0.5, 1.0), Carried(receiver), draw_.Coin());
+  }
+
+  const BodyMeasures& body_;
+  const HandoverGrips& grips_;
+  const HandoverOptions& options_;
+  Draw draw_;
+  Script script_;
+  double hip_, chest_, shoulder_x_, arm_;
+};
+
+// Puts both arms of a standing person where the script has the hands.
+class Arms {
+ public:
+  Arms(const Eigen::Matrix3Xd& rest_joints, const HandoverGrips& grips)
+      : joints_(rest_joints), grips_(grips) {}
+
+  /// Whether the hand is where and how it should be.
+  bool Reach(PoseBuilder& pose, Side side, const Isometry3d& wrist, double closure) const {
+    const Limb arm = Arm(side);
+    const double sign = -Outward(side);
+    const Matrix3d chest = pose.World(kSpine3);
+    // The collarbone goes along with an arm that reaches forward.
+    const double extent = std::min(
+        1.0, (wrist.translation() - pose.Position(arm.root)).norm() / MaxReach(joints_, arm));
+    const double forward = std::max(0.0, -wrist.translation().y()) * extent;
+    pose.SetLocal(arm.root - 3, ExpSO3(Vector3d(0.0, sign * 0.25 * forward, sign * 0.06)));
+
+    // The elbow hangs, and gives way to where the forearm would have the wrist straight.
+    const Vector3d shoulder = pose.Position(arm.root);
+    const Vector3d straight =
+        wrist.translation() - 0.25 * FingerDirection(side, wrist.linear()) - shoulder;
+    const Vector3d pole = chest * Vector3d(-0.35 * sign, -1.0, -0.25) + 2.0 * straight;
+    const LimbPose limb = SolveLimb(joints_, arm, shoulder, wrist.translation(), pole);
+    const WristPose hand = SolveWrist(joints_, side, limb.lower, wrist.linear());
+    pose.SetWorld(arm.root, limb.upper);
+    pose.SetWorld(arm.middle, hand.lower);
+    pose.SetLocal(arm.end, hand.wrist);
+
+    const FingerPose open = GraspingFingers(joints_, side, 0.0);
+    const FingerPose fingers = open + closure * (grips_.Of(side).fingers - open);
+    for (int k = 0; k < kJointsPerHand; ++k) {
+      pose.SetLocal(HandBegin(side) + k, ExpSO3(fingers.segment<3>(3 * k)));
+    }
+    return limb.reached && hand.reached;
+  }
+
+ private:
+  const Eigen::Matrix3Xd& joints_;
+  const HandoverGrips& grips_;
+};
+
+// Nothing when a hand that holds together with the other cannot be where it should.
+std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGrips& grips,
+                                      const HandoverOptions& options, const Script& script) {
+  ReachOptions reach;
+  reach.frame_rate = options.frame_rate;
+  reach.duration_s = script.end_s;
+  reach.seed = options.seed;
+  HandoverMotion motion;
+  motion.clip = MakeReachMotion(body, script.attention, reach);
+  motion.first_hand = script.first_hand;
+  Clip& clip = motion.clip;
+  const int frames = clip.NumFrames();
+  for (const Dwell& dwell : script.dwells) {
+    const double middle = 0.5 * (dwell.begin_s + dwell.end_s);
+    motion.switch_frames.push_back(static_cast<int>(std::lround(middle * options.frame_rate)));
+  }
+
+  std::array<std::optional<HandPath>, 2> path;
+  std::array<std::optional<MinimumJerkSpline>, 2> closure;
+  for (const Side side : kSides) {
+    path[Index(side)].emplace(side, script.keys[Index(side)]);
+    closure[Index(side)].emplace(script.closure[Index(side)]);
+  }
+  const Arms arms(body.rest_joints, grips);
+  ObjectTrack& object = clip.object.emplace();
+  object.trans.resize(3, frames);
+  object.orient.resize(3, frames);
+  JointPose previous = clip.pose.front();
+  Vector3d turn = Vector3d::Zero();
+  Side holder = script.first_hand;
+  std::size_t next = 0;  // the next dwell, or the one that is on
+  for (int t = 0; t < frames; ++t) {
+    const double time = t / options.frame_rate;
+    if (next < script.dwells.size() && time > script.dwells[next].end_s) {
+      holder = OtherSide(holder);
+      ++next;
+    }
+    const bool both = next < script.dwells.size() && time >= script.dwells[next].begin_s;
+
+    PoseBuilder pose(body.rest_joints, clip.trans.col(t) + body.rest_joints.col(0));
+    for (int j = 0; j < kNumJoints; ++j) pose.SetLocal(j, ExpSO3(clip.pose[t].col(j)));
+    bool reached = true;
+    for (const Side side : kSides) {
+      const double closed = std::clamp(closure[Index(side)]->Value(time)[0], 0.0, 1.0);
+      reached &= arms.Reach(pose, side, path[Index(side)]->Wrist(time), closed);
+    }
+    if (both && !reached) return std::nullopt;
+    clip.pose[t] = previous = pose.Pose(previous);
+
+    Isometry3d wrist = Isometry3d::Identity();
+    wrist.linear() = pose.World(WristJoint(holder));
+    wrist.translation() = pose.Position(WristJoint(holder));
+    const Isometry3d world_from_object = wrist * grips.Of(holder).wrist_from_object;
+    object.trans.col(t) = world_from_object.translation();
+    object.orient.col(t) = turn = UnwrapAxisAngle(LogSO3(world_from_object.linear()), turn);
+    const std::uint8_t bit = holder == Side::kRight ? kHoldsRight : kHoldsLeft;
+    clip.holding_hand.push_back(both ? kHoldsRight | kHoldsLeft : bit);
+  }
+  return motion;
+}
+
+}  // namespace
+
+HandoverGrips PalmGrips(const BodyMeasures& body, const Eigen::Matrix3Xd& object_vertices,
+                        std::uint64_t seed) {
+  if (object_vertices.cols() == 0) {
+    throw Error("handover", "the object has no vertices", "Give a mesh.");
+  }
+  constexpr double kPalmThickness = 0.016;  // from the middle of the hand to its skin, metres
+  Draw draw(seed ^ 0x6772697073ULL);
+  HandoverGrips grips;
+  grips.presented = ExpSO3(draw.Uniform(-std::numbers::pi, std::numbers::pi) * Vector3d::UnitZ()) *
+                    ExpSO3(draw.Normal3(6.0 * kDegree));
+  const Eigen::Matrix3Xd presented = grips.presented * object_vertices;
+  for (const Side side : kSides) {
+    const Matrix3d hand = OfferedHand(side) * ExpSO3(draw.Normal3(6.0 * kDegree));
+    const Vector3d palm = PalmDirection(hand);
+    Eigen::Index outermost;
+    (-palm.transpose() * presented).maxCoeff(&outermost);
+    const int wrist = WristJoint(side);
+    const Vector3d knuckle =
+        body.rest_joints.col(HandBegin(side) + 3) - body.rest_joints.col(wrist);
+    const Vector3d palm_in_wrist = 0.85 * knuckle + kPalmThickness * -Vector3d::UnitY();
+    // The palm's middle lies on the object's outermost point.
+    Isometry3d world_from_wrist = Isometry3d::Identity();
+    world_from_wrist.linear() = hand;
+    world_from_wrist.translation() = presented.col(outermost) - hand * palm_in_wrist;
+    Isometry3d world_from_object = Isometry3d::Identity();
+    world_from_object.linear() = grips.presented;
+    HandoverGrip& grip = grips.Of(side);
+    grip.wrist_from_object = world_from_wrist.inverse() * world_from_object;
+    const double thickness =
+        (palm.transpose() * presented).maxCoeff() - (palm.transpose() * presented).minCoeff();
+    grip.fingers =
+        GraspingFingers(body.rest_joints, side, std::clamp(1.1 - 6.0 * thickness, 0.2, 1.0));
+  }
+  return grips;
+}
+
+HandoverMotion MakeHandoverMotion(const BodyMeasures& body, const HandoverGrips& grips,
+                                  const HandoverOptions& options) {
+  if (options.switches < 0 || options.switches > 20) {
+    throw Error("handover", fmt::format("{} switches", options.switches), "Ask for 0 to 20.");
+  }
+  if (!(options.min_dwell_s >= 0.0 && options.max_dwell_s >= options.min_dwell_s)) {
+    throw Error("handover", "the range of dwells is empty or negative", "Use 0.1 to 0.5 s.");
+  }
+  if (!(options.frame_rate > 0.0)) {
+    throw Error("handover", "the frame rate is not positive", "Use 30, for example.");
+  }
+  constexpr int kAttempts = 40;
+  HandoverOptions drawn = options;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    drawn.seed = options.seed + kSplitMixStep * static_cast<std::uint64_t>(attempt);
+    const Script script = ScriptWriter(body, grips, drawn).Write();
+    std::optional<HandoverMotion> motion = Perform(body, grips, drawn, script);
+    if (motion) return *std::move(motion);
+  }
+  throw Error("handover", "the grips bring no two hands together within the wrists' range",
+              "Turn the object, or hold it differently.");
+}
+
+void AddNoise(Clip& clip, const ClipNoise& noise, std::uint64_t seed) {
+  Draw draw(seed ^ 0x6e6f697365ULL);
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    for (int j = 0; j < kNumJoints && noise.joint_rad > 0.0; ++j) {
+      if (j >= kNumBodyJoints && j < kLeftHandBegin) continue;  // jaw and eyes
+      const Matrix3d disturbed =
+          ExpSO3(clip.pose[t].col(j)) * ExpSO3(draw.Normal3(noise.joint_rad));
+      clip.pose[t].col(j) = UnwrapAxisAngle(LogSO3(disturbed), clip.pose[t].col(j));
+    }
+    if (!clip.object) continue;
+    clip.object->trans.col(t) += draw.Normal3(noise.object_m);
+    const Vector3d orient = clip.object->orient.col(t);
+    clip.object->orient.col(t) =
+        UnwrapAxisAngle(LogSO3(ExpSO3(draw.Normal3(noise.object_rad)) * ExpSO3(orient)), orient);
+  }
+}
+
+}  // namespace holdfast

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/body/body_layouts.h"
+#include "geometry/body/linear_basis.h"
+#include "geometry/body/skeleton.h"
+#include "geometry/mesh/mesh.h"
+
+namespace holdfast {
+
+/// (joint or vertex, weight) pairs.
+using SparseRow = std::vector<std::pair<int, double>>;
+
+/// What a body model is made of, in SMPL-X's 55 joints (see BodyLayout). Metres.
+struct BodyModelParts {
+  std::string name;  ///< file name, for reports
+  ModelKind kind = ModelKind::kSmplx;
+  Eigen::Matrix3Xd v_template;
+  Eigen::Matrix3Xi faces;
+  LinearBasis shape_dirs;  ///< shape columns, then expression columns
+  int num_shape = 0;
+  int num_expression = 0;
+  LinearBasis pose_dirs;                   ///< nine columns for each of `pose_joints`; may be empty
+  std::vector<int> pose_joints;            ///< whose R - I, row-major, each nine columns multiply
+  std::vector<SparseRow> joint_regressor;  ///< per joint: vertices
+  std::vector<SparseRow> weights;          ///< per vertex: joints
+  Eigen::Matrix<double, kHandDofs, 1> right_hand_mean, left_hand_mean;
+  Eigen::MatrixXd right_hand_components,
+      left_hand_components;                        ///< (n x 45), one a row; may be empty
+  std::vector<int> right_hand_ids, left_hand_ids;  ///< ascending; empty: the model lacks the hand
+};
+
+/// A body model of SMPL-X's form: const, shared by any number of threads.
+///
+///   v_s = v_template + sum_k beta_k S_k + sum_k psi_k E_k
+///   J   = J_regressor v_s
+///   v_p = v_s + posedirs vec(R_1 - I, ..., R_54 - I)
+///   v_i = sum_j w_ij (A_j^R v_p,i + A_j^t) + trans,  A_j = [G_j^R | G_j^t - G_j^R J_j]
+///
+/// (Loper et al. 2015, eq. 2-4, 9; Pavlakos et al. 2019.) The root turns about the pelvis J_0.
+/// SMPL-H and MANO become bodies of the same 55 joints when they are read: BodyLayout says how.
+class BodyModel {
+ public:
+  /// Reads SMPL-X (v1.0, v1.1), SMPL-H and MANO as downloaded, `.npz` or `.pkl`, and any file with
+  /// the same fields; meshes/body/README.md lists them. With J joints: v_template (V,3), f (F,3),
+  /// weights (V,J), J_regressor (J,V), kintree_table (2,J); optional shapedirs (V,3,S), posedirs
+  /// (V,3,9(J-1)), hands_meanl/r, hands_componentsl/r, right_/left_hand_vertex_ids. Any float and
+  /// integer type, C or Fortran order. Throws Error naming the field for missing, misshapen or
+  /// non-finite data, faces out of range, a kinematic tree that is none of these models', and
+  /// weights that do not sum to 1.
+  ///
+  /// Which hand a MANO file is of is told by its thumb (SideOfHand), and where that lies flat by
+  /// "left" or "right" in its name.
+  static std::shared_ptr<const BodyModel> Load(const std::filesystem::path& path);
+  /// The body that comes with Holdfast (meshes/body/holdfast_neutral.npz, inside the library).
+  static std::shared_ptr<const BodyModel> Default();
+  /// The same model with a subject's own rest surface (3 x V): betas have no effect on it. What is
+  /// large is shared. Throws Error unless it has the model's vertices and is finite.
+  static std::shared_ptr<const BodyModel> WithTemplate(std::shared_ptr<const BodyModel> model,
+                                                       Eigen::Matrix3Xd v_template);
+
+  /// Parts that fit together; whoever reads a file checks it.
+  explicit BodyModel(BodyModelParts parts);
+
+  ModelKind Kind() const { return parts_->kind; }
+  /// Joints that the file has: 55, 52 or 16.
+  int NativeJoints() const {
+    return static_cast<int>(LayoutOf(parts_->kind).joint_of_native.size());
+  }
+  /// The hand that the model is, nothing else; nothing for a body.
+  std::optional<Side> LoneHand() const { return holdfast::LoneHand(parts_->kind); }
+  bool HasHand(Side side) const { return !HandVertexIds(side).empty(); }
+  /// Whether the rest surface is a subject's own (WithTemplate).
+  bool IsSubject() const { return is_subject_; }
+
+  int NumVertices() const { return static_cast<int>(v_template_.cols()); }
+  int NumShape() const { return parts_->num_shape; }            ///< usable betas
+  int NumExpression() const { return parts_->num_expression; }  ///< usable expression coefficients
+  const Eigen::Matrix3Xi& Faces() const { return parts_->faces; }
+  const Eigen::Matrix3Xd& Template() const { return v_template_; }
+  /// Zero where the file has none.
+  const Eigen::Matrix<double, kHandDofs, 1>& HandMean(Side side) const {
+    return side == Side::kRight ? parts_->right_hand_mean : parts_->left_hand_mean;
+  }
+  /// Principal components of hand poses (n x 45), one a row; no rows where the file has none.
+  const Eigen::MatrixXd& HandComponents(Side side) const {
+    return side == Side::kRight ? parts_->right_hand_components : parts_->left_hand_components;
+  }
+  /// Vertices of a hand, ascending. From the file where it has them, the published MANO sets for a
+  /// 10,475-vertex SMPL-X, all of a MANO model, else all vertices with more than half their weight
+  /// on wrist and fingers.
+  const std::vector<int>& HandVertexIds(Side side) const {
+    return side == Side::kRight ? parts_->right_hand_ids : parts_->left_hand_ids;
+  }
+  const std::string& Name() const { return parts_->name; }  ///< file name, for reports
+
+  /// Shaped vertices v_s (3 x V). Coefficients beyond the model's throw Error; fewer count as zero.
+  /// A subject's surface takes no betas (any number is ignored), only expression.
+  Eigen::Matrix3Xd ShapedVertices(const Eigen::VectorXd& betas,
+                                  const Eigen::VectorXd& expression = {}) const;
+  /// Rest joints J (3 x 55) of shaped vertices.
+  Eigen::Matrix3Xd RestJoints(const Eigen::Matrix3Xd& shaped_vertices) const;
+
+ private:
+  friend class BodySurface;
+
+  BodyModel(std::shared_ptr<const BodyModelParts> parts, Eigen::Matrix3Xd v_template);
+
+  std::shared_ptr<const BodyModelParts> parts_;
+  Eigen::Matrix3Xd v_template_;
+  bool is_subject_ = false;
+};
+
+/// Some vertices of one person: all that stays constant through a clip. Const and shareable.
+/// Costs what its vertices cost: a hand costs a hand.
+class BodySurface {
+ public:
+  /// All vertices, or those in `vertex_ids` (any order, kept). Throws Error for ids out of range.
+  explicit BodySurface(std::shared_ptr<const BodyModel> model, const Eigen::VectorXd& betas = {},
+                       const Eigen::VectorXd& expression = {});
+  BodySurface(std::shared_ptr<const BodyModel> model, const Eigen::VectorXd& betas,
+              std::span<const int> vertex_ids, const Eigen::VectorXd& expression = {});
+
+  int NumVertices() const { return static_cast<int>(rest_.cols()); }
+  const BodyModel& Model() const { return *model_; }
+  const std::vector<int>& VertexIds() const { return vertex_ids_; }
+  /// Triangles of the model with all three corners in the subset, in the subset's numbering.
+  const Eigen::Matrix3Xi& Faces() const { return faces_; }
+  const Eigen::Matrix3Xd& RestVertices() const { return rest_; }       ///< v_s, (3 x n)
+  const Eigen::Matrix3Xd& RestJoints() const { return rest_joints_; }  ///< J, (3 x 55)
+
+  /// Pose blend shapes of one joint, for the vertices that it moves.
+  struct PoseDirBlock {
+    int joint;                  ///< 1..54
+    std::vector<int> vertices;  ///< m vertices of the subset, ascending
+    Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> dirs;  ///< (3m x 9), R - I row-major
+  };
+  /// Blocks with any non-zero entry, by joint: dense for SMPL-X, local for the default body.
+  const std::vector<PoseDirBlock>& PoseDirs() const { return pose_dirs_; }
+
+  /// Skinning weights of vertex i: (joint, weight) pairs.
+  std::span<const std::pair<int, double>> Weights(int vertex) const {
+    return {weights_.data() + weight_begin_[vertex], weights_.data() + weight_begin_[vertex + 1]};
+  }
+
+ private:
+  void Build(const Eigen::VectorXd& betas, const Eigen::VectorXd& expression);
+  void BuildPoseDirs();
+
+  std::shared_ptr<const BodyModel> model_;
+  std::vector<int> vertex_ids_;
+  Eigen::Matrix3Xi faces_;
+  Eigen::Matrix3Xd rest_;
+  Eigen::Matrix3Xd rest_joints_;
+  std::vector<PoseDirBlock> pose_dirs_;
+  std::vector<std::pair<int, double>> weights_;
+  std::vector<int> weight_begin_;
+};
+
+/// Scratch and result of one evaluation; one per thread, reused from frame to frame.
+struct BodyState {
+  std::array<Eigen::Matrix3d, kNumJoints> local_rotation;  ///< R_j
+  std::array<Eigen::Matrix3d, kNumJoints> world_rotation;  ///< G_j^R
+  Eigen::Matrix<double, 3, kNumJoints> joints;             ///< G_j^t + trans, world, metres
+  Eigen::Matrix<double, 3, kNumJoints> skin_offset;        ///< A_j^t + trans
+  JointPose pose;                                          ///< the pose evaluated
+  Eigen::Matrix3Xd posed_rest;                             ///< v_p, (3 x n)
+  Eigen::Matrix3Xd vertices;                               ///< v, world, metres (3 x n)
+};
+
+/// Joint transforms only (22-joint features, retargeting): fills local/world_rotation, joints,
+/// skin_offset, pose. `rest_joints` (3 x 55) as in BodySurface::RestJoints().
+void ForwardJoints(const Eigen::Matrix3Xd& rest_joints, const JointPose& pose,
+                   const Eigen::Vector3d& trans, BodyState& state);
+
+/// The whole forward model. Poses are taken as they are (flat_hand_mean = true); AddHandMean gives
+/// the pose of files that were written with flat_hand_mean = false. Allocates on first use only.
+void Forward(const BodySurface& surface, const JointPose& pose, const Eigen::Vector3d& trans,
+             BodyState& state);
+
+/// pose + hands_mean of both hands.
+JointPose AddHandMean(const BodyModel& model, const JointPose& pose);
+
+/// Row-major so that a vertex's three rows are contiguous.
+using JacobianMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// d vertices / d (axis-angle of `joints`, then trans): (3n x 3|joints| + 3), pose blend shapes
+/// included. `state` must hold Forward's result for the same surface.
+void VertexJacobian(const BodySurface& surface, const BodyState& state, std::span<const int> joints,
+                    JacobianMatrix& J_vertices_params);
+
+/// d joints / d (axis-angle of `joints`, then trans): (165 x 3|joints| + 3).
+void JointJacobian(const BodyState& state, std::span<const int> joints,
+                   JacobianMatrix& J_joints_params);
+
+}  // namespace holdfast

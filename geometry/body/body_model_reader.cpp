@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/body/body_model_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <future>
+
+#include <fmt/format.h>
+
+#include "geometry/body/smplx_hand_vertices.h"
+#include "geometry/error.h"
+
+namespace holdfast {
+namespace {
+
+using HandVector = Eigen::Matrix<double, kHandDofs, 1>;
+
+ModelKind ReadKind(const BodyModelFields& fields) {
+  const NpyMember member = fields.Read("kintree_table");
+  member.RequireShape({2, -1});
+  const std::vector<std::int64_t> table = member.AsIntegers();
+  return KindByTree(std::span(table).first(table.size() / 2), member.where);
+}
+
+Eigen::Matrix3Xi ReadFaces(const BodyModelFields& fields, int num_vertices) {
+  const NpyMember member = fields.Read("f");
+  member.RequireShape({-1, 3});
+  const std::vector<std::int64_t> corners = member.AsIntegers();
+  Eigen::Matrix3Xi faces(3, static_cast<Eigen::Index>(corners.size() / 3));
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (corners[i] < 0 || corners[i] >= num_vertices) {
+      throw Error(member.where, fmt::format("names vertex {} of {}", corners[i], num_vertices),
+                  "The model file is damaged: get it again");
+    }
+    faces(static_cast<Eigen::Index>(i)) = static_cast<int>(corners[i]);
+  }
+  return faces;
+}
+
+// v1.1 of SMPL-X has 300 shape and 100 expression directions, v1.0 ten and ten; SMPL-H and MANO
+// have shape alone. A file may say how many of its directions are shape.
+void ReadShape(const BodyModelFields& fields, BodyModelParts& parts) {
+  if (!fields.Has("shapedirs")) return;
+  parts.shape_dirs = LinearBasis(fields.Read("shapedirs"), parts.v_template.cols(), -1);
+  const auto directions = static_cast<int>(parts.shape_dirs.Columns());
+  if (fields.Has("num_betas")) {
+    const NpyMember member = fields.Read("num_betas");
+    const std::vector<std::int64_t> count = member.AsIntegers();
+    if (count.size() != 1 || count[0] < 0 || count[0] > directions) {
+      throw Error(member.where, fmt::format("is no number between 0 and {}", directions),
+                  "It counts those columns of shapedirs that are shape, not expression");
+    }
+    parts.num_shape = static_cast<int>(count[0]);
+    parts.num_expression = directions - parts.num_shape;
+  } else if (parts.kind == ModelKind::kSmplx) {
+    parts.num_shape = std::min(directions, directions >= 400 ? 300 : 10);
+    parts.num_expression = std::min(directions - parts.num_shape, directions >= 400 ? 100 : 10);
+  } else {
+    parts.num_shape = directions;
+  }
+}
+
+// Nine columns for each joint but the root.
+LinearBasis ReadPoseDirs(const BodyModelFields& fields, const BodyLayout& layout,
+                         int num_vertices) {
+  return LinearBasis(fields.Read("posedirs"), num_vertices,
+                     9 * (static_cast<std::ptrdiff_t>(layout.joint_of_native.size()) - 1));
+}
+
+std::vector<SparseRow> ReadRegressor(const BodyModelFields& fields, const BodyLayout& layout,
+                                     int num_vertices) {
+  const auto native = static_cast<std::ptrdiff_t>(layout.joint_of_native.size());
+  const std::vector<double> dense = fields.ReadFinite("J_regressor", {native, num_vertices});
+  std::vector<SparseRow> rows(kNumJoints);
+  for (std::size_t j = 0; j < kNumJoints; ++j) {
+    const double* row =
+        dense.data() + static_cast<std::ptrdiff_t>(layout.native_for_rest[j]) * num_vertices;
+    for (int v = 0; v < num_vertices; ++v) {
+      if (row[v] != 0.0) rows[j].emplace_back(v, row[v]);
+    }
+  }
+  return rows;
+}
+
+std::vector<SparseRow> ReadWeights(const BodyModelFields& fields, const BodyLayout& layout,
+                                   int num_vertices) {
+  const std::size_t native = layout.joint_of_native.size();
+  const std::vector<double> dense =
+      fields.ReadFinite("weights", {num_vertices, static_cast<std::ptrdiff_t>(native)});
+  std::vector<SparseRow> rows(static_cast<std::size_t>(num_vertices));
+  for (std::size_t v = 0; v < rows.size(); ++v) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < native; ++k) {
+      const double w = dense[v * native + k];
+      sum += w;
+      if (w != 0.0) rows[v].emplace_back(layout.joint_of_native[k], w);
+    }
+    if (std::fabs(sum - 1.0) > 1e-3) {
+      throw Error(fmt::format("{}[weights]", fields.File()),
+                  fmt::format("of vertex {} sum to {}", v, sum), "Skinning weights sum to 1");
+    }
+  }
+  return rows;
+}
+
+// SMPL-X and SMPL-H name their two hands' fields with l and r, MANO has one hand.
+std::string HandField(const char* base, Side side, ModelKind kind) {
+  if (LoneHand(kind)) return base;
+  return fmt::format("{}{}", base, side == Side::kRight ? "r" : "l");
+}
+
+HandVector ReadHandMean(const BodyModelFields& fields, const std::string& key) {
+  if (!fields.Has(key)) return HandVector::Zero();
+  const NpyMember member = fields.Read(key);
+  const std::vector<double> values = fields.ReadFinite(
+      key, member.array.shape.size() == 2 ? std::vector<std::ptrdiff_t>{1, kHandDofs}
+                                          : std::vector<std::ptrdiff_t>{kHandDofs});
+  return Eigen::Map<const HandVector>(values.data());
+}
+
+Eigen::MatrixXd ReadHandComponents(const BodyModelFields& fields, const std::string& key) {
+  if (!fields.Has(key)) return Eigen::MatrixXd(0, kHandDofs);
+  const std::vector<double> values = fields.ReadFinite(key, {-1, kHandDofs});
+  return Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, kHandDofs, Eigen::RowMajor>>(
+      values.data(), static_cast<Eigen::Index>(values.size() / kHandDofs), kHandDofs);
+}
+
+std::vector<int> ReadHandIds(const BodyModelFields& fields, Side side, int num_vertices) {
+  const std::string key = fmt::format("{}_hand_vertex_ids", SideName(side));
+  if (!fields.Has(key)) return {};
+  const NpyMember member = fields.Read(key);
+  member.RequireShape({-1});
+  std::vector<int> ids;
+  for (const std::int64_t id : member.AsIntegers()) {
+    if (id < 0 || id >= num_vertices) {
+      throw Error(member.where, fmt::format("names vertex {} of {}", id, num_vertices),
+                  "Vertex ids count from 0");
+    }
+    ids.push_back(static_cast<int>(id));
+  }
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  return ids;
+}
+
+std::vector<int> HandIds(const BodyModelFields& fields, Side side, const BodyModelParts& parts) {
+  const auto num_vertices = static_cast<int>(parts.v_template.cols());
+  const std::optional<Side> lone = LoneHand(parts.kind);
+  if (lone && *lone != side) return {};
+  std::vector<int> ids = ReadHandIds(fields, side, num_vertices);
+  if (!ids.empty()) return ids;
+  if (parts.kind == ModelKind::kSmplx && num_vertices == kSmplxVertices) {
+    return SmplxHandVertices(side);
+  }
+  for (int v = 0; v < num_vertices; ++v) {
+    double on_hand = 0.0;
+    for (const auto& [joint, w] : parts.weights[static_cast<std::size_t>(v)]) {
+      const bool finger = joint >= HandBegin(side) && joint < HandBegin(side) + kJointsPerHand;
+      if (finger || joint == WristJoint(side)) on_hand += w;
+    }
+    if (on_hand > 0.5) ids.push_back(v);
+  }
+  return ids;
+}
+
+// MANO files of both sides look alike but for their geometry; the name helps where that is flat.
+ModelKind SideOfMano(const BodyModelFields& fields, const Eigen::Matrix3Xd& v_template,
+                     std::string name) {
+  const std::vector<SparseRow> regressor =
+      ReadRegressor(fields, LayoutOf(ModelKind::kManoRight), static_cast<int>(v_template.cols()));
+  const BodyLayout& layout = LayoutOf(ModelKind::kManoRight);
+  Eigen::Matrix3Xd joints =
+      Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(layout.joint_of_native.size()));
+  for (Eigen::Index k = 0; k < joints.cols(); ++k) {
+    const auto joint =
+        static_cast<std::size_t>(layout.joint_of_native[static_cast<std::size_t>(k)]);
+    for (const auto& [v, w] : regressor[joint]) joints.col(k) += w * v_template.col(v);
+  }
+  std::optional<Side> side = SideOfHand(joints);
+  if (!side) {
+    std::ranges::transform(name, name.begin(), [](char c) {
+      return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    });
+    const bool right = name.find("right") != std::string::npos;
+    const bool left = name.find("left") != std::string::npos;
+    if (right != left) side = right ? Side::kRight : Side::kLeft;
+  }
+  if (!side) {
+    throw Error(fields.File(), "is a hand, but neither its thumb nor its name tells which",
+                "Put left or right into the file's name, as in MANO_RIGHT.pkl");
+  }
+  return *side == Side::kRight ? ModelKind::kManoRight : ModelKind::kManoLeft;
+}
+
+}  // namespace
+
+BodyModelParts ReadBodyModel(const BodyModelFields& fields, std::string name) {
+  BodyModelParts parts;
+  parts.kind = ReadKind(fields);
+  const std::vector<double> positions = fields.ReadFinite("v_template", {-1, 3});
+  parts.v_template = Eigen::Map<const Eigen::Matrix3Xd>(
+      positions.data(), 3, static_cast<Eigen::Index>(positions.size() / 3));
+  const auto num_vertices = static_cast<int>(parts.v_template.cols());
+  if (num_vertices == 0) {
+    throw Error(fields.File(), "has no vertices", "Get the model file again");
+  }
+  if (LoneHand(parts.kind)) parts.kind = SideOfMano(fields, parts.v_template, name);
+  const BodyLayout& layout = LayoutOf(parts.kind);
+  parts.name = std::move(name);
+  // Half of the file, on another thread where there is one. Its faults are reported when the other
+  // fields have none.
+  std::future<LinearBasis> pose_dirs;
+  if (fields.Has("posedirs")) {
+    parts.pose_joints.assign(layout.joint_of_native.begin() + 1, layout.joint_of_native.end());
+    pose_dirs = std::async([&] { return ReadPoseDirs(fields, layout, num_vertices); });
+  }
+  parts.faces = ReadFaces(fields, num_vertices);
+  ReadShape(fields, parts);
+  parts.joint_regressor = ReadRegressor(fields, layout, num_vertices);
+  parts.weights = ReadWeights(fields, layout, num_vertices);
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    const std::optional<Side> lone = LoneHand(parts.kind);
+    const bool has_pose = !lone || *lone == side;
+    const bool right = side == Side::kRight;
+    const std::string mean = HandField("hands_mean", side, parts.kind);
+    const std::string components = HandField("hands_components", side, parts.kind);
+    (right ? parts.right_hand_mean : parts.left_hand_mean) =
+        has_pose ? ReadHandMean(fields, mean) : HandVector::Zero();
+    (right ? parts.right_hand_components : parts.left_hand_components) =
+        has_pose ? ReadHandComponents(fields, components) : Eigen::MatrixXd(0, kHandDofs);
+    (right ? parts.right_hand_ids : parts.left_hand_ids) = HandIds(fields, side, parts);
+  }
+  if (pose_dirs.valid()) parts.pose_dirs = pose_dirs.get();
+  return parts;
+}
+
+}  // namespace holdfast

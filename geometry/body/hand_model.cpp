@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/body/hand_model.h"
+
+#include <algorithm>
+#include <bit>
+#include <map>
+
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+using JointSet = std::uint32_t;  // bit k: finger joint k
+
+JointSet WithAncestors(int finger_joint) {
+  // Fingers are chains of three: joint k of a finger hangs on those before it.
+  JointSet set = 0;
+  for (int k = finger_joint; k >= finger_joint - finger_joint % 3; --k) set |= JointSet{1} << k;
+  return set;
+}
+
+}  // namespace
+
+FingerPose FingersOf(const JointPose& pose, Side side) {
+  return pose.middleCols<kJointsPerHand>(HandBegin(side)).reshaped();
+}
+
+void SetFingers(JointPose& pose, Side side, const FingerPose& fingers) {
+  pose.middleCols<kJointsPerHand>(HandBegin(side)) = fingers.reshaped(3, kJointsPerHand);
+}
+
+HandModel::HandModel(std::shared_ptr<const BodyModel> model, const Eigen::VectorXd& betas,
+                     Side side)
+    : side_(side), surface_(model, betas, model->HandVertexIds(side)) {
+  const int first = HandBegin(side);
+  const auto finger_joint = [&](int joint) {
+    const int k = joint - first;
+    return k >= 0 && k < kJointsPerHand ? k : -1;
+  };
+
+  std::vector<JointSet> moved_by(NumVertices(), 0);
+  for (int i = 0; i < NumVertices(); ++i) {
+    for (const auto& [joint, w] : surface_.Weights(i)) {
+      if (finger_joint(joint) >= 0) moved_by[i] |= WithAncestors(finger_joint(joint));
+    }
+  }
+  for (const BodySurface::PoseDirBlock& block : surface_.PoseDirs()) {
+    const int k = finger_joint(block.joint);
+    if (k < 0) continue;
+    for (const int i : block.vertices) moved_by[i] |= JointSet{1} << k;
+  }
+
+  // A handful of large groups serve matrix products better than many exact ones: none, one finger,
+  // or all.
+  const auto round_up = [](JointSet set) {
+    if (set == 0) return set;
+    for (int finger = 0; finger < 5; ++finger) {
+      const JointSet whole = JointSet{7} << (3 * finger);
+      if ((set & ~whole) == 0) return whole;
+    }
+    return (JointSet{1} << kJointsPerHand) - 1;
+  };
+  std::map<JointSet, int> group_of_set;
+  places_.resize(static_cast<std::size_t>(NumVertices()));
+  for (int i = 0; i < NumVertices(); ++i) {
+    const JointSet set = round_up(moved_by[i]);
+    const auto [it, is_new] = group_of_set.try_emplace(set, static_cast<int>(groups_.size()));
+    if (is_new) {
+      groups_.emplace_back();
+      for (int k = 0; k < kJointsPerHand; ++k) {
+        if (set >> k & 1) groups_.back().joints.push_back(k);
+      }
+    }
+    places_[static_cast<std::size_t>(i)] = {it->second,
+                                            static_cast<int>(groups_[it->second].vertices.size())};
+    groups_[it->second].vertices.push_back(i);
+  }
+
+  for (const BodySurface::PoseDirBlock& block : surface_.PoseDirs()) {
+    const int k = finger_joint(block.joint);
+    if (k < 0) continue;
+    for (int g = 0; g < static_cast<int>(groups_.size()); ++g) {
+      FingerDirs part{k, g, {}, {}};
+      std::vector<std::size_t> rows;
+      for (std::size_t m = 0; m < block.vertices.size(); ++m) {
+        const Place& place = PlaceOf(block.vertices[m]);
+        if (place.group != g) continue;
+        part.member.push_back(place.member);
+        rows.push_back(m);
+      }
+      if (rows.empty()) continue;
+      part.dirs.resize(3 * static_cast<Eigen::Index>(rows.size()), 9);
+      for (std::size_t r = 0; r < rows.size(); ++r) {
+        part.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(r)) =
+            block.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(rows[r]));
+      }
+      finger_dirs_.push_back(std::move(part));
+    }
+  }
+}
+
+HandState::HandState(const HandModel& hand)
+    : hand_(&hand),
+      wrist_(WristJoint(hand.HandSide())),
+      first_(HandBegin(hand.HandSide())),
+      jacobians_(hand.Groups().size()),
+      blend_(hand.NumVertices()) {
+  for (std::size_t g = 0; g < jacobians_.size(); ++g) {
+    const HandModel::Group& group = hand.Groups()[g];
+    jacobians_[g].setZero(3 * static_cast<Eigen::Index>(group.vertices.size()),
+                          3 * static_cast<Eigen::Index>(group.joints.size()));
+  }
+  vertices_.setZero(3, hand.NumVertices());
+}
+
+void HandState::SetBody(const JointPose& pose, const Eigen::Vector3d& trans) {
+  ForwardJoints(hand_->surface_.RestJoints(), pose, trans, body_);
+  base_ = hand_->surface_.RestVertices();
+  for (const BodySurface::PoseDirBlock& block : hand_->surface_.PoseDirs()) {
+    if (block.joint >= first_ && block.joint < first_ + kJointsPerHand) continue;
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> difference =
+        body_.local_rotation[block.joint] - Eigen::Matrix3d::Identity();
+    const Eigen::Map<const Eigen::Matrix<double, 9, 1>> feature(difference.data());
+    for (std::size_t k = 0; k < block.vertices.size(); ++k) {
+      base_.col(block.vertices[k]).noalias() +=
+          block.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(k)) * feature;
+    }
+  }
+}
+
+void HandState::Evaluate(const FingerPose& fingers, bool with_jacobian) {
+  const BodySurface& surface = hand_->surface_;
+  const Eigen::Matrix3Xd& rest_joints = surface.RestJoints();
+  for (int k = 0; k < kJointsPerHand; ++k) {
+    const int j = first_ + k;
+    const int parent = kJointParents[j];
+    body_.pose.col(j) = fingers.segment<3>(3 * k);
+    body_.local_rotation[j] = ExpSO3(fingers.segment<3>(3 * k));
+    body_.world_rotation[j].noalias() = body_.world_rotation[parent] * body_.local_rotation[j];
+    body_.joints.col(j) = body_.joints.col(parent);
+    body_.joints.col(j).noalias() +=
+        body_.world_rotation[parent] * (rest_joints.col(j) - rest_joints.col(parent));
+    body_.skin_offset.col(j) = body_.joints.col(j);
+    body_.skin_offset.col(j).noalias() -= body_.world_rotation[j] * rest_joints.col(j);
+  }
+  posed_rest_ = base_;
+  for (const HandModel::FingerDirs& part : hand_->finger_dirs_) {
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> difference =
+        body_.local_rotation[first_ + part.finger_joint] - Eigen::Matrix3d::Identity();
+    const Eigen::Map<const Eigen::Matrix<double, 9, 1>> feature(difference.data());
+    const std::vector<int>& vertices = hand_->groups_[part.group].vertices;
+    for (std::size_t r = 0; r < part.member.size(); ++r) {
+      posed_rest_.col(vertices[part.member[r]]).noalias() +=
+          part.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(r)) * feature;
+    }
+  }
+  for (int i = 0; i < hand_->NumVertices(); ++i) {
+    Eigen::Matrix3d blend = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+    for (const auto& [joint, w] : surface.Weights(i)) {
+      blend += w * body_.world_rotation[joint];
+      offset += w * body_.skin_offset.col(joint);
+    }
+    blend_[i] = blend;
+    vertices_.col(i).noalias() = blend * posed_rest_.col(i) + offset;
+  }
+  if (with_jacobian) EvaluateJacobians();
+}
+
+void HandState::EvaluateJacobians() {
+  const BodySurface& surface = hand_->surface_;
+  std::array<Eigen::Matrix3d, kJointsPerHand> left_jacobian, axes;
+  for (int k = 0; k < kJointsPerHand; ++k) {
+    left_jacobian[k] = LeftJacobianSO3(body_.pose.col(first_ + k));
+    axes[k].noalias() = body_.world_rotation[kJointParents[first_ + k]] * left_jacobian[k];
+  }
+
+  for (std::size_t g = 0; g < jacobians_.size(); ++g) {
+    const HandModel::Group& group = hand_->groups_[g];
+    if (group.joints.empty()) continue;
+    std::array<int, kJointsPerHand> column;
+    column.fill(-1);
+    for (std::size_t k = 0; k < group.joints.size(); ++k) {
+      column[group.joints[k]] = static_cast<int>(3 * k);
+    }
+    JacobianMatrix& J = jacobians_[g];
+    J.setZero();
+    for (std::size_t m = 0; m < group.vertices.size(); ++m) {
+      const int i = group.vertices[m];
+      // As in VertexJacobian: each joint carries what is skinned to it and its descendants.
+      std::array<Eigen::Vector3d, kJointsPerHand> carried;
+      std::array<double, kJointsPerHand> carried_weight{};
+      for (const auto& [joint, w] : surface.Weights(i)) {
+        const int k = joint - first_;
+        if (k < 0 || k >= kJointsPerHand) continue;
+        const Eigen::Vector3d x =
+            w * (body_.world_rotation[joint] * posed_rest_.col(i) + body_.skin_offset.col(joint));
+        for (int a = k; a >= k - k % 3; --a) {
+          carried[a] = carried_weight[a] == 0.0 ? x : Eigen::Vector3d(carried[a] + x);
+          carried_weight[a] += w;
+        }
+      }
+      for (const int a : group.joints) {
+        if (carried_weight[a] == 0.0) continue;
+        const Eigen::Vector3d arm = carried[a] - carried_weight[a] * body_.joints.col(first_ + a);
+        auto block = J.block<3, 3>(3 * static_cast<Eigen::Index>(m), column[a]);
+        for (int c = 0; c < 3; ++c) block.col(c) = axes[a].col(c).cross(arm);
+      }
+    }
+  }
+
+  for (const HandModel::FingerDirs& part : hand_->finger_dirs_) {
+    const int k = part.finger_joint;
+    Eigen::Matrix<double, 9, 3> J_rotation;
+    for (int c = 0; c < 3; ++c) {
+      const Eigen::Vector3d omega = left_jacobian[k].col(c);
+      const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> dR =
+          Skew(omega) * body_.local_rotation[first_ + k];
+      J_rotation.col(c) = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(dR.data());
+    }
+    const HandModel::Group& group = hand_->groups_[part.group];
+    const auto it = std::lower_bound(group.joints.begin(), group.joints.end(), k);
+    const auto column = static_cast<Eigen::Index>(3 * (it - group.joints.begin()));
+    for (std::size_t r = 0; r < part.member.size(); ++r) {
+      const Eigen::Matrix3d moved =
+          part.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(r)) * J_rotation;
+      jacobians_[part.group].block<3, 3>(3 * part.member[r], column).noalias() +=
+          blend_[group.vertices[part.member[r]]] * moved;
+    }
+  }
+}
+
+void HandState::AddJacobianRow(int vertex, const Eigen::Vector3d& direction, double* row) const {
+  const HandModel::Place& place = hand_->PlaceOf(vertex);
+  const std::vector<int>& joints = hand_->Groups()[static_cast<std::size_t>(place.group)].joints;
+  const JacobianMatrix& J = GroupJacobian(place.group);
+  const Eigen::Index first = 3 * static_cast<Eigen::Index>(place.member);
+  for (std::size_t k = 0; k < joints.size(); ++k) {
+    Eigen::Map<Eigen::RowVector3d>(row + 3 * joints[k]) +=
+        direction.transpose() * J.block<3, 3>(first, 3 * static_cast<Eigen::Index>(k));
+  }
+}
+
+}  // namespace holdfast

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "geometry/io/container/npz.h"
+
+namespace holdfast {
+
+/// Linear directions of a body model, (V, 3, K), in the precision of their file: those of a full
+/// SMPL-X are hundreds of megabytes, so only what is asked for becomes double. Copies share the
+/// numbers.
+class LinearBasis {
+ public:
+  LinearBasis() = default;
+  /// Throws Error unless `member` is (vertices, 3, columns) of finite numbers; -1 columns matches
+  /// any. Takes the bytes over where they are stored in C order as float or double.
+  LinearBasis(NpyMember member, std::ptrdiff_t vertices, std::ptrdiff_t columns);
+
+  std::size_t Columns() const { return columns_; }
+  /// Row 3 v + coordinate, columns [begin, begin + count).
+  void CopyRow(std::size_t row, std::size_t begin, std::size_t count, double* out) const;
+
+ private:
+  bool is_double_ = false;
+  std::size_t columns_ = 0;
+  std::shared_ptr<const std::vector<std::byte>> data_;
+};
+
+}  // namespace holdfast

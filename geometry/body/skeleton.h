@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+
+#include <Eigen/Core>
+
+namespace holdfast {
+
+/// The SMPL-X skeleton: 55 joints, in the order of every SMPL-X file (Pavlakos et al., CVPR 2019).
+/// Axis-angle poses are 3 x 55, column j the rotation of joint j relative to its parent.
+/// Rest pose: T-pose, y up, facing +z, +x to the body's left; metres.
+enum Joint : int {
+  kPelvis,
+  kLeftHip,
+  kRightHip,
+  kSpine1,
+  kLeftKnee,
+  kRightKnee,
+  kSpine2,
+  kLeftAnkle,
+  kRightAnkle,
+  kSpine3,
+  kLeftFoot,
+  kRightFoot,
+  kNeck,
+  kLeftCollar,
+  kRightCollar,
+  kHead,
+  kLeftShoulder,
+  kRightShoulder,
+  kLeftElbow,
+  kRightElbow,
+  kLeftWrist,
+  kRightWrist,
+  kJaw,
+  kLeftEye,
+  kRightEye,
+};
+inline constexpr int kNumJoints = 55;
+inline constexpr int kNumBodyJoints = kRightWrist + 1;  ///< pelvis to right_wrist: joints 0..21
+inline constexpr int kLeftHandBegin =
+    25;  ///< first of 15 finger joints: index, middle, pinky, ring, thumb
+inline constexpr int kRightHandBegin = 40;
+inline constexpr int kJointsPerHand = 15;
+inline constexpr int kHandDofs = 3 * kJointsPerHand;
+
+extern const std::array<std::string_view, kNumJoints> kJointNames;
+extern const std::array<int, kNumJoints>
+    kJointParents;  ///< -1 for the pelvis; always parent < child
+
+/// Index of a joint by name, nothing when there is none of that name.
+std::optional<int> FindJoint(std::string_view name);
+
+/// The same joint on the other side of the body (itself for the spine, head and jaw).
+int MirrorJoint(int joint);
+
+enum class Side { kRight, kLeft };
+
+inline constexpr int HandBegin(Side side) {
+  return side == Side::kRight ? kRightHandBegin : kLeftHandBegin;
+}
+inline constexpr int WristJoint(Side side) {
+  return side == Side::kRight ? kRightWrist : kLeftWrist;
+}
+inline constexpr Side OtherSide(Side side) {
+  return side == Side::kRight ? Side::kLeft : Side::kRight;
+}
+std::string_view SideName(Side side);  ///< "right" or "left"
+
+/// Rotations of all joints relative to their parents, axis-angle, one column per joint, radians.
+using JointPose = Eigen::Matrix<double, 3, kNumJoints>;
+
+/// The pose seen in a mirror at x = 0: sides swapped, y and z of every axis-angle negated.
+JointPose MirrorPose(const JointPose& pose);
+
+}  // namespace holdfast

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/clip/body_change.h"
+
+#include <fmt/format.h>
+
+namespace holdfast {
+namespace {
+
+enum class Family { kEmbedded, kSmplx, kSmplh, kOther };
+
+// Rest pelvises of the neutral models' mean shapes, metres (J_regressor v_template), as they stand
+// in public code: SMPL-X in the retargeting tables of kimodo (SMPLX_REST_WORLD), SMPL, whose body
+// SMPL-H shares, in the smpl_humanoid.xml of its simulations. Those of men and women are within a
+// few centimetres.
+const Eigen::Vector3d kSmplxPelvis(0.0031, -0.3514, 0.0120);
+const Eigen::Vector3d kSmplhPelvis(-0.0018, -0.2233, 0.0282);
+
+Family FamilyOf(const Clip& clip) {
+  if (clip.body_model == BodyModel::Default()->Name()) return Family::kEmbedded;
+  if (clip.surface_model_type.starts_with("smplx")) return Family::kSmplx;
+  const bool smpl = clip.surface_model_type == "smplh" || clip.surface_model_type == "smpl";
+  return smpl ? Family::kSmplh : Family::kOther;
+}
+
+Family FamilyOf(const BodyModel& model) {
+  if (model.Name() == BodyModel::Default()->Name()) return Family::kEmbedded;
+  if (model.LoneHand()) return Family::kOther;
+  return model.Kind() == ModelKind::kSmplh ? Family::kSmplh : Family::kSmplx;
+}
+
+Eigen::Vector3d PelvisOf(const BodyModel& model, const Eigen::VectorXd& betas) {
+  return model.RestJoints(model.ShapedVertices(betas)).col(0);
+}
+
+}  // namespace
+
+std::optional<BodyChange> BringOntoBody(Clip& clip, const ClipBody& body) {
+  const Family from = FamilyOf(clip), to = FamilyOf(*body.model);
+  if (from == to || from == Family::kOther || to == Family::kOther) return std::nullopt;
+  BodyChange change;
+  change.from = !clip.body_model.empty() ? clip.body_model
+                : from == Family::kSmplx ? "SMPL-X"
+                                         : "SMPL-H";
+  Eigen::Vector3d pelvis;
+  if (from == Family::kEmbedded) {
+    const std::shared_ptr<const BodyModel> embedded = BodyModel::Default();
+    const bool shaped = clip.betas.size() <= embedded->NumShape();
+    pelvis = PelvisOf(*embedded, shaped ? clip.betas : Eigen::VectorXd());
+  } else {
+    pelvis = from == Family::kSmplx ? kSmplxPelvis : kSmplhPelvis;
+  }
+  change.offset = pelvis - PelvisOf(*body.model, body.betas);
+  clip.trans.colwise() += change.offset;
+  clip.betas = body.betas;
+  clip.v_template.resize(3, 0);
+  if (clip.contact) clip.contact->body.resize(0, 0);
+  clip.body_model = body.model->Name();
+  clip.surface_model_type = ModelKindName(body.model->Kind());
+  return change;
+}
+
+std::string Describe(const BodyChange& change, const BodyModel& to) {
+  return fmt::format(
+      "made with {}: on {} trans is moved by ({:.3f}, {:.3f}, {:.3f}) m, from the rest pelvis of "
+      "the one's mean shape to the other's; limbs and hands are not the clip's own (--body "
+      "MODEL.npz takes its model)",
+      change.from, to.Name(), change.offset.x(), change.offset.y(), change.offset.z());
+}
+
+}  // namespace holdfast

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/clip/clip.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+
+#include "geometry/clip/clip_arrays.h"
+#include "geometry/error.h"
+#include "geometry/io/container/npz.h"
+#include "geometry/value_ranges.h"
+
+namespace holdfast {
+namespace {
+
+// The arrays of a clip's file: those of AMASS's SMPL-X layout, and those that only Holdfast has.
+constexpr std::array kAmassArrays = {
+    "mocap_frame_rate",  "mocap_time_length", "trans", "root_orient", "pose_body", "pose_jaw",
+    "pose_eye",          "pose_hand",         "poses", "betas",       "num_betas", "gender",
+    "surface_model_type"};
+constexpr std::array kOwnArrays = {"body_model",     "subject",      "action",      "object_trans",
+                                   "object_orient",  "object_name",  "object_mesh", "table_trans",
+                                   "table_orient",   "table_name",   "table_mesh",  "v_template",
+                                   "contact_object", "contact_body", "holding_hand"};
+
+bool HasAll(std::span<const std::string> names, std::initializer_list<const char*> wanted) {
+  return std::ranges::all_of(
+      wanted, [&](const char* name) { return std::ranges::find(names, name) != names.end(); });
+}
+
+// Reads (T, columns) as columns x T doubles, all finite.
+Eigen::MatrixXd ReadRows(const NpzReader& archive, std::string_view key, std::ptrdiff_t columns,
+                         std::string_view row_is = "frame") {
+  const NpyMember member = archive.Read(key);
+  member.RequireShape({-1, columns});
+  const std::vector<double> values = member.AsDoubles();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!std::isfinite(values[i])) {
+      throw Error(member.where,
+                  fmt::format("holds {} in {} {}", values[i], row_is,
+                              i / static_cast<std::size_t>(columns)),
+                  "Give finite numbers: cut such frames out or fill them in");
+    }
+  }
+  return Eigen::Map<const Eigen::MatrixXd>(values.data(), columns,
+                                           static_cast<Eigen::Index>(member.array.shape[0]));
+}
+
+void RequireLength(const NpzReader& archive, std::string_view key, Eigen::Index found,
+                   Eigen::Index frames) {
+  if (found == frames) return;
+  throw Error(fmt::format("{}[{}]", archive.Path().string(), key),
+              fmt::format("has {} frames where trans has {}", found, frames),
+              "All motion arrays of a clip have the same length");
+}
+
+std::string ReadText(const NpzReader& archive, std::string_view key, std::string fallback) {
+  return archive.Has(key) ? archive.Read(key).AsText() : std::move(fallback);
+}
+
+double ReadFrameRate(const NpzReader& archive) {
+  // AMASS spells it without the underscore in its SMPL-H archives.
+  const bool old_spelling = !archive.Has("mocap_frame_rate") && archive.Has("mocap_framerate");
+  const NpyMember member = archive.Read(old_spelling ? "mocap_framerate" : "mocap_frame_rate");
+  const std::vector<double> values = member.AsDoubles();
+  if (values.size() != 1 || !(values[0] > 0.0) || !std::isfinite(values[0])) {
+    throw Error(member.where,
+                fmt::format("is not one positive number (shape {}{})", member.ShapeText(),
+                            values.size() == 1 ? fmt::format(", {}", values[0]) : ""),
+                "Give the frames per second");
+  }
+  return values[0];
+}
+
+// The track whose arrays begin with `prefix`; nothing when the archive has none.
+std::optional<ObjectTrack> ReadTrack(const NpzReader& archive, const std::string& prefix,
+                                     Eigen::Index frames) {
+  const std::string trans = prefix + "_trans";
+  const std::string orient = prefix + "_orient";
+  if (!archive.Has(trans) && !archive.Has(orient)) return std::nullopt;
+  ObjectTrack track;
+  track.trans = ReadRows(archive, trans, 3);
+  track.orient = ReadRows(archive, orient, 3);
+  RequireLength(archive, trans, track.trans.cols(), frames);
+  RequireLength(archive, orient, track.orient.cols(), frames);
+  track.name = ReadText(archive, prefix + "_name", "");
+  track.mesh = ReadText(archive, prefix + "_mesh", "");
+  return track;
+}
+
+// Labels (T, V) as V x T; empty when the archive has none.
+ContactLabels::Matrix ReadLabels(const NpzReader& archive, std::string_view key,
+                                 Eigen::Index frames) {
+  if (!archive.Has(key)) return {};
+  const NpyMember member = archive.Read(key);
+  member.RequireShape({static_cast<std::ptrdiff_t>(frames), -1});
+  const std::vector<std::int64_t> values = member.AsIntegers();
+  ContactLabels::Matrix labels(static_cast<Eigen::Index>(member.array.shape[1]), frames);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i] < 0 || values[i] > 255) {
+      throw Error(member.where, fmt::format("holds {}", values[i]), "Labels are 0 to 255");
+    }
+    labels(static_cast<Eigen::Index>(i)) = static_cast<std::uint8_t>(values[i]);
+  }
+  return labels;
+}
+
+// Copies `part` (3k x T) into joints [begin, begin + k) of each pose.
+void SetJoints(std::vector<JointPose>& pose, int begin, const Eigen::MatrixXd& part) {
+  for (std::size_t t = 0; t < pose.size(); ++t) {
+    pose[t].middleCols(begin, part.rows() / 3) =
+        part.col(static_cast<Eigen::Index>(t)).reshaped(3, part.rows() / 3);
+  }
+}
+
+}  // namespace
+
+Clip ReadClip(const std::filesystem::path& path) { return ReadClip(NpzReader(path)); }
+
+Clip ReadClip(const NpzReader& archive) {
+  Clip clip;
+  clip.frame_rate = ReadFrameRate(archive);
+  clip.trans = ReadRows(archive, "trans", 3);
+  const Eigen::Index frames = clip.trans.cols();
+  if (frames == 0) {
+    throw Error(archive.Path().string(), "has no frames", "Give a clip of at least one frame");
+  }
+  clip.pose.assign(static_cast<std::size_t>(frames), JointPose::Zero());
+  const auto read_joints = [&](std::string_view key, int begin, int count) {
+    const Eigen::MatrixXd part = ReadRows(archive, key, 3 * count);
+    RequireLength(archive, key, part.cols(), frames);
+    SetJoints(clip.pose, begin, part);
+  };
+  if (!archive.Has("root_orient") && archive.Has("poses")) {
+    read_joints("poses", 0, kNumJoints);
+  } else {
+    read_joints("root_orient", 0, 1);
+    read_joints("pose_body", 1, 21);
+    if (archive.Has("pose_jaw")) read_joints("pose_jaw", 22, 1);
+    if (archive.Has("pose_eye")) read_joints("pose_eye", 23, 2);
+    if (archive.Has("pose_hand")) read_joints("pose_hand", kLeftHandBegin, 2 * kJointsPerHand);
+  }
+  if (archive.Has("betas")) {
+    const NpyMember member = archive.Read("betas");
+    const std::vector<double> values = member.AsDoubles();
+    for (const double value : values) {
+      if (!std::isfinite(value)) throw Error(member.where, "holds NaN", "Give finite betas");
+    }
+    clip.betas =
+        Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  }
+  clip.gender = ReadText(archive, "gender", "neutral");
+  clip.surface_model_type = ReadText(archive, "surface_model_type", "smplx");
+  clip.body_model = ReadText(archive, "body_model", "");
+  clip.subject = ReadText(archive, "subject", "");
+  clip.action = ReadText(archive, "action", "");
+  clip.object = ReadTrack(archive, "object", frames);
+  clip.table = ReadTrack(archive, "table", frames);
+  if (archive.Has("v_template")) clip.v_template = ReadRows(archive, "v_template", 3, "vertex");
+  if (archive.Has("contact_object") || archive.Has("contact_body")) {
+    clip.contact = ContactLabels{ReadLabels(archive, "contact_object", frames),
+                                 ReadLabels(archive, "contact_body", frames)};
+  }
+  if (archive.Has("holding_hand")) {
+    const NpyMember member = archive.Read("holding_hand");
+    member.RequireShape({static_cast<std::ptrdiff_t>(frames)});
+    for (const std::int64_t bits : member.AsIntegers()) {
+      if (bits < 0 || bits > (kHoldsRight | kHoldsLeft)) {
+        throw Error(member.where, fmt::format("holds {}", bits),
+                    "0 is neither hand, 1 right, 2 left, 3 both");
+      }
+      clip.holding_hand.push_back(static_cast<std::uint8_t>(bits));
+    }
+  }
+  RequireInRange(clip, archive.Path().string());
+  return clip;
+}
+
+bool IsHoldfastClip(std::span<const std::string> names) {
+  return HasAll(names, {"trans"}) &&
+         (HasAll(names, {"root_orient", "pose_body"}) || HasAll(names, {"poses"})) &&
+         (HasAll(names, {"body_model"}) || HasAll(names, {"object_trans"}) ||
+          HasAll(names, {"object_orient"}) || HasAll(names, {"holding_hand"}));
+}
+
+bool HasOnlyClipArrays(std::span<const std::string> names) {
+  const auto known = [](const std::string& name) {
+    return std::ranges::find(kAmassArrays, name) != kAmassArrays.end() ||
+           std::ranges::find(kOwnArrays, name) != kOwnArrays.end();
+  };
+  const bool only_joined = HasAll(names, {"poses"}) && !HasAll(names, {"root_orient"});
+  return !only_joined && std::ranges::all_of(names, known);
+}
+
+Eigen::VectorXd WrittenBetas(const Clip& clip) {
+  constexpr int kAmassBetas = 16;
+  return clip.betas.size() > 0 ? clip.betas : Eigen::VectorXd(Eigen::VectorXd::Zero(kAmassBetas));
+}
+
+void AddArrays(const Clip& clip, NpzWriter& writer) {
+  const auto frames = static_cast<std::size_t>(clip.NumFrames());
+  const auto add_rows = [&](const std::string& key, std::size_t columns,
+                            const Eigen::MatrixXd& values) {
+    writer.AddFloat64(key, {frames, columns}, {values.data(), values.data() + values.size()});
+  };
+  const auto add_joints = [&](const char* key, int begin, int count) {
+    Eigen::MatrixXd part(3 * count, clip.NumFrames());
+    for (int t = 0; t < clip.NumFrames(); ++t) {
+      part.col(t) = clip.pose[static_cast<std::size_t>(t)].middleCols(begin, count).reshaped();
+    }
+    add_rows(key, static_cast<std::size_t>(3 * count), part);
+  };
+  writer.AddFloat64("mocap_frame_rate", {}, {clip.frame_rate});
+  add_rows("trans", 3, clip.trans);
+  add_joints("root_orient", 0, 1);
+  add_joints("pose_body", 1, 21);
+  add_joints("pose_jaw", 22, 1);
+  add_joints("pose_eye", 23, 2);
+  add_joints("pose_hand", kLeftHandBegin, 2 * kJointsPerHand);
+  // What AMASS's own loaders look for beside the parts: all joints in one array, and a shape of
+  // some length. Floats are enough for a copy.
+  std::vector<float> poses;
+  for (const JointPose& pose : clip.pose) {
+    std::ranges::transform(pose.reshaped(), std::back_inserter(poses),
+                           [](double angle) { return static_cast<float>(angle); });
+  }
+  writer.AddFloat32("poses", {frames, 3 * kNumJoints}, std::move(poses));
+  const Eigen::VectorXd betas = WrittenBetas(clip);
+  writer.AddFloat64("betas", {static_cast<std::size_t>(betas.size())},
+                    {betas.begin(), betas.end()});
+  writer.AddInt64("num_betas", {}, {betas.size()});
+  writer.AddFloat64("mocap_time_length", {}, {clip.NumFrames() / clip.frame_rate});
+  writer.AddText("gender", clip.gender);
+  writer.AddText("surface_model_type", clip.surface_model_type);
+  if (!clip.body_model.empty()) writer.AddText("body_model", clip.body_model);
+  if (!clip.subject.empty()) writer.AddText("subject", clip.subject);
+  if (!clip.action.empty()) writer.AddText("action", clip.action);
+  const auto add_track = [&](const std::string& prefix, const ObjectTrack& track) {
+    add_rows(prefix + "_trans", 3, track.trans);
+    add_rows(prefix + "_orient", 3, track.orient);
+    writer.AddText(prefix + "_name", track.name);
+    writer.AddText(prefix + "_mesh", track.mesh);
+  };
+  if (clip.object) add_track("object", *clip.object);
+  if (clip.table) add_track("table", *clip.table);
+  if (clip.v_template.cols() > 0) {
+    writer.AddFloat64("v_template", {static_cast<std::size_t>(clip.v_template.cols()), 3},
+                      {clip.v_template.data(), clip.v_template.data() + clip.v_template.size()});
+  }
+  const auto add_labels = [&](const char* key, const ContactLabels::Matrix& labels) {
+    if (labels.size() == 0) return;
+    writer.AddUint8(key, {frames, static_cast<std::size_t>(labels.rows())},
+                    {labels.data(), labels.data() + labels.size()});
+  };
+  if (clip.contact) {
+    add_labels("contact_object", clip.contact->object);
+    add_labels("contact_body", clip.contact->body);
+  }
+  if (!clip.holding_hand.empty()) writer.AddUint8("holding_hand", {frames}, clip.holding_hand);
+}
+
+void WriteClip(const Clip& clip, const std::filesystem::path& path) {
+  NpzWriter writer;
+  AddArrays(clip, writer);
+  writer.Write(path);
+}
+
+Clip Slice(const Clip& clip, int begin, int end) {
+  Clip part = clip;
+  part.trans = clip.trans.middleCols(begin, end - begin);
+  part.pose.assign(clip.pose.begin() + begin, clip.pose.begin() + end);
+  for (std::optional<ObjectTrack>* track : {&part.object, &part.table}) {
+    if (!*track) continue;
+    (*track)->trans = (*track)->trans.middleCols(begin, end - begin).eval();
+    (*track)->orient = (*track)->orient.middleCols(begin, end - begin).eval();
+  }
+  if (part.contact) {
+    for (ContactLabels::Matrix* labels : {&part.contact->object, &part.contact->body}) {
+      if (labels->size() > 0) *labels = labels->middleCols(begin, end - begin).eval();
+    }
+  }
+  if (!clip.holding_hand.empty()) {
+    part.holding_hand.assign(clip.holding_hand.begin() + begin, clip.holding_hand.begin() + end);
+  }
+  return part;
+}
+
+}  // namespace holdfast

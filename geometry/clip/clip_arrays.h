@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "geometry/clip/clip.h"
+#include "geometry/io/container/npz.h"
+
+namespace holdfast {
+
+/// The arrays that WriteClip writes, added to a file that holds more than a clip.
+void AddArrays(const Clip& clip, NpzWriter& writer);
+
+/// The clip's betas, or as many zeros as AMASS's files have: loaders take a shape of some length.
+Eigen::VectorXd WrittenBetas(const Clip& clip);
+
+/// Whether an archive with arrays of these names is a clip that Holdfast wrote: it has a motion,
+/// and an array that only Holdfast's clips have.
+bool IsHoldfastClip(std::span<const std::string> names);
+
+/// Whether it has no array but those that WriteClip writes, and not the joints in one array alone,
+/// which may be another model's.
+bool HasOnlyClipArrays(std::span<const std::string> names);
+
+}  // namespace holdfast

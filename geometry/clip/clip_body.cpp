@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/clip/clip_body.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+
+namespace holdfast {
+namespace {
+
+// Whether any joint above the fingers but the root turns: on a hand alone they would turn the hand.
+bool MovesABody(const Clip& clip) {
+  return std::ranges::any_of(clip.pose, [](const JointPose& pose) {
+    return !pose.middleCols<kNumBodyJoints - 1>(1).isZero(1e-9);
+  });
+}
+
+void RequireSameKind(const std::string& source, const Clip& clip, const BodyModel& model) {
+  const bool lone_model = model.LoneHand().has_value();
+  if (IsHandAlone(clip) && !lone_model) {
+    throw Error(source, fmt::format("is of a hand alone (MANO), {} is a whole body", model.Name()),
+                "Give the hand's model with --body MANO_RIGHT.pkl (or MANO_LEFT.pkl)");
+  }
+  if (lone_model && !IsHandAlone(clip) && MovesABody(clip)) {
+    throw Error(source,
+                fmt::format("is of a whole body, {} is a {} hand alone", model.Name(),
+                            SideName(*model.LoneHand())),
+                "Make a hand's clip of it with 'holdfast convert --to-body', or give a body");
+  }
+}
+
+// Betas of a clip that belong to `body`. Betas of another body's shape space mean nothing here: the
+// mean shape is used then, with a note.
+Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, std::vector<std::string>& notes) {
+  if (clip.betas.size() == 0 || clip.betas.isZero(0.0)) return {};
+  // Files of other programs do not name the model's file, only its family.
+  const std::string& family = clip.surface_model_type;
+  const bool same_family = body.Kind() == ModelKind::kSmplx   ? body.Name().starts_with("SMPLX_")
+                           : body.Kind() == ModelKind::kSmplh ? family == "smplh"
+                                                              : family.starts_with("mano");
+  const bool same_space =
+      clip.body_model == body.Name() || (clip.body_model.empty() && same_family);
+  if (!same_space) {
+    notes.push_back(fmt::format(
+        "the clip's betas belong to {}, not to {}: its mean shape is used (--body MODEL.npz gives "
+        "another model)",
+        clip.body_model.empty() ? "SMPL-X" : clip.body_model, body.Name()));
+    return {};
+  }
+  if (clip.betas.size() > body.NumShape()) {
+    notes.push_back(fmt::format("{} betas, the model has {}: the rest is left out",
+                                clip.betas.size(), body.NumShape()));
+    return clip.betas.head(body.NumShape());
+  }
+  return clip.betas;
+}
+
+}  // namespace
+
+bool IsHandAlone(const Clip& clip) { return clip.surface_model_type.starts_with("mano"); }
+
+void MarkHandAlone(Clip& clip) { clip.surface_model_type = "mano"; }
+
+ClipBody BodyOfClip(const std::string& source, const Clip& clip,
+                    std::shared_ptr<const BodyModel> model, std::vector<std::string>& notes) {
+  RequireSameKind(source, clip, *model);
+  const Eigen::Index vertices = clip.v_template.cols();
+  if (vertices > 0 && vertices == model->NumVertices()) {
+    return {BodyModel::WithTemplate(std::move(model), clip.v_template), {}};
+  }
+  if (vertices > 0) {
+    notes.push_back(
+        fmt::format("the subject's own surface has {} vertices, {} has {}: it is not used (--body "
+                    "MODEL gives the model that it belongs to)",
+                    vertices, model->Name(), model->NumVertices()));
+  }
+  Eigen::VectorXd betas = BetasFor(clip, *model, notes);
+  return {std::move(model), std::move(betas)};
+}
+
+void RequireHands(const BodyModel& model, std::uint8_t bits) {
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    const std::uint8_t bit = side == Side::kRight ? kHoldsRight : kHoldsLeft;
+    if ((bits & bit) == 0 || model.HasHand(side)) continue;
+    throw Error(model.Name(), fmt::format("has no {} hand", SideName(side)),
+                model.LoneHand()
+                    ? fmt::format("It is a {} hand alone: give a whole body, or that "
+                                  "hand with --hand {}",
+                                  SideName(*model.LoneHand()), SideName(*model.LoneHand()))
+                    : "Give a body with that hand");
+  }
+}
+
+}  // namespace holdfast

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/import/import_motion.h"
+
+#include <string_view>
+
+#include "geometry/error.h"
+#include "geometry/io/container/gzip.h"
+#include "geometry/io/container/text_scanner.h"
+#include "geometry/io/gltf/gltf_reader.h"
+#include "geometry/io/motion/asf_amc.h"
+#include "geometry/io/motion/bvh.h"
+#include "geometry/io/motion/motion_limits.h"
+#include "geometry/retarget/skeleton_map.h"
+
+namespace holdfast {
+namespace {
+
+constexpr std::size_t kHeadBytes = 4096;
+
+enum class MotionFormat { kUnknown, kBvh, kAmc, kAsf, kGltf, kC3d, kFbx };
+
+// A C3D file begins with the number of its parameter block (2 in practice) and the byte 0x50.
+bool LooksLikeC3d(std::string_view head) {
+  return head.size() >= 2 && head[0] >= 2 && head[0] < 16 && head[1] == 'P';
+}
+
+MotionFormat Recognize(std::string_view text) {
+  if (LooksLikeGltf(text.substr(0, kHeadBytes))) return MotionFormat::kGltf;
+  if (LooksLikeC3d(text)) return MotionFormat::kC3d;
+  if (text.starts_with("Kaydara FBX Binary") || text.starts_with("; FBX")) {
+    return MotionFormat::kFbx;
+  }
+  TextScanner scanner("", text, '#');
+  const std::string_view first = scanner.Next();
+  if (EqualIgnoringCase(first, "HIERARCHY")) return MotionFormat::kBvh;
+  for (const std::string_view word :
+       {":FULLY-SPECIFIED", ":DEGREES", ":RADIANS", ":SAMPLES-PER-SECOND"}) {
+    if (EqualIgnoringCase(first, word)) return MotionFormat::kAmc;
+  }
+  if (first.starts_with(':')) return MotionFormat::kAsf;
+  // An AMC without header: a frame number alone, then "root" and numbers.
+  double number = 0;
+  if (ParseNumber(first, number) && EqualIgnoringCase(scanner.Next(), "root")) {
+    return MotionFormat::kAmc;
+  }
+  return MotionFormat::kUnknown;
+}
+
+SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOptions& options) {
+  std::string text = ReadGzipText(path);
+  const std::string where = path.string();
+  const MotionFormat format = Recognize(text);
+  if (format != MotionFormat::kGltf &&
+      !(options.animation.empty() && options.character.empty() && options.prop.empty())) {
+    throw Error(where, "holds one motion of one skeleton",
+                "Leave the choice of animation, character and object out: glTF alone has them");
+  }
+  switch (format) {
+    case MotionFormat::kBvh: {
+      SourceMotion motion =
+          ParseBvh(text, where, options.metres_per_unit > 0 ? options.metres_per_unit : 0.01);
+      if (options.source_frame_rate > 0) motion.frame_rate = options.source_frame_rate;
+      return motion;
+    }
+    case MotionFormat::kAmc: {
+      AmcOptions amc;
+      amc.skeleton = options.skeleton.empty() ? FindAsfBeside(path) : options.skeleton;
+      amc.metres_per_unit = options.metres_per_unit;
+      if (options.source_frame_rate > 0) amc.frame_rate = options.source_frame_rate;
+      return ParseAmc(ReadGzipText(amc.skeleton), amc.skeleton.string(), text, where, amc);
+    }
+    case MotionFormat::kGltf: {
+      GltfMotionOptions gltf;
+      gltf.frame_rate = options.source_frame_rate;
+      if (options.metres_per_unit > 0) gltf.metres_per_unit = options.metres_per_unit;
+      gltf.animation = options.animation;
+      gltf.character = options.character;
+      gltf.prop = options.prop;
+      return ParseGltfMotion(std::move(text), where, path.parent_path(), gltf);
+    }
+    case MotionFormat::kAsf:
+      throw Error(where, "an Acclaim skeleton (.asf), which holds no motion",
+                  "Give the .amc, and this file with --asf where it lies elsewhere");
+    case MotionFormat::kC3d:
+      throw Error(where,
+                  "a C3D capture: it holds the paths of markers on the skin, not the rotations of "
+                  "joints, and which marker sits where is not part of it",
+                  "Solve it for a skeleton or a body first (MoSh++ and SOMA give SMPL-X; Vicon "
+                  "Shogun, OptiTrack Motive and Mokka export BVH or ASF/AMC), then import that");
+    case MotionFormat::kFbx:
+      throw Error(where, kFbxProblem, "Export .glb from Blender, and import that");
+    case MotionFormat::kUnknown:
+      break;
+  }
+  throw Error(where, "neither a BVH, an ASF/AMC nor a glTF motion (by its first words)",
+              "Give a file that begins with HIERARCHY (BVH) or :FULLY-SPECIFIED (AMC), a .glb or "
+              "a .gltf");
+}
+}  // namespace
+
+bool LooksLikeMotionFile(const std::filesystem::path& path) {
+  // A C3D is known for what it is, so that it can be told why it cannot be read.
+  const MotionFormat format = Recognize(ReadGzipHead(path, kHeadBytes));
+  return format != MotionFormat::kUnknown && format != MotionFormat::kAsf;
+}
+
+SourceMotion ReadMotion(const std::filesystem::path& path, const ImportOptions& options) {
+  SourceMotion motion = ReadAnyMotion(path, options);
+  RequireInRange(motion, path.string());
+  return motion;
+}
+
+Clip ImportMotion(const std::filesystem::path& path, const RetargetBody& body,
+                  const ImportOptions& options, ImportReport* report) {
+  return ImportMotion(ReadMotion(path, options), path.string(), body, options, report);
+}
+
+Clip ImportMotion(const SourceMotion& motion, const std::string& where, const RetargetBody& body,
+                  const ImportOptions& options, ImportReport* report) {
+  const SkeletonMap map =
+      options.map.empty() ? RecognizeSkeleton(motion, where) : ReadSkeletonMap(options.map, motion);
+  RetargetOptions retarget;
+  retarget.frame_rate = options.frame_rate;
+  retarget.up = options.up;
+  retarget.find_ground = options.find_ground;
+  RetargetReport retarget_report;
+  Clip clip = Retarget(motion, map, body, retarget, &retarget_report);
+  clip.betas = options.betas;
+  if (!motion.gender.empty()) clip.gender = motion.gender;
+
+  if (report) {
+    report->format = motion.format;
+    report->skeleton = map.name;
+    report->source_joints = motion.NumJoints();
+    report->mapped_joints = map.NumMapped();
+    report->unused_source_joints = map.UnusedSourceJoints(motion);
+    report->missing_body_joints.clear();
+    for (int j = 0; j < kNumBodyJoints; ++j) {
+      if (map.source[j] < 0) report->missing_body_joints.emplace_back(kJointNames[j]);
+    }
+    report->notes = motion.notes;
+    report->source_frames = motion.NumFrames();
+    report->source_frame_rate = motion.frame_rate;
+    report->frames = clip.NumFrames();
+    report->retarget = retarget_report;
+  }
+  return clip;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/container/atomic_file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/io/container/byte_source.h"
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Removes the temporary unless the rename took it.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(fs::path path) : path_(std::move(path)) {}
+  ~TemporaryFile() {
+    std::error_code ignored;
+    if (!path_.empty()) fs::remove(path_, ignored);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  const fs::path& Path() const { return path_; }
+  void Release() { path_.clear(); }
+
+ private:
+  fs::path path_;
+};
+
+void FlushToDisk(const fs::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY);
+  if (descriptor < 0) {
+    throw Error(path.string(), fmt::format("cannot be reopened ({})", std::strerror(errno)),
+                "Check the folder");
+  }
+  const int failed = ::fsync(descriptor);
+  const int reason = errno;
+  ::close(descriptor);
+  // Some file systems (pipes, /dev/full) do not support fsync: that alone is no reason to fail.
+  if (failed != 0 && reason != EINVAL && reason != EROFS) {
+    throw Error(path.string(), fmt::format("could not be written ({})", std::strerror(reason)),
+                "Free some space or choose another folder");
+  }
+}
+
+}  // namespace
+
+void WriteAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (!fs::is_directory(folder, error)) {
+    throw Error(path.string(), fmt::format("the folder '{}' cannot be made", folder.string()),
+                "Choose another place to write to");
+  }
+  if (fs::is_directory(path, error)) {
+    throw Error(path.string(), "is a folder, a file was to be written", "Choose a file name");
+  }
+  // The extension is kept: some writers choose the format by it.
+  TemporaryFile temporary(folder / fmt::format(".{}.tmp{}{}", path.stem().string(), ::getpid(),
+                                               path.extension().string()));
+  write(temporary.Path());
+  FlushToDisk(temporary.Path());
+  fs::rename(temporary.Path(), path, error);
+  if (error) {
+    throw Error(path.string(), fmt::format("could not be replaced ({})", error.message()),
+                "Check the permissions of the folder");
+  }
+  temporary.Release();
+}
+
+void WriteAtomically(const fs::path& path, std::string_view content) {
+  WriteAtomically(path, [&](const fs::path& temporary) {
+    errno = 0;
+    std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
+    out.write(content.data(), static_cast<std::streamsize>(content.size()));
+    out.close();
+    if (!out) {
+      throw Error(path.string(),
+                  fmt::format("could not be written ({})",
+                              errno != 0 ? std::strerror(errno) : "write failed"),
+                  "Free some space or choose another folder");
+    }
+  });
+}
+
+std::string ReadFile(const fs::path& path, std::size_t limit_bytes) {
+  return ByteSource(path).Text(limit_bytes);
+}
+
+}  // namespace holdfast

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/container/json_budget.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "geometry/error.h"
+
+namespace holdfast {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kMaxDepth = 100;
+// What a value costs in memory: its slot (lists double as they grow), and what hangs on it.
+constexpr std::size_t kSlotBytes = 3 * sizeof(json);
+constexpr std::size_t kListBytes = 64, kObjectBytes = 80, kKeyBytes = 112, kTextBytes = 48;
+
+// Adds up what a document would take, and stops where that is too much.
+class Meter : public nlohmann::json_sax<json> {
+ public:
+  explicit Meter(std::size_t budget) : left_(budget) {}
+
+  bool null() override { return Take(kSlotBytes); }
+  bool boolean(bool) override { return Take(kSlotBytes); }
+  bool number_integer(number_integer_t) override { return Take(kSlotBytes); }
+  bool number_unsigned(number_unsigned_t) override { return Take(kSlotBytes); }
+  bool number_float(number_float_t, const string_t&) override { return Take(kSlotBytes); }
+  bool string(string_t& text) override { return Take(kSlotBytes + kTextBytes + text.size()); }
+  bool binary(binary_t&) override { return false; }
+  bool start_object(std::size_t) override { return Open(kObjectBytes); }
+  bool key(string_t& text) override { return Take(kKeyBytes + text.size()); }
+  bool end_object() override { return Close(); }
+  bool start_array(std::size_t) override { return Open(kListBytes); }
+  bool end_array() override { return Close(); }
+  bool parse_error(std::size_t position, const std::string&, const json::exception&) override {
+    problem = fmt::format("is no sound JSON (byte {})", position);
+    return false;
+  }
+
+  std::string problem;
+
+ private:
+  bool Take(std::size_t bytes) {
+    if (bytes <= left_) {
+      left_ -= bytes;
+      return true;
+    }
+    problem = "holds far more JSON than a file of its size should";
+    return false;
+  }
+  bool Open(std::size_t bytes) {
+    if (++depth_ <= kMaxDepth) return Take(kSlotBytes + bytes);
+    problem = fmt::format("nests its JSON deeper than {}", kMaxDepth);
+    return false;
+  }
+  bool Close() {
+    --depth_;
+    return true;
+  }
+
+  std::size_t left_;
+  std::size_t depth_ = 0;
+};
+
+}  // namespace
+
+nlohmann::json ParseJsonWithin(std::string_view text, const std::string& where,
+                               std::size_t file_bytes) {
+  Meter meter(8 * file_bytes + (std::size_t{32} << 20));
+  if (!json::sax_parse(text, &meter)) {
+    throw Error(where, meter.problem.empty() ? "is no sound JSON" : meter.problem,
+                "Fetch the file again");
+  }
+  return json::parse(text, nullptr, /*allow_exceptions=*/false);
+}
+
+}  // namespace holdfast

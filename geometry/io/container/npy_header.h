@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "geometry/io/container/npz.h"
+
+namespace holdfast {
+
+/// Whether an array of Python objects is an Error or an array of kind 'O' (item_size 0).
+enum class NpyObjects { kRefused, kAllowed };
+
+/// Reads the header of a `.npy` member: a Python dictionary literal of three known entries, parsed
+/// and never evaluated. Returns the array without its data. Throws Error, named `where`, for
+/// anything else, and for element types that hold no real numbers or text.
+NpyArray ParseNpyHeader(std::string_view text, const std::string& where,
+                        NpyObjects objects = NpyObjects::kRefused);
+
+/// Reads a `.npy` up to its data: magic number, version, header. `read` fills what it is given with
+/// the next bytes or throws.
+struct NpyStart {
+  NpyArray array;         ///< without data
+  std::size_t bytes = 0;  ///< from the begin to the data
+};
+NpyStart ReadNpyStart(const std::function<void(std::span<std::byte>)>& read,
+                      const std::string& where, NpyObjects objects = NpyObjects::kRefused);
+
+/// Bytes of the data that a header announces. Throws Error, named `where`, when that is more than
+/// `available`: a shape is never believed before there is data for it.
+std::size_t NpyDataBytes(const NpyArray& array, std::uint64_t available, const std::string& where);
+
+/// An array as the bytes of a `.npy` file, version 1.
+std::string EncodeNpy(const NpyArray& array);
+
+inline constexpr std::string_view kNpyMagic("\x93NUMPY", 6);
+
+}  // namespace holdfast

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include <zip.h>
+
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/half.h"
+#include "geometry/io/container/npy_header.h"
+#include "geometry/io/container/npz.h"
+
+namespace holdfast {
+namespace {
+
+template <typename T>
+NpyArray MakeArray(char kind, std::vector<std::size_t> shape, const std::vector<T>& values) {
+  NpyArray array{kind, sizeof(T), false, false, std::move(shape), {}};
+  if (array.NumElements() != values.size()) {
+    throw Error(
+        "npz", fmt::format("{} values for shape ({})", values.size(), fmt::join(array.shape, ", ")),
+        "");
+  }
+  array.data.resize(values.size() * sizeof(T));
+  if (!values.empty()) std::memcpy(array.data.data(), values.data(), array.data.size());
+  return array;
+}
+
+}  // namespace
+
+void NpzWriter::AddFloat32(std::string key, std::vector<std::size_t> shape,
+                           std::vector<float> values) {
+  Add(std::move(key), MakeArray('f', std::move(shape), values));
+}
+
+void NpzWriter::AddFloat64(std::string key, std::vector<std::size_t> shape,
+                           std::vector<double> values) {
+  Add(std::move(key), MakeArray('f', std::move(shape), values));
+}
+
+void NpzWriter::AddFloat16(std::string key, std::vector<std::size_t> shape,
+                           const std::vector<float>& values) {
+  std::vector<std::uint16_t> halves(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    halves[i] = FloatToHalf(values[i]);
+    if (std::isfinite(values[i]) && !std::isfinite(HalfToFloat(halves[i]))) {
+      throw Error(key, fmt::format("{} does not fit half precision", values[i]), "Use float32");
+    }
+  }
+  Add(std::move(key), MakeArray('f', std::move(shape), halves));
+}
+
+void NpzWriter::AddInt64(std::string key, std::vector<std::size_t> shape,
+                         std::vector<std::int64_t> values) {
+  Add(std::move(key), MakeArray('i', std::move(shape), values));
+}
+
+void NpzWriter::AddUint32(std::string key, std::vector<std::size_t> shape,
+                          std::vector<std::uint32_t> values) {
+  Add(std::move(key), MakeArray('u', std::move(shape), values));
+}
+
+void NpzWriter::AddUint8(std::string key, std::vector<std::size_t> shape,
+                         std::vector<std::uint8_t> values) {
+  Add(std::move(key), MakeArray('u', std::move(shape), values));
+}
+
+void NpzWriter::AddText(std::string key, std::string_view text) {
+  // UTF-8 to UCS-4; ill-formed bytes become U+FFFD rather than a broken file.
+  std::vector<std::uint32_t> codes;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i]);
+    const std::size_t length = lead < 0x80       ? 1
+                               : lead >> 5 == 6  ? 2
+                               : lead >> 4 == 14 ? 3
+                               : lead >> 3 == 30 ? 4
+                                                 : 0;
+    std::uint32_t code = length == 1   ? lead
+                         : length == 2 ? lead & 0x1fu
+                         : length == 3 ? lead & 0xfu
+                                       : lead & 7u;
+    bool good = length > 0 && i + length <= text.size();
+    for (std::size_t k = 1; good && k < length; ++k) {
+      const auto c = static_cast<unsigned char>(text[i + k]);
+      good = c >> 6 == 2;
+      code = code << 6 | (c & 0x3fu);
+    }
+    codes.push_back(good ? code : 0xfffdu);
+    i += good ? length : 1;
+  }
+  if (codes.empty()) codes.push_back(0);
+  NpyArray array{'U', 4 * codes.size(), false, false, {}, {}};
+  array.data.resize(array.item_size);
+  std::memcpy(array.data.data(), codes.data(), array.item_size);
+  Add(std::move(key), std::move(array));
+}
+
+void NpzWriter::Add(std::string key, NpyArray array) {
+  arrays_.insert_or_assign(std::move(key), std::move(array));
+}
+
+void NpzWriter::Write(const std::filesystem::path& path) const {
+  WriteAtomically(path, [&](const std::filesystem::path& temporary) {
+    const auto fail = [&](std::string_view reason) {
+      return Error(path.string(), fmt::format("could not be written ({})", reason),
+                   "Free some space or choose another folder");
+    };
+    int code = 0;
+    zip_t* zip = zip_open(temporary.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code);
+    if (zip == nullptr) throw fail("cannot be created");
+    std::vector<std::string> members;  // libzip reads them when the archive is closed
+    members.reserve(arrays_.size());
+    for (const auto& [key, array] : arrays_) {
+      members.push_back(EncodeNpy(array));
+      zip_source_t* source =
+          zip_source_buffer(zip, members.back().data(), members.back().size(), 0);
+      const auto index = zip_file_add(zip, (key + ".npy").c_str(), source, ZIP_FL_ENC_UTF_8);
+      if (index < 0) {
+        zip_source_free(source);
+        const std::string reason = zip_strerror(zip);
+        zip_discard(zip);
+        throw fail(reason);
+      }
+      const auto id = static_cast<zip_uint64_t>(index);
+      zip_set_file_compression(zip, id, ZIP_CM_DEFLATE, 9);
+      zip_file_set_dostime(zip, id, 0, (1 << 5) | 1, 0);  // 1980-01-01: same arrays, same bytes
+    }
+    if (zip_close(zip) != 0) {
+      const std::string reason = zip_strerror(zip);
+      zip_discard(zip);
+      throw fail(reason);
+    }
+  });
+}
+
+}  // namespace holdfast

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/container/safetensors.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "geometry/error.h"
+
+namespace holdfast {
+namespace {
+
+constexpr std::size_t kLengthBytes = 8;
+constexpr std::string_view kMetadataName = "__metadata__";
+constexpr std::size_t kMaxRank = 32;
+constexpr std::size_t kNamesInMessage = 40;
+
+struct ElementWord {
+  std::string_view word;
+  char kind;  // as in NpyArray; 'B' is bfloat16
+  std::size_t size;
+};
+constexpr std::array<ElementWord, 13> kElementWords{{{"F64", 'f', 8},
+                                                     {"F32", 'f', 4},
+                                                     {"F16", 'f', 2},
+                                                     {"BF16", 'B', 2},
+                                                     {"I64", 'i', 8},
+                                                     {"I32", 'i', 4},
+                                                     {"I16", 'i', 2},
+                                                     {"I8", 'i', 1},
+                                                     {"U64", 'u', 8},
+                                                     {"U32", 'u', 4},
+                                                     {"U16", 'u', 2},
+                                                     {"U8", 'u', 1},
+                                                     {"BOOL", 'b', 1}}};
+
+const ElementWord* FindWord(std::string_view word) {
+  const auto at = std::find_if(kElementWords.begin(), kElementWords.end(),
+                               [&](const ElementWord& element) { return element.word == word; });
+  return at == kElementWords.end() ? nullptr : &*at;
+}
+
+Error Malformed(const std::string& where, std::string_view problem) {
+  return Error(where, fmt::format("is a malformed safetensors file ({})", problem),
+               "Copy or save it again");
+}
+
+// Takes the header apart while it is parsed: {"name": {"dtype": "F32", "shape": [2, 3],
+// "data_offsets": [0, 24]}, ..., "__metadata__": {"key": "text"}}. Anything else ends the parsing.
+class HeaderHandler : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  HeaderHandler(std::vector<SafetensorsEntry>& entries, SafetensorsMetadata& metadata)
+      : entries_(entries), metadata_(metadata) {}
+
+  const std::string& Problem() const { return problem_; }
+
+  bool null() override { return Refuse("a null"); }
+  bool boolean(bool) override { return Refuse("true or false"); }
+  bool number_integer(number_integer_t) override { return Refuse("a negative number"); }
+  bool number_float(number_float_t, const string_t&) override { return Refuse("a fraction"); }
+  bool binary(binary_t&) override { return Refuse("binary data"); }
+
+  bool number_unsigned(number_unsigned_t value) override {
+    if (place_ != Place::kNumbers) return Refuse("a number");
+    if (field_ == "shape") {
+      if (entries_.back().shape.size() == kMaxRank) return Refuse("more than 32 dimensions");
+      entries_.back().shape.push_back(static_cast<std::size_t>(value));
+    } else {
+      if (num_offsets_ == 2) return Refuse("more than two offsets");
+      (num_offsets_++ == 0 ? entries_.back().begin : entries_.back().end) = value;
+    }
+    return true;
+  }
+
+  bool string(string_t& text) override {
+    if (place_ == Place::kMetadata) {
+      metadata_[field_] = std::move(text);
+      return true;
+    }
+    if (place_ != Place::kTensor || field_ != "dtype") return Refuse("a text");
+    entries_.back().dtype = std::move(text);
+    return true;
+  }
+
+  bool start_object(std::size_t) override {
+    if (place_ == Place::kOutside) {
+      place_ = Place::kHeader;
+    } else if (place_ == Place::kHeader && name_ == kMetadataName) {
+      if (std::exchange(has_metadata_, true)) return Refuse("two metadata");
+      place_ = Place::kMetadata;
+    } else if (place_ == Place::kHeader) {
+      entries_.push_back({std::move(name_), {}, {}, 0, 0});
+      place_ = Place::kTensor;
+      seen_dtype_ = seen_shape_ = seen_offsets_ = false;
+      num_offsets_ = 0;
+    } else {
+      return Refuse("an object");
+    }
+    return true;
+  }
+
+  bool end_object() override {
+    if (place_ == Place::kTensor &&
+        (!seen_dtype_ || !seen_shape_ || !seen_offsets_ || num_offsets_ != 2)) {
+      return Refuse("dtype, shape or data_offsets missing", entries_.back().name);
+    }
+    place_ = place_ == Place::kHeader ? Place::kOutside : Place::kHeader;
+    return true;
+  }
+
+  bool start_array(std::size_t) override {
+    if (place_ != Place::kTensor || field_ == "dtype") return Refuse("a list");
+    place_ = Place::kNumbers;
+    return true;
+  }
+
+  bool end_array() override {
+    place_ = Place::kTensor;
+    return true;
+  }
+
+  bool key(string_t& name) override {
+    if (place_ == Place::kHeader) {
+      name_ = std::move(name);
+      return true;
+    }
+    field_ = std::move(name);
+    if (place_ == Place::kMetadata) {
+      return !metadata_.contains(field_) || Refuse("a name twice in the metadata", field_);
+    }
+    bool* seen = field_ == "dtype"          ? &seen_dtype_
+                 : field_ == "shape"        ? &seen_shape_
+                 : field_ == "data_offsets" ? &seen_offsets_
+                                            : nullptr;
+    if (seen == nullptr) return Refuse("an unknown field", field_);
+    return !std::exchange(*seen, true) || Refuse("a field twice", field_);
+  }
+
+  bool parse_error(std::size_t position, const std::string&,
+                   const nlohmann::detail::exception&) override {
+    return Refuse(fmt::format("no JSON at byte {}", position));
+  }
+
+ private:
+  enum class Place { kOutside, kHeader, kMetadata, kTensor, kNumbers };
+
+  bool Refuse(std::string_view problem, std::string_view name = {}) {
+    problem_ = name.empty() ? fmt::format("{} in its header", problem)
+                            : fmt::format("{} in its header: '{}'", problem, name.substr(0, 80));
+    return false;
+  }
+
+  std::vector<SafetensorsEntry>& entries_;
+  SafetensorsMetadata& metadata_;
+  std::string problem_;
+  Place place_ = Place::kOutside;
+  std::string name_;   // of the tensor
+  std::string field_;  // of the tensor, or of the metadata
+  bool has_metadata_ = false;
+  bool seen_dtype_ = false;
+  bool seen_shape_ = false;
+  bool seen_offsets_ = false;
+  int num_offsets_ = 0;
+};
+
+// Bytes of `shape`; nothing when that is more than `available`.
+std::optional<std::uint64_t> CheckedBytes(const std::vector<std::size_t>& shape,
+                                          std::uint64_t item_size, std::uint64_t available) {
+  std::uint64_t bytes = item_size;
+  bool empty = false;
+  for (const std::size_t n : shape) empty = empty || n == 0;
+  if (empty) return 0;
+  for (const std::size_t n : shape) {
+    if (bytes > available / n) return std::nullopt;
+    bytes *= n;
+  }
+  return bytes;
+}
+
+}  // namespace
+
+SafetensorsReader::SafetensorsReader(const std::filesystem::path& path)
+    : SafetensorsReader(ByteSource(path)) {}
+
+SafetensorsReader::SafetensorsReader(ByteSource source) : source_(std::move(source)) {
+  const std::string& where = source_.Name();
+  std::array<std::byte, kLengthBytes> length{};
+  source_.ReadAt(0, length);
+  const auto header_bytes = std::bit_cast<std::uint64_t>(length);
+  static_assert(std::endian::native == std::endian::little);
+  if (header_bytes > kMaxHeaderBytes || header_bytes > source_.Size() - kLengthBytes) {
+    throw Error(where,
+                fmt::format("is no safetensors file, or one cut short (its first eight bytes would "
+                            "be a header of {} bytes)",
+                            header_bytes),
+                "Give a .safetensors file; copy or save it again");
+  }
+  data_offset_ = kLengthBytes + header_bytes;
+  std::string header(static_cast<std::size_t>(header_bytes), '\0');
+  source_.ReadAt(kLengthBytes, std::as_writable_bytes(std::span(header)));
+  if (!header.starts_with('{')) throw Malformed(where, "its header does not begin with '{'");
+  HeaderHandler handler(entries_, metadata_);
+  if (!nlohmann::json::sax_parse(header, &handler)) throw Malformed(where, handler.Problem());
+  CheckLayout();
+}
+
+void SafetensorsReader::CheckLayout() {
+  const std::string& where = source_.Name();
+  const std::uint64_t data_bytes = source_.Size() - data_offset_;
+  std::sort(entries_.begin(), entries_.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.begin, a.end) < std::tie(b.begin, b.end);
+  });
+  std::uint64_t reached = 0;
+  for (const SafetensorsEntry& entry : entries_) {
+    const std::string at = fmt::format("{}[{}]", where, entry.name);
+    if (entry.end < entry.begin || entry.end > data_bytes) {
+      throw Error(at,
+                  fmt::format("lies at bytes {} to {} of {}: the file is cut off or damaged",
+                              entry.begin, entry.end, data_bytes),
+                  "Copy or save it again");
+    }
+    if (entry.begin < reached) throw Malformed(at, "it overlaps another tensor");
+    if (entry.begin > reached) throw Malformed(at, "a gap before it");
+    reached = entry.end;
+    const ElementWord* element = FindWord(entry.dtype);
+    if (element == nullptr) continue;  // other tensors may still be of use
+    if (CheckedBytes(entry.shape, element->size, data_bytes) != entry.end - entry.begin) {
+      throw Malformed(
+          at, fmt::format("shape ({}) of {} does not fit its {} bytes",
+                          fmt::join(entry.shape, ", "), entry.dtype, entry.end - entry.begin));
+    }
+  }
+  if (reached != data_bytes) {
+    throw Malformed(where, fmt::format("{} bytes after the last tensor", data_bytes - reached));
+  }
+  std::sort(entries_.begin(), entries_.end(),
+            [](const auto& a, const auto& b) { return a.name < b.name; });
+  const auto twice =
+      std::adjacent_find(entries_.begin(), entries_.end(),
+                         [](const auto& a, const auto& b) { return a.name == b.name; });
+  if (twice != entries_.end()) {
+    throw Malformed(where, fmt::format("'{}' is there twice", twice->name));
+  }
+}
+
+const SafetensorsEntry* SafetensorsReader::Find(std::string_view name) const {
+  const auto at = std::lower_bound(
+      entries_.begin(), entries_.end(), name,
+      [](const SafetensorsEntry& entry, std::string_view wanted) { return entry.name < wanted; });
+  return at == entries_.end() || at->name != name ? nullptr : &*at;
+}
+
+std::vector<std::string> SafetensorsReader::Names() const {
+  std::vector<std::string> names;
+  names.reserve(entries_.size());
+  for (const SafetensorsEntry& entry : entries_) names.push_back(entry.name);
+  return names;
+}
+
+NpyMember SafetensorsReader::Read(std::string_view name) const {
+  const std::string where = fmt::format("{}[{}]", source_.Name(), name);
+  const SafetensorsEntry* entry = Find(name);
+  if (entry == nullptr) {
+    std::vector<std::string> names = Names();
+    const bool many = names.size() > kNamesInMessage;
+    if (many) names.resize(kNamesInMessage);
+    throw Error(where, "is missing",
+                fmt::format("The file has: {}{}", fmt::join(names, ", "), many ? ", ..." : ""));
+  }
+  const ElementWord* element = FindWord(entry->dtype);
+  if (element == nullptr) {
+    throw Error(where, fmt::format("has elements of type '{}', which are not read", entry->dtype),
+                "Save it as float32, float16 or bfloat16");
+  }
+  NpyMember member{where, NpyArray{element->kind, element->size, false, false, entry->shape, {}}};
+  const auto bytes = static_cast<std::size_t>(entry->end - entry->begin);
+  const std::uint64_t offset = data_offset_ + entry->begin;
+  if (element->kind != 'B') {
+    member.array.data.resize(bytes);
+    source_.ReadAt(offset, member.array.data);
+    return member;
+  }
+  // A bfloat16 is the upper half of a float: read into the buffer's second half and spread from the
+  // front, where each float is written before any half behind it is needed.
+  member.array.kind = 'f';
+  member.array.item_size = 4;
+  member.array.data.resize(2 * bytes);
+  const std::span<std::byte> data(member.array.data);
+  source_.ReadAt(offset, data.last(bytes));
+  for (std::size_t i = 0; i < bytes; i += 2) {
+    const std::array<std::byte, 2> half{data[bytes + i], data[bytes + i + 1]};
+    data[2 * i] = data[2 * i + 1] = std::byte{0};
+    data[2 * i + 2] = half[0];
+    data[2 * i + 3] = half[1];
+  }
+  return member;
+}
+
+bool SafetensorsReader::Recognises(std::string_view head, std::uint64_t file_bytes) {
+  if (head.size() < kLengthBytes + 2) return false;
+  std::uint64_t header_bytes = 0;
+  for (std::size_t i = kLengthBytes; i-- > 0;) {
+    header_bytes = header_bytes << 8 | static_cast<unsigned char>(head[i]);
+  }
+  return head[kLengthBytes] == '{' && header_bytes >= 2 && header_bytes <= kMaxHeaderBytes &&
+         header_bytes <= file_bytes - kLengthBytes;
+}
+
+}  // namespace holdfast

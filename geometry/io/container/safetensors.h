@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "geometry/io/container/byte_source.h"
+#include "geometry/io/container/npz.h"
+
+namespace holdfast {
+
+/// Texts beside the tensors: the format's `__metadata__`.
+using SafetensorsMetadata = std::map<std::string, std::string>;
+
+/// One tensor of a safetensors file, as its header has it.
+struct SafetensorsEntry {
+  std::string name;
+  std::string dtype;  ///< the format's word: "F32", "BF16", "I64", ...
+  std::vector<std::size_t> shape;
+  std::uint64_t begin = 0;  ///< of its bytes, from the end of the header
+  std::uint64_t end = 0;
+};
+
+/// Reads safetensors files: 8 bytes with the length of a JSON header, the header, the tensors.
+/// Opening reads and checks the header only; tensors are read on demand, straight into their place.
+class SafetensorsReader {
+ public:
+  static constexpr std::size_t kMaxHeaderBytes = 100'000'000;  ///< as the format sets it
+
+  /// Throws Error for a file that is missing or cut off, and for a header that is malformed, names
+  /// a tensor twice, or whose tensors overlap, leave gaps, or do not fit their shapes.
+  explicit SafetensorsReader(const std::filesystem::path& path);
+  explicit SafetensorsReader(ByteSource source);
+
+  /// Sorted by name.
+  const std::vector<SafetensorsEntry>& Entries() const { return entries_; }
+  const SafetensorsMetadata& Metadata() const { return metadata_; }
+  const ByteSource& Source() const { return source_; }
+  bool Has(std::string_view name) const { return Find(name) != nullptr; }
+  std::vector<std::string> Names() const;
+  /// As stored, but bfloat16, which no CPU of ours computes in, as float32 (exact). Throws Error
+  /// when there is none of that name (listing what is there) or its type is not read (8-bit
+  /// floats).
+  NpyMember Read(std::string_view name) const;
+
+  /// Whether a file of `file_bytes` that begins with `head` (16 bytes or more) may be of the
+  /// format.
+  static bool Recognises(std::string_view head, std::uint64_t file_bytes);
+
+ private:
+  const SafetensorsEntry* Find(std::string_view name) const;
+  void CheckLayout();
+
+  ByteSource source_;
+  std::uint64_t data_offset_ = 0;
+  std::vector<SafetensorsEntry> entries_;
+  SafetensorsMetadata metadata_;
+};
+
+/// Collects tensors and writes them as one safetensors file, to a temporary that is renamed over
+/// `path`. The same tensors give the same bytes in whatever order they were added: widest elements
+/// first, then by name, so that every tensor is aligned to its elements.
+class SafetensorsWriter {
+ public:
+  void AddFloat32(std::string name, std::vector<std::size_t> shape, std::span<const float> values);
+  void AddFloat64(std::string name, std::vector<std::size_t> shape, std::span<const double> values);
+  /// Rounds to nearest even; throws Error when a finite value overflows.
+  void AddFloat16(std::string name, std::vector<std::size_t> shape, std::span<const float> values);
+  void AddBfloat16(std::string name, std::vector<std::size_t> shape, std::span<const float> values);
+  void AddInt64(std::string name, std::vector<std::size_t> shape,
+                std::span<const std::int64_t> values);
+  /// Numbers of any other type, C-ordered and little-endian; throws Error for text.
+  void Add(std::string name, NpyArray array);
+  void SetMetadata(SafetensorsMetadata metadata) { metadata_ = std::move(metadata); }
+
+  void Write(const std::filesystem::path& path) const;
+
+ private:
+  struct Tensor {
+    std::string dtype;
+    std::vector<std::size_t> shape;
+    std::vector<std::byte> data;
+    std::size_t item_size = 1;
+  };
+  void Insert(std::string name, Tensor tensor);
+
+  std::map<std::string, Tensor> tensors_;
+  SafetensorsMetadata metadata_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/container/text_scanner.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+
+namespace holdfast {
+namespace {
+
+bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v'; }
+char Lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+// A word as it may be shown: short, and without bytes that would garble a terminal.
+std::string Shown(std::string_view word) {
+  std::string shown;
+  for (const char c : word.substr(0, 40)) {
+    shown += c >= ' ' && c < 127 ? c : '?';
+  }
+  if (word.size() > 40) shown += "...";
+  return shown;
+}
+
+}  // namespace
+
+bool EqualIgnoringCase(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](char x, char y) { return Lower(x) == Lower(y); });
+}
+
+bool ParseNumber(std::string_view word, double& value) {
+  if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error == std::errc::result_out_of_range && end == word.data() + word.size()) {
+    // Axis angles of 1e-320 occur in the wild; what is too large for a double is not finite anyway.
+    const bool tiny = word.find("e-") != word.npos || word.find("E-") != word.npos;
+    value = tiny ? 0.0 : HUGE_VAL;
+    return true;
+  }
+  return error == std::errc() && end == word.data() + word.size() && !word.empty();
+}
+
+TextScanner::TextScanner(std::string name, std::string_view text, char comment)
+    : name_(std::move(name)), text_(text), comment_(comment) {
+  if (text_.starts_with("\xEF\xBB\xBF")) position_ = 3;
+}
+
+void TextScanner::SkipBlanks(std::size_t& position, int& line, bool stay_on_line) const {
+  while (position < text_.size()) {
+    const char c = text_[position];
+    if (c == '\n') {
+      if (stay_on_line) return;
+      ++line;
+      ++position;
+    } else if (IsBlank(c)) {
+      ++position;
+    } else if (comment_ != '\0' && c == comment_) {
+      while (position < text_.size() && text_[position] != '\n') ++position;
+    } else {
+      return;
+    }
+  }
+}
+
+std::string_view TextScanner::WordAt(std::size_t position) const {
+  std::size_t end = position;
+  while (end < text_.size() && !IsBlank(text_[end]) && text_[end] != '\n') ++end;
+  return text_.substr(position, end - position);
+}
+
+bool TextScanner::AtEnd() { return Peek().empty(); }
+
+std::string_view TextScanner::Peek() {
+  std::size_t position = position_;
+  int line = line_;
+  SkipBlanks(position, line, false);
+  return WordAt(position);
+}
+
+std::string_view TextScanner::Next() {
+  SkipBlanks(position_, line_, false);
+  const std::string_view word = WordAt(position_);
+  position_ += word.size();
+  return word;
+}
+
+std::string_view TextScanner::PeekOnLine() {
+  std::size_t position = position_;
+  int line = line_;
+  SkipBlanks(position, line, true);
+  return WordAt(position);
+}
+
+std::string_view TextScanner::RestOfLine() {
+  SkipBlanks(position_, line_, true);
+  std::size_t end = std::min(text_.find('\n', position_), text_.size());
+  std::string_view rest = text_.substr(position_, end - position_);
+  position_ = end;
+  while (!rest.empty() && IsBlank(rest.back())) rest.remove_suffix(1);
+  return rest;
+}
+
+double TextScanner::Number(std::string_view what) {
+  const std::string_view word = Next();
+  double value = 0;
+  if (word.empty()) Fail(fmt::format("ends where {} should stand", what), "The file is cut short");
+  if (!ParseNumber(word, value)) {
+    Fail(fmt::format("expected {}, found '{}'", what, Shown(word)), "Repair the line");
+  }
+  if (!std::isfinite(value)) {
+    Fail(fmt::format("{} is not finite ('{}')", what, Shown(word)),
+         "Remove or interpolate the frames with gaps");
+  }
+  return value;
+}
+
+int TextScanner::Integer(std::string_view what, int lowest, int highest) {
+  const double value = Number(what);
+  if (value != std::floor(value) || value < lowest || value > highest) {
+    Fail(fmt::format("{} is {}, not a whole number from {} to {}", what, value, lowest, highest),
+         "Repair the line");
+  }
+  return static_cast<int>(value);
+}
+
+void TextScanner::Expect(std::string_view word, std::string_view context) {
+  const std::string_view found = Next();
+  if (EqualIgnoringCase(found, word)) return;
+  Fail(found.empty() ? fmt::format("ends where '{}' should stand ({})", word, context)
+                     : fmt::format("expected '{}' ({}), found '{}'", word, context, Shown(found)),
+       "Repair the line, or export the motion again");
+}
+
+std::string TextScanner::Where() const { return fmt::format("{}:{}", name_, line_); }
+
+void TextScanner::Fail(std::string_view problem, std::string_view remedy) const {
+  throw Error(Where(), problem, remedy);
+}
+
+}  // namespace holdfast

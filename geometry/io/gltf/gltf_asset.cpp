@@ -1,0 +1,479 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/gltf/gltf_asset.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/gzip.h"
+#include "geometry/io/container/json_budget.h"
+#include "geometry/io/gltf/gltf_container.h"
+
+namespace holdfast {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kMaxNodes = 100'000;
+constexpr std::size_t kMaxBufferBytes = std::size_t{4} << 30;
+constexpr std::int64_t kMaxInteger = std::int64_t{1} << 53;
+constexpr std::string_view kExportAgain =
+    "Export the file again (the Khronos validator tells more)";
+
+// One entry of a list of the file, with checked access to its fields.
+class Entry {
+ public:
+  Entry(const json& value, const std::string& file, std::string place)
+      : value_(&value), file_(&file), place_(std::move(place)) {
+    if (!value.is_object()) Fail("", "is no JSON object");
+  }
+
+  [[noreturn]] void Fail(std::string_view key, std::string_view problem) const {
+    throw Error(fmt::format("{}{}{}", *file_, place_, key.empty() ? "" : fmt::format("[{}]", key)),
+                problem, kExportAgain);
+  }
+
+  const json* Find(const char* key) const {
+    const auto found = value_->find(key);
+    return found == value_->end() || found->is_null() ? nullptr : &*found;
+  }
+
+  // A whole number in [0, limit); `fallback` where the file has none.
+  std::int64_t Integer(const char* key, std::int64_t fallback, std::int64_t limit) const {
+    const json* found = Find(key);
+    if (found == nullptr) return fallback;
+    return Whole(*found, key, limit);
+  }
+  std::int64_t Require(const char* key, std::int64_t limit) const {
+    const json* found = Find(key);
+    if (found == nullptr) Fail(key, "is missing");
+    return Whole(*found, key, limit);
+  }
+  std::int64_t Whole(const json& number, const char* key, std::int64_t limit) const {
+    std::int64_t value = -1;
+    if (number.is_number_unsigned()) {
+      const auto raw = number.get<std::uint64_t>();
+      if (raw < static_cast<std::uint64_t>(kMaxInteger)) value = static_cast<std::int64_t>(raw);
+    } else if (number.is_number_float()) {  // "3.0" of careless writers
+      const auto raw = number.get<double>();
+      if (raw >= 0 && raw < static_cast<double>(kMaxInteger) && raw == std::floor(raw)) {
+        value = static_cast<std::int64_t>(raw);
+      }
+    }
+    if (value < 0 || value >= limit) {
+      Fail(key,
+           fmt::format("is {}, a whole number from 0 to {} is needed", Shown(number), limit - 1));
+    }
+    return value;
+  }
+
+  template <typename Vector>
+  bool Numbers(const char* key, Vector& out) const {
+    const json* found = Find(key);
+    if (found == nullptr) return false;
+    if (!found->is_array() || found->size() != static_cast<std::size_t>(out.size())) {
+      Fail(key, fmt::format("is no list of {} numbers", out.size()));
+    }
+    for (Eigen::Index k = 0; k < out.size(); ++k) {
+      const json& number = (*found)[static_cast<std::size_t>(k)];
+      if (!number.is_number() || !std::isfinite(number.get<double>())) {
+        Fail(key, fmt::format("holds {}", Shown(number)));
+      }
+      out[k] = number.get<double>();
+    }
+    return true;
+  }
+
+  std::string Text(const char* key) const {
+    const json* found = Find(key);
+    return found != nullptr && found->is_string() ? found->get<std::string>() : std::string();
+  }
+
+  // A list of the file's own, empty where there is none.
+  const json& List(const char* key) const {
+    static const json kEmpty = json::array();
+    const json* found = Find(key);
+    if (found == nullptr) return kEmpty;
+    if (!found->is_array()) Fail(key, "is no list");
+    return *found;
+  }
+  Entry Inner(const json& value, const char* key) const {
+    return {value, *file_, fmt::format("{}[{}]", place_, key)};
+  }
+  Entry Inner(const json& value, const char* key, std::size_t index) const {
+    return {value, *file_, fmt::format("{}[{}][{}]", place_, key, index)};
+  }
+
+ private:
+  static std::string Shown(const json& value) {
+    return value.is_structured()
+               ? std::string("a list or an object")
+               : value.dump(-1, ' ', true, json::error_handler_t::replace).substr(0, 40);
+  }
+
+  const json* value_;
+  const std::string* file_;
+  std::string place_;
+};
+
+// As scale, rotation and translation; a mirror goes into the scale of x.
+void TakeMatrix(const Eigen::Matrix4d& matrix, GltfNode& node) {
+  Eigen::Matrix3d linear = matrix.topLeftCorner<3, 3>();
+  node.translation = matrix.topRightCorner<3, 1>();
+  node.scale = linear.colwise().norm();
+  if (linear.determinant() < 0) node.scale.x() = -node.scale.x();
+  for (int c = 0; c < 3; ++c) {
+    if (std::abs(node.scale[c]) < 1e-12) return;  // flat: shown as nothing
+    linear.col(c) /= node.scale[c];
+  }
+  node.rotation = Eigen::Quaterniond(linear).normalized();
+}
+
+int ComponentsOf(const std::string& type) {
+  constexpr std::array<std::pair<std::string_view, int>, 7> kTypes = {{{"SCALAR", 1},
+                                                                       {"VEC2", 2},
+                                                                       {"VEC3", 3},
+                                                                       {"VEC4", 4},
+                                                                       {"MAT2", 4},
+                                                                       {"MAT3", 9},
+                                                                       {"MAT4", 16}}};
+  for (const auto& [name, count] : kTypes) {
+    if (type == name) return count;
+  }
+  return 0;
+}
+
+}  // namespace
+
+class GltfParser {
+ public:
+  GltfParser(GltfAsset& asset, const std::filesystem::path& folder)
+      : asset_(asset), folder_(folder) {}
+
+  void Run() {
+    const GltfContainer parts = SplitGltf(asset_.bytes_, asset_.where_);
+    asset_.num_bytes_ = asset_.bytes_.size();
+    if (parts.binary.data() != nullptr) {
+      asset_.binary_offset_ = static_cast<std::size_t>(parts.binary.data() - asset_.bytes_.data());
+      asset_.binary_bytes_ = parts.binary.size();
+    }
+    const json document = ParseJsonWithin(parts.json, asset_.where_, asset_.bytes_.size());
+    const Entry root(document, asset_.where_, "");
+    Asset(root);
+    Buffers(root, parts.binary.data() != nullptr);
+    Each(root, "bufferViews", [&](const Entry& entry) { View(entry); });
+    Each(root, "accessors", [&](const Entry& entry) { Accessor(entry); });
+    Each(root, "meshes", [&](const Entry& entry) { Mesh(entry); });
+    Nodes(root);
+    Each(root, "skins", [&](const Entry& entry) { Skin(entry); });
+    Each(root, "animations", [&](const Entry& entry) { Animation(entry); });
+  }
+
+ private:
+  template <typename Take>
+  static void Each(const Entry& root, const char* key, const Take& take) {
+    const json& list = root.List(key);
+    for (std::size_t i = 0; i < list.size(); ++i) take(root.Inner(list[i], key, i));
+  }
+
+  static std::int64_t Size(const auto& list) { return static_cast<std::int64_t>(list.size()); }
+
+  void Asset(const Entry& root) {
+    const json* found = root.Find("asset");
+    if (found == nullptr) root.Fail("asset", "is missing: this is no glTF");
+    const Entry asset = root.Inner(*found, "asset");
+    if (const std::string version = asset.Text("version"); !version.starts_with("2.")) {
+      throw Error(asset_.where_, fmt::format("glTF of version '{}'", version.substr(0, 20)),
+                  "Export glTF 2.0");
+    }
+    const json* extras = asset.Find("extras");
+    if (!asset.Text("generator").starts_with("Holdfast") || extras == nullptr ||
+        !extras->is_object()) {
+      return;
+    }
+    const Entry own = asset.Inner(*extras, "extras");
+    Eigen::Matrix<double, 1, 1> rate = decltype(rate)::Zero();
+    if (const json* number = own.Find("frame_rate"); number != nullptr && number->is_number()) {
+      rate[0] = number->get<double>();
+    }
+    if (std::isfinite(rate[0]) && rate[0] > 0) asset_.provenance.frame_rate = rate[0];
+    asset_.provenance.betas.resize(
+        static_cast<Eigen::Index>(std::min<std::size_t>(own.List("betas").size(), 1000)));
+    own.Numbers("betas", asset_.provenance.betas);
+    asset_.provenance.gender = own.Text("gender");
+    asset_.provenance.body_model = own.Text("body_model");
+  }
+
+  void Buffers(const Entry& root, bool has_chunk) {
+    std::map<std::filesystem::path, std::size_t> seen;
+    Each(root, "buffers", [&](const Entry& entry) {
+      const std::size_t index = asset_.buffers_.size();
+      const auto expected = static_cast<std::size_t>(entry.Require("byteLength", kMaxInteger));
+      const json* uri = entry.Find("uri");
+      if (uri != nullptr && !uri->is_string()) entry.Fail("uri", "is no text");
+      std::string where = fmt::format("{}[buffers][{}]", asset_.where_, index);
+      GltfAsset::Buffer buffer;
+      if (uri == nullptr) {
+        // The chunk of a .glb, or a placeholder that a compressed buffer decodes into.
+        if (index == 0 && has_chunk) {
+          buffer.source = GltfAsset::Buffer::kChunk;
+        } else {
+          asset_.buffers_.push_back(std::move(buffer));
+          return;
+        }
+      } else {
+        const auto& text = uri->get_ref<const std::string&>();
+        const std::filesystem::path file = ResolveGltfUri(text, folder_, where);
+        const auto [known, is_new] = seen.try_emplace(file, index);
+        if (!file.empty() && !is_new) {
+          buffer.source = GltfAsset::Buffer::kSame;
+          buffer.same_as = known->second;
+        } else {
+          buffer.bytes = file.empty() ? DecodeDataUri(text, where)
+                                      : ReadFile(file, kMaxBufferBytes - asset_.num_bytes_);
+          if (!file.empty()) asset_.num_bytes_ += buffer.bytes.size();
+          buffer.source = GltfAsset::Buffer::kOwn;
+        }
+      }
+      asset_.buffers_.push_back(std::move(buffer));
+      const std::size_t have = asset_.BufferBytes(static_cast<int>(index)).size();
+      if (have < expected) {
+        throw Error(where, fmt::format("tells of {} bytes and has {}", expected, have),
+                    "Fetch the file again, with the .bin that belongs to it");
+      }
+    });
+  }
+
+  void View(const Entry& entry) {
+    GltfBufferView view;
+    view.buffer = static_cast<int>(entry.Require("buffer", Size(asset_.buffers_)));
+    view.offset = static_cast<std::size_t>(entry.Integer("byteOffset", 0, kMaxInteger));
+    view.bytes = static_cast<std::size_t>(entry.Require("byteLength", kMaxInteger));
+    view.stride = static_cast<std::size_t>(entry.Integer("byteStride", 0, 1 << 16));
+    const json* extensions = entry.Find("extensions");
+    view.compressed = extensions != nullptr && extensions->is_object() &&
+                      (extensions->contains("EXT_meshopt_compression") ||
+                       extensions->contains("KHR_meshopt_compression"));
+    asset_.views.push_back(view);
+  }
+
+  void Accessor(const Entry& entry) {
+    const auto views = Size(asset_.views);
+    const auto component = [](const Entry& from, const char* key) {
+      const std::int64_t value = from.Require(key, 6000);
+      if (value != 5120 && value != 5121 && value != 5122 && value != 5123 && value != 5125 &&
+          value != 5126) {
+        from.Fail(key, fmt::format("is {}, no type of glTF 2.0", value));
+      }
+      return static_cast<int>(value);
+    };
+    GltfAccessor accessor;
+    accessor.view = static_cast<int>(entry.Integer("bufferView", -1, views));
+    accessor.offset = static_cast<std::size_t>(entry.Integer("byteOffset", 0, kMaxInteger));
+    accessor.count = static_cast<std::size_t>(entry.Require("count", kMaxInteger));
+    accessor.component = component(entry, "componentType");
+    accessor.rows = ComponentsOf(entry.Text("type"));
+    if (accessor.rows == 0)
+      entry.Fail("type", "is none of SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3, MAT4");
+    const json* normalized = entry.Find("normalized");
+    accessor.normalized =
+        normalized != nullptr && normalized->is_boolean() && normalized->get<bool>();
+    if (const json* found = entry.Find("sparse")) {
+      const Entry sparse = entry.Inner(*found, "sparse");
+      accessor.sparse_count = static_cast<std::size_t>(sparse.Require("count", kMaxInteger));
+      const json* indices = sparse.Find("indices");
+      const json* values = sparse.Find("values");
+      if (indices == nullptr || values == nullptr) sparse.Fail("", "lacks its indices or values");
+      const Entry from = sparse.Inner(*indices, "indices"), to = sparse.Inner(*values, "values");
+      accessor.sparse_index_view = static_cast<int>(from.Require("bufferView", views));
+      accessor.sparse_index_offset =
+          static_cast<std::size_t>(from.Integer("byteOffset", 0, kMaxInteger));
+      accessor.sparse_index_component = component(from, "componentType");
+      accessor.sparse_value_view = static_cast<int>(to.Require("bufferView", views));
+      accessor.sparse_value_offset =
+          static_cast<std::size_t>(to.Integer("byteOffset", 0, kMaxInteger));
+    }
+    asset_.accessors.push_back(accessor);
+  }
+
+  void Mesh(const Entry& entry) {
+    GltfMesh mesh;
+    mesh.name = entry.Text("name");
+    const auto accessors = Size(asset_.accessors);
+    Each(entry, "primitives", [&](const Entry& from) {
+      GltfPrimitive primitive;
+      primitive.indices = static_cast<int>(from.Integer("indices", -1, accessors));
+      primitive.mode = static_cast<int>(from.Integer("mode", 4, 7));
+      if (const json* attributes = from.Find("attributes")) {
+        primitive.positions = static_cast<int>(
+            from.Inner(*attributes, "attributes").Integer("POSITION", -1, accessors));
+      }
+      mesh.primitives.push_back(primitive);
+    });
+    asset_.meshes.push_back(std::move(mesh));
+  }
+
+  void Nodes(const Entry& root) {
+    const json& list = root.List("nodes");
+    if (list.size() > kMaxNodes) {
+      throw Error(asset_.where_,
+                  fmt::format("{} nodes, {} are read at most", list.size(), kMaxNodes),
+                  "Export the character alone");
+    }
+    asset_.nodes.resize(list.size());
+    const json* skins = root.Find("skins");
+    const std::int64_t num_skins = skins != nullptr && skins->is_array() ? Size(*skins) : 0;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const Entry entry = root.Inner(list[i], "nodes", i);
+      GltfNode& node = asset_.nodes[i];
+      node.name = entry.Text("name");
+      node.mesh = static_cast<int>(entry.Integer("mesh", -1, Size(asset_.meshes)));
+      node.skin = static_cast<int>(entry.Integer("skin", -1, num_skins));
+      Eigen::Matrix4d matrix;
+      Eigen::Map<Eigen::Matrix<double, 16, 1>> flat(matrix.data());
+      if (entry.Numbers("matrix", flat)) TakeMatrix(matrix, node);
+      entry.Numbers("translation", node.translation);
+      entry.Numbers("scale", node.scale);
+      if (entry.Numbers("rotation", node.rotation.coeffs())) {
+        if (!(node.rotation.norm() > 1e-6 && node.rotation.norm() < 1e6)) {
+          entry.Fail("rotation", "is a quaternion without direction");
+        }
+        node.rotation.normalize();
+      }
+      const json& children = entry.List("children");
+      node.children.reserve(children.size());
+      for (const json& child : children) {
+        const std::int64_t c = entry.Whole(child, "children", Size(list));
+        int& parent = asset_.nodes[static_cast<std::size_t>(c)].parent;
+        if (parent >= 0) {
+          entry.Fail("children",
+                     fmt::format("takes node {}, which node {} has already", c, parent));
+        }
+        parent = static_cast<int>(i);
+        node.children.push_back(static_cast<int>(c));
+      }
+    }
+    Order();
+    const auto scenes = Size(root.List("scenes"));
+    if (scenes == 0) return;
+    const auto shown = static_cast<std::size_t>(root.Integer("scene", 0, scenes));
+    const Entry scene = root.Inner(root.List("scenes")[shown], "scenes", shown);
+    for (const json& node : scene.List("nodes")) {
+      asset_.scene_roots.push_back(
+          static_cast<int>(scene.Whole(node, "nodes", Size(asset_.nodes))));
+    }
+  }
+
+  // Whatever no root reaches goes round in a circle.
+  void Order() {
+    std::vector<int>& order = asset_.order;
+    order.reserve(asset_.nodes.size());
+    for (std::size_t i = 0; i < asset_.nodes.size(); ++i) {
+      if (asset_.nodes[i].parent < 0) order.push_back(static_cast<int>(i));
+    }
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      const std::vector<int>& children = asset_.nodes[static_cast<std::size_t>(order[k])].children;
+      order.insert(order.end(), children.begin(), children.end());
+    }
+    if (order.size() < asset_.nodes.size()) {
+      throw Error(asset_.where_ + "[nodes]", "nodes are each other's ancestors", kExportAgain);
+    }
+  }
+
+  void Skin(const Entry& entry) {
+    GltfSkin skin;
+    skin.name = entry.Text("name");
+    for (const json& joint : entry.List("joints")) {
+      skin.joints.push_back(static_cast<int>(entry.Whole(joint, "joints", Size(asset_.nodes))));
+    }
+    if (skin.joints.empty()) entry.Fail("joints", "is empty");
+    skin.inverse_bind =
+        static_cast<int>(entry.Integer("inverseBindMatrices", -1, Size(asset_.accessors)));
+    asset_.skins.push_back(std::move(skin));
+  }
+
+  void Animation(const Entry& entry) {
+    GltfAnimation animation;
+    animation.name = entry.Text("name");
+    const json& samplers = entry.List("samplers");
+    Each(entry, "channels", [&](const Entry& from) {
+      const json* found = from.Find("target");
+      if (found == nullptr) from.Fail("target", "is missing");
+      const Entry target = from.Inner(*found, "target");
+      const std::string path = target.Text("path");
+      GltfChannel channel;
+      channel.node = static_cast<int>(target.Integer("node", -1, Size(asset_.nodes)));
+      if (path == "translation") {
+        channel.path = GltfPath::kTranslation;
+      } else if (path == "rotation") {
+        channel.path = GltfPath::kRotation;
+      } else if (path == "scale") {
+        channel.path = GltfPath::kScale;
+      } else {
+        return;
+      }
+      if (channel.node < 0) return;
+      const auto index = static_cast<std::size_t>(from.Require("sampler", Size(samplers)));
+      const Entry sampler = entry.Inner(samplers[index], "samplers", index);
+      channel.input = static_cast<int>(sampler.Require("input", Size(asset_.accessors)));
+      channel.output = static_cast<int>(sampler.Require("output", Size(asset_.accessors)));
+      const std::string interpolation = sampler.Text("interpolation");
+      if (interpolation.empty() || interpolation == "LINEAR") {
+        channel.interpolation = GltfInterpolation::kLinear;
+      } else if (interpolation == "STEP") {
+        channel.interpolation = GltfInterpolation::kStep;
+      } else if (interpolation == "CUBICSPLINE") {
+        channel.interpolation = GltfInterpolation::kCubicSpline;
+      } else {
+        sampler.Fail("interpolation", "is none of LINEAR, STEP, CUBICSPLINE");
+      }
+      animation.channels.push_back(channel);
+    });
+    asset_.animations.push_back(std::move(animation));
+  }
+
+  GltfAsset& asset_;
+  const std::filesystem::path& folder_;
+};
+
+GltfAsset GltfAsset::Read(const std::filesystem::path& path) {
+  return Parse(ReadGzipText(path), path.string(), path.parent_path());
+}
+
+GltfAsset GltfAsset::Parse(std::string bytes, const std::string& where,
+                           const std::filesystem::path& folder) {
+  GltfAsset asset;
+  asset.where_ = where;
+  asset.bytes_ = std::move(bytes);
+  GltfParser(asset, folder).Run();
+  return asset;
+}
+
+std::string_view GltfAsset::BufferBytes(int buffer) const {
+  const Buffer& found = buffers_[static_cast<std::size_t>(buffer)];
+  switch (found.source) {
+    case Buffer::kChunk:
+      return std::string_view(bytes_).substr(binary_offset_, binary_bytes_);
+    case Buffer::kOwn:
+      return found.bytes;
+    case Buffer::kSame:
+      return buffers_[found.same_as].bytes;
+    case Buffer::kMissing:
+      break;
+  }
+  return {};
+}
+
+std::string GltfAsset::NodeText(int node) const {
+  const std::string& name = nodes[static_cast<std::size_t>(node)].name;
+  return name.empty() ? fmt::format("node {}", node) : fmt::format("'{}' (node {})", name, node);
+}
+
+}  // namespace holdfast

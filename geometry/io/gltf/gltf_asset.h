@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace holdfast {
+
+/// A node as the file poses it, relative to its parent.
+struct GltfNode {
+  std::string name;  ///< empty where the file gives none
+  int parent = -1;
+  std::vector<int> children;
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d scale = Eigen::Vector3d::Ones();
+  int mesh = -1;
+  int skin = -1;
+};
+
+struct GltfBufferView {
+  int buffer = 0;
+  std::size_t offset = 0, bytes = 0, stride = 0;  ///< stride 0: elements lie side by side
+  bool compressed = false;                        ///< EXT_meshopt_compression
+};
+
+struct GltfAccessor {
+  int view = -1;  ///< -1: zeros
+  std::size_t offset = 0, count = 0;
+  int component = 0;  ///< 5120 int8, 5121 uint8, 5122 int16, 5123 uint16, 5125 uint32, 5126 float
+  int rows = 1;       ///< numbers per element: 1 SCALAR, 2 to 4 VEC, 16 MAT4, ...
+  bool normalized = false;
+  std::size_t sparse_count = 0;  ///< elements that are given apart
+  int sparse_index_view = -1, sparse_index_component = 0, sparse_value_view = -1;
+  std::size_t sparse_index_offset = 0, sparse_value_offset = 0;
+};
+
+struct GltfSkin {
+  std::string name;
+  std::vector<int> joints;  ///< nodes
+  int inverse_bind = -1;    ///< accessor
+};
+
+enum class GltfPath { kTranslation, kRotation, kScale };
+enum class GltfInterpolation { kLinear, kStep, kCubicSpline };
+
+/// What moves one property of one node.
+struct GltfChannel {
+  int node;
+  GltfPath path;
+  int input, output;  ///< accessors: times, values
+  GltfInterpolation interpolation;
+};
+
+struct GltfAnimation {
+  std::string name;
+  std::vector<GltfChannel> channels;  ///< of nodes; morph weights and pointers are left out
+};
+
+struct GltfPrimitive {
+  int positions = -1, indices = -1;  ///< accessors
+  int mode = 4;                      ///< 4: triangles
+};
+
+struct GltfMesh {
+  std::string name;
+  std::vector<GltfPrimitive> primitives;
+};
+
+/// What Holdfast's own files say about their clip in `asset.extras`; empty in all others.
+struct GltfProvenance {
+  double frame_rate = 0;  ///< Hz, 0 when not told
+  Eigen::VectorXd betas;
+  std::string gender, body_model;
+};
+
+/// The parts of a glTF 2.0 file that move a body: nodes, skins, animations and the numbers behind
+/// them. Images, materials, cameras and lights are never looked at. All indices are in
+/// range and nodes form trees; accessors are checked against their buffers when they are used
+/// (GltfNumbers). No memory is taken for what a file only promises.
+class GltfAsset {
+ public:
+  /// Reads a file (plain or gzip'd). Throws Error.
+  static GltfAsset Read(const std::filesystem::path& path);
+  /// The same for a file's bytes; buffers with a file name are looked for in `folder`.
+  static GltfAsset Parse(std::string bytes, const std::string& where,
+                         const std::filesystem::path& folder);
+
+  const std::string& Where() const { return where_; }
+  /// Size of the file and the buffers beside it.
+  std::size_t NumBytes() const { return num_bytes_; }
+
+  std::vector<GltfNode> nodes;
+  std::vector<int> order;        ///< all nodes, parents before children
+  std::vector<int> scene_roots;  ///< of the scene to show
+  std::vector<GltfMesh> meshes;
+  std::vector<GltfSkin> skins;
+  std::vector<GltfAnimation> animations;
+  std::vector<GltfAccessor> accessors;
+  std::vector<GltfBufferView> views;
+  GltfProvenance provenance;
+
+  const GltfNode& NodeAt(int node) const { return nodes[static_cast<std::size_t>(node)]; }
+  std::string_view BufferBytes(int buffer) const;
+  /// "'hips' (node 3)", for messages.
+  std::string NodeText(int node) const;
+
+ private:
+  friend class GltfParser;
+  std::string where_;
+  std::size_t num_bytes_ = 0;
+  struct Buffer {
+    enum { kMissing, kChunk, kOwn, kSame } source = kMissing;
+    std::string bytes;        // of kOwn
+    std::size_t same_as = 0;  // of kSame
+  };
+  std::string bytes_;                                 // the file
+  std::size_t binary_offset_ = 0, binary_bytes_ = 0;  // of the .glb's chunk within it
+  std::vector<Buffer> buffers_;
+};
+
+/// Numbers of an accessor, decoded one at a time from the buffer.
+class GltfNumbers {
+ public:
+  /// Throws Error when the accessor does not have `rows` numbers per element.
+  GltfNumbers(const GltfAsset& asset, int accessor, int rows);
+
+  std::size_t Count() const { return count_; }
+  /// Number `row` of element `i`; normalised integers as the fractions they stand for.
+  double operator()(std::size_t i, int row) const;
+
+ private:
+  double Decode(const char* at) const;
+
+  const char* dense_ = nullptr;  // nullptr: zeros
+  const char* sparse_indices_ = nullptr;
+  const char* sparse_values_ = nullptr;
+  std::size_t count_ = 0, stride_ = 0, element_ = 0, component_bytes_ = 0, sparse_count_ = 0;
+  int component_ = 0, index_component_ = 0;
+  bool normalized_ = false;
+};
+
+}  // namespace holdfast

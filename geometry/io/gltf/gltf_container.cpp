@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/gltf/gltf_container.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+
+namespace holdfast {
+namespace {
+
+constexpr std::string_view kMagic = "glTF";
+constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
+constexpr std::uint32_t kBinaryChunk = 0x004E4942;
+constexpr std::string_view kKeepTogether =
+    "Keep the .bin file beside the .gltf under the name it gives, or export a .glb";
+
+// Little-endian, as the format has it on every machine.
+std::uint32_t Word(std::string_view bytes, std::size_t offset) {
+  std::uint32_t word = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    word |= std::uint32_t{static_cast<std::uint8_t>(bytes[offset + k])} << (8 * k);
+  }
+  return word;
+}
+
+// The value of a base64 digit, -1 for any other character.
+int Base64Digit(char c) {
+  if (c >= 'A' && c <= 'Z') return c - 'A';
+  if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+  if (c >= '0' && c <= '9') return c - '0' + 52;
+  if (c == '+' || c == '-') return 62;
+  if (c == '/' || c == '_') return 63;
+  return -1;
+}
+
+std::string DecodeBase64(std::string_view text, const std::string& where) {
+  while (!text.empty() && text.back() == '=') text.remove_suffix(1);
+  std::string bytes;
+  bytes.reserve(text.size() / 4 * 3 + 3);
+  std::uint32_t bits = 0;
+  int held = 0;
+  for (const char c : text) {
+    const int digit = Base64Digit(c);
+    if (digit < 0) throw Error(where, "its data: text is not base64", kFetchAgain);
+    bits = bits << 6 | static_cast<std::uint32_t>(digit);
+    held += 6;
+    if (held >= 8) {
+      held -= 8;
+      bytes.push_back(static_cast<char>(bits >> held & 0xFF));
+    }
+  }
+  return bytes;
+}
+
+// "%20" and the like.
+std::string DecodePercent(std::string_view text, const std::string& where) {
+  const auto hex = [](char c) {
+    if (c >= '0' && c <= '9') return c - '0';
+    if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+    if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+    return -1;
+  };
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%') {
+      plain.push_back(text[i]);
+      continue;
+    }
+    const int high = i + 2 < text.size() ? hex(text[i + 1]) : -1;
+    const int low = high >= 0 ? hex(text[i + 2]) : -1;
+    // A name may well hold a percent sign that means itself.
+    if (low < 0) {
+      plain.push_back('%');
+      continue;
+    }
+    plain.push_back(static_cast<char>(16 * high + low));
+    i += 2;
+  }
+  if (plain.find('\0') != std::string::npos) {
+    throw Error(where, "its file name holds a zero byte", kKeepTogether);
+  }
+  return plain;
+}
+
+bool IsAddress(std::string_view uri) {
+  const std::size_t colon = uri.find(':');
+  return colon != std::string_view::npos && uri.substr(0, colon).find('/') == uri.npos;
+}
+
+std::filesystem::path InsideFolder(const std::string& name, const std::filesystem::path& folder,
+                                   const std::string& where) {
+  namespace fs = std::filesystem;
+  const fs::path relative(name);
+  const bool climbs = std::any_of(relative.begin(), relative.end(),
+                                  [](const fs::path& part) { return part == ".."; });
+  if (name.empty() || relative.is_absolute() || climbs || name.find('\\') != name.npos) {
+    throw Error(where, fmt::format("its file '{}' is not in the folder of the glTF", name),
+                kKeepTogether);
+  }
+  std::error_code error;
+  const fs::path base = fs::canonical(folder.empty() ? fs::path(".") : folder, error);
+  const fs::path target = error ? fs::path() : fs::canonical(base / relative, error);
+  if (error || !fs::is_regular_file(target, error)) {
+    throw Error(where, fmt::format("its file '{}' is not there", name), kKeepTogether);
+  }
+  // A link may lead anywhere.
+  const auto [end, rest] = std::mismatch(base.begin(), base.end(), target.begin(), target.end());
+  if (end != base.end()) {
+    throw Error(where, fmt::format("its file '{}' leads out of the glTF's folder", name),
+                kKeepTogether);
+  }
+  return target;
+}
+
+}  // namespace
+
+bool LooksLikeGltf(std::string_view head) {
+  if (head.starts_with(kMagic)) return true;
+  const std::size_t first = head.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  if (first == head.npos || head[first] != '{') return false;
+  constexpr std::array<std::string_view, 6> kKeys = {"\"asset\"",          "\"accessors\"",
+                                                     "\"bufferViews\"",    "\"scenes\"",
+                                                     "\"extensionsUsed\"", "\"animations\""};
+  return std::any_of(kKeys.begin(), kKeys.end(),
+                     [&](std::string_view key) { return head.find(key) != head.npos; });
+}
+
+GltfContainer SplitGltf(std::string_view bytes, const std::string& where) {
+  if (!bytes.starts_with(kMagic)) return {bytes, {}};
+  if (bytes.size() < 20) throw Error(where, "a .glb cut short in its header", kFetchAgain);
+  if (const std::uint32_t version = Word(bytes, 4); version != 2) {
+    throw Error(where, fmt::format("glTF binary of version {}", version), "Export glTF 2.0");
+  }
+  const std::uint32_t length = Word(bytes, 8);
+  if (length > bytes.size() || length < 20) {
+    throw Error(where,
+                fmt::format("a .glb that tells of {} bytes and has {}", length, bytes.size()),
+                kFetchAgain);
+  }
+  GltfContainer parts;
+  for (std::size_t at = 12; at + 8 <= length;) {
+    const std::size_t size = Word(bytes, at);
+    const std::uint32_t type = Word(bytes, at + 4);
+    const bool first = at == 12;
+    at += 8;
+    if (size > length - at) {
+      throw Error(where, fmt::format("a chunk of {} bytes where {} are left", size, length - at),
+                  kFetchAgain);
+    }
+    if (first != (type == kJsonChunk)) {
+      throw Error(where, "a .glb must hold one JSON chunk, and that first", kFetchAgain);
+    }
+    if (first) parts.json = bytes.substr(at, size);
+    if (type == kBinaryChunk && parts.binary.data() == nullptr) {
+      parts.binary = bytes.substr(at, size);
+    }
+    at += std::min<std::size_t>((size + 3) / 4 * 4, length - at);
+  }
+  return parts;
+}
+
+std::filesystem::path ResolveGltfUri(std::string_view uri, const std::filesystem::path& folder,
+                                     const std::string& where) {
+  if (uri.starts_with("data:")) return {};
+  if (IsAddress(uri)) {
+    throw Error(
+        where,
+        fmt::format("lies elsewhere ('{}'); nothing is fetched over a network", uri.substr(0, 80)),
+        kKeepTogether);
+  }
+  return InsideFolder(DecodePercent(uri, where), folder, where);
+}
+
+std::string DecodeDataUri(std::string_view uri, const std::string& where) {
+  const std::size_t comma = uri.find(',');
+  if (comma == uri.npos || !uri.substr(0, comma).ends_with(";base64")) {
+    throw Error(where, "its data: text is not base64", kFetchAgain);
+  }
+  return DecodeBase64(uri.substr(comma + 1), where);
+}
+
+}  // namespace holdfast

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/gltf/gltf_sampler.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+
+namespace holdfast {
+namespace {
+
+constexpr std::string_view kExportAnimation = "Export the animation again";
+// Times are single precision: a key may lie this share of its time beside where it is meant.
+constexpr double kTimeNoise = 2.4e-7;
+// How far beside the frames of a rate keys may lie, of a frame; and for a rate that is told, or
+// taken for a whole number.
+constexpr double kOffGrid = 0.02, kOnGrid = 2e-3;
+constexpr double kHighestRate = 10'000;  // Hz
+
+}  // namespace
+
+GltfSampler::GltfSampler(const GltfAsset& asset, const GltfAnimation& animation) : asset_(&asset) {
+  begin_ = std::numeric_limits<double>::infinity();
+  end_ = -begin_;
+  for (const GltfChannel& channel : animation.channels) {
+    const GltfNumbers times(asset, channel.input, 1);
+    CheckTimes(channel.input, times);
+    const int rows = channel.path == GltfPath::kRotation ? 4 : 3;
+    Track track{times, GltfNumbers(asset, channel.output, rows), channel.interpolation};
+    CheckValues(channel, track.values, times.Count());
+    Tracks& tracks = tracks_[channel.node];
+    std::optional<Track>& place = channel.path == GltfPath::kTranslation ? tracks.translation
+                                  : channel.path == GltfPath::kRotation  ? tracks.rotation
+                                                                         : tracks.scale;
+    if (place) {
+      throw Error(asset.Where(),
+                  fmt::format("animation '{}' moves {} twice", animation.name,
+                              asset.NodeText(channel.node)),
+                  kExportAnimation);
+    }
+    place.emplace(std::move(track));
+    begin_ = std::min(begin_, times(0, 0));
+    end_ = std::max(end_, times(times.Count() - 1, 0));
+  }
+  if (tracks_.empty()) begin_ = end_ = 0;
+}
+
+bool GltfSampler::MovesRigidly(int node) const {
+  const auto found = tracks_.find(node);
+  return found != tracks_.end() && (found->second.translation || found->second.rotation);
+}
+
+void GltfSampler::CheckTimes(int accessor, const GltfNumbers& times) {
+  if (!inputs_.try_emplace(accessor, times).second) return;
+  const auto fail = [&](const std::string& problem) {
+    throw Error(fmt::format("{}[accessors][{}]", asset_->Where(), accessor), problem,
+                kExportAnimation);
+  };
+  if (times.Count() == 0) fail("holds no key times");
+  double previous = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < times.Count(); ++i) {
+    const double time = times(i, 0);
+    if (!std::isfinite(time)) fail(fmt::format("holds {} as the time of key {}", time, i));
+    if (time < previous) {
+      fail(fmt::format("goes from {} s back to {} s at key {}", previous, time, i));
+    }
+    previous = time;
+  }
+}
+
+void GltfSampler::CheckValues(const GltfChannel& channel, const GltfNumbers& values,
+                              std::size_t keys) {
+  const bool cubic = channel.interpolation == GltfInterpolation::kCubicSpline;
+  const bool turns = channel.path == GltfPath::kRotation;
+  const auto fail = [&](const std::string& problem) {
+    throw Error(fmt::format("{}[accessors][{}]", asset_->Where(), channel.output),
+                fmt::format("{} (it moves {})", problem, asset_->NodeText(channel.node)),
+                kExportAnimation);
+  };
+  if (values.Count() != (cubic ? 3 * keys : keys)) {
+    fail(fmt::format("holds {} values for {} keys", values.Count(), keys));
+  }
+  // Many channels may share what they say; looked at once.
+  if (!checked_.try_emplace({channel.output, cubic, turns}, true).second) return;
+  const int rows = turns ? 4 : 3;
+  for (std::size_t i = 0; i < values.Count(); ++i) {
+    double square = 0;
+    for (int r = 0; r < rows; ++r) {
+      const double value = values(i, r);
+      if (!std::isfinite(value)) fail(fmt::format("holds {} in element {}", value, i));
+      square += value * value;
+    }
+    const bool is_key = !cubic || i % 3 == 1;
+    if (turns && is_key && !(square > 1e-6)) {
+      fail(fmt::format("holds a quaternion without direction in element {}", i));
+    }
+  }
+}
+
+template <int kRows>
+Eigen::Matrix<double, kRows, 1> GltfSampler::Evaluate(const Track& track, double time,
+                                                      double snap) {
+  using Vector = Eigen::Matrix<double, kRows, 1>;
+  const bool cubic = track.interpolation == GltfInterpolation::kCubicSpline;
+  const std::size_t keys = track.times.Count();
+  const auto element = [&](std::size_t i) {
+    Vector v;
+    for (int r = 0; r < kRows; ++r) v[r] = track.values(i, r);
+    return v;
+  };
+  const auto value = [&](std::size_t key) {
+    Vector v = element(cubic ? 3 * key + 1 : key);
+    if constexpr (kRows == 4) v.normalize();
+    return v;
+  };
+  std::size_t low = 0, high = keys;  // first key after `time`
+  while (low < high) {
+    const std::size_t middle = (low + high) / 2;
+    if (track.times(middle, 0) <= time) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  if (low == 0) return value(0);
+  const std::size_t before = low - 1;
+  const double from = track.times(before, 0);
+  if (low == keys || time - from <= snap) return value(before);
+  const double to = track.times(low, 0);
+  if (to - time <= snap) return value(low);
+  if (track.interpolation == GltfInterpolation::kStep) return value(before);
+
+  const double span = to - from, s = (time - from) / span;
+  if (cubic) {
+    const double s2 = s * s, s3 = s2 * s;
+    Vector v = (2 * s3 - 3 * s2 + 1) * element(3 * before + 1) +
+               (s3 - 2 * s2 + s) * span * element(3 * before + 2) +
+               (-2 * s3 + 3 * s2) * element(3 * low + 1) + (s3 - s2) * span * element(3 * low);
+    if constexpr (kRows == 4) {
+      // Tangents gone wild may pass through nothing, where there is no direction to take.
+      if (!(v.squaredNorm() > 1e-12) || !v.allFinite()) return value(before);
+      v.normalize();
+    }
+    return v;
+  }
+  if constexpr (kRows == 4) {
+    return Eigen::Quaterniond(value(before)).slerp(s, Eigen::Quaterniond(value(low))).coeffs();
+  } else {
+    return (1 - s) * value(before) + s * value(low);
+  }
+}
+
+Eigen::Affine3d GltfSampler::Local(int node, double time, double snap) const {
+  const GltfNode& rest = asset_->nodes[static_cast<std::size_t>(node)];
+  Eigen::Vector3d translation = rest.translation, scale = rest.scale;
+  Eigen::Quaterniond rotation = rest.rotation;
+  if (const auto found = tracks_.find(node); found != tracks_.end()) {
+    const Tracks& tracks = found->second;
+    if (tracks.translation) translation = Evaluate<3>(*tracks.translation, time, snap);
+    if (tracks.rotation) rotation.coeffs() = Evaluate<4>(*tracks.rotation, time, snap);
+    if (tracks.scale) scale = Evaluate<3>(*tracks.scale, time, snap);
+  }
+  return Eigen::Translation3d(translation) * rotation * Eigen::Scaling(scale);
+}
+
+bool GltfSampler::KeysFit(double rate, double off_grid) const {
+  for (const auto& [accessor, times] : inputs_) {
+    for (std::size_t i = 0; i < times.Count(); ++i) {
+      const double time = times(i, 0), frame = (time - begin_) * rate;
+      const double slack = off_grid + 2 * kTimeNoise * std::abs(time) * rate;
+      if (std::abs(frame - std::round(frame)) > slack) return false;
+    }
+  }
+  return true;
+}
+
+double GltfSampler::FrameRate(double told, bool& regular) const {
+  regular = true;
+  if (told > 0 && KeysFit(told, kOnGrid)) return told;
+  // The densest input, if its keys are evenly apart, tells.
+  double rate = 0;
+  for (const auto& [accessor, times] : inputs_) {
+    const std::size_t last = times.Count() - 1;
+    const double span = times(last, 0) - times(0, 0);
+    if (span > 0) rate = std::max(rate, static_cast<double>(last) / span);
+  }
+  if (rate == 0) return 30;
+  if (rate < kHighestRate) {
+    const double whole = std::round(rate);
+    if (whole > 0 && KeysFit(whole, kOnGrid)) return whole;
+    if (rate >= 5 && KeysFit(rate, kOnGrid)) return rate;
+  }
+  for (const double usual : {24.0, 25.0, 30.0, 48.0, 50.0, 60.0, 90.0, 100.0, 120.0, 240.0,
+                             24 / 1.001, 30 / 1.001, 60 / 1.001}) {
+    if (KeysFit(usual, kOffGrid)) return usual;
+  }
+  regular = false;
+  return 60;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,390 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/mesh/mesh_scan.h"
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+
+namespace holdfast {
+namespace {
+
+constexpr std::string_view kBlank = " \t\r\v\f";
+constexpr std::size_t kStlHeader = 84;
+constexpr std::size_t kStlTriangle = 50;
+
+bool IsBlank(char c) { return kBlank.find(c) != std::string_view::npos; }
+
+/// Lines of a text, then words of a line.
+class Lines {
+ public:
+  Lines(std::string_view text, const std::string& name) : rest_(text), name_(name) {}
+
+  bool Next() {
+    if (rest_.empty()) return false;
+    const std::size_t end = rest_.find('\n');
+    line_ = rest_.substr(0, end);
+    rest_ = end == std::string_view::npos ? std::string_view() : rest_.substr(end + 1);
+    ++number_;
+    return true;
+  }
+
+  std::string_view Word() {
+    while (!line_.empty() && IsBlank(line_.front())) line_.remove_prefix(1);
+    std::size_t end = 0;
+    while (end < line_.size() && !IsBlank(line_[end])) ++end;
+    const std::string_view word = line_.substr(0, end);
+    line_.remove_prefix(end);
+    return word;
+  }
+
+  /// The next word, on whichever line, past comments; empty at the end.
+  std::string_view WordAcrossLines() {
+    for (;;) {
+      const std::string_view word = Word();
+      if (!word.empty() && word.front() != '#') return word;
+      if (!Next()) return {};  // also past the rest of a comment
+    }
+  }
+
+  double Coordinate(std::string_view word) const {
+    if (word.empty()) Fail("a coordinate is missing", kTruncated);
+    double value = 0.0;
+    const std::string_view digits = word.front() == '+' ? word.substr(1) : word;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (error == std::errc::result_out_of_range && end == digits.data() + digits.size()) {
+      // from_chars leaves underflow (1e-400) to the caller: that is zero here.
+      if (digits.find("e-") != std::string_view::npos ||
+          digits.find("E-") != std::string_view::npos) {
+        return 0.0;
+      }
+    } else if (error != std::errc() || end != digits.data() + digits.size()) {
+      Fail(fmt::format("'{}' is not a number", Excerpt(word)),
+           "Check the file, or export it again");
+    }
+    // OpenMesh keeps single precision, so that is the range.
+    if (!std::isfinite(static_cast<float>(value)) || error != std::errc()) {
+      Fail(fmt::format("the coordinate '{}' is not finite", Excerpt(word)),
+           "Remove the vertex, or export the mesh again");
+    }
+    return value;
+  }
+
+  bool Integer(std::string_view word, long long& value) const {
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    return error == std::errc() && end == word.data() + word.size() && !word.empty();
+  }
+
+  static std::string Excerpt(std::string_view word) {
+    std::string shown;
+    for (const char c : word.substr(0, 32)) shown += c >= ' ' && c < 127 ? c : '?';
+    return word.size() > 32 ? shown + "..." : shown;
+  }
+
+  [[noreturn]] void Fail(const std::string& problem, const std::string& remedy) const {
+    throw Error(fmt::format("{}:{}", name_, number_), problem, remedy);
+  }
+
+  std::string_view Rest() const { return rest_; }
+
+ private:
+  std::string_view line_;
+  std::string_view rest_;
+  std::string name_;
+  int number_ = 0;
+};
+
+[[noreturn]] void NoElements(const std::string& name, const char* what) {
+  throw Error(name, fmt::format("has no {}", what),
+              "A surface is needed: vertices, and faces that join them");
+}
+
+void RequireSurface(const MeshScan& scan, const std::string& name) {
+  if (scan.positions.empty()) NoElements(name, "vertices");
+  if (scan.polygon_begin.size() < 2) NoElements(name, "faces");
+}
+
+void AddPolygonId(MeshScan& scan, long long id, std::size_t num_vertices, const Lines& lines) {
+  if (id < 0 || id >= static_cast<long long>(num_vertices)) {
+    lines.Fail(fmt::format("a face names vertex {} of {} (counted from 0)", id, num_vertices),
+               "Check the file, or export it again");
+  }
+  scan.polygon_ids.push_back(static_cast<int>(id));
+}
+
+void EndPolygon(MeshScan& scan, const Lines& lines) {
+  if (scan.polygon_ids.size() - scan.polygon_begin.back() < 3) {
+    lines.Fail("a face has fewer than three corners", "Remove it, or export the mesh again");
+  }
+  scan.polygon_begin.push_back(static_cast<int>(scan.polygon_ids.size()));
+}
+
+/// A count from a header: no element takes less than `least_bytes`.
+std::size_t Count(long long count, std::size_t least_bytes, std::size_t bytes_left,
+                  std::string_view what, const std::string& where) {
+  if (count < 0) {
+    throw Error(where, fmt::format("its header gives {} as the number of {}", count, what),
+                "Check the file");
+  }
+  if (static_cast<std::size_t>(count) > bytes_left / least_bytes) {
+    throw Error(where,
+                fmt::format("its header promises {} {}, more than its {} bytes can hold", count,
+                            what, bytes_left),
+                kTruncated);
+  }
+  return static_cast<std::size_t>(count);
+}
+
+/// Takes each corner of the polygon begun last once, and drops it when fewer than three are left.
+/// `last_seen_in` has the polygon in which each vertex was seen last.
+void EndObjPolygon(MeshScan& scan, std::vector<int>& last_seen_in, const Lines& lines) {
+  const int begin = scan.polygon_begin.back();
+  if (scan.polygon_ids.size() - begin < 3) EndPolygon(scan, lines);  // says so
+  const int polygon = static_cast<int>(scan.polygon_begin.size() + scan.num_left_out);
+  const auto is_repeated = [&](int id) {
+    return std::exchange(last_seen_in[id], polygon) == polygon;
+  };
+  const auto first = scan.polygon_ids.begin() + begin;
+  scan.polygon_ids.erase(std::remove_if(first, scan.polygon_ids.end(), is_repeated),
+                         scan.polygon_ids.end());
+  if (scan.polygon_ids.size() - begin < 3) {
+    scan.polygon_ids.resize(begin);
+    ++scan.num_left_out;
+  } else {
+    EndPolygon(scan, lines);
+  }
+}
+
+/// As a binary file: OpenMesh takes any line of a text with "outer" in it for a triangle, the name
+/// too.
+void WritePlainStl(const std::vector<float>& corners, MeshScan& scan) {
+  std::string& out = scan.plain;
+  out.assign(kStlHeader, '\0');
+  const auto count = static_cast<std::uint32_t>(scan.num_triangles);
+  std::memcpy(out.data() + 80, &count, sizeof count);
+  for (std::size_t t = 0; t < scan.num_triangles; ++t) {
+    out.append(12, '\0');
+    out.append(reinterpret_cast<const char*>(&corners[9 * t]), 36);
+    out.append(2, '\0');
+  }
+}
+
+}  // namespace
+
+void WritePlainPly(MeshScan& scan) {
+  static_assert(std::endian::native == std::endian::little, "written for little-endian machines");
+  scan.format = "ply";
+  std::string& out = scan.plain;
+  out = fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\n"
+      "property float y\nproperty float z\nelement face {}\n"
+      "property list int int vertex_indices\nend_header\n",
+      scan.positions.size(), scan.polygon_begin.size() - 1);
+  out.reserve(out.size() + 12 * scan.positions.size() +
+              4 * (scan.polygon_begin.size() + scan.polygon_ids.size()));
+  const auto append = [&](auto value) {
+    out.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  for (const Eigen::Vector3d& p : scan.positions) {
+    for (int k = 0; k < 3; ++k) append(static_cast<float>(p[k]));
+  }
+  for (std::size_t f = 0; f + 1 < scan.polygon_begin.size(); ++f) {
+    append(std::int32_t{scan.polygon_begin[f + 1] - scan.polygon_begin[f]});
+    for (int i = scan.polygon_begin[f]; i < scan.polygon_begin[f + 1]; ++i) {
+      append(std::int32_t{scan.polygon_ids[i]});
+    }
+  }
+}
+
+MeshScan ScanObj(std::string_view bytes, const std::string& name) {
+  // Faces in a pass of their own: they may name vertices that come later.
+  MeshScan scan;
+  std::size_t num_vertices = 0;
+  std::size_t num_faces = 0;
+  for (Lines ahead(bytes, name); ahead.Next();) {
+    const std::string_view word = ahead.Word();
+    num_vertices += word == "v";
+    num_faces += word == "f";
+  }
+  if (num_vertices == 0 && num_faces == 0) {
+    throw Error(name, "does not look like an .obj file: it has neither 'v' nor 'f' lines",
+                "Check what it is, and name it by its format");
+  }
+  scan.positions.reserve(num_vertices);
+  scan.polygon_begin.reserve(num_faces + 1);
+  scan.polygon_ids.reserve(3 * num_faces);
+  Lines lines(bytes, name);
+  while (lines.Next()) {
+    const std::string_view word = lines.Word();
+    if (word != "v") continue;
+    Eigen::Vector3d p;
+    for (int k = 0; k < 3; ++k) p[k] = lines.Coordinate(lines.Word());
+    scan.positions.push_back(p);
+  }
+  std::size_t seen = 0;
+  std::vector<int> last_seen_in(scan.positions.size(), 0);
+  Lines again(bytes, name);
+  while (again.Next()) {
+    const std::string_view keyword = again.Word();
+    if (keyword == "v") ++seen;
+    if (keyword != "f") continue;
+    for (std::string_view word = again.Word(); !word.empty() && word[0] != '#';
+         word = again.Word()) {
+      if (word == "\\") {
+        again.Fail("a face continues on the next line, which OpenMesh does not read",
+                   "Join the lines");
+      }
+      long long id = 0;
+      const std::string_view vertex = word.substr(0, word.find('/'));
+      if (!again.Integer(vertex, id) || word.find_first_not_of("0123456789/-") != word.npos) {
+        again.Fail(fmt::format("'{}' is not a corner of a face", Lines::Excerpt(word)),
+                   "Check the file, or export it again");
+      }
+      // Ids count from 1, and from the last vertex so far backwards when negative.
+      if (id == 0)
+        again.Fail("a face names vertex 0, but .obj counts from 1", "Check the exporter");
+      AddPolygonId(scan, id > 0 ? id - 1 : static_cast<long long>(seen) + id, scan.positions.size(),
+                   again);
+    }
+    EndObjPolygon(scan, last_seen_in, again);
+  }
+  if (scan.num_left_out == 0) RequireSurface(scan, name);
+  WritePlainPly(scan);
+  return scan;
+}
+
+MeshScan ScanOff(std::string_view bytes, const std::string& name) {
+  MeshScan scan;
+  Lines lines(bytes, name);
+  const std::string_view magic = lines.WordAcrossLines();
+  if (magic != "OFF" && magic != "COFF" && magic != "NOFF" && magic != "CNOFF" &&
+      magic != "STOFF") {
+    lines.Fail("does not start with OFF", "Check that it is an .off file");
+  }
+  const std::string_view first = lines.WordAcrossLines();
+  if (first == "BINARY" || first == "binary") {
+    throw Error(name, "is a binary .off file", "Convert it to .ply or to text");
+  }
+  long long num_vertices = 0;
+  long long num_faces = 0;
+  long long num_edges = 0;
+  if (!lines.Integer(first, num_vertices) || !lines.Integer(lines.WordAcrossLines(), num_faces) ||
+      !lines.Integer(lines.WordAcrossLines(), num_edges)) {
+    lines.Fail("the numbers of vertices, faces and edges are missing", kTruncated);
+  }
+  // "0 0 0\n" is the shortest vertex; "3 0 0 0\n" the shortest face.
+  const std::size_t vertices = Count(num_vertices, 6, bytes.size(), "vertices", name);
+  const std::size_t faces = Count(num_faces, 7, bytes.size(), "faces", name);
+  if (vertices == 0) NoElements(name, "vertices");
+  if (faces == 0) NoElements(name, "faces");
+  scan.positions.reserve(vertices);
+  scan.polygon_begin.reserve(faces + 1);
+  scan.polygon_ids.reserve(3 * faces);
+  for (std::size_t v = 0; v < vertices; ++v) {
+    Eigen::Vector3d p;
+    p[0] = lines.Coordinate(lines.WordAcrossLines());
+    p[1] = lines.Coordinate(lines.Word());
+    p[2] = lines.Coordinate(lines.Word());
+    scan.positions.push_back(p);
+    while (!lines.Word().empty()) continue;  // colours, normals
+  }
+  for (std::size_t f = 0; f < faces; ++f) {
+    long long corners = 0;
+    const std::string_view word = lines.WordAcrossLines();
+    if (word.empty()) {
+      lines.Fail(fmt::format("ends after {} of {} faces", f, faces), kTruncated);
+    }
+    if (!lines.Integer(word, corners) || corners < 3 || corners > num_vertices * 4) {
+      lines.Fail(fmt::format("'{}' is not the number of corners of a face", Lines::Excerpt(word)),
+                 "Check the file, or export it again");
+    }
+    for (long long k = 0; k < corners; ++k) {
+      long long id = 0;
+      const std::string_view corner = lines.Word();
+      if (!lines.Integer(corner, id)) {
+        lines.Fail(fmt::format("corner {} of a face is missing or not a number", k + 1),
+                   kTruncated);
+      }
+      AddPolygonId(scan, id, vertices, lines);
+    }
+    EndPolygon(scan, lines);
+    while (!lines.Word().empty()) continue;  // colours
+  }
+  WritePlainPly(scan);
+  return scan;
+}
+
+MeshScan ScanStl(std::string_view bytes, const std::string& name) {
+  MeshScan scan;
+  scan.format = "stl";
+  // Binary files may begin with "solid" too: the size decides.
+  std::uint32_t count = 0;
+  if (bytes.size() >= kStlHeader) std::memcpy(&count, bytes.data() + 80, sizeof count);
+  const bool size_fits =
+      bytes.size() >= kStlHeader && bytes.size() - kStlHeader == std::size_t{count} * kStlTriangle;
+  std::string_view start = bytes;
+  while (!start.empty() && (IsBlank(start.front()) || start.front() == '\n'))
+    start.remove_prefix(1);
+  const bool says_solid = start.substr(0, 5) == "solid" || start.substr(0, 5) == "SOLID";
+  const bool has_facets = bytes.find("facet") != bytes.npos || bytes.find("FACET") != bytes.npos ||
+                          bytes.find("endsolid") != bytes.npos;
+  if (!size_fits && says_solid && has_facets) {
+    Lines lines(bytes, name);
+    const auto lower = [](std::string_view word) {
+      std::string text(word.substr(0, 16));
+      for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      return text;
+    };
+    bool ended = false;
+    std::vector<float> corners;
+    while (lines.Next()) {
+      const std::string word = lower(lines.Word());
+      ended = ended || word == "endsolid";
+      if (word != "outer") continue;
+      for (int corner = 0; corner < 3; ++corner) {
+        if (!lines.Next() || lower(lines.Word()) != "vertex") {
+          lines.Fail("a triangle has fewer than three 'vertex' lines", kTruncated);
+        }
+        for (int k = 0; k < 3; ++k) {
+          corners.push_back(static_cast<float>(lines.Coordinate(lines.Word())));
+        }
+      }
+      ++scan.num_triangles;
+    }
+    if (!ended) lines.Fail("ends without 'endsolid'", kTruncated);
+    WritePlainStl(corners, scan);
+  } else {
+    if (!size_fits) {
+      throw Error(
+          name,
+          bytes.size() < kStlHeader
+              ? fmt::format("is too short for an .stl file ({} bytes)", bytes.size())
+              : fmt::format("its header promises {} triangles ({} bytes), but it has {} bytes",
+                            count, kStlHeader + std::size_t{count} * kStlTriangle, bytes.size()),
+          kTruncated);
+    }
+    scan.num_triangles = count;
+    for (std::size_t t = 0; t < count; ++t) {
+      float corner[9];
+      std::memcpy(corner, bytes.data() + kStlHeader + t * kStlTriangle + 12, sizeof corner);
+      for (const float value : corner) {
+        if (!std::isfinite(value)) {
+          throw Error(name, fmt::format("triangle {} has a coordinate that is not finite", t),
+                      "Remove the triangle, or export the mesh again");
+        }
+      }
+    }
+  }
+  if (scan.num_triangles == 0) NoElements(name, "faces");
+  return scan;
+}
+
+}  // namespace holdfast

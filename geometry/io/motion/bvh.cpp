@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/motion/bvh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/io/container/gzip.h"
+#include "geometry/io/container/text_scanner.h"
+#include "geometry/io/motion/motion_limits.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+constexpr int kMaxJoints = 1000;
+
+struct Channel {
+  int joint;
+  int axis;  // 0 x, 1 y, 2 z
+  bool rotates;
+};
+
+Eigen::Vector3d ReadOffset(TextScanner& scanner, double scale) {
+  scanner.Expect("OFFSET", "each joint starts with its offset");
+  Eigen::Vector3d offset;
+  for (double& x : offset) x = scale * scanner.Number("a number of OFFSET");
+  return offset;
+}
+
+void ReadChannels(TextScanner& scanner, int joint, std::vector<Channel>& channels) {
+  const int count = scanner.Integer("the number of channels", 0, 6);
+  unsigned seen = 0;
+  for (int i = 0; i < count; ++i) {
+    const std::string_view word = scanner.Next();
+    const std::size_t axis = word.empty() ? word.npos : std::string_view("XYZxyz").find(word[0]);
+    const bool rotates = !word.empty() && EqualIgnoringCase(word.substr(1), "rotation");
+    const bool moves = !word.empty() && EqualIgnoringCase(word.substr(1), "position");
+    if (axis == word.npos || (!rotates && !moves)) {
+      scanner.Fail(
+          fmt::format("channel {} of {} is not one of X/Y/Zposition, X/Y/Zrotation", i + 1, count),
+          "Repair the line");
+    }
+    const Channel channel{joint, static_cast<int>(axis % 3), rotates};
+    const unsigned bit = 1u << (channel.axis + (rotates ? 3 : 0));
+    if (seen & bit) scanner.Fail(fmt::format("channel {} repeats", i + 1), "Repair the line");
+    seen |= bit;
+    channels.push_back(channel);
+  }
+}
+
+// Iterative: nesting as deep as the file likes costs a vector, not the stack.
+// Returns the channels of all joints in file order.
+std::vector<Channel> ReadHierarchy(TextScanner& scanner, double scale, SourceMotion& motion) {
+  scanner.Expect("HIERARCHY", "first word of a BVH file");
+  std::vector<Channel> channels;
+  std::vector<int> open;  // joints whose '{' is not yet closed
+  std::vector<Eigen::Vector3d> offsets;
+  const std::string_view first = scanner.Peek();
+  if (!EqualIgnoringCase(first, "ROOT")) scanner.Expect("ROOT", "the skeleton starts with it");
+  while (true) {
+    const std::string_view word = scanner.Next();
+    if (EqualIgnoringCase(word, "ROOT") || EqualIgnoringCase(word, "JOINT")) {
+      if (open.empty() != (motion.joint_names.empty())) {
+        scanner.Fail("a second root", "Keep one skeleton per file");
+      }
+      if (motion.NumJoints() == kMaxJoints) {
+        scanner.Fail(fmt::format("more than {} joints", kMaxJoints), "Give a body's skeleton");
+      }
+      std::string name(scanner.RestOfLine());
+      const bool brace_on_line = name.ends_with('{');
+      if (brace_on_line) {
+        name.pop_back();
+        while (name.ends_with(' ') || name.ends_with('\t')) name.pop_back();
+      }
+      if (name.empty()) scanner.Fail("a joint without a name", "Name the joint");
+      if (!brace_on_line) scanner.Expect("{", "after a joint's name");
+      const int joint = motion.NumJoints();
+      motion.joint_names.push_back(std::move(name));
+      motion.parents.push_back(open.empty() ? -1 : open.back());
+      open.push_back(joint);
+      offsets.push_back(ReadOffset(scanner, scale));
+      if (EqualIgnoringCase(scanner.Peek(), "CHANNELS")) {
+        scanner.Next();
+        ReadChannels(scanner, joint, channels);
+      }
+    } else if (EqualIgnoringCase(word, "End")) {
+      scanner.RestOfLine();  // "Site", or a name some exporters write here
+      scanner.Expect("{", "after End Site");
+      motion.end_sites.push_back({open.back(), ReadOffset(scanner, scale)});
+      scanner.Expect("}", "after the offset of an End Site");
+    } else if (word == "}") {
+      open.pop_back();
+      if (open.empty()) break;
+    } else {
+      scanner.Fail(word.empty() ? "ends inside the hierarchy"
+                                : "expected JOINT, End Site or '}' in the hierarchy",
+                   "Balance the braces, or export the motion again");
+    }
+  }
+  motion.rest_offsets.resize(3, motion.NumJoints());
+  for (int j = 0; j < motion.NumJoints(); ++j) motion.rest_offsets.col(j) = offsets[j];
+  return channels;
+}
+
+void ReadFrame(TextScanner& scanner, int frame, int num_frames, double scale,
+               const std::vector<Channel>& channels, SourceMotion& motion) {
+  const int num_joints = motion.NumJoints();
+  std::vector<Eigen::Quaterniond> local(num_joints, Eigen::Quaterniond::Identity());
+  Eigen::Matrix3Xd offset = motion.rest_offsets;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const Channel& channel = channels[i];
+    if (scanner.AtEnd()) {
+      scanner.Fail(fmt::format("ends in frame {} of {} after {} of {} numbers", frame + 1,
+                               num_frames, i, channels.size()),
+                   "Lower 'Frames:' to the frames that are there, or fetch the file again");
+    }
+    const double value = scanner.Number(fmt::format("a value of frame {}", frame + 1));
+    if (channel.rotates) {
+      // An angle is an angle modulo a turn: keeps sine and cosine exact for counters gone wild.
+      const double angle = std::remainder(value, 360.0) * kDegree;
+      local[channel.joint] =
+          local[channel.joint] * Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(channel.axis));
+    } else {
+      offset(channel.axis, channel.joint) = scale * value;
+    }
+  }
+  Eigen::Matrix3Xd position(3, num_joints);
+  const std::size_t begin = motion.rotations.size();
+  for (int j = 0; j < num_joints; ++j) {
+    const int parent = motion.parents[j];
+    if (parent < 0) {
+      motion.rotations.push_back(local[j]);
+      position.col(j) = offset.col(j);
+    } else {
+      const Eigen::Quaterniond& above = motion.rotations[begin + parent];
+      position.col(j) = position.col(parent) + above * offset.col(j);
+      motion.rotations.push_back((above * local[j]).normalized());
+    }
+  }
+  if (!position.allFinite()) {
+    scanner.Fail(fmt::format("positions of frame {} are beyond what a number can hold", frame + 1),
+                 "Repair the offsets and positions");
+  }
+  motion.positions.push_back(std::move(position));
+}
+
+}  // namespace
+
+SourceMotion ParseBvh(std::string_view text, std::string name, double metres_per_unit) {
+  TextScanner scanner(std::move(name), text);
+  SourceMotion motion;
+  motion.format = "BVH";
+  const std::vector<Channel> channels = ReadHierarchy(scanner, metres_per_unit, motion);
+  if (channels.empty()) {
+    scanner.Fail("no joint has CHANNELS", "Export the motion with its channels");
+  }
+  scanner.Expect("MOTION", "after the hierarchy");
+  scanner.Expect("Frames:", "number of frames");
+  const int num_frames = scanner.Integer("the number of frames", 0, 100'000'000);
+  if (num_frames == 0) scanner.Fail("holds no frames", "Export the motion, not only the skeleton");
+  scanner.Expect("Frame", "\"Frame Time:\"");
+  scanner.Expect("Time:", "\"Frame Time:\"");
+  const double frame_time = scanner.Number("the frame time");
+  if (frame_time < 1e-5 || frame_time > 100) {
+    scanner.Fail(fmt::format("a frame time of {} s", frame_time),
+                 "Write seconds per frame, for instance 0.0333333");
+  }
+  motion.frame_rate = 1 / frame_time;
+  // Customary frame times are rounded ("0.0333333"); the rates they mean are whole numbers.
+  const double whole = std::round(motion.frame_rate);
+  if (whole > 0 && std::abs(motion.frame_rate - whole) < 2e-3 * whole) motion.frame_rate = whole;
+
+  // The header's count is only believed as far as the text can bear it: a number takes two bytes.
+  const std::size_t bearable = text.size() / (2 * channels.size()) + 1;
+  const std::size_t expected = std::min<std::size_t>(num_frames, bearable);
+  RequireBearable(scanner, static_cast<double>(expected + 1), motion.NumJoints(), text.size());
+  motion.positions.reserve(expected + 1);  // some files have one frame more than they announce
+  motion.rotations.reserve((expected + 1) * motion.joint_names.size());
+  for (int frame = 0; frame < num_frames; ++frame) {
+    // Some exporters count one frame too many or too few; whole frames are taken as they are.
+    if (frame > 0 && frame == num_frames - 1 && scanner.AtEnd()) {
+      motion.notes.push_back(
+          fmt::format("the header announces {} frames, {} are there", num_frames, frame));
+      return motion;
+    }
+    ReadFrame(scanner, frame, num_frames, metres_per_unit, channels, motion);
+  }
+  if (!scanner.AtEnd()) {
+    ReadFrame(scanner, num_frames, num_frames + 1, metres_per_unit, channels, motion);
+    motion.notes.push_back(
+        fmt::format("the header announces {} frames, one more is there", num_frames));
+  }
+  if (!scanner.AtEnd()) {
+    scanner.Next();
+    scanner.Fail(fmt::format("numbers go on after the {} frames the header announces", num_frames),
+                 "Correct 'Frames:', or the channels of the hierarchy");
+  }
+  return motion;
+}
+
+SourceMotion ReadBvh(const std::filesystem::path& path, double metres_per_unit) {
+  const std::string text = ReadGzipText(path);
+  return ParseBvh(text, path.string(), metres_per_unit);
+}
+
+}  // namespace holdfast

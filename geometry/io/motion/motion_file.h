@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "geometry/mesh/mesh.h"
+
+namespace holdfast {
+
+/// Frames times joints a reader takes at most: about 2 GB in memory, an hour of a hundred joints at
+/// 80 Hz.
+inline constexpr double kMaxJointFrames = 3e7;
+
+/// A motion as a file tells it, on the file's own skeleton: lengths in metres, everything else
+/// (axes, rest pose, joint names) as found. Parents come before children; joint 0 is the root.
+struct SourceMotion {
+  struct EndSite {
+    int parent;              ///< joint it hangs on
+    Eigen::Vector3d offset;  ///< in the parent's frame, metres
+  };
+
+  /// A rigid thing that moves in the file beside the body.
+  struct Prop {
+    std::string name;
+    TriangleMesh mesh;                          ///< in its own frame, metres; empty when not read
+    std::vector<Eigen::Quaterniond> rotations;  ///< per frame: x_world = q x + position
+    Eigen::Matrix3Xd positions;                 ///< (3 x T) world, metres
+  };
+
+  std::string format;                    ///< "BVH", "ASF/AMC" or "glTF"
+  std::vector<std::string> joint_names;  ///< as in the file; equal names are kept
+  std::vector<int> parents;              ///< -1 for the root
+  Eigen::Matrix3Xd rest_offsets;         ///< (3 x J) from the parent, with all rotations zero
+  std::vector<EndSite> end_sites;
+  double frame_rate = 0;           ///< Hz
+  std::vector<std::string> notes;  ///< what was odd in the file and how it was taken
+  /// World rotation of joint j in frame t, at [t * J + j]: x_world = q x_joint + position.
+  std::vector<Eigen::Quaterniond> rotations;
+  std::vector<Eigen::Matrix3Xd> positions;  ///< per frame, (3 x J) world, metres
+  std::optional<Prop> prop;
+  Eigen::VectorXd betas;           ///< of the body, where the file tells (Holdfast's own do)
+  std::string gender, body_model;  ///< likewise
+
+  int NumJoints() const { return static_cast<int>(joint_names.size()); }
+  int NumFrames() const { return static_cast<int>(positions.size()); }
+  const Eigen::Quaterniond& Rotation(int frame, int joint) const {
+    return rotations[static_cast<std::size_t>(frame) * joint_names.size() + joint];
+  }
+};
+
+}  // namespace holdfast

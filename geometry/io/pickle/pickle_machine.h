@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "geometry/io/pickle/pickle_calls.h"
+#include "geometry/io/pickle/pickle_context.h"
+#include "geometry/io/pickle/pickle_scanner.h"
+
+namespace holdfast {
+
+/// The stack machine whose program a pickle is: one opcode after the other until STOP, with a stack
+/// of values, marks in it, and a memo of values by number. The opcodes are those that Python's
+/// pickletools describes.
+class PickleMachine {
+ public:
+  PickleMachine(PickleScanner& scanner, PickleContext& context)
+      : scanner_(scanner), store_(context.store), options_(context.options), calls_(context) {}
+
+  /// Runs to STOP; the value that is left.
+  NodeIndex Run();
+  /// To be called after it: asks for what lies outside the pickle.
+  void Finish() { calls_.Finish(); }
+  /// Whether a value is an array of one object without dimensions; it is a list of one.
+  bool IsObjectScalar(NodeIndex value) const { return calls_.IsObjectScalar(value); }
+
+ private:
+  // Each runs an opcode of its group, and says so; the groups are disjoint.
+  bool RunNumber(unsigned char opcode);
+  bool RunText(unsigned char opcode);
+  bool RunContainer(unsigned char opcode);
+  bool RunMemoOrStack(unsigned char opcode);
+  bool RunCall(unsigned char opcode);
+  [[noreturn]] void FailOpcode(unsigned char opcode) const;
+
+  void Push(NodeIndex value);
+  void PushMark();
+  NodeIndex Pop();
+  NodeIndex& Top();
+  void PopMany(NodeIndex* values, int count);  ///< in the order they were pushed
+  /// What lies above the last mark, which goes too.
+  std::vector<NodeIndex> PopToMark();
+
+  void PushInteger(std::string_view decimal);
+  void PushTwosComplement(std::string_view bytes);
+  void PushUnicode(std::string_view utf8);
+  void PushTuple(int count);
+  void SetItems(const std::vector<NodeIndex>& keys_and_values);
+  void Memoize(std::uint64_t place);
+  void PushMemo(std::uint64_t place);
+  std::uint64_t DecimalPlace();
+  void PushNextBuffer();
+  std::string_view TextOf(NodeIndex name) const;
+
+  PickleScanner& scanner_;
+  DataStore& store_;
+  const PickleOptions& options_;
+  PickleCalls calls_;
+  std::vector<NodeIndex> stack_;
+  std::vector<std::size_t> marks_;  ///< heights of the stack
+  std::vector<NodeIndex> memo_;     ///< by number, for numbers that follow each other
+  std::unordered_map<std::uint64_t, NodeIndex> far_memo_;  ///< for the others
+  std::size_t memo_size_ = 0;
+  std::size_t next_buffer_ = 0;
+  std::vector<NodeIndex> small_integers_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include "geometry/io/container/data_store.h"
+#include "geometry/io/container/data_value.h"
+
+namespace holdfast {
+
+/// Whether bytes begin as torch.save wrote before torch 1.6, and still does with
+/// `_use_new_zipfile_serialization=False`: with the pickle of a magic number.
+bool LooksLikeTorchLegacy(std::span<const std::byte> head);
+
+/// The value in such a file: pickles of the magic number, the protocol, the writer's machine, the
+/// object, and the names of its storages, then each storage as its length and its numbers. Arrays
+/// are views into `file`. Throws Error as ReadTorchArchive does.
+DataValue ReadTorchLegacy(DataBytes file, const std::string& where);
+
+/// The numbers of the one storage that such a file holds when it lies inside a pickle, as pickled
+/// tensors have it; sets `element` to their type.
+DataBytes ReadNestedTorchStorage(std::span<const std::byte> file, const std::string& where,
+                                 ElementType& element);
+
+}  // namespace holdfast

@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: MIT
+
+// CGAL's property maps copy a default-made Eigen matrix, which GCC 12 reports inside Eigen.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
+
+#include "geometry/mesh/decimate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include <CGAL/Simple_cartesian.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_filter.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Edge_length_cost.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/GarlandHeckbert_plane_policies.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/GarlandHeckbert_probabilistic_plane_policies.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/LindstromTurk.h>
+#include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Midpoint_placement.h>
+#include <CGAL/Surface_mesh_simplification/edge_collapse.h>
+#include <CGAL/boost/graph/Euler_operations.h>
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/mesh/mesh_check.h"
+#include "geometry/mesh/mesh_parts.h"
+#include "geometry/mesh/mesh_topology.h"
+#include "geometry/mesh/triangle_tree.h"
+#include "geometry/mesh/wrap.h"
+
+namespace holdfast {
+namespace {
+
+namespace sms = CGAL::Surface_mesh_simplification;
+using Kernel = CGAL::Simple_cartesian<double>;
+using Point = Kernel::Point_3;
+using SurfaceMesh = CGAL::Surface_mesh<Point>;
+
+constexpr int kFewestVertices = 4;
+// Collapses that put a vertex farther than this share of the extent off the surface come last.
+constexpr double kFarthestPerExtent = 0.01;
+// Above so many vertices a collapse moves a vertex by far less than that: the check is left out.
+constexpr int kFilterBelow = 60'000;
+// Down to so many, shortest edges go first, to their midpoints: where triangles are that much
+// smaller than those of the result it does not show, and takes a tenth of the time.
+constexpr int kThinAbove = 200'000;
+// Every collapse beside a vertex takes the square of its faces' number: 2,000 triangles around one
+// take a minute. Above so many the ring around it is thinned first, where its vertices lie so dense
+// that it does not show.
+constexpr unsigned kMostAround = 256;
+
+/// Every collapse takes one vertex: counting vertices rather than edges hits the number exactly,
+/// with boundaries and handles too.
+struct StopAtVertexCount {
+  const SurfaceMesh* mesh;
+  int vertices;
+
+  template <typename Cost, typename Profile>
+  bool operator()(const Cost&, const Profile&, std::size_t, std::size_t) const {
+    return static_cast<int>(mesh->number_of_vertices()) <= vertices;
+  }
+};
+
+/// Refuses to turn faces over or to flatten them, and to put a vertex far off the original surface:
+/// a volume can also be kept by a spike.
+struct ShapeFilter {
+  const TriangleTree* original;
+  double farthest;
+
+  template <typename Profile>
+  boost::optional<Point> operator()(const Profile& profile,
+                                    boost::optional<Point> placement) const {
+    placement = sms::Bounded_normal_change_filter<>()(profile, placement);
+    if (!placement) return placement;
+    const Eigen::Vector3d p(placement->x(), placement->y(), placement->z());
+    if (original->Closest(p).squared_distance > farthest * farthest) return boost::none;
+    return placement;
+  }
+};
+
+/// Collapses every other edge of the ring around each vertex of very many faces, again and again.
+void ThinHubs(SurfaceMesh& mesh, int vertices) {
+  std::vector<SurfaceMesh::Vertex_index> hubs;
+  for (const auto v : mesh.vertices()) {
+    if (mesh.degree(v) > kMostAround) hubs.push_back(v);
+  }
+  const auto thin_once = [&](SurfaceMesh::Vertex_index hub) {
+    std::vector<SurfaceMesh::Halfedge_index> ring;
+    for (const auto spoke : mesh.halfedges_around_target(mesh.halfedge(hub))) {
+      if (!mesh.is_border(spoke)) ring.push_back(mesh.prev(spoke));
+    }
+    for (std::size_t i = 0; i < ring.size(); i += 2) {
+      const auto edge = mesh.edge(ring[i]);
+      if (static_cast<int>(mesh.number_of_vertices()) <= vertices) return;
+      if (mesh.is_removed(edge) || !CGAL::Euler::does_satisfy_link_condition(edge, mesh)) continue;
+      CGAL::Euler::collapse_edge(edge, mesh);
+    }
+  };
+  for (const auto hub : hubs) {
+    for (unsigned before = 0; !mesh.is_removed(hub) && mesh.degree(hub) > kMostAround;) {
+      if (before == mesh.degree(hub)) break;  // none could be collapsed
+      before = mesh.degree(hub);
+      thin_once(hub);
+    }
+  }
+  mesh.collect_garbage();
+}
+
+template <typename GetCost, typename GetPlacement>
+void Collapse(SurfaceMesh& mesh, int vertices, const ShapeFilter* filter, const GetCost& cost,
+              const GetPlacement& placement) {
+  const StopAtVertexCount stop{&mesh, vertices};
+  const auto policies = CGAL::parameters::get_cost(cost).get_placement(placement);
+  if (filter != nullptr) {
+    sms::edge_collapse(mesh, stop, policies.filter(*filter));
+  } else {
+    sms::edge_collapse(mesh, stop, policies);
+  }
+  mesh.collect_garbage();
+}
+
+void CollapseBy(DecimateMethod method, SurfaceMesh& mesh, int vertices, const ShapeFilter* filter) {
+  switch (method) {
+    case DecimateMethod::kLindstromTurk:
+      return Collapse(mesh, vertices, filter, sms::LindstromTurk_cost<SurfaceMesh>(),
+                      sms::LindstromTurk_placement<SurfaceMesh>());
+    case DecimateMethod::kGarlandHeckbert: {
+      const sms::GarlandHeckbert_plane_policies<SurfaceMesh, Kernel> policies(mesh);
+      return Collapse(mesh, vertices, filter, policies.get_cost(), policies.get_placement());
+    }
+    case DecimateMethod::kGarlandHeckbertProbabilistic: {
+      const sms::GarlandHeckbert_probabilistic_plane_policies<SurfaceMesh, Kernel> policies(mesh);
+      return Collapse(mesh, vertices, filter, policies.get_cost(), policies.get_placement());
+    }
+  }
+}
+
+/// Faults that no half-edge mesh can hold, and boundaries.
+struct EdgeCounts {
+  Eigen::Index boundary = 0;
+  Eigen::Index non_manifold = 0;
+  Eigen::Index misoriented = 0;
+};
+
+EdgeCounts CountEdges(const TriangleMesh& mesh) {
+  EdgeCounts counts;
+  EdgeTable(mesh.faces, mesh.NumVertices()).ForEach([&](int, int, std::span<const int> sides) {
+    const auto start = [&](int corner) { return mesh.faces(corner % 3, corner / 3); };
+    counts.boundary += sides.size() == 1;
+    counts.non_manifold += sides.size() > 2;
+    counts.misoriented += sides.size() == 2 && start(sides[0]) == start(sides[1]);
+  });
+  return counts;
+}
+
+/// What is left of the parts of a surface at the least, in vertices.
+Eigen::Index FewestVertices(const MeshParts& found) {
+  Eigen::Index count = 0;
+  for (const MeshPart& part : found.parts) count += part.closed ? kFewestVertices : 3;
+  return count;
+}
+
+/// The same when it is wrapped: parts whose boxes are farther apart than a wrap bridges stay apart.
+/// (Its alpha is the radius of the ball that fits into what is not bridged.)
+Eigen::Index FewestVerticesWrapped(const MeshParts& found, double extent) {
+  std::vector<MeshPart> parts = found.parts;
+  constexpr std::size_t kMost = 20'000;  // beyond, pairs are too many to look at
+  if (parts.size() > kMost) return 0;
+  std::ranges::sort(parts, {}, [](const MeshPart& part) { return part.min.x(); });
+  const double bridged = 2.0 * extent / kWrapAlphaPerExtent + 2.0 * extent / kWrapOffsetPerExtent;
+  DisjointSets sets(static_cast<int>(parts.size()));
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Eigen::Array3d low = parts[i].min.array() - bridged,
+                         high = parts[i].max.array() + bridged;
+    for (std::size_t j = i + 1; j < parts.size() && parts[j].min.x() <= high.x(); ++j) {
+      if ((parts[j].min.array() <= high).all() && (parts[j].max.array() >= low).all()) {
+        sets.Merge(static_cast<int>(i), static_cast<int>(j));
+      }
+    }
+  }
+  Eigen::Index count = 0;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const int part = static_cast<int>(i);
+    if (sets.Find(part) == part) count += kFewestVertices;
+  }
+  return count;
+}
+
+SurfaceMesh ToCgal(const TriangleMesh& mesh, const Eigen::Vector3d& center, double scale) {
+  SurfaceMesh out;
+  out.reserve(static_cast<unsigned>(mesh.NumVertices()),
+              static_cast<unsigned>(mesh.NumFaces() * 3 / 2),
+              static_cast<unsigned>(mesh.NumFaces()));
+  for (Eigen::Index v = 0; v < mesh.NumVertices(); ++v) {
+    const Eigen::Vector3d p = (mesh.vertices.col(v) - center) / scale;
+    out.add_vertex(Point(p.x(), p.y(), p.z()));
+  }
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    const auto vertex = [&](int k) {
+      return SurfaceMesh::Vertex_index(static_cast<unsigned>(mesh.faces(k, f)));
+    };
+    if (out.add_face(vertex(0), vertex(1), vertex(2)) == SurfaceMesh::null_face()) {
+      throw Error(
+          "mesh", fmt::format("face {} makes the surface non-manifold", f),
+          "Make it manifold first, in MeshLab: Filters > Cleaning > Repair non Manifold Edges");
+    }
+  }
+  return out;
+}
+
+TriangleMesh FromCgal(const SurfaceMesh& mesh, const Eigen::Vector3d& center, double scale) {
+  TriangleMesh out;
+  out.vertices.resize(3, mesh.number_of_vertices());
+  out.faces.resize(3, mesh.number_of_faces());
+  for (const auto v : mesh.vertices()) {
+    const Point& p = mesh.point(v);
+    out.vertices.col(v.idx()) = center + scale * Eigen::Vector3d(p.x(), p.y(), p.z());
+  }
+  for (const auto f : mesh.faces()) {
+    int k = 0;
+    for (const auto v : mesh.vertices_around_face(mesh.halfedge(f))) {
+      out.faces(k++, f.idx()) = static_cast<int>(v.idx());
+    }
+  }
+  return out;
+}
+
+/// As many collapses as it takes, or as the topology allows. The mesh must be manifold.
+TriangleMesh CollapseTo(const TriangleMesh& mesh, const DecimateOptions& options) {
+  // In a box of size one, so that no threshold inside sees the unit or a far origin.
+  const Eigen::Vector3d low = mesh.vertices.rowwise().minCoeff();
+  const Eigen::Vector3d high = mesh.vertices.rowwise().maxCoeff();
+  const Eigen::Vector3d center = 0.5 * (low + high);
+  const double scale = (high - low).maxCoeff();
+  SurfaceMesh surface = ToCgal(mesh, center, scale);
+  const auto left = [&] { return static_cast<int>(surface.number_of_vertices()); };
+  ThinHubs(surface, options.vertices);
+  if (left() > std::max(kThinAbove, 10 * options.vertices)) {
+    Collapse(surface, std::max(kThinAbove, 10 * options.vertices), nullptr,
+             sms::Edge_length_cost<SurfaceMesh>(), sms::Midpoint_placement<SurfaceMesh>());
+  }
+  if (left() > std::max(kFilterBelow, options.vertices)) {
+    CollapseBy(options.method, surface, std::max(kFilterBelow, options.vertices), nullptr);
+  }
+  // An edge that could not be collapsed is not tried again within a pass, though what lies around
+  // it may have changed. The filter falls only when there is no other way left.
+  const TriangleMesh unit{(mesh.vertices.colwise() - center) / scale, mesh.faces};
+  const TriangleTree original(unit);
+  const ShapeFilter filter{&original, kFarthestPerExtent};
+  for (const ShapeFilter* current : {&filter, static_cast<const ShapeFilter*>(nullptr)}) {
+    for (int before = 0; before != left() && left() > options.vertices;) {
+      before = left();
+      CollapseBy(options.method, surface, options.vertices, current);
+    }
+  }
+  return FromCgal(surface, center, scale);
+}
+
+}  // namespace
+
+std::string_view Name(DecimateMethod method) {
+  switch (method) {
+    case DecimateMethod::kLindstromTurk:
+      return "lindstrom-turk";
+    case DecimateMethod::kGarlandHeckbert:
+      return "garland-heckbert";
+    default:
+      return "garland-heckbert-probabilistic";
+  }
+}
+
+DecimateMethod ParseDecimateMethod(std::string_view name) {
+  std::string known;
+  for (const DecimateMethod method : kDecimateMethods) {
+    if (name == Name(method)) return method;
+    known += known.empty() ? "" : ", ";
+    known += Name(method);
+  }
+  throw Error("decimation method", fmt::format("'{}' is not known", name),
+              fmt::format("Use one of {}", known));
+}
+
+DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options) {
+  if (options.vertices < kFewestVertices) {
+    throw Error("vertices", fmt::format("{} are too few for a surface", options.vertices),
+                "Ask for 4 or more");
+  }
+  DecimateResult result;
+  RepairedMesh repaired = RepairMesh(mesh);
+  TriangleMesh& surface = repaired.mesh;
+  result.notes = std::move(repaired.actions);
+
+  const EdgeCounts edges = CountEdges(surface);
+  const bool may_wrap = options.allow_wrap && edges.boundary == 0;
+  const auto wrap = [&](const std::string& reason) {
+    surface = WrapSurface(surface);
+    result.notes.push_back(
+        fmt::format("{}: the surface was wrapped first, which closes cavities, and tunnels "
+                    "narrower than {:.2g} mm.",
+                    reason, 1e3 * Extent(mesh).maxCoeff() / kWrapAlphaPerExtent));
+  };
+  if (edges.non_manifold > 0 || edges.misoriented > 0) {
+    const std::string problem =
+        edges.non_manifold > 0
+            ? fmt::format("{} edges have more than two faces", edges.non_manifold)
+            : std::string("its surface has no two sides (it is twisted like a Moebius strip)");
+    if (!may_wrap) {
+      throw Error(
+          "mesh", problem,
+          "Make it manifold first, in MeshLab: Filters > Cleaning > Repair non Manifold Edges");
+    }
+    wrap(problem);
+  }
+  const Eigen::Index parted = PartTouchingFans(surface);
+  if (parted > 0) {
+    result.notes.push_back(
+        fmt::format("Parted the surface at {} places where it touches in a point only.", parted));
+  }
+
+  if (surface.NumVertices() <= options.vertices) {
+    result.notes.push_back(
+        fmt::format("It has {} vertices, no more than the {} asked for: not decimated.",
+                    surface.NumVertices(), options.vertices));
+    result.mesh = std::move(surface);
+  } else {
+    const MeshParts found = FindParts(surface);
+    const auto require = [&](Eigen::Index fewest) {
+      if (fewest <= options.vertices) return;
+      throw Error("mesh",
+                  fmt::format("cannot be decimated to {} vertices: it is of {} loose parts that "
+                              "need {} at the least",
+                              options.vertices, found.parts.size(), fewest),
+                  "Join its parts or leave some out in a mesh editor, or ask for more vertices "
+                  "(--object-vertices in a fit)");
+    };
+    if (const Eigen::Index fewest = FewestVertices(found); fewest > options.vertices) {
+      require(may_wrap ? FewestVerticesWrapped(found, Extent(surface).maxCoeff()) : fewest);
+      wrap(fmt::format("its {} parts need {} vertices", found.parts.size(), fewest));
+      require(FewestVertices(FindParts(surface)));
+    }
+    result.mesh = CollapseTo(surface, options);
+    if (result.mesh.NumVertices() > options.vertices && may_wrap) {
+      wrap(fmt::format("its handles and parts need {} vertices", result.mesh.NumVertices()));
+      result.mesh = CollapseTo(surface, options);
+    }
+    if (result.mesh.NumVertices() != options.vertices) {
+      throw Error(
+          "mesh",
+          fmt::format("cannot be decimated to {} vertices: its parts, handles and holes need {}",
+                      options.vertices, result.mesh.NumVertices()),
+          fmt::format("Ask for {} or more", result.mesh.NumVertices()));
+    }
+  }
+  if (options.samples > 0) {
+    result.distance = MeasureSurfaceDistance(mesh, result.mesh, options.samples);
+  }
+  return result;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/mesh/mesh.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+#include "geometry/error.h"
+#include "geometry/value_ranges.h"
+
+namespace holdfast {
+
+double SignedVolume(const TriangleMesh& mesh) {
+  double six_volumes = 0.0;
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    const auto a = mesh.vertices.col(mesh.faces(0, f));
+    const auto b = mesh.vertices.col(mesh.faces(1, f));
+    const auto c = mesh.vertices.col(mesh.faces(2, f));
+    six_volumes += a.dot(b.cross(c));
+  }
+  return six_volumes / 6.0;
+}
+
+Eigen::Matrix3Xd VertexNormals(const TriangleMesh& mesh) {
+  Eigen::Matrix3Xd normals = Eigen::Matrix3Xd::Zero(3, mesh.NumVertices());
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    Eigen::Matrix3d corner;
+    for (int k = 0; k < 3; ++k) corner.col(k) = mesh.vertices.col(mesh.faces(k, f));
+    const Eigen::Vector3d normal =
+        (corner.col(1) - corner.col(0)).cross(corner.col(2) - corner.col(0));
+    const double length = normal.norm();
+    if (!(length > 0.0)) continue;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d u = (corner.col((k + 1) % 3) - corner.col(k)).normalized();
+      const Eigen::Vector3d v = (corner.col((k + 2) % 3) - corner.col(k)).normalized();
+      const double angle = std::acos(std::clamp(u.dot(v), -1.0, 1.0));
+      normals.col(mesh.faces(k, f)) += angle / length * normal;
+    }
+  }
+  for (Eigen::Index v = 0; v < normals.cols(); ++v) {
+    const double length = normals.col(v).norm();
+    if (length > 0.0) normals.col(v) /= length;
+  }
+  return normals;
+}
+
+Eigen::Vector3d Extent(const TriangleMesh& mesh) {
+  if (mesh.NumVertices() == 0) return Eigen::Vector3d::Zero();
+  return mesh.vertices.rowwise().maxCoeff() - mesh.vertices.rowwise().minCoeff();
+}
+
+void RequireInRange(const TriangleMesh& mesh, std::string_view where) {
+  for (Eigen::Index v = 0; v < mesh.NumVertices(); ++v) {
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      if (IsWithin(mesh.vertices(k, v), kMostMetres)) continue;
+      throw Error(where, fmt::format("vertex {} has the coordinate {:g}", v, mesh.vertices(k, v)),
+                  "Coordinates are taken within 100,000: remove the vertex, or scale the mesh");
+    }
+  }
+}
+
+}  // namespace holdfast

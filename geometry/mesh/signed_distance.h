@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+
+#include <Eigen/Core>
+
+#include "geometry/mesh/mesh.h"
+
+namespace holdfast {
+
+/// Exact signed distance to a triangle mesh: negative inside. Closest points come from a tree of
+/// bounding boxes. The sign of a watertight mesh comes from the angle-weighted pseudonormal of the
+/// face, edge or vertex the closest point lies on (Baerentzen & Aanaes 2005); that of any other
+/// mesh from the generalised winding number (Jacobson et al. 2013), which is > 1/2 inside and
+/// degrades gracefully across holes, at O(faces) per query.
+///
+/// Const after construction; queries may run on any number of threads.
+class SignedDistance {
+ public:
+  enum class Sign {
+    kPseudonormal,   ///< the mesh is watertight
+    kWindingNumber,  ///< it is not: inside is where the winding number exceeds 1/2
+  };
+
+  struct Result {
+    double distance = 0.0;     ///< metres, negative inside
+    Eigen::Vector3d closest;   ///< on the surface
+    Eigen::Vector3d gradient;  ///< of the distance, unit; the pseudonormal on the surface itself
+    int face = -1;             ///< a face that holds `closest`
+  };
+
+  /// Copies what it needs. Throws Error for a mesh without a face of positive area, ids out of
+  /// range or coordinates that are not finite. Faces without area are ignored.
+  explicit SignedDistance(const TriangleMesh& mesh);
+  ~SignedDistance();
+  SignedDistance(SignedDistance&&) noexcept;
+  SignedDistance& operator=(SignedDistance&&) noexcept;
+
+  Sign SignMethod() const;
+
+  double Distance(const Eigen::Vector3d& point) const;
+  Result Query(const Eigen::Vector3d& point) const;
+  /// Whether a point is strictly inside.
+  bool Inside(const Eigen::Vector3d& point) const { return Distance(point) < 0.0; }
+
+  /// Distance of each column of `points` on up to `threads` threads; the same bytes for any number.
+  Eigen::VectorXd Distances(const Eigen::Matrix3Xd& points, int threads = 1) const;
+
+  /// Bounding box of the surface.
+  const Eigen::Vector3d& Min() const;
+  const Eigen::Vector3d& Max() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<const Impl> impl_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/mesh/surface_distance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "geometry/error.h"
+#include "geometry/mesh/triangle_tree.h"
+
+namespace holdfast {
+namespace {
+
+struct OneSided {
+  double max = 0.0;
+  double mean = 0.0;
+};
+
+OneSided Measure(const TriangleMesh& from, const TriangleTree& to, int samples) {
+  OneSided result;
+  int hint = -1;
+  const auto distance = [&](const Eigen::Vector3d& point) {
+    const TriangleTree::Hit hit = to.Closest(point, hint);
+    hint = hit.face;
+    return std::sqrt(hit.squared_distance);
+  };
+  const Eigen::Matrix3Xd points = SampleSurface(from, samples);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const double d = distance(points.col(i));
+    result.max = std::max(result.max, d);
+    result.mean += d;
+  }
+  if (samples > 0) result.mean /= samples;
+  std::vector<bool> seen(from.NumVertices(), false);
+  for (const int v : from.faces.reshaped()) {
+    if (seen[v]) continue;
+    seen[v] = true;
+    result.max = std::max(result.max, distance(from.vertices.col(v)));
+  }
+  return result;
+}
+
+}  // namespace
+
+Eigen::Matrix3Xd SampleSurface(const TriangleMesh& mesh, int count) {
+  std::vector<double> area_up_to(mesh.NumFaces());
+  double area = 0.0;
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, f));
+    area += 0.5 * (mesh.vertices.col(mesh.faces(1, f)) - a)
+                      .cross(mesh.vertices.col(mesh.faces(2, f)) - a)
+                      .norm();
+    area_up_to[f] = area;
+  }
+  if (!(area > 0.0)) throw Error("mesh", "has no area to sample", "Give a surface");
+
+  // 1 / g and 1 / g^2 for the plastic number g, the real root of g^3 = g + 1.
+  constexpr double kStepU = 0.7548776662466927;
+  constexpr double kStepV = 0.5698402909980532;
+  Eigen::Matrix3Xd points(3, std::max(count, 0));
+  Eigen::Index face = 0;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const double target = (static_cast<double>(i) + 0.5) / static_cast<double>(count) * area;
+    while (face + 1 < mesh.NumFaces() && area_up_to[face] <= target) ++face;
+    double whole = 0.0;
+    double u = std::modf(0.5 + kStepU * static_cast<double>(i + 1), &whole);
+    double v = std::modf(0.5 + kStepV * static_cast<double>(i + 1), &whole);
+    if (u + v > 1.0) {
+      u = 1.0 - u;
+      v = 1.0 - v;
+    }
+    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, face));
+    points.col(i) = a + u * (mesh.vertices.col(mesh.faces(1, face)) - a) +
+                    v * (mesh.vertices.col(mesh.faces(2, face)) - a);
+  }
+  return points;
+}
+
+SurfaceDistance MeasureSurfaceDistance(const TriangleMesh& a, const TriangleMesh& b, int samples) {
+  const OneSided forward = Measure(a, TriangleTree(b), samples);
+  const OneSided backward = Measure(b, TriangleTree(a), samples);
+  return {forward.max, backward.max, forward.mean, backward.mean};
+}
+
+bool SameSurface(const TriangleMesh& a, const TriangleMesh& b) {
+  constexpr double kMean = 0.01, kAnywhere = 0.05;  // of the size
+  constexpr int kSamples = 2000;
+  const auto low = [](const TriangleMesh& mesh) { return mesh.vertices.rowwise().minCoeff(); };
+  const auto high = [](const TriangleMesh& mesh) { return mesh.vertices.rowwise().maxCoeff(); };
+  const double size = Extent(a).norm();
+  if ((low(a) - low(b)).norm() > kAnywhere * size ||
+      (high(a) - high(b)).norm() > kAnywhere * size) {
+    return false;  // a glance is enough for most that differ
+  }
+  const SurfaceDistance apart = MeasureSurfaceDistance(a, b, kSamples);
+  return std::max(apart.mean_forward_m, apart.mean_backward_m) <= kMean * size &&
+         std::max(apart.hausdorff_forward_m, apart.hausdorff_backward_m) <= kAnywhere * size;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,484 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/retarget/retarget_calibration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kFootTrust = 15 * kDegree;  // between a foot at rest and one that stands
+
+enum Joint {
+  kPelvis = 0,
+  kLeftHip = 1,
+  kRightHip = 2,
+  kSpine1 = 3,
+  kSpine2 = 6,
+  kSpine3 = 9,
+  kNeck = 12,
+  kHead = 15
+};
+
+double Angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+// Right-handed frame with first column along `lateral`, second as near to `up` as that allows.
+Eigen::Matrix3d Frame(const Eigen::Vector3d& lateral, const Eigen::Vector3d& up) {
+  Eigen::Matrix3d frame;
+  frame.col(0) = lateral.normalized();
+  frame.col(2) = lateral.cross(up).normalized();
+  frame.col(1) = frame.col(2).cross(frame.col(0));
+  return frame;
+}
+
+// The same with the second column exact: up, then the heading.
+Eigen::Matrix3d FrameFromUp(const Eigen::Vector3d& up, const Eigen::Vector3d& forward) {
+  Eigen::Matrix3d frame;
+  frame.col(1) = up.normalized();
+  frame.col(0) = up.cross(forward).normalized();
+  frame.col(2) = frame.col(0).cross(frame.col(1));
+  return frame;
+}
+
+// The rotation among the 24 of the cube that is nearest.
+Eigen::Matrix3d SnapToAxes(const Eigen::Matrix3d& R) {
+  Eigen::Matrix3d snapped = Eigen::Matrix3d::Zero();
+  Eigen::Index row0, row1;
+  R.col(0).cwiseAbs().maxCoeff(&row0);
+  Eigen::Vector3d second = R.col(1);
+  second[row0] = 0;
+  second.cwiseAbs().maxCoeff(&row1);
+  snapped(row0, 0) = R(row0, 0) > 0 ? 1 : -1;
+  snapped(row1, 1) = R(row1, 1) > 0 ? 1 : -1;
+  snapped.col(2) = snapped.col(0).cross(snapped.col(1));
+  return snapped;
+}
+
+class Calibrator {
+ public:
+  Calibrator(const MappedMotion& motion, const RetargetBody& body)
+      : motion_(motion), joints_(body.rest_joints) {
+    result_.source_from_smplx.fill(Eigen::Matrix3d::Identity());
+  }
+
+  RetargetCalibration Run() {
+    Scale();
+    result_.same_skeleton = SameSkeleton();
+    if (result_.same_skeleton) return result_;
+    Torso();
+    for (const int hip : {kLeftHip, kRightHip}) {
+      const int knee = hip + 3, ankle = hip + 6, foot = hip + 9;
+      Limb(hip, knee, ankle);
+      Foot(ankle, foot);
+    }
+    for (const int shoulder : {16, 17}) {
+      Limb(shoulder, shoulder + 2, shoulder + 4);
+      Hand(shoulder + 4);
+    }
+    return result_;
+  }
+
+ private:
+  Eigen::Vector3d RestBone(int from, int to) const { return joints_.col(to) - joints_.col(from); }
+  Eigen::Vector3d SourceRestBone(int from, int to) const {
+    return motion_.Rest(to) - motion_.Rest(from);
+  }
+
+  void Scale() {
+    double source = 0, target = 0;
+    for (const int hip : {kLeftHip, kRightHip}) {
+      for (const int joint : {hip, hip + 3}) {
+        source += (motion_.Position(0, joint) - motion_.Position(0, joint + 3)).norm();
+        target += RestBone(joint, joint + 3).norm();
+      }
+    }
+    if (!(source > 1e-6)) {
+      throw Error("retargeting", "the source's legs have no length", "Check the map of its joints");
+    }
+    result_.scale = target / source;
+  }
+
+  bool SameSkeleton() const {
+    for (int j = 1; j < kNumBodyJoints; ++j) {
+      const int parent = kJointParents[j];
+      if (!motion_.Has(j) || !motion_.Has(parent) || !motion_.HangsDirectly(j)) return false;
+      if (Angle(SourceRestBone(parent, j), RestBone(parent, j)) > 3 * kDegree) return false;
+    }
+    return true;
+  }
+
+  void Torso() {
+    const Eigen::Vector3d hips = SourceRestBone(kRightHip, kLeftHip);
+    const Eigen::Vector3d hip_middle = 0.5 * (motion_.Rest(kLeftHip) + motion_.Rest(kRightHip));
+    const Eigen::Vector3d shoulders = motion_.Rest(16) - motion_.Rest(17);
+    const int top = motion_.Has(kNeck) ? kNeck : motion_.Has(kHead) ? kHead : -1;
+
+    // The whole trunk straight and upright in the rest pose: its rotations are neutral there.
+    if (top >= 0) {
+      const Eigen::Vector3d up = motion_.Rest(top) - hip_middle;
+      if (Angle(hips, shoulders) < 30 * kDegree &&
+          std::abs(Angle(hips, up) - 90 * kDegree) < 30 * kDegree) {
+        const Eigen::Matrix3d frame = Frame(hips, up);
+        const Eigen::Matrix3d snapped = SnapToAxes(frame);
+        if (AngleBetween(frame, snapped) < 25 * kDegree && LumbarIsUpright(snapped)) {
+          result_.torso_rests_upright = true;
+          axes_ = snapped;
+        }
+      }
+    }
+    if (result_.torso_rests_upright) {
+      result_.source_from_smplx.fill(axes_);
+      for (const int side : {0, 1}) {
+        if (motion_.Has(9)) {
+          result_.shoulder_at_rest[side] = axes_.transpose() * SourceRestBone(9, 16 + side);
+        }
+      }
+      return;
+    }
+
+    // Otherwise pelvis and chest each show by their own joints how they lie.
+    const int lumbar = motion_.Has(kSpine1)   ? kSpine1
+                       : motion_.Has(kSpine2) ? kSpine2
+                       : motion_.Has(kSpine3) ? kSpine3
+                                              : top;
+    const Eigen::Vector3d lumbar_direction =
+        lumbar < 0 ? Eigen::Vector3d(Eigen::Vector3d::UnitY()) : motion_.Rest(lumbar) - hip_middle;
+    const Eigen::Matrix3d pelvis = Frame(hips, lumbar_direction);
+    const Eigen::Matrix3d snapped = SnapToAxes(pelvis);
+    if (LumbarIsUpright(snapped)) {
+      axes_ = snapped;
+      result_.source_from_smplx.fill(axes_);
+    } else {
+      result_.source_from_smplx[kPelvis] = Pelvis(hips, lumbar, top);
+    }
+    if (motion_.Has(kSpine3) && top >= 0) {
+      const bool collars = motion_.Has(13) && motion_.Has(14) &&
+                           (motion_.Rest(13) - motion_.Rest(14)).norm() > 0.005;
+      const Eigen::Vector3d lateral =
+          collars ? Eigen::Vector3d(motion_.Rest(13) - motion_.Rest(14)) : shoulders;
+      const Eigen::Vector3d up = motion_.Rest(top) - motion_.Rest(kSpine3);
+      if (up.norm() > 0.005 && Angle(lateral, up) > 30 * kDegree) {
+        const Eigen::Matrix3d chest =
+            Frame(lateral, up) *
+            Frame(Eigen::Vector3d::UnitX(), RestBone(kSpine3, top)).transpose();
+        for (const int j : {kSpine1, kSpine2, kSpine3, kNeck, kHead}) {
+          result_.source_from_smplx[j] = chest;
+        }
+      }
+    }
+    if (motion_.Has(kHead)) Head();
+  }
+
+  // A pelvis whose rest pose says nothing: as the lowest spine joint lies in SMPL-X, unless that is
+  // far from along the body where trunk and thighs are in line, standing or lying.
+  Eigen::Matrix3d Pelvis(const Eigen::Vector3d& hips, int lumbar, int top) const {
+    Eigen::Vector3d up = Eigen::Vector3d::Zero();
+    double weight = 0;
+    for (int t = 0; top >= 0 && t < motion_.NumFrames(); ++t) {
+      const Eigen::Vector3d middle =
+          0.5 * (motion_.Position(t, kLeftHip) + motion_.Position(t, kRightHip));
+      const Eigen::Vector3d trunk = (motion_.Position(t, top) - middle).normalized();
+      const Eigen::Vector3d left =
+          (motion_.Position(t, kLeftHip) - motion_.Position(t, 4)).normalized();
+      const Eigen::Vector3d right =
+          (motion_.Position(t, kRightHip) - motion_.Position(t, 5)).normalized();
+      const double in_line =
+          std::max(std::min(trunk.dot(left), trunk.dot(right)) - std::cos(35 * kDegree), 0.0);
+      up +=
+          in_line * in_line * motion_.Rotation(t, kPelvis).transpose() * (2 * trunk + left + right);
+      weight += in_line * in_line;
+    }
+    const int spine = lumbar < 0 ? kSpine1 : lumbar;
+    Eigen::Vector3d smplx =
+        joints_.col(spine) - 0.5 * (joints_.col(kLeftHip) + joints_.col(kRightHip));
+    if (const auto lean = motion_.Map().lumbar_lean) {
+      smplx = Eigen::Vector3d(0, std::cos(*lean), -std::sin(*lean));
+    }
+    const Eigen::Vector3d source = motion_.Rest(lumbar < 0 ? kPelvis : lumbar) -
+                                   0.5 * (motion_.Rest(kLeftHip) + motion_.Rest(kRightHip));
+    const Eigen::Matrix3d by_spine =
+        Frame(hips, source) * Frame(Eigen::Vector3d::UnitX(), smplx).transpose();
+    // A limb in line counts 0.03 at most: half a second of standing, or more of less.
+    if (weight < 0.005 * motion_.FrameRate() || Angle(up, hips) < 30 * kDegree) return by_spine;
+    const Eigen::Matrix3d by_stance = Frame(hips, up);
+    return AngleBetween(by_spine, by_stance) < 20 * kDegree ? by_spine : by_stance;
+  }
+
+  // A head whose rest pose is unrelated to the chest's: on average people look where the chest
+  // faces, and level. Rest poses that agree with that within a long look aside are believed.
+  void Head() {
+    const Eigen::Vector3d world_up = Eigen::Vector3d::UnitY();
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (int t = 0; t < motion_.NumFrames(); ++t) {
+      const int trunk = motion_.Has(kSpine3) ? kSpine3 : kPelvis;
+      const Eigen::Matrix3d chest = motion_.Rotation(t, trunk) * result_.source_from_smplx[trunk];
+      const bool upright = Angle(chest.col(1), world_up) < 40 * kDegree;
+      sum += motion_.Rotation(t, kHead).transpose() *
+             (upright ? FrameFromUp(world_up, chest.col(2)) : chest);
+    }
+    const Eigen::Matrix3d average = NearestRotation(sum);
+    if (AngleBetween(average, result_.source_from_smplx[kHead]) > 45 * kDegree) {
+      result_.source_from_smplx[kHead] = average;
+      result_.neck_rests_with_head = false;
+    }
+  }
+
+  // Does the lowest spine joint lie where it should over the hips, were `axes` the pelvis's?
+  // Lumbar joints lie behind the hips' middle line: 0 to 60 degrees back from straight up.
+  bool LumbarIsUpright(const Eigen::Matrix3d& axes) const {
+    const int lumbar = motion_.Has(kSpine1) ? kSpine1 : motion_.Has(kSpine2) ? kSpine2 : kSpine3;
+    if (!motion_.Has(lumbar)) return true;
+    const Eigen::Vector3d hips = axes.transpose() * SourceRestBone(kRightHip, kLeftHip);
+    const Eigen::Vector3d up =
+        axes.transpose() *
+        (motion_.Rest(lumbar) - 0.5 * (motion_.Rest(kLeftHip) + motion_.Rest(kRightHip)));
+    if (Angle(hips, Eigen::Vector3d::UnitX()) > 8 * kDegree) return false;
+    const double back = std::atan2(-up.z(), up.y());
+    return back > -5 * kDegree && back < 60 * kDegree;
+  }
+
+  // Thigh and upper arm: direction from the bone, roll from the plane in which the next bone bends.
+  void Limb(int joint, int hinge, int end) {
+    const Eigen::Vector3d rest = RestBone(joint, hinge).normalized();
+    const int frames = motion_.NumFrames();
+    Eigen::Vector3d local = Eigen::Vector3d::Zero();
+    for (int t = 0; t < frames; ++t) {
+      local += motion_.Rotation(t, joint).transpose() *
+               (motion_.Position(t, hinge) - motion_.Position(t, joint));
+    }
+    const Eigen::Vector3d at_rest = SourceRestBone(joint, hinge);
+    const bool rest_tells = Angle(axes_.transpose() * at_rest, rest) < 45 * kDegree;
+    const Eigen::Matrix3d upright = LeastRotation(axes_ * rest, local) * axes_;
+
+    const Eigen::Vector3d axis = HingeAxis(hinge);
+    const Eigen::Vector3d zero = (axis - axis.dot(rest) * rest).normalized();
+    const Eigen::Vector3d quarter = rest.cross(zero);
+    double along_zero = rest_tells ? 0.02 * frames : 0, along_quarter = 0, weight = 0;
+    for (int t = 0; t < frames; ++t) {
+      const Eigen::Vector3d knee = motion_.Position(t, hinge);
+      const Eigen::Vector3d bone = (knee - motion_.Position(t, joint)).normalized();
+      const Eigen::Vector3d next = (motion_.Position(t, end) - knee).normalized();
+      const Eigen::Vector3d bend = bone.cross(next);  // hinge axis times sine of the bend
+      const Eigen::Vector3d seen =
+          upright.transpose() * motion_.Rotation(t, joint).transpose() * bend;
+      along_zero += bend.norm() * seen.dot(zero);
+      along_quarter += bend.norm() * seen.dot(quarter);
+      weight += bend.squaredNorm();
+    }
+    if (!rest_tells && weight < 1e-3 * frames) {
+      // Never bent, and no rest pose to go by: the roll that is least against the trunk.
+      const int trunk = joint < 3 ? kPelvis : kSpine3;
+      for (int t = 0; t < frames; ++t) {
+        const Eigen::Matrix3d above = motion_.Rotation(t, trunk) * result_.source_from_smplx[trunk];
+        const Eigen::Matrix3d least =
+            LeastRotation(above * rest, motion_.Rotation(t, joint) * upright * rest) * above;
+        const Eigen::Vector3d seen =
+            upright.transpose() * motion_.Rotation(t, joint).transpose() * least * zero;
+        along_zero += seen.dot(zero);
+        along_quarter += seen.dot(quarter);
+      }
+    }
+    const double roll = std::atan2(along_quarter, along_zero);
+    result_.source_from_smplx[joint] = upright * ExpSO3(roll * rest);
+  }
+
+  // Hands: by their knuckles; else by the rest pose; else so that forearms are, on average,
+  // unwrung.
+  void Hand(int wrist) {
+    const int begin = wrist == 20 ? kLeftHandBegin : kRightHandBegin;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    int knuckles = 0;
+    for (const int finger : {0, 3, 6, 9}) {
+      const int joint = begin + finger;
+      if (!motion_.Has(joint)) continue;
+      const Eigen::Vector3d source = SourceRestBone(wrist, joint);
+      if (source.norm() < 0.01) continue;
+      covariance += source.normalized() * RestBone(wrist, joint).normalized().transpose();
+      ++knuckles;
+    }
+    auto& correction = result_.source_from_smplx[wrist];
+    if (knuckles >= 2) {
+      correction = NearestRotation(covariance);
+      return;
+    }
+    const Eigen::Vector3d rest = RestBone(wrist, begin + 3).normalized();
+    const Eigen::Vector3d tip = motion_.Tip(wrist);
+    correction = tip.norm() > 0.005 ? LeastRotation(axes_ * rest, tip) * axes_ : axes_;
+    const int elbow = wrist - 2, shoulder = wrist - 4;
+    const bool rest_tells = Angle(axes_.transpose() * SourceRestBone(elbow, wrist),
+                                  RestBone(elbow, wrist)) < 45 * kDegree &&
+                            Angle(axes_.transpose() * SourceRestBone(shoulder, elbow),
+                                  RestBone(shoulder, elbow)) < 45 * kDegree;
+    if (rest_tells) return;
+
+    const Eigen::Vector3d forearm = RestBone(elbow, wrist).normalized();
+    Eigen::Vector2d twist = Eigen::Vector2d::Zero();
+    for (int t = 0; t < motion_.NumFrames(); ++t) {
+      const Eigen::Matrix3d upper =
+          motion_.Rotation(t, shoulder) * result_.source_from_smplx[shoulder];
+      const Eigen::Matrix3d lower =
+          BendHinge(elbow, upper, forearm, motion_.Position(t, wrist) - motion_.Position(t, elbow));
+      const double angle =
+          TwistAngle(lower.transpose() * motion_.Rotation(t, wrist) * correction, forearm);
+      twist += Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    }
+    correction = correction * ExpSO3(-std::atan2(twist.y(), twist.x()) * rest);
+  }
+
+  // Feet: flat where the motion has them on the ground. A rest pose that stands tells nearly as
+  // much, and guards against motions that only tiptoe.
+  void Foot(int ankle, int foot) {
+    const int hip = ankle - 6, knee = ankle - 3;
+    const bool has_foot = motion_.Has(foot);
+    const Eigen::Vector3d sole(RestBone(ankle, foot).x(), 0, RestBone(ankle, foot).z());
+    auto& ankle_correction = result_.source_from_smplx[ankle];
+    auto& foot_correction = result_.source_from_smplx[foot];
+    const Eigen::Vector3d at_rest = has_foot ? SourceRestBone(ankle, foot) : motion_.Tip(ankle);
+    const Eigen::Vector3d shin = axes_.transpose() * SourceRestBone(knee, ankle);
+    const bool rest_tells =
+        result_.torso_rests_upright &&
+        Angle(axes_.transpose() * SourceRestBone(hip, knee), RestBone(hip, knee)) < 45 * kDegree &&
+        Angle(shin, RestBone(knee, ankle)) < 45 * kDegree &&
+        Angle(axes_.transpose() * at_rest, RestBone(ankle, foot)) < 45 * kDegree;
+    // Feet of skeletons that rest with legs apart lean with the shin.
+    const Eigen::Matrix3d rest = axes_ * LeastRotation(RestBone(knee, ankle), shin);
+    if (rest_tells) ankle_correction = foot_correction = rest;
+
+    const std::vector<double> weight = StandingWeights(ankle, has_foot ? foot : ankle);
+    Eigen::Vector3d ankle_up = Eigen::Vector3d::Zero(), forward = ankle_up, foot_up = ankle_up;
+    for (int t = 0; t < motion_.NumFrames(); ++t) {
+      const Eigen::Matrix3d to_local = motion_.Rotation(t, ankle).transpose();
+      const Eigen::Vector3d leg =
+          (motion_.Position(t, knee) - motion_.Position(t, ankle)).normalized();
+      // A little of the shin's direction decides for motions that never stand.
+      ankle_up += weight[t] * to_local.col(1) + 1e-3 * to_local * leg;
+      if (has_foot) {
+        forward += to_local * (motion_.Position(t, foot) - motion_.Position(t, ankle));
+        const Eigen::Matrix3d to_toes = motion_.Rotation(t, foot).transpose();
+        foot_up += weight[t] * to_toes.col(1) + 1e-3 * to_toes * leg;
+      }
+    }
+    if (!has_foot) forward = motion_.Tip(ankle);
+    const Eigen::Matrix3d flat = FrameFromUp(Eigen::Vector3d::UnitY(), sole);
+    const auto take = [&](const Eigen::Vector3d& up, const Eigen::Vector3d& ahead,
+                          Eigen::Matrix3d& correction) {
+      if (ahead.norm() < 0.005 || Angle(up, ahead) < 20 * kDegree) return;
+      const Eigen::Matrix3d standing = FrameFromUp(up, ahead) * flat.transpose();
+      if (rest_tells && AngleBetween(standing, rest) > kFootTrust) return;
+      correction = standing;
+    };
+    take(ankle_up, forward, ankle_correction);
+    if (!has_foot || !rest_tells) foot_correction = ankle_correction;
+    if (has_foot) take(foot_up, motion_.Tip(foot), foot_correction);
+  }
+
+  // 1 where the foot stands still and low, else 0.
+  std::vector<double> StandingWeights(int ankle, int foot) const {
+    const int frames = motion_.NumFrames();
+    std::vector<double> height(frames), sorted, weight(frames, 0.0);
+    for (int t = 0; t < frames; ++t) {
+      height[t] = motion_.Position(t, ankle).y() + motion_.Position(t, foot).y();
+    }
+    sorted = height;
+    std::nth_element(sorted.begin(), sorted.begin() + frames / 10, sorted.end());
+    const double low = sorted[frames / 10];
+    for (int t = 0; t < frames; ++t) {
+      const int before = std::max(t - 1, 0), after = std::min(t + 1, frames - 1);
+      const double span = std::max(after - before, 1) / motion_.FrameRate();
+      const double speed =
+          (motion_.Position(after, ankle) - motion_.Position(before, ankle)).norm() / span;
+      if (height[t] < low + 0.04 && speed < 0.25) weight[t] = 1;
+    }
+    return weight;
+  }
+
+  const MappedMotion& motion_;
+  const Eigen::Matrix3Xd& joints_;
+  Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();  // source axes at rest from SMPL-X's
+  RetargetCalibration result_;
+};
+
+}  // namespace
+
+Eigen::Matrix3d UprightFrom(UpAxis up) {
+  Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();
+  if (up == UpAxis::kZ) upright << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  return upright;
+}
+
+MappedMotion::MappedMotion(const SourceMotion& motion, const SkeletonMap& map, UpAxis up)
+    : motion_(motion), map_(map), upright_(UprightFrom(up)) {
+  const int num_joints = motion.NumJoints();
+  rest_ = motion.rest_offsets;
+  for (int j = 1; j < num_joints; ++j) rest_.col(j) += rest_.col(motion.parents[j]);
+
+  for (int j = 0; j < kNumJoints; ++j) {
+    turner_[j] = map.source[j];
+    tip_[j].setZero();
+    if (map.source[j] < 0) continue;
+    // Roll bones lie between a joint and the next mapped one: the last of them has turned fully.
+    for (int c = j + 1; c < kNumJoints; ++c) {
+      const bool limb = j == 1 || j == 2 || j == 4 || j == 5 || (j >= 16 && j <= 19);
+      if (!limb || kJointParents[c] != j || map.source[c] < 0) continue;
+      turner_[j] = motion.parents[map.source[c]];
+    }
+    double longest = 0;
+    const auto consider = [&](const Eigen::Vector3d& offset) {
+      if (offset.norm() > longest) {
+        longest = offset.norm();
+        tip_[j] = offset;
+      }
+    };
+    for (int s = 0; s < num_joints; ++s) {
+      if (motion.parents[s] == turner_[j]) consider(motion.rest_offsets.col(s));
+    }
+    for (const auto& site : motion.end_sites) {
+      if (site.parent == turner_[j]) consider(site.offset);
+    }
+  }
+}
+
+bool MappedMotion::HangsDirectly(int joint) const {
+  return motion_.parents[map_.source[joint]] == map_.source[kJointParents[joint]];
+}
+
+RetargetCalibration Calibrate(const MappedMotion& motion, const RetargetBody& body) {
+  return Calibrator(motion, body).Run();
+}
+
+Eigen::Matrix3d LeastRotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
+}
+
+Eigen::Vector3d HingeAxis(int joint) {
+  if (joint < 16) return Eigen::Vector3d::UnitX();
+  return joint == 18 ? Eigen::Vector3d(-Eigen::Vector3d::UnitY())
+                     : Eigen::Vector3d(Eigen::Vector3d::UnitY());
+}
+
+Eigen::Matrix3d BendHinge(int joint, const Eigen::Matrix3d& above, const Eigen::Vector3d& rest_bone,
+                          const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d local = above.transpose() * direction;
+  const Eigen::Vector3d axis = HingeAxis(joint);
+  const double bend = std::atan2(axis.dot(rest_bone.cross(local)),
+                                 rest_bone.dot(local) - axis.dot(rest_bone) * axis.dot(local));
+  const Eigen::Matrix3d bent = above * ExpSO3(bend * axis);
+  return LeastRotation(bent * rest_bone, direction) * bent;
+}
+
+double TwistAngle(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& axis) {
+  const Eigen::Quaterniond q(rotation);
+  const double angle = 2 * std::atan2(q.vec().dot(axis), q.w());
+  return std::remainder(angle, 2 * std::numbers::pi);
+}
+
+}  // namespace holdfast

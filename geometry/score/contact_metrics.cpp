@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/score/contact_metrics.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <span>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/mesh/mesh_parts.h"
+#include "geometry/mesh/mesh_topology.h"
+#include "geometry/parallel.h"
+
+namespace holdfast {
+namespace {
+
+using Cubes = Eigen::Matrix<long long, 3, 1>;  ///< a place on the grid
+
+/// Counts cubes whose centres are inside two solids. Blocks of cubes are halved until a block's
+/// centre is farther from a surface than from its own corners' cubes: the whole block is then on
+/// one side, as distances change no faster than their point. The count is that of testing every
+/// cube.
+class SharedCubes {
+ public:
+  SharedCubes(const SignedDistance& a, const SignedDistance& b, double voxel)
+      : solids_{&a, &b}, voxel_(voxel) {}
+
+  /// Cubes [low, low + size) per axis, `size` a power of two.
+  long long Count(const Cubes& low, long long size, bool in_a, bool in_b) const {
+    const Eigen::Vector3d center =
+        voxel_ * (low.cast<double>().array() + 0.5 * static_cast<double>(size)).matrix();
+    const double reach = 0.5 * std::sqrt(3.0) * voxel_ * static_cast<double>(size - 1);
+    bool inside[2] = {in_a, in_b};
+    for (int s = 0; s < 2; ++s) {
+      if (inside[s]) continue;
+      const double distance = solids_[s]->Distance(center);
+      if (distance >= reach) return 0;
+      inside[s] = distance < -reach;
+    }
+    if (inside[0] && inside[1]) return size * size * size;
+    const long long half = size / 2;
+    long long count = 0;
+    for (int child = 0; child < 8; ++child) {
+      const Cubes offset(child & 1, (child >> 1) & 1, (child >> 2) & 1);
+      count += Count(low + half * offset, half, inside[0], inside[1]);
+    }
+    return count;
+  }
+
+ private:
+  const SignedDistance* solids_[2];
+  double voxel_;
+};
+
+}  // namespace
+
+ContactMetrics ContactFromDistances(const Eigen::VectorXd& distances_m,
+                                    const ContactProtocol& protocol) {
+  const Eigen::Index n = distances_m.size();
+  if (n == 0) throw Error("hand", "has no vertices", "Give the hand's vertices");
+  ContactMetrics metrics;
+  const Eigen::VectorXd distances_mm = 1e3 * distances_m;
+  Eigen::Index inside = 0;
+  Eigen::Index in_contact = 0;
+  for (const double d : distances_mm) {
+    if (d < 0.0) {
+      ++inside;
+      metrics.max_penetration_mm = std::max(metrics.max_penetration_mm, -d);
+      metrics.mean_penetration_mm -= d;
+    }
+    in_contact += std::abs(d) < protocol.contact_threshold_mm;
+  }
+  if (inside > 0) metrics.mean_penetration_mm /= static_cast<double>(inside);
+  metrics.penetrating_ratio = static_cast<double>(inside) / static_cast<double>(n);
+  metrics.contact_ratio = static_cast<double>(in_contact) / static_cast<double>(n);
+  metrics.in_contact = in_contact > 0 || inside > 0;
+  metrics.min_distance_mm = distances_mm.minCoeff();
+  return metrics;
+}
+
+ContactMetrics MeasureContact(const Eigen::Matrix3Xd& hand_vertices_in_object,
+                              const SignedDistance& object, const ContactProtocol& protocol) {
+  return ContactFromDistances(object.Distances(hand_vertices_in_object, protocol.threads),
+                              protocol);
+}
+
+ContactMetrics MeasureContact(const TriangleMesh& hand_in_object, const SignedDistance& object,
+                              const ContactProtocol& protocol) {
+  ContactMetrics metrics = MeasureContact(hand_in_object.vertices, object, protocol);
+  const SignedDistance hand(CloseHoles(hand_in_object));
+  metrics.intersection_volume_cm3 =
+      1e6 * IntersectionVolume(object, hand, 1e-3 * protocol.voxel_mm, protocol.threads);
+  return metrics;
+}
+
+TriangleMesh CloseHoles(const TriangleMesh& mesh) {
+  RequireValid(mesh);
+  TriangleMesh closed = mesh;
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    if (HasRepeatedCorner(mesh.faces.col(f))) {
+      throw Error("mesh", fmt::format("face {} repeats a corner", f), "Repair the mesh first");
+    }
+  }
+  PartTouchingFans(closed);
+  struct EdgeSide {
+    int from, to;
+  };
+  std::vector<EdgeSide> open;
+  EdgeTable(closed.faces, closed.NumVertices()).ForEach([&](int, int, std::span<const int> sides) {
+    const auto start = [&](int corner) { return closed.faces(corner % 3, corner / 3); };
+    if (sides.size() > 2 || (sides.size() == 2 && start(sides[0]) == start(sides[1]))) {
+      throw Error("mesh", "has an edge of more than two faces, or of two that disagree",
+                  "Repair the mesh first");
+    }
+    if (sides.size() == 1) {
+      const int k = sides[0] % 3;
+      open.push_back({closed.faces(k, sides[0] / 3), closed.faces((k + 1) % 3, sides[0] / 3)});
+    }
+  });
+  if (open.empty()) return closed;
+
+  // Each vertex of a boundary has one open side in and one out by now: sets of sides are loops.
+  DisjointSets loops(static_cast<int>(closed.NumVertices()));
+  for (const EdgeSide& side : open) loops.Merge(side.from, side.to);
+  struct Cap {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    int count = 0;
+    int vertex = -1;
+  };
+  std::map<int, Cap> caps;
+  for (const EdgeSide& side : open) {
+    Cap& cap = caps[loops.Find(side.from)];
+    cap.sum += closed.vertices.col(side.from);
+    ++cap.count;
+  }
+  Eigen::Index next_vertex = closed.NumVertices();
+  Eigen::Index next_face = closed.NumFaces();
+  closed.vertices.conservativeResize(Eigen::NoChange,
+                                     next_vertex + static_cast<Eigen::Index>(caps.size()));
+  closed.faces.conservativeResize(Eigen::NoChange,
+                                  next_face + static_cast<Eigen::Index>(open.size()));
+  for (auto& [loop, cap] : caps) {
+    cap.vertex = static_cast<int>(next_vertex);
+    closed.vertices.col(next_vertex++) = cap.sum / cap.count;
+  }
+  for (const EdgeSide& side : open) {
+    closed.faces.col(next_face++) << side.to, side.from, caps[loops.Find(side.from)].vertex;
+  }
+  return closed;
+}
+
+double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
+                          int threads) {
+  if (!(voxel_m > 0.0)) throw Error("voxel", "must be positive", "2 mm is usual");
+  const Eigen::Vector3d low = a.Min().cwiseMax(b.Min());
+  const Eigen::Vector3d high = a.Max().cwiseMin(b.Max());
+  if ((low.array() >= high.array()).any()) return 0.0;
+  constexpr long long kBlock = 8;
+  const auto block_of = [&](double coordinate) {
+    return static_cast<long long>(std::floor(coordinate / (voxel_m * static_cast<double>(kBlock))));
+  };
+  const SharedCubes cubes(a, b, voxel_m);
+  const auto count_layer = [&](long long z) {
+    long long count = 0;
+    for (long long y = block_of(low.y()); y <= block_of(high.y()); ++y) {
+      for (long long x = block_of(low.x()); x <= block_of(high.x()); ++x) {
+        count += cubes.Count(kBlock * Cubes(x, y, z), kBlock, false, false);
+      }
+    }
+    return count;
+  };
+  // Counts are whole numbers: their sum does not depend on the order.
+  const long long first_layer = block_of(low.z());
+  std::atomic<long long> count = 0;
+  ParallelFor(static_cast<int>(block_of(high.z()) - first_layer + 1), threads,
+              [&](int layer) { count += count_layer(first_layer + layer); });
+  return static_cast<double>(count.load()) * voxel_m * voxel_m * voxel_m;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+
+#include "geometry/mesh/mesh.h"
+#include "geometry/mesh/signed_distance.h"
+
+namespace holdfast {
+
+/// How contact is measured. Numbers can be compared only when this and the resolution of both
+/// meshes are the same: reports carry it along.
+struct ContactProtocol {
+  double contact_threshold_mm = 5.0;  ///< a vertex is in contact when |signed distance| is below
+  double voxel_mm = 2.0;              ///< edge of the cubes that the shared volume is counted in
+  int threads = 1;                    ///< the results do not depend on it
+  bool operator==(const ContactProtocol&) const = default;
+};
+
+/// Contact of one hand with one object in one frame. Depths and distances are those of the hand's
+/// vertices to the object's surface: one way. Both ways is HandObjectFrame
+/// (geometry/score/hand_object_score.h), what clips are measured by.
+struct ContactMetrics {
+  double max_penetration_mm = 0.0;   ///< depth of the deepest vertex inside the object; 0 if none
+  double mean_penetration_mm = 0.0;  ///< mean depth of the vertices inside; 0 if none
+  double penetrating_ratio = 0.0;    ///< share of the vertices that are inside
+  double contact_ratio = 0.0;        ///< share of the vertices in contact
+  bool in_contact = false;           ///< whether any vertex is in contact or inside
+  double min_distance_mm = 0.0;      ///< smallest signed distance, negative inside
+  double intersection_volume_cm3 = 0.0;  ///< shared by the solid hand and object; 0 if not measured
+  bool operator==(const ContactMetrics&) const = default;
+};
+
+/// Metrics of a hand's vertices by their signed distances (metres) from the object, without the
+/// volume. Throws Error for no vertices.
+ContactMetrics ContactFromDistances(const Eigen::VectorXd& distances_m,
+                                    const ContactProtocol& protocol = {});
+
+/// Metrics of hand vertices (3 x n, metres, in the object's coordinate frame), without the volume.
+/// Throws Error for no vertices.
+ContactMetrics MeasureContact(const Eigen::Matrix3Xd& hand_vertices_in_object,
+                              const SignedDistance& object, const ContactProtocol& protocol = {});
+
+/// The same for a hand's mesh, with the volume. A hand cut from a body is open at the wrist: it is
+/// closed first (CloseHoles), which adds to the volume only.
+ContactMetrics MeasureContact(const TriangleMesh& hand_in_object, const SignedDistance& object,
+                              const ContactProtocol& protocol = {});
+
+/// Closes every boundary loop by a fan around a new vertex at the mean of the loop's, oriented like
+/// the faces beside it. New vertices come behind the given ones; where the boundary touches itself
+/// in a vertex that is doubled. Throws Error for edges of more than two faces or faces that
+/// disagree.
+TriangleMesh CloseHoles(const TriangleMesh& mesh);
+
+/// Volume (m^3) of what two solids share: cubes of edge `voxel_m`, on a grid fixed to the origin of
+/// the coordinate frame, whose centres are inside both. Without bias; off by about the area of the
+/// shared boundary times half a voxel divided by the root of the number of cubes there.
+double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
+                          int threads = 1);
+
+}  // namespace holdfast

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#include "solver/actions/action_body.h"
+
+#include <algorithm>
+
+#include "geometry/body/skeleton.h"
+#include "geometry/rotation.h"
+#include "solver/actions/action_frame_block.h"
+#include "solver/actions/action_stance.h"
+#include "solver/unknowns/change_spline.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// How readily each degree of freedom is used. The arm is where it should be already.
+ReachChange Readiness() {
+  ReachChange sigma;
+  sigma.segment<3>(ReachDofs::kPelvisMove) << 0.03, 0.04, 0.02;
+  sigma.segment<3>(ReachDofs::kPelvisTurn).setConstant(4.0 * kDegree);
+  sigma.segment<9>(ReachDofs::kSpine).setConstant(6.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kCollar).setConstant(6.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kShoulder).setConstant(25.0 * kDegree);
+  sigma(ReachDofs::kElbow) = 30.0 * kDegree;
+  sigma.segment<3>(ReachDofs::kNeck).setConstant(12.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kHead).setConstant(12.0 * kDegree);
+  return sigma;
+}
+
+class Mover {
+ public:
+  Mover(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet, const ActionScript& script,
+        const ActionPath& path, double path_end_s, const ActionBodyOptions& options,
+        std::vector<BodyFrame>& frames)
+      : chain_(rest_joints, Side::kRight),
+        feet_(feet),
+        script_(script),
+        path_(path),
+        path_end_s_(path_end_s),
+        options_(options),
+        frames_(frames),
+        base_(frames),
+        change_(static_cast<int>(frames.size()), options.knot_frames) {}
+
+  ActionBodyReport Run() {
+    ceres::Problem problem;
+    change_.AddTo(problem);
+    for (int t = 0; t < static_cast<int>(base_.size()); ++t) {
+      change_.AddFrame(problem, t, [&](const Eigen::Vector4d& basis) {
+        return new ActionFrameBlock(chain_, base_[static_cast<std::size_t>(t)], TermsOf(t), basis);
+      });
+    }
+    change_.AddPrior(problem, Readiness(), 0.35);
+    const ceres::Solver::Summary summary = SolveFrames(problem, options_.max_iterations, 1e-3);
+    ActionBodyReport report;
+    report.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
+    report.usable = summary.IsSolutionUsable();
+    if (report.usable) Finish(report);
+    return report;
+  }
+
+ private:
+  ActionFrameTerms TermsOf(int t) const {
+    const double time = t / options_.frame_rate;
+    const BodyFrame& frame = base_[static_cast<std::size_t>(t)];
+    const BodyPlacement placed = Place(chain_.RestJoints(), frame);
+    ActionFrameTerms terms;
+    const PathPoint wanted = path_.At(time);
+    terms.hand.share = wanted.share;
+    terms.hand.in_world = wanted.world.translation();
+    terms.hand.in_head = wanted.head.translation();
+    // A hand that is free again is nowhere in particular.
+    terms.hand.sigma_m = time < path_end_s_ ? options_.hand_sigma_m : 1.0;
+    Isometry3d head = Isometry3d::Identity();
+    head.linear() = placed.rotation[kHead];
+    head.translation() = placed.joints.col(kHead);
+    const Vector3d eyes = head * Vector3d(0.0, 0.05, 0.08);
+    terms.gaze.wanted = GazeAt(script_, time, eyes, wanted.At(head).translation());
+    terms.gaze.sigma = options_.gaze_sigma;
+    const Matrix3d chest = LeanRotation(LeanAt(script_, time)) * placed.rotation[kSpine3];
+    terms.lean.up = chest.col(1);
+    terms.lean.forward = chest.col(2);
+    terms.lean.sigma = options_.lean_sigma;
+    terms.balance.captured = Balance::Middle(chain_, placed);
+    terms.legs = LegReach::Of(chain_, placed, feet_);
+    terms.range = JointRange::Of(chain_, frame, options_.joint_limits);
+    return terms;
+  }
+
+  // The frames with the change made, legs and all.
+  void Finish(ActionBodyReport& report) {
+    for (int t = 0; t < static_cast<int>(base_.size()); ++t) {
+      BodyFrame frame = chain_.Changed(base_[static_cast<std::size_t>(t)], change_.At(t));
+      report.worst_missed_m =
+          std::max(report.worst_missed_m, PlaceLegs(chain_.RestJoints(), feet_, frame));
+      const double time = t / options_.frame_rate;
+      if (time < path_end_s_) {
+        const BodyPlacement placed = Place(chain_.RestJoints(), frame);
+        Isometry3d head = Isometry3d::Identity();
+        head.linear() = placed.rotation[kHead];
+        head.translation() = placed.joints.col(kHead);
+        const Vector3d wanted = path_.At(time).At(head).translation();
+        report.worst_hand_m = std::max(report.worst_hand_m,
+                                       (placed.joints.col(chain_.WristJointId()) - wanted).norm());
+      }
+      frames_[static_cast<std::size_t>(t)] = frame;
+    }
+  }
+
+  ReachChain chain_;
+  const FeetTarget& feet_;
+  const ActionScript& script_;
+  const ActionPath& path_;
+  double path_end_s_;
+  const ActionBodyOptions& options_;
+  std::vector<BodyFrame>& frames_;
+  std::vector<BodyFrame> base_;
+  ChangeSpline change_;
+};
+
+}  // namespace
+
+ActionBodyReport MoveActionBody(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet,
+                                const ActionScript& script, const ActionPath& path,
+                                double path_end_s, const ActionBodyOptions& options,
+                                std::vector<BodyFrame>& frames) {
+  return Mover(rest_joints, feet, script, path, path_end_s, options, frames).Run();
+}
+
+}  // namespace holdfast

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: MIT
+#include "solver/actions/action_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "geometry/body/skeleton.h"
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "solver/actions/action_stance.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kTouch_m = 0.0008;  // that a push leaves
+constexpr int kPushes = 6;
+constexpr double kFarPush_m = 0.05;
+constexpr double kEasyLack_m = 0.04;  // the trunk gives that much
+constexpr double kWorst = 200.0;      // of one key: beyond that all are equally bad
+
+double Square(double x) { return x * x; }
+
+// A pose that is tried at a key.
+struct Candidate {
+  Isometry3d object;  // relative to the anchor
+  Isometry3d world;   // of the object, for the nominal body
+  double cost = 0.0;
+};
+
+class Chooser {
+ public:
+  Chooser(const ActionPerson& person, const BodyPlacement& start, const ActionScript& script,
+          const Eigen::Matrix3Xd& object_points)
+      : person_(person), script_(script), object_points_(object_points) {
+    for (const ScriptKey& key : script.keys) {
+      stances_.push_back(StanceAt(start, script, key.arrive_s));
+    }
+  }
+
+  // The best keys for one grip; every `every`-th pose is tried.
+  ActionChoice Choose(const ActionGrip& grip, int every) const {
+    std::vector<int> chain;
+    std::vector<std::vector<Candidate>> tried;
+    for (int k = 0; k < static_cast<int>(script_.keys.size()); ++k) {
+      if (script_.keys[static_cast<std::size_t>(k)].same_as) continue;
+      chain.push_back(k);
+      tried.push_back(Candidates(grip, k, every));
+    }
+    std::vector<std::vector<int>> from(tried.size());
+    std::vector<double> total;
+    for (std::size_t s = 0; s < tried.size(); ++s) {
+      std::vector<double> next;
+      from[s].assign(tried[s].size(), 0);
+      for (std::size_t c = 0; c < tried[s].size(); ++c) {
+        double least = s == 0 ? 0.0 : std::numeric_limits<double>::infinity();
+        for (std::size_t p = 0; s > 0 && p < tried[s - 1].size(); ++p) {
+          const double way =
+              total[p] + WayCost(tried[s - 1][p], tried[s][c],
+                                 script_.keys[static_cast<std::size_t>(chain[s])].turned_rad);
+          if (way < least) {
+            least = way;
+            from[s][c] = static_cast<int>(p);
+          }
+        }
+        next.push_back(least + tried[s][c].cost);
+      }
+      total = std::move(next);
+    }
+    ActionChoice choice;
+    choice.keys.resize(script_.keys.size());
+    auto at = std::ranges::min_element(total) - total.begin();
+    choice.cost = total[static_cast<std::size_t>(at)];
+    for (std::size_t s = tried.size(); s-- > 0;) {
+      const Candidate& chosen = tried[s][static_cast<std::size_t>(at)];
+      choice.keys[static_cast<std::size_t>(chain[s])] = chosen.object;
+      choice.worst_key = std::max(choice.worst_key, chosen.cost);
+      at = from[s][static_cast<std::size_t>(at)];
+    }
+    for (std::size_t k = 0; k < script_.keys.size(); ++k) {
+      const std::optional<int> same = script_.keys[k].same_as;
+      if (same) choice.keys[k] = choice.keys[static_cast<std::size_t>(*same)];
+    }
+    return choice;
+  }
+
+ private:
+  std::vector<Candidate> Candidates(const ActionGrip& grip, int k, int every) const {
+    const ScriptKey& key = script_.keys[static_cast<std::size_t>(k)];
+    const NominalStance& stance = stances_[static_cast<std::size_t>(k)];
+    std::vector<Candidate> candidates;
+    for (std::size_t i = 0; i < key.poses.size(); ++i) {
+      // Small sets are tried whole: each of their poses is another idea.
+      if (key.poses.size() > 12 && static_cast<int>(i) % every != 0) continue;
+      Candidate candidate;
+      candidate.object = key.poses[i];
+      if (!key.push.isZero(0.0)) candidate.cost += PushOff(grip, key.push, candidate.object);
+      candidate.world =
+          key.anchor == Anchor::kHead ? stance.head * candidate.object : candidate.object;
+      const std::array<bool, 2> holds = HoldersAt(script_, k);
+      if (holds[0]) candidate.cost += ArmCost(Side::kRight, *grip.right, stance, candidate.world);
+      if (holds[1]) candidate.cost += ArmCost(Side::kLeft, *grip.left, stance, candidate.world);
+      if (k == 0 && script_.table_m) {
+        candidate.cost += TableCost(*grip.right, candidate.world, stance);
+      }
+      candidate.cost = std::min(candidate.cost, kWorst + 1e-3 * candidate.cost);
+      candidates.push_back(candidate);
+    }
+    return candidates;
+  }
+
+  // Moves the object off the head, with the hand that holds it; what that costs.
+  double PushOff(const ActionGrip& grip, const Vector3d& direction, Isometry3d& object) const {
+    double pushed = 0.0, depth = 0.0;
+    for (int k = 0; k < kPushes; ++k) {
+      const Isometry3d wrist = object * grip.right->wrist_from_object.inverse();
+      depth = std::max(DepthInHead(object, object_points_), DepthInHead(wrist, grip.right_skin));
+      if (depth <= kTouch_m || pushed >= kFarPush_m) break;
+      const double step = std::max(0.001, depth);
+      object.translation() += step * direction.normalized();
+      pushed += step;
+    }
+    return Square(std::max(0.0, pushed - 0.004) / 0.01) + Square(depth / 0.002);
+  }
+
+  double DepthInHead(const Isometry3d& head_from_points, const Eigen::Matrix3Xd& points) const {
+    double deepest = 0.0;
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      const Vector3d p = head_from_points * points.col(i);
+      if ((p.array() < person_.head.Min().array()).any() ||
+          (p.array() > person_.head.Max().array()).any()) {
+        continue;
+      }
+      deepest = std::max(deepest, -person_.head.Distance(p));
+    }
+    return deepest;
+  }
+
+  double ArmCost(Side side, const Grasp& grasp, const NominalStance& stance,
+                 const Isometry3d& object) const {
+    const Isometry3d wrist = object * grasp.wrist_from_object.inverse();
+    const ArmTarget target{stance.Shoulder(side), stance.chest, wrist};
+    double least = std::numeric_limits<double>::infinity();
+    for (const double swivel : {-5.0, 15.0, 35.0, 60.0}) {
+      const ArmChoice arm = person_.Arm(side).At(target, swivel * kDegree);
+      const double lacks = std::max(0.0, arm.lacks_m - kEasyLack_m);
+      least = std::min(least, arm.discomfort + Square(lacks / 0.02));
+    }
+    // Hands that come near the trunk squeeze the elbow out.
+    const Vector3d from_chest = wrist.translation() - stance.chest_position;
+    const double near = std::max(0.0, 0.24 - from_chest.head<2>().norm());
+    return least + Square(near / 0.05);
+  }
+
+  // Hand and forearm keep above the table.
+  double TableCost(const Grasp& grasp, const Isometry3d& object,
+                   const NominalStance& stance) const {
+    const Isometry3d wrist = object * grasp.wrist_from_object.inverse();
+    const Vector3d shoulder = stance.Shoulder(Side::kRight);
+    const double above = wrist.translation().z() - *script_.table_m;
+    const Vector3d elbow =
+        wrist.translation() +
+        0.24 * (shoulder - Vector3d(0.05, -0.05, 0.25) - wrist.translation()).normalized();
+    const double forearm = std::min(above - 0.03, elbow.z() - *script_.table_m - 0.02);
+    return Square(grasp.below_bottom_mm / 3.0) + Square(std::max(0.0, -forearm) / 0.01);
+  }
+
+  static double WayCost(const Candidate& a, const Candidate& b,
+                        const std::optional<double>& wanted) {
+    const double angle = AngleBetween(a.world.linear(), b.world.linear());
+    return wanted ? Square((angle - *wanted) / (15.0 * kDegree)) : Square(angle / (60.0 * kDegree));
+  }
+
+  const ActionPerson& person_;
+  const ActionScript& script_;
+  const Eigen::Matrix3Xd& object_points_;
+  std::vector<NominalStance> stances_;
+};
+
+}  // namespace
+
+std::array<bool, 2> HoldersAt(const ActionScript& script, int key) {
+  if (!script.handover) return {true, false};
+  return {key <= script.handover->key, key >= script.handover->key};
+}
+
+ActionChoice ChooseKeys(const ActionPerson& person, const BodyPlacement& start,
+                        const ActionScript& script, std::span<const ActionGrip> grips,
+                        std::span<const double> offsets, const Eigen::Matrix3Xd& object_points) {
+  if (grips.empty()) {
+    throw Error("action", "has no way of holding the object", "Find grasps first");
+  }
+  const Chooser chooser(person, start, script, object_points);
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t g = 0; g < grips.size(); ++g) {
+    const double cost = chooser.Choose(grips[g], 3).cost + offsets[g];
+    if (cost < least) {
+      least = cost;
+      best = g;
+    }
+  }
+  ActionChoice choice = chooser.Choose(grips[best], 1);
+  choice.grip = best;
+  return choice;
+}
+
+}  // namespace holdfast

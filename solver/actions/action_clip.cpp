@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: MIT
+#include "solver/actions/action_clip.h"
+
+#include <algorithm>
+
+#include "generator/body/finger_pose.h"
+#include "generator/imos/vocabulary.h"
+#include "generator/matching/random_draws.h"
+#include "geometry/rotation.h"
+#include "solver/actions/action_measures.h"
+#include "solver/actions/action_motion.h"
+#include "solver/fit/clip_state.h"
+#include "solver/fit/fit.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kVariety = 4.0;  // of cost, by which a worse grasp may be chosen
+constexpr double kInHand = 0.35;  // share of clips that start without a table
+
+ActionScene SceneOf(const ActionClipRequest& request, const BodyPlacement& start) {
+  const Eigen::Matrix3Xd& rest = request.actor.Measures().rest_joints;
+  ActionScene scene;
+  scene.face = request.actor.Face();
+  scene.object = request.prop.marks;
+  scene.head.linear() = start.rotation[15];
+  scene.head.translation() = start.joints.col(15);
+  scene.shoulder = start.joints.col(17);
+  scene.arm_m = (rest.col(19) - rest.col(17)).norm() + (rest.col(21) - rest.col(19)).norm();
+  return scene;
+}
+
+// The motion as a clip: fingers as the hands have them, the object's track, who holds.
+Clip ClipOf(const ActionActor& actor, const ActionMotion& motion, const ActionGrip& grip) {
+  const Eigen::Matrix3Xd& rest = actor.Measures().rest_joints;
+  Clip clip = ToClip(motion.frames, kActionRate, rest, JointPose::Zero());
+  clip.object.emplace();
+  clip.object->trans.resize(3, clip.NumFrames());
+  clip.object->orient.resize(3, clip.NumFrames());
+  clip.holding_hand = motion.holding;
+  Vector3d turned = Vector3d::Zero();
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    const auto at = static_cast<std::size_t>(t);
+    for (const Side side : {Side::kRight, Side::kLeft}) {
+      FingerPose fingers = RelaxedFingers(rest, side);
+      const double closed = motion.closed[at][side == Side::kRight ? 0 : 1];
+      if (const Grasp* grasp = grip.Of(side)) fingers += closed * (grasp->fingers - fingers);
+      SetFingers(clip.pose[at], side, fingers);
+    }
+    turned = UnwrapAxisAngle(LogSO3(motion.object[at].linear()), turned);
+    clip.object->trans.col(t) = motion.object[at].translation();
+    clip.object->orient.col(t) = turned;
+  }
+  return clip;
+}
+
+// Object and fingers by the fit's own code; the receiving hand of a handover has its grasp.
+Clip Fitted(const ActionClipRequest& request, const ActionGrip& grip, const Clip& clip) {
+  std::vector<const HandModel*> hands = {&request.actor.Hand(Side::kRight)};
+  if (grip.left != nullptr) hands.push_back(&request.actor.Hand(Side::kLeft));
+  const GripMaker grips = [&](const GripRequest& asked) {
+    if (asked.frame == 0) return GripPose{FingersOf(asked.pose, asked.side), {}};
+    const Grasp& grasp = *grip.Of(asked.side);
+    const Isometry3d wrist = asked.object.Transform() * grasp.wrist_from_object.inverse();
+    return GripPose{grasp.fingers,
+                    OffsetTo(request.actor.Hand(asked.side), wrist, asked.trans, asked.pose)};
+  };
+  return FitClip(clip, hands, request.prop.fit, clip.holding_hand, FitOptions(), grips).clip;
+}
+
+// What is done, how the object is held and where it is at the keys; null with a fault in `made`.
+struct Chosen {
+  ActionScript script;
+  ActionChoice choice;
+  const ActionGrip* grip = nullptr;
+};
+
+Chosen Choose(const ActionClipRequest& request, std::optional<bool> in_hand, ActionClip& made) {
+  Chosen chosen;
+  const bool handover = request.action == "offhand";
+  const std::vector<ActionGrip>& grips = handover ? request.grips.Paired() : request.grips.Single();
+  if (grips.empty()) {
+    made.fault = handover ? "no two hands find room" : "no grasp";
+    return chosen;
+  }
+  const ActionActor& actor = request.actor;
+  RandomDraws draws(request.seed);
+  const BodyPlacement start =
+      Place(actor.Measures().rest_joints, IdleMotion(actor.Measures(), request.start, 1).front());
+  ActionScene scene = SceneOf(request, start);
+  scene.in_hand = draws.Uniform(0.0, 1.0) < kInHand;
+  if (in_hand) scene.in_hand = *in_hand;
+  chosen.script = WriteScript(request.action, scene, draws);
+  std::vector<double> offsets;
+  for (const ActionGrip& grip : grips) {
+    offsets.push_back(kVariety * draws.Uniform(0.0, 1.0) - 0.5 * grip.right->score);
+  }
+  chosen.choice =
+      ChooseKeys(actor.Person(), start, chosen.script, grips, offsets, request.prop.samples);
+  made.quality.worst_key = chosen.choice.worst_key;
+  const ActionFault fault =
+      FaultOf(ActionQuality{.worst_key = chosen.choice.worst_key, .contact = 1.0}, request.action);
+  made.fault = fault.fault;
+  made.detail = fault.detail;
+  if (fault.fault.empty()) chosen.grip = &grips[chosen.choice.grip];
+  return chosen;
+}
+
+}  // namespace
+
+ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool> in_hand) {
+  ActionClip made;
+  Chosen chosen = Choose(request, in_hand, made);
+  if (chosen.grip == nullptr) return made;
+  const ActionActor& actor = request.actor;
+  // The first key alone, for as long as the whole body takes to settle in it.
+  constexpr double kStill_s = 0.5;
+  ActionScript& script = chosen.script;
+  script.duration_s = kStill_s;
+  script.keys.resize(1);
+  script.keys[0].leave_s = kStill_s;
+  script.strokes.clear();
+  script.handover.reset();
+  chosen.choice.keys.resize(1);
+  const std::vector<BodyFrame> idle = IdleMotion(actor.Measures(), request.start, FramesOf(script));
+  const ActionMotion motion =
+      MakeActionMotion(actor.Person(), actor.Measures(), script, *chosen.grip, chosen.choice, idle);
+  const Clip clip = ClipOf(actor, motion, *chosen.grip);
+  made.clip = Slice(clip, 0, 1);
+  made.clip.betas = actor.Betas();
+  made.clip.body_model = actor.Model().Name();
+  made.clip.action = request.action;
+  made.clip.object->name = imos::VocabularyName(request.prop.name);
+  if (request.mirrored) made.clip = MirrorClip(made.clip);
+  return made;
+}
+
+ActionClip MakeActionClip(const ActionClipRequest& request) {
+  ActionClip made;
+  const Chosen chosen = Choose(request, {}, made);
+  if (chosen.grip == nullptr) return made;
+  const ActionActor& actor = request.actor;
+  const ActionScript& script = chosen.script;
+  const ActionChoice& choice = chosen.choice;
+  const ActionGrip& grip = *chosen.grip;
+  const std::vector<BodyFrame> idle = IdleMotion(actor.Measures(), request.start, FramesOf(script));
+  const ActionMotion motion =
+      MakeActionMotion(actor.Person(), actor.Measures(), script, grip, choice, idle);
+  made.quality.hand_error_rad = motion.worst_hand_error_rad;
+  made.quality.lack_m = motion.worst_lack_m;
+
+  const Clip clip = ClipOf(actor, motion, grip);
+  made.clip = Fitted(request, grip, clip);
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    made.quality.slipped_mm =
+        std::max(made.quality.slipped_mm,
+                 1000.0 * (clip.object->trans.col(t) - made.clip.object->trans.col(t)).norm());
+  }
+  made.clip.betas = actor.Betas();
+  made.clip.body_model = actor.Model().Name();
+  made.clip.action = request.action;
+  made.clip.object->name = imos::VocabularyName(request.prop.name);
+  if (script.table_m) {
+    const Vector3d low = clip.object->trans.col(0);
+    made.clip.table.emplace();
+    made.clip.table->name = "table";
+    made.clip.table->trans =
+        Vector3d(low.x(), low.y(), *script.table_m).replicate(1, clip.NumFrames());
+    made.clip.table->orient = Eigen::Matrix3Xd::Zero(3, clip.NumFrames());
+  }
+  MeasureAction(actor, request.prop, made.clip, made.quality);
+  const ActionFault fault = FaultOf(made.quality, request.action);
+  made.fault = fault.fault;
+  made.detail = fault.detail;
+  if (request.mirrored) made.clip = MirrorClip(made.clip);
+  return made;
+}
+
+Clip MirrorClip(const Clip& clip) {
+  Clip mirrored = clip;
+  mirrored.trans.row(0) *= -1.0;
+  for (JointPose& pose : mirrored.pose) pose = MirrorPose(pose);
+  for (std::optional<ObjectTrack>* track : {&mirrored.object, &mirrored.table}) {
+    if (!*track) continue;
+    (*track)->trans.row(0) *= -1.0;
+    (*track)->orient.bottomRows<2>() *= -1.0;
+  }
+  for (std::uint8_t& hands : mirrored.holding_hand) {
+    hands = static_cast<std::uint8_t>(((hands & kHoldsRight) != 0 ? kHoldsLeft : 0) |
+                                      ((hands & kHoldsLeft) != 0 ? kHoldsRight : 0));
+  }
+  return mirrored;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/body/hand_model.h"
+#include "geometry/mesh/distance_grid.h"
+#include "geometry/mesh/mesh.h"
+#include "geometry/mesh/signed_distance.h"
+#include "solver/grasp/grasp.h"
+
+namespace holdfast {
+
+/// An object as actions are made with it, const and shared.
+struct ActionObject {
+  const TriangleMesh& mesh;
+  const SignedDistance& surface;
+  const DistanceGrid& distance;
+};
+
+/// Ways in which a hand can hold an object: clean grasps (CloseHand's), best first, no two nearly
+/// alike (wrists 2 cm or 20 degrees apart). Up is wherever a hand at a table has it. Empty when the
+/// hand cannot hold it; `status` tells why. The same on any number of `threads`.
+std::vector<Grasp> FindActionGrasps(const HandModel& hand, const ActionObject& object,
+                                    std::uint64_t seed, int most, GraspStatus* status = nullptr,
+                                    int threads = 1);
+
+/// The hand's skin with a grasp's fingers, in the wrist's frame: every `every`-th vertex (3 x n).
+Eigen::Matrix3Xd SkinInWrist(const HandModel& hand, const FingerPose& fingers, int every);
+
+}  // namespace holdfast

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT
+#include "solver/actions/action_motion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "generator/body/limb_ik.h"
+#include "generator/scripted/minimum_jerk.h"
+#include "geometry/body/skeleton.h"
+#include "geometry/rotation.h"
+#include "solver/fit/clip_state.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kUsualSwivel = 0.25;
+constexpr double kBackOff_m = 0.09, kBackOff_s = 0.4;
+
+Isometry3d HeadOf(const BodyPlacement& placed) {
+  Isometry3d head = Isometry3d::Identity();
+  head.linear() = placed.rotation[kHead];
+  head.translation() = placed.joints.col(kHead);
+  return head;
+}
+
+Quaterniond Relative(const Matrix3d& parent, const Matrix3d& child) {
+  return Quaterniond(Matrix3d(parent.transpose() * child)).normalized();
+}
+
+// Strokes of the object as its wrist makes them.
+std::vector<Stroke> InWrist(const std::vector<Stroke>& strokes,
+                            const Isometry3d& wrist_from_object) {
+  std::vector<Stroke> result = strokes;
+  for (Stroke& stroke : result) {
+    for (Vector3d* v : {&stroke.move, &stroke.turn, &stroke.move_aside}) {
+      *v = wrist_from_object.linear() * *v;
+    }
+    stroke.pivot = wrist_from_object * stroke.pivot;
+  }
+  return result;
+}
+
+// A hand that has just let go, or is about to take hold: back and off the palm.
+Isometry3d BackedOff(const Isometry3d& wrist, Side side) {
+  Isometry3d away = wrist;
+  away.translation() -= kBackOff_m * (0.75 * PalmDirection(wrist.linear()) +
+                                      0.65 * FingerDirection(side, wrist.linear()));
+  return away;
+}
+
+class Maker {
+ public:
+  Maker(const ActionPerson& person, const BodyMeasures& body, const ActionScript& script,
+        const ActionGrip& grip, const ActionChoice& choice, const std::vector<BodyFrame>& idle,
+        const ActionBodyOptions& options)
+      : person_(person),
+        body_(body),
+        script_(script),
+        grip_(grip),
+        choice_(choice),
+        options_(options),
+        frames_(idle),
+        right_(PathOf(Side::kRight)) {
+    if (script.handover) left_.emplace(PathOf(Side::kLeft));
+  }
+
+  ActionMotion Make() {
+    const Eigen::Matrix3Xd& rest = body_.rest_joints;
+    const FeetTarget feet = FeetOf(Place(rest, frames_.front()));
+    for (BodyFrame& frame : frames_) PlaceLegs(rest, feet, frame);
+    RoughArm();
+    ActionMotion made;
+    const double end = script_.handover ? script_.handover->both_end_s : script_.duration_s + 1.0;
+    made.body = MoveActionBody(rest, feet, script_, right_, end, options_, frames_);
+    ExactArm(Side::kRight, right_, made);
+    if (left_) ExactArm(Side::kLeft, *left_, made);
+    Hold(made);
+    made.frames = std::move(frames_);
+    return made;
+  }
+
+ private:
+  ActionPath PathOf(Side side) const {
+    const Grasp& grasp = *grip_.Of(side);
+    const Isometry3d object_from_wrist = grasp.wrist_from_object.inverse();
+    std::vector<PathKey> keys;
+    for (int k = 0; k < static_cast<int>(script_.keys.size()); ++k) {
+      if (!HoldersAt(script_, k)[side == Side::kRight ? 0 : 1]) continue;
+      const ScriptKey& key = script_.keys[static_cast<std::size_t>(k)];
+      keys.push_back({key.arrive_s, key.leave_s, key.anchor,
+                      choice_.keys[static_cast<std::size_t>(k)] * object_from_wrist, key.bulge});
+    }
+    if (script_.handover && side == Side::kRight) {
+      PathKey away = keys.back();
+      away.pose = BackedOff(away.pose, side);
+      away.arrive_s = away.leave_s = keys.back().leave_s + kBackOff_s;
+      away.bulge.setZero();
+      keys.push_back(away);
+    } else if (script_.handover) {
+      PathKey ready = keys.front();
+      ready.pose = BackedOff(ready.pose, side);
+      ready.arrive_s = script_.handover->meet_begin_s;
+      ready.leave_s = std::max(ready.arrive_s, keys.front().arrive_s - kBackOff_s);
+      ready.bulge.setZero();
+      keys.insert(keys.begin(), ready);
+    }
+    return ActionPath(std::move(keys), InWrist(script_.strokes, grasp.wrist_from_object));
+  }
+
+  // How much of a hand's way is its path's: the rest is the idle arm's.
+  double Share(Side side, double time) const {
+    if (!script_.handover) return side == Side::kRight ? 1.0 : 0.0;
+    const HandoverKey& handover = *script_.handover;
+    if (side == Side::kRight) {
+      const double begin = handover.both_end_s + 0.12;
+      return 1.0 - MinimumJerk((time - begin) / (handover.free_s - begin));
+    }
+    const double end = std::max(handover.meet_begin_s + 0.3, handover.both_begin_s - 0.15);
+    return MinimumJerk((time - handover.meet_begin_s) / (end - handover.meet_begin_s));
+  }
+
+  ArmTarget TargetOf(const BodyPlacement& placed, Side side, const Isometry3d& wrist) const {
+    return {placed.joints.col(person_.Arm(side).Bones().root), placed.rotation[kSpine3], wrist};
+  }
+
+  void SetArm(Side side, const BodyPlacement& placed, const ArmChoice& arm, double share,
+              BodyFrame& frame) const {
+    const Limb& limb = person_.Arm(side).Bones();
+    const Matrix3d& collar = placed.rotation[static_cast<std::size_t>(limb.root - 3)];
+    const std::array<std::pair<int, Quaterniond>, 3> turns = {
+        std::pair(limb.root, Relative(collar, arm.limb.upper)),
+        std::pair(limb.middle, Relative(arm.limb.upper, arm.wrist.lower)),
+        std::pair(limb.end, Quaterniond(arm.wrist.wrist).normalized())};
+    for (const auto& [joint, turn] : turns) {
+      Quaterniond& local = frame.local[static_cast<std::size_t>(joint)];
+      local = share >= 1.0 ? turn : local.slerp(share, turn);
+    }
+  }
+
+  // The right arm about where it will be, on the idle trunk: the body's solver starts from there.
+  void RoughArm() {
+    for (std::size_t t = 0; t < frames_.size(); ++t) {
+      const double time = static_cast<double>(t) / kActionRate;
+      const BodyPlacement placed = Place(body_.rest_joints, frames_[t]);
+      const Isometry3d wrist = right_.At(time).At(HeadOf(placed));
+      SetArm(Side::kRight, placed,
+             person_.right.At(TargetOf(placed, Side::kRight, wrist), kUsualSwivel),
+             Share(Side::kRight, time), frames_[t]);
+    }
+  }
+
+  void ExactArm(Side side, const ActionPath& path, ActionMotion& made) {
+    const TakeArm& arm = person_.Arm(side);
+    std::vector<BodyPlacement> placed;
+    std::vector<ArmTarget> targets;
+    for (std::size_t t = 0; t < frames_.size(); ++t) {
+      placed.push_back(Place(body_.rest_joints, frames_[t]));
+      const Isometry3d wrist =
+          path.At(static_cast<double>(t) / kActionRate).At(HeadOf(placed.back()));
+      targets.push_back(TargetOf(placed.back(), side, wrist));
+    }
+    const std::vector<double> swivels = arm.Track(targets, kActionRate);
+    for (std::size_t t = 0; t < frames_.size(); ++t) {
+      const double time = static_cast<double>(t) / kActionRate;
+      // Style never makes a wrist bend farther than it can.
+      ArmChoice chosen = arm.At(targets[t], swivels[t] + script_.swivel_rad);
+      if (chosen.hand_error_rad > 0.01) chosen = arm.At(targets[t], swivels[t]);
+      SetArm(side, placed[t], chosen, Share(side, time), frames_[t]);
+      if (!Holds(side, time)) continue;
+      made.worst_hand_error_rad = std::max(made.worst_hand_error_rad, chosen.hand_error_rad);
+      made.worst_lack_m = std::max(made.worst_lack_m, chosen.lacks_m);
+    }
+  }
+
+  bool Holds(Side side, double time) const {
+    if (!script_.handover) return side == Side::kRight;
+    return side == Side::kRight ? time <= script_.handover->both_end_s
+                                : time >= script_.handover->both_begin_s;
+  }
+
+  // The object goes where the hand that has it goes.
+  void Hold(ActionMotion& made) const {
+    for (std::size_t t = 0; t < frames_.size(); ++t) {
+      const double time = static_cast<double>(t) / kActionRate;
+      const BodyPlacement placed = Place(body_.rest_joints, frames_[t]);
+      const bool right = Holds(Side::kRight, time), left = Holds(Side::kLeft, time);
+      const Side side = right ? Side::kRight : Side::kLeft;
+      const std::size_t joint = static_cast<std::size_t>(WristJoint(side));
+      Isometry3d wrist = Isometry3d::Identity();
+      wrist.linear() = placed.rotation[joint];
+      wrist.translation() = placed.joints.col(static_cast<Eigen::Index>(joint));
+      made.object.push_back(wrist * grip_.Of(side)->wrist_from_object);
+      made.holding.push_back(
+          static_cast<std::uint8_t>((right ? kHoldsRight : 0) | (left ? kHoldsLeft : 0)));
+      std::array<double, 2> closed = {1.0, 0.0};
+      if (script_.handover) {
+        const HandoverKey& handover = *script_.handover;
+        closed[0] = 1.0 - MinimumJerk((time - handover.both_end_s) / 0.3);
+        closed[1] = MinimumJerk((time - handover.both_begin_s + 0.3) / 0.3);
+      }
+      made.closed.push_back(closed);
+    }
+  }
+
+  const ActionPerson& person_;
+  const BodyMeasures& body_;
+  const ActionScript& script_;
+  const ActionGrip& grip_;
+  const ActionChoice& choice_;
+  const ActionBodyOptions& options_;
+  std::vector<BodyFrame> frames_;
+  ActionPath right_;
+  std::optional<ActionPath> left_;
+};
+
+}  // namespace
+
+int FramesOf(const ActionScript& script) {
+  return static_cast<int>(std::ceil(script.duration_s * kActionRate)) + 1;
+}
+
+ActionMotion MakeActionMotion(const ActionPerson& person, const BodyMeasures& body,
+                              const ActionScript& script, const ActionGrip& grip,
+                              const ActionChoice& choice, const std::vector<BodyFrame>& idle,
+                              const ActionBodyOptions& options) {
+  return Maker(person, body, script, grip, choice, idle, options).Make();
+}
+
+}  // namespace holdfast

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "generator/actions/face_marks.h"
+#include "generator/actions/object_marks.h"
+#include "generator/scripted/reach_motion.h"
+#include "geometry/body/body_model.h"
+#include "geometry/body/hand_model.h"
+#include "geometry/mesh/distance_grid.h"
+#include "geometry/mesh/mesh.h"
+#include "geometry/mesh/signed_distance.h"
+#include "solver/actions/action_choice.h"
+#include "solver/actions/action_grasps.h"
+#include "solver/actions/action_pairs.h"
+#include "solver/fit/fit_options.h"
+
+namespace holdfast {
+
+/// A person who acts, of one shape: const and shared by clips.
+class ActionActor {
+ public:
+  /// Throws Error for a body without a head or hands.
+  ActionActor(std::shared_ptr<const BodyModel> model, const Eigen::VectorXd& betas);
+
+  const BodyModel& Model() const { return *model_; }
+  const Eigen::VectorXd& Betas() const { return betas_; }
+  const BodyMeasures& Measures() const { return measures_; }
+  const FaceMarks& Face() const { return face_; }
+  const HandModel& Hand(Side side) const { return side == Side::kRight ? right_ : left_; }
+  const ActionPerson& Person() const { return person_; }
+  /// Skin that an object must keep out of: all but forearms and hands, every other vertex.
+  const BodySurface& Skin() const { return skin_; }
+  /// Signed distances of the closed trunk in the frame of spine3 at rest: origin at the joint.
+  const DistanceGrid& Trunk() const { return trunk_; }
+  /// Skin of both forearms, every third vertex.
+  const BodySurface& Forearms() const { return forearms_; }
+
+ private:
+  std::shared_ptr<const BodyModel> model_;
+  Eigen::VectorXd betas_;
+  BodyMeasures measures_;
+  BodySurface surface_;
+  FaceMarks face_;
+  DistanceGrid head_, trunk_;
+  HandModel right_, left_;
+  BodySurface skin_, forearms_;
+  ActionPerson person_;
+};
+
+/// An object that is acted with, as it is or in a mirror (ReflectX): const and shared by clips.
+struct ActionProp {
+  std::string name;  ///< embedded name
+  TriangleMesh mesh;
+  SignedDistance surface;
+  FitObject fit;
+  ObjectMarks marks;
+  Eigen::Matrix3Xd samples;  ///< some hundred points of the surface, object frame
+};
+
+/// `simplified`: 300 vertices, for the fit.
+ActionProp MakeActionProp(std::string name, const TriangleMesh& mesh,
+                          const TriangleMesh& simplified, bool mirrored, int threads);
+
+/// How one actor can hold one prop: with the right hand, and in both at once.
+class ActionGrips {
+ public:
+  /// `right`: FindActionGrasps of the prop; `pairs`: FindGraspPairs, where clips need both hands.
+  ActionGrips(const ActionActor& actor, std::vector<Grasp> right, std::vector<GraspPair> pairs);
+
+  /// One for each grasp of the right hand.
+  const std::vector<ActionGrip>& Single() const { return single_; }
+  /// One for each pair: for offhand.
+  const std::vector<ActionGrip>& Paired() const { return paired_; }
+
+  ActionGrips(const ActionGrips&) = delete;  // grips point into it
+  ActionGrips& operator=(const ActionGrips&) = delete;
+
+ private:
+  std::vector<Grasp> right_;
+  std::vector<GraspPair> pairs_;
+  std::vector<ActionGrip> single_, paired_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <ceres/cost_function.h>
+
+#include <Eigen/Core>
+
+#include "solver/unknowns/reach_chain.h"
+
+namespace holdfast {
+
+/// The terms of one frame as a function of the four control points of a cubic B-spline that its
+/// change lies between: x = sum_k basis_k c_k (ChangeSpline). `Terms` names them: kRows residuals
+/// in all, and ForEach(visit) visits each in the order of its rows. Parameter blocks: four control
+/// points (28 each, ReachDofs). The body is evaluated once for all terms.
+template <typename Terms>
+class FrameBlock final : public ceres::CostFunction {
+ public:
+  static constexpr int kRows = Terms::kRows;
+
+  /// `chain` and `base` (the frame that is changed) must outlive the block.
+  FrameBlock(const ReachChain& chain, const BodyFrame& base, const Terms& terms,
+             const Eigen::Vector4d& basis)
+      : chain_(chain), base_(base), terms_(terms), basis_(basis) {
+    set_num_residuals(kRows);
+    mutable_parameter_block_sizes()->assign(4, ReachDofs::kSize);
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    ReachChange change = ReachChange::Zero();
+    for (int k = 0; k < 4; ++k) change += basis_(k) * Eigen::Map<const ReachChange>(parameters[k]);
+    ReachState state;
+    state.Evaluate(chain_, base_, change);
+    Eigen::Map<Eigen::Matrix<double, kRows, 1>> r(residuals);
+    JacobianRows J;
+    int row = 0;
+    terms_.ForEach([&]<typename Term>(const Term& term) {
+      auto rows = r.template segment<Term::kRows>(row);
+      auto J_rows = J.template middleRows<Term::kRows>(row);
+      if constexpr (requires { term.Evaluate(chain_, state, change, rows, J_rows); }) {
+        term.Evaluate(chain_, state, change, rows, J_rows);
+      } else {
+        term.Evaluate(chain_, state, rows, J_rows);
+      }
+      row += Term::kRows;
+    });
+    if (jacobians == nullptr) return true;
+    for (int k = 0; k < 4; ++k) {
+      if (jacobians[k] != nullptr) Eigen::Map<JacobianRows>{jacobians[k]} = basis_(k) * J;
+    }
+    return true;
+  }
+
+ private:
+  using JacobianRows = Eigen::Matrix<double, kRows, ReachDofs::kSize, Eigen::RowMajor>;
+
+  const ReachChain& chain_;
+  const BodyFrame& base_;
+  Terms terms_;
+  Eigen::Vector4d basis_;
+};
+
+}  // namespace holdfast

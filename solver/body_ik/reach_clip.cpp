@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#include "solver/body_ik/reach_clip.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace holdfast {
+namespace {
+
+constexpr int kBefore = 40, kAfter = 41;  // frames around the goal's that may change, at most
+constexpr int kIntoTransition = 6;        // frames of them before the captured reach begins
+
+// Window of the k-th reach: within its own captured stretch, never in that of another one.
+ReachWarp WindowOf(const SynthesizedMotion& motion, std::size_t k) {
+  const ReachEvent& event = motion.reaches[k];
+  const int previous = k > 0 ? motion.reaches[k - 1].end : 0;
+  const int next = k + 1 < motion.reaches.size() ? motion.reaches[k + 1].begin
+                                                 : static_cast<int>(motion.frames.size());
+  ReachWarp warp;
+  warp.goal = event.goal;
+  warp.frame = event.frame;
+  warp.wrist = event.wrist;
+  warp.begin = std::max({previous, event.begin - kIntoTransition, event.frame - kBefore});
+  warp.end = std::min({next, event.end + kIntoTransition, event.frame + kAfter});
+  return warp;
+}
+
+std::string FaultOf(const ReachClip& clip, const ReachClipLimits& limits) {
+  const MotionQuality& quality = clip.quality;
+  if (clip.feet.max_correction_m > limits.foot_correction_m) {
+    return fmt::format("a planted foot moved by {:.0f} cm", 100 * clip.feet.max_correction_m);
+  }
+  if (clip.feet.max_sink_m > limits.pelvis_sink_m) {
+    return fmt::format("the pelvis sinks {:.0f} cm for legs to reach", 100 * clip.feet.max_sink_m);
+  }
+  if (clip.feet.max_missed_m > limits.ankle_missed_m) {
+    return fmt::format("an ankle is {:.0f} cm from its place", 100 * clip.feet.max_missed_m);
+  }
+  if (quality.skate_ratio > limits.skate_ratio) {
+    return fmt::format("feet slide in {:.0f} % of frames", 100 * quality.skate_ratio);
+  }
+  if (quality.lowest_sole_m < limits.lowest_sole_m) {
+    return fmt::format("feet {:.0f} cm below the ground", -100 * quality.lowest_sole_m);
+  }
+  if (quality.max_acceleration > limits.max_acceleration) {
+    return fmt::format("a joint jumps ({:.0f} m/s^2)", quality.max_acceleration);
+  }
+  if (quality.p99_acceleration > limits.p99_acceleration) {
+    return fmt::format("restless ({:.0f} m/s^2 in 1 % of frames and joints)",
+                       quality.p99_acceleration);
+  }
+  if (quality.beyond_limits_ratio > limits.beyond_limits_ratio) {
+    return fmt::format("{:.1f} % of joint angles beyond captured ones",
+                       100 * quality.beyond_limits_ratio);
+  }
+  return {};
+}
+
+}  // namespace
+
+ReachClip MakeReachClip(const MotionLibrary& library, const ReachClipOptions& options,
+                        std::uint64_t seed) {
+  const Eigen::Matrix3Xd& rest_joints = library.RestJoints();
+  SynthesizedMotion motion = SynthesizeReaches(library, options.synthesis, seed);
+  ReachClip clip;
+  clip.frames = motion.frames;
+  clip.segments = motion.segments;
+  clip.transitions = static_cast<int>(motion.segments.size()) - 1;
+  const std::vector<FeetTarget> feet =
+      LockFeet(rest_joints, library.SolesOfBody(), motion.contacts, clip.frames, {}, &clip.feet);
+
+  for (std::size_t k = 0; k < motion.reaches.size(); ++k) {
+    const ReachEvent& event = motion.reaches[k];
+    const int wrist = WristJoint(event.wrist);
+    const auto wrist_now = [&]() -> Eigen::Vector3d {
+      return Place(rest_joints, clip.frames[static_cast<std::size_t>(event.frame)])
+          .joints.col(wrist);
+    };
+    ReachLabel label;
+    label.frame = event.frame;
+    label.wrist = event.wrist;
+    label.source = event.clip;
+    const Eigen::Vector3d captured = wrist_now();
+    const ReachWarp warp = WindowOf(motion, k);
+    const int margin = 3 * options.warp.knot_frames;
+    if (options.carry_to_goals && warp.frame - warp.begin >= margin &&
+        warp.end - 1 - warp.frame >= margin) {
+      const std::vector<BodyFrame> before(clip.frames.begin() + warp.begin,
+                                          clip.frames.begin() + warp.end);
+      const ReachWarpReport report = WarpReach(rest_joints, feet, warp, options.warp, clip.frames);
+      label.warped = report.wrist_error_m < options.limits.goal_error_m &&
+                     report.max_missed_m < options.limits.ankle_missed_m;
+      if (label.warped) {
+        label.carried_m = (event.goal - captured).norm();
+      } else {
+        std::copy(before.begin(), before.end(), clip.frames.begin() + warp.begin);
+      }
+    }
+    const Eigen::Vector3d reached = wrist_now();
+    label.goal = label.warped ? event.goal : reached;
+    label.error_m = (reached - label.goal).norm();
+    clip.labels.push_back(label);
+  }
+  clip.quality = MeasureQuality(rest_joints, library.SolesOfBody(), clip.frames,
+                                options.warp.joint_limits, &clip.statistics);
+  clip.fault = FaultOf(clip, options.limits);
+  return clip;
+}
+
+}  // namespace holdfast

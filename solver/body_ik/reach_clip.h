@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "generator/matching/capture_quality.h"
+#include "generator/matching/foot_lock.h"
+#include "generator/matching/motion_library.h"
+#include "generator/matching/reach_synthesis.h"
+#include "solver/body_ik/reach_warp.h"
+
+namespace holdfast {
+
+/// One goal of a made clip.
+struct ReachLabel {
+  Eigen::Vector3d goal = Eigen::Vector3d::Zero();  ///< of the wrist joint, world, metres
+  int frame = 0;                                   ///< at which the wrist is there
+  Side wrist = Side::kRight;
+  bool warped = false;   ///< carried to the goal; else the goal is where the captured wrist is
+  double carried_m = 0;  ///< how far
+  double error_m = 0;    ///< of the wrist at the frame
+  int source = 0;        ///< clip of the library whose reach it is
+};
+
+/// What a made clip must keep to be used.
+struct ReachClipLimits {
+  double goal_error_m = 0.01;       ///< a reach that misses more is left as captured
+  double foot_correction_m = 0.20;  ///< of a planted foot, by foot locking
+  double pelvis_sink_m = 0.12;      ///< for legs to reach
+  double ankle_missed_m = 0.03;
+  double skate_ratio = 0.15;
+  double lowest_sole_m = -0.05;
+  double max_acceleration = 150.0;  ///< m/s^2, of any joint in any frame
+  double p99_acceleration = 34.0;
+  double beyond_limits_ratio = 0.01;  ///< share of frames and joints beyond the joint limits
+};
+
+struct ReachClipOptions {
+  SynthesisOptions synthesis;
+  ReachWarpOptions warp;
+  ReachClipLimits limits;
+  bool carry_to_goals = true;  ///< false: reaches stay as captured, goals are where wrists are
+};
+
+/// A made motion with all that is known about it.
+struct ReachClip {
+  std::vector<BodyFrame> frames;
+  std::vector<MotionSegment> segments;
+  std::vector<ReachLabel> labels;
+  MotionQuality quality;
+  MotionStatistics statistics;
+  FootLockReport feet;
+  int transitions = 0;
+  std::string fault;  ///< why it is not to be used; empty when it is
+};
+
+/// Synthesis, locked feet, reaches carried to their goals, and measured. The same library, options
+/// and seed give the same clip.
+ReachClip MakeReachClip(const MotionLibrary& library, const ReachClipOptions& options,
+                        std::uint64_t seed);
+
+}  // namespace holdfast

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+#include "solver/body_ik/reach_refit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "generator/matching/capture_quality.h"
+#include "generator/matching/foot_lock.h"
+#include "generator/matching/sole_contact.h"
+#include "generator/matching/support_feet.h"
+#include "generator/wandr/intention.h"
+#include "generator/wandr/motion_states.h"
+#include "generator/wandr/reach_outcome.h"
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "solver/body_ik/reach_warp.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kRoomKnots = 3;            // on either side of a goal: WarpReach asks for them
+constexpr double kMostSink = 0.08;       // metres: farther would be a squat, and sudden
+constexpr double kStepClearance = 0.03;  // metres: of a foot half-way through its step
+
+// How far the wrist of every frame has to bend up for the fingertip to be off the floor; zero where
+// it is. Smooth over time: the largest of nearby frames, then a bell.
+std::vector<double> Bends(const std::vector<BodyFrame>& frames, const Eigen::Matrix3Xd& rest_joints,
+                          int wrist, const Vector3d& tip) {
+  constexpr double kClearance = 0.01;           // metres: half a finger
+  constexpr double kFarthest = 70.0 * kDegree;  // a wrist bends back no farther
+  constexpr int kReach = 4;
+  const int count = static_cast<int>(frames.size());
+  std::vector<double> needed(frames.size(), 0.0);
+  for (int t = 0; t < count; ++t) {
+    const BodyPlacement placed = Place(rest_joints, frames[static_cast<std::size_t>(t)]);
+    const Vector3d hand = placed.rotation[static_cast<std::size_t>(wrist)] * tip;
+    const double height = placed.joints(2, wrist);
+    if (height + hand.z() >= kClearance) continue;
+    const double length = hand.norm();
+    const double now = std::asin(std::clamp(hand.z() / length, -1.0, 1.0));
+    const double wanted = std::asin(std::clamp((kClearance - height) / length, -1.0, 1.0));
+    needed[static_cast<std::size_t>(t)] = std::min(wanted - now, kFarthest);
+  }
+  std::vector<double> largest(frames.size()), bends(frames.size(), 0.0);
+  for (int t = 0; t < count; ++t) {
+    for (int s = std::max(0, t - kReach); s <= std::min(count - 1, t + kReach); ++s) {
+      largest[static_cast<std::size_t>(t)] =
+          std::max(largest[static_cast<std::size_t>(t)], needed[static_cast<std::size_t>(s)]);
+    }
+  }
+  for (int t = 0; t < count; ++t) {
+    double sum = 0.0, weight = 0.0;
+    for (int s = std::max(0, t - kReach); s <= std::min(count - 1, t + kReach); ++s) {
+      const double w = 1.0 + std::cos(std::numbers::pi * (s - t) / (kReach + 1.0));
+      sum += w * largest[static_cast<std::size_t>(s)];
+      weight += w;
+    }
+    bends[static_cast<std::size_t>(t)] = sum / weight;
+  }
+  return bends;
+}
+
+// Turns the hand up in the vertical plane that it points in.
+double LiftHand(const Eigen::Matrix3Xd& rest_joints, int wrist, std::vector<BodyFrame>& frames) {
+  const int knuckle = wrist == WristJoint(Side::kLeft) ? 30 : 45;
+  const Vector3d tip = 1.13 * (rest_joints.col(knuckle) - rest_joints.col(wrist));
+  const std::vector<double> bends = Bends(frames, rest_joints, wrist, tip);
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    if (bends[t] <= 0.0) continue;
+    const BodyPlacement placed = Place(rest_joints, frames[t]);
+    const Eigen::Matrix3d world = placed.rotation[static_cast<std::size_t>(wrist)];
+    const Vector3d hand = world * tip;
+    Vector3d level(hand.x(), hand.y(), 0.0);
+    // A hand that hangs straight down bends to its back: palms face the floor then.
+    if (level.norm() < 0.2 * hand.norm()) level = world * Vector3d::UnitY();
+    const Vector3d axis = level.cross(Vector3d::UnitZ());
+    if (axis.norm() < 1e-6) continue;
+    const Eigen::Matrix3d parent = placed.rotation[static_cast<std::size_t>(kJointParents[wrist])];
+    const Eigen::AngleAxisd turn(bends[t], axis.normalized());
+    frames[t].local[static_cast<std::size_t>(wrist)] =
+        Eigen::Quaterniond(Eigen::Matrix3d(parent.transpose() * turn * world)).normalized();
+  }
+  return *std::ranges::max_element(bends);
+}
+
+}  // namespace
+
+wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
+                                      const Eigen::Ref<const wandr::StateMatrix<double>>& states,
+                                      std::span<const RefitGoal> goals, const RefitOptions& options,
+                                      RefitReport* report) {
+  const Eigen::Matrix3Xd& rest_joints = measures.rest_joints;
+  const int count = static_cast<int>(states.cols());
+  std::vector<BodyFrame> frames(static_cast<std::size_t>(count));
+  for (int t = 0; t < count; ++t) {
+    const wandr::Pose<double> pose = wandr::PoseOf<double>(states.col(t));
+    BodyFrame& frame = frames[static_cast<std::size_t>(t)];
+    frame.pelvis = pose.translation + rest_joints.col(0);
+    for (std::size_t k = 0; k < kNumBodyJoints; ++k) {
+      frame.local[k] = Eigen::Quaterniond(pose.rotation[k]);
+    }
+  }
+  RefitReport found;
+  std::vector<FeetTarget> feet;
+  if (options.pin_feet) {
+    const SolePoints soles(rest_joints, measures.sole_y);
+    std::vector<Soles> points;
+    for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
+    FootLockReport lock;
+    feet = LockFeet(rest_joints, soles, FindSupports(points, wandr::kFramesPerSecond), frames,
+                    {.clearance_m = kStepClearance, .most_sink_m = kMostSink, .keep_first = true},
+                    &lock);
+    found.max_foot_correction_m = lock.max_correction_m;
+    found.max_pelvis_sink_m = lock.max_sink_m;
+  } else {
+    for (const BodyFrame& frame : frames) feet.push_back(FeetOf(Place(rest_joints, frame)));
+  }
+  const int wrist = WristJoint(options.wrist);
+  ReachWarpOptions warp_options;
+  warp_options.joint_limits = CapturedJointLimits();
+  const int margin = kRoomKnots * warp_options.knot_frames;
+  for (const RefitGoal& goal : goals) {
+    if (goal.frame < 0 || goal.frame >= count || !goal.position.allFinite()) {
+      throw Error("refit", fmt::format("goal at frame {} of {}", goal.frame, count),
+                  "Give a frame of the motion and a finite place");
+    }
+    const auto error = [&] {
+      const BodyPlacement placed = Place(rest_joints, frames[static_cast<std::size_t>(goal.frame)]);
+      return (placed.joints.col(wrist) - goal.position).norm();
+    };
+    ReachWarp warp;
+    warp.goal = goal.position;
+    warp.frame = goal.frame;
+    warp.begin = std::max(0, goal.frame - options.window_frames);
+    warp.end = std::min(count, goal.frame + options.window_frames + 1);
+    warp.wrist = options.wrist;
+    const bool room = warp.frame - warp.begin >= margin && warp.end - 1 - warp.frame >= margin;
+    if (options.place_wrist && room && error() <= options.farthest_m) {
+      WarpReach(rest_joints, feet, warp, warp_options, frames);
+    }
+    found.wrist_errors_m.push_back(error());
+  }
+  if (options.lift_hands) {
+    for (const Side side : {Side::kLeft, Side::kRight}) {
+      found.max_hand_bend_rad =
+          std::max(found.max_hand_bend_rad, LiftHand(rest_joints, WristJoint(side), frames));
+    }
+  }
+  wandr::StateMatrix<double> refitted(wandr::kStateSize, count);
+  for (int t = 0; t < count; ++t) {
+    const BodyFrame& frame = frames[static_cast<std::size_t>(t)];
+    wandr::Pose<double> pose;
+    pose.translation = frame.pelvis - rest_joints.col(0);
+    for (std::size_t k = 0; k < kNumBodyJoints; ++k) {
+      pose.rotation[k] = frame.local[k].toRotationMatrix();
+    }
+    wandr::WriteState<double>(pose, refitted.col(t));
+  }
+  if (report != nullptr) *report = found;
+  return refitted;
+}
+
+RefitReport RefitRollout(const BodyMeasures& measures, std::span<const RefitGoal> reached,
+                         Side wrist, wandr::RolloutTrack& track) {
+  const int margin = kRoomKnots * ReachWarpOptions().knot_frames;
+  const int last = static_cast<int>(track.states.cols()) - 1;
+  std::vector<RefitGoal> goals(reached.begin(), reached.end());
+  for (RefitGoal& goal : goals) {
+    if (last >= 2 * margin) goal.frame = std::clamp(goal.frame, margin, last - margin);
+  }
+  RefitOptions options;
+  options.wrist = wrist;
+  options.farthest_m = 2.0 * wandr::kReachedWithin;
+  RefitReport report;
+  track.states =
+      RefitReach(measures, track.states.cast<double>(), goals, options, &report).cast<float>();
+  track.joints =
+      wandr::JointsOfStates(track.states, wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>());
+  return report;
+}
+
+}  // namespace holdfast

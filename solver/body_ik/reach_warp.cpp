@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include "solver/body_ik/reach_warp.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "generator/body/limb_ik.h"
+#include "generator/scripted/minimum_jerk.h"
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "solver/body_ik/reach_frame_block.h"
+#include "solver/unknowns/change_spline.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Vector3d;
+
+// How readily each degree of freedom is used: the arm first, then the trunk.
+ReachChange Readiness() {
+  ReachChange sigma;
+  sigma.segment<3>(ReachDofs::kPelvisMove) << 0.06, 0.06, 0.10;
+  sigma.segment<3>(ReachDofs::kPelvisTurn).setConstant(7.0 * kDegree);
+  sigma.segment<9>(ReachDofs::kSpine).setConstant(6.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kCollar).setConstant(6.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kShoulder).setConstant(25.0 * kDegree);
+  sigma(ReachDofs::kElbow) = 30.0 * kDegree;
+  sigma.segment<3>(ReachDofs::kNeck).setConstant(8.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kHead).setConstant(8.0 * kDegree);
+  return sigma;
+}
+
+// The share of the way to the goal that is added in a frame.
+double Share(const ReachWarp& warp, int frame) {
+  const double tau =
+      frame <= warp.frame
+          ? static_cast<double>(frame - warp.begin) / std::max(1, warp.frame - 1 - warp.begin)
+          : static_cast<double>(warp.end - 1 - frame) / std::max(1, warp.end - 2 - warp.frame);
+  return MinimumJerk(tau);
+}
+
+class Warp {
+ public:
+  Warp(const Eigen::Matrix3Xd& rest_joints, const std::vector<FeetTarget>& feet,
+       const ReachWarp& warp, const ReachWarpOptions& options, std::vector<BodyFrame>& frames)
+      : chain_(rest_joints, warp.wrist),
+        feet_(feet),
+        warp_(warp),
+        options_(options),
+        frames_(frames),
+        captured_(frames.begin() + warp.begin, frames.begin() + warp.end),
+        change_(warp.end - warp.begin, options.knot_frames) {}
+
+  ReachWarpReport Run() {
+    ceres::Problem problem;
+    change_.AddTo(problem);
+    const BodyPlacement at_goal =
+        Place(chain_.RestJoints(), captured_[static_cast<std::size_t>(warp_.frame - warp_.begin)]);
+    const Vector3d lacks = warp_.goal - at_goal.joints.col(chain_.WristJointId());
+    for (int t = warp_.begin; t < warp_.end; ++t) {
+      change_.AddFrame(problem, t - warp_.begin, [&](const Eigen::Vector4d& basis) {
+        return new ReachFrameBlock(chain_, Captured(t), TermsOf(t, lacks), basis);
+      });
+    }
+    change_.AddPrior(problem, Readiness(), 0.5);
+    change_.HoldEnds(problem);
+    const ceres::Solver::Summary summary = SolveFrames(problem, options_.max_iterations, 1e-4);
+    ReachWarpReport report;
+    report.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
+    report.converged = summary.termination_type == ceres::CONVERGENCE;
+    if (summary.IsSolutionUsable()) Finish(report);
+    return report;
+  }
+
+ private:
+  const BodyFrame& Captured(int t) const {
+    return captured_[static_cast<std::size_t>(t - warp_.begin)];
+  }
+
+  ReachFrameTerms TermsOf(int t, const Vector3d& lacks) const {
+    const BodyFrame& frame = Captured(t);
+    const BodyPlacement placed = Place(chain_.RestJoints(), frame);
+    const double share = Share(warp_, t);
+    const Vector3d wrist = placed.joints.col(chain_.WristJointId());
+    ReachFrameTerms terms;
+    terms.wrist.target = wrist + share * lacks;
+    terms.wrist.sigma_m = t == warp_.frame ? options_.goal_sigma_m : options_.path_sigma_m;
+    // The face turns as the direction from the head to the hand's goal does.
+    const Vector3d head = placed.joints.col(15);
+    const Vector3d face = placed.rotation[15].col(2);
+    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(
+        warp_.goal - lacks - head, warp_.goal - lacks + share * lacks - head);
+    terms.gaze.wanted = turn * face;
+    terms.balance.captured = Balance::Middle(chain_, placed);
+    terms.legs = LegReach::Of(chain_, placed, feet_[static_cast<std::size_t>(t)]);
+    terms.range = JointRange::Of(chain_, frame, options_.joint_limits);
+    return terms;
+  }
+
+  // The frames with the change made, legs and all.
+  void Finish(ReachWarpReport& report) {
+    std::vector<BodyFrame> changed;
+    for (int t = warp_.begin; t < warp_.end; ++t) {
+      changed.push_back(chain_.Changed(Captured(t), change_.At(t - warp_.begin)));
+    }
+    for (int t = warp_.begin; t < warp_.end; ++t) {
+      BodyFrame& frame = changed[static_cast<std::size_t>(t - warp_.begin)];
+      report.max_missed_m =
+          std::max(report.max_missed_m,
+                   PlaceLegs(chain_.RestJoints(), feet_[static_cast<std::size_t>(t)], frame));
+      frames_[static_cast<std::size_t>(t)] = frame;
+    }
+    const BodyPlacement placed =
+        Place(chain_.RestJoints(), frames_[static_cast<std::size_t>(warp_.frame)]);
+    report.wrist_error_m = (placed.joints.col(chain_.WristJointId()) - warp_.goal).norm();
+  }
+
+  ReachChain chain_;
+  const std::vector<FeetTarget>& feet_;
+  const ReachWarp& warp_;
+  const ReachWarpOptions& options_;
+  std::vector<BodyFrame>& frames_;
+  std::vector<BodyFrame> captured_;
+  ChangeSpline change_;
+};
+
+}  // namespace
+
+ReachWarpReport WarpReach(const Eigen::Matrix3Xd& rest_joints, const std::vector<FeetTarget>& feet,
+                          const ReachWarp& warp, const ReachWarpOptions& options,
+                          std::vector<BodyFrame>& frames) {
+  const int margin = 3 * options.knot_frames;
+  if (warp.begin < 0 || warp.end > static_cast<int>(frames.size()) ||
+      warp.frame - warp.begin < margin || warp.end - 1 - warp.frame < margin) {
+    throw Error("reach",
+                fmt::format("frames [{}, {}) leave no time around frame {}", warp.begin, warp.end,
+                            warp.frame),
+                fmt::format("Leave {} frames on either side", margin));
+  }
+  return Warp(rest_joints, feet, warp, options, frames).Run();
+}
+
+}  // namespace holdfast

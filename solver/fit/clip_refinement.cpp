@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: MIT
+#include "solver/fit/clip_refinement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <ceres/problem.h>
+
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "solver/fit/frame_fitter.h"
+#include "solver/fit/time_filters.h"
+#include "solver/unknowns/rotation_manifold.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+constexpr double kLever = 0.1;        // metres
+constexpr double kSlowFrames = 3.0;   // what changes more slowly than this is movement, not noise
+constexpr double kRigid_m = 0.004;    // an object may shift this much in a hand that holds firmly
+constexpr double kRigid_rad = 0.07;   // and turn this much
+constexpr double kStill_m_s = 0.04;   // an object slower than this lies
+constexpr double kGround_m = 0.015;   // what lies this near to the ground lies on it
+constexpr double kNearRest_s = 0.5;   // a support is there this long before and after
+constexpr double kNearRest_m = 0.10;  // and this far around
+constexpr double kClean_m = 0.001;    // anchors have no penetration deeper than this
+constexpr int kLeastHold = 3;         // frames
+
+ObjectPose PoseOf(const Isometry3d& transform) {
+  return {Eigen::Quaterniond(transform.linear()).normalized(), transform.translation()};
+}
+
+// Poses relative to a mean: translation and rotation vector, (3 x n) each.
+struct Deviation {
+  Deviation(std::span<const Isometry3d> poses, const Isometry3d& mean)
+      : shift(3, poses.size()), turn(3, poses.size()) {
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      const auto column = static_cast<Eigen::Index>(k);
+      shift.col(column) = poses[k].translation() - mean.translation();
+      turn.col(column) = LogSO3(mean.linear().transpose() * poses[k].linear());
+    }
+  }
+  Isometry3d At(Eigen::Index k, const Isometry3d& mean) const {
+    Isometry3d pose = mean;
+    pose.translation() += shift.col(k);
+    pose.linear() = mean.linear() * ExpSO3(turn.col(k));
+    return pose;
+  }
+  Deviation Smooth() const {
+    Deviation smooth = *this;
+    smooth.shift = SmoothOverTime(shift, kSlowFrames);
+    smooth.turn = SmoothOverTime(turn, kSlowFrames);
+    return smooth;
+  }
+  Matrix3Xd shift, turn;
+};
+
+double RootMeanSquare(const Matrix3Xd& columns) {
+  return columns.cols() == 0
+             ? 0.0
+             : std::sqrt(columns.squaredNorm() / static_cast<double>(columns.cols()));
+}
+
+// A hold while it is worked out.
+struct Hold {
+  RefinedHold about;
+  int hand;
+  Isometry3d anchor;                 // object in the wrist's frame
+  FingerPose fingers, fingers_mean;  // with and without penetration taken out
+  std::vector<Isometry3d> relation;  // slow movement in the wrist's frame, per frame of the hold
+  Matrix3Xd at;
+};
+
+class Refiner {
+ public:
+  Refiner(const Clip& clip, std::span<const HandModel* const> hands, const FitObject& object,
+          std::span<const std::uint8_t> holding, const FitOptions& options)
+      : clip_(clip),
+        hands_(hands),
+        object_(object),
+        options_(options),
+        holding_(holding.begin(), holding.end()) {
+    for (int t = 0; t < clip.NumFrames(); ++t) {
+      Isometry3d pose = Isometry3d::Identity();
+      pose.linear() = ExpSO3(clip.object->orient.col(t));
+      pose.translation() = clip.object->trans.col(t);
+      data_.push_back(pose);
+    }
+    for (const HandModel* hand : hands) {
+      HandState state(*hand);
+      std::vector<Isometry3d>& wrists = wrists_.emplace_back();
+      for (int t = 0; t < clip.NumFrames(); ++t) {
+        state.SetBody(clip.pose[t], clip.trans.col(t));
+        Isometry3d wrist = Isometry3d::Identity();
+        wrist.linear() = state.WristRotation();
+        wrist.translation() = state.WristPosition();
+        wrists.push_back(wrist);
+      }
+    }
+  }
+
+  RefineResult Run(const std::function<bool(int, int)>& progress) {
+    for (std::size_t h = 0; h < hands_.size(); ++h) FindHolds(static_cast<int>(h));
+    const int frames = clip_.NumFrames();
+    std::vector<FittedFrame> fitted(static_cast<std::size_t>(frames));
+    ClipProblem problem{clip_, hands_, object_, {}, {}, false};
+    problem.goals.resize(static_cast<std::size_t>(frames));
+    Start(fitted);
+    RefineResult result;
+    FindRests(problem.goals, fitted, result.rests);
+    for (const Hold& hold : holds_) {
+      problem.holds.push_back(
+          {hold.hand, hold.about.begin, hold.about.end, hold.at, !hold.about.rigid});
+      result.holds.push_back(hold.about);
+    }
+    result.report = SolveClip(problem, options_, options_.threads, fitted, progress);
+    result.clip = ApplyFit(clip_, hands_, holding_, fitted, options_.release_s);
+    return result;
+  }
+
+ private:
+  bool Holds(int hand, int t) const {
+    return (holding_[t] & HoldingBit(hands_[static_cast<std::size_t>(hand)]->HandSide())) != 0;
+  }
+
+  void FindHolds(int hand) {
+    for (int t = 0; t < clip_.NumFrames(); ++t) {
+      if (!Holds(hand, t)) continue;
+      int end = t;
+      while (end < clip_.NumFrames() && Holds(hand, end)) ++end;
+      AddHold(hand, t, end);
+      t = end;
+    }
+  }
+
+  std::vector<Isometry3d> Relation(int hand, int begin, int end) const {
+    std::vector<Isometry3d> relation;
+    for (int t = begin; t < end; ++t) {
+      relation.push_back(wrists_[static_cast<std::size_t>(hand)][t].inverse() * data_[t]);
+    }
+    return relation;
+  }
+
+  void AddHold(int hand, int begin, int end) {
+    const std::uint8_t bit = HoldingBit(hands_[static_cast<std::size_t>(hand)]->HandSide());
+    const int first = begin, last = end;
+    Hold hold;
+    hold.hand = hand;
+    for (;;) {
+      const std::vector<Isometry3d> relation = Relation(hand, begin, end);
+      hold.anchor = RobustMean(relation);
+      const Deviation deviation(relation, hold.anchor);
+      const Deviation slow = deviation.Smooth();
+      const double noise = WhiteNoise(deviation.shift), turn_noise = WhiteNoise(deviation.turn);
+      const double left = NoiseAfterSmoothing(kSlowFrames) * std::sqrt(3.0);
+      const double shift_most = kRigid_m + 2.0 * left * noise;
+      const double turn_most = kRigid_rad + 2.0 * left * turn_noise;
+      hold.about = {
+          hands_[static_cast<std::size_t>(hand)]->HandSide(),
+          begin,
+          end,
+          RootMeanSquare(slow.shift) < shift_most && RootMeanSquare(slow.turn) < turn_most,
+          1e3 * noise,
+          1e3 * RootMeanSquare(slow.shift),
+          180.0 / std::numbers::pi * RootMeanSquare(slow.turn)};
+      hold.relation.clear();
+      for (int t = begin; t < end; ++t) hold.relation.push_back(slow.At(t - begin, hold.anchor));
+      if (!hold.about.rigid) break;
+      // A hand that is not yet, or no longer, where it holds the object does not hold it.
+      const auto off = [&](int t) {
+        return slow.shift.col(t - begin).norm() > 2.0 * shift_most ||
+               slow.turn.col(t - begin).norm() > 2.0 * turn_most;
+      };
+      int from = begin, to = end;
+      while (to - from > kLeastHold && off(from)) ++from;
+      while (to - from > kLeastHold && off(to - 1)) --to;
+      if (from == begin && to == end) break;
+      begin = from;
+      end = to;
+    }
+    for (int t = first; t < last; ++t) {
+      if (t < begin || t >= end) holding_[t] &= static_cast<std::uint8_t>(~bit);
+    }
+    MakeAnchor(hold);
+    holds_.push_back(std::move(hold));
+  }
+
+  // What the hold keeps: the robust relation with penetration taken out, changing the distances
+  // between hand and object as little as that takes.
+  void MakeAnchor(Hold& hold) {
+    const auto h = static_cast<std::size_t>(hold.hand);
+    const HandModel& hand = *hands_[h];
+    const Side side = hand.HandSide();
+    const int begin = hold.about.begin, end = hold.about.end;
+    hold.fingers_mean.setZero();
+    for (int t = begin; t < end; ++t) hold.fingers_mean += FingersOf(clip_.pose[t], side);
+    hold.fingers_mean /= end - begin;
+    const int at = hold.about.rigid ? (begin + end) / 2 : begin;
+    if (!hold.about.rigid) hold.fingers_mean = FingersOf(clip_.pose[at], side);
+    const Isometry3d& wrist = wrists_[h][at];
+    HeldHand held(hand, object_, options_);
+    held.SetBody(clip_.pose[at], clip_.trans.col(at));
+    held.fingers = hold.fingers_mean;
+    ObjectPose pose = PoseOf(wrist * (hold.about.rigid ? hold.anchor : hold.relation.front()));
+    RotationManifold manifold;
+    constexpr int kRounds = 8;
+    for (int round = 0; round < kRounds; ++round) {
+      held.Grip(held.fingers, pose, false);
+      held.Watch(pose, {});
+      const HeldHand::Energies energies = held.EnergiesAt(pose);
+      if (energies.penetration < kClean_m * kClean_m &&
+          energies.object_in_hand < kClean_m * kClean_m) {
+        break;
+      }
+      ceres::Problem::Options owned;
+      owned.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+      owned.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+      ceres::Problem problem(owned);
+      double* const q = pose.orientation.coeffs().data();
+      problem.AddParameterBlock(q, 4, &manifold);
+      problem.AddResidualBlock(&held.Block(), nullptr, q, pose.translation.data(),
+                               held.fingers.data());
+      if (held.Limits() != nullptr) {
+        problem.AddResidualBlock(held.Limits(), nullptr, held.fingers.data());
+      }
+      ceres::Solver::Summary summary;
+      ceres::Solve(FrameSolverOptions(options_), &problem, &summary);
+    }
+    hold.fingers = held.fingers;
+    if (hold.about.rigid) hold.anchor = wrist.inverse() * pose.Transform();
+    hold.at = held.InObject(pose);
+  }
+
+  // Where the solve starts.
+  void Start(std::vector<FittedFrame>& fitted) {
+    Deviation world(data_, Isometry3d::Identity());
+    world.shift = SmoothOverTime(world.shift, 1.0);
+    for (int t = 0; t < clip_.NumFrames(); ++t) {
+      fitted[t].object = {Eigen::Quaterniond(data_[t].linear()).normalized(), world.shift.col(t)};
+    }
+    // The right hand's holds come first: where both hold, the left one's wrist follows.
+    for (auto hold = holds_.rbegin(); hold != holds_.rend(); ++hold) {
+      const auto h = static_cast<std::size_t>(hold->hand);
+      for (int t = hold->about.begin; t < hold->about.end; ++t) {
+        const Isometry3d& relation =
+            hold->about.rigid ? hold->anchor
+                              : hold->relation[static_cast<std::size_t>(t - hold->about.begin)];
+        fitted[t].object = PoseOf(wrists_[h][t] * relation);
+        fitted[t].hands[h].fingers =
+            FingersOf(clip_.pose[t], hands_[h]->HandSide()) + (hold->fingers - hold->fingers_mean);
+      }
+    }
+  }
+
+  void FindRests(std::vector<FrameGoal>& goals, std::vector<FittedFrame>& fitted,
+                 std::vector<RefinedRest>& rests) const {
+    const int frames = clip_.NumFrames();
+    for (int t = 0; t < frames; ++t) goals[t].data = PoseOf(data_[t]);
+    Matrix3Xd center(3, frames);
+    for (int t = 0; t < frames; ++t) center.col(t) = data_[t].translation();
+    const auto reach = static_cast<Eigen::Index>(std::lround(0.15 * clip_.frame_rate));
+    const Matrix3Xd velocity =
+        clip_.frame_rate * SlopesOverTime(center, std::max<Eigen::Index>(1, reach));
+    const double noise = WhiteNoise(center);
+    const double still = kStill_m_s + 3.0 * noise * NoiseOfSlope(std::max<Eigen::Index>(1, reach)) *
+                                          clip_.frame_rate;
+    for (int t = 0; t < frames; ++t) {
+      const auto lies = [&](int u) { return holding_[u] == 0 && velocity.col(u).norm() < still; };
+      if (!lies(t)) continue;
+      int end = t;
+      while (end < frames && lies(end)) ++end;
+      if (end - t >= kLeastHold) {
+        rests.push_back(AddRest(t, end, goals, fitted));
+      }
+      t = end;
+    }
+  }
+
+  RefinedRest AddRest(int begin, int end, std::vector<FrameGoal>& goals,
+                      std::vector<FittedFrame>& fitted) const {
+    const int frames = clip_.NumFrames();
+    Isometry3d pose = RobustMean(std::span(data_).subspan(static_cast<std::size_t>(begin),
+                                                          static_cast<std::size_t>(end - begin)));
+    double lowest = (pose * object_.vertices).row(2).minCoeff();
+    if (std::abs(lowest) < kGround_m) {
+      pose.translation().z() -= lowest;
+      lowest = 0.0;
+    }
+    for (int t = begin; t < end; ++t) {
+      goals[t].data.reset();
+      goals[t].rest = PoseOf(pose);
+      fitted[t].object = PoseOf(pose);
+    }
+    const int around = static_cast<int>(std::lround(kNearRest_s * clip_.frame_rate));
+    for (int t = std::max(0, begin - around); t < std::min(frames, end + around); ++t) {
+      if (t >= begin && t < end) continue;
+      const Vector3d away = data_[t].translation() - pose.translation();
+      if (away.head<2>().norm() < kNearRest_m) {
+        goals[t].support_height = std::max(lowest, goals[t].support_height.value_or(lowest));
+      }
+    }
+    return {begin, end, lowest};
+  }
+
+  const Clip& clip_;
+  std::span<const HandModel* const> hands_;
+  const FitObject& object_;
+  FitOptions options_;
+  std::vector<std::uint8_t> holding_;
+  std::vector<Isometry3d> data_;
+  std::vector<std::vector<Isometry3d>> wrists_;  // per hand and frame
+  std::vector<Hold> holds_;
+};
+
+}  // namespace
+
+FitOptions RefinementOptions() {
+  FitOptions options;
+  options.lambda_object = 1000.0;
+  options.lambda_fingers = 5.0;
+  options.lambda_acceleration = 1e5;
+  options.whole_clip = true;
+  options.function_tolerance = 1e-6;
+  return options;
+}
+
+Isometry3d RobustMean(std::span<const Isometry3d> poses) {
+  Isometry3d mean = poses[poses.size() / 2];
+  constexpr int kRounds = 20;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> away;
+    const Deviation deviation(poses, mean);
+    for (Eigen::Index k = 0; k < deviation.shift.cols(); ++k) {
+      away.push_back(
+          std::hypot(deviation.shift.col(k).norm(), kLever * deviation.turn.col(k).norm()));
+    }
+    std::vector<double> sorted = away;
+    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    const double scale = 2.0 * *middle + 1e-6;
+    Vector3d shift = Vector3d::Zero(), turn = Vector3d::Zero();
+    double weights = 0.0;
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      const double weight = 1.0 / (1.0 + away[k] * away[k] / (scale * scale));
+      shift += weight * deviation.shift.col(static_cast<Eigen::Index>(k));
+      turn += weight * deviation.turn.col(static_cast<Eigen::Index>(k));
+      weights += weight;
+    }
+    mean.translation() += shift / weights;
+    mean.linear() = mean.linear() * ExpSO3(turn / weights);
+    if (shift.norm() + kLever * turn.norm() < 1e-9 * weights) break;
+  }
+  mean.linear() = NearestRotation(mean.linear());
+  return mean;
+}
+
+RefineResult RefineClip(const Clip& clip, std::span<const HandModel* const> hands,
+                        const FitObject& object, std::span<const std::uint8_t> holding,
+                        const FitOptions& options, const std::function<bool(int, int)>& progress) {
+  if (!clip.object) {
+    throw Error("clip", "has no object trajectory to refine",
+                "Make one with 'holdfast fit', or give a clip with object_trans and object_orient");
+  }
+  return Refiner(clip, hands, object, holding, options).Run(progress);
+}
+
+}  // namespace holdfast

@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: MIT
+#include "solver/fit/clip_solver.h"
+
+#include <array>
+#include <chrono>
+#include <memory>
+
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include "solver/fit/hold_evaluation.h"
+#include "solver/terms/hand/hand_prior.h"
+#include "solver/terms/hand/object_data.h"
+#include "solver/terms/hand/object_motion.h"
+#include "solver/terms/hand/support.h"
+#include "solver/terms/hand/temporal.h"
+#include "solver/terms/hand/wrist_prior.h"
+#include "solver/unknowns/rotation_manifold.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kTurnLever = 0.1;  // metres: what a turn counts as in E_a
+
+class StopWhenAsked final : public ceres::IterationCallback {
+ public:
+  StopWhenAsked(const std::function<bool(int, int)>& progress, int most)
+      : progress_(progress), most_(most) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    return !progress_ || progress_(summary.iteration, most_) ? ceres::SOLVER_CONTINUE
+                                                             : ceres::SOLVER_ABORT;
+  }
+
+ private:
+  const std::function<bool(int, int)>& progress_;
+  int most_;
+};
+
+// One Ceres problem over all frames, wrists from where `fitted` has them.
+class WholeClip {
+ public:
+  WholeClip(const ClipProblem& problem, const FitOptions& options, int threads,
+            std::vector<FittedFrame>& fitted)
+      : problem_(problem),
+        options_(options),
+        fitted_(fitted),
+        evaluation_(problem, options, threads),
+        ceres_(ProblemOptions()) {
+    for (const HandModel* hand : problem.hands) {
+      if (options.lambda_limits <= 0.0) break;
+      axes_.push_back(std::make_unique<HandAxes>(*hand));
+      HandPriorWeights weights;
+      weights.limits = std::sqrt(options.lambda_limits);
+      weights.coupling = weights.neighbours = weights.stay = weights.spread = 0.0;
+      limits_.push_back(
+          std::make_unique<HandPriorTerm>(*axes_.back(), HandAngles::Zero(), weights));
+    }
+    AddHands();
+    evaluation_.MarkContacts();
+    AddGoals();
+    AddObjectMotion();
+    AddFingerMotion();
+    if (problem.first_frame_given) FixFirst();
+  }
+
+  void Solve(const std::function<bool(int, int)>& progress, ClipReport& report) {
+    ceres::Solver::Options solver;
+    solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    solver.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+    solver.max_num_iterations = options_.max_iterations;
+    solver.parameter_tolerance = options_.step_tolerance;
+    solver.function_tolerance = options_.function_tolerance;
+    // Ceres sums what its threads find in the order they find it: the hands are evaluated in
+    // parallel by our own callback instead, which is where the time goes.
+    solver.num_threads = 1;
+    solver.logging_type = ceres::SILENT;
+    StopWhenAsked callback(progress, solver.max_num_iterations);
+    solver.callbacks.push_back(&callback);
+    ceres::Solver::Summary summary;
+    ceres::Solve(solver, &ceres_, &summary);
+    report.iterations += summary.num_successful_steps + summary.num_unsuccessful_steps;
+    report.cost_after = summary.final_cost;
+    if (report.cost_before == 0.0) report.cost_before = summary.initial_cost;
+    report.converged = summary.termination_type == ceres::CONVERGENCE;
+    report.failed = summary.termination_type == ceres::FAILURE;
+    stopped_ = summary.termination_type == ceres::USER_FAILURE;
+  }
+
+  bool Stopped() const { return stopped_; }
+
+  // The solution, with energies where the wrists are now.
+  void Keep(ClipReport& report) {
+    evaluation_.EvaluateAll();
+    report.frames.assign(fitted_.size(), {});
+    for (const auto& held : evaluation_.Frames()) {
+      HandFrame& hand = Hand(*held);
+      hand.fingers = held->fingers;
+      if (held->moves) hand.offset = hand.offset.Then(held->step);
+      FrameEnergies& sum = report.frames[static_cast<std::size_t>(held->frame)];
+      sum.distance += held->energies.distance;
+      sum.contact += held->energies.contact;
+      sum.slip += held->energies.slip;
+      sum.penetration += held->energies.penetration;
+      sum.object_in_hand += held->energies.object_in_hand;
+    }
+  }
+
+ private:
+  ceres::Problem::Options ProblemOptions() {
+    ceres::Problem::Options options;
+    options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    options.evaluation_callback = &evaluation_;
+    return options;
+  }
+
+  HandFrame& Hand(const HeldFrame& held) {
+    const int hand = problem_.holds[static_cast<std::size_t>(held.hold)].hand;
+    return fitted_[static_cast<std::size_t>(held.frame)].hands[static_cast<std::size_t>(hand)];
+  }
+  double* Orientation(int t) {
+    return fitted_[static_cast<std::size_t>(t)].object.orientation.coeffs().data();
+  }
+  double* Translation(int t) {
+    return fitted_[static_cast<std::size_t>(t)].object.translation.data();
+  }
+
+  template <typename Term>
+  void Add(std::unique_ptr<Term> term, const std::vector<double*>& blocks) {
+    ceres_.AddResidualBlock(term.get(), nullptr, blocks);
+    terms_.push_back(std::move(term));
+  }
+
+  void AddHands() {
+    const auto frames = fitted_.size();
+    held_.assign(frames, {});
+    wrists_.assign(frames, {Carrier::Identity(), Carrier::Identity()});
+    solved_.assign(frames, false);
+    for (std::size_t t = 0; t < frames; ++t) {
+      std::vector<int> holds;
+      for (std::size_t k = 0; k < problem_.holds.size(); ++k) {
+        const ClipHold& hold = problem_.holds[k];
+        if (static_cast<int>(t) >= hold.begin && static_cast<int>(t) < hold.end) {
+          holds.push_back(static_cast<int>(k));
+        }
+      }
+      if (holds.empty()) continue;
+      JointPose body = problem_.source.pose[t];
+      Eigen::Vector3d trans = problem_.source.trans.col(static_cast<Eigen::Index>(t));
+      for (const int k : holds) {
+        const auto h = static_cast<std::size_t>(problem_.holds[static_cast<std::size_t>(k)].hand);
+        MoveHand(*problem_.hands[h], fitted_[t].hands[h].offset, trans, body);
+      }
+      BodyState joints;
+      ForwardJoints(problem_.hands.front()->Surface().RestJoints(), body, trans, joints);
+      for (const int k : holds) {
+        const auto h = static_cast<std::size_t>(problem_.holds[static_cast<std::size_t>(k)].hand);
+        const int wrist = WristJoint(problem_.hands[h]->HandSide());
+        wrists_[t][h].linear() = joints.world_rotation[static_cast<std::size_t>(wrist)];
+        wrists_[t][h].translation() = joints.joints.col(wrist);
+        AddHand(k, static_cast<int>(t), static_cast<int>(h), body, holds.size() > 1);
+      }
+    }
+  }
+
+  void AddHand(int hold, int t, int h, const JointPose& body, bool together) {
+    FittedFrame& frame = fitted_[static_cast<std::size_t>(t)];
+    const bool moves = together && options_.lambda_wrist > 0.0;
+    auto held = std::make_unique<HeldFrame>(hold, t, frame, h, moves);
+    held->body = body;
+    double* const q = Orientation(t);
+    double* const T = Translation(t);
+    double* const P = held->fingers.data();
+    Solved(t);
+    std::vector<double*> blocks = {q, T, P};
+    if (moves) {
+      double* const C = held->step.rotation.coeffs().data();
+      double* const c = held->step.translation.data();
+      ceres_.AddParameterBlock(C, 4, &manifold_);
+      blocks.insert(blocks.end(), {C, c});
+      Add(std::make_unique<WristPrior>(frame.hands[static_cast<std::size_t>(h)].offset,
+                                       options_.lambda_wrist),
+          {C, c});
+    }
+    ceres_.AddResidualBlock(held.get(), nullptr, blocks);
+    const auto index = static_cast<std::size_t>(h);
+    if (!limits_.empty()) ceres_.AddResidualBlock(limits_[index].get(), nullptr, P);
+    if (options_.lambda_fingers > 0.0) {
+      const FingerPose own = FingersOf(problem_.source.pose[static_cast<std::size_t>(t)],
+                                       problem_.hands[index]->HandSide());
+      Add(std::make_unique<FingerTemporal>(own, options_.lambda_fingers), {P});
+    }
+    held_[static_cast<std::size_t>(t)][index] = held.get();
+    evaluation_.Frames().push_back(std::move(held));
+  }
+
+  // The object's pose in this frame is an unknown.
+  void Solved(int t) {
+    if (solved_[static_cast<std::size_t>(t)]) return;
+    solved_[static_cast<std::size_t>(t)] = true;
+    ceres_.AddParameterBlock(Orientation(t), 4, &manifold_);
+    ceres_.AddParameterBlock(Translation(t), 3);
+  }
+
+  void AddGoals() {
+    for (std::size_t k = 0; k < problem_.goals.size(); ++k) {
+      const FrameGoal& goal = problem_.goals[k];
+      const auto t = static_cast<int>(k);
+      const auto add = [&](auto term) {
+        Solved(t);
+        Add(std::move(term), {Orientation(t), Translation(t)});
+      };
+      if (goal.data && options_.lambda_object > 0.0) {
+        add(std::make_unique<ObjectData>(*goal.data, options_.lambda_object));
+      }
+      if (options_.lambda_support <= 0.0) continue;
+      if (goal.rest) add(std::make_unique<ObjectData>(*goal.rest, options_.lambda_support));
+      if (goal.support_height) {
+        add(std::make_unique<Support>(problem_.object.vertices, *goal.support_height,
+                                      options_.lambda_support));
+      }
+    }
+  }
+
+  bool HeldBy(int t) const {
+    const auto& hands = held_[static_cast<std::size_t>(t)];
+    return hands[0] != nullptr || hands[1] != nullptr;
+  }
+
+  // What carries the object through frames [begin, end): a wrist that holds it all along, or else
+  // the world.
+  std::vector<Carrier> Carriers(int begin, int end) const {
+    for (std::size_t h = 0; h < problem_.hands.size(); ++h) {
+      std::vector<Carrier> carriers;
+      for (int t = begin; t < end && held_[static_cast<std::size_t>(t)][h] != nullptr; ++t) {
+        carriers.push_back(wrists_[static_cast<std::size_t>(t)][h]);
+      }
+      if (static_cast<int>(carriers.size()) == end - begin) return carriers;
+    }
+    return std::vector<Carrier>(static_cast<std::size_t>(end - begin), Carrier::Identity());
+  }
+
+  void AddObjectMotion() {
+    const auto frames = static_cast<int>(fitted_.size());
+    const auto solved = [&](int t) { return solved_[static_cast<std::size_t>(t)]; };
+    const Carrier world = Carrier::Identity();
+    for (int t = 0; t + 1 < frames; ++t) {
+      if (!solved(t) || !solved(t + 1)) continue;
+      if (options_.lambda_temporal > 0.0) {
+        Add(std::make_unique<ObjectVelocity>(world, world, 1.0, options_.lambda_temporal),
+            {Orientation(t), Translation(t), Orientation(t + 1), Translation(t + 1)});
+      }
+      if (options_.lambda_acceleration > 0.0 && t + 2 < frames && solved(t + 2)) {
+        const std::vector<Carrier> carriers = Carriers(t, t + 3);
+        // Taking and letting go is where an object may start and stop.
+        const bool held = HeldBy(t) || HeldBy(t + 1) || HeldBy(t + 2);
+        const bool in_world = carriers[1].matrix().isIdentity(0.0);
+        const double weight = options_.lambda_acceleration * (held && in_world ? 0.05 : 1.0);
+        Add(std::make_unique<ObjectAcceleration>(carriers[0], carriers[1], carriers[2], kTurnLever,
+                                                 weight),
+            {Orientation(t), Translation(t), Orientation(t + 1), Translation(t + 1),
+             Orientation(t + 2), Translation(t + 2)});
+      }
+    }
+  }
+
+  void AddFingerMotion() {
+    for (std::size_t h = 0; h < problem_.hands.size(); ++h) {
+      for (std::size_t t = 0; t + 1 < fitted_.size(); ++t) {
+        HeldFrame* const a = held_[t][h];
+        HeldFrame* const b = held_[t + 1][h];
+        if (a == nullptr || b == nullptr || a->hold != b->hold) continue;
+        if (options_.lambda_temporal > 0.0) {
+          Add(std::make_unique<FingerDifference>(std::vector{-1.0, 1.0}, 1.0,
+                                                 options_.lambda_temporal),
+              {a->fingers.data(), b->fingers.data()});
+        }
+        if (options_.lambda_acceleration <= 0.0 || t + 2 >= fitted_.size()) continue;
+        HeldFrame* const c = held_[t + 2][h];
+        if (c == nullptr || c->hold != a->hold) continue;
+        Add(std::make_unique<FingerDifference>(std::vector{1.0, -2.0, 1.0}, kTurnLever,
+                                               options_.lambda_acceleration),
+            {a->fingers.data(), b->fingers.data(), c->fingers.data()});
+      }
+    }
+  }
+
+  void FixFirst() {
+    if (fitted_.empty() || !solved_[0]) return;
+    ceres_.SetParameterBlockConstant(Orientation(0));
+    ceres_.SetParameterBlockConstant(Translation(0));
+    for (HeldFrame* held : held_[0]) {
+      if (held == nullptr) continue;
+      ceres_.SetParameterBlockConstant(held->fingers.data());
+      if (!held->moves) continue;
+      ceres_.SetParameterBlockConstant(held->step.rotation.coeffs().data());
+      ceres_.SetParameterBlockConstant(held->step.translation.data());
+    }
+  }
+
+  const ClipProblem& problem_;
+  const FitOptions& options_;
+  std::vector<FittedFrame>& fitted_;
+  RotationManifold manifold_;
+  HoldEvaluation evaluation_;
+  std::vector<std::unique_ptr<HandAxes>> axes_;         // per hand
+  std::vector<std::unique_ptr<HandPriorTerm>> limits_;  // per hand, none when off
+  std::vector<std::unique_ptr<ceres::CostFunction>> terms_;
+  std::vector<std::array<HeldFrame*, 2>> held_;  // per frame and hand, null where it does not
+  std::vector<std::array<Carrier, 2>> wrists_;   // per frame and hand that holds
+  std::vector<bool> solved_;                     // per frame: the object's pose is an unknown
+  bool stopped_ = false;
+  ceres::Problem ceres_;
+};
+
+}  // namespace
+
+ClipReport SolveClip(const ClipProblem& problem, const FitOptions& options, int threads,
+                     std::vector<FittedFrame>& fitted,
+                     const std::function<bool(int, int)>& progress) {
+  const auto begin = std::chrono::steady_clock::now();
+  ClipReport report;
+  // A hand that moves as a whole bends at its wrist when the arm follows: a second round solves
+  // with the arms as they are then. What slips is dragged towards where it was in the frame before,
+  // as of the round before.
+  bool together = false, slips = false;
+  for (const ClipHold& a : problem.holds) {
+    slips |= a.slip;
+    for (const ClipHold& b : problem.holds) {
+      together |= a.hand < b.hand && a.begin < b.end && b.begin < a.end;
+    }
+  }
+  const int rounds = slips || (together && options.lambda_wrist > 0.0) ? 2 : 1;
+  for (int round = 0; round < rounds; ++round) {
+    std::vector<FittedFrame> solution = fitted;
+    WholeClip whole(problem, options, threads, solution);
+    whole.Solve(progress, report);
+    if (whole.Stopped() || report.failed) break;
+    whole.Keep(report);
+    fitted = std::move(solution);
+  }
+  report.solve_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  return report;
+}
+
+}  // namespace holdfast

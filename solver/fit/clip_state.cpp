@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#include "solver/fit/clip_state.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "generator/scripted/minimum_jerk.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+// Towards the frame in which a hand takes hold, or from the one in which it lets go: the hand's own
+// share of arm and fingers fades with the distance in time.
+void Blend(const Clip& source, const HandModel& hand, int held_frame, int direction,
+           const HandFrame& held, int num_blend, std::span<const std::uint8_t> holding,
+           Clip& clip) {
+  const Side side = hand.HandSide();
+  for (int k = 1; k <= num_blend; ++k) {
+    const int t = held_frame + direction * k;
+    if (t < 0 || t >= clip.NumFrames() || (holding[t] & HoldingBit(side)) != 0) return;
+    const double share = 1.0 - MinimumJerk(static_cast<double>(k) / (num_blend + 1));
+    MoveHand(hand, held.offset.Part(share), clip.trans.col(t), clip.pose[t]);
+    const FingerPose own = FingersOf(source.pose[t], side);
+    SetFingers(clip.pose[t], side, own + share * (held.fingers - own));
+  }
+}
+
+}  // namespace
+
+Clip ApplyFit(const Clip& source, std::span<const HandModel* const> hands,
+              std::span<const std::uint8_t> holding, std::span<const FittedFrame> fitted,
+              double release_s) {
+  const auto frames = static_cast<int>(fitted.size());
+  Clip clip = frames < source.NumFrames() ? Slice(source, 0, frames) : source;
+  clip.holding_hand.assign(holding.begin(), holding.begin() + frames);
+  ObjectTrack& track = *clip.object;
+  for (int t = 0; t < frames; ++t) {
+    const FittedFrame& frame = fitted[t];
+    for (std::size_t h = 0; h < hands.size(); ++h) {
+      if ((holding[t] & HoldingBit(hands[h]->HandSide())) == 0) continue;
+      MoveHand(*hands[h], frame.hands[h].offset, clip.trans.col(t), clip.pose[t]);
+      SetFingers(clip.pose[t], hands[h]->HandSide(), frame.hands[h].fingers);
+    }
+    track.trans.col(t) = frame.object.translation;
+    const Eigen::Vector3d orient = LogSO3(frame.object.orientation.toRotationMatrix());
+    // The first frame stays on the branch that the clip had it on.
+    track.orient.col(t) =
+        UnwrapAxisAngle(orient, t == 0 ? track.orient.col(0) : track.orient.col(t - 1));
+  }
+
+  const int num_blend = std::max(1, static_cast<int>(std::lround(release_s * clip.frame_rate)));
+  for (std::size_t h = 0; h < hands.size(); ++h) {
+    const std::uint8_t bit = HoldingBit(hands[h]->HandSide());
+    for (int t = 1; t < frames; ++t) {
+      const bool held = (holding[t] & bit) != 0, was_held = (holding[t - 1] & bit) != 0;
+      if (held == was_held) continue;
+      const int edge = held ? t : t - 1;
+      Blend(source, *hands[h], edge, held ? -1 : +1, fitted[edge].hands[h], num_blend, holding,
+            clip);
+    }
+  }
+  return clip;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: MIT
+#include "solver/fit/frame_fitter.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include <ceres/problem.h>
+
+#include "solver/fit/wrist_offset_block.h"
+#include "solver/terms/hand/object_data.h"
+#include "solver/terms/hand/temporal.h"
+#include "solver/unknowns/rotation_manifold.h"
+#include "solver/unknowns/wrist_offset.h"
+
+namespace holdfast {
+namespace {
+
+// What Ceres needs of one hand while a frame is solved.
+struct HandBlocks {
+  std::optional<Temporal> temporal;
+  std::optional<FingerTemporal> finger_temporal;
+  std::optional<FingerTemporal> finger_data;
+  std::optional<WristOffsetBlock> moved;
+  std::optional<WristPrior> prior, calm;
+  WristOffset step;
+  FingerPose fingers_before;
+};
+
+Eigen::Isometry3d Transform(const WristFrame& wrist) {
+  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
+  transform.linear() = wrist.rotation;
+  transform.translation() = wrist.position;
+  return transform;
+}
+
+// The offset that keeps a hand, on the object at `from` with its wrist at `before`, where it is on
+// the object at `to`; its wrist is at `now` without one.
+WristOffset Carried(const WristFrame& before, const WristFrame& now, const ObjectPose& from,
+                    const ObjectPose& to) {
+  const Eigen::Isometry3d offset =
+      Transform(now).inverse() * to.Transform() * from.Transform().inverse() * Transform(before);
+  return {Eigen::Quaterniond(offset.linear()).normalized(), offset.translation()};
+}
+
+// Half way between two poses.
+ObjectPose Middle(const ObjectPose& a, const ObjectPose& b) {
+  return {a.orientation.slerp(0.5, b.orientation).normalized(),
+          0.5 * (a.translation + b.translation)};
+}
+
+}  // namespace
+
+std::string_view StopReasonName(StopReason reason) {
+  switch (reason) {
+    case StopReason::kGiven:
+      return "given";
+    case StopReason::kResting:
+      return "resting";
+    case StopReason::kConverged:
+      return "converged";
+    case StopReason::kIterationLimit:
+      return "iteration_limit";
+    case StopReason::kFailed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+ceres::Solver::Options FrameSolverOptions(const FitOptions& options) {
+  ceres::Solver::Options solver_options;
+  solver_options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  solver_options.max_num_iterations = options.max_iterations;
+  solver_options.parameter_tolerance = options.step_tolerance;
+  solver_options.function_tolerance = options.function_tolerance;
+  solver_options.num_threads = 1;
+  solver_options.logging_type = ceres::SILENT;
+  return solver_options;
+}
+
+ObjectPose FollowWrist(const ObjectPose& object, const WristFrame& from, const WristFrame& to) {
+  const Eigen::Matrix3d turn = to.rotation * from.rotation.transpose();
+  return {(Eigen::Quaterniond(turn) * object.orientation).normalized(),
+          turn * (object.translation - from.position) + to.position};
+}
+
+double TotalEnergy(const FrameReport& report, const FitOptions& options) {
+  return options.lambda_distance * report.energy_distance +
+         options.lambda_contact * report.energy_contact +
+         options.lambda_temporal * report.energy_temporal +
+         options.lambda_slip * report.energy_slip +
+         options.lambda_penetration * report.energy_penetration +
+         options.lambda_object_in_hand * report.energy_object_in_hand;
+}
+
+FrameFitter::FrameFitter(std::span<const HandModel* const> hands, const FitObject& object,
+                         const FitOptions& options, double frame_s)
+    : options_(options), frame_s_(frame_s) {
+  for (const HandModel* hand : hands) {
+    hands_.push_back(std::make_unique<HeldHand>(*hand, object, options));
+  }
+  body_.setZero();
+}
+
+FrameFitter::FrameFitter(const HandModel& hand, const Eigen::Matrix3Xd& object_vertices,
+                         const JointPose& first_pose, const Eigen::Vector3d& first_trans,
+                         const ObjectPose& first_object, const FitOptions& options)
+    : options_(options.OnlyPaper()), frame_s_(0.0), own_object_(std::make_unique<FitObject>()) {
+  own_object_->vertices = object_vertices;
+  hands_.push_back(std::make_unique<HeldHand>(hand, *own_object_, options_));
+  Place(first_object);
+  Grip(hand.HandSide(), first_pose, first_trans, FingersOf(first_pose, hand.HandSide()));
+}
+
+FrameFitter::~FrameFitter() = default;
+
+HeldHand& FrameFitter::Find(Side side) {
+  const auto found =
+      std::ranges::find_if(hands_, [&](const auto& hand) { return hand->HandSide() == side; });
+  assert(found != hands_.end());
+  return **found;
+}
+
+const HeldHand& FrameFitter::Hand(Side side) const {
+  return const_cast<FrameFitter*>(this)->Find(side);
+}
+
+WristFrame FrameFitter::Wrist(const HeldHand& hand) const {
+  return {hand.State().WristRotation(), hand.State().WristPosition()};
+}
+
+// The clip's pose with the arms where the hands' offsets want them.
+void FrameFitter::SetBody(const JointPose& pose, const Eigen::Vector3d& trans) {
+  body_ = pose;
+  Eigen::Vector3d moved = trans;
+  for (const auto& hand : hands_) {
+    if (!hand->Holds() || hand->offset.IsZero()) continue;
+    MoveHand(hand->State().Hand(), hand->offset, moved, body_);
+  }
+  for (const auto& hand : hands_) {
+    if (hand->Holds()) hand->SetBody(body_, moved);
+  }
+}
+
+void FrameFitter::Grip(Side side, const JointPose& pose, const Eigen::Vector3d& trans,
+                       const FingerPose& fingers, const WristOffset& offset) {
+  HeldHand& hand = Find(side);
+  hand.offset = offset;
+  JointPose body = pose;
+  Eigen::Vector3d moved = trans;
+  MoveHand(hand.State().Hand(), offset, moved, body);
+  hand.SetBody(body, moved);
+  hand.Grip(fingers, object_);
+  body_ = pose;
+  SetBody(pose, trans);
+  for (const auto& held : hands_) {
+    if (held->Holds()) SetFingers(body_, held->HandSide(), held->fingers);
+  }
+}
+
+void FrameFitter::Release(Side side) { Find(side).Release(); }
+
+void FrameFitter::Settle(Side side, const JointPose& pose, const Eigen::Vector3d& trans,
+                         bool move_object) {
+  // E_d holds the hand where it took hold: what a round has won, the next one starts from.
+  constexpr int kRounds = 6;
+  constexpr double kContent = 1e-8;  // m^2: a tenth of a millimetre too deep in one place
+  HeldHand& hand = Find(side);
+  for (int round = 0; round < kRounds; ++round) {
+    hand.Watch(object_, {});
+    const HeldHand::Energies energies = hand.EnergiesAt(object_);
+    if (energies.penetration + energies.object_in_hand < kContent) return;
+    RotationManifold manifold;
+    ceres::Problem::Options problem_options;
+    problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    ceres::Problem problem(problem_options);
+    ObjectPose object = object_;
+    FingerPose fingers = hand.fingers;
+    WristOffset step;
+    double* const q = object.orientation.coeffs().data();
+    double* const T = object.translation.data();
+    double* const C = step.rotation.coeffs().data();
+    problem.AddParameterBlock(q, 4, &manifold);
+    problem.AddParameterBlock(C, 4, &manifold);
+    WristOffsetBlock block(&hand.Block(), &hand.State());
+    problem.AddResidualBlock(&block, nullptr, q, T, fingers.data(), C, step.translation.data());
+    if (hand.Limits() != nullptr) {
+      problem.AddResidualBlock(hand.Limits(), nullptr, fingers.data());
+    }
+    if (move_object) {
+      problem.SetParameterBlockConstant(C);
+      problem.SetParameterBlockConstant(step.translation.data());
+    } else {
+      problem.SetParameterBlockConstant(q);
+      problem.SetParameterBlockConstant(T);
+    }
+    ceres::Solver::Summary summary;
+    ceres::Solve(FrameSolverOptions(options_), &problem, &summary);
+    if (!summary.IsSolutionUsable()) return;
+    object_ = object;
+    Grip(side, pose, trans, fingers, hand.offset.Then(step));
+  }
+}
+
+FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& trans) {
+  const auto begin = std::chrono::steady_clock::now();
+  FrameReport report;
+  std::vector<HeldHand*> holding;
+  for (const auto& hand : hands_) {
+    if (hand->Holds()) holding.push_back(hand.get());
+  }
+  if (holding.empty()) {
+    body_ = pose;
+    report.stop = StopReason::kResting;
+    return report;
+  }
+  const bool together = holding.size() > 1;
+  if (!together && !holding[0]->offset.IsZero()) {
+    // Nothing asks for the offset any more: the hand goes back to where the clip has it.
+    WristOffset& offset = holding[0]->offset;
+    offset = offset.Part(std::exp(-frame_s_ / std::max(options_.release_s, 1e-3)));
+    if (offset.translation.norm() + WristPrior::kLever * offset.rotation.vec().norm() < 1e-5) {
+      offset = {};
+    }
+  }
+  std::array<WristFrame, 2> before;
+  for (std::size_t k = 0; k < holding.size(); ++k) before[k] = Wrist(*holding[k]);
+  SetBody(pose, trans);
+  const ObjectPose previous = object_;
+  object_ = FollowWrist(previous, before[0], Wrist(*holding[0]));
+  if (together) object_ = Middle(object_, FollowWrist(previous, before[1], Wrist(*holding[1])));
+  const ObjectPose start = object_;
+
+  RotationManifold manifold;
+  ceres::Problem::Options problem_options;
+  problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(problem_options);
+  double* const q = object_.orientation.coeffs().data();
+  double* const T = object_.translation.data();
+  problem.AddParameterBlock(q, 4, &manifold);
+  std::optional<ObjectData> data;
+  if (guide_ && options_.lambda_object > 0.0) {
+    data.emplace(*guide_, options_.lambda_object);
+    problem.AddResidualBlock(&*data, nullptr, q, T);
+  }
+  std::array<HandBlocks, 2> blocks;
+  for (std::size_t k = 0; k < holding.size(); ++k) {
+    HeldHand& hand = *holding[k];
+    HandBlocks& own = blocks[k];
+    double* const p = hand.fingers.data();
+    own.fingers_before = hand.fingers;
+    // The hands start where they are on the object: all that is left is to share out the way.
+    if (together && options_.lambda_wrist > 0.0) {
+      own.step = Carried(before[k], Wrist(hand), previous, start);
+    }
+    hand.Watch(object_, own.step);
+    if (together) {
+      double* const C = own.step.rotation.coeffs().data();
+      double* const c = own.step.translation.data();
+      problem.AddParameterBlock(C, 4, &manifold);
+      own.moved.emplace(&hand.Block(), &hand.State());
+      problem.AddResidualBlock(&*own.moved, nullptr, q, T, p, C, c);
+      if (options_.lambda_wrist > 0.0) {
+        own.prior.emplace(hand.offset, options_.lambda_wrist);
+        problem.AddResidualBlock(&*own.prior, nullptr, C, c);
+        // Hands that took hold off the clip's wrists go there within release_s, not at once.
+        own.calm.emplace(WristOffset{}, options_.lambda_wrist * options_.release_s / frame_s_);
+        problem.AddResidualBlock(&*own.calm, nullptr, C, c);
+      } else {
+        problem.SetParameterBlockConstant(C);
+        problem.SetParameterBlockConstant(c);
+      }
+    } else {
+      problem.AddResidualBlock(&hand.Block(), nullptr, q, T, p);
+    }
+    if (k == 0) {
+      own.temporal.emplace(previous.orientation, previous.translation, hand.fingers,
+                           options_.lambda_temporal);
+      problem.AddResidualBlock(&*own.temporal, nullptr, q, T, p);
+    } else {
+      own.finger_temporal.emplace(hand.fingers, options_.lambda_temporal);
+      problem.AddResidualBlock(&*own.finger_temporal, nullptr, p);
+    }
+    if (options_.lambda_fingers > 0.0) {
+      own.finger_data.emplace(FingersOf(pose, hand.HandSide()), options_.lambda_fingers);
+      problem.AddResidualBlock(&*own.finger_data, nullptr, p);
+    }
+    if (hand.Limits() != nullptr) problem.AddResidualBlock(hand.Limits(), nullptr, p);
+  }
+
+  // Terms that look at some points only may find that the hand has gone where they did not look.
+  constexpr int kRounds = 3;
+  ceres::Solver::Summary summary;
+  for (int round = 0; round < kRounds; ++round) {
+    ceres::Solve(FrameSolverOptions(options_), &problem, &summary);
+    report.iterations += summary.num_successful_steps + summary.num_unsuccessful_steps;
+    bool anew = false;
+    for (std::size_t k = 0; k < holding.size(); ++k) {
+      anew |= summary.IsSolutionUsable() && holding[k]->Watch(object_, blocks[k].step);
+    }
+    if (!anew) break;
+  }
+  if (summary.termination_type == ceres::CONVERGENCE) {
+    report.stop = StopReason::kConverged;
+  } else if (summary.IsSolutionUsable()) {
+    report.stop = StopReason::kIterationLimit;
+  } else {
+    report.stop = StopReason::kFailed;
+    object_ = start;
+    for (std::size_t k = 0; k < holding.size(); ++k) {
+      holding[k]->fingers = blocks[k].fingers_before;
+      blocks[k].step = {};
+    }
+  }
+  if (together) {
+    for (std::size_t k = 0; k < holding.size(); ++k) {
+      holding[k]->offset = holding[k]->offset.Then(blocks[k].step);
+    }
+    SetBody(pose, trans);
+  }
+  for (std::size_t k = 0; k < holding.size(); ++k) {
+    report.energy_temporal += (holding[k]->fingers - blocks[k].fingers_before).squaredNorm();
+    SetFingers(body_, holding[k]->HandSide(), holding[k]->fingers);
+    report.wrist_offset_m = std::max(report.wrist_offset_m, holding[k]->offset.translation.norm());
+  }
+  report.energy_temporal +=
+      LogSO3((previous.orientation.conjugate() * object_.orientation).toRotationMatrix())
+          .squaredNorm() +
+      (object_.translation - previous.translation).squaredNorm();
+  FillEnergies(report);
+  for (HeldHand* hand : holding) hand->Keep(object_);
+  report.solve_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  return report;
+}
+
+void FrameFitter::FillEnergies(FrameReport& report) {
+  for (const auto& hand : hands_) {
+    if (!hand->Holds()) continue;
+    const HeldHand::Energies energies = hand->EnergiesAt(object_);
+    report.energy_distance += energies.distance;
+    report.energy_contact += energies.contact;
+    report.energy_slip += energies.slip;
+    report.energy_penetration += energies.penetration;
+    report.energy_object_in_hand += energies.object_in_hand;
+  }
+  report.energy_total = TotalEnergy(report, options_);
+}
+
+FrameReport FrameFitter::FirstFrame() {
+  FrameReport report;
+  for (const auto& hand : hands_) {
+    if (hand->Holds()) hand->Watch(object_, {});
+  }
+  FillEnergies(report);
+  return report;
+}
+
+int FrameFitter::NumContactPairs() const {
+  int pairs = 0;
+  for (const auto& hand : hands_) pairs += hand->Holds() ? hand->NumContactPairs() : 0;
+  return pairs;
+}
+
+}  // namespace holdfast

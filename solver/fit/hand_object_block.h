@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <ceres/cost_function.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "geometry/body/hand_model.h"
+#include "solver/unknowns/skin_term.h"
+#include "solver/unknowns/vertex_term.h"
+
+namespace holdfast {
+
+/// All terms between one hand and one object in one frame, as one small dense Ceres block.
+///
+/// Each VertexTerm gives a 3 x 3 Hessian, gradient and cost per hand vertex in the object's frame,
+/// each SkinTerm rows at some of them; the chain rule through z_i = R^T (v_i(P) - T) sums them to
+/// one system in 3 + 3 + 45 numbers, whose factor has 51 + 1 rows. Cost, gradient J^T r and
+/// Gauss-Newton matrix J^T J are those of all residuals of all terms; the rows themselves have no
+/// meaning.
+///
+/// Parameter blocks: orientation q (4; x y z w; object to world, with RotationManifold),
+/// translation T (3, metres, world), fingers P (45, axis-angle, radians). Residuals: 52, square
+/// roots of energy. Evaluate returns false when the cost is not finite. `state` must have its body
+/// set, outlives the block, and is written to: one block per thread.
+class HandObjectBlock final : public ceres::CostFunction {
+ public:
+  static constexpr int kTangent = 6 + kHandDofs;
+  static constexpr int kRows = kTangent + 1;
+
+  /// Unweighted Gauss-Newton system, for tests and for solvers other than Ceres.
+  struct System {
+    Eigen::Matrix<double, kTangent, kTangent> hessian;
+    Eigen::Matrix<double, kTangent, 1> gradient;
+    double cost;
+  };
+
+  explicit HandObjectBlock(HandState* state);
+  ~HandObjectBlock() override;
+
+  /// Adds a term; the block does not own it.
+  void AddTerm(const VertexTerm* term) { terms_.push_back(term); }
+  void AddTerm(SkinTerm* term) { skin_terms_.push_back(term); }
+
+  /// From now on skin terms choose their points in every evaluation, as Watch has them do: for
+  /// blocks that go from frame to frame while they are solved together.
+  void WatchAlways() { watch_always_ = true; }
+
+  /// Forgets the last evaluation: to be called after HandState::SetBody.
+  void Invalidate();
+
+  /// Lets the skin terms choose their points, with everything at these parameters. Returns whether
+  /// any of them did so anew.
+  bool Watch(double const* const* parameters);
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+  /// Each term's energy at a point as the paper writes it (no weight): vertex terms in the order
+  /// they were added, then skin terms.
+  const std::vector<double>& Energies(double const* const* parameters) const;
+
+  /// The system at a point, in tangent order (rotation on the right, T, P).
+  void Linearize(double const* const* parameters, System& system) const;
+
+ private:
+  struct Scratch;
+  // Vertices, their place in the object's frame and the terms' quadratics; kept while the
+  // parameters stay the same, as Ceres evaluates an accepted point twice.
+  void Update(double const* const* parameters, bool with_jacobian) const;
+  void Chain(System& system) const;
+  template <int kFingers>
+  void ChainGroup(int g, System& system) const;
+  void ChainRows(System& system) const;
+
+  HandState* state_;
+  std::vector<const VertexTerm*> terms_;
+  std::vector<SkinTerm*> skin_terms_;
+  bool watch_always_ = false;
+  mutable std::unique_ptr<Scratch> scratch_;
+};
+
+/// Hand vertices in the object's frame, z_i = R^T (v_i - T).
+Eigen::Matrix3Xd InObjectFrame(const Eigen::Matrix3Xd& vertices, const Eigen::Quaterniond& q,
+                               const Eigen::Vector3d& translation);
+
+}  // namespace holdfast

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include "solver/fit/held_hand.h"
+
+#include <algorithm>
+
+#include "geometry/mesh/contact_samples.h"
+#include "solver/fit/wrist_offset_block.h"
+
+namespace holdfast {
+
+FitObject MakeFitObject(const TriangleMesh& mesh, const SignedDistance& surface,
+                        const TriangleMesh& simplified, int threads) {
+  FitObject object;
+  object.vertices = simplified.vertices;
+  DistanceGridOptions grid;
+  grid.threads = threads;
+  object.distance = std::make_shared<const DistanceGrid>(surface, grid);
+  constexpr double kSpacing = 0.003;  // no fingertip fits between
+  constexpr int kMost = 20'000;
+  object.surface = ContactSamples(mesh, kSpacing, kMost);
+  return object;
+}
+
+HeldHand::HeldHand(const HandModel& hand, const FitObject& object, const FitOptions& options)
+    : object_(object), options_(options), anatomy_(hand), state_(hand) {
+  if (options.lambda_limits > 0.0) {
+    HandPriorWeights weights;
+    weights.limits = std::sqrt(options.lambda_limits);
+    weights.coupling = weights.neighbours = weights.stay = weights.spread = 0.0;
+    limits_ = std::make_unique<HandPriorTerm>(anatomy_.axes, HandAngles::Zero(), weights);
+  }
+}
+
+void HeldHand::SetBody(const JointPose& pose, const Eigen::Vector3d& trans) {
+  state_.SetBody(pose, trans);
+  if (block_) block_->Invalidate();
+}
+
+void HeldHand::Grip(const FingerPose& grip, const ObjectPose& object, bool slip) {
+  fingers = grip;
+  hold_ = std::make_unique<HoldTerms>(object_, InObject(object), slip, options_);
+  block_ = std::make_unique<HandObjectBlock>(&state_);
+  hold_->AddTo(*block_);
+  if (options_.lambda_penetration > 0.0 && object_.distance) {
+    penetration_ = std::make_unique<Penetration>(
+        anatomy_.landmarks, *object_.distance, options_.soft_tissue_m, options_.lambda_penetration);
+    block_->AddTerm(penetration_.get());
+  }
+  if (options_.lambda_object_in_hand > 0.0 && object_.surface.cols() > 0) {
+    object_in_hand_ = std::make_unique<ObjectInHand>(
+        state_.Hand(), object_.surface, options_.soft_tissue_m, options_.lambda_object_in_hand);
+    block_->AddTerm(object_in_hand_.get());
+  }
+}
+
+bool HeldHand::Watch(const ObjectPose& object, const WristOffset& step) {
+  RelativePose seen{object.orientation, object.translation};
+  if (!step.IsZero()) {
+    seen = SeenByUnmovedHand(state_.WristRotation(), state_.WristPosition(), object.orientation,
+                             object.translation, step.rotation, step.translation);
+  }
+  const double* parameters[] = {seen.orientation.coeffs().data(), seen.translation.data(),
+                                fingers.data()};
+  return block_->Watch(parameters);
+}
+
+Eigen::Matrix3Xd HeldHand::InObject(const ObjectPose& object) {
+  state_.Evaluate(fingers, false);
+  if (block_) block_->Invalidate();
+  return InObjectFrame(state_.Vertices(), object.orientation, object.translation);
+}
+
+void HeldHand::Keep(const ObjectPose& object) {
+  if (!hold_->Slips()) return;
+  hold_->SlipTerm()->MoveTo(InObject(object));
+  block_->Invalidate();
+}
+
+HeldHand::Energies HeldHand::EnergiesAt(const ObjectPose& object) {
+  const double* parameters[] = {object.orientation.coeffs().data(), object.translation.data(),
+                                fingers.data()};
+  const std::vector<double>& values = block_->Energies(parameters);  // in the order added
+  Energies energies;
+  std::size_t next = 0;
+  if (hold_->Slips()) {
+    energies.slip = values[next++];
+  } else {
+    energies.distance = values[next++];
+    energies.contact = values[next++];
+  }
+  if (penetration_) energies.penetration = values[next++];
+  if (object_in_hand_) energies.object_in_hand = values[next++];
+  return energies;
+}
+
+}  // namespace holdfast

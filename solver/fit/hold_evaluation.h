@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include <ceres/cost_function.h>
+#include <ceres/evaluation_callback.h>
+
+#include <Eigen/Core>
+
+#include "geometry/body/hand_model.h"
+#include "solver/fit/clip_solver.h"
+#include "solver/fit/hand_object_block.h"
+#include "solver/fit/hold_terms.h"
+#include "solver/hand/hand_postures.h"
+
+namespace holdfast {
+
+/// One hand on the object in one frame of a clip: unknowns, and residuals and Jacobians of its
+/// HandObjectBlock as of the last evaluation. A Ceres block that is evaluated elsewhere.
+/// Parameter blocks: q (4), T (3), P (45), with `moves` C (4) and c (3) as in WristOffsetBlock.
+class HeldFrame final : public ceres::CostFunction {
+ public:
+  /// `frame_state` must outlive this.
+  HeldFrame(int hold, int frame, const FittedFrame& frame_state, int hand, bool moves);
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+  int hold, frame;
+  const double* orientation;  // of the frame's object, of which `this` is one of two hands
+  const double* translation;
+  JointPose body;  ///< of the frame, with the arm where `offset` wants it
+  FingerPose fingers;
+  WristOffset step;  ///< on top of what the body has
+  bool moves;
+  std::vector<Slip::Mark> marks;  ///< where contacts were in the frame before, with slip
+  FrameEnergies energies;
+
+ private:
+  friend class HoldEvaluation;
+  bool finite_ = false;
+  std::array<double, HandObjectBlock::kRows> residuals_;
+  std::vector<double> jacobians_;
+};
+
+/// Evaluates all held frames of a clip before Ceres asks for them: in parallel, with one hand state
+/// of either side for each thread, and with the same bytes for any number of threads.
+class HoldEvaluation final : public ceres::EvaluationCallback {
+ public:
+  /// The arguments must outlive this.
+  HoldEvaluation(const ClipProblem& problem, const FitOptions& options, int threads);
+  ~HoldEvaluation() override;
+
+  /// In the order of frames; may be added to until the first evaluation.
+  std::vector<std::unique_ptr<HeldFrame>>& Frames() { return frames_; }
+  void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
+  /// Where contacts that slip are now becomes where they were, for the frames that follow.
+  void MarkContacts();
+  /// Energies of every held frame where its unknowns are now.
+  void EvaluateAll();
+
+ private:
+  struct Worker;
+  void Evaluate(Worker& worker, HeldFrame& held) const;
+
+  const ClipProblem& problem_;
+  const FitOptions& options_;
+  int threads_;
+  std::vector<std::unique_ptr<HandAnatomy>> anatomy_;  // per hand
+  std::vector<std::unique_ptr<HoldTerms>> terms_;      // per hold
+  std::vector<std::unique_ptr<HeldFrame>> frames_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Worker>> workers_;
+  bool evaluated_ = false;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+
+#include <Eigen/Core>
+
+#include "solver/fit/fit_options.h"
+#include "solver/fit/hand_object_block.h"
+#include "solver/terms/hand/contact.h"
+#include "solver/terms/hand/hand_object_distance.h"
+#include "solver/terms/hand/slip.h"
+
+namespace holdfast {
+
+/// What a hand keeps of the moment it took hold: the paper's E_d and E_c with D and S of that
+/// moment, or Slip in their place. Const while frames are solved, and shareable between threads.
+class HoldTerms {
+ public:
+  /// `z` (3 x N): the hand in the object's frame as it takes hold, metres. `object` must outlive
+  /// this. Slip needs the object's distance.
+  HoldTerms(const FitObject& object, const Eigen::Matrix3Xd& z, bool slip,
+            const FitOptions& options) {
+    if (slip && object.distance) {
+      slip_ = std::make_unique<Slip>(*object.distance, z, options.slip_touch_m, options.lambda_slip,
+                                     options.drag_share);
+      return;
+    }
+    const Eigen::MatrixXd distances = HandObjectDistance::Distances(z, object.vertices);
+    distance_ = std::make_unique<HandObjectDistance>(object.vertices, distances,
+                                                     options.lambda_distance, options.precision);
+    contact_ = std::make_unique<Contact>(object.vertices, distances, options.contact_threshold_m,
+                                         options.lambda_contact);
+  }
+
+  void AddTo(HandObjectBlock& block) const {
+    if (slip_) {
+      block.AddTerm(slip_.get());
+    } else {
+      block.AddTerm(distance_.get());
+      block.AddTerm(contact_.get());
+    }
+  }
+
+  bool Slips() const { return slip_ != nullptr; }
+  Slip* SlipTerm() const { return slip_.get(); }  ///< null where the hand holds firmly
+  /// Pairs of S; with slip, vertices that touch.
+  int NumContacts() const { return slip_ ? slip_->NumContacts() : contact_->NumPairs(); }
+
+ private:
+  std::unique_ptr<HandObjectDistance> distance_;
+  std::unique_ptr<Contact> contact_;
+  std::unique_ptr<Slip> slip_;
+};
+
+}  // namespace holdfast

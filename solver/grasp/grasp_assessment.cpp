@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: MIT
+#include "solver/grasp/grasp_assessment.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "solver/grasp/grasp_handle_placement.h"
+#include "solver/grasp/grasp_obstacles.h"
+#include "solver/grasp/grasp_quality.h"
+
+namespace holdfast {
+namespace {
+
+constexpr int kSurfacePoints = 8000;
+
+// What lies flat may be turned over; what stands has an up.
+double Tallness(const Eigen::Vector3d& extent) {
+  const double wide = std::max(extent.x(), extent.y());
+  return wide > 0.0 ? std::clamp(1.5 * extent.z() / wide, 0.4, 1.0) : 1.0;
+}
+
+// How far a pose is from one that is held without thinking, mean squared radians.
+double Discomfort(const HandAxes& axes, const HandAngles& angles) {
+  const HandAngles apart = angles - axes.Relaxed();
+  double sum = apart.squaredNorm() / kJointsPerHand;
+  constexpr int kOrder[4] = {3 * kIndex, 3 * kMiddle, 3 * kRing, 3 * kPinky};
+  for (int n = 0; n < 3; ++n) {
+    for (int j = 0; j < 2; ++j) {
+      sum += std::pow(angles(0, kOrder[n] + j) - angles(0, kOrder[n + 1] + j), 2);
+    }
+  }
+  return sum;
+}
+
+// What a flat object lies on cannot be avoided; below a tall one no hand has any business.
+double BelowTable(const GraspScene& scene, const Grasp& grasp) {
+  constexpr double kTall = 0.07, kFarBelow = 25.0;
+  return scene.options.table_weight * std::min(1.0, scene.height / kTall) *
+         std::min(1.0, grasp.below_bottom_mm / kFarBelow);
+}
+
+// Deepest point of the object's surface in the closed hand mesh, metres.
+double ObjectInHand(const GraspScene& scene, const Eigen::Matrix3Xd& vertices,
+                    const Eigen::Isometry3d& wrist_from_object) {
+  const SignedDistance hand(CloseHoles({vertices, scene.anatomy.hand.Surface().Faces()}));
+  const Eigen::AlignedBox3d box(hand.Min(), hand.Max());
+  double deepest = 0.0;
+  for (Eigen::Index i = 0; i < scene.surface.cols(); ++i) {
+    const Eigen::Vector3d x = wrist_from_object * scene.surface.col(i);
+    if (box.contains(x)) deepest = std::max(deepest, -hand.Distance(x));
+  }
+  return deepest;
+}
+
+// Share of the skin in contact that touches elsewhere than where it is wanted.
+double OutsidePlace(const GraspPlace& place, const Eigen::Matrix3Xd& skin,
+                    const Eigen::VectorXd& distance) {
+  const double near = 1e-3 * ContactProtocol{}.contact_threshold_mm;
+  int touching = 0, outside = 0;
+  for (Eigen::Index s = 0; s < skin.cols(); ++s) {
+    if (distance(s) >= near) continue;
+    ++touching;
+    outside += !place.InRegion(skin.col(s));
+  }
+  return touching == 0 ? 0.0 : outside / static_cast<double>(touching);
+}
+
+// How many fingers have their backs against the object.
+int KnucklesTouching(const GraspScene& scene, HandEvaluation& hand, const FingerPose& fingers,
+                     const Eigen::VectorXd& distance) {
+  const HandAnatomy& anatomy = scene.anatomy;
+  const HandState& state = hand.At(fingers.data(), false);
+  std::array<bool, kNumFingers> touching{};
+  Eigen::Matrix3Xd centers;
+  BallCenters(anatomy.landmarks, state.Vertices(), centers);
+  for (std::size_t b = 0; b < anatomy.landmarks.Balls().size(); ++b) {
+    const FingerBall& ball = anatomy.landmarks.Balls()[b];
+    const Eigen::Vector3d pad =
+        state.JointRotation(ball.finger_joint) * anatomy.axes.PadDirection(ball.finger_joint);
+    for (const int i : ball.ring) {
+      const Eigen::Vector3d out = state.Vertices().col(i) - centers.col(b);
+      if (distance(i) < scene.options.touch_distance_m && out.dot(pad) < -0.5 * out.norm()) {
+        touching[ball.finger_joint / 3] = true;
+      }
+    }
+  }
+  return static_cast<int>(std::count(touching.begin(), touching.end(), true));
+}
+
+}  // namespace
+
+GraspScene::GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer,
+                       const DistanceGrid& distance, const TriangleMesh& mesh,
+                       const GraspOptions& search_options)
+    : anatomy(hand),
+      placer(hand_placer),
+      object(distance),
+      centroid(SolidCentroid(mesh)),
+      held_at(search_options.place ? search_options.place->Center() : centroid),
+      size(Extent(mesh).norm()),
+      bottom(mesh.vertices.row(2).minCoeff()),
+      height(Extent(mesh).z()),
+      tallness(Tallness(Extent(mesh))),
+      surface(SampleSurface(mesh, kSurfacePoints, search_options.seed)),
+      options(search_options) {}
+
+double Uprightness(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object) {
+  double most = scene.options.up_in_wrist.empty() ? 0.0 : -1.0;
+  for (const Eigen::Vector3d& up : scene.options.up_in_wrist) {
+    most = std::max(most, up.dot(wrist_from_object.linear().col(2)));
+  }
+  return most;
+}
+
+double UprightWeight(const GraspScene& scene, GraspStyle style) {
+  return scene.options.upright_weight * (style == GraspStyle::kHandle ? 3.0 : scene.tallness);
+}
+
+double Blocked(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object) {
+  return ShareBlocked(scene.object, wrist_from_object, scene.options.obstacles_in_wrist);
+}
+
+Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& attempt,
+             bool thorough) {
+  const HandLandmarks& landmarks = scene.anatomy.landmarks;
+  const GraspOptions& options = scene.options;
+  Grasp grasp;
+  grasp.style = attempt.style;
+  grasp.fingers = scene.anatomy.axes.PoseOf(attempt.angles);
+  grasp.wrist_from_object = attempt.wrist_from_object;
+  const Eigen::Isometry3d object_from_wrist = attempt.wrist_from_object.inverse();
+  const Eigen::Matrix3Xd vertices = hand.At(grasp.fingers.data(), false).Vertices();
+  Eigen::Matrix3Xd skin;
+  SkinPositions(landmarks, vertices, skin);
+  skin = object_from_wrist * skin;
+  Eigen::VectorXd distance(skin.cols());
+  for (Eigen::Index s = 0; s < skin.cols(); ++s) distance(s) = scene.object.Distance(skin.col(s));
+  grasp.max_penetration_mm = 1000.0 * std::max(0.0, -distance.minCoeff());
+
+  std::vector<GraspContact> contacts;
+  const auto add_contact = [&](int vertex) {
+    Eigen::Vector3d outward;
+    scene.object.Distance(skin.col(vertex), &outward);
+    if (outward.norm() > 1e-6) contacts.push_back({skin.col(vertex), -outward.normalized()});
+  };
+  int parts_touching = 0;
+  std::array<Eigen::Vector3d, kNumHandParts> pressing;  // direction each touching part presses in
+  std::array<bool, kNumHandParts> touching{};
+  for (int part = 0; part < kNumHandParts; ++part) {
+    std::vector<std::pair<double, int>> near;
+    for (const int i : landmarks.Pad(part)) {
+      if (distance(i) < options.touch_distance_m) near.emplace_back(distance(i), i);
+    }
+    if (near.empty()) continue;
+    ++parts_touching;
+    if (part == kPalmPart) {
+      grasp.palm_touching = true;
+    } else {
+      grasp.fingers_touching[part / 3] = true;
+    }
+    std::sort(near.begin(), near.end());
+    add_contact(near.front().second);
+    touching[part] = !contacts.empty();
+    if (touching[part]) pressing[part] = contacts.back().inward;
+    // A palm is as good as several pads: add its touching places far apart.
+    if (part == kPalmPart) {
+      for (const auto& [d, i] : near) {
+        if ((skin.col(i) - skin.col(near.front().second)).norm() > 0.025) {
+          add_contact(i);
+          break;
+        }
+      }
+    }
+  }
+  grasp.wrench_quality =
+      WrenchQuality(contacts, scene.centroid, 0.5 * scene.size, options.friction);
+  grasp.self_penetration_mm = 1000.0 * SelfPenetration(landmarks, vertices);
+  grasp.limit_excess_deg =
+      scene.anatomy.axes.LimitExcess(attempt.angles) * 180.0 / std::numbers::pi;
+  grasp.below_bottom_mm = 1000.0 * std::max(0.0, scene.bottom - skin.row(2).minCoeff());
+  grasp.upright = Uprightness(scene, attempt.wrist_from_object);
+  grasp.blocked = Blocked(scene, attempt.wrist_from_object);
+  if (grasp.style == GraspStyle::kHandle) {
+    grasp.fingers_through =
+        FingersThrough(scene.anatomy.axes, hand.At(grasp.fingers.data(), false),
+                       scene.handles[attempt.handle], attempt.wrist_from_object);
+  }
+  if (thorough) {
+    grasp.object_in_hand_mm = 1000.0 * ObjectInHand(scene, vertices, attempt.wrist_from_object);
+  }
+
+  // Fingers that press against the thumb or the palm hold; those that rest on a side only touch.
+  double opposed = 0.0;
+  for (int finger = 0; finger < kThumb; ++finger) {
+    double most = 0.0;
+    for (int part = 3 * finger; part < 3 * finger + 3; ++part) {
+      if (!touching[part]) continue;
+      for (const int other : {3 * kThumb + 1, 3 * kThumb + 2, kPalmPart}) {
+        if (touching[other]) most = std::max(most, -pressing[part].dot(pressing[other]));
+      }
+    }
+    opposed += 0.25 * most;
+  }
+  // Forces that do not cancel lean on the object instead of holding it.
+  Eigen::Vector3d resultant = Eigen::Vector3d::Zero();
+  for (const GraspContact& contact : contacts) resultant += contact.inward;
+  const double leaning =
+      contacts.empty() ? 1.0 : resultant.norm() / static_cast<double>(contacts.size());
+  const Eigen::Vector3d middle = contacts.empty() ? skin.rowwise().mean().eval() : [&] {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const GraspContact& contact : contacts) sum += contact.point;
+    return Eigen::Vector3d(sum / static_cast<double>(contacts.size()));
+  }();
+  // Metres of lever for its weight, or from where it is wanted; a handle is where it is.
+  const bool by_handle = grasp.style == GraspStyle::kHandle;
+  const bool at_point = options.place && options.place->At();
+  const double off_center = by_handle && !at_point ? 0.0 : (middle - scene.held_at).norm();
+  if (at_point) grasp.from_place_m = off_center;
+  if (options.place) grasp.outside_place = OutsidePlace(*options.place, skin, distance);
+  const auto fingers = static_cast<double>(
+      std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.end(), true));
+  const bool in_palm = grasp.palm_touching && grasp.style != GraspStyle::kPrecision;
+  grasp.score =
+      std::sqrt(std::min(grasp.wrench_quality / 0.3, 1.0)) + 0.1 * fingers + 0.5 * opposed +
+      0.02 * parts_touching + (in_palm ? 0.2 : 0.0) + (grasp.fingers_touching[kThumb] ? 0.4 : 0.0) -
+      0.2 * std::max(0.0, grasp.max_penetration_mm - 0.7) -
+      0.15 * std::max(0.0, grasp.object_in_hand_mm - 1.5) - 0.15 * grasp.self_penetration_mm -
+      0.6 * Discomfort(scene.anatomy.axes, attempt.angles) -
+      (at_point ? 20.0 : 6.0) * std::max(0.0, off_center - 0.015) - 3.0 * grasp.outside_place -
+      0.8 * std::max(0.0, leaning - 0.2) + UprightWeight(scene, grasp.style) * grasp.upright -
+      BelowTable(scene, grasp) - options.obstacle_weight * grasp.blocked;
+  if (by_handle) {
+    const auto through = static_cast<double>(
+        std::count(grasp.fingers_through.begin(), grasp.fingers_through.end(), true));
+    grasp.score += options.handle_weight + 0.35 * through -
+                   0.1 * KnucklesTouching(scene, hand, grasp.fingers, distance);
+  }
+  return grasp;
+}
+
+std::string WhyRefused(const GraspScene& scene, const Grasp& grasp) {
+  const auto fingers =
+      std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.begin() + kThumb, true);
+  if (grasp.max_penetration_mm > 1000.0 * scene.options.max_penetration_m) {
+    return "the hand goes into the object";
+  }
+  if (grasp.object_in_hand_mm > 1500.0 * scene.options.max_penetration_m) {
+    return "the object goes into the hand";
+  }
+  if (grasp.self_penetration_mm > 4.0) return "fingers go into each other";
+  if (grasp.limit_excess_deg > 1.0) return "a joint is beyond its range";
+  if (!grasp.fingers_touching[kThumb]) return "the thumb does not touch";
+  const bool by_handle = grasp.style == GraspStyle::kHandle;
+  if (by_handle &&
+      std::count(grasp.fingers_through.begin(), grasp.fingers_through.end(), true) == 0) {
+    return "no finger is through the handle";
+  }
+  if (fingers < 2 && !(fingers == 1 && (by_handle || scene.size < 0.03)))
+    return "fewer than two fingers touch";
+  if (grasp.outside_place > GraspPlace::kMostOutside) {
+    return "it touches what is not to be touched";
+  }
+  if (grasp.from_place_m > GraspPlace::kReach_m) return "it is not at the point asked for";
+  if (grasp.wrench_quality <= 0.0) return "contacts do not hold it (no force closure)";
+  if (!scene.placer.ForearmClear(scene.object, grasp.wrist_from_object)) {
+    return "the forearm is in the way";
+  }
+  return {};
+}
+
+}  // namespace holdfast

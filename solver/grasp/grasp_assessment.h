@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "solver/grasp/grasp.h"
+#include "solver/grasp/grasp_handle.h"
+
+namespace holdfast {
+
+/// What grasps of one search are judged against; const, shared by its threads.
+struct GraspScene {
+  GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer, const DistanceGrid& distance,
+             const TriangleMesh& mesh, const GraspOptions& search_options);
+
+  const HandAnatomy& anatomy;
+  const GraspPlacer& placer;
+  const DistanceGrid& object;
+  Eigen::Vector3d centroid;
+  Eigen::Vector3d held_at;   ///< where hands are wanted: the centroid, or the place asked for
+  double size;               ///< diagonal of the bounding box, metres
+  double bottom, height;     ///< least z, extent in z, metres
+  double tallness;           ///< in (0, 1]: how much it matters which way up the object is
+  Eigen::Matrix3Xd surface;  ///< points all over the object (3 x n)
+  std::vector<Handle> handles;
+  const GraspOptions& options;
+};
+
+/// A closed hand, not yet judged.
+struct GraspAttempt {
+  GraspStyle style = GraspStyle::kPower;
+  HandAngles angles = HandAngles::Zero();
+  Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
+  int handle = -1;                                         ///< which of the scene's, for kHandle
+  double rank = -std::numeric_limits<double>::infinity();  ///< its score before refinement
+};
+
+/// Cosine of the object's z with the nearest of the options' ups; 0 where none is given.
+double Uprightness(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object);
+
+/// What uprightness counts: much for what has a handle, since that is made to be filled.
+double UprightWeight(const GraspScene& scene, GraspStyle style);
+
+/// Share of the options' obstacle poses in which a point is deeper than soft tissue in the object.
+double Blocked(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object);
+
+/// Measures and scores a hand: firm (wrench quality, fingers pressing against the thumb or the
+/// palm, forces that cancel, near the centroid), clean (depths), comfortable, and the right way up.
+/// `thorough` adds the object's surface in the hand, which is slow.
+Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& attempt,
+             bool thorough);
+
+/// Why a thoroughly assessed grasp may not be returned, as a phrase; empty when it may.
+std::string WhyRefused(const GraspScene& scene, const Grasp& grasp);
+
+}  // namespace holdfast

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: MIT
+#include "solver/grasp/grasp_both.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "generator/body/arm_correction.h"
+#include "geometry/parallel.h"
+#include "geometry/rotation.h"
+#include "solver/grasp/grasp_assessment.h"
+#include "solver/grasp/grasp_candidates.h"
+#include "solver/grasp/grasp_refinement.h"
+
+namespace holdfast {
+namespace {
+
+constexpr std::array<Side, 2> kSides = {Side::kRight, Side::kLeft};
+
+// Both arms of one person in one pose.
+struct Person {
+  const BodySurface& body;
+  std::array<const HandAnatomy*, 2> hands;
+  JointPose pose;
+  Eigen::Vector3d trans;
+  std::array<Eigen::Isometry3d, 2> world_from_wrist;
+  Eigen::Vector3d facing;  // horizontal, unit
+  std::vector<int> trunk;  // vertices that are neither hands nor forearms
+};
+
+// Somewhere to hold the object, before hands close.
+struct Hold {
+  Eigen::Isometry3d world_from_object;
+  std::array<Eigen::Isometry3d, 2> world_from_wrist;
+  double width = 0.0;
+  double cost = 0.0;
+};
+
+std::vector<int> AwayFromHands(const BodySurface& body) {
+  std::vector<int> vertices;
+  for (int i = 0; i < body.NumVertices(); ++i) {
+    double near = 0.0;
+    for (const auto& [joint, weight] : body.Weights(i)) {
+      for (const Side side : kSides) {
+        const bool finger = joint >= HandBegin(side) && joint < HandBegin(side) + kJointsPerHand;
+        if (finger || joint == WristJoint(side) || joint == WristJoint(side) - 2) near += weight;
+      }
+    }
+    if (near < 0.2) vertices.push_back(i);
+  }
+  return vertices;
+}
+
+double Deepest(const Person& person, const JointPose& pose, const DistanceGrid& object,
+               const Eigen::Isometry3d& world_from_object) {
+  BodyState state;
+  Forward(person.body, pose, person.trans, state);
+  const Eigen::Isometry3d object_from_world = world_from_object.inverse();
+  double deepest = 0.0;
+  for (const int i : person.trunk) {
+    deepest = std::max(deepest, -object.Distance(object_from_world * state.vertices.col(i)));
+  }
+  return deepest;
+}
+
+// Moves an arm so that its wrist is there, if elbow and wrist can.
+bool Reach(const Person& person, Side side, const Eigen::Isometry3d& target,
+           const WristLimits& limits, JointPose& pose) {
+  constexpr double kReached = 0.001;  // metres
+  const Eigen::Matrix3Xd& rest = person.body.RestJoints();
+  if (MoveWrist(rest, side, target.linear(), target.translation(), person.trans, pose) > kReached) {
+    return false;
+  }
+  BodyState state;
+  ForwardJoints(rest, pose, person.trans, state);
+  const Limb arm = Arm(side);
+  const WristPose wrist =
+      SolveWrist(rest, side, state.world_rotation[arm.middle], target.linear(), limits);
+  if (!wrist.reached) return false;
+  const Eigen::Vector3d upper = state.joints.col(arm.middle) - state.joints.col(arm.root);
+  const Eigen::Vector3d lower = state.joints.col(arm.end) - state.joints.col(arm.middle);
+  const double flexion = std::atan2(upper.cross(lower).norm(), upper.dot(lower));
+  if (flexion > arm.max_flexion_rad) return false;
+  // The forearm's twist is shared by elbow and wrist.
+  pose.col(arm.middle) = LogSO3(state.world_rotation[arm.root].transpose() * wrist.lower);
+  pose.col(arm.end) = LogSO3(wrist.wrist);
+  return true;
+}
+
+// The rotation that takes `axis` to `to` and keeps z as near to world's z as that allows.
+Eigen::Matrix3d KeepUp(const Eigen::Vector3d& axis, const Eigen::Vector3d& to) {
+  const auto frame = [](const Eigen::Vector3d& first, const Eigen::Vector3d& up) {
+    Eigen::Vector3d second = up - up.dot(first) * first;
+    second = second.norm() > 0.1 ? Eigen::Vector3d(second.normalized()) : first.unitOrthogonal();
+    Eigen::Matrix3d m;
+    m << first, second, first.cross(second);
+    return m;
+  };
+  return frame(to, Eigen::Vector3d::UnitZ()) * frame(axis, Eigen::Vector3d::UnitZ()).transpose();
+}
+
+// A span of the object between the hands, and what it costs to hold it there.
+std::optional<Hold> HoldOn(const Person& person, const Opposition& span, double sign,
+                           const TriangleMesh& mesh, const DistanceGrid& object,
+                           const Eigen::Vector3d& centroid, const BothHandsOptions& options) {
+  std::array<Eigen::Vector3d, 2> palm, normal;
+  for (int h = 0; h < 2; ++h) {
+    palm[h] = person.world_from_wrist[h] * person.hands[h]->landmarks.PalmCenter();
+    normal[h] = person.world_from_wrist[h].linear() * person.hands[h]->axes.PalmNormal();
+  }
+  const Eigen::Vector3d apart = palm[1] - palm[0];
+  Eigen::Vector3d level(apart.x(), apart.y(), 0.0);
+  if (level.norm() < 0.02) {
+    // Hands one above the other, or together: the object goes across the body.
+    level = Eigen::Vector3d::UnitZ().cross(person.facing);
+  }
+  level.normalize();
+  Hold hold;
+  hold.width = span.width;
+  hold.world_from_object.linear() = KeepUp(sign * span.axis, level);
+  const Eigen::Vector3d middle = 0.5 * (palm[0] + palm[1]);
+  const double upright = hold.world_from_object.linear()(2, 2);
+
+  // Away from the body until it is clear of it.
+  bool clear = false;
+  double pushed = 0.0;
+  for (; pushed < 0.31 && !clear; pushed += 0.03) {
+    hold.world_from_object.translation() =
+        middle + pushed * person.facing - hold.world_from_object.linear() * span.center;
+    clear = Deepest(person, person.pose, object, hold.world_from_object) <= 0.0;
+  }
+  if (!clear) return std::nullopt;
+  hold.cost = options.upright_weight * (1.0 - upright) +
+              4.0 * (span.center - centroid).norm() / std::max(0.05, Extent(mesh).norm());
+
+  for (int h = 0; h < 2; ++h) {
+    const Eigen::Vector3d inward = h == 0 ? level : Eigen::Vector3d(-level);
+    const Eigen::Vector3d place = hold.world_from_object * span.center - 0.5 * span.width * inward;
+    double least = std::numeric_limits<double>::infinity();
+    for (const double spin : {0.0, 25.0, -25.0, 50.0, -50.0}) {
+      const Eigen::Matrix3d rotation =
+          Eigen::AngleAxisd(spin * kDegree, inward) *
+          Eigen::Quaterniond::FromTwoVectors(normal[h], inward).toRotationMatrix() *
+          person.world_from_wrist[h].linear();
+      Eigen::Isometry3d wrist = Eigen::Isometry3d::Identity();
+      wrist.linear() = rotation;
+      wrist.translation() = place - rotation * person.hands[h]->landmarks.PalmCenter();
+      JointPose pose = person.pose;
+      if (!Reach(person, kSides[h], wrist, options.wrist, pose)) continue;
+      const double turn = LogSO3(person.world_from_wrist[h].linear().transpose() * rotation).norm();
+      const double shift = (wrist.translation() - person.world_from_wrist[h].translation()).norm();
+      // A wrist bent far is no way to carry: 0.1 m weighs like 30 degrees.
+      const double bend = LogSO3(ExpSO3(pose.col(WristJoint(kSides[h])))).norm();
+      const double cost = turn + 5.0 * shift + 0.5 * bend;
+      if (cost < least) {
+        least = cost;
+        hold.world_from_wrist[h] = wrist;
+      }
+    }
+    if (!std::isfinite(least)) return std::nullopt;
+    hold.cost += least;
+  }
+  return hold;
+}
+
+// Brings an open hand up to its side of the object along the palm's normal.
+Eigen::Isometry3d BringUp(const HandAnatomy& anatomy, const Eigen::Matrix3Xd& open,
+                          const DistanceGrid& object, Eigen::Isometry3d wrist_from_object) {
+  constexpr double kFarOff = 0.10, kOn = 0.0005;
+  const Eigen::Vector3d& away = anatomy.axes.PalmNormal();
+  wrist_from_object.translation() += kFarOff * away;
+  for (int step = 0; step < 60; ++step) {
+    const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
+    double clearance = std::numeric_limits<double>::infinity();
+    for (Eigen::Index i = 0; i < open.cols(); ++i) {
+      clearance = std::min(clearance, object.Distance(object_from_wrist * open.col(i)));
+    }
+    if (clearance < kOn) break;
+    wrist_from_object.translation() -= std::max(clearance - 0.5 * kOn, 0.0002) * away;
+  }
+  return wrist_from_object;
+}
+
+// Open, the thumb beside a flat face or over its edge: the first way that is free, else the freest.
+HandAngles ThumbAside(const HandAnatomy& anatomy, HandEvaluation& hand, const DistanceGrid& object,
+                      const Eigen::Isometry3d& wrist_from_object) {
+  constexpr double kThumbs[][2] = {
+      {-20.0, 50.0}, {-20.0, 25.0}, {-20.0, 5.0}, {-20.0, -10.0}, {0.0, -10.0}};
+  constexpr double kGive = 0.001;
+  const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
+  HandAngles best = OpenHand(anatomy.axes);
+  double most = -std::numeric_limits<double>::infinity();
+  for (const auto& [flexion, abduction] : kThumbs) {
+    HandAngles angles = OpenHand(anatomy.axes);
+    angles(0, 3 * kThumb) = flexion * kDegree;
+    angles(1, 3 * kThumb) = abduction * kDegree;
+    angles = anatomy.axes.Clamp(angles);
+    const FingerPose pose = anatomy.axes.PoseOf(angles);
+    const Eigen::Matrix3Xd& vertices = hand.At(pose.data(), false).Vertices();
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < anatomy.hand.NumVertices(); ++i) {
+      const int part = anatomy.landmarks.PartOf(i);
+      if (part == kPalmPart || part / 3 != kThumb) continue;
+      least = std::min(least, object.Distance(object_from_wrist * vertices.col(i)));
+    }
+    if (least > most) {
+      most = least;
+      best = angles;
+    }
+    if (least > -kGive) break;
+  }
+  return best;
+}
+
+}  // namespace
+
+BothHandsGrasp HoldInBothHands(const HandModel& right, const HandModel& left,
+                               const BodySurface& body, const JointPose& pose,
+                               const Eigen::Vector3d& trans, const TriangleMesh& object,
+                               const DistanceGrid& distance, const BothHandsOptions& options) {
+  BothHandsGrasp none;
+  none.pose = pose;
+  const HandAnatomy right_hand(right), left_hand(left);
+  Person person{body, {&right_hand, &left_hand}, pose, trans, {}, {}, AwayFromHands(body)};
+  BodyState state;
+  ForwardJoints(body.RestJoints(), pose, trans, state);
+  for (int h = 0; h < 2; ++h) {
+    const int wrist = WristJoint(kSides[h]);
+    person.world_from_wrist[h].setIdentity();
+    person.world_from_wrist[h].linear() = state.world_rotation[wrist];
+    person.world_from_wrist[h].translation() = state.joints.col(wrist);
+  }
+  // Across the shoulders, then forward.
+  const Eigen::Vector3d shoulders =
+      state.joints.col(Arm(Side::kLeft).root) - state.joints.col(Arm(Side::kRight).root);
+  person.facing = shoulders.cross(Eigen::Vector3d::UnitZ());
+  person.facing.z() = 0.0;
+  person.facing = person.facing.norm() > 1e-6 ? Eigen::Vector3d(person.facing.normalized())
+                                              : Eigen::Vector3d::UnitX();
+
+  OppositionOptions span_options;
+  span_options.samples = 800;
+  span_options.count = options.spans;
+  span_options.min_normal_cosine = 0.96;  // palms lie flat
+  span_options.max_width_m = options.max_width_m;
+  span_options.seed = options.seed;
+  const Eigen::Vector3d centroid = SolidCentroid(object);
+  const std::vector<Opposition> spans = FindOppositions(object, distance, centroid, span_options);
+  if (spans.empty()) return none;
+  std::vector<std::optional<Hold>> tried(2 * spans.size());
+  ParallelFor(static_cast<int>(tried.size()), options.threads, [&](int i) {
+    tried[i] =
+        HoldOn(person, spans[i / 2], i % 2 == 0 ? 1.0 : -1.0, object, distance, centroid, options);
+  });
+  std::vector<Hold> holds;
+  for (const std::optional<Hold>& hold : tried) {
+    if (hold) holds.push_back(*hold);
+  }
+  none.status = GraspStatus::kNoRoom;
+  if (holds.empty()) return none;
+  std::stable_sort(holds.begin(), holds.end(),
+                   [](const Hold& a, const Hold& b) { return a.cost < b.cost; });
+  if (static_cast<int>(holds.size()) > options.closings) holds.resize(options.closings);
+
+  GraspOptions one_hand;
+  one_hand.touch_distance_m = options.touch_distance_m;
+  one_hand.max_penetration_m = options.max_penetration_m;
+  one_hand.seed = options.seed;
+  const std::array<GraspPlacer, 2> placers = {GraspPlacer(right_hand), GraspPlacer(left_hand)};
+  std::array<Eigen::Matrix3Xd, 2> open_skin;
+  for (int h = 0; h < 2; ++h) {
+    HandEvaluation evaluation = AtWrist(person.hands[h]->hand);
+    const FingerPose open = person.hands[h]->axes.PoseOf(OpenHand(person.hands[h]->axes));
+    const Eigen::Matrix3Xd& vertices = evaluation.At(open.data(), false).Vertices();
+    // Without the thumb, which would keep a palm off a flat face.
+    open_skin[h].resize(3, vertices.cols());
+    Eigen::Index count = 0;
+    for (int i = 0; i < static_cast<int>(vertices.cols()); ++i) {
+      const int part = person.hands[h]->landmarks.PartOf(i);
+      if (part == kPalmPart || part <= 3 * kThumb) open_skin[h].col(count++) = vertices.col(i);
+    }
+    open_skin[h].conservativeResize(3, count);
+  }
+  const std::array<GraspScene, 2> scenes = {
+      GraspScene(right_hand, placers[0], distance, object, one_hand),
+      GraspScene(left_hand, placers[1], distance, object, one_hand)};
+
+  struct Closed {
+    BothHandsGrasp grasp;
+    double cost = std::numeric_limits<double>::infinity();
+  };
+  std::vector<Closed> closed(holds.size());
+  ParallelFor(static_cast<int>(holds.size()), options.threads, [&](int i) {
+    const Hold& hold = holds[i];
+    BothHandsGrasp& grasp = closed[i].grasp;
+    grasp.pose = pose;
+    grasp.world_from_object = hold.world_from_object;
+    grasp.width_m = hold.width;
+    grasp.upright = hold.world_from_object.linear()(2, 2);
+    grasp.status = GraspStatus::kFound;
+    double cost = hold.cost;
+    bool reached = true;
+    for (int h = 0; h < 2; ++h) {
+      const HandAnatomy& anatomy = *person.hands[h];
+      HandEvaluation evaluation = AtWrist(anatomy.hand);
+      GraspAttempt attempt;
+      attempt.wrist_from_object =
+          BringUp(anatomy, open_skin[h], distance,
+                  hold.world_from_wrist[h].inverse() * hold.world_from_object);
+      const HandAngles start = ThumbAside(anatomy, evaluation, distance, attempt.wrist_from_object);
+      attempt.angles =
+          CloseFingers(anatomy, evaluation, distance, attempt.wrist_from_object, start).angles;
+      RefineGrasp(anatomy, evaluation, distance, {}, attempt.angles, attempt.wrist_from_object);
+      Grasp& hand = grasp.hands[h];
+      hand = Assess(scenes[h], evaluation, attempt, true);
+      const auto fingers =
+          std::count(hand.fingers_touching.begin(), hand.fingers_touching.end(), true);
+      const bool clean = hand.max_penetration_mm < 1000.0 * options.max_penetration_m &&
+                         hand.object_in_hand_mm < 1000.0 * options.max_penetration_m &&
+                         hand.self_penetration_mm < 4.0 && hand.limit_excess_deg < 1.0;
+      if (!clean || fingers < 2) grasp.status = GraspStatus::kNoCleanGrasp;
+      cost -= 0.15 * static_cast<double>(fingers) + (hand.palm_touching ? 0.3 : 0.0);
+      const Eigen::Isometry3d wrist = hold.world_from_object * attempt.wrist_from_object.inverse();
+      reached &= Reach(person, kSides[h], wrist, options.wrist, grasp.pose);
+      SetFingers(grasp.pose, kSides[h], hand.fingers);
+      const Eigen::Isometry3d& before = person.world_from_wrist[h];
+      grasp.wrist_shift_mm[h] = 1000.0 * (wrist.translation() - before.translation()).norm();
+      grasp.wrist_turn_deg[h] =
+          LogSO3(before.linear().transpose() * wrist.linear()).norm() / kDegree;
+    }
+    if (!reached) return;
+    grasp.in_body_mm = 1000.0 * Deepest(person, grasp.pose, distance, hold.world_from_object);
+    if (grasp.in_body_mm > 1000.0 * options.max_penetration_m) {
+      grasp.status = GraspStatus::kNoCleanGrasp;
+    }
+    closed[i].cost = cost + (grasp.status == GraspStatus::kFound ? 0.0 : 100.0);
+  });
+  const auto best =
+      std::min_element(closed.begin(), closed.end(),
+                       [](const Closed& a, const Closed& b) { return a.cost < b.cost; });
+  return std::isfinite(best->cost) ? best->grasp : none;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: MIT
+#include "solver/grasp/grasp_handle.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include <Eigen/Eigenvalues>
+
+#include "geometry/parallel.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kShortest = 0.0003;     // a step along a ray, metres
+constexpr double kFingerPasses = 0.030;  // how far a finger needs its full width on either side
+constexpr double kOutOfSight = 0.150;    // and its path stays free this far: no bowl's floor
+constexpr double kBesideBar = 0.012;     // free all round a bar: a finger
+// Slots narrower than twice this are part of the bar: moulded handles are hollow at the back. It
+// also keeps rays that run along a thin wall from slipping out of it.
+constexpr double kSlot = 0.0035;
+constexpr int kDirections = 49;  // ways through that are tried, over half a sphere
+constexpr int kEnclosingRays = 12;
+constexpr int kBarRays = 24;
+
+// A grid of distances shows walls thinner than its cells as places that are near, not inside.
+constexpr double kThinWall = 0.0006;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Where a ray from outside enters the object, or infinity.
+double Entry(const DistanceGrid& object, const Eigen::Vector3d& from, const Eigen::Vector3d& way,
+             double farthest) {
+  for (double s = 0.0; s < farthest;) {
+    const double d = object.Distance(from + s * way);
+    if (d <= kThinWall) return s;
+    s += std::max(d, kShortest);
+  }
+  return kInfinity;
+}
+
+// Where a ray from inside leaves the object, slots included, or infinity.
+double Exit(const DistanceGrid& object, const Eigen::Vector3d& from, const Eigen::Vector3d& way,
+            double farthest) {
+  for (double s = 0.0; s < farthest + kSlot;) {
+    const double d = object.Distance(from + s * way);
+    if (d > kSlot) return std::max(0.0, s - kSlot);
+    s += std::max(kSlot - d, kShortest);
+  }
+  return kInfinity;
+}
+
+bool FingerPasses(const DistanceGrid& object, const Eigen::Vector3d& point,
+                  const Eigen::Vector3d& way, double radius) {
+  for (const double sign : {1.0, -1.0}) {
+    for (double s = 0.0; s < kOutOfSight;) {
+      const double least = s < kFingerPasses ? radius : 0.3 * radius;
+      const double d = object.Distance(point + sign * s * way);
+      if (d < least) return false;
+      s += std::max(d - least, 0.001);
+    }
+  }
+  return true;
+}
+
+// Mean distance of what surrounds a point across `way`, infinity if a ray escapes.
+double Enclosure(const DistanceGrid& object, const Eigen::Vector3d& point,
+                 const Eigen::Vector3d& way, double max_opening) {
+  const Eigen::Vector3d x = way.unitOrthogonal(), y = way.cross(x);
+  double sum = 0.0;
+  for (int i = 0; i < kEnclosingRays; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / kEnclosingRays;
+    const double s =
+        Entry(object, point, std::cos(angle) * x + std::sin(angle) * y, 0.8 * max_opening);
+    if (s == kInfinity) return kInfinity;
+    sum += s / kEnclosingRays;
+  }
+  return sum;
+}
+
+// Even directions over half a sphere (golden spiral).
+std::array<Eigen::Vector3d, kDirections> HalfSphere() {
+  std::array<Eigen::Vector3d, kDirections> directions;
+  for (int i = 0; i < kDirections; ++i) {
+    const double z = (i + 0.5) / kDirections;
+    const double angle = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
+    const double r = std::sqrt(1.0 - z * z);
+    directions[i] = {r * std::cos(angle), r * std::sin(angle), z};
+  }
+  return directions;
+}
+
+// The long direction of the material around a point.
+std::optional<Eigen::Vector3d> BarDirection(const DistanceGrid& object, const Eigen::Vector3d& bar,
+                                            double radius) {
+  constexpr int kSteps = 6;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (int x = -kSteps; x <= kSteps; ++x) {
+    for (int y = -kSteps; y <= kSteps; ++y) {
+      for (int z = -kSteps; z <= kSteps; ++z) {
+        const Eigen::Vector3d p = radius / kSteps * Eigen::Vector3d(x, y, z);
+        if (p.squaredNorm() > radius * radius || object.Distance(bar + p) > 0.5 * kSlot) continue;
+        covariance += p * p.transpose();
+        mean += p;
+        ++count;
+      }
+    }
+  }
+  if (count < 8) return std::nullopt;
+  mean /= count;
+  covariance = covariance / count - mean * mean.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance);
+  if (eigen.eigenvalues()(2) < 1.3 * eigen.eigenvalues()(1)) return std::nullopt;
+  return eigen.eigenvectors().col(2);
+}
+
+// Whether the material around `bar`, cut across, is small with a finger's room on every side.
+bool IsBar(const DistanceGrid& object, const Eigen::Vector3d& bar, const Eigen::Vector3d& across_1,
+           const Eigen::Vector3d& across_2, const HandleOptions& options) {
+  for (int i = 0; i < 16; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / 16;
+    const Eigen::Vector3d way = std::cos(angle) * across_1 + std::sin(angle) * across_2;
+    const double out = Exit(object, bar, way, 0.6 * options.max_bar_m);
+    if (out == kInfinity) return false;
+    const Eigen::Vector3d outside = bar + (out + kSlot) * way;
+    if (Entry(object, outside, way, kBesideBar - kSlot) != kInfinity) return false;
+    if (object.Distance(bar + (out + 0.008) * way) < kSlot) return false;
+  }
+  return true;
+}
+
+std::optional<Handle> HandleAt(const DistanceGrid& object, const Eigen::Vector3d& opening,
+                               const Eigen::Vector3d& way, const Eigen::Vector3d& outward,
+                               const HandleOptions& options) {
+  const double entry = Entry(object, opening, outward, options.max_opening_m);
+  if (entry == kInfinity) return std::nullopt;
+  const Eigen::Vector3d inside = opening + (entry + kShortest) * outward;
+  const double thick = Exit(object, inside, outward, options.max_bar_m);
+  if (thick == kInfinity) return std::nullopt;
+  Handle handle;
+  handle.bar = inside + 0.5 * thick * outward;
+  if (!IsBar(object, handle.bar, outward, way, options)) return std::nullopt;
+  const std::optional<Eigen::Vector3d> along = BarDirection(object, handle.bar, 0.018);
+  if (!along || std::abs(along->dot(way)) > 0.6 || std::abs(along->dot(outward)) > 0.6) {
+    return std::nullopt;
+  }
+  handle.along = along->z() < 0.0 ? Eigen::Vector3d(-*along) : *along;
+  handle.through = (way - way.dot(handle.along) * handle.along).normalized();
+  handle.inward = handle.along.cross(handle.through);
+  if (handle.inward.dot(outward) > 0.0) handle.inward = -handle.inward;
+  if (!IsBar(object, handle.bar, handle.inward, handle.through, options)) return std::nullopt;
+
+  const double one_side = Exit(object, handle.bar, handle.through, options.max_bar_m);
+  const double other_side = Exit(object, handle.bar, -handle.through, options.max_bar_m);
+  if (one_side == kInfinity || other_side == kInfinity) return std::nullopt;
+  handle.bar += 0.5 * (one_side - other_side) * handle.through;
+  handle.width = one_side + other_side;
+  const double half = Exit(object, handle.bar, handle.inward, options.max_bar_m);
+  const double other_half = Exit(object, handle.bar, -handle.inward, options.max_bar_m);
+  if (half == kInfinity || other_half == kInfinity) return std::nullopt;
+  handle.bar += 0.5 * (half - other_half) * handle.inward;
+  handle.thickness = half + other_half;
+  const Eigen::Vector3d face = handle.bar + (0.5 * handle.thickness + kSlot) * handle.inward;
+  handle.room = kSlot + Entry(object, face, handle.inward, options.max_opening_m);
+  if (handle.room < 2.0 * options.finger_radius_m || handle.room == kInfinity) return std::nullopt;
+
+  // Bars curve: a finger may lie a little farther in, not at the other side.
+  const double deepest = 0.5 * handle.thickness + std::min(handle.room, 0.028);
+  const auto finger_fits = [&](double s) {
+    for (double in = 0.5 * handle.thickness + options.finger_radius_m; in < deepest; in += 0.003) {
+      if (object.Distance(handle.bar + s * handle.along + in * handle.inward) >
+          options.finger_radius_m) {
+        return true;
+      }
+    }
+    return false;
+  };
+  const auto reach = [&](double sign) {
+    double s = 0.0;
+    while (s < options.max_opening_m && finger_fits(sign * s)) s += 0.002;
+    return sign * std::max(0.0, s - 0.002);
+  };
+  handle.low = reach(-1.0);
+  handle.high = reach(1.0);
+  return finger_fits(0.0) ? std::optional(handle) : std::nullopt;
+}
+
+// Long bars with room behind them first; a little room is enough.
+double Rank(const Handle& handle) {
+  return std::min(handle.Length(), 0.08) + 0.5 * std::min(handle.room, 0.03) -
+         0.3 * std::abs(handle.high + handle.low);
+}
+
+}  // namespace
+
+std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions& options) {
+  const std::array<Eigen::Vector3d, kDirections> directions = HalfSphere();
+  const Eigen::Vector3i nodes =
+      ((object.Max() - object.Min()) / options.step_m).array().ceil().cast<int>();
+  std::vector<std::vector<Handle>> by_slice(nodes.z() + 1);
+  ParallelFor(nodes.z() + 1, options.threads, [&](int k) {
+    for (int j = 0; j <= nodes.y(); ++j) {
+      for (int i = 0; i <= nodes.x(); ++i) {
+        const Eigen::Vector3d point = object.Min() + options.step_m * Eigen::Vector3d(i, j, k);
+        const double clearance = object.Distance(point);
+        if (clearance < options.finger_radius_m || clearance > 0.5 * options.max_opening_m)
+          continue;
+        // Halfway between walls the distance has no slope: only there, or every point of a wide
+        // opening would be looked at.
+        Eigen::Vector3d slope;
+        for (int axis = 0; axis < 3; ++axis) {
+          const Eigen::Vector3d step = options.step_m * Eigen::Vector3d::Unit(axis);
+          slope(axis) = (object.Distance(point + step) - object.Distance(point - step)) /
+                        (2.0 * options.step_m);
+        }
+        if (slope.norm() > 0.75) continue;
+        double tightest = kInfinity;
+        Eigen::Vector3d way = Eigen::Vector3d::Zero();
+        for (const Eigen::Vector3d& direction : directions) {
+          if (!FingerPasses(object, point, direction, options.finger_radius_m - 0.001)) continue;
+          const double enclosure = Enclosure(object, point, direction, options.max_opening_m);
+          if (enclosure < tightest) {
+            tightest = enclosure;
+            way = direction;
+          }
+        }
+        if (tightest == kInfinity) continue;
+        const Eigen::Vector3d x = way.unitOrthogonal(), y = way.cross(x);
+        for (int ray = 0; ray < kBarRays; ++ray) {
+          const double angle = 2.0 * std::numbers::pi * ray / kBarRays;
+          const std::optional<Handle> handle =
+              HandleAt(object, point, way, std::cos(angle) * x + std::sin(angle) * y, options);
+          if (handle) by_slice[k].push_back(*handle);
+        }
+      }
+    }
+  });
+
+  std::vector<Handle> found;
+  for (const std::vector<Handle>& slice : by_slice) {
+    found.insert(found.end(), slice.begin(), slice.end());
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Handle& a, const Handle& b) { return Rank(a) > Rank(b); });
+  std::vector<Handle> kept;
+  for (const Handle& handle : found) {
+    if (static_cast<int>(kept.size()) == options.count) break;
+    const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const Handle& other) {
+      return (handle.bar - other.bar).norm() < 0.012;
+    });
+    if (is_new) kept.push_back(handle);
+  }
+  return kept;
+}
+
+bool PassesThrough(const Handle& handle, const Eigen::Matrix3Xd& chain) {
+  // Past the plane of the opening, not just into it.
+  constexpr double kPast = 0.003;
+  for (Eigen::Index i = 0; i + 1 < chain.cols(); ++i) {
+    const Eigen::Vector3d a = chain.col(i) - handle.bar, b = chain.col(i + 1) - handle.bar;
+    const double from = a.dot(handle.through), to = b.dot(handle.through);
+    if (from * to >= 0.0) continue;
+    const Eigen::Vector3d crossing = a + from / (from - to) * (b - a);
+    const double in = crossing.dot(handle.inward), along = crossing.dot(handle.along);
+    if (in < 0.5 * handle.thickness || in > 0.5 * handle.thickness + handle.room) continue;
+    if (along < handle.low - 0.004 || along > handle.high + 0.004) continue;
+    if (i + 2 < chain.cols() || std::abs(to) > kPast) return true;
+  }
+  return false;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: MIT
+#include "solver/grasp/grasp_handle_placement.h"
+#include "geometry/rotation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace holdfast {
+namespace {
+
+constexpr double kGive = 0.0010;          // skin may start this deep: refinement frees it
+constexpr double kNear = 0.004;           // a pad this far from the surface is nearly worth a touch
+constexpr double kTurn = 16.0 * kDegree;  // a step of turning about the bar
+constexpr int kTurns = 5;                 // steps either way: the palm stays outside
+constexpr int kBestOfTurn = 3;            // placements kept of each
+constexpr double kFan[kNumFingers] = {-3.0, 0.0, 7.0, 3.0, 0.0};  // nearly parallel, degrees
+
+double Squared(double x) { return x * x; }
+
+Eigen::Matrix3d Columns(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                        const Eigen::Vector3d& c) {
+  Eigen::Matrix3d m;
+  m << a, b, c;
+  return m;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 3, 4> FingerChain(const HandAxes& axes, const HandState& state, int finger) {
+  const int last = 3 * finger + 2;
+  Eigen::Matrix<double, 3, 4> chain;
+  chain.leftCols<3>() = state.JointPositions().middleCols<3>(3 * finger);
+  chain.col(3) = chain.col(2) + state.JointRotation(last) *
+                                    (axes.RestTips().col(finger) - axes.RestJoints().col(last));
+  return chain;
+}
+
+std::array<bool, kNumFingers> FingersThrough(const HandAxes& axes, const HandState& state,
+                                             const Handle& handle,
+                                             const Eigen::Isometry3d& wrist_from_object) {
+  std::array<bool, kNumFingers> through{};
+  for (int finger = 0; finger < kThumb; ++finger) {
+    through[finger] =
+        PassesThrough(handle, wrist_from_object.inverse() * FingerChain(axes, state, finger));
+  }
+  return through;
+}
+
+HandlePlacer::HandlePlacer(const HandAnatomy& anatomy) : anatomy_(anatomy) {
+  const HandAxes& axes = anatomy.axes;
+  HandEvaluation hand = AtWrist(anatomy.hand);
+  for (const double root : {-8.0, 12.0, 32.0, 52.0, 72.0}) {
+    for (const double middle : {25.0, 45.0, 62.0, 80.0, 98.0}) {
+      HandAngles angles = OpenHand(axes);
+      for (int finger = 0; finger < kThumb; ++finger) {
+        const double flexion[3] = {root, middle, 2.0 / 3.0 * middle};
+        for (int j = 0; j < 3; ++j) {
+          angles(0, 3 * finger + j) = flexion[j] * kDegree - axes.RestFlexion(3 * finger + j);
+        }
+        angles(1, 3 * finger) = kFan[finger] * kDegree;
+      }
+      angles = axes.Clamp(angles);
+      for (int finger = 0; finger < kThumb; ++finger) {
+        curls_[finger].push_back(Posed(hand, angles, finger));
+      }
+    }
+  }
+  for (const double flexion : {-20.0, -5.0, 15.0, 35.0}) {
+    for (const double abduction : {-5.0, 15.0, 35.0, 50.0}) {
+      for (const double bend : {0.0, 25.0, 50.0}) {
+        HandAngles angles = OpenHand(axes);
+        angles(0, 3 * kThumb) = flexion * kDegree;
+        angles(1, 3 * kThumb) = abduction * kDegree;
+        angles(0, 3 * kThumb + 1) = 0.5 * bend * kDegree;
+        angles(0, 3 * kThumb + 2) = bend * kDegree;
+        curls_[kThumb].push_back(Posed(hand, axes.Clamp(angles), kThumb));
+      }
+    }
+  }
+  const FingerPose open = axes.PoseOf(OpenHand(axes));
+  const Eigen::Matrix3Xd& vertices = hand.At(open.data(), false).Vertices();
+  palm_.resize(3, vertices.cols());
+  Eigen::Index count = 0;
+  for (int i = 0; i < anatomy.hand.NumVertices(); i += 2) {
+    const int part = anatomy.landmarks.PartOf(i);
+    if (part == kPalmPart || part == 3 * kThumb) palm_.col(count++) = vertices.col(i);
+  }
+  palm_.conservativeResize(3, count);
+}
+
+HandlePlacer::Curl HandlePlacer::Posed(HandEvaluation& hand, const HandAngles& angles,
+                                       int finger) const {
+  const HandAxes& axes = anatomy_.axes;
+  const FingerPose pose = axes.PoseOf(angles);
+  const HandState& state = hand.At(pose.data(), false);
+  Curl curl;
+  curl.discomfort = 0.0;
+  const HandAngles relaxed = axes.Relaxed();
+  for (int j = 0; j < 3; ++j) {
+    curl.flexion[j] = angles(0, 3 * finger + j);
+    curl.abduction[j] = angles(1, 3 * finger + j);
+    curl.discomfort += Squared(curl.flexion[j] - relaxed(0, 3 * finger + j)) / 3.0;
+  }
+  curl.chain = FingerChain(axes, state, finger);
+  Eigen::Matrix3Xd centers;
+  BallCenters(anatomy_.landmarks, state.Vertices(), centers);
+  for (std::size_t b = 0; b < anatomy_.landmarks.Balls().size(); ++b) {
+    const FingerBall& ball = anatomy_.landmarks.Balls()[b];
+    if (ball.finger_joint / 3 != finger) continue;
+    curl.balls.push_back(
+        {centers.col(b),
+         state.JointRotation(ball.finger_joint) * axes.PadDirection(ball.finger_joint), ball.radius,
+         ball.finger_joint % 3});
+  }
+  constexpr double kTipRadius = 0.0045;
+  const Eigen::Vector3d end = (curl.chain.col(3) - curl.chain.col(2)).normalized();
+  curl.balls.push_back(
+      {curl.chain.col(3) - kTipRadius * end, curl.balls.back().pad, kTipRadius, 2});
+  return curl;
+}
+
+HandlePlacer::Fit HandlePlacer::TryFinger(const Curl& curl, const Handle& handle,
+                                          const DistanceGrid& object,
+                                          const Eigen::Isometry3d& object_from_wrist) const {
+  std::array<double, 3> touch{};
+  double knuckles = 0.0;
+  for (const Ball& ball : curl.balls) {
+    Eigen::Vector3d outward;
+    const double gap = object.Distance(object_from_wrist * ball.center, &outward) - ball.radius;
+    if (gap < -kGive) return {};
+    const double facing = -(object_from_wrist.linear() * ball.pad).dot(outward);
+    const double nearness = std::exp(-std::max(gap, 0.0) / kNear);
+    if (facing > 0.35) touch[ball.phalanx] = std::max(touch[ball.phalanx], nearness);
+    if (facing < -0.2) knuckles = std::max(knuckles, nearness);
+  }
+  Fit fit;
+  fit.through = PassesThrough(handle, object_from_wrist * curl.chain);
+  const double touching = touch[0] + touch[1] + touch[2];
+  fit.worth = (fit.through ? 1.0 + 0.4 * touching : 0.15 * touching) - 0.25 * knuckles -
+              0.08 * curl.discomfort;
+  return fit;
+}
+
+double HandlePlacer::TryThumb(const Curl& curl, const Handle& handle, const DistanceGrid& object,
+                              const Eigen::Isometry3d& object_from_wrist) const {
+  double touch = 0.0;
+  for (const Ball& ball : curl.balls) {
+    Eigen::Vector3d outward;
+    const Eigen::Vector3d x = object_from_wrist * ball.center;
+    const double gap = object.Distance(x, &outward) - ball.radius;
+    if (gap < -kGive) return -1e9;
+    if (ball.phalanx != 2) continue;
+    const double facing = -(object_from_wrist.linear() * ball.pad).dot(outward);
+    // On the bar, not somewhere on what it belongs to.
+    const double beside = std::max(0.0, (x - handle.bar).norm() - 0.045);
+    touch = std::max(touch, std::max(0.0, facing) * std::exp(-std::max(gap, 0.0) / kNear) *
+                                std::exp(-beside / 0.02));
+  }
+  return touch - 0.1 * curl.discomfort;
+}
+
+bool HandlePlacer::TryHand(const Handle& handle, const DistanceGrid& object,
+                           Placement& placement) const {
+  const Eigen::Isometry3d object_from_wrist = placement.wrist_from_object.inverse();
+  // Knuckles stay outside: fingers that come from within the opening are no way to hold a bar.
+  for (const int finger : {kIndex, kPinky}) {
+    const Eigen::Vector3d knuckle = object_from_wrist * curls_[finger].front().chain.col(0);
+    if ((knuckle - handle.bar).dot(handle.inward) > 0.0) return false;
+  }
+  double palm_gap = 1.0;
+  for (Eigen::Index i = 0; i < palm_.cols(); ++i) {
+    const double gap = object.Distance(object_from_wrist * palm_.col(i));
+    if (gap < -kGive) return false;
+    palm_gap = std::min(palm_gap, gap);
+  }
+  // From the index finger to the little one: the best of all, with neighbours alike.
+  constexpr int kOrder[4] = {kIndex, kMiddle, kRing, kPinky};
+  const std::size_t count = curls_[kIndex].size();
+  std::array<std::vector<Fit>, 4> fits;
+  std::array<std::vector<int>, 4> from;
+  std::vector<double> worth(count, 0.0);
+  for (int n = 0; n < 4; ++n) {
+    const std::vector<Curl>& curls = curls_[kOrder[n]];
+    std::vector<double> next(count, -1e9);
+    from[n].assign(count, 0);
+    bool any = false;
+    for (std::size_t c = 0; c < count; ++c) {
+      fits[n].push_back(TryFinger(curls[c], handle, object, object_from_wrist));
+      if (fits[n][c].worth < -1e8) continue;
+      any = true;
+      double best = n == 0 ? 0.0 : -1e9;
+      for (std::size_t b = 0; b < count && n > 0; ++b) {
+        if (worth[b] < -1e8) continue;
+        const std::vector<Curl>& before = curls_[kOrder[n - 1]];
+        const double apart = Squared(curls[c].flexion[0] - before[b].flexion[0]) +
+                             Squared(curls[c].flexion[1] - before[b].flexion[1]);
+        if (worth[b] - 0.25 * apart > best) {
+          best = worth[b] - 0.25 * apart;
+          from[n][c] = static_cast<int>(b);
+        }
+      }
+      next[c] = best + fits[n][c].worth;
+    }
+    if (!any) return false;
+    worth = std::move(next);
+  }
+  auto chosen = static_cast<int>(std::max_element(worth.begin(), worth.end()) - worth.begin());
+  if (worth[chosen] < 0.0) return false;
+  placement.prior = worth[chosen] + 0.6 * std::exp(-std::max(palm_gap, 0.0) / 0.008);
+  placement.start = OpenHand(anatomy_.axes);
+  placement.closing = {};
+  for (int n = 3; n >= 0; --n) {
+    const int finger = kOrder[n];
+    const Curl& curl = curls_[finger][chosen];
+    for (int j = 0; j < 3; ++j) {
+      placement.start(0, 3 * finger + j) = curl.flexion[j];
+      placement.start(1, 3 * finger + j) = curl.abduction[j];
+    }
+    placement.closing[finger] = fits[n][chosen].through;
+    chosen = from[n][chosen];
+  }
+  if (std::count(placement.closing.begin(), placement.closing.end(), true) == 0) return false;
+  double best = -1e9;
+  for (const Curl& curl : curls_[kThumb]) {
+    const double thumb = TryThumb(curl, handle, object, object_from_wrist);
+    if (thumb <= best) continue;
+    best = thumb;
+    for (int j = 0; j < 3; ++j) {
+      placement.start(0, 3 * kThumb + j) = curl.flexion[j];
+      placement.start(1, 3 * kThumb + j) = curl.abduction[j];
+    }
+  }
+  placement.closing[kThumb] = true;
+  placement.prior += best;
+  return best > -1e8;
+}
+
+std::vector<Placement> HandlePlacer::Place(std::span<const Handle> handles, int index,
+                                           const DistanceGrid& object) const {
+  const Handle& handle = handles[index];
+  const HandAxes& axes = anatomy_.axes;
+  const double palm = anatomy_.landmarks.PalmCenter().dot(axes.PalmNormal());
+  const double half = 0.5 * std::max(handle.thickness, handle.width);
+  // The palm is not over the opening either, seen from other parts of the same bar: a curved bar
+  // would be held from above a mug's rim.
+  constexpr double kSameHandle = 0.05, kOver = 0.022;
+  const auto outside = [&](const Placement& placement) {
+    const Eigen::Vector3d palm_center =
+        placement.wrist_from_object.inverse() * anatomy_.landmarks.PalmCenter();
+    return std::none_of(handles.begin(), handles.end(), [&](const Handle& other) {
+      return (other.bar - handle.bar).norm() < kSameHandle &&
+             (palm_center - other.bar).dot(other.inward) > kOver;
+    });
+  };
+  std::vector<Placement> placements;
+  for (const double sign : {1.0, -1.0}) {
+    // The bar lies across the palm, the index finger at one end of it; turned about it the palm
+    // goes all the way round.
+    const Eigen::Vector3d along = sign * handle.along;
+    for (int turn = -kTurns; turn <= kTurns; ++turn) {
+      const double angle = kTurn * turn;
+      const Eigen::Vector3d normal =
+          std::cos(angle) * handle.inward + std::sin(angle) * handle.through;
+      std::vector<Placement> of_turn;
+      for (const double tilt : {0.0, 20.0 * kDegree, -20.0 * kDegree}) {
+        const Eigen::Matrix3d tilted =
+            Eigen::AngleAxisd(tilt, axes.PalmNormal()).toRotationMatrix();
+        const Eigen::Vector3d across = tilted * axes.Across();
+        const Eigen::Vector3d forward = tilted * axes.Forward();
+        Placement placement{GraspStyle::kHandle, Eigen::Isometry3d::Identity(), {}, 0.0, 0.0};
+        placement.width = handle.thickness;
+        placement.handle = index;
+        const Eigen::Matrix3d hand =
+            Columns(across, axes.PalmNormal(), across.cross(axes.PalmNormal()));
+        placement.wrist_from_object.linear() =
+            hand * Columns(along, normal, along.cross(normal)).transpose();
+        for (double height = palm + half; height < palm + half + 0.027; height += 0.0085) {
+          for (double ahead = 0.065; ahead < 0.125; ahead += 0.0115) {
+            // Which finger is where the opening's middle is.
+            for (double beside = -0.045; beside < 0.035; beside += 0.013) {
+              const Eigen::Vector3d bar =
+                  ahead * forward + height * axes.PalmNormal() + beside * across;
+              const Eigen::Vector3d middle =
+                  handle.bar + 0.5 * (handle.low + handle.high) * handle.along;
+              placement.wrist_from_object.translation() =
+                  bar - placement.wrist_from_object.linear() * middle;
+              if (outside(placement) && TryHand(handle, object, placement))
+                of_turn.push_back(placement);
+            }
+          }
+        }
+      }
+      std::stable_sort(of_turn.begin(), of_turn.end(),
+                       [](const Placement& a, const Placement& b) { return a.prior > b.prior; });
+      if (of_turn.size() > kBestOfTurn) of_turn.resize(kBestOfTurn);
+      placements.insert(placements.end(), of_turn.begin(), of_turn.end());
+    }
+  }
+  return placements;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "solver/grasp/grasp_handle.h"
+#include "solver/grasp/grasp_placement.h"
+
+namespace holdfast {
+
+/// A finger's three joints and its tip (3 x 4) in the frame of `state`.
+Eigen::Matrix<double, 3, 4> FingerChain(const HandAxes& axes, const HandState& state, int finger);
+
+/// Fingers that pass through a handle's opening.
+std::array<bool, kNumFingers> FingersThrough(const HandAxes& axes, const HandState& state,
+                                             const Handle& handle,
+                                             const Eigen::Isometry3d& wrist_from_object);
+
+/// Puts a hand to a handle with its fingers already through: a hand that closes from outside never
+/// gets there, since the body of a mug stops fingertips on their way round the bar. Each finger
+/// chooses, by itself but much like its neighbour, from a set of curls worked out once: through the
+/// opening and on the bar if that is free, else outside. Const and shared by threads.
+class HandlePlacer {
+ public:
+  explicit HandlePlacer(const HandAnatomy& anatomy);
+
+  /// The best hands at handles[index], for each way of turning about the bar that has anything
+  /// through, slightly open: CloseFingers tightens them. `index` becomes Placement::handle.
+  std::vector<Placement> Place(std::span<const Handle> handles, int index,
+                               const DistanceGrid& object) const;
+
+ private:
+  struct Ball {
+    Eigen::Vector3d center, pad;  // pad: where the touching side faces
+    double radius;
+    int phalanx;
+  };
+  struct Curl {
+    std::array<double, 3> flexion, abduction;
+    std::vector<Ball> balls;
+    Eigen::Matrix<double, 3, 4> chain;
+    double discomfort;
+  };
+  struct Fit {
+    double worth = -1e9;  // not free: the least
+    bool through = false;
+  };
+
+  Curl Posed(HandEvaluation& hand, const HandAngles& angles, int finger) const;
+  Fit TryFinger(const Curl& curl, const Handle& handle, const DistanceGrid& object,
+                const Eigen::Isometry3d& object_from_wrist) const;
+  double TryThumb(const Curl& curl, const Handle& handle, const DistanceGrid& object,
+                  const Eigen::Isometry3d& object_from_wrist) const;
+  bool TryHand(const Handle& handle, const DistanceGrid& object, Placement& placement) const;
+
+  const HandAnatomy& anatomy_;
+  std::array<std::vector<Curl>, kNumFingers> curls_;
+  Eigen::Matrix3Xd palm_;  // points all over palm and back of the hand
+};
+
+}  // namespace holdfast

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/mesh/mesh.h"
+#include "geometry/mesh/triangle_tree.h"
+
+namespace holdfast {
+
+/// Where on an object a hand is to take hold: on a part of its surface, near a point, or both.
+/// Const and shared by threads.
+class GraspPlace {
+ public:
+  /// What is asked for, in the object's own frame, metres.
+  struct Wanted {
+    TriangleMesh region;  ///< contacts belong on this part of the surface; empty: on all of it
+    TriangleMesh avoid;   ///< and not on this part
+    std::optional<Eigen::Vector3d> at;  ///< on both sides of what is at this point
+  };
+  static constexpr double kFarthestOff_m = 0.03;  ///< of `at` from the surface
+  static constexpr double kReach_m = 0.05;  ///< of the middle of the contacts from the middle there
+  static constexpr double kMostOutside = 0.1;  ///< share of contacts that may be elsewhere
+
+  /// Throws Error for a region that is no part of the object or has nothing left, and for a point
+  /// farther than `kFarthestOff_m` from the surface.
+  GraspPlace(const TriangleMesh& object, const Wanted& wanted);
+
+  /// Whether a point of the surface (or near it) is in the region.
+  bool InRegion(const Eigen::Vector3d& point) const;
+  /// And near enough to `at`.
+  bool Allows(const Eigen::Vector3d& point) const;
+
+  /// The faces of the region, with all vertices of the object.
+  const TriangleMesh& Surface() const { return surface_; }
+  const std::optional<Eigen::Vector3d>& At() const { return at_; }
+  /// The middle of what is at `at`, else of the region.
+  const Eigen::Vector3d& Center() const { return center_; }
+
+ private:
+  TriangleTree tree_;          // of the whole object
+  std::vector<bool> allowed_;  // per face
+  TriangleMesh surface_;
+  std::optional<Eigen::Vector3d> at_;
+  Eigen::Vector3d center_;
+  double reach_ = 0.0;  // of contacts from it
+};
+
+}  // namespace holdfast

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#include "solver/grasp/grasp_placement.h"
+#include "geometry/rotation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace holdfast {
+namespace {
+
+constexpr double kPinchStep = 0.0125;  // of the widths pinches are prepared for
+constexpr int kNumPinches = 9;
+constexpr double kPinchRoom = 0.008;  // a pinch opens this much wider than its object
+constexpr double kPowerMinWidth = 0.008;
+constexpr double kPowerMaxWidth = 0.095;
+
+Eigen::Matrix3d Triad(const Eigen::Vector3d& approach, const Eigen::Vector3d& axis) {
+  Eigen::Matrix3d m;
+  m << approach, axis, approach.cross(axis);
+  return m;
+}
+
+// Least distance of some skin points to the object, less `enough` stops the search early.
+double Clearance(const DistanceGrid& object, const Eigen::Isometry3d& object_from_wrist,
+                 const Eigen::Matrix3Xd& skin, const std::vector<int>& points, double enough) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const int s : points) {
+    least = std::min(least, object.Distance(object_from_wrist * skin.col(s)));
+    if (least < enough) return least;
+  }
+  return least;
+}
+
+}  // namespace
+
+GraspPlacer::GraspPlacer(const HandAnatomy& anatomy) : anatomy_(anatomy) {
+  const std::vector<SkinPoint>& skin = anatomy.landmarks.Skin();
+  for (int s = 0; s < static_cast<int>(skin.size()); ++s) {
+    const bool thumb = skin[s].part != kPalmPart && skin[s].part / 3 == kThumb;
+    // The base of the thumb is part of the palm as far as objects are concerned.
+    (thumb && skin[s].part % 3 != 0 ? thumb_skin_ : finger_skin_).push_back(s);
+  }
+  for (int part = 0; part < kNumHandParts; ++part) {
+    const bool thumb = part != kPalmPart && part / 3 == kThumb && part % 3 != 0;
+    if (thumb) continue;
+    palm_side_.insert(palm_side_.end(), anatomy.landmarks.Pad(part).begin(),
+                      anatomy.landmarks.Pad(part).end());
+  }
+
+  const HandAngles open = OpenHand(anatomy.axes);
+  constexpr double kThumbs[][2] = {{-15.0, 25.0}, {-20.0, 50.0}, {-20.0, 0.0}, {0.0, 45.0}};
+  for (const auto& [flexion, abduction] : kThumbs) {
+    HandAngles angles = open;
+    angles(0, 3 * kThumb) = flexion * kDegree;
+    angles(1, 3 * kThumb) = abduction * kDegree;
+    open_.push_back(Posed(anatomy.axes.Clamp(angles)));
+  }
+  for (int i = 0; i < kNumPinches; ++i) {
+    pinch_.push_back(Posed(PinchHand(anatomy, (i + 1) * kPinchStep)));
+  }
+}
+
+GraspPlacer::PosedHand GraspPlacer::Posed(const HandAngles& angles) const {
+  HandEvaluation hand = AtWrist(anatomy_.hand);
+  const FingerPose fingers = anatomy_.axes.PoseOf(angles);
+  const Eigen::Matrix3Xd& vertices = hand.At(fingers.data(), false).Vertices();
+  PosedHand posed;
+  posed.angles = angles;
+  SkinPositions(anatomy_.landmarks, vertices, posed.skin);
+  const Eigen::Vector3d thumb = vertices.col(anatomy_.landmarks.PadCenter(kThumb));
+  const Eigen::Vector3d others = 0.5 * (vertices.col(anatomy_.landmarks.PadCenter(kIndex)) +
+                                        vertices.col(anatomy_.landmarks.PadCenter(kMiddle)));
+  posed.center = 0.5 * (thumb + others);
+  posed.width = (others - thumb).norm();
+  posed.axis = (others - thumb).normalized();
+  const Eigen::Vector3d out = posed.center - anatomy_.landmarks.PalmCenter();
+  posed.approach = (out - out.dot(posed.axis) * posed.axis).normalized();
+  return posed;
+}
+
+bool GraspPlacer::ForearmClear(const DistanceGrid& object,
+                               const Eigen::Isometry3d& wrist_from_object) const {
+  const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
+  const double radius = anatomy_.landmarks.ForearmRadius() + 0.004;
+  for (double behind = 0.02; behind < 0.24; behind += 0.02) {
+    const Eigen::Vector3d x = -behind * anatomy_.axes.Forward();
+    if (object.Distance(object_from_wrist * x) < radius) return false;
+  }
+  return true;
+}
+
+std::vector<Placement> GraspPlacer::Place(const Opposition& opposition, const Target& target,
+                                          int turns) const {
+  std::vector<Placement> placements;
+  const Eigen::Vector3d side = opposition.axis.unitOrthogonal();
+  for (int turn = 0; turn < turns; ++turn) {
+    const double angle = 2.0 * std::numbers::pi * turn / turns;
+    const Eigen::Vector3d approach = Eigen::AngleAxisd(angle, opposition.axis) * side;
+    for (const double sign : {1.0, -1.0}) {
+      PlacePower(opposition, sign * opposition.axis, approach, target, placements);
+      PlacePrecision(opposition, sign * opposition.axis, approach, target, placements);
+    }
+  }
+  return placements;
+}
+
+void GraspPlacer::PlacePower(const Opposition& opposition, const Eigen::Vector3d& axis,
+                             const Eigen::Vector3d& approach, const Target& target,
+                             std::vector<Placement>& placements) const {
+  if (opposition.width < kPowerMinWidth || opposition.width > kPowerMaxWidth) return;
+  const HandAxes& axes = anatomy_.axes;
+  const DistanceGrid& object = target.object;
+  // The palm's normal meets the object; thumb to fingers lies along the hand, or obliquely, as a
+  // handle lies across a palm.
+  for (const double roll : {0.0, 25.0 * kDegree, -25.0 * kDegree}) {
+    const Eigen::Vector3d along = Eigen::AngleAxisd(roll, axes.PalmNormal()) * axes.Forward();
+    Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
+    wrist_from_object.linear() =
+        Triad(axes.PalmNormal(), along) * Triad(approach, axis).transpose();
+    const Eigen::Vector3d turned_center = wrist_from_object.linear() * opposition.center;
+
+    // Towards the palm until something touches: no step is longer than the clearance.
+    double height = 0.6 * target.size + 0.12;
+    double clearance = 0.0;
+    for (int step = 0; step < 40; ++step) {
+      wrist_from_object.translation() =
+          anatomy_.landmarks.PalmCenter() + height * axes.PalmNormal() - turned_center;
+      clearance = Clearance(object, wrist_from_object.inverse(), open_[0].skin, palm_side_,
+                            -target.allowed_depth);
+      if (clearance < 0.0008 || height < -0.01) break;
+      height -= std::max(clearance - 0.0004, 0.0002);
+    }
+    // Too deep for something that thick: what touches is not what is to be grasped.
+    if (clearance < -target.allowed_depth || height < 0.2 * opposition.width || height > 0.075)
+      continue;
+    const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
+    if (Clearance(object, object_from_wrist, open_[0].skin, finger_skin_, -target.allowed_depth) <
+        -target.allowed_depth) {
+      continue;
+    }
+    double palm = std::numeric_limits<double>::infinity();
+    for (const int i : anatomy_.landmarks.PalmSkin()) {
+      palm = std::min(palm, object.Distance(object_from_wrist * open_[0].skin.col(i)));
+    }
+    if (palm > 0.012 || !ForearmClear(object, wrist_from_object)) continue;
+    for (const PosedHand& posed : open_) {
+      if (Clearance(object, object_from_wrist, posed.skin, thumb_skin_, 0.0) < 0.0) continue;
+      const double snug = std::exp(-std::abs(height - 0.5 * opposition.width) / 0.02);
+      placements.push_back({GraspStyle::kPower, wrist_from_object, posed.angles, opposition.width,
+                            opposition.quality * (0.5 + 0.5 * snug)});
+      break;
+    }
+  }
+}
+
+void GraspPlacer::PlacePrecision(const Opposition& opposition, const Eigen::Vector3d& axis,
+                                 const Eigen::Vector3d& approach, const Target& target,
+                                 std::vector<Placement>& placements) const {
+  const DistanceGrid& object = target.object;
+  // Just open enough; and wider, for walls that curve around the fingers beside.
+  for (const double room : {kPinchRoom, kPinchRoom + 0.025}) {
+    const auto posed = std::find_if(pinch_.begin(), pinch_.end(), [&](const PosedHand& hand) {
+      return hand.width > opposition.width + room;
+    });
+    if (posed == pinch_.end()) return;
+    Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
+    wrist_from_object.linear() =
+        Triad(posed->approach, posed->axis) * Triad(approach, axis).transpose();
+    wrist_from_object.translation() =
+        posed->center - wrist_from_object.linear() * opposition.center;
+    const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
+    const double allowed = -target.allowed_depth;
+    if (Clearance(object, object_from_wrist, posed->skin, finger_skin_, allowed) < allowed ||
+        Clearance(object, object_from_wrist, posed->skin, thumb_skin_, allowed) < allowed ||
+        !ForearmClear(object, wrist_from_object)) {
+      continue;
+    }
+    placements.push_back({GraspStyle::kPrecision, wrist_from_object, posed->angles,
+                          opposition.width, 0.8 * opposition.quality});
+    return;
+  }
+}
+
+}  // namespace holdfast

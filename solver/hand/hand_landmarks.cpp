@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include "solver/hand/hand_landmarks.h"
+
+#include <algorithm>
+#include <limits>
+#include <set>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "geometry/mesh/mesh.h"
+
+namespace holdfast {
+namespace {
+
+// Balls along a bone, as fractions of its length; the tip's last ball ends near the nail's edge.
+constexpr std::array<double, 3> kBallsAlong = {0.2, 0.5, 0.8};
+// How far neighbouring fingers may press into each other before it counts: skin is soft.
+constexpr double kSkinGive = 0.0015;
+
+Eigen::Vector3d Centroid(const Eigen::Matrix3Xd& vertices, const std::vector<int>& ids) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const int i : ids) sum += vertices.col(i);
+  return sum / static_cast<double>(ids.size());
+}
+
+}  // namespace
+
+HandLandmarks::HandLandmarks(const HandModel& hand, const HandAxes& axes) {
+  const BodySurface& surface = hand.Surface();
+  const int first = HandBegin(hand.HandSide());
+  const Eigen::Vector3d wrist = surface.RestJoints().col(WristJoint(hand.HandSide()));
+  const Eigen::Matrix3Xd rest = surface.RestVertices().colwise() - wrist;
+  const Eigen::Matrix3Xd normals = VertexNormals({rest, surface.Faces()});
+
+  part_of_.resize(hand.NumVertices(), kPalmPart);
+  for (int i = 0; i < hand.NumVertices(); ++i) {
+    double most = 0.0;
+    for (const auto& [joint, w] : surface.Weights(i)) {
+      if (w <= most) continue;
+      most = w;
+      const int k = joint - first;
+      part_of_[i] = k >= 0 && k < kJointsPerHand ? k : kPalmPart;
+    }
+  }
+
+  for (int i = 0; i < hand.NumVertices(); ++i) skin_.push_back({i, i, part_of_[i]});
+  std::set<std::pair<int, int>> edges;
+  for (Eigen::Index f = 0; f < surface.Faces().cols(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      edges.insert(std::minmax({surface.Faces()(c, f), surface.Faces()((c + 1) % 3, f)}));
+    }
+  }
+  for (const auto& [a, b] : edges) skin_.push_back({a, b, part_of_[a]});
+
+  for (int i = 0; i < hand.NumVertices(); ++i) {
+    const int part = part_of_[i];
+    if (part == kPalmPart) {
+      const double along = rest.col(i).dot(axes.Forward());
+      if (along > 0.015 && normals.col(i).dot(axes.PalmNormal()) > 0.6) pads_[part].push_back(i);
+    } else if (normals.col(i).dot(axes.PadDirection(part)) > 0.5) {
+      pads_[part].push_back(i);
+    }
+  }
+
+  for (int finger = 0; finger < kNumFingers; ++finger) {
+    const int last = 3 * finger + 2;
+    // A pad's middle lies at about half of the last phalanx, on the line of its bone.
+    const Eigen::Vector3d joint = axes.RestJoints().col(last);
+    const Eigen::Vector3d middle =
+        joint + 0.55 * (axes.RestTips().col(finger) - joint) + 0.01 * axes.PadDirection(last);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const int i : pads_[last]) {
+      const double d = (rest.col(i) - middle).squaredNorm();
+      if (d < nearest) {
+        nearest = d;
+        pad_centers_[finger] = i;
+      }
+    }
+  }
+
+  std::vector<Eigen::Vector3d> centers;
+  for (int k = 0; k < kJointsPerHand; ++k) {
+    const Eigen::Vector3d from = axes.RestJoints().col(k);
+    const Eigen::Vector3d to = k % 3 == 2 ? Eigen::Vector3d(axes.RestTips().col(k / 3))
+                                          : Eigen::Vector3d(axes.RestJoints().col(k + 1));
+    const double length = (to - from).norm();
+    const Eigen::Vector3d bone = (to - from) / length;
+    for (const double fraction : kBallsAlong) {
+      FingerBall ball{k, {}, 0.0};
+      for (int i = 0; i < hand.NumVertices(); ++i) {
+        const double along = (rest.col(i) - from).dot(bone) / length;
+        if (part_of_[i] == k && std::abs(along - fraction) < 0.22) ball.ring.push_back(i);
+      }
+      // The thumb's metacarpal lies in the palm: no ring of its own surrounds it.
+      if (ball.ring.size() < 5 || k == 3 * kThumb) continue;
+      const Eigen::Vector3d center = Centroid(rest, ball.ring);
+      for (const int i : ball.ring) {
+        const Eigen::Vector3d out = rest.col(i) - center;
+        ball.radius += (out - out.dot(bone) * bone).norm() / static_cast<double>(ball.ring.size());
+      }
+      centers.push_back(center);
+      balls_.push_back(std::move(ball));
+    }
+  }
+  for (std::size_t i = 0; i < balls_.size(); ++i) {
+    for (std::size_t j = i + 1; j < balls_.size(); ++j) {
+      const int a = balls_[i].finger_joint, b = balls_[j].finger_joint;
+      if (a / 3 == b / 3) continue;
+      const double sum = balls_[i].radius + balls_[j].radius - kSkinGive;
+      const double at_rest = (centers[i] - centers[j]).norm();
+      ball_pairs_.push_back(
+          {static_cast<int>(i), static_cast<int>(j), std::min(sum, 0.95 * at_rest)});
+    }
+  }
+
+  const double reach = axes.RestJoints().col(3 * kMiddle).dot(axes.Forward());
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  double forearm = 0.0;
+  int forearm_count = 0;
+  for (int i = 0; i < hand.NumVertices(); ++i) {
+    const double along = rest.col(i).dot(axes.Forward());
+    if (part_of_[i] == kPalmPart && normals.col(i).dot(axes.PalmNormal()) > 0.6 &&
+        along > 0.55 * reach && along < 0.95 * reach) {
+      sum += rest.col(i);
+      ++count;
+    }
+    if (along < 0.01) {
+      forearm += (rest.col(i) - along * axes.Forward()).norm();
+      ++forearm_count;
+    }
+  }
+  palm_center_ = count > 0
+                     ? Eigen::Vector3d(sum / count)
+                     : Eigen::Vector3d(0.75 * reach * axes.Forward() + 0.015 * axes.PalmNormal());
+  if (forearm_count > 0) forearm_radius_ = forearm / forearm_count;
+}
+
+void SkinPositions(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices,
+                   Eigen::Matrix3Xd& positions) {
+  const std::vector<SkinPoint>& skin = landmarks.Skin();
+  positions.resize(3, static_cast<Eigen::Index>(skin.size()));
+  positions.leftCols(vertices.cols()) = vertices;
+  for (auto s = static_cast<std::size_t>(vertices.cols()); s < skin.size(); ++s) {
+    positions.col(s) = 0.5 * (vertices.col(skin[s].a) + vertices.col(skin[s].b));
+  }
+}
+
+void BallCenters(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices,
+                 Eigen::Matrix3Xd& centers) {
+  const std::vector<FingerBall>& balls = landmarks.Balls();
+  centers.resize(3, static_cast<Eigen::Index>(balls.size()));
+  for (std::size_t b = 0; b < balls.size(); ++b) {
+    centers.col(b) = Centroid(vertices, balls[b].ring);
+  }
+}
+
+double SelfPenetration(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices) {
+  Eigen::Matrix3Xd centers;
+  BallCenters(landmarks, vertices, centers);
+  double deepest = 0.0;
+  for (const HandLandmarks::BallPair& pair : landmarks.BallPairs()) {
+    const double distance = (centers.col(pair.first) - centers.col(pair.second)).norm();
+    deepest = std::max(deepest, pair.free_distance - distance);
+  }
+  for (std::size_t b = 0; b < landmarks.Balls().size(); ++b) {
+    const FingerBall& ball = landmarks.Balls()[b];
+    if (ball.finger_joint % 3 != 2) continue;
+    for (const int i : landmarks.PalmSkin()) {
+      deepest =
+          std::max(deepest, ball.radius - kSkinGive - (centers.col(b) - vertices.col(i)).norm());
+    }
+  }
+  return deepest;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/body/hand_model.h"
+#include "solver/hand/hand_axes.h"
+
+namespace holdfast {
+
+/// Part of a hand: the 15 phalanges by finger joint, then the palm.
+inline constexpr int kPalmPart = kJointsPerHand;
+inline constexpr int kNumHandParts = kJointsPerHand + 1;
+
+/// A point of the skin: a vertex, or the middle of an edge (a == b for a vertex). Vertices of a
+/// hand are 5-8 mm apart; with the edges' middles nothing thicker than about 3 mm passes between.
+struct SkinPoint {
+  int a, b;
+  int part;  ///< the part both ends belong to, that of `a` where they differ
+};
+
+/// A ball inside a finger, its centre the mean of a ring of vertices: fingers as chains of balls.
+struct FingerBall {
+  int finger_joint;
+  std::vector<int> ring;
+  double radius;  ///< metres
+};
+
+/// What of a hand touches and what may not be touched, found from rest shape, skinning and bones of
+/// any model of SMPL-X's layout: no vertex numbers are written down anywhere.
+class HandLandmarks {
+ public:
+  HandLandmarks(const HandModel& hand, const HandAxes& axes);
+
+  /// Which part a vertex belongs to: the one with most of its weight.
+  int PartOf(int vertex) const { return part_of_[vertex]; }
+  /// All skin points; vertices come first, in order.
+  const std::vector<SkinPoint>& Skin() const { return skin_; }
+  /// Vertices on the touching side of a part. Of last phalanges: the pad.
+  const std::vector<int>& Pad(int part) const { return pads_[part]; }
+  /// The vertex in the middle of a fingertip's pad, where a pinch meets.
+  int PadCenter(int finger) const { return pad_centers_[finger]; }
+
+  const std::vector<FingerBall>& Balls() const { return balls_; }
+  /// Pairs of balls that fingers could push into each other, with the distance of centres that is
+  /// still free: the sum of radii less what skin gives, and no more than the rest pose has.
+  struct BallPair {
+    int first, second;
+    double free_distance;
+  };
+  const std::vector<BallPair>& BallPairs() const { return ball_pairs_; }
+  /// Vertices of the palm's touching side that balls of the last phalanges may not enter.
+  const std::vector<int>& PalmSkin() const { return pads_[kPalmPart]; }
+
+  /// Middle of the palm's touching side below the finger roots, relative to the wrist, rest pose.
+  const Eigen::Vector3d& PalmCenter() const { return palm_center_; }
+  /// Radius of the forearm just behind the wrist.
+  double ForearmRadius() const { return forearm_radius_; }
+
+ private:
+  std::vector<int> part_of_;
+  std::vector<SkinPoint> skin_;
+  std::array<std::vector<int>, kNumHandParts> pads_;
+  std::array<int, kNumFingers> pad_centers_{};
+  std::vector<FingerBall> balls_;
+  std::vector<BallPair> ball_pairs_;
+  Eigen::Vector3d palm_center_;
+  double forearm_radius_ = 0.03;
+};
+
+/// Positions (3 x n) of skin points for vertices in any frame.
+void SkinPositions(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices,
+                   Eigen::Matrix3Xd& positions);
+/// Centres (3 x n) of the finger balls.
+void BallCenters(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices,
+                 Eigen::Matrix3Xd& centers);
+/// Deepest overlap of fingers with each other or with the palm, metres; 0 when there is none.
+double SelfPenetration(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices);
+
+}  // namespace holdfast

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "solver/hand/hand_axes.h"
+#include "solver/hand/hand_evaluation.h"
+#include "solver/hand/hand_landmarks.h"
+
+namespace holdfast {
+
+/// What grasping needs to know of a hand; const and shared by threads. `model` must outlive it.
+struct HandAnatomy {
+  explicit HandAnatomy(const HandModel& model) : hand(model), axes(model), landmarks(model, axes) {}
+
+  const HandModel& hand;
+  HandAxes axes;
+  HandLandmarks landmarks;
+};
+
+/// An evaluation with the wrist at the origin, unrotated: world and wrist frame are the same.
+HandEvaluation AtWrist(const HandModel& hand);
+
+/// A flat hand, fingers nearly parallel and the thumb away from the palm.
+HandAngles OpenHand(const HandAxes& axes);
+/// The hand about to pinch something `width` metres thick: pads of the thumb and of the index and
+/// middle finger face each other at that distance. Solved by least squares for this hand.
+HandAngles PinchHand(const HandAnatomy& anatomy, double width);
+
+}  // namespace holdfast

@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: MIT
+#include "solver/handover/handover_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "geometry/body/body_model.h"
+#include "geometry/body/skeleton.h"
+#include "geometry/error.h"
+#include "solver/fit/clip_state.h"
+#include "solver/fit/time_filters.h"
+#include "solver/hand/hand_axes.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kSignalSmoothing_s = 0.06;
+constexpr double kSignalSlope_s = 0.12;
+constexpr double kActivityWindow_s = 0.35;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// What the two hands do, per frame.
+struct HandsInTime {
+  Eigen::Matrix3Xd between;        // left to right holding place, metres, chest's frame
+  Eigen::VectorXd apart;           // between the places where the palms hold, metres
+  Eigen::VectorXd relative_speed;  // m/s
+  double speed_noise_m_s = 0.0;
+  double noise_m = 0.0;                     // left in `apart`
+  std::array<Eigen::VectorXd, 2> activity;  // 0: hangs still .. about 1: raised and busy
+};
+
+// Where a hand holds things: before the middle of the palm, wrist's frame.
+Vector3d HoldingPlace(const HandModel& hand, double object_size_m) {
+  const HandAxes axes(hand);
+  const double before = 0.015 + 0.5 * std::min(object_size_m, 0.08);
+  return 0.85 * axes.RestJoints().col(3 * kMiddle) + before * axes.PalmNormal();
+}
+
+HandsInTime Observe(const Clip& clip, const HandModel& right, const HandModel& left,
+                    double object_size_m) {
+  const Eigen::Index frames = clip.NumFrames();
+  const double fps = clip.frame_rate;
+  const std::array<const HandModel*, 2> hands = {&right, &left};
+  const std::array<Vector3d, 2> place = {HoldingPlace(right, object_size_m),
+                                         HoldingPlace(left, object_size_m)};
+  Eigen::Matrix3Xd between(3, frames);  // in the chest's frame, which does not sway
+  std::array<Eigen::Matrix3Xd, 2> in_chest = {Eigen::Matrix3Xd(3, frames),
+                                              Eigen::Matrix3Xd(3, frames)};
+  std::array<Eigen::VectorXd, 2> height = {Eigen::VectorXd(frames), Eigen::VectorXd(frames)};
+  BodyState state;
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    ForwardJoints(right.Surface().RestJoints(), clip.pose[t], clip.trans.col(t), state);
+    const Eigen::Matrix3d chest_from_world = state.world_rotation[kSpine3].transpose();
+    std::array<Vector3d, 2> held;
+    for (int h = 0; h < 2; ++h) {
+      const int wrist = WristJoint(hands[h]->HandSide());
+      held[h] = state.joints.col(wrist) + state.world_rotation[wrist] * place[h];
+      in_chest[h].col(t) = chest_from_world * (state.joints.col(wrist) - state.joints.col(kSpine3));
+      height[h](t) = state.joints(2, wrist) - state.joints(2, kPelvis);
+    }
+    between.col(t) = chest_from_world * (held[0] - held[1]);
+  }
+
+  HandsInTime seen;
+  const double sigma = std::max(0.3, kSignalSmoothing_s * fps);
+  seen.speed_noise_m_s = WhiteNoise(between) * fps *
+                         NoiseOfSlope(std::max<Eigen::Index>(1, std::lround(kSignalSlope_s * fps)));
+  seen.noise_m = WhiteNoise(between) * NoiseAfterSmoothing(sigma);
+  seen.between = SmoothOverTime(between, sigma);
+  seen.apart = seen.between.colwise().norm();
+  const auto reach = [&](double seconds) {
+    return std::max<Eigen::Index>(1, std::lround(seconds * fps));
+  };
+  seen.relative_speed =
+      fps * SlopesOverTime(between, reach(kSignalSlope_s)).colwise().norm().transpose();
+  for (int h = 0; h < 2; ++h) {
+    const Eigen::VectorXd speed =
+        fps * SlopesOverTime(in_chest[h], reach(kSignalSlope_s)).colwise().norm().transpose();
+    // A wrist at the hip's height hangs; 30 cm above it, the forearm is raised.
+    const Eigen::VectorXd raised = (height[h].array() / 0.3).cwiseMax(0.0).cwiseMin(1.0);
+    const Eigen::VectorXd busy = raised.array() + (speed.array() / 0.5).cwiseMin(1.0);
+    seen.activity[h] =
+        SmoothOverTime(busy.transpose(), std::max(0.3, kActivityWindow_s * fps)).transpose();
+  }
+  return seen;
+}
+
+// A time the hands are together: they could pass something.
+struct Meeting {
+  int begin = 0, end = 0;  // together in [begin, end)
+  double cost = 0.0;       // nats, of passing something here
+  double Middle() const { return 0.5 * (begin + end - 1); }
+  int Frame() const { return static_cast<int>(std::lround(Middle())); }
+};
+
+// The frame with the most neighbours, without a gap, in which the hands are as far apart in the
+// same direction: as when both hold one thing. Among frames [begin, end); all of these are
+// returned.
+Meeting LongestHold(const Eigen::Matrix3Xd& between, int begin, int end, double margin_m) {
+  Meeting longest{begin, begin + 1, 0.0};
+  for (int t = begin; t < end; ++t) {
+    Meeting hold{t, t + 1, 0.0};
+    const auto same = [&](int u) {
+      return u >= begin && u < end && (between.col(u) - between.col(t)).norm() < margin_m;
+    };
+    while (same(hold.begin - 1)) --hold.begin;
+    while (same(hold.end)) ++hold.end;
+    if (hold.end - hold.begin > longest.end - longest.begin) longest = hold;
+  }
+  return longest;
+}
+
+// Between the minima of the hands' distance it rises by `parting_m`; around each, where it is less
+// than that above the minimum, the hands hold still to each other once.
+std::vector<Meeting> FindMeetings(const HandsInTime& seen, double parting_m, double margin_m) {
+  const Eigen::VectorXd& apart = seen.apart;
+  const int frames = static_cast<int>(apart.size());
+  std::vector<Meeting> meetings;
+  const auto add = [&](int nearest) {
+    const double near = apart(nearest) + parting_m;
+    int begin = nearest, end = nearest + 1;
+    while (begin > 0 && apart(begin - 1) < near) --begin;
+    while (end < frames && apart(end) < near) ++end;
+    meetings.push_back(LongestHold(seen.between, begin, end, margin_m));
+  };
+  int nearest = 0, farthest = 0;
+  bool approaching = true;
+  for (int t = 1; t < frames; ++t) {
+    if (approaching) {
+      if (apart(t) < apart(nearest)) nearest = t;
+      if (apart(t) > apart(nearest) + parting_m) {
+        add(nearest);
+        approaching = false;
+        farthest = t;
+      }
+    } else {
+      if (apart(t) > apart(farthest)) farthest = t;
+      if (apart(t) < apart(farthest) - parting_m) {
+        approaching = true;
+        nearest = t;
+      }
+    }
+  }
+  if (approaching) add(nearest);
+  return meetings;
+}
+
+// An account of a clip: who has the object first, and at which meetings it switches.
+struct Account {
+  double cost = kInfinity;
+  int first = 0;  // 0 right, 1 left
+  std::vector<std::size_t> meetings;
+};
+
+// The cheapest account with min..max switches. `had(h, t)`: nats for hand h to have the object in
+// all frames before t.
+Account Explain(const std::vector<Meeting>& meetings, const Eigen::Matrix2Xd& had,
+                const HandoverSearchOptions& options) {
+  const auto last = static_cast<int>(had.cols()) - 1;
+  const auto count = static_cast<int>(meetings.size());
+  const int most = std::min(options.max_switches, count);
+  Account best;
+  for (int first = 0; first < 2; ++first) {
+    if (options.first_hand && (*options.first_hand == Side::kRight) != (first == 0)) continue;
+    // cost(k, m): of the frames before meeting m, which is the k-th switch.
+    Eigen::MatrixXd cost = Eigen::MatrixXd::Constant(most + 1, count, kInfinity);
+    Eigen::MatrixXi before = Eigen::MatrixXi::Constant(most + 1, count, -1);
+    const auto between = [&](int k, int from, int to) {  // after switch k, between two frames
+      const int hand = (first + k) % 2;
+      return had(hand, to) - had(hand, from);
+    };
+    for (int m = 0; m < count; ++m) {
+      for (int k = 1; k <= most; ++k) {
+        if (k == 1) cost(k, m) = between(0, 0, meetings[m].Frame());
+        for (int p = 0; p < m && k > 1; ++p) {
+          const double through =
+              cost(k - 1, p) + between(k - 1, meetings[p].Frame(), meetings[m].Frame());
+          if (through < cost(k, m)) {
+            cost(k, m) = through;
+            before(k, m) = p;
+          }
+        }
+        cost(k, m) += meetings[m].cost;
+      }
+    }
+    for (int k = options.min_switches; k <= most; ++k) {
+      if (k == 0 && between(0, 0, last) < best.cost) best = {between(0, 0, last), first, {}};
+      for (int m = 0; m < count && k > 0; ++m) {
+        const double total = cost(k, m) + between(k, meetings[m].Frame(), last);
+        if (!(total < best.cost)) continue;
+        best = {total, first, {}};
+        for (int j = k, at = m; j > 0; at = before(j, at), --j) {
+          best.meetings.insert(best.meetings.begin(), static_cast<std::size_t>(at));
+        }
+      }
+    }
+  }
+  return best;
+}
+
+void CheckOptions(const HandoverSearchOptions& options, int frames) {
+  if (frames < 2) throw Error("clip", "has fewer than two frames", "Give a movement.");
+  if (options.min_switches < 0 || options.max_switches < options.min_switches) {
+    throw Error(
+        "switches",
+        fmt::format("{} at least and {} at most", options.min_switches, options.max_switches),
+        "Ask for a range that holds something.");
+  }
+  int before = 0;
+  for (const int frame : options.switch_frames) {
+    if (frame <= before || frame >= frames) {
+      throw Error("--switch", fmt::format("frame {}", frame),
+                  fmt::format("Give ascending frames from 1 to {}.", frames - 1));
+    }
+    before = frame;
+  }
+}
+
+// Who holds in each frame, for switches in order that share the frames [both_begin, both_end).
+void FillHands(Side first, int frames, Holding& holding) {
+  holding.hands.assign(static_cast<std::size_t>(frames), HoldingBit(first));
+  for (const HandSwitch& change : holding.switches) {
+    for (int t = change.both_begin; t < frames; ++t) {
+      holding.hands[t] = t < change.both_end ? kHoldsRight | kHoldsLeft : HoldingBit(change.to);
+    }
+  }
+}
+
+}  // namespace
+
+Holding FindHandovers(const Clip& clip, const HandModel& right, const HandModel& left,
+                      double object_size_m, const HandoverSearchOptions& options) {
+  const int frames = clip.NumFrames();
+  CheckOptions(options, frames);
+  const HandsInTime seen = Observe(clip, right, left, object_size_m);
+  const double rate = 1.0 / clip.frame_rate;
+
+  // The hand that does more has it.
+  Eigen::Matrix2Xd had = Eigen::Matrix2Xd::Zero(2, frames + 1);
+  for (int t = 0; t < frames; ++t) {
+    const double sum = seen.activity[0](t) + seen.activity[1](t) + 0.1;
+    const double more = (seen.activity[0](t) - seen.activity[1](t)) / sum;
+    had(0, t + 1) = had(0, t) + 0.5 * options.activity_weight * rate * (1.0 - more);
+    had(1, t + 1) = had(1, t) + 0.5 * options.activity_weight * rate * (1.0 + more);
+  }
+
+  constexpr double kParting = 0.06;   // metres
+  constexpr double kSettled = 0.020;  // metres within which hands are together
+  constexpr double kSlow = 0.15;      // m/s, per nat
+  constexpr double kFarther = 0.06;   // metres, per nat
+  const bool given = !options.switch_frames.empty();
+  std::vector<Meeting> meetings;
+  Account best;
+  if (given) {
+    const int half = static_cast<int>(std::lround(0.5 * options.dwell_s * clip.frame_rate));
+    for (const int frame : options.switch_frames) {
+      meetings.push_back({std::max(1, frame - half), std::min(frames, frame + half + 1), 0.0});
+      best.meetings.push_back(meetings.size() - 1);
+    }
+    // Neighbours share what lies between them.
+    for (std::size_t m = 1; m < meetings.size(); ++m) {
+      const int middle = (options.switch_frames[m - 1] + options.switch_frames[m] + 1) / 2;
+      meetings[m - 1].end = std::min(meetings[m - 1].end, middle);
+      meetings[m].begin = std::max(meetings[m].begin, middle);
+    }
+    HandoverSearchOptions exactly = options;
+    exactly.min_switches = exactly.max_switches = static_cast<int>(meetings.size());
+    best.first = Explain(meetings, had, exactly).first;
+  } else {
+    const double margin = kSettled + 2.0 * seen.noise_m;
+    for (Meeting& meeting : FindMeetings(seen, kParting + margin, margin)) {
+      const int frame = meeting.Frame();
+      if (frame < 1 || seen.apart(frame) > object_size_m + options.reach_m) continue;
+      meeting.cost = options.switch_cost +
+                     std::max(0.0, seen.apart(frame) - 0.5 * object_size_m - 0.05) / kFarther +
+                     std::max(0.0, seen.relative_speed(frame) - 2.0 * seen.speed_noise_m_s) / kSlow;
+      meetings.push_back(meeting);
+    }
+    if (static_cast<int>(meetings.size()) < options.min_switches) {
+      throw Error("clip",
+                  fmt::format("the hands come together {} times, nearest {:.0f} cm apart",
+                              meetings.size(), 100.0 * seen.apart.minCoeff()),
+                  "Say where the object changes hands: --switch FRAME[,FRAME...].");
+    }
+    best = Explain(meetings, had, options);
+  }
+
+  Holding holding;
+  const Side first = best.first == 0 ? Side::kRight : Side::kLeft;
+  Side holder = first;
+  for (std::size_t k = 0; k < best.meetings.size(); ++k) {
+    const Meeting& meeting = meetings[best.meetings[k]];
+    HandSwitch change;
+    change.frame = given ? options.switch_frames[k] : meeting.Frame();
+    change.from = holder;
+    change.to = holder = OtherSide(holder);
+    change.both_begin = meeting.begin;
+    change.both_end = meeting.end;
+    change.confidence = 1.0;
+    if (!given) {
+      std::vector<Meeting> without = meetings;
+      without.erase(without.begin() + static_cast<std::ptrdiff_t>(best.meetings[k]));
+      HandoverSearchOptions free = options;
+      free.min_switches = 0;
+      const double other = Explain(without, had, free).cost;
+      change.confidence = 1.0 / (1.0 + std::exp(best.cost - other));
+    }
+    holding.switches.push_back(change);
+  }
+  FillHands(first, frames, holding);
+  holding.confidence.assign(static_cast<std::size_t>(frames), 1.0);
+  if (!given) {
+    // Between two switches as sure as the less sure of them.
+    for (int t = 0; t < frames; ++t) {
+      for (std::size_t k = 0; k < holding.switches.size(); ++k) {
+        const bool before = t < holding.switches[k].frame;
+        const bool after_last = k == 0 || t >= holding.switches[k - 1].frame;
+        const bool before_next =
+            k + 1 == holding.switches.size() || t < holding.switches[k + 1].frame;
+        if ((before && after_last) || (!before && before_next)) {
+          holding.confidence[t] = std::min(holding.confidence[t], holding.switches[k].confidence);
+        }
+      }
+    }
+  }
+  return holding;
+}
+
+}  // namespace holdfast

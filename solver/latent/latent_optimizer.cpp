@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: MIT
+#include "solver/latent/latent_optimizer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+
+#include <fmt/format.h>
+
+#include "generator/wandr/run_rollouts.h"
+#include "geometry/error.h"
+#include "geometry/parallel.h"
+#include "solver/latent/dual_gauss_newton.h"
+#include "solver/latent/latent_passage.h"
+#include "solver/latent/step_rule.h"
+
+namespace holdfast {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::vector<LatentTraveller*> Pointers(std::vector<LatentTraveller>& all) {
+  std::vector<LatentTraveller*> out;
+  for (LatentTraveller& one : all) {
+    if (!one.done) out.push_back(&one);
+  }
+  return out;
+}
+
+void Record(LatentTraveller& one, ReachTrace& trace, double seconds) {
+  trace.closest_m.push_back(static_cast<float>(one.closest_m));
+  trace.last_m.push_back(static_cast<float>(one.last_m));
+  trace.seconds.push_back(static_cast<float>(seconds));
+}
+
+class Batch {
+ public:
+  Batch(const wandr::Network<float>& network, const LatentBody& body,
+        std::span<const ReachTask> tasks, const LatentOptions& options)
+      : options_(options),
+        latent_size_(network.LatentSize()),
+        steps_(tasks[0].num_steps),
+        passage_(network, body, options, steps_, static_cast<int>(tasks.size())),
+        solutions_(tasks.size()),
+        started_(Clock::now()) {
+    std::vector<BodyPoint> points = body.soles;
+    points.insert(points.end(), body.fingertips.begin(), body.fingertips.end());
+    for (std::size_t i = 0; i < tasks.size(); ++i) {
+      LatentTraveller one;
+      one.task = &tasks[i];
+      one.index = static_cast<int>(i);
+      one.motion = MotionView(points);
+      one.centre =
+          wandr::DrawLatents(tasks[i].seed, tasks[i].stream, network.LatentSize(), steps_, 1.0);
+      one.latents = one.centre;
+      adams_.emplace_back(AdamRates{.first = options.adam_step,
+                                    .last_ratio = 0.05,
+                                    .iterations = options.adam_iterations + 1,
+                                    .square_decay = 0.99,
+                                    .tiny = 1e-12});
+      travellers_.push_back(std::move(one));
+    }
+  }
+
+  std::vector<ReachSolution> Run() {
+    Descend();
+    GaussNewton();
+    std::vector<LatentTraveller*> all;
+    for (LatentTraveller& one : travellers_) all.push_back(&one);
+    passage_.Forward(all, true);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      solutions_[i].track = passage_.TrackOf(i);
+      solutions_[i].latents = all[i]->latents;
+    }
+    return std::move(solutions_);
+  }
+
+ private:
+  double Seconds() const {
+    return std::chrono::duration<double>(Clock::now() - started_).count() /
+           static_cast<double>(travellers_.size());
+  }
+
+  void Descend() {
+    for (int iteration = 0; iteration <= options_.adam_iterations; ++iteration) {
+      const std::vector<LatentTraveller*> moving = Pointers(travellers_);
+      if (moving.empty()) break;
+      if (options_.poll) options_.poll();
+      passage_.Forward(moving);
+      const double seconds = Seconds();
+      for (LatentTraveller* one : moving) {
+        Record(*one, solutions_[static_cast<std::size_t>(one->index)].trace, seconds);
+        one->done =
+            iteration == options_.adam_iterations || (iteration >= options_.least_iterations &&
+                                                      one->goal_error_m <= options_.close_enough_m);
+      }
+      const double share = static_cast<double>(iteration) / std::max(1, options_.adam_iterations);
+      passage_.Gradient(moving, share);
+      for (LatentTraveller* one : moving) {
+        if (one->done) continue;
+        adams_[static_cast<std::size_t>(one->index)].Step(iteration, one->gradient, one->latents);
+      }
+    }
+    for (LatentTraveller& one : travellers_) one.done = false;
+  }
+
+  void GaussNewton() {
+    // A centimetre off the goal counts as much as what moves five on the way there.
+    constexpr double kSigma = 0.01, kKappa = 1e-2, kLess = 0.05;
+    constexpr double penalty_scale = 1.0 / (0.05 * 0.05);
+    const auto size = static_cast<double>(latent_size_) * steps_;
+    std::vector<Eigen::MatrixXf> J;
+    std::vector<Eigen::Vector4d> r;
+    std::vector<double> radii(travellers_.size(), 0.15);
+    std::vector<int> refusals(travellers_.size(), 0);
+    for (int iteration = 0; iteration < options_.newton_iterations; ++iteration) {
+      for (LatentTraveller& one : travellers_) {
+        one.done = one.done || one.goal_error_m <= options_.newton_goal_m ||
+                   refusals[static_cast<std::size_t>(one.index)] > 4;
+      }
+      const std::vector<LatentTraveller*> moving = Pointers(travellers_);
+      if (moving.empty()) break;
+      if (options_.poll) options_.poll();
+      passage_.Forward(moving, true);
+      passage_.Rows(moving, kSigma, penalty_scale, J, r);
+      std::vector<Eigen::VectorXf> before;
+      std::vector<double> value;
+      for (std::size_t i = 0; i < moving.size(); ++i) {
+        LatentTraveller& one = *moving[i];
+        // The rest is no residual that can vanish: a little less of it is asked for.
+        const Eigen::Vector4d wanted(r[i][0], r[i][1], r[i][2], kLess * r[i][3]);
+        Eigen::VectorXf step = DualStep(J[i], wanted, kKappa, latent_size_);
+        const double rms = std::sqrt(static_cast<double>(step.squaredNorm()) / size);
+        const double radius = radii[static_cast<std::size_t>(one.index)];
+        if (rms > radius) step *= static_cast<float>(radius / rms);
+        before.push_back(one.latents);
+        value.push_back(r[i].squaredNorm());
+        one.latents += step;
+      }
+      passage_.Forward(moving, true);
+      const double seconds = Seconds();
+      for (std::size_t i = 0; i < moving.size(); ++i) {
+        LatentTraveller& one = *moving[i];
+        const auto at = static_cast<std::size_t>(one.index);
+        const double trial = one.goal_error_m * one.goal_error_m / (kSigma * kSigma) +
+                             2.0 * penalty_scale * passage_.Natural(one);
+        if (trial < value[i]) {
+          radii[at] *= 1.5;
+          refusals[at] = 0;
+        } else {
+          one.latents = before[i];
+          radii[at] *= 0.4;
+          ++refusals[at];
+          one.goal_error_m = r[i].head<3>().norm() * kSigma;
+        }
+        Record(one, solutions_[static_cast<std::size_t>(one.index)].trace, seconds);
+      }
+    }
+  }
+
+  const LatentOptions& options_;
+  Eigen::Index latent_size_;
+  int steps_;
+  LatentPassage passage_;
+  std::vector<Adam> adams_;
+  std::vector<LatentTraveller> travellers_;
+  std::vector<ReachSolution> solutions_;
+  Clock::time_point started_;
+};
+
+}  // namespace
+
+std::vector<ReachSolution> OptimiseLatents(const wandr::Network<float>& network,
+                                           const LatentBody& body, std::span<const ReachTask> tasks,
+                                           const LatentOptions& options, int threads,
+                                           const std::function<void(int, int)>& progress) {
+  if (tasks.empty()) throw Error("reach", "has no tasks", "Give at least one goal");
+  for (const ReachTask& task : tasks) {
+    if (task.num_steps != tasks[0].num_steps) {
+      throw Error("reach", "tasks of different lengths", "Optimise them apart");
+    }
+    if (task.deadline < 1 || task.deadline > task.num_steps) {
+      throw Error("reach",
+                  fmt::format("deadline {} in a motion of {} steps", task.deadline, task.num_steps),
+                  "Give the motion more time");
+    }
+    if (!task.goal.allFinite() || !wandr::StateOf(task.start.pose).allFinite() ||
+        !task.start.previous_delta.allFinite()) {
+      throw Error("reach", "goal or start pose is not finite", "Check the clip it comes from");
+    }
+  }
+  std::vector<ReachSolution> solutions(tasks.size());
+  const int total = static_cast<int>(tasks.size());
+  const int size =
+      std::clamp((total + threads - 1) / std::max(threads, 1), 1, std::max(options.batch, 1));
+  std::mutex progress_mutex;
+  int done = 0;
+  ParallelFor((total + size - 1) / size, threads, [&](int b) {
+    const int first = b * size, count = std::min(size, total - first);
+    std::vector<ReachSolution> part =
+        Batch(network, body,
+              tasks.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count)),
+              options)
+            .Run();
+    std::ranges::move(part, solutions.begin() + first);
+    if (!progress) return;
+    const std::lock_guard lock(progress_mutex);
+    progress(done += count, total);
+  });
+  return solutions;
+}
+
+}  // namespace holdfast

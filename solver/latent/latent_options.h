@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "generator/wandr/body_kinematics.h"
+#include "generator/wandr/goal_plan.h"
+#include "geometry/body/skeleton.h"
+#include "geometry/mesh/distance_grid.h"
+#include "solver/latent/motion_objective.h"
+
+namespace holdfast {
+
+/// What must not be walked into, as a person of some thickness sees it.
+struct LatentObstacle {
+  std::shared_ptr<const DistanceGrid> solid;
+};
+
+/// What is known of the person.
+struct LatentBody {
+  wandr::BoneOffsets<float> bones;
+  std::vector<BodyPoint> soles;       ///< heels, balls and toe tips on the soles of both feet
+  std::vector<BodyPoint> fingertips;  ///< of flat hands
+  /// Greatest angle of each joint, radians; 0 for no limit.
+  std::array<double, kNumBodyJoints> joint_limits = {};
+};
+LatentBody LatentBodyOf(const Eigen::Matrix3Xd& rest_joints, double sole_y);
+
+/// Latent optimisation: the latents of a whole rollout are changed until the wrist is at the goal
+/// and the body moves as bodies do. Weights are on sums over frames; see solver/terms.
+struct LatentOptions {
+  /// Rollouts follow the intention from the start (closed loop); false: the network is a motion
+  /// prior that does not know the goal, as in the published VAE + opt.
+  bool with_intention = true;
+  wandr::IntentionOptions intention{.min_frames_left = 10.0, .hold_last_goal = true};
+
+  /// Arrival: the wrist is at the goal at the deadline and `hold_frames` after it; with
+  /// `free_time`, at any time up to `late_frames` after the deadline (FirstArrival).
+  bool free_time = false;
+  int hold_frames = 12;
+  int late_frames = 30;
+  double soft_min_from_m = 0.5, soft_min_to_m = 0.1;  ///< tau of FirstArrival, over the iterations
+  int goal_joint = 0;                       ///< 0: the wrist of `intention`; else this joint
+  std::optional<Eigen::Vector3d> approach;  ///< unit, from elbow to wrist on arrival
+
+  double goal = 1.0;
+  double direction = 0.05;
+  double prior = 1e-4;  ///< on |z - z_0|^2
+  double skate = 3.0;
+  double creep = 0.3;
+  double floor = 3.0;
+  double airborne = 1.0;
+  double speed = 0.05;
+  double fastest_m_s = 1.5;
+  double near = 2.0;
+  double farthest_stance_m = 0.5;  ///< pelvis to goal, as seen from above
+  double path = 0.0;
+  double limits = 0.01;
+  double acceleration = 1e-7;
+  double obstacle = 1.0;
+  double look = 0.005;
+  double balance = 0.3;
+  std::vector<LatentObstacle> obstacles;
+
+  int adam_iterations = 80;
+  int least_iterations = 30;    ///< even when the goal is reached
+  double adam_step = 0.08;      ///< decays linearly to a twentieth
+  double close_enough_m = 0.0;  ///< Adam stops here
+  int newton_iterations = 5;
+  double newton_goal_m = 0.003;  ///< Gauss-Newton stops here
+  int batch = 16;
+  /// Called before each iteration, from several threads; what it throws ends the run.
+  std::function<void()> poll = {};
+};
+
+}  // namespace holdfast

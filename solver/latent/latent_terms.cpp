@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: MIT
+#include "solver/latent/latent_terms.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "generator/matching/capture_quality.h"
+#include "generator/matching/sole_contact.h"
+#include "generator/wandr/intention.h"
+#include "solver/terms/motion/airborne.h"
+#include "solver/terms/motion/approach_direction.h"
+#include "solver/terms/motion/first_arrival.h"
+#include "solver/terms/motion/floor_contact.h"
+#include "solver/terms/motion/foot_skate.h"
+#include "solver/terms/motion/joint_acceleration.h"
+#include "solver/terms/motion/joint_goal.h"
+#include "solver/terms/motion/look_at.h"
+#include "solver/terms/motion/obstacle.h"
+#include "solver/terms/motion/pelvis_path.h"
+#include "solver/terms/motion/pelvis_speed.h"
+#include "solver/terms/motion/rotation_range.h"
+#include "solver/terms/motion/stand_near.h"
+#include "solver/terms/motion/standing_balance.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kFrame = 1.0 / wandr::kFramesPerSecond;
+constexpr int kPace = 10;     // frames over which the pelvis' speed is taken
+constexpr int kBurst = 2;     // the same, of single steps
+constexpr int kCreep = 6;     // frames over which a planted foot is not to creep
+constexpr int kArriving = 5;  // frames before the deadline
+constexpr int kHeadJoint = 15;
+constexpr double kStandsStill = 0.25;  // m/s
+
+// How thick a person is about a joint, metres: feet, arms, trunk and legs.
+double Thickness(int joint) {
+  if (joint == 7 || joint == 8 || joint == 10 || joint == 11) return 0.06;
+  return joint > kHeadJoint ? 0.05 : 0.13;
+}
+
+}  // namespace
+
+int GoalJoint(const LatentOptions& options) {
+  return options.goal_joint > 0 ? options.goal_joint : WristJoint(options.intention.wrist);
+}
+
+void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const MotionView& motion,
+                     const ReachTask& task, MotionObjective& objective) {
+  const int frames = motion.NumFrames();
+  const auto slide = std::make_shared<ceres::CauchyLoss>(0.01 * std::sqrt(options.skate));
+  const auto creep = std::make_shared<ceres::CauchyLoss>(0.03 * std::sqrt(options.creep));
+  const int num_soles = static_cast<int>(body.soles.size());
+  // A wrist that has to be lower than a hand is long has its hand in the floor, or bent up, which
+  // the latents know nothing of.
+  const bool low = !body.fingertips.empty() && task.goal.z() < body.fingertips[0].offset.norm();
+  const int num_tips = low ? 0 : static_cast<int>(body.fingertips.size());
+  // From frame to frame against sliding, and over a fifth of a second against creeping.
+  std::vector<double> share(static_cast<std::size_t>(frames));
+  for (int k = 0; k < num_soles && options.skate > 0.0; ++k) {
+    const int point = kNumBodyJoints + k;
+    for (int t = 0; t < frames; ++t) {
+      share[static_cast<std::size_t>(t)] = FootSkate::PlantedShare(motion.At(t, point).z());
+    }
+    for (const int lag : {1, kCreep}) {
+      const double weight = lag == 1 ? options.skate : options.creep;
+      for (int t = 0; t + lag < frames && weight > 0.0; ++t) {
+        const double planted = *std::min_element(share.begin() + t, share.begin() + t + lag + 1);
+        if (planted <= 0.0) continue;
+        objective.Add("skate", std::make_shared<FootSkate>(weight * planted),
+                      lag == 1 ? slide : creep, {Position(t, point), Position(t + lag, point)});
+      }
+    }
+  }
+  const auto floor = std::make_shared<FloorContact>(-0.005, options.floor);
+  const auto airborne = std::make_shared<Airborne>(
+      std::vector<double>(static_cast<std::size_t>(num_soles), 0.0), 0.01, options.airborne);
+  const auto speed =
+      std::make_shared<PelvisSpeed>(options.fastest_m_s, kPace * kFrame, options.speed);
+  const auto burst =
+      std::make_shared<PelvisSpeed>(options.fastest_m_s + 0.3, kBurst * kFrame, options.speed);
+  const auto smooth = std::make_shared<JointAcceleration>(kFrame, options.acceleration);
+  std::array<std::shared_ptr<RotationRange>, kNumBodyJoints> range;
+  for (std::size_t k = 1; k < kNumBodyJoints; ++k) {
+    if (body.joint_limits[k] > 0.0 && options.limits > 0.0) {
+      range[k] = std::make_shared<RotationRange>(body.joint_limits[k], options.limits);
+    }
+  }
+  for (int t = 1; t < frames; ++t) {
+    std::vector<MotionQuantity> soles;
+    for (int k = 0; k < num_soles + num_tips; ++k) {
+      const MotionQuantity point = Position(t, kNumBodyJoints + k);
+      objective.Add("floor", floor, nullptr, {point});
+      if (k < num_soles) soles.push_back(point);
+    }
+    objective.Add("airborne", airborne, nullptr, std::move(soles));
+    if (t >= kBurst) {
+      objective.Add("speed", burst, nullptr, {Position(t - kBurst, 0), Position(t, 0)});
+    }
+    if (t >= kPace)
+      objective.Add("speed", speed, nullptr, {Position(t - kPace, 0), Position(t, 0)});
+    if (options.acceleration > 0.0 && t + 1 < frames) {
+      for (int k = 0; k < kNumBodyJoints; ++k) {
+        objective.Add("acceleration", smooth, nullptr,
+                      {Position(t - 1, k), Position(t, k), Position(t + 1, k)});
+      }
+    }
+    for (int k = 1; k < kNumBodyJoints; ++k) {
+      if (range[static_cast<std::size_t>(k)] != nullptr) {
+        objective.Add("limits", range[static_cast<std::size_t>(k)], nullptr, {LocalRotation(t, k)});
+      }
+    }
+  }
+  if (options.balance > 0.0) {
+    const auto balance = std::make_shared<StandingBalance>(0.05, options.balance);
+    std::vector<int> joints;
+    for (const auto& mass : StandingBalance::kMasses) joints.push_back(mass.first);
+    joints.insert(joints.end(), StandingBalance::kFeet.begin(), StandingBalance::kFeet.end());
+    for (int t = 1; t < frames; ++t) {
+      // Who arrives stands; else who hardly moves does.
+      const bool arrived =
+          t >= task.deadline - kArriving && t <= task.deadline + options.hold_frames;
+      const int before = std::max(0, t - kPace), after = std::min(frames - 1, t + kPace);
+      const Eigen::Vector3d way = motion.At(after, 0) - motion.At(before, 0);
+      if (!arrived && way.head<2>().norm() > kStandsStill * (after - before) * kFrame) continue;
+      std::vector<MotionQuantity> blocks;
+      for (const int joint : joints) blocks.push_back(Position(t, joint));
+      objective.Add("balance", balance, nullptr, std::move(blocks));
+    }
+  }
+  for (const LatentObstacle& obstacle : options.obstacles) {
+    for (int k = 0; k < kNumBodyJoints; ++k) {
+      const double clearance = k == GoalJoint(options) ? 0.02 : Thickness(k);
+      const auto keep_out =
+          std::make_shared<Obstacle>(*obstacle.solid, clearance, options.obstacle);
+      for (int t = 1; t < frames; ++t) {
+        objective.Add("obstacle", keep_out, nullptr, {Position(t, k)});
+      }
+    }
+  }
+  if (options.near > 0.0) {
+    const int first = std::max(1, task.deadline - 3 * kArriving);
+    const int last = std::min(frames - 1, task.deadline + options.hold_frames);
+    const auto near = std::make_shared<StandNear>(task.goal, options.farthest_stance_m,
+                                                  options.near / (last - first + 1));
+    for (int t = first; t <= last; ++t) objective.Add("near", near, nullptr, {Position(t, 0)});
+  }
+  if (options.path > 0.0) {
+    const Eigen::Vector3d from = motion.At(0, 0);
+    const Eigen::Vector2d way = (task.goal - from).head<2>();
+    const Eigen::Vector2d stop = from.head<2>() + way * std::max(0.0, 1.0 - 0.45 / way.norm());
+    for (int t = 1; t < std::min(frames, task.deadline); t += 5) {
+      const double u = static_cast<double>(t) / std::max(1, task.deadline - 20);
+      const Eigen::Vector2d at = from.head<2>() + std::min(u, 1.0) * (stop - from.head<2>());
+      objective.Add("path", std::make_shared<PelvisPath>(at, options.path),
+                    std::make_shared<ceres::CauchyLoss>(0.5), {Position(t, 0)});
+    }
+  }
+  if (options.look > 0.0) {
+    const auto look = std::make_shared<LookAt>(task.goal, options.look);
+    for (int t = std::max(1, task.deadline - 45); t <= std::min(task.deadline, frames - 1);
+         t += 3) {
+      objective.Add("look", look, nullptr, {WorldRotation(t, kHeadJoint), Position(t, kHeadJoint)});
+    }
+  }
+}
+
+void AddGoalTerms(const LatentOptions& options, const ReachTask& task, double share_done,
+                  int frames, MotionObjective& objective) {
+  const int joint = GoalJoint(options);
+  const int elbow = kJointParents[WristJoint(options.intention.wrist)];
+  if (options.free_time) {
+    const int last = std::min(frames - 1, task.deadline + options.late_frames);
+    std::vector<MotionQuantity> window;
+    for (int t = 1; t <= last; ++t) window.push_back(Position(t, joint));
+    const double tau =
+        options.soft_min_from_m *
+        std::pow(options.soft_min_to_m / options.soft_min_from_m, std::min(1.0, 2.0 * share_done));
+    const int count = static_cast<int>(window.size());
+    objective.Add("goal", std::make_shared<FirstArrival>(task.goal, count, tau, options.goal),
+                  nullptr, std::move(window));
+    return;
+  }
+  const int last = std::min(frames - 1, task.deadline + options.hold_frames);
+  const int first = std::min(task.deadline, last);
+  const double each = options.goal / (last - first + 1);
+  const auto goal = std::make_shared<JointGoal>(task.goal, each);
+  for (int t = first; t <= last; ++t) objective.Add("goal", goal, nullptr, {Position(t, joint)});
+  if (options.approach) {
+    const auto approach = std::make_shared<ApproachDirection>(
+        *options.approach, options.direction / (last - first + 1));
+    for (int t = first; t <= last; ++t) {
+      objective.Add("direction", approach, nullptr,
+                    {Position(t, elbow), Position(t, WristJoint(options.intention.wrist))});
+    }
+  }
+}
+
+LatentBody LatentBodyOf(const Eigen::Matrix3Xd& rest_joints, double sole_y) {
+  LatentBody body;
+  body.bones = wandr::BoneOffsetsOf(rest_joints).Cast<float>();
+  // Heels and balls as the ground probe has them; toes go on for about as long as the ball is
+  // half-way from the ankle, fingertips lie beyond the last knuckle of the middle finger.
+  constexpr double kToes = 0.45, kFinger = 1.13;
+  constexpr std::array<std::array<int, 2>, 2> kFeet = {{{7, 10}, {8, 11}}};
+  constexpr std::array<std::array<int, 2>, 2> kHands = {{{20, 30}, {21, 45}}};
+  BodyFrame rest;
+  rest.pelvis = rest_joints.col(0);
+  const Soles soles = SolePoints(rest_joints, sole_y).At(Place(rest_joints, rest));
+  for (int side = 0; side < 2; ++side) {
+    const auto [ankle, ball] = kFeet[static_cast<std::size_t>(side)];
+    const Eigen::Vector3d heel = soles.col(2 * side) - rest_joints.col(ankle);
+    const Eigen::Vector3d under_ball = soles.col(2 * side + 1) - rest_joints.col(ball);
+    const double length = rest_joints(2, ball) - rest_joints(2, ankle);
+    body.soles.push_back({ankle, heel});
+    body.soles.push_back({ball, under_ball});
+    body.soles.push_back({ball, under_ball + kToes * length * Eigen::Vector3d::UnitZ()});
+    const auto [wrist, knuckle] = kHands[static_cast<std::size_t>(side)];
+    body.fingertips.push_back(
+        {wrist, kFinger * (rest_joints.col(knuckle) - rest_joints.col(wrist))});
+  }
+  body.joint_limits = CapturedJointLimits();
+  return body;
+}
+
+}  // namespace holdfast

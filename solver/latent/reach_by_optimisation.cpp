@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: MIT
+#include "solver/latent/reach_by_optimisation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include <fmt/format.h>
+
+#include "generator/wandr/condition.h"
+#include "generator/wandr/motion_states.h"
+#include "generator/wandr/pose_delta.h"
+#include "generator/wandr/reach_outcome.h"
+#include "geometry/error.h"
+#include "geometry/parallel.h"
+
+namespace holdfast {
+namespace {
+
+constexpr int kStay = 16;                      // frames: enough after it for WarpReach
+constexpr int kWrist = 21;                     // the right one
+constexpr std::uint64_t kStreams = 1'000'000;  // latents of other goals and tries are far apart
+
+// One motion, growing goal by goal.
+class Chain {
+ public:
+  Chain(const wandr::Network<float>& network, const LatentBody& body,
+        const wandr::RolloutStart<float>& start, std::span<const Eigen::Vector3d> goals, int index,
+        const ReachByOptimisationOptions& options)
+      : network_(network),
+        body_(body),
+        options_(options),
+        goals_(goals),
+        stream_(static_cast<std::uint64_t>(index)),
+        here_(start) {
+    sample_.goals.resize(goals.size());
+    wandr::BodyKinematics<float> kinematics;
+    wandr::ForwardKinematics(body.bones, start.pose, kinematics);
+    sample_.track.states = wandr::StateOf(start.pose);
+    sample_.track.joints = kinematics.joints.reshaped(wandr::kJointNumbers, 1);
+    sample_.goal_of_frame.push_back(0);
+  }
+
+  void Reach(std::size_t g) {
+    const auto first = static_cast<int>(sample_.track.states.cols()) - 1;
+    ReachSolution best;
+    double closest = INFINITY;
+    int due = 0;
+    for (int attempt = 0; attempt <= options_.retries; ++attempt) {
+      int frames = 0;
+      const ReachSolution solution = Solve(g, attempt, frames);
+      const wandr::ReachOutcome outcome = wandr::MeasureReach(solution.track.joints, goals_[g]);
+      if (!outcome.diverged && (attempt == 0 || outcome.closest_m < closest)) {
+        closest = outcome.closest_m;
+        best = solution;
+        due = frames;
+      }
+      sample_.diverged = !std::isfinite(closest);
+      if (closest <= wandr::kReachedWithin || options_.frames || options_.as_published) break;
+    }
+    if (sample_.diverged) return;
+    Append(best, g, first, due);
+  }
+
+  wandr::ReachSample& Sample() { return sample_; }
+
+  /// The frame of goal g that the wrist is to be at exactly.
+  std::vector<RefitGoal> RefitGoals() const {
+    std::vector<RefitGoal> out;
+    for (std::size_t g = 0; g < goals_.size(); ++g) {
+      if (sample_.goals[g].Reached()) out.push_back({goals_[g], at_goal_[g]});
+    }
+    return out;
+  }
+
+  /// Outcomes anew: of a part that was added, of a motion that was refitted.
+  void Measure() { wandr::MeasureGoals(goals_, kWrist, sample_); }
+
+ private:
+  int Stay(std::size_t g) const {
+    return g < options_.stay_frames.size() ? options_.stay_frames[g] : kStay;
+  }
+
+  ReachSolution Solve(std::size_t g, int attempt, int& frames) const {
+    const Eigen::Vector3d pelvis =
+        (here_.pose.translation + body_.bones.offset.col(0)).cast<double>();
+    frames =
+        options_.frames.value_or(options_.deadline.Frames((goals_[g] - pelvis).head<2>().norm()));
+    frames += frames * attempt / 2;
+    ReachTask task;
+    task.start = here_;
+    task.goal = goals_[g];
+    task.deadline = frames;
+    task.num_steps = frames + (options_.as_published ? 0 : Stay(g));
+    task.seed = options_.seed;
+    task.stream = stream_ + kStreams * (g * 16 + static_cast<std::size_t>(attempt));
+    if (options_.as_published) {
+      return OptimiseAsPublished(network_, body_.bones, {&task, 1}, options_.vae, 1)[0];
+    }
+    LatentOptions latent = options_.latent;
+    latent.hold_frames = Stay(g);
+    if (g < options_.approaches.size() && options_.approaches[g].norm() > 0.5) {
+      latent.approach = options_.approaches[g];
+    }
+    return OptimiseLatents(network_, body_, {&task, 1}, latent, 1)[0];
+  }
+
+  void Append(const ReachSolution& solution, std::size_t g, int first, int due) {
+    const Eigen::Index before = first + 1, added = solution.track.states.cols() - 1;
+    sample_.track.states.conservativeResize(Eigen::NoChange, before + added);
+    sample_.track.joints.conservativeResize(Eigen::NoChange, before + added);
+    sample_.track.states.rightCols(added) = solution.track.states.rightCols(added);
+    sample_.track.joints.rightCols(added) = solution.track.joints.rightCols(added);
+    sample_.goal_of_frame.resize(static_cast<std::size_t>(before + added), static_cast<int>(g));
+    wandr::GoalOutcome& outcome = sample_.goals[g];
+    outcome.taken_on = first;
+    outcome.due = first + due;
+    outcome.left = static_cast<int>(before + added) - 1;
+    at_goal_.push_back(std::min(outcome.due, outcome.left));
+    Measure();
+    if (options_.as_published || options_.latent.free_time) at_goal_.back() = outcome.closest_frame;
+    // The next part goes on from here: the pose, and the step that led to it.
+    const wandr::StateMatrix<float> last = sample_.track.states.rightCols<2>();
+    const wandr::Pose<float> pose = wandr::PoseOf<float>(last.col(1));
+    const wandr::StateVector<float> delta =
+        wandr::DeltaBetween<float>(wandr::PoseOf<float>(last.col(0)), pose);
+    here_ = {pose, wandr::NormalisedDelta<float>(network_.Norms(), delta)};
+  }
+
+  const wandr::Network<float>& network_;
+  const LatentBody& body_;
+  const ReachByOptimisationOptions& options_;
+  std::span<const Eigen::Vector3d> goals_;
+  std::uint64_t stream_;
+  wandr::RolloutStart<float> here_;
+  wandr::ReachSample sample_;
+  std::vector<int> at_goal_;
+};
+
+void Refit(const BodyMeasures& measures, const LatentBody& body, Chain& chain,
+           RefitReport& report) {
+  wandr::RolloutTrack& track = chain.Sample().track;
+  track.states = RefitReach(measures, track.states.cast<double>(), chain.RefitGoals(), {}, &report)
+                     .cast<float>();
+  track.joints = wandr::JointsOfStates(track.states, body.bones);
+  chain.Measure();
+}
+
+}  // namespace
+
+std::vector<OptimisedReach> ReachByOptimisation(const wandr::Network<float>& network,
+                                                const BodyMeasures& measures,
+                                                const wandr::RolloutStart<float>& start,
+                                                std::span<const Eigen::Vector3d> goals, int count,
+                                                int threads,
+                                                const ReachByOptimisationOptions& options,
+                                                const std::function<void(int, int)>& progress) {
+  if (goals.empty() || count < 1) {
+    throw Error("reach", fmt::format("{} goals, {} samples", goals.size(), count),
+                "Give at least one goal and ask for at least one sample");
+  }
+  options.deadline.Check();
+  const LatentBody body = LatentBodyOf(measures.rest_joints, measures.sole_y);
+  std::vector<OptimisedReach> reaches(static_cast<std::size_t>(count));
+  std::mutex progress_mutex;
+  const int parts = count * static_cast<int>(goals.size());
+  int done = 0;
+  ParallelFor(count, threads, [&](int i) {
+    Chain chain(network, body, start, goals, i, options);
+    for (std::size_t g = 0; g < goals.size() && !chain.Sample().diverged; ++g) {
+      chain.Reach(g);
+      const std::lock_guard lock(progress_mutex);
+      if (progress) progress(++done, parts);
+    }
+    OptimisedReach& reach = reaches[static_cast<std::size_t>(i)];
+    if (options.refit && !chain.Sample().diverged) Refit(measures, body, chain, reach.refit);
+    reach.sample = std::move(chain.Sample());
+  });
+  return reaches;
+}
+
+}  // namespace holdfast

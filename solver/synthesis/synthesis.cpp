@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+#include "solver/synthesis/synthesis.h"
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "generator/imos/action_sequence.h"
+#include "geometry/clip/resample.h"
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "solver/fit/clip_state.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kMeet_m = 0.25;    // palms that pass an object come this near to each other
+constexpr double kLeaves_m = 0.01;  // and leave when this much farther apart than before
+
+wandr::Pose<double> BodyPoseOf(const Clip& clip, int frame, const imos::CanonicalFrame& canonical) {
+  wandr::Pose<double> pose;
+  pose.translation = canonical.TranslFromWorld(clip.trans.col(frame));
+  for (int j = 0; j < kNumBodyJoints; ++j) pose.rotation[j] = ExpSO3(clip.pose[frame].col(j));
+  pose.rotation[0] = canonical.RotationFromWorld(pose.rotation[0]);
+  return pose;
+}
+
+// How far the middles of both palms are apart: half way from wrist to the middle finger's knuckle.
+double PalmsApart(const JointPose& pose, const Eigen::Matrix3Xd& rest_joints) {
+  wandr::Pose<double> body;
+  for (int j = 0; j < kNumBodyJoints; ++j) body.rotation[j] = ExpSO3(pose.col(j));
+  wandr::BodyKinematics<double> placed;
+  wandr::ForwardKinematics(wandr::BoneOffsetsOf(rest_joints), body, placed);
+  const auto palm = [&](Side side) -> Vector3d {
+    const int wrist = WristJoint(side), knuckle = side == Side::kLeft ? 28 : 43;
+    return placed.joints.col(wrist) +
+           0.5 * (placed.world[wrist] * (rest_joints.col(knuckle) - rest_joints.col(wrist)));
+  };
+  return (palm(Side::kRight) - palm(Side::kLeft)).norm();
+}
+
+// The object of one sample, key frame after key frame.
+class ObjectInHands {
+ public:
+  ObjectInHands(const SynthesisScene& scene, const Clip& history,
+                const imos::CanonicalFrame& canonical, const FitOptions& options)
+      : scene_(scene),
+        canonical_(canonical),
+        fitter_(scene.hands, scene.object, options, scene.seconds_per_key_frame),
+        last_pose_(history.pose.back()),
+        last_trans_(history.trans.rightCols<1>()) {
+    const Eigen::Index last = history.NumFrames() - 1;
+    fitter_.Place({Eigen::Quaterniond(ExpSO3(history.object->orient.col(last))),
+                   history.object->trans.col(last)});
+    holding_ = history.holding_hand.back();
+    for (const HandModel* hand : scene.hands) {
+      const Side side = hand->HandSide();
+      if ((holding_ & HoldingBit(side)) == 0) continue;
+      fitter_.Grip(side, last_pose_, last_trans_, FingersOf(last_pose_, side));
+    }
+  }
+
+  // The world pose of the object for the next body.
+  ObjectPose Next(int frame, const wandr::Pose<double>& body, Synthesised& result) {
+    JointPose pose = last_pose_;
+    for (int j = 0; j < kNumBodyJoints; ++j) {
+      const Matrix3d R = j == 0 ? canonical_.RotationToWorld(body.rotation[0]) : body.rotation[j];
+      pose.col(j) = UnwrapAxisAngle(LogSO3(R), last_pose_.col(j));
+    }
+    const Vector3d trans = canonical_.TranslToWorld(body.translation);
+    if (scene_.changes_hands && result.switch_frame < 0) PassOn(frame, pose, result);
+    result.reports.push_back(fitter_.Solve(pose, trans));
+    result.clip.pose.push_back(pose);
+    result.clip.trans.col(frame) = trans;
+    result.clip.holding_hand.push_back(holding_);
+    const ObjectPose& object = fitter_.Object();
+    result.clip.object->trans.col(frame) = object.translation;
+    result.clip.object->orient.col(frame) = UnwrapAxisAngle(
+        LogSO3(object.orientation.toRotationMatrix()), result.clip.object->orient.col(frame - 1));
+    last_pose_ = pose;
+    last_trans_ = trans;
+    return object;
+  }
+
+ private:
+  // Lets the other hand take hold in the last frame, if it leaves the object now.
+  void PassOn(int frame, const JointPose& pose, Synthesised& result) {
+    const bool right = (holding_ & kHoldsRight) != 0;
+    if (right == ((holding_ & kHoldsLeft) != 0)) return;
+    const Side from = right ? Side::kRight : Side::kLeft, to = right ? Side::kLeft : Side::kRight;
+    const double before = PalmsApart(last_pose_, scene_.rest_joints),
+                 now = PalmsApart(pose, scene_.rest_joints);
+    if (before > kMeet_m || now < before + kLeaves_m) return;
+    FingerPose fingers = FingersOf(last_pose_, from);
+    // A mirror image at x = 0 turns (x, y, z) into (x, -y, -z).
+    for (int i = 0; i < fingers.size(); ++i) {
+      if (i % 3 != 0) fingers[i] = -fingers[i];
+    }
+    fitter_.Grip(to, last_pose_, last_trans_, fingers);
+    fitter_.Release(from);
+    holding_ = HoldingBit(to);
+    result.switch_frame = frame;
+  }
+
+  const SynthesisScene& scene_;
+  const imos::CanonicalFrame& canonical_;
+  FrameFitter fitter_;
+  JointPose last_pose_;
+  Vector3d last_trans_;
+  std::uint8_t holding_ = 0;
+};
+
+}  // namespace
+
+Clip HistoryOf(const Clip& start, double seconds_per_key_frame) {
+  if (start.NumFrames() == 0) {
+    throw Error("start", "has no frames", "Give a clip of somebody who holds the object");
+  }
+  if (!start.object) {
+    throw Error("start", "has no object track",
+                "Give a clip of somebody who holds the object, as 'holdfast fit' and "
+                "'holdfast grasp' make them");
+  }
+  if (start.holding_hand.empty() || start.holding_hand.back() == 0) {
+    throw Error("holding_hand", "nobody holds the object at the start's end",
+                "Begin with a frame in which a hand has it");
+  }
+  const double step = seconds_per_key_frame * start.frame_rate;
+  Clip history = Slice(start, 0, 1);
+  history.frame_rate = 1.0 / seconds_per_key_frame;
+  history.contact.reset();
+  history.pose.clear();
+  history.holding_hand.clear();
+  history.trans.resize(3, imos::kHistory);
+  history.object->trans.resize(3, imos::kHistory);
+  history.object->orient.resize(3, imos::kHistory);
+  history.table.reset();
+  for (int k = 0; k < imos::kHistory; ++k) {
+    const double at = std::max(0.0, start.NumFrames() - 1.0 - step * (imos::kHistory - 1 - k));
+    // What is off a frame by rounding alone is on it: nothing lies between.
+    constexpr double kRounding = 1e-6;
+    const int before = static_cast<int>(at + kRounding);
+    const int after = std::min(before + 1, start.NumFrames() - 1);
+    Clip two = Slice(start, before, before + 1);
+    if (at > before + kRounding) {
+      two = Slice(start, before, after + 1);
+      two.frame_rate = 1.0;
+      two = Slice(Resample(two, 1.0 / (at - before)), 1, 2);
+    }
+    history.pose.push_back(two.pose[0]);
+    history.trans.col(k) = two.trans.col(0);
+    history.object->trans.col(k) = two.object->trans.col(0);
+    history.object->orient.col(k) = two.object->orient.col(0);
+    history.holding_hand.push_back(start.holding_hand.back());
+  }
+  return history;
+}
+
+std::vector<Synthesised> Synthesise(const imos::Network<float>& network,
+                                    const Eigen::Ref<const Eigen::MatrixXf>& action_table,
+                                    const SynthesisScene& scene, const FitOptions& fit,
+                                    int num_samples, std::uint64_t seed, std::uint64_t first_stream,
+                                    double sigma, int threads) {
+  const Clip history = HistoryOf(scene.start, scene.seconds_per_key_frame);
+  const imos::CanonicalFrame canonical = imos::CanonicalFrameOf(
+      ExpSO3(history.pose[0].col(0)), history.trans.col(0), scene.rest_joints.col(0));
+  const imos::ObjectRotation rotation = network.Options().object_rotation;
+  const auto column = [&](const Matrix3d& R, const Vector3d& T) {
+    return imos::ObjectColumn(canonical.RotationFromWorld(R), canonical.PointFromWorld(T),
+                              rotation);
+  };
+  imos::SynthesisStart start;
+  for (int k = 0; k < imos::kHistory; ++k) {
+    const wandr::Pose<double> pose = BodyPoseOf(history, k, canonical);
+    start.poses.col(k) = imos::PoseColumn(pose);
+    start.roots.col(k) = pose.translation;
+    start.objects.col(k) =
+        column(ExpSO3(history.object->orient.col(k)), history.object->trans.col(k));
+  }
+  start.condition = imos::ConditionOf(scene.start.betas, scene.intent, action_table);
+
+  std::vector<Synthesised> results(num_samples);
+  for (Synthesised& result : results) {
+    result.clip = history;
+    result.clip.trans.conservativeResize(3, scene.key_frames);
+    result.clip.object->trans.conservativeResize(3, scene.key_frames);
+    result.clip.object->orient.conservativeResize(3, scene.key_frames);
+  }
+  std::vector<std::unique_ptr<ObjectInHands>> objects(num_samples);
+  const std::vector<imos::SynthesisStart> starts(num_samples, start);
+  imos::SynthesisRequest request;
+  request.starts = starts;
+  request.num_frames = scene.key_frames;
+  request.seed = seed;
+  request.first_stream = first_stream;
+  request.sigma = sigma;
+  imos::RunSynthesis(
+      network, request,
+      [&](int sample, int frame, const wandr::Pose<double>& pose) {
+        std::unique_ptr<ObjectInHands>& object = objects[sample];
+        if (!object) {
+          object = std::make_unique<ObjectInHands>(scene, history, canonical, fit);
+        }
+        const ObjectPose now = object->Next(frame, pose, results[sample]);
+        if (frame + 1 == scene.key_frames) object.reset();
+        return column(now.orientation.toRotationMatrix(), now.translation);
+      },
+      threads);
+  return results;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#include "solver/synthesis/synthesis_motion.h"
+
+#include <vector>
+
+#include "generator/matching/body_frame.h"
+#include "generator/matching/foot_lock.h"
+#include "generator/matching/leg_placement.h"
+#include "generator/matching/sole_contact.h"
+#include "geometry/clip/resample.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kStep_m = 0.15;  // feet that stay this near to where they began take no step
+
+bool Stands(const Eigen::Matrix3Xd& rest_joints, const std::vector<BodyFrame>& frames) {
+  const FeetTarget first = FeetOf(Place(rest_joints, frames.front()));
+  for (const BodyFrame& frame : frames) {
+    const FeetTarget feet = FeetOf(Place(rest_joints, frame));
+    for (int side = 0; side < 2; ++side) {
+      if ((feet.ankle[side] - first.ankle[side]).norm() > kStep_m) return false;
+    }
+  }
+  return true;
+}
+
+// Both feet stay where the first frame has them; the pelvis sinks where legs would not reach.
+void PinFeet(const Eigen::Matrix3Xd& rest_joints, std::vector<BodyFrame>& frames) {
+  const std::vector<FeetTarget> feet(frames.size(), FeetOf(Place(rest_joints, frames.front())));
+  const std::vector<double> sink = PelvisSink(rest_joints, frames, feet);
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    frames[t].pelvis.z() -= sink[t];
+    PlaceLegs(rest_joints, feet[t], frames[t]);
+  }
+}
+
+}  // namespace
+
+Clip MotionOfKeyFrames(const Clip& keys, const BodyMeasures& measures, double frame_rate) {
+  Clip clip = ResampleSmoothly(keys, frame_rate);
+  const Eigen::Matrix3Xd& rest_joints = measures.rest_joints;
+  std::vector<BodyFrame> frames = BodyFrames(clip, rest_joints);
+  if (Stands(rest_joints, frames)) {
+    PinFeet(rest_joints, frames);
+  } else {
+    const SolePoints soles(rest_joints, measures.sole_y);
+    std::vector<Soles> points;
+    for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
+    LockFeet(rest_joints, soles, FindContacts(points, frame_rate), frames);
+  }
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    clip.trans.col(t) = frames[t].pelvis - rest_joints.col(0);
+    for (int j = 0; j < kNumBodyJoints; ++j) {
+      clip.pose[t].col(j) =
+          UnwrapAxisAngle(LogSO3(frames[t].local[j].toRotationMatrix()), clip.pose[t].col(j));
+    }
+  }
+  return clip;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: MIT
+#include "solver/take/take_table.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <unordered_set>
+#include <vector>
+
+namespace holdfast {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kColumnRadius = 0.025, kFootRadius = 0.15, kFootHeight = 0.02;
+constexpr int kSides = 32;
+constexpr double kClearance = 0.01;  // kept from a body where there is a choice
+
+double BoxDistance(const Vector3d& p, const Vector3d& half) {
+  const Vector3d q = p.cwiseAbs() - half;
+  return q.cwiseMax(0.0).norm() + std::min(0.0, q.maxCoeff());
+}
+
+// A cylinder about z between two heights.
+double CylinderDistance(const Vector3d& p, double radius, double low, double high) {
+  const Eigen::Vector2d q(p.head<2>().norm() - radius,
+                          std::abs(p.z() - 0.5 * (low + high)) - 0.5 * (high - low));
+  return q.cwiseMax(0.0).norm() + std::min(0.0, q.maxCoeff());
+}
+
+// A prism over a convex outline (2 x n, counter-clockwise).
+void AddPrism(const Eigen::Matrix2Xd& outline, double low, double high, TriangleMesh& mesh) {
+  const auto n = static_cast<int>(outline.cols());
+  const auto first = static_cast<int>(mesh.vertices.cols());
+  const auto face = mesh.faces.cols();
+  mesh.vertices.conservativeResize(Eigen::NoChange, first + 2 * n);
+  mesh.faces.conservativeResize(Eigen::NoChange, face + 4 * n - 4);
+  Eigen::Index at = face;
+  for (int i = 0; i < n; ++i) {
+    const int j = (i + 1) % n;
+    mesh.vertices.col(first + i) << outline.col(i), low;
+    mesh.vertices.col(first + n + i) << outline.col(i), high;
+    mesh.faces.col(at++) << first + i, first + j, first + n + j;
+    mesh.faces.col(at++) << first + i, first + n + j, first + n + i;
+    if (i + 2 >= n) continue;
+    mesh.faces.col(at++) << first, first + i + 2, first + i + 1;
+    mesh.faces.col(at++) << first + n, first + n + i + 1, first + n + i + 2;
+  }
+}
+
+Eigen::Matrix2Xd Circle(double radius) {
+  Eigen::Matrix2Xd outline(2, kSides);
+  for (int i = 0; i < kSides; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / kSides;
+    outline.col(i) << radius * std::cos(angle), radius * std::sin(angle);
+  }
+  return outline;
+}
+
+// Heights of column and foot below the upper face; none where the top lies on the ground.
+struct Below {
+  double column_top, foot_top, ground;
+  bool has_column, has_foot;
+};
+Below PartsBelow(const SideTable& table) {
+  const double ground = -table.height_m;
+  const double column_top = -std::min(table.thickness_m, table.height_m);
+  return {column_top, ground + kFootHeight, ground, column_top - (ground + kFootHeight) > 1e-6,
+          column_top - ground > kFootHeight};
+}
+
+}  // namespace
+
+TriangleMesh SideTable::Mesh() const {
+  TriangleMesh mesh;
+  const double half = 0.5 * width_m;
+  Eigen::Matrix2Xd square(2, 4);
+  square << half, -half, -half, half, half, half, -half, -half;
+  const Below below = PartsBelow(*this);
+  AddPrism(square, height_m > 1e-6 ? below.column_top : -1e-3, 0.0, mesh);
+  if (below.has_column) AddPrism(Circle(kColumnRadius), below.foot_top, below.column_top, mesh);
+  if (below.has_foot) AddPrism(Circle(kFootRadius), below.ground, below.foot_top, mesh);
+  return mesh;
+}
+
+double SideTable::Distance(const Vector3d& point_world) const {
+  const Vector3d p = world_from_table.inverse() * point_world;
+  const Below below = PartsBelow(*this);
+  const double thick = -below.column_top;
+  const Vector3d from_middle = p + Vector3d(0.0, 0.0, 0.5 * thick);
+  double distance = BoxDistance(from_middle, Vector3d(0.5 * width_m, 0.5 * width_m, 0.5 * thick));
+  if (below.has_column) {
+    distance =
+        std::min(distance, CylinderDistance(p, kColumnRadius, below.foot_top, below.column_top));
+  }
+  if (below.has_foot) {
+    distance = std::min(distance, CylinderDistance(p, kFootRadius, below.ground, below.foot_top));
+  }
+  return distance;
+}
+
+SideTable TableAt(const Vector3d& bottom_middle, double yaw_rad, double ahead_m, double aside_m) {
+  SideTable table;
+  table.height_m = bottom_middle.z();
+  table.world_from_table.linear() =
+      Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
+  // In the table's frame the person looks along +x and the object is at (ahead - width/2, aside).
+  table.world_from_table.translation() =
+      bottom_middle -
+      table.world_from_table.linear() * Vector3d(ahead_m - 0.5 * table.width_m, aside_m, 0.0);
+  return table;
+}
+
+TablePlacement PlaceTable(const Vector3d& bottom_middle, double yaw_rad, double margin_m,
+                          const Eigen::Matrix3Xd& body_points) {
+  const double width = SideTable().width_m;
+  // What can be met at all, once for each centimetre.
+  constexpr double kCell = 0.01;
+  std::unordered_set<std::int64_t> seen;
+  std::vector<Vector3d> points;
+  for (Eigen::Index i = 0; i < body_points.cols(); ++i) {
+    const Vector3d from = body_points.col(i) - bottom_middle;
+    if (from.z() > kClearance || from.head<2>().norm() > 1.5 * width) continue;
+    const Eigen::Array3i cell = (from / kCell).array().floor().cast<int>();
+    const std::int64_t key = (static_cast<std::int64_t>(cell.x() + 1024) << 40) +
+                             (static_cast<std::int64_t>(cell.y() + 1024) << 20) + cell.z() + 1024;
+    if (seen.insert(key).second) points.push_back(body_points.col(i));
+  }
+  const double margin = std::min(margin_m, 0.5 * width);
+  TablePlacement best;
+  double least = std::numeric_limits<double>::infinity();
+  constexpr double kStep = 0.03;
+  const int steps = static_cast<int>(std::floor((width - 2.0 * margin) / kStep + 1e-9));
+  for (int turn = 0; turn <= 12; ++turn) {
+    const int sign = turn % 2 == 0 ? 1 : -1;
+    const double turned = sign * ((turn + 1) / 2) * std::numbers::pi / 18.0;
+    for (int a = 0; a <= steps; ++a) {
+      for (int b = 0; b <= steps; ++b) {
+        const double aside = (b % 2 == 0 ? 1 : -1) * ((b + 1) / 2) * kStep;
+        const SideTable table = TableAt(bottom_middle, yaw_rad + turned, margin + a * kStep, aside);
+        // Metres: nearness to the plain place counts little.
+        const double plain = 1e-3 * (a + std::abs(aside) / kStep) +
+                             4e-3 * std::abs(turned) / (std::numbers::pi / 18.0);
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const Vector3d& p : points) {
+          nearest = std::min(nearest, table.Distance(p));
+          if (10.0 * (kClearance - nearest) + 0.1 * plain >= least) break;
+        }
+        const double cost = 10.0 * std::max(0.0, kClearance - nearest) + 0.1 * plain;
+        if (cost < least) {
+          least = cost;
+          best = {table, std::max(0.0, -nearest)};
+        }
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace holdfast

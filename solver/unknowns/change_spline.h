@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <ceres/cost_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include <Eigen/Core>
+
+#include "solver/unknowns/reach_chain.h"
+
+namespace holdfast {
+
+/// Control points stay small and change little from one to the next:
+///
+///   r = [c_1 / sigma;  (c_0 - 2 c_1 + c_2) / (bend sigma)],   56 residuals
+///
+/// Parameter blocks: c_0, c_1, c_2 (28 each). `sigma`: per degree of freedom, metres or radians.
+class ReachSplinePrior final : public ceres::CostFunction {
+ public:
+  ReachSplinePrior(const ReachChange& sigma, double bend);
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  ReachChange sigma_;
+  double bend_;
+};
+
+/// How a motion is changed over time: a cubic B-spline of changes (ReachDofs, 28) with a control
+/// point every `knot_frames` frames, zero to begin with.
+class ChangeSpline {
+ public:
+  ChangeSpline(int num_frames, int knot_frames);
+
+  /// The change of frame t, counted from the spline's first.
+  ReachChange At(int t) const;
+
+  /// The control points become parameter blocks of `problem`. Call it first.
+  void AddTo(ceres::Problem& problem);
+  /// A block of frame t's four control points, made by make(basis): a FrameBlock.
+  template <typename Make>
+  void AddFrame(ceres::Problem& problem, int t, const Make& make) {
+    const auto [knot, basis] = Place(t);
+    problem.AddResidualBlock(make(basis), nullptr, knots_[knot].data(), knots_[knot + 1].data(),
+                             knots_[knot + 2].data(), knots_[knot + 3].data());
+  }
+  /// ReachSplinePrior of every control point but the outermost.
+  void AddPrior(ceres::Problem& problem, const ReachChange& sigma, double bend);
+  /// The change vanishes at both ends, with its first two derivatives.
+  void HoldEnds(ceres::Problem& problem);
+
+ private:
+  // The first of the four control points around frame t, and what each counts.
+  std::pair<std::size_t, Eigen::Vector4d> Place(int t) const;
+
+  int knot_frames_;
+  std::vector<ReachChange> knots_;
+};
+
+/// Solves quietly, on one thread, by sparse normal equations: neighbouring frames share blocks.
+ceres::Solver::Summary SolveFrames(ceres::Problem& problem, int max_iterations,
+                                   double function_tolerance);
+
+}  // namespace holdfast

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+#include "solver/unknowns/reach_chain.h"
+
+#include <cmath>
+
+#include "generator/body/limb_ik.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr int kHeadJoint = 15;
+
+// Joint and first column of every turn; the arm's joints are those of the side.
+struct Layout {
+  int joint, column;
+};
+std::array<Layout, 9> LayoutOf(const ReachChain& chain) {
+  return {{{0, ReachDofs::kPelvisTurn},
+           {3, ReachDofs::kSpine},
+           {6, ReachDofs::kSpine + 3},
+           {9, ReachDofs::kSpine + 6},
+           {chain.CollarJoint(), ReachDofs::kCollar},
+           {chain.ShoulderJoint(), ReachDofs::kShoulder},
+           {chain.ElbowJoint(), ReachDofs::kElbow},
+           {12, ReachDofs::kNeck},
+           {kHeadJoint, ReachDofs::kHead}}};
+}
+
+Vector3d TurnOf(const ReachChain& chain, const Layout& turn, const ReachChange& change) {
+  return turn.column == ReachDofs::kElbow ? Vector3d(change(ReachDofs::kElbow) * chain.ElbowHinge())
+                                          : Vector3d(change.segment<3>(turn.column));
+}
+
+}  // namespace
+
+ReachChain::ReachChain(const Eigen::Matrix3Xd& rest_joints, Side wrist)
+    : rest_joints_(rest_joints),
+      wrist_(wrist),
+      collar_(wrist == Side::kRight ? 14 : 13),
+      hinge_(Arm(wrist).hinge) {}
+
+BodyFrame ReachChain::Changed(const BodyFrame& frame, const ReachChange& change) const {
+  BodyFrame changed = frame;
+  changed.pelvis += change.segment<3>(ReachDofs::kPelvisMove);
+  for (const Layout& turn : LayoutOf(*this)) {
+    changed.local[turn.joint] =
+        (frame.local[turn.joint] * Quaterniond(ExpSO3(TurnOf(*this, turn, change)))).normalized();
+  }
+  return changed;
+}
+
+double ReachChain::ElbowFlexion(const BodyFrame& frame) const {
+  const Quaterniond& q = frame.local[ElbowJoint()];
+  return std::remainder(2.0 * std::atan2(q.vec().dot(hinge_), q.w()), 2.0 * M_PI);
+}
+
+void ReachState::Evaluate(const ReachChain& chain, const BodyFrame& captured,
+                          const ReachChange& change) {
+  placed_ = Place(chain.RestJoints(), chain.Changed(captured, change));
+  const std::array<Layout, 9> layout = LayoutOf(chain);
+  for (std::size_t k = 0; k < layout.size(); ++k) {
+    Turn& turn = turns_[k];
+    turn.joint = layout[k].joint;
+    turn.column = layout[k].column;
+    turn.size = turn.column == ReachDofs::kElbow ? 1 : 3;
+    // exp(x + dx) = exp(x) exp(Jr(x) dx), and Jr(x) = Jl(-x).
+    const Vector3d x = TurnOf(chain, layout[k], change);
+    turn.J_omega_change = placed_.rotation[turn.joint] * LeftJacobianSO3(-x);
+    if (turn.size == 1) turn.J_omega_change.col(0) = turn.J_omega_change * chain.ElbowHinge();
+  }
+}
+
+bool ReachState::Moves(int joint, int ancestor) {
+  for (int j = joint; j >= 0; j = kJointParents[j]) {
+    if (j == ancestor) return true;
+  }
+  return false;
+}
+
+J_point_change ReachState::PointJacobian(int joint) const {
+  J_point_change J = J_point_change::Zero();
+  J.middleCols<3>(ReachDofs::kPelvisMove).setIdentity();
+  const Vector3d point = placed_.joints.col(joint);
+  for (const Turn& turn : turns_) {
+    if (joint == turn.joint || !Moves(joint, turn.joint)) continue;
+    const Eigen::Matrix3d arm = -Skew<double>(point - placed_.joints.col(turn.joint));
+    J.middleCols(turn.column, turn.size) = arm * turn.J_omega_change.leftCols(turn.size);
+  }
+  return J;
+}
+
+J_point_change ReachState::DirectionJacobian(int joint, const Vector3d& world) const {
+  J_point_change J = J_point_change::Zero();
+  const Eigen::Matrix3d swing = -Skew<double>(world);
+  for (const Turn& turn : turns_) {
+    if (!Moves(joint, turn.joint)) continue;
+    J.middleCols(turn.column, turn.size) = swing * turn.J_omega_change.leftCols(turn.size);
+  }
+  return J;
+}
+
+J_point_change ReachState::HeadDirectionJacobian(const Vector3d& world) const {
+  return DirectionJacobian(kHeadJoint, world);
+}
+
+}  // namespace holdfast

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: MIT
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <limits>
+
+#include "geometry/error.h"
+#include "geometry/import/frame_files.h"
+#include "geometry/import/rotation_arrays.h"
+#include "geometry/io/container/npz.h"
+#include "geometry/io/pickle/data_file.h"
+#include "tests/support/imported.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::string Fault(const std::filesystem::path& path) {
+  try {
+    Import(path);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// Parameters of `frames` frames, one array of which is another.
+std::filesystem::path WriteParameters(const TemporaryFolder& folder, const std::string& name,
+                                      std::size_t frames,
+                                      const std::function<void(NpzWriter&)>& change) {
+  NpzWriter writer;
+  const auto add = [&](const char* key, std::size_t n) {
+    writer.AddFloat64(key, {frames, n}, std::vector<double>(frames * n, 0.1));
+  };
+  add("global_orient", 3);
+  add("body_pose", 63);
+  add("transl", 3);
+  add("left_hand_pose", 45);
+  add("right_hand_pose", 45);
+  change(writer);
+  writer.Write(folder / name);
+  return folder / name;
+}
+
+TEST(ImportFile, TellsFormatsByContentNotByName) {
+  const TemporaryFolder folder;
+  const std::pair<const char*, const char*> files[] = {
+      {"parameters/grab/grab/s1/mug_drink_1.npz", "GRAB sequence"},
+      {"torch/s10_mug_drink_1.npz", "IMoS result"},
+      {"parameters/amass_poses_only.npz", "AMASS, SMPL-X"},
+      {"parameters/amass_smplh_poses.npz", "AMASS, SMPL-H"},
+      {"parameters/motion_x.npy", "Motion-X"},
+      {"parameters/smplx.json", "SMPL-X parameters"},
+      {"parameters/pixie_param.pkl", "SMPL-X parameters"},
+  };
+  int i = 0;
+  for (const auto& [fixture, format] : files) {
+    const std::filesystem::path renamed = folder / ("download(" + std::to_string(i++) + ").bin");
+    std::filesystem::copy(Fixture(fixture), renamed);
+    EXPECT_EQ(Import(renamed).format, format) << fixture;
+  }
+}
+
+TEST(ImportFile, AClipComesBackAsItIs) {
+  const TemporaryFolder folder;
+  const Clip grab = Import(Fixture("parameters/grab/grab/s1/mug_drink_1.npz")).clip;
+  WriteClip(grab, folder / "clip.npz");
+  const ImportedFile again = Import(folder / "clip.npz");
+  EXPECT_EQ(again.format, "clip");
+  EXPECT_EQ(Joints(again.clip, 0, kNumJoints), Joints(grab, 0, kNumJoints));
+  EXPECT_EQ(again.clip.object->orient, grab.object->orient);
+}
+
+TEST(ImportFile, SaysWhatAFileIsThatHoldsNoMotion) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(Fault(folder / "none.npz"), HasSubstr("does not exist"));
+  EXPECT_THAT(Fault(Fixture("parameters/SMPLX_TEST.npz")), HasSubstr("hands_componentsl"));
+  EXPECT_THAT(Fault(Fixture("torch/network.pt")), HasSubstr("no motion that is known"));
+  NpzWriter model;
+  model.AddFloat64("v_template", {2, 3}, std::vector<double>(6));
+  model.AddFloat64("weights", {2, 55}, std::vector<double>(110));
+  model.Write(folder / "model.npz");
+  EXPECT_THAT(Fault(folder / "model.npz"), HasSubstr("--body"));
+  std::filesystem::create_directory(folder / "empty");
+  EXPECT_THAT(Fault(folder / "empty"), HasSubstr("without files of parameters"));
+  std::ofstream(folder / "text.txt") << "once upon a time\n";
+  EXPECT_NE(Fault(folder / "text.txt"), "");
+}
+
+TEST(ImportFile, NamesTheFieldAndTheFrameOfWhatIsWrong) {
+  const TemporaryFolder folder;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto fault = [&](const std::function<void(NpzWriter&)>& change) {
+    return Fault(WriteParameters(folder, "p.npz", 5, change));
+  };
+  EXPECT_EQ(fault([](NpzWriter&) {}), "");
+  std::vector<double> body(5 * 63, 0.1);
+  body[3 * 63 + 7] = nan;
+  const std::string not_finite = fault([&](NpzWriter& w) {
+    w.AddFloat64("body_pose", {5, 63}, body);
+  });
+  EXPECT_THAT(not_finite, HasSubstr("body_pose"));
+  EXPECT_THAT(not_finite, HasSubstr("frame 3"));
+  EXPECT_THAT(fault([](NpzWriter& w) {
+                w.AddFloat64("transl", {4, 3}, std::vector<double>(12));
+              }),
+              HasSubstr("4 frames"));
+  EXPECT_THAT(fault([](NpzWriter& w) {
+                w.AddFloat64("right_hand_pose", {3, 45}, std::vector<double>(135));
+              }),
+              HasSubstr("right_hand_pose"));
+  EXPECT_THAT(fault([](NpzWriter& w) {
+                w.AddFloat64("body_pose", {5, 84}, std::vector<double>(5 * 84));
+              }),
+              HasSubstr("quaternions"));
+  EXPECT_THAT(fault([](NpzWriter& w) {
+                w.AddFloat64("body_pose", {5, 126}, std::vector<double>(5 * 126));
+              }),
+              HasSubstr("6D"));
+  EXPECT_THAT(fault([](NpzWriter& w) {
+                w.AddFloat64("body_pose", {0, 63}, {});
+              }),
+              HasSubstr("body_pose"));
+  EXPECT_THAT(fault([](NpzWriter& w) { w.AddFloat64("fps", {}, {0}); }), HasSubstr("fps"));
+}
+
+TEST(ImportFile, WhatDoesNotMoveMayBeThereOnce) {
+  const TemporaryFolder folder;
+  const Clip clip = Import(WriteParameters(folder, "p.npz", 5, [](NpzWriter& w) {
+                      w.AddFloat64("jaw_pose", {1, 3}, {0.2, 0, 0});
+                    })).clip;
+  for (int t = 0; t < 5; ++t) EXPECT_EQ(clip.pose[t](0, 22), 0.2);
+}
+
+TEST(ImportFile, AShortBodyClaimsNoMemoryForALongRoot) {
+  const TemporaryFolder folder;
+  NpzWriter writer;
+  writer.AddFloat32("global_orient", {1'500'000, 3}, std::vector<float>(4'500'000));
+  writer.AddFloat32("body_pose", {1, 63}, std::vector<float>(63));
+  writer.Write(folder / "long.npz");
+  EXPECT_THAT(Fault(folder / "long.npz"), HasSubstr("too few numbers for the 1500000 frames"));
+}
+
+TEST(ImportFile, ThreeFramesOfOneJointAreNotAMatrix) {
+  const TemporaryFolder folder;
+  NpzWriter writer;
+  const Eigen::Matrix3d R = ExpSO3({0.4, -1, 0.3});
+  std::vector<double> rows;
+  for (int i = 0; i < 9; ++i) rows.push_back(R(i / 3, i % 3));
+  writer.AddFloat64("angles", {3, 3}, {1, 0, 0, 1, 0.1, 0, 1, 0.2, 0});
+  writer.AddFloat64("angles3", {3, 1, 3}, {1, 0, 0, 1, 0.1, 0, 1, 0.2, 0});
+  writer.AddFloat64("matrix", {3, 3}, rows);
+  writer.AddFloat64("matrix4", {1, 1, 3, 3}, rows);
+  writer.AddFloat64("flat", {1, 9}, rows);
+  writer.Write(folder / "a.npz");
+  const DataFile file(folder / "a.npz");
+  RotationDefects defects;
+  for (const char* name : {"angles", "angles3"}) {
+    EXPECT_EQ(ReadRotations(file[name], 1, defects).cols(), 3) << name;
+  }
+  EXPECT_EQ(defects.matrices, 0);
+  for (const char* name : {"matrix", "matrix4", "flat"}) {
+    const Eigen::MatrixXd w = ReadRotations(file[name], 1, defects);
+    ASSERT_EQ(w.cols(), 1) << name;
+    EXPECT_LT((ExpSO3(w.col(0)) - R).cwiseAbs().maxCoeff(), 1e-12) << name;
+  }
+  EXPECT_EQ(defects.matrices, 3);
+}
+
+TEST(ImportFile, ReadsWhatThisMachinesNumpyWrites) {
+  const std::string python = "/usr/bin/python3 -c 'import numpy, scipy' 2>/dev/null";
+  if (std::system(python.c_str()) != 0) GTEST_SKIP() << "/usr/bin/python3 has no numpy or no scipy";
+  const TemporaryFolder folder;
+  const std::string script = Fixture("make_parameters.py").string();
+  const std::string command = "/usr/bin/python3 '" + script + "' '" + folder.Path().string() + "'";
+  ASSERT_EQ(std::system(command.c_str()), 0) << command;
+  for (const char* name : {"grab/grab/s1/mug_drink_1.npz", "amass_smplx_stageii.npz",
+                           "list_of_frames.pkl", "pixie_param.pkl", "rotation_matrices.npz"}) {
+    const Clip made = Import(folder / name).clip;
+    const Clip kept = Import(Fixture(std::string("parameters/") + name)).clip;
+    ASSERT_EQ(made.NumFrames(), kept.NumFrames()) << name;
+    EXPECT_LT(LargestTurn(Joints(made, 0, kNumJoints), Joints(kept, 0, kNumJoints)), 1e-5) << name;
+    EXPECT_LT((made.trans - kept.trans).cwiseAbs().maxCoeff(), 1e-6) << name;
+  }
+}
+
+TEST(FrameFiles, AreInTheOrderPeopleNumberThem) {
+  std::vector<std::string> names = {"frame_10", "frame_9", "frame_09b",
+                                    "frame_1",  "a",       "frame_100"};
+  std::ranges::sort(names, NaturalLess);
+  EXPECT_THAT(names, ::testing::ElementsAre("a", "frame_1", "frame_9", "frame_09b", "frame_10",
+                                            "frame_100"));
+  EXPECT_FALSE(NaturalLess("7", "7"));
+  EXPECT_NE(NaturalLess("07", "7"), NaturalLess("7", "07"));
+}
+
+TEST(FrameFiles, OtherFilesInTheFolderAreNoFrames) {
+  const TemporaryFolder folder;
+  for (const char* name :
+       {"0001.pkl", "0002.pkl", "0004.pkl", "readme.txt", "meta.json", ".x.pkl"}) {
+    std::ofstream(folder / name) << "x";
+  }
+  const FrameFiles found = FindFrameFiles(folder.Path(), 0);
+  EXPECT_EQ(found.files.size(), 3U);
+  EXPECT_EQ(found.missing, 1);
+  EXPECT_EQ(found.people, 1);
+}
+
+}  // namespace
+}  // namespace holdfast::testing

@@ -1,0 +1,520 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/gltf/gltf_reader.h"
+
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/gltf/gltf_skeleton.h"
+#include "geometry/rotation.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::TemporaryFolder;
+
+const std::filesystem::path kFixtures =
+    std::filesystem::path(HOLDFAST_SOURCE_DIR) / "tests/fixtures/gltf";
+
+int Joint(const SourceMotion& motion, const std::string& name) {
+  for (int j = 0; j < motion.NumJoints(); ++j) {
+    const std::string& own = motion.joint_names[static_cast<std::size_t>(j)];
+    if (own == name || own == "mixamorig:" + name) return j;
+  }
+  throw std::runtime_error("no joint " + name);
+}
+
+// What three.js shows of a file at some times, by node name.
+struct Shown {
+  double time;
+  std::map<std::string, Eigen::Matrix4d> nodes;
+};
+
+std::vector<Shown> ShownBy3js(const std::string& file) {
+  const json all = json::parse(ReadFile(kFixtures / "expected.json"));
+  std::vector<Shown> result;
+  for (const json& entry : all[file]) {
+    Shown shown{entry["time"], {}};
+    for (const auto& [name, values] : entry["nodes"].items()) {
+      Eigen::Matrix4d matrix;
+      for (int k = 0; k < 16; ++k) matrix(k % 4, k / 4) = values[static_cast<std::size_t>(k)];
+      shown.nodes[name] = matrix;
+    }
+    result.push_back(std::move(shown));
+  }
+  return result;
+}
+
+// Every joint stands where three.js puts it, and turns as it does there from frame to frame.
+void ExpectAsShown(const std::string& file, double frame_rate, const std::string& animation,
+                   const Eigen::Vector3d& mirror = Eigen::Vector3d::Ones()) {
+  GltfMotionOptions options;
+  options.frame_rate = frame_rate;
+  options.animation = animation;
+  const SourceMotion motion = ReadGltfMotion(kFixtures / file, options);
+  const std::vector<Shown> shown = ShownBy3js(file);
+  ASSERT_GE(shown.size(), 2u);
+  const auto rotation = [&](const Shown& at, const std::string& name) {
+    return RotationWithin(mirror.asDiagonal() * at.nodes.at(name).topLeftCorner<3, 3>());
+  };
+  for (const Shown& at : shown) {
+    const auto t = static_cast<int>(std::lround(at.time * frame_rate));
+    ASSERT_NEAR(t, at.time * frame_rate, 1e-6) << "times of the file must be frames of the test";
+    ASSERT_LT(t, motion.NumFrames());
+    int compared = 0;
+    for (const auto& [name, matrix] : at.nodes) {
+      if (name == "cup") continue;
+      const int j = Joint(motion, name);
+      const Eigen::Vector3d place = mirror.asDiagonal() * matrix.topRightCorner<3, 1>();
+      EXPECT_LT((motion.positions[static_cast<std::size_t>(t)].col(j) - place).norm(), 1e-4)
+          << name << " at " << at.time;
+      const Eigen::Matrix3d moved = motion.Rotation(t, j).toRotationMatrix() *
+                                    motion.Rotation(0, j).toRotationMatrix().transpose();
+      EXPECT_LT(AngleBetween(moved, rotation(at, name) * rotation(shown[0], name).transpose()),
+                3e-3)
+          << name << " at " << at.time;
+      ++compared;
+    }
+    EXPECT_EQ(compared, motion.NumJoints());
+    if (const auto cup = at.nodes.find("cup"); cup != at.nodes.end()) {
+      ASSERT_TRUE(motion.prop);
+      EXPECT_LT((motion.prop->positions.col(t) - cup->second.topRightCorner<3, 1>()).norm(), 3e-5);
+      EXPECT_LT(AngleBetween(motion.prop->rotations[static_cast<std::size_t>(t)].toRotationMatrix(),
+                             rotation(at, "cup")),
+                1e-3);
+    }
+  }
+}
+
+TEST(GltfReader, CubicSplinesShortsAndStepsAreWhatThreeJsShows) {
+  ExpectAsShown("mixamo.glb", 30, "dance");
+}
+
+TEST(GltfReader, MatricesSparseValuesAndBase64AreWhatThreeJsShows) {
+  ExpectAsShown("matrices.gltf", 20, "walk");
+}
+
+TEST(GltfReader, AMirroredSceneIsTakenOutOfItsMirror) {
+  ExpectAsShown("mirrored.gltf", 120, "walk", {-1, 1, 1});
+  const SourceMotion motion = ReadGltfMotion(kFixtures / "mirrored.gltf");
+  EXPECT_THAT(motion.notes, Contains(HasSubstr("mirrors its character")));
+  EXPECT_EQ(motion.frame_rate, 24);
+  EXPECT_EQ(motion.NumFrames(), 6);
+  // The character's left is where a character that faces +z has it.
+  EXPECT_GT(motion.rest_offsets(0, Joint(motion, "LeftUpLeg")), 0.05);
+  EXPECT_GT(motion.positions[0](0, Joint(motion, "LeftUpLeg")), 0.05);
+}
+
+// Centimetres, z up, below a node that makes metres, y up of it.
+TEST(GltfReader, RestsAsSkinnedUprightInMetres) {
+  const SourceMotion motion = ReadGltfMotion(kFixtures / "mixamo.glb");
+  EXPECT_EQ(motion.format, "glTF");
+  EXPECT_EQ(motion.NumJoints(), 37);
+  EXPECT_EQ(motion.parents[0], -1);
+  EXPECT_EQ(motion.joint_names[0], "mixamorig:Hips");
+  const auto rest = [&](const std::string& name) -> Eigen::Vector3d {
+    return motion.rest_offsets.col(Joint(motion, name));
+  };
+  EXPECT_LT((rest("LeftForeArm") - Eigen::Vector3d(0.27, 0, -0.01)).norm(), 1e-5);
+  EXPECT_LT((rest("RightLeg") - Eigen::Vector3d(-0.01, -0.4, 0.01)).norm(), 1e-5);
+  EXPECT_LT((rest("Head") - Eigen::Vector3d(0, 0.09, 0.02)).norm(), 1e-5);
+}
+
+TEST(GltfReader, TakesTheLongestAnimationAndTellsSo) {
+  const SourceMotion motion = ReadGltfMotion(kFixtures / "mixamo.glb");
+  EXPECT_EQ(motion.frame_rate, 15);
+  EXPECT_EQ(motion.NumFrames(), 13);
+  EXPECT_THAT(motion.notes, Contains(AllOf(HasSubstr("2 animations"), HasSubstr("'short'"),
+                                           HasSubstr("'dance' is taken"))));
+  GltfMotionOptions options;
+  options.animation = "short";
+  const SourceMotion other = ReadGltfMotion(kFixtures / "mixamo.glb", options);
+  EXPECT_EQ(other.frame_rate, 30);
+  EXPECT_EQ(other.NumFrames(), 4);
+  EXPECT_THAT(other.notes, IsEmpty());
+  EXPECT_FALSE(other.prop);  // the cup stands still there
+}
+
+TEST(GltfReader, TheThingBesideTheBodyComesWithItsMesh) {
+  const SourceMotion motion = ReadGltfMotion(kFixtures / "mixamo.glb");
+  ASSERT_TRUE(motion.prop);
+  EXPECT_EQ(motion.prop->name, "cup");
+  ASSERT_EQ(motion.prop->mesh.NumVertices(), 4);
+  ASSERT_EQ(motion.prop->mesh.faces.cols(), 4);
+  // Its node scales by a half.
+  EXPECT_LT(
+      (motion.prop->mesh.vertices.rowwise().maxCoeff() - Eigen::Vector3d(0.05, 0.1, 0.15)).norm(),
+      1e-6);
+  EXPECT_NEAR(motion.prop->mesh.vertices.minCoeff(), 0, 1e-12);
+}
+
+TEST(GltfReader, IrregularKeysAreSampledAtACommonRate) {
+  const SourceMotion motion = ReadGltfMotion(kFixtures / "matrices.gltf");
+  EXPECT_EQ(motion.frame_rate, 100);  // 0.1, 0.25, 0.47, 0.61, 0.71 s
+  EXPECT_EQ(motion.NumFrames(), 72);
+}
+
+TEST(GltfReader, AsksWhichOfTwoCharacters) {
+  try {
+    ReadGltfMotion(kFixtures / "two.glb");
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("two.glb"), HasSubstr("'left', 'right'"),
+                                    HasSubstr("--character")));
+  }
+  GltfMotionOptions options;
+  for (const auto& [name, x] : {std::pair{"left", 1.0}, std::pair{"right", -1.0}}) {
+    options.character = name;
+    const SourceMotion motion = ReadGltfMotion(kFixtures / "two.glb", options);
+    EXPECT_EQ(motion.NumJoints(), 37);
+    EXPECT_NEAR(motion.positions[0](0, 0), x, 1e-6);
+  }
+  options.character = "middle";
+  EXPECT_THROW(ReadGltfMotion(kFixtures / "two.glb", options), Error);
+}
+
+TEST(GltfReader, KnowsItsFilesByContent) {
+  EXPECT_TRUE(LooksLikeGltf(ReadFile(kFixtures / "mixamo.glb").substr(0, 100)));
+  EXPECT_TRUE(LooksLikeGltf(ReadFile(kFixtures / "matrices.gltf").substr(0, 4096)));
+  EXPECT_TRUE(LooksLikeGltf("\n {\"accessors\": ["));
+  EXPECT_FALSE(LooksLikeGltf("{\"LeftArm\": \"left_shoulder\"}"));
+  EXPECT_FALSE(LooksLikeGltf("HIERARCHY"));
+  EXPECT_FALSE(LooksLikeGltf(""));
+}
+
+// A small sound file, to be damaged: three joints in a row, turning about z, one key a second.
+class HostileGltf : public ::testing::Test {
+ protected:
+  HostileGltf() {
+    const auto add = [&](const std::vector<float>& values, int rows, const char* type) {
+      const std::size_t offset = bytes_.size();
+      bytes_.resize(offset + 4 * values.size());
+      std::memcpy(bytes_.data() + offset, values.data(), 4 * values.size());
+      asset_["bufferViews"].push_back(
+          {{"buffer", 0}, {"byteOffset", offset}, {"byteLength", 4 * values.size()}});
+      asset_["accessors"].push_back({{"bufferView", asset_["bufferViews"].size() - 1},
+                                     {"componentType", 5126},
+                                     {"count", values.size() / static_cast<std::size_t>(rows)},
+                                     {"type", type}});
+    };
+    asset_["asset"] = {{"version", "2.0"}};
+    add({0, 1, 2}, 1, "SCALAR");
+    add({0, 0, 0, 1, 0, 0, 0.6f, 0.8f, 0, 0, 1, 0}, 4, "VEC4");
+    add({0, 0, 0, 1, 2, 3, 4, 5, 6}, 3, "VEC3");
+    asset_["nodes"] = {{{"name", "a"}, {"children", {1}}},
+                       {{"name", "b"}, {"children", {2}}, {"translation", {0, 1, 0}}},
+                       {{"name", "c"}, {"translation", {0, 1, 0}}}};
+    asset_["skins"] = {{{"joints", {0, 1, 2}}}};
+    asset_["animations"] = {
+        {{"name", "turn"},
+         {"samplers", {{{"input", 0}, {"output", 1}}, {{"input", 0}, {"output", 2}}}},
+         {"channels",
+          {{{"sampler", 0}, {"target", {{"node", 1}, {"path", "rotation"}}}},
+           {{"sampler", 1}, {"target", {{"node", 0}, {"path", "translation"}}}}}}}};
+  }
+
+  float& Float(std::size_t i) { return reinterpret_cast<float*>(bytes_.data())[i]; }
+
+  std::string Glb() {
+    asset_["buffers"] = {{{"byteLength", bytes_.size()}}};
+    std::string text = asset_.dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    const auto word = [](std::size_t value) {
+      const auto small = static_cast<std::uint32_t>(value);
+      return std::string(reinterpret_cast<const char*>(&small), 4);
+    };
+    return "glTF" + word(2) + word(28 + text.size() + bytes_.size()) + word(text.size()) + "JSON" +
+           text + word(bytes_.size()) + std::string("BIN\0", 4) + bytes_;
+  }
+
+  SourceMotion Read(const GltfMotionOptions& options = {}) {
+    return ParseGltfMotion(Glb(), "bad.glb", folder_.Path(), options);
+  }
+
+  // Fails soon, with an Error that names the file and says this.
+  void ExpectFault(const std::string& part) { ExpectFaultOf(Glb(), part); }
+  void ExpectFaultOf(const std::string& bytes, const std::string& part) {
+    const auto start = std::chrono::steady_clock::now();
+    try {
+      ParseGltfMotion(bytes, "bad.glb", folder_.Path(), {});
+      ADD_FAILURE() << "no fault found where one says: " << part;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), AllOf(HasSubstr("bad.glb"), HasSubstr(part)));
+    }
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2));
+  }
+
+  TemporaryFolder folder_;
+  json asset_;
+  std::string bytes_;
+};
+
+TEST_F(HostileGltf, IsSoundBeforeItIsDamaged) {
+  const SourceMotion motion = Read();
+  ASSERT_EQ(motion.NumFrames(), 3);
+  EXPECT_EQ(motion.frame_rate, 1);
+  EXPECT_LT((motion.positions[2].col(2) - Eigen::Vector3d(4, 5, 6)).norm(), 1e-6);  // half a turn
+  EXPECT_LT((motion.positions[0].col(2) - Eigen::Vector3d(0, 2, 0)).norm(), 1e-6);
+}
+
+TEST_F(HostileGltf, NodesInACircle) {
+  asset_["nodes"][2]["children"] = {0};
+  ExpectFault("ancestors");
+}
+
+TEST_F(HostileGltf, NodesOfTwoParents) {
+  asset_["nodes"][0]["children"] = {1, 2};
+  ExpectFault("has already");
+}
+
+TEST_F(HostileGltf, NodesThatAreNotThere) {
+  asset_["nodes"][2]["children"] = {77};
+  ExpectFault("[nodes][2][children]");
+}
+
+TEST_F(HostileGltf, IndicesOutOfRange) {
+  const json sound = asset_;
+  const std::vector<std::pair<std::string, json>> faults = {
+      {"/skins/0/joints/1", 9},
+      {"/skins/0/joints/1", -1},
+      {"/skins/0/joints/1", "b"},
+      {"/skins/0/joints/1", 1.5},
+      {"/skins/0/inverseBindMatrices", 12},
+      {"/nodes/0/mesh", 0},
+      {"/nodes/0/skin", 1},
+      {"/accessors/0/bufferView", 3},
+      {"/accessors/0/componentType", 1},
+      {"/accessors/0/componentType", 5124},
+      {"/accessors/0/type", "VEC9"},
+      {"/bufferViews/0/buffer", 1},
+      {"/bufferViews/0/byteLength", -4},
+      {"/bufferViews/0/byteOffset", 18446744073709551615ull},
+      {"/animations/0/samplers/0/input", 5},
+      {"/animations/0/samplers/0/output", 4294967296},
+      {"/animations/0/channels/0/sampler", 2},
+      {"/animations/0/channels/0/target/node", 1000000},
+      {"/nodes/0/translation", {1, 2}},
+      {"/nodes/0/rotation", {0, 0, 0, 0}},
+      {"/nodes/0/matrix", {1}},
+      {"/nodes", 3},
+      {"/animations", "none"},
+      {"/asset", nullptr},
+      {"/asset/version", "1.0"}};
+  for (const auto& [place, value] : faults) {
+    asset_ = sound;
+    asset_[json::json_pointer(place)] = value;
+    SCOPED_TRACE(place + " = " + value.dump());
+    ExpectFault("");
+  }
+}
+
+TEST_F(HostileGltf, AccessorsPastTheirBuffer) {
+  const json sound = asset_;
+  for (const json& count : {json(4), json(2147483648), json(4611686018427387904)}) {
+    asset_ = sound;
+    asset_["accessors"][0]["count"] = count;
+    ExpectFault("[accessors]");
+  }
+  asset_ = sound;
+  asset_["accessors"][1]["byteOffset"] = 4;
+  ExpectFault("does not hold");
+  asset_ = sound;
+  asset_["bufferViews"][1]["byteStride"] = 20;
+  ExpectFault("does not hold");
+  asset_ = sound;
+  asset_["bufferViews"][2]["byteLength"] = 1000;
+  ExpectFault("does not hold");
+  // Zeros that take no room in the file.
+  asset_ = sound;
+  asset_["accessors"][0].erase("bufferView");
+  asset_["accessors"][0]["count"] = 2147483648;
+  ExpectFault("holds none");
+}
+
+TEST_F(HostileGltf, SparseIndicesOutOfRange) {
+  asset_["accessors"][2]["sparse"] = {{"count", 2},
+                                      {"indices", {{"bufferView", 0}, {"componentType", 5125}}},
+                                      {"values", {{"bufferView", 2}}}};
+  ExpectFault("sparse indices");  // 1.0f and 2.0f are no small integers
+}
+
+TEST_F(HostileGltf, KeysThatAreNoNumbersOrOutOfOrder) {
+  const std::string sound = bytes_;
+  const auto with = [&](std::size_t at, float value, const std::string& part) {
+    bytes_ = sound;
+    Float(at) = value;
+    ExpectFault(part);
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  with(0, nan, "holds nan as the time of key 0");
+  with(1, std::numeric_limits<float>::infinity(), "inf");
+  with(1, -3, "goes from 0 s back to -3 s");
+  with(3 + 5, nan, "holds nan in element 1");
+}
+
+TEST_F(HostileGltf, QuaternionsOfLengthZero) {
+  for (std::size_t k = 7; k < 11; ++k) Float(k) = 0;
+  ExpectFault("without direction in element 1");
+}
+
+TEST_F(HostileGltf, KeyCountsThatDisagree) {
+  asset_["animations"][0]["samplers"][0]["interpolation"] = "CUBICSPLINE";
+  ExpectFault("3 values for 3 keys");
+  asset_["animations"][0]["samplers"][0]["interpolation"] = "BEZIER";
+  ExpectFault("none of LINEAR");
+}
+
+TEST_F(HostileGltf, FilesCutShortAnywhere) {
+  const std::string whole = Glb();
+  for (std::size_t size = 4; size < whole.size(); size += 7) {
+    ExpectFaultOf(whole.substr(0, size), "");
+  }
+  std::string longer = whole;
+  longer[12] = static_cast<char>(0xFF);  // the JSON chunk's length
+  longer[15] = static_cast<char>(0x7F);
+  ExpectFaultOf(longer, "chunk");
+  ExpectFaultOf("{", "");
+  ExpectFaultOf("", "");
+  ExpectFaultOf(std::string(100000, '['), "deeper");
+  ExpectFaultOf("{\"asset\":{\"version\":\"2.0\",\"extras\":" + std::string(200000, '[') +
+                    std::string(200000, ']') + "}}",
+                "deeper");
+}
+
+TEST_F(HostileGltf, AMinuteOfFramesForeverFromTwoKeys) {
+  Float(2) = 3e37f;
+  ExpectFault("far more than a file");
+  Float(1) = 1e-45f;
+  ExpectFault("far more than a file");
+}
+
+TEST_F(HostileGltf, PlacesOutOfThisWorld) {
+  Float(3 + 12 + 4) = 3e38f;
+  ExpectFault("from the origin");
+}
+
+// Scales multiply from node to node, beyond what numbers hold.
+TEST_F(HostileGltf, ScalesThatOverflow) {
+  for (json& node : asset_["nodes"]) node["scale"] = {1e200, 1e200, 1e200};
+  ExpectFault("");
+}
+
+TEST_F(HostileGltf, BuffersThatLieElsewhere) {
+  const TemporaryFolder other;
+  std::ofstream(other / "secret.bin") << std::string(1000, 'x');
+  std::filesystem::create_symlink(other / "secret.bin", folder_ / "link.bin");
+  asset_["buffers"] = {{{"byteLength", 84}}};
+  const json sound = asset_;
+  const auto fault = [&](const std::string& uri, const std::string& part) {
+    asset_ = sound;
+    asset_["buffers"][0]["uri"] = uri;
+    SCOPED_TRACE(uri);
+    ExpectFaultOf(asset_.dump(), part);
+  };
+  fault("http://example.com/a.bin", "network");
+  fault("file:///etc/passwd", "network");
+  fault("/etc/passwd", "not in the folder");
+  fault("../secret.bin", "not in the folder");
+  fault("a/../../secret.bin", "not in the folder");
+  fault("%2e%2e/secret.bin", "not in the folder");
+  fault("..\\secret.bin", "not in the folder");
+  fault("link.bin", "leads out");
+  fault("missing.bin", "not there");
+  fault(".", "not there");
+  fault("", "");
+  fault("data:application/octet-stream;base64,AAAA", "tells of 84 bytes and has 3");
+  fault("data:application/octet-stream;base64,A*AA", "base64");
+  fault("data:text/plain,hello", "base64");
+  std::ofstream(folder_ / "short.bin") << "abc";
+  fault("short.bin", "tells of 84 bytes and has 3");
+}
+
+TEST_F(HostileGltf, CompressedBuffersAreNamed) {
+  asset_["bufferViews"][0]["extensions"] = {{"EXT_meshopt_compression", {{"buffer", 0}}}};
+  ExpectFault("EXT_meshopt_compression");
+}
+
+TEST_F(HostileGltf, NoCharacterAndNoAnimation) {
+  const json sound = asset_;
+  asset_.erase("skins");
+  ExpectFault("no skinned character");
+  asset_ = sound;
+  asset_.erase("animations");
+  ExpectFault("no animation");
+  asset_ = sound;
+  asset_["animations"][0]["channels"] = json::array();
+  ExpectFault("move no joint");
+}
+
+long PeakMegabytes() {
+  struct rusage usage;
+  getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_maxrss / 1024;
+}
+
+TEST_F(HostileGltf, AMillionNodesTakeBoundedMemory) {
+  std::string text = R"({"asset":{"version":"2.0"},"nodes":[{})";
+  for (int k = 1; k < 1'000'000; ++k) text += ",{}";
+  text += "]}";
+  const long before = PeakMegabytes();
+  ExpectFaultOf(text, "");
+  EXPECT_LT(PeakMegabytes() - before, 10 * 3 + 64);
+}
+
+// A chain as deep as the limit allows: nothing here recurses.
+TEST_F(HostileGltf, ADeepChainOfNodes) {
+  json nodes = json::array();
+  for (int k = 0; k < 90'000; ++k) nodes.push_back({{"children", {k + 1}}});
+  nodes.push_back(json::object());
+  asset_["nodes"] = nodes;
+  asset_["skins"][0]["joints"] = {0, 1, 90'000};
+  ExpectFault("more than 1000 joints");
+}
+
+// Anything but an Error is a fault of the reader: bytes changed at random, reproducibly.
+TEST_F(HostileGltf, RandomDamageGivesAnErrorOrAMotion) {
+  const std::string whole = Glb();
+  std::uint64_t state = 1;
+  const auto next = [&] {
+    state = state * 6364136223846793005ull + 1442695040888963407ull;
+    return state >> 33;
+  };
+  int sound = 0;
+  for (int round = 0; round < 3000; ++round) {
+    std::string bytes = whole;
+    for (std::uint64_t k = 0; k <= next() % 4; ++k) {
+      bytes[next() % bytes.size()] = static_cast<char>(next());
+    }
+    try {
+      const SourceMotion motion = ParseGltfMotion(bytes, "bad.glb", folder_.Path());
+      ++sound;
+      for (const auto& positions : motion.positions) ASSERT_TRUE(positions.allFinite());
+      for (const auto& q : motion.rotations) ASSERT_NEAR(q.norm(), 1, 1e-6);
+    } catch (const Error&) {
+      // As it should be.
+    }
+  }
+  EXPECT_GT(sound, 100);  // some damage does not matter
+}
+
+}  // namespace
+}  // namespace holdfast

@@ -1,0 +1,479 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/mesh/mesh_io.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "geometry/error.h"
+#include "geometry/mesh/mesh_check.h"
+#include "tests/geometry/mesh_shapes.h"
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using testing::Box;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::Sphere;
+using testing::Torus;
+
+class MeshIo : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(::testing::TempDir()) / (std::string("holdfast_mesh_io_") + test->name() +
+                                                std::to_string(std::random_device()()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path Write(const std::string& name, std::string_view content) const {
+    std::ofstream out(folder_ / name, std::ios::binary);
+    out.write(content.data(), static_cast<std::streamsize>(content.size()));
+    return folder_ / name;
+  }
+
+  static std::string Bytes(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+
+  /// The message of the Error that reading throws; fails when it throws nothing or anything else.
+  std::string Refusal(const std::string& name, std::string_view content) const {
+    return RefusalOf(Write(name, content));
+  }
+  static std::string RefusalOf(const fs::path& path) {
+    try {
+      ReadMesh(path);
+      ADD_FAILURE() << path << " was read";
+    } catch (const Error& error) {
+      EXPECT_THAT(error.Where(), HasSubstr(path.filename().string()));
+      EXPECT_FALSE(error.Remedy().empty());
+      return error.what();
+    }
+    return {};
+  }
+
+  fs::path folder_;
+};
+
+constexpr const char* kPlyHeader =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+    "z\n"
+    "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+const std::string kPlyTriangle = std::string(kPlyHeader) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+template <typename T>
+void Append(std::string& bytes, T value, bool big_endian = false) {
+  char raw[sizeof(T)];
+  std::memcpy(raw, &value, sizeof(T));
+  if (big_endian) std::reverse(raw, raw + sizeof(T));
+  bytes.append(raw, sizeof(T));
+}
+
+TEST_F(MeshIo, RoundTripsInEveryFormat) {
+  TriangleMesh mesh = Torus(0.05, 0.02, 17, 11);
+  mesh.vertices = mesh.vertices.cast<float>().cast<double>().eval();
+  for (const char* extension : {".obj", ".ply", ".stl", ".off", ".PLY"}) {
+    SCOPED_TRACE(extension);
+    const fs::path path = folder_ / (std::string("torus") + extension);
+    WriteMesh(mesh, path);
+    const MeshFile file = ReadMeshFile(path);
+    EXPECT_THAT(file.notes, IsEmpty());
+    EXPECT_TRUE(CheckMesh(file.mesh).watertight);
+    ASSERT_EQ(file.mesh.NumVertices(), mesh.NumVertices());
+    ASSERT_EQ(file.mesh.NumFaces(), mesh.NumFaces());
+    // .stl numbers its vertices anew: compare corner by corner.
+    for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+      for (int k = 0; k < 3; ++k) {
+        EXPECT_LT(
+            (file.mesh.vertices.col(file.mesh.faces(k, f)) - mesh.vertices.col(mesh.faces(k, f)))
+                .norm(),
+            2e-12);
+      }
+    }
+    const std::string once = Bytes(path);
+    WriteMesh(mesh, path);
+    EXPECT_EQ(Bytes(path), once);
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 5);  // no temporary is left
+}
+
+TEST_F(MeshIo, KeepsWhatIsWrongWithAMesh) {
+  TriangleMesh mesh = Box({0, 0, 0}, {1, 1, 1});
+  mesh.vertices.conservativeResize(Eigen::NoChange, 10);
+  mesh.vertices.col(8) << 2, 2, 2;
+  mesh.vertices.col(9) = mesh.vertices.col(0);
+  mesh.faces.conservativeResize(Eigen::NoChange, 15);
+  mesh.faces.col(12) << 0, 1, 8;           // a fin
+  mesh.faces.col(13) = mesh.faces.col(3);  // doubled
+  mesh.faces.col(14) << 0, 9, 7;           // flat
+  for (const char* extension : {".obj", ".ply", ".off"}) {
+    const fs::path path = folder_ / (std::string("mess") + extension);
+    WriteMesh(mesh, path);
+    const TriangleMesh read = ReadMesh(path);
+    EXPECT_EQ(read.vertices, mesh.vertices);
+    EXPECT_EQ(read.faces, mesh.faces);
+  }
+}
+
+TEST_F(MeshIo, ReadsObjAsOtherProgramsWriteIt) {
+  const MeshFile file = ReadMeshFile(Write("cube.obj",
+                                           "# Blender v3.4.1 OBJ File\r\n"
+                                           "mtllib /dev/zero\r\n"
+                                           "o Cube\r\n"
+                                           "v 1.000000 1.000000 -1.000000 0.5 0.5 0.5\r\n"
+                                           "v  1 -1 -1\r\n"
+                                           "v\t1 1 1e0\r\n"
+                                           "v +1 -1 1\r\n"
+                                           "v -1 1 -1\r\nv -1 -1 -1\r\nv -1 1 1\r\nv -1 -1 1\r\n"
+                                           "vt 0.625 0.5\r\nvt broken\r\n"
+                                           "vn 0 1 0\r\n"
+                                           "usemtl Material\r\ns off\r\ng group\r\n"
+                                           "f 1/1/1 5/1/1 7/1/1 3/1/1\r\n"
+                                           "f 4//1 3//1 7//1 8//1 # with a comment 99\r\n"
+                                           "f 8/1 7/1 5/1 6/1\r\n"
+                                           "f -3 -7 -5 -1\r\n"  // 6 2 4 8
+                                           "f 2 1 3 4  \r\n"
+                                           "\r\n"
+                                           "   f 6 5 1 2"));  // no newline at the end
+  EXPECT_EQ(file.mesh.NumVertices(), 8);
+  EXPECT_EQ(file.mesh.NumFaces(), 12);
+  EXPECT_THAT(file.notes, ElementsAre(HasSubstr("6 of 6 faces")));
+  const MeshReport report = CheckMesh(file.mesh);
+  EXPECT_TRUE(report.watertight);
+  EXPECT_NEAR(report.volume_m3, 8.0, 1e-12);
+}
+
+TEST_F(MeshIo, KeepsDoublePrecisionOfText) {
+  const TriangleMesh mesh =
+      ReadMesh(Write("fine.obj", "v 1000.123456789012 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n"));
+  EXPECT_EQ(mesh.vertices(0, 0), 1000.123456789012);
+}
+
+TEST_F(MeshIo, ReadsPlyWithMoreThanASurfaceInIt) {
+  const TriangleMesh mesh = ReadMesh(
+      Write("scan.ply",
+            "ply\r\nformat ascii 1.0\r\ncomment made by a scanner\r\nobj_info none\r\n"
+            "element camera 1\r\nproperty float focal\r\nproperty list uchar float pose\r\n"
+            "element vertex 4\r\nproperty double nx\r\nproperty double x\r\nproperty double y\r\n"
+            "property double z\r\nproperty uchar red\r\nproperty list uchar int seen_by\r\n"
+            "element face 1\r\nproperty uchar flags\r\nproperty list uint8 uint32 vertex_index\r\n"
+            "property list uchar float texcoord\r\n"
+            "element edge 1\r\nproperty int vertex1\r\nproperty int vertex2\r\nend_header\r\n"
+            "35 2 0.5 0.25\r\n"
+            "9 0 0 0 255 0\r\n9 1 0 0 255 2 4 5\r\n9 1 1.0000000001 0 255 1 4\r\n9 0 1 0 255 0\r\n"
+            "1 4 0 1 2 3 2 0.5 0.5\r\n"
+            "0 1\r\n"));
+  ASSERT_EQ(mesh.NumVertices(), 4);
+  EXPECT_EQ(mesh.vertices(1, 2), 1.0000000001);
+  Eigen::Matrix3Xi fan(3, 2);
+  fan << 0, 0, 1, 2, 2, 3;
+  EXPECT_EQ(mesh.faces, fan);
+}
+
+TEST_F(MeshIo, ReadsBinaryPlyOfEveryByteOrderAndType) {
+  for (const bool big_endian : {false, true}) {
+    for (const bool is_double : {false, true}) {
+      for (const int id_bytes : {1, 2, 4}) {
+        std::string bytes = fmt::format(
+            "ply\nformat binary_{}_endian 1.0\nelement vertex 3\nproperty {t} x\nproperty {t} y\n"
+            "property {t} z\nelement face 1\nproperty list {c} {i} vertex_indices\nend_header\n",
+            big_endian ? "big" : "little", fmt::arg("t", is_double ? "double" : "float"),
+            fmt::arg("c", id_bytes == 1 ? "int" : "uchar"),
+            fmt::arg("i", id_bytes == 1   ? "uchar"
+                          : id_bytes == 2 ? "short"
+                                          : "int"));
+        for (const double x : {0.0, 0.0, 0.5, 0.25, 0.0, 0.0, 0.0, 1.0, 0.0}) {
+          is_double ? Append(bytes, x, big_endian)
+                    : Append(bytes, static_cast<float>(x), big_endian);
+        }
+        id_bytes == 1 ? Append(bytes, std::int32_t{3}, big_endian) : Append(bytes, std::uint8_t{3});
+        for (const int id : {2, 0, 1}) {
+          if (id_bytes == 1) Append(bytes, static_cast<std::uint8_t>(id));
+          if (id_bytes == 2) Append(bytes, static_cast<std::int16_t>(id), big_endian);
+          if (id_bytes == 4) Append(bytes, std::int32_t{id}, big_endian);
+        }
+        const TriangleMesh mesh = ReadMesh(Write("types.ply", bytes));
+        EXPECT_EQ(mesh.vertices.col(0), Eigen::Vector3d(0, 0, 0.5));
+        EXPECT_EQ(mesh.vertices.col(2), Eigen::Vector3d(0, 1, 0));
+        EXPECT_EQ(mesh.faces.col(0), Eigen::Vector3i(2, 0, 1));
+        // Nothing may be left off the end.
+        bytes.pop_back();
+        Refusal("types.ply", bytes);
+      }
+    }
+  }
+}
+
+TEST_F(MeshIo, ReadsOffWithCommentsColoursAndPolygons) {
+  const TriangleMesh mesh = ReadMesh(Write("house.off",
+                                           "# a house\nCOFF # with colours\n5 2 0\n\n# roof\n"
+                                           "0 0 0 255 0 0 255\n1 0 0 255 0 0 255\n1 1 0 0 0 0 1\n"
+                                           "0 1 0 0 0 0 1\n0.5 0.5 1 0 0 0 1\n"
+                                           "4 0 1 2 3 0.5 0.5 0.5\n3 0 1 4\n"));
+  EXPECT_EQ(mesh.NumVertices(), 5);
+  EXPECT_EQ(mesh.NumFaces(), 3);
+  EXPECT_EQ(mesh.vertices.col(4), Eigen::Vector3d(0.5, 0.5, 1.0));
+}
+
+TEST_F(MeshIo, SplitsAPolygonOfManyCornersWithoutAHub) {
+  for (const int corners : {64, 65, 1000, 100'000}) {
+    std::string text, face = "f";
+    for (int i = 0; i < corners; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / corners;
+      text += fmt::format("v {:.12f} {:.12f} 0\n", std::cos(angle), std::sin(angle));
+      face += fmt::format(" {}", i + 1);
+    }
+    const TriangleMesh mesh = ReadMesh(Write("disc.obj", text + face + "\n"));
+    ASSERT_EQ(mesh.NumFaces(), corners - 2);
+    double area = 0.0;
+    std::vector<int> faces_at(static_cast<std::size_t>(corners), 0);
+    for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+      const auto corner = [&](int k) { return mesh.vertices.col(mesh.faces(k, f)); };
+      const Eigen::Vector3d u = corner(1) - corner(0), v = corner(2) - corner(0);
+      area += 0.5 * (u.x() * v.y() - u.y() * v.x());
+      for (int k = 0; k < 3; ++k) ++faces_at[static_cast<std::size_t>(mesh.faces(k, f))];
+    }
+    EXPECT_NEAR(area, 0.5 * corners * std::sin(2.0 * std::numbers::pi / corners), 1e-6);
+    EXPECT_LE(*std::ranges::max_element(faces_at), std::max(64, 40));
+  }
+}
+
+TEST_F(MeshIo, ReadsTextAndBinaryStl) {
+  const std::string text =
+      "solid an outer part\n  facet normal 0 0 1\n    outer loop\n      vertex 0 0 0\n      vertex "
+      "1 0 0\n"
+      "      vertex 0 1 0\n    endloop\n  endfacet\n  facet normal 0 0 1\n    outer loop\n"
+      "      vertex 1 0 0\n      vertex 1 1 0\n      vertex 0 1 0\n    endloop\n  endfacet\n"
+      "endsolid name\n";
+  TriangleMesh mesh = ReadMesh(Write("text.stl", text));
+  EXPECT_EQ(mesh.NumVertices(), 4);
+  EXPECT_EQ(mesh.NumFaces(), 2);
+
+  // SolidWorks begins the header of binary files with "solid" too.
+  WriteMesh(mesh, folder_ / "binary.stl");
+  std::string bytes = Bytes(folder_ / "binary.stl");
+  std::memcpy(bytes.data(), "solid facet", 11);
+  mesh = ReadMesh(Write("binary.stl", bytes));
+  EXPECT_EQ(mesh.NumVertices(), 4);
+  EXPECT_EQ(mesh.NumFaces(), 2);
+}
+
+TEST_F(MeshIo, RefusesWhatIsNoFile) {
+  EXPECT_THAT(RefusalOf(folder_ / "missing.obj"), HasSubstr("does not exist"));
+  fs::create_directories(folder_ / "folder.ply");
+  EXPECT_THAT(RefusalOf(folder_ / "folder.ply"), HasSubstr("folder"));
+  EXPECT_THAT(Refusal("mesh.fbx", "x"), AllOf(HasSubstr(".fbx"), HasSubstr(".obj, .ply")));
+  EXPECT_THAT(Refusal("mesh", "x"), HasSubstr("no extension"));
+  for (const char* name : {"a.obj", "a.ply", "a.stl", "a.off"}) {
+    EXPECT_THAT(Refusal(name, ""), HasSubstr("is empty"));
+    EXPECT_THAT(Refusal(name, "\n"), Not(HasSubstr("was read")));
+  }
+}
+
+TEST_F(MeshIo, RefusesBadNumbersAndIdsWithTheirLine) {
+  const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  EXPECT_THAT(Refusal("a.obj", "v 0 0 0\nv 1 nan 0\nv 0 1 0\nf 1 2 3\n"),
+              AllOf(HasSubstr("a.obj:2"), HasSubstr("not finite")));
+  EXPECT_THAT(Refusal("a.obj", "v 0 0 0\nv 1 1e999 0\nv 0 1 0\nf 1 2 3\n"),
+              HasSubstr("not finite"));
+  EXPECT_THAT(Refusal("a.obj", "v 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), HasSubstr("a.obj:1"));
+  EXPECT_THAT(Refusal("a.obj", "v 0 zero 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), HasSubstr("'zero'"));
+  EXPECT_THAT(Refusal("a.obj", three + "f 1 2 4\n"),
+              AllOf(HasSubstr("a.obj:4"), HasSubstr("vertex 3 of 3")));
+  EXPECT_THAT(Refusal("a.obj", three + "f 1 2 0\n"), HasSubstr("vertex 0"));
+  EXPECT_THAT(Refusal("a.obj", three + "f 1 2 -4\n"), HasSubstr("a.obj:4"));
+  EXPECT_THAT(Refusal("a.obj", three + "f 1 2 99999999999999999999\n"), HasSubstr("a.obj:4"));
+  EXPECT_THAT(Refusal("a.obj", three + "f 1 2 x\n"), HasSubstr("'x'"));
+  EXPECT_THAT(Refusal("a.obj", three + "f 1 2\n"), HasSubstr("fewer than three"));
+  EXPECT_THAT(Refusal("a.obj", three + "f 1 2 \\\n3\n"), HasSubstr("next line"));
+  EXPECT_THAT(Refusal("a.obj", three + "f 1 1 1\n"), HasSubstr("no face"));
+  EXPECT_THAT(Refusal("a.obj", three), HasSubstr("has no faces"));
+  EXPECT_THAT(Refusal("a.obj", "f 1 2 3\n"), HasSubstr("vertex 0 of 0"));
+  EXPECT_THAT(Refusal("a.obj", "Hello, world\n"), HasSubstr("does not look like"));
+
+  const std::string off = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n";
+  EXPECT_THAT(Refusal("a.off", off + "3 0 1 3\n"),
+              AllOf(HasSubstr("a.off:6"), HasSubstr("vertex 3")));
+  EXPECT_THAT(Refusal("a.off", off + "3 0 1 -1\n"), HasSubstr("vertex -1"));
+  EXPECT_THAT(Refusal("a.off", off + "3 0 1\n"), HasSubstr("missing"));
+  EXPECT_THAT(Refusal("a.off", off + "2000000000 0 1\n"), HasSubstr("number of corners"));
+  EXPECT_THAT(Refusal("a.off", off), HasSubstr("0 of 1 faces"));
+  EXPECT_THAT(Refusal("a.off", "OFF\n3 1 0\n0 0 inf\n1 0 0\n0 1 0\n3 0 1 2\n"),
+              HasSubstr("not finite"));
+  EXPECT_THAT(Refusal("a.off", "OFF BINARY\n3 1 0\n"), HasSubstr("binary"));
+  EXPECT_THAT(Refusal("a.off", "OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n"), HasSubstr("has no faces"));
+
+  const std::string header = kPlyHeader;
+  EXPECT_THAT(Refusal("a.ply", header + "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n"), HasSubstr("vertex 1"));
+  EXPECT_THAT(Refusal("a.ply", header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"),
+              HasSubstr("vertex 3 of 3"));
+  EXPECT_THAT(Refusal("a.ply", header + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -2\n"), HasSubstr("vertex -2"));
+  EXPECT_THAT(Refusal("a.ply", header + "0 0 0\n1 0 0\n0 1 0\n3 0 1\n"), HasSubstr("ends within"));
+  EXPECT_THAT(Refusal("a.ply", header + "0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2\n"),
+              HasSubstr("longer than the file"));
+  EXPECT_THAT(Refusal("a.ply", header + "0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n"), HasSubstr("'x'"));
+}
+
+TEST_F(MeshIo, RefusesHeadersThatPromiseTooMuch) {
+  EXPECT_THAT(Refusal("a.off", "OFF\n2000000000 2000000000 0\n0 0 0\n"), HasSubstr("promises"));
+  EXPECT_THAT(Refusal("a.off", "OFF\n-3 1 0\n0 0 0\n"), HasSubstr("number of vertices"));
+  EXPECT_THAT(Refusal("a.off", "OFF\n99999999999999999999 1 0\n"), HasSubstr("missing"));
+  for (const char* count :
+       {"1000000000", "18446744073709551615", "99999999999999999999", "-1", "x"}) {
+    for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+      for (const char* element : {"vertex 3", "face 1"}) {
+        std::string ply = kPlyTriangle;
+        ply.replace(ply.find("ascii"), 5, format);
+        const std::size_t number = ply.find(element) + std::string(element).size() - 1;
+        ply.replace(number, 1, count);
+        EXPECT_THAT(Refusal("a.ply", ply), HasSubstr("header"));
+      }
+    }
+  }
+  std::string stl(84, ' ');
+  const std::uint32_t count = 4'000'000'000u;
+  std::memcpy(stl.data() + 80, &count, 4);
+  EXPECT_THAT(Refusal("a.stl", stl), HasSubstr("promises 4000000000"));
+  EXPECT_THAT(Refusal("a.stl", std::string(84, '\0')), HasSubstr("no faces"));
+  EXPECT_THAT(Refusal("a.stl", "solid x\nendsolid x\n"), HasSubstr("no faces"));
+}
+
+TEST_F(MeshIo, RefusesOddPlyHeaders) {
+  const auto with = [](const char* from, const char* to) {
+    std::string ply = kPlyTriangle;
+    ply.replace(ply.find(from), std::strlen(from), to);
+    return ply;
+  };
+  EXPECT_NO_THROW(ReadMesh(Write("fine.ply", kPlyTriangle)));
+  Refusal("a.ply", with("ply\n", "plx\n"));
+  Refusal("a.ply", with("ascii", "ebcdic"));
+  Refusal("a.ply", with("format ascii 1.0\n", ""));
+  Refusal("a.ply", with("property float z\n", ""));
+  Refusal("a.ply", with("property float z", "property list uchar float z"));
+  Refusal("a.ply", with("property float z", "property quaternion z"));
+  Refusal("a.ply", with("list uchar int", "list float int"));
+  Refusal("a.ply", with("vertex_indices", "corners"));
+  Refusal("a.ply", with("element face 1", "element face 0"));
+  Refusal("a.ply", with("element face 1\nproperty list uchar int vertex_indices\n", ""));
+  Refusal("a.ply", with("element vertex 3\n", ""));
+  Refusal("a.ply", with("element face 1\n", "element vertex 3\n"));
+  Refusal("a.ply", with("end_header\n", ""));
+  Refusal("a.ply", "ply\n");
+  Refusal("a.ply", "ply");
+  Refusal("a.ply", "ply\nformat ascii 1.0\n" + std::string(100'000, 'x'));
+  Refusal("a.ply",
+          std::string("ply\nformat ascii 1.0\nelement vertex 3\nelement face 1\nend_header\n"));
+}
+
+/// Cut and changed files of every format: an Error or a mesh that holds its promises, never
+/// anything else.
+TEST_F(MeshIo, SurvivesDamageOfEveryKind) {
+  std::mt19937 random(1);
+  const TriangleMesh mesh = Box({0, 0, 0}, {1, 2, 3});
+  int refused = 0;
+  int read = 0;
+  const auto expect_sane = [&](const fs::path& path) {
+    try {
+      const TriangleMesh result = ReadMesh(path);
+      ++read;
+      EXPECT_TRUE(result.vertices.allFinite());
+      EXPECT_GT(result.NumFaces(), 0);
+      EXPECT_GE(result.faces.minCoeff(), 0);
+      EXPECT_LT(result.faces.maxCoeff(), result.NumVertices());
+    } catch (const Error&) {
+      ++refused;
+    }
+  };
+  for (const char* extension : {".obj", ".ply", ".stl", ".off"}) {
+    const std::string name = std::string("damaged") + extension;
+    WriteMesh(mesh, folder_ / name);
+    const std::string good = Bytes(folder_ / name);
+    for (std::size_t size = 1; size < good.size(); size += 11) {
+      expect_sane(Write(name, std::string_view(good).substr(0, size)));
+    }
+    for (int trial = 0; trial < 200; ++trial) {
+      std::string bad = good;
+      for (unsigned i = 0; i < 1 + random() % 4; ++i) {
+        bad[random() % bad.size()] = static_cast<char>(random());
+      }
+      expect_sane(Write(name, bad));
+    }
+    for (int trial = 0; trial < 30; ++trial) {
+      std::string garbage(random() % 300, ' ');
+      for (char& c : garbage) c = static_cast<char>(random());
+      expect_sane(Write(name, garbage));
+    }
+  }
+  EXPECT_GT(refused, 300);
+  EXPECT_GT(read, 30);
+}
+
+TEST_F(MeshIo, ReadsOnSeveralThreads) {
+  WriteMesh(Sphere(0.05, 3), folder_ / "sphere.ply");
+  WriteMesh(Torus(0.05, 0.02, 20, 10), folder_ / "torus.obj");
+  std::vector<int> good(4, 0);
+  {
+    std::vector<std::jthread> threads;
+    for (int& mine : good) {
+      threads.emplace_back([&] {
+        for (int i = 0; i < 20; ++i) {
+          mine += ReadMesh(folder_ / "sphere.ply").NumVertices() == 258;
+          mine += ReadMesh(folder_ / "torus.obj").NumVertices() == 200;
+        }
+      });
+    }
+  }
+  EXPECT_THAT(good, ::testing::Each(40));
+}
+
+TEST_F(MeshIo, SaysNothingItself) {
+  ::testing::internal::CaptureStdout();
+  ::testing::internal::CaptureStderr();
+  for (const char* extension : {".obj", ".ply", ".stl", ".off"}) {
+    const fs::path path = folder_ / (std::string("quiet") + extension);
+    WriteMesh(Sphere(0.05, 1), path);
+    ReadMesh(path);
+  }
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+}
+
+TEST_F(MeshIo, RefusesToWriteWhatCannotBeRead) {
+  const TriangleMesh box = Box({0, 0, 0}, {1, 1, 1});
+  EXPECT_THROW(WriteMesh(box, folder_ / "box.fbx"), Error);
+  std::ofstream(folder_ / "file") << "no folder";
+  EXPECT_THROW(WriteMesh(box, folder_ / "file" / "box.ply"), Error);
+  fs::remove(folder_ / "file");
+  EXPECT_THROW(WriteMesh(TriangleMesh{}, folder_ / "empty.ply"), Error);
+  TriangleMesh bad = box;
+  bad.faces(0, 0) = 8;
+  EXPECT_THROW(WriteMesh(bad, folder_ / "bad.ply"), Error);
+  bad = box;
+  bad.vertices(0, 0) = 1e300;
+  EXPECT_THROW(WriteMesh(bad, folder_ / "bad.ply"), Error);
+  EXPECT_TRUE(fs::is_empty(folder_));
+}
+
+}  // namespace
+}  // namespace holdfast

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/mesh/decimate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "geometry/error.h"
+#include "geometry/mesh/mesh_check.h"
+#include "geometry/mesh/wrap.h"
+#include "tests/geometry/mesh_shapes.h"
+
+namespace holdfast {
+namespace {
+
+using testing::Box;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::Sheet;
+using testing::Sphere;
+using testing::Together;
+using testing::Torus;
+
+Eigen::Index EulerCharacteristic(const MeshReport& report) {
+  return report.num_vertices - report.num_edges + report.num_faces;
+}
+
+class DecimateByEachMethod : public ::testing::TestWithParam<DecimateMethod> {
+ protected:
+  DecimateOptions Options(int vertices) const {
+    return {.vertices = vertices, .method = GetParam(), .samples = 20'000};
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(All, DecimateByEachMethod, ::testing::ValuesIn(kDecimateMethods),
+                         [](const auto& method) {
+                           std::string name(Name(method.param));
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+TEST_P(DecimateByEachMethod, HitsTheNumberExactlyAndKeepsTheSurface) {
+  const TriangleMesh sphere = Sphere(0.05, 5);
+  for (const int vertices : {1000, 301, 300, 50}) {
+    const DecimateResult result = Decimate(sphere, Options(vertices));
+    EXPECT_EQ(result.mesh.NumVertices(), vertices);
+    const MeshReport report = CheckMesh(result.mesh);
+    EXPECT_TRUE(report.watertight) << ::testing::PrintToString(Describe(report));
+    EXPECT_THAT(result.notes, IsEmpty());
+    ASSERT_TRUE(result.distance);
+    // A sphere of n vertices is off by about r * pi / n.
+    EXPECT_LT(result.distance->hausdorff_forward_m, 0.05 * 12.0 / vertices);
+    EXPECT_LT(result.distance->hausdorff_backward_m, 0.05 * 12.0 / vertices);
+    EXPECT_GT(result.distance->mean_forward_m, 0.0);
+  }
+}
+
+TEST_P(DecimateByEachMethod, KeepsHandlesAndParts) {
+  TriangleMesh ring = Torus(0.05, 0.015, 60, 40);
+  MeshReport report = CheckMesh(Decimate(ring, Options(200)).mesh);
+  EXPECT_TRUE(report.watertight);
+  EXPECT_EQ(EulerCharacteristic(report), 0);
+
+  ring.vertices.row(0).array() += 0.2;
+  const TriangleMesh both = Together(ring, Sphere(0.05, 4));
+  report = CheckMesh(Decimate(both, Options(300)).mesh);
+  EXPECT_TRUE(report.watertight);
+  EXPECT_EQ(report.num_components, 2);
+  EXPECT_EQ(report.num_vertices, 300);
+}
+
+TEST_P(DecimateByEachMethod, KeepsBoundariesInPlace) {
+  const TriangleMesh sheet = Sheet(40, 0.005);
+  const DecimateResult result = Decimate(sheet, Options(60));
+  EXPECT_EQ(result.mesh.NumVertices(), 60);
+  const MeshReport report = CheckMesh(result.mesh);
+  EXPECT_EQ(report.num_non_manifold_edges, 0);
+  EXPECT_EQ(report.num_degenerate_faces, 0);
+  EXPECT_EQ(EulerCharacteristic(report), 1);
+  EXPECT_LT(result.distance->hausdorff_forward_m, 0.003);  // of a 200 mm sheet
+  EXPECT_NEAR(report.area_m2, 0.04, 0.0005);
+}
+
+TEST_P(DecimateByEachMethod, IsDeterministicAndIndependentOfUnitAndPlace) {
+  const TriangleMesh torus = Torus(0.05, 0.02, 60, 40);
+  const DecimateResult once = Decimate(torus, Options(150));
+  const DecimateResult again = Decimate(torus, Options(150));
+  EXPECT_EQ(once.mesh.vertices, again.mesh.vertices);
+  EXPECT_EQ(once.mesh.faces, again.mesh.faces);
+  EXPECT_EQ(once.distance->hausdorff_forward_m, again.distance->hausdorff_forward_m);
+
+  TriangleMesh micro = torus;
+  micro.vertices *= 0x1p-20;
+  const DecimateResult small = Decimate(micro, Options(150));
+  EXPECT_EQ(small.mesh.faces, once.mesh.faces);
+  EXPECT_LT((small.mesh.vertices * 0x1p20 - once.mesh.vertices).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(Decimate, LeavesASmallMeshAsItIs) {
+  const TriangleMesh box = Box({0, 0, 0}, {0.1, 0.2, 0.3});
+  const DecimateResult result = Decimate(box);
+  EXPECT_EQ(result.mesh.vertices, box.vertices);
+  EXPECT_EQ(result.mesh.faces, box.faces);
+  EXPECT_THAT(result.notes, Contains(HasSubstr("not decimated")));
+  EXPECT_LT(result.distance->hausdorff_forward_m, 1e-15);
+}
+
+TEST(Decimate, RepairsFirstAndSaysSo) {
+  TriangleMesh loose = Sphere(0.05, 4);
+  TriangleMesh exploded;
+  exploded.vertices.resize(3, 3 * loose.NumFaces());
+  exploded.faces.resize(3, loose.NumFaces());
+  for (int i = 0; i < 3 * loose.NumFaces(); ++i) {
+    exploded.vertices.col(i) = loose.vertices.col(loose.faces(i % 3, i / 3));
+    exploded.faces(i % 3, i / 3) = i;
+  }
+  const DecimateResult result = Decimate(exploded);
+  EXPECT_TRUE(CheckMesh(result.mesh).watertight);
+  EXPECT_EQ(result.mesh.NumVertices(), 300);
+  EXPECT_THAT(result.notes, Contains(HasSubstr("Welded")));
+}
+
+TEST(Decimate, WrapsWhatHasTooManyHandles) {
+  // A chain of 40 small rings, each of which needs seven vertices or more.
+  TriangleMesh rings = Torus(0.01, 0.003, 24, 12);
+  for (int i = 1; i < 40; ++i) {
+    TriangleMesh ring = Torus(0.01, 0.003, 24, 12);
+    ring.vertices.row(0).array() += 0.03 * i;
+    rings = Together(rings, ring);
+  }
+  EXPECT_THROW(Decimate(rings, {.vertices = 200, .allow_wrap = false, .samples = 0}), Error);
+  const DecimateResult result = Decimate(rings, {.vertices = 200, .samples = 0});
+  EXPECT_EQ(result.mesh.NumVertices(), 200);
+  EXPECT_TRUE(CheckMesh(result.mesh).watertight);
+  EXPECT_THAT(result.notes, Contains(HasSubstr("the surface was wrapped first")));
+}
+
+TEST(Decimate, WrapsNonManifoldSolidsUnlessForbidden) {
+  // Two boxes that share an edge: four faces there, no boundary.
+  TriangleMesh two = Together(Box({0, 0, 0}, {0.1, 0.1, 0.1}), Box({0.1, 0.1, 0}, {0.2, 0.2, 0.1}));
+  EXPECT_THROW(Decimate(two, {.vertices = 60, .allow_wrap = false}), Error);
+  const DecimateResult result = Decimate(two, {.vertices = 60});
+  EXPECT_EQ(result.mesh.NumVertices(), 60);
+  EXPECT_TRUE(CheckMesh(result.mesh).watertight);
+  EXPECT_THAT(result.notes, Contains(HasSubstr("wrapped")));
+  EXPECT_NEAR(SignedVolume(result.mesh), 0.002, 0.0001);
+}
+
+TEST(Decimate, PartsSurfacesThatTouchInAVertex) {
+  TriangleMesh two = Together(Sphere(0.05, 3), Sphere(0.05, 3));
+  two.vertices.rightCols(two.NumVertices() / 2).row(0).array() += 0.1;
+  const DecimateResult result = Decimate(two, {.vertices = 100});
+  EXPECT_TRUE(CheckMesh(result.mesh).watertight);
+  EXPECT_EQ(result.mesh.NumVertices(), 100);
+  EXPECT_THAT(result.notes, Contains(HasSubstr("touches in a point")));
+}
+
+TEST(Decimate, ManyTrianglesAroundAVertexTakeNoTime) {
+  // A double cone of 10,000 sectors; 2,000 took a minute.
+  const TriangleMesh mesh = testing::DoubleCone(10'000);
+  DecimateOptions options;
+  options.vertices = 200;
+  const DecimateResult result = Decimate(mesh, options);
+  EXPECT_EQ(result.mesh.NumVertices(), 200);
+  EXPECT_NEAR(SignedVolume(result.mesh), 2.0 * std::numbers::pi / 3.0, 0.01);
+  EXPECT_TRUE(CheckMesh(result.mesh).watertight);
+}
+
+TEST(Decimate, RefusesWhatItCannotDo) {
+  const TriangleMesh sphere = Sphere(0.05, 3);
+  EXPECT_THROW(Decimate(sphere, {.vertices = 3}), Error);
+  EXPECT_THROW(Decimate(sphere, {.vertices = -300}), Error);
+  EXPECT_THROW(Decimate(TriangleMesh{}), Error);
+  TriangleMesh fin = Sheet(30, 0.01);
+  fin.vertices.conservativeResize(Eigen::NoChange, fin.NumVertices() + 1);
+  fin.vertices.col(fin.NumVertices() - 1) << 0.05, 0.05, 0.1;
+  fin.faces.conservativeResize(Eigen::NoChange, fin.NumFaces() + 1);
+  fin.faces.col(fin.NumFaces() - 1) << 100, 101, static_cast<int>(fin.NumVertices()) - 1;
+  EXPECT_THROW(Decimate(fin), Error);
+}
+
+TEST(Decimate, SaysAtOnceThatThereAreTooManyLooseParts) {
+  // Farther apart than a wrap bridges: without looking for them this takes a second and more.
+  TriangleMesh crumbs;
+  for (int i = 0; i < 125; ++i) {
+    const Eigen::Vector3d place(i % 5, i / 5 % 5, i / 25);
+    const TriangleMesh crumb = Box(place, place + Eigen::Vector3d::Constant(0.5));
+    crumbs = i == 0 ? crumb : Together(crumbs, crumb);
+  }
+  const auto refused = [&](const TriangleMesh& mesh) -> std::string {
+    try {
+      Decimate(mesh, {.vertices = 300, .samples = 0});
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(refused(crumbs), HasSubstr("it is of 125 loose parts that need 500"));
+  // Near each other they are wrapped together.
+  TriangleMesh near = crumbs;
+  for (int i = 0; i < 125; ++i) {
+    near.vertices.middleCols(8 * i, 8).colwise() -=
+        0.49 * Eigen::Vector3d(i % 5, i / 5 % 5, i / 25);
+  }
+  EXPECT_EQ(Decimate(near, {.vertices = 300, .samples = 0}).mesh.NumVertices(), 300);
+  // With a hole nothing is wrapped.
+  crumbs.faces = crumbs.faces.rightCols(crumbs.NumFaces() - 1).eval();
+  EXPECT_THAT(refused(crumbs), HasSubstr("need 499"));
+}
+
+TEST(Decimate, MethodsHaveNames) {
+  for (const DecimateMethod method : kDecimateMethods) {
+    EXPECT_EQ(ParseDecimateMethod(Name(method)), method);
+  }
+  EXPECT_THROW(ParseDecimateMethod("quadric"), Error);
+}
+
+TEST(SurfaceDistance, OfTwoConcentricSpheresIsTheirGap) {
+  const SurfaceDistance d = MeasureSurfaceDistance(Sphere(0.05, 5), Sphere(0.04, 5), 20'000);
+  EXPECT_NEAR(d.hausdorff_forward_m, 0.01, 1e-4);
+  EXPECT_NEAR(d.hausdorff_backward_m, 0.01, 1e-4);
+  EXPECT_NEAR(d.mean_forward_m, 0.01, 1e-4);
+  EXPECT_NEAR(d.mean_backward_m, 0.01, 1e-4);
+}
+
+TEST(SurfaceDistance, OneThingIsTheSameHoweverFinely) {
+  const TriangleMesh ball = Sphere(0.05, 5);
+  EXPECT_TRUE(SameSurface(ball, Sphere(0.05, 3)));
+  EXPECT_TRUE(SameSurface(Sphere(0.05, 3), ball));
+  EXPECT_FALSE(SameSurface(ball, Sphere(0.055, 5)));
+  TriangleMesh moved = ball;
+  moved.vertices.row(0).array() += 0.005;
+  EXPECT_FALSE(SameSurface(ball, moved));
+  EXPECT_FALSE(SameSurface(ball, Box({-0.05, -0.05, -0.05}, {0.05, 0.05, 0.05})));  // the same box
+}
+
+TEST(SurfaceDistance, SamplesAreEvenByArea) {
+  // One face holds 0.9 of the area.
+  TriangleMesh mesh;
+  mesh.vertices.resize(3, 6);
+  mesh.vertices << 0, 0.9, 0, 5, 5.1, 5, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0;
+  mesh.faces.resize(3, 2);
+  mesh.faces << 0, 3, 1, 4, 2, 5;
+  const Eigen::Matrix3Xd points = SampleSurface(mesh, 10'000);
+  EXPECT_NEAR(static_cast<double>((points.row(0).array() < 2.0).count()), 9000.0, 1.0);
+  EXPECT_NEAR(points.leftCols(9000).row(1).mean(), 1.0 / 3.0, 1e-3);
+  EXPECT_NEAR(points.leftCols(9000).row(0).mean(), 0.3, 1e-3);
+  EXPECT_THROW(SampleSurface(TriangleMesh{}, 10), Error);
+}
+
+TEST(WrapSurface, ClosesAnOpenBoxTightly) {
+  TriangleMesh box = Box({0, 0, 0}, {0.1, 0.1, 0.1});
+  const TriangleMesh wrap = WrapSurface(box, {.alpha_m = 0.01, .offset_m = 0.0005});
+  EXPECT_TRUE(CheckMesh(wrap).watertight);
+  const SurfaceDistance d = MeasureSurfaceDistance(box, wrap, 10'000);
+  EXPECT_LT(d.hausdorff_backward_m, 0.0006);
+  EXPECT_THROW(WrapSurface(TriangleMesh{}), Error);
+}
+
+}  // namespace
+}  // namespace holdfast

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/mesh/signed_distance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "geometry/error.h"
+#include "geometry/mesh/mesh_check.h"
+#include "geometry/mesh/triangle_tree.h"
+#include "geometry/mesh/winding_number.h"
+#include "tests/geometry/mesh_shapes.h"
+
+namespace holdfast {
+namespace {
+
+using testing::Box;
+using testing::BoxDistance;
+using testing::InsideOut;
+using testing::Sphere;
+using testing::Together;
+using testing::Torus;
+
+const Eigen::Vector3d kLow(-0.03, 0.01, -0.2);
+const Eigen::Vector3d kHigh(0.05, 0.04, 0.1);
+
+Eigen::Vector3d RandomPoint(std::mt19937& random, const Eigen::Vector3d& low,
+                            const Eigen::Vector3d& high) {
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  const Eigen::Vector3d t(unit(random), unit(random), unit(random));
+  return low + t.cwiseProduct(high - low);
+}
+
+double BruteForceDistance(const TriangleMesh& mesh, const Eigen::Vector3d& p) {
+  double nearest = std::numeric_limits<double>::infinity();
+  double winding = 0.0;
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, f));
+    const Eigen::Vector3d b = mesh.vertices.col(mesh.faces(1, f));
+    const Eigen::Vector3d c = mesh.vertices.col(mesh.faces(2, f));
+    nearest = std::min(nearest, (p - ClosestOnTriangle(p, a, b, c).point).norm());
+    winding += SolidAngle(a - p, b - p, c - p);
+  }
+  return winding > 2.0 * std::numbers::pi ? -nearest : nearest;
+}
+
+TEST(SignedDistance, OfABoxIsItsClosedForm) {
+  const SignedDistance distance(Box(kLow, kHigh));
+  EXPECT_EQ(distance.SignMethod(), SignedDistance::Sign::kPseudonormal);
+  std::mt19937 random(1);
+  for (int i = 0; i < 3000; ++i) {
+    const Eigen::Vector3d p = RandomPoint(random, kLow.array() - 0.1, kHigh.array() + 0.1);
+    EXPECT_NEAR(distance.Distance(p), BoxDistance(p, kLow, kHigh), 1e-14);
+  }
+}
+
+// Points straight off a corner or an edge are where a sign by the face found first goes wrong.
+TEST(SignedDistance, HasTheRightSignBesideEveryCornerAndEdge) {
+  const SignedDistance distance(Box(kLow, kHigh));
+  for (int i = 0; i < 27; ++i) {
+    const Eigen::Vector3i side(i % 3, i / 3 % 3, i / 9);
+    Eigen::Vector3d p;
+    for (int k = 0; k < 3; ++k) {
+      p[k] = side[k] == 0 ? kLow[k] : side[k] == 1 ? 0.5 * (kLow[k] + kHigh[k]) : kHigh[k];
+    }
+    const Eigen::Vector3d outwards = (side.array() - 1).cast<double>();
+    if (outwards.isZero()) continue;
+    for (const double step : {1e-3, 1e-6, 1e-9}) {
+      EXPECT_GT(distance.Distance(p + step * outwards), 0.0);
+      EXPECT_LT(distance.Distance(p - step * outwards), 0.0);
+    }
+  }
+}
+
+// Spikes: at a needle's tip the mean of its faces' normals points inwards, the angle-weighted one
+// does not.
+TEST(SignedDistance, AgreesWithBruteForceOnSpikes) {
+  TriangleMesh mesh = Sphere(0.05, 2);
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> stretch(0.3, 3.0);
+  for (Eigen::Index v = 0; v < mesh.NumVertices(); ++v) mesh.vertices.col(v) *= stretch(random);
+  ASSERT_TRUE(CheckMesh(mesh).watertight);
+  const SignedDistance distance(mesh);
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector3d p =
+        RandomPoint(random, Eigen::Vector3d::Constant(-0.15), Eigen::Vector3d::Constant(0.15));
+    EXPECT_NEAR(distance.Distance(p), BruteForceDistance(mesh, p), 1e-13);
+  }
+}
+
+TEST(SignedDistance, AFanOfManyTrianglesIsNoRecursion) {
+  // 200,000 triangles of a double cone have their first corner at one of two places.
+  const TriangleMesh mesh = testing::DoubleCone(100'000);
+  const SignedDistance distance(mesh);
+  std::mt19937 random(3);
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Vector3d p =
+        RandomPoint(random, Eigen::Vector3d::Constant(-1.5), Eigen::Vector3d::Constant(1.5));
+    // A cone's profile is the line from (1, 0) to (0, 1).
+    const Eigen::Vector2d q(p.head<2>().norm(), std::abs(p.z()));
+    const double along = std::clamp((q.y() - q.x() + 1.0) / 2.0, 0.0, 1.0);
+    const double expected = (q - Eigen::Vector2d(1.0 - along, along)).norm();
+    EXPECT_NEAR(distance.Distance(p), q.sum() < 1.0 ? -expected : expected, 1e-6);
+  }
+}
+
+TEST(SignedDistance, QueryIsConsistent) {
+  const TriangleMesh mesh = Torus(0.05, 0.02, 40, 24);
+  const SignedDistance distance(mesh);
+  std::mt19937 random(3);
+  for (int i = 0; i < 500; ++i) {
+    const Eigen::Vector3d p =
+        RandomPoint(random, Eigen::Vector3d::Constant(-0.1), Eigen::Vector3d::Constant(0.1));
+    const SignedDistance::Result result = distance.Query(p);
+    EXPECT_EQ(result.distance, distance.Distance(p));
+    EXPECT_NEAR(result.gradient.norm(), 1.0, 1e-12);
+    EXPECT_LT((p - result.distance * result.gradient - result.closest).norm(), 1e-15);
+    const auto corner = [&](int k) -> Eigen::Vector3d {
+      return mesh.vertices.col(mesh.faces(k, result.face));
+    };
+    EXPECT_LT(
+        (ClosestOnTriangle(result.closest, corner(0), corner(1), corner(2)).point - result.closest)
+            .norm(),
+        1e-15);
+    // The gradient is the distance's own, away from where the closest point jumps.
+    Eigen::Vector3d numeric;
+    constexpr double kStep = 1e-7;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(k);
+      numeric[k] = (distance.Distance(p + step) - distance.Distance(p - step)) / (2.0 * kStep);
+    }
+    if (std::abs(numeric.norm() - 1.0) < 1e-6) {
+      EXPECT_LT((numeric - result.gradient).norm(), 1e-4);
+    }
+  }
+}
+
+TEST(SignedDistance, OnTheSurfaceTheGradientIsTheNormal) {
+  const SignedDistance distance(Box(kLow, kHigh));
+  const Eigen::Vector3d on_top(0.01, 0.02, kHigh.z());
+  EXPECT_NEAR(distance.Distance(on_top), 0.0, 1e-16);
+  EXPECT_LT((distance.Query(on_top).gradient - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+  EXPECT_LT(
+      (distance.Query(kHigh).gradient - Eigen::Vector3d::Constant(1.0 / std::sqrt(3.0))).norm(),
+      1e-12);
+}
+
+TEST(SignedDistance, KnowsCavities) {
+  const TriangleMesh shell = Together(Sphere(0.05, 3), InsideOut(Sphere(0.03, 3)));
+  const SignedDistance distance(shell);
+  EXPECT_EQ(distance.SignMethod(), SignedDistance::Sign::kPseudonormal);
+  EXPECT_GT(distance.Distance(Eigen::Vector3d::Zero()), 0.025);
+  EXPECT_LT(distance.Distance({0.04, 0.0, 0.0}), -0.005);
+  EXPECT_GT(distance.Distance({0.06, 0.0, 0.0}), 0.005);
+}
+
+TEST(SignedDistance, OfAMeshWithAHoleUsesTheWindingNumber) {
+  TriangleMesh open = Sphere(0.05, 4);
+  open.faces.conservativeResize(Eigen::NoChange, open.NumFaces() - 20);
+  const SignedDistance distance(open);
+  EXPECT_EQ(distance.SignMethod(), SignedDistance::Sign::kWindingNumber);
+  const SignedDistance closed(Sphere(0.05, 4));
+  std::mt19937 random(4);
+  int wrong = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector3d p =
+        RandomPoint(random, Eigen::Vector3d::Constant(-0.08), Eigen::Vector3d::Constant(0.08));
+    wrong += distance.Inside(p) != closed.Inside(p);
+  }
+  EXPECT_LT(wrong, 10);  // close to the hole only
+}
+
+// A solid that is modelled inside another one: one solid, not a cavity.
+TEST(SignedDistance, OfASolidWithinASolidIsInsideThroughout) {
+  const SignedDistance distance(Together(Sphere(0.05, 3), Sphere(0.03, 3)));
+  EXPECT_EQ(distance.SignMethod(), SignedDistance::Sign::kWindingNumber);
+  EXPECT_LT(distance.Distance(Eigen::Vector3d(0.001, 0.002, 0.003)), 0.0);
+  EXPECT_LT(distance.Distance({0.04, 0.0, 0.0}), 0.0);
+  EXPECT_GT(distance.Distance({0.06, 0.0, 0.0}), 0.0);
+}
+
+TEST(SignedDistance, BatchesAreTheSameForAnyNumberOfThreads) {
+  const SignedDistance distance(Torus(0.05, 0.02, 40, 24));
+  std::mt19937 random(5);
+  Eigen::Matrix3Xd points(3, 5000);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    points.col(i) =
+        RandomPoint(random, Eigen::Vector3d::Constant(-0.1), Eigen::Vector3d::Constant(0.1));
+  }
+  const Eigen::VectorXd one = distance.Distances(points, 1);
+  EXPECT_EQ(one, distance.Distances(points, 2));
+  EXPECT_EQ(one, distance.Distances(points, 7));
+  for (Eigen::Index i = 0; i < points.cols(); i += 37) {
+    EXPECT_NEAR(one[i], distance.Distance(points.col(i)), 1e-15);
+  }
+  EXPECT_EQ(distance.Distances(Eigen::Matrix3Xd(3, 0), 4).size(), 0);
+}
+
+TEST(SignedDistance, IsIndependentOfTheUnit) {
+  const TriangleMesh mesh = Torus(0.05, 0.02, 30, 20);
+  TriangleMesh micro = mesh;
+  micro.vertices *= 0x1p-20;
+  const SignedDistance distance(mesh);
+  const SignedDistance micro_distance(micro);
+  std::mt19937 random(6);
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Vector3d p =
+        RandomPoint(random, Eigen::Vector3d::Constant(-0.1), Eigen::Vector3d::Constant(0.1));
+    EXPECT_EQ(0x1p-20 * distance.Distance(p), micro_distance.Distance(0x1p-20 * p));
+  }
+}
+
+TEST(SignedDistance, RefusesWhatHasNoSurface) {
+  EXPECT_THROW(SignedDistance(TriangleMesh{}), Error);
+  TriangleMesh flat = Box(kLow, kHigh);
+  flat.vertices.row(0).setZero();
+  flat.vertices.row(1).setZero();
+  EXPECT_THROW(SignedDistance{flat}, Error);
+  TriangleMesh wrong = Box(kLow, kHigh);
+  wrong.faces(0, 0) = 8;
+  EXPECT_THROW(SignedDistance{wrong}, Error);
+  wrong.faces(0, 0) = -1;
+  EXPECT_THROW(SignedDistance{wrong}, Error);
+  TriangleMesh nan = Box(kLow, kHigh);
+  nan.vertices(1, 1) = std::nan("");
+  EXPECT_THROW(SignedDistance{nan}, Error);
+}
+
+TEST(WindingNumber, IsNearTheExactSum) {
+  TriangleMesh mesh = Torus(0.05, 0.02, 60, 40);
+  mesh.faces.conservativeResize(Eigen::NoChange, mesh.NumFaces() - 700);
+  const WindingNumber winding(mesh);
+  std::mt19937 random(7);
+  for (int i = 0; i < 500; ++i) {
+    const Eigen::Vector3d p =
+        RandomPoint(random, Eigen::Vector3d::Constant(-0.12), Eigen::Vector3d::Constant(0.12));
+    double exact = 0.0;
+    for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+      exact += SolidAngle(mesh.vertices.col(mesh.faces(0, f)) - p,
+                          mesh.vertices.col(mesh.faces(1, f)) - p,
+                          mesh.vertices.col(mesh.faces(2, f)) - p);
+    }
+    EXPECT_NEAR(winding.At(p), exact / (4.0 * std::numbers::pi), 0.02);
+  }
+}
+
+}  // namespace
+}  // namespace holdfast

@@ -1,0 +1,430 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/retarget/retarget.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <numbers>
+#include <random>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "geometry/body/body_model.h"
+#include "geometry/clip/resample.h"
+#include "geometry/error.h"
+#include "geometry/import/import_motion.h"
+#include "geometry/retarget/ground_contact.h"
+#include "geometry/retarget/retarget_calibration.h"
+#include "geometry/rotation.h"
+#include "tests/support/data_folder.h"
+
+namespace holdfast {
+namespace {
+
+RetargetBody DefaultBody() {
+  const auto model = BodyModel::Default();
+  const Eigen::Matrix3Xd shaped = model->ShapedVertices({});
+  RetargetBody body;
+  body.rest_joints = model->RestJoints(shaped);
+  body.floor_y = shaped.row(1).minCoeff();
+  body.left_hand = model->HandMean(Side::kLeft);
+  body.right_hand = model->HandMean(Side::kRight);
+  return body;
+}
+
+SkeletonMap IdentityMap() {
+  SkeletonMap map;
+  map.name = "test";
+  for (int j = 0; j < kNumJoints; ++j) map.source[j] = j;
+  return map;
+}
+
+Eigen::Matrix3d RandomRotation(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  Eigen::Quaterniond q(normal(random), normal(random), normal(random), normal(random));
+  return q.normalized().toRotationMatrix();
+}
+
+/// A clip as a capture would hold it: y up, metres times `size`, with the local axes
+/// of joint j turned by `frames[j]`.
+SourceMotion AsSource(const Clip& clip, const Eigen::Matrix3Xd& rest, double size,
+                      const std::vector<Eigen::Matrix3d>& frames) {
+  Eigen::Matrix3d y_up;
+  y_up << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  SourceMotion motion;
+  motion.frame_rate = clip.frame_rate;
+  motion.rest_offsets = Eigen::Matrix3Xd::Zero(3, kNumJoints);
+  for (int j = 0; j < kNumJoints; ++j) {
+    motion.joint_names.emplace_back(kJointNames[j]);
+    motion.parents.push_back(kJointParents[j]);
+    if (j > 0) {
+      const int p = kJointParents[j];
+      motion.rest_offsets.col(j) = size * frames[p].transpose() * (rest.col(j) - rest.col(p));
+    }
+  }
+  BodyState state;
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    ForwardJoints(rest, clip.pose[t], clip.trans.col(t), state);
+    motion.positions.push_back(size * y_up * state.joints);
+    for (int j = 0; j < kNumJoints; ++j) {
+      motion.rotations.emplace_back(Eigen::Matrix3d(y_up * state.world_rotation[j] * frames[j]));
+    }
+  }
+  // Ends for fingers, toes and head, along the bone that leads there.
+  for (int j = 1; j < kNumJoints; ++j) {
+    if (std::find(kJointParents.begin(), kJointParents.end(), j) != kJointParents.end()) continue;
+    const int p = kJointParents[j];
+    motion.end_sites.push_back(
+        {j, 0.5 * size * frames[j].transpose() * (rest.col(j) - rest.col(p))});
+  }
+  return motion;
+}
+
+std::vector<Eigen::Matrix3d> PlainFrames() {
+  return std::vector<Eigen::Matrix3d>(kNumJoints, Eigen::Matrix3d::Identity());
+}
+
+/// What bodies do: hinges bend one way, forearms roll half at the elbow and half at the wrist, the
+/// spine bends evenly; in the first third both feet stand.
+Clip NaturalClip(const RetargetBody& body, int frames) {
+  Clip clip;
+  clip.frame_rate = 30;
+  clip.trans.resize(3, frames);
+  const double height = body.rest_joints(1, 0) - body.floor_y;
+  for (int t = 0; t < frames; ++t) {
+    const double s = 2 * std::numbers::pi * t / frames;
+    const double moving = t < frames / 3 ? 0 : 1;
+    JointPose pose = JointPose::Zero();
+    pose.col(0) = Eigen::Vector3d(std::numbers::pi / 2, 0, 0);
+    const Eigen::Vector3d bend(0.1 * std::sin(s), 0.1 * std::cos(2 * s), 0.05 * std::sin(3 * s));
+    for (const int j : {3, 6, 9}) pose.col(j) = bend;
+    pose.col(12) = Eigen::Vector3d(0.1 * std::sin(2 * s), 0.2 * std::sin(s), 0);
+    pose.col(15) = Eigen::Vector3d(0.1, 0.3 * std::cos(s), 0);
+    for (const int side : {0, 1}) {
+      const double sign = side == 0 ? 1 : -1;
+      const double phase = s + 1.3 * side;
+      pose.col(1 + side) = moving * Eigen::Vector3d(-0.6 - 0.4 * std::sin(phase), 0.1 * sign, 0.05);
+      pose.col(4 + side) = moving * (0.9 + 0.6 * std::sin(phase)) * HingeAxis(4 + side);
+      pose.col(7 + side) = moving * Eigen::Vector3d(0.2 * std::sin(phase), 0.05, 0);
+      pose.col(16 + side) =
+          Eigen::Vector3d(0.3 * std::sin(phase), -0.5 * sign, sign * (-0.9 + 0.5 * std::cos(s)));
+      const Eigen::Matrix3d elbow = ExpSO3((0.9 + 0.7 * std::sin(phase)) * HingeAxis(18 + side));
+      const Eigen::Vector3d forearm =
+          (body.rest_joints.col(20 + side) - body.rest_joints.col(18 + side)).normalized();
+      const Eigen::Matrix3d half = ExpSO3(0.5 * 0.6 * std::sin(phase + 1) * forearm);
+      pose.col(18 + side) = LogSO3(elbow * half);
+      // A bend about an axis across the forearm leaves the roll, half and half, as it is.
+      const Eigen::Vector3d across = forearm.cross(Eigen::Vector3d::UnitX()).norm() > 0.1
+                                         ? forearm.cross(Eigen::Vector3d::UnitX())
+                                         : forearm.cross(Eigen::Vector3d::UnitY());
+      const Eigen::Matrix3d roll = half * half;
+      const Eigen::Matrix3d hand = ExpSO3(0.4 * std::cos(phase) * across.normalized()) * roll;
+      pose.col(20 + side) = LogSO3(half.transpose() * hand);
+      for (int f = 0; f < 5; ++f) {
+        for (int k = 0; k < 3; ++k) {
+          pose.col((side == 0 ? kLeftHandBegin : kRightHandBegin) + 3 * f + k) =
+              (f == 4 ? 0.1 : 0.3) * (1 + std::sin(s)) * Eigen::Vector3d(0, 0, -sign);
+        }
+      }
+    }
+    clip.pose.push_back(pose);
+    clip.trans.col(t) = Eigen::Vector3d(0.3 * moving * std::sin(s), 0, height) -
+                        body.rest_joints.col(0) + moving * Eigen::Vector3d(0, 0, 0.2);
+  }
+  return clip;
+}
+
+struct Difference {
+  double joint = 0;     // metres, all joints
+  double rotation = 0;  // radians, all joints
+};
+
+Difference Compare(const Clip& a, const Clip& b, const Eigen::Matrix3Xd& rest, int joints) {
+  Difference worst;
+  BodyState x, y;
+  for (int t = 0; t < a.NumFrames(); ++t) {
+    ForwardJoints(rest, a.pose[t], a.trans.col(t), x);
+    ForwardJoints(rest, b.pose[t], b.trans.col(t), y);
+    worst.joint =
+        std::max(worst.joint, (x.joints - y.joints).leftCols(joints).colwise().norm().maxCoeff());
+    for (int j = 0; j < joints; ++j) {
+      worst.rotation =
+          std::max(worst.rotation, AngleBetween(x.world_rotation[j], y.world_rotation[j]));
+    }
+  }
+  return worst;
+}
+
+TEST(Retarget, CopiesASkeletonThatRestsLikeSmplx) {
+  const RetargetBody body = DefaultBody();
+  std::srand(5);
+  Clip clip = NaturalClip(body, 30);
+  for (auto& pose : clip.pose) {
+    pose.rightCols(kNumJoints - 1) += 0.3 * JointPose::Random().rightCols(kNumJoints - 1);
+  }
+  RetargetOptions options;
+  options.find_ground = false;
+  RetargetReport report;
+  const Clip found = Retarget(AsSource(clip, body.rest_joints, 1, PlainFrames()), IdentityMap(),
+                              body, options, &report);
+  EXPECT_TRUE(report.same_skeleton);
+  EXPECT_NEAR(report.scale, 1, 1e-9);
+  const Difference difference = Compare(clip, found, body.rest_joints, kNumJoints);
+  EXPECT_LT(difference.joint, 1e-6);
+  EXPECT_LT(difference.rotation, 1e-6);
+}
+
+TEST(Retarget, LocalFramesAndRestPoseOfTheSourceDoNotMatter) {
+  const RetargetBody body = DefaultBody();
+  const Clip clip = NaturalClip(body, 90);
+  std::mt19937 random(7);
+  for (int trial = 0; trial < 5; ++trial) {
+    std::vector<Eigen::Matrix3d> frames;
+    for (int j = 0; j < kNumJoints; ++j) frames.push_back(RandomRotation(random));
+    for (const int j : {6, 9, 12, 15}) frames[j] = frames[3];  // a spine straight at rest
+    RetargetOptions options;
+    options.find_ground = false;
+    RetargetReport report;
+    const Clip found = Retarget(AsSource(clip, body.rest_joints, 1, frames), IdentityMap(), body,
+                                options, &report);
+    EXPECT_FALSE(report.same_skeleton);
+    const Difference difference = Compare(clip, found, body.rest_joints, kNumBodyJoints);
+    EXPECT_LT(difference.joint, 0.006) << trial;
+    EXPECT_LT(difference.rotation, 5 * kDegree) << trial;
+  }
+}
+
+TEST(Retarget, SizeOfTheSourceDoesNotMatter) {
+  const RetargetBody body = DefaultBody();
+  const Clip clip = NaturalClip(body, 30);
+  for (const double size : {0.5, 1.0, 100.0}) {
+    RetargetOptions options;
+    options.find_ground = false;
+    RetargetReport report;
+    const Clip found = Retarget(AsSource(clip, body.rest_joints, size, PlainFrames()),
+                                IdentityMap(), body, options, &report);
+    EXPECT_NEAR(report.scale * size, 1, 1e-9);
+    EXPECT_LT(Compare(clip, found, body.rest_joints, kNumJoints).joint, 1e-6);
+  }
+}
+
+TEST(Retarget, AZUpSourceGivesTheSameClip) {
+  const RetargetBody body = DefaultBody();
+  const Clip clip = NaturalClip(body, 20);
+  SourceMotion motion = AsSource(clip, body.rest_joints, 1, PlainFrames());
+  Eigen::Matrix3d z_up;
+  z_up << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  for (auto& positions : motion.positions) positions = (z_up * positions).eval();
+  for (auto& q : motion.rotations)
+    q = Eigen::Quaterniond(Eigen::Matrix3d(z_up * q.toRotationMatrix()));
+  RetargetOptions options;
+  options.find_ground = false;
+  options.up = UpAxis::kZ;
+  const Clip found = Retarget(motion, IdentityMap(), body, options);
+  EXPECT_LT(Compare(clip, found, body.rest_joints, kNumJoints).joint, 1e-6);
+}
+
+TEST(Retarget, FeetComeToStandOnTheGround) {
+  const RetargetBody body = DefaultBody();
+  const Clip clip = NaturalClip(body, 90);
+  SourceMotion motion = AsSource(clip, body.rest_joints, 1, PlainFrames());
+  for (auto& positions : motion.positions) positions.row(1).array() += 0.37;
+  RetargetReport report;
+  const Clip found = Retarget(motion, IdentityMap(), body, {}, &report);
+  EXPECT_NEAR(report.ground_offset_m, -0.37, 0.002);
+  EXPECT_LT(Compare(clip, found, body.rest_joints, kNumJoints).joint, 0.003);
+}
+
+TEST(Retarget, MissingPartsAreFilledIn) {
+  const RetargetBody body = DefaultBody();
+  const Clip clip = NaturalClip(body, 30);
+  SkeletonMap map = IdentityMap();
+  for (int j = 0; j < kNumJoints; ++j) {
+    const bool limb = j <= 2 || j == 4 || j == 5 || j == 7 || j == 8 || (j >= 16 && j <= 21);
+    if (!limb) map.source[j] = -1;
+  }
+  RetargetReport report;
+  const Clip found =
+      Retarget(AsSource(clip, body.rest_joints, 1, PlainFrames()), map, body, {}, &report);
+  EXPECT_LT(report.max_wrist_error_mm, 1);
+  for (int t = 0; t < found.NumFrames(); ++t) {
+    EXPECT_TRUE(found.pose[t].allFinite());
+    EXPECT_TRUE(found.pose[t].col(kLeftHandBegin).isApprox(body.left_hand.head<3>(), 1e-9));
+  }
+}
+
+TEST(Retarget, AHandThatFlipsForAMomentIsBridged) {
+  const RetargetBody body = DefaultBody();
+  const Clip clip = NaturalClip(body, 60);
+  std::mt19937 random(3);
+  std::vector<Eigen::Matrix3d> frames = PlainFrames();
+  for (const int j : {4, 5, 16, 17}) frames[j] = RandomRotation(random);  // no mere copy
+  SourceMotion motion = AsSource(clip, body.rest_joints, 1, frames);
+  const auto flip = [&](int t) {
+    const Eigen::Matrix3d half = ExpSO3(Eigen::Vector3d(0, 0, std::numbers::pi));
+    for (int j = kRightHandBegin; j < kNumJoints; ++j) {
+      auto& q = motion.rotations[static_cast<std::size_t>(t) * kNumJoints + j];
+      q = Eigen::Quaterniond(Eigen::Matrix3d(q.toRotationMatrix() * half));
+    }
+    auto& wrist = motion.rotations[static_cast<std::size_t>(t) * kNumJoints + 21];
+    wrist = Eigen::Quaterniond(Eigen::Matrix3d(wrist.toRotationMatrix() * half));
+  };
+  flip(30);
+  flip(31);
+  RetargetReport report;
+  const Clip found = Retarget(motion, IdentityMap(), body, {}, &report);
+  EXPECT_EQ(report.repaired_hand_frames, 2);
+  for (int t = 1; t < found.NumFrames(); ++t) {
+    EXPECT_LT(AngleBetween(ExpSO3(found.pose[t].col(21)), ExpSO3(found.pose[t - 1].col(21))), 0.4);
+  }
+}
+
+TEST(Retarget, LegsWithoutLengthAreAnError) {
+  const RetargetBody body = DefaultBody();
+  SourceMotion motion = AsSource(NaturalClip(body, 3), body.rest_joints, 0, PlainFrames());
+  EXPECT_THROW(Retarget(motion, IdentityMap(), body), Error);
+  motion.frame_rate = 0;
+  EXPECT_THROW(Retarget(motion, IdentityMap(), body), Error);
+}
+
+TEST(BendHingeTest, PointsTheBoneAndStaysSteadyWhenFolded) {
+  std::mt19937 random(11);
+  for (const int joint : {4, 5, 18, 19}) {
+    const Eigen::Vector3d rest =
+        joint < 16 ? Eigen::Vector3d(0.02, -1, 0.01).normalized()
+                   : Eigen::Vector3d(joint == 18 ? 1 : -1, 0.02, 0.01).normalized();
+    const Eigen::Matrix3d above = RandomRotation(random);
+    Eigen::Matrix3d last = above;
+    for (double bend = 0; bend < 200 * kDegree; bend += 2 * kDegree) {
+      const Eigen::Vector3d wobble(0.01 * std::sin(40 * bend), 0.01 * std::cos(33 * bend), 0);
+      const Eigen::Vector3d to =
+          above * (ExpSO3(bend * HingeAxis(joint)) * rest + wobble).normalized();
+      const Eigen::Matrix3d R = BendHinge(joint, above, rest, to);
+      EXPECT_LT((R * rest - to).norm(), 1e-9);
+      if (bend > 0) {
+        EXPECT_LT(AngleBetween(R, last), 4 * kDegree) << bend / kDegree;
+      }
+      last = R;
+    }
+  }
+}
+
+TEST(FindGroundTest, TakesTheLowestLevelWhereManyStandAndItsTilt) {
+  const Eigen::Index points = 12;
+  std::mt19937 random(2);
+  std::normal_distribution<double> noise(0, 0.002);
+  std::vector<Eigen::Matrix3Xd> frames;
+  for (int t = 0; t < 300; ++t) {
+    Eigen::Matrix3Xd p = Eigen::Matrix3Xd::Constant(3, points, 1.0);
+    const double x = 4.0 * (t / 50) / 6, y = 0.2 * ((t / 50) % 2);
+    const double step = (t / 50) == 3 ? 0.15 : 0;  // once upon a block
+    for (int i = 0; i < GroundProbe::kNumSoles; ++i) {
+      p.col(i) = Eigen::Vector3d(x, y, 0.07 + 0.015 * x + step + noise(random));
+    }
+    if (t == 77) p(2, 0) = -1;  // an outlier below everything
+    frames.push_back(p);
+  }
+  const GroundPlane level = FindGround(frames, 30, false);
+  EXPECT_NEAR(level.height, 0.09, 0.03);
+  EXPECT_TRUE(level.slope.isZero());
+  const GroundPlane plane = FindGround(frames, 30, true);
+  EXPECT_NEAR(plane.slope.x(), 0.015, 0.002);
+  EXPECT_NEAR(plane.height, 0.07, 0.004);
+}
+
+TEST(ResampleTest, KeepsEndsAndGoesTheShortWay) {
+  const RetargetBody body = DefaultBody();
+  const Clip clip = NaturalClip(body, 61);
+  const Clip twice = Resample(clip, 60);
+  ASSERT_EQ(twice.NumFrames(), 121);
+  for (int t = 0; t < 61; ++t) EXPECT_TRUE(twice.pose[2 * t].isApprox(clip.pose[t], 1e-9));
+  const Clip half = Resample(clip, 15);
+  ASSERT_EQ(half.NumFrames(), 31);
+  EXPECT_TRUE(half.pose[30].isApprox(clip.pose[60], 1e-9));
+  EXPECT_TRUE(half.trans.col(30).isApprox(clip.trans.col(60)));
+  EXPECT_THROW(Resample(clip, 0), Error);
+}
+
+// --- Real captures, where they are at hand -------------------------------------------------------
+
+struct Capture {
+  const char* file;
+  const char* skeleton;
+  bool stands;  // soles on the ground in most frames
+};
+
+class RealCapture : public ::testing::TestWithParam<Capture> {};
+
+TEST_P(RealCapture, ComesOntoTheBodyWhole) {
+  const auto path = testing::DataFolder() / "mocap" / GetParam().file;
+  if (!std::filesystem::exists(path)) {
+    GTEST_SKIP() << path << " is not there; set HOLDFAST_DATA to the folder that holds mocap/";
+  }
+  const RetargetBody body = DefaultBody();
+  ImportOptions options;
+  options.frame_rate = 0;
+  ImportReport report;
+  const Clip clip = ImportMotion(path, body, options, &report);
+  EXPECT_EQ(report.skeleton, GetParam().skeleton);
+  EXPECT_TRUE(report.missing_body_joints.empty());
+  EXPECT_LT(report.retarget.mean_joint_error_mm, 30);
+  EXPECT_LT(report.retarget.max_wrist_error_mm, 1);
+  EXPECT_LT(report.retarget.max_ankle_error_mm, 25);
+  EXPECT_NEAR(report.retarget.mean_sole_height_m, 0, GetParam().stands ? 0.012 : 0.02);
+  if (GetParam().stands) {
+    EXPECT_GT(report.retarget.min_sole_height_m, -0.06);
+  }
+
+  BodyState state;
+  double nodding = 0;
+  int bent_back = 0;
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    ASSERT_TRUE(clip.pose[t].allFinite());
+    ForwardJoints(body.rest_joints, clip.pose[t], clip.trans.col(t), state);
+    for (int side : {0, 1}) {
+      // Knees and elbows bend one way, up to what a straight limb's noise may do.
+      const double knee = clip.pose[t].col(4 + side).dot(HingeAxis(4 + side));
+      const double elbow = clip.pose[t].col(18 + side).dot(HingeAxis(18 + side));
+      bent_back += (knee < -15 * kDegree) + (elbow < -20 * kDegree);
+      // Feet point where the shin's front is, within what an ankle can turn.
+      const Eigen::Vector3d ahead = state.world_rotation[4 + side].col(2);
+      nodding += state.world_rotation[7 + side].col(2).dot(ahead) < 0.2;
+    }
+    if (t == 0) continue;
+    for (int j = 0; j < kNumJoints; ++j) {
+      EXPECT_LT((clip.pose[t].col(j) - clip.pose[t - 1].col(j)).norm() * clip.frame_rate, 60)
+          << kJointNames[j] << " jumps at frame " << t;
+    }
+  }
+  EXPECT_LT(bent_back, 0.01 * clip.NumFrames());
+  EXPECT_LT(nodding, 0.02 * clip.NumFrames());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Sources, RealCapture,
+    ::testing::Values(
+        Capture{"sb_reach/ChrGarza_IdleStand01_ReachForwardFloor01.bvh.gz", "SmartBody", true},
+        Capture{"sb_reach/ChrHarmony_Relax001_ArmReachRtHigh.bvh.gz", "SmartBody, anatomical names",
+                true},
+        Capture{"sb_catching/Center.bvh.gz", "SmartBody, biped names", true},
+        Capture{"sb_locomotion/ChrHarmony_Walk01.bvh.gz", "SmartBody", true},
+        Capture{"sb_gesture/ChrConnor_IdleStand01_BeatFlipBt01.bvh.gz", "SmartBody", true},
+        Capture{"sb_punch/ChrGarza_IdleFight01_PunchForwardFloor01.bvh.gz", "SmartBody", true},
+        Capture{"cmu_expmap/test_washwindow_1.bvh.gz", "CMU, BVH", true},
+        Capture{"cmu_bvh/07_12.bvh.gz", "CMU, BVH", true},
+        Capture{"cmu_asfamc/07_03.amc.gz", "CMU, ASF/AMC", true},
+        Capture{"accad_bvh/Female1_A01_Stand.bvh.gz", "ACCAD", true},
+        Capture{"accad_bvh/Male1_B13_WalkTurnRight45.bvh.gz", "ACCAD", true},
+        Capture{"accad_bvh/Male1_A10_LieToCrouch.bvh.gz", "ACCAD", false}),
+    [](const auto& capture) {
+      std::string name(capture.param.file);
+      name = name.substr(0, name.find('.'));
+      for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+      return name;
+    });
+
+}  // namespace
+}  // namespace holdfast

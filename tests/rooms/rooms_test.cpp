@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+// Which folder may include which: a room uses only rooms on floors below its own.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+
+// From the ground up; rooms of one line do not know of each other.
+const std::vector<std::vector<std::string>> kFloors = {
+    {"geometry"},
+    {"geometry/mesh", "geometry/io/container", "generator/nn/kernels", "solver/kernels"},
+    {"geometry/io/mesh", "geometry/io/pickle", "generator/nn"},
+    {"geometry/body", "generator/training"},
+    {"geometry/clip"},
+    {"geometry/score", "geometry/io/motion", "geometry/render"},
+    {"geometry/retarget"},
+    {"geometry/io/gltf", "geometry/conventions"},
+    {"geometry/import"},
+    {"geometry/inspect"},
+    {"generator/body"},
+    {"generator/scripted"},
+    {"generator/matching", "generator/wandr"},
+    {"generator/walk_statistics", "generator/imos"},
+    {"generator/actions"},
+    {"generator/training/wandr", "generator/training/imos"},
+    {"solver/unknowns", "solver/hand"},
+    {"solver/terms/hand", "solver/terms/body", "solver/terms/motion"},
+    {"solver/fit", "solver/grasp", "solver/body_ik"},
+    {"solver/handover", "solver/take", "solver/latent", "solver/recipes"},
+    {"solver/actions", "solver/synthesis"},
+    {"solver/evaluation"},
+    {"apps"},
+    {"apps/train"},
+};
+
+// What a room may hold; more is a hall.
+constexpr int kMostFiles = 45;
+// Halls that are being cleared: they may not grow.
+const std::map<std::string, int> kHalls = {{"apps", 146}};
+
+struct Tree {
+  std::map<std::string, int> files;                                 // of each room
+  std::map<std::pair<std::string, std::string>, std::string> uses;  // who and whom: by which file
+};
+
+std::string RoomOf(const fs::path& file) { return file.parent_path().generic_string(); }
+
+const Tree& Source() {
+  static const Tree tree = [] {
+    Tree t;
+    const fs::path root = HOLDFAST_SOURCE_DIR;
+    const std::regex include("^#include \"([^\"]+)\"");
+    for (const char* top : {"geometry", "generator", "solver", "apps"}) {
+      for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / top)) {
+        const fs::path& file = entry.path();
+        if (file.extension() != ".h" && file.extension() != ".cpp") continue;
+        const std::string room = RoomOf(fs::relative(file, root));
+        ++t.files[room];
+        std::ifstream text(file);
+        for (std::string line; std::getline(text, line);) {
+          std::smatch match;
+          if (!std::regex_search(line, match, include)) continue;
+          const std::string used = RoomOf(match[1].str());
+          if (used != room) t.uses[{room, used}] = fs::relative(file, root).generic_string();
+        }
+      }
+    }
+    return t;
+  }();
+  return tree;
+}
+
+std::map<std::string, int> Floors() {
+  std::map<std::string, int> floors;
+  for (std::size_t k = 0; k < kFloors.size(); ++k) {
+    for (const std::string& room : kFloors[k]) floors[room] = static_cast<int>(k);
+  }
+  return floors;
+}
+
+TEST(Rooms, AreAllInTheTableAndTheTableNamesNoOther) {
+  std::set<std::string> there, named;
+  for (const auto& [room, files] : Source().files) there.insert(room);
+  for (const auto& [room, floor] : Floors()) named.insert(room);
+  EXPECT_EQ(there, named);
+}
+
+TEST(Rooms, UseOnlyWhatStandsBelowThem) {
+  const std::map<std::string, int> floors = Floors();
+  EXPECT_GT(Source().uses.size(), 100u) << "the includes were not read";
+  for (const auto& [rooms, file] : Source().uses) {
+    const auto& [room, used] = rooms;
+    ASSERT_TRUE(floors.contains(used)) << file << " includes something of " << used;
+    EXPECT_LT(floors.at(used), floors.at(room))
+        << file << " of " << room << " includes something of " << used;
+  }
+}
+
+TEST(Rooms, HoldNoMoreThanOneCanKnow) {
+  for (const auto& [room, files] : Source().files) {
+    const auto hall = kHalls.find(room);
+    EXPECT_LE(files, hall == kHalls.end() ? kMostFiles : hall->second) << room;
+  }
+}
+
+// A command is what the program alone needs: nobody else includes it, and of the library's tests
+// none does.
+TEST(Rooms, NothingOfTheLibraryKnowsTheProgram) {
+  for (const auto& [rooms, file] : Source().uses) {
+    if (rooms.first.starts_with("apps")) continue;
+    EXPECT_FALSE(rooms.second.starts_with("apps")) << file;
+  }
+}
+
+}  // namespace
+}  // namespace holdfast

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+#include "solver/unknowns/quiet_ceres.h"
+
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+
+#if __has_include(<glog/logging.h>)
+#include <glog/logging.h>
+
+namespace holdfast {
+namespace {
+
+[[noreturn]] void Warn() {
+  QuietCeres();
+  LOG(ERROR) << "Line search failed";
+  std::_Exit(0);
+}
+
+void FailACheck() {
+  QuietCeres();
+  CHECK(false) << "isfinite(x)";
+}
+
+TEST(QuietCeres, SaysNothingOfWhatCeresMeets) {
+  EXPECT_EXIT(Warn(), ::testing::ExitedWithCode(0), "^$");
+}
+
+TEST(QuietCeres, AFailedCheckIsASentenceAndAnExitCode) {
+  EXPECT_EXIT(FailACheck(), ::testing::ExitedWithCode(1),
+              "^holdfast: the optimizer met numbers that it cannot work with");
+}
+
+}  // namespace
+}  // namespace holdfast
+#endif
