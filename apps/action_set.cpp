@@ -84,7 +84,7 @@ const ActionProp& ActionWorkshop::Prop(const std::string& object, bool mirrored)
   Shelf<ActionProp>& shelf = ShelfOf(props_, std::pair(object, mirrored));
   const std::scoped_lock guard(shelf.lock);
   if (!shelf.value) {
-    const LoadedObject loaded = LoadObject(object);
+    const LoadedObject loaded = LoadObjectInput(object);
     shelf.value = std::make_unique<const ActionProp>(MakeActionProp(
         object, loaded.mesh, ForFitting(loaded, kPairVertices, nullptr), mirrored, 1));
   }

@@ -46,7 +46,7 @@ bool IsForeign(const LoadedClip& loaded) {
 void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptions& options) {
   input.object_scale = options.object_scale;
   if (!options.object.empty()) {
-    input.object = LoadObject(options.object, options.object_scale).mesh;
+    input.object = LoadObjectInput(options.object, options.object_scale).mesh;
     input.object_source = options.object;
     return;
   }
@@ -68,7 +68,7 @@ void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptio
   for (const auto& [candidate, scale] : candidates) {
     try {
       input.object_scale = options.object_scale * scale;
-      input.object = LoadObject(candidate, input.object_scale).mesh;
+      input.object = LoadObjectInput(candidate, input.object_scale).mesh;
       input.object_source = candidate;
       return;
     } catch (const Error& error) {
@@ -107,7 +107,7 @@ std::optional<TriangleMesh> MeshNamedBy(const Clip& clip, const fs::path& source
   const fs::path folder = fs::is_directory(source) ? source : source.parent_path();
   for (const std::string& place : {(folder / clip.object->mesh).string(), clip.object->mesh}) {
     try {
-      return LoadObject(place).mesh;
+      return LoadObjectInput(place).mesh;
     } catch (const Error&) {
     }
   }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -16,6 +17,7 @@
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
 #include "geometry/error.h"
+#include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/mesh.h"
 #include "geometry/retarget/retarget.h"
 
@@ -70,39 +72,30 @@ class Progress {
   std::chrono::steady_clock::time_point last_;
 };
 
+/// Progress of work in stages, a line each.
+class StageProgress {
+ public:
+  explicit StageProgress(const CommonOptions& options) : options_(options) {}
+  void Update(const char* stage, int done, int total) {
+    if (!line_ || stage_ != stage) {
+      stage_ = stage;
+      line_.emplace(options_, stage_);
+    }
+    line_->Update(done, total);
+  }
+  void End() { line_.reset(); }
+
+ private:
+  const CommonOptions& options_;
+  std::string stage_;
+  std::optional<Progress> line_;
+};
+
 /// The body model in a file, or the embedded one when `path` is empty.
 std::shared_ptr<const BodyModel> LoadBody(const std::string& path);
 
-/// An object ready for fitting.
-struct LoadedObject {
-  std::string name;               ///< stem of the file, or the embedded object's name
-  std::string source;             ///< as the user wrote it
-  TriangleMesh mesh;              ///< repaired where that is safe, scaled
-  bool implausible_size = false;  ///< not a handheld object in metres
-  double suggested_scale = 1.0;   ///< then, the factor that would make it one, if there is one
-  std::vector<std::string> notes;
-};
-
-/// A mesh by path, or an embedded object by name ("mug"). What was repaired, and what is wrong and
-/// could not be, is in `notes`. Throws Error listing the embedded names when it is neither.
-LoadedObject LoadObject(const std::string& path_or_name, double scale = 1.0);
-
-/// What `work` gives; an Error of it about "mesh" is thrown on as one about `source`.
-template <typename Work>
-auto NamingMesh(const std::string& source, const Work& work) {
-  try {
-    return work();
-  } catch (const Error& error) {
-    if (error.Where() != "mesh") throw;
-    throw Error(source, error.Problem(), error.Remedy());
-  }
-}
-
-/// Throws Error for an object that is no size for a hand, with the scale that would help.
-void RequireHandheld(const LoadedObject& object);
-
-/// 300 (or `vertices`) vertices for the fit: the mesh itself when it has no more.
-TriangleMesh ForFitting(const LoadedObject& object, int vertices, std::vector<std::string>* notes);
+/// LoadObject, with the embedded name that may have been meant.
+LoadedObject LoadObjectInput(const std::string& path_or_name, double scale = 1.0);
 
 /// Before the work: throws Error unless the file `path` is new or --force was given, and can be
 /// written there. Folders above it that do not exist are made when it is written.

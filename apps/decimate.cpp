@@ -21,7 +21,7 @@ int Run(const DecimateCommand& options) {
   RequireNew(options.output, common);
   DecimateOptions decimate = options.decimate;
   decimate.method = ParseDecimateMethod(options.method);
-  const LoadedObject object = LoadObject(options.mesh);
+  const LoadedObject object = LoadObjectInput(options.mesh);
   for (const std::string& note : object.notes) Note(common, "note: " + note);
   const DecimateResult result =
       NamingMesh(options.mesh, [&] { return Decimate(object.mesh, decimate); });

@@ -221,7 +221,7 @@ Eigen::VectorXd SynthesisStudy::MeasureObject(const SynthesisRow& row, const Syn
     }
     WriteClip(kept, folder / (one.sequence.name + ".npz"));
   }
-  input.object = LoadObject(one.input.object_source, 1.0).mesh;
+  input.object = LoadObjectInput(one.input.object_source, 1.0).mesh;
   CommonOptions alone = common_;
   alone.threads = 1;
   const ScoreOptions options = SynthesisScoreOptions();

@@ -2,8 +2,6 @@
 #include "apps/fit_job.h"
 
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <chrono>
 #include <memory>
 #include <numbers>
@@ -12,30 +10,16 @@
 #include <fmt/format.h>
 
 #include "apps/clip_input.h"
-#include "apps/first_grasp.h"
 #include "apps/fit_metrics.h"
 #include "apps/report.h"
 #include "apps/result_folder.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
-#include "geometry/mesh/surface_distance.h"
-#include "geometry/rotation.h"
-#include "solver/fit/clip_state.h"
-#include "solver/fit/grip_from_clip.h"
-#include "solver/handover/grip_by_transfer.h"
-#include "solver/handover/holding.h"
-#include "solver/recipes/imos_code.h"
+#include "solver/carry/carry.h"
 
 namespace holdfast::apps {
 namespace {
-
-constexpr std::uint8_t kHoldsBoth = kHoldsRight | kHoldsLeft;
-
-std::uint8_t BitsOf(const std::string& hand) {
-  if (hand == "left") return kHoldsLeft;
-  return hand == "both" ? kHoldsBoth : kHoldsRight;
-}
 
 std::string_view HandsText(std::uint8_t bits) {
   switch (bits) {
@@ -109,112 +93,64 @@ LoadedClip LoadRange(const FitJob& job, const std::shared_ptr<const BodyModel>& 
   return loaded;
 }
 
-// Whether the object that a clip has is the one given: the surface that the clip names is the same,
-// or, where there is none to look at, one of its names.
-bool IsObjectOf(const Clip& clip, const FitJob& job, const LoadedObject& object) {
-  if (std::optional<TriangleMesh> own = MeshNamedBy(clip, job.clip)) {
-    if (SameSurface(*own, object.mesh)) return true;
-    own->vertices *= job.object_scale;
-    return job.object_scale != 1.0 && SameSurface(*own, object.mesh);
-  }
-  const auto same = [](unsigned char a, unsigned char b) {
-    return std::tolower(a) == std::tolower(b);
-  };
-  const std::string mesh = std::filesystem::path(clip.object->mesh).stem().string();
-  return clip.object->name.empty() || std::ranges::equal(clip.object->name, object.name, same) ||
-         std::ranges::equal(mesh, object.name, same);
+// The job as the library takes it, but for the place to grasp.
+CarryOptions ToLibrary(const FitJob& job, const CommonOptions& common) {
+  CarryOptions options;
+  options.hands = job.hand == "right"  ? CarryHands::kRight
+                  : job.hand == "left" ? CarryHands::kLeft
+                  : job.hand == "both" ? CarryHands::kBoth
+                                       : CarryHands::kAuto;
+  options.object_scale = job.object_scale;
+  options.style = StyleByName(job.style);
+  options.hand_over = job.offhand;
+  options.handover = job.handover;
+  options.recipe = job.recipe == "paper"       ? FitRecipe::kPaper
+                   : job.recipe == "imos-code" ? FitRecipe::kImosCode
+                                               : FitRecipe::kHoldfast;
+  options.fit = job.fit;
+  options.fit.contact_threshold_m = 1e-3 * job.contact_threshold_mm;
+  options.fit.precision =
+      job.precision == "double" ? PairPrecision::kDouble : PairPrecision::kSingle;
+  options.fit.whole_clip = job.solve == "batch";
+  options.protocol = job.protocol;
+  options.seed = common.seed;
+  options.threads = NumThreads(common);
+  return options;
 }
 
-// Whether a grasp has to be made. Objects that no hand can hold are refused here, before anything
-// is prepared for them.
-bool NeedsGrasp(const FitJob& job, const Clip& clip, const LoadedObject& object,
-                std::vector<std::string>& notes) {
-  bool needed = !clip.object || job.regrasp || job.place.Given();
-  if (!needed && !job.keep_grasp && !job.motion && !IsObjectOf(clip, job, object)) {
-    needed = true;
-    notes.push_back(fmt::format(
-        "the clip's grasp is of {}, not of {}: a new one is made (--keep-grasp keeps it)",
-        clip.object->name.empty() ? "another mesh" : clip.object->name, job.object));
+// Decides whether a grasp has to be made. Objects that no hand can hold are refused here, before
+// anything is prepared for them.
+void ChooseGrasp(const FitJob& job, const LoadedClip& loaded, const LoadedObject& object,
+                 CarryOptions& options, std::vector<std::string>& notes) {
+  const Clip& clip = loaded.clip;
+  if (job.keep_grasp || job.motion) options.grasp = GraspSource::kClips;
+  if (job.regrasp || job.place.Given()) options.grasp = GraspSource::kNew;
+  if (options.grasp == GraspSource::kClipsOrNew) {
+    options.clip_object = MeshNamedBy(clip, job.clip);
+    if (clip.object && NeedsGrasp(clip, object, options)) {
+      notes.push_back(fmt::format(
+          "the clip's grasp is of {}, not of {}: a new one is made (--keep-grasp keeps it)",
+          clip.object->name.empty() ? "another mesh" : clip.object->name, job.object));
+    }
   }
-  const bool both = job.hand == "both" || std::ranges::count(clip.holding_hand, kHoldsBoth) > 0;
-  if (needed) RequireGraspable(object, both);
-  return needed;
+  const bool needed = NeedsGrasp(clip, object, options);
+  options.grasp = needed ? GraspSource::kNew : GraspSource::kClips;
+  constexpr std::uint8_t kHoldsBoth = kHoldsRight | kHoldsLeft;
+  if (needed) {
+    RequireGraspable(object,
+                     job.hand == "both" || std::ranges::count(clip.holding_hand, kHoldsBoth) > 0);
+  }
 }
 
-// A grasp of a clip's own that the terms cannot mend any more: soft tissue gives less.
-constexpr double kBadGripMm = 3.0;
-
-// Everything that a fit works on.
-struct Scene {
-  Scene(const FitJob& job, const CommonOptions& common, FitLibrary& library)
-      : Scene(job, common, library, LoadRange(job, library.Body(job.body), common)) {}
-  Scene(const FitJob& job, const CommonOptions& common, FitLibrary& library, LoadedClip loaded)
-      : clip(std::move(loaded.clip)),
-        body(loaded.body.model),
-        needs_grasp(NeedsGrasp(job, clip, *library.Loaded(job.object, job.object_scale), notes)),
-        prepared(
-            library.Object(job.object, job.object_scale, job.object_vertices, NumThreads(common))),
-        betas(loaded.body.betas),
-        right(body, betas, Side::kRight),
-        left(body, betas, Side::kLeft) {
-    notes.insert(notes.end(), prepared->notes.begin(), prepared->notes.end());
-    for (const std::string& note : notes) Note(common, "note: " + note);
+// What is wrong with "the clip" is wrong with the file that the user gave.
+template <typename Work>
+auto NamingClip(const std::string& source, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    if (error.Where() != "the clip") throw;
+    throw Error(source, error.Problem(), error.Remedy());
   }
-  const HandModel& Hand(Side side) const { return side == Side::kRight ? right : left; }
-  const LoadedObject& Object() const { return prepared->object; }
-
-  Clip clip;
-  std::shared_ptr<const BodyModel> body;
-  std::vector<std::string> notes;  ///< for people, and for metrics.json
-  bool needs_grasp;                ///< the clip has none of this object
-  std::shared_ptr<const PreparedObject> prepared;
-  Eigen::VectorXd betas;
-  HandModel right, left;
-};
-
-Holding Always(std::uint8_t bits, std::size_t frames) {
-  return {std::vector<std::uint8_t>(frames, bits), {}, std::vector<double>(frames, 1.0)};
-}
-
-// Who is to hold an object that the clip does not have: who held the clip's own in most frames.
-std::uint8_t UsualHolder(const Scene& scene) {
-  if (const std::optional<Side> lone = scene.body->LoneHand()) return HoldingBit(*lone);
-  const auto frames = [&](std::uint8_t bits) {
-    return std::ranges::count(scene.clip.holding_hand, bits);
-  };
-  const std::uint8_t one = frames(kHoldsLeft) > frames(kHoldsRight) ? kHoldsLeft : kHoldsRight;
-  return frames(kHoldsBoth) > frames(one) ? kHoldsBoth : one;
-}
-
-// Who holds the object in each frame, before the fit.
-Holding WhoHolds(const FitJob& job, const Scene& scene, const CommonOptions& common) {
-  const Clip& clip = scene.clip;
-  const auto frames = static_cast<std::size_t>(clip.NumFrames());
-  const bool has_track = !scene.needs_grasp;
-  // Without the object's own trajectory, somebody has to hold it in every frame.
-  const bool labelled =
-      !clip.holding_hand.empty() && (has_track || std::ranges::count(clip.holding_hand, 0) == 0);
-  Holding holding;
-  if (labelled && (job.offhand || job.hand == "auto") && job.handover.switch_frames.empty()) {
-    holding = {clip.holding_hand, SwitchesOf(clip.holding_hand), {}};
-  } else if (job.offhand && !(has_track && job.handover.switch_frames.empty())) {
-    Eigen::Vector3d extent = Extent(scene.Object().mesh);
-    std::sort(extent.begin(), extent.end());
-    return FindHandovers(clip, scene.right, scene.left, extent(1), job.handover);
-  } else if (!job.offhand && job.hand != "auto") {
-    return Always(BitsOf(job.hand), frames);
-  } else if (!has_track) {
-    return Always(UsualHolder(scene), frames);
-  } else {
-    HoldingOptions options;
-    options.threads = NumThreads(common);
-    holding = FindHolding(clip, scene.right, scene.left, *scene.prepared->fit.distance, options);
-  }
-  if (std::ranges::all_of(holding.hands, [](std::uint8_t bits) { return bits == 0; })) {
-    throw Error(job.clip, "has an object that no hand holds",
-                "Say which hand does with --hand, or make a new grasp with --regrasp");
-  }
-  return holding;
 }
 
 nlohmann::json SwitchesJson(const Holding& holding, const std::vector<Handover>& handovers) {
@@ -268,174 +204,118 @@ void RemoveTimings(nlohmann::json& metrics) {
   metrics["per_frame"].erase("solve_ms");
 }
 
-void RequireGrasp(bool held, const FitJob& job, const nlohmann::json& grasp, std::uint8_t holding) {
-  if (held) return;
-  const std::string other =
-      holding == kHoldsBoth ? "a first frame with both hands in front (--start)"
-                            : fmt::format("--hand {}", holding == kHoldsLeft ? "right" : "left");
-  throw FitFailure(fmt::format("{}: {}. Try {}, {}", job.object, grasp["status"].get<std::string>(),
-                               other,
-                               job.place.Given() ? "or another place (--at, --region, --avoid)"
-                                                 : "or another object size (--object-scale)"));
+void RequireCarried(const CarryReport& report, const FitJob& job) {
+  if (report.status == CarryStatus::kNoGrasp) {
+    const std::uint8_t first = report.holding.hands.front();
+    const std::string other =
+        report.grasp.both ? "a first frame with both hands in front (--start)"
+                          : fmt::format("--hand {}", first == kHoldsLeft ? "right" : "left");
+    throw FitFailure(fmt::format("{}: {}. Try {}, {}", job.object, report.grasp.status, other,
+                                 job.place.Given() ? "or another place (--at, --region, --avoid)"
+                                                   : "or another object size (--object-scale)"));
+  }
+  if (report.status == CarryStatus::kNoContact) {
+    throw FitFailure(fmt::format(
+        "{}: {} touches no hand in any frame, so that nothing is written. {}", job.clip, job.object,
+        report.grasp.made
+            ? "Try another --hand, or another frame to take hold in (--start)"
+            : "Its trajectory is of another object, scale or body: --regrasp makes a new grasp"));
+  }
 }
 
-void RequireContact(const ContactScore& contact, const FitJob& job, bool grasped) {
-  if (contact.contact_frames_ratio.value_or(0.0) > 0.0) return;
-  throw FitFailure(fmt::format(
-      "{}: {} touches no hand in any frame, so that nothing is written. {}", job.clip, job.object,
-      grasped ? "Try another --hand, or another frame to take hold in (--start)"
-              : "Its trajectory is of another object, scale or body: --regrasp makes a new grasp"));
-}
-
-}  // namespace
-
-FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& library) {
-  FitJob job = asked;
-  ResultFolder folder(job.output, common.force);
-  job.fit.contact_threshold_m = 1e-3 * job.contact_threshold_mm;
-  job.fit.precision = job.precision == "double" ? PairPrecision::kDouble : PairPrecision::kSingle;
-  job.fit.whole_clip = job.solve == "batch";
-  job.fit.threads = NumThreads(common);
-  if (job.recipe == "paper") job.fit = job.fit.OnlyPaper();
-  job.protocol.threads = NumThreads(common);
-  const FitOutcome stopped{kInterrupted, {}, {}};
-
-  Scene scene(job, common, library);
-  const bool needs_grasp = scene.needs_grasp;
-  if (job.offhand) RequireHands(*scene.body, kHoldsBoth);
-  const Holding held = WhoHolds(job, scene, common);
-  const std::vector<std::uint8_t>& holding = held.hands;
-  std::uint8_t all_bits = 0;
-  for (const std::uint8_t bits : holding) all_bits |= bits;
-  RequireHands(*scene.body, all_bits);
-
-  if (!needs_grasp) {
-    WarnIfAway(job.clip, scene.clip, {scene.body, scene.betas}, scene.Object().mesh, common);
-  }
-
-  const std::shared_ptr<const GraspPlace> place =
-      MakeGraspPlace(job.place, scene.Object(), job.object, job.object_scale);
-  if (place && holding.front() == kHoldsBoth) {
-    throw Error(job.clip,
-                "is held by both hands in its first frame: --at, --region and --avoid are "
-                "for one",
-                "Say which with --hand");
-  }
-  nlohmann::json grasp = {{"made", false}};
-  std::optional<std::array<GripPose, 2>> both_grips;
-  if (needs_grasp && holding.front() == kHoldsBoth) {
-    both_grips =
-        HoldInFirstFrame(scene.right, scene.left, scene.Object(), *scene.prepared->fit.distance,
-                         BodySurface(scene.body, scene.betas), common, scene.clip, grasp);
-    if (Interrupted()) return stopped;
-    RequireGrasp(both_grips.has_value(), job, grasp, kHoldsBoth);
-  } else if (needs_grasp) {
-    const Side side = holding.front() == kHoldsLeft ? Side::kLeft : Side::kRight;
-    const auto alone = std::ranges::find_if_not(
-        holding, [&](std::uint8_t bits) { return bits == holding.front(); });
-    const bool grasped = GraspInFirstFrame(
-        scene.Hand(side), scene.Object(), scene.prepared->solid.distance,
-        *scene.prepared->fit.distance, BodySurface(scene.body, scene.betas),
-        static_cast<int>(alone - holding.begin()), job.style, place, common, scene.clip, grasp);
-    if (Interrupted()) return stopped;
-    RequireGrasp(grasped, job, grasp, holding.front());
-  }
-  scene.clip.object->name = scene.Object().name;
-  scene.clip.object->mesh = "object.ply";
-  // Betas keep the name of the body they belong to; without any, this is the body's own clip now.
-  if (scene.clip.betas.size() == 0 || scene.clip.betas.isZero(0.0)) {
-    scene.clip.body_model = scene.body->Name();
-  }
-
-  std::vector<const HandModel*> hands;
-  for (const Side side : {Side::kRight, Side::kLeft}) {
-    if ((all_bits & HoldingBit(side)) != 0) {
-      hands.push_back(&scene.Hand(side));
-    }
-  }
-  std::vector<Handover> handovers;
-  GraspTransferOptions transfer;
-  transfer.seed = common.seed;
-  transfer.threads = NumThreads(common);
-  const bool hands_change =
-      std::ranges::adjacent_find(holding, std::ranges::not_equal_to{}) != holding.end();
-  const GripMaker later_grips =
-      job.offhand || (needs_grasp && hands_change)
-          ? GripsByTransfer(scene.right, scene.left, scene.Object().mesh,
-                            scene.prepared->solid.distance, *scene.prepared->fit.distance, transfer,
-                            &handovers)
-          : GripsFromClip(scene.clip, hands);
-  const GripMaker grips = [&](const GripRequest& request) {
-    const bool first = request.frame == 0 && both_grips;
-    return first ? (*both_grips)[request.side == Side::kRight ? 0 : 1] : later_grips(request);
-  };
-  const auto fit_begin = std::chrono::steady_clock::now();
-  Progress fit_progress(common, "fit");
-  const auto report_progress = [&](int done, int total) {
-    fit_progress.Update(done, total);
-    return !Interrupted();
-  };
-  const FitResult result = job.recipe == "imos-code"
-                               ? FitClipImosCode(scene.clip, *hands.front(),
-                                                 scene.prepared->fit.vertices, {}, report_progress)
-                               : FitClip(scene.clip, hands, scene.prepared->fit, holding, job.fit,
-                                         grips, report_progress);
-  const double fit_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - fit_begin).count();
-  if (Interrupted()) return stopped;
-
-  const std::vector<HandObjectScore> scores =
-      MeasureHands(result.clip, hands, holding, scene.prepared->solid, job.protocol, common);
-  if (Interrupted()) return stopped;
-  const FitSummary summary = SummarizeFit(result, ScoreContact(scores));
-  RequireContact(summary.contact, job, needs_grasp);
+nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const FitSummary& summary,
+                         const PreparedObject& object, const ClipBody& body,
+                         const std::vector<std::string>& notes, const CommonOptions& common) {
+  const Side side = (report.held_by & kHoldsRight) != 0 ? Side::kRight : Side::kLeft;
   nlohmann::json metrics = JsonHead("holdfast/fit/1", common);
   metrics["options"] = FitOptionsJson(job);
-  metrics["held_by"] = HandsText(all_bits);
-  metrics["grasp"] = grasp;
-  metrics["switches"] = SwitchesJson(held, handovers);
-  metrics["protocol"] = ProtocolJson(job.protocol, scene.prepared->solid, *hands.front());
-  metrics["notes"] = scene.notes;
+  metrics["held_by"] = HandsText(report.held_by);
+  metrics["grasp"] = FirstGraspJson(report.grasp);
+  if (report.grasp.one && job.place.Given()) {
+    metrics["grasp"]["contacts_outside_place_ratio"] = report.grasp.one->outside_place;
+    metrics["grasp"]["from_point_mm"] = 1000.0 * report.grasp.one->from_place_m;
+  }
+  metrics["switches"] = SwitchesJson(report.holding, report.handovers);
+  metrics["protocol"] =
+      ProtocolJson(job.protocol, object.solid, HandModel(body.model, body.betas, side));
+  metrics["notes"] = notes;
   metrics["summary"] = SummaryJson(summary);
-  metrics["per_frame"] = PerFrameJson(result, summary.contact);
-  metrics["per_frame"]["holding_hand"] = holding;
-
+  metrics["per_frame"] = PerFrameJson(report.fit, summary.contact);
+  metrics["per_frame"]["holding_hand"] = report.holding.hands;
   if (!job.extra.is_null()) metrics.update(job.extra);
   if (!job.write_timings) RemoveTimings(metrics);
+  return metrics;
+}
 
-  WriteClip(result.clip, folder / "clip.npz");
-  WriteMesh(scene.Object().mesh, folder / "object.ply");
+// The folder's files; false when Ctrl-C came in between.
+bool WriteResult(const FitJob& job, const CarryReport& report, const PreparedObject& object,
+                 const ClipBody& body, const nlohmann::json& metrics, ResultFolder& folder,
+                 const CommonOptions& common) {
+  WriteClip(report.clip, folder / "clip.npz");
+  WriteMesh(object.object.mesh, folder / "object.ply");
   WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
   if (job.write_report) {
     ClipInput shown;
     shown.source = job.output;
     shown.file = std::filesystem::path(job.output) / "clip.npz";
-    shown.clip = result.clip;
-    shown.body = scene.body;
-    shown.betas = scene.betas;
-    shown.object = scene.Object().mesh;
+    shown.clip = report.clip;
+    shown.body = body.model;
+    shown.betas = body.betas;
+    shown.object = object.object.mesh;
     shown.metrics = metrics;
     WriteReportBeside({&shown, 1}, folder / "report.html", common);
-    if (Interrupted()) return stopped;
+    if (Interrupted()) return false;
   }
   folder.Commit();
-  if (!needs_grasp && summary.contact.penetration_mean_max_mm > kBadGripMm) {
-    Note(common, fmt::format("warning: the clip's own grasp holds the object {:.0f} mm deep in the "
-                             "hand; --regrasp makes a new one",
-                             summary.contact.penetration_mean_max_mm));
+  return true;
+}
+
+}  // namespace
+
+FitOutcome RunFitJob(const FitJob& job, const CommonOptions& common, FitLibrary& library) {
+  const auto begin = std::chrono::steady_clock::now();
+  ResultFolder folder(job.output, common.force);
+  CarryOptions options = ToLibrary(job, common);
+  const LoadedClip loaded = LoadRange(job, library.Body(job.body), common);
+  std::vector<std::string> notes;
+  ChooseGrasp(job, loaded, *library.Loaded(job.object, job.object_scale), options, notes);
+  const std::shared_ptr<const PreparedObject> object =
+      library.Object(job.object, job.object_scale, job.object_vertices, options.threads);
+  notes.insert(notes.end(), object->notes.begin(), object->notes.end());
+  for (const std::string& note : notes) Note(common, "note: " + note);
+  if (options.grasp == GraspSource::kClips) {
+    WarnIfAway(job.clip, loaded.clip, loaded.body, object->object.mesh, common);
   }
-  for (const Handover& handover : handovers) {
-    if (handover.transfer.found) continue;
-    Note(common, fmt::format("warning: the {} hand's grasp of frame {} is the least bad try: {}",
-                             SideName(handover.to), handover.frame, handover.transfer.refused));
+  options.place = MakeGraspPlace(job.place, object->object, job.object, job.object_scale);
+
+  StageProgress progress(common);
+  const CarryReport report = NamingClip(job.clip, [&] {
+    return CarryObject(loaded.clip, loaded.body, *object, options,
+                       [&](const char* stage, int done, int total) {
+                         progress.Update(stage, done, total);
+                         return !Interrupted();
+                       });
+  });
+  progress.End();
+  if (Interrupted()) return {kInterrupted, {}, {}};
+  for (const std::string& warning : report.grasp.warnings) Note(common, "warning: " + warning);
+  RequireCarried(report, job);
+
+  const FitSummary summary = SummarizeFit(report.fit, report.contact);
+  nlohmann::json metrics = MetricsOf(job, report, summary, *object, loaded.body, notes, common);
+  if (!WriteResult(job, report, *object, loaded.body, metrics, folder, common)) {
+    return {kInterrupted, {}, {}};
   }
+  for (const std::string& warning : report.warnings) Note(common, "warning: " + warning);
 
   FitOutcome outcome;
   outcome.exit_code = summary.failed > 0 ? kFitFault : kDone;
-  outcome.text =
-      fmt::format("{}/clip.npz: {} held by {} through {} frames\n{}{}  whole fit {:.2f} s\n",
-                  job.output, scene.Object().name, HandsText(all_bits), summary.frames,
-                  SummaryText(summary, job.protocol), SwitchesText(metrics["switches"]), fit_s);
+  outcome.text = fmt::format(
+      "{}/clip.npz: {} held by {} through {} frames\n{}{}  whole fit {:.2f} s, grasp search "
+      "included\n",
+      job.output, object->object.name, HandsText(report.held_by), summary.frames,
+      SummaryText(summary, job.protocol), SwitchesText(metrics["switches"]),
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   metrics.erase("per_frame");
   metrics["output"] = job.output;
   outcome.summary = std::move(metrics);

@@ -6,7 +6,13 @@
 
 #include <fmt/format.h>
 
+#include "solver/carry/first_grasp.h"
+
 namespace holdfast::apps {
+
+void RequireGraspable(const LoadedObject& object, bool both) {
+  if (const std::optional<std::string> why = WhyTooLarge(object, both)) throw FitFailure(*why);
+}
 
 template <typename Value, typename Make>
 std::shared_ptr<const Value> FitLibrary::Find(Shelf<Value>& shelf, const std::string& key,
@@ -44,22 +50,16 @@ std::shared_ptr<const BodyModel> FitLibrary::Body(const std::string& path) {
 std::shared_ptr<const LoadedObject> FitLibrary::Loaded(const std::string& path_or_name,
                                                        double scale) {
   return Find(loaded_, fmt::format("{}\n{}", path_or_name, scale), [&] {
-    return std::make_shared<const LoadedObject>(LoadObject(path_or_name, scale));
+    return std::make_shared<const LoadedObject>(LoadObjectInput(path_or_name, scale));
   });
 }
 
 std::shared_ptr<const PreparedObject> FitLibrary::Object(const std::string& path_or_name,
                                                          double scale, int vertices, int threads) {
   const std::string key = fmt::format("{}\n{}\n{}", path_or_name, scale, vertices);
-  return Find(objects_, key, [&]() -> std::shared_ptr<const PreparedObject> {
-    LoadedObject object = *Loaded(path_or_name, scale);
-    std::vector<std::string> notes = object.notes;
-    TriangleMesh simplified = ForFitting(object, vertices, &notes);
-    Solid solid(object.mesh);
-    FitObject fit = MakeFitObject(object.mesh, solid.distance, simplified, threads);
+  return Find(objects_, key, [&] {
     return std::make_shared<const PreparedObject>(
-        PreparedObject{std::move(object), std::move(solid), std::move(simplified), std::move(fit),
-                       std::move(notes)});
+        PrepareObject(*Loaded(path_or_name, scale), vertices, threads));
   });
 }
 

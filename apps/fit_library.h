@@ -10,19 +10,13 @@
 #include <vector>
 
 #include "apps/common.h"
-#include "geometry/score/exact_intersection.h"
-#include "solver/fit/fit_options.h"
+#include "solver/fit/prepared_object.h"
 
 namespace holdfast::apps {
 
-/// An object with all that a fit asks of it; const, shared by fits.
-struct PreparedObject {
-  LoadedObject object;
-  Solid solid;              ///< of the full mesh
-  TriangleMesh simplified;  ///< for the pair terms
-  FitObject fit;
-  std::vector<std::string> notes;  ///< of loading and simplifying
-};
+/// Throws at once for what no hand can hold: Error for an object that is no size for a hand,
+/// FitFailure for one that nowhere is within the span of a hand, or of `both` (WhyTooLarge).
+void RequireGraspable(const LoadedObject& object, bool both);
 
 /// Body models and objects that several fits share, each prepared once and by one thread, however
 /// many ask. Keeps the last few of each: memory does not grow with the number of fits.

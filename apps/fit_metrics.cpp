@@ -30,18 +30,38 @@ std::vector<HandObjectScore> MeasureHands(const Clip& clip,
                                           std::span<const std::uint8_t> holding,
                                           const Solid& object, const ContactProtocol& protocol,
                                           const CommonOptions& common) {
-  std::vector<HandObjectScore> scores;
-  for (const HandModel* hand : hands) {
-    Progress progress(common, "metrics");
-    scores.push_back(MeasureHandObject(
-        clip, *hand, object, nullptr, {.contact = protocol, .measure_exact = false},
-        HoldFlags(holding, hand->HandSide()), [&](int done, int total) {
-          progress.Update(done, total);
-          return !Interrupted();
-        }));
-    if (Interrupted()) break;
+  Progress progress(common, "metrics");
+  return holdfast::MeasureHands(clip, hands, holding, object, protocol, [&](int done, int total) {
+    progress.Update(done, total);
+    return !Interrupted();
+  });
+}
+
+nlohmann::json FirstGraspJson(const FirstGrasp& first) {
+  nlohmann::json json = {{"made", first.made}};
+  if (!first.made) return json;
+  json["status"] = first.status;
+  if (first.one) {
+    const Grasp& grasp = *first.one;
+    json.update({{"style", StyleName(grasp.style)},
+                 {"score", grasp.score},
+                 {"wrench_quality", grasp.wrench_quality},
+                 {"skin_in_object_mm", grasp.max_penetration_mm},
+                 {"object_in_hand_mm", grasp.object_in_hand_mm},
+                 {"frames_through_body_ratio", first.through_body},
+                 {"search_ms", first.search_ms}});
   }
-  return scores;
+  if (first.both && first.found) {
+    json["width_mm"] = 1000.0 * first.both->width_m;
+    json["body_in_object_mm"] = first.both->in_body_mm;
+    for (int h = 0; h < 2; ++h) {
+      json[h == 0 ? "right" : "left"] = {
+          {"skin_in_object_mm", first.both->hands[h].max_penetration_mm},
+          {"wrist_shift_mm", first.both->wrist_shift_mm[h]},
+          {"wrist_turn_deg", first.both->wrist_turn_deg[h]}};
+    }
+  }
+  return json;
 }
 
 FitSummary SummarizeFit(const FitResult& result, ContactScore contact) {

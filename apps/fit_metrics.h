@@ -12,6 +12,7 @@
 #include "geometry/body/hand_model.h"
 #include "geometry/score/contact_metrics.h"
 #include "geometry/score/contact_score.h"
+#include "solver/carry/first_grasp.h"
 #include "solver/fit/fit.h"
 
 namespace holdfast::apps {
@@ -34,6 +35,9 @@ std::vector<HandObjectScore> MeasureHands(const Clip& clip,
                                           std::span<const std::uint8_t> holding,
                                           const Solid& object, const ContactProtocol& protocol,
                                           const CommonOptions& common);
+
+/// How the object came into the hand, as metrics.json has it.
+nlohmann::json FirstGraspJson(const FirstGrasp& first);
 
 FitSummary SummarizeFit(const FitResult& result, ContactScore contact);
 

@@ -6,7 +6,7 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/first_grasp.h"
+#include "apps/fit_library.h"
 #include "apps/grasp_place_input.h"
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -149,7 +149,7 @@ int Run(GraspCommand options) {
   RequireNew(mesh_path, common);
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
   const Side side = HandFor(options, *body);
-  const LoadedObject object = LoadObject(options.object, options.object_scale);
+  const LoadedObject object = LoadObjectInput(options.object, options.object_scale);
   for (const std::string& note : object.notes) Note(common, "note: " + note);
   RequireGraspable(object, false);
 
@@ -271,7 +271,7 @@ int RunBoth(const GraspCommand& options) {
   RequireNew(mesh_path, common);
   std::shared_ptr<const BodyModel> body = LoadBody(options.body);
   RequireHands(*body, kHoldsRight | kHoldsLeft);
-  const LoadedObject object = LoadObject(options.object, options.object_scale);
+  const LoadedObject object = LoadObjectInput(options.object, options.object_scale);
   for (const std::string& note : object.notes) Note(common, "note: " + note);
   RequireGraspable(object, true);
 

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "apps/clip_input.h"
-#include "apps/first_grasp.h"
+#include "apps/fit_library.h"
 #include "apps/fit_metrics.h"
 #include "apps/report.h"
 #include "apps/result_folder.h"

@@ -55,7 +55,8 @@ int ObjectClass(const SynthesizeJob& job) {
   }
   const std::string named = std::filesystem::path(job.begin.object).stem().string();
   if (const auto id = imos::FindObject(imos::VocabularyName(named))) return *id;
-  LoadObject(job.begin.object);  // no such file or object is another fault than one of no class
+  LoadObjectInput(
+      job.begin.object);  // no such file or object is another fault than one of no class
   return imos::ObjectId(named, "--class");
 }
 

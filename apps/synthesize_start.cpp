@@ -117,7 +117,7 @@ HeldStart Made(const SynthesisBegin& begin, const imos::Intent& intent, const Lo
 
 HeldStart BeginSynthesis(const SynthesisBegin& begin, const imos::Intent& intent,
                          const CommonOptions& common) {
-  const LoadedObject object = LoadObject(begin.object, begin.object_scale);
+  const LoadedObject object = LoadObjectInput(begin.object, begin.object_scale);
   RequireHandheld(object);
   HeldStart start =
       begin.from.empty() ? Made(begin, intent, object, common) : FromClip(begin, common);

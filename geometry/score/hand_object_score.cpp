@@ -103,6 +103,24 @@ HandObjectScore MeasureHandObject(const Clip& clip, const HandModel& hand, const
   return score;
 }
 
+std::vector<HandObjectScore> MeasureHands(const Clip& clip, std::span<const HandModel* const> hands,
+                                          std::span<const std::uint8_t> holding,
+                                          const Solid& object, const ContactProtocol& protocol,
+                                          const std::function<bool(int, int)>& progress) {
+  std::vector<HandObjectScore> scores;
+  bool stopped = false;
+  for (const HandModel* hand : hands) {
+    scores.push_back(MeasureHandObject(
+        clip, *hand, object, nullptr, {.contact = protocol, .measure_exact = false},
+        HoldFlags(holding, hand->HandSide()), [&](int done, int total) {
+          stopped = progress && !progress(done, total);
+          return !stopped;
+        }));
+    if (stopped) break;
+  }
+  return scores;
+}
+
 double HandObjectScore::FramesHeld() const {
   const auto count =
       holds.empty() ? static_cast<std::ptrdiff_t>(frames.size())

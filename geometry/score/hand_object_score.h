@@ -63,6 +63,13 @@ HandObjectScore MeasureHandObject(const Clip& clip, const HandModel& hand, const
                                   std::span<const std::uint8_t> holds = {},
                                   const std::function<bool(int, int)>& progress = {});
 
+/// Every hand of a clip against the object, by voxels and without exact volumes. `holding` has bits
+/// as in Clip::holding_hand (empty: all hold always). Stopped by `progress`, it is incomplete.
+std::vector<HandObjectScore> MeasureHands(const Clip& clip, std::span<const HandModel* const> hands,
+                                          std::span<const std::uint8_t> holding,
+                                          const Solid& object, const ContactProtocol& protocol,
+                                          const std::function<bool(int, int)>& progress = {});
+
 /// Whether this hand holds in each frame, of bits as in Clip::holding_hand; empty of none.
 std::vector<std::uint8_t> HoldFlags(std::span<const std::uint8_t> holding_hand, Side side);
 

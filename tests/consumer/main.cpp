@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// A program outside the tree: the installed headers and libraries are all it has.
+// The program's first job from outside the tree: an object into a person's hand, in every frame.
 #include <cstdio>
 
-#include "geometry/body/body_model.h"
-#include "geometry/body/hand_model.h"
-#include "solver/fit/fit.h"
+#include "geometry/import/load_clip.h"
+#include "solver/carry/carry.h"
 
 int main() {
-  const auto body = holdfast::BodyModel::Default();
-  const holdfast::HandModel hand(body, {}, holdfast::Side::kRight);
-  std::printf("%d vertices, %d of the right hand\n", body->NumVertices(), hand.NumVertices());
-  return hand.NumVertices() > 0 ? 0 : 1;
+  const holdfast::LoadedClip motion = holdfast::LoadClip("demo_drink");
+  const holdfast::PreparedObject mug = holdfast::PrepareObject(holdfast::LoadObject("mug"));
+  const holdfast::CarryReport carried = holdfast::CarryObject(motion.clip, motion.body, mug);
+  holdfast::WriteClip(carried.clip, "held.npz");
+  std::printf("deepest %.2f mm\n", carried.contact.penetration_max_mm);
+  return carried.status == holdfast::CarryStatus::kCarried ? 0 : 1;
 }

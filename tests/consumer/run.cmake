@@ -12,5 +12,10 @@ run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${prefix})
 run(${CMAKE_COMMAND} -S ${CONSUMER_DIR} -B ${BUILD_DIR}/consumer/build -G ${GENERATOR}
     -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_BUILD_TYPE=Release)
 run(${CMAKE_COMMAND} --build ${BUILD_DIR}/consumer/build)
-run(${BUILD_DIR}/consumer/build/consumer)
+execute_process(COMMAND ${BUILD_DIR}/consumer/build/consumer RESULT_VARIABLE failed
+                WORKING_DIRECTORY ${BUILD_DIR}/consumer/build)
+if(failed)
+  message(FATAL_ERROR "the consumer failed")
+endif()
+run(${prefix}/bin/holdfast score ${BUILD_DIR}/consumer/build/held.npz --object mug)
 run(${prefix}/bin/holdfast --version)

@@ -26,9 +26,9 @@ namespace fs = std::filesystem;
 
 // Readers promise 2 s for a malformed file. Sanitizers take several times as long.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr double kMaxSeconds = 20;
+constexpr double kMaxReplaySeconds = 20;
 #else
-constexpr double kMaxSeconds = 2;
+constexpr double kMaxReplaySeconds = 2;
 #endif
 
 std::vector<fs::path> InputsOf(const FuzzTarget& target) {
@@ -58,7 +58,7 @@ TEST_P(Replay, ReadsOrRefusesEveryInputInTimeAndMemory) {
     const std::string bytes = ReadFile(file);
     Outcome outcome;
     ASSERT_NO_THROW(outcome = RunBytes(GetParam(), bytes));
-    EXPECT_LT(outcome.seconds, kMaxSeconds);
+    EXPECT_LT(outcome.seconds, kMaxReplaySeconds);
     (outcome.accepted ? accepted : refused)++;
   }
   EXPECT_GT(accepted, 0) << "no input of the corpus reaches the end of the reader";

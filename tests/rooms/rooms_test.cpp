@@ -39,7 +39,7 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"solver/terms/hand", "solver/terms/body", "solver/terms/motion"},
     {"solver/fit", "solver/grasp", "solver/body_ik"},
     {"solver/handover", "solver/take", "solver/latent", "solver/recipes"},
-    {"solver/actions", "solver/synthesis"},
+    {"solver/actions", "solver/synthesis", "solver/carry"},
     {"solver/evaluation"},
     {"apps"},
     {"apps/train"},

@@ -89,7 +89,7 @@ TEST(Recogniser, SeesAMotionAloneAsAmongOthersAndByAnyNumberOfThreads) {
 }
 
 TEST(Recogniser, ComesBackFromItsFile) {
-  const testing::TemporaryFolder folder;
+  const holdfast::testing::TemporaryFolder folder;
   RecogniserWeights weights = RandomRecogniser(5);
   weights.notes["set"] = "swaying";
   WriteRecogniser(weights, folder / "r.safetensors");
@@ -114,7 +114,7 @@ TEST(Recogniser, RefusesWeightsThatAreNoneOfIts) {
   nan.tensors["lstm2_2.bias_ih_l0"].values[17] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THAT(MessageOf(nan), HasSubstr("not finite"));
 
-  const testing::TemporaryFolder folder;
+  const holdfast::testing::TemporaryFolder folder;
   SafetensorsWriter writer;
   writer.SetMetadata({{"format", "wandr-1"}});
   writer.Write(folder / "other.safetensors");

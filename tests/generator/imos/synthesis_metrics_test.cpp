@@ -16,7 +16,7 @@
 namespace holdfast::imos {
 namespace {
 
-JointMotion SwayingMotion(int which, int frames = 15) {
+JointMotion SwayingJoints(int which, int frames = 15) {
   return JointMotion::NullaryExpr(66, frames, [&](Eigen::Index r, Eigen::Index t) {
     const auto row = static_cast<double>(r), frame = static_cast<double>(t);
     return 0.8 * std::sin(0.31 * row + 0.17 * which) +
@@ -39,14 +39,14 @@ std::vector<int> SquaresModulo7(int count) {
 }
 
 TEST(MotionError, IsNothingForTheSameMotion) {
-  const JointMotion motion = SwayingMotion(0);
+  const JointMotion motion = SwayingJoints(0);
   EXPECT_EQ(MeanJointError(motion, motion), 0.0);
   EXPECT_EQ(AverageVarianceErrorOfCode(motion, motion), 0.0);
   EXPECT_EQ(AverageVarianceError(motion, motion), 0.0);
 }
 
 TEST(MotionError, IsThatOfNumPy) {
-  const JointMotion a = SwayingMotion(0), b = SwayingMotion(1);
+  const JointMotion a = SwayingJoints(0), b = SwayingJoints(1);
   EXPECT_NEAR(MeanJointError(a, b), 0.167655245333, 1e-12);
   EXPECT_NEAR(AverageVarianceErrorOfCode(a, b), 46.870324978543, 1e-10);
   EXPECT_NEAR(AverageVarianceError(a, b), 0.00023232056196, 1e-14);
@@ -54,15 +54,15 @@ TEST(MotionError, IsThatOfNumPy) {
 
 // Why both are given: where a motion is should not matter to how much it varies.
 TEST(MotionError, OfTheCodeGrowsWithThePlaceAndTheStandardOneDoesNot) {
-  const JointMotion a = SwayingMotion(0), b = SwayingMotion(1);
+  const JointMotion a = SwayingJoints(0), b = SwayingJoints(1);
   const JointMotion a_away = a.array() + 2.0, b_away = b.array() + 2.0;
   EXPECT_NEAR(AverageVarianceError(a_away, b_away), AverageVarianceError(a, b), 1e-13);
   EXPECT_GT(AverageVarianceErrorOfCode(a_away, b_away), 2.0 * AverageVarianceErrorOfCode(a, b));
 }
 
 TEST(MotionError, RefusesWhatCannotBeCompared) {
-  const JointMotion motion = SwayingMotion(0);
-  EXPECT_THROW(MeanJointError(motion, SwayingMotion(0, 14)), Error);
+  const JointMotion motion = SwayingJoints(0);
+  EXPECT_THROW(MeanJointError(motion, SwayingJoints(0, 14)), Error);
   EXPECT_THROW(MeanJointError(motion.topRows(63), motion.topRows(63)), Error);
   EXPECT_THROW(AverageVarianceError(motion.leftCols(1), motion.leftCols(1)), Error);
 }

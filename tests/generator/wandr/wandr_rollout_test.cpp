@@ -21,7 +21,7 @@ using testing::RelativeError;
 using testing::SmallNetwork;
 using testing::WithScaledOutput;
 
-constexpr int kSteps = 9;
+constexpr int kRolloutSteps = 9;
 
 // A scene for derivatives: bodies with two goals, one, and none.
 struct Scene {
@@ -33,11 +33,11 @@ struct Scene {
     nn::RandomStream random(11);
     for (int i = 0; i < 3; ++i) starts.push_back(RandomStart(random));
     plans = {{{{1.5, 1.0, 1.1}, 4}, {{-1.0, 0.5, 0.3}, 20}}, {{{0.3, -2.0, 1.6}, 6}}, {}};
-    latents =
-        Eigen::MatrixXd::NullaryExpr(8 * kSteps, 3, [&] { return 2.0 * random.Uniform() - 1.0; });
-    joint_weights.resize(kSteps + 1);
-    pose_weights.resize(kSteps + 1);
-    for (const int t : {0, 5, kSteps}) {
+    latents = Eigen::MatrixXd::NullaryExpr(8 * kRolloutSteps, 3,
+                                           [&] { return 2.0 * random.Uniform() - 1.0; });
+    joint_weights.resize(kRolloutSteps + 1);
+    pose_weights.resize(kRolloutSteps + 1);
+    for (const int t : {0, 5, kRolloutSteps}) {
       joint_weights[t] = Eigen::MatrixXd::NullaryExpr(kJointNumbers, 3,
                                                       [&] { return 2.0 * random.Uniform() - 1.0; });
     }
@@ -45,15 +45,15 @@ struct Scene {
 
   Rollout<double> Run(const std::vector<RolloutStart<double>>& from,
                       const std::vector<GoalPlan>& to, const Eigen::MatrixXd& z) const {
-    Rollout<double> rollout(network, DefaultBones(), 3, kSteps, options, true);
+    Rollout<double> rollout(network, DefaultBones(), 3, kRolloutSteps, options, true);
     rollout.Begin(from, to);
-    for (int t = 0; t < kSteps; ++t) rollout.Step(z.middleRows(8 * t, 8));
+    for (int t = 0; t < kRolloutSteps; ++t) rollout.Step(z.middleRows(8 * t, 8));
     return rollout;
   }
   // sum over frames of weights . joints, for body i.
   double Value(const Rollout<double>& rollout, int i) const {
     double sum = 0.0;
-    for (int t = 0; t <= kSteps; ++t) {
+    for (int t = 0; t <= kRolloutSteps; ++t) {
       if (joint_weights[t].size() == 0) continue;
       BodyKinematics<double> kinematics;
       ForwardKinematics(DefaultBones(), rollout.Poses(t)[i], kinematics);
@@ -83,7 +83,8 @@ void CheckGradients(const Scene& scene) {
       z.col(i) += step;
       return scene.Value(scene.Run(scene.starts, scene.plans, z), i);
     };
-    EXPECT_LT(RelativeError(gradient.latents.col(i), NumericGradient(latents, 8 * kSteps)), 1e-5);
+    EXPECT_LT(RelativeError(gradient.latents.col(i), NumericGradient(latents, 8 * kRolloutSteps)),
+              1e-5);
     const auto pose = [&](const Eigen::VectorXd& step) {
       std::vector<RolloutStart<double>> starts = scene.starts;
       starts[i].pose = Perturbed(starts[i].pose, step);
@@ -125,16 +126,16 @@ TEST(Rollout, RowsOfAResidualAreGradientsOfTheirOwn) {
   const Scene scene(IntentionLayout::kPaper);
   const Rollout<double> rollout = scene.Run(scene.starts, scene.plans, scene.latents);
   RolloutSeed<double> seed;
-  seed.joints.resize(kSteps + 1);
-  seed.joints[kSteps] = Eigen::MatrixXd::Zero(kJointNumbers, 9);
-  for (int c = 0; c < 9; ++c) seed.joints[kSteps](3 * 21 + c % 3, c) = 1.0;
+  seed.joints.resize(kRolloutSteps + 1);
+  seed.joints[kRolloutSteps] = Eigen::MatrixXd::Zero(kJointNumbers, 9);
+  for (int c = 0; c < 9; ++c) seed.joints[kRolloutSteps](3 * 21 + c % 3, c) = 1.0;
   RolloutGradient<double> together, alone;
   rollout.Backward(seed, 3, together);
   for (int row = 0; row < 3; ++row) {
     RolloutSeed<double> one;
-    one.joints.resize(kSteps + 1);
-    one.joints[kSteps] = Eigen::MatrixXd::Zero(kJointNumbers, 3);
-    one.joints[kSteps].row(3 * 21 + row).setOnes();
+    one.joints.resize(kRolloutSteps + 1);
+    one.joints[kRolloutSteps] = Eigen::MatrixXd::Zero(kJointNumbers, 3);
+    one.joints[kRolloutSteps].row(3 * 21 + row).setOnes();
     rollout.Backward(one, 1, alone);
     for (int i = 0; i < 3; ++i) {
       EXPECT_EQ(together.latents.col(3 * i + row), alone.latents.col(i));
@@ -147,16 +148,16 @@ TEST(Rollout, SeedsOnPosesCount) {
   const Scene scene(IntentionLayout::kPaper);
   const Rollout<double> rollout = scene.Run(scene.starts, scene.plans, scene.latents);
   RolloutSeed<double> seed;
-  seed.poses.resize(kSteps + 1);
-  seed.poses[0] = seed.poses[kSteps] = Eigen::MatrixXd::Zero(kTangentSize, 3);
+  seed.poses.resize(kRolloutSteps + 1);
+  seed.poses[0] = seed.poses[kRolloutSteps] = Eigen::MatrixXd::Zero(kTangentSize, 3);
   seed.poses[0](5, 1) = 2.0;
-  seed.poses[kSteps](1, 1) = 1.0;
+  seed.poses[kRolloutSteps](1, 1) = 1.0;
   RolloutGradient<double> gradient;
   rollout.Backward(seed, 1, gradient);
   const auto pose = [&](const Eigen::VectorXd& step) {
     std::vector<RolloutStart<double>> starts = scene.starts;
     starts[1].pose = Perturbed(starts[1].pose, step);
-    return scene.Run(starts, scene.plans, scene.latents).Poses(kSteps)[1].translation.y() +
+    return scene.Run(starts, scene.plans, scene.latents).Poses(kRolloutSteps)[1].translation.y() +
            2.0 * step[5];
   };
   EXPECT_LT(RelativeError(gradient.start_pose.col(1), NumericGradient(pose, kTangentSize)), 1e-5);
@@ -329,8 +330,8 @@ TEST(Rollout, CommutesWithMovingOnTheGround) {
   const Rollout<double> here = scene.Run(scene.starts, scene.plans, scene.latents);
   const Rollout<double> there = scene.Run(starts, plans, scene.latents);
   for (int i = 0; i < 3; ++i) {
-    const Pose<double> moved = Moved(here.Poses(kSteps)[i], turn, by, pelvis);
-    EXPECT_LT((StateOf(there.Poses(kSteps)[i]) - StateOf(moved)).norm(), 1e-9);
+    const Pose<double> moved = Moved(here.Poses(kRolloutSteps)[i], turn, by, pelvis);
+    EXPECT_LT((StateOf(there.Poses(kRolloutSteps)[i]) - StateOf(moved)).norm(), 1e-9);
   }
 }
 

@@ -20,7 +20,7 @@ std::vector<std::shared_ptr<const BodyModel>> Models() {
   return {BodyModel::Load(folder / "model.npz"), BodyModel::Default()};
 }
 
-JointPose RandomPose(unsigned seed) {
+JointPose RandomBodyPose(unsigned seed) {
   std::srand(seed);
   return 0.5 * JointPose::Random();
 }
@@ -34,9 +34,9 @@ TEST(HandModel, IsTheBodyModelSeenFromTheHand) {
       HandState state(hand);
       BodyState expected;
       for (unsigned seed = 1; seed < 4; ++seed) {
-        const JointPose pose = RandomPose(seed);
+        const JointPose pose = RandomBodyPose(seed);
         Forward(body, pose, {0.1, -0.4, 1.0}, expected);
-        state.SetBody(RandomPose(seed), {0.1, -0.4, 1.0});
+        state.SetBody(RandomBodyPose(seed), {0.1, -0.4, 1.0});
         state.Evaluate(FingersOf(pose, side), false);
         for (int i = 0; i < hand.NumVertices(); ++i) {
           EXPECT_LT((state.Vertices().col(i) - expected.vertices.col(hand.Surface().VertexIds()[i]))
@@ -65,7 +65,7 @@ TEST(HandModel, GroupJacobiansAreTheBodyModelsOwn) {
   for (const auto& model : Models()) {
     for (const Side side : {Side::kRight, Side::kLeft}) {
       const HandModel hand(model, {}, side);
-      const JointPose pose = RandomPose(9);
+      const JointPose pose = RandomBodyPose(9);
       HandState state(hand);
       state.SetBody(pose, {0, 0, 1});
       state.Evaluate(FingersOf(pose, side), true);
@@ -92,7 +92,7 @@ TEST(HandModel, GroupJacobiansAreTheBodyModelsOwn) {
 }
 
 TEST(FingerPose, GoesInAndOutOfABodyPose) {
-  JointPose pose = RandomPose(4);
+  JointPose pose = RandomBodyPose(4);
   const FingerPose fingers = FingerPose::LinSpaced(0.0, 1.0);
   const JointPose before = pose;
   SetFingers(pose, Side::kLeft, fingers);

@@ -67,13 +67,13 @@ Clip AnyClip(bool with_object) {
 }
 
 // The largest differences between two clips: rotations as angles, so that w and w + 2 pi agree.
-struct Difference {
+struct Drift {
   double rotation = 0;  // radians
   double place = 0;     // metres
 };
 
 void AddTrack(const Eigen::Matrix3Xd& trans_a, const Eigen::Matrix3Xd& orient_a,
-              const Eigen::Matrix3Xd& trans_b, const Eigen::Matrix3Xd& orient_b, Difference& most) {
+              const Eigen::Matrix3Xd& trans_b, const Eigen::Matrix3Xd& orient_b, Drift& most) {
   for (Eigen::Index t = 0; t < trans_a.cols(); ++t) {
     most.place = std::max(most.place, (trans_a.col(t) - trans_b.col(t)).norm());
     most.rotation =
@@ -81,8 +81,8 @@ void AddTrack(const Eigen::Matrix3Xd& trans_a, const Eigen::Matrix3Xd& orient_a,
   }
 }
 
-Difference Between(const Clip& a, const Clip& b) {
-  Difference most;
+Drift Between(const Clip& a, const Clip& b) {
+  Drift most;
   for (int j = 0; j < kNumJoints; ++j) {
     Eigen::Matrix3Xd of_a(3, a.NumFrames()), of_b(3, a.NumFrames());
     for (int t = 0; t < a.NumFrames(); ++t) {
@@ -119,14 +119,14 @@ class Worst {
     ::testing::Test::RecordProperty(name_ + "_rad", std::to_string(1e9 * most_.rotation) + "e-9");
     ::testing::Test::RecordProperty(name_ + "_m", std::to_string(1e9 * most_.place) + "e-9");
   }
-  void Add(const Difference& difference) {
+  void Add(const Drift& difference) {
     most_.rotation = std::max(most_.rotation, difference.rotation);
     most_.place = std::max(most_.place, difference.place);
   }
 
  private:
   std::string name_;
-  Difference most_;
+  Drift most_;
 };
 
 // The same clips in every run, but for RC_PARAMS.
@@ -196,7 +196,7 @@ TEST(RoundTrip, GlbKeepsSinglePrecision) {
       RC_ASSERT(back.object->name == "mug");
       RC_ASSERT(motion.prop->mesh.NumVertices() == 4);
     }
-    const Difference difference = Between(clip, back);
+    const Drift difference = Between(clip, back);
     worst.Add(difference);
     RC_ASSERT(difference.rotation < 4e-7);
     RC_ASSERT(difference.place < 6e-7);
@@ -247,7 +247,7 @@ TEST(RoundTrip, ParametersKeepEveryNumber) {
       RC_ASSERT(back.clip.frame_rate == clip.frame_rate);
       RC_ASSERT(back.clip.gender == clip.gender);
       RC_ASSERT(back.clip.betas == WrittenBetas(clip));
-      const Difference difference = Between(clip, back.clip);
+      const Drift difference = Between(clip, back.clip);
       RC_ASSERT(difference.rotation < 1e-12);
       RC_ASSERT(difference.place < 1e-12);
     });
@@ -269,7 +269,7 @@ TEST(RoundTrip, BvhKeepsSixDecimals) {
     RC_ASSERT(back.NumFrames() == clip.NumFrames());
     // Rates near a whole number are taken for it, as the format's rounded frame times want.
     RC_ASSERT(std::abs(back.frame_rate - clip.frame_rate) < 2e-3 * clip.frame_rate);
-    const Difference difference = Between(clip, back);
+    const Drift difference = Between(clip, back);
     worst.Add(difference);
     RC_ASSERT(difference.rotation < 1e-7);
     RC_ASSERT(difference.place < 2e-7);

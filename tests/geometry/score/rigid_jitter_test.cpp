@@ -11,7 +11,7 @@
 namespace holdfast {
 namespace {
 
-Eigen::Isometry3d Pose(const Eigen::Vector3d& turn, const Eigen::Vector3d& at) {
+Eigen::Isometry3d PoseOf(const Eigen::Vector3d& turn, const Eigen::Vector3d& at) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.linear() = ExpSO3(turn);
   pose.translation() = at;
@@ -22,8 +22,8 @@ std::vector<Eigen::Isometry3d> WavingWrist(int frames) {
   std::vector<Eigen::Isometry3d> poses;
   for (int t = 0; t < frames; ++t) {
     const double s = t / 30.0;
-    poses.push_back(Pose({std::sin(3 * s), 0.4 * s, std::cos(5 * s)},
-                         {0.3 * std::sin(4 * s), 0.2 * s * s, std::cos(s)}));
+    poses.push_back(PoseOf({std::sin(3 * s), 0.4 * s, std::cos(5 * s)},
+                           {0.3 * std::sin(4 * s), 0.2 * s * s, std::cos(s)}));
   }
   return poses;
 }
@@ -32,7 +32,7 @@ TEST(RigidJitter, PolynomialsHaveTheirExactDerivatives) {
   std::vector<Eigen::Isometry3d> poses;
   for (int t = 0; t < 20; ++t) {
     const double s = t / 30.0;
-    poses.push_back(Pose({0, 0, 2.0 * s * s}, {s * s * s, 0, 0}));
+    poses.push_back(PoseOf({0, 0, 2.0 * s * s}, {s * s * s, 0, 0}));
   }
   const Unevenness u = MeasureUnevenness(poses, Eigen::Vector3d::Zero(), 30.0);
   EXPECT_NEAR(*u.jerk_m_s3, 6.0, 1e-6);
@@ -46,7 +46,7 @@ TEST(RigidJitter, PolynomialsHaveTheirExactDerivatives) {
 TEST(RigidJitter, ARigidCarryIsExactlyOneHoweverFarFromTheWrist) {
   const auto wrist = WavingWrist(60);
   for (const double far : {0.0, 0.1, 2.0}) {
-    const Eigen::Isometry3d grip = Pose({0.3, 1.0, -0.5}, {far, 0.05, 0.0});
+    const Eigen::Isometry3d grip = PoseOf({0.3, 1.0, -0.5}, {far, 0.05, 0.0});
     std::vector<Eigen::Isometry3d> object;
     for (const auto& pose : wrist) object.push_back(pose * grip);
     const CarryJitter jitter = MeasureCarryJitter(wrist, object, {0.01, 0.02, 0.2}, 30.0);
@@ -75,7 +75,7 @@ TEST(RigidJitter, NoiseOnTheObjectShows) {
 }
 
 TEST(RigidJitter, AStillHandHasNoRatio) {
-  const std::vector<Eigen::Isometry3d> still(10, Pose({0.1, 0.2, 0.3}, {1, 2, 3}));
+  const std::vector<Eigen::Isometry3d> still(10, PoseOf({0.1, 0.2, 0.3}, {1, 2, 3}));
   const CarryJitter jitter = MeasureCarryJitter(still, still, {0.1, 0, 0}, 30.0);
   EXPECT_FALSE(jitter.acceleration_ratio.has_value());
   EXPECT_FALSE(jitter.angular_jerk_ratio.has_value());

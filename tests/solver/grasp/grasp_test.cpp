@@ -16,17 +16,17 @@
 namespace holdfast {
 namespace {
 
-struct Object {
-  explicit Object(TriangleMesh m)
+struct HeldThing {
+  explicit HeldThing(TriangleMesh m)
       : mesh(std::move(m)), surface(mesh), grid(surface, {.cell_m = 0.0025, .threads = 2}) {}
-  explicit Object(const std::string& name)
-      : Object(ReadMesh(std::string(HOLDFAST_MESHES_DIR "/objects/") + name + ".ply")) {}
+  explicit HeldThing(const std::string& name)
+      : HeldThing(ReadMesh(std::string(HOLDFAST_MESHES_DIR "/objects/") + name + ".ply")) {}
   TriangleMesh mesh;
   SignedDistance surface;
   DistanceGrid grid;
 };
 
-const HandModel& Hand(Side side) {
+const HandModel& SharedHand(Side side) {
   static const HandModel right(BodyModel::Default(), {}, Side::kRight);
   static const HandModel left(BodyModel::Default(), {}, Side::kLeft);
   return side == Side::kRight ? right : left;
@@ -42,14 +42,14 @@ GraspOptions Quick() {
   return options;
 }
 
-Grasp Close(Side side, const Object& object, const GraspOptions& options,
+Grasp Close(Side side, const HeldThing& object, const GraspOptions& options,
             GraspReport* report = nullptr) {
-  return CloseHand(Hand(side), object.mesh, object.surface, object.grid, options, report);
+  return CloseHand(SharedHand(side), object.mesh, object.surface, object.grid, options, report);
 }
 
 // What makes a grasp a grasp, by exact distances and independent of the search's own numbers.
-void ExpectClean(Side side, const Object& object, const Grasp& grasp) {
-  const HandModel& hand = Hand(side);
+void ExpectClean(Side side, const HeldThing& object, const Grasp& grasp) {
+  const HandModel& hand = SharedHand(side);
   const HandAnatomy anatomy(hand);
   HandEvaluation evaluation = AtWrist(hand);
   const Eigen::Matrix3Xd vertices = evaluation.At(grasp.fingers.data(), false).Vertices();
@@ -88,7 +88,7 @@ class GraspOf : public ::testing::TestWithParam<Case> {};
 
 TEST_P(GraspOf, IsClean) {
   const auto& [name, side] = GetParam();
-  const Object object{std::string(name)};
+  const HeldThing object{std::string(name)};
   GraspOptions options;
   options.threads = 2;
   GraspReport report;
@@ -124,7 +124,7 @@ TEST(IsWithinSpan, OfWallsAndHandlesAndNotOfBoulders) {
 }
 
 TEST(CloseHand, IsTheSameOnAnyNumberOfThreads) {
-  const Object object(std::string("cylinder"));
+  const HeldThing object(std::string("cylinder"));
   GraspOptions options = Quick();
   options.threads = 1;
   const Grasp one = Close(Side::kRight, object, options);
@@ -138,8 +138,8 @@ TEST(CloseHand, IsTheSameOnAnyNumberOfThreads) {
 }
 
 TEST(CloseHand, PrefersWhatStaysUpright) {
-  const Object object(std::string("cylinder"));
-  const HandAxes axes(Hand(Side::kRight));
+  const HeldThing object(std::string("cylinder"));
+  const HandAxes axes(SharedHand(Side::kRight));
   GraspOptions options = Quick();
   options.up_in_wrist = {axes.Across()};
   const Grasp grasp = Close(Side::kRight, object, options);
@@ -153,15 +153,15 @@ TEST(CloseHand, SaysSoWhenAnObjectIsTooLarge) {
   const SignedDistance surface(boulder);
   const DistanceGrid grid(surface, {.cell_m = 0.02, .threads = 2});
   GraspReport report;
-  CloseHand(Hand(Side::kRight), boulder, surface, grid, Quick(), &report);
+  CloseHand(SharedHand(Side::kRight), boulder, surface, grid, Quick(), &report);
   EXPECT_EQ(report.status, GraspStatus::kNothingToGrasp);
 }
 
 TEST(CloseHand, StopsWhenAsked) {
-  const Object object(std::string("cylinder"));
+  const HeldThing object(std::string("cylinder"));
   int calls = 0;
   GraspReport report;
-  CloseHand(Hand(Side::kRight), object.mesh, object.surface, object.grid, Quick(), &report,
+  CloseHand(SharedHand(Side::kRight), object.mesh, object.surface, object.grid, Quick(), &report,
             [&](double share) {
               EXPECT_GE(share, 0.0);
               EXPECT_LE(share, 1.0);
@@ -183,8 +183,8 @@ TEST(CloseHand, GoesWithTheWrist) {
 
 TEST(PinchHand, PadsFaceEachOtherAtTheWidthAsked) {
   for (const Side side : {Side::kRight, Side::kLeft}) {
-    const HandAnatomy anatomy(Hand(side));
-    HandEvaluation evaluation = AtWrist(Hand(side));
+    const HandAnatomy anatomy(SharedHand(side));
+    HandEvaluation evaluation = AtWrist(SharedHand(side));
     for (const double width : {0.03, 0.06, 0.09}) {
       const HandAngles angles = PinchHand(anatomy, width);
       EXPECT_EQ(anatomy.axes.LimitExcess(angles), 0.0);
@@ -204,17 +204,17 @@ TEST(PinchHand, PadsFaceEachOtherAtTheWidthAsked) {
 }
 
 TEST(PinchHand, LeftIsTheMirrorOfRight) {
-  const HandAngles right = PinchHand(HandAnatomy(Hand(Side::kRight)), 0.05);
-  const HandAngles left = PinchHand(HandAnatomy(Hand(Side::kLeft)), 0.05);
+  const HandAngles right = PinchHand(HandAnatomy(SharedHand(Side::kRight)), 0.05);
+  const HandAngles left = PinchHand(HandAnatomy(SharedHand(Side::kLeft)), 0.05);
   EXPECT_LT((right - left).cwiseAbs().maxCoeff(), 2.0 * kDegree);
 }
 
 TEST(CloseFingers, StopsAtTheSurfaceAndMirrors) {
-  const Object object(std::string("sphere"));
+  const HeldThing object(std::string("sphere"));
   Closing closings[2];
   for (const Side side : {Side::kRight, Side::kLeft}) {
-    const HandAnatomy anatomy(Hand(side));
-    HandEvaluation evaluation = AtWrist(Hand(side));
+    const HandAnatomy anatomy(SharedHand(side));
+    HandEvaluation evaluation = AtWrist(SharedHand(side));
     Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
     const double radius = 0.5 * Extent(object.mesh).x();
     wrist_from_object.translation() = anatomy.landmarks.PalmCenter() +
@@ -235,7 +235,7 @@ TEST(CloseFingers, StopsAtTheSurfaceAndMirrors) {
 }
 
 TEST(FindOppositions, AreOpposedPlacesOnTheSurface) {
-  const Object object(std::string("cylinder"));
+  const HeldThing object(std::string("cylinder"));
   const std::vector<Opposition> found =
       FindOppositions(object.mesh, object.grid, SolidCentroid(object.mesh), {});
   ASSERT_GT(found.size(), 10u);
@@ -250,7 +250,7 @@ TEST(FindOppositions, AreOpposedPlacesOnTheSurface) {
 }
 
 TEST(FindOppositions, SeeWallsAndWhatTheyEnclose) {
-  const Object mug(std::string("mug"));
+  const HeldThing mug(std::string("mug"));
   const std::vector<Opposition> found =
       FindOppositions(mug.mesh, mug.grid, SolidCentroid(mug.mesh), {});
   EXPECT_TRUE(

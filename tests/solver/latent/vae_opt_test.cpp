@@ -137,7 +137,7 @@ std::vector<ReachTask> Tasks(const wandr::NetworkWeights& weights, int count, in
 constexpr VaeOptMethod kMethods[] = {VaeOptMethod::kLbfgs, VaeOptMethod::kLbfgsStepOne,
                                      VaeOptMethod::kAdam};
 
-void ExpectSame(const ReachSolution& a, const ReachSolution& b) {
+void ExpectSameSolution(const ReachSolution& a, const ReachSolution& b) {
   EXPECT_EQ(a.latents, b.latents);
   EXPECT_EQ(a.track.states, b.track.states);
   EXPECT_EQ(a.track.joints, b.track.joints);
@@ -160,9 +160,9 @@ TEST(VaeOpt, NeitherThreadsNorOtherTasksChangeASolution) {
     const auto one = OptimiseAsPublished(network, bones, tasks, options, 1);
     const auto five = OptimiseAsPublished(network, bones, tasks, options, 5);
     ASSERT_EQ(one.size(), 37u);
-    for (std::size_t i = 0; i < tasks.size(); ++i) ExpectSame(one[i], five[i]);
+    for (std::size_t i = 0; i < tasks.size(); ++i) ExpectSameSolution(one[i], five[i]);
     const auto alone = OptimiseAsPublished(network, bones, {&tasks[20], 1}, options, 2);
-    ExpectSame(one[20], alone[0]);
+    ExpectSameSolution(one[20], alone[0]);
     EXPECT_EQ(alone[0].track.states.cols(), 10);
   }
 }

@@ -202,8 +202,8 @@ TEST(Rotation6d, DerivativeIsThatOfCentralDifferences) {
   EXPECT_LT((J - numeric).norm(), 1e-8);
 }
 
-TEST(Adam, FirstStepsAreItsLearningRateAndMomentsStay) {
-  Adam adam(2);
+TEST(ReferenceAdamTest, FirstStepsAreItsLearningRateAndMomentsStay) {
+  ReferenceAdam adam(2);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(2);
   adam.Step(Eigen::Vector2d(3.0, -1e-3), 0.1, x);
   EXPECT_NEAR(x(0), -0.1, 1e-6);

@@ -16,15 +16,15 @@ torch::Tensor Clocks() {
       .expand({kCount, kFrames, kNumbers});
 }
 
-double Largest(const torch::Tensor& x) { return x.abs().max().item<double>(); }
+double LargestOf(const torch::Tensor& x) { return x.abs().max().item<double>(); }
 
 TEST(InOtherStances, IsTheSameInAllKeyFrames) {
   nn::RandomStream random(5);
   const torch::Tensor moved = InOtherStances(Clocks(), 0.05, random);
   const torch::Tensor step = moved.narrow(1, 1, kFrames - 1) - moved.narrow(1, 0, kFrames - 1);
-  EXPECT_LT(Largest(step - step.narrow(1, 0, 1)), 1e-5);
-  EXPECT_LT(Largest(step - 1.0), 0.1 + 1e-5);
-  EXPECT_GT(Largest(step - 1.0), 0.07);
+  EXPECT_LT(LargestOf(step - step.narrow(1, 0, 1)), 1e-5);
+  EXPECT_LT(LargestOf(step - 1.0), 0.1 + 1e-5);
+  EXPECT_GT(LargestOf(step - 1.0), 0.07);
   EXPECT_NEAR(moved.select(1, 0).std().item<double>(), 0.05, 0.005);
 }
 

@@ -30,13 +30,13 @@ std::string FileOf(const std::string& header, const std::string& data) {
   return LittleEndian(header.size(), 8) + header + data;
 }
 
-SafetensorsReader ReaderOf(const std::string& bytes) {
+SafetensorsReader SafetensorsOf(const std::string& bytes) {
   return SafetensorsReader(ByteSource(std::as_bytes(std::span(bytes)), "net.safetensors"));
 }
 
 std::string Refusal(const std::string& bytes) {
   try {
-    ReaderOf(bytes);
+    SafetensorsOf(bytes);
   } catch (const Error& error) {
     return error.what();
   }

@@ -43,7 +43,7 @@ constexpr char kTwoJoints[] =
     "0 100 0 0 0 0 0 0 0\n"
     "1 2 3 90 0 0 0 0 90\n";
 
-std::string Replaced(std::string text, const std::string& from, const std::string& to) {
+std::string WithReplaced(std::string text, const std::string& from, const std::string& to) {
   const auto at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return text.replace(at, from.size(), to);
@@ -83,7 +83,7 @@ TEST(Bvh, PosesAgreeWithHandComputation) {
 }
 
 TEST(Bvh, RotationChannelsMultiplyFromLeftToRight) {
-  const std::string zxy = Replaced(kTwoJoints, "1 2 3 90 0 0 0 0 90", "0 0 0 30 40 50 0 0 0");
+  const std::string zxy = WithReplaced(kTwoJoints, "1 2 3 90 0 0 0 0 90", "0 0 0 30 40 50 0 0 0");
   const SourceMotion motion = ParseBvh(zxy, "test.bvh");
   const auto turn = [](double degrees, const Eigen::Vector3d& axis) {
     return Eigen::AngleAxisd(degrees * std::numbers::pi / 180, axis);
@@ -96,10 +96,10 @@ TEST(Bvh, RotationChannelsMultiplyFromLeftToRight) {
 }
 
 TEST(Bvh, PositionChannelsOfAnyJointStandInForItsOffset) {
-  std::string text = Replaced(kTwoJoints, "CHANNELS 3 Yrotation Zrotation Xrotation",
-                              "CHANNELS 2 Yposition Xrotation");
-  text = Replaced(text, "0 100 0 0 0 0 0 0 0", "0 0 0 0 0 0 3 0");
-  text = Replaced(text, "1 2 3 90 0 0 0 0 90", "0 0 0 0 0 0 4 0");
+  std::string text = WithReplaced(kTwoJoints, "CHANNELS 3 Yrotation Zrotation Xrotation",
+                                  "CHANNELS 2 Yposition Xrotation");
+  text = WithReplaced(text, "0 100 0 0 0 0 0 0 0", "0 0 0 0 0 0 3 0");
+  text = WithReplaced(text, "1 2 3 90 0 0 0 0 90", "0 0 0 0 0 0 4 0");
   const SourceMotion motion = ParseBvh(text, "test.bvh");
   EXPECT_TRUE(motion.positions[0].col(1).isApprox(Eigen::Vector3d(0.1, 0.03, 0)));
   EXPECT_TRUE(motion.positions[1].col(1).isApprox(Eigen::Vector3d(0.1, 0.04, 0)));
@@ -111,8 +111,8 @@ TEST(Bvh, LineEndingsAndLetterCaseDoNotMatter) {
     if (c == '\n') text += '\r';
     text += c;
   }
-  text = Replaced(text, "HIERARCHY", "hierarchy");
-  text = Replaced(text, "Zrotation", "zRotation");
+  text = WithReplaced(text, "HIERARCHY", "hierarchy");
+  text = WithReplaced(text, "Zrotation", "zRotation");
   const SourceMotion motion = ParseBvh(text, "test.bvh");
   EXPECT_THAT(motion.joint_names, ElementsAre("Hips", "left arm"));
   EXPECT_TRUE(motion.positions[1].col(1).isApprox(Eigen::Vector3d(0.01, 0.12, 0.03), 1e-12));
@@ -125,15 +125,17 @@ TEST(Bvh, LengthUnitIsAnArgument) {
 }
 
 TEST(Bvh, RepeatedNamesAreKept) {
-  const SourceMotion motion = ParseBvh(Replaced(kTwoJoints, "left arm", "Hips"), "test.bvh");
+  const SourceMotion motion = ParseBvh(WithReplaced(kTwoJoints, "left arm", "Hips"), "test.bvh");
   EXPECT_THAT(motion.joint_names, ElementsAre("Hips", "Hips"));
 }
 
 TEST(Bvh, HeaderOffByOneWholeFrameIsNotedNotRefused) {
-  const SourceMotion fewer = ParseBvh(Replaced(kTwoJoints, "Frames: 2", "Frames: 3"), "test.bvh");
+  const SourceMotion fewer =
+      ParseBvh(WithReplaced(kTwoJoints, "Frames: 2", "Frames: 3"), "test.bvh");
   EXPECT_EQ(fewer.NumFrames(), 2);
   EXPECT_THAT(fewer.notes, ElementsAre(HasSubstr("announces 3")));
-  const SourceMotion more = ParseBvh(Replaced(kTwoJoints, "Frames: 2", "Frames: 1"), "test.bvh");
+  const SourceMotion more =
+      ParseBvh(WithReplaced(kTwoJoints, "Frames: 2", "Frames: 1"), "test.bvh");
   EXPECT_EQ(more.NumFrames(), 2);
   EXPECT_EQ(more.notes.size(), 1u);
 }
@@ -143,27 +145,27 @@ TEST(Bvh, FaultsNameLineAndRemedy) {
   ExpectFault("", "HIERARCHY");
   ExpectFault("garbage", "HIERARCHY");
   ExpectFault("HIERARCHY\nJOINT a\n{", "ROOT");
-  ExpectFault(Replaced(text, "OFFSET 10 0 0", "OFFSET 10 x 0"), "test.bvh:8");
-  ExpectFault(Replaced(text, "OFFSET 10 0 0", "OFFSET 10 0"), "OFFSET");
-  ExpectFault(Replaced(text, "Zrotation Xrotation Yrotation", "Zrotation Zrotation Yrotation"),
+  ExpectFault(WithReplaced(text, "OFFSET 10 0 0", "OFFSET 10 x 0"), "test.bvh:8");
+  ExpectFault(WithReplaced(text, "OFFSET 10 0 0", "OFFSET 10 0"), "OFFSET");
+  ExpectFault(WithReplaced(text, "Zrotation Xrotation Yrotation", "Zrotation Zrotation Yrotation"),
               "repeats");
-  ExpectFault(Replaced(text, "CHANNELS 3 Y", "CHANNELS 3 Wrotation Y"), "channel 1 of 3");
-  ExpectFault(Replaced(text, "CHANNELS 3", "CHANNELS 7"), "number of channels");
-  ExpectFault(Replaced(text, "}\nMOTION", "}\nROOT b\n{\nMOTION"), "MOTION");
-  ExpectFault(Replaced(text, "ROOT Hips", "ROOT "), "without a name");
-  ExpectFault(Replaced(text, "Frames: 2", "Frames: 0"), "no frames");
-  ExpectFault(Replaced(text, "Frames: 2", "Frames: -2"), "number of frames");
-  ExpectFault(Replaced(text, "Frames: 2", "Frames: 99999999999"), "number of frames");
-  ExpectFault(Replaced(text, "Frames: 2", "Frames: 40"), "ends in frame 3 of 40");
-  ExpectFault(Replaced(text, "0.0083333", "0"), "frame time");
-  ExpectFault(Replaced(text, "0.0083333", "nan"), "not finite");
-  ExpectFault(Replaced(text, "1 2 3 90", "1 2 inf 90"), "not finite");
-  ExpectFault(Replaced(text, "1 2 3 90", "1 2 nan 90"), "test.bvh:20");
-  ExpectFault(Replaced(text, "1 2 3 90 0 0 0 0 90", "1 2 3 90 0 0 0"), "after 7 of 9");
-  ExpectFault(Replaced(text, "1 2 3 90 0 0 0 0 90", "1 2 3 90 0 0 0 0 90 4"), "after 1 of 9");
+  ExpectFault(WithReplaced(text, "CHANNELS 3 Y", "CHANNELS 3 Wrotation Y"), "channel 1 of 3");
+  ExpectFault(WithReplaced(text, "CHANNELS 3", "CHANNELS 7"), "number of channels");
+  ExpectFault(WithReplaced(text, "}\nMOTION", "}\nROOT b\n{\nMOTION"), "MOTION");
+  ExpectFault(WithReplaced(text, "ROOT Hips", "ROOT "), "without a name");
+  ExpectFault(WithReplaced(text, "Frames: 2", "Frames: 0"), "no frames");
+  ExpectFault(WithReplaced(text, "Frames: 2", "Frames: -2"), "number of frames");
+  ExpectFault(WithReplaced(text, "Frames: 2", "Frames: 99999999999"), "number of frames");
+  ExpectFault(WithReplaced(text, "Frames: 2", "Frames: 40"), "ends in frame 3 of 40");
+  ExpectFault(WithReplaced(text, "0.0083333", "0"), "frame time");
+  ExpectFault(WithReplaced(text, "0.0083333", "nan"), "not finite");
+  ExpectFault(WithReplaced(text, "1 2 3 90", "1 2 inf 90"), "not finite");
+  ExpectFault(WithReplaced(text, "1 2 3 90", "1 2 nan 90"), "test.bvh:20");
+  ExpectFault(WithReplaced(text, "1 2 3 90 0 0 0 0 90", "1 2 3 90 0 0 0"), "after 7 of 9");
+  ExpectFault(WithReplaced(text, "1 2 3 90 0 0 0 0 90", "1 2 3 90 0 0 0 0 90 4"), "after 1 of 9");
   ExpectFault(
-      Replaced(text, "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
-               "CHANNELS 0"),
+      WithReplaced(text, "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
+                   "CHANNELS 0"),
       "go on");
 }
 

@@ -26,13 +26,13 @@ using testing::TemporaryFolder;
 
 const std::filesystem::path kFixtures = HOLDFAST_SOURCE_DIR "/tests/fixtures/torch";
 
-std::vector<double> Numbers(const DataValue& value) { return value.Array().AsDoubles(); }
+std::vector<double> TorchNumbers(const DataValue& value) { return value.Array().AsDoubles(); }
 
 // The error that reading all of a file ends in.
 std::string Refusal(const std::string& bytes) {
   try {
     const DataFile file(std::as_bytes(std::span(bytes)), "file.pt");
-    for (const std::string& name : file.Names()) Numbers(file[name]);
+    for (const std::string& name : file.Names()) TorchNumbers(file[name]);
   } catch (const Error& error) {
     return error.what();
   }
@@ -54,12 +54,12 @@ INSTANTIATE_TEST_SUITE_P(Torch, EveryForm, ::testing::Values("", "_legacy"));
 TEST_P(EveryForm, HoldsEveryType) {
   const DataFile file = Open("dtypes");
   for (const char* name : {"float64", "float32", "float16", "bfloat16"}) {
-    EXPECT_THAT(Numbers(file[name]), ElementsAre(0, 1, 2, 100, 1.5, 0.25)) << name;
+    EXPECT_THAT(TorchNumbers(file[name]), ElementsAre(0, 1, 2, 100, 1.5, 0.25)) << name;
   }
   for (const char* name : {"int64", "int32", "int16", "int8", "uint8"}) {
     EXPECT_THAT(file[name].Array().AsIntegers(), ElementsAre(0, 1, 2, 100, 1, 0)) << name;
   }
-  EXPECT_THAT(Numbers(file["bool"]), ElementsAre(0, 1, 1, 1, 1, 1));
+  EXPECT_THAT(TorchNumbers(file["bool"]), ElementsAre(0, 1, 1, 1, 1, 1));
   EXPECT_EQ(file["int8"].Array().ShapeText(), "(2, 3)");
   EXPECT_EQ(file["float16"].Array().array.item_size, 2u);
 }
@@ -70,24 +70,24 @@ TEST_P(EveryForm, HoldsStateDicts) {
   EXPECT_THAT(state.Names(),
               ElementsAre("0.weight", "0.bias", "1.weight", "1.bias", "1.running_mean",
                           "1.running_var", "1.num_batches_tracked"));
-  EXPECT_THAT(Numbers(state["0.weight"]), ElementsAre(0, 1, 2, 3, 4, 5));
-  EXPECT_THAT(Numbers(state["1.running_var"]), ElementsAre(1, 1));
+  EXPECT_THAT(TorchNumbers(state["0.weight"]), ElementsAre(0, 1, 2, 3, 4, 5));
+  EXPECT_THAT(TorchNumbers(state["1.running_var"]), ElementsAre(1, 1));
   EXPECT_EQ(state["1.num_batches_tracked"].Integer(), 0);
-  EXPECT_THAT(Numbers(file["parameter"]), ElementsAre(1, 1));
+  EXPECT_THAT(TorchNumbers(file["parameter"]), ElementsAre(1, 1));
   EXPECT_EQ(file["epoch"].Integer(), 7);
   EXPECT_EQ(file["loss"].Number(), 0.125);
   EXPECT_EQ(file["name"].Text(), "arms");
   EXPECT_EQ(file["best"].Kind(), DataKind::kNone);
   EXPECT_EQ(file["done"].Kind(), DataKind::kBool);
   EXPECT_EQ(file["history"][2].Text(), "three");
-  EXPECT_THAT(Numbers(file["size"]), ElementsAre(3, 2));
+  EXPECT_THAT(TorchNumbers(file["size"]), ElementsAre(3, 2));
   EXPECT_THAT(file["ordered"].Names(), ElementsAre("b", "a"));
 }
 
 TEST_P(EveryForm, ATensorAloneIsTheFilesValue) {
   const DataFile file = Open("tensor");
   EXPECT_TRUE(file.Names().empty());
-  EXPECT_THAT(Numbers(file.Root()), ElementsAre(0, 1, 2, 3, 4, 5));
+  EXPECT_THAT(TorchNumbers(file.Root()), ElementsAre(0, 1, 2, 3, 4, 5));
 }
 
 TEST_P(EveryForm, NeverBuildsAModule) {
@@ -102,17 +102,17 @@ INSTANTIATE_TEST_SUITE_P(Torch, EveryPacking,
 
 TEST_P(EveryPacking, KeepsOffsetsAndStridesOfSharedStorages) {
   const DataFile file = Open("views");
-  EXPECT_EQ(Numbers(file["base"]).size(), 24u);
-  EXPECT_THAT(Numbers(file["row"]), ElementsAre(6, 7, 8, 9, 10, 11));
-  EXPECT_THAT(Numbers(file["column"]), ElementsAre(2, 8, 14, 20));
-  EXPECT_THAT(Numbers(file["every_third"]), ElementsAre(1, 4, 7, 10, 13, 16, 19, 22));
-  EXPECT_THAT(Numbers(file["block"]), ElementsAre(8, 9, 10, 14, 15, 16));
+  EXPECT_EQ(TorchNumbers(file["base"]).size(), 24u);
+  EXPECT_THAT(TorchNumbers(file["row"]), ElementsAre(6, 7, 8, 9, 10, 11));
+  EXPECT_THAT(TorchNumbers(file["column"]), ElementsAre(2, 8, 14, 20));
+  EXPECT_THAT(TorchNumbers(file["every_third"]), ElementsAre(1, 4, 7, 10, 13, 16, 19, 22));
+  EXPECT_THAT(TorchNumbers(file["block"]), ElementsAre(8, 9, 10, 14, 15, 16));
   EXPECT_EQ(file["expanded"].Array().ShapeText(), "(4, 3)");
-  EXPECT_THAT(Numbers(file["expanded"]), ElementsAre(1, 2, 3, 1, 2, 3, 1, 2, 3, 1, 2, 3));
-  EXPECT_THAT(Numbers(file["scalar"]), ElementsAre(2.5));
+  EXPECT_THAT(TorchNumbers(file["expanded"]), ElementsAre(1, 2, 3, 1, 2, 3, 1, 2, 3, 1, 2, 3));
+  EXPECT_THAT(TorchNumbers(file["scalar"]), ElementsAre(2.5));
   EXPECT_EQ(file["empty"].Array().ShapeText(), "(0, 3)");
-  const std::vector<double> transposed = Numbers(file["transposed"]);
-  const std::vector<double> cube = Numbers(file["cube"]);
+  const std::vector<double> transposed = TorchNumbers(file["transposed"]);
+  const std::vector<double> cube = TorchNumbers(file["cube"]);
   EXPECT_EQ(file["cube"].Array().ShapeText(), "(4, 2, 3)");
   for (std::size_t i = 0; i < 24; ++i) {
     EXPECT_EQ(transposed[i], static_cast<double>(i % 4 * 6 + i / 4));
@@ -121,7 +121,7 @@ TEST_P(EveryPacking, KeepsOffsetsAndStridesOfSharedStorages) {
 }
 
 TEST(TorchArchive, ReadsPicklesOfLaterProtocols) {
-  EXPECT_THAT(Numbers(DataFile(kFixtures / "protocol4.pt")["x"]), ElementsAre(0, 1, 2));
+  EXPECT_THAT(TorchNumbers(DataFile(kFixtures / "protocol4.pt")["x"]), ElementsAre(0, 1, 2));
 }
 
 TEST(TorchArchive, IsKnownByItsContentWhateverItsName) {
@@ -137,10 +137,10 @@ TEST(TorchArchive, ImosResultsOfBothFormsAgree) {
   const DataFile matrices(kFixtures / "s3_mug_offhand_1.npz");
   const DataFile script(kFixtures / "s1_mug_drink_1_0.npz");
   const auto compare = [&](const char* name, std::size_t joints) {
-    const std::vector<double> angles = Numbers(vectors["sbj_p"][name]);
-    const std::vector<double> rotations = Numbers(matrices["sbj_p"][name]);
-    EXPECT_EQ(Numbers(older["sbj_p"][name]), angles);
-    EXPECT_EQ(Numbers(script["sbj_p"][name]), rotations);
+    const std::vector<double> angles = TorchNumbers(vectors["sbj_p"][name]);
+    const std::vector<double> rotations = TorchNumbers(matrices["sbj_p"][name]);
+    EXPECT_EQ(TorchNumbers(older["sbj_p"][name]), angles);
+    EXPECT_EQ(TorchNumbers(script["sbj_p"][name]), rotations);
     ASSERT_EQ(angles.size(), 15 * joints * 3) << name;
     ASSERT_EQ(rotations.size(), 15 * joints * 9) << name;
     for (std::size_t i = 0; i < 15 * joints; ++i) {
@@ -162,7 +162,7 @@ TEST(TorchArchive, ImosResultsOfBothFormsAgree) {
   EXPECT_FALSE(vectors["sbj_p"].Has("jaw_pose"));
 
   // The matrices of the object are rotations at first and no longer later.
-  const std::vector<double> object = Numbers(matrices["obj_p"]["global_orient"]);
+  const std::vector<double> object = TorchNumbers(matrices["obj_p"]["global_orient"]);
   ASSERT_EQ(object.size(), 15u * 9);
   for (std::size_t t = 0; t < 15; ++t) {
     const Eigen::Map<const Eigen::Matrix3d> m(object.data() + 9 * t);
@@ -256,7 +256,7 @@ TEST(TorchArchive, ReadsWhatTorchWritesNow) {
       }
       const NpyMember wanted = expected[name].Array();
       EXPECT_EQ(value.Array().ShapeText(), wanted.ShapeText()) << path << name;
-      EXPECT_EQ(Numbers(value), wanted.AsDoubles()) << path << name;
+      EXPECT_EQ(TorchNumbers(value), wanted.AsDoubles()) << path << name;
       ++compared;
     }
   }

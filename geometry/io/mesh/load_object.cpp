@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/mesh/load_object.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/embedded.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/decimate.h"
+#include "geometry/mesh/mesh_check.h"
+
+namespace holdfast {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> EmbeddedObjectNames() {
+  std::vector<std::string> names = EmbeddedNames("objects", ".ply");
+  std::erase_if(names, [](const std::string& name) { return name.ends_with("_300"); });
+  return names;
+}
+
+LoadedObject LoadObject(const std::string& path_or_name, double scale) {
+  const std::vector<std::string> names = EmbeddedObjectNames();
+  const bool embedded = std::ranges::find(names, path_or_name) != names.end();
+  LoadedObject object;
+  object.source = path_or_name;
+  MeshFile file;
+  // A folder of an embedded object's name does not hide it.
+  std::error_code ignored;
+  if (fs::exists(path_or_name, ignored) && !(fs::is_directory(path_or_name, ignored) && embedded)) {
+    object.name = fs::path(path_or_name).stem().string();
+    file = ReadMeshFile(path_or_name);
+  } else {
+    if (!embedded) {
+      throw Error(
+          path_or_name, "is neither a file nor an embedded object",
+          fmt::format("Give a mesh (.obj .ply .stl .off), or one of: {}", fmt::join(names, ", ")));
+    }
+    object.name = path_or_name;
+    const EmbeddedFile inside = FindEmbedded(fmt::format("objects/{}.ply", path_or_name));
+    file = ReadMeshBytes({reinterpret_cast<const char*>(inside.bytes.data()), inside.bytes.size()},
+                         inside.name);
+  }
+  object.notes = std::move(file.notes);
+  RepairedMesh repaired = NamingMesh(path_or_name, [&] { return RepairMesh(file.mesh); });
+  object.mesh = std::move(repaired.mesh);
+  object.mesh.vertices *= scale;
+  RequireInRange(object.mesh, path_or_name);
+  for (std::string& action : repaired.actions) object.notes.push_back(std::move(action));
+  const MeshReport report = NamingMesh(path_or_name, [&] { return CheckMesh(object.mesh); });
+  object.implausible_size = report.implausible_size;
+  object.suggested_scale = report.suggested_scale;
+  if (report.implausible_size) {
+    object.notes.push_back(fmt::format(
+        "The object is {:.3g} x {:.3g} x {:.3g} m: is it in metres?{}", report.extent_m.x(),
+        report.extent_m.y(), report.extent_m.z(),
+        report.suggested_scale != 1.0
+            ? fmt::format(" (--object-scale {:g} would make it handheld)", report.suggested_scale)
+            : ""));
+  }
+  if (!report.watertight) {
+    object.notes.push_back(
+        "The mesh is not watertight: inside and outside are judged by winding numbers");
+  }
+  return object;
+}
+
+void RequireHandheld(const LoadedObject& object) {
+  if (!object.implausible_size) return;
+  const Eigen::Vector3d extent = Extent(object.mesh);
+  const Eigen::Vector3d in_cm = 100.0 * object.suggested_scale * extent;
+  throw Error(object.source,
+              fmt::format("is {:.3g} x {:.3g} x {:.3g} m, no size to hold", extent.x(), extent.y(),
+                          extent.z()),
+              object.suggested_scale != 1.0
+                  ? fmt::format("Meshes are in metres, this one is likely in {}: --object-scale "
+                                "{:g} makes it {:.3g} x {:.3g} x {:.3g} cm",
+                                UnitOfScale(object.suggested_scale), object.suggested_scale,
+                                in_cm.x(), in_cm.y(), in_cm.z())
+                  : "Meshes are in metres: give its unit with --object-scale");
+}
+
+TriangleMesh ForFitting(const LoadedObject& object, int vertices, std::vector<std::string>* notes) {
+  if (object.mesh.NumVertices() <= vertices) return object.mesh;
+  DecimateOptions options;
+  options.vertices = vertices;
+  options.samples = 0;
+  DecimateResult result = NamingMesh(object.source, [&] { return Decimate(object.mesh, options); });
+  if (notes != nullptr) {
+    for (std::string& note : result.notes) notes->push_back(std::move(note));
+  }
+  return std::move(result.mesh);
+}
+
+}  // namespace holdfast

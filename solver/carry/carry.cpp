@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: MIT
+#include "solver/carry/carry.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <chrono>
+#include <filesystem>
+#include <span>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/mesh/surface_distance.h"
+#include "solver/fit/clip_state.h"
+#include "solver/fit/grip_from_clip.h"
+#include "solver/recipes/imos_code.h"
+
+namespace holdfast {
+namespace {
+
+constexpr std::uint8_t kHoldsBoth = kHoldsRight | kHoldsLeft;
+
+Holding Always(std::uint8_t bits, std::size_t frames) {
+  return {std::vector<std::uint8_t>(frames, bits), {}, std::vector<double>(frames, 1.0)};
+}
+
+std::uint8_t BitsOf(CarryHands hands) {
+  if (hands == CarryHands::kLeft) return kHoldsLeft;
+  return hands == CarryHands::kBoth ? kHoldsBoth : kHoldsRight;
+}
+
+// One run through all stages.
+class Carrier {
+ public:
+  Carrier(const Clip& clip, const ClipBody& body, const PreparedObject& object,
+          const CarryOptions& options, const CarryProgress& progress)
+      : clip_(clip),
+        body_(body),
+        object_(object),
+        options_(options),
+        progress_(progress),
+        right_(body.model, body.betas, Side::kRight),
+        left_(body.model, body.betas, Side::kLeft) {
+    options_.fit.threads = options_.protocol.threads = options_.threads;
+    if (options_.recipe == FitRecipe::kPaper) options_.fit = options_.fit.OnlyPaper();
+  }
+
+  CarryReport Run() {
+    needs_grasp_ = NeedsGrasp(clip_, object_.object, options_);
+    if (options_.hand_over) RequireHands(*body_.model, kHoldsBoth);
+    report_.holding = WhoHolds();
+    for (const std::uint8_t bits : report_.holding.hands) report_.held_by |= bits;
+    RequireHands(*body_.model, report_.held_by);
+    if (options_.place && report_.holding.hands.front() == kHoldsBoth) {
+      throw Error(
+          "the clip",
+          "is held by both hands in its first frame: --at, --region and --avoid are for one",
+          "Say which with --hand");
+    }
+    if (needs_grasp_) {
+      TakeHold();
+      if (stopped_) return std::move(report_);
+      if (!report_.grasp.found) return Ended(CarryStatus::kNoGrasp);
+    }
+    NameObject();
+    Fit();
+    if (stopped_) return std::move(report_);
+    Measure();
+    if (stopped_) return std::move(report_);
+    const bool touched = report_.contact.contact_frames_ratio.value_or(0.0) > 0.0;
+    if (touched) Warn();
+    return Ended(touched ? CarryStatus::kCarried : CarryStatus::kNoContact);
+  }
+
+ private:
+  CarryReport Ended(CarryStatus status) {
+    report_.status = status;
+    return std::move(report_);
+  }
+
+  bool GoesOn(const char* stage, int done, int total) {
+    if (progress_ && !progress_(stage, done, total)) stopped_ = true;
+    return !stopped_;
+  }
+
+  const HandModel& Hand(Side side) const { return side == Side::kRight ? right_ : left_; }
+
+  // Who is to hold an object that the clip does not have: who held the clip's own in most frames.
+  std::uint8_t UsualHolder() const {
+    if (const std::optional<Side> lone = body_.model->LoneHand()) return HoldingBit(*lone);
+    const auto frames = [&](std::uint8_t bits) {
+      return std::ranges::count(clip_.holding_hand, bits);
+    };
+    const std::uint8_t one = frames(kHoldsLeft) > frames(kHoldsRight) ? kHoldsLeft : kHoldsRight;
+    return frames(kHoldsBoth) > frames(one) ? kHoldsBoth : one;
+  }
+
+  // Who holds the object in each frame, before the fit.
+  Holding WhoHolds() const {
+    const auto frames = static_cast<std::size_t>(clip_.NumFrames());
+    const bool has_track = !needs_grasp_;
+    const bool switches_given = !options_.handover.switch_frames.empty();
+    const bool automatic = options_.hands == CarryHands::kAuto;
+    // Without the object's own trajectory, somebody has to hold it in every frame.
+    const bool labelled = !clip_.holding_hand.empty() &&
+                          (has_track || std::ranges::count(clip_.holding_hand, 0) == 0);
+    Holding holding;
+    if (labelled && (options_.hand_over || automatic) && !switches_given) {
+      holding = {clip_.holding_hand, SwitchesOf(clip_.holding_hand), {}};
+    } else if (options_.hand_over && (!has_track || switches_given)) {
+      Eigen::Vector3d extent = Extent(object_.object.mesh);
+      std::sort(extent.begin(), extent.end());
+      return FindHandovers(clip_, right_, left_, extent(1), options_.handover);
+    } else if (!options_.hand_over && !automatic) {
+      return Always(BitsOf(options_.hands), frames);
+    } else if (!has_track) {
+      return Always(UsualHolder(), frames);
+    } else {
+      HoldingOptions search;
+      search.threads = options_.threads;
+      holding = FindHolding(clip_, right_, left_, *object_.fit.distance, search);
+    }
+    if (std::ranges::all_of(holding.hands, [](std::uint8_t bits) { return bits == 0; })) {
+      throw Error("the clip", "has an object that no hand holds",
+                  "Say which hand does with --hand, or make a new grasp with --regrasp");
+    }
+    return holding;
+  }
+
+  void TakeHold() {
+    const std::vector<std::uint8_t>& hands = report_.holding.hands;
+    const BodySurface body(body_.model, body_.betas);
+    const FirstGraspOptions search{options_.style, options_.place, options_.seed, options_.threads};
+    if (hands.front() == kHoldsBoth) {
+      report_.grasp = HoldInFirstFrame(right_, left_, object_, body, search, clip_);
+      GoesOn("grasp", 100, 100);
+      return;
+    }
+    const Side side = hands.front() == kHoldsLeft ? Side::kLeft : Side::kRight;
+    const auto alone =
+        std::ranges::find_if_not(hands, [&](std::uint8_t bits) { return bits == hands.front(); });
+    report_.grasp = GraspInFirstFrame(
+        Hand(side), object_, body, static_cast<int>(alone - hands.begin()), search, clip_,
+        [&](double share) { return GoesOn("grasp", static_cast<int>(100 * share), 100); });
+  }
+
+  void NameObject() {
+    clip_.object->name = object_.object.name;
+    clip_.object->mesh = "object.ply";
+    // Betas keep the name of the body they belong to; without any, this is the body's own clip now.
+    if (clip_.betas.size() == 0 || clip_.betas.isZero(0.0)) {
+      clip_.body_model = body_.model->Name();
+    }
+  }
+
+  void Fit() {
+    const std::vector<std::uint8_t>& holding = report_.holding.hands;
+    for (const Side side : {Side::kRight, Side::kLeft}) {
+      if ((report_.held_by & HoldingBit(side)) != 0) hands_.push_back(&Hand(side));
+    }
+    GraspTransferOptions transfer;
+    transfer.seed = options_.seed;
+    transfer.threads = options_.threads;
+    const bool hands_change =
+        std::ranges::adjacent_find(holding, std::ranges::not_equal_to{}) != holding.end();
+    const GripMaker later =
+        options_.hand_over || (needs_grasp_ && hands_change)
+            ? GripsByTransfer(right_, left_, object_.object.mesh, object_.solid.distance,
+                              *object_.fit.distance, transfer, &report_.handovers)
+            : GripsFromClip(clip_, hands_);
+    const auto& first = report_.grasp.grips;
+    const GripMaker grips = [&](const GripRequest& request) {
+      const bool both = request.frame == 0 && first;
+      return both ? (*first)[request.side == Side::kRight ? 0 : 1] : later(request);
+    };
+    const auto begin = std::chrono::steady_clock::now();
+    const auto go_on = [&](int done, int total) { return GoesOn("fit", done, total); };
+    report_.fit = options_.recipe == FitRecipe::kImosCode
+                      ? FitClipImosCode(clip_, *hands_.front(), object_.fit.vertices, {}, go_on)
+                      : FitClip(clip_, hands_, object_.fit, holding, options_.fit, grips, go_on);
+    report_.fit_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    report_.clip = std::move(report_.fit.clip);
+  }
+
+  void Measure() {
+    report_.contact = ScoreContact(
+        MeasureHands(report_.clip, hands_, report_.holding.hands, object_.solid, options_.protocol,
+                     [&](int done, int total) { return GoesOn("metrics", done, total); }));
+  }
+
+  void Warn() {
+    // A grasp of a clip's own that the terms cannot mend any more: soft tissue gives less.
+    constexpr double kBadGrip_mm = 3.0;
+    if (!needs_grasp_ && report_.contact.penetration_mean_max_mm > kBadGrip_mm) {
+      report_.warnings.push_back(fmt::format(
+          "the clip's own grasp holds the object {:.0f} mm deep in the hand; --regrasp makes a new "
+          "one",
+          report_.contact.penetration_mean_max_mm));
+    }
+    for (const Handover& handover : report_.handovers) {
+      if (handover.transfer.found) continue;
+      report_.warnings.push_back(
+          fmt::format("the {} hand's grasp of frame {} is the least bad try: {}",
+                      SideName(handover.to), handover.frame, handover.transfer.refused));
+    }
+  }
+
+  Clip clip_;
+  const ClipBody& body_;
+  const PreparedObject& object_;
+  CarryOptions options_;
+  const CarryProgress& progress_;
+  HandModel right_, left_;
+  bool needs_grasp_ = false;
+  bool stopped_ = false;
+  std::vector<const HandModel*> hands_;
+  CarryReport report_;
+};
+
+}  // namespace
+
+bool IsObjectOf(const Clip& clip, const std::optional<TriangleMesh>& clip_object,
+                const LoadedObject& object, double scale) {
+  if (!clip.object) return false;
+  if (clip_object) {
+    if (SameSurface(*clip_object, object.mesh)) return true;
+    TriangleMesh scaled = *clip_object;
+    scaled.vertices *= scale;
+    return scale != 1.0 && SameSurface(scaled, object.mesh);
+  }
+  const auto same = [](unsigned char a, unsigned char b) {
+    return std::tolower(a) == std::tolower(b);
+  };
+  const std::string mesh = std::filesystem::path(clip.object->mesh).stem().string();
+  return clip.object->name.empty() || std::ranges::equal(clip.object->name, object.name, same) ||
+         std::ranges::equal(mesh, object.name, same);
+}
+
+bool NeedsGrasp(const Clip& clip, const LoadedObject& object, const CarryOptions& options) {
+  if (!clip.object || options.grasp == GraspSource::kNew || options.place) return true;
+  return options.grasp == GraspSource::kClipsOrNew &&
+         !IsObjectOf(clip, options.clip_object, object, options.object_scale);
+}
+
+CarryReport CarryObject(const Clip& clip, const ClipBody& body, const PreparedObject& object,
+                        const CarryOptions& options, const CarryProgress& progress) {
+  return Carrier(clip, body, object, options, progress).Run();
+}
+
+}  // namespace holdfast

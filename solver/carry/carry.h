@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geometry/clip/clip.h"
+#include "geometry/clip/clip_body.h"
+#include "geometry/score/contact_score.h"
+#include "geometry/score/hand_object_score.h"
+#include "solver/carry/first_grasp.h"
+#include "solver/fit/fit.h"
+#include "solver/fit/prepared_object.h"
+#include "solver/handover/grip_by_transfer.h"
+#include "solver/handover/handover_search.h"
+#include "solver/handover/holding.h"
+
+/// The whole job: who holds the object, how the hand takes it, and every frame fitted.
+///
+///   LoadedClip motion = LoadClip("walk.npz");
+///   CarryReport carried = CarryObject(motion.clip, motion.body, PrepareObject(LoadObject("mug")));
+///   WriteClip(carried.clip, "held.npz");
+namespace holdfast {
+
+enum class CarryHands { kAuto, kRight, kLeft, kBoth };
+/// Whose grasp: of the clip where it has one of this object, always a new one, never.
+enum class GraspSource { kClipsOrNew, kNew, kClips };
+enum class FitRecipe {
+  kHoldfast,  ///< all terms
+  kPaper,     ///< the paper's three
+  kImosCode,  ///< what its authors' code does
+};
+
+struct CarryOptions {
+  CarryHands hands = CarryHands::kAuto;
+  GraspSource grasp = GraspSource::kClipsOrNew;
+  /// The surface that the clip's object has, where it is known: tells whether it is this one.
+  std::optional<TriangleMesh> clip_object;
+  double object_scale = 1.0;                ///< that the object was loaded with
+  std::optional<GraspStyle> style;          ///< of a grasp that has to be made
+  std::shared_ptr<const GraspPlace> place;  ///< of that grasp; null: wherever it suits
+  bool hand_over = false;                   ///< the object changes hands
+  HandoverSearchOptions handover;           ///< what is known of that
+  FitRecipe recipe = FitRecipe::kHoldfast;
+  FitOptions fit;            ///< threads are those below
+  ContactProtocol protocol;  ///< of the measurements; threads are those below
+  std::uint64_t seed = 1;
+  int threads = 1;  ///< the result does not depend on them
+};
+
+/// Called now and then, from one thread at a time, with "grasp", "fit" or "metrics" and how much of
+/// that is done. Returning false stops the work.
+using CarryProgress = std::function<bool(const char* stage, int done, int total)>;
+
+enum class CarryStatus {
+  kCarried,
+  kStopped,    ///< by `progress`
+  kNoGrasp,    ///< there is nothing to take hold of: grasp.status
+  kNoContact,  ///< no hand touches the object in any frame
+};
+
+struct CarryReport {
+  CarryStatus status = CarryStatus::kStopped;
+  Clip clip;                 ///< with the object, fitted fingers and arms, and holding_hand
+  std::uint8_t held_by = 0;  ///< bits of all hands that hold at some time
+  Holding holding;           ///< before the fit
+  FirstGrasp grasp;
+  std::vector<Handover> handovers;
+  FitResult fit;  ///< its `clip` is moved to the one above
+  ContactScore contact;
+  double fit_s = 0.0;
+  std::vector<std::string> warnings;
+};
+
+/// Whether the object that a clip has is this one: of the same surface, where the clip's own is
+/// known (as given or times `scale`), else of the same name.
+bool IsObjectOf(const Clip& clip, const std::optional<TriangleMesh>& clip_object,
+                const LoadedObject& object, double scale = 1.0);
+
+/// Whether CarryObject has to make a grasp: the clip has no object, one is asked for (a new one, or
+/// a place), or the clip's is of another object.
+bool NeedsGrasp(const Clip& clip, const LoadedObject& object, const CarryOptions& options);
+
+/// Carries the object through the clip. A clip that has the object's trajectory keeps it as data;
+/// without, a hand takes the object in the first frame and holds it. `body` is the clip's
+/// (BodyOfClip). Throws Error for hands that the body lacks, an object that no hand holds, a place
+/// to grasp asked of both hands, and what FindHandovers and FitClip throw.
+CarryReport CarryObject(const Clip& clip, const ClipBody& body, const PreparedObject& object,
+                        const CarryOptions& options = {}, const CarryProgress& progress = {});
+
+}  // namespace holdfast

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include "solver/carry/first_grasp.h"
+
+#include <fmt/format.h>
+
+#include "geometry/rotation.h"
+#include "solver/grasp/grasp_candidates.h"
+#include "solver/grasp/grasp_obstacles.h"
+
+namespace holdfast {
+namespace {
+
+// The object's track: in the first frame as given, to be filled in by the fit.
+void PlaceObject(const Eigen::Isometry3d& world_from_object, Clip& clip) {
+  clip.object.emplace();
+  clip.object->trans.setZero(3, clip.NumFrames());
+  clip.object->orient.setZero(3, clip.NumFrames());
+  clip.object->trans.col(0) = world_from_object.translation();
+  clip.object->orient.col(0) = LogSO3(world_from_object.linear());
+}
+
+bool NothingToCarry(GraspStatus status) {
+  return status == GraspStatus::kNothingToGrasp || status == GraspStatus::kNoRoom ||
+         status == GraspStatus::kNothingAtPlace || status == GraspStatus::kStopped;
+}
+
+}  // namespace
+
+std::optional<std::string> WhyTooLarge(const LoadedObject& object, bool both) {
+  RequireHandheld(object);
+  constexpr double kLarge_m = 0.25;  // the search itself says so soon enough of smaller ones
+  const Eigen::Vector3d extent = Extent(object.mesh);
+  const double span = both ? BothHandsOptions{}.max_width_m : OppositionOptions{}.max_width_m;
+  if (extent.maxCoeff() < kLarge_m || IsWithinSpan(object.mesh, span)) return std::nullopt;
+  return fmt::format(
+      "{}: nothing of it is thinner than the {:.0f} cm that {}. It measures {:.1f} x {:.1f} x "
+      "{:.1f} cm: check its unit (--object-scale){}",
+      object.name, 100.0 * span, both ? "two hands hold between them" : "a hand spans",
+      100.0 * extent.x(), 100.0 * extent.y(), 100.0 * extent.z(),
+      !both && IsWithinSpan(object.mesh, BothHandsOptions{}.max_width_m)
+          ? ", or hold it between both hands (--hand both)"
+          : "");
+}
+
+FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object,
+                             const BodySurface& body, int held_frames,
+                             const FirstGraspOptions& options, Clip& clip,
+                             const GraspProgress& progress) {
+  HandState state(hand);
+  state.SetBody(clip.pose[0], clip.trans.col(0));
+  GraspOptions search;
+  search.seed = options.seed;
+  search.style = options.style;
+  search.place = options.place;
+  search.threads = options.threads;
+  search.up_in_wrist = {state.WristRotation().transpose() * Eigen::Vector3d::UnitZ()};
+  // A hand is about 20 cm long: nothing farther than that and the object's own size is met.
+  const TriangleMesh& mesh = object.object.mesh;
+  const DistanceGrid& grid = *object.fit.distance;
+  const double reach_m = 0.2 + Extent(mesh).norm();
+  search.obstacles_in_wrist = BodyAroundWrist(clip, body, hand.HandSide(), reach_m);
+  GraspReport report;
+  FirstGrasp first;
+  first.made = true;
+  first.one = CloseHand(hand, mesh, object.solid.distance, grid, search, &report, progress);
+  const Grasp& grasp = *first.one;
+  // A hand that takes the object over has to touch it: what else meets it, and before, is told.
+  first.through_body = grasp.blocked;
+  if (held_frames < clip.NumFrames()) {
+    const Clip held = Slice(clip, 0, held_frames);
+    constexpr int kFrames = 8;
+    first.through_body =
+        ShareBlocked(grid, grasp.wrist_from_object,
+                     BodyAroundWrist(held, body, hand.HandSide(), reach_m, kFrames, false));
+  }
+  first.status = std::string(Describe(report.status));
+  first.search_ms = report.search_ms + report.closing_ms + report.refinement_ms;
+  if (NothingToCarry(report.status)) return first;
+  // The least bad grasp need not be where it was asked for.
+  if (options.place && report.status != GraspStatus::kFound) {
+    first.status = fmt::format("{} at the place asked for (best try: {})", Describe(report.status),
+                               report.candidates.front().refused);
+    return first;
+  }
+  if (report.status == GraspStatus::kNoCleanGrasp) {
+    first.warnings.push_back(
+        fmt::format("{}: the least bad grasp is carried on", Describe(report.status)));
+  }
+  if (first.through_body > 0.0) {
+    first.warnings.push_back(fmt::format(
+        "the object meets the body in about {:.0f} % of the frames", 100.0 * first.through_body));
+  }
+  PlaceObject(ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()), clip);
+  SetFingers(clip.pose[0], hand.HandSide(), grasp.fingers);
+  first.found = true;
+  return first;
+}
+
+FirstGrasp HoldInFirstFrame(const HandModel& right, const HandModel& left,
+                            const PreparedObject& object, const BodySurface& body,
+                            const FirstGraspOptions& options, Clip& clip) {
+  BothHandsOptions search;
+  search.seed = options.seed;
+  search.threads = options.threads;
+  const Eigen::Vector3d trans = clip.trans.col(0);
+  FirstGrasp first;
+  first.made = true;
+  first.both = HoldInBothHands(right, left, body, clip.pose[0], trans, object.object.mesh,
+                               *object.fit.distance, search);
+  const BothHandsGrasp& grasp = *first.both;
+  first.status = std::string(Describe(grasp.status));
+  if (grasp.status != GraspStatus::kFound) return first;
+  first.grips.emplace();
+  for (int h = 0; h < 2; ++h) {
+    const HandModel& hand = h == 0 ? right : left;
+    HandState state(hand);
+    state.SetBody(grasp.pose, trans);
+    Eigen::Isometry3d wrist = Eigen::Isometry3d::Identity();
+    wrist.linear() = state.WristRotation();
+    wrist.translation() = state.WristPosition();
+    (*first.grips)[h] = {FingersOf(grasp.pose, hand.HandSide()),
+                         OffsetTo(hand, wrist, trans, clip.pose[0])};
+  }
+  PlaceObject(grasp.world_from_object, clip);
+  first.found = true;
+  return first;
+}
+
+}  // namespace holdfast

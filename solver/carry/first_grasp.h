@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geometry/body/body_model.h"
+#include "geometry/body/hand_model.h"
+#include "geometry/clip/clip.h"
+#include "solver/fit/fit.h"
+#include "solver/fit/prepared_object.h"
+#include "solver/grasp/grasp.h"
+#include "solver/grasp/grasp_both.h"
+
+namespace holdfast {
+
+/// Why no hand, or with `both` no two hands, can hold the object wherever they take it: nothing of
+/// it is within their span. Nothing where some of it is. Fast, before anything is prepared. Throws
+/// Error for an object that is no size for a hand (RequireHandheld).
+std::optional<std::string> WhyTooLarge(const LoadedObject& object, bool both);
+
+/// How an object came into the hand in a clip's first frame.
+struct FirstGrasp {
+  bool made = false;         ///< else the clip had one
+  bool found = false;        ///< there is something to carry on with, if not a clean grasp
+  std::string status;        ///< for people
+  std::optional<Grasp> one;  ///< of one hand
+  std::optional<BothHandsGrasp> both;
+  double through_body = 0.0;  ///< share of the clip's frames in which the object meets the body
+  double search_ms = 0.0;
+  std::vector<std::string> warnings;
+  /// Of both hands: how each (right, left) takes hold, relative to the clip's wrists, which stay.
+  std::optional<std::array<GripPose, 2>> grips;
+};
+
+struct FirstGraspOptions {
+  std::optional<GraspStyle> style;          ///< none: whichever suits
+  std::shared_ptr<const GraspPlace> place;  ///< null: wherever it suits
+  std::uint64_t seed = 1;
+  int threads = 1;
+};
+
+/// Closes a hand around the object in the clip's first frame, and writes fingers and object into
+/// that frame. The object keeps clear of the body along the clip; told is what meets it in the
+/// first `held_frames`, while this hand alone holds it. The clip is left alone when `found` is
+/// false.
+FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object,
+                             const BodySurface& body, int held_frames,
+                             const FirstGraspOptions& options, Clip& clip,
+                             const GraspProgress& progress = {});
+
+/// The same with the object between both hands: the arms have to go to it (`grips`).
+FirstGrasp HoldInFirstFrame(const HandModel& right, const HandModel& left,
+                            const PreparedObject& object, const BodySurface& body,
+                            const FirstGraspOptions& options, Clip& clip);
+
+}  // namespace holdfast
