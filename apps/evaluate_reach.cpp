@@ -248,7 +248,8 @@ void AddEvaluateReach(CLI::App& evaluate, int& exit_code) {
   command->add_option("--ablation-weights", reach.ablation_weights,
                       "NAME=FILE: a network trained without parts of the intention, for the row "
                       "wrist, wrist+pelvis, wrist+heading or none. Other rows mask one network");
-  command->add_flag("--no-ablations{false}", reach.ablations, "The full intention alone");
+  command->add_flag_callback(
+      "--no-ablations", [&out = reach.ablations] { out = false; }, "The full intention alone");
   command
       ->add_option("--deadline", reach.deadline,
                    "When goals are due: both, adaptive or fixed (8 s)")

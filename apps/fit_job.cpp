@@ -322,43 +322,37 @@ FitOutcome RunFitJob(const FitJob& job, const CommonOptions& common, FitLibrary&
   return outcome;
 }
 
-void AddFitJobOptions(CLI::App& command, FitJob& job) {
-  command.add_option(
-      "--body", job.body,
-      "Body model: SMPL-X, SMPL-H, or MANO for a hand alone (.npz, .pkl); the embedded "
-      "body if left out");
+namespace {
+
+void AddGraspOptions(CLI::App& command, FitJob& job) {
+  const char* const group = "The grasp";
   command
       .add_option("--style", job.style,
                   "How a new grasp holds: power, precision, handle (fingers through it), or auto")
       ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "power", "precision", "handle"}));
-  AddGraspPlaceOptions(command, job.place);
+      ->check(CLI::IsMember({"auto", "power", "precision", "handle"}))
+      ->group(group);
+  AddGraspPlaceOptions(command, job.place, group);
   CLI::Option* const regrasp = command.add_flag(
       "--regrasp", job.regrasp, "Make a new grasp even if the clip has one of this object");
+  regrasp->group(group);
   command
       .add_flag("--keep-grasp", job.keep_grasp,
                 "Keep the clip's own grasp and trajectory even if they are another object's")
       ->excludes(regrasp)
       ->excludes(command.get_option("--at"))
       ->excludes(command.get_option("--region"))
-      ->excludes(command.get_option("--avoid"));
-  command.add_option("--start", job.start, "First frame to fit")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
-  command.add_option("--end", job.end, "Frame to stop before; -1 is the clip's end")
-      ->capture_default_str();
-  command
-      .add_option("--object-scale", job.object_scale,
-                  "Multiplies the object's coordinates (0.001 for millimetres)")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
-  command
-      .add_option("--object-vertices", job.object_vertices,
-                  "Vertices that the object is simplified to")
-      ->capture_default_str()
-      ->check(CLI::Range(4, 100'000));
+      ->excludes(command.get_option("--avoid"))
+      ->group(group);
+}
+
+void AddEnergyOptions(CLI::App& command, FitJob& job) {
+  const char* const group = "Terms of the energy";
   const auto weight = [&](const char* name, double& value, const char* help) {
-    command.add_option(name, value, help)->capture_default_str()->check(CLI::NonNegativeNumber);
+    command.add_option(name, value, help)
+        ->capture_default_str()
+        ->check(CLI::NonNegativeNumber)
+        ->group(group);
   };
   weight("--lambda-distance", job.fit.lambda_distance,
          "Weight of E_d: hand and object keep their distances (paper eq. 7)");
@@ -373,34 +367,73 @@ void AddFitJobOptions(CLI::App& command, FitJob& job) {
   weight("--lambda-limits", job.fit.lambda_limits, "Weight of angles beyond a joint's range");
   weight("--lambda-wrist", job.fit.lambda_wrist,
          "Weight of E_w: two hands that hold stay where the clip has them");
-  command.add_flag("--slip", job.fit.slip,
-                   "Contacts may travel along the surface, not off it: E_s in place of E_d and "
-                   "E_c, for objects turned or squeezed in the fingers");
+  command
+      .add_flag("--slip", job.fit.slip,
+                "Contacts may travel along the surface, not off it: E_s in place of E_d and "
+                "E_c, for objects turned or squeezed in the fingers")
+      ->group(group);
   weight("--lambda-slip", job.fit.lambda_slip, "Weight of E_s");
   weight("--lambda-fingers", job.fit.lambda_fingers,
          "Weight of the fingers' way from the clip's own; what moves them with --slip");
   weight("--lambda-object", job.fit.lambda_object,
          "Weight of the object's way from the clip's own trajectory");
-  command
-      .add_option("--solve", job.solve,
-                  "sequential: frame after frame; batch: then all frames at once, with little "
-                  "change of velocity")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"sequential", "batch"}));
   weight("--lambda-acceleration", job.fit.lambda_acceleration,
          "With --solve batch, weight of second differences");
   command
       .add_option("--contact-threshold", job.contact_threshold_mm,
                   "tau: pairs closer than this when the hand takes hold are in contact, mm")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
-  command.add_flag("--no-report{false}", job.write_report, "Leave out report.html");
+      ->check(CLI::PositiveNumber)
+      ->group(group);
+}
+
+void AddSolverOptions(CLI::App& command, FitJob& job) {
+  const char* const group = "The solver";
+  command
+      .add_option("--object-vertices", job.object_vertices,
+                  "Vertices that the object is simplified to")
+      ->capture_default_str()
+      ->check(CLI::Range(4, 100'000))
+      ->group(group);
+  command
+      .add_option("--solve", job.solve,
+                  "sequential: frame after frame; batch: then all frames at once, with little "
+                  "change of velocity")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"sequential", "batch"}))
+      ->group(group);
   command.add_option("--max-iterations", job.fit.max_iterations, "Per frame")
       ->capture_default_str()
-      ->check(CLI::Range(1, 10'000));
+      ->check(CLI::Range(1, 10'000))
+      ->group(group);
   command.add_option("--precision", job.precision, "Arithmetic of the pair loop")
       ->capture_default_str()
-      ->check(CLI::IsMember({"single", "double"}));
+      ->check(CLI::IsMember({"single", "double"}))
+      ->group(group);
+}
+
+}  // namespace
+
+void AddFitJobOptions(CLI::App& command, FitJob& job) {
+  command.add_option(
+      "--body", job.body,
+      "Body model: SMPL-X, SMPL-H, or MANO for a hand alone (.npz, .pkl); the embedded "
+      "body if left out");
+  command.add_option("--start", job.start, "First frame to fit")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--end", job.end, "Frame to stop before; -1 is the clip's end")
+      ->capture_default_str();
+  command
+      .add_option("--object-scale", job.object_scale,
+                  "Multiplies the object's coordinates (0.001 for millimetres)")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command.add_flag_callback(
+      "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
+  AddGraspOptions(command, job);
+  AddEnergyOptions(command, job);
+  AddSolverOptions(command, job);
 }
 
 }  // namespace holdfast::apps

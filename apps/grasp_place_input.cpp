@@ -67,24 +67,27 @@ TriangleMesh SurfaceNamed(const char* option, const std::vector<std::string>& as
 
 }  // namespace
 
-void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input) {
+void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input, const std::string& group) {
   command
       .add_option("--at", input.at,
                   "Take hold at this point of the object: X,Y,Z in its own frame, metres, scaled")
       ->delimiter(',')
       ->expected(3)
-      ->type_name("X,Y,Z");
+      ->type_name("X,Y,Z")
+      ->group(group);
   command
       .add_option("--region", input.region,
                   "Take hold on this part alone: a group, object or material of the .obj file, or "
                   "a file with the numbers of its vertices, from 0. May be repeated")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->type_name("NAME|FILE");
+      ->type_name("NAME|FILE")
+      ->group(group);
   command.add_option("--avoid", input.avoid, "Touch nothing of this part; named as for --region")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->type_name("NAME|FILE");
+      ->type_name("NAME|FILE")
+      ->group(group);
 }
 
 std::shared_ptr<const GraspPlace> MakeGraspPlace(const GraspPlaceInput& input,

@@ -23,7 +23,8 @@ struct GraspPlaceInput {
 };
 
 /// Adds --at, --region and --avoid.
-void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input);
+void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input,
+                          const std::string& group = "Options");
 
 /// The place on this object, which was loaded from `path_or_name` with this scale; null when none
 /// is asked for. Throws Error for names that the file does not have, with all that it has.

@@ -53,9 +53,10 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       ->add_option("--approach", job.approach,
                    "X,Y,Z along the forearm, elbow to wrist, on arrival (latent-opt)")
       ->excludes(command->get_option("--free-time"));
-  command->add_flag("--no-refit{false}", job.refit,
-                    "Leave motions as the network makes them: feet are not pinned, the wrist stays "
-                    "some centimetres off (latent-opt: millimetres)");
+  command->add_flag_callback(
+      "--no-refit", [&out = job.refit] { out = false; },
+      "Leave motions as the network makes them: feet are not pinned, the wrist stays "
+      "some centimetres off (latent-opt: millimetres)");
   CLI::Option* object = command->add_option(
       "--object", job.object,
       "Mesh or embedded object that stands on a table at the first --goal (the middle of its "
@@ -82,7 +83,8 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
   command->add_flag("--all", job.all, "Keep all samples: samples/NN.npz, best first");
   command->add_option("--body", job.body, "Body model in place of the embedded one");
   AddWeightsOption(*command, job.weights);
-  command->add_flag("--no-report{false}", job.write_report, "Leave out report.html");
+  command->add_flag_callback(
+      "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
   command
       ->add_option("-o,--output", job.output, "Folder to make: clip.npz, metrics.json, report.html")
       ->capture_default_str();

@@ -69,7 +69,8 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(5.0, 240.0));
   command->add_option("--body", job.begin.body, "Body model in place of the embedded one");
   AddSynthesisWeightsOptions(*command, job.weights, job.action_embeddings);
-  command->add_flag("--no-report{false}", job.write_report, "Leave out report.html");
+  command->add_flag_callback(
+      "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
   command
       ->add_option("-o,--output", job.output,
                    "Folder to make: clip.npz, object.ply, metrics.json, report.html")

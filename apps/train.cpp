@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -16,15 +17,17 @@ namespace {
 // Trains in a program of its own beside this one: it needs LibTorch, which nothing else does.
 constexpr const char* kProgram = "holdfast-train";
 
+constexpr const char* kAbsent = "this program was built without training";
+constexpr const char* kRemedy =
+    "Install libtorch-dev and configure with -DHOLDFAST_BUILD_TRAINING=ON (./setup train).";
+
+std::filesystem::path Program() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / kProgram;
+}
+
 [[noreturn]] void Become(const std::vector<std::string>& arguments) {
-  const std::filesystem::path program =
-      std::filesystem::read_symlink("/proc/self/exe").parent_path() / kProgram;
-  if (!std::filesystem::exists(program)) {
-    throw Error(
-        "train",
-        fmt::format("{} is not there: this program was built without training", program.string()),
-        "Install libtorch-dev and configure with -DHOLDFAST_BUILD_TRAINING=ON");
-  }
+  const std::filesystem::path program = Program();
+  if (!std::filesystem::exists(program)) throw Error("train", kAbsent, kRemedy);
   std::vector<std::string> texts{program.string()};
   texts.insert(texts.end(), arguments.begin(), arguments.end());
   std::vector<char*> pointers;
@@ -43,7 +46,19 @@ void AddTrainCommand(CLI::App& app, int&) {
   // Everything after the name, --help too, is for the other program.
   command->set_help_flag();
   command->prefix_command();
-  command->callback([command] { Become(command->remaining()); });
+  command->callback([command] {
+    const std::vector<std::string> arguments = command->remaining();
+    const bool asks = std::ranges::any_of(
+        arguments, [](const std::string& word) { return word == "--help" || word == "-h"; });
+    if (asks && !std::filesystem::exists(Program())) {
+      fmt::print(
+          "Trains the networks of 'reach' (wandr) and 'synthesize' (imos, recogniser). But {}. "
+          "{}\n",
+          kAbsent, kRemedy);
+      return;
+    }
+    Become(arguments);
+  });
 }
 
 }  // namespace holdfast::apps

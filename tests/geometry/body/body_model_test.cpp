@@ -355,7 +355,11 @@ TEST_F(BodyModelTest, SaysWhichFieldIsAtFault) {
               HasSubstr("[kintree_table]: has shape (2, 24)"));
   EXPECT_THROW(BodyModel::Load(folder_ / "missing.npz"), Error);
   const auto model = Load(body);
-  EXPECT_THROW(BodySurface(model, Eigen::VectorXd::Zero(11)), Error);
+  EXPECT_THROW(BodySurface(model, Eigen::VectorXd::Ones(11)), Error);
+  // Zeros beyond what the model has are no shape: AMASS writes 16 whatever the model.
+  Eigen::VectorXd betas = Eigen::VectorXd::Zero(16);
+  betas[2] = 0.7;
+  EXPECT_EQ(model->ShapedVertices(betas), model->ShapedVertices(betas.head(3)));
   EXPECT_THROW(BodySurface(model, {}, std::vector<int>{60}), Error);
 }
 
