@@ -134,7 +134,7 @@ std::vector<std::string> NotesOf(const EvaluateSynthesisOptions& options,
                   note("accuracy, held out")),
       "Both definitions are given because the authors' code measures other things than the names "
       "say: its AVE grows with where a motion is, its FID is a mean of distances of single pairs, "
-      "its multimodality counts actions that never occur as zero. See METRICS.md, Synthesis.",
+      "its multimodality counts actions that never occur as zero. See docs/metrics.md, Synthesis.",
       "'Last given pose, held' does nothing at all after the seed: what is not clearly better has "
       "learned nothing that this column can see."};
 }
