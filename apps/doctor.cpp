@@ -116,17 +116,17 @@ int Run(const DoctorCommand& options) {
 void AddDoctorCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<DoctorCommand>();
   CLI::App* command = app.add_subcommand(
-      "doctor",
-      "What is this file, which conventions does it follow, is it sound, what to type next");
+      "doctor", "Identify files: format, conventions, faults, and what to type next");
   command
       ->add_option("files", options->files,
-                   "Motions, body models, meshes, result folders: anything that lies about")
+                   "Motions, body models, meshes, result folders: any supported file")
       ->required();
-  AddCommonOptions(*command, options->common, false,
-                   "  holdfast doctor GRAB/grab/s1/mug_drink_1.npz\n"
-                   "  holdfast doctor SMPLX_NEUTRAL.npz bottle.obj held --json\n"
-                   "Files are told by their content and nothing in them is executed. Exit code 0:\n"
-                   "all sound, perhaps with warnings; 1: some not usable as they are.\n");
+  AddCommonOptions(
+      *command, options->common, false,
+      "  holdfast doctor GRAB/grab/s1/mug_drink_1.npz\n"
+      "  holdfast doctor SMPLX_NEUTRAL.npz bottle.obj held --json\n"
+      "Formats are detected from the content; nothing in a file is executed. Exit code 0:\n"
+      "all sound, perhaps with warnings; 1: some not usable as they are.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -215,16 +215,16 @@ int Run(MakeActionsCommand options) {
 void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<MakeActionsCommand>();
   CLI::App* command = app.add_subcommand(
-      "make-actions", "A labelled set of people doing things with objects, made without a licence");
+      "make-actions", "Generate a labelled set of people doing things with objects");
   command
       ->add_option("-o,--output", options->output,
                    "Folder to write: s1/mug_drink_1.npz ..., manifest.json, grasps/; an unfinished "
-                   "one goes on, a finished one grows")
+                   "one is resumed, a finished one extended")
       ->required();
   CLI::Option* count = command->add_option("--count", options->set.count, "Clips")
                            ->capture_default_str()
                            ->check(CLI::Range(1, 1'000'000));
-  command->add_option("--hours", options->hours, "Of motion, about, in place of --count")
+  command->add_option("--hours", options->hours, "Approximate hours of motion, in place of --count")
       ->check(CLI::Range(0.001, 1000.0))
       ->excludes(count);
   command->add_option("--subjects", options->set.subjects, "People of different shapes")
