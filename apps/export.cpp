@@ -70,7 +70,7 @@ std::string FaultOfOutput(const std::string& output) {
     return fmt::format(
         "'{}': {}. Use .glb .bvh .usda .npz, contacts.npz / .csv, or "
         "name_%04d.ply / name_%04d.obj for one mesh per frame",
-        output, extension == ".fbx" ? kFbxProblem : "is no format to export");
+        output, extension == ".fbx" ? kFbxProblem : "is not a format to export");
   }
   if (sequence) {
     try {

@@ -80,7 +80,7 @@ std::map<int, json> ClipsBefore(const fs::path& manifest, const json& head, bool
     return before.is_object() && before.contains(key) && before[key] == head[key];
   };
   if (!same("schema")) {
-    throw Error(manifest.string(), "is no manifest of made actions", "Choose another folder");
+    throw Error(manifest.string(), "is not a manifest of 'make-actions'", "Choose another folder");
   }
   if (!same("seed") || !same("holdfast_version") || !same("options") || !same("body") ||
       !same("people") || !before.contains("clips")) {
@@ -170,7 +170,7 @@ int Run(MakeActionsCommand options) {
     fs::create_directories(folder / fmt::format("s{}", s + 1), error);
   }
   if (!fs::is_directory(folder / "grasps")) {
-    throw Error(options.output, "is no folder that can be made", "Choose another place");
+    throw Error(options.output, "is not a folder that can be created", "Choose another place");
   }
 
   ActionWorkshop workshop(body, std::move(starts), options.set, folder, common.seed);

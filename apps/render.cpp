@@ -85,7 +85,7 @@ int Run(const RenderCommand& options) {
     throw Error(options.output, "is one file, not numbered pictures", "Leave the % out");
   }
   if (!video && !EqualIgnoringCase(fs::path(options.output).extension().string(), ".png")) {
-    throw Error(options.output, "is no format of pictures that is written here",
+    throw Error(options.output, "is not a supported picture format",
                 "Give a name in .png, .gif or .mp4");
   }
   if (!numbered) RequireNew(options.output, common);
