@@ -95,7 +95,7 @@ double Median(std::vector<double> values) {
 
 std::string Table(const std::map<std::string, Study>& studies, const HandoverStudy& handovers) {
   std::string text =
-      "| | paper's terms | authors' code | Holdfast | wanted |\n|---|---|---|---|---|\n";
+      "| | paper's terms | authors' code | Holdfast | target |\n|---|---|---|---|---|\n";
   for (const FitRow& row : kRows) {
     text += fmt::format("| {} |", row.label);
     for (const char* recipe : kRecipes) {
