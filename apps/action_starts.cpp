@@ -57,7 +57,7 @@ std::vector<FoundStart> FindAll(const std::string& folder, const BodyModel& body
                                 const CommonOptions& common) {
   const fs::path root = fs::path(folder).lexically_normal();
   if (!fs::is_directory(root)) {
-    throw Error(folder, "is no folder", "Give a folder of imported clips (.npz), 30 fps");
+    throw Error(folder, "is not a folder", "Give a folder of imported clips (.npz), 30 fps");
   }
   const std::vector<MotionFile> files = MotionFilesOf(folder);
   const std::map<std::string, std::string> subjects =
@@ -83,8 +83,10 @@ std::vector<FoundStart> FindAll(const std::string& folder, const BodyModel& body
     for (FoundStart& one : some) all.push_back(std::move(one));
   }
   if (all.empty()) {
-    throw Error(folder, fmt::format("shows nobody who stands still, in {} clips", files.size()),
-                "Give motions in which people stand for a second at least, or leave out --starts");
+    throw Error(
+        folder,
+        fmt::format("has no segment where the person stands still, in {} clips", files.size()),
+        "Give motions in which people stand for a second at least, or leave out --starts");
   }
   return all;
 }
@@ -103,7 +105,7 @@ std::set<std::string> HeldPeople(const std::vector<FoundStart>& all,
       if (counts.contains(name)) continue;
       std::vector<std::string> names;
       for (const auto& [person, count] : counts) names.push_back(person);
-      throw Error(name, "is nobody who stands in these clips",
+      throw Error(name, "has no segment where the person stands still",
                   fmt::format("There are {}", fmt::join(names, ", ")));
     }
     return {asked.begin(), asked.end()};

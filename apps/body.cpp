@@ -53,9 +53,9 @@ int RunInfo(const BodyCommand& options) {
 
 void AddBodyCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<BodyCommand>();
-  CLI::App* command = app.add_subcommand("body", "Look at body models");
+  CLI::App* command = app.add_subcommand("body", "Inspect body models");
   command->require_subcommand(1);
-  CLI::App* info = command->add_subcommand("info", "What a body model holds");
+  CLI::App* info = command->add_subcommand("info", "Contents of a body model");
   info->add_option(
       "model", options->model,
       "SMPL-X, SMPL-H or MANO as downloaded (.npz, .pkl); the embedded body if left out");

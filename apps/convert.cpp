@@ -174,8 +174,8 @@ int Run(const ConvertCommand& options) {
 
 void AddConvertCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ConvertCommand>();
-  CLI::App* command = app.add_subcommand(
-      "convert", "The parameters of one body model as those of another: SMPL-X, SMPL-H, MANO");
+  CLI::App* command =
+      app.add_subcommand("convert", "Convert parameters between body models: SMPL-X, SMPL-H, MANO");
   command->add_option("clip", options->clip, kClipHelp)->required();
   command->add_option(
       "--from-body", options->from,

@@ -104,7 +104,7 @@ int Run(const DoctorCommand& options) {
         fmt::format("\n{} files: {} sound, {} of them with warnings; {} not usable as they are\n",
                     inspections.size(), inspections.size() - unsound, warned, unsound);
   }
-  // Names and texts come from files: what is no UTF-8 in them is no JSON.
+  // Names and texts come from files: what is no UTF-8 in them is not JSON.
   using nlohmann::json;
   const std::string dumped = summary.dump(-1, ' ', false, json::error_handler_t::replace);
   PrintResult(common, json::parse(dumped), text);
@@ -116,17 +116,17 @@ int Run(const DoctorCommand& options) {
 void AddDoctorCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<DoctorCommand>();
   CLI::App* command = app.add_subcommand(
-      "doctor",
-      "What is this file, which conventions does it follow, is it sound, what to type next");
+      "doctor", "Identify files: format, conventions, faults, and what to type next");
   command
       ->add_option("files", options->files,
-                   "Motions, body models, meshes, result folders: anything that lies about")
+                   "Motions, body models, meshes, result folders: any supported file")
       ->required();
-  AddCommonOptions(*command, options->common, false,
-                   "  holdfast doctor GRAB/grab/s1/mug_drink_1.npz\n"
-                   "  holdfast doctor SMPLX_NEUTRAL.npz bottle.obj held --json\n"
-                   "Files are told by their content and nothing in them is executed. Exit code 0:\n"
-                   "all sound, perhaps with warnings; 1: some not usable as they are.\n");
+  AddCommonOptions(
+      *command, options->common, false,
+      "  holdfast doctor GRAB/grab/s1/mug_drink_1.npz\n"
+      "  holdfast doctor SMPLX_NEUTRAL.npz bottle.obj held --json\n"
+      "Formats are detected from the content; nothing in a file is executed. Exit code 0:\n"
+      "all sound, perhaps with warnings; 1: some not usable as they are.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

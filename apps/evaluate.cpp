@@ -8,8 +8,7 @@
 namespace holdfast::apps {
 
 void AddEvaluateCommand(CLI::App& app, int& exit_code) {
-  CLI::App* command =
-      app.add_subcommand("evaluate", "Run the tables that this project's claims rest on");
+  CLI::App* command = app.add_subcommand("evaluate", "Reproduce the published evaluation");
   command->require_subcommand(1);
 
   struct Options {
@@ -20,14 +19,15 @@ void AddEvaluateCommand(CLI::App& app, int& exit_code) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* fit = command->add_subcommand(
-      "fit", "Fits by the paper's terms, its authors' recipe and all terms, side by side");
-  fit->add_option("list", options->list,
-                  "A file with a job on each line, as of 'fit --batch'; clips may be motions")
+      "fit", "Compare fits by the paper's terms, its authors' recipe and all terms");
+  fit->add_option(
+         "list", options->list,
+         "A file with one job per line, as for 'fit --batch'; any supported motion file is a clip")
       ->required();
   fit->add_option("-o,--output", options->output,
                   "Folder for results, evaluation.json and evaluation.md; continued if it exists")
       ->required();
-  fit->add_option("--handovers", options->handovers, "Synthetic hand-overs to look for")
+  fit->add_option("--handovers", options->handovers, "Number of synthetic hand-overs to detect")
       ->capture_default_str()
       ->check(CLI::Range(1, 10'000));
   AddCommonOptions(*fit, options->common, false,

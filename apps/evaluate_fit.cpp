@@ -40,9 +40,9 @@ constexpr FitRow kRows[] = {
      "under 0.3 cm3"},
     {"contact_frames_ratio", "frames in contact", "%", 100.0, 1, FitRow::Of::kMean,
      "at least 98 %"},
-    {"contact_drift_max_mm", "contact points move, mean of each clip's largest", "mm", 1.0, 2,
+    {"contact_drift_max_mm", "contact drift, mean of each clip's largest", "mm", 1.0, 2,
      FitRow::Of::kMean, ""},
-    {"contact_drift_max_mm", "contact points move, worst clip", "mm", 1.0, 2, FitRow::Of::kWorst,
+    {"contact_drift_max_mm", "contact drift, worst clip", "mm", 1.0, 2, FitRow::Of::kWorst,
      "within 2 mm"},
     {"jitter_acceleration_ratio", "object's acceleration over the hand's, mean", "", 1.0, 3,
      FitRow::Of::kMean, "at most 1.1"},
@@ -95,7 +95,7 @@ double Median(std::vector<double> values) {
 
 std::string Table(const std::map<std::string, Study>& studies, const HandoverStudy& handovers) {
   std::string text =
-      "| | paper's terms | authors' code | Holdfast | wanted |\n|---|---|---|---|---|\n";
+      "| | paper's terms | authors' code | Holdfast | target |\n|---|---|---|---|---|\n";
   for (const FitRow& row : kRows) {
     text += fmt::format("| {} |", row.label);
     for (const char* recipe : kRecipes) {

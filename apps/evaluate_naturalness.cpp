@@ -250,8 +250,7 @@ void AddEvaluateNaturalness(CLI::App& evaluate, int& exit_code) {
   auto options = std::make_shared<Options>();
   EvaluateNaturalnessOptions& what = options->naturalness;
   CLI::App* command = evaluate.add_subcommand(
-      "naturalness",
-      "What makes a captured walk look captured: sets of motions side by side with captured ones");
+      "naturalness", "Compare sets of motions with captured ones: gait, posture, smoothness");
   command
       ->add_option("reference", what.reference,
                    "Captured clips, or folders of them (with all below), that others are compared "

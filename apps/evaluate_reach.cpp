@@ -239,7 +239,7 @@ void AddEvaluateReach(CLI::App& evaluate, int& exit_code) {
   auto options = std::make_shared<Options>();
   EvaluateReachOptions& reach = options->reach;
   CLI::App* command = evaluate.add_subcommand(
-      "reach", "WANDR's protocol: 3,750 motions to goals all around, with its ablations");
+      "reach", "Run WANDR's protocol: 3,750 motions to goals all around, with its ablations");
   AddWeightsOption(*command, reach.weights);
   command->add_option(
       "--starts", reach.starts,
@@ -258,22 +258,22 @@ void AddEvaluateReach(CLI::App& evaluate, int& exit_code) {
   command->add_option("--samples", reach.samples, "Motions to each goal; the paper has 5")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
-  command->add_option("--sigma", reach.sigma, "Spread of the random latents")
+  command->add_option("--sigma", reach.sigma, "Standard deviation of the latents")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 3.0));
   std::vector<std::string> names = ReachMethodNames();
   names.push_back("all");
   command
       ->add_option("--methods", reach.methods,
-                   "Ways to reach, side by side instead of ablations (comma separated): the "
-                   "network's intention, optimised latents of it as the paper's baseline, or all")
+                   "Methods to compare in place of ablations (comma separated): the network's "
+                   "intention, optimized latents, the paper's baseline, or all")
       ->delimiter(',')
       ->capture_default_str()
       ->check(CLI::IsMember(names));
   command
       ->add_option("--goals", reach.goals,
-                   "So many of the protocol's motions, evenly spread, for methods that take long; "
-                   "0: all. More can be asked later: what is done is kept")
+                   "Number of the protocol's motions, evenly spread, for slow methods; 0: all. A "
+                   "larger number later reuses these")
       ->capture_default_str()
       ->check(CLI::Range(0, 1000000));
   command

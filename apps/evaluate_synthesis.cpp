@@ -134,7 +134,7 @@ std::vector<std::string> NotesOf(const EvaluateSynthesisOptions& options,
                   note("accuracy, held out")),
       "Both definitions are given because the authors' code measures other things than the names "
       "say: its AVE grows with where a motion is, its FID is a mean of distances of single pairs, "
-      "its multimodality counts actions that never occur as zero. See METRICS.md, Synthesis.",
+      "its multimodality counts actions that never occur as zero. See docs/metrics.md, Synthesis.",
       "'Last given pose, held' does nothing at all after the seed: what is not clearly better has "
       "learned nothing that this column can see."};
 }
@@ -233,10 +233,10 @@ void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
   };
   auto options = std::make_shared<Options>();
   EvaluateSynthesisOptions& synthesis = options->synthesis;
-  CLI::App* command = evaluate.add_subcommand(
-      "synthesis",
-      "IMoS's Table 2 with its ablations, by its definitions and the field's; hand and "
-      "object, which it never measured");
+  CLI::App* command =
+      evaluate.add_subcommand("synthesis",
+                              "Run IMoS's Table 2 with its ablations, by its definitions and the "
+                              "field's, with contact metrics of hand and object");
   command->add_option("--data", synthesis.data, "Folders of action clips, as of 'make-actions'")
       ->required();
   command->add_option("--held-out", synthesis.held_out, "Subjects to evaluate, none trained on")
@@ -252,12 +252,12 @@ void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
       ->required(!imos::HasDefaultNetwork());
   command
       ->add_option("--recogniser", synthesis.recogniser,
-                   "The network that tells actions, of 'train recogniser'")
+                   "The action classifier, from 'train recogniser'")
       ->required();
   command
       ->add_option("--objects", synthesis.objects,
-                   "Where the object is in what was made: given (the truth, as published), carried "
-                   "(rigidly by the wrist), fitted (the whole loop)")
+                   "Object poses in generated motion: given (ground truth, as published), carried "
+                   "(fixed to the wrist), fitted (the whole loop)")
       ->delimiter(',')
       ->capture_default_str()
       ->check(CLI::IsMember({"given", "carried", "fitted"}));
@@ -273,7 +273,7 @@ void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
       ->check(CLI::Range(1, 1000));
   command
       ->add_option("--fitted-repeats", synthesis.fitted_repeats,
-                   "The same with fitted objects. More can be asked later: what is done is kept")
+                   "The same with fitted objects. A larger number later reuses these")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000));
   command
@@ -285,11 +285,10 @@ void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
       ->check(CLI::Range(1, 1'000'000));
   command->add_option("--at-most", synthesis.at_most, "Sequences, evenly over all [0: all]")
       ->check(CLI::Range(0, 1'000'000));
-  command->add_option("--sigma", synthesis.sigma, "Spread of the random latents")
+  command->add_option("--sigma", synthesis.sigma, "Standard deviation of the latents")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 3.0));
-  command->add_flag("--keep-clips", synthesis.keep_clips,
-                    "Write the clips that are measured, to be looked at");
+  command->add_flag("--keep-clips", synthesis.keep_clips, "Write the clips that are measured");
   command
       ->add_option("-o,--output", synthesis.output,
                    "Folder for results.json, results.md, report.html and blocks; continued if it "

@@ -209,7 +209,7 @@ ObjectMode ObjectModeOf(const std::string& name) {
   for (const auto& [mode, known] : kModes) {
     if (known == name) return mode;
   }
-  throw Error("--objects " + name, "is no way to place the object",
+  throw Error("--objects " + name, "is not a way to place the object",
               "Give given, carried or fitted");
 }
 

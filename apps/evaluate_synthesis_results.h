@@ -22,8 +22,8 @@ struct ActionAccuracy {
   double accuracy = 0.0;
 };
 
-/// Over all repeats of a row. Errors and distances are of held-out sequences; METRICS.md has the
-/// definitions. `_code`: as the authors' code computes it.
+/// Over all repeats of a row. Errors and distances are of held-out sequences; docs/metrics.md has
+/// the definitions. `_code`: as the authors' code computes it.
 struct SynthesisSummary {
   int sequences = 0;
   std::optional<imos::RepeatedValue> mpjpe_m, ave_code, ave_m2, fid_code, fid, face_m;

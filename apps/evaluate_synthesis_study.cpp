@@ -137,7 +137,7 @@ std::optional<SynthesisSample> SynthesisStudy::Load(const SynthesisRow& row, int
   if (question == reader.Metadata().end() || question->second != Question(row, repeat)) {
     if (common_.force) return std::nullopt;
     throw Error(file.string(),
-                "holds results of another question (networks, recogniser, clips or seed)",
+                "holds results of a different configuration (networks, recogniser, clips or seed)",
                 "Choose another folder, or --force to replace them");
   }
   try {

@@ -70,7 +70,7 @@ std::string FaultOfOutput(const std::string& output) {
     return fmt::format(
         "'{}': {}. Use .glb .bvh .usda .npz, contacts.npz / .csv, or "
         "name_%04d.ply / name_%04d.obj for one mesh per frame",
-        output, extension == ".fbx" ? kFbxProblem : "is no format to export");
+        output, extension == ".fbx" ? kFbxProblem : "is not a format to export");
   }
   if (sequence) {
     try {
@@ -380,7 +380,7 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       "  .usda  USD text, metres, z up: the body's points in every frame, the object's transform\n"
       "  .npz   the clip itself (AMASS layout, z up), cut to --start and --end\n"
       "  contacts.npz, .csv  where the hands touch the object in each frame, normals, depth, and\n"
-      "         the poses of wrists and fingertips (FORMATS.md); x_contacts.npz does too\n"
+      "         the poses of wrists and fingertips (docs/formats.md); x_contacts.npz does too\n"
       "  .ply .obj  x_%04d.ply is the body in each frame (metres, z up, numbered from the clip's\n"
       "         first), x_object_%04d.ply the object\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

@@ -16,15 +16,15 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   FitJob& job = options->job;
   CLI::App* command = app.add_subcommand(
-      "fit", "Carry an object through a motion: object pose and fingers, frame by frame");
+      "fit", "Fit an object to a motion: solves object pose and finger angles for every frame");
   CLI::Option* const clip = command->add_option("clip", job.clip, kClipHelp);
   CLI::Option* const object =
       command->add_option("object", job.object, "Mesh (.obj .ply .stl .off) or embedded object");
   clip->needs(object);
   command
       ->add_option("--batch", options->list,
-                   "A file with many jobs, one a line: CLIP OBJECT [hand=left] [name=NAME] "
-                   "[start=N] [end=N] [object-scale=X]. Continues where it was stopped")
+                   "A file with one job per line: CLIP OBJECT [hand=left] [name=NAME] "
+                   "[start=N] [end=N] [object-scale=X]. Resumes where it was stopped")
       ->excludes(clip);
   command
       ->add_option(
@@ -42,7 +42,8 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
                     "The paper's three terms and nothing else (--recipe paper)");
   command
       ->add_option("--recipe", job.recipe,
-                   "holdfast: all terms; paper: its three; imos-code: what its authors' code does")
+                   "holdfast: all terms; paper: the three terms of IMoS; imos-code: what its "
+                   "authors' code does")
       ->capture_default_str()
       ->check(CLI::IsMember({"holdfast", "paper", "imos-code"}));
   AddFitJobOptions(*command, job);

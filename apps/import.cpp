@@ -347,8 +347,8 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ImportCommand>();
   CLI::App* command = app.add_subcommand(
       "import",
-      "Make a clip of a motion as it was downloaded: GRAB, AMASS, IMoS, ARCTIC, Motion-X, SMPL-X "
-      "parameters, BVH, ASF/AMC, glTF, told by their content");
+      "Convert a downloaded motion to a clip: GRAB, AMASS, IMoS, ARCTIC, Motion-X, SMPL-X "
+      "parameters, BVH, ASF/AMC, glTF; the format is detected from the content");
   command
       ->add_option("motion", options->motion,
                    fmt::format("File or folder: {}", fmt::join(ImportableFormats(), "; ")))
@@ -360,7 +360,7 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.0, 1000.0));
   command
       ->add_option("--source-fps", options->source_fps,
-                   "Frame rate of the file where it does not tell [AMC: 120; IMoS: 10; others: 30]")
+                   "Frame rate of a file that does not state it [AMC: 120; IMoS: 10; others: 30]")
       ->check(CLI::Range(1.0, 1000.0));
   command
       ->add_option("--metres-per-unit", options->metres_per_unit,

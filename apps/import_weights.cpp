@@ -77,7 +77,7 @@ int Run(const ImportWeightsCommand& options) {
 void AddImportWeightsCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ImportWeightsCommand>();
   CLI::App* command = app.add_subcommand(
-      "import-weights", "The published IMoS networks' PyTorch checkpoints as Holdfast's weights");
+      "import-weights", "Convert the published IMoS checkpoints (PyTorch) to Holdfast's weights");
   command->add_option("arms", options->arms, "Checkpoint of the arms' network (.p, .pt, .pth)")
       ->required();
   command->add_option("body", options->body, "Checkpoint of the body's network")->required();

@@ -77,7 +77,7 @@ void SetKey(const std::string& key, const std::string& value, const std::string&
     job.hand = value;
   } else if (key == "name") {
     if (value.empty() || value.find('/') != std::string::npos || value.front() == '.') {
-      throw Error(where, fmt::format("name={} is no folder name", value),
+      throw Error(where, fmt::format("name={} is not a folder name", value),
                   "Use a plain name without slashes");
     }
     job.output = value;

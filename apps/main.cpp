@@ -9,8 +9,8 @@ int main(int argc, char** argv) {
       "  holdfast fit demo_drink mug -o held      # an object held through a motion\n"
       "  holdfast import walk.bvh -o walk.npz     # a motion onto the SMPL-X skeleton\n"
       "  holdfast grasp bottle.obj -o grasp.npz   # a hand closed around an object\n\n"
-      "Every command has --help with examples. Exit codes: 0 done, 1 the input is at fault,\n"
-      "2 the command line is at fault, 3 the fit failed, 130 interrupted.",
+      "Every command has --help with examples. Exit codes: 0 done, 1 invalid input,\n"
+      "2 usage error, 3 the fit failed, 130 interrupted.",
       "holdfast"};
   app.set_version_flag("--version", "holdfast " HOLDFAST_VERSION);
   app.require_subcommand(1);

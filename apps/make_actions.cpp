@@ -80,7 +80,7 @@ std::map<int, json> ClipsBefore(const fs::path& manifest, const json& head, bool
     return before.is_object() && before.contains(key) && before[key] == head[key];
   };
   if (!same("schema")) {
-    throw Error(manifest.string(), "is no manifest of made actions", "Choose another folder");
+    throw Error(manifest.string(), "is not a manifest of 'make-actions'", "Choose another folder");
   }
   if (!same("seed") || !same("holdfast_version") || !same("options") || !same("body") ||
       !same("people") || !before.contains("clips")) {
@@ -170,7 +170,7 @@ int Run(MakeActionsCommand options) {
     fs::create_directories(folder / fmt::format("s{}", s + 1), error);
   }
   if (!fs::is_directory(folder / "grasps")) {
-    throw Error(options.output, "is no folder that can be made", "Choose another place");
+    throw Error(options.output, "is not a folder that can be created", "Choose another place");
   }
 
   ActionWorkshop workshop(body, std::move(starts), options.set, folder, common.seed);
@@ -215,16 +215,16 @@ int Run(MakeActionsCommand options) {
 void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<MakeActionsCommand>();
   CLI::App* command = app.add_subcommand(
-      "make-actions", "A labelled set of people doing things with objects, made without a licence");
+      "make-actions", "Generate a labelled set of people doing things with objects");
   command
       ->add_option("-o,--output", options->output,
                    "Folder to write: s1/mug_drink_1.npz ..., manifest.json, grasps/; an unfinished "
-                   "one goes on, a finished one grows")
+                   "one is resumed, a finished one extended")
       ->required();
   CLI::Option* count = command->add_option("--count", options->set.count, "Clips")
                            ->capture_default_str()
                            ->check(CLI::Range(1, 1'000'000));
-  command->add_option("--hours", options->hours, "Of motion, about, in place of --count")
+  command->add_option("--hours", options->hours, "Approximate hours of motion, in place of --count")
       ->check(CLI::Range(0.001, 1000.0))
       ->excludes(count);
   command->add_option("--subjects", options->set.subjects, "People of different shapes")

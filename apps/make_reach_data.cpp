@@ -291,16 +291,16 @@ int Run(const MakeReachDataCommand& options) {
 void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<MakeReachDataCommand>();
   CLI::App* command = app.add_subcommand(
-      "make-reach-data", "Hours of walking, turning and reaching with goals, from captured clips");
+      "make-reach-data", "Generate walking, turning and reaching with goals from captured clips");
   command
       ->add_option("captures", options->captures,
-                   "Folder of captured motion (.bvh .amc .npz, .gz), with an index.csv if there is")
+                   "Folder of captured motion (.bvh .amc .npz, .gz), with an optional index.csv")
       ->required();
   command
       ->add_option("-o,--output", options->output,
-                   "Folder to write: captured/, made/, manifest.json; an unfinished one goes on")
+                   "Folder to write: captured/, made/, manifest.json; an unfinished one is resumed")
       ->required();
-  command->add_option("--hours", options->hours, "Of made motion")
+  command->add_option("--hours", options->hours, "Hours of motion to generate")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 200.0));
   command
@@ -309,7 +309,7 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
           "Subjects, or clips by name (folder_file), kept away from training [the smallest "
           "subjects, a tenth of all]")
       ->delimiter(',');
-  command->add_option("--wrist", options->wrist, "That reaches")
+  command->add_option("--wrist", options->wrist, "Wrist used for reaching")
       ->capture_default_str()
       ->check(CLI::IsMember({"right", "left", "both"}));
   command->add_option("--reaches", options->reaches, "Goals one after the other in a clip")

@@ -101,7 +101,7 @@ void RequireNumbersInRange(CLI::App& app) {
     option->check([most](const std::string& text) -> std::string {
       const double value = std::strtod(text.c_str(), nullptr);
       if (std::abs(value) <= most && value < 0x1p64) return "";
-      return fmt::format("{} is no number within {:g}", text, most);
+      return fmt::format("{} is not a number within {:g}", text, most);
     });
   }
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {

@@ -12,8 +12,8 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
   };
   auto options = std::make_shared<Options>();
   ReachJob& job = options->job;
-  CLI::App* command = app.add_subcommand(
-      "reach", "A person walks and reaches to a place in space: motion made by a network");
+  CLI::App* command =
+      app.add_subcommand("reach", "Generate a person who walks to a goal and reaches for it");
   command
       ->add_option("--goal", job.goals,
                    "X,Y,Z of the wrist, metres, z up from the ground. Repeated: one after another "
@@ -30,16 +30,17 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
                    "1.4 s]")
       ->check(CLI::Range(0.1, 60.0));
   command
-      ->add_option("--method", job.method,
-                   "intention: the network is told the goal and runs once. latent-opt: its latents "
-                   "are then changed until the wrist is there, stays, and the body moves as bodies "
-                   "do; feet pinned at last. vae-opt: WANDR's baseline, for comparison [intention; "
-                   "latent-opt "
-                   "with --object]")
+      ->add_option(
+          "--method", job.method,
+          "intention: the network is told the goal and runs once. latent-opt: its latents are then "
+          "optimized until the wrist is at the goal and stays and the motion is physically "
+          "plausible; feet pinned last. vae-opt: WANDR's baseline, for comparison [intention; "
+          "latent-opt "
+          "with --object]")
       ->check(CLI::IsMember({"intention", "latent-opt", "vae-opt"}));
   command
       ->add_option("--samples", job.samples,
-                   "Motions to choose from [16, or 4 where each is optimised]")
+                   "Motions to choose from [16, or 4 where each is optimized]")
       ->check(CLI::Range(1, 10'000));
   command
       ->add_option("--obstacle", job.obstacles,
@@ -47,7 +48,7 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command->add_flag("--free-time", job.free_time,
-                    "Arrive when it suits the motion, at the latest when the goal is due "
+                    "Arrive at any time until the goal is due "
                     "(latent-opt)");
   command
       ->add_option("--approach", job.approach,
@@ -55,8 +56,8 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       ->excludes(command->get_option("--free-time"));
   command->add_flag_callback(
       "--no-refit", [&out = job.refit] { out = false; },
-      "Leave motions as the network makes them: feet are not pinned, the wrist stays "
-      "some centimetres off (latent-opt: millimetres)");
+      "Keep the network's motion: feet are not pinned, the wrist is some centimetres from the goal "
+      "(latent-opt: millimetres)");
   CLI::Option* object = command->add_option(
       "--object", job.object,
       "Mesh or embedded object that stands on a table at the first --goal (the middle of its "
@@ -71,13 +72,13 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
   object->needs(command->get_option("--grasp"));
   command
       ->add_option("--object-yaw", job.object_yaw_deg,
-                   "Turn of the standing object about the vertical, degrees [what suits the hand]")
+                   "Yaw of the standing object, degrees [chosen for the hand]")
       ->check(CLI::Range(-360.0, 360.0))
       ->needs(object);
-  command->add_option("--wrist", job.wrist, "The wrist that reaches; left by mirroring the person")
+  command->add_option("--wrist", job.wrist, "Wrist used for reaching; left by mirroring the person")
       ->capture_default_str()
       ->check(CLI::IsMember({"right", "left"}));
-  command->add_option("--sigma", job.sigma, "Spread of the random latents; 0 has one mean motion")
+  command->add_option("--sigma", job.sigma, "Standard deviation of the latents; 0: the mean motion")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 3.0));
   command->add_flag("--all", job.all, "Keep all samples: samples/NN.npz, best first");

@@ -71,7 +71,8 @@ std::vector<json> LinesBefore(const fs::path& manifest, const json& head, bool f
     return before.is_object() && before.contains(key) && before[key] == head[key];
   };
   if (!same("schema")) {
-    throw Error(manifest.string(), "is no manifest of made reaches", "Choose another folder");
+    throw Error(manifest.string(), "is not a manifest of 'make-reach-data'",
+                "Choose another folder");
   }
   json asked = head["options"], had = before.contains("options") ? before["options"] : json();
   if (!had.is_object()) had = json::object();

@@ -148,9 +148,10 @@ std::optional<std::vector<StudyMotion>> ReachStudy::Load(const std::string& name
   const nlohmann::json out = ReadJson(file);
   if (!out.contains("question") || out["question"] != checksum) {
     if (common_.force) return std::nullopt;
-    throw Error(file.string(),
-                "holds results of another question (network, start poses, protocol or seed)",
-                "Choose another folder, or --force to replace them");
+    throw Error(
+        file.string(),
+        "holds results of a different configuration (network, start poses, protocol or seed)",
+        "Choose another folder, or --force to replace them");
   }
   try {
     std::vector<StudyMotion> motions;

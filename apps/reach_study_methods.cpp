@@ -136,10 +136,10 @@ std::vector<MethodMotion> MethodStudy::Load(const ReachMethod& method, int block
   const nlohmann::json out = ReadJson(file);
   if (!out.contains("question") || out["question"] != checksum) {
     if (common_.force) return {};
-    throw Error(
-        file.string(),
-        "holds results of another question (network, start poses, protocol, method or seed)",
-        "Choose another folder, or --force to replace them");
+    throw Error(file.string(),
+                "holds results of a different configuration (network, start poses, protocol, "
+                "method or seed)",
+                "Choose another folder, or --force to replace them");
   }
   try {
     std::vector<MethodMotion> motions;

@@ -12,7 +12,7 @@
 namespace holdfast::apps {
 
 /// A JSON file; a discarded value (no object, no array) where it is missing or malformed. Throws
-/// Error for what is no regular file.
+/// Error for what is not a regular file.
 inline nlohmann::json ReadJson(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored) || std::filesystem::file_size(path, ignored) == 0) {

@@ -85,7 +85,7 @@ int Run(const RenderCommand& options) {
     throw Error(options.output, "is one file, not numbered pictures", "Leave the % out");
   }
   if (!video && !EqualIgnoringCase(fs::path(options.output).extension().string(), ".png")) {
-    throw Error(options.output, "is no format of pictures that is written here",
+    throw Error(options.output, "is not a supported picture format",
                 "Give a name in .png, .gif or .mp4");
   }
   if (!numbered) RequireNew(options.output, common);
@@ -170,8 +170,7 @@ int Run(const RenderCommand& options) {
 void AddRenderCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<RenderCommand>();
   CLI::App* command = app.add_subcommand(
-      "render",
-      "Pictures of a clip: body, object, and where the hands touch it (no GPU, no display)");
+      "render", "Render a clip: body, object and hand contacts (no GPU, no display)");
   const auto pair = [](const std::string& text) {
     return ParsePair(text) ? std::string()
                            : "'" + text + "' is not two numbers (1 to 16384) like 640x480";
@@ -185,7 +184,7 @@ void AddRenderCommand(CLI::App& app, int& exit_code) {
   AddClipInputOptions(*command, options->input);
   command
       ->add_option("--camera", options->view,
-                   "front, side, follow or hand [front; a sheet of somebody who walks: follow]")
+                   "front, side, follow or hand [front; follow for a sheet of a walking person]")
       ->check(CLI::IsMember({"front", "side", "follow", "hand"}));
   command->add_option("--azimuth", options->azimuth_deg,
                       "Turn the camera: degrees from the front, to the person's left positive");

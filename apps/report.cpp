@@ -111,12 +111,11 @@ void WriteReportBeside(std::span<const ClipInput> clips, const std::filesystem::
 void AddReportCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReportCommand>();
   CLI::App* command = app.add_subcommand(
-      "report", "One self-contained page to see a clip: 3D player, curves, what made it");
+      "report", "Write a self-contained page of a clip: 3D player, curves, provenance");
   command
-      ->add_option(
-          "clips", options->clips,
-          "Result folders, clips or files that 'holdfast import' reads; the second is shown as the "
-          "first one's ghost")
+      ->add_option("clips", options->clips,
+                   "Result folders, clips or files that 'holdfast import' reads; the second is "
+                   "overlaid on the first as a ghost")
       ->required();
   command->add_option("-o,--output", options->output, "The page (.html) to write")->required();
   command->add_option("--title", options->report.title, "The page's title");

@@ -139,7 +139,7 @@ void AddScoreCommand(CLI::App& app, int& exit_code) {
                    "'holdfast import' reads")
       ->required();
   command->add_option("-r,--reference", options->references,
-                      "True motion to compare with: one for all clips, or one for each");
+                      "Ground truth motion to compare with: one for all clips, or one for each");
   command->add_option("-o,--output", options->output, "Write the scores as JSON");
   command->add_option("--csv", options->csv, "Write a table with one line per clip");
   command->add_flag("--per-frame", options->per_frame, "Add every frame's values to the JSON");
@@ -155,15 +155,15 @@ void AddScoreCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::NonNegativeNumber);
   command
       ->add_option("--voxel", options->score.hand_object.contact.voxel_mm,
-                   "Edge of the voxels that shared volume is counted in, mm; 0: none")
+                   "Edge of the voxels for intersection volume, mm; 0: none")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
   const std::map<std::string, ExactMode> exact = {
       {"off", ExactMode::kOff}, {"auto", ExactMode::kAuto}, {"on", ExactMode::kOn}};
   command
       ->add_option("--exact", options->score.exact,
-                   "Shared volume by cutting the meshes: off, auto (voxels stand in where that is "
-                   "undefined), on (nothing stands in)")
+                   "Exact intersection volume by cutting the meshes: off, auto (by voxels where "
+                   "that is undefined), on (undefined frames left out)")
       ->transform(CLI::CheckedTransformer(exact).description("off|auto|on"))
       ->default_str("auto");
   const std::map<std::string, SymmetryMode> symmetric = {

@@ -74,7 +74,7 @@ void AppendTexts(std::span<const ClipScore> scores, const ScoreOptions& options,
   const bool contact = std::ranges::any_of(scores, [](auto& s) { return !s.hands.empty(); });
   if (!contact) return;
   text += fmt::format(
-      "in contact: within {:g} mm; both meshes at full resolution; definitions: METRICS.md, "
+      "in contact: within {:g} mm; both meshes at full resolution; definitions: docs/metrics.md, "
       "--json\n",
       options.hand_object.contact.contact_threshold_mm);
 }

@@ -11,7 +11,7 @@
 
 namespace holdfast::apps {
 
-/// A metric as the table, the CSV and the JSON name it. METRICS.md says more about each.
+/// A metric as the table, the CSV and the JSON name it. docs/metrics.md says more about each.
 struct MetricDefinition {
   enum class Group { kContact, kJitter, kMotion, kReference };
   enum class Worse { kHigher, kLower };

@@ -16,11 +16,12 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   SynthesizeJob& job = options->job;
   CLI::App* command = app.add_subcommand(
-      "synthesize", "A person does something with an object: an intent in, body and object out");
+      "synthesize",
+      "Generate a person who does something with an object: body and object motion from an intent");
   CLI::Option* sentence = command->add_option(
       "sentence", job.sentence, "\"The person drinks from the mug\", in place of --action");
   CLI::Option* action =
-      command->add_option("--action", job.action, "What is done: " + MadeActionNames())
+      command->add_option("--action", job.action, "The action: " + MadeActionNames())
           ->excludes(sentence);
   CLI::Option* object =
       command->add_option("--object", job.begin.object,
@@ -28,8 +29,7 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
                           "out");
   action->needs(object);
   command->add_option("--class", job.object_class,
-                      "What the object is, as the networks know it: mug, waterbottle, ... [its "
-                      "name]");
+                      "Class of the object for the networks: mug, waterbottle, ... [its name]");
   command
       ->add_option("--object-scale", job.begin.object_scale,
                    "Multiplies the object's coordinates (0.001 for millimetres)")
@@ -40,31 +40,32 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
                       "Without it a person stands at the origin, facing -y");
   command
       ->add_option("--start", options->place,
-                   "Where the object is at a made start: on a table, in the hand, any")
+                   "Where the object is at a generated start: on a table, in the hand, any")
       ->capture_default_str()
       ->check(CLI::IsMember({"any", "table", "hand"}))
       ->excludes(command->get_option("--from"));
-  command->add_option("--hand", options->hand, "The hand of a made start")
+  command->add_option("--hand", options->hand, "Hand that holds at a generated start")
       ->capture_default_str()
       ->check(CLI::IsMember({"right", "left"}))
       ->excludes(command->get_option("--from"));
   command
       ->add_option("--betas", job.begin.betas,
-                   "Body shape of a made start, coefficients of the body model: 1.5,-0.5")
+                   "Body shape at a generated start, coefficients of the body model: 1.5,-0.5")
       ->delimiter(',')
       ->excludes(command->get_option("--from"));
-  command->add_option("--seconds", job.seconds, "How long it takes [as long as it usually does]")
+  command
+      ->add_option("--seconds", job.seconds, "Duration of the motion [the usual one of the action]")
       ->check(CLI::Range(0.5, 60.0));
-  command->add_option("--key-frames", job.key_frames, "Key frames that the networks make, 4 given")
+  command->add_option("--key-frames", job.key_frames, "Number of key frames, 4 of them given")
       ->capture_default_str()
       ->check(CLI::Range(imos::kHistory + 1, 1000));
   command->add_option("--samples", job.samples, "Motions to choose from")
       ->capture_default_str()
       ->check(CLI::Range(1, 10'000));
-  command->add_option("--sigma", job.sigma, "Spread of the random latents; 0 has one mean motion")
+  command->add_option("--sigma", job.sigma, "Standard deviation of the latents; 0: the mean motion")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 3.0));
-  command->add_option("--frame-rate", job.frame_rate, "Of the motion made, Hz")
+  command->add_option("--frame-rate", job.frame_rate, "Frame rate of the output, Hz")
       ->capture_default_str()
       ->check(CLI::Range(5.0, 240.0));
   command->add_option("--body", job.begin.body, "Body model in place of the embedded one");

@@ -78,7 +78,7 @@ imos::Intent IntentOf(SynthesizeJob& job, const SynthesisNetwork& network) {
   const std::string_view label = imos::Actions()[intent.action].label;
   if (std::ranges::find(actions, label) == actions.end()) {
     throw Error(job.sentence.empty() ? "--action" : fmt::format("\"{}\"", job.sentence),
-                fmt::format("no motion can be made for '{}'", label),
+                fmt::format("no motion can be generated for '{}'", label),
                 fmt::format("There are: {}", fmt::join(actions, ", ")));
   }
   return intent;

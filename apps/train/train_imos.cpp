@@ -327,8 +327,8 @@ void AddAblations(CLI::App& command, TrainImosCommand& options) {
 
 void AddTrainImosCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<TrainImosCommand>();
-  CLI::App* command = app.add_subcommand(
-      "imos", "Trains IMoS's c-VAEs: what somebody does with an object, from an intent");
+  CLI::App* command =
+      app.add_subcommand("imos", "Trains IMoS's c-VAEs: actions with objects, from an intent");
   command
       ->add_option("folders", options->folders,
                    "Folders of clips with objects, of 'make-actions' or imported from GRAB")
@@ -336,12 +336,12 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "-o,--output", options->output,
-          "Folder: best.safetensors, checkpoint, curves (train.html); goes on if it exists")
+          "Folder: best.safetensors, checkpoint, curves (train.html); resumed if it exists")
       ->required();
   auto* paper = command->add_flag("--paper", options->paper,
                                   "The published networks, losses, schedule and key frames; 'lift' "
                                   "is left out");
-  command->add_option("--held-out", options->held_out, "Subjects to test on later: not looked at")
+  command->add_option("--held-out", options->held_out, "Subjects kept for tests: not read")
       ->delimiter(',')
       ->capture_default_str();
   command->add_option("--validation", options->validation, "Subjects for the curves")
@@ -354,7 +354,7 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
                                 "contact with the object")
                    ->check(CLI::IsMember({"whole", "paper"}))
                    ->capture_default_str();
-  command->add_flag("--mirror", options->mirror, "Sequences a second time, sides exchanged");
+  command->add_flag("--mirror", options->mirror, "Add the mirror image of every sequence");
   AddAblations(*command, *options);
   command->add_option("--iterations", options->iterations, "Batches")
       ->capture_default_str()
@@ -362,10 +362,12 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
   command->add_option("--batch", options->batch, "Sequences of one batch")
       ->capture_default_str()
       ->check(CLI::Range(2, 65536));
-  auto* rate = command->add_option("--learning-rate", options->learning_rate, "Of Adam")
+  auto* rate = command->add_option("--learning-rate", options->learning_rate, "Adam learning rate")
                    ->capture_default_str()
                    ->check(CLI::Range(1e-7, 1.0));
-  command->add_option("--dropout", options->dropout, "In blocks and attention [0; --paper: 0.1]")
+  command
+      ->add_option("--dropout", options->dropout,
+                   "Dropout in blocks and attention [0; --paper: 0.1]")
       ->check(CLI::Range(0.0, 0.9));
   command
       ->add_option("--present-share", options->present,
@@ -374,13 +376,13 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.0, 1.0));
   command
       ->add_option("--critic", options->critic,
-                   "Weight of a critic's doubts about whole motions, from half of the iterations "
-                   "on; 0 for none [0.06; --paper: none]")
+                   "Weight of the adversarial loss on whole motions, from half of the iterations "
+                   "on; 0: none [0.06; --paper: none]")
       ->check(CLI::Range(0.0, 1000.0));
   command
-      ->add_option("--critic-blur", options->critic_blur_m,
-                   "Noise in all motions that it sees, metres: more, and it goes by what people "
-                   "do rather than by how their hands tremble")
+      ->add_option(
+          "--critic-blur", options->critic_blur_m,
+          "Noise on the discriminator's input, metres: hides tremor, so that it judges the action")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 0.2));
   command
@@ -391,9 +393,9 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--stance-noise", options->stance_noise_rad,
-          "On how people stand, the same in all of a sequence, radians [0.08; --paper: none]")
+          "Noise on the stance, the same in all of a sequence, radians [0.08; --paper: none]")
       ->check(CLI::Range(0.0, 1.0));
-  command->add_option("--noise", options->noise, "On given histories, in 6D")
+  command->add_option("--noise", options->noise, "Noise on given histories, in 6D")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--evaluate-every", options->evaluate_every, "Batches between evaluations")
@@ -401,7 +403,7 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1, 1'000'000));
   command
       ->add_option("--patience", options->patience,
-                   "Stop when that many batches brought nothing better [0: never]")
+                   "Stop after that many batches without improvement [0: never]")
       ->check(CLI::Range(0, 100'000'000));
   command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
   AddCommonOptions(*command, options->common, true,

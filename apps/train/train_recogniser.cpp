@@ -149,9 +149,8 @@ int Train(TrainRecogniserCommand& options) {
 void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<TrainRecogniserCommand>();
   imos::RecogniserOptions& training = options->training;
-  CLI::App* command = app.add_subcommand(
-      "recogniser",
-      "Trains the network that tells actions, by which 'evaluate synthesis' measures");
+  CLI::App* command =
+      app.add_subcommand("recogniser", "Trains the action classifier of 'evaluate synthesis'");
   command->add_option("folders", options->folders, "Folders of action clips, as of 'make-actions'")
       ->required();
   command->add_option("-o,--output", options->output, "File to write (.safetensors)")->required();
@@ -162,7 +161,7 @@ void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command
       ->add_option("--validation", options->validation,
-                   "Subjects that tell when to stop; none of them trained on")
+                   "Subjects for early stopping; not trained on")
       ->delimiter(',')
       ->capture_default_str();
   command->add_option("--without", options->without, "Actions to leave out (as published: lift)")
@@ -177,20 +176,20 @@ void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
   command->add_option("--epochs", training.epochs, "At most")
       ->capture_default_str()
       ->check(CLI::Range(1, 1'000'000));
-  command->add_option("--batch", training.batch, "Sequences of a step")
+  command->add_option("--batch", training.batch, "Sequences per step")
       ->capture_default_str()
       ->check(CLI::Range(1, 100'000));
-  command->add_option("--learning-rate", training.learning_rate, "Of Adam")
+  command->add_option("--learning-rate", training.learning_rate, "Adam learning rate")
       ->capture_default_str()
       ->check(CLI::Range(1e-9, 1.0));
   command
       ->add_option("--jitter", training.jitter_m,
-                   "Deviation of what is added to every coordinate, metres")
+                   "Standard deviation of noise on every coordinate, metres")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   command
       ->add_option("--patience", training.patience,
-                   "Stop after so many epochs without a better validation; 0: never")
+                   "Stop after that many epochs without improvement on validation; 0: never")
       ->capture_default_str()
       ->check(CLI::Range(0, 1'000'000));
   command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");

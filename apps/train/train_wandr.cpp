@@ -277,55 +277,58 @@ int WandrTraining::Run() {
 void AddTrainWandrCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<TrainWandrCommand>();
   CLI::App* command = app.add_subcommand(
-      "wandr", "Trains WANDR's c-VAE: human motion that goes and reaches for goals");
+      "wandr", "Trains WANDR's c-VAE: motion that walks to goals and reaches for them");
   command->add_option("corpus", options->corpora, "Folders of clips, as of 'make-reach-data'")
       ->required();
   command
       ->add_option(
           "-o,--output", options->output,
-          "Folder: best.safetensors, checkpoint, curves (train.html); goes on if it exists")
+          "Folder: best.safetensors, checkpoint, curves (train.html); resumed if it exists")
       ->required();
   command->add_option("--held-out", options->held_out,
                       "Folder of clips not trained on, for the curves");
   command->add_option("--from", options->from, "Weights to begin with, with their statistics");
   command->add_flag("--paper", options->paper, "The published network, features and losses");
-  command->add_option("--width", options->width, "Of the residual network")
+  command->add_option("--width", options->width, "Width of the residual network")
       ->capture_default_str()
       ->check(CLI::Range(16, 4096));
-  command->add_option("--blocks", options->blocks, "Of the decoder; the encoder has half of them")
+  command
+      ->add_option("--blocks", options->blocks,
+                   "Blocks of the decoder; the encoder has half as many")
       ->capture_default_str()
       ->check(CLI::Range(1, 64));
-  command->add_option("--iterations", options->iterations, "Steps of the optimiser")
+  command->add_option("--iterations", options->iterations, "Optimizer steps")
       ->capture_default_str()
       ->check(CLI::Range(1l, 100'000'000l));
   command->add_option("--frames", options->frames, "Frames per iteration, unrolled ones counted")
       ->capture_default_str()
       ->check(CLI::Range(64, 1 << 20));
-  command->add_option("--unroll", options->unroll, "Longest closed loop in training, frames")
+  command->add_option("--unroll", options->unroll, "Longest rollout in training, frames")
       ->capture_default_str()
       ->check(CLI::IsMember({1, 2, 4, 8, 16, 32, 64}));
-  command->add_option("--learning-rate", options->learning_rate, "Of AdamW")
+  command->add_option("--learning-rate", options->learning_rate, "AdamW learning rate")
       ->capture_default_str()
       ->check(CLI::Range(1e-7, 1.0));
-  command->add_option("--kl", options->kl, "Weight of the latents' divergence from N(0, 1)")
+  command
+      ->add_option("--kl", options->kl, "Weight of the KL divergence of the latents from N(0, 1)")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 100.0));
   command
       ->add_option("--free-from", options->free_from,
-                   "Share of the iterations after which whole motions to goals are trained too")
+                   "Share of the iterations after which full rollouts to goals are trained too")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
-  command->add_option("--free-share", options->free_share, "Of the iterations after that")
+  command
+      ->add_option("--free-share", options->free_share,
+                   "Share of full rollouts in the iterations after that")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   command
       ->add_option("--anchor", options->anchor,
-                   "Weight of staying near the earlier network in whole motions")
+                   "Weight of staying near the earlier network in full rollouts")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e6));
-  command
-      ->add_option("--critic", options->critic,
-                   "Weight of passing for captured motion, to a critic that learns to tell")
+  command->add_option("--critic", options->critic, "Weight of the adversarial loss")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e3));
   command
@@ -333,20 +336,23 @@ void AddTrainWandrCommand(CLI::App& app, int& exit_code) {
                    "Share of followed windows driven by latents of N(0, 1), not the encoder's")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
-  command->add_option("--skating", options->skating, "Weight of sliding feet in whole motions")
+  command->add_option("--skating", options->skating, "Weight of sliding feet in full rollouts")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1e3));
-  command->add_option("--made-hours", options->made_hours, "Made motion to take at most")
+  command
+      ->add_option("--made-hours", options->made_hours,
+                   "At most this many hours of generated motion")
       ->check(CLI::Range(0.0, 1e6));
-  command->add_option("--wrist", options->wrist, "That reaches")
+  command->add_option("--wrist", options->wrist, "Wrist used for reaching")
       ->capture_default_str()
       ->check(CLI::IsMember({"right", "left"}));
   command->add_option("--evaluate-every", options->evaluate_every, "Iterations between evaluations")
       ->capture_default_str()
       ->check(CLI::Range(1, 1'000'000));
   command
-      ->add_option("--patience", options->patience,
-                   "Stop when that many iterations reached no more goals [0: never]")
+      ->add_option(
+          "--patience", options->patience,
+          "Stop after that many iterations without improvement of the success rate [0: never]")
       ->check(CLI::Range(0, 100'000'000));
   command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
   AddCommonOptions(

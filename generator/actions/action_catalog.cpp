@@ -59,7 +59,7 @@ const MadeAction& FindMadeAction(std::string_view name) {
   if (found != all.end()) return *found;
   const auto nearest = std::ranges::min_element(
       all, {}, [&](const MadeAction& action) { return imos::EditDistance(name, action.name); });
-  throw Error(std::string(name), "is no action that can be made",
+  throw Error(std::string(name), "is not an action that can be generated",
               fmt::format("Did you mean '{}'? There are {}", nearest->name, MadeActionNames()));
 }
 

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 std::vector<fs::path> ClipsIn(const fs::path& folder) {
   if (!fs::is_directory(folder)) {
-    throw Error(folder.string(), "is no folder of clips",
+    throw Error(folder.string(), "is not a folder of clips",
                 "Give a folder that 'holdfast make-actions' wrote, or one of imported clips");
   }
   std::vector<fs::path> files;

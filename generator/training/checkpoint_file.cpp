@@ -34,7 +34,7 @@ CheckpointReader::CheckpointReader(const std::filesystem::path& path, const std:
                                    const std::string& options)
     : where_(path.string()), file_(path) {
   if (Text("format") != format) {
-    throw Error(where_, fmt::format("is no checkpoint of this training ({})", format),
+    throw Error(where_, fmt::format("is not a checkpoint of this training ({})", format),
                 "Give a checkpoint.safetensors, or --force");
   }
   if (Text("options") != options) {

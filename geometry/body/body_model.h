@@ -105,9 +105,9 @@ class BodyModel {
   }
   const std::string& Name() const { return parts_->name; }  ///< file name, for reports
 
-  /// Shaped vertices v_s (3 x V). Coefficients beyond the model's throw Error; fewer count as zero.
-  /// A subject's surface takes no betas (any number is ignored), only expression. Throws Error for
-  /// coefficients, not zero, beyond what the model has.
+  /// Shaped vertices v_s (3 x V). Coefficients beyond the model's throw Error unless they are zero;
+  /// fewer count as zero. A subject's surface takes no betas (any number is ignored), only
+  /// expression.
   Eigen::Matrix3Xd ShapedVertices(const Eigen::VectorXd& betas,
                                   const Eigen::VectorXd& expression = {}) const;
   /// Rest joints J (3 x 55) of shaped vertices.

@@ -47,7 +47,7 @@ void ReadShape(const BodyModelFields& fields, BodyModelParts& parts) {
     const NpyMember member = fields.Read("num_betas");
     const std::vector<std::int64_t> count = member.AsIntegers();
     if (count.size() != 1 || count[0] < 0 || count[0] > directions) {
-      throw Error(member.where, fmt::format("is no number between 0 and {}", directions),
+      throw Error(member.where, fmt::format("is not a number between 0 and {}", directions),
                   "It counts those columns of shapedirs that are shape, not expression");
     }
     parts.num_shape = static_cast<int>(count[0]);

@@ -225,7 +225,7 @@ void RefuseOtherKinds(const fs::path& path) {
   constexpr std::array kOthers = {FileKind::kPicture,   FileKind::kVideo, FileKind::kHtml,
                                   FileKind::kPlyPoints, FileKind::kUsd,   FileKind::kMetrics};
   if (!IsMesh(kind) && std::ranges::find(kOthers, kind) == kOthers.end()) return;
-  throw Error(path.string(), fmt::format("is no motion but a {}", Describe(kind)),
+  throw Error(path.string(), fmt::format("is not a motion but a {}", Describe(kind)),
               "Give .npz, .npy, .pkl or .json with SMPL-X or SMPL-H parameters, .bvh, .amc, .glb "
               "or .gltf");
 }

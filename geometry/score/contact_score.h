@@ -9,8 +9,8 @@
 
 namespace holdfast {
 
-/// Penetration and contact of a clip, all its hands together: what the rows of METRICS.md mean,
-/// wherever they stand. Depths are of all frames; contact is of those in which a hand holds.
+/// Penetration and contact of a clip, all its hands together: what the rows of docs/metrics.md
+/// mean, wherever they stand. Depths are of all frames; contact is of those in which a hand holds.
 struct ContactScore {
   struct Frame {
     bool held = false;                 ///< by any hand

@@ -7,7 +7,8 @@
 
 namespace holdfast {
 
-/// Writes contact points and poses as named arrays (`.npz`), atomically. FORMATS.md has the fields.
+/// Writes contact points and poses as named arrays (`.npz`), atomically. docs/formats.md has the
+/// fields.
 void WriteContactsNpz(const ClipContactPoints& contacts, const std::filesystem::path& path);
 
 /// The same as two tables (`.csv`): contact points, and the poses of object, wrists and fingertips.

@@ -113,7 +113,7 @@ TEST_F(EvaluateSynthesis, GivesTheSameForAnyNumberOfThreadsAndGoesOnWhereItWas) 
   // Blocks of another question are not mixed in.
   const ProgramResult other = Run(std::string(kOne) + "--seed 2", "one");
   EXPECT_EQ(other.exit_code, 1);
-  EXPECT_THAT(other.err, HasSubstr("holds results of another question"));
+  EXPECT_THAT(other.err, HasSubstr("holds results of a different configuration"));
   EXPECT_EQ(Run(std::string(kOne) + "--seed 2 --force", "one").exit_code, 0);
   EXPECT_NE(Timeless(Results("one")), Timeless(Results("three")));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Every example of every --help, and of the README, runs as pasted into a shell: one after the
-// other, in a folder with the files that they name.
+// Every example of every --help, of the README and of the pages in docs/ runs as pasted into a
+// shell: one after the other, in a folder with the files that they name.
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -290,13 +290,15 @@ TEST(ExamplesOfHelp, AreReducedOnlyWhereTheyStand) {
   }
 }
 
-// What stands in fenced blocks of a document.
-void RunBlocks(const std::string& document) {
+// What stands in fenced blocks of a document: how many there are.
+std::size_t RunBlocks(const std::string& document) {
   // They install packages and build.
-  const std::set<std::string> setup = {"./setup demo", "./setup test"};
+  const std::set<std::string> setup = {"./setup install", "./setup demo", "./setup test",
+                                       "./setup train"};
   ExampleFiles files;
   std::vector<std::string> examples;
-  for (const auto& block : BlocksOf(ReadText(fs::path(HOLDFAST_SOURCE_DIR) / document))) {
+  const auto blocks = BlocksOf(ReadText(fs::path(HOLDFAST_SOURCE_DIR) / document));
+  for (const auto& block : blocks) {
     if (block.front().starts_with("$ ")) {  // a session: what is typed, and what is answered
       const TemporaryFolder folder;
       const std::string line = block.front().substr(2);
@@ -311,13 +313,25 @@ void RunBlocks(const std::string& document) {
       examples.push_back(line);
     }
   }
-  ASSERT_FALSE(examples.empty());
   RunExamples(examples, files, document);
+  return blocks.size();
 }
 
-TEST(ExamplesOfReadme, RunAsPasted) { RunBlocks("README.md"); }
+std::size_t RunBlocksOfFolder(const std::string& folder) {
+  std::size_t blocks = 0;
+  std::set<std::string> pages;  // in an order that does not depend on the machine
+  for (const auto& entry : fs::directory_iterator(fs::path(HOLDFAST_SOURCE_DIR) / folder)) {
+    if (entry.path().extension() == ".md") pages.insert(entry.path().filename().string());
+  }
+  for (const std::string& page : pages) blocks += RunBlocks(folder + "/" + page);
+  return blocks;
+}
 
-TEST(ExamplesOfMetrics, RunAsPasted) { RunBlocks("METRICS.md"); }
+TEST(ExamplesOfReadme, RunAsPasted) { EXPECT_GT(RunBlocks("README.md"), 0u); }
+
+TEST(ExamplesOfDocs, RunAsPasted) { EXPECT_GT(RunBlocksOfFolder("docs"), 0u); }
+
+TEST(ExamplesOfTutorials, RunAsPasted) { EXPECT_GT(RunBlocksOfFolder("docs/tutorials"), 0u); }
 
 }  // namespace
 }  // namespace holdfast

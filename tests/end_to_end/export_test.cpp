@@ -67,7 +67,7 @@ TEST(ExportCommand, GlbShowsBodyAndObject) {
             1e-5);
 }
 
-// For controllers: FORMATS.md has the fields.
+// For controllers: docs/formats.md has the fields.
 TEST(ExportCommand, ContactsAreArraysOrTables) {
   const TemporaryFolder folder;
   ASSERT_EQ(RunHoldfast(folder.Path(), "grasp mug -o grip.npz -q").exit_code, 0);

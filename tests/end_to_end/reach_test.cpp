@@ -194,7 +194,7 @@ TEST_F(EvaluateReachCommand, IsTheSameStoppedOrNotOnAnyThreads) {
   // Another question is not mixed with it.
   const ProgramResult other = Evaluate("-o part --seed 2 --no-ablations");
   EXPECT_EQ(other.exit_code, 1);
-  EXPECT_THAT(other.err, HasSubstr("another question"));
+  EXPECT_THAT(other.err, HasSubstr("a different configuration"));
   EXPECT_EQ(Evaluate("-o part --seed 2 --no-ablations --force").exit_code, 0);
   EXPECT_NE(ReadText(Path("part/results.md")), ReadText(Path("whole/results.md")));
 }
@@ -274,7 +274,7 @@ TEST_F(EvaluateReachCommand, ComparesMethodsOnSomeGoalsAndGoesOnFromThere) {
   EXPECT_THAT(Evaluate(methods + "-o six").err, HasSubstr("12 of 12 motions are there already"));
   EXPECT_EQ(WithoutSeconds(Json("six/results.json")), WithoutSeconds(six));
 
-  EXPECT_THAT(Evaluate(methods + "-o six --seed 2").err, HasSubstr("another question"));
+  EXPECT_THAT(Evaluate(methods + "-o six --seed 2").err, HasSubstr("a different configuration"));
   EXPECT_EQ(Evaluate("--methods legs -o bad").exit_code, 2);
 }
 

@@ -31,8 +31,8 @@
 
 namespace holdfast::testing {
 
-/// The files that examples of the help and of the README speak of, made when first asked for: by
-/// the program, or by the tests' own writers where a user has them from elsewhere.
+/// The files that examples of the help, of the README and of docs/ speak of, made when first asked
+/// for: by the program, or by the tests' own writers where a user has them from elsewhere.
 class ExampleFiles {
  public:
   /// Thrown where a file comes from the folder with data, and it is not there.

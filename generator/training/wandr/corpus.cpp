@@ -20,7 +20,7 @@ constexpr int kShortestClip = 24;  // frames
 
 std::vector<fs::path> ClipsIn(const fs::path& folder) {
   if (!fs::is_directory(folder)) {
-    throw Error(folder.string(), "is no folder of clips",
+    throw Error(folder.string(), "is not a folder of clips",
                 "Give a folder that 'holdfast make-reach-data' wrote, or one of clips (.npz)");
   }
   std::vector<fs::path> files;

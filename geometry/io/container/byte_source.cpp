@@ -38,7 +38,7 @@ ByteSource::ByteSource(const std::filesystem::path& path) : name_(path.string())
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0) refuse("cannot be read", "Check the path");
   if (S_ISDIR(status.st_mode)) refuse("is a folder, a file is needed", "Name the file inside it");
-  if (!S_ISREG(status.st_mode)) refuse("is no regular file", "Save it to a file first");
+  if (!S_ISREG(status.st_mode)) refuse("is not a regular file", "Save it to a file first");
   if (status.st_size == 0) refuse("is empty", "Copy or save it again");
   size_ = static_cast<std::uint64_t>(status.st_size);
 }

@@ -202,7 +202,7 @@ NpyMember GatherNumbers(const DataStore& store, NodeIndex index, const std::stri
   throw Error(where,
               object
                   ? fmt::format("is a {}, which holds no numbers in itself", (*object)->class_name)
-                  : "is no array of numbers",
+                  : "is not an array of numbers",
               "Check that it is a file of the kind that is asked for");
 }
 

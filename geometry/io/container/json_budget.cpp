@@ -34,7 +34,7 @@ class Meter : public nlohmann::json_sax<json> {
   bool start_array(std::size_t) override { return Open(kListBytes); }
   bool end_array() override { return Close(); }
   bool parse_error(std::size_t position, const std::string&, const json::exception&) override {
-    problem = fmt::format("is no sound JSON (byte {})", position);
+    problem = fmt::format("is not sound JSON (byte {})", position);
     return false;
   }
 
@@ -69,7 +69,7 @@ nlohmann::json ParseJsonWithin(std::string_view text, const std::string& where,
                                std::size_t file_bytes) {
   Meter meter(8 * file_bytes + (std::size_t{32} << 20));
   if (!json::sax_parse(text, &meter)) {
-    throw Error(where, meter.problem.empty() ? "is no sound JSON" : meter.problem,
+    throw Error(where, meter.problem.empty() ? "is not sound JSON" : meter.problem,
                 "Fetch the file again");
   }
   return json::parse(text, nullptr, /*allow_exceptions=*/false);

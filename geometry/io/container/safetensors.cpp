@@ -196,11 +196,12 @@ SafetensorsReader::SafetensorsReader(ByteSource source) : source_(std::move(sour
   const auto header_bytes = std::bit_cast<std::uint64_t>(length);
   static_assert(std::endian::native == std::endian::little);
   if (header_bytes > kMaxHeaderBytes || header_bytes > source_.Size() - kLengthBytes) {
-    throw Error(where,
-                fmt::format("is no safetensors file, or one cut short (its first eight bytes would "
-                            "be a header of {} bytes)",
-                            header_bytes),
-                "Give a .safetensors file; copy or save it again");
+    throw Error(
+        where,
+        fmt::format("is not a safetensors file, or one cut short (its first eight bytes would "
+                    "be a header of {} bytes)",
+                    header_bytes),
+        "Give a .safetensors file; copy or save it again");
   }
   data_offset_ = kLengthBytes + header_bytes;
   std::string header(static_cast<std::size_t>(header_bytes), '\0');

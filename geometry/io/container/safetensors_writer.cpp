@@ -57,7 +57,7 @@ void SafetensorsWriter::Insert(std::string name, Tensor tensor) {
                 "Give as many as the shape asks for");
   }
   if (name.empty() || name == "__metadata__") {
-    throw Error(fmt::format("'{}'", name), "is no name for a tensor", "Choose another name");
+    throw Error(fmt::format("'{}'", name), "is not a valid tensor name", "Choose another name");
   }
   tensors_.insert_or_assign(std::move(name), std::move(tensor));
 }
@@ -95,7 +95,8 @@ void SafetensorsWriter::Add(std::string name, NpyArray array) {
   const bool numbers = std::string_view("fiub").find(array.kind) != std::string_view::npos;
   if (!numbers || (array.big_endian && array.item_size > 1) ||
       (array.fortran_order && array.shape.size() > 1)) {
-    throw Error(name, "is no array of numbers in C order and little-endian", "Convert it first");
+    throw Error(name, "is not an array of numbers in C order and little-endian",
+                "Convert it first");
   }
   const char letter = array.kind == 'f' ? 'F' : array.kind == 'i' ? 'I' : 'U';
   Insert(std::move(name),

@@ -32,7 +32,7 @@ class Entry {
  public:
   Entry(const json& value, const std::string& file, std::string place)
       : value_(&value), file_(&file), place_(std::move(place)) {
-    if (!value.is_object()) Fail("", "is no JSON object");
+    if (!value.is_object()) Fail("", "is not a JSON object");
   }
 
   [[noreturn]] void Fail(std::string_view key, std::string_view problem) const {
@@ -79,7 +79,7 @@ class Entry {
     const json* found = Find(key);
     if (found == nullptr) return false;
     if (!found->is_array() || found->size() != static_cast<std::size_t>(out.size())) {
-      Fail(key, fmt::format("is no list of {} numbers", out.size()));
+      Fail(key, fmt::format("is not a list of {} numbers", out.size()));
     }
     for (Eigen::Index k = 0; k < out.size(); ++k) {
       const json& number = (*found)[static_cast<std::size_t>(k)];
@@ -101,7 +101,7 @@ class Entry {
     static const json kEmpty = json::array();
     const json* found = Find(key);
     if (found == nullptr) return kEmpty;
-    if (!found->is_array()) Fail(key, "is no list");
+    if (!found->is_array()) Fail(key, "is not a list");
     return *found;
   }
   Entry Inner(const json& value, const char* key) const {
@@ -187,7 +187,7 @@ class GltfParser {
 
   void Asset(const Entry& root) {
     const json* found = root.Find("asset");
-    if (found == nullptr) root.Fail("asset", "is missing: this is no glTF");
+    if (found == nullptr) root.Fail("asset", "is missing: this is not glTF");
     const Entry asset = root.Inner(*found, "asset");
     if (const std::string version = asset.Text("version"); !version.starts_with("2.")) {
       throw Error(asset_.where_, fmt::format("glTF of version '{}'", version.substr(0, 20)),
@@ -217,7 +217,7 @@ class GltfParser {
       const std::size_t index = asset_.buffers_.size();
       const auto expected = static_cast<std::size_t>(entry.Require("byteLength", kMaxInteger));
       const json* uri = entry.Find("uri");
-      if (uri != nullptr && !uri->is_string()) entry.Fail("uri", "is no text");
+      if (uri != nullptr && !uri->is_string()) entry.Fail("uri", "is not text");
       std::string where = fmt::format("{}[buffers][{}]", asset_.where_, index);
       GltfAsset::Buffer buffer;
       if (uri == nullptr) {

@@ -108,7 +108,7 @@ void WriteParameters(const Clip& clip, ModelKind kind, ParameterLayout layout, b
   const std::string extension = path.extension().string();
   const bool json = extension == ".json";
   if (!json && extension != ".npz") {
-    throw Error(path.string(), "is no format of parameters that is written here",
+    throw Error(path.string(), "is not a supported parameter format",
                 "Give a name in .npz or .json");
   }
   if (layout == ParameterLayout::kAmass) {

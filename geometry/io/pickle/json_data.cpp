@@ -57,7 +57,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
     }
     throw Error(store_.Where(),
                 at >= text_.size() ? "ends within its JSON"
-                                   : fmt::format("is no JSON at line {}, column {}", line, column),
+                                   : fmt::format("is not JSON at line {}, column {}", line, column),
                 "Save it again; NaN and Infinity are no JSON");
   }
 

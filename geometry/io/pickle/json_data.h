@@ -9,7 +9,7 @@
 
 namespace holdfast {
 
-/// A JSON text as plain data; `where` names the file in errors. Throws Error for what is no JSON
+/// A JSON text as plain data; `where` names the file in errors. Throws Error for what is not JSON
 /// (with the place), for more than 100 levels, and for values that would take more memory than
 /// `memory_limit` bytes.
 DataValue ReadJsonData(std::string_view text, const std::string& where, std::size_t memory_limit);

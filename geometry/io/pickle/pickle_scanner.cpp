@@ -39,7 +39,7 @@ std::uint64_t PickleScanner::Unsigned(int bytes) {
 }
 
 void PickleScanner::FailDamaged(std::string_view problem) const {
-  throw Error(where_, fmt::format("is no whole pickle: it {} (at byte {})", problem, position_),
+  throw Error(where_, fmt::format("is not a whole pickle: it {} (at byte {})", problem, position_),
               "The file is damaged, cut off or of another kind: get it from its source again");
 }
 

@@ -217,7 +217,7 @@ TEST(ActionSet, NamesTheFileThatIsAtFault) {
   refuses(clip, "action");
   refuses(Slice(good, 0, 5), "5 frames");
   EXPECT_THAT([&] { ReadActionSet({folder.Path() / "none"}, BodyModel::Default()); },
-              ThrowsMessage<Error>(HasSubstr("is no folder")));
+              ThrowsMessage<Error>(HasSubstr("is not a folder")));
 }
 
 }  // namespace

@@ -46,7 +46,8 @@ TEST(DataValue, NamesWhereItComesFromAndWhatThereIs) {
               HasSubstr("x.pkl[body][pose]: is list of 2, where named values with 'x' are needed"));
   EXPECT_THAT(Message([&] { file["body"]["pose"][2]; }), HasSubstr("has 2 items, item 2 is asked"));
   EXPECT_THAT(Message([&] { file[std::size_t{0}]; }), HasSubstr("where a list is needed"));
-  EXPECT_THAT(Message([&] { file["body"]["name"].Array(); }), HasSubstr("is no array of numbers"));
+  EXPECT_THAT(Message([&] { file["body"]["name"].Array(); }),
+              HasSubstr("is not an array of numbers"));
   EXPECT_THAT(Message([&] { file["body"]["name"].Number(); }), HasSubstr("[body][name]: "));
   EXPECT_THAT(Message([&] { file["body"].Text(); }), HasSubstr("where a text is needed"));
 }

@@ -143,10 +143,10 @@ TEST_F(DataFileTest, ReadsJson) {
   EXPECT_EQ(file["deep"]["list"][0]["x"].Integer(), 1);
   EXPECT_EQ(file["deep"]["list"][0]["x"].Where(), Path().string() + "[deep][list][0][x]");
 
-  EXPECT_THAT(Refusal("{\"a\": 1,\n \"b\": NaN}"), HasSubstr("is no JSON at line 2, column 7"));
+  EXPECT_THAT(Refusal("{\"a\": 1,\n \"b\": NaN}"), HasSubstr("is not JSON at line 2, column 7"));
   EXPECT_THAT(Refusal("{\"a\": [1, 2"), HasSubstr("ends within its JSON"));
-  EXPECT_THAT(Refusal("{\"a\": 1} trailing"), HasSubstr("is no JSON"));
-  EXPECT_THAT(Refusal("{\"a\": \"\xff\"}"), HasSubstr("is no JSON"));
+  EXPECT_THAT(Refusal("{\"a\": 1} trailing"), HasSubstr("is not JSON"));
+  EXPECT_THAT(Refusal("{\"a\": \"\xff\"}"), HasSubstr("is not JSON"));
   EXPECT_THAT(Refusal(std::string(1'000'000, '[')), HasSubstr("100 levels"));
   EXPECT_EQ(Refusal(std::string(100, '[') + std::string(100, ']')), "no error");
   std::string many = "[1";

@@ -276,7 +276,8 @@ TEST(HostilePickle, EveryOpcodeAloneIsAnErrorOrAValue) {
        {"0",    "1",     "2",    "a",    "b",    "d",    "e",    "l",    "o",
         "p0\n", "q\x01", "Q",    "R",    "s",    "t",    "u",    "\x81", "\x85",
         "\x86", "\x87",  "\x90", "\x91", "\x92", "\x93", "\x94", "\x98"}) {
-    EXPECT_THAT(Read(opcode + std::string(".")), HasSubstr("x.pkl: is no whole pickle")) << opcode;
+    EXPECT_THAT(Read(opcode + std::string(".")), HasSubstr("x.pkl: is not a whole pickle"))
+        << opcode;
   }
   EXPECT_THAT(Read(""), HasSubstr("ends too early (at byte 0)"));
   EXPECT_THAT(Read("N"), HasSubstr("ends too early (at byte 1)"));
