@@ -14,6 +14,7 @@ namespace holdfast::apps {
 namespace fs = std::filesystem;
 
 ResultFolder::ResultFolder(fs::path path, bool force) : path_(std::move(path)) {
+  if (path_.empty()) throw Error("--output", "is an empty name", "Name the folder to make");
   if (path_.filename().empty()) path_ = path_.parent_path();  // "held/" is "held"
   std::error_code error;
   if (fs::exists(path_, error)) {

@@ -364,6 +364,9 @@ std::vector<Case> Cases() {
        "trap '' XFSZ; ulimit -f 8;"},
       // command lines
       {"UnknownCommand", {}, "levitate", 2, {"levitate"}},
+      {"EmptyOutput", {}, "fit demo_drink cube -o ''", 1, {"--output: is an empty name"}},
+      {"EmptyOutputOfAFile", {}, "decimate cube -o ''", 1, {"--output: is an empty name"}},
+      {"ObjectBeforeClip", {}, "fit mug demo_drink -o out", 1, {"mug: is an embedded object"}},
       {"UnknownOption", {}, "fit demo_drink cube -o out --warp 9", 2, {"--warp"}},
       {"WrongHand", {}, "fit demo_drink cube -o out --hand third", 2, {"--hand"}},
   };
