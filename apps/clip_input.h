@@ -50,6 +50,17 @@ struct ClipInput {
 LoadedClip LoadClip(const std::string& path_or_name, std::shared_ptr<const BodyModel> body,
                     const CommonOptions& common, ImportFileOptions import = {});
 
+/// What `work` gives; an Error of it about "the clip" is thrown on as one about `source`.
+template <typename Work>
+auto NamingClip(const std::string& source, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    if (error.Where() != "the clip") throw;
+    throw Error(source, error.Problem(), error.Remedy());
+  }
+}
+
 /// Warns where the clip says that a hand holds the object, and the hand is centimetres away.
 void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& body,
                 const TriangleMesh& object, const CommonOptions& common);

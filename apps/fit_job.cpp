@@ -142,17 +142,6 @@ void ChooseGrasp(const FitJob& job, const LoadedClip& loaded, const LoadedObject
   }
 }
 
-// What is wrong with "the clip" is wrong with the file that the user gave.
-template <typename Work>
-auto NamingClip(const std::string& source, const Work& work) {
-  try {
-    return work();
-  } catch (const Error& error) {
-    if (error.Where() != "the clip") throw;
-    throw Error(source, error.Problem(), error.Remedy());
-  }
-}
-
 nlohmann::json SwitchesJson(const Holding& holding, const std::vector<Handover>& handovers) {
   nlohmann::json list = nlohmann::json::array();
   for (const HandSwitch& change : holding.switches) {

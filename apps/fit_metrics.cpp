@@ -25,18 +25,6 @@ double Median(std::vector<double> values) {
 
 }  // namespace
 
-std::vector<HandObjectScore> MeasureHands(const Clip& clip,
-                                          const std::vector<const HandModel*>& hands,
-                                          std::span<const std::uint8_t> holding,
-                                          const Solid& object, const ContactProtocol& protocol,
-                                          const CommonOptions& common) {
-  Progress progress(common, "metrics");
-  return holdfast::MeasureHands(clip, hands, holding, object, protocol, [&](int done, int total) {
-    progress.Update(done, total);
-    return !Interrupted();
-  });
-}
-
 nlohmann::json FirstGraspJson(const FirstGrasp& first) {
   nlohmann::json json = {{"made", first.made}};
   if (!first.made) return json;

@@ -28,14 +28,6 @@ struct FitSummary {
   ContactScore contact;
 };
 
-/// Every hand of a clip against the object, with progress; interrupted, it is incomplete.
-/// `holding` has bits as in Clip::holding_hand.
-std::vector<HandObjectScore> MeasureHands(const Clip& clip,
-                                          const std::vector<const HandModel*>& hands,
-                                          std::span<const std::uint8_t> holding,
-                                          const Solid& object, const ContactProtocol& protocol,
-                                          const CommonOptions& common);
-
 /// How the object came into the hand, as metrics.json has it.
 nlohmann::json FirstGraspJson(const FirstGrasp& first);
 

@@ -11,7 +11,7 @@
 
 #include "apps/common.h"
 #include "apps/fit_job.h"
-#include "solver/take/take_plan.h"
+#include "solver/take/take.h"
 
 namespace holdfast::apps {
 
@@ -29,24 +29,9 @@ struct TakeJob {
   bool write_report = true;
 };
 
-/// Who does it, and where from.
-struct TakeStart {
-  std::shared_ptr<const BodyModel> body;
-  Eigen::VectorXd betas;
-  Clip like;                                         ///< body, betas and subject of the clip made
-  Eigen::Vector3d pelvis = Eigen::Vector3d::Zero();  ///< world, in the first frame
-};
-
-/// Makes the body's motion for a plan: one or several to choose from, best first. In the world, not
-/// mirrored, whatever the side. The wrist's goals are `plan.goals`; `plan.table` is worth keeping
-/// out of. Called up to three times: once, and again when no motion serves. `attempt` is 0, 1, 2.
-/// Nothing (empty) after Ctrl-C.
-using BodyMotionMaker = std::function<std::vector<TakenMotion>(const TakePlan& plan, int attempt)>;
-
-/// Plans the take, has the motion made, chooses the one that serves best, makes arm and fingers
-/// anew where they take, hold and carry, fits the object (FitClip), measures, and writes the result
-/// folder: clip.npz, object.ply, table.ply, metrics.json, report.html. `extra` is merged into
-/// metrics.json (the caller's options and network). Throws Error and FitFailure.
+/// Has the object taken (TakeFromTable) and writes the result folder: clip.npz, object.ply,
+/// table.ply, metrics.json, report.html. `extra` is merged into metrics.json (the caller's options
+/// and network). Throws Error and FitFailure.
 ///
 /// In RunReachJob:
 ///   TakeJob take{job.object, 1.0, side, job.style, goals, job.object_yaw_deg, job.output, ...};

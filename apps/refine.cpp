@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
@@ -14,10 +12,7 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/surface_distance.h"
-#include "geometry/score/contact_score.h"
-#include "solver/fit/clip_refinement.h"
-#include "solver/fit/clip_state.h"
-#include "solver/handover/holding.h"
+#include "solver/carry/refine.h"
 
 namespace holdfast::apps {
 namespace {
@@ -33,26 +28,11 @@ struct RefineCommand {
   ContactProtocol protocol;
 };
 
-// One clip in numbers, over the hands that hold.
-struct Measured {
-  ContactScore contact;
-  CarryJitter jitter;
-};
-
-Measured Measure(const Clip& clip, const std::vector<const HandModel*>& hands,
-                 const std::vector<std::uint8_t>& holding, const PreparedObject& object,
-                 const RefineCommand& options) {
-  const std::vector<HandObjectScore> scores =
-      MeasureHands(clip, hands, holding, object.solid, options.protocol, options.common);
-  if (Interrupted()) return {};
-  return {ScoreContact(scores), MeanJitter(scores)};
-}
-
 nlohmann::json OrNull(const std::optional<double>& value) {
   return value ? nlohmann::json(*value) : nlohmann::json();
 }
 
-nlohmann::json MeasuredJson(const Measured& measured) {
+nlohmann::json MeasuredJson(const CarriedQuality& measured) {
   const ContactScore& contact = measured.contact;
   const Unevenness& object = measured.jitter.object;
   return {{"max_penetration_depth_mm", contact.penetration_max_mm},
@@ -66,48 +46,10 @@ nlohmann::json MeasuredJson(const Measured& measured) {
           {"object_acceleration_against_hand", OrNull(measured.jitter.acceleration_ratio)}};
 }
 
-// How far the refined object is from the data, per frame.
-struct Distance {
-  Distance(const Clip& data, const Clip& refined) {
-    const std::vector<Eigen::Isometry3d> from = ObjectPoses(data), to = ObjectPoses(refined);
-    double shift = 0.0, turn = 0.0;
-    for (std::size_t t = 0; t < from.size(); ++t) {
-      mm.push_back(1e3 * (to[t].translation() - from[t].translation()).norm());
-      degrees.push_back(180.0 / std::numbers::pi *
-                        Eigen::AngleAxisd(from[t].linear().transpose() * to[t].linear()).angle());
-      shift += mm.back() * mm.back();
-      turn += degrees.back() * degrees.back();
-    }
-    const auto count = static_cast<double>(from.size());
-    rms_mm = std::sqrt(shift / count);
-    rms_degrees = std::sqrt(turn / count);
-  }
-  std::vector<double> mm, degrees;
-  double rms_mm, rms_degrees;
-};
-
-std::vector<std::uint8_t> WhoHolds(const RefineCommand& options, const Clip& clip,
-                                   const HandModel& right, const HandModel& left,
-                                   const DistanceGrid& object) {
-  const auto frames = static_cast<std::size_t>(clip.NumFrames());
-  if (options.hand == "right") return std::vector<std::uint8_t>(frames, kHoldsRight);
-  if (options.hand == "left") return std::vector<std::uint8_t>(frames, kHoldsLeft);
-  if (options.hand == "both") {
-    return std::vector<std::uint8_t>(frames, kHoldsRight | kHoldsLeft);
-  }
-  if (options.hand == "clip") {
-    if (clip.holding_hand.empty()) {
-      throw Error(options.clip, "has no holding_hand", "Leave out --hand clip");
-    }
-    return clip.holding_hand;
-  }
-  HoldingOptions holding;
-  holding.threads = NumThreads(options.common);
-  return FindHolding(clip, right, left, object, holding).hands;
-}
-
-std::string Text(const RefineCommand& options, const Measured& before, const Measured& after,
-                 const Distance& distance, const RefineResult& result) {
+std::string Text(const RefineCommand& options, const RefineReport& report) {
+  const CarriedQuality &before = report.before, &after = report.after;
+  const DataDistance& distance = report.distance;
+  const RefineResult& result = report.result;
   std::string text = fmt::format(
       "{}/clip.npz: {} frames refined\n"
       "                          before     after\n"
@@ -154,10 +96,8 @@ nlohmann::json HoldsJson(const RefineResult& result) {
   return {{"holds", holds}, {"rests", rests}};
 }
 
-int Refine(RefineCommand& options) {
-  ResultFolder folder(options.output, options.common.force);
-  const int threads = NumThreads(options.common);
-  options.protocol.threads = options.fit.threads = threads;
+// The clip with what it takes to refine it, or an Error.
+ClipInput LoadRefinable(const RefineCommand& options) {
   ClipInput input = LoadClipInput(options.clip, options.input, options.common);
   if (!input.clip.object) {
     throw Error(options.clip, "has no object trajectory to refine",
@@ -180,53 +120,14 @@ int Refine(RefineCommand& options) {
                               options.clip, options.input.object));
     }
   }
-  FitLibrary library;
-  const auto object =
-      library.Object(input.object_source, input.object_scale, options.object_vertices, threads);
-  for (const std::string& note : object->notes) Note(options.common, "note: " + note);
-  const HandModel right(input.body, input.betas, Side::kRight);
-  const HandModel left(input.body, input.betas, Side::kLeft);
-  const std::vector<std::uint8_t> holding =
-      WhoHolds(options, input.clip, right, left, *object->fit.distance);
-  std::vector<const HandModel*> hands;
-  for (const HandModel* hand : {&right, &left}) {
-    const std::uint8_t bit = HoldingBit(hand->HandSide());
-    if (std::ranges::any_of(holding, [&](std::uint8_t bits) { return (bits & bit) != 0; })) {
-      hands.push_back(hand);
-    }
-  }
-  for (const HandModel* hand : hands) RequireHands(*input.body, HoldingBit(hand->HandSide()));
-  if (hands.empty()) {
-    throw Error(options.clip, "has an object that no hand holds in any frame",
-                "Say which hand does with --hand");
-  }
+  return input;
+}
 
-  Progress progress(options.common, "refine");
-  RefineResult result =
-      RefineClip(input.clip, hands, object->fit, holding, options.fit, [&](int done, int total) {
-        progress.Update(done, total);
-        return !Interrupted();
-      });
-  if (Interrupted()) return kInterrupted;
-  if (result.report.failed) {
-    throw FitFailure(options.clip + ": the solve came to numbers that are not finite");
-  }
-  result.clip.object->name = object->object.name;
-  result.clip.object->mesh = "object.ply";
-
-  const std::vector<std::uint8_t>& held = result.clip.holding_hand;
-  const Measured before = Measure(input.clip, hands, held, *object, options);
-  if (Interrupted()) return kInterrupted;
-  const Measured after = Measure(result.clip, hands, held, *object, options);
-  if (Interrupted()) return kInterrupted;
-  if (after.contact.contact_frames_ratio.value_or(0.0) == 0.0) {
-    throw FitFailure(fmt::format(
-        "{}: no hand that holds touches {} in any frame, so that nothing is written. Say who holds "
-        "with --hand, or make a new grasp with 'holdfast fit --regrasp'",
-        options.clip, input.object_source));
-  }
-  const Distance distance(input.clip, result.clip);
-
+nlohmann::json MetricsOf(const RefineCommand& options, const ClipInput& input,
+                         const PreparedObject& object, const RefineReport& report) {
+  const RefineResult& result = report.result;
+  const bool right = std::ranges::any_of(
+      result.clip.holding_hand, [](std::uint8_t bits) { return (bits & kHoldsRight) != 0; });
   nlohmann::json metrics = JsonHead("holdfast/refine/1", options.common);
   metrics["options"] = {{"clip", options.clip},
                         {"hand", options.hand},
@@ -241,31 +142,83 @@ int Refine(RefineCommand& options) {
                         {"lambda_object", options.fit.lambda_object},
                         {"lambda_support", options.fit.lambda_support},
                         {"lambda_acceleration", options.fit.lambda_acceleration}};
-  metrics["protocol"] = ProtocolJson(options.protocol, object->solid, *hands.front());
-  metrics["before"] = MeasuredJson(before);
-  metrics["after"] = MeasuredJson(after);
-  metrics["distance_to_data"] = {{"rms_mm", distance.rms_mm}, {"rms_deg", distance.rms_degrees}};
+  metrics["protocol"] =
+      ProtocolJson(options.protocol, object.solid,
+                   HandModel(input.body, input.betas, right ? Side::kRight : Side::kLeft));
+  metrics["before"] = MeasuredJson(report.before);
+  metrics["after"] = MeasuredJson(report.after);
+  metrics["distance_to_data"] = {{"rms_mm", report.distance.rms_mm},
+                                 {"rms_deg", report.distance.rms_degrees}};
   metrics.update(HoldsJson(result));
   metrics["solve"] = {{"iterations", result.report.iterations},
                       {"converged", result.report.converged},
                       {"cost_before", result.report.cost_before},
                       {"cost_after", result.report.cost_after}};
+  return metrics;
+}
+
+nlohmann::json PerFrameJson(const RefineReport& report) {
+  nlohmann::json depth_before = nlohmann::json::array(), depth_after = nlohmann::json::array();
+  for (const auto& frame : report.before.contact.frames) {
+    depth_before.push_back(frame.penetration_mm);
+  }
+  for (const auto& frame : report.after.contact.frames) depth_after.push_back(frame.penetration_mm);
+  return {{"holding_hand", report.result.clip.holding_hand},
+          {"penetration_depth_before_mm", depth_before},
+          {"penetration_depth_mm", depth_after},
+          {"distance_to_data_mm", report.distance.mm},
+          {"distance_to_data_deg", report.distance.degrees}};
+}
+
+RefineOptions ToLibrary(const RefineCommand& command) {
+  RefineOptions options;
+  options.hands = command.hand == "right"  ? RefineHands::kRight
+                  : command.hand == "left" ? RefineHands::kLeft
+                  : command.hand == "both" ? RefineHands::kBoth
+                  : command.hand == "clip" ? RefineHands::kOfClip
+                                           : RefineHands::kFound;
+  options.fit = command.fit;
+  options.protocol = command.protocol;
+  options.threads = NumThreads(command.common);
+  return options;
+}
+
+int Refine(const RefineCommand& options) {
+  ResultFolder folder(options.output, options.common.force);
+  const ClipInput input = LoadRefinable(options);
+  const RefineOptions refine = ToLibrary(options);
+  FitLibrary library;
+  const auto object = library.Object(input.object_source, input.object_scale,
+                                     options.object_vertices, refine.threads);
+  for (const std::string& note : object->notes) Note(options.common, "note: " + note);
+  StageProgress progress(options.common);
+  const RefineReport report = NamingClip(options.clip, [&] {
+    return RefineCarried(input.clip, {input.body, input.betas}, *object, refine,
+                         [&](const char* stage, int done, int total) {
+                           progress.Update(stage, done, total);
+                           return !Interrupted();
+                         });
+  });
+  progress.End();
+  if (Interrupted()) return kInterrupted;
+  if (report.status == RefineStatus::kNotFinite) {
+    throw FitFailure(options.clip + ": the solve came to numbers that are not finite");
+  }
+  if (report.status == RefineStatus::kNoContact) {
+    throw FitFailure(fmt::format(
+        "{}: no hand that holds touches {} in any frame, so that nothing is written. Say who holds "
+        "with --hand, or make a new grasp with 'holdfast fit --regrasp'",
+        options.clip, input.object_source));
+  }
+  nlohmann::json metrics = MetricsOf(options, input, *object, report);
   nlohmann::json summary = metrics;
   summary["output"] = options.output;
-  nlohmann::json depth_before = nlohmann::json::array(), depth_after = nlohmann::json::array();
-  for (const auto& frame : before.contact.frames) depth_before.push_back(frame.penetration_mm);
-  for (const auto& frame : after.contact.frames) depth_after.push_back(frame.penetration_mm);
-  metrics["per_frame"] = {{"holding_hand", held},
-                          {"penetration_depth_before_mm", depth_before},
-                          {"penetration_depth_mm", depth_after},
-                          {"distance_to_data_mm", distance.mm},
-                          {"distance_to_data_deg", distance.degrees}};
-
-  WriteClip(result.clip, folder / "clip.npz");
+  metrics["per_frame"] = PerFrameJson(report);
+  WriteClip(report.result.clip, folder / "clip.npz");
   WriteMesh(object->object.mesh, folder / "object.ply");
   WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
   folder.Commit();
-  PrintResult(options.common, summary, Text(options, before, after, distance, result));
+  PrintResult(options.common, summary, Text(options, report));
   return kDone;
 }
 

@@ -35,7 +35,7 @@ std::uint8_t BitsOf(CarryHands hands) {
 class Carrier {
  public:
   Carrier(const Clip& clip, const ClipBody& body, const PreparedObject& object,
-          const CarryOptions& options, const CarryProgress& progress)
+          const CarryOptions& options, const StagedProgress& progress)
       : clip_(clip),
         body_(body),
         object_(object),
@@ -211,7 +211,7 @@ class Carrier {
   const ClipBody& body_;
   const PreparedObject& object_;
   CarryOptions options_;
-  const CarryProgress& progress_;
+  const StagedProgress& progress_;
   HandModel right_, left_;
   bool needs_grasp_ = false;
   bool stopped_ = false;
@@ -245,7 +245,7 @@ bool NeedsGrasp(const Clip& clip, const LoadedObject& object, const CarryOptions
 }
 
 CarryReport CarryObject(const Clip& clip, const ClipBody& body, const PreparedObject& object,
-                        const CarryOptions& options, const CarryProgress& progress) {
+                        const CarryOptions& options, const StagedProgress& progress) {
   return Carrier(clip, body, object, options, progress).Run();
 }
 

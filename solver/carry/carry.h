@@ -10,6 +10,7 @@
 
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_body.h"
+#include "geometry/progress.h"
 #include "geometry/score/contact_score.h"
 #include "geometry/score/hand_object_score.h"
 #include "solver/carry/first_grasp.h"
@@ -52,10 +53,6 @@ struct CarryOptions {
   int threads = 1;  ///< the result does not depend on them
 };
 
-/// Called now and then, from one thread at a time, with "grasp", "fit" or "metrics" and how much of
-/// that is done. Returning false stops the work.
-using CarryProgress = std::function<bool(const char* stage, int done, int total)>;
-
 enum class CarryStatus {
   kCarried,
   kStopped,    ///< by `progress`
@@ -90,6 +87,6 @@ bool NeedsGrasp(const Clip& clip, const LoadedObject& object, const CarryOptions
 /// (BodyOfClip). Throws Error for hands that the body lacks, an object that no hand holds, a place
 /// to grasp asked of both hands, and what FindHandovers and FitClip throw.
 CarryReport CarryObject(const Clip& clip, const ClipBody& body, const PreparedObject& object,
-                        const CarryOptions& options = {}, const CarryProgress& progress = {});
+                        const CarryOptions& options = {}, const StagedProgress& progress = {});
 
 }  // namespace holdfast

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#include "solver/carry/refine.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "solver/handover/holding.h"
+
+namespace holdfast {
+namespace {
+
+std::vector<std::uint8_t> WhoHoldsIn(const Clip& clip, const HandModel& right,
+                                     const HandModel& left, const DistanceGrid& object,
+                                     const RefineOptions& options) {
+  const auto always = [&](std::uint8_t bits) {
+    return std::vector<std::uint8_t>(static_cast<std::size_t>(clip.NumFrames()), bits);
+  };
+  switch (options.hands) {
+    case RefineHands::kRight:
+      return always(kHoldsRight);
+    case RefineHands::kLeft:
+      return always(kHoldsLeft);
+    case RefineHands::kBoth:
+      return always(kHoldsRight | kHoldsLeft);
+    case RefineHands::kOfClip:
+      if (clip.holding_hand.empty()) {
+        throw Error("the clip", "has no holding_hand", "Leave out --hand clip");
+      }
+      return clip.holding_hand;
+    case RefineHands::kFound:
+      break;
+  }
+  HoldingOptions search;
+  search.threads = options.threads;
+  return FindHolding(clip, right, left, object, search).hands;
+}
+
+std::vector<const HandModel*> ThoseWhoHold(const HandModel& right, const HandModel& left,
+                                           const std::vector<std::uint8_t>& holding,
+                                           const BodyModel& body) {
+  std::vector<const HandModel*> hands;
+  for (const HandModel* hand : {&right, &left}) {
+    const std::uint8_t bit = HoldingBit(hand->HandSide());
+    if (std::ranges::none_of(holding, [&](std::uint8_t bits) { return (bits & bit) != 0; })) {
+      continue;
+    }
+    RequireHands(body, bit);
+    hands.push_back(hand);
+  }
+  if (hands.empty()) {
+    throw Error("the clip", "has an object that no hand holds in any frame",
+                "Say which hand does with --hand");
+  }
+  return hands;
+}
+
+}  // namespace
+
+DataDistance DistanceToData(const Clip& data, const Clip& refined) {
+  const std::vector<Eigen::Isometry3d> from = ObjectPoses(data), to = ObjectPoses(refined);
+  DataDistance distance;
+  double shift = 0.0, turn = 0.0;
+  for (std::size_t t = 0; t < from.size(); ++t) {
+    const double mm = 1e3 * (to[t].translation() - from[t].translation()).norm();
+    const double degrees =
+        Eigen::AngleAxisd(from[t].linear().transpose() * to[t].linear()).angle() / kDegree;
+    distance.mm.push_back(mm);
+    distance.degrees.push_back(degrees);
+    shift += mm * mm;
+    turn += degrees * degrees;
+  }
+  const auto count = static_cast<double>(from.size());
+  distance.rms_mm = std::sqrt(shift / count);
+  distance.rms_degrees = std::sqrt(turn / count);
+  return distance;
+}
+
+RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const PreparedObject& object,
+                           const RefineOptions& asked, const StagedProgress& progress) {
+  if (!clip.object) {
+    throw Error("the clip", "has no object trajectory to refine",
+                "Make one with 'holdfast fit', or give a clip with object_trans and object_orient");
+  }
+  RefineOptions options = asked;
+  options.fit.threads = options.protocol.threads = options.threads;
+  const HandModel right(body.model, body.betas, Side::kRight);
+  const HandModel left(body.model, body.betas, Side::kLeft);
+  const std::vector<std::uint8_t> holding =
+      WhoHoldsIn(clip, right, left, *object.fit.distance, options);
+  const std::vector<const HandModel*> hands = ThoseWhoHold(right, left, holding, *body.model);
+
+  bool stopped = false;
+  const auto telling = [&](const char* stage) {
+    return [&, stage](int done, int total) {
+      if (progress && !progress(stage, done, total)) stopped = true;
+      return !stopped;
+    };
+  };
+  RefineReport report;
+  report.result = RefineClip(clip, hands, object.fit, holding, options.fit, telling("refine"));
+  if (stopped) return report;
+  if (report.result.report.failed) {
+    report.status = RefineStatus::kNotFinite;
+    return report;
+  }
+  Clip& refined = report.result.clip;
+  refined.object->name = object.object.name;
+  refined.object->mesh = "object.ply";
+  for (const auto& [measured, quality] :
+       {std::pair<const Clip*, CarriedQuality*>(&clip, &report.before),
+        std::pair<const Clip*, CarriedQuality*>(&refined, &report.after)}) {
+    const std::vector<HandObjectScore> scores = MeasureHands(
+        *measured, hands, refined.holding_hand, object.solid, options.protocol, telling("metrics"));
+    if (stopped) return report;
+    *quality = {ScoreContact(scores), MeanJitter(scores)};
+  }
+  report.distance = DistanceToData(clip, refined);
+  const bool touched = report.after.contact.contact_frames_ratio.value_or(0.0) > 0.0;
+  report.status = touched ? RefineStatus::kRefined : RefineStatus::kNoContact;
+  return report;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "geometry/clip/clip.h"
+#include "geometry/clip/clip_body.h"
+#include "geometry/score/contact_score.h"
+#include "solver/carry/carry.h"
+#include "solver/fit/clip_refinement.h"
+
+namespace holdfast {
+
+enum class RefineHands {
+  kFound,   ///< who holds is found in the clip (FindHolding)
+  kOfClip,  ///< as its holding_hand says
+  kRight,
+  kLeft,
+  kBoth,
+};
+
+struct RefineOptions {
+  RefineHands hands = RefineHands::kFound;
+  FitOptions fit = RefinementOptions();  ///< threads are those below
+  ContactProtocol protocol;              ///< of the measurements; threads are those below
+  int threads = 1;                       ///< the result does not depend on them
+};
+
+/// A clip in numbers, over the hands that hold.
+struct CarriedQuality {
+  ContactScore contact;
+  CarryJitter jitter;
+};
+
+/// How far a refined object is from the data.
+struct DataDistance {
+  std::vector<double> mm, degrees;  ///< T
+  double rms_mm = 0.0, rms_degrees = 0.0;
+};
+
+enum class RefineStatus {
+  kRefined,
+  kStopped,    ///< by `progress`
+  kNotFinite,  ///< the solve came to no numbers
+  kNoContact,  ///< no hand that holds touches the object in any frame
+};
+
+struct RefineReport {
+  RefineStatus status = RefineStatus::kStopped;
+  RefineResult result;
+  CarriedQuality before, after;  ///< by the same hands in the same frames
+  DataDistance distance;
+};
+
+DataDistance DistanceToData(const Clip& data, const Clip& refined);
+
+/// Cleans a clip that has this object's trajectory (RefineClip), and measures it before and after.
+/// `progress` sees "refine" and "metrics". Throws Error for a clip without an object trajectory,
+/// one that no hand holds, hands that the body lacks, and kOfClip without holding_hand.
+RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const PreparedObject& object,
+                           const RefineOptions& options = {}, const StagedProgress& progress = {});
+
+}  // namespace holdfast
