@@ -173,6 +173,10 @@ int WandrTraining::Run() {
     if (!options_.held_out.empty()) {
       held_out_.emplace();
       held_out_->clips = wandr::ReadCorpusClips(options_.held_out, what.wrist, nullptr);
+      if (held_out_->clips.empty()) {
+        throw Error(options_.held_out, "holds no clip to validate with",
+                    "Leave out --held-out, or keep people away with 'make-reach-data --held-out'");
+      }
     }
   }
   std::optional<wandr::NetworkWeights> from;

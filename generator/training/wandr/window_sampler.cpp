@@ -19,6 +19,7 @@ constexpr int kLegs[] = {0, 1, 2, 4, 5, 7, 8, 10, 11};
 WindowSampler::WindowSampler(const Corpus& corpus, const BoneOffsets<float>& bones, Side wrist,
                              const GoalMixture& mixture)
     : corpus_(corpus), bones_(bones), wrist_(wrist), mixture_(mixture) {
+  if (corpus.clips.empty()) throw Error("corpus", "has no clips", "Give some");
   for (std::size_t k = 0; k < corpus.clips.size(); ++k) {
     Group& group = corpus.clips[k].made ? made_ : captured_;
     const long before = group.end.empty() ? 0 : group.end.back();

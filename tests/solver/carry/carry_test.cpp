@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: MIT
+#include "solver/carry/carry.h"
+
+#include <set>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "geometry/error.h"
+#include "geometry/import/load_clip.h"
+#include "solver/carry/refine.h"
+
+namespace holdfast {
+namespace {
+
+const PreparedObject& Mug() {
+  static const PreparedObject mug = PrepareObject(LoadObject("mug"));
+  return mug;
+}
+
+// The demo's first frames, and its person.
+LoadedClip Beginning(int frames) {
+  LoadedClip loaded = LoadClip("demo_drink");
+  loaded.clip = Slice(loaded.clip, 0, frames);
+  return loaded;
+}
+
+TEST(CarryObject, TakesHoldAndHoldsInEveryFrameAndCanBeRefined) {
+  const LoadedClip motion = Beginning(12);
+  std::set<std::string> stages;
+  const CarryReport held =
+      CarryObject(motion.clip, motion.body, Mug(), {}, [&](const char* stage, int done, int total) {
+        EXPECT_LE(done, total);
+        stages.insert(stage);
+        return true;
+      });
+  ASSERT_EQ(held.status, CarryStatus::kCarried);
+  EXPECT_EQ(stages, (std::set<std::string>{"fit", "grasp", "metrics"}));
+  EXPECT_TRUE(held.grasp.made);
+  EXPECT_EQ(held.held_by, kHoldsRight);
+  EXPECT_EQ(held.clip.NumFrames(), 12);
+  EXPECT_EQ(held.clip.object->name, "mug");
+  EXPECT_EQ(held.contact.contact_frames_ratio, 1.0);
+  EXPECT_LT(held.contact.penetration_max_mm, 2.0);
+  EXPECT_EQ(held.fit.frames.size(), 12u);
+
+  const RefineReport refined = RefineCarried(held.clip, motion.body, Mug());
+  ASSERT_EQ(refined.status, RefineStatus::kRefined);
+  // One function measures both.
+  EXPECT_EQ(refined.before.contact.penetration_max_mm, held.contact.penetration_max_mm);
+  EXPECT_EQ(refined.distance.mm.size(), 12u);
+  EXPECT_LT(refined.distance.rms_mm, 2.0);
+  // Nothing was moved between a clip and itself.
+  EXPECT_EQ(DistanceToData(held.clip, held.clip).rms_mm, 0.0);
+}
+
+TEST(CarryObject, StopsWhereItIsToldTo) {
+  const LoadedClip motion = Beginning(4);
+  for (const std::string last : {"grasp", "fit", "metrics"}) {
+    std::string seen;
+    const CarryReport report =
+        CarryObject(motion.clip, motion.body, Mug(), {}, [&](const char* stage, int, int) {
+          seen = stage;
+          return stage != last;
+        });
+    EXPECT_EQ(report.status, CarryStatus::kStopped) << last;
+    EXPECT_EQ(seen, last);
+  }
+}
+
+TEST(NeedsGrasp, WhereTheClipHasNoneOfThisObject) {
+  const LoadedObject& mug = Mug().object;
+  Clip clip = Beginning(2).clip;
+  CarryOptions options, anew, keep;
+  anew.grasp = GraspSource::kNew;
+  keep.grasp = GraspSource::kClips;
+  EXPECT_TRUE(NeedsGrasp(clip, mug, options));
+  clip.object.emplace();
+  clip.object->name = "MUG";
+  EXPECT_FALSE(NeedsGrasp(clip, mug, options));
+  EXPECT_TRUE(NeedsGrasp(clip, mug, anew));
+  clip.object->name = "apple";
+  EXPECT_TRUE(NeedsGrasp(clip, mug, options));
+  EXPECT_FALSE(NeedsGrasp(clip, mug, keep));
+  // Where the surface is known the name says nothing.
+  options.clip_object = mug.mesh;
+  EXPECT_FALSE(NeedsGrasp(clip, mug, options));
+  clip.object->name = "mug";
+  options.clip_object = LoadObject("apple").mesh;
+  EXPECT_TRUE(NeedsGrasp(clip, mug, options));
+  // A mesh in millimetres, loaded with the scale of metres.
+  options.clip_object = mug.mesh;
+  options.clip_object->vertices *= 1000.0;
+  options.object_scale = 0.001;
+  EXPECT_FALSE(NeedsGrasp(clip, mug, options));
+}
+
+TEST(RefineCarried, SaysWhatIsMissing) {
+  const LoadedClip motion = Beginning(3);
+  EXPECT_THROW(RefineCarried(motion.clip, motion.body, Mug()), Error);
+  Clip far = motion.clip;
+  far.object.emplace();
+  far.object->trans = Eigen::Matrix3Xd::Constant(3, 3, 5.0);
+  far.object->orient.setZero(3, 3);
+  EXPECT_THROW(RefineCarried(far, motion.body, Mug()), Error) << "nobody holds it";
+  far.holding_hand.clear();
+  RefineOptions of_clip;
+  of_clip.hands = RefineHands::kOfClip;
+  EXPECT_THROW(RefineCarried(far, motion.body, Mug(), of_clip), Error);
+}
+
+}  // namespace
+}  // namespace holdfast
