@@ -91,6 +91,7 @@ TEST_F(TrainCommand, BadInputIsNamed) {
   fails("wandr nowhere -o out", 1, "nowhere");
   std::filesystem::create_directories(folder_ / "empty");
   fails("wandr empty -o out", 1, "none of 0 file(s)");
+  fails("wandr corpus -o out --held-out empty", 1, "empty: holds no clip to validate with");
   WriteAtomically(folder_ / "empty/broken.npz", "PK\x03\x04 not a zip");
   fails("wandr empty -o out", 1, "broken.npz");
   fails("wandr corpus -o out --unroll 5", 2, "--unroll");
