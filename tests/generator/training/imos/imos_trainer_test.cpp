@@ -323,7 +323,7 @@ TEST(ImosTrainer, RefusesWhatMakesNoSense) {
               ThrowsMessage<Error>(HasSubstr("other options")));
   WriteNetwork(trainer.Weights(true), folder / "weights.safetensors");
   EXPECT_THAT([&] { trainer.Load(folder / "weights.safetensors"); },
-              ThrowsMessage<Error>(HasSubstr("no checkpoint")));
+              ThrowsMessage<Error>(HasSubstr("not a checkpoint")));
   std::vector<ActionSequence> odd = sequences;
   odd[2].pose.conservativeResize(kPoseNumbers, 9);
   odd[2].source = "odd.npz";

@@ -145,7 +145,7 @@ TEST(Trainer, RefusesCheckpointsOfOthers) {
   };
   EXPECT_THAT(message(folder / "checkpoint.safetensors"), HasSubstr("other options"));
   WriteNetwork(trainer.Weights(true), folder / "weights.safetensors");
-  EXPECT_THAT(message(folder / "weights.safetensors"), HasSubstr("no checkpoint"));
+  EXPECT_THAT(message(folder / "weights.safetensors"), HasSubstr("not a checkpoint"));
   EXPECT_THAT(message(folder / "missing.safetensors"), HasSubstr("missing.safetensors"));
 }
 
