@@ -112,6 +112,7 @@ CarryOptions ToLibrary(const FitJob& job, const CommonOptions& common) {
   options.fit.precision =
       job.precision == "double" ? PairPrecision::kDouble : PairPrecision::kSingle;
   options.fit.whole_clip = job.solve == "batch";
+  if (job.recipe == "paper") options.fit = options.fit.OnlyPaper();
   options.protocol = job.protocol;
   options.seed = common.seed;
   options.threads = NumThreads(common);
@@ -261,10 +262,12 @@ bool WriteResult(const FitJob& job, const CarryReport& report, const PreparedObj
 
 }  // namespace
 
-FitOutcome RunFitJob(const FitJob& job, const CommonOptions& common, FitLibrary& library) {
+FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& library) {
   const auto begin = std::chrono::steady_clock::now();
   ResultFolder folder(job.output, common.force);
-  CarryOptions options = ToLibrary(job, common);
+  CarryOptions options = ToLibrary(asked, common);
+  FitJob job = asked;
+  job.fit = options.fit;  // as metrics.json records them
   const LoadedClip loaded = LoadRange(job, library.Body(job.body), common);
   std::vector<std::string> notes;
   ChooseGrasp(job, loaded, *library.Loaded(job.object, job.object_scale), options, notes);

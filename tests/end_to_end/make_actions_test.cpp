@@ -93,7 +93,7 @@ TEST_F(MakeActionsTest, RefusesWhatItDoesNotKnow) {
   EXPECT_THAT(result.err, HasSubstr("no clip"));
   result = Make("-o out --starts nowhere");
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.err, HasSubstr("no folder"));
+  EXPECT_THAT(result.err, HasSubstr("is not a folder"));
   std::filesystem::create_directories(folder_ / "walk");
   WriteClip(testing::WalkingFigure(DefaultMeasures(), 60, 1.0), folder_ / "walk" / "walk.npz");
   result = Make("-o out --starts walk");
