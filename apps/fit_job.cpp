@@ -264,7 +264,7 @@ bool WriteResult(const FitJob& job, const CarryReport& report, const PreparedObj
 
 FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& library) {
   const auto begin = std::chrono::steady_clock::now();
-  ResultFolder folder(job.output, common.force);
+  ResultFolder folder(asked.output, common.force);
   CarryOptions options = ToLibrary(asked, common);
   FitJob job = asked;
   job.fit = options.fit;  // as metrics.json records them
