@@ -55,6 +55,12 @@ void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptio
   if (loaded.object_surface) {
     input.object = *loaded.object_surface;
     input.object->vertices *= options.object_scale;
+    input.object_source = input.source;
+    input.object_in_clip = true;
+    input.object_look = loaded.object_look;
+    if (input.object_look) {
+      Transform(options.object_scale * Eigen::Matrix3d::Identity(), *input.object_look);
+    }
     return;
   }
   std::vector<std::pair<std::string, double>> candidates;

@@ -32,13 +32,15 @@ struct ClipInput {
   std::filesystem::path file;  ///< the clip's own; empty for an embedded clip and an imported file
   Clip clip;
   std::shared_ptr<const BodyModel> body;
-  Eigen::VectorXd betas;               ///< of that body
-  bool foreign_body = false;           ///< the clip was made with another body model
-  std::string made_with;               ///< which one
-  std::optional<TriangleMesh> object;  ///< full resolution, in the object's own frame
-  std::string object_source;           ///< where it came from, for LoadObject
-  double object_scale = 1.0;           ///< of that source
-  std::string object_missing;          ///< why there is none, for a clip that has an object track
+  Eigen::VectorXd betas;                    ///< of that body
+  bool foreign_body = false;                ///< the clip was made with another body model
+  std::string made_with;                    ///< which one
+  std::optional<TriangleMesh> object;       ///< full resolution, in the object's own frame
+  std::string object_source;                ///< where it came from, for LoadObject
+  bool object_in_clip = false;              ///< that is the clip's own file, which holds the mesh
+  std::optional<TexturedMesh> object_look;  ///< of such a mesh, where the file gives one
+  double object_scale = 1.0;                ///< of that source
+  std::string object_missing;  ///< why there is none, for a clip that has an object track
   /// What the object rests on, in its own frame, where the clip has a track and a file of it.
   std::optional<TriangleMesh> table;
   /// World, metres: shown in reports where it is, and nothing else.

@@ -11,6 +11,7 @@
 #include "apps/common.h"
 #include "apps/render_output.h"
 #include "geometry/error.h"
+#include "geometry/import/import_file.h"
 #include "geometry/import/import_motion.h"
 #include "geometry/io/container/gzip.h"
 #include "geometry/io/gltf/gltf_onto.h"
@@ -134,39 +135,59 @@ int WriteSequence(const ClipInput& input, const TriangleMesh* object, const Expo
   return Interrupted() ? kInterrupted : kDone;
 }
 
-// Texture coordinates and materials of the mesh that the clip's object was read from: --object, or
-// what the command that wrote the result was given. Nothing where it has none, or is another mesh
-// by now.
+// Of the object that the clip of a glTF file carries.
+std::optional<TexturedMesh> LookInScene(const fs::path& path, double scale) {
+  std::optional<TexturedMesh> look;
+  try {
+    look = ImportFile(path, {}).object_look;
+  } catch (const Error&) {
+  }
+  if (look) Transform(scale * Eigen::Matrix3d::Identity(), *look);
+  return look;
+}
+
+Eigen::AlignedBox3d BoxOf(const TexturedMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const TexturedMesh::Part& part : mesh.parts) {
+    for (const Eigen::Vector3d v : part.mesh.vertices.colwise()) box.extend(v);
+  }
+  return box;
+}
+
+// How the object looks, where that is known: of the clip's own file, of --object, or of what the
+// command that wrote the result was given, unless it is another mesh by now.
 std::optional<TexturedMesh> ObjectLook(const ClipInput& input, const TriangleMesh& object,
                                        const ExportCommand& options) {
   fs::path path = options.input.object;
   double scale = options.input.object_scale;
   if (path.empty() && input.metrics.is_object() && input.metrics.contains("options")) {
     const nlohmann::json& made = input.metrics["options"];
-    if (made.contains("object") && made["object"].is_string())
+    if (made.contains("object") && made["object"].is_string()) {
       path = made["object"].get<std::string>();
+    }
     if (made.contains("object_scale") && made["object_scale"].is_number()) {
       scale = made["object_scale"].get<double>();
     }
   }
-  if (ExtensionOf(path) != ".obj") return std::nullopt;
-  std::optional<TexturedMesh> look;
-  if (fs::exists(path)) look = ReadTexturedObj(path, scale);
-  Eigen::AlignedBox3d shown, held;
-  for (const Eigen::Vector3d v : object.vertices.colwise()) held.extend(v);
-  if (look) {
-    for (const TexturedMesh::Part& part : look->parts) {
-      for (const Eigen::Vector3d v : part.mesh.vertices.colwise()) shown.extend(v);
+  std::optional<TexturedMesh> look = input.object_look;
+  if (!look) {
+    const std::string kind = ExtensionOf(path);
+    const bool is_scene = kind == ".glb" || kind == ".gltf";
+    if (kind != ".obj" && !is_scene) return std::nullopt;
+    const bool exists = fs::exists(path);
+    if (exists) look = is_scene ? LookInScene(path, scale) : ReadTexturedObj(path, scale);
+    const Eigen::AlignedBox3d held(object.vertices.rowwise().minCoeff(),
+                                   object.vertices.rowwise().maxCoeff());
+    if (!exists || (look && !BoxOf(*look).isApprox(held, 1e-4))) {
+      Note(options.common,
+           fmt::format("note: the object is plain: {} {} (give it with --object)", path.string(),
+                       look ? "is another mesh by now" : "is not there any more"));
+      return std::nullopt;
     }
   }
-  if (!fs::exists(path) || (look && !shown.isApprox(held, 1e-4))) {
-    Note(options.common,
-         fmt::format("note: the object is plain: {} {} (give it with --object)", path.string(),
-                     look ? "is another mesh by now" : "is not there any more"));
-    return std::nullopt;
-  }
   for (std::size_t k = 0; look && k < look->notes.size(); ++k) {
-    Note(options.common, fmt::format("note: {}: {}", path.string(), look->notes[k]));
+    Note(options.common,
+         fmt::format("note: {}: {}", path.empty() ? input.source : path.string(), look->notes[k]));
   }
   return look;
 }

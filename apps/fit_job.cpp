@@ -93,7 +93,7 @@ LoadedClip LoadRange(const FitJob& job, const std::shared_ptr<const BodyModel>& 
   return loaded;
 }
 
-// The job as the library takes it, but for the place to grasp.
+// The job as the library takes it.
 CarryOptions ToLibrary(const FitJob& job, const CommonOptions& common) {
   CarryOptions options;
   options.hands = job.hand == "right"  ? CarryHands::kRight
@@ -165,6 +165,7 @@ nlohmann::json SwitchesJson(const Holding& holding, const std::vector<Handover>&
           {"wrist_correction_mm", 1e3 * transfer.correction_m},
           {"wrist_correction_deg", transfer.correction_rad * 180.0 / std::numbers::pi},
           {"hand_overlap_mm", transfer.hand_overlap_mm},
+          {"contacts_outside_place_ratio", transfer.grasp.outside_place},
           {"skin_in_object_mm", transfer.grasp.max_penetration_mm}};
     }
     list.push_back(std::move(entry));
@@ -224,6 +225,10 @@ nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const Fit
   if (report.grasp.one && job.place.Given()) {
     metrics["grasp"]["contacts_outside_place_ratio"] = report.grasp.one->outside_place;
     metrics["grasp"]["from_point_mm"] = 1000.0 * report.grasp.one->from_place_m;
+  } else if (report.grasp.both && job.place.Given()) {
+    const std::array<Grasp, 2>& hands = report.grasp.both->hands;
+    metrics["grasp"]["contacts_outside_place_ratio"] =
+        std::max(hands[0].outside_place, hands[1].outside_place);
   }
   metrics["switches"] = SwitchesJson(report.holding, report.handovers);
   metrics["protocol"] =
@@ -278,7 +283,7 @@ FitOutcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrar
   if (options.grasp == GraspSource::kClips) {
     WarnIfAway(job.clip, loaded.clip, loaded.body, object->object.mesh, common);
   }
-  options.place = MakeGraspPlace(job.place, object->object, job.object, job.object_scale);
+  options.place = WantedPlace(job.place, job.object, job.object_scale);
 
   StageProgress progress(common);
   const CarryReport report = NamingClip(job.clip, [&] {

@@ -169,7 +169,9 @@ int Run(GraspCommand options) {
                                            Eigen::Vector3d::UnitZ());
   }
   options.grasp.style = StyleByName(options.style);
-  options.grasp.place = MakeGraspPlace(options.place, object, options.object, options.object_scale);
+  if (const auto wanted = WantedPlace(options.place, options.object, options.object_scale)) {
+    options.grasp.place = std::make_shared<const GraspPlace>(object.mesh, *wanted);
+  }
   options.grasp.seed = common.seed;
   options.grasp.threads = NumThreads(common);
   GraspReport report;
@@ -308,15 +310,20 @@ int RunBoth(const GraspCommand& options) {
   BothHandsOptions both_options;
   both_options.seed = common.seed;
   both_options.threads = NumThreads(common);
+  if (auto wanted = WantedPlace(options.place, options.object, options.object_scale)) {
+    wanted->span_m = both_options.max_width_m;
+    both_options.place = std::make_shared<const GraspPlace>(object.mesh, *wanted);
+  }
   const BothHandsGrasp grasp = HoldInBothHands(right, left, BodySurface(body, betas), clip.pose[0],
                                                clip.trans.col(0), object.mesh, grid, both_options);
   if (Interrupted()) return kInterrupted;
   if (grasp.status != GraspStatus::kFound) {
     const Eigen::Vector3d extent = 100.0 * Extent(object.mesh);
     throw FitFailure(fmt::format(
-        "{} in both hands: {}. The object measures {:.1f} x {:.1f} x {:.1f} cm. Check its unit "
-        "(--object-scale), or take a pose with both hands in front (--clip, --frame)",
-        object.name, Describe(grasp.status), extent.x(), extent.y(), extent.z()));
+        "{} in both hands: {}. The object measures {:.1f} x {:.1f} x {:.1f} cm. {}, "
+        "or take a pose with both hands in front (--clip, --frame)",
+        object.name, Describe(grasp.status), extent.x(), extent.y(), extent.z(),
+        both_options.place ? "Choose another place" : "Check its unit (--object-scale)"));
   }
 
   clip.pose[0] = grasp.pose;
@@ -335,6 +342,11 @@ int RunBoth(const GraspCommand& options) {
   summary["width_mm"] = 1000.0 * grasp.width_m;
   summary["upright_cosine"] = grasp.upright;
   summary["body_in_object_mm"] = grasp.in_body_mm;
+  if (both_options.place) {
+    summary["place"] = GraspPlaceJson(options.place);
+    summary["place"]["contacts_outside_ratio"] =
+        std::max(grasp.hands[0].outside_place, grasp.hands[1].outside_place);
+  }
   std::string text = fmt::format("{}: {} between both hands, {:.0f} mm apart\n", output.string(),
                                  object.name, 1000.0 * grasp.width_m);
   for (int h = 0; h < 2; ++h) {
@@ -413,9 +425,6 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
                    "  holdfast grasp bottle -o neck.npz --at 0,0,0.18\n"
                    "  holdfast grasp box.obj -o box.npz --hand both --clip carry.npz --frame 60\n");
   command->callback([options, &exit_code] {
-    if (options->hand == "both" && options->place.Given()) {
-      throw CLI::ValidationError("--hand both", "has no --at, --region or --avoid");
-    }
     if (options->hand == "both") {
       exit_code = RunBoth(*options);
       return;

@@ -90,10 +90,9 @@ void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input, const std::
       ->group(group);
 }
 
-std::shared_ptr<const GraspPlace> MakeGraspPlace(const GraspPlaceInput& input,
-                                                 const LoadedObject& object,
-                                                 const std::string& path_or_name, double scale) {
-  if (!input.Given()) return nullptr;
+std::optional<GraspPlace::Wanted> WantedPlace(const GraspPlaceInput& input,
+                                              const std::string& path_or_name, double scale) {
+  if (!input.Given()) return std::nullopt;
   std::vector<MeshGroup> groups;
   if (fs::is_regular_file(path_or_name)) groups = ReadMeshGroups(path_or_name);
   GraspPlace::Wanted wanted;
@@ -102,7 +101,7 @@ std::shared_ptr<const GraspPlace> MakeGraspPlace(const GraspPlaceInput& input,
   wanted.region.vertices *= scale;
   wanted.avoid.vertices *= scale;
   if (!input.at.empty()) wanted.at = Eigen::Vector3d(input.at[0], input.at[1], input.at[2]);
-  return std::make_shared<const GraspPlace>(object.mesh, wanted);
+  return wanted;
 }
 
 nlohmann::json GraspPlaceJson(const GraspPlaceInput& input) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,11 +26,10 @@ struct GraspPlaceInput {
 void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input,
                           const std::string& group = "Options");
 
-/// The place on this object, which was loaded from `path_or_name` with this scale; null when none
-/// is asked for. Throws Error for names that the file does not have, with all that it has.
-std::shared_ptr<const GraspPlace> MakeGraspPlace(const GraspPlaceInput& input,
-                                                 const LoadedObject& object,
-                                                 const std::string& path_or_name, double scale);
+/// The place on an object that was loaded from `path_or_name` with this scale; nothing when none is
+/// asked for. Throws Error for names that the file does not have, with all that it has.
+std::optional<GraspPlace::Wanted> WantedPlace(const GraspPlaceInput& input,
+                                              const std::string& path_or_name, double scale);
 
 /// As metrics.json records it.
 nlohmann::json GraspPlaceJson(const GraspPlaceInput& input);

@@ -107,10 +107,6 @@ ClipInput LoadRefinable(const RefineCommand& options) {
     throw Error(options.clip, "its object's mesh is missing: " + input.object_missing,
                 "Say where it is with --object");
   }
-  if (input.object_source.empty()) {
-    throw Error(options.clip, "holds its object's mesh itself",
-                "Make a clip and a mesh of it first, with 'holdfast import'");
-  }
   if (!options.input.object.empty()) {
     const std::optional<TriangleMesh> own = MeshNamedBy(input.clip, options.clip);
     if (own && !SameSurface(*own, *input.object)) {
@@ -132,6 +128,7 @@ nlohmann::json MetricsOf(const RefineCommand& options, const ClipInput& input,
   metrics["options"] = {{"clip", options.clip},
                         {"hand", options.hand},
                         {"object", input.object_source},
+                        {"object_scale", input.object_scale},
                         {"object_vertices", options.object_vertices},
                         {"lambda_distance", options.fit.lambda_distance},
                         {"lambda_contact", options.fit.lambda_contact},
@@ -188,8 +185,13 @@ int Refine(const RefineCommand& options) {
   const ClipInput input = LoadRefinable(options);
   const RefineOptions refine = ToLibrary(options);
   FitLibrary library;
-  const auto object = library.Object(input.object_source, input.object_scale,
-                                     options.object_vertices, refine.threads);
+  const auto object =
+      input.object_in_clip
+          ? std::make_shared<const PreparedObject>(PrepareObject(
+                ObjectOfMesh(*input.object, input.clip.object->name, input.object_source),
+                options.object_vertices, refine.threads))
+          : library.Object(input.object_source, input.object_scale, options.object_vertices,
+                           refine.threads);
   for (const std::string& note : object->notes) Note(options.common, "note: " + note);
   StageProgress progress(options.common);
   const RefineReport report = NamingClip(options.clip, [&] {

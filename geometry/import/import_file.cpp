@@ -211,6 +211,11 @@ ImportedFile ImportRetargeted(const fs::path& path, const ImportFileOptions& opt
   if (source.prop && source.prop->mesh.NumFaces() > 0) {
     imported.object_surface = source.prop->mesh;
     imported.object_surface->vertices *= imported.motion->retarget.scale;
+    imported.object_look = source.prop->look;
+    if (imported.object_look) {
+      Transform(imported.motion->retarget.scale * Eigen::Matrix3d::Identity(),
+                *imported.object_look);
+    }
   }
   imported.format = imported.motion->format;
   imported.notes = imported.motion->notes;

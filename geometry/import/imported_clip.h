@@ -9,6 +9,7 @@
 
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
+#include "geometry/io/mesh/textured_mesh.h"
 
 namespace holdfast {
 
@@ -65,6 +66,7 @@ struct ImportedClip {
   /// Where the object's and the table's mesh lie; empty when not found or not named.
   std::filesystem::path object_mesh, table_mesh;
   std::optional<TriangleMesh> object_surface;  ///< the object's, where the file itself holds it
+  std::optional<TexturedMesh> object_look;     ///< of that surface, where the file gives one
   double object_mesh_scale = 1;                ///< metres per unit of that mesh
   RotationDefects object_defects, body_defects;
 };

@@ -53,12 +53,6 @@ class Carrier {
     report_.holding = WhoHolds();
     for (const std::uint8_t bits : report_.holding.hands) report_.held_by |= bits;
     RequireHands(*body_.model, report_.held_by);
-    if (options_.place && report_.holding.hands.front() == kHoldsBoth) {
-      throw Error(
-          "the clip",
-          "is held by both hands in its first frame: --at, --region and --avoid are for one",
-          "Say which with --hand");
-    }
     if (needs_grasp_) {
       TakeHold();
       if (stopped_) return std::move(report_);
@@ -132,7 +126,9 @@ class Carrier {
   void TakeHold() {
     const std::vector<std::uint8_t>& hands = report_.holding.hands;
     const BodySurface body(body_.model, body_.betas);
-    const FirstGraspOptions search{options_.style, options_.place, options_.seed, options_.threads};
+    const double span = hands.front() == kHoldsBoth ? BothHandsOptions{}.max_width_m
+                                                    : OppositionOptions{}.max_width_m;
+    const FirstGraspOptions search{options_.style, Place(span), options_.seed, options_.threads};
     if (hands.front() == kHoldsBoth) {
       report_.grasp = HoldInFirstFrame(right_, left_, object_, body, search, clip_);
       GoesOn("grasp", 100, 100);
@@ -144,6 +140,22 @@ class Carrier {
     report_.grasp = GraspInFirstFrame(
         Hand(side), object_, body, static_cast<int>(alone - hands.begin()), search, clip_,
         [&](double share) { return GoesOn("grasp", static_cast<int>(100 * share), 100); });
+  }
+
+  std::shared_ptr<const GraspPlace> Place(double span_m) const {
+    if (!options_.place) return nullptr;
+    GraspPlace::Wanted wanted = *options_.place;
+    wanted.span_m = span_m;
+    return std::make_shared<const GraspPlace>(object_.object.mesh, wanted);
+  }
+
+  // Two hands cannot both be at one point; parts of the object are for both.
+  std::shared_ptr<const GraspPlace> PlaceOfReceiver() const {
+    if (!options_.place) return nullptr;
+    GraspPlace::Wanted wanted = *options_.place;
+    wanted.at.reset();
+    if (wanted.region.NumFaces() == 0 && wanted.avoid.NumFaces() == 0) return nullptr;
+    return std::make_shared<const GraspPlace>(object_.object.mesh, wanted);
   }
 
   void NameObject() {
@@ -163,6 +175,7 @@ class Carrier {
     GraspTransferOptions transfer;
     transfer.seed = options_.seed;
     transfer.threads = options_.threads;
+    transfer.place = PlaceOfReceiver();
     const bool hands_change =
         std::ranges::adjacent_find(holding, std::ranges::not_equal_to{}) != holding.end();
     const GripMaker later =

@@ -41,11 +41,13 @@ struct CarryOptions {
   GraspSource grasp = GraspSource::kClipsOrNew;
   /// The surface that the clip's object has, where it is known: tells whether it is this one.
   std::optional<TriangleMesh> clip_object;
-  double object_scale = 1.0;                ///< that the object was loaded with
-  std::optional<GraspStyle> style;          ///< of a grasp that has to be made
-  std::shared_ptr<const GraspPlace> place;  ///< of that grasp; null: wherever it suits
-  bool hand_over = false;                   ///< the object changes hands
-  HandoverSearchOptions handover;           ///< what is known of that
+  double object_scale = 1.0;        ///< that the object was loaded with
+  std::optional<GraspStyle> style;  ///< of a grasp that has to be made
+  /// Where hands take hold, with region and avoid of those that the object is handed to as well;
+  /// none: wherever it suits. Its span is set here.
+  std::optional<GraspPlace::Wanted> place;
+  bool hand_over = false;          ///< the object changes hands
+  HandoverSearchOptions handover;  ///< what is known of that
   FitRecipe recipe = FitRecipe::kHoldfast;
   FitOptions fit;            ///< threads are those below
   ContactProtocol protocol;  ///< of the measurements; threads are those below
@@ -84,8 +86,8 @@ bool NeedsGrasp(const Clip& clip, const LoadedObject& object, const CarryOptions
 
 /// Carries the object through the clip. A clip that has the object's trajectory keeps it as data;
 /// without, a hand takes the object in the first frame and holds it. `body` is the clip's
-/// (BodyOfClip). Throws Error for hands that the body lacks, an object that no hand holds, a place
-/// to grasp asked of both hands, and what FindHandovers and FitClip throw.
+/// (BodyOfClip). Throws Error for hands that the body lacks, an object that no hand holds,
+/// and what GraspPlace, FindHandovers and FitClip throw.
 CarryReport CarryObject(const Clip& clip, const ClipBody& body, const PreparedObject& object,
                         const CarryOptions& options = {}, const StagedProgress& progress = {});
 

@@ -102,6 +102,7 @@ FirstGrasp HoldInFirstFrame(const HandModel& right, const HandModel& left,
   BothHandsOptions search;
   search.seed = options.seed;
   search.threads = options.threads;
+  search.place = options.place;
   const Eigen::Vector3d trans = clip.trans.col(0);
   FirstGrasp first;
   first.made = true;

@@ -214,16 +214,115 @@ HandAngles ThumbAside(const HandAnatomy& anatomy, HandEvaluation& hand, const Di
   return best;
 }
 
-}  // namespace
+struct ClosedHand {
+  Grasp grasp;
+  Eigen::Isometry3d wrist_from_object;
+};
 
-BothHandsGrasp HoldInBothHands(const HandModel& right, const HandModel& left,
-                               const BodySurface& body, const JointPose& pose,
-                               const Eigen::Vector3d& trans, const TriangleMesh& object,
-                               const DistanceGrid& distance, const BothHandsOptions& options) {
-  BothHandsGrasp none;
-  none.pose = pose;
-  const HandAnatomy right_hand(right), left_hand(left);
-  Person person{body, {&right_hand, &left_hand}, pose, trans, {}, {}, AwayFromHands(body)};
+// Brings a hand up to its side of the object and closes it. Where fingers that close over an edge
+// leave the part of the object that was asked for, the thumb stays open, or all of them do.
+ClosedHand CloseAtSide(const GraspScene& scene, const Eigen::Matrix3Xd& open,
+                       const Eigen::Isometry3d& wrist_from_object) {
+  const HandAnatomy& anatomy = scene.anatomy;
+  HandEvaluation evaluation = AtWrist(anatomy.hand);
+  GraspAttempt start;
+  start.wrist_from_object = BringUp(anatomy, open, scene.object, wrist_from_object);
+  start.angles = ThumbAside(anatomy, evaluation, scene.object, start.wrist_from_object);
+  ClosingOptions all, without_thumb, none;
+  without_thumb.fingers[kThumb] = false;
+  none.fingers.fill(false);
+  std::optional<ClosedHand> best;
+  for (const ClosingOptions& closing : {all, without_thumb, none}) {
+    GraspAttempt attempt = start;
+    attempt.angles = CloseFingers(anatomy, evaluation, scene.object, start.wrist_from_object,
+                                  start.angles, closing)
+                         .angles;
+    RefineGrasp(anatomy, evaluation, scene.object, {}, attempt.angles, attempt.wrist_from_object);
+    const Grasp grasp = Assess(scene, evaluation, attempt, true);
+    if (!best || grasp.outside_place < best->grasp.outside_place) {
+      best = {grasp, attempt.wrist_from_object};
+    }
+    if (best->grasp.outside_place <= GraspPlace::kMostOutside) break;
+  }
+  return *best;
+}
+
+// Without the thumb, which would keep a palm off a flat face.
+Eigen::Matrix3Xd OpenSkin(const HandAnatomy& anatomy) {
+  HandEvaluation evaluation = AtWrist(anatomy.hand);
+  const FingerPose open = anatomy.axes.PoseOf(OpenHand(anatomy.axes));
+  const Eigen::Matrix3Xd& vertices = evaluation.At(open.data(), false).Vertices();
+  std::vector<int> kept;
+  for (int i = 0; i < static_cast<int>(vertices.cols()); ++i) {
+    const int part = anatomy.landmarks.PartOf(i);
+    if (part == kPalmPart || part <= 3 * kThumb) kept.push_back(i);
+  }
+  return vertices(Eigen::all, kept);
+}
+
+// Both hands of one search, and what they are judged against.
+struct Hands {
+  Hands(const Person& person, const TriangleMesh& object, const DistanceGrid& distance,
+        const GraspOptions& options)
+      : placers{GraspPlacer(*person.hands[0]), GraspPlacer(*person.hands[1])},
+        scenes{GraspScene(*person.hands[0], placers[0], distance, object, options),
+               GraspScene(*person.hands[1], placers[1], distance, object, options)},
+        open_skin{OpenSkin(*person.hands[0]), OpenSkin(*person.hands[1])} {}
+
+  std::array<GraspPlacer, 2> placers;
+  std::array<GraspScene, 2> scenes;
+  std::array<Eigen::Matrix3Xd, 2> open_skin;
+};
+
+struct Closed {
+  BothHandsGrasp grasp;
+  double cost = std::numeric_limits<double>::infinity();
+};
+
+Closed CloseOn(const Hold& hold, const Person& person, const Hands& hands,
+               const BothHandsOptions& options) {
+  Closed closed;
+  BothHandsGrasp& grasp = closed.grasp;
+  grasp.pose = person.pose;
+  grasp.world_from_object = hold.world_from_object;
+  grasp.width_m = hold.width;
+  grasp.upright = hold.world_from_object.linear()(2, 2);
+  grasp.status = GraspStatus::kFound;
+  double cost = hold.cost;
+  bool reached = true;
+  for (int h = 0; h < 2; ++h) {
+    const auto [hand, wrist_from_object] =
+        CloseAtSide(hands.scenes[h], hands.open_skin[h],
+                    hold.world_from_wrist[h].inverse() * hold.world_from_object);
+    grasp.hands[h] = hand;
+    const auto fingers =
+        std::count(hand.fingers_touching.begin(), hand.fingers_touching.end(), true);
+    const bool clean = hand.max_penetration_mm < 1000.0 * options.max_penetration_m &&
+                       hand.object_in_hand_mm < 1000.0 * options.max_penetration_m &&
+                       hand.self_penetration_mm < 4.0 && hand.limit_excess_deg < 1.0;
+    const bool there = hand.outside_place <= GraspPlace::kMostOutside;
+    if (!clean || !there || fingers < 2) grasp.status = GraspStatus::kNoCleanGrasp;
+    cost -= 0.15 * static_cast<double>(fingers) + (hand.palm_touching ? 0.3 : 0.0);
+    const Eigen::Isometry3d wrist = hold.world_from_object * wrist_from_object.inverse();
+    reached &= Reach(person, kSides[h], wrist, options.wrist, grasp.pose);
+    SetFingers(grasp.pose, kSides[h], hand.fingers);
+    const Eigen::Isometry3d& before = person.world_from_wrist[h];
+    grasp.wrist_shift_mm[h] = 1000.0 * (wrist.translation() - before.translation()).norm();
+    grasp.wrist_turn_deg[h] = LogSO3(before.linear().transpose() * wrist.linear()).norm() / kDegree;
+  }
+  if (!reached) return closed;
+  const DistanceGrid& object = hands.scenes[0].object;
+  grasp.in_body_mm = 1000.0 * Deepest(person, grasp.pose, object, hold.world_from_object);
+  if (grasp.in_body_mm > 1000.0 * options.max_penetration_m) {
+    grasp.status = GraspStatus::kNoCleanGrasp;
+  }
+  closed.cost = cost + (grasp.status == GraspStatus::kFound ? 0.0 : 100.0);
+  return closed;
+}
+
+Person PersonIn(const BodySurface& body, const JointPose& pose, const Eigen::Vector3d& trans,
+                const HandAnatomy& right, const HandAnatomy& left) {
+  Person person{body, {&right, &left}, pose, trans, {}, {}, AwayFromHands(body)};
   BodyState state;
   ForwardJoints(body.RestJoints(), pose, trans, state);
   for (int h = 0; h < 2; ++h) {
@@ -239,20 +338,46 @@ BothHandsGrasp HoldInBothHands(const HandModel& right, const HandModel& left,
   person.facing.z() = 0.0;
   person.facing = person.facing.norm() > 1e-6 ? Eigen::Vector3d(person.facing.normalized())
                                               : Eigen::Vector3d::UnitX();
+  return person;
+}
 
-  OppositionOptions span_options;
-  span_options.samples = 800;
-  span_options.count = options.spans;
-  span_options.min_normal_cosine = 0.96;  // palms lie flat
-  span_options.max_width_m = options.max_width_m;
-  span_options.seed = options.seed;
-  const Eigen::Vector3d centroid = SolidCentroid(object);
-  const std::vector<Opposition> spans = FindOppositions(object, distance, centroid, span_options);
+// Opposed places that palms can lie on, where they are asked for.
+std::vector<Opposition> Spans(const TriangleMesh& object, const DistanceGrid& distance,
+                              const Eigen::Vector3d& middle, const BothHandsOptions& options) {
+  OppositionOptions search;
+  search.samples = 800;
+  search.count = options.spans;
+  search.min_normal_cosine = 0.96;  // palms lie flat
+  search.max_width_m = options.max_width_m;
+  search.seed = options.seed;
+  const GraspPlace* place = options.place.get();
+  if (place == nullptr) return FindOppositions(object, distance, middle, search);
+  search.allowed = [place](const Eigen::Vector3d& x) { return place->Allows(x); };
+  std::vector<Opposition> spans = FindOppositions(place->Surface(), distance, middle, search);
+  std::erase_if(spans, [&](const Opposition& span) {
+    return place->At() && (span.center - middle).norm() > GraspPlace::kReach_m;
+  });
+  return spans;
+}
+
+}  // namespace
+
+BothHandsGrasp HoldInBothHands(const HandModel& right, const HandModel& left,
+                               const BodySurface& body, const JointPose& pose,
+                               const Eigen::Vector3d& trans, const TriangleMesh& object,
+                               const DistanceGrid& distance, const BothHandsOptions& options) {
+  BothHandsGrasp none;
+  none.pose = pose;
+  const HandAnatomy right_hand(right), left_hand(left);
+  const Person person = PersonIn(body, pose, trans, right_hand, left_hand);
+  const Eigen::Vector3d middle = options.place ? options.place->Center() : SolidCentroid(object);
+  const std::vector<Opposition> spans = Spans(object, distance, middle, options);
+  if (options.place) none.status = GraspStatus::kNothingAtPlace;
   if (spans.empty()) return none;
   std::vector<std::optional<Hold>> tried(2 * spans.size());
   ParallelFor(static_cast<int>(tried.size()), options.threads, [&](int i) {
     tried[i] =
-        HoldOn(person, spans[i / 2], i % 2 == 0 ? 1.0 : -1.0, object, distance, centroid, options);
+        HoldOn(person, spans[i / 2], i % 2 == 0 ? 1.0 : -1.0, object, distance, middle, options);
   });
   std::vector<Hold> holds;
   for (const std::optional<Hold>& hold : tried) {
@@ -268,78 +393,12 @@ BothHandsGrasp HoldInBothHands(const HandModel& right, const HandModel& left,
   one_hand.touch_distance_m = options.touch_distance_m;
   one_hand.max_penetration_m = options.max_penetration_m;
   one_hand.seed = options.seed;
-  const std::array<GraspPlacer, 2> placers = {GraspPlacer(right_hand), GraspPlacer(left_hand)};
-  std::array<Eigen::Matrix3Xd, 2> open_skin;
-  for (int h = 0; h < 2; ++h) {
-    HandEvaluation evaluation = AtWrist(person.hands[h]->hand);
-    const FingerPose open = person.hands[h]->axes.PoseOf(OpenHand(person.hands[h]->axes));
-    const Eigen::Matrix3Xd& vertices = evaluation.At(open.data(), false).Vertices();
-    // Without the thumb, which would keep a palm off a flat face.
-    open_skin[h].resize(3, vertices.cols());
-    Eigen::Index count = 0;
-    for (int i = 0; i < static_cast<int>(vertices.cols()); ++i) {
-      const int part = person.hands[h]->landmarks.PartOf(i);
-      if (part == kPalmPart || part <= 3 * kThumb) open_skin[h].col(count++) = vertices.col(i);
-    }
-    open_skin[h].conservativeResize(3, count);
-  }
-  const std::array<GraspScene, 2> scenes = {
-      GraspScene(right_hand, placers[0], distance, object, one_hand),
-      GraspScene(left_hand, placers[1], distance, object, one_hand)};
-
-  struct Closed {
-    BothHandsGrasp grasp;
-    double cost = std::numeric_limits<double>::infinity();
-  };
+  one_hand.place = options.place;
+  const Hands hands(person, object, distance, one_hand);
   std::vector<Closed> closed(holds.size());
-  ParallelFor(static_cast<int>(holds.size()), options.threads, [&](int i) {
-    const Hold& hold = holds[i];
-    BothHandsGrasp& grasp = closed[i].grasp;
-    grasp.pose = pose;
-    grasp.world_from_object = hold.world_from_object;
-    grasp.width_m = hold.width;
-    grasp.upright = hold.world_from_object.linear()(2, 2);
-    grasp.status = GraspStatus::kFound;
-    double cost = hold.cost;
-    bool reached = true;
-    for (int h = 0; h < 2; ++h) {
-      const HandAnatomy& anatomy = *person.hands[h];
-      HandEvaluation evaluation = AtWrist(anatomy.hand);
-      GraspAttempt attempt;
-      attempt.wrist_from_object =
-          BringUp(anatomy, open_skin[h], distance,
-                  hold.world_from_wrist[h].inverse() * hold.world_from_object);
-      const HandAngles start = ThumbAside(anatomy, evaluation, distance, attempt.wrist_from_object);
-      attempt.angles =
-          CloseFingers(anatomy, evaluation, distance, attempt.wrist_from_object, start).angles;
-      RefineGrasp(anatomy, evaluation, distance, {}, attempt.angles, attempt.wrist_from_object);
-      Grasp& hand = grasp.hands[h];
-      hand = Assess(scenes[h], evaluation, attempt, true);
-      const auto fingers =
-          std::count(hand.fingers_touching.begin(), hand.fingers_touching.end(), true);
-      const bool clean = hand.max_penetration_mm < 1000.0 * options.max_penetration_m &&
-                         hand.object_in_hand_mm < 1000.0 * options.max_penetration_m &&
-                         hand.self_penetration_mm < 4.0 && hand.limit_excess_deg < 1.0;
-      if (!clean || fingers < 2) grasp.status = GraspStatus::kNoCleanGrasp;
-      cost -= 0.15 * static_cast<double>(fingers) + (hand.palm_touching ? 0.3 : 0.0);
-      const Eigen::Isometry3d wrist = hold.world_from_object * attempt.wrist_from_object.inverse();
-      reached &= Reach(person, kSides[h], wrist, options.wrist, grasp.pose);
-      SetFingers(grasp.pose, kSides[h], hand.fingers);
-      const Eigen::Isometry3d& before = person.world_from_wrist[h];
-      grasp.wrist_shift_mm[h] = 1000.0 * (wrist.translation() - before.translation()).norm();
-      grasp.wrist_turn_deg[h] =
-          LogSO3(before.linear().transpose() * wrist.linear()).norm() / kDegree;
-    }
-    if (!reached) return;
-    grasp.in_body_mm = 1000.0 * Deepest(person, grasp.pose, distance, hold.world_from_object);
-    if (grasp.in_body_mm > 1000.0 * options.max_penetration_m) {
-      grasp.status = GraspStatus::kNoCleanGrasp;
-    }
-    closed[i].cost = cost + (grasp.status == GraspStatus::kFound ? 0.0 : 100.0);
-  });
-  const auto best =
-      std::min_element(closed.begin(), closed.end(),
-                       [](const Closed& a, const Closed& b) { return a.cost < b.cost; });
+  ParallelFor(static_cast<int>(holds.size()), options.threads,
+              [&](int i) { closed[i] = CloseOn(holds[i], person, hands, options); });
+  const auto best = std::ranges::min_element(closed, {}, &Closed::cost);
   return std::isfinite(best->cost) ? best->grasp : none;
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -21,6 +22,8 @@ struct BothHandsOptions {
   double touch_distance_m = 0.002;  ///< skin nearer than this touches
   double upright_weight = 3.0;      ///< of 1 - cosine, against the wrists' turning, in radians
   WristLimits wrist;                ///< what the arms may be asked for
+  /// Both palms are there: on its region, on either side of its point. Null: wherever it suits.
+  std::shared_ptr<const GraspPlace> place;
   std::uint64_t seed = 0;
   int threads = 1;  ///< the result is the same for any number
 };

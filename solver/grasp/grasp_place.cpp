@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "solver/grasp/grasp_candidates.h"
 
 namespace holdfast {
 namespace {
@@ -39,18 +38,16 @@ GraspPlace::GraspPlace(const TriangleMesh& object, const Wanted& wanted)
     if (allowed_[static_cast<std::size_t>(f)]) faces.push_back(f);
   }
   if (faces.empty()) {
-    throw Error("place to grasp (--at, --region, --avoid)",
-                "leaves nothing of the object's surface to hold",
+    throw Error("place to grasp", "leaves nothing of the object's surface to hold",
                 "Give a region of the object, and avoid less than all of it");
   }
   surface_ = {object.vertices, object.faces(Eigen::all, faces)};
-  if (at_ && !at_->allFinite())
-    throw Error("place to grasp (--at, --region, --avoid)", "has a point that is not finite", "");
+  if (at_ && !at_->allFinite()) throw Error("place to grasp", "has a point that is not finite", "");
   if (at_) {
     const double off = std::sqrt(tree_.Closest(*at_).squared_distance);
     if (off > kFarthestOff_m) {
       const Eigen::Vector3d &low = tree_.Min(), &high = tree_.Max();
-      throw Error("place to grasp (--at, --region, --avoid)",
+      throw Error("place to grasp",
                   fmt::format("({:g}, {:g}, {:g}) is {:.1f} cm from the object's surface", at_->x(),
                               at_->y(), at_->z(), 100.0 * off),
                   fmt::format("Give a point on it in its own frame, metres: it reaches from "
@@ -59,7 +56,7 @@ GraspPlace::GraspPlace(const TriangleMesh& object, const Wanted& wanted)
     }
     center_ = *at_;
     // Hands close on both sides of what is there: its middle is what they are about.
-    const auto through = MeasureThickness(object, tree_, *at_, OppositionOptions{}.max_width_m);
+    const auto through = MeasureThickness(object, tree_, *at_, wanted.span_m);
     if (through) center_ = through->start + 0.5 * through->length * through->inward;
     reach_ = kReach_m + (center_ - *at_).norm();
   } else {

@@ -8,6 +8,7 @@
 
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/triangle_tree.h"
+#include "solver/grasp/grasp_candidates.h"
 
 namespace holdfast {
 
@@ -20,6 +21,8 @@ class GraspPlace {
     TriangleMesh region;  ///< contacts belong on this part of the surface; empty: on all of it
     TriangleMesh avoid;   ///< and not on this part
     std::optional<Eigen::Vector3d> at;  ///< on both sides of what is at this point
+    /// Widest that is held there: of one hand, or between both.
+    double span_m = OppositionOptions{}.max_width_m;
   };
   static constexpr double kFarthestOff_m = 0.03;  ///< of `at` from the surface
   static constexpr double kReach_m = 0.05;  ///< of the middle of the contacts from the middle there

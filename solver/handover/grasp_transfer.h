@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <optional>
+#include <memory>
 #include <string_view>
 
 #include <Eigen/Core>
@@ -19,7 +19,8 @@ struct GraspTransferOptions {
   double correction_weight = 8.0;  ///< of score that a metre of correction is worth
   /// The receiving hand's skin and the giving hand's may overlap by this: hands are soft.
   double max_hand_overlap_m = 0.004;
-  double max_penetration_m = 0.002;  ///< of the hand in the object
+  double max_penetration_m = 0.002;         ///< of the hand in the object
+  std::shared_ptr<const GraspPlace> place;  ///< where the receiving hand may touch; null: anywhere
   int closings = 24;  ///< other placements that fingers are closed for at a time, nearest first
   std::uint64_t seed = 0;
   int threads = 1;  ///< the result is the same for any number

@@ -137,6 +137,18 @@ TEST(ExportCommand, GlbKeepsTheObjectsMaterialsAndTextures) {
   const auto& uv = json["accessors"][primitive["attributes"]["TEXCOORD_0"].get<int>()];
   EXPECT_EQ(uv["type"], "VEC2");
 
+  // And through a scene: what a .glb carries may be refined, and looks the same after it.
+  ASSERT_EQ(RunHoldfast(folder.Path(), "refine held.glb -o refined --hand right -q").exit_code, 0);
+  ASSERT_EQ(RunHoldfast(folder.Path(), "export refined -o back.glb -q").exit_code, 0);
+  const GlbFile back(folder / "back.glb");
+  EXPECT_EQ(back.Json()["materials"], json["materials"]);
+  const auto& kept = back.Json()["images"][0];
+  EXPECT_EQ(back.Json()["bufferViews"][kept["bufferView"].get<int>()]["byteLength"],
+            view["byteLength"]);
+  const auto& again =
+      back.Json()["meshes"][back.Json()["nodes"][back.Node("bottle")]["mesh"].get<int>()];
+  EXPECT_TRUE(again["primitives"][0]["attributes"].contains("TEXCOORD_0"));
+
   std::filesystem::remove(folder / "bottle.obj");
   const ProgramResult gone = RunHoldfast(folder.Path(), "export held -o plain.glb");
   EXPECT_EQ(gone.exit_code, 0);

@@ -77,6 +77,69 @@ TEST(GraspPlace, ASwordIsHeldByItsHilt) {
   EXPECT_LE(made["grasp"]["contacts_outside_place_ratio"].get<double>(), 0.1);
 }
 
+// A carton of 30 x 20 x 12 cm; groups "ends" (of its length) and "around".
+void WriteCarton(const std::filesystem::path& path) {
+  constexpr int kAcross = 8;
+  std::ofstream out(path);
+  int vertices = 0;
+  const auto face = [&](const char* group, const auto& at) {
+    std::string faces = fmt::format("g {}\n", group);
+    for (int i = 0; i <= kAcross; ++i) {
+      for (int j = 0; j <= kAcross; ++j) {
+        const Eigen::Vector3d v = at(2.0 * i / kAcross - 1, 2.0 * j / kAcross - 1);
+        out << fmt::format("v {:g} {:g} {:g}\n", 0.15 * v.x(), 0.10 * v.y(), 0.06 * v.z());
+        const int a = vertices + i * (kAcross + 1) + j + 1, b = a + kAcross + 1;
+        if (i == kAcross || j == kAcross) continue;
+        faces += fmt::format("f {} {} {}\nf {} {} {}\n", a, b, b + 1, a, b + 1, a + 1);
+      }
+    }
+    vertices += (kAcross + 1) * (kAcross + 1);
+    out << faces;
+  };
+  using Eigen::Vector3d;
+  face("ends", [](double u, double v) { return Vector3d(1, u, v); });
+  face("ends", [](double u, double v) { return Vector3d(-1, v, u); });
+  face("around", [](double u, double v) { return Vector3d(v, 1, u); });
+  face("around", [](double u, double v) { return Vector3d(u, -1, v); });
+  face("around", [](double u, double v) { return Vector3d(u, v, 1); });
+  face("around", [](double u, double v) { return Vector3d(v, u, -1); });
+}
+
+TEST(GraspPlace, IsForBothHandsToo) {
+  const TemporaryFolder folder;
+  WriteCarton(folder / "carton.obj");
+  const auto width = [&](const std::string& place) {
+    const ProgramResult result = RunHoldfast(
+        folder.Path(), "grasp carton.obj --hand both -o grasp.npz -f -q --json " + place);
+    EXPECT_EQ(result.exit_code, 0) << place << result.err;
+    if (result.exit_code != 0) return 0.0;
+    const json made = json::parse(result.out);
+    EXPECT_LE(made["place"]["contacts_outside_ratio"].get<double>(), 0.1) << place;
+    return made["width_mm"].get<double>();
+  };
+  EXPECT_NEAR(width("--region ends"), 300, 1);
+  EXPECT_NEAR(width("--avoid ends"), 200, 1);
+  EXPECT_NEAR(width("--at 0.15,0.05,0"), 300, 1);
+  EXPECT_NEAR(width("--at 0.12,0.1,0"), 200, 1);
+}
+
+TEST(GraspPlace, IsForTheReceivingHandToo) {
+  const TemporaryFolder folder;
+  WriteSword(folder / "sword.obj");
+  for (const char* place : {"--avoid steel --avoid guard", "--region blade"}) {
+    const ProgramResult result = RunHoldfast(
+        folder.Path(), fmt::format("offhand demo_pass sword.obj --object-scale 0.0006 -o passed "
+                                   "-f --no-report -q --json {}",
+                                   place));
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const json made = json::parse(result.out);
+    ASSERT_EQ(made["switches"].size(), 1u);
+    for (const json& grasp : {made["grasp"], made["switches"][0]["grasp"]}) {
+      EXPECT_LE(grasp["contacts_outside_place_ratio"].get<double>(), 0.1) << place;
+    }
+  }
+}
+
 TEST(GraspPlace, SaysWhatThereIs) {
   const TemporaryFolder folder;
   WriteSword(folder / "sword.obj");
@@ -93,7 +156,7 @@ TEST(GraspPlace, SaysWhatThereIs) {
            {grasp + "--avoid far.txt", 1, "far.txt:1: '99' is not a vertex of the mesh"},
            {grasp + "--at 0,0,2", 1, "is 125.0 cm from the object's surface"},
            {grasp + "--region hilt --avoid grip", 1, "leaves nothing of the object's surface"},
-           {grasp + "--region hilt --hand both", 2, "has no --at, --region or --avoid"},
+           {grasp + "--at 0,0,2 --hand both", 1, "is 125.0 cm from the object's surface"},
            {grasp + "--at 0,0", 2, "--at"},
            {"grasp mug -q -o out.npz --region handle", 1, "mug has no named parts"},
            {"fit demo_drink sword.obj --object-scale 0.001 -q -o out --end 2 --region hilts", 1,

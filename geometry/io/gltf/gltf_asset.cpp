@@ -23,6 +23,7 @@ using nlohmann::json;
 
 constexpr std::size_t kMaxNodes = 100'000;
 constexpr std::size_t kMaxBufferBytes = std::size_t{4} << 30;
+constexpr std::size_t kMaxImageBytes = std::size_t{256} << 20;
 constexpr std::int64_t kMaxInteger = std::int64_t{1} << 53;
 constexpr std::string_view kExportAgain =
     "Export the file again (the Khronos validator tells more)";
@@ -89,6 +90,15 @@ class Entry {
       out[k] = number.get<double>();
     }
     return true;
+  }
+
+  double Number(const char* key, double fallback) const {
+    const json* found = Find(key);
+    if (found == nullptr) return fallback;
+    if (!found->is_number() || !std::isfinite(found->get<double>())) {
+      Fail(key, fmt::format("holds {}", Shown(*found)));
+    }
+    return found->get<double>();
   }
 
   std::string Text(const char* key) const {
@@ -170,6 +180,9 @@ class GltfParser {
     Buffers(root, parts.binary.data() != nullptr);
     Each(root, "bufferViews", [&](const Entry& entry) { View(entry); });
     Each(root, "accessors", [&](const Entry& entry) { Accessor(entry); });
+    Each(root, "images", [&](const Entry& entry) { Image(entry); });
+    Each(root, "textures", [&](const Entry& entry) { Texture(entry); });
+    Each(root, "materials", [&](const Entry& entry) { Material(entry); });
     Each(root, "meshes", [&](const Entry& entry) { Mesh(entry); });
     Nodes(root);
     Each(root, "skins", [&](const Entry& entry) { Skin(entry); });
@@ -303,6 +316,36 @@ class GltfParser {
     asset_.accessors.push_back(accessor);
   }
 
+  void Image(const Entry& entry) {
+    GltfImage image;
+    image.view = static_cast<int>(entry.Integer("bufferView", -1, Size(asset_.views)));
+    image.uri = entry.Text("uri");
+    asset_.images.push_back(std::move(image));
+  }
+
+  // One without a source is in a format of an extension.
+  void Texture(const Entry& entry) {
+    image_of_texture_.push_back(static_cast<int>(entry.Integer("source", -1, Size(asset_.images))));
+  }
+
+  void Material(const Entry& entry) {
+    GltfMaterial material;
+    material.name = entry.Text("name");
+    if (const json* found = entry.Find("pbrMetallicRoughness")) {
+      const Entry pbr = entry.Inner(*found, "pbrMetallicRoughness");
+      pbr.Numbers("baseColorFactor", material.color);
+      material.metallic = pbr.Number("metallicFactor", 1.0);
+      material.roughness = pbr.Number("roughnessFactor", 1.0);
+      if (const json* used = pbr.Find("baseColorTexture")) {
+        const Entry use = pbr.Inner(*used, "baseColorTexture");
+        material.image = image_of_texture_[static_cast<std::size_t>(
+            use.Require("index", Size(image_of_texture_)))];
+        material.uv_set = static_cast<int>(use.Integer("texCoord", 0, 1000));
+      }
+    }
+    asset_.materials.push_back(std::move(material));
+  }
+
   void Mesh(const Entry& entry) {
     GltfMesh mesh;
     mesh.name = entry.Text("name");
@@ -311,9 +354,17 @@ class GltfParser {
       GltfPrimitive primitive;
       primitive.indices = static_cast<int>(from.Integer("indices", -1, accessors));
       primitive.mode = static_cast<int>(from.Integer("mode", 4, 7));
-      if (const json* attributes = from.Find("attributes")) {
-        primitive.positions = static_cast<int>(
-            from.Inner(*attributes, "attributes").Integer("POSITION", -1, accessors));
+      primitive.material = static_cast<int>(from.Integer("material", -1, Size(asset_.materials)));
+      if (const json* found = from.Find("attributes")) {
+        const Entry attributes = from.Inner(*found, "attributes");
+        const auto accessor = [&](const std::string& name) {
+          return static_cast<int>(attributes.Integer(name.c_str(), -1, accessors));
+        };
+        primitive.positions = accessor("POSITION");
+        primitive.normals = accessor("NORMAL");
+        const auto material = static_cast<std::size_t>(primitive.material);
+        const int set = primitive.material < 0 ? 0 : asset_.materials[material].uv_set;
+        primitive.uv = accessor(fmt::format("TEXCOORD_{}", set));
       }
       mesh.primitives.push_back(primitive);
     });
@@ -441,6 +492,7 @@ class GltfParser {
 
   GltfAsset& asset_;
   const std::filesystem::path& folder_;
+  std::vector<int> image_of_texture_;  // -1: none that is read
 };
 
 GltfAsset GltfAsset::Read(const std::filesystem::path& path) {
@@ -451,6 +503,7 @@ GltfAsset GltfAsset::Parse(std::string bytes, const std::string& where,
                            const std::filesystem::path& folder) {
   GltfAsset asset;
   asset.where_ = where;
+  asset.folder_ = folder;
   asset.bytes_ = std::move(bytes);
   GltfParser(asset, folder).Run();
   return asset;
@@ -469,6 +522,21 @@ std::string_view GltfAsset::BufferBytes(int buffer) const {
       break;
   }
   return {};
+}
+
+std::string GltfAsset::ImageBytes(int image) const {
+  const GltfImage& found = images[static_cast<std::size_t>(image)];
+  const std::string where = fmt::format("{}[images][{}]", where_, image);
+  if (found.view < 0) {
+    const std::filesystem::path file = ResolveGltfUri(found.uri, folder_, where);
+    return file.empty() ? DecodeDataUri(found.uri, where) : ReadFile(file, kMaxImageBytes);
+  }
+  const GltfBufferView& view = views[static_cast<std::size_t>(found.view)];
+  const std::string_view bytes = BufferBytes(view.buffer);
+  if (view.compressed || view.offset > bytes.size() || view.bytes > bytes.size() - view.offset) {
+    throw Error(where, "passes the end of its buffer", kExportAgain);
+  }
+  return std::string(bytes.substr(view.offset, view.bytes));
 }
 
 std::string GltfAsset::NodeText(int node) const {

@@ -64,8 +64,25 @@ struct GltfAnimation {
 };
 
 struct GltfPrimitive {
-  int positions = -1, indices = -1;  ///< accessors
-  int mode = 4;                      ///< 4: triangles
+  int positions = -1, indices = -1, normals = -1;  ///< accessors
+  int uv = -1;                                     ///< accessor, of the set that the material asks
+  int material = -1;
+  int mode = 4;  ///< 4: triangles
+};
+
+/// Colours as factors: an image multiplies them.
+struct GltfMaterial {
+  std::string name;
+  Eigen::Vector4d color = Eigen::Vector4d::Ones();  ///< linear red, green, blue, and opacity
+  double metallic = 1.0, roughness = 1.0;
+  int image = -1;
+  int uv_set = 0;
+};
+
+/// Where an image's bytes are.
+struct GltfImage {
+  int view = -1;
+  std::string uri;  ///< else here
 };
 
 struct GltfMesh {
@@ -80,10 +97,11 @@ struct GltfProvenance {
   std::string gender, body_model;
 };
 
-/// The parts of a glTF 2.0 file that move a body: nodes, skins, animations and the numbers behind
-/// them. Images, materials, cameras and lights are never looked at. All indices are in
-/// range and nodes form trees; accessors are checked against their buffers when they are used
-/// (GltfNumbers). No memory is taken for what a file only promises.
+/// The parts of a glTF 2.0 file that move a body, and what a thing in its hands looks like: nodes,
+/// skins, animations, materials of one colour or image, and the numbers behind them. Cameras and
+/// lights are never looked at. All indices are in range and nodes form trees; accessors are checked
+/// against their buffers when they are used (GltfNumbers). No memory is taken for what a file only
+/// promises.
 class GltfAsset {
  public:
   /// Reads a file (plain or gzip'd). Throws Error.
@@ -99,6 +117,8 @@ class GltfAsset {
   std::vector<GltfNode> nodes;
   std::vector<int> order;        ///< all nodes, parents before children
   std::vector<int> scene_roots;  ///< of the scene to show
+  std::vector<GltfMaterial> materials;
+  std::vector<GltfImage> images;
   std::vector<GltfMesh> meshes;
   std::vector<GltfSkin> skins;
   std::vector<GltfAnimation> animations;
@@ -108,12 +128,15 @@ class GltfAsset {
 
   const GltfNode& NodeAt(int node) const { return nodes[static_cast<std::size_t>(node)]; }
   std::string_view BufferBytes(int buffer) const;
+  /// The file of an image, as it is. Throws Error for one that is not there or lies elsewhere.
+  std::string ImageBytes(int image) const;
   /// "'hips' (node 3)", for messages.
   std::string NodeText(int node) const;
 
  private:
   friend class GltfParser;
   std::string where_;
+  std::filesystem::path folder_;
   std::size_t num_bytes_ = 0;
   struct Buffer {
     enum { kMissing, kChunk, kOwn, kSame } source = kMissing;

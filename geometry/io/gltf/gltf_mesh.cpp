@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/gltf/gltf_mesh.h"
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <vector>
@@ -17,6 +18,58 @@ constexpr int kTriangles = 4;
 bool IsPlain(const GltfAsset& asset, int accessor) {
   const GltfAccessor& found = asset.accessors[static_cast<std::size_t>(accessor)];
   return found.view >= 0 && !asset.views[static_cast<std::size_t>(found.view)].compressed;
+}
+
+Material MaterialOf(const GltfAsset& asset, int index, std::vector<std::string>& notes) {
+  if (index < 0) return ObjectMaterial();
+  const GltfMaterial& from = asset.materials[static_cast<std::size_t>(index)];
+  Material material{from.name,
+                    from.color.cwiseMax(0).cwiseMin(1),
+                    std::clamp(from.metallic, 0.0, 1.0),
+                    std::clamp(from.roughness, 0.0, 1.0),
+                    {}};
+  if (from.image < 0) return material;
+  try {
+    material.image = asset.ImageBytes(from.image);
+    if (!IsPngOrJpeg(material.image)) {
+      notes.push_back(fmt::format("the image of '{}' is neither PNG nor JPEG", from.name));
+      material.image.clear();
+    }
+  } catch (const Error& error) {
+    notes.push_back(fmt::format("the image of '{}' is left out: {}", from.name, error.what()));
+  }
+  return material;
+}
+
+// Three corners a triangle, of a primitive with that many vertices.
+Eigen::Matrix3Xi FacesOf(const GltfAsset& asset, const GltfPrimitive& primitive,
+                         Eigen::Index vertices) {
+  if (primitive.indices < 0) {
+    const Eigen::Index faces = vertices / 3;
+    return Eigen::VectorXi::LinSpaced(3 * faces, 0, static_cast<int>(3 * faces) - 1)
+        .reshaped(3, faces);
+  }
+  const GltfNumbers indices(asset, primitive.indices, 1);
+  Eigen::Matrix3Xi faces(3, static_cast<Eigen::Index>(indices.Count() / 3));
+  for (Eigen::Index k = 0; k < faces.size(); ++k) {
+    faces(k) = static_cast<int>(indices(static_cast<std::size_t>(k), 0));
+  }
+  return faces;
+}
+
+// The numbers of an accessor with as many elements as there are vertices; nothing of another.
+Eigen::MatrixXd PerVertex(const GltfAsset& asset, int accessor, int rows, Eigen::Index vertices) {
+  if (accessor < 0 || !IsPlain(asset, accessor)) return {};
+  const GltfNumbers numbers(asset, accessor, rows);
+  if (numbers.Count() != static_cast<std::size_t>(vertices)) return {};
+  Eigen::MatrixXd values(rows, vertices);
+  for (Eigen::Index i = 0; i < vertices; ++i) {
+    for (int row = 0; row < rows; ++row) {
+      values(row, i) = numbers(static_cast<std::size_t>(i), row);
+    }
+  }
+  if (!values.allFinite()) return {};
+  return values;
 }
 
 }  // namespace
@@ -77,6 +130,40 @@ TriangleMesh ReadGltfMesh(const GltfAsset& asset, int mesh) {
   result.faces.resize(3, static_cast<Eigen::Index>(corners.size() / 3));
   std::copy(corners.begin(), corners.end(), result.faces.reshaped().begin());
   return result;
+}
+
+std::optional<TexturedMesh> ReadGltfLook(const GltfAsset& asset, int mesh) {
+  const GltfMesh& from = asset.meshes[static_cast<std::size_t>(mesh)];
+  const bool has_look = std::ranges::any_of(
+      from.primitives, [](const GltfPrimitive& primitive) { return primitive.material >= 0; });
+  if (!has_look || ReadGltfMesh(asset, mesh).NumFaces() == 0) return std::nullopt;
+  TexturedMesh look;
+  std::map<int, int> material_of;
+  for (const GltfPrimitive& primitive : from.primitives) {
+    if (primitive.mode != kTriangles || primitive.positions < 0) continue;
+    const auto [material, is_new] =
+        material_of.try_emplace(primitive.material, static_cast<int>(look.materials.size()));
+    if (is_new) look.materials.push_back(MaterialOf(asset, primitive.material, look.notes));
+    const GltfNumbers positions(asset, primitive.positions, 3);
+    const auto vertices = static_cast<Eigen::Index>(positions.Count());
+    TexturedMesh::Part part;
+    part.material = material->second;
+    part.mesh.vertices = PerVertex(asset, primitive.positions, 3, vertices);
+    part.mesh.faces = FacesOf(asset, primitive, vertices);
+    part.normals = PerVertex(asset, primitive.normals, 3, vertices);
+    if (part.normals.size() == 0) part.normals = VertexNormals(part.mesh);
+    for (auto normal : part.normals.colwise()) {
+      normal =
+          normal.norm() > 1e-9 ? Eigen::Vector3d(normal.normalized()) : Eigen::Vector3d::UnitY();
+    }
+    const Eigen::MatrixXd uv = PerVertex(asset, primitive.uv, 2, vertices);
+    if (uv.size() > 0) {
+      part.uv = uv;
+      part.uv.row(1) = 1.0 - part.uv.row(1).array();  // glTF's v points down
+    }
+    look.parts.push_back(std::move(part));
+  }
+  return look;
 }
 
 }  // namespace holdfast

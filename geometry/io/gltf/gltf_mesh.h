@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
+
 #include "geometry/io/gltf/gltf_asset.h"
+#include "geometry/io/mesh/textured_mesh.h"
 #include "geometry/mesh/mesh.h"
 
 namespace holdfast {
@@ -10,5 +13,10 @@ namespace holdfast {
 /// sake of normals and colours, become one vertex again. Empty for a mesh that is compressed or has
 /// no triangles. Throws Error for indices out of range and places that are not finite.
 TriangleMesh ReadGltfMesh(const GltfAsset& asset, int mesh);
+
+/// How that mesh looks: its materials (base colour, metallic, roughness, and images that are PNG or
+/// JPEG), texture coordinates and normals; what of it was left out is in its notes. Nothing for a
+/// mesh without materials and one that ReadGltfMesh has nothing of. Throws as ReadGltfMesh does.
+std::optional<TexturedMesh> ReadGltfLook(const GltfAsset& asset, int mesh);
 
 }  // namespace holdfast

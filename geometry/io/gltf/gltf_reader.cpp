@@ -432,6 +432,8 @@ class GltfMotionReader {
     if (shape.determinant() < 0 && prop.mesh.NumFaces() > 0) {
       prop.mesh.faces.row(1).swap(prop.mesh.faces.row(2));
     }
+    prop.look = ReadGltfLook(asset_, asset_.NodeAt(*prop_).mesh);
+    if (prop.look) Transform(shape, *prop.look);
   }
 
   // The bind pose may be in other units than the scene (centimetres below a node that scales).

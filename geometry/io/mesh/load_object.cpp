@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -26,13 +27,12 @@ std::vector<std::string> EmbeddedObjectNames() {
 LoadedObject LoadObject(const std::string& path_or_name, double scale) {
   const std::vector<std::string> names = EmbeddedObjectNames();
   const bool embedded = std::ranges::find(names, path_or_name) != names.end();
-  LoadedObject object;
-  object.source = path_or_name;
   MeshFile file;
+  std::string name = path_or_name;
   // A folder of an embedded object's name does not hide it.
   std::error_code ignored;
   if (fs::exists(path_or_name, ignored) && !(fs::is_directory(path_or_name, ignored) && embedded)) {
-    object.name = fs::path(path_or_name).stem().string();
+    name = fs::path(path_or_name).stem().string();
     file = ReadMeshFile(path_or_name);
   } else {
     if (!embedded) {
@@ -40,18 +40,27 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale) {
           path_or_name, "is neither a file nor an embedded object",
           fmt::format("Give a mesh (.obj .ply .stl .off), or one of: {}", fmt::join(names, ", ")));
     }
-    object.name = path_or_name;
     const EmbeddedFile inside = FindEmbedded(fmt::format("objects/{}.ply", path_or_name));
     file = ReadMeshBytes({reinterpret_cast<const char*>(inside.bytes.data()), inside.bytes.size()},
                          inside.name);
   }
-  object.notes = std::move(file.notes);
-  RepairedMesh repaired = NamingMesh(path_or_name, [&] { return RepairMesh(file.mesh); });
+  LoadedObject object = ObjectOfMesh(file.mesh, std::move(name), path_or_name, scale);
+  object.notes.insert(object.notes.begin(), std::make_move_iterator(file.notes.begin()),
+                      std::make_move_iterator(file.notes.end()));
+  return object;
+}
+
+LoadedObject ObjectOfMesh(const TriangleMesh& mesh, std::string name, std::string source,
+                          double scale) {
+  LoadedObject object;
+  object.name = std::move(name);
+  object.source = std::move(source);
+  RepairedMesh repaired = NamingMesh(object.source, [&] { return RepairMesh(mesh); });
   object.mesh = std::move(repaired.mesh);
   object.mesh.vertices *= scale;
-  RequireInRange(object.mesh, path_or_name);
-  for (std::string& action : repaired.actions) object.notes.push_back(std::move(action));
-  const MeshReport report = NamingMesh(path_or_name, [&] { return CheckMesh(object.mesh); });
+  RequireInRange(object.mesh, object.source);
+  object.notes = std::move(repaired.actions);
+  const MeshReport report = NamingMesh(object.source, [&] { return CheckMesh(object.mesh); });
   object.implausible_size = report.implausible_size;
   object.suggested_scale = report.suggested_scale;
   if (report.implausible_size) {

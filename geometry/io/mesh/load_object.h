@@ -26,6 +26,10 @@ std::vector<std::string> EmbeddedObjectNames();
 /// could not be, is in `notes`. Throws Error listing the embedded names when it is neither.
 LoadedObject LoadObject(const std::string& path_or_name, double scale = 1.0);
 
+/// The same for a mesh that was read already (of `source`, which messages name).
+LoadedObject ObjectOfMesh(const TriangleMesh& mesh, std::string name, std::string source,
+                          double scale = 1.0);
+
 /// What `work` gives; an Error of it about "mesh" is thrown on as one about `source`.
 template <typename Work>
 auto NamingMesh(const std::string& source, const Work& work) {

@@ -215,7 +215,7 @@ class ObjReader {
       return;
     }
     std::string bytes = ReadFile(path, kMaxImageBytes);
-    if (!bytes.starts_with("\x89PNG\r\n\x1a\n") && !bytes.starts_with("\xff\xd8\xff")) {
+    if (!IsPngOrJpeg(bytes)) {
       mesh_.notes.push_back(fmt::format("the image '{}' is neither PNG nor JPEG", name));
       return;
     }
@@ -268,6 +268,20 @@ class ObjReader {
 };
 
 }  // namespace
+
+bool IsPngOrJpeg(std::string_view bytes) {
+  return bytes.starts_with("\x89PNG\r\n\x1a\n") || bytes.starts_with("\xff\xd8\xff");
+}
+
+void Transform(const Eigen::Matrix3d& A, TexturedMesh& mesh) {
+  for (TexturedMesh::Part& part : mesh.parts) {
+    part.mesh.vertices = (A * part.mesh.vertices).eval();
+    if (A.determinant() < 0) part.mesh.faces.row(1).swap(part.mesh.faces.row(2));
+    if (std::abs(A.determinant()) < 1e-30) continue;
+    part.normals = (A.inverse().transpose() * part.normals).eval();
+    part.normals.colwise().normalize();
+  }
+}
 
 TexturedMesh PlainMesh(const TriangleMesh& mesh, Material material) {
   ShadedMesh shaded = SplitAtCreases(mesh);

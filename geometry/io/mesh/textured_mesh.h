@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -35,8 +36,14 @@ struct TexturedMesh {
   std::vector<std::string> notes;  ///< what of the file was left out, and why
 };
 
+/// Whether a file begins as those do.
+bool IsPngOrJpeg(std::string_view bytes);
+
 /// Of objects that bring none.
 inline Material ObjectMaterial() { return {"object", {0.16, 0.38, 0.62, 1}, 0, 0.45, {}}; }
+
+/// The mesh after x -> A x, its normals with it, faces outside out as before.
+void Transform(const Eigen::Matrix3d& A, TexturedMesh& mesh);
 
 /// A mesh in one material, creases kept sharp.
 TexturedMesh PlainMesh(const TriangleMesh& mesh, Material material);

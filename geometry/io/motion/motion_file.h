@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "geometry/io/mesh/textured_mesh.h"
 #include "geometry/mesh/mesh.h"
 
 namespace holdfast {
@@ -28,6 +29,7 @@ struct SourceMotion {
   struct Prop {
     std::string name;
     TriangleMesh mesh;                          ///< in its own frame, metres; empty when not read
+    std::optional<TexturedMesh> look;           ///< of that mesh, where the file gives one
     std::vector<Eigen::Quaterniond> rotations;  ///< per frame: x_world = q x + position
     Eigen::Matrix3Xd positions;                 ///< (3 x T) world, metres
   };
