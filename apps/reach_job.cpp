@@ -1,32 +1,21 @@
 // SPDX-License-Identifier: MIT
 #include "apps/reach_job.h"
 
-#include <algorithm>
 #include <charconv>
-#include <chrono>
-#include <cmath>
-#include <numbers>
 #include <tuple>
 
 #include <fmt/format.h>
 
 #include "apps/clip_input.h"
-#include "apps/reach_begin.h"
 #include "apps/reach_markers.h"
-#include "apps/reach_motions.h"
 #include "apps/reach_network.h"
 #include "apps/reach_take.h"
 #include "apps/report.h"
 #include "apps/result_folder.h"
-#include "generator/scripted/reach_motion.h"
-#include "generator/wandr/motion_states.h"
-#include "generator/wandr/reach_goals.h"
-#include "generator/wandr/reach_outcome.h"
-#include "generator/wandr/reach_skating.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
-#include "geometry/parallel.h"
+#include "solver/reach/walk_and_reach.h"
 
 namespace holdfast::apps {
 namespace {
@@ -38,96 +27,96 @@ constexpr const char* kRule =
     "most goals reached within 10 cm; then, of those that reach all, the least share of frames "
     "that skate or fly, of others the least sum of closest distances";
 
-struct Measured {
-  double skating = 0.0;        // FS on the surface
-  double joint_skating = 0.0;  // FS by foot joints
-  double airborne = 0.0;
-  double closest_sum = 0.0;
-  double peak_pelvis_m_s = 0.0;
+// Who reaches, and what the user called it.
+struct Start {
+  std::string source = "standing";
+  ReachPerson person;
 };
 
-Measured Measure(const wandr::ReachSample& sample, const wandr::LowestPoint& lowest,
-                 std::span<const Eigen::Vector3d> goals, Side side) {
-  const wandr::ReachOutcome outcome = wandr::MeasureReach(sample.track.joints, goals.back(), side);
-  Measured measured;
-  measured.skating = wandr::SkatingOfLowestVertex(lowest, sample.track.states);
-  measured.joint_skating = outcome.skating_share;
-  measured.airborne = outcome.airborne_share;
-  measured.peak_pelvis_m_s = outcome.peak_pelvis_m_s;
-  // A goal that was never taken on is as far as the wrist was from it at the end.
-  for (std::size_t g = 0; g < goals.size(); ++g) {
-    const Eigen::Vector3d last =
-        sample.track.joints.block<3, 1>(3 * WristJoint(side), sample.track.joints.cols() - 1)
-            .cast<double>();
-    measured.closest_sum +=
-        sample.goals[g].taken_on >= 0 ? sample.goals[g].closest_m : (goals[g] - last).norm();
+Start StartOf(const ReachJob& job, const CommonOptions& common) {
+  if (job.from.empty()) return {"standing", StandingPerson(LoadBody(job.body))};
+  const auto [name, frame] = ParseStart(job.from);
+  ClipInputOptions input_options;
+  input_options.body = job.body;
+  ClipInput input = LoadClipInput(name, input_options, common);
+  return {name, NamingClip(name, [&] {
+            return PersonInClip(std::move(input.clip), {input.body, input.betas}, frame);
+          })};
+}
+
+ReachOptions ToLibrary(const ReachJob& job, const CommonOptions& common) {
+  ReachOptions options;
+  options.by = job.Method() == "intention" ? ReachBy::kIntention
+               : job.Method() == "vae-opt" ? ReachBy::kVaeOpt
+                                           : ReachBy::kLatents;
+  options.side = job.wrist == "left" ? Side::kLeft : Side::kRight;
+  options.samples = job.samples;
+  options.time_s = job.time_s;
+  options.sigma = job.sigma;
+  options.refit = job.refit;
+  options.refit_all = job.all;
+  options.free_time = job.free_time;
+  options.seed = common.seed;
+  options.threads = NumThreads(common);
+  if (!job.approach.empty()) {
+    const Eigen::Vector3d along = ParsePoint("--approach", job.approach);
+    if (along.norm() < 1e-6) {
+      throw Error("--approach", "has no direction", "Give a vector other than 0,0,0");
+    }
+    options.approach = along.normalized();
   }
-  return measured;
+  if (!job.obstacles.empty() && options.by != ReachBy::kLatents) {
+    throw Error("--obstacle", "is not seen by --method " + job.Method(), "Add --method latent-opt");
+  }
+  for (const std::string& file : job.obstacles) {
+    options.obstacles.push_back(NamingMesh(
+        file, [&] { return MakeObstacle(file, ReadMesh(file), options.side, options.threads); }));
+  }
+  return options;
 }
 
-std::vector<int> Ranked(const std::vector<wandr::ReachSample>& samples,
-                        const std::vector<Measured>& measured, int num_goals) {
-  std::vector<int> order(samples.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
-  const auto key = [&](int i) {
-    const int reached = samples[i].NumReached();
-    const Measured& m = measured[i];
-    return std::tuple(samples[i].diverged, -reached,
-                      reached == num_goals ? m.skating + m.airborne : m.closest_sum, i);
-  };
-  std::ranges::sort(order, [&](int a, int b) { return key(a) < key(b); });
-  return order;
-}
-
-nlohmann::json OptionsJson(const ReachJob& job, const Beginning& begin) {
+nlohmann::json OptionsJson(const ReachJob& job, const Start& start, const ReachOptions& options) {
   return {{"goals", job.goals},
-          {"from", begin.source},
-          {"from_frame_30fps", begin.frame},
+          {"from", start.source},
+          {"from_frame_30fps", start.person.Frame()},
           {"wrist", job.wrist},
           {"method", job.Method()},
           {"time_s", job.time_s ? nlohmann::json(*job.time_s) : nullptr},
-          {"samples", job.NumSamples()},
+          {"samples", options.NumSamples()},
           {"sigma", job.sigma},
           {"refit", job.refit},
           {"free_time", job.free_time},
           {"approach", job.approach},
           {"obstacles", job.obstacles},
-          {"body", begin.body->Name()}};
-}
-
-// As the obstacles' distances see it: mirrored where the left wrist reaches.
-Eigen::Vector3d Seen(const Eigen::Vector3d& goal, Side side) {
-  return side == Side::kLeft ? wandr::MirroredPoint(goal) : goal;
-}
-
-void CheckFree(std::span<const Eigen::Vector3d> goals, std::span<const ReachObstacle> obstacles,
-               Side side) {
-  for (const ReachObstacle& obstacle : obstacles) {
-    for (const Eigen::Vector3d& goal : goals) {
-      const double distance = obstacle.distance->Distance(Seen(goal, side));
-      if (distance >= 0.0) continue;
-      throw Error("--goal " + GoalText(goal),
-                  fmt::format("is {:.2f} m inside the obstacle {}", -distance, obstacle.name),
-                  "Give a goal outside, or leave the obstacle out");
-    }
-  }
+          {"body", start.person.body->Name()}};
 }
 
 // For each goal that was missed; empty where it was not.
-std::vector<std::string> WhyMissedAll(const wandr::ReachSample& sample,
-                                      std::span<const Eigen::Vector3d> goals,
-                                      const Beginning& begin, const ReachJob& job, Side side,
-                                      const ReachWishes& wishes) {
-  constexpr double kHand = 0.03;  // metres that a wrist is thick
-  std::vector<std::string> why(goals.size());
-  for (std::size_t g = 0; g < goals.size(); ++g) {
-    const wandr::GoalOutcome& goal = sample.goals[g];
-    if (goal.taken_on < 0 || goal.Reached()) continue;
-    const bool blocked = std::ranges::any_of(wishes.obstacles, [&](const ReachObstacle& obstacle) {
-      return obstacle.distance->Distance(Seen(goals[g], side)) < kHand;
-    });
-    const Eigen::Vector3d from = sample.track.joints.block<3, 1>(0, goal.taken_on).cast<double>();
-    why[g] = WhyMissed(goals[g], from, begin, job, side, blocked);
+std::vector<std::string> WhyMissedAll(const ReachReport& report, const ReachPerson& person,
+                                      const ReachOptions& options) {
+  std::vector<std::string> why;
+  for (const ReachMiss& miss : report.misses) {
+    switch (miss.by) {
+      case MissedBy::kNothing:
+        why.emplace_back();
+        break;
+      case MissedBy::kHeight:
+        why.push_back(fmt::format("too high for this body, whose wrist comes to {:.2f} m",
+                                  person.HighestReach(options.side)));
+        break;
+      case MissedBy::kObstacle:
+        why.emplace_back("blocked: the goal is in an obstacle, or too near one for a hand");
+        break;
+      case MissedBy::kTime:
+        why.push_back(fmt::format("out of time: {:.1f} m in {:.1f} s is faster than a walk",
+                                  miss.distance_m, *options.time_s));
+        break;
+      case MissedBy::kMotion:
+        why.emplace_back(
+            "no motion that the network makes came closer: try more --samples, another --seed or "
+            "--method latent-opt");
+        break;
+    }
   }
   return why;
 }
@@ -155,16 +144,17 @@ nlohmann::json GoalsJson(const wandr::ReachSample& sample, std::span<const Eigen
   return out;
 }
 
-nlohmann::json SampleJson(const wandr::ReachSample& sample, const Measured& measured, int index) {
-  return {{"sample", index},
-          {"frames", sample.track.states.cols()},
-          {"goals_reached", sample.NumReached()},
-          {"closest_sum_m", measured.closest_sum},
-          {"foot_skating_ratio", measured.skating},
-          {"foot_skating_joints_ratio", measured.joint_skating},
-          {"airborne_ratio", measured.airborne},
-          {"peak_pelvis_m_s", measured.peak_pelvis_m_s},
-          {"diverged", sample.diverged}};
+nlohmann::json MotionJson(const ReachMotion& motion) {
+  const ReachQuality& quality = motion.quality;
+  return {{"sample", motion.index},
+          {"frames", motion.sample.track.states.cols()},
+          {"goals_reached", motion.sample.NumReached()},
+          {"closest_sum_m", quality.closest_sum_m},
+          {"foot_skating_ratio", quality.skating},
+          {"foot_skating_joints_ratio", quality.joint_skating},
+          {"airborne_ratio", quality.airborne},
+          {"peak_pelvis_m_s", quality.peak_pelvis_m_s},
+          {"diverged", motion.sample.diverged}};
 }
 
 // Curves of one sample, for metrics and report.
@@ -181,9 +171,10 @@ nlohmann::json PerFrameJson(const wandr::ReachSample& sample,
   return curves;
 }
 
-std::string Text(const ReachJob& job, const wandr::ReachSample& best, const Measured& measured,
-                 std::span<const Eigen::Vector3d> goals, std::span<const std::string> why, int full,
-                 double seconds) {
+std::string Text(const ReachJob& job, const ReachOptions& options, const ReachReport& report,
+                 std::span<const Eigen::Vector3d> goals, std::span<const std::string> why) {
+  const wandr::ReachSample& best = report.motions.front().sample;
+  const ReachQuality& quality = report.motions.front().quality;
   const auto frames = static_cast<double>(best.track.states.cols());
   std::string text = fmt::format(
       "{}/clip.npz: {} of {} goal{} reached with the {} wrist, {:.0f} frames ({:.1f} s)\n",
@@ -202,10 +193,10 @@ std::string Text(const ReachJob& job, const wandr::ReachSample& best, const Meas
     text += fmt::format("  {:<26}{}\n", "goal " + GoalText(goals[g]), fate);
   }
   text += fmt::format("  {:<26}{:.0f} % of frames skate, {:.0f} % in the air\n", "feet",
-                      100.0 * measured.skating, 100.0 * measured.airborne);
-  text +=
-      fmt::format("  {:<26}best of {} by {}; {} reach {}; {:.2f} s\n", "samples", job.NumSamples(),
-                  job.Method(), full, goals.size() == 1 ? "the goal" : "all goals", seconds);
+                      100.0 * quality.skating, 100.0 * quality.airborne);
+  text += fmt::format("  {:<26}best of {} by {}; {} reach {}; {:.2f} s\n", "samples",
+                      options.NumSamples(), job.Method(), report.reach_all,
+                      goals.size() == 1 ? "the goal" : "all goals", report.seconds);
   return text;
 }
 
@@ -242,173 +233,132 @@ std::pair<std::string, std::optional<int>> ParseStart(const std::string& text) {
 
 namespace {
 
-// The take and the carries after it: reach_take.h does all but the body's motion.
-FitOutcome RunTake(const ReachJob& job, const Beginning& begin, const ReachNetwork& network,
-                   std::span<const Eigen::Vector3d> goals, Side side, const CommonOptions& common) {
+// The take and the carries after it.
+FitOutcome RunTake(const ReachJob& job, const Start& start, const ReachNetwork& network,
+                   std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
+                   const CommonOptions& common) {
   TakeJob take;
   take.object = job.object;
-  take.side = side;
+  take.side = options.side;
   take.style = job.style;
   take.places.assign(goals.begin(), goals.end());
   take.object_yaw_deg = job.object_yaw_deg;
   take.output = job.output;
   take.write_report = job.write_report;
-  const ReachMaker maker(job, begin, network, common);
-  const auto motions = [&](const TakePlan& plan, int attempt) {
-    std::vector<Eigen::Vector3d> wrists;
-    ReachWishes wishes;
-    for (const TakeGoal& goal : plan.goals) {
-      wrists.push_back(goal.wrist);
-      wishes.stay_frames.push_back(
-          std::max(12, static_cast<int>(std::lround(wandr::kFramesPerSecond * goal.stay_s))));
-    }
-    wishes.seed_offset = static_cast<std::uint64_t>(attempt);
-    if (job.Method() == "latent-opt") {
-      TriangleMesh table = plan.table.Mesh();
-      for (Eigen::Index i = 0; i < table.vertices.cols(); ++i) {
-        table.vertices.col(i) =
-            plan.table.world_from_table * Eigen::Vector3d(table.vertices.col(i));
-      }
-      wishes.obstacles.push_back(MakeObstacle("table", std::move(table), side, NumThreads(common)));
-    }
-    std::vector<TakenMotion> taken;
-    const ReachMotions made = maker.Make(wrists, wishes);
-    for (const wandr::ReachSample& sample : made.samples) {
-      if (sample.diverged || sample.NumReached() < static_cast<int>(wrists.size())) continue;
-      TakenMotion motion;
-      motion.states = sample.track.states.cast<double>();
-      for (const wandr::GoalOutcome& goal : sample.goals)
-        motion.frames.push_back(goal.closest_frame);
-      taken.push_back(std::move(motion));
-    }
-    return taken;
-  };
   nlohmann::json extra;
   extra["network"] = network.ToJson();
-  extra["options"] = OptionsJson(job, begin);
-  return RunReachTake(take, {begin.body, begin.betas, begin.like, begin.Pelvis()}, motions, extra,
-                      common);
+  extra["options"] = OptionsJson(job, start, options);
+  return RunReachTake(take, start.person, network.weights, options, extra, common);
 }
 
-}  // namespace
-
-FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
-  std::vector<Eigen::Vector3d> goals;
-  for (const std::string& text : job.goals) goals.push_back(ParsePoint("--goal", text));
-  const Side side = job.wrist == "left" ? Side::kLeft : Side::kRight;
-  const ReachNetwork network = LoadReachNetwork(job.weights);
-  const Beginning begin = BeginReach(job, common);
-  const std::vector<std::string> notes = CheckGoals(goals, begin, job, side);
-  for (const std::string& note : notes) Note(common, "warning: " + note);
-  if (!job.object.empty()) return RunTake(job, begin, network, goals, side, common);
-
-  if (!job.obstacles.empty() && job.Method() != "latent-opt") {
-    throw Error("--obstacle", "is not seen by --method " + job.Method(), "Add --method latent-opt");
-  }
-  ResultFolder folder(job.output, common.force);
-  ReachWishes wishes;
-  for (const std::string& file : job.obstacles) {
-    wishes.obstacles.push_back(NamingMesh(
-        file, [&] { return MakeObstacle(file, ReadMesh(file), side, NumThreads(common)); }));
-  }
-  CheckFree(goals, wishes.obstacles, side);
-  const ReachMaker maker(job, begin, network, common);
-  ReachMotions made = maker.Make(goals, wishes);
-  if (made.stopped) return {kInterrupted, {}, {}};
-  std::vector<wandr::ReachSample>& samples = made.samples;
-  const int num_samples = static_cast<int>(samples.size());
-
-  const wandr::LowestPoint lowest(BodySurface(begin.body, begin.betas));
-  std::vector<Measured> measured;
-  for (const wandr::ReachSample& sample : samples) {
-    measured.push_back(Measure(sample, lowest, goals, side));
-  }
-  const std::vector<int> order = Ranked(samples, measured, static_cast<int>(goals.size()));
-  const wandr::ReachSample& best = samples[order[0]];
-  if (best.diverged) {
-    throw FitFailure(
-        fmt::format("{}: the motion stops being numbers in every sample (after {} "
-                    "frames in the best). Try another --weights",
-                    network.source, best.track.states.cols()));
-  }
-  const auto full = std::ranges::count_if(samples, [&](const wandr::ReachSample& sample) {
-    return !sample.diverged && sample.NumReached() == static_cast<int>(goals.size());
-  });
-  std::optional<RefitReport> refit;
-  if (job.refit && job.Method() == "latent-opt") refit = made.refits[order[0]];
-  if (job.refit && job.Method() == "intention") {
-    // Chosen as the network made them: only what is written is worth the time.
-    std::vector<int> written = order;
-    if (!job.all) written.resize(1);
-    std::vector<RefitReport> refits(written.size());
-    ParallelFor(static_cast<int>(written.size()), NumThreads(common), [&](int k) {
-      wandr::ReachSample& sample = samples[written[k]];
-      if (sample.diverged) return;
-      refits[k] = maker.Refit(goals, sample);
-      measured[written[k]] = Measure(sample, lowest, goals, side);
-    });
-    refit = refits[0];
-  }
-  const std::vector<std::string> why = WhyMissedAll(best, goals, begin, job, side, wishes);
-
+nlohmann::json MetricsOf(const ReachJob& job, const Start& start, const ReachNetwork& network,
+                         const ReachOptions& options, const ReachReport& report,
+                         std::span<const Eigen::Vector3d> goals, std::span<const std::string> why,
+                         const std::vector<std::string>& notes, const CommonOptions& common) {
+  const ReachMotion& best = report.motions.front();
   nlohmann::json metrics = JsonHead("holdfast/reach/1", common);
-  metrics["options"] = OptionsJson(job, begin);
+  metrics["options"] = OptionsJson(job, start, options);
   metrics["network"] = network.ToJson();
   metrics["chosen_by"] = kRule;
-  metrics["chosen"] = order[0];
-  metrics["goals"] = GoalsJson(best, goals, why);
-  metrics["summary"] = SampleJson(best, measured[order[0]], order[0]);
-  metrics["summary"]["samples_that_reach_all"] = full;
-  if (refit) {
-    metrics["refit"] = {{"max_foot_correction_m", refit->max_foot_correction_m},
-                        {"max_pelvis_sink_m", refit->max_pelvis_sink_m},
-                        {"max_hand_bend_rad", refit->max_hand_bend_rad},
-                        {"wrist_errors_m", refit->wrist_errors_m}};
+  metrics["chosen"] = best.index;
+  metrics["goals"] = GoalsJson(best.sample, goals, why);
+  metrics["summary"] = MotionJson(best);
+  metrics["summary"]["samples_that_reach_all"] = report.reach_all;
+  if (best.refit) {
+    metrics["refit"] = {{"max_foot_correction_m", best.refit->max_foot_correction_m},
+                        {"max_pelvis_sink_m", best.refit->max_pelvis_sink_m},
+                        {"max_hand_bend_rad", best.refit->max_hand_bend_rad},
+                        {"wrist_errors_m", best.refit->wrist_errors_m}};
   }
-  for (const int i : order) metrics["samples"].push_back(SampleJson(samples[i], measured[i], i));
+  for (const ReachMotion& motion : report.motions) {
+    metrics["samples"].push_back(MotionJson(motion));
+  }
   metrics["notes"] = notes;
+  return metrics;
+}
 
-  const auto clip_of = [&](const wandr::ReachSample& sample) {
-    Clip clip = wandr::ClipOfStates(sample.track.states.cast<double>(), begin.like);
-    clip.action = "reach";
-    return clip;
-  };
+// The motion of this rank as its report shows it; the best one has all metrics.
+ClipInput Shown(const ReachJob& job, const ReachPerson& person, const ReachOptions& options,
+                const ReachMotion& motion, int rank, std::span<const Eigen::Vector3d> goals,
+                const nlohmann::json& metrics) {
+  const std::string file = rank == 0 ? "clip.npz" : fmt::format("samples/{:02d}.npz", rank);
+  ClipInput shown;
+  shown.file = fs::path(job.output) / file;
+  shown.source = rank == 0 ? job.output : shown.file.string();
+  shown.clip = ClipOf(motion, person);
+  shown.body = person.body;
+  shown.betas = person.betas;
+  shown.marker = GoalMarkers(goals);
+  for (const ReachObstacle& obstacle : options.obstacles) Append(obstacle.mesh, *shown.marker);
+  if (rank == 0) shown.metrics = metrics;
+  shown.metrics["per_frame"] = PerFrameJson(motion.sample, goals, options.side);
+  return shown;
+}
+
+// False where the user stopped it.
+bool WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOptions& options,
+                 const ReachReport& report, std::span<const Eigen::Vector3d> goals,
+                 const nlohmann::json& metrics, ResultFolder& folder, const CommonOptions& common) {
   const auto shown_of = [&](int rank) {
-    const wandr::ReachSample& sample = samples[order[rank]];
-    ClipInput shown;
-    shown.source = rank == 0 ? job.output : fmt::format("{}/samples/{:02d}.npz", job.output, rank);
-    shown.file =
-        fs::path(job.output) / (rank == 0 ? "clip.npz" : fmt::format("samples/{:02d}.npz", rank));
-    shown.clip = clip_of(sample);
-    shown.body = begin.body;
-    shown.betas = begin.betas;
-    shown.marker = GoalMarkers(goals);
-    for (const ReachObstacle& obstacle : wishes.obstacles) Append(obstacle.mesh, *shown.marker);
-    if (rank == 0) shown.metrics = metrics;
-    shown.metrics["per_frame"] = PerFrameJson(sample, goals, side);
-    return shown;
+    return Shown(job, person, options, report.motions[static_cast<std::size_t>(rank)], rank, goals,
+                 metrics);
   };
   std::vector<ClipInput> shown = {shown_of(0)};
   WriteClip(shown[0].clip, folder / "clip.npz");
   WriteAtomically(folder / "metrics.json", shown[0].metrics.dump(1) + "\n");
   if (job.all) {
     fs::create_directory(folder / "samples");
-    for (int rank = 0; rank < num_samples; ++rank) {
-      WriteClip(clip_of(samples[order[rank]]),
+    for (int rank = 0; rank < static_cast<int>(report.motions.size()); ++rank) {
+      WriteClip(ClipOf(report.motions[static_cast<std::size_t>(rank)], person),
                 folder / fmt::format("samples/{:02d}.npz", rank).c_str());
       if (rank > 0 && rank < kReportedSamples) shown.push_back(shown_of(rank));
     }
   }
   if (job.write_report) {
     WriteReportBeside(shown, folder / "report.html", common);
-    if (Interrupted()) return {kInterrupted, {}, {}};
+    if (Interrupted()) return false;
   }
   folder.Commit();
+  return true;
+}
 
+}  // namespace
+
+FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
+  const FitOutcome stopped{kInterrupted, {}, {}};
+  std::vector<Eigen::Vector3d> goals;
+  for (const std::string& text : job.goals) goals.push_back(ParsePoint("--goal", text));
+  const ReachNetwork network = LoadReachNetwork(job.weights);
+  const Start start = StartOf(job, common);
+  const ReachOptions options = ToLibrary(job, common);
+  const std::vector<std::string> notes = CheckReachGoals(goals, start.person, options);
+  for (const std::string& note : notes) Note(common, "warning: " + note);
+  if (!job.object.empty()) return RunTake(job, start, network, goals, options, common);
+
+  ResultFolder folder(job.output, common.force);
+  StageProgress progress(common);
+  const ReachReport report = WalkAndReach(start.person, network.weights, goals, options,
+                                          [&](const char* stage, int done, int total) {
+                                            progress.Update(stage, done, total);
+                                            return !Interrupted();
+                                          });
+  progress.End();
+  if (report.status == ReachStatus::kStopped) return stopped;
+  if (report.status == ReachStatus::kDiverged) {
+    throw FitFailure(
+        fmt::format("{}: the motion stops being numbers in every sample (after {} "
+                    "frames in the best). Try another --weights",
+                    network.source, report.motions.front().sample.track.states.cols()));
+  }
+  const std::vector<std::string> why = WhyMissedAll(report, start.person, options);
+  nlohmann::json metrics =
+      MetricsOf(job, start, network, options, report, goals, why, notes, common);
+  if (!WriteResult(job, start.person, options, report, goals, metrics, folder, common)) {
+    return stopped;
+  }
   FitOutcome outcome;
   outcome.exit_code = kDone;
-  outcome.text =
-      Text(job, best, measured[order[0]], goals, why, static_cast<int>(full), made.seconds);
+  outcome.text = Text(job, options, report, goals, why);
   outcome.summary = std::move(metrics);
   outcome.summary["output"] = job.output;
   return outcome;

@@ -37,8 +37,6 @@ struct ReachJob {
   std::string Method() const {
     return !method.empty() ? method : object.empty() ? "intention" : "latent-opt";
   }
-  /// 16 rollouts, or 4 optimisations.
-  int NumSamples() const { return samples.value_or(Method() == "intention" ? 16 : 4); }
 };
 
 /// "X,Y,Z" of an option: three finite numbers. Throws Error naming what is wrong.

@@ -168,7 +168,8 @@ void RequireTaken(const TakeReport& report, const TakeJob& job) {
 
 }  // namespace
 
-FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMotionMaker& motion,
+FitOutcome RunReachTake(const TakeJob& job, const ReachPerson& person,
+                        const wandr::NetworkWeights& network, const ReachOptions& options,
                         const nlohmann::json& extra, const CommonOptions& common) {
   ResultFolder folder(job.output, common.force);
   const FitOutcome stopped{kInterrupted, {}, {}};
@@ -188,17 +189,11 @@ FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMo
   request.seed = common.seed;
   request.threads = threads;
   StageProgress progress(common);
-  const BodyMotionMaker maker = [&](const TakePlan& plan, int attempt) {
-    progress.End();  // it has its own
-    return motion(plan, attempt);
-  };
-  const TakeReport report =
-      TakeFromTable(request, start, *object, maker, [&](const char* stage, int done, int total) {
-        if (stage != std::string_view("motion")) {
-          progress.Update(stage, done, total);
-        }
-        return !Interrupted();
-      });
+  const TakeReport report = ReachAndTake(person, network, request, *object, options,
+                                         [&](const char* stage, int done, int total) {
+                                           progress.Update(stage, done, total);
+                                           return !Interrupted();
+                                         });
   progress.End();
   if (Interrupted()) return stopped;
   RequireTaken(report, job);
@@ -215,8 +210,8 @@ FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMo
     shown.source = job.output;
     shown.file = fs::path(job.output) / "clip.npz";
     shown.clip = report.clip;
-    shown.body = start.body;
-    shown.betas = start.betas;
+    shown.body = person.body;
+    shown.betas = person.betas;
     shown.object = object->object.mesh;
     shown.table = table;
     shown.metrics = metrics;

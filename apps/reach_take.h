@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +10,7 @@
 
 #include "apps/common.h"
 #include "apps/fit_job.h"
-#include "solver/take/take.h"
+#include "solver/reach/reach_and_take.h"
 
 namespace holdfast::apps {
 
@@ -29,16 +28,11 @@ struct TakeJob {
   bool write_report = true;
 };
 
-/// Has the object taken (TakeFromTable) and writes the result folder: clip.npz, object.ply,
+/// Has the object taken (ReachAndTake) and writes the result folder: clip.npz, object.ply,
 /// table.ply, metrics.json, report.html. `extra` is merged into metrics.json (the caller's options
 /// and network). Throws Error and FitFailure.
-///
-/// In RunReachJob:
-///   TakeJob take{job.object, 1.0, side, job.style, goals, job.object_yaw_deg, job.output, ...};
-///   return RunReachTake(take, {begin.body, begin.betas, begin.like, pelvis},
-///                       [&](const TakePlan& plan, int attempt) { ... plan.goals[g].wrist ... },
-///                       metrics, common);
-FitOutcome RunReachTake(const TakeJob& job, const TakeStart& start, const BodyMotionMaker& motion,
+FitOutcome RunReachTake(const TakeJob& job, const ReachPerson& person,
+                        const wandr::NetworkWeights& network, const ReachOptions& options,
                         const nlohmann::json& extra, const CommonOptions& common);
 
 }  // namespace holdfast::apps

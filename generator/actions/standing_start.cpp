@@ -98,7 +98,7 @@ StandingStart OwnStanding(const BodyMeasures& body, std::uint64_t seed) {
   hang.wrist = Vector3d(shoulder.x() - 0.08, -0.06, shoulder.y() - body.sole_y - 0.97 * reach);
   hang.hand = HandOrientation(Side::kRight, -Vector3d::UnitZ(), -Vector3d::UnitY());
   hang.gaze = 0.0;
-  ReachOptions options;
+  ScriptedReachOptions options;
   options.duration_s = kMostFrames / 30.0;
   options.seed = seed;
   StandingStart start;

@@ -304,7 +304,7 @@ class Arms {
 // Nothing when a hand that holds together with the other cannot be where it should.
 std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGrips& grips,
                                       const HandoverOptions& options, const Script& script) {
-  ReachOptions reach;
+  ScriptedReachOptions reach;
   reach.frame_rate = options.frame_rate;
   reach.duration_s = script.end_s;
   reach.seed = options.seed;

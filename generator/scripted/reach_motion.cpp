@@ -119,7 +119,7 @@ class Sway {
 
 class Person {
  public:
-  Person(const BodyMeasures& body, const ReachOptions& options)
+  Person(const BodyMeasures& body, const ScriptedReachOptions& options)
       : joints_(body.rest_joints),
         sole_y_(body.sole_y),
         options_(options),
@@ -136,7 +136,7 @@ class Person {
     relaxed_ = RelaxedFingers(joints_, OtherSide(options.side));
   }
 
-  PoseBuilder Frame(double time, const Channels& channels, ReachReport& report) const {
+  PoseBuilder Frame(double time, const Channels& channels, ScriptedReachReport& report) const {
     const Targets now = channels.At(time);
     PoseBuilder pose(joints_, Vector3d::Zero());
     Trunk(pose, now, time);
@@ -252,7 +252,7 @@ class Person {
     return pole(0.5 * (low + high));
   }
 
-  void HoldingArm(PoseBuilder& pose, const Targets& now, ReachReport& report) const {
+  void HoldingArm(PoseBuilder& pose, const Targets& now, ScriptedReachReport& report) const {
     const Side side = options_.side;
     const Limb arm = Arm(side);
     Collar(pose, side, now.wrist);
@@ -330,7 +330,7 @@ class Person {
 
   const Eigen::Matrix3Xd& joints_;
   double sole_y_;
-  ReachOptions options_;
+  ScriptedReachOptions options_;
   Sway sway_;
   Foot right_foot_, left_foot_;
   FingerPose relaxed_;
@@ -344,7 +344,7 @@ BodyMeasures MeasureBody(const BodyModel& model, const Eigen::VectorXd& betas) {
 }
 
 Clip MakeReachMotion(const BodyMeasures& body, const std::vector<ReachKey>& keys,
-                     const ReachOptions& options, ReachReport* report) {
+                     const ScriptedReachOptions& options, ScriptedReachReport* report) {
   if (keys.empty()) throw Error("reach motion", "has no keys", "Give at least one.");
   if (!(options.frame_rate > 0.0)) {
     throw Error("reach motion", "the frame rate is not positive", "Use 30, for example.");
@@ -354,7 +354,7 @@ Clip MakeReachMotion(const BodyMeasures& body, const std::vector<ReachKey>& keys
   const double duration = options.duration_s > 0.0 ? options.duration_s : channels.EndTime();
   const int frames = static_cast<int>(std::floor(duration * options.frame_rate + 1e-9)) + 1;
 
-  ReachReport counts;
+  ScriptedReachReport counts;
   Clip clip;
   clip.frame_rate = options.frame_rate;
   clip.trans.resize(3, frames);

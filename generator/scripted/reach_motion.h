@@ -36,7 +36,7 @@ struct ReachKey {
   double head_tilt_rad = 0.0;    ///< backwards positive, on top of the gaze
 };
 
-struct ReachOptions {
+struct ScriptedReachOptions {
   Side side = Side::kRight;
   double frame_rate = 30.0;   ///< Hz
   double duration_s = 0.0;    ///< 0: until the last key
@@ -46,7 +46,7 @@ struct ReachOptions {
   std::uint64_t seed = 1;     ///< phases of breathing and sway
 };
 
-struct ReachReport {
+struct ScriptedReachReport {
   int frames_out_of_reach = 0;  ///< the wrist was not at its target
   int frames_beyond_wrist = 0;  ///< the hand's orientation was limited by the wrist
   double max_wrist_error_m = 0.0;
@@ -59,6 +59,7 @@ struct ReachReport {
 /// Deterministic: the same input and seed give the same clip on any machine with the same libm.
 /// Throws Error for no keys and times that do not increase.
 Clip MakeReachMotion(const BodyMeasures& body, const std::vector<ReachKey>& keys,
-                     const ReachOptions& options = {}, ReachReport* report = nullptr);
+                     const ScriptedReachOptions& options = {},
+                     ScriptedReachReport* report = nullptr);
 
 }  // namespace holdfast

@@ -47,7 +47,7 @@ Clip MotionOf(const BodyMeasures& body, const ComposedReach& reach) {
   key.knee_give_m = reach.knee_give_m;
   ReachKey begin;
   begin.wrist = {reach.side == Side::kRight ? -0.28 : 0.28, -0.08, 0.80};
-  ReachOptions options;
+  ScriptedReachOptions options;
   options.side = reach.side;
   options.frame_rate = kFramesPerSecond;
   options.stance_width = reach.stance_width;

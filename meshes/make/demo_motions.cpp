@@ -107,7 +107,7 @@ Vector3d AtHead(const BodyMeasures& body, const Clip& clip, int frame, const Vec
 // so that nothing runs into a limit between them; `adjust` may move keys to what a round has shown.
 DemoMotion Settle(const BodyMeasures& body, std::vector<ReachKey>& keys, std::uint64_t seed,
                   const std::function<void(const Clip&)>& adjust) {
-  ReachOptions options;
+  ScriptedReachOptions options;
   options.seed = seed;
   DemoMotion demo;
   for (int round = 0; round < 8; ++round) {

@@ -11,7 +11,7 @@ namespace holdfast {
 /// A demo clip and what its making reported.
 struct DemoMotion {
   Clip clip;
-  ReachReport report;
+  ScriptedReachReport report;
 };
 
 /// Right hand: lifts the embedded mug, held by its handle and upright, off a table, drinks from it

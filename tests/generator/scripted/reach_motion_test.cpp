@@ -48,9 +48,9 @@ std::vector<ReachKey> Keys(Side side) {
 
 TEST(ReachMotion, WristGoesThroughItsKeys) {
   for (const Side side : {Side::kRight, Side::kLeft}) {
-    ReachOptions options;
+    ScriptedReachOptions options;
     options.side = side;
-    ReachReport report;
+    ScriptedReachReport report;
     const std::vector<ReachKey> keys = Keys(side);
     const Clip clip = MakeReachMotion(DefaultMeasures(), keys, options, &report);
     EXPECT_EQ(clip.NumFrames(), 55);
@@ -78,7 +78,7 @@ TEST(ReachMotion, FeetStayPlantedOnTheGround) {
 }
 
 TEST(ReachMotion, StartsAndEndsAtRest) {
-  ReachOptions options;
+  ScriptedReachOptions options;
   options.frame_rate = 120.0;
   options.liveliness = 0.0;
   const std::vector<ReachKey> keys = Keys(Side::kRight);
@@ -120,7 +120,7 @@ TEST(ReachMotion, JointsStayWithinTheirLimitsAndMoveSmoothly) {
 
 TEST(ReachMotion, SameSeedSameClipOtherSeedOtherSway) {
   const std::vector<ReachKey> keys = Keys(Side::kRight);
-  ReachOptions options;
+  ScriptedReachOptions options;
   const Clip a = MakeReachMotion(DefaultMeasures(), keys, options);
   const Clip b = MakeReachMotion(DefaultMeasures(), keys, options);
   options.seed = 2;
@@ -149,7 +149,7 @@ TEST(ReachMotion, HeadTurnsTowardsTheHand) {
 TEST(ReachMotion, FarTargetsAreReportedNotForced) {
   std::vector<ReachKey> keys = Keys(Side::kRight);
   keys[1].wrist = {-0.2, -2.0, 1.2};
-  ReachReport report;
+  ScriptedReachReport report;
   const Clip clip = MakeReachMotion(DefaultMeasures(), keys, {}, &report);
   EXPECT_GT(report.frames_out_of_reach, 0);
   EXPECT_GT(report.max_wrist_error_m, 0.5);

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "solver/reach/reach_motions.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+
+#include "generator/wandr/motion_states.h"
+#include "solver/latent/reach_by_optimisation.h"
+
+namespace holdfast {
+namespace {
+
+struct StopReaching {};
+
+// Tells progress from whichever thread, and ends the work by throwing when it is to stop.
+class ReachWatch {
+ public:
+  explicit ReachWatch(const StagedProgress& progress) : progress_(progress) {}
+
+  void See(int done, int total) {
+    const std::lock_guard lock(mutex_);
+    done_ = done;
+    total_ = total;
+    Tell();
+  }
+  void Poll() {
+    const std::lock_guard lock(mutex_);
+    Tell();
+  }
+
+ private:
+  void Tell() {
+    if (progress_ && !progress_("reach", done_, total_)) throw StopReaching();
+  }
+
+  const StagedProgress& progress_;
+  std::mutex mutex_;
+  int done_ = 0, total_ = 1;
+};
+
+BodyMeasures MirroredMeasures(const BodyMeasures& measures) {
+  BodyMeasures mirrored = measures;
+  for (Eigen::Index k = 0; k < measures.rest_joints.cols(); ++k) {
+    mirrored.rest_joints.col(k) =
+        wandr::MirroredPoint(measures.rest_joints.col(MirrorJoint(static_cast<int>(k))));
+  }
+  return mirrored;
+}
+
+// One call, as the network sees it: mirrored where the left wrist reaches.
+struct ReachScene {
+  ReachScene(const ReachPerson& person, const wandr::NetworkWeights& weights,
+             std::span<const Eigen::Vector3d> world_goals, const ReachOptions& options)
+      : mirrored(options.side == Side::kLeft),
+        network(weights),
+        start(wandr::StartAtFrame(mirrored ? wandr::MirroredStates(person.states) : person.states,
+                                  person.Frame(), wandr::Normaliser<double>(weights.statistics))
+                  .Cast<float>()),
+        measures(mirrored ? MirroredMeasures(person.measures) : person.measures),
+        goals(world_goals.begin(), world_goals.end()) {
+    if (mirrored) std::ranges::transform(world_goals, goals.begin(), wandr::MirroredPoint);
+    if (options.time_s) {
+      frames =
+          std::max(1, static_cast<int>(std::lround(wandr::kFramesPerSecond * *options.time_s)));
+    }
+  }
+
+  bool mirrored;
+  wandr::Network<float> network;
+  wandr::RolloutStart<float> start;
+  BodyMeasures measures;
+  std::vector<Eigen::Vector3d> goals;
+  std::optional<int> frames;
+};
+
+std::vector<wandr::ReachSample> ByIntention(const ReachScene& scene, const ReachOptions& options,
+                                            ReachWatch& watch) {
+  wandr::ReachGoalsOptions reach;
+  reach.seed = options.seed;
+  reach.sigma = options.sigma;
+  reach.frames = scene.frames;
+  const auto bones = wandr::BoneOffsetsOf(scene.measures.rest_joints).Cast<float>();
+  return wandr::ReachGoals(scene.network, bones, scene.start, scene.goals, options.NumSamples(),
+                           options.threads, reach,
+                           [&](int done, int total) { watch.See(done, total); });
+}
+
+std::vector<OptimisedReach> ByOptimisation(const ReachScene& scene, const ReachOptions& options,
+                                           ReachWatch& watch) {
+  ReachByOptimisationOptions reach;
+  reach.as_published = options.by == ReachBy::kVaeOpt;
+  reach.refit = options.refit && !reach.as_published;
+  reach.seed = options.seed;
+  reach.frames = scene.frames;
+  reach.stay_frames = options.stay_frames;
+  reach.latent.free_time = options.free_time;
+  if (options.approach) {
+    reach.approaches.assign(scene.goals.size(), scene.mirrored
+                                                    ? wandr::MirroredPoint(*options.approach)
+                                                    : *options.approach);
+  }
+  reach.vae.poll = reach.latent.poll = [&] { watch.Poll(); };
+  for (const ReachObstacle& obstacle : options.obstacles) {
+    reach.latent.obstacles.push_back({obstacle.distance});
+  }
+  return ReachByOptimisation(scene.network, scene.measures, scene.start, scene.goals,
+                             options.NumSamples(), options.threads, reach,
+                             [&](int done, int total) { watch.See(done, total); });
+}
+
+}  // namespace
+
+ReachMotions MakeReachMotions(const ReachPerson& person, const wandr::NetworkWeights& network,
+                              std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
+                              const StagedProgress& progress) {
+  const ReachScene scene(person, network, goals, options);
+  ReachWatch watch(progress);
+  ReachMotions made;
+  const auto started = std::chrono::steady_clock::now();
+  try {
+    if (options.by == ReachBy::kIntention) {
+      made.samples = ByIntention(scene, options, watch);
+    } else {
+      for (OptimisedReach& reach : ByOptimisation(scene, options, watch)) {
+        made.samples.push_back(std::move(reach.sample));
+        made.refits.push_back(std::move(reach.refit));
+      }
+    }
+  } catch (const StopReaching&) {
+    made.stopped = true;
+    return made;
+  }
+  made.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  if (!scene.mirrored) return made;
+  const auto own = person.bones.Cast<float>();
+  for (wandr::ReachSample& sample : made.samples) {
+    sample.track.states = wandr::MirroredStates(sample.track.states.cast<double>()).cast<float>();
+    sample.track.joints = wandr::JointsOfStates(sample.track.states, own);
+  }
+  return made;
+}
+
+RefitReport RefitReach(const ReachPerson& person, std::span<const Eigen::Vector3d> goals, Side side,
+                       wandr::ReachSample& sample) {
+  std::vector<RefitGoal> reached;
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    const wandr::GoalOutcome& outcome = sample.goals[g];
+    if (outcome.Reached()) reached.push_back({goals[g], outcome.closest_frame});
+  }
+  const RefitReport report = RefitRollout(person.measures, reached, side, sample.track);
+  wandr::MeasureGoals(goals, WristJoint(side), sample);
+  return report;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "generator/wandr/network.h"
+#include "generator/wandr/reach_goals.h"
+#include "geometry/progress.h"
+#include "solver/body_ik/reach_refit.h"
+#include "solver/reach/reach_options.h"
+#include "solver/reach/reach_person.h"
+
+namespace holdfast {
+
+/// Motions made, in the world whatever the side: states and joints of the body that moves.
+struct ReachMotions {
+  std::vector<wandr::ReachSample> samples;
+  std::vector<RefitReport> refits;  ///< of those refitted: none, or all
+  double seconds = 0.0;
+  bool stopped = false;  ///< by `progress`
+};
+
+/// Makes motions through these goals of the wrist (world, metres, z up) by `options.by`. The
+/// network reaches with the right wrist: for the left one all happens in the mirror.
+ReachMotions MakeReachMotions(const ReachPerson& person, const wandr::NetworkWeights& network,
+                              std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
+                              const StagedProgress& progress = {});
+
+/// RefitRollout of a motion that was not refitted; the wrist is placed at the goals that the motion
+/// reached. Outcomes are measured anew.
+RefitReport RefitReach(const ReachPerson& person, std::span<const Eigen::Vector3d> goals, Side side,
+                       wandr::ReachSample& sample);
+
+}  // namespace holdfast

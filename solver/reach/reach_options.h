@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/body/skeleton.h"
+#include "solver/reach/reach_obstacle.h"
+
+namespace holdfast {
+
+enum class ReachBy {
+  kIntention,  ///< the network is told the goal and runs once
+  kLatents,    ///< its latents are then optimised (LatentOptions)
+  kVaeOpt,     ///< WANDR's baseline (VaeOptOptions)
+};
+
+struct ReachOptions {
+  ReachBy by = ReachBy::kIntention;
+  Side side = Side::kRight;
+  std::optional<int> samples;    ///< motions to choose from; none: 16, or 4 where each is optimised
+  std::optional<double> time_s;  ///< for each goal; none: by its distance
+  double sigma = 1.0;            ///< of the latents; 0: the mean motion
+  bool refit = true;             ///< pin feet and place the wrist afterwards
+  bool refit_all = false;        ///< of all motions, not of the best alone
+  bool free_time = false;        ///< kLatents: arrive at any time until the goal is due
+  std::optional<Eigen::Vector3d> approach;  ///< kLatents: unit, along the forearm on arrival
+  std::vector<ReachObstacle> obstacles;     ///< kLatents
+  std::vector<int> stay_frames;             ///< kLatents: at each goal; empty: 16
+  std::uint64_t seed = 1;
+  int threads = 1;  ///< the result does not depend on them
+
+  int NumSamples() const { return samples.value_or(by == ReachBy::kIntention ? 16 : 4); }
+};
+
+}  // namespace holdfast

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "generator/scripted/reach_motion.h"
+#include "generator/wandr/body_kinematics.h"
+#include "generator/wandr/pose.h"
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
+#include "geometry/clip/clip_body.h"
+
+namespace holdfast {
+
+/// Who reaches, and the motion so far.
+struct ReachPerson {
+  std::shared_ptr<const BodyModel> body;
+  Eigen::VectorXd betas;
+  Clip like;  ///< body, betas and subject of the clips made
+  BodyMeasures measures;
+  wandr::BoneOffsets<double> bones;
+  wandr::StateMatrix<double> states;  ///< at 30 Hz; the motion goes on from the last
+
+  int Frame() const { return static_cast<int>(states.cols()) - 1; }
+  /// World, in the last of those frames.
+  Eigen::Vector3d Pelvis() const;
+  /// Highest place that a wrist comes to with both soles on the ground, metres.
+  double HighestReach(Side side) const;
+};
+
+/// Stands at the origin, facing -y. Throws Error for a hand alone.
+ReachPerson StandingPerson(std::shared_ptr<const BodyModel> body);
+
+/// Goes on from this frame of a clip (at the clip's rate, from 0), the last one if none is given.
+/// Throws Error for a frame that is not there, a hand alone, and positions that are no metres.
+ReachPerson PersonInClip(Clip clip, const ClipBody& body, std::optional<int> frame = {});
+
+}  // namespace holdfast

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: MIT
+#include "solver/reach/walk_and_reach.h"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "generator/wandr/motion_states.h"
+#include "generator/wandr/reach_outcome.h"
+#include "generator/wandr/reach_skating.h"
+#include "geometry/error.h"
+#include "geometry/parallel.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kFarthestGoal = 20.0;   // metres: nobody has been shown walking so far
+constexpr double kUsualDistance = 5.0;   // metres: as far as networks are trained and evaluated
+constexpr double kFastestWalk = 2.0;     // m/s
+constexpr double kHandThickness = 0.03;  // metres
+
+bool IsFasterThanWalking(double distance_m, const ReachOptions& options) {
+  return options.time_s && distance_m / *options.time_s > kFastestWalk;
+}
+
+ReachQuality QualityOf(const wandr::ReachSample& sample, const wandr::LowestPoint& lowest,
+                       std::span<const Eigen::Vector3d> goals, Side side) {
+  const wandr::ReachOutcome outcome = wandr::MeasureReach(sample.track.joints, goals.back(), side);
+  ReachQuality quality;
+  quality.skating = wandr::SkatingOfLowestVertex(lowest, sample.track.states);
+  quality.joint_skating = outcome.skating_share;
+  quality.airborne = outcome.airborne_share;
+  quality.peak_pelvis_m_s = outcome.peak_pelvis_m_s;
+  // A goal that was never taken on is as far as the wrist was from it at the end.
+  const Eigen::Vector3d last =
+      sample.track.joints.block<3, 1>(3 * WristJoint(side), sample.track.joints.cols() - 1)
+          .cast<double>();
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    quality.closest_sum_m +=
+        sample.goals[g].taken_on >= 0 ? sample.goals[g].closest_m : (goals[g] - last).norm();
+  }
+  return quality;
+}
+
+void SortBestFirst(std::vector<ReachMotion>& motions, int num_goals) {
+  const auto key = [&](const ReachMotion& motion) {
+    const int reached = motion.sample.NumReached();
+    const ReachQuality& quality = motion.quality;
+    return std::tuple(
+        motion.sample.diverged, -reached,
+        reached == num_goals ? quality.skating + quality.airborne : quality.closest_sum_m,
+        motion.index);
+  };
+  std::ranges::sort(motions, {}, key);
+}
+
+// Chosen as the network made them: only what is wanted is worth the time.
+void RefitBest(const ReachPerson& person, std::span<const Eigen::Vector3d> goals,
+               const wandr::LowestPoint& lowest, const ReachOptions& options,
+               std::vector<ReachMotion>& motions) {
+  const std::size_t count = options.refit_all ? motions.size() : 1;
+  ParallelFor(static_cast<int>(count), options.threads, [&](int k) {
+    ReachMotion& motion = motions[static_cast<std::size_t>(k)];
+    if (motion.sample.diverged) return;
+    motion.refit = RefitReach(person, goals, options.side, motion.sample);
+    motion.quality = QualityOf(motion.sample, lowest, goals, options.side);
+  });
+}
+
+ReachMiss WhyMissed(const wandr::ReachSample& sample, const wandr::GoalOutcome& outcome,
+                    const Eigen::Vector3d& goal, const ReachPerson& person,
+                    const ReachOptions& options) {
+  if (outcome.taken_on < 0 || outcome.Reached()) return {};
+  const Eigen::Vector3d from = sample.track.joints.block<3, 1>(0, outcome.taken_on).cast<double>();
+  const double distance = (goal - from).head<2>().norm();
+  if (goal.z() > person.HighestReach(options.side)) return {MissedBy::kHeight, distance};
+  for (const ReachObstacle& obstacle : options.obstacles) {
+    if (obstacle.Distance(goal, options.side) < kHandThickness) {
+      return {MissedBy::kObstacle, distance};
+    }
+  }
+  if (IsFasterThanWalking(distance, options)) return {MissedBy::kTime, distance};
+  return {MissedBy::kMotion, distance};
+}
+
+void RequirePossible(const Eigen::Vector3d& goal, double distance_m, const ReachOptions& options) {
+  const std::string where = "goal " + GoalText(goal);
+  if (goal.z() < 0.0) {
+    throw Error(where, fmt::format("is {:.2f} m below the ground z = 0", -goal.z()),
+                "Give a height of 0 or more: x and y are on the ground, z is up, metres");
+  }
+  if (distance_m > kFarthestGoal) {
+    throw Error(where,
+                fmt::format("is {:.1f} m away; {:.0f} m is the most that is tried", distance_m,
+                            kFarthestGoal),
+                "Give metres, or go there by several goals");
+  }
+  for (const ReachObstacle& obstacle : options.obstacles) {
+    const double depth = -obstacle.Distance(goal, options.side);
+    if (depth <= 0.0) continue;
+    throw Error(where, fmt::format("is {:.2f} m inside the obstacle {}", depth, obstacle.name),
+                "Give a goal outside, or leave the obstacle out");
+  }
+}
+
+}  // namespace
+
+std::string GoalText(const Eigen::Vector3d& goal) {
+  return fmt::format("({:.2f}, {:.2f}, {:.2f})", goal.x(), goal.y(), goal.z());
+}
+
+std::vector<std::string> CheckReachGoals(std::span<const Eigen::Vector3d> goals,
+                                         const ReachPerson& person, const ReachOptions& options) {
+  std::vector<std::string> notes;
+  const double pelvis_height = person.measures.rest_joints(1, 0) - person.measures.sole_y;
+  Eigen::Vector3d from = person.Pelvis();
+  if (from.z() > pelvis_height + 0.25 || from.z() < 0.0) {
+    notes.push_back(fmt::format(
+        "the start's pelvis is {:.2f} m above z = 0, {:.2f} m is standing: motions are made for a "
+        "ground at z = 0",
+        from.z(), pelvis_height));
+  }
+  const double highest = person.HighestReach(options.side);
+  for (const Eigen::Vector3d& goal : goals) {
+    const double distance = (goal - from).head<2>().norm();
+    RequirePossible(goal, distance, options);
+    if (distance > kUsualDistance) {
+      notes.push_back(fmt::format(
+          "the goal {} is {:.1f} m away; networks are trained and evaluated up to {:.0f} m: the "
+          "body walks towards it for as long as that takes, and may not arrive",
+          GoalText(goal), distance, kUsualDistance));
+    }
+    if (goal.z() > highest) {
+      notes.push_back(fmt::format(
+          "the goal {} is higher than the {:.2f} m that this body's wrist comes to on the ground: "
+          "it will come as near as it can",
+          GoalText(goal), highest));
+    }
+    if (IsFasterThanWalking(distance, options)) {
+      notes.push_back(fmt::format(
+          "{:.1f} s for {:.1f} m is faster than a walk: the goal {} will be late or missed",
+          *options.time_s, distance, GoalText(goal)));
+    }
+    from = goal;
+  }
+  return notes;
+}
+
+ReachReport WalkAndReach(const ReachPerson& person, const wandr::NetworkWeights& network,
+                         std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
+                         const StagedProgress& progress) {
+  ReachReport report;
+  ReachMotions made = MakeReachMotions(person, network, goals, options, progress);
+  if (made.stopped) return report;
+  report.seconds = made.seconds;
+  const wandr::LowestPoint lowest(BodySurface(person.body, person.betas));
+  for (std::size_t i = 0; i < made.samples.size(); ++i) {
+    ReachMotion motion;
+    motion.sample = std::move(made.samples[i]);
+    motion.quality = QualityOf(motion.sample, lowest, goals, options.side);
+    motion.index = static_cast<int>(i);
+    if (options.refit && options.by == ReachBy::kLatents) motion.refit = made.refits[i];
+    report.motions.push_back(std::move(motion));
+  }
+  const int num_goals = static_cast<int>(goals.size());
+  SortBestFirst(report.motions, num_goals);
+  ReachMotion& best = report.motions.front();
+  report.status = best.sample.diverged ? ReachStatus::kDiverged : ReachStatus::kMade;
+  if (best.sample.diverged) return report;
+  report.reach_all =
+      static_cast<int>(std::ranges::count_if(report.motions, [&](const ReachMotion& motion) {
+        return !motion.sample.diverged && motion.sample.NumReached() == num_goals;
+      }));
+  if (options.refit && options.by == ReachBy::kIntention) {
+    RefitBest(person, goals, lowest, options, report.motions);
+  }
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    report.misses.push_back(
+        WhyMissed(best.sample, best.sample.goals[g], goals[g], person, options));
+  }
+  return report;
+}
+
+Clip ClipOf(const ReachMotion& motion, const ReachPerson& person) {
+  Clip clip = wandr::ClipOfStates(motion.sample.track.states.cast<double>(), person.like);
+  clip.action = "reach";
+  return clip;
+}
+
+}  // namespace holdfast
