@@ -2,41 +2,20 @@
 #include "apps/synthesize_job.h"
 
 #include <algorithm>
-#include <chrono>
-#include <numeric>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/clip_input.h"
+#include "apps/reach_job.h"
 #include "apps/synthesis_network.h"
 #include "generator/actions/action_catalog.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
-#include "geometry/parallel.h"
-#include "solver/actions/action_clip.h"
-#include "solver/actions/action_measures.h"
-#include "solver/synthesis/synthesis.h"
-#include "solver/synthesis/synthesis_motion.h"
+#include "solver/synthesis/synthesize.h"
 
 namespace holdfast::apps {
 namespace {
-
-// How little is wrong with a sample: sums of what the measures find, each in units of what a made
-// clip may have at most.
-double FaultsOf(const ActionQuality& quality) {
-  const auto share = [](double value, double most) { return std::max(0.0, value / most - 0.5); };
-  return share(quality.penetrating, 0.02) + share(1.0 - quality.contact, 0.02) +
-         share(quality.object_in_body_mm, 5.0) + share(quality.hand_in_head_mm, 6.0) +
-         share(quality.arm_in_trunk_mm, 25.0) + share(quality.beyond_limits, 0.03) +
-         share(quality.skate, 0.1);
-}
-
-struct Sample {
-  Synthesised made;
-  Clip motion;  // at the frame rate asked for
-  double faults = 0.0;
-  int number = 0;
-};
 
 // Actions that the networks know and, where a start is to be made, that one can be made for.
 std::vector<std::string> OfferedActions(const SynthesisNetwork& network, bool makes_start) {
@@ -84,82 +63,127 @@ imos::Intent IntentOf(SynthesizeJob& job, const SynthesisNetwork& network) {
   return intent;
 }
 
+struct Start {
+  HeldStart held;
+  nlohmann::json how;  // for metrics.json
+};
+
+// The person of the clip at its frame, up to it.
+Start FromClip(const SynthesisBegin& begin, const LoadedObject& object,
+               const CommonOptions& common) {
+  const auto [name, frame] = ParseStart(begin.from);
+  ClipInputOptions options;
+  options.body = begin.body;
+  options.object = begin.object;
+  options.object_scale = begin.object_scale;
+  const ClipInput input = LoadClipInput(name, options, common);
+  Start start;
+  start.held = NamingClip(begin.from, [&] {
+    return StartInClip(input.clip, {input.body, input.betas}, object, frame, NumThreads(common));
+  });
+  start.how = {{"from", name}, {"frame", start.held.clip.NumFrames() - 1}};
+  return start;
+}
+
+// A person who stands and has the object in the hand, on a table or before the waist.
+Start Made(const SynthesisBegin& begin, const LoadedObject& object, std::string_view action,
+           const CommonOptions& common) {
+  const std::shared_ptr<const BodyModel> body = LoadBody(begin.body);
+  if (static_cast<int>(begin.betas.size()) > body->NumShape()) {
+    throw Error(
+        "--betas",
+        fmt::format("{} numbers, {} has {}", begin.betas.size(), body->Name(), body->NumShape()),
+        "Give fewer");
+  }
+  Eigen::VectorXd betas = Eigen::VectorXd::Zero(body->NumShape());
+  std::ranges::copy(begin.betas, betas.begin());
+  const StandingHoldOptions options{begin.left, begin.in_hand, common.seed, NumThreads(common)};
+  StandingHold hold = MakeStandingHold({body, betas}, object, action, options);
+  if (hold.status == StandingHoldStatus::kNoGrasp) {
+    throw FitFailure(fmt::format("{}: {}. Try another size (--object-scale)", begin.object,
+                                 Describe(hold.grasp)));
+  }
+  if (hold.status == StandingHoldStatus::kNobodyCan) {
+    throw FitFailure(
+        fmt::format("{}: nobody can hold it so as to '{}': {} ({}). Try another "
+                    "--seed, --betas or --object-scale",
+                    begin.object, action, hold.fault, hold.detail));
+  }
+  return {std::move(hold.start),
+          {{"made", true}, {"hand", begin.left ? "left" : "right"}, {"betas", begin.betas}}};
+}
+
+nlohmann::json SynthesisJson(const SynthesizeJob& job, const imos::Intent& intent,
+                             const SynthesisNetwork& network, const Start& start,
+                             const SynthesizeOptions& options, const SynthesizedMotion& made) {
+  nlohmann::json faults = nlohmann::json::array();
+  for (const SynthesizedSample& sample : made.samples) {
+    faults.push_back({{"sample", sample.number}, {"faults", sample.faults}});
+  }
+  return {{"action", made.motion.action},
+          {"object", imos::Objects()[intent.object]},
+          {"sentence", imos::SentenceOf(intent)},
+          {"network", network.ToJson()},
+          {"start", start.how},
+          {"key_frames", job.key_frames},
+          {"seconds_per_key_frame", options.seconds_per_key_frame},
+          {"samples", faults},
+          {"switch_key_frame", made.samples.front().keys.switch_frame},
+          {"sigma", job.sigma}};
+}
+
+FitJob FitJobOf(const SynthesizeJob& job, const SynthesizedMotion& made) {
+  FitJob fit;
+  fit.clip = made.motion.action;
+  fit.motion = made.motion;
+  fit.object = job.begin.object;
+  fit.object_scale = job.begin.object_scale;
+  fit.output = job.output;
+  fit.body = job.begin.body;
+  fit.write_report = job.write_report;
+  fit.offhand = made.switch_frame.has_value();
+  if (fit.offhand) {
+    fit.handover.switch_frames = {*made.switch_frame};
+    fit.handover.first_hand = made.first_hand;
+  }
+  return fit;
+}
+
 }  // namespace
 
 FitOutcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
   const SynthesisNetwork network = LoadSynthesisNetwork(job.weights, job.action_embeddings);
   const imos::Intent intent = IntentOf(job, network);
   if (const std::string note = NoteOnIntent(network, intent); !note.empty()) Note(common, note);
-  const HeldStart start = BeginSynthesis(job.begin, intent, common);
+  const LoadedObject object = LoadObjectInput(job.begin.object, job.begin.object_scale);
+  RequireHandheld(object);
+  const Start start = job.begin.from.empty()
+                          ? Made(job.begin, object, imos::Actions()[intent.action].label, common)
+                          : FromClip(job.begin, object, common);
   if (Interrupted()) return {kInterrupted, {}, {}};
-
-  const imos::Network<float> networks(network.weights);
-  const HandModel* const hands[] = {&start.actor->Hand(Side::kRight),
-                                    &start.actor->Hand(Side::kLeft)};
-  const double seconds =
+  SynthesizeOptions options;
+  options.seconds_per_key_frame =
       job.seconds ? *job.seconds / (job.key_frames - 1) : network.SecondsPerKeyFrame(intent.action);
-  const SynthesisScene scene{start.clip,     start.actor->Measures().rest_joints,
-                             hands,          start.prop->fit,
-                             intent,         seconds,
-                             job.key_frames, imos::Actions()[intent.action].label == "offhand"};
-  const auto began = std::chrono::steady_clock::now();
-  std::vector<Synthesised> made =
-      Synthesise(networks, network.action_table, scene, FitOptions(), job.samples, common.seed, 0,
-                 job.sigma, NumThreads(common));
-  const double loop_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  std::vector<Sample> samples(made.size());
-  ParallelFor(static_cast<int>(samples.size()), NumThreads(common), [&](int i) {
-    Sample& sample = samples[i];
-    sample.made = std::move(made[i]);
-    sample.number = i;
-    sample.motion = MotionOfKeyFrames(sample.made.clip, start.actor->Measures(), job.frame_rate);
-    ActionQuality quality;
-    MeasureAction(*start.actor, *start.prop, sample.motion, quality);
-    sample.faults = FaultsOf(quality);
-  });
-  std::ranges::stable_sort(samples, {}, &Sample::faults);
+  options.key_frames = job.key_frames;
+  options.samples = job.samples;
+  options.sigma = job.sigma;
+  options.frame_rate = job.frame_rate;
+  options.action_table = network.action_table;
+  options.seed = common.seed;
+  options.threads = NumThreads(common);
+  const SynthesizedMotion made = Synthesize(start.held, network.weights, intent, options);
   if (Interrupted()) return {kInterrupted, {}, {}};
 
-  FitJob fit;
-  const Sample& best = samples.front();
-  const std::string action(imos::Actions()[intent.action].label);
-  fit.clip = action;
-  fit.motion = start.mirrored ? MirrorClip(best.motion) : best.motion;
-  fit.motion->action = action;
-  fit.object = job.begin.object;
-  fit.object_scale = job.begin.object_scale;
-  fit.output = job.output;
-  fit.body = job.begin.body;
-  fit.write_report = job.write_report;
-  fit.offhand = best.made.switch_frame >= 0;
-  if (fit.offhand) {
-    fit.handover.switch_frames = {
-        static_cast<int>(std::lround((best.made.switch_frame - 0.5) * seconds * job.frame_rate))};
-    fit.handover.first_hand = start.mirrored ? Side::kLeft : Side::kRight;
-  }
-  nlohmann::json faults = nlohmann::json::array();
-  for (const Sample& sample : samples) {
-    faults.push_back({{"sample", sample.number}, {"faults", sample.faults}});
-  }
-  fit.extra["synthesis"] = {{"action", action},
-                            {"object", imos::Objects()[intent.object]},
-                            {"sentence", imos::SentenceOf(intent)},
-                            {"network", network.ToJson()},
-                            {"start", start.how},
-                            {"key_frames", job.key_frames},
-                            {"seconds_per_key_frame", seconds},
-                            {"samples", faults},
-                            {"switch_key_frame", best.made.switch_frame},
-                            {"sigma", job.sigma}};
+  FitJob fit = FitJobOf(job, made);
+  fit.extra["synthesis"] = SynthesisJson(job, intent, network, start, options, made);
   FitLibrary library;
   FitOutcome outcome = RunFitJob(fit, common, library);
   if (outcome.summary.is_null()) return outcome;
   outcome.text = fmt::format(
       "{}\n  made                {:.1f} s of motion in {} key frames; best of {} samples, {:.0f} "
       "ms each with the object\n{}",
-      imos::SentenceOf(intent), seconds * (job.key_frames - 1), job.key_frames, job.samples,
-      1000.0 * loop_s / job.samples, outcome.text);
+      imos::SentenceOf(intent), options.seconds_per_key_frame * (job.key_frames - 1),
+      job.key_frames, job.samples, 1000.0 * made.loop_s / job.samples, outcome.text);
   return outcome;
 }
 

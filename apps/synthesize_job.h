@@ -3,12 +3,23 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "apps/common.h"
 #include "apps/fit_job.h"
-#include "apps/synthesize_start.h"
 
 namespace holdfast::apps {
+
+/// What a synthesis begins with, as the command line asks for it.
+struct SynthesisBegin {
+  std::string from;    ///< CLIP or CLIP:FRAME with the object held; empty: a start is made
+  std::string object;  ///< mesh or embedded object
+  double object_scale = 1.0;
+  std::string body;
+  std::vector<double> betas;    ///< of a made start
+  bool left = false;            ///< the left hand
+  std::optional<bool> in_hand;  ///< of a made start: in the hand, not on a table; empty: drawn
+};
 
 /// One synthesis, as the command line asks for it.
 struct SynthesizeJob {
@@ -27,8 +38,8 @@ struct SynthesizeJob {
   std::string output = "synthesized";
 };
 
-/// Prepares the start, makes the samples (Synthesise), chooses one, makes motion of its key frames
-/// and fits the object to all frames (RunFitJob), whose result folder it is. Throws Error and
+/// Prepares the start, makes a motion (Synthesize) and fits the object to all of its frames
+/// (RunFitJob), whose result folder it is. Throws Error and
 /// FitFailure.
 FitOutcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common);
 

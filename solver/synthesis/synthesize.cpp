@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include "solver/synthesis/synthesize.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "geometry/parallel.h"
+#include "solver/actions/action_clip.h"
+#include "solver/actions/action_measures.h"
+#include "solver/synthesis/synthesis_motion.h"
+
+namespace holdfast {
+namespace {
+
+double FaultsOf(const ActionQuality& quality) {
+  const auto share = [](double value, double most) { return std::max(0.0, value / most - 0.5); };
+  return share(quality.penetrating, 0.02) + share(1.0 - quality.contact, 0.02) +
+         share(quality.object_in_body_mm, 5.0) + share(quality.hand_in_head_mm, 6.0) +
+         share(quality.arm_in_trunk_mm, 25.0) + share(quality.beyond_limits, 0.03) +
+         share(quality.skate, 0.1);
+}
+
+}  // namespace
+
+SynthesizedMotion Synthesize(const HeldStart& start, const imos::NetworkWeights& network,
+                             const imos::Intent& intent, const SynthesizeOptions& options,
+                             const StagedProgress& progress) {
+  const HandModel* const hands[] = {&start.actor->Hand(Side::kRight),
+                                    &start.actor->Hand(Side::kLeft)};
+  const std::string action(imos::Actions()[intent.action].label);
+  const SynthesisScene scene{start.clip,
+                             start.actor->Measures().rest_joints,
+                             hands,
+                             start.prop->fit,
+                             intent,
+                             options.seconds_per_key_frame,
+                             options.key_frames,
+                             action == "offhand"};
+  SynthesizedMotion result;
+  const auto began = std::chrono::steady_clock::now();
+  std::vector<Synthesised> made =
+      Synthesise(imos::Network<float>(network),
+                 options.action_table ? *options.action_table : imos::ActionTable(network), scene,
+                 FitOptions(), options.samples, options.seed, 0, options.sigma, options.threads);
+  result.loop_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  result.samples.resize(made.size());
+  ParallelFor(static_cast<int>(made.size()), options.threads, [&](int i) {
+    SynthesizedSample& sample = result.samples[i];
+    sample.keys = std::move(made[i]);
+    sample.number = i;
+    sample.motion =
+        MotionOfKeyFrames(sample.keys.clip, start.actor->Measures(), options.frame_rate);
+    ActionQuality quality;
+    MeasureAction(*start.actor, *start.prop, sample.motion, quality);
+    sample.faults = FaultsOf(quality);
+  });
+  std::ranges::stable_sort(result.samples, {}, &SynthesizedSample::faults);
+  result.stopped = progress && !progress("synthesize", 1, 1);
+  const SynthesizedSample& best = result.samples.front();
+  result.motion = start.mirrored ? MirrorClip(best.motion) : best.motion;
+  result.motion.action = action;
+  result.first_hand = start.mirrored ? Side::kLeft : Side::kRight;
+  if (best.keys.switch_frame >= 0) {
+    result.switch_frame = static_cast<int>(std::lround(
+        (best.keys.switch_frame - 0.5) * options.seconds_per_key_frame * options.frame_rate));
+  }
+  return result;
+}
+
+}  // namespace holdfast

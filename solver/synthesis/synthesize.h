@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "generator/imos/vocabulary.h"
+#include "generator/imos/weights.h"
+#include "geometry/clip/clip.h"
+#include "geometry/progress.h"
+#include "solver/synthesis/held_start.h"
+#include "solver/synthesis/synthesis.h"
+
+/// A motion for a person who holds an object and an intent: key frames by IMoS's loop, the best of
+/// several samples, made motion. CarryObject fits the object to all of its frames.
+///
+///   HeldStart start = MakeStandingHold(body, LoadObject("mug"), "drink").start;
+///   SynthesizedMotion made = Synthesize(start, imos::DefaultNetwork(), intent, {});
+///   CarryReport carried = CarryObject(made.motion, body, PrepareObject(LoadObject("mug")));
+namespace holdfast {
+
+struct SynthesizeOptions {
+  double seconds_per_key_frame = 0.2;
+  int key_frames = imos::kNumKeyFrames;  ///< with those of the start
+  int samples = 8;                       ///< motions to choose from
+  double sigma = 1.0;                    ///< of the latents
+  double frame_rate = 30.0;              ///< Hz, of the motion
+  /// (29 x E) embeddings of the actions; none: the networks' own.
+  std::optional<Eigen::MatrixXf> action_table;
+  std::uint64_t seed = 1;
+  int threads = 1;  ///< the result does not depend on them
+};
+
+struct SynthesizedSample {
+  Synthesised keys;
+  Clip motion;          ///< in the world of the start
+  double faults = 0.0;  ///< what is wrong with it, in units of what a made clip may have at most
+  int number = 0;       ///< before they were ranked
+};
+
+struct SynthesizedMotion {
+  bool stopped = false;             ///< by `progress`
+  Clip motion;                      ///< of the best sample, out of the mirror again
+  std::optional<int> switch_frame;  ///< in which the other hand takes the object over
+  Side first_hand = Side::kRight;
+  std::vector<SynthesizedSample> samples;  ///< best first
+  double loop_s = 0.0;                     ///< of making all key frames
+};
+
+SynthesizedMotion Synthesize(const HeldStart& start, const imos::NetworkWeights& network,
+                             const imos::Intent& intent, const SynthesizeOptions& options = {},
+                             const StagedProgress& progress = {});
+
+}  // namespace holdfast
