@@ -10,11 +10,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/action_plan.h"
 #include "apps/action_starts.h"
 #include "apps/common.h"
 #include "apps/fit_library.h"
 #include "solver/actions/action_clip.h"
+#include "solver/actions/action_plan.h"
 
 namespace holdfast::apps {
 

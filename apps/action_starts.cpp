@@ -10,9 +10,9 @@
 #include <fmt/ranges.h>
 
 #include "apps/motion_set.h"
-#include "apps/read_json.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
+#include "geometry/io/container/read_json.h"
 #include "geometry/parallel.h"
 #include "geometry/seed.h"
 

@@ -5,11 +5,11 @@
 
 #include <fmt/format.h>
 
-#include "apps/read_json.h"
 #include "apps/suggestion.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/import/held_distance.h"
+#include "geometry/io/container/read_json.h"
 #include "geometry/io/mesh/mesh_io.h"
 
 namespace holdfast::apps {

@@ -10,10 +10,10 @@
 
 #include "apps/clip_input.h"
 #include "apps/job_list.h"
-#include "apps/read_json.h"
 #include "apps/score_values.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/read_json.h"
 #include "solver/evaluation/handover_study.h"
 
 namespace holdfast::apps {

@@ -12,14 +12,14 @@
 #include "apps/evaluate_reach_methods.h"
 #include "apps/interrupt.h"
 #include "apps/reach_network.h"
-#include "apps/reach_study.h"
-#include "apps/reach_study_captured.h"
 #include "apps/reach_study_output.h"
 #include "apps/reach_study_page.h"
-#include "apps/reach_study_solvers.h"
 #include "generator/scripted/reach_motion.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/error.h"
+#include "solver/evaluation/captured_reaches.h"
+#include "solver/evaluation/reach_methods.h"
+#include "solver/evaluation/reach_study.h"
 
 namespace holdfast::apps {
 namespace {
@@ -125,6 +125,57 @@ std::vector<std::string> NotesOf(const EvaluateReachOptions& options, const Reac
   return notes;
 }
 
+struct Planned {
+  StudyRun run;
+  ReachQuestion question;
+  std::string name;
+};
+
+// A network trained without a part has seen zeros there: it is told so as well.
+Planned PlanRun(const ReachVariant& variant, const std::string& deadline,
+                const EvaluateReachOptions& options, const ReachNetwork& network,
+                const ReachNetwork* own, std::uint64_t seed) {
+  Planned planned;
+  planned.run.variant = &variant;
+  planned.run.deadline = deadline;
+  wandr::ReachProtocol& protocol = planned.run.protocol;
+  if (deadline == "adaptive") protocol = wandr::ReachProtocol::Adaptive();
+  protocol.num_samples = options.samples;
+  protocol.sigma = options.sigma;
+  protocol.seed = seed;
+  protocol.with_intention = variant.with_intention;
+  protocol.intention.parts = variant.parts;
+  if (own != nullptr) {
+    planned.run.how = fs::path(own->source).filename().string();
+  } else if (variant.key != "full" && variant.with_intention && !variant.refitted) {
+    planned.run.how = "masked";
+  }
+  planned.question = {{}, protocol, variant.key, variant.refitted, own != nullptr ? own : &network};
+  planned.name = fmt::format("{}_{}", deadline, variant.key);
+  return planned;
+}
+
+// All runs that are asked for, without their cases.
+std::vector<Planned> PlanOf(
+    const EvaluateReachOptions& options, const ReachNetwork& network,
+    const std::map<std::string, ReachNetwork>& others,
+    const std::function<std::vector<wandr::ReachStart>(const ReachNetwork&)>& starts_for,
+    std::uint64_t seed) {
+  std::vector<Planned> plan;
+  for (const std::string deadline : {"adaptive", "fixed"}) {
+    if (options.deadline != "both" && options.deadline != deadline) continue;
+    for (const ReachVariant& variant : ReachVariants()) {
+      if (!options.ablations && variant.key != "full" && !variant.refitted) continue;
+      const auto own = others.find(variant.key);
+      Planned planned = PlanRun(variant, deadline, options, network,
+                                own == others.end() ? nullptr : &own->second, seed);
+      planned.question.starts = starts_for(*planned.question.network);
+      plan.push_back(std::move(planned));
+    }
+  }
+  return plan;
+}
+
 }  // namespace
 
 FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOptions& common) {
@@ -141,47 +192,15 @@ FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOption
                                   : StartsFrom(captured, normaliser);
   };
 
-  struct Planned {
-    StudyRun run;
-    ReachQuestion question;
-    std::string name;
-  };
-  std::vector<Planned> plan;
-  bool masked = false;
-  for (const std::string deadline : {"adaptive", "fixed"}) {
-    if (options.deadline != "both" && options.deadline != deadline) continue;
-    for (const ReachVariant& variant : ReachVariants()) {
-      if (!options.ablations && variant.key != "full" && !variant.refitted) continue;
-      Planned planned;
-      const auto own = others.find(variant.key);
-      const ReachNetwork& used = own == others.end() ? network : own->second;
-      planned.run.variant = &variant;
-      planned.run.deadline = deadline;
-      wandr::ReachProtocol protocol =
-          deadline == "adaptive" ? wandr::ReachProtocol::Adaptive() : wandr::ReachProtocol();
-      protocol.num_samples = options.samples;
-      protocol.sigma = options.sigma;
-      protocol.seed = common.seed;
-      protocol.with_intention = variant.with_intention;
-      // A network trained without a part has seen zeros there: it is told so as well.
-      protocol.intention.parts = variant.parts;
-      if (own != others.end()) {
-        planned.run.how = fs::path(own->second.source).filename().string();
-      } else if (variant.key != "full" && variant.with_intention && !variant.refitted) {
-        planned.run.how = "masked";
-        masked = true;
-      }
-      planned.run.protocol = protocol;
-      planned.question = {starts_for(used), protocol, variant.key, variant.refitted, &used};
-      planned.run.cases =
-          wandr::ReachCases(protocol, bones, wandr::AsFloat(planned.question.starts));
-      planned.name = fmt::format("{}_{}", deadline, variant.key);
-      plan.push_back(std::move(planned));
-    }
+  std::vector<Planned> plan = PlanOf(options, network, others, starts_for, common.seed);
+  for (Planned& planned : plan) {
+    planned.run.cases =
+        wandr::ReachCases(planned.run.protocol, bones, wandr::AsFloat(planned.question.starts));
   }
-
+  const bool masked =
+      std::ranges::any_of(plan, [](const Planned& planned) { return planned.run.how == "masked"; });
   const fs::path folder = options.output;
-  const ReachStudy study(folder / "blocks", lowest, measures, common);
+  const ReachStudy study(folder / "blocks", lowest, measures, common.force, NumThreads(common));
   int left = 0, total = 0;
   for (const Planned& planned : plan) {
     const int motions = static_cast<int>(planned.run.cases.size());

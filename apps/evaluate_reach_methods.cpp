@@ -8,13 +8,13 @@
 
 #include "apps/interrupt.h"
 #include "apps/reach_network.h"
-#include "apps/reach_study_captured.h"
-#include "apps/reach_study_methods.h"
 #include "apps/reach_study_methods_page.h"
 #include "apps/reach_study_output.h"
-#include "apps/reach_study_solvers.h"
 #include "generator/scripted/reach_motion.h"
 #include "generator/wandr/motion_states.h"
+#include "solver/evaluation/captured_reaches.h"
+#include "solver/evaluation/reach_method_study.h"
+#include "solver/evaluation/reach_methods.h"
 
 namespace holdfast::apps {
 namespace {
@@ -79,7 +79,13 @@ FitOutcome CompareReachMethods(const EvaluateReachOptions& options, const Common
                                                     : StartsFrom(captured, normaliser);
 
   std::vector<MethodRun> runs;
-  for (ReachMethod& method : ReachMethodsOf(options, {ready, bones, measures}, common.seed)) {
+  const ReachMethodsOptions asked{options.methods,
+                                  options.deadline != "adaptive",
+                                  options.deadline != "fixed",
+                                  options.samples,
+                                  options.sigma,
+                                  common.seed};
+  for (ReachMethod& method : ReachMethodsOf(asked, {ready, bones, measures})) {
     runs.push_back({std::move(method), {}, {}, {}});
   }
   std::vector<int> cases = SpreadCases(runs[0].method.protocol, static_cast<int>(starts.size()));
@@ -87,7 +93,7 @@ FitOutcome CompareReachMethods(const EvaluateReachOptions& options, const Common
   if (options.goals > 0) cases.resize(std::min(options.goals, all_cases));
 
   const fs::path folder = options.output;
-  const MethodStudy study(folder / "blocks", lowest, bones, common);
+  const MethodStudy study(folder / "blocks", lowest, bones, common.force, NumThreads(common));
   const auto question = [&](const MethodRun& run) {
     return MethodStudy::Question{run.method, starts, network, cases};
   };

@@ -18,6 +18,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/byte_source.h"
+#include "geometry/io/container/checksum.h"
 
 namespace holdfast::apps {
 namespace {

@@ -11,6 +11,7 @@
 #include "generator/imos/synthesis_metrics_motion.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
+#include "geometry/io/container/checksum.h"
 #include "geometry/io/container/safetensors.h"
 #include "geometry/parallel.h"
 

@@ -8,9 +8,9 @@
 #include <fmt/format.h>
 
 #include "apps/job_list.h"
-#include "apps/read_json.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/read_json.h"
 #include "geometry/parallel.h"
 
 namespace holdfast::apps {

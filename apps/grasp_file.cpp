@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "apps/grasp_file.h"
 
-#include "apps/read_json.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/read_json.h"
 
 namespace holdfast::apps {
 namespace {

@@ -8,10 +8,10 @@
 #include "apps/action_set.h"
 #include "apps/common.h"
 #include "apps/reach_manifest.h"
-#include "apps/read_json.h"
 #include "generator/actions/action_catalog.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/read_json.h"
 #include "geometry/parallel.h"
 #include "geometry/seed.h"
 

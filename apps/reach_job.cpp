@@ -246,7 +246,7 @@ FitOutcome RunTake(const ReachJob& job, const Start& start, const ReachNetwork& 
   take.output = job.output;
   take.write_report = job.write_report;
   nlohmann::json extra;
-  extra["network"] = network.ToJson();
+  extra["network"] = NetworkJson(network);
   extra["options"] = OptionsJson(job, start, options);
   return RunReachTake(take, start.person, network.weights, options, extra, common);
 }
@@ -258,7 +258,7 @@ nlohmann::json MetricsOf(const ReachJob& job, const Start& start, const ReachNet
   const ReachMotion& best = report.motions.front();
   nlohmann::json metrics = JsonHead("holdfast/reach/1", common);
   metrics["options"] = OptionsJson(job, start, options);
-  metrics["network"] = network.ToJson();
+  metrics["network"] = NetworkJson(network);
   metrics["chosen_by"] = kRule;
   metrics["chosen"] = best.index;
   metrics["goals"] = GoalsJson(best.sample, goals, why);

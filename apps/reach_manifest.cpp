@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "apps/read_json.h"
 #include "geometry/error.h"
+#include "geometry/io/container/read_json.h"
 
 namespace holdfast::apps {
 

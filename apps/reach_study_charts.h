@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "apps/reach_study.h"
+#include "solver/evaluation/reach_study.h"
 
 namespace holdfast::apps {
 

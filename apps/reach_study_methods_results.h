@@ -7,9 +7,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/reach_study_captured.h"
-#include "apps/reach_study_methods.h"
 #include "apps/reach_study_page.h"
+#include "solver/evaluation/captured_reaches.h"
+#include "solver/evaluation/reach_method_study.h"
 
 namespace holdfast::apps {
 

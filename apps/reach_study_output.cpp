@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/reach_network.h"
 #include "geometry/io/container/atomic_file.h"
 
 namespace holdfast::apps {
@@ -13,7 +14,7 @@ nlohmann::json StudyHead(const std::string& schema, const CommonOptions& common,
                          const ReachNetwork& network, const std::vector<wandr::ReachStart>& starts,
                          bool captured, const StudyText& text) {
   nlohmann::json head = JsonHead(schema, common);
-  head["network"] = network.ToJson();
+  head["network"] = NetworkJson(network);
   head["starts"] = {{"captured", captured}};
   for (const wandr::ReachStart& start : starts) head["starts"]["poses"].push_back(start.name);
   head["notes"] = text.notes;

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "apps/fit_job.h"
-#include "apps/reach_study.h"
 #include "apps/reach_study_page.h"
+#include "solver/evaluation/reach_study.h"
 
 namespace holdfast::apps {
 

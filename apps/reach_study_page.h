@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/reach_study.h"
+#include "solver/evaluation/captured_reaches.h"
 
 namespace holdfast::apps {
 
@@ -17,14 +17,6 @@ struct StudyRun {
   std::vector<wandr::ReachCase> cases;
   std::vector<StudyMotion> motions;
   StudySummary summary;
-};
-
-/// FS of captured motion, by the same measures.
-struct CapturedSkating {
-  int clips = 0;
-  double surface = 0.0, joints = 0.0;  ///< means over clips
-  int walking_clips = 0;               ///< whose pelvis gets at least a metre away
-  double walking_surface = 0.0, walking_joints = 0.0;
 };
 
 /// What the page says besides numbers.

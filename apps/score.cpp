@@ -8,10 +8,10 @@
 #include <fmt/ranges.h>
 
 #include "apps/common.h"
-#include "apps/read_json.h"
 #include "apps/score_output.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/read_json.h"
 
 namespace holdfast::apps {
 namespace {

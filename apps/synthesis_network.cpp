@@ -9,6 +9,7 @@
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/io/container/byte_source.h"
+#include "geometry/io/container/checksum.h"
 
 namespace holdfast::apps {
 namespace {

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/read_json.h"
 #include "apps/train/training_curves.h"
 #include "apps/train/training_page.h"
 #include "generator/scripted/reach_motion.h"
@@ -14,6 +13,7 @@
 #include "generator/wandr/reach_starts.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/read_json.h"
 
 namespace holdfast::apps {
 namespace {

@@ -48,7 +48,7 @@ const std::vector<std::vector<std::string>> kFloors = {
 // What a room may hold; more is a hall.
 constexpr int kMostFiles = 45;
 // Halls that are being cleared: they may not grow.
-const std::map<std::string, int> kHalls = {{"apps", 138}};
+const std::map<std::string, int> kHalls = {{"apps", 127}};
 
 struct Tree {
   std::map<std::string, int> files;                                 // of each room

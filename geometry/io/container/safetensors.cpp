@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kLengthBytes = 8;
 constexpr std::string_view kMetadataName = "__metadata__";
 constexpr std::size_t kMaxRank = 32;
-constexpr std::size_t kNamesInMessage = 40;
+constexpr std::size_t kTensorsInMessage = 40;
 
 struct ElementWord {
   std::string_view word;
@@ -270,8 +270,8 @@ NpyMember SafetensorsReader::Read(std::string_view name) const {
   const SafetensorsEntry* entry = Find(name);
   if (entry == nullptr) {
     std::vector<std::string> names = Names();
-    const bool many = names.size() > kNamesInMessage;
-    if (many) names.resize(kNamesInMessage);
+    const bool many = names.size() > kTensorsInMessage;
+    if (many) names.resize(kTensorsInMessage);
     throw Error(where, "is missing",
                 fmt::format("The file has: {}{}", fmt::join(names, ", "), many ? ", ..." : ""));
   }

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/reach_study.h"
+#include "solver/evaluation/reach_study.h"
 #include "solver/latent/reach_task.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 
 inline constexpr double kFastPelvis = 2.0;  ///< m/s: nobody walks to a goal like that
 
@@ -62,7 +62,7 @@ class MethodStudy {
  public:
   /// As ReachStudy.
   MethodStudy(std::filesystem::path folder, const wandr::LowestPoint& lowest,
-              const wandr::BoneOffsets<float>& bones, const CommonOptions& common);
+              const wandr::BoneOffsets<float>& bones, bool replace, int threads);
 
   /// What is asked: `cases` of those of `method.protocol`, from `starts`, through `network`.
   struct Question {
@@ -78,15 +78,14 @@ class MethodStudy {
                                 const std::function<void()>& poll) const;
 
  private:
-  std::filesystem::path BlockFile(const ReachMethod& method, int block) const;
   std::vector<MethodMotion> Load(const ReachMethod& method, int block,
                                  const std::string& checksum) const;
   MethodMotion Measure(const ReachTask& task, const ReachSolution& solution) const;
 
-  std::filesystem::path folder_;
+  StudyBlocks blocks_;
   const wandr::LowestPoint& lowest_;
   const wandr::BoneOffsets<float>& bones_;
-  const CommonOptions& common_;
+  int threads_;
 };
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

@@ -5,12 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "apps/evaluate_reach.h"
-#include "apps/reach_study_methods.h"
 #include "generator/scripted/reach_motion.h"
 #include "generator/wandr/network.h"
+#include "solver/evaluation/reach_method_study.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 
 /// What all methods run through; must outlive them.
 struct ReachGenerator {
@@ -22,8 +21,16 @@ struct ReachGenerator {
 /// Names that --methods takes, besides "all".
 const std::vector<std::string>& ReachMethodNames();
 
-/// Those that are asked for, baselines first. The intention has one for each of its deadlines.
-std::vector<ReachMethod> ReachMethodsOf(const EvaluateReachOptions& options,
-                                        const ReachGenerator& with, std::uint64_t seed);
+struct ReachMethodsOptions {
+  std::vector<std::string> methods;    ///< ReachMethodNames, or "all"
+  bool fixed = true, adaptive = true;  ///< deadlines of the intention
+  int samples = 5;                     ///< to each goal
+  double sigma = 1.0;
+  std::uint64_t seed = 1;
+};
 
-}  // namespace holdfast::apps
+/// Those that are asked for, baselines first. The intention has one for each of its deadlines.
+std::vector<ReachMethod> ReachMethodsOf(const ReachMethodsOptions& options,
+                                        const ReachGenerator& with);
+
+}  // namespace holdfast

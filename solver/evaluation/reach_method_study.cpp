@@ -1,23 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include "apps/reach_study_methods.h"
+#include "solver/evaluation/reach_method_study.h"
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 
-#include <fmt/format.h>
-
-#include "apps/read_json.h"
 #include "generator/wandr/motion_states.h"
-#include "geometry/error.h"
-#include "geometry/io/container/atomic_file.h"
 #include "geometry/parallel.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr int kBlockOfMotions = 64;    // motions in a file
 constexpr int kMotionsPerThread = 16;  // between writings of it: what shares a pass over weights
@@ -119,36 +112,18 @@ std::vector<int> SpreadCases(const wandr::ReachProtocol& protocol, int num_start
   return order;
 }
 
-MethodStudy::MethodStudy(fs::path folder, const wandr::LowestPoint& lowest,
-                         const wandr::BoneOffsets<float>& bones, const CommonOptions& common)
-    : folder_(std::move(folder)), lowest_(lowest), bones_(bones), common_(common) {
-  fs::create_directories(folder_);
-}
-
-fs::path MethodStudy::BlockFile(const ReachMethod& method, int block) const {
-  return folder_ / fmt::format("method_{}_{:03d}.json", method.key, block);
-}
+MethodStudy::MethodStudy(std::filesystem::path folder, const wandr::LowestPoint& lowest,
+                         const wandr::BoneOffsets<float>& bones, bool replace, int threads)
+    : blocks_(std::move(folder), replace), lowest_(lowest), bones_(bones), threads_(threads) {}
 
 std::vector<MethodMotion> MethodStudy::Load(const ReachMethod& method, int block,
                                             const std::string& checksum) const {
-  const fs::path file = BlockFile(method, block);
-  if (!fs::exists(file)) return {};
-  const nlohmann::json out = ReadJson(file);
-  if (!out.contains("question") || out["question"] != checksum) {
-    if (common_.force) return {};
-    throw Error(file.string(),
-                "holds results of a different configuration (network, start poses, protocol, "
-                "method or seed)",
-                "Choose another folder, or --force to replace them");
-  }
-  try {
-    std::vector<MethodMotion> motions;
-    for (const nlohmann::json& motion : out.at("motions")) motions.push_back(MotionOf(motion));
-    if (motions.size() <= kBlockOfMotions) return motions;
-  } catch (const nlohmann::json::exception&) {
-    // falls through: damaged, as with too many motions
-  }
-  throw Error(file.string(), "is damaged", "Delete it: its motions are made again");
+  std::vector<MethodMotion> motions;
+  blocks_.Read("method_" + method.key, block, checksum, [&](const nlohmann::json& rows) {
+    for (const nlohmann::json& row : rows) motions.push_back(MotionOf(row));
+    return motions.size() <= kBlockOfMotions;
+  });
+  return motions;
 }
 
 int MethodStudy::NumDone(const Question& question) const {
@@ -181,7 +156,7 @@ std::vector<MethodMotion> MethodStudy::Run(const Question& question,
   const std::vector<wandr::RolloutStart<float>> starts = wandr::AsFloat(question.starts);
   const std::vector<wandr::ReachCase> cases = wandr::ReachCases(protocol, bones_, starts);
   const std::string checksum = ChecksumOf(question);
-  const int total = static_cast<int>(question.cases.size()), threads = NumThreads(common_);
+  const int total = static_cast<int>(question.cases.size()), threads = threads_;
   std::vector<MethodMotion> all;
   for (int first = 0; first < total; first += kBlockOfMotions) {
     const int count = std::min(kBlockOfMotions, total - first);
@@ -207,9 +182,10 @@ std::vector<MethodMotion> MethodStudy::Run(const Question& question,
         motion.seconds = motion.seconds_at.empty() ? passed.count() * std::min(threads, size) / size
                                                    : motion.seconds_at.back();
       });
-      nlohmann::json out = {{"question", checksum}, {"motions", nlohmann::json::array()}};
+      nlohmann::json out = {{"motions", nlohmann::json::array()}};
       for (const MethodMotion& motion : block) out["motions"].push_back(JsonOf(motion));
-      WriteAtomically(BlockFile(question.method, first / kBlockOfMotions), out.dump() + "\n");
+      blocks_.Write("method_" + question.method.key, first / kBlockOfMotions, checksum,
+                    std::move(out));
       progress(size);
     }
     all.insert(all.end(), block.begin(), block.begin() + count);
@@ -217,4 +193,4 @@ std::vector<MethodMotion> MethodStudy::Run(const Question& question,
   return all;
 }
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

@@ -9,14 +9,14 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/common.h"
-#include "apps/reach_network.h"
 #include "generator/scripted/reach_motion.h"
+#include "generator/wandr/reach_network.h"
 #include "generator/wandr/reach_protocol.h"
 #include "generator/wandr/reach_skating.h"
 #include "generator/wandr/reach_starts.h"
+#include "solver/evaluation/study_blocks.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 
 /// A row of the ablation table (Table 2 of the paper).
 struct ReachVariant {
@@ -66,10 +66,10 @@ struct ReachQuestion {
 /// Runs a protocol in blocks that are kept in files, so that a stopped study goes on where it was.
 class ReachStudy {
  public:
-  /// `folder` is made. With `force`, blocks of another question are replaced; otherwise they throw
-  /// Error.
+  /// `folder` is made. With `replace`, blocks of another question are replaced; otherwise they
+  /// throw Error.
   ReachStudy(std::filesystem::path folder, const wandr::LowestPoint& lowest,
-             const BodyMeasures& body, const CommonOptions& common);
+             const BodyMeasures& body, bool replace, int threads);
 
   /// Blocks of this question (named `name`) that there are already, as a number of motions.
   int NumDone(const ReachQuestion& question, const std::string& name) const;
@@ -79,16 +79,15 @@ class ReachStudy {
                                const std::function<void()>& progress) const;
 
  private:
-  std::filesystem::path BlockFile(const std::string& name, int block) const;
   /// The motions of a block in a file; nothing when there is none (of this question, with force).
   std::optional<std::vector<StudyMotion>> Load(const std::string& name, int block,
                                                const std::string& checksum, int count) const;
 
-  std::filesystem::path folder_;
+  StudyBlocks blocks_;
   const wandr::LowestPoint& lowest_;
   const BodyMeasures& body_;
   wandr::BoneOffsets<float> bones_;
-  const CommonOptions& common_;
+  int threads_;
 };
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-namespace holdfast::apps {
+namespace holdfast {
 
 struct ActionSetOptions {
   int count = 600;
@@ -42,4 +42,4 @@ bool IsHeldOut(int subject, int subjects);
 /// Shape of a subject: `count` coefficients, normal with standard deviation 0.9, at most 2.
 Eigen::VectorXd SubjectBetas(int subject, int count, std::uint64_t seed);
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

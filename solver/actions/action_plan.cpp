@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "apps/action_plan.h"
+#include "solver/actions/action_plan.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@
 #include "geometry/error.h"
 #include "geometry/seed.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 namespace {
 
 constexpr std::uint64_t kShapes = 0x5EED, kDraws = 0xD0;
@@ -108,4 +108,4 @@ std::vector<ActionJob> PlanActions(const ActionSetOptions& options, std::uint64_
   return jobs;
 }
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include "apps/reach_study.h"
+#include "solver/evaluation/reach_study.h"
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
-#include "apps/read_json.h"
-#include "geometry/error.h"
-#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/checksum.h"
 #include "solver/body_ik/reach_refit.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr int kBlock = 250;  // motions in a file
 constexpr int kColumns = 11;
@@ -123,44 +120,27 @@ std::string ReachQuestion::Checksum() const {
     all["starts"].push_back(
         std::vector<double>(start.start.previous_delta.begin(), start.start.previous_delta.end()));
   }
-  return apps::Checksum(all.dump());
+  return holdfast::Checksum(all.dump());
 }
 
-ReachStudy::ReachStudy(fs::path folder, const wandr::LowestPoint& lowest, const BodyMeasures& body,
-                       const CommonOptions& common)
-    : folder_(std::move(folder)),
+ReachStudy::ReachStudy(std::filesystem::path folder, const wandr::LowestPoint& lowest,
+                       const BodyMeasures& body, bool replace, int threads)
+    : blocks_(std::move(folder), replace),
       lowest_(lowest),
       body_(body),
       bones_(wandr::BoneOffsetsOf(body.rest_joints).Cast<float>()),
-      common_(common) {
-  fs::create_directories(folder_);
-}
-
-fs::path ReachStudy::BlockFile(const std::string& name, int block) const {
-  return folder_ / fmt::format("{}_{:03d}.json", name, block);
-}
+      threads_(threads) {}
 
 std::optional<std::vector<StudyMotion>> ReachStudy::Load(const std::string& name, int block,
                                                          const std::string& checksum,
                                                          int count) const {
-  const fs::path file = BlockFile(name, block);
-  if (!fs::exists(file)) return std::nullopt;
-  const nlohmann::json out = ReadJson(file);
-  if (!out.contains("question") || out["question"] != checksum) {
-    if (common_.force) return std::nullopt;
-    throw Error(
-        file.string(),
-        "holds results of a different configuration (network, start poses, protocol or seed)",
-        "Choose another folder, or --force to replace them");
-  }
-  try {
-    std::vector<StudyMotion> motions;
-    for (const nlohmann::json& row : out.at("motions")) motions.push_back(StudyMotionOf(row));
-    if (static_cast<int>(motions.size()) == count) return motions;
-  } catch (const nlohmann::json::exception&) {
-    // falls through: damaged, as with the wrong number of motions
-  }
-  throw Error(file.string(), "is damaged", "Delete it: its motions are made again");
+  std::vector<StudyMotion> motions;
+  const bool there = blocks_.Read(name, block, checksum, [&](const nlohmann::json& rows) {
+    for (const nlohmann::json& row : rows) motions.push_back(StudyMotionOf(row));
+    return static_cast<int>(motions.size()) == count;
+  });
+  if (!there) return std::nullopt;
+  return motions;
 }
 
 int ReachStudy::NumDone(const ReachQuestion& question, const std::string& name) const {
@@ -188,7 +168,7 @@ std::vector<StudyMotion> ReachStudy::Run(const ReachQuestion& question, const st
       if (!network) network.emplace(question.network->weights);
       block.emplace(count);
       wandr::ReachRun run;
-      run.threads = NumThreads(common_);
+      run.threads = threads_;
       run.first = first;
       run.count = count;
       run.progress = [&](int, int) { progress(); };
@@ -203,16 +183,16 @@ std::vector<StudyMotion> ReachStudy::Run(const ReachQuestion& question, const st
       }
       const std::vector<wandr::ReachOutcome> outcomes =
           wandr::RunReachProtocol(*network, bones_, starts, question.protocol, run);
-      nlohmann::json out = {{"question", checksum}, {"columns", kColumnNames}};
+      nlohmann::json out = {{"columns", kColumnNames}};
       for (int i = 0; i < count; ++i) {
         (*block)[i].outcome = outcomes[i];
         out["motions"].push_back(StudyRow((*block)[i]));
       }
-      WriteAtomically(BlockFile(name, first / kBlock), out.dump() + "\n");
+      blocks_.Write(name, first / kBlock, checksum, std::move(out));
     }
     all.insert(all.end(), block->begin(), block->end());
   }
   return all;
 }
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "apps/reach_study_solvers.h"
+#include "solver/evaluation/reach_methods.h"
 
 #include <algorithm>
 
@@ -11,7 +11,7 @@
 #include "solver/latent/latent_optimizer.h"
 #include "solver/latent/vae_opt.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 namespace {
 
 // Each motion sampled once in closed loop, as `holdfast reach --samples 1`.
@@ -136,8 +136,8 @@ const std::vector<std::string>& ReachMethodNames() {
   return names;
 }
 
-std::vector<ReachMethod> ReachMethodsOf(const EvaluateReachOptions& options,
-                                        const ReachGenerator& with, std::uint64_t seed) {
+std::vector<ReachMethod> ReachMethodsOf(const ReachMethodsOptions& options,
+                                        const ReachGenerator& with) {
   const auto asked = [&](const std::string& name) {
     return std::ranges::any_of(options.methods, [&](const std::string& method) {
       return method == name || method == "all";
@@ -146,7 +146,7 @@ std::vector<ReachMethod> ReachMethodsOf(const EvaluateReachOptions& options,
   const auto protocol = [&](wandr::ReachProtocol one) {
     one.num_samples = options.samples;
     one.sigma = options.sigma;
-    one.seed = seed;
+    one.seed = options.seed;
     return one;
   };
   const wandr::ReachProtocol adaptive = protocol(wandr::ReachProtocol::Adaptive());
@@ -166,10 +166,10 @@ std::vector<ReachMethod> ReachMethodsOf(const EvaluateReachOptions& options,
   }
   for (const bool refitted : {false, true}) {
     if (!asked(refitted ? "intention-refit" : "intention")) continue;
-    if (options.deadline != "adaptive") {
+    if (options.fixed) {
       methods.push_back(Intention(with, protocol(wandr::ReachProtocol()), "fixed", refitted));
     }
-    if (options.deadline != "fixed") {
+    if (options.adaptive) {
       methods.push_back(Intention(with, adaptive, "adaptive", refitted));
     }
   }
@@ -189,4 +189,4 @@ std::vector<ReachMethod> ReachMethodsOf(const EvaluateReachOptions& options,
   return methods;
 }
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

@@ -4,11 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/reach_study.h"
-#include "apps/reach_study_page.h"
 #include "geometry/clip/clip.h"
+#include "solver/evaluation/reach_study.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 
 /// Clips that the protocol's motions start from and are compared with.
 struct CapturedClips {
@@ -33,6 +32,13 @@ std::vector<CapturedMotion> MeasureCaptured(const CapturedClips& captured,
                                             const wandr::LowestPoint& lowest,
                                             const wandr::BoneOffsets<float>& bones, int threads);
 
+/// FS of captured motion, by the same measures.
+struct CapturedSkating {
+  int clips = 0;
+  double surface = 0.0, joints = 0.0;  ///< means over clips
+  int walking_clips = 0;               ///< whose pelvis gets at least a metre away
+  double walking_surface = 0.0, walking_joints = 0.0;
+};
 CapturedSkating SkatingOf(const std::vector<CapturedMotion>& motions);
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

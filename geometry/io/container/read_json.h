@@ -9,7 +9,7 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/json_budget.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 
 /// A JSON file; a discarded value (no object, no array) where it is missing or malformed. Throws
 /// Error for what is not a regular file.
@@ -39,4 +39,4 @@ auto UseJson(const std::filesystem::path& path, const Use& use) {
   }
 }
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
-#include "apps/reach_study_captured.h"
+#include "solver/evaluation/captured_reaches.h"
 
 #include <algorithm>
 #include <filesystem>
 
 #include <fmt/format.h>
 
-#include "apps/reach_study_methods.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
+#include "solver/evaluation/reach_method_study.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 
 namespace fs = std::filesystem;
 
@@ -97,4 +97,4 @@ CapturedSkating SkatingOf(const std::vector<CapturedMotion>& motions) {
   return skating;
 }
 
-}  // namespace holdfast::apps
+}  // namespace holdfast
