@@ -42,6 +42,19 @@ bool IsForeign(const LoadedClip& loaded) {
   return !body.Name().starts_with("SMPLX_");
 }
 
+// A fitted clip keeps the betas of the motion it came from, whose body it may not have been fitted
+// with: the metrics.json beside it says which one that was.
+bool IsFittedWith(const BodyModel& body, const nlohmann::json& metrics) {
+  if (!metrics.is_object() || !metrics.contains("options")) return false;
+  const nlohmann::json& options = metrics["options"];
+  if (!options.is_object() || !options.contains("body") || !options["body"].is_string()) {
+    return false;
+  }
+  const fs::path fitted_with = options["body"].get<std::string>();
+  return fitted_with.filename() == body.Name() || fitted_with.stem() == body.Name() ||
+         fitted_with.stem() == fs::path(body.Name()).stem();
+}
+
 // Tries the places where the mesh of a clip's object may be.
 void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptions& options) {
   input.object_scale = options.object_scale;
@@ -130,11 +143,11 @@ ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions&
   input.clip = loaded.clip;
   input.body = loaded.body.model;
   input.betas = loaded.body.betas;
-  input.foreign_body = IsForeign(loaded);
   input.made_with = loaded.change                    ? loaded.change->from
                     : loaded.clip.body_model.empty() ? "SMPL-X"
                                                      : loaded.clip.body_model;
   if (!input.file.empty()) input.metrics = MetricsBeside(input.file);
+  input.foreign_body = IsForeign(loaded) && !IsFittedWith(*input.body, input.metrics);
   FindObject(input, loaded, options);
   // It is only looked at, so that its absence is no matter.
   if (!loaded.table_mesh.empty()) input.table = ReadMesh(loaded.table_mesh);

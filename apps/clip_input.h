@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/common.h"
+#include "geometry/clip/clip_scene.h"
 #include "geometry/import/load_clip.h"
 
 namespace holdfast::apps {
@@ -26,21 +27,13 @@ struct ClipInputOptions {
   std::shared_ptr<const BodyModel> loaded_body = nullptr;
 };
 
-/// A clip with all that it takes to see or measure it.
-struct ClipInput {
-  std::string source;          ///< as the user wrote it
-  std::filesystem::path file;  ///< the clip's own; empty for an embedded clip and an imported file
-  Clip clip;
-  std::shared_ptr<const BodyModel> body;
-  Eigen::VectorXd betas;                    ///< of that body
-  bool foreign_body = false;                ///< the clip was made with another body model
-  std::string made_with;                    ///< which one
-  std::optional<TriangleMesh> object;       ///< full resolution, in the object's own frame
-  std::string object_source;                ///< where it came from, for LoadObject
+/// A clip as the user named it, with what lies beside it.
+struct ClipInput : ClipScene {
+  /// The clip's own; empty for an embedded clip and an imported file.
+  std::filesystem::path file;
   bool object_in_clip = false;              ///< that is the clip's own file, which holds the mesh
   std::optional<TexturedMesh> object_look;  ///< of such a mesh, where the file gives one
   double object_scale = 1.0;                ///< of that source
-  std::string object_missing;  ///< why there is none, for a clip that has an object track
   /// What the object rests on, in its own frame, where the clip has a track and a file of it.
   std::optional<TriangleMesh> table;
   /// World, metres: shown in reports where it is, and nothing else.
@@ -77,11 +70,6 @@ ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions&
 /// The mesh that a clip's object names, beside the clip's file (or its folder) or embedded; nothing
 /// when there is none.
 std::optional<TriangleMesh> MeshNamedBy(const Clip& clip, const std::filesystem::path& source);
-
-/// The vertices of the body in the clip: shaped, of the body model that was loaded.
-inline BodySurface SurfaceOf(const ClipInput& input) {
-  return BodySurface(input.body, input.betas);
-}
 
 /// Adds --body, --object and --object-scale.
 void AddClipInputOptions(CLI::App& command, ClipInputOptions& options);

@@ -10,11 +10,11 @@
 
 #include "apps/clip_input.h"
 #include "apps/job_list.h"
-#include "apps/score_values.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/read_json.h"
 #include "solver/evaluation/handover_study.h"
+#include "solver/score/metric_values.h"
 
 namespace holdfast::apps {
 namespace {
@@ -149,7 +149,8 @@ FitOutcome EvaluateFit(const fs::path& list, const fs::path& folder, int handove
           if (Interrupted()) return stopped;
         }
         const ClipInput input = LoadClipInput(made.output, {}, inner);
-        const ClipScore score = MeasureClip(input, nullptr, score_options, inner);
+        const ClipScore score =
+            ScoreClip(input, nullptr, score_options, [](auto...) { return !Interrupted(); });
         if (Interrupted()) return stopped;
         study.names.push_back(job.output);
         study.values.push_back(ClipValues(score, score_options));

@@ -223,10 +223,9 @@ Eigen::VectorXd SynthesisStudy::MeasureObject(const SynthesisRow& row, const Syn
     WriteClip(kept, folder / (one.sequence.name + ".npz"));
   }
   input.object = LoadObjectInput(one.input.object_source, 1.0).mesh;
-  CommonOptions alone = common_;
-  alone.threads = 1;
   const ScoreOptions options = SynthesisScoreOptions();
-  const MetricValues values = ClipValues(MeasureClip(input, nullptr, options, alone), options);
+  const MetricValues values = ClipValues(
+      ScoreClip(input, nullptr, options, [](auto...) { return !Interrupted(); }), options);
   Eigen::VectorXd numbers(std::size(kObjectKeys));
   for (Eigen::Index k = 0; k < numbers.size(); ++k) {
     numbers[k] = values.at(kObjectKeys[k]).value_or(kUndefined);

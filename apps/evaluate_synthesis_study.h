@@ -12,7 +12,7 @@
 
 #include "apps/common.h"
 #include "apps/evaluate_synthesis_rows.h"
-#include "apps/score_values.h"
+#include "solver/score/metric_values.h"
 #include "generator/imos/recognition.h"
 
 namespace holdfast::apps {

@@ -111,7 +111,7 @@ int WriteSequence(const ClipInput& input, const TriangleMesh* object, const Expo
     RequireNew(body_name.Name(options.start + t), common);
     if (object != nullptr) RequireNew(object_name.Name(options.start + t), common);
   }
-  const BodySurface surface = SurfaceOf(input);
+  const BodySurface surface = input.Surface();
   Progress progress(common, "export");
   std::mutex lock;
   int finished = 0;
@@ -238,7 +238,7 @@ void WriteGlbFile(const ClipInput& input, const TriangleMesh* object, const Expo
   std::optional<TexturedMesh> look;
   if (object != nullptr) look = ObjectLook(input, *object, options);
   if (look) glb.object_look = &*look;
-  const GlbReport report = WriteGlb(input.clip, SurfaceOf(input), object, glb, options.output);
+  const GlbReport report = WriteGlb(input.clip, input.Surface(), object, glb, options.output);
   const double error_mm = 1e3 * report.corrective_error_m;
   summary["morph_targets"] = report.morph_targets;
   summary["influences_per_vertex"] = report.influences;
@@ -338,7 +338,7 @@ int Run(const ExportCommand& options) {
   } else if (extension == ".glb") {
     WriteGlbFile(input, object, options, summary, text);
   } else if (extension == ".bvh") {
-    WriteBvh(input.clip, SurfaceOf(input), options.output);
+    WriteBvh(input.clip, input.Surface(), options.output);
   } else if (extension == ".usda") {
     Progress progress(common, "export");
     UsdaOptions usda;
@@ -346,7 +346,7 @@ int Run(const ExportCommand& options) {
     usda.every = options.every;
     usda.threads = NumThreads(common);
     usda.progress = [&](int done, int total) { progress.Update(done, total); };
-    WriteUsda(input.clip, SurfaceOf(input), object, usda, options.output);
+    WriteUsda(input.clip, input.Surface(), object, usda, options.output);
   } else {
     WriteClip(input.clip, options.output);
   }

@@ -212,7 +212,7 @@ void AddTracked(ReportPayload& payload, const std::string& name, const TriangleM
 
 ReportClip MakeReportClip(const ClipInput& input, const ReportOptions& options, int threads) {
   const Clip& clip = input.clip;
-  const BodySurface surface = SurfaceOf(input);
+  const BodySurface surface = input.Surface();
   const int vertices = surface.NumVertices();
   std::vector<int> hand_ids = input.body->HandVertexIds(Side::kRight);
   const int right_hand = static_cast<int>(hand_ids.size());

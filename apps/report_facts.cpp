@@ -11,18 +11,6 @@ std::string ShapeText(const ClipInput& input) {
   return mean ? "mean" : fmt::format("{} coefficients of the clip", input.betas.size());
 }
 
-// Whether metrics.json says that the clip's object was fitted to the body that is loaded, whoever
-// recorded the motion.
-bool FittedWith(const ClipInput& input) {
-  if (!input.metrics.is_object() || !input.metrics.contains("options")) return false;
-  const nlohmann::json& options = input.metrics["options"];
-  if (!options.is_object() || !options.contains("body") || !options["body"].is_string()) {
-    return false;
-  }
-  const std::filesystem::path body = options["body"].get<std::string>();
-  return body.stem() == std::filesystem::path(input.body->Name()).stem();
-}
-
 }  // namespace
 
 nlohmann::json FactsOf(const ClipInput& input, const BodySurface& surface,
@@ -54,7 +42,7 @@ nlohmann::json FactsOf(const ClipInput& input, const BodySurface& surface,
 std::vector<std::string> NotesOf(const ClipInput& input) {
   std::vector<std::string> notes;
   const bool matters = input.object || !input.clip.betas.isZero(0.0);
-  if (input.foreign_body && matters && !FittedWith(input)) {
+  if (input.foreign_body && matters) {
     notes.push_back(fmt::format(
         "The clip was made with another body model ({}) than the one shown ({}): its shape is not "
         "shown, and contact can be off by centimetres.",

@@ -92,6 +92,8 @@ int Run(ScoreCommand options) {
                 "Give a voxel size, or leave --exact at auto");
   }
 
+  ScoreOptions score = options.score;
+  score.threads = NumThreads(common);
   std::vector<ClipScore> scores;
   int frames = 0;
   const auto begin = std::chrono::steady_clock::now();
@@ -109,7 +111,13 @@ int Run(ScoreCommand options) {
       reference = &own_reference.emplace(LoadClipInput(references[c], options.input, common));
     }
     const ClipInput input = LoadClipInput(clips[c], options.input, common);
-    scores.push_back(MeasureClip(input, reference, options.score, common));
+    StageProgress hands(common);
+    scores.push_back(
+        ScoreClip(input, reference, score, [&](const char* stage, int done, int total) {
+          hands.Update((input.source + ", " + stage).c_str(), done, total);
+          return !Interrupted();
+        }));
+    hands.End();
     if (Interrupted()) return kInterrupted;
     frames += scores.back().frames;
     if (clips.size() > 1) progress.Update(static_cast<int>(c + 1), static_cast<int>(clips.size()));

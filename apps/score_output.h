@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "apps/score_values.h"
+#include "solver/score/metric_values.h"
 
 namespace holdfast::apps {
 

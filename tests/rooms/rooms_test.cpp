@@ -38,7 +38,7 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"solver/unknowns", "solver/hand"},
     {"solver/terms/hand", "solver/terms/body", "solver/terms/motion"},
     {"solver/fit", "solver/grasp", "solver/body_ik"},
-    {"solver/handover", "solver/take", "solver/latent", "solver/recipes"},
+    {"solver/handover", "solver/take", "solver/latent", "solver/recipes", "solver/score"},
     {"solver/actions", "solver/carry", "solver/reach"},
     {"solver/synthesis", "solver/evaluation"},
     {"apps"},
@@ -48,7 +48,7 @@ const std::vector<std::vector<std::string>> kFloors = {
 // What a room may hold; more is a hall.
 constexpr int kMostFiles = 45;
 // Halls that are being cleared: they may not grow.
-const std::map<std::string, int> kHalls = {{"apps", 127}};
+const std::map<std::string, int> kHalls = {{"apps", 122}};
 
 struct Tree {
   std::map<std::string, int> files;                                 // of each room

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "apps/score_values.h"
+#include "solver/score/metric_values.h"
 
 #include <algorithm>
 #include <utility>
 
-namespace holdfast::apps {
+namespace holdfast {
 namespace {
 
 using Hands = std::span<const HandObjectScore>;
@@ -185,4 +185,4 @@ std::optional<MetricSummary> SummarizeMetric(const MetricDefinition& metric,
   return summary;
 }
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "apps/clip_input.h"
-#include "apps/common.h"
 #include "generator/walk_statistics/joint_error.h"
 #include "generator/walk_statistics/motion_metrics.h"
+#include "geometry/clip/clip_scene.h"
+#include "geometry/progress.h"
 #include "geometry/score/contact_score.h"
 #include "geometry/score/object_pose_error.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 
 /// Whether the shared volume is measured exactly.
 enum class ExactMode {
@@ -31,6 +31,7 @@ struct ScoreOptions {
   SymmetryMode symmetry = SymmetryMode::kAuto;
   bool overlap = false;   ///< clip and reference of different lengths: compare what both have
   bool resample = false;  ///< of different frame rates: resample the reference
+  int threads = 1;        ///< the result does not depend on them
 };
 
 /// A clip against its reference, over the frames compared.
@@ -58,9 +59,11 @@ struct ClipScore {
   Eigen::Index hand_vertices = 0, hand_faces = 0, object_vertices = 0, object_faces = 0;
 };
 
-/// Measures a clip, against `reference` if there is one. Throws Error for a clip and a reference
-/// that cannot be compared. An interrupted measurement is incomplete: look at Interrupted().
-ClipScore MeasureClip(const ClipInput& input, const ClipInput* reference,
-                      const ScoreOptions& options, const CommonOptions& common);
+/// Measures a clip, against `reference` if there is one; hands that hold as the clip says, else the
+/// nearer one. `progress` sees "right hand", "left hand"; what it stops is incomplete. Throws Error
+/// for a clip and a reference that cannot be compared, and for a surface that is open where
+/// `options.exact` is kOn.
+ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference = nullptr,
+                    const ScoreOptions& options = {}, const StagedProgress& progress = {});
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <fmt/format.h>
 
-#include "apps/score_values.h"
+#include "solver/score/metric_values.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 
 std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
   using enum MetricDefinition::Group;
@@ -149,4 +149,4 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
   return list;
 }
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/score_measure.h"
+#include "solver/score/clip_score.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 
 /// A metric as the table, the CSV and the JSON name it. docs/metrics.md says more about each.
 struct MetricDefinition {
@@ -49,4 +49,4 @@ struct MetricSummary {
 std::optional<MetricSummary> SummarizeMetric(const MetricDefinition& metric,
                                              std::span<const MetricValues> clips);
 
-}  // namespace holdfast::apps
+}  // namespace holdfast

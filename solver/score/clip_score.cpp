@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "apps/score_measure.h"
+#include "solver/score/clip_score.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include "geometry/score/object_shape.h"
 #include "solver/fit/clip_state.h"
 
-namespace holdfast::apps {
+namespace holdfast {
 namespace {
 
 std::string Percent(Eigen::Index part, Eigen::Index whole) {
@@ -38,9 +38,43 @@ void NoteVolumes(const HandObjectScore& hand, const ScoreOptions& options,
   }
 }
 
-void MeasureHands(const ClipInput& input, const ScoreOptions& options, const CommonOptions& common,
-                  ClipScore& score) {
+// The hands that are measured, and in which frames each holds (empty: in all).
+struct Holders {
+  std::vector<HandModel> hands;
+  std::vector<std::vector<std::uint8_t>> holds;
+};
+
+Holders HoldersIn(const ClipScene& input, const SignedDistance& object, ClipScore& score) {
   const Clip& clip = input.clip;
+  Holders holders;
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    const std::vector<std::uint8_t> flags = HoldFlags(clip.holding_hand, side);
+    if (std::ranges::count(flags, std::uint8_t{1}) == 0 || !input.body->HasHand(side)) continue;
+    holders.hands.emplace_back(input.body, input.betas, side);
+    holders.holds.push_back(flags);
+  }
+  score.hands_by = "holding_hand";
+  if (!holders.hands.empty()) return holders;
+  holders.holds.emplace_back();
+  if (const std::optional<Side> lone = input.body->LoneHand()) {
+    score.hands_by = "only hand";
+    holders.hands.emplace_back(input.body, input.betas, *lone);
+    return holders;
+  }
+  score.hands_by = "nearest";
+  HandModel right(input.body, input.betas, Side::kRight);
+  HandModel left(input.body, input.betas, Side::kLeft);
+  const int stride = std::max(1, clip.NumFrames() / 30);
+  const bool right_is_nearer =
+      MeanDistance(clip, right, object, stride) <= MeanDistance(clip, left, object, stride);
+  holders.hands.push_back(std::move(right_is_nearer ? right : left));
+  score.notes.push_back(fmt::format("the clip does not say which hand holds: the {} one is nearer",
+                                    SideName(holders.hands[0].HandSide())));
+  return holders;
+}
+
+void MeasureHolding(const ClipScene& input, const ScoreOptions& options,
+                    const StagedProgress& progress, ClipScore& score) {
   const Solid object(*input.object);
   score.object_source = input.object_source;
   score.object_vertices = object.mesh.NumVertices();
@@ -57,51 +91,26 @@ void MeasureHands(const ClipInput& input, const ScoreOptions& options, const Com
   }
   std::optional<ExactIntersection> exact;
   if (options.hand_object.measure_exact) exact.emplace(object);
-  std::vector<HandModel> hands;
-  std::vector<std::vector<std::uint8_t>> holds;  // of each hand
-  for (const Side side : {Side::kRight, Side::kLeft}) {
-    const std::vector<std::uint8_t> flags = HoldFlags(clip.holding_hand, side);
-    if (std::ranges::count(flags, std::uint8_t{1}) == 0 || !input.body->HasHand(side)) continue;
-    hands.emplace_back(input.body, input.betas, side);
-    holds.push_back(flags);
-  }
-  score.hands_by = "holding_hand";
-  if (const std::optional<Side> lone = input.body->LoneHand(); hands.empty() && lone) {
-    score.hands_by = "only hand";
-    hands.emplace_back(input.body, input.betas, *lone);
-    holds.emplace_back();
-  }
-  if (hands.empty()) {
-    score.hands_by = "nearest";
-    HandModel right(input.body, input.betas, Side::kRight);
-    HandModel left(input.body, input.betas, Side::kLeft);
-    const int stride = std::max(1, clip.NumFrames() / 30);
-    const bool right_is_nearer = MeanDistance(clip, right, object.distance, stride) <=
-                                 MeanDistance(clip, left, object.distance, stride);
-    hands.push_back(std::move(right_is_nearer ? right : left));
-    holds.emplace_back();
-    score.notes.push_back(
-        fmt::format("the clip does not say which hand holds: the {} one is nearer",
-                    SideName(hands[0].HandSide())));
-  }
-  for (std::size_t h = 0; h < hands.size(); ++h) {
-    score.hand_vertices = hands[h].NumVertices();
-    score.hand_faces = hands[h].Surface().Faces().cols();
-    Progress progress(common,
-                      fmt::format("{}, {} hand", input.source, SideName(hands[h].HandSide())));
-    score.hands.push_back(MeasureHandObject(clip, hands[h], object, exact ? &*exact : nullptr,
-                                            options.hand_object, holds[h],
-                                            [&](int done, int total) {
-                                              progress.Update(done, total);
-                                              return !Interrupted();
-                                            }));
-    if (Interrupted()) return;
+  const Holders holders = HoldersIn(input, object.distance, score);
+  bool stopped = false;
+  for (std::size_t h = 0; h < holders.hands.size(); ++h) {
+    const HandModel& hand = holders.hands[h];
+    score.hand_vertices = hand.NumVertices();
+    score.hand_faces = hand.Surface().Faces().cols();
+    const char* stage = hand.HandSide() == Side::kRight ? "right hand" : "left hand";
+    score.hands.push_back(
+        MeasureHandObject(input.clip, hand, object, exact ? &*exact : nullptr, options.hand_object,
+                          holders.holds[h], [&](int done, int total) {
+                            stopped = stopped || (progress && !progress(stage, done, total));
+                            return !stopped;
+                          }));
+    if (stopped) return;
     if (options.hand_object.measure_exact) NoteVolumes(score.hands.back(), options, score.notes);
   }
 }
 
 // The reference's frames that stand against the clip's.
-Clip AlignReference(const ClipInput& input, const ClipInput& reference, const ScoreOptions& options,
+Clip AlignReference(const ClipScene& input, const ClipScene& reference, const ScoreOptions& options,
                     ClipScore& score) {
   Clip clip = reference.clip;
   const double rate = input.clip.frame_rate;
@@ -136,7 +145,7 @@ Clip AlignReference(const ClipInput& input, const ClipInput& reference, const Sc
 }
 
 // Poses of two different things cannot be compared.
-void RequireSameObject(const ClipInput& input, const ClipInput& reference, double diameter_m) {
+void RequireSameObject(const ClipScene& input, const ClipScene& reference, double diameter_m) {
   if (!reference.object) return;
   const auto low = [](const TriangleMesh& mesh) { return mesh.vertices.rowwise().minCoeff(); };
   const auto high = [](const TriangleMesh& mesh) { return mesh.vertices.rowwise().maxCoeff(); };
@@ -150,9 +159,8 @@ void RequireSameObject(const ClipInput& input, const ClipInput& reference, doubl
       "Give clips of one object, in one coordinate frame of its own");
 }
 
-void CompareObjects(const ClipInput& input, const ClipInput& reference, const Clip& aligned,
-                    const ScoreOptions& options, const CommonOptions& common,
-                    ReferenceScore& result, ClipScore& score) {
+void CompareObjects(const ClipScene& input, const ClipScene& reference, const Clip& aligned,
+                    const ScoreOptions& options, ReferenceScore& result, ClipScore& score) {
   if (!input.object || !input.clip.object || !aligned.object) {
     score.notes.push_back(
         fmt::format("{} has no object: object poses are not compared",
@@ -174,14 +182,12 @@ void CompareObjects(const ClipInput& input, const ClipInput& reference, const Cl
   const std::vector<Eigen::Isometry3d> poses = ObjectPoses(input.clip);
   const std::vector<Eigen::Isometry3d> wanted = ObjectPoses(aligned);
   result.object.resize(static_cast<std::size_t>(result.frames));
-  ParallelFor(result.frames, NumThreads(common), [&](int t) {
-    if (!Interrupted()) result.object[t] = comparer.Compare(poses[t], wanted[t]);
-  });
+  ParallelFor(result.frames, options.threads,
+              [&](int t) { result.object[t] = comparer.Compare(poses[t], wanted[t]); });
 }
 
-ReferenceScore CompareWith(const ClipInput& input, const ClipInput& reference,
-                           const ScoreOptions& options, const CommonOptions& common,
-                           ClipScore& score) {
+ReferenceScore CompareWith(const ClipScene& input, const ClipScene& reference,
+                           const ScoreOptions& options, ClipScore& score) {
   const Clip aligned = AlignReference(input, reference, options, score);
   ReferenceScore result;
   result.source = reference.source;
@@ -191,47 +197,32 @@ ReferenceScore CompareWith(const ClipInput& input, const ClipInput& reference,
   for (int t = 0; t < result.frames; ++t) {
     result.joints.push_back(CompareJoints(points[t], wanted[t]));
   }
-  CompareObjects(input, reference, aligned, options, common, result, score);
+  CompareObjects(input, reference, aligned, options, result, score);
   return result;
-}
-
-// A fitted clip keeps the betas of the motion it came from, whose body it may not have been fitted
-// with: the metrics.json beside it says which one that was.
-bool IsForeign(const ClipInput& input) {
-  if (!input.foreign_body) return false;
-  if (!input.metrics.is_object()) return true;
-  const auto options = input.metrics.find("options");
-  if (options == input.metrics.end() || !options->is_object()) return true;
-  const auto body = options->find("body");
-  if (body == options->end() || !body->is_string()) return true;
-  const std::filesystem::path fitted_with = body->get<std::string>();
-  const std::string& loaded = input.body->Name();
-  return fitted_with.filename() != loaded && fitted_with.stem() != loaded;
 }
 
 }  // namespace
 
-ClipScore MeasureClip(const ClipInput& input, const ClipInput* reference,
-                      const ScoreOptions& options, const CommonOptions& common) {
+ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference, const ScoreOptions& options,
+                    const StagedProgress& progress) {
   ClipScore score;
   score.source = input.source;
   score.frames = input.clip.NumFrames();
   score.frame_rate = input.clip.frame_rate;
   score.body = input.body->Name();
-  score.foreign_body = IsForeign(input);
+  score.foreign_body = input.foreign_body;
   if (score.foreign_body) {
     score.notes.push_back(fmt::format(
         "made with another body model ({}) than the one loaded ({}): what depends on the hand's "
         "surface is not the clip's own (--body MODEL.npz)",
         input.made_with, input.body->Name()));
   }
-  score.motion = MeasureMotion(JointTrajectory(input.clip, SurfaceOf(input).RestJoints()),
+  score.motion = MeasureMotion(JointTrajectory(input.clip, input.Surface().RestJoints()),
                                input.clip.frame_rate);
   // Before the long part, so that clips that cannot be compared are refused at once.
-  if (reference != nullptr)
-    score.reference = CompareWith(input, *reference, options, common, score);
+  if (reference != nullptr) score.reference = CompareWith(input, *reference, options, score);
   if (input.clip.object && input.object) {
-    MeasureHands(input, options, common, score);
+    MeasureHolding(input, options, progress, score);
   } else {
     score.notes.push_back(
         input.clip.object
@@ -244,4 +235,4 @@ ClipScore MeasureClip(const ClipInput& input, const ClipInput* reference,
   return score;
 }
 
-}  // namespace holdfast::apps
+}  // namespace holdfast
