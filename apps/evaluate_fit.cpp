@@ -119,22 +119,43 @@ std::string Table(const std::map<std::string, Study>& studies, const HandoverStu
   return text;
 }
 
-}  // namespace
+// Fits a clip unless its result is there, scores it, and adds it to the study; `values` is its
+// score. False when interrupted.
+bool FitAndScore(const FitJob& job, const std::string& name, const ScoreOptions& score_options,
+                 const CommonOptions& common, FitLibrary& library, Study& study,
+                 nlohmann::json& values) {
+  const fs::path metrics_path = fs::path(job.output) / "metrics.json";
+  if (!fs::exists(metrics_path)) {
+    RunFitJob(job, common, library);
+    if (Interrupted()) return false;
+  }
+  const ClipInput input = LoadClipInput(job.output, {}, common);
+  const ClipScore score =
+      ScoreClip(input, nullptr, score_options, [](auto...) { return !Interrupted(); });
+  if (Interrupted()) return false;
+  study.names.push_back(name);
+  study.values.push_back(ClipValues(score, score_options));
+  const nlohmann::json metrics = ReadJson(metrics_path);
+  study.solve_ms.push_back(
+      UseJson(metrics_path, [&] { return metrics.at("summary").value("solve_ms_median", 0.0); }));
+  for (const auto& [key, value] : study.values.back()) {
+    values[key] = value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+  }
+  return true;
+}
 
-FitOutcome EvaluateFit(const fs::path& list, const fs::path& folder, int handovers,
-                       const CommonOptions& common) {
-  const std::vector<FitJob> jobs = ReadJobList(list, {});
-  fs::create_directories(folder);
-  const FitOutcome stopped{kInterrupted, {}, {}};
+// All jobs by all recipes, and each clip's scores; nothing when interrupted. A fault of one fit is
+// recorded, and the others go on.
+std::optional<nlohmann::json> FitByAllRecipes(const std::vector<FitJob>& jobs,
+                                              const fs::path& folder, const CommonOptions& common,
+                                              Progress& progress,
+                                              std::map<std::string, Study>& studies) {
   ScoreOptions score_options;
   score_options.hand_object.contact.threads = NumThreads(common);
-
   FitLibrary library;
-  std::map<std::string, Study> studies;
   CommonOptions inner = common;
   inner.quiet = true;
   inner.force = true;
-  Progress progress(common, "evaluate");
   const int total = static_cast<int>(jobs.size() * std::size(kRecipes));
   int done = 0;
   nlohmann::json clips = nlohmann::json::array();
@@ -144,23 +165,9 @@ FitOutcome EvaluateFit(const fs::path& list, const fs::path& folder, int handove
       Study& study = studies[recipe];
       const FitJob made = ForRecipe(job, recipe, folder);
       try {
-        if (!fs::exists(fs::path(made.output) / "metrics.json")) {
-          RunFitJob(made, inner, library);
-          if (Interrupted()) return stopped;
-        }
-        const ClipInput input = LoadClipInput(made.output, {}, inner);
-        const ClipScore score =
-            ScoreClip(input, nullptr, score_options, [](auto...) { return !Interrupted(); });
-        if (Interrupted()) return stopped;
-        study.names.push_back(job.output);
-        study.values.push_back(ClipValues(score, score_options));
-        const nlohmann::json metrics = ReadJson(fs::path(made.output) / "metrics.json");
-        study.solve_ms.push_back(UseJson(fs::path(made.output) / "metrics.json", [&] {
-          return metrics.at("summary").value("solve_ms_median", 0.0);
-        }));
         nlohmann::json values;
-        for (const auto& [key, value] : study.values.back()) {
-          values[key] = value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+        if (!FitAndScore(made, job.output, score_options, inner, library, study, values)) {
+          return std::nullopt;
         }
         entry[recipe] = values;
       } catch (const std::exception& error) {
@@ -172,26 +179,46 @@ FitOutcome EvaluateFit(const fs::path& list, const fs::path& folder, int handove
     }
     clips.push_back(std::move(entry));
   }
+  return std::optional<nlohmann::json>(std::in_place, std::move(clips));
+}
+
+nlohmann::json FitEvaluationJson(const std::map<std::string, Study>& studies, nlohmann::json clips,
+                                 const HandoverStudy& handovers, const CommonOptions& common) {
+  nlohmann::json evaluation = JsonHead("holdfast/evaluate-fit/1", common);
+  evaluation["clips"] = std::move(clips);
+  for (const char* recipe : kRecipes) {
+    const Study& study = studies.at(recipe);
+    for (const FitRow& row : kRows) {
+      const std::optional<double> value = Value(study, row);
+      const std::string key =
+          std::string(row.key) + (row.of == FitRow::Of::kMean ? "_mean" : "_worst");
+      evaluation["summary"][recipe][key] = value ? nlohmann::json(*value / row.factor) : nullptr;
+    }
+    evaluation["summary"][recipe]["faults"] = study.faults;
+  }
+  evaluation["handovers"] = {{"clips", handovers.clips.size()},
+                             {"found_with_object", handovers.found_with_object},
+                             {"found_without_object", handovers.found_without_object}};
+  return evaluation;
+}
+
+}  // namespace
+
+FitOutcome EvaluateFit(const fs::path& list, const fs::path& folder, int handovers,
+                       const CommonOptions& common) {
+  const std::vector<FitJob> jobs = ReadJobList(list, {});
+  fs::create_directories(folder);
+  std::map<std::string, Study> studies;
+  Progress progress(common, "evaluate");
+  std::optional<nlohmann::json> clips = FitByAllRecipes(jobs, folder, common, progress, studies);
+  if (!clips) return {kInterrupted, {}, {}};
   HandoverStudyOptions study_options;
   study_options.count = handovers;
   study_options.threads = NumThreads(common);
   const HandoverStudy study = RunHandoverStudy(LoadBody(""), study_options);
 
   const std::string table = Table(studies, study);
-  nlohmann::json evaluation = JsonHead("holdfast/evaluate-fit/1", common);
-  evaluation["clips"] = std::move(clips);
-  for (const char* recipe : kRecipes) {
-    for (const FitRow& row : kRows) {
-      const std::optional<double> value = Value(studies[recipe], row);
-      const std::string key =
-          std::string(row.key) + (row.of == FitRow::Of::kMean ? "_mean" : "_worst");
-      evaluation["summary"][recipe][key] = value ? nlohmann::json(*value / row.factor) : nullptr;
-    }
-    evaluation["summary"][recipe]["faults"] = studies[recipe].faults;
-  }
-  evaluation["handovers"] = {{"clips", study.clips.size()},
-                             {"found_with_object", study.found_with_object},
-                             {"found_without_object", study.found_without_object}};
+  nlohmann::json evaluation = FitEvaluationJson(studies, std::move(*clips), study, common);
   WriteAtomically(folder / "evaluation.json", evaluation.dump(1) + "\n");
   WriteAtomically(folder / "evaluation.md", table);
 

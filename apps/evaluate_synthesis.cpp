@@ -140,6 +140,74 @@ std::vector<std::string> NotesOf(const EvaluateSynthesisOptions& options,
       "learned nothing that this column can see."};
 }
 
+int RepeatsOfRow(const SynthesisRow& row, const EvaluateSynthesisOptions& options) {
+  if (!row.IsRandom()) return 1;
+  return row.mode == ObjectMode::kFitted ? options.fitted_repeats : options.repeats;
+}
+
+// Motions of all rows, and how many of them are still to be made.
+struct MotionCount {
+  int total = 0, left = 0;
+};
+
+MotionCount CountMotions(const SynthesisStudy& study, const std::vector<SynthesisRow>& rows,
+                         int num_cases, const EvaluateSynthesisOptions& options) {
+  MotionCount count;
+  for (const SynthesisRow& row : rows) {
+    for (int repeat = 0; repeat < RepeatsOfRow(row, options); ++repeat) {
+      count.total += num_cases;
+      count.left += num_cases - study.NumDone(row, repeat);
+    }
+  }
+  return count;
+}
+
+// Throws Stopped after Ctrl-C.
+std::vector<SynthesisResult> RunRows(SynthesisStudy& study, const std::vector<SynthesisRow>& rows,
+                                     const std::vector<SynthesisCase>& cases, int left,
+                                     const EvaluateSynthesisOptions& options,
+                                     const CommonOptions& common) {
+  std::vector<SynthesisResult> results;
+  Progress progress(common, "evaluate synthesis");
+  SynthesisSample real;
+  int done = 0;
+  for (const SynthesisRow& row : rows) {
+    std::vector<SynthesisSample> samples;
+    for (int repeat = 0; repeat < RepeatsOfRow(row, options); ++repeat) {
+      samples.push_back(study.Run(row, repeat, [&](int more) {
+        if (Interrupted()) throw Stopped();
+        progress.Update(done += more, left);
+      }));
+    }
+    if (row.kind == RowKind::kReal) real = samples[0];
+    results.push_back(
+        {row, SummariseSynthesis(row, samples, real, cases, options.repeats, common.seed)});
+  }
+  return results;
+}
+
+nlohmann::json EvaluationJson(const EvaluateSynthesisOptions& options, const CommonOptions& common,
+                              const std::vector<std::string>& notes,
+                              const imos::RecogniserWeights& weights,
+                              const std::vector<SynthesisCase>& cases,
+                              const std::vector<SynthesisResult>& results,
+                              const std::vector<ObjectMode>& modes) {
+  nlohmann::json json = JsonHead("holdfast/evaluate-synthesis/1", common);
+  json["notes"] = notes;
+  json["data"] = options.data;
+  json["held_out"] = options.held_out;
+  json["key_frames"] = options.key_frames;
+  json["recogniser"] = {{"weights", options.recogniser}, {"notes", weights.notes}};
+  for (const SynthesisCase& one : cases) {
+    json["sequences"].push_back(one.sequence.subject + "/" + one.sequence.name);
+  }
+  for (const SynthesisResult& result : results) json["rows"].push_back(SynthesisJson(result));
+  json["paper"] = PaperSynthesisJson();
+  for (const ObjectMode mode : modes)
+    json["order"][ObjectModeName(mode)] = OrderOfRows(results, mode);
+  return json;
+}
+
 }  // namespace
 
 FitOutcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const CommonOptions& common) {
@@ -155,37 +223,13 @@ FitOutcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const Comm
                        Checksum(ByteSource{fs::path(options.recogniser)}),
                        {options.sigma, options.object_cases, options.keep_clips}, common);
   const std::vector<SynthesisRow> rows = SynthesisRows(networks, modes);
-  const auto repeats_of = [&](const SynthesisRow& row) {
-    if (!row.IsRandom()) return 1;
-    return row.mode == ObjectMode::kFitted ? options.fitted_repeats : options.repeats;
-  };
-  int total = 0, left = 0;
-  for (const SynthesisRow& row : rows) {
-    for (int repeat = 0; repeat < repeats_of(row); ++repeat) {
-      total += static_cast<int>(cases.size());
-      left += static_cast<int>(cases.size()) - study.NumDone(row, repeat);
-    }
-  }
+  const auto [total, left] = CountMotions(study, rows, static_cast<int>(cases.size()), options);
   if (left < total) {
     Note(common, fmt::format("{} of {} motions are there already", total - left, total));
   }
   std::vector<SynthesisResult> results;
   try {
-    Progress progress(common, "evaluate synthesis");
-    SynthesisSample real;
-    int done = 0;
-    for (const SynthesisRow& row : rows) {
-      std::vector<SynthesisSample> samples;
-      for (int repeat = 0; repeat < repeats_of(row); ++repeat) {
-        samples.push_back(study.Run(row, repeat, [&](int more) {
-          if (Interrupted()) throw Stopped();
-          progress.Update(done += more, left);
-        }));
-      }
-      if (row.kind == RowKind::kReal) real = samples[0];
-      results.push_back(
-          {row, SummariseSynthesis(row, samples, real, cases, options.repeats, common.seed)});
-    }
+    results = RunRows(study, rows, cases, left, options, common);
   } catch (const Stopped&) {
     return {kInterrupted, {}, {}};
   }
@@ -199,19 +243,7 @@ FitOutcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const Comm
   }
   const std::vector<std::string> notes = NotesOf(options, weights, cases, results[0].summary);
   const std::vector<TextTable> tables = SynthesisTables(results, modes);
-  nlohmann::json json = JsonHead("holdfast/evaluate-synthesis/1", common);
-  json["notes"] = notes;
-  json["data"] = options.data;
-  json["held_out"] = options.held_out;
-  json["key_frames"] = options.key_frames;
-  json["recogniser"] = {{"weights", options.recogniser}, {"notes", weights.notes}};
-  for (const SynthesisCase& one : cases) {
-    json["sequences"].push_back(one.sequence.subject + "/" + one.sequence.name);
-  }
-  for (const SynthesisResult& result : results) json["rows"].push_back(SynthesisJson(result));
-  json["paper"] = PaperSynthesisJson();
-  for (const ObjectMode mode : modes)
-    json["order"][ObjectModeName(mode)] = OrderOfRows(results, mode);
+  nlohmann::json json = EvaluationJson(options, common, notes, weights, cases, results, modes);
   const std::string markdown = SynthesisMarkdown(tables, results, modes);
   const fs::path folder = options.output;
   WriteAtomically(folder / "results.json", json.dump(1) + "\n");

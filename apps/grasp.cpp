@@ -140,90 +140,100 @@ Holder Standing(const std::shared_ptr<const BodyModel>& body, const HandModel& h
   return holder;
 }
 
-int Run(GraspCommand options) {
-  const CommonOptions& common = options.common;
+// The two files that are written.
+struct GraspFiles {
+  std::filesystem::path clip, mesh;
+};
+
+// Throws Error unless both are new.
+GraspFiles NewGraspFiles(const GraspCommand& options) {
   const std::filesystem::path output(options.output);
   std::filesystem::path mesh_path = output;
   mesh_path.replace_filename(output.stem().string() + "_object.ply");
-  RequireNew(output, common);
-  RequireNew(mesh_path, common);
-  const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
-  const Side side = HandFor(options, *body);
-  const LoadedObject object = LoadObjectInput(options.object, options.object_scale);
-  for (const std::string& note : object.notes) Note(common, "note: " + note);
-  RequireGraspable(object, false);
+  RequireNew(output, options.common);
+  RequireNew(mesh_path, options.common);
+  return {output, mesh_path};
+}
 
-  const HandModel hand(body, {}, side);
-  const SignedDistance surface(object.mesh);
+LoadedObject LoadGraspable(const GraspCommand& options, bool both_hands) {
+  LoadedObject object = LoadObjectInput(options.object, options.object_scale);
+  for (const std::string& note : object.notes) Note(options.common, "note: " + note);
+  RequireGraspable(object, both_hands);
+  return object;
+}
+
+DistanceGrid GraspGrid(const SignedDistance& surface, const CommonOptions& common) {
   DistanceGridOptions grid_options;
   grid_options.threads = NumThreads(common);
-  const DistanceGrid grid(surface, grid_options);
+  return DistanceGrid(surface, grid_options);
+}
 
-  // However the forearm can turn, up is there.
+std::string MeasuresText(const TriangleMesh& object) {
+  const Eigen::Vector3d extent = 100.0 * Extent(object);
+  return fmt::format("The object measures {:.1f} x {:.1f} x {:.1f} cm", extent.x(), extent.y(),
+                     extent.z());
+}
+
+// Writes the object's mesh and the clip, in which `hands` hold it there.
+void WriteGrasp(const LoadedObject& object, const Eigen::Isometry3d& world_from_object,
+                std::uint8_t hands, const GraspFiles& files, Clip& clip) {
+  clip.object = ObjectTrack{world_from_object.translation(), LogSO3(world_from_object.linear()),
+                            object.name, files.mesh.filename().string()};
+  clip.holding_hand = {hands};
+  WriteMesh(object.mesh, files.mesh);
+  WriteClip(clip, files.clip);
+}
+
+nlohmann::json GraspSummaryHead(const char* schema, const CommonOptions& common,
+                                const GraspFiles& files, const LoadedObject& object,
+                                std::string_view hand) {
+  nlohmann::json summary = JsonHead(schema, common);
+  summary["output"] = files.clip.string();
+  summary["object"] = object.name;
+  summary["object_mesh"] = files.mesh.string();
+  summary["hand"] = hand;
+  return summary;
+}
+
+// The ways a forearm can turn; however it does, up is there in the wrist's frame.
+std::vector<double> AddPronations(const HandModel& hand, GraspOptions& grasp) {
   std::vector<double> pronations;
   HandState state(hand);
   for (double degrees = -75.0; degrees <= 75.0; degrees += 15.0) {
     pronations.push_back(degrees * kDegree);
-    state.SetBody(StandingPose(side, pronations.back(), 0.0), Eigen::Vector3d::Zero());
-    options.grasp.up_in_wrist.emplace_back(state.WristRotation().transpose() *
-                                           Eigen::Vector3d::UnitZ());
+    state.SetBody(StandingPose(hand.HandSide(), pronations.back(), 0.0), Eigen::Vector3d::Zero());
+    grasp.up_in_wrist.emplace_back(state.WristRotation().transpose() * Eigen::Vector3d::UnitZ());
   }
-  options.grasp.style = StyleByName(options.style);
-  if (const auto wanted = WantedPlace(options.place, options.object, options.object_scale)) {
-    options.grasp.place = std::make_shared<const GraspPlace>(object.mesh, *wanted);
-  }
-  options.grasp.seed = common.seed;
-  options.grasp.threads = NumThreads(common);
-  GraspReport report;
-  Grasp grasp;
-  {
-    Progress progress(common, "grasp");
-    grasp = CloseHand(hand, object.mesh, surface, grid, options.grasp, &report, [&](double share) {
-      progress.Update(static_cast<int>(100 * share), 100);
-      return !Interrupted();
-    });
-  }
-  if (Interrupted()) return kInterrupted;
-  if (report.status != GraspStatus::kFound) {
-    std::string why = fmt::format("{}: {}", object.name, Describe(report.status));
-    if (!report.candidates.empty()) why += " (best try: " + report.candidates.front().refused + ")";
-    const Eigen::Vector3d extent = 100.0 * Extent(object.mesh);
-    throw FitFailure(fmt::format(
-        "{}. The object measures {:.1f} x {:.1f} x {:.1f} cm; a hand spans "
-        "about 10 cm. {}, or try --closings {} --seed {}",
-        why, extent.x(), extent.y(), extent.z(),
-        options.grasp.place ? "Choose another place" : "Check its unit (--object-scale)",
-        4 * options.grasp.closings, common.seed + 1));
-  }
+  return pronations;
+}
 
+// The pronation that leaves the object as upright as can be.
+double UprightPronation(const std::vector<double>& pronations,
+                        const std::vector<Eigen::Vector3d>& up_in_wrist, const Grasp& grasp) {
   const Eigen::Vector3d object_up = grasp.wrist_from_object.linear().col(2);
   std::size_t best = 0;
   for (std::size_t i = 1; i < pronations.size(); ++i) {
-    const auto& up = options.grasp.up_in_wrist;
-    if (up[i].dot(object_up) > up[best].dot(object_up)) best = i;
+    if (up_in_wrist[i].dot(object_up) > up_in_wrist[best].dot(object_up)) best = i;
   }
-  const Holder holder = body->LoneHand() ? HandAlone(hand, pronations[best], grasp)
-                                         : Standing(body, hand, pronations[best], grasp, grid);
-  Clip clip;
-  clip.trans = holder.trans;
-  clip.pose = {holder.pose};
-  clip.betas = Eigen::VectorXd::Zero(10);
-  clip.body_model = body->Name();
-  if (body->LoneHand()) MarkHandAlone(clip);
-  state.SetBody(holder.pose, holder.trans);
-  const Eigen::Isometry3d world_from_object =
-      ObjectInWorld(grasp, state.WristRotation(), state.WristPosition());
-  clip.object = ObjectTrack{world_from_object.translation(), LogSO3(world_from_object.linear()),
-                            object.name, mesh_path.filename().string()};
-  clip.holding_hand = {HoldingBit(side)};
-  WriteMesh(object.mesh, mesh_path);
-  WriteClip(clip, output);
+  return pronations[best];
+}
 
-  nlohmann::json summary = JsonHead("holdfast/grasp/1", common);
-  summary["output"] = output.string();
-  summary["object"] = object.name;
-  summary["object_mesh"] = mesh_path.string();
-  summary["hand"] = SideName(side);
+void RequireFound(const GraspCommand& options, const LoadedObject& object,
+                  const GraspReport& report) {
+  if (report.status == GraspStatus::kFound) return;
+  std::string why = fmt::format("{}: {}", object.name, Describe(report.status));
+  if (!report.candidates.empty()) why += " (best try: " + report.candidates.front().refused + ")";
+  throw FitFailure(
+      fmt::format("{}. {}; a hand spans about 10 cm. {}, or try --closings {} --seed {}", why,
+                  MeasuresText(object.mesh),
+                  options.grasp.place ? "Choose another place" : "Check its unit (--object-scale)",
+                  4 * options.grasp.closings, options.common.seed + 1));
+}
+
+void PrintGrasp(const GraspCommand& options, const GraspFiles& files, const LoadedObject& object,
+                Side side, const Grasp& grasp, const GraspReport& report) {
+  nlohmann::json summary =
+      GraspSummaryHead("holdfast/grasp/1", options.common, files, object, SideName(side));
   summary["grasp"] = GraspJson(grasp);
   summary["contact"] = {{"hand_in_object_max_mm", grasp.metrics.max_penetration_mm},
                         {"hand_in_object_mean_mm", grasp.metrics.mean_penetration_mm},
@@ -243,16 +253,62 @@ int Run(GraspCommand options) {
                        {"closing_ms", report.closing_ms},
                        {"refinement_ms", report.refinement_ms}};
   PrintResult(
-      common, summary,
+      options.common, summary,
       fmt::format(
           "{}: {} grasp of {} with the {} hand ({})\n"
           "  {:.2f} mm deepest penetration, {:.0f} % of the hand in contact, quality {:.2f}\n"
           "  {} of {} placements closed, {} refined in {:.1f} s\n",
-          output.string(), StyleName(grasp.style), object.name, SideName(side),
+          files.clip.string(), StyleName(grasp.style), object.name, SideName(side),
           fmt::join(TouchingParts(grasp), ", "), Deepest_mm(grasp),
           100.0 * grasp.metrics.contact_ratio, grasp.wrench_quality, report.closings,
           report.placements, report.refinements,
           1e-3 * (report.search_ms + report.closing_ms + report.refinement_ms)));
+}
+
+int Run(GraspCommand options) {
+  const CommonOptions& common = options.common;
+  const GraspFiles files = NewGraspFiles(options);
+  const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
+  const Side side = HandFor(options, *body);
+  const LoadedObject object = LoadGraspable(options, false);
+
+  const HandModel hand(body, {}, side);
+  const SignedDistance surface(object.mesh);
+  const DistanceGrid grid = GraspGrid(surface, common);
+
+  const std::vector<double> pronations = AddPronations(hand, options.grasp);
+  options.grasp.style = StyleByName(options.style);
+  if (const auto wanted = WantedPlace(options.place, options.object, options.object_scale)) {
+    options.grasp.place = std::make_shared<const GraspPlace>(object.mesh, *wanted);
+  }
+  options.grasp.seed = common.seed;
+  options.grasp.threads = NumThreads(common);
+  GraspReport report;
+  Grasp grasp;
+  {
+    Progress progress(common, "grasp");
+    grasp = CloseHand(hand, object.mesh, surface, grid, options.grasp, &report, [&](double share) {
+      progress.Update(static_cast<int>(100 * share), 100);
+      return !Interrupted();
+    });
+  }
+  if (Interrupted()) return kInterrupted;
+  RequireFound(options, object, report);
+
+  const double pronation = UprightPronation(pronations, options.grasp.up_in_wrist, grasp);
+  const Holder holder = body->LoneHand() ? HandAlone(hand, pronation, grasp)
+                                         : Standing(body, hand, pronation, grasp, grid);
+  Clip clip;
+  clip.trans = holder.trans;
+  clip.pose = {holder.pose};
+  clip.betas = Eigen::VectorXd::Zero(10);
+  clip.body_model = body->Name();
+  if (body->LoneHand()) MarkHandAlone(clip);
+  HandState state(hand);
+  state.SetBody(holder.pose, holder.trans);
+  WriteGrasp(object, ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()),
+             HoldingBit(side), files, clip);
+  PrintGrasp(options, files, object, side, grasp, report);
   return kDone;
 }
 
@@ -263,92 +319,49 @@ Eigen::Vector3d Standing(const BodySurface& body, const JointPose& pose) {
   return {0.0, 0.0, -state.vertices.row(2).minCoeff()};
 }
 
-// An object between both hands: of a person who stands with the forearms forward, or of a frame.
-int RunBoth(const GraspCommand& options) {
-  const CommonOptions& common = options.common;
-  const std::filesystem::path output(options.output);
-  std::filesystem::path mesh_path = output;
-  mesh_path.replace_filename(output.stem().string() + "_object.ply");
-  RequireNew(output, common);
-  RequireNew(mesh_path, common);
-  std::shared_ptr<const BodyModel> body = LoadBody(options.body);
-  RequireHands(*body, kHoldsRight | kHoldsLeft);
-  const LoadedObject object = LoadObjectInput(options.object, options.object_scale);
-  for (const std::string& note : object.notes) Note(common, "note: " + note);
-  RequireGraspable(object, true);
-
+// One frame of a person who stands with both forearms forward.
+Clip StandingForBoth(const std::shared_ptr<const BodyModel>& body) {
   Clip clip;
-  ClipBody person{body, {}};
-  if (options.clip.empty()) {
-    JointPose pose = StandingPose(Side::kRight, 0.0, 0.0);
-    const JointPose left = StandingPose(Side::kLeft, 0.0, 0.0);
-    for (const char* joint : {"left_shoulder", "left_elbow", "left_wrist"}) {
-      pose.col(*FindJoint(joint)) = left.col(*FindJoint(joint));
-    }
-    clip.pose = {pose};
-    clip.betas = Eigen::VectorXd::Zero(10);
-    clip.body_model = body->Name();
-    clip.trans = Standing(BodySurface(body), pose);
-  } else {
-    LoadedClip loaded = LoadClip(options.clip, std::move(body), common);
-    clip = std::move(loaded.clip);
-    person = std::move(loaded.body);
-    if (options.frame >= clip.NumFrames()) {
-      throw Error(options.clip,
-                  fmt::format("has {} frames: none is number {}", clip.NumFrames(), options.frame),
-                  "Give --frame within the clip, counted from 0");
-    }
-    clip = Slice(clip, options.frame, options.frame + 1);
+  JointPose pose = StandingPose(Side::kRight, 0.0, 0.0);
+  const JointPose left = StandingPose(Side::kLeft, 0.0, 0.0);
+  for (const char* joint : {"left_shoulder", "left_elbow", "left_wrist"}) {
+    pose.col(*FindJoint(joint)) = left.col(*FindJoint(joint));
   }
-  body = std::move(person.model);
-  const Eigen::VectorXd betas = std::move(person.betas);
-  const HandModel right(body, betas, Side::kRight), left(body, betas, Side::kLeft);
-  const SignedDistance surface(object.mesh);
-  DistanceGridOptions grid_options;
-  grid_options.threads = NumThreads(common);
-  const DistanceGrid grid(surface, grid_options);
-  BothHandsOptions both_options;
-  both_options.seed = common.seed;
-  both_options.threads = NumThreads(common);
-  if (auto wanted = WantedPlace(options.place, options.object, options.object_scale)) {
-    wanted->span_m = both_options.max_width_m;
-    both_options.place = std::make_shared<const GraspPlace>(object.mesh, *wanted);
-  }
-  const BothHandsGrasp grasp = HoldInBothHands(right, left, BodySurface(body, betas), clip.pose[0],
-                                               clip.trans.col(0), object.mesh, grid, both_options);
-  if (Interrupted()) return kInterrupted;
-  if (grasp.status != GraspStatus::kFound) {
-    const Eigen::Vector3d extent = 100.0 * Extent(object.mesh);
-    throw FitFailure(fmt::format(
-        "{} in both hands: {}. The object measures {:.1f} x {:.1f} x {:.1f} cm. {}, "
-        "or take a pose with both hands in front (--clip, --frame)",
-        object.name, Describe(grasp.status), extent.x(), extent.y(), extent.z(),
-        both_options.place ? "Choose another place" : "Check its unit (--object-scale)"));
-  }
+  clip.pose = {pose};
+  clip.betas = Eigen::VectorXd::Zero(10);
+  clip.body_model = body->Name();
+  clip.trans = Standing(BodySurface(body), pose);
+  return clip;
+}
 
-  clip.pose[0] = grasp.pose;
-  clip.object =
-      ObjectTrack{grasp.world_from_object.translation(), LogSO3(grasp.world_from_object.linear()),
-                  object.name, mesh_path.filename().string()};
-  clip.holding_hand = {static_cast<std::uint8_t>(kHoldsRight | kHoldsLeft)};
-  WriteMesh(object.mesh, mesh_path);
-  WriteClip(clip, output);
+// The clip of one frame that both hands start from; `person` becomes its body.
+Clip StartForBoth(const GraspCommand& options, ClipBody& person) {
+  if (options.clip.empty()) return StandingForBoth(person.model);
+  LoadedClip loaded = LoadClip(options.clip, std::move(person.model), options.common);
+  const Clip clip = std::move(loaded.clip);
+  person = std::move(loaded.body);
+  if (options.frame >= clip.NumFrames()) {
+    throw Error(options.clip,
+                fmt::format("has {} frames: none is number {}", clip.NumFrames(), options.frame),
+                "Give --frame within the clip, counted from 0");
+  }
+  return Slice(clip, options.frame, options.frame + 1);
+}
 
-  nlohmann::json summary = JsonHead("holdfast/grasp_both/1", common);
-  summary["output"] = output.string();
-  summary["object"] = object.name;
-  summary["object_mesh"] = mesh_path.string();
-  summary["hand"] = "both";
+void PrintBothHandsGrasp(const GraspCommand& options, const GraspFiles& files,
+                         const LoadedObject& object, const BothHandsGrasp& grasp, bool has_place) {
+  nlohmann::json summary =
+      GraspSummaryHead("holdfast/grasp_both/1", options.common, files, object, "both");
   summary["width_mm"] = 1000.0 * grasp.width_m;
   summary["upright_cosine"] = grasp.upright;
   summary["body_in_object_mm"] = grasp.in_body_mm;
-  if (both_options.place) {
+  if (has_place) {
     summary["place"] = GraspPlaceJson(options.place);
     summary["place"]["contacts_outside_ratio"] =
         std::max(grasp.hands[0].outside_place, grasp.hands[1].outside_place);
   }
-  std::string text = fmt::format("{}: {} between both hands, {:.0f} mm apart\n", output.string(),
-                                 object.name, 1000.0 * grasp.width_m);
+  std::string text = fmt::format("{}: {} between both hands, {:.0f} mm apart\n",
+                                 files.clip.string(), object.name, 1000.0 * grasp.width_m);
   for (int h = 0; h < 2; ++h) {
     const char* name = h == 0 ? "right" : "left";
     summary[name] = GraspJson(grasp.hands[h]);
@@ -361,7 +374,44 @@ int RunBoth(const GraspCommand& options) {
         name, fmt::join(TouchingParts(grasp.hands[h]), ", "), Deepest_mm(grasp.hands[h]),
         grasp.wrist_shift_mm[h], grasp.wrist_turn_deg[h]);
   }
-  PrintResult(common, summary, text);
+  PrintResult(options.common, summary, text);
+}
+
+// An object between both hands: of a person who stands with the forearms forward, or of a frame.
+int RunBoth(const GraspCommand& options) {
+  const CommonOptions& common = options.common;
+  const GraspFiles files = NewGraspFiles(options);
+  ClipBody person{LoadBody(options.body), {}};
+  RequireHands(*person.model, kHoldsRight | kHoldsLeft);
+  const LoadedObject object = LoadGraspable(options, true);
+
+  Clip clip = StartForBoth(options, person);
+  const std::shared_ptr<const BodyModel> body = std::move(person.model);
+  const Eigen::VectorXd betas = std::move(person.betas);
+  const HandModel right(body, betas, Side::kRight), left(body, betas, Side::kLeft);
+  const SignedDistance surface(object.mesh);
+  const DistanceGrid grid = GraspGrid(surface, common);
+  BothHandsOptions both_options;
+  both_options.seed = common.seed;
+  both_options.threads = NumThreads(common);
+  if (auto wanted = WantedPlace(options.place, options.object, options.object_scale)) {
+    wanted->span_m = both_options.max_width_m;
+    both_options.place = std::make_shared<const GraspPlace>(object.mesh, *wanted);
+  }
+  const BothHandsGrasp grasp = HoldInBothHands(right, left, BodySurface(body, betas), clip.pose[0],
+                                               clip.trans.col(0), object.mesh, grid, both_options);
+  if (Interrupted()) return kInterrupted;
+  if (grasp.status != GraspStatus::kFound) {
+    throw FitFailure(fmt::format(
+        "{} in both hands: {}. {}. {}, or take a pose with both hands in front (--clip, --frame)",
+        object.name, Describe(grasp.status), MeasuresText(object.mesh),
+        both_options.place ? "Choose another place" : "Check its unit (--object-scale)"));
+  }
+
+  clip.pose[0] = grasp.pose;
+  WriteGrasp(object, grasp.world_from_object, static_cast<std::uint8_t>(kHoldsRight | kHoldsLeft),
+             files, clip);
+  PrintBothHandsGrasp(options, files, object, grasp, both_options.place != nullptr);
   return kDone;
 }
 

@@ -11,19 +11,12 @@
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_groups.h"
 #include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/append.h"
 
 namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-void Append(const TriangleMesh& part, TriangleMesh& whole) {
-  const Eigen::Index vertices = whole.NumVertices(), faces = whole.NumFaces();
-  whole.vertices.conservativeResize(3, vertices + part.NumVertices());
-  whole.vertices.rightCols(part.NumVertices()) = part.vertices;
-  whole.faces.conservativeResize(3, faces + part.NumFaces());
-  whole.faces.rightCols(part.NumFaces()) = part.faces.array() + static_cast<int>(vertices);
-}
 
 [[noreturn]] void Unknown(const char* option, const std::string& name,
                           const std::vector<MeshGroup>& groups, const std::string& object) {

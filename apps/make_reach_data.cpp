@@ -152,6 +152,143 @@ json OptionsJson(const MakeReachDataCommand& options) {
           {"as_captured", options.as_captured}};
 }
 
+// What was captured, and how much of it each split has.
+struct CaptureSums {
+  MotionStatistics train, held_out;
+  double train_minutes = 0.0, held_minutes = 0.0;
+  int dropped = 0, reach_sources = 0;
+};
+
+// Measures all captures that move, and adds those to learn from to the library.
+CaptureSums FillLibrary(const std::vector<Capture>& captures, const RetargetBody& target,
+                        Workshop& shop) {
+  CaptureSums sums;
+  std::vector<std::vector<BodyFrame>> moving;
+  for (const Capture& capture : captures) {
+    if (!capture.fault.empty()) {
+      ++sums.dropped;
+      continue;
+    }
+    const ClipUse use = UseOf(capture, target);
+    const std::vector<BodyFrame> frames = BodyFrames(capture.clip, target.rest_joints);
+    JointLimits none;
+    none.fill(10.0);
+    MotionStatistics* const statistics = capture.held_out ? &sums.held_out : &sums.train;
+    (capture.held_out ? sums.held_minutes : sums.train_minutes) +=
+        capture.clip.NumFrames() / MotionLibrary::kFrameRate / 60.0;
+    if (!use.walking && !use.reach) continue;
+    MeasureQuality(target.rest_joints, shop.library.SolesOfBody(), frames, none, statistics);
+    if (capture.held_out) continue;
+    moving.push_back(frames);
+    shop.library.Add(capture.clip, capture.name, use);
+    sums.reach_sources += use.reach.has_value() ? 1 : 0;
+  }
+  shop.library.Finish();
+  shop.making.warp.joint_limits = LimitsOf(moving);
+  return sums;
+}
+
+void SetMaking(const MakeReachDataCommand& options, const RetargetBody& target, Workshop& shop) {
+  shop.making.synthesis.reaches = options.reaches;
+  shop.making.synthesis.farthest_goal = options.farthest;
+  shop.making.synthesis.pace = options.pace;
+  shop.making.synthesis.blend_s = options.blend_s;
+  shop.making.synthesis.wrist = options.wrist == "left" ? Side::kLeft : Side::kRight;
+  shop.making.carry_to_goals = !options.as_captured;
+  for (const Side side : {Side::kLeft, Side::kRight}) {
+    shop.hands.middleCols<kJointsPerHand>(HandBegin(side)) =
+        RelaxedFingers(target.rest_joints, side).reshaped(3, kJointsPerHand);
+  }
+}
+
+// The lines of the manifest so far, and the motion in their clips.
+struct MadeSoFar {
+  std::vector<json> lines;
+  double minutes = 0.0;
+};
+
+// The next clips in parallel; those beyond the minutes that are wanted are removed again. False
+// when interrupted: nothing is added then.
+bool MakeBatch(const Workshop& shop, double wanted, MadeSoFar& made) {
+  const int begin = static_cast<int>(made.lines.size());
+  // About half a minute each; never by the number of threads, so that results are the same.
+  const int count = std::clamp(static_cast<int>(2.0 * (wanted - made.minutes)) + 1, 1, kMostAtOnce);
+  std::vector<json> batch(static_cast<std::size_t>(count));
+  ParallelFor(count, NumThreads(shop.options.common), [&](int k) {
+    if (!Interrupted()) batch[static_cast<std::size_t>(k)] = MakeOne(shop, begin + k);
+  });
+  if (Interrupted()) return false;
+  std::error_code error;
+  for (json& line : batch) {
+    if (made.minutes >= wanted) {
+      fs::remove(shop.folder / line.value("file", "made/none"), error);
+      continue;
+    }
+    made.minutes += MinutesOf(line);
+    made.lines.push_back(std::move(line));
+  }
+  return true;
+}
+
+// Goes on until there are the minutes that are wanted, the manifest always up to date. Throws
+// FitFailure when nearly all clips are dropped; false when interrupted.
+bool MakeUntil(const Workshop& shop, double wanted, const fs::path& manifest, Progress& progress,
+               json& head, MadeSoFar& made) {
+  const int most = std::max(200, static_cast<int>(kMostTries * wanted / 0.3));
+  while (made.minutes < wanted && static_cast<int>(made.lines.size()) < most && !Interrupted()) {
+    if (!MakeBatch(shop, wanted, made)) return false;
+    head["complete"] = made.minutes >= wanted;
+    WriteAtomically(manifest, ManifestText(head, made.lines));
+    progress.Update(static_cast<int>(std::min(made.minutes, wanted)),
+                    static_cast<int>(wanted + 0.5));
+  }
+  if (Interrupted()) return false;
+  if (made.minutes < wanted) {
+    throw FitFailure(
+        fmt::format("{:.1f} of {:.1f} minutes after {} clips: nearly all are dropped, "
+                    "see {}",
+                    made.minutes, wanted, made.lines.size(), manifest.string()));
+  }
+  return true;
+}
+
+// The complete manifest is written with its summary, which is then told; `had` clips of it were
+// there before.
+void FinishManifest(const Workshop& shop, const CaptureSums& captured, const MadeSoFar& made,
+                    int had, const fs::path& manifest, json head) {
+  MotionStatistics statistics;
+  int kept = 0, goals = 0, carried = 0;
+  for (const json& line : made.lines) {
+    if (!line.contains("file")) continue;
+    ++kept;
+    statistics.Add(StatisticsOf(line));
+    for (const json& reach : line["reaches"]) {
+      ++goals;
+      carried += reach["how"] == "carried" ? 1 : 0;
+    }
+  }
+  head["complete"] = true;
+  head["statistics"] = {{"captured_train", StatisticsJson(captured.train)},
+                        {"captured_held_out", StatisticsJson(captured.held_out)},
+                        {"made", StatisticsJson(statistics)}};
+  head["summary"] = {{"hours", made.minutes / 60.0},
+                     {"clips", kept},
+                     {"clips_dropped", made.lines.size() - static_cast<std::size_t>(kept)},
+                     {"goals", goals},
+                     {"goals_carried", carried},
+                     {"captured_train_minutes", captured.train_minutes},
+                     {"captured_held_out_minutes", captured.held_minutes},
+                     {"captured_dropped", captured.dropped}};
+  WriteAtomically(manifest, ManifestText(head, made.lines));
+  head.erase("captures");
+  head["output"] = shop.options.output;
+  PrintResult(shop.options.common, head,
+              fmt::format("{}: {:.2f} hours in {} clips ({} dropped, {} of them there already), {} "
+                          "goals, {} carried\n",
+                          shop.options.output, made.minutes / 60.0, kept,
+                          static_cast<int>(made.lines.size()) - kept, had, goals, carried));
+}
+
 int Run(const MakeReachDataCommand& options) {
   const CommonOptions& common = options.common;
   const fs::path folder = options.output;
@@ -168,41 +305,8 @@ int Run(const MakeReachDataCommand& options) {
   Workshop shop{options,      folder,
                 body->Name(), MotionLibrary(target.rest_joints, target.floor_y),
                 {},           JointPose::Zero()};
-  MotionStatistics train, held_out;
-  std::vector<std::vector<BodyFrame>> moving;
-  double train_minutes = 0.0, held_minutes = 0.0;
-  int dropped = 0, reach_sources = 0;
-  for (const Capture& capture : captures) {
-    if (!capture.fault.empty()) {
-      ++dropped;
-      continue;
-    }
-    const ClipUse use = UseOf(capture, target);
-    const std::vector<BodyFrame> frames = BodyFrames(capture.clip, target.rest_joints);
-    JointLimits none;
-    none.fill(10.0);
-    MotionStatistics* const sums = capture.held_out ? &held_out : &train;
-    (capture.held_out ? held_minutes : train_minutes) +=
-        capture.clip.NumFrames() / MotionLibrary::kFrameRate / 60.0;
-    if (!use.walking && !use.reach) continue;
-    MeasureQuality(target.rest_joints, shop.library.SolesOfBody(), frames, none, sums);
-    if (capture.held_out) continue;
-    moving.push_back(frames);
-    shop.library.Add(capture.clip, capture.name, use);
-    reach_sources += use.reach.has_value() ? 1 : 0;
-  }
-  shop.library.Finish();
-  shop.making.warp.joint_limits = LimitsOf(moving);
-  shop.making.synthesis.reaches = options.reaches;
-  shop.making.synthesis.farthest_goal = options.farthest;
-  shop.making.synthesis.pace = options.pace;
-  shop.making.synthesis.blend_s = options.blend_s;
-  shop.making.synthesis.wrist = options.wrist == "left" ? Side::kLeft : Side::kRight;
-  shop.making.carry_to_goals = !options.as_captured;
-  for (const Side side : {Side::kLeft, Side::kRight}) {
-    shop.hands.middleCols<kJointsPerHand>(HandBegin(side)) =
-        RelaxedFingers(target.rest_joints, side).reshaped(3, kJointsPerHand);
-  }
+  const CaptureSums captured = FillLibrary(captures, target, shop);
+  SetMaking(options, target, shop);
 
   json head = JsonHead("holdfast/reach-data/1", common);
   head["options"] = OptionsJson(options);
@@ -211,78 +315,19 @@ int Run(const MakeReachDataCommand& options) {
   std::error_code error;
   fs::create_directories(folder / "made", error);
   const fs::path manifest = folder / "manifest.json";
-  std::vector<json> lines = LinesBefore(manifest, head, common.force);
-  double minutes = 0.0;
-  for (const json& line : lines) minutes += MinutesOf(line);
-  const int had = static_cast<int>(lines.size());
+  MadeSoFar made;
+  made.lines = LinesBefore(manifest, head, common.force);
+  for (const json& line : made.lines) made.minutes += MinutesOf(line);
+  const int had = static_cast<int>(made.lines.size());
 
   Note(common,
        fmt::format("{} captured clips ({:.1f} min to learn from, {:.1f} min held out), {} dropped; "
                    "{} reaches to start from",
-                   captures.size(), train_minutes, held_minutes, dropped, reach_sources));
-  const double wanted = 60.0 * options.hours;
-  const int most = std::max(200, static_cast<int>(kMostTries * wanted / 0.3));
+                   captures.size(), captured.train_minutes, captured.held_minutes, captured.dropped,
+                   captured.reach_sources));
   Progress progress(common, "minutes made");
-  while (minutes < wanted && static_cast<int>(lines.size()) < most && !Interrupted()) {
-    const int begin = static_cast<int>(lines.size());
-    // About half a minute each; never by the number of threads, so that results are the same.
-    const int count = std::clamp(static_cast<int>(2.0 * (wanted - minutes)) + 1, 1, kMostAtOnce);
-    std::vector<json> batch(static_cast<std::size_t>(count));
-    ParallelFor(count, NumThreads(common), [&](int k) {
-      if (!Interrupted()) batch[static_cast<std::size_t>(k)] = MakeOne(shop, begin + k);
-    });
-    if (Interrupted()) break;
-    for (json& line : batch) {
-      if (minutes >= wanted) {
-        fs::remove(folder / line.value("file", "made/none"), error);
-        continue;
-      }
-      minutes += MinutesOf(line);
-      lines.push_back(std::move(line));
-    }
-    head["complete"] = minutes >= wanted;
-    WriteAtomically(manifest, ManifestText(head, lines));
-    progress.Update(static_cast<int>(std::min(minutes, wanted)), static_cast<int>(wanted + 0.5));
-  }
-  if (Interrupted()) return kInterrupted;
-  if (minutes < wanted) {
-    throw FitFailure(
-        fmt::format("{:.1f} of {:.1f} minutes after {} clips: nearly all are dropped, "
-                    "see {}",
-                    minutes, wanted, lines.size(), manifest.string()));
-  }
-
-  MotionStatistics made;
-  int kept = 0, goals = 0, carried = 0;
-  for (const json& line : lines) {
-    if (!line.contains("file")) continue;
-    ++kept;
-    made.Add(StatisticsOf(line));
-    for (const json& reach : line["reaches"]) {
-      ++goals;
-      carried += reach["how"] == "carried" ? 1 : 0;
-    }
-  }
-  head["complete"] = true;
-  head["statistics"] = {{"captured_train", StatisticsJson(train)},
-                        {"captured_held_out", StatisticsJson(held_out)},
-                        {"made", StatisticsJson(made)}};
-  head["summary"] = {{"hours", minutes / 60.0},
-                     {"clips", kept},
-                     {"clips_dropped", lines.size() - static_cast<std::size_t>(kept)},
-                     {"goals", goals},
-                     {"goals_carried", carried},
-                     {"captured_train_minutes", train_minutes},
-                     {"captured_held_out_minutes", held_minutes},
-                     {"captured_dropped", dropped}};
-  WriteAtomically(manifest, ManifestText(head, lines));
-  head.erase("captures");
-  head["output"] = options.output;
-  PrintResult(common, head,
-              fmt::format("{}: {:.2f} hours in {} clips ({} dropped, {} of them there already), {} "
-                          "goals, {} carried\n",
-                          options.output, minutes / 60.0, kept,
-                          static_cast<int>(lines.size()) - kept, had, goals, carried));
+  if (!MakeUntil(shop, 60.0 * options.hours, manifest, progress, head, made)) return kInterrupted;
+  FinishManifest(shop, captured, made, had, manifest, std::move(head));
   return kDone;
 }
 

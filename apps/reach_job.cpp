@@ -15,6 +15,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/append.h"
 #include "solver/reach/walk_and_reach.h"
 
 namespace holdfast::apps {

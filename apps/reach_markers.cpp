@@ -44,12 +44,4 @@ TriangleMesh GoalMarkers(std::span<const Eigen::Vector3d> goals) {
   return mesh;
 }
 
-void Append(const TriangleMesh& more, TriangleMesh& mesh) {
-  const Eigen::Index vertices = mesh.vertices.cols(), faces = mesh.faces.cols();
-  mesh.vertices.conservativeResize(Eigen::NoChange, vertices + more.vertices.cols());
-  mesh.faces.conservativeResize(Eigen::NoChange, faces + more.faces.cols());
-  mesh.vertices.rightCols(more.vertices.cols()) = more.vertices;
-  mesh.faces.rightCols(more.faces.cols()) = more.faces.array() + static_cast<int>(vertices);
-}
-
 }  // namespace holdfast::apps

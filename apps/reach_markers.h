@@ -12,7 +12,4 @@ namespace holdfast::apps {
 /// A ball of 4 cm, 12 x 8 facets, at each goal.
 TriangleMesh GoalMarkers(std::span<const Eigen::Vector3d> goals);
 
-/// Appends `more` to `mesh`.
-void Append(const TriangleMesh& more, TriangleMesh& mesh);
-
 }  // namespace holdfast::apps

@@ -77,8 +77,14 @@ double VideoRate(const RenderCommand& options, VideoFormat format, double clip_f
   return kMaxGifRate;
 }
 
-int Run(const RenderCommand& options) {
-  const CommonOptions& common = options.common;
+// What is written: a video, numbered pictures, or with neither one picture or sheet.
+struct RenderTarget {
+  std::optional<VideoFormat> video;
+  std::optional<NumberedName> numbered;
+};
+
+// By the output's name. Throws Error for names that are no picture's, and for a file that is there.
+RenderTarget RenderTargetOf(const RenderCommand& options) {
   const std::optional<VideoFormat> video = VideoFormatOf(options.output);
   const std::optional<NumberedName> numbered = ParseNumberedName(options.output);
   if (video && numbered) {
@@ -88,7 +94,63 @@ int Run(const RenderCommand& options) {
     throw Error(options.output, "is not a supported picture format",
                 "Give a name in .png, .gif or .mp4");
   }
-  if (!numbered) RequireNew(options.output, common);
+  if (!numbered) RequireNew(options.output, options.common);
+  return {video, numbered};
+}
+
+// The frames to draw, and the rate of a video of them.
+struct RenderedFrames {
+  std::vector<int> frames;
+  double rate = 0.0;
+};
+
+RenderedFrames FramesToRender(const RenderCommand& options, const RenderTarget& target,
+                              const Clip& clip, int tiles) {
+  if (options.frame) return {{*options.frame}, 1.0};
+  if (target.video) {
+    const double rate = VideoRate(options, *target.video, clip.frame_rate);
+    return {FramesAtRate(clip.NumFrames(), clip.frame_rate, rate), rate};
+  }
+  if (target.numbered) return {EveryFrame(clip.NumFrames(), options.every), 0.0};
+  return {EvenFrames(clip.NumFrames(), tiles), 0.0};
+}
+
+void WriteNumberedPictures(const NumberedName& name, const std::vector<int>& frames, int batch,
+                           const DrawFrames& draw) {
+  for (std::size_t k = 0; k < frames.size() && !Interrupted(); k += batch) {
+    const std::size_t count = std::min<std::size_t>(batch, frames.size() - k);
+    const std::vector<Image> images = draw({frames.data() + k, count});
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      WritePng(images[i], name.Name(frames[k + i]));
+    }
+  }
+}
+
+// Draws the frames and writes them; stops after Ctrl-C.
+void WritePictures(const RenderCommand& options, const RenderTarget& target,
+                   const RenderedFrames& shown, double clip_frame_rate, int columns,
+                   const DrawFrames& draw) {
+  const std::vector<int>& frames = shown.frames;
+  const int batch = 2 * NumThreads(options.common);  // keeps memory small, and the threads busy
+  if (target.video) {
+    WriteVideo(options.output, static_cast<int>(frames.size()), {shown.rate, batch},
+               [&](std::span<const int> indices) {
+                 std::vector<int> which;
+                 for (const int k : indices) which.push_back(frames[k]);
+                 return draw(which);
+               });
+  } else if (target.numbered) {
+    WriteNumberedPictures(*target.numbered, frames, batch, draw);
+  } else if (const std::vector<Image> tiles = draw(frames); !tiles.empty()) {
+    std::vector<std::string> labels;
+    for (const int t : frames) labels.push_back(fmt::format("{:.2f} s", t / clip_frame_rate));
+    WritePng(tiles.size() == 1 ? tiles[0] : ContactSheet(tiles, labels, columns), options.output);
+  }
+}
+
+int Run(const RenderCommand& options) {
+  const CommonOptions& common = options.common;
+  const RenderTarget target = RenderTargetOf(options);
   const ClipInput input = LoadClipInput(options.clip, options.input, common);
   const Clip& clip = input.clip;
   if (clip.object && !input.object) {
@@ -99,66 +161,34 @@ int Run(const RenderCommand& options) {
   const ClipRenderer renderer(clip, input.body, input.betas,
                               clip.object && input.object ? &*input.object : nullptr,
                               input.table ? &*input.table : nullptr);
-  const bool sheet = !options.frame && !video && !numbered;
+  const bool sheet = !options.frame && !target.video && !target.numbered;
   ClipRenderOptions how = HowToDraw(options, sheet ? SheetView(clip) : ClipView::kFront);
   const auto [columns, rows] = ParsePair(options.sheet).value_or(std::pair(4, 2));
 
-  std::vector<int> frames;
-  double rate = 0.0;
-  if (options.frame) {
-    frames = {*options.frame};
-    rate = 1.0;
-  } else if (video) {
-    rate = VideoRate(options, *video, clip.frame_rate);
-    frames = FramesAtRate(clip.NumFrames(), clip.frame_rate, rate);
-  } else if (numbered) {
-    frames = EveryFrame(clip.NumFrames(), options.every);
-  } else {
-    frames = EvenFrames(clip.NumFrames(), columns * rows);
-  }
-  if (video == VideoFormat::kMp4) {  // its colours are stored for two by two pixels
+  const RenderedFrames shown = FramesToRender(options, target, clip, columns * rows);
+  const std::vector<int>& frames = shown.frames;
+  if (target.video == VideoFormat::kMp4) {  // its colours are stored for two by two pixels
     how.picture.width += how.picture.width % 2;
     how.picture.height += how.picture.height % 2;
   }
-  if (numbered) {
-    for (const int frame : frames) RequireNew(numbered->Name(frame), common);
+  if (target.numbered) {
+    for (const int frame : frames) RequireNew(target.numbered->Name(frame), common);
   }
 
   Progress progress(common, "render");
   int drawn = 0;
-  const auto draw = [&](std::span<const int> which) {
+  WritePictures(options, target, shown, clip.frame_rate, columns, [&](std::span<const int> which) {
     return Draw(renderer, how, which, common, [&] {
       progress.Update(++drawn, std::max(drawn, static_cast<int>(frames.size())));
     });
-  };
-  const int batch = 2 * NumThreads(common);  // keeps memory small, and the threads busy
-  if (video) {
-    WriteVideo(options.output, static_cast<int>(frames.size()), {rate, batch},
-               [&](std::span<const int> indices) {
-                 std::vector<int> which;
-                 for (const int k : indices) which.push_back(frames[k]);
-                 return draw(which);
-               });
-  } else if (numbered) {
-    for (std::size_t k = 0; k < frames.size() && !Interrupted(); k += batch) {
-      const std::size_t count = std::min<std::size_t>(batch, frames.size() - k);
-      const std::vector<Image> images = draw({frames.data() + k, count});
-      for (std::size_t i = 0; i < images.size(); ++i) {
-        WritePng(images[i], numbered->Name(frames[k + i]));
-      }
-    }
-  } else if (const std::vector<Image> tiles = draw(frames); !tiles.empty()) {
-    std::vector<std::string> labels;
-    for (const int t : frames) labels.push_back(fmt::format("{:.2f} s", t / clip.frame_rate));
-    WritePng(tiles.size() == 1 ? tiles[0] : ContactSheet(tiles, labels, columns), options.output);
-  }
+  });
   if (Interrupted()) return kInterrupted;
 
   nlohmann::json summary = JsonHead("holdfast/render/1", common);
   summary["output"] = options.output;
   summary["frames"] = frames;
   summary["size"] = {how.picture.width, how.picture.height};
-  if (video) summary["frame_rate_hz"] = rate;
+  if (target.video) summary["frame_rate_hz"] = shown.rate;
   PrintResult(
       common, summary,
       fmt::format("{}: {} of {} frames\n", options.output, frames.size(), clip.NumFrames()));

@@ -60,6 +60,27 @@ void Add(const wandr::TrainingLosses& from, double weight, wandr::TrainingLosses
   to.gradient += weight * from.gradient;
 }
 
+// Losses since the last line of their kind.
+struct LossSum {
+  const char* kind;
+  wandr::TrainingLosses total = {};
+  int count = 0;
+
+  // Writes their mean as a line, and begins anew.
+  void MoveTo(std::vector<json>& lines, long iteration, double seconds) {
+    if (count == 0) return;
+    wandr::TrainingLosses mean;
+    Add(total, 1.0 / count, mean);
+    json line = LossesJson(mean);
+    line["kind"] = kind;
+    line["iteration"] = iteration;
+    line["seconds"] = seconds;
+    lines.push_back(line);
+    total = {};
+    count = 0;
+  }
+};
+
 class WandrTraining {
  public:
   WandrTraining(const TrainWandrCommand& options, const BodyModel& body)
@@ -75,6 +96,12 @@ class WandrTraining {
   json Evaluate(const wandr::Trainer& trainer) const;
   void Keep(const wandr::Trainer& trainer, const json& validation, const std::string& name) const;
   void WriteLog() const;
+  void ReadCorpora();
+  /// Of the lines of an earlier run.
+  void FindBestBefore();
+  void EvaluateAndKeep(const wandr::Trainer& trainer);
+  void Train(wandr::Trainer& trainer, const fs::path& checkpoint, Progress& progress);
+  void PrintSummary(const wandr::Trainer& trainer) const;
 
   const TrainWandrCommand& options_;
   fs::path folder_;
@@ -83,6 +110,8 @@ class WandrTraining {
   wandr::Corpus corpus_;
   std::optional<wandr::Corpus> held_out_;
   std::vector<json> lines_;
+  json best_;  // line of the best evaluation; null before the first
+  long best_at_ = 0;
 };
 
 wandr::TrainingOptions WandrTraining::Recipe() const {
@@ -158,27 +187,102 @@ void WandrTraining::WriteLog() const {
   WriteAtomically(folder_ / "train.html", TrainingPage(lines_, options_.iterations));
 }
 
+void WandrTraining::ReadCorpora() {
+  Progress progress(options_.common, "reading clips");
+  wandr::CorpusOptions what;
+  what.made_hours = options_.made_hours;
+  what.wrist = options_.wrist == "right" ? Side::kRight : Side::kLeft;
+  std::vector<fs::path> folders(options_.corpora.begin(), options_.corpora.end());
+  corpus_ = wandr::ReadCorpus(folders, measures_.rest_joints, what,
+                              [&](int done, int total) { progress.Update(done, total); });
+  if (options_.held_out.empty()) return;
+  held_out_.emplace();
+  held_out_->clips = wandr::ReadCorpusClips(options_.held_out, what.wrist, nullptr);
+  if (held_out_->clips.empty()) {
+    throw Error(options_.held_out, "holds no clip to validate with",
+                "Leave out --held-out, or keep people away with 'make-reach-data --held-out'");
+  }
+}
+
+void WandrTraining::FindBestBefore() {
+  for (const json& line : lines_) {
+    if (line.value("kind", "") != "reach") continue;
+    if (best_.is_null() || line["success"] > best_["success"]) {
+      best_ = line;
+      best_at_ = line["iteration"];
+    }
+  }
+}
+
+void WandrTraining::EvaluateAndKeep(const wandr::Trainer& trainer) {
+  const long iteration = trainer.Iteration();
+  lines_.push_back(Evaluate(trainer));
+  const json& now = lines_.back();
+  Note(options_.common,
+       fmt::format("iteration {}: {:.1f} % of goals reached, {:.1f} cm, skating {:.0f} %",
+                   iteration, 100.0 * now["success"].get<double>(),
+                   100.0 * now["distance_m"].get<double>(), 100.0 * now["skating"].get<double>()));
+  if (best_.is_null() || now["success"] >= best_["success"]) {
+    best_ = now;
+    best_at_ = iteration;
+    Keep(trainer, best_, "best");
+  }
+  Keep(trainer, now, "latest");
+  WriteLog();
+}
+
+void WandrTraining::Train(wandr::Trainer& trainer, const fs::path& checkpoint, Progress& progress) {
+  LossSum followed{"train"}, left_free{"free"};
+  auto saved = std::chrono::steady_clock::now();
+  const auto began = saved;
+  const long first = trainer.Iteration();
+  while (trainer.Iteration() < options_.iterations && !Interrupted()) {
+    const wandr::TrainingLosses losses = trainer.Step();
+    LossSum& sum = losses.free ? left_free : followed;
+    Add(losses, 1.0, sum.total);
+    ++sum.count;
+    const long iteration = trainer.Iteration();
+    progress.Update(static_cast<int>(iteration - first),
+                    static_cast<int>(options_.iterations - first));
+    const bool last = iteration == options_.iterations;
+    if (iteration % 50 == 0 || last) {
+      const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - began;
+      followed.MoveTo(lines_, iteration, passed.count());
+      left_free.MoveTo(lines_, iteration, passed.count());
+    }
+    if (iteration % options_.evaluate_every == 0 || last) {
+      EvaluateAndKeep(trainer);
+      if (options_.patience > 0 && iteration - best_at_ >= options_.patience) break;
+    }
+    if (std::chrono::steady_clock::now() - saved > std::chrono::minutes(2) || last) {
+      trainer.Save(checkpoint);
+      saved = std::chrono::steady_clock::now();
+    }
+  }
+  trainer.Save(checkpoint);
+  WriteLog();
+}
+
+void WandrTraining::PrintSummary(const wandr::Trainer& trainer) const {
+  json summary = JsonHead("holdfast/train-wandr/1", options_.common);
+  summary["iterations"] = trainer.Iteration();
+  summary["best"] = best_;
+  const std::string reached =
+      best_.is_null() ? "not evaluated yet"
+                      : fmt::format("{:.1f} % of goals reached, {:.1f} cm (iteration {})",
+                                    100.0 * best_["success"].get<double>(),
+                                    100.0 * best_["distance_m"].get<double>(), best_at_);
+  PrintResult(options_.common, summary,
+              fmt::format("{}: {} iterations\n  best    {}\n  curves  {}\n",
+                          (folder_ / "best.safetensors").string(), trainer.Iteration(), reached,
+                          (folder_ / "train.html").string()));
+}
+
 int WandrTraining::Run() {
   const fs::path checkpoint = folder_ / "checkpoint.safetensors";
   const bool goes_on = fs::exists(checkpoint) && !options_.common.force;
   fs::create_directories(folder_);
-  {
-    Progress progress(options_.common, "reading clips");
-    wandr::CorpusOptions what;
-    what.made_hours = options_.made_hours;
-    what.wrist = options_.wrist == "right" ? Side::kRight : Side::kLeft;
-    std::vector<fs::path> folders(options_.corpora.begin(), options_.corpora.end());
-    corpus_ = wandr::ReadCorpus(folders, measures_.rest_joints, what,
-                                [&](int done, int total) { progress.Update(done, total); });
-    if (!options_.held_out.empty()) {
-      held_out_.emplace();
-      held_out_->clips = wandr::ReadCorpusClips(options_.held_out, what.wrist, nullptr);
-      if (held_out_->clips.empty()) {
-        throw Error(options_.held_out, "holds no clip to validate with",
-                    "Leave out --held-out, or keep people away with 'make-reach-data --held-out'");
-      }
-    }
-  }
+  ReadCorpora();
   std::optional<wandr::NetworkWeights> from;
   if (!options_.from.empty()) from = wandr::ReadNetwork(options_.from);
   wandr::Trainer trainer(corpus_, bones_, Recipe(), from ? &*from : nullptr);
@@ -193,82 +297,10 @@ int WandrTraining::Run() {
                    corpus_.clips.size(), static_cast<double>(corpus_.captured_frames) / 108000.0,
                    static_cast<double>(corpus_.made_frames) / 108000.0,
                    static_cast<double>(trainer.NumParameters()) / 1e6));
-  json best;
-  long best_at = 0;
-  for (const json& line : lines_) {
-    if (line.value("kind", "") != "reach") continue;
-    if (best.is_null() || line["success"] > best["success"]) {
-      best = line;
-      best_at = line["iteration"];
-    }
-  }
+  FindBestBefore();
   Progress progress(options_.common, "iterations");
-  wandr::TrainingLosses sum, free_sum;
-  int summed = 0, free_summed = 0;
-  auto saved = std::chrono::steady_clock::now();
-  const auto began = saved;
-  const long first = trainer.Iteration();
-  while (trainer.Iteration() < options_.iterations && !Interrupted()) {
-    const wandr::TrainingLosses losses = trainer.Step();
-    Add(losses, 1.0, losses.free ? free_sum : sum);
-    ++(losses.free ? free_summed : summed);
-    const long iteration = trainer.Iteration();
-    progress.Update(static_cast<int>(iteration - first),
-                    static_cast<int>(options_.iterations - first));
-    const bool last = iteration == options_.iterations;
-    if (iteration % 50 == 0 || last) {
-      const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - began;
-      const auto report = [&](const char* kind, wandr::TrainingLosses& total, int& count) {
-        if (count == 0) return;
-        wandr::TrainingLosses mean;
-        Add(total, 1.0 / count, mean);
-        json line = LossesJson(mean);
-        line["kind"] = kind;
-        line["iteration"] = iteration;
-        line["seconds"] = passed.count();
-        lines_.push_back(line);
-        total = {};
-        count = 0;
-      };
-      report("train", sum, summed);
-      report("free", free_sum, free_summed);
-    }
-    if (iteration % options_.evaluate_every == 0 || last) {
-      lines_.push_back(Evaluate(trainer));
-      const json& now = lines_.back();
-      Note(options_.common,
-           fmt::format("iteration {}: {:.1f} % of goals reached, {:.1f} cm, skating {:.0f} %",
-                       iteration, 100.0 * now["success"].get<double>(),
-                       100.0 * now["distance_m"].get<double>(),
-                       100.0 * now["skating"].get<double>()));
-      if (best.is_null() || now["success"] >= best["success"]) {
-        best = now;
-        best_at = iteration;
-        Keep(trainer, best, "best");
-      }
-      Keep(trainer, now, "latest");
-      WriteLog();
-      if (options_.patience > 0 && iteration - best_at >= options_.patience) break;
-    }
-    if (std::chrono::steady_clock::now() - saved > std::chrono::minutes(2) || last) {
-      trainer.Save(checkpoint);
-      saved = std::chrono::steady_clock::now();
-    }
-  }
-  trainer.Save(checkpoint);
-  WriteLog();
-  json summary = JsonHead("holdfast/train-wandr/1", options_.common);
-  summary["iterations"] = trainer.Iteration();
-  summary["best"] = best;
-  const std::string reached =
-      best.is_null() ? "not evaluated yet"
-                     : fmt::format("{:.1f} % of goals reached, {:.1f} cm (iteration {})",
-                                   100.0 * best["success"].get<double>(),
-                                   100.0 * best["distance_m"].get<double>(), best_at);
-  PrintResult(options_.common, summary,
-              fmt::format("{}: {} iterations\n  best    {}\n  curves  {}\n",
-                          (folder_ / "best.safetensors").string(), trainer.Iteration(), reached,
-                          (folder_ / "train.html").string()));
+  Train(trainer, checkpoint, progress);
+  PrintSummary(trainer);
   if (Interrupted()) {
     Note(options_.common, "interrupted: the same command goes on from here");
     return kInterrupted;

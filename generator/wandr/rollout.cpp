@@ -88,22 +88,18 @@ bool AddSeed(const RolloutSeed<Real>& seed, int frame, int c, TangentVector<Real
 }  // namespace
 
 template <typename Real>
-void Rollout<Real>::Backward(const RolloutSeed<Real>& seed, int rows,
-                             RolloutGradient<Real>& gradient) const {
-  assert(differentiable_);
-  assert(seed.joints.empty() || static_cast<int>(seed.joints.size()) == step_ + 1);
-  assert(seed.poses.empty() || static_cast<int>(seed.poses.size()) == step_ + 1);
-  const int columns = num_bodies_ * rows, latent_size = network_.LatentSize();
+void Rollout<Real>::ResizeGradient(int rows, RolloutGradient<Real>& gradient) const {
+  const int columns = num_bodies_ * rows;
   std::size_t waypoints = 0;
   for (int i = 0; i < num_bodies_; ++i) waypoints = std::max(waypoints, plans_[i].size());
-  gradient.latents.resize(static_cast<Eigen::Index>(latent_size) * step_, columns);
+  gradient.latents.resize(static_cast<Eigen::Index>(network_.LatentSize()) * step_, columns);
   gradient.start_pose.resize(kTangentSize, columns);
   gradient.previous_delta.resize(kStateSize, columns);
   gradient.goals.setZero(static_cast<Eigen::Index>(3 * waypoints), columns);
+}
 
-  Matrix& pose_bar = gradient.start_pose;       // of frame t + 1, then of frame t
-  Matrix& delta_bar = gradient.previous_delta;  // of u_t as the previous delta of step t + 1
-  delta_bar.setZero();
+template <typename Real>
+void Rollout<Real>::SeedLastPoses(const RolloutSeed<Real>& seed, int rows, Matrix& pose_bar) const {
   BodyKinematics<Real> kinematics;
   for (int i = 0; i < num_bodies_; ++i) {
     ForwardKinematics(bones_, Poses(step_)[i], kinematics);
@@ -116,59 +112,83 @@ void Rollout<Real>::Backward(const RolloutSeed<Real>& seed, int rows,
       pose_bar.col(c) = bar;
     }
   }
+}
+
+template <typename Real>
+void Rollout<Real>::StepBackward(int t, int rows, const Matrix& delta_bar, Matrix& pose_bar,
+                                 Matrix& output_bar) const {
+  const nn::Tape<Real>& tape = tapes_[t];
+  for (int c = 0; c < num_bodies_ * rows; ++c) {
+    const Pose<Real>& pose = Poses(t)[c / rows];
+    const StateVector<Real> delta =
+        DeltaOfNormalised<Real>(network_.Norms(), tape.Output().col(c / rows));
+    TangentVector<Real> bar = TangentVector<Real>::Zero();
+    StateVector<Real> step_bar;
+    ApplyDeltaVjp<Real>(HeadingOf<Real>(pose.rotation[0]), delta, pose_bar.col(c),
+                        options_.detached_heading, bar, step_bar);
+    pose_bar.col(c) = bar;
+    output_bar.col(c) = step_bar.cwiseProduct(network_.Norms().delta.deviation) + delta_bar.col(c);
+  }
+}
+
+template <typename Real>
+void Rollout<Real>::InputBackward(const RolloutSeed<Real>& seed, int t, int body, int rows,
+                                  const Matrix& input_bar, RolloutGradient<Real>& gradient) const {
+  const int wrist = WristJoint(options_.intention.wrist);
+  const Pose<Real>& pose = Poses(t)[body];
+  const Heading<Real> heading = HeadingOf<Real>(pose.rotation[0]);
+  BodyKinematics<Real> kinematics;
+  ForwardKinematics(bones_, pose, kinematics);
+  const FrameGoal<Real> goal = GoalAt<Real>(plans_[body], t, options_.intention);
+  const int waypoint = ActiveWaypoint(plans_[body], t, options_.intention);
+  const IntentionBody<Real> seen{heading, kinematics.joints.col(0), kinematics.joints.col(wrist)};
+  for (int c = body * rows; c < (body + 1) * rows; ++c) {
+    const Real* const condition_bar = input_bar.col(c).data() + network_.LatentSize();
+    TangentVector<Real> bar = gradient.start_pose.col(c);
+    WritePoseFeaturesVjp<Real>(pose, heading, network_.Norms(), condition_bar, bar);
+    gradient.previous_delta.col(c) =
+        Eigen::Map<const StateVector<Real>>(condition_bar + kPreviousDeltaOf);
+
+    BodyJoints<Real> joints_bar = BodyJoints<Real>::Zero();
+    bool any = AddSeed(seed, t, c, bar, joints_bar);
+    if (goal.active) {
+      IntentionBar<Real> intention;
+      WriteIntentionVjp(network_.Layout(), seen, goal, condition_bar + kIntentionOf, intention);
+      joints_bar.col(0) += intention.pelvis;
+      joints_bar.col(wrist) += intention.wrist;
+      if (!options_.detached_heading) {
+        bar.template segment<3>(TangentOf(0)) += intention.turn * heading.gradient;
+      }
+      gradient.goals.template block<3, 1>(3 * waypoint, c) += intention.goal;
+      any = true;
+    }
+    if (any) ForwardKinematicsVjp<Real>(kinematics, joints_bar, bar);
+    gradient.start_pose.col(c) = bar;
+  }
+}
+
+template <typename Real>
+void Rollout<Real>::Backward(const RolloutSeed<Real>& seed, int rows,
+                             RolloutGradient<Real>& gradient) const {
+  assert(differentiable_);
+  assert(seed.joints.empty() || static_cast<int>(seed.joints.size()) == step_ + 1);
+  assert(seed.poses.empty() || static_cast<int>(seed.poses.size()) == step_ + 1);
+  const int columns = num_bodies_ * rows, latent_size = network_.LatentSize();
+  ResizeGradient(rows, gradient);
+
+  Matrix& pose_bar = gradient.start_pose;       // of frame t + 1, then of frame t
+  Matrix& delta_bar = gradient.previous_delta;  // of u_t as the previous delta of step t + 1
+  delta_bar.setZero();
+  SeedLastPoses(seed, rows, pose_bar);
 
   nn::Scratch<Real> scratch(network_.Decoder(), columns);
   Matrix output_bar(kStateSize, columns), input_bar(network_.Decoder().InputSize(), columns);
-  const int wrist = WristJoint(options_.intention.wrist);
   for (int t = step_ - 1; t >= 0; --t) {
-    const nn::Tape<Real>& tape = tapes_[t];
-    for (int c = 0; c < columns; ++c) {
-      const Pose<Real>& pose = Poses(t)[c / rows];
-      const StateVector<Real> delta =
-          DeltaOfNormalised<Real>(network_.Norms(), tape.Output().col(c / rows));
-      TangentVector<Real> bar = TangentVector<Real>::Zero();
-      StateVector<Real> step_bar;
-      ApplyDeltaVjp<Real>(HeadingOf<Real>(pose.rotation[0]), delta, pose_bar.col(c),
-                          options_.detached_heading, bar, step_bar);
-      pose_bar.col(c) = bar;
-      output_bar.col(c) =
-          step_bar.cwiseProduct(network_.Norms().delta.deviation) + delta_bar.col(c);
-    }
-    network_.Decoder().Backward(tape, output_bar, input_bar, scratch);
+    StepBackward(t, rows, delta_bar, pose_bar, output_bar);
+    network_.Decoder().Backward(tapes_[t], output_bar, input_bar, scratch);
     gradient.latents.middleRows(static_cast<Eigen::Index>(latent_size) * t, latent_size) =
         input_bar.topRows(latent_size);
-
-    for (int i = 0; i < num_bodies_; ++i) {
-      const Pose<Real>& pose = Poses(t)[i];
-      const Heading<Real> heading = HeadingOf<Real>(pose.rotation[0]);
-      ForwardKinematics(bones_, pose, kinematics);
-      const FrameGoal<Real> goal = GoalAt<Real>(plans_[i], t, options_.intention);
-      const int waypoint = ActiveWaypoint(plans_[i], t, options_.intention);
-      const IntentionBody<Real> seen{heading, kinematics.joints.col(0),
-                                     kinematics.joints.col(wrist)};
-      for (int c = i * rows; c < (i + 1) * rows; ++c) {
-        const Real* const condition_bar = input_bar.col(c).data() + latent_size;
-        TangentVector<Real> bar = pose_bar.col(c);
-        WritePoseFeaturesVjp<Real>(pose, heading, network_.Norms(), condition_bar, bar);
-        delta_bar.col(c) = Eigen::Map<const StateVector<Real>>(condition_bar + kPreviousDeltaOf);
-
-        BodyJoints<Real> joints_bar = BodyJoints<Real>::Zero();
-        bool any = AddSeed(seed, t, c, bar, joints_bar);
-        if (goal.active) {
-          IntentionBar<Real> intention;
-          WriteIntentionVjp(network_.Layout(), seen, goal, condition_bar + kIntentionOf, intention);
-          joints_bar.col(0) += intention.pelvis;
-          joints_bar.col(wrist) += intention.wrist;
-          if (!options_.detached_heading) {
-            bar.template segment<3>(TangentOf(0)) += intention.turn * heading.gradient;
-          }
-          gradient.goals.template block<3, 1>(3 * waypoint, c) += intention.goal;
-          any = true;
-        }
-        if (any) ForwardKinematicsVjp<Real>(kinematics, joints_bar, bar);
-        pose_bar.col(c) = bar;
-      }
-    }
+    for (int i = 0; i < num_bodies_; ++i) InputBackward(seed, t, i, rows, input_bar, gradient);
   }
 }
 

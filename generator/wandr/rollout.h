@@ -94,6 +94,18 @@ class Rollout {
   nn::Tape<Real>& Tape(int step) { return tapes_[differentiable_ ? step : 0]; }
   void WriteInput(int body, const Heading<Real>& heading, Real* condition) const;
 
+  // Parts of Backward.
+  void ResizeGradient(int rows, RolloutGradient<Real>& gradient) const;
+  /// Gradients of the last frame's poses, from the seed alone.
+  void SeedLastPoses(const RolloutSeed<Real>& seed, int rows, Matrix& pose_bar) const;
+  /// Through step t: poses of frame t + 1 to those of frame t and to the decoder's output, which
+  /// the next step has seen too.
+  void StepBackward(int t, int rows, const Matrix& delta_bar, Matrix& pose_bar,
+                    Matrix& output_bar) const;
+  /// Through what the decoder has seen of frame t, for one body; adds the seed of the frame.
+  void InputBackward(const RolloutSeed<Real>& seed, int t, int body, int rows,
+                     const Matrix& input_bar, RolloutGradient<Real>& gradient) const;
+
   const Network<Real>& network_;
   BoneOffsets<Real> bones_;
   RolloutOptions options_;

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include <ceres/problem.h>
 
@@ -50,6 +51,149 @@ WristOffset Carried(const WristFrame& before, const WristFrame& now, const Objec
 ObjectPose Middle(const ObjectPose& a, const ObjectPose& b) {
   return {a.orientation.slerp(0.5, b.orientation).normalized(),
           0.5 * (a.translation + b.translation)};
+}
+
+// An offset that nothing asks for any more: the hand goes back to where the clip has it.
+void EaseOffset(const FitOptions& options, double frame_s, WristOffset& offset) {
+  if (offset.IsZero()) return;
+  offset = offset.Part(std::exp(-frame_s / std::max(options.release_s, 1e-3)));
+  if (offset.translation.norm() + WristPrior::kLever * offset.rotation.vec().norm() < 1e-5) {
+    offset = {};
+  }
+}
+
+// A problem whose terms and manifolds others own.
+ceres::Problem::Options BorrowingProblem() {
+  ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  return options;
+}
+
+// One frame for Ceres: moves the object, the fingers of the hands that hold and, where two do,
+// their wrists. Hands and object are those of the fitter and change in place.
+class FrameProblem {
+ public:
+  FrameProblem(const FitOptions& options, double frame_s, const std::vector<HeldHand*>& holding,
+               ObjectPose& object)
+      : options_(options),
+        frame_s_(frame_s),
+        holding_(holding),
+        object_(object),
+        start_(object),
+        problem_(BorrowingProblem()) {
+    problem_.AddParameterBlock(Q(), 4, &manifold_);
+  }
+  FrameProblem(const FrameProblem&) = delete;
+  FrameProblem& operator=(const FrameProblem&) = delete;
+
+  void AddGuide(const ObjectPose& guide) {
+    data_.emplace(guide, options_.lambda_object);
+    problem_.AddResidualBlock(&*data_, nullptr, Q(), T());
+  }
+  // The k-th hand: its wrist starts at `step`. `previous` is the object in the last frame, `pose`
+  // the clip's in this one.
+  void AddHand(std::size_t k, const WristOffset& step, const ObjectPose& previous,
+               const JointPose& pose);
+  // Sets iterations and the reason to stop. A frame that failed is back at its start.
+  void Solve(FrameReport& report);
+
+  const WristOffset& Step(std::size_t k) const { return blocks_[k].step; }
+  const FingerPose& FingersBefore(std::size_t k) const { return blocks_[k].fingers_before; }
+
+ private:
+  double* Q() { return object_.orientation.coeffs().data(); }
+  double* T() { return object_.translation.data(); }
+  void AddMovedHold(HeldHand& hand, HandBlocks& own);
+  void Restore();
+
+  const FitOptions& options_;
+  double frame_s_;
+  const std::vector<HeldHand*>& holding_;
+  ObjectPose& object_;
+  ObjectPose start_;
+  RotationManifold manifold_;
+  std::optional<ObjectData> data_;
+  std::array<HandBlocks, 2> blocks_;
+  ceres::Problem problem_;
+};
+
+void FrameProblem::AddHand(std::size_t k, const WristOffset& step, const ObjectPose& previous,
+                           const JointPose& pose) {
+  HeldHand& hand = *holding_[k];
+  HandBlocks& own = blocks_[k];
+  double* const p = hand.fingers.data();
+  own.fingers_before = hand.fingers;
+  own.step = step;
+  hand.Watch(object_, own.step);
+  if (holding_.size() > 1) {
+    AddMovedHold(hand, own);
+  } else {
+    problem_.AddResidualBlock(&hand.Block(), nullptr, Q(), T(), p);
+  }
+  if (k == 0) {
+    own.temporal.emplace(previous.orientation, previous.translation, hand.fingers,
+                         options_.lambda_temporal);
+    problem_.AddResidualBlock(&*own.temporal, nullptr, Q(), T(), p);
+  } else {
+    own.finger_temporal.emplace(hand.fingers, options_.lambda_temporal);
+    problem_.AddResidualBlock(&*own.finger_temporal, nullptr, p);
+  }
+  if (options_.lambda_fingers > 0.0) {
+    own.finger_data.emplace(FingersOf(pose, hand.HandSide()), options_.lambda_fingers);
+    problem_.AddResidualBlock(&*own.finger_data, nullptr, p);
+  }
+  if (hand.Limits() != nullptr) problem_.AddResidualBlock(hand.Limits(), nullptr, p);
+}
+
+// The terms between the object and a hand whose wrist may leave the clip's.
+void FrameProblem::AddMovedHold(HeldHand& hand, HandBlocks& own) {
+  double* const C = own.step.rotation.coeffs().data();
+  double* const c = own.step.translation.data();
+  problem_.AddParameterBlock(C, 4, &manifold_);
+  own.moved.emplace(&hand.Block(), &hand.State());
+  problem_.AddResidualBlock(&*own.moved, nullptr, Q(), T(), hand.fingers.data(), C, c);
+  if (options_.lambda_wrist > 0.0) {
+    own.prior.emplace(hand.offset, options_.lambda_wrist);
+    problem_.AddResidualBlock(&*own.prior, nullptr, C, c);
+    // Hands that took hold off the clip's wrists go there within release_s, not at once.
+    own.calm.emplace(WristOffset{}, options_.lambda_wrist * options_.release_s / frame_s_);
+    problem_.AddResidualBlock(&*own.calm, nullptr, C, c);
+  } else {
+    problem_.SetParameterBlockConstant(C);
+    problem_.SetParameterBlockConstant(c);
+  }
+}
+
+void FrameProblem::Solve(FrameReport& report) {
+  // Terms that look at some points only may find that the hand has gone where they did not look.
+  constexpr int kRounds = 3;
+  ceres::Solver::Summary summary;
+  for (int round = 0; round < kRounds; ++round) {
+    ceres::Solve(FrameSolverOptions(options_), &problem_, &summary);
+    report.iterations += summary.num_successful_steps + summary.num_unsuccessful_steps;
+    bool anew = false;
+    for (std::size_t k = 0; k < holding_.size(); ++k) {
+      anew |= summary.IsSolutionUsable() && holding_[k]->Watch(object_, blocks_[k].step);
+    }
+    if (!anew) break;
+  }
+  if (summary.termination_type == ceres::CONVERGENCE) {
+    report.stop = StopReason::kConverged;
+  } else if (summary.IsSolutionUsable()) {
+    report.stop = StopReason::kIterationLimit;
+  } else {
+    report.stop = StopReason::kFailed;
+    Restore();
+  }
+}
+
+void FrameProblem::Restore() {
+  object_ = start_;
+  for (std::size_t k = 0; k < holding_.size(); ++k) {
+    holding_[k]->fingers = blocks_[k].fingers_before;
+    blocks_[k].step = {};
+  }
 }
 
 }  // namespace
@@ -174,10 +318,7 @@ void FrameFitter::Settle(Side side, const JointPose& pose, const Eigen::Vector3d
     const HeldHand::Energies energies = hand.EnergiesAt(object_);
     if (energies.penetration + energies.object_in_hand < kContent) return;
     RotationManifold manifold;
-    ceres::Problem::Options problem_options;
-    problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-    problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-    ceres::Problem problem(problem_options);
+    ceres::Problem problem(BorrowingProblem());
     ObjectPose object = object_;
     FingerPose fingers = hand.fingers;
     WristOffset step;
@@ -219,112 +360,32 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
     return report;
   }
   const bool together = holding.size() > 1;
-  if (!together && !holding[0]->offset.IsZero()) {
-    // Nothing asks for the offset any more: the hand goes back to where the clip has it.
-    WristOffset& offset = holding[0]->offset;
-    offset = offset.Part(std::exp(-frame_s_ / std::max(options_.release_s, 1e-3)));
-    if (offset.translation.norm() + WristPrior::kLever * offset.rotation.vec().norm() < 1e-5) {
-      offset = {};
-    }
-  }
+  if (!together) EaseOffset(options_, frame_s_, holding[0]->offset);
   std::array<WristFrame, 2> before;
   for (std::size_t k = 0; k < holding.size(); ++k) before[k] = Wrist(*holding[k]);
   SetBody(pose, trans);
   const ObjectPose previous = object_;
   object_ = FollowWrist(previous, before[0], Wrist(*holding[0]));
   if (together) object_ = Middle(object_, FollowWrist(previous, before[1], Wrist(*holding[1])));
-  const ObjectPose start = object_;
 
-  RotationManifold manifold;
-  ceres::Problem::Options problem_options;
-  problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem problem(problem_options);
-  double* const q = object_.orientation.coeffs().data();
-  double* const T = object_.translation.data();
-  problem.AddParameterBlock(q, 4, &manifold);
-  std::optional<ObjectData> data;
-  if (guide_ && options_.lambda_object > 0.0) {
-    data.emplace(*guide_, options_.lambda_object);
-    problem.AddResidualBlock(&*data, nullptr, q, T);
-  }
-  std::array<HandBlocks, 2> blocks;
+  FrameProblem problem(options_, frame_s_, holding, object_);
+  if (guide_ && options_.lambda_object > 0.0) problem.AddGuide(*guide_);
   for (std::size_t k = 0; k < holding.size(); ++k) {
-    HeldHand& hand = *holding[k];
-    HandBlocks& own = blocks[k];
-    double* const p = hand.fingers.data();
-    own.fingers_before = hand.fingers;
     // The hands start where they are on the object: all that is left is to share out the way.
-    if (together && options_.lambda_wrist > 0.0) {
-      own.step = Carried(before[k], Wrist(hand), previous, start);
-    }
-    hand.Watch(object_, own.step);
-    if (together) {
-      double* const C = own.step.rotation.coeffs().data();
-      double* const c = own.step.translation.data();
-      problem.AddParameterBlock(C, 4, &manifold);
-      own.moved.emplace(&hand.Block(), &hand.State());
-      problem.AddResidualBlock(&*own.moved, nullptr, q, T, p, C, c);
-      if (options_.lambda_wrist > 0.0) {
-        own.prior.emplace(hand.offset, options_.lambda_wrist);
-        problem.AddResidualBlock(&*own.prior, nullptr, C, c);
-        // Hands that took hold off the clip's wrists go there within release_s, not at once.
-        own.calm.emplace(WristOffset{}, options_.lambda_wrist * options_.release_s / frame_s_);
-        problem.AddResidualBlock(&*own.calm, nullptr, C, c);
-      } else {
-        problem.SetParameterBlockConstant(C);
-        problem.SetParameterBlockConstant(c);
-      }
-    } else {
-      problem.AddResidualBlock(&hand.Block(), nullptr, q, T, p);
-    }
-    if (k == 0) {
-      own.temporal.emplace(previous.orientation, previous.translation, hand.fingers,
-                           options_.lambda_temporal);
-      problem.AddResidualBlock(&*own.temporal, nullptr, q, T, p);
-    } else {
-      own.finger_temporal.emplace(hand.fingers, options_.lambda_temporal);
-      problem.AddResidualBlock(&*own.finger_temporal, nullptr, p);
-    }
-    if (options_.lambda_fingers > 0.0) {
-      own.finger_data.emplace(FingersOf(pose, hand.HandSide()), options_.lambda_fingers);
-      problem.AddResidualBlock(&*own.finger_data, nullptr, p);
-    }
-    if (hand.Limits() != nullptr) problem.AddResidualBlock(hand.Limits(), nullptr, p);
+    const bool carried = together && options_.lambda_wrist > 0.0;
+    problem.AddHand(
+        k, carried ? Carried(before[k], Wrist(*holding[k]), previous, object_) : WristOffset{},
+        previous, pose);
   }
-
-  // Terms that look at some points only may find that the hand has gone where they did not look.
-  constexpr int kRounds = 3;
-  ceres::Solver::Summary summary;
-  for (int round = 0; round < kRounds; ++round) {
-    ceres::Solve(FrameSolverOptions(options_), &problem, &summary);
-    report.iterations += summary.num_successful_steps + summary.num_unsuccessful_steps;
-    bool anew = false;
-    for (std::size_t k = 0; k < holding.size(); ++k) {
-      anew |= summary.IsSolutionUsable() && holding[k]->Watch(object_, blocks[k].step);
-    }
-    if (!anew) break;
-  }
-  if (summary.termination_type == ceres::CONVERGENCE) {
-    report.stop = StopReason::kConverged;
-  } else if (summary.IsSolutionUsable()) {
-    report.stop = StopReason::kIterationLimit;
-  } else {
-    report.stop = StopReason::kFailed;
-    object_ = start;
-    for (std::size_t k = 0; k < holding.size(); ++k) {
-      holding[k]->fingers = blocks[k].fingers_before;
-      blocks[k].step = {};
-    }
-  }
+  problem.Solve(report);
   if (together) {
     for (std::size_t k = 0; k < holding.size(); ++k) {
-      holding[k]->offset = holding[k]->offset.Then(blocks[k].step);
+      holding[k]->offset = holding[k]->offset.Then(problem.Step(k));
     }
     SetBody(pose, trans);
   }
   for (std::size_t k = 0; k < holding.size(); ++k) {
-    report.energy_temporal += (holding[k]->fingers - blocks[k].fingers_before).squaredNorm();
+    report.energy_temporal += (holding[k]->fingers - problem.FingersBefore(k)).squaredNorm();
     SetFingers(body_, holding[k]->HandSide(), holding[k]->fingers);
     report.wrist_offset_m = std::max(report.wrist_offset_m, holding[k]->offset.translation.norm());
   }

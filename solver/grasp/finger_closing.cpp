@@ -22,181 +22,234 @@ struct FingerSkin {
   std::array<std::vector<int>, 3> points;
 };
 
-}  // namespace
+// Closes one hand on one object; holds what every step looks at.
+class FingerCloser {
+ public:
+  FingerCloser(const HandAnatomy& anatomy, HandEvaluation& hand, const DistanceGrid& object,
+               const Eigen::Isometry3d& wrist_from_object, const ClosingOptions& options);
 
-Closing CloseFingers(const HandAnatomy& anatomy, HandEvaluation& hand, const DistanceGrid& object,
-                     const Eigen::Isometry3d& wrist_from_object, const HandAngles& start,
-                     const ClosingOptions& options) {
-  const HandAxes& axes = anatomy.axes;
-  const HandLandmarks& landmarks = anatomy.landmarks;
-  const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
-  std::array<FingerSkin, kNumFingers> skin;
-  for (int s = 0; s < static_cast<int>(landmarks.Skin().size()); ++s) {
-    const int part = landmarks.Skin()[s].part;
-    if (part != kPalmPart) skin[part / 3].points[part % 3].push_back(s);
+  Closing Close(const HandAngles& start);
+
+ private:
+  // Joints before it are stopped; 3: the finger is done.
+  using FirstFree = std::array<int, kNumFingers>;
+
+  const Eigen::Matrix3Xd& VerticesAt(const HandAngles& angles);
+  double SkinClearance(const Eigen::Matrix3Xd& vertices, const std::vector<int>& points) const;
+  bool FingerBlocked(const Eigen::Matrix3Xd& vertices, int finger) const;
+  double ThumbWorth(const Closing& state);
+  FirstFree StopWhereTouching(Closing& state, const std::array<bool, kNumFingers>& moving);
+  bool BendFreeJoints(FirstFree& first_free, HandAngles& next) const;
+  void TakeStep(int finger, const Eigen::Matrix3Xd& vertices, const HandAngles& next,
+                Closing& state, int& first_free) const;
+  void Bend(Closing& state, const std::array<bool, kNumFingers>& moving);
+  bool MoveThumbRoot(double abduction, Closing& attempt);
+  Closing BringThumb(const Closing& closing, const HandAngles& start);
+  void RestIdleFingers(Closing& closing) const;
+
+  const HandAxes& axes_;
+  const HandLandmarks& landmarks_;
+  HandEvaluation& hand_;
+  const DistanceGrid& object_;
+  const Eigen::Isometry3d& wrist_from_object_;
+  const Eigen::Isometry3d object_from_wrist_;
+  const ClosingOptions& options_;
+  std::array<FingerSkin, kNumFingers> skin_;
+};
+
+FingerCloser::FingerCloser(const HandAnatomy& anatomy, HandEvaluation& hand,
+                           const DistanceGrid& object, const Eigen::Isometry3d& wrist_from_object,
+                           const ClosingOptions& options)
+    : axes_(anatomy.axes),
+      landmarks_(anatomy.landmarks),
+      hand_(hand),
+      object_(object),
+      wrist_from_object_(wrist_from_object),
+      object_from_wrist_(wrist_from_object.inverse()),
+      options_(options) {
+  for (int s = 0; s < static_cast<int>(landmarks_.Skin().size()); ++s) {
+    const int part = landmarks_.Skin()[s].part;
+    if (part != kPalmPart) skin_[part / 3].points[part % 3].push_back(s);
   }
+}
 
-  Closing closing{start, {}, {}};
-  const auto vertices_at = [&](const HandAngles& angles) -> const Eigen::Matrix3Xd& {
-    const FingerPose pose = axes.PoseOf(angles);
-    return hand.At(pose.data(), false).Vertices();
-  };
-  const auto clearance = [&](const Eigen::Matrix3Xd& vertices, const std::vector<int>& points) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const int s : points) {
-      const SkinPoint& point = landmarks.Skin()[s];
-      const Eigen::Vector3d x = 0.5 * (vertices.col(point.a) + vertices.col(point.b));
-      least = std::min(least, object.Distance(object_from_wrist * x));
-    }
-    return least;
-  };
-  const auto finger_blocked = [&](const Eigen::Matrix3Xd& vertices, int finger) {
-    Eigen::Matrix3Xd centers;
-    BallCenters(landmarks, vertices, centers);
-    for (const HandLandmarks::BallPair& pair : landmarks.BallPairs()) {
-      const int a = landmarks.Balls()[pair.first].finger_joint / 3;
-      const int b = landmarks.Balls()[pair.second].finger_joint / 3;
-      // Neighbouring fingers rub along each other all the time; only the thumb blocks.
-      if (a != kThumb && b != kThumb) continue;
-      if (a != finger && b != finger) continue;
-      if ((centers.col(pair.first) - centers.col(pair.second)).norm() < pair.free_distance) {
-        return true;
-      }
-    }
-    for (std::size_t i = 0; i < landmarks.Balls().size(); ++i) {
-      const FingerBall& ball = landmarks.Balls()[i];
-      if (ball.finger_joint != 3 * finger + 2) continue;
-      for (const int v : landmarks.PalmSkin()) {
-        if ((centers.col(i) - vertices.col(v)).norm() < ball.radius) return true;
-      }
-    }
-    return false;
-  };
+// Valid until the next call.
+const Eigen::Matrix3Xd& FingerCloser::VerticesAt(const HandAngles& angles) {
+  const FingerPose pose = axes_.PoseOf(angles);
+  return hand_.At(pose.data(), false).Vertices();
+}
 
-  // 0 where the thumb touches nothing, 1 where it touches, up to 2 with the pad flat on the
-  // surface.
-  const auto thumb_worth = [&](const Closing& state) {
-    constexpr int kTip = 3 * kThumb + 2;
-    if (!state.touching[kTip]) return state.touching[kTip - 1] ? 0.5 : 0.0;
-    const Eigen::Matrix3Xd& vertices = vertices_at(state.angles);
-    const FingerPose pose = axes.PoseOf(state.angles);
-    const Eigen::Vector3d facing =
-        hand.At(pose.data(), false).JointRotation(kTip) * axes.PadDirection(kTip);
-    double nearest = std::numeric_limits<double>::infinity();
-    Eigen::Vector3d outward = Eigen::Vector3d::Zero();
-    for (const int i : landmarks.Pad(kTip)) {
-      Eigen::Vector3d gradient;
-      const double d = object.Distance(object_from_wrist * vertices.col(i), &gradient);
-      if (d < nearest) {
-        nearest = d;
-        outward = wrist_from_object.linear() * gradient;
-      }
-    }
-    return 1.0 + std::max(0.0, -facing.dot(outward));
-  };
-
-  // Bends the joints of `moving` fingers from where `state` has them until nothing more can.
-  const auto close = [&](Closing& state, const std::array<bool, kNumFingers>& moving) {
-    std::array<int, kNumFingers> first_free{};  // joints before it are stopped; 3: done
-    const Eigen::Matrix3Xd* vertices = &vertices_at(state.angles);
-    for (int finger = 0; finger < kNumFingers; ++finger) {
-      first_free[finger] = moving[finger] ? 0 : 3;
-      if (!moving[finger]) continue;
-      for (int j = 0; j < 3; ++j) {
-        if (clearance(*vertices, skin[finger].points[j]) < options.touch_distance) {
-          state.touching[3 * finger + j] = true;
-          first_free[finger] = j + 1;
-        }
-      }
-    }
-    for (int step = 0; step < 120; ++step) {
-      HandAngles next = state.angles;
-      bool moves = false;
-      for (int finger = 0; finger < kNumFingers; ++finger) {
-        bool finger_moves = false;
-        for (int j = first_free[finger]; j < 3; ++j) {
-          const int joint = 3 * finger + j;
-          const double before = next(0, joint);
-          next(0, joint) = std::max(
-              before, std::min(before + Speed(joint) * options.step, axes.Range(0, joint).high));
-          finger_moves |= next(0, joint) > before + 1e-9;
-        }
-        if (!finger_moves) first_free[finger] = 3;
-        moves |= finger_moves;
-      }
-      if (!moves) break;
-      vertices = &vertices_at(next);
-      for (int finger = 0; finger < kNumFingers; ++finger) {
-        if (first_free[finger] == 3) continue;
-        if (finger_blocked(*vertices, finger)) {
-          first_free[finger] = 3;
-          continue;
-        }
-        int touched = -1;
-        double deepest = std::numeric_limits<double>::infinity();
-        for (int j = first_free[finger]; j < 3; ++j) {
-          const double d = clearance(*vertices, skin[finger].points[j]);
-          if (d < options.touch_distance) {
-            touched = j;
-            state.touching[3 * finger + j] = true;
-          }
-          deepest = std::min(deepest, d);
-        }
-        if (touched >= 0) first_free[finger] = touched + 1;
-        // A step that went clearly in is taken back; the refinement closes the gap.
-        if (touched >= 0 && deepest < -options.allowed_depth) continue;
-        state.angles.middleCols<3>(3 * finger) = next.middleCols<3>(3 * finger);
-      }
-    }
-  };
-
-  std::array<bool, kNumFingers> moving = options.fingers;
-  moving[kThumb] = false;
-  close(closing, moving);
-
-  // The thumb comes over them. Where it goes is decided at its root: the placement's own way if
-  // that brings the pad onto the object, else the way that does best.
-  if (options.fingers[kThumb]) {
-    std::array<bool, kNumFingers> thumb_only{};
-    thumb_only[kThumb] = true;
-    Closing best = closing;
-    double best_worth = -1.0;
-    const double own_way = start(1, 3 * kThumb);
-    for (const double abduction :
-         {own_way, 35.0 * kDegree, 15.0 * kDegree, 50.0 * kDegree, -5.0 * kDegree}) {
-      Closing attempt = closing;
-      if (abduction != own_way) {
-        attempt.angles(0, 3 * kThumb) = -15.0 * kDegree;
-        attempt.angles(1, 3 * kThumb) = abduction;
-        attempt.angles(0, 3 * kThumb + 1) = attempt.angles(0, 3 * kThumb + 2) = 0.0;
-        const Eigen::Matrix3Xd& vertices = vertices_at(attempt.angles);
-        if (clearance(vertices, skin[kThumb].points[1]) < 0.0 ||
-            clearance(vertices, skin[kThumb].points[2]) < 0.0 || finger_blocked(vertices, kThumb)) {
-          continue;
-        }
-      }
-      close(attempt, thumb_only);
-      const double worth = thumb_worth(attempt);
-      if (worth > best_worth) {
-        best_worth = worth;
-        best = attempt;
-      }
-      if (best_worth > 1.5) break;
-    }
-    closing = best;
+double FingerCloser::SkinClearance(const Eigen::Matrix3Xd& vertices,
+                                   const std::vector<int>& points) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const int s : points) {
+    const SkinPoint& point = landmarks_.Skin()[s];
+    const Eigen::Vector3d x = 0.5 * (vertices.col(point.a) + vertices.col(point.b));
+    least = std::min(least, object_.Distance(object_from_wrist_ * x));
   }
+  return least;
+}
 
+bool FingerCloser::FingerBlocked(const Eigen::Matrix3Xd& vertices, int finger) const {
+  Eigen::Matrix3Xd centers;
+  BallCenters(landmarks_, vertices, centers);
+  for (const HandLandmarks::BallPair& pair : landmarks_.BallPairs()) {
+    const int a = landmarks_.Balls()[pair.first].finger_joint / 3;
+    const int b = landmarks_.Balls()[pair.second].finger_joint / 3;
+    // Neighbouring fingers rub along each other all the time; only the thumb blocks.
+    if (a != kThumb && b != kThumb) continue;
+    if (a != finger && b != finger) continue;
+    if ((centers.col(pair.first) - centers.col(pair.second)).norm() < pair.free_distance) {
+      return true;
+    }
+  }
+  for (std::size_t i = 0; i < landmarks_.Balls().size(); ++i) {
+    const FingerBall& ball = landmarks_.Balls()[i];
+    if (ball.finger_joint != 3 * finger + 2) continue;
+    for (const int v : landmarks_.PalmSkin()) {
+      if ((centers.col(i) - vertices.col(v)).norm() < ball.radius) return true;
+    }
+  }
+  return false;
+}
+
+// 0 where the thumb touches nothing, 1 where it touches, up to 2 with the pad flat on the surface.
+double FingerCloser::ThumbWorth(const Closing& state) {
+  constexpr int kTip = 3 * kThumb + 2;
+  if (!state.touching[kTip]) return state.touching[kTip - 1] ? 0.5 : 0.0;
+  const Eigen::Matrix3Xd& vertices = VerticesAt(state.angles);
+  const FingerPose pose = axes_.PoseOf(state.angles);
+  const Eigen::Vector3d facing =
+      hand_.At(pose.data(), false).JointRotation(kTip) * axes_.PadDirection(kTip);
+  double nearest = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d outward = Eigen::Vector3d::Zero();
+  for (const int i : landmarks_.Pad(kTip)) {
+    Eigen::Vector3d gradient;
+    const double d = object_.Distance(object_from_wrist_ * vertices.col(i), &gradient);
+    if (d < nearest) {
+      nearest = d;
+      outward = wrist_from_object_.linear() * gradient;
+    }
+  }
+  return 1.0 + std::max(0.0, -facing.dot(outward));
+}
+
+// Fingers that do not move are done; of the others, what touches already stays where it is.
+FingerCloser::FirstFree FingerCloser::StopWhereTouching(
+    Closing& state, const std::array<bool, kNumFingers>& moving) {
+  FirstFree first_free{};
+  const Eigen::Matrix3Xd& vertices = VerticesAt(state.angles);
   for (int finger = 0; finger < kNumFingers; ++finger) {
+    first_free[finger] = moving[finger] ? 0 : 3;
+    if (!moving[finger]) continue;
     for (int j = 0; j < 3; ++j) {
-      closing.finger_touching[finger] |= closing.touching[3 * finger + j];
+      if (SkinClearance(vertices, skin_[finger].points[j]) < options_.touch_distance) {
+        state.touching[3 * finger + j] = true;
+        first_free[finger] = j + 1;
+      }
     }
   }
-  // A finger that met nothing has made a fist: it goes with its neighbour instead.
+  return first_free;
+}
+
+// Turns the free joints by one step within their ranges. Fingers at the end of theirs are done;
+// false when all are.
+bool FingerCloser::BendFreeJoints(FirstFree& first_free, HandAngles& next) const {
+  bool moves = false;
+  for (int finger = 0; finger < kNumFingers; ++finger) {
+    bool finger_moves = false;
+    for (int j = first_free[finger]; j < 3; ++j) {
+      const int joint = 3 * finger + j;
+      const double before = next(0, joint);
+      next(0, joint) = std::max(
+          before, std::min(before + Speed(joint) * options_.step, axes_.Range(0, joint).high));
+      finger_moves |= next(0, joint) > before + 1e-9;
+    }
+    if (!finger_moves) first_free[finger] = 3;
+    moves |= finger_moves;
+  }
+  return moves;
+}
+
+// Moves one finger on to its angles in `next`, where the skin is at `vertices`, unless something
+// is in the way.
+void FingerCloser::TakeStep(int finger, const Eigen::Matrix3Xd& vertices, const HandAngles& next,
+                            Closing& state, int& first_free) const {
+  if (first_free == 3) return;
+  if (FingerBlocked(vertices, finger)) {
+    first_free = 3;
+    return;
+  }
+  int touched = -1;
+  double deepest = std::numeric_limits<double>::infinity();
+  for (int j = first_free; j < 3; ++j) {
+    const double d = SkinClearance(vertices, skin_[finger].points[j]);
+    if (d < options_.touch_distance) {
+      touched = j;
+      state.touching[3 * finger + j] = true;
+    }
+    deepest = std::min(deepest, d);
+  }
+  if (touched >= 0) first_free = touched + 1;
+  // A step that went clearly in is taken back; the refinement closes the gap.
+  if (touched >= 0 && deepest < -options_.allowed_depth) return;
+  state.angles.middleCols<3>(3 * finger) = next.middleCols<3>(3 * finger);
+}
+
+// Bends the joints of `moving` fingers from where `state` has them until nothing more can.
+void FingerCloser::Bend(Closing& state, const std::array<bool, kNumFingers>& moving) {
+  FirstFree first_free = StopWhereTouching(state, moving);
+  for (int step = 0; step < 120; ++step) {
+    HandAngles next = state.angles;
+    if (!BendFreeJoints(first_free, next)) break;
+    const Eigen::Matrix3Xd& vertices = VerticesAt(next);
+    for (int finger = 0; finger < kNumFingers; ++finger) {
+      TakeStep(finger, vertices, next, state, first_free[finger]);
+    }
+  }
+}
+
+// Straightens the thumb and turns its root; false where the object or the hand is in the way.
+bool FingerCloser::MoveThumbRoot(double abduction, Closing& attempt) {
+  attempt.angles(0, 3 * kThumb) = -15.0 * kDegree;
+  attempt.angles(1, 3 * kThumb) = abduction;
+  attempt.angles(0, 3 * kThumb + 1) = attempt.angles(0, 3 * kThumb + 2) = 0.0;
+  const Eigen::Matrix3Xd& vertices = VerticesAt(attempt.angles);
+  return !(SkinClearance(vertices, skin_[kThumb].points[1]) < 0.0 ||
+           SkinClearance(vertices, skin_[kThumb].points[2]) < 0.0 ||
+           FingerBlocked(vertices, kThumb));
+}
+
+// The thumb comes over the other fingers. Where it goes is decided at its root: the placement's own
+// way if that brings the pad onto the object, else the way that does best.
+Closing FingerCloser::BringThumb(const Closing& closing, const HandAngles& start) {
+  std::array<bool, kNumFingers> thumb_only{};
+  thumb_only[kThumb] = true;
+  Closing best = closing;
+  double best_worth = -1.0;
+  const double own_way = start(1, 3 * kThumb);
+  for (const double abduction :
+       {own_way, 35.0 * kDegree, 15.0 * kDegree, 50.0 * kDegree, -5.0 * kDegree}) {
+    Closing attempt = closing;
+    if (abduction != own_way && !MoveThumbRoot(abduction, attempt)) continue;
+    Bend(attempt, thumb_only);
+    const double worth = ThumbWorth(attempt);
+    if (worth > best_worth) {
+      best_worth = worth;
+      best = attempt;
+    }
+    if (best_worth > 1.5) break;
+  }
+  return best;
+}
+
+// A finger that met nothing has made a fist: it goes with its neighbour instead.
+void FingerCloser::RestIdleFingers(Closing& closing) const {
   constexpr int kOrder[4] = {kIndex, kMiddle, kRing, kPinky};
-  const HandAngles relaxed = axes.Relaxed();
+  const HandAngles relaxed = axes_.Relaxed();
   for (int n = 0; n < 4; ++n) {
     const int finger = kOrder[n];
-    if (closing.finger_touching[finger] || !options.fingers[finger]) continue;
+    if (closing.finger_touching[finger] || !options_.fingers[finger]) continue;
     int model = -1;
     for (int apart = 1; apart < 4 && model < 0; ++apart) {
       for (const int m : {n - apart, n + apart}) {
@@ -210,12 +263,35 @@ Closing CloseFingers(const HandAnatomy& anatomy, HandEvaluation& hand, const Dis
                     : std::min(closing.angles(0, joint), closing.angles(0, 3 * model + j));
     }
   }
-  if (!closing.finger_touching[kThumb] && options.fingers[kThumb]) {
+}
+
+Closing FingerCloser::Close(const HandAngles& start) {
+  Closing closing{start, {}, {}};
+  std::array<bool, kNumFingers> moving = options_.fingers;
+  moving[kThumb] = false;
+  Bend(closing, moving);
+  if (options_.fingers[kThumb]) closing = BringThumb(closing, start);
+
+  for (int finger = 0; finger < kNumFingers; ++finger) {
+    for (int j = 0; j < 3; ++j) {
+      closing.finger_touching[finger] |= closing.touching[3 * finger + j];
+    }
+  }
+  RestIdleFingers(closing);
+  if (!closing.finger_touching[kThumb] && options_.fingers[kThumb]) {
     // Rests where it stopped at the latest, halfway otherwise.
     closing.angles.middleCols<3>(3 * kThumb) =
         0.5 * (closing.angles + start).middleCols<3>(3 * kThumb);
   }
   return closing;
+}
+
+}  // namespace
+
+Closing CloseFingers(const HandAnatomy& anatomy, HandEvaluation& hand, const DistanceGrid& object,
+                     const Eigen::Isometry3d& wrist_from_object, const HandAngles& start,
+                     const ClosingOptions& options) {
+  return FingerCloser(anatomy, hand, object, wrist_from_object, options).Close(start);
 }
 
 }  // namespace holdfast

@@ -62,6 +62,229 @@ std::vector<Placement> MostPromising(const GraspScene& scene,
   return best;
 }
 
+// Places for hands, the most promising first of each kind: `around` of them around the object, the
+// rest by its handles.
+struct PlacementQueue {
+  std::vector<Placement> placements;
+  std::size_t around = 0;
+};
+
+// One call of CloseHand: its stages in their order, and what they share.
+class GraspSearch {
+ public:
+  GraspSearch(const HandModel& hand, const TriangleMesh& object, const DistanceGrid& distance,
+              const GraspOptions& options, const GraspProgress& progress, GraspReport& report)
+      : hand_(hand),
+        object_(object),
+        distance_(distance),
+        options_(options),
+        progress_(progress),
+        out_(report),
+        anatomy_(hand),
+        placer_(anatomy_),
+        scene_(anatomy_, placer_, distance, object, options) {
+    open_.fingers = anatomy_.axes.PoseOf(OpenHand(anatomy_.axes));
+  }
+
+  Grasp Run(const SignedDistance& surface);
+
+ private:
+  // Runs one stage: work(i) writes slot i only, so that the order does not matter. False when the
+  // search is to stop.
+  template <typename Work>
+  bool RunStage(double share_before, double share, int count, const Work& work);
+
+  std::vector<Opposition> FindPlaces();
+  bool PlaceHands(const std::vector<Opposition>& oppositions, double allowed_depth,
+                  PlacementQueue& queue);
+  bool ClosePlaced(const PlacementQueue& queue, double allowed_depth,
+                   std::vector<GraspAttempt>& attempts);
+  void KeepBest(std::size_t around, std::vector<GraspAttempt>& attempts) const;
+  bool Settle(const std::vector<GraspAttempt>& attempts,
+              std::vector<GraspReport::Candidate>& refined);
+  Grasp ReportBest(std::vector<GraspReport::Candidate> refined, const SignedDistance& surface);
+
+  const HandModel& hand_;
+  const TriangleMesh& object_;
+  const DistanceGrid& distance_;
+  const GraspOptions& options_;
+  const GraspProgress& progress_;
+  GraspReport& out_;
+  const HandAnatomy anatomy_;
+  const GraspPlacer placer_;
+  GraspScene scene_;
+  Grasp open_;
+  std::mutex progress_mutex_;
+  bool cancelled_ = false;
+};
+
+template <typename Work>
+bool GraspSearch::RunStage(double share_before, double share, int count, const Work& work) {
+  int done = 0;
+  ParallelFor(count, options_.threads, [&](int i) {
+    {
+      const std::lock_guard lock(progress_mutex_);
+      if (cancelled_) return;
+    }
+    work(i);
+    if (!progress_) return;
+    const std::lock_guard lock(progress_mutex_);
+    cancelled_ |= !progress_(share_before + share * ++done / count);
+  });
+  if (cancelled_) out_.status = GraspStatus::kStopped;
+  return !cancelled_;
+}
+
+// Where a hand could go: returns opposed places, and puts handles into the scene.
+std::vector<Opposition> GraspSearch::FindPlaces() {
+  OppositionOptions opposition_options;
+  opposition_options.count = options_.oppositions;
+  opposition_options.seed = options_.seed;
+  std::vector<Opposition> oppositions;
+  if (options_.place) {
+    opposition_options.allowed = [&](const Eigen::Vector3d& x) {
+      return options_.place->Allows(x);
+    };
+  }
+  if (options_.style != GraspStyle::kHandle) {
+    oppositions = FindOppositions(options_.place ? options_.place->Surface() : object_, distance_,
+                                  scene_.held_at, opposition_options);
+  }
+  if (!options_.style || options_.style == GraspStyle::kHandle) {
+    HandleOptions handle_options;
+    handle_options.threads = options_.threads;
+    scene_.handles = FindHandles(distance_, handle_options);
+    std::erase_if(scene_.handles, [&](const Handle& handle) {
+      return options_.place && !options_.place->Allows(handle.bar);
+    });
+  }
+  out_.oppositions = static_cast<int>(oppositions.size());
+  out_.handles = static_cast<int>(scene_.handles.size());
+  return oppositions;
+}
+
+bool GraspSearch::PlaceHands(const std::vector<Opposition>& oppositions, double allowed_depth,
+                             PlacementQueue& queue) {
+  const GraspPlacer::Target target{distance_, scene_.size, allowed_depth};
+  std::vector<std::vector<Placement>> placed(out_.oppositions + out_.handles);
+  std::optional<HandlePlacer> handle_placer;
+  if (out_.handles > 0) handle_placer.emplace(anatomy_);
+  if (!RunStage(0.0, 0.2, out_.oppositions + out_.handles, [&](int i) {
+        const int h = i - out_.oppositions;
+        placed[i] = h < 0 ? placer_.Place(oppositions[i], target, options_.turns)
+                          : handle_placer->Place(scene_.handles, h, distance_);
+      })) {
+    return false;
+  }
+  for (const std::vector<Placement>& placements : placed) {
+    out_.placements += static_cast<int>(placements.size());
+  }
+  queue.placements = MostPromising(scene_, {placed.data(), oppositions.size()}, options_.closings);
+  queue.around = queue.placements.size();
+  const std::vector<Placement> by_handle = MostPromising(
+      scene_, {placed.data() + out_.oppositions, scene_.handles.size()}, options_.closings / 2);
+  queue.placements.insert(queue.placements.end(), by_handle.begin(), by_handle.end());
+  return true;
+}
+
+bool GraspSearch::ClosePlaced(const PlacementQueue& queue, double allowed_depth,
+                              std::vector<GraspAttempt>& attempts) {
+  ClosingOptions closing_options;
+  closing_options.allowed_depth = std::min(closing_options.allowed_depth, allowed_depth);
+  out_.closings = static_cast<int>(queue.placements.size());
+  attempts.resize(queue.placements.size());
+  return RunStage(0.2, 0.4, out_.closings, [&](int i) {
+    HandEvaluation evaluation = AtWrist(hand_);
+    const Placement& placement = queue.placements[i];
+    ClosingOptions closing_of_this = closing_options;
+    closing_of_this.fingers = placement.closing;
+    const Closing closing =
+        CloseFingers(anatomy_, evaluation, distance_, placement.wrist_from_object, placement.start,
+                     closing_of_this);
+    attempts[i] = {placement.style, closing.angles, placement.wrist_from_object, placement.handle};
+    attempts[i].rank = Assess(scene_, evaluation, attempts[i], false).score;
+  });
+}
+
+// The best of both kinds are refined: what is through a handle is not compared with what is not
+// before it has settled. The first `around` attempts are not.
+void GraspSearch::KeepBest(std::size_t around, std::vector<GraspAttempt>& attempts) const {
+  const auto better = [](const GraspAttempt& a, const GraspAttempt& b) { return a.rank > b.rank; };
+  std::stable_sort(attempts.begin(), attempts.begin() + around, better);
+  std::stable_sort(attempts.begin() + around, attempts.end(), better);
+  const auto keep = [&](std::size_t begin, std::size_t end, int count) {
+    const std::size_t kept = std::min<std::size_t>(end - begin, count);
+    attempts.erase(attempts.begin() + begin + kept, attempts.begin() + end);
+    return kept;
+  };
+  const std::size_t kept_around = keep(0, around, options_.refinements);
+  keep(kept_around, attempts.size(), std::max(1, options_.refinements / 2));
+}
+
+bool GraspSearch::Settle(const std::vector<GraspAttempt>& attempts,
+                         std::vector<GraspReport::Candidate>& refined) {
+  out_.refinements = static_cast<int>(attempts.size());
+  refined.resize(out_.refinements);
+  return RunStage(0.6, 0.4, out_.refinements, [&](int i) {
+    HandEvaluation evaluation = AtWrist(hand_);
+    GraspAttempt attempt = attempts[i];
+    RefineGrasp(anatomy_, evaluation, distance_, {}, attempt.angles, attempt.wrist_from_object);
+    refined[i].grasp = Assess(scene_, evaluation, attempt, true);
+    refined[i].refused = WhyRefused(scene_, refined[i].grasp);
+  });
+}
+
+Grasp GraspSearch::ReportBest(std::vector<GraspReport::Candidate> refined,
+                              const SignedDistance& surface) {
+  std::stable_sort(refined.begin(), refined.end(), [](const auto& a, const auto& b) {
+    if (a.refused.empty() != b.refused.empty()) return a.refused.empty();
+    return a.grasp.score > b.grasp.score;
+  });
+  Grasp best = refined.front().grasp;
+  out_.status = refined.front().refused.empty() ? GraspStatus::kFound : GraspStatus::kNoCleanGrasp;
+  out_.candidates = std::move(refined);
+
+  HandEvaluation evaluation = AtWrist(hand_);
+  const Eigen::Matrix3Xd in_object =
+      best.wrist_from_object.inverse() * evaluation.At(best.fingers.data(), false).Vertices();
+  best.metrics = MeasureContact(TriangleMesh{in_object, hand_.Surface().Faces()}, surface);
+  out_.candidates.front().grasp.metrics = best.metrics;
+  return best;
+}
+
+Grasp GraspSearch::Run(const SignedDistance& surface) {
+  Clock::time_point stage = Clock::now();
+  const std::vector<Opposition> oppositions = FindPlaces();
+  if (oppositions.empty() && scene_.handles.empty()) {
+    if (options_.place) out_.status = GraspStatus::kNothingAtPlace;
+    if (options_.style == GraspStyle::kHandle) out_.status = GraspStatus::kNoHandle;
+    return open_;
+  }
+  double thinnest = std::numeric_limits<double>::infinity();
+  for (const Opposition& opposition : oppositions) thinnest = std::min(thinnest, opposition.width);
+  const double allowed_depth = std::clamp(0.2 * thinnest, 0.0005, 0.003);
+  PlacementQueue queue;
+  if (!PlaceHands(oppositions, allowed_depth, queue)) return open_;
+  out_.search_ms = MillisecondsSince(stage);
+  if (queue.placements.empty()) {
+    out_.status = GraspStatus::kNoRoom;
+    return open_;
+  }
+
+  stage = Clock::now();
+  std::vector<GraspAttempt> attempts;
+  if (!ClosePlaced(queue, allowed_depth, attempts)) return open_;
+  KeepBest(queue.around, attempts);
+  out_.closing_ms = MillisecondsSince(stage);
+
+  stage = Clock::now();
+  std::vector<GraspReport::Candidate> refined;
+  if (!Settle(attempts, refined)) return open_;
+  const Grasp best = ReportBest(std::move(refined), surface);
+  out_.refinement_ms = MillisecondsSince(stage);
+  return best;
+}
+
 }  // namespace
 
 std::string_view Describe(GraspStatus status) {
@@ -117,147 +340,7 @@ Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedD
   GraspReport unused;
   GraspReport& out = report ? *report : unused;
   out = {};
-  const HandAnatomy anatomy(hand);
-  const GraspPlacer placer(anatomy);
-  GraspScene scene(anatomy, placer, distance, object, options);
-  Grasp open;
-  open.fingers = anatomy.axes.PoseOf(OpenHand(anatomy.axes));
-
-  // One stage of the search: work(i) writes slot i only, so that the order does not matter.
-  std::mutex progress_mutex;
-  bool cancelled = false;
-  const auto run_stage = [&](double share_before, double share, int count, const auto& work) {
-    int done = 0;
-    ParallelFor(count, options.threads, [&](int i) {
-      {
-        const std::lock_guard lock(progress_mutex);
-        if (cancelled) return;
-      }
-      work(i);
-      if (!progress) return;
-      const std::lock_guard lock(progress_mutex);
-      cancelled |= !progress(share_before + share * ++done / count);
-    });
-    if (cancelled) out.status = GraspStatus::kStopped;
-    return !cancelled;
-  };
-
-  // Where a hand could go.
-  Clock::time_point stage = Clock::now();
-  OppositionOptions opposition_options;
-  opposition_options.count = options.oppositions;
-  opposition_options.seed = options.seed;
-  std::vector<Opposition> oppositions;
-  if (options.place) {
-    opposition_options.allowed = [&](const Eigen::Vector3d& x) { return options.place->Allows(x); };
-  }
-  if (options.style != GraspStyle::kHandle) {
-    oppositions = FindOppositions(options.place ? options.place->Surface() : object, distance,
-                                  scene.held_at, opposition_options);
-  }
-  if (!options.style || options.style == GraspStyle::kHandle) {
-    HandleOptions handle_options;
-    handle_options.threads = options.threads;
-    scene.handles = FindHandles(distance, handle_options);
-    std::erase_if(scene.handles, [&](const Handle& handle) {
-      return options.place && !options.place->Allows(handle.bar);
-    });
-  }
-  out.oppositions = static_cast<int>(oppositions.size());
-  out.handles = static_cast<int>(scene.handles.size());
-  if (oppositions.empty() && scene.handles.empty()) {
-    if (options.place) out.status = GraspStatus::kNothingAtPlace;
-    if (options.style == GraspStyle::kHandle) out.status = GraspStatus::kNoHandle;
-    return open;
-  }
-  double thinnest = std::numeric_limits<double>::infinity();
-  for (const Opposition& opposition : oppositions) thinnest = std::min(thinnest, opposition.width);
-  const GraspPlacer::Target target{distance, scene.size, std::clamp(0.2 * thinnest, 0.0005, 0.003)};
-  ClosingOptions closing_options;
-  closing_options.allowed_depth = std::min(closing_options.allowed_depth, target.allowed_depth);
-  std::vector<std::vector<Placement>> placed(out.oppositions + out.handles);
-  std::optional<HandlePlacer> handle_placer;
-  if (out.handles > 0) handle_placer.emplace(anatomy);
-  if (!run_stage(0.0, 0.2, out.oppositions + out.handles, [&](int i) {
-        const int h = i - out.oppositions;
-        placed[i] = h < 0 ? placer.Place(oppositions[i], target, options.turns)
-                          : handle_placer->Place(scene.handles, h, distance);
-      })) {
-    return open;
-  }
-  std::vector<Placement> queue, by_handle;
-  for (const std::vector<Placement>& placements : placed) {
-    out.placements += static_cast<int>(placements.size());
-  }
-  queue = MostPromising(scene, {placed.data(), oppositions.size()}, options.closings);
-  by_handle = MostPromising(scene, {placed.data() + out.oppositions, scene.handles.size()},
-                            options.closings / 2);
-  const std::size_t around = queue.size();
-  queue.insert(queue.end(), by_handle.begin(), by_handle.end());
-  out.search_ms = MillisecondsSince(stage);
-  if (queue.empty()) {
-    out.status = GraspStatus::kNoRoom;
-    return open;
-  }
-
-  stage = Clock::now();
-  out.closings = static_cast<int>(queue.size());
-  std::vector<GraspAttempt> attempts(queue.size());
-  if (!run_stage(0.2, 0.4, out.closings, [&](int i) {
-        HandEvaluation evaluation = AtWrist(hand);
-        const Placement& placement = queue[i];
-        ClosingOptions closing_of_this = closing_options;
-        closing_of_this.fingers = placement.closing;
-        const Closing closing =
-            CloseFingers(anatomy, evaluation, distance, placement.wrist_from_object,
-                         placement.start, closing_of_this);
-        attempts[i] = {placement.style, closing.angles, placement.wrist_from_object,
-                       placement.handle};
-        attempts[i].rank = Assess(scene, evaluation, attempts[i], false).score;
-      })) {
-    return open;
-  }
-  // The best of both kinds are refined: what is through a handle is not compared with what is not
-  // before it has settled.
-  const auto better = [](const GraspAttempt& a, const GraspAttempt& b) { return a.rank > b.rank; };
-  std::stable_sort(attempts.begin(), attempts.begin() + around, better);
-  std::stable_sort(attempts.begin() + around, attempts.end(), better);
-  const auto keep = [&](std::size_t begin, std::size_t end, int count) {
-    const std::size_t kept = std::min<std::size_t>(end - begin, count);
-    attempts.erase(attempts.begin() + begin + kept, attempts.begin() + end);
-    return kept;
-  };
-  const std::size_t kept_around = keep(0, around, options.refinements);
-  keep(kept_around, attempts.size(), std::max(1, options.refinements / 2));
-  out.closing_ms = MillisecondsSince(stage);
-
-  stage = Clock::now();
-  out.refinements = static_cast<int>(attempts.size());
-  std::vector<GraspReport::Candidate> refined(out.refinements);
-  if (!run_stage(0.6, 0.4, out.refinements, [&](int i) {
-        HandEvaluation evaluation = AtWrist(hand);
-        GraspAttempt attempt = attempts[i];
-        RefineGrasp(anatomy, evaluation, distance, {}, attempt.angles, attempt.wrist_from_object);
-        refined[i].grasp = Assess(scene, evaluation, attempt, true);
-        refined[i].refused = WhyRefused(scene, refined[i].grasp);
-      })) {
-    return open;
-  }
-  std::stable_sort(refined.begin(), refined.end(), [](const auto& a, const auto& b) {
-    if (a.refused.empty() != b.refused.empty()) return a.refused.empty();
-    return a.grasp.score > b.grasp.score;
-  });
-  Grasp best = refined.front().grasp;
-  out.status = refined.front().refused.empty() ? GraspStatus::kFound : GraspStatus::kNoCleanGrasp;
-  out.candidates = std::move(refined);
-
-  HandEvaluation evaluation = AtWrist(hand);
-  const Eigen::Matrix3Xd in_object =
-      best.wrist_from_object.inverse() * evaluation.At(best.fingers.data(), false).Vertices();
-  best.metrics = MeasureContact(TriangleMesh{in_object, hand.Surface().Faces()}, surface);
-  out.candidates.front().grasp.metrics = best.metrics;
-  out.refinement_ms = MillisecondsSince(stage);
-  return best;
+  return GraspSearch(hand, object, distance, options, progress, out).Run(surface);
 }
 
 }  // namespace holdfast

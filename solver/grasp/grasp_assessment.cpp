@@ -91,6 +91,116 @@ int KnucklesTouching(const GraspScene& scene, HandEvaluation& hand, const Finger
   return static_cast<int>(std::count(touching.begin(), touching.end(), true));
 }
 
+// Where the hand touches the object, in the object's frame.
+struct HandContacts {
+  std::vector<GraspContact> points;
+  int parts = 0;                                        // how many touch
+  std::array<bool, kNumHandParts> touching{};           // by part
+  std::array<Eigen::Vector3d, kNumHandParts> pressing;  // direction each touching part presses in
+};
+
+// Skin points of a part's pad that touch, nearest first.
+std::vector<std::pair<double, int>> TouchingOfPad(const GraspScene& scene, int part,
+                                                  const Eigen::VectorXd& distance) {
+  std::vector<std::pair<double, int>> near;
+  for (const int i : scene.anatomy.landmarks.Pad(part)) {
+    if (distance(i) < scene.options.touch_distance_m) near.emplace_back(distance(i), i);
+  }
+  std::sort(near.begin(), near.end());
+  return near;
+}
+
+// Also notes in `grasp` which fingers touch, and whether the palm does.
+HandContacts FindHandContacts(const GraspScene& scene, const Eigen::Matrix3Xd& skin,
+                              const Eigen::VectorXd& distance, Grasp& grasp) {
+  HandContacts contacts;
+  const auto add_contact = [&](int vertex) {
+    Eigen::Vector3d outward;
+    scene.object.Distance(skin.col(vertex), &outward);
+    if (outward.norm() > 1e-6) contacts.points.push_back({skin.col(vertex), -outward.normalized()});
+  };
+  for (int part = 0; part < kNumHandParts; ++part) {
+    const std::vector<std::pair<double, int>> near = TouchingOfPad(scene, part, distance);
+    if (near.empty()) continue;
+    ++contacts.parts;
+    if (part == kPalmPart) {
+      grasp.palm_touching = true;
+    } else {
+      grasp.fingers_touching[part / 3] = true;
+    }
+    add_contact(near.front().second);
+    contacts.touching[part] = !contacts.points.empty();
+    if (contacts.touching[part]) contacts.pressing[part] = contacts.points.back().inward;
+    // A palm is as good as several pads: add its touching places far apart.
+    if (part == kPalmPart) {
+      for (const auto& [d, i] : near) {
+        if ((skin.col(i) - skin.col(near.front().second)).norm() > 0.025) {
+          add_contact(i);
+          break;
+        }
+      }
+    }
+  }
+  return contacts;
+}
+
+// Fingers that press against the thumb or the palm hold; those that rest on a side only touch.
+double Opposed(const HandContacts& contacts) {
+  double opposed = 0.0;
+  for (int finger = 0; finger < kThumb; ++finger) {
+    double most = 0.0;
+    for (int part = 3 * finger; part < 3 * finger + 3; ++part) {
+      if (!contacts.touching[part]) continue;
+      for (const int other : {3 * kThumb + 1, 3 * kThumb + 2, kPalmPart}) {
+        if (contacts.touching[other]) {
+          most = std::max(most, -contacts.pressing[part].dot(contacts.pressing[other]));
+        }
+      }
+    }
+    opposed += 0.25 * most;
+  }
+  return opposed;
+}
+
+// Forces that do not cancel lean on the object instead of holding it.
+double Leaning(const std::vector<GraspContact>& contacts) {
+  Eigen::Vector3d resultant = Eigen::Vector3d::Zero();
+  for (const GraspContact& contact : contacts) resultant += contact.inward;
+  return contacts.empty() ? 1.0 : resultant.norm() / static_cast<double>(contacts.size());
+}
+
+// Of the contacts; of the whole skin where there are none.
+Eigen::Vector3d MiddleOfHold(const std::vector<GraspContact>& contacts,
+                             const Eigen::Matrix3Xd& skin) {
+  if (contacts.empty()) return skin.rowwise().mean();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const GraspContact& contact : contacts) sum += contact.point;
+  return sum / static_cast<double>(contacts.size());
+}
+
+bool AtPoint(const GraspScene& scene) { return scene.options.place && scene.options.place->At(); }
+
+// Weighs what was measured, without what a handle adds. `off_center`: metres of lever for the
+// object's weight, or from where the hand is wanted.
+double Score(const GraspScene& scene, const Grasp& grasp, const HandAngles& angles,
+             const HandContacts& contacts, double off_center) {
+  const double opposed = Opposed(contacts);
+  const double leaning = Leaning(contacts.points);
+  const auto fingers = static_cast<double>(
+      std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.end(), true));
+  const bool in_palm = grasp.palm_touching && grasp.style != GraspStyle::kPrecision;
+  return std::sqrt(std::min(grasp.wrench_quality / 0.3, 1.0)) + 0.1 * fingers + 0.5 * opposed +
+         0.02 * contacts.parts + (in_palm ? 0.2 : 0.0) +
+         (grasp.fingers_touching[kThumb] ? 0.4 : 0.0) -
+         0.2 * std::max(0.0, grasp.max_penetration_mm - 0.7) -
+         0.15 * std::max(0.0, grasp.object_in_hand_mm - 1.5) - 0.15 * grasp.self_penetration_mm -
+         0.6 * Discomfort(scene.anatomy.axes, angles) -
+         (AtPoint(scene) ? 20.0 : 6.0) * std::max(0.0, off_center - 0.015) -
+         3.0 * grasp.outside_place - 0.8 * std::max(0.0, leaning - 0.2) +
+         UprightWeight(scene, grasp.style) * grasp.upright - BelowTable(scene, grasp) -
+         scene.options.obstacle_weight * grasp.blocked;
+}
+
 }  // namespace
 
 GraspScene::GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer,
@@ -141,43 +251,9 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
   for (Eigen::Index s = 0; s < skin.cols(); ++s) distance(s) = scene.object.Distance(skin.col(s));
   grasp.max_penetration_mm = 1000.0 * std::max(0.0, -distance.minCoeff());
 
-  std::vector<GraspContact> contacts;
-  const auto add_contact = [&](int vertex) {
-    Eigen::Vector3d outward;
-    scene.object.Distance(skin.col(vertex), &outward);
-    if (outward.norm() > 1e-6) contacts.push_back({skin.col(vertex), -outward.normalized()});
-  };
-  int parts_touching = 0;
-  std::array<Eigen::Vector3d, kNumHandParts> pressing;  // direction each touching part presses in
-  std::array<bool, kNumHandParts> touching{};
-  for (int part = 0; part < kNumHandParts; ++part) {
-    std::vector<std::pair<double, int>> near;
-    for (const int i : landmarks.Pad(part)) {
-      if (distance(i) < options.touch_distance_m) near.emplace_back(distance(i), i);
-    }
-    if (near.empty()) continue;
-    ++parts_touching;
-    if (part == kPalmPart) {
-      grasp.palm_touching = true;
-    } else {
-      grasp.fingers_touching[part / 3] = true;
-    }
-    std::sort(near.begin(), near.end());
-    add_contact(near.front().second);
-    touching[part] = !contacts.empty();
-    if (touching[part]) pressing[part] = contacts.back().inward;
-    // A palm is as good as several pads: add its touching places far apart.
-    if (part == kPalmPart) {
-      for (const auto& [d, i] : near) {
-        if ((skin.col(i) - skin.col(near.front().second)).norm() > 0.025) {
-          add_contact(i);
-          break;
-        }
-      }
-    }
-  }
+  const HandContacts contacts = FindHandContacts(scene, skin, distance, grasp);
   grasp.wrench_quality =
-      WrenchQuality(contacts, scene.centroid, 0.5 * scene.size, options.friction);
+      WrenchQuality(contacts.points, scene.centroid, 0.5 * scene.size, options.friction);
   grasp.self_penetration_mm = 1000.0 * SelfPenetration(landmarks, vertices);
   grasp.limit_excess_deg =
       scene.anatomy.axes.LimitExcess(attempt.angles) * 180.0 / std::numbers::pi;
@@ -193,46 +269,14 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
     grasp.object_in_hand_mm = 1000.0 * ObjectInHand(scene, vertices, attempt.wrist_from_object);
   }
 
-  // Fingers that press against the thumb or the palm hold; those that rest on a side only touch.
-  double opposed = 0.0;
-  for (int finger = 0; finger < kThumb; ++finger) {
-    double most = 0.0;
-    for (int part = 3 * finger; part < 3 * finger + 3; ++part) {
-      if (!touching[part]) continue;
-      for (const int other : {3 * kThumb + 1, 3 * kThumb + 2, kPalmPart}) {
-        if (touching[other]) most = std::max(most, -pressing[part].dot(pressing[other]));
-      }
-    }
-    opposed += 0.25 * most;
-  }
-  // Forces that do not cancel lean on the object instead of holding it.
-  Eigen::Vector3d resultant = Eigen::Vector3d::Zero();
-  for (const GraspContact& contact : contacts) resultant += contact.inward;
-  const double leaning =
-      contacts.empty() ? 1.0 : resultant.norm() / static_cast<double>(contacts.size());
-  const Eigen::Vector3d middle = contacts.empty() ? skin.rowwise().mean().eval() : [&] {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const GraspContact& contact : contacts) sum += contact.point;
-    return Eigen::Vector3d(sum / static_cast<double>(contacts.size()));
-  }();
   // Metres of lever for its weight, or from where it is wanted; a handle is where it is.
   const bool by_handle = grasp.style == GraspStyle::kHandle;
-  const bool at_point = options.place && options.place->At();
-  const double off_center = by_handle && !at_point ? 0.0 : (middle - scene.held_at).norm();
+  const bool at_point = AtPoint(scene);
+  const double off_center =
+      by_handle && !at_point ? 0.0 : (MiddleOfHold(contacts.points, skin) - scene.held_at).norm();
   if (at_point) grasp.from_place_m = off_center;
   if (options.place) grasp.outside_place = OutsidePlace(*options.place, skin, distance);
-  const auto fingers = static_cast<double>(
-      std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.end(), true));
-  const bool in_palm = grasp.palm_touching && grasp.style != GraspStyle::kPrecision;
-  grasp.score =
-      std::sqrt(std::min(grasp.wrench_quality / 0.3, 1.0)) + 0.1 * fingers + 0.5 * opposed +
-      0.02 * parts_touching + (in_palm ? 0.2 : 0.0) + (grasp.fingers_touching[kThumb] ? 0.4 : 0.0) -
-      0.2 * std::max(0.0, grasp.max_penetration_mm - 0.7) -
-      0.15 * std::max(0.0, grasp.object_in_hand_mm - 1.5) - 0.15 * grasp.self_penetration_mm -
-      0.6 * Discomfort(scene.anatomy.axes, attempt.angles) -
-      (at_point ? 20.0 : 6.0) * std::max(0.0, off_center - 0.015) - 3.0 * grasp.outside_place -
-      0.8 * std::max(0.0, leaning - 0.2) + UprightWeight(scene, grasp.style) * grasp.upright -
-      BelowTable(scene, grasp) - options.obstacle_weight * grasp.blocked;
+  grasp.score = Score(scene, grasp, attempt.angles, contacts, off_center);
   if (by_handle) {
     const auto through = static_cast<double>(
         std::count(grasp.fingers_through.begin(), grasp.fingers_through.end(), true));

@@ -28,22 +28,33 @@ Eigen::Vector3d Centroid(const Eigen::Matrix3Xd& vertices, const std::vector<int
 
 HandLandmarks::HandLandmarks(const HandModel& hand, const HandAxes& axes) {
   const BodySurface& surface = hand.Surface();
-  const int first = HandBegin(hand.HandSide());
   const Eigen::Vector3d wrist = surface.RestJoints().col(WristJoint(hand.HandSide()));
-  const Eigen::Matrix3Xd rest = surface.RestVertices().colwise() - wrist;
-  const Eigen::Matrix3Xd normals = VertexNormals({rest, surface.Faces()});
+  const Eigen::Matrix3Xd vertices = surface.RestVertices().colwise() - wrist;
+  const RestHand rest{axes, vertices, VertexNormals({vertices, surface.Faces()})};
+  FindParts(hand);
+  FindSkin(hand);
+  FindPads(rest);
+  FindPadCenters(rest);
+  FindBalls(rest);
+  FindPalmAndForearm(rest);
+}
 
+void HandLandmarks::FindParts(const HandModel& hand) {
+  const int first = HandBegin(hand.HandSide());
   part_of_.resize(hand.NumVertices(), kPalmPart);
   for (int i = 0; i < hand.NumVertices(); ++i) {
     double most = 0.0;
-    for (const auto& [joint, w] : surface.Weights(i)) {
+    for (const auto& [joint, w] : hand.Surface().Weights(i)) {
       if (w <= most) continue;
       most = w;
       const int k = joint - first;
       part_of_[i] = k >= 0 && k < kJointsPerHand ? k : kPalmPart;
     }
   }
+}
 
+void HandLandmarks::FindSkin(const HandModel& hand) {
+  const BodySurface& surface = hand.Surface();
   for (int i = 0; i < hand.NumVertices(); ++i) skin_.push_back({i, i, part_of_[i]});
   std::set<std::pair<int, int>> edges;
   for (Eigen::Index f = 0; f < surface.Faces().cols(); ++f) {
@@ -52,17 +63,24 @@ HandLandmarks::HandLandmarks(const HandModel& hand, const HandAxes& axes) {
     }
   }
   for (const auto& [a, b] : edges) skin_.push_back({a, b, part_of_[a]});
+}
 
-  for (int i = 0; i < hand.NumVertices(); ++i) {
+void HandLandmarks::FindPads(const RestHand& rest) {
+  const HandAxes& axes = rest.axes;
+  for (int i = 0; i < rest.vertices.cols(); ++i) {
     const int part = part_of_[i];
     if (part == kPalmPart) {
-      const double along = rest.col(i).dot(axes.Forward());
-      if (along > 0.015 && normals.col(i).dot(axes.PalmNormal()) > 0.6) pads_[part].push_back(i);
-    } else if (normals.col(i).dot(axes.PadDirection(part)) > 0.5) {
+      const double along = rest.vertices.col(i).dot(axes.Forward());
+      if (along > 0.015 && rest.normals.col(i).dot(axes.PalmNormal()) > 0.6)
+        pads_[part].push_back(i);
+    } else if (rest.normals.col(i).dot(axes.PadDirection(part)) > 0.5) {
       pads_[part].push_back(i);
     }
   }
+}
 
+void HandLandmarks::FindPadCenters(const RestHand& rest) {
+  const HandAxes& axes = rest.axes;
   for (int finger = 0; finger < kNumFingers; ++finger) {
     const int last = 3 * finger + 2;
     // A pad's middle lies at about half of the last phalanx, on the line of its bone.
@@ -71,14 +89,17 @@ HandLandmarks::HandLandmarks(const HandModel& hand, const HandAxes& axes) {
         joint + 0.55 * (axes.RestTips().col(finger) - joint) + 0.01 * axes.PadDirection(last);
     double nearest = std::numeric_limits<double>::infinity();
     for (const int i : pads_[last]) {
-      const double d = (rest.col(i) - middle).squaredNorm();
+      const double d = (rest.vertices.col(i) - middle).squaredNorm();
       if (d < nearest) {
         nearest = d;
         pad_centers_[finger] = i;
       }
     }
   }
+}
 
+void HandLandmarks::FindBalls(const RestHand& rest) {
+  const HandAxes& axes = rest.axes;
   std::vector<Eigen::Vector3d> centers;
   for (int k = 0; k < kJointsPerHand; ++k) {
     const Eigen::Vector3d from = axes.RestJoints().col(k);
@@ -88,21 +109,25 @@ HandLandmarks::HandLandmarks(const HandModel& hand, const HandAxes& axes) {
     const Eigen::Vector3d bone = (to - from) / length;
     for (const double fraction : kBallsAlong) {
       FingerBall ball{k, {}, 0.0};
-      for (int i = 0; i < hand.NumVertices(); ++i) {
-        const double along = (rest.col(i) - from).dot(bone) / length;
+      for (int i = 0; i < rest.vertices.cols(); ++i) {
+        const double along = (rest.vertices.col(i) - from).dot(bone) / length;
         if (part_of_[i] == k && std::abs(along - fraction) < 0.22) ball.ring.push_back(i);
       }
       // The thumb's metacarpal lies in the palm: no ring of its own surrounds it.
       if (ball.ring.size() < 5 || k == 3 * kThumb) continue;
-      const Eigen::Vector3d center = Centroid(rest, ball.ring);
+      const Eigen::Vector3d center = Centroid(rest.vertices, ball.ring);
       for (const int i : ball.ring) {
-        const Eigen::Vector3d out = rest.col(i) - center;
+        const Eigen::Vector3d out = rest.vertices.col(i) - center;
         ball.radius += (out - out.dot(bone) * bone).norm() / static_cast<double>(ball.ring.size());
       }
       centers.push_back(center);
       balls_.push_back(std::move(ball));
     }
   }
+  FindBallPairs(centers);
+}
+
+void HandLandmarks::FindBallPairs(const std::vector<Eigen::Vector3d>& centers) {
   for (std::size_t i = 0; i < balls_.size(); ++i) {
     for (std::size_t j = i + 1; j < balls_.size(); ++j) {
       const int a = balls_[i].finger_joint, b = balls_[j].finger_joint;
@@ -113,21 +138,24 @@ HandLandmarks::HandLandmarks(const HandModel& hand, const HandAxes& axes) {
           {static_cast<int>(i), static_cast<int>(j), std::min(sum, 0.95 * at_rest)});
     }
   }
+}
 
+void HandLandmarks::FindPalmAndForearm(const RestHand& rest) {
+  const HandAxes& axes = rest.axes;
   const double reach = axes.RestJoints().col(3 * kMiddle).dot(axes.Forward());
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int count = 0;
   double forearm = 0.0;
   int forearm_count = 0;
-  for (int i = 0; i < hand.NumVertices(); ++i) {
-    const double along = rest.col(i).dot(axes.Forward());
-    if (part_of_[i] == kPalmPart && normals.col(i).dot(axes.PalmNormal()) > 0.6 &&
+  for (int i = 0; i < rest.vertices.cols(); ++i) {
+    const double along = rest.vertices.col(i).dot(axes.Forward());
+    if (part_of_[i] == kPalmPart && rest.normals.col(i).dot(axes.PalmNormal()) > 0.6 &&
         along > 0.55 * reach && along < 0.95 * reach) {
-      sum += rest.col(i);
+      sum += rest.vertices.col(i);
       ++count;
     }
     if (along < 0.01) {
-      forearm += (rest.col(i) - along * axes.Forward()).norm();
+      forearm += (rest.vertices.col(i) - along * axes.Forward()).norm();
       ++forearm_count;
     }
   }

@@ -61,6 +61,21 @@ class HandLandmarks {
   double ForearmRadius() const { return forearm_radius_; }
 
  private:
+  /// The hand at rest, relative to the wrist.
+  struct RestHand {
+    const HandAxes& axes;
+    Eigen::Matrix3Xd vertices;
+    Eigen::Matrix3Xd normals;
+  };
+  void FindParts(const HandModel& hand);
+  void FindSkin(const HandModel& hand);
+  void FindPads(const RestHand& rest);
+  void FindPadCenters(const RestHand& rest);
+  void FindBalls(const RestHand& rest);
+  void FindPalmAndForearm(const RestHand& rest);
+  /// `centers` are those of balls_ at rest.
+  void FindBallPairs(const std::vector<Eigen::Vector3d>& centers);
+
   std::vector<int> part_of_;
   std::vector<SkinPoint> skin_;
   std::array<std::vector<int>, kNumHandParts> pads_;

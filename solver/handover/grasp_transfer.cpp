@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "geometry/error.h"
+#include "geometry/mesh/append.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/grasp/grasp_assessment.h"
@@ -27,15 +28,6 @@ using Eigen::Vector3d;
 constexpr int kMostRounds = 5;
 constexpr double kNeighbour = 0.012;     // metres: candidates nearer to each other are one
 constexpr double kObstacleCell = 0.004;  // metres, of the grid that fingers close against
-
-TriangleMesh Joined(const TriangleMesh& a, const TriangleMesh& b) {
-  TriangleMesh joined;
-  joined.vertices.resize(3, a.NumVertices() + b.NumVertices());
-  joined.vertices << a.vertices, b.vertices;
-  joined.faces.resize(3, a.NumFaces() + b.NumFaces());
-  joined.faces << a.faces, (b.faces.array() + static_cast<int>(a.NumVertices())).matrix();
-  return joined;
-}
 
 // Closed mesh of a hand in the object's frame.
 TriangleMesh HandInObject(const HandModel& hand, const FingerPose& fingers,
@@ -132,7 +124,9 @@ DistanceGrid ObstacleGrid(const TriangleMesh& object, const TriangleMesh& giving
   DistanceGridOptions options;
   options.cell_m = kObstacleCell;
   options.threads = threads;
-  return DistanceGrid(SignedDistance(Joined(object, giving)), options);
+  TriangleMesh both = object;
+  Append(giving, both);
+  return DistanceGrid(SignedDistance(both), options);
 }
 
 // One search for the receiving hand's grasp, from what is nearest to the clip to what is farther.

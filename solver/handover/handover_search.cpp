@@ -232,6 +232,101 @@ void FillHands(Side first, int frames, Holding& holding) {
   }
 }
 
+// What Explain calls `had`: the hand that does more has the object.
+Eigen::Matrix2Xd CostsOfHaving(const HandsInTime& seen, double activity_weight, double rate) {
+  const Eigen::Index frames = seen.apart.size();
+  Eigen::Matrix2Xd had = Eigen::Matrix2Xd::Zero(2, frames + 1);
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    const double sum = seen.activity[0](t) + seen.activity[1](t) + 0.1;
+    const double more = (seen.activity[0](t) - seen.activity[1](t)) / sum;
+    had(0, t + 1) = had(0, t) + 0.5 * activity_weight * rate * (1.0 - more);
+    had(1, t + 1) = had(1, t) + 0.5 * activity_weight * rate * (1.0 + more);
+  }
+  return had;
+}
+
+// Meetings at the frames that the caller gives.
+std::vector<Meeting> GivenMeetings(const HandoverSearchOptions& options, double frame_rate,
+                                   int frames) {
+  std::vector<Meeting> meetings;
+  const int half = static_cast<int>(std::lround(0.5 * options.dwell_s * frame_rate));
+  for (const int frame : options.switch_frames) {
+    meetings.push_back({std::max(1, frame - half), std::min(frames, frame + half + 1), 0.0});
+  }
+  // Neighbours share what lies between them.
+  for (std::size_t m = 1; m < meetings.size(); ++m) {
+    const int middle = (options.switch_frames[m - 1] + options.switch_frames[m] + 1) / 2;
+    meetings[m - 1].end = std::min(meetings[m - 1].end, middle);
+    meetings[m].begin = std::max(meetings[m].begin, middle);
+  }
+  return meetings;
+}
+
+// Switches at all of the given meetings.
+Account ExplainGiven(const std::vector<Meeting>& meetings, const Eigen::Matrix2Xd& had,
+                     const HandoverSearchOptions& options) {
+  Account account;
+  for (std::size_t m = 0; m < meetings.size(); ++m) account.meetings.push_back(m);
+  HandoverSearchOptions exactly = options;
+  exactly.min_switches = exactly.max_switches = static_cast<int>(meetings.size());
+  account.first = Explain(meetings, had, exactly).first;
+  return account;
+}
+
+// Meetings at which the hands are near enough to pass the object, and what passing it costs there.
+std::vector<Meeting> MeetingsWithinReach(const HandsInTime& seen, double object_size_m,
+                                         const HandoverSearchOptions& options) {
+  constexpr double kParting = 0.06;   // metres
+  constexpr double kSettled = 0.020;  // metres within which hands are together
+  constexpr double kSlow = 0.15;      // m/s, per nat
+  constexpr double kFarther = 0.06;   // metres, per nat
+  std::vector<Meeting> meetings;
+  const double margin = kSettled + 2.0 * seen.noise_m;
+  for (Meeting& meeting : FindMeetings(seen, kParting + margin, margin)) {
+    const int frame = meeting.Frame();
+    if (frame < 1 || seen.apart(frame) > object_size_m + options.reach_m) continue;
+    meeting.cost = options.switch_cost +
+                   std::max(0.0, seen.apart(frame) - 0.5 * object_size_m - 0.05) / kFarther +
+                   std::max(0.0, seen.relative_speed(frame) - 2.0 * seen.speed_noise_m_s) / kSlow;
+    meetings.push_back(meeting);
+  }
+  if (static_cast<int>(meetings.size()) < options.min_switches) {
+    throw Error("clip",
+                fmt::format("the hands come together {} times, nearest {:.0f} cm apart",
+                            meetings.size(), 100.0 * seen.apart.minCoeff()),
+                "Say where the object changes hands: --switch FRAME[,FRAME...].");
+  }
+  return meetings;
+}
+
+// How sure it is that a switch of `best` happens: against the best account without its meeting.
+double ConfidenceInMeeting(std::size_t switched, const Account& best,
+                           const std::vector<Meeting>& meetings, const Eigen::Matrix2Xd& had,
+                           const HandoverSearchOptions& options) {
+  std::vector<Meeting> without = meetings;
+  without.erase(without.begin() + static_cast<std::ptrdiff_t>(switched));
+  HandoverSearchOptions free = options;
+  free.min_switches = 0;
+  const double other = Explain(without, had, free).cost;
+  return 1.0 / (1.0 + std::exp(best.cost - other));
+}
+
+// Between two switches as sure as the less sure of them.
+void FillConfidence(int frames, Holding& holding) {
+  holding.confidence.assign(static_cast<std::size_t>(frames), 1.0);
+  for (int t = 0; t < frames; ++t) {
+    for (std::size_t k = 0; k < holding.switches.size(); ++k) {
+      const bool before = t < holding.switches[k].frame;
+      const bool after_last = k == 0 || t >= holding.switches[k - 1].frame;
+      const bool before_next =
+          k + 1 == holding.switches.size() || t < holding.switches[k + 1].frame;
+      if ((before && after_last) || (!before && before_next)) {
+        holding.confidence[t] = std::min(holding.confidence[t], holding.switches[k].confidence);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 Holding FindHandovers(const Clip& clip, const HandModel& right, const HandModel& left,
@@ -240,56 +335,12 @@ Holding FindHandovers(const Clip& clip, const HandModel& right, const HandModel&
   CheckOptions(options, frames);
   const HandsInTime seen = Observe(clip, right, left, object_size_m);
   const double rate = 1.0 / clip.frame_rate;
-
-  // The hand that does more has it.
-  Eigen::Matrix2Xd had = Eigen::Matrix2Xd::Zero(2, frames + 1);
-  for (int t = 0; t < frames; ++t) {
-    const double sum = seen.activity[0](t) + seen.activity[1](t) + 0.1;
-    const double more = (seen.activity[0](t) - seen.activity[1](t)) / sum;
-    had(0, t + 1) = had(0, t) + 0.5 * options.activity_weight * rate * (1.0 - more);
-    had(1, t + 1) = had(1, t) + 0.5 * options.activity_weight * rate * (1.0 + more);
-  }
-
-  constexpr double kParting = 0.06;   // metres
-  constexpr double kSettled = 0.020;  // metres within which hands are together
-  constexpr double kSlow = 0.15;      // m/s, per nat
-  constexpr double kFarther = 0.06;   // metres, per nat
+  const Eigen::Matrix2Xd had = CostsOfHaving(seen, options.activity_weight, rate);
   const bool given = !options.switch_frames.empty();
-  std::vector<Meeting> meetings;
-  Account best;
-  if (given) {
-    const int half = static_cast<int>(std::lround(0.5 * options.dwell_s * clip.frame_rate));
-    for (const int frame : options.switch_frames) {
-      meetings.push_back({std::max(1, frame - half), std::min(frames, frame + half + 1), 0.0});
-      best.meetings.push_back(meetings.size() - 1);
-    }
-    // Neighbours share what lies between them.
-    for (std::size_t m = 1; m < meetings.size(); ++m) {
-      const int middle = (options.switch_frames[m - 1] + options.switch_frames[m] + 1) / 2;
-      meetings[m - 1].end = std::min(meetings[m - 1].end, middle);
-      meetings[m].begin = std::max(meetings[m].begin, middle);
-    }
-    HandoverSearchOptions exactly = options;
-    exactly.min_switches = exactly.max_switches = static_cast<int>(meetings.size());
-    best.first = Explain(meetings, had, exactly).first;
-  } else {
-    const double margin = kSettled + 2.0 * seen.noise_m;
-    for (Meeting& meeting : FindMeetings(seen, kParting + margin, margin)) {
-      const int frame = meeting.Frame();
-      if (frame < 1 || seen.apart(frame) > object_size_m + options.reach_m) continue;
-      meeting.cost = options.switch_cost +
-                     std::max(0.0, seen.apart(frame) - 0.5 * object_size_m - 0.05) / kFarther +
-                     std::max(0.0, seen.relative_speed(frame) - 2.0 * seen.speed_noise_m_s) / kSlow;
-      meetings.push_back(meeting);
-    }
-    if (static_cast<int>(meetings.size()) < options.min_switches) {
-      throw Error("clip",
-                  fmt::format("the hands come together {} times, nearest {:.0f} cm apart",
-                              meetings.size(), 100.0 * seen.apart.minCoeff()),
-                  "Say where the object changes hands: --switch FRAME[,FRAME...].");
-    }
-    best = Explain(meetings, had, options);
-  }
+  const std::vector<Meeting> meetings = given ? GivenMeetings(options, clip.frame_rate, frames)
+                                              : MeetingsWithinReach(seen, object_size_m, options);
+  const Account best =
+      given ? ExplainGiven(meetings, had, options) : Explain(meetings, had, options);
 
   Holding holding;
   const Side first = best.first == 0 ? Side::kRight : Side::kLeft;
@@ -302,33 +353,13 @@ Holding FindHandovers(const Clip& clip, const HandModel& right, const HandModel&
     change.to = holder = OtherSide(holder);
     change.both_begin = meeting.begin;
     change.both_end = meeting.end;
-    change.confidence = 1.0;
-    if (!given) {
-      std::vector<Meeting> without = meetings;
-      without.erase(without.begin() + static_cast<std::ptrdiff_t>(best.meetings[k]));
-      HandoverSearchOptions free = options;
-      free.min_switches = 0;
-      const double other = Explain(without, had, free).cost;
-      change.confidence = 1.0 / (1.0 + std::exp(best.cost - other));
-    }
+    change.confidence =
+        given ? 1.0 : ConfidenceInMeeting(best.meetings[k], best, meetings, had, options);
     holding.switches.push_back(change);
   }
   FillHands(first, frames, holding);
-  holding.confidence.assign(static_cast<std::size_t>(frames), 1.0);
-  if (!given) {
-    // Between two switches as sure as the less sure of them.
-    for (int t = 0; t < frames; ++t) {
-      for (std::size_t k = 0; k < holding.switches.size(); ++k) {
-        const bool before = t < holding.switches[k].frame;
-        const bool after_last = k == 0 || t >= holding.switches[k - 1].frame;
-        const bool before_next =
-            k + 1 == holding.switches.size() || t < holding.switches[k + 1].frame;
-        if ((before && after_last) || (!before && before_next)) {
-          holding.confidence[t] = std::min(holding.confidence[t], holding.switches[k].confidence);
-        }
-      }
-    }
-  }
+  // Given switches have confidence 1, and so has every frame then.
+  FillConfidence(frames, holding);
   return holding;
 }
 

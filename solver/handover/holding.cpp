@@ -108,6 +108,156 @@ Eigen::VectorXd DistanceFromHeld(const Eigen::Matrix3Xd& center, const std::vect
   return distance;
 }
 
+// The windows over time for a clip's frame rate.
+struct ClipWindows {
+  explicit ClipWindows(double frame_rate)
+      : fps(frame_rate),
+        sigma_frames(std::max(0.3, kSmoothing_s * fps)),
+        slope_reach(Frames(kSlopeWindow_s)),
+        smoothed(NoiseAfterSmoothing(sigma_frames)),
+        slope_noise(fps * NoiseOfSlope(slope_reach)) {}
+
+  Eigen::Index Frames(double seconds) const {
+    return std::max<Eigen::Index>(1, std::lround(seconds * fps));
+  }
+  Eigen::VectorXd Speed(const Eigen::Matrix3Xd& slopes) const {
+    return fps * slopes.colwise().norm();
+  }
+
+  double fps;
+  double sigma_frames;
+  Eigen::Index slope_reach;
+  // What is left of one frame's noise after smoothing, and in a slope.
+  double smoothed, slope_noise;
+};
+
+// How the object moves in the world.
+struct WorldMotion {
+  Eigen::VectorXd speed;
+  double still = 0.0;  // slower than this it does not move
+};
+
+WorldMotion ObserveObject(const Clip& clip, const DistanceGrid& object, const ClipWindows& windows,
+                          const HoldingOptions& options) {
+  const Eigen::Index frames = clip.NumFrames();
+  const Vector3d middle = 0.5 * (object.Min() + object.Max());
+  Eigen::Matrix3Xd in_world(3, frames);
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    in_world.col(t) = ExpSO3(clip.object->orient.col(t)) * middle + clip.object->trans.col(t);
+  }
+  const double world_noise = WhiteNoise(in_world);
+  return {windows.Speed(SlopesOverTime(in_world, windows.slope_reach)),
+          options.still_m_s + 2.5 * world_noise * windows.slope_noise};
+}
+
+// Log-odds that one hand holds, and what they come from.
+struct HandEvidence {
+  Eigen::VectorXd contact, motion;
+  double noise = 0.0;
+  Eigen::Matrix3Xd center;  // HandView's, smoothed
+};
+
+// Log-odds by how the object moves in the hand's frame. `radius`: of its turning surface.
+Eigen::VectorXd MotionOdds(const HandView& view, double noise, double radius,
+                           const ClipWindows& windows, const HoldingOptions& options) {
+  const Eigen::Index frames = view.gap.size();
+  const Eigen::VectorXd moves = windows.Speed(SlopesOverTime(view.center, windows.slope_reach));
+  const Eigen::VectorXd turns = windows.Speed(
+      SlopesOverTime(frames, windows.slope_reach, [&](Eigen::Index t, Eigen::Index u) {
+        return Vector3d(radius * LogSO3(view.turn[t].transpose() * view.turn[u]));
+      }));
+  const Eigen::VectorXd wrist_speed =
+      windows.Speed(SlopesOverTime(view.wrist, windows.slope_reach));
+  const double still = options.still_m_s + 2.5 * noise * windows.slope_noise;
+  Eigen::VectorXd motion(frames);
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    const double relative = std::max(moves(t), turns(t) - still);
+    // Standing still together says nothing: what the hand's own movement would show counts.
+    const double telling = std::min(1.0, wrist_speed(t) / (3.0 * still));
+    motion(t) = relative < still ? 2.0 * telling * (1.0 - relative / still)
+                                 : std::max(-8.0, -4.0 * (relative / still - 1.0));
+  }
+  return motion;
+}
+
+HandEvidence WeighHand(const HandView& view, double radius, const ClipWindows& windows,
+                       const HoldingOptions& options) {
+  HandEvidence evidence;
+  evidence.noise = WhiteNoise(view.center);
+  evidence.center = SmoothOverTime(view.center, windows.sigma_frames);
+  const Eigen::VectorXd gap =
+      SmoothOverTime(view.gap.transpose(), windows.sigma_frames).transpose();
+  const double touching = options.contact_m + evidence.noise * windows.smoothed;
+  const double scale = options.contact_scale_m + evidence.noise * windows.smoothed;
+  evidence.contact = ((touching - gap.array()) / scale).cwiseMin(kMostFor).cwiseMax(-kMostAgainst);
+  evidence.motion = MotionOdds(view, evidence.noise, radius, windows, options);
+  return evidence;
+}
+
+// Who holds in each frame, from the log-odds of both hands.
+StatePath DecideHands(const std::array<Eigen::VectorXd, 2>& odds, const WorldMotion& world,
+                      double fps, double change_cost) {
+  const double rate = kEvidenceRate / fps;
+  Eigen::Matrix4d change;
+  for (int a = 0; a < kNumStates; ++a) {
+    for (int b = 0; b < kNumStates; ++b) {
+      change(a, b) = change_cost * ((a ^ b) == 0 ? 0 : (a ^ b) == 3 ? 2 : 1);
+    }
+  }
+  const Eigen::Index frames = world.speed.size();
+  Eigen::MatrixXd costs(kNumStates, frames);
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    // Nobody carries what moves.
+    const double flying = std::clamp(4.0 * (world.speed(t) / world.still - 1.0), 0.0, 8.0);
+    for (int state = 0; state < kNumStates; ++state) {
+      double cost = state == 0 ? flying : 0.0;
+      for (int h = 0; h < 2; ++h) cost += 0.5 * ((state >> h & 1) != 0 ? -1.0 : 1.0) * odds[h](t);
+      costs(state, t) = rate * cost;
+    }
+  }
+  return FindStatePath(costs, change);
+}
+
+// Log-odds of hand `h` once it is known about when it holds, and so where: a hand that is
+// somewhere else relative to the object has not taken it yet, or has let go.
+Eigen::VectorXd OddsByPlace(const HandEvidence& evidence, const std::vector<int>& states, int h,
+                            const ClipWindows& windows) {
+  constexpr double kSlack = 0.012;  // what an object may shift in a hand, metres
+  const Eigen::Index frames = evidence.center.cols();
+  std::vector<bool> held(static_cast<std::size_t>(frames));
+  for (Eigen::Index t = 0; t < frames; ++t) held[t] = (states[t] >> h & 1) != 0;
+  const Eigen::VectorXd away =
+      DistanceFromHeld(evidence.center, held, windows.Frames(kHeldWindow_s));
+  const double allowed = kSlack + 2.5 * evidence.noise * windows.smoothed;
+  Eigen::VectorXd odds = evidence.contact + evidence.motion;
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    if (!std::isfinite(away(t))) continue;
+    const double ratio = away(t) / allowed;
+    odds(t) += std::max(-kMostAgainst, 1.5 * (1.0 - ratio * ratio));
+  }
+  return odds;
+}
+
+Holding HoldingOf(const StatePath& path, const ClipWindows& windows) {
+  const auto frames = static_cast<Eigen::Index>(path.states.size());
+  Holding holding;
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    holding.hands.push_back(static_cast<std::uint8_t>(path.states[t]));
+    holding.confidence.push_back(path.posterior(path.states[t], t));
+  }
+  holding.switches = SwitchesOf(holding.hands);
+  for (HandSwitch& change_of_hands : holding.switches) {
+    // As sure as the frames around it are.
+    const Eigen::Index reach = windows.Frames(0.25);
+    const Eigen::Index begin = std::max<Eigen::Index>(0, change_of_hands.frame - reach);
+    const Eigen::Index end = std::min(frames, change_of_hands.frame + reach + 1);
+    double sum = 0.0;
+    for (Eigen::Index t = begin; t < end; ++t) sum += holding.confidence[t];
+    change_of_hands.confidence = sum / static_cast<double>(end - begin);
+  }
+  return holding;
+}
+
 }  // namespace
 
 Holding FindHolding(const Clip& clip, const HandModel& right, const HandModel& left,
@@ -118,117 +268,21 @@ Holding FindHolding(const Clip& clip, const HandModel& right, const HandModel& l
   if (right.HandSide() != Side::kRight || left.HandSide() != Side::kLeft) {
     throw Error("hands", "are not a right and a left one", "Give one of each.");
   }
-  const Eigen::Index frames = clip.NumFrames();
-  const double fps = clip.frame_rate;
-  const double sigma_frames = std::max(0.3, kSmoothing_s * fps);
-  const auto window = [&](double seconds) {
-    return std::max<Eigen::Index>(1, std::lround(seconds * fps));
-  };
-  const Eigen::Index slope_reach = window(kSlopeWindow_s);
-  // What is left of one frame's noise after smoothing, and in a slope.
-  const double smoothed = NoiseAfterSmoothing(sigma_frames);
-  const double slope_noise = fps * NoiseOfSlope(slope_reach);
+  const ClipWindows windows(clip.frame_rate);
   const double radius = 0.25 * (object.Max() - object.Min()).norm();  // of its turning surface
-
-  const auto speed_from = [&](const Eigen::Matrix3Xd& slopes) -> Eigen::VectorXd {
-    return fps * slopes.colwise().norm();
-  };
-  const Vector3d middle = 0.5 * (object.Min() + object.Max());
-  Eigen::Matrix3Xd in_world(3, frames);
-  for (Eigen::Index t = 0; t < frames; ++t) {
-    in_world.col(t) = ExpSO3(clip.object->orient.col(t)) * middle + clip.object->trans.col(t);
-  }
-  const double world_noise = WhiteNoise(in_world);
-  const Eigen::VectorXd world_speed = speed_from(SlopesOverTime(in_world, slope_reach));
-
-  // Log-odds that each hand holds.
-  std::array<HandView, 2> views = {View(clip, right, object, options.threads),
-                                   View(clip, left, object, options.threads)};
-  std::array<Eigen::VectorXd, 2> contact, motion;
-  std::array<double, 2> noise{};
-  std::array<Eigen::Matrix3Xd, 2> center;
-  for (int h = 0; h < 2; ++h) {
-    const HandView& view = views[h];
-    noise[h] = WhiteNoise(view.center);
-    center[h] = SmoothOverTime(view.center, sigma_frames);
-    const Eigen::VectorXd gap = SmoothOverTime(view.gap.transpose(), sigma_frames).transpose();
-    const double touching = options.contact_m + noise[h] * smoothed;
-    const double scale = options.contact_scale_m + noise[h] * smoothed;
-    contact[h] = ((touching - gap.array()) / scale).cwiseMin(kMostFor).cwiseMax(-kMostAgainst);
-
-    const Eigen::VectorXd moves = speed_from(SlopesOverTime(view.center, slope_reach));
-    const Eigen::VectorXd turns =
-        speed_from(SlopesOverTime(frames, slope_reach, [&](Eigen::Index t, Eigen::Index u) {
-          return Vector3d(radius * LogSO3(view.turn[t].transpose() * view.turn[u]));
-        }));
-    const Eigen::VectorXd wrist_speed = speed_from(SlopesOverTime(view.wrist, slope_reach));
-    const double still = options.still_m_s + 2.5 * noise[h] * slope_noise;
-    motion[h].resize(frames);
-    for (Eigen::Index t = 0; t < frames; ++t) {
-      const double relative = std::max(moves(t), turns(t) - still);
-      // Standing still together says nothing: what the hand's own movement would show counts.
-      const double telling = std::min(1.0, wrist_speed(t) / (3.0 * still));
-      motion[h](t) = relative < still ? 2.0 * telling * (1.0 - relative / still)
-                                      : std::max(-8.0, -4.0 * (relative / still - 1.0));
-    }
-  }
-  const double world_still = options.still_m_s + 2.5 * world_noise * slope_noise;
-
-  const double rate = kEvidenceRate / fps;
-  Eigen::Matrix4d change;
-  for (int a = 0; a < kNumStates; ++a) {
-    for (int b = 0; b < kNumStates; ++b) {
-      change(a, b) = options.change_cost * ((a ^ b) == 0 ? 0 : (a ^ b) == 3 ? 2 : 1);
-    }
-  }
+  const WorldMotion world = ObserveObject(clip, object, windows, options);
+  const std::array<HandView, 2> views = {View(clip, right, object, options.threads),
+                                         View(clip, left, object, options.threads)};
+  const std::array<HandEvidence, 2> hands = {WeighHand(views[0], radius, windows, options),
+                                             WeighHand(views[1], radius, windows, options)};
   const auto decide = [&](const std::array<Eigen::VectorXd, 2>& odds) {
-    Eigen::MatrixXd costs(kNumStates, frames);
-    for (Eigen::Index t = 0; t < frames; ++t) {
-      // Nobody carries what moves.
-      const double flying = std::clamp(4.0 * (world_speed(t) / world_still - 1.0), 0.0, 8.0);
-      for (int state = 0; state < kNumStates; ++state) {
-        double cost = state == 0 ? flying : 0.0;
-        for (int h = 0; h < 2; ++h) cost += 0.5 * ((state >> h & 1) != 0 ? -1.0 : 1.0) * odds[h](t);
-        costs(state, t) = rate * cost;
-      }
-    }
-    return FindStatePath(costs, change);
+    return DecideHands(odds, world, windows.fps, options.change_cost);
   };
-  StatePath path = decide({contact[0] + motion[0], contact[1] + motion[1]});
-
-  // Now that it is known about when each hand holds, where it does is known, too: a hand that is
-  // somewhere else relative to the object has not taken it yet, or has let go.
-  constexpr double kSlack = 0.012;  // what an object may shift in a hand, metres
-  std::array<Eigen::VectorXd, 2> odds;
-  for (int h = 0; h < 2; ++h) {
-    std::vector<bool> held(static_cast<std::size_t>(frames));
-    for (Eigen::Index t = 0; t < frames; ++t) held[t] = (path.states[t] >> h & 1) != 0;
-    const Eigen::VectorXd away = DistanceFromHeld(center[h], held, window(kHeldWindow_s));
-    const double allowed = kSlack + 2.5 * noise[h] * smoothed;
-    odds[h] = contact[h] + motion[h];
-    for (Eigen::Index t = 0; t < frames; ++t) {
-      if (!std::isfinite(away(t))) continue;
-      const double ratio = away(t) / allowed;
-      odds[h](t) += std::max(-kMostAgainst, 1.5 * (1.0 - ratio * ratio));
-    }
-  }
-  path = decide(odds);
-
-  Holding holding;
-  for (Eigen::Index t = 0; t < frames; ++t) {
-    holding.hands.push_back(static_cast<std::uint8_t>(path.states[t]));
-    holding.confidence.push_back(path.posterior(path.states[t], t));
-  }
-  holding.switches = SwitchesOf(holding.hands);
-  for (HandSwitch& change_of_hands : holding.switches) {
-    // As sure as the frames around it are.
-    const Eigen::Index begin = std::max<Eigen::Index>(0, change_of_hands.frame - window(0.25));
-    const Eigen::Index end = std::min(frames, change_of_hands.frame + window(0.25) + 1);
-    double sum = 0.0;
-    for (Eigen::Index t = begin; t < end; ++t) sum += holding.confidence[t];
-    change_of_hands.confidence = sum / static_cast<double>(end - begin);
-  }
-  return holding;
+  const StatePath first =
+      decide({hands[0].contact + hands[0].motion, hands[1].contact + hands[1].motion});
+  const StatePath path = decide({OddsByPlace(hands[0], first.states, 0, windows),
+                                 OddsByPlace(hands[1], first.states, 1, windows)});
+  return HoldingOf(path, windows);
 }
 
 std::vector<HandSwitch> SwitchesOf(const std::vector<std::uint8_t>& hands) {

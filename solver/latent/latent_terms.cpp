@@ -47,19 +47,16 @@ int GoalJoint(const LatentOptions& options) {
   return options.goal_joint > 0 ? options.goal_joint : WristJoint(options.intention.wrist);
 }
 
-void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const MotionView& motion,
-                     const ReachTask& task, MotionObjective& objective) {
+namespace {
+
+// From frame to frame against sliding, and over a fifth of a second against creeping.
+void AddSkateTerms(const LatentOptions& options, const MotionView& motion, int num_soles,
+                   MotionObjective& objective) {
   const int frames = motion.NumFrames();
   const auto slide = std::make_shared<ceres::CauchyLoss>(0.01 * std::sqrt(options.skate));
   const auto creep = std::make_shared<ceres::CauchyLoss>(0.03 * std::sqrt(options.creep));
-  const int num_soles = static_cast<int>(body.soles.size());
-  // A wrist that has to be lower than a hand is long has its hand in the floor, or bent up, which
-  // the latents know nothing of.
-  const bool low = !body.fingertips.empty() && task.goal.z() < body.fingertips[0].offset.norm();
-  const int num_tips = low ? 0 : static_cast<int>(body.fingertips.size());
-  // From frame to frame against sliding, and over a fifth of a second against creeping.
   std::vector<double> share(static_cast<std::size_t>(frames));
-  for (int k = 0; k < num_soles && options.skate > 0.0; ++k) {
+  for (int k = 0; k < num_soles; ++k) {
     const int point = kNumBodyJoints + k;
     for (int t = 0; t < frames; ++t) {
       share[static_cast<std::size_t>(t)] = FootSkate::PlantedShare(motion.At(t, point).z());
@@ -74,62 +71,91 @@ void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const
       }
     }
   }
-  const auto floor = std::make_shared<FloorContact>(-0.005, options.floor);
-  const auto airborne = std::make_shared<Airborne>(
-      std::vector<double>(static_cast<std::size_t>(num_soles), 0.0), 0.01, options.airborne);
-  const auto speed =
-      std::make_shared<PelvisSpeed>(options.fastest_m_s, kPace * kFrame, options.speed);
-  const auto burst =
-      std::make_shared<PelvisSpeed>(options.fastest_m_s + 0.3, kBurst * kFrame, options.speed);
-  const auto smooth = std::make_shared<JointAcceleration>(kFrame, options.acceleration);
-  std::array<std::shared_ptr<RotationRange>, kNumBodyJoints> range;
-  for (std::size_t k = 1; k < kNumBodyJoints; ++k) {
-    if (body.joint_limits[k] > 0.0 && options.limits > 0.0) {
-      range[k] = std::make_shared<RotationRange>(body.joint_limits[k], options.limits);
+}
+
+// What every frame is judged by.
+class FrameTerms {
+ public:
+  FrameTerms(const LatentBody& body, const LatentOptions& options, const ReachTask& task)
+      : num_soles_(static_cast<int>(body.soles.size())),
+        // A wrist that has to be lower than a hand is long has its hand in the floor, or bent up,
+        // which the latents know nothing of.
+        num_tips_(!body.fingertips.empty() && task.goal.z() < body.fingertips[0].offset.norm()
+                      ? 0
+                      : static_cast<int>(body.fingertips.size())),
+        accelerates_(options.acceleration > 0.0),
+        floor_(std::make_shared<FloorContact>(-0.005, options.floor)),
+        airborne_(std::make_shared<Airborne>(
+            std::vector<double>(static_cast<std::size_t>(num_soles_), 0.0), 0.01,
+            options.airborne)),
+        speed_(std::make_shared<PelvisSpeed>(options.fastest_m_s, kPace * kFrame, options.speed)),
+        burst_(std::make_shared<PelvisSpeed>(options.fastest_m_s + 0.3, kBurst * kFrame,
+                                             options.speed)),
+        smooth_(std::make_shared<JointAcceleration>(kFrame, options.acceleration)) {
+    for (std::size_t k = 1; k < kNumBodyJoints; ++k) {
+      if (body.joint_limits[k] > 0.0 && options.limits > 0.0) {
+        range_[k] = std::make_shared<RotationRange>(body.joint_limits[k], options.limits);
+      }
     }
   }
-  for (int t = 1; t < frames; ++t) {
+
+  // For frame t of `frames`.
+  void Add(int t, int frames, MotionObjective& objective) const {
     std::vector<MotionQuantity> soles;
-    for (int k = 0; k < num_soles + num_tips; ++k) {
+    for (int k = 0; k < num_soles_ + num_tips_; ++k) {
       const MotionQuantity point = Position(t, kNumBodyJoints + k);
-      objective.Add("floor", floor, nullptr, {point});
-      if (k < num_soles) soles.push_back(point);
+      objective.Add("floor", floor_, nullptr, {point});
+      if (k < num_soles_) soles.push_back(point);
     }
-    objective.Add("airborne", airborne, nullptr, std::move(soles));
+    objective.Add("airborne", airborne_, nullptr, std::move(soles));
     if (t >= kBurst) {
-      objective.Add("speed", burst, nullptr, {Position(t - kBurst, 0), Position(t, 0)});
+      objective.Add("speed", burst_, nullptr, {Position(t - kBurst, 0), Position(t, 0)});
     }
-    if (t >= kPace)
-      objective.Add("speed", speed, nullptr, {Position(t - kPace, 0), Position(t, 0)});
-    if (options.acceleration > 0.0 && t + 1 < frames) {
+    if (t >= kPace) {
+      objective.Add("speed", speed_, nullptr, {Position(t - kPace, 0), Position(t, 0)});
+    }
+    if (accelerates_ && t + 1 < frames) {
       for (int k = 0; k < kNumBodyJoints; ++k) {
-        objective.Add("acceleration", smooth, nullptr,
+        objective.Add("acceleration", smooth_, nullptr,
                       {Position(t - 1, k), Position(t, k), Position(t + 1, k)});
       }
     }
     for (int k = 1; k < kNumBodyJoints; ++k) {
-      if (range[static_cast<std::size_t>(k)] != nullptr) {
-        objective.Add("limits", range[static_cast<std::size_t>(k)], nullptr, {LocalRotation(t, k)});
-      }
+      const auto& range = range_[static_cast<std::size_t>(k)];
+      if (range != nullptr) objective.Add("limits", range, nullptr, {LocalRotation(t, k)});
     }
   }
-  if (options.balance > 0.0) {
-    const auto balance = std::make_shared<StandingBalance>(0.05, options.balance);
-    std::vector<int> joints;
-    for (const auto& mass : StandingBalance::kMasses) joints.push_back(mass.first);
-    joints.insert(joints.end(), StandingBalance::kFeet.begin(), StandingBalance::kFeet.end());
-    for (int t = 1; t < frames; ++t) {
-      // Who arrives stands; else who hardly moves does.
-      const bool arrived =
-          t >= task.deadline - kArriving && t <= task.deadline + options.hold_frames;
-      const int before = std::max(0, t - kPace), after = std::min(frames - 1, t + kPace);
-      const Eigen::Vector3d way = motion.At(after, 0) - motion.At(before, 0);
-      if (!arrived && way.head<2>().norm() > kStandsStill * (after - before) * kFrame) continue;
-      std::vector<MotionQuantity> blocks;
-      for (const int joint : joints) blocks.push_back(Position(t, joint));
-      objective.Add("balance", balance, nullptr, std::move(blocks));
-    }
+
+ private:
+  int num_soles_, num_tips_;
+  bool accelerates_;
+  std::shared_ptr<FloorContact> floor_;
+  std::shared_ptr<Airborne> airborne_;
+  std::shared_ptr<PelvisSpeed> speed_, burst_;
+  std::shared_ptr<JointAcceleration> smooth_;
+  std::array<std::shared_ptr<RotationRange>, kNumBodyJoints> range_;
+};
+
+void AddBalanceTerms(const LatentOptions& options, const MotionView& motion, const ReachTask& task,
+                     MotionObjective& objective) {
+  const int frames = motion.NumFrames();
+  const auto balance = std::make_shared<StandingBalance>(0.05, options.balance);
+  std::vector<int> joints;
+  for (const auto& mass : StandingBalance::kMasses) joints.push_back(mass.first);
+  joints.insert(joints.end(), StandingBalance::kFeet.begin(), StandingBalance::kFeet.end());
+  for (int t = 1; t < frames; ++t) {
+    // Who arrives stands; else who hardly moves does.
+    const bool arrived = t >= task.deadline - kArriving && t <= task.deadline + options.hold_frames;
+    const int before = std::max(0, t - kPace), after = std::min(frames - 1, t + kPace);
+    const Eigen::Vector3d way = motion.At(after, 0) - motion.At(before, 0);
+    if (!arrived && way.head<2>().norm() > kStandsStill * (after - before) * kFrame) continue;
+    std::vector<MotionQuantity> blocks;
+    for (const int joint : joints) blocks.push_back(Position(t, joint));
+    objective.Add("balance", balance, nullptr, std::move(blocks));
   }
+}
+
+void AddObstacleTerms(const LatentOptions& options, int frames, MotionObjective& objective) {
   for (const LatentObstacle& obstacle : options.obstacles) {
     for (int k = 0; k < kNumBodyJoints; ++k) {
       const double clearance = k == GoalJoint(options) ? 0.02 : Thickness(k);
@@ -140,31 +166,55 @@ void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const
       }
     }
   }
-  if (options.near > 0.0) {
-    const int first = std::max(1, task.deadline - 3 * kArriving);
-    const int last = std::min(frames - 1, task.deadline + options.hold_frames);
-    const auto near = std::make_shared<StandNear>(task.goal, options.farthest_stance_m,
-                                                  options.near / (last - first + 1));
-    for (int t = first; t <= last; ++t) objective.Add("near", near, nullptr, {Position(t, 0)});
+}
+
+// Near enough to the goal to reach it when it is due.
+void AddStanceTerms(const LatentOptions& options, const ReachTask& task, int frames,
+                    MotionObjective& objective) {
+  const int first = std::max(1, task.deadline - 3 * kArriving);
+  const int last = std::min(frames - 1, task.deadline + options.hold_frames);
+  const auto near = std::make_shared<StandNear>(task.goal, options.farthest_stance_m,
+                                                options.near / (last - first + 1));
+  for (int t = first; t <= last; ++t) objective.Add("near", near, nullptr, {Position(t, 0)});
+}
+
+// A straight way to where the goal is in reach.
+void AddPathTerms(const LatentOptions& options, const MotionView& motion, const ReachTask& task,
+                  MotionObjective& objective) {
+  const int frames = motion.NumFrames();
+  const Eigen::Vector3d from = motion.At(0, 0);
+  const Eigen::Vector2d way = (task.goal - from).head<2>();
+  const Eigen::Vector2d stop = from.head<2>() + way * std::max(0.0, 1.0 - 0.45 / way.norm());
+  for (int t = 1; t < std::min(frames, task.deadline); t += 5) {
+    const double u = static_cast<double>(t) / std::max(1, task.deadline - 20);
+    const Eigen::Vector2d at = from.head<2>() + std::min(u, 1.0) * (stop - from.head<2>());
+    objective.Add("path", std::make_shared<PelvisPath>(at, options.path),
+                  std::make_shared<ceres::CauchyLoss>(0.5), {Position(t, 0)});
   }
-  if (options.path > 0.0) {
-    const Eigen::Vector3d from = motion.At(0, 0);
-    const Eigen::Vector2d way = (task.goal - from).head<2>();
-    const Eigen::Vector2d stop = from.head<2>() + way * std::max(0.0, 1.0 - 0.45 / way.norm());
-    for (int t = 1; t < std::min(frames, task.deadline); t += 5) {
-      const double u = static_cast<double>(t) / std::max(1, task.deadline - 20);
-      const Eigen::Vector2d at = from.head<2>() + std::min(u, 1.0) * (stop - from.head<2>());
-      objective.Add("path", std::make_shared<PelvisPath>(at, options.path),
-                    std::make_shared<ceres::CauchyLoss>(0.5), {Position(t, 0)});
-    }
+}
+
+void AddLookTerms(const LatentOptions& options, const ReachTask& task, int frames,
+                  MotionObjective& objective) {
+  const auto look = std::make_shared<LookAt>(task.goal, options.look);
+  for (int t = std::max(1, task.deadline - 45); t <= std::min(task.deadline, frames - 1); t += 3) {
+    objective.Add("look", look, nullptr, {WorldRotation(t, kHeadJoint), Position(t, kHeadJoint)});
   }
-  if (options.look > 0.0) {
-    const auto look = std::make_shared<LookAt>(task.goal, options.look);
-    for (int t = std::max(1, task.deadline - 45); t <= std::min(task.deadline, frames - 1);
-         t += 3) {
-      objective.Add("look", look, nullptr, {WorldRotation(t, kHeadJoint), Position(t, kHeadJoint)});
-    }
-  }
+}
+
+}  // namespace
+
+void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const MotionView& motion,
+                     const ReachTask& task, MotionObjective& objective) {
+  const int frames = motion.NumFrames();
+  const int num_soles = static_cast<int>(body.soles.size());
+  if (options.skate > 0.0) AddSkateTerms(options, motion, num_soles, objective);
+  const FrameTerms each(body, options, task);
+  for (int t = 1; t < frames; ++t) each.Add(t, frames, objective);
+  if (options.balance > 0.0) AddBalanceTerms(options, motion, task, objective);
+  AddObstacleTerms(options, frames, objective);
+  if (options.near > 0.0) AddStanceTerms(options, task, frames, objective);
+  if (options.path > 0.0) AddPathTerms(options, motion, task, objective);
+  if (options.look > 0.0) AddLookTerms(options, task, frames, objective);
 }
 
 void AddGoalTerms(const LatentOptions& options, const ReachTask& task, double share_done,

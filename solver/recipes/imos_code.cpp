@@ -66,6 +66,120 @@ FingerPose FitFingers(ImosFingerLoss& loss, const FingerPose& start, const ImosC
   return fingers;
 }
 
+// Carries an object through a clip's frames in order. All arguments must outlive this.
+class ImosCodeFitter {
+ public:
+  // The first `given` frames are as in the clip.
+  ImosCodeFitter(const Clip& clip, const HandModel& hand, const Eigen::Matrix3Xd& object_vertices,
+                 int given, const ImosCodeOptions& options)
+      : clip_(clip),
+        side_(hand.HandSide()),
+        object_vertices_(object_vertices),
+        given_(given),
+        options_(options),
+        reference_(ImosReferenceFrame(*clip.object, given)),
+        start_(FingersOf(clip.pose[reference_], side_)),
+        state_(hand),
+        distances_(ReferenceDistances()),
+        distance_(object_vertices, distances_, 1.0, PairPrecision::kDouble),
+        contact_(object_vertices, distances_, options.contact_threshold_m, 1.0),
+        adam_(6 * kJointsPerHand),
+        object_(GivenObject(0)),
+        fingers_(FingersOf(clip.pose[0], side_)) {}
+
+  FrameReport FitFrame(int t);
+
+  const ObjectPose& Object() const { return object_; }    // of the last frame
+  const FingerPose& Fingers() const { return fingers_; }  // of the last frame
+  int NumContactPairs() const { return contact_.NumPairs(); }
+
+ private:
+  ObjectPose GivenObject(int t) const {
+    return {Eigen::Quaterniond(ExpSO3(clip_.object->orient.col(t))), clip_.object->trans.col(t)};
+  }
+  Eigen::MatrixXd ReferenceDistances();
+  void FitBothStages(FrameReport& report);
+  void FillEnergies(const ObjectPose& object_before, const FingerPose& fingers_before,
+                    FrameReport& report);
+
+  const Clip& clip_;
+  Side side_;
+  const Eigen::Matrix3Xd& object_vertices_;
+  int given_;
+  const ImosCodeOptions& options_;
+  int reference_;
+  FingerPose start_;
+  HandState state_;
+  Eigen::MatrixXd distances_;  // in the reference frame
+  HandObjectDistance distance_;
+  Contact contact_;
+  ReferenceAdam adam_;
+  ObjectPose object_;
+  FingerPose fingers_;
+};
+
+Eigen::MatrixXd ImosCodeFitter::ReferenceDistances() {
+  state_.SetBody(clip_.pose[reference_], clip_.trans.col(reference_));
+  state_.Evaluate(start_, false);
+  const ObjectPose held = GivenObject(reference_);
+  return HandObjectDistance::Distances(
+      InObjectFrame(state_.Vertices(), held.orientation, held.translation), object_vertices_);
+}
+
+FrameReport ImosCodeFitter::FitFrame(int t) {
+  const auto begin = std::chrono::steady_clock::now();
+  const ObjectPose object_before = object_;
+  const FingerPose fingers_before = fingers_;
+  FrameReport report;
+  state_.SetBody(clip_.pose[t], clip_.trans.col(t));
+  if (t < given_) {
+    object_ = GivenObject(t);
+    fingers_ = FingersOf(clip_.pose[t], side_);
+  } else {
+    FitBothStages(report);
+  }
+  FillEnergies(object_before, fingers_before, report);
+  report.solve_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  return report;
+}
+
+void ImosCodeFitter::FitBothStages(FrameReport& report) {
+  state_.Evaluate(start_, false);
+  const int iterations = FitImosObject(state_, distance_, options_, object_);
+  report.stop = iterations < 0                          ? StopReason::kFailed
+                : iterations >= options_.max_iterations ? StopReason::kIterationLimit
+                                                        : StopReason::kConverged;
+  const Eigen::Matrix3Xd in_world =
+      (object_.orientation.toRotationMatrix() * object_vertices_).colwise() + object_.translation;
+  ImosFingerLoss loss(state_, in_world, start_, options_.lambda_contact, options_.lambda_drift,
+                      options_.contact_threshold_m);
+  fingers_ = FitFingers(loss, start_, options_, adam_);
+  report.iterations = std::max(0, iterations) + options_.finger_steps;
+}
+
+// The paper's energies with its weights, at what was found.
+void ImosCodeFitter::FillEnergies(const ObjectPose& object_before, const FingerPose& fingers_before,
+                                  FrameReport& report) {
+  const FitOptions paper = FitOptions{}.OnlyPaper();
+  HandObjectBlock block(&state_);
+  block.AddTerm(&distance_);
+  block.AddTerm(&contact_);
+  const double* parameters[] = {object_.orientation.coeffs().data(), object_.translation.data(),
+                                fingers_.data()};
+  const std::vector<double>& energies = block.Energies(parameters);
+  report.energy_distance = energies[0];
+  report.energy_contact = energies[1];
+  report.energy_temporal =
+      LogSO3((object_before.orientation.conjugate() * object_.orientation).toRotationMatrix())
+          .squaredNorm() +
+      (object_.translation - object_before.translation).squaredNorm() +
+      (fingers_ - fingers_before).squaredNorm();
+  report.energy_total = paper.lambda_distance * report.energy_distance +
+                        paper.lambda_contact * report.energy_contact +
+                        paper.lambda_temporal * report.energy_temporal;
+}
+
 }  // namespace
 
 int ImosReferenceFrame(const ObjectTrack& track, int given_frames) {
@@ -128,79 +242,17 @@ FitResult FitClipImosCode(const Clip& clip, const HandModel& hand,
   const Side side = hand.HandSide();
   FitResult result{clip, {}, 0};
   ObjectTrack& track = *result.clip.object;
-  const auto given_object = [&](int t) {
-    return ObjectPose{Eigen::Quaterniond(ExpSO3(clip.object->orient.col(t))),
-                      clip.object->trans.col(t)};
-  };
-
-  const int reference = ImosReferenceFrame(track, given);
-  const FingerPose start = FingersOf(clip.pose[reference], side);
-  HandState state(hand);
-  state.SetBody(clip.pose[reference], clip.trans.col(reference));
-  state.Evaluate(start, false);
-  const ObjectPose held = given_object(reference);
-  const Eigen::MatrixXd distances = HandObjectDistance::Distances(
-      InObjectFrame(state.Vertices(), held.orientation, held.translation), object_vertices);
-  const HandObjectDistance distance(object_vertices, distances, 1.0, PairPrecision::kDouble);
-  const FitOptions paper = FitOptions{}.OnlyPaper();
-  const Contact contact(object_vertices, distances, options.contact_threshold_m, 1.0);
-  result.num_contact_pairs = contact.NumPairs();
-  ReferenceAdam adam(6 * kJointsPerHand);
-
-  ObjectPose object = given_object(0), object_before = object;
-  FingerPose fingers = FingersOf(clip.pose[0], side), fingers_before = fingers;
-  const auto fill_energies = [&](FrameReport& report) {
-    HandObjectBlock block(&state);
-    block.AddTerm(&distance);
-    block.AddTerm(&contact);
-    const double* parameters[] = {object.orientation.coeffs().data(), object.translation.data(),
-                                  fingers.data()};
-    const std::vector<double>& energies = block.Energies(parameters);
-    report.energy_distance = energies[0];
-    report.energy_contact = energies[1];
-    report.energy_temporal =
-        LogSO3((object_before.orientation.conjugate() * object.orientation).toRotationMatrix())
-            .squaredNorm() +
-        (object.translation - object_before.translation).squaredNorm() +
-        (fingers - fingers_before).squaredNorm();
-    report.energy_total = paper.lambda_distance * report.energy_distance +
-                          paper.lambda_contact * report.energy_contact +
-                          paper.lambda_temporal * report.energy_temporal;
-  };
-
+  ImosCodeFitter fitter(clip, hand, object_vertices, given, options);
+  result.num_contact_pairs = fitter.NumContactPairs();
   int done = 0;
   for (; done < frames; ++done) {
     if (progress && done > 0 && !progress(done, frames)) break;
-    const auto begin = std::chrono::steady_clock::now();
-    FrameReport report;
-    state.SetBody(clip.pose[done], clip.trans.col(done));
-    if (done < given) {
-      object = given_object(done);
-      fingers = FingersOf(clip.pose[done], side);
-    } else {
-      state.Evaluate(start, false);
-      const int iterations = FitImosObject(state, distance, options, object);
-      report.stop = iterations < 0                         ? StopReason::kFailed
-                    : iterations >= options.max_iterations ? StopReason::kIterationLimit
-                                                           : StopReason::kConverged;
-      const Eigen::Matrix3Xd in_world =
-          (object.orientation.toRotationMatrix() * object_vertices).colwise() + object.translation;
-      ImosFingerLoss loss(state, in_world, start, options.lambda_contact, options.lambda_drift,
-                          options.contact_threshold_m);
-      fingers = FitFingers(loss, start, options, adam);
-      report.iterations = std::max(0, iterations) + options.finger_steps;
-    }
-    fill_energies(report);
-    report.solve_ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-    result.frames.push_back(report);
-    track.trans.col(done) = object.translation;
-    const Eigen::Vector3d orient = LogSO3(object.orientation.toRotationMatrix());
+    result.frames.push_back(fitter.FitFrame(done));
+    track.trans.col(done) = fitter.Object().translation;
+    const Eigen::Vector3d orient = LogSO3(fitter.Object().orientation.toRotationMatrix());
     track.orient.col(done) =
         done == 0 ? orient : UnwrapAxisAngle(orient, track.orient.col(done - 1));
-    SetFingers(result.clip.pose[done], side, fingers);
-    object_before = object;
-    fingers_before = fingers;
+    SetFingers(result.clip.pose[done], side, fitter.Fingers());
   }
   result.clip.holding_hand.assign(frames, HoldingBit(side));
   if (done < frames) result.clip = Slice(result.clip, 0, done);

@@ -74,6 +74,98 @@ void Check(const TakeRequest& request) {
   }
 }
 
+GraspOptions SearchAtTable(const TakeRequest& request, const HandAxes& axes) {
+  GraspOptions options;
+  options.seed = request.seed;
+  options.threads = request.threads;
+  options.style = request.style;
+  options.up_in_wrist = UpsAtTable(axes);
+  options.upright_weight = 1.0;
+  options.table_weight = 2.0;
+  options.refinements = 64;
+  return options;
+}
+
+// Clean grasps, or the least bad where none is.
+std::vector<TakeGrasp> GraspsToScore(const GraspReport& report) {
+  std::vector<TakeGrasp> grasps;
+  for (const GraspReport::Candidate& candidate : report.candidates) {
+    if (!candidate.refused.empty() && report.status == GraspStatus::kFound) continue;
+    TakeGrasp take;
+    take.grasp = candidate.grasp;
+    take.approach.below_mm = candidate.grasp.below_bottom_mm;
+    grasps.push_back(take);
+  }
+  return grasps;
+}
+
+// Scores grasps by the body that is expected before the object's first place.
+class ExpectedTake {
+ public:
+  // All arguments must outlive this.
+  ExpectedTake(const TakeRequest& request, const HandModel& hand, const TakeObject& object,
+               double approach_yaw)
+      : request_(request),
+        object_(object),
+        arm_(hand.Surface().RestJoints(), request.side),
+        chest_(Facing(approach_yaw)),
+        shoulder_(ExpectedShoulder(arm_, request.places.front(), approach_yaw)) {}
+
+  // Each at its best yaw, best first.
+  void ScoreAll(std::vector<TakeGrasp>& grasps) const {
+    ParallelFor(static_cast<int>(grasps.size()), request_.threads,
+                [&](int i) { grasps[i] = AtBestYaw(grasps[i]); });
+    std::ranges::stable_sort(grasps, [](const TakeGrasp& a, const TakeGrasp& b) {
+      if (a.fault.empty() != b.fault.empty()) return a.fault.empty();
+      return a.score > b.score;
+    });
+  }
+
+ private:
+  TakeGrasp AtBestYaw(const TakeGrasp& take) const {
+    const Vector3d& place = request_.places.front();
+    TakeGrasp best;
+    const int yaws = request_.object_yaw_rad ? 1 : kYaws;
+    for (int k = 0; k < yaws; ++k) {
+      TakeGrasp tried = take;
+      tried.yaw_rad = request_.object_yaw_rad.value_or(2.0 * std::numbers::pi * k / kYaws);
+      ScoreTake(arm_, shoulder_, chest_, object_.Upright(place, tried.yaw_rad), place.z(), tried);
+      const bool sounder = tried.fault.empty() && !best.fault.empty();
+      const bool worse = !tried.fault.empty() && best.fault.empty();
+      if (k == 0 || sounder || (!worse && tried.score > best.score)) best = tried;
+    }
+    return best;
+  }
+
+  const TakeRequest& request_;
+  const TakeObject& object_;
+  TakeArm arm_;
+  Matrix3d chest_;
+  Vector3d shoulder_;
+};
+
+// Where the wrist shall be for the plan's take, at each of its places.
+std::vector<TakeGoal> GoalsOf(const TakePlan& plan, const TakeObject& object) {
+  std::vector<TakeGoal> goals;
+  double heading = plan.approach_yaw_rad;
+  for (std::size_t k = 0; k < plan.places.size(); ++k) {
+    if (k > 0) {
+      const Vector3d on = plan.places[k] - plan.places[k - 1];
+      if (on.head<2>().norm() > 0.3) heading = std::atan2(on.y(), on.x());
+    }
+    const double yaw = plan.take.yaw_rad + heading - plan.approach_yaw_rad;
+    const Isometry3d wrist = plan.take.WristFor(object.Upright(plan.places[k], yaw));
+    TakeGoal goal;
+    goal.wrist = wrist.translation();
+    goal.hand = wrist.linear();
+    goal.approach = k == 0 ? Vector3d(-(TurnZ(yaw) * plan.take.approach.retreat))
+                           : Vector3d(TurnZ(heading) * Vector3d::UnitX());
+    goal.stay_s = k == 0 ? 0.8 : 0.4;
+    goals.push_back(goal);
+  }
+  return goals;
+}
+
 }  // namespace
 
 Vector3d TakeObject::BottomMiddle() const {
@@ -140,80 +232,28 @@ TakePlan PlanTake(const TakeRequest& request, const HandModel& hand, const TakeO
   plan.approach_yaw_rad = std::atan2(way.y(), way.x());
 
   const HandAnatomy anatomy(hand);
-  GraspOptions options;
-  options.seed = request.seed;
-  options.threads = request.threads;
-  options.style = request.style;
-  options.up_in_wrist = UpsAtTable(anatomy.axes);
-  options.upright_weight = 1.0;
-  options.table_weight = 2.0;
-  options.refinements = 64;
   GraspReport report;
-  CloseHand(hand, object.mesh, object.surface, object.distance, options, &report, progress);
+  CloseHand(hand, object.mesh, object.surface, object.distance,
+            SearchAtTable(request, anatomy.axes), &report, progress);
   plan.status = report.status;
   if (report.candidates.empty() || report.status == GraspStatus::kStopped) return plan;
 
-  // Clean grasps, or the least bad where none is.
-  std::vector<TakeGrasp> grasps;
-  for (const GraspReport::Candidate& candidate : report.candidates) {
-    if (!candidate.refused.empty() && report.status == GraspStatus::kFound) continue;
-    TakeGrasp take;
-    take.grasp = candidate.grasp;
-    take.approach.below_mm = candidate.grasp.below_bottom_mm;
-    grasps.push_back(take);
-  }
-  const TakeArm arm(hand.Surface().RestJoints(), request.side);
-  const Matrix3d chest = Facing(plan.approach_yaw_rad);
-  const Vector3d shoulder = ExpectedShoulder(arm, place, plan.approach_yaw_rad);
-  const auto score_all = [&](std::vector<TakeGrasp>& all) {
-    ParallelFor(static_cast<int>(all.size()), request.threads, [&](int i) {
-      TakeGrasp best;
-      const int yaws = plan.yaw_is_free ? kYaws : 1;
-      for (int k = 0; k < yaws; ++k) {
-        TakeGrasp tried = all[i];
-        tried.yaw_rad = request.object_yaw_rad.value_or(2.0 * std::numbers::pi * k / kYaws);
-        ScoreTake(arm, shoulder, chest, object.Upright(place, tried.yaw_rad), place.z(), tried);
-        const bool sounder = tried.fault.empty() && !best.fault.empty();
-        const bool worse = !tried.fault.empty() && best.fault.empty();
-        if (k == 0 || sounder || (!worse && tried.score > best.score)) best = tried;
-      }
-      all[i] = best;
-    });
-    std::ranges::stable_sort(all, [](const TakeGrasp& a, const TakeGrasp& b) {
-      if (a.fault.empty() != b.fault.empty()) return a.fault.empty();
-      return a.score > b.score;
-    });
-  };
-  score_all(grasps);
+  std::vector<TakeGrasp> grasps = GraspsToScore(report);
+  const ExpectedTake expected(request, hand, object, plan.approach_yaw_rad);
+  expected.ScoreAll(grasps);
   if (grasps.size() > kKept) grasps.resize(kKept);
   const double bottom = object.BottomMiddle().z();
   ParallelFor(static_cast<int>(grasps.size()), request.threads, [&](int i) {
     grasps[i].approach = FindApproach(anatomy, grasps[i].grasp, object.distance, bottom);
   });
-  score_all(grasps);
+  expected.ScoreAll(grasps);
   plan.candidates = std::move(grasps);
   plan.take = plan.candidates.front();
 
   const Vector3d extent = Extent(object.mesh);
   const double margin = 0.5 * extent.head<2>().norm() + 0.01;
   plan.table = TableAt(place, plan.approach_yaw_rad, std::min(margin, 0.2));
-
-  double heading = plan.approach_yaw_rad;
-  for (std::size_t k = 0; k < plan.places.size(); ++k) {
-    if (k > 0) {
-      const Vector3d on = plan.places[k] - plan.places[k - 1];
-      if (on.head<2>().norm() > 0.3) heading = std::atan2(on.y(), on.x());
-    }
-    const double yaw = plan.take.yaw_rad + heading - plan.approach_yaw_rad;
-    const Isometry3d wrist = plan.take.WristFor(object.Upright(plan.places[k], yaw));
-    TakeGoal goal;
-    goal.wrist = wrist.translation();
-    goal.hand = wrist.linear();
-    goal.approach = k == 0 ? Vector3d(-(TurnZ(yaw) * plan.take.approach.retreat))
-                           : Vector3d(TurnZ(heading) * Vector3d::UnitX());
-    goal.stay_s = k == 0 ? 0.8 : 0.4;
-    plan.goals.push_back(goal);
-  }
+  plan.goals = GoalsOf(plan, object);
   return plan;
 }
 

@@ -76,50 +76,58 @@ torch::Tensor Unroller::Past(const torch::Tensor TorchFrame::*part, std::int64_t
   return torch::cat(parts, 1);
 }
 
-TorchFrame Unroller::Predict(const StepOptions& options) {
-  const std::int64_t rows = batch_.pose.size(0);
-  const auto draw = [&](const torch::Tensor& like) {
-    return options.sample ? torch::empty_like(like).normal_(0.0, 1.0, generator_)
-                          : torch::zeros_like(like);
-  };
-  const TorchFrame& last = history_.back();
-  const torch::Tensor progress = torch::full({rows, 1}, ProgressOf(t_), batch_.pose.options());
-  torch::Tensor past_arms = Past(&TorchFrame::pose, kTrunk, kArms), arms_now;
-  if (config_.HasArms()) {
-    const bool with_rotation = config_.arms_object == ArmsObject::kPose;
-    std::vector<torch::Tensor> parts{past_arms};
-    for (const TorchFrame& frame : history_) {
-      parts.push_back(ObjectNumbers(frame.object, with_rotation));
-    }
-    if (config_.sees_progress) parts.push_back(progress);
-    const torch::Tensor past = torch::cat(parts, 1);
-    const Latents from_past = networks_.ArmsPast(past, arms_phi_, pass_);
-    divergence_arms_ = from_past.Divergence();
-    torch::Tensor z = from_past.Sample(draw(from_past.mu));
-    if (options.present_share > 0.0) {
-      const TorchFrame truth = Truth(t_);
-      const Latents present =
-          networks_.ArmsPresent(torch::cat({truth.pose.narrow(1, kTrunk, kArms),
-                                            ObjectNumbers(truth.object, with_rotation), arms_phi_},
-                                           1),
-                                pass_);
-      divergence_arms_ = divergence_arms_ + present.Divergence();
-      const torch::Tensor chosen =
-          torch::empty({rows, 1}).bernoulli_(options.present_share, generator_);
-      z = chosen * present.Sample(draw(present.mu)) + (1.0 - chosen) * z;
-    }
-    arms_now = last.pose.narrow(1, kTrunk, kArms) + networks_.ArmsDecode(z, past, arms_phi_, pass_);
-    arms_ = arms_now;
-  }
-  if (options.true_arms) {
-    std::vector<torch::Tensor> parts;
-    for (int k = 0; k < kHistory; ++k) {
-      parts.push_back(batch_.pose.select(1, t_ - kHistory + k).narrow(1, kTrunk, kArms));
-    }
-    past_arms = torch::cat(parts, 1);
-    arms_now = batch_.pose.select(1, t_).narrow(1, kTrunk, kArms);
-  }
+torch::Tensor Unroller::Noise(const torch::Tensor& like, const StepOptions& options) {
+  return options.sample ? torch::empty_like(like).normal_(0.0, 1.0, generator_)
+                        : torch::zeros_like(like);
+}
 
+torch::Tensor Unroller::Progress() const {
+  return torch::full({batch_.pose.size(0), 1}, ProgressOf(t_), batch_.pose.options());
+}
+
+torch::Tensor Unroller::ArmLatents(const torch::Tensor& past, const StepOptions& options) {
+  const Latents from_past = networks_.ArmsPast(past, arms_phi_, pass_);
+  divergence_arms_ = from_past.Divergence();
+  const torch::Tensor z = from_past.Sample(Noise(from_past.mu, options));
+  if (!(options.present_share > 0.0)) return z;
+  const TorchFrame truth = Truth(t_);
+  const bool with_rotation = config_.arms_object == ArmsObject::kPose;
+  const Latents present =
+      networks_.ArmsPresent(torch::cat({truth.pose.narrow(1, kTrunk, kArms),
+                                        ObjectNumbers(truth.object, with_rotation), arms_phi_},
+                                       1),
+                            pass_);
+  divergence_arms_ = divergence_arms_ + present.Divergence();
+  const torch::Tensor chosen =
+      torch::empty({batch_.pose.size(0), 1}).bernoulli_(options.present_share, generator_);
+  return chosen * present.Sample(Noise(present.mu, options)) + (1.0 - chosen) * z;
+}
+
+void Unroller::PredictArms(const StepOptions& options) {
+  const bool with_rotation = config_.arms_object == ArmsObject::kPose;
+  std::vector<torch::Tensor> parts{Past(&TorchFrame::pose, kTrunk, kArms)};
+  for (const TorchFrame& frame : history_) {
+    parts.push_back(ObjectNumbers(frame.object, with_rotation));
+  }
+  if (config_.sees_progress) parts.push_back(Progress());
+  const torch::Tensor past = torch::cat(parts, 1);
+  const torch::Tensor z = ArmLatents(past, options);
+  arms_ = history_.back().pose.narrow(1, kTrunk, kArms) +
+          networks_.ArmsDecode(z, past, arms_phi_, pass_);
+}
+
+Unroller::SeenArms Unroller::ArmsSeen(const StepOptions& options) const {
+  if (!options.true_arms) {
+    return {Past(&TorchFrame::pose, kTrunk, kArms), config_.HasArms() ? arms_ : torch::Tensor()};
+  }
+  std::vector<torch::Tensor> parts;
+  for (int k = 0; k < kHistory; ++k) {
+    parts.push_back(batch_.pose.select(1, t_ - kHistory + k).narrow(1, kTrunk, kArms));
+  }
+  return {torch::cat(parts, 1), batch_.pose.select(1, t_).narrow(1, kTrunk, kArms)};
+}
+
+torch::Tensor Unroller::BodyInput(const SeenArms& arms, const StepOptions& options) {
   std::vector<torch::Tensor> parts;
   for (TorchFrame& frame : history_) {
     if (!frame.attended.defined()) {
@@ -131,34 +139,44 @@ TorchFrame Unroller::Predict(const StepOptions& options) {
     parts.push_back(Past(&TorchFrame::pose, 0, config_.BodyPoseSize()));
   }
   if (config_.HasArms()) {
-    parts.push_back(past_arms);
-    if (config_.body_sees_arms_now) parts.push_back(arms_now);
+    parts.push_back(arms.past);
+    if (config_.body_sees_arms_now) parts.push_back(arms.now);
   }
   if (config_.object_now != ObjectNow::kAbsent) {
     const bool true_now = config_.object_now == ObjectNow::kTrue && options.true_object_now;
-    parts.push_back(ObjectNumbers(true_now ? Truth(t_).object : last.object, true));
+    parts.push_back(ObjectNumbers(true_now ? Truth(t_).object : history_.back().object, true));
   }
   for (const TorchFrame& frame : history_) parts.push_back(ObjectNumbers(frame.object, true));
-  const bool predicts_root = config_.root == RootTranslation::kPredicted;
-  if (predicts_root) parts.push_back(Past(&TorchFrame::transl, 0, 3));
-  if (config_.sees_progress) parts.push_back(progress);
+  if (config_.root == RootTranslation::kPredicted) {
+    parts.push_back(Past(&TorchFrame::transl, 0, 3));
+  }
+  if (config_.sees_progress) parts.push_back(Progress());
   parts.push_back(body_phi_);
-  const torch::Tensor input = torch::cat(parts, 1);
+  return torch::cat(parts, 1);
+}
+
+TorchFrame Unroller::Predict(const StepOptions& options) {
+  if (config_.HasArms()) PredictArms(options);
+  const SeenArms arms = ArmsSeen(options);
+  const torch::Tensor input = BodyInput(arms, options);
   const Latents latents = networks_.BodyPast(input, pass_);
   divergence_body_ = latents.Divergence();
-  const torch::Tensor output = networks_.BodyDecode(latents.Sample(draw(latents.mu)), input, pass_);
+  const torch::Tensor output =
+      networks_.BodyDecode(latents.Sample(Noise(latents.mu, options)), input, pass_);
 
+  const TorchFrame& last = history_.back();
   trunk_ = output.narrow(1, 0, config_.BodyPoseSize());
   if (config_.body_makes == BodyMakes::kStep) {
     trunk_ = trunk_ + last.pose.narrow(1, 0, config_.BodyPoseSize());
   }
+  const bool predicts_root = config_.root == RootTranslation::kPredicted;
   TorchFrame frame;
   frame.pose = config_.HasArms() ? torch::cat({trunk_, arms_}, 1) : trunk_;
   root_step_ = predicts_root ? output.narrow(1, config_.BodyPoseSize(), 3) : torch::Tensor();
   frame.transl = predicts_root ? last.transl + root_step_ : batch_.transl.select(1, t_);
   // Apart, the body is not judged by what the arms do.
   const torch::Tensor posed =
-      options.true_arms && config_.HasArms() ? torch::cat({trunk_, arms_now}, 1) : frame.pose;
+      options.true_arms && config_.HasArms() ? torch::cat({trunk_, arms.now}, 1) : frame.pose;
   frame.body = ForwardJoints(Rotations(posed), frame.transl, batch_.bones);
   frame.object = Carried(last.object, last.body, frame.body, batch_.by_left.select(1, t_),
                          batch_.by_right.select(1, t_));

@@ -67,6 +67,19 @@ class Unroller {
   torch::Tensor ObjectNumbers(const TorchObject& object, bool rotation) const;
   torch::Tensor Past(const torch::Tensor TorchFrame::*part, std::int64_t begin,
                      std::int64_t size) const;
+  /// What latents of the size of `like` are drawn with.
+  torch::Tensor Noise(const torch::Tensor& like, const StepOptions& options);
+  /// How far the motion has come, (B x 1).
+  torch::Tensor Progress() const;
+
+  /// Arms as the body synthesis sees them.
+  struct SeenArms {
+    torch::Tensor past, now;  ///< `now` undefined without an arm synthesis
+  };
+  void PredictArms(const StepOptions& options);
+  torch::Tensor ArmLatents(const torch::Tensor& past, const StepOptions& options);
+  SeenArms ArmsSeen(const StepOptions& options) const;
+  torch::Tensor BodyInput(const SeenArms& arms, const StepOptions& options);
 
   const TorchNetworks& networks_;
   const Config& config_;

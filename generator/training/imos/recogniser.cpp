@@ -93,6 +93,21 @@ struct Scale {
   }
 };
 
+// (N x actions), 1 where the label is.
+torch::Tensor OneHotActions(const std::vector<int>& labels) {
+  const torch::Tensor targets =
+      torch::zeros({static_cast<std::int64_t>(labels.size()), kNumActions});
+  for (std::size_t n = 0; n < labels.size(); ++n) {
+    targets[static_cast<std::int64_t>(n)][labels[n]] = 1.0f;
+  }
+  return targets;
+}
+
+bool Better(const RecogniserEpoch& a, const RecogniserEpoch& b) {
+  return a.validation_accuracy > b.validation_accuracy ||
+         (a.validation_accuracy == b.validation_accuracy && a.validation_loss < b.validation_loss);
+}
+
 }  // namespace
 
 RecogniserOptions PaperRecogniserOptions() {
@@ -194,6 +209,149 @@ Recognition TorchRecogniser::Recognise(const std::vector<JointMotion>& motions) 
   return result;
 }
 
+// The network with its optimiser and the motions as it is shown them.
+class RecogniserTraining {
+ public:
+  RecogniserTraining(const LabelledMotions& training, const LabelledMotions& validation,
+                     const RecogniserOptions& options);
+
+  TrainedRecogniser Run(const std::function<bool(const RecogniserEpoch&)>& progress);
+
+ private:
+  torch::Tensor Logits(const torch::Tensor& motions) const {
+    return network_.impl_->labels->forward(network_.impl_->Forward(motions));
+  }
+  torch::Tensor Loss(const torch::Tensor& logits, const torch::Tensor& wanted) const {
+    return options_.softmax ? torch::cross_entropy_loss(logits, wanted)
+                            : torch::binary_cross_entropy_with_logits(logits, wanted);
+  }
+  void Shuffle(nn::RandomStream& random);
+  void LowerRate(int epoch);
+  // The motions with numbers `some`, as they are shown this time.
+  torch::Tensor Shown(const torch::Tensor& some, nn::RandomStream& random) const;
+  // One epoch of steps; the mean loss.
+  double Pass(nn::RandomStream& random);
+  void Validate(RecogniserEpoch& now) const;
+  // No better validation for as long as patience lasts.
+  bool Stalls(int epoch, int best_epoch) const;
+
+  const RecogniserOptions& options_;
+  int count_;
+  bool disturbed_, validates_;
+  TorchRecogniser network_;
+  std::vector<torch::Tensor> parameters_;
+  std::unique_ptr<torch::optim::Adam> optimizer_;
+  torch::Tensor motions_, targets_, validation_motions_, validation_targets_;
+  Scale scale_;
+  std::vector<std::int64_t> order_;
+};
+
+RecogniserTraining::RecogniserTraining(const LabelledMotions& training,
+                                       const LabelledMotions& validation,
+                                       const RecogniserOptions& options)
+    : options_(options),
+      count_(static_cast<int>(training.motions.size())),
+      disturbed_(options.stance_m > 0.0 || options.jitter_m > 0.0),
+      validates_(!validation.motions.empty()),
+      network_(RandomRecogniser(options.seed)),
+      order_(training.motions.size()) {
+  for (const auto& [name, parameter] : network_.impl_->Parameters()) {
+    parameters_.push_back(parameter);
+  }
+  optimizer_ = std::make_unique<torch::optim::Adam>(
+      parameters_, torch::optim::AdamOptions(options.learning_rate));
+  motions_ = BatchOf(training.motions);
+  targets_ = OneHotActions(training.labels);
+  if (options.standardise) scale_ = Scale(motions_);
+  if (!disturbed_) motions_ = scale_.Standardised(motions_);
+  if (validates_) {
+    validation_motions_ = scale_.Standardised(BatchOf(validation.motions));
+    validation_targets_ = OneHotActions(validation.labels);
+  }
+}
+
+void RecogniserTraining::Shuffle(nn::RandomStream& random) {
+  std::iota(order_.begin(), order_.end(), 0);
+  for (int n = count_ - 1; n > 0; --n) {
+    std::swap(order_[n], order_[static_cast<int>(random.Uniform() * (n + 1))]);
+  }
+}
+
+void RecogniserTraining::LowerRate(int epoch) {
+  const double way = std::numbers::pi * (epoch - 1) / options_.epochs;
+  for (auto& group : optimizer_->param_groups()) {
+    group.options().set_lr(0.5 * options_.learning_rate * (1.0 + std::cos(way)));
+  }
+}
+
+torch::Tensor RecogniserTraining::Shown(const torch::Tensor& some, nn::RandomStream& random) const {
+  torch::Tensor shown = motions_.index_select(0, some);
+  if (options_.stance_m > 0.0) shown = InOtherStances(shown, options_.stance_m, random);
+  if (options_.jitter_m > 0.0) shown = Jittered(shown, options_.jitter_m, random);
+  if (disturbed_) shown = scale_.Standardised(shown);
+  return shown;
+}
+
+double RecogniserTraining::Pass(nn::RandomStream& random) {
+  double mean = 0.0;
+  for (int first = 0; first < count_; first += options_.batch) {
+    const int size = std::min(options_.batch, count_ - first);
+    const torch::Tensor some = torch::tensor(
+        std::vector<std::int64_t>(order_.begin() + first, order_.begin() + first + size));
+    const torch::Tensor shown = Shown(some, random);
+    optimizer_->zero_grad();
+    const torch::Tensor loss = Loss(Logits(shown), targets_.index_select(0, some));
+    loss.backward();
+    torch::nn::utils::clip_grad_norm_(parameters_, options_.largest_gradient);
+    optimizer_->step();
+    mean += loss.item<double>() * size / count_;
+  }
+  return mean;
+}
+
+void RecogniserTraining::Validate(RecogniserEpoch& now) const {
+  now.validation_loss = now.validation_accuracy = std::numeric_limits<double>::quiet_NaN();
+  if (!validates_) return;
+  const torch::NoGradGuard no_gradients;
+  const torch::Tensor logits = Logits(validation_motions_);
+  now.validation_loss = Loss(logits, validation_targets_).item<double>();
+  now.validation_accuracy =
+      logits.argmax(1).eq(validation_targets_.argmax(1)).to(torch::kFloat64).mean().item<double>();
+}
+
+bool RecogniserTraining::Stalls(int epoch, int best_epoch) const {
+  const int steps = epoch * ((count_ + options_.batch - 1) / options_.batch);
+  return validates_ && options_.patience > 0 && steps >= options_.least_steps &&
+         epoch - best_epoch >= options_.patience;
+}
+
+TrainedRecogniser RecogniserTraining::Run(
+    const std::function<bool(const RecogniserEpoch&)>& progress) {
+  TrainedRecogniser result;
+  for (int epoch = 1; epoch <= options_.epochs; ++epoch) {
+    nn::RandomStream random(options_.seed, static_cast<std::uint64_t>(epoch));
+    Shuffle(random);
+    if (options_.falling) LowerRate(epoch);
+    RecogniserEpoch now;
+    now.epoch = epoch;
+    now.training_loss = Pass(random);
+    if (!std::isfinite(now.training_loss)) {
+      throw Error("recogniser", fmt::format("its loss is no longer finite in epoch {}", epoch),
+                  "Give a lower --learning-rate");
+    }
+    Validate(now);
+    result.epochs.push_back(now);
+    if (!validates_ || epoch == 1 || Better(now, result.best)) {
+      result.best = now;
+      result.weights = network_.Weights();
+      scale_.FoldInto(result.weights);
+    }
+    if (progress && !progress(now)) break;
+    if (Stalls(epoch, result.best.epoch)) break;
+  }
+  return result;
+}
+
 TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
                                   const LabelledMotions& validation,
                                   const RecogniserOptions& options,
@@ -205,102 +363,7 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
   Require(validation, training);
   // Sums of many threads depend on their number: batches of this size have no work for two.
   torch::set_num_threads(1);
-  TorchRecogniser network(RandomRecogniser(options.seed));
-  std::vector<torch::Tensor> parameters;
-  for (const auto& [name, parameter] : network.impl_->Parameters()) parameters.push_back(parameter);
-  torch::optim::Adam optimizer(parameters, torch::optim::AdamOptions(options.learning_rate));
-
-  const auto one_hot = [](const std::vector<int>& labels) {
-    const torch::Tensor targets =
-        torch::zeros({static_cast<std::int64_t>(labels.size()), kNumActions});
-    for (std::size_t n = 0; n < labels.size(); ++n) {
-      targets[static_cast<std::int64_t>(n)][labels[n]] = 1.0f;
-    }
-    return targets;
-  };
-  torch::Tensor motions = BatchOf(training.motions);
-  const torch::Tensor targets = one_hot(training.labels);
-  const Scale scale = options.standardise ? Scale(motions) : Scale();
-  const bool disturbed = options.stance_m > 0.0 || options.jitter_m > 0.0;
-  if (!disturbed) motions = scale.Standardised(motions);
-  const bool validates = !validation.motions.empty();
-  torch::Tensor validation_motions, validation_targets;
-  if (validates) {
-    validation_motions = scale.Standardised(BatchOf(validation.motions));
-    validation_targets = one_hot(validation.labels);
-  }
-  const auto logits_of = [&](const torch::Tensor& some) {
-    return network.impl_->labels->forward(network.impl_->Forward(some));
-  };
-  const auto loss_of = [&](const torch::Tensor& logits, const torch::Tensor& wanted) {
-    return options.softmax ? torch::cross_entropy_loss(logits, wanted)
-                           : torch::binary_cross_entropy_with_logits(logits, wanted);
-  };
-
-  TrainedRecogniser result;
-  const auto count = static_cast<int>(training.motions.size());
-  std::vector<std::int64_t> order(count);
-  for (int epoch = 1; epoch <= options.epochs; ++epoch) {
-    std::iota(order.begin(), order.end(), 0);
-    nn::RandomStream random(options.seed, static_cast<std::uint64_t>(epoch));
-    for (int n = count - 1; n > 0; --n) {
-      std::swap(order[n], order[static_cast<int>(random.Uniform() * (n + 1))]);
-    }
-    if (options.falling) {
-      const double way = std::numbers::pi * (epoch - 1) / options.epochs;
-      for (auto& group : optimizer.param_groups()) {
-        group.options().set_lr(0.5 * options.learning_rate * (1.0 + std::cos(way)));
-      }
-    }
-    RecogniserEpoch now;
-    now.epoch = epoch;
-    for (int first = 0; first < count; first += options.batch) {
-      const int size = std::min(options.batch, count - first);
-      const torch::Tensor some = torch::tensor(
-          std::vector<std::int64_t>(order.begin() + first, order.begin() + first + size));
-      torch::Tensor shown = motions.index_select(0, some);
-      if (options.stance_m > 0.0) shown = InOtherStances(shown, options.stance_m, random);
-      if (options.jitter_m > 0.0) shown = Jittered(shown, options.jitter_m, random);
-      if (disturbed) shown = scale.Standardised(shown);
-      optimizer.zero_grad();
-      const torch::Tensor loss = loss_of(logits_of(shown), targets.index_select(0, some));
-      loss.backward();
-      torch::nn::utils::clip_grad_norm_(parameters, options.largest_gradient);
-      optimizer.step();
-      now.training_loss += loss.item<double>() * size / count;
-    }
-    if (!std::isfinite(now.training_loss)) {
-      throw Error("recogniser", fmt::format("its loss is no longer finite in epoch {}", epoch),
-                  "Give a lower --learning-rate");
-    }
-    now.validation_loss = now.validation_accuracy = std::numeric_limits<double>::quiet_NaN();
-    if (validates) {
-      const torch::NoGradGuard no_gradients;
-      const torch::Tensor logits = logits_of(validation_motions);
-      now.validation_loss = loss_of(logits, validation_targets).item<double>();
-      now.validation_accuracy = logits.argmax(1)
-                                    .eq(validation_targets.argmax(1))
-                                    .to(torch::kFloat64)
-                                    .mean()
-                                    .item<double>();
-    }
-    result.epochs.push_back(now);
-    const bool better = now.validation_accuracy > result.best.validation_accuracy ||
-                        (now.validation_accuracy == result.best.validation_accuracy &&
-                         now.validation_loss < result.best.validation_loss);
-    if (!validates || epoch == 1 || better) {
-      result.best = now;
-      result.weights = network.Weights();
-      scale.FoldInto(result.weights);
-    }
-    if (progress && !progress(now)) break;
-    const int steps = epoch * ((count + options.batch - 1) / options.batch);
-    if (validates && options.patience > 0 && steps >= options.least_steps &&
-        epoch - result.best.epoch >= options.patience) {
-      break;
-    }
-  }
-  return result;
+  return RecogniserTraining(training, validation, options).Run(progress);
 }
 
 }  // namespace holdfast::imos

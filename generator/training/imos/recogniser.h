@@ -85,9 +85,7 @@ class TorchRecogniser {
   RecogniserWeights Weights() const;
 
  private:
-  friend TrainedRecogniser TrainRecogniser(const LabelledMotions&, const LabelledMotions&,
-                                           const RecogniserOptions&,
-                                           const std::function<bool(const RecogniserEpoch&)>&);
+  friend class RecogniserTraining;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -326,19 +326,10 @@ std::size_t CountFrames(TextScanner ahead) {
   return frames;
 }
 
-}  // namespace
-
-SourceMotion ParseAmc(std::string_view asf_text, std::string asf_name, std::string_view amc_text,
-                      std::string amc_name, const AmcOptions& options) {
-  TextScanner asf(std::move(asf_name), asf_text, '#');
-  const Skeleton skeleton = ParseSkeleton(asf);
-  const std::vector<int> order = ParentsFirst(asf, skeleton);
-  const double scale =
-      options.metres_per_unit > 0 ? options.metres_per_unit : kInch / skeleton.length_unit;
-
-  SourceMotion motion;
-  motion.format = "ASF/AMC";
-  motion.frame_rate = options.frame_rate;
+// Names, parents, offsets and end sites of joints in the order of `order`; `scale` is in metres
+// per unit.
+void SetRestBones(const Skeleton& skeleton, const std::vector<int>& order, double scale,
+                  SourceMotion& motion) {
   const int num_joints = static_cast<int>(order.size());
   std::vector<int> joint_of(order.size());
   for (int j = 0; j < num_joints; ++j) joint_of[order[j]] = j;
@@ -360,21 +351,70 @@ SourceMotion ParseAmc(std::string_view asf_text, std::string asf_name, std::stri
     const Bone& bone = skeleton.bones[order[j]];
     if (!has_child[j]) motion.end_sites.push_back({j, scale * bone.length * bone.direction});
   }
+}
 
-  if (!motion.rest_offsets.allFinite()) {
-    throw Error(asf.Where(), "bones longer than a number can hold", "Repair the lengths");
-  }
-
-  TextScanner amc(std::move(amc_name), amc_text, '#');
-  double angle_unit = skeleton.angle_unit;
+// The unit that the motion's head names, else the skeleton's.
+double ReadAngleUnit(TextScanner& amc, double angle_unit) {
   while (amc.Peek().starts_with(':')) {
     const std::string_view word = amc.Next();
     if (EqualIgnoringCase(word, ":RADIANS")) angle_unit = 1;
     if (EqualIgnoringCase(word, ":DEGREES")) angle_unit = kDegree;
     amc.RestOfLine();
   }
+  return angle_unit;
+}
+
+// Adds the world rotations of a frame's joints to the motion, and returns their positions.
+Eigen::Matrix3Xd PlaceBones(const Skeleton& skeleton, const std::vector<int>& order, double scale,
+                            const std::vector<BonePose>& poses, SourceMotion& motion) {
+  const int num_joints = static_cast<int>(order.size());
+  Eigen::Matrix3Xd position(3, num_joints);
+  const std::size_t begin = motion.rotations.size();
+  for (int j = 0; j < num_joints; ++j) {
+    const Bone& bone = skeleton.bones[order[j]];
+    const BonePose& pose = poses[order[j]];
+    const Eigen::Quaterniond local = bone.axis * pose.turn * bone.axis.conjugate();
+    if (j == 0) {
+      motion.rotations.push_back((pose.turn * bone.axis).normalized());
+      position.col(0) = motion.rest_offsets.col(0) + scale * pose.shift;
+      continue;
+    }
+    const int parent = motion.parents[j];
+    const Eigen::Quaterniond& above = motion.rotations[begin + parent];
+    const Bone& parent_bone = skeleton.bones[order[parent]];
+    const Eigen::Vector3d offset =
+        scale * ((parent == 0 ? 0.0 : parent_bone.length + poses[order[parent]].stretch) *
+                     parent_bone.direction +
+                 bone.axis * pose.shift);
+    position.col(j) = position.col(parent) + above * offset;
+    motion.rotations.push_back((above * local).normalized());
+  }
+  return position;
+}
+
+}  // namespace
+
+SourceMotion ParseAmc(std::string_view asf_text, std::string asf_name, std::string_view amc_text,
+                      std::string amc_name, const AmcOptions& options) {
+  TextScanner asf(std::move(asf_name), asf_text, '#');
+  const Skeleton skeleton = ParseSkeleton(asf);
+  const std::vector<int> order = ParentsFirst(asf, skeleton);
+  const double scale =
+      options.metres_per_unit > 0 ? options.metres_per_unit : kInch / skeleton.length_unit;
+
+  SourceMotion motion;
+  motion.format = "ASF/AMC";
+  motion.frame_rate = options.frame_rate;
+  SetRestBones(skeleton, order, scale, motion);
+  if (!motion.rest_offsets.allFinite()) {
+    throw Error(asf.Where(), "bones longer than a number can hold", "Repair the lengths");
+  }
+
+  TextScanner amc(std::move(amc_name), amc_text, '#');
+  const double angle_unit = ReadAngleUnit(amc, skeleton.angle_unit);
   const std::size_t num_frames = CountFrames(amc);
-  RequireBearable(amc, static_cast<double>(num_frames), num_joints, amc_text.size());
+  RequireBearable(amc, static_cast<double>(num_frames), static_cast<int>(order.size()),
+                  amc_text.size());
   motion.positions.reserve(num_frames);
   motion.rotations.reserve(num_frames * order.size());
   while (!amc.AtEnd()) {
@@ -382,27 +422,7 @@ SourceMotion ParseAmc(std::string_view asf_text, std::string asf_name, std::stri
       amc.Fail("a frame's number does not begin a line", "Begin each frame on a line of its own");
     }
     const std::vector<BonePose> poses = ReadFrame(amc, skeleton, angle_unit);
-    Eigen::Matrix3Xd position(3, num_joints);
-    const std::size_t begin = motion.rotations.size();
-    for (int j = 0; j < num_joints; ++j) {
-      const Bone& bone = skeleton.bones[order[j]];
-      const BonePose& pose = poses[order[j]];
-      const Eigen::Quaterniond local = bone.axis * pose.turn * bone.axis.conjugate();
-      if (j == 0) {
-        motion.rotations.push_back((pose.turn * bone.axis).normalized());
-        position.col(0) = motion.rest_offsets.col(0) + scale * pose.shift;
-        continue;
-      }
-      const int parent = motion.parents[j];
-      const Eigen::Quaterniond& above = motion.rotations[begin + parent];
-      const Bone& parent_bone = skeleton.bones[order[parent]];
-      const Eigen::Vector3d offset =
-          scale * ((parent == 0 ? 0.0 : parent_bone.length + poses[order[parent]].stretch) *
-                       parent_bone.direction +
-                   bone.axis * pose.shift);
-      position.col(j) = position.col(parent) + above * offset;
-      motion.rotations.push_back((above * local).normalized());
-    }
+    Eigen::Matrix3Xd position = PlaceBones(skeleton, order, scale, poses, motion);
     if (!position.allFinite()) {
       amc.Fail("positions beyond what a number can hold", "Repair the skeleton and the frame");
     }

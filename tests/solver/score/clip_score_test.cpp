@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#include "solver/score/clip_score.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "geometry/error.h"
+#include "geometry/import/load_clip.h"
+#include "solver/carry/carry.h"
+#include "solver/score/metric_values.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+// The demo's mug, carried for some frames.
+ClipScene Carried() {
+  const LoadedClip motion = LoadClip("demo_drink");
+  const PreparedObject object = PrepareObject(LoadObject("mug"));
+  const CarryReport carried = CarryObject(Slice(motion.clip, 0, 6), motion.body, object);
+  ClipScene scene;
+  scene.source = "carried";
+  scene.clip = carried.clip;
+  scene.body = motion.body.model;
+  scene.betas = motion.body.betas;
+  scene.object = object.object.mesh;
+  scene.object_source = "mug";
+  return scene;
+}
+
+TEST(ScoreClip, MeasuresWhoHoldsAndComparesWithAReference) {
+  ClipScene scene = Carried();
+  ScoreOptions options;
+  options.threads = 2;
+  const ClipScore score = ScoreClip(scene, &scene, options);
+  EXPECT_EQ(score.hands_by, "holding_hand");
+  ASSERT_THAT(score.hands, SizeIs(1));
+  EXPECT_EQ(score.hands[0].side, Side::kRight);
+  const MetricValues values = ClipValues(score, options);
+  EXPECT_EQ(values.at("contact_frames_ratio"), 1.0);
+  EXPECT_LT(values.at("penetration_max_mm").value(), 2.0);
+  ASSERT_TRUE(score.reference);
+  EXPECT_EQ(score.reference->frames, 6);
+  for (const auto& metric : MetricDefinitions(options)) EXPECT_TRUE(values.contains(metric.key));
+
+  scene.clip.holding_hand.clear();
+  EXPECT_EQ(ScoreClip(scene, nullptr, options).hands_by, "nearest");
+}
+
+TEST(ScoreClip, RefusesWhatCannotBeCompared) {
+  const ClipScene scene = Carried();
+  ClipScene shorter = scene;
+  shorter.clip = Slice(scene.clip, 0, 4);
+  try {
+    ScoreClip(scene, &shorter);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("has 6 frames, its reference carried has 4"));
+  }
+  ScoreOptions options;
+  options.overlap = true;
+  EXPECT_EQ(ScoreClip(scene, &shorter, options).reference->frames, 4);
+}
+
+TEST(ScoreClip, StopsWhenToldTo) {
+  const ClipScore score =
+      ScoreClip(Carried(), nullptr, {}, [](const char*, int, int) { return false; });
+  EXPECT_THAT(score.notes, SizeIs(0));
+}
+
+}  // namespace
+}  // namespace holdfast
