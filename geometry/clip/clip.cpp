@@ -200,6 +200,17 @@ Eigen::VectorXd WrittenBetas(const Clip& clip) {
   return clip.betas.size() > 0 ? clip.betas : Eigen::VectorXd(Eigen::VectorXd::Zero(kAmassBetas));
 }
 
+void RoundToFloat(Clip& clip) {
+  const auto round = [](auto& values) {
+    values = values.template cast<float>().template cast<double>().eval();
+  };
+  round(clip.trans);
+  for (JointPose& pose : clip.pose) round(pose);
+  if (!clip.object) return;
+  round(clip.object->trans);
+  round(clip.object->orient);
+}
+
 void AddArrays(const Clip& clip, NpzWriter& writer) {
   const auto frames = static_cast<std::size_t>(clip.NumFrames());
   const auto add_rows = [&](const std::string& key, std::size_t columns,

@@ -23,4 +23,8 @@ bool IsHoldfastClip(std::span<const std::string> names);
 /// which may be another model's.
 bool HasOnlyClipArrays(std::span<const std::string> names);
 
+/// Rounds body and object to values that a float can hold: half the bytes once packed, a tenth of a
+/// micrometre.
+void RoundToFloat(Clip& clip);
+
 }  // namespace holdfast

@@ -41,14 +41,6 @@ double Thickness(int joint) {
   return joint > kHeadJoint ? 0.05 : 0.13;
 }
 
-}  // namespace
-
-int GoalJoint(const LatentOptions& options) {
-  return options.goal_joint > 0 ? options.goal_joint : WristJoint(options.intention.wrist);
-}
-
-namespace {
-
 // From frame to frame against sliding, and over a fifth of a second against creeping.
 void AddSkateTerms(const LatentOptions& options, const MotionView& motion, int num_soles,
                    MotionObjective& objective) {
@@ -202,6 +194,10 @@ void AddLookTerms(const LatentOptions& options, const ReachTask& task, int frame
 }
 
 }  // namespace
+
+int GoalJoint(const LatentOptions& options) {
+  return options.goal_joint > 0 ? options.goal_joint : WristJoint(options.intention.wrist);
+}
 
 void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const MotionView& motion,
                      const ReachTask& task, MotionObjective& objective) {

@@ -85,8 +85,8 @@ torch::Tensor Unroller::Progress() const {
   return torch::full({batch_.pose.size(0), 1}, ProgressOf(t_), batch_.pose.options());
 }
 
-torch::Tensor Unroller::ArmLatents(const torch::Tensor& past, const StepOptions& options) {
-  const Latents from_past = networks_.ArmsPast(past, arms_phi_, pass_);
+torch::Tensor Unroller::ArmLatents(const torch::Tensor& input, const StepOptions& options) {
+  const Latents from_past = networks_.ArmsPast(input, arms_phi_, pass_);
   divergence_arms_ = from_past.Divergence();
   const torch::Tensor z = from_past.Sample(Noise(from_past.mu, options));
   if (!(options.present_share > 0.0)) return z;
@@ -103,23 +103,21 @@ torch::Tensor Unroller::ArmLatents(const torch::Tensor& past, const StepOptions&
   return chosen * present.Sample(Noise(present.mu, options)) + (1.0 - chosen) * z;
 }
 
-void Unroller::PredictArms(const StepOptions& options) {
+void Unroller::PredictArms(const torch::Tensor& past, const StepOptions& options) {
   const bool with_rotation = config_.arms_object == ArmsObject::kPose;
-  std::vector<torch::Tensor> parts{Past(&TorchFrame::pose, kTrunk, kArms)};
+  std::vector<torch::Tensor> parts{past};
   for (const TorchFrame& frame : history_) {
     parts.push_back(ObjectNumbers(frame.object, with_rotation));
   }
   if (config_.sees_progress) parts.push_back(Progress());
-  const torch::Tensor past = torch::cat(parts, 1);
-  const torch::Tensor z = ArmLatents(past, options);
+  const torch::Tensor input = torch::cat(parts, 1);
+  const torch::Tensor z = ArmLatents(input, options);
   arms_ = history_.back().pose.narrow(1, kTrunk, kArms) +
-          networks_.ArmsDecode(z, past, arms_phi_, pass_);
+          networks_.ArmsDecode(z, input, arms_phi_, pass_);
 }
 
-Unroller::SeenArms Unroller::ArmsSeen(const StepOptions& options) const {
-  if (!options.true_arms) {
-    return {Past(&TorchFrame::pose, kTrunk, kArms), config_.HasArms() ? arms_ : torch::Tensor()};
-  }
+Unroller::SeenArms Unroller::ArmsSeen(const torch::Tensor& past, const StepOptions& options) const {
+  if (!options.true_arms) return {past, config_.HasArms() ? arms_ : torch::Tensor()};
   std::vector<torch::Tensor> parts;
   for (int k = 0; k < kHistory; ++k) {
     parts.push_back(batch_.pose.select(1, t_ - kHistory + k).narrow(1, kTrunk, kArms));
@@ -156,8 +154,9 @@ torch::Tensor Unroller::BodyInput(const SeenArms& arms, const StepOptions& optio
 }
 
 TorchFrame Unroller::Predict(const StepOptions& options) {
-  if (config_.HasArms()) PredictArms(options);
-  const SeenArms arms = ArmsSeen(options);
+  const torch::Tensor past_arms = Past(&TorchFrame::pose, kTrunk, kArms);
+  if (config_.HasArms()) PredictArms(past_arms, options);
+  const SeenArms arms = ArmsSeen(past_arms, options);
   const torch::Tensor input = BodyInput(arms, options);
   const Latents latents = networks_.BodyPast(input, pass_);
   divergence_body_ = latents.Divergence();

@@ -76,9 +76,10 @@ class Unroller {
   struct SeenArms {
     torch::Tensor past, now;  ///< `now` undefined without an arm synthesis
   };
-  void PredictArms(const StepOptions& options);
-  torch::Tensor ArmLatents(const torch::Tensor& past, const StepOptions& options);
-  SeenArms ArmsSeen(const StepOptions& options) const;
+  /// `past` are the arms of the history.
+  void PredictArms(const torch::Tensor& past, const StepOptions& options);
+  torch::Tensor ArmLatents(const torch::Tensor& input, const StepOptions& options);
+  SeenArms ArmsSeen(const torch::Tensor& past, const StepOptions& options) const;
   torch::Tensor BodyInput(const SeenArms& arms, const StepOptions& options);
 
   const TorchNetworks& networks_;

@@ -58,12 +58,30 @@ void Require(const LabelledMotions& set, const LabelledMotions& like) {
   }
 }
 
+// (N x actions), 1 where the label is.
+torch::Tensor OneHotActions(const std::vector<int>& labels) {
+  const torch::Tensor targets =
+      torch::zeros({static_cast<std::int64_t>(labels.size()), kNumActions});
+  for (std::size_t n = 0; n < labels.size(); ++n) {
+    targets[static_cast<std::int64_t>(n)][labels[n]] = 1.0f;
+  }
+  return targets;
+}
+
+bool Better(const RecogniserEpoch& a, const RecogniserEpoch& b) {
+  return a.validation_accuracy > b.validation_accuracy ||
+         (a.validation_accuracy == b.validation_accuracy && a.validation_loss < b.validation_loss);
+}
+
+}  // namespace
+
 // Mean and deviation of each of the 66 coordinates over frames and motions.
-struct Scale {
+struct RecogniserScale {
   torch::Tensor mean, deviation;
 
-  Scale() : mean(torch::zeros({3 * kMetricJoints})), deviation(torch::ones({3 * kMetricJoints})) {}
-  explicit Scale(const torch::Tensor& motions) {
+  RecogniserScale()
+      : mean(torch::zeros({3 * kMetricJoints})), deviation(torch::ones({3 * kMetricJoints})) {}
+  explicit RecogniserScale(const torch::Tensor& motions) {
     constexpr double kLeast_m = 0.01;  // what hardly moves is not blown up
     const torch::Tensor rows = motions.flatten(0, 1);
     mean = rows.mean(0);
@@ -92,23 +110,6 @@ struct Scale {
     }
   }
 };
-
-// (N x actions), 1 where the label is.
-torch::Tensor OneHotActions(const std::vector<int>& labels) {
-  const torch::Tensor targets =
-      torch::zeros({static_cast<std::int64_t>(labels.size()), kNumActions});
-  for (std::size_t n = 0; n < labels.size(); ++n) {
-    targets[static_cast<std::int64_t>(n)][labels[n]] = 1.0f;
-  }
-  return targets;
-}
-
-bool Better(const RecogniserEpoch& a, const RecogniserEpoch& b) {
-  return a.validation_accuracy > b.validation_accuracy ||
-         (a.validation_accuracy == b.validation_accuracy && a.validation_loss < b.validation_loss);
-}
-
-}  // namespace
 
 RecogniserOptions PaperRecogniserOptions() {
   RecogniserOptions options;
@@ -230,9 +231,9 @@ class RecogniserTraining {
   // The motions with numbers `some`, as they are shown this time.
   torch::Tensor Shown(const torch::Tensor& some, nn::RandomStream& random) const;
   // One epoch of steps; the mean loss.
-  double Pass(nn::RandomStream& random);
+  double RunSteps(nn::RandomStream& random);
   void Validate(RecogniserEpoch& now) const;
-  // No better validation for as long as patience lasts.
+  // Validation has not been better for as long as patience lasts.
   bool Stalls(int epoch, int best_epoch) const;
 
   const RecogniserOptions& options_;
@@ -242,7 +243,7 @@ class RecogniserTraining {
   std::vector<torch::Tensor> parameters_;
   std::unique_ptr<torch::optim::Adam> optimizer_;
   torch::Tensor motions_, targets_, validation_motions_, validation_targets_;
-  Scale scale_;
+  RecogniserScale scale_;
   std::vector<std::int64_t> order_;
 };
 
@@ -262,7 +263,7 @@ RecogniserTraining::RecogniserTraining(const LabelledMotions& training,
       parameters_, torch::optim::AdamOptions(options.learning_rate));
   motions_ = BatchOf(training.motions);
   targets_ = OneHotActions(training.labels);
-  if (options.standardise) scale_ = Scale(motions_);
+  if (options.standardise) scale_ = RecogniserScale(motions_);
   if (!disturbed_) motions_ = scale_.Standardised(motions_);
   if (validates_) {
     validation_motions_ = scale_.Standardised(BatchOf(validation.motions));
@@ -292,7 +293,7 @@ torch::Tensor RecogniserTraining::Shown(const torch::Tensor& some, nn::RandomStr
   return shown;
 }
 
-double RecogniserTraining::Pass(nn::RandomStream& random) {
+double RecogniserTraining::RunSteps(nn::RandomStream& random) {
   double mean = 0.0;
   for (int first = 0; first < count_; first += options_.batch) {
     const int size = std::min(options_.batch, count_ - first);
@@ -334,7 +335,7 @@ TrainedRecogniser RecogniserTraining::Run(
     if (options_.falling) LowerRate(epoch);
     RecogniserEpoch now;
     now.epoch = epoch;
-    now.training_loss = Pass(random);
+    now.training_loss = RunSteps(random);
     if (!std::isfinite(now.training_loss)) {
       throw Error("recogniser", fmt::format("its loss is no longer finite in epoch {}", epoch),
                   "Give a lower --learning-rate");

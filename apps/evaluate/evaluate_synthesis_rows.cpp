@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include "apps/evaluate/evaluate_synthesis_rows.h"
+
+#include <fmt/format.h>
+
+namespace holdfast::apps {
+namespace {
+
+constexpr std::pair<const char*, const char*> kNames[] = {
+    {"full", "full model"},
+    {"random-embeddings", "ablation 1: random action vectors"},
+    {"no-attention", "ablation 2: no self-attention"},
+    {"one-module", "ablation 3: one network for the whole body"}};
+
+}  // namespace
+
+std::span<const PaperSynthesisRow> PaperSynthesisRows() {
+  static const PaperSynthesisRow rows[] = {
+      {"real", "real motion", {}, {}, {}, {0.97, 0.001}, {1.15, 0.015}, {0.30, 0.010}},
+      {"",
+       "ACTOR",
+       PaperValue{0.09, 0.005},
+       PaperValue{8.05, 0.002},
+       PaperValue{0.67, 0.002},
+       {0.78, 0.010},
+       {1.06, 0.015},
+       {0.19, 0.010}},
+      {"",
+       "Action2Motion",
+       PaperValue{0.11, 0.003},
+       PaperValue{8.26, 0.002},
+       PaperValue{1.08, 0.002},
+       {0.69, 0.011},
+       {1.10, 0.010},
+       {0.22, 0.010}},
+      {"",
+       "TEMOS",
+       PaperValue{0.10, 0.005},
+       PaperValue{9.98, 0.001},
+       PaperValue{1.21, 0.004},
+       {0.23, 0.010},
+       {0.83, 0.010},
+       {0.09, 0.010}},
+      {"random-embeddings",
+       "1: random action vectors",
+       PaperValue{0.05, 0.002},
+       PaperValue{4.41, 0.002},
+       PaperValue{0.39, 0.002},
+       {0.78, 0.012},
+       {1.06, 0.015},
+       {0.21, 0.010}},
+      {"no-attention",
+       "2: no self-attention",
+       PaperValue{0.04, 0.005},
+       PaperValue{4.77, 0.002},
+       PaperValue{0.38, 0.002},
+       {0.82, 0.010},
+       {1.10, 0.020},
+       {0.24, 0.020}},
+      {"one-module",
+       "3: one net, whole body",
+       PaperValue{0.05, 0.005},
+       PaperValue{5.41, 0.002},
+       PaperValue{0.42, 0.002},
+       {0.82, 0.010},
+       {1.08, 0.010},
+       {0.25, 0.010}},
+      {"full",
+       "IMoS",
+       PaperValue{0.03, 0.005},
+       PaperValue{3.82, 0.004},
+       PaperValue{0.27, 0.002},
+       {0.87, 0.011},
+       {1.11, 0.015},
+       {0.28, 0.015}},
+  };
+  return rows;
+}
+
+std::string LabelOfNetwork(const std::string& name) {
+  const std::size_t at = name.find('@');
+  if (at != std::string::npos) {
+    return fmt::format("{}, seed {}", LabelOfNetwork(name.substr(0, at)), name.substr(at + 1));
+  }
+  for (const auto& [known, label] : kNames) {
+    if (name == known) return label;
+  }
+  return name;
+}
+
+std::vector<SynthesisRow> SynthesisRows(std::span<const RatedNetwork> networks,
+                                        std::span<const ObjectMode> modes) {
+  std::vector<SynthesisRow> rows = {{"real", "real motion", RowKind::kReal},
+                                    {"clip", "real motion, all frames", RowKind::kClip},
+                                    {"still", "last given pose, held", RowKind::kStill}};
+  for (const ObjectMode mode : modes) {
+    for (const RatedNetwork& network : networks) {
+      rows.push_back(
+          {network.name, LabelOfNetwork(network.name), RowKind::kNetwork, mode, &network});
+    }
+  }
+  return rows;
+}
+
+}  // namespace holdfast::apps

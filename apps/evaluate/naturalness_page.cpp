@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: MIT
+#include "apps/evaluate/naturalness_page.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "apps/evaluate/line_chart.h"
+#include "apps/evaluate/naturalness_text.h"
+#include "apps/report/report_page.h"
+
+namespace holdfast::apps {
+namespace {
+
+constexpr const char* kNaturalnessColours[] = {"#444c56", "#d1495b", "#2f6f9f", "#66a182",
+                                               "#edae49", "#6d597a", "#1b998b"};
+
+const char* ColourOf(std::size_t column) {
+  return kNaturalnessColours[column % std::size(kNaturalnessColours)];
+}
+
+std::string CurveChart(const NaturalnessStudy& study, StyleCurve curve) {
+  const StyleCurveInfo& info = StyleCurves()[static_cast<std::size_t>(curve)];
+  LineChart chart;
+  chart.title = info.label;
+  chart.x_label = info.x_label;
+  chart.y_label = info.histogram ? fmt::format("% {}", info.y_label.substr(9))
+                                 : fmt::format("{}, median and quartiles", info.y_label);
+  chart.logarithmic = curve == StyleCurve::kPower;
+  for (std::size_t c = 0; c < study.columns.size(); ++c) {
+    const StyleCurveSpread spread = SpreadOf(study.columns[c].set, curve);
+    if (spread.count == 0) continue;
+    ChartLine line;
+    line.label = fmt::format("{} ({})", study.columns[c].set.label, spread.count);
+    line.colour = ColourOf(c);
+    for (Eigen::Index i = 0; i < spread.mean.size(); ++i) {
+      line.points.emplace_back(CurveX(info, i),
+                               info.histogram ? 100.0 * spread.mean[i] : spread.median[i]);
+      if (info.histogram) continue;
+      line.low.push_back(spread.low[i]);
+      line.high.push_back(spread.high[i]);
+    }
+    chart.lines.push_back(std::move(line));
+  }
+  return DrawLineChart(chart);
+}
+
+std::string DistanceChart(const NaturalnessStudy& study) {
+  DotChart chart;
+  chart.title = "Distance from the reference, by measure";
+  chart.x_label = "deviations of the reference; grey ticks: what chance alone gives";
+  for (std::size_t c = 1; c < study.columns.size(); ++c) {
+    chart.series.emplace_back(study.columns[c].set.label, ColourOf(c));
+  }
+  std::vector<std::pair<double, int>> order;
+  for (int m = 0; m < kNumStyleMeasures; ++m) {
+    double farthest = -1.0;
+    for (std::size_t c = 1; c < study.columns.size(); ++c) {
+      const double distance = study.columns[c].distance[static_cast<std::size_t>(m)].distance;
+      if (std::isfinite(distance)) farthest = std::max(farthest, distance);
+    }
+    if (farthest >= 0.0) order.emplace_back(-farthest, m);
+  }
+  std::ranges::sort(order);
+  for (const auto& [farthest, m] : order) {
+    DotChart::Row row;
+    row.label = InfoOf(m).label;
+    for (std::size_t c = 1; c < study.columns.size(); ++c) {
+      const StyleDistance& distance = study.columns[c].distance[static_cast<std::size_t>(m)];
+      row.values.push_back(distance.distance);
+      row.ticks.push_back(distance.by_chance);
+    }
+    chart.rows.push_back(std::move(row));
+  }
+  return chart.rows.empty() ? "" : DrawDotChart(chart);
+}
+
+constexpr const char* kNaturalnessStyle = R"(
+:root { color-scheme: light dark; }
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 84rem; margin: 2rem auto; padding: 0 1rem; }
+table { border-collapse: collapse; margin: .5rem 0 1.5rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .25rem .6rem; text-align: right; border-bottom: 1px solid #8886; }
+th:first-child, td:first-child, .words td { text-align: left; }
+tr.group td { font-weight: 600; padding-top: .8rem; }
+td.shown { font-weight: 600; } td.chance { opacity: .6; }
+.scroll { overflow-x: auto; }
+)";
+
+std::string TableHtml(const NaturalnessStudy& study) {
+  std::string html = "<div class=\"scroll\"><table><tr>";
+  const std::vector<std::string> heads = Heads(study);
+  for (const std::string& head : heads) html += "<th>" + EscapeHtml(head) + "</th>";
+  html += "</tr>\n";
+  for (std::string_view group : {"Feet", "Way", "Body", "Motion"}) {
+    html +=
+        fmt::format("<tr class=\"group\"><td colspan=\"{}\">{}</td></tr>\n", heads.size(), group);
+    for (const std::vector<std::string>& row : Rows(study, &group)) {
+      html += "<tr>";
+      for (std::size_t k = 0; k < row.size(); ++k) {
+        const bool is_distance = k >= 3 && k % 2 == 1 && row[k] != "-";
+        const char* kind = !is_distance                   ? ""
+                           : row[k].ends_with("(chance)") ? " class=\"chance\""
+                                                          : " class=\"shown\"";
+        html += fmt::format("<td{}>{}</td>", kind, EscapeHtml(row[k]));
+      }
+      html += "</tr>\n";
+    }
+  }
+  return html + "</table></div>\n";
+}
+
+std::string OddestHtml(const NaturalnessStudy& study) {
+  std::string html =
+      "<div class=\"scroll\"><table class=\"words\"><tr><th>set</th><th>motion</th><th>oddness"
+      "</th><th>farthest off</th></tr>\n";
+  for (const NaturalnessColumn& column : study.columns) {
+    for (const int i : OddestMotions(column, 3)) {
+      const Oddness& odd = column.oddness[static_cast<std::size_t>(i)];
+      const StyleMeasureInfo& info = InfoOf(odd.most);
+      html += fmt::format("<tr><td>{}</td><td>{}</td><td>{:.2f}</td><td>{}: {:.{}f} {}</td></tr>\n",
+                          EscapeHtml(column.set.label),
+                          EscapeHtml(column.files[static_cast<std::size_t>(i)]), odd.value,
+                          EscapeHtml(info.label), ForPeople(info, odd.most_value), Digits(info),
+                          UnitForPeople(info));
+    }
+  }
+  return html + "</table></div>\n";
+}
+
+}  // namespace
+
+std::string NaturalnessPage(const NaturalnessStudy& study) {
+  std::string page = fmt::format(
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" "
+      "content=\"width=device-width, initial-scale=1\">\n<title>Naturalness</title>"
+      "<style>{}{}</style></head><body>\n<h1>What makes a walk look captured</h1>\n",
+      kNaturalnessStyle, kChartStyle);
+  for (const std::string& note : study.notes) page += "<p>" + EscapeHtml(note) + "</p>\n";
+  page += "<ul>\n";
+  for (std::size_t c = 0; c < study.columns.size(); ++c) {
+    const NaturalnessColumn& column = study.columns[c];
+    page += "<li>" + EscapeHtml(Summary(column));
+    if (c > 0) {
+      page += EscapeHtml(fmt::format(
+          ". Mean distance {:.2f} (chance: {:.2f}). Set apart by (mean for the reference's; "
+          "distance): {}",
+          column.mean_distance, column.mean_by_chance, ApartText(study, column, 6)));
+    }
+    page += "</li>\n";
+  }
+  page += "</ul>\n";
+  page += DistanceChart(study);
+  page += "<h2>Curves</h2>\n";
+  for (int k = 0; k < kNumStyleCurves; ++k) page += CurveChart(study, static_cast<StyleCurve>(k));
+  page += "<h2>All measures</h2>\n<p>Mean over motions ± standard error.</p>\n" + TableHtml(study);
+  page += "<h2>The oddest motions of each set</h2>\n" + OddestHtml(study);
+  page += "<h2>Definitions</h2>\n<div class=\"scroll\"><table class=\"words\">\n";
+  for (const StyleMeasureInfo& info : StyleMeasures()) {
+    page += fmt::format("<tr><td>{}</td><td>{}{}</td></tr>\n", EscapeHtml(info.label),
+                        EscapeHtml(info.definition), info.of_walks ? " (walks)" : "");
+  }
+  return page + "</table></div>\n</body></html>\n";
+}
+
+}  // namespace holdfast::apps

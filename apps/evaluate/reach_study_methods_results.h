@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/evaluate/reach_study_page.h"
+#include "solver/evaluation/captured_reaches.h"
+#include "solver/evaluation/reach_method_study.h"
+
+namespace holdfast::apps {
+
+/// One method on some cases of the protocol.
+struct MethodRun {
+  ReachMethod method;
+  std::vector<wandr::ReachCase> cases;
+  std::vector<MethodMotion> motions;
+  MethodSummary summary;
+};
+
+/// Share of motions within 10 cm at any time of the motion that a method had after so many
+/// iterations, or seconds of one core: a motion that stopped keeps its last iterate.
+struct SuccessCurve {
+  std::vector<double> x, success;
+};
+SuccessCurve SuccessByIteration(const MethodRun& run);
+SuccessCurve SuccessBySeconds(const MethodRun& run);
+
+/// As ByAxis of a StudyRun.
+std::vector<AxisValue> ByAxis(const MethodRun& run, GridAxis axis);
+
+/// What the paper reports of its methods.
+struct PaperRow {
+  const char* label;
+  double success, skating, distance_m;
+};
+std::span<const PaperRow> PaperRows();
+
+/// Captured clips as a row: all of them, and those that walk. None without clips.
+struct CapturedGroup {
+  const char* key;    ///< "all" or "walking"
+  std::string label;  ///< for people
+  MethodSummary summary;
+};
+std::vector<CapturedGroup> GroupsOf(const std::vector<CapturedMotion>& captured);
+
+/// All of it as numbers: {"methods": [...], "captured": {...}, "paper": [...]}.
+nlohmann::json MethodsJson(const std::vector<MethodRun>& runs,
+                           const std::vector<CapturedMotion>& captured);
+
+}  // namespace holdfast::apps

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#include "apps/clip_input.h"
+#include "apps/common.h"
+#include "apps/fit/fit_batch.h"
+#include "apps/fit/fit_job.h"
+
+namespace holdfast::apps {
+
+void AddFitCommand(CLI::App& app, int& exit_code) {
+  struct Options {
+    CommonOptions common;
+    FitJob job;
+    bool paper = false;
+    std::string list;
+  };
+  auto options = std::make_shared<Options>();
+  FitJob& job = options->job;
+  CLI::App* command = app.add_subcommand(
+      "fit", "Fit an object to a motion: solves object pose and finger angles for every frame");
+  CLI::Option* const clip = command->add_option("clip", job.clip, kClipHelp);
+  CLI::Option* const object =
+      command->add_option("object", job.object, "Mesh (.obj .ply .stl .off) or embedded object");
+  clip->needs(object);
+  command
+      ->add_option("--batch", options->list,
+                   "A file with one job per line: CLIP OBJECT [hand=left] [name=NAME] "
+                   "[start=N] [end=N] [object-scale=X]. Resumes where it was stopped")
+      ->excludes(clip);
+  command
+      ->add_option(
+          "-o,--output", job.output,
+          "Folder to make: clip.npz, object.ply, metrics.json, report.html; of a batch, one "
+          "such folder for each job and manifest.json")
+      ->required();
+  command
+      ->add_option("--hand", job.hand,
+                   "The hand that holds. auto: as the clip says, or as its object moves; without "
+                   "an object the right")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "right", "left", "both"}));
+  command->add_flag("--paper", options->paper,
+                    "The paper's three terms and nothing else (--recipe paper)");
+  command
+      ->add_option("--recipe", job.recipe,
+                   "holdfast: all terms; paper: the three terms of IMoS; imos-code: what its "
+                   "authors' code does")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"holdfast", "paper", "imos-code"}));
+  AddFitJobOptions(*command, job);
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast fit demo_drink mug -o held\n"
+      "  holdfast fit walk.npz banana.obj -o held_banana --hand left --json\n"
+      "  holdfast fit --batch list.txt -o fits\n"
+      "  holdfast fit captured.npz phone -o held_phone --body SMPLX_NEUTRAL.npz --start 40\n");
+  command->callback([options, &exit_code] {
+    if (options->paper) options->job.recipe = "paper";
+    if (options->list.empty() && options->job.object.empty()) {
+      throw CLI::RequiredError("clip and object (or --batch LIST)");
+    }
+    FitLibrary library;
+    const FitOutcome outcome =
+        options->list.empty()
+            ? RunFitJob(options->job, options->common, library)
+            : RunFitBatch(options->list, options->job.output, options->job, options->common);
+    if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
+    exit_code = outcome.exit_code;
+  });
+}
+
+}  // namespace holdfast::apps

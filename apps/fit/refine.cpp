@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "apps/clip_input.h"
+#include "apps/common.h"
+#include "apps/fit/fit_library.h"
+#include "apps/fit/fit_metrics.h"
+#include "apps/result_folder.h"
+#include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/surface_distance.h"
+#include "solver/carry/refine.h"
+
+namespace holdfast::apps {
+namespace {
+
+struct RefineCommand {
+  CommonOptions common;
+  ClipInputOptions input;
+  std::string clip;
+  std::string output;
+  std::string hand = "auto";
+  int object_vertices = 300;
+  FitOptions fit = RefinementOptions();
+  ContactProtocol protocol;
+};
+
+nlohmann::json OrNull(const std::optional<double>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json();
+}
+
+nlohmann::json MeasuredJson(const CarriedQuality& measured) {
+  const ContactScore& contact = measured.contact;
+  const Unevenness& object = measured.jitter.object;
+  return {{"max_penetration_depth_mm", contact.penetration_max_mm},
+          {"mean_max_penetration_depth_mm", contact.penetration_mean_max_mm},
+          {"frames_deeper_than_2_mm", contact.deep_frames},
+          {"mean_intersection_volume_cm3", contact.voxel_volume_cm3},
+          {"frames_in_contact_ratio", OrNull(contact.contact_frames_ratio)},
+          {"object_acceleration_m_s2", OrNull(object.acceleration_m_s2)},
+          {"object_jerk_m_s3", OrNull(object.jerk_m_s3)},
+          {"object_angular_acceleration_rad_s2", OrNull(object.angular_acceleration_rad_s2)},
+          {"object_acceleration_against_hand", OrNull(measured.jitter.acceleration_ratio)}};
+}
+
+std::string Text(const RefineCommand& options, const RefineReport& report) {
+  const CarriedQuality &before = report.before, &after = report.after;
+  const DataDistance& distance = report.distance;
+  const RefineResult& result = report.result;
+  std::string text = fmt::format(
+      "{}/clip.npz: {} frames refined\n"
+      "                          before     after\n"
+      "  deeper than 2 mm    {:8d}   {:8d}   frames\n"
+      "  deepest, both ways  {:8.2f}   {:8.2f}   mm\n"
+      "  intersection        {:8.3f}   {:8.3f}   cm3 (mean; voxels)\n"
+      "  in contact          {:8.1f}   {:8.1f}   % of the frames held\n"
+      "  object acceleration {:8.2f}   {:8.2f}   m/s2 (mean, while held)\n"
+      "  moved from the data {:.2f} mm, {:.2f} degrees (root mean square)\n",
+      options.output, result.clip.NumFrames(), before.contact.deep_frames,
+      after.contact.deep_frames, before.contact.penetration_max_mm,
+      after.contact.penetration_max_mm, before.contact.voxel_volume_cm3,
+      after.contact.voxel_volume_cm3, 100.0 * before.contact.contact_frames_ratio.value_or(0.0),
+      100.0 * after.contact.contact_frames_ratio.value_or(0.0),
+      before.jitter.object.acceleration_m_s2.value_or(0.0),
+      after.jitter.object.acceleration_m_s2.value_or(0.0), distance.rms_mm, distance.rms_degrees);
+  for (const RefinedHold& hold : result.holds) {
+    text += fmt::format("  frames {}-{}: {} hand, {} (moves {:.1f} mm, {:.1f} degrees in it)\n",
+                        hold.begin, hold.end - 1, SideName(hold.side),
+                        hold.rigid ? "held firmly" : "slips", hold.movement_mm, hold.movement_deg);
+  }
+  for (const RefinedRest& rest : result.rests) {
+    text += fmt::format("  frames {}-{}: at rest, {:.3f} m above the ground\n", rest.begin,
+                        rest.end - 1, rest.height_m);
+  }
+  return text + fmt::format("  solved in {:.0f} ms, {} iterations\n", result.report.solve_ms,
+                            result.report.iterations);
+}
+
+nlohmann::json HoldsJson(const RefineResult& result) {
+  nlohmann::json holds = nlohmann::json::array(), rests = nlohmann::json::array();
+  for (const RefinedHold& hold : result.holds) {
+    holds.push_back({{"hand", SideName(hold.side)},
+                     {"begin", hold.begin},
+                     {"end", hold.end},
+                     {"rigid", hold.rigid},
+                     {"noise_mm", hold.noise_mm},
+                     {"movement_mm", hold.movement_mm},
+                     {"movement_deg", hold.movement_deg}});
+  }
+  for (const RefinedRest& rest : result.rests) {
+    rests.push_back({{"begin", rest.begin}, {"end", rest.end}, {"height_m", rest.height_m}});
+  }
+  return {{"holds", holds}, {"rests", rests}};
+}
+
+// The clip with what it takes to refine it, or an Error.
+ClipInput LoadRefinable(const RefineCommand& options) {
+  ClipInput input = LoadClipInput(options.clip, options.input, options.common);
+  if (!input.clip.object) {
+    throw Error(options.clip, "has no object trajectory to refine",
+                "Make one with 'holdfast fit', or give a clip with object_trans and object_orient");
+  }
+  if (!input.object) {
+    throw Error(options.clip, "its object's mesh is missing: " + input.object_missing,
+                "Say where it is with --object");
+  }
+  if (!options.input.object.empty()) {
+    const std::optional<TriangleMesh> own = MeshNamedBy(input.clip, options.clip);
+    if (own && !SameSurface(*own, *input.object)) {
+      throw Error(options.input.object,
+                  "is not the object whose trajectory the clip has: " + input.clip.object->mesh,
+                  fmt::format("Leave out --object, or fit it anew: holdfast fit {} {}",
+                              options.clip, options.input.object));
+    }
+  }
+  return input;
+}
+
+nlohmann::json MetricsOf(const RefineCommand& options, const ClipInput& input,
+                         const PreparedObject& object, const RefineReport& report) {
+  const RefineResult& result = report.result;
+  const bool right = std::ranges::any_of(
+      result.clip.holding_hand, [](std::uint8_t bits) { return (bits & kHoldsRight) != 0; });
+  nlohmann::json metrics = JsonHead("holdfast/refine/1", options.common);
+  metrics["options"] = {{"clip", options.clip},
+                        {"hand", options.hand},
+                        {"object", input.object_source},
+                        {"object_scale", input.object_scale},
+                        {"object_vertices", options.object_vertices},
+                        {"lambda_distance", options.fit.lambda_distance},
+                        {"lambda_contact", options.fit.lambda_contact},
+                        {"lambda_slip", options.fit.lambda_slip},
+                        {"lambda_penetration", options.fit.lambda_penetration},
+                        {"lambda_object_in_hand", options.fit.lambda_object_in_hand},
+                        {"lambda_fingers", options.fit.lambda_fingers},
+                        {"lambda_object", options.fit.lambda_object},
+                        {"lambda_support", options.fit.lambda_support},
+                        {"lambda_acceleration", options.fit.lambda_acceleration}};
+  metrics["protocol"] =
+      ProtocolJson(options.protocol, object.solid,
+                   HandModel(input.body, input.betas, right ? Side::kRight : Side::kLeft));
+  metrics["before"] = MeasuredJson(report.before);
+  metrics["after"] = MeasuredJson(report.after);
+  metrics["distance_to_data"] = {{"rms_mm", report.distance.rms_mm},
+                                 {"rms_deg", report.distance.rms_degrees}};
+  metrics.update(HoldsJson(result));
+  metrics["solve"] = {{"iterations", result.report.iterations},
+                      {"converged", result.report.converged},
+                      {"cost_before", result.report.cost_before},
+                      {"cost_after", result.report.cost_after}};
+  return metrics;
+}
+
+nlohmann::json PerFrameJson(const RefineReport& report) {
+  nlohmann::json depth_before = nlohmann::json::array(), depth_after = nlohmann::json::array();
+  for (const auto& frame : report.before.contact.frames) {
+    depth_before.push_back(frame.penetration_mm);
+  }
+  for (const auto& frame : report.after.contact.frames) depth_after.push_back(frame.penetration_mm);
+  return {{"holding_hand", report.result.clip.holding_hand},
+          {"penetration_depth_before_mm", depth_before},
+          {"penetration_depth_mm", depth_after},
+          {"distance_to_data_mm", report.distance.mm},
+          {"distance_to_data_deg", report.distance.degrees}};
+}
+
+RefineOptions ToLibrary(const RefineCommand& command) {
+  RefineOptions options;
+  options.hands = command.hand == "right"  ? RefineHands::kRight
+                  : command.hand == "left" ? RefineHands::kLeft
+                  : command.hand == "both" ? RefineHands::kBoth
+                  : command.hand == "clip" ? RefineHands::kOfClip
+                                           : RefineHands::kFound;
+  options.fit = command.fit;
+  options.protocol = command.protocol;
+  options.threads = NumThreads(command.common);
+  return options;
+}
+
+int Refine(const RefineCommand& options) {
+  ResultFolder folder(options.output, options.common.force);
+  const ClipInput input = LoadRefinable(options);
+  const RefineOptions refine = ToLibrary(options);
+  FitLibrary library;
+  const auto object =
+      input.object_in_clip
+          ? std::make_shared<const PreparedObject>(PrepareObject(
+                ObjectOfMesh(*input.object, input.clip.object->name, input.object_source),
+                options.object_vertices, refine.threads))
+          : library.Object(input.object_source, input.object_scale, options.object_vertices,
+                           refine.threads);
+  for (const std::string& note : object->notes) Note(options.common, "note: " + note);
+  StageProgress progress(options.common);
+  const RefineReport report = NamingClip(options.clip, [&] {
+    return RefineCarried(input.clip, {input.body, input.betas}, *object, refine,
+                         [&](const char* stage, int done, int total) {
+                           progress.Update(stage, done, total);
+                           return !Interrupted();
+                         });
+  });
+  progress.End();
+  if (Interrupted()) return kInterrupted;
+  if (report.status == RefineStatus::kNotFinite) {
+    throw FitFailure(options.clip + ": the solve came to numbers that are not finite");
+  }
+  if (report.status == RefineStatus::kNoContact) {
+    throw FitFailure(fmt::format(
+        "{}: no hand that holds touches {} in any frame, so that nothing is written. Say who holds "
+        "with --hand, or make a new grasp with 'holdfast fit --regrasp'",
+        options.clip, input.object_source));
+  }
+  nlohmann::json metrics = MetricsOf(options, input, *object, report);
+  nlohmann::json summary = metrics;
+  summary["output"] = options.output;
+  metrics["per_frame"] = PerFrameJson(report);
+  WriteClip(report.result.clip, folder / "clip.npz");
+  WriteMesh(object->object.mesh, folder / "object.ply");
+  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  folder.Commit();
+  PrintResult(options.common, summary, Text(options, report));
+  return kDone;
+}
+
+}  // namespace
+
+void AddRefineCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<RefineCommand>();
+  CLI::App* command = app.add_subcommand(
+      "refine", "Clean a clip that has its object's trajectory: penetration, jitter, lost contact");
+  command->add_option("clip", options->clip, kClipHelp)->required();
+  command
+      ->add_option("-o,--output", options->output,
+                   "Folder to make: clip.npz, object.ply, metrics.json with before and after")
+      ->required();
+  command
+      ->add_option("--hand", options->hand,
+                   "Who holds. auto: found in the clip; clip: as its holding_hand says")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "clip", "right", "left", "both"}));
+  AddClipInputOptions(*command, options->input);
+  command
+      ->add_option("--object-vertices", options->object_vertices,
+                   "Vertices that the object is simplified to")
+      ->capture_default_str()
+      ->check(CLI::Range(4, 100'000));
+  const auto weight = [&](const char* name, double& value, const char* help) {
+    command->add_option(name, value, help)->capture_default_str()->check(CLI::NonNegativeNumber);
+  };
+  weight("--lambda-object", options->fit.lambda_object,
+         "Weight of the object's way from the data, per m2 and frame");
+  weight("--lambda-fingers", options->fit.lambda_fingers,
+         "Weight of the fingers' way from the data, per rad2 and frame");
+  weight("--lambda-acceleration", options->fit.lambda_acceleration,
+         "Weight of second differences: more removes more jitter");
+  weight("--lambda-support", options->fit.lambda_support,
+         "Weight of where an object that nobody holds lies");
+  weight("--lambda-penetration", options->fit.lambda_penetration,
+         "Weight of E_p: the hand stays out of the object");
+  weight("--lambda-object-in-hand", options->fit.lambda_object_in_hand,
+         "Weight of E_o: the object stays out of the hand (thin walls, blades)");
+  AddCommonOptions(*command, options->common, true,
+                   "  holdfast refine captured.npz --object mug.obj -o clean\n"
+                   "  holdfast refine held -o refined --hand right --json\n");
+  command->callback([options, &exit_code] { exit_code = Refine(*options); });
+}
+
+}  // namespace holdfast::apps

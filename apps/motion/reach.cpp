@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "apps/common.h"
+#include "apps/motion/reach_job.h"
+#include "apps/motion/reach_network.h"
+
+namespace holdfast::apps {
+
+void AddReachCommand(CLI::App& app, int& exit_code) {
+  struct Options {
+    CommonOptions common;
+    ReachJob job;
+  };
+  auto options = std::make_shared<Options>();
+  ReachJob& job = options->job;
+  CLI::App* command =
+      app.add_subcommand("reach", "Generate a person who walks to a goal and reaches for it");
+  command
+      ->add_option("--goal", job.goals,
+                   "X,Y,Z of the wrist, metres, z up from the ground. Repeated: one after another "
+                   "in one motion")
+      ->required()
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command->add_option("--from", job.from,
+                      "CLIP or CLIP:FRAME to go on from (the last frame if left out). Without it a "
+                      "person stands at the origin, facing -y");
+  command
+      ->add_option("--time", job.time_s,
+                   "Seconds until each goal is due [by its distance: 1.4 s and 0.95 m/s, at least "
+                   "1.4 s]")
+      ->check(CLI::Range(0.1, 60.0));
+  command
+      ->add_option(
+          "--method", job.method,
+          "intention: the network is told the goal and runs once. latent-opt: its latents are then "
+          "optimized until the wrist is at the goal and stays and the motion is physically "
+          "plausible; feet pinned last. vae-opt: WANDR's baseline, for comparison [intention; "
+          "latent-opt "
+          "with --object]")
+      ->check(CLI::IsMember({"intention", "latent-opt", "vae-opt"}));
+  command
+      ->add_option("--samples", job.samples,
+                   "Motions to choose from [16, or 4 where each is optimized]")
+      ->check(CLI::Range(1, 10'000));
+  command
+      ->add_option("--obstacle", job.obstacles,
+                   "Mesh to keep out of, as it stands in the world (latent-opt). Repeated: several")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command->add_flag("--free-time", job.free_time,
+                    "Arrive at any time until the goal is due "
+                    "(latent-opt)");
+  command
+      ->add_option("--approach", job.approach,
+                   "X,Y,Z along the forearm, elbow to wrist, on arrival (latent-opt)")
+      ->excludes(command->get_option("--free-time"));
+  command->add_flag_callback(
+      "--no-refit", [&out = job.refit] { out = false; },
+      "Keep the network's motion: feet are not pinned, the wrist is some centimetres from the goal "
+      "(latent-opt: millimetres)");
+  CLI::Option* object = command->add_option(
+      "--object", job.object,
+      "Mesh or embedded object that stands on a table at the first --goal (the middle of its "
+      "bottom) and is carried to the others. Needs --grasp");
+  command
+      ->add_option("--grasp", job.style,
+                   "Take the object: by a power, precision or handle grasp, or whichever is best")
+      ->expected(0, 1)
+      ->default_str("auto")
+      ->check(CLI::IsMember({"auto", "power", "precision", "handle"}))
+      ->needs(object);
+  object->needs(command->get_option("--grasp"));
+  command
+      ->add_option("--object-yaw", job.object_yaw_deg,
+                   "Yaw of the standing object, degrees [chosen for the hand]")
+      ->check(CLI::Range(-360.0, 360.0))
+      ->needs(object);
+  command->add_option("--wrist", job.wrist, "Wrist used for reaching; left by mirroring the person")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"right", "left"}));
+  command->add_option("--sigma", job.sigma, "Standard deviation of the latents; 0: the mean motion")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 3.0));
+  command->add_flag("--all", job.all, "Keep all samples: samples/NN.npz, best first");
+  command->add_option("--body", job.body, "Body model in place of the embedded one");
+  AddWeightsOption(*command, job.weights);
+  command->add_flag_callback(
+      "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
+  command
+      ->add_option("-o,--output", job.output, "Folder to make: clip.npz, metrics.json, report.html")
+      ->capture_default_str();
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast reach --goal 1.5,1.0,1.1\n"
+      "  holdfast reach --goal 0.4,-2.0,0.9 --goal -1.0,-2.5,1.4 --samples 64 -o errand\n"
+      "  holdfast reach --goal 3,1,1.2 --method latent-opt -o precise\n"
+      "  holdfast reach --from walk.npz:40 --goal 2.0,0.5,0.3 --wrist left --all -o reached\n"
+      "  holdfast reach --goal 1.5,1,0.8 --goal -0.5,1.5,1.1 --object mug --grasp -o taken\n"
+      "A goal is reached when the wrist is within 10 cm of it. The next is taken on when the "
+      "wrist\n"
+      "has been there and comes no closer, or half as long again after the goal was due. The best\n"
+      "sample: most goals reached; among those that reach all, the fewest frames that skate (the\n"
+      "lowest vertex moves more than 2/3 cm per frame) or fly (all foot joints above 12 cm);\n"
+      "among others, the least sum of closest distances.\n");
+  command->callback([options, &exit_code] {
+    const FitOutcome outcome = RunReachJob(options->job, options->common);
+    if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
+    exit_code = outcome.exit_code;
+  });
+}
+
+}  // namespace holdfast::apps

@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: MIT
+#include "apps/motion/reach_job.h"
+
+#include <charconv>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "apps/clip_input.h"
+#include "apps/motion/reach_markers.h"
+#include "apps/motion/reach_network.h"
+#include "apps/motion/reach_take.h"
+#include "apps/report/report.h"
+#include "apps/result_folder.h"
+#include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/append.h"
+#include "solver/reach/walk_and_reach.h"
+
+namespace holdfast::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kReportedSamples = 6;
+constexpr const char* kRule =
+    "most goals reached within 10 cm; then, of those that reach all, the least share of frames "
+    "that skate or fly, of others the least sum of closest distances";
+
+// Who reaches, and what the user called it.
+struct Start {
+  std::string source = "standing";
+  ReachPerson person;
+};
+
+Start StartOf(const ReachJob& job, const CommonOptions& common) {
+  if (job.from.empty()) return {"standing", StandingPerson(LoadBody(job.body))};
+  const auto [name, frame] = ParseStart(job.from);
+  ClipInputOptions input_options;
+  input_options.body = job.body;
+  ClipInput input = LoadClipInput(name, input_options, common);
+  return {name, NamingClip(name, [&] {
+            return PersonInClip(std::move(input.clip), {input.body, input.betas}, frame);
+          })};
+}
+
+ReachOptions ToLibrary(const ReachJob& job, const CommonOptions& common) {
+  ReachOptions options;
+  options.by = job.Method() == "intention" ? ReachBy::kIntention
+               : job.Method() == "vae-opt" ? ReachBy::kVaeOpt
+                                           : ReachBy::kLatents;
+  options.side = job.wrist == "left" ? Side::kLeft : Side::kRight;
+  options.samples = job.samples;
+  options.time_s = job.time_s;
+  options.sigma = job.sigma;
+  options.refit = job.refit;
+  options.refit_all = job.all;
+  options.free_time = job.free_time;
+  options.seed = common.seed;
+  options.threads = NumThreads(common);
+  if (!job.approach.empty()) {
+    const Eigen::Vector3d along = ParsePoint("--approach", job.approach);
+    if (along.norm() < 1e-6) {
+      throw Error("--approach", "has no direction", "Give a vector other than 0,0,0");
+    }
+    options.approach = along.normalized();
+  }
+  if (!job.obstacles.empty() && options.by != ReachBy::kLatents) {
+    throw Error("--obstacle", "is not seen by --method " + job.Method(), "Add --method latent-opt");
+  }
+  for (const std::string& file : job.obstacles) {
+    options.obstacles.push_back(NamingMesh(
+        file, [&] { return MakeObstacle(file, ReadMesh(file), options.side, options.threads); }));
+  }
+  return options;
+}
+
+nlohmann::json OptionsJson(const ReachJob& job, const Start& start, const ReachOptions& options) {
+  return {{"goals", job.goals},
+          {"from", start.source},
+          {"from_frame_30fps", start.person.Frame()},
+          {"wrist", job.wrist},
+          {"method", job.Method()},
+          {"time_s", job.time_s ? nlohmann::json(*job.time_s) : nullptr},
+          {"samples", options.NumSamples()},
+          {"sigma", job.sigma},
+          {"refit", job.refit},
+          {"free_time", job.free_time},
+          {"approach", job.approach},
+          {"obstacles", job.obstacles},
+          {"body", start.person.body->Name()}};
+}
+
+// For each goal that was missed; empty where it was not.
+std::vector<std::string> WhyMissedAll(const ReachReport& report, const ReachPerson& person,
+                                      const ReachOptions& options) {
+  std::vector<std::string> why;
+  for (const ReachMiss& miss : report.misses) {
+    switch (miss.by) {
+      case MissedBy::kNothing:
+        why.emplace_back();
+        break;
+      case MissedBy::kHeight:
+        why.push_back(fmt::format("too high for this body, whose wrist comes to {:.2f} m",
+                                  person.HighestReach(options.side)));
+        break;
+      case MissedBy::kObstacle:
+        why.emplace_back("blocked: the goal is in an obstacle, or too near one for a hand");
+        break;
+      case MissedBy::kTime:
+        why.push_back(fmt::format("out of time: {:.1f} m in {:.1f} s is faster than a walk",
+                                  miss.distance_m, *options.time_s));
+        break;
+      case MissedBy::kMotion:
+        why.emplace_back(
+            "no motion that the network makes came closer: try more --samples, another --seed or "
+            "--method latent-opt");
+        break;
+    }
+  }
+  return why;
+}
+
+nlohmann::json GoalsJson(const wandr::ReachSample& sample, std::span<const Eigen::Vector3d> goals,
+                         std::span<const std::string> why) {
+  nlohmann::json out = nlohmann::json::array();
+  const auto frame_or_null = [](int frame) {
+    return frame < 0 ? nlohmann::json(nullptr) : nlohmann::json(frame);
+  };
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    const wandr::GoalOutcome& goal = sample.goals[g];
+    const bool tried = goal.taken_on >= 0;
+    out.push_back(
+        {{"goal_m", {goals[g].x(), goals[g].y(), goals[g].z()}},
+         {"reached", goal.Reached()},
+         {"taken_on_frame", frame_or_null(goal.taken_on)},
+         {"due_frame", frame_or_null(goal.due)},
+         {"reached_frame", frame_or_null(goal.reached)},
+         {"left_frame", frame_or_null(goal.left)},
+         {"closest_m", tried ? nlohmann::json(goal.closest_m) : nullptr},
+         {"closest_frame", frame_or_null(goal.closest_frame)},
+         {"why_missed", why[g].empty() ? nlohmann::json(nullptr) : nlohmann::json(why[g])}});
+  }
+  return out;
+}
+
+nlohmann::json MotionJson(const ReachMotion& motion) {
+  const ReachQuality& quality = motion.quality;
+  return {{"sample", motion.index},
+          {"frames", motion.sample.track.states.cols()},
+          {"goals_reached", motion.sample.NumReached()},
+          {"closest_sum_m", quality.closest_sum_m},
+          {"foot_skating_ratio", quality.skating},
+          {"foot_skating_joints_ratio", quality.joint_skating},
+          {"airborne_ratio", quality.airborne},
+          {"peak_pelvis_m_s", quality.peak_pelvis_m_s},
+          {"diverged", motion.sample.diverged}};
+}
+
+// Curves of one sample, for metrics and report.
+nlohmann::json PerFrameJson(const wandr::ReachSample& sample,
+                            std::span<const Eigen::Vector3d> goals, Side side) {
+  nlohmann::json distance = nlohmann::json::array();
+  for (Eigen::Index f = 0; f < sample.track.joints.cols(); ++f) {
+    const Eigen::Vector3d wrist =
+        sample.track.joints.block<3, 1>(3 * WristJoint(side), f).cast<double>();
+    distance.push_back((wrist - goals[sample.goal_of_frame[f]]).norm());
+  }
+  nlohmann::json curves = {{"goal_distance_m", distance}};
+  if (goals.size() > 1) curves["goal_index"] = sample.goal_of_frame;
+  return curves;
+}
+
+std::string Text(const ReachJob& job, const ReachOptions& options, const ReachReport& report,
+                 std::span<const Eigen::Vector3d> goals, std::span<const std::string> why) {
+  const wandr::ReachSample& best = report.motions.front().sample;
+  const ReachQuality& quality = report.motions.front().quality;
+  const auto frames = static_cast<double>(best.track.states.cols());
+  std::string text = fmt::format(
+      "{}/clip.npz: {} of {} goal{} reached with the {} wrist, {:.0f} frames ({:.1f} s)\n",
+      job.output, best.NumReached(), goals.size(), goals.size() == 1 ? "" : "s", job.wrist, frames,
+      frames / wandr::kFramesPerSecond);
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    const wandr::GoalOutcome& goal = best.goals[g];
+    std::string fate = "never taken on: the motion broke before";
+    if (goal.Reached()) {
+      fate = fmt::format("reached after {:.1f} s, closest {:.1f} cm",
+                         (goal.reached - goal.taken_on) / wandr::kFramesPerSecond,
+                         100.0 * goal.closest_m);
+    } else if (goal.taken_on >= 0) {
+      fate = fmt::format("missed by {:.0f} cm: {}", 100.0 * goal.closest_m, why[g]);
+    }
+    text += fmt::format("  {:<26}{}\n", "goal " + GoalText(goals[g]), fate);
+  }
+  text += fmt::format("  {:<26}{:.0f} % of frames skate, {:.0f} % in the air\n", "feet",
+                      100.0 * quality.skating, 100.0 * quality.airborne);
+  text += fmt::format("  {:<26}best of {} by {}; {} reach {}; {:.2f} s\n", "samples",
+                      options.NumSamples(), job.Method(), report.reach_all,
+                      goals.size() == 1 ? "the goal" : "all goals", report.seconds);
+  return text;
+}
+
+}  // namespace
+
+Eigen::Vector3d ParsePoint(const std::string& option, const std::string& text) {
+  const Error fault(option + " " + text, "is not three finite numbers",
+                    "Give X,Y,Z in metres with commas and no spaces, as in 1.5,1.0,1.1");
+  Eigen::Vector3d goal;
+  const char* at = text.data();
+  const char* const end = text.data() + text.size();
+  for (int k = 0; k < 3; ++k) {
+    const auto [stopped, error] = std::from_chars(at, end, goal[k]);
+    if (error != std::errc() || (k < 2 && (stopped == end || *stopped != ','))) throw fault;
+    at = stopped + (k < 2 ? 1 : 0);
+  }
+  if (at != end || !goal.allFinite()) throw fault;
+  return goal;
+}
+
+std::pair<std::string, std::optional<int>> ParseStart(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  std::error_code ignored;
+  if (colon == std::string::npos || fs::exists(text, ignored)) return {text, std::nullopt};
+  int frame = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stopped, error] = std::from_chars(text.data() + colon + 1, end, frame);
+  if (error != std::errc() || stopped != end || frame < 0) {
+    throw Error("--from " + text, "has no frame number after the colon",
+                "Give CLIP or CLIP:FRAME, frames counted from 0");
+  }
+  return {text.substr(0, colon), frame};
+}
+
+namespace {
+
+// The take and the carries after it.
+FitOutcome RunTake(const ReachJob& job, const Start& start, const ReachNetwork& network,
+                   std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
+                   const CommonOptions& common) {
+  TakeJob take;
+  take.object = job.object;
+  take.side = options.side;
+  take.style = job.style;
+  take.places.assign(goals.begin(), goals.end());
+  take.object_yaw_deg = job.object_yaw_deg;
+  take.output = job.output;
+  take.write_report = job.write_report;
+  nlohmann::json extra;
+  extra["network"] = NetworkJson(network);
+  extra["options"] = OptionsJson(job, start, options);
+  return RunReachTake(take, start.person, network.weights, options, extra, common);
+}
+
+nlohmann::json MetricsOf(const ReachJob& job, const Start& start, const ReachNetwork& network,
+                         const ReachOptions& options, const ReachReport& report,
+                         std::span<const Eigen::Vector3d> goals, std::span<const std::string> why,
+                         const std::vector<std::string>& notes, const CommonOptions& common) {
+  const ReachMotion& best = report.motions.front();
+  nlohmann::json metrics = JsonHead("holdfast/reach/1", common);
+  metrics["options"] = OptionsJson(job, start, options);
+  metrics["network"] = NetworkJson(network);
+  metrics["chosen_by"] = kRule;
+  metrics["chosen"] = best.index;
+  metrics["goals"] = GoalsJson(best.sample, goals, why);
+  metrics["summary"] = MotionJson(best);
+  metrics["summary"]["samples_that_reach_all"] = report.reach_all;
+  if (best.refit) {
+    metrics["refit"] = {{"max_foot_correction_m", best.refit->max_foot_correction_m},
+                        {"max_pelvis_sink_m", best.refit->max_pelvis_sink_m},
+                        {"max_hand_bend_rad", best.refit->max_hand_bend_rad},
+                        {"wrist_errors_m", best.refit->wrist_errors_m}};
+  }
+  for (const ReachMotion& motion : report.motions) {
+    metrics["samples"].push_back(MotionJson(motion));
+  }
+  metrics["notes"] = notes;
+  return metrics;
+}
+
+// The motion of this rank as its report shows it; the best one has all metrics.
+ClipInput Shown(const ReachJob& job, const ReachPerson& person, const ReachOptions& options,
+                const ReachMotion& motion, int rank, std::span<const Eigen::Vector3d> goals,
+                const nlohmann::json& metrics) {
+  const std::string file = rank == 0 ? "clip.npz" : fmt::format("samples/{:02d}.npz", rank);
+  ClipInput shown;
+  shown.file = fs::path(job.output) / file;
+  shown.source = rank == 0 ? job.output : shown.file.string();
+  shown.clip = ClipOf(motion, person);
+  shown.body = person.body;
+  shown.betas = person.betas;
+  shown.marker = GoalMarkers(goals);
+  for (const ReachObstacle& obstacle : options.obstacles) Append(obstacle.mesh, *shown.marker);
+  if (rank == 0) shown.metrics = metrics;
+  shown.metrics["per_frame"] = PerFrameJson(motion.sample, goals, options.side);
+  return shown;
+}
+
+// False where the user stopped it.
+bool WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOptions& options,
+                 const ReachReport& report, std::span<const Eigen::Vector3d> goals,
+                 const nlohmann::json& metrics, ResultFolder& folder, const CommonOptions& common) {
+  const auto shown_of = [&](int rank) {
+    return Shown(job, person, options, report.motions[static_cast<std::size_t>(rank)], rank, goals,
+                 metrics);
+  };
+  std::vector<ClipInput> shown = {shown_of(0)};
+  WriteClip(shown[0].clip, folder / "clip.npz");
+  WriteAtomically(folder / "metrics.json", shown[0].metrics.dump(1) + "\n");
+  if (job.all) {
+    fs::create_directory(folder / "samples");
+    for (int rank = 0; rank < static_cast<int>(report.motions.size()); ++rank) {
+      WriteClip(ClipOf(report.motions[static_cast<std::size_t>(rank)], person),
+                folder / fmt::format("samples/{:02d}.npz", rank).c_str());
+      if (rank > 0 && rank < kReportedSamples) shown.push_back(shown_of(rank));
+    }
+  }
+  if (job.write_report) {
+    WriteReportBeside(shown, folder / "report.html", common);
+    if (Interrupted()) return false;
+  }
+  folder.Commit();
+  return true;
+}
+
+}  // namespace
+
+FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
+  const FitOutcome stopped{kInterrupted, {}, {}};
+  std::vector<Eigen::Vector3d> goals;
+  for (const std::string& text : job.goals) goals.push_back(ParsePoint("--goal", text));
+  const ReachNetwork network = LoadReachNetwork(job.weights);
+  const Start start = StartOf(job, common);
+  const ReachOptions options = ToLibrary(job, common);
+  const std::vector<std::string> notes = CheckReachGoals(goals, start.person, options);
+  for (const std::string& note : notes) Note(common, "warning: " + note);
+  if (!job.object.empty()) return RunTake(job, start, network, goals, options, common);
+
+  ResultFolder folder(job.output, common.force);
+  StageProgress progress(common);
+  const ReachReport report = WalkAndReach(start.person, network.weights, goals, options,
+                                          [&](const char* stage, int done, int total) {
+                                            progress.Update(stage, done, total);
+                                            return !Interrupted();
+                                          });
+  progress.End();
+  if (report.status == ReachStatus::kStopped) return stopped;
+  if (report.status == ReachStatus::kDiverged) {
+    throw FitFailure(
+        fmt::format("{}: the motion stops being numbers in every sample (after {} "
+                    "frames in the best). Try another --weights",
+                    network.source, report.motions.front().sample.track.states.cols()));
+  }
+  const std::vector<std::string> why = WhyMissedAll(report, start.person, options);
+  nlohmann::json metrics =
+      MetricsOf(job, start, network, options, report, goals, why, notes, common);
+  if (!WriteResult(job, start.person, options, report, goals, metrics, folder, common)) {
+    return stopped;
+  }
+  FitOutcome outcome;
+  outcome.exit_code = kDone;
+  outcome.text = Text(job, options, report, goals, why);
+  outcome.summary = std::move(metrics);
+  outcome.summary["output"] = job.output;
+  return outcome;
+}
+
+}  // namespace holdfast::apps

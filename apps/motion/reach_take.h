@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+
+#include "apps/common.h"
+#include "apps/fit/fit_job.h"
+#include "solver/reach/reach_and_take.h"
+
+namespace holdfast::apps {
+
+/// A person walks to an object on a table, takes hold of it and carries it on.
+struct TakeJob {
+  std::string object;  ///< mesh or embedded object
+  double object_scale = 1.0;
+  Side side = Side::kRight;
+  std::string style = "auto";  ///< of the grasp: power, precision, handle, auto
+  /// Middles of the object's bottom, world: where it stands (on a table of that height), then where
+  /// it shall be.
+  std::vector<Eigen::Vector3d> places;
+  std::optional<double> object_yaw_deg;
+  std::string output;
+  bool write_report = true;
+};
+
+/// Has the object taken (ReachAndTake) and writes the result folder: clip.npz, object.ply,
+/// table.ply, metrics.json, report.html. `extra` is merged into metrics.json (the caller's options
+/// and network). Throws Error and FitFailure.
+FitOutcome RunReachTake(const TakeJob& job, const ReachPerson& person,
+                        const wandr::NetworkWeights& network, const ReachOptions& options,
+                        const nlohmann::json& extra, const CommonOptions& common);
+
+}  // namespace holdfast::apps

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#include "apps/common.h"
+#include "apps/motion/synthesis_network.h"
+#include "apps/motion/synthesize_job.h"
+#include "generator/actions/action_catalog.h"
+#include "generator/imos/config.h"
+
+namespace holdfast::apps {
+
+void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
+  struct Options {
+    CommonOptions common;
+    SynthesizeJob job;
+    std::string hand = "right", place = "any";
+  };
+  auto options = std::make_shared<Options>();
+  SynthesizeJob& job = options->job;
+  CLI::App* command = app.add_subcommand(
+      "synthesize",
+      "Generate a person who does something with an object: body and object motion from an intent");
+  CLI::Option* sentence = command->add_option(
+      "sentence", job.sentence, "\"The person drinks from the mug\", in place of --action");
+  CLI::Option* action =
+      command->add_option("--action", job.action, "The action: " + MadeActionNames())
+          ->excludes(sentence);
+  CLI::Option* object =
+      command->add_option("--object", job.begin.object,
+                          "Mesh (.obj .ply .stl .off) or embedded object; the sentence's if left "
+                          "out");
+  action->needs(object);
+  command->add_option("--class", job.object_class,
+                      "Class of the object for the networks: mug, waterbottle, ... [its name]");
+  command
+      ->add_option("--object-scale", job.begin.object_scale,
+                   "Multiplies the object's coordinates (0.001 for millimetres)")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command->add_option("--from", job.begin.from,
+                      "CLIP or CLIP:FRAME of a person with the object in a hand to go on from. "
+                      "Without it a person stands at the origin, facing -y");
+  command
+      ->add_option("--start", options->place,
+                   "Where the object is at a generated start: on a table, in the hand, any")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"any", "table", "hand"}))
+      ->excludes(command->get_option("--from"));
+  command->add_option("--hand", options->hand, "Hand that holds at a generated start")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"right", "left"}))
+      ->excludes(command->get_option("--from"));
+  command
+      ->add_option("--betas", job.begin.betas,
+                   "Body shape at a generated start, coefficients of the body model: 1.5,-0.5")
+      ->delimiter(',')
+      ->excludes(command->get_option("--from"));
+  command
+      ->add_option("--seconds", job.seconds, "Duration of the motion [the usual one of the action]")
+      ->check(CLI::Range(0.5, 60.0));
+  command->add_option("--key-frames", job.key_frames, "Number of key frames, 4 of them given")
+      ->capture_default_str()
+      ->check(CLI::Range(imos::kHistory + 1, 1000));
+  command->add_option("--samples", job.samples, "Motions to choose from")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10'000));
+  command->add_option("--sigma", job.sigma, "Standard deviation of the latents; 0: the mean motion")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 3.0));
+  command->add_option("--frame-rate", job.frame_rate, "Frame rate of the output, Hz")
+      ->capture_default_str()
+      ->check(CLI::Range(5.0, 240.0));
+  command->add_option("--body", job.begin.body, "Body model in place of the embedded one");
+  AddSynthesisWeightsOptions(*command, job.weights, job.action_embeddings);
+  command->add_flag_callback(
+      "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
+  command
+      ->add_option("-o,--output", job.output,
+                   "Folder to make: clip.npz, object.ply, metrics.json, report.html")
+      ->capture_default_str();
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast synthesize --action drink --object mug\n"
+      "  holdfast synthesize \"The person takes picture with the camera\" --seed 7 -o picture\n"
+      "  holdfast synthesize --action pour --object jug.obj --class teapot --hand left -o poured\n"
+      "  holdfast synthesize --action inspect --object held/object.ply --class mug --from held \\\n"
+      "      -o inspected\n"
+      "The best sample: least penetration, least of the object in the body and of joints beyond\n"
+      "what captured people do, most contact; the first of equals.\n");
+  command->callback([options, &exit_code] {
+    SynthesizeJob& asked = options->job;
+    if (asked.sentence.empty() && asked.action.empty()) {
+      throw CLI::RequiredError("A sentence, or --action and --object,");
+    }
+    asked.begin.left = options->hand == "left";
+    if (options->place != "any") asked.begin.in_hand = options->place == "hand";
+    const FitOutcome outcome = RunSynthesizeJob(asked, options->common);
+    if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
+    exit_code = outcome.exit_code;
+  });
+}
+
+}  // namespace holdfast::apps

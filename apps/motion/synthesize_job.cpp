@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+#include "apps/motion/synthesize_job.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "apps/clip_input.h"
+#include "apps/motion/reach_job.h"
+#include "apps/motion/synthesis_network.h"
+#include "generator/actions/action_catalog.h"
+#include "geometry/embedded.h"
+#include "geometry/error.h"
+#include "solver/synthesis/synthesize.h"
+
+namespace holdfast::apps {
+namespace {
+
+// Actions that the networks know and, where a start is to be made, that one can be made for.
+std::vector<std::string> OfferedActions(const SynthesisNetwork& network, bool makes_start) {
+  std::vector<std::string> offered = network.Actions();
+  std::erase_if(offered, [&](const std::string& action) {
+    return makes_start &&
+           std::ranges::find(MadeActions(), action, &MadeAction::name) == MadeActions().end();
+  });
+  return offered;
+}
+
+// What the object is to the networks: as told, or what its name says.
+int ObjectClass(const SynthesizeJob& job) {
+  if (!job.object_class.empty()) {
+    return imos::ObjectId(imos::VocabularyName(job.object_class), "--class");
+  }
+  const std::string named = std::filesystem::path(job.begin.object).stem().string();
+  if (const auto id = imos::FindObject(imos::VocabularyName(named))) return *id;
+  LoadObjectInput(
+      job.begin.object);  // no such file or object is another fault than one of no class
+  return imos::ObjectId(named, "--class");
+}
+
+imos::Intent IntentOf(SynthesizeJob& job, const SynthesisNetwork& network) {
+  const std::vector<std::string> names = OfferedActions(network, job.begin.from.empty());
+  const std::vector<std::string_view> actions(names.begin(), names.end());
+  imos::Intent intent;
+  if (job.sentence.empty()) {
+    intent = {imos::ActionId(job.action, "--action", actions), ObjectClass(job)};
+  } else {
+    const std::vector<std::string> meshes = EmbeddedNames("objects", "_300.ply");
+    std::vector<std::string_view> objects;
+    for (const std::string& mesh : meshes) objects.push_back(imos::VocabularyName(mesh));
+    intent = imos::ParseSentence(job.sentence, actions, objects);
+    if (job.begin.object.empty()) {
+      job.begin.object = imos::EmbeddedMeshName(imos::Objects()[intent.object]);
+    }
+  }
+  const std::string_view label = imos::Actions()[intent.action].label;
+  if (std::ranges::find(actions, label) == actions.end()) {
+    throw Error(job.sentence.empty() ? "--action" : fmt::format("\"{}\"", job.sentence),
+                fmt::format("no motion can be generated for '{}'", label),
+                fmt::format("There are: {}", fmt::join(actions, ", ")));
+  }
+  return intent;
+}
+
+struct SynthesisStart {
+  HeldStart held;
+  nlohmann::json how;  // for metrics.json
+};
+
+// The person of the clip at its frame, up to it.
+SynthesisStart FromClip(const SynthesisBegin& begin, const LoadedObject& object,
+                        const CommonOptions& common) {
+  const auto [name, frame] = ParseStart(begin.from);
+  ClipInputOptions options;
+  options.body = begin.body;
+  options.object = begin.object;
+  options.object_scale = begin.object_scale;
+  const ClipInput input = LoadClipInput(name, options, common);
+  SynthesisStart start;
+  start.held = NamingClip(begin.from, [&] {
+    return StartInClip(input.clip, {input.body, input.betas}, object, frame, NumThreads(common));
+  });
+  start.how = {{"from", name}, {"frame", start.held.clip.NumFrames() - 1}};
+  return start;
+}
+
+// A person who stands and has the object in the hand, on a table or before the waist.
+SynthesisStart Made(const SynthesisBegin& begin, const LoadedObject& object,
+                    std::string_view action, const CommonOptions& common) {
+  const std::shared_ptr<const BodyModel> body = LoadBody(begin.body);
+  if (static_cast<int>(begin.betas.size()) > body->NumShape()) {
+    throw Error(
+        "--betas",
+        fmt::format("{} numbers, {} has {}", begin.betas.size(), body->Name(), body->NumShape()),
+        "Give fewer");
+  }
+  Eigen::VectorXd betas = Eigen::VectorXd::Zero(body->NumShape());
+  std::ranges::copy(begin.betas, betas.begin());
+  const StandingHoldOptions options{begin.left, begin.in_hand, common.seed, NumThreads(common)};
+  StandingHold hold = MakeStandingHold({body, betas}, object, action, options);
+  if (hold.status == StandingHoldStatus::kNoGrasp) {
+    throw FitFailure(fmt::format("{}: {}. Try another size (--object-scale)", begin.object,
+                                 Describe(hold.grasp)));
+  }
+  if (hold.status == StandingHoldStatus::kNobodyCan) {
+    throw FitFailure(
+        fmt::format("{}: nobody can hold it so as to '{}': {} ({}). Try another "
+                    "--seed, --betas or --object-scale",
+                    begin.object, action, hold.fault, hold.detail));
+  }
+  return {std::move(hold.start),
+          {{"made", true}, {"hand", begin.left ? "left" : "right"}, {"betas", begin.betas}}};
+}
+
+nlohmann::json SynthesisJson(const SynthesizeJob& job, const imos::Intent& intent,
+                             const SynthesisNetwork& network, const SynthesisStart& start,
+                             const SynthesizeOptions& options, const SynthesizedMotion& made) {
+  nlohmann::json faults = nlohmann::json::array();
+  for (const SynthesizedSample& sample : made.samples) {
+    faults.push_back({{"sample", sample.number}, {"faults", sample.faults}});
+  }
+  return {{"action", made.motion.action},
+          {"object", imos::Objects()[intent.object]},
+          {"sentence", imos::SentenceOf(intent)},
+          {"network", network.ToJson()},
+          {"start", start.how},
+          {"key_frames", job.key_frames},
+          {"seconds_per_key_frame", options.seconds_per_key_frame},
+          {"samples", faults},
+          {"switch_key_frame", made.samples.front().keys.switch_frame},
+          {"sigma", job.sigma}};
+}
+
+FitJob FitJobOf(const SynthesizeJob& job, const SynthesizedMotion& made) {
+  FitJob fit;
+  fit.clip = made.motion.action;
+  fit.motion = made.motion;
+  fit.object = job.begin.object;
+  fit.object_scale = job.begin.object_scale;
+  fit.output = job.output;
+  fit.body = job.begin.body;
+  fit.write_report = job.write_report;
+  fit.offhand = made.switch_frame.has_value();
+  if (fit.offhand) {
+    fit.handover.switch_frames = {*made.switch_frame};
+    fit.handover.first_hand = made.first_hand;
+  }
+  return fit;
+}
+
+}  // namespace
+
+FitOutcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
+  const SynthesisNetwork network = LoadSynthesisNetwork(job.weights, job.action_embeddings);
+  const imos::Intent intent = IntentOf(job, network);
+  if (const std::string note = NoteOnIntent(network, intent); !note.empty()) Note(common, note);
+  const LoadedObject object = LoadObjectInput(job.begin.object, job.begin.object_scale);
+  RequireHandheld(object);
+  const SynthesisStart start =
+      job.begin.from.empty() ? Made(job.begin, object, imos::Actions()[intent.action].label, common)
+                             : FromClip(job.begin, object, common);
+  if (Interrupted()) return {kInterrupted, {}, {}};
+  SynthesizeOptions options;
+  options.seconds_per_key_frame =
+      job.seconds ? *job.seconds / (job.key_frames - 1) : network.SecondsPerKeyFrame(intent.action);
+  options.key_frames = job.key_frames;
+  options.samples = job.samples;
+  options.sigma = job.sigma;
+  options.frame_rate = job.frame_rate;
+  options.action_table = network.action_table;
+  options.seed = common.seed;
+  options.threads = NumThreads(common);
+  const SynthesizedMotion made = Synthesize(start.held, network.weights, intent, options);
+  if (Interrupted()) return {kInterrupted, {}, {}};
+
+  FitJob fit = FitJobOf(job, made);
+  fit.extra["synthesis"] = SynthesisJson(job, intent, network, start, options, made);
+  FitLibrary library;
+  FitOutcome outcome = RunFitJob(fit, common, library);
+  if (outcome.summary.is_null()) return outcome;
+  outcome.text = fmt::format(
+      "{}\n  made                {:.1f} s of motion in {} key frames; best of {} samples, {:.0f} "
+      "ms each with the object\n{}",
+      imos::SentenceOf(intent), options.seconds_per_key_frame * (job.key_frames - 1),
+      job.key_frames, job.samples, 1000.0 * made.loop_s / job.samples, outcome.text);
+  return outcome;
+}
+
+}  // namespace holdfast::apps

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <map>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "apps/clip_input.h"
+#include "apps/common.h"
+#include "apps/score/score_output.h"
+#include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/read_json.h"
+
+namespace holdfast::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ScoreCommand {
+  CommonOptions common;
+  ClipInputOptions input;
+  ScoreOptions score;
+  std::vector<std::string> clips;
+  std::vector<std::string> references;
+  std::string output;
+  std::string csv;
+  bool per_frame = false;
+};
+
+// What other commands write beside results: lists of jobs, tables, pages, pictures. A shell that
+// expands fits/* names them too.
+bool IsBesideResults(const fs::path& path) {
+  constexpr std::array<std::string_view, 6> kWritten = {".csv", ".html", ".png",
+                                                        ".gif", ".mp4",  ".txt"};
+  if (!fs::is_regular_file(path)) return false;
+  if (path.extension() != ".json") return std::ranges::count(kWritten, path.extension()) > 0;
+  const nlohmann::json json = ReadJson(path);
+  if (!json.is_object() || !json.contains("schema") || !json["schema"].is_string()) return false;
+  return json["schema"].get_ref<const std::string&>().starts_with("holdfast/");
+}
+
+// Clips as they are; a folder that is no result itself stands for the results in it.
+std::vector<std::string> ExpandFolders(const std::vector<std::string>& given,
+                                       const CommonOptions& common) {
+  std::vector<std::string> clips, beside;
+  for (const std::string& path : given) {
+    if (given.size() > 1 && IsBesideResults(path)) {
+      beside.push_back(path);
+      continue;
+    }
+    if (!fs::is_directory(path) || fs::exists(fs::path(path) / "clip.npz")) {
+      clips.push_back(path);
+      continue;
+    }
+    std::vector<std::string> inside;
+    for (const auto& entry : fs::directory_iterator(path)) {
+      const bool result = entry.is_directory() && fs::exists(entry.path() / "clip.npz");
+      const bool clip = entry.is_regular_file() && entry.path().extension() == ".npz";
+      if (result || clip) inside.push_back(entry.path().string());
+    }
+    if (inside.empty()) inside.push_back(path);  // one of a file a frame
+    std::ranges::sort(inside);
+    clips.insert(clips.end(), inside.begin(), inside.end());
+  }
+  if (clips.empty()) return beside;  // reading the first says that it is no clip
+  if (!beside.empty()) {
+    Note(common, fmt::format("note: no clip, left out: {}", fmt::join(beside, ", ")));
+  }
+  return clips;
+}
+
+int Run(ScoreCommand options) {
+  const CommonOptions& common = options.common;
+  for (const std::string& path : {options.output, options.csv}) {
+    if (!path.empty()) RequireNew(path, common);
+  }
+  const std::vector<std::string> clips = ExpandFolders(options.clips, common);
+  const std::vector<std::string> references = ExpandFolders(options.references, common);
+  if (references.size() > 1 && references.size() != clips.size()) {
+    throw Error("--reference",
+                fmt::format("names {} clips for {} to score", references.size(), clips.size()),
+                "Give one reference for all, or one for each in the same order");
+  }
+  HandObjectProtocol& protocol = options.score.hand_object;
+  protocol.contact.threads = NumThreads(common);
+  protocol.measure_exact = options.score.exact != ExactMode::kOff;
+  protocol.measure_voxels = protocol.contact.voxel_mm > 0.0;
+  if (!protocol.measure_voxels && !protocol.measure_exact) {
+    throw Error("--voxel 0", "leaves no way to measure volumes with --exact off",
+                "Give a voxel size, or leave --exact at auto");
+  }
+
+  ScoreOptions score = options.score;
+  score.threads = NumThreads(common);
+  std::vector<ClipScore> scores;
+  int frames = 0;
+  const auto begin = std::chrono::steady_clock::now();
+  Progress progress(common, "score");
+  std::optional<ClipInput> shared_reference;
+  for (std::size_t c = 0; c < clips.size(); ++c) {
+    std::optional<ClipInput> own_reference;
+    const ClipInput* reference = nullptr;
+    if (references.size() == 1) {
+      if (!shared_reference) {
+        shared_reference = LoadClipInput(references[0], options.input, common);
+      }
+      reference = &*shared_reference;
+    } else if (!references.empty()) {
+      reference = &own_reference.emplace(LoadClipInput(references[c], options.input, common));
+    }
+    const ClipInput input = LoadClipInput(clips[c], options.input, common);
+    StageProgress hands(common);
+    scores.push_back(
+        ScoreClip(input, reference, score, [&](const char* stage, int done, int total) {
+          hands.Update((input.source + ", " + stage).c_str(), done, total);
+          return !Interrupted();
+        }));
+    hands.End();
+    if (Interrupted()) return kInterrupted;
+    frames += scores.back().frames;
+    if (clips.size() > 1) progress.Update(static_cast<int>(c + 1), static_cast<int>(clips.size()));
+  }
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+
+  nlohmann::json json = JsonHead("holdfast/score/1", common);
+  AddScores(scores, options.score, options.per_frame, json);
+  if (!options.output.empty()) WriteAtomically(options.output, json.dump(1) + "\n");
+  if (!options.csv.empty()) WriteAtomically(options.csv, ScoreCsv(scores, options.score));
+  PrintResult(common, json, ScoreTable(scores, options.score));
+  Note(common, fmt::format("scored {} frames in {:.1f} s ({:.0f} per second)", frames, seconds,
+                           frames / std::max(seconds, 1e-9)));
+  return kDone;
+}
+
+}  // namespace
+
+void AddScoreCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<ScoreCommand>();
+  CLI::App* command = app.add_subcommand(
+      "score", "Measure clips: penetration, contact, slip, jitter, and errors to a reference");
+  command
+      ->add_option("clips", options->clips,
+                   "Clips (.npz), result folders, folders of these, embedded clips, or files that "
+                   "'holdfast import' reads")
+      ->required();
+  command->add_option("-r,--reference", options->references,
+                      "Ground truth motion to compare with: one for all clips, or one for each");
+  command->add_option("-o,--output", options->output, "Write the scores as JSON");
+  command->add_option("--csv", options->csv, "Write a table with one line per clip");
+  command->add_flag("--per-frame", options->per_frame, "Add every frame's values to the JSON");
+  command
+      ->add_option("--contact-threshold", options->score.hand_object.contact.contact_threshold_mm,
+                   "A hand vertex this close to the object is in contact, mm")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--depth-threshold", options->score.deep_mm,
+                   "Frames with penetration deeper than this are counted, mm")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--voxel", options->score.hand_object.contact.voxel_mm,
+                   "Edge of the voxels for intersection volume, mm; 0: none")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
+  const std::map<std::string, ExactMode> exact = {
+      {"off", ExactMode::kOff}, {"auto", ExactMode::kAuto}, {"on", ExactMode::kOn}};
+  command
+      ->add_option("--exact", options->score.exact,
+                   "Exact intersection volume by cutting the meshes: off, auto (by voxels where "
+                   "that is undefined), on (undefined frames left out)")
+      ->transform(CLI::CheckedTransformer(exact).description("off|auto|on"))
+      ->default_str("auto");
+  const std::map<std::string, SymmetryMode> symmetric = {
+      {"off", SymmetryMode::kOff}, {"auto", SymmetryMode::kAuto}, {"on", SymmetryMode::kOn}};
+  command
+      ->add_option("--symmetric", options->score.symmetry,
+                   "Whether the object is symmetric: auto looks, off compares rotations as they "
+                   "are. ADD and ADD-S are given in any case")
+      ->transform(CLI::CheckedTransformer(symmetric).description("off|auto|on"))
+      ->default_str("auto");
+  command->add_flag("--overlap", options->score.overlap,
+                    "Compare the frames that a clip and its reference have in common");
+  command->add_flag("--resample", options->score.resample,
+                    "Resample the reference to the clip's frame rate");
+  AddClipInputOptions(*command, options->input);
+  AddCommonOptions(*command, options->common, true,
+                   "  holdfast score held\n"
+                   "  holdfast score fits/* --csv table.csv -o scores.json\n"
+                   "  holdfast score held --reference captured.npz --json --per-frame\n");
+  command->callback([options, &exit_code] { exit_code = Run(*options); });
+}
+
+}  // namespace holdfast::apps
