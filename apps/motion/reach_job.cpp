@@ -12,10 +12,12 @@
 #include "apps/motion/reach_take.h"
 #include "apps/report/report.h"
 #include "apps/result_folder.h"
+#include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/append.h"
+#include "geometry/value_ranges.h"
 #include "solver/reach/walk_and_reach.h"
 
 namespace holdfast::apps {
@@ -40,6 +42,7 @@ Start StartOf(const ReachJob& job, const CommonOptions& common) {
   ClipInputOptions input_options;
   input_options.body = job.body;
   ClipInput input = LoadClipInput(name, input_options, common);
+  if (!input.body->LoneHand()) RequireMetres(name, input.clip, *input.body);
   return {name, NamingClip(name, [&] {
             return PersonInClip(std::move(input.clip), {input.body, input.betas}, frame);
           })};
@@ -215,6 +218,10 @@ Eigen::Vector3d ParsePoint(const std::string& option, const std::string& text) {
     at = stopped + (k < 2 ? 1 : 0);
   }
   if (at != end || !goal.allFinite()) throw fault;
+  if (goal.cwiseAbs().maxCoeff() > kMostMetres) {
+    throw Error(option + " " + text, fmt::format("is farther than {:g} m", kMostMetres),
+                "Give metres, as in 1.5,1.0,1.1");
+  }
   return goal;
 }
 

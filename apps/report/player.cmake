@@ -4,13 +4,6 @@
 function(holdfast_add_player target)
   set(source "${CMAKE_CURRENT_SOURCE_DIR}/report")
   set(binary "${CMAKE_CURRENT_BINARY_DIR}/report")
-  find_program(HOLDFAST_NPM npm)
-  find_program(HOLDFAST_NODE node)
-  if(NOT HOLDFAST_NPM OR NOT HOLDFAST_NODE)
-    message(FATAL_ERROR "The player of 'holdfast report' is built with node and npm, which are not "
-      "here. Install the packages nodejs and npm, or configure with -DHOLDFAST_BUILD_PLAYER=OFF "
-      "(then there are no reports).")
-  endif()
   set(installed "${binary}/node_modules/.package-lock.json")
   add_custom_command(OUTPUT "${installed}"
     COMMAND ${CMAKE_COMMAND} -E make_directory "${binary}"

@@ -70,13 +70,13 @@ struct ShapeFilter {
   const TriangleTree* original;
   double farthest;
 
-  template <typename Profile>
-  boost::optional<Point> operator()(const Profile& profile,
-                                    boost::optional<Point> placement) const {
+  /// Boost's optional in CGAL 5, the standard's in CGAL 6.
+  template <typename Profile, typename OptionalPoint>
+  OptionalPoint operator()(const Profile& profile, OptionalPoint placement) const {
     placement = sms::Bounded_normal_change_filter<>()(profile, placement);
     if (!placement) return placement;
     const Eigen::Vector3d p(placement->x(), placement->y(), placement->z());
-    if (original->Closest(p).squared_distance > farthest * farthest) return boost::none;
+    if (original->Closest(p).squared_distance > farthest * farthest) return OptionalPoint();
     return placement;
   }
 };

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <utility>
+#include <variant>
 
 #include <Eigen/Geometry>
 
@@ -12,6 +13,8 @@
 #include <CGAL/Polygon_mesh_processing/corefinement.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Surface_mesh.h>
+#include <boost/variant/get.hpp>
+#include <boost/variant/variant.hpp>
 
 #include "geometry/mesh/mesh_parts.h"
 #include "geometry/score/contact_metrics.h"
@@ -182,6 +185,16 @@ std::string_view Describe(VolumeStatus status) {
   return "";
 }
 
+// What a variant holds, if it is that: of Boost in CGAL 5, of the standard in CGAL 6.
+template <typename Held, typename Variant>
+const Held* IfHolds(const Variant& variant) {
+  if constexpr (requires { std::get_if<Held>(&variant); }) {
+    return std::get_if<Held>(&variant);
+  } else {
+    return boost::get<Held>(&variant);
+  }
+}
+
 Eigen::Matrix3Xd SelfCrossings(const TriangleMesh& mesh, const Eigen::Vector3d& low,
                                const Eigen::Vector3d& high) {
   const SurfaceMesh surface = ToSurfaceMesh(FacesInBox(mesh, low, high));
@@ -200,9 +213,9 @@ Eigen::Matrix3Xd SelfCrossings(const TriangleMesh& mesh, const Eigen::Vector3d& 
     // Faces that share a corner meet there in any case: the far end of the segment is the place.
     Eigen::Vector3d place = (ToEigen(CGAL::centroid(a)) + ToEigen(CGAL::centroid(b))) / 2.0;
     if (const auto common = CGAL::intersection(a, b)) {
-      if (const auto* segment = boost::get<Kernel::Segment_3>(&*common)) {
+      if (const auto* segment = IfHolds<Kernel::Segment_3>(*common)) {
         place = (ToEigen(segment->source()) + ToEigen(segment->target())) / 2.0;
-      } else if (const auto* point = boost::get<Kernel::Point_3>(&*common)) {
+      } else if (const auto* point = IfHolds<Kernel::Point_3>(*common)) {
         place = ToEigen(*point);
       }
     }

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -286,6 +287,43 @@ TEST(ExamplesOfHelp, OfSetsAndStudiesRunAsPasted) {
 
 TEST(ExamplesOfHelp, OfTrainingRunAsPasted) {
   RunHelps([](const std::string& command) { return kTraining.contains(command); });
+}
+
+// Names that begin with "--" in a text.
+std::set<std::string> OptionsIn(const std::string& text) {
+  static const std::regex kOption("(^|[^-a-z])(--[a-z][a-z0-9-]*[a-z0-9])");
+  std::set<std::string> options;
+  for (std::sregex_iterator at(text.begin(), text.end(), kOption), end; at != end; ++at) {
+    options.insert((*at)[2]);
+  }
+  return options;
+}
+
+TEST(Help, SaysWhatEveryOptionDoes) {
+  constexpr std::size_t kColumn = 30;  // where descriptions begin, or on the next line
+  for (const auto& [command, help] : Helps()) {
+    const std::vector<std::string> lines = Lines(help);
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      if (!lines[i].starts_with("  -")) continue;
+      const bool beside = lines[i].size() > kColumn && lines[i][kColumn - 1] == ' ';
+      const bool below =
+          i + 1 < lines.size() && lines[i + 1].starts_with(std::string(kColumn, ' '));
+      EXPECT_TRUE(beside || below) << command << ":" << lines[i];
+    }
+  }
+}
+
+TEST(Help, NamesEveryOptionOfTheDocumentation) {
+  std::set<std::string> known = {"--build", "--preset", "--install",
+                                 "--lambda"};  // of cmake; --lambda-*
+  for (const auto& [command, help] : Helps()) known.merge(OptionsIn(help));
+  for (const char* name : {"README.md", "docs/commands.md", "docs/fit.md", "docs/motion.md",
+                           "docs/formats.md", "docs/metrics.md", "docs/evaluation.md"}) {
+    for (const std::string& option :
+         OptionsIn(testing::ReadText(std::filesystem::path(HOLDFAST_SOURCE_DIR) / name))) {
+      EXPECT_TRUE(known.contains(option)) << name << " has " << option << ", which no command has";
+    }
+  }
 }
 
 TEST(ExamplesOfHelp, AreReducedOnlyWhereTheyStand) {
