@@ -12,7 +12,6 @@
 #include "apps/motion/reach_take.h"
 #include "apps/report/report.h"
 #include "apps/result_folder.h"
-#include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -42,10 +41,7 @@ Start StartOf(const ReachJob& job, const CommonOptions& common) {
   ClipInputOptions input_options;
   input_options.body = job.body;
   ClipInput input = LoadClipInput(name, input_options, common);
-  if (!input.body->LoneHand()) RequireMetres(name, input.clip, *input.body);
-  return {name, NamingClip(name, [&] {
-            return PersonInClip(std::move(input.clip), {input.body, input.betas}, frame);
-          })};
+  return {name, PersonInClip(std::move(input.clip), {input.body, input.betas}, frame, name)};
 }
 
 ReachOptions ToLibrary(const ReachJob& job, const CommonOptions& common) {

@@ -10,7 +10,6 @@
 #include "apps/motion/reach_job.h"
 #include "apps/motion/synthesis_network.h"
 #include "generator/actions/action_catalog.h"
-#include "geometry/conventions/posture.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "solver/synthesis/synthesize.h"
@@ -78,11 +77,9 @@ SynthesisStart FromClip(const SynthesisBegin& begin, const LoadedObject& object,
   options.object = begin.object;
   options.object_scale = begin.object_scale;
   const ClipInput input = LoadClipInput(name, options, common);
-  if (!input.body->LoneHand()) RequireMetres(name, input.clip, *input.body);
   SynthesisStart start;
-  start.held = NamingClip(begin.from, [&] {
-    return StartInClip(input.clip, {input.body, input.betas}, object, frame, NumThreads(common));
-  });
+  start.held =
+      StartInClip(input.clip, {input.body, input.betas}, object, frame, NumThreads(common), name);
   start.how = {{"from", name}, {"frame", start.held.clip.NumFrames() - 1}};
   return start;
 }

@@ -46,14 +46,15 @@ ReachPerson StandingPerson(std::shared_ptr<const BodyModel> body) {
   return person;
 }
 
-ReachPerson PersonInClip(Clip clip, const ClipBody& body, std::optional<int> frame) {
+ReachPerson PersonInClip(Clip clip, const ClipBody& body, std::optional<int> frame,
+                         const std::string& source) {
   const int frames = clip.NumFrames();
   if (frame && (*frame < 0 || *frame >= frames)) {
-    throw Error("the clip", fmt::format("has frames 0 to {}, and no {}", frames - 1, *frame),
+    throw Error(source, fmt::format("has frames 0 to {}, and no {}", frames - 1, *frame),
                 "Give one of those");
   }
   ReachPerson person = PersonWith(body);
-  RequireMetres("the clip", clip, *body.model);
+  RequireMetres(source, clip, *body.model);
   person.states = wandr::StatesOfClip(clip);
   const double rate = wandr::kFramesPerSecond / clip.frame_rate;
   const int last = std::min(static_cast<int>(std::lround(frame.value_or(frames - 1) * rate)),

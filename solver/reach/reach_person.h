@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 
 #include <Eigen/Core>
 
@@ -35,7 +36,9 @@ struct ReachPerson {
 ReachPerson StandingPerson(std::shared_ptr<const BodyModel> body);
 
 /// Goes on from this frame of a clip (at the clip's rate, from 0), the last one if none is given.
-/// Throws Error for a frame that is not there, a hand alone, and positions that are no metres.
-ReachPerson PersonInClip(Clip clip, const ClipBody& body, std::optional<int> frame = {});
+/// Throws Error, named `source`, for a frame that is not there and positions that are no metres,
+/// and for a hand alone.
+ReachPerson PersonInClip(Clip clip, const ClipBody& body, std::optional<int> frame = {},
+                         const std::string& source = "the clip");
 
 }  // namespace holdfast

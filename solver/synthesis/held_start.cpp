@@ -28,14 +28,14 @@ std::unique_ptr<const ActionProp> PropOf(const LoadedObject& object, bool mirror
 }  // namespace
 
 HeldStart StartInClip(const Clip& clip, const ClipBody& body, const LoadedObject& object,
-                      std::optional<int> frame, int threads) {
+                      std::optional<int> frame, int threads, const std::string& source) {
   if (body.model->LoneHand()) {
-    throw Error("the clip", "shows a hand alone", "Give a clip of a whole body");
+    throw Error(source, "shows a hand alone", "Give a clip of a whole body");
   }
-  RequireMetres("the clip", clip, *body.model);
+  RequireMetres(source, clip, *body.model);
   const int frames = clip.NumFrames();
   if (frame && *frame >= frames) {
-    throw Error("the clip", fmt::format("has frames 0 to {}, and no {}", frames - 1, *frame),
+    throw Error(source, fmt::format("has frames 0 to {}, and no {}", frames - 1, *frame),
                 "Give one of those");
   }
   HeldStart start;
@@ -43,9 +43,9 @@ HeldStart StartInClip(const Clip& clip, const ClipBody& body, const LoadedObject
   const char* fix =
       "Give a clip and frame with the object in a hand, as 'holdfast fit' and 'holdfast grasp' "
       "make them, or none: then a start is made";
-  if (!start.clip.object) throw Error("the clip", "has no object track", fix);
+  if (!start.clip.object) throw Error(source, "has no object track", fix);
   if (start.clip.holding_hand.empty() || start.clip.holding_hand.back() == 0) {
-    throw Error("the clip", "nobody holds the object in that frame", fix);
+    throw Error(source, "nobody holds the object in that frame", fix);
   }
   start.mirrored = start.clip.holding_hand.back() == kHoldsLeft;
   if (start.mirrored) start.clip = MirrorClip(start.clip);

@@ -27,10 +27,11 @@ struct HeldStart {
 };
 
 /// Goes on from this frame of a clip that shows the object in a hand, the last one if none is
-/// given. Throws Error for a frame that is not there or in which nobody holds the object, a hand
-/// alone, and positions that are no metres.
+/// given. Throws Error, named `source`, for a frame that is not there or in which nobody holds the
+/// object, a hand alone, and positions that are no metres.
 HeldStart StartInClip(const Clip& clip, const ClipBody& body, const LoadedObject& object,
-                      std::optional<int> frame = {}, int threads = 1);
+                      std::optional<int> frame = {}, int threads = 1,
+                      const std::string& source = "the clip");
 
 struct StandingHoldOptions {
   bool left = false;            ///< in the left hand
