@@ -14,15 +14,13 @@ namespace holdfast {
 namespace {
 
 constexpr int kTriangles = 4;
-constexpr std::size_t kMaxLookBytes = std::size_t{256} << 20;  // of all images of a mesh
 
 bool IsPlain(const GltfAsset& asset, int accessor) {
   const GltfAccessor& found = asset.accessors[static_cast<std::size_t>(accessor)];
   return found.view >= 0 && !asset.views[static_cast<std::size_t>(found.view)].compressed;
 }
 
-// Materials may share an image, and each takes it whole: `room` is what is left for them together.
-Material MaterialOf(const GltfAsset& asset, int index, std::size_t& room,
+Material MaterialOf(const GltfAsset& asset, int index, MaterialImages& images,
                     std::vector<std::string>& notes) {
   if (index < 0) return ObjectMaterial();
   const GltfMaterial& from = asset.materials[static_cast<std::size_t>(index)];
@@ -31,23 +29,9 @@ Material MaterialOf(const GltfAsset& asset, int index, std::size_t& room,
                     std::clamp(from.metallic, 0.0, 1.0),
                     std::clamp(from.roughness, 0.0, 1.0),
                     {}};
-  if (from.image < 0 || room == 0) return material;
+  if (from.image < 0 || !images.HasRoom()) return material;
   try {
-    material.image = asset.ImageBytes(from.image);
-    if (material.image.size() > room) {
-      if (room > 0) {
-        notes.push_back(
-            fmt::format("images are left out from that of '{}' on: together they take "
-                        "more than {} MB",
-                        from.name, kMaxLookBytes >> 20));
-      }
-      room = 0;
-      material.image.clear();
-    } else if (!IsPngOrJpeg(material.image)) {
-      notes.push_back(fmt::format("the image of '{}' is neither PNG nor JPEG", from.name));
-      material.image.clear();
-    }
-    room -= material.image.size();
+    images.Add(asset.ImageBytes(from.image), fmt::format("of '{}'", from.name), material, notes);
   } catch (const Error& error) {
     notes.push_back(fmt::format("the image of '{}' is left out: {}", from.name, error.what()));
   }
@@ -152,12 +136,12 @@ std::optional<TexturedMesh> ReadGltfLook(const GltfAsset& asset, int mesh) {
   if (!has_look || ReadGltfMesh(asset, mesh).NumFaces() == 0) return std::nullopt;
   TexturedMesh look;
   std::map<int, int> material_of;
-  std::size_t room = kMaxLookBytes;
+  MaterialImages images;
   for (const GltfPrimitive& primitive : from.primitives) {
     if (primitive.mode != kTriangles || primitive.positions < 0) continue;
     const auto [material, is_new] =
         material_of.try_emplace(primitive.material, static_cast<int>(look.materials.size()));
-    if (is_new) look.materials.push_back(MaterialOf(asset, primitive.material, room, look.notes));
+    if (is_new) look.materials.push_back(MaterialOf(asset, primitive.material, images, look.notes));
     const GltfNumbers positions(asset, primitive.positions, 3);
     const auto vertices = static_cast<Eigen::Index>(positions.Count());
     TexturedMesh::Part part;

@@ -214,13 +214,11 @@ class ObjReader {
       mesh_.notes.push_back(fmt::format("the image '{}' is not beside the mesh", name));
       return;
     }
-    std::string bytes = ReadFile(path, kMaxImageBytes);
-    if (!IsPngOrJpeg(bytes)) {
-      mesh_.notes.push_back(fmt::format("the image '{}' is neither PNG nor JPEG", name));
-      return;
+    if (!images_.HasRoom()) return;
+    if (images_.Add(ReadFile(path, kMaxImageBytes), fmt::format("'{}'", name), material,
+                    mesh_.notes)) {
+      material.color.head<3>().setOnes();  // the image has the colour
     }
-    material.image = std::move(bytes);
-    material.color.head<3>().setOnes();  // the image has the colour
   }
 
   void AddPart(const ShadedMesh& shaded, const std::vector<Eigen::Index>& faces,
@@ -264,6 +262,7 @@ class ObjReader {
   std::map<std::string, int> material_of_;
   int material_ = -1;
   bool has_uv_ = false;
+  MaterialImages images_;
   TexturedMesh mesh_;
 };
 
@@ -271,6 +270,23 @@ class ObjReader {
 
 bool IsPngOrJpeg(std::string_view bytes) {
   return bytes.starts_with("\x89PNG\r\n\x1a\n") || bytes.starts_with("\xff\xd8\xff");
+}
+
+bool MaterialImages::Add(std::string bytes, std::string_view name, Material& material,
+                         std::vector<std::string>& notes) {
+  if (bytes.size() > room_) {
+    notes.push_back(fmt::format(
+        "the image {} and those after it are left out: together they take too much", name));
+    room_ = 0;
+    return false;
+  }
+  room_ -= bytes.size();
+  if (!IsPngOrJpeg(bytes)) {
+    notes.push_back(fmt::format("the image {} is neither PNG nor JPEG", name));
+    return false;
+  }
+  material.image = std::move(bytes);
+  return true;
 }
 
 void Transform(const Eigen::Matrix3d& A, TexturedMesh& mesh) {

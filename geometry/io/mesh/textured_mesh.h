@@ -39,6 +39,21 @@ struct TexturedMesh {
 /// Whether a file begins as those do.
 bool IsPngOrJpeg(std::string_view bytes);
 
+/// The images of one mesh's materials. Materials may share a file and each takes it whole, so a
+/// small file could ask for any amount of memory: together they get 256 MB.
+class MaterialImages {
+ public:
+  /// Whether more may be added.
+  bool HasRoom() const { return room_ > 0; }
+  /// Gives the image to the material; says why in `notes` when it does not, and returns false.
+  /// `name` is what the notes call the image.
+  bool Add(std::string bytes, std::string_view name, Material& material,
+           std::vector<std::string>& notes);
+
+ private:
+  std::size_t room_ = std::size_t{256} << 20;
+};
+
 /// Of objects that bring none.
 inline Material ObjectMaterial() { return {"object", {0.16, 0.38, 0.62, 1}, 0, 0.45, {}}; }
 

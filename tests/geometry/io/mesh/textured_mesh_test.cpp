@@ -3,6 +3,7 @@
 
 #include <fstream>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -95,6 +96,24 @@ TEST_F(TexturedObj, ReadsNothingElsewhere) {
     EXPECT_EQ(mesh->materials[0].image, "") << path;
     EXPECT_EQ(mesh->notes.size(), 1u) << path;
   }
+}
+
+// Materials share one large image, and each would take it whole.
+TEST_F(TexturedObj, BoundsWhatImagesTakeTogether) {
+  Write("large.png", kPng);
+  std::filesystem::resize_file(folder_ / "large.png", std::uintmax_t{100} << 20);
+  std::string materials, faces;
+  for (int k = 0; k < 5; ++k) {
+    materials += fmt::format("newmtl m{}\nKd 0 0 0\nmap_Kd large.png\n", k);
+    faces += fmt::format("usemtl m{}\nf 1 2 3\n", k);
+  }
+  Write("shared.mtl", materials);
+  Write("shared.obj", "mtllib shared.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n" + faces);
+  const auto mesh = ReadTexturedObj(folder_ / "shared.obj");
+  ASSERT_TRUE(mesh);
+  for (int k = 0; k < 5; ++k) EXPECT_EQ(mesh->materials[k].image.empty(), k > 1) << k;
+  EXPECT_EQ(mesh->materials[4].color.head<3>(), Eigen::Vector3d::Zero());
+  EXPECT_THAT(mesh->notes, ElementsAre(HasSubstr("the image 'large.png' and those after it")));
 }
 
 TEST_F(TexturedObj, HasNothingToTellOfABareMesh) {
