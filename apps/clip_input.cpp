@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/suggestion.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/import/held_distance.h"
@@ -59,7 +58,7 @@ bool IsFittedWith(const BodyModel& body, const nlohmann::json& metrics) {
 void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptions& options) {
   input.object_scale = options.object_scale;
   if (!options.object.empty()) {
-    input.object = LoadObjectInput(options.object, options.object_scale).mesh;
+    input.object = LoadObject(options.object, options.object_scale).mesh;
     input.object_source = options.object;
     return;
   }
@@ -87,7 +86,7 @@ void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptio
   for (const auto& [candidate, scale] : candidates) {
     try {
       input.object_scale = options.object_scale * scale;
-      input.object = LoadObjectInput(candidate, input.object_scale).mesh;
+      input.object = LoadObject(candidate, input.object_scale).mesh;
       input.object_source = candidate;
       return;
     } catch (const Error& error) {
@@ -102,16 +101,9 @@ void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptio
 LoadedClip LoadClip(const std::string& path_or_name, std::shared_ptr<const BodyModel> body,
                     const CommonOptions& common, ImportFileOptions import) {
   import.parameters.body = std::move(body);
-  try {
-    LoadedClip loaded = LoadClip(path_or_name, std::move(import));
-    for (const std::string& note : loaded.notes) Note(common, "note: " + note);
-    return loaded;
-  } catch (const Error& error) {
-    std::error_code ignored;
-    if (fs::exists(path_or_name, ignored)) throw;
-    throw Error(error.Where(), error.Problem(),
-                Suggestion(path_or_name, EmbeddedNames("clips", ".npz")) + error.Remedy());
-  }
+  LoadedClip loaded = LoadClip(path_or_name, std::move(import));
+  for (const std::string& note : loaded.notes) Note(common, "note: " + note);
+  return loaded;
 }
 
 void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& body,
@@ -126,7 +118,7 @@ std::optional<TriangleMesh> MeshNamedBy(const Clip& clip, const fs::path& source
   const fs::path folder = fs::is_directory(source) ? source : source.parent_path();
   for (const std::string& place : {(folder / clip.object->mesh).string(), clip.object->mesh}) {
     try {
-      return LoadObjectInput(place).mesh;
+      return LoadObject(place).mesh;
     } catch (const Error&) {
     }
   }
@@ -160,11 +152,8 @@ ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions&
 void AddClipInputOptions(CLI::App& command, ClipInputOptions& options) {
   command.add_option("--object", options.object,
                      "Mesh or embedded object in place of the one the clip names");
-  command
-      .add_option("--object-scale", options.object_scale,
-                  "Multiplies the object's coordinates (0.001 for millimetres)")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+  AddOption(command, "--object-scale", options.object_scale,
+            "Multiplies the object's coordinates (0.001 for millimetres)", CLI::PositiveNumber);
   command.add_option("--body", options.body,
                      "Body model in place of the embedded one: SMPL-X, SMPL-H or MANO, .npz or "
                      ".pkl");

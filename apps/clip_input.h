@@ -6,11 +6,9 @@
 #include <optional>
 #include <string>
 
-#include <nlohmann/json.hpp>
-
 #include "apps/common.h"
-#include "geometry/clip/clip_scene.h"
 #include "geometry/import/load_clip.h"
+#include "geometry/report/report_facts.h"
 
 namespace holdfast::apps {
 
@@ -28,33 +26,15 @@ struct ClipInputOptions {
 };
 
 /// A clip as the user named it, with what lies beside it.
-struct ClipInput : ClipScene {
-  /// The clip's own; empty for an embedded clip and an imported file.
-  std::filesystem::path file;
-  bool object_in_clip = false;              ///< that is the clip's own file, which holds the mesh
+struct ClipInput : ReportInput {
+  bool object_in_clip = false;              ///< the clip's own file holds the object's mesh
   std::optional<TexturedMesh> object_look;  ///< of such a mesh, where the file gives one
-  double object_scale = 1.0;                ///< of that source
-  /// What the object rests on, in its own frame, where the clip has a track and a file of it.
-  std::optional<TriangleMesh> table;
-  /// World, metres: shown in reports where it is, and nothing else.
-  std::optional<TriangleMesh> marker;
-  nlohmann::json metrics;  ///< of the metrics.json beside the clip; null without one
+  double object_scale = 1.0;                ///< of object_source
 };
 
 /// LoadClip with its notes told: every command loads its clips through here.
 LoadedClip LoadClip(const std::string& path_or_name, std::shared_ptr<const BodyModel> body,
                     const CommonOptions& common, ImportFileOptions import = {});
-
-/// What `work` gives; an Error of it about "the clip" is thrown on as one about `source`.
-template <typename Work>
-auto NamingClip(const std::string& source, const Work& work) {
-  try {
-    return work();
-  } catch (const Error& error) {
-    if (error.Where() != "the clip") throw;
-    throw Error(source, error.Problem(), error.Remedy());
-  }
-}
 
 /// Warns where the clip says that a hand holds the object, and the hand is centimetres away.
 void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& body,

@@ -8,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include "apps/suggestion.h"
 #include "geometry/parallel.h"
 
 namespace holdfast::apps {
@@ -19,11 +18,9 @@ void AddCommonOptions(CLI::App& command, CommonOptions& options, bool writes,
                       std::string_view examples) {
   command.add_flag("--json", options.json, "Print the summary as JSON");
   command.add_flag("--quiet,-q", options.quiet, "No progress and no notes on stderr");
-  command
-      .add_option("--threads", options.threads, "Threads; 0: all cores that the process may use")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1024));
-  command.add_option("--seed", options.seed, "Seed of every random draw")->capture_default_str();
+  AddOption(command, "--threads", options.threads, "Threads; 0: all cores that the process may use",
+            CLI::Range(0, 1024));
+  AddOption(command, "--seed", options.seed, "Seed of every random draw");
   if (writes) command.add_flag("--force,-f", options.force, "Overwrite what is there");
   command.footer(fmt::format("\nExamples:\n{}", examples));
 }
@@ -68,17 +65,6 @@ void Progress::Update(int done, int total) {
 
 std::shared_ptr<const BodyModel> LoadBody(const std::string& path) {
   return path.empty() ? BodyModel::Default() : BodyModel::Load(path);
-}
-
-LoadedObject LoadObjectInput(const std::string& path_or_name, double scale) {
-  try {
-    return LoadObject(path_or_name, scale);
-  } catch (const Error& error) {
-    std::error_code ignored;
-    if (fs::exists(path_or_name, ignored)) throw;
-    throw Error(error.Where(), error.Problem(),
-                Suggestion(path_or_name, EmbeddedObjectNames()) + error.Remedy());
-  }
 }
 
 void RequireNew(const fs::path& path, const CommonOptions& options) {

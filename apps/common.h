@@ -35,6 +35,13 @@ struct FitFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// What came of a command's work.
+struct Outcome {
+  int exit_code = kDone;
+  nlohmann::json summary;  ///< for machines: what --json prints
+  std::string text;        ///< for people
+};
+
 /// Options that every command has.
 struct CommonOptions {
   bool json = false;       ///< the summary as JSON on stdout
@@ -47,6 +54,15 @@ struct CommonOptions {
 /// Adds --json, --quiet, --threads, --seed (and --force where `writes`), and `examples` to --help.
 void AddCommonOptions(CLI::App& command, CommonOptions& options, bool writes,
                       std::string_view examples);
+
+/// An option that shows its default in --help, and what its value has to pass.
+template <typename Value, typename... Checks>
+CLI::Option* AddOption(CLI::App& command, const char* names, Value& value, const std::string& help,
+                       const Checks&... checks) {
+  CLI::Option* const option = command.add_option(names, value, help)->capture_default_str();
+  (option->check(checks), ...);
+  return option;
+}
 
 int NumThreads(const CommonOptions& options);
 
@@ -93,9 +109,6 @@ class StageProgress {
 
 /// The body model in a file, or the embedded one when `path` is empty.
 std::shared_ptr<const BodyModel> LoadBody(const std::string& path);
-
-/// LoadObject, with the embedded name that may have been meant.
-LoadedObject LoadObjectInput(const std::string& path_or_name, double scale = 1.0);
 
 /// Before the work: throws Error unless the file `path` is new or --force was given, and can be
 /// written there. Folders above it that do not exist are made when it is written.

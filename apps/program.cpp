@@ -16,8 +16,8 @@
 
 #include "apps/common.h"
 #include "apps/interrupt.h"
-#include "apps/suggestion.h"
 #include "geometry/error.h"
+#include "geometry/suggestion.h"
 #include "solver/unknowns/quiet_ceres.h"
 
 namespace holdfast::apps {

@@ -24,4 +24,16 @@ class Error : public std::runtime_error {
   std::string remedy_;
 };
 
+/// What `work` gives; an Error of it about `what` ("mesh", "the clip") is thrown on as one about
+/// `source`.
+template <typename Work>
+auto NamingSource(std::string_view what, const std::string& source, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    if (error.Where() != what) throw;
+    throw Error(source, error.Problem(), error.Remedy());
+  }
+}
+
 }  // namespace holdfast

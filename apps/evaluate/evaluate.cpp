@@ -27,14 +27,13 @@ void AddEvaluateCommand(CLI::App& app, int& exit_code) {
   fit->add_option("-o,--output", options->output,
                   "Folder for results, evaluation.json and evaluation.md; continued if it exists")
       ->required();
-  fit->add_option("--handovers", options->handovers, "Number of synthetic hand-overs to detect")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 10'000));
+  AddOption(*fit, "--handovers", options->handovers, "Number of synthetic hand-overs to detect",
+            CLI::Range(1, 10'000));
   AddCommonOptions(*fit, options->common, false,
                    "  holdfast evaluate fit tests/evaluation/fit.txt -o out/evaluation\n"
                    "  holdfast evaluate fit list.txt -o out/mine --json\n");
   fit->callback([options, &exit_code] {
-    const FitOutcome outcome =
+    const Outcome outcome =
         EvaluateFit(options->list, options->output, options->handovers, options->common);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "apps/clip_input.h"
-#include "apps/fit/job_list.h"
+#include "apps/job_list.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/read_json.h"
@@ -204,8 +204,8 @@ nlohmann::json FitEvaluationJson(const std::map<std::string, Study>& studies, nl
 
 }  // namespace
 
-FitOutcome EvaluateFit(const fs::path& list, const fs::path& folder, int handovers,
-                       const CommonOptions& common) {
+Outcome EvaluateFit(const fs::path& list, const fs::path& folder, int handovers,
+                    const CommonOptions& common) {
   const std::vector<FitJob> jobs = ReadJobList(list, {});
   fs::create_directories(folder);
   std::map<std::string, Study> studies;
@@ -222,7 +222,7 @@ FitOutcome EvaluateFit(const fs::path& list, const fs::path& folder, int handove
   WriteAtomically(folder / "evaluation.json", evaluation.dump(1) + "\n");
   WriteAtomically(folder / "evaluation.md", table);
 
-  FitOutcome outcome;
+  Outcome outcome;
   bool faults = false;
   for (const auto& [recipe, one] : studies) faults |= !one.faults.empty();
   outcome.exit_code = faults ? kInputFault : kDone;

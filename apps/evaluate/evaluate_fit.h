@@ -4,7 +4,6 @@
 #include <filesystem>
 
 #include "apps/common.h"
-#include "apps/fit/fit_job.h"
 
 namespace holdfast::apps {
 
@@ -13,7 +12,7 @@ namespace holdfast::apps {
 /// synthetic clips with known switch frames. Writes results, `evaluation.json` and
 /// `evaluation.md` (the table) into `folder`; results that are there already are taken as they
 /// are. Times are those of one fit at a time.
-FitOutcome EvaluateFit(const std::filesystem::path& list, const std::filesystem::path& folder,
-                       int handovers, const CommonOptions& common);
+Outcome EvaluateFit(const std::filesystem::path& list, const std::filesystem::path& folder,
+                    int handovers, const CommonOptions& common);
 
 }  // namespace holdfast::apps

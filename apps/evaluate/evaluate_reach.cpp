@@ -9,13 +9,10 @@
 
 #include <fmt/format.h>
 
-#include "apps/evaluate/evaluate_reach_methods.h"
 #include "apps/evaluate/reach_study_output.h"
 #include "apps/evaluate/reach_study_page.h"
 #include "apps/interrupt.h"
-#include "apps/motion/reach_network.h"
-#include "generator/scripted/reach_motion.h"
-#include "generator/wandr/motion_states.h"
+#include "apps/reach_network.h"
 #include "geometry/error.h"
 #include "solver/evaluation/captured_reaches.h"
 #include "solver/evaluation/reach_methods.h"
@@ -65,15 +62,7 @@ nlohmann::json RunJson(const StudyRun& run) {
                          {"deadline", run.deadline},
                          {"how", run.how},
                          {"summary", SummaryJson(run.summary)}};
-  for (const auto& [name, axis] :
-       {std::pair{"by_angle", GridAxis::kAngle}, std::pair{"by_height", GridAxis::kHeight},
-        std::pair{"by_distance", GridAxis::kDistance}, std::pair{"by_start", GridAxis::kStart}}) {
-    for (const AxisValue& value : ByAxis(run, axis)) {
-      json[name].push_back({{"at", value.label},
-                            {"success_ratio", value.success},
-                            {"distance_to_goal_mean_m", value.distance_m}});
-    }
-  }
+  json.update(PlacesJson(run, false));
   const ReachVariant& v = *run.variant;
   if (v.paper_success) {
     json["paper"] = {{"success_ratio", *v.paper_success},
@@ -87,25 +76,12 @@ nlohmann::json RunJson(const StudyRun& run) {
 std::vector<std::string> NotesOf(const EvaluateReachOptions& options, const ReachNetwork& network,
                                  const std::vector<wandr::ReachStart>& starts,
                                  const wandr::ReachProtocol& adaptive, bool masked) {
-  std::string names;
-  for (const wandr::ReachStart& start : starts) {
-    names += fmt::format("{}{}", names.empty() ? "" : "; ", start.name);
-  }
-  std::vector<std::string> notes;
-  notes.push_back(fmt::format(
-      "Protocol of WANDR (Diomataris et al., CVPR 2024): 5 angles, 5 heights of 0 to 1.8 m and 5 "
-      "distances of 0.5 to 5 m about {} start poses, {} sample{} each, 8 s at 30 fps; network {}.",
-      starts.size(), options.samples, options.samples == 1 ? "" : "s", network.source));
-  notes.push_back(
-      options.starts.empty()
-          ? fmt::format("Start poses: six of Holdfast's own, none captured ({}).", names)
-          : fmt::format("Start poses: held-out captured motion ({}).", names));
-  notes.push_back(
-      "SR: the right wrist is within 10 cm of the goal in any frame (at end: in the last). DTG: "
-      "its "
-      "closest approach. FS: share of frames whose lowest vertex of the body's surface moves "
-      "horizontally by more than 2/3 cm to the next; by joints: the same of the lowest of ankles "
-      "and balls of the feet. Airborne: all of these above 12 cm.");
+  std::vector<std::string> notes = StudyNotes(
+      fmt::format("5 angles, 5 heights of 0 to 1.8 m and 5 distances of 0.5 to 5 m about {} start "
+                  "poses, {} "
+                  "sample{} each, 8 s at 30 fps; network {}.",
+                  starts.size(), options.samples, options.samples == 1 ? "" : "s", network.source),
+      starts, !options.starts.empty(), "Airborne: all of these above 12 cm.");
   notes.push_back(fmt::format(
       "Fixed deadline: the goal is due after 8 s, as in the paper. Adaptive: after {:g} frames and "
       "the time to walk there at {:g} m/s, {:g} to {:g} frames; then the goal is kept in mind with "
@@ -156,11 +132,9 @@ Planned PlanRun(const ReachVariant& variant, const std::string& deadline,
 }
 
 // All runs that are asked for, without their cases.
-std::vector<Planned> PlanOf(
-    const EvaluateReachOptions& options, const ReachNetwork& network,
-    const std::map<std::string, ReachNetwork>& others,
-    const std::function<std::vector<wandr::ReachStart>(const ReachNetwork&)>& starts_for,
-    std::uint64_t seed) {
+std::vector<Planned> PlanOf(const EvaluateReachOptions& options, const ReachNetwork& network,
+                            const std::map<std::string, ReachNetwork>& others,
+                            const StudyScene& scene, std::uint64_t seed) {
   std::vector<Planned> plan;
   for (const std::string deadline : {"adaptive", "fixed"}) {
     if (options.deadline != "both" && options.deadline != deadline) continue;
@@ -169,7 +143,7 @@ std::vector<Planned> PlanOf(
       const auto own = others.find(variant.key);
       Planned planned = PlanRun(variant, deadline, options, network,
                                 own == others.end() ? nullptr : &own->second, seed);
-      planned.question.starts = starts_for(*planned.question.network);
+      planned.question.starts = scene.StartsFor(*planned.question.network);
       plan.push_back(std::move(planned));
     }
   }
@@ -178,29 +152,20 @@ std::vector<Planned> PlanOf(
 
 }  // namespace
 
-FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOptions& common) {
+Outcome EvaluateReach(const EvaluateReachOptions& options, const CommonOptions& common) {
   const ReachNetwork network = LoadReachNetwork(options.weights);
   const std::map<std::string, ReachNetwork> others = AblationNetworks(options.ablation_weights);
-  const std::shared_ptr<const BodyModel> body = LoadBody("");
-  const BodyMeasures measures = MeasureBody(*body, {});
-  const auto bones = wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>();
-  const wandr::LowestPoint lowest{BodySurface(body)};
-  const CapturedClips captured = ReadCapturedClips(options.starts);
-  const auto starts_for = [&](const ReachNetwork& of) {
-    const wandr::Normaliser<double> normaliser(of.weights.statistics);
-    return captured.clips.empty() ? wandr::ComposedStarts(measures, normaliser)
-                                  : StartsFrom(captured, normaliser);
-  };
-
-  std::vector<Planned> plan = PlanOf(options, network, others, starts_for, common.seed);
+  const StudyScene scene(options.starts);
+  std::vector<Planned> plan = PlanOf(options, network, others, scene, common.seed);
   for (Planned& planned : plan) {
-    planned.run.cases =
-        wandr::ReachCases(planned.run.protocol, bones, wandr::AsFloat(planned.question.starts));
+    planned.run.cases = wandr::ReachCases(planned.run.protocol, scene.bones,
+                                          wandr::AsFloat(planned.question.starts));
   }
   const bool masked =
       std::ranges::any_of(plan, [](const Planned& planned) { return planned.run.how == "masked"; });
   const fs::path folder = options.output;
-  const ReachStudy study(folder / "blocks", lowest, measures, common.force, NumThreads(common));
+  const ReachStudy study(folder / "blocks", scene.lowest, scene.body, common.force,
+                         NumThreads(common));
   int left = 0, total = 0;
   for (const Planned& planned : plan) {
     const int motions = static_cast<int>(planned.run.cases.size());
@@ -227,7 +192,7 @@ FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOption
   const double seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   const CapturedSkating skating =
-      SkatingOf(MeasureCaptured(captured, lowest, bones, NumThreads(common)));
+      SkatingOf(MeasureCaptured(scene.captured, scene.lowest, scene.bones, NumThreads(common)));
 
   std::vector<StudyRun> runs;
   for (Planned& planned : plan) runs.push_back(std::move(planned.run));
@@ -236,7 +201,7 @@ FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOption
   text.notes =
       NotesOf(options, network, plan[0].question.starts, wandr::ReachProtocol::Adaptive(), masked);
   nlohmann::json results = StudyHead("holdfast/evaluate-reach/1", common, network,
-                                     plan[0].question.starts, !captured.clips.empty(), text);
+                                     plan[0].question.starts, !options.starts.empty(), text);
   for (const StudyRun& run : runs) results["runs"].push_back(RunJson(run));
   if (skating.clips > 0) {
     results["captured"] = {{"clips", skating.clips},
@@ -269,17 +234,13 @@ void AddEvaluateReach(CLI::App& evaluate, int& exit_code) {
                       "wrist, wrist+pelvis, wrist+heading or none. Other rows mask one network");
   command->add_flag_callback(
       "--no-ablations", [&out = reach.ablations] { out = false; }, "The full intention alone");
-  command
-      ->add_option("--deadline", reach.deadline,
-                   "When goals are due: both, adaptive or fixed (8 s)")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"both", "adaptive", "fixed"}));
-  command->add_option("--samples", reach.samples, "Motions to each goal; the paper has 5")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 100));
-  command->add_option("--sigma", reach.sigma, "Standard deviation of the latents")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 3.0));
+  AddOption(*command, "--deadline", reach.deadline,
+            "When goals are due: both, adaptive or fixed (8 s)",
+            CLI::IsMember({"both", "adaptive", "fixed"}));
+  AddOption(*command, "--samples", reach.samples, "Motions to each goal; the paper has 5",
+            CLI::Range(1, 100));
+  AddOption(*command, "--sigma", reach.sigma, "Standard deviation of the latents",
+            CLI::Range(0.0, 3.0));
   std::vector<std::string> names = ReachMethodNames();
   names.push_back("all");
   command
@@ -289,12 +250,10 @@ void AddEvaluateReach(CLI::App& evaluate, int& exit_code) {
       ->delimiter(',')
       ->capture_default_str()
       ->check(CLI::IsMember(names));
-  command
-      ->add_option("--goals", reach.goals,
-                   "Number of the protocol's motions, evenly spread, for slow methods; 0: all. A "
-                   "larger number later reuses these")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1000000));
+  AddOption(*command, "--goals", reach.goals,
+            "Number of the protocol's motions, evenly spread, for slow methods; 0: all. A "
+            "larger number later reuses these",
+            CLI::Range(0, 1000000));
   command
       ->add_option("-o,--output", reach.output,
                    "Folder for results.json, results.md, report.html and blocks of motions; "
@@ -307,7 +266,7 @@ void AddEvaluateReach(CLI::App& evaluate, int& exit_code) {
                    "  holdfast evaluate reach --methods all --goals 150 -o out/methods\n");
   command->callback([options, &exit_code] {
     const auto run = ComparesMethods(options->reach) ? CompareReachMethods : EvaluateReach;
-    const FitOutcome outcome = run(options->reach, options->common);
+    const Outcome outcome = run(options->reach, options->common);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;
   });

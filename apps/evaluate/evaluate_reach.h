@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "apps/common.h"
-#include "apps/fit/fit_job.h"
 
 namespace holdfast::apps {
 
@@ -24,7 +23,14 @@ struct EvaluateReachOptions {
 
 /// The protocol of WANDR with all rows of its ablation table: blocks of motions, results.json,
 /// results.md and report.html in a folder, continued when it is there already.
-FitOutcome EvaluateReach(const EvaluateReachOptions& options, const CommonOptions& common);
+Outcome EvaluateReach(const EvaluateReachOptions& options, const CommonOptions& common);
+
+/// Whether what is asked goes beyond the paper's own tables: other methods, or a part of the goals.
+bool ComparesMethods(const EvaluateReachOptions& options);
+
+/// The methods side by side on the first `goals` cases of the protocol (SpreadCases): blocks of
+/// motions, results.json, results.md and report.html in a folder, continued when it is there.
+Outcome CompareReachMethods(const EvaluateReachOptions& options, const CommonOptions& common);
 
 /// Adds `reach` to the evaluate command.
 void AddEvaluateReach(CLI::App& evaluate, int& exit_code);

@@ -8,22 +8,33 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/clip_input.h"
 #include "apps/evaluate/evaluate_synthesis_page.h"
-#include "apps/evaluate/evaluate_synthesis_results.h"
-#include "apps/evaluate/evaluate_synthesis_study.h"
-#include "apps/interrupt.h"
-#include "apps/motion/reach_network.h"
 #include "generator/imos/action_set.h"
 #include "generator/imos/default_network.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/byte_source.h"
 #include "geometry/io/container/checksum.h"
+#include "solver/evaluation/synthesis/synthesis_study.h"
 
 namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
+
+struct EvaluateSynthesisOptions {
+  std::vector<std::string> data;             ///< folders of action clips
+  std::vector<std::string> held_out{"s10"};  ///< subjects that are evaluated
+  std::vector<std::string> weights;          ///< "NAME=FILE"
+  std::string recogniser;                    ///< file
+  std::vector<std::string> objects{"given", "fitted"};
+  std::vector<std::string> without;  ///< actions to leave out
+  std::string key_frames = "whole";
+  int at_most = 0;  ///< sequences, evenly over all; 0: all
+  SynthesisStudyOptions study;
+  std::string output;
+};
 
 std::vector<RatedNetwork> NetworksOf(const std::vector<std::string>& told) {
   std::vector<RatedNetwork> networks;
@@ -50,7 +61,7 @@ std::vector<RatedNetwork> NetworksOf(const std::vector<std::string>& told) {
       throw Error("--weights " + text, fmt::format("'{}' is the name of another row", name),
                   "Give each network a name of its own");
     }
-    networks.emplace_back(name, text.substr(equals + 1));
+    networks.emplace_back(name, LoadSynthesisNetwork(text.substr(equals + 1)));
   }
   return networks;
 }
@@ -88,21 +99,17 @@ std::vector<SynthesisCase> CasesOf(const EvaluateSynthesisOptions& options,
   shared.loaded_body = LoadBody("");
   std::vector<SynthesisCase> cases;
   for (imos::ActionSequence& sequence : chosen) {
-    SynthesisCase one;
-    one.input = LoadClipInput(sequence.source, shared, quiet);
-    if (!one.input.object) {
-      throw Error(sequence.source, one.input.object_missing, "Put the mesh where the clip says");
+    const std::string source = sequence.source;
+    ClipInput input = LoadClipInput(source, shared, quiet);
+    if (!input.object) {
+      throw Error(source, input.object_missing, "Put the mesh where the clip says");
     }
-    one.input.object.reset();  // loaded again where it is measured: there are hundreds of cases
-    one.keys = imos::KeyFramesOf(one.input.clip, rule);
-    one.sequence = std::move(sequence);
-    const std::vector<std::uint8_t>& hands = one.keys.holding_hand;
-    if (hands.empty() || hands[imos::kHistory - 1] == 0) {
-      Note(common, fmt::format("{}: nobody holds the object in key frame {}: left out",
-                               one.input.source, imos::kHistory));
-      continue;
+    if (auto one = SynthesisCaseOf(std::move(sequence), std::move(input), rule)) {
+      cases.push_back(std::move(*one));
+    } else {
+      Note(common, fmt::format("{}: nobody holds the object in key frame {}: left out", source,
+                               imos::kHistory));
     }
-    cases.push_back(std::move(one));
   }
   if (cases.empty()) {
     throw Error(fmt::format("{}", fmt::join(options.data, ", ")),
@@ -126,9 +133,9 @@ std::vector<std::string> NotesOf(const EvaluateSynthesisOptions& options,
       fmt::format("{} held-out sequences of {} ({}), {} key frames, the first {} given; {} repeats "
                   "with 95 % intervals (1.96 standard errors).",
                   cases.size(), fmt::join(subjects, ", "), fmt::join(options.data, ", "),
-                  imos::kNumKeyFrames, imos::kHistory, options.repeats),
+                  imos::kNumKeyFrames, imos::kHistory, options.study.repeats),
       fmt::format("Hand and object are measured in {} of them, evenly spread, once each.",
-                  std::min<std::size_t>(options.object_cases, cases.size())),
+                  std::min<std::size_t>(options.study.object_cases, cases.size())),
       fmt::format("Recognition network {}: {:.1f} % of these sequences' real motion recognised; "
                   "trained without {}, accuracy held out then {}.",
                   options.recogniser, 100.0 * real.accuracy.mean, note("held_out"),
@@ -138,52 +145,6 @@ std::vector<std::string> NotesOf(const EvaluateSynthesisOptions& options,
       "its multimodality counts actions that never occur as zero. See docs/metrics.md, Synthesis.",
       "'Last given pose, held' does nothing at all after the seed: what is not clearly better has "
       "learned nothing that this column can see."};
-}
-
-int RepeatsOfRow(const SynthesisRow& row, const EvaluateSynthesisOptions& options) {
-  if (!row.IsRandom()) return 1;
-  return row.mode == ObjectMode::kFitted ? options.fitted_repeats : options.repeats;
-}
-
-// Motions of all rows, and how many of them are still to be made.
-struct MotionCount {
-  int total = 0, left = 0;
-};
-
-MotionCount CountMotions(const SynthesisStudy& study, const std::vector<SynthesisRow>& rows,
-                         int num_cases, const EvaluateSynthesisOptions& options) {
-  MotionCount count;
-  for (const SynthesisRow& row : rows) {
-    for (int repeat = 0; repeat < RepeatsOfRow(row, options); ++repeat) {
-      count.total += num_cases;
-      count.left += num_cases - study.NumDone(row, repeat);
-    }
-  }
-  return count;
-}
-
-// Throws Stopped after Ctrl-C.
-std::vector<SynthesisResult> RunRows(SynthesisStudy& study, const std::vector<SynthesisRow>& rows,
-                                     const std::vector<SynthesisCase>& cases, int left,
-                                     const EvaluateSynthesisOptions& options,
-                                     const CommonOptions& common) {
-  std::vector<SynthesisResult> results;
-  Progress progress(common, "evaluate synthesis");
-  SynthesisSample real;
-  int done = 0;
-  for (const SynthesisRow& row : rows) {
-    std::vector<SynthesisSample> samples;
-    for (int repeat = 0; repeat < RepeatsOfRow(row, options); ++repeat) {
-      samples.push_back(study.Run(row, repeat, [&](int more) {
-        if (Interrupted()) throw Stopped();
-        progress.Update(done += more, left);
-      }));
-    }
-    if (row.kind == RowKind::kReal) real = samples[0];
-    results.push_back(
-        {row, SummariseSynthesis(row, samples, real, cases, options.repeats, common.seed)});
-  }
-  return results;
 }
 
 nlohmann::json EvaluationJson(const EvaluateSynthesisOptions& options, const CommonOptions& common,
@@ -208,33 +169,35 @@ nlohmann::json EvaluationJson(const EvaluateSynthesisOptions& options, const Com
   return json;
 }
 
-}  // namespace
-
-FitOutcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const CommonOptions& common) {
+Outcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const CommonOptions& common) {
   const std::vector<RatedNetwork> networks =
       NetworksOf(options.weights.empty() ? std::vector<std::string>{"full="} : options.weights);
   std::vector<ObjectMode> modes;
-  for (const std::string& name : options.objects) modes.push_back(ObjectModeOf(name));
+  for (const std::string& name : options.objects) {
+    for (const ObjectMode mode : {ObjectMode::kGiven, ObjectMode::kCarried, ObjectMode::kFitted}) {
+      if (ObjectModeName(mode) == name) modes.push_back(mode);
+    }
+  }
   const imos::RecogniserWeights weights = imos::ReadRecogniser(options.recogniser);
   const imos::Recogniser recogniser(weights, options.recogniser);
   const std::vector<SynthesisCase> cases = CasesOf(options, common);
 
+  SynthesisStudyOptions asked = options.study;
+  asked.seed = common.seed;
+  asked.threads = NumThreads(common);
+  asked.force = common.force;
   SynthesisStudy study(options.output, cases, recogniser,
-                       Checksum(ByteSource{fs::path(options.recogniser)}),
-                       {options.sigma, options.object_cases, options.keep_clips}, common);
+                       Checksum(ByteSource{fs::path(options.recogniser)}), asked, Interrupted);
   const std::vector<SynthesisRow> rows = SynthesisRows(networks, modes);
-  const auto [total, left] = CountMotions(study, rows, static_cast<int>(cases.size()), options);
+  const auto [total, left] = study.Count(rows);
   if (left < total) {
     Note(common, fmt::format("{} of {} motions are there already", total - left, total));
   }
-  std::vector<SynthesisResult> results;
-  try {
-    results = RunRows(study, rows, cases, left, options, common);
-  } catch (const Stopped&) {
-    return {kInterrupted, {}, {}};
-  }
-
-  AddMeansOverSeeds(results);
+  const std::vector<SynthesisResult> results = [&, to_make = left] {
+    Progress progress(common, "evaluate synthesis");
+    return study.Run(rows, [&](int made) { progress.Update(made, to_make); });
+  }();
+  if (results.empty()) return {kInterrupted, {}, {}};
 
   if (const double known = results[0].summary.accuracy.mean; known < 0.7) {
     Note(common, fmt::format("the recogniser knows {:.0f} % of the real motions: nothing that is "
@@ -249,7 +212,7 @@ FitOutcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const Comm
   WriteAtomically(folder / "results.json", json.dump(1) + "\n");
   WriteAtomically(folder / "results.md", markdown);
   WriteAtomically(folder / "report.html", SynthesisPage(notes, tables, results, modes));
-  FitOutcome outcome;
+  Outcome outcome;
   outcome.summary = std::move(json);
   outcome.summary["output"] = options.output;
   outcome.text = fmt::format(
@@ -258,6 +221,8 @@ FitOutcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const Comm
       total, left, options.output, markdown);
   return outcome;
 }
+
+}  // namespace
 
 void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
   struct Options {
@@ -296,32 +261,24 @@ void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
       ->check(CLI::IsMember({"given", "carried", "fitted"}));
   command->add_option("--without", synthesis.without, "Actions to leave out (as published: lift)")
       ->delimiter(',');
-  command
-      ->add_option("--key-frames", synthesis.key_frames,
-                   "15 spread over the clip (whole), or over the contact as published (paper)")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"whole", "paper"}));
-  command->add_option("--repeats", synthesis.repeats, "Samples of each sequence, for the intervals")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1000));
-  command
-      ->add_option("--fitted-repeats", synthesis.fitted_repeats,
-                   "The same with fitted objects. A larger number later reuses these")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1000));
-  command
-      ->add_option(
-          "--object-cases", synthesis.object_cases,
-          "Sequences, evenly over all, in which hand and object are measured, and fitted in "
-          "all frames: a second each")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1'000'000));
+  AddOption(*command, "--key-frames", synthesis.key_frames,
+            "15 spread over the clip (whole), or over the contact as published (paper)",
+            CLI::IsMember({"whole", "paper"}));
+  AddOption(*command, "--repeats", synthesis.study.repeats,
+            "Samples of each sequence, for the intervals", CLI::Range(1, 1000));
+  AddOption(*command, "--fitted-repeats", synthesis.study.fitted_repeats,
+            "The same with fitted objects. A larger number later reuses these",
+            CLI::Range(1, 1000));
+  AddOption(*command, "--object-cases", synthesis.study.object_cases,
+            "Sequences, evenly over all, in which hand and object are measured, and fitted in "
+            "all frames: a second each",
+            CLI::Range(1, 1'000'000));
   command->add_option("--at-most", synthesis.at_most, "Sequences, evenly over all [0: all]")
       ->check(CLI::Range(0, 1'000'000));
-  command->add_option("--sigma", synthesis.sigma, "Standard deviation of the latents")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 3.0));
-  command->add_flag("--keep-clips", synthesis.keep_clips, "Write the clips that are measured");
+  AddOption(*command, "--sigma", synthesis.study.sigma, "Standard deviation of the latents",
+            CLI::Range(0.0, 3.0));
+  command->add_flag("--keep-clips", synthesis.study.keep_clips,
+                    "Write the clips that are measured");
   command
       ->add_option("-o,--output", synthesis.output,
                    "Folder for results.json, results.md, report.html and blocks; continued if it "
@@ -333,7 +290,7 @@ void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
       "  holdfast evaluate synthesis --data actions --held-out s9,s10 -o out/synthesis \\\n"
       "    --weights full=out/imos/best.safetensors --recogniser recogniser.safetensors\n");
   command->callback([options, &exit_code] {
-    const FitOutcome outcome = EvaluateSynthesis(options->synthesis, options->common);
+    const Outcome outcome = EvaluateSynthesis(options->synthesis, options->common);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;
   });

@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/evaluate/reach_study_charts.h"
-#include "apps/report/report_page.h"
+#include "apps/charts.h"
+#include "apps/page.h"
 
 namespace holdfast::apps {
 namespace {

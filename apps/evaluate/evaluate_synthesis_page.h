@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/evaluate/evaluate_synthesis_results.h"
+#include "solver/evaluation/synthesis/synthesis_results.h"
 
 namespace holdfast::apps {
 

@@ -6,9 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/evaluate/line_chart.h"
-#include "apps/evaluate/naturalness_text.h"
-#include "apps/report/report_page.h"
+#include "apps/charts.h"
+#include "apps/page.h"
 
 namespace holdfast::apps {
 namespace {
@@ -77,15 +76,10 @@ std::string DistanceChart(const NaturalnessStudy& study) {
 }
 
 constexpr const char* kNaturalnessStyle = R"(
-:root { color-scheme: light dark; }
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 84rem; margin: 2rem auto; padding: 0 1rem; }
-table { border-collapse: collapse; margin: .5rem 0 1.5rem; font-variant-numeric: tabular-nums; }
 th, td { padding: .25rem .6rem; text-align: right; border-bottom: 1px solid #8886; }
 th:first-child, td:first-child, .words td { text-align: left; }
 tr.group td { font-weight: 600; padding-top: .8rem; }
-td.shown { font-weight: 600; } td.chance { opacity: .6; }
-.scroll { overflow-x: auto; }
-)";
+td.shown { font-weight: 600; } td.chance { opacity: .6; })";
 
 std::string TableHtml(const NaturalnessStudy& study) {
   std::string html = "<div class=\"scroll\"><table><tr>";
@@ -111,31 +105,25 @@ std::string TableHtml(const NaturalnessStudy& study) {
 }
 
 std::string OddestHtml(const NaturalnessStudy& study) {
-  std::string html =
-      "<div class=\"scroll\"><table class=\"words\"><tr><th>set</th><th>motion</th><th>oddness"
-      "</th><th>farthest off</th></tr>\n";
+  std::vector<std::vector<std::string>> rows;
   for (const NaturalnessColumn& column : study.columns) {
     for (const int i : OddestMotions(column, 3)) {
       const Oddness& odd = column.oddness[static_cast<std::size_t>(i)];
       const StyleMeasureInfo& info = InfoOf(odd.most);
-      html += fmt::format("<tr><td>{}</td><td>{}</td><td>{:.2f}</td><td>{}: {:.{}f} {}</td></tr>\n",
-                          EscapeHtml(column.set.label),
-                          EscapeHtml(column.files[static_cast<std::size_t>(i)]), odd.value,
-                          EscapeHtml(info.label), ForPeople(info, odd.most_value), Digits(info),
-                          UnitForPeople(info));
+      rows.push_back({column.set.label, column.files[static_cast<std::size_t>(i)],
+                      fmt::format("{:.2f}", odd.value),
+                      fmt::format("{}: {:.{}f} {}", info.label, ForPeople(info, odd.most_value),
+                                  Digits(info), UnitForPeople(info))});
     }
   }
-  return html + "</table></div>\n";
+  return HtmlTable({"set", "motion", "oddness", "farthest off"}, rows, {}, "words");
 }
 
 }  // namespace
 
 std::string NaturalnessPage(const NaturalnessStudy& study) {
-  std::string page = fmt::format(
-      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta name=\"viewport\" "
-      "content=\"width=device-width, initial-scale=1\">\n<title>Naturalness</title>"
-      "<style>{}{}</style></head><body>\n<h1>What makes a walk look captured</h1>\n",
-      kNaturalnessStyle, kChartStyle);
+  std::string page = PageHead("Naturalness", "What makes a walk look captured",
+                              fmt::format("{}{}{}", kTableStyle, kNaturalnessStyle, kChartStyle));
   for (const std::string& note : study.notes) page += "<p>" + EscapeHtml(note) + "</p>\n";
   page += "<ul>\n";
   for (std::size_t c = 0; c < study.columns.size(); ++c) {
@@ -155,12 +143,13 @@ std::string NaturalnessPage(const NaturalnessStudy& study) {
   for (int k = 0; k < kNumStyleCurves; ++k) page += CurveChart(study, static_cast<StyleCurve>(k));
   page += "<h2>All measures</h2>\n<p>Mean over motions ± standard error.</p>\n" + TableHtml(study);
   page += "<h2>The oddest motions of each set</h2>\n" + OddestHtml(study);
-  page += "<h2>Definitions</h2>\n<div class=\"scroll\"><table class=\"words\">\n";
+  std::vector<std::vector<std::string>> definitions;
   for (const StyleMeasureInfo& info : StyleMeasures()) {
-    page += fmt::format("<tr><td>{}</td><td>{}{}</td></tr>\n", EscapeHtml(info.label),
-                        EscapeHtml(info.definition), info.of_walks ? " (walks)" : "");
+    definitions.push_back({std::string(info.label),
+                           fmt::format("{}{}", info.definition, info.of_walks ? " (walks)" : "")});
   }
-  return page + "</table></div>\n</body></html>\n";
+  return page + "<h2>Definitions</h2>\n" + HtmlTable({}, definitions, {}, "words") +
+         "</body></html>\n";
 }
 
 }  // namespace holdfast::apps

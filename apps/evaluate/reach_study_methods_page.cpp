@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "apps/evaluate/reach_study_methods_page.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
-#include "apps/evaluate/reach_study_charts.h"
-#include "apps/report/report_page.h"
+#include "apps/charts.h"
+#include "apps/evaluate/reach_study_methods_results.h"
+#include "apps/page.h"
 
 namespace holdfast::apps {
 namespace {
-
-struct MethodRow {
-  bool bold = false;
-  std::vector<std::string> cells;
-};
 
 const std::vector<std::string> kMethodHeads = {"",
                                                "SR",
@@ -45,42 +39,40 @@ std::vector<std::string> MannerCells(const MethodSummary& s) {
           fmt::format("{:.2f} m/s2", s.study.reach.acceleration_m_s2)};
 }
 
-std::vector<MethodRow> RowsOf(const std::vector<MethodRun>& runs,
-                              const std::vector<CapturedMotion>& captured) {
-  std::vector<MethodRow> rows;
+// Rows of latent-opt are told in `strong`.
+std::vector<std::vector<std::string>> RowsOf(const std::vector<MethodRun>& runs,
+                                             const std::vector<CapturedMotion>& captured,
+                                             std::vector<int>& strong) {
+  std::vector<std::vector<std::string>> rows;
   for (const PaperRow& paper : PaperRows()) {
-    rows.push_back({false,
-                    {paper.label, Percent(paper.success, 0), "-", Centimetres(paper.distance_m),
-                     "-", Percent(paper.skating, 0)}});
+    rows.push_back({paper.label, Percent(paper.success, 0), "-", Centimetres(paper.distance_m), "-",
+                    Percent(paper.skating, 0)});
   }
   for (const CapturedGroup& group : GroupsOf(captured)) {
-    MethodRow row{false, {group.label, "-", "-", "-", "-"}};
-    for (std::string& cell : MannerCells(group.summary)) row.cells.push_back(std::move(cell));
-    rows.push_back(row);
+    rows.push_back({group.label, "-", "-", "-", "-"});
+    for (std::string& cell : MannerCells(group.summary)) rows.back().push_back(std::move(cell));
   }
   for (const MethodRun& run : runs) {
     const MethodSummary& s = run.summary;
-    MethodRow row{
-        run.method.key == "latent-opt",
+    if (run.method.key == "latent-opt") strong.push_back(static_cast<int>(rows.size()));
+    rows.push_back(
         {run.method.label, Percent(s.study.reach.success), Percent(s.study.reach.success_at_end),
-         Centimetres(s.study.reach.distance_mean_m), Centimetres(s.study.reach.distance_median_m)}};
-    for (std::string& cell : MannerCells(s)) row.cells.push_back(std::move(cell));
-    row.cells.push_back(fmt::format("{:.2f}", s.latent_rms));
-    row.cells.push_back(fmt::format("{:.{}f}", s.seconds, s.seconds < 0.1 ? 3 : 2));
-    rows.push_back(row);
+         Centimetres(s.study.reach.distance_mean_m), Centimetres(s.study.reach.distance_median_m)});
+    for (std::string& cell : MannerCells(s)) rows.back().push_back(std::move(cell));
+    rows.back().push_back(fmt::format("{:.2f}", s.latent_rms));
+    rows.back().push_back(fmt::format("{:.{}f}", s.seconds, s.seconds < 0.1 ? 3 : 2));
   }
-  for (MethodRow& row : rows) row.cells.resize(kMethodHeads.size(), "-");
+  for (std::vector<std::string>& row : rows) row.resize(kMethodHeads.size(), "-");
   return rows;
 }
 
 ShareSeries SeriesOf(const MethodRun& run, const SuccessCurve& curve, double last_x) {
-  ShareSeries series{run.method.label, curve.x, curve.success};
   // What has stopped stays where it is; what never iterates is a level to compare with.
-  series.dashed = curve.x.size() < 2;
-  if (series.dashed) series.share.insert(series.share.begin(), series.share[0]);
-  if (series.dashed) series.x.insert(series.x.begin(), 0.0);
-  series.x.push_back(last_x);
-  series.share.push_back(series.share.back());
+  ShareSeries series{run.method.label, {}, curve.x.size() < 2};
+  for (std::size_t k = 0; k < curve.x.size(); ++k) {
+    series.points.emplace_back(curve.x[k], curve.success[k]);
+  }
+  series.points.emplace_back(last_x, curve.success.back());
   return series;
 }
 
@@ -116,76 +108,32 @@ std::string SecondsChart(const std::vector<MethodRun>& runs) {
   lines.logarithmic = true;
   lines.width = 600;
   for (const MethodRun& run : runs) {
-    ShareSeries series = SeriesOf(run, SuccessBySeconds(run), lines.ticks.back().first);
-    if (series.dashed) {  // from when it is there
-      series.x.erase(series.x.begin());
-      series.share.erase(series.share.begin());
-    }
-    lines.series.push_back(std::move(series));
+    lines.series.push_back(SeriesOf(run, SuccessBySeconds(run), lines.ticks.back().first));
   }
   return ShareChart(lines);
-}
-
-std::string AxisChart(const std::vector<MethodRun>& runs, GridAxis axis, const std::string& title) {
-  Bars bars{title, {}, {}, 600};
-  for (const MethodRun& run : runs) {
-    std::vector<double> values;
-    bars.labels.clear();
-    for (const AxisValue& value : ByAxis(run, axis)) {
-      bars.labels.push_back(value.label);
-      values.push_back(value.success);
-    }
-    bars.series.emplace_back(run.method.label, values);
-  }
-  return BarChart(bars);
 }
 
 }  // namespace
 
 std::string MethodsTable(const std::vector<MethodRun>& runs,
                          const std::vector<CapturedMotion>& captured) {
-  std::string text = "|";
-  for (const std::string& head : kMethodHeads) text += fmt::format(" {} |", head);
-  text += "\n|";
-  for (std::size_t k = 0; k < kMethodHeads.size(); ++k) text += "---|";
-  text += "\n";
-  for (const MethodRow& row : RowsOf(runs, captured)) {
-    text += "|";
-    for (const std::string& cell : row.cells) text += fmt::format(" {} |", cell);
-    text += "\n";
-  }
-  return text;
+  std::vector<int> strong;
+  return MarkdownTable(kMethodHeads, RowsOf(runs, captured, strong));
 }
 
 std::string MethodsPage(const StudyText& text, const std::vector<MethodRun>& runs,
                         const std::vector<CapturedMotion>& captured) {
   std::string page = StudyPageHead(text.title);
   for (const std::string& note : text.notes) page += "<p>" + EscapeHtml(note) + "</p>\n";
-  page +=
-      fmt::format("<h2>Table, {} motions each</h2><div class=\"scroll\"><table class=\"many\"><tr>",
-                  runs[0].motions.size());
-  for (const std::string& head : kMethodHeads) page += "<th>" + EscapeHtml(head) + "</th>";
-  page += "</tr>\n";
-  for (const MethodRow& row : RowsOf(runs, captured)) {
-    page += row.bold ? "<tr class=\"full\">" : "<tr>";
-    for (const std::string& cell : row.cells) page += "<td>" + EscapeHtml(cell) + "</td>";
-    page += "</tr>\n";
-  }
-  page += "</table></div>\n<h2>Success on the way</h2>\n";
+  page += fmt::format("<h2>Table, {} motions each</h2>", runs[0].motions.size());
+  std::vector<int> strong;
+  const std::vector<std::vector<std::string>> rows = RowsOf(runs, captured, strong);
+  page += HtmlTable(kMethodHeads, rows, strong, "many") + "<h2>Success on the way</h2>\n";
   page += IterationChart(runs) + SecondsChart(runs);
-  page += "<h2>Success by tolerance</h2>\n";
-  std::vector<ShareSeries> within;
-  for (const MethodRun& run : runs) {
-    std::vector<StudyMotion> plain;
-    for (const MethodMotion& motion : run.motions) plain.push_back(motion.motion);
-    within.push_back(WithinTolerance(run.method.label, plain));
-  }
-  page += ToleranceChart(within, "% of motions within", 600);
-  page += "<h2>Success by place of the goal</h2>\n";
-  page += AxisChart(runs, GridAxis::kHeight, "by height of the goal, % of motions");
-  page += AxisChart(runs, GridAxis::kAngle, "by angle, counter-clockwise from ahead, %");
-  page += AxisChart(runs, GridAxis::kDistance, "by distance, %");
-  page += AxisChart(runs, GridAxis::kStart, "by start pose, %");
+  std::vector<NamedRun> named;
+  for (const MethodRun& run : runs) named.emplace_back(run.method.label, &run.plain);
+  page += "<h2>Success by tolerance</h2>\n" + ToleranceChart(named, "% of motions within", 600);
+  page += "<h2>Success by place of the goal</h2>\n" + PlaceCharts(named, 600);
   return page + "</body></html>\n";
 }
 

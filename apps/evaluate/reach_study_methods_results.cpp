@@ -107,14 +107,6 @@ SuccessCurve SuccessBySeconds(const MethodRun& run) {
   return curve;
 }
 
-std::vector<AxisValue> ByAxis(const MethodRun& run, GridAxis axis) {
-  StudyRun plain;
-  plain.protocol = run.method.protocol;
-  plain.cases = run.cases;
-  for (const MethodMotion& motion : run.motions) plain.motions.push_back(motion.motion);
-  return ByAxis(plain, axis);
-}
-
 nlohmann::json MethodsJson(const std::vector<MethodRun>& runs,
                            const std::vector<CapturedMotion>& captured) {
   nlohmann::json out;
@@ -144,16 +136,7 @@ nlohmann::json MethodsJson(const std::vector<MethodRun>& runs,
     const SuccessCurve iterations = SuccessByIteration(run), seconds = SuccessBySeconds(run);
     one["success_by_iteration"] = iterations.success;
     one["success_by_seconds"] = {{"seconds", seconds.x}, {"success_ratio", seconds.success}};
-    for (const auto& [name, axis] :
-         {std::pair{"by_angle", GridAxis::kAngle}, std::pair{"by_height", GridAxis::kHeight},
-          std::pair{"by_distance", GridAxis::kDistance}, std::pair{"by_start", GridAxis::kStart}}) {
-      for (const AxisValue& value : ByAxis(run, axis)) {
-        one[name].push_back({{"at", value.label},
-                             {"motions", value.motions},
-                             {"success_ratio", value.success},
-                             {"distance_to_goal_mean_m", value.distance_m}});
-      }
-    }
+    one.update(PlacesJson(run.plain, true));
     out["methods"].push_back(std::move(one));
   }
   return out;

@@ -16,9 +16,9 @@ namespace holdfast::apps {
 /// One method on some cases of the protocol.
 struct MethodRun {
   ReachMethod method;
-  std::vector<wandr::ReachCase> cases;
   std::vector<MethodMotion> motions;
   MethodSummary summary;
+  StudyRun plain;  ///< protocol, cases, and what all studies say of the motions
 };
 
 /// Share of motions within 10 cm at any time of the motion that a method had after so many
@@ -28,9 +28,6 @@ struct SuccessCurve {
 };
 SuccessCurve SuccessByIteration(const MethodRun& run);
 SuccessCurve SuccessBySeconds(const MethodRun& run);
-
-/// As ByAxis of a StudyRun.
-std::vector<AxisValue> ByAxis(const MethodRun& run, GridAxis axis);
 
 /// What the paper reports of its methods.
 struct PaperRow {
@@ -50,5 +47,13 @@ std::vector<CapturedGroup> GroupsOf(const std::vector<CapturedMotion>& captured)
 /// All of it as numbers: {"methods": [...], "captured": {...}, "paper": [...]}.
 nlohmann::json MethodsJson(const std::vector<MethodRun>& runs,
                            const std::vector<CapturedMotion>& captured);
+
+/// The table, in Markdown, with the paper's rows and that of captured clips.
+std::string MethodsTable(const std::vector<MethodRun>& runs,
+                         const std::vector<CapturedMotion>& captured);
+/// One page without scripts: the table, success by iterations and by seconds, by tolerance, and by
+/// place of the goal.
+std::string MethodsPage(const StudyText& text, const std::vector<MethodRun>& runs,
+                        const std::vector<CapturedMotion>& captured);
 
 }  // namespace holdfast::apps

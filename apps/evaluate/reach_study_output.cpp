@@ -5,10 +5,41 @@
 
 #include <fmt/format.h>
 
-#include "apps/motion/reach_network.h"
+#include "apps/reach_network.h"
+#include "generator/wandr/motion_states.h"
 #include "geometry/io/container/atomic_file.h"
 
 namespace holdfast::apps {
+
+StudyScene::StudyScene(const std::vector<std::string>& starts)
+    : body(MeasureBody(*BodyModel::Default(), {})),
+      bones(wandr::BoneOffsetsOf(body.rest_joints).Cast<float>()),
+      lowest(BodySurface(BodyModel::Default())),
+      captured(ReadCapturedClips(starts)) {}
+
+std::vector<wandr::ReachStart> StudyScene::StartsFor(const ReachNetwork& network) const {
+  const wandr::Normaliser<double> normaliser(network.weights.statistics);
+  return captured.clips.empty() ? wandr::ComposedStarts(body, normaliser)
+                                : StartsFrom(captured, normaliser);
+}
+
+std::vector<std::string> StudyNotes(const std::string& protocol,
+                                    const std::vector<wandr::ReachStart>& starts, bool captured,
+                                    const std::string& measures) {
+  std::string names;
+  for (const wandr::ReachStart& start : starts) {
+    names += fmt::format("{}{}", names.empty() ? "" : "; ", start.name);
+  }
+  return {
+      "Protocol of WANDR (Diomataris et al., CVPR 2024): " + protocol,
+      captured ? fmt::format("Start poses: held-out captured motion ({}).", names)
+               : fmt::format("Start poses: six of Holdfast's own, none captured ({}).", names),
+      "SR: the right wrist is within 10 cm of the goal in any frame (at end: in the last). DTG: "
+      "its closest approach. FS: share of frames whose lowest vertex of the body's surface moves "
+      "horizontally by more than 2/3 cm to the next; by joints: the same of the lowest of ankles "
+      "and balls of the feet. " +
+          measures};
+}
 
 nlohmann::json StudyHead(const std::string& schema, const CommonOptions& common,
                          const ReachNetwork& network, const std::vector<wandr::ReachStart>& starts,
@@ -21,12 +52,12 @@ nlohmann::json StudyHead(const std::string& schema, const CommonOptions& common,
   return head;
 }
 
-FitOutcome WriteStudy(StudyOutput output) {
+Outcome WriteStudy(StudyOutput output) {
   const std::filesystem::path folder = output.folder;
   WriteAtomically(folder / "results.json", output.results.dump(1) + "\n");
   WriteAtomically(folder / "results.md", output.table);
   WriteAtomically(folder / "report.html", output.page);
-  FitOutcome outcome;
+  Outcome outcome;
   outcome.summary = std::move(output.results);
   outcome.summary["output"] = output.folder;
   outcome.text = fmt::format("{} motions", output.motions);

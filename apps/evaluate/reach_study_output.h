@@ -5,10 +5,26 @@
 #include <vector>
 
 #include "apps/evaluate/reach_study_page.h"
-#include "apps/fit/fit_job.h"
 #include "solver/evaluation/reach_study.h"
 
 namespace holdfast::apps {
+
+/// What any study needs besides a network: the embedded body, and captured clips to start from.
+struct StudyScene {
+  /// `starts` as ReadCapturedClips takes them; none: six composed poses.
+  explicit StudyScene(const std::vector<std::string>& starts);
+  std::vector<wandr::ReachStart> StartsFor(const ReachNetwork& network) const;
+
+  BodyMeasures body;
+  wandr::BoneOffsets<float> bones;
+  wandr::LowestPoint lowest;
+  CapturedClips captured;
+};
+
+/// What a reader must know of any study: the protocol, where motions start, and what is measured.
+std::vector<std::string> StudyNotes(const std::string& protocol,
+                                    const std::vector<wandr::ReachStart>& starts, bool captured,
+                                    const std::string& measures);
 
 /// The beginning of a study's results: network, starts and notes.
 nlohmann::json StudyHead(const std::string& schema, const CommonOptions& common,
@@ -27,6 +43,6 @@ struct StudyOutput {
 };
 
 /// Writes results.json, results.md and report.html.
-FitOutcome WriteStudy(StudyOutput output);
+Outcome WriteStudy(StudyOutput output);
 
 }  // namespace holdfast::apps

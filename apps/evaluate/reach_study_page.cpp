@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/evaluate/reach_study_charts.h"
-#include "apps/report/report_page.h"
+#include "apps/charts.h"
+#include "apps/page.h"
 
 namespace holdfast::apps {
 namespace {
@@ -34,44 +34,28 @@ std::string OrDash(const std::optional<double>& value, double factor, const char
                : "-";
 }
 
-struct PageRow {
-  std::vector<std::string> cells;
-};
-
 const std::vector<std::string> kStudyHeads = {
     "intention", "SR",         "SR at end", "DTG mean",     "DTG median",
     "FS",        "FS, joints", "airborne",  "pelvis, peak", "acceleration",
     "paper: SR", "paper: DTG", "paper: FS"};
 
-PageRow RowOf(const StudyRun& run) {
+std::vector<std::string> RowOf(const StudyRun& run) {
   const StudySummary& s = run.summary;
   std::string label = run.variant->label;
   if (!run.how.empty()) label += fmt::format(" ({})", run.how);
-  return {{label, Percent(s.reach.success), Percent(s.reach.success_at_end),
-           fmt::format("{:.1f} cm", 100.0 * s.reach.distance_mean_m),
-           fmt::format("{:.1f} cm", 100.0 * s.reach.distance_median_m), Percent(s.surface_skating),
-           Percent(s.reach.skating), Percent(s.reach.airborne),
-           fmt::format("{:.2f} m/s", s.reach.peak_pelvis_median_m_s),
-           fmt::format("{:.2f} m/s2", s.reach.acceleration_m_s2),
-           OrDash(run.variant->paper_success, 100.0, "%"),
-           OrDash(run.variant->paper_distance_m, 100.0, "cm"),
-           OrDash(run.variant->paper_skating, 100.0, "%")}};
-}
-
-std::string AxisChart(const std::vector<const StudyRun*>& runs, GridAxis axis,
-                      const std::string& title) {
-  Bars bars;
-  bars.title = title;
-  for (const StudyRun* run : runs) {
-    std::vector<double> values;
-    bars.labels.clear();
-    for (const AxisValue& value : ByAxis(*run, axis)) {
-      bars.labels.push_back(value.label);
-      values.push_back(value.success);
-    }
-    bars.series.emplace_back(run->deadline + " deadline", values);
-  }
-  return BarChart(bars);
+  return {label,
+          Percent(s.reach.success),
+          Percent(s.reach.success_at_end),
+          fmt::format("{:.1f} cm", 100.0 * s.reach.distance_mean_m),
+          fmt::format("{:.1f} cm", 100.0 * s.reach.distance_median_m),
+          Percent(s.surface_skating),
+          Percent(s.reach.skating),
+          Percent(s.reach.airborne),
+          fmt::format("{:.2f} m/s", s.reach.peak_pelvis_median_m_s),
+          fmt::format("{:.2f} m/s2", s.reach.acceleration_m_s2),
+          OrDash(run.variant->paper_success, 100.0, "%"),
+          OrDash(run.variant->paper_distance_m, 100.0, "cm"),
+          OrDash(run.variant->paper_skating, 100.0, "%")};
 }
 
 // Success at every place of the ground, over heights, starts and samples: ahead is up.
@@ -109,12 +93,18 @@ std::string FromAbove(const StudyRun& run) {
   return svg + "</svg></figure>\n";
 }
 
-std::string ToleranceOf(const std::vector<const StudyRun*>& runs, const std::string& title) {
-  std::vector<ShareSeries> series;
-  for (const StudyRun* run : runs) {
-    series.push_back(WithinTolerance(run->variant->label, run->motions));
+// Share of motions that come within 0 to 1 m of the goal.
+ShareSeries WithinTolerance(const std::string& label, const std::vector<StudyMotion>& motions) {
+  std::vector<double> distances;
+  for (const StudyMotion& motion : motions) distances.push_back(motion.outcome.closest_m);
+  std::ranges::sort(distances);
+  ShareSeries series{label, {}};
+  for (int k = 0; k <= 100; ++k) {
+    const auto count = std::ranges::upper_bound(distances, 0.01 * k) - distances.begin();
+    series.points.emplace_back(0.01 * k,
+                               static_cast<double>(count) / static_cast<double>(distances.size()));
   }
-  return ToleranceChart(series, title);
+  return series;
 }
 
 std::vector<const StudyRun*> Select(const std::vector<StudyRun>& runs, const std::string& variant,
@@ -140,6 +130,20 @@ std::string CapturedText(const CapturedSkating& captured) {
                         Percent(captured.walking_joints));
   }
   return text + ".";
+}
+
+std::vector<std::vector<std::string>> RowsOf(const std::vector<const StudyRun*>& runs) {
+  std::vector<std::vector<std::string>> rows;
+  for (const StudyRun* run : runs) rows.push_back(RowOf(*run));
+  return rows;
+}
+
+std::vector<NamedRun> Named(const std::vector<const StudyRun*>& runs, bool by_deadline) {
+  std::vector<NamedRun> named;
+  for (const StudyRun* run : runs) {
+    named.emplace_back(by_deadline ? run->deadline + " deadline" : run->variant->label, run);
+  }
+  return named;
 }
 
 }  // namespace
@@ -183,22 +187,60 @@ std::vector<AxisValue> ByAxis(const StudyRun& run, GridAxis axis) {
   return values;
 }
 
+std::string PlaceCharts(const std::vector<NamedRun>& runs, int width) {
+  std::string charts;
+  for (const auto& [axis, title] :
+       {std::pair{GridAxis::kHeight, "by height of the goal, % of motions"},
+        std::pair{GridAxis::kAngle, "by angle, counter-clockwise from ahead, %"},
+        std::pair{GridAxis::kDistance, "by distance, %"},
+        std::pair{GridAxis::kStart, "by start pose, %"}}) {
+    Bars bars{title, {}, {}, width};
+    for (const auto& [name, run] : runs) {
+      std::vector<double> values;
+      bars.labels.clear();
+      for (const AxisValue& value : ByAxis(*run, axis)) {
+        bars.labels.push_back(value.label);
+        values.push_back(value.success);
+      }
+      bars.series.emplace_back(name, values);
+    }
+    charts += BarChart(bars);
+  }
+  return charts;
+}
+
+std::string ToleranceChart(const std::vector<NamedRun>& runs, const std::string& title, int width) {
+  ShareLines lines{title, {}, {}};
+  for (const auto& [name, run] : runs) lines.series.push_back(WithinTolerance(name, run->motions));
+  for (int k = 0; k <= 4; ++k) lines.ticks.emplace_back(0.25 * k, fmt::format("{} cm", 25 * k));
+  lines.limit = wandr::kReachedWithin;
+  lines.width = width;
+  return ShareChart(lines);
+}
+
+nlohmann::json PlacesJson(const StudyRun& run, bool counts) {
+  nlohmann::json places;
+  for (const auto& [name, axis] :
+       {std::pair{"by_angle", GridAxis::kAngle}, std::pair{"by_height", GridAxis::kHeight},
+        std::pair{"by_distance", GridAxis::kDistance}, std::pair{"by_start", GridAxis::kStart}}) {
+    for (const AxisValue& value : ByAxis(run, axis)) {
+      places[name].push_back({{"at", value.label},
+                              {"success_ratio", value.success},
+                              {"distance_to_goal_mean_m", value.distance_m}});
+      if (counts) places[name].back()["motions"] = value.motions;
+    }
+  }
+  return places;
+}
+
 std::string StudyTable(const std::vector<StudyRun>& runs, const CapturedSkating& captured) {
   std::string text;
   for (const char* deadline : {"adaptive", "fixed"}) {
     const auto some = Select(runs, "", deadline);
     if (some.empty()) continue;
     if (!text.empty()) text += "\n";
-    text += fmt::format("{} deadline, {} motions each\n\n|", deadline, some[0]->motions.size());
-    for (const std::string& head : kStudyHeads) text += fmt::format(" {} |", head);
-    text += "\n|";
-    for (std::size_t k = 0; k < kStudyHeads.size(); ++k) text += "---|";
-    text += "\n";
-    for (const StudyRun* run : some) {
-      text += "|";
-      for (const std::string& cell : RowOf(*run).cells) text += fmt::format(" {} |", cell);
-      text += "\n";
-    }
+    text += fmt::format("{} deadline, {} motions each\n\n", deadline, some[0]->motions.size());
+    text += MarkdownTable(kStudyHeads, RowsOf(some));
   }
   const std::string about = CapturedText(captured);
   if (!about.empty()) text += "\n" + about + "\n";
@@ -212,30 +254,25 @@ std::string StudyPage(const StudyText& text, const std::vector<StudyRun>& runs,
   for (const char* deadline : {"adaptive", "fixed"}) {
     const auto some = Select(runs, "", deadline);
     if (some.empty()) continue;
-    page += fmt::format("<h2>Table, {} deadline</h2><div class=\"scroll\"><table><tr>", deadline);
-    for (const std::string& head : kStudyHeads) page += "<th>" + EscapeHtml(head) + "</th>";
-    page += "</tr>\n";
-    for (const StudyRun* run : some) {
-      page += run->variant->key == "full" ? "<tr class=\"full\">" : "<tr>";
-      for (const std::string& cell : RowOf(*run).cells) page += "<td>" + EscapeHtml(cell) + "</td>";
-      page += "</tr>\n";
+    std::vector<int> strong;
+    for (std::size_t r = 0; r < some.size(); ++r) {
+      if (some[r]->variant->key == "full") strong.push_back(static_cast<int>(r));
     }
-    page += "</table></div>\n";
+    page += fmt::format("<h2>Table, {} deadline</h2>", deadline);
+    page += HtmlTable(kStudyHeads, RowsOf(some), strong);
   }
   const std::string about = CapturedText(captured);
   if (!about.empty()) page += "<p>" + EscapeHtml(about) + "</p>\n";
   const auto full = Select(runs, "full", "");
   page += "<h2>Success by place of the goal, full intention</h2>\n";
-  page += AxisChart(full, GridAxis::kHeight, "by height of the goal, % of motions");
-  page += AxisChart(full, GridAxis::kAngle, "by angle, counter-clockwise from ahead, %");
-  page += AxisChart(full, GridAxis::kDistance, "by distance, %");
-  page += AxisChart(full, GridAxis::kStart, "by start pose, %");
+  page += PlaceCharts(Named(full, true), 400);
   for (const StudyRun* run : full) page += FromAbove(*run);
   page += "<h2>Success by tolerance</h2>\n";
   for (const char* deadline : {"adaptive", "fixed"}) {
     const auto some = Select(runs, "", deadline);
     if (some.empty()) continue;
-    page += ToleranceOf(some, fmt::format("% of motions within, {} deadline", deadline));
+    page += ToleranceChart(Named(some, false),
+                           fmt::format("% of motions within, {} deadline", deadline), 400);
   }
   return page + "</body></html>\n";
 }

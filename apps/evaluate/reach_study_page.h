@@ -2,7 +2,10 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
+
+#include <nlohmann/json.hpp>
 
 #include "solver/evaluation/captured_reaches.h"
 
@@ -34,6 +37,15 @@ struct AxisValue {
 };
 enum class GridAxis { kAngle, kHeight, kDistance, kStart };
 std::vector<AxisValue> ByAxis(const StudyRun& run, GridAxis axis);
+/// {"by_angle": [{"at": ...}], ...} of all axes, with the number of motions where it `counts`.
+nlohmann::json PlacesJson(const StudyRun& run, bool counts);
+
+/// A run by the name that charts have for it.
+using NamedRun = std::pair<std::string, const StudyRun*>;
+/// Success by height, angle, distance and start pose: a chart each, with bars of all runs.
+std::string PlaceCharts(const std::vector<NamedRun>& runs, int width);
+/// Share of motions that come within 0 to 1 m of the goal.
+std::string ToleranceChart(const std::vector<NamedRun>& runs, const std::string& title, int width);
 
 /// The table, in Markdown.
 std::string StudyTable(const std::vector<StudyRun>& runs, const CapturedSkating& captured);

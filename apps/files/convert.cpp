@@ -70,14 +70,13 @@ Result PutOnto(const ConvertCommand& options, const Clip& hand, const ClipBody& 
   LoadedClip onto = LoadClip(options.onto, to, options.common);
   const ClipBody person = std::move(onto.body);
   body = std::move(onto.clip);
-  const Clip before = hand;
   result.arms = PutHandOntoBody(hand, *from.model, from.betas, *person.model, person.betas, body);
   const auto rest = [](const BodyModel& model, const Eigen::VectorXd& betas) {
     return model.RestJoints(model.ShapedVertices(betas));
   };
   ConvertedClip& converted = result.converted;
   converted.joints =
-      CompareJoints(before, rest(*from.model, from.betas), body, rest(*person.model, person.betas),
+      CompareJoints(hand, rest(*from.model, from.betas), body, rest(*person.model, person.betas),
                     CommonJoints(*from.model, *person.model));
   for (const JointResidual& joint : converted.joints) {
     converted.mean_mm += joint.mean_mm / static_cast<double>(converted.joints.size());
@@ -188,29 +187,20 @@ void AddConvertCommand(CLI::App& app, int& exit_code) {
           ".npz as AMASS has it (SMPL-X: a clip; SMPL-H: poses (T,156)), or .json with the "
           "smplx package's names")
       ->required();
-  command
-      ->add_option("--layout", options->layout,
-                   "Names of the arrays. amass; smplx, smplh, mano: the smplx package's; auto: by "
-                   "the extension")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "amass", "smplx", "smplh", "mano"}));
-  command
-      ->add_option("--from-hands", options->from_hands,
-                   "Finger angles of the clip: complete (flat_hand_mean), relative to its model's "
-                   "mean hand, or auto: as its format has them")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "complete", "relative"}));
-  command
-      ->add_option("--to-hands", options->to_hands,
-                   "Finger angles of the result: complete (flat_hand_mean), or relative to its "
-                   "model's mean hand")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"complete", "relative"}));
-  command
-      ->add_option("--betas", options->betas,
-                   "Shape coefficients of the result to solve for; 0: its mean shape")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 300));
+  AddOption(*command, "--layout", options->layout,
+            "Names of the arrays. amass; smplx, smplh, mano: the smplx package's; auto: by "
+            "the extension",
+            CLI::IsMember({"auto", "amass", "smplx", "smplh", "mano"}));
+  AddOption(*command, "--from-hands", options->from_hands,
+            "Finger angles of the clip: complete (flat_hand_mean), relative to its model's "
+            "mean hand, or auto: as its format has them",
+            CLI::IsMember({"auto", "complete", "relative"}));
+  AddOption(*command, "--to-hands", options->to_hands,
+            "Finger angles of the result: complete (flat_hand_mean), or relative to its "
+            "model's mean hand",
+            CLI::IsMember({"complete", "relative"}));
+  AddOption(*command, "--betas", options->betas,
+            "Shape coefficients of the result to solve for; 0: its mean shape", CLI::Range(0, 300));
   command->add_option("--onto", options->onto,
                       "From a hand alone to a body: the clip whose body it belongs to. The arm "
                       "brings its wrist to the hand, frame by frame");

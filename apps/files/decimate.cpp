@@ -21,10 +21,10 @@ int Run(const DecimateCommand& options) {
   RequireNew(options.output, common);
   DecimateOptions decimate = options.decimate;
   decimate.method = ParseDecimateMethod(options.method);
-  const LoadedObject object = LoadObjectInput(options.mesh);
+  const LoadedObject object = LoadObject(options.mesh);
   for (const std::string& note : object.notes) Note(common, "note: " + note);
   const DecimateResult result =
-      NamingMesh(options.mesh, [&] { return Decimate(object.mesh, decimate); });
+      NamingSource("mesh", options.mesh, [&] { return Decimate(object.mesh, decimate); });
   for (const std::string& note : result.notes) Note(common, "note: " + note);
   WriteMesh(result.mesh, options.output);
 
@@ -62,13 +62,10 @@ void AddDecimateCommand(CLI::App& app, int& exit_code) {
       ->required();
   command->add_option("-o,--output", options->output, "Mesh to write (.obj .ply .stl .off)")
       ->required();
-  command->add_option("--vertices", options->decimate.vertices, "Vertices of the result")
-      ->capture_default_str()
-      ->check(CLI::Range(4, 100'000'000));
-  command
-      ->add_option("--method", options->method,
-                   "lindstrom-turk, garland-heckbert or garland-heckbert-probabilistic")
-      ->capture_default_str();
+  AddOption(*command, "--vertices", options->decimate.vertices, "Vertices of the result",
+            CLI::Range(4, 100'000'000));
+  AddOption(*command, "--method", options->method,
+            "lindstrom-turk, garland-heckbert or garland-heckbert-probabilistic");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast decimate bottle.obj -o bottle_300.ply\n"
                    "  holdfast decimate mug -o mug_500.obj --vertices 500 --json\n");

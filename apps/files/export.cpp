@@ -9,7 +9,8 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/report/render_output.h"
+#include "apps/render_output.h"
+#include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/import/import_file.h"
 #include "geometry/import/import_motion.h"
@@ -21,7 +22,6 @@
 #include "geometry/io/motion/bvh_writer.h"
 #include "geometry/parallel.h"
 #include "geometry/retarget/retarget_onto.h"
-#include "geometry/rotation.h"
 #include "geometry/score/contact_metrics.h"
 #include "geometry/score/contact_writer.h"
 
@@ -123,8 +123,7 @@ int WriteSequence(const ClipInput& input, const TriangleMesh* object, const Expo
     WriteMesh({state.vertices, surface.Faces()}, body_name.Name(options.start + t));
     if (object != nullptr) {
       TriangleMesh placed = *object;
-      placed.vertices = (ExpSO3(clip.object->orient.col(t)) * object->vertices).colwise() +
-                        clip.object->trans.col(t);
+      placed.vertices = clip.object->Pose(t) * object->vertices;
       WriteMesh(placed, object_name.Name(options.start + t));
     }
     const std::scoped_lock guard(lock);
@@ -371,22 +370,16 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
                       ".glb: the motion on the skeleton of this character (.glb, .gltf), which "
                       "keeps its skin");
   command->add_flag("--no-object", options->no_object, "The body alone");
-  command->add_option("--start", options->start, "First frame, from 0")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+  AddOption(*command, "--start", options->start, "First frame, from 0", CLI::NonNegativeNumber);
   command->add_option("--end", options->end, "First frame left out; all by default")
       ->check(CLI::PositiveNumber);
-  command->add_option("--every", options->every, "Sequences and .usda: each n-th frame")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+  AddOption(*command, "--every", options->every, "Sequences and .usda: each n-th frame",
+            CLI::PositiveNumber);
   command->add_flag(
       "--no-correctives", options->no_correctives,
       ".glb: no morph targets; smaller, the skin is off by centimetres at bent joints");
-  command
-      ->add_option("--tolerance", options->tolerance_mm,
-                   ".glb: largest distance from the body model's surface, mm")
-      ->capture_default_str()
-      ->check(CLI::Range(1e-3, 100.0));
+  AddOption(*command, "--tolerance", options->tolerance_mm,
+            ".glb: largest distance from the body model's surface, mm", CLI::Range(1e-3, 100.0));
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast export held -o held.glb\n"

@@ -399,12 +399,10 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
       ->group(skeletons);
 
   const std::string parameters = "Parameters of a body model";
-  command
-      ->add_option("--hands", options->hands,
-                   "body: the body's; rhand, lhand: that hand alone (MANO), where the file has it; "
-                   "none: a relaxed hand instead of the file's")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"body", "rhand", "lhand", "none"}))
+  AddOption(*command, "--hands", options->hands,
+            "body: the body's; rhand, lhand: that hand alone (MANO), where the file has it; "
+            "none: a relaxed hand instead of the file's",
+            CLI::IsMember({"body", "rhand", "lhand", "none"}))
       ->group(parameters);
   command
       ->add_option("--flat-hand-mean", options->flat_hand_mean,
@@ -429,9 +427,8 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
       ->add_flag("--copy-mesh", options->copy_mesh,
                  "Put a copy of the object's mesh beside the clip instead of naming where it is")
       ->group(parameters);
-  command->add_option("--person", options->person, "Which person of a file or folder with several")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber)
+  AddOption(*command, "--person", options->person, "Which person of a file or folder with several",
+            CLI::NonNegativeNumber)
       ->group(parameters);
   AddCommonOptions(
       *command, options->common, true,

@@ -86,20 +86,15 @@ void AddImportWeightsCommand(CLI::App& app, int& exit_code) {
   command->add_option("--actions", options->actions,
                       "Embeddings of the 29 actions (.npz, .safetensors, .pt), kept with the "
                       "weights: an array per label, or one called 'embeddings' (29 x E)");
-  command
-      ->add_option("--arm-order", options->arm_order,
-                   "published (17,19,21,16,18,20: the weights that were released) or ascending "
-                   "(trained anew by the published code)")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"published", "ascending"}));
-  command
-      ->add_option("--object-rotation", options->object_rotation,
-                   "Object rotations in training: of points as rows (GRAB) or as columns")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"rows", "columns"}));
-  command->add_option("--heads", options->heads, "Heads of the self-attention")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1024));
+  AddOption(*command, "--arm-order", options->arm_order,
+            "published (17,19,21,16,18,20: the weights that were released) or ascending "
+            "(trained anew by the published code)",
+            CLI::IsMember({"published", "ascending"}));
+  AddOption(*command, "--object-rotation", options->object_rotation,
+            "Object rotations in training: of points as rows (GRAB) or as columns",
+            CLI::IsMember({"rows", "columns"}));
+  AddOption(*command, "--heads", options->heads, "Heads of the self-attention",
+            CLI::Range(1, 1024));
   command->add_flag("--half", options->half, "Store matrices at half precision");
   command->add_flag("--keep-training", options->keep_training,
                     "Keep the encoder of the present frame, which only training uses");

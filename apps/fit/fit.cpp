@@ -2,7 +2,7 @@
 #include "apps/clip_input.h"
 #include "apps/common.h"
 #include "apps/fit/fit_batch.h"
-#include "apps/fit/fit_job.h"
+#include "apps/fit_job.h"
 
 namespace holdfast::apps {
 
@@ -32,20 +32,16 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
           "Folder to make: clip.npz, object.ply, metrics.json, report.html; of a batch, one "
           "such folder for each job and manifest.json")
       ->required();
-  command
-      ->add_option("--hand", job.hand,
-                   "The hand that holds. auto: as the clip says, or as its object moves; without "
-                   "an object the right")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "right", "left", "both"}));
+  AddOption(*command, "--hand", job.hand,
+            "The hand that holds. auto: as the clip says, or as its object moves; without "
+            "an object the right",
+            CLI::IsMember({"auto", "right", "left", "both"}));
   command->add_flag("--paper", options->paper,
                     "The paper's three terms and nothing else (--recipe paper)");
-  command
-      ->add_option("--recipe", job.recipe,
-                   "holdfast: all terms; paper: the three terms of IMoS; imos-code: what its "
-                   "authors' code does")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"holdfast", "paper", "imos-code"}));
+  AddOption(*command, "--recipe", job.recipe,
+            "holdfast: all terms; paper: the three terms of IMoS; imos-code: what its "
+            "authors' code does",
+            CLI::IsMember({"holdfast", "paper", "imos-code"}));
   AddFitJobOptions(*command, job);
   AddCommonOptions(
       *command, options->common, true,
@@ -59,7 +55,7 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
       throw CLI::RequiredError("clip and object (or --batch LIST)");
     }
     FitLibrary library;
-    const FitOutcome outcome =
+    const Outcome outcome =
         options->list.empty()
             ? RunFitJob(options->job, options->common, library)
             : RunFitBatch(options->list, options->job.output, options->job, options->common);

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/fit/job_list.h"
+#include "apps/job_list.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/read_json.h"
@@ -112,8 +112,8 @@ Entry RunOne(const FitJob& job, const fs::path& folder, const CommonOptions& com
 
 }  // namespace
 
-FitOutcome RunFitBatch(const fs::path& list, const fs::path& folder, const FitJob& common_job,
-                       const CommonOptions& common) {
+Outcome RunFitBatch(const fs::path& list, const fs::path& folder, const FitJob& common_job,
+                    const CommonOptions& common) {
   FitJob shared = common_job;
   shared.write_timings = false;
   shared.write_report = false;  // megabytes each: made for those that somebody looks at
@@ -158,7 +158,7 @@ FitOutcome RunFitBatch(const fs::path& list, const fs::path& folder, const FitJo
   manifest["failed"] = failed;
   WriteAtomically(folder / kManifest, manifest.dump(1) + "\n");
 
-  FitOutcome outcome;
+  Outcome outcome;
   outcome.exit_code = exit_code;
   outcome.text =
       fmt::format("{}: {} fits, {} failed{}\n", (folder / kManifest).string(), jobs.size(), failed,

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "apps/common.h"
-#include "apps/fit/fit_job.h"
+#include "apps/fit_job.h"
 
 namespace holdfast::apps {
 
@@ -16,7 +16,7 @@ namespace holdfast::apps {
 /// and ends with the same bytes as a run that was not stopped: results hold no wall times and no
 /// dates. Throws Error for a folder that holds something else, or results of another list or other
 /// options (unless `common.force`: then those are made anew).
-FitOutcome RunFitBatch(const std::filesystem::path& list, const std::filesystem::path& folder,
-                       const FitJob& common_job, const CommonOptions& common);
+Outcome RunFitBatch(const std::filesystem::path& list, const std::filesystem::path& folder,
+                    const FitJob& common_job, const CommonOptions& common);
 
 }  // namespace holdfast::apps

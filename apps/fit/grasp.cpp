@@ -6,14 +6,13 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/fit/fit_library.h"
-#include "apps/fit/grasp_place_input.h"
+#include "apps/grasp_place_input.h"
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/distance_grid.h"
-#include "geometry/rotation.h"
+#include "solver/carry/first_grasp.h"
+#include "solver/carry/standing_grasp.h"
 #include "solver/fit/clip_state.h"
-#include "solver/grasp/grasp.h"
 #include "solver/grasp/grasp_both.h"
 
 namespace holdfast::apps {
@@ -32,27 +31,6 @@ struct GraspCommand {
   GraspPlaceInput place;
   GraspOptions grasp;
 };
-
-// Standing, both arms down, the holding forearm forward and turned by `pronation` (0 has the thumb
-// up) and away from the body by `outward`, which leaves up where it is in the wrist's frame.
-JointPose StandingPose(Side side, double pronation, double outward) {
-  JointPose right = JointPose::Zero();
-  const auto joint = [&](const char* name) { return right.col(*FindJoint(name)); };
-  joint("pelvis") = 90.0 * kDegree * Eigen::Vector3d::UnitX();
-  joint("right_shoulder") = LogSO3(ExpSO3(-outward * Eigen::Vector3d::UnitY()) *
-                                   ExpSO3(-12.0 * kDegree * Eigen::Vector3d::UnitX()) *
-                                   ExpSO3(76.0 * kDegree * Eigen::Vector3d::UnitZ()));
-  // A forearm turns over its length: half at the elbow, half at the wrist.
-  const Eigen::Vector3d half_turn = 0.5 * pronation * Eigen::Vector3d::UnitX();
-  joint("right_elbow") =
-      LogSO3(ExpSO3(80.0 * kDegree * Eigen::Vector3d::UnitY()) * ExpSO3(half_turn));
-  joint("right_wrist") = half_turn;
-  joint("left_shoulder") = -74.0 * kDegree * Eigen::Vector3d::UnitZ();
-  joint("left_elbow") = -15.0 * kDegree * Eigen::Vector3d::UnitY();
-  return side == Side::kRight ? right : MirrorPose(right);
-}
-
-constexpr double kHandAloneHeight_m = 1.0;  // of the wrist, where nothing else says
 
 // The hand that is to hold: the only one of a hand alone, else the right if nothing is asked for.
 Side HandFor(const GraspCommand& options, const BodyModel& body) {
@@ -93,53 +71,6 @@ nlohmann::json GraspJson(const Grasp& grasp) {
           {"limit_excess_deg", grasp.limit_excess_deg}};
 }
 
-// Who holds the object, in the world.
-struct Holder {
-  JointPose pose = JointPose::Zero();
-  Eigen::Vector3d trans = Eigen::Vector3d::Zero();
-};
-
-// A hand on nothing, turned as a standing person's would be.
-Holder HandAlone(const HandModel& hand, double pronation, const Grasp& grasp) {
-  HandState state(hand);
-  state.SetBody(StandingPose(hand.HandSide(), pronation, 0.0), Eigen::Vector3d::Zero());
-  Holder holder;
-  holder.pose.col(0) = LogSO3(state.WristRotation());
-  SetFingers(holder.pose, hand.HandSide(), grasp.fingers);
-  holder.trans = kHandAloneHeight_m * Eigen::Vector3d::UnitZ() - state.WristPosition();
-  return holder;
-}
-
-// A standing person, the arm as far out as the object needs to clear the body.
-Holder Standing(const std::shared_ptr<const BodyModel>& body, const HandModel& hand,
-                double pronation, const Grasp& grasp, const DistanceGrid& grid) {
-  const Side side = hand.HandSide(), other = OtherSide(side);
-  const HandAxes other_hand(HandModel(body, {}, other));
-  const FingerPose other_fingers = other_hand.PoseOf(other_hand.Relaxed());
-  const BodySurface whole(body);
-  const std::vector<int>& hand_ids = body->HandVertexIds(side);
-  HandState state(hand);
-  Holder holder;
-  for (const double outward : {0.0, 20.0, 40.0, 60.0}) {
-    holder.pose = StandingPose(side, pronation, outward * kDegree);
-    SetFingers(holder.pose, side, grasp.fingers);
-    SetFingers(holder.pose, other, other_fingers);
-    BodyState posed;
-    Forward(whole, holder.pose, Eigen::Vector3d::Zero(), posed);
-    holder.trans = {0.0, 0.0, -posed.vertices.row(2).minCoeff()};  // feet on the ground
-    state.SetBody(holder.pose, holder.trans);
-    const Eigen::Isometry3d object_from_world =
-        ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()).inverse();
-    bool clear = true;
-    for (int i = 0; i < whole.NumVertices() && clear; ++i) {
-      if (std::binary_search(hand_ids.begin(), hand_ids.end(), i)) continue;
-      clear = grid.Distance(object_from_world * (posed.vertices.col(i) + holder.trans)) > 0.0;
-    }
-    if (clear) break;
-  }
-  return holder;
-}
-
 // The two files that are written.
 struct GraspFiles {
   std::filesystem::path clip, mesh;
@@ -156,16 +87,10 @@ GraspFiles NewGraspFiles(const GraspCommand& options) {
 }
 
 LoadedObject LoadGraspable(const GraspCommand& options, bool both_hands) {
-  LoadedObject object = LoadObjectInput(options.object, options.object_scale);
+  LoadedObject object = LoadObject(options.object, options.object_scale);
   for (const std::string& note : object.notes) Note(options.common, "note: " + note);
-  RequireGraspable(object, both_hands);
+  if (const auto why = WhyTooLarge(object, both_hands)) throw FitFailure(*why);
   return object;
-}
-
-DistanceGrid GraspGrid(const SignedDistance& surface, const CommonOptions& common) {
-  DistanceGridOptions grid_options;
-  grid_options.threads = NumThreads(common);
-  return DistanceGrid(surface, grid_options);
 }
 
 std::string MeasuresText(const TriangleMesh& object) {
@@ -174,12 +99,8 @@ std::string MeasuresText(const TriangleMesh& object) {
                      extent.z());
 }
 
-// Writes the object's mesh and the clip, in which `hands` hold it there.
-void WriteGrasp(const LoadedObject& object, const Eigen::Isometry3d& world_from_object,
-                std::uint8_t hands, const GraspFiles& files, Clip& clip) {
-  clip.object = ObjectTrack{world_from_object.translation(), LogSO3(world_from_object.linear()),
-                            object.name, files.mesh.filename().string()};
-  clip.holding_hand = {hands};
+void WriteGrasp(const LoadedObject& object, const GraspFiles& files, Clip& clip) {
+  clip.object->mesh = files.mesh.filename().string();
   WriteMesh(object.mesh, files.mesh);
   WriteClip(clip, files.clip);
 }
@@ -193,29 +114,6 @@ nlohmann::json GraspSummaryHead(const char* schema, const CommonOptions& common,
   summary["object_mesh"] = files.mesh.string();
   summary["hand"] = hand;
   return summary;
-}
-
-// The ways a forearm can turn; however it does, up is there in the wrist's frame.
-std::vector<double> AddPronations(const HandModel& hand, GraspOptions& grasp) {
-  std::vector<double> pronations;
-  HandState state(hand);
-  for (double degrees = -75.0; degrees <= 75.0; degrees += 15.0) {
-    pronations.push_back(degrees * kDegree);
-    state.SetBody(StandingPose(hand.HandSide(), pronations.back(), 0.0), Eigen::Vector3d::Zero());
-    grasp.up_in_wrist.emplace_back(state.WristRotation().transpose() * Eigen::Vector3d::UnitZ());
-  }
-  return pronations;
-}
-
-// The pronation that leaves the object as upright as can be.
-double UprightPronation(const std::vector<double>& pronations,
-                        const std::vector<Eigen::Vector3d>& up_in_wrist, const Grasp& grasp) {
-  const Eigen::Vector3d object_up = grasp.wrist_from_object.linear().col(2);
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < pronations.size(); ++i) {
-    if (up_in_wrist[i].dot(object_up) > up_in_wrist[best].dot(object_up)) best = i;
-  }
-  return pronations[best];
 }
 
 void RequireFound(const GraspCommand& options, const LoadedObject& object,
@@ -272,71 +170,30 @@ int Run(GraspCommand options) {
   const Side side = HandFor(options, *body);
   const LoadedObject object = LoadGraspable(options, false);
 
-  const HandModel hand(body, {}, side);
-  const SignedDistance surface(object.mesh);
-  const DistanceGrid grid = GraspGrid(surface, common);
-
-  const std::vector<double> pronations = AddPronations(hand, options.grasp);
   options.grasp.style = StyleByName(options.style);
   if (const auto wanted = WantedPlace(options.place, options.object, options.object_scale)) {
     options.grasp.place = std::make_shared<const GraspPlace>(object.mesh, *wanted);
   }
   options.grasp.seed = common.seed;
   options.grasp.threads = NumThreads(common);
-  GraspReport report;
-  Grasp grasp;
+  StandingGrasp held;
   {
     Progress progress(common, "grasp");
-    grasp = CloseHand(hand, object.mesh, surface, grid, options.grasp, &report, [&](double share) {
+    held = GraspStanding(body, side, object, options.grasp, [&](double share) {
       progress.Update(static_cast<int>(100 * share), 100);
       return !Interrupted();
     });
   }
   if (Interrupted()) return kInterrupted;
-  RequireFound(options, object, report);
-
-  const double pronation = UprightPronation(pronations, options.grasp.up_in_wrist, grasp);
-  const Holder holder = body->LoneHand() ? HandAlone(hand, pronation, grasp)
-                                         : Standing(body, hand, pronation, grasp, grid);
-  Clip clip;
-  clip.trans = holder.trans;
-  clip.pose = {holder.pose};
-  clip.betas = Eigen::VectorXd::Zero(10);
-  clip.body_model = body->Name();
-  if (body->LoneHand()) MarkHandAlone(clip);
-  HandState state(hand);
-  state.SetBody(holder.pose, holder.trans);
-  WriteGrasp(object, ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()),
-             HoldingBit(side), files, clip);
-  PrintGrasp(options, files, object, side, grasp, report);
+  RequireFound(options, object, held.report);
+  WriteGrasp(object, files, held.clip);
+  PrintGrasp(options, files, object, side, held.grasp, held.report);
   return kDone;
-}
-
-// Feet on the ground.
-Eigen::Vector3d Standing(const BodySurface& body, const JointPose& pose) {
-  BodyState state;
-  Forward(body, pose, Eigen::Vector3d::Zero(), state);
-  return {0.0, 0.0, -state.vertices.row(2).minCoeff()};
-}
-
-// One frame of a person who stands with both forearms forward.
-Clip StandingForBoth(const std::shared_ptr<const BodyModel>& body) {
-  Clip clip;
-  JointPose pose = StandingPose(Side::kRight, 0.0, 0.0);
-  const JointPose left = StandingPose(Side::kLeft, 0.0, 0.0);
-  for (const char* joint : {"left_shoulder", "left_elbow", "left_wrist"}) {
-    pose.col(*FindJoint(joint)) = left.col(*FindJoint(joint));
-  }
-  clip.pose = {pose};
-  clip.betas = Eigen::VectorXd::Zero(10);
-  clip.body_model = body->Name();
-  clip.trans = Standing(BodySurface(body), pose);
-  return clip;
 }
 
 // The clip of one frame that both hands start from; `person` becomes its body.
 Clip StartForBoth(const GraspCommand& options, ClipBody& person) {
-  if (options.clip.empty()) return StandingForBoth(person.model);
+  if (options.clip.empty()) return StandWithForearmsForward(person.model);
   LoadedClip loaded = LoadClip(options.clip, std::move(person.model), options.common);
   const Clip clip = std::move(loaded.clip);
   person = std::move(loaded.body);
@@ -390,7 +247,9 @@ int RunBoth(const GraspCommand& options) {
   const Eigen::VectorXd betas = std::move(person.betas);
   const HandModel right(body, betas, Side::kRight), left(body, betas, Side::kLeft);
   const SignedDistance surface(object.mesh);
-  const DistanceGrid grid = GraspGrid(surface, common);
+  DistanceGridOptions grid_options;
+  grid_options.threads = NumThreads(common);
+  const DistanceGrid grid(surface, grid_options);
   BothHandsOptions both_options;
   both_options.seed = common.seed;
   both_options.threads = NumThreads(common);
@@ -409,8 +268,8 @@ int RunBoth(const GraspCommand& options) {
   }
 
   clip.pose[0] = grasp.pose;
-  WriteGrasp(object, grasp.world_from_object, static_cast<std::uint8_t>(kHoldsRight | kHoldsLeft),
-             files, clip);
+  PutInHands(kHoldsRight | kHoldsLeft, object.name, grasp.world_from_object, clip);
+  WriteGrasp(object, files, clip);
   PrintBothHandsGrasp(options, files, object, grasp, both_options.place != nullptr);
   return kDone;
 }
@@ -426,49 +285,32 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("-o,--output", options->output, "Clip to write (.npz); the mesh goes beside it")
       ->required();
-  command
-      ->add_option(
-          "--hand", options->hand,
-          "right, left, both: the object between them; auto: the right, or the only one of "
-          "a MANO model")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "right", "left", "both"}));
+  AddOption(*command, "--hand", options->hand,
+            "right, left, both: the object between them; auto: the right, or the only one of "
+            "a MANO model",
+            CLI::IsMember({"auto", "right", "left", "both"}));
   CLI::Option* const clip = command->add_option(
       "--clip", options->clip, "With --hand both: take the pose from this clip; else standing");
-  command->add_option("--frame", options->frame, "Frame of --clip, from 0")
-      ->capture_default_str()
+  AddOption(*command, "--frame", options->frame, "Frame of --clip, from 0")
       ->needs(clip)
       ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option(
-          "--style", options->style,
-          "power, precision, handle (fingers through it), or auto: the best of all, by its "
-          "handle what has one")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "power", "precision", "handle"}));
+  AddOption(*command, "--style", options->style,
+            "power, precision, handle (fingers through it), or auto: the best of all, by its "
+            "handle what has one",
+            CLI::IsMember({"auto", "power", "precision", "handle"}));
   command->add_option(
       "--body", options->body,
       "Body model: SMPL-X, SMPL-H, or MANO for a hand alone (.npz, .pkl); default: the "
       "embedded one");
-  command
-      ->add_option("--object-scale", options->object_scale,
-                   "Multiplies the mesh: 0.001 for millimetres")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+  AddOption(*command, "--object-scale", options->object_scale,
+            "Multiplies the mesh: 0.001 for millimetres", CLI::PositiveNumber);
   AddGraspPlaceOptions(*command, options->place);
-  command
-      ->add_option("--closings", options->grasp.closings,
-                   "Placements that the fingers are closed for")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 100'000));
-  command->add_option("--refinements", options->grasp.refinements, "Closed hands that are refined")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 100'000));
-  command
-      ->add_option("--upright", options->grasp.upright_weight,
-                   "How much an object that stays upright is preferred")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+  AddOption(*command, "--closings", options->grasp.closings,
+            "Placements that the fingers are closed for", CLI::Range(1, 100'000));
+  AddOption(*command, "--refinements", options->grasp.refinements, "Closed hands that are refined",
+            CLI::Range(1, 100'000));
+  AddOption(*command, "--upright", options->grasp.upright_weight,
+            "How much an object that stays upright is preferred", CLI::NonNegativeNumber);
   AddCommonOptions(*command, options->common, true,
                    "  holdfast grasp mug -o mug_grasp.npz\n"
                    "  holdfast grasp hammer.obj -o hammer.npz --hand left --seed 3 --json\n"

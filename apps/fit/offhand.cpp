@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/fit/fit_job.h"
+#include "apps/fit_job.h"
 
 namespace holdfast::apps {
 
@@ -28,19 +28,13 @@ void AddOffhandCommand(CLI::App& app, int& exit_code) {
                    "clip's object, or where the hands meet")
       ->delimiter(',')
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--first-hand", options->first_hand, "The hand that has it first")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "right", "left"}));
-  command
-      ->add_option("--max-switches", job.handover.max_switches,
-                   "Where they are found: at most this many")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 100));
-  command
-      ->add_option("--dwell", job.handover.dwell_s,
-                   "Both hands hold for about this long around a switch that was given, s")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 10.0));
+  AddOption(*command, "--first-hand", options->first_hand, "The hand that has it first",
+            CLI::IsMember({"auto", "right", "left"}));
+  AddOption(*command, "--max-switches", job.handover.max_switches,
+            "Where they are found: at most this many", CLI::Range(1, 100));
+  AddOption(*command, "--dwell", job.handover.dwell_s,
+            "Both hands hold for about this long around a switch that was given, s",
+            CLI::Range(0.0, 10.0));
   AddFitJobOptions(*command, job);
   AddCommonOptions(*command, options->common, true,
                    "  holdfast offhand pass.npz apple -o passed\n"
@@ -52,7 +46,7 @@ void AddOffhandCommand(CLI::App& app, int& exit_code) {
     if (options->first_hand == "right") asked.handover.first_hand = Side::kRight;
     if (options->first_hand == "left") asked.handover.first_hand = Side::kLeft;
     FitLibrary library;
-    const FitOutcome outcome = RunFitJob(asked, options->common, library);
+    const Outcome outcome = RunFitJob(asked, options->common, library);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;
   });

@@ -5,8 +5,7 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/fit/fit_library.h"
-#include "apps/fit/fit_metrics.h"
+#include "apps/fit_metrics.h"
 #include "apps/result_folder.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
@@ -129,16 +128,8 @@ nlohmann::json MetricsOf(const RefineCommand& options, const ClipInput& input,
                         {"hand", options.hand},
                         {"object", input.object_source},
                         {"object_scale", input.object_scale},
-                        {"object_vertices", options.object_vertices},
-                        {"lambda_distance", options.fit.lambda_distance},
-                        {"lambda_contact", options.fit.lambda_contact},
-                        {"lambda_slip", options.fit.lambda_slip},
-                        {"lambda_penetration", options.fit.lambda_penetration},
-                        {"lambda_object_in_hand", options.fit.lambda_object_in_hand},
-                        {"lambda_fingers", options.fit.lambda_fingers},
-                        {"lambda_object", options.fit.lambda_object},
-                        {"lambda_support", options.fit.lambda_support},
-                        {"lambda_acceleration", options.fit.lambda_acceleration}};
+                        {"object_vertices", options.object_vertices}};
+  metrics["options"].update(WeightsJson(options.fit));
   metrics["protocol"] =
       ProtocolJson(options.protocol, object.solid,
                    HandModel(input.body, input.betas, right ? Side::kRight : Side::kLeft));
@@ -184,17 +175,14 @@ int Refine(const RefineCommand& options) {
   ResultFolder folder(options.output, options.common.force);
   const ClipInput input = LoadRefinable(options);
   const RefineOptions refine = ToLibrary(options);
-  FitLibrary library;
-  const auto object =
-      input.object_in_clip
-          ? std::make_shared<const PreparedObject>(PrepareObject(
-                ObjectOfMesh(*input.object, input.clip.object->name, input.object_source),
-                options.object_vertices, refine.threads))
-          : library.Object(input.object_source, input.object_scale, options.object_vertices,
-                           refine.threads);
+  const auto object = std::make_shared<const PreparedObject>(
+      PrepareObject(input.object_in_clip
+                        ? ObjectOfMesh(*input.object, input.clip.object->name, input.object_source)
+                        : LoadObject(input.object_source, input.object_scale),
+                    options.object_vertices, refine.threads));
   for (const std::string& note : object->notes) Note(options.common, "note: " + note);
   StageProgress progress(options.common);
-  const RefineReport report = NamingClip(options.clip, [&] {
+  const RefineReport report = NamingSource("the clip", options.clip, [&] {
     return RefineCarried(input.clip, {input.body, input.betas}, *object, refine,
                          [&](const char* stage, int done, int total) {
                            progress.Update(stage, done, total);
@@ -235,32 +223,17 @@ void AddRefineCommand(CLI::App& app, int& exit_code) {
       ->add_option("-o,--output", options->output,
                    "Folder to make: clip.npz, object.ply, metrics.json with before and after")
       ->required();
-  command
-      ->add_option("--hand", options->hand,
-                   "Who holds. auto: found in the clip; clip: as its holding_hand says")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "clip", "right", "left", "both"}));
+  AddOption(*command, "--hand", options->hand,
+            "Who holds. auto: found in the clip; clip: as its holding_hand says",
+            CLI::IsMember({"auto", "clip", "right", "left", "both"}));
   AddClipInputOptions(*command, options->input);
-  command
-      ->add_option("--object-vertices", options->object_vertices,
-                   "Vertices that the object is simplified to")
-      ->capture_default_str()
-      ->check(CLI::Range(4, 100'000));
-  const auto weight = [&](const char* name, double& value, const char* help) {
-    command->add_option(name, value, help)->capture_default_str()->check(CLI::NonNegativeNumber);
-  };
-  weight("--lambda-object", options->fit.lambda_object,
-         "Weight of the object's way from the data, per m2 and frame");
-  weight("--lambda-fingers", options->fit.lambda_fingers,
-         "Weight of the fingers' way from the data, per rad2 and frame");
-  weight("--lambda-acceleration", options->fit.lambda_acceleration,
-         "Weight of second differences: more removes more jitter");
-  weight("--lambda-support", options->fit.lambda_support,
-         "Weight of where an object that nobody holds lies");
-  weight("--lambda-penetration", options->fit.lambda_penetration,
-         "Weight of E_p: the hand stays out of the object");
-  weight("--lambda-object-in-hand", options->fit.lambda_object_in_hand,
-         "Weight of E_o: the object stays out of the hand (thin walls, blades)");
+  AddOption(*command, "--object-vertices", options->object_vertices,
+            "Vertices that the object is simplified to", CLI::Range(4, 100'000));
+  for (const EnergyTerm term :
+       {EnergyTerm::kObject, EnergyTerm::kFingers, EnergyTerm::kAcceleration, EnergyTerm::kSupport,
+        EnergyTerm::kPenetration, EnergyTerm::kObjectInHand}) {
+    AddWeightOption(*command, term, options->fit);
+  }
   AddCommonOptions(*command, options->common, true,
                    "  holdfast refine captured.npz --object mug.obj -o clean\n"
                    "  holdfast refine held -o refined --hand right --json\n");

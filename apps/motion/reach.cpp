@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "apps/common.h"
 #include "apps/motion/reach_job.h"
-#include "apps/motion/reach_network.h"
+#include "apps/reach_network.h"
 
 namespace holdfast::apps {
 
@@ -75,20 +75,17 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
                    "Yaw of the standing object, degrees [chosen for the hand]")
       ->check(CLI::Range(-360.0, 360.0))
       ->needs(object);
-  command->add_option("--wrist", job.wrist, "Wrist used for reaching; left by mirroring the person")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"right", "left"}));
-  command->add_option("--sigma", job.sigma, "Standard deviation of the latents; 0: the mean motion")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 3.0));
+  AddOption(*command, "--wrist", job.wrist, "Wrist used for reaching; left by mirroring the person",
+            CLI::IsMember({"right", "left"}));
+  AddOption(*command, "--sigma", job.sigma, "Standard deviation of the latents; 0: the mean motion",
+            CLI::Range(0.0, 3.0));
   command->add_flag("--all", job.all, "Keep all samples: samples/NN.npz, best first");
   command->add_option("--body", job.body, "Body model in place of the embedded one");
   AddWeightsOption(*command, job.weights);
   command->add_flag_callback(
       "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
-  command
-      ->add_option("-o,--output", job.output, "Folder to make: clip.npz, metrics.json, report.html")
-      ->capture_default_str();
+  AddOption(*command, "-o,--output", job.output,
+            "Folder to make: clip.npz, metrics.json, report.html");
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast reach --goal 1.5,1.0,1.1\n"
@@ -103,7 +100,7 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "lowest vertex moves more than 2/3 cm per frame) or fly (all foot joints above 12 cm);\n"
       "among others, the least sum of closest distances.\n");
   command->callback([options, &exit_code] {
-    const FitOutcome outcome = RunReachJob(options->job, options->common);
+    const Outcome outcome = RunReachJob(options->job, options->common);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;
   });

@@ -8,9 +8,9 @@
 
 #include "apps/clip_input.h"
 #include "apps/motion/reach_markers.h"
-#include "apps/motion/reach_network.h"
 #include "apps/motion/reach_take.h"
-#include "apps/report/report.h"
+#include "apps/reach_network.h"
+#include "apps/report_writer.h"
 #include "apps/result_folder.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
@@ -69,8 +69,9 @@ ReachOptions ToLibrary(const ReachJob& job, const CommonOptions& common) {
     throw Error("--obstacle", "is not seen by --method " + job.Method(), "Add --method latent-opt");
   }
   for (const std::string& file : job.obstacles) {
-    options.obstacles.push_back(NamingMesh(
-        file, [&] { return MakeObstacle(file, ReadMesh(file), options.side, options.threads); }));
+    options.obstacles.push_back(NamingSource("mesh", file, [&] {
+      return MakeObstacle(file, ReadMesh(file), options.side, options.threads);
+    }));
   }
   return options;
 }
@@ -238,9 +239,9 @@ std::pair<std::string, std::optional<int>> ParseStart(const std::string& text) {
 namespace {
 
 // The take and the carries after it.
-FitOutcome RunTake(const ReachJob& job, const Start& start, const ReachNetwork& network,
-                   std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
-                   const CommonOptions& common) {
+Outcome RunTake(const ReachJob& job, const Start& start, const ReachNetwork& network,
+                std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
+                const CommonOptions& common) {
   TakeJob take;
   take.object = job.object;
   take.side = options.side;
@@ -328,8 +329,8 @@ bool WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOpti
 
 }  // namespace
 
-FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
-  const FitOutcome stopped{kInterrupted, {}, {}};
+Outcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
+  const Outcome stopped{kInterrupted, {}, {}};
   std::vector<Eigen::Vector3d> goals;
   for (const std::string& text : job.goals) goals.push_back(ParsePoint("--goal", text));
   const ReachNetwork network = LoadReachNetwork(job.weights);
@@ -360,7 +361,7 @@ FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
   if (!WriteResult(job, start.person, options, report, goals, metrics, folder, common)) {
     return stopped;
   }
-  FitOutcome outcome;
+  Outcome outcome;
   outcome.exit_code = kDone;
   outcome.text = Text(job, options, report, goals, why);
   outcome.summary = std::move(metrics);

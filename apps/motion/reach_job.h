@@ -8,7 +8,6 @@
 #include <Eigen/Core>
 
 #include "apps/common.h"
-#include "apps/fit/fit_job.h"
 
 namespace holdfast::apps {
 
@@ -49,6 +48,6 @@ std::pair<std::string, std::optional<int>> ParseStart(const std::string& text);
 /// Makes the motions, chooses one, and writes the result folder: clip.npz, metrics.json,
 /// report.html, and with `all` samples/NN.npz. Throws FitFailure when the network's numbers break
 /// in every sample.
-FitOutcome RunReachJob(const ReachJob& job, const CommonOptions& common);
+Outcome RunReachJob(const ReachJob& job, const CommonOptions& common);
 
 }  // namespace holdfast::apps

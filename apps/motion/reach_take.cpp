@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "apps/clip_input.h"
-#include "apps/fit/fit_library.h"
-#include "apps/report/report.h"
+#include "apps/fit_job.h"
+#include "apps/report_writer.h"
 #include "apps/result_folder.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
@@ -168,11 +168,11 @@ void RequireTaken(const TakeReport& report, const TakeJob& job) {
 
 }  // namespace
 
-FitOutcome RunReachTake(const TakeJob& job, const ReachPerson& person,
-                        const wandr::NetworkWeights& network, const ReachOptions& options,
-                        const nlohmann::json& extra, const CommonOptions& common) {
+Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
+                     const wandr::NetworkWeights& network, const ReachOptions& options,
+                     const nlohmann::json& extra, const CommonOptions& common) {
   ResultFolder folder(job.output, common.force);
-  const FitOutcome stopped{kInterrupted, {}, {}};
+  const Outcome stopped{kInterrupted, {}, {}};
   const int threads = NumThreads(common);
   FitLibrary library;
   constexpr int kPairVertices = 300;
@@ -220,7 +220,7 @@ FitOutcome RunReachTake(const TakeJob& job, const ReachPerson& person,
   }
   folder.Commit();
 
-  FitOutcome outcome;
+  Outcome outcome;
   outcome.text = Text(job, metrics["take"], metrics["summary"]);
   outcome.summary = std::move(metrics);
   outcome.summary.erase("per_frame");

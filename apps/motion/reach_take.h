@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/common.h"
-#include "apps/fit/fit_job.h"
 #include "solver/reach/reach_and_take.h"
 
 namespace holdfast::apps {
@@ -31,8 +30,8 @@ struct TakeJob {
 /// Has the object taken (ReachAndTake) and writes the result folder: clip.npz, object.ply,
 /// table.ply, metrics.json, report.html. `extra` is merged into metrics.json (the caller's options
 /// and network). Throws Error and FitFailure.
-FitOutcome RunReachTake(const TakeJob& job, const ReachPerson& person,
-                        const wandr::NetworkWeights& network, const ReachOptions& options,
-                        const nlohmann::json& extra, const CommonOptions& common);
+Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
+                     const wandr::NetworkWeights& network, const ReachOptions& options,
+                     const nlohmann::json& extra, const CommonOptions& common);
 
 }  // namespace holdfast::apps

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "apps/common.h"
-#include "apps/motion/synthesis_network.h"
 #include "apps/motion/synthesize_job.h"
 #include "generator/actions/action_catalog.h"
 #include "generator/imos/config.h"
+#include "generator/imos/default_network.h"
 
 namespace holdfast::apps {
 
@@ -30,23 +30,17 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   action->needs(object);
   command->add_option("--class", job.object_class,
                       "Class of the object for the networks: mug, waterbottle, ... [its name]");
-  command
-      ->add_option("--object-scale", job.begin.object_scale,
-                   "Multiplies the object's coordinates (0.001 for millimetres)")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+  AddOption(*command, "--object-scale", job.begin.object_scale,
+            "Multiplies the object's coordinates (0.001 for millimetres)", CLI::PositiveNumber);
   command->add_option("--from", job.begin.from,
                       "CLIP or CLIP:FRAME of a person with the object in a hand to go on from. "
                       "Without it a person stands at the origin, facing -y");
-  command
-      ->add_option("--start", options->place,
-                   "Where the object is at a generated start: on a table, in the hand, any")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"any", "table", "hand"}))
+  AddOption(*command, "--start", options->place,
+            "Where the object is at a generated start: on a table, in the hand, any",
+            CLI::IsMember({"any", "table", "hand"}))
       ->excludes(command->get_option("--from"));
-  command->add_option("--hand", options->hand, "Hand that holds at a generated start")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"right", "left"}))
+  AddOption(*command, "--hand", options->hand, "Hand that holds at a generated start",
+            CLI::IsMember({"right", "left"}))
       ->excludes(command->get_option("--from"));
   command
       ->add_option("--betas", job.begin.betas,
@@ -56,26 +50,27 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--seconds", job.seconds, "Duration of the motion [the usual one of the action]")
       ->check(CLI::Range(0.5, 60.0));
-  command->add_option("--key-frames", job.key_frames, "Number of key frames, 4 of them given")
-      ->capture_default_str()
-      ->check(CLI::Range(imos::kHistory + 1, 1000));
-  command->add_option("--samples", job.samples, "Motions to choose from")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 10'000));
-  command->add_option("--sigma", job.sigma, "Standard deviation of the latents; 0: the mean motion")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 3.0));
-  command->add_option("--frame-rate", job.frame_rate, "Frame rate of the output, Hz")
-      ->capture_default_str()
-      ->check(CLI::Range(5.0, 240.0));
+  AddOption(*command, "--key-frames", job.key_frames, "Number of key frames, 4 of them given",
+            CLI::Range(imos::kHistory + 1, 1000));
+  AddOption(*command, "--samples", job.samples, "Motions to choose from", CLI::Range(1, 10'000));
+  AddOption(*command, "--sigma", job.sigma, "Standard deviation of the latents; 0: the mean motion",
+            CLI::Range(0.0, 3.0));
+  AddOption(*command, "--frame-rate", job.frame_rate, "Frame rate of the output, Hz",
+            CLI::Range(5.0, 240.0));
   command->add_option("--body", job.begin.body, "Body model in place of the embedded one");
-  AddSynthesisWeightsOptions(*command, job.weights, job.action_embeddings);
+  const bool embedded = imos::HasDefaultNetwork();
+  command
+      ->add_option("--weights", job.weights,
+                   embedded ? "Networks (.safetensors) in place of the embedded ones"
+                            : "Networks (.safetensors); this program was built without any")
+      ->required(!embedded);
+  command->add_option("--action-embeddings", job.action_embeddings,
+                      "Embeddings of the 29 actions by label (.npz, .safetensors), for networks "
+                      "that were trained with CLIP's");
   command->add_flag_callback(
       "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
-  command
-      ->add_option("-o,--output", job.output,
-                   "Folder to make: clip.npz, object.ply, metrics.json, report.html")
-      ->capture_default_str();
+  AddOption(*command, "-o,--output", job.output,
+            "Folder to make: clip.npz, object.ply, metrics.json, report.html");
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast synthesize --action drink --object mug\n"
@@ -92,7 +87,7 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
     }
     asked.begin.left = options->hand == "left";
     if (options->place != "any") asked.begin.in_hand = options->place == "hand";
-    const FitOutcome outcome = RunSynthesizeJob(asked, options->common);
+    const Outcome outcome = RunSynthesizeJob(asked, options->common);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;
   });

@@ -8,8 +8,8 @@
 
 #include "apps/clip_input.h"
 #include "apps/motion/reach_job.h"
-#include "apps/motion/synthesis_network.h"
 #include "generator/actions/action_catalog.h"
+#include "generator/imos/synthesis_network.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "solver/synthesis/synthesize.h"
@@ -34,8 +34,7 @@ int ObjectClass(const SynthesizeJob& job) {
   }
   const std::string named = std::filesystem::path(job.begin.object).stem().string();
   if (const auto id = imos::FindObject(imos::VocabularyName(named))) return *id;
-  LoadObjectInput(
-      job.begin.object);  // no such file or object is another fault than one of no class
+  LoadObject(job.begin.object);  // no such file or object is another fault than one of no class
   return imos::ObjectId(named, "--class");
 }
 
@@ -61,6 +60,20 @@ imos::Intent IntentOf(SynthesizeJob& job, const SynthesisNetwork& network) {
                 fmt::format("There are: {}", fmt::join(actions, ", ")));
   }
   return intent;
+}
+
+// A note where the networks have seen the action, and never with the object; otherwise empty.
+std::string NoteOnIntent(const SynthesisNetwork& network, const imos::Intent& intent) {
+  const std::string action(imos::Actions()[intent.action].label);
+  const std::string object(imos::Objects()[intent.object]);
+  const auto seen = network.seen.find(action);
+  if (seen != network.seen.end() && seen->second.is_object() && !seen->second.contains(object)) {
+    std::vector<std::string> objects;
+    for (const auto& [name, count] : seen->second.items()) objects.push_back(name);
+    return fmt::format("note: nobody was seen who {} a {}; seen with {}",
+                       imos::Actions()[intent.action].verb, object, fmt::join(objects, ", "));
+  }
+  return "";
 }
 
 struct SynthesisStart {
@@ -150,11 +163,11 @@ FitJob FitJobOf(const SynthesizeJob& job, const SynthesizedMotion& made) {
 
 }  // namespace
 
-FitOutcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
+Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
   const SynthesisNetwork network = LoadSynthesisNetwork(job.weights, job.action_embeddings);
   const imos::Intent intent = IntentOf(job, network);
   if (const std::string note = NoteOnIntent(network, intent); !note.empty()) Note(common, note);
-  const LoadedObject object = LoadObjectInput(job.begin.object, job.begin.object_scale);
+  const LoadedObject object = LoadObject(job.begin.object, job.begin.object_scale);
   RequireHandheld(object);
   const SynthesisStart start =
       job.begin.from.empty() ? Made(job.begin, object, imos::Actions()[intent.action].label, common)
@@ -176,7 +189,7 @@ FitOutcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
   FitJob fit = FitJobOf(job, made);
   fit.extra["synthesis"] = SynthesisJson(job, intent, network, start, options, made);
   FitLibrary library;
-  FitOutcome outcome = RunFitJob(fit, common, library);
+  Outcome outcome = RunFitJob(fit, common, library);
   if (outcome.summary.is_null()) return outcome;
   outcome.text = fmt::format(
       "{}\n  made                {:.1f} s of motion in {} key frames; best of {} samples, {:.0f} "

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "apps/common.h"
-#include "apps/fit/fit_job.h"
+#include "apps/fit_job.h"
 
 namespace holdfast::apps {
 
@@ -41,6 +41,6 @@ struct SynthesizeJob {
 /// Prepares the start, makes a motion (Synthesize) and fits the object to all of its frames
 /// (RunFitJob), whose result folder it is. Throws Error and
 /// FitFailure.
-FitOutcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common);
+Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common);
 
 }  // namespace holdfast::apps

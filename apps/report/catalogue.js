@@ -5,6 +5,10 @@ import { sentence, wordsOf } from "./words.js";
 const kRight = "right";
 const kLeft = "left";
 
+function energy(title, about, name) {
+  return { title, about, unit: name.endsWith("_m2") ? "m\u00b2" : "", energy: true, series: [[name, "", "a"]] };
+}
+
 // One chart each, in this order; a chart without data is left out. `series`: [name, label, hue].
 const kCharts = [
   {
@@ -50,48 +54,13 @@ const kCharts = [
     unit: "ms",
     series: [["solve_ms", "", "b"]],
   },
-  {
-    title: "Total energy",
-    about: "Weighted sum of the terms that the fit minimises",
-    unit: "",
-    energy: true,
-    series: [["energy_total", "", "a"]],
-  },
-  {
-    title: "Distance term E_d",
-    about: "Hand and object keep the distances of the first frame",
-    unit: "m\u00b2",
-    energy: true,
-    series: [["energy_distance_m2", "", "a"]],
-  },
-  {
-    title: "Contact term E_c",
-    about: "What touched in the first frame stays together",
-    unit: "m\u00b2",
-    energy: true,
-    series: [["energy_contact_m2", "", "a"]],
-  },
-  {
-    title: "Temporal term E_t",
-    about: "Little change from frame to frame",
-    unit: "",
-    energy: true,
-    series: [["energy_temporal", "", "a"]],
-  },
-  {
-    title: "Penetration term",
-    about: "Squared depth of skin inside the object, beyond what soft tissue gives",
-    unit: "m\u00b2",
-    energy: true,
-    series: [["energy_penetration_m2", "", "a"]],
-  },
-  {
-    title: "Object-in-hand term",
-    about: "Squared depth of the object inside the hand, beyond what soft tissue gives",
-    unit: "m\u00b2",
-    energy: true,
-    series: [["energy_object_in_hand_m2", "", "a"]],
-  },
+  energy("Total energy", "Weighted sum of the terms that the fit minimises", "energy_total"),
+  energy("Distance term E_d", "Hand and object keep the distances of the first frame", "energy_distance_m2"),
+  energy("Contact term E_c", "What touched in the first frame stays together", "energy_contact_m2"),
+  energy("Temporal term E_t", "Little change from frame to frame", "energy_temporal"),
+  energy("Slip term E_s", "Contacts travel along the surface, not off it", "energy_slip_m2"),
+  energy("Penetration term", "Squared depth of skin inside the object, beyond what soft tissue gives", "energy_penetration_m2"),
+  energy("Object-in-hand term", "Squared depth of the object inside the hand, beyond what soft tissue gives", "energy_object_in_hand_m2"),
   {
     title: "Wrist offset",
     about: "How far the wrist is moved from the clip's own place",

@@ -9,7 +9,8 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/report/render_output.h"
+#include "apps/render_output.h"
+#include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/parallel.h"
@@ -224,21 +225,16 @@ void AddRenderCommand(CLI::App& app, int& exit_code) {
   command->add_option("--frame", options->frame, "Only this frame, from 0")
       ->check(CLI::NonNegativeNumber);
   CLI::Option* every =
-      command
-          ->add_option("--every", options->every, "Numbered pictures and videos: every n-th frame")
-          ->capture_default_str()
-          ->check(CLI::PositiveNumber);
+      AddOption(*command, "--every", options->every,
+                "Numbered pictures and videos: every n-th frame", CLI::PositiveNumber);
   command
       ->add_option("--fps", options->fps,
                    "Videos: frames per second, at the clip's speed [the clip's; .gif: at most 50]")
       ->check(CLI::Range(0.1, 240.0))
       ->excludes(every);
-  command->add_option("--size", options->size, "Pixels of each picture")
-      ->capture_default_str()
-      ->check(pair);
-  command->add_option("--supersampling", options->supersampling, "Samples per pixel and side")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 4));
+  AddOption(*command, "--size", options->size, "Pixels of each picture", pair);
+  AddOption(*command, "--supersampling", options->supersampling, "Samples per pixel and side",
+            CLI::Range(1, 4));
   command->add_flag("--no-contact", options->no_contact, "Do not colour where the hands touch");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast render demo_drink -o drink.png --sheet 6x2 --size 240x400\n"

@@ -9,10 +9,10 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/score/score_output.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/read_json.h"
+#include "solver/score/score_output.h"
 
 namespace holdfast::apps {
 namespace {
@@ -152,21 +152,13 @@ void AddScoreCommand(CLI::App& app, int& exit_code) {
   command->add_option("-o,--output", options->output, "Write the scores as JSON");
   command->add_option("--csv", options->csv, "Write a table with one line per clip");
   command->add_flag("--per-frame", options->per_frame, "Add every frame's values to the JSON");
-  command
-      ->add_option("--contact-threshold", options->score.hand_object.contact.contact_threshold_mm,
-                   "A hand vertex this close to the object is in contact, mm")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--depth-threshold", options->score.deep_mm,
-                   "Frames with penetration deeper than this are counted, mm")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option("--voxel", options->score.hand_object.contact.voxel_mm,
-                   "Edge of the voxels for intersection volume, mm; 0: none")
-      ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+  AddOption(*command, "--contact-threshold",
+            options->score.hand_object.contact.contact_threshold_mm,
+            "A hand vertex this close to the object is in contact, mm", CLI::PositiveNumber);
+  AddOption(*command, "--depth-threshold", options->score.deep_mm,
+            "Frames with penetration deeper than this are counted, mm", CLI::NonNegativeNumber);
+  AddOption(*command, "--voxel", options->score.hand_object.contact.voxel_mm,
+            "Edge of the voxels for intersection volume, mm; 0: none", CLI::NonNegativeNumber);
   const std::map<std::string, ExactMode> exact = {
       {"off", ExactMode::kOff}, {"auto", ExactMode::kAuto}, {"on", ExactMode::kOn}};
   command

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "apps/program.h"
-#include "apps/train/train_imos.h"
-#include "apps/train/train_recogniser.h"
-#include "apps/train/train_wandr.h"
+#include "apps/train/train_command.h"
 
 // A program of its own, which `holdfast train` runs: LibTorch takes longer to load than most of
 // holdfast's commands take.

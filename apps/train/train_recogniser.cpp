@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "apps/train/train_recogniser.h"
-
 #include <map>
-#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "generator/imos/action_set.h"
+#include "apps/train/train_command.h"
 #include "generator/imos/synthesis_metrics.h"
 #include "generator/imos/vocabulary.h"
 #include "generator/training/imos/recogniser.h"
@@ -20,8 +17,8 @@ using nlohmann::json;
 
 struct TrainRecogniserCommand {
   CommonOptions common;
-  std::vector<std::string> folders, validation{"s1"}, held_out{"s10"}, without;
-  std::string output, body, rule = "whole";
+  ActionClips clips;
+  std::string output;
   bool paper = false;
   imos::RecogniserOptions training;
 };
@@ -78,26 +75,16 @@ std::string Line(const char* what, const json& accuracy) {
   return text + "\n";
 }
 
-int Train(TrainRecogniserCommand& options) {
+int TrainRecogniser(const TrainRecogniserCommand& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
-  imos::ActionSetOptions what;
-  what.sequences.rule =
-      options.rule == "paper" ? imos::KeyFrameRule::kPaper : imos::KeyFrameRule::kWhole;
-  what.split = {options.validation, options.held_out};
-  what.without = options.without;
-  what.threads = NumThreads(common);
-  const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
-  const imos::ActionSet set = [&] {
-    Progress progress(common, "reading clips");
-    return imos::ReadActionSet({options.folders.begin(), options.folders.end()}, body, what,
-                               [&](int done, int total) { progress.Update(done, total); });
-  }();
+  const imos::ActionSet set = options.clips.Read(common);
   for (const std::string& note : set.notes) Note(common, note);
   if (set.train.empty()) {
-    throw Error(fmt::format("{}", fmt::join(options.folders, ", ")),
+    throw Error(fmt::format("{}", fmt::join(options.clips.folders, ", ")),
                 fmt::format("every clip is of a subject held out ({}) or for validation ({})",
-                            fmt::join(options.held_out, ","), fmt::join(options.validation, ",")),
+                            fmt::join(options.clips.held_out, ","),
+                            fmt::join(options.clips.validation, ",")),
                 "Give other --held-out or --validation, or more subjects");
   }
   const imos::LabelledMotions training = MotionsOf(set.train, !options.paper);
@@ -135,10 +122,10 @@ int Train(TrainRecogniserCommand& options) {
                     summary[name]["sequences"].get<int>());
   }
   trained.weights.notes["made_by"] = "holdfast train recogniser " HOLDFAST_VERSION;
-  trained.weights.notes["key_frames"] = options.rule;
+  trained.weights.notes["key_frames"] = options.clips.key_frames;
   trained.weights.notes["seed"] = std::to_string(common.seed);
   trained.weights.notes["epochs"] = std::to_string(trained.best.epoch);
-  trained.weights.notes["held_out"] = fmt::format("{}", fmt::join(options.held_out, ","));
+  trained.weights.notes["held_out"] = fmt::format("{}", fmt::join(options.clips.held_out, ","));
   imos::WriteRecogniser(trained.weights, options.output);
   PrintResult(common, summary, text);
   return kDone;
@@ -149,56 +136,37 @@ int Train(TrainRecogniserCommand& options) {
 void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<TrainRecogniserCommand>();
   imos::RecogniserOptions& training = options->training;
+  ActionClips& clips = options->clips;
   CLI::App* command =
       app.add_subcommand("recogniser", "Trains the action classifier of 'evaluate synthesis'");
-  command->add_option("folders", options->folders, "Folders of action clips, as of 'make-actions'")
+  command->add_option("folders", clips.folders, "Folders of action clips, as of 'make-actions'")
       ->required();
   command->add_option("-o,--output", options->output, "File to write (.safetensors)")->required();
-  command
-      ->add_option("--held-out", options->held_out,
-                   "Subjects that are not trained on: those that will be evaluated")
-      ->delimiter(',')
-      ->capture_default_str();
-  command
-      ->add_option("--validation", options->validation,
-                   "Subjects for early stopping; not trained on")
-      ->delimiter(',')
-      ->capture_default_str();
-  command->add_option("--without", options->without, "Actions to leave out (as published: lift)")
+  AddList(*command, "--held-out", clips.held_out,
+          "Subjects that are not trained on: those that will be evaluated");
+  AddList(*command, "--validation", clips.validation,
+          "Subjects for early stopping; not trained on");
+  command->add_option("--without", clips.without, "Actions to leave out (as published: lift)")
       ->delimiter(',');
-  command
-      ->add_option("--key-frames", options->rule,
-                   "15 spread over the clip (whole), or over the contact as published (paper)")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"whole", "paper"}));
+  AddOption(*command, "--key-frames", clips.key_frames,
+            "15 spread over the clip (whole), or over the contact as published (paper)",
+            CLI::IsMember({"whole", "paper"}));
   command->add_flag("--paper", options->paper,
                     "As published: 500 epochs, batches of one, rate 5e-4, no early stop");
-  command->add_option("--epochs", training.epochs, "At most")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1'000'000));
-  command->add_option("--batch", training.batch, "Sequences per step")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 100'000));
-  command->add_option("--learning-rate", training.learning_rate, "Adam learning rate")
-      ->capture_default_str()
-      ->check(CLI::Range(1e-9, 1.0));
-  command
-      ->add_option("--jitter", training.jitter_m,
-                   "Standard deviation of noise on every coordinate, metres")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 1.0));
-  command
-      ->add_option("--patience", training.patience,
-                   "Stop after that many epochs without improvement on validation; 0: never")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 1'000'000));
-  command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
+  AddNumber(*command, "--epochs", training.epochs, 1, 1'000'000, "At most");
+  AddNumber(*command, "--batch", training.batch, 1, 100'000, "Sequences per step");
+  AddNumber(*command, "--learning-rate", training.learning_rate, 1e-9, 1.0, "Adam learning rate");
+  AddNumber(*command, "--jitter", training.jitter_m, 0.0, 1.0,
+            "Standard deviation of noise on every coordinate, metres");
+  AddNumber(*command, "--patience", training.patience, 0, 1'000'000,
+            "Stop after that many epochs without improvement on validation; 0: never");
+  command->add_option("--body", clips.body, "SMPL-X .npz [the embedded body]");
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast train recogniser actions -o recogniser.safetensors --held-out s9,s10\n"
       "  holdfast train recogniser grab_clips --without lift --key-frames paper --paper -o "
       "paper.safetensors\n");
-  command->callback([options, &exit_code] { exit_code = Train(*options); });
+  command->callback([options, &exit_code] { exit_code = TrainRecogniser(*options); });
 }
 
 }  // namespace holdfast::apps

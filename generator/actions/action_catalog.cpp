@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "generator/imos/vocabulary.h"
 #include "geometry/error.h"
+#include "geometry/suggestion.h"
 
 namespace holdfast {
 std::span<const MadeAction> MadeActions() {
@@ -58,7 +58,7 @@ const MadeAction& FindMadeAction(std::string_view name) {
   const auto found = std::ranges::find(all, name, &MadeAction::name);
   if (found != all.end()) return *found;
   const auto nearest = std::ranges::min_element(
-      all, {}, [&](const MadeAction& action) { return imos::EditDistance(name, action.name); });
+      all, {}, [&](const MadeAction& action) { return EditDistance(name, action.name); });
   throw Error(std::string(name), "is not an action that can be generated",
               fmt::format("Did you mean '{}'? There are {}", nearest->name, MadeActionNames()));
 }

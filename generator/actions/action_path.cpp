@@ -7,6 +7,7 @@
 
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/error.h"
+#include "geometry/pose.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {
@@ -17,10 +18,9 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 Isometry3d Between(const Isometry3d& a, const Isometry3d& b, double share) {
-  Isometry3d pose = Isometry3d::Identity();
-  pose.translation() = (1.0 - share) * a.translation() + share * b.translation();
-  pose.linear() = Quaterniond(a.linear()).slerp(share, Quaterniond(b.linear())).toRotationMatrix();
-  return pose;
+  return RigidTransform(
+      Quaterniond(a.linear()).slerp(share, Quaterniond(b.linear())).toRotationMatrix(),
+      (1.0 - share) * a.translation() + share * b.translation());
 }
 
 }  // namespace

@@ -28,13 +28,6 @@ Matrix3d AlignAxes(const Vector3d& a, const Vector3d& b, const Vector3d& to_a,
   return Frame(to_a, to_b) * Frame(a, b).transpose();
 }
 
-Isometry3d PoseAt(const Matrix3d& rotation, const Vector3d& point, const Vector3d& place) {
-  Isometry3d pose = Isometry3d::Identity();
-  pose.linear() = rotation;
-  pose.translation() = place - rotation * point;
-  return pose;
-}
-
 std::vector<Isometry3d> TurnedPoses(const Vector3d& point, const Vector3d& axis,
                                     const Vector3d& place, const Vector3d& direction, int count) {
   const Matrix3d first =

@@ -6,6 +6,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "geometry/pose.h"
+
 namespace holdfast {
 
 /// Poses of an object that put one of its points somewhere. All directions are unit or made so.
@@ -13,10 +15,6 @@ namespace holdfast {
 /// The rotation that takes `a` to `to_a` and `b` as near to `to_b` as that allows.
 Eigen::Matrix3d AlignAxes(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                           const Eigen::Vector3d& to_a, const Eigen::Vector3d& to_b);
-
-/// x = rotation (x - point) + place.
-Eigen::Isometry3d PoseAt(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& point,
-                         const Eigen::Vector3d& place);
 
 /// `count` poses, evenly round: the axis of the object points along `direction`, its turn about it
 /// is free.

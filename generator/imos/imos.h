@@ -20,11 +20,16 @@
 ///   res_block.h        residual blocks, batch norms folded
 ///   attention.h        self-attention of the joints of one pose
 ///   weights.h          weights files; import_weights.h: published checkpoints
+///   default_network.h  embedded weights; synthesis_network.h: these or a file's
 ///   network.h          both modules ready to run
 ///   step.h             one key frame from the k before
 ///   rollout.h          the loop, batched, and its gradient
 ///   run_synthesis.h    many samples on threads, objects by a callback
+///   key_frames.h       which moments of a clip are key frames
 ///   action_sequence.h  key frames of clips, canonical frame
+///   action_set.h       sequences of folders, split by subject
+///   recognition.h      the action classifier that evaluation uses
+///   synthesis_metrics.h, synthesis_metrics_motion.h, face_error.h: the evaluation's measures
 #include "generator/imos/action_sequence.h"
 #include "generator/imos/network.h"
 #include "generator/imos/rollout.h"

@@ -15,7 +15,7 @@
 namespace holdfast::imos {
 namespace {
 
-constexpr const char* kFormat = "imos-recogniser-1";
+constexpr const char* kRecogniserFormat = "imos-recogniser-1";
 constexpr const char* kRecogniserRemedy = "Give a file that 'holdfast train recogniser' wrote";
 
 constexpr int kHidden = kRecogniserFeatures;
@@ -94,9 +94,9 @@ RecogniserWeights ReadRecogniser(const std::filesystem::path& path) {
   weights.notes = file.Metadata();
   if (const auto format = weights.notes.extract("format"); !format.empty()) {
     // "pt" is what PyTorch's own writer says.
-    if (format.mapped() != kFormat && format.mapped() != "pt") {
+    if (format.mapped() != kRecogniserFormat && format.mapped() != "pt") {
       throw Error(path.string(),
-                  fmt::format("its format is '{}', not '{}'", format.mapped(), kFormat),
+                  fmt::format("its format is '{}', not '{}'", format.mapped(), kRecogniserFormat),
                   kRecogniserRemedy);
     }
   }
@@ -114,7 +114,7 @@ void WriteRecogniser(const RecogniserWeights& weights, const std::filesystem::pa
     writer.AddFloat32(name, tensor.shape, tensor.values);
   }
   SafetensorsMetadata metadata(weights.notes.begin(), weights.notes.end());
-  metadata["format"] = kFormat;
+  metadata["format"] = kRecogniserFormat;
   writer.SetMetadata(std::move(metadata));
   writer.Write(path);
 }

@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "geometry/error.h"
+#include "geometry/suggestion.h"
 
 namespace holdfast::imos {
 namespace {
@@ -285,25 +286,6 @@ Intent ParseSentence(std::string_view sentence, std::span<const std::string_view
         "none of its words is a known object");
   }
   return {action->id, object->id};
-}
-
-int EditDistance(std::string_view a, std::string_view b) {
-  std::vector<std::vector<int>> distance(a.size() + 1, std::vector<int>(b.size() + 1));
-  for (std::size_t i = 0; i <= a.size(); ++i) {
-    for (std::size_t j = 0; j <= b.size(); ++j) {
-      int& best = distance[i][j];
-      if (i == 0 || j == 0) {
-        best = static_cast<int>(i + j);
-        continue;
-      }
-      best = std::min({distance[i - 1][j] + 1, distance[i][j - 1] + 1,
-                       distance[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
-        best = std::min(best, distance[i - 2][j - 2] + 1);
-      }
-    }
-  }
-  return distance[a.size()][b.size()];
 }
 
 }  // namespace holdfast::imos

@@ -55,7 +55,4 @@ Intent ParseSentence(std::string_view sentence,
                      std::span<const std::string_view> offered_actions = {},
                      std::span<const std::string_view> offered_objects = {});
 
-/// Letters to insert, delete, replace or swap with their neighbour to turn `a` into `b`.
-int EditDistance(std::string_view a, std::string_view b);
-
 }  // namespace holdfast::imos

@@ -9,6 +9,7 @@
 
 #include "geometry/body/skeleton.h"
 #include "geometry/clip/clip.h"
+#include "geometry/pose.h"
 
 namespace holdfast {
 
@@ -25,6 +26,10 @@ struct BodyFrame {
 struct BodyPlacement {
   std::array<Eigen::Matrix3d, kNumBodyJoints> rotation;  ///< world
   Eigen::Matrix<double, 3, kNumBodyJoints> joints;       ///< world, metres
+
+  Eigen::Isometry3d WorldFromJoint(int joint) const {
+    return RigidTransform(rotation[joint], joints.col(joint));
+  }
 };
 
 BodyPlacement Place(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame);

@@ -15,6 +15,7 @@
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/error.h"
+#include "geometry/pose.h"
 #include "geometry/rotation.h"
 #include "geometry/seed.h"
 
@@ -75,10 +76,7 @@ class HandPath {
 
   Isometry3d Wrist(double time) const {
     const Eigen::VectorXd v = spline_.Value(time);
-    Isometry3d wrist = Isometry3d::Identity();
-    wrist.linear() = reference_ * ExpSO3(v.segment<3>(3));
-    wrist.translation() = v.head<3>();
-    return wrist;
+    return RigidTransform(reference_ * ExpSO3(v.segment<3>(3)), v.head<3>());
   }
 
  private:
@@ -174,10 +172,7 @@ class ScriptWriter {
   }
 
   Isometry3d Pose(Side side, const Vector3d& wrist, double turn_rad) {
-    Isometry3d pose = Isometry3d::Identity();
-    pose.linear() = OfferedHand(side) * ExpSO3(draw_.Normal3(turn_rad));
-    pose.translation() = wrist;
-    return pose;
+    return RigidTransform(OfferedHand(side) * ExpSO3(draw_.Normal3(turn_rad)), wrist);
   }
 
   // Somewhere before the hand's own side of the body.
@@ -327,9 +322,8 @@ std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGr
   const Arms arms(body.rest_joints, grips);
   ObjectTrack& object = clip.object.emplace();
   object.trans.resize(3, frames);
-  object.orient.resize(3, frames);
+  object.orient.setZero(3, frames);
   JointPose previous = clip.pose.front();
-  Vector3d turn = Vector3d::Zero();
   Side holder = script.first_hand;
   std::size_t next = 0;  // the next dwell, or the one that is on
   for (int t = 0; t < frames; ++t) {
@@ -350,12 +344,9 @@ std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGr
     if (both && !reached) return std::nullopt;
     clip.pose[t] = previous = pose.Pose(previous);
 
-    Isometry3d wrist = Isometry3d::Identity();
-    wrist.linear() = pose.World(WristJoint(holder));
-    wrist.translation() = pose.Position(WristJoint(holder));
-    const Isometry3d world_from_object = wrist * grips.Of(holder).wrist_from_object;
-    object.trans.col(t) = world_from_object.translation();
-    object.orient.col(t) = turn = UnwrapAxisAngle(LogSO3(world_from_object.linear()), turn);
+    const int wrist = WristJoint(holder);
+    object.SetPose(t, RigidTransform(pose.World(wrist), pose.Position(wrist)) *
+                          grips.Of(holder).wrist_from_object);
     const std::uint8_t bit = holder == Side::kRight ? kHoldsRight : kHoldsLeft;
     clip.holding_hand.push_back(both ? kHoldsRight | kHoldsLeft : bit);
   }
@@ -385,13 +376,9 @@ HandoverGrips PalmGrips(const BodyMeasures& body, const Eigen::Matrix3Xd& object
         body.rest_joints.col(HandBegin(side) + 3) - body.rest_joints.col(wrist);
     const Vector3d palm_in_wrist = 0.85 * knuckle + kPalmThickness * -Vector3d::UnitY();
     // The palm's middle lies on the object's outermost point.
-    Isometry3d world_from_wrist = Isometry3d::Identity();
-    world_from_wrist.linear() = hand;
-    world_from_wrist.translation() = presented.col(outermost) - hand * palm_in_wrist;
-    Isometry3d world_from_object = Isometry3d::Identity();
-    world_from_object.linear() = grips.presented;
     HandoverGrip& grip = grips.Of(side);
-    grip.wrist_from_object = world_from_wrist.inverse() * world_from_object;
+    grip.wrist_from_object = PoseAt(hand, palm_in_wrist, presented.col(outermost)).inverse() *
+                             RigidTransform(grips.presented, Vector3d::Zero());
     const double thickness =
         (palm.transpose() * presented).maxCoeff() - (palm.transpose() * presented).minCoeff();
     grip.fingers =

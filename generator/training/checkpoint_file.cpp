@@ -21,8 +21,10 @@ void CheckpointWriter::Add(const std::string& name, const torch::Tensor& values)
                      {dense.data_ptr<float>(), static_cast<std::size_t>(dense.numel())});
 }
 
-void CheckpointWriter::Add(const std::string& name, const nn::Tensor& values) {
-  writer_.AddFloat32(name, values.shape, values.values);
+void CheckpointWriter::Add(const std::string& name, const wandr::TorchNetwork& network) {
+  for (const auto& [part, tensor] : network.Tensors()) {
+    writer_.AddFloat32(name + "." + part, tensor.shape, tensor.values);
+  }
 }
 
 void CheckpointWriter::Write(const std::filesystem::path& path) {
@@ -57,6 +59,11 @@ void CheckpointReader::Fill(const std::string& name, torch::Tensor& tensor) cons
   }
   const torch::NoGradGuard no_gradients;
   std::copy(values.begin(), values.end(), tensor.data_ptr<float>());
+}
+
+void CheckpointReader::Fill(const std::string& name, wandr::TorchNetwork& network) const {
+  network.ForEach(
+      [&](const std::string& part, torch::Tensor& tensor) { Fill(name + "." + part, tensor); });
 }
 
 void CheckpointReader::Damaged(const std::string& problem) const {

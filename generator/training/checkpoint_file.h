@@ -11,6 +11,7 @@
 #include <torch/torch.h>
 
 #include "generator/nn/tensor.h"
+#include "generator/training/torch_network.h"
 #include "geometry/io/container/safetensors.h"
 
 namespace holdfast {
@@ -25,7 +26,8 @@ class CheckpointWriter {
   CheckpointWriter(const std::string& format, const std::string& options);
 
   void Add(const std::string& name, const torch::Tensor& values);
-  void Add(const std::string& name, const nn::Tensor& values);
+  /// Under "name.".
+  void Add(const std::string& name, const wandr::TorchNetwork& network);
   void AddText(const std::string& name, const std::string& text) { texts_[name] = text; }
   /// Moments and steps of those parameters that have been moved; `ParamState` as libtorch names it.
   template <typename ParamState, typename Optimizer>
@@ -61,6 +63,7 @@ class CheckpointReader {
   std::string Text(const std::string& name) const;
   /// Throws Error for what is missing or of another size.
   void Fill(const std::string& name, torch::Tensor& tensor) const;
+  void Fill(const std::string& name, wandr::TorchNetwork& network) const;
   template <typename ParamState, typename Optimizer>
   void ReadMoments(const std::string& name, const std::vector<torch::Tensor>& parameters,
                    Optimizer& optimizer) const {

@@ -2,21 +2,13 @@
 #include "generator/training/torch_network.h"
 
 #include "generator/nn/mlp_weights.h"
+#include "generator/training/network_tensors.h"
 
 namespace holdfast::wandr {
-namespace {
-
-std::vector<std::int64_t> Sizes(const std::vector<std::size_t>& shape) {
-  return {shape.begin(), shape.end()};
-}
-
-}  // namespace
 
 TorchNetwork::TorchNetwork(const nn::TensorMap& tensors) {
   for (const auto& [name, tensor] : tensors) {
-    torch::Tensor values = torch::empty(Sizes(tensor.shape), torch::kFloat32);
-    std::copy(tensor.values.begin(), tensor.values.end(), values.data_ptr<float>());
-    parameters_[name] = values.requires_grad_(true);
+    parameters_[name] = TorchTensorOf(tensor).requires_grad_(true);
   }
   residual_ = parameters_.contains("input.weight");
   const auto has = [&](const std::string& name) { return parameters_.contains(name); };
@@ -75,12 +67,7 @@ std::vector<torch::Tensor> TorchNetwork::Parameters() const {
 
 nn::TensorMap TorchNetwork::Tensors() const {
   nn::TensorMap out;
-  for (const auto& [name, parameter] : parameters_) {
-    const torch::Tensor values = parameter.detach().cpu().contiguous();
-    nn::Tensor& tensor = out[name];
-    tensor.shape.assign(values.sizes().begin(), values.sizes().end());
-    tensor.values.assign(values.data_ptr<float>(), values.data_ptr<float>() + values.numel());
-  }
+  for (const auto& [name, parameter] : parameters_) out[name] = TensorOf(parameter);
   return out;
 }
 

@@ -24,11 +24,14 @@
 ///   statistics.h       normalisation
 ///   condition.h        c = [pose | previous delta | intention] (277)
 ///   network.h          encoder, decoder, weights files (layers: generator/nn/mlp.h)
+///   default_network.h  embedded weights; reach_network.h: these or a file's
 ///   goal_plan.h        waypoints and deadlines
 ///   rollout.h          the closed loop and its gradient; run_rollouts.h: many, on threads
 ///   motion_states.h    clips in and out, where rollouts start
+///   reach_outcome.h    success and timing of one reach; reach_skating.h: foot skating
 ///   reach_goals.h      goals one after another, best of many
-///   reach_protocol.h   the published evaluation; reach_outcome.h, reach_skating.h: its measures
+///   reach_starts.h     start poses of the evaluation
+///   reach_protocol.h   the published evaluation
 ///   training_frames.h  hindsight goals, what a network is trained on
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/network.h"

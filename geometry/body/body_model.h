@@ -16,6 +16,7 @@
 #include "geometry/body/linear_basis.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/mesh/mesh.h"
+#include "geometry/pose.h"
 
 namespace holdfast {
 
@@ -178,6 +179,10 @@ struct BodyState {
   JointPose pose;                                          ///< the pose evaluated
   Eigen::Matrix3Xd posed_rest;                             ///< v_p, (3 x n)
   Eigen::Matrix3Xd vertices;                               ///< v, world, metres (3 x n)
+
+  Eigen::Isometry3d WorldFromJoint(int joint) const {
+    return RigidTransform(world_rotation[joint], joints.col(joint));
+  }
 };
 
 /// Joint transforms only (22-joint features, retargeting): fills local/world_rotation, joints,

@@ -90,6 +90,7 @@ class HandState {
   /// World pose of the wrist.
   const Eigen::Matrix3d& WristRotation() const { return body_.world_rotation[wrist_]; }
   Eigen::Vector3d WristPosition() const { return body_.joints.col(wrist_); }
+  Eigen::Isometry3d WorldFromWrist() const { return body_.WorldFromJoint(wrist_); }
   /// Finger joint positions (3 x 15), world, metres, and world rotations.
   Eigen::Matrix<double, 3, kJointsPerHand> JointPositions() const {
     return body_.joints.middleCols<kJointsPerHand>(first_);

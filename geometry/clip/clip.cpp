@@ -11,6 +11,8 @@
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/io/container/npz.h"
+#include "geometry/pose.h"
+#include "geometry/rotation.h"
 #include "geometry/value_ranges.h"
 
 namespace holdfast {
@@ -117,6 +119,16 @@ void SetJoints(std::vector<JointPose>& pose, int begin, const Eigen::MatrixXd& p
 }
 
 }  // namespace
+
+Eigen::Isometry3d ObjectTrack::Pose(Eigen::Index frame) const {
+  return RigidTransform(ExpSO3(orient.col(frame)), trans.col(frame));
+}
+
+void ObjectTrack::SetPose(Eigen::Index frame, const Eigen::Isometry3d& world_from_object) {
+  trans.col(frame) = world_from_object.translation();
+  orient.col(frame) = UnwrapAxisAngle(LogSO3(world_from_object.linear()),
+                                      orient.col(std::max<Eigen::Index>(frame - 1, 0)));
+}
 
 Clip ReadClip(const std::filesystem::path& path) { return ReadClip(NpzReader(path)); }
 

@@ -1,6 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+/// Human motion in SMPL-X parameters, with or without an object: `.npz` files or frames come in;
+/// clips resampled, on another body model or ready to be shown come out.
+///
+/// From the inside out:
+///   clip.h              Clip, ObjectTrack, contact labels; files
+///   clip_arrays.h       arrays of a clip within other files
+///   resample.h          other frame rates, chosen frames
+///   clip_body.h         the body of the clip's person
+///   body_change.h       from one kind of model to another
+///   corrective_basis.h  pose correctives in a few directions
+///   clip_scene.h        clip, body and object together
+
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -9,6 +21,7 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "geometry/body/skeleton.h"
 
@@ -25,6 +38,11 @@ struct ObjectTrack {
   Eigen::Matrix3Xd orient;  ///< (3 x T) axis-angle, radians
   std::string name;
   std::string mesh;  ///< file name of the mesh, relative to the clip
+
+  /// world_from_object in a frame.
+  Eigen::Isometry3d Pose(Eigen::Index frame) const;
+  /// Its axis-angle is the one nearest to the frame before's; in frame 0 to what stands there.
+  void SetPose(Eigen::Index frame, const Eigen::Isometry3d& world_from_object);
 };
 
 /// Who touches whom, as a capture labelled it: one column per frame. 0 is no contact; on the object

@@ -177,4 +177,28 @@ Clip ResampleSmoothly(const Clip& clip, double frame_rate) {
   return ResampleWith<Curves>(clip, frame_rate);
 }
 
+std::vector<int> EvenFrames(int num_frames, int count) {
+  std::vector<int> frames;
+  count = std::min(count, num_frames);
+  for (int k = 0; k < count; ++k) {
+    frames.push_back(count == 1 ? 0 : k * (num_frames - 1) / (count - 1));
+  }
+  return frames;
+}
+
+std::vector<int> EveryFrame(int num_frames, int every) {
+  std::vector<int> frames;
+  for (int t = 0; t < num_frames; t += every) frames.push_back(t);
+  return frames;
+}
+
+std::vector<int> FramesAtRate(int num_frames, double clip_frame_rate, double frames_per_second) {
+  std::vector<int> frames;
+  for (int k = 0;; ++k) {
+    const double frame = std::round(k * clip_frame_rate / frames_per_second);
+    if (frame > num_frames - 1) return frames;
+    frames.push_back(static_cast<int>(frame));
+  }
+}
+
 }  // namespace holdfast

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <vector>
+
 #include "geometry/clip/clip.h"
 
 namespace holdfast {
@@ -15,5 +17,15 @@ Clip Resample(const Clip& clip, double frame_rate);
 /// turns back (cubic Hermite, tangents limited as Fritsch and Carlson 1980 do; of rotations, cubic
 /// Bezier curves on SO(3) by de Casteljau's construction). Both ends are at rest.
 Clip ResampleSmoothly(const Clip& clip, double frame_rate);
+
+/// `count` frames of a clip evenly from the first to the last.
+std::vector<int> EvenFrames(int num_frames, int count);
+
+/// Every n-th frame of a clip.
+std::vector<int> EveryFrame(int num_frames, int every);
+
+/// The frames nearest to the times k / `frames_per_second`, so that played at that rate the clip
+/// takes the time it took.
+std::vector<int> FramesAtRate(int num_frames, double clip_frame_rate, double frames_per_second);
 
 }  // namespace holdfast

@@ -10,6 +10,7 @@
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/io/container/npz.h"
+#include "geometry/suggestion.h"
 
 namespace holdfast {
 namespace {
@@ -35,10 +36,12 @@ LoadedClip LoadEmbedded(const std::string& name) {
                 fmt::format("Give the clip first: one of {}, or a file", fmt::join(names, ", ")));
   }
   if (std::ranges::find(names, name) == names.end()) {
-    throw Error(name, "is neither a file nor an embedded clip",
-                fmt::format("Give a clip (.npz), a result folder, a file that 'holdfast import' "
-                            "reads, or one of: {}",
-                            fmt::join(names, ", ")));
+    throw Error(
+        name, "is neither a file nor an embedded clip",
+        Suggestion(name, names) +
+            fmt::format("Give a clip (.npz), a result folder, a file that 'holdfast import' "
+                        "reads, or one of: {}",
+                        fmt::join(names, ", ")));
   }
   LoadedClip loaded;
   loaded.clip = ReadClip(NpzReader(FindEmbedded(fmt::format("clips/{}.npz", name)).bytes, name));

@@ -9,8 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Geometry>
-
 #include "geometry/mesh/surface_distance.h"
 
 namespace holdfast {
@@ -44,8 +42,7 @@ std::vector<std::pair<int, int>> SharpEdges(const TriangleMesh& mesh) {
   std::map<std::pair<int, int>, std::vector<Eigen::Vector3d>> normals;
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
     const Eigen::Vector3i ids = mesh.faces.col(f);
-    const Eigen::Vector3d a = mesh.vertices.col(ids(0));
-    const Eigen::Vector3d n = (mesh.vertices.col(ids(1)) - a).cross(mesh.vertices.col(ids(2)) - a);
+    const Eigen::Vector3d n = FaceCross(mesh, f);
     if (n.squaredNorm() == 0.0) continue;
     for (int k = 0; k < 3; ++k) {
       normals[std::minmax(ids(k), ids((k + 1) % 3))].push_back(n.normalized());
@@ -61,13 +58,7 @@ std::vector<std::pair<int, int>> SharpEdges(const TriangleMesh& mesh) {
 }  // namespace
 
 Eigen::Matrix3Xd ContactSamples(const TriangleMesh& mesh, double spacing_m, int most) {
-  double area = 0.0;
-  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
-    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, f));
-    area += 0.5 * (mesh.vertices.col(mesh.faces(1, f)) - a)
-                      .cross(mesh.vertices.col(mesh.faces(2, f)) - a)
-                      .norm();
-  }
+  const double area = SurfaceArea(mesh);
   const double spacing = std::max(spacing_m, std::sqrt(area / most));
   Thinning thinning(0.5 * spacing);
   for (const auto& [from, to] : SharpEdges(mesh)) {

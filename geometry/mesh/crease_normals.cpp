@@ -27,18 +27,6 @@ Corners CornersByVertex(const TriangleMesh& mesh) {
   return corners;
 }
 
-// Unit normal of each face, zero for faces without area.
-Eigen::Matrix3Xd FaceNormals(const TriangleMesh& mesh) {
-  Eigen::Matrix3Xd normals(3, mesh.NumFaces());
-  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
-    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, f));
-    const Eigen::Vector3d b = mesh.vertices.col(mesh.faces(1, f));
-    const Eigen::Vector3d c = mesh.vertices.col(mesh.faces(2, f));
-    normals.col(f) = (b - a).cross(c - a).normalized();
-  }
-  return normals;
-}
-
 double CornerAngle(const TriangleMesh& mesh, int corner) {
   const int f = corner / 3;
   const Eigen::Vector3d at = mesh.vertices.col(mesh.faces(corner % 3, f));
@@ -51,7 +39,10 @@ double CornerAngle(const TriangleMesh& mesh, int corner) {
 
 ShadedMesh SplitAtCreases(const TriangleMesh& mesh, double crease_rad) {
   const Corners corners = CornersByVertex(mesh);
-  const Eigen::Matrix3Xd face_normals = FaceNormals(mesh);
+  Eigen::Matrix3Xd face_normals(3, mesh.NumFaces());  // zero for faces without area
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    face_normals.col(f) = FaceCross(mesh, f).normalized();
+  }
   const double least_cosine = std::cos(crease_rad);
   ShadedMesh result;
   result.mesh.faces.resize(3, mesh.NumFaces());

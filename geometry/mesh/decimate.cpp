@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <vector>
 
 #include <CGAL/Simple_cartesian.h>
@@ -136,24 +135,6 @@ void CollapseBy(DecimateMethod method, SurfaceMesh& mesh, int vertices, const Sh
       return Collapse(mesh, vertices, filter, policies.get_cost(), policies.get_placement());
     }
   }
-}
-
-/// Faults that no half-edge mesh can hold, and boundaries.
-struct EdgeCounts {
-  Eigen::Index boundary = 0;
-  Eigen::Index non_manifold = 0;
-  Eigen::Index misoriented = 0;
-};
-
-EdgeCounts CountEdges(const TriangleMesh& mesh) {
-  EdgeCounts counts;
-  EdgeTable(mesh.faces, mesh.NumVertices()).ForEach([&](int, int, std::span<const int> sides) {
-    const auto start = [&](int corner) { return mesh.faces(corner % 3, corner / 3); };
-    counts.boundary += sides.size() == 1;
-    counts.non_manifold += sides.size() > 2;
-    counts.misoriented += sides.size() == 2 && start(sides[0]) == start(sides[1]);
-  });
-  return counts;
 }
 
 /// What is left of the parts of a surface at the least, in vertices.
@@ -293,7 +274,8 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
   TriangleMesh& surface = repaired.mesh;
   result.notes = std::move(repaired.actions);
 
-  const EdgeCounts edges = CountEdges(surface);
+  const EdgeCounts edges =
+      CountEdges(surface.faces, EdgeTable(surface.faces, surface.NumVertices()));
   const bool may_wrap = options.allow_wrap && edges.boundary == 0;
   const auto wrap = [&](const std::string& reason) {
     surface = WrapSurface(surface);

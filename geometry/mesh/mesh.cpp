@@ -23,13 +23,24 @@ double SignedVolume(const TriangleMesh& mesh) {
   return six_volumes / 6.0;
 }
 
+Eigen::Vector3d FaceCross(const TriangleMesh& mesh, Eigen::Index face) {
+  const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, face));
+  return (mesh.vertices.col(mesh.faces(1, face)) - a)
+      .cross(mesh.vertices.col(mesh.faces(2, face)) - a);
+}
+
+double SurfaceArea(const TriangleMesh& mesh) {
+  double area = 0.0;
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) area += 0.5 * FaceCross(mesh, f).norm();
+  return area;
+}
+
 Eigen::Matrix3Xd VertexNormals(const TriangleMesh& mesh) {
   Eigen::Matrix3Xd normals = Eigen::Matrix3Xd::Zero(3, mesh.NumVertices());
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
     Eigen::Matrix3d corner;
     for (int k = 0; k < 3; ++k) corner.col(k) = mesh.vertices.col(mesh.faces(k, f));
-    const Eigen::Vector3d normal =
-        (corner.col(1) - corner.col(0)).cross(corner.col(2) - corner.col(0));
+    const Eigen::Vector3d normal = FaceCross(mesh, f);
     const double length = normal.norm();
     if (!(length > 0.0)) continue;
     for (int k = 0; k < 3; ++k) {

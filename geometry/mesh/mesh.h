@@ -1,6 +1,26 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+/// Triangle meshes as plain data: they come in as loaded; checked, repaired, decimated and shaded
+/// meshes, points on them, nearest points and signed distances come out.
+///
+/// From the inside out:
+///   mesh.h              TriangleMesh: area, volume, normals, extent
+///   append.h            one mesh added to another
+///   mesh_topology.h     edges, fans, disjoint sets
+///   winding_number.h    generalized winding number, fast
+///   mesh_parts.h        validity, duplicates, fans parted
+///   mesh_check.h        CheckMesh and RepairMesh: faults, safe repairs
+///   nearest.h           nearest neighbors among points
+///   triangle_tree.h     nearest point on triangles
+///   signed_distance.h   exact, negative inside
+///   distance_grid.h     sampled on a grid, for solvers
+///   surface_distance.h  points by area, distance of two surfaces
+///   contact_samples.h   points that contact meets first
+///   wrap.h              a closed surface around any triangles
+///   decimate.h          edges collapsed to a vertex count
+///   crease_normals.h    normals and creases for pictures
+
 #include <string_view>
 
 #include <Eigen/Core>
@@ -20,6 +40,12 @@ struct TriangleMesh {
 /// Signed volume by the divergence theorem, cubic metres: positive when faces point outwards.
 /// Meaningful for closed meshes only.
 double SignedVolume(const TriangleMesh& mesh);
+
+/// (b - a) x (c - a) of a face's corners: along its normal, as long as twice its area, m^2.
+Eigen::Vector3d FaceCross(const TriangleMesh& mesh, Eigen::Index face);
+
+/// Sum of the areas of the faces, m^2.
+double SurfaceArea(const TriangleMesh& mesh);
 
 /// Per-vertex unit normals (3 x V), face normals weighted by corner angle; zero where no face has
 /// area.

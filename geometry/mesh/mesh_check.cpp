@@ -2,14 +2,10 @@
 #include "geometry/mesh/mesh_check.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
-#include <tuple>
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
 
 #include "geometry/error.h"
 #include "geometry/mesh/mesh_parts.h"
@@ -25,29 +21,13 @@ constexpr double kDecade = 3.1622776601683795;  // root of 10: as far as half wa
 
 void CountTopology(const TriangleMesh& mesh, MeshReport& report) {
   const EdgeTable edges(mesh.faces, mesh.NumVertices());
-  // Corners of one vertex that are joined through shared edges form a fan.
-  DisjointSets fans(static_cast<int>(3 * mesh.NumFaces()));
-  const auto corner_at = [&](int corner, int vertex) {
-    const int face = corner / 3;
-    for (int k = 0; k < 3; ++k) {
-      if (mesh.faces(k, face) == vertex) return 3 * face + k;
-    }
-    return corner;
-  };
-  edges.ForEach([&](int low, int high, std::span<const int> sides) {
-    ++report.num_edges;
-    if (sides.size() == 1) ++report.num_boundary_edges;
-    if (sides.size() > 2) ++report.num_non_manifold_edges;
-    if (sides.size() == 2) {
-      const auto start = [&](int corner) { return mesh.faces(corner % 3, corner / 3); };
-      if (start(sides[0]) == start(sides[1])) ++report.num_misoriented_edges;
-    }
-    for (std::size_t i = 1; i < sides.size(); ++i) {
-      fans.Merge(corner_at(sides[0], low), corner_at(sides[i], low));
-      fans.Merge(corner_at(sides[0], high), corner_at(sides[i], high));
-    }
-  });
+  const EdgeCounts counts = CountEdges(mesh.faces, edges);
+  report.num_edges = counts.all;
+  report.num_boundary_edges = counts.boundary;
+  report.num_non_manifold_edges = counts.non_manifold;
+  report.num_misoriented_edges = counts.misoriented;
 
+  DisjointSets fans = FindFans(mesh.faces, edges);
   std::vector<std::uint8_t> num_fans(mesh.NumVertices(), 0);
   std::vector<std::uint8_t> referenced(mesh.NumVertices(), 0);
   for (int f = 0; f < mesh.NumFaces(); ++f) {
@@ -112,11 +92,8 @@ MeshReport CheckMesh(const TriangleMesh& mesh) {
   report.num_duplicate_faces = CountDuplicateFaces(mesh.faces);
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
     if (HasRepeatedCorner(mesh.faces.col(f)) || HasNoArea(mesh, f)) ++report.num_degenerate_faces;
-    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, f));
-    report.area_m2 += 0.5 * (mesh.vertices.col(mesh.faces(1, f)) - a)
-                                .cross(mesh.vertices.col(mesh.faces(2, f)) - a)
-                                .norm();
   }
+  report.area_m2 = SurfaceArea(mesh);
   report.volume_m3 = SignedVolume(mesh);
   CountTopology(mesh, report);
 

@@ -156,18 +156,7 @@ Eigen::Index CountDuplicateFaces(const Eigen::Matrix3Xi& faces) {
 }
 
 Eigen::Index PartTouchingFans(TriangleMesh& mesh) {
-  DisjointSets fans(static_cast<int>(3 * mesh.NumFaces()));
-  const auto corner_at = [&](int corner, int vertex) {
-    const int face = corner / 3;
-    return mesh.faces(corner % 3, face) == vertex ? corner : 3 * face + (corner % 3 + 1) % 3;
-  };
-  EdgeTable(mesh.faces, mesh.NumVertices())
-      .ForEach([&](int low, int high, std::span<const int> sides) {
-        for (const int side : sides) {
-          fans.Merge(corner_at(sides[0], low), corner_at(side, low));
-          fans.Merge(corner_at(sides[0], high), corner_at(side, high));
-        }
-      });
+  DisjointSets fans = FindFans(mesh.faces, EdgeTable(mesh.faces, mesh.NumVertices()));
   std::vector<int> vertex_of_fan(3 * mesh.NumFaces(), -1);
   std::vector<bool> taken(mesh.NumVertices(), false);
   std::vector<int> added;  // the vertex each copies

@@ -53,4 +53,29 @@ EdgeTable::EdgeTable(const Eigen::Matrix3Xi& faces, Eigen::Index num_vertices)
   }
 }
 
+EdgeCounts CountEdges(const Eigen::Matrix3Xi& faces, const EdgeTable& edges) {
+  EdgeCounts counts;
+  edges.ForEach([&](int, int, std::span<const int> sides) {
+    const auto start = [&](int corner) { return faces(corner % 3, corner / 3); };
+    ++counts.all;
+    counts.boundary += sides.size() == 1;
+    counts.non_manifold += sides.size() > 2;
+    counts.misoriented += sides.size() == 2 && start(sides[0]) == start(sides[1]);
+  });
+  return counts;
+}
+
+DisjointSets FindFans(const Eigen::Matrix3Xi& faces, const EdgeTable& edges) {
+  DisjointSets fans(static_cast<int>(faces.size()));
+  edges.ForEach([&](int low, int high, std::span<const int> sides) {
+    for (const int vertex : {low, high}) {
+      const auto corner_of = [&](int side) {
+        return faces(side % 3, side / 3) == vertex ? side : side / 3 * 3 + (side + 1) % 3;
+      };
+      for (const int side : sides) fans.Merge(corner_of(sides[0]), corner_of(side));
+    }
+  });
+  return fans;
+}
+
 }  // namespace holdfast

@@ -55,4 +55,17 @@ class EdgeTable {
   mutable std::vector<int> corners_;
 };
 
+struct EdgeCounts {
+  Eigen::Index all = 0;
+  Eigen::Index boundary = 0;      ///< of one face
+  Eigen::Index non_manifold = 0;  ///< of three faces or more
+  Eigen::Index misoriented = 0;   ///< two faces run through it the same way round
+};
+
+/// Counts the edges of `faces`, of which `edges` is the table.
+EdgeCounts CountEdges(const Eigen::Matrix3Xi& faces, const EdgeTable& edges);
+
+/// Fans: the corners (3 f + k) of one vertex that are joined through shared edges.
+DisjointSets FindFans(const Eigen::Matrix3Xi& faces, const EdgeTable& edges);
+
 }  // namespace holdfast

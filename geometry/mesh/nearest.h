@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <vector>
 
 #include <Eigen/Core>
 
@@ -27,16 +26,8 @@ class NearestPoints {
   NearestPoints(NearestPoints&&) noexcept;
   NearestPoints& operator=(NearestPoints&&) noexcept;
 
-  Eigen::Index NumPoints() const;
-
   /// The nearest point; id -1 at infinity for a query that is not finite.
   Neighbour Nearest(const Eigen::Vector3d& query) const;
-  /// The nearest point to each column.
-  std::vector<Neighbour> NearestOfEach(const Eigen::Matrix3Xd& queries) const;
-  /// The min(k, NumPoints()) nearest points, ascending by (distance, id).
-  std::vector<Neighbour> KNearest(const Eigen::Vector3d& query, int k) const;
-  /// All points with distance <= radius, ascending by (distance, id).
-  std::vector<Neighbour> WithinRadius(const Eigen::Vector3d& query, double radius) const;
 
  private:
   struct Impl;

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
-#include <vector>
+#include <span>
 
 #include <Eigen/Geometry>
 
 #include "geometry/mesh/mesh_check.h"
+#include "geometry/mesh/mesh_topology.h"
 #include "geometry/mesh/triangle_tree.h"
 #include "geometry/mesh/winding_number.h"
 #include "geometry/parallel.h"
@@ -42,10 +42,7 @@ struct SignedDistance::Impl {
         vertex_normals(VertexNormals(mesh)),
         surface_tolerance(kOnSurface * (tree.Max() - tree.Min()).norm()) {
     for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
-      const Eigen::Vector3d a = mesh.vertices.col(faces(0, f));
-      face_normals.col(f) = (mesh.vertices.col(faces(1, f)) - a)
-                                .cross(mesh.vertices.col(faces(2, f)) - a)
-                                .stableNormalized();
+      face_normals.col(f) = FaceCross(mesh, f).stableNormalized();
     }
     SumEdgeNormals();
     if (CheckMesh(mesh).watertight) {
@@ -58,30 +55,12 @@ struct SignedDistance::Impl {
 
   /// The sum of the normals of all faces at an edge, whichever way each face runs through it.
   void SumEdgeNormals() {
-    struct Side {
-      int low, high, slot;
-    };
-    std::vector<Side> sides;
-    sides.reserve(3 * faces.cols());
-    for (int f = 0; f < faces.cols(); ++f) {
-      for (int k = 0; k < 3; ++k) {
-        const int a = faces(k, f);
-        const int b = faces((k + 1) % 3, f);
-        sides.push_back({std::min(a, b), std::max(a, b), 3 * f + k});
-      }
-    }
-    std::sort(sides.begin(), sides.end(), [](const Side& x, const Side& y) {
-      return std::tie(x.low, x.high, x.slot) < std::tie(y.low, y.high, y.slot);
-    });
-    for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+    EdgeTable(faces, vertex_normals.cols()).ForEach([&](int, int, std::span<const int> sides) {
       Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-      while (end < sides.size() && sides[end].low == sides[begin].low &&
-             sides[end].high == sides[begin].high) {
-        sum += face_normals.col(sides[end++].slot / 3);
-      }
+      for (const int side : sides) sum += face_normals.col(side / 3);
       sum.stableNormalize();
-      for (std::size_t i = begin; i < end; ++i) edge_normals.col(sides[i].slot) = sum;
-    }
+      for (const int side : sides) edge_normals.col(side) = sum;
+    });
   }
 
   Eigen::Vector3d Pseudonormal(const TriangleTree::Hit& hit) const {

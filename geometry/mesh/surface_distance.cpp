@@ -5,8 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Geometry>
-
 #include "geometry/error.h"
 #include "geometry/mesh/triangle_tree.h"
 
@@ -48,10 +46,7 @@ Eigen::Matrix3Xd SampleSurface(const TriangleMesh& mesh, int count) {
   std::vector<double> area_up_to(mesh.NumFaces());
   double area = 0.0;
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
-    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, f));
-    area += 0.5 * (mesh.vertices.col(mesh.faces(1, f)) - a)
-                      .cross(mesh.vertices.col(mesh.faces(2, f)) - a)
-                      .norm();
+    area += 0.5 * FaceCross(mesh, f).norm();
     area_up_to[f] = area;
   }
   if (!(area > 0.0)) throw Error("mesh", "has no area to sample", "Give a surface");

@@ -29,8 +29,7 @@ constexpr double kHandRadius = 0.17;  // what the hand view shows around the fin
 // A mesh where its track puts it in a frame.
 TriangleMesh Placed(const TriangleMesh& mesh, const ObjectTrack& track, int frame) {
   TriangleMesh placed = mesh;
-  placed.vertices = ExpSO3(track.orient.col(frame)) * mesh.vertices;
-  placed.vertices.colwise() += Eigen::Vector3d(track.trans.col(frame));
+  placed.vertices = track.Pose(frame) * mesh.vertices;
   return placed;
 }
 

@@ -39,14 +39,13 @@ struct Hand {
 
 HandPose PoseOf(const HandState& state, const Hand& hand) {
   HandPose pose;
-  pose.wrist.linear() = state.WristRotation();
-  pose.wrist.translation() = state.WristPosition();
+  pose.wrist = state.WorldFromWrist();
   for (int finger = 0; finger < 5; ++finger) {
     const int joint = 3 * finger + 2;
     const int tip = kPartOfFinger[finger] - 1;
-    pose.tips[tip].linear() = state.JointRotation(joint);
-    pose.tips[tip].translation() =
-        state.JointPositions().col(joint) + state.JointRotation(joint) * hand.tip[tip];
+    const Eigen::Matrix3d& rotation = state.JointRotation(joint);
+    pose.tips[tip] =
+        RigidTransform(rotation, state.JointPositions().col(joint) + rotation * hand.tip[tip]);
   }
   return pose;
 }

@@ -149,11 +149,7 @@ double MeanDistance(const Clip& clip, const HandModel& hand, const SignedDistanc
 std::vector<Eigen::Isometry3d> ObjectPoses(const Clip& clip) {
   RequireObject(clip);
   std::vector<Eigen::Isometry3d> poses;
-  for (int t = 0; t < clip.NumFrames(); ++t) {
-    Eigen::Isometry3d& pose = poses.emplace_back(Eigen::Isometry3d::Identity());
-    pose.linear() = ExpSO3(clip.object->orient.col(t));
-    pose.translation() = clip.object->trans.col(t);
-  }
+  for (int t = 0; t < clip.NumFrames(); ++t) poses.push_back(clip.object->Pose(t));
   return poses;
 }
 
@@ -163,9 +159,7 @@ std::vector<Eigen::Isometry3d> WristPoses(const Clip& clip, const Eigen::Matrix3
   BodyState state;
   for (int t = 0; t < clip.NumFrames(); ++t) {
     ForwardJoints(rest_joints, clip.pose[t], clip.trans.col(t), state);
-    Eigen::Isometry3d& pose = poses.emplace_back(Eigen::Isometry3d::Identity());
-    pose.linear() = state.world_rotation[WristJoint(side)];
-    pose.translation() = state.joints.col(WristJoint(side));
+    poses.push_back(state.WorldFromJoint(WristJoint(side)));
   }
   return poses;
 }

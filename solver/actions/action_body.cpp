@@ -16,20 +16,6 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// How readily each degree of freedom is used. The arm is where it should be already.
-ReachChange Readiness() {
-  ReachChange sigma;
-  sigma.segment<3>(ReachDofs::kPelvisMove) << 0.03, 0.04, 0.02;
-  sigma.segment<3>(ReachDofs::kPelvisTurn).setConstant(4.0 * kDegree);
-  sigma.segment<9>(ReachDofs::kSpine).setConstant(6.0 * kDegree);
-  sigma.segment<3>(ReachDofs::kCollar).setConstant(6.0 * kDegree);
-  sigma.segment<3>(ReachDofs::kShoulder).setConstant(25.0 * kDegree);
-  sigma(ReachDofs::kElbow) = 30.0 * kDegree;
-  sigma.segment<3>(ReachDofs::kNeck).setConstant(12.0 * kDegree);
-  sigma.segment<3>(ReachDofs::kHead).setConstant(12.0 * kDegree);
-  return sigma;
-}
-
 class Mover {
  public:
   Mover(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet, const ActionScript& script,
@@ -53,7 +39,8 @@ class Mover {
         return new ActionFrameBlock(chain_, base_[static_cast<std::size_t>(t)], TermsOf(t), basis);
       });
     }
-    change_.AddPrior(problem, Readiness(), 0.35);
+    // The arm is where it should be already.
+    change_.AddPrior(problem, ReachSigma({0.03, 0.04, 0.02}, 4.0 * kDegree, 12.0 * kDegree), 0.35);
     const ceres::Solver::Summary summary = SolveFrames(problem, options_.max_iterations, 1e-3);
     ActionBodyReport report;
     report.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
@@ -74,9 +61,7 @@ class Mover {
     terms.hand.in_head = wanted.head.translation();
     // A hand that is free again is nowhere in particular.
     terms.hand.sigma_m = time < path_end_s_ ? options_.hand_sigma_m : 1.0;
-    Isometry3d head = Isometry3d::Identity();
-    head.linear() = placed.rotation[kHead];
-    head.translation() = placed.joints.col(kHead);
+    const Isometry3d head = placed.WorldFromJoint(kHead);
     const Vector3d eyes = head * Vector3d(0.0, 0.05, 0.08);
     terms.gaze.wanted = GazeAt(script_, time, eyes, wanted.At(head).translation());
     terms.gaze.sigma = options_.gaze_sigma;
@@ -99,10 +84,7 @@ class Mover {
       const double time = t / options_.frame_rate;
       if (time < path_end_s_) {
         const BodyPlacement placed = Place(chain_.RestJoints(), frame);
-        Isometry3d head = Isometry3d::Identity();
-        head.linear() = placed.rotation[kHead];
-        head.translation() = placed.joints.col(kHead);
-        const Vector3d wanted = path_.At(time).At(head).translation();
+        const Vector3d wanted = path_.At(time).At(placed.WorldFromJoint(kHead)).translation();
         report.worst_hand_m = std::max(report.worst_hand_m,
                                        (placed.joints.col(chain_.WristJointId()) - wanted).norm());
       }

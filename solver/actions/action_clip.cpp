@@ -6,7 +6,6 @@
 #include "generator/body/finger_pose.h"
 #include "generator/imos/vocabulary.h"
 #include "generator/matching/random_draws.h"
-#include "geometry/rotation.h"
 #include "solver/actions/action_measures.h"
 #include "solver/actions/action_motion.h"
 #include "solver/fit/clip_state.h"
@@ -26,8 +25,7 @@ ActionScene SceneOf(const ActionClipRequest& request, const BodyPlacement& start
   ActionScene scene;
   scene.face = request.actor.Face();
   scene.object = request.prop.marks;
-  scene.head.linear() = start.rotation[15];
-  scene.head.translation() = start.joints.col(15);
+  scene.head = start.WorldFromJoint(kHead);
   scene.shoulder = start.joints.col(17);
   scene.arm_m = (rest.col(19) - rest.col(17)).norm() + (rest.col(21) - rest.col(19)).norm();
   return scene;
@@ -39,9 +37,8 @@ Clip ClipOf(const ActionActor& actor, const ActionMotion& motion, const ActionGr
   Clip clip = ToClip(motion.frames, kActionRate, rest, JointPose::Zero());
   clip.object.emplace();
   clip.object->trans.resize(3, clip.NumFrames());
-  clip.object->orient.resize(3, clip.NumFrames());
+  clip.object->orient.setZero(3, clip.NumFrames());
   clip.holding_hand = motion.holding;
-  Vector3d turned = Vector3d::Zero();
   for (int t = 0; t < clip.NumFrames(); ++t) {
     const auto at = static_cast<std::size_t>(t);
     for (const Side side : {Side::kRight, Side::kLeft}) {
@@ -50,9 +47,7 @@ Clip ClipOf(const ActionActor& actor, const ActionMotion& motion, const ActionGr
       if (const Grasp* grasp = grip.Of(side)) fingers += closed * (grasp->fingers - fingers);
       SetFingers(clip.pose[at], side, fingers);
     }
-    turned = UnwrapAxisAngle(LogSO3(motion.object[at].linear()), turned);
-    clip.object->trans.col(t) = motion.object[at].translation();
-    clip.object->orient.col(t) = turned;
+    clip.object->SetPose(t, motion.object[at]);
   }
   return clip;
 }

@@ -13,9 +13,6 @@ namespace holdfast {
 
 /// All that is asked of a body in one frame of an action: 26 residuals.
 struct ActionFrameTerms {
-  static constexpr int kRows = HeldAtFace::kRows + Gaze::kRows + TrunkLean::kRows +
-                               LegReach::kRows + Balance::kRows + JointRange::kRows;
-
   HeldAtFace hand;
   Gaze gaze;
   TrunkLean lean;
@@ -23,15 +20,7 @@ struct ActionFrameTerms {
   Balance balance;
   JointRange range;
 
-  template <typename Visit>
-  void ForEach(const Visit& visit) const {
-    visit(hand);
-    visit(gaze);
-    visit(lean);
-    visit(legs);
-    visit(balance);
-    visit(range);
-  }
+  auto Tied() const { return std::tie(hand, gaze, lean, legs, balance, range); }
 };
 using ActionFrameBlock = FrameBlock<ActionFrameTerms>;
 

@@ -32,13 +32,6 @@ double DeepestIn(const DistanceGrid& grid, const Isometry3d& grid_from_points,
   return 1000.0 * deepest;
 }
 
-Isometry3d JointPoseOf(const BodyState& state, int joint) {
-  Isometry3d pose = Isometry3d::Identity();
-  pose.linear() = state.world_rotation[static_cast<std::size_t>(joint)];
-  pose.translation() = state.joints.col(joint);
-  return pose;
-}
-
 class Looker {
  public:
   Looker(const ActionActor& actor, const ActionProp& prop, const Clip& clip, ActionQuality& quality)
@@ -52,13 +45,6 @@ class Looker {
   }
 
  private:
-  Isometry3d ObjectFromWorld(int t) const {
-    Isometry3d pose = Isometry3d::Identity();
-    pose.linear() = ExpSO3(clip_.object->orient.col(t));
-    pose.translation() = clip_.object->trans.col(t);
-    return pose.inverse();
-  }
-
   // From the grid: within a tenth of a millimetre of the exact ones, for a hundredth of the time.
   Eigen::VectorXd DistancesTo(const Isometry3d& object_from_world,
                               const Eigen::Matrix3Xd& points) const {
@@ -83,7 +69,7 @@ class Looker {
         state.SetBody(pose, clip_.trans.col(t));
         state.Evaluate(FingersOf(pose, side), false);
         const ContactMetrics contact =
-            ContactFromDistances(DistancesTo(ObjectFromWorld(t), state.Vertices()));
+            ContactFromDistances(DistancesTo(clip_.object->Pose(t).inverse(), state.Vertices()));
         quality_.deepest_mm = std::max(quality_.deepest_mm, contact.max_penetration_mm);
         deep |= contact.max_penetration_mm > kDeep_mm;
         touches |= contact.in_contact;
@@ -105,9 +91,9 @@ class Looker {
       Forward(actor_.Skin(), pose, clip_.trans.col(t), skin);
       quality_.object_in_body_mm =
           std::max(quality_.object_in_body_mm,
-                   DeepestIn(*prop_.fit.distance, ObjectFromWorld(t), skin.vertices));
-      const Isometry3d head = JointPoseOf(skin, kHead).inverse();
-      const Isometry3d chest = JointPoseOf(skin, kSpine3).inverse();
+                   DeepestIn(*prop_.fit.distance, clip_.object->Pose(t).inverse(), skin.vertices));
+      const Isometry3d head = skin.WorldFromJoint(kHead).inverse();
+      const Isometry3d chest = skin.WorldFromJoint(kSpine3).inverse();
       Forward(actor_.Forearms(), pose, clip_.trans.col(t), forearms);
       double in_trunk = DeepestIn(actor_.Trunk(), chest, forearms.vertices);
       for (HandState& hand : hands) {

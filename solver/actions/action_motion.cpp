@@ -7,7 +7,6 @@
 #include "generator/body/limb_ik.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/body/skeleton.h"
-#include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
 
 namespace holdfast {
@@ -20,13 +19,6 @@ using Eigen::Vector3d;
 
 constexpr double kUsualSwivel = 0.25;
 constexpr double kBackOff_m = 0.09, kBackOff_s = 0.4;
-
-Isometry3d HeadOf(const BodyPlacement& placed) {
-  Isometry3d head = Isometry3d::Identity();
-  head.linear() = placed.rotation[kHead];
-  head.translation() = placed.joints.col(kHead);
-  return head;
-}
 
 Quaterniond Relative(const Matrix3d& parent, const Matrix3d& child) {
   return Quaterniond(Matrix3d(parent.transpose() * child)).normalized();
@@ -147,7 +139,7 @@ class Maker {
     for (std::size_t t = 0; t < frames_.size(); ++t) {
       const double time = static_cast<double>(t) / kActionRate;
       const BodyPlacement placed = Place(body_.rest_joints, frames_[t]);
-      const Isometry3d wrist = right_.At(time).At(HeadOf(placed));
+      const Isometry3d wrist = right_.At(time).At(placed.WorldFromJoint(kHead));
       SetArm(Side::kRight, placed,
              person_.right.At(TargetOf(placed, Side::kRight, wrist), kUsualSwivel),
              Share(Side::kRight, time), frames_[t]);
@@ -161,7 +153,7 @@ class Maker {
     for (std::size_t t = 0; t < frames_.size(); ++t) {
       placed.push_back(Place(body_.rest_joints, frames_[t]));
       const Isometry3d wrist =
-          path.At(static_cast<double>(t) / kActionRate).At(HeadOf(placed.back()));
+          path.At(static_cast<double>(t) / kActionRate).At(placed.back().WorldFromJoint(kHead));
       targets.push_back(TargetOf(placed.back(), side, wrist));
     }
     const std::vector<double> swivels = arm.Track(targets, kActionRate);
@@ -190,11 +182,8 @@ class Maker {
       const BodyPlacement placed = Place(body_.rest_joints, frames_[t]);
       const bool right = Holds(Side::kRight, time), left = Holds(Side::kLeft, time);
       const Side side = right ? Side::kRight : Side::kLeft;
-      const std::size_t joint = static_cast<std::size_t>(WristJoint(side));
-      Isometry3d wrist = Isometry3d::Identity();
-      wrist.linear() = placed.rotation[joint];
-      wrist.translation() = placed.joints.col(static_cast<Eigen::Index>(joint));
-      made.object.push_back(wrist * grip_.Of(side)->wrist_from_object);
+      made.object.push_back(placed.WorldFromJoint(WristJoint(side)) *
+                            grip_.Of(side)->wrist_from_object);
       made.holding.push_back(
           static_cast<std::uint8_t>((right ? kHoldsRight : 0) | (left ? kHoldsLeft : 0)));
       std::array<double, 2> closed = {1.0, 0.0};

@@ -55,10 +55,8 @@ class Meeting {
 // The other side's wrist, where a mirror in the middle of the body has it.
 Isometry3d Mirrored(const Isometry3d& wrist) {
   const Vector3d flip(-1.0, 1.0, 1.0);
-  Isometry3d mirrored = Isometry3d::Identity();
-  mirrored.linear() = flip.asDiagonal() * wrist.linear() * flip.asDiagonal();
-  mirrored.translation() = flip.cwiseProduct(wrist.translation());
-  return mirrored;
+  return RigidTransform(flip.asDiagonal() * wrist.linear() * flip.asDiagonal(),
+                        flip.cwiseProduct(wrist.translation()));
 }
 
 }  // namespace

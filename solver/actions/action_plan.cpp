@@ -67,7 +67,7 @@ Eigen::VectorXd SubjectBetas(int subject, int count, std::uint64_t seed) {
   return betas.cast<float>().cast<double>();
 }
 
-std::vector<ActionJob> PlanActions(const ActionSetOptions& options, std::uint64_t seed) {
+std::vector<ActionJob> PlanActions(const ActionSetOptions& options) {
   for (const std::string& action : options.actions) FindMadeAction(action);
   const std::vector<Choice> choices = ChoicesOf(options);
   double total = 0.0;
@@ -86,7 +86,7 @@ std::vector<ActionJob> PlanActions(const ActionSetOptions& options, std::uint64_
     const Choice& choice = choices[next];
     ActionJob job;
     job.index = index;
-    job.seed = MixSeed(seed, static_cast<std::uint64_t>(index));
+    job.seed = MixSeed(options.seed, static_cast<std::uint64_t>(index));
     RandomDraws draws(MixSeed(job.seed, kDraws));
     job.action = choice.action;
     // An action's own turn, so that subjects and actions do not beat against each other.

@@ -15,6 +15,11 @@ struct ActionSetOptions {
   double left_share = 0.2;           ///< of left-handed subjects
   std::vector<std::string> actions;  ///< empty: all
   std::vector<std::string> objects;  ///< embedded names; empty: all that an action has
+  std::uint64_t seed = 1;
+  int threads = 1;       ///< the result does not depend on them
+  bool replace = false;  ///< a set in the folder that was made from something else
+  /// Of the program, for the manifest: a set is gone on with by the version that began it.
+  std::string version = {};
 };
 
 /// One clip that is to be made.
@@ -31,7 +36,7 @@ struct ActionJob {
 /// objects with the first of each action's the oftenest, subjects in turn (each subject passes two
 /// objects from hand to hand, no more: hands that fit each other are dear). Throws Error for an
 /// unknown action, and for objects that no action is made with.
-std::vector<ActionJob> PlanActions(const ActionSetOptions& options, std::uint64_t seed);
+std::vector<ActionJob> PlanActions(const ActionSetOptions& options);
 
 /// Whether a subject is left-handed: evenly spread, the last one among them where any is.
 bool IsLeftHanded(int subject, double share);

@@ -68,10 +68,10 @@ NominalStance StanceAt(const BodyPlacement& start, const ActionScript& script, d
   stance.left_shoulder = moved(16);
   const Vector3d wanted =
       GazeAt(script, time_s, moved(kHead), moved(kHead) + Vector3d(-0.1, -0.35, -0.3));
-  stance.head.translation() = moved(kHead);
-  stance.head.linear() =
-      Quaterniond::FromTwoVectors(start.rotation[kHead].col(2), wanted).matrix() *
-      start.rotation[kHead];
+  stance.head =
+      RigidTransform(Quaterniond::FromTwoVectors(start.rotation[kHead].col(2), wanted).matrix() *
+                         start.rotation[kHead],
+                     moved(kHead));
   return stance;
 }
 

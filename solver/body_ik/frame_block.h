@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
 #include <ceres/cost_function.h>
 
 #include <Eigen/Core>
@@ -10,13 +14,15 @@
 namespace holdfast {
 
 /// The terms of one frame as a function of the four control points of a cubic B-spline that its
-/// change lies between: x = sum_k basis_k c_k (ChangeSpline). `Terms` names them: kRows residuals
-/// in all, and ForEach(visit) visits each in the order of its rows. Parameter blocks: four control
-/// points (28 each, ReachDofs). The body is evaluated once for all terms.
+/// change lies between: x = sum_k basis_k c_k (ChangeSpline). Residuals: each term's kRows, in the
+/// order of the members of `Terms` (`Tied()`). Parameter blocks: four control points (28 each,
+/// ReachDofs). The body is evaluated once for all terms.
 template <typename Terms>
 class FrameBlock final : public ceres::CostFunction {
  public:
-  static constexpr int kRows = Terms::kRows;
+  static constexpr int kRows = []<typename... Term>(std::type_identity<std::tuple<Term...>>) {
+    return (std::remove_cvref_t<Term>::kRows + ...);
+  }(std::type_identity<decltype(std::declval<const Terms&>().Tied())>());
 
   /// `chain` and `base` (the frame that is changed) must outlive the block.
   FrameBlock(const ReachChain& chain, const BodyFrame& base, const Terms& terms,
@@ -35,7 +41,7 @@ class FrameBlock final : public ceres::CostFunction {
     Eigen::Map<Eigen::Matrix<double, kRows, 1>> r(residuals);
     JacobianRows J;
     int row = 0;
-    terms_.ForEach([&]<typename Term>(const Term& term) {
+    const auto evaluate = [&]<typename Term>(const Term& term) {
       auto rows = r.template segment<Term::kRows>(row);
       auto J_rows = J.template middleRows<Term::kRows>(row);
       if constexpr (requires { term.Evaluate(chain_, state, change, rows, J_rows); }) {
@@ -44,7 +50,8 @@ class FrameBlock final : public ceres::CostFunction {
         term.Evaluate(chain_, state, rows, J_rows);
       }
       row += Term::kRows;
-    });
+    };
+    std::apply([&](const auto&... term) { (evaluate(term), ...); }, terms_.Tied());
     if (jacobians == nullptr) return true;
     for (int k = 0; k < 4; ++k) {
       if (jacobians[k] != nullptr) Eigen::Map<JacobianRows>{jacobians[k]} = basis_(k) * J;

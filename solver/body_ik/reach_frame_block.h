@@ -12,23 +12,13 @@ namespace holdfast {
 
 /// All that is asked of one frame of a reach: 20 residuals.
 struct ReachFrameTerms {
-  static constexpr int kRows =
-      WristGoal::kRows + Gaze::kRows + LegReach::kRows + Balance::kRows + JointRange::kRows;
-
   WristGoal wrist;
   Gaze gaze;
   LegReach legs;
   Balance balance;
   JointRange range;
 
-  template <typename Visit>
-  void ForEach(const Visit& visit) const {
-    visit(wrist);
-    visit(gaze);
-    visit(legs);
-    visit(balance);
-    visit(range);
-  }
+  auto Tied() const { return std::tie(wrist, gaze, legs, balance, range); }
 };
 using ReachFrameBlock = FrameBlock<ReachFrameTerms>;
 

@@ -18,20 +18,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// How readily each degree of freedom is used: the arm first, then the trunk.
-ReachChange Readiness() {
-  ReachChange sigma;
-  sigma.segment<3>(ReachDofs::kPelvisMove) << 0.06, 0.06, 0.10;
-  sigma.segment<3>(ReachDofs::kPelvisTurn).setConstant(7.0 * kDegree);
-  sigma.segment<9>(ReachDofs::kSpine).setConstant(6.0 * kDegree);
-  sigma.segment<3>(ReachDofs::kCollar).setConstant(6.0 * kDegree);
-  sigma.segment<3>(ReachDofs::kShoulder).setConstant(25.0 * kDegree);
-  sigma(ReachDofs::kElbow) = 30.0 * kDegree;
-  sigma.segment<3>(ReachDofs::kNeck).setConstant(8.0 * kDegree);
-  sigma.segment<3>(ReachDofs::kHead).setConstant(8.0 * kDegree);
-  return sigma;
-}
-
 // The share of the way to the goal that is added in a frame.
 double Share(const ReachWarp& warp, int frame) {
   const double tau =
@@ -64,7 +50,7 @@ class Warp {
         return new ReachFrameBlock(chain_, Captured(t), TermsOf(t, lacks), basis);
       });
     }
-    change_.AddPrior(problem, Readiness(), 0.5);
+    change_.AddPrior(problem, ReachSigma({0.06, 0.06, 0.10}, 7.0 * kDegree, 8.0 * kDegree), 0.5);
     change_.HoldEnds(problem);
     const ceres::Solver::Summary summary = SolveFrames(problem, options_.max_iterations, 1e-4);
     ReachWarpReport report;

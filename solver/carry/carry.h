@@ -1,6 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+/// Objects held, as whole jobs. A clip and its body, or a body that is to stand, and an object go
+/// in; the clip with the object held in every frame, and a report, come out.
+///
+/// From the inside out:
+///   first_grasp.h     a grasp in the clip's first frame
+///   standing_grasp.h  a grasp by a standing person, one frame
+///   carry.h           CarryObject: an object through a clip
+///   refine.h          RefineCarried: a clip with its object cleaned
+
 #include <cstdint>
 #include <functional>
 #include <memory>

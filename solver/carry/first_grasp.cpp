@@ -116,11 +116,8 @@ FirstGrasp HoldInFirstFrame(const HandModel& right, const HandModel& left,
     const HandModel& hand = h == 0 ? right : left;
     HandState state(hand);
     state.SetBody(grasp.pose, trans);
-    Eigen::Isometry3d wrist = Eigen::Isometry3d::Identity();
-    wrist.linear() = state.WristRotation();
-    wrist.translation() = state.WristPosition();
     (*first.grips)[h] = {FingersOf(grasp.pose, hand.HandSide()),
-                         OffsetTo(hand, wrist, trans, clip.pose[0])};
+                         OffsetTo(hand, state.WorldFromWrist(), trans, clip.pose[0])};
   }
   PlaceObject(grasp.world_from_object, clip);
   first.found = true;

@@ -13,6 +13,22 @@ namespace holdfast {
 
 namespace fs = std::filesystem;
 
+bool TakeBlock(const fs::path& file, bool is_asked, bool replace, const char* configuration,
+               const std::function<bool()>& take) {
+  if (!is_asked) {
+    if (replace) return false;
+    throw Error(file.string(),
+                fmt::format("holds results of a different configuration ({})", configuration),
+                "Choose another folder, or --force to replace them");
+  }
+  try {
+    if (take()) return true;
+  } catch (const nlohmann::json::exception&) {  // damaged, as with the wrong number of motions
+  } catch (const Error&) {
+  }
+  throw Error(file.string(), "is damaged", "Delete it: its motions are made again");
+}
+
 StudyBlocks::StudyBlocks(fs::path folder, bool replace)
     : folder_(std::move(folder)), replace_(replace) {
   fs::create_directories(folder_);
@@ -27,19 +43,9 @@ bool StudyBlocks::Read(const std::string& name, int block, const std::string& qu
   const fs::path file = File(name, block);
   if (!fs::exists(file)) return false;
   const nlohmann::json out = ReadJson(file);
-  if (!out.contains("question") || out["question"] != question) {
-    if (replace_) return false;
-    throw Error(file.string(),
-                "holds results of a different configuration (network, start poses, protocol, "
-                "method or seed)",
-                "Choose another folder, or --force to replace them");
-  }
-  try {
-    if (take(out.at("motions"))) return true;
-  } catch (const nlohmann::json::exception&) {
-    // falls through: damaged, as with the wrong number of motions
-  }
-  throw Error(file.string(), "is damaged", "Delete it: its motions are made again");
+  return TakeBlock(file, out.contains("question") && out["question"] == question, replace_,
+                   "network, start poses, protocol, method or seed",
+                   [&] { return take(out.at("motions")); });
 }
 
 void StudyBlocks::Write(const std::string& name, int block, const std::string& question,

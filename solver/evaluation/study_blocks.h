@@ -9,6 +9,13 @@
 
 namespace holdfast {
 
+/// Has `take` read a block of a study, whose question is the one asked or not. False for one of
+/// another question with `replace`. Throws Error for it without (`configuration`: what a question
+/// is made of), and for a block that `take` returns false for, or throws Error or
+/// nlohmann::json::exception at: it is damaged.
+bool TakeBlock(const std::filesystem::path& file, bool is_asked, bool replace,
+               const char* configuration, const std::function<bool()>& take);
+
 /// Results of a long study, kept in files of some motions each, so that a stopped study goes on
 /// where it was. Each file names the question that it answers, by a checksum.
 class StudyBlocks {
@@ -16,9 +23,7 @@ class StudyBlocks {
   /// `folder` is made. With `replace`, blocks of another question count as none.
   StudyBlocks(std::filesystem::path folder, bool replace);
 
-  /// Has `take` read the block's motions (a JSON list); false when there is no such block. Throws
-  /// Error for a block of another question, and for one that `take` returns false for or throws
-  /// nlohmann::json::exception at: it is damaged.
+  /// Has `take` read the block's motions (a JSON list), as TakeBlock; false when there is none.
   bool Read(const std::string& name, int block, const std::string& question,
             const std::function<bool(const nlohmann::json& motions)>& take) const;
 

@@ -9,6 +9,7 @@
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"
+#include "geometry/score/hand_object_score.h"
 #include "solver/fit/frame_fitter.h"
 #include "solver/fit/time_filters.h"
 #include "solver/unknowns/rotation_manifold.h"
@@ -84,23 +85,10 @@ class Refiner {
         hands_(hands),
         object_(object),
         options_(options),
-        holding_(holding.begin(), holding.end()) {
-    for (int t = 0; t < clip.NumFrames(); ++t) {
-      Isometry3d pose = Isometry3d::Identity();
-      pose.linear() = ExpSO3(clip.object->orient.col(t));
-      pose.translation() = clip.object->trans.col(t);
-      data_.push_back(pose);
-    }
+        holding_(holding.begin(), holding.end()),
+        data_(ObjectPoses(clip)) {
     for (const HandModel* hand : hands) {
-      HandState state(*hand);
-      std::vector<Isometry3d>& wrists = wrists_.emplace_back();
-      for (int t = 0; t < clip.NumFrames(); ++t) {
-        state.SetBody(clip.pose[t], clip.trans.col(t));
-        Isometry3d wrist = Isometry3d::Identity();
-        wrist.linear() = state.WristRotation();
-        wrist.translation() = state.WristPosition();
-        wrists.push_back(wrist);
-      }
+      wrists_.push_back(WristPoses(clip, hand->Surface().RestJoints(), hand->HandSide()));
     }
   }
 
@@ -212,9 +200,9 @@ class Refiner {
     for (int round = 0; round < kRounds; ++round) {
       held.Grip(held.fingers, pose, false);
       held.Watch(pose, {});
-      const HeldHand::Energies energies = held.EnergiesAt(pose);
-      if (energies.penetration < kClean_m * kClean_m &&
-          energies.object_in_hand < kClean_m * kClean_m) {
+      const Energies energies = held.EnergiesAt(pose);
+      if (energies[EnergyTerm::kPenetration] < kClean_m * kClean_m &&
+          energies[EnergyTerm::kObjectInHand] < kClean_m * kClean_m) {
         break;
       }
       ceres::Problem::Options owned;

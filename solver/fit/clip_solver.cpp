@@ -96,12 +96,7 @@ class WholeClip {
       HandFrame& hand = Hand(*held);
       hand.fingers = held->fingers;
       if (held->moves) hand.offset = hand.offset.Then(held->step);
-      FrameEnergies& sum = report.frames[static_cast<std::size_t>(held->frame)];
-      sum.distance += held->energies.distance;
-      sum.contact += held->energies.contact;
-      sum.slip += held->energies.slip;
-      sum.penetration += held->energies.penetration;
-      sum.object_in_hand += held->energies.object_in_hand;
+      report.frames[static_cast<std::size_t>(held->frame)] += held->energies;
     }
   }
 
@@ -156,8 +151,7 @@ class WholeClip {
       for (const int k : holds) {
         const auto h = static_cast<std::size_t>(problem_.holds[static_cast<std::size_t>(k)].hand);
         const int wrist = WristJoint(problem_.hands[h]->HandSide());
-        wrists_[t][h].linear() = joints.world_rotation[static_cast<std::size_t>(wrist)];
-        wrists_[t][h].translation() = joints.joints.col(wrist);
+        wrists_[t][h] = joints.WorldFromJoint(wrist);
         AddHand(k, static_cast<int>(t), static_cast<int>(h), body, holds.size() > 1);
       }
     }

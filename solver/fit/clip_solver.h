@@ -11,7 +11,7 @@
 #include "geometry/body/hand_model.h"
 #include "geometry/clip/clip.h"
 #include "solver/fit/clip_state.h"
-#include "solver/fit/fit_options.h"
+#include "solver/fit/energy.h"
 
 namespace holdfast {
 
@@ -41,18 +41,13 @@ struct ClipProblem {
   bool first_frame_given = false;  ///< the first frame is not solved
 };
 
-/// One frame's energies at the end, without weights, as FrameReport has them.
-struct FrameEnergies {
-  double distance = 0.0, contact = 0.0, slip = 0.0, penetration = 0.0, object_in_hand = 0.0;
-};
-
 struct ClipReport {
   double cost_before = 0.0, cost_after = 0.0;  ///< half the weighted sum of all terms
   int iterations = 0;
   bool converged = false;
   bool failed = false;  ///< not finite: nothing was changed
   double solve_ms = 0.0;
-  std::vector<FrameEnergies> frames;
+  std::vector<Energies> frames;  ///< at the end; E_t is not among them
 };
 
 /// Solves object poses, the fingers of the hands that hold, and the wrists' offsets where two hold,

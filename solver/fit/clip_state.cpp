@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "generator/scripted/minimum_jerk.h"
-#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -34,7 +33,6 @@ Clip ApplyFit(const Clip& source, std::span<const HandModel* const> hands,
   const auto frames = static_cast<int>(fitted.size());
   Clip clip = frames < source.NumFrames() ? Slice(source, 0, frames) : source;
   clip.holding_hand.assign(holding.begin(), holding.begin() + frames);
-  ObjectTrack& track = *clip.object;
   for (int t = 0; t < frames; ++t) {
     const FittedFrame& frame = fitted[t];
     for (std::size_t h = 0; h < hands.size(); ++h) {
@@ -42,11 +40,8 @@ Clip ApplyFit(const Clip& source, std::span<const HandModel* const> hands,
       MoveHand(*hands[h], frame.hands[h].offset, clip.trans.col(t), clip.pose[t]);
       SetFingers(clip.pose[t], hands[h]->HandSide(), frame.hands[h].fingers);
     }
-    track.trans.col(t) = frame.object.translation;
-    const Eigen::Vector3d orient = LogSO3(frame.object.orientation.toRotationMatrix());
     // The first frame stays on the branch that the clip had it on.
-    track.orient.col(t) =
-        UnwrapAxisAngle(orient, t == 0 ? track.orient.col(0) : track.orient.col(t - 1));
+    clip.object->SetPose(t, frame.object.Transform());
   }
 
   const int num_blend = std::max(1, static_cast<int>(std::lround(release_s * clip.frame_rate)));

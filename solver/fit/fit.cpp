@@ -77,8 +77,7 @@ void FitWholeClip(const Clip& clip, std::span<const HandModel* const> hands,
     if (holding[t] == 0) {
       problem.goals[t].rest = fitted[t].object;
     } else if (options.lambda_object > 0.0) {
-      problem.goals[t].data = ObjectPose{Eigen::Quaterniond(ExpSO3(clip.object->orient.col(t))),
-                                         clip.object->trans.col(t)};
+      problem.goals[t].data = ObjectPose(clip.object->Pose(t));
     }
   }
   const ClipReport whole = SolveClip(problem, options, options.threads, fitted,
@@ -86,17 +85,12 @@ void FitWholeClip(const Clip& clip, std::span<const HandModel* const> hands,
   if (whole.frames.empty()) return;
   for (int t = 1; t < frames; ++t) {
     FrameReport& report = reports[t];
-    const FrameEnergies& energies = whole.frames[t];
-    report.energy_distance = energies.distance;
-    report.energy_contact = energies.contact;
-    report.energy_slip = energies.slip;
-    report.energy_penetration = energies.penetration;
-    report.energy_object_in_hand = energies.object_in_hand;
-    report.energy_temporal = 0.0;
+    report.energies = whole.frames[t];
+    double& temporal = report.energies[EnergyTerm::kTemporal];
     report.wrist_offset_m = 0.0;
     if (holding[t] != 0) {
       const FittedFrame &before = fitted[t - 1], &now = fitted[t];
-      report.energy_temporal =
+      temporal =
           (now.object.translation - before.object.translation).squaredNorm() +
           LogSO3(
               (before.object.orientation.conjugate() * now.object.orientation).toRotationMatrix())
@@ -107,13 +101,13 @@ void FitWholeClip(const Clip& clip, std::span<const HandModel* const> hands,
         report.wrist_offset_m =
             std::max(report.wrist_offset_m, now.hands[h].offset.translation.norm());
         if ((holding[t - 1] & bit) == 0) continue;
-        report.energy_temporal += (now.hands[h].fingers - before.hands[h].fingers).squaredNorm();
+        temporal += (now.hands[h].fingers - before.hands[h].fingers).squaredNorm();
       }
       report.stop = whole.converged ? StopReason::kConverged : StopReason::kIterationLimit;
       report.iterations += whole.iterations;
     }
     report.solve_ms += whole.solve_ms / frames;
-    report.energy_total = TotalEnergy(report, options);
+    report.energy_total = report.energies.Total(options);
   }
 }
 
@@ -128,7 +122,7 @@ FitResult FitClip(const Clip& clip, std::span<const HandModel* const> hands,
   FitResult result;
   const ObjectTrack& track = *clip.object;
   FrameFitter fitter(hands, object, options, 1.0 / clip.frame_rate);
-  fitter.Place({Eigen::Quaterniond(ExpSO3(track.orient.col(0))), track.trans.col(0)});
+  fitter.Place(ObjectPose(track.Pose(0)));
   std::vector<FittedFrame> fitted;
 
   for (int t = 0; t < frames; ++t) {
@@ -145,8 +139,7 @@ FitResult FitClip(const Clip& clip, std::span<const HandModel* const> hands,
     }
     FrameReport report;
     if (options.lambda_object > 0.0) {
-      fitter.Guide(
-          {Eigen::Quaterniond(ExpSO3(clip.object->orient.col(t))), clip.object->trans.col(t)});
+      fitter.Guide(ObjectPose(clip.object->Pose(t)));
     }
     if (t > 0) report = fitter.Solve(clip.pose[t], trans);
     for (const HandModel* hand : hands) {

@@ -48,18 +48,7 @@ struct FitOptions {
   double function_tolerance = 1e-9;  ///< or when the cost changes by this share
 
   /// These options with the paper's three terms and nothing else.
-  FitOptions OnlyPaper() const {
-    FitOptions options = *this;
-    options.lambda_penetration = 0.0;
-    options.lambda_object_in_hand = 0.0;
-    options.lambda_limits = 0.0;
-    options.lambda_wrist = 0.0;
-    options.slip = false;
-    options.lambda_fingers = 0.0;
-    options.lambda_object = 0.0;
-    options.lambda_acceleration = 0.0;
-    return options;
-  }
+  FitOptions OnlyPaper() const;
 };
 
 /// An object as the fit sees it, const and shareable. Terms that need what is not there are off.

@@ -32,10 +32,7 @@ struct HandBlocks {
 };
 
 Eigen::Isometry3d Transform(const WristFrame& wrist) {
-  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
-  transform.linear() = wrist.rotation;
-  transform.translation() = wrist.position;
-  return transform;
+  return RigidTransform(wrist.rotation, wrist.position);
 }
 
 // The offset that keeps a hand, on the object at `from` with its wrist at `before`, where it is on
@@ -231,15 +228,6 @@ ObjectPose FollowWrist(const ObjectPose& object, const WristFrame& from, const W
           turn * (object.translation - from.position) + to.position};
 }
 
-double TotalEnergy(const FrameReport& report, const FitOptions& options) {
-  return options.lambda_distance * report.energy_distance +
-         options.lambda_contact * report.energy_contact +
-         options.lambda_temporal * report.energy_temporal +
-         options.lambda_slip * report.energy_slip +
-         options.lambda_penetration * report.energy_penetration +
-         options.lambda_object_in_hand * report.energy_object_in_hand;
-}
-
 FrameFitter::FrameFitter(std::span<const HandModel* const> hands, const FitObject& object,
                          const FitOptions& options, double frame_s)
     : options_(options), frame_s_(frame_s) {
@@ -315,8 +303,8 @@ void FrameFitter::Settle(Side side, const JointPose& pose, const Eigen::Vector3d
   HeldHand& hand = Find(side);
   for (int round = 0; round < kRounds; ++round) {
     hand.Watch(object_, {});
-    const HeldHand::Energies energies = hand.EnergiesAt(object_);
-    if (energies.penetration + energies.object_in_hand < kContent) return;
+    const Energies energies = hand.EnergiesAt(object_);
+    if (energies[EnergyTerm::kPenetration] + energies[EnergyTerm::kObjectInHand] < kContent) return;
     RotationManifold manifold;
     ceres::Problem problem(BorrowingProblem());
     ObjectPose object = object_;
@@ -385,11 +373,12 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
     SetBody(pose, trans);
   }
   for (std::size_t k = 0; k < holding.size(); ++k) {
-    report.energy_temporal += (holding[k]->fingers - problem.FingersBefore(k)).squaredNorm();
+    report.energies[EnergyTerm::kTemporal] +=
+        (holding[k]->fingers - problem.FingersBefore(k)).squaredNorm();
     SetFingers(body_, holding[k]->HandSide(), holding[k]->fingers);
     report.wrist_offset_m = std::max(report.wrist_offset_m, holding[k]->offset.translation.norm());
   }
-  report.energy_temporal +=
+  report.energies[EnergyTerm::kTemporal] +=
       LogSO3((previous.orientation.conjugate() * object_.orientation).toRotationMatrix())
           .squaredNorm() +
       (object_.translation - previous.translation).squaredNorm();
@@ -402,15 +391,9 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
 
 void FrameFitter::FillEnergies(FrameReport& report) {
   for (const auto& hand : hands_) {
-    if (!hand->Holds()) continue;
-    const HeldHand::Energies energies = hand->EnergiesAt(object_);
-    report.energy_distance += energies.distance;
-    report.energy_contact += energies.contact;
-    report.energy_slip += energies.slip;
-    report.energy_penetration += energies.penetration;
-    report.energy_object_in_hand += energies.object_in_hand;
+    if (hand->Holds()) report.energies += hand->EnergiesAt(object_);
   }
-  report.energy_total = TotalEnergy(report, options_);
+  report.energy_total = report.energies.Total(options_);
 }
 
 FrameReport FrameFitter::FirstFrame() {

@@ -12,7 +12,7 @@
 #include <Eigen/Core>
 
 #include "geometry/body/hand_model.h"
-#include "solver/fit/fit_options.h"
+#include "solver/fit/energy.h"
 #include "solver/fit/held_hand.h"
 
 namespace holdfast {
@@ -43,21 +43,13 @@ std::string_view StopReasonName(StopReason reason);
 /// One frame's account. Energies as the paper writes them, without weights and factor 1/2, in the
 /// precision of the pair loop, summed over the hands that hold.
 struct FrameReport {
-  double energy_distance = 0.0;        ///< E_d, m^2
-  double energy_contact = 0.0;         ///< E_c, m^2
-  double energy_temporal = 0.0;        ///< E_t, m^2 + rad^2
-  double energy_slip = 0.0;            ///< E_s, m^2, in place of E_d and E_c
-  double energy_penetration = 0.0;     ///< E_p, m^2
-  double energy_object_in_hand = 0.0;  ///< E_o, m^2
-  double energy_total = 0.0;           ///< weighted sum
-  double wrist_offset_m = 0.0;         ///< how far the farther wrist is from the clip's
+  Energies energies;
+  double energy_total = 0.0;    ///< weighted sum
+  double wrist_offset_m = 0.0;  ///< how far the farther wrist is from the clip's
   int iterations = 0;
   double solve_ms = 0.0;  ///< wall time of the frame: body model, start, solve
   StopReason stop = StopReason::kGiven;
 };
-
-/// The weighted sum of a frame's energies.
-double TotalEnergy(const FrameReport& report, const FitOptions& options);
 
 /// Fits one frame after another, with one hand or two: the door for repeated solves, with
 /// everything that a clip keeps (hands, object, D, S) prepared once. Not for use by several threads

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "geometry/rotation.h"
-
 namespace holdfast {
 
 GripMaker GripsFromClip(const Clip& clip, std::span<const HandModel* const> hands) {
@@ -12,15 +10,10 @@ GripMaker GripsFromClip(const Clip& clip, std::span<const HandModel* const> hand
     const HandModel& hand = **std::ranges::find_if(
         hands, [&](const HandModel* model) { return model->HandSide() == request.side; });
     const int t = request.frame;
-    Eigen::Isometry3d recorded = Eigen::Isometry3d::Identity();
-    recorded.linear() = ExpSO3(clip.object->orient.col(t));
-    recorded.translation() = clip.object->trans.col(t);
     HandState state(hand);
     state.SetBody(clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t));
-    Eigen::Isometry3d wrist = Eigen::Isometry3d::Identity();
-    wrist.linear() = state.WristRotation();
-    wrist.translation() = state.WristPosition();
-    const Eigen::Isometry3d target = request.object.Transform() * recorded.inverse() * wrist;
+    const Eigen::Isometry3d target =
+        request.object.Transform() * clip.object->Pose(t).inverse() * state.WorldFromWrist();
     return GripPose{
         FingersOf(clip.pose[static_cast<std::size_t>(t)], request.side),
         OffsetTo(hand, target, clip.trans.col(t), clip.pose[static_cast<std::size_t>(t)])};

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "geometry/rotation.h"
 #include "solver/kernels/rank_update.h"
@@ -58,14 +59,14 @@ struct HandObjectBlock::Scratch {
   bool valid = false;
   bool has_jacobian = false;
   std::array<double, 4 + 3 + kHandDofs> linearized;  // where Jacobians were last asked for
-  std::vector<double> linearized_energies;
+  std::optional<Energies> linearized_energies;
   Eigen::Matrix3d rotation;
   Eigen::Matrix3Xd arms;  // v_i - T, world
   Eigen::Matrix3Xd z;
   std::vector<VertexQuadratic> quadratics;
   SkinRows rows;
   std::vector<double> dense_rows;  // (rows x 56): the chained rows of skin terms
-  std::vector<double> energies;    // per term
+  Energies energies;
   Isa isa = BestIsa();
   System system;
 };
@@ -81,7 +82,7 @@ HandObjectBlock::~HandObjectBlock() = default;
 
 void HandObjectBlock::Invalidate() {
   scratch_->valid = false;
-  scratch_->linearized_energies.clear();
+  scratch_->linearized_energies.reset();
 }
 
 void HandObjectBlock::Update(double const* const* parameters, bool with_jacobian) const {
@@ -109,13 +110,13 @@ void HandObjectBlock::Update(double const* const* parameters, bool with_jacobian
   s.z.noalias() = s.rotation.transpose() * s.arms;
   const VertexQuadratic nothing{Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(), 0.0};
   std::ranges::fill(s.quadratics, nothing);
-  s.energies.clear();
-  for (const VertexTerm* term : terms_) s.energies.push_back(term->Add(s.z, s.quadratics));
+  s.energies = {};
+  for (const auto& [kind, term] : terms_) s.energies[kind] += term->Add(s.z, s.quadratics);
   s.rows.Clear();
   if (watch_always_) {
-    for (SkinTerm* term : skin_terms_) term->Watch(s.z);
+    for (const auto& [kind, term] : skin_terms_) term->Watch(s.z);
   }
-  for (const SkinTerm* term : skin_terms_) s.energies.push_back(term->Add(s.z, s.rows));
+  for (const auto& [kind, term] : skin_terms_) s.energies[kind] += term->Add(s.z, s.rows);
   if (with_jacobian) {
     s.linearized = s.point;
     s.linearized_energies = s.energies;
@@ -126,19 +127,19 @@ bool HandObjectBlock::Watch(double const* const* parameters) {
   if (skin_terms_.empty()) return false;
   Update(parameters, false);
   bool anew = false;
-  for (SkinTerm* term : skin_terms_) anew |= term->Watch(scratch_->z);
+  for (const auto& [kind, term] : skin_terms_) anew |= term->Watch(scratch_->z);
   if (anew) Invalidate();
   return anew;
 }
 
-const std::vector<double>& HandObjectBlock::Energies(double const* const* parameters) const {
+const Energies& HandObjectBlock::EnergiesAt(double const* const* parameters) const {
   // A solver's last point is mostly the last it linearised at, and not the last it tried.
   const Scratch& s = *scratch_;
   const auto at = [&](int block, int size, int begin) {
     return std::equal(parameters[block], parameters[block] + size, s.linearized.begin() + begin);
   };
-  if (!s.linearized_energies.empty() && at(0, 4, 0) && at(1, 3, 4) && at(2, kHandDofs, 7)) {
-    return s.linearized_energies;
+  if (s.linearized_energies && at(0, 4, 0) && at(1, 3, 4) && at(2, kHandDofs, 7)) {
+    return *s.linearized_energies;
   }
   Update(parameters, false);
   return s.energies;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <ceres/cost_function.h>
@@ -10,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "geometry/body/hand_model.h"
+#include "solver/fit/energy.h"
 #include "solver/unknowns/skin_term.h"
 #include "solver/unknowns/vertex_term.h"
 
@@ -42,9 +44,9 @@ class HandObjectBlock final : public ceres::CostFunction {
   explicit HandObjectBlock(HandState* state);
   ~HandObjectBlock() override;
 
-  /// Adds a term; the block does not own it.
-  void AddTerm(const VertexTerm* term) { terms_.push_back(term); }
-  void AddTerm(SkinTerm* term) { skin_terms_.push_back(term); }
+  /// Adds a term, whose energy counts as `kind`; the block does not own it.
+  void AddTerm(EnergyTerm kind, const VertexTerm* term) { terms_.push_back({kind, term}); }
+  void AddTerm(EnergyTerm kind, SkinTerm* term) { skin_terms_.push_back({kind, term}); }
 
   /// From now on skin terms choose their points in every evaluation, as Watch has them do: for
   /// blocks that go from frame to frame while they are solved together.
@@ -60,9 +62,8 @@ class HandObjectBlock final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
-  /// Each term's energy at a point as the paper writes it (no weight): vertex terms in the order
-  /// they were added, then skin terms.
-  const std::vector<double>& Energies(double const* const* parameters) const;
+  /// Each term's energy at a point as the paper writes it (no weight).
+  const Energies& EnergiesAt(double const* const* parameters) const;
 
   /// The system at a point, in tangent order (rotation on the right, T, P).
   void Linearize(double const* const* parameters, System& system) const;
@@ -78,8 +79,8 @@ class HandObjectBlock final : public ceres::CostFunction {
   void ChainRows(System& system) const;
 
   HandState* state_;
-  std::vector<const VertexTerm*> terms_;
-  std::vector<SkinTerm*> skin_terms_;
+  std::vector<std::pair<EnergyTerm, const VertexTerm*>> terms_;
+  std::vector<std::pair<EnergyTerm, SkinTerm*>> skin_terms_;
   bool watch_always_ = false;
   mutable std::unique_ptr<Scratch> scratch_;
 };

@@ -41,16 +41,8 @@ void HeldHand::Grip(const FingerPose& grip, const ObjectPose& object, bool slip)
   hold_ = std::make_unique<HoldTerms>(object_, InObject(object), slip, options_);
   block_ = std::make_unique<HandObjectBlock>(&state_);
   hold_->AddTo(*block_);
-  if (options_.lambda_penetration > 0.0 && object_.distance) {
-    penetration_ = std::make_unique<Penetration>(
-        anatomy_.landmarks, *object_.distance, options_.soft_tissue_m, options_.lambda_penetration);
-    block_->AddTerm(penetration_.get());
-  }
-  if (options_.lambda_object_in_hand > 0.0 && object_.surface.cols() > 0) {
-    object_in_hand_ = std::make_unique<ObjectInHand>(
-        state_.Hand(), object_.surface, options_.soft_tissue_m, options_.lambda_object_in_hand);
-    block_->AddTerm(object_in_hand_.get());
-  }
+  skin_terms_ = MakeSkinTerms(anatomy_, object_, options_);
+  for (const auto& [kind, term] : skin_terms_) block_->AddTerm(kind, term.get());
 }
 
 bool HeldHand::Watch(const ObjectPose& object, const WristOffset& step) {
@@ -76,21 +68,10 @@ void HeldHand::Keep(const ObjectPose& object) {
   block_->Invalidate();
 }
 
-HeldHand::Energies HeldHand::EnergiesAt(const ObjectPose& object) {
+Energies HeldHand::EnergiesAt(const ObjectPose& object) {
   const double* parameters[] = {object.orientation.coeffs().data(), object.translation.data(),
                                 fingers.data()};
-  const std::vector<double>& values = block_->Energies(parameters);  // in the order added
-  Energies energies;
-  std::size_t next = 0;
-  if (hold_->Slips()) {
-    energies.slip = values[next++];
-  } else {
-    energies.distance = values[next++];
-    energies.contact = values[next++];
-  }
-  if (penetration_) energies.penetration = values[next++];
-  if (object_in_hand_) energies.object_in_hand = values[next++];
-  return energies;
+  return block_->EnergiesAt(parameters);
 }
 
 }  // namespace holdfast

@@ -8,10 +8,7 @@
 #include "solver/fit/fit_options.h"
 #include "solver/fit/hand_object_block.h"
 #include "solver/fit/hold_terms.h"
-#include "solver/hand/hand_postures.h"
 #include "solver/terms/hand/hand_prior.h"
-#include "solver/terms/hand/object_in_hand.h"
-#include "solver/terms/hand/penetration.h"
 #include "solver/terms/hand/wrist_prior.h"
 
 namespace holdfast {
@@ -51,10 +48,7 @@ class HeldHand {
   /// The frame is solved: what remembers the last one does so now.
   void Keep(const ObjectPose& object);
 
-  /// Energies without weights, at the present fingers and this pose of the object.
-  struct Energies {
-    double distance = 0.0, contact = 0.0, slip = 0.0, penetration = 0.0, object_in_hand = 0.0;
-  };
+  /// Energies at the present fingers and this pose of the object.
   Energies EnergiesAt(const ObjectPose& object);
 
   FingerPose fingers = FingerPose::Zero();  ///< of the last frame solved
@@ -67,8 +61,7 @@ class HeldHand {
   HandState state_;
   std::unique_ptr<HandPriorTerm> limits_;
   std::unique_ptr<HoldTerms> hold_;
-  std::unique_ptr<Penetration> penetration_;
-  std::unique_ptr<ObjectInHand> object_in_hand_;
+  SkinTerms skin_terms_;
   std::unique_ptr<HandObjectBlock> block_;  // null while the hand does not hold
 };
 

@@ -6,8 +6,6 @@
 
 #include "geometry/parallel.h"
 #include "solver/fit/wrist_offset_block.h"
-#include "solver/terms/hand/object_in_hand.h"
-#include "solver/terms/hand/penetration.h"
 
 namespace holdfast {
 namespace {
@@ -53,7 +51,7 @@ bool HeldFrame::Evaluate(double const* const*, double* residuals, double** jacob
 struct HoldEvaluation::Worker {
   struct Hand {
     std::unique_ptr<HandState> state;
-    std::vector<std::unique_ptr<SkinTerm>> skin_terms;
+    SkinTerms skin_terms;
   };
 
   // The block of one hold: made when it is first needed, the last one kept.
@@ -64,11 +62,11 @@ struct HoldEvaluation::Worker {
       slips[h].reset();
       if (terms.Slips()) {
         slips[h] = std::make_unique<Slip>(*terms.SlipTerm());  // its marks change with the frame
-        blocks[h]->AddTerm(slips[h].get());
+        blocks[h]->AddTerm(EnergyTerm::kSlip, slips[h].get());
       } else {
         terms.AddTo(*blocks[h]);
       }
-      for (const auto& term : hands[h].skin_terms) blocks[h]->AddTerm(term.get());
+      for (const auto& [kind, term] : hands[h].skin_terms) blocks[h]->AddTerm(kind, term.get());
       blocks[h]->WatchAlways();
       block_hold[h] = hold;
     }
@@ -77,7 +75,7 @@ struct HoldEvaluation::Worker {
 
   void Forget() {
     for (const Hand& hand : hands) {
-      for (const auto& term : hand.skin_terms) term->Forget();
+      for (const auto& [kind, term] : hand.skin_terms) term->Forget();
     }
   }
 
@@ -98,18 +96,8 @@ HoldEvaluation::HoldEvaluation(const ClipProblem& problem, const FitOptions& opt
   for (int k = 0; k < std::max(1, threads); ++k) {
     auto worker = std::make_unique<Worker>();
     for (std::size_t h = 0; h < problem.hands.size(); ++h) {
-      Worker::Hand hand{std::make_unique<HandState>(*problem.hands[h]), {}};
-      if (options.lambda_penetration > 0.0 && problem.object.distance) {
-        hand.skin_terms.push_back(
-            std::make_unique<Penetration>(anatomy_[h]->landmarks, *problem.object.distance,
-                                          options.soft_tissue_m, options.lambda_penetration));
-      }
-      if (options.lambda_object_in_hand > 0.0 && problem.object.surface.cols() > 0) {
-        hand.skin_terms.push_back(
-            std::make_unique<ObjectInHand>(*problem.hands[h], problem.object.surface,
-                                           options.soft_tissue_m, options.lambda_object_in_hand));
-      }
-      worker->hands.push_back(std::move(hand));
+      worker->hands.push_back({std::make_unique<HandState>(*problem.hands[h]),
+                               MakeSkinTerms(*anatomy_[h], problem.object, options)});
     }
     workers_.push_back(std::move(worker));
   }
@@ -196,19 +184,7 @@ void HoldEvaluation::Evaluate(Worker& worker, HeldFrame& held) const {
 
   const double* at[] = {seen.orientation.coeffs().data(), seen.translation.data(),
                         held.fingers.data()};
-  const std::vector<double>& values = block.Energies(at);  // in the order added
-  std::size_t term = 0;
-  held.energies = {};
-  if (terms.Slips()) {
-    held.energies.slip = values[term++];
-  } else {
-    held.energies.distance = values[term++];
-    held.energies.contact = values[term++];
-  }
-  if (options_.lambda_penetration > 0.0 && problem_.object.distance) {
-    held.energies.penetration = values[term++];
-  }
-  if (term < values.size()) held.energies.object_in_hand = values[term];
+  held.energies = block.EnergiesAt(at);
 }
 
 }  // namespace holdfast

@@ -38,7 +38,7 @@ class HeldFrame final : public ceres::CostFunction {
   WristOffset step;  ///< on top of what the body has
   bool moves;
   std::vector<Slip::Mark> marks;  ///< where contacts were in the frame before, with slip
-  FrameEnergies energies;
+  Energies energies;
 
  private:
   friend class HoldEvaluation;

@@ -2,13 +2,18 @@
 #pragma once
 
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include <Eigen/Core>
 
-#include "solver/fit/fit_options.h"
+#include "solver/fit/energy.h"
 #include "solver/fit/hand_object_block.h"
+#include "solver/hand/hand_postures.h"
 #include "solver/terms/hand/contact.h"
 #include "solver/terms/hand/hand_object_distance.h"
+#include "solver/terms/hand/object_in_hand.h"
+#include "solver/terms/hand/penetration.h"
 #include "solver/terms/hand/slip.h"
 
 namespace holdfast {
@@ -35,10 +40,10 @@ class HoldTerms {
 
   void AddTo(HandObjectBlock& block) const {
     if (slip_) {
-      block.AddTerm(slip_.get());
+      block.AddTerm(EnergyTerm::kSlip, slip_.get());
     } else {
-      block.AddTerm(distance_.get());
-      block.AddTerm(contact_.get());
+      block.AddTerm(EnergyTerm::kDistance, distance_.get());
+      block.AddTerm(EnergyTerm::kContact, contact_.get());
     }
   }
 
@@ -52,5 +57,28 @@ class HoldTerms {
   std::unique_ptr<Contact> contact_;
   std::unique_ptr<Slip> slip_;
 };
+
+/// The terms between skin and object that options and object allow, each of one hand and one
+/// thread.
+using SkinTerms = std::vector<std::pair<EnergyTerm, std::unique_ptr<SkinTerm>>>;
+
+/// `anatomy` and `object` must outlive them.
+inline SkinTerms MakeSkinTerms(const HandAnatomy& anatomy, const FitObject& object,
+                               const FitOptions& options) {
+  SkinTerms terms;
+  if (options.lambda_penetration > 0.0 && object.distance) {
+    terms.emplace_back(
+        EnergyTerm::kPenetration,
+        std::make_unique<Penetration>(anatomy.landmarks, *object.distance, options.soft_tissue_m,
+                                      options.lambda_penetration));
+  }
+  if (options.lambda_object_in_hand > 0.0 && object.surface.cols() > 0) {
+    terms.emplace_back(
+        EnergyTerm::kObjectInHand,
+        std::make_unique<ObjectInHand>(anatomy.hand, object.surface, options.soft_tissue_m,
+                                       options.lambda_object_in_hand));
+  }
+  return terms;
+}
 
 }  // namespace holdfast

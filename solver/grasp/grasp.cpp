@@ -328,10 +328,7 @@ std::optional<GraspStyle> StyleByName(std::string_view name) {
 
 Eigen::Isometry3d ObjectInWorld(const Grasp& grasp, const Eigen::Matrix3d& wrist_rotation,
                                 const Eigen::Vector3d& wrist_position) {
-  Eigen::Isometry3d world_from_wrist = Eigen::Isometry3d::Identity();
-  world_from_wrist.linear() = wrist_rotation;
-  world_from_wrist.translation() = wrist_position;
-  return world_from_wrist * grasp.wrist_from_object;
+  return RigidTransform(wrist_rotation, wrist_position) * grasp.wrist_from_object;
 }
 
 Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedDistance& surface,

@@ -1,6 +1,23 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+/// New grasps. A hand, an object with its distances and where to take hold go in; finger pose, the
+/// object's pose relative to the wrist, and measures of the grasp come out.
+///
+/// From the inside out:
+///   grasp_candidates.h  opposed places on the surface
+///   grasp_place.h       where a hand may take hold
+///   grasp_handle.h      bars with an opening behind
+///   grasp_quality.h     wrench quality of contacts (Ferrari & Canny)
+///   grasp_obstacles.h   the body around the wrist
+///   finger_closing.h    fingers bent until they touch
+///   grasp_placement.h, grasp_handle_placement.h  open hands at opposed places; at handles
+///   grasp_refinement.h  least squares of fingers and object pose
+///   grasp_assessment.h  measures, score, reasons to refuse
+///   grasp.h             CloseHand: one hand, the best grasp
+///   grasp_both.h        HoldInBothHands: the object between two hands
+///   hand_approach.h     ready fingers on a line to a grasp
+
 #include <array>
 #include <cstdint>
 #include <functional>

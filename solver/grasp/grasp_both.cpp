@@ -144,9 +144,8 @@ std::optional<Hold> HoldOn(const Person& person, const Opposition& span, double 
           Eigen::AngleAxisd(spin * kDegree, inward) *
           Eigen::Quaterniond::FromTwoVectors(normal[h], inward).toRotationMatrix() *
           person.world_from_wrist[h].linear();
-      Eigen::Isometry3d wrist = Eigen::Isometry3d::Identity();
-      wrist.linear() = rotation;
-      wrist.translation() = place - rotation * person.hands[h]->landmarks.PalmCenter();
+      const Eigen::Isometry3d wrist =
+          PoseAt(rotation, person.hands[h]->landmarks.PalmCenter(), place);
       JointPose pose = person.pose;
       if (!Reach(person, kSides[h], wrist, options.wrist, pose)) continue;
       const double turn = LogSO3(person.world_from_wrist[h].linear().transpose() * rotation).norm();
@@ -326,10 +325,7 @@ Person PersonIn(const BodySurface& body, const JointPose& pose, const Eigen::Vec
   BodyState state;
   ForwardJoints(body.RestJoints(), pose, trans, state);
   for (int h = 0; h < 2; ++h) {
-    const int wrist = WristJoint(kSides[h]);
-    person.world_from_wrist[h].setIdentity();
-    person.world_from_wrist[h].linear() = state.world_rotation[wrist];
-    person.world_from_wrist[h].translation() = state.joints.col(wrist);
+    person.world_from_wrist[h] = state.WorldFromJoint(WristJoint(kSides[h]));
   }
   // Across the shoulders, then forward.
   const Eigen::Vector3d shoulders =

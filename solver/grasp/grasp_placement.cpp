@@ -165,11 +165,9 @@ void GraspPlacer::PlacePrecision(const Opposition& opposition, const Eigen::Vect
       return hand.width > opposition.width + room;
     });
     if (posed == pinch_.end()) return;
-    Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
-    wrist_from_object.linear() =
-        Triad(posed->approach, posed->axis) * Triad(approach, axis).transpose();
-    wrist_from_object.translation() =
-        posed->center - wrist_from_object.linear() * opposition.center;
+    const Eigen::Isometry3d wrist_from_object =
+        PoseAt(Triad(posed->approach, posed->axis) * Triad(approach, axis).transpose(),
+               opposition.center, posed->center);
     const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
     const double allowed = -target.allowed_depth;
     if (Clearance(object, object_from_wrist, posed->skin, finger_skin_, allowed) < allowed ||

@@ -136,8 +136,7 @@ void RefineGrasp(const HandAnatomy& anatomy, HandEvaluation& hand, const Distanc
     if (!SolveRefinement(options.iterations, problem)) return;
 
     angles = anatomy.axes.Clamp(anatomy.axes.AnglesOf(fingers));
-    wrist_from_object.linear() = rotation.normalized().toRotationMatrix();
-    wrist_from_object.translation() = translation;
+    wrist_from_object = RigidTransform(rotation.normalized().toRotationMatrix(), translation);
   }
 }
 

@@ -73,11 +73,9 @@ Isometry3d Reflected(const Isometry3d& wrist_from_object, const Vector3d& normal
   const Matrix3d hand = Vector3d(-1.0, 1.0, 1.0).asDiagonal();
   const Matrix3d plane = Matrix3d::Identity() - 2.0 * normal * normal.transpose();
   const Vector3d shift = 2.0 * normal.dot(centroid) * normal;
-  Isometry3d reflected = Isometry3d::Identity();
-  reflected.linear() = hand * wrist_from_object.linear() * plane;
-  reflected.translation() =
-      hand * (wrist_from_object.linear() * shift + wrist_from_object.translation());
-  return reflected;
+  return RigidTransform(
+      hand * wrist_from_object.linear() * plane,
+      hand * (wrist_from_object.linear() * shift + wrist_from_object.translation()));
 }
 
 // Directions that each finger's pads press in where they touch; zero of those that do not.

@@ -8,10 +8,7 @@ Eigen::Isometry3d WristIn(const HandModel& hand, const JointPose& pose,
                           const Eigen::Vector3d& trans) {
   HandState state(hand);
   state.SetBody(pose, trans);
-  Eigen::Isometry3d wrist = Eigen::Isometry3d::Identity();
-  wrist.linear() = state.WristRotation();
-  wrist.translation() = state.WristPosition();
-  return wrist;
+  return state.WorldFromWrist();
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "solver/recipes/imos_finger_loss.h"
 #include "solver/recipes/rotation_6d.h"
 #include "solver/terms/hand/contact.h"
+#include "solver/terms/hand/temporal.h"
 #include "solver/unknowns/rotation_manifold.h"
 
 namespace holdfast {
@@ -94,9 +95,7 @@ class ImosCodeFitter {
   int NumContactPairs() const { return contact_.NumPairs(); }
 
  private:
-  ObjectPose GivenObject(int t) const {
-    return {Eigen::Quaterniond(ExpSO3(clip_.object->orient.col(t))), clip_.object->trans.col(t)};
-  }
+  ObjectPose GivenObject(int t) const { return ObjectPose(clip_.object->Pose(t)); }
   Eigen::MatrixXd ReferenceDistances();
   void FitBothStages(FrameReport& report);
   void FillEnergies(const ObjectPose& object_before, const FingerPose& fingers_before,
@@ -161,23 +160,16 @@ void ImosCodeFitter::FitBothStages(FrameReport& report) {
 // The paper's energies with its weights, at what was found.
 void ImosCodeFitter::FillEnergies(const ObjectPose& object_before, const FingerPose& fingers_before,
                                   FrameReport& report) {
-  const FitOptions paper = FitOptions{}.OnlyPaper();
   HandObjectBlock block(&state_);
-  block.AddTerm(&distance_);
-  block.AddTerm(&contact_);
+  block.AddTerm(EnergyTerm::kDistance, &distance_);
+  block.AddTerm(EnergyTerm::kContact, &contact_);
   const double* parameters[] = {object_.orientation.coeffs().data(), object_.translation.data(),
                                 fingers_.data()};
-  const std::vector<double>& energies = block.Energies(parameters);
-  report.energy_distance = energies[0];
-  report.energy_contact = energies[1];
-  report.energy_temporal =
-      LogSO3((object_before.orientation.conjugate() * object_.orientation).toRotationMatrix())
-          .squaredNorm() +
-      (object_.translation - object_before.translation).squaredNorm() +
-      (fingers_ - fingers_before).squaredNorm();
-  report.energy_total = paper.lambda_distance * report.energy_distance +
-                        paper.lambda_contact * report.energy_contact +
-                        paper.lambda_temporal * report.energy_temporal;
+  report.energies = block.EnergiesAt(parameters);
+  report.energies[EnergyTerm::kTemporal] =
+      Temporal::Energy(object_before.orientation, object_before.translation, fingers_before,
+                       object_.orientation, object_.translation, fingers_);
+  report.energy_total = report.energies.Total(FitOptions{}.OnlyPaper());
 }
 
 }  // namespace
@@ -202,7 +194,7 @@ int FitImosObject(HandState& state, const HandObjectDistance& distance,
   const ObjectPose start = pose;
   FingerPose fingers = state.Fingers();
   HandObjectBlock block(&state);
-  block.AddTerm(&distance);
+  block.AddTerm(EnergyTerm::kDistance, &distance);
   RotationManifold manifold;
   ceres::Problem::Options problem_options;
   problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;

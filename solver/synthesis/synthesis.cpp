@@ -53,8 +53,7 @@ class ObjectInHands {
         last_pose_(history.pose.back()),
         last_trans_(history.trans.rightCols<1>()) {
     const Eigen::Index last = history.NumFrames() - 1;
-    fitter_.Place({Eigen::Quaterniond(ExpSO3(history.object->orient.col(last))),
-                   history.object->trans.col(last)});
+    fitter_.Place(ObjectPose(history.object->Pose(last)));
     holding_ = history.holding_hand.back();
     for (const HandModel* hand : scene.hands) {
       const Side side = hand->HandSide();
@@ -77,9 +76,7 @@ class ObjectInHands {
     result.clip.trans.col(frame) = trans;
     result.clip.holding_hand.push_back(holding_);
     const ObjectPose& object = fitter_.Object();
-    result.clip.object->trans.col(frame) = object.translation;
-    result.clip.object->orient.col(frame) = UnwrapAxisAngle(
-        LogSO3(object.orientation.toRotationMatrix()), result.clip.object->orient.col(frame - 1));
+    result.clip.object->SetPose(frame, object.Transform());
     last_pose_ = pose;
     last_trans_ = trans;
     return object;

@@ -1,6 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+/// IMoS's loop with the fit in it. A person who holds an object and an intent go in; key frames
+/// with the object fitted, and motion through them, come out.
+///
+/// From the inside out:
+///   held_start.h        a person with the object in hand
+///   synthesis.h         Synthesise: key frames, object fitted to each
+///   synthesis_motion.h  key frames resampled, feet pinned
+///   synthesize.h        Synthesize: the best of several samples
+
 #include <cstdint>
 #include <span>
 #include <vector>

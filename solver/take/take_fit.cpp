@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "solver/take/take_fit.h"
 
-#include <algorithm>
-
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
@@ -32,10 +30,9 @@ Clip FitTaken(const TakeMotion& motion, const HandModel& hand, const FitObject& 
     clip.pose[take + t] = fitted.clip.pose[t];
     clip.trans.col(take + t) = fitted.clip.trans.col(t);
     const double left = 1.0 - MinimumJerk(t / (kSettle_s * kRate));
-    const Vector3d before = clip.object->orient.col(std::max(0, take + t - 1));
-    clip.object->trans.col(take + t) = fitted.clip.object->trans.col(t) + left * settle;
-    clip.object->orient.col(take + t) = UnwrapAxisAngle(
-        LogSO3(ExpSO3(left * turn) * ExpSO3(fitted.clip.object->orient.col(t))), before);
+    const Eigen::Isometry3d pose = fitted.clip.object->Pose(t);
+    clip.object->SetPose(take + t, RigidTransform(ExpSO3(left * turn) * pose.linear(),
+                                                  pose.translation() + left * settle));
   }
   if (frames != nullptr) *frames = std::move(fitted.frames);
   return clip;

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "geometry/parallel.h"
-#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -73,14 +72,13 @@ TakeMeasures MeasureTake(const Clip& clip, const BodySurface& surface, Side side
   ParallelFor(count, threads, [&](int t) {
     BodyState state;
     Forward(surface, clip.pose[t], clip.trans.col(t), state);
-    const Eigen::Matrix3d rotation = ExpSO3(clip.object->orient.col(t));
-    const Vector3d translation = clip.object->trans.col(t);
+    const Eigen::Isometry3d object_pose = clip.object->Pose(t);
     body_depth[t] = Deepest(state.vertices, table);
     hand_depth[t] = Deepest(state.vertices(Eigen::all, hand), table);
-    object_depth[t] = Deepest((rotation * object.mesh.vertices).colwise() + translation, table);
+    object_depth[t] = Deepest(object_pose * object.mesh.vertices, table);
     measures.tilt_deg[t] =
-        std::acos(std::clamp(rotation(2, 2), -1.0, 1.0)) * 180.0 / std::numbers::pi;
-    bottom.col(t) = rotation * object.BottomMiddle() + translation;
+        std::acos(std::clamp(object_pose.linear()(2, 2), -1.0, 1.0)) * 180.0 / std::numbers::pi;
+    bottom.col(t) = object_pose.linear() * object.BottomMiddle() + object_pose.translation();
   });
   Greatest(object_depth, measures.object_in_table_mm, measures.object_in_table_frame);
   Greatest(hand_depth, measures.hand_in_table_mm, measures.hand_in_table_frame);

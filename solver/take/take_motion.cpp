@@ -51,13 +51,6 @@ std::vector<BodyPlacement> PlaceAll(const Eigen::Matrix3Xd& rest_joints,
   return placed;
 }
 
-Isometry3d JointPoseOf(const BodyPlacement& placed, int joint) {
-  Isometry3d pose = Isometry3d::Identity();
-  pose.linear() = placed.rotation[joint];
-  pose.translation() = placed.joints.col(joint);
-  return pose;
-}
-
 Quaterniond Relative(const Matrix3d& parent, const Matrix3d& child) {
   return Quaterniond(Matrix3d(parent.transpose() * child)).normalized();
 }
@@ -215,13 +208,12 @@ class Maker {
     const double onto = share(times.begin, times.pregrasp);
     // The line is entered while the hand still comes onto it, so that it does not stop there.
     const double along = share(times.pregrasp - 5, times.arrive);
-    const Isometry3d own = JointPoseOf(body_[t], arm_.Bones().end);
-    Isometry3d pose = Isometry3d::Identity();
-    pose.translation() = grasp.translation() + (1.0 - along) * retreat +
-                         (1.0 - onto) * (own.translation() - grasp.translation() - retreat) +
-                         4.0 * onto * (1.0 - onto) * around_;
-    pose.linear() = Quaterniond(own.linear()).slerp(onto, Quaterniond(grasp.linear())).matrix();
-    return pose;
+    const Isometry3d own = body_[t].WorldFromJoint(arm_.Bones().end);
+    return RigidTransform(
+        Quaterniond(own.linear()).slerp(onto, Quaterniond(grasp.linear())).matrix(),
+        grasp.translation() + (1.0 - along) * retreat +
+            (1.0 - onto) * (own.translation() - grasp.translation() - retreat) +
+            4.0 * onto * (1.0 - onto) * around_);
   }
 
   // The straight way onto the line may lead through the object: the least way round that does not.
@@ -305,7 +297,7 @@ class Maker {
         made.coming_hand_error_rad = std::max(made.coming_hand_error_rad, choice.hand_error_rad);
       }
       if (t == times.take) {
-        const Isometry3d is = JointPoseOf(Place(rest_joints_, frame), limb.end);
+        const Isometry3d is = Place(rest_joints_, frame).WorldFromJoint(limb.end);
         made.take_wrist_error_m = (is.translation() - grasp.translation()).norm();
         made.take_hand_error_rad = AngleBetween(is.linear(), grasp.linear());
       } else if (t > times.take) {
@@ -359,19 +351,17 @@ class Maker {
     made.clip.holding_hand.assign(static_cast<std::size_t>(count), 0);
     // As the hand has hold of it: the grasp, but for what the wrist refused.
     const Isometry3d hand_from_object =
-        JointPoseOf(Place(rest_joints_, frames_[times.take]), arm_.Bones().end).inverse() *
+        Place(rest_joints_, frames_[times.take]).WorldFromJoint(arm_.Bones().end).inverse() *
         made.standing.Transform();
-    Vector3d turned = LogSO3(made.standing.Transform().linear());
+    made.clip.object->orient.col(0) = LogSO3(made.standing.Transform().linear());
     for (int t = 0; t < count; ++t) {
       SetFingers(made.clip.pose[t], plan_.side, FingersAt(t, made, relaxed));
       Isometry3d pose = made.standing.Transform();
       if (t > times.take) {
-        pose = JointPoseOf(Place(rest_joints_, frames_[t]), arm_.Bones().end) * hand_from_object;
+        pose = Place(rest_joints_, frames_[t]).WorldFromJoint(arm_.Bones().end) * hand_from_object;
       }
       if (t >= times.take) made.clip.holding_hand[t] = HoldingBit(plan_.side);
-      turned = UnwrapAxisAngle(LogSO3(pose.linear()), turned);
-      made.clip.object->trans.col(t) = pose.translation();
-      made.clip.object->orient.col(t) = turned;
+      made.clip.object->SetPose(t, pose);
     }
     if (made.take.fault.size() > 0) {
       made.fault = made.take.fault;

@@ -64,10 +64,7 @@ UprightPose Between(const UprightPose& a, const UprightPose& b, double share) {
 }  // namespace
 
 Isometry3d UprightPose::Transform() const {
-  Isometry3d pose = Isometry3d::Identity();
-  pose.linear() = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).matrix();
-  pose.translation() = position;
-  return pose;
+  return RigidTransform(Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).matrix(), position);
 }
 
 TakeTimes TimesOfTake(std::span<const BodyPlacement> body, std::span<const int> reached,

@@ -175,10 +175,7 @@ Vector3d TakeObject::BottomMiddle() const {
 }
 
 Isometry3d TakeObject::Upright(const Vector3d& bottom_middle, double yaw_rad) const {
-  Isometry3d pose = Isometry3d::Identity();
-  pose.linear() = TurnZ(yaw_rad);
-  pose.translation() = bottom_middle - pose.linear() * BottomMiddle();
-  return pose;
+  return PoseAt(TurnZ(yaw_rad), BottomMiddle(), bottom_middle);
 }
 
 void ScoreTake(const TakeArm& arm, const Vector3d& shoulder, const Matrix3d& chest,

@@ -104,12 +104,10 @@ double SideTable::Distance(const Vector3d& point_world) const {
 SideTable TableAt(const Vector3d& bottom_middle, double yaw_rad, double ahead_m, double aside_m) {
   SideTable table;
   table.height_m = bottom_middle.z();
-  table.world_from_table.linear() =
-      Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
   // In the table's frame the person looks along +x and the object is at (ahead - width/2, aside).
-  table.world_from_table.translation() =
-      bottom_middle -
-      table.world_from_table.linear() * Vector3d(ahead_m - 0.5 * table.width_m, aside_m, 0.0);
+  table.world_from_table =
+      PoseAt(Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix(),
+             Vector3d(ahead_m - 0.5 * table.width_m, aside_m, 0.0), bottom_middle);
   return table;
 }
 

@@ -37,6 +37,19 @@ Vector3d TurnOf(const ReachChain& chain, const Layout& turn, const ReachChange& 
 
 }  // namespace
 
+ReachChange ReachSigma(const Vector3d& pelvis_move, double pelvis_turn, double head_turn) {
+  ReachChange sigma;
+  sigma.segment<3>(ReachDofs::kPelvisMove) = pelvis_move;
+  sigma.segment<3>(ReachDofs::kPelvisTurn).setConstant(pelvis_turn);
+  sigma.segment<9>(ReachDofs::kSpine).setConstant(6.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kCollar).setConstant(6.0 * kDegree);
+  sigma.segment<3>(ReachDofs::kShoulder).setConstant(25.0 * kDegree);
+  sigma(ReachDofs::kElbow) = 30.0 * kDegree;
+  sigma.segment<3>(ReachDofs::kNeck).setConstant(head_turn);
+  sigma.segment<3>(ReachDofs::kHead).setConstant(head_turn);
+  return sigma;
+}
+
 ReachChain::ReachChain(const Eigen::Matrix3Xd& rest_joints, Side wrist)
     : rest_joints_(rest_joints),
       wrist_(wrist),

@@ -24,6 +24,9 @@ struct ReachDofs {
                        kElbow = 21, kNeck = 22, kHead = 25, kSize = 28;
 };
 using ReachChange = Eigen::Matrix<double, ReachDofs::kSize, 1>;
+/// How readily each degree of freedom is used, metres and radians: the arm first, then the trunk;
+/// neck and head by `head_turn`.
+ReachChange ReachSigma(const Eigen::Vector3d& pelvis_move, double pelvis_turn, double head_turn);
 using J_point_change = Eigen::Matrix<double, 3, ReachDofs::kSize>;
 
 /// The captured frame in the form that terms evaluate, and constants of the body.

@@ -72,4 +72,21 @@ class RotationManifold final : public ceres::Manifold {
   }
 };
 
+/// Jacobians of six residuals, `scale` times a position and `turn_scale` times a turn (3 each), by
+/// the pose that they depend on: parameter blocks `first` (q) and `first` + 1 (T), where asked for.
+inline void FillPoseJacobians(double const* const* parameters, double** jacobians, int first,
+                              double scale, double turn_scale, const Eigen::Matrix3d& d_turn,
+                              const Eigen::Matrix3d& d_T) {
+  if (jacobians[first] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 6, 4, Eigen::RowMajor>> J(jacobians[first]);
+    J.topRows<3>().setZero();
+    J.bottomRows<3>() = turn_scale * RotationManifold::Lift(d_turn, parameters[first]);
+  }
+  if (jacobians[first + 1] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, 6, 3, Eigen::RowMajor>> J(jacobians[first + 1]);
+    J.topRows<3>() = scale * d_T;
+    J.bottomRows<3>().setZero();
+  }
+}
+
 }  // namespace holdfast

@@ -10,11 +10,7 @@ Eigen::Isometry3d WristOf(const HandModel& hand, const Eigen::Vector3d& trans,
                           const JointPose& pose) {
   BodyState state;
   ForwardJoints(hand.Surface().RestJoints(), pose, trans, state);
-  const int wrist = WristJoint(hand.HandSide());
-  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
-  transform.linear() = state.world_rotation[static_cast<std::size_t>(wrist)];
-  transform.translation() = state.joints.col(wrist);
-  return transform;
+  return state.WorldFromJoint(WristJoint(hand.HandSide()));
 }
 
 }  // namespace

@@ -111,8 +111,8 @@ void BM_Evaluate(benchmark::State& state) {
   const HandObjectDistance distance(scene.object, reference, 1.0);
   const Contact contact(scene.object, reference, 0.01, 1.0);
   HandObjectBlock block(&hand);
-  block.AddTerm(&distance);
-  block.AddTerm(&contact);
+  block.AddTerm(EnergyTerm::kDistance, &distance);
+  block.AddTerm(EnergyTerm::kContact, &contact);
   const double* parameters[] = {scene.first.orientation.coeffs().data(),
                                 scene.first.translation.data(), fingers.data()};
   Eigen::Matrix<double, HandObjectBlock::kRows, 1> r;

@@ -154,9 +154,9 @@ nlohmann::json Recipe(const Scene& scene, int frames) {
   for (int t = 1; t <= frames; ++t) {
     const FrameReport& frame = result.frames[static_cast<std::size_t>(t)];
     ms.push_back(frame.solve_ms);
-    energies.push_back(options.lambda_distance * frame.energy_distance +
-                       options.lambda_contact * frame.energy_contact +
-                       options.lambda_temporal * frame.energy_temporal);
+    energies.push_back(options.lambda_distance * frame.energies[EnergyTerm::kDistance] +
+                       options.lambda_contact * frame.energies[EnergyTerm::kContact] +
+                       options.lambda_temporal * frame.energies[EnergyTerm::kTemporal]);
   }
   return {{"ms", ms}, {"energies", energies}, {"repeats", 1}};
 }

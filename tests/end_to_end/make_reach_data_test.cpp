@@ -9,9 +9,9 @@
 #include "geometry/clip/clip.h"
 #include "geometry/io/container/npz.h"
 #include "tests/generator/test_body.h"
+#include "tests/support/capture_folder.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/support/walking_figure.h"
 
 namespace holdfast {
 namespace {
@@ -22,26 +22,9 @@ using testing::ReadText;
 using testing::RunHoldfast;
 using testing::TemporaryFolder;
 
-// A set of captures of two subjects, with an index.
-void WriteCaptures(const std::filesystem::path& folder) {
-  std::filesystem::create_directories(folder);
-  const BodyMeasures& body = DefaultMeasures();
-  WriteClip(testing::StandingFigure(body, 120), folder / "stand.npz");
-  WriteClip(testing::WalkingFigure(body, 240, 1.0), folder / "walk.npz");
-  WriteClip(testing::WalkingFigure(body, 90, 1.0), folder / "walk_other.npz");
-  WriteClip(testing::ReachingFigure(body, 121, 0.7), folder / "low.npz");
-  WriteClip(testing::ReachingFigure(body, 121, 1.2), folder / "high.npz");
-  std::ofstream(folder / "index.csv") << "file,subject,category,fps,hand,key_frame\n"
-                                         "stand.npz,ann,idle,30,,\n"
-                                         "walk.npz,ann,walk,30,,\n"
-                                         "walk_other.npz,bob,walk,30,,\n"
-                                         "low.npz,ann,reach,30,right,60\n"
-                                         "high.npz,ann,reach,30,right,60\n";
-}
-
 class MakeReachDataTest : public ::testing::Test {
  protected:
-  MakeReachDataTest() { WriteCaptures(folder_ / "captures"); }
+  MakeReachDataTest() { testing::WriteCaptures(folder_ / "captures"); }
 
   ProgramResult Make(const std::string& arguments) {
     return RunHoldfast(folder_.Path(),

@@ -24,7 +24,7 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"geometry/io/mesh", "geometry/io/pickle", "generator/nn"},
     {"geometry/body", "generator/training"},
     {"geometry/clip"},
-    {"geometry/score", "geometry/io/motion", "geometry/render"},
+    {"geometry/score", "geometry/io/motion", "geometry/render", "geometry/report"},
     {"geometry/retarget"},
     {"geometry/io/gltf", "geometry/conventions"},
     {"geometry/import"},
@@ -41,11 +41,10 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"solver/handover", "solver/take", "solver/latent", "solver/recipes", "solver/score"},
     {"solver/actions", "solver/carry", "solver/reach"},
     {"solver/synthesis", "solver/evaluation"},
+    {"solver/evaluation/synthesis"},
     {"apps"},
-    {"apps/report", "apps/score", "apps/train"},
-    {"apps/fit", "apps/files"},
-    {"apps/motion", "apps/make"},
-    {"apps/evaluate"},
+    {"apps/evaluate", "apps/files", "apps/fit", "apps/make", "apps/motion", "apps/report",
+     "apps/score", "apps/train"},
 };
 
 // What a room may hold; more is a hall.
@@ -53,6 +52,7 @@ constexpr int kMostFiles = 45;
 
 struct Tree {
   std::map<std::string, int> files;                                 // of each room
+  std::map<std::string, std::set<std::string>> headers;             // of each room, by file name
   std::map<std::pair<std::string, std::string>, std::string> uses;  // who and whom: by which file
 };
 
@@ -69,6 +69,7 @@ const Tree& Source() {
         if (file.extension() != ".h" && file.extension() != ".cpp") continue;
         const std::string room = RoomOf(fs::relative(file, root));
         ++t.files[room];
+        if (file.extension() == ".h") t.headers[room].insert(file.filename().string());
         std::ifstream text(file);
         for (std::string line; std::getline(text, line);) {
           std::smatch match;
@@ -81,6 +82,20 @@ const Tree& Source() {
     return t;
   }();
   return tree;
+}
+
+// Headers that the comments of a file name, without those that are named with a folder.
+std::set<std::string> NamedInCommentsOf(const fs::path& file) {
+  const std::regex header("[\\w/]+\\.h\\b");
+  std::set<std::string> names;
+  std::ifstream text(file);
+  for (std::string line; std::getline(text, line);) {
+    if (!line.starts_with("//")) continue;
+    for (std::sregex_iterator it(line.begin(), line.end(), header), end; it != end; ++it) {
+      names.insert(it->str());
+    }
+  }
+  return names;
 }
 
 std::map<std::string, int> Floors() {
@@ -112,6 +127,23 @@ TEST(Rooms, UseOnlyWhatStandsBelowThem) {
 TEST(Rooms, HoldNoMoreThanOneCanKnow) {
   for (const auto& [room, files] : Source().files) {
     EXPECT_LE(files, kMostFiles) << room;
+  }
+}
+
+// The header named like the room lists the room's other headers, from the inside out.
+TEST(Rooms, OfTheLibraryHaveAHeaderThatNamesAllOthers) {
+  for (const auto& [room, headers] : Source().headers) {
+    if (room.starts_with("apps")) continue;
+    const std::string own = fs::path(room).filename().string() + ".h";
+    EXPECT_TRUE(headers.contains(own)) << room << " has no " << own;
+    if (!headers.contains(own)) continue;
+    const std::set<std::string> named =
+        NamedInCommentsOf(fs::path(HOLDFAST_SOURCE_DIR) / room / own);
+    std::string missing;
+    for (const std::string& header : headers) {
+      if (header != own && !named.contains(header)) missing += ' ' + header;
+    }
+    EXPECT_EQ(missing, "") << room << '/' << own << " does not name them";
   }
 }
 

@@ -3,8 +3,6 @@
 
 #include "generator/nn/residual_weights.h"
 #include "generator/training/imos/imos_kinematics.h"
-#include "generator/training/least_squares_critic.h"
-#include "generator/training/network_tensors.h"
 
 namespace holdfast::imos {
 namespace {
@@ -25,9 +23,8 @@ torch::Tensor Unscaled(const std::vector<torch::Tensor>& frames) {
 }  // namespace
 
 ActionCritic::ActionCritic(const SequenceTensors& data, std::uint64_t seed)
-    : network_(
-          wandr::TensorsOf(nn::RandomResidual(kMotionSize, 0, kWidth, kBlocks, kNumActions, seed))),
-      optimizer_(network_.Parameters(), torch::optim::AdamOptions(kRate).betas({0.5, 0.99})) {
+    : LeastSquaresCritic(nn::RandomResidual(kMotionSize, 0, kWidth, kBlocks, kNumActions, seed),
+                         kRate) {
   const torch::Tensor motions = Unscaled(TrueFrames(data));
   mean_ = motions.mean(0);
   deviation_ = motions.std(0).clamp_min(kLeastDeviation);
@@ -68,7 +65,7 @@ torch::Tensor ActionCritic::Motions(const std::vector<torch::Tensor>& frames) co
 
 torch::Tensor ActionCritic::Scores(const torch::Tensor& motions,
                                    const torch::Tensor& actions) const {
-  return network_.Forward(motions).gather(1, actions.unsqueeze(1)).squeeze(1);
+  return Network().Forward(motions).gather(1, actions.unsqueeze(1)).squeeze(1);
 }
 
 torch::Tensor ActionCritic::Doubt(const torch::Tensor& motions,
@@ -92,7 +89,7 @@ double ActionCritic::Learn(const torch::Tensor& true_motions, const torch::Tenso
     wrong_loss = (is_wrong * (Scores(real, wrong) + 1.0).square()).mean();
   }
   const torch::Tensor belief = 0.5 * (BeliefOfScores(own_score) + wrong_loss);
-  return LearnToTell(real, real_score, own_score, belief, optimizer_);
+  return LearnToTell(real, real_score, own_score, belief);
 }
 
 }  // namespace holdfast::imos

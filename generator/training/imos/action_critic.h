@@ -7,7 +7,7 @@
 #include <torch/torch.h>
 
 #include "generator/training/imos/imos_batch.h"
-#include "generator/training/torch_network.h"
+#include "generator/training/least_squares_critic.h"
 
 namespace holdfast::imos {
 
@@ -20,7 +20,7 @@ namespace holdfast::imos {
 /// A motion is, from key frame k - 1 on: the joints, the object's translation and rotation (6D),
 /// and the step of all that from each key frame to the next; each number of the mean 0 and
 /// deviation 1 over the data.
-class ActionCritic {
+class ActionCritic : public LeastSquaresCritic {
  public:
   static constexpr int kWidth = 192, kBlocks = 2;
 
@@ -47,16 +47,9 @@ class ActionCritic {
   double Learn(const torch::Tensor& true_motions, const torch::Tensor& own_motions,
                const torch::Tensor& actions, at::Generator& generator);
 
-  wandr::TorchNetwork& Network() { return network_; }
-  const wandr::TorchNetwork& Network() const { return network_; }
-  torch::optim::Adam& Optimizer() { return optimizer_; }
-  const torch::optim::Adam& Optimizer() const { return optimizer_; }
-
  private:
   torch::Tensor Scores(const torch::Tensor& motions, const torch::Tensor& actions) const;
 
-  wandr::TorchNetwork network_;
-  torch::optim::Adam optimizer_;
   torch::Tensor mean_, deviation_;
   std::vector<std::int64_t> known_;  // actions of the data
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <utility>
+
 namespace holdfast::imos {
 
 struct LossWeights {
@@ -25,18 +27,20 @@ struct Losses {
   double total = 0.0;                 ///< weighed
   double gradient = 0.0;              ///< norm, before it is clipped
 
+  static constexpr std::pair<const char*, double Losses::*> kParts[] = {
+      {"divergence", &Losses::divergence},
+      {"arms", &Losses::arms},
+      {"body", &Losses::body},
+      {"velocity", &Losses::velocity},
+      {"joints", &Losses::joints},
+      {"wrists", &Losses::wrists},
+      {"root", &Losses::root},
+      {"doubt", &Losses::doubt},
+      {"critic", &Losses::critic},
+      {"total", &Losses::total},
+      {"gradient", &Losses::gradient}};
   void Add(const Losses& other, double weight) {
-    divergence += weight * other.divergence;
-    arms += weight * other.arms;
-    body += weight * other.body;
-    velocity += weight * other.velocity;
-    joints += weight * other.joints;
-    wrists += weight * other.wrists;
-    root += weight * other.root;
-    doubt += weight * other.doubt;
-    critic += weight * other.critic;
-    total += weight * other.total;
-    gradient += weight * other.gradient;
+    for (const auto& [name, part] : kParts) this->*part += weight * other.*part;
   }
 };
 

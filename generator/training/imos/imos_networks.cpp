@@ -9,6 +9,7 @@
 #include "generator/imos/res_block.h"
 #include "generator/imos/weights.h"
 #include "generator/nn/random_stream.h"
+#include "generator/training/network_tensors.h"
 #include "geometry/error.h"
 
 namespace holdfast::imos {
@@ -74,13 +75,10 @@ TorchNetworks::TorchNetworks(const Config& config, const nn::TensorMap& tensors,
       throw Error(where, fmt::format("{} is of another shape", wanted.name),
                   "Give weights of the same configuration");
     }
-    torch::Tensor values =
-        torch::empty(std::vector<std::int64_t>(wanted.shape.begin(), wanted.shape.end()));
-    std::copy(found->second.values.begin(), found->second.values.end(), values.data_ptr<float>());
     const bool fixed =
         IsStatistic(wanted.name) ||
         (wanted.name == kEmbedding && config.action_embedding != ActionEmbedding::kLearned);
-    tensors_[wanted.name] = values.requires_grad_(!fixed);
+    tensors_[wanted.name] = wandr::TorchTensorOf(found->second).requires_grad_(!fixed);
   }
 }
 
@@ -225,11 +223,7 @@ void TorchNetworks::TakeStatistics(std::span<const Pass* const> passes) {
 
 nn::TensorMap TorchNetworks::Tensors() const {
   nn::TensorMap out;
-  for (const auto& [name, values] : tensors_) {
-    nn::Tensor& tensor = out[name];
-    tensor.shape.assign(values.sizes().begin(), values.sizes().end());
-    tensor.values.assign(values.data_ptr<float>(), values.data_ptr<float>() + values.numel());
-  }
+  for (const auto& [name, values] : tensors_) out[name] = wandr::TensorOf(values);
   return out;
 }
 

@@ -7,11 +7,11 @@
 #include <numeric>
 
 #include <ATen/CPUGeneratorImpl.h>
-#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include "generator/imos/res_block.h"
 #include "generator/training/imos/imos_trainer_state.h"
+#include "generator/training/network_tensors.h"
 #include "geometry/error.h"
 
 namespace holdfast::imos {
@@ -23,15 +23,6 @@ constexpr double kLastRate = 0.01;  // share of the learning rate that is left a
 constexpr float kAttentionStart = 0.05f, kSkipStart = 0.05f, kRootStart = 0.005f,
                 kStepStart = 0.02f, kOffset = 2.0f;
 constexpr std::uint64_t kOrderStream = 0x0bde7;
-
-// Sums of products that several threads share depend on how many there are.
-void UseOneThreadForProducts() {
-  at::set_num_threads(1);
-  using SetThreads = void (*)(int);
-  if (void* const set = dlsym(RTLD_DEFAULT, "openblas_set_num_threads")) {
-    reinterpret_cast<SetThreads>(set)(1);
-  }
-}
 
 void CheckOptions(const TrainingOptions& o) {
   const auto refuse = [](const std::string& what) {
@@ -214,7 +205,7 @@ Trainer::Trainer(const std::vector<ActionSequence>& sequences, const TrainingOpt
                 fmt::format("embeddings are {} x {}", embeddings.rows(), embeddings.cols()),
                 fmt::format("{} x {} are needed", kNumActions, options.config.action_size));
   }
-  UseOneThreadForProducts();
+  wandr::UseOneThreadForProducts();
   impl_ = std::make_unique<Impl>(sequences, options, embeddings);
 }
 
@@ -236,6 +227,8 @@ void Trainer::StartFrom(const NetworkWeights& weights, const std::string& where)
 }
 
 Trainer::~Trainer() = default;
+
+const TrainingOptions& Trainer::Options() const { return impl_->options; }
 
 long Trainer::Iteration() const { return impl_->iteration; }
 

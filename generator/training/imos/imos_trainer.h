@@ -5,12 +5,14 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "generator/imos/action_sequence.h"
 #include "generator/imos/config.h"
 #include "generator/imos/weights.h"
 #include "generator/training/imos/imos_losses.h"
+#include "generator/training/training_run.h"
 
 namespace holdfast::imos {
 
@@ -72,11 +74,19 @@ struct RolloutErrors {
   double object_m = 0.0;      ///< the object's translation
   double root_m = 0.0;        ///< SMPL-X translation
   double still_m = 0.0;       ///< MPJPE of standing still from the last given key frame on
+
+  static constexpr std::pair<const char*, double RolloutErrors::*> kParts[] = {
+      {"mpjpe_m", &RolloutErrors::mpjpe_m},
+      {"wrists_m", &RolloutErrors::wrists_m},
+      {"last_wrist_m", &RolloutErrors::last_wrist_m},
+      {"object_m", &RolloutErrors::object_m},
+      {"root_m", &RolloutErrors::root_m},
+      {"still_m", &RolloutErrors::still_m}};
 };
 
 /// Trains the networks of IMoS, batch by batch. The same sequences, options and seed give the same
 /// weights on one machine whatever the number of threads, and after Save and Load.
-class Trainer {
+class Trainer : public IterativeTrainer {
  public:
   /// `embeddings` (29 x E): given ones; empty to begin with random ones. Throws Error for no
   /// sequences, options that make no sense, and embeddings of another size.
@@ -85,9 +95,10 @@ class Trainer {
   /// Begins with weights that were trained before, the present encoder's too, where none of Load's
   /// follow. Throws Error where they are of another configuration, or lack a tensor.
   void StartFrom(const NetworkWeights& weights, const std::string& where);
-  ~Trainer();
+  ~Trainer() override;
 
-  long Iteration() const;
+  const TrainingOptions& Options() const;
+  long Iteration() const override;
   /// Batches of an epoch: every sequence once, those left over after whole batches in other epochs.
   long BatchesPerEpoch() const;
   double LearningRate() const;
@@ -99,12 +110,9 @@ class Trainer {
   Eigen::MatrixXf Rollout(const ActionSequence& sequence, bool sample) const;
 
   NetworkWeights Weights(bool with_training) const;
-  long NumParameters() const;
-
-  /// Everything needed to go on exactly: weights, statistics, moments, schedule. Atomic.
-  void Save(const std::filesystem::path& path) const;
-  /// Throws Error when the file is none of Save's, or of other options.
-  void Load(const std::filesystem::path& path);
+  long NumParameters() const override;
+  void Save(const std::filesystem::path& path) const override;
+  void Load(const std::filesystem::path& path) override;
 
  private:
   struct Impl;

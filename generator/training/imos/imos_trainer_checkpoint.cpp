@@ -44,9 +44,7 @@ void Trainer::Save(const std::filesystem::path& path) const {
         fmt::format("{:.17g} {:.17g} {} {:.17g}", optimizer.plateau.rate, optimizer.plateau.best,
                     optimizer.plateau.bad_epochs, optimizer.epoch_loss));
   }
-  for (const auto& [name, tensor] : s.critic.Network().Tensors()) {
-    file.Add("critic." + name, tensor);
-  }
+  file.Add("critic", s.critic.Network());
   file.AddMoments<AdamState>("critic_adam", s.critic.Optimizer(), s.critic.Network().Parameters());
   file.Write(path);
 }
@@ -64,8 +62,7 @@ void Trainer::Load(const std::filesystem::path& path) {
       file.Damaged(fmt::format("has no schedule of '{}'", optimizer.name));
     }
   }
-  s.critic.Network().ForEach(
-      [&](const std::string& name, torch::Tensor& tensor) { file.Fill("critic." + name, tensor); });
+  file.Fill("critic", s.critic.Network());
   file.ReadMoments<AdamState>("critic_adam", s.critic.Network().Parameters(), s.critic.Optimizer());
   s.iteration = std::atol(file.Text("iteration").c_str());
 }

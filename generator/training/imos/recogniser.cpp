@@ -13,6 +13,7 @@
 
 #include "generator/nn/random_stream.h"
 #include "generator/training/imos/motion_augmentation.h"
+#include "generator/training/network_tensors.h"
 #include "geometry/error.h"
 
 namespace holdfast::imos {
@@ -173,8 +174,7 @@ TorchRecogniser::TorchRecogniser(const RecogniserWeights& weights)
   static_cast<void>(Recogniser(weights));  // checks names and shapes
   const torch::NoGradGuard no_gradients;
   for (auto& [name, parameter] : impl_->Parameters()) {
-    const nn::Tensor& tensor = weights.tensors.at(name);
-    parameter.copy_(torch::from_blob(const_cast<float*>(tensor.values.data()), parameter.sizes()));
+    parameter.copy_(wandr::TorchTensorOf(weights.tensors.at(name)));
   }
 }
 
@@ -183,12 +183,7 @@ TorchRecogniser::~TorchRecogniser() = default;
 RecogniserWeights TorchRecogniser::Weights() const {
   RecogniserWeights weights;
   for (const auto& [name, parameter] : impl_->Parameters()) {
-    const torch::Tensor values = parameter.detach().contiguous();
-    nn::Tensor& tensor = weights.tensors[name];
-    for (const auto length : values.sizes()) {
-      tensor.shape.push_back(static_cast<std::size_t>(length));
-    }
-    tensor.values.assign(values.data_ptr<float>(), values.data_ptr<float>() + values.numel());
+    weights.tensors[name] = wandr::TensorOf(parameter);
   }
   return weights;
 }

@@ -5,7 +5,7 @@
 
 #include <torch/torch.h>
 
-#include "generator/training/torch_network.h"
+#include "generator/training/least_squares_critic.h"
 
 namespace holdfast::wandr {
 
@@ -16,7 +16,7 @@ namespace holdfast::wandr {
 /// A moment is what a condition says but the intention, and the delta that follows: the pose, how
 /// it was come to, how it goes on (403 numbers, normalised). Feet that slide, bodies that lean and
 /// steps that are none show in it.
-class MotionCritic {
+class MotionCritic : public LeastSquaresCritic {
  public:
   static constexpr int kWidth = 128, kBlocks = 2;
 
@@ -30,15 +30,6 @@ class MotionCritic {
 
   /// One step of its own learning; returns the share it judges rightly.
   double Learn(const torch::Tensor& true_moments, const torch::Tensor& own_moments);
-
-  TorchNetwork& Network() { return network_; }
-  const TorchNetwork& Network() const { return network_; }
-  torch::optim::Adam& Optimizer() { return optimizer_; }
-  const torch::optim::Adam& Optimizer() const { return optimizer_; }
-
- private:
-  TorchNetwork network_;
-  torch::optim::Adam optimizer_;
 };
 
 }  // namespace holdfast::wandr

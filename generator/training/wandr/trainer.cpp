@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include "generator/nn/any_weights.h"
@@ -17,15 +16,6 @@ namespace {
 
 constexpr int kWarmUp = 100;        // iterations
 constexpr double kLastRate = 0.02;  // share of the learning rate that is left at the end
-
-// Sums of products that several threads share depend on how many there are.
-void UseOneThreadForProducts() {
-  at::set_num_threads(1);
-  using SetThreads = void (*)(int);
-  if (void* const set = dlsym(RTLD_DEFAULT, "openblas_set_num_threads")) {
-    reinterpret_cast<SetThreads>(set)(1);
-  }
-}
 
 nn::TensorMap StartingTensors(const TrainingOptions& options, bool decoder) {
   const int condition = ConditionSize(options.layout), latent = options.latent_size;
@@ -123,6 +113,8 @@ Trainer::Trainer(const Corpus& corpus, const BoneOffsets<float>& bones,
 }
 
 Trainer::~Trainer() = default;
+
+const TrainingOptions& Trainer::Options() const { return impl_->options; }
 
 long Trainer::Iteration() const { return impl_->iteration; }
 

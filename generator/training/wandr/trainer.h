@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 
+#include "generator/training/training_run.h"
 #include "generator/training/wandr/corpus.h"
 #include "generator/training/wandr/unrolled_batch.h"
 #include "generator/training/wandr/window_sampler.h"
@@ -75,19 +77,32 @@ struct TrainingLosses {
   bool free = false;
   double total = 0.0;
   double gradient = 0.0;  ///< norm, before it is clipped
+
+  static constexpr std::pair<const char*, double TrainingLosses::*> kParts[] = {
+      {"translation", &TrainingLosses::translation},
+      {"orientation", &TrainingLosses::orientation},
+      {"pose", &TrainingLosses::pose},
+      {"kl", &TrainingLosses::kl},
+      {"joints", &TrainingLosses::joints},
+      {"goal", &TrainingLosses::goal},
+      {"doubt", &TrainingLosses::doubt},
+      {"critic", &TrainingLosses::critic},
+      {"total", &TrainingLosses::total},
+      {"gradient", &TrainingLosses::gradient}};
 };
 
 /// Trains encoder and decoder, iteration by iteration. The same corpus, options and seed give the
 /// same weights on one machine whatever the number of threads, and after Save and Load.
-class Trainer {
+class Trainer : public IterativeTrainer {
  public:
   /// `corpus` must outlive it. With `from`, begins with those weights and their statistics; the
   /// network's sizes are then theirs. Throws Error when they have no encoder.
   Trainer(const Corpus& corpus, const BoneOffsets<float>& bones, const TrainingOptions& options,
           const NetworkWeights* from = nullptr);
-  ~Trainer();
+  ~Trainer() override;
 
-  long Iteration() const;
+  const TrainingOptions& Options() const;
+  long Iteration() const override;
   /// One more; returns its losses. Throws Error when they are no longer finite.
   TrainingLosses Step();
   /// Losses of the averaged weights on clips not trained on, teacher-forced, latents encoded.
@@ -95,12 +110,9 @@ class Trainer {
 
   /// The running average of the weights.
   NetworkWeights Weights(bool with_encoder) const;
-  long NumParameters() const;
-
-  /// Everything needed to go on exactly: weights, averages, moments, iteration. Atomic.
-  void Save(const std::filesystem::path& path) const;
-  /// Throws Error when the file is none of Save's, or of other options.
-  void Load(const std::filesystem::path& path);
+  long NumParameters() const override;
+  void Save(const std::filesystem::path& path) const override;
+  void Load(const std::filesystem::path& path) override;
 
  private:
   struct Impl;

@@ -31,15 +31,12 @@ void Trainer::Save(const std::filesystem::path& path) const {
   CheckpointWriter file(kFormat, Fingerprint(s.options, s.corpus));
   file.AddText("iteration", std::to_string(s.iteration));
   file.AddText("reference_since", std::to_string(s.reference_since));
-  const auto add = [&](const std::string& prefix, const TorchNetwork& network) {
-    for (const auto& [name, tensor] : network.Tensors()) file.Add(prefix + "." + name, tensor);
-  };
-  add("decoder", s.decoder);
-  add("encoder", s.encoder);
-  add("mean.decoder", s.mean_decoder);
-  add("mean.encoder", s.mean_encoder);
-  if (s.reference) add("reference", *s.reference);
-  add("critic", s.critic.Network());
+  file.Add("decoder", s.decoder);
+  file.Add("encoder", s.encoder);
+  file.Add("mean.decoder", s.mean_decoder);
+  file.Add("mean.encoder", s.mean_encoder);
+  if (s.reference) file.Add("reference", *s.reference);
+  file.Add("critic", s.critic.Network());
   file.AddMoments<AdamWState>("adam", s.optimizer, s.AllParameters());
   file.AddMoments<AdamState>("critic_adam", s.critic.Optimizer(), s.critic.Network().Parameters());
   file.Write(path);
@@ -48,22 +45,17 @@ void Trainer::Save(const std::filesystem::path& path) const {
 void Trainer::Load(const std::filesystem::path& path) {
   Impl& s = *impl_;
   const CheckpointReader file(path, kFormat, Fingerprint(s.options, s.corpus));
-  const auto read = [&](const std::string& prefix, TorchNetwork& network) {
-    network.ForEach([&](const std::string& name, torch::Tensor& tensor) {
-      file.Fill(prefix + "." + name, tensor);
-    });
-  };
-  read("decoder", s.decoder);
-  read("encoder", s.encoder);
-  read("mean.decoder", s.mean_decoder);
-  read("mean.encoder", s.mean_encoder);
+  file.Fill("decoder", s.decoder);
+  file.Fill("encoder", s.encoder);
+  file.Fill("mean.decoder", s.mean_decoder);
+  file.Fill("mean.encoder", s.mean_encoder);
   if (file.Has("reference." + std::string(s.options.residual ? "input" : "layers.1") + ".weight")) {
     s.reference = s.mean_decoder.Frozen();
-    read("reference", *s.reference);
+    file.Fill("reference", *s.reference);
   }
   file.ReadMoments<AdamWState>("adam", s.AllParameters(), s.optimizer);
   if (file.Has("critic.input.weight")) {
-    read("critic", s.critic.Network());
+    file.Fill("critic", s.critic.Network());
     file.ReadMoments<AdamState>("critic_adam", s.critic.Network().Parameters(),
                                 s.critic.Optimizer());
   }

@@ -13,6 +13,7 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/decimate.h"
 #include "geometry/mesh/mesh_check.h"
+#include "geometry/suggestion.h"
 
 namespace holdfast {
 
@@ -36,9 +37,10 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale) {
     file = ReadMeshFile(path_or_name);
   } else {
     if (!embedded) {
-      throw Error(
-          path_or_name, "is neither a file nor an embedded object",
-          fmt::format("Give a mesh (.obj .ply .stl .off), or one of: {}", fmt::join(names, ", ")));
+      throw Error(path_or_name, "is neither a file nor an embedded object",
+                  Suggestion(path_or_name, names) +
+                      fmt::format("Give a mesh (.obj .ply .stl .off), or one of: {}",
+                                  fmt::join(names, ", ")));
     }
     const EmbeddedFile inside = FindEmbedded(fmt::format("objects/{}.ply", path_or_name));
     file = ReadMeshBytes({reinterpret_cast<const char*>(inside.bytes.data()), inside.bytes.size()},
@@ -55,12 +57,13 @@ LoadedObject ObjectOfMesh(const TriangleMesh& mesh, std::string name, std::strin
   LoadedObject object;
   object.name = std::move(name);
   object.source = std::move(source);
-  RepairedMesh repaired = NamingMesh(object.source, [&] { return RepairMesh(mesh); });
+  RepairedMesh repaired = NamingSource("mesh", object.source, [&] { return RepairMesh(mesh); });
   object.mesh = std::move(repaired.mesh);
   object.mesh.vertices *= scale;
   RequireInRange(object.mesh, object.source);
   object.notes = std::move(repaired.actions);
-  const MeshReport report = NamingMesh(object.source, [&] { return CheckMesh(object.mesh); });
+  const MeshReport report =
+      NamingSource("mesh", object.source, [&] { return CheckMesh(object.mesh); });
   object.implausible_size = report.implausible_size;
   object.suggested_scale = report.suggested_scale;
   if (report.implausible_size) {
@@ -98,7 +101,8 @@ TriangleMesh ForFitting(const LoadedObject& object, int vertices, std::vector<st
   DecimateOptions options;
   options.vertices = vertices;
   options.samples = 0;
-  DecimateResult result = NamingMesh(object.source, [&] { return Decimate(object.mesh, options); });
+  DecimateResult result =
+      NamingSource("mesh", object.source, [&] { return Decimate(object.mesh, options); });
   if (notes != nullptr) {
     for (std::string& note : result.notes) notes->push_back(std::move(note));
   }

@@ -30,17 +30,6 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale = 1.0);
 LoadedObject ObjectOfMesh(const TriangleMesh& mesh, std::string name, std::string source,
                           double scale = 1.0);
 
-/// What `work` gives; an Error of it about "mesh" is thrown on as one about `source`.
-template <typename Work>
-auto NamingMesh(const std::string& source, const Work& work) {
-  try {
-    return work();
-  } catch (const Error& error) {
-    if (error.Where() != "mesh") throw;
-    throw Error(source, error.Problem(), error.Remedy());
-  }
-}
-
 /// Throws Error for an object that is no size for a hand, with the scale that would help.
 void RequireHandheld(const LoadedObject& object);
 

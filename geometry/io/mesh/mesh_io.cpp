@@ -10,12 +10,14 @@
 #include <sstream>
 
 #include <fmt/format.h>
-#include <Eigen/Geometry>
+#include <OpenMesh/Core/IO/IOManager.hh>
+#include <OpenMesh/Core/IO/exporter/ExporterT.hh>
+#include <OpenMesh/Core/Mesh/DefaultTriMesh.hh>
+#include <OpenMesh/Core/System/omstream.hh>
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_scan.h"
-#include "geometry/io/mesh/openmesh_soup.h"
 #include "geometry/mesh/mesh_parts.h"
 
 namespace holdfast {
@@ -24,34 +26,29 @@ namespace {
 namespace fs = std::filesystem;
 namespace om = OpenMesh;
 
-/// OpenMesh's readers and writers are objects with state of which there is one per process, and
-/// they report to streams of the process. One at a time, and in silence.
-class OpenMeshSession {
+/// Shows a TriangleMesh to OpenMesh's writers, manifold or not: OpenMesh's own mesh, which would
+/// refuse faces, holds nothing. The mesh must outlive it.
+class SoupExporter final : public om::IO::ExporterT<om::TriMesh> {
  public:
-  OpenMeshSession() : lock_(Mutex()) {
-    for (om::mostream* stream : Streams()) {
-      was_enabled_.push_back(stream->is_enabled());
-      stream->disable();
-    }
+  explicit SoupExporter(const TriangleMesh& mesh) : ExporterT(nothing_), mesh_(mesh) {}
+
+  om::Vec3d pointd(om::VertexHandle v) const override {
+    const auto p = mesh_.vertices.col(v.idx());
+    return {p.x(), p.y(), p.z()};
   }
-  ~OpenMeshSession() {
-    const std::vector<om::mostream*> streams = Streams();
-    for (std::size_t i = 0; i < streams.size(); ++i) {
-      if (was_enabled_[i]) streams[i]->enable();
-    }
+  om::Vec3f point(om::VertexHandle v) const override { return om::Vec3f(pointd(v)); }
+  unsigned int get_vhandles(om::FaceHandle f,
+                            std::vector<om::VertexHandle>& corners) const override {
+    corners.clear();
+    for (int k = 0; k < 3; ++k) corners.emplace_back(mesh_.faces(k, f.idx()));
+    return 3;
   }
-  OpenMeshSession(const OpenMeshSession&) = delete;
-  OpenMeshSession& operator=(const OpenMeshSession&) = delete;
+  std::size_t n_vertices() const override { return mesh_.NumVertices(); }
+  std::size_t n_faces() const override { return mesh_.NumFaces(); }
 
  private:
-  static std::mutex& Mutex() {
-    static std::mutex mutex;
-    return mutex;
-  }
-  static std::vector<om::mostream*> Streams() { return {&omerr(), &omlog(), &omout()}; }
-
-  std::scoped_lock<std::mutex> lock_;
-  std::vector<bool> was_enabled_;
+  const TriangleMesh& mesh_;
+  om::TriMesh nothing_;
 };
 
 /// ".OBJ" -> "obj". Throws Error unless it is a format we know.
@@ -103,49 +100,28 @@ MeshFile ReadMeshFile(const fs::path& path) {
   return ReadMeshBytes(ReadFile(path, std::numeric_limits<int>::max()), path);
 }
 
-MeshFile ReadMeshBytes(std::string bytes, const fs::path& path) {
+MeshFile ReadMeshBytes(std::string_view bytes, const fs::path& path) {
   const std::string name = path.string();
   const std::string format = FormatOf(path);
   if (bytes.empty()) throw Error(name, "is empty", "Copy or export it again");
-  MeshScan scan = Scan(format, bytes, name);
-  if (!scan.plain.empty()) bytes = std::move(scan.plain);
-
-  // Loose corners of .stl files become vertices there; all other positions are known already.
-  const bool is_stl = format == "stl";
-  const std::size_t num_expected = is_stl ? scan.num_triangles : scan.polygon_begin.size() - 1;
-  SoupImporter soup(is_stl, num_expected, is_stl ? 3 * num_expected : scan.polygon_ids.size());
-  {
-    const OpenMeshSession session;
-    om::IO::Options options(om::IO::Options::Binary);
-    std::istringstream stream(std::move(bytes));
-    if (!om::IO::IOManager().read(stream, std::string(scan.format), soup, options)) {
-      throw Error(name, "cannot be read as ." + format, "Check the file, or export it again");
-    }
-  }
-
-  MeshFile file;
-  TriangleMesh& mesh = file.mesh;
-  const std::vector<Eigen::Vector3d>& positions = is_stl ? soup.positions : scan.positions;
-  const std::size_t num_polygons = soup.polygon_begin.size() - 1;
-  if (soup.n_vertices() != positions.size() || num_polygons > num_expected ||
-      (!is_stl && num_polygons < num_expected)) {
-    throw Error(name, "was read in part only", "Convert it to .ply, or export it again");
-  }
-  const std::size_t num_left_out = scan.num_left_out + num_expected - num_polygons;
+  const MeshScan scan = Scan(format, bytes, name);
+  const std::size_t num_polygons = scan.polygon_begin.size() - 1;
   if (num_polygons == 0) {
     throw Error(name, "has no face with three different corners", "A surface is needed");
   }
-  mesh.vertices.resize(3, static_cast<Eigen::Index>(positions.size()));
-  for (std::size_t v = 0; v < positions.size(); ++v) mesh.vertices.col(v) = positions[v];
+  MeshFile file;
+  TriangleMesh& mesh = file.mesh;
+  mesh.vertices.resize(3, static_cast<Eigen::Index>(scan.positions.size()));
+  for (Eigen::Index v = 0; v < mesh.NumVertices(); ++v) mesh.vertices.col(v) = scan.positions[v];
 
   std::size_t num_split = 0;
-  mesh.faces.resize(3, static_cast<Eigen::Index>(soup.polygon_ids.size() - 2 * num_polygons));
+  mesh.faces.resize(3, static_cast<Eigen::Index>(scan.polygon_ids.size() - 2 * num_polygons));
   Eigen::Index next = 0;
   for (std::size_t p = 0; p < num_polygons; ++p) {
-    const int begin = soup.polygon_begin[p];
-    const int end = soup.polygon_begin[p + 1];
+    const int begin = scan.polygon_begin[p];
+    const int end = scan.polygon_begin[p + 1];
     num_split += end - begin > 3;
-    SplitPolygon(std::span(soup.polygon_ids).subspan(begin, end - begin),
+    SplitPolygon(std::span(scan.polygon_ids).subspan(begin, end - begin),
                  [&](int a, int b, int c) { mesh.faces.col(next++) << a, b, c; });
   }
   RequireInRange(mesh, name);
@@ -153,8 +129,9 @@ MeshFile ReadMeshBytes(std::string bytes, const fs::path& path) {
     file.notes.push_back(fmt::format("{} of {} faces had more than three corners and were split.",
                                      num_split, num_polygons));
   }
-  if (num_left_out > 0) {
-    file.notes.push_back(fmt::format("{} faces that repeat a corner were left out.", num_left_out));
+  if (scan.num_left_out > 0) {
+    file.notes.push_back(
+        fmt::format("{} faces that repeat a corner were left out.", scan.num_left_out));
   }
   return file;
 }
@@ -176,12 +153,17 @@ void WriteMesh(const TriangleMesh& mesh, const fs::path& path) {
   const std::streamsize precision = format == "obj" ? 12 : 17;
   std::ostringstream stream;
   {
-    const OpenMeshSession session;
+    // OpenMesh's writers are objects with state of which there is one per process, and they report
+    // to a stream of the process: one at a time, and in silence.
+    static std::mutex mutex;
+    const std::scoped_lock lock(mutex);
+    const bool was_enabled = omlog().is_enabled();
+    omlog().disable();
     SoupExporter soup(mesh);
     const om::IO::Options options(binary ? om::IO::Options::Binary : om::IO::Options::Default);
-    if (!om::IO::IOManager().write(stream, format, soup, options, precision)) {
-      throw Error(name, "could not be written as ." + format, "Try .ply");
-    }
+    const bool written = om::IO::IOManager().write(stream, format, soup, options, precision);
+    if (was_enabled) omlog().enable();
+    if (!written) throw Error(name, "could not be written as ." + format, "Try .ply");
   }
   WriteAtomically(path, stream.view());
 }

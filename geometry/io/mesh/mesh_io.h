@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "geometry/mesh/mesh.h"
@@ -16,16 +17,14 @@ struct MeshFile {
   std::vector<std::string> notes;  ///< what was done on the way, as plain sentences
 };
 
-/// Reads a surface mesh through OpenMesh by its extension, in capitals or not: `.obj`, `.ply` (text
+/// Reads a surface mesh by its extension, in capitals or not: `.obj`, `.ply` (text
 /// and binary, either byte order), `.stl` (text and binary), `.off` (text). Numbers are taken as
 /// metres; texture, normals, colours and materials are passed over. Faces are kept when doubled,
 /// without area or non-manifold; in .obj and .stl files each corner of a face is taken once, and
 /// faces of fewer than three are left out (noted). An .stl file holds loose triangles: corners at
 /// the same place become one vertex.
 ///
-/// OpenMesh 9 trusts what it reads and holds positions in single precision, so a scanner goes over
-/// each file first (geometry/io/mesh/mesh_scan.h), and positions are taken from there: in double
-/// precision where the file has it.
+/// Positions are in double precision where the file has it.
 ///
 /// Throws Error naming the file, the line where there are lines, and the fault: missing, a folder,
 /// empty, unknown extension, truncated, not of its format, NaN or infinite coordinates, vertex ids
@@ -34,7 +33,7 @@ struct MeshFile {
 MeshFile ReadMeshFile(const std::filesystem::path& path);
 
 /// The same for a file's content; `path` tells the format and goes into messages.
-MeshFile ReadMeshBytes(std::string bytes, const std::filesystem::path& path);
+MeshFile ReadMeshBytes(std::string_view bytes, const std::filesystem::path& path);
 
 /// The mesh of ReadMeshFile.
 TriangleMesh ReadMesh(const std::filesystem::path& path);

@@ -2,7 +2,6 @@
 #include "geometry/io/mesh/mesh_scan.h"
 
 #include <algorithm>
-#include <bit>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -13,6 +12,8 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/mesh/mesh_parts.h"
+#include "geometry/mesh/mesh_topology.h"
 
 namespace holdfast {
 namespace {
@@ -70,7 +71,7 @@ class Lines {
       Fail(fmt::format("'{}' is not a number", Excerpt(word)),
            "Check the file, or export it again");
     }
-    // OpenMesh keeps single precision, so that is the range.
+    // Meshes are written in single precision, so that is the range.
     if (!std::isfinite(static_cast<float>(value)) || error != std::errc()) {
       Fail(fmt::format("the coordinate '{}' is not finite", Excerpt(word)),
            "Remove the vertex, or export the mesh again");
@@ -163,46 +164,31 @@ void EndObjPolygon(MeshScan& scan, std::vector<int>& last_seen_in, const Lines& 
   }
 }
 
-/// As a binary file: OpenMesh takes any line of a text with "outer" in it for a triangle, the name
-/// too.
-void WritePlainStl(const std::vector<float>& corners, MeshScan& scan) {
-  std::string& out = scan.plain;
-  out.assign(kStlHeader, '\0');
-  const auto count = static_cast<std::uint32_t>(scan.num_triangles);
-  std::memcpy(out.data() + 80, &count, sizeof count);
-  for (std::size_t t = 0; t < scan.num_triangles; ++t) {
-    out.append(12, '\0');
-    out.append(reinterpret_cast<const char*>(&corners[9 * t]), 36);
-    out.append(2, '\0');
+/// Loose triangles, nine numbers each, as polygons: corners at the same place become one vertex.
+void WeldTriangles(const std::vector<float>& numbers, MeshScan& scan) {
+  const Eigen::Matrix3Xd corners =
+      Eigen::Map<const Eigen::Matrix3Xf>(numbers.data(), 3,
+                                         static_cast<Eigen::Index>(numbers.size() / 3))
+          .cast<double>();
+  const std::vector<int> first = FirstAtSamePlace(corners);
+  std::vector<int> vertex(first.size());
+  for (int c = 0; c < corners.cols(); ++c) {
+    if (first[c] == c) {
+      vertex[c] = static_cast<int>(scan.positions.size());
+      scan.positions.emplace_back(corners.col(c));
+    }
+    vertex[c] = vertex[first[c]];
+    if (c % 3 < 2) continue;
+    if (HasRepeatedCorner({vertex[c - 2], vertex[c - 1], vertex[c]})) {
+      ++scan.num_left_out;
+      continue;
+    }
+    scan.polygon_ids.insert(scan.polygon_ids.end(), {vertex[c - 2], vertex[c - 1], vertex[c]});
+    scan.polygon_begin.push_back(static_cast<int>(scan.polygon_ids.size()));
   }
 }
 
 }  // namespace
-
-void WritePlainPly(MeshScan& scan) {
-  static_assert(std::endian::native == std::endian::little, "written for little-endian machines");
-  scan.format = "ply";
-  std::string& out = scan.plain;
-  out = fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\n"
-      "property float y\nproperty float z\nelement face {}\n"
-      "property list int int vertex_indices\nend_header\n",
-      scan.positions.size(), scan.polygon_begin.size() - 1);
-  out.reserve(out.size() + 12 * scan.positions.size() +
-              4 * (scan.polygon_begin.size() + scan.polygon_ids.size()));
-  const auto append = [&](auto value) {
-    out.append(reinterpret_cast<const char*>(&value), sizeof value);
-  };
-  for (const Eigen::Vector3d& p : scan.positions) {
-    for (int k = 0; k < 3; ++k) append(static_cast<float>(p[k]));
-  }
-  for (std::size_t f = 0; f + 1 < scan.polygon_begin.size(); ++f) {
-    append(std::int32_t{scan.polygon_begin[f + 1] - scan.polygon_begin[f]});
-    for (int i = scan.polygon_begin[f]; i < scan.polygon_begin[f + 1]; ++i) {
-      append(std::int32_t{scan.polygon_ids[i]});
-    }
-  }
-}
 
 MeshScan ScanObj(std::string_view bytes, const std::string& name) {
   // Faces in a pass of their own: they may name vertices that come later.
@@ -239,8 +225,7 @@ MeshScan ScanObj(std::string_view bytes, const std::string& name) {
     for (std::string_view word = again.Word(); !word.empty() && word[0] != '#';
          word = again.Word()) {
       if (word == "\\") {
-        again.Fail("a face continues on the next line, which OpenMesh does not read",
-                   "Join the lines");
+        again.Fail("a face continues on the next line, which is not read", "Join the lines");
       }
       long long id = 0;
       const std::string_view vertex = word.substr(0, word.find('/'));
@@ -257,7 +242,6 @@ MeshScan ScanObj(std::string_view bytes, const std::string& name) {
     EndObjPolygon(scan, last_seen_in, again);
   }
   if (scan.num_left_out == 0) RequireSurface(scan, name);
-  WritePlainPly(scan);
   return scan;
 }
 
@@ -318,18 +302,17 @@ MeshScan ScanOff(std::string_view bytes, const std::string& name) {
     EndPolygon(scan, lines);
     while (!lines.Word().empty()) continue;  // colours
   }
-  WritePlainPly(scan);
   return scan;
 }
 
 MeshScan ScanStl(std::string_view bytes, const std::string& name) {
   MeshScan scan;
-  scan.format = "stl";
   // Binary files may begin with "solid" too: the size decides.
   std::uint32_t count = 0;
   if (bytes.size() >= kStlHeader) std::memcpy(&count, bytes.data() + 80, sizeof count);
   const bool size_fits =
       bytes.size() >= kStlHeader && bytes.size() - kStlHeader == std::size_t{count} * kStlTriangle;
+  std::vector<float> corners;
   std::string_view start = bytes;
   while (!start.empty() && (IsBlank(start.front()) || start.front() == '\n'))
     start.remove_prefix(1);
@@ -344,7 +327,6 @@ MeshScan ScanStl(std::string_view bytes, const std::string& name) {
       return text;
     };
     bool ended = false;
-    std::vector<float> corners;
     while (lines.Next()) {
       const std::string word = lower(lines.Word());
       ended = ended || word == "endsolid";
@@ -357,10 +339,8 @@ MeshScan ScanStl(std::string_view bytes, const std::string& name) {
           corners.push_back(static_cast<float>(lines.Coordinate(lines.Word())));
         }
       }
-      ++scan.num_triangles;
     }
     if (!ended) lines.Fail("ends without 'endsolid'", kTruncated);
-    WritePlainStl(corners, scan);
   } else {
     if (!size_fits) {
       throw Error(
@@ -371,19 +351,19 @@ MeshScan ScanStl(std::string_view bytes, const std::string& name) {
                             count, kStlHeader + std::size_t{count} * kStlTriangle, bytes.size()),
           kTruncated);
     }
-    scan.num_triangles = count;
+    corners.resize(9 * std::size_t{count});
     for (std::size_t t = 0; t < count; ++t) {
-      float corner[9];
-      std::memcpy(corner, bytes.data() + kStlHeader + t * kStlTriangle + 12, sizeof corner);
-      for (const float value : corner) {
-        if (!std::isfinite(value)) {
+      std::memcpy(&corners[9 * t], bytes.data() + kStlHeader + t * kStlTriangle + 12, 36);
+      for (std::size_t i = 9 * t; i < 9 * t + 9; ++i) {
+        if (!std::isfinite(corners[i])) {
           throw Error(name, fmt::format("triangle {} has a coordinate that is not finite", t),
                       "Remove the triangle, or export the mesh again");
         }
       }
     }
   }
-  if (scan.num_triangles == 0) NoElements(name, "faces");
+  if (corners.empty()) NoElements(name, "faces");
+  WeldTriangles(corners, scan);
   return scan;
 }
 

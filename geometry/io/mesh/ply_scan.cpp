@@ -72,9 +72,6 @@ class PlyScanner {
         }
       }
     }
-    // Also of files without anything else in them: OpenMesh never returns from a header whose
-    // version is no number, and takes the corner "3.0" of a text for two.
-    WritePlainPly(scan_);
     return std::move(scan_);
   }
 
@@ -303,7 +300,7 @@ class PlyScanner {
                                                 : -1;
         if (axis >= 0) p[axis] = value;
       }
-      // OpenMesh keeps single precision, so that is the range.
+      // Meshes are written in single precision, so that is the range.
       if (!p.cast<float>().allFinite()) {
         Fail(fmt::format("vertex {} has a coordinate that is not finite", v),
              "Remove the vertex, or export the mesh again");

@@ -35,17 +35,8 @@ class ObjectData final : public ceres::SizedCostFunction<6, 4, 3> {
     r.head<3>() = scale_ * (Eigen::Map<const Eigen::Vector3d>(parameters[1]) - given_.translation);
     r.tail<3>() = scale_ * kLever * turn;
     if (jacobians == nullptr) return true;
-    if (jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 6, 4, Eigen::RowMajor>> J(jacobians[0]);
-      J.topRows<3>().setZero();
-      const Eigen::Matrix3d J_turn_delta = InverseLeftJacobianSO3(turn).transpose();
-      J.bottomRows<3>() = scale_ * kLever * RotationManifold::Lift(J_turn_delta, parameters[0]);
-    }
-    if (jacobians[1] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 6, 3, Eigen::RowMajor>> J(jacobians[1]);
-      J.setZero();
-      J.topRows<3>().diagonal().setConstant(scale_);
-    }
+    FillPoseJacobians(parameters, jacobians, 0, scale_, scale_ * kLever,
+                      InverseLeftJacobianSO3(turn).transpose(), Eigen::Matrix3d::Identity());
     return true;
   }
 

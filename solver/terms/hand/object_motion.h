@@ -57,16 +57,7 @@ class ObjectVelocity final : public ceres::SizedCostFunction<6, 4, 3, 4, 3> {
     r.tail<3>() = scale_ * lever_ * turn.turn;
     if (jacobians == nullptr) return true;
     const auto fill = [&](int block, const Eigen::Matrix3d& d_turn, const Eigen::Matrix3d& d_T) {
-      if (jacobians[block] != nullptr) {
-        Eigen::Map<Eigen::Matrix<double, 6, 4, Eigen::RowMajor>> J(jacobians[block]);
-        J.topRows<3>().setZero();
-        J.bottomRows<3>() = scale_ * lever_ * RotationManifold::Lift(d_turn, parameters[block]);
-      }
-      if (jacobians[block + 1] != nullptr) {
-        Eigen::Map<Eigen::Matrix<double, 6, 3, Eigen::RowMajor>> J(jacobians[block + 1]);
-        J.topRows<3>() = scale_ * d_T;
-        J.bottomRows<3>().setZero();
-      }
+      FillPoseJacobians(parameters, jacobians, block, scale_, scale_ * lever_, d_turn, d_T);
     };
     fill(0, turn.d_a, -a_.linear().transpose());
     fill(2, turn.d_b, b_.linear().transpose());
@@ -103,16 +94,7 @@ class ObjectAcceleration final : public ceres::SizedCostFunction<6, 4, 3, 4, 3, 
     r.tail<3>() = scale_ * lever_ * (after.turn - before.turn);
     if (jacobians == nullptr) return true;
     const auto fill = [&](int block, const Eigen::Matrix3d& d_turn, const Eigen::Matrix3d& d_T) {
-      if (jacobians[block] != nullptr) {
-        Eigen::Map<Eigen::Matrix<double, 6, 4, Eigen::RowMajor>> J(jacobians[block]);
-        J.topRows<3>().setZero();
-        J.bottomRows<3>() = scale_ * lever_ * RotationManifold::Lift(d_turn, parameters[block]);
-      }
-      if (jacobians[block + 1] != nullptr) {
-        Eigen::Map<Eigen::Matrix<double, 6, 3, Eigen::RowMajor>> J(jacobians[block + 1]);
-        J.topRows<3>() = scale_ * d_T;
-        J.bottomRows<3>().setZero();
-      }
+      FillPoseJacobians(parameters, jacobians, block, scale_, scale_ * lever_, d_turn, d_T);
     };
     fill(0, -before.d_a, a_.linear().transpose());
     fill(2, after.d_a - before.d_b, -2.0 * b_.linear().transpose());

@@ -38,17 +38,9 @@ class WristPrior final : public ceres::SizedCostFunction<6, 4, 3> {
     r.head<3>() = scale_ * (before_.translation + before_.rotation * c);
     r.tail<3>() = scale_ * kLever * turn;
     if (jacobians == nullptr) return true;
-    if (jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 6, 4, Eigen::RowMajor>> J(jacobians[0]);
-      J.topRows<3>().setZero();
-      const Eigen::Matrix3d J_turn_delta = InverseLeftJacobianSO3(turn).transpose();
-      J.bottomRows<3>() = scale_ * kLever * RotationManifold::Lift(J_turn_delta, parameters[0]);
-    }
-    if (jacobians[1] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 6, 3, Eigen::RowMajor>> J(jacobians[1]);
-      J.topRows<3>() = scale_ * before_.rotation.toRotationMatrix();
-      J.bottomRows<3>().setZero();
-    }
+    FillPoseJacobians(parameters, jacobians, 0, scale_, scale_ * kLever,
+                      InverseLeftJacobianSO3(turn).transpose(),
+                      before_.rotation.toRotationMatrix());
     return true;
   }
 

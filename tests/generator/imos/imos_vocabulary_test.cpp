@@ -111,12 +111,5 @@ TEST(Vocabulary, EmbeddedMeshesAreInIt) {
   EXPECT_GT(meshes, 10);
 }
 
-TEST(Vocabulary, EditDistanceIsThatOfKnownPairs) {
-  EXPECT_EQ(EditDistance("kitten", "sitting"), 3);
-  EXPECT_EQ(EditDistance("", "abc"), 3);
-  EXPECT_EQ(EditDistance("ab", "ba"), 1);
-  EXPECT_EQ(EditDistance("mug", "mug"), 0);
-}
-
 }  // namespace
 }  // namespace holdfast::imos

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/mesh/nearest.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -18,17 +17,16 @@ namespace {
 
 using Neighbour = NearestPoints::Neighbour;
 
-std::vector<Neighbour> BruteForce(const Eigen::Matrix3Xd& points, const Eigen::Vector3d& query) {
-  std::vector<Neighbour> all(points.cols());
+Neighbour BruteForce(const Eigen::Matrix3Xd& points, const Eigen::Vector3d& query) {
+  Neighbour nearest{-1, std::numeric_limits<double>::infinity()};
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     // Summed in the order of the search, so that ties are ties in both.
     double squared = 0.0;
     for (int k = 0; k < 3; ++k) squared += (query[k] - points(k, i)) * (query[k] - points(k, i));
-    all[i] = {static_cast<int>(i), std::sqrt(squared)};
+    const double distance = std::sqrt(squared);
+    if (distance < nearest.distance) nearest = {static_cast<int>(i), distance};
   }
-  std::stable_sort(all.begin(), all.end(),
-                   [](const Neighbour& a, const Neighbour& b) { return a.distance < b.distance; });
-  return all;
+  return nearest;
 }
 
 struct Cloud {
@@ -73,42 +71,24 @@ TEST(NearestPoints, AgreesWithBruteForceOnHostileClouds) {
       Eigen::Vector3d query(unit(random), unit(random), unit(random));
       if (i % 3 == 0) query = cloud.points.col(i % n);
       if (i % 3 == 1) query = (2.0 * query).array().round() / 2.0;  // between lattice points
-      const std::vector<Neighbour> expected = BruteForce(cloud.points, query);
-      EXPECT_EQ(search.Nearest(query), expected.front());
-      for (const int k : {1, 2, 7, n, n + 5}) {
-        const std::vector<Neighbour> found = search.KNearest(query, k);
-        ASSERT_EQ(found.size(), std::size_t(std::min(k, n)));
-        EXPECT_TRUE(std::equal(found.begin(), found.end(), expected.begin())) << "k = " << k;
-      }
-      // The radius is one of the distances: the limit itself counts.
-      const double radius = expected[std::min<std::size_t>(9, n - 1)].distance;
-      const std::vector<Neighbour> within = search.WithinRadius(query, radius);
-      const auto end = std::find_if(expected.begin(), expected.end(),
-                                    [&](const Neighbour& e) { return e.distance > radius; });
-      ASSERT_EQ(within.size(), std::size_t(end - expected.begin()));
-      EXPECT_TRUE(std::equal(within.begin(), within.end(), expected.begin()));
+      EXPECT_EQ(search.Nearest(query), BruteForce(cloud.points, query));
     }
-  }
-}
-
-TEST(NearestPoints, BatchesAreTheSingleQueries) {
-  const Eigen::Matrix3Xd points = HostileClouds()[0].points;
-  const NearestPoints search(points);
-  const Eigen::Matrix3Xd queries = points.array() + 0.01;
-  const std::vector<Neighbour> batch = search.NearestOfEach(queries);
-  for (Eigen::Index i = 0; i < queries.cols(); ++i) {
-    EXPECT_EQ(batch[i], search.Nearest(queries.col(i)));
   }
 }
 
 TEST(NearestPoints, ServesSeveralThreads) {
   const Eigen::Matrix3Xd points = HostileClouds()[0].points;
   const NearestPoints search(points);
-  const std::vector<Neighbour> expected = search.NearestOfEach(points);
+  const auto nearest_of_each = [&] {
+    std::vector<Neighbour> nearest;
+    for (const auto& point : points.colwise()) nearest.push_back(search.Nearest(point));
+    return nearest;
+  };
+  const std::vector<Neighbour> expected = nearest_of_each();
   std::vector<std::vector<Neighbour>> found(4);
   {
     std::vector<std::jthread> threads;
-    for (auto& mine : found) threads.emplace_back([&] { mine = search.NearestOfEach(points); });
+    for (auto& mine : found) threads.emplace_back([&] { mine = nearest_of_each(); });
   }
   EXPECT_THAT(found, ::testing::Each(expected));
 }
@@ -116,11 +96,6 @@ TEST(NearestPoints, ServesSeveralThreads) {
 TEST(NearestPoints, IsEmptyForAbsurdQueries) {
   const NearestPoints search(HostileClouds()[0].points);
   EXPECT_EQ(search.Nearest(Eigen::Vector3d::Constant(std::nan(""))).id, -1);
-  EXPECT_TRUE(search.KNearest(Eigen::Vector3d::Zero(), 0).empty());
-  EXPECT_TRUE(search.KNearest(Eigen::Vector3d::Zero(), -1).empty());
-  EXPECT_TRUE(search.WithinRadius(Eigen::Vector3d::Zero(), -1.0).empty());
-  EXPECT_TRUE(search.WithinRadius(Eigen::Vector3d::Zero(), std::nan("")).empty());
-  EXPECT_EQ(search.WithinRadius(Eigen::Vector3d::Zero(), 1e300).size(), 500u);
 }
 
 TEST(NearestPoints, RefusesNoPointsAndNoNumbers) {

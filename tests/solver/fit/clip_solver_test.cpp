@@ -135,7 +135,8 @@ TEST(SolveClip, ReportsTheCostOfItsReportedEnergies) {
   const ClipReport report = SolveClip(problem, options, 1, fitted);
   double sum = 0.0;
   for (int t = 0; t < 10; ++t) {
-    sum += report.frames[t].distance + options.lambda_contact * report.frames[t].contact;
+    sum += report.frames[t][EnergyTerm::kDistance] +
+           options.lambda_contact * report.frames[t][EnergyTerm::kContact];
     if (t == 0) continue;
     sum += options.lambda_temporal *
            Temporal::Energy(fitted[t - 1].object.orientation, fitted[t - 1].object.translation,
@@ -233,8 +234,8 @@ TEST(Slip, AnObjectTurnsInTheFingersAndTheySlideOnIt) {
                            ExpSO3(carried.clip.object->orient.col(20))),
               0.05)
         << whole_clip;
-    EXPECT_GT(result.frames[20].energy_slip, 0.0);
-    EXPECT_EQ(result.frames[20].energy_distance, 0.0);
+    EXPECT_GT(result.frames[20].energies[EnergyTerm::kSlip], 0.0);
+    EXPECT_EQ(result.frames[20].energies[EnergyTerm::kDistance], 0.0);
   }
 }
 

@@ -110,9 +110,10 @@ TEST(FitClip, SolvesWithoutTheRigidStartsHelp) {
     EXPECT_EQ(exact.frames[t].stop, StopReason::kConverged) << t;
     const double energy = energy_distance(exact.clip, t);
     EXPECT_GT(energy, 1e-4) << t;
-    EXPECT_NEAR(exact.frames[t].energy_distance, energy, 1e-9 * energy) << t;
+    EXPECT_NEAR(exact.frames[t].energies[EnergyTerm::kDistance], energy, 1e-9 * energy) << t;
     EXPECT_NEAR(energy_distance(fast.clip, t), energy, 1e-6 * energy) << t;
-    EXPECT_NEAR(fast.frames[t].energy_distance, energy, 1e-5 * energy) << t;  // as it is summed
+    EXPECT_NEAR(fast.frames[t].energies[EnergyTerm::kDistance], energy, 1e-5 * energy)
+        << t;  // as it is summed
     EXPECT_LT((fast.clip.object->trans.col(t) - exact.clip.object->trans.col(t)).norm(), 1e-5);
   }
 }
@@ -123,7 +124,8 @@ TEST(FitClip, AClipOfOneFrameIsItsGrasp) {
   const FitResult result = FitClip(rigid.clip, scene.hand, scene.object);
   ASSERT_EQ(result.frames.size(), 1u);
   EXPECT_EQ(result.frames[0].stop, StopReason::kGiven);
-  EXPECT_NEAR(result.frames[0].energy_distance, 0.0, 1e-10);  // what single precision leaves
+  EXPECT_NEAR(result.frames[0].energies[EnergyTerm::kDistance], 0.0,
+              1e-10);  // what single precision leaves
   EXPECT_EQ(result.clip.object->trans, rigid.clip.object->trans);
 }
 

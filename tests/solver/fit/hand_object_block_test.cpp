@@ -70,7 +70,7 @@ TEST(HandObjectBlock, DistanceTermEqualsAllPairResiduals) {
     Setting s(side);
     const HandObjectDistance term(s.scene.object, s.reference, 1.7, PairPrecision::kDouble);
     HandObjectBlock block(&s.state);
-    block.AddTerm(&term);
+    block.AddTerm(EnergyTerm::kDistance, &term);
     HandState plain_state(s.scene.hand);
     plain_state.SetBody(s.scene.pose, s.scene.trans);
     const PlainPairs plain(PlainPairs::Kind::kDistance, &plain_state, s.scene.object, s.reference,
@@ -81,8 +81,8 @@ TEST(HandObjectBlock, DistanceTermEqualsAllPairResiduals) {
     block.Linearize(s.Parameters().data(), system);
     ExpectEqual(system, expected, 1e-10);              // the normal equations
     ExpectEqual(Assemble(block, s), expected, 1e-10);  // the 51 + 1 rows that Ceres gets
-    EXPECT_NEAR(1.7 * 0.5 * block.Energies(s.Parameters().data())[0], expected.cost,
-                1e-10 * expected.cost);
+    EXPECT_NEAR(1.7 * 0.5 * block.EnergiesAt(s.Parameters().data())[EnergyTerm::kDistance],
+                expected.cost, 1e-10 * expected.cost);
   }
 }
 
@@ -93,7 +93,7 @@ TEST(HandObjectBlock, SinglePrecisionStaysClose) {
   HandObjectBlock::System systems[2];
   for (int k = 0; k < 2; ++k) {
     HandObjectBlock block(&s.state);
-    block.AddTerm(k == 0 ? &exact : &fast);
+    block.AddTerm(EnergyTerm::kDistance, k == 0 ? &exact : &fast);
     block.Linearize(s.Parameters().data(), systems[k]);
   }
   ExpectEqual(systems[1], systems[0], 2e-6);
@@ -106,7 +106,7 @@ TEST(HandObjectBlock, ContactClosedFormEqualsAllContactPairs) {
   ASSERT_GT(term.NumPairs(), 20);
   EXPECT_EQ(term.NumPairs(), (s.reference.array() < tau).count());
   HandObjectBlock block(&s.state);
-  block.AddTerm(&term);
+  block.AddTerm(EnergyTerm::kDistance, &term);
   HandState plain_state(s.scene.hand);
   plain_state.SetBody(s.scene.pose, s.scene.trans);
   const PlainPairs plain(PlainPairs::Kind::kContact, &plain_state, s.scene.object, s.reference, tau,
@@ -124,10 +124,10 @@ TEST(HandObjectBlock, TermsAddUp) {
   const Contact contact(s.scene.object, s.reference, 0.02, 50.0);
   HandObjectBlock::System a, b, both;
   HandObjectBlock block_a(&s.state), block_b(&s.state), block_both(&s.state);
-  block_a.AddTerm(&distance);
-  block_b.AddTerm(&contact);
-  block_both.AddTerm(&distance);
-  block_both.AddTerm(&contact);
+  block_a.AddTerm(EnergyTerm::kDistance, &distance);
+  block_b.AddTerm(EnergyTerm::kContact, &contact);
+  block_both.AddTerm(EnergyTerm::kDistance, &distance);
+  block_both.AddTerm(EnergyTerm::kContact, &contact);
   block_a.Linearize(s.Parameters().data(), a);
   block_b.Linearize(s.Parameters().data(), b);
   block_both.Linearize(s.Parameters().data(), both);
@@ -139,8 +139,8 @@ TEST(HandObjectBlock, GradientMatchesCentralDifferences) {
   const HandObjectDistance distance(s.scene.object, s.reference, 1.0, PairPrecision::kDouble);
   const Contact contact(s.scene.object, s.reference, 0.02, 5.0);
   HandObjectBlock block(&s.state);
-  block.AddTerm(&distance);
-  block.AddTerm(&contact);
+  block.AddTerm(EnergyTerm::kDistance, &distance);
+  block.AddTerm(EnergyTerm::kContact, &contact);
   HandObjectBlock::System system;
   block.Linearize(s.Parameters().data(), system);
   const RotationManifold manifold;
@@ -169,7 +169,7 @@ TEST(HandObjectBlock, CostWithoutJacobianIsTheSameCost) {
   Setting s;
   const HandObjectDistance distance(s.scene.object, s.reference, 1.0);
   HandObjectBlock block(&s.state);
-  block.AddTerm(&distance);
+  block.AddTerm(EnergyTerm::kDistance, &distance);
   Eigen::Matrix<double, HandObjectBlock::kRows, 1> r;
   ASSERT_TRUE(block.Evaluate(s.Parameters().data(), r.data(), nullptr));
   EXPECT_NEAR(0.5 * r.squaredNorm(), Assemble(block, s).cost, 1e-12);
@@ -179,7 +179,7 @@ TEST(HandObjectBlock, RefusesAPointThatIsNotFinite) {
   Setting s;
   const HandObjectDistance distance(s.scene.object, s.reference, 1.0, PairPrecision::kDouble);
   HandObjectBlock block(&s.state);
-  block.AddTerm(&distance);
+  block.AddTerm(EnergyTerm::kDistance, &distance);
   s.translation.x() = NAN;
   Eigen::Matrix<double, HandObjectBlock::kRows, 1> r;
   EXPECT_FALSE(block.Evaluate(s.Parameters().data(), r.data(), nullptr));

@@ -284,7 +284,7 @@ TEST(FitClipImosCode, WithoutStepsKeepsTheStartFingers) {
   const FitResult result =
       FitClipImosCode(MovingClip(frames, 2), frames.scene.hand, frames.scene.object, options);
   EXPECT_EQ(FingersOf(result.clip.pose[1], Side::kRight), frames.start);
-  EXPECT_LT(result.frames[1].energy_distance, 1e-10);
+  EXPECT_LT(result.frames[1].energies[EnergyTerm::kDistance], 1e-10);
 }
 
 TEST(FitClipImosCode, GivenFramesAreKept) {

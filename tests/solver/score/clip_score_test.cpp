@@ -7,7 +7,7 @@
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
 #include "solver/carry/carry.h"
-#include "solver/score/metric_values.h"
+#include "solver/score/score_output.h"
 
 namespace holdfast {
 namespace {
@@ -47,6 +47,22 @@ TEST(ScoreClip, MeasuresWhoHoldsAndComparesWithAReference) {
 
   scene.clip.holding_hand.clear();
   EXPECT_EQ(ScoreClip(scene, nullptr, options).hands_by, "nearest");
+}
+
+TEST(ScoreOutput, HasARowAndAKeyForEveryMetric) {
+  const ClipScore score = ScoreClip(Carried(), nullptr);
+  const std::vector<ClipScore> scores = {score, score};
+  const std::string csv = ScoreCsv(scores, {});
+  EXPECT_THAT(csv, HasSubstr("\ncarried,6,right,0,"));
+  EXPECT_THAT(csv, HasSubstr("\n(mean),,,,"));
+  nlohmann::json json;
+  AddScores(scores, {}, true, json);
+  EXPECT_EQ(json["clips"][1]["hands"][0]["per_frame"]["in_contact"].size(), 6u);
+  for (const auto& metric : MetricDefinitions({})) {
+    EXPECT_THAT(csv, HasSubstr("," + metric.key));
+    EXPECT_TRUE(json["protocol"]["metrics"].contains(metric.key));
+  }
+  EXPECT_THAT(ScoreTable(scores, {}), HasSubstr("in contact: within"));
 }
 
 TEST(ScoreClip, RefusesWhatCannotBeCompared) {

@@ -59,7 +59,7 @@ struct Scene {
 // The block's gradient against central differences of its cost, in the tangent.
 void ExpectGradientMatches(Scene& scene, SkinTerm& term) {
   HandObjectBlock block(&scene.state);
-  block.AddTerm(&term);
+  block.AddTerm(EnergyTerm::kPenetration, &term);
   block.Watch(scene.Parameters().data());
   HandObjectBlock::System system;
   block.Linearize(scene.Parameters().data(), system);

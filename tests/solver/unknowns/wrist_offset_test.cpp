@@ -104,8 +104,8 @@ struct Setting {
     distance =
         std::make_unique<HandObjectDistance>(scene.object, reference, 1.3, PairPrecision::kDouble);
     contact = std::make_unique<Contact>(scene.object, reference, 0.02, 5.0);
-    block.AddTerm(distance.get());
-    block.AddTerm(contact.get());
+    block.AddTerm(EnergyTerm::kDistance, distance.get());
+    block.AddTerm(EnergyTerm::kContact, contact.get());
     q = scene.object_pose.orientation *
         Eigen::Quaterniond(ExpSO3(Eigen::Vector3d(0.05, 0.1, -0.03)));
     T = scene.object_pose.translation + Eigen::Vector3d(0.01, -0.004, 0.007);

@@ -1,0 +1,395 @@
+// SPDX-License-Identifier: MIT
+#include "apps/fit_job.h"
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <numbers>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "apps/clip_input.h"
+#include "apps/fit_metrics.h"
+#include "apps/report_writer.h"
+#include "apps/result_folder.h"
+#include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "solver/carry/carry.h"
+
+namespace holdfast::apps {
+namespace {
+
+std::string_view HandsText(std::uint8_t bits) {
+  switch (bits) {
+    case kHoldsRight:
+      return "the right hand";
+    case kHoldsLeft:
+      return "the left hand";
+    default:
+      return "both hands";
+  }
+}
+
+}  // namespace
+
+void RequireGraspable(const LoadedObject& object, bool both) {
+  if (const std::optional<std::string> why = WhyTooLarge(object, both)) throw FitFailure(*why);
+}
+
+nlohmann::json FitOptionsJson(const FitJob& job) {
+  const FitOptions& fit = job.fit;
+  nlohmann::json options = {{"clip", job.clip},
+                            {"object", job.object},
+                            {"object_scale", job.object_scale},
+                            {"hand", job.hand},
+                            {"style", job.style},
+                            {"body", job.body.empty() ? "holdfast_neutral" : job.body},
+                            {"start", job.start},
+                            {"end", job.end},
+                            {"object_vertices", job.object_vertices},
+                            {"recipe", job.recipe},
+                            {"solve", job.solve},
+                            {"slip", fit.slip},
+                            {"drag_share", fit.drag_share},
+                            {"soft_tissue_mm", 1e3 * fit.soft_tissue_m},
+                            {"contact_threshold_mm", job.contact_threshold_mm},
+                            {"precision", job.precision},
+                            {"max_iterations", fit.max_iterations}};
+  options.update(WeightsJson(fit));
+  if (!fit.whole_clip) options["lambda_acceleration"] = options["lambda_support"] = 0.0;
+  if (job.place.Given()) options["place"] = GraspPlaceJson(job.place);
+  return options;
+}
+
+namespace {
+
+// The motion and its person, cut to the frames asked for.
+LoadedClip LoadRange(const FitJob& job, const std::shared_ptr<const BodyModel>& body,
+                     const CommonOptions& common) {
+  if (job.motion) {
+    LoadedClip loaded;
+    loaded.clip = *job.motion;
+    loaded.body = BodyOfClip(job.clip, loaded.clip, body, loaded.notes);
+    for (const std::string& note : loaded.notes) Note(common, "note: " + note);
+    return loaded;
+  }
+  LoadedClip loaded = LoadClip(job.clip, body, common);
+  Clip& clip = loaded.clip;
+  const int end = job.end < 0 ? clip.NumFrames() : std::min(job.end, clip.NumFrames());
+  if (job.start >= end) {
+    throw Error(
+        job.clip,
+        fmt::format("has {} frames: nothing between {} and {}", clip.NumFrames(), job.start, end),
+        "Give --start and --end within the clip");
+  }
+  clip = Slice(clip, job.start, end);
+  return loaded;
+}
+
+// The job as the library takes it.
+CarryOptions ToLibrary(const FitJob& job, const CommonOptions& common) {
+  CarryOptions options;
+  options.hands = job.hand == "right"  ? CarryHands::kRight
+                  : job.hand == "left" ? CarryHands::kLeft
+                  : job.hand == "both" ? CarryHands::kBoth
+                                       : CarryHands::kAuto;
+  options.object_scale = job.object_scale;
+  options.style = StyleByName(job.style);
+  options.hand_over = job.offhand;
+  options.handover = job.handover;
+  options.recipe = job.recipe == "paper"       ? FitRecipe::kPaper
+                   : job.recipe == "imos-code" ? FitRecipe::kImosCode
+                                               : FitRecipe::kHoldfast;
+  options.fit = job.fit;
+  options.fit.contact_threshold_m = 1e-3 * job.contact_threshold_mm;
+  options.fit.precision =
+      job.precision == "double" ? PairPrecision::kDouble : PairPrecision::kSingle;
+  options.fit.whole_clip = job.solve == "batch";
+  if (job.recipe == "paper") options.fit = options.fit.OnlyPaper();
+  options.protocol = job.protocol;
+  options.seed = common.seed;
+  options.threads = NumThreads(common);
+  return options;
+}
+
+// Decides whether a grasp has to be made. Objects that no hand can hold are refused here, before
+// anything is prepared for them.
+void ChooseGrasp(const FitJob& job, const LoadedClip& loaded, const LoadedObject& object,
+                 CarryOptions& options, std::vector<std::string>& notes) {
+  const Clip& clip = loaded.clip;
+  if (job.keep_grasp || job.motion) options.grasp = GraspSource::kClips;
+  if (job.regrasp || job.place.Given()) options.grasp = GraspSource::kNew;
+  if (options.grasp == GraspSource::kClipsOrNew) {
+    options.clip_object = MeshNamedBy(clip, job.clip);
+    if (clip.object && NeedsGrasp(clip, object, options)) {
+      notes.push_back(fmt::format(
+          "the clip's grasp is of {}, not of {}: a new one is made (--keep-grasp keeps it)",
+          clip.object->name.empty() ? "another mesh" : clip.object->name, job.object));
+    }
+  }
+  const bool needed = NeedsGrasp(clip, object, options);
+  options.grasp = needed ? GraspSource::kNew : GraspSource::kClips;
+  constexpr std::uint8_t kHoldsBoth = kHoldsRight | kHoldsLeft;
+  if (needed) {
+    RequireGraspable(object,
+                     job.hand == "both" || std::ranges::count(clip.holding_hand, kHoldsBoth) > 0);
+  }
+}
+
+nlohmann::json SwitchesJson(const Holding& holding, const std::vector<Handover>& handovers) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const HandSwitch& change : holding.switches) {
+    nlohmann::json entry = {{"frame", change.frame},
+                            {"from", SideName(change.from)},
+                            {"to", SideName(change.to)},
+                            {"both_hold_from_frame", change.both_begin},
+                            {"both_hold_to_frame", change.both_end},
+                            {"confidence", change.confidence}};
+    for (const Handover& handover : handovers) {
+      if (handover.to != change.to || handover.frame < change.both_begin ||
+          handover.frame > std::max(change.frame, change.both_end)) {
+        continue;
+      }
+      const GraspTransfer& transfer = handover.transfer;
+      entry["grasp"] = {
+          {"clean", transfer.found},
+          {"method", MethodName(transfer.method)},
+          {"refused", transfer.refused},
+          {"wrist_correction_mm", 1e3 * transfer.correction_m},
+          {"wrist_correction_deg", transfer.correction_rad * 180.0 / std::numbers::pi},
+          {"hand_overlap_mm", transfer.hand_overlap_mm},
+          {"contacts_outside_place_ratio", transfer.grasp.outside_place},
+          {"skin_in_object_mm", transfer.grasp.max_penetration_mm}};
+    }
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+std::string SwitchesText(const nlohmann::json& switches) {
+  std::string text;
+  for (const nlohmann::json& change : switches) {
+    text += fmt::format("  hands over          frame {}, {} to {} (confidence {:.2f})",
+                        change["frame"].get<int>(), change["from"].get<std::string>(),
+                        change["to"].get<std::string>(), change["confidence"].get<double>());
+    if (change.contains("grasp")) {
+      text += fmt::format(", wrist moved by {:.0f} mm and {:.0f} deg",
+                          change["grasp"]["wrist_correction_mm"].get<double>(),
+                          change["grasp"]["wrist_correction_deg"].get<double>());
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+void RemoveTimings(nlohmann::json& metrics) {
+  metrics["grasp"].erase("search_ms");
+  metrics["summary"].erase("solve_ms_median");
+  metrics["per_frame"].erase("solve_ms");
+}
+
+void RequireCarried(const CarryReport& report, const FitJob& job) {
+  if (report.status == CarryStatus::kNoGrasp) {
+    const std::uint8_t first = report.holding.hands.front();
+    const std::string other =
+        report.grasp.both ? "a first frame with both hands in front (--start)"
+                          : fmt::format("--hand {}", first == kHoldsLeft ? "right" : "left");
+    throw FitFailure(fmt::format("{}: {}. Try {}, {}", job.object, report.grasp.status, other,
+                                 job.place.Given() ? "or another place (--at, --region, --avoid)"
+                                                   : "or another object size (--object-scale)"));
+  }
+  if (report.status == CarryStatus::kNoContact) {
+    throw FitFailure(fmt::format(
+        "{}: {} touches no hand in any frame, so that nothing is written. {}", job.clip, job.object,
+        report.grasp.made
+            ? "Try another --hand, or another frame to take hold in (--start)"
+            : "Its trajectory is of another object, scale or body: --regrasp makes a new grasp"));
+  }
+}
+
+nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const FitSummary& summary,
+                         const PreparedObject& object, const ClipBody& body,
+                         const std::vector<std::string>& notes, const CommonOptions& common) {
+  const Side side = (report.held_by & kHoldsRight) != 0 ? Side::kRight : Side::kLeft;
+  nlohmann::json metrics = JsonHead("holdfast/fit/1", common);
+  metrics["options"] = FitOptionsJson(job);
+  metrics["held_by"] = HandsText(report.held_by);
+  metrics["grasp"] = FirstGraspJson(report.grasp);
+  if (report.grasp.one && job.place.Given()) {
+    metrics["grasp"]["contacts_outside_place_ratio"] = report.grasp.one->outside_place;
+    metrics["grasp"]["from_point_mm"] = 1000.0 * report.grasp.one->from_place_m;
+  } else if (report.grasp.both && job.place.Given()) {
+    const std::array<Grasp, 2>& hands = report.grasp.both->hands;
+    metrics["grasp"]["contacts_outside_place_ratio"] =
+        std::max(hands[0].outside_place, hands[1].outside_place);
+  }
+  metrics["switches"] = SwitchesJson(report.holding, report.handovers);
+  metrics["protocol"] =
+      ProtocolJson(job.protocol, object.solid, HandModel(body.model, body.betas, side));
+  metrics["notes"] = notes;
+  metrics["summary"] = SummaryJson(summary);
+  metrics["per_frame"] = PerFrameJson(report.fit, summary.contact);
+  metrics["per_frame"]["holding_hand"] = report.holding.hands;
+  if (!job.extra.is_null()) metrics.update(job.extra);
+  if (!job.write_timings) RemoveTimings(metrics);
+  return metrics;
+}
+
+// The folder's files; false when Ctrl-C came in between.
+bool WriteResult(const FitJob& job, const CarryReport& report, const PreparedObject& object,
+                 const ClipBody& body, const nlohmann::json& metrics, ResultFolder& folder,
+                 const CommonOptions& common) {
+  WriteClip(report.clip, folder / "clip.npz");
+  WriteMesh(object.object.mesh, folder / "object.ply");
+  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  if (job.write_report) {
+    ClipInput shown;
+    shown.source = job.output;
+    shown.file = std::filesystem::path(job.output) / "clip.npz";
+    shown.clip = report.clip;
+    shown.body = body.model;
+    shown.betas = body.betas;
+    shown.object = object.object.mesh;
+    shown.metrics = metrics;
+    WriteReportBeside({&shown, 1}, folder / "report.html", common);
+    if (Interrupted()) return false;
+  }
+  folder.Commit();
+  return true;
+}
+
+}  // namespace
+
+Outcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& library) {
+  const auto begin = std::chrono::steady_clock::now();
+  ResultFolder folder(asked.output, common.force);
+  CarryOptions options = ToLibrary(asked, common);
+  FitJob job = asked;
+  job.fit = options.fit;  // as metrics.json records them
+  const LoadedClip loaded = LoadRange(job, library.Body(job.body), common);
+  std::vector<std::string> notes;
+  ChooseGrasp(job, loaded, *library.Loaded(job.object, job.object_scale), options, notes);
+  const std::shared_ptr<const PreparedObject> object =
+      library.Object(job.object, job.object_scale, job.object_vertices, options.threads);
+  notes.insert(notes.end(), object->notes.begin(), object->notes.end());
+  for (const std::string& note : notes) Note(common, "note: " + note);
+  if (options.grasp == GraspSource::kClips) {
+    WarnIfAway(job.clip, loaded.clip, loaded.body, object->object.mesh, common);
+  }
+  options.place = WantedPlace(job.place, job.object, job.object_scale);
+
+  StageProgress progress(common);
+  const CarryReport report = NamingSource("the clip", job.clip, [&] {
+    return CarryObject(loaded.clip, loaded.body, *object, options,
+                       [&](const char* stage, int done, int total) {
+                         progress.Update(stage, done, total);
+                         return !Interrupted();
+                       });
+  });
+  progress.End();
+  if (Interrupted()) return {kInterrupted, {}, {}};
+  for (const std::string& warning : report.grasp.warnings) Note(common, "warning: " + warning);
+  RequireCarried(report, job);
+
+  const FitSummary summary = SummarizeFit(report.fit, report.contact);
+  nlohmann::json metrics = MetricsOf(job, report, summary, *object, loaded.body, notes, common);
+  if (!WriteResult(job, report, *object, loaded.body, metrics, folder, common)) {
+    return {kInterrupted, {}, {}};
+  }
+  for (const std::string& warning : report.warnings) Note(common, "warning: " + warning);
+
+  Outcome outcome;
+  outcome.exit_code = summary.failed > 0 ? kFitFault : kDone;
+  outcome.text = fmt::format(
+      "{}/clip.npz: {} held by {} through {} frames\n{}{}  whole fit {:.2f} s, grasp search "
+      "included\n",
+      job.output, object->object.name, HandsText(report.held_by), summary.frames,
+      SummaryText(summary, job.protocol), SwitchesText(metrics["switches"]),
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  metrics.erase("per_frame");
+  metrics["output"] = job.output;
+  outcome.summary = std::move(metrics);
+  return outcome;
+}
+
+namespace {
+
+void AddGraspOptions(CLI::App& command, FitJob& job) {
+  const char* const group = "The grasp";
+  AddOption(command, "--style", job.style,
+            "How a new grasp holds: power, precision, handle (fingers through it), or auto",
+            CLI::IsMember({"auto", "power", "precision", "handle"}))
+      ->group(group);
+  AddGraspPlaceOptions(command, job.place, group);
+  CLI::Option* const regrasp = command.add_flag(
+      "--regrasp", job.regrasp, "Make a new grasp even if the clip has one of this object");
+  regrasp->group(group);
+  command
+      .add_flag("--keep-grasp", job.keep_grasp,
+                "Keep the clip's own grasp and trajectory even if they are another object's")
+      ->excludes(regrasp)
+      ->excludes(command.get_option("--at"))
+      ->excludes(command.get_option("--region"))
+      ->excludes(command.get_option("--avoid"))
+      ->group(group);
+}
+
+void AddEnergyOptions(CLI::App& command, FitJob& job) {
+  const char* const group = "Terms of the energy";
+  for (const EnergyTermInfo& info : EnergyTerms()) {
+    if (info.term != EnergyTerm::kSupport)
+      AddWeightOption(command, info.term, job.fit)->group(group);
+  }
+  command
+      .add_flag("--slip", job.fit.slip,
+                "Contacts may travel along the surface, not off it: E_s in place of E_d and "
+                "E_c, for objects turned or squeezed in the fingers")
+      ->group(group);
+  AddOption(command, "--contact-threshold", job.contact_threshold_mm,
+            "tau: pairs closer than this when the hand takes hold are in contact, mm",
+            CLI::PositiveNumber)
+      ->group(group);
+}
+
+void AddSolverOptions(CLI::App& command, FitJob& job) {
+  const char* const group = "The solver";
+  AddOption(command, "--object-vertices", job.object_vertices,
+            "Vertices that the object is simplified to", CLI::Range(4, 100'000))
+      ->group(group);
+  command
+      .add_option("--solve", job.solve,
+                  "sequential: frame after frame; batch: then all frames at once, with little "
+                  "change of velocity")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"sequential", "batch"}))
+      ->group(group);
+  command.add_option("--max-iterations", job.fit.max_iterations, "Per frame")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10'000))
+      ->group(group);
+  AddOption(command, "--precision", job.precision, "Arithmetic of the pair loop",
+            CLI::IsMember({"single", "double"}))
+      ->group(group);
+}
+
+}  // namespace
+
+void AddFitJobOptions(CLI::App& command, FitJob& job) {
+  command.add_option(
+      "--body", job.body,
+      "Body model: SMPL-X, SMPL-H, or MANO for a hand alone (.npz, .pkl); the embedded "
+      "body if left out");
+  AddOption(command, "--start", job.start, "First frame to fit", CLI::NonNegativeNumber);
+  AddOption(command, "--end", job.end, "Frame to stop before; -1 is the clip's end");
+  AddOption(command, "--object-scale", job.object_scale,
+            "Multiplies the object's coordinates (0.001 for millimetres)", CLI::PositiveNumber);
+  command.add_flag_callback(
+      "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
+  AddGraspOptions(command, job);
+  AddEnergyOptions(command, job);
+  AddSolverOptions(command, job);
+}
+
+}  // namespace holdfast::apps

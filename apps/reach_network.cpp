@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#include "apps/reach_network.h"
+
+#include "generator/wandr/default_network.h"
+
+namespace holdfast::apps {
+namespace {
+
+const char* LayoutName(wandr::IntentionLayout layout) {
+  switch (layout) {
+    case wandr::IntentionLayout::kPaper:
+      return "paper";
+    case wandr::IntentionLayout::kFlagged:
+      return "flagged";
+    case wandr::IntentionLayout::kBounded:
+      return "bounded";
+  }
+  return "";
+}
+
+}  // namespace
+
+nlohmann::json NetworkJson(const ReachNetwork& network) {
+  return {{"weights", network.source},
+          {"checksum", network.checksum},
+          {"intention", LayoutName(network.weights.layout)},
+          {"notes", network.weights.notes}};
+}
+
+void AddWeightsOption(CLI::App& command, std::string& path) {
+  const bool embedded = wandr::HasDefaultNetwork();
+  command
+      .add_option("--weights", path,
+                  embedded ? "Network (.safetensors) in place of the embedded one"
+                           : "Network (.safetensors); this program was built without one")
+      ->required(!embedded);
+}
+
+}  // namespace holdfast::apps

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Measures of whole motions: clips come in; joint errors, smoothness, gait and style come out,
+/// and how far sets of motions are from captured ones.
+///
+/// From the inside out:
+///   sample_statistics.h  mean and quantiles
+///   power_spectrum.h     power over frequency (Welch)
+///   way_pace.h           how a way spreads over time
+///   gait.h               stances and strides
+///   joint_error.h        errors of joints and fingertips
+///   motion_metrics.h     speed, acceleration, jerk, foot skating
+///   motion_style.h       measures and curves of a walk
+///   style_comparison.h   distances between sets of motions
+///   motion_set.h         the clips of a set
+///   naturalness.h        CompareNaturalness: sets against captured motion
+#include "generator/walk_statistics/joint_error.h"
+#include "generator/walk_statistics/motion_metrics.h"
+#include "generator/walk_statistics/motion_set.h"
+#include "generator/walk_statistics/naturalness.h"

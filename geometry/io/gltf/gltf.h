@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// glTF 2.0 and USD: animated characters and meshes come in as motions and triangles; clips go out
+/// as `.glb` and `.usda`.
+///
+/// From the inside out:
+///   gltf_container.h  JSON text and binary chunk, buffers
+///   gltf_asset.h      nodes, accessors, skins, animations
+///   gltf_mesh.h       triangles and materials of a mesh
+///   gltf_sampler.h    an animation at any time
+///   gltf_skeleton.h   characters by their skins, as trees
+///   gltf_reader.h     ReadGltfMotion: a character, sampled
+///   gltf_builder.h    a scene put together part by part
+///   gltf_writer.h     a clip as .glb
+///   usda_writer.h     a clip as USD text
+///   gltf_onto.h       a motion in a character's own file
+#include "geometry/io/gltf/gltf_onto.h"
+#include "geometry/io/gltf/gltf_reader.h"
+#include "geometry/io/gltf/gltf_writer.h"
+#include "geometry/io/gltf/usda_writer.h"

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/report/report_data.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include <fmt/format.h>
+
+#include "geometry/clip/corrective_basis.h"
+#include "geometry/error.h"
+#include "geometry/mesh/crease_normals.h"
+#include "geometry/mesh/decimate.h"
+#include "geometry/mesh/signed_distance.h"
+#include "geometry/parallel.h"
+#include "geometry/report/report_facts.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kCorrectiveTolerance = 0.1e-3;  // metres: a tenth of a pixel in a close-up
+constexpr int kMaxDirections = 64;
+constexpr double kDistanceStep = 0.1e-3;  // metres per unit of `distance`
+constexpr int kDistanceLimit = 127;
+constexpr int kShownVertices = 40'000;  // of an object; scans have more than a page can use
+constexpr int kCheckedVertices = 24;
+constexpr int kCheckedFrames = 6;
+
+void AddPoints(ReportPayload& payload, std::string_view name, const Eigen::Matrix3Xd& points) {
+  const Eigen::Matrix3Xf values = points.cast<float>();
+  payload.Add(name, std::span<const float>(values.data(), static_cast<std::size_t>(values.size())),
+              3);
+}
+
+// Ids in the smallest type that holds them.
+void AddIds(ReportPayload& payload, std::string_view name, std::span<const int> ids, int stride,
+            Eigen::Index limit) {
+  if (limit <= 65536) {
+    payload.Add(name, std::vector<std::uint16_t>(ids.begin(), ids.end()), stride);
+  } else {
+    payload.Add(name, std::vector<std::uint32_t>(ids.begin(), ids.end()), stride);
+  }
+}
+
+void AddFaces(ReportPayload& payload, std::string_view name, const Eigen::Matrix3Xi& faces,
+              Eigen::Index vertices) {
+  AddIds(payload, name, {faces.data(), static_cast<std::size_t>(faces.size())}, 3, vertices);
+}
+
+void AddWeights(ReportPayload& payload, const BodySurface& surface) {
+  std::vector<std::uint8_t> counts, joints;
+  std::vector<float> values;
+  for (int i = 0; i < surface.NumVertices(); ++i) {
+    const auto weights = surface.Weights(i);
+    counts.push_back(static_cast<std::uint8_t>(weights.size()));
+    for (const auto& [joint, weight] : weights) {
+      joints.push_back(static_cast<std::uint8_t>(joint));
+      values.push_back(static_cast<float>(weight));
+    }
+  }
+  payload.Add("weight_count", counts, 1);
+  payload.Add("weight_joint", joints, 1);
+  payload.Add("weight_value", values, 1);
+}
+
+// Directions in 16 bits each: off by less than a micrometre.
+void AddCorrectives(ReportPayload& payload, const CorrectiveBasis& basis) {
+  std::vector<std::int16_t> directions;
+  std::vector<float> scales;
+  directions.reserve(static_cast<std::size_t>(basis.directions.size()));
+  for (Eigen::Index k = 0; k < basis.Size(); ++k) {
+    const float scale = std::max(basis.directions.col(k).cwiseAbs().maxCoeff(), 1e-12f) / 32767.0f;
+    scales.push_back(scale);
+    for (const float value : basis.directions.col(k)) {
+      directions.push_back(static_cast<std::int16_t>(std::lround(value / scale)));
+    }
+  }
+  payload.Add("directions", directions, static_cast<int>(3 * basis.rest.cols()));
+  payload.Add("direction_scale", scales, 1);
+  payload.Add("coefficients",
+              std::span<const float>(basis.coefficients.data(),
+                                     static_cast<std::size_t>(basis.coefficients.size())),
+              static_cast<int>(basis.Size()));
+}
+
+// Signed distance (metres, clamped to +-limit) of each point; points farther than `limit` from the
+// object's box cost nothing.
+Eigen::VectorXd DistancesWithin(const SignedDistance& object, const Eigen::Matrix3Xd& points,
+                                double limit) {
+  Eigen::VectorXd distances(points.cols());
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::Vector3d point = points.col(i);
+    const Eigen::Vector3d outside =
+        (object.Min() - point).cwiseMax(point - object.Max()).cwiseMax(0.0);
+    distances(i) = outside.squaredNorm() >= limit * limit
+                       ? limit
+                       : std::clamp(object.Distance(point), -limit, limit);
+  }
+  return distances;
+}
+
+// What differs from frame to frame, and the vertices that the page is checked by.
+struct Motion {
+  std::vector<float> rotation, offset;    ///< (T,55,4), (T,55,3)
+  std::vector<Eigen::Matrix3Xd> joints;   ///< per frame (3 x 55)
+  std::vector<Eigen::VectorXd> distance;  ///< per frame: hand vertices to object, metres
+  nlohmann::json check = nlohmann::json::array();
+};
+
+Motion Evaluate(const ReportInput& input, const BodySurface& surface,
+                const std::vector<int>& hand_ids, int threads) {
+  const Clip& clip = input.clip;
+  const int frames = clip.NumFrames();
+  const BodySurface hands(input.body, input.betas, hand_ids);
+  std::optional<SignedDistance> object;
+  if (input.object && clip.object) object.emplace(*input.object);
+
+  Motion motion;
+  motion.rotation.resize(static_cast<std::size_t>(frames) * kNumJoints * 4);
+  motion.offset.resize(static_cast<std::size_t>(frames) * kNumJoints * 3);
+  motion.joints.resize(frames);
+  motion.distance.resize(frames);
+  ParallelFor(frames, threads, [&](int t) {
+    BodyState state;
+    if (object) {
+      Forward(hands, clip.pose[t], clip.trans.col(t), state);
+      const Eigen::Matrix3d object_from_world = ExpSO3(clip.object->orient.col(t)).transpose();
+      const Eigen::Matrix3Xd in_object =
+          object_from_world * (state.vertices.colwise() - clip.object->trans.col(t));
+      motion.distance[t] = DistancesWithin(*object, in_object, kDistanceLimit * kDistanceStep);
+    } else {
+      ForwardJoints(surface.RestJoints(), clip.pose[t], clip.trans.col(t), state);
+    }
+    motion.joints[t] = state.joints;
+    for (int j = 0; j < kNumJoints; ++j) {
+      const auto place = static_cast<std::size_t>(t) * kNumJoints + static_cast<std::size_t>(j);
+      const Eigen::Quaternionf q(
+          Eigen::Quaterniond(state.world_rotation[j]).normalized().cast<float>());
+      std::copy_n(q.coeffs().data(), 4, motion.rotation.data() + 4 * place);
+      const Eigen::Vector3f offset = state.skin_offset.col(j).cast<float>();
+      std::copy_n(offset.data(), 3, motion.offset.data() + 3 * place);
+    }
+  });
+
+  std::vector<int> checked;
+  for (int k = 0; k < kCheckedVertices; ++k) {
+    checked.push_back(k * (surface.NumVertices() - 1) / (kCheckedVertices - 1));
+  }
+  checked.insert(checked.end(), {hand_ids.front(), hand_ids[hand_ids.size() / 2], hand_ids.back()});
+  const BodySurface probe(input.body, input.betas, checked);
+  BodyState state;
+  for (int k = 0; k < std::min(kCheckedFrames, frames); ++k) {
+    const int t = frames == 1 ? 0 : k * (frames - 1) / (std::min(kCheckedFrames, frames) - 1);
+    Forward(probe, clip.pose[t], clip.trans.col(t), state);
+    for (std::size_t i = 0; i < checked.size(); ++i) {
+      const Eigen::Vector3d v = state.vertices.col(static_cast<Eigen::Index>(i));
+      motion.check.push_back({t, checked[i], v.x(), v.y(), v.z()});
+    }
+  }
+  return motion;
+}
+
+// Quantised and as differences from frame to frame, which are mostly zero where a grasp is firm.
+void AddDistances(ReportPayload& payload, const std::vector<Eigen::VectorXd>& distance) {
+  std::vector<std::int8_t> values;
+  std::vector<std::uint8_t> previous(static_cast<std::size_t>(distance.front().size()), 0);
+  for (const Eigen::VectorXd& frame : distance) {
+    for (Eigen::Index i = 0; i < frame.size(); ++i) {
+      const double units =
+          std::clamp<double>(std::round(frame(i) / kDistanceStep), -kDistanceLimit, kDistanceLimit);
+      const auto byte = static_cast<std::uint8_t>(static_cast<std::int8_t>(units));
+      values.push_back(static_cast<std::int8_t>(
+          static_cast<std::uint8_t>(byte - previous[static_cast<std::size_t>(i)])));
+      previous[static_cast<std::size_t>(i)] = byte;
+    }
+  }
+  payload.Add("distance", values, static_cast<int>(distance.front().size()));
+}
+
+// The object as it is shown: all of it unless it is a scan of more vertices than a page can use.
+TriangleMesh Shown(const TriangleMesh& object, std::vector<std::string>& notes) {
+  if (object.NumVertices() <= kShownVertices) return object;
+  try {
+    DecimateOptions options;
+    options.vertices = kShownVertices;
+    options.samples = 0;
+    TriangleMesh shown = Decimate(object, options).mesh;
+    notes.push_back(
+        fmt::format("The object is shown with {} of its {} vertices; distances are "
+                    "those of all.",
+                    shown.NumVertices(), object.NumVertices()));
+    return shown;
+  } catch (const Error&) {
+    return object;  // of a kind that cannot be simplified: the file is larger then
+  }
+}
+
+// Unit vectors in 16 bits a component.
+void AddNormals(ReportPayload& payload, std::string_view name, const Eigen::Matrix3Xd& normals) {
+  std::vector<std::int16_t> values;
+  for (const double value : normals.reshaped()) {
+    values.push_back(static_cast<std::int16_t>(std::lround(32767.0 * value)));
+  }
+  payload.Add(name, values, 3);
+}
+
+// A rigid mesh and its track: NAME_vertices, NAME_normals, NAME_faces, NAME_pose.
+void AddTracked(ReportPayload& payload, const std::string& name, const TriangleMesh& mesh,
+                const ObjectTrack& track, std::vector<std::string>& notes) {
+  const ShadedMesh shaded = SplitAtCreases(Shown(mesh, notes));
+  const TriangleMesh& shown = shaded.mesh;
+  AddPoints(payload, name + "_vertices", shown.vertices);
+  AddNormals(payload, name + "_normals", shaded.normals);
+  AddFaces(payload, name + "_faces", shown.faces, shown.NumVertices());
+  std::vector<float> pose;
+  for (Eigen::Index t = 0; t < track.trans.cols(); ++t) {
+    const Eigen::Quaternionf q(Eigen::Quaterniond(ExpSO3(track.orient.col(t))).cast<float>());
+    const Eigen::Vector3f trans = track.trans.col(t).cast<float>();
+    pose.insert(pose.end(), q.coeffs().data(), q.coeffs().data() + 4);
+    pose.insert(pose.end(), trans.data(), trans.data() + 3);
+  }
+  payload.Add(name + "_pose", pose, 7);
+}
+
+}  // namespace
+
+ReportClip MakeReportClip(const ReportInput& input, double contact_threshold_mm, int threads) {
+  const Clip& clip = input.clip;
+  const BodySurface surface = input.Surface();
+  const int vertices = surface.NumVertices();
+  std::vector<int> hand_ids = input.body->HandVertexIds(Side::kRight);
+  const int right_hand = static_cast<int>(hand_ids.size());
+  const std::vector<int>& left_ids = input.body->HandVertexIds(Side::kLeft);
+  hand_ids.insert(hand_ids.end(), left_ids.begin(), left_ids.end());
+
+  const CorrectiveBasis basis =
+      ComputeCorrectiveBasis(surface, clip, kCorrectiveTolerance, kMaxDirections, threads);
+  const Motion motion = Evaluate(input, surface, hand_ids, threads);
+
+  ReportClip report;
+  report.directions = static_cast<int>(basis.Size());
+  report.surface_error_mm = 1e3 * basis.max_error_m;
+  ReportPayload& payload = report.payload;
+  AddPoints(payload, "rest", basis.rest);
+  AddFaces(payload, "faces", surface.Faces(), vertices);
+  AddCorrectives(payload, basis);
+  AddWeights(payload, surface);
+  payload.Add("joint_rotation", motion.rotation, 4 * kNumJoints);
+  payload.Add("joint_offset", motion.offset, 3 * kNumJoints);
+  AddPoints(payload, "joint_rest", surface.RestJoints());
+  AddIds(payload, "hand_vertices", hand_ids, 1, vertices);
+  std::vector<std::string> notes = NotesOf(input);
+  const bool has_object = input.object && clip.object;
+  if (has_object) {
+    AddDistances(payload, motion.distance);
+    AddTracked(payload, "object", *input.object, *clip.object, notes);
+  }
+
+  const bool has_table = input.table && clip.table;
+  if (has_table) AddTracked(payload, "table", *input.table, *clip.table, notes);
+  if (input.marker) {
+    AddPoints(payload, "marker_vertices", input.marker->vertices);
+    AddFaces(payload, "marker_faces", input.marker->faces, input.marker->NumVertices());
+  }
+
+  report.header = {
+      {"name", ReportName(input)},
+      {"source", input.source},
+      {"frames", clip.NumFrames()},
+      {"frame_rate", clip.frame_rate},
+      {"vertices", vertices},
+      {"right_hand_vertices", right_hand},
+      {"has_object", has_object},
+      {"has_table", has_table},
+      {"has_marker", input.marker.has_value()},
+      {"object_name", clip.object ? clip.object->name : ""},
+      {"holding", clip.holding_hand},
+      {"contact_threshold_mm", contact_threshold_mm},
+      {"surface_error_mm", report.surface_error_mm},
+      {"series", SeriesOf(input, motion.joints, motion.distance, right_hand, contact_threshold_mm)},
+      {"facts", FactsOf(input, surface, basis)},
+      {"notes", notes},
+      {"check", motion.check},
+      {"arrays", payload.Directory()}};
+  if (input.metrics.is_object()) {
+    report.header["metrics"] = input.metrics;
+    report.header["metrics"].erase("per_frame");  // in `series` already
+  }
+  return report;
+}
+
+std::string ReportName(const ReportInput& input) {
+  namespace fs = std::filesystem;
+  if (input.file.empty()) return input.source;
+  if (input.file.filename() != "clip.npz") return input.file.stem().string();
+  const std::string folder = fs::absolute(input.file).parent_path().filename().string();
+  return folder.empty() ? "clip" : folder;
+}
+
+}  // namespace holdfast

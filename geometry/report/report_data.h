@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "geometry/report/report_facts.h"
+#include "geometry/report/report_payload.h"
+
+namespace holdfast {
+
+/// One clip as a page needs it: few numbers for much motion, and exact to `surface_error_mm`.
+struct ReportClip {
+  nlohmann::json header;  ///< names, sizes, curves, facts, notes, the payload's directory
+  ReportPayload payload;
+  int directions = 0;
+  double surface_error_mm = 0.0;
+};
+
+/// The payload's arrays, T frames, V body vertices, H hand vertices (right, then left):
+///
+///   rest f32 (V,3)               shaped rest vertices
+///   faces u16|u32 (F,3)
+///   directions i16 (K,3V)        pose correctives; times direction_scale f32 (K) metres
+///   coefficients f32 (T,K)
+///   weight_count u8 (V), weight_joint u8, weight_value f32: skinning weights, ragged by vertex
+///   joint_rotation f32 (T,55,4)  world rotation, quaternion x y z w
+///   joint_offset f32 (T,55,3)    skinning: v = sum_j w_j (R_j v_p + offset_j)
+///   joint_rest f32 (55,3)
+///   hand_vertices u16|u32 (H)
+///   distance i8 (T,H)            signed distance to the object in 0.1 mm, clamped to +-12.7 mm;
+///                                each frame as the difference to the one before (modulo 256)
+///   object_vertices f32          doubled along creases
+///   object_normals i16           unit, times 32767
+///   object_faces u16|u32
+///   object_pose f32 (T,7)        quaternion, translation
+///   table_vertices, table_normals, table_faces, table_pose: the same, where there is a table
+///   marker_vertices f32, marker_faces u16|u32: in the world, where there is a marker
+///
+/// Skin closer to the object than the threshold counts as contact where metrics.json does not say.
+/// `header.check` holds vertices of the body model itself for the page to compare with.
+ReportClip MakeReportClip(const ReportInput& input, double contact_threshold_mm = 5.0,
+                          int threads = 1);
+
+/// Display name of a clip: the folder's, the file's stem, or the embedded clip's.
+std::string ReportName(const ReportInput& input);
+
+}  // namespace holdfast

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/suggestion.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace holdfast {
+
+int EditDistance(std::string_view a, std::string_view b) {
+  std::vector<std::vector<int>> distance(a.size() + 1, std::vector<int>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      int& best = distance[i][j];
+      if (i == 0 || j == 0) {
+        best = static_cast<int>(i + j);
+        continue;
+      }
+      best = std::min({distance[i - 1][j] + 1, distance[i][j - 1] + 1,
+                       distance[i - 1][j - 1] + (a[i - 1] != b[j - 1])});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        best = std::min(best, distance[i - 2][j - 2] + 1);
+      }
+    }
+  }
+  return distance[a.size()][b.size()];
+}
+
+std::string Suggestion(const std::string& given, const std::vector<std::string>& known) {
+  const auto distance = [&](const std::string& name) { return EditDistance(given, name); };
+  const auto nearest = std::ranges::min_element(known, {}, distance);
+  if (nearest == known.end()) return "";
+  const auto length = static_cast<int>(std::max(given.size(), nearest->size()));
+  if (distance(*nearest) > std::max(1, length / 3)) return "";
+  return fmt::format("Did you mean '{}'? ", *nearest);
+}
+
+}  // namespace holdfast

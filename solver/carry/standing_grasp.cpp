@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+#include "solver/carry/standing_grasp.h"
+
+#include <algorithm>
+
+#include "geometry/mesh/distance_grid.h"
+#include "geometry/rotation.h"
+#include "solver/fit/clip_state.h"
+
+namespace holdfast {
+namespace {
+
+// Standing, both arms down, the holding forearm forward and turned by `pronation` (0 has the thumb
+// up) and away from the body by `outward`, which leaves up where it is in the wrist's frame.
+JointPose StandingPose(Side side, double pronation, double outward) {
+  JointPose right = JointPose::Zero();
+  const auto joint = [&](const char* name) { return right.col(*FindJoint(name)); };
+  joint("pelvis") = 90.0 * kDegree * Eigen::Vector3d::UnitX();
+  joint("right_shoulder") = LogSO3(ExpSO3(-outward * Eigen::Vector3d::UnitY()) *
+                                   ExpSO3(-12.0 * kDegree * Eigen::Vector3d::UnitX()) *
+                                   ExpSO3(76.0 * kDegree * Eigen::Vector3d::UnitZ()));
+  // A forearm turns over its length: half at the elbow, half at the wrist.
+  const Eigen::Vector3d half_turn = 0.5 * pronation * Eigen::Vector3d::UnitX();
+  joint("right_elbow") =
+      LogSO3(ExpSO3(80.0 * kDegree * Eigen::Vector3d::UnitY()) * ExpSO3(half_turn));
+  joint("right_wrist") = half_turn;
+  joint("left_shoulder") = -74.0 * kDegree * Eigen::Vector3d::UnitZ();
+  joint("left_elbow") = -15.0 * kDegree * Eigen::Vector3d::UnitY();
+  return side == Side::kRight ? right : MirrorPose(right);
+}
+
+constexpr double kHandAloneHeight_m = 1.0;  // of the wrist, where nothing else says
+
+// Where the pelvis has to be for the soles to be at z = 0; `state` is of trans zero.
+Eigen::Vector3d FeetOnGround(const BodySurface& body, const JointPose& pose, BodyState& state) {
+  Forward(body, pose, Eigen::Vector3d::Zero(), state);
+  return {0.0, 0.0, -state.vertices.row(2).minCoeff()};
+}
+
+// Who holds the object, in the world.
+struct Holder {
+  JointPose pose = JointPose::Zero();
+  Eigen::Vector3d trans = Eigen::Vector3d::Zero();
+};
+
+// A hand on nothing, turned as a standing person's would be.
+Holder HandAlone(const HandModel& hand, double pronation, const Grasp& grasp) {
+  HandState state(hand);
+  state.SetBody(StandingPose(hand.HandSide(), pronation, 0.0), Eigen::Vector3d::Zero());
+  Holder holder;
+  holder.pose.col(0) = LogSO3(state.WristRotation());
+  SetFingers(holder.pose, hand.HandSide(), grasp.fingers);
+  holder.trans = kHandAloneHeight_m * Eigen::Vector3d::UnitZ() - state.WristPosition();
+  return holder;
+}
+
+// A standing person, the arm as far out as the object needs to clear the body.
+Holder Standing(const std::shared_ptr<const BodyModel>& body, const HandModel& hand,
+                double pronation, const Grasp& grasp, const DistanceGrid& grid) {
+  const Side side = hand.HandSide(), other = OtherSide(side);
+  const HandAxes other_hand(HandModel(body, {}, other));
+  const FingerPose other_fingers = other_hand.PoseOf(other_hand.Relaxed());
+  const BodySurface whole(body);
+  const std::vector<int>& hand_ids = body->HandVertexIds(side);
+  HandState state(hand);
+  Holder holder;
+  for (const double outward : {0.0, 20.0, 40.0, 60.0}) {
+    holder.pose = StandingPose(side, pronation, outward * kDegree);
+    SetFingers(holder.pose, side, grasp.fingers);
+    SetFingers(holder.pose, other, other_fingers);
+    BodyState posed;
+    holder.trans = FeetOnGround(whole, holder.pose, posed);
+    state.SetBody(holder.pose, holder.trans);
+    const Eigen::Isometry3d object_from_world =
+        ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()).inverse();
+    bool clear = true;
+    for (int i = 0; i < whole.NumVertices() && clear; ++i) {
+      if (std::binary_search(hand_ids.begin(), hand_ids.end(), i)) continue;
+      clear = grid.Distance(object_from_world * (posed.vertices.col(i) + holder.trans)) > 0.0;
+    }
+    if (clear) break;
+  }
+  return holder;
+}
+
+// The ways a forearm can turn; however it does, up is there in the wrist's frame.
+std::vector<double> AddPronations(const HandModel& hand, GraspOptions& grasp) {
+  std::vector<double> pronations;
+  HandState state(hand);
+  for (double degrees = -75.0; degrees <= 75.0; degrees += 15.0) {
+    pronations.push_back(degrees * kDegree);
+    state.SetBody(StandingPose(hand.HandSide(), pronations.back(), 0.0), Eigen::Vector3d::Zero());
+    grasp.up_in_wrist.emplace_back(state.WristRotation().transpose() * Eigen::Vector3d::UnitZ());
+  }
+  return pronations;
+}
+
+// The pronation that leaves the object as upright as can be.
+double UprightPronation(const std::vector<double>& pronations,
+                        const std::vector<Eigen::Vector3d>& up_in_wrist, const Grasp& grasp) {
+  const Eigen::Vector3d object_up = grasp.wrist_from_object.linear().col(2);
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < pronations.size(); ++i) {
+    if (up_in_wrist[i].dot(object_up) > up_in_wrist[best].dot(object_up)) best = i;
+  }
+  return pronations[best];
+}
+
+// Nothing yet, of the mean shape.
+Clip ClipOf(const BodyModel& body) {
+  Clip clip;
+  clip.betas = Eigen::VectorXd::Zero(10);
+  clip.body_model = body.Name();
+  return clip;
+}
+
+}  // namespace
+
+void PutInHands(std::uint8_t hands, const std::string& name,
+                const Eigen::Isometry3d& world_from_object, Clip& clip) {
+  clip.object =
+      ObjectTrack{world_from_object.translation(), LogSO3(world_from_object.linear()), name, ""};
+  clip.holding_hand = {hands};
+}
+
+Clip StandWithForearmsForward(const std::shared_ptr<const BodyModel>& body) {
+  Clip clip = ClipOf(*body);
+  JointPose pose = StandingPose(Side::kRight, 0.0, 0.0);
+  const JointPose left = StandingPose(Side::kLeft, 0.0, 0.0);
+  for (const char* joint : {"left_shoulder", "left_elbow", "left_wrist"}) {
+    pose.col(*FindJoint(joint)) = left.col(*FindJoint(joint));
+  }
+  clip.pose = {pose};
+  BodyState state;
+  clip.trans = FeetOnGround(BodySurface(body), pose, state);
+  return clip;
+}
+
+StandingGrasp GraspStanding(const std::shared_ptr<const BodyModel>& body, Side side,
+                            const LoadedObject& object, GraspOptions options,
+                            const GraspProgress& progress) {
+  const HandModel hand(body, {}, side);
+  const SignedDistance surface(object.mesh);
+  DistanceGridOptions grid_options;
+  grid_options.threads = options.threads;
+  const DistanceGrid grid(surface, grid_options);
+  const std::vector<double> pronations = AddPronations(hand, options);
+  StandingGrasp held;
+  Grasp& grasp = held.grasp;
+  grasp = CloseHand(hand, object.mesh, surface, grid, options, &held.report, progress);
+  if (held.report.status != GraspStatus::kFound) return held;
+
+  const double pronation = UprightPronation(pronations, options.up_in_wrist, grasp);
+  const Holder holder = body->LoneHand() ? HandAlone(hand, pronation, grasp)
+                                         : Standing(body, hand, pronation, grasp, grid);
+  held.clip = ClipOf(*body);
+  held.clip.trans = holder.trans;
+  held.clip.pose = {holder.pose};
+  if (body->LoneHand()) MarkHandAlone(held.clip);
+  HandState state(hand);
+  state.SetBody(holder.pose, holder.trans);
+  PutInHands(HoldingBit(side), object.name,
+             ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()), held.clip);
+  return held;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Studies of reaches and hand-overs. Networks or methods, protocols and captured clips go in;
+/// measured motions and summaries come out, those of reaches in blocks of files: a stopped study
+/// resumes.
+///
+/// From the inside out:
+///   study_blocks.h        files of blocks, by question
+///   reach_study.h         ReachStudy: WANDR's protocol by variant
+///   captured_reaches.h    starts and skating of captured clips
+///   reach_method_study.h  MethodStudy: methods on the same cases
+///   reach_methods.h       the methods compared, baselines first
+///   handover_study.h      switches found in synthetic hand-overs
+#include "solver/evaluation/captured_reaches.h"
+#include "solver/evaluation/handover_study.h"
+#include "solver/evaluation/reach_methods.h"
+#include "solver/evaluation/reach_study.h"

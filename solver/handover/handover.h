@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Who holds the object, and how it changes hands. A clip, with or without its object, goes in;
+/// holding_hand per frame, the switches, and the grasp of the receiving hand come out.
+///
+/// From the inside out:
+///   state_path.h        likeliest sequence of states (Viterbi), posteriors
+///   holding.h           FindHolding: who holds a tracked object
+///   handover_search.h   FindHandovers: switches without an object
+///   grasp_transfer.h    TransferGrasp: the receiving hand's grasp
+///   grip_by_transfer.h  those grasps, asked for by FitClip
+#include "solver/handover/grip_by_transfer.h"
+#include "solver/handover/handover_search.h"
+#include "solver/handover/holding.h"

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Motions that bring the wrist to goals. A person, a WANDR network and goals in the world go in;
+/// motions with feet pinned, ranked, and what was missed come out.
+///
+/// From the inside out:
+///   reach_person.h     who reaches, and the motion so far
+///   reach_obstacle.h   a solid to keep out of
+///   reach_options.h    intention, latents or VAE + opt
+///   reach_motions.h    MakeReachMotions; feet and wrist refitted
+///   walk_and_reach.h   WalkAndReach: the best motion through goals
+///   reach_and_take.h   ReachAndTake: an object taken from its table
+#include "solver/reach/reach_and_take.h"
+#include "solver/reach/walk_and_reach.h"

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// What Ceres solves for, and the interfaces through which terms see it. Captured frames and hands
+/// go in; parameter blocks, their manifolds and changed frames come out.
+///
+/// From the inside out:
+///   quiet_ceres.h        no messages, exit 1 instead of abort
+///   rotation_manifold.h  unit quaternions as SO(3), tangent in radians
+///   vertex_term.h        terms of hand vertices, in Gauss-Newton form
+///   skin_term.h          terms with a row per skin point
+///   wrist_offset.h       a hand moved off the clip's wrist
+///   reach_chain.h        trunk, arm and head: 28 changes a frame
+///   change_spline.h      those changes over time, a cubic B-spline
+#include "solver/unknowns/change_spline.h"
+#include "solver/unknowns/quiet_ceres.h"
+#include "solver/unknowns/rotation_manifold.h"
+#include "solver/unknowns/skin_term.h"
+#include "solver/unknowns/vertex_term.h"
