@@ -382,7 +382,7 @@ ActionSetReport MakeActionSet(const std::shared_ptr<const BodyModel>& body,
       some.push_back(maker.Make(job, grips));
     }
     const std::scoped_lock guard(lock);
-    for (json& line : some) lines[line["index"].get<int>()] = std::move(line);
+    for (const json& line : some) lines[line["index"].get<int>()] = line;
     report.made += static_cast<int>(some.size());
     write(false);
     go_on();

@@ -24,7 +24,7 @@ COMMANDS = [
     "fit demo_drink mug -o fit_batch --solve batch --no-report",
     f"fit {REACH} {DATA}/objects/025_mug.obj -o fit_captured --end 40 --no-report",
     "offhand demo_pass apple -o offhand --no-report",
-    "refine fit_captured/clip.npz -o refine --no-report",
+    "refine fit_captured/clip.npz -o refine",
     "grasp hammer -o grasp.npz",
     "score fit/clip.npz offhand/clip.npz --json > score.json",
     f"import {WALK} -o walk.npz",
@@ -35,7 +35,7 @@ COMMANDS = [
     "render offhand/clip.npz -o offhand.png --sheet 3x2 --size 160x160",
     "reach --goal 0.5,1.5,1.1 -o reach --no-report",
     "reach --goal 0.5,1.5,1.1 -o reach_optimized --method latent-opt --no-report",
-    "reach --goal -0.6,1.2,0.9 --take apple -o take --no-report",
+    "reach --goal -0.6,1.2,0.9 --object apple --grasp -o take --no-report",
     "synthesize --action drink --object mug --samples 2 -o synthesize --no-report",
     "doctor fit/clip.npz --json > doctor.json",
 ]

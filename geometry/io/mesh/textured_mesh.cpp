@@ -12,6 +12,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <Eigen/LU>
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
