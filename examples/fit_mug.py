@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: MIT
+"""Fits an object to a motion, measures and saves the result.
+
+python3 fit_mug.py [CLIP [OBJECT [FOLDER]]]: without arguments an embedded mug in an embedded motion.
+"""
+import argparse
+
+import holdfast
+
+
+def show(stage, done, total):
+    print(f"\r{stage} {done}/{total}  ", end="", flush=True)
+
+
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("clip", nargs="?", default="demo_drink")
+parser.add_argument("object", nargs="?", default="mug")
+parser.add_argument("folder", nargs="?", default="held")
+arguments = parser.parse_args()
+
+held = holdfast.fit(arguments.clip, arguments.object, progress=show)
+print(f"\n{held} in {held.seconds:.1f} s")
+for warning in held.warnings:
+    print("warning:", warning)
+
+values = holdfast.score(held.clip, held.object)["values"]
+for name in ("penetration_max_mm", "intersection_volume_cm3", "contact_frames_ratio"):
+    print(f"{name}: {values[name]:.4g}")
+
+held.save(arguments.folder)
+holdfast.render(held.clip, arguments.folder + "/held.png", object=held.object, camera="hand")
+print("saved to", arguments.folder)

@@ -1,0 +1,447 @@
+# SPDX-License-Identifier: MIT
+# What _core binds, for editors and type checkers; the docstrings are in the module.
+from os import PathLike
+from typing import Any, Callable, Literal, Optional, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__version__: str
+JOINT_NAMES: tuple[str, ...]
+
+_Floats = NDArray[np.float64]
+_Integers = NDArray[np.int32]
+_Path = Union[str, PathLike[str]]
+_Mesh = tuple[_Floats, _Integers]
+_Object = Union[_Path, tuple[ArrayLike, ArrayLike]]
+_Clip = Union["Clip", _Path]
+_Progress = Optional[Callable[[str, int, int], Any]]
+
+class Error(ValueError): ...
+class FitFailure(RuntimeError): ...
+class Stopped(RuntimeError): ...
+
+class ObjectTrack:
+    name: str
+    mesh: str
+    def __init__(
+        self, trans: ArrayLike, orient: ArrayLike, name: str = "", mesh: str = ""
+    ) -> None: ...
+    @property
+    def trans(self) -> _Floats: ...
+    @property
+    def orient(self) -> _Floats: ...
+    def __len__(self) -> int: ...
+
+class Clip:
+    frame_rate: float
+    gender: str
+    model_type: str
+    body_model: str
+    subject: str
+    action: str
+    def __init__(
+        self,
+        poses: ArrayLike,
+        trans: ArrayLike,
+        *,
+        betas: Optional[ArrayLike] = None,
+        frame_rate: float = 30.0,
+        gender: str = "neutral",
+        model_type: str = "smplx",
+        object: Optional[ObjectTrack] = None,
+        holding_hand: Optional[ArrayLike] = None,
+    ) -> None: ...
+    @property
+    def poses(self) -> _Floats: ...
+    @property
+    def root_orient(self) -> _Floats: ...
+    @property
+    def pose_body(self) -> _Floats: ...
+    @property
+    def pose_jaw(self) -> _Floats: ...
+    @property
+    def pose_eye(self) -> _Floats: ...
+    @property
+    def pose_hand(self) -> _Floats: ...
+    @property
+    def trans(self) -> _Floats: ...
+    @property
+    def betas(self) -> _Floats: ...
+    @betas.setter
+    def betas(self, value: ArrayLike) -> None: ...
+    @property
+    def object(self) -> Optional[ObjectTrack]: ...
+    def with_object(self, object: Optional[ObjectTrack]) -> Clip: ...
+    @property
+    def holding_hand(self) -> NDArray[np.uint8]: ...
+    @holding_hand.setter
+    def holding_hand(self, value: Optional[ArrayLike]) -> None: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, frames: slice) -> Clip: ...
+    def copy(self) -> Clip: ...
+    def resample(self, frame_rate: float) -> Clip: ...
+    def to_smplx(self) -> dict[str, _Floats]: ...
+    @staticmethod
+    def load(
+        path: _Path, *, body: Optional[BodyModel] = None, frame_rate: float = 0.0
+    ) -> Clip: ...
+    def save(self, path: _Path) -> None: ...
+
+def import_motion(
+    path: _Path, *, body: Optional[BodyModel] = None, frame_rate: float = 0.0
+) -> Clip: ...
+
+class BodyModel:
+    @staticmethod
+    def load(path: Optional[_Path] = None) -> BodyModel: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def num_vertices(self) -> int: ...
+    @property
+    def num_shape(self) -> int: ...
+    @property
+    def faces(self) -> _Integers: ...
+    @property
+    def joint_names(self) -> tuple[str, ...]: ...
+    @property
+    def joint_parents(self) -> tuple[int, ...]: ...
+    def hand_vertex_ids(self, side: Literal["right", "left"]) -> _Integers: ...
+    def __call__(
+        self,
+        poses: ArrayLike,
+        trans: Optional[ArrayLike] = None,
+        betas: Optional[ArrayLike] = None,
+        vertex_ids: Optional[ArrayLike] = None,
+        threads: int = 0,
+    ) -> tuple[_Floats, _Floats]: ...
+    def vjp(
+        self,
+        poses: ArrayLike,
+        trans: Optional[ArrayLike],
+        betas: Optional[ArrayLike],
+        grad_vertices: Optional[ArrayLike] = None,
+        grad_joints: Optional[ArrayLike] = None,
+        vertex_ids: Optional[ArrayLike] = None,
+        threads: int = 0,
+        *,
+        with_betas: bool = False,
+    ) -> tuple[_Floats, ...]: ...
+
+class SignedDistance:
+    def __init__(
+        self,
+        mesh: Union[_Object, ArrayLike],
+        faces: Optional[ArrayLike] = None,
+        *,
+        cell: float = 0.0,
+        padding: float = 0.02,
+        threads: int = 0,
+    ) -> None: ...
+    @property
+    def watertight(self) -> bool: ...
+    @property
+    def cell(self) -> float: ...
+    def __call__(self, points: ArrayLike, threads: int = 0) -> _Floats: ...
+    def gradient(self, points: ArrayLike, threads: int = 0) -> tuple[_Floats, _Floats]: ...
+
+def object_names() -> list[str]: ...
+def load_mesh(path_or_name: _Object, scale: float = 1.0) -> _Mesh: ...
+def decimate(
+    mesh: _Object,
+    vertices: int = 300,
+    *,
+    method: str = "lindstrom-turk",
+    allow_wrap: bool = True,
+) -> _Mesh: ...
+def check_mesh(mesh: _Object) -> dict[str, Any]: ...
+def doctor(clip_or_mesh: Union[_Clip, _Object]) -> list[dict[str, str]]: ...
+def intersection_volume(
+    mesh_a: _Object,
+    mesh_b: _Object,
+    exact: bool = True,
+    *,
+    voxel: float = 0.002,
+    threads: int = 0,
+) -> float: ...
+def load_pickle_safe(path: _Path) -> Any: ...
+def pair_distances(hand: ArrayLike, object: ArrayLike) -> _Floats: ...
+def distance_energy(
+    hand: ArrayLike, object: ArrayLike, reference: ArrayLike, *, threads: int = 0
+) -> tuple[float, _Floats, _Floats]: ...
+def contact_energy(
+    hand: ArrayLike, object: ArrayLike, reference: ArrayLike, threshold_m: float = 0.01
+) -> tuple[float, _Floats, _Floats]: ...
+def penetration_energy(
+    points: ArrayLike, signed_distance: SignedDistance, give_m: float = 0.0, *, threads: int = 0
+) -> tuple[float, _Floats]: ...
+
+class FitResult:
+    @property
+    def clip(self) -> Clip: ...
+    @property
+    def status(self) -> str: ...
+    @property
+    def held_by(self) -> str: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    @property
+    def energies(self) -> dict[str, _Floats]: ...
+    @property
+    def per_frame(self) -> dict[str, Any]: ...
+    @property
+    def contact(self) -> dict[str, Any]: ...
+    @property
+    def grasp(self) -> dict[str, Any]: ...
+    @property
+    def switches(self) -> list[dict[str, Any]]: ...
+    @property
+    def seconds(self) -> float: ...
+    @property
+    def object(self) -> _Mesh: ...
+    @property
+    def object_name(self) -> str: ...
+    def save(self, folder: _Path) -> None: ...
+
+def fit(
+    clip: _Clip,
+    object: _Object,
+    *,
+    hand: str = "auto",
+    style: str = "auto",
+    at: Optional[ArrayLike] = None,
+    region: Optional[_Object] = None,
+    avoid: Optional[_Object] = None,
+    regrasp: bool = False,
+    keep_grasp: bool = False,
+    recipe: str = "holdfast",
+    solve: str = "sequential",
+    weights: Optional[dict[str, float]] = None,
+    contact_threshold_mm: float = 10.0,
+    slip: bool = False,
+    hand_over: bool = False,
+    first_hand: str = "auto",
+    switch_frames: Optional[ArrayLike] = None,
+    max_switches: int = ...,
+    dwell_s: float = ...,
+    object_scale: float = 1.0,
+    object_vertices: int = 300,
+    max_iterations: int = ...,
+    precision: str = "single",
+    body: Optional[BodyModel] = None,
+    seed: int = 1,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> FitResult: ...
+def offhand(clip: _Clip, object: _Object, **options: Any) -> FitResult: ...
+
+class RefineResult:
+    @property
+    def clip(self) -> Clip: ...
+    @property
+    def before(self) -> dict[str, Any]: ...
+    @property
+    def after(self) -> dict[str, Any]: ...
+    @property
+    def distance(self) -> dict[str, Any]: ...
+    @property
+    def holds(self) -> list[dict[str, Any]]: ...
+    @property
+    def rests(self) -> list[dict[str, Any]]: ...
+    @property
+    def solve(self) -> dict[str, Any]: ...
+    @property
+    def object(self) -> _Mesh: ...
+
+def refine(
+    clip: _Clip,
+    object: Optional[_Object] = None,
+    *,
+    hand: str = "auto",
+    weights: Optional[dict[str, float]] = None,
+    object_scale: float = 1.0,
+    object_vertices: int = 300,
+    body: Optional[BodyModel] = None,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> RefineResult: ...
+
+class GraspResult:
+    @property
+    def clip(self) -> Clip: ...
+    @property
+    def hand(self) -> str: ...
+    @property
+    def numbers(self) -> dict[str, Any]: ...
+    @property
+    def object(self) -> _Mesh: ...
+
+def grasp(
+    object: _Object,
+    *,
+    hand: str = "auto",
+    style: str = "auto",
+    at: Optional[ArrayLike] = None,
+    region: Optional[_Object] = None,
+    avoid: Optional[_Object] = None,
+    clip: Optional[_Clip] = None,
+    body: Optional[BodyModel] = None,
+    object_scale: float = 1.0,
+    closings: int = ...,
+    refinements: int = ...,
+    upright: float = ...,
+    seed: int = 1,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> GraspResult: ...
+
+class FrameFitter:
+    def __init__(
+        self,
+        object: _Object,
+        hand: Literal["right", "left"] = "right",
+        *,
+        weights: Optional[dict[str, float]] = None,
+        contact_threshold_mm: float = 10.0,
+        slip: bool = False,
+        body: Optional[BodyModel] = None,
+        betas: Optional[ArrayLike] = None,
+        frame_rate: float = 30.0,
+        object_scale: float = 1.0,
+        object_vertices: int = 300,
+        threads: int = 0,
+    ) -> None: ...
+    def start(
+        self,
+        poses: ArrayLike,
+        trans: ArrayLike,
+        object_rotation: ArrayLike,
+        object_translation: ArrayLike,
+    ) -> tuple[_Floats, _Floats, _Floats]: ...
+    def step(self, poses: ArrayLike, trans: ArrayLike) -> tuple[_Floats, _Floats, _Floats]: ...
+    @property
+    def poses(self) -> _Floats: ...
+    @property
+    def report(self) -> dict[str, Any]: ...
+    @property
+    def hand(self) -> str: ...
+    @property
+    def object(self) -> _Mesh: ...
+
+class ReachResult:
+    @property
+    def clips(self) -> list[Clip]: ...
+    @property
+    def clip(self) -> Clip: ...
+    @property
+    def reached(self) -> NDArray[np.bool_]: ...
+    @property
+    def misses(self) -> list[Optional[str]]: ...
+    @property
+    def goals(self) -> list[dict[str, Any]]: ...
+    @property
+    def quality(self) -> list[dict[str, Any]]: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    @property
+    def seconds(self) -> float: ...
+
+def reach(
+    goals: ArrayLike,
+    *,
+    clip: Optional[_Clip] = None,
+    frame: Optional[int] = None,
+    wrist: Literal["right", "left"] = "right",
+    method: Literal["intention", "latent-opt", "vae-opt"] = "intention",
+    samples: Optional[int] = None,
+    time_s: Optional[float] = None,
+    sigma: float = 1.0,
+    refit: bool = True,
+    refit_all: bool = False,
+    free_time: bool = False,
+    approach: Optional[ArrayLike] = None,
+    obstacles: Optional[list[_Object]] = None,
+    weights: str = "",
+    body: Optional[BodyModel] = None,
+    seed: int = 1,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> ReachResult: ...
+
+class SynthesisResult:
+    @property
+    def clip(self) -> Clip: ...
+    @property
+    def motion(self) -> Clip: ...
+    @property
+    def fit(self) -> FitResult: ...
+    @property
+    def action(self) -> str: ...
+    @property
+    def object_class(self) -> str: ...
+    @property
+    def sentence(self) -> str: ...
+    @property
+    def samples(self) -> list[dict[str, Any]]: ...
+    @property
+    def switch_frame(self) -> Optional[int]: ...
+    @property
+    def seconds_per_key_frame(self) -> float: ...
+
+def synthesize(
+    action: str,
+    object: _Object,
+    *,
+    object_class: str = "",
+    clip: Optional[_Clip] = None,
+    frame: Optional[int] = None,
+    start: Literal["any", "table", "hand"] = "any",
+    hand: Literal["right", "left"] = "right",
+    betas: Optional[ArrayLike] = None,
+    samples: int = 8,
+    seconds: Optional[float] = None,
+    key_frames: int = ...,
+    sigma: float = 1.0,
+    frame_rate: float = 30.0,
+    object_scale: float = 1.0,
+    weights: str = "",
+    action_embeddings: str = "",
+    body: Optional[BodyModel] = None,
+    seed: int = 1,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> SynthesisResult: ...
+def score(
+    clip: _Clip,
+    object: Optional[_Object] = None,
+    reference: Optional[_Clip] = None,
+    *,
+    exact: Literal["off", "auto", "on"] = "auto",
+    deep_mm: float = 2.0,
+    contact_threshold_mm: float = 5.0,
+    voxel_mm: float = 2.0,
+    symmetric: Literal["off", "auto", "on"] = "auto",
+    overlap: bool = False,
+    resample: bool = False,
+    per_frame: bool = False,
+    object_scale: float = 1.0,
+    body: Optional[BodyModel] = None,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> dict[str, Any]: ...
+def render(
+    clip: _Clip,
+    path: _Path,
+    *,
+    object: Optional[_Object] = None,
+    object_scale: float = 1.0,
+    body: Optional[BodyModel] = None,
+    size: tuple[int, int] = (640, 480),
+    camera: Literal["auto", "front", "side", "follow", "hand"] = "auto",
+    frame: Optional[int] = None,
+    sheet: tuple[int, int] = (4, 2),
+    frame_rate: Optional[float] = None,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> None: ...

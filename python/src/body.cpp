@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <functional>
+#include <optional>
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "geometry/body/vertex_adjoint.h"
+#include "geometry/parallel.h"
+#include "python/src/bindings.h"
+#include "python/src/numpy.h"
+#include "python/src/run.h"
+
+namespace holdfast::python {
+namespace {
+
+using namespace py::literals;
+
+using JointColumns = Eigen::Matrix<double, 3, kNumJoints>;
+
+// What calls of a model work on, kept with it from call to call: in a loop of an optimizer, betas
+// and vertices stay the same, and preparing them takes longer than a frame.
+struct PersonSurface {
+  Eigen::VectorXd betas;
+  std::optional<std::vector<int>> vertex_ids;
+  std::shared_ptr<const BodySurface> surface;
+};
+
+PersonSurface SurfaceOf(const py::object& self, const py::object& betas,
+                        const py::object& vertex_ids) {
+  const ModelPtr model = self.cast<ModelPtr>();
+  PersonSurface person;
+  if (!betas.is_none()) person.betas = Vector(betas, "betas");
+  if (!vertex_ids.is_none()) {
+    const py::array_t<int> ids = Integers(vertex_ids, "vertex_ids", {-1});
+    person.vertex_ids.emplace(ids.data(), ids.data() + ids.size());
+  }
+  if (py::hasattr(self, "_surface") && py::isinstance<PersonSurface>(self.attr("_surface"))) {
+    const PersonSurface& last = self.attr("_surface").cast<const PersonSurface&>();
+    if (last.betas.size() == person.betas.size() && last.betas == person.betas &&
+        last.vertex_ids == person.vertex_ids) {
+      return last;
+    }
+  }
+  {
+    const py::gil_scoped_release unlocked;
+    person.surface = person.vertex_ids ? std::make_shared<const BodySurface>(model, person.betas,
+                                                                             *person.vertex_ids)
+                                       : std::make_shared<const BodySurface>(model, person.betas);
+  }
+  self.attr("_surface") = py::cast(person);
+  return person;
+}
+
+// A motion as both calls take it.
+struct Motion {
+  Motion(const py::object& poses, const py::object& trans_or_none)
+      : pose(Poses(poses, "poses")), trans(Eigen::Matrix3Xd::Zero(3, Frames())) {
+    if (!trans_or_none.is_none()) trans = Columns(trans_or_none, "trans", Frames());
+  }
+  py::ssize_t Frames() const { return static_cast<py::ssize_t>(pose.size()); }
+
+  std::vector<JointPose> pose;
+  Eigen::Matrix3Xd trans;
+};
+
+// The frames are divided into as many blocks whatever the threads: sums over a block, and of these
+// in their order, are then the same for any number of threads.
+constexpr py::ssize_t kBlocks = 64;
+
+// frame(t, block, state) for all frames, posed.
+void ForFrames(const Motion& motion, const BodySurface& surface, int threads,
+               const std::function<void(py::ssize_t, py::ssize_t, BodyState&)>& frame) {
+  const py::ssize_t frames = motion.Frames(), blocks = std::min(frames, kBlocks);
+  RunWithProgress(py::none(), [&](const StagedProgress& progress) {
+    ParallelFor(static_cast<int>(blocks), threads, [&](int block) {
+      thread_local BodyState state;  // of a thread that ends with this call
+      for (py::ssize_t t = block * frames / blocks; t < (block + 1) * frames / blocks; ++t) {
+        if (!progress("frames", 0, 0)) return;
+        Forward(surface, motion.pose[static_cast<std::size_t>(t)], motion.trans.col(t), state);
+        frame(t, block, state);
+      }
+    });
+  });
+}
+
+py::array_t<double> Zeros(std::vector<py::ssize_t> shape) {
+  py::array_t<double> array(std::move(shape));
+  std::fill_n(array.mutable_data(), array.size(), 0.0);
+  return array;
+}
+
+py::tuple PoseBody(const py::object& self, const py::object& poses, const py::object& trans,
+                   const py::object& betas, const py::object& vertex_ids, int threads) {
+  const Motion motion(poses, trans);
+  const int used = ThreadsOf(threads);
+  const PersonSurface person = SurfaceOf(self, betas, vertex_ids);
+  const py::ssize_t n = person.surface->NumVertices();
+  py::array_t<double> vertices({motion.Frames(), n, py::ssize_t{3}});
+  py::array_t<double> joints({motion.Frames(), py::ssize_t{kNumJoints}, py::ssize_t{3}});
+  double* const vertex_rows = vertices.mutable_data();
+  double* const joint_rows = joints.mutable_data();
+  ForFrames(motion, *person.surface, used, [&](py::ssize_t t, py::ssize_t, BodyState& state) {
+    Eigen::Map<Eigen::Matrix3Xd>(vertex_rows + 3 * n * t, 3, n) = state.vertices;
+    Eigen::Map<JointColumns>(joint_rows + state.joints.size() * t) = state.joints;
+  });
+  return py::make_tuple(vertices, joints);
+}
+
+py::tuple PullBack(const py::object& self, const py::object& poses, const py::object& trans,
+                   const py::object& betas, const py::object& grad_vertices,
+                   const py::object& grad_joints, const py::object& vertex_ids, int threads,
+                   bool with_betas) {
+  const Motion motion(poses, trans);
+  const py::ssize_t frames = motion.Frames();
+  const int used = ThreadsOf(threads);
+  if (grad_vertices.is_none() && grad_joints.is_none()) {
+    throw py::value_error("expected grad_vertices, grad_joints or both, got None for both");
+  }
+  const PersonSurface person = SurfaceOf(self, betas, vertex_ids);
+  const BodySurface& surface = *person.surface;
+  const py::ssize_t n = grad_vertices.is_none() ? 0 : surface.NumVertices();
+  const py::array_t<double> by_vertices =
+      grad_vertices.is_none() ? Zeros({0}) : Floats(grad_vertices, "grad_vertices", {frames, n, 3});
+  const py::array_t<double> by_joints =
+      grad_joints.is_none() ? Zeros({frames, kNumJoints, 3})
+                            : Floats(grad_joints, "grad_joints", {frames, kNumJoints, 3});
+  py::array_t<double> by_poses({frames, py::ssize_t{3 * kNumJoints}});
+  py::array_t<double> by_trans({frames, py::ssize_t{3}});
+  const double* const vertex_rows = by_vertices.data();
+  const double* const joint_rows = by_joints.data();
+  double* const pose_rows = by_poses.mutable_data();
+  double* const trans_rows = by_trans.mutable_data();
+
+  struct RestSum {
+    Eigen::Matrix3Xd vertices;
+    JointColumns joints = JointColumns::Zero();
+  };
+  std::vector<RestSum> sums(static_cast<std::size_t>(with_betas ? kBlocks : 0));
+  ForFrames(motion, surface, used, [&](py::ssize_t t, py::ssize_t block, BodyState& state) {
+    thread_local BodyGradient gradient;
+    VertexAdjoint(surface, state, Eigen::Map<const Eigen::Matrix3Xd>(vertex_rows + 3 * n * t, 3, n),
+                  Eigen::Map<const JointColumns>(joint_rows + 3 * kNumJoints * t), gradient);
+    Eigen::Map<JointPose>(pose_rows + gradient.pose.size() * t) = gradient.pose;
+    Eigen::Map<Eigen::Vector3d>(trans_rows + 3 * t) = gradient.trans;
+    if (!with_betas) return;
+    RestSum& sum = sums[static_cast<std::size_t>(block)];
+    if (sum.vertices.cols() == 0) sum.vertices.setZero(3, surface.NumVertices());
+    sum.vertices += gradient.rest_vertices;
+    sum.joints += gradient.rest_joints;
+  });
+  if (!with_betas) return py::make_tuple(by_poses, by_trans);
+  RestSum all{Eigen::Matrix3Xd::Zero(3, surface.NumVertices())};
+  Eigen::VectorXd by_betas;
+  {
+    const py::gil_scoped_release unlocked;
+    for (const RestSum& sum : sums) {
+      if (sum.vertices.cols() > 0) all.vertices += sum.vertices;
+      all.joints += sum.joints;
+    }
+    by_betas =
+        ShapeGradient(surface, all.vertices, all.joints, static_cast<int>(person.betas.size()));
+  }
+  return py::make_tuple(by_poses, by_trans, py::array_t<double>(by_betas.size(), by_betas.data()));
+}
+
+py::tuple JointNames() {
+  py::tuple names(kNumJoints);
+  for (std::size_t j = 0; j < kNumJoints; ++j) {
+    names[j] = py::str(kJointNames[j].data(), kJointNames[j].size());
+  }
+  return names;
+}
+
+template <typename Class>
+void BindProperties(Class& model) {
+  model
+      .def_property_readonly(
+          "name", [](const BodyModel& self) { return self.Name(); }, "of the file")
+      .def_property_readonly("num_vertices", &BodyModel::NumVertices)
+      .def_property_readonly("num_shape", &BodyModel::NumShape, "usable betas")
+      .def_property_readonly(
+          "faces", [](const BodyModel& self) { return Rows(self.Faces()); },
+          "(F, 3) vertex ids, counter-clockwise seen from outside; a copy")
+      .def_property_readonly(
+          "joint_names", [](const BodyModel&) { return JointNames(); }, "55 names, as JOINT_NAMES")
+      .def_property_readonly(
+          "joint_parents", [](const BodyModel&) { return py::tuple(py::cast(kJointParents)); },
+          "parent of each of the 55 joints, -1 for the pelvis; always less than the joint")
+      .def(
+          "hand_vertex_ids",
+          [](const BodyModel& self, const std::string& side) {
+            const std::vector<int>& ids = self.HandVertexIds(
+                Choice<Side>(side, "side", {{"right", Side::kRight}, {"left", Side::kLeft}}));
+            return py::array_t<int>(static_cast<py::ssize_t>(ids.size()), ids.data());
+          },
+          "side"_a, "(n,) vertices of the 'right' or 'left' hand, ascending: for vertex_ids.");
+}
+
+}  // namespace
+
+void BindBody(py::module_& module) {
+  module.attr("JOINT_NAMES") = JointNames();
+  py::class_<BodyModel, std::shared_ptr<BodyModel>> model(
+      module, "BodyModel", py::dynamic_attr(),
+      "A body model of SMPL-X's 55 joints: SMPL-X, SMPL-H and MANO files, and the model that comes "
+      "with Holdfast.\n\n"
+      "vertices, joints = BodyModel.load()(clip.poses, clip.trans, clip.betas)");
+  py::class_<PersonSurface>(model, "_Surface");
+  BindProperties(model);
+  model
+      .def_static(
+          "load",
+          [](const std::optional<std::filesystem::path>& path) -> ModelPtr {
+            const py::gil_scoped_release unlocked;
+            return path ? BodyModel::Load(*path) : BodyModel::Default();
+          },
+          "path"_a = py::none(),
+          "Reads SMPL-X (v1.0, v1.1), SMPL-H or MANO as downloaded, .npz or .pkl (nothing in it is "
+          "executed). None: the model that comes with Holdfast. Raises Error naming the field for "
+          "files that are no body model.")
+      .def("__call__", &PoseBody, "poses"_a, "trans"_a = py::none(), "betas"_a = py::none(),
+           "vertex_ids"_a = py::none(), "threads"_a = 0,
+           "Poses the body: (vertices (T, V, 3), joints (T, 55, 3)), metres, in the frame of trans."
+           "\n\nposes (T, 165) or (T, 55, 3) axis-angle in radians, of full hands "
+           "(flat_hand_mean=True); trans (T, 3) metres, None for zero: the pelvis is at J_0 + "
+           "trans; betas (B,), fewer than num_shape count as zero; vertex_ids (V,) to pose some "
+           "vertices only, in that order (an empty array of ints: joints only); threads 0: all. "
+           "Raises Error for betas that the model has not and vertex ids out of range.")
+      .def("vjp", &PullBack, "poses"_a, "trans"_a, "betas"_a, "grad_vertices"_a = py::none(),
+           "grad_joints"_a = py::none(), "vertex_ids"_a = py::none(), "threads"_a = 0,
+           py::kw_only(), "with_betas"_a = false,
+           "The gradient of a loss by (poses (T, 165), trans (T, 3)), from its gradient by what "
+           "the call with the same arguments returned: grad_vertices (T, V, 3), grad_joints (T, "
+           "55, 3), one of them or both. with_betas: by betas (B,) too, summed over the frames, as "
+           "a third array. Exact (reverse mode, by hand), through the pose blend shapes as well; "
+           "the numbers do not depend on threads.");
+}
+
+}  // namespace holdfast::python

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "geometry/clip/resample.h"
+#include "geometry/import/load_clip.h"
+#include "python/src/bindings.h"
+#include "python/src/numpy.h"
+
+namespace holdfast::python {
+namespace {
+
+using namespace py::literals;
+
+void RequireLength(py::ssize_t found, int frames, const char* name) {
+  if (found != frames) {
+    throw py::value_error(
+        fmt::format("{}: expected {} rows, one for each frame, got {}", name, frames, found));
+  }
+}
+
+std::vector<std::uint8_t> HoldingBits(const py::handle& value, int frames) {
+  if (value.is_none()) return {};
+  const py::array_t<int> bits = Integers(value, "holding_hand", {-1});
+  RequireLength(bits.size(), frames, "holding_hand");
+  std::vector<std::uint8_t> result;
+  for (py::ssize_t t = 0; t < bits.size(); ++t) {
+    const int bit = bits.data()[t];
+    if (bit < 0 || bit > 3) {
+      throw py::value_error(fmt::format(
+          "holding_hand[{}] is {}: 0 nobody, 1 right hand, 2 left hand, 3 both", t, bit));
+    }
+    result.push_back(static_cast<std::uint8_t>(bit));
+  }
+  return result;
+}
+
+double PositiveRate(double frame_rate) {
+  if (!(frame_rate > 0.0) || !std::isfinite(frame_rate)) {
+    throw py::value_error("frame_rate: expected more than 0 Hz");
+  }
+  return frame_rate;
+}
+
+ClipPtr MakeClip(const py::object& poses, const py::object& trans, const py::object& betas,
+                 double frame_rate, const std::string& gender, const std::string& model_type,
+                 const py::object& object, const py::object& holding_hand) {
+  auto clip = std::make_shared<Clip>();
+  clip->pose = Poses(poses, "poses");
+  if (clip->pose.empty()) throw py::value_error("poses: expected one frame or more, got none");
+  clip->trans = Columns(trans, "trans", clip->NumFrames());
+  if (!betas.is_none()) clip->betas = Vector(betas, "betas");
+  clip->frame_rate = PositiveRate(frame_rate);
+  clip->gender = gender;
+  clip->surface_model_type = model_type;
+  if (!object.is_none()) {
+    clip->object = object.cast<ObjectTrack>();
+    RequireLength(clip->object->trans.cols(), clip->NumFrames(), "object");
+  }
+  clip->holding_hand = HoldingBits(holding_hand, clip->NumFrames());
+  RequireInRange(*clip, "Clip");
+  return clip;
+}
+
+// Columns [begin, end) of the poses as a view (T, end - begin).
+py::array_t<double> PoseColumns(const py::object& self, int begin, int end) {
+  Clip& clip = self.cast<Clip&>();
+  constexpr py::ssize_t kRow = 3 * kNumJoints * sizeof(double);
+  return py::array_t<double>({static_cast<py::ssize_t>(clip.NumFrames()), py::ssize_t{end - begin}},
+                             {kRow, static_cast<py::ssize_t>(sizeof(double))},
+                             clip.pose.front().data() + begin, self);
+}
+
+// The arguments of smplx's forward, by its names (use_pca=False, flat_hand_mean=True).
+py::dict ToSmplx(const py::object& self) {
+  const auto columns = [&](int first, int count) {
+    return PoseColumns(self, 3 * first, 3 * (first + count));
+  };
+  Clip& clip = self.cast<Clip&>();
+  py::array_t<double> betas({py::ssize_t{1}, static_cast<py::ssize_t>(clip.betas.size())});
+  std::copy_n(clip.betas.data(), clip.betas.size(), betas.mutable_data());
+  return py::dict("global_orient"_a = columns(kPelvis, 1), "body_pose"_a = columns(1, 21),
+                  "jaw_pose"_a = columns(kJaw, 1), "leye_pose"_a = columns(kLeftEye, 1),
+                  "reye_pose"_a = columns(kRightEye, 1),
+                  "left_hand_pose"_a = columns(kLeftHandBegin, kJointsPerHand),
+                  "right_hand_pose"_a = columns(kRightHandBegin, kJointsPerHand),
+                  "transl"_a = RowsOf(clip.trans, self), "betas"_a = betas);
+}
+
+ClipPtr LoadAny(const std::string& path, const py::object& body, double frame_rate) {
+  ImportFileOptions options;
+  if (!body.is_none()) options.parameters.body = body.cast<ModelPtr>();
+  if (frame_rate < 0.0) throw py::value_error("frame_rate: expected 0 (the file's) or more");
+  if (frame_rate > 0.0) options.frame_rate = frame_rate;
+  LoadedClip loaded;
+  {
+    const py::gil_scoped_release unlocked;
+    loaded = LoadClip(path, std::move(options));
+  }
+  LogNotes(loaded.notes);
+  return std::make_shared<Clip>(std::move(loaded.clip));
+}
+
+ClipPtr SliceOf(const Clip& clip, const py::slice& slice) {
+  py::ssize_t begin, end, step, length;
+  if (!slice.compute(clip.NumFrames(), &begin, &end, &step, &length)) throw py::error_already_set();
+  if (step != 1) throw py::value_error("a clip is sliced in steps of one frame: use resample()");
+  if (length == 0) throw py::value_error("the slice has no frames");
+  return std::make_shared<Clip>(
+      Slice(clip, static_cast<int>(begin), static_cast<int>(begin + length)));
+}
+
+void BindTrack(py::module_& module) {
+  py::class_<ObjectTrack>(module, "ObjectTrack",
+                          "An object's way through a clip: x_world = R x_object + T.")
+      .def(py::init([](const py::object& trans, const py::object& orient, std::string name,
+                       std::string mesh) {
+             ObjectTrack track;
+             track.trans = Columns(trans, "trans");
+             track.orient = Columns(orient, "orient", track.trans.cols());
+             track.name = std::move(name);
+             track.mesh = std::move(mesh);
+             return track;
+           }),
+           "trans"_a, "orient"_a, "name"_a = "", "mesh"_a = "")
+      .def_property_readonly(
+          "trans",
+          [](const py::object& self) { return RowsOf(self.cast<ObjectTrack&>().trans, self); },
+          "(T, 3) metres, world; a view")
+      .def_property_readonly(
+          "orient",
+          [](const py::object& self) { return RowsOf(self.cast<ObjectTrack&>().orient, self); },
+          "(T, 3) axis-angle, radians, of column vectors; a view")
+      .def_readwrite("name", &ObjectTrack::name)
+      .def_readwrite("mesh", &ObjectTrack::mesh, "file of the mesh, relative to the clip")
+      .def("__len__", [](const ObjectTrack& track) { return track.trans.cols(); });
+}
+
+// A clip's track stays as long as the clip: arrays and tracks that were given out point into it.
+ClipPtr WithObject(const Clip& self, const py::object& track) {
+  auto clip = std::make_shared<Clip>(self);
+  clip->object.reset();
+  if (track.is_none()) return clip;
+  clip->object = track.cast<const ObjectTrack&>();
+  RequireLength(clip->object->trans.cols(), clip->NumFrames(), "object");
+  return clip;
+}
+
+template <typename Class>
+void BindFields(Class& clip) {
+  const auto columns = [&](const char* name, int first, int count, const char* doc) {
+    clip.def_property_readonly(
+        name,
+        [=](const py::object& self) { return PoseColumns(self, 3 * first, 3 * (first + count)); },
+        doc);
+  };
+  columns("poses", 0, kNumJoints, "(T, 165) axis-angle, radians; a view");
+  columns("root_orient", 0, 1, "(T, 3), a view into poses");
+  columns("pose_body", 1, 21, "(T, 63), a view into poses");
+  columns("pose_jaw", kJaw, 1, "(T, 3), a view into poses");
+  columns("pose_eye", kLeftEye, 2, "(T, 6), a view into poses");
+  columns("pose_hand", kLeftHandBegin, 2 * kJointsPerHand,
+          "(T, 90), left 45, right 45, a view into poses");
+  clip.def_property_readonly(
+      "trans", [](const py::object& self) { return RowsOf(self.cast<Clip&>().trans, self); },
+      "(T, 3) metres: the pelvis is at J_0 + trans; a view");
+  clip.def_property(
+      "betas",
+      [](const Clip& self) { return py::array_t<double>(self.betas.size(), self.betas.data()); },
+      [](Clip& self, const py::object& value) { self.betas = Vector(value, "betas"); },
+      "(B,) shape coefficients; a copy");
+  clip.def_property_readonly(
+      "object", [](Clip& self) { return self.object ? &*self.object : nullptr; },
+      "ObjectTrack, or None");
+  clip.def("with_object", &WithObject, "object"_a,
+           "A copy with this ObjectTrack, or without any for None.");
+  clip.def_property(
+      "frame_rate", [](const Clip& self) { return self.frame_rate; },
+      [](Clip& self, double value) { self.frame_rate = PositiveRate(value); }, "Hz");
+  clip.def_property(
+      "holding_hand",
+      [](const Clip& self) {
+        return py::array_t<std::uint8_t>(static_cast<py::ssize_t>(self.holding_hand.size()),
+                                         self.holding_hand.data());
+      },
+      [](Clip& self, const py::object& value) {
+        self.holding_hand = HoldingBits(value, self.NumFrames());
+      },
+      "(T,) or empty: 0 nobody, 1 right hand, 2 left, 3 both; a copy");
+}
+
+}  // namespace
+
+void BindClip(py::module_& module) {
+  BindTrack(module);
+  py::class_<Clip, ClipPtr> clip(
+      module, "Clip",
+      "A human motion in SMPL-X parameters, optionally with an object. World: z up, ground z = 0, "
+      "metres.\n\nFields are AMASS's SMPL-X arrays; those called views share memory with the "
+      "clip.");
+  clip.def(py::init(&MakeClip), "poses"_a, "trans"_a, py::kw_only(), "betas"_a = py::none(),
+           "frame_rate"_a = 30.0, "gender"_a = "neutral", "model_type"_a = "smplx",
+           "object"_a = py::none(), "holding_hand"_a = py::none(),
+           "poses (T, 165) or (T, 55, 3) axis-angle in radians, trans (T, 3) in metres.");
+  BindFields(clip);
+  clip.def_readwrite("gender", &Clip::gender)
+      .def_readwrite("model_type", &Clip::surface_model_type, "'smplx', 'smplh', ...")
+      .def_readwrite("body_model", &Clip::body_model, "name of the model that betas are of")
+      .def_readwrite("subject", &Clip::subject)
+      .def_readwrite("action", &Clip::action)
+      .def("__len__", &Clip::NumFrames)
+      .def("__getitem__", &SliceOf, "Frames begin:end as a clip of their own.")
+      .def("__repr__",
+           [](const Clip& self) {
+             return fmt::format(
+                 "<holdfast.Clip: {} frames at {:g} Hz{}>", self.NumFrames(), self.frame_rate,
+                 self.object ? ", with " + (self.object->name.empty() ? std::string("an object")
+                                                                      : self.object->name)
+                             : "");
+           })
+      .def("copy", [](const Clip& self) { return std::make_shared<Clip>(self); })
+      .def(
+          "resample",
+          [](const Clip& self, double frame_rate) {
+            if (!(frame_rate > 0.0)) throw py::value_error("frame_rate: expected more than 0 Hz");
+            return std::make_shared<Clip>(Resample(self, frame_rate));
+          },
+          "frame_rate"_a, "The clip at another frame rate, Hz.")
+      .def("to_smplx", &ToSmplx,
+           "The arguments of smplx's forward by its names, arrays (T, ...) and betas (1, B), for a "
+           "model made with use_pca=False, flat_hand_mean=True.")
+      .def_static("load", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
+                  "frame_rate"_a = 0.0,
+                  "A clip: an embedded one by name ('demo_drink'), a result folder, or any file of "
+                  "motion that import_motion reads.")
+      .def(
+          "save",
+          [](const Clip& self, const std::filesystem::path& path) {
+            RequireInRange(self, "Clip");
+            const py::gil_scoped_release unlocked;
+            WriteClip(self, path);
+          },
+          "path"_a, "Writes AMASS's SMPL-X .npz, atomically.");
+  module.def(
+      "import_motion", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
+      "frame_rate"_a = 0.0,
+      "A clip from GRAB, AMASS, ARCTIC, Motion-X, smplx parameters, glTF, BVH, ASF/AMC, ..., "
+      "told by the content. frame_rate in Hz; 0: as the file has it, 30 for motion that is "
+      "retargeted. What was decided on the way is logged to 'holdfast' (INFO).");
+}
+
+void LogNotes(const std::vector<std::string>& notes) {
+  if (notes.empty()) return;
+  const py::object logger = py::module_::import("logging").attr("getLogger")("holdfast");
+  for (const std::string& note : notes) logger.attr("info")("%s", note);
+}
+
+ClipArgument ClipOf(const py::handle& value, const py::object& model, const char* name) {
+  ClipArgument argument;
+  ModelPtr body = model.is_none() ? nullptr : model.cast<ModelPtr>();
+  std::vector<std::string> notes;
+  if (py::isinstance<Clip>(value)) {
+    argument.clip = std::make_shared<Clip>(value.cast<const Clip&>());
+    argument.name = name;
+    RequireInRange(*argument.clip, name);
+    argument.body = BodyOfClip(name, *argument.clip, body ? body : BodyModel::Default(), notes);
+  } else {
+    if (!py::isinstance<py::str>(value) && !py::hasattr(value, "__fspath__")) {
+      throw py::type_error(
+          fmt::format("{}: expected a Clip, a path or the name of an embedded clip, "
+                      "got {}",
+                      name, std::string(py::str(py::type::of(value)))));
+    }
+    argument.name = py::str(value);
+    ImportFileOptions options;
+    options.parameters.body = body;
+    LoadedClip loaded;
+    {
+      const py::gil_scoped_release unlocked;
+      loaded = LoadClip(argument.name, std::move(options));
+    }
+    notes = loaded.notes;
+    argument.clip = std::make_shared<Clip>(std::move(loaded.clip));
+    argument.body = loaded.body;
+  }
+  LogNotes(notes);
+  return argument;
+}
+
+}  // namespace holdfast::python

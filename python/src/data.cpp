@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+#include <memory>
+#include <optional>
+#include <unordered_map>
+
+#include <fmt/format.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "geometry/error.h"
+#include "geometry/io/pickle/data_file.h"
+#include "python/src/bindings.h"
+#include "python/src/numpy.h"
+
+namespace holdfast::python {
+namespace {
+
+using namespace py::literals;
+
+constexpr int kMostNested = 200;
+
+// The numbers (or texts) with the type and shape that they have, uncopied.
+py::array ArrayOf(NpyMember member) {
+  auto owned = std::make_unique<NpyArray>(std::move(member.array));
+  const NpyArray& array = *owned;
+  const std::size_t length = array.kind == 'U' ? array.item_size / 4 : array.item_size;
+  const py::dtype type(fmt::format("{}{}{}", array.big_endian ? '>' : '<', array.kind, length));
+  std::vector<py::ssize_t> shape(array.shape.begin(), array.shape.end());
+  if (array.data.size() != array.NumElements() * array.item_size) {
+    throw Error(member.where, "has not as many bytes as its shape says", "Get the file again");
+  }
+  if (array.data.empty()) return py::array(type, shape);
+  std::vector<py::ssize_t> strides(shape.size());
+  auto step = static_cast<py::ssize_t>(array.item_size);
+  for (std::size_t k = 0; k < shape.size(); ++k) {
+    const std::size_t axis = array.fortran_order ? k : shape.size() - 1 - k;
+    strides[axis] = step;
+    step *= shape[axis];
+  }
+  const std::byte* const bytes = array.data.data();
+  const py::capsule owner(owned.release(), [](void* held) { delete static_cast<NpyArray*>(held); });
+  return py::array(type, shape, strides, bytes, owner);
+}
+
+py::str TextOf(const DataValue& value) {
+  const std::string text = value.Text();
+  return py::reinterpret_steal<py::str>(
+      PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "replace"));
+}
+
+// Values of one file as Python's own. What the file has once and refers to twice is one object
+// here, too; so the work is bounded by the file's size, and lists may hold themselves.
+class Converter {
+ public:
+  py::object operator()(const DataValue& value, int depth = 0) {
+    switch (value.Kind()) {
+      case DataKind::kNone:
+        return py::none();
+      case DataKind::kBool:
+        return py::bool_(value.Number() != 0.0);
+      case DataKind::kInteger:
+        return py::int_(value.Integer());
+      case DataKind::kReal:
+        return py::float_(value.Number());
+      case DataKind::kText:
+        return TextOf(value);
+      case DataKind::kBytes:
+        return py::bytes(value.Text());
+      default:
+        break;
+    }
+    if (depth == kMostNested) {
+      throw Error(value.Where(), fmt::format("is nested more than {} deep", kMostNested),
+                  "Check the file");
+    }
+    const auto known = made_.find(value.Index());
+    if (known != made_.end()) return known->second;
+    if (value.Kind() == DataKind::kList) {
+      py::list list;
+      made_[value.Index()] = list;
+      for (std::size_t i = 0; i < value.Size(); ++i) list.append((*this)(value[i], depth + 1));
+      return list;
+    }
+    const bool is_object = value.Kind() == DataKind::kObject;
+    if (value.Kind() == DataKind::kArray || (is_object && value.HoldsNumbers())) {
+      return made_[value.Index()] = ArrayOf(value.Array());
+    }
+    if (is_object && value.Names().empty()) {
+      throw Error(value.Where(), fmt::format("is {}, which is no data", value.Describe()),
+                  "Save what it holds as arrays");
+    }
+    py::dict dict;
+    made_[value.Index()] = dict;
+    for (const std::string& name : value.Names()) {
+      dict[py::str(name)] = (*this)(value[name], depth + 1);
+    }
+    return dict;
+  }
+
+ private:
+  std::unordered_map<std::uint32_t, py::object> made_;
+};
+
+py::object LoadSafe(const std::filesystem::path& path) {
+  std::optional<DataValue> root;
+  {
+    const py::gil_scoped_release unlocked;
+    root = DataFile(path).Root();
+  }
+  return Converter()(*root);
+}
+
+}  // namespace
+
+void BindData(py::module_& module) {
+  module.def("load_pickle_safe", &LoadSafe, "path"_a,
+             "Reads a pickle without executing anything in it; also torch files, .npz, .npy, "
+             "safetensors and JSON, told by the content, gzipped or not. A dict of arrays (with "
+             "the type and shape that they have), numbers, texts, None, lists and dicts; what the "
+             "file holds when that is no dict. Tuples and sets are lists, scipy.sparse and chumpy "
+             "arrays numpy's, other plain objects dicts of their fields; keys are texts, those "
+             "that are neither texts nor integers are left out. Raises Error for a file that needs "
+             "any class beyond those of plain data, naming it.");
+}
+
+}  // namespace holdfast::python

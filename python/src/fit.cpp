@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: MIT
+#include "python/src/fit.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <numbers>
+#include <utility>
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "geometry/import/held_distance.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "python/src/numpy.h"
+#include "python/src/run.h"
+#include "solver/fit/energy.h"
+
+namespace holdfast::python {
+namespace {
+
+using namespace py::literals;
+
+// A new grasp, or the clip's own? Objects that no hand can hold are refused here, before anything
+// is prepared for them.
+void ChooseGrasp(FitCall& call, std::vector<std::string>& notes) {
+  CarryOptions& options = call.options;
+  const Clip& clip = *call.clip.clip;
+  const bool needed = NeedsGrasp(clip, call.object, options);
+  if (options.grasp == GraspSource::kClipsOrNew && clip.object && needed && !options.place) {
+    notes.push_back(fmt::format(
+        "the clip's grasp is of {}, not of {}: a new one is made (keep_grasp=True keeps it)",
+        clip.object->name.empty() ? "another mesh" : clip.object->name, call.object.name));
+  }
+  options.grasp = needed ? GraspSource::kNew : GraspSource::kClips;
+  if (!needed) return;
+  const bool both = options.hands == CarryHands::kBoth ||
+                    std::ranges::count(clip.holding_hand, kHoldsRight | kHoldsLeft) > 0;
+  if (const std::optional<std::string> why = WhyTooLarge(call.object, both)) throw Failure(*why);
+}
+
+void RequireCarried(const CarryReport& report, const FitCall& call) {
+  if (report.status == CarryStatus::kStopped) throw Stopped();
+  const std::string& object = call.object.name;
+  if (report.status == CarryStatus::kNoGrasp) {
+    const bool left = report.holding.hands.front() == kHoldsLeft;
+    const std::string other = report.grasp.both ? "a first frame with both hands in front"
+                                                : fmt::format("--hand {}", left ? "right" : "left");
+    throw Failure(fmt::format("{}: {}. Try {}, {}", object, report.grasp.status, other,
+                              call.options.place ? "or another place (--at, --region, --avoid)"
+                                                 : "or another object size (--object-scale)"));
+  }
+  if (report.status == CarryStatus::kNoContact) {
+    throw Failure(fmt::format(
+        "{}: {} touches no hand in any frame. {}", call.clip.name, object,
+        report.grasp.made
+            ? "Try another --hand, or another frame to take hold in"
+            : "Its trajectory is of another object, scale or body: --regrasp makes a new grasp"));
+  }
+}
+
+struct HandOverArguments {
+  bool hand_over;
+  const std::string& first_hand;
+  const py::object& switch_frames;
+  int max_switches;
+  double dwell_s;
+};
+
+void SetHandOver(const HandOverArguments& in, CarryOptions& options) {
+  options.hand_over = in.hand_over;
+  options.handover.first_hand = Choice<std::optional<Side>>(
+      in.first_hand, "first_hand",
+      {{"auto", std::nullopt}, {"right", Side::kRight}, {"left", Side::kLeft}});
+  RequireBetween(in.max_switches, "max_switches", 1, 100);
+  RequireBetween(in.dwell_s, "dwell_s", 0.0, 10.0);
+  options.handover.max_switches = in.max_switches;
+  options.handover.dwell_s = in.dwell_s;
+  if (in.switch_frames.is_none()) return;
+  if (!in.hand_over) throw py::value_error("switch_frames: needs hand_over=True");
+  const py::array_t<int> frames = Integers(in.switch_frames, "switch_frames", {-1});
+  options.handover.switch_frames.assign(frames.data(), frames.data() + frames.size());
+}
+
+void SetSolver(const std::string& recipe, const std::string& solve, const std::string& precision,
+               double contact_threshold_mm, int max_iterations, CarryOptions& options) {
+  options.recipe = Choice<FitRecipe>(recipe, "recipe",
+                                     {{"holdfast", FitRecipe::kHoldfast},
+                                      {"paper", FitRecipe::kPaper},
+                                      {"imos-code", FitRecipe::kImosCode}});
+  options.fit.whole_clip = Choice<bool>(solve, "solve", {{"sequential", false}, {"batch", true}});
+  options.fit.precision = Choice<PairPrecision>(
+      precision, "precision",
+      {{"single", PairPrecision::kSingle}, {"double", PairPrecision::kDouble}});
+  RequirePositive(contact_threshold_mm, "contact_threshold_mm");
+  RequireBetween(max_iterations, "max_iterations", 1, 10'000);
+  options.fit.contact_threshold_m = 1e-3 * contact_threshold_mm;
+  options.fit.max_iterations = max_iterations;
+}
+
+CarriedPtr Fit(const py::object& clip, const py::object& object, const std::string& hand,
+               const std::string& style, const py::object& at, const py::object& region,
+               const py::object& avoid, bool regrasp, bool keep_grasp, const std::string& recipe,
+               const std::string& solve, const py::object& weights, double contact_threshold_mm,
+               bool slip, bool hand_over, const std::string& first_hand,
+               const py::object& switch_frames, int max_switches, double dwell_s,
+               double object_scale, int object_vertices, int max_iterations,
+               const std::string& precision, const py::object& body, std::uint64_t seed,
+               int threads, const py::object& progress) {
+  FitCall call;
+  CarryOptions& options = call.options;
+  options.hands = Choice<CarryHands>(hand, "hand",
+                                     {{"auto", CarryHands::kAuto},
+                                      {"right", CarryHands::kRight},
+                                      {"left", CarryHands::kLeft},
+                                      {"both", CarryHands::kBoth}});
+  options.style = StyleOf(style);
+  SetHandOver({hand_over, first_hand, switch_frames, max_switches, dwell_s}, options);
+  SetSolver(recipe, solve, precision, contact_threshold_mm, max_iterations, options);
+  SetWeights(weights, options.fit);
+  options.fit.slip = slip;
+  RequirePositive(object_scale, "object_scale");
+  RequireBetween(object_vertices, "object_vertices", 4, 100'000);
+  options.object_scale = object_scale;
+  options.place = PlaceOf(at, region, avoid, object_scale);
+  if (keep_grasp && (regrasp || options.place)) {
+    throw py::value_error("keep_grasp: not together with regrasp, at, region or avoid");
+  }
+  options.grasp = keep_grasp                 ? GraspSource::kClips
+                  : regrasp || options.place ? GraspSource::kNew
+                                             : GraspSource::kClipsOrNew;
+  options.seed = seed;
+  options.threads = ThreadsOf(threads);
+  call.object_vertices = object_vertices;
+  ModelOf(body);
+  call.clip = ClipOf(clip, body);
+  call.object = ObjectOf(object, object_scale);
+  if (options.grasp == GraspSource::kClipsOrNew) options.clip_object = NamedMesh(clip, call.clip);
+
+  CarriedPtr carried;
+  std::vector<std::string> notes;
+  RunWithProgress(progress, [&](const StagedProgress& go_on) {
+    ChooseGrasp(call, notes);
+    carried = RunFit(call, go_on, notes);
+  });
+  LogNotes(notes);
+  return carried;
+}
+
+constexpr const char* kFitDoc = R"(Carries an object through a clip: object pose and finger angles
+are solved for every frame. A clip that has the object's trajectory keeps it as data; without one a
+hand takes the object in the first frame and holds it.
+
+clip: Clip, path, or name of an embedded clip. object: path, name of an embedded object, or
+(vertices (V, 3), faces (F, 3)) in metres.
+
+hand: 'auto' (as the clip says, else the right), 'right', 'left', 'both'. style of a new grasp:
+'auto', 'power', 'precision', 'handle'. at: (3,) point of the object to take hold at, its own frame,
+metres, scaled. region, avoid: parts of its surface to touch, or not, as (vertices, faces) or mesh
+file, scaled as the object is. regrasp: a new grasp even if the clip has one of this object;
+keep_grasp: the clip's own even if it is of another one.
+
+recipe: 'holdfast' (all terms), 'paper' (the three of IMoS), 'imos-code'. solve: 'sequential', or
+'batch' for all frames at once afterwards. weights: dict by term, such as {'penetration': 3000.0}.
+contact_threshold_mm: tau. slip: contacts may travel along the surface.
+
+hand_over: the object changes hands, in switch_frames (ascending) or where that is found; dwell_s is
+how long both hold around a switch that was given.
+
+progress: callable (stage, done, total), False stops. threads 0: all. Returns FitResult. Raises
+FitFailure where no hand can hold the object or none touches it, Stopped, and Error.
+
+    held = holdfast.fit('demo_drink', 'mug')
+    held.clip.save('held.npz'))";
+
+// One number of each frame.
+template <typename Number, typename Frame, typename Get>
+py::array_t<Number> PerFrame(const std::vector<Frame>& frames, const Get& get) {
+  py::array_t<Number> array(static_cast<py::ssize_t>(frames.size()));
+  std::transform(frames.begin(), frames.end(), array.mutable_data(), get);
+  return array;
+}
+
+py::dict EnergiesOf(const CarriedClip& self) {
+  using F = FrameReport;
+  const std::vector<F>& frames = self.report.fit.frames;
+  py::dict energies("energy_total"_a =
+                        PerFrame<double>(frames, [](const F& f) { return f.energy_total; }));
+  for (const EnergyTermInfo& info : EnergyTerms()) {
+    if (info.metric == nullptr) continue;
+    energies[info.metric] =
+        PerFrame<double>(frames, [&](const F& f) { return f.energies[info.term]; });
+  }
+  return energies;
+}
+
+py::dict PerFrameDict(const CarriedClip& self) {
+  using F = FrameReport;
+  using C = ContactScore::Frame;
+  const std::vector<F>& frames = self.report.fit.frames;
+  const std::vector<C>& contact = self.report.contact.frames;
+  py::list stops;
+  for (const F& frame : frames) stops.append(std::string(StopReasonName(frame.stop)));
+  py::dict columns = EnergiesOf(self);
+  columns["wrist_offset_mm"] =
+      PerFrame<double>(frames, [](const F& f) { return 1e3 * f.wrist_offset_m; });
+  columns["iterations"] = PerFrame<int>(frames, [](const F& f) { return f.iterations; });
+  columns["solve_ms"] = PerFrame<double>(frames, [](const F& f) { return f.solve_ms; });
+  columns["stop"] = stops;
+  columns["contact_ratio"] = PerFrame<double>(contact, [](const C& c) { return c.contact_ratio; });
+  columns["in_contact"] = PerFrame<bool>(contact, [](const C& c) { return c.in_contact; });
+  columns["penetration_depth_mm"] =
+      PerFrame<double>(contact, [](const C& c) { return c.penetration_mm; });
+  columns["mean_penetration_depth_mm"] =
+      PerFrame<double>(contact, [](const C& c) { return c.mean_penetration_mm; });
+  columns["intersection_volume_cm3"] =
+      PerFrame<double>(contact, [](const C& c) { return c.voxel_volume_cm3; });
+  return columns;
+}
+
+nlohmann::json SummaryOf(const CarriedClip& self) {
+  const std::vector<FrameReport>& frames = self.report.fit.frames;
+  const auto ended = [&](StopReason reason) {
+    return std::ranges::count(frames, reason, &FrameReport::stop);
+  };
+  nlohmann::json summary = ContactJson(self.report.contact);
+  summary["frames"] = frames.size();
+  summary["contact_pairs"] = self.report.fit.num_contact_pairs;
+  summary["frames_failed"] = ended(StopReason::kFailed);
+  summary["frames_at_iteration_limit"] = ended(StopReason::kIterationLimit);
+  return summary;
+}
+
+py::dict FirstGraspOf(const CarriedClip& self) {
+  const FirstGrasp& first = self.report.grasp;
+  py::dict grasp("made"_a = first.made);
+  if (!first.made) return grasp;
+  grasp["status"] = first.status;
+  grasp["search_ms"] = first.search_ms;
+  if (first.one) {
+    grasp.attr("update")(GraspDict(*first.one));
+    grasp["frames_through_body_ratio"] = first.through_body;
+  }
+  for (int h = 0; first.both && h < 2; ++h) {
+    grasp[h == 0 ? "right" : "left"] = GraspDict(first.both->hands[h]);
+  }
+  return grasp;
+}
+
+nlohmann::json SwitchesOfFit(const CarriedClip& self) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const HandSwitch& change : self.report.holding.switches) {
+    nlohmann::json entry = {{"frame", change.frame},
+                            {"from", SideName(change.from)},
+                            {"to", SideName(change.to)},
+                            {"both_hold_from_frame", change.both_begin},
+                            {"both_hold_to_frame", change.both_end},
+                            {"confidence", change.confidence}};
+    for (const Handover& handover : self.report.handovers) {
+      if (handover.to != change.to || handover.frame < change.both_begin ||
+          handover.frame > std::max(change.frame, change.both_end)) {
+        continue;
+      }
+      const GraspTransfer& transfer = handover.transfer;
+      entry["grasp"] = {
+          {"clean", transfer.found},
+          {"method", MethodName(transfer.method)},
+          {"refused", transfer.refused},
+          {"wrist_correction_mm", 1e3 * transfer.correction_m},
+          {"wrist_correction_deg", transfer.correction_rad * 180.0 / std::numbers::pi},
+          {"hand_overlap_mm", transfer.hand_overlap_mm},
+          {"skin_in_object_mm", transfer.grasp.max_penetration_mm}};
+    }
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+const char* HolderOf(const CarriedClip& self) {
+  return self.report.held_by == kHoldsRight  ? "right"
+         : self.report.held_by == kHoldsLeft ? "left"
+                                             : "both";
+}
+
+void SaveFit(const CarriedClip& self, const std::filesystem::path& folder) {
+  RequireInRange(*self.clip, "clip");
+  const py::gil_scoped_release unlocked;
+  std::filesystem::create_directories(folder);
+  Clip clip = *self.clip;
+  if (clip.object) clip.object->mesh = "object.ply";
+  WriteMesh(self.object->object.mesh, folder / "object.ply");
+  WriteClip(clip, folder / "clip.npz");
+}
+
+void BindFitResult(py::module_& module) {
+  py::class_<CarriedClip, CarriedPtr>(module, "FitResult", "A clip with its object, and how.")
+      .def_readonly("clip", &CarriedClip::clip,
+                    "Clip with object, fitted fingers and arms, and holding_hand")
+      .def_property_readonly(
+          "status", [](const CarriedClip&) { return "carried"; },
+          "'carried': all else is raised as FitFailure")
+      .def_property_readonly("held_by", &HolderOf, "'right', 'left' or 'both', at some time")
+      .def_readonly("warnings", &CarriedClip::warnings, "list of str")
+      .def_property_readonly("energies", &EnergiesOf,
+                             "dict of (T,) arrays by term and unit ('energy_penetration_m2'), "
+                             "without weights; 'energy_total' is the weighted sum")
+      .def_property_readonly("per_frame", &PerFrameDict,
+                             "dict of (T,) arrays: energies, contact, penetration, solver; 'stop' "
+                             "is a list of str")
+      .def_property_readonly(
+          "contact", [](const CarriedClip& self) { return ToPython(SummaryOf(self)); },
+          "dict of numbers: contact and penetration over the clip, frames, contact pairs, frames "
+          "that failed")
+      .def_property_readonly("grasp", &FirstGraspOf,
+                             "dict: 'made', and of a grasp that was made its measures, 'fingers' "
+                             "(45,) and 'wrist_from_object' (4, 4), of both hands by 'right' and "
+                             "'left'")
+      .def_property_readonly(
+          "switches", [](const CarriedClip& self) { return ToPython(SwitchesOfFit(self)); },
+          "list of dict: hand-overs, with frame, from, to, confidence")
+      .def_readonly("seconds", &CarriedClip::seconds,
+                    "to prepare the object, grasp, fit and measure")
+      .def_property_readonly(
+          "object", [](const CarriedClip& self) { return MeshTuple(self.object->object.mesh); },
+          "(vertices (V, 3) metres, faces (F, 3)) that was fitted, scaled; copies")
+      .def_property_readonly("object_name",
+                             [](const CarriedClip& self) { return self.object->object.name; })
+      .def("save", &SaveFit, "folder"_a,
+           "Writes clip.npz and object.ply into a folder, which is made where it is not there.")
+      .def("__repr__", [](const CarriedClip& self) {
+        return fmt::format("<holdfast.FitResult: {} held by {} through {} frames>",
+                           self.object->object.name, HolderOf(self), self.clip->NumFrames());
+      });
+}
+
+}  // namespace
+
+CarriedPtr RunFit(FitCall& call, const StagedProgress& progress, std::vector<std::string>& notes) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Clip& clip = *call.clip.clip;
+  auto carried = std::make_shared<CarriedClip>();
+  auto object = std::make_shared<const PreparedObject>(
+      PrepareObject(call.object, call.object_vertices, call.options.threads));
+  notes.insert(notes.end(), object->notes.begin(), object->notes.end());
+  if (call.options.grasp == GraspSource::kClips) {
+    if (const auto away = WarnOfHeldDistance(clip, call.clip.body, object->object.mesh)) {
+      carried->warnings.push_back(
+          fmt::format("{}: {}: {}", call.clip.name, away->seen, away->advice));
+    }
+  }
+  CarryReport report = NamingSource("the clip", call.clip.name, [&] {
+    return CarryObject(clip, call.clip.body, *object, call.options, progress);
+  });
+  RequireCarried(report, call);
+  for (const auto* warnings : {&report.grasp.warnings, &report.warnings}) {
+    carried->warnings.insert(carried->warnings.end(), warnings->begin(), warnings->end());
+  }
+  carried->clip = std::make_shared<Clip>(std::move(report.clip));
+  carried->report = std::move(report);
+  carried->object = std::move(object);
+  carried->seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return carried;
+}
+
+void BindFit(py::module_& module) {
+  BindFitResult(module);
+  module.def("fit", &Fit, "clip"_a, "object"_a, py::kw_only(), "hand"_a = "auto",
+             "style"_a = "auto", "at"_a = py::none(), "region"_a = py::none(),
+             "avoid"_a = py::none(), "regrasp"_a = false, "keep_grasp"_a = false,
+             "recipe"_a = "holdfast", "solve"_a = "sequential", "weights"_a = py::none(),
+             "contact_threshold_mm"_a = 10.0, "slip"_a = false, "hand_over"_a = false,
+             "first_hand"_a = "auto", "switch_frames"_a = py::none(),
+             "max_switches"_a = HandoverSearchOptions{}.max_switches,
+             "dwell_s"_a = HandoverSearchOptions{}.dwell_s, "object_scale"_a = 1.0,
+             "object_vertices"_a = 300, "max_iterations"_a = FitOptions{}.max_iterations,
+             "precision"_a = "single", "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0,
+             "progress"_a = py::none(), kFitDoc);
+  module.def(
+      "offhand",
+      [fit = py::object(module.attr("fit"))](const py::object& clip, const py::object& object,
+                                             const py::kwargs& options) {
+        if (options.contains("hand_over")) {
+          throw py::type_error("offhand: hand_over is True; use fit() for what does not change");
+        }
+        return fit(clip, object, "hand_over"_a = true, **options);
+      },
+      "clip"_a, "object"_a,
+      "fit(clip, object, hand_over=True, ...): carries an object through a motion in which it "
+      "passes from hand to hand. Options are those of fit().");
+  BindRefine(module);
+  BindGrasp(module);
+  BindFrameFitter(module);
+}
+
+}  // namespace holdfast::python

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <pybind11/pybind11.h>
+#include <nlohmann/json.hpp>
+
+#include "python/src/bindings.h"
+#include "solver/carry/carry.h"
+#include "solver/grasp/grasp.h"
+
+namespace holdfast::python {
+
+// The parts of BindFit and BindMotion.
+void BindRefine(py::module_& module);
+void BindGrasp(py::module_& module);
+void BindFrameFitter(py::module_& module);
+void BindSynthesize(py::module_& module);
+
+/// FitFailure of what the program says, its options as Python calls them.
+FitFailure Failure(const std::string& text);
+
+/// ValueError unless `low` <= `value` <= `high`; NaN is not.
+template <typename Number>
+void RequireBetween(Number value, const char* name, Number low, Number high) {
+  if (value >= low && value <= high) return;
+  throw py::value_error(fmt::format("{}: expected {} to {}, got {}", name, low, high, value));
+}
+inline void RequirePositive(double value, const char* name) {
+  if (value > 0.0 && std::isfinite(value)) return;
+  throw py::value_error(fmt::format("{}: expected more than 0, got {}", name, value));
+}
+
+/// A body argument: a BodyModel, or None for the embedded one. Throws TypeError for neither.
+ModelPtr ModelOf(const py::object& body);
+
+/// A surface as it is: a mesh file, or (vertices (V, 3), faces (F, 3)), times `scale`.
+TriangleMesh MeshArgument(const py::handle& value, const char* name, double scale = 1.0);
+
+/// Where a hand is to take hold; nothing where all are None. Parts are MeshArgument with `scale`.
+std::optional<GraspPlace::Wanted> PlaceOf(const py::object& at, const py::object& region,
+                                          const py::object& avoid, double scale);
+
+/// Sets weights by the names of EnergyTerms(). `weights` is None or a dict.
+void SetWeights(const py::object& weights, FitOptions& options);
+
+/// The mesh that the object of a clip from a file names, beside that file or embedded; nothing
+/// where there is none, and of a Clip, which has no place.
+std::optional<TriangleMesh> NamedMesh(const py::object& given, const ClipArgument& clip);
+
+/// Of a new grasp: "auto" is none.
+std::optional<GraspStyle> StyleOf(const std::string& style);
+
+/// Measures of a grasp, with "fingers" (45,) and "wrist_from_object" (4, 4).
+py::dict GraspDict(const Grasp& grasp);
+nlohmann::json ContactJson(const ContactScore& contact);
+nlohmann::json EnergiesJson(const FrameReport& frame);
+
+/// (vertices (V, 3), faces (F, 3)).
+py::tuple MeshTuple(const TriangleMesh& mesh);
+
+/// A fit that came to something: FitResult.
+struct CarriedClip {
+  ClipPtr clip;
+  CarryReport report;  ///< without its clip
+  std::shared_ptr<const PreparedObject> object;
+  std::vector<std::string> warnings;
+  double seconds = 0.0;  ///< of preparing, grasp, fit and measures
+};
+using CarriedPtr = std::shared_ptr<CarriedClip>;
+
+/// One fit: what CarryObject needs, and what is told of it.
+struct FitCall {
+  ClipArgument clip;
+  LoadedObject object;
+  int object_vertices = 300;
+  CarryOptions options;
+};
+
+/// Runs it; without the interpreter's lock. Throws FitFailure where nothing came of it, and adds
+/// what is to be logged to `notes`.
+CarriedPtr RunFit(FitCall& call, const StagedProgress& progress, std::vector<std::string>& notes);
+
+}  // namespace holdfast::python

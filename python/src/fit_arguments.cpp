@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+#include "geometry/error.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "python/src/fit.h"
+#include "python/src/numpy.h"
+#include "solver/fit/energy.h"
+
+namespace holdfast::python {
+namespace {
+
+using namespace py::literals;
+
+std::string TypeText(const py::handle& value) { return py::str(py::type::of(value)); }
+
+}  // namespace
+
+FitFailure Failure(const std::string& text) {
+  std::string said;
+  bool option = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool letter = std::islower(static_cast<unsigned char>(text[i])) != 0;
+    if (text.compare(i, 2, "--") == 0 && i + 2 < text.size() &&
+        std::islower(static_cast<unsigned char>(text[i + 2])) != 0) {
+      option = true;
+      ++i;
+      continue;
+    }
+    option = option && (letter || text[i] == '-');
+    said += option && text[i] == '-' ? '_' : text[i];
+  }
+  return FitFailure(said);
+}
+
+ModelPtr ModelOf(const py::object& body) {
+  if (body.is_none()) return BodyModel::Default();
+  if (!py::isinstance<BodyModel>(body)) {
+    throw py::type_error("body: expected a BodyModel or None, got " + TypeText(body));
+  }
+  return body.cast<ModelPtr>();
+}
+
+TriangleMesh MeshArgument(const py::handle& value, const char* name, double scale) {
+  TriangleMesh mesh;
+  if (py::isinstance<py::str>(value) || py::hasattr(value, "__fspath__")) {
+    mesh = ReadMesh(std::filesystem::path(std::string(py::str(value))));
+  } else {
+    if (!(py::isinstance<py::tuple>(value) || py::isinstance<py::list>(value)) ||
+        py::len(value) != 2) {
+      throw py::type_error(
+          fmt::format("{}: expected a mesh file or (vertices (V, 3), faces (F, 3)), got {}", name,
+                      TypeText(value)));
+    }
+    const auto parts = py::reinterpret_borrow<py::sequence>(value);
+    const std::string vertices = fmt::format("{}[0]", name), faces = fmt::format("{}[1]", name);
+    mesh.vertices = Columns(parts[0], vertices.c_str());
+    const py::array_t<int> ids = Integers(parts[1], faces.c_str(), {-1, 3});
+    mesh.faces = Eigen::Map<const Eigen::Matrix3Xi>(ids.data(), 3, ids.shape(0));
+    if (mesh.NumFaces() == 0) throw py::value_error(faces + ": expected one face or more");
+    if (mesh.faces.minCoeff() < 0 || mesh.faces.maxCoeff() >= mesh.NumVertices()) {
+      throw py::value_error(
+          fmt::format("{}: expected numbers of vertices, 0 to {}", faces, mesh.NumVertices() - 1));
+    }
+  }
+  mesh.vertices *= scale;
+  RequireInRange(mesh, name);
+  return mesh;
+}
+
+std::optional<GraspPlace::Wanted> PlaceOf(const py::object& at, const py::object& region,
+                                          const py::object& avoid, double scale) {
+  if (at.is_none() && region.is_none() && avoid.is_none()) return std::nullopt;
+  GraspPlace::Wanted wanted;
+  for (TriangleMesh* part : {&wanted.region, &wanted.avoid}) {
+    part->vertices.resize(3, 0);
+    part->faces.resize(3, 0);
+  }
+  if (!region.is_none()) wanted.region = MeshArgument(region, "region", scale);
+  if (!avoid.is_none()) wanted.avoid = MeshArgument(avoid, "avoid", scale);
+  if (!at.is_none()) wanted.at = Eigen::Map<const Eigen::Vector3d>(Floats(at, "at", {3}).data());
+  return wanted;
+}
+
+void SetWeights(const py::object& weights, FitOptions& options) {
+  if (weights.is_none()) return;
+  if (!py::isinstance<py::dict>(weights)) {
+    throw py::type_error("weights: expected a dict such as {'penetration': 3000.0}, got " +
+                         TypeText(weights));
+  }
+  for (const auto& [key, value] : weights.cast<py::dict>()) {
+    const std::string name = py::str(key);
+    const auto terms = EnergyTerms();
+    const auto found =
+        std::ranges::find_if(terms, [&](const EnergyTermInfo& info) { return name == info.name; });
+    if (found == terms.end()) {
+      std::string known;
+      for (const EnergyTermInfo& info : terms) {
+        known += fmt::format("{}'{}'", known.empty() ? "" : ", ", info.name);
+      }
+      throw py::value_error(
+          fmt::format("weights: no term is called '{}'. There are: {}", name, known));
+    }
+    const std::string where = fmt::format("weights['{}']", name);
+    const double weight = *Floats(value, where.c_str(), {}).data();
+    if (weight < 0.0) throw py::value_error(where + ": expected 0 or more");
+    options.*found->weight = weight;
+  }
+}
+
+std::optional<TriangleMesh> NamedMesh(const py::object& given, const ClipArgument& clip) {
+  const std::optional<ObjectTrack>& track = clip.clip->object;
+  if (py::isinstance<Clip>(given) || !track || track->mesh.empty()) return std::nullopt;
+  std::filesystem::path folder = clip.name;
+  if (!std::filesystem::is_directory(folder)) folder = folder.parent_path();
+  for (const std::string& place : {(folder / track->mesh).string(), track->mesh}) {
+    try {
+      return LoadObject(place).mesh;
+    } catch (const Error&) {
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<GraspStyle> StyleOf(const std::string& style) {
+  return Choice<std::optional<GraspStyle>>(style, "style",
+                                           {{"auto", std::nullopt},
+                                            {"power", GraspStyle::kPower},
+                                            {"precision", GraspStyle::kPrecision},
+                                            {"handle", GraspStyle::kHandle}});
+}
+
+py::dict GraspDict(const Grasp& grasp) {
+  constexpr const char* kNames[kNumFingers] = {"index", "middle", "pinky", "ring", "thumb"};
+  py::list touching;
+  for (const int finger : {kThumb, kIndex, kMiddle, kRing, kPinky}) {
+    if (grasp.fingers_touching[finger]) touching.append(kNames[finger]);
+  }
+  if (grasp.palm_touching) touching.append("palm");
+  const Eigen::Matrix4d wrist_from_object = grasp.wrist_from_object.matrix();
+  return py::dict("style"_a = std::string(StyleName(grasp.style)), "touching"_a = touching,
+                  "fingers_through_handle"_a = std::ranges::count(grasp.fingers_through, true),
+                  "score"_a = grasp.score, "wrench_quality"_a = grasp.wrench_quality,
+                  "upright_cosine"_a = grasp.upright,
+                  "skin_in_object_mm"_a = grasp.max_penetration_mm,
+                  "object_in_hand_mm"_a = grasp.object_in_hand_mm,
+                  "fingers_in_each_other_mm"_a = grasp.self_penetration_mm,
+                  "limit_excess_deg"_a = grasp.limit_excess_deg,
+                  "contacts_outside_place_ratio"_a = grasp.outside_place,
+                  "from_point_mm"_a = 1e3 * grasp.from_place_m,
+                  "fingers"_a = py::array_t<double>(grasp.fingers.size(), grasp.fingers.data()),
+                  "wrist_from_object"_a = Rows(wrist_from_object.transpose()));
+}
+
+nlohmann::json ContactJson(const ContactScore& contact) {
+  const auto or_null = [](const std::optional<double>& value) {
+    return value ? nlohmann::json(*value) : nlohmann::json();
+  };
+  return {{"frames_in_contact_ratio", or_null(contact.contact_frames_ratio)},
+          {"contact_ratio", or_null(contact.contact_ratio)},
+          {"frames_deeper_than_2_mm", contact.deep_frames},
+          {"max_penetration_depth_mm", contact.penetration_max_mm},
+          {"mean_max_penetration_depth_mm", contact.penetration_mean_max_mm},
+          {"mean_penetration_depth_mm", contact.penetration_mean_mm},
+          {"object_in_hand_max_mm", contact.object_in_hand_max_mm},
+          {"mean_intersection_volume_cm3", contact.voxel_volume_cm3}};
+}
+
+nlohmann::json EnergiesJson(const FrameReport& frame) {
+  nlohmann::json energies = {{"energy_total", frame.energy_total}};
+  for (const EnergyTermInfo& info : EnergyTerms()) {
+    if (info.metric != nullptr) energies[info.metric] = frame.energies[info.term];
+  }
+  return energies;
+}
+
+py::tuple MeshTuple(const TriangleMesh& mesh) {
+  return py::make_tuple(Rows(mesh.vertices), Rows(mesh.faces));
+}
+
+}  // namespace holdfast::python

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+#include <array>
+#include <utility>
+
+#include <pybind11/stl.h>
+
+#include "geometry/mesh/distance_grid.h"
+#include "python/src/fit.h"
+#include "python/src/numpy.h"
+#include "python/src/run.h"
+#include "solver/carry/standing_grasp.h"
+#include "solver/fit/clip_state.h"
+#include "solver/grasp/grasp_both.h"
+
+namespace holdfast::python {
+namespace {
+
+using namespace py::literals;
+
+// GraspResult.
+struct HeldObject {
+  ClipPtr clip;
+  LoadedObject object;
+  std::string hand;
+  py::dict numbers;
+};
+using HeldPtr = std::shared_ptr<HeldObject>;
+
+std::string MeasuresText(const TriangleMesh& object) {
+  const Eigen::Vector3d extent = 100.0 * Extent(object);
+  return fmt::format("The object measures {:.1f} x {:.1f} x {:.1f} cm", extent.x(), extent.y(),
+                     extent.z());
+}
+
+void RequireFound(const LoadedObject& object, const GraspReport& report,
+                  const GraspOptions& options) {
+  if (report.status == GraspStatus::kFound) return;
+  if (report.status == GraspStatus::kStopped) throw Stopped();
+  std::string why = fmt::format("{}: {}", object.name, Describe(report.status));
+  if (!report.candidates.empty()) why += " (best try: " + report.candidates.front().refused + ")";
+  throw Failure(
+      fmt::format("{}. {}; a hand spans about 10 cm. {}, or try --closings {} --seed {}", why,
+                  MeasuresText(object.mesh),
+                  options.place ? "Choose another place" : "Check its unit (--object-scale)",
+                  4 * options.closings, options.seed + 1));
+}
+
+// One hand of a standing person, or a hand alone.
+void HoldInOneHand(const ModelPtr& body, Side side, GraspOptions options,
+                   const std::optional<GraspPlace::Wanted>& place, const py::object& progress,
+                   HeldObject& result) {
+  const LoadedObject& object = result.object;
+  StandingGrasp held;
+  RunWithProgress(progress, [&](const StagedProgress& go_on) {
+    if (const auto why = WhyTooLarge(object, false)) throw Failure(*why);
+    if (place) options.place = std::make_shared<const GraspPlace>(object.mesh, *place);
+    held = GraspStanding(body, side, object, options, [&](double share) {
+      return go_on("grasp", static_cast<int>(100 * share), 100);
+    });
+    RequireFound(object, held.report, options);
+  });
+  result.clip = std::make_shared<Clip>(std::move(held.clip));
+  result.hand = SideName(side);
+  const GraspReport& report = held.report;
+  const ContactMetrics& contact = held.grasp.metrics;
+  result.numbers = GraspDict(held.grasp);
+  result.numbers.attr("update")(
+      ToPython({{"hand_in_object_max_mm", contact.max_penetration_mm},
+                {"hand_in_object_mean_mm", contact.mean_penetration_mm},
+                {"contact_ratio", contact.contact_ratio},
+                {"contact_threshold_mm", ContactProtocol{}.contact_threshold_mm},
+                {"intersection_volume_cm3", contact.intersection_volume_cm3},
+                {"search",
+                 {{"places", report.oppositions},
+                  {"placements", report.placements},
+                  {"closed", report.closings},
+                  {"refined", report.refinements},
+                  {"search_ms", report.search_ms},
+                  {"closing_ms", report.closing_ms},
+                  {"refinement_ms", report.refinement_ms}}}}));
+}
+
+// Between both hands: of a person who stands with the forearms forward, or of a clip's first frame.
+void HoldInTwoHands(const ClipBody& person, Clip clip, BothHandsOptions options,
+                    std::optional<GraspPlace::Wanted> place, const py::object& progress,
+                    HeldObject& result) {
+  const LoadedObject& object = result.object;
+  BothHandsGrasp grasp;
+  RunWithProgress(progress, [&](const StagedProgress& go_on) {
+    if (const auto why = WhyTooLarge(object, true)) throw Failure(*why);
+    if (place) {
+      place->span_m = options.max_width_m;
+      options.place = std::make_shared<const GraspPlace>(object.mesh, *place);
+    }
+    const HandModel right(person.model, person.betas, Side::kRight);
+    const HandModel left(person.model, person.betas, Side::kLeft);
+    DistanceGridOptions grid_options;
+    grid_options.threads = options.threads;
+    const DistanceGrid grid(SignedDistance(object.mesh), grid_options);
+    if (!go_on("grasp", 0, 100)) throw Stopped();
+    grasp = HoldInBothHands(right, left, BodySurface(person.model, person.betas), clip.pose[0],
+                            clip.trans.col(0), object.mesh, grid, options);
+    go_on("grasp", 100, 100);
+    if (grasp.status == GraspStatus::kFound) return;
+    throw Failure(fmt::format(
+        "{} in both hands: {}. {}. {}, or take a pose with both hands in front (--clip)",
+        object.name, Describe(grasp.status), MeasuresText(object.mesh),
+        options.place ? "Choose another place" : "Check its unit (--object-scale)"));
+  });
+  clip.pose[0] = grasp.pose;
+  PutInHands(kHoldsRight | kHoldsLeft, object.name, grasp.world_from_object, clip);
+  result.clip = std::make_shared<Clip>(std::move(clip));
+  result.hand = "both";
+  result.numbers = py::dict("width_mm"_a = 1e3 * grasp.width_m, "upright_cosine"_a = grasp.upright,
+                            "body_in_object_mm"_a = grasp.in_body_mm);
+  for (int h = 0; h < 2; ++h) {
+    py::dict numbers = GraspDict(grasp.hands[h]);
+    numbers["wrist_shift_mm"] = grasp.wrist_shift_mm[h];
+    numbers["wrist_turn_deg"] = grasp.wrist_turn_deg[h];
+    result.numbers[h == 0 ? "right" : "left"] = numbers;
+  }
+}
+
+HeldPtr CloseOn(const py::object& object, const std::string& hand, const std::string& style,
+                const py::object& at, const py::object& region, const py::object& avoid,
+                const py::object& clip, const py::object& body, double object_scale, int closings,
+                int refinements, double upright, std::uint64_t seed, int threads,
+                const py::object& progress) {
+  enum class Hands { kAuto, kRight, kLeft, kBoth };
+  const Hands hands = Choice<Hands>(hand, "hand",
+                                    {{"auto", Hands::kAuto},
+                                     {"right", Hands::kRight},
+                                     {"left", Hands::kLeft},
+                                     {"both", Hands::kBoth}});
+  GraspOptions options;
+  options.style = StyleOf(style);
+  RequireBetween(closings, "closings", 1, 100'000);
+  RequireBetween(refinements, "refinements", 1, 100'000);
+  RequireBetween(upright, "upright", 0.0, 1e6);
+  RequirePositive(object_scale, "object_scale");
+  options.closings = closings;
+  options.refinements = refinements;
+  options.upright_weight = upright;
+  options.seed = seed;
+  options.threads = ThreadsOf(threads);
+  if (!clip.is_none() && hands != Hands::kBoth) throw py::value_error("clip: needs hand='both'");
+  const std::optional<GraspPlace::Wanted> place = PlaceOf(at, region, avoid, object_scale);
+  const ModelPtr model = ModelOf(body);
+  auto result = std::make_shared<HeldObject>();
+  if (hands == Hands::kBoth) {
+    RequireHands(*model, kHoldsRight | kHoldsLeft);
+    ClipBody person{model, {}};
+    Clip start;
+    if (clip.is_none()) {
+      start = StandWithForearmsForward(model);
+    } else {
+      const ClipArgument given = ClipOf(clip, body);
+      start = Slice(*given.clip, 0, 1);
+      person = given.body;
+    }
+    result->object = ObjectOf(object, object_scale);
+    BothHandsOptions both;
+    both.seed = seed;
+    both.threads = options.threads;
+    HoldInTwoHands(person, std::move(start), both, place, progress, *result);
+  } else {
+    const Side side = hands == Hands::kAuto    ? model->LoneHand().value_or(Side::kRight)
+                      : hands == Hands::kRight ? Side::kRight
+                                               : Side::kLeft;
+    RequireHands(*model, HoldingBit(side));
+    result->object = ObjectOf(object, object_scale);
+    HoldInOneHand(model, side, options, place, progress, *result);
+  }
+  LogNotes(result->object.notes);
+  return result;
+}
+
+}  // namespace
+
+void BindGrasp(py::module_& module) {
+  py::class_<HeldObject, HeldPtr>(module, "GraspResult", "A grasp: one frame of who holds.")
+      .def_readonly("clip", &HeldObject::clip, "Clip of one frame, with the object in the hand")
+      .def_readonly("hand", &HeldObject::hand, "'right', 'left' or 'both'")
+      .def_property_readonly(
+          "numbers", [](const HeldObject& self) { return self.numbers.attr("copy")(); },
+          "dict: measures of the grasp, 'fingers' (45,) axis-angle in radians and "
+          "'wrist_from_object' (4, 4), which fit any pose of the body; of both hands by 'right' "
+          "and 'left'")
+      .def_property_readonly(
+          "object", [](const HeldObject& self) { return MeshTuple(self.object.mesh); },
+          "(vertices (V, 3) metres, faces (F, 3)), scaled; copies")
+      .def("__repr__", [](const HeldObject& self) {
+        return fmt::format("<holdfast.GraspResult: {} in hand '{}'>", self.object.name, self.hand);
+      });
+  const GraspOptions defaults;
+  module.def(
+      "grasp", &CloseOn, "object"_a, py::kw_only(), "hand"_a = "auto", "style"_a = "auto",
+      "at"_a = py::none(), "region"_a = py::none(), "avoid"_a = py::none(), "clip"_a = py::none(),
+      "body"_a = py::none(), "object_scale"_a = 1.0, "closings"_a = defaults.closings,
+      "refinements"_a = defaults.refinements, "upright"_a = defaults.upright_weight, "seed"_a = 1,
+      "threads"_a = 0, "progress"_a = py::none(),
+      "Closes a hand around an object: a clip of one frame of a standing person who holds it.\n\n"
+      "object, style, at, region and avoid as for fit(). hand: 'right', 'left', 'both' (the object "
+      "between them), 'auto' (the right, or the only one of a MANO model). clip: with hand='both' "
+      "the pose is its first frame's. closings: placements that the fingers are closed for, "
+      "refinements: closed hands that are refined; upright: how much an object that stays upright "
+      "is preferred. Returns GraspResult. Raises FitFailure where there is no grasp, Stopped, and "
+      "Error.\n\n"
+      "    held = holdfast.grasp('mug', style='handle')\n"
+      "    held.numbers['fingers'], held.clip");
+}
+
+}  // namespace holdfast::python

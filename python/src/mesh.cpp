@@ -1,0 +1,398 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <optional>
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "geometry/embedded.h"
+#include "geometry/error.h"
+#include "geometry/inspect/inspection.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/decimate.h"
+#include "geometry/mesh/distance_grid.h"
+#include "geometry/mesh/mesh_check.h"
+#include "geometry/mesh/signed_distance.h"
+#include "geometry/parallel.h"
+#include "geometry/score/contact_metrics.h"
+#include "geometry/score/exact_intersection.h"
+#include "geometry/value_ranges.h"
+#include "python/src/bindings.h"
+#include "python/src/numpy.h"
+#include "python/src/run.h"
+
+namespace holdfast::python {
+namespace {
+
+using namespace py::literals;
+namespace fs = std::filesystem;
+
+constexpr double kLeastCell = 1e-5;  // metres: below, grids and voxels are beyond counting
+
+bool IsPath(const py::handle& value) {
+  return py::isinstance<py::str>(value) || py::hasattr(value, "__fspath__");
+}
+
+TriangleMesh MeshOfArrays(const py::handle& vertices, const py::handle& faces,
+                          const std::string& name) {
+  TriangleMesh mesh;
+  mesh.vertices = Columns(vertices, (name + " vertices").c_str());
+  const py::array_t<int> ids = Integers(faces, (name + " faces").c_str(), {-1, 3});
+  if (mesh.NumVertices() == 0 || ids.size() == 0) {
+    throw py::value_error(name + ": expected one vertex and one face or more, got none");
+  }
+  for (py::ssize_t i = 0; i < ids.size(); ++i) {
+    const int id = ids.data()[i];
+    if (id >= 0 && id < mesh.NumVertices()) continue;
+    throw py::value_error(fmt::format("{} faces[{}, {}] is vertex {}, of {} vertices from 0 on",
+                                      name, i / 3, i % 3, id, mesh.NumVertices()));
+  }
+  mesh.faces = Eigen::Map<const Eigen::Matrix3Xi>(ids.data(), 3, ids.shape(0));
+  RequireInRange(mesh, name);
+  return mesh;
+}
+
+// (vertices, faces), or what has both as attributes.
+TriangleMesh MeshOfPair(const py::handle& value, const std::string& name) {
+  if (py::hasattr(value, "vertices") && py::hasattr(value, "faces")) {
+    return MeshOfArrays(value.attr("vertices"), value.attr("faces"), name);
+  }
+  if ((py::isinstance<py::tuple>(value) || py::isinstance<py::list>(value)) &&
+      py::len(value) == 2) {
+    const auto pair = py::reinterpret_borrow<py::sequence>(value);
+    return MeshOfArrays(pair[0], pair[1], name);
+  }
+  throw py::type_error(
+      fmt::format("{}: expected a path, the name of an embedded object or (vertices (V, 3), faces "
+                  "(F, 3)), got {}",
+                  name, std::string(py::str(py::type::of(value)))));
+}
+
+// A mesh as it is, nothing repaired.
+TriangleMesh RawMesh(const py::object& value, const char* name) {
+  if (!IsPath(value)) return MeshOfPair(value, name);
+  const std::string path = py::str(value);
+  std::error_code ignored;
+  if (!fs::is_regular_file(path, ignored)) return ObjectOf(value, 1.0, name).mesh;
+  const py::gil_scoped_release unlocked;
+  return ReadMesh(path);
+}
+
+py::tuple Arrays(const TriangleMesh& mesh) {
+  return py::make_tuple(Rows(mesh.vertices), Rows(mesh.faces));
+}
+
+py::tuple DecimateMesh(const py::object& mesh, int vertices, const std::string& method,
+                       bool allow_wrap) {
+  DecimateOptions options;
+  options.vertices = vertices;
+  options.method = ParseDecimateMethod(method);
+  options.allow_wrap = allow_wrap;
+  options.samples = 0;
+  const LoadedObject object = ObjectOf(mesh, 1.0, "mesh");
+  DecimateResult result;
+  RunWithProgress(py::none(), [&](const StagedProgress&) {
+    result = NamingSource("mesh", object.source, [&] { return Decimate(object.mesh, options); });
+  });
+  LogNotes(result.notes);
+  return Arrays(result.mesh);
+}
+
+py::dict Check(const py::object& value) {
+  const TriangleMesh mesh = RawMesh(value, "mesh");
+  MeshReport report;
+  {
+    const py::gil_scoped_release unlocked;
+    report = CheckMesh(mesh);
+  }
+  const Eigen::Vector3d& e = report.extent_m;
+  return py::dict("watertight"_a = report.watertight, "num_vertices"_a = report.num_vertices,
+                  "num_faces"_a = report.num_faces, "num_edges"_a = report.num_edges,
+                  "num_components"_a = report.num_components,
+                  "num_boundary_edges"_a = report.num_boundary_edges,
+                  "num_non_manifold_edges"_a = report.num_non_manifold_edges,
+                  "num_non_manifold_vertices"_a = report.num_non_manifold_vertices,
+                  "num_duplicate_vertices"_a = report.num_duplicate_vertices,
+                  "num_unreferenced_vertices"_a = report.num_unreferenced_vertices,
+                  "num_degenerate_faces"_a = report.num_degenerate_faces,
+                  "num_duplicate_faces"_a = report.num_duplicate_faces,
+                  "num_misoriented_edges"_a = report.num_misoriented_edges,
+                  "num_inside_out_components"_a = report.num_inside_out_components,
+                  "num_nested_solids"_a = report.num_nested_solids,
+                  "extent_m"_a = py::make_tuple(e.x(), e.y(), e.z()), "area_m2"_a = report.area_m2,
+                  "volume_m3"_a = report.volume_m3, "implausible_size"_a = report.implausible_size,
+                  "suggested_scale"_a = report.suggested_scale, "description"_a = Describe(report));
+}
+
+// A folder that goes with what is in it.
+struct TemporaryFolder {
+  TemporaryFolder() {
+    std::string pattern = (fs::temp_directory_path() / "holdfast_XXXXXX").string();
+    if (::mkdtemp(pattern.data()) == nullptr) {
+      throw Error(pattern, "cannot be made", "Check the folder for temporary files (TMPDIR)");
+    }
+    path = pattern;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  fs::path path;
+};
+
+// What is no file, as one in `folder`; `path` itself when nothing is embedded by that name.
+fs::path WriteEmbedded(const fs::path& path, const fs::path& folder) {
+  for (const auto& [kind, extension] : {std::pair("clips", ".npz"), {"objects", ".ply"}}) {
+    const std::string name = path.string() + extension;
+    if (!HasEmbedded(fmt::format("{}/{}", kind, name))) continue;
+    const EmbeddedFile file = FindEmbedded(fmt::format("{}/{}", kind, name));
+    std::ofstream(folder / name, std::ios::binary)
+        .write(reinterpret_cast<const char*>(file.bytes.data()),
+               static_cast<std::streamsize>(file.bytes.size()));
+    return folder / name;
+  }
+  return path;
+}
+
+py::list Doctor(const py::object& value) {
+  const TemporaryFolder folder;
+  fs::path path;
+  if (py::isinstance<Clip>(value)) {
+    path = folder.path / "clip.npz";
+    WriteClip(value.cast<const Clip&>(), path);
+  } else if (IsPath(value)) {
+    path = std::string(py::str(value));
+    std::error_code ignored;
+    if (!fs::exists(path, ignored)) path = WriteEmbedded(path, folder.path);
+  } else {
+    path = folder.path / "mesh.ply";
+    WriteMesh(MeshOfPair(value, "clip_or_mesh"), path);
+  }
+  Inspection inspection;
+  RunWithProgress(py::none(), [&](const StagedProgress&) { inspection = Inspect(path); });
+
+  const std::string prefix = folder.path.string() + "/";
+  const auto text = [&](std::string line) {
+    for (auto at = line.find(prefix); at != std::string::npos; at = line.find(prefix)) {
+      line.erase(at, prefix.size());
+    }
+    // What a file holds may be no UTF-8.
+    return py::reinterpret_steal<py::str>(
+        PyUnicode_DecodeUTF8(line.data(), static_cast<py::ssize_t>(line.size()), "replace"));
+  };
+  py::list findings;
+  for (const Finding& finding : inspection.findings) {
+    const char* verdict = finding.verdict == Verdict::kOk        ? "ok"
+                          : finding.verdict == Verdict::kWarning ? "warning"
+                                                                 : "fault";
+    findings.append(py::dict("verdict"_a = verdict, "text"_a = text(finding.text),
+                             "fix"_a = text(finding.fix)));
+  }
+  return findings;
+}
+
+double Volume(const py::object& mesh_a, const py::object& mesh_b, bool exact, double voxel,
+              int threads) {
+  if (!(voxel >= kLeastCell)) throw py::value_error("voxel: expected 1e-5 m or more");
+  const int used = ThreadsOf(threads);
+  const LoadedObject a = ObjectOf(mesh_a, 1.0, "mesh_a"), b = ObjectOf(mesh_b, 1.0, "mesh_b");
+  double volume_m3 = 0.0;
+  RunWithProgress(py::none(), [&](const StagedProgress&) {
+    if (!exact) {
+      volume_m3 = IntersectionVolume(SignedDistance(a.mesh), SignedDistance(b.mesh), voxel, used);
+      return;
+    }
+    const ExactVolume found = ExactIntersectionVolume(a.mesh, b.mesh);
+    if (!found.Known()) {
+      throw Error(fmt::format("{} and {}", a.source, b.source),
+                  fmt::format("share no volume that is known exactly: {}", Describe(found.status)),
+                  "Close and repair the surfaces (check_mesh says where), or give exact=False");
+    }
+    volume_m3 = found.volume_m3;
+  });
+  return volume_m3;
+}
+
+// Signed distance as Python has it: exact, or sampled on a grid.
+class MeshDistance {
+ public:
+  MeshDistance(const TriangleMesh& mesh, double cell, double padding, int threads) : exact_(mesh) {
+    if (cell == 0.0) return;
+    DistanceGridOptions options;
+    options.cell_m = cell;
+    options.padding_m = padding;
+    options.threads = threads;
+    grid_.emplace(exact_, options);
+  }
+
+  bool Watertight() const { return exact_.SignMethod() == SignedDistance::Sign::kPseudonormal; }
+  double Cell() const { return grid_ ? grid_->CellSize() : 0.0; }
+
+  /// Distances (N), and gradients (3 x N) where there is place for them.
+  void Query(const Eigen::Matrix3Xd& points, int threads, Eigen::Map<Eigen::VectorXd> distances,
+             Eigen::Map<Eigen::Matrix3Xd>* gradients) const {
+    constexpr Eigen::Index kBlock = 1024;
+    RunWithProgress(py::none(), [&](const StagedProgress& progress) {
+      const auto blocks = static_cast<int>((points.cols() + kBlock - 1) / kBlock);
+      ParallelFor(blocks, threads, [&](int block) {
+        if (!progress("points", 0, 0)) return;
+        const Eigen::Index begin = block * kBlock;
+        const Eigen::Index count = std::min(kBlock, points.cols() - begin);
+        if (!grid_ && gradients == nullptr) {
+          distances.segment(begin, count) = exact_.Distances(points.middleCols(begin, count));
+          return;
+        }
+        for (Eigen::Index i = begin; i < begin + count; ++i) {
+          Eigen::Vector3d gradient;
+          if (grid_) {
+            distances[i] = grid_->Distance(points.col(i), gradients ? &gradient : nullptr);
+          } else {
+            const SignedDistance::Result result = exact_.Query(points.col(i));
+            distances[i] = result.distance;
+            gradient = result.gradient;
+          }
+          if (gradients != nullptr) gradients->col(i) = gradient;
+        }
+      });
+    });
+  }
+
+ private:
+  SignedDistance exact_;
+  std::optional<DistanceGrid> grid_;
+};
+
+std::unique_ptr<MeshDistance> MakeDistance(const py::object& mesh, const py::object& faces,
+                                           double cell, double padding, int threads) {
+  if (cell != 0.0 && !(cell >= kLeastCell && cell <= kMostMetres)) {
+    throw py::value_error("cell: expected 0 (exact), or a grid's cells of 1e-5 m or more");
+  }
+  if (!(padding > 0.0 && padding <= kMostMetres)) {
+    throw py::value_error("padding: expected more than 0 m");
+  }
+  const int used = ThreadsOf(threads);
+  const LoadedObject object =
+      ObjectOf(faces.is_none() ? mesh : py::make_tuple(mesh, faces), 1.0, "mesh");
+  std::unique_ptr<MeshDistance> distance;
+  RunWithProgress(py::none(), [&](const StagedProgress&) {
+    distance = NamingSource("mesh", object.source, [&] {
+      return std::make_unique<MeshDistance>(object.mesh, cell, padding, used);
+    });
+  });
+  return distance;
+}
+
+py::object QueryPoints(const MeshDistance& surface, const py::object& points, int threads,
+                       bool with_gradients) {
+  const Eigen::Matrix3Xd at = Columns(points, "points");
+  RequireWithin(at, kMostMetres, "SignedDistance", "points", "row", kMetresRemedy);
+  const int used = ThreadsOf(threads);
+  py::array_t<double> distances(static_cast<py::ssize_t>(at.cols()));
+  py::array_t<double> gradients({py::ssize_t{with_gradients ? at.cols() : 0}, py::ssize_t{3}});
+  Eigen::Map<Eigen::Matrix3Xd> gradient_rows(gradients.mutable_data(), 3, gradients.shape(0));
+  surface.Query(at, used, {distances.mutable_data(), at.cols()},
+                with_gradients ? &gradient_rows : nullptr);
+  if (!with_gradients) return distances;
+  return py::make_tuple(distances, gradients);
+}
+
+void BindDistance(py::module_& module) {
+  py::class_<MeshDistance>(
+      module, "SignedDistance",
+      "Signed distance to a surface, metres: negative inside.\n\n"
+      "SignedDistance('mug')([[0, 0, 0.1]]); of arrays: SignedDistance(vertices, faces).\n\n"
+      "Exact with cell=0: closest points from a tree of boxes; the sign of a watertight mesh from "
+      "the angle-weighted pseudonormal, that of any other from the generalized winding number, at "
+      "O(faces) a point. With cell=0.002, say, a grid of that many metres a cell: tricubic "
+      "interpolation of exact distances at its nodes, about 100 ns a point, within `padding` of "
+      "the surface's box; beyond it a lower bound.")
+      .def(py::init(&MakeDistance), "mesh"_a, "faces"_a = py::none(), py::kw_only(), "cell"_a = 0.0,
+           "padding"_a = 0.02, "threads"_a = 0,
+           "mesh: a path, the name of an embedded object, (vertices (V, 3), faces (F, 3)), or the "
+           "vertices, with `faces`. Repaired where that does not change the shape. Raises Error "
+           "for surfaces without area.")
+      .def_property_readonly("watertight", &MeshDistance::Watertight)
+      .def_property_readonly("cell", &MeshDistance::Cell,
+                             "metres, 0 where distances are exact; a grid that would have more "
+                             "than 20 million nodes has larger cells than asked for")
+      .def(
+          "__call__",
+          [](const MeshDistance& self, const py::object& points, int threads) {
+            return QueryPoints(self, points, threads, false);
+          },
+          "points"_a, "threads"_a = 0, "points (N, 3), metres: distances (N,).")
+      .def(
+          "gradient",
+          [](const MeshDistance& self, const py::object& points, int threads) {
+            return QueryPoints(self, points, threads, true);
+          },
+          "points"_a, "threads"_a = 0,
+          "points (N, 3): (distances (N,), gradients (N, 3)). Exact: of unit length, away from the "
+          "closest point outside; on the surface its normal. Of a grid: the exact derivative of "
+          "the value that the grid gives, not quite of unit length.");
+}
+
+}  // namespace
+
+LoadedObject ObjectOf(const py::handle& value, double scale, const char* name) {
+  if (!(scale > 0.0) || !std::isfinite(scale)) {
+    throw py::value_error(fmt::format("scale of {}: expected more than 0", name));
+  }
+  LoadedObject object;
+  if (IsPath(value)) {
+    const std::string path = py::str(value);
+    const py::gil_scoped_release unlocked;
+    object = LoadObject(path, scale);
+  } else {
+    const TriangleMesh mesh = MeshOfPair(value, name);
+    const py::gil_scoped_release unlocked;
+    object = ObjectOfMesh(mesh, name, name, scale);
+  }
+  LogNotes(object.notes);
+  return object;
+}
+
+void BindMesh(py::module_& module) {
+  BindDistance(module);
+  module.def("object_names", &EmbeddedObjectNames, "Names of the embedded objects.");
+  module.def(
+      "load_mesh",
+      [](const py::object& path_or_name, double scale) {
+        return Arrays(ObjectOf(path_or_name, scale, "path_or_name").mesh);
+      },
+      "path_or_name"_a, "scale"_a = 1.0,
+      "A mesh (.obj .ply .stl .off) or an embedded object, times `scale`: (vertices (V, 3) metres, "
+      "faces (F, 3)). Repaired where that does not change the shape (vertices at one place welded, "
+      "faces without area left out, parts turned outwards); what was done is logged to 'holdfast' "
+      "(INFO). Raises Error naming the file and the fault.");
+  module.def("decimate", &DecimateMesh, "mesh"_a, "vertices"_a = 300, py::kw_only(),
+             "method"_a = "lindstrom-turk", "allow_wrap"_a = true,
+             "Collapses edges until `vertices` are left: (vertices, faces). mesh: a path, the name "
+             "of an embedded object, or (vertices (V, 3), faces (F, 3)). method: 'lindstrom-turk', "
+             "'garland-heckbert' or 'garland-heckbert-probabilistic'. allow_wrap: what cannot be "
+             "decimated as it is, is wrapped first. Raises Error where it cannot be done.");
+  module.def("check_mesh", &Check, "mesh"_a,
+             "What a mesh is like, as it is (nothing repaired): a dict of counts of faults, "
+             "watertight, extent_m, area_m2, volume_m3, suggested_scale, and the same as sentences "
+             "under 'description'. mesh: a path, a name, or (vertices (V, 3), faces (F, 3)).");
+  module.def("doctor", &Doctor, "clip_or_mesh"_a,
+             "What is right and wrong with a Clip, a mesh (vertices, faces), an embedded clip or "
+             "object, or any file or result folder: a list of dicts with verdict ('ok', 'warning' "
+             "or 'fault'), text and fix ('' where there is nothing to do). Raises nothing for the "
+             "content of a file.");
+  module.def("intersection_volume", &Volume, "mesh_a"_a, "mesh_b"_a, "exact"_a = true,
+             py::kw_only(), "voxel"_a = 0.002, "threads"_a = 0,
+             "Volume that two solids share, m^3. exact: of the polyhedra, to rounding; raises "
+             "Error for surfaces that are open, or cross themselves where it matters. Else counted "
+             "in cubes of edge `voxel`, metres, for any surface.");
+}
+
+}  // namespace holdfast::python

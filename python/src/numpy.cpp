@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+#include "python/src/numpy.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace holdfast::python {
+namespace {
+
+std::string ShapeText(const Shape& shape) {
+  std::vector<std::string> lengths;
+  for (const py::ssize_t n : shape) lengths.push_back(n < 0 ? "n" : std::to_string(n));
+  return fmt::format("({}{})", fmt::join(lengths, ", "), shape.size() == 1 ? "," : "");
+}
+
+py::array AnyArray(const py::handle& value, const char* name, const Shape& shape, const char* kinds,
+                   const char* what) {
+  const std::string expected =
+      fmt::format("{}: expected {} of shape {}", name, what, ShapeText(shape));
+  if (value.is_none()) throw py::type_error(expected + ", got None");
+  py::array array;
+  try {
+    array = py::array(py::reinterpret_borrow<py::object>(value));
+  } catch (const py::error_already_set& error) {
+    throw py::type_error(fmt::format("{}, got {} ({})", expected,
+                                     std::string(py::str(py::type::of(value))), error.what()));
+  }
+  if (std::string(kinds).find(array.dtype().kind()) == std::string::npos) {
+    throw py::type_error(
+        fmt::format("{}, got dtype {}", expected, std::string(py::str(array.dtype()))));
+  }
+  bool fits = array.ndim() == static_cast<py::ssize_t>(shape.size());
+  for (std::size_t k = 0; fits && k < shape.size(); ++k) {
+    fits = shape[k] < 0 || array.shape(static_cast<py::ssize_t>(k)) == shape[k];
+  }
+  if (!fits) {
+    throw py::value_error(fmt::format(
+        "{}, got {}", expected, ShapeText(Shape(array.shape(), array.shape() + array.ndim()))));
+  }
+  return array;
+}
+
+}  // namespace
+
+py::array_t<double> Floats(const py::handle& value, const char* name, const Shape& shape) {
+  const py::array any = AnyArray(value, name, shape, "fiub", "numbers");
+  auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(any);
+  if (!array) throw py::error_already_set();
+  const double* numbers = array.data();
+  for (py::ssize_t i = 0; i < array.size(); ++i) {
+    if (std::isfinite(numbers[i])) continue;
+    std::vector<py::ssize_t> at(shape.size());
+    py::ssize_t rest = i;
+    for (std::size_t k = shape.size(); k-- > 0;) {
+      at[k] = rest % array.shape(static_cast<py::ssize_t>(k));
+      rest /= array.shape(static_cast<py::ssize_t>(k));
+    }
+    throw py::value_error(fmt::format("{}[{}] is {}: only finite numbers are taken", name,
+                                      fmt::join(at, ", "),
+                                      std::isnan(numbers[i]) ? "NaN" : "infinite"));
+  }
+  return array;
+}
+
+py::array_t<int> Integers(const py::handle& value, const char* name, const Shape& shape) {
+  const py::array any = AnyArray(value, name, shape, "iu", "whole numbers");
+  auto wide = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(any);
+  if (!wide) throw py::error_already_set();
+  py::array_t<int> array(std::vector<py::ssize_t>(any.shape(), any.shape() + any.ndim()));
+  for (py::ssize_t i = 0; i < wide.size(); ++i) {
+    const std::int64_t number = wide.data()[i];
+    if (number != static_cast<int>(number)) {
+      throw py::value_error(fmt::format("{}: {} is out of range", name, number));
+    }
+    array.mutable_data()[i] = static_cast<int>(number);
+  }
+  return array;
+}
+
+Eigen::Matrix3Xd Columns(const py::handle& value, const char* name, py::ssize_t rows) {
+  const py::array_t<double> array = Floats(value, name, {rows, 3});
+  return Eigen::Map<const Eigen::Matrix3Xd>(array.data(), 3, array.shape(0));
+}
+
+Eigen::VectorXd Vector(const py::handle& value, const char* name) {
+  const py::array_t<double> array = Floats(value, name, {-1});
+  return Eigen::Map<const Eigen::VectorXd>(array.data(), array.size());
+}
+
+std::vector<JointPose> Poses(const py::handle& value, const char* name) {
+  const bool by_joint = py::hasattr(value, "ndim") && value.attr("ndim").cast<int>() == 3;
+  const py::array_t<double> array = by_joint ? Floats(value, name, {-1, kNumJoints, 3})
+                                             : Floats(value, name, {-1, 3 * kNumJoints});
+  std::vector<JointPose> poses(static_cast<std::size_t>(array.shape(0)));
+  static_assert(sizeof(JointPose) == 3 * kNumJoints * sizeof(double));
+  if (array.size() > 0) {
+    std::copy_n(array.data(), array.size(), poses.front().data());
+  }
+  return poses;
+}
+
+py::object ToPython(const nlohmann::json& json) {
+  if (json.is_object()) {
+    py::dict dict;
+    for (const auto& [key, value] : json.items()) dict[py::str(key)] = ToPython(value);
+    return dict;
+  }
+  if (json.is_array()) {
+    py::list list;
+    for (const nlohmann::json& value : json) list.append(ToPython(value));
+    return list;
+  }
+  if (json.is_string()) return py::str(json.get_ref<const std::string&>());
+  if (json.is_boolean()) return py::bool_(json.get<bool>());
+  if (json.is_number_unsigned()) return py::int_(json.get<std::uint64_t>());
+  if (json.is_number_integer()) return py::int_(json.get<std::int64_t>());
+  if (json.is_number()) return py::float_(json.get<double>());
+  return py::none();
+}
+
+}  // namespace holdfast::python

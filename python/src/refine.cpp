@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+#include "solver/carry/refine.h"
+
+#include <utility>
+
+#include <pybind11/stl.h>
+
+#include "geometry/error.h"
+#include "geometry/mesh/surface_distance.h"
+#include "python/src/fit.h"
+#include "python/src/numpy.h"
+#include "python/src/run.h"
+
+namespace holdfast::python {
+namespace {
+
+using namespace py::literals;
+
+struct RefinedClip {
+  ClipPtr clip;
+  RefineReport report;  // without its clip
+  LoadedObject object;
+};
+using RefinedPtr = std::shared_ptr<RefinedClip>;
+
+// The object whose trajectory the clip has: `given`, else the one beside the clip's file, else the
+// embedded one of that name.
+LoadedObject RefinedObject(const py::object& given_clip, const ClipArgument& clip,
+                           const py::object& given, double scale) {
+  const ObjectTrack& track = *clip.clip->object;
+  const std::optional<TriangleMesh> own = NamedMesh(given_clip, clip);
+  if (given.is_none()) {
+    if (own) return ObjectOfMesh(*own, track.name, track.mesh, scale);
+    for (const std::string& name : EmbeddedObjectNames()) {
+      if (name == track.name) return LoadObject(name, scale);
+    }
+    throw Error(clip.name, fmt::format("its object's mesh is missing ('{}')", track.name),
+                "Give it as object");
+  }
+  LoadedObject object = ObjectOf(given, scale);
+  if (own && !SameSurface(*own, object.mesh)) {
+    throw Error(object.source, "is not the object whose trajectory the clip has: " + track.mesh,
+                "Leave out object, or fit it anew: fit(clip, object)");
+  }
+  return object;
+}
+
+RefinedPtr Refine(const py::object& clip, const py::object& object, const std::string& hand,
+                  const py::object& weights, double object_scale, int object_vertices,
+                  const py::object& body, int threads, const py::object& progress) {
+  RefineOptions options;
+  options.hands = Choice<RefineHands>(hand, "hand",
+                                      {{"auto", RefineHands::kFound},
+                                       {"clip", RefineHands::kOfClip},
+                                       {"right", RefineHands::kRight},
+                                       {"left", RefineHands::kLeft},
+                                       {"both", RefineHands::kBoth}});
+  SetWeights(weights, options.fit);
+  RequirePositive(object_scale, "object_scale");
+  RequireBetween(object_vertices, "object_vertices", 4, 100'000);
+  options.threads = ThreadsOf(threads);
+  ModelOf(body);
+  const ClipArgument input = ClipOf(clip, body);
+  if (!input.clip->object) {
+    throw Error(input.name, "has no object trajectory to refine",
+                "Make one with fit(), or give a clip with an object");
+  }
+  auto refined = std::make_shared<RefinedClip>();
+  refined->object = RefinedObject(clip, input, object, object_scale);
+  std::vector<std::string> notes;
+  RunWithProgress(progress, [&](const StagedProgress& go_on) {
+    const PreparedObject prepared =
+        PrepareObject(refined->object, object_vertices, options.threads);
+    notes = prepared.notes;
+    refined->report = NamingSource("the clip", input.name, [&] {
+      return RefineCarried(*input.clip, input.body, prepared, options, go_on);
+    });
+  });
+  LogNotes(notes);
+  switch (refined->report.status) {
+    case RefineStatus::kStopped:
+      throw Stopped();
+    case RefineStatus::kNotFinite:
+      throw Failure(input.name + ": the solve came to numbers that are not finite");
+    case RefineStatus::kNoContact:
+      throw Failure(
+          fmt::format("{}: no hand that holds touches {} in any frame. Say who holds with "
+                      "--hand, or make a new grasp with fit(regrasp=True)",
+                      input.name, refined->object.name));
+    case RefineStatus::kRefined:
+      break;
+  }
+  refined->clip = std::make_shared<Clip>(std::move(refined->report.result.clip));
+  return refined;
+}
+
+nlohmann::json QualityJson(const CarriedQuality& quality) {
+  nlohmann::json json = ContactJson(quality.contact);
+  const Unevenness& object = quality.jitter.object;
+  for (const auto& [name, value] :
+       {std::pair<const char*, std::optional<double>>("object_acceleration_m_s2",
+                                                      object.acceleration_m_s2),
+        {"object_jerk_m_s3", object.jerk_m_s3},
+        {"object_angular_acceleration_rad_s2", object.angular_acceleration_rad_s2},
+        {"object_acceleration_against_hand", quality.jitter.acceleration_ratio}}) {
+    json[name] = value ? nlohmann::json(*value) : nlohmann::json();
+  }
+  return json;
+}
+
+nlohmann::json HoldsOfRefined(const RefinedClip& self) {
+  nlohmann::json holds = nlohmann::json::array();
+  for (const RefinedHold& hold : self.report.result.holds) {
+    holds.push_back({{"hand", SideName(hold.side)},
+                     {"begin", hold.begin},
+                     {"end", hold.end},
+                     {"rigid", hold.rigid},
+                     {"noise_mm", hold.noise_mm},
+                     {"movement_mm", hold.movement_mm},
+                     {"movement_deg", hold.movement_deg}});
+  }
+  return holds;
+}
+
+nlohmann::json RestsOfRefined(const RefinedClip& self) {
+  nlohmann::json rests = nlohmann::json::array();
+  for (const RefinedRest& rest : self.report.result.rests) {
+    rests.push_back({{"begin", rest.begin}, {"end", rest.end}, {"height_m", rest.height_m}});
+  }
+  return rests;
+}
+
+py::dict DistanceDict(const RefinedClip& self) {
+  const DataDistance& distance = self.report.distance;
+  const auto array = [](const std::vector<double>& values) {
+    return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
+  };
+  return py::dict("rms_mm"_a = distance.rms_mm, "rms_deg"_a = distance.rms_degrees,
+                  "mm"_a = array(distance.mm), "deg"_a = array(distance.degrees));
+}
+
+}  // namespace
+
+void BindRefine(py::module_& module) {
+  py::class_<RefinedClip, RefinedPtr>(module, "RefineResult", "A cleaned clip, before and after.")
+      .def_readonly("clip", &RefinedClip::clip,
+                    "Clip with refined object, arms and fingers, and holding_hand")
+      .def_property_readonly(
+          "before",
+          [](const RefinedClip& self) { return ToPython(QualityJson(self.report.before)); },
+          "dict of numbers: contact, penetration, unevenness of the object")
+      .def_property_readonly(
+          "after", [](const RefinedClip& self) { return ToPython(QualityJson(self.report.after)); },
+          "the same of the refined clip, by the same hands in the same frames")
+      .def_property_readonly("distance", &DistanceDict,
+                             "dict: how far the object is from the data, 'rms_mm', 'rms_deg', and "
+                             "of each frame 'mm' and 'deg' (T,)")
+      .def_property_readonly(
+          "holds", [](const RefinedClip& self) { return ToPython(HoldsOfRefined(self)); },
+          "list of dict: frames [begin, end) that a hand holds, and how")
+      .def_property_readonly(
+          "rests", [](const RefinedClip& self) { return ToPython(RestsOfRefined(self)); },
+          "list of dict: frames [begin, end) in which the object lies still")
+      .def_property_readonly(
+          "solve",
+          [](const RefinedClip& self) {
+            const ClipReport& solve = self.report.result.report;
+            return py::dict("iterations"_a = solve.iterations, "converged"_a = solve.converged,
+                            "cost_before"_a = solve.cost_before, "cost_after"_a = solve.cost_after,
+                            "solve_ms"_a = solve.solve_ms);
+          },
+          "dict: iterations, converged, cost_before, cost_after, solve_ms")
+      .def_property_readonly(
+          "object", [](const RefinedClip& self) { return MeshTuple(self.object.mesh); },
+          "(vertices (V, 3) metres, faces (F, 3)), scaled; copies")
+      .def("__repr__", [](const RefinedClip& self) {
+        return fmt::format("<holdfast.RefineResult: {} frames>", self.clip->NumFrames());
+      });
+  module.def(
+      "refine", &Refine, "clip"_a, "object"_a = py::none(), py::kw_only(), "hand"_a = "auto",
+      "weights"_a = py::none(), "object_scale"_a = 1.0, "object_vertices"_a = 300,
+      "body"_a = py::none(), "threads"_a = 0, "progress"_a = py::none(),
+      "Cleans a clip that has its object's trajectory, captured or predicted: penetration, jitter, "
+      "lost contact; near the data.\n\n"
+      "object as for fit(); None: the mesh that lies beside the clip's file, else the embedded "
+      "object of that name. hand: who holds; 'auto': found in the clip, 'clip': as its "
+      "holding_hand says, 'right', 'left', 'both'. weights: dict by term. Returns RefineResult. "
+      "Raises FitFailure where no hand that holds touches the object, Stopped, and Error.");
+}
+
+}  // namespace holdfast::python

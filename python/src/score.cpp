@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "geometry/clip/clip_scene.h"
+#include "geometry/clip/resample.h"
+#include "geometry/error.h"
+#include "geometry/io/container/text_scanner.h"
+#include "geometry/parallel.h"
+#include "geometry/render/clip_renderer.h"
+#include "geometry/render/contact_sheet.h"
+#include "geometry/render/png.h"
+#include "geometry/render/video.h"
+#include "geometry/rotation.h"
+#include "python/src/bindings.h"
+#include "python/src/numpy.h"
+#include "python/src/run.h"
+#include "solver/score/score_output.h"
+
+namespace holdfast::python {
+namespace {
+
+using namespace py::literals;
+
+// The mesh that the clip's object names, beside the clip's file, else the embedded object of its
+// name.
+void FindMesh(ClipScene& scene) {
+  const ObjectTrack& track = *scene.clip.object;
+  std::filesystem::path folder = scene.source;
+  if (!std::filesystem::is_directory(folder)) folder = folder.parent_path();
+  std::vector<std::string> candidates;
+  if (!track.mesh.empty()) candidates = {(folder / track.mesh).string(), track.mesh};
+  if (!track.name.empty()) candidates.push_back(track.name);
+  scene.object_missing = "the clip names no mesh of its object";
+  for (const std::string& candidate : candidates) {
+    try {
+      scene.object = LoadObject(candidate).mesh;
+      scene.object_source = candidate;
+      return;
+    } catch (const Error& error) {
+      if (&candidate == &candidates.front()) scene.object_missing = error.what();
+    }
+  }
+}
+
+// `clip` with its body, and the mesh of its object where that is given or found.
+ClipScene SceneOf(const py::object& clip, const py::object& object, double object_scale,
+                  const py::object& body, const char* name) {
+  ClipArgument argument = ClipOf(clip, body, name);
+  ClipScene scene;
+  scene.source = argument.name;
+  scene.clip = *argument.clip;
+  scene.body = argument.body.model;
+  scene.betas = argument.body.betas;
+  scene.made_with = scene.clip.body_model;
+  scene.foreign_body =
+      !scene.made_with.empty() && scene.made_with != scene.body->Name() && !scene.body->IsSubject();
+  if (!object.is_none()) {
+    LoadedObject loaded = ObjectOf(object, object_scale, "object");
+    scene.object = std::move(loaded.mesh);
+    scene.object_source = loaded.source;
+  } else if (scene.clip.object) {
+    const py::gil_scoped_release unlocked;
+    FindMesh(scene);
+  }
+  return scene;
+}
+
+struct ScoreArguments {
+  py::object object, reference, body;
+  double object_scale;
+  ScoreOptions options;
+  bool per_frame;
+  py::object progress;
+};
+
+py::object Score(const py::object& clip, ScoreArguments& in) {
+  HandObjectProtocol& protocol = in.options.hand_object;
+  if (!(protocol.contact.contact_threshold_mm > 0.0)) {
+    throw py::value_error("contact_threshold_mm: expected more than 0 mm");
+  }
+  if (!(in.options.deep_mm >= 0.0)) throw py::value_error("deep_mm: expected 0 mm or more");
+  if (!(protocol.contact.voxel_mm >= 0.0)) throw py::value_error("voxel_mm: expected 0 or more");
+  protocol.measure_exact = in.options.exact != ExactMode::kOff;
+  protocol.measure_voxels = protocol.contact.voxel_mm > 0.0;
+  if (!protocol.measure_voxels && !protocol.measure_exact) {
+    throw py::value_error(
+        "voxel_mm=0 leaves no way to measure volumes with exact='off': give a voxel size, or "
+        "exact='auto'");
+  }
+  protocol.contact.threads = in.options.threads;
+  const ClipScene scene = SceneOf(clip, in.object, in.object_scale, in.body, "clip");
+  std::optional<ClipScene> reference;
+  if (!in.reference.is_none()) {
+    reference = SceneOf(in.reference, in.object, in.object_scale, in.body, "reference");
+  }
+  nlohmann::json json;
+  RunWithProgress(in.progress, [&](const StagedProgress& progress) {
+    bool going = true;
+    const ClipScore score = ScoreClip(scene, reference ? &*reference : nullptr, in.options,
+                                      [&](const char* stage, int done, int total) {
+                                        going = going && progress(stage, done, total);
+                                        return going;
+                                      });
+    if (going) AddScores(std::span(&score, 1), in.options, in.per_frame, json);
+  });
+  nlohmann::json result = std::move(json["clips"][0]);
+  result["definitions"] = std::move(json["protocol"]["metrics"]);
+  json["protocol"].erase("metrics");
+  result["protocol"].update(json["protocol"]);
+  return ToPython(result);
+}
+
+// Frames on several threads; what `drawn` stops is empty.
+std::vector<Image> Draw(const ClipRenderer& renderer, const ClipRenderOptions& how,
+                        std::span<const int> frames, int threads,
+                        const std::function<bool()>& drawn) {
+  std::vector<Image> images(frames.size());
+  std::mutex lock;
+  bool stopped = false;
+  ParallelFor(static_cast<int>(frames.size()), threads, [&](int k) {
+    {
+      const std::scoped_lock guard(lock);
+      if (stopped) return;
+    }
+    images[k] = renderer.Draw(frames[k], how);
+    const std::scoped_lock guard(lock);
+    stopped = stopped || !drawn();
+  });
+  if (stopped) images.clear();
+  return images;
+}
+
+struct RenderArguments {
+  std::filesystem::path path;
+  std::optional<VideoFormat> video;
+  ClipRenderOptions how;
+  std::vector<int> frames;
+  int columns;
+  double frame_rate;
+  int threads;
+};
+
+void WritePictures(const ClipRenderer& renderer, const RenderArguments& in,
+                   const StagedProgress& progress) {
+  const int total = static_cast<int>(in.frames.size());
+  int done = 0;
+  const auto draw = [&](std::span<const int> indices) {
+    std::vector<int> which;
+    for (const int k : indices) which.push_back(in.frames[k]);
+    return Draw(renderer, in.how, which, in.threads, [&] {
+      ++done;
+      return progress("render", done, std::max(done, total));
+    });
+  };
+  if (in.video) {
+    WriteVideo(in.path, total, {in.frame_rate, 2 * in.threads}, draw);
+    return;
+  }
+  std::vector<int> all(in.frames.size());
+  std::vector<std::string> labels;
+  for (int k = 0; k < total; ++k) {
+    all[k] = k;
+    labels.push_back(fmt::format("{:.2f} s", in.frames[k] / renderer.GetClip().frame_rate));
+  }
+  const std::vector<Image> tiles = draw(all);
+  if (tiles.empty()) return;
+  WritePng(tiles.size() == 1 ? tiles[0] : ContactSheet(tiles, labels, in.columns), in.path);
+}
+
+void RequirePicture(const RenderArguments& in, const std::pair<int, int>& size,
+                    const std::pair<int, int>& sheet) {
+  constexpr int kLargest = 16384;
+  if (!in.video && !EqualIgnoringCase(in.path.extension().string(), ".png")) {
+    throw Error(in.path.string(), "is not a supported picture format",
+                "Give a name in .png, .gif or .mp4");
+  }
+  if (std::min(size.first, size.second) < 1 || std::max(size.first, size.second) > kLargest) {
+    throw py::value_error("size: expected (width, height) from 1 to 16384 pixels");
+  }
+  if (std::min(sheet.first, sheet.second) < 1 || std::max(sheet.first, sheet.second) > 100) {
+    throw py::value_error("sheet: expected (columns, rows) from 1 to 100");
+  }
+}
+
+void RenderTo(const py::object& clip, const std::filesystem::path& path, const py::object& object,
+              double object_scale, const py::object& body, std::pair<int, int> size,
+              const std::string& camera, std::optional<int> frame, std::pair<int, int> sheet,
+              std::optional<double> frame_rate, int threads, const py::object& progress) {
+  RenderArguments in{.path = path,
+                     .video = VideoFormatOf(path),
+                     .how = {},
+                     .frames = {},
+                     .columns = sheet.first,
+                     .frame_rate = 1.0,
+                     .threads = ThreadsOf(threads)};
+  RequirePicture(in, size, sheet);
+  const ClipScene scene = SceneOf(clip, object, object_scale, body, "clip");
+  const int count = scene.clip.NumFrames();
+  if (frame && (*frame < 0 || *frame >= count)) {
+    throw py::value_error(fmt::format("frame: {} of a clip of {} frames", *frame, count));
+  }
+  if (frame) {
+    in.frames = {*frame};
+  } else if (in.video) {
+    const double most = in.video == VideoFormat::kGif ? kMaxGifRate : 240.0;
+    in.frame_rate = frame_rate.value_or(std::min(scene.clip.frame_rate, most));
+    if (!(in.frame_rate > 0.0 && in.frame_rate <= most)) {
+      throw py::value_error(
+          fmt::format("frame_rate: expected more than 0 and at most {:g} Hz", most));
+    }
+    in.frames = FramesAtRate(count, scene.clip.frame_rate, in.frame_rate);
+  } else {
+    in.frames = EvenFrames(count, sheet.first * sheet.second);
+  }
+  const bool even = in.video == VideoFormat::kMp4;  // its colours are stored for two by two pixels
+  in.how.picture.width = size.first + (even ? size.first % 2 : 0);
+  in.how.picture.height = size.second + (even ? size.second % 2 : 0);
+  in.how.view =
+      Choice<ClipView>(camera, "camera",
+                       {{"auto", frame || in.video ? ClipView::kFront : SheetView(scene.clip)},
+                        {"front", ClipView::kFront},
+                        {"side", ClipView::kSide},
+                        {"follow", ClipView::kFollow},
+                        {"hand", ClipView::kHand}});
+  RunWithProgress(progress, [&](const StagedProgress& watched) {
+    const ClipRenderer renderer(scene.clip, scene.body, scene.betas,
+                                scene.clip.object && scene.object ? &*scene.object : nullptr);
+    WritePictures(renderer, in, watched);
+  });
+}
+
+constexpr const char* kScoreDoc =
+    "What 'holdfast score' measures of a clip, as a dict.\n\n"
+    "'values' has the numbers by name ('penetration_max_mm', 'contact_frames_ratio', ...), None "
+    "where undefined; 'hands' the same for each hand that holds; 'definitions' what each name "
+    "means; 'protocol' the thresholds; 'reference' and errors such as 'mpjpe_mm' with a reference; "
+    "'notes' what to know.\n\n"
+    "clip and reference: a Clip, a path or an embedded name. object: a mesh in metres (path, "
+    "embedded name, or (vertices, faces)) in place of the one that the clip names; object_scale "
+    "multiplies it. exact: the shared volume by cutting the meshes ('off', 'auto': by voxels where "
+    "that is undefined, 'on'). symmetric: whether the object is, when poses are compared ('off', "
+    "'auto', 'on'). overlap, resample: for a reference of another length or frame rate. per_frame "
+    "adds 'per_frame' to each hand. body: a BodyModel in place of the embedded one.\n\n"
+    ">>> holdfast.score(held, \"mug\")[\"values\"][\"penetration_max_mm\"]";
+
+void BindScoreOf(py::module_& module) {
+  const ScoreOptions usual;
+  module.def(
+      "score",
+      [](const py::object& clip, const py::object& object, const py::object& reference,
+         const std::string& exact, double deep_mm, double contact_threshold_mm, double voxel_mm,
+         const std::string& symmetric, bool overlap, bool resample, bool per_frame,
+         double object_scale, const py::object& body, int threads, const py::object& progress) {
+        ScoreArguments in{object, reference, body, object_scale, {}, per_frame, progress};
+        in.options.exact = Choice<ExactMode>(
+            exact, "exact",
+            {{"off", ExactMode::kOff}, {"auto", ExactMode::kAuto}, {"on", ExactMode::kOn}});
+        in.options.symmetry = Choice<SymmetryMode>(symmetric, "symmetric",
+                                                   {{"off", SymmetryMode::kOff},
+                                                    {"auto", SymmetryMode::kAuto},
+                                                    {"on", SymmetryMode::kOn}});
+        in.options.deep_mm = deep_mm;
+        in.options.hand_object.contact.contact_threshold_mm = contact_threshold_mm;
+        in.options.hand_object.contact.voxel_mm = voxel_mm;
+        in.options.overlap = overlap;
+        in.options.resample = resample;
+        in.options.threads = ThreadsOf(threads);
+        return Score(clip, in);
+      },
+      "clip"_a, "object"_a = py::none(), "reference"_a = py::none(), py::kw_only(),
+      "exact"_a = "auto", "deep_mm"_a = usual.deep_mm,
+      "contact_threshold_mm"_a = usual.hand_object.contact.contact_threshold_mm,
+      "voxel_mm"_a = usual.hand_object.contact.voxel_mm, "symmetric"_a = "auto",
+      "overlap"_a = false, "resample"_a = false, "per_frame"_a = false, "object_scale"_a = 1.0,
+      "body"_a = py::none(), "threads"_a = 0, "progress"_a = py::none(), kScoreDoc);
+}
+
+}  // namespace
+
+void BindScore(py::module_& module) {
+  BindScoreOf(module);
+  module.def("render", &RenderTo, "clip"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
+             "object_scale"_a = 1.0, "body"_a = py::none(), "size"_a = std::pair(640, 480),
+             "camera"_a = "auto", "frame"_a = py::none(), "sheet"_a = std::pair(4, 2),
+             "frame_rate"_a = py::none(), "threads"_a = 0, "progress"_a = py::none(),
+             "Draws a clip without GPU or display.\n\nA .png is a sheet of (columns, rows) "
+             "pictures evenly through the clip, or one picture of `frame`; a .gif or .mp4 a video "
+             "(through the program ffmpeg) at frame_rate Hz, by default the clip's. size: (width, "
+             "height) of a picture, pixels. camera: 'auto', 'front', 'side', 'follow' or 'hand'. "
+             "Amber: skin within 3 mm of the object; red: skin inside it. clip, object, body as in "
+             "score().");
+}
+
+}  // namespace holdfast::python

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "geometry/isa.h"
+#include "geometry/parallel.h"
+#include "python/src/bindings.h"
+#include "python/src/numpy.h"
+#include "python/src/run.h"
+#include "solver/kernels/pair_kernel.h"
+#include "solver/terms/hand/hand_object_distance.h"
+
+namespace holdfast::python {
+namespace {
+
+using namespace py::literals;
+
+using RowTable = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// What the terms of pairs are functions of.
+struct PairInput {
+  Eigen::Matrix3Xd hand, object;                        // (3 x N), (3 x M)
+  py::array_t<double> reference_array;                  // keeps the numbers of `reference`
+  Eigen::Map<const RowTable> reference{nullptr, 0, 0};  // (N x M)
+};
+
+PairInput PairsOf(const py::object& hand, const py::object& object, const py::object& reference) {
+  PairInput in{Columns(hand, "hand"), Columns(object, "object"), {}};
+  in.reference_array = Floats(reference, "reference", {in.hand.cols(), in.object.cols()});
+  new (&in.reference)
+      Eigen::Map<const RowTable>(in.reference_array.data(), in.hand.cols(), in.object.cols());
+  return in;
+}
+
+// An energy and its gradients, as Python has them.
+struct PairEnergy {
+  double energy = 0.0;
+  Eigen::Matrix3Xd hand, object;
+
+  py::tuple Tuple() const { return py::make_tuple(energy, Rows(hand), Rows(object)); }
+};
+
+// The energy of the points against the targets, and its gradient at the points.
+double DistanceGradient(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& targets,
+                        const RowTable& reference, int threads, Eigen::Matrix3Xd& gradient) {
+  constexpr int kChunk = 128;
+  const PairTargets<double> fixed(targets);
+  const int count = static_cast<int>(points.cols());
+  RowTable padded = RowTable::Zero(count, fixed.Stride());
+  padded.leftCols(reference.cols()) = reference;
+  std::vector<PairSums> sums(static_cast<std::size_t>(count));
+  ParallelFor((count + kChunk - 1) / kChunk, threads, [&](int chunk) {
+    const int begin = chunk * kChunk;
+    SumPairs(BestIsa(), fixed, points.col(begin).data(), std::min(kChunk, count - begin),
+             padded.row(begin).data(), sums.data() + begin);
+  });
+  gradient.resize(3, count);
+  double energy = 0.0;
+  for (int i = 0; i < count; ++i) {
+    const PairSums& sum = sums[static_cast<std::size_t>(i)];
+    gradient.col(i) = 2.0 * Eigen::Map<const Eigen::Vector3d>(sum.gradient);
+    energy += sum.squares;
+  }
+  return energy;
+}
+
+py::tuple DistanceEnergy(const py::object& hand, const py::object& object,
+                         const py::object& reference, int threads) {
+  const PairInput in = PairsOf(hand, object, reference);
+  PairEnergy result{0.0, Eigen::Matrix3Xd::Zero(3, in.hand.cols()),
+                    Eigen::Matrix3Xd::Zero(3, in.object.cols())};
+  const int count = ThreadsOf(threads);
+  if (in.reference.size() > 0) {
+    const py::gil_scoped_release unlocked;
+    // Threads cost more to start than a million pairs.
+    const int used = in.reference.size() > 1'000'000 ? count : 1;
+    result.energy = DistanceGradient(in.hand, in.object, in.reference, used, result.hand);
+    DistanceGradient(in.object, in.hand, in.reference.transpose(), used, result.object);
+  }
+  return result.Tuple();
+}
+
+py::tuple ContactEnergy(const py::object& hand, const py::object& object,
+                        const py::object& reference, double threshold_m) {
+  const PairInput in = PairsOf(hand, object, reference);
+  if (!(threshold_m > 0.0)) throw py::value_error("threshold_m: expected more than 0 m");
+  PairEnergy result{0.0, Eigen::Matrix3Xd::Zero(3, in.hand.cols()),
+                    Eigen::Matrix3Xd::Zero(3, in.object.cols())};
+  {
+    const py::gil_scoped_release unlocked;
+    for (Eigen::Index i = 0; i < in.hand.cols(); ++i) {
+      for (Eigen::Index j = 0; j < in.object.cols(); ++j) {
+        if (in.reference(i, j) >= threshold_m) continue;
+        const Eigen::Vector3d apart = in.hand.col(i) - in.object.col(j);
+        result.energy += apart.squaredNorm();
+        result.hand.col(i) += 2.0 * apart;
+        result.object.col(j) -= 2.0 * apart;
+      }
+    }
+  }
+  return result.Tuple();
+}
+
+py::tuple PenetrationEnergy(const py::object& points, const py::object& signed_distance,
+                            double give_m, int threads) {
+  if (!py::hasattr(signed_distance, "gradient")) {
+    throw py::type_error(fmt::format("signed_distance: expected a SignedDistance, got {}",
+                                     std::string(py::str(py::type::of(signed_distance)))));
+  }
+  if (!(give_m >= 0.0)) throw py::value_error("give_m: expected 0 m or more");
+  const py::tuple answer = signed_distance.attr("gradient")(points, "threads"_a = threads);
+  const Eigen::VectorXd distance = Vector(answer[0], "distances");
+  Eigen::Matrix3Xd gradient = Columns(answer[1], "gradients", distance.size());
+  const Eigen::VectorXd depth = (-distance.array() - give_m).max(0.0);
+  gradient *= (-2.0 * depth).asDiagonal();
+  return py::make_tuple(depth.squaredNorm(), Rows(gradient));
+}
+
+}  // namespace
+
+void BindTerms(py::module_& module) {
+  module.def(
+      "pair_distances",
+      [](const py::object& hand, const py::object& object) {
+        return Rows(
+            HandObjectDistance::Distances(Columns(hand, "hand"), Columns(object, "object")));
+      },
+      "hand"_a, "object"_a,
+      "|h_i - o_j| of hand (N, 3) and object (M, 3), metres: (N, M). The reference D of the terms "
+      "below is this in the frame in which the hand takes hold.");
+  module.def("distance_energy", &DistanceEnergy, "hand"_a, "object"_a, "reference"_a, py::kw_only(),
+             "threads"_a = 0,
+             "(energy, grad_hand, grad_object) of E_d = sum_ij (|h_i - o_j| - D_ij)^2, that hand "
+             "and object keep their distances (IMoS, eq. 7).\n\nhand (N, 3), object (M, 3), "
+             "reference D (N, M), metres, hand and object in one frame, whichever. Gradients are "
+             "exact, (N, 3) and (M, 3); where two points coincide the direction is zero.");
+  module.def("contact_energy", &ContactEnergy, "hand"_a, "object"_a, "reference"_a,
+             "threshold_m"_a = 0.01,
+             "(energy, grad_hand, grad_object) of E_c = sum |h_i - o_j|^2 over the pairs with "
+             "D_ij < threshold_m, that what touched stays together (IMoS, eq. 8).\n\nShapes as in "
+             "distance_energy.");
+  module.def("penetration_energy", &PenetrationEnergy, "points"_a, "signed_distance"_a,
+             "give_m"_a = 0.0, py::kw_only(), "threads"_a = 0,
+             "(energy, grad_points) of sum_i max(0, -d(p_i) - give_m)^2 for points (N, 3) in the "
+             "frame of the surface and its SignedDistance d (negative inside): depths up to "
+             "give_m are free.");
+}
+
+}  // namespace holdfast::python

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: MIT
+import gc
+import logging
+
+import numpy as np
+import pytest
+
+import holdfast
+
+
+def test_a_clip_of_arrays(random):
+    poses, trans = random.standard_normal((5, 165)), random.standard_normal((5, 3))
+    clip = holdfast.Clip(poses, trans, frame_rate=60.0, betas=[0.5, -0.5], gender="female")
+    assert len(clip) == 5 and clip.frame_rate == 60.0 and clip.gender == "female"
+    np.testing.assert_array_equal(clip.poses, poses)
+    np.testing.assert_array_equal(clip.trans, trans)
+    np.testing.assert_array_equal(clip.betas, [0.5, -0.5])
+    assert "5 frames at 60 Hz" in repr(clip)
+    by_joint = holdfast.Clip(poses.reshape(5, 55, 3), trans)
+    np.testing.assert_array_equal(by_joint.poses, poses)
+
+
+def test_arrays_are_views():
+    clip = holdfast.Clip(np.zeros((3, 165)), np.zeros((3, 3)))
+    clip.poses[1, 3] = 0.25
+    assert clip.pose_body[1, 0] == 0.25
+    clip.pose_hand[2, 89] = 0.5
+    assert clip.poses[2, 164] == 0.5
+    clip.trans[0] = 1, 2, 3
+    np.testing.assert_array_equal(clip.trans[0], [1, 2, 3])
+    shapes = {"root_orient": 3, "pose_body": 63, "pose_jaw": 3, "pose_eye": 6, "pose_hand": 90}
+    for name, width in shapes.items():
+        assert getattr(clip, name).shape == (3, width)
+
+
+def test_a_view_outlives_its_clip():
+    clip = holdfast.Clip(np.full((3, 165), 0.5), np.zeros((3, 3)))
+    poses = clip.poses
+    del clip
+    gc.collect()
+    assert (poses == 0.5).all()
+
+
+def test_wrong_arrays_are_said():
+    poses, trans = np.zeros((4, 165)), np.zeros((4, 3))
+    with pytest.raises(ValueError, match=r"poses: expected .* \(n, 165\), got \(4, 164\)"):
+        holdfast.Clip(poses[:, :164], trans)
+    with pytest.raises(ValueError, match=r"trans: expected .* \(4, 3\), got \(3, 3\)"):
+        holdfast.Clip(poses, trans[:3])
+    with pytest.raises(ValueError, match="NaN"):
+        holdfast.Clip(np.full((4, 165), np.nan), trans)
+    with pytest.raises(ValueError, match="one frame or more"):
+        holdfast.Clip(poses[:0], trans[:0])
+    with pytest.raises(TypeError, match="poses"):
+        holdfast.Clip(None, trans)
+    with pytest.raises(TypeError, match="dtype"):
+        holdfast.Clip(poses + 1j, trans)
+    with pytest.raises(ValueError, match="frame_rate"):
+        holdfast.Clip(poses, trans, frame_rate=0.0)
+    with pytest.raises(ValueError, match="holding_hand"):
+        holdfast.Clip(poses, trans, holding_hand=[1, 2])
+    with pytest.raises(ValueError, match="4: 0 nobody"):
+        holdfast.Clip(poses, trans, holding_hand=[1, 2, 3, 4])
+
+
+def test_object_track():
+    track = holdfast.ObjectTrack(np.ones((4, 3)), np.zeros((4, 3)), name="mug")
+    clip = holdfast.Clip(np.zeros((4, 165)), np.zeros((4, 3)), object=track)
+    assert len(clip.object) == 4 and clip.object.name == "mug"
+    clip.object.trans[2, 1] = 7.0
+    assert clip.object.trans[2, 1] == 7.0 and track.trans[2, 1] == 1.0
+    with pytest.raises(ValueError, match="object: expected 3 rows"):
+        clip[:3].with_object(track)
+    with pytest.raises(ValueError, match="object: expected 3 rows"):
+        holdfast.Clip(np.zeros((3, 165)), np.zeros((3, 3)), object=track)
+    assert clip.with_object(None).object is None and clip.object is not None
+    with pytest.raises(AttributeError):
+        clip.object = None  # views of it would dangle
+    assert clip.with_object(None).with_object(track).object.trans[2, 1] == 1.0
+
+
+@pytest.mark.parametrize("rate", [0.0, -30.0, float("nan"), float("inf")])
+def test_frame_rate_is_positive(rate):
+    clip = holdfast.Clip(np.zeros((2, 165)), np.zeros((2, 3)))
+    with pytest.raises(ValueError, match="frame_rate"):
+        clip.frame_rate = rate
+
+
+def test_slices_and_other_frame_rates(demo):
+    clip = holdfast.Clip.load("demo_drink")
+    part = clip[2:10]
+    assert len(part) == 8
+    np.testing.assert_array_equal(part.poses, clip.poses[2:10])
+    assert len(clip[-3:]) == 3
+    for bad in (slice(0, 8, 2), slice(5, 5)):
+        with pytest.raises(ValueError):
+            clip[bad]
+    half = clip.resample(clip.frame_rate / 2)
+    assert abs(len(half) - len(clip) / 2) <= 1
+    with pytest.raises(ValueError):
+        clip.resample(-1.0)
+
+
+def test_copy_is_deep(demo):
+    copy = demo.copy()
+    copy.trans[:] += 1.0
+    assert not np.array_equal(copy.trans, demo.trans)
+
+
+def test_saved_and_loaded(demo, tmp_path):
+    path = tmp_path / "clip.npz"
+    demo.save(path)
+    again = holdfast.Clip.load(str(path))
+    np.testing.assert_array_equal(again.poses, demo.poses)
+    np.testing.assert_array_equal(again.trans, demo.trans)
+    assert again.frame_rate == demo.frame_rate
+    with np.load(path) as archive:  # AMASS's layout
+        assert archive["poses"].shape == (8, 165)
+
+
+def test_what_cannot_be_loaded_is_said(tmp_path):
+    with pytest.raises(holdfast.Error, match="no_such_clip"):
+        holdfast.Clip.load("no_such_clip")
+    empty = tmp_path / "empty.npz"
+    empty.write_bytes(b"")
+    with pytest.raises(ValueError, match="empty.npz"):
+        holdfast.Clip.load(str(empty))
+
+
+def test_notes_are_logged(demo, tmp_path, caplog):
+    path = tmp_path / "plain.npz"
+    np.savez(path, poses=demo.poses, trans=demo.trans, mocap_frame_rate=30.0)
+    with caplog.at_level(logging.INFO, "holdfast"):
+        clip = holdfast.import_motion(str(path))
+    assert len(clip) == len(demo)
+
+
+def test_smplx_arguments(demo):
+    arguments = demo.to_smplx()
+    widths = {"global_orient": 3, "body_pose": 63, "jaw_pose": 3, "leye_pose": 3, "reye_pose": 3}
+    widths |= {"left_hand_pose": 45, "right_hand_pose": 45, "transl": 3}
+    assert set(arguments) == set(widths) | {"betas"}
+    for name, width in widths.items():
+        assert arguments[name].shape == (8, width)
+    assert arguments["betas"].shape[0] == 1
+    np.testing.assert_array_equal(arguments["right_hand_pose"], demo.poses[:, 120:165])

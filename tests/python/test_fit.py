@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: MIT
+import numpy as np
+import pytest
+
+import holdfast
+
+
+@pytest.fixture(scope="module")
+def held():
+    return holdfast.fit(holdfast.Clip.load("demo_drink")[:12], "mug")
+
+
+def test_fit_carries_the_object(held):
+    assert held.status == "carried" and held.held_by in ("right", "left", "both")
+    assert held.clip.object.trans.shape == (12, 3)
+    assert len(held.clip.holding_hand) == 12
+    assert np.isfinite(held.clip.poses).all()
+    assert held.energies["energy_penetration_m2"].shape == (12,)
+    assert held.per_frame["in_contact"].any()
+    assert held.per_frame["stop"][0] == "given"
+    assert 0.0 < held.contact["frames_in_contact_ratio"] <= 1.0
+    vertices, faces = held.object
+    assert vertices.shape[1] == faces.shape[1] == 3
+    assert held.grasp["made"] and held.grasp["fingers"].shape == (45,)
+    assert held.seconds > 0.0 and "mug" in repr(held)
+
+
+def test_fit_does_not_depend_on_threads(held):
+    again = holdfast.fit(holdfast.Clip.load("demo_drink")[:12], "mug", threads=1)
+    np.testing.assert_array_equal(again.clip.poses, held.clip.poses)
+    np.testing.assert_array_equal(again.clip.object.trans, held.clip.object.trans)
+
+
+def test_fit_keeps_the_given_clip():
+    clip = holdfast.Clip.load("demo_drink")[:3]
+    poses = clip.poses.copy()
+    holdfast.fit(clip, "bottle", hand="right", regrasp=True)
+    np.testing.assert_array_equal(clip.poses, poses)
+
+
+def test_fit_of_arrays_and_paper(held):
+    clip = held.clip[:4]
+    fitted = holdfast.fit(clip, held.object, keep_grasp=True, recipe="paper")
+    assert len(fitted.clip) == 4
+    heavier = holdfast.fit(clip, "mug", weights={"penetration": 0.0, "object_in_hand": 0.0})
+    assert not heavier.energies["energy_penetration_m2"].any() and not heavier.grasp["made"]
+
+
+def test_progress_sees_stages_and_stops(held):
+    stages = set()
+    clip = held.clip[:4]
+    holdfast.fit(clip, "mug", progress=lambda stage, done, total: stages.add(stage))
+    assert {"fit", "metrics"} <= stages
+    with pytest.raises(holdfast.Stopped):
+        holdfast.fit(clip, "mug", progress=lambda stage, done, total: False)
+
+    def fails(stage, done, total):
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        holdfast.fit(clip, "mug", progress=fails)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"hand": "third"},
+        {"style": "soft"},
+        {"recipe": "best"},
+        {"solve": "twice"},
+        {"precision": "half"},
+        {"weights": {"gravity": 1.0}},
+        {"weights": {"penetration": -1.0}},
+        {"weights": {"penetration": float("nan")}},
+        {"contact_threshold_mm": 0.0},
+        {"contact_threshold_mm": float("inf")},
+        {"object_vertices": 3},
+        {"object_scale": 0.0},
+        {"object_scale": float("nan")},
+        {"max_iterations": 0},
+        {"threads": -1},
+        {"keep_grasp": True, "regrasp": True},
+        {"keep_grasp": True, "at": [0, 0, 0]},
+        {"at": [0, 0]},
+        {"at": [9, 9, 9]},
+        {"region": (np.zeros((3, 3)), [[0, 1, 3]])},
+        {"region": (np.zeros((3, 3)), np.zeros((0, 3), int))},
+        {"switch_frames": [3]},
+        {"hand_over": True, "switch_frames": [3, 2]},
+        {"hand_over": True, "switch_frames": [-1]},
+        {"hand_over": True, "switch_frames": [5000]},
+        {"first_hand": "both"},
+        {"dwell_s": -1.0},
+    ],
+)
+def test_bad_options_are_value_errors(options):
+    with pytest.raises(ValueError):
+        holdfast.fit(holdfast.Clip.load("demo_drink")[:6], "mug", **options)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"weights": 3.0}, {"body": "neutral"}, {"progress": 1}, {"seed": -1}, {"nonsense": 1},
+     {"region": 3}, {"hand": None}],
+)
+def test_wrong_types_are_type_errors(options):
+    with pytest.raises(TypeError):
+        holdfast.fit(holdfast.Clip.load("demo_drink")[:6], "mug", **options)
+
+
+def test_unknown_object_and_clip():
+    with pytest.raises(holdfast.Error):
+        holdfast.fit("demo_drink", "no such object")
+    with pytest.raises(holdfast.Error):
+        holdfast.fit("no such clip", "mug")
+    with pytest.raises(TypeError):
+        holdfast.fit(3, "mug")
+
+
+def test_fit_failures_speak_python():
+    with pytest.raises((holdfast.FitFailure, holdfast.Error)) as raised:
+        holdfast.fit(holdfast.Clip.load("demo_drink")[:2], "mug", object_scale=5.0, hand="right")
+    assert issubclass(holdfast.FitFailure, RuntimeError)
+    if raised.type is holdfast.FitFailure:
+        assert "--" not in str(raised.value) and "object_scale" in str(raised.value)
+
+
+def test_offhand_is_fit_with_hand_over():
+    clip = holdfast.Clip.load("demo_drink")[:6]
+    with pytest.raises(TypeError):
+        holdfast.offhand(clip, "apple", hand_over=False)
+    with pytest.raises(ValueError):
+        holdfast.offhand(clip, "apple", switch_frames=[5000])
+
+
+def test_save_is_a_result_folder(held, tmp_path):
+    held.save(tmp_path / "held")
+    again = holdfast.Clip.load(str(tmp_path / "held"))
+    np.testing.assert_allclose(again.object.trans, held.clip.object.trans)
+    assert (tmp_path / "held" / "object.ply").is_file()
+
+
+def test_refine_before_and_after(held):
+    refined = holdfast.refine(held.clip, held.object, hand="clip")
+    assert len(refined.clip) == len(held.clip)
+    assert refined.distance["mm"].shape == (12,)
+    assert refined.distance["rms_mm"] >= 0.0
+    assert set(refined.before) == set(refined.after)
+    assert refined.holds and refined.holds[0]["end"] <= 12
+    assert refined.solve["iterations"] >= 0
+    by_name = holdfast.refine(held.clip, hand="clip")
+    np.testing.assert_allclose(by_name.clip.object.trans, refined.clip.object.trans, atol=1e-3)
+
+
+def test_refine_needs_an_object():
+    clip = holdfast.Clip.load("demo_drink")[:4]
+    assert clip.object is None
+    with pytest.raises(holdfast.Error):
+        holdfast.refine(clip, "mug")
+    with pytest.raises(ValueError):
+        holdfast.refine("demo_drink", "mug", hand="nobody")
+
+
+def test_grasp_by_a_standing_person():
+    grasp = holdfast.grasp("apple", closings=60, refinements=8)
+    assert len(grasp.clip) == 1 and grasp.hand == "right"
+    assert grasp.numbers["fingers"].shape == (45,)
+    matrix = grasp.numbers["wrist_from_object"]
+    np.testing.assert_allclose(matrix[:3, :3] @ matrix[:3, :3].T, np.eye(3), atol=1e-9)
+    np.testing.assert_array_equal(matrix[3], [0, 0, 0, 1])
+    assert "thumb" in grasp.numbers["touching"]
+    with pytest.raises(ValueError):
+        holdfast.grasp("apple", clip="demo_drink")
+    with pytest.raises(ValueError):
+        holdfast.grasp("apple", closings=0)
+    with pytest.raises(holdfast.Stopped):
+        holdfast.grasp("apple", progress=lambda *_: False)
+
+
+def object_pose(clip, frame):
+    return clip.object.orient[frame], clip.object.trans[frame]
+
+
+def test_frame_fitter_follows_the_hand(held):
+    clip = held.clip
+    fitter = holdfast.FrameFitter(held.object, held.held_by, frame_rate=clip.frame_rate)
+    rotation, translation, fingers = fitter.start(clip.poses[0], clip.trans[0],
+                                                  *object_pose(clip, 0))
+    assert rotation.shape == (3, 3) and translation.shape == (3,) and fingers.shape == (45,)
+    assert fitter.report["stop"] == "given" and fitter.report["contact_pairs"] > 0
+    for frame in range(1, len(clip)):
+        rotation, translation, fingers = fitter.step(clip.poses[frame], clip.trans[frame])
+        np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-9)
+        assert np.linalg.norm(translation - clip.object.trans[frame]) < 0.01
+    assert fitter.report["stop"] in ("converged", "iteration_limit")
+    hand = slice(75, 120) if held.held_by == "left" else slice(120, 165)
+    np.testing.assert_array_equal(fitter.poses[hand], fingers)
+    # A second start forgets the first one, and a matrix is as good as an axis-angle.
+    first = fitter.start(clip.poses[0], clip.trans[0], *object_pose(clip, 0))
+    again = fitter.start(clip.poses[0], clip.trans[0], first[0], first[1])
+    np.testing.assert_allclose(again[1], first[1], atol=1e-3)
+
+
+def test_frame_fitter_refuses_what_is_wrong():
+    with pytest.raises(ValueError):
+        holdfast.FrameFitter("mug", "both")
+    with pytest.raises(ValueError):
+        holdfast.FrameFitter("mug", frame_rate=0.0)
+    with pytest.raises(ValueError):
+        holdfast.FrameFitter("mug", betas=[1e9])
+    fitter = holdfast.FrameFitter("mug")
+    pose, trans = np.zeros(165), np.zeros(3)
+    with pytest.raises(RuntimeError, match="start"):
+        fitter.step(pose, trans)
+    for arguments in [
+        (np.zeros(164), trans, np.eye(3), trans),
+        (pose, np.zeros(2), np.eye(3), trans),
+        (pose, trans, 2.0 * np.eye(3), trans),
+        (pose, trans, np.diag([1.0, 1.0, -1.0]), trans),
+        (pose, trans, np.zeros((2, 3)), trans),
+        (pose, trans, np.eye(3), [np.nan, 0, 0]),
+        (np.full(165, 1e6), trans, np.eye(3), trans),
+        (pose, np.full(3, 1e9), np.eye(3), trans),
+    ]:
+        with pytest.raises(ValueError):
+            fitter.start(*arguments)
+    with pytest.raises(TypeError):
+        fitter.start(None, trans, np.eye(3), trans)
+    # Far from the object nothing touches, and nothing breaks.
+    fitter.start(pose, trans, np.eye(3), [5.0, 0.0, 0.0])
+    assert np.isfinite(fitter.step(pose.reshape(55, 3), trans)[1]).all()

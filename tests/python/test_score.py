@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: MIT
+import numpy as np
+import pytest
+
+import holdfast
+
+
+def test_score_of_the_demo(demo):
+    result = holdfast.score(demo, exact="off")
+    values = result["values"]
+    assert result["frames"] == len(demo)
+    assert result["protocol"]["exact_volume"] == "off"
+    assert values["penetration_max_mm"] >= 0.0
+    assert set(values) <= set(result["definitions"])
+    assert {hand["side"] for hand in result["hands"]} <= {"right", "left"}
+
+
+def test_score_of_an_object_far_away(demo):
+    clip = demo.copy()
+    clip.object.trans[:] += 1.0
+    values = holdfast.score(clip, "mug", exact="off")["values"]
+    assert values["penetration_max_mm"] == 0.0
+    assert values["contact_frames_ratio"] == 0.0
+
+
+def test_score_without_object(demo):
+    clip = demo.copy()
+    clip = clip.with_object(None)
+    result = holdfast.score(clip)
+    assert result["hands"] == []
+    assert any("no object" in note for note in result["notes"])
+
+
+def test_score_against_a_reference(demo):
+    moved = demo.copy()
+    moved.trans[:, 0] += 0.01
+    values = holdfast.score(moved, reference=demo, exact="off")["values"]
+    assert values["mpjpe_mm"] == pytest.approx(10.0, abs=1e-6)
+    assert values["mpjpe_root_aligned_mm"] == pytest.approx(0.0, abs=1e-6)
+    with pytest.raises(holdfast.Error, match="frames"):
+        holdfast.score(demo, reference=demo[:3])
+    assert holdfast.score(demo, reference=demo[:3], overlap=True, exact="off")
+
+
+def test_score_per_frame(demo):
+    hands = holdfast.score(demo, "mug", exact="off", per_frame=True)["hands"]
+    assert all(isinstance(hand["per_frame"], dict) for hand in hands)
+
+
+def test_score_does_not_depend_on_threads(demo):
+    one = holdfast.score(demo, "mug", exact="off", threads=1)
+    assert holdfast.score(demo, "mug", exact="off", threads=2) == one
+
+
+def test_wrong_arguments_are_said(demo):
+    with pytest.raises(ValueError, match="exact: expected one of 'off', 'auto', 'on', got 'yes'"):
+        holdfast.score(demo, exact="yes")
+    with pytest.raises(ValueError, match="voxel_mm=0"):
+        holdfast.score(demo, exact="off", voxel_mm=0.0)
+    with pytest.raises(ValueError, match="deep_mm"):
+        holdfast.score(demo, deep_mm=-1.0)
+    with pytest.raises(TypeError, match="clip: expected a Clip"):
+        holdfast.score(3)
+    with pytest.raises(holdfast.Error):
+        holdfast.score("no_such_clip")
+
+
+def test_progress_is_told_and_stops(demo):
+    seen = []
+    holdfast.score(demo, "mug", exact="off", progress=lambda *args: seen.append(args))
+    assert seen and all(done <= total for _, done, total in seen)
+    with pytest.raises(holdfast.Stopped):
+        holdfast.score(demo, "mug", exact="off", progress=lambda *args: False)
+    with pytest.raises(ZeroDivisionError):
+        holdfast.score(demo, "mug", exact="off", progress=lambda *args: 1 / 0)
+    with pytest.raises(TypeError, match="progress"):
+        holdfast.score(demo, "mug", exact="off", progress=3)
+
+
+def test_render(demo, tmp_path):
+    sizes = {}
+    for name, options in {"sheet": {"sheet": (2, 1)}, "frame": {"frame": 3}}.items():
+        path = tmp_path / (name + ".png")
+        holdfast.render(demo, path, size=(80, 60), camera="side", **options)
+        png = path.read_bytes()
+        sizes[name] = tuple(np.frombuffer(png[16:24], ">u4"))
+    assert sizes["frame"] == (80, 60)
+    assert sizes["sheet"][0] >= 160
+    with pytest.raises(holdfast.Error, match=".png, .gif or .mp4"):
+        holdfast.render(demo, tmp_path / "x.jpg")
+    with pytest.raises(ValueError, match="frame: 8 of a clip of 8 frames"):
+        holdfast.render(demo, tmp_path / "x.png", frame=8)
+    with pytest.raises(ValueError, match="size"):
+        holdfast.render(demo, tmp_path / "x.png", size=(0, 10))
+    with pytest.raises(holdfast.Stopped):
+        holdfast.render(demo, tmp_path / "x.png", size=(8, 8), progress=lambda *args: False)
+    assert not (tmp_path / "x.png").exists()
