@@ -50,10 +50,10 @@ struct LongTraining {
 
 /// What a training says of itself.
 struct TrainingTexts {
-  const char* network;             ///< as `holdfast train` knows it
-  TrainingNotes kept;              ///< notes that the weights carry, too
-  std::vector<std::string> notes;  ///< before it begins
-  nlohmann::json summary;          ///< what is its own
+  const char* network;                                ///< as `holdfast train` knows it
+  TrainingNotes kept;                                 ///< notes that the weights carry, too
+  std::vector<std::string> notes;                     ///< before it begins
+  nlohmann::json summary = nlohmann::json::object();  ///< what is its own
   std::function<std::string(const nlohmann::json&)> evaluation, best;  ///< of a line, in short
   std::string (*page)(const std::vector<nlohmann::json>& lines, long iterations);
 };
