@@ -138,8 +138,12 @@ nlohmann::json PerFrameJson(const FitResult& result, const ContactScore& contact
        PerFrame(contact.frames, [](const C& c) { return c.voxel_volume_cm3; })}};
   for (const EnergyTermInfo& info : EnergyTerms()) {
     if (info.metric == nullptr) continue;
-    columns[info.metric] =
+    nlohmann::json column =
         PerFrame(result.frames, [&](const F& f) { return f.energies[info.term]; });
+    // E_s stands in place of E_d and E_c, in few fits.
+    const bool is_off = info.term == EnergyTerm::kSlip &&
+                        std::ranges::all_of(column, [](const auto& value) { return value == 0.0; });
+    if (!is_off) columns[info.metric] = std::move(column);
   }
   return columns;
 }

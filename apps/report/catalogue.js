@@ -58,7 +58,7 @@ const kCharts = [
   energy("Distance term E_d", "Hand and object keep the distances of the first frame", "energy_distance_m2"),
   energy("Contact term E_c", "What touched in the first frame stays together", "energy_contact_m2"),
   energy("Temporal term E_t", "Little change from frame to frame", "energy_temporal"),
-  energy("Slip term E_s", "Contacts travel along the surface, not off it", "energy_slip_m2"),
+  energy("Slip term", "Contacts travel along the surface, not off it", "energy_slip_m2"),
   energy("Penetration term", "Squared depth of skin inside the object, beyond what soft tissue gives", "energy_penetration_m2"),
   energy("Object-in-hand term", "Squared depth of the object inside the hand, beyond what soft tissue gives", "energy_object_in_hand_m2"),
   {
