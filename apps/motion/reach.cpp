@@ -21,9 +21,10 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       ->required()
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command->add_option("--from", job.from,
-                      "CLIP or CLIP:FRAME to go on from (the last frame if left out). Without it a "
-                      "person stands at the origin, facing -y");
+  command->add_option(
+      "--from", job.from,
+      "CLIP or CLIP:FRAME to continue from (the last frame if left out). Without it a "
+      "person stands at the origin, facing -y");
   command
       ->add_option("--time", job.time_s,
                    "Seconds until each goal is due [by its distance: 1.4 s and 0.95 m/s, at least "

@@ -33,7 +33,7 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   AddOption(*command, "--object-scale", job.begin.object_scale,
             "Multiplies the object's coordinates (0.001 for millimetres)", CLI::PositiveNumber);
   command->add_option("--from", job.begin.from,
-                      "CLIP or CLIP:FRAME of a person with the object in a hand to go on from. "
+                      "CLIP or CLIP:FRAME of a person with the object in a hand to continue from. "
                       "Without it a person stands at the origin, facing -y");
   AddOption(*command, "--start", options->place,
             "Where the object is at a generated start: on a table, in the hand, any",

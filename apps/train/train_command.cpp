@@ -38,7 +38,7 @@ int Train(const Training& training, const LongTraining& options, const TrainingT
   if (!common.force && std::filesystem::exists(checkpoint)) {
     trainer.Load(checkpoint);
     run.lines = LinesBefore(run.folder / "training.jsonl", trainer.Iteration());
-    Note(common, fmt::format("going on after iteration {}", trainer.Iteration()));
+    Note(common, fmt::format("resuming after iteration {}", trainer.Iteration()));
   }
   run.notes["made_by"] = fmt::format("holdfast train {} " HOLDFAST_VERSION, texts.network);
   std::filesystem::create_directories(run.folder);
@@ -72,7 +72,7 @@ int Train(const Training& training, const LongTraining& options, const TrainingT
                           (run.folder / "best.safetensors").string(), trainer.Iteration(), reached,
                           (run.folder / "train.html").string()));
   if (!Interrupted()) return kDone;
-  Note(common, "interrupted: the same command goes on from here");
+  Note(common, "interrupted: the same command resumes from here");
   return kInterrupted;
 }
 

@@ -234,7 +234,7 @@ void BindReachResult(py::module_& module) {
 
 constexpr const char* kReachDoc = R"(A person walks to goals of the wrist, one after another.
 
-goals: (K, 3) or (3,), world, metres, z up from the ground. clip: goes on from this Clip, path or
+goals: (K, 3) or (3,), world, metres, z up from the ground. clip: continues from this Clip, path or
 embedded clip, at `frame` (from 0, at the clip's rate; None: the last); None: a person of `body` who
 stands at the origin, facing -y. wrist: 'right' or 'left'.
 

@@ -206,7 +206,7 @@ motion from an intent, then the object fitted to every frame (fit()).
 action: 'drink', 'pour', 'offhand', ...; Error lists all. object as for fit(); object_class: what it
 is to the networks ('mug', 'waterbottle', ...), '' for its name.
 
-clip: goes on from this Clip, path or embedded clip, which shows the object in a hand at `frame`
+clip: continues from this Clip, path or embedded clip, which shows the object in a hand at `frame`
 (from 0; None: the last). None: a person who stands at the origin, facing -y, with `betas` (B,) and
 the object in `hand` ('right', 'left'); start: 'table', 'hand' or 'any'.
 

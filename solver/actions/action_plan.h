@@ -18,7 +18,7 @@ struct ActionSetOptions {
   std::uint64_t seed = 1;
   int threads = 1;       ///< the result does not depend on them
   bool replace = false;  ///< a set in the folder that was made from something else
-  /// Of the program, for the manifest: a set is gone on with by the version that began it.
+  /// Of the program, for the manifest: a set is resumed by the version that began it.
   std::string version = {};
 };
 

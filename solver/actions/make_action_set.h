@@ -24,7 +24,7 @@ struct ActionSetReport {
 
 /// Makes a labelled set of people who do things with objects in `folder`: s1/mug_drink_1.npz ...,
 /// manifest.json (schema holdfast/actions/1), and grasps/ with the grasps that a later run need not
-/// look for again. A set that was stopped is gone on with, a finished one extended. A clip with a
+/// look for again. A set that was stopped is resumed, a finished one extended. A clip with a
 /// fault is tried anew from another start, and given up in the end: see MakeActionClip. Progress
 /// (stage "clips") comes as subjects' clips with one object are done. Throws Error as PlanActions
 /// does, for a manifest of something else, and a folder that cannot be written.

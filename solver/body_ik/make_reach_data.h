@@ -25,7 +25,7 @@ struct ReachDataOptions {
   std::uint64_t seed = 1;
   int threads = 1;       ///< the result does not depend on them
   bool replace = false;  ///< a set in the folder that was made from something else
-  /// Of the program, for the manifest: a set is gone on with by the version that began it.
+  /// Of the program, for the manifest: a set is resumed by the version that began it.
   std::string version;
 };
 
@@ -40,7 +40,7 @@ struct ReachDataReport {
 /// Makes walking, turning and reaching with goals from captures: made/*.npz and
 /// manifest.json (schema holdfast/reach-data/1) in `folder`. The clips have arrays goal (K x 3,
 /// world, metres), goal_frame (K) and goal_wrist (K): the wrist joint is at the goal in its frame.
-/// A set that was stopped is gone on with, a finished one extended. Progress has the stage "minutes
+/// A set that was stopped is resumed, a finished one extended. Progress has the stage "minutes
 /// made". Throws Error for a manifest of something else, and what MakeReachClip throws.
 ReachDataReport MakeReachData(const CaptureSet& set, const ReachDataOptions& options,
                               const std::filesystem::path& folder,

@@ -57,7 +57,7 @@ double FastShare(const Eigen::Ref<const Eigen::MatrixXf>& joints);
 std::vector<int> SpreadCases(const wandr::ReachProtocol& protocol, int num_starts);
 
 /// Runs methods on the first cases of that order, keeping what is done in files: a stopped study
-/// goes on where it was, and one of more cases goes on from one of fewer.
+/// is resumed, and one of more cases extends one of fewer.
 class MethodStudy {
  public:
   /// As ReachStudy.

@@ -63,7 +63,7 @@ struct ReachQuestion {
   std::string Checksum() const;
 };
 
-/// Runs a protocol in blocks that are kept in files, so that a stopped study goes on where it was.
+/// Runs a protocol in blocks that are kept in files, so that a stopped study can be resumed.
 class ReachStudy {
  public:
   /// `folder` is made. With `replace`, blocks of another question are replaced; otherwise they

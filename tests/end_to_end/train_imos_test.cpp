@@ -75,7 +75,7 @@ TEST_F(TrainImos, GoesOnBitForBitAndRefusesOtherOptions) {
   // What was done is not done again, and what comes out is the same.
   const ProgramResult again = Train("--iterations 4 -o whole");
   EXPECT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_THAT(again.err, HasSubstr("going on after iteration 4"));
+  EXPECT_THAT(again.err, HasSubstr("resuming after iteration 4"));
   EXPECT_EQ(ReadText(folder_ / "whole/latest.safetensors"), weights);
   ASSERT_EQ(Train("--iterations 4 -o other --threads 2 -q").exit_code, 0);
   EXPECT_EQ(ReadText(folder_ / "other/latest.safetensors"), weights);

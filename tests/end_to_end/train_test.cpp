@@ -79,7 +79,7 @@ TEST_F(TrainCommand, GoesOnWhereItWasStopped) {
   EXPECT_THAT(other.err, HasSubstr("other options or data"));
   const ProgramResult again = Train("--iterations 8 -o whole");
   EXPECT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_THAT(again.err, HasSubstr("going on after iteration 8"));
+  EXPECT_THAT(again.err, HasSubstr("resuming after iteration 8"));
 }
 
 TEST_F(TrainCommand, BadInputIsNamed) {

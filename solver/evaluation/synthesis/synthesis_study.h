@@ -29,7 +29,7 @@ struct SynthesisStudyOptions {
 
 /// IMoS's Table 2 (Ghosh et al. 2023) by the authors' definitions and the field's, with measures of
 /// hand and object. Samples are made and measured in blocks that are kept in files: a stopped study
-/// goes on where it was.
+/// is resumed.
 ///
 ///   std::vector<RatedNetwork> networks;
 ///   networks.emplace_back("full", LoadSynthesisNetwork());
