@@ -17,6 +17,7 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "solver/carry/carry.h"
+#include "solver/carry/carry_json.h"
 
 namespace holdfast::apps {
 namespace {
@@ -136,36 +137,6 @@ void ChooseGrasp(const FitJob& job, const LoadedClip& loaded, const LoadedObject
     RequireGraspable(object,
                      job.hand == "both" || std::ranges::count(clip.holding_hand, kHoldsBoth) > 0);
   }
-}
-
-nlohmann::json SwitchesJson(const Holding& holding, const std::vector<Handover>& handovers) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const HandSwitch& change : holding.switches) {
-    nlohmann::json entry = {{"frame", change.frame},
-                            {"from", SideName(change.from)},
-                            {"to", SideName(change.to)},
-                            {"both_hold_from_frame", change.both_begin},
-                            {"both_hold_to_frame", change.both_end},
-                            {"confidence", change.confidence}};
-    for (const Handover& handover : handovers) {
-      if (handover.to != change.to || handover.frame < change.both_begin ||
-          handover.frame > std::max(change.frame, change.both_end)) {
-        continue;
-      }
-      const GraspTransfer& transfer = handover.transfer;
-      entry["grasp"] = {
-          {"clean", transfer.found},
-          {"method", MethodName(transfer.method)},
-          {"refused", transfer.refused},
-          {"wrist_correction_mm", 1e3 * transfer.correction_m},
-          {"wrist_correction_deg", transfer.correction_rad * 180.0 / std::numbers::pi},
-          {"hand_overlap_mm", transfer.hand_overlap_mm},
-          {"contacts_outside_place_ratio", transfer.grasp.outside_place},
-          {"skin_in_object_mm", transfer.grasp.max_penetration_mm}};
-    }
-    list.push_back(std::move(entry));
-  }
-  return list;
 }
 
 std::string SwitchesText(const nlohmann::json& switches) {

@@ -11,6 +11,7 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/surface_distance.h"
+#include "solver/carry/carry_json.h"
 #include "solver/carry/refine.h"
 
 namespace holdfast::apps {
@@ -76,23 +77,6 @@ std::string Text(const RefineCommand& options, const RefineReport& report) {
   }
   return text + fmt::format("  solved in {:.0f} ms, {} iterations\n", result.report.solve_ms,
                             result.report.iterations);
-}
-
-nlohmann::json HoldsJson(const RefineResult& result) {
-  nlohmann::json holds = nlohmann::json::array(), rests = nlohmann::json::array();
-  for (const RefinedHold& hold : result.holds) {
-    holds.push_back({{"hand", SideName(hold.side)},
-                     {"begin", hold.begin},
-                     {"end", hold.end},
-                     {"rigid", hold.rigid},
-                     {"noise_mm", hold.noise_mm},
-                     {"movement_mm", hold.movement_mm},
-                     {"movement_deg", hold.movement_deg}});
-  }
-  for (const RefinedRest& rest : result.rests) {
-    rests.push_back({{"begin", rest.begin}, {"end", rest.end}, {"height_m", rest.height_m}});
-  }
-  return {{"holds", holds}, {"rests", rests}};
 }
 
 // The clip with what it takes to refine it, or an Error.

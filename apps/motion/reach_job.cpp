@@ -17,6 +17,7 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/append.h"
 #include "geometry/value_ranges.h"
+#include "solver/reach/reach_json.h"
 #include "solver/reach/walk_and_reach.h"
 
 namespace holdfast::apps {
@@ -143,19 +144,6 @@ nlohmann::json GoalsJson(const wandr::ReachSample& sample, std::span<const Eigen
          {"why_missed", why[g].empty() ? nlohmann::json(nullptr) : nlohmann::json(why[g])}});
   }
   return out;
-}
-
-nlohmann::json MotionJson(const ReachMotion& motion) {
-  const ReachQuality& quality = motion.quality;
-  return {{"sample", motion.index},
-          {"frames", motion.sample.track.states.cols()},
-          {"goals_reached", motion.sample.NumReached()},
-          {"closest_sum_m", quality.closest_sum_m},
-          {"foot_skating_ratio", quality.skating},
-          {"foot_skating_joints_ratio", quality.joint_skating},
-          {"airborne_ratio", quality.airborne},
-          {"peak_pelvis_m_s", quality.peak_pelvis_m_s},
-          {"diverged", motion.sample.diverged}};
 }
 
 // Curves of one sample, for metrics and report.

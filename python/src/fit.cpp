@@ -14,6 +14,7 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
+#include "solver/carry/carry_json.h"
 #include "solver/fit/energy.h"
 
 namespace holdfast::python {
@@ -248,32 +249,7 @@ py::dict FirstGraspOf(const CarriedClip& self) {
 }
 
 nlohmann::json SwitchesOfFit(const CarriedClip& self) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const HandSwitch& change : self.report.holding.switches) {
-    nlohmann::json entry = {{"frame", change.frame},
-                            {"from", SideName(change.from)},
-                            {"to", SideName(change.to)},
-                            {"both_hold_from_frame", change.both_begin},
-                            {"both_hold_to_frame", change.both_end},
-                            {"confidence", change.confidence}};
-    for (const Handover& handover : self.report.handovers) {
-      if (handover.to != change.to || handover.frame < change.both_begin ||
-          handover.frame > std::max(change.frame, change.both_end)) {
-        continue;
-      }
-      const GraspTransfer& transfer = handover.transfer;
-      entry["grasp"] = {
-          {"clean", transfer.found},
-          {"method", MethodName(transfer.method)},
-          {"refused", transfer.refused},
-          {"wrist_correction_mm", 1e3 * transfer.correction_m},
-          {"wrist_correction_deg", transfer.correction_rad * 180.0 / std::numbers::pi},
-          {"hand_overlap_mm", transfer.hand_overlap_mm},
-          {"skin_in_object_mm", transfer.grasp.max_penetration_mm}};
-    }
-    list.push_back(std::move(entry));
-  }
-  return list;
+  return SwitchesJson(self.report.holding, self.report.handovers);
 }
 
 const char* HolderOf(const CarriedClip& self) {

@@ -10,6 +10,7 @@
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
+#include "solver/reach/reach_json.h"
 #include "solver/reach/walk_and_reach.h"
 
 namespace holdfast::python {
@@ -179,16 +180,7 @@ nlohmann::json GoalsJson(const ReachAnswer& self) {
 nlohmann::json QualitiesJson(const ReachAnswer& self) {
   nlohmann::json list = nlohmann::json::array();
   for (const ReachMotion& motion : self.report.motions) {
-    const ReachQuality& quality = motion.quality;
-    list.push_back({{"sample", motion.index},
-                    {"frames", motion.sample.track.states.cols()},
-                    {"goals_reached", motion.sample.NumReached()},
-                    {"closest_sum_m", quality.closest_sum_m},
-                    {"foot_skating_ratio", quality.skating},
-                    {"foot_skating_joints_ratio", quality.joint_skating},
-                    {"airborne_ratio", quality.airborne},
-                    {"peak_pelvis_m_s", quality.peak_pelvis_m_s},
-                    {"diverged", motion.sample.diverged}});
+    list.push_back(MotionJson(motion));
   }
   return list;
 }

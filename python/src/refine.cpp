@@ -10,6 +10,7 @@
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
+#include "solver/carry/carry_json.h"
 
 namespace holdfast::python {
 namespace {
@@ -109,25 +110,11 @@ nlohmann::json QualityJson(const CarriedQuality& quality) {
 }
 
 nlohmann::json HoldsOfRefined(const RefinedClip& self) {
-  nlohmann::json holds = nlohmann::json::array();
-  for (const RefinedHold& hold : self.report.result.holds) {
-    holds.push_back({{"hand", SideName(hold.side)},
-                     {"begin", hold.begin},
-                     {"end", hold.end},
-                     {"rigid", hold.rigid},
-                     {"noise_mm", hold.noise_mm},
-                     {"movement_mm", hold.movement_mm},
-                     {"movement_deg", hold.movement_deg}});
-  }
-  return holds;
+  return HoldsJson(self.report.result)["holds"];
 }
 
 nlohmann::json RestsOfRefined(const RefinedClip& self) {
-  nlohmann::json rests = nlohmann::json::array();
-  for (const RefinedRest& rest : self.report.result.rests) {
-    rests.push_back({{"begin", rest.begin}, {"end", rest.end}, {"height_m", rest.height_m}});
-  }
-  return rests;
+  return HoldsJson(self.report.result)["rests"];
 }
 
 py::dict DistanceDict(const RefinedClip& self) {
