@@ -8,25 +8,12 @@
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/import/held_distance.h"
-#include "geometry/io/container/read_json.h"
 #include "geometry/io/mesh/mesh_io.h"
 
 namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The metrics.json beside a clip that a command of ours wrote; null when there is none.
-nlohmann::json MetricsBeside(const fs::path& clip) {
-  const fs::path path = clip.parent_path() / "metrics.json";
-  std::error_code ignored;
-  if (clip.filename() != "clip.npz" || !fs::is_regular_file(path, ignored)) return nullptr;
-  nlohmann::json metrics = ReadJson(path);
-  if (!metrics.is_object()) {
-    throw Error(path.string(), "is not the JSON of a result", "Remove it, or make it anew");
-  }
-  return metrics;
-}
 
 bool IsForeign(const LoadedClip& loaded) {
   const BodyModel& body = *loaded.body.model;
@@ -54,46 +41,26 @@ bool IsFittedWith(const BodyModel& body, const nlohmann::json& metrics) {
          fitted_with.stem() == fs::path(body.Name()).stem();
 }
 
-// Tries the places where the mesh of a clip's object may be.
+// The mesh that was told, else the clip's own.
 void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptions& options) {
   input.object_scale = options.object_scale;
-  if (!options.object.empty()) {
+  const bool told = !options.object.empty();
+  ClipObject own = FindClipObject(loaded, told ? 1.0 : options.object_scale);
+  if (told) {
+    if (!own.by_name) input.own_object = std::move(own.mesh);
     input.object = LoadObject(options.object, options.object_scale).mesh;
     input.object_source = options.object;
     return;
   }
-  if (!input.clip.object) return;
-  const ObjectTrack& track = *input.clip.object;
-  if (loaded.object_surface) {
-    input.object = *loaded.object_surface;
-    input.object->vertices *= options.object_scale;
-    input.object_source = input.source;
-    input.object_in_clip = true;
-    input.object_look = loaded.object_look;
-    if (input.object_look) {
-      Transform(options.object_scale * Eigen::Matrix3d::Identity(), *input.object_look);
-    }
-    return;
+  input.object = std::move(own.mesh);
+  input.object_source = own.in_clip ? input.source : own.source;
+  input.object_in_clip = own.in_clip;
+  input.object_scale = own.scale;
+  input.object_missing = own.missing;
+  if (own.in_clip) input.object_look = loaded.object_look;
+  if (input.object_look) {
+    Transform(options.object_scale * Eigen::Matrix3d::Identity(), *input.object_look);
   }
-  std::vector<std::pair<std::string, double>> candidates;
-  if (!loaded.object_mesh.empty()) {
-    candidates.emplace_back(loaded.object_mesh.string(), loaded.object_mesh_scale);
-  } else if (!track.mesh.empty()) {
-    candidates.emplace_back((input.file.parent_path() / track.mesh).string(), 1.0);
-    candidates.emplace_back(track.mesh, 1.0);  // an embedded object's name
-  }
-  if (!track.name.empty()) candidates.emplace_back(track.name, 1.0);
-  for (const auto& [candidate, scale] : candidates) {
-    try {
-      input.object_scale = options.object_scale * scale;
-      input.object = LoadObject(candidate, input.object_scale).mesh;
-      input.object_source = candidate;
-      return;
-    } catch (const Error& error) {
-      if (input.object_missing.empty()) input.object_missing = error.what();
-    }
-  }
-  if (input.object_missing.empty()) input.object_missing = "the clip names no mesh of its object";
 }
 
 }  // namespace
@@ -103,6 +70,16 @@ LoadedClip LoadClip(const std::string& path_or_name, std::shared_ptr<const BodyM
   import.parameters.body = std::move(body);
   LoadedClip loaded = LoadClip(path_or_name, std::move(import));
   for (const std::string& note : loaded.notes) Note(common, "note: " + note);
+  const Clip& clip = loaded.clip;
+  Detail(common, "loaded",
+         fmt::format("loaded {}: {} frames at {:g} Hz, body {}{}", path_or_name, clip.NumFrames(),
+                     clip.frame_rate, loaded.body.model->Name(),
+                     clip.object ? ", object " + clip.object->name : ""),
+         {{"file", path_or_name},
+          {"frames", clip.NumFrames()},
+          {"frame_rate", clip.frame_rate},
+          {"body", loaded.body.model->Name()},
+          {"object", clip.object ? clip.object->name : ""}});
   return loaded;
 }
 
@@ -111,18 +88,6 @@ void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& bod
   if (const auto warning = WarnOfHeldDistance(clip, body, object)) {
     Note(common, fmt::format("warning: {}: {}: {}", source, warning->seen, warning->advice));
   }
-}
-
-std::optional<TriangleMesh> MeshNamedBy(const Clip& clip, const fs::path& source) {
-  if (!clip.object || clip.object->mesh.empty()) return std::nullopt;
-  const fs::path folder = fs::is_directory(source) ? source : source.parent_path();
-  for (const std::string& place : {(folder / clip.object->mesh).string(), clip.object->mesh}) {
-    try {
-      return LoadObject(place).mesh;
-    } catch (const Error&) {
-    }
-  }
-  return std::nullopt;
 }
 
 ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions& options,

@@ -30,6 +30,7 @@ struct ClipInput : ReportInput {
   bool object_in_clip = false;              ///< the clip's own file holds the object's mesh
   std::optional<TexturedMesh> object_look;  ///< of such a mesh, where the file gives one
   double object_scale = 1.0;                ///< of object_source
+  std::optional<TriangleMesh> own_object;   ///< that the clip names or holds, where one was told
 };
 
 /// LoadClip with its notes told: every command loads its clips through here.
@@ -46,10 +47,6 @@ void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& bod
 /// throws Error, as does an unreadable clip.
 ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions& options,
                         const CommonOptions& common);
-
-/// The mesh that a clip's object names, beside the clip's file (or its folder) or embedded; nothing
-/// when there is none.
-std::optional<TriangleMesh> MeshNamedBy(const Clip& clip, const std::filesystem::path& source);
 
 /// Adds --body, --object and --object-scale.
 void AddClipInputOptions(CLI::App& command, ClipInputOptions& options);

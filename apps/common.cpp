@@ -1,27 +1,68 @@
 // SPDX-License-Identifier: MIT
 #include "apps/common.h"
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include "apps/config_file.h"
 #include "geometry/parallel.h"
 
 namespace holdfast::apps {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+const Clock::time_point kStart = Clock::now();
+
+double SecondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+bool LogsJson(const CommonOptions& options) { return options.log == "json"; }
+
+// What the whole run took until now.
+void TellUsage(const CommonOptions& options) {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  const double wall_s = SecondsSince(kStart);
+  const double cpu_s = seconds(usage.ru_utime) + seconds(usage.ru_stime);
+  const double peak_mb = static_cast<double>(usage.ru_maxrss) / 1024.0;
+  Detail(options, "usage",
+         fmt::format("took {:.2f} s, {:.2f} s of processor time, at most {:.0f} MB of memory",
+                     wall_s, cpu_s, peak_mb),
+         {{"seconds", wall_s}, {"processor_seconds", cpu_s}, {"peak_memory_mb", peak_mb}});
+}
+
+}  // namespace
+
 void AddCommonOptions(CLI::App& command, CommonOptions& options, bool writes,
                       std::string_view examples) {
   command.add_flag("--json", options.json, "Print the summary as JSON");
-  command.add_flag("--quiet,-q", options.quiet, "No progress and no notes on stderr");
+  CLI::Option* const quiet =
+      command.add_flag("--quiet,-q", options.quiet, "No progress and no notes on stderr");
+  command
+      .add_flag("--verbose,-v", options.verbose,
+                "More on stderr: what was loaded, how long each stage took")
+      ->excludes(quiet);
+  AddOption(command, "--log", options.log, "Stderr as text, or as json: an object a line",
+            CLI::IsMember({"text", "json"}));
   AddOption(command, "--threads", options.threads, "Threads; 0: all cores that the process may use",
             CLI::Range(0, 1024));
   AddOption(command, "--seed", options.seed, "Seed of every random draw");
   if (writes) command.add_flag("--force,-f", options.force, "Overwrite what is there");
+  AddConfigOptions(command);
   command.footer(fmt::format("\nExamples:\n{}", examples));
 }
 
@@ -30,30 +71,82 @@ int NumThreads(const CommonOptions& options) {
   return AvailableThreads();
 }
 
+void LogJson(std::string_view level, std::string_view event, const nlohmann::ordered_json& fields) {
+  const auto now =
+      std::chrono::time_point_cast<std::chrono::milliseconds>(std::chrono::system_clock::now());
+  const auto second = std::chrono::floor<std::chrono::seconds>(now);
+  nlohmann::ordered_json line = {
+      {"time",
+       fmt::format("{:%FT%T}.{:03}Z", fmt::gmtime(std::chrono::system_clock::to_time_t(now)),
+                   (now - second).count())},
+      {"level", level},
+      {"event", event}};
+  line.update(fields);
+  // Names of files may be anything; JSON is UTF-8.
+  fmt::print(stderr, "{}\n",
+             line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+}
+
 void Note(const CommonOptions& options, std::string_view text) {
-  if (!options.quiet) fmt::print(stderr, "{}\n", text);
+  if (options.quiet) return;
+  if (!LogsJson(options)) {
+    fmt::print(stderr, "{}\n", text);
+    return;
+  }
+  std::string_view level = "info";
+  for (const std::string_view prefix : {"note: ", "warning: "}) {
+    if (!text.starts_with(prefix)) continue;
+    if (prefix == "warning: ") level = "warning";
+    text.remove_prefix(prefix.size());
+    break;
+  }
+  LogJson(level, "note", {{"message", text}});
+}
+
+void Detail(const CommonOptions& options, std::string_view event, std::string_view text,
+            const nlohmann::ordered_json& fields) {
+  if (!options.verbose) return;
+  if (LogsJson(options)) {
+    LogJson("debug", event, fields);
+  } else {
+    fmt::print(stderr, "{}\n", text);
+  }
 }
 
 Progress::Progress(const CommonOptions& options, std::string label)
-    : shown_(!options.quiet),
+    : options_(options),
       terminal_(::isatty(STDERR_FILENO) != 0),
       label_(std::move(label)),
-      begin_(std::chrono::steady_clock::now()),
+      begin_(Clock::now()),
       last_(begin_) {}
 
 Progress::~Progress() {
   if (line_open_) fmt::print(stderr, "\n");
+  if (total_ <= 0) return;
+  const double seconds = SecondsSince(begin_);
+  Detail(options_, "stage", fmt::format("{}: {} of {} in {:.2f} s", label_, done_, total_, seconds),
+         {{"stage", label_}, {"done", done_}, {"total", total_}, {"seconds", seconds}});
 }
 
 void Progress::Update(int done, int total) {
-  if (!shown_ || total <= 0) return;
-  const auto now = std::chrono::steady_clock::now();
-  const auto pause = terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(5000);
+  done_ = done;
+  total_ = total;
+  if (options_.quiet || total <= 0) return;
+  const bool json = LogsJson(options_);
+  const auto now = Clock::now();
+  const auto pause = std::chrono::milliseconds(json        ? 1000
+                                               : terminal_ ? 100
+                                                           : 5000);  // of a person, of a log
   if (now - last_ < pause && done < total) return;
-  if (!terminal_ && now - begin_ < pause) return;  // short work leaves no trace in a log
+  if (!json && !terminal_ && now - begin_ < pause) return;  // short work leaves no trace in a log
   last_ = now;
   const double elapsed = std::chrono::duration<double>(now - begin_).count();
   const double left = done > 0 ? elapsed / done * (total - done) : 0.0;
+  if (json) {
+    LogJson("info", "progress",
+            {{"stage", label_}, {"done", done}, {"total", total}, {"seconds_left", left}});
+    return;
+  }
   const std::string line = fmt::format("{}: {}/{}, {:.0f} s left", label_, done, total, left);
   if (terminal_) {
     fmt::print(stderr, "\r{:<78}", line);
@@ -103,6 +196,8 @@ void PrintResult(const CommonOptions& options, const nlohmann::json& summary,
     fmt::print("{}", text);
   }
   std::fflush(stdout);
+  TellUsage(options);
+  if (LogsJson(options) && !options.quiet) LogJson("info", "summary", {{"summary", summary}});
 }
 
 }  // namespace holdfast::apps

@@ -44,14 +44,17 @@ struct Outcome {
 
 /// Options that every command has.
 struct CommonOptions {
-  bool json = false;       ///< the summary as JSON on stdout
-  bool quiet = false;      ///< no progress, no notes on stderr
-  bool force = false;      ///< overwrite what is there
-  int threads = 0;         ///< 0: all cores
-  std::uint64_t seed = 1;  ///< of every random draw
+  bool json = false;         ///< the summary as JSON on stdout
+  bool quiet = false;        ///< no progress, no notes on stderr
+  bool verbose = false;      ///< details on stderr
+  std::string log = "text";  ///< what stderr is made of: "text", or "json", an object a line
+  bool force = false;        ///< overwrite what is there
+  int threads = 0;           ///< 0: all cores
+  std::uint64_t seed = 1;    ///< of every random draw
 };
 
-/// Adds --json, --quiet, --threads, --seed (and --force where `writes`), and `examples` to --help.
+/// Adds --json, --quiet, --verbose, --log, --threads, --seed (and --force where `writes`), --config
+/// and --print-config, and `examples` to --help.
 void AddCommonOptions(CLI::App& command, CommonOptions& options, bool writes,
                       std::string_view examples);
 
@@ -69,10 +72,19 @@ int NumThreads(const CommonOptions& options);
 /// Set by Ctrl-C; long work looks at it between frames and stops cleanly.
 bool Interrupted();
 
-/// A note for people, on stderr; nothing when quiet.
+/// One line on stderr of --log json: time (UTC), level ("debug", "info", "warning", "error"), event
+/// and `fields`. docs/commands.md has the events.
+void LogJson(std::string_view level, std::string_view event, const nlohmann::ordered_json& fields);
+
+/// A note for people, on stderr; nothing when quiet. "warning: " before it makes it a warning.
 void Note(const CommonOptions& options, std::string_view text);
 
+/// What --verbose adds: `text`, or the event with its fields.
+void Detail(const CommonOptions& options, std::string_view event, std::string_view text,
+            const nlohmann::ordered_json& fields);
+
 /// Progress on stderr: one line rewritten on a terminal, a few lines into a log; with time left.
+/// With --verbose it ends with the time that it took.
 class Progress {
  public:
   Progress(const CommonOptions& options, std::string label);
@@ -80,9 +92,10 @@ class Progress {
   void Update(int done, int total);
 
  private:
-  bool shown_;
+  const CommonOptions& options_;
   bool terminal_;
   bool line_open_ = false;
+  int done_ = 0, total_ = 0;
   std::string label_;
   std::chrono::steady_clock::time_point begin_;
   std::chrono::steady_clock::time_point last_;
@@ -120,7 +133,7 @@ void RequireNewFolder(const std::filesystem::path& path, const CommonOptions& op
 /// schema, version, seed: the head of every JSON that is written.
 nlohmann::json JsonHead(std::string_view schema, const CommonOptions& options);
 
-/// Prints `summary` as JSON when asked for, otherwise `text`.
+/// Prints `summary` as JSON when asked for, otherwise `text`; it ends --log json, too.
 void PrintResult(const CommonOptions& options, const nlohmann::json& summary,
                  std::string_view text);
 

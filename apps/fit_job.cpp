@@ -3,16 +3,19 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <optional>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/clip_input.h"
 #include "apps/fit_metrics.h"
 #include "apps/report_writer.h"
 #include "apps/result_folder.h"
+#include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -78,6 +81,7 @@ LoadedClip LoadRange(const FitJob& job, const std::shared_ptr<const BodyModel>& 
   }
   LoadedClip loaded = LoadClip(job.clip, body, common);
   Clip& clip = loaded.clip;
+  RequireMetres(job.clip, clip, *loaded.body.model);
   const int end = job.end < 0 ? clip.NumFrames() : std::min(job.end, clip.NumFrames());
   if (job.start >= end) {
     throw Error(
@@ -123,7 +127,9 @@ void ChooseGrasp(const FitJob& job, const LoadedClip& loaded, const LoadedObject
   if (job.keep_grasp || job.motion) options.grasp = GraspSource::kClips;
   if (job.regrasp || job.place.Given()) options.grasp = GraspSource::kNew;
   if (options.grasp == GraspSource::kClipsOrNew) {
-    options.clip_object = MeshNamedBy(clip, job.clip);
+    if (ClipObject own = FindClipObject(loaded); !own.by_name) {
+      options.clip_object = std::move(own.mesh);
+    }
     if (clip.object && NeedsGrasp(clip, object, options)) {
       notes.push_back(fmt::format(
           "the clip's grasp is of {}, not of {}: a new one is made (--keep-grasp keeps it)",
@@ -216,7 +222,7 @@ bool WriteResult(const FitJob& job, const CarryReport& report, const PreparedObj
   WriteMesh(object.object.mesh, folder / "object.ply");
   WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
   if (job.write_report) {
-    ClipInput shown;
+    ReportInput shown;
     shown.source = job.output;
     shown.file = std::filesystem::path(job.output) / "clip.npz";
     shown.clip = report.clip;
@@ -229,6 +235,24 @@ bool WriteResult(const FitJob& job, const CarryReport& report, const PreparedObj
   }
   folder.Commit();
   return true;
+}
+
+// Of --verbose: how the solver ended, frame by frame in numbers.
+void TellConvergence(const FitResult& fit, const CommonOptions& common) {
+  std::map<std::string, int> stops;
+  int iterations = 0;
+  double most_ms = 0.0;
+  for (const FrameReport& frame : fit.frames) {
+    ++stops[std::string(StopReasonName(frame.stop))];
+    iterations += frame.iterations;
+    most_ms = std::max(most_ms, frame.solve_ms);
+  }
+  std::vector<std::string> parts;
+  for (const auto& [stop, count] : stops) parts.push_back(fmt::format("{} {}", count, stop));
+  Detail(common, "solver",
+         fmt::format("solver: frames: {}; {} iterations in all, slowest frame {:.1f} ms",
+                     fmt::join(parts, ", "), iterations, most_ms),
+         {{"stops", stops}, {"iterations", iterations}, {"slowest_frame_ms", most_ms}});
 }
 
 }  // namespace
@@ -246,6 +270,9 @@ Outcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& 
       library.Object(job.object, job.object_scale, job.object_vertices, options.threads);
   notes.insert(notes.end(), object->notes.begin(), object->notes.end());
   for (const std::string& note : notes) Note(common, "note: " + note);
+  const auto vertices = object->object.mesh.NumVertices();
+  Detail(common, "loaded", fmt::format("loaded {}: {} vertices", job.object, vertices),
+         {{"file", job.object}, {"vertices", vertices}});
   if (options.grasp == GraspSource::kClips) {
     WarnIfAway(job.clip, loaded.clip, loaded.body, object->object.mesh, common);
   }
@@ -265,6 +292,7 @@ Outcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& 
   RequireCarried(report, job);
 
   const FitSummary summary = SummarizeFit(report.fit, report.contact);
+  TellConvergence(report.fit, common);
   nlohmann::json metrics = MetricsOf(job, report, summary, *object, loaded.body, notes, common);
   if (!WriteResult(job, report, *object, loaded.body, metrics, folder, common)) {
     return {kInterrupted, {}, {}};

@@ -47,7 +47,7 @@ struct FitJob {
   ContactProtocol protocol;
 };
 
-/// Throws at once for what no hand can hold: Error for an object that is no size for a hand,
+/// Throws at once for what no hand can hold: Error for an object that is not a size for a hand,
 /// FitFailure for one that nowhere is within the span of a hand, or of `both` (WhyTooLarge).
 void RequireGraspable(const LoadedObject& object, bool both);
 

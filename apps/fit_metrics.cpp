@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "geometry/error.h"
+
 namespace holdfast::apps {
 namespace {
 
@@ -21,6 +23,19 @@ double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+// In quotes where it would end a cell.
+std::string CsvCell(std::string text) {
+  if (text.find_first_of(",\"\r\n") == text.npos) return text;
+  for (std::size_t at = 0; (at = text.find('"', at)) != text.npos; at += 2) text.insert(at, 1, '"');
+  return '"' + text + '"';
+}
+
+std::string CsvCell(const nlohmann::json& value) {
+  if (value.is_null()) return {};
+  if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
+  return CsvCell(value.is_string() ? value.get<std::string>() : value.dump());
 }
 
 }  // namespace
@@ -146,6 +161,36 @@ nlohmann::json PerFrameJson(const FitResult& result, const ContactScore& contact
     if (!is_off) columns[info.metric] = std::move(column);
   }
   return columns;
+}
+
+std::string PerFrameCsv(const nlohmann::json& metrics, const std::string& source, double frame_rate,
+                        int frames, int begin, int count) {
+  const nlohmann::json columns =
+      metrics.is_object() ? metrics.value("per_frame", nlohmann::json()) : nlohmann::json();
+  if (!columns.is_object() || columns.empty()) {
+    throw Error(
+        source, "has no metrics.json with values per frame",
+        "Give a folder that 'fit', 'offhand', 'refine' or 'reach' wrote, or measure the clip "
+        "with 'holdfast score --json --per-frame'");
+  }
+  std::string table = "frame,time_s";
+  for (const auto& [name, column] : columns.items()) {
+    if (!column.is_array() || column.size() != static_cast<std::size_t>(frames)) {
+      throw Error(source,
+                  fmt::format("has {} frames, but metrics.json not as many of '{}'", frames, name),
+                  "Make the result anew");
+    }
+    table += "," + CsvCell(name);
+  }
+  table += '\n';
+  for (int t = 0; t < count; ++t) {
+    table += fmt::format("{},{:.6f}", t, t / frame_rate);
+    for (const auto& column : columns) {
+      table += "," + CsvCell(column[static_cast<std::size_t>(begin + t)]);
+    }
+    table += '\n';
+  }
+  return table;
 }
 
 nlohmann::json ProtocolJson(const ContactProtocol& protocol, const Solid& object,

@@ -46,6 +46,13 @@ nlohmann::json SummaryJson(const FitSummary& summary);
 /// Every term and metric of every frame, units in the names.
 nlohmann::json PerFrameJson(const FitResult& result, const ContactScore& contact);
 
+/// `count` frames from `begin` on of what a result's `metrics` (its metrics.json) have per frame,
+/// as a table: frame (from 0 at `begin`), time_s, and a column for each name there, units in the
+/// names. true and false are 1 and 0; what was not measured stays empty. Throws Error about
+/// `source` where there is nothing per frame, or not for each of the `frames` of its clip.
+std::string PerFrameCsv(const nlohmann::json& metrics, const std::string& source, double frame_rate,
+                        int frames, int begin, int count);
+
 /// How the numbers were measured, so that they can be compared.
 nlohmann::json ProtocolJson(const ContactProtocol& protocol, const Solid& object,
                             const HandModel& hand);

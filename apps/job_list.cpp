@@ -71,7 +71,7 @@ void SetKey(const std::string& key, const std::string& value, const std::string&
   if (key == "hand") {
     static const std::set<std::string> hands = {"auto", "right", "left", "both"};
     if (!hands.contains(value)) {
-      throw Error(where, fmt::format("hand={} is no hand", value),
+      throw Error(where, fmt::format("hand={} is not a hand", value),
                   "Write hand=right, left, both or auto");
     }
     job.hand = value;

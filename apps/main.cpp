@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "apps/common.h"
+#include "apps/completion.h"
 #include "apps/program.h"
 
 int main(int argc, char** argv) {
@@ -13,6 +14,7 @@ int main(int argc, char** argv) {
       "2 usage error, 3 the fit failed, 130 interrupted.",
       "holdfast"};
   app.set_version_flag("--version", "holdfast " HOLDFAST_VERSION);
+  AddCompletionOption(app);
   app.require_subcommand(1);
   int exit_code = kDone;
   AddFitCommand(app, exit_code);

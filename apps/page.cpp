@@ -30,17 +30,6 @@ body { font: 15px/1.5 system-ui, sans-serif; max-width: 84rem; margin: 2rem auto
 table { border-collapse: collapse; margin: .5rem 0 1.5rem; font-variant-numeric: tabular-nums; }
 .scroll { overflow-x: auto; })";
 
-std::string EscapeHtml(std::string_view text) {
-  constexpr std::string_view kSpecial = "&<>\"'";
-  constexpr const char* kEntities[] = {"&amp;", "&lt;", "&gt;", "&quot;", "&#39;"};
-  std::string escaped;
-  for (const char c : text) {
-    const std::size_t which = kSpecial.find(c);
-    which == std::string_view::npos ? escaped += c : escaped += kEntities[which];
-  }
-  return escaped;
-}
-
 std::string PageHead(const std::string& title, const std::string& heading,
                      const std::string& style) {
   return fmt::format(

@@ -2,13 +2,11 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
-namespace holdfast::apps {
+#include "geometry/report/report_page.h"
 
-/// Text for HTML content and attribute values.
-std::string EscapeHtml(std::string_view text);
+namespace holdfast::apps {
 
 /// Everything up to a page's first paragraph: head, style (CSS), heading.
 std::string PageHead(const std::string& title, const std::string& heading,

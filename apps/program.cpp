@@ -75,6 +75,19 @@ std::optional<std::string> UnknownWord(const ReachedCommand& reached,
   return fmt::format("there is no option '{}'. {}", given, Suggestion(given, known));
 }
 
+// What went wrong, on stderr: as text behind the name, or as the reached command's --log asks.
+void PrintFault(const ReachedCommand& reached, std::string_view name, int exit_code,
+                const std::string& message, const std::string& where = {}) {
+  const CLI::Option* const log = reached.app->get_option_no_throw("--log");
+  if (log == nullptr || log->empty() || log->results().back() != "json") {
+    fmt::print(stderr, "{}: {}\n", name, message);
+    return;
+  }
+  nlohmann::ordered_json fields = {{"message", message}, {"exit_code", exit_code}};
+  if (!where.empty()) fields["where"] = where;
+  LogJson("error", "error", fields);
+}
+
 // Says what is wrong with the command line; a command that stands for several, alone, lists them
 // (as git does: the list on stdout, and an exit code that says nothing was done).
 int ReportUsageFault(const CLI::App& app, std::string_view name, const CLI::ParseError& error) {
@@ -86,8 +99,9 @@ int ReportUsageFault(const CLI::App& app, std::string_view name, const CLI::Pars
     return kUsageFault;
   }
   if (!fault) fault = error.what() + std::string(". ");
-  fmt::print(stderr, "{0}: {1}Run '{0} --help' for {2}.\n", reached.name, *fault,
-             alone ? "the list" : "its options and examples");
+  PrintFault(reached, reached.name, kUsageFault,
+             fmt::format("{}Run '{} --help' for {}.", *fault, reached.name,
+                         alone ? "the list" : "its options and examples"));
   return kUsageFault;
 }
 
@@ -115,23 +129,30 @@ int RunProgram(CLI::App& app, std::string_view name, int argc, char** argv, cons
   WatchForInterrupt();
   QuietCeres();
   RequireNumbersInRange(app);
+  const auto fault = [&](int code, const std::string& message, const std::string& where = {}) {
+    PrintFault(Reached(app, name), name, code, message, where);
+    return code;
+  };
   try {
     app.parse(argc, argv);
     return exit_code;
   } catch (const CLI::ParseError& error) {
     return error.get_exit_code() == 0 ? app.exit(error) : ReportUsageFault(app, name, error);
   } catch (const FitFailure& error) {
-    fmt::print(stderr, "{}: {}\n", name, error.what());
-    return kFitFault;
+    return fault(kFitFault, error.what());
+  } catch (const Error& error) {
+    return fault(kInputFault, error.what(), error.Where());
   } catch (const std::filesystem::filesystem_error& error) {
-    fmt::print(stderr, "{}: {}: cannot be used ({}). Check the path.\n", name,
-               error.path1().string(), error.code().message());
+    const std::string path = error.path1().string();
+    return fault(
+        kInputFault,
+        fmt::format("{}: cannot be used ({}). Check the path.", path, error.code().message()),
+        path);
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "{}: out of memory. Give a smaller input, or fewer threads.\n", name);
+    return fault(kInputFault, "out of memory. Give a smaller input, or fewer threads.");
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: {}\n", name, error.what());
+    return fault(kInputFault, error.what());
   }
-  return kInputFault;
 }
 
 }  // namespace holdfast::apps

@@ -5,7 +5,7 @@
 
 namespace holdfast::apps {
 
-/// A folder that appears whole or not at all: files are written into a hidden sibling, and Commit()
+/// A folder that is written atomically: files go into a hidden sibling, and Commit()
 /// renames it. Without Commit (an error, Ctrl-C, a full disk) nothing is left.
 class ResultFolder {
  public:

@@ -1,4 +1,5 @@
-# Makes an assembler file that includes each file of meshes/ as it is, and a table of them.
+# Makes an assembler file that includes each file as it is, and a table of them: by the path below
+# `root`, or, of files that lie elsewhere (absolute paths), by the last part of it.
 # Assembling megabytes takes milliseconds; compiling them as C arrays takes minutes.
 function(holdfast_embed target root)
   set(assembly ".section .rodata\n")
@@ -8,6 +9,10 @@ function(holdfast_embed target root)
   set(paths "")
   foreach(file IN LISTS ARGN)
     set(path "${root}/${file}")
+    if(IS_ABSOLUTE "${file}")
+      set(path "${file}")
+      get_filename_component(file "${file}" NAME)
+    endif()
     string(APPEND assembly
       ".global holdfast_embedded_${index}\n.global holdfast_embedded_end_${index}\n"
       ".balign 16\nholdfast_embedded_${index}:\n.incbin \"${path}\"\n"

@@ -9,7 +9,8 @@
 
 namespace holdfast {
 
-/// Files of meshes/ that are part of the library, so that the program works from anywhere.
+/// Files of meshes/ that are part of the library, so that the program works from anywhere; and the
+/// report's player, "player.html", where it was built.
 struct EmbeddedFile {
   std::string_view name;  ///< path below meshes/, e.g. "objects/mug.ply"
   std::span<const std::byte> bytes;

@@ -6,9 +6,32 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace holdfast {
+
+/// Thrown by ParallelFor once a StopOn's flag is true.
+struct WorkStopped : std::exception {
+  const char* what() const noexcept override { return "stopped"; }
+};
+
+/// While it lives, ParallelFor looks at `flag` (which may be null) before each index and throws
+/// WorkStopped once it is true: on this thread, and on those that ParallelFor starts from it. For
+/// work that has no progress callback, or none in its longest part.
+class StopOn {
+ public:
+  explicit StopOn(const std::atomic<bool>* flag) : before_(std::exchange(flag_, flag)) {}
+  ~StopOn() { flag_ = before_; }
+  StopOn(const StopOn&) = delete;
+  StopOn& operator=(const StopOn&) = delete;
+
+  static const std::atomic<bool>* Flag() { return flag_; }
+
+ private:
+  inline static thread_local const std::atomic<bool>* flag_ = nullptr;
+  const std::atomic<bool>* before_;
+};
 
 /// Threads that this process may use: of the cores that its affinity allows (taskset, Slurm), at
 /// most its control group's share (containers). At least 1.
@@ -16,15 +39,20 @@ int AvailableThreads();
 
 /// Calls body(index) for 0 <= index < count on up to `threads` threads, the caller's among them.
 /// Which thread takes which index is open: results must be written by index, and then do not depend
-/// on `threads`. The first exception is rethrown here when all have stopped.
+/// on `threads`. The first exception is rethrown here when all have stopped; StopOn stops them.
 template <typename Body>
 void ParallelFor(int count, int threads, const Body& body) {
   std::atomic<int> next{0};
   std::exception_ptr failure;
   std::mutex failure_mutex;
+  const std::atomic<bool>* const stop = StopOn::Flag();
   const auto work = [&] {
+    const StopOn inherited(stop);
     try {
-      for (int index = next++; index < count; index = next++) body(index);
+      for (int index = next++; index < count; index = next++) {
+        if (stop != nullptr && *stop) throw WorkStopped();
+        body(index);
+      }
     } catch (...) {
       const std::lock_guard lock(failure_mutex);
       if (!failure) failure = std::current_exception();

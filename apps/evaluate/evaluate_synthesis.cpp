@@ -200,9 +200,11 @@ Outcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const CommonO
   if (results.empty()) return {kInterrupted, {}, {}};
 
   if (const double known = results[0].summary.accuracy.mean; known < 0.7) {
-    Note(common, fmt::format("the recogniser knows {:.0f} % of the real motions: nothing that is "
-                             "measured through it means much",
-                             100.0 * known));
+    Note(common,
+         fmt::format(
+             "the action classifier recognizes {:.0f} % of the real motions: nothing that is "
+             "measured through it means much",
+             100.0 * known));
   }
   const std::vector<std::string> notes = NotesOf(options, weights, cases, results[0].summary);
   const std::vector<TextTable> tables = SynthesisTables(results, modes);

@@ -57,40 +57,8 @@ ParameterLayout LayoutFor(const ConvertCommand& options, ModelKind kind) {
   return ParameterLayout::kPackage;
 }
 
-struct Result {
-  ConvertedClip converted;
-  std::optional<HandOntoBodyReport> arms;
-};
-
-// A hand alone onto the body of another clip.
-Result PutOnto(const ConvertCommand& options, const Clip& hand, const ClipBody& from,
-               const std::shared_ptr<const BodyModel>& to) {
-  Result result;
-  Clip& body = result.converted.clip;
-  LoadedClip onto = LoadClip(options.onto, to, options.common);
-  const ClipBody person = std::move(onto.body);
-  body = std::move(onto.clip);
-  result.arms = PutHandOntoBody(hand, *from.model, from.betas, *person.model, person.betas, body);
-  const auto rest = [](const BodyModel& model, const Eigen::VectorXd& betas) {
-    return model.RestJoints(model.ShapedVertices(betas));
-  };
-  ConvertedClip& converted = result.converted;
-  converted.joints =
-      CompareJoints(hand, rest(*from.model, from.betas), body, rest(*person.model, person.betas),
-                    CommonJoints(*from.model, *person.model));
-  for (const JointResidual& joint : converted.joints) {
-    converted.mean_mm += joint.mean_mm / static_cast<double>(converted.joints.size());
-    converted.max_mm = std::max(converted.max_mm, joint.max_mm);
-  }
-  if (hand.object) body.object = hand.object;
-  body.holding_hand = hand.holding_hand;
-  converted.lost = {"the hand's betas: a body has its own"};
-  return result;
-}
-
 std::string Text(const ConvertCommand& options, const BodyModel& from, const BodyModel& to,
-                 const Result& result) {
-  const ConvertedClip& converted = result.converted;
+                 const Conversion& converted) {
   std::string text = fmt::format(
       "{}: {} frames, {} ({}) to {} ({})\n"
       "  joints differ by {:.3f} mm on average, {:.3f} mm at most, over {} joints\n",
@@ -109,9 +77,9 @@ std::string Text(const ConvertCommand& options, const BodyModel& from, const Bod
     text += fmt::format("  vertices differ by {:.3f} mm on average, {:.3f} mm at most\n",
                         *converted.vertex_mean_mm, *converted.vertex_max_mm);
   }
-  if (result.arms && result.arms->frames_out_of_reach > 0) {
+  if (const auto& arms = converted.arms; arms && arms->frames_out_of_reach > 0) {
     text += fmt::format("  the hand is out of the arm's reach in {} frames, by {:.1f} mm at most\n",
-                        result.arms->frames_out_of_reach, result.arms->max_missing_mm);
+                        arms->frames_out_of_reach, arms->max_missing_mm);
   }
   for (const std::string& item : converted.lost)
     text += fmt::format("  not carried over: {}\n", item);
@@ -128,20 +96,20 @@ int Run(const ConvertCommand& options) {
   const ClipBody& from = source.body;
   ConvertOptions convert;
   convert.num_betas = options.betas;
-  Result result;
+  Conversion converted;
   if (options.onto.empty()) {
-    result.converted = ConvertClip(clip, from.model, from.betas, to, convert);
+    converted = {ConvertClip(clip, from.model, from.betas, to, convert), {}};
   } else {
-    result = PutOnto(options, clip, from, to);
+    LoadedClip onto = LoadClip(options.onto, to, common);
+    converted = ConvertOntoBody(clip, from, std::move(onto.clip), onto.body);
   }
-  Clip out = result.converted.clip;
+  Clip out = converted.clip;
   const bool flat = options.to_hands == "complete";
   if (!flat) {
     for (JointPose& pose : out.pose) pose = 2.0 * pose - AddHandMean(*to, pose);
   }
   WriteParameters(out, to->Kind(), layout, flat, options.output);
 
-  const ConvertedClip& converted = result.converted;
   nlohmann::json summary = JsonHead("holdfast/convert/1", common);
   summary["output"] = options.output;
   summary["from"] = {{"model", from.model->Name()}, {"kind", ModelKindName(from.model->Kind())}};
@@ -149,23 +117,8 @@ int Run(const ConvertCommand& options) {
   summary["frames"] = out.NumFrames();
   summary["betas"] = std::vector<double>(out.betas.begin(), out.betas.end());
   summary["hands"] = options.to_hands;
-  nlohmann::json joints = nlohmann::json::object();
-  for (const JointResidual& joint : converted.joints) {
-    joints[std::string(kJointNames[static_cast<std::size_t>(joint.joint)])] = {
-        {"mean_mm", joint.mean_mm}, {"max_mm", joint.max_mm}};
-  }
-  summary["residual"] = {
-      {"joints", joints}, {"mean_mm", converted.mean_mm}, {"max_mm", converted.max_mm}};
-  if (converted.vertex_mean_mm) {
-    summary["residual"]["vertex_mean_mm"] = *converted.vertex_mean_mm;
-    summary["residual"]["vertex_max_mm"] = *converted.vertex_max_mm;
-  }
-  if (result.arms) {
-    summary["arm"] = {{"frames_out_of_reach", result.arms->frames_out_of_reach},
-                      {"max_missing_mm", result.arms->max_missing_mm}};
-  }
-  summary["not_carried_over"] = converted.lost;
-  PrintResult(common, summary, Text(options, *from.model, *to, result));
+  summary.update(ConversionJson(converted));
+  PrintResult(common, summary, Text(options, *from.model, *to, converted));
   return kDone;
 }
 

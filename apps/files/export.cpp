@@ -9,14 +9,17 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
+#include "apps/fit_metrics.h"
 #include "apps/render_output.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/import/import_file.h"
 #include "geometry/import/import_motion.h"
+#include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/gzip.h"
 #include "geometry/io/gltf/gltf_onto.h"
 #include "geometry/io/gltf/gltf_writer.h"
+#include "geometry/io/gltf/mjcf_writer.h"
 #include "geometry/io/gltf/usda_writer.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/io/motion/bvh_writer.h"
@@ -42,6 +45,7 @@ struct ExportCommand {
   bool no_object = false;
   bool no_correctives = false;
   double tolerance_mm = 0.02;
+  double density_kg_m3 = 1000.0;
   int start = 0;
   std::optional<int> end;
   int every = 1;
@@ -53,10 +57,15 @@ std::string ExtensionOf(const fs::path& path) {
   return extension;
 }
 
-// Contacts are a table, or arrays in a file that is called after them.
+// What a result's metrics.json has for each frame, in a table that is called after it.
+bool IsMetrics(const fs::path& output) {
+  return ExtensionOf(output) == ".csv" && output.stem().string().ends_with("metrics");
+}
+
+// Contacts are any other table, or arrays in a file that is called after them.
 bool IsContacts(const fs::path& output) {
   const std::string extension = ExtensionOf(output);
-  return extension == ".csv" ||
+  return (extension == ".csv" && !IsMetrics(output)) ||
          (extension == ".npz" && output.stem().string().ends_with("contacts"));
 }
 
@@ -66,10 +75,10 @@ std::string FaultOfOutput(const std::string& output) {
   const bool numbered = output.find('%') != std::string::npos;
   const bool sequence = extension == ".ply" || extension == ".obj";
   const bool single = extension == ".glb" || extension == ".bvh" || extension == ".usda" ||
-                      extension == ".npz" || extension == ".csv";
+                      extension == ".npz" || extension == ".csv" || extension == ".xml";
   if (!sequence && !single) {
     return fmt::format(
-        "'{}': {}. Use .glb .bvh .usda .npz, contacts.npz / .csv, or "
+        "'{}': {}. Use .glb .bvh .usda .xml .npz, contacts.npz / .csv, metrics.csv, or "
         "name_%04d.ply / name_%04d.obj for one mesh per frame",
         output, extension == ".fbx" ? kFbxProblem : "is not a format to export");
   }
@@ -283,21 +292,49 @@ void WriteContacts(const ClipInput& input, const TriangleMesh* object, const Exp
                       contacts.points.size(), touching.size(), contacts.hands.size());
 }
 
+// Object and hands for MuJoCo.
+void WriteScene(const ClipInput& input, const TriangleMesh* object, const ExportCommand& options,
+                nlohmann::json& summary, std::string& text) {
+  MjcfOptions mjcf;
+  mjcf.generator = kGenerator;
+  mjcf.model_name = ClipName(input);
+  mjcf.every = options.every;
+  mjcf.density_kg_m3 = options.density_kg_m3;
+  if (input.table && !options.no_object) mjcf.table = &*input.table;
+  const MjcfReport report = WriteMjcf(input.clip, input.Surface(), object, mjcf, options.output);
+  if (report.mass_of_hull) {
+    Note(options.common,
+         fmt::format("note: the object is not a closed surface with faces outwards: {} that of its "
+                     "convex hull",
+                     report.mesh_is_hull ? "mesh and mass are" : "its mass is"));
+  }
+  summary["hand_pieces"] = report.hand_pieces;
+  summary["object_mass_kg"] = report.object_mass_kg;
+  text += fmt::format(
+      "  {} hand pieces (mocap bodies){}; {} key frames; meshes in {}\n", report.hand_pieces,
+      object == nullptr ? "" : fmt::format(", object of {:.3g} kg", report.object_mass_kg),
+      report.key_frames, MjcfAssets(options.output).string());
+}
+
 int Run(const ExportCommand& options) {
   const CommonOptions& common = options.common;
   const std::string extension = ExtensionOf(options.output);
+  const bool is_metrics = IsMetrics(options.output);
   const bool is_contacts = IsContacts(options.output);
-  const bool has_meshes = is_contacts || (extension != ".bvh" && extension != ".npz");
+  const bool has_meshes =
+      is_contacts || (!is_metrics && extension != ".bvh" && extension != ".npz");
   const bool is_sequence = extension == ".ply" || extension == ".obj";
-  if (options.every > 1 && !is_sequence && extension != ".usda") {
-    throw CLI::ValidationError("--every", "is for mesh sequences and .usda");
+  if (options.every > 1 && !is_sequence && extension != ".usda" && extension != ".xml") {
+    throw CLI::ValidationError("--every", "is for mesh sequences, .usda and .xml");
   }
   if (!options.onto.empty() && extension != ".glb") {
     throw CLI::ValidationError("--onto", "writes a .glb");
   }
   if (!is_sequence) RequireNew(options.output, common);
-  if (extension == ".csv") RequireNew(PosesPath(options.output), common);
+  if (extension == ".csv" && is_contacts) RequireNew(PosesPath(options.output), common);
+  if (extension == ".xml") RequireNewFolder(MjcfAssets(options.output), common);
   ClipInput input = LoadClipInput(options.clip, options.input, common);
+  const int frames_of_clip = input.clip.NumFrames();
   Cut(input.clip, options);
   if (options.no_object) input.clip.object.reset();
   const TriangleMesh* object = nullptr;
@@ -328,7 +365,11 @@ int Run(const ExportCommand& options) {
                                  input.clip.frame_rate / options.every,
                                  object != nullptr ? ", body and object" : "");
   int exit_code = kDone;
-  if (is_contacts) {
+  if (is_metrics) {
+    WriteAtomically(options.output,
+                    PerFrameCsv(input.metrics, options.clip, input.clip.frame_rate, frames_of_clip,
+                                options.start, input.clip.NumFrames()));
+  } else if (is_contacts) {
     WriteContacts(input, object, options, summary, text);
   } else if (is_sequence) {
     exit_code = WriteSequence(input, object, options, summary, text);
@@ -338,6 +379,8 @@ int Run(const ExportCommand& options) {
     WriteGlbFile(input, object, options, summary, text);
   } else if (extension == ".bvh") {
     WriteBvh(input.clip, input.Surface(), options.output);
+  } else if (extension == ".xml") {
+    WriteScene(input, object, options, summary, text);
   } else if (extension == ".usda") {
     Progress progress(common, "export");
     UsdaOptions usda;
@@ -358,11 +401,12 @@ int Run(const ExportCommand& options) {
 void AddExportCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ExportCommand>();
   CLI::App* command = app.add_subcommand(
-      "export", "Writes a clip for other programs: .glb .bvh .usda .npz, or a mesh per frame");
+      "export",
+      "Writes a clip for other programs: .glb .bvh .usda .xml .npz .csv, or a mesh per frame");
   command->add_option("clip", options->clip, kClipHelp)->required();
   command
       ->add_option("-o,--output", options->output,
-                   "File to write; its extension tells the format (below)")
+                   "File to write; its extension gives the format (below)")
       ->required()
       ->check(FaultOfOutput);
   AddClipInputOptions(*command, options->input);
@@ -373,18 +417,22 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
   AddOption(*command, "--start", options->start, "First frame, from 0", CLI::NonNegativeNumber);
   command->add_option("--end", options->end, "First frame left out; all by default")
       ->check(CLI::PositiveNumber);
-  AddOption(*command, "--every", options->every, "Sequences and .usda: each n-th frame",
+  AddOption(*command, "--every", options->every, "Sequences, .usda and .xml: each n-th frame",
             CLI::PositiveNumber);
   command->add_flag(
       "--no-correctives", options->no_correctives,
       ".glb: no morph targets; smaller, the skin is off by centimetres at bent joints");
   AddOption(*command, "--tolerance", options->tolerance_mm,
             ".glb: largest distance from the body model's surface, mm", CLI::Range(1e-3, 100.0));
+  AddOption(*command, "--density", options->density_kg_m3,
+            ".xml: of the object, kg/m3 (water: 1000)", CLI::Range(1.0, 30'000.0));
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast export held -o held.glb\n"
       "  holdfast export held -o animated.glb --onto character.glb\n"
       "  holdfast export walk.npz -o walk_%04d.ply --every 5\n"
+      "  holdfast export held -o scene.xml --density 600\n"
+      "  holdfast export held -o metrics.csv\n"
       "Formats:\n"
       "  .glb   glTF 2.0, metres, y up: skinned body with pose correctives as morph targets,\n"
       "         the object, animated, with the materials and textures of its .obj, and the table "
@@ -392,9 +440,16 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       "         stood on where the clip has one\n"
       "  .bvh   55 joints with the shaped body's offsets, centimetres, y up, Euler Z X Y\n"
       "  .usda  USD text, metres, z up: the body's points in every frame, the object's transform\n"
+      "  .xml   MJCF for MuJoCo, metres, z up: the object as a free body, the hands as mocap "
+      "bodies "
+      "of\n"
+      "         convex pieces, a floor, a key frame for each frame; meshes in scene_assets/\n"
       "  .npz   the clip itself (AMASS layout, z up), cut to --start and --end\n"
       "  contacts.npz, .csv  where the hands touch the object in each frame, normals, depth, and\n"
       "         the poses of wrists and fingertips (docs/formats.md); x_contacts.npz does too\n"
+      "  metrics.csv  what fit, offhand, refine and reach measured in each frame (x_metrics.csv "
+      "does\n"
+      "         too): the columns of metrics.json's per_frame\n"
       "  .ply .obj  x_%04d.ply is the body in each frame (metres, z up, numbered from the clip's\n"
       "         first), x_object_%04d.ply the object\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

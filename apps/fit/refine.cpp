@@ -7,6 +7,7 @@
 #include "apps/common.h"
 #include "apps/fit_metrics.h"
 #include "apps/result_folder.h"
+#include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -82,6 +83,7 @@ std::string Text(const RefineCommand& options, const RefineReport& report) {
 // The clip with what it takes to refine it, or an Error.
 ClipInput LoadRefinable(const RefineCommand& options) {
   ClipInput input = LoadClipInput(options.clip, options.input, options.common);
+  RequireMetres(options.clip, input.clip, *input.body);
   if (!input.clip.object) {
     throw Error(options.clip, "has no object trajectory to refine",
                 "Make one with 'holdfast fit', or give a clip with object_trans and object_orient");
@@ -90,14 +92,11 @@ ClipInput LoadRefinable(const RefineCommand& options) {
     throw Error(options.clip, "its object's mesh is missing: " + input.object_missing,
                 "Say where it is with --object");
   }
-  if (!options.input.object.empty()) {
-    const std::optional<TriangleMesh> own = MeshNamedBy(input.clip, options.clip);
-    if (own && !SameSurface(*own, *input.object)) {
-      throw Error(options.input.object,
-                  "is not the object whose trajectory the clip has: " + input.clip.object->mesh,
-                  fmt::format("Leave out --object, or fit it anew: holdfast fit {} {}",
-                              options.clip, options.input.object));
-    }
+  if (input.own_object && !SameSurface(*input.own_object, *input.object)) {
+    throw Error(options.input.object,
+                "is not the object whose trajectory the clip has: " + input.clip.object->mesh,
+                fmt::format("Leave out --object, or fit it anew: holdfast fit {} {}", options.clip,
+                            options.input.object));
   }
   return input;
 }

@@ -33,7 +33,8 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--method", job.method,
-          "intention: the network is told the goal and runs once. latent-opt: its latents are then "
+          "intention: the network is conditioned on the goal and runs once. latent-opt: its "
+          "latents are then "
           "optimized until the wrist is at the goal and stays and the motion is physically "
           "plausible; feet pinned last. vae-opt: WANDR's baseline, for comparison [intention; "
           "latent-opt "

@@ -271,11 +271,11 @@ nlohmann::json MetricsOf(const ReachJob& job, const Start& start, const ReachNet
 }
 
 // The motion of this rank as its report shows it; the best one has all metrics.
-ClipInput Shown(const ReachJob& job, const ReachPerson& person, const ReachOptions& options,
-                const ReachMotion& motion, int rank, std::span<const Eigen::Vector3d> goals,
-                const nlohmann::json& metrics) {
+ReportInput Shown(const ReachJob& job, const ReachPerson& person, const ReachOptions& options,
+                  const ReachMotion& motion, int rank, std::span<const Eigen::Vector3d> goals,
+                  const nlohmann::json& metrics) {
   const std::string file = rank == 0 ? "clip.npz" : fmt::format("samples/{:02d}.npz", rank);
-  ClipInput shown;
+  ReportInput shown;
   shown.file = fs::path(job.output) / file;
   shown.source = rank == 0 ? job.output : shown.file.string();
   shown.clip = ClipOf(motion, person);
@@ -296,7 +296,7 @@ bool WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOpti
     return Shown(job, person, options, report.motions[static_cast<std::size_t>(rank)], rank, goals,
                  metrics);
   };
-  std::vector<ClipInput> shown = {shown_of(0)};
+  std::vector<ReportInput> shown = {shown_of(0)};
   WriteClip(shown[0].clip, folder / "clip.npz");
   WriteAtomically(folder / "metrics.json", shown[0].metrics.dump(1) + "\n");
   if (job.all) {

@@ -13,114 +13,26 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
+#include "solver/reach/reach_json.h"
 
 namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
 
-nlohmann::json Vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-nlohmann::json TakeJson(const TakeReport& report) {
-  const TakePlan& plan = report.plan;
-  const TakeMotion& motion = report.motion;
-  const Grasp& grasp = motion.take.grasp;
-  const SideTable& table = report.table;
-  return {{"hand", SideName(plan.side)},
-          {"object_yaw_deg", motion.standing.yaw_rad / kDegree},
-          {"grasp",
-           {{"style", StyleName(grasp.style)},
-            {"status", Describe(plan.status)},
-            {"score", grasp.score},
-            {"wrench_quality", grasp.wrench_quality},
-            {"skin_in_object_mm", grasp.max_penetration_mm},
-            {"below_bottom_mm", grasp.below_bottom_mm}}},
-          {"approach",
-           {{"standoff_m", motion.take.approach.standoff_m},
-            {"openness", motion.take.approach.openness},
-            {"through_object_mm", motion.take.approach.through_mm},
-            {"below_object_mm", motion.take.approach.below_mm}}},
-          {"score", motion.take.score},
-          {"fault", motion.take.fault},
-          {"arm_discomfort", motion.take.arm.discomfort},
-          {"frames",
-           {{"arm_begins", motion.times.begin},
-            {"on_line", motion.times.pregrasp},
-            {"arrives", motion.times.arrive},
-            {"taken", motion.times.take},
-            {"at_goals", motion.times.goals}}},
-          {"table",
-           {{"top_middle_m", Vector(table.world_from_table.translation())},
-            {"yaw_deg", LogSO3(table.world_from_table.linear()).z() / kDegree},
-            {"width_m", table.width_m},
-            {"height_m", table.height_m}}},
-          {"attempt", report.attempt},
-          {"motion", report.index}};
-}
-
-nlohmann::json TakeSummaryJson(const TakeReport& report) {
-  const TakeMotion& motion = report.motion;
-  const TakeTimes& times = motion.times;
-  const TakeMeasures& measured = report.measured;
-  const ContactScore& contact = report.contact;
-  const int count = report.clip.NumFrames();
-  nlohmann::json summary;
-  summary["frames"] = count;
-  summary["take_wrist_error_mm"] = 1000.0 * motion.take_wrist_error_m;
-  summary["take_hand_error_deg"] = motion.take_hand_error_rad / kDegree;
-  summary["coming_penetration_mm"] = DeepestOver(contact, times.begin, times.arrive);
-  summary["closing_penetration_mm"] = DeepestOver(contact, times.arrive, times.take);
-  summary["holding_penetration_mm"] = DeepestOver(contact, times.take, count);
-  double held_depth_mm = 0.0;
-  for (int t = times.take; t < count; ++t) held_depth_mm += contact.frames[t].penetration_mm;
-  summary["contact"] = {{"mean_max_penetration_mm", held_depth_mm / (count - times.take)},
-                        {"frames_in_contact_ratio", contact.contact_frames_ratio.value_or(0.0)}};
-  summary["object_in_table_mm"] = measured.object_in_table_mm;
-  summary["hand_in_table_mm"] = measured.hand_in_table_mm;
-  summary["body_in_table_mm"] = measured.body_in_table_mm;
-  summary["body_in_table_frame"] = measured.body_in_table_frame;
-  summary["moved_before_take_mm"] = measured.moved_before_take_mm;
-  summary["take_jump_mm"] = measured.take_jump_mm;
-  summary["max_tilt_deg"] = measured.max_tilt_deg;
-  summary["max_object_acceleration_m_s2"] = measured.max_acceleration;
-  summary["max_object_acceleration_frame"] = measured.max_acceleration_frame;
-  summary["goal_distance_m"] = measured.goal_m;
-  summary["object_wanders_in_hand_mm"] = report.wanders_mm;
-  summary["object_wanders_in_hand_deg"] = report.wanders_deg;
-  summary["arm_lacked_before_leaning_m"] = motion.shoulder_lacked_m;
-  summary["carry_arm_lacked_m"] = motion.max_lacks_m;
-  summary["carry_hand_error_deg"] = motion.max_hand_error_rad / kDegree;
-  return summary;
-}
-
 nlohmann::json TakeMetricsJson(const TakeJob& job, const TakeReport& report,
                                const nlohmann::json& extra, const CommonOptions& common) {
-  const TakeMotion& motion = report.motion;
-  const ContactScore& contact = report.contact;
-  const TakeMeasures& measured = report.measured;
-  const int count = report.clip.NumFrames();
   nlohmann::json metrics = JsonHead("holdfast/reach-take/1", common);
   metrics.update(extra);
   metrics["options"]["object"] = job.object;
   metrics["options"]["object_scale"] = job.object_scale;
   metrics["options"]["style"] = job.style;
   for (const Eigen::Vector3d& place : job.places) {
-    metrics["options"]["places_m"].push_back(Vector(place));
+    metrics["options"]["places_m"].push_back({place.x(), place.y(), place.z()});
   }
   metrics["options"]["object_yaw_deg"] =
       job.object_yaw_deg ? nlohmann::json(*job.object_yaw_deg) : nullptr;
-  metrics["take"] = TakeJson(report);
-  metrics["summary"] = TakeSummaryJson(report);
-  metrics["notes"] = report.notes;
-  metrics["per_frame"]["object_tilt_deg"] = measured.tilt_deg;
-  for (int t = 0; t < count; ++t) {
-    metrics["per_frame"]["arm_lacks_mm"].push_back(1000.0 * motion.lacks_m[t]);
-    metrics["per_frame"]["hand_error_deg"].push_back(motion.hand_error_rad[t] / kDegree);
-  }
-  for (const ContactScore::Frame& frame : contact.frames) {
-    metrics["per_frame"]["max_penetration_mm"].push_back(frame.penetration_mm);
-    metrics["per_frame"]["min_distance_mm"].push_back(frame.min_distance_mm);
-  }
+  metrics.update(TakeJson(report));
   return metrics;
 }
 
@@ -206,7 +118,7 @@ Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
   WriteMesh(table, folder / "table.ply");
   WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
   if (job.write_report) {
-    ClipInput shown;
+    ReportInput shown;
     shown.source = job.output;
     shown.file = fs::path(job.output) / "clip.npz";
     shown.clip = report.clip;

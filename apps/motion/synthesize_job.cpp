@@ -77,7 +77,7 @@ std::string NoteOnIntent(const SynthesisNetwork& network, const imos::Intent& in
 }
 
 struct SynthesisStart {
-  HeldStart held;
+  HoldingStart held;
   nlohmann::json how;  // for metrics.json
 };
 

@@ -16,9 +16,9 @@ struct SynthesisBegin {
   std::string object;  ///< mesh or embedded object
   double object_scale = 1.0;
   std::string body;
-  std::vector<double> betas;    ///< of a made start
+  std::vector<double> betas;    ///< of a generated start
   bool left = false;            ///< the left hand
-  std::optional<bool> in_hand;  ///< of a made start: in the hand, not on a table; empty: drawn
+  std::optional<bool> in_hand;  ///< of a generated start: in the hand, not on a table; empty: drawn
 };
 
 /// One synthesis, as the command line asks for it.

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/clip_input.h"
 #include "apps/report_writer.h"
 
 namespace holdfast::apps {
@@ -12,7 +13,7 @@ namespace {
 struct ReportCommand {
   CommonOptions common;
   ClipInputOptions input;
-  ReportOptions report;
+  ReportPageOptions report;
   std::vector<std::string> clips;
   std::string output;
 };
@@ -21,7 +22,7 @@ int Run(const ReportCommand& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
   const auto begin = std::chrono::steady_clock::now();
-  std::vector<ClipInput> clips;
+  std::vector<ReportInput> clips;
   for (const std::string& clip : options.clips) {
     clips.push_back(LoadClipInput(clip, options.input, common));
     if (!clips.back().object_missing.empty()) {
@@ -29,7 +30,7 @@ int Run(const ReportCommand& options) {
            fmt::format("note: {}: the body is shown alone: {}", clip, clips.back().object_missing));
     }
   }
-  const ReportSize size = WriteReport(clips, options.output, options.report, common);
+  const ReportPage page = WriteReport(clips, options.output, options.report, common);
   if (Interrupted()) return kInterrupted;
   const double ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
@@ -37,14 +38,14 @@ int Run(const ReportCommand& options) {
   nlohmann::json summary = JsonHead("holdfast/report/1", common);
   summary["output"] = options.output;
   summary["clips"] = options.clips;
-  summary["bytes"] = size.bytes;
-  summary["surface_error_mm"] = size.surface_error_mm;
-  summary["corrective_directions"] = size.directions;
+  summary["bytes"] = page.html.size();
+  summary["surface_error_mm"] = page.surface_error_mm;
+  summary["corrective_directions"] = page.directions;
   summary["made_ms"] = ms;
-  PrintResult(
-      common, summary,
-      fmt::format("{}: {} clip{}, {:.1f} MB, made in {:.2f} s\n", options.output, clips.size(),
-                  clips.size() == 1 ? "" : "s", 1e-6 * static_cast<double>(size.bytes), 1e-3 * ms));
+  PrintResult(common, summary,
+              fmt::format("{}: {} clip{}, {:.1f} MB, made in {:.2f} s\n", options.output,
+                          clips.size(), clips.size() == 1 ? "" : "s",
+                          1e-6 * static_cast<double>(page.html.size()), 1e-3 * ms));
   return kDone;
 }
 

@@ -9,7 +9,7 @@
 ///   limb_ik.h         arms and legs as two bones
 ///   finger_pose.h     relaxed and grasping fingers
 ///   arm_correction.h  a wrist moved by its arm
-///   hand_onto_body.h  a MANO hand's motion given a body
+///   hand_onto_body.h  a MANO hand's motion given a body; what a conversion came to, as JSON
 #include "generator/body/arm_correction.h"
 #include "generator/body/finger_pose.h"
 #include "generator/body/hand_onto_body.h"

@@ -2,6 +2,8 @@
 #include "generator/body/hand_onto_body.h"
 
 #include <algorithm>
+#include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -43,6 +45,48 @@ HandOntoBodyReport PutHandOntoBody(const Clip& hand, const BodyModel& hand_model
     if (missing > 1.0) ++report.frames_out_of_reach;
   }
   return report;
+}
+
+Conversion ConvertOntoBody(const Clip& hand, const ClipBody& from, Clip onto,
+                           const ClipBody& person) {
+  Conversion result;
+  Clip& body = result.clip;
+  body = std::move(onto);
+  result.arms = PutHandOntoBody(hand, *from.model, from.betas, *person.model, person.betas, body);
+  const auto rest = [](const ClipBody& of) {
+    return of.model->RestJoints(of.model->ShapedVertices(of.betas));
+  };
+  result.joints =
+      CompareJoints(hand, rest(from), body, rest(person), CommonJoints(*from.model, *person.model));
+  for (const JointResidual& joint : result.joints) {
+    result.mean_mm += joint.mean_mm / static_cast<double>(result.joints.size());
+    result.max_mm = std::max(result.max_mm, joint.max_mm);
+  }
+  if (hand.object) body.object = hand.object;
+  body.holding_hand = hand.holding_hand;
+  result.lost = {"the hand's betas: a body has its own"};
+  return result;
+}
+
+nlohmann::json ConversionJson(const Conversion& conversion) {
+  nlohmann::json joints = nlohmann::json::object();
+  for (const JointResidual& joint : conversion.joints) {
+    joints[std::string(kJointNames[static_cast<std::size_t>(joint.joint)])] = {
+        {"mean_mm", joint.mean_mm}, {"max_mm", joint.max_mm}};
+  }
+  nlohmann::json json = {
+      {"residual",
+       {{"joints", joints}, {"mean_mm", conversion.mean_mm}, {"max_mm", conversion.max_mm}}},
+      {"not_carried_over", conversion.lost}};
+  if (conversion.vertex_mean_mm) {
+    json["residual"]["vertex_mean_mm"] = *conversion.vertex_mean_mm;
+    json["residual"]["vertex_max_mm"] = *conversion.vertex_max_mm;
+  }
+  if (conversion.arms) {
+    json["arm"] = {{"frames_out_of_reach", conversion.arms->frames_out_of_reach},
+                   {"max_missing_mm", conversion.arms->max_missing_mm}};
+  }
+  return json;
 }
 
 }  // namespace holdfast

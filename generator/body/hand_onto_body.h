@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
+
 #include <Eigen/Core>
+#include <nlohmann/json.hpp>
 
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
+#include "geometry/clip/clip_body.h"
+#include "geometry/retarget/convert_parameters.h"
 
 namespace holdfast {
 
@@ -22,5 +27,21 @@ struct HandOntoBodyReport {
 HandOntoBodyReport PutHandOntoBody(const Clip& hand, const BodyModel& hand_model,
                                    const Eigen::VectorXd& hand_betas, const BodyModel& body_model,
                                    const Eigen::VectorXd& body_betas, Clip& body);
+
+/// A clip in another model's parameters.
+struct Conversion : ConvertedClip {
+  std::optional<HandOntoBodyReport> arms;  ///< of a hand alone that was put onto a body
+};
+
+/// What ConvertClip cannot do, a hand alone to a body: `onto`, the motion of `person`, with its
+/// wrist and fingers where `hand` (a clip of `from`) has them (PutHandOntoBody), its object and
+/// holding_hand. Throws Error as PutHandOntoBody does.
+Conversion ConvertOntoBody(const Clip& hand, const ClipBody& from, Clip onto,
+                           const ClipBody& person);
+
+/// {"residual": {"joints": {name: {mean_mm, max_mm}}, mean_mm, max_mm, and of vertices where both
+/// models have the same}, "arm": {frames_out_of_reach, max_missing_mm} after ConvertOntoBody,
+/// "not_carried_over": [text, ...]}.
+nlohmann::json ConversionJson(const Conversion& conversion);
 
 }  // namespace holdfast

@@ -77,7 +77,8 @@ class Shapes {
       throw Error(where_, fmt::format("there is no tensor '{}'", name), kCheckpointRemedy);
     }
     if (found->second.shape.size() != 2 || found->second.shape[axis] > 1'000'000) {
-      throw Error(where_, fmt::format("'{}' is no matrix of a network", name), kCheckpointRemedy);
+      throw Error(where_, fmt::format("'{}' is not a matrix of a network", name),
+                  kCheckpointRemedy);
     }
     return static_cast<int>(found->second.shape[axis]);
   }

@@ -57,10 +57,10 @@ void Check(const SynthesisRequest& request, const Network<float>& network) {
   }
 }
 
-class Batch {
+class RolloutBatch {
  public:
-  Batch(const Network<float>& network, const SynthesisRequest& request, const ObjectOfFrame& object,
-        int max_samples)
+  RolloutBatch(const Network<float>& network, const SynthesisRequest& request,
+               const ObjectOfFrame& object, int max_samples)
       : network_(network),
         request_(request),
         object_(object),
@@ -182,7 +182,7 @@ std::vector<SynthesisTrack> RunSynthesis(const Network<float>& network,
   std::vector<SynthesisTrack> tracks(request.starts.size());
   // Each worker takes every so many-th batch, so that its memory is allocated once.
   ParallelFor(workers, workers, [&](int worker) {
-    Batch batch(network, request, object, size);
+    RolloutBatch batch(network, request, object, size);
     for (int b = worker; b < num_batches; b += workers) {
       batch.Run(b * size, std::min(size, count - b * size), tracks);
     }

@@ -16,10 +16,10 @@
 ///   walk_plan.h        trajectory to a place and heading
 ///   motion_blend.h     inertialization between two motions
 ///   motion_player.h    captured motion, jumping between places
-///   reach_synthesis.h  walks and reaches to random goals
+///   matched_reaches.h  walks and reaches to random goals
 ///   capture_set.h      a folder of captures, imported
 ///   set_manifest.h     manifest of a set of clips
 #include "generator/matching/capture_set.h"
 #include "generator/matching/foot_lock.h"
-#include "generator/matching/reach_synthesis.h"
+#include "generator/matching/matched_reaches.h"
 #include "generator/matching/support_feet.h"

@@ -11,7 +11,7 @@ namespace holdfast {
 
 /// A stretch of captured motion in a made one: which, from which of its frames, how fast.
 struct MotionSegment {
-  int begin = 0;              ///< frame of the made motion
+  int begin = 0;              ///< frame of the generated motion
   int clip = 0;               ///< of the library
   double source_frame = 0.0;  ///< at `begin`
   double rate = 1.0;          ///< source frames per made frame
@@ -32,7 +32,7 @@ class MotionPlayer {
   bool CanStep() const;
 
   MotionLibrary::Place At() const;  ///< nearest source frame of the last frame added
-  /// The move that a jump to this place would make from captured to made motion.
+  /// The move that a jump to this place would make from captured to generated motion.
   PlanarMove MoveFor(MotionLibrary::Place place) const;
   const PlanarMove& Move() const { return move_; }
   WalkState State() const;  ///< of the last frame added

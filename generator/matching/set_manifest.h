@@ -9,7 +9,7 @@
 
 namespace holdfast {
 
-// manifest.json of a folder of made clips: a head (schema, seed, what was asked, in the end a
+// manifest.json of a folder of synthetic clips: a head (schema, seed, what was asked, in the end a
 // summary), and `clips`: one line for each that was tried.
 
 /// Lines by their "index".

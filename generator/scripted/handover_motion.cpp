@@ -114,8 +114,9 @@ struct Script {
 
 class ScriptWriter {
  public:
-  ScriptWriter(const BodyMeasures& body, const HandoverGrips& grips, const HandoverOptions& options)
-      : body_(body), grips_(grips), options_(options), draw_(options.seed) {
+  ScriptWriter(const BodyMeasures& body, const HandoverGrasps& grasps,
+               const HandoverOptions& options)
+      : body_(body), grasps_(grasps), options_(options), draw_(options.seed) {
     // Heights above the ground that belong to this person.
     const auto height = [&](int joint) { return body.rest_joints(1, joint) - body.sole_y; };
     hip_ = height(0);
@@ -208,7 +209,7 @@ class ScriptWriter {
     const Side receiver = OtherSide(giver);
     // Where the object is met, and how far it drifts while both hold it.
     Isometry3d met = Isometry3d::Identity();
-    met.linear() = ExpSO3(draw_.Normal() * 8.0 * kDegree * Vector3d::UnitZ()) * grips_.presented;
+    met.linear() = ExpSO3(draw_.Normal() * 8.0 * kDegree * Vector3d::UnitZ()) * grasps_.presented;
     met.translation() = draw_.Box(Vector3d(-0.10, -0.78 * arm_, hip_ + 0.25 * arm_),
                                   Vector3d(0.10, -0.62 * arm_, chest_ + 0.10 * arm_));
     Isometry3d left = met;
@@ -220,7 +221,7 @@ class ScriptWriter {
                                   Now(receiver) + approach + 0.05);
     const double end = begin + draw_.Uniform(options_.min_dwell_s, options_.max_dwell_s);
     const auto wrist = [&](Side side, const Isometry3d& object) -> Isometry3d {
-      return object * grips_.Of(side).wrist_from_object.inverse();
+      return object * grasps_.Of(side).wrist_from_object.inverse();
     };
     const HandKey waiting = script_.keys[Index(receiver)].back();
     if (begin - approach > waiting.time_s) Add(receiver, begin - approach, waiting.wrist);
@@ -248,7 +249,7 @@ class ScriptWriter {
   }
 
   const BodyMeasures& body_;
-  const HandoverGrips& grips_;
+  const HandoverGrasps& grasps_;
   const HandoverOptions& options_;
   Draw draw_;
   Script script_;
@@ -258,8 +259,8 @@ class ScriptWriter {
 // Puts both arms of a standing person where the script has the hands.
 class Arms {
  public:
-  Arms(const Eigen::Matrix3Xd& rest_joints, const HandoverGrips& grips)
-      : joints_(rest_joints), grips_(grips) {}
+  Arms(const Eigen::Matrix3Xd& rest_joints, const HandoverGrasps& grasps)
+      : joints_(rest_joints), grasps_(grasps) {}
 
   /// Whether the hand is where and how it should be.
   bool Reach(PoseBuilder& pose, Side side, const Isometry3d& wrist, double closure) const {
@@ -284,7 +285,7 @@ class Arms {
     pose.SetLocal(arm.end, hand.wrist);
 
     const FingerPose open = GraspingFingers(joints_, side, 0.0);
-    const FingerPose fingers = open + closure * (grips_.Of(side).fingers - open);
+    const FingerPose fingers = open + closure * (grasps_.Of(side).fingers - open);
     for (int k = 0; k < kJointsPerHand; ++k) {
       pose.SetLocal(HandBegin(side) + k, ExpSO3(fingers.segment<3>(3 * k)));
     }
@@ -293,11 +294,11 @@ class Arms {
 
  private:
   const Eigen::Matrix3Xd& joints_;
-  const HandoverGrips& grips_;
+  const HandoverGrasps& grasps_;
 };
 
 // Nothing when a hand that holds together with the other cannot be where it should.
-std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGrips& grips,
+std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGrasps& grasps,
                                       const HandoverOptions& options, const Script& script) {
   ScriptedReachOptions reach;
   reach.frame_rate = options.frame_rate;
@@ -319,7 +320,7 @@ std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGr
     path[Index(side)].emplace(side, script.keys[Index(side)]);
     closure[Index(side)].emplace(script.closure[Index(side)]);
   }
-  const Arms arms(body.rest_joints, grips);
+  const Arms arms(body.rest_joints, grasps);
   ObjectTrack& object = clip.object.emplace();
   object.trans.resize(3, frames);
   object.orient.setZero(3, frames);
@@ -346,7 +347,7 @@ std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGr
 
     const int wrist = WristJoint(holder);
     object.SetPose(t, RigidTransform(pose.World(wrist), pose.Position(wrist)) *
-                          grips.Of(holder).wrist_from_object);
+                          grasps.Of(holder).wrist_from_object);
     const std::uint8_t bit = holder == Side::kRight ? kHoldsRight : kHoldsLeft;
     clip.holding_hand.push_back(both ? kHoldsRight | kHoldsLeft : bit);
   }
@@ -355,17 +356,17 @@ std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGr
 
 }  // namespace
 
-HandoverGrips PalmGrips(const BodyMeasures& body, const Eigen::Matrix3Xd& object_vertices,
-                        std::uint64_t seed) {
+HandoverGrasps PalmGrasps(const BodyMeasures& body, const Eigen::Matrix3Xd& object_vertices,
+                          std::uint64_t seed) {
   if (object_vertices.cols() == 0) {
     throw Error("handover", "the object has no vertices", "Give a mesh.");
   }
   constexpr double kPalmThickness = 0.016;  // from the middle of the hand to its skin, metres
   Draw draw(seed ^ 0x6772697073ULL);
-  HandoverGrips grips;
-  grips.presented = ExpSO3(draw.Uniform(-std::numbers::pi, std::numbers::pi) * Vector3d::UnitZ()) *
-                    ExpSO3(draw.Normal3(6.0 * kDegree));
-  const Eigen::Matrix3Xd presented = grips.presented * object_vertices;
+  HandoverGrasps grasps;
+  grasps.presented = ExpSO3(draw.Uniform(-std::numbers::pi, std::numbers::pi) * Vector3d::UnitZ()) *
+                     ExpSO3(draw.Normal3(6.0 * kDegree));
+  const Eigen::Matrix3Xd presented = grasps.presented * object_vertices;
   for (const Side side : kSides) {
     const Matrix3d hand = OfferedHand(side) * ExpSO3(draw.Normal3(6.0 * kDegree));
     const Vector3d palm = PalmDirection(hand);
@@ -376,18 +377,18 @@ HandoverGrips PalmGrips(const BodyMeasures& body, const Eigen::Matrix3Xd& object
         body.rest_joints.col(HandBegin(side) + 3) - body.rest_joints.col(wrist);
     const Vector3d palm_in_wrist = 0.85 * knuckle + kPalmThickness * -Vector3d::UnitY();
     // The palm's middle lies on the object's outermost point.
-    HandoverGrip& grip = grips.Of(side);
-    grip.wrist_from_object = PoseAt(hand, palm_in_wrist, presented.col(outermost)).inverse() *
-                             RigidTransform(grips.presented, Vector3d::Zero());
+    HandoverGrasp& grasp = grasps.Of(side);
+    grasp.wrist_from_object = PoseAt(hand, palm_in_wrist, presented.col(outermost)).inverse() *
+                              RigidTransform(grasps.presented, Vector3d::Zero());
     const double thickness =
         (palm.transpose() * presented).maxCoeff() - (palm.transpose() * presented).minCoeff();
-    grip.fingers =
+    grasp.fingers =
         GraspingFingers(body.rest_joints, side, std::clamp(1.1 - 6.0 * thickness, 0.2, 1.0));
   }
-  return grips;
+  return grasps;
 }
 
-HandoverMotion MakeHandoverMotion(const BodyMeasures& body, const HandoverGrips& grips,
+HandoverMotion MakeHandoverMotion(const BodyMeasures& body, const HandoverGrasps& grasps,
                                   const HandoverOptions& options) {
   if (options.switches < 0 || options.switches > 20) {
     throw Error("handover", fmt::format("{} switches", options.switches), "Ask for 0 to 20.");
@@ -402,11 +403,11 @@ HandoverMotion MakeHandoverMotion(const BodyMeasures& body, const HandoverGrips&
   HandoverOptions drawn = options;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     drawn.seed = options.seed + kSplitMixStep * static_cast<std::uint64_t>(attempt);
-    const Script script = ScriptWriter(body, grips, drawn).Write();
-    std::optional<HandoverMotion> motion = Perform(body, grips, drawn, script);
+    const Script script = ScriptWriter(body, grasps, drawn).Write();
+    std::optional<HandoverMotion> motion = Perform(body, grasps, drawn, script);
     if (motion) return *std::move(motion);
   }
-  throw Error("handover", "the grips bring no two hands together within the wrists' range",
+  throw Error("handover", "the grasps bring no two hands together within the wrists' range",
               "Turn the object, or hold it differently.");
 }
 

@@ -15,27 +15,27 @@
 namespace holdfast {
 
 /// How one hand holds an object.
-struct HandoverGrip {
+struct HandoverGrasp {
   Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();  ///< metres
   FingerPose fingers = FingerPose::Zero();
 };
 
 /// How both hands hold the same object at once, as they do while it changes hands.
-struct HandoverGrips {
-  HandoverGrip right, left;
+struct HandoverGrasps {
+  HandoverGrasp right, left;
   /// How the object is turned where the hands meet: world orientation for a person who faces -y.
   Eigen::Matrix3d presented = Eigen::Matrix3d::Identity();
 
-  const HandoverGrip& Of(Side side) const { return side == Side::kRight ? right : left; }
-  HandoverGrip& Of(Side side) { return side == Side::kRight ? right : left; }
+  const HandoverGrasp& Of(Side side) const { return side == Side::kRight ? right : left; }
+  HandoverGrasp& Of(Side side) { return side == Side::kRight ? right : left; }
 };
 
 /// Flat palms on either side of an object (vertices 3 x n, object frame, metres), thumbs up and
 /// fingers forward, each palm on the object's outermost point in its direction; the turn of the
 /// object and the hands vary with the seed. The fingers are curled by the object's size alone:
 /// callers that have the surface may close them on it.
-HandoverGrips PalmGrips(const BodyMeasures& body, const Eigen::Matrix3Xd& object_vertices,
-                        std::uint64_t seed);
+HandoverGrasps PalmGrasps(const BodyMeasures& body, const Eigen::Matrix3Xd& object_vertices,
+                          std::uint64_t seed);
 
 struct HandoverOptions {
   int switches = 0;                ///< how often the object changes hands; 0: one to three, drawn
@@ -46,9 +46,9 @@ struct HandoverOptions {
   std::uint64_t seed = 1;    ///< of hands, times, places and speeds
 };
 
-/// A clip in which an object changes hands, and the truth about it.
+/// A clip in which an object changes hands, and its ground truth.
 struct HandoverMotion {
-  Clip clip;                       ///< with object track and `holding_hand`, which is the truth
+  Clip clip;                       ///< with object track and `holding_hand`, the ground truth
   std::vector<int> switch_frames;  ///< frame nearest to the middle of each dwell
   Side first_hand = Side::kRight;
 };
@@ -58,8 +58,8 @@ struct HandoverMotion {
 /// waits at the waist. All movements are minimum-jerk. The object is rigid in the frame of the
 /// wrist that holds it, and in those of both wrists while both hold. Deterministic for a seed.
 /// Throws Error for fewer than no or more than 20 switches, dwells that are not 0 <= min <= max, a
-/// frame rate that is not positive, and grips that bring no two comfortable hands together.
-HandoverMotion MakeHandoverMotion(const BodyMeasures& body, const HandoverGrips& grips,
+/// frame rate that is not positive, and grasps that bring no two comfortable hands together.
+HandoverMotion MakeHandoverMotion(const BodyMeasures& body, const HandoverGrasps& grasps,
                                   const HandoverOptions& options = {});
 
 /// Standard deviations, per axis and frame, independent of each other.

@@ -13,6 +13,7 @@
 ///   body_model.h           BodyModel, and BodySurface of one person
 ///   body_model_reader.h    fields read, checked, brought into 55 joints
 ///   vertex_adjoint.h       gradients by pose, trans and betas
+///   body_frames.h          many frames at once, with gradients
 ///   end_site.h             where a limb ends on the skin
 ///   hand_model.h           one hand by 45 numbers, with Jacobians
 #include "geometry/body/body_model.h"

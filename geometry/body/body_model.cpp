@@ -23,9 +23,12 @@ std::shared_ptr<const BodyModel> BodyModel::Load(const std::filesystem::path& pa
 }
 
 std::shared_ptr<const BodyModel> BodyModel::Default() {
-  const EmbeddedFile file = FindEmbedded("body/holdfast_neutral.npz");
-  return std::make_shared<const BodyModel>(ReadBodyModel(
-      BodyModelFields(NpzReader(file.bytes, std::string(file.name))), "holdfast_neutral"));
+  static const auto model = [] {
+    const EmbeddedFile file = FindEmbedded(fmt::format("body/{}.npz", kDefaultName));
+    return std::make_shared<const BodyModel>(ReadBodyModel(
+        BodyModelFields(NpzReader(file.bytes, std::string(file.name))), std::string(kDefaultName)));
+  }();
+  return model;
 }
 
 std::shared_ptr<const BodyModel> BodyModel::WithTemplate(std::shared_ptr<const BodyModel> model,
@@ -39,7 +42,7 @@ std::shared_ptr<const BodyModel> BodyModel::WithTemplate(std::shared_ptr<const B
   const std::span<const double> values(v_template.data(),
                                        static_cast<std::size_t>(v_template.size()));
   if (FirstBeyond(values, kMostMetres)) {
-    throw Error("v_template", "holds values that are no numbers of metres",
+    throw Error("v_template", "holds values that are not numbers of metres",
                 "Get the surface again");
   }
   return std::shared_ptr<const BodyModel>(new BodyModel(model->parts_, std::move(v_template)));

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -64,7 +65,9 @@ class BodyModel {
   /// Which hand a MANO file is of is told by its thumb (SideOfHand), and where that lies flat by
   /// "left" or "right" in its name.
   static std::shared_ptr<const BodyModel> Load(const std::filesystem::path& path);
-  /// The body that comes with Holdfast (meshes/body/holdfast_neutral.npz, inside the library).
+  static constexpr std::string_view kDefaultName = "holdfast_neutral";  ///< of Default()
+  /// The body that comes with Holdfast (meshes/body/holdfast_neutral.npz, inside the library):
+  /// read once, when first asked for.
   static std::shared_ptr<const BodyModel> Default();
   /// The same model with a subject's own rest surface (3 x V): betas have no effect on it. What is
   /// large is shared. Throws Error unless it has the model's vertices and is finite.
@@ -155,6 +158,9 @@ class BodySurface {
   std::span<const std::pair<int, double>> Weights(int vertex) const {
     return {weights_.data() + weight_begin_[vertex], weights_.data() + weight_begin_[vertex + 1]};
   }
+  /// The pairs of all vertices, one after another, and where each vertex's begin (n + 1).
+  const std::vector<std::pair<int, double>>& AllWeights() const { return weights_; }
+  const std::vector<int>& WeightBegin() const { return weight_begin_; }
 
  private:
   void Build(const Eigen::VectorXd& betas, const Eigen::VectorXd& expression);

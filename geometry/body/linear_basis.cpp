@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/body/linear_basis.h"
 
+#include <algorithm>
 #include <cstring>
+#include <optional>
+#include <span>
 
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/io/container/half.h"
 #include "geometry/value_ranges.h"
 
 namespace holdfast {
@@ -16,29 +20,46 @@ std::span<const T> As(const std::vector<std::byte>& data) {
   return {reinterpret_cast<const T*>(data.data()), data.size() / sizeof(T)};
 }
 
+// Halves end at 65,504: those beyond kMostMetres are infinite or no numbers.
+std::optional<std::size_t> FirstNotFinite(std::span<const std::uint16_t> halves) {
+  static_assert(kMostMetres > 65504.0);
+  const auto bits = [](std::uint16_t half) { return half & 0x7fff; };
+  int most = 0;
+  for (const std::uint16_t half : halves) most = std::max(most, bits(half));
+  if (most < 0x7c00) return std::nullopt;
+  const auto bad = std::ranges::find_if(halves, [&](auto half) { return bits(half) >= 0x7c00; });
+  return static_cast<std::size_t>(bad - halves.begin());
+}
+
 }  // namespace
 
 LinearBasis::LinearBasis(NpyMember member, std::ptrdiff_t vertices, std::ptrdiff_t columns) {
   member.RequireShape({vertices, 3, columns});
   NpyArray& array = member.array;
   columns_ = array.shape[2];
-  is_double_ = array.kind != 'f' || array.item_size >= 8;
+  item_size_ = array.kind != 'f' || array.item_size >= 8 ? 8 : 4;
   std::vector<std::byte> data;
   const auto copy = [&](const auto& values) {
     data.resize(values.size() * sizeof(values[0]));
     if (!values.empty()) std::memcpy(data.data(), values.data(), data.size());
   };
-  if (member.View<float>() || member.View<double>()) {
+  const bool halves =
+      array.kind == 'f' && array.item_size == 2 && !array.big_endian && !array.fortran_order;
+  if (halves) item_size_ = 2;
+  if (halves || member.View<float>() || member.View<double>()) {
     data = std::move(array.data);
-  } else if (is_double_) {
+  } else if (item_size_ == 8) {
     copy(member.AsDoubles());
   } else {
     copy(member.AsFloats());
   }
-  const auto bad = is_double_ ? FirstBeyond(As<double>(data), kMostMetres)
-                              : FirstBeyond(As<float>(data), kMostMetres);
+  const auto bad = item_size_ == 8   ? FirstBeyond(As<double>(data), kMostMetres)
+                   : item_size_ == 4 ? FirstBeyond(As<float>(data), kMostMetres)
+                                     : FirstNotFinite(As<std::uint16_t>(data));
   if (bad) {
-    const double value = is_double_ ? As<double>(data)[*bad] : As<float>(data)[*bad];
+    const double value = item_size_ == 8   ? As<double>(data)[*bad]
+                         : item_size_ == 4 ? As<float>(data)[*bad]
+                                           : HalfToFloat(As<std::uint16_t>(data)[*bad]);
     throw Error(member.where, fmt::format("holds {} at element {}", value, *bad),
                 "The model file is damaged: get it again");
   }
@@ -48,14 +69,13 @@ LinearBasis::LinearBasis(NpyMember member, std::ptrdiff_t vertices, std::ptrdiff
 void LinearBasis::CopyRow(std::size_t row, std::size_t begin, std::size_t count,
                           double* out) const {
   const std::size_t first = row * columns_ + begin;
-  if (is_double_) {
-    std::memcpy(out, data_->data() + first * sizeof(double), count * sizeof(double));
-    return;
-  }
-  float value;
-  for (std::size_t k = 0; k < count; ++k) {
-    std::memcpy(&value, data_->data() + (first + k) * sizeof(float), sizeof value);
-    out[k] = value;
+  if (item_size_ == 8) {
+    std::memcpy(out, As<double>(*data_).data() + first, count * sizeof(double));
+  } else if (item_size_ == 4) {
+    std::copy_n(As<float>(*data_).data() + first, count, out);
+  } else {
+    std::transform(As<std::uint16_t>(*data_).data() + first,
+                   As<std::uint16_t>(*data_).data() + first + count, out, HalfToFloat);
   }
 }
 

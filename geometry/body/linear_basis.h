@@ -17,7 +17,7 @@ class LinearBasis {
  public:
   LinearBasis() = default;
   /// Throws Error unless `member` is (vertices, 3, columns) of finite numbers; -1 columns matches
-  /// any. Takes the bytes over where they are stored in C order as float or double.
+  /// any. Takes the bytes over where they are stored in C order as half, float or double.
   LinearBasis(NpyMember member, std::ptrdiff_t vertices, std::ptrdiff_t columns);
 
   std::size_t Columns() const { return columns_; }
@@ -25,7 +25,7 @@ class LinearBasis {
   void CopyRow(std::size_t row, std::size_t begin, std::size_t count, double* out) const;
 
  private:
-  bool is_double_ = false;
+  std::size_t item_size_ = 4;  // 2, 4 or 8 bytes: half, float or double
   std::size_t columns_ = 0;
   std::shared_ptr<const std::vector<std::byte>> data_;
 };

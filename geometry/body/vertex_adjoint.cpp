@@ -2,22 +2,12 @@
 #include "geometry/body/vertex_adjoint.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 
 #include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
-
-using JointMatrices = std::array<Eigen::Matrix3d, kNumJoints>;
-
-// What skinning and the pose blend shapes pass on: to the rest surface, to G_j (without the part
-// that comes through A_j^t), to the skin offsets A_j^t and to R_j.
-struct SkinGradient {
-  JointMatrices world, local;
-  Eigen::Matrix<double, 3, kNumJoints> offset;
-};
 
 void AddSkin(const BodySurface& surface, const BodyState& state,
              const Eigen::Ref<const Eigen::Matrix3Xd>& d_vertices, Eigen::Matrix3Xd& d_posed_rest,
@@ -62,11 +52,16 @@ void VertexAdjoint(const BodySurface& surface, const BodyState& state,
   skin.local.fill(Eigen::Matrix3d::Zero());
   skin.offset.setZero();
   gradient.rest_vertices.setZero(3, surface.NumVertices());
-  gradient.rest_joints.setZero();
   if (d_vertices.cols() > 0) {
     AddSkin(surface, state, d_vertices, gradient.rest_vertices, skin);
   }
+  JointAdjoint(surface, state, skin, d_joints, gradient);
+}
 
+void JointAdjoint(const BodySurface& surface, const BodyState& state, SkinGradient& skin,
+                  const Eigen::Ref<const Eigen::Matrix<double, 3, kNumJoints>>& d_joints,
+                  BodyGradient& gradient) {
+  gradient.rest_joints.setZero();
   // A_j^t = G_j^t - G_j^R J_j; then, from the leaves to the root, G_j^R = G_parent^R R_j and
   // G_j^t = G_parent^R (J_j - J_parent) + G_parent^t.
   const Eigen::Matrix3Xd& J = surface.RestJoints();

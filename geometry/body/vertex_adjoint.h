@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
+
 #include <Eigen/Core>
 
 #include "geometry/body/body_model.h"
@@ -23,6 +25,18 @@ void VertexAdjoint(const BodySurface& surface, const BodyState& state,
                    const Eigen::Ref<const Eigen::Matrix3Xd>& d_vertices,
                    const Eigen::Ref<const Eigen::Matrix<double, 3, kNumJoints>>& d_joints,
                    BodyGradient& gradient);
+
+/// What skinning and the pose blend shapes pass on to the joints: derivatives by G_j^R without the
+/// part that comes through A_j^t, by R_j, and by A_j^t.
+struct SkinGradient {
+  std::array<Eigen::Matrix3d, kNumJoints> world, local;
+  Eigen::Matrix<double, 3, kNumJoints> offset;
+};
+
+/// The second half of VertexAdjoint, from `skin` down the tree: everything but rest_vertices.
+void JointAdjoint(const BodySurface& surface, const BodyState& state, SkinGradient& skin,
+                  const Eigen::Ref<const Eigen::Matrix<double, 3, kNumJoints>>& d_joints,
+                  BodyGradient& gradient);
 
 /// Derivatives by the first `count` betas, of rest_vertices and rest_joints (sums over frames do as
 /// well: they are linear). Zero for a subject's own surface and beyond the model's shape.

@@ -16,14 +16,14 @@ const Eigen::Vector3d kSmplxPelvis(0.0031, -0.3514, 0.0120);
 const Eigen::Vector3d kSmplhPelvis(-0.0018, -0.2233, 0.0282);
 
 Family FamilyOf(const Clip& clip) {
-  if (clip.body_model == BodyModel::Default()->Name()) return Family::kEmbedded;
+  if (clip.body_model == BodyModel::kDefaultName) return Family::kEmbedded;
   if (clip.surface_model_type.starts_with("smplx")) return Family::kSmplx;
   const bool smpl = clip.surface_model_type == "smplh" || clip.surface_model_type == "smpl";
   return smpl ? Family::kSmplh : Family::kOther;
 }
 
 Family FamilyOf(const BodyModel& model) {
-  if (model.Name() == BodyModel::Default()->Name()) return Family::kEmbedded;
+  if (model.Name() == BodyModel::kDefaultName) return Family::kEmbedded;
   if (model.LoneHand()) return Family::kOther;
   return model.Kind() == ModelKind::kSmplh ? Family::kSmplh : Family::kSmplx;
 }

@@ -15,6 +15,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -31,6 +32,7 @@ inline constexpr std::uint8_t kHoldsRight = 1;  ///< bits of `holding_hand`
 inline constexpr std::uint8_t kHoldsLeft = 2;
 
 class NpzReader;
+struct TriangleMesh;
 
 /// The object's way through a clip: x_world = R x_object + T, column vectors.
 struct ObjectTrack {
@@ -38,6 +40,8 @@ struct ObjectTrack {
   Eigen::Matrix3Xd orient;  ///< (3 x T) axis-angle, radians
   std::string name;
   std::string mesh;  ///< file name of the mesh, relative to the clip
+  /// The mesh itself, metres, where whoever made the track keeps it; no file of a clip has it.
+  std::shared_ptr<const TriangleMesh> surface = nullptr;
 
   /// world_from_object in a frame.
   Eigen::Isometry3d Pose(Eigen::Index frame) const;

@@ -155,7 +155,8 @@ ImportedClip ImportAmass(const Fields& fields, const ParameterOptions& options) 
     if (name.starts_with("markers") || name.starts_with("labels")) markers.push_back(name);
   }
   if (!markers.empty()) {
-    imported.dropped.push_back(fmt::format("{}: markers are no motion", fmt::join(markers, ", ")));
+    imported.dropped.push_back(
+        fmt::format("{}: markers are not a motion", fmt::join(markers, ", ")));
   }
   SettleWorld(imported, options, WorldUp::kPlusZ, false);
   return imported;

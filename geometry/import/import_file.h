@@ -28,9 +28,9 @@ struct ImportedFile : ImportedClip {
   std::optional<ImportReport> motion;  ///< of a motion that was brought onto the body
 };
 
-/// Reads any file of human motion that is known, told by its content, not by its name. Throws Error
-/// for one that is malformed, and for one that is something else, naming what it is where that can
-/// be told.
+/// Reads any file of human motion that is known, format detected from the content, not from the
+/// name. Throws Error for one that is malformed, and for one that is something else, naming what it
+/// is where that can be told.
 ImportedFile ImportFile(const std::filesystem::path& path, const ImportFileOptions& options);
 
 /// The mesh that a clip's track names, relative to the clip; empty when there is none.

@@ -10,6 +10,7 @@
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/io/container/npz.h"
+#include "geometry/io/mesh/load_object.h"
 #include "geometry/suggestion.h"
 
 namespace holdfast {
@@ -92,6 +93,49 @@ LoadedClip LoadClip(const std::string& path_or_name, ImportFileOptions options) 
         fmt::format("{}: {}", path_or_name, Describe(*loaded.change, *loaded.body.model)));
   }
   return loaded;
+}
+
+ClipObject FindClipObject(const LoadedClip& loaded, double scale) {
+  ClipObject found;
+  found.scale = scale;
+  if (!loaded.clip.object) return found;
+  const ObjectTrack& track = *loaded.clip.object;
+  const TriangleMesh* const own = track.surface           ? track.surface.get()
+                                  : loaded.object_surface ? &*loaded.object_surface
+                                                          : nullptr;
+  if (own != nullptr) {
+    found.mesh = *own;
+    found.mesh->vertices *= scale;
+    found.in_clip = true;
+    return found;
+  }
+  struct Candidate {
+    std::string source;
+    double scale = 1.0;
+    bool by_name = false;
+  };
+  std::vector<Candidate> candidates;
+  if (!loaded.object_mesh.empty()) {
+    candidates.push_back({loaded.object_mesh.string(), loaded.object_mesh_scale});
+  } else if (!track.mesh.empty()) {
+    candidates.push_back({(loaded.file.parent_path() / track.mesh).string()});
+    candidates.push_back({track.mesh});  // an embedded object's name
+  }
+  if (!track.name.empty()) candidates.push_back({track.name, 1.0, true});
+  for (const Candidate& candidate : candidates) {
+    try {
+      found.scale = scale * candidate.scale;
+      found.mesh = LoadObject(candidate.source, found.scale).mesh;
+      found.source = candidate.source;
+      found.by_name = candidate.by_name;
+      found.missing.clear();
+      return found;
+    } catch (const Error& error) {
+      if (found.missing.empty()) found.missing = error.what();
+    }
+  }
+  if (found.missing.empty()) found.missing = "the clip names no mesh of its object";
+  return found;
 }
 
 }  // namespace holdfast

@@ -28,4 +28,19 @@ struct LoadedClip : ImportedFile {
 /// these.
 LoadedClip LoadClip(const std::string& path_or_name, ImportFileOptions options = {});
 
+/// The mesh of a clip's object: the one that the clip carries or its file holds, else the one that
+/// it names (beside the file, or embedded), else the embedded object of the object's name.
+struct ClipObject {
+  std::optional<TriangleMesh> mesh;  ///< full resolution, metres, times `scale`
+  std::string source;                ///< where it is from, for LoadObject with `scale`
+  double scale = 1.0;                ///< the caller's, and of a file that is not in metres
+  bool in_clip = false;              ///< the clip's own, at no other place
+  bool by_name = false;              ///< known by the object's name alone
+  std::string missing;               ///< why there is none
+};
+
+/// A mesh that is not found is no fault (`missing`). Of `loaded` it looks at the object's track,
+/// the file, and what an importer found.
+ClipObject FindClipObject(const LoadedClip& loaded, double scale = 1.0);
+
 }  // namespace holdfast

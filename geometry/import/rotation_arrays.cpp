@@ -156,7 +156,7 @@ Eigen::MatrixXd ReadRotations(const DataValue& value, int joints, RotationDefect
 std::string Describe(const RotationDefects& defects) {
   if (defects.bad == 0) return {};
   std::string text = fmt::format(
-      "{} of {} matrices are no rotations (from frame {} on, the worst in frame {}): singular "
+      "{} of {} matrices are not rotations (from frame {} on, the worst in frame {}): singular "
       "values {:.3g} to {:.3g}, determinants {:.3g} to {:.3g}",
       defects.bad, defects.matrices, defects.first_frame, defects.worst_frame, defects.min_singular,
       defects.max_singular, defects.min_determinant, defects.max_determinant);

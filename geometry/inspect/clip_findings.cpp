@@ -212,10 +212,11 @@ void DescribeMotion(const LooseMotion& motion, double metres_per_unit, Inspectio
   if (!bends.empty()) {
     const Overbend& worst = bends.front();
     inspection.Warn(
-        fmt::format("{} joint{} bent beyond what bodies do: {} in {} frames, from frame {}, up to "
-                    "{:.0f} degrees",
-                    bends.size(), bends.size() == 1 ? "" : "s", kJointNames[worst.joint],
-                    worst.frames, worst.first_frame, kDegrees * worst.worst_rad),
+        fmt::format(
+            "{} joint{} bent beyond anatomical limits: {} in {} frames, from frame {}, up to "
+            "{:.0f} degrees",
+            bends.size(), bends.size() == 1 ? "" : "s", kJointNames[worst.joint], worst.frames,
+            worst.first_frame, kDegrees * worst.worst_rad),
         "check the order of the joints and the units of the angles");
   }
   const double hinges = HingeAgreement(motion);

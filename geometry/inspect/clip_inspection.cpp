@@ -38,7 +38,7 @@ void DescribeArrays(const LooseMotion& motion, Inspection& inspection) {
           "cut these frames out or fill them in");
     }
     if (array.form == RotationForm::kMatrix && array.orthonormality_off > 1e-3) {
-      inspection.Warn(fmt::format("{} holds matrices that are no rotations (R'R is off by {:.2g})",
+      inspection.Warn(fmt::format("{} holds matrices that are not rotations (R'R is off by {:.2g})",
                                   array.key, array.orthonormality_off),
                       "take the nearest rotations (singular value decomposition)");
     }

@@ -97,17 +97,17 @@ void InspectMesh(Inspection& inspection) {
     inspection.Warn(
         fmt::format("not watertight{}: {}", actions.empty() ? "" : ", also after repairs",
                     fmt::join(faults, " ")),
-        "it is usable: inside and outside are judged by winding numbers; close the holes "
+        "it is usable: inside is decided by winding number; close the holes "
         "in a mesh editor for exact depths");
   }
   if (report.implausible_size) {
     const bool known = report.suggested_scale != 1.0;
     inspection.AddFact("suggested_scale", report.suggested_scale, "");
-    inspection.Warn(
-        fmt::format("{:.3g} m at its longest is no size for a hand{}{}", report.extent_m.maxCoeff(),
-                    known ? ": the file is likely in " : "", UnitOfScale(report.suggested_scale)),
-        known ? fmt::format("--object-scale {:g}", report.suggested_scale)
-              : "give its unit with --object-scale");
+    inspection.Warn(fmt::format("{:.3g} m at its longest is not a size for a hand{}{}",
+                                report.extent_m.maxCoeff(), known ? ": the file is likely in " : "",
+                                UnitOfScale(report.suggested_scale)),
+                    known ? fmt::format("--object-scale {:g}", report.suggested_scale)
+                          : "give its unit with --object-scale");
   } else {
     inspection.Ok("a size for a hand, in metres");
   }

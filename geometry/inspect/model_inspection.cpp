@@ -81,7 +81,7 @@ void InspectModel(Inspection& inspection) {
     inspection.AddFact("length_m", size.maxCoeff(),
                        fmt::format("{:.0f} mm long", 1e3 * size.maxCoeff()));
     if (size.maxCoeff() < 0.1 || size.maxCoeff() > 0.3) {
-      inspection.Warn(fmt::format("{:.3g} is no length of a hand in metres", size.maxCoeff()),
+      inspection.Warn(fmt::format("{:.3g} is not the length of a hand in metres", size.maxCoeff()),
                       "check the model's unit");
     }
     DescribeHands(*model, has_ids, inspection);
@@ -93,8 +93,9 @@ void InspectModel(Inspection& inspection) {
       "height_m", size.y(),
       fmt::format("rests {:.3f} m tall (y), arms {:.3f} m across (x)", size.y(), size.x()));
   if (size.y() < 1.2 || size.y() > 2.3) {
-    inspection.Warn(fmt::format("{:.3g} is no height of a person in metres with y up", size.y()),
-                    "check the model's unit and axes");
+    inspection.Warn(
+        fmt::format("{:.3g} is not the height of a person in metres with y up", size.y()),
+        "check the model's unit and axes");
   }
   DescribeHands(*model, has_ids, inspection);
   inspection.next.push_back(fmt::format("holdfast body info {}", word));

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "geometry/isa.h"
 #include "geometry/mesh/signed_distance.h"
 
 namespace holdfast {
@@ -14,11 +15,12 @@ struct DistanceGridOptions {
   double cell_m = 0.002;  ///< edge of a cell; creases of the distance are rounded over two of them
   double padding_m = 0.02;  ///< how far the grid reaches beyond the bounding box of the surface
   int threads = 1;          ///< for building; the same bytes for any number
+  Isa isa = BestIsa();      ///< of queries; the same bits for any that the machine supports
   std::size_t max_nodes = 20'000'000;  ///< 8 bytes each: cells grow rather than exceed them
 };
 
 /// A signed distance sampled on a regular grid, for use inside solvers: tricubic (Catmull-Rom)
-/// interpolation, value and gradient continuous inside the box, about 100 ns per query, no
+/// interpolation, value and gradient continuous inside the box, about 30 ns per query, no
 /// allocation. The gradient is the exact derivative of the value returned (not of the true
 /// distance, and not quite unit).
 ///
@@ -47,6 +49,7 @@ class DistanceGrid {
   double inverse_cell_ = 0.0;
   Eigen::Vector3d min_, max_;
   Eigen::Vector3i cells_;  // per axis
+  bool avx_ = false;       // whether queries use it
   // Nodes at min_ + cell_ * (i - 1), x fastest: one ring more than the cells have corners.
   std::vector<double> values_;
   std::ptrdiff_t stride_y_ = 0, stride_z_ = 0;

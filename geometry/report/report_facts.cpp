@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include "geometry/error.h"
+#include "geometry/io/container/read_json.h"
+
 namespace holdfast {
 namespace {
 
@@ -12,6 +15,19 @@ std::string ShapeText(const ReportInput& input) {
 }
 
 }  // namespace
+
+nlohmann::json MetricsBeside(const std::filesystem::path& clip) {
+  const std::filesystem::path path = clip.parent_path() / "metrics.json";
+  std::error_code ignored;
+  if (clip.filename() != "clip.npz" || !std::filesystem::is_regular_file(path, ignored)) {
+    return nullptr;
+  }
+  nlohmann::json metrics = ReadJson(path);
+  if (!metrics.is_object()) {
+    throw Error(path.string(), "is not the JSON of a result", "Remove it, or make it anew");
+  }
+  return metrics;
+}
 
 nlohmann::json FactsOf(const ReportInput& input, const BodySurface& surface,
                        const CorrectiveBasis& basis) {

@@ -24,6 +24,10 @@ struct ReportInput : ClipScene {
   nlohmann::json metrics;  ///< of the metrics.json beside the clip; null without one
 };
 
+/// The metrics.json that a command wrote beside a clip ("clip.npz"); null where there is none.
+/// Throws Error for a file that is something else.
+nlohmann::json MetricsBeside(const std::filesystem::path& clip);
+
 /// Curves by name (units in the names), one value per frame: all of metrics.json, and, where that
 /// has none, contact (closer than `contact_threshold_mm`) and penetration from `distance` (per
 /// frame, metres: the vertices of the right hand, then of the left; empty without an object).

@@ -197,7 +197,8 @@ SkeletonMap ReadSkeletonMap(const std::filesystem::path& path, const SourceMotio
     }
     const auto target = FindJoint(target_name.get_ref<const std::string&>());
     if (!target) {
-      throw Error(where, fmt::format("'{}' is no joint of SMPL-X", target_name.get<std::string>()),
+      throw Error(where,
+                  fmt::format("'{}' is not a joint of SMPL-X", target_name.get<std::string>()),
                   fmt::format("Use one of {}", fmt::join(kJointNames, ", ")));
     }
     const auto found = std::find(motion.joint_names.begin(), motion.joint_names.end(), source_name);

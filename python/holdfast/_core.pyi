@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # What _core binds, for editors and type checkers; the docstrings are in the module.
 from os import PathLike
-from typing import Any, Callable, Literal, Optional, Union
+from typing import Any, Callable, Literal, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,10 @@ _Path = Union[str, PathLike[str]]
 _Mesh = tuple[_Floats, _Integers]
 _Object = Union[_Path, tuple[ArrayLike, ArrayLike]]
 _Clip = Union["Clip", _Path]
+_Shown = Union[
+    _Clip, "FitResult", "RefineResult", "GraspResult", "SynthesisResult", "ReachResult", "TakeResult"
+]
+_Hand = Literal["right", "left"]
 _Progress = Optional[Callable[[str, int, int], Any]]
 
 class Error(ValueError): ...
@@ -25,8 +29,15 @@ class ObjectTrack:
     name: str
     mesh: str
     def __init__(
-        self, trans: ArrayLike, orient: ArrayLike, name: str = "", mesh: str = ""
+        self,
+        trans: ArrayLike,
+        orient: ArrayLike,
+        name: str = "",
+        mesh: str = "",
+        surface: Optional[_Object] = None,
     ) -> None: ...
+    @property
+    def surface(self) -> Optional[_Mesh]: ...
     @property
     def trans(self) -> _Floats: ...
     @property
@@ -206,7 +217,7 @@ class FitResult:
 
 def fit(
     clip: _Clip,
-    object: _Object,
+    object: Optional[_Object] = None,
     *,
     hand: str = "auto",
     style: str = "auto",
@@ -234,7 +245,7 @@ def fit(
     threads: int = 0,
     progress: _Progress = None,
 ) -> FitResult: ...
-def offhand(clip: _Clip, object: _Object, **options: Any) -> FitResult: ...
+def offhand(clip: _Clip, object: Optional[_Object] = None, **options: Any) -> FitResult: ...
 
 class RefineResult:
     @property
@@ -300,7 +311,7 @@ class FrameFitter:
     def __init__(
         self,
         object: _Object,
-        hand: Literal["right", "left"] = "right",
+        hand: Union[_Hand, Literal["both"], Sequence[_Hand]] = "right",
         *,
         weights: Optional[dict[str, float]] = None,
         contact_threshold_mm: float = 10.0,
@@ -347,13 +358,35 @@ class ReachResult:
     @property
     def seconds(self) -> float: ...
 
+class TakeResult:
+    @property
+    def clip(self) -> Clip: ...
+    @property
+    def hand(self) -> str: ...
+    @property
+    def object(self) -> _Mesh: ...
+    @property
+    def table(self) -> _Mesh: ...
+    @property
+    def take(self) -> dict[str, Any]: ...
+    @property
+    def quality(self) -> dict[str, Any]: ...
+    @property
+    def per_frame(self) -> dict[str, list[float]]: ...
+    @property
+    def warnings(self) -> list[str]: ...
+
 def reach(
     goals: ArrayLike,
     *,
     clip: Optional[_Clip] = None,
     frame: Optional[int] = None,
+    object: Optional[_Object] = None,
+    grasp: Literal["auto", "power", "precision", "handle"] = "auto",
+    object_yaw_deg: Optional[float] = None,
+    object_scale: float = 1.0,
     wrist: Literal["right", "left"] = "right",
-    method: Literal["intention", "latent-opt", "vae-opt"] = "intention",
+    method: Optional[Literal["intention", "latent-opt", "vae-opt"]] = None,
     samples: Optional[int] = None,
     time_s: Optional[float] = None,
     sigma: float = 1.0,
@@ -367,7 +400,7 @@ def reach(
     seed: int = 1,
     threads: int = 0,
     progress: _Progress = None,
-) -> ReachResult: ...
+) -> Union[ReachResult, TakeResult]: ...
 
 class SynthesisResult:
     @property
@@ -413,9 +446,9 @@ def synthesize(
     progress: _Progress = None,
 ) -> SynthesisResult: ...
 def score(
-    clip: _Clip,
+    clip: _Shown,
     object: Optional[_Object] = None,
-    reference: Optional[_Clip] = None,
+    reference: Optional[_Shown] = None,
     *,
     exact: Literal["off", "auto", "on"] = "auto",
     deep_mm: float = 2.0,
@@ -431,7 +464,7 @@ def score(
     progress: _Progress = None,
 ) -> dict[str, Any]: ...
 def render(
-    clip: _Clip,
+    clip: _Shown,
     path: _Path,
     *,
     object: Optional[_Object] = None,
@@ -445,3 +478,45 @@ def render(
     threads: int = 0,
     progress: _Progress = None,
 ) -> None: ...
+def report(
+    clips: Union[_Shown, Sequence[_Shown], dict[str, _Shown]],
+    path: _Path,
+    *,
+    object: Optional[_Object] = None,
+    object_scale: float = 1.0,
+    body: Optional[BodyModel] = None,
+    contact_threshold_mm: float = 5.0,
+    title: str = "",
+    overwrite: bool = False,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> None: ...
+
+class ConvertResult:
+    @property
+    def clip(self) -> Clip: ...
+    @property
+    def body(self) -> BodyModel: ...
+    @property
+    def residual(self) -> dict[str, Any]: ...
+    @property
+    def arm(self) -> Optional[dict[str, Any]]: ...
+    @property
+    def not_carried_over(self) -> list[str]: ...
+    def save(
+        self,
+        path: _Path,
+        *,
+        layout: Literal["auto", "amass", "smplx", "smplh", "mano"] = "auto",
+        hands: Literal["complete", "relative"] = "complete",
+    ) -> None: ...
+
+def convert(
+    clip: _Clip,
+    *,
+    to_body: Optional[BodyModel],
+    from_body: Optional[BodyModel] = None,
+    from_hands: Literal["auto", "complete", "relative"] = "auto",
+    betas: int = 10,
+    onto: Optional[_Clip] = None,
+) -> ConvertResult: ...

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -11,7 +13,10 @@
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_body.h"
+#include "geometry/import/import_file.h"
+#include "geometry/import/load_clip.h"
 #include "geometry/io/mesh/load_object.h"
+#include "geometry/report/report_facts.h"
 
 namespace holdfast::python {
 
@@ -29,6 +34,8 @@ void BindTerms(py::module_& module);
 void BindFit(py::module_& module);
 void BindMotion(py::module_& module);
 void BindScore(py::module_& module);
+void BindReport(py::module_& module);
+void BindConvert(py::module_& module);
 
 /// Thrown for work that the caller's progress stopped: holdfast.Stopped, a RuntimeError.
 struct Stopped : std::runtime_error {
@@ -48,14 +55,33 @@ void LogNotes(const std::vector<std::string>& notes);
 struct ClipArgument {
   ClipPtr clip;
   ClipBody body;
-  std::string name;  ///< for messages
+  std::string name;            ///< for messages
+  std::filesystem::path file;  ///< the clip's own, as of LoadedClip
+  bool imported = false;       ///< of another program's file
 };
 /// Throws TypeError for neither, and Error for a Clip whose numbers are out of range or whose
-/// arrays differ in length. `model` is None for the embedded body.
-ClipArgument ClipOf(const py::handle& value, const py::object& model, const char* name = "clip");
+/// arrays differ in length. `model` is None for the embedded body. `options` are of files.
+ClipArgument ClipOf(const py::handle& value, const py::object& model, const char* name = "clip",
+                    ImportFileOptions options = {});
+
+/// `clip` (ClipOf, or a result that has one) with its body, and the mesh of its object where that
+/// is given, the result's or found.
+ReportInput SceneOf(const py::object& clip, const py::object& object, double object_scale,
+                    const py::object& body, const char* name = "clip");
+
+/// The mesh of the clip's object, from its track, its file or by its name.
+ClipObject OwnObject(const ClipArgument& clip, double scale = 1.0);
+/// The clip, with this mesh as its object's: what a result is of.
+ClipPtr WithSurface(Clip clip, const TriangleMesh& mesh);
 
 /// An object argument: a path or embedded name, or (vertices (V, 3), faces (F, 3)).
 LoadedObject ObjectOf(const py::handle& value, double scale = 1.0, const char* name = "object");
+/// The same, or where it is None the clip's own. Throws Error where there is none.
+LoadedObject ObjectOf(const py::handle& value, const ClipArgument& clip, double scale);
+/// The same as a surface, a file's or arrays' as they are, nothing repaired.
+TriangleMesh MeshArgument(const py::handle& value, const char* name, double scale = 1.0);
+/// (vertices (V, 3), faces (F, 3)), copied.
+py::tuple MeshTuple(const TriangleMesh& mesh);
 
 /// "right" and the like as an enum; ValueError lists what is known.
 template <typename Enum>

@@ -2,12 +2,13 @@
 #include <algorithm>
 #include <functional>
 #include <optional>
+#include <span>
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include "geometry/body/vertex_adjoint.h"
+#include "geometry/body/body_frames.h"
 #include "geometry/parallel.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
@@ -70,17 +71,30 @@ struct Motion {
 // in their order, are then the same for any number of threads.
 constexpr py::ssize_t kBlocks = 64;
 
-// frame(t, block, state) for all frames, posed.
+py::ssize_t BlockBegin(py::ssize_t block, py::ssize_t frames) {
+  return block * frames / std::min(frames, kBlocks);
+}
+
+// run(begin, states) for all frames, posed: runs of up to kFramesTogether frames from `begin` on,
+// those of a block in their order and by one thread.
 void ForFrames(const Motion& motion, const BodySurface& surface, int threads,
-               const std::function<void(py::ssize_t, py::ssize_t, BodyState&)>& frame) {
+               const std::function<void(py::ssize_t, std::span<const BodyState>)>& run) {
   const py::ssize_t frames = motion.Frames(), blocks = std::min(frames, kBlocks);
+  const py::ssize_t together =
+      std::max<py::ssize_t>(1, kFramesTogether * blocks / std::max<py::ssize_t>(1, frames));
   RunWithProgress(py::none(), [&](const StagedProgress& progress) {
-    ParallelFor(static_cast<int>(blocks), threads, [&](int block) {
-      thread_local BodyState state;  // of a thread that ends with this call
-      for (py::ssize_t t = block * frames / blocks; t < (block + 1) * frames / blocks; ++t) {
+    const auto groups = static_cast<int>((blocks + together - 1) / together);
+    ParallelFor(groups, threads, [&](int group) {
+      thread_local std::vector<BodyState> states(kFramesTogether);  // of a thread that ends soon
+      const py::ssize_t last = std::min(blocks, (group + 1) * together);
+      const py::ssize_t end = BlockBegin(last, frames);
+      for (py::ssize_t t = BlockBegin(group * together, frames); t < end; t += kFramesTogether) {
         if (!progress("frames", 0, 0)) return;
-        Forward(surface, motion.pose[static_cast<std::size_t>(t)], motion.trans.col(t), state);
-        frame(t, block, state);
+        const py::ssize_t count = std::min<py::ssize_t>(kFramesTogether, end - t);
+        const std::span<BodyState> posed(states.data(), static_cast<std::size_t>(count));
+        ForwardFrames(surface, std::span(motion.pose).subspan(t, count),
+                      motion.trans.middleCols(t, count), posed);
+        run(t, posed);
       }
     });
   });
@@ -102,9 +116,11 @@ py::tuple PoseBody(const py::object& self, const py::object& poses, const py::ob
   py::array_t<double> joints({motion.Frames(), py::ssize_t{kNumJoints}, py::ssize_t{3}});
   double* const vertex_rows = vertices.mutable_data();
   double* const joint_rows = joints.mutable_data();
-  ForFrames(motion, *person.surface, used, [&](py::ssize_t t, py::ssize_t, BodyState& state) {
-    Eigen::Map<Eigen::Matrix3Xd>(vertex_rows + 3 * n * t, 3, n) = state.vertices;
-    Eigen::Map<JointColumns>(joint_rows + state.joints.size() * t) = state.joints;
+  ForFrames(motion, *person.surface, used, [&](py::ssize_t t, std::span<const BodyState> states) {
+    for (const BodyState& state : states) {
+      Eigen::Map<Eigen::Matrix3Xd>(vertex_rows + 3 * n * t, 3, n) = state.vertices;
+      Eigen::Map<JointColumns>(joint_rows + state.joints.size() * t++) = state.joints;
+    }
   });
   return py::make_tuple(vertices, joints);
 }
@@ -139,17 +155,27 @@ py::tuple PullBack(const py::object& self, const py::object& poses, const py::ob
     JointColumns joints = JointColumns::Zero();
   };
   std::vector<RestSum> sums(static_cast<std::size_t>(with_betas ? kBlocks : 0));
-  ForFrames(motion, surface, used, [&](py::ssize_t t, py::ssize_t block, BodyState& state) {
-    thread_local BodyGradient gradient;
-    VertexAdjoint(surface, state, Eigen::Map<const Eigen::Matrix3Xd>(vertex_rows + 3 * n * t, 3, n),
-                  Eigen::Map<const JointColumns>(joint_rows + 3 * kNumJoints * t), gradient);
-    Eigen::Map<JointPose>(pose_rows + gradient.pose.size() * t) = gradient.pose;
-    Eigen::Map<Eigen::Vector3d>(trans_rows + 3 * t) = gradient.trans;
-    if (!with_betas) return;
-    RestSum& sum = sums[static_cast<std::size_t>(block)];
-    if (sum.vertices.cols() == 0) sum.vertices.setZero(3, surface.NumVertices());
-    sum.vertices += gradient.rest_vertices;
-    sum.joints += gradient.rest_joints;
+  ForFrames(motion, surface, used, [&](py::ssize_t t, std::span<const BodyState> states) {
+    thread_local std::vector<BodyGradient> of_run(kFramesTogether);
+    const std::span<BodyGradient> gradients(of_run.data(), states.size());
+    const auto count = static_cast<py::ssize_t>(states.size());
+    VertexAdjointFrames(
+        surface, states, Eigen::Map<const Eigen::Matrix3Xd>(vertex_rows + 3 * n * t, 3, n * count),
+        Eigen::Map<const Eigen::Matrix3Xd>(joint_rows + 3 * kNumJoints * t, 3, kNumJoints * count),
+        gradients);
+    py::ssize_t block = 0;
+    for (const BodyGradient& gradient : gradients) {
+      Eigen::Map<JointPose>(pose_rows + gradient.pose.size() * t) = gradient.pose;
+      Eigen::Map<Eigen::Vector3d>(trans_rows + 3 * t) = gradient.trans;
+      if (with_betas) {
+        while (BlockBegin(block + 1, frames) <= t) ++block;
+        RestSum& sum = sums[static_cast<std::size_t>(block)];
+        if (sum.vertices.cols() == 0) sum.vertices.setZero(3, surface.NumVertices());
+        sum.vertices += gradient.rest_vertices;
+        sum.joints += gradient.rest_joints;
+      }
+      ++t;
+    }
   });
   if (!with_betas) return py::make_tuple(by_poses, by_trans);
   RestSum all{Eigen::Matrix3Xd::Zero(3, surface.NumVertices())};
@@ -220,7 +246,7 @@ void BindBody(py::module_& module) {
           "path"_a = py::none(),
           "Reads SMPL-X (v1.0, v1.1), SMPL-H or MANO as downloaded, .npz or .pkl (nothing in it is "
           "executed). None: the model that comes with Holdfast. Raises Error naming the field for "
-          "files that are no body model.")
+          "files that are not body models.")
       .def("__call__", &PoseBody, "poses"_a, "trans"_a = py::none(), "betas"_a = py::none(),
            "vertex_ids"_a = py::none(), "threads"_a = 0,
            "Poses the body: (vertices (T, V, 3), joints (T, 55, 3)), metres, in the frame of trans."

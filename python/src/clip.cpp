@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
+#include <filesystem>
+#include <optional>
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
@@ -9,6 +11,7 @@
 #include "geometry/import/load_clip.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
+#include "python/src/run.h"
 
 namespace holdfast::python {
 namespace {
@@ -31,7 +34,7 @@ std::vector<std::uint8_t> HoldingBits(const py::handle& value, int frames) {
     const int bit = bits.data()[t];
     if (bit < 0 || bit > 3) {
       throw py::value_error(fmt::format(
-          "holding_hand[{}] is {}: 0 nobody, 1 right hand, 2 left hand, 3 both", t, bit));
+          "holding_hand[{}] is {}: expected 0 nobody, 1 right hand, 2 left hand, 3 both", t, bit));
     }
     result.push_back(static_cast<std::uint8_t>(bit));
   }
@@ -90,18 +93,25 @@ py::dict ToSmplx(const py::object& self) {
                   "transl"_a = RowsOf(clip.trans, self), "betas"_a = betas);
 }
 
-ClipPtr LoadAny(const std::string& path, const py::object& body, double frame_rate) {
-  ImportFileOptions options;
+// A clip of any kind, with the mesh of its object where the file holds or names one.
+LoadedClip Load(const std::string& path, const py::object& body, ImportFileOptions options = {}) {
   if (!body.is_none()) options.parameters.body = body.cast<ModelPtr>();
-  if (frame_rate < 0.0) throw py::value_error("frame_rate: expected 0 (the file's) or more");
-  if (frame_rate > 0.0) options.frame_rate = frame_rate;
-  LoadedClip loaded;
-  {
-    const py::gil_scoped_release unlocked;
-    loaded = LoadClip(path, std::move(options));
-  }
+  LoadedClip loaded = RunAside([path, options] {
+    LoadedClip clip = LoadClip(path, options);
+    if (ClipObject own = FindClipObject(clip); own.mesh && !own.by_name) {
+      clip.clip.object->surface = std::make_shared<const TriangleMesh>(std::move(*own.mesh));
+    }
+    return clip;
+  });
   LogNotes(loaded.notes);
-  return std::make_shared<Clip>(std::move(loaded.clip));
+  return loaded;
+}
+
+ClipPtr LoadAny(const std::filesystem::path& path, const py::object& body, double frame_rate) {
+  if (!(frame_rate >= 0.0)) throw py::value_error("frame_rate: expected 0 (the file's) or more");
+  ImportFileOptions options;
+  if (frame_rate > 0.0) options.frame_rate = frame_rate;
+  return std::make_shared<Clip>(Load(path.string(), body, std::move(options)).clip);
 }
 
 ClipPtr SliceOf(const Clip& clip, const py::slice& slice) {
@@ -117,15 +127,22 @@ void BindTrack(py::module_& module) {
   py::class_<ObjectTrack>(module, "ObjectTrack",
                           "An object's way through a clip: x_world = R x_object + T.")
       .def(py::init([](const py::object& trans, const py::object& orient, std::string name,
-                       std::string mesh) {
+                       std::string mesh, const py::object& surface) {
              ObjectTrack track;
              track.trans = Columns(trans, "trans");
              track.orient = Columns(orient, "orient", track.trans.cols());
              track.name = std::move(name);
              track.mesh = std::move(mesh);
+             if (!surface.is_none()) {
+               track.surface =
+                   std::make_shared<const TriangleMesh>(MeshArgument(surface, "surface"));
+             }
              return track;
            }),
-           "trans"_a, "orient"_a, "name"_a = "", "mesh"_a = "")
+           "trans"_a, "orient"_a, "name"_a = "", "mesh"_a = "", "surface"_a = py::none(),
+           "trans (T, 3) metres, orient (T, 3) axis-angle in radians; mesh: file of the object's "
+           "mesh, relative to the clip's, or an embedded name; surface: the mesh itself, "
+           "(vertices (V, 3) metres, faces (F, 3)) or a mesh file.")
       .def_property_readonly(
           "trans",
           [](const py::object& self) { return RowsOf(self.cast<ObjectTrack&>().trans, self); },
@@ -136,6 +153,14 @@ void BindTrack(py::module_& module) {
           "(T, 3) axis-angle, radians, of column vectors; a view")
       .def_readwrite("name", &ObjectTrack::name)
       .def_readwrite("mesh", &ObjectTrack::mesh, "file of the mesh, relative to the clip")
+      .def_property_readonly(
+          "surface",
+          [](const ObjectTrack& track) -> py::object {
+            if (!track.surface) return py::none();
+            return MeshTuple(*track.surface);
+          },
+          "(vertices (V, 3) metres, faces (F, 3)) of the object, copies: as the file that the clip "
+          "came from holds or names it, or as it was fitted; None where it is not known")
       .def("__len__", [](const ObjectTrack& track) { return track.trans.cols(); });
 }
 
@@ -204,7 +229,8 @@ void BindClip(py::module_& module) {
   clip.def(py::init(&MakeClip), "poses"_a, "trans"_a, py::kw_only(), "betas"_a = py::none(),
            "frame_rate"_a = 30.0, "gender"_a = "neutral", "model_type"_a = "smplx",
            "object"_a = py::none(), "holding_hand"_a = py::none(),
-           "poses (T, 165) or (T, 55, 3) axis-angle in radians, trans (T, 3) in metres.");
+           "poses (T, 165) or (T, 55, 3) axis-angle in radians, trans (T, 3) in metres, betas (B,) "
+           "shape coefficients, holding_hand (T,): 0 nobody, 1 right hand, 2 left, 3 both.");
   BindFields(clip);
   clip.def_readwrite("gender", &Clip::gender)
       .def_readwrite("model_type", &Clip::surface_model_type, "'smplx', 'smplh', ...")
@@ -226,7 +252,8 @@ void BindClip(py::module_& module) {
           "resample",
           [](const Clip& self, double frame_rate) {
             if (!(frame_rate > 0.0)) throw py::value_error("frame_rate: expected more than 0 Hz");
-            return std::make_shared<Clip>(Resample(self, frame_rate));
+            return std::make_shared<Clip>(
+                RunAside([self, frame_rate] { return Resample(self, frame_rate); }));
           },
           "frame_rate"_a, "The clip at another frame rate, Hz.")
       .def("to_smplx", &ToSmplx,
@@ -240,16 +267,16 @@ void BindClip(py::module_& module) {
           "save",
           [](const Clip& self, const std::filesystem::path& path) {
             RequireInRange(self, "Clip");
-            const py::gil_scoped_release unlocked;
-            WriteClip(self, path);
+            RunAside([self, path] { WriteClip(self, path); });
           },
-          "path"_a, "Writes AMASS's SMPL-X .npz, atomically.");
+          "path"_a, "Writes AMASS's SMPL-X .npz, atomically, without the object's mesh.");
   module.def(
       "import_motion", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
       "frame_rate"_a = 0.0,
       "A clip from GRAB, AMASS, ARCTIC, Motion-X, smplx parameters, glTF, BVH, ASF/AMC, ..., "
       "told by the content. frame_rate in Hz; 0: as the file has it, 30 for motion that is "
-      "retargeted. What was decided on the way is logged to 'holdfast' (INFO).");
+      "retargeted. The mesh of its object, which the file holds or names, is clip.object.surface. "
+      "What was decided on the way is logged to 'holdfast' (INFO).");
 }
 
 void LogNotes(const std::vector<std::string>& notes) {
@@ -258,7 +285,8 @@ void LogNotes(const std::vector<std::string>& notes) {
   for (const std::string& note : notes) logger.attr("info")("%s", note);
 }
 
-ClipArgument ClipOf(const py::handle& value, const py::object& model, const char* name) {
+ClipArgument ClipOf(const py::handle& value, const py::object& model, const char* name,
+                    ImportFileOptions options) {
   ClipArgument argument;
   ModelPtr body = model.is_none() ? nullptr : model.cast<ModelPtr>();
   std::vector<std::string> notes;
@@ -268,26 +296,52 @@ ClipArgument ClipOf(const py::handle& value, const py::object& model, const char
     RequireInRange(*argument.clip, name);
     argument.body = BodyOfClip(name, *argument.clip, body ? body : BodyModel::Default(), notes);
   } else {
-    if (!py::isinstance<py::str>(value) && !py::hasattr(value, "__fspath__")) {
+    if (!IsPath(value)) {
       throw py::type_error(
-          fmt::format("{}: expected a Clip, a path or the name of an embedded clip, "
-                      "got {}",
-                      name, std::string(py::str(py::type::of(value)))));
+          fmt::format("{}: expected a Clip, a path or the name of an embedded clip, got {}", name,
+                      TypeText(value)));
     }
     argument.name = py::str(value);
-    ImportFileOptions options;
-    options.parameters.body = body;
-    LoadedClip loaded;
-    {
-      const py::gil_scoped_release unlocked;
-      loaded = LoadClip(argument.name, std::move(options));
-    }
-    notes = loaded.notes;
+    LoadedClip loaded = Load(argument.name, model, std::move(options));
+    argument.file = loaded.file;
+    argument.imported = loaded.imported;
     argument.clip = std::make_shared<Clip>(std::move(loaded.clip));
     argument.body = loaded.body;
   }
   LogNotes(notes);
   return argument;
+}
+
+ClipObject OwnObject(const ClipArgument& clip, double scale) {
+  LoadedClip place;
+  place.file = clip.file;
+  place.clip.object = clip.clip->object;
+  return RunAside([place, scale] { return FindClipObject(place, scale); });
+}
+
+LoadedObject ObjectOf(const py::handle& value, const ClipArgument& clip, double scale) {
+  if (!value.is_none()) return ObjectOf(value, scale);
+  if (!clip.clip->object) {
+    throw Error(clip.name, "has no object, and none is given", "Say which one with object");
+  }
+  const ObjectTrack& track = *clip.clip->object;
+  const ClipObject own = OwnObject(clip, scale);
+  if (!own.mesh) {
+    throw Error(clip.name, "its object's mesh is missing: " + own.missing, "Give it as object");
+  }
+  std::string name =
+      track.name.empty() ? std::filesystem::path(track.mesh).stem().string() : track.name;
+  if (name.empty()) name = "object";
+  const std::string source = track.mesh.empty() ? name : track.mesh;
+  LoadedObject object =
+      RunAside([own, name, source] { return ObjectOfMesh(*own.mesh, name, source); });
+  LogNotes(object.notes);
+  return object;
+}
+
+ClipPtr WithSurface(Clip clip, const TriangleMesh& mesh) {
+  if (clip.object) clip.object->surface = std::make_shared<const TriangleMesh>(mesh);
+  return std::make_shared<Clip>(std::move(clip));
 }
 
 }  // namespace holdfast::python

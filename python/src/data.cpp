@@ -10,6 +10,7 @@
 #include "geometry/io/pickle/data_file.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
+#include "python/src/run.h"
 
 namespace holdfast::python {
 namespace {
@@ -85,7 +86,7 @@ class Converter {
       return made_[value.Index()] = ArrayOf(value.Array());
     }
     if (is_object && value.Names().empty()) {
-      throw Error(value.Where(), fmt::format("is {}, which is no data", value.Describe()),
+      throw Error(value.Where(), fmt::format("is {}, which is not data", value.Describe()),
                   "Save what it holds as arrays");
     }
     py::dict dict;
@@ -101,25 +102,22 @@ class Converter {
 };
 
 py::object LoadSafe(const std::filesystem::path& path) {
-  std::optional<DataValue> root;
-  {
-    const py::gil_scoped_release unlocked;
-    root = DataFile(path).Root();
-  }
-  return Converter()(*root);
+  const DataValue root = RunAside([path] { return DataFile(path).Root(); });
+  return Converter()(root);
 }
 
 }  // namespace
 
 void BindData(py::module_& module) {
-  module.def("load_pickle_safe", &LoadSafe, "path"_a,
-             "Reads a pickle without executing anything in it; also torch files, .npz, .npy, "
-             "safetensors and JSON, told by the content, gzipped or not. A dict of arrays (with "
-             "the type and shape that they have), numbers, texts, None, lists and dicts; what the "
-             "file holds when that is no dict. Tuples and sets are lists, scipy.sparse and chumpy "
-             "arrays numpy's, other plain objects dicts of their fields; keys are texts, those "
-             "that are neither texts nor integers are left out. Raises Error for a file that needs "
-             "any class beyond those of plain data, naming it.");
+  module.def(
+      "load_pickle_safe", &LoadSafe, "path"_a,
+      "Reads a pickle without executing anything in it; also torch files, .npz, .npy, "
+      "safetensors and JSON, told by the content, gzipped or not. A dict of arrays (with "
+      "the type and shape that they have), numbers, texts, None, lists and dicts; what the "
+      "file holds when that is not a dict. Tuples and sets are lists, scipy.sparse and chumpy "
+      "arrays numpy's, other plain objects dicts of their fields; keys are texts, those "
+      "that are neither texts nor integers are left out. Raises Error for a file that needs "
+      "any class beyond those of plain data, naming it.");
 }
 
 }  // namespace holdfast::python

@@ -22,6 +22,8 @@ namespace {
 
 using namespace py::literals;
 
+constexpr int kFitVertices = 300;  // of the object, for the terms of pairs
+
 // A new grasp, or the clip's own? Objects that no hand can hold are refused here, before anything
 // is prepared for them.
 void ChooseGrasp(FitCall& call, std::vector<std::string>& notes) {
@@ -132,18 +134,24 @@ CarriedPtr Fit(const py::object& clip, const py::object& object, const std::stri
                                              : GraspSource::kClipsOrNew;
   options.seed = seed;
   options.threads = ThreadsOf(threads);
-  call.object_vertices = object_vertices;
   ModelOf(body);
   call.clip = ClipOf(clip, body);
-  call.object = ObjectOf(object, object_scale);
-  if (options.grasp == GraspSource::kClipsOrNew) options.clip_object = NamedMesh(clip, call.clip);
+  call.object = ObjectOf(object, call.clip, object_scale);
+  if (options.grasp == GraspSource::kClipsOrNew) {
+    if (ClipObject own = OwnObject(call.clip); !own.by_name) {
+      options.clip_object = std::move(own.mesh);
+    }
+  }
 
   CarriedPtr carried;
   std::vector<std::string> notes;
-  RunWithProgress(progress, [&](const StagedProgress& go_on) {
+  {
+    const py::gil_scoped_release unlocked;
     ChooseGrasp(call, notes);
-    carried = RunFit(call, go_on, notes);
-  });
+  }
+  call.prepared = PrepareAside(call.object, object_vertices, options.threads);
+  RunWithProgress(progress,
+                  [&](const StagedProgress& go_on) { carried = RunFit(call, go_on, notes); });
   LogNotes(notes);
   return carried;
 }
@@ -153,7 +161,8 @@ are solved for every frame. A clip that has the object's trajectory keeps it as 
 hand takes the object in the first frame and holds it.
 
 clip: Clip, path, or name of an embedded clip. object: path, name of an embedded object, or
-(vertices (V, 3), faces (F, 3)) in metres.
+(vertices (V, 3), faces (F, 3)) in metres; None: the mesh of the clip's own object
+(clip.object.surface, or what its track names).
 
 hand: 'auto' (as the clip says, else the right), 'right', 'left', 'both'. style of a new grasp:
 'auto', 'power', 'precision', 'handle'. at: (3,) point of the object to take hold at, its own frame,
@@ -165,8 +174,8 @@ recipe: 'holdfast' (all terms), 'paper' (the three of IMoS), 'imos-code'. solve:
 'batch' for all frames at once afterwards. weights: dict by term, such as {'penetration': 3000.0}.
 contact_threshold_mm: tau. slip: contacts may travel along the surface.
 
-hand_over: the object changes hands, in switch_frames (ascending) or where that is found; dwell_s is
-how long both hold around a switch that was given.
+hand_over: the object changes hands, in switch_frames (n,), ascending, or where that is found; dwell_s
+is how long both hold around a switch that was given.
 
 progress: callable (stage, done, total), False stops. threads 0: all. Returns FitResult. Raises
 FitFailure where no hand can hold the object or none touches it, Stopped, and Error.
@@ -295,7 +304,7 @@ void BindFitResult(py::module_& module) {
           "switches", [](const CarriedClip& self) { return ToPython(SwitchesOfFit(self)); },
           "list of dict: hand-overs, with frame, from, to, confidence")
       .def_readonly("seconds", &CarriedClip::seconds,
-                    "to prepare the object, grasp, fit and measure")
+                    "to grasp, fit and measure, the object prepared")
       .def_property_readonly(
           "object", [](const CarriedClip& self) { return MeshTuple(self.object->object.mesh); },
           "(vertices (V, 3) metres, faces (F, 3)) that was fitted, scaled; copies")
@@ -311,12 +320,22 @@ void BindFitResult(py::module_& module) {
 
 }  // namespace
 
+std::shared_ptr<const PreparedObject> PrepareAside(const LoadedObject& object, int vertices,
+                                                   int threads) {
+  return RunAside([object, vertices, threads] {
+    return std::make_shared<const PreparedObject>(PrepareObject(object, vertices, threads));
+  });
+}
+
 CarriedPtr RunFit(FitCall& call, const StagedProgress& progress, std::vector<std::string>& notes) {
   const auto begin = std::chrono::steady_clock::now();
   const Clip& clip = *call.clip.clip;
   auto carried = std::make_shared<CarriedClip>();
-  auto object = std::make_shared<const PreparedObject>(
-      PrepareObject(call.object, call.object_vertices, call.options.threads));
+  std::shared_ptr<const PreparedObject> object = call.prepared;
+  if (!object) {
+    object = std::make_shared<const PreparedObject>(
+        PrepareObject(call.object, kFitVertices, call.options.threads));
+  }
   notes.insert(notes.end(), object->notes.begin(), object->notes.end());
   if (call.options.grasp == GraspSource::kClips) {
     if (const auto away = WarnOfHeldDistance(clip, call.clip.body, object->object.mesh)) {
@@ -331,7 +350,7 @@ CarriedPtr RunFit(FitCall& call, const StagedProgress& progress, std::vector<std
   for (const auto* warnings : {&report.grasp.warnings, &report.warnings}) {
     carried->warnings.insert(carried->warnings.end(), warnings->begin(), warnings->end());
   }
-  carried->clip = std::make_shared<Clip>(std::move(report.clip));
+  carried->clip = WithSurface(std::move(report.clip), object->object.mesh);
   carried->report = std::move(report);
   carried->object = std::move(object);
   carried->seconds =
@@ -341,7 +360,7 @@ CarriedPtr RunFit(FitCall& call, const StagedProgress& progress, std::vector<std
 
 void BindFit(py::module_& module) {
   BindFitResult(module);
-  module.def("fit", &Fit, "clip"_a, "object"_a, py::kw_only(), "hand"_a = "auto",
+  module.def("fit", &Fit, "clip"_a, "object"_a = py::none(), py::kw_only(), "hand"_a = "auto",
              "style"_a = "auto", "at"_a = py::none(), "region"_a = py::none(),
              "avoid"_a = py::none(), "regrasp"_a = false, "keep_grasp"_a = false,
              "recipe"_a = "holdfast", "solve"_a = "sequential", "weights"_a = py::none(),
@@ -349,7 +368,7 @@ void BindFit(py::module_& module) {
              "first_hand"_a = "auto", "switch_frames"_a = py::none(),
              "max_switches"_a = HandoverSearchOptions{}.max_switches,
              "dwell_s"_a = HandoverSearchOptions{}.dwell_s, "object_scale"_a = 1.0,
-             "object_vertices"_a = 300, "max_iterations"_a = FitOptions{}.max_iterations,
+             "object_vertices"_a = kFitVertices, "max_iterations"_a = FitOptions{}.max_iterations,
              "precision"_a = "single", "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0,
              "progress"_a = py::none(), kFitDoc);
   module.def(
@@ -361,7 +380,7 @@ void BindFit(py::module_& module) {
         }
         return fit(clip, object, "hand_over"_a = true, **options);
       },
-      "clip"_a, "object"_a,
+      "clip"_a, "object"_a = py::none(),
       "fit(clip, object, hand_over=True, ...): carries an object through a motion in which it "
       "passes from hand to hand. Options are those of fit().");
   BindRefine(module);

@@ -38,10 +38,7 @@ inline void RequirePositive(double value, const char* name) {
 }
 
 /// A body argument: a BodyModel, or None for the embedded one. Throws TypeError for neither.
-ModelPtr ModelOf(const py::object& body);
-
-/// A surface as it is: a mesh file, or (vertices (V, 3), faces (F, 3)), times `scale`.
-TriangleMesh MeshArgument(const py::handle& value, const char* name, double scale = 1.0);
+ModelPtr ModelOf(const py::object& body, const char* name = "body");
 
 /// Where a hand is to take hold; nothing where all are None. Parts are MeshArgument with `scale`.
 std::optional<GraspPlace::Wanted> PlaceOf(const py::object& at, const py::object& region,
@@ -49,10 +46,6 @@ std::optional<GraspPlace::Wanted> PlaceOf(const py::object& at, const py::object
 
 /// Sets weights by the names of EnergyTerms(). `weights` is None or a dict.
 void SetWeights(const py::object& weights, FitOptions& options);
-
-/// The mesh that the object of a clip from a file names, beside that file or embedded; nothing
-/// where there is none, and of a Clip, which has no place.
-std::optional<TriangleMesh> NamedMesh(const py::object& given, const ClipArgument& clip);
 
 /// Of a new grasp: "auto" is none.
 std::optional<GraspStyle> StyleOf(const std::string& style);
@@ -62,24 +55,25 @@ py::dict GraspDict(const Grasp& grasp);
 nlohmann::json ContactJson(const ContactScore& contact);
 nlohmann::json EnergiesJson(const FrameReport& frame);
 
-/// (vertices (V, 3), faces (F, 3)).
-py::tuple MeshTuple(const TriangleMesh& mesh);
-
 /// A fit that came to something: FitResult.
 struct CarriedClip {
   ClipPtr clip;
   CarryReport report;  ///< without its clip
   std::shared_ptr<const PreparedObject> object;
   std::vector<std::string> warnings;
-  double seconds = 0.0;  ///< of preparing, grasp, fit and measures
+  double seconds = 0.0;  ///< of grasp, fit and measures
 };
 using CarriedPtr = std::shared_ptr<CarriedClip>;
+
+/// PrepareObject, aside (RunAside): of large meshes it takes longer than all the rest.
+std::shared_ptr<const PreparedObject> PrepareAside(const LoadedObject& object, int vertices,
+                                                   int threads);
 
 /// One fit: what CarryObject needs, and what is told of it.
 struct FitCall {
   ClipArgument clip;
   LoadedObject object;
-  int object_vertices = 300;
+  std::shared_ptr<const PreparedObject> prepared;  ///< of `object`, where it is at hand
   CarryOptions options;
 };
 

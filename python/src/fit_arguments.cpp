@@ -10,13 +10,7 @@
 #include "solver/fit/energy.h"
 
 namespace holdfast::python {
-namespace {
-
 using namespace py::literals;
-
-std::string TypeText(const py::handle& value) { return py::str(py::type::of(value)); }
-
-}  // namespace
 
 FitFailure Failure(const std::string& text) {
   std::string said;
@@ -35,39 +29,13 @@ FitFailure Failure(const std::string& text) {
   return FitFailure(said);
 }
 
-ModelPtr ModelOf(const py::object& body) {
+ModelPtr ModelOf(const py::object& body, const char* name) {
   if (body.is_none()) return BodyModel::Default();
   if (!py::isinstance<BodyModel>(body)) {
-    throw py::type_error("body: expected a BodyModel or None, got " + TypeText(body));
+    throw py::type_error(std::string(name) + ": expected a BodyModel or None, got " +
+                         TypeText(body));
   }
   return body.cast<ModelPtr>();
-}
-
-TriangleMesh MeshArgument(const py::handle& value, const char* name, double scale) {
-  TriangleMesh mesh;
-  if (py::isinstance<py::str>(value) || py::hasattr(value, "__fspath__")) {
-    mesh = ReadMesh(std::filesystem::path(std::string(py::str(value))));
-  } else {
-    if (!(py::isinstance<py::tuple>(value) || py::isinstance<py::list>(value)) ||
-        py::len(value) != 2) {
-      throw py::type_error(
-          fmt::format("{}: expected a mesh file or (vertices (V, 3), faces (F, 3)), got {}", name,
-                      TypeText(value)));
-    }
-    const auto parts = py::reinterpret_borrow<py::sequence>(value);
-    const std::string vertices = fmt::format("{}[0]", name), faces = fmt::format("{}[1]", name);
-    mesh.vertices = Columns(parts[0], vertices.c_str());
-    const py::array_t<int> ids = Integers(parts[1], faces.c_str(), {-1, 3});
-    mesh.faces = Eigen::Map<const Eigen::Matrix3Xi>(ids.data(), 3, ids.shape(0));
-    if (mesh.NumFaces() == 0) throw py::value_error(faces + ": expected one face or more");
-    if (mesh.faces.minCoeff() < 0 || mesh.faces.maxCoeff() >= mesh.NumVertices()) {
-      throw py::value_error(
-          fmt::format("{}: expected numbers of vertices, 0 to {}", faces, mesh.NumVertices() - 1));
-    }
-  }
-  mesh.vertices *= scale;
-  RequireInRange(mesh, name);
-  return mesh;
 }
 
 std::optional<GraspPlace::Wanted> PlaceOf(const py::object& at, const py::object& region,
@@ -108,20 +76,6 @@ void SetWeights(const py::object& weights, FitOptions& options) {
     if (weight < 0.0) throw py::value_error(where + ": expected 0 or more");
     options.*found->weight = weight;
   }
-}
-
-std::optional<TriangleMesh> NamedMesh(const py::object& given, const ClipArgument& clip) {
-  const std::optional<ObjectTrack>& track = clip.clip->object;
-  if (py::isinstance<Clip>(given) || !track || track->mesh.empty()) return std::nullopt;
-  std::filesystem::path folder = clip.name;
-  if (!std::filesystem::is_directory(folder)) folder = folder.parent_path();
-  for (const std::string& place : {(folder / track->mesh).string(), track->mesh}) {
-    try {
-      return LoadObject(place).mesh;
-    } catch (const Error&) {
-    }
-  }
-  return std::nullopt;
 }
 
 std::optional<GraspStyle> StyleOf(const std::string& style) {
@@ -174,10 +128,6 @@ nlohmann::json EnergiesJson(const FrameReport& frame) {
     if (info.metric != nullptr) energies[info.metric] = frame.energies[info.term];
   }
   return energies;
-}
-
-py::tuple MeshTuple(const TriangleMesh& mesh) {
-  return py::make_tuple(Rows(mesh.vertices), Rows(mesh.faces));
 }
 
 }  // namespace holdfast::python

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include <array>
+#include <cstdint>
+#include <memory>
 #include <mutex>
-#include <span>
 #include <utility>
+#include <vector>
 
 #include "geometry/rotation.h"
 #include "geometry/value_ranges.h"
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
+#include "solver/fit/clip_state.h"
 #include "solver/fit/frame_fitter.h"
 
 namespace holdfast::python {
@@ -19,39 +21,56 @@ using namespace py::literals;
 // One frame as it was solved.
 struct LiveFrame {
   ObjectPose object;
-  FingerPose fingers;
+  std::vector<FingerPose> fingers;  // of each hand
 };
+
+using HandModels = std::vector<std::unique_ptr<const HandModel>>;
+
+// Right, then left, as FitClip has them.
+HandModels HandsOf(const ClipBody& body, std::uint8_t bits) {
+  HandModels hands;
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    if ((bits & HoldingBit(side)) == 0) continue;
+    hands.push_back(std::make_unique<const HandModel>(body.model, body.betas, side));
+  }
+  return hands;
+}
+
+std::vector<const HandModel*> Pointers(const HandModels& hands) {
+  std::vector<const HandModel*> pointers;
+  for (const auto& hand : hands) pointers.push_back(hand.get());
+  return pointers;
+}
 
 // FrameFitter with all that it looks at; its calls wait for each other.
 class LiveFitter {
  public:
-  LiveFitter(LoadedObject object, int vertices, const ClipBody& body, Side side,
+  LiveFitter(std::shared_ptr<const PreparedObject> object, const ClipBody& body, std::uint8_t bits,
              const FitOptions& options, double frame_s)
-      : side_(side),
-        object_(PrepareObject(std::move(object), vertices, options.threads)),
-        hand_(body.model, body.betas, side),
-        fitter_(std::array<const HandModel*, 1>{&hand_}, object_.fit, options, frame_s) {}
+      : object_(std::move(object)),
+        hands_(HandsOf(body, bits)),
+        fitter_(Pointers(hands_), object_->fit, options, frame_s) {}
 
   LiveFrame Start(const JointPose& pose, const Eigen::Vector3d& trans, const ObjectPose& object) {
     const std::scoped_lock guard(lock_);
-    fitter_.Release(side_);
+    for (const auto& hand : hands_) fitter_.Release(hand->HandSide());
     fitter_.Place(object);
-    fitter_.Grip(side_, pose, trans, FingersOf(pose, side_));
-    fitter_.Settle(side_, pose, trans, true);
+    for (const auto& hand : hands_) {
+      const Side side = hand->HandSide();
+      fitter_.TakeHold(side, pose, trans, FingersOf(pose, side));
+      fitter_.Refine(side, pose, trans, hands_.size() == 1);
+    }
+    last_ = {fitter_.FirstFrame(), fitter_.Body(), fitter_.NumContactPairs()};
     holds_ = true;
-    report_ = fitter_.FirstFrame();
-    contact_pairs_ = fitter_.NumContactPairs();
-    body_ = fitter_.Body();
-    return {fitter_.Object(), fitter_.Fingers()};
+    return Frame();
   }
 
   LiveFrame Step(const JointPose& pose, const Eigen::Vector3d& trans) {
     const std::scoped_lock guard(lock_);
-    if (!holds_)
-      throw std::runtime_error("FrameFitter.step: the hand does not hold: start() first");
-    report_ = fitter_.Solve(pose, trans);
-    body_ = fitter_.Body();
-    return {fitter_.Object(), fitter_.Fingers()};
+    if (!holds_) throw std::runtime_error("FrameFitter.step: no hand holds: start() first");
+    last_.report = fitter_.Solve(pose, trans);
+    last_.body = fitter_.Body();
+    return Frame();
   }
 
   // What the last frame came to.
@@ -62,22 +81,47 @@ class LiveFitter {
   };
   Account Last() {
     const std::scoped_lock guard(lock_);
-    return {report_, body_, contact_pairs_};
+    return last_;
   }
-  Side HandSide() const { return side_; }
-  const PreparedObject& Object() const { return object_; }
+  const char* Hand() const {
+    return hands_.size() > 1 ? "both" : hands_[0]->HandSide() == Side::kRight ? "right" : "left";
+  }
+  const PreparedObject& Object() const { return *object_; }
 
  private:
+  LiveFrame Frame() const {
+    LiveFrame frame{fitter_.Object(), {}};
+    for (const auto& hand : hands_) {
+      frame.fingers.push_back(fitter_.Hand(hand->HandSide()).fingers);
+    }
+    return frame;
+  }
+
   std::mutex lock_;
-  Side side_;
-  PreparedObject object_;
-  HandModel hand_;
+  std::shared_ptr<const PreparedObject> object_;
+  HandModels hands_;
   FrameFitter fitter_;
   bool holds_ = false;
-  FrameReport report_;
-  JointPose body_ = JointPose::Zero();
-  int contact_pairs_ = 0;
+  Account last_;
 };
+
+// "right", "left", "both", or a list of the first two, as bits.
+std::uint8_t HandBits(const py::object& hand) {
+  const auto bit_of = [](const std::string& name) {
+    return Choice<std::uint8_t>(
+        name, "hand",
+        {{"right", kHoldsRight}, {"left", kHoldsLeft}, {"both", kHoldsRight | kHoldsLeft}});
+  };
+  if (py::isinstance<py::str>(hand)) return bit_of(py::str(hand));
+  if (!py::isinstance<py::list>(hand) && !py::isinstance<py::tuple>(hand)) {
+    throw py::type_error("hand: expected 'right', 'left', 'both' or a list of them, got " +
+                         TypeText(hand));
+  }
+  std::uint8_t bits = 0;
+  for (const py::handle& name : hand) bits |= bit_of(py::str(name));
+  if (bits == 0) throw py::value_error("hand: expected one hand or more, got none");
+  return bits;
+}
 
 Eigen::Vector3d PointOf(const py::object& value, const char* name) {
   const Eigen::Vector3d point = Eigen::Map<const Eigen::Vector3d>(Floats(value, name, {3}).data());
@@ -88,7 +132,7 @@ Eigen::Vector3d PointOf(const py::object& value, const char* name) {
 }
 
 JointPose PoseOf(const py::object& value) {
-  const bool by_joint = py::hasattr(value, "ndim") && value.attr("ndim").cast<int>() == 2;
+  const bool by_joint = Dimensions(value) == 2;
   const py::array_t<double> numbers =
       by_joint ? Floats(value, "poses", {kNumJoints, 3}) : Floats(value, "poses", {3 * kNumJoints});
   const JointPose pose = Eigen::Map<const JointPose>(numbers.data());
@@ -100,15 +144,13 @@ JointPose PoseOf(const py::object& value) {
 
 // (3, 3), or axis-angle (3,).
 Eigen::Quaterniond RotationOf(const py::object& value, const char* name) {
-  const py::array any = py::array::ensure(value);
-  if (any && any.ndim() == 1) {
+  if (Dimensions(value) == 1) {
     const Eigen::Vector3d turn = Eigen::Map<const Eigen::Vector3d>(Floats(value, name, {3}).data());
     if (turn.cwiseAbs().maxCoeff() > kMostRadians) {
       throw py::value_error(fmt::format("{}: {}", name, kRadiansRemedy));
     }
     return Eigen::Quaterniond(ExpSO3(turn));
   }
-  PyErr_Clear();
   const py::array_t<double> numbers = Floats(value, name, {3, 3});
   const Eigen::Matrix3d rotation =
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(numbers.data());
@@ -121,17 +163,21 @@ Eigen::Quaterniond RotationOf(const py::object& value, const char* name) {
 
 py::tuple TupleOf(const LiveFrame& frame) {
   const Eigen::Matrix3d rotation = frame.object.orientation.toRotationMatrix();
+  static_assert(sizeof(FingerPose) == 45 * sizeof(double));
+  const double* const numbers = frame.fingers.front().data();
+  const auto hands = static_cast<py::ssize_t>(frame.fingers.size());
   return py::make_tuple(Rows(rotation.transpose()),
                         py::array_t<double>(3, frame.object.translation.data()),
-                        py::array_t<double>(frame.fingers.size(), frame.fingers.data()));
+                        hands == 1 ? py::array_t<double>(45, numbers)
+                                   : py::array_t<double>({hands, py::ssize_t{45}}, numbers));
 }
 
-std::shared_ptr<LiveFitter> MakeFitter(const py::object& object, const std::string& hand,
+std::shared_ptr<LiveFitter> MakeFitter(const py::object& object, const py::object& hand,
                                        const py::object& weights, double contact_threshold_mm,
                                        bool slip, const py::object& body, const py::object& betas,
                                        double frame_rate, double object_scale, int object_vertices,
                                        int threads) {
-  const Side side = Choice<Side>(hand, "hand", {{"right", Side::kRight}, {"left", Side::kLeft}});
+  const std::uint8_t bits = HandBits(hand);
   FitOptions options;
   SetWeights(weights, options);
   RequirePositive(contact_threshold_mm, "contact_threshold_mm");
@@ -146,16 +192,48 @@ std::shared_ptr<LiveFitter> MakeFitter(const py::object& object, const std::stri
   if (person.betas.size() > 0 && person.betas.cwiseAbs().maxCoeff() > kMostBeta) {
     throw py::value_error("betas: shape coefficients are standard deviations, within 1,000");
   }
-  RequireHands(*person.model, side == Side::kRight ? kHoldsRight : kHoldsLeft);
-  LoadedObject loaded = ObjectOf(object, object_scale);
-  std::shared_ptr<LiveFitter> fitter;
+  RequireHands(*person.model, bits);
+  const LoadedObject loaded = ObjectOf(object, object_scale);
+  const auto prepared = PrepareAside(loaded, object_vertices, options.threads);
+  LogNotes(prepared->notes);
+  const py::gil_scoped_release unlocked;
+  return std::make_shared<LiveFitter>(prepared, person, bits, options, 1.0 / frame_rate);
+}
+
+py::tuple StartFitter(LiveFitter& self, const py::object& poses, const py::object& trans,
+                      const py::object& object_rotation, const py::object& object_translation) {
+  const JointPose pose = PoseOf(poses);
+  const Eigen::Vector3d root = PointOf(trans, "trans");
+  const ObjectPose object(RotationOf(object_rotation, "object_rotation"),
+                          PointOf(object_translation, "object_translation"));
+  LiveFrame frame;
   {
     const py::gil_scoped_release unlocked;
-    fitter = std::make_shared<LiveFitter>(std::move(loaded), object_vertices, person, side, options,
-                                          1.0 / frame_rate);
+    frame = self.Start(pose, root, object);
   }
-  LogNotes(fitter->Object().notes);
-  return fitter;
+  return TupleOf(frame);
+}
+
+py::tuple StepFitter(LiveFitter& self, const py::object& poses, const py::object& trans) {
+  const JointPose pose = PoseOf(poses);
+  const Eigen::Vector3d root = PointOf(trans, "trans");
+  LiveFrame frame;
+  {
+    const py::gil_scoped_release unlocked;
+    frame = self.Step(pose, root);
+  }
+  return TupleOf(frame);
+}
+
+py::object ReportOf(LiveFitter& self) {
+  const LiveFitter::Account last = self.Last();
+  nlohmann::json report = EnergiesJson(last.report);
+  report["wrist_offset_mm"] = 1e3 * last.report.wrist_offset_m;
+  report["iterations"] = last.report.iterations;
+  report["solve_ms"] = last.report.solve_ms;
+  report["stop"] = StopReasonName(last.report.stop);
+  report["contact_pairs"] = last.contact_pairs;
+  return ToPython(report);
 }
 
 }  // namespace
@@ -163,10 +241,12 @@ std::shared_ptr<LiveFitter> MakeFitter(const py::object& object, const std::stri
 void BindFrameFitter(py::module_& module) {
   py::class_<LiveFitter, std::shared_ptr<LiveFitter>>(
       module, "FrameFitter",
-      "Fits an object to one hand, frame after frame, for live use: start() takes hold, each "
-      "step() solves one frame, in about a millisecond. hand: 'right' or 'left'; weights as for "
-      "fit(); betas (B,) of the body; frame_rate in Hz; object as for fit(). May be called from "
-      "several threads: calls wait for each other.\n\n"
+      "Fits an object to one hand or both, frame after frame, for live use: start() takes hold, "
+      "each step() solves one frame, in about a millisecond for one hand. hand: 'right', 'left', "
+      "'both', or a list; weights as for fit(); betas (B,) of the body; frame_rate in Hz; object "
+      "as for fit(). Two hands share the object: their arms give way to each other (poses has "
+      "them). What comes out is what fit(keep_grasp=True) gives for the frames. May be called "
+      "from several threads: calls wait for each other.\n\n"
       "    fitter = holdfast.FrameFitter('mug')\n"
       "    fitter.start(clip.poses[0], clip.trans[0], R, T)\n"
       "    for poses, trans in frames:\n"
@@ -175,63 +255,32 @@ void BindFrameFitter(py::module_& module) {
            "weights"_a = py::none(), "contact_threshold_mm"_a = 10.0, "slip"_a = false,
            "body"_a = py::none(), "betas"_a = py::none(), "frame_rate"_a = 30.0,
            "object_scale"_a = 1.0, "object_vertices"_a = 300, "threads"_a = 0)
-      .def(
-          "start",
-          [](LiveFitter& self, const py::object& poses, const py::object& trans,
-             const py::object& object_rotation, const py::object& object_translation) {
-            const JointPose pose = PoseOf(poses);
-            const Eigen::Vector3d root = PointOf(trans, "trans");
-            const ObjectPose object(RotationOf(object_rotation, "object_rotation"),
-                                    PointOf(object_translation, "object_translation"));
-            LiveFrame frame;
-            {
-              const py::gil_scoped_release unlocked;
-              frame = self.Start(pose, root, object);
-            }
-            return TupleOf(frame);
-          },
-          "poses"_a, "trans"_a, "object_rotation"_a, "object_translation"_a,
-          "The hand takes hold as it is: poses (165,) or (55, 3) axis-angle in radians with the "
-          "grasping fingers, trans (3,) metres; the object is x_world = R x_object + T, its "
-          "rotation (3, 3) or axis-angle (3,). What is too deep in the other comes out. Returns (R "
-          "(3, 3), T (3,), fingers (45,)). May be called again.")
-      .def(
-          "step",
-          [](LiveFitter& self, const py::object& poses, const py::object& trans) {
-            const JointPose pose = PoseOf(poses);
-            const Eigen::Vector3d root = PointOf(trans, "trans");
-            LiveFrame frame;
-            {
-              const py::gil_scoped_release unlocked;
-              frame = self.Step(pose, root);
-            }
-            return TupleOf(frame);
-          },
-          "poses"_a, "trans"_a,
-          "Solves the next frame: the object's R (3, 3) and T (3,) metres, world, and the hand's "
-          "fingers (45,) axis-angle in radians. RuntimeError before start().")
+      .def("start", &StartFitter, "poses"_a, "trans"_a, "object_rotation"_a, "object_translation"_a,
+           "The hand takes hold as it is: poses (165,) or (55, 3) axis-angle in radians with the "
+           "grasping fingers, trans (3,) metres; the object is x_world = R x_object + T, "
+           "object_rotation (3, 3) or axis-angle (3,), object_translation (3,) metres. What is too "
+           "deep in the other comes out. Returns (R (3, 3), T (3,), fingers (45,); of both hands "
+           "(2, "
+           "45), right and left). May be called again.")
+      .def("step", &StepFitter, "poses"_a, "trans"_a,
+           "Solves the next frame, poses (165,) or (55, 3) and trans (3,): the object's R (3, 3) "
+           "and T "
+           "(3,) metres, world, and the hand's fingers (45,) axis-angle in radians, of both hands "
+           "(2, "
+           "45), right and left. RuntimeError before start().")
       .def_property_readonly(
           "poses",
           [](LiveFitter& self) {
             const JointPose pose = self.Last().body;
             return py::array_t<double>(pose.size(), pose.data());
           },
-          "(165,) of the last frame, with the fitted fingers; a copy")
+          "(165,) of the last frame, with the fitted fingers and, of two hands, arms; a copy")
       .def_property_readonly(
-          "report",
-          [](LiveFitter& self) {
-            const LiveFitter::Account last = self.Last();
-            nlohmann::json report = EnergiesJson(last.report);
-            report["iterations"] = last.report.iterations;
-            report["solve_ms"] = last.report.solve_ms;
-            report["stop"] = StopReasonName(last.report.stop);
-            report["contact_pairs"] = last.contact_pairs;
-            return ToPython(report);
-          },
-          "dict of the last frame: energies by term and unit, iterations, solve_ms, stop "
+          "report", &ReportOf,
+          "dict of the last frame: energies by term and unit, wrist_offset_mm (the farther wrist "
+          "from its pose), iterations, solve_ms, stop "
           "('given' after start(), 'converged', 'iteration_limit', 'failed'), contact_pairs")
-      .def_property_readonly(
-          "hand", [](const LiveFitter& self) { return std::string(SideName(self.HandSide())); })
+      .def_property_readonly("hand", &LiveFitter::Hand, "'right', 'left' or 'both'")
       .def_property_readonly(
           "object", [](const LiveFitter& self) { return MeshTuple(self.Object().object.mesh); },
           "(vertices (V, 3) metres, faces (F, 3)), scaled; copies");

@@ -59,7 +59,7 @@ void HoldInOneHand(const ModelPtr& body, Side side, GraspOptions options,
     });
     RequireFound(object, held.report, options);
   });
-  result.clip = std::make_shared<Clip>(std::move(held.clip));
+  result.clip = WithSurface(std::move(held.clip), object.mesh);
   result.hand = SideName(side);
   const GraspReport& report = held.report;
   const ContactMetrics& contact = held.grasp.metrics;
@@ -109,7 +109,7 @@ void HoldInTwoHands(const ClipBody& person, Clip clip, BothHandsOptions options,
   });
   clip.pose[0] = grasp.pose;
   PutInHands(kHoldsRight | kHoldsLeft, object.name, grasp.world_from_object, clip);
-  result.clip = std::make_shared<Clip>(std::move(clip));
+  result.clip = WithSurface(std::move(clip), object.mesh);
   result.hand = "both";
   result.numbers = py::dict("width_mm"_a = 1e3 * grasp.width_m, "upright_cosine"_a = grasp.upright,
                             "body_in_object_mm"_a = grasp.in_body_mm);

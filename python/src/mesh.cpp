@@ -34,10 +34,6 @@ namespace fs = std::filesystem;
 
 constexpr double kLeastCell = 1e-5;  // metres: below, grids and voxels are beyond counting
 
-bool IsPath(const py::handle& value) {
-  return py::isinstance<py::str>(value) || py::hasattr(value, "__fspath__");
-}
-
 TriangleMesh MeshOfArrays(const py::handle& vertices, const py::handle& faces,
                           const std::string& name) {
   TriangleMesh mesh;
@@ -70,21 +66,7 @@ TriangleMesh MeshOfPair(const py::handle& value, const std::string& name) {
   throw py::type_error(
       fmt::format("{}: expected a path, the name of an embedded object or (vertices (V, 3), faces "
                   "(F, 3)), got {}",
-                  name, std::string(py::str(py::type::of(value)))));
-}
-
-// A mesh as it is, nothing repaired.
-TriangleMesh RawMesh(const py::object& value, const char* name) {
-  if (!IsPath(value)) return MeshOfPair(value, name);
-  const std::string path = py::str(value);
-  std::error_code ignored;
-  if (!fs::is_regular_file(path, ignored)) return ObjectOf(value, 1.0, name).mesh;
-  const py::gil_scoped_release unlocked;
-  return ReadMesh(path);
-}
-
-py::tuple Arrays(const TriangleMesh& mesh) {
-  return py::make_tuple(Rows(mesh.vertices), Rows(mesh.faces));
+                  name, TypeText(value)));
 }
 
 py::tuple DecimateMesh(const py::object& mesh, int vertices, const std::string& method,
@@ -95,21 +77,16 @@ py::tuple DecimateMesh(const py::object& mesh, int vertices, const std::string& 
   options.allow_wrap = allow_wrap;
   options.samples = 0;
   const LoadedObject object = ObjectOf(mesh, 1.0, "mesh");
-  DecimateResult result;
-  RunWithProgress(py::none(), [&](const StagedProgress&) {
-    result = NamingSource("mesh", object.source, [&] { return Decimate(object.mesh, options); });
+  const DecimateResult result = RunAside([object, options] {
+    return NamingSource("mesh", object.source, [&] { return Decimate(object.mesh, options); });
   });
   LogNotes(result.notes);
-  return Arrays(result.mesh);
+  return MeshTuple(result.mesh);
 }
 
 py::dict Check(const py::object& value) {
-  const TriangleMesh mesh = RawMesh(value, "mesh");
-  MeshReport report;
-  {
-    const py::gil_scoped_release unlocked;
-    report = CheckMesh(mesh);
-  }
+  const MeshReport report =
+      RunAside([mesh = MeshArgument(value, "mesh")] { return CheckMesh(mesh); });
   const Eigen::Vector3d& e = report.extent_m;
   return py::dict("watertight"_a = report.watertight, "num_vertices"_a = report.num_vertices,
                   "num_faces"_a = report.num_faces, "num_edges"_a = report.num_edges,
@@ -163,23 +140,22 @@ fs::path WriteEmbedded(const fs::path& path, const fs::path& folder) {
 }
 
 py::list Doctor(const py::object& value) {
-  const TemporaryFolder folder;
+  const auto folder = std::make_shared<const TemporaryFolder>();
   fs::path path;
   if (py::isinstance<Clip>(value)) {
-    path = folder.path / "clip.npz";
+    path = folder->path / "clip.npz";
     WriteClip(value.cast<const Clip&>(), path);
   } else if (IsPath(value)) {
     path = std::string(py::str(value));
     std::error_code ignored;
-    if (!fs::exists(path, ignored)) path = WriteEmbedded(path, folder.path);
+    if (!fs::exists(path, ignored)) path = WriteEmbedded(path, folder->path);
   } else {
-    path = folder.path / "mesh.ply";
+    path = folder->path / "mesh.ply";
     WriteMesh(MeshOfPair(value, "clip_or_mesh"), path);
   }
-  Inspection inspection;
-  RunWithProgress(py::none(), [&](const StagedProgress&) { inspection = Inspect(path); });
+  const Inspection inspection = RunAside([folder, path] { return Inspect(path); });
 
-  const std::string prefix = folder.path.string() + "/";
+  const std::string prefix = folder->path.string() + "/";
   const auto text = [&](std::string line) {
     for (auto at = line.find(prefix); at != std::string::npos; at = line.find(prefix)) {
       line.erase(at, prefix.size());
@@ -203,12 +179,11 @@ double Volume(const py::object& mesh_a, const py::object& mesh_b, bool exact, do
               int threads) {
   if (!(voxel >= kLeastCell)) throw py::value_error("voxel: expected 1e-5 m or more");
   const int used = ThreadsOf(threads);
-  const LoadedObject a = ObjectOf(mesh_a, 1.0, "mesh_a"), b = ObjectOf(mesh_b, 1.0, "mesh_b");
-  double volume_m3 = 0.0;
-  RunWithProgress(py::none(), [&](const StagedProgress&) {
+  const LoadedObject object_a = ObjectOf(mesh_a, 1.0, "mesh_a");
+  const LoadedObject object_b = ObjectOf(mesh_b, 1.0, "mesh_b");
+  return RunAside([a = object_a, b = object_b, exact, voxel, used] {
     if (!exact) {
-      volume_m3 = IntersectionVolume(SignedDistance(a.mesh), SignedDistance(b.mesh), voxel, used);
-      return;
+      return IntersectionVolume(SignedDistance(a.mesh), SignedDistance(b.mesh), voxel, used);
     }
     const ExactVolume found = ExactIntersectionVolume(a.mesh, b.mesh);
     if (!found.Known()) {
@@ -216,9 +191,8 @@ double Volume(const py::object& mesh_a, const py::object& mesh_b, bool exact, do
                   fmt::format("share no volume that is known exactly: {}", Describe(found.status)),
                   "Close and repair the surfaces (check_mesh says where), or give exact=False");
     }
-    volume_m3 = found.volume_m3;
+    return found.volume_m3;
   });
-  return volume_m3;
 }
 
 // Signed distance as Python has it: exact, or sampled on a grid.
@@ -281,13 +255,11 @@ std::unique_ptr<MeshDistance> MakeDistance(const py::object& mesh, const py::obj
   const int used = ThreadsOf(threads);
   const LoadedObject object =
       ObjectOf(faces.is_none() ? mesh : py::make_tuple(mesh, faces), 1.0, "mesh");
-  std::unique_ptr<MeshDistance> distance;
-  RunWithProgress(py::none(), [&](const StagedProgress&) {
-    distance = NamingSource("mesh", object.source, [&] {
+  return RunAside([object, cell, padding, used] {
+    return NamingSource("mesh", object.source, [&] {
       return std::make_unique<MeshDistance>(object.mesh, cell, padding, used);
     });
   });
-  return distance;
 }
 
 py::object QueryPoints(const MeshDistance& surface, const py::object& points, int threads,
@@ -342,19 +314,38 @@ void BindDistance(py::module_& module) {
 
 }  // namespace
 
+TriangleMesh MeshArgument(const py::handle& value, const char* name, double scale) {
+  std::string source = name;
+  TriangleMesh mesh;
+  if (IsPath(value)) {
+    source = py::str(value);
+    std::error_code ignored;
+    if (!fs::is_regular_file(source, ignored)) return ObjectOf(value, scale, name).mesh;
+    mesh = RunAside([source] { return ReadMesh(source); });
+  } else {
+    mesh = MeshOfPair(value, name);
+  }
+  mesh.vertices *= scale;
+  RequireInRange(mesh, source);
+  return mesh;
+}
+
+py::tuple MeshTuple(const TriangleMesh& mesh) {
+  return py::make_tuple(Rows(mesh.vertices), Rows(mesh.faces));
+}
+
 LoadedObject ObjectOf(const py::handle& value, double scale, const char* name) {
   if (!(scale > 0.0) || !std::isfinite(scale)) {
     throw py::value_error(fmt::format("scale of {}: expected more than 0", name));
   }
   LoadedObject object;
   if (IsPath(value)) {
-    const std::string path = py::str(value);
-    const py::gil_scoped_release unlocked;
-    object = LoadObject(path, scale);
+    object =
+        RunAside([path = std::string(py::str(value)), scale] { return LoadObject(path, scale); });
   } else {
-    const TriangleMesh mesh = MeshOfPair(value, name);
-    const py::gil_scoped_release unlocked;
-    object = ObjectOfMesh(mesh, name, name, scale);
+    object = RunAside([mesh = MeshOfPair(value, name), named = std::string(name), scale] {
+      return ObjectOfMesh(mesh, named, named, scale);
+    });
   }
   LogNotes(object.notes);
   return object;
@@ -366,7 +357,7 @@ void BindMesh(py::module_& module) {
   module.def(
       "load_mesh",
       [](const py::object& path_or_name, double scale) {
-        return Arrays(ObjectOf(path_or_name, scale, "path_or_name").mesh);
+        return MeshTuple(ObjectOf(path_or_name, scale, "path_or_name").mesh);
       },
       "path_or_name"_a, "scale"_a = 1.0,
       "A mesh (.obj .ply .stl .off) or an embedded object, times `scale`: (vertices (V, 3) metres, "

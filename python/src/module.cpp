@@ -3,6 +3,7 @@
 
 #include "geometry/error.h"
 #include "python/src/bindings.h"
+#include "python/src/run.h"
 
 PYBIND11_MODULE(_core, module) {
   namespace hf = holdfast::python;
@@ -10,6 +11,7 @@ PYBIND11_MODULE(_core, module) {
   pybind11::register_exception<holdfast::Error>(module, "Error", PyExc_ValueError);
   pybind11::register_exception<hf::Stopped>(module, "Stopped", PyExc_RuntimeError);
   pybind11::register_exception<hf::FitFailure>(module, "FitFailure", PyExc_RuntimeError);
+  hf::BindRun();
   hf::BindClip(module);
   hf::BindBody(module);
   hf::BindMesh(module);
@@ -18,4 +20,6 @@ PYBIND11_MODULE(_core, module) {
   hf::BindFit(module);
   hf::BindMotion(module);
   hf::BindScore(module);
+  hf::BindReport(module);
+  hf::BindConvert(module);
 }

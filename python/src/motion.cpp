@@ -10,6 +10,7 @@
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
+#include "python/src/take.h"
 #include "solver/reach/reach_json.h"
 #include "solver/reach/walk_and_reach.h"
 
@@ -30,10 +31,8 @@ struct ReachAnswer {
 using ReachPtr = std::shared_ptr<ReachAnswer>;
 
 std::vector<Eigen::Vector3d> GoalsOf(const py::object& value) {
-  const py::array any = py::array::ensure(value);
-  PyErr_Clear();
-  const bool one = any && any.ndim() == 1 && any.size() == 3;
-  const py::array_t<double> numbers = Floats(value, "goals", one ? Shape{3} : Shape{-1, 3});
+  const py::array_t<double> numbers =
+      Floats(value, "goals", Dimensions(value) == 1 ? Shape{3} : Shape{-1, 3});
   if (numbers.size() == 0) throw py::value_error("goals: expected one goal (3,) or more (K, 3)");
   std::vector<Eigen::Vector3d> goals;
   for (py::ssize_t k = 0; k < numbers.size(); k += 3) {
@@ -72,9 +71,8 @@ std::vector<std::pair<std::string, TriangleMesh>> CheckReach(const ReachArgument
     throw py::type_error("obstacles: expected a list of mesh files or (vertices, faces)");
   }
   for (const py::handle& obstacle : in.obstacles) {
-    const bool file = py::isinstance<py::str>(obstacle) || py::hasattr(obstacle, "__fspath__");
     const std::string name = fmt::format("obstacles[{}]", meshes.size());
-    meshes.emplace_back(file ? std::string(py::str(obstacle)) : name,
+    meshes.emplace_back(IsPath(obstacle) ? std::string(py::str(obstacle)) : name,
                         MeshArgument(obstacle, name.c_str()));
   }
   if (!meshes.empty() && options.by != ReachBy::kLatents) {
@@ -83,19 +81,23 @@ std::vector<std::pair<std::string, TriangleMesh>> CheckReach(const ReachArgument
   return meshes;
 }
 
-ReachPtr Reach(const py::object& goals, const py::object& clip, const std::optional<int>& frame,
-               const std::string& wrist, const std::string& method,
-               const std::optional<int>& samples, const std::optional<double>& time_s, double sigma,
-               bool refit, bool refit_all, bool free_time, const py::object& approach,
-               const py::object& obstacles, const std::string& weights, const py::object& body,
-               std::uint64_t seed, int threads, const py::object& progress) {
+py::object Reach(const py::object& goals, const py::object& clip, const std::optional<int>& frame,
+                 const py::object& object, const std::string& grasp,
+                 const std::optional<double>& object_yaw_deg, double object_scale,
+                 const std::string& wrist, const std::optional<std::string>& method,
+                 const std::optional<int>& samples, const std::optional<double>& time_s,
+                 double sigma, bool refit, bool refit_all, bool free_time,
+                 const py::object& approach, const py::object& obstacles,
+                 const std::string& weights, const py::object& body, std::uint64_t seed,
+                 int threads, const py::object& progress) {
   auto answer = std::make_shared<ReachAnswer>();
   ReachOptions& options = answer->options;
   answer->goals = GoalsOf(goals);
-  options.by = Choice<ReachBy>(method, "method",
-                               {{"intention", ReachBy::kIntention},
-                                {"latent-opt", ReachBy::kLatents},
-                                {"vae-opt", ReachBy::kVaeOpt}});
+  options.by =
+      Choice<ReachBy>(method.value_or(object.is_none() ? "intention" : "latent-opt"), "method",
+                      {{"intention", ReachBy::kIntention},
+                       {"latent-opt", ReachBy::kLatents},
+                       {"vae-opt", ReachBy::kVaeOpt}});
   options.side = Choice<Side>(wrist, "wrist", {{"right", Side::kRight}, {"left", Side::kLeft}});
   options.samples = samples;
   options.time_s = time_s;
@@ -109,8 +111,15 @@ ReachPtr Reach(const py::object& goals, const py::object& clip, const std::optio
   const ModelPtr model = ModelOf(body);
   std::optional<ClipArgument> start;
   if (!clip.is_none()) start = ClipOf(clip, body);
+  std::optional<TakeCall> take;
+  if (!object.is_none()) {
+    take = TakeOf(object, object_scale, grasp, object_yaw_deg, answer->goals, options);
+  } else if (object_yaw_deg || object_scale != 1.0 || grasp != "auto") {
+    throw py::value_error("grasp, object_yaw_deg, object_scale: need object");
+  }
+  ReachNetwork network;
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
-    const ReachNetwork network = LoadReachNetwork(weights);
+    network = LoadReachNetwork(weights);
     answer->person =
         start ? PersonInClip(*start->clip, start->body, frame, start->name) : StandingPerson(model);
     for (auto& [name, mesh] : meshes) {
@@ -119,19 +128,23 @@ ReachPtr Reach(const py::object& goals, const py::object& clip, const std::optio
       }));
     }
     answer->warnings = CheckReachGoals(answer->goals, answer->person, options);
+    if (take) return;
     answer->report = WalkAndReach(answer->person, network.weights, answer->goals, options, go_on);
     if (answer->report.status == ReachStatus::kStopped) throw Stopped();
     if (answer->report.status == ReachStatus::kDiverged) {
-      throw Failure(fmt::format(
+      throw FitFailure(fmt::format(
           "{}: the motion stops being numbers in every sample (after {} frames in the best). Try "
-          "another --weights",
+          "another weights",
           network.source, answer->report.motions.front().sample.track.states.cols()));
     }
     for (const ReachMotion& motion : answer->report.motions) {
       answer->clips.push_back(std::make_shared<Clip>(holdfast::ClipOf(motion, answer->person)));
     }
   });
-  return answer;
+  if (take) {
+    return Take(*take, answer->person, network.weights, options, answer->warnings, progress);
+  }
+  return py::cast(answer);
 }
 
 // Why a goal was missed; nothing where it was not.
@@ -230,29 +243,40 @@ goals: (K, 3) or (3,), world, metres, z up from the ground. clip: continues from
 embedded clip, at `frame` (from 0, at the clip's rate; None: the last); None: a person of `body` who
 stands at the origin, facing -y. wrist: 'right' or 'left'.
 
-method: 'intention' (the network is told the goal and runs once), 'latent-opt' (its latents are then
-optimized), 'vae-opt' (WANDR's baseline). samples: motions to choose from (None: 16, or 4 where each
-is optimized). time_s: until each goal is due (None: by its distance). sigma of the latents. refit:
-pin feet and place the wrist afterwards, in the best motion or (refit_all) in all. For latent-opt:
-free_time, approach (3,) along the forearm on arrival, obstacles: list of mesh files or (vertices,
-faces) in the world. weights: file of another network.
+object: a mesh that stands on a table at the first goal (the middle of its bottom), is taken there
+and carried to the other goals; as for fit(), object_scale too. grasp: 'auto', 'power', 'precision',
+'handle'. object_yaw_deg: of the standing object (None: what suits the hand).
 
-Returns ReachResult; goals that are missed are no error. Raises FitFailure where the network's
-numbers break in every sample, Stopped, and Error for goals that are out of the question.
+method: 'intention' (the network, conditioned on the goal, runs once), 'latent-opt' (its latents are
+then optimized), 'vae-opt' (WANDR's baseline); None: 'intention', or 'latent-opt' with an object.
+samples: motions to choose from (None: 16, or 4 where each is optimized). time_s: until each goal is
+due (None: by its distance). sigma of the latents. refit: pin feet and place the wrist afterwards, in
+the best motion or (refit_all) in all. For latent-opt: free_time, approach (3,) along the forearm on
+arrival, obstacles: list of mesh files or (vertices, faces) in the world. weights: file of another
+network.
+
+Returns ReachResult, or with an object TakeResult; goals that are missed are no error. Raises
+FitFailure where the network's numbers break in every sample or the object cannot be taken, Stopped,
+and Error for goals that are out of the question.
 
     reached = holdfast.reach([1.5, 1.0, 1.1])
-    reached.clip, reached.reached, reached.misses)";
+    reached.clip, reached.reached, reached.misses
+    taken = holdfast.reach([[1.5, 1.0, 0.8], [-0.5, 1.5, 1.1]], object='mug')
+    taken.clip, taken.quality['goal_distance_m'])";
 
 }  // namespace
 
 void BindMotion(py::module_& module) {
   BindReachResult(module);
+  BindTake(module);
   module.def("reach", &Reach, "goals"_a, py::kw_only(), "clip"_a = py::none(),
-             "frame"_a = py::none(), "wrist"_a = "right", "method"_a = "intention",
-             "samples"_a = py::none(), "time_s"_a = py::none(), "sigma"_a = 1.0, "refit"_a = true,
-             "refit_all"_a = false, "free_time"_a = false, "approach"_a = py::none(),
-             "obstacles"_a = py::none(), "weights"_a = "", "body"_a = py::none(), "seed"_a = 1,
-             "threads"_a = 0, "progress"_a = py::none(), kReachDoc);
+             "frame"_a = py::none(), "object"_a = py::none(), "grasp"_a = "auto",
+             "object_yaw_deg"_a = py::none(), "object_scale"_a = 1.0, "wrist"_a = "right",
+             "method"_a = py::none(), "samples"_a = py::none(), "time_s"_a = py::none(),
+             "sigma"_a = 1.0, "refit"_a = true, "refit_all"_a = false, "free_time"_a = false,
+             "approach"_a = py::none(), "obstacles"_a = py::none(), "weights"_a = "",
+             "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(),
+             kReachDoc);
   BindSynthesize(module);
 }
 

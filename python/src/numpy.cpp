@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include <unistd.h>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -24,8 +26,8 @@ py::array AnyArray(const py::handle& value, const char* name, const Shape& shape
   try {
     array = py::array(py::reinterpret_borrow<py::object>(value));
   } catch (const py::error_already_set& error) {
-    throw py::type_error(fmt::format("{}, got {} ({})", expected,
-                                     std::string(py::str(py::type::of(value))), error.what()));
+    if (!error.matches(PyExc_Exception) || error.matches(PyExc_MemoryError)) throw;
+    throw py::type_error(fmt::format("{}, got {} ({})", expected, TypeText(value), error.what()));
   }
   if (std::string(kinds).find(array.dtype().kind()) == std::string::npos) {
     throw py::type_error(
@@ -39,15 +41,37 @@ py::array AnyArray(const py::handle& value, const char* name, const Shape& shape
     throw py::value_error(fmt::format(
         "{}, got {}", expected, ShapeText(Shape(array.shape(), array.shape() + array.ndim()))));
   }
+  RequireMemory(static_cast<double>(array.size()), 1.0, name);
   return array;
 }
 
 }  // namespace
 
+bool IsPath(const py::handle& value) {
+  return py::isinstance<py::str>(value) || py::hasattr(value, "__fspath__");
+}
+
+std::string TypeText(const py::handle& value) { return py::str(py::type::of(value)); }
+
+py::ssize_t Dimensions(const py::handle& value) {
+  const py::array any = py::array::ensure(value);  // clears what it raises
+  return any ? any.ndim() : 0;
+}
+
+void RequireMemory(double rows, double columns, const std::string& name) {
+  const double bytes = rows * columns * sizeof(double);
+  const double memory = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) *
+                        static_cast<double>(::sysconf(_SC_PAGE_SIZE));
+  if (bytes <= memory / 4) return;
+  throw py::value_error(
+      fmt::format("{}: {:.0f} numbers take {:.0f} GB, more than a quarter of this computer's {:.0f}"
+                  " GB: give them in parts",
+                  name, rows * columns, 1e-9 * bytes, 1e-9 * memory));
+}
+
 py::array_t<double> Floats(const py::handle& value, const char* name, const Shape& shape) {
   const py::array any = AnyArray(value, name, shape, "fiub", "numbers");
-  auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(any);
-  if (!array) throw py::error_already_set();
+  const py::array_t<double, py::array::c_style | py::array::forcecast> array(any);
   const double* numbers = array.data();
   for (py::ssize_t i = 0; i < array.size(); ++i) {
     if (std::isfinite(numbers[i])) continue;
@@ -66,12 +90,12 @@ py::array_t<double> Floats(const py::handle& value, const char* name, const Shap
 
 py::array_t<int> Integers(const py::handle& value, const char* name, const Shape& shape) {
   const py::array any = AnyArray(value, name, shape, "iu", "whole numbers");
-  auto wide = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(any);
-  if (!wide) throw py::error_already_set();
+  const py::array_t<std::int64_t, py::array::c_style | py::array::forcecast> wide(any);
   py::array_t<int> array(std::vector<py::ssize_t>(any.shape(), any.shape() + any.ndim()));
   for (py::ssize_t i = 0; i < wide.size(); ++i) {
     const std::int64_t number = wide.data()[i];
-    if (number != static_cast<int>(number)) {
+    // Of unsigned ones, those beyond int64 come out negative.
+    if (number != static_cast<int>(number) || (number < 0 && any.dtype().kind() == 'u')) {
       throw py::value_error(fmt::format("{}: {} is out of range", name, number));
     }
     array.mutable_data()[i] = static_cast<int>(number);
@@ -90,9 +114,9 @@ Eigen::VectorXd Vector(const py::handle& value, const char* name) {
 }
 
 std::vector<JointPose> Poses(const py::handle& value, const char* name) {
-  const bool by_joint = py::hasattr(value, "ndim") && value.attr("ndim").cast<int>() == 3;
-  const py::array_t<double> array = by_joint ? Floats(value, name, {-1, kNumJoints, 3})
-                                             : Floats(value, name, {-1, 3 * kNumJoints});
+  const py::array_t<double> array = Dimensions(value) == 3
+                                        ? Floats(value, name, {-1, kNumJoints, 3})
+                                        : Floats(value, name, {-1, 3 * kNumJoints});
   std::vector<JointPose> poses(static_cast<std::size_t>(array.shape(0)));
   static_assert(sizeof(JointPose) == 3 * kNumJoints * sizeof(double));
   if (array.size() > 0) {

@@ -20,13 +20,27 @@ namespace py = pybind11;
 /// A shape as messages write it; -1 is any length.
 using Shape = std::vector<py::ssize_t>;
 
+/// Whether it names a file: a text, or what has __fspath__.
+bool IsPath(const py::handle& value);
+/// Its type, for messages.
+std::string TypeText(const py::handle& value);
+
 /// `value` as float64 in C order (a copy only where it is not that already): numpy arrays, lists,
 /// tensors on the CPU. Throws ValueError or TypeError, saying what was expected of `name` and what
-/// came, for another shape, for what is no real number, and for numbers that are not finite.
+/// came, for another shape, for what is no real number, for numbers that are not finite, and for
+/// more than fit into a quarter of this computer's memory (views repeat numbers at no cost, copies
+/// do not).
 py::array_t<double> Floats(const py::handle& value, const char* name, const Shape& shape);
 
 /// The same of whole numbers.
 py::array_t<int> Integers(const py::handle& value, const char* name, const Shape& shape);
+
+/// Number of dimensions that numpy sees in `value`; 0 for what is no array.
+py::ssize_t Dimensions(const py::handle& value);
+
+/// ValueError for more float64 numbers (rows x columns) than fit into a quarter of this computer's
+/// memory.
+void RequireMemory(double rows, double columns, const std::string& name);
 
 /// (T, 3) as one column a row.
 Eigen::Matrix3Xd Columns(const py::handle& value, const char* name, py::ssize_t rows = -1);

@@ -24,23 +24,14 @@ struct RefinedClip {
 };
 using RefinedPtr = std::shared_ptr<RefinedClip>;
 
-// The object whose trajectory the clip has: `given`, else the one beside the clip's file, else the
-// embedded one of that name.
-LoadedObject RefinedObject(const py::object& given_clip, const ClipArgument& clip,
-                           const py::object& given, double scale) {
-  const ObjectTrack& track = *clip.clip->object;
-  const std::optional<TriangleMesh> own = NamedMesh(given_clip, clip);
-  if (given.is_none()) {
-    if (own) return ObjectOfMesh(*own, track.name, track.mesh, scale);
-    for (const std::string& name : EmbeddedObjectNames()) {
-      if (name == track.name) return LoadObject(name, scale);
-    }
-    throw Error(clip.name, fmt::format("its object's mesh is missing ('{}')", track.name),
-                "Give it as object");
-  }
-  LoadedObject object = ObjectOf(given, scale);
-  if (own && !SameSurface(*own, object.mesh)) {
-    throw Error(object.source, "is not the object whose trajectory the clip has: " + track.mesh,
+// The object whose trajectory the clip has, which `given` may not contradict.
+LoadedObject RefinedObject(const ClipArgument& clip, const py::object& given, double scale) {
+  LoadedObject object = ObjectOf(given, clip, scale);
+  if (given.is_none()) return object;
+  const ClipObject own = OwnObject(clip);
+  if (own.mesh && !own.by_name && !SameSurface(*own.mesh, object.mesh)) {
+    throw Error(object.source,
+                "is not the object whose trajectory the clip has: " + clip.clip->object->mesh,
                 "Leave out object, or fit it anew: fit(clip, object)");
   }
   return object;
@@ -67,17 +58,14 @@ RefinedPtr Refine(const py::object& clip, const py::object& object, const std::s
                 "Make one with fit(), or give a clip with an object");
   }
   auto refined = std::make_shared<RefinedClip>();
-  refined->object = RefinedObject(clip, input, object, object_scale);
-  std::vector<std::string> notes;
+  refined->object = RefinedObject(input, object, object_scale);
+  const auto prepared = PrepareAside(refined->object, object_vertices, options.threads);
+  LogNotes(prepared->notes);
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
-    const PreparedObject prepared =
-        PrepareObject(refined->object, object_vertices, options.threads);
-    notes = prepared.notes;
     refined->report = NamingSource("the clip", input.name, [&] {
-      return RefineCarried(*input.clip, input.body, prepared, options, go_on);
+      return RefineCarried(*input.clip, input.body, *prepared, options, go_on);
     });
   });
-  LogNotes(notes);
   switch (refined->report.status) {
     case RefineStatus::kStopped:
       throw Stopped();
@@ -91,7 +79,7 @@ RefinedPtr Refine(const py::object& clip, const py::object& object, const std::s
     case RefineStatus::kRefined:
       break;
   }
-  refined->clip = std::make_shared<Clip>(std::move(refined->report.result.clip));
+  refined->clip = WithSurface(std::move(refined->report.result.clip), refined->object.mesh);
   return refined;
 }
 
@@ -169,8 +157,7 @@ void BindRefine(py::module_& module) {
       "body"_a = py::none(), "threads"_a = 0, "progress"_a = py::none(),
       "Cleans a clip that has its object's trajectory, captured or predicted: penetration, jitter, "
       "lost contact; near the data.\n\n"
-      "object as for fit(); None: the mesh that lies beside the clip's file, else the embedded "
-      "object of that name. hand: who holds; 'auto': found in the clip, 'clip': as its "
+      "object as for fit(). hand: who holds; 'auto': found in the clip, 'clip': as its "
       "holding_hand says, 'right', 'left', 'both'. weights: dict by term. Returns RefineResult. "
       "Raises FitFailure where no hand that holds touches the object, Stopped, and Error.");
 }

@@ -5,12 +5,52 @@
 #include <chrono>
 #include <exception>
 #include <future>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include "geometry/parallel.h"
 #include "python/src/bindings.h"
 
 namespace holdfast::python {
+namespace {
+
+// Work that Ctrl-C has left behind; touched with the interpreter's lock held.
+std::vector<std::future<void>>& LeftBehind() {
+  static std::vector<std::future<void>> left;
+  return left;
+}
+
+}  // namespace
+
+void LeaveOnInterrupt(std::function<void()> work) {
+  const auto stop = std::make_shared<std::atomic<bool>>(false);
+  std::future<void> done = std::async(std::launch::async, [work = std::move(work), stop] {
+    const StopOn interrupt(stop.get());
+    work();
+  });
+  {
+    const py::gil_scoped_release unlocked;
+    while (!*stop && done.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
+      const py::gil_scoped_acquire lock;
+      if (PyErr_CheckSignals() != 0) *stop = true;
+    }
+  }
+  if (!*stop) return;
+  std::erase_if(LeftBehind(), [](const std::future<void>& work_before) {
+    return work_before.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  });
+  LeftBehind().push_back(std::move(done));
+  throw py::error_already_set();
+}
+
+void BindRun() {
+  py::module_::import("atexit").attr("register")(py::cpp_function([] {
+    std::vector<std::future<void>> left = std::move(LeftBehind());
+    const py::gil_scoped_release unlocked;
+    left.clear();
+  }));
+}
 
 void RunWithProgress(const py::object& progress,
                      const std::function<void(const StagedProgress&)>& work) {
@@ -38,7 +78,10 @@ void RunWithProgress(const py::object& progress,
   std::exception_ptr failed;
   {
     const py::gil_scoped_release unlocked;
-    auto done = std::async(std::launch::async, [&] { work(watched); });
+    auto done = std::async(std::launch::async, [&] {
+      const StopOn told(&stop);
+      work(watched);
+    });
     while (done.wait_for(std::chrono::milliseconds(interrupted ? 1000 : 20)) !=
            std::future_status::ready) {
       if (interrupted) continue;
@@ -47,6 +90,7 @@ void RunWithProgress(const py::object& progress,
     }
     try {
       done.get();
+    } catch (const WorkStopped&) {
     } catch (...) {
       failed = std::current_exception();
     }

@@ -32,33 +32,22 @@ namespace {
 
 using namespace py::literals;
 
-// The mesh that the clip's object names, beside the clip's file, else the embedded object of its
-// name.
-void FindMesh(ClipScene& scene) {
-  const ObjectTrack& track = *scene.clip.object;
-  std::filesystem::path folder = scene.source;
-  if (!std::filesystem::is_directory(folder)) folder = folder.parent_path();
-  std::vector<std::string> candidates;
-  if (!track.mesh.empty()) candidates = {(folder / track.mesh).string(), track.mesh};
-  if (!track.name.empty()) candidates.push_back(track.name);
-  scene.object_missing = "the clip names no mesh of its object";
-  for (const std::string& candidate : candidates) {
-    try {
-      scene.object = LoadObject(candidate).mesh;
-      scene.object_source = candidate;
-      return;
-    } catch (const Error& error) {
-      if (&candidate == &candidates.front()) scene.object_missing = error.what();
-    }
-  }
-}
+}  // namespace
 
-// `clip` with its body, and the mesh of its object where that is given or found.
-ClipScene SceneOf(const py::object& clip, const py::object& object, double object_scale,
-                  const py::object& body, const char* name) {
+ReportInput SceneOf(const py::object& clip, const py::object& object, double object_scale,
+                    const py::object& body, const char* name) {
+  if (py::hasattr(clip, "fit") && py::hasattr(clip, "clip")) {  // SynthesisResult
+    return SceneOf(clip.attr("fit"), object, object_scale, body, name);
+  }
+  if (py::hasattr(clip, "clip") && py::isinstance<Clip>(clip.attr("clip"))) {
+    const bool own = object.is_none() && py::hasattr(clip, "object");
+    return SceneOf(clip.attr("clip"), own ? py::object(clip.attr("object")) : object,
+                   own ? 1.0 : object_scale, body, name);
+  }
   ClipArgument argument = ClipOf(clip, body, name);
-  ClipScene scene;
+  ReportInput scene;
   scene.source = argument.name;
+  scene.file = argument.file;
   scene.clip = *argument.clip;
   scene.body = argument.body.model;
   scene.betas = argument.body.betas;
@@ -70,11 +59,15 @@ ClipScene SceneOf(const py::object& clip, const py::object& object, double objec
     scene.object = std::move(loaded.mesh);
     scene.object_source = loaded.source;
   } else if (scene.clip.object) {
-    const py::gil_scoped_release unlocked;
-    FindMesh(scene);
+    ClipObject own = OwnObject(argument, object_scale);
+    scene.object = std::move(own.mesh);
+    scene.object_source = own.in_clip ? argument.name : own.source;
+    scene.object_missing = own.missing;
   }
   return scene;
 }
+
+namespace {
 
 struct ScoreArguments {
   py::object object, reference, body;
@@ -99,7 +92,7 @@ py::object Score(const py::object& clip, ScoreArguments& in) {
         "exact='auto'");
   }
   protocol.contact.threads = in.options.threads;
-  const ClipScene scene = SceneOf(clip, in.object, in.object_scale, in.body, "clip");
+  const ClipScene scene = SceneOf(clip, in.object, in.object_scale, in.body);
   std::optional<ClipScene> reference;
   if (!in.reference.is_none()) {
     reference = SceneOf(in.reference, in.object, in.object_scale, in.body, "reference");
@@ -205,7 +198,7 @@ void RenderTo(const py::object& clip, const std::filesystem::path& path, const p
                      .frame_rate = 1.0,
                      .threads = ThreadsOf(threads)};
   RequirePicture(in, size, sheet);
-  const ClipScene scene = SceneOf(clip, object, object_scale, body, "clip");
+  const ClipScene scene = SceneOf(clip, object, object_scale, body);
   const int count = scene.clip.NumFrames();
   if (frame && (*frame < 0 || *frame >= count)) {
     throw py::value_error(fmt::format("frame: {} of a clip of {} frames", *frame, count));
@@ -246,7 +239,8 @@ constexpr const char* kScoreDoc =
     "where undefined; 'hands' the same for each hand that holds; 'definitions' what each name "
     "means; 'protocol' the thresholds; 'reference' and errors such as 'mpjpe_mm' with a reference; "
     "'notes' what to know.\n\n"
-    "clip and reference: a Clip, a path or an embedded name. object: a mesh in metres (path, "
+    "clip and reference: a Clip, a path, an embedded name or a result such as fit()'s. object: a "
+    "mesh in metres (path, "
     "embedded name, or (vertices, faces)) in place of the one that the clip names; object_scale "
     "multiplies it. exact: the shared volume by cutting the meshes ('off', 'auto': by voxels where "
     "that is undefined, 'on'). symmetric: whether the object is, when poses are compared ('off', "

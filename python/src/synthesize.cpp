@@ -66,7 +66,7 @@ imos::Intent IntentOf(const SynthesisCall& call, const SynthesisNetwork& network
   return intent;
 }
 
-HeldStart StartOf(const SynthesisCall& call, std::string_view action) {
+HoldingStart StartOf(const SynthesisCall& call, std::string_view action) {
   if (call.from) {
     return StartInClip(*call.from->clip, call.from->body, call.object, call.frame,
                        call.options.threads, call.from->name);
@@ -129,7 +129,7 @@ SynthesisPtr Run(SynthesisCall& call, const py::object& progress) {
     answer->intent = IntentOf(call, network);
     NoteOnIntent(network, answer->intent, notes);
     RequireHandheld(call.object);
-    const HeldStart start = StartOf(call, imos::Actions()[answer->intent.action].label);
+    const HoldingStart start = StartOf(call, imos::Actions()[answer->intent.action].label);
     if (!go_on("synthesize", 0, 1)) throw Stopped();
     SynthesizeOptions& options = call.options;
     options.seconds_per_key_frame = call.seconds
@@ -139,7 +139,7 @@ SynthesisPtr Run(SynthesisCall& call, const py::object& progress) {
     const SynthesizedMotion made =
         Synthesize(start, network.weights, answer->intent, options, go_on);
     if (made.stopped) throw Stopped();
-    answer->motion = std::make_shared<Clip>(made.motion);
+    answer->motion = WithSurface(made.motion, call.object.mesh);
     answer->seconds_per_key_frame = options.seconds_per_key_frame;
     answer->switch_frame = made.switch_frame;
     for (const SynthesizedSample& sample : made.samples) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,29 @@ PairInput PairsOf(const py::object& hand, const py::object& object, const py::ob
   new (&in.reference)
       Eigen::Map<const RowTable>(in.reference_array.data(), in.hand.cols(), in.object.cols());
   return in;
+}
+
+// Short work at once, as threads cost more to start than a million pairs; other work so that Ctrl-C
+// stops it. What it writes belongs to the caller: both wait for its end.
+void ForPairs(Eigen::Index pairs, const std::function<void(bool many)>& work) {
+  if (pairs > 1'000'000) {
+    RunWithProgress(py::none(), [&](const StagedProgress&) { work(true); });
+  } else {
+    const py::gil_scoped_release unlocked;
+    work(false);
+  }
+}
+
+py::array_t<double> PairDistances(const py::object& hand, const py::object& object) {
+  const Eigen::Matrix3Xd from = Columns(hand, "hand"), to = Columns(object, "object");
+  RequireMemory(static_cast<double>(from.cols()), static_cast<double>(to.cols()), "hand, object");
+  py::array_t<double> distances({from.cols(), to.cols()});
+  Eigen::Map<Eigen::MatrixXd> columns(distances.mutable_data(), to.cols(), from.cols());
+  ForPairs(distances.size(), [&](bool) {
+    ParallelFor(static_cast<int>(from.cols()), 1,
+                [&](int i) { columns.col(i) = HandObjectDistance::Distances(from.col(i), to); });
+  });
+  return distances;
 }
 
 // An energy and its gradients, as Python has them.
@@ -74,11 +98,11 @@ py::tuple DistanceEnergy(const py::object& hand, const py::object& object,
                     Eigen::Matrix3Xd::Zero(3, in.object.cols())};
   const int count = ThreadsOf(threads);
   if (in.reference.size() > 0) {
-    const py::gil_scoped_release unlocked;
-    // Threads cost more to start than a million pairs.
-    const int used = in.reference.size() > 1'000'000 ? count : 1;
-    result.energy = DistanceGradient(in.hand, in.object, in.reference, used, result.hand);
-    DistanceGradient(in.object, in.hand, in.reference.transpose(), used, result.object);
+    ForPairs(in.reference.size(), [&](bool many) {
+      const int used = many ? count : 1;
+      result.energy = DistanceGradient(in.hand, in.object, in.reference, used, result.hand);
+      DistanceGradient(in.object, in.hand, in.reference.transpose(), used, result.object);
+    });
   }
   return result.Tuple();
 }
@@ -89,9 +113,8 @@ py::tuple ContactEnergy(const py::object& hand, const py::object& object,
   if (!(threshold_m > 0.0)) throw py::value_error("threshold_m: expected more than 0 m");
   PairEnergy result{0.0, Eigen::Matrix3Xd::Zero(3, in.hand.cols()),
                     Eigen::Matrix3Xd::Zero(3, in.object.cols())};
-  {
-    const py::gil_scoped_release unlocked;
-    for (Eigen::Index i = 0; i < in.hand.cols(); ++i) {
+  ForPairs(in.reference.size(), [&](bool) {
+    ParallelFor(static_cast<int>(in.hand.cols()), 1, [&](int i) {
       for (Eigen::Index j = 0; j < in.object.cols(); ++j) {
         if (in.reference(i, j) >= threshold_m) continue;
         const Eigen::Vector3d apart = in.hand.col(i) - in.object.col(j);
@@ -99,16 +122,16 @@ py::tuple ContactEnergy(const py::object& hand, const py::object& object,
         result.hand.col(i) += 2.0 * apart;
         result.object.col(j) -= 2.0 * apart;
       }
-    }
-  }
+    });
+  });
   return result.Tuple();
 }
 
 py::tuple PenetrationEnergy(const py::object& points, const py::object& signed_distance,
                             double give_m, int threads) {
   if (!py::hasattr(signed_distance, "gradient")) {
-    throw py::type_error(fmt::format("signed_distance: expected a SignedDistance, got {}",
-                                     std::string(py::str(py::type::of(signed_distance)))));
+    throw py::type_error("signed_distance: expected a SignedDistance, got " +
+                         TypeText(signed_distance));
   }
   if (!(give_m >= 0.0)) throw py::value_error("give_m: expected 0 m or more");
   const py::tuple answer = signed_distance.attr("gradient")(points, "threads"_a = threads);
@@ -123,12 +146,7 @@ py::tuple PenetrationEnergy(const py::object& points, const py::object& signed_d
 
 void BindTerms(py::module_& module) {
   module.def(
-      "pair_distances",
-      [](const py::object& hand, const py::object& object) {
-        return Rows(
-            HandObjectDistance::Distances(Columns(hand, "hand"), Columns(object, "object")));
-      },
-      "hand"_a, "object"_a,
+      "pair_distances", &PairDistances, "hand"_a, "object"_a,
       "|h_i - o_j| of hand (N, 3) and object (M, 3), metres: (N, M). The reference D of the terms "
       "below is this in the frame in which the hand takes hold.");
   module.def("distance_energy", &DistanceEnergy, "hand"_a, "object"_a, "reference"_a, py::kw_only(),

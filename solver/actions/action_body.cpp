@@ -16,11 +16,11 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-class Mover {
+class ActionBodySolver {
  public:
-  Mover(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet, const ActionScript& script,
-        const ActionPath& path, double path_end_s, const ActionBodyOptions& options,
-        std::vector<BodyFrame>& frames)
+  ActionBodySolver(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet,
+                   const ActionScript& script, const ActionPath& path, double path_end_s,
+                   const ActionBodyOptions& options, std::vector<BodyFrame>& frames)
       : chain_(rest_joints, Side::kRight),
         feet_(feet),
         script_(script),
@@ -31,7 +31,7 @@ class Mover {
         base_(frames),
         change_(static_cast<int>(frames.size()), options.knot_frames) {}
 
-  ActionBodyReport Run() {
+  ActionBodyReport Solve() {
     ceres::Problem problem;
     change_.AddTo(problem);
     for (int t = 0; t < static_cast<int>(base_.size()); ++t) {
@@ -40,7 +40,8 @@ class Mover {
       });
     }
     // The arm is where it should be already.
-    change_.AddPrior(problem, ReachSigma({0.03, 0.04, 0.02}, 4.0 * kDegree, 12.0 * kDegree), 0.35);
+    change_.AddPrior(problem, UpperBodySigma({0.03, 0.04, 0.02}, 4.0 * kDegree, 12.0 * kDegree),
+                     0.35);
     const ceres::Solver::Summary summary = SolveFrames(problem, options_.max_iterations, 1e-3);
     ActionBodyReport report;
     report.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
@@ -92,7 +93,7 @@ class Mover {
     }
   }
 
-  ReachChain chain_;
+  UpperBodyChain chain_;
   const FeetTarget& feet_;
   const ActionScript& script_;
   const ActionPath& path_;
@@ -109,7 +110,7 @@ ActionBodyReport MoveActionBody(const Eigen::Matrix3Xd& rest_joints, const FeetT
                                 const ActionScript& script, const ActionPath& path,
                                 double path_end_s, const ActionBodyOptions& options,
                                 std::vector<BodyFrame>& frames) {
-  return Mover(rest_joints, feet, script, path, path_end_s, options, frames).Run();
+  return ActionBodySolver(rest_joints, feet, script, path, path_end_s, options, frames).Solve();
 }
 
 }  // namespace holdfast

@@ -19,8 +19,8 @@ using Eigen::Vector3d;
 constexpr double kTouch_m = 0.0008;  // that a push leaves
 constexpr int kPushes = 6;
 constexpr double kFarPush_m = 0.05;
-constexpr double kEasyLack_m = 0.04;  // the trunk gives that much
-constexpr double kWorst = 200.0;      // of one key: beyond that all are equally bad
+constexpr double kEasyShortfall_m = 0.04;  // the trunk gives that much
+constexpr double kWorst = 200.0;           // of one key: beyond that all are equally bad
 
 double Square(double x) { return x * x; }
 
@@ -31,24 +31,24 @@ struct Candidate {
   double cost = 0.0;
 };
 
-class Chooser {
+class ActionKeySearch {
  public:
-  Chooser(const ActionPerson& person, const BodyPlacement& start, const ActionScript& script,
-          const Eigen::Matrix3Xd& object_points)
+  ActionKeySearch(const ActionPerson& person, const BodyPlacement& start,
+                  const ActionScript& script, const Eigen::Matrix3Xd& object_points)
       : person_(person), script_(script), object_points_(object_points) {
     for (const ScriptKey& key : script.keys) {
       stances_.push_back(StanceAt(start, script, key.arrive_s));
     }
   }
 
-  // The best keys for one grip; every `every`-th pose is tried.
-  ActionChoice Choose(const ActionGrip& grip, int every) const {
+  // The best keys for one grasp; every `every`-th pose is tried.
+  ActionChoice Choose(const ActionGrasp& grasp, int every) const {
     std::vector<int> chain;
     std::vector<std::vector<Candidate>> tried;
     for (int k = 0; k < static_cast<int>(script_.keys.size()); ++k) {
       if (script_.keys[static_cast<std::size_t>(k)].same_as) continue;
       chain.push_back(k);
-      tried.push_back(Candidates(grip, k, every));
+      tried.push_back(Candidates(grasp, k, every));
     }
     std::vector<std::vector<int>> from(tried.size());
     std::vector<double> total;
@@ -88,7 +88,7 @@ class Chooser {
   }
 
  private:
-  std::vector<Candidate> Candidates(const ActionGrip& grip, int k, int every) const {
+  std::vector<Candidate> Candidates(const ActionGrasp& grasp, int k, int every) const {
     const ScriptKey& key = script_.keys[static_cast<std::size_t>(k)];
     const NominalStance& stance = stances_[static_cast<std::size_t>(k)];
     std::vector<Candidate> candidates;
@@ -97,14 +97,14 @@ class Chooser {
       if (key.poses.size() > 12 && static_cast<int>(i) % every != 0) continue;
       Candidate candidate;
       candidate.object = key.poses[i];
-      if (!key.push.isZero(0.0)) candidate.cost += PushOff(grip, key.push, candidate.object);
+      if (!key.push.isZero(0.0)) candidate.cost += PushOff(grasp, key.push, candidate.object);
       candidate.world =
           key.anchor == Anchor::kHead ? stance.head * candidate.object : candidate.object;
       const std::array<bool, 2> holds = HoldersAt(script_, k);
-      if (holds[0]) candidate.cost += ArmCost(Side::kRight, *grip.right, stance, candidate.world);
-      if (holds[1]) candidate.cost += ArmCost(Side::kLeft, *grip.left, stance, candidate.world);
+      if (holds[0]) candidate.cost += ArmCost(Side::kRight, *grasp.right, stance, candidate.world);
+      if (holds[1]) candidate.cost += ArmCost(Side::kLeft, *grasp.left, stance, candidate.world);
       if (k == 0 && script_.table_m) {
-        candidate.cost += TableCost(*grip.right, candidate.world, stance);
+        candidate.cost += TableCost(*grasp.right, candidate.world, stance);
       }
       candidate.cost = std::min(candidate.cost, kWorst + 1e-3 * candidate.cost);
       candidates.push_back(candidate);
@@ -113,11 +113,11 @@ class Chooser {
   }
 
   // Moves the object off the head, with the hand that holds it; what that costs.
-  double PushOff(const ActionGrip& grip, const Vector3d& direction, Isometry3d& object) const {
+  double PushOff(const ActionGrasp& grasp, const Vector3d& direction, Isometry3d& object) const {
     double pushed = 0.0, depth = 0.0;
     for (int k = 0; k < kPushes; ++k) {
-      const Isometry3d wrist = object * grip.right->wrist_from_object.inverse();
-      depth = std::max(DepthInHead(object, object_points_), DepthInHead(wrist, grip.right_skin));
+      const Isometry3d wrist = object * grasp.right->wrist_from_object.inverse();
+      depth = std::max(DepthInHead(object, object_points_), DepthInHead(wrist, grasp.right_skin));
       if (depth <= kTouch_m || pushed >= kFarPush_m) break;
       const double step = std::max(0.001, depth);
       object.translation() += step * direction.normalized();
@@ -146,8 +146,8 @@ class Chooser {
     double least = std::numeric_limits<double>::infinity();
     for (const double swivel : {-5.0, 15.0, 35.0, 60.0}) {
       const ArmChoice arm = person_.Arm(side).At(target, swivel * kDegree);
-      const double lacks = std::max(0.0, arm.lacks_m - kEasyLack_m);
-      least = std::min(least, arm.discomfort + Square(lacks / 0.02));
+      const double shortfall = std::max(0.0, arm.shortfall_m - kEasyShortfall_m);
+      least = std::min(least, arm.discomfort + Square(shortfall / 0.02));
     }
     // Hands that come near the trunk squeeze the elbow out.
     const Vector3d from_chest = wrist.translation() - stance.chest_position;
@@ -188,23 +188,23 @@ std::array<bool, 2> HoldersAt(const ActionScript& script, int key) {
 }
 
 ActionChoice ChooseKeys(const ActionPerson& person, const BodyPlacement& start,
-                        const ActionScript& script, std::span<const ActionGrip> grips,
+                        const ActionScript& script, std::span<const ActionGrasp> grasps,
                         std::span<const double> offsets, const Eigen::Matrix3Xd& object_points) {
-  if (grips.empty()) {
+  if (grasps.empty()) {
     throw Error("action", "has no way of holding the object", "Find grasps first");
   }
-  const Chooser chooser(person, start, script, object_points);
+  const ActionKeySearch search(person, start, script, object_points);
   std::size_t best = 0;
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t g = 0; g < grips.size(); ++g) {
-    const double cost = chooser.Choose(grips[g], 3).cost + offsets[g];
+  for (std::size_t g = 0; g < grasps.size(); ++g) {
+    const double cost = search.Choose(grasps[g], 3).cost + offsets[g];
     if (cost < least) {
       least = cost;
       best = g;
     }
   }
-  ActionChoice choice = chooser.Choose(grips[best], 1);
-  choice.grip = best;
+  ActionChoice choice = search.Choose(grasps[best], 1);
+  choice.grasp = best;
   return choice;
 }
 

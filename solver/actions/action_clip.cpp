@@ -32,7 +32,7 @@ ActionScene SceneOf(const ActionClipRequest& request, const BodyPlacement& start
 }
 
 // The motion as a clip: fingers as the hands have them, the object's track, who holds.
-Clip ClipOf(const ActionActor& actor, const ActionMotion& motion, const ActionGrip& grip) {
+Clip ClipOf(const ActionActor& actor, const ActionMotion& motion, const ActionGrasp& grasp) {
   const Eigen::Matrix3Xd& rest = actor.Measures().rest_joints;
   Clip clip = ToClip(motion.frames, kActionRate, rest, JointPose::Zero());
   clip.object.emplace();
@@ -44,7 +44,9 @@ Clip ClipOf(const ActionActor& actor, const ActionMotion& motion, const ActionGr
     for (const Side side : {Side::kRight, Side::kLeft}) {
       FingerPose fingers = RelaxedFingers(rest, side);
       const double closed = motion.closed[at][side == Side::kRight ? 0 : 1];
-      if (const Grasp* grasp = grip.Of(side)) fingers += closed * (grasp->fingers - fingers);
+      if (const Grasp* of_hand = grasp.Of(side)) {
+        fingers += closed * (of_hand->fingers - fingers);
+      }
       SetFingers(clip.pose[at], side, fingers);
     }
     clip.object->SetPose(t, motion.object[at]);
@@ -53,31 +55,32 @@ Clip ClipOf(const ActionActor& actor, const ActionMotion& motion, const ActionGr
 }
 
 // Object and fingers by the fit's own code; the receiving hand of a handover has its grasp.
-Clip Fitted(const ActionClipRequest& request, const ActionGrip& grip, const Clip& clip) {
+Clip Fitted(const ActionClipRequest& request, const ActionGrasp& grasp, const Clip& clip) {
   std::vector<const HandModel*> hands = {&request.actor.Hand(Side::kRight)};
-  if (grip.left != nullptr) hands.push_back(&request.actor.Hand(Side::kLeft));
-  const GripMaker grips = [&](const GripRequest& asked) {
-    if (asked.frame == 0) return GripPose{FingersOf(asked.pose, asked.side), {}};
-    const Grasp& grasp = *grip.Of(asked.side);
-    const Isometry3d wrist = asked.object.Transform() * grasp.wrist_from_object.inverse();
-    return GripPose{grasp.fingers,
-                    OffsetTo(request.actor.Hand(asked.side), wrist, asked.trans, asked.pose)};
+  if (grasp.left != nullptr) hands.push_back(&request.actor.Hand(Side::kLeft));
+  const GraspMaker grasps = [&](const GraspRequest& asked) {
+    if (asked.frame == 0) return GraspPose{FingersOf(asked.pose, asked.side), {}};
+    const Grasp& of_hand = *grasp.Of(asked.side);
+    const Isometry3d wrist = asked.object.Transform() * of_hand.wrist_from_object.inverse();
+    return GraspPose{of_hand.fingers,
+                     OffsetTo(request.actor.Hand(asked.side), wrist, asked.trans, asked.pose)};
   };
-  return FitClip(clip, hands, request.prop.fit, clip.holding_hand, FitOptions(), grips).clip;
+  return FitClip(clip, hands, request.prop.fit, clip.holding_hand, FitOptions(), grasps).clip;
 }
 
 // What is done, how the object is held and where it is at the keys; null with a fault in `made`.
 struct Chosen {
   ActionScript script;
   ActionChoice choice;
-  const ActionGrip* grip = nullptr;
+  const ActionGrasp* grasp = nullptr;
 };
 
 Chosen Choose(const ActionClipRequest& request, std::optional<bool> in_hand, ActionClip& made) {
   Chosen chosen;
   const bool handover = request.action == "offhand";
-  const std::vector<ActionGrip>& grips = handover ? request.grips.Paired() : request.grips.Single();
-  if (grips.empty()) {
+  const std::vector<ActionGrasp>& grasps =
+      handover ? request.grasps.Paired() : request.grasps.Single();
+  if (grasps.empty()) {
     made.fault = handover ? "no two hands find room" : "no grasp";
     return chosen;
   }
@@ -90,17 +93,17 @@ Chosen Choose(const ActionClipRequest& request, std::optional<bool> in_hand, Act
   if (in_hand) scene.in_hand = *in_hand;
   chosen.script = WriteScript(request.action, scene, draws);
   std::vector<double> offsets;
-  for (const ActionGrip& grip : grips) {
-    offsets.push_back(kVariety * draws.Uniform(0.0, 1.0) - 0.5 * grip.right->score);
+  for (const ActionGrasp& grasp : grasps) {
+    offsets.push_back(kVariety * draws.Uniform(0.0, 1.0) - 0.5 * grasp.right->score);
   }
   chosen.choice =
-      ChooseKeys(actor.Person(), start, chosen.script, grips, offsets, request.prop.samples);
+      ChooseKeys(actor.Person(), start, chosen.script, grasps, offsets, request.prop.samples);
   made.quality.worst_key = chosen.choice.worst_key;
   const ActionFault fault =
       FaultOf(ActionQuality{.worst_key = chosen.choice.worst_key, .contact = 1.0}, request.action);
   made.fault = fault.fault;
   made.detail = fault.detail;
-  if (fault.fault.empty()) chosen.grip = &grips[chosen.choice.grip];
+  if (fault.fault.empty()) chosen.grasp = &grasps[chosen.choice.grasp];
   return chosen;
 }
 
@@ -109,7 +112,7 @@ Chosen Choose(const ActionClipRequest& request, std::optional<bool> in_hand, Act
 ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool> in_hand) {
   ActionClip made;
   Chosen chosen = Choose(request, in_hand, made);
-  if (chosen.grip == nullptr) return made;
+  if (chosen.grasp == nullptr) return made;
   const ActionActor& actor = request.actor;
   // The first key alone, for as long as the whole body takes to settle in it.
   constexpr double kStill_s = 0.5;
@@ -121,9 +124,9 @@ ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool>
   script.handover.reset();
   chosen.choice.keys.resize(1);
   const std::vector<BodyFrame> idle = IdleMotion(actor.Measures(), request.start, FramesOf(script));
-  const ActionMotion motion =
-      MakeActionMotion(actor.Person(), actor.Measures(), script, *chosen.grip, chosen.choice, idle);
-  const Clip clip = ClipOf(actor, motion, *chosen.grip);
+  const ActionMotion motion = MakeActionMotion(actor.Person(), actor.Measures(), script,
+                                               *chosen.grasp, chosen.choice, idle);
+  const Clip clip = ClipOf(actor, motion, *chosen.grasp);
   made.clip = Slice(clip, 0, 1);
   made.clip.betas = actor.Betas();
   made.clip.body_model = actor.Model().Name();
@@ -136,19 +139,19 @@ ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool>
 ActionClip MakeActionClip(const ActionClipRequest& request) {
   ActionClip made;
   const Chosen chosen = Choose(request, {}, made);
-  if (chosen.grip == nullptr) return made;
+  if (chosen.grasp == nullptr) return made;
   const ActionActor& actor = request.actor;
   const ActionScript& script = chosen.script;
   const ActionChoice& choice = chosen.choice;
-  const ActionGrip& grip = *chosen.grip;
+  const ActionGrasp& grasp = *chosen.grasp;
   const std::vector<BodyFrame> idle = IdleMotion(actor.Measures(), request.start, FramesOf(script));
   const ActionMotion motion =
-      MakeActionMotion(actor.Person(), actor.Measures(), script, grip, choice, idle);
+      MakeActionMotion(actor.Person(), actor.Measures(), script, grasp, choice, idle);
   made.quality.hand_error_rad = motion.worst_hand_error_rad;
-  made.quality.lack_m = motion.worst_lack_m;
+  made.quality.shortfall_m = motion.worst_shortfall_m;
 
-  const Clip clip = ClipOf(actor, motion, grip);
-  made.clip = Fitted(request, grip, clip);
+  const Clip clip = ClipOf(actor, motion, grasp);
+  made.clip = Fitted(request, grasp, clip);
   for (int t = 0; t < clip.NumFrames(); ++t) {
     made.quality.slipped_mm =
         std::max(made.quality.slipped_mm,

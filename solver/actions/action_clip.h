@@ -12,12 +12,12 @@
 
 namespace holdfast {
 
-/// How sound a made clip is.
+/// How sound a synthetic clip is.
 struct ActionQuality {
   int frames = 0;
   double worst_key = 0.0;          ///< cost of the least comfortable key (ChooseKeys)
   double hand_error_rad = 0.0;     ///< what a wrist refuses, at most
-  double lack_m = 0.0;             ///< what an arm is too short, at most
+  double shortfall_m = 0.0;        ///< by which an arm is too short, at most
   double penetrating = 0.0;        ///< share of frames with a holding hand over 2 mm in the object
   double deepest_mm = 0.0;         ///< of those hands, any frame
   double contact = 0.0;            ///< share of held frames in which a holding hand touches
@@ -41,7 +41,7 @@ struct ActionClipRequest {
   std::string_view action;
   const ActionActor& actor;
   const ActionProp& prop;  ///< mirrored where `mirrored`
-  const ActionGrips& grips;
+  const ActionGrasps& grasps;
   const StandingStart& start;
   bool mirrored = false;  ///< a left-handed clip: all is made for a right hand, then mirrored
   std::uint64_t seed = 1;

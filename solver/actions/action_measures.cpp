@@ -32,12 +32,13 @@ double DeepestIn(const DistanceGrid& grid, const Isometry3d& grid_from_points,
   return 1000.0 * deepest;
 }
 
-class Looker {
+class ActionQualityMeter {
  public:
-  Looker(const ActionActor& actor, const ActionProp& prop, const Clip& clip, ActionQuality& quality)
+  ActionQualityMeter(const ActionActor& actor, const ActionProp& prop, const Clip& clip,
+                     ActionQuality& quality)
       : actor_(actor), prop_(prop), clip_(clip), quality_(quality) {}
 
-  void Look() {
+  void Measure() {
     quality_.frames = clip_.NumFrames();
     Hands();
     Body();
@@ -127,7 +128,7 @@ class Looker {
 
 void MeasureAction(const ActionActor& actor, const ActionProp& prop, const Clip& clip,
                    ActionQuality& quality) {
-  Looker(actor, prop, clip, quality).Look();
+  ActionQualityMeter(actor, prop, clip, quality).Measure();
 }
 
 ActionFault FaultOf(const ActionQuality& quality, std::string_view action) {
@@ -139,8 +140,8 @@ ActionFault FaultOf(const ActionQuality& quality, std::string_view action) {
     return {"wrist beyond its limits",
             fmt::format("by {:.0f} degrees", quality.hand_error_rad / kDegree)};
   }
-  if (quality.lack_m > 0.02) {
-    return {"out of reach", fmt::format("by {:.0f} mm", 1000.0 * quality.lack_m)};
+  if (quality.shortfall_m > 0.02) {
+    return {"out of reach", fmt::format("by {:.0f} mm", 1000.0 * quality.shortfall_m)};
   }
   if (quality.penetrating > 0.02) {
     return {"hand in object", fmt::format("{:.0f} % of frames over 2 mm, {:.1f} mm at most",

@@ -45,15 +45,16 @@ Isometry3d BackedOff(const Isometry3d& wrist, Side side) {
   return away;
 }
 
-class Maker {
+class ActionMotionBuilder {
  public:
-  Maker(const ActionPerson& person, const BodyMeasures& body, const ActionScript& script,
-        const ActionGrip& grip, const ActionChoice& choice, const std::vector<BodyFrame>& idle,
-        const ActionBodyOptions& options)
+  ActionMotionBuilder(const ActionPerson& person, const BodyMeasures& body,
+                      const ActionScript& script, const ActionGrasp& grasp,
+                      const ActionChoice& choice, const std::vector<BodyFrame>& idle,
+                      const ActionBodyOptions& options)
       : person_(person),
         body_(body),
         script_(script),
-        grip_(grip),
+        grasp_(grasp),
         choice_(choice),
         options_(options),
         frames_(idle),
@@ -61,7 +62,7 @@ class Maker {
     if (script.handover) left_.emplace(PathOf(Side::kLeft));
   }
 
-  ActionMotion Make() {
+  ActionMotion Build() {
     const Eigen::Matrix3Xd& rest = body_.rest_joints;
     const FeetTarget feet = FeetOf(Place(rest, frames_.front()));
     for (BodyFrame& frame : frames_) PlaceLegs(rest, feet, frame);
@@ -78,7 +79,7 @@ class Maker {
 
  private:
   ActionPath PathOf(Side side) const {
-    const Grasp& grasp = *grip_.Of(side);
+    const Grasp& grasp = *grasp_.Of(side);
     const Isometry3d object_from_wrist = grasp.wrist_from_object.inverse();
     std::vector<PathKey> keys;
     for (int k = 0; k < static_cast<int>(script_.keys.size()); ++k) {
@@ -147,7 +148,7 @@ class Maker {
   }
 
   void ExactArm(Side side, const ActionPath& path, ActionMotion& made) {
-    const TakeArm& arm = person_.Arm(side);
+    const ArmIk& arm = person_.Arm(side);
     std::vector<BodyPlacement> placed;
     std::vector<ArmTarget> targets;
     for (std::size_t t = 0; t < frames_.size(); ++t) {
@@ -165,7 +166,7 @@ class Maker {
       SetArm(side, placed[t], chosen, Share(side, time), frames_[t]);
       if (!Holds(side, time)) continue;
       made.worst_hand_error_rad = std::max(made.worst_hand_error_rad, chosen.hand_error_rad);
-      made.worst_lack_m = std::max(made.worst_lack_m, chosen.lacks_m);
+      made.worst_shortfall_m = std::max(made.worst_shortfall_m, chosen.shortfall_m);
     }
   }
 
@@ -183,7 +184,7 @@ class Maker {
       const bool right = Holds(Side::kRight, time), left = Holds(Side::kLeft, time);
       const Side side = right ? Side::kRight : Side::kLeft;
       made.object.push_back(placed.WorldFromJoint(WristJoint(side)) *
-                            grip_.Of(side)->wrist_from_object);
+                            grasp_.Of(side)->wrist_from_object);
       made.holding.push_back(
           static_cast<std::uint8_t>((right ? kHoldsRight : 0) | (left ? kHoldsLeft : 0)));
       std::array<double, 2> closed = {1.0, 0.0};
@@ -199,7 +200,7 @@ class Maker {
   const ActionPerson& person_;
   const BodyMeasures& body_;
   const ActionScript& script_;
-  const ActionGrip& grip_;
+  const ActionGrasp& grasp_;
   const ActionChoice& choice_;
   const ActionBodyOptions& options_;
   std::vector<BodyFrame> frames_;
@@ -214,10 +215,10 @@ int FramesOf(const ActionScript& script) {
 }
 
 ActionMotion MakeActionMotion(const ActionPerson& person, const BodyMeasures& body,
-                              const ActionScript& script, const ActionGrip& grip,
+                              const ActionScript& script, const ActionGrasp& grasp,
                               const ActionChoice& choice, const std::vector<BodyFrame>& idle,
                               const ActionBodyOptions& options) {
-  return Maker(person, body, script, grip, choice, idle, options).Make();
+  return ActionMotionBuilder(person, body, script, grasp, choice, idle, options).Build();
 }
 
 }  // namespace holdfast

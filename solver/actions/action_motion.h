@@ -16,7 +16,7 @@
 
 namespace holdfast {
 
-inline constexpr double kActionRate = 30.0;  ///< frames per second of made actions
+inline constexpr double kActionRate = 30.0;  ///< frames per second of synthetic actions
 
 /// A body that does what a script says, the object in its hand; fingers as grasped, not fitted yet.
 struct ActionMotion {
@@ -27,14 +27,14 @@ struct ActionMotion {
   std::vector<std::array<double, 2>> closed;
   ActionBodyReport body;
   double worst_hand_error_rad = 0.0;  ///< while a hand holds: what its wrist refuses
-  double worst_lack_m = 0.0;          ///< while a hand holds: what its arm is too short
+  double worst_shortfall_m = 0.0;     ///< while a hand holds: by which its arm is too short
 };
 
 /// Makes the motion: the hands' paths through the chosen keys, the trunk by whole-body inverse
-/// kinematics (MoveActionBody), then both arms exactly (TakeArm), elbows where they are comfortable
+/// kinematics (MoveActionBody), then both arms exactly (ArmIk), elbows where they are comfortable
 /// over the whole clip. `idle`: as many frames as the script is long.
 ActionMotion MakeActionMotion(const ActionPerson& person, const BodyMeasures& body,
-                              const ActionScript& script, const ActionGrip& grip,
+                              const ActionScript& script, const ActionGrasp& grasp,
                               const ActionChoice& choice, const std::vector<BodyFrame>& idle,
                               const ActionBodyOptions& options = {});
 

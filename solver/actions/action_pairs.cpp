@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "generator/actions/script_poses.h"
-#include "solver/body_ik/take_arm.h"
+#include "solver/body_ik/arm_ik.h"
 #include "solver/handover/grasp_transfer.h"
 
 namespace holdfast {
@@ -36,19 +36,19 @@ class Meeting {
 
   const std::vector<Isometry3d>& Poses() const { return poses_; }
   double Cost(Side side, const Isometry3d& object, const Grasp& grasp) const {
-    const TakeArm& arm = side == Side::kRight ? right_ : left_;
+    const ArmIk& arm = side == Side::kRight ? right_ : left_;
     const ArmChoice choice =
         arm.Best({Shoulder(arm), FacingFront(), object * grasp.wrist_from_object.inverse()});
-    return choice.discomfort + 50.0 * choice.lacks_m;
+    return choice.discomfort + 50.0 * choice.shortfall_m;
   }
 
  private:
-  Vector3d Shoulder(const TakeArm& arm) const {
+  Vector3d Shoulder(const ArmIk& arm) const {
     return FacingFront() * rest_joints_.col(arm.Bones().root);
   }
 
   const Eigen::Matrix3Xd& rest_joints_;
-  TakeArm right_, left_;
+  ArmIk right_, left_;
   std::vector<Isometry3d> poses_;
 };
 

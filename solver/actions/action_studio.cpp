@@ -89,8 +89,8 @@ ActionActor::ActionActor(std::shared_ptr<const BodyModel> model, const Eigen::Ve
                                          return joint >= 18 && joint <= 21;
                                        }) > 0.7;
                               })),
-      person_{TakeArm(measures_.rest_joints, Side::kRight),
-              TakeArm(measures_.rest_joints, Side::kLeft), head_} {}
+      person_{ArmIk(measures_.rest_joints, Side::kRight), ArmIk(measures_.rest_joints, Side::kLeft),
+              head_} {}
 
 ActionProp MakeActionProp(std::string name, const TriangleMesh& mesh,
                           const TriangleMesh& simplified, bool mirrored, int threads) {
@@ -106,8 +106,8 @@ ActionProp MakeActionProp(std::string name, const TriangleMesh& mesh,
   return {std::move(name), shown, std::move(surface), std::move(fit), marks, std::move(samples)};
 }
 
-ActionGrips::ActionGrips(const ActionActor& actor, std::vector<Grasp> right,
-                         std::vector<GraspPair> pairs)
+ActionGrasps::ActionGrasps(const ActionActor& actor, std::vector<Grasp> right,
+                           std::vector<GraspPair> pairs)
     : right_(std::move(right)), pairs_(std::move(pairs)) {
   const auto skin = [&](Side side, const Grasp& grasp) {
     return SkinInWrist(actor.Hand(side), grasp.fingers, kSkinEvery);

@@ -69,23 +69,23 @@ ActionProp MakeActionProp(std::string name, const TriangleMesh& mesh,
                           const TriangleMesh& simplified, bool mirrored, int threads);
 
 /// How one actor can hold one prop: with the right hand, and in both at once.
-class ActionGrips {
+class ActionGrasps {
  public:
   /// `right`: FindActionGrasps of the prop; `pairs`: FindGraspPairs, where clips need both hands.
-  ActionGrips(const ActionActor& actor, std::vector<Grasp> right, std::vector<GraspPair> pairs);
+  ActionGrasps(const ActionActor& actor, std::vector<Grasp> right, std::vector<GraspPair> pairs);
 
   /// One for each grasp of the right hand.
-  const std::vector<ActionGrip>& Single() const { return single_; }
+  const std::vector<ActionGrasp>& Single() const { return single_; }
   /// One for each pair: for offhand.
-  const std::vector<ActionGrip>& Paired() const { return paired_; }
+  const std::vector<ActionGrasp>& Paired() const { return paired_; }
 
-  ActionGrips(const ActionGrips&) = delete;  // grips point into it
-  ActionGrips& operator=(const ActionGrips&) = delete;
+  ActionGrasps(const ActionGrasps&) = delete;  // grasps point into it
+  ActionGrasps& operator=(const ActionGrasps&) = delete;
 
  private:
   std::vector<Grasp> right_;
   std::vector<GraspPair> pairs_;
-  std::vector<ActionGrip> single_, paired_;
+  std::vector<ActionGrasp> single_, paired_;
 };
 
 }  // namespace holdfast

@@ -38,7 +38,7 @@ json ActionQualityJson(const ActionQuality& quality) {
   const double degree = std::numbers::pi / 180.0;
   return {{"worst_key", quality.worst_key},
           {"hand_error_deg", quality.hand_error_rad / degree},
-          {"lack_mm", 1000.0 * quality.lack_m},
+          {"lack_mm", 1000.0 * quality.shortfall_m},
           {"penetrating", quality.penetrating},
           {"deepest_mm", quality.deepest_mm},
           {"contact", quality.contact},
@@ -206,7 +206,7 @@ class ActionSetMaker {
   // How the subject of a job holds its prop with the right hand, and with both where `both`.
   // Grasps are kept in FOLDER/grasps, and taken from there by a later run with the same body, shape
   // and seed.
-  ActionGrips GripsOf(const ActionJob& job, bool both) {
+  ActionGrasps GraspsOf(const ActionJob& job, bool both) {
     const ActionActor& actor = Actor(job.subject);
     const std::uint64_t seed = MixSeed(options_.seed, kGraspSeed);
     json key = {{"version", options_.version},
@@ -241,11 +241,11 @@ class ActionSetMaker {
       });
       for (std::size_t k = 0; k < flat.size(); k += 2) pairs.push_back({flat[k], flat[k + 1]});
     }
-    return ActionGrips(actor, std::move(right), std::move(pairs));
+    return ActionGrasps(actor, std::move(right), std::move(pairs));
   }
 
   // Writes the clip unless all tries have a fault; its line of the manifest.
-  json Make(const ActionJob& job, const ActionGrips& grips) {
+  json Make(const ActionJob& job, const ActionGrasps& grasps) {
     const bool held_out = IsHeldOut(job.subject, options_.subjects);
     json line = {{"index", job.index},
                  {"name", job.name},
@@ -258,8 +258,8 @@ class ActionSetMaker {
     for (int attempt = 0; attempt < kClipTries; ++attempt) {
       const std::uint64_t seed = MixSeed(job.seed, static_cast<std::uint64_t>(attempt));
       const StandingStart& start = DrawStart(held_out ? starts_.held_out : starts_.train, seed);
-      ActionClip made =
-          MakeActionClip({job.action, Actor(job.subject), Prop(job), grips, start, job.left, seed});
+      ActionClip made = MakeActionClip(
+          {job.action, Actor(job.subject), Prop(job), grasps, start, job.left, seed});
       if (!made.fault.empty()) {
         dropped.push_back({{"reason", made.fault}, {"detail", made.detail}});
         continue;
@@ -375,11 +375,11 @@ ActionSetReport MakeActionSet(const std::shared_ptr<const BodyModel>& body,
     if (!go_on()) return;
     const std::vector<ActionJob>& group = groups[static_cast<std::size_t>(g)];
     const bool both = std::ranges::find(group, "offhand", &ActionJob::action) != group.end();
-    const ActionGrips grips = maker.GripsOf(group.front(), both);
+    const ActionGrasps grasps = maker.GraspsOf(group.front(), both);
     std::vector<json> some;
     for (const ActionJob& job : group) {
       if (!go_on()) break;
-      some.push_back(maker.Make(job, grips));
+      some.push_back(maker.Make(job, grasps));
     }
     const std::scoped_lock guard(lock);
     for (const json& line : some) lines[line["index"].get<int>()] = line;

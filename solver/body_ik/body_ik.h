@@ -5,14 +5,14 @@
 /// and goals go in; frames with trunk, arm and head solved, legs by inverse kinematics, come out.
 ///
 /// From the inside out:
-///   take_arm.h           an arm for a given hand pose
+///   arm_ik.h             an arm for a given hand pose
 ///   frame_block.h        terms of a frame by four control points
 ///   reach_frame_block.h  the terms of a reach, 20 residuals
 ///   reach_warp.h         WarpReach: a captured reach to another goal
 ///   reach_clip.h         a synthetic reach, its labels and measures
 ///   reach_refit.h        RefitReach: feet and wrist after a network
 ///   make_reach_data.h    MakeReachData: a data set from captures
+#include "solver/body_ik/arm_ik.h"
 #include "solver/body_ik/make_reach_data.h"
 #include "solver/body_ik/reach_refit.h"
 #include "solver/body_ik/reach_warp.h"
-#include "solver/body_ik/take_arm.h"

@@ -9,14 +9,14 @@
 
 #include <Eigen/Core>
 
-#include "solver/unknowns/reach_chain.h"
+#include "solver/unknowns/upper_body_chain.h"
 
 namespace holdfast {
 
 /// The terms of one frame as a function of the four control points of a cubic B-spline that its
 /// change lies between: x = sum_k basis_k c_k (ChangeSpline). Residuals: each term's kRows, in the
 /// order of the members of `Terms` (`Tied()`). Parameter blocks: four control points (28 each,
-/// ReachDofs). The body is evaluated once for all terms.
+/// UpperBodyDofs). The body is evaluated once for all terms.
 template <typename Terms>
 class FrameBlock final : public ceres::CostFunction {
  public:
@@ -25,18 +25,19 @@ class FrameBlock final : public ceres::CostFunction {
   }(std::type_identity<decltype(std::declval<const Terms&>().Tied())>());
 
   /// `chain` and `base` (the frame that is changed) must outlive the block.
-  FrameBlock(const ReachChain& chain, const BodyFrame& base, const Terms& terms,
+  FrameBlock(const UpperBodyChain& chain, const BodyFrame& base, const Terms& terms,
              const Eigen::Vector4d& basis)
       : chain_(chain), base_(base), terms_(terms), basis_(basis) {
     set_num_residuals(kRows);
-    mutable_parameter_block_sizes()->assign(4, ReachDofs::kSize);
+    mutable_parameter_block_sizes()->assign(4, UpperBodyDofs::kSize);
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    ReachChange change = ReachChange::Zero();
-    for (int k = 0; k < 4; ++k) change += basis_(k) * Eigen::Map<const ReachChange>(parameters[k]);
-    ReachState state;
+    UpperBodyChange change = UpperBodyChange::Zero();
+    for (int k = 0; k < 4; ++k)
+      change += basis_(k) * Eigen::Map<const UpperBodyChange>(parameters[k]);
+    UpperBodyState state;
     state.Evaluate(chain_, base_, change);
     Eigen::Map<Eigen::Matrix<double, kRows, 1>> r(residuals);
     JacobianRows J;
@@ -60,9 +61,9 @@ class FrameBlock final : public ceres::CostFunction {
   }
 
  private:
-  using JacobianRows = Eigen::Matrix<double, kRows, ReachDofs::kSize, Eigen::RowMajor>;
+  using JacobianRows = Eigen::Matrix<double, kRows, UpperBodyDofs::kSize, Eigen::RowMajor>;
 
-  const ReachChain& chain_;
+  const UpperBodyChain& chain_;
   const BodyFrame& base_;
   Terms terms_;
   Eigen::Vector4d basis_;

@@ -184,7 +184,7 @@ json HeadOf(const ReachWorkshop& shop) {
 }
 
 void SetMaking(ReachWorkshop& shop) {
-  SynthesisOptions& synthesis = shop.making.synthesis;
+  MatchedReachOptions& synthesis = shop.making.synthesis;
   synthesis.reaches = shop.options.reaches;
   synthesis.farthest_goal = shop.options.farthest_m;
   synthesis.pace = shop.options.pace;

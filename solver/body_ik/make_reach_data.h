@@ -18,7 +18,7 @@ struct ReachDataOptions {
   double hours = 1.0;       ///< of motion
   int reaches = 3;          ///< goals one after the other in a clip
   double farthest_m = 5.0;  ///< way to a goal
-  double pace = 1.0;        ///< multiplies the speeds of SynthesisOptions
+  double pace = 1.0;        ///< multiplies the speeds of MatchedReachOptions
   double blend_s = 0.35;    ///< of a transition
   ReachWrists wrists = ReachWrists::kRight;
   bool as_captured = false;  ///< reaches stay as they are, goals are where the wrists come to

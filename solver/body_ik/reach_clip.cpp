@@ -12,7 +12,7 @@ constexpr int kBefore = 40, kAfter = 41;  // frames around the goal's that may c
 constexpr int kIntoTransition = 6;        // frames of them before the captured reach begins
 
 // Window of the k-th reach: within its own captured stretch, never in that of another one.
-ReachWarp WindowOf(const SynthesizedMotion& motion, std::size_t k) {
+ReachWarp WindowOf(const MatchedReaches& motion, std::size_t k) {
   const ReachEvent& event = motion.reaches[k];
   const int previous = k > 0 ? motion.reaches[k - 1].end : 0;
   const int next = k + 1 < motion.reaches.size() ? motion.reaches[k + 1].begin
@@ -62,7 +62,7 @@ std::string FaultOf(const ReachClip& clip, const ReachClipLimits& limits) {
 ReachClip MakeReachClip(const MotionLibrary& library, const ReachClipOptions& options,
                         std::uint64_t seed) {
   const Eigen::Matrix3Xd& rest_joints = library.RestJoints();
-  SynthesizedMotion motion = SynthesizeReaches(library, options.synthesis, seed);
+  MatchedReaches motion = MatchReaches(library, options.synthesis, seed);
   ReachClip clip;
   clip.frames = motion.frames;
   clip.segments = motion.segments;

@@ -7,13 +7,13 @@
 
 #include "generator/matching/capture_quality.h"
 #include "generator/matching/foot_lock.h"
+#include "generator/matching/matched_reaches.h"
 #include "generator/matching/motion_library.h"
-#include "generator/matching/reach_synthesis.h"
 #include "solver/body_ik/reach_warp.h"
 
 namespace holdfast {
 
-/// One goal of a made clip.
+/// One goal of a synthetic clip.
 struct ReachLabel {
   Eigen::Vector3d goal = Eigen::Vector3d::Zero();  ///< of the wrist joint, world, metres
   int frame = 0;                                   ///< at which the wrist is there
@@ -24,7 +24,7 @@ struct ReachLabel {
   int source = 0;        ///< clip of the library whose reach it is
 };
 
-/// What a made clip must keep to be used.
+/// What a synthetic clip must keep to be used.
 struct ReachClipLimits {
   double goal_error_m = 0.01;       ///< a reach that misses more is left as captured
   double foot_correction_m = 0.20;  ///< of a planted foot, by foot locking
@@ -38,13 +38,13 @@ struct ReachClipLimits {
 };
 
 struct ReachClipOptions {
-  SynthesisOptions synthesis;
+  MatchedReachOptions synthesis;
   ReachWarpOptions warp;
   ReachClipLimits limits;
   bool carry_to_goals = true;  ///< false: reaches stay as captured, goals are where wrists are
 };
 
-/// A made motion with all that is known about it.
+/// A synthetic motion with all that is known about it.
 struct ReachClip {
   std::vector<BodyFrame> frames;
   std::vector<MotionSegment> segments;

@@ -27,10 +27,11 @@ double Share(const ReachWarp& warp, int frame) {
   return MinimumJerk(tau);
 }
 
-class Warp {
+class ReachWarpSolver {
  public:
-  Warp(const Eigen::Matrix3Xd& rest_joints, const std::vector<FeetTarget>& feet,
-       const ReachWarp& warp, const ReachWarpOptions& options, std::vector<BodyFrame>& frames)
+  ReachWarpSolver(const Eigen::Matrix3Xd& rest_joints, const std::vector<FeetTarget>& feet,
+                  const ReachWarp& warp, const ReachWarpOptions& options,
+                  std::vector<BodyFrame>& frames)
       : chain_(rest_joints, warp.wrist),
         feet_(feet),
         warp_(warp),
@@ -39,7 +40,7 @@ class Warp {
         captured_(frames.begin() + warp.begin, frames.begin() + warp.end),
         change_(warp.end - warp.begin, options.knot_frames) {}
 
-  ReachWarpReport Run() {
+  ReachWarpReport Solve() {
     ceres::Problem problem;
     change_.AddTo(problem);
     const BodyPlacement at_goal =
@@ -50,7 +51,8 @@ class Warp {
         return new ReachFrameBlock(chain_, Captured(t), TermsOf(t, lacks), basis);
       });
     }
-    change_.AddPrior(problem, ReachSigma({0.06, 0.06, 0.10}, 7.0 * kDegree, 8.0 * kDegree), 0.5);
+    change_.AddPrior(problem, UpperBodySigma({0.06, 0.06, 0.10}, 7.0 * kDegree, 8.0 * kDegree),
+                     0.5);
     change_.HoldEnds(problem);
     const ceres::Solver::Summary summary = SolveFrames(problem, options_.max_iterations, 1e-4);
     ReachWarpReport report;
@@ -103,7 +105,7 @@ class Warp {
     report.wrist_error_m = (placed.joints.col(chain_.WristJointId()) - warp_.goal).norm();
   }
 
-  ReachChain chain_;
+  UpperBodyChain chain_;
   const std::vector<FeetTarget>& feet_;
   const ReachWarp& warp_;
   const ReachWarpOptions& options_;
@@ -125,7 +127,7 @@ ReachWarpReport WarpReach(const Eigen::Matrix3Xd& rest_joints, const std::vector
                             warp.frame),
                 fmt::format("Leave {} frames on either side", margin));
   }
-  return Warp(rest_joints, feet, warp, options, frames).Run();
+  return ReachWarpSolver(rest_joints, feet, warp, options, frames).Solve();
 }
 
 }  // namespace holdfast

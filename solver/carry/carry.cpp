@@ -14,7 +14,7 @@
 #include "geometry/error.h"
 #include "geometry/mesh/surface_distance.h"
 #include "solver/fit/clip_state.h"
-#include "solver/fit/grip_from_clip.h"
+#include "solver/fit/grasps_from_clip.h"
 #include "solver/recipes/imos_code.h"
 
 namespace holdfast {
@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::uint8_t kHoldsBoth = kHoldsRight | kHoldsLeft;
 
-Holding Always(std::uint8_t bits, std::size_t frames) {
+HoldLabels Always(std::uint8_t bits, std::size_t frames) {
   return {std::vector<std::uint8_t>(frames, bits), {}, std::vector<double>(frames, 1.0)};
 }
 
@@ -92,7 +92,7 @@ class Carrier {
   }
 
   // Who holds the object in each frame, before the fit.
-  Holding WhoHolds() const {
+  HoldLabels WhoHolds() const {
     const auto frames = static_cast<std::size_t>(clip_.NumFrames());
     const bool has_track = !needs_grasp_;
     const bool switches_given = !options_.handover.switch_frames.empty();
@@ -100,7 +100,7 @@ class Carrier {
     // Without the object's own trajectory, somebody has to hold it in every frame.
     const bool labelled = !clip_.holding_hand.empty() &&
                           (has_track || std::ranges::count(clip_.holding_hand, 0) == 0);
-    Holding holding;
+    HoldLabels holding;
     if (labelled && (options_.hand_over || automatic) && !switches_given) {
       holding = {clip_.holding_hand, SwitchesOf(clip_.holding_hand), {}};
     } else if (options_.hand_over && (!has_track || switches_given)) {
@@ -112,9 +112,9 @@ class Carrier {
     } else if (!has_track) {
       return Always(UsualHolder(), frames);
     } else {
-      HoldingOptions search;
+      HoldOptions search;
       search.threads = options_.threads;
-      holding = FindHolding(clip_, right_, left_, *object_.fit.distance, search);
+      holding = FindHolds(clip_, right_, left_, *object_.fit.distance, search);
     }
     if (std::ranges::all_of(holding.hands, [](std::uint8_t bits) { return bits == 0; })) {
       throw Error("the clip", "has an object that no hand holds",
@@ -178,13 +178,13 @@ class Carrier {
     transfer.place = PlaceOfReceiver();
     const bool hands_change =
         std::ranges::adjacent_find(holding, std::ranges::not_equal_to{}) != holding.end();
-    const GripMaker later =
+    const GraspMaker later =
         options_.hand_over || (needs_grasp_ && hands_change)
-            ? GripsByTransfer(right_, left_, object_.object.mesh, object_.solid.distance,
-                              *object_.fit.distance, transfer, &report_.handovers)
-            : GripsFromClip(clip_, hands_);
-    const auto& first = report_.grasp.grips;
-    const GripMaker grips = [&](const GripRequest& request) {
+            ? GraspsByTransfer(right_, left_, object_.object.mesh, object_.solid.distance,
+                               *object_.fit.distance, transfer, &report_.handovers)
+            : GraspsFromClip(clip_, hands_);
+    const auto& first = report_.grasp.poses;
+    const GraspMaker grasps = [&](const GraspRequest& request) {
       const bool both = request.frame == 0 && first;
       return both ? (*first)[request.side == Side::kRight ? 0 : 1] : later(request);
     };
@@ -192,7 +192,7 @@ class Carrier {
     const auto go_on = [&](int done, int total) { return GoesOn("fit", done, total); };
     report_.fit = options_.recipe == FitRecipe::kImosCode
                       ? FitClipImosCode(clip_, *hands_.front(), object_.fit.vertices, {}, go_on)
-                      : FitClip(clip_, hands_, object_.fit, holding, options_.fit, grips, go_on);
+                      : FitClip(clip_, hands_, object_.fit, holding, options_.fit, grasps, go_on);
     report_.fit_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     report_.clip = std::move(report_.fit.clip);
   }
@@ -205,8 +205,8 @@ class Carrier {
 
   void Warn() {
     // A grasp of a clip's own that the terms cannot mend any more: soft tissue gives less.
-    constexpr double kBadGrip_mm = 3.0;
-    if (!needs_grasp_ && report_.contact.penetration_mean_max_mm > kBadGrip_mm) {
+    constexpr double kBadGrasp_mm = 3.0;
+    if (!needs_grasp_ && report_.contact.penetration_mean_max_mm > kBadGrasp_mm) {
       report_.warnings.push_back(fmt::format(
           "the clip's own grasp holds the object {:.0f} mm deep in the hand; --regrasp makes a new "
           "one",

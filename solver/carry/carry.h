@@ -26,9 +26,9 @@
 #include "solver/carry/first_grasp.h"
 #include "solver/fit/fit.h"
 #include "solver/fit/prepared_object.h"
-#include "solver/handover/grip_by_transfer.h"
+#include "solver/handover/grasps_by_transfer.h"
 #include "solver/handover/handover_search.h"
-#include "solver/handover/holding.h"
+#include "solver/handover/holds.h"
 
 /// The whole job: who holds the object, how the hand takes it, and every frame fitted.
 ///
@@ -76,7 +76,7 @@ struct CarryReport {
   CarryStatus status = CarryStatus::kStopped;
   Clip clip;                 ///< with the object, fitted fingers and arms, and holding_hand
   std::uint8_t held_by = 0;  ///< bits of all hands that hold at some time
-  Holding holding;           ///< before the fit
+  HoldLabels holding;        ///< before the fit
   FirstGrasp grasp;
   std::vector<Handover> handovers;
   FitResult fit;  ///< its `clip` is moved to the one above

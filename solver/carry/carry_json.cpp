@@ -6,7 +6,7 @@
 
 namespace holdfast {
 
-nlohmann::json SwitchesJson(const Holding& holding, const std::vector<Handover>& handovers) {
+nlohmann::json SwitchesJson(const HoldLabels& holding, const std::vector<Handover>& handovers) {
   nlohmann::json list = nlohmann::json::array();
   for (const HandSwitch& change : holding.switches) {
     nlohmann::json entry = {{"frame", change.frame},

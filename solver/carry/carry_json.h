@@ -12,7 +12,7 @@ namespace holdfast {
 
 /// The hand-overs of a carried clip, a list as in metrics.json: frames, hands, confidence and the
 /// receiving hand's grasp.
-nlohmann::json SwitchesJson(const Holding& holding, const std::vector<Handover>& handovers);
+nlohmann::json SwitchesJson(const HoldLabels& holding, const std::vector<Handover>& handovers);
 
 /// What a refinement found: {"holds": [...], "rests": [...]}, units in the names.
 nlohmann::json HoldsJson(const RefineResult& result);

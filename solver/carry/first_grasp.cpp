@@ -111,12 +111,12 @@ FirstGrasp HoldInFirstFrame(const HandModel& right, const HandModel& left,
   const BothHandsGrasp& grasp = *first.both;
   first.status = std::string(Describe(grasp.status));
   if (grasp.status != GraspStatus::kFound) return first;
-  first.grips.emplace();
+  first.poses.emplace();
   for (int h = 0; h < 2; ++h) {
     const HandModel& hand = h == 0 ? right : left;
     HandState state(hand);
     state.SetBody(grasp.pose, trans);
-    (*first.grips)[h] = {FingersOf(grasp.pose, hand.HandSide()),
+    (*first.poses)[h] = {FingersOf(grasp.pose, hand.HandSide()),
                          OffsetTo(hand, state.WorldFromWrist(), trans, clip.pose[0])};
   }
   PlaceObject(grasp.world_from_object, clip);

@@ -21,7 +21,7 @@ namespace holdfast {
 
 /// Why no hand, or with `both` no two hands, can hold the object wherever they take it: nothing of
 /// it is within their span. Nothing where some of it is. Fast, before anything is prepared. Throws
-/// Error for an object that is no size for a hand (RequireHandheld).
+/// Error for an object that is not a size for a hand (RequireHandheld).
 std::optional<std::string> WhyTooLarge(const LoadedObject& object, bool both);
 
 /// How an object came into the hand in a clip's first frame.
@@ -35,7 +35,7 @@ struct FirstGrasp {
   double search_ms = 0.0;
   std::vector<std::string> warnings;
   /// Of both hands: how each (right, left) takes hold, relative to the clip's wrists, which stay.
-  std::optional<std::array<GripPose, 2>> grips;
+  std::optional<std::array<GraspPose, 2>> poses;
 };
 
 struct FirstGraspOptions {
@@ -54,7 +54,7 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
                              const FirstGraspOptions& options, Clip& clip,
                              const GraspProgress& progress = {});
 
-/// The same with the object between both hands: the arms have to go to it (`grips`).
+/// The same with the object between both hands: the arms have to go to it (`poses`).
 FirstGrasp HoldInFirstFrame(const HandModel& right, const HandModel& left,
                             const PreparedObject& object, const BodySurface& body,
                             const FirstGraspOptions& options, Clip& clip);

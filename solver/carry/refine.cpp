@@ -9,7 +9,7 @@
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"
-#include "solver/handover/holding.h"
+#include "solver/handover/holds.h"
 
 namespace holdfast {
 namespace {
@@ -35,9 +35,9 @@ std::vector<std::uint8_t> WhoHoldsIn(const Clip& clip, const HandModel& right,
     case RefineHands::kFound:
       break;
   }
-  HoldingOptions search;
+  HoldOptions search;
   search.threads = options.threads;
-  return FindHolding(clip, right, left, object, search).hands;
+  return FindHolds(clip, right, left, object, search).hands;
 }
 
 std::vector<const HandModel*> ThoseWhoHold(const HandModel& right, const HandModel& left,

@@ -13,7 +13,7 @@
 namespace holdfast {
 
 enum class RefineHands {
-  kFound,   ///< who holds is found in the clip (FindHolding)
+  kFound,   ///< who holds is found in the clip (FindHolds)
   kOfClip,  ///< as its holding_hand says
   kRight,
   kLeft,

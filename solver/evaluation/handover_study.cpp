@@ -14,7 +14,7 @@
 #include "geometry/mesh/distance_grid.h"
 #include "geometry/parallel.h"
 #include "solver/handover/handover_search.h"
-#include "solver/handover/holding.h"
+#include "solver/handover/holds.h"
 
 namespace holdfast {
 namespace {
@@ -28,7 +28,7 @@ TriangleMesh EmbeddedObject(const std::string& name) {
   return ReadMeshBytes({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path).mesh;
 }
 
-std::vector<int> FramesOf(const Holding& holding) {
+std::vector<int> FramesOf(const HoldLabels& holding) {
   std::vector<int> frames;
   for (const HandSwitch& change : holding.switches) frames.push_back(change.frame);
   return frames;
@@ -75,12 +75,12 @@ HandoverStudy RunHandoverStudy(const std::shared_ptr<const BodyModel>& body,
     drawn.seed = clip.seed;
     drawn.frame_rate = options.frame_rate;
     HandoverMotion motion =
-        MakeHandoverMotion(measures, PalmGrips(measures, object.mesh.vertices, clip.seed), drawn);
+        MakeHandoverMotion(measures, PalmGrasps(measures, object.mesh.vertices, clip.seed), drawn);
     clip.truth = motion.switch_frames;
     const std::vector<std::uint8_t> truth = std::exchange(motion.clip.holding_hand, {});
     AddNoise(motion.clip, options.noise, clip.seed);
 
-    const Holding held = FindHolding(motion.clip, right, left, object.grid);
+    const HoldLabels held = FindHolds(motion.clip, right, left, object.grid);
     clip.with_object = FramesOf(held);
     clip.found_with_object = SameWithin(clip.with_object, clip.truth, tolerance);
     int same = 0;

@@ -26,9 +26,9 @@ struct HandoverStudyClip {
   std::uint64_t seed = 0;
   std::string object;
   std::vector<int> truth;           ///< frames where it switches
-  std::vector<int> with_object;     ///< found by FindHolding from the noisy trajectory
+  std::vector<int> with_object;     ///< found by FindHolds from the noisy trajectory
   std::vector<int> without_object;  ///< found by FindHandovers from the body alone
-  double hands_right = 0.0;  ///< share of frames for which FindHolding names the hands that hold
+  double hands_right = 0.0;  ///< share of frames for which FindHolds names the hands that hold
   bool found_with_object = false;  ///< every switch within the tolerance, and no others
   bool found_without_object = false;
 };
@@ -37,11 +37,11 @@ struct HandoverStudy {
   std::vector<HandoverStudyClip> clips;
   int found_with_object = 0;       ///< clips
   int found_without_object = 0;    ///< clips
-  double mean_error_frames = 0.0;  ///< of the switches that FindHolding found, absolute
+  double mean_error_frames = 0.0;  ///< of the switches that FindHolds found, absolute
   double hands_right = 0.0;        ///< mean over clips
 };
 
-/// Makes synthetic handovers of embedded objects (MakeHandoverMotion on PalmGrips), disturbs them,
+/// Makes synthetic handovers of embedded objects (MakeHandoverMotion on PalmGrasps), disturbs them,
 /// and looks for their switches with and without the object's trajectory. Deterministic.
 HandoverStudy RunHandoverStudy(const std::shared_ptr<const BodyModel>& body,
                                const HandoverStudyOptions& options = {});

@@ -66,7 +66,7 @@ struct ReachQuestion {
 /// Runs a protocol in blocks that are kept in files, so that a stopped study can be resumed.
 class ReachStudy {
  public:
-  /// `folder` is made. With `replace`, blocks of another question are replaced; otherwise they
+  /// `folder` is made. With `replace`, blocks of another configuration are replaced; otherwise they
   /// throw Error.
   ReachStudy(std::filesystem::path folder, const wandr::LowestPoint& lowest,
              const BodyMeasures& body, bool replace, int threads);

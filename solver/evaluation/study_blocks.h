@@ -9,9 +9,9 @@
 
 namespace holdfast {
 
-/// Has `take` read a block of a study, whose question is the one asked or not. False for one of
-/// another question with `replace`. Throws Error for it without (`configuration`: what a question
-/// is made of), and for a block that `take` returns false for, or throws Error or
+/// Has `take` read a block of a study, of the configuration asked for or not. False for one of
+/// another configuration with `replace`. Throws Error for it without (`configuration`: what it is
+/// made of), and for a block that `take` returns false for, or throws Error or
 /// nlohmann::json::exception at: it is damaged.
 bool TakeBlock(const std::filesystem::path& file, bool is_asked, bool replace,
                const char* configuration, const std::function<bool()>& take);
@@ -20,7 +20,7 @@ bool TakeBlock(const std::filesystem::path& file, bool is_asked, bool replace,
 /// where it was. Each file names the question that it answers, by a checksum.
 class StudyBlocks {
  public:
-  /// `folder` is made. With `replace`, blocks of another question count as none.
+  /// `folder` is made. With `replace`, blocks of another configuration count as none.
   StudyBlocks(std::filesystem::path folder, bool replace);
 
   /// Has `take` read the block's motions (a JSON list), as TakeBlock; false when there is none.

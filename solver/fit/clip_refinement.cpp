@@ -54,8 +54,8 @@ struct Deviation {
   }
   Deviation Smooth() const {
     Deviation smooth = *this;
-    smooth.shift = SmoothOverTime(shift, kSlowFrames);
-    smooth.turn = SmoothOverTime(turn, kSlowFrames);
+    smooth.shift = GaussianFilter(shift, kSlowFrames);
+    smooth.turn = GaussianFilter(turn, kSlowFrames);
     return smooth;
   }
   Matrix3Xd shift, turn;
@@ -191,14 +191,14 @@ class Refiner {
     const int at = hold.about.rigid ? (begin + end) / 2 : begin;
     if (!hold.about.rigid) hold.fingers_mean = FingersOf(clip_.pose[at], side);
     const Isometry3d& wrist = wrists_[h][at];
-    HeldHand held(hand, object_, options_);
+    FittedHand held(hand, object_, options_);
     held.SetBody(clip_.pose[at], clip_.trans.col(at));
     held.fingers = hold.fingers_mean;
     ObjectPose pose = PoseOf(wrist * (hold.about.rigid ? hold.anchor : hold.relation.front()));
     RotationManifold manifold;
     constexpr int kRounds = 8;
     for (int round = 0; round < kRounds; ++round) {
-      held.Grip(held.fingers, pose, false);
+      held.TakeHold(held.fingers, pose, false);
       held.Watch(pose, {});
       const Energies energies = held.EnergiesAt(pose);
       if (energies[EnergyTerm::kPenetration] < kClean_m * kClean_m &&
@@ -227,7 +227,7 @@ class Refiner {
   // Where the solve starts.
   void Start(std::vector<FittedFrame>& fitted) {
     Deviation world(data_, Isometry3d::Identity());
-    world.shift = SmoothOverTime(world.shift, 1.0);
+    world.shift = GaussianFilter(world.shift, 1.0);
     for (int t = 0; t < clip_.NumFrames(); ++t) {
       fitted[t].object = {Eigen::Quaterniond(data_[t].linear()).normalized(), world.shift.col(t)};
     }

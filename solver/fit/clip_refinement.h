@@ -38,7 +38,7 @@ struct RefineResult {
 };
 
 /// Cleans a clip whose object trajectory was captured or predicted: `holding` says who holds in
-/// each frame (FindHolding). Where a hand holds, its relation to the object is the robust mean over
+/// each frame (FindHolds). Where a hand holds, its relation to the object is the robust mean over
 /// the hold if that is rigid within the noise that the clip itself shows, freed of penetration, and
 /// else may slip. Where nobody holds and the object lies still it lies in one place, and sinks in
 /// nowhere near it. All frames are then solved at once (SolveClip), near the data. Hands that the

@@ -95,7 +95,7 @@ class WholeClip {
     for (const auto& held : evaluation_.Frames()) {
       HandFrame& hand = Hand(*held);
       hand.fingers = held->fingers;
-      if (held->moves) hand.offset = hand.offset.Then(held->step);
+      if (held->moves) hand.offset = hand.offset.Compose(held->step);
       report.frames[static_cast<std::size_t>(held->frame)] += held->energies;
     }
   }
@@ -109,7 +109,7 @@ class WholeClip {
     return options;
   }
 
-  HandFrame& Hand(const HeldFrame& held) {
+  HandFrame& Hand(const HoldCost& held) {
     const int hand = problem_.holds[static_cast<std::size_t>(held.hold)].hand;
     return fitted_[static_cast<std::size_t>(held.frame)].hands[static_cast<std::size_t>(hand)];
   }
@@ -160,7 +160,7 @@ class WholeClip {
   void AddHand(int hold, int t, int h, const JointPose& body, bool together) {
     FittedFrame& frame = fitted_[static_cast<std::size_t>(t)];
     const bool moves = together && options_.lambda_wrist > 0.0;
-    auto held = std::make_unique<HeldFrame>(hold, t, frame, h, moves);
+    auto held = std::make_unique<HoldCost>(hold, t, frame, h, moves);
     held->body = body;
     double* const q = Orientation(t);
     double* const T = Translation(t);
@@ -261,8 +261,8 @@ class WholeClip {
   void AddFingerMotion() {
     for (std::size_t h = 0; h < problem_.hands.size(); ++h) {
       for (std::size_t t = 0; t + 1 < fitted_.size(); ++t) {
-        HeldFrame* const a = held_[t][h];
-        HeldFrame* const b = held_[t + 1][h];
+        HoldCost* const a = held_[t][h];
+        HoldCost* const b = held_[t + 1][h];
         if (a == nullptr || b == nullptr || a->hold != b->hold) continue;
         if (options_.lambda_temporal > 0.0) {
           Add(std::make_unique<FingerDifference>(std::vector{-1.0, 1.0}, 1.0,
@@ -270,7 +270,7 @@ class WholeClip {
               {a->fingers.data(), b->fingers.data()});
         }
         if (options_.lambda_acceleration <= 0.0 || t + 2 >= fitted_.size()) continue;
-        HeldFrame* const c = held_[t + 2][h];
+        HoldCost* const c = held_[t + 2][h];
         if (c == nullptr || c->hold != a->hold) continue;
         Add(std::make_unique<FingerDifference>(std::vector{1.0, -2.0, 1.0}, kTurnLever,
                                                options_.lambda_acceleration),
@@ -283,7 +283,7 @@ class WholeClip {
     if (fitted_.empty() || !solved_[0]) return;
     ceres_.SetParameterBlockConstant(Orientation(0));
     ceres_.SetParameterBlockConstant(Translation(0));
-    for (HeldFrame* held : held_[0]) {
+    for (HoldCost* held : held_[0]) {
       if (held == nullptr) continue;
       ceres_.SetParameterBlockConstant(held->fingers.data());
       if (!held->moves) continue;
@@ -300,9 +300,9 @@ class WholeClip {
   std::vector<std::unique_ptr<HandAxes>> axes_;         // per hand
   std::vector<std::unique_ptr<HandPriorTerm>> limits_;  // per hand, none when off
   std::vector<std::unique_ptr<ceres::CostFunction>> terms_;
-  std::vector<std::array<HeldFrame*, 2>> held_;  // per frame and hand, null where it does not
-  std::vector<std::array<Carrier, 2>> wrists_;   // per frame and hand that holds
-  std::vector<bool> solved_;                     // per frame: the object's pose is an unknown
+  std::vector<std::array<HoldCost*, 2>> held_;  // per frame and hand, null where it does not
+  std::vector<std::array<Carrier, 2>> wrists_;  // per frame and hand that holds
+  std::vector<bool> solved_;                    // per frame: the object's pose is an unknown
   bool stopped_ = false;
   ceres::Problem ceres_;
 };

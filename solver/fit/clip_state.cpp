@@ -19,7 +19,7 @@ void Blend(const Clip& source, const HandModel& hand, int held_frame, int direct
     const int t = held_frame + direction * k;
     if (t < 0 || t >= clip.NumFrames() || (holding[t] & HoldingBit(side)) != 0) return;
     const double share = 1.0 - MinimumJerk(static_cast<double>(k) / (num_blend + 1));
-    MoveHand(hand, held.offset.Part(share), clip.trans.col(t), clip.pose[t]);
+    MoveHand(hand, held.offset.Scaled(share), clip.trans.col(t), clip.pose[t]);
     const FingerPose own = FingersOf(source.pose[t], side);
     SetFingers(clip.pose[t], side, own + share * (held.fingers - own));
   }

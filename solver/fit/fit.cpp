@@ -115,7 +115,7 @@ void FitWholeClip(const Clip& clip, std::span<const HandModel* const> hands,
 
 FitResult FitClip(const Clip& clip, std::span<const HandModel* const> hands,
                   const FitObject& object, std::span<const std::uint8_t> holding,
-                  const FitOptions& options, const GripMaker& grips,
+                  const FitOptions& options, const GraspMaker& grasps,
                   const std::function<bool(int, int)>& progress) {
   Check(clip, hands, object, holding);
   const int frames = clip.NumFrames();
@@ -145,20 +145,20 @@ FitResult FitClip(const Clip& clip, std::span<const HandModel* const> hands,
     for (const HandModel* hand : hands) {
       const Side side = hand->HandSide();
       if ((before & HoldingBit(side)) != 0 || (holding[t] & HoldingBit(side)) == 0) continue;
-      GripPose grip{FingersOf(clip.pose[t], side), {}};
-      if (grips) {
-        grip = grips({t, side, t == 0 ? clip.pose[0] : fitter.Body(), trans, fitter.Object()});
+      GraspPose grasp{FingersOf(clip.pose[t], side), {}};
+      if (grasps) {
+        grasp = grasps({t, side, t == 0 ? clip.pose[0] : fitter.Body(), trans, fitter.Object()});
       } else if (t > 0) {
         throw Error(
             "holding_hand",
             "has a hand that takes hold in frame " + std::to_string(t) + ": nothing says how",
             "Use 'holdfast offhand', or begin the clip where it holds");
       }
-      fitter.Grip(side, clip.pose[t], trans, grip.fingers, grip.offset);
+      fitter.TakeHold(side, clip.pose[t], trans, grasp.fingers, grasp.offset);
       const bool alone = std::ranges::all_of(hands, [&](const HandModel* other) {
         return other == hand || !fitter.Hand(other->HandSide()).Holds();
       });
-      fitter.Settle(side, clip.pose[t], trans, alone && (holding[t] & ~HoldingBit(side)) == 0);
+      fitter.Refine(side, clip.pose[t], trans, alone && (holding[t] & ~HoldingBit(side)) == 0);
       result.num_contact_pairs += fitter.Hand(side).NumContactPairs();
     }
     for (const HandModel* hand : hands) {
@@ -172,7 +172,7 @@ FitResult FitClip(const Clip& clip, std::span<const HandModel* const> hands,
     FittedFrame& frame = fitted.emplace_back();
     frame.object = fitter.Object();
     for (std::size_t h = 0; h < hands.size(); ++h) {
-      const HeldHand& hand = fitter.Hand(hands[h]->HandSide());
+      const FittedHand& hand = fitter.Hand(hands[h]->HandSide());
       frame.hands[h] = {hand.fingers, hand.offset};
     }
   }

@@ -13,11 +13,11 @@
 ///   hand_object_block.h   all terms of one hand, dense, 52 rows
 ///   wrist_offset_block.h  the same where the wrist moves
 ///   hold_terms.h          D and S of a hold
-///   held_hand.h           one hand and its hold through frames
+///   fitted_hand.h         one hand and its terms through frames
 ///   frame_fitter.h        FrameFitter: frame after frame, for live use
 ///   clip_solver.h, hold_evaluation.h  all frames in one sparse problem; in parallel
 ///   fit.h                 FitClip: an object through a clip
-///   grip_from_clip.h      grasps for FitClip from the clip itself
+///   grasps_from_clip.h    grasps for FitClip from the clip itself
 ///   clip_refinement.h     RefineClip: a captured or predicted trajectory cleaned
 
 #include <cstdint>
@@ -34,8 +34,8 @@
 
 namespace holdfast {
 
-/// How a hand takes hold.
-struct GripPose {
+/// The grasp with which a hand takes hold.
+struct GraspPose {
   FingerPose fingers = FingerPose::Zero();
   /// Where the hand is, relative to the clip's wrist of that frame: the hand may have to go to the
   /// object.
@@ -44,35 +44,35 @@ struct GripPose {
 
 /// What a hand that is about to take hold can know: asked once for each time it does, in the first
 /// frame too.
-struct GripRequest {
+struct GraspRequest {
   int frame;
   Side side;
   const JointPose& pose;         ///< of that frame, with the other hand holding
   const Eigen::Vector3d& trans;  ///< of that frame
   const ObjectPose& object;      ///< of that frame
 };
-using GripMaker = std::function<GripPose(const GripRequest&)>;
+using GraspMaker = std::function<GraspPose(const GraspRequest&)>;
 
 struct FitResult {
   Clip clip;  ///< the input with fitted arms and fingers, object track and holding_hand
   std::vector<FrameReport> frames;
-  int num_contact_pairs = 0;  ///< sum of S of all grips
+  int num_contact_pairs = 0;  ///< sum of S of all grasps
 };
 
-/// Carries an object through a clip with one hand or two, frame by frame. The clip's first frame
-/// has the object's pose and the fingers of the hands that hold it there; object poses and these
-/// hands' fingers in later frames are replaced. `holding` (T bits as in Clip::holding_hand) says
-/// who holds; how a hand takes hold is asked of `grips` (without: as the first frame has it). Hands
-/// come and go gently: fingers, and arms where they are off the clip's, are blended over
+/// Solves object pose and finger angles for every frame of a clip, with one hand or two. The first
+/// frame has the object's pose and the fingers of the hands that hold it there; object poses and
+/// these hands' fingers in later frames are replaced. `holding` (T bits as in Clip::holding_hand)
+/// says who holds; how a hand takes hold is asked of `grasps` (without: as the first frame has it).
+/// Hands come and go gently: fingers, and arms where they are off the clip's, are blended over
 /// FitOptions::release_s. Object rotations come out unwrapped (no jumps of 2 pi).
 ///
 /// `progress` (frames done, frames) may be empty and stops the fit by returning false (the result
 /// then holds the frames done). Throws Error for a clip without an object track, an object without
-/// vertices, `holding` of another length or naming a hand that `hands` lacks, and a later grip
-/// without `grips`.
+/// vertices, `holding` of another length or naming a hand that `hands` lacks, and a later grasp
+/// without `grasps`.
 FitResult FitClip(const Clip& clip, std::span<const HandModel* const> hands,
                   const FitObject& object, std::span<const std::uint8_t> holding,
-                  const FitOptions& options, const GripMaker& grips = {},
+                  const FitOptions& options, const GraspMaker& grasps = {},
                   const std::function<bool(int, int)>& progress = {});
 
 /// One hand through the whole clip, with the paper's terms alone: `object_vertices` (3 x M) is all

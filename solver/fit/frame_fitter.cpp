@@ -53,7 +53,7 @@ ObjectPose Middle(const ObjectPose& a, const ObjectPose& b) {
 // An offset that nothing asks for any more: the hand goes back to where the clip has it.
 void EaseOffset(const FitOptions& options, double frame_s, WristOffset& offset) {
   if (offset.IsZero()) return;
-  offset = offset.Part(std::exp(-frame_s / std::max(options.release_s, 1e-3)));
+  offset = offset.Scaled(std::exp(-frame_s / std::max(options.release_s, 1e-3)));
   if (offset.translation.norm() + WristPrior::kLever * offset.rotation.vec().norm() < 1e-5) {
     offset = {};
   }
@@ -71,7 +71,7 @@ ceres::Problem::Options BorrowingProblem() {
 // their wrists. Hands and object are those of the fitter and change in place.
 class FrameProblem {
  public:
-  FrameProblem(const FitOptions& options, double frame_s, const std::vector<HeldHand*>& holding,
+  FrameProblem(const FitOptions& options, double frame_s, const std::vector<FittedHand*>& holding,
                ObjectPose& object)
       : options_(options),
         frame_s_(frame_s),
@@ -101,12 +101,12 @@ class FrameProblem {
  private:
   double* Q() { return object_.orientation.coeffs().data(); }
   double* T() { return object_.translation.data(); }
-  void AddMovedHold(HeldHand& hand, HandBlocks& own);
+  void AddMovedHold(FittedHand& hand, HandBlocks& own);
   void Restore();
 
   const FitOptions& options_;
   double frame_s_;
-  const std::vector<HeldHand*>& holding_;
+  const std::vector<FittedHand*>& holding_;
   ObjectPose& object_;
   ObjectPose start_;
   RotationManifold manifold_;
@@ -117,7 +117,7 @@ class FrameProblem {
 
 void FrameProblem::AddHand(std::size_t k, const WristOffset& step, const ObjectPose& previous,
                            const JointPose& pose) {
-  HeldHand& hand = *holding_[k];
+  FittedHand& hand = *holding_[k];
   HandBlocks& own = blocks_[k];
   double* const p = hand.fingers.data();
   own.fingers_before = hand.fingers;
@@ -144,7 +144,7 @@ void FrameProblem::AddHand(std::size_t k, const WristOffset& step, const ObjectP
 }
 
 // The terms between the object and a hand whose wrist may leave the clip's.
-void FrameProblem::AddMovedHold(HeldHand& hand, HandBlocks& own) {
+void FrameProblem::AddMovedHold(FittedHand& hand, HandBlocks& own) {
   double* const C = own.step.rotation.coeffs().data();
   double* const c = own.step.translation.data();
   problem_.AddParameterBlock(C, 4, &manifold_);
@@ -232,7 +232,7 @@ FrameFitter::FrameFitter(std::span<const HandModel* const> hands, const FitObjec
                          const FitOptions& options, double frame_s)
     : options_(options), frame_s_(frame_s) {
   for (const HandModel* hand : hands) {
-    hands_.push_back(std::make_unique<HeldHand>(*hand, object, options));
+    hands_.push_back(std::make_unique<FittedHand>(*hand, object, options));
   }
   body_.setZero();
 }
@@ -242,25 +242,25 @@ FrameFitter::FrameFitter(const HandModel& hand, const Eigen::Matrix3Xd& object_v
                          const ObjectPose& first_object, const FitOptions& options)
     : options_(options.OnlyPaper()), frame_s_(0.0), own_object_(std::make_unique<FitObject>()) {
   own_object_->vertices = object_vertices;
-  hands_.push_back(std::make_unique<HeldHand>(hand, *own_object_, options_));
+  hands_.push_back(std::make_unique<FittedHand>(hand, *own_object_, options_));
   Place(first_object);
-  Grip(hand.HandSide(), first_pose, first_trans, FingersOf(first_pose, hand.HandSide()));
+  TakeHold(hand.HandSide(), first_pose, first_trans, FingersOf(first_pose, hand.HandSide()));
 }
 
 FrameFitter::~FrameFitter() = default;
 
-HeldHand& FrameFitter::Find(Side side) {
+FittedHand& FrameFitter::Find(Side side) {
   const auto found =
       std::ranges::find_if(hands_, [&](const auto& hand) { return hand->HandSide() == side; });
   assert(found != hands_.end());
   return **found;
 }
 
-const HeldHand& FrameFitter::Hand(Side side) const {
+const FittedHand& FrameFitter::Hand(Side side) const {
   return const_cast<FrameFitter*>(this)->Find(side);
 }
 
-WristFrame FrameFitter::Wrist(const HeldHand& hand) const {
+WristFrame FrameFitter::Wrist(const FittedHand& hand) const {
   return {hand.State().WristRotation(), hand.State().WristPosition()};
 }
 
@@ -277,15 +277,15 @@ void FrameFitter::SetBody(const JointPose& pose, const Eigen::Vector3d& trans) {
   }
 }
 
-void FrameFitter::Grip(Side side, const JointPose& pose, const Eigen::Vector3d& trans,
-                       const FingerPose& fingers, const WristOffset& offset) {
-  HeldHand& hand = Find(side);
+void FrameFitter::TakeHold(Side side, const JointPose& pose, const Eigen::Vector3d& trans,
+                           const FingerPose& fingers, const WristOffset& offset) {
+  FittedHand& hand = Find(side);
   hand.offset = offset;
   JointPose body = pose;
   Eigen::Vector3d moved = trans;
   MoveHand(hand.State().Hand(), offset, moved, body);
   hand.SetBody(body, moved);
-  hand.Grip(fingers, object_);
+  hand.TakeHold(fingers, object_);
   body_ = pose;
   SetBody(pose, trans);
   for (const auto& held : hands_) {
@@ -295,12 +295,12 @@ void FrameFitter::Grip(Side side, const JointPose& pose, const Eigen::Vector3d& 
 
 void FrameFitter::Release(Side side) { Find(side).Release(); }
 
-void FrameFitter::Settle(Side side, const JointPose& pose, const Eigen::Vector3d& trans,
+void FrameFitter::Refine(Side side, const JointPose& pose, const Eigen::Vector3d& trans,
                          bool move_object) {
   // E_d holds the hand where it took hold: what a round has won, the next one starts from.
   constexpr int kRounds = 6;
   constexpr double kContent = 1e-8;  // m^2: a tenth of a millimetre too deep in one place
-  HeldHand& hand = Find(side);
+  FittedHand& hand = Find(side);
   for (int round = 0; round < kRounds; ++round) {
     hand.Watch(object_, {});
     const Energies energies = hand.EnergiesAt(object_);
@@ -331,14 +331,14 @@ void FrameFitter::Settle(Side side, const JointPose& pose, const Eigen::Vector3d
     ceres::Solve(FrameSolverOptions(options_), &problem, &summary);
     if (!summary.IsSolutionUsable()) return;
     object_ = object;
-    Grip(side, pose, trans, fingers, hand.offset.Then(step));
+    TakeHold(side, pose, trans, fingers, hand.offset.Compose(step));
   }
 }
 
 FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& trans) {
   const auto begin = std::chrono::steady_clock::now();
   FrameReport report;
-  std::vector<HeldHand*> holding;
+  std::vector<FittedHand*> holding;
   for (const auto& hand : hands_) {
     if (hand->Holds()) holding.push_back(hand.get());
   }
@@ -368,7 +368,7 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
   problem.Solve(report);
   if (together) {
     for (std::size_t k = 0; k < holding.size(); ++k) {
-      holding[k]->offset = holding[k]->offset.Then(problem.Step(k));
+      holding[k]->offset = holding[k]->offset.Compose(problem.Step(k));
     }
     SetBody(pose, trans);
   }
@@ -383,7 +383,7 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
           .squaredNorm() +
       (object_.translation - previous.translation).squaredNorm();
   FillEnergies(report);
-  for (HeldHand* hand : holding) hand->Keep(object_);
+  for (FittedHand* hand : holding) hand->Keep(object_);
   report.solve_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return report;

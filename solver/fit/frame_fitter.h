@@ -13,7 +13,7 @@
 
 #include "geometry/body/hand_model.h"
 #include "solver/fit/energy.h"
-#include "solver/fit/held_hand.h"
+#include "solver/fit/fitted_hand.h"
 
 namespace holdfast {
 
@@ -75,13 +75,13 @@ class FrameFitter {
   void Place(const ObjectPose& object) { object_ = object; }
   /// A hand takes hold in the frame solved last (or given first), its wrist off the clip's by
   /// `offset`. Its D and S are taken here.
-  void Grip(Side side, const JointPose& pose, const Eigen::Vector3d& trans,
-            const FingerPose& fingers, const WristOffset& offset = {});
+  void TakeHold(Side side, const JointPose& pose, const Eigen::Vector3d& trans,
+                const FingerPose& fingers, const WristOffset& offset = {});
   void Release(Side side);
-  /// Settles a hand that has just taken hold, its D and S with it: what lies too deep in the other
-  /// comes out, by the object that moves to where the hand leaves it (`move_object`), or by hand
-  /// and arm. Does nothing where the terms of penetration are off or content.
-  void Settle(Side side, const JointPose& pose, const Eigen::Vector3d& trans, bool move_object);
+  /// Refines the grasp of a hand that has just taken hold, its D and S with it: what lies too deep
+  /// in the other comes out, by the object that moves to where the hand leaves it (`move_object`),
+  /// or by hand and arm. Does nothing where the terms of penetration are off or content.
+  void Refine(Side side, const JointPose& pose, const Eigen::Vector3d& trans, bool move_object);
 
   /// Where the clip has the object in the next frame, for FitOptions::lambda_object.
   void Guide(const ObjectPose& object) { guide_ = object; }
@@ -91,22 +91,22 @@ class FrameFitter {
   const ObjectPose& Object() const { return object_; }  ///< of the last frame solved
   /// The clip's pose of the last frame with arms and fingers of the hands that hold.
   const JointPose& Body() const { return body_; }
-  const HeldHand& Hand(Side side) const;
+  const FittedHand& Hand(Side side) const;
   const FingerPose& Fingers() const { return hands_.front()->fingers; }  ///< of the first hand
   /// Account of the frame as it stands, unsolved: for the given first one.
   FrameReport FirstFrame();
   int NumContactPairs() const;  ///< of the hands that hold now
 
  private:
-  HeldHand& Find(Side side);
-  WristFrame Wrist(const HeldHand& hand) const;
+  FittedHand& Find(Side side);
+  WristFrame Wrist(const FittedHand& hand) const;
   void SetBody(const JointPose& pose, const Eigen::Vector3d& trans);
   void FillEnergies(FrameReport& report);
 
   FitOptions options_;
   double frame_s_;
   std::unique_ptr<FitObject> own_object_;
-  std::vector<std::unique_ptr<HeldHand>> hands_;
+  std::vector<std::unique_ptr<FittedHand>> hands_;
   ObjectPose object_;
   std::optional<ObjectPose> guide_;
   JointPose body_;

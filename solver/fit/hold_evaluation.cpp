@@ -16,8 +16,8 @@ constexpr int kChunk = 32;
 
 }  // namespace
 
-HeldFrame::HeldFrame(int hold_index, int frame_index, const FittedFrame& frame_state, int hand,
-                     bool moves_too)
+HoldCost::HoldCost(int hold_index, int frame_index, const FittedFrame& frame_state, int hand,
+                   bool moves_too)
     : hold(hold_index),
       frame(frame_index),
       orientation(frame_state.object.orientation.coeffs().data()),
@@ -35,7 +35,7 @@ HeldFrame::HeldFrame(int hold_index, int frame_index, const FittedFrame& frame_s
                                              std::accumulate(sizes.begin(), sizes.end(), 0)));
 }
 
-bool HeldFrame::Evaluate(double const* const*, double* residuals, double** jacobians) const {
+bool HoldCost::Evaluate(double const* const*, double* residuals, double** jacobians) const {
   if (!finite_) return false;
   std::ranges::copy(residuals_, residuals);
   if (jacobians == nullptr) return true;
@@ -151,7 +151,7 @@ void HoldEvaluation::EvaluateAll() {
   evaluated_ = true;
 }
 
-void HoldEvaluation::Evaluate(Worker& worker, HeldFrame& held) const {
+void HoldEvaluation::Evaluate(Worker& worker, HoldCost& held) const {
   const ClipHold& hold = problem_.holds[static_cast<std::size_t>(held.hold)];
   const HoldTerms& terms = *terms_[static_cast<std::size_t>(held.hold)];
   HandState& state = *worker.hands[static_cast<std::size_t>(hold.hand)].state;

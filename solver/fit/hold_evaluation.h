@@ -20,13 +20,13 @@
 
 namespace holdfast {
 
-/// One hand on the object in one frame of a clip: unknowns, and residuals and Jacobians of its
-/// HandObjectBlock as of the last evaluation. A Ceres block that is evaluated elsewhere.
+/// Cost of one hand that holds the object in one frame of a clip: unknowns, and residuals and
+/// Jacobians of its HandObjectBlock as HoldEvaluation evaluated them last.
 /// Parameter blocks: q (4), T (3), P (45), with `moves` C (4) and c (3) as in WristOffsetBlock.
-class HeldFrame final : public ceres::CostFunction {
+class HoldCost final : public ceres::CostFunction {
  public:
   /// `frame_state` must outlive this.
-  HeldFrame(int hold, int frame, const FittedFrame& frame_state, int hand, bool moves);
+  HoldCost(int hold, int frame, const FittedFrame& frame_state, int hand, bool moves);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
@@ -56,7 +56,7 @@ class HoldEvaluation final : public ceres::EvaluationCallback {
   ~HoldEvaluation() override;
 
   /// In the order of frames; may be added to until the first evaluation.
-  std::vector<std::unique_ptr<HeldFrame>>& Frames() { return frames_; }
+  std::vector<std::unique_ptr<HoldCost>>& Frames() { return frames_; }
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
   /// Where contacts that slip are now becomes where they were, for the frames that follow.
   void MarkContacts();
@@ -65,14 +65,14 @@ class HoldEvaluation final : public ceres::EvaluationCallback {
 
  private:
   struct Worker;
-  void Evaluate(Worker& worker, HeldFrame& held) const;
+  void Evaluate(Worker& worker, HoldCost& held) const;
 
   const ClipProblem& problem_;
   const FitOptions& options_;
   int threads_;
   std::vector<std::unique_ptr<HandAnatomy>> anatomy_;  // per hand
   std::vector<std::unique_ptr<HoldTerms>> terms_;      // per hold
-  std::vector<std::unique_ptr<HeldFrame>> frames_;
+  std::vector<std::unique_ptr<HoldCost>> frames_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<Worker>> workers_;
   bool evaluated_ = false;

@@ -7,7 +7,7 @@
 
 namespace holdfast {
 
-Eigen::MatrixXd SmoothOverTime(const Eigen::MatrixXd& values, double sigma_frames) {
+Eigen::MatrixXd GaussianFilter(const Eigen::MatrixXd& values, double sigma_frames) {
   const auto reach = static_cast<Eigen::Index>(std::ceil(3.0 * sigma_frames));
   Eigen::MatrixXd smooth(values.rows(), values.cols());
   for (Eigen::Index t = 0; t < values.cols(); ++t) {

@@ -8,9 +8,9 @@
 namespace holdfast {
 
 /// Gaussian over time of each row of `values` (d x T), weights renormalised at both ends.
-Eigen::MatrixXd SmoothOverTime(const Eigen::MatrixXd& values, double sigma_frames);
+Eigen::MatrixXd GaussianFilter(const Eigen::MatrixXd& values, double sigma_frames);
 
-/// What SmoothOverTime leaves of the standard deviation of white noise, in (0, 1].
+/// What GaussianFilter leaves of the standard deviation of white noise, in (0, 1].
 double NoiseAfterSmoothing(double sigma_frames);
 
 /// Least-squares slope over `reach` frames to either side (fewer at the ends), per frame (3 x T).

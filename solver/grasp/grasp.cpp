@@ -100,7 +100,7 @@ class GraspSearch {
   bool ClosePlaced(const PlacementQueue& queue, double allowed_depth,
                    std::vector<GraspAttempt>& attempts);
   void KeepBest(std::size_t around, std::vector<GraspAttempt>& attempts) const;
-  bool Settle(const std::vector<GraspAttempt>& attempts,
+  bool Refine(const std::vector<GraspAttempt>& attempts,
               std::vector<GraspReport::Candidate>& refined);
   Grasp ReportBest(std::vector<GraspReport::Candidate> refined, const SignedDistance& surface);
 
@@ -207,7 +207,7 @@ bool GraspSearch::ClosePlaced(const PlacementQueue& queue, double allowed_depth,
 }
 
 // The best of both kinds are refined: what is through a handle is not compared with what is not
-// before it has settled. The first `around` attempts are not.
+// before it is refined. The first `around` attempts are not.
 void GraspSearch::KeepBest(std::size_t around, std::vector<GraspAttempt>& attempts) const {
   const auto better = [](const GraspAttempt& a, const GraspAttempt& b) { return a.rank > b.rank; };
   std::stable_sort(attempts.begin(), attempts.begin() + around, better);
@@ -221,7 +221,7 @@ void GraspSearch::KeepBest(std::size_t around, std::vector<GraspAttempt>& attemp
   keep(kept_around, attempts.size(), std::max(1, options_.refinements / 2));
 }
 
-bool GraspSearch::Settle(const std::vector<GraspAttempt>& attempts,
+bool GraspSearch::Refine(const std::vector<GraspAttempt>& attempts,
                          std::vector<GraspReport::Candidate>& refined) {
   out_.refinements = static_cast<int>(attempts.size());
   refined.resize(out_.refinements);
@@ -279,7 +279,7 @@ Grasp GraspSearch::Run(const SignedDistance& surface) {
 
   stage = Clock::now();
   std::vector<GraspReport::Candidate> refined;
-  if (!Settle(attempts, refined)) return open_;
+  if (!Refine(attempts, refined)) return open_;
   const Grasp best = ReportBest(std::move(refined), surface);
   out_.refinement_ms = MillisecondsSince(stage);
   return best;

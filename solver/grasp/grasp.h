@@ -44,7 +44,7 @@ struct GraspOptions {
   int oppositions = 56;  ///< different places on the object to take hold of
   int turns = 12;        ///< directions each is approached from
   int closings = 240;    ///< placements that fingers are closed for, the most promising
-  int refinements = 32;  ///< closed hands that are settled, the best
+  int refinements = 32;  ///< closed hands that are refined, the best
   /// The only style that will do; none: the best of all, by its handle what has one.
   std::optional<GraspStyle> style;
   double handle_weight = 1.0;  ///< how much grasps through a handle are preferred
@@ -129,7 +129,7 @@ using GraspProgress = std::function<bool(double)>;
 
 /// Closes a hand around an object. Opposed places are found on the surface and hands are put to
 /// them in power and precision style; handles are found, and hands put to them with fingers
-/// through. Fingers close until they touch, all is settled by least squares, and the firmest clean
+/// through. Fingers close until they touch, all is refined by least squares, and the firmest clean
 /// grasp is returned. When the report's status is not kFound the grasp is the
 /// least bad try, or the open hand when there was none.
 ///

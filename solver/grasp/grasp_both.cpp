@@ -31,7 +31,7 @@ struct Person {
 };
 
 // Somewhere to hold the object, before hands close.
-struct Hold {
+struct BothHandsPlacement {
   Eigen::Isometry3d world_from_object;
   std::array<Eigen::Isometry3d, 2> world_from_wrist;
   double width = 0.0;
@@ -102,9 +102,11 @@ Eigen::Matrix3d KeepUp(const Eigen::Vector3d& axis, const Eigen::Vector3d& to) {
 }
 
 // A span of the object between the hands, and what it costs to hold it there.
-std::optional<Hold> HoldOn(const Person& person, const Opposition& span, double sign,
-                           const TriangleMesh& mesh, const DistanceGrid& object,
-                           const Eigen::Vector3d& centroid, const BothHandsOptions& options) {
+std::optional<BothHandsPlacement> PlaceBetween(const Person& person, const Opposition& span,
+                                               double sign, const TriangleMesh& mesh,
+                                               const DistanceGrid& object,
+                                               const Eigen::Vector3d& centroid,
+                                               const BothHandsOptions& options) {
   std::array<Eigen::Vector3d, 2> palm, normal;
   for (int h = 0; h < 2; ++h) {
     palm[h] = person.world_from_wrist[h] * person.hands[h]->landmarks.PalmCenter();
@@ -117,27 +119,28 @@ std::optional<Hold> HoldOn(const Person& person, const Opposition& span, double 
     level = Eigen::Vector3d::UnitZ().cross(person.facing);
   }
   level.normalize();
-  Hold hold;
-  hold.width = span.width;
-  hold.world_from_object.linear() = KeepUp(sign * span.axis, level);
+  BothHandsPlacement placement;
+  placement.width = span.width;
+  placement.world_from_object.linear() = KeepUp(sign * span.axis, level);
   const Eigen::Vector3d middle = 0.5 * (palm[0] + palm[1]);
-  const double upright = hold.world_from_object.linear()(2, 2);
+  const double upright = placement.world_from_object.linear()(2, 2);
 
   // Away from the body until it is clear of it.
   bool clear = false;
   double pushed = 0.0;
   for (; pushed < 0.31 && !clear; pushed += 0.03) {
-    hold.world_from_object.translation() =
-        middle + pushed * person.facing - hold.world_from_object.linear() * span.center;
-    clear = Deepest(person, person.pose, object, hold.world_from_object) <= 0.0;
+    placement.world_from_object.translation() =
+        middle + pushed * person.facing - placement.world_from_object.linear() * span.center;
+    clear = Deepest(person, person.pose, object, placement.world_from_object) <= 0.0;
   }
   if (!clear) return std::nullopt;
-  hold.cost = options.upright_weight * (1.0 - upright) +
-              4.0 * (span.center - centroid).norm() / std::max(0.05, Extent(mesh).norm());
+  placement.cost = options.upright_weight * (1.0 - upright) +
+                   4.0 * (span.center - centroid).norm() / std::max(0.05, Extent(mesh).norm());
 
   for (int h = 0; h < 2; ++h) {
     const Eigen::Vector3d inward = h == 0 ? level : Eigen::Vector3d(-level);
-    const Eigen::Vector3d place = hold.world_from_object * span.center - 0.5 * span.width * inward;
+    const Eigen::Vector3d place =
+        placement.world_from_object * span.center - 0.5 * span.width * inward;
     double least = std::numeric_limits<double>::infinity();
     for (const double spin : {0.0, 25.0, -25.0, 50.0, -50.0}) {
       const Eigen::Matrix3d rotation =
@@ -155,13 +158,13 @@ std::optional<Hold> HoldOn(const Person& person, const Opposition& span, double 
       const double cost = turn + 5.0 * shift + 0.5 * bend;
       if (cost < least) {
         least = cost;
-        hold.world_from_wrist[h] = wrist;
+        placement.world_from_wrist[h] = wrist;
       }
     }
     if (!std::isfinite(least)) return std::nullopt;
-    hold.cost += least;
+    placement.cost += least;
   }
-  return hold;
+  return placement;
 }
 
 // Brings an open hand up to its side of the object along the palm's normal.
@@ -278,21 +281,21 @@ struct Closed {
   double cost = std::numeric_limits<double>::infinity();
 };
 
-Closed CloseOn(const Hold& hold, const Person& person, const Hands& hands,
+Closed CloseOn(const BothHandsPlacement& placement, const Person& person, const Hands& hands,
                const BothHandsOptions& options) {
   Closed closed;
   BothHandsGrasp& grasp = closed.grasp;
   grasp.pose = person.pose;
-  grasp.world_from_object = hold.world_from_object;
-  grasp.width_m = hold.width;
-  grasp.upright = hold.world_from_object.linear()(2, 2);
+  grasp.world_from_object = placement.world_from_object;
+  grasp.width_m = placement.width;
+  grasp.upright = placement.world_from_object.linear()(2, 2);
   grasp.status = GraspStatus::kFound;
-  double cost = hold.cost;
+  double cost = placement.cost;
   bool reached = true;
   for (int h = 0; h < 2; ++h) {
     const auto [hand, wrist_from_object] =
         CloseAtSide(hands.scenes[h], hands.open_skin[h],
-                    hold.world_from_wrist[h].inverse() * hold.world_from_object);
+                    placement.world_from_wrist[h].inverse() * placement.world_from_object);
     grasp.hands[h] = hand;
     const auto fingers =
         std::count(hand.fingers_touching.begin(), hand.fingers_touching.end(), true);
@@ -302,7 +305,7 @@ Closed CloseOn(const Hold& hold, const Person& person, const Hands& hands,
     const bool there = hand.outside_place <= GraspPlace::kMostOutside;
     if (!clean || !there || fingers < 2) grasp.status = GraspStatus::kNoCleanGrasp;
     cost -= 0.15 * static_cast<double>(fingers) + (hand.palm_touching ? 0.3 : 0.0);
-    const Eigen::Isometry3d wrist = hold.world_from_object * wrist_from_object.inverse();
+    const Eigen::Isometry3d wrist = placement.world_from_object * wrist_from_object.inverse();
     reached &= Reach(person, kSides[h], wrist, options.wrist, grasp.pose);
     SetFingers(grasp.pose, kSides[h], hand.fingers);
     const Eigen::Isometry3d& before = person.world_from_wrist[h];
@@ -311,7 +314,7 @@ Closed CloseOn(const Hold& hold, const Person& person, const Hands& hands,
   }
   if (!reached) return closed;
   const DistanceGrid& object = hands.scenes[0].object;
-  grasp.in_body_mm = 1000.0 * Deepest(person, grasp.pose, object, hold.world_from_object);
+  grasp.in_body_mm = 1000.0 * Deepest(person, grasp.pose, object, placement.world_from_object);
   if (grasp.in_body_mm > 1000.0 * options.max_penetration_m) {
     grasp.status = GraspStatus::kNoCleanGrasp;
   }
@@ -370,20 +373,21 @@ BothHandsGrasp HoldInBothHands(const HandModel& right, const HandModel& left,
   const std::vector<Opposition> spans = Spans(object, distance, middle, options);
   if (options.place) none.status = GraspStatus::kNothingAtPlace;
   if (spans.empty()) return none;
-  std::vector<std::optional<Hold>> tried(2 * spans.size());
+  std::vector<std::optional<BothHandsPlacement>> tried(2 * spans.size());
   ParallelFor(static_cast<int>(tried.size()), options.threads, [&](int i) {
-    tried[i] =
-        HoldOn(person, spans[i / 2], i % 2 == 0 ? 1.0 : -1.0, object, distance, middle, options);
+    tried[i] = PlaceBetween(person, spans[i / 2], i % 2 == 0 ? 1.0 : -1.0, object, distance, middle,
+                            options);
   });
-  std::vector<Hold> holds;
-  for (const std::optional<Hold>& hold : tried) {
-    if (hold) holds.push_back(*hold);
+  std::vector<BothHandsPlacement> placements;
+  for (const std::optional<BothHandsPlacement>& placement : tried) {
+    if (placement) placements.push_back(*placement);
   }
   none.status = GraspStatus::kNoRoom;
-  if (holds.empty()) return none;
-  std::stable_sort(holds.begin(), holds.end(),
-                   [](const Hold& a, const Hold& b) { return a.cost < b.cost; });
-  if (static_cast<int>(holds.size()) > options.closings) holds.resize(options.closings);
+  if (placements.empty()) return none;
+  std::stable_sort(
+      placements.begin(), placements.end(),
+      [](const BothHandsPlacement& a, const BothHandsPlacement& b) { return a.cost < b.cost; });
+  if (static_cast<int>(placements.size()) > options.closings) placements.resize(options.closings);
 
   GraspOptions one_hand;
   one_hand.touch_distance_m = options.touch_distance_m;
@@ -391,9 +395,9 @@ BothHandsGrasp HoldInBothHands(const HandModel& right, const HandModel& left,
   one_hand.seed = options.seed;
   one_hand.place = options.place;
   const Hands hands(person, object, distance, one_hand);
-  std::vector<Closed> closed(holds.size());
-  ParallelFor(static_cast<int>(holds.size()), options.threads,
-              [&](int i) { closed[i] = CloseOn(holds[i], person, hands, options); });
+  std::vector<Closed> closed(placements.size());
+  ParallelFor(static_cast<int>(placements.size()), options.threads,
+              [&](int i) { closed[i] = CloseOn(placements[i], person, hands, options); });
   const auto best = std::ranges::min_element(closed, {}, &Closed::cost);
   return std::isfinite(best->cost) ? best->grasp : none;
 }

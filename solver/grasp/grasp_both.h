@@ -43,7 +43,7 @@ struct BothHandsGrasp {
 
 /// Puts an object (z up, its own frame, metres) between the two hands of `pose`: opposed places
 /// whose span and direction suit where the hands are, the object as upright as they allow and far
-/// enough from the body not to touch it, a palm flat on either side, fingers closed and settled as
+/// enough from the body not to touch it, a palm flat on either side, fingers closed and refined as
 /// for one hand. The object is rigid, so the wrists follow it: shoulder, elbow and wrist of both
 /// arms change by little (MoveWrist), within the limits of elbow and wrist.
 ///

@@ -18,9 +18,9 @@ struct RefinementOptions {
   int iterations = 15;                 ///< of Levenberg-Marquardt, per round
 };
 
-/// Settles a closed hand and its object: pads onto the surface, nothing inside it, angles within
-/// their ranges and near those given. All 45 finger numbers and the object's pose move, together.
-/// `angles` and `wrist_from_object` are the start and the result.
+/// Refines a closed hand and its object by least squares: pads onto the surface, nothing inside it,
+/// angles within their ranges and near those given. All 45 finger numbers and the object's pose
+/// move, together. `angles` and `wrist_from_object` are the start and the result.
 void RefineGrasp(const HandAnatomy& anatomy, HandEvaluation& hand, const DistanceGrid& object,
                  const RefinementOptions& options, HandAngles& angles,
                  Eigen::Isometry3d& wrist_from_object);

@@ -208,7 +208,7 @@ class TransferSearch {
             .angles;
     RefineGrasp(anatomy_, evaluation, against_giver ? obstacles_ : distance_, {}, closed.angles,
                 closed.wrist_from_object);
-    // Settled against both, the object's own, finer grid has the last word.
+    // Refined against both, the object's own, finer grid has the last word.
     if (against_giver) {
       RefinementOptions last;
       last.rounds = 1;
@@ -227,7 +227,7 @@ class TransferSearch {
     if (result.grasp.outside_place > GraspPlace::kMostOutside) {
       return "it touches what is not to be touched";
     }
-    return WhyRefused(scene_, result.grasp).empty() ? "" : "it is no clean and firm grasp";
+    return WhyRefused(scene_, result.grasp).empty() ? "" : "it is not a clean and firm grasp";
   }
 
   GraspTransfer Attempt(const Candidate& candidate, bool against_giver) const {

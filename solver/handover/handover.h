@@ -5,11 +5,11 @@
 /// holding_hand per frame, the switches, and the grasp of the receiving hand come out.
 ///
 /// From the inside out:
-///   state_path.h        likeliest sequence of states (Viterbi), posteriors
-///   holding.h           FindHolding: who holds a tracked object
-///   handover_search.h   FindHandovers: switches without an object
-///   grasp_transfer.h    TransferGrasp: the receiving hand's grasp
-///   grip_by_transfer.h  those grasps, asked for by FitClip
-#include "solver/handover/grip_by_transfer.h"
+///   viterbi.h             ViterbiPath: likeliest sequence of states, posteriors
+///   holds.h               FindHolds: who holds a tracked object
+///   handover_search.h     FindHandovers: switches without an object
+///   grasp_transfer.h      TransferGrasp: the receiving hand's grasp
+///   grasps_by_transfer.h  those grasps, asked for by FitClip
+#include "solver/handover/grasps_by_transfer.h"
 #include "solver/handover/handover_search.h"
-#include "solver/handover/holding.h"
+#include "solver/handover/holds.h"

@@ -72,7 +72,7 @@ HandsInTime Observe(const Clip& clip, const HandModel& right, const HandModel& l
   seen.speed_noise_m_s = WhiteNoise(between) * fps *
                          NoiseOfSlope(std::max<Eigen::Index>(1, std::lround(kSignalSlope_s * fps)));
   seen.noise_m = WhiteNoise(between) * NoiseAfterSmoothing(sigma);
-  seen.between = SmoothOverTime(between, sigma);
+  seen.between = GaussianFilter(between, sigma);
   seen.apart = seen.between.colwise().norm();
   const auto reach = [&](double seconds) {
     return std::max<Eigen::Index>(1, std::lround(seconds * fps));
@@ -86,7 +86,7 @@ HandsInTime Observe(const Clip& clip, const HandModel& right, const HandModel& l
     const Eigen::VectorXd raised = (height[h].array() / 0.3).cwiseMax(0.0).cwiseMin(1.0);
     const Eigen::VectorXd busy = raised.array() + (speed.array() / 0.5).cwiseMin(1.0);
     seen.activity[h] =
-        SmoothOverTime(busy.transpose(), std::max(0.3, kActivityWindow_s * fps)).transpose();
+        GaussianFilter(busy.transpose(), std::max(0.3, kActivityWindow_s * fps)).transpose();
   }
   return seen;
 }
@@ -223,7 +223,7 @@ void CheckOptions(const HandoverSearchOptions& options, int frames) {
 }
 
 // Who holds in each frame, for switches in order that share the frames [both_begin, both_end).
-void FillHands(Side first, int frames, Holding& holding) {
+void FillHands(Side first, int frames, HoldLabels& holding) {
   holding.hands.assign(static_cast<std::size_t>(frames), HoldingBit(first));
   for (const HandSwitch& change : holding.switches) {
     for (int t = change.both_begin; t < frames; ++t) {
@@ -312,7 +312,7 @@ double ConfidenceInMeeting(std::size_t switched, const Account& best,
 }
 
 // Between two switches as sure as the less sure of them.
-void FillConfidence(int frames, Holding& holding) {
+void FillConfidence(int frames, HoldLabels& holding) {
   holding.confidence.assign(static_cast<std::size_t>(frames), 1.0);
   for (int t = 0; t < frames; ++t) {
     for (std::size_t k = 0; k < holding.switches.size(); ++k) {
@@ -329,8 +329,8 @@ void FillConfidence(int frames, Holding& holding) {
 
 }  // namespace
 
-Holding FindHandovers(const Clip& clip, const HandModel& right, const HandModel& left,
-                      double object_size_m, const HandoverSearchOptions& options) {
+HoldLabels FindHandovers(const Clip& clip, const HandModel& right, const HandModel& left,
+                         double object_size_m, const HandoverSearchOptions& options) {
   const int frames = clip.NumFrames();
   CheckOptions(options, frames);
   const HandsInTime seen = Observe(clip, right, left, object_size_m);
@@ -342,7 +342,7 @@ Holding FindHandovers(const Clip& clip, const HandModel& right, const HandModel&
   const Account best =
       given ? ExplainGiven(meetings, had, options) : Explain(meetings, had, options);
 
-  Holding holding;
+  HoldLabels holding;
   const Side first = best.first == 0 ? Side::kRight : Side::kLeft;
   Side holder = first;
   for (std::size_t k = 0; k < best.meetings.size(); ++k) {

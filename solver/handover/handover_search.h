@@ -6,7 +6,7 @@
 
 #include "geometry/body/hand_model.h"
 #include "geometry/clip/clip.h"
-#include "solver/handover/holding.h"
+#include "solver/handover/holds.h"
 
 namespace holdfast {
 
@@ -37,7 +37,7 @@ struct HandoverSearchOptions {
 /// or not ascending, more switches asked for at least than at most, a clip of fewer than two
 /// frames, and hands that never come within reach although a switch is asked for: that names
 /// --switch.
-Holding FindHandovers(const Clip& clip, const HandModel& right, const HandModel& left,
-                      double object_size_m, const HandoverSearchOptions& options = {});
+HoldLabels FindHandovers(const Clip& clip, const HandModel& right, const HandModel& left,
+                         double object_size_m, const HandoverSearchOptions& options = {});
 
 }  // namespace holdfast

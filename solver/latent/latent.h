@@ -13,7 +13,7 @@
 ///   reach_task.h             start, goal, deadline; solution and trace
 ///   latent_options.h         weights, body, obstacles
 ///   latent_terms.h           terms for goal and natural motion
-///   latent_passage.h         latents to motion, gradients back
+///   latent_problem.h         latents to motion, gradients back
 ///   latent_optimizer.h       OptimiseLatents: all terms
 ///   vae_opt.h                OptimiseAsPublished: WANDR's baseline
 ///   reach_by_optimisation.h  ReachByOptimisation: goals one after another

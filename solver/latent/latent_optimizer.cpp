@@ -12,7 +12,7 @@
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "solver/latent/dual_gauss_newton.h"
-#include "solver/latent/latent_passage.h"
+#include "solver/latent/latent_problem.h"
 #include "solver/latent/step_rule.h"
 
 namespace holdfast {
@@ -20,34 +20,34 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-std::vector<LatentTraveller*> Pointers(std::vector<LatentTraveller>& all) {
-  std::vector<LatentTraveller*> out;
-  for (LatentTraveller& one : all) {
+std::vector<LatentSample*> Pointers(std::vector<LatentSample>& all) {
+  std::vector<LatentSample*> out;
+  for (LatentSample& one : all) {
     if (!one.done) out.push_back(&one);
   }
   return out;
 }
 
-void Record(LatentTraveller& one, ReachTrace& trace, double seconds) {
+void Record(LatentSample& one, ReachTrace& trace, double seconds) {
   trace.closest_m.push_back(static_cast<float>(one.closest_m));
   trace.last_m.push_back(static_cast<float>(one.last_m));
   trace.seconds.push_back(static_cast<float>(seconds));
 }
 
-class Batch {
+class LatentBatchOptimizer {
  public:
-  Batch(const wandr::Network<float>& network, const LatentBody& body,
-        std::span<const ReachTask> tasks, const LatentOptions& options)
+  LatentBatchOptimizer(const wandr::Network<float>& network, const LatentBody& body,
+                       std::span<const ReachTask> tasks, const LatentOptions& options)
       : options_(options),
         latent_size_(network.LatentSize()),
         steps_(tasks[0].num_steps),
-        passage_(network, body, options, steps_, static_cast<int>(tasks.size())),
+        problem_(network, body, options, steps_, static_cast<int>(tasks.size())),
         solutions_(tasks.size()),
         started_(Clock::now()) {
     std::vector<BodyPoint> points = body.soles;
     points.insert(points.end(), body.fingertips.begin(), body.fingertips.end());
     for (std::size_t i = 0; i < tasks.size(); ++i) {
-      LatentTraveller one;
+      LatentSample one;
       one.task = &tasks[i];
       one.index = static_cast<int>(i);
       one.motion = MotionView(points);
@@ -59,18 +59,18 @@ class Batch {
                                     .iterations = options.adam_iterations + 1,
                                     .square_decay = 0.99,
                                     .tiny = 1e-12});
-      travellers_.push_back(std::move(one));
+      samples_.push_back(std::move(one));
     }
   }
 
   std::vector<ReachSolution> Run() {
     Descend();
     GaussNewton();
-    std::vector<LatentTraveller*> all;
-    for (LatentTraveller& one : travellers_) all.push_back(&one);
-    passage_.Forward(all, true);
+    std::vector<LatentSample*> all;
+    for (LatentSample& one : samples_) all.push_back(&one);
+    problem_.Forward(all, true);
     for (std::size_t i = 0; i < all.size(); ++i) {
-      solutions_[i].track = passage_.TrackOf(i);
+      solutions_[i].track = problem_.TrackOf(i);
       solutions_[i].latents = all[i]->latents;
     }
     return std::move(solutions_);
@@ -79,30 +79,30 @@ class Batch {
  private:
   double Seconds() const {
     return std::chrono::duration<double>(Clock::now() - started_).count() /
-           static_cast<double>(travellers_.size());
+           static_cast<double>(samples_.size());
   }
 
   void Descend() {
     for (int iteration = 0; iteration <= options_.adam_iterations; ++iteration) {
-      const std::vector<LatentTraveller*> moving = Pointers(travellers_);
+      const std::vector<LatentSample*> moving = Pointers(samples_);
       if (moving.empty()) break;
       if (options_.poll) options_.poll();
-      passage_.Forward(moving);
+      problem_.Forward(moving);
       const double seconds = Seconds();
-      for (LatentTraveller* one : moving) {
+      for (LatentSample* one : moving) {
         Record(*one, solutions_[static_cast<std::size_t>(one->index)].trace, seconds);
         one->done =
             iteration == options_.adam_iterations || (iteration >= options_.least_iterations &&
                                                       one->goal_error_m <= options_.close_enough_m);
       }
       const double share = static_cast<double>(iteration) / std::max(1, options_.adam_iterations);
-      passage_.Gradient(moving, share);
-      for (LatentTraveller* one : moving) {
+      problem_.Gradient(moving, share);
+      for (LatentSample* one : moving) {
         if (one->done) continue;
         adams_[static_cast<std::size_t>(one->index)].Step(iteration, one->gradient, one->latents);
       }
     }
-    for (LatentTraveller& one : travellers_) one.done = false;
+    for (LatentSample& one : samples_) one.done = false;
   }
 
   void GaussNewton() {
@@ -112,22 +112,22 @@ class Batch {
     const auto size = static_cast<double>(latent_size_) * steps_;
     std::vector<Eigen::MatrixXf> J;
     std::vector<Eigen::Vector4d> r;
-    std::vector<double> radii(travellers_.size(), 0.15);
-    std::vector<int> refusals(travellers_.size(), 0);
+    std::vector<double> radii(samples_.size(), 0.15);
+    std::vector<int> refusals(samples_.size(), 0);
     for (int iteration = 0; iteration < options_.newton_iterations; ++iteration) {
-      for (LatentTraveller& one : travellers_) {
+      for (LatentSample& one : samples_) {
         one.done = one.done || one.goal_error_m <= options_.newton_goal_m ||
                    refusals[static_cast<std::size_t>(one.index)] > 4;
       }
-      const std::vector<LatentTraveller*> moving = Pointers(travellers_);
+      const std::vector<LatentSample*> moving = Pointers(samples_);
       if (moving.empty()) break;
       if (options_.poll) options_.poll();
-      passage_.Forward(moving, true);
-      passage_.Rows(moving, kSigma, penalty_scale, J, r);
+      problem_.Forward(moving, true);
+      problem_.Rows(moving, kSigma, penalty_scale, J, r);
       std::vector<Eigen::VectorXf> before;
       std::vector<double> value;
       for (std::size_t i = 0; i < moving.size(); ++i) {
-        LatentTraveller& one = *moving[i];
+        LatentSample& one = *moving[i];
         // The rest is no residual that can vanish: a little less of it is asked for.
         const Eigen::Vector4d wanted(r[i][0], r[i][1], r[i][2], kLess * r[i][3]);
         Eigen::VectorXf step = DualStep(J[i], wanted, kKappa, latent_size_);
@@ -138,13 +138,13 @@ class Batch {
         value.push_back(r[i].squaredNorm());
         one.latents += step;
       }
-      passage_.Forward(moving, true);
+      problem_.Forward(moving, true);
       const double seconds = Seconds();
       for (std::size_t i = 0; i < moving.size(); ++i) {
-        LatentTraveller& one = *moving[i];
+        LatentSample& one = *moving[i];
         const auto at = static_cast<std::size_t>(one.index);
         const double trial = one.goal_error_m * one.goal_error_m / (kSigma * kSigma) +
-                             2.0 * penalty_scale * passage_.Natural(one);
+                             2.0 * penalty_scale * problem_.Natural(one);
         if (trial < value[i]) {
           radii[at] *= 1.5;
           refusals[at] = 0;
@@ -162,9 +162,9 @@ class Batch {
   const LatentOptions& options_;
   Eigen::Index latent_size_;
   int steps_;
-  LatentPassage passage_;
+  LatentProblem problem_;
   std::vector<Adam> adams_;
-  std::vector<LatentTraveller> travellers_;
+  std::vector<LatentSample> samples_;
   std::vector<ReachSolution> solutions_;
   Clock::time_point started_;
 };
@@ -199,9 +199,10 @@ std::vector<ReachSolution> OptimiseLatents(const wandr::Network<float>& network,
   ParallelFor((total + size - 1) / size, threads, [&](int b) {
     const int first = b * size, count = std::min(size, total - first);
     std::vector<ReachSolution> part =
-        Batch(network, body,
-              tasks.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count)),
-              options)
+        LatentBatchOptimizer(
+            network, body,
+            tasks.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count)),
+            options)
             .Run();
     std::ranges::move(part, solutions.begin() + first);
     if (!progress) return;

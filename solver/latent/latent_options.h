@@ -33,7 +33,7 @@ struct LatentBody {
 LatentBody LatentBodyOf(const Eigen::Matrix3Xd& rest_joints, double sole_y);
 
 /// Latent optimisation: the latents of a whole rollout are changed until the wrist is at the goal
-/// and the body moves as bodies do. Weights are on sums over frames; see solver/terms.
+/// and the motion is physically plausible. Weights are on sums over frames; see solver/terms.
 struct LatentOptions {
   /// Rollouts follow the intention from the start (closed loop); false: the network is a motion
   /// prior that does not know the goal, as in the published VAE + opt.

@@ -22,11 +22,11 @@ constexpr int kWrist = 21;                     // the right one
 constexpr std::uint64_t kStreams = 1'000'000;  // latents of other goals and tries are far apart
 
 // One motion, growing goal by goal.
-class Chain {
+class MultiGoalMotion {
  public:
-  Chain(const wandr::Network<float>& network, const LatentBody& body,
-        const wandr::RolloutStart<float>& start, std::span<const Eigen::Vector3d> goals, int index,
-        const ReachByOptimisationOptions& options)
+  MultiGoalMotion(const wandr::Network<float>& network, const LatentBody& body,
+                  const wandr::RolloutStart<float>& start, std::span<const Eigen::Vector3d> goals,
+                  int index, const ReachByOptimisationOptions& options)
       : network_(network),
         body_(body),
         options_(options),
@@ -137,13 +137,13 @@ class Chain {
   std::vector<int> at_goal_;
 };
 
-void Refit(const BodyMeasures& measures, const LatentBody& body, Chain& chain,
+void Refit(const BodyMeasures& measures, const LatentBody& body, MultiGoalMotion& motion,
            RefitReport& report) {
-  wandr::RolloutTrack& track = chain.Sample().track;
-  track.states = RefitReach(measures, track.states.cast<double>(), chain.RefitGoals(), {}, &report)
+  wandr::RolloutTrack& track = motion.Sample().track;
+  track.states = RefitReach(measures, track.states.cast<double>(), motion.RefitGoals(), {}, &report)
                      .cast<float>();
   track.joints = wandr::JointsOfStates(track.states, body.bones);
-  chain.Measure();
+  motion.Measure();
 }
 
 }  // namespace
@@ -166,15 +166,15 @@ std::vector<OptimisedReach> ReachByOptimisation(const wandr::Network<float>& net
   const int parts = count * static_cast<int>(goals.size());
   int done = 0;
   ParallelFor(count, threads, [&](int i) {
-    Chain chain(network, body, start, goals, i, options);
-    for (std::size_t g = 0; g < goals.size() && !chain.Sample().diverged; ++g) {
-      chain.Reach(g);
+    MultiGoalMotion motion(network, body, start, goals, i, options);
+    for (std::size_t g = 0; g < goals.size() && !motion.Sample().diverged; ++g) {
+      motion.Reach(g);
       const std::lock_guard lock(progress_mutex);
       if (progress) progress(++done, parts);
     }
     OptimisedReach& reach = reaches[static_cast<std::size_t>(i)];
-    if (options.refit && !chain.Sample().diverged) Refit(measures, body, chain, reach.refit);
-    reach.sample = std::move(chain.Sample());
+    if (options.refit && !motion.Sample().diverged) Refit(measures, body, motion, reach.refit);
+    reach.sample = std::move(motion.Sample());
   });
   return reaches;
 }

@@ -25,16 +25,16 @@ using Objective = GoalObjective<float>;
 constexpr int kBatch = 16;
 
 // Tasks of the same number of steps, and what becomes of them.
-struct Batch {
+struct TaskBatch {
   std::vector<wandr::RolloutStart<float>> starts;
   std::vector<Eigen::Vector3d> goals;
   Eigen::MatrixXf latents;  // (64 T x N)
   std::vector<ReachTrace> traces;
 };
 
-class Clock {
+class MotionTimer {
  public:
-  explicit Clock(std::size_t motions) : motions_(static_cast<double>(motions)) {}
+  explicit MotionTimer(std::size_t motions) : motions_(static_cast<double>(motions)) {}
   float Seconds() const {
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin_;
     return static_cast<float>(passed.count() / motions_);
@@ -53,9 +53,9 @@ void Append(ReachTrace& trace, double closest_m, double last_m, float seconds) {
 
 // All motions of a batch together, each for as long as its numbers are finite.
 template <typename MakeRule>
-void StepTogether(Objective& objective, Batch& batch, int iterations,
+void StepTogether(Objective& objective, TaskBatch& batch, int iterations,
                   const std::function<void()>& poll, const MakeRule& make_rule) {
-  const Clock clock(batch.starts.size());
+  const MotionTimer clock(batch.starts.size());
   std::vector<int> going(batch.starts.size());
   std::iota(going.begin(), going.end(), 0);
   std::vector<std::unique_ptr<StepRule>> rules;
@@ -92,7 +92,7 @@ void StepTogether(Objective& objective, Batch& batch, int iterations,
 // One motion as Ceres sees it. What `poll` throws must not pass through Ceres: it is kept.
 class CeresGoal final : public ceres::FirstOrderFunction {
  public:
-  CeresGoal(Objective& objective, const Batch& batch) : objective_(objective), batch_(batch) {}
+  CeresGoal(Objective& objective, const TaskBatch& batch) : objective_(objective), batch_(batch) {}
 
   bool Evaluate(const double* parameters, double* cost, double* gradient) const override {
     objective_.Evaluate(
@@ -111,7 +111,7 @@ class CeresGoal final : public ceres::FirstOrderFunction {
 
  private:
   Objective& objective_;
-  const Batch& batch_;
+  const TaskBatch& batch_;
   mutable Objective::Values values_;
   mutable Eigen::MatrixXf gradient_;
 };
@@ -144,11 +144,11 @@ class CeresWatch final : public ceres::IterationCallback {
   const Eigen::VectorXd& parameters_;
   ReachTrace& trace_;
   const std::function<void()>& poll_;
-  Clock clock_{1};
+  MotionTimer clock_{1};
   std::exception_ptr stopped_by_;
 };
 
-void SolveWithCeres(Objective& objective, Batch& batch, int iterations,
+void SolveWithCeres(Objective& objective, TaskBatch& batch, int iterations,
                     const VaeOptOptions& options) {
   Eigen::VectorXd parameters = batch.latents.col(0).cast<double>();
   auto* const goal = new CeresGoal(objective, batch);
@@ -235,7 +235,7 @@ std::vector<ReachSolution> OptimiseAsPublished(const wandr::Network<float>& netw
   ParallelFor(static_cast<int>(groups.size()), threads, [&](int g) {
     const std::vector<int>& group = groups[g];
     const int count = static_cast<int>(group.size()), steps = tasks[group[0]].num_steps;
-    Batch batch;
+    TaskBatch batch;
     batch.traces.resize(count);
     batch.latents.resize(Eigen::Index{network.LatentSize()} * steps, count);
     for (int k = 0; k < count; ++k) {

@@ -10,7 +10,7 @@
 ///   reach_options.h    intention, latents or VAE + opt
 ///   reach_motions.h    MakeReachMotions; feet and wrist refitted
 ///   walk_and_reach.h   WalkAndReach: the best motion through goals
-///   reach_json.h       a motion as metrics.json has it
 ///   reach_and_take.h   ReachAndTake: an object taken from its table
+///   reach_json.h       a motion, a take, as metrics.json has them
 #include "solver/reach/reach_and_take.h"
 #include "solver/reach/walk_and_reach.h"

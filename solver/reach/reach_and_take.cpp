@@ -40,11 +40,11 @@ TakeReport ReachAndTake(const ReachPerson& person, const wandr::NetworkWeights& 
     if (asked.by == ReachBy::kLatents) {
       asked.obstacles.push_back(TableOf(plan, asked.side, asked.threads));
     }
-    std::vector<TakenMotion> taken;
+    std::vector<TakeBodyMotion> taken;
     const ReachMotions made = MakeReachMotions(person, network, wrists, asked, progress);
     for (const wandr::ReachSample& sample : made.samples) {
       if (sample.diverged || sample.NumReached() < static_cast<int>(wrists.size())) continue;
-      TakenMotion motion;
+      TakeBodyMotion motion;
       motion.states = sample.track.states.cast<double>();
       for (const wandr::GoalOutcome& goal : sample.goals) {
         motion.frames.push_back(goal.closest_frame);

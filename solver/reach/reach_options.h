@@ -13,7 +13,7 @@
 namespace holdfast {
 
 enum class ReachBy {
-  kIntention,  ///< the network is told the goal and runs once
+  kIntention,  ///< the network is conditioned on the goal and runs once
   kLatents,    ///< its latents are then optimised (LatentOptions)
   kVaeOpt,     ///< WANDR's baseline (VaeOptOptions)
 };

@@ -58,7 +58,7 @@ class ObjectInHands {
     for (const HandModel* hand : scene.hands) {
       const Side side = hand->HandSide();
       if ((holding_ & HoldingBit(side)) == 0) continue;
-      fitter_.Grip(side, last_pose_, last_trans_, FingersOf(last_pose_, side));
+      fitter_.TakeHold(side, last_pose_, last_trans_, FingersOf(last_pose_, side));
     }
   }
 
@@ -96,7 +96,7 @@ class ObjectInHands {
     for (int i = 0; i < fingers.size(); ++i) {
       if (i % 3 != 0) fingers[i] = -fingers[i];
     }
-    fitter_.Grip(to, last_pose_, last_trans_, fingers);
+    fitter_.TakeHold(to, last_pose_, last_trans_, fingers);
     fitter_.Release(from);
     holding_ = HoldingBit(to);
     result.switch_frame = frame;

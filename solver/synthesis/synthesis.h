@@ -5,7 +5,7 @@
 /// with the object fitted, and motion through them, come out.
 ///
 /// From the inside out:
-///   held_start.h        a person with the object in hand
+///   holding_start.h     a person with the object in hand
 ///   synthesis.h         Synthesise: key frames, object fitted to each
 ///   synthesis_motion.h  key frames resampled, feet pinned
 ///   synthesize.h        Synthesize: the best of several samples
@@ -60,7 +60,7 @@ Clip HistoryOf(const Clip& start, double seconds_per_key_frame);
 ///
 /// A hand that takes over does so when the palms have come as near to each other as they come (25
 /// cm or less) and begin to part; it holds as it is there, with the other hand's fingers mirrored:
-/// the grip is made in earnest (GripsByTransfer) by the fit of all frames that follows.
+/// the grasp is computed (GraspsByTransfer) by the fit of all frames that follows.
 ///
 /// Throws what HistoryOf and RunSynthesis throw.
 std::vector<Synthesised> Synthesise(const imos::Network<float>& network,

@@ -25,7 +25,7 @@ double FaultsOf(const ActionQuality& quality) {
 
 }  // namespace
 
-SynthesizedMotion Synthesize(const HeldStart& start, const imos::NetworkWeights& network,
+SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeights& network,
                              const imos::Intent& intent, const SynthesizeOptions& options,
                              const StagedProgress& progress) {
   const HandModel* const hands[] = {&start.actor->Hand(Side::kRight),

@@ -11,13 +11,13 @@
 #include "generator/imos/weights.h"
 #include "geometry/clip/clip.h"
 #include "geometry/progress.h"
-#include "solver/synthesis/held_start.h"
+#include "solver/synthesis/holding_start.h"
 #include "solver/synthesis/synthesis.h"
 
 /// A motion for a person who holds an object and an intent: key frames by IMoS's loop, the best of
-/// several samples, made motion. CarryObject fits the object to all of its frames.
+/// several samples, synthetic motion. CarryObject fits the object to all of its frames.
 ///
-///   HeldStart start = MakeStandingHold(body, LoadObject("mug"), "drink").start;
+///   HoldingStart start = MakeStandingHold(body, LoadObject("mug"), "drink").start;
 ///   SynthesizedMotion made = Synthesize(start, imos::DefaultNetwork(), intent, {});
 ///   CarryReport carried = CarryObject(made.motion, body, PrepareObject(LoadObject("mug")));
 namespace holdfast {
@@ -36,9 +36,10 @@ struct SynthesizeOptions {
 
 struct SynthesizedSample {
   Synthesised keys;
-  Clip motion;          ///< in the world of the start
-  double faults = 0.0;  ///< what is wrong with it, in units of what a made clip may have at most
-  int number = 0;       ///< before they were ranked
+  Clip motion;  ///< in the world of the start
+  double faults =
+      0.0;         ///< what is wrong with it, in units of what a synthetic clip may have at most
+  int number = 0;  ///< before they were ranked
 };
 
 struct SynthesizedMotion {
@@ -50,7 +51,7 @@ struct SynthesizedMotion {
   double loop_s = 0.0;                     ///< of making all key frames
 };
 
-SynthesizedMotion Synthesize(const HeldStart& start, const imos::NetworkWeights& network,
+SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeights& network,
                              const imos::Intent& intent, const SynthesizeOptions& options = {},
                              const StagedProgress& progress = {});
 

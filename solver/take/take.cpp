@@ -37,7 +37,7 @@ double MarginOf(const TriangleMesh& mesh) {
 }
 
 // The best motion of an attempt.
-Candidate BestOf(const std::vector<TakenMotion>& motions, const TakePlan& plan,
+Candidate BestOf(const std::vector<TakeBodyMotion>& motions, const TakePlan& plan,
                  const HandModel& hand, const BodySurface& body, const TakeObject& object,
                  const Clip& like, int threads) {
   std::vector<Candidate> all;
@@ -95,10 +95,10 @@ void MeasureWandering(const BodySurface& body, Side side, TakeReport& report) {
 }
 
 // One take through all its stages.
-class Taker {
+class TakePipeline {
  public:
-  Taker(const TakeRequest& request, const TakeStart& start, const PreparedObject& prepared,
-        const StagedProgress& progress)
+  TakePipeline(const TakeRequest& request, const TakeStart& start, const PreparedObject& prepared,
+               const StagedProgress& progress)
       : request_(request),
         start_(start),
         prepared_(prepared),
@@ -145,7 +145,7 @@ class Taker {
   void ChooseMotion(const BodyMotionMaker& motion) {
     Candidate best;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
-      const std::vector<TakenMotion> motions = motion(report_.plan, attempt);
+      const std::vector<TakeBodyMotion> motions = motion(report_.plan, attempt);
       if (!GoesOn("motion", attempt + 1, kAttempts)) return;
       Candidate found =
           BestOf(motions, report_.plan, hand_, body_, object_, start_.like, request_.threads);
@@ -208,7 +208,7 @@ class Taker {
 TakeReport TakeFromTable(const TakeRequest& request, const TakeStart& start,
                          const PreparedObject& object, const BodyMotionMaker& motion,
                          const StagedProgress& progress) {
-  return Taker(request, start, object, progress).Run(motion);
+  return TakePipeline(request, start, object, progress).Run(motion);
 }
 
 double DeepestOver(const ContactScore& contact, int begin, int end) {

@@ -47,7 +47,8 @@ struct TakeStart {
 /// mirrored, whatever the side. The wrist's goals are `plan.goals`; `plan.table` is worth keeping
 /// out of. Called up to three times: once, and again when no motion serves. `attempt` is 0, 1, 2.
 /// Nothing (empty) when the work is to stop.
-using BodyMotionMaker = std::function<std::vector<TakenMotion>(const TakePlan& plan, int attempt)>;
+using BodyMotionMaker =
+    std::function<std::vector<TakeBodyMotion>(const TakePlan& plan, int attempt)>;
 
 enum class TakeStatus {
   kTaken,

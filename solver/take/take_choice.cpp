@@ -11,15 +11,15 @@ namespace {}  // namespace
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-TakeGrasp ChooseTake(const TakePlan& plan, const TakeObject& object, const TakeArm& arm,
-                     const BodyPlacement& body) {
+TakeCandidate ChooseTake(const TakePlan& plan, const TakeObject& object, const ArmIk& arm,
+                         const BodyPlacement& body) {
   const Vector3d wrist = body.joints.col(arm.Bones().end);
-  TakeGrasp best;
+  TakeCandidate best;
   bool first = true;
-  for (const TakeGrasp& candidate : plan.candidates) {
+  for (const TakeCandidate& candidate : plan.candidates) {
     const int yaws = plan.yaw_is_free ? 72 : 1;
     for (int k = 0; k < yaws; ++k) {
-      TakeGrasp tried = candidate;
+      TakeCandidate tried = candidate;
       if (plan.yaw_is_free) tried.yaw_rad = 2.0 * std::numbers::pi * k / yaws;
       const Isometry3d stands = object.Upright(plan.places.front(), tried.yaw_rad);
       ScoreTake(arm, body.joints.col(arm.Bones().root), body.rotation[kSpine3], stands,
@@ -34,7 +34,7 @@ TakeGrasp ChooseTake(const TakePlan& plan, const TakeObject& object, const TakeA
   return best;
 }
 
-UprightPose ComfortableAt(const TakeArm& arm, const TakeGrasp& take, const TakeObject& object,
+UprightPose ComfortableAt(const ArmIk& arm, const TakeCandidate& take, const TakeObject& object,
                           const Vector3d& place, const BodyPlacement& body, double usual_yaw) {
   UprightPose best;
   double least = std::numeric_limits<double>::infinity();
@@ -43,7 +43,7 @@ UprightPose ComfortableAt(const TakeArm& arm, const TakeGrasp& take, const TakeO
     const Isometry3d pose = object.Upright(place, yaw);
     const ArmChoice choice =
         arm.Best({body.joints.col(arm.Bones().root), body.rotation[kSpine3], take.WristFor(pose)});
-    const double cost = choice.discomfort + 30.0 * choice.lacks_m;
+    const double cost = choice.discomfort + 30.0 * choice.shortfall_m;
     if (cost < least) {
       least = cost;
       best = {pose.translation(), yaw};

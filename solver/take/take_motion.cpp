@@ -55,10 +55,10 @@ Quaterniond Relative(const Matrix3d& parent, const Matrix3d& child) {
   return Quaterniond(Matrix3d(parent.transpose() * child)).normalized();
 }
 
-class Maker {
+class TakeMotionBuilder {
  public:
-  Maker(const TakePlan& plan, const TakenMotion& motion, const HandModel& hand,
-        const TakeObject& object, const Clip& like)
+  TakeMotionBuilder(const TakePlan& plan, const TakeBodyMotion& motion, const HandModel& hand,
+                    const TakeObject& object, const Clip& like)
       : plan_(plan),
         motion_(motion),
         hand_(hand),
@@ -68,7 +68,7 @@ class Maker {
         clip_(wandr::ClipOfStates(motion.states, like)),
         frames_(BodyFrames(clip_, rest_joints_)) {}
 
-  TakeMotion Make() {
+  TakeMotion Build() {
     TakeMotion made;
     if (static_cast<int>(motion_.frames.size()) != static_cast<int>(plan_.goals.size()) ||
         std::ranges::any_of(motion_.frames, [](int frame) { return frame < 0; })) {
@@ -92,7 +92,7 @@ class Maker {
       return made;
     }
     const TakeTimes& times = made.times;
-    made.shoulder_lacked_m = std::max(
+    made.shoulder_shortfall_m = std::max(
         0.0, (grasp.translation() - body_[times.take].joints.col(arm_.Bones().root)).norm() -
                  arm_.Length());
     Lean((times.arrive + times.take) / 2, grasp.translation(), 0);
@@ -134,7 +134,7 @@ class Maker {
   }
 
   // Turns of the object at the places it is brought to, the trunk helping where the arm is short.
-  std::vector<UprightPose> Bring(const TakeGrasp& take, const TakeTimes& times) {
+  std::vector<UprightPose> Bring(const TakeCandidate& take, const TakeTimes& times) {
     std::vector<UprightPose> at_goals;
     for (std::size_t g = 0; g < times.goals.size(); ++g) {
       const Vector3d place = plan_.places[g + 1];
@@ -148,7 +148,7 @@ class Maker {
     return at_goals;
   }
 
-  UprightPose Carry(const TakeGrasp& take, const TakeTimes& times,
+  UprightPose Carry(const TakeCandidate& take, const TakeTimes& times,
                     const std::vector<Isometry3d>& carry_frames) const {
     const int end = times.goals.empty() ? static_cast<int>(frames_.size()) - 1 : times.goals.back();
     std::vector<int> sampled;
@@ -156,7 +156,7 @@ class Maker {
     return ComfortableCarry(arm_, take, object_, body_, carry_frames, times.take, sampled);
   }
 
-  // The object's way at the pace at which the arm lacks and the wrist refuses least.
+  // The object's way at the pace at which shortfall and hand error are least.
   std::vector<Isometry3d> EasiestWay(const TakeMotion& made, const UprightPose& carry,
                                      const std::vector<UprightPose>& at_goals,
                                      const std::vector<Isometry3d>& carry_frames) const {
@@ -173,7 +173,7 @@ class Maker {
           double here = std::numeric_limits<double>::infinity();
           for (const double swivel : {-10.0, 10.0, 30.0, 50.0}) {
             const ArmChoice choice = arm_.At(target, swivel * kDegree);
-            here = std::min(here, std::pow(choice.lacks_m / 0.02, 2) +
+            here = std::min(here, std::pow(choice.shortfall_m / 0.02, 2) +
                                       std::pow(choice.hand_error_rad / (3.0 * kDegree), 2) +
                                       0.02 * choice.discomfort);
           }
@@ -192,7 +192,7 @@ class Maker {
     return {body_[t].joints.col(arm_.Bones().root), body_[t].rotation[kSpine3], wrist};
   }
 
-  static Vector3d Retreat(const TakeGrasp& take) {
+  static Vector3d Retreat(const TakeCandidate& take) {
     return Eigen::AngleAxisd(take.yaw_rad, Vector3d::UnitZ()) * take.approach.retreat *
            take.approach.standoff_m;
   }
@@ -276,12 +276,12 @@ class Maker {
     }
     const std::vector<double> swivels = arm_.Track(targets, kRate);
     made.hand_error_rad.assign(frames_.size(), 0.0);
-    made.lacks_m.assign(frames_.size(), 0.0);
+    made.shortfall_m.assign(frames_.size(), 0.0);
     for (int t = times.begin; t < count; ++t) {
       const std::size_t k = static_cast<std::size_t>(t - times.begin);
       const ArmChoice choice = arm_.At(targets[k], swivels[k]);
       made.hand_error_rad[t] = choice.hand_error_rad;
-      made.lacks_m[t] = choice.lacks_m;
+      made.shortfall_m[t] = choice.shortfall_m;
       BodyFrame& frame = frames_[t];
       const double share = MinimumJerk((t - times.begin) / (kMeetOwnArm_s * kRate));
       const Matrix3d& collar = body_[t].rotation[limb.root - 3];
@@ -293,7 +293,7 @@ class Maker {
         frame.local[joint] = frame.local[joint].slerp(share, turn);
       }
       if (t >= times.pregrasp && t <= times.take) {
-        made.coming_lacks_m = std::max(made.coming_lacks_m, choice.lacks_m);
+        made.coming_shortfall_m = std::max(made.coming_shortfall_m, choice.shortfall_m);
         made.coming_hand_error_rad = std::max(made.coming_hand_error_rad, choice.hand_error_rad);
       }
       if (t == times.take) {
@@ -301,7 +301,7 @@ class Maker {
         made.take_wrist_error_m = (is.translation() - grasp.translation()).norm();
         made.take_hand_error_rad = AngleBetween(is.linear(), grasp.linear());
       } else if (t > times.take) {
-        made.max_lacks_m = std::max(made.max_lacks_m, choice.lacks_m);
+        made.max_shortfall_m = std::max(made.max_shortfall_m, choice.shortfall_m);
         made.max_hand_error_rad = std::max(made.max_hand_error_rad, choice.hand_error_rad);
       }
     }
@@ -369,17 +369,17 @@ class Maker {
       made.fault = fmt::format("the hand stays {:.0f} mm away", 1000.0 * made.take_wrist_error_m);
     }
     made.score = made.take.score - 200.0 * made.take_wrist_error_m -
-                 5.0 * made.take_hand_error_rad - 10.0 * made.max_lacks_m -
-                 2.0 * made.max_hand_error_rad - 30.0 * made.coming_lacks_m -
+                 5.0 * made.take_hand_error_rad - 10.0 * made.max_shortfall_m -
+                 2.0 * made.max_hand_error_rad - 30.0 * made.coming_shortfall_m -
                  5.0 * made.coming_hand_error_rad - (made.fault.empty() ? 0.0 : 100.0);
   }
 
   const TakePlan& plan_;
-  const TakenMotion& motion_;
+  const TakeBodyMotion& motion_;
   const HandModel& hand_;
   const TakeObject& object_;
   Eigen::Matrix3Xd rest_joints_;
-  TakeArm arm_;
+  ArmIk arm_;
   Clip clip_;
   std::vector<BodyFrame> frames_;
   Vector3d around_ = Vector3d::Zero();  // how far the way onto the line goes round the object
@@ -389,9 +389,9 @@ class Maker {
 
 }  // namespace
 
-TakeMotion MakeTakeMotion(const TakePlan& plan, const TakenMotion& motion, const HandModel& hand,
+TakeMotion MakeTakeMotion(const TakePlan& plan, const TakeBodyMotion& motion, const HandModel& hand,
                           const TakeObject& object, const Clip& like) {
-  return Maker(plan, motion, hand, object, like).Make();
+  return TakeMotionBuilder(plan, motion, hand, object, like).Build();
 }
 
 }  // namespace holdfast

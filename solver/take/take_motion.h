@@ -18,20 +18,20 @@ struct TakeMotion {
   /// Arm and fingers made anew; the object stands until the take, is led by the hand as it has hold
   /// of it from then on; `holding_hand` says so.
   Clip clip;
-  TakeGrasp take;  ///< as this body takes the object: of the plan's candidates
+  TakeCandidate take;  ///< as this body takes the object: of the plan's candidates
   TakeTimes times;
   UprightPose standing;
   std::string fault;  ///< why this motion does not serve; empty when it does
 
   std::vector<double> hand_error_rad;  ///< per frame: of the hand's rotation from what was wished
-  std::vector<double> lacks_m;         ///< per frame: of arm length
+  std::vector<double> shortfall_m;     ///< per frame: how much the arm is too short
 
   double take_wrist_error_m = 0.0;  ///< of the wrist joint at the take, from where the grasp has it
-  double take_hand_error_rad = 0.0;  ///< of the hand's rotation then
-  double shoulder_lacked_m = 0.0;    ///< what the arm lacked at the take before the trunk helped
-  double coming_lacks_m = 0.0;       ///< greatest lack of arm length on the line and while closing
+  double take_hand_error_rad = 0.0;   ///< of the hand's rotation then
+  double shoulder_shortfall_m = 0.0;  ///< at the take, before the trunk leans
+  double coming_shortfall_m = 0.0;    ///< greatest on the line and while closing
   double coming_hand_error_rad = 0.0;
-  double max_lacks_m = 0.0;         ///< greatest lack of arm length while carrying
+  double max_shortfall_m = 0.0;     ///< greatest while carrying
   double max_hand_error_rad = 0.0;  ///< greatest wish that the wrist's limits refused, carrying
 
   /// Larger is better, for choosing among motions.
@@ -45,7 +45,7 @@ struct TakeMotion {
 /// grasp, held there while the fingers close, then as the object's way (ObjectWay) has it; the
 /// swivel is smooth over time. Fingers: ready on the way, closing, closed. The head looks at the
 /// object while it is reached for. `like` is as for wandr::ClipOfStates.
-TakeMotion MakeTakeMotion(const TakePlan& plan, const TakenMotion& motion, const HandModel& hand,
+TakeMotion MakeTakeMotion(const TakePlan& plan, const TakeBodyMotion& motion, const HandModel& hand,
                           const TakeObject& object, const Clip& like);
 
 }  // namespace holdfast

@@ -68,7 +68,7 @@ Isometry3d UprightPose::Transform() const {
 }
 
 TakeTimes TimesOfTake(std::span<const BodyPlacement> body, std::span<const int> reached,
-                      const Vector3d& pregrasp, const Vector3d& wrist, const TakeArm& arm,
+                      const Vector3d& pregrasp, const Vector3d& wrist, const ArmIk& arm,
                       double frame_rate) {
   const int count = static_cast<int>(body.size());
   const int closing = Frames(kClosing_s, frame_rate);
@@ -161,7 +161,7 @@ std::vector<Isometry3d> CarryFrames(std::span<const BodyPlacement> body, double 
   return frames;
 }
 
-UprightPose ComfortableCarry(const TakeArm& arm, const TakeGrasp& take, const TakeObject& object,
+UprightPose ComfortableCarry(const ArmIk& arm, const TakeCandidate& take, const TakeObject& object,
                              std::span<const BodyPlacement> body,
                              std::span<const Isometry3d> carry_frames, int take_frame,
                              std::span<const int> frames) {
@@ -193,7 +193,8 @@ UprightPose ComfortableCarry(const TakeArm& arm, const TakeGrasp& take, const Ta
             for (const double swivel : {-10.0, 10.0, 30.0}) {
               const ArmChoice choice = arm.At(target, swivel * kDegree);
               const double bend = (choice.limb.flexion_rad - 85.0 * kDegree) / (35.0 * kDegree);
-              comfort = std::min(comfort, choice.discomfort + bend * bend + 50.0 * choice.lacks_m);
+              comfort =
+                  std::min(comfort, choice.discomfort + bend * bend + 50.0 * choice.shortfall_m);
             }
             cost += comfort / static_cast<double>(frames.size());
           }

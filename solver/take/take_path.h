@@ -28,7 +28,7 @@ struct TakeTimes {
 /// leave less than 0.8 s before the first.
 TakeTimes TimesOfTake(std::span<const BodyPlacement> body, std::span<const int> reached,
                       const Eigen::Vector3d& pregrasp, const Eigen::Vector3d& wrist,
-                      const TakeArm& arm, double frame_rate);
+                      const ArmIk& arm, double frame_rate);
 
 /// A body that comes to its place and leaves at once gives a hand no time to close. Slows the
 /// motion down around frame `at` (to a quarter in the middle of 0.5 s, which takes 0.5 s longer)
@@ -50,7 +50,7 @@ struct UprightPose {
 /// Where in a carry frame the object is comfortable: upright, the forearm about level before the
 /// body, the elbow near a right angle, turned little from how it was taken; least discomfort over
 /// `frames` of the motion.
-UprightPose ComfortableCarry(const TakeArm& arm, const TakeGrasp& take, const TakeObject& object,
+UprightPose ComfortableCarry(const ArmIk& arm, const TakeCandidate& take, const TakeObject& object,
                              std::span<const BodyPlacement> body,
                              std::span<const Eigen::Isometry3d> carry_frames, int take_frame,
                              std::span<const int> frames);

@@ -32,7 +32,7 @@ Matrix3d Facing(double yaw) {
 
 // Where the shoulder is when a person who came along `yaw` takes something: a comfortable reach
 // away, lower for low things (people bend), the object a little towards the body's middle.
-Vector3d ExpectedShoulder(const TakeArm& arm, const Vector3d& object, double yaw) {
+Vector3d ExpectedShoulder(const ArmIk& arm, const Vector3d& object, double yaw) {
   const Eigen::Matrix3Xd& joints = arm.RestJoints();
   const double standing = joints(1, arm.Bones().root) - joints.row(1).minCoeff() + 0.02;
   const double wrist_z = object.z() + 0.08;
@@ -87,11 +87,11 @@ GraspOptions SearchAtTable(const TakeRequest& request, const HandAxes& axes) {
 }
 
 // Clean grasps, or the least bad where none is.
-std::vector<TakeGrasp> GraspsToScore(const GraspReport& report) {
-  std::vector<TakeGrasp> grasps;
+std::vector<TakeCandidate> GraspsToScore(const GraspReport& report) {
+  std::vector<TakeCandidate> grasps;
   for (const GraspReport::Candidate& candidate : report.candidates) {
     if (!candidate.refused.empty() && report.status == GraspStatus::kFound) continue;
-    TakeGrasp take;
+    TakeCandidate take;
     take.grasp = candidate.grasp;
     take.approach.below_mm = candidate.grasp.below_bottom_mm;
     grasps.push_back(take);
@@ -112,22 +112,22 @@ class ExpectedTake {
         shoulder_(ExpectedShoulder(arm_, request.places.front(), approach_yaw)) {}
 
   // Each at its best yaw, best first.
-  void ScoreAll(std::vector<TakeGrasp>& grasps) const {
+  void ScoreAll(std::vector<TakeCandidate>& grasps) const {
     ParallelFor(static_cast<int>(grasps.size()), request_.threads,
                 [&](int i) { grasps[i] = AtBestYaw(grasps[i]); });
-    std::ranges::stable_sort(grasps, [](const TakeGrasp& a, const TakeGrasp& b) {
+    std::ranges::stable_sort(grasps, [](const TakeCandidate& a, const TakeCandidate& b) {
       if (a.fault.empty() != b.fault.empty()) return a.fault.empty();
       return a.score > b.score;
     });
   }
 
  private:
-  TakeGrasp AtBestYaw(const TakeGrasp& take) const {
+  TakeCandidate AtBestYaw(const TakeCandidate& take) const {
     const Vector3d& place = request_.places.front();
-    TakeGrasp best;
+    TakeCandidate best;
     const int yaws = request_.object_yaw_rad ? 1 : kYaws;
     for (int k = 0; k < yaws; ++k) {
-      TakeGrasp tried = take;
+      TakeCandidate tried = take;
       tried.yaw_rad = request_.object_yaw_rad.value_or(2.0 * std::numbers::pi * k / kYaws);
       ScoreTake(arm_, shoulder_, chest_, object_.Upright(place, tried.yaw_rad), place.z(), tried);
       const bool sounder = tried.fault.empty() && !best.fault.empty();
@@ -139,7 +139,7 @@ class ExpectedTake {
 
   const TakeRequest& request_;
   const TakeObject& object_;
-  TakeArm arm_;
+  ArmIk arm_;
   Matrix3d chest_;
   Vector3d shoulder_;
 };
@@ -178,8 +178,8 @@ Isometry3d TakeObject::Upright(const Vector3d& bottom_middle, double yaw_rad) co
   return PoseAt(TurnZ(yaw_rad), BottomMiddle(), bottom_middle);
 }
 
-void ScoreTake(const TakeArm& arm, const Vector3d& shoulder, const Matrix3d& chest,
-               const Isometry3d& world_from_object, double table_z, TakeGrasp& take) {
+void ScoreTake(const ArmIk& arm, const Vector3d& shoulder, const Matrix3d& chest,
+               const Isometry3d& world_from_object, double table_z, TakeCandidate& take) {
   const ArmTarget target{shoulder, chest, take.WristFor(world_from_object)};
   take.arm = arm.Best(target);
   take.fault.clear();
@@ -235,7 +235,7 @@ TakePlan PlanTake(const TakeRequest& request, const HandModel& hand, const TakeO
   plan.status = report.status;
   if (report.candidates.empty() || report.status == GraspStatus::kStopped) return plan;
 
-  std::vector<TakeGrasp> grasps = GraspsToScore(report);
+  std::vector<TakeCandidate> grasps = GraspsToScore(report);
   const ExpectedTake expected(request, hand, object, plan.approach_yaw_rad);
   expected.ScoreAll(grasps);
   if (grasps.size() > kKept) grasps.resize(kKept);

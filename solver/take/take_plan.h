@@ -12,7 +12,7 @@
 #include "geometry/mesh/distance_grid.h"
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
-#include "solver/body_ik/take_arm.h"
+#include "solver/body_ik/arm_ik.h"
 #include "solver/grasp/grasp.h"
 #include "solver/grasp/hand_approach.h"
 #include "solver/take/take_table.h"
@@ -44,8 +44,8 @@ struct TakeObject {
   Eigen::Isometry3d Upright(const Eigen::Vector3d& bottom_middle, double yaw_rad) const;
 };
 
-/// A grasp that a hand standing at the table can take, and how good it is.
-struct TakeGrasp {
+/// A candidate of a plan: a grasp that a hand at the table can take, and how good it is.
+struct TakeCandidate {
   Grasp grasp;
   HandApproach approach;
   double yaw_rad = 0.0;  ///< of the object on the table
@@ -73,8 +73,8 @@ struct TakePlan {
   std::vector<Eigen::Vector3d> places;  ///< as asked
   bool yaw_is_free = true;
   double approach_yaw_rad = 0.0;                      ///< direction of walking at the take, from +x
-  TakeGrasp take;                                     ///< the best of `candidates`
-  std::vector<TakeGrasp> candidates;                  ///< best first; for when the body stands
+  TakeCandidate take;                                 ///< the best of `candidates`
+  std::vector<TakeCandidate> candidates;              ///< best first; for when the body stands
   GraspStatus status = GraspStatus::kNothingToGrasp;  ///< of the search for grasps
   SideTable table;                                    ///< where it is expected to stand
   /// For the motion, one for each place: the grasp, then the carries. Positions count; rotations
@@ -84,8 +84,8 @@ struct TakePlan {
   bool Found() const { return !candidates.empty(); }
 };
 
-/// A body's motion for a plan: what any generator makes.
-struct TakenMotion {
+/// A body's motion for a plan, from any generator: input of MakeTakeMotion.
+struct TakeBodyMotion {
   Eigen::MatrixXd states;   ///< (135 x F), as wandr::StatesOfClip has them, 30 fps
   std::vector<int> frames;  ///< for each goal, the frame at which the wrist is there
 };
@@ -99,8 +99,8 @@ struct TakenMotion {
 /// `fault` where it cannot be: the wrist more than 3 degrees beyond its limits, more than 12 cm out
 /// of reach, hand over 6 mm below the table's top, forearm over 2 cm in it, fingers over 6 mm
 /// through the object. Sets `arm`, `score` and `fault`.
-void ScoreTake(const TakeArm& arm, const Eigen::Vector3d& shoulder, const Eigen::Matrix3d& chest,
-               const Eigen::Isometry3d& world_from_object, double table_z, TakeGrasp& take);
+void ScoreTake(const ArmIk& arm, const Eigen::Vector3d& shoulder, const Eigen::Matrix3d& chest,
+               const Eigen::Isometry3d& world_from_object, double table_z, TakeCandidate& take);
 
 /// Searches grasps with CloseHand, up wherever a hand at a table may turn, and scores each at each
 /// yaw (every 10 degrees) from where the person is expected to stand: in front of the object, along

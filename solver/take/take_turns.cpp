@@ -34,7 +34,7 @@ Isometry3d Turned(const Isometry3d& pose, const Vector3d& bottom_middle, double 
 
 }  // namespace
 
-void EaseTurns(const TakeArm& arm, const TakeGrasp& take, const TakeObject& object,
+void EaseTurns(const ArmIk& arm, const TakeCandidate& take, const TakeObject& object,
                std::span<const BodyPlacement> body, int take_frame, double frame_rate,
                std::vector<Isometry3d>& way) {
   const int count = static_cast<int>(way.size()) - take_frame;
@@ -54,7 +54,7 @@ void EaseTurns(const TakeArm& arm, const TakeGrasp& take, const TakeObject& obje
       for (const double swivel : kSwivels) {
         const ArmChoice choice = arm.At(target, swivel * kDegree);
         here = std::min(here, Square(choice.hand_error_rad / (3.0 * kDegree)) +
-                                  Square(choice.lacks_m / 0.02) +
+                                  Square(choice.shortfall_m / 0.02) +
                                   0.1 * std::min(choice.discomfort, 20.0));
       }
       here += Square(turn / kFar);

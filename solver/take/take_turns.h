@@ -15,12 +15,12 @@ namespace holdfast {
 /// `take` on, so that the hand that holds it stays within the wrist's limits and comfortable: which
 /// way a mug's handle points on its way is nobody's wish. Least of
 ///
-///   (hand error / 3 degrees)^2 + (arm lacks / 2 cm)^2 + 0.1 discomfort + (turn / 60 degrees)^2
+///   (hand error / 3 degrees)^2 + (arm shortfall / 2 cm)^2 + 0.1 discomfort + (turn / 60 degrees)^2
 ///   + (change / (60 degrees per second))^2
 ///
 /// summed over frames, by dynamic programming over turns of up to 60 degrees in steps of 6, then a
 /// bell of 0.15 s; none at the take. `way` (one pose per frame of `body`) is changed in place.
-void EaseTurns(const TakeArm& arm, const TakeGrasp& take, const TakeObject& object,
+void EaseTurns(const ArmIk& arm, const TakeCandidate& take, const TakeObject& object,
                std::span<const BodyPlacement> body, int take_frame, double frame_rate,
                std::vector<Eigen::Isometry3d>& way);
 

@@ -6,7 +6,7 @@
 namespace holdfast {
 namespace {
 
-constexpr int kSize = ReachDofs::kSize;
+constexpr int kSize = UpperBodyDofs::kSize;
 constexpr std::size_t kHeldKnots = 3;  // at either end: value, velocity and acceleration vanish
 
 // Of the four control points around a place between two of them.
@@ -18,21 +18,21 @@ Eigen::Vector4d CubicBasis(double u) {
 
 }  // namespace
 
-ReachSplinePrior::ReachSplinePrior(const ReachChange& sigma, double bend)
+ChangeSplinePrior::ChangeSplinePrior(const UpperBodyChange& sigma, double bend)
     : sigma_(sigma), bend_(bend) {
   set_num_residuals(2 * kSize);
   mutable_parameter_block_sizes()->assign(3, kSize);
 }
 
-bool ReachSplinePrior::Evaluate(double const* const* parameters, double* residuals,
-                                double** jacobians) const {
-  const Eigen::Map<const ReachChange> before(parameters[0]), now(parameters[1]),
+bool ChangeSplinePrior::Evaluate(double const* const* parameters, double* residuals,
+                                 double** jacobians) const {
+  const Eigen::Map<const UpperBodyChange> before(parameters[0]), now(parameters[1]),
       after(parameters[2]);
   Eigen::Map<Eigen::Matrix<double, 2 * kSize, 1>> r(residuals);
   r.head<kSize>() = now.cwiseQuotient(sigma_);
   r.tail<kSize>() = (before - 2.0 * now + after).cwiseQuotient(sigma_) / bend_;
   if (jacobians == nullptr) return true;
-  const ReachChange inverse = sigma_.cwiseInverse();
+  const UpperBodyChange inverse = sigma_.cwiseInverse();
   for (int k = 0; k < 3; ++k) {
     if (jacobians[k] == nullptr) continue;
     Eigen::Map<Eigen::Matrix<double, 2 * kSize, kSize, Eigen::RowMajor>> J(jacobians[k]);
@@ -47,7 +47,7 @@ ChangeSpline::ChangeSpline(int num_frames, int knot_frames)
     : knot_frames_(knot_frames),
       knots_(static_cast<std::size_t>(
                  std::max(1, (num_frames - 1 + knot_frames - 1) / knot_frames) + 3),
-             ReachChange::Zero()) {}
+             UpperBodyChange::Zero()) {}
 
 std::pair<std::size_t, Eigen::Vector4d> ChangeSpline::Place(int t) const {
   const double place = static_cast<double>(t) / knot_frames_;
@@ -55,20 +55,20 @@ std::pair<std::size_t, Eigen::Vector4d> ChangeSpline::Place(int t) const {
   return {knot, CubicBasis(place - static_cast<double>(knot))};
 }
 
-ReachChange ChangeSpline::At(int t) const {
+UpperBodyChange ChangeSpline::At(int t) const {
   const auto [knot, basis] = Place(t);
-  ReachChange change = ReachChange::Zero();
+  UpperBodyChange change = UpperBodyChange::Zero();
   for (int k = 0; k < 4; ++k) change += basis(k) * knots_[knot + static_cast<std::size_t>(k)];
   return change;
 }
 
 void ChangeSpline::AddTo(ceres::Problem& problem) {
-  for (ReachChange& knot : knots_) problem.AddParameterBlock(knot.data(), kSize);
+  for (UpperBodyChange& knot : knots_) problem.AddParameterBlock(knot.data(), kSize);
 }
 
-void ChangeSpline::AddPrior(ceres::Problem& problem, const ReachChange& sigma, double bend) {
+void ChangeSpline::AddPrior(ceres::Problem& problem, const UpperBodyChange& sigma, double bend) {
   for (std::size_t k = 1; k + 1 < knots_.size(); ++k) {
-    problem.AddResidualBlock(new ReachSplinePrior(sigma, bend), nullptr, knots_[k - 1].data(),
+    problem.AddResidualBlock(new ChangeSplinePrior(sigma, bend), nullptr, knots_[k - 1].data(),
                              knots_[k].data(), knots_[k + 1].data());
   }
 }

@@ -11,7 +11,7 @@
 
 #include <Eigen/Core>
 
-#include "solver/unknowns/reach_chain.h"
+#include "solver/unknowns/upper_body_chain.h"
 
 namespace holdfast {
 
@@ -20,25 +20,25 @@ namespace holdfast {
 ///   r = [c_1 / sigma;  (c_0 - 2 c_1 + c_2) / (bend sigma)],   56 residuals
 ///
 /// Parameter blocks: c_0, c_1, c_2 (28 each). `sigma`: per degree of freedom, metres or radians.
-class ReachSplinePrior final : public ceres::CostFunction {
+class ChangeSplinePrior final : public ceres::CostFunction {
  public:
-  ReachSplinePrior(const ReachChange& sigma, double bend);
+  ChangeSplinePrior(const UpperBodyChange& sigma, double bend);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
-  ReachChange sigma_;
+  UpperBodyChange sigma_;
   double bend_;
 };
 
-/// How a motion is changed over time: a cubic B-spline of changes (ReachDofs, 28) with a control
-/// point every `knot_frames` frames, zero to begin with.
+/// How a motion is changed over time: a cubic B-spline of changes (UpperBodyDofs, 28) with a
+/// control point every `knot_frames` frames, zero to begin with.
 class ChangeSpline {
  public:
   ChangeSpline(int num_frames, int knot_frames);
 
   /// The change of frame t, counted from the spline's first.
-  ReachChange At(int t) const;
+  UpperBodyChange At(int t) const;
 
   /// The control points become parameter blocks of `problem`. Call it first.
   void AddTo(ceres::Problem& problem);
@@ -49,8 +49,8 @@ class ChangeSpline {
     problem.AddResidualBlock(make(basis), nullptr, knots_[knot].data(), knots_[knot + 1].data(),
                              knots_[knot + 2].data(), knots_[knot + 3].data());
   }
-  /// ReachSplinePrior of every control point but the outermost.
-  void AddPrior(ceres::Problem& problem, const ReachChange& sigma, double bend);
+  /// ChangeSplinePrior of every control point but the outermost.
+  void AddPrior(ceres::Problem& problem, const UpperBodyChange& sigma, double bend);
   /// The change vanishes at both ends, with its first two derivatives.
   void HoldEnds(ceres::Problem& problem);
 
@@ -59,7 +59,7 @@ class ChangeSpline {
   std::pair<std::size_t, Eigen::Vector4d> Place(int t) const;
 
   int knot_frames_;
-  std::vector<ReachChange> knots_;
+  std::vector<UpperBodyChange> knots_;
 };
 
 /// Solves quietly, on one thread, by sparse normal equations: neighbouring frames share blocks.

@@ -10,7 +10,7 @@
 ///   vertex_term.h        terms of hand vertices, in Gauss-Newton form
 ///   skin_term.h          terms with a row per skin point
 ///   wrist_offset.h       a hand moved off the clip's wrist
-///   reach_chain.h        trunk, arm and head: 28 changes a frame
+///   upper_body_chain.h   trunk, arm and head: 28 changes a frame
 ///   change_spline.h      those changes over time, a cubic B-spline
 #include "solver/unknowns/change_spline.h"
 #include "solver/unknowns/quiet_ceres.h"

@@ -15,11 +15,11 @@ struct WristOffset {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();  ///< metres
 
   /// This offset, then another one in the frame of the hand that it has moved.
-  WristOffset Then(const WristOffset& next) const {
+  WristOffset Compose(const WristOffset& next) const {
     return {(rotation * next.rotation).normalized(), translation + rotation * next.translation};
   }
   /// The share `s` of it: 0 none, 1 all.
-  WristOffset Part(double s) const {
+  WristOffset Scaled(double s) const {
     return {Eigen::Quaterniond(ExpSO3(s * LogSO3(rotation.toRotationMatrix()))), s * translation};
   }
   bool IsZero() const { return translation.isZero(0.0) && rotation.vec().isZero(0.0); }

@@ -110,7 +110,7 @@ TEST_F(EvaluateSynthesis, GivesTheSameForAnyNumberOfThreadsAndGoesOnWhereItWas) 
   EXPECT_EQ(ReadText(folder_ / "one/results.json"), before);
   EXPECT_TRUE(fs::exists(lost));
 
-  // Blocks of another question are not mixed in.
+  // Blocks of another configuration are not mixed in.
   const ProgramResult other = Run(std::string(kOne) + "--seed 2", "one");
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.err, HasSubstr("holds results of a different configuration"));

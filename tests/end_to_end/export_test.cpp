@@ -100,6 +100,36 @@ TEST(ExportCommand, ContactsAreArraysOrTables) {
   EXPECT_THAT(none.err, HasSubstr("no object to touch"));
 }
 
+// Of a folder that `fit`, `offhand`, `refine` or `reach` wrote.
+TEST(ExportCommand, MetricsAreATableWithARowPerFrame) {
+  const TemporaryFolder folder;
+  MakeHeldClip(folder);
+  std::filesystem::create_directory(folder / "result");
+  std::filesystem::rename(folder / "held.npz", folder / "result" / "clip.npz");
+  nlohmann::json metrics = {{"per_frame",
+                             {{"depth_mm", std::vector<double>(20, 0.25)},
+                              {"in_contact", std::vector<bool>(20, true)},
+                              {"stop", std::vector<std::string>(20, "given, as \"is\"")}}}};
+  metrics["per_frame"]["depth_mm"][11] = nullptr;
+  std::ofstream(folder / "result" / "metrics.json") << metrics;
+  const ProgramResult result =
+      RunHoldfast(folder.Path(), "export result -o a_metrics.csv --start 10 --end 12");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(testing::ReadText(folder / "a_metrics.csv"),
+            "frame,time_s,depth_mm,in_contact,stop\n"
+            "0,0.000000,0.25,1,\"given, as \"\"is\"\"\"\n"
+            "1,0.033333,,1,\"given, as \"\"is\"\"\"\n");
+
+  metrics["per_frame"]["stop"].erase(3);
+  std::ofstream(folder / "result" / "metrics.json") << metrics;
+  const ProgramResult damaged = RunHoldfast(folder.Path(), "export result -o metrics.csv");
+  EXPECT_EQ(damaged.exit_code, 1);
+  EXPECT_THAT(damaged.err, HasSubstr("20 frames, but metrics.json not as many of 'stop'"));
+  const ProgramResult none = RunHoldfast(folder.Path(), "export demo_drink -o metrics.csv");
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_THAT(none.err, HasSubstr("no metrics.json with values per frame"));
+}
+
 // What the fit was given is found again; its mesh in the result has no texture coordinates.
 TEST(ExportCommand, GlbKeepsTheObjectsMaterialsAndTextures) {
   const TemporaryFolder folder;
@@ -278,7 +308,7 @@ TEST(ExportCommand, BadOutputNamesAreTheCommandLinesFault) {
     EXPECT_EQ(Listing(folder.Path()), "") << name;
   }
   const ProgramResult unknown = RunHoldfast(folder.Path(), "export demo_drink -o a.fbx");
-  EXPECT_THAT(unknown.err, HasSubstr(".glb .bvh .usda .npz"));
+  EXPECT_THAT(unknown.err, HasSubstr(".glb .bvh .usda .xml .npz"));
 }
 
 TEST(ExportCommand, NothingIsOverwrittenUnasked) {

@@ -203,6 +203,10 @@ std::vector<Role> ScoreAndExportRoles() {
           {"export demo_drink --object {} -o a.usda -q", ".obj"},
           {"export demo_drink --body {} -o a.bvh -q", ".npz"}};
 }
+std::vector<Role> ExportResultRoles() {
+  return {{"export {} -o a.xml -q", kNone, kResults},
+          {"export {} -o metrics.csv -q", kNone, kResults}};
+}
 std::vector<Role> ImportRoles() {
   return {{"import {} -o a.npz -q", ".bvh", kMotions},
           {"import {} -o a.npz -q", ".npz", kClips},
@@ -226,7 +230,8 @@ std::vector<Role> MeshRoles() {
   return {{"decimate {} -o a.ply -q", ".obj", kMeshes},
           {"decimate {} -o a.ply -q", ".ply"},
           {"decimate {} -o a.ply -q", ".stl"},
-          {"decimate {} -o a.ply -q", ".off"}};
+          {"decimate {} -o a.ply -q", ".off"},
+          {"decimate cube -o a.ply -q --config {}", ".toml", kLists, true}};
 }
 std::vector<Role> DoctorRoles() {
   return {{"doctor {}", kNone, kClips},         {"doctor {}", ".npz", kModels, true},
@@ -264,6 +269,7 @@ TEST(HostileInput, OffhandAndRefine) { ExpectAllHeld(CasesOf(OffhandAndRefineRol
 TEST(HostileInput, Grasp) { ExpectAllHeld(CasesOf(GraspRoles())); }
 TEST(HostileInput, RenderAndReport) { ExpectAllHeld(CasesOf(ViewRoles())); }
 TEST(HostileInput, ScoreAndExport) { ExpectAllHeld(CasesOf(ScoreAndExportRoles())); }
+TEST(HostileInput, ExportOfResults) { ExpectAllHeld(CasesOf(ExportResultRoles())); }
 TEST(HostileInput, Import) { ExpectAllHeld(CasesOf(ImportRoles())); }
 TEST(HostileInput, BodyModels) { ExpectAllHeld(CasesOf(ModelRoles())); }
 TEST(HostileInput, Decimate) { ExpectAllHeld(CasesOf(MeshRoles())); }
@@ -276,8 +282,8 @@ TEST(HostileInput, TheTableHasFourHundredCasesAndMore) {
   std::size_t count = 0;
   for (const auto& roles :
        {FitRoles(), FitMeshRoles(), OffhandAndRefineRoles(), GraspRoles(), ViewRoles(),
-        ScoreAndExportRoles(), ImportRoles(), ModelRoles(), MeshRoles(), DoctorRoles(),
-        ReachRoles(), SynthesizeRoles(), EvaluateRoles()}) {
+        ScoreAndExportRoles(), ExportResultRoles(), ImportRoles(), ModelRoles(), MeshRoles(),
+        DoctorRoles(), ReachRoles(), SynthesizeRoles(), EvaluateRoles()}) {
     count += CasesOf(roles).size();
   }
   RecordProperty("cases", static_cast<int>(count));

@@ -23,7 +23,7 @@ using testing::TemporaryFolder;
 // A short clip that holds an apple, and a list of twelve fits of it with one that cannot be done.
 void MakeList(const TemporaryFolder& folder) {
   const ProgramResult held =
-      RunHoldfast(folder.Path(), "fit demo_drink apple -o held --end 40 --no-report -q");
+      RunHoldfast(folder.Path(), "fit demo_drink apple -o held --end 16 --no-report -q");
   ASSERT_EQ(held.exit_code, 0) << held.err;
   std::ofstream list(folder / "list.txt");
   list << "# clip object\n";

@@ -11,6 +11,19 @@ def demo():
     return holdfast.fit(holdfast.Clip.load("demo_drink")[:8], "mug").clip
 
 
+@pytest.fixture(scope="session")
+def has_player(tmp_path_factory):
+    """Whether the library was built with the player of reports."""
+    page = tmp_path_factory.mktemp("player") / "page.html"
+    try:
+        holdfast.report(holdfast.Clip.load("demo_drink")[:1], page)
+    except holdfast.Error as error:
+        if "HOLDFAST_BUILD_PLAYER" not in str(error):
+            raise
+        return False
+    return True
+
+
 @pytest.fixture
 def random():
     return np.random.default_rng(7)

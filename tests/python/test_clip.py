@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 import gc
 import logging
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -59,7 +60,7 @@ def test_wrong_arrays_are_said():
         holdfast.Clip(poses, trans, frame_rate=0.0)
     with pytest.raises(ValueError, match="holding_hand"):
         holdfast.Clip(poses, trans, holding_hand=[1, 2])
-    with pytest.raises(ValueError, match="4: 0 nobody"):
+    with pytest.raises(ValueError, match="4: expected 0 nobody"):
         holdfast.Clip(poses, trans, holding_hand=[1, 2, 3, 4])
 
 
@@ -144,3 +145,37 @@ def test_smplx_arguments(demo):
         assert arguments[name].shape == (8, width)
     assert arguments["betas"].shape[0] == 1
     np.testing.assert_array_equal(arguments["right_hand_pose"], demo.poses[:, 120:165])
+
+
+FIXTURES = Path(__file__).parents[1] / "fixtures"
+
+
+def test_imported_clips_bring_the_mesh_of_their_object(tmp_path):
+    sequence = FIXTURES / "parameters/grab/grab/s1/mug_drink_1.npz"
+    clip = holdfast.import_motion(sequence)
+    mesh = holdfast.load_mesh(FIXTURES / "parameters/grab/tools/object_meshes/contact_meshes/mug.ply")
+    for found, right in zip(clip.object.surface, mesh):
+        np.testing.assert_array_equal(found, right)
+    # It stays with what is made of the clip, and goes with nothing else.
+    surface = clip.object.surface
+    part = clip.resample(60.0)[:2].copy()
+    del clip
+    np.testing.assert_array_equal(part.object.surface[0], surface[0])
+    surface[0][:] = 0.0  # a copy
+    np.testing.assert_array_equal(part.object.surface[0], mesh[0])
+    assert holdfast.score(part)["values"]["penetration_max_mm"] is not None
+    holdfast.render(part, tmp_path / "frame.png", frame=0, size=(32, 24))
+    assert part.with_object(None).object is None
+    assert holdfast.Clip.load("demo_drink").object is None
+
+
+def test_a_track_with_a_mesh_of_its_own():
+    vertices, faces = holdfast.load_mesh("apple")
+    clip = holdfast.Clip.load("demo_drink")[:3]
+    track = holdfast.ObjectTrack(clip.trans, np.zeros((3, 3)), surface=(vertices, faces))
+    assert holdfast.ObjectTrack(clip.trans, clip.trans).surface is None
+    found = clip.with_object(track).object.surface
+    np.testing.assert_array_equal(found[0], vertices)
+    np.testing.assert_array_equal(found[1], faces)
+    with pytest.raises(ValueError, match="surface"):
+        holdfast.ObjectTrack(clip.trans, clip.trans, surface=(vertices, faces + len(vertices)))

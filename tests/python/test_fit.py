@@ -152,6 +152,29 @@ def test_refine_before_and_after(held):
     np.testing.assert_allclose(by_name.clip.object.trans, refined.clip.object.trans, atol=1e-3)
 
 
+def test_the_clips_own_object_is_the_object(held, tmp_path):
+    vertices, faces = held.clip.object.surface
+    np.testing.assert_array_equal(vertices, held.object[0])
+    own = holdfast.fit(held.clip[:3])
+    assert not own.grasp["made"] and own.object_name == "mug"
+    np.testing.assert_allclose(own.object[0], vertices)
+    np.testing.assert_array_equal(held.clip[:3].copy().object.surface[1], faces)
+    other = holdfast.fit(held.clip[:2], "apple", hand="right")
+    assert other.grasp["made"] and other.clip.object.surface[0].shape != vertices.shape
+    with pytest.raises(holdfast.Error, match="not the object"):
+        holdfast.refine(held.clip, "apple")
+    # From the folder that it was saved in; and where nothing is known, that is said.
+    held.save(tmp_path / "held")
+    again = holdfast.Clip.load(tmp_path / "held")
+    np.testing.assert_allclose(again.object.surface[0], vertices, atol=1e-6)
+    track = holdfast.ObjectTrack(held.clip.object.trans, held.clip.object.orient, name="thing")
+    for job in (holdfast.fit, holdfast.refine):
+        with pytest.raises(holdfast.Error, match="mesh is missing"):
+            job(held.clip.with_object(track))
+    with pytest.raises(holdfast.Error, match="has no object"):
+        holdfast.fit("demo_drink")
+
+
 def test_refine_needs_an_object():
     clip = holdfast.Clip.load("demo_drink")[:4]
     assert clip.object is None
@@ -201,9 +224,37 @@ def test_frame_fitter_follows_the_hand(held):
     np.testing.assert_allclose(again[1], first[1], atol=1e-3)
 
 
+@pytest.mark.parametrize("hand", ["one", "both"])
+def test_frame_fitter_is_the_fit(held, hand):
+    base = held if hand == "one" else holdfast.fit(
+        holdfast.Clip.load("demo_drink")[:6], "mug", hand="both", regrasp=True)
+    clip, side = base.clip, base.held_by
+    fitted = holdfast.fit(clip, base.object, keep_grasp=True, hand=side)
+    fitter = holdfast.FrameFitter(
+        base.object, ["left", "right"] if side == "both" else side, frame_rate=clip.frame_rate)
+    assert fitter.hand == side
+    for frame in range(len(clip)):
+        body = clip.poses[frame], clip.trans[frame]
+        rotation, translation, fingers = (
+            fitter.step(*body) if frame else fitter.start(*body, *object_pose(clip, 0)))
+        # What differs is the rounding of wrists that were moved by nothing.
+        np.testing.assert_allclose(translation, fitted.clip.object.trans[frame], atol=1e-6)
+        np.testing.assert_allclose(fitter.poses, fitted.clip.poses[frame], atol=1e-5)
+        assert fitter.report["energy_total"] == pytest.approx(
+            fitted.energies["energy_total"][frame], rel=1e-3)
+        assert rotation.shape == (3, 3) and fitter.report["wrist_offset_mm"] >= 0.0
+        if side == "both":  # right and left; poses have them the other way round
+            assert fingers.shape == (2, 45)
+            np.testing.assert_array_equal(fitter.poses[75:], fingers[::-1].ravel())
+    assert fitter.report["contact_pairs"] == fitted.contact["contact_pairs"]
+
+
 def test_frame_fitter_refuses_what_is_wrong():
-    with pytest.raises(ValueError):
-        holdfast.FrameFitter("mug", "both")
+    for hand in ("third", [], ["right", "third"]):
+        with pytest.raises(ValueError, match="hand: expected"):
+            holdfast.FrameFitter("mug", hand)
+    with pytest.raises(TypeError, match="hand: expected"):
+        holdfast.FrameFitter("mug", 3)
     with pytest.raises(ValueError):
         holdfast.FrameFitter("mug", frame_rate=0.0)
     with pytest.raises(ValueError):

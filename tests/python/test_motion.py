@@ -114,3 +114,33 @@ def test_synthesize_and_fit():
 def test_synthesize_refuses_what_is_wrong(action, options):
     with pytest.raises(ValueError):
         holdfast.synthesize(action, "mug", **options)
+
+
+def test_reach_takes_an_object():
+    places = [[0.3, -1.3, 0.8], [0.6, -0.9, 1.1]]
+    try:
+        taken = reach(places, object="mug", method="intention", seed=3)
+    except holdfast.FitFailure as failure:
+        pytest.fail(str(failure))
+    clip = taken.clip
+    at = taken.take["frames"]["taken"]
+    assert taken.hand == "right" and "mug" in repr(taken)
+    assert not clip.holding_hand[: at - 1].any() and clip.holding_hand[-1] == 1
+    np.testing.assert_array_equal(clip.object.surface[0], taken.object[0])
+    assert np.linalg.norm(clip.object.trans[at] - clip.object.trans[0]) < 0.01
+    assert len(taken.quality["goal_distance_m"]) == 1
+    assert len(taken.per_frame["object_tilt_deg"]) == len(clip) == taken.quality["frames"]
+    assert taken.table[0][:, 2].max() == pytest.approx(0.8, abs=1e-6)
+    assert isinstance(taken.warnings, list) and taken.take["grasp"]["style"]
+    with pytest.raises(holdfast.Stopped):
+        reach(places, object="mug", progress=lambda *_: False)
+
+
+@pytest.mark.parametrize("options", [
+    {"object": "mug", "grasp": "soft"}, {"object": "mug", "object_yaw_deg": 400.0},
+    {"object": "mug", "object_scale": 0.0}, {"object": "no such mesh"}, {"grasp": "power"},
+    {"object_yaw_deg": 3.0}, {"object_scale": 2.0},
+])
+def test_reach_refuses_a_wrong_take(options):
+    with pytest.raises(ValueError):
+        holdfast.reach([[0.3, -1.3, 0.8]], **options)

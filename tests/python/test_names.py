@@ -2,6 +2,7 @@
 """The stubs, the module and docs/python.md name the same things."""
 import ast
 import inspect
+import re
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import holdfast
 from holdfast import _core
 
 FOLDER = Path(holdfast.__file__).parent
+ROOT = Path(__file__).parents[2]
 
 
 def public(names):
@@ -42,11 +44,47 @@ def test_stubs_name_everything():
         assert public(members - {None}) == public(vars(getattr(_core, name))), name
 
 
+def documented():
+    """Everything public that takes arguments or has a meaning of its own: no exceptions."""
+    items = {name: getattr(_core, name) for name in public(vars(_core))}
+    return {name: item for name, item in items.items()
+            if callable(item) and not (inspect.isclass(item) and issubclass(item, Exception))}
+
+
 @pytest.mark.parametrize("name", sorted(public(vars(_core))))
+def test_everything_is_on_the_page_and_tested(name):
+    word = re.compile(rf"\b{name}\b")
+    assert word.search((ROOT / "docs" / "python.md").read_text())
+    tests = [path.read_text() for path in Path(__file__).parent.glob("test_*.py")]
+    # Results are made by what is named.
+    assert name.endswith("Result") or any(word.search(text) for text in tests)
+
+
+@pytest.mark.parametrize("name", sorted(documented()))
 def test_everything_is_documented(name):
-    item = getattr(_core, name)
-    if not callable(item) or inspect.isclass(item) and issubclass(item, Exception):
-        return
-    assert len(item.__doc__) > 20
-    page = Path(__file__).parents[2] / "docs" / "python.md"
-    assert name in page.read_text()
+    assert len(documented()[name].__doc__) > 20
+
+
+def arrays():
+    """(item, argument) of everything in the stub that takes an array, by its dotted name."""
+    for node in ast.parse((FOLDER / "_core.pyi").read_text()).body:
+        for member in node.body if isinstance(node, ast.ClassDef) else [node]:
+            if not isinstance(member, ast.FunctionDef) or ".setter" in ast.unparse(member):
+                continue
+            path = [node.name] + ([member.name] if member is not node else [])
+            for argument in member.args.args + member.args.kwonlyargs:
+                if argument.annotation and "ArrayLike" in ast.unparse(argument.annotation):
+                    yield ".".join(path), argument.arg
+
+
+@pytest.mark.parametrize("path, argument", sorted(arrays()))
+def test_arrays_have_shapes(path, argument):
+    """'points (N, 3)' and the like, in the docstring, its class's, or one that it refers to."""
+    item = _core
+    for part in path.split("."):
+        item = getattr(item, part)
+    owner = getattr(_core, path.split(".")[0])
+    text = item.__doc__ + owner.__doc__ + owner.__call__.__doc__
+    for name in re.findall(r"\bas (?:for|in) (\w+)", text):
+        text += getattr(_core, name, item).__doc__
+    assert re.search(rf"\b{argument}\b[^.;]*? \(?\((?:[A-Zn0-9]+,? ?)+\)", text), text

@@ -20,7 +20,8 @@ namespace fs = std::filesystem;
 // From the ground up; rooms of one line do not know of each other.
 const std::vector<std::vector<std::string>> kFloors = {
     {"geometry"},
-    {"geometry/mesh", "geometry/io/container", "generator/nn/kernels", "solver/kernels"},
+    {"geometry/mesh", "geometry/io/container", "geometry/body/kernels", "generator/nn/kernels",
+     "solver/kernels"},
     {"geometry/io/mesh", "geometry/io/pickle", "generator/nn"},
     {"geometry/body", "generator/training"},
     {"geometry/clip"},

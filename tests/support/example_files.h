@@ -54,6 +54,18 @@ class ExampleFiles {
     return false;
   }
 
+  /// Where `line` is a command that one of the files is made by, it runs once for all who read the
+  /// file: puts what it made into `folder`. False for any other line.
+  bool PlaceResultOf(std::string line, const std::filesystem::path& folder) {
+    line.resize(std::min(line.find(" #"), line.size()));
+    line.resize(line.find_last_not_of(' ') + 1);
+    for (const auto& [name, command] : commands_) {
+      if (line != "holdfast " + command || std::filesystem::exists(folder / name)) continue;
+      return Place(name, folder);
+    }
+    return false;
+  }
+
  private:
   using Path = std::filesystem::path;
   static constexpr auto kAll =
@@ -91,6 +103,8 @@ class ExampleFiles {
                  static_cast<std::streamsize>(bytes.size()));
     };
   }
+
+  void RunFor(const std::string& name) { Run(commands_.at(name)); }
 
   // An embedded object as somebody else's mesh.
   static std::function<void(const Path&)> Mesh(const std::string& object, double scale = 1.0) {
@@ -181,6 +195,11 @@ class ExampleFiles {
   }
 
   TemporaryFolder made_;
+  // What the program makes of them, as examples are shortened.
+  const std::map<std::string, std::string> commands_ = {
+      {"fits", "fit --batch list.txt -o fits"},
+      {"held", "fit demo_drink mug --end 60 -o held"},
+      {"held_bottle", "fit demo_drink bottle --end 60 -o held_bottle"}};
   // By name; a name in a folder of the table comes before the folder.
   const std::map<std::string, std::function<void(const Path&)>, std::greater<>> makers_ = {
       // Meshes.
@@ -226,11 +245,11 @@ class ExampleFiles {
       {"fits",
        [this](const Path&) {
          Made("list.txt");
-         Run("fit --batch list.txt -o fits");
+         RunFor("fits");
        }},
-      {"held", [this](const Path&) { Run("fit demo_drink mug -o held"); }},
-      {"held_bottle", [this](const Path&) { Run("fit demo_drink bottle -o held_bottle"); }},
-      {"list.txt", Text("demo_drink mug end=40\ndemo_inspect apple hand=right end=40\n")},
+      {"held", [this](const Path&) { RunFor("held"); }},
+      {"held_bottle", [this](const Path&) { RunFor("held_bottle"); }},
+      {"list.txt", Text("demo_drink mug end=12\ndemo_inspect apple hand=right end=12\n")},
       // Sets and networks.
       {"actions", WriteActions},
       {"clip_embeddings.npz", Embeddings(512)},

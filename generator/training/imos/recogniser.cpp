@@ -53,7 +53,7 @@ void Require(const LabelledMotions& set, const LabelledMotions& like) {
           "Give the 22 joints of the body in every key frame");
     }
     if (set.labels[n] < 0 || set.labels[n] >= kNumActions) {
-      throw Error("labels", fmt::format("{} is no action", set.labels[n]),
+      throw Error("labels", fmt::format("{} is not an action", set.labels[n]),
                   fmt::format("Actions are 0 to {}", kNumActions - 1));
     }
   }

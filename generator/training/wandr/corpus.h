@@ -30,7 +30,7 @@ struct Corpus {
 };
 
 struct CorpusOptions {
-  /// Made motion to take at most, in files' order; captured motion is taken whole.
+  /// Synthetic motion to take at most, in files' order; captured motion is taken whole.
   double made_hours = 1e9;
   bool captured = true;
   bool mirror = true;  ///< captured clips a second time, left and right exchanged

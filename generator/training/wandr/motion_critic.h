@@ -9,9 +9,9 @@
 
 namespace holdfast::wandr {
 
-/// Tells moments of captured and made motion from moments of the network's own (Peng et al. 2021,
-/// adversarial motion priors, with derivatives in place of rewards): least squares, +1 for true and
-/// -1 for its own, and a penalty on gradients at true ones (Mescheder et al. 2018).
+/// Tells moments of captured and synthetic motion from moments of the network's own (Peng et al.
+/// 2021, adversarial motion priors, with derivatives in place of rewards): least squares, +1 for
+/// true and -1 for its own, and a penalty on gradients at true ones (Mescheder et al. 2018).
 ///
 /// A moment is what a condition says but the intention, and the delta that follows: the pose, how
 /// it was come to, how it goes on (403 numbers, normalised). Feet that slide, bodies that lean and

@@ -82,7 +82,7 @@ torch::Tensor Trainer::Impl::TrueMoments(int count, nn::RandomStream& random) {
   std::vector<TrainingWindow> windows;
   while (static_cast<int>(windows.size()) < count) {
     TrainingWindow window = sampler.Draw(1, random);
-    window.astray.setZero();
+    window.perturbation.setZero();
     windows.push_back(window);
   }
   UnrolledBatch bodies(statistics, bones, options.layout, options.intention, count, 1);
@@ -115,7 +115,7 @@ TrainingLosses Trainer::Impl::GoFreely(nn::RandomStream& random) {
     goal.frame = static_cast<int>(std::lround(early * options.deadline.Frames(distance)));
     goal.frame = std::min(goal.frame, kLongestFreeMotion - kAfterDeadline);
     window.free = true;
-    window.astray.setZero();
+    window.perturbation.setZero();
     window.plan = {goal};
     steps = std::max(steps, goal.frame + kAfterDeadline);
     windows.push_back(window);

@@ -37,14 +37,15 @@ double AddRobust(const Vector3<float>& e, float unit, float weight, Vector3<floa
   return static_cast<double>(weight) * static_cast<double>(robust.value);
 }
 
-// The pose `astray` takes a true one to, `frame` frames after frame 0.
-Pose<float> Astray(const Pose<float>& truth, const TangentVector<float>& astray, float frame) {
-  if (astray.isZero(0.0f)) return truth;
+// The pose `perturbation` takes a true one to, `frame` frames after frame 0.
+Pose<float> Perturbed(const Pose<float>& truth, const TangentVector<float>& perturbation,
+                      float frame) {
+  if (perturbation.isZero(0.0f)) return truth;
   const float left = std::exp(-frame / kRecoveryFrames);
   Pose<float> pose = truth;
-  pose.translation.z() += left * astray[2];
+  pose.translation.z() += left * perturbation[2];
   for (int k = 0; k < kNumBodyJoints; ++k) {
-    const Vector3<float> turn = left * astray.segment<3>(TangentOf(k));
+    const Vector3<float> turn = left * perturbation.segment<3>(TangentOf(k));
     const float angle = turn.norm();
     if (angle > 0.0f) {
       pose.rotation[k] = truth.rotation[k] * Eigen::AngleAxisf(angle, turn / angle).matrix();
@@ -90,14 +91,14 @@ void UnrolledBatch::Begin(std::span<const TrainingWindow> windows, int steps) {
   for (int i = 0; i < count; ++i) {
     const TrainingWindow& window = windows_[i];
     for (int a = 0; a <= (window.free ? 0 : steps); ++a) {
-      truth_[Index(i, a)] = Astray(window.truth[a], window.astray, static_cast<float>(a));
+      truth_[Index(i, a)] = Perturbed(window.truth[a], window.perturbation, static_cast<float>(a));
     }
     poses_[Index(i, 0)] = truth_[Index(i, 0)];
     ForwardKinematics(bones_, poses_[Index(i, 0)], placed_[Index(i, 0)]);
     const StateVector<float> led_here =
-        window.before
-            ? DeltaBetween(Astray(*window.before, window.astray, -1.0f), poses_[Index(i, 0)])
-            : RestDelta<float>();
+        window.before ? DeltaBetween(Perturbed(*window.before, window.perturbation, -1.0f),
+                                     poses_[Index(i, 0)])
+                      : RestDelta<float>();
     deltas_.col(Index(i, 0)) = NormalisedDelta<float>(norms_, led_here);
   }
 }

@@ -16,19 +16,19 @@
 
 namespace holdfast::wandr {
 
-/// A stretch of a captured or made motion that a network is to live through.
+/// A stretch of a captured or synthetic motion that a network is to live through.
 struct TrainingWindow {
   const Pose<float>* truth = nullptr;   ///< poses of frames 0 .. steps; of frame 0 alone if free
   const Pose<float>* before = nullptr;  ///< the pose before frame 0; none: it starts at rest
   GoalPlan plan;                        ///< frames counted from the window's frame 0
   bool free = false;                    ///< nothing to follow but the plan's first goal
-  /// How far the body is off the truth at frame 0 (a tangent; its translation's height alone
-  /// counts). The truth to be followed leads back: what it is off dies away with
-  /// kRecoveryFrames. Networks that never saw themselves go astray do not find back.
-  TangentVector<float> astray = TangentVector<float>::Zero();
+  /// Perturbation of the body at frame 0 (a tangent; its translation's height alone counts). The
+  /// target is blended back to the data: the perturbation decays with kRecoveryFrames. Networks
+  /// trained without it do not recover from their own errors.
+  TangentVector<float> perturbation = TangentVector<float>::Zero();
 };
 
-inline constexpr float kRecoveryFrames = 8.0f;  ///< in which 1 - 1/e of being astray is made up for
+inline constexpr float kRecoveryFrames = 8.0f;  ///< time constant of that decay
 
 /// Weights of what the joints of an unrolled body are asked for, beside the deltas.
 struct JointLossWeights {

@@ -57,17 +57,17 @@ GoalPlan WindowSampler::DrawGoals(const CorpusClip& clip, int frame,
   return plan;
 }
 
-TangentVector<float> WindowSampler::DrawAstray(nn::RandomStream& random) const {
-  const double deviation = mixture_.astray_rad * random.Uniform();
-  TangentVector<float> astray;
+TangentVector<float> WindowSampler::DrawPerturbation(nn::RandomStream& random) const {
+  const double deviation = mixture_.perturbation_rad * random.Uniform();
+  TangentVector<float> perturbation;
   double pair[2] = {};
   for (int i = 0; i < kTangentSize; ++i) {
     if (i % 2 == 0) random.NormalPair(pair[0], pair[1]);
-    astray[i] = static_cast<float>(deviation * pair[i % 2]);
+    perturbation[i] = static_cast<float>(deviation * pair[i % 2]);
   }
-  astray.head<3>() *= kHeightPerAngle;
-  for (const int k : kLegs) astray.segment<3>(TangentOf(k)) *= 0.5f;
-  return astray;
+  perturbation.head<3>() *= kHeightPerAngle;
+  for (const int k : kLegs) perturbation.segment<3>(TangentOf(k)) *= 0.5f;
+  return perturbation;
 }
 
 TrainingWindow WindowSampler::Draw(int steps, nn::RandomStream& random) const {
@@ -86,7 +86,7 @@ TrainingWindow WindowSampler::Draw(int steps, nn::RandomStream& random) const {
     window.truth = clip.poses.data() + frame;
     if (frame > 0) window.before = window.truth - 1;
     window.plan = DrawGoals(clip, frame, random);
-    if (random.Uniform() < mixture_.astray) window.astray = DrawAstray(random);
+    if (random.Uniform() < mixture_.perturbed) window.perturbation = DrawPerturbation(random);
     return window;
   }
 }

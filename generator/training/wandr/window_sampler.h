@@ -16,11 +16,11 @@ struct GoalMixture {
   /// Deadlines far ahead are told wrongly by up to this share, early or late: at run time nobody
   /// knows how long the way takes.
   double deadline_error = 0.2;
-  /// Share of windows that begin astray, by up to this angle per joint (standard deviation, drawn
-  /// evenly from 0 on; half of it in the legs).
-  double astray = 0.5;
-  double astray_rad = 0.15;
-  double captured = 0.2;  ///< share of windows from captured motion, where there is made motion
+  /// Share of windows with a perturbed start, by up to this angle per joint (standard deviation,
+  /// drawn evenly from 0 on; half of it in the legs).
+  double perturbed = 0.5;
+  double perturbation_rad = 0.15;
+  double captured = 0.2;  ///< share of windows from captured motion, if any is synthetic
 };
 
 /// Draws windows of a corpus, clips by their length, goals by the mixture. Clips without labelled
@@ -38,7 +38,7 @@ class WindowSampler {
     std::vector<int> clips;
     std::vector<long> end;  // frames of clips up to and with this one
   };
-  TangentVector<float> DrawAstray(nn::RandomStream& random) const;
+  TangentVector<float> DrawPerturbation(nn::RandomStream& random) const;
   GoalPlan DrawGoals(const CorpusClip& clip, int frame, nn::RandomStream& random) const;
 
   const Corpus& corpus_;

@@ -124,7 +124,7 @@ void SafetensorsWriter::Write(const std::filesystem::path& path) const {
   try {
     text = header.dump();
   } catch (const nlohmann::json::exception&) {
-    throw Error(path.string(), "has a name or metadata that are no UTF-8", "Use other names");
+    throw Error(path.string(), "has a name or metadata that are not UTF-8", "Use other names");
   }
   text.append((8 - text.size() % 8) % 8, ' ');  // the tensors begin aligned
   if (text.size() > SafetensorsReader::kMaxHeaderBytes) {

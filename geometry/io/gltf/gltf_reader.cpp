@@ -197,7 +197,7 @@ class GltfMotionReader {
                     fmt::format("holds no skinned character; its animation '{}' moves {} things "
                                 "alone: {}",
                                 animation.name, nodes.size(), fmt::join(names, ", ")),
-                    "Export the character with its skeleton; a moving object alone is no clip");
+                    "Export the character with its skeleton; a moving object alone is not a clip");
       }
       motion_.notes.push_back(
           fmt::format("no skin: the {} animated nodes are taken for the skeleton, at rest as the "

@@ -75,8 +75,7 @@ LoadedObject ObjectOfMesh(const TriangleMesh& mesh, std::string name, std::strin
             : ""));
   }
   if (!report.watertight) {
-    object.notes.push_back(
-        "The mesh is not watertight: inside and outside are judged by winding numbers");
+    object.notes.push_back("The mesh is not watertight: inside is decided by winding number");
   }
   return object;
 }

@@ -30,7 +30,7 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale = 1.0);
 LoadedObject ObjectOfMesh(const TriangleMesh& mesh, std::string name, std::string source,
                           double scale = 1.0);
 
-/// Throws Error for an object that is no size for a hand, with the scale that would help.
+/// Throws Error for an object that is not a size for a hand, with the scale that would help.
 void RequireHandheld(const LoadedObject& object);
 
 /// 300 (or `vertices`) vertices for the fit: the mesh itself when it has no more.

@@ -39,9 +39,9 @@ void RequireInRange(const SourceMotion& motion, std::string_view where) {
   }
   for (std::size_t i = 0; i < motion.rotations.size(); ++i) {
     if (motion.rotations[i].coeffs().allFinite()) continue;
-    throw Error(where,
-                fmt::format("a rotation of frame {} is no number", i / motion.joint_names.size()),
-                "Cut such frames out, or export it again");
+    throw Error(
+        where, fmt::format("a rotation of frame {} is not a number", i / motion.joint_names.size()),
+        "Cut such frames out, or export it again");
   }
   if (!motion.prop) return;
   require(motion.prop->positions, motion.prop->name, "frame");

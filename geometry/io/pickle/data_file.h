@@ -19,10 +19,10 @@ enum class DataFormat { kNpz, kNpy, kPickle, kTorchZip, kTorchLegacy, kJson, kSa
 
 std::string_view DataFormatName(DataFormat format);
 
-/// A file of named values in any of the formats in which the field keeps them, told by its content:
-/// numpy's .npz and .npy, pickle, torch (zip and the form before it, whatever the name ends in),
-/// JSON, safetensors; also packed by gzip. Nothing in the file is ever executed: classes other than
-/// the few that plain data are made of are refused by name (see pickle.h).
+/// A file of named values in any of the formats in which the field keeps them, format detected from
+/// the content: numpy's .npz and .npy, pickle, torch (zip and the form before it, whatever the name
+/// ends in), JSON, safetensors; also packed by gzip. Nothing in the file is ever executed: classes
+/// other than the few that plain data are made of are refused by name (see pickle.h).
 class DataFile {
  public:
   /// Throws Error for a file that is missing, empty, cut off, malformed, or of another format.

@@ -58,7 +58,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
     throw Error(store_.Where(),
                 at >= text_.size() ? "ends within its JSON"
                                    : fmt::format("is not JSON at line {}, column {}", line, column),
-                "Save it again; NaN and Infinity are no JSON");
+                "Save it again; NaN and Infinity are not JSON");
   }
 
  private:

@@ -59,7 +59,7 @@ NodeIndex PickleCalls::DictOf(const Arguments& arguments) {
       for (const NodeIndex pair : *pairs) {
         const std::vector<NodeIndex>* both = context_.ItemsAt(pair);
         if (both == nullptr || both->size() != 2) {
-          context_.scanner.FailDamaged("makes a dict of what are no pairs");
+          context_.scanner.FailDamaged("makes a dict of what are not pairs");
         }
         context_.store.SetItem(dict, (*both)[0], (*both)[1]);
       }
@@ -81,14 +81,14 @@ NodeIndex PickleCalls::BytesOf(const Arguments& arguments) {
 NodeIndex PickleCalls::Latin1(const Arguments& arguments) {
   const auto text = arguments.empty() ? std::nullopt : context_.TextAt(arguments[0]);
   const auto encoding = arguments.size() != 2 ? std::nullopt : context_.TextAt(arguments[1]);
-  if (!text || !encoding) context_.scanner.FailDamaged("encodes what is no text");
+  if (!text || !encoding) context_.scanner.FailDamaged("encodes what is not text");
   if (*encoding != "latin1" && *encoding != "latin-1") {
     context_.scanner.FailRefused(fmt::format("holds bytes encoded as '{}'", Printable(*encoding)),
                                  "Save it again with Python's own pickle");
   }
   context_.store.Charge(text->size());  // what is made and thrown away costs time, too
   auto bytes = EncodeLatin1(*text);
-  if (!bytes) context_.scanner.FailDamaged("encodes what are no bytes");
+  if (!bytes) context_.scanner.FailDamaged("encodes what are not bytes");
   return context_.store.AddBytes(*std::move(bytes));
 }
 
@@ -96,7 +96,7 @@ NodeIndex PickleCalls::Path(const Arguments& arguments) {
   std::string path;
   for (const NodeIndex argument : arguments) {
     const auto part = context_.TextAt(argument);
-    if (!part) context_.scanner.FailDamaged("makes a path of what are no names");
+    if (!part) context_.scanner.FailDamaged("makes a path of what are not names");
     context_.store.Charge(part->size() + 1);
     if (!path.empty() && path.back() != '/') path.push_back('/');
     path.append(*part);
@@ -228,7 +228,7 @@ void PickleCalls::SetItem(NodeIndex container, NodeIndex key, NodeIndex value) {
   if (context_.DictAt(container) != nullptr) return context_.store.SetItem(container, key, value);
   ObjectNode* instance = context_.ObjectAt(container);
   if (instance == nullptr || instance->is_class) {
-    context_.scanner.FailDamaged("sets an item of what is no dict");
+    context_.scanner.FailDamaged("sets an item of what is not a dict");
   }
   if (!instance->fields) instance->fields = context_.store.AddDict();
   context_.store.SetItem(*instance->fields, key, value);
@@ -236,7 +236,7 @@ void PickleCalls::SetItem(NodeIndex container, NodeIndex key, NodeIndex value) {
 
 void PickleCalls::Append(NodeIndex container, NodeIndex item) {
   if (context_.ItemsAt(container) == nullptr) {
-    context_.scanner.FailDamaged("appends to what is no list");
+    context_.scanner.FailDamaged("appends to what is not a list");
   }
   context_.store.Append(container, item);
 }

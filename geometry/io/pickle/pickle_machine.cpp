@@ -166,7 +166,7 @@ void PickleMachine::PushNextBuffer() {
 
 std::string_view PickleMachine::TextOf(NodeIndex name) const {
   const auto* text = std::get_if<TextNode>(&store_[name]);
-  if (text == nullptr) scanner_.FailDamaged("names a class by what is no text");
+  if (text == nullptr) scanner_.FailDamaged("names a class by what is not text");
   return text->text;
 }
 

@@ -58,8 +58,9 @@ NodeIndex PickleTorch::Storage(NodeIndex persistent_id) {
   const PickleScanner& scanner = context_.scanner;
   const std::vector<NodeIndex>* parts = context_.ItemsAt(persistent_id);
   if (parts == nullptr || parts->size() < 5 || context_.TextAt((*parts)[0]) != "storage") {
-    scanner.FailRefused("names something that lies outside of the pickle and is no torch storage",
-                        "Save it without persistent ids");
+    scanner.FailRefused(
+        "names something that lies outside of the pickle and is not a torch storage",
+        "Save it without persistent ids");
   }
   if (!context_.options.storage) {
     scanner.FailRefused("is the pickle of a torch file, without the numbers that belong to it",

@@ -48,7 +48,7 @@ void WritePass(const holdfast::BodyMeasures& body, const std::filesystem::path& 
   options.min_dwell_s = options.max_dwell_s = 0.5;
   options.seed = 11;
   HandoverMotion motion =
-      MakeHandoverMotion(body, PalmGrips(body, apple.vertices, options.seed), options);
+      MakeHandoverMotion(body, PalmGrasps(body, apple.vertices, options.seed), options);
   motion.clip.body_model = BodyModel::Default()->Name();
   motion.clip.object.reset();
   motion.clip.holding_hand.clear();

@@ -16,8 +16,8 @@
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
 #include "solver/fit/fit.h"
-#include "solver/fit/grip_from_clip.h"
-#include "solver/handover/grip_by_transfer.h"
+#include "solver/fit/grasps_from_clip.h"
+#include "solver/handover/grasps_by_transfer.h"
 #include "solver/synthesis/synthesis.h"
 #include "solver/synthesis/synthesis_motion.h"
 
@@ -181,13 +181,13 @@ SynthesisedCase Fit(const RatedNetwork& network, const SynthesisCase& one, int i
       MotionOfKeyFrames(made.keys, MeasureBody(*one.scene.body, one.scene.betas), kFinishedRate_Hz);
   GraspTransferOptions transfer;
   transfer.seed = order.seed;
-  const GripMaker first = GripsFromClip(motion, hands);
-  const GripMaker later =
-      offhand ? GripsByTransfer(right, left, object->object.mesh, object->solid.distance,
-                                *object->fit.distance, transfer, nullptr)
+  const GraspMaker first = GraspsFromClip(motion, hands);
+  const GraspMaker later =
+      offhand ? GraspsByTransfer(right, left, object->object.mesh, object->solid.distance,
+                                 *object->fit.distance, transfer, nullptr)
               : first;
   made.finished = FitClip(motion, hands, object->fit, motion.holding_hand, options,
-                          [&](const GripRequest& request) {
+                          [&](const GraspRequest& request) {
                             return request.frame == 0 ? first(request) : later(request);
                           })
                       .clip;

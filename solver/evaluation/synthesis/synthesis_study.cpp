@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 constexpr int kSlowBlock = 16;   // cases in a file, where each takes a second
 constexpr int kFastBlock = 256;  // where many are made at once
 constexpr double kRate_Hz = 30.0;
-// Blocks of another are of another question.
+// Blocks of another format count as those of another configuration.
 constexpr const char* kBlockFormat = "holdfast-synthesis-block-2";
 constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
@@ -128,7 +128,8 @@ std::optional<SynthesisSample> SynthesisStudy::Load(const SynthesisRow& row, int
     }
     return true;
   };
-  if (!TakeBlock(file, is_asked, options_.force, "networks, recogniser, clips or seed", take)) {
+  if (!TakeBlock(file, is_asked, options_.force, "networks, action classifier, clips or seed",
+                 take)) {
     return std::nullopt;
   }
   return sample;

@@ -24,7 +24,7 @@ struct SynthesisStudyOptions {
   bool keep_clips = false;  ///< the clips of the first repeat, 30 frames a second, in clips/
   std::uint64_t seed = 1;
   int threads = 1;     ///< the result does not depend on them
-  bool force = false;  ///< blocks of another question are replaced
+  bool force = false;  ///< blocks of another configuration are replaced
 };
 
 /// IMoS's Table 2 (Ghosh et al. 2023) by the authors' definitions and the field's, with measures of
@@ -51,8 +51,8 @@ class SynthesisStudy {
   Motions Count(std::span<const SynthesisRow> rows) const;
   /// Each row with what came of it, the first RowKind::kReal, then means over seeds
   /// (AddMeansOverSeeds); empty when stopped, complete blocks stay. `progress` sees how many
-  /// motions this call has made. Throws Error for blocks of another question unless `force`, and
-  /// for damaged ones, naming the file.
+  /// motions this call has made. Throws Error for blocks of another configuration unless `force`,
+  /// and for damaged ones, naming the file.
   std::vector<SynthesisResult> Run(
       std::span<const SynthesisRow> rows,
       const std::function<void(int made)>& progress = [](int) {});

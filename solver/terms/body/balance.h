@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "solver/unknowns/reach_chain.h"
+#include "solver/unknowns/upper_body_chain.h"
 
 namespace holdfast {
 
@@ -16,21 +16,21 @@ namespace holdfast {
 ///
 /// c: the middle of trunk, head and reaching arm, weighed by their share of an adult's mass (de
 /// Leva 1996; the legs, which follow, count with the pelvis by half). x: the frame's change
-/// (ReachDofs, 28); metres.
+/// (UpperBodyDofs, 28); metres.
 struct Balance {
   static constexpr int kRows = 2;
   Eigen::Vector2d captured = Eigen::Vector2d::Zero();
   double sigma_m = 0.04;
 
   /// Joints and weights, of sum 1.
-  static std::array<std::pair<int, double>, 5> Masses(const ReachChain& chain) {
+  static std::array<std::pair<int, double>, 5> Masses(const UpperBodyChain& chain) {
     return {{{0, 0.42},
              {9, 0.38},
              {15, 0.10},
              {chain.ElbowJoint(), 0.06},
              {chain.WristJointId(), 0.04}}};
   }
-  static Eigen::Vector2d Middle(const ReachChain& chain, const BodyPlacement& placed) {
+  static Eigen::Vector2d Middle(const UpperBodyChain& chain, const BodyPlacement& placed) {
     Eigen::Vector2d middle = Eigen::Vector2d::Zero();
     for (const auto& [joint, weight] : Masses(chain)) {
       middle += weight * placed.joints.col(joint).head<2>();
@@ -39,7 +39,7 @@ struct Balance {
   }
 
   template <typename Residuals, typename Jacobian>
-  void Evaluate(const ReachChain& chain, const ReachState& state, Residuals&& residuals,
+  void Evaluate(const UpperBodyChain& chain, const UpperBodyState& state, Residuals&& residuals,
                 Jacobian&& J_residuals_change) const {
     residuals = (Middle(chain, state.Placed()) - captured) / sigma_m;
     J_residuals_change.setZero();

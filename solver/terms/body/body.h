@@ -2,8 +2,8 @@
 #pragma once
 
 /// Terms of one frame of a body whose trunk, arm and head change, one per header. The changed frame
-/// (ReachState, 28 numbers x) goes in; residuals in standard deviations and their Jacobians by x
-/// come out.
+/// (UpperBodyState, 28 numbers x) goes in; residuals in standard deviations and their Jacobians by
+/// x come out.
 ///
 /// From the inside out, none needs another:
 ///   wrist_goal.h    w(x) - target: wrist off its path, metres

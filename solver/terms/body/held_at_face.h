@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "solver/unknowns/reach_chain.h"
+#include "solver/unknowns/upper_body_chain.h"
 
 namespace holdfast {
 
@@ -13,7 +13,7 @@ namespace holdfast {
 ///   r = (w(x) - (1 - s) q - s (h(x) + A(x) p)) / sigma,   3 residuals
 ///
 /// w: wrist joint, world; h, A: position and rotation of the head joint; q: place in the world;
-/// p: place in the head's frame; s: share of the head's. x: the frame's change (ReachDofs, 28).
+/// p: place in the head's frame; s: share of the head's. x: the frame's change (UpperBodyDofs, 28).
 /// Metres; `sigma_m` is one standard deviation.
 struct HeldAtFace {
   static constexpr int kRows = 3;
@@ -23,7 +23,7 @@ struct HeldAtFace {
   double sigma_m = 0.01;
 
   template <typename Residuals, typename Jacobian>
-  void Evaluate(const ReachChain& chain, const ReachState& state, Residuals&& residuals,
+  void Evaluate(const UpperBodyChain& chain, const UpperBodyState& state, Residuals&& residuals,
                 Jacobian&& J_residuals_change) const {
     constexpr int kHeadJoint = 15;
     const BodyPlacement& placed = state.Placed();

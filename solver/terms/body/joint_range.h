@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "geometry/rotation.h"
-#include "solver/unknowns/reach_chain.h"
+#include "solver/unknowns/upper_body_chain.h"
 
 namespace holdfast {
 
@@ -19,13 +19,14 @@ namespace holdfast {
 ///                                                         collar, shoulder, neck, head, (elbow)
 ///   r_elbow = (max(0, f - highest) - max(0, lowest - f)) / sigma,  f = captured flexion + x
 ///
-/// x: the frame's change (ReachDofs, 28); radians. Where the capture itself is beyond a limit, the
-/// limit is the captured angle: see Of.
+/// x: the frame's change (UpperBodyDofs, 28); radians. Where the capture itself is beyond a limit,
+/// the limit is the captured angle: see Of.
 struct JointRange {
   static constexpr int kRows = 8;
   static constexpr std::array<int, 7> kColumns = {
-      ReachDofs::kSpine,    ReachDofs::kSpine + 3, ReachDofs::kSpine + 6, ReachDofs::kCollar,
-      ReachDofs::kShoulder, ReachDofs::kNeck,      ReachDofs::kHead};
+      UpperBodyDofs::kSpine,  UpperBodyDofs::kSpine + 3, UpperBodyDofs::kSpine + 6,
+      UpperBodyDofs::kCollar, UpperBodyDofs::kShoulder,  UpperBodyDofs::kNeck,
+      UpperBodyDofs::kHead};
 
   std::array<Eigen::Matrix3d, 7> captured;  ///< S_j
   std::array<double, 7> limit;              ///< radians
@@ -33,12 +34,12 @@ struct JointRange {
   double lowest_elbow = 0.05, highest_elbow = 2.5;
   double sigma_rad = 0.02;
 
-  static std::array<int, 7> Joints(const ReachChain& chain) {
+  static std::array<int, 7> Joints(const UpperBodyChain& chain) {
     return {3, 6, 9, chain.CollarJoint(), chain.ShoulderJoint(), 12, 15};
   }
 
   /// `limits`: greatest angle of each of the 22 joints, radians.
-  static JointRange Of(const ReachChain& chain, const BodyFrame& frame,
+  static JointRange Of(const UpperBodyChain& chain, const BodyFrame& frame,
                        const std::array<double, kNumBodyJoints>& limits) {
     JointRange range;
     const std::array<int, 7> joints = Joints(chain);
@@ -53,7 +54,7 @@ struct JointRange {
   }
 
   template <typename Residuals, typename Jacobian>
-  void Evaluate(const ReachChain&, const ReachState&, const ReachChange& change,
+  void Evaluate(const UpperBodyChain&, const UpperBodyState&, const UpperBodyChange& change,
                 Residuals&& residuals, Jacobian&& J_residuals_change) const {
     residuals.setZero();
     J_residuals_change.setZero();
@@ -68,11 +69,11 @@ struct JointRange {
       J_residuals_change.template block<1, 3>(k, kColumns[static_cast<std::size_t>(k)]) =
           turn.transpose() / (angle * sigma_rad) * LeftJacobianSO3(-x);
     }
-    const double flexion = elbow + change(ReachDofs::kElbow);
+    const double flexion = elbow + change(UpperBodyDofs::kElbow);
     residuals(7) =
         (std::max(0.0, flexion - highest_elbow) - std::max(0.0, lowest_elbow - flexion)) /
         sigma_rad;
-    J_residuals_change(7, ReachDofs::kElbow) =
+    J_residuals_change(7, UpperBodyDofs::kElbow) =
         flexion > highest_elbow || flexion < lowest_elbow ? 1.0 / sigma_rad : 0.0;
   }
 };

@@ -9,7 +9,7 @@
 #include "generator/body/limb_ik.h"
 #include "generator/matching/leg_placement.h"
 #include "geometry/rotation.h"
-#include "solver/unknowns/reach_chain.h"
+#include "solver/unknowns/upper_body_chain.h"
 
 namespace holdfast {
 
@@ -18,7 +18,7 @@ namespace holdfast {
 ///   r_k = max(0, |h_k(x) - a_k| - longest_k) / sigma                 2 residuals (left, right)
 ///   r_k+2 = max(0, shortest - |h_k(x) - a_k|) / sigma                2 residuals
 ///
-/// x: the frame's change (ReachDofs, 28); metres. `longest` of a frame whose captured leg is
+/// x: the frame's change (UpperBodyDofs, 28); metres. `longest` of a frame whose captured leg is
 /// straighter than a limit is the captured length.
 struct LegReach {
   static constexpr int kRows = 4;
@@ -28,7 +28,8 @@ struct LegReach {
   double sigma_m = 0.004;
 
   /// Of a captured frame whose feet shall be at `feet`: knees between 4 and 140 degrees bent.
-  static LegReach Of(const ReachChain& chain, const BodyPlacement& placed, const FeetTarget& feet) {
+  static LegReach Of(const UpperBodyChain& chain, const BodyPlacement& placed,
+                     const FeetTarget& feet) {
     LegReach legs;
     for (const std::size_t k : {0u, 1u}) {
       Limb leg = Leg(k == 0 ? Side::kLeft : Side::kRight);
@@ -43,7 +44,7 @@ struct LegReach {
   }
 
   template <typename Residuals, typename Jacobian>
-  void Evaluate(const ReachChain&, const ReachState& state, Residuals&& residuals,
+  void Evaluate(const UpperBodyChain&, const UpperBodyState& state, Residuals&& residuals,
                 Jacobian&& J_residuals_change) const {
     for (int k = 0; k < 2; ++k) {
       const int hip = 1 + k;
@@ -54,7 +55,7 @@ struct LegReach {
       const double within = shortest - length;
       residuals(k) = std::max(0.0, beyond) / sigma_m;
       residuals(k + 2) = std::max(0.0, within) / sigma_m;
-      const Eigen::Matrix<double, 1, ReachDofs::kSize> J_length =
+      const Eigen::Matrix<double, 1, UpperBodyDofs::kSize> J_length =
           leg.transpose() / length * state.PointJacobian(hip);
       J_residuals_change.row(k) = (beyond > 0.0 ? 1.0 / sigma_m : 0.0) * J_length;
       J_residuals_change.row(k + 2) = (within > 0.0 ? -1.0 / sigma_m : 0.0) * J_length;

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "solver/unknowns/reach_chain.h"
+#include "solver/unknowns/upper_body_chain.h"
 
 namespace holdfast {
 
@@ -11,7 +11,7 @@ namespace holdfast {
 ///
 ///   r = [u(x) - up;  f(x) - forward] / sigma,   6 residuals; u, f: the chest's y and z axes, world
 ///
-/// x: the frame's change (ReachDofs, 28). `up` and `forward` are unit vectors; `sigma` about
+/// x: the frame's change (UpperBodyDofs, 28). `up` and `forward` are unit vectors; `sigma` about
 /// radians.
 struct TrunkLean {
   static constexpr int kRows = 6;
@@ -20,7 +20,7 @@ struct TrunkLean {
   double sigma = 0.1;
 
   template <typename Residuals, typename Jacobian>
-  void Evaluate(const ReachChain&, const ReachState& state, Residuals&& residuals,
+  void Evaluate(const UpperBodyChain&, const UpperBodyState& state, Residuals&& residuals,
                 Jacobian&& J_residuals_change) const {
     constexpr int kChestJoint = 9;
     const Eigen::Vector3d u = state.Placed().rotation[kChestJoint].col(1);

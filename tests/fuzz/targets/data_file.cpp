@@ -5,7 +5,8 @@
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"
 
-// Any container, told by its content: .npy, JSON and the older torch files have no other target.
+// Any container, format detected from the content: .npy, JSON and the older torch files have no
+// other target.
 HOLDFAST_FUZZ_TARGET(data_file) {
   const holdfast::fuzz::MemoryFile bytes(trial.Bytes());
   const holdfast::DataFile file(bytes.Path());

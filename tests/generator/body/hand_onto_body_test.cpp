@@ -60,5 +60,28 @@ TEST(HandOntoBody, SaysHowFarItIsOutOfReach) {
   EXPECT_THROW(PutHandOntoBody(hand, *body, {}, *body, {}, clip), Error);
 }
 
+TEST(HandOntoBody, IsAConversionWithItsNumbers) {
+  const testing::TemporaryFolder folder;
+  testing::WriteManoLike(folder / "MANO_RIGHT.npz", Side::kRight);
+  const ClipBody body{BodyModel::Default(), {}};
+  const Clip clip = DemoClip();
+  ClipBody mano{BodyModel::Load(folder / "MANO_RIGHT.npz"), {}};
+  const Conversion there{ConvertClip(clip, body.model, {}, mano.model), {}};
+  mano.betas = there.clip.betas;
+  EXPECT_FALSE(ConversionJson(there).contains("arm"));
+  Clip hand = there.clip;
+  hand.holding_hand.assign(static_cast<std::size_t>(clip.NumFrames()), kHoldsRight);
+  const Conversion back = ConvertOntoBody(hand, mano, clip, body);
+  EXPECT_EQ(back.clip.holding_hand, hand.holding_hand);
+  EXPECT_EQ(back.clip.trans, clip.trans);
+  EXPECT_EQ(back.joints.size(), 16u);
+  const nlohmann::json json = ConversionJson(back);
+  EXPECT_EQ(json["arm"]["frames_out_of_reach"], 0);
+  EXPECT_EQ(json["residual"]["joints"].size(), 16u);
+  EXPECT_LT(json["residual"]["max_mm"].get<double>(), 0.1);
+  EXPECT_EQ(json["not_carried_over"].size(), 1u);
+  EXPECT_THROW(ConvertOntoBody(hand, mano, Slice(clip, 0, 3), body), Error);
+}
+
 }  // namespace
 }  // namespace holdfast

@@ -6,9 +6,9 @@
 
 #include "generator/matching/capture_quality.h"
 #include "generator/matching/foot_lock.h"
+#include "generator/matching/matched_reaches.h"
 #include "generator/matching/motion_blend.h"
 #include "generator/matching/motion_player.h"
-#include "generator/matching/reach_synthesis.h"
 #include "generator/matching/support_feet.h"
 #include "generator/matching/walk_plan.h"
 #include "geometry/error.h"
@@ -248,13 +248,13 @@ TEST(MotionPlayer, GoesWhereTheFeetThatCarryItLeaveIt) {
   EXPECT_NEAR(played(0.9), way, 0.06);  // instead of a tenth, 40 cm, less
 }
 
-TEST(ReachSynthesis, IsTheSameForASeedAndAnotherForAnother) {
+TEST(MatchReaches, IsTheSameForASeedAndAnotherForAnother) {
   const MotionLibrary library = FigureLibrary(DefaultMeasures());
-  SynthesisOptions options;
+  MatchedReachOptions options;
   options.reaches = 2;
-  const SynthesizedMotion a = SynthesizeReaches(library, options, 5);
-  const SynthesizedMotion b = SynthesizeReaches(library, options, 5);
-  const SynthesizedMotion other = SynthesizeReaches(library, options, 6);
+  const MatchedReaches a = MatchReaches(library, options, 5);
+  const MatchedReaches b = MatchReaches(library, options, 5);
+  const MatchedReaches other = MatchReaches(library, options, 6);
   ASSERT_EQ(a.frames.size(), b.frames.size());
   for (std::size_t t = 0; t < a.frames.size(); ++t) {
     ASSERT_EQ(Distance(a.frames[t], b.frames[t]), 0.0);
@@ -270,13 +270,13 @@ TEST(ReachSynthesis, IsTheSameForASeedAndAnotherForAnother) {
   }
 }
 
-TEST(ReachSynthesis, GoalsWithoutWalkingAreInReach) {
+TEST(MatchReaches, GoalsWithoutWalkingAreInReach) {
   const MotionLibrary library = FigureLibrary(DefaultMeasures());
-  SynthesisOptions options;
+  MatchedReachOptions options;
   options.without_walking = 1.0;
   options.begin_walking = 0.0;
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
-    const SynthesizedMotion motion = SynthesizeReaches(library, options, seed);
+    const MatchedReaches motion = MatchReaches(library, options, seed);
     ASSERT_EQ(static_cast<int>(motion.reaches.size()), options.reaches);
     const Vector3d stands = motion.frames.front().pelvis;
     for (const ReachEvent& event : motion.reaches) {
@@ -285,38 +285,38 @@ TEST(ReachSynthesis, GoalsWithoutWalkingAreInReach) {
   }
 }
 
-TEST(ReachSynthesis, WalkersAreThereSoonerAtAHigherPace) {
+TEST(MatchReaches, WalkersAreThereSoonerAtAHigherPace) {
   const MotionLibrary library = FigureLibrary(DefaultMeasures());
   const auto frames = [&](double pace) {
-    SynthesisOptions options;
+    MatchedReachOptions options;
     options.pace = pace;
     options.without_walking = 0.0;
     int sum = 0;
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-      sum += SynthesizeReaches(library, options, seed).reaches.back().frame;
+      sum += MatchReaches(library, options, seed).reaches.back().frame;
     }
     return sum;
   };
   EXPECT_LT(frames(1.3), 0.9 * frames(0.6));
 }
 
-TEST(ReachSynthesis, SomeBeginInMidWalkAndSomeStanding) {
+TEST(MatchReaches, SomeBeginInMidWalkAndSomeStanding) {
   const MotionLibrary library = FigureLibrary(DefaultMeasures());
   const auto first_speed = [&](double begin_walking) {
-    SynthesisOptions options;
+    MatchedReachOptions options;
     options.begin_walking = begin_walking;
-    const SynthesizedMotion motion = SynthesizeReaches(library, options, 4);
+    const MatchedReaches motion = MatchReaches(library, options, 4);
     return kRate * (motion.frames[3].pelvis - motion.frames[0].pelvis).head<2>().norm() / 3.0;
   };
   EXPECT_GT(first_speed(1.0), 0.5);
   EXPECT_LT(first_speed(0.0), 0.3);
 }
 
-TEST(ReachSynthesis, SaysWhenNobodyReaches) {
+TEST(MatchReaches, SaysWhenNobodyReaches) {
   MotionLibrary library(Rest(), DefaultMeasures().sole_y);
   library.Add(StandingFigure(DefaultMeasures(), 90), "stand", {true, {}});
   library.Finish();
-  EXPECT_THROW(SynthesizeReaches(library, SynthesisOptions(), 1), Error);
+  EXPECT_THROW(MatchReaches(library, MatchedReachOptions(), 1), Error);
 }
 
 TEST(MotionQuality, SeesSlidingFeetAndJumps) {

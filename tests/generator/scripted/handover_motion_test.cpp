@@ -22,7 +22,7 @@ const Eigen::Matrix3Xd& Apple() {
 
 HandoverMotion Make(std::uint64_t seed, HandoverOptions options = {}) {
   options.seed = seed;
-  return MakeHandoverMotion(DefaultMeasures(), PalmGrips(DefaultMeasures(), Apple(), seed),
+  return MakeHandoverMotion(DefaultMeasures(), PalmGrasps(DefaultMeasures(), Apple(), seed),
                             options);
 }
 
@@ -42,16 +42,16 @@ class Handover : public ::testing::TestWithParam<int> {};
 
 TEST_P(Handover, CarriesTheObjectRigidlyInEveryHandThatHolds) {
   const HandoverMotion motion = Make(GetParam());
-  const HandoverGrips grips = PalmGrips(DefaultMeasures(), Apple(), GetParam());
+  const HandoverGrasps grasps = PalmGrasps(DefaultMeasures(), Apple(), GetParam());
   ASSERT_EQ(motion.clip.holding_hand.size(), motion.clip.pose.size());
   for (int t = 0; t < motion.clip.NumFrames(); ++t) {
     for (const Side side : {Side::kRight, Side::kLeft}) {
       const int bit = side == Side::kRight ? kHoldsRight : kHoldsLeft;
       if ((motion.clip.holding_hand[t] & bit) == 0) continue;
       const Eigen::Isometry3d seen = WristFromObject(motion.clip, t, side);
-      const Eigen::Isometry3d& grip = grips.Of(side).wrist_from_object;
-      EXPECT_LT((seen.translation() - grip.translation()).norm(), 1e-6) << "frame " << t;
-      EXPECT_LT(AngleBetween(seen.linear(), grip.linear()), 1e-6) << "frame " << t;
+      const Eigen::Isometry3d& grasp = grasps.Of(side).wrist_from_object;
+      EXPECT_LT((seen.translation() - grasp.translation()).norm(), 1e-6) << "frame " << t;
+      EXPECT_LT(AngleBetween(seen.linear(), grasp.linear()), 1e-6) << "frame " << t;
     }
   }
 }
@@ -122,7 +122,7 @@ TEST(HandoverMotion, RefusesWhatItCannotDo) {
   options = {};
   options.frame_rate = 0.0;
   EXPECT_THROW(Make(1, options), Error);
-  EXPECT_THROW(PalmGrips(DefaultMeasures(), Eigen::Matrix3Xd(3, 0), 1), Error);
+  EXPECT_THROW(PalmGrasps(DefaultMeasures(), Eigen::Matrix3Xd(3, 0), 1), Error);
 }
 
 TEST(AddNoise, HasTheSizeAskedFor) {

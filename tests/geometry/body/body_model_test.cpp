@@ -322,6 +322,12 @@ TEST_F(BodyModelTest, SaysWhichFieldIsAtFault) {
               }),
               HasSubstr("[posedirs]: holds inf"));
   EXPECT_THAT(message([&](NpzWriter& w) {
+                std::vector<float> bad(body.posedirs.size(), 0.5f);
+                bad[1000] = -INFINITY;
+                w.AddFloat16("posedirs", {V, 3, 486}, bad);
+              }),
+              HasSubstr("[posedirs]: holds -inf at element 1000"));
+  EXPECT_THAT(message([&](NpzWriter& w) {
                 w.AddFloat64("posedirs", {V, 3, 207}, std::vector<double>(V * 3 * 207));
               }),
               HasSubstr("[posedirs]: has shape"));

@@ -9,8 +9,11 @@
 
 #include "geometry/error.h"
 #include "geometry/import/frame_files.h"
+#include "geometry/import/load_clip.h"
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/io/container/npz.h"
+#include "geometry/io/mesh/load_object.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/io/pickle/data_file.h"
 #include "tests/support/imported.h"
 #include "tests/support/temporary_folder.h"
@@ -209,6 +212,44 @@ TEST(FrameFiles, OtherFilesInTheFolderAreNoFrames) {
   EXPECT_EQ(found.files.size(), 3U);
   EXPECT_EQ(found.missing, 1);
   EXPECT_EQ(found.people, 1);
+}
+
+// Which mesh the object of a clip is, by what the clip, its file and its importer tell.
+TEST(FindClipObject, TakesTheClipsOwnThenTheOneItNamesThenTheNames) {
+  LoadedClip loaded;
+  EXPECT_FALSE(FindClipObject(loaded).mesh);
+  ObjectTrack& track = loaded.clip.object.emplace();
+  EXPECT_THAT(FindClipObject(loaded).missing, HasSubstr("names no mesh"));
+
+  track.name = "mug";
+  const ClipObject named = FindClipObject(loaded, 2.0);
+  ASSERT_TRUE(named.mesh);
+  EXPECT_TRUE(named.by_name && !named.in_clip && named.missing.empty());
+  EXPECT_TRUE(named.mesh->vertices.isApprox(2.0 * LoadObject("mug").mesh.vertices));
+
+  const TemporaryFolder folder;
+  WriteMesh(LoadObject("apple").mesh, folder / "object.ply");
+  loaded.file = folder / "clip.npz";
+  track.mesh = "object.ply";
+  const ClipObject beside = FindClipObject(loaded);
+  EXPECT_EQ(beside.source, (folder / "object.ply").string());
+  EXPECT_FALSE(beside.by_name || beside.in_clip);
+
+  loaded.object_mesh = folder / "object.ply";
+  loaded.object_mesh_scale = 0.5;
+  const ClipObject imported = FindClipObject(loaded, 3.0);
+  EXPECT_EQ(imported.scale, 1.5);
+  EXPECT_TRUE(imported.mesh->vertices.isApprox(1.5 * beside.mesh->vertices));
+
+  loaded.object_surface = LoadObject("bottle").mesh;
+  EXPECT_TRUE(FindClipObject(loaded).in_clip);
+  EXPECT_EQ(FindClipObject(loaded).mesh->NumFaces(), loaded.object_surface->NumFaces());
+  track.surface = std::make_shared<const TriangleMesh>(LoadObject("mug").mesh);
+  EXPECT_EQ(FindClipObject(loaded).mesh->NumFaces(), track.surface->NumFaces());
+
+  loaded = {};
+  loaded.clip.object.emplace().mesh = "nothing.ply";
+  EXPECT_THAT(FindClipObject(loaded).missing, HasSubstr("nothing.ply"));
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ TEST(ImportImos, ObjectVerticesAreThoseOfTheAuthorsViewer) {
     const std::vector<double> transl = Raw(path, "obj_p", "transl");
     const bool matrices = orient.size() == 15 * 9;
     const Eigen::MatrixXd ours = Posed(vertices, *imported.clip.object);
-    // From the fifth frame on the matrices are no rotations, which has no right answer.
+    // From the fifth frame on the matrices are not rotations, which has no right answer.
     for (int t = 0; t < (matrices ? 4 : 15); ++t) {
       Eigen::Matrix3d R;
       if (matrices) {
@@ -83,7 +83,7 @@ TEST(ImportImos, MatricesThatAreNoRotationsBecomeTheNearestAndAreReported) {
   EXPECT_EQ(defects.bad, 11);
   EXPECT_EQ(defects.frames, 11);
   EXPECT_EQ(defects.first_frame, 4);
-  EXPECT_TRUE(Mentions(imported.notes, "11 of 15 matrices are no rotations"));
+  EXPECT_TRUE(Mentions(imported.notes, "11 of 15 matrices are not rotations"));
   const std::vector<double> numbers = Raw(kMatrices, "obj_p", "global_orient");
   double min_determinant = 1, max_determinant = 1;
   for (int t = 0; t < 15; ++t) {

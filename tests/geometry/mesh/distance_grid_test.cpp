@@ -115,6 +115,20 @@ TEST(DistanceGrid, IsTheSameForAnyNumberOfThreads) {
   }
 }
 
+TEST(DistanceGrid, IsTheSameForAnyInstructionSet) {
+  const SignedDistance surface(Torus(0.04, 0.015, 30, 20));
+  const DistanceGrid plain(surface, {.cell_m = 0.005, .isa = Isa::kScalar});
+  const DistanceGrid best(surface, {.cell_m = 0.005});
+  std::mt19937 random(7);
+  for (int i = 0; i < 3000; ++i) {
+    const Eigen::Vector3d p = RandomIn(random, 0.1);
+    Eigen::Vector3d plain_gradient, best_gradient;
+    EXPECT_EQ(plain.Distance(p), best.Distance(p));
+    EXPECT_EQ(plain.Distance(p, &plain_gradient), best.Distance(p, &best_gradient));
+    EXPECT_EQ(plain_gradient, best_gradient);
+  }
+}
+
 TEST(DistanceGrid, GrowsItsCellsRatherThanItsMemory) {
   const SignedDistance surface(Box({-1, -1, -1}, {1, 1, 1}));
   const DistanceGrid grid(surface, {.cell_m = 1e-6, .max_nodes = 20'000});

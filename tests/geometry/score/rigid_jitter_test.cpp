@@ -46,9 +46,9 @@ TEST(RigidJitter, PolynomialsHaveTheirExactDerivatives) {
 TEST(RigidJitter, ARigidCarryIsExactlyOneHoweverFarFromTheWrist) {
   const auto wrist = WavingWrist(60);
   for (const double far : {0.0, 0.1, 2.0}) {
-    const Eigen::Isometry3d grip = PoseOf({0.3, 1.0, -0.5}, {far, 0.05, 0.0});
+    const Eigen::Isometry3d grasp = PoseOf({0.3, 1.0, -0.5}, {far, 0.05, 0.0});
     std::vector<Eigen::Isometry3d> object;
-    for (const auto& pose : wrist) object.push_back(pose * grip);
+    for (const auto& pose : wrist) object.push_back(pose * grasp);
     const CarryJitter jitter = MeasureCarryJitter(wrist, object, {0.01, 0.02, 0.2}, 30.0);
     EXPECT_NEAR(*jitter.acceleration_ratio, 1.0, 1e-9);
     EXPECT_NEAR(*jitter.jerk_ratio, 1.0, 1e-8);

@@ -27,7 +27,7 @@ std::vector<BodyFrame> Idle(int count) {
 }
 
 // Every scale 1, so that no term hides behind another; hinges on the side where they act.
-ActionFrameTerms PlainTerms(const ReachChain& chain, const BodyFrame& frame, double share) {
+ActionFrameTerms PlainTerms(const UpperBodyChain& chain, const BodyFrame& frame, double share) {
   ActionFrameTerms terms;
   terms.hand = {share, Vector3d(0.3, -0.5, 1.2), Vector3d(-0.1, 0.05, 0.2), 1.0};
   terms.gaze.sigma = 1.0;
@@ -52,13 +52,13 @@ TEST(ActionTerms, HaveTheJacobiansOfCentralDifferences) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal(0.0, 0.3);
   for (const Side side : {Side::kRight, Side::kLeft}) {
-    const ReachChain chain(Rest(), side);
+    const UpperBodyChain chain(Rest(), side);
     for (const double share : {0.0, 0.4, 1.0}) {
       const ActionFrameBlock block(chain, frame, PlainTerms(chain, frame, share), basis);
       for (const double scale : {1e-8, 1.0, 3.0}) {
-        std::array<ReachChange, 4> knots;
-        for (ReachChange& knot : knots) {
-          knot = scale * ReachChange::NullaryExpr([&] { return normal(random); });
+        std::array<UpperBodyChange, 4> knots;
+        for (UpperBodyChange& knot : knots) {
+          knot = scale * UpperBodyChange::NullaryExpr([&] { return normal(random); });
         }
         EXPECT_LT(JacobianError(
                       block, {knots[0].data(), knots[1].data(), knots[2].data(), knots[3].data()},
@@ -71,7 +71,7 @@ TEST(ActionTerms, HaveTheJacobiansOfCentralDifferences) {
 }
 
 TEST(ActionTerms, VanishWhereTheBodyIsAsWanted) {
-  const ReachChain chain(Rest(), Side::kRight);
+  const UpperBodyChain chain(Rest(), Side::kRight);
   const BodyFrame frame = Idle(20)[10];
   const BodyPlacement placed = Place(Rest(), frame);
   ActionFrameTerms terms;
@@ -89,7 +89,7 @@ TEST(ActionTerms, VanishWhereTheBodyIsAsWanted) {
   wide.fill(3.0);
   terms.range = JointRange::Of(chain, frame, wide);
   const ActionFrameBlock block(chain, frame, terms, {0.1, 0.5, 0.35, 0.05});
-  const ReachChange zero = ReachChange::Zero();
+  const UpperBodyChange zero = UpperBodyChange::Zero();
   const std::array<const double*, 4> knots = {zero.data(), zero.data(), zero.data(), zero.data()};
   Eigen::VectorXd residuals = Eigen::VectorXd::Constant(ActionFrameBlock::kRows, NAN);
   ASSERT_TRUE(block.Evaluate(knots.data(), residuals.data(), nullptr));

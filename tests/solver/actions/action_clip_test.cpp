@@ -29,18 +29,18 @@ const ActionProp& Mug() {
   return mug;
 }
 
-const ActionGrips& MugGrips() {
-  static const ActionGrips grips(
+const ActionGrasps& MugGrasps() {
+  static const ActionGrasps grasps(
       Actor(),
       FindActionGrasps(Actor().Hand(Side::kRight), {Mug().mesh, Mug().surface, *Mug().fit.distance},
                        1, 8),
       {});
-  return grips;
+  return grasps;
 }
 
 ActionClip Drink(std::uint64_t seed, bool mirrored = false) {
   const StandingStart start = OwnStanding(Actor().Measures(), 5);
-  return MakeActionClip({"drink", Actor(), Mug(), MugGrips(), start, mirrored, seed});
+  return MakeActionClip({"drink", Actor(), Mug(), MugGrasps(), start, mirrored, seed});
 }
 
 Isometry3d ObjectAt(const Clip& clip, int t) {
@@ -118,10 +118,10 @@ TEST(ActionClip, SaysWhyWhenNoHandCanHoldTheObject) {
       Actor().Hand(Side::kRight), {prop.mesh, prop.surface, *prop.fit.distance}, 1, 8, &status);
   EXPECT_TRUE(none.empty());
   EXPECT_NE(status, GraspStatus::kFound);
-  const ActionGrips grips(Actor(), none, {});
+  const ActionGrasps grasps(Actor(), none, {});
   const StandingStart start = OwnStanding(Actor().Measures(), 5);
-  EXPECT_EQ(MakeActionClip({"lift", Actor(), prop, grips, start, false, 1}).fault, "no grasp");
-  EXPECT_FALSE(MakeActionClip({"offhand", Actor(), prop, grips, start, false, 1}).fault.empty());
+  EXPECT_EQ(MakeActionClip({"lift", Actor(), prop, grasps, start, false, 1}).fault, "no grasp");
+  EXPECT_FALSE(MakeActionClip({"offhand", Actor(), prop, grasps, start, false, 1}).fault.empty());
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ std::vector<FeetTarget> FeetOfAll(const std::vector<BodyFrame>& frames) {
 }
 
 // Every scale 1, so that no term hides behind another; hinges on the side where they act.
-ReachFrameTerms PlainTerms(const ReachChain& chain, const BodyFrame& frame) {
+ReachFrameTerms PlainTerms(const UpperBodyChain& chain, const BodyFrame& frame) {
   ReachFrameTerms terms;
   terms.wrist = {Vector3d(0.3, -0.5, 1.2), 1.0};
   terms.gaze.sigma = 1.0;
@@ -63,7 +63,7 @@ ReachFrameTerms PlainTerms(const ReachChain& chain, const BodyFrame& frame) {
 class ReachTerms : public ::testing::TestWithParam<Side> {};
 
 TEST_P(ReachTerms, HaveTheJacobiansOfCentralDifferences) {
-  const ReachChain chain(Rest(), GetParam());
+  const UpperBodyChain chain(Rest(), GetParam());
   const BodyFrame frame = Reach()[35];
   const ReachFrameTerms terms = PlainTerms(chain, frame);
   const Eigen::Vector4d basis(0.1, 0.5, 0.35, 0.05);
@@ -71,9 +71,9 @@ TEST_P(ReachTerms, HaveTheJacobiansOfCentralDifferences) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal(0.0, 0.3);
   for (const double scale : {0.0, 1e-8, 1.0, 3.0}) {
-    std::array<ReachChange, 4> knots;
-    for (ReachChange& knot : knots) {
-      knot = scale * ReachChange::NullaryExpr([&] { return normal(random); });
+    std::array<UpperBodyChange, 4> knots;
+    for (UpperBodyChange& knot : knots) {
+      knot = scale * UpperBodyChange::NullaryExpr([&] { return normal(random); });
     }
     EXPECT_LT(
         JacobianError(block, {knots[0].data(), knots[1].data(), knots[2].data(), knots[3].data()},
@@ -84,7 +84,7 @@ TEST_P(ReachTerms, HaveTheJacobiansOfCentralDifferences) {
 }
 
 TEST_P(ReachTerms, VanishWhereTheCaptureIsWhatIsWanted) {
-  const ReachChain chain(Rest(), GetParam());
+  const UpperBodyChain chain(Rest(), GetParam());
   const BodyFrame frame = Reach()[35];
   const BodyPlacement placed = Place(Rest(), frame);
   ReachFrameTerms terms;
@@ -96,7 +96,7 @@ TEST_P(ReachTerms, VanishWhereTheCaptureIsWhatIsWanted) {
   terms.balance.captured = Balance::Middle(chain, placed);
   terms.range = JointRange::Of(chain, frame, WideLimits());
   const ReachFrameBlock block(chain, frame, terms, {0.1, 0.5, 0.35, 0.05});
-  const ReachChange zero = ReachChange::Zero();
+  const UpperBodyChange zero = UpperBodyChange::Zero();
   const std::array<const double*, 4> knots = {zero.data(), zero.data(), zero.data(), zero.data()};
   Eigen::VectorXd residuals = Eigen::VectorXd::Constant(ReachFrameBlock::kRows, NAN);
   ASSERT_TRUE(block.Evaluate(knots.data(), residuals.data(), nullptr));
@@ -105,9 +105,9 @@ TEST_P(ReachTerms, VanishWhereTheCaptureIsWhatIsWanted) {
 
 INSTANTIATE_TEST_SUITE_P(Sides, ReachTerms, ::testing::Values(Side::kRight, Side::kLeft));
 
-TEST(ReachSplinePrior, HasTheJacobianOfCentralDifferences) {
-  const ReachSplinePrior prior(ReachChange::LinSpaced(0.5, 2.0), 0.5);
-  std::array<ReachChange, 3> knots;
+TEST(ChangeSplinePrior, HasTheJacobianOfCentralDifferences) {
+  const ChangeSplinePrior prior(UpperBodyChange::LinSpaced(0.5, 2.0), 0.5);
+  std::array<UpperBodyChange, 3> knots;
   for (std::size_t k = 0; k < 3; ++k) knots[k].setLinSpaced(-1.0, 0.2 * static_cast<double>(k));
   EXPECT_LT(JacobianError(prior, {knots[0].data(), knots[1].data(), knots[2].data()},
                           {nullptr, nullptr, nullptr}, 1e-6),

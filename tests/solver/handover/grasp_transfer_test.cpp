@@ -25,7 +25,7 @@ struct Scene {
       : mesh(ReadMesh(HOLDFAST_MESHES_DIR "/objects/" + name + ".ply")),
         surface(mesh),
         grid(surface, {.cell_m = 0.0025, .threads = 2}),
-        grips(PalmGrips(MeasureBody(*BodyModel::Default(), {}), mesh.vertices, 3)) {
+        grasps(PalmGrasps(MeasureBody(*BodyModel::Default(), {}), mesh.vertices, 3)) {
     GraspOptions options;
     options.oppositions = 24;
     options.closings = 60;
@@ -35,13 +35,13 @@ struct Scene {
   }
   // The other wrist comes from the other side, palm against palm.
   Eigen::Isometry3d Receiver() const {
-    return grips.left.wrist_from_object * grips.right.wrist_from_object.inverse() *
+    return grasps.left.wrist_from_object * grasps.right.wrist_from_object.inverse() *
            giver.wrist_from_object;
   }
   TriangleMesh mesh;
   SignedDistance surface;
   DistanceGrid grid;
-  HandoverGrips grips;
+  HandoverGrasps grasps;
   Grasp giver;
 };
 

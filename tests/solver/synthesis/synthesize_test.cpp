@@ -42,7 +42,7 @@ TEST(Synthesize, MakesAMotionOfAHeldStartTheSameOnAnyThreads) {
   EXPECT_EQ(again.motion.object->trans, made.motion.object->trans);
 }
 
-TEST(HeldStart, OfAClipNeedsTheObjectInAHand) {
+TEST(HoldingStart, OfAClipNeedsTheObjectInAHand) {
   const LoadedClip motion = LoadClip("demo_drink");
   const auto refused = [&](const Clip& clip, std::optional<int> frame) -> std::string {
     try {

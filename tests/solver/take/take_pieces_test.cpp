@@ -10,7 +10,7 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/signed_distance.h"
 #include "geometry/rotation.h"
-#include "solver/body_ik/take_arm.h"
+#include "solver/body_ik/arm_ik.h"
 #include "solver/grasp/hand_approach.h"
 #include "solver/take/take_path.h"
 #include "solver/take/take_table.h"
@@ -42,7 +42,7 @@ ArmTarget InFront(const Vector3d& from_shoulder) {
 }
 
 // Where the bones of a choice end up, by forward kinematics.
-Isometry3d WristOf(const TakeArm& arm, const ArmTarget& target, const ArmChoice& choice) {
+Isometry3d WristOf(const ArmIk& arm, const ArmTarget& target, const ArmChoice& choice) {
   const Limb& limb = arm.Bones();
   const Vector3d elbow =
       target.shoulder + choice.limb.upper * (Rest().col(limb.middle) - Rest().col(limb.root));
@@ -53,8 +53,8 @@ Isometry3d WristOf(const TakeArm& arm, const ArmTarget& target, const ArmChoice&
   return wrist;
 }
 
-TEST(TakeArm, PutsTheHandWhereItIsAsked) {
-  const TakeArm arm(Rest(), Side::kRight);
+TEST(ArmIk, PutsTheHandWhereItIsAsked) {
+  const ArmIk arm(Rest(), Side::kRight);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   for (int k = 0; k < 50; ++k) {
@@ -72,18 +72,18 @@ TEST(TakeArm, PutsTheHandWhereItIsAsked) {
   }
 }
 
-TEST(TakeArm, SaysWhatItLacks) {
-  const TakeArm arm(Rest(), Side::kRight);
+TEST(ArmIk, SaysWhatItLacks) {
+  const ArmIk arm(Rest(), Side::kRight);
   const double beyond = 0.07;
   const ArmChoice choice = arm.At(InFront(Vector3d(0.0, -(arm.Length() + beyond), 0.0)), 0.0);
-  EXPECT_NEAR(choice.lacks_m, beyond, 1e-9);
+  EXPECT_NEAR(choice.shortfall_m, beyond, 1e-9);
   ArmTarget twisted = InFront(Vector3d(0.0, -0.35, -0.2));
   twisted.wrist.linear() = HandOrientation(Side::kRight, Vector3d::UnitY(), Vector3d::UnitX());
   EXPECT_GT(arm.Best(twisted).hand_error_rad, 20.0 * kDegree);
 }
 
-TEST(TakeArm, TurnsSmoothlyAlongATrack) {
-  const TakeArm arm(Rest(), Side::kRight);
+TEST(ArmIk, TurnsSmoothlyAlongATrack) {
+  const ArmIk arm(Rest(), Side::kRight);
   std::vector<ArmTarget> targets;
   for (int t = 0; t < 60; ++t) {
     const double s = t / 59.0;
@@ -267,7 +267,7 @@ TEST(ObjectWay, StandsIsLiftedCarriedAndBrought) {
 }
 
 TEST(TimesOfTake, RefusesFramesThatAreNone) {
-  const TakeArm arm(Rest(), Side::kRight);
+  const ArmIk arm(Rest(), Side::kRight);
   std::vector<BodyPlacement> body;
   for (const BodyFrame& frame : Passing()) body.push_back(Place(Rest(), frame));
   const Vector3d wrist(-0.2, -0.4, 1.1);

@@ -59,7 +59,7 @@ const TakePlan& Plan() {
 }
 
 // Somebody who stands and reaches for the plan's goals, 2 cm beside them, and stays a while.
-TakenMotion Standing(const TakePlan& plan) {
+TakeBodyMotion Standing(const TakePlan& plan) {
   std::vector<ReachKey> keys(6);
   const auto hand =
       HandOrientation(Side::kRight, Vector3d(0.2, -1.0, 0.0), Vector3d(0.0, 0.0, 1.0));
@@ -77,14 +77,14 @@ TakenMotion Standing(const TakePlan& plan) {
     keys[k].hand = hand;
     keys[k].torso_lean_rad = k == 0 ? 0.0 : 0.15;
   }
-  TakenMotion motion;
+  TakeBodyMotion motion;
   motion.states = wandr::StatesOfClip(MakeReachMotion(DefaultMeasures(), keys));
   motion.frames = {50, 122};
   return motion;
 }
 
 const TakeMotion& Motion() {
-  static const TakenMotion body = Standing(Plan());
+  static const TakeBodyMotion body = Standing(Plan());
   static const TakeMotion motion =
       MakeTakeMotion(Plan(), body, RightHand(), Bottle().Object(), Clip());
   return motion;
@@ -120,7 +120,7 @@ TEST(PlanTake, FindsAGraspThatAHandCanTakeFromATable) {
     EXPECT_GT(skin.row(2).minCoeff(), 1.0 - 0.006);
     EXPECT_GT(Bottle().surface.Distances(stands.inverse() * skin).minCoeff(), -0.004);
   }
-  for (const TakeGrasp& candidate : plan.candidates) {
+  for (const TakeCandidate& candidate : plan.candidates) {
     EXPECT_TRUE(!candidate.fault.empty() || candidate.score <= plan.take.score);
   }
 }
@@ -134,7 +134,7 @@ TEST(PlanTake, KeepsTheYawThatIsGivenAndIsTheSameOnAnyNumberOfThreads) {
   const TakePlan three = PlanTake(request, RightHand(), Bottle().Object());
   ASSERT_TRUE(one.Found());
   EXPECT_FALSE(one.yaw_is_free);
-  for (const TakeGrasp& candidate : one.candidates) EXPECT_EQ(candidate.yaw_rad, 1.1);
+  for (const TakeCandidate& candidate : one.candidates) EXPECT_EQ(candidate.yaw_rad, 1.1);
   EXPECT_EQ(one.take.grasp.fingers, three.take.grasp.fingers);
   EXPECT_EQ(one.take.score, three.take.score);
   EXPECT_EQ(one.goals[0].wrist, three.goals[0].wrist);
@@ -165,7 +165,7 @@ TEST(MakeTakeMotion, HasTheHandExactlyAtTheGraspWhenItTakes) {
 }
 
 TEST(MakeTakeMotion, LeavesLegsAndTheRestOfTheMotionAlone) {
-  const TakenMotion body = Standing(Plan());
+  const TakeBodyMotion body = Standing(Plan());
   const TakeMotion& motion = Motion();
   const wandr::StateMatrix<double> made = wandr::StatesOfClip(motion.clip);
   ASSERT_EQ(made.cols(), body.states.cols()) << "who stays is given no more time";
@@ -183,7 +183,7 @@ TEST(MakeTakeMotion, LeavesLegsAndTheRestOfTheMotionAlone) {
 }
 
 TEST(MakeTakeMotion, SaysWhenTheBodyDoesNotComeThere) {
-  TakenMotion body = Standing(Plan());
+  TakeBodyMotion body = Standing(Plan());
   body.frames[1] = -1;
   EXPECT_NE(MakeTakeMotion(Plan(), body, RightHand(), Bottle().Object(), Clip()).fault, "");
   body.frames = {122, 50};

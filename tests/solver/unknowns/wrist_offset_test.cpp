@@ -76,12 +76,12 @@ TEST_P(WristOffsetOf, AWristOutOfReachComesAsNearAsTheArmIsLong) {
 
 TEST_P(WristOffsetOf, OffsetsComposeInTheFrameOfTheMovedHand) {
   const HandScene scene(GetParam());
-  const WristOffset a = SomeOffset(), b = SomeOffset().Part(-0.4);
+  const WristOffset a = SomeOffset(), b = SomeOffset().Scaled(-0.4);
   JointPose in_steps = scene.pose, at_once = scene.pose;
   Eigen::Vector3d trans = scene.trans;
   MoveHand(scene.hand, a, trans, in_steps);
   MoveHand(scene.hand, b, trans, in_steps);
-  MoveHand(scene.hand, a.Then(b), trans, at_once);
+  MoveHand(scene.hand, a.Compose(b), trans, at_once);
   HandState s(scene.hand), o(scene.hand);
   s.SetBody(in_steps, scene.trans);
   s.Evaluate(FingerPose::Zero(), false);
@@ -201,7 +201,7 @@ TEST_P(WristOffsetOf, BlockGradientMatchesDifferencesInEveryParameter) {
 
 TEST(WristPrior, JacobianMatchesDifferencesAndVanishesAtTheClip) {
   const WristPrior prior(SomeOffset(), 17.0);
-  WristOffset step = SomeOffset().Part(0.7);
+  WristOffset step = SomeOffset().Scaled(0.7);
   const RotationManifold manifold;
   EXPECT_LT(testing::JacobianError(prior, {step.rotation.coeffs().data(), step.translation.data()},
                                    {&manifold, nullptr}),

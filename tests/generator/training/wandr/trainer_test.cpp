@@ -74,7 +74,7 @@ TEST(Trainer, LearnsWhatItIsShown) {
   TrainingOptions options = SmallOptions();
   options.iterations = 300;
   options.free_from = 1.0;
-  options.goals.astray = 0.0;
+  options.goals.perturbed = 0.0;
   Trainer trainer(corpus, testing::DefaultBones().Cast<float>(), options);
   const double before = trainer.Validate(corpus).pose;
   while (trainer.Iteration() < options.iterations) trainer.Step();

@@ -33,7 +33,7 @@ class UnrolledBatchTest : public ::testing::Test {
         batch_(testing::WalkingStatistics(), testing::DefaultBones().Cast<float>(),
                IntentionLayout::kBounded, {}, 3, kSteps) {}
 
-  // Followed windows begin a little astray.
+  // Followed windows begin a little perturbed.
   std::vector<TrainingWindow> Windows(bool free) const {
     std::vector<TrainingWindow> windows;
     for (const CorpusClip& clip : clips_) {
@@ -45,7 +45,7 @@ class UnrolledBatchTest : public ::testing::Test {
       }
       if (free) window.plan = {{Eigen::Vector3d(0.3, -0.5, 1.0), 3}};
       window.free = free;
-      window.astray.setConstant(free ? 0.0f : 0.04f);
+      window.perturbation.setConstant(free ? 0.0f : 0.04f);
       windows.push_back(window);
     }
     return windows;
@@ -132,7 +132,7 @@ TEST_F(UnrolledBatchTest, TargetsCarryBodiesToTheTruth) {
   }
 }
 
-// Who is astray is led back to the motion itself.
+// Perturbed starts are blended back to the data.
 TEST_F(UnrolledBatchTest, TheTruthLeadsBack) {
   batch_.Begin(Windows(false), kSteps);
   double before = INFINITY;
@@ -160,7 +160,7 @@ TEST_F(UnrolledBatchTest, ConditionsAreThoseOfTrainingFrames) {
                                                    IntentionLayout::kBounded, norms, Side::kRight);
   std::vector<TrainingWindow> windows = Windows(false);
   windows[0].plan.clear();
-  windows[0].astray.setZero();
+  windows[0].perturbation.setZero();
   batch_.Begin(windows, kSteps);
   Eigen::MatrixXf conditions(batch_.ConditionSize(), 3), targets(kStateSize, 3);
   batch_.WriteInputs(0, conditions, targets, 1);

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <span>
+
+#include "geometry/body/body_model.h"
+#include "geometry/body/vertex_adjoint.h"
+#include "geometry/isa.h"
+
+namespace holdfast {
+
+/// Frames that are worth posing together; more gain nothing.
+inline constexpr int kFramesTogether = 16;
+
+/// Forward for T frames of one person. Each state is what Forward gives, several times as fast: the
+/// pose blend shapes, more than a hundred megabytes where they are dense, are read once for all
+/// frames, and the loops are built for each instruction set. `trans` (3 x T), metres.
+void ForwardFrames(const BodySurface& surface, std::span<const JointPose> poses,
+                   const Eigen::Ref<const Eigen::Matrix3Xd>& trans, std::span<BodyState> states,
+                   Isa isa = BestIsa());
+
+/// VertexAdjoint for T frames of one person, in the same way: derivatives by the vertices of all
+/// frames side by side (3 x n T), or none (3 x 0), and by the joints (3 x 55 T).
+void VertexAdjointFrames(const BodySurface& surface, std::span<const BodyState> states,
+                         const Eigen::Ref<const Eigen::Matrix3Xd>& d_vertices,
+                         const Eigen::Ref<const Eigen::Matrix3Xd>& d_joints,
+                         std::span<BodyGradient> gradients, Isa isa = BestIsa());
+
+}  // namespace holdfast

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "geometry/progress.h"
+#include "geometry/report/report_facts.h"
+
+namespace holdfast {
+
+struct ReportPageOptions {
+  std::string title;                  ///< empty: made of the names of object and motion
+  double contact_threshold_mm = 5.0;  ///< skin closer than this to the object counts as contact
+  std::uint64_t seed = 1;             ///< is only told, with the version
+  int threads = 1;                    ///< the page does not depend on them
+};
+
+struct ReportPage {
+  std::string html;               ///< empty where `progress` stopped the work
+  int directions = 0;             ///< of pose correctives, of the clip that needs most
+  double surface_error_mm = 0.0;  ///< largest distance of a drawn vertex from the body model's
+};
+
+/// Whether the library was built with the player (HOLDFAST_BUILD_PLAYER): without it there are no
+/// pages.
+bool HasReportPlayer();
+
+/// One self-contained page (HTML) for the clips: a 3D player, curves per frame and what made them.
+/// The first clip is shown, a second one as its ghost; with more, the page has a choice. The same
+/// input gives the same bytes; whatever names and notes hold stays text, which can neither end its
+/// element nor run. `progress` is told of "report", clip by clip. Throws Error without clips or
+/// without the player.
+ReportPage MakeReportPage(std::span<const ReportInput> clips, const ReportPageOptions& options = {},
+                          const StagedProgress& progress = {});
+
+/// Text for HTML content and attribute values.
+std::string EscapeHtml(std::string_view text);
+
+}  // namespace holdfast

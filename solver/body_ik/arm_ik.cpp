@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include "solver/body_ik/arm_ik.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kLeastSwivel = -40.0 * kDegree, kGreatestSwivel = 100.0 * kDegree;
+constexpr double kGrid = 4.0 * kDegree;
+constexpr double kSwivelSpeed = 120.0 * kDegree;  // per second: costs as much as 1 of discomfort
+constexpr double kBell_s = 0.1;
+
+double Square(double x) { return x * x; }
+
+}  // namespace
+
+ArmIk::ArmIk(Eigen::Matrix3Xd rest_joints, Side side)
+    : rest_joints_(std::move(rest_joints)),
+      side_(side),
+      limb_(Arm(side)),
+      longest_(MaxReach(rest_joints_, limb_)) {}
+
+ArmChoice ArmIk::At(const ArmTarget& target, double swivel_rad) const {
+  const double sign = side_ == Side::kRight ? 1.0 : -1.0;
+  const Eigen::Vector3d position = target.wrist.translation();
+  const Eigen::Vector3d to_wrist = position - target.shoulder;
+  const Eigen::Vector3d axis = to_wrist.norm() > 1e-9 ? to_wrist.normalized().eval()
+                                                      : Eigen::Vector3d(-Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d hanging = target.chest * Eigen::Vector3d(-0.45 * sign, -1.0, -0.30);
+  const Eigen::Vector3d pole = ExpSO3(-sign * swivel_rad * axis) * hanging;
+  ArmChoice arm;
+  arm.swivel_rad = swivel_rad;
+  arm.limb = SolveLimb(rest_joints_, limb_, target.shoulder, position, pole);
+  arm.shortfall_m = arm.limb.reached ? 0.0 : (arm.limb.end - position).norm();
+  arm.wrist = SolveWrist(rest_joints_, side_, arm.limb.lower, target.wrist.linear());
+  arm.hand_error_rad = AngleBetween(arm.wrist.lower * arm.wrist.wrist, target.wrist.linear());
+  arm.discomfort =
+      Square(swivel_rad / (24.0 * kDegree)) + Square(arm.wrist.flexion_rad / (40.0 * kDegree)) +
+      Square((arm.wrist.ulnar_rad - 8.0 * kDegree) / (22.0 * kDegree)) +
+      Square(arm.wrist.twist_rad / (55.0 * kDegree)) + Square(arm.hand_error_rad / (1.0 * kDegree));
+  return arm;
+}
+
+ArmChoice ArmIk::Best(const ArmTarget& target) const {
+  double best = 0.0, least = std::numeric_limits<double>::infinity();
+  for (double swivel = kLeastSwivel; swivel <= kGreatestSwivel; swivel += 10.0 * kDegree) {
+    const double discomfort = At(target, swivel).discomfort;
+    if (discomfort < least) {
+      least = discomfort;
+      best = swivel;
+    }
+  }
+  // Golden section within a step on either side.
+  double low = best - 10.0 * kDegree, high = best + 10.0 * kDegree;
+  while (high - low > 1.0 * kDegree) {
+    const double step = (2.0 - std::numbers::phi) * (high - low);
+    if (At(target, low + step).discomfort < At(target, high - step).discomfort) {
+      high -= step;
+    } else {
+      low += step;
+    }
+  }
+  return At(target, 0.5 * (low + high));
+}
+
+std::vector<double> ArmIk::Track(std::span<const ArmTarget> targets, double frame_rate) const {
+  const int count = static_cast<int>(targets.size());
+  if (count == 0) return {};
+  const int states = static_cast<int>(std::lround((kGreatestSwivel - kLeastSwivel) / kGrid)) + 1;
+  const auto swivel = [](int s) { return kLeastSwivel + kGrid * s; };
+  // Costs are per frame; a change of `kSwivelSpeed` for a second costs as much as discomfort 1.
+  const double change = Square(kGrid * frame_rate / kSwivelSpeed);
+  std::vector<double> cost(static_cast<std::size_t>(states)), next(cost.size());
+  std::vector<std::vector<int>> from(targets.size(), std::vector<int>(cost.size(), 0));
+  for (int t = 0; t < count; ++t) {
+    for (int s = 0; s < states; ++s) {
+      const double here = At(targets[t], swivel(s)).discomfort;
+      double least = t == 0 ? 0.0 : std::numeric_limits<double>::infinity();
+      for (int p = 0; t > 0 && p < states; ++p) {
+        const double total = cost[p] + change * Square(s - p);
+        if (total < least) {
+          least = total;
+          from[t][s] = p;
+        }
+      }
+      next[s] = here + least;
+    }
+    cost.swap(next);
+  }
+  std::vector<double> coarse(targets.size());
+  int at = static_cast<int>(std::ranges::min_element(cost) - cost.begin());
+  for (int t = count - 1; t >= 0; --t) {
+    coarse[t] = swivel(at);
+    at = from[t][at];
+  }
+  const int radius = static_cast<int>(std::lround(3.0 * kBell_s * frame_rate));
+  std::vector<double> smooth(targets.size());
+  for (int t = 0; t < count; ++t) {
+    double sum = 0.0, total = 0.0;
+    for (int d = -radius; d <= radius; ++d) {
+      const double weight = std::exp(-0.5 * Square(d / (kBell_s * frame_rate)));
+      sum += weight * coarse[std::clamp(t + d, 0, count - 1)];
+      total += weight;
+    }
+    smooth[t] = sum / total;
+  }
+  return smooth;
+}
+
+}  // namespace holdfast

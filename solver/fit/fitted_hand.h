@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "geometry/body/hand_model.h"
+#include "solver/fit/fit_options.h"
+#include "solver/fit/hand_object_block.h"
+#include "solver/fit/hold_terms.h"
+#include "solver/terms/hand/hand_prior.h"
+#include "solver/terms/hand/wrist_prior.h"
+
+namespace holdfast {
+
+/// One hand of a fit: its terms with the object while it holds it, with D and S from the frame in
+/// which it took hold, and what they have come to. Not for use by several
+/// threads at a time.
+class FittedHand {
+ public:
+  /// `hand` and `object` must outlive this.
+  FittedHand(const HandModel& hand, const FitObject& object, const FitOptions& options);
+  FittedHand(const FittedHand&) = delete;
+  FittedHand& operator=(const FittedHand&) = delete;
+
+  Side HandSide() const { return state_.Hand().HandSide(); }
+  bool Holds() const { return block_ != nullptr; }
+  const HandState& State() const { return state_; }
+  HandObjectBlock& Block() { return *block_; }
+  HandPriorTerm* Limits() { return limits_.get(); }  ///< null when off
+  int NumContactPairs() const { return hold_ ? hold_->NumContacts() : 0; }
+
+  /// The body of this frame, the hand's own offset included.
+  void SetBody(const JointPose& pose, const Eigen::Vector3d& trans);
+
+  /// Takes hold: D and S from the body that is set, `fingers` and the object's pose.
+  void TakeHold(const FingerPose& closed, const ObjectPose& object) {
+    TakeHold(closed, object, options_.slip);
+  }
+  void TakeHold(const FingerPose& closed, const ObjectPose& object, bool slip);
+  void Release() { block_.reset(); }
+
+  /// HandObjectBlock::Watch at the present fingers, with the wrist moved by `step` from where the
+  /// body that is set has it.
+  bool Watch(const ObjectPose& object, const WristOffset& step);
+
+  /// The hand at the present fingers in the object's frame (3 x N), metres.
+  Eigen::Matrix3Xd InObject(const ObjectPose& object);
+
+  /// The frame is solved: what remembers the last one does so now.
+  void Keep(const ObjectPose& object);
+
+  /// Energies at the present fingers and this pose of the object.
+  Energies EnergiesAt(const ObjectPose& object);
+
+  FingerPose fingers = FingerPose::Zero();  ///< of the last frame solved
+  WristOffset offset;                       ///< of the last frame solved
+
+ private:
+  const FitObject& object_;
+  FitOptions options_;
+  HandAnatomy anatomy_;
+  HandState state_;
+  std::unique_ptr<HandPriorTerm> limits_;
+  std::unique_ptr<HoldTerms> hold_;
+  SkinTerms skin_terms_;
+  std::unique_ptr<HandObjectBlock> block_;  // null while the hand does not hold
+};
+
+}  // namespace holdfast

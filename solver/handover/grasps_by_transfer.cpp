@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#include "solver/handover/grasps_by_transfer.h"
+
+namespace holdfast {
+namespace {
+
+Eigen::Isometry3d WristIn(const HandModel& hand, const JointPose& pose,
+                          const Eigen::Vector3d& trans) {
+  HandState state(hand);
+  state.SetBody(pose, trans);
+  return state.WorldFromWrist();
+}
+
+}  // namespace
+
+GraspMaker GraspsByTransfer(const HandModel& right, const HandModel& left,
+                            const TriangleMesh& object, const SignedDistance& surface,
+                            const DistanceGrid& distance, const GraspTransferOptions& options,
+                            std::vector<Handover>* handovers) {
+  return [&right, &left, &object, &surface, &distance, options,
+          handovers](const GraspRequest& request) {
+    if (request.frame == 0) return GraspPose{FingersOf(request.pose, request.side), {}};
+    const HandModel& receiver = request.side == Side::kRight ? right : left;
+    const HandModel& giver = request.side == Side::kRight ? left : right;
+    const Eigen::Isometry3d world_from_object = request.object.Transform();
+    const auto from_object = [&](const HandModel& hand) {
+      return WristIn(hand, request.pose, request.trans).inverse() * world_from_object;
+    };
+    const GraspTransfer transfer =
+        TransferGrasp(giver, FingersOf(request.pose, giver.HandSide()), from_object(giver),
+                      receiver, from_object(receiver), object, surface, distance, options);
+    if (handovers != nullptr) handovers->push_back({request.frame, request.side, transfer});
+    const Eigen::Isometry3d wrist = world_from_object * transfer.grasp.wrist_from_object.inverse();
+    return GraspPose{transfer.grasp.fingers,
+                     OffsetTo(receiver, wrist, request.trans, request.pose)};
+  };
+}
+
+}  // namespace holdfast

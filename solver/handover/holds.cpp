@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: MIT
+#include "solver/handover/holds.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "geometry/error.h"
+#include "geometry/parallel.h"
+#include "geometry/rotation.h"
+#include "solver/fit/time_filters.h"
+#include "solver/handover/viterbi.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr int kNumStates = 4;            // a state is the bits of the hands that hold
+constexpr double kEvidenceRate = 30.0;   // costs are per 1 / this seconds
+constexpr double kSmoothing_s = 0.05;    // standard deviation of the Gaussian over time
+constexpr double kSlopeWindow_s = 0.10;  // to either side, for speeds
+constexpr double kHeldWindow_s = 0.5;    // to either side, for where a hand holds the object
+constexpr int kTouchingVertices = 8;     // as many as a fingertip has
+constexpr double kMostAgainst = 12.0;    // nats of one frame's evidence
+constexpr double kMostFor = 3.0;
+constexpr double kAway = 100.0;  // metres
+
+// What one hand sees of the object, one column or entry per frame.
+struct HandView {
+  Eigen::VectorXd gap;         // metres, 0 where skin touches or is inside
+  Eigen::Matrix3Xd wrist;      // world
+  Eigen::Matrix3Xd center;     // of the object, in the wrist's frame
+  std::vector<Matrix3d> turn;  // wrist from object
+};
+
+HandView View(const Clip& clip, const HandModel& hand, const DistanceGrid& object, int threads) {
+  const int frames = clip.NumFrames();
+  const Vector3d middle = 0.5 * (object.Min() + object.Max());
+  HandView view{Eigen::VectorXd(frames), Eigen::Matrix3Xd(3, frames), Eigen::Matrix3Xd(3, frames),
+                std::vector<Matrix3d>(static_cast<std::size_t>(frames))};
+  constexpr int kBlock = 16;  // frames that share a scratch hand
+  ParallelFor((frames + kBlock - 1) / kBlock, threads, [&](int block) {
+    HandState state(hand);
+    for (int t = kBlock * block; t < std::min(frames, kBlock * (block + 1)); ++t) {
+      state.SetBody(clip.pose[t], clip.trans.col(t));
+      state.Evaluate(FingersOf(clip.pose[t], hand.HandSide()), false);
+      const Matrix3d world_from_object = ExpSO3(clip.object->orient.col(t));
+      const Matrix3d wrist_from_world = state.WristRotation().transpose();
+      view.wrist.col(t) = state.WristPosition();
+      view.turn[t] = wrist_from_world * world_from_object;
+      view.center.col(t) = wrist_from_world * (world_from_object * middle +
+                                               clip.object->trans.col(t) - state.WristPosition());
+      const Eigen::Matrix3Xd skin =
+          world_from_object.transpose() * (state.Vertices().colwise() - clip.object->trans.col(t));
+      std::vector<double> distance(static_cast<std::size_t>(skin.cols()));
+      for (Eigen::Index i = 0; i < skin.cols(); ++i) {
+        distance[i] = std::max(0.0, object.Distance(skin.col(i)));
+      }
+      const int nearest = std::min<int>(kTouchingVertices, static_cast<int>(distance.size()));
+      if (nearest == 0) {  // the model lacks this hand: it is nowhere near
+        view.gap(t) = kAway;
+        continue;
+      }
+      std::partial_sort(distance.begin(), distance.begin() + nearest, distance.end());
+      double sum = 0.0;
+      for (int i = 0; i < nearest; ++i) sum += distance[i];
+      view.gap(t) = sum / nearest;
+    }
+  });
+  return view;
+}
+
+double Median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+// How far the object is, in each frame, from where this hand holds it in the nearest frames that it
+// is held in; infinite where there are none within the window.
+Eigen::VectorXd DistanceFromHeld(const Eigen::Matrix3Xd& center, const std::vector<bool>& held,
+                                 Eigen::Index reach) {
+  const Eigen::Index frames = center.cols();
+  Eigen::VectorXd distance(frames);
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    // The nearest frame of a hold, and the stretch of that hold around it.
+    Eigen::Index nearest = -1;
+    for (Eigen::Index k = 0; k <= reach && nearest < 0; ++k) {
+      if (t - k >= 0 && held[t - k])
+        nearest = t - k;
+      else if (t + k < frames && held[t + k])
+        nearest = t + k;
+    }
+    distance(t) = std::numeric_limits<double>::infinity();
+    if (nearest < 0) continue;
+    Eigen::Index begin = nearest, end = nearest + 1;
+    while (begin > 0 && held[begin - 1] && nearest - begin < reach) --begin;
+    while (end < frames && held[end] && end - nearest < reach) ++end;
+    Vector3d place;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<double> values;
+      for (Eigen::Index u = begin; u < end; ++u) values.push_back(center(axis, u));
+      place(axis) = Median(std::move(values));
+    }
+    distance(t) = (center.col(t) - place).norm();
+  }
+  return distance;
+}
+
+// The windows over time for a clip's frame rate.
+struct ClipWindows {
+  explicit ClipWindows(double frame_rate)
+      : fps(frame_rate),
+        sigma_frames(std::max(0.3, kSmoothing_s * fps)),
+        slope_reach(Frames(kSlopeWindow_s)),
+        smoothed(NoiseAfterSmoothing(sigma_frames)),
+        slope_noise(fps * NoiseOfSlope(slope_reach)) {}
+
+  Eigen::Index Frames(double seconds) const {
+    return std::max<Eigen::Index>(1, std::lround(seconds * fps));
+  }
+  Eigen::VectorXd Speed(const Eigen::Matrix3Xd& slopes) const {
+    return fps * slopes.colwise().norm();
+  }
+
+  double fps;
+  double sigma_frames;
+  Eigen::Index slope_reach;
+  // What is left of one frame's noise after smoothing, and in a slope.
+  double smoothed, slope_noise;
+};
+
+// How the object moves in the world.
+struct WorldMotion {
+  Eigen::VectorXd speed;
+  double still = 0.0;  // slower than this it does not move
+};
+
+WorldMotion ObserveObject(const Clip& clip, const DistanceGrid& object, const ClipWindows& windows,
+                          const HoldOptions& options) {
+  const Eigen::Index frames = clip.NumFrames();
+  const Vector3d middle = 0.5 * (object.Min() + object.Max());
+  Eigen::Matrix3Xd in_world(3, frames);
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    in_world.col(t) = ExpSO3(clip.object->orient.col(t)) * middle + clip.object->trans.col(t);
+  }
+  const double world_noise = WhiteNoise(in_world);
+  return {windows.Speed(SlopesOverTime(in_world, windows.slope_reach)),
+          options.still_m_s + 2.5 * world_noise * windows.slope_noise};
+}
+
+// Log-odds that one hand holds, and what they come from.
+struct HandEvidence {
+  Eigen::VectorXd contact, motion;
+  double noise = 0.0;
+  Eigen::Matrix3Xd center;  // HandView's, smoothed
+};
+
+// Log-odds by how the object moves in the hand's frame. `radius`: of its turning surface.
+Eigen::VectorXd MotionOdds(const HandView& view, double noise, double radius,
+                           const ClipWindows& windows, const HoldOptions& options) {
+  const Eigen::Index frames = view.gap.size();
+  const Eigen::VectorXd moves = windows.Speed(SlopesOverTime(view.center, windows.slope_reach));
+  const Eigen::VectorXd turns = windows.Speed(
+      SlopesOverTime(frames, windows.slope_reach, [&](Eigen::Index t, Eigen::Index u) {
+        return Vector3d(radius * LogSO3(view.turn[t].transpose() * view.turn[u]));
+      }));
+  const Eigen::VectorXd wrist_speed =
+      windows.Speed(SlopesOverTime(view.wrist, windows.slope_reach));
+  const double still = options.still_m_s + 2.5 * noise * windows.slope_noise;
+  Eigen::VectorXd motion(frames);
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    const double relative = std::max(moves(t), turns(t) - still);
+    // Standing still together says nothing: what the hand's own movement would show counts.
+    const double telling = std::min(1.0, wrist_speed(t) / (3.0 * still));
+    motion(t) = relative < still ? 2.0 * telling * (1.0 - relative / still)
+                                 : std::max(-8.0, -4.0 * (relative / still - 1.0));
+  }
+  return motion;
+}
+
+HandEvidence WeighHand(const HandView& view, double radius, const ClipWindows& windows,
+                       const HoldOptions& options) {
+  HandEvidence evidence;
+  evidence.noise = WhiteNoise(view.center);
+  evidence.center = GaussianFilter(view.center, windows.sigma_frames);
+  const Eigen::VectorXd gap =
+      GaussianFilter(view.gap.transpose(), windows.sigma_frames).transpose();
+  const double touching = options.contact_m + evidence.noise * windows.smoothed;
+  const double scale = options.contact_scale_m + evidence.noise * windows.smoothed;
+  evidence.contact = ((touching - gap.array()) / scale).cwiseMin(kMostFor).cwiseMax(-kMostAgainst);
+  evidence.motion = MotionOdds(view, evidence.noise, radius, windows, options);
+  return evidence;
+}
+
+// Who holds in each frame, from the log-odds of both hands.
+StatePath DecideHands(const std::array<Eigen::VectorXd, 2>& odds, const WorldMotion& world,
+                      double fps, double change_cost) {
+  const double rate = kEvidenceRate / fps;
+  Eigen::Matrix4d change;
+  for (int a = 0; a < kNumStates; ++a) {
+    for (int b = 0; b < kNumStates; ++b) {
+      change(a, b) = change_cost * ((a ^ b) == 0 ? 0 : (a ^ b) == 3 ? 2 : 1);
+    }
+  }
+  const Eigen::Index frames = world.speed.size();
+  Eigen::MatrixXd costs(kNumStates, frames);
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    // Nobody carries what moves.
+    const double flying = std::clamp(4.0 * (world.speed(t) / world.still - 1.0), 0.0, 8.0);
+    for (int state = 0; state < kNumStates; ++state) {
+      double cost = state == 0 ? flying : 0.0;
+      for (int h = 0; h < 2; ++h) cost += 0.5 * ((state >> h & 1) != 0 ? -1.0 : 1.0) * odds[h](t);
+      costs(state, t) = rate * cost;
+    }
+  }
+  return ViterbiPath(costs, change);
+}
+
+// Log-odds of hand `h` once it is known about when it holds, and so where: a hand that is
+// somewhere else relative to the object has not taken it yet, or has let go.
+Eigen::VectorXd OddsByPlace(const HandEvidence& evidence, const std::vector<int>& states, int h,
+                            const ClipWindows& windows) {
+  constexpr double kSlack = 0.012;  // what an object may shift in a hand, metres
+  const Eigen::Index frames = evidence.center.cols();
+  std::vector<bool> held(static_cast<std::size_t>(frames));
+  for (Eigen::Index t = 0; t < frames; ++t) held[t] = (states[t] >> h & 1) != 0;
+  const Eigen::VectorXd away =
+      DistanceFromHeld(evidence.center, held, windows.Frames(kHeldWindow_s));
+  const double allowed = kSlack + 2.5 * evidence.noise * windows.smoothed;
+  Eigen::VectorXd odds = evidence.contact + evidence.motion;
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    if (!std::isfinite(away(t))) continue;
+    const double ratio = away(t) / allowed;
+    odds(t) += std::max(-kMostAgainst, 1.5 * (1.0 - ratio * ratio));
+  }
+  return odds;
+}
+
+HoldLabels HoldingOf(const StatePath& path, const ClipWindows& windows) {
+  const auto frames = static_cast<Eigen::Index>(path.states.size());
+  HoldLabels holding;
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    holding.hands.push_back(static_cast<std::uint8_t>(path.states[t]));
+    holding.confidence.push_back(path.posterior(path.states[t], t));
+  }
+  holding.switches = SwitchesOf(holding.hands);
+  for (HandSwitch& change_of_hands : holding.switches) {
+    // As sure as the frames around it are.
+    const Eigen::Index reach = windows.Frames(0.25);
+    const Eigen::Index begin = std::max<Eigen::Index>(0, change_of_hands.frame - reach);
+    const Eigen::Index end = std::min(frames, change_of_hands.frame + reach + 1);
+    double sum = 0.0;
+    for (Eigen::Index t = begin; t < end; ++t) sum += holding.confidence[t];
+    change_of_hands.confidence = sum / static_cast<double>(end - begin);
+  }
+  return holding;
+}
+
+}  // namespace
+
+HoldLabels FindHolds(const Clip& clip, const HandModel& right, const HandModel& left,
+                     const DistanceGrid& object, const HoldOptions& options) {
+  if (!clip.object) {
+    throw Error("clip", "has no object trajectory to tell who holds it", "Fit the object first.");
+  }
+  if (right.HandSide() != Side::kRight || left.HandSide() != Side::kLeft) {
+    throw Error("hands", "are not a right and a left one", "Give one of each.");
+  }
+  const ClipWindows windows(clip.frame_rate);
+  const double radius = 0.25 * (object.Max() - object.Min()).norm();  // of its turning surface
+  const WorldMotion world = ObserveObject(clip, object, windows, options);
+  const std::array<HandView, 2> views = {View(clip, right, object, options.threads),
+                                         View(clip, left, object, options.threads)};
+  const std::array<HandEvidence, 2> hands = {WeighHand(views[0], radius, windows, options),
+                                             WeighHand(views[1], radius, windows, options)};
+  const auto decide = [&](const std::array<Eigen::VectorXd, 2>& odds) {
+    return DecideHands(odds, world, windows.fps, options.change_cost);
+  };
+  const StatePath first =
+      decide({hands[0].contact + hands[0].motion, hands[1].contact + hands[1].motion});
+  const StatePath path = decide({OddsByPlace(hands[0], first.states, 0, windows),
+                                 OddsByPlace(hands[1], first.states, 1, windows)});
+  return HoldingOf(path, windows);
+}
+
+std::vector<HandSwitch> SwitchesOf(const std::vector<std::uint8_t>& hands) {
+  std::vector<HandSwitch> switches;
+  int last = 0;        // the hand that held alone, last
+  int last_frame = 0;  // and until when
+  for (int t = 0; t < static_cast<int>(hands.size()); ++t) {
+    const int now = hands[t];
+    if (now != kHoldsRight && now != kHoldsLeft) continue;
+    if (last != 0 && now != last) {
+      HandSwitch change;
+      change.from = last == kHoldsRight ? Side::kRight : Side::kLeft;
+      change.to = OtherSide(change.from);
+      change.both_begin = change.both_end = t;
+      for (int u = last_frame + 1; u < t; ++u) {
+        if (hands[u] != (kHoldsRight | kHoldsLeft)) continue;
+        change.both_begin = std::min(change.both_begin, u);
+        change.both_end = std::max(u + 1, change.both_begin + 1);
+      }
+      if (change.both_begin == t) change.both_end = t;
+      change.frame =
+          change.both_begin < change.both_end ? (change.both_begin + change.both_end) / 2 : t;
+      change.confidence = 1.0;
+      switches.push_back(change);
+    }
+    last = now;
+    last_frame = t;
+  }
+  return switches;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "solver/synthesis/holding_start.h"
+
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "generator/actions/standing_start.h"
+#include "geometry/conventions/posture.h"
+#include "geometry/error.h"
+#include "geometry/seed.h"
+#include "solver/actions/action_clip.h"
+
+namespace holdfast {
+namespace {
+
+constexpr int kGrasps = 14;    // that the hand may choose from
+constexpr int kPairTries = 5;  // of them that the other hand is found a grasp for
+constexpr int kTries = 6;      // of a start, in other styles
+constexpr int kPairVertices = 300;
+
+std::unique_ptr<const ActionProp> PropOf(const LoadedObject& object, bool mirrored, int threads) {
+  return std::make_unique<const ActionProp>(MakeActionProp(
+      object.name, object.mesh, ForFitting(object, kPairVertices, nullptr), mirrored, threads));
+}
+
+}  // namespace
+
+HoldingStart StartInClip(const Clip& clip, const ClipBody& body, const LoadedObject& object,
+                         std::optional<int> frame, int threads, const std::string& source) {
+  if (body.model->LoneHand()) {
+    throw Error(source, "shows a hand alone", "Give a clip of a whole body");
+  }
+  RequireMetres(source, clip, *body.model);
+  const int frames = clip.NumFrames();
+  if (frame && *frame >= frames) {
+    throw Error(source, fmt::format("has frames 0 to {}, and no {}", frames - 1, *frame),
+                "Give one of those");
+  }
+  HoldingStart start;
+  start.clip = Slice(clip, 0, frame.value_or(frames - 1) + 1);
+  const char* fix =
+      "Give a clip and frame with the object in a hand, as 'holdfast fit' and 'holdfast grasp' "
+      "make them, or none: then a start is made";
+  if (!start.clip.object) throw Error(source, "has no object track", fix);
+  if (start.clip.holding_hand.empty() || start.clip.holding_hand.back() == 0) {
+    throw Error(source, "nobody holds the object in that frame", fix);
+  }
+  start.mirrored = start.clip.holding_hand.back() == kHoldsLeft;
+  if (start.mirrored) start.clip = MirrorClip(start.clip);
+  start.actor = std::make_unique<const ActionActor>(body.model, body.betas);
+  start.prop = PropOf(object, start.mirrored, threads);
+  return start;
+}
+
+StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
+                              std::string_view action, const StandingHoldOptions& options) {
+  if (body.model->LoneHand()) {
+    throw Error(body.model->Name(), "is a hand alone: it cannot do anything with an object",
+                "Give a whole body");
+  }
+  StandingHold hold;
+  HoldingStart& start = hold.start;
+  start.mirrored = options.left;
+  start.actor = std::make_unique<const ActionActor>(body.model, body.betas);
+  start.prop = PropOf(object, options.left, options.threads);
+  const ActionProp& prop = *start.prop;
+  const HandModel &right = start.actor->Hand(Side::kRight), &left = start.actor->Hand(Side::kLeft);
+  const ActionObject shape{prop.mesh, prop.surface, *prop.fit.distance};
+  std::vector<Grasp> grasps =
+      FindActionGrasps(right, shape, options.seed, kGrasps, &hold.grasp, options.threads);
+  if (grasps.empty()) return hold;
+  std::vector<GraspPair> pairs;
+  if (action == "offhand") {
+    pairs = FindGraspPairs(right, left, shape, grasps, options.seed, kPairTries);
+  }
+  const ActionGrasps choices(*start.actor, std::move(grasps), std::move(pairs));
+  ActionClip made;
+  for (int attempt = 0; attempt < kTries; ++attempt) {
+    const std::uint64_t seed = MixSeed(options.seed, static_cast<std::uint64_t>(attempt));
+    const StandingStart standing = OwnStanding(start.actor->Measures(), seed);
+    made = MakeActionStart({action, *start.actor, prop, choices, standing, false, seed},
+                           options.in_hand);
+    if (made.fault.empty()) break;
+  }
+  hold.status = made.fault.empty() ? StandingHoldStatus::kMade : StandingHoldStatus::kNobodyCan;
+  hold.fault = made.fault;
+  hold.detail = made.detail;
+  start.clip = std::move(made.clip);
+  return hold;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <string>
+
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::ReadText;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+class Completion : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto script = RunHoldfast(folder_.Path(), "--bash-completion");
+    ASSERT_EQ(script.exit_code, 0) << script.err;
+    std::ofstream(folder_.Path() / "script") << script.out;
+    std::ofstream(folder_.Path() / "mine.npz") << "x";
+  }
+
+  // What bash offers for these words, of which the last is being typed.
+  std::string Offered(const std::string& words) {
+    const std::string command = "cd '" + folder_.Path().string() +
+                                "' && bash -c 'source script; COMP_WORDS=(" + words +
+                                "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _holdfast; " +
+                                "echo \" ${COMPREPLY[*]} \"' > offered 2> fault";
+    EXPECT_EQ(std::system(command.c_str()), 0) << ReadText(folder_.Path() / "fault");
+    EXPECT_EQ(ReadText(folder_.Path() / "fault"), "");
+    return ReadText(folder_.Path() / "offered");
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+TEST_F(Completion, OffersCommandsOptionsValuesObjectsAndFiles) {
+  EXPECT_EQ(Offered("holdfast re"), " render report refine reach \n");
+  EXPECT_THAT(Offered("holdfast evaluate n"), HasSubstr(" naturalness "));
+  EXPECT_EQ(Offered("holdfast fit --object-s"), " --object-scale \n");
+  EXPECT_EQ(Offered("holdfast fit --hand b"), " both \n");
+  EXPECT_EQ(Offered("holdfast fit --hand = l"), " left \n");
+  EXPECT_THAT(Offered("holdfast grasp mu"), HasSubstr(" mug "));
+  EXPECT_THAT(Offered("holdfast fit mi"), HasSubstr(" mine.npz "));
+  EXPECT_THAT(Offered("holdfast score --"), Not(HasSubstr("--closings")));
+}
+
+}  // namespace
+}  // namespace holdfast

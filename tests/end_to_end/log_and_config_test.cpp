@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+// What every command has: --verbose, --log json, --config and --print-config.
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::Listing;
+using ::testing::Not;
+using testing::ProgramResult;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+// Each line of a log, which is an object with a time, a level and an event.
+std::vector<nlohmann::json> LogLines(const std::string& err) {
+  std::vector<nlohmann::json> lines;
+  std::istringstream stream(err);
+  for (std::string line; std::getline(stream, line);) {
+    lines.push_back(nlohmann::json::parse(line, nullptr, false));
+    EXPECT_TRUE(lines.back().is_object()) << line;
+    if (!lines.back().is_object()) return {};
+    for (const char* key : {"time", "level", "event"})
+      EXPECT_TRUE(lines.back().contains(key)) << line;
+  }
+  return lines;
+}
+
+// The only line of an event.
+nlohmann::json LineOf(const std::vector<nlohmann::json>& lines, const std::string& event) {
+  nlohmann::json found;
+  for (const auto& line : lines) {
+    if (line["event"] != event) continue;
+    EXPECT_TRUE(found.is_null()) << event << " is there twice";
+    found = line;
+  }
+  EXPECT_FALSE(found.is_null()) << event << " is not there";
+  return found.is_null() ? nlohmann::json::object() : found;
+}
+
+constexpr const char* kFrames = "export demo_drink -o body_%04d.ply --every 72 -f";
+
+TEST(Log, AsJsonHasProgressDetailsAndSummary) {
+  const TemporaryFolder folder;
+  const ProgramResult plain = RunHoldfast(folder.Path(), kFrames);
+  EXPECT_EQ(plain.err, "");
+  const ProgramResult result =
+      RunHoldfast(folder.Path(), std::string(kFrames) + " --log json --verbose");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.out, plain.out);
+  const auto lines = LogLines(result.err);
+  EXPECT_EQ(LineOf(lines, "loaded")["file"], "demo_drink");
+  const auto progress = LineOf(lines, "progress");
+  EXPECT_EQ(progress["level"], "info");
+  EXPECT_EQ(progress["stage"], "export");
+  EXPECT_EQ(progress["done"], progress["total"]);
+  EXPECT_EQ(LineOf(lines, "stage")["level"], "debug");
+  EXPECT_GT(LineOf(lines, "usage")["peak_memory_mb"].get<double>(), 1.0);
+  EXPECT_EQ(LineOf(lines, "summary")["summary"]["format"], "ply");
+}
+
+TEST(Log, AsJsonHasNotesAndFaults) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(), "grasp cube -o grip.npz -q").exit_code, 0);
+  const ProgramResult note = RunHoldfast(folder.Path(), "export grip.npz -o a.bvh --log json");
+  EXPECT_THAT(LineOf(LogLines(note.err), "note")["message"].get<std::string>(),
+              ::testing::StartsWith("a .bvh holds the skeleton alone"));
+
+  const ProgramResult fault = RunHoldfast(folder.Path(), "export none.npz -o a.glb --log json -q");
+  EXPECT_EQ(fault.exit_code, 1);
+  const auto error = LineOf(LogLines(fault.err), "error");
+  EXPECT_EQ(error["level"], "error");
+  EXPECT_EQ(error["where"], "none.npz");
+  EXPECT_EQ(error["exit_code"], 1);
+  const ProgramResult usage = RunHoldfast(folder.Path(), "export a --log json --ouput b");
+  EXPECT_EQ(usage.exit_code, 2);
+  EXPECT_THAT(LineOf(LogLines(usage.err), "error")["message"].get<std::string>(),
+              HasSubstr("--output"));
+}
+
+TEST(Log, QuietLeavesNothingButFaults) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(RunHoldfast(folder.Path(), std::string(kFrames) + " -q --log json").err, "");
+  const ProgramResult both = RunHoldfast(folder.Path(), std::string(kFrames) + " -q -v");
+  EXPECT_EQ(both.exit_code, 2);
+  EXPECT_THAT(both.err, HasSubstr("--quiet excludes --verbose"));
+}
+
+TEST(Log, VerboseTellsTheSolversEnd) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(), "grasp cube -o grip.npz -q").exit_code, 0);
+  const ProgramResult fit = RunHoldfast(folder.Path(), "fit grip.npz cube -o held --no-report -v");
+  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+  for (const char* said :
+       {"loaded grip.npz: 1 frames", "loaded cube: ", "solver: frames: ", " of processor time, "}) {
+    EXPECT_THAT(fit.err, HasSubstr(said));
+  }
+}
+
+TEST(Config, SetsWhatTheCommandLineDoesNot) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "jobs.toml") << "# for all\n"
+                                         "threads = 1\n"
+                                         "\n"
+                                         "[export]\r\n"
+                                         "clip = \"demo_drink\"  # an argument\n"
+                                         "output = 'a.npz'\n"
+                                         "start = 3\n"
+                                         "end = 20\n"
+                                         "no_object = true\n"
+                                         "force = false\n"
+                                         "\n"
+                                         "[grasp]\n"
+                                         "at = [\n  0.1,\n  0.2, 0.3\n]\n";
+  const ProgramResult result =
+      RunHoldfast(folder.Path(), "export --config jobs.toml --end 9 --json -q");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(result.out)["frames"], 6);
+  EXPECT_EQ(RunHoldfast(folder.Path(), "export --config jobs.toml -q").exit_code, 1);  // no --force
+
+  // Printed, and read again.
+  const ProgramResult printed =
+      RunHoldfast(folder.Path(), "export --config jobs.toml --end 9 --print-config");
+  EXPECT_EQ(printed.exit_code, 0);
+  EXPECT_THAT(printed.out, HasSubstr("[export]\nclip = \"demo_drink\"\noutput = \"a.npz\"\n"));
+  EXPECT_THAT(printed.out, HasSubstr("\nend = 9\n"));
+  EXPECT_THAT(printed.out, HasSubstr("\n# every = 1\n"));
+  std::ofstream(folder / "again.toml") << printed.out;
+  const ProgramResult again =
+      RunHoldfast(folder.Path(), "export --config again.toml -o b.npz --json -q");
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(nlohmann::json::parse(again.out)["frames"], 6);
+  const ProgramResult place =
+      RunHoldfast(folder.Path(), "grasp cube -o g.npz --config jobs.toml --print-config");
+  EXPECT_THAT(place.out, HasSubstr("\nat = [0.1, 0.2, 0.3]\n"));
+}
+
+TEST(Config, FaultsNameFileAndKey) {
+  struct Fault {
+    std::string text, said;
+  };
+  const std::string deep(900'000, '[');
+  const std::vector<Fault> faults = {
+      {"threads = 1\nstrat = 1\n",
+       "config:2: 'strat' is no option of 'holdfast export'. Did you mean 'start'"},
+      {"start = soon\n", "config:1: 'start': "},
+      {"start = nan\n", "config:1: 'start': "},
+      {"start = 99999999999999999999\n", "config:1: 'start': "},
+      {"start = [1, 2]\n", "config:1: 'start': "},
+      {"tolerance = 1e300\n", "config:1: 'tolerance': "},
+      {"no-object = maybe\n", "config:1: 'no-object': is true or false"},
+      {"start = 1\nstart = 2\n", "config:2: 'start' is there twice"},
+      {"[exprot]\nstart = 1\n", "config:2: '[exprot]' is no command"},
+      {"config = \"config\"\n", "'config' is no option"},
+      {"start\n", "config:1: is not KEY = VALUE"},
+      {"start =\n", "config:1: has no value"},
+      {"body = \"a\n", "config:1: has a quote that is not closed"},
+      {"body = \"a\" b\n", "config:1: goes on after its value"},
+      {"start = [1,\n", "is in a list without ']'"},
+      {std::string("start = 1\n\0", 11), "config: is not a text"},
+      {"\x7f"
+       "ELF",
+       "config: is not a text"},
+      {"", "config: is empty"},
+      {deep, "config:1: has a section without ']'"},
+      {std::string(2'000'000, '#'), "config: is larger than"}};
+  for (const Fault& fault : faults) {
+    const TemporaryFolder folder;
+    std::ofstream(folder / "config", std::ios::binary) << fault.text;
+    const ProgramResult result =
+        RunHoldfast(folder.Path(), "export demo_drink -o a.bvh --config config");
+    EXPECT_EQ(result.exit_code, 1) << fault.text.substr(0, 80);
+    EXPECT_THAT(result.err, HasSubstr(fault.said)) << fault.text.substr(0, 80);
+    EXPECT_EQ(Listing(folder.Path()), "config ");
+  }
+  const TemporaryFolder folder;
+  const auto error_of = [&](const std::string& name) {
+    const ProgramResult result =
+        RunHoldfast(folder.Path(), "export demo_drink -o a.bvh --config " + name, "mkfifo pipe;");
+    EXPECT_EQ(result.exit_code, 1);
+    std::filesystem::remove(folder / "pipe");
+    return result.err;
+  };
+  EXPECT_THAT(error_of("pipe"), HasSubstr("pipe: is not a regular file"));
+  EXPECT_THAT(error_of("."), HasSubstr(".: is a folder"));
+  EXPECT_THAT(error_of("none.toml"), HasSubstr("none.toml: does not exist"));
+}
+
+}  // namespace
+}  // namespace holdfast

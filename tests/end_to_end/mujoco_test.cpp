@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+// What MuJoCo makes of the scenes that `holdfast export` writes for it.
+#include <filesystem>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+
+#ifdef HOLDFAST_HAS_MUJOCO
+#include <mujoco/mujoco.h>
+#endif
+
+namespace holdfast {
+namespace {
+
+using testing::ProgramResult;
+using testing::RunHoldfast;
+using testing::TemporaryFolder;
+
+#ifdef HOLDFAST_HAS_MUJOCO
+
+// A model and its state.
+class Simulation {
+ public:
+  explicit Simulation(const std::filesystem::path& path) {
+    char fault[1000] = "";
+    model_ = mj_loadXML(path.c_str(), nullptr, fault, sizeof(fault));
+    if (model_ == nullptr) throw std::runtime_error(fault);
+    data_ = mj_makeData(model_);
+  }
+  ~Simulation() {
+    mj_deleteData(data_);
+    mj_deleteModel(model_);
+  }
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  const mjModel& Model() const { return *model_; }
+  const mjData& Data() const { return *data_; }
+  int Body(const char* name) const { return mj_name2id(model_, mjOBJ_BODY, name); }
+  void ToKeyFrame(int key) {
+    mj_resetDataKeyframe(model_, data_, key);
+    mj_forward(model_, data_);
+  }
+  void Step() { mj_step(model_, data_); }
+  Eigen::Isometry3d Pose(int body) const {
+    return RigidTransform(
+        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data_->xmat + 9 * body),
+        Eigen::Map<const Eigen::Vector3d>(data_->xpos + 3 * body));
+  }
+
+ private:
+  mjModel* model_ = nullptr;
+  mjData* data_ = nullptr;
+};
+
+TEST(MuJoCo, ShowsObjectAndHandsWhereTheClipHasThem) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(), "export demo_drink -o held.npz --end 20 -q").exit_code, 0);
+  Clip clip = ReadClip(folder / "held.npz");
+  ObjectTrack track;
+  track.name = "mug";
+  track.trans = clip.trans.colwise() + Eigen::Vector3d(0.2, -0.3, 0.1);
+  track.orient = Eigen::Matrix3Xd::Constant(3, clip.NumFrames(), 0.4);
+  clip.object = track;
+  WriteClip(clip, folder / "held.npz");
+  const ProgramResult result =
+      RunHoldfast(folder.Path(), "export held.npz -o scene.xml --every 3 --density 2000 --json -q");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const auto summary = nlohmann::json::parse(result.out);
+
+  Simulation scene(folder / "scene.xml");
+  EXPECT_EQ(scene.Model().nkey, 7);
+  EXPECT_EQ(scene.Model().nmocap, 32);
+  EXPECT_EQ(summary["hand_pieces"], 32);
+  const int object = scene.Body("object");
+  EXPECT_NEAR(scene.Model().body_mass[object], summary["object_mass_kg"].get<double>(), 1e-6);
+  EXPECT_GT(scene.Model().body_mass[object], 0.1);
+  EXPECT_LT(scene.Model().body_mass[object], 1.0);
+  const BodySurface surface(BodyModel::Default(), Eigen::VectorXd());
+  BodyState state;
+  for (int key = 0; key < scene.Model().nkey; ++key) {
+    const int t = 3 * key;
+    scene.ToKeyFrame(key);
+    EXPECT_NEAR(scene.Data().time, t / clip.frame_rate, 1e-9);
+    EXPECT_TRUE(scene.Pose(object).isApprox(clip.object->Pose(t), 1e-6));
+    ForwardJoints(surface.RestJoints(), clip.pose[t], clip.trans.col(t), state);
+    for (const int joint : {int{kRightWrist}, kRightHandBegin + 2, int{kLeftWrist}, 39}) {
+      const int piece = scene.Body(std::string(kJointNames[joint]).c_str());
+      ASSERT_GE(piece, 0) << kJointNames[joint];
+      EXPECT_TRUE(scene.Pose(piece).isApprox(state.WorldFromJoint(joint), 1e-6))
+          << kJointNames[joint] << " in frame " << t;
+    }
+  }
+}
+
+// Half a second of gravity and contact: what the hand holds stays in it.
+TEST(MuJoCo, AGraspedCubeDoesNotFall) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(), "grasp cube -o grip.npz -q").exit_code, 0);
+  ASSERT_EQ(RunHoldfast(folder.Path(), "export grip.npz -o scene.xml -q").exit_code, 0);
+  Simulation scene(folder / "scene.xml");
+  scene.ToKeyFrame(0);
+  const Eigen::Vector3d before = scene.Pose(scene.Body("object")).translation();
+  while (scene.Data().time < 0.5) scene.Step();
+  EXPECT_LT((scene.Pose(scene.Body("object")).translation() - before).norm(), 0.03);
+  EXPECT_GT(scene.Data().ncon, 1);
+}
+
+#else
+
+TEST(MuJoCo, ShowsObjectAndHandsWhereTheClipHasThem) {
+  GTEST_SKIP() << "built without MuJoCo (libmujoco-dev)";
+}
+
+#endif
+
+}  // namespace
+}  // namespace holdfast
