@@ -8,6 +8,8 @@
 
 #include <Eigen/Geometry>
 
+// The names of CGAL 5.5, which 6 has still.
+#define CGAL_NO_DEPRECATION_WARNINGS
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>

@@ -38,13 +38,15 @@ class _Energy(torch.autograd.Function):
     @staticmethod
     def forward(ctx, energy, *points):
         value, *gradients = energy(*map(_numpy, points))
+        points = [torch.as_tensor(point) for point in points]  # arrays may be among them
         ctx.save_for_backward(*(_like(g, p) for g, p in zip(gradients, points)))
         return torch.as_tensor(value, dtype=points[0].dtype, device=points[0].device)
 
     @staticmethod
     @once_differentiable
     def backward(ctx, grad):
-        return None, *(grad.to(g.device, g.dtype) * g for g in ctx.saved_tensors)
+        pairs = zip(ctx.saved_tensors, ctx.needs_input_grad[1:])
+        return None, *(grad.to(g.device, g.dtype) * g if needed else None for g, needed in pairs)
 
 
 def distance_energy(hand, object, reference):

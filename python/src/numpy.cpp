@@ -63,10 +63,10 @@ void RequireMemory(double rows, double columns, const std::string& name) {
   const double memory = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) *
                         static_cast<double>(::sysconf(_SC_PAGE_SIZE));
   if (bytes <= memory / 4) return;
-  throw py::value_error(
-      fmt::format("{}: {:.0f} numbers take {:.0f} GB, more than a quarter of this computer's {:.0f}"
-                  " GB: give them in parts",
-                  name, rows * columns, 1e-9 * bytes, 1e-9 * memory));
+  throw py::value_error(fmt::format(
+      "{}: {:.0f} numbers take {:.0f} GB, more than a quarter of this computer's memory "
+      "({:.0f} GB): give them in parts",
+      name, rows * columns, 1e-9 * bytes, 1e-9 * memory));
 }
 
 py::array_t<double> Floats(const py::handle& value, const char* name, const Shape& shape) {

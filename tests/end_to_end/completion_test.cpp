@@ -29,7 +29,7 @@ class Completion : public ::testing::Test {
   // What bash offers for these words, of which the last is being typed.
   std::string Offered(const std::string& words) {
     const std::string command = "cd '" + folder_.Path().string() +
-                                "' && bash -c 'source script; COMP_WORDS=(" + words +
+                                "' && bash -c 'source ./script; COMP_WORDS=(" + words +
                                 "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _holdfast; " +
                                 "echo \" ${COMPREPLY[*]} \"' > offered 2> fault";
     EXPECT_EQ(std::system(command.c_str()), 0) << ReadText(folder_.Path() / "fault");

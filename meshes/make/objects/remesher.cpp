@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+// The names of CGAL 5.5, which 6 has still.
+#define CGAL_NO_DEPRECATION_WARNINGS
 #include <CGAL/AABB_segment_primitive.h>
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
