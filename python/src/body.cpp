@@ -39,7 +39,8 @@ PersonSurface SurfaceOf(const py::object& self, const py::object& betas,
     person.vertex_ids.emplace(ids.data(), ids.data() + ids.size());
   }
   if (py::hasattr(self, "_surface") && py::isinstance<PersonSurface>(self.attr("_surface"))) {
-    const PersonSurface& last = self.attr("_surface").cast<const PersonSurface&>();
+    const py::object kept = self.attr("_surface");
+    const auto& last = kept.cast<const PersonSurface&>();
     if (last.betas.size() == person.betas.size() && last.betas == person.betas &&
         last.vertex_ids == person.vertex_ids) {
       return last;
