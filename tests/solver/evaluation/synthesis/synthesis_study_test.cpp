@@ -120,7 +120,7 @@ TEST_F(SynthesisStudyTest, DoesNotMixInBlocksOfAnotherQuestionOrDamagedOnes) {
   Study("a").Run(rows_);
   options_.seed = 2;
   EXPECT_THAT(error(), HasSubstr("holds results of a different configuration (networks, "
-                                 "recogniser, clips or seed)"));
+                                 "action classifier, clips or seed)"));
   options_.force = true;
   EXPECT_EQ(error(), "");
 
