@@ -99,7 +99,7 @@ TEST(FitBatch, NamesTheLineThatDoesNotRead) {
     return result.err;
   };
   EXPECT_THAT(fault("demo_drink"), HasSubstr("no object"));
-  EXPECT_THAT(fault("demo_drink mug hand=third"), HasSubstr("no hand"));
+  EXPECT_THAT(fault("demo_drink mug hand=third"), HasSubstr("not a hand"));
   EXPECT_THAT(fault("demo_drink mug start=x"), HasSubstr("not a number"));
   EXPECT_THAT(fault("demo_drink mug colour=red"), HasSubstr("unknown key"));
   EXPECT_THAT(fault("demo_drink mug name=../out"), HasSubstr("folder name"));
