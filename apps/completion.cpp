@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/program.h"
 #include "geometry/io/mesh/load_object.h"
 
 namespace holdfast::apps {
@@ -42,7 +43,7 @@ struct Command {
 
 void Collect(const CLI::App& app, const std::string& path, std::vector<Command>& commands) {
   commands.push_back({path, &app});
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+  for (const CLI::App* command : Subcommands(app)) {
     Collect(*command, path.empty() ? command->get_name() : path + " " + command->get_name(),
             commands);
   }
@@ -80,8 +81,7 @@ std::string BashCompletion(const CLI::App& app) {
   script += "    esac\n  done\n  case $command in\n";
   for (const Command& command : commands) {
     std::vector<std::string> names;
-    for (const CLI::App* below :
-         command.app->get_subcommands([](const CLI::App*) { return true; })) {
+    for (const CLI::App* below : Subcommands(*command.app)) {
       names.push_back(below->get_name());
     }
     std::string options, positionals;

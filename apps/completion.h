@@ -7,8 +7,8 @@
 
 namespace holdfast::apps {
 
-/// A bash script that completes commands, options, values that an option lists, embedded clips and
-/// objects, and file names: `source <(holdfast --bash-completion)`.
+/// A bash script that completes commands, options, values that an option lists, embedded objects
+/// and file names: `source <(holdfast --bash-completion)`.
 std::string BashCompletion(const CLI::App& app);
 
 /// Adds --bash-completion, which prints that script.

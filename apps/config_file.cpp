@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/program.h"
 #include "geometry/error.h"
 #include "geometry/io/container/byte_source.h"
 #include "geometry/suggestion.h"
@@ -154,8 +155,7 @@ bool IsOfAnother(const CLI::App& command, const std::string& section) {
   const CLI::App* root = &command;
   while (root->get_parent() != nullptr) root = root->get_parent();
   const auto first_word = [](const std::string& name) { return name.substr(0, name.find(' ')); };
-  const auto commands = root->get_subcommands([](const CLI::App*) { return true; });
-  return std::ranges::any_of(commands, [&](const CLI::App* known) {
+  return std::ranges::any_of(Subcommands(*root), [&](const CLI::App* known) {
     return first_word(section) == first_word(NameInProgram(*known));
   });
 }

@@ -41,7 +41,7 @@ ReachedCommand Reached(const CLI::App& app, std::string_view name) {
 
 std::vector<std::string> CommandNames(const CLI::App& app) {
   std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+  for (const CLI::App* command : Subcommands(app)) {
     names.push_back(command->get_name());
   }
   return names;
@@ -124,6 +124,10 @@ void RequireNumbersInRange(CLI::App& app) {
 }
 
 }  // namespace
+
+std::vector<const CLI::App*> Subcommands(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App*) { return true; });
+}
 
 int RunProgram(CLI::App& app, std::string_view name, int argc, char** argv, const int& exit_code) {
   WatchForInterrupt();

@@ -2,10 +2,14 @@
 #pragma once
 
 #include <string_view>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 namespace holdfast::apps {
+
+/// All commands right below one, on the command line or not.
+std::vector<const CLI::App*> Subcommands(const CLI::App& app);
 
 /// Parses the command line and runs the command it names; `exit_code` is what the commands of `app`
 /// write theirs to. Errors go to stderr, after `name`; returns the program's exit code.
