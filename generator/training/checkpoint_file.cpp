@@ -8,10 +8,6 @@
 
 namespace holdfast {
 
-std::string OptimizerKey(const torch::Tensor& parameter) {
-  return c10::guts::to_string(parameter.unsafeGetTensorImpl());
-}
-
 CheckpointWriter::CheckpointWriter(const std::string& format, const std::string& options)
     : texts_{{"format", format}, {"options", options}} {}
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <fmt/format.h>
@@ -16,8 +17,17 @@
 
 namespace holdfast {
 
-/// The key of a parameter in an optimiser's state.
-std::string OptimizerKey(const torch::Tensor& parameter);
+/// The key of a parameter in an optimiser's state: its address, which libtorch before 2.1 has as
+/// text.
+template <typename Optimizer>
+auto OptimizerKey(const Optimizer& optimizer, const torch::Tensor& parameter) {
+  using Key = typename std::decay_t<decltype(optimizer.state())>::key_type;
+  if constexpr (std::is_same_v<Key, std::string>) {
+    return c10::guts::to_string(parameter.unsafeGetTensorImpl());
+  } else {
+    return static_cast<Key>(parameter.unsafeGetTensorImpl());
+  }
+}
 
 /// Puts a checkpoint together: tensors, texts, and what an optimiser of Adam's kind remembers.
 class CheckpointWriter {
@@ -34,7 +44,7 @@ class CheckpointWriter {
   void AddMoments(const std::string& name, const Optimizer& optimizer,
                   const std::vector<torch::Tensor>& parameters) {
     for (std::size_t k = 0; k < parameters.size(); ++k) {
-      const auto found = optimizer.state().find(OptimizerKey(parameters[k]));
+      const auto found = optimizer.state().find(OptimizerKey(optimizer, parameters[k]));
       if (found == optimizer.state().end()) continue;
       const auto& state = static_cast<const ParamState&>(*found->second);
       const std::string of = fmt::format("{}.{}", name, k);
@@ -77,7 +87,7 @@ class CheckpointReader {
       state->step(std::atol(Text(of).c_str()));
       state->exp_avg(first);
       state->exp_avg_sq(second);
-      optimizer.state()[OptimizerKey(parameters[k])] = std::move(state);
+      optimizer.state()[OptimizerKey(optimizer, parameters[k])] = std::move(state);
     }
   }
   /// An Error of this file: damaged, begin anew.
