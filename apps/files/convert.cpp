@@ -106,7 +106,7 @@ int Run(const ConvertCommand& options) {
   Clip out = converted.clip;
   const bool flat = options.to_hands == "complete";
   if (!flat) {
-    for (JointPose& pose : out.pose) pose = 2.0 * pose - AddHandMean(*to, pose);
+    for (JointPose& pose : out.pose) pose = RemoveHandMean(*to, pose);
   }
   WriteParameters(out, to->Kind(), layout, flat, options.output);
 

@@ -23,7 +23,7 @@ template <typename Optimizer>
 auto OptimizerKey(const Optimizer& optimizer, const torch::Tensor& parameter) {
   using Key = typename std::decay_t<decltype(optimizer.state())>::key_type;
   if constexpr (std::is_same_v<Key, std::string>) {
-    return c10::guts::to_string(parameter.unsafeGetTensorImpl());
+    return fmt::format("{}", fmt::ptr(parameter.unsafeGetTensorImpl()));
   } else {
     return static_cast<Key>(parameter.unsafeGetTensorImpl());
   }

@@ -87,6 +87,10 @@ JointPose AddHandMean(const BodyModel& model, const JointPose& pose) {
   return result;
 }
 
+JointPose RemoveHandMean(const BodyModel& model, const JointPose& pose) {
+  return 2.0 * pose - AddHandMean(model, pose);
+}
+
 void VertexJacobian(const BodySurface& surface, const BodyState& state, std::span<const int> joints,
                     JacobianMatrix& J_vertices_params) {
   const int n = surface.NumVertices();

@@ -201,8 +201,9 @@ void ForwardJoints(const Eigen::Matrix3Xd& rest_joints, const JointPose& pose,
 void Forward(const BodySurface& surface, const JointPose& pose, const Eigen::Vector3d& trans,
              BodyState& state);
 
-/// pose + hands_mean of both hands.
+/// pose + hands_mean of both hands, and pose - hands_mean.
 JointPose AddHandMean(const BodyModel& model, const JointPose& pose);
+JointPose RemoveHandMean(const BodyModel& model, const JointPose& pose);
 
 /// Row-major so that a vertex's three rows are contiguous.
 using JacobianMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -88,7 +88,7 @@ void Save(const ConvertedMotion& self, const std::filesystem::path& path, const 
   Clip out = *self.clip;
   const py::gil_scoped_release unlocked;
   if (!complete) {
-    for (JointPose& pose : out.pose) pose = 2.0 * pose - AddHandMean(*self.body, pose);
+    for (JointPose& pose : out.pose) pose = RemoveHandMean(*self.body, pose);
   }
   WriteParameters(out, kind, as, complete, path);
 }

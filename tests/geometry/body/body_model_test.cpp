@@ -231,6 +231,7 @@ TEST_F(BodyModelTest, AddsTheHandMeanOnRequestOnly) {
   EXPECT_DOUBLE_EQ(pose(0, kRightHandBegin), body.hand_mean_right[0]);
   EXPECT_DOUBLE_EQ(pose(2, kLeftHandBegin + 14), body.hand_mean_left[44]);
   EXPECT_TRUE(pose.leftCols(kLeftHandBegin).isZero(0.0));
+  EXPECT_TRUE(RemoveHandMean(*model, pose).isZero(1e-15));
 }
 
 TEST_F(BodyModelTest, DoesNotAllocateAfterTheFirstFrame) {
