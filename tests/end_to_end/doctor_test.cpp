@@ -60,7 +60,7 @@ TEST(DoctorCommand, NamesThatAreNoTextAreStillJson) {
   std::ofstream(folder / "bad\xff.npz") << "x";
   const ProgramResult result = RunHoldfast(folder.Path(), "doctor bad*.npz --json");
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_NO_THROW(nlohmann::json::parse(result.out));
+  EXPECT_TRUE(nlohmann::json::accept(result.out)) << result.out;
 }
 
 }  // namespace
