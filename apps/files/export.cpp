@@ -1,32 +1,19 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cctype>
-#include <mutex>
 #include <optional>
-#include <set>
 
 #include <fmt/format.h>
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
 #include "apps/fit_metrics.h"
-#include "apps/render_output.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
+#include "geometry/export/export_clip.h"
 #include "geometry/import/import_file.h"
-#include "geometry/import/import_motion.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/gzip.h"
-#include "geometry/io/gltf/gltf_onto.h"
-#include "geometry/io/gltf/gltf_writer.h"
-#include "geometry/io/gltf/mjcf_writer.h"
-#include "geometry/io/gltf/usda_writer.h"
 #include "geometry/io/mesh/mesh_io.h"
-#include "geometry/io/motion/bvh_writer.h"
-#include "geometry/parallel.h"
-#include "geometry/retarget/retarget_onto.h"
-#include "geometry/score/contact_metrics.h"
-#include "geometry/score/contact_writer.h"
 
 namespace holdfast::apps {
 namespace {
@@ -62,37 +49,14 @@ bool IsMetrics(const fs::path& output) {
   return ExtensionOf(output) == ".csv" && output.stem().string().ends_with("metrics");
 }
 
-// Contacts are any other table, or arrays in a file that is called after them.
-bool IsContacts(const fs::path& output) {
-  const std::string extension = ExtensionOf(output);
-  return (extension == ".csv" && !IsMetrics(output)) ||
-         (extension == ".npz" && output.stem().string().ends_with("contacts"));
-}
-
 // Empty for a file name that `export` can write, else what is wrong with it.
 std::string FaultOfOutput(const std::string& output) {
-  const std::string extension = ExtensionOf(output);
-  const bool numbered = output.find('%') != std::string::npos;
-  const bool sequence = extension == ".ply" || extension == ".obj";
-  const bool single = extension == ".glb" || extension == ".bvh" || extension == ".usda" ||
-                      extension == ".npz" || extension == ".csv" || extension == ".xml";
-  if (!sequence && !single) {
-    return fmt::format(
-        "'{}': {}. Use .glb .bvh .usda .xml .npz, contacts.npz / .csv, metrics.csv, or "
-        "name_%04d.ply / name_%04d.obj for one mesh per frame",
-        output, extension == ".fbx" ? kFbxProblem : "is not a format to export");
+  try {
+    ExportFormatOf(output);
+    return {};
+  } catch (const Error& error) {
+    return error.what();
   }
-  if (sequence) {
-    try {
-      if (ParseNumberedName(output)) return {};
-    } catch (const Error&) {
-      // Told below, in words that fit meshes.
-    }
-    return fmt::format("'{}' does not number one mesh per frame: write it like name_%04d{}", output,
-                       extension);
-  }
-  if (numbered) return fmt::format("'{}': {} holds the whole clip", output, extension);
-  return {};
 }
 
 // The frames asked for.
@@ -105,42 +69,6 @@ void Cut(Clip& clip, const ExportCommand& options) {
                 "Give --start and --end within them (--end is the first frame left out)");
   }
   if (options.start > 0 || end < clip.NumFrames()) clip = Slice(clip, options.start, end);
-}
-
-// One mesh per frame of the body, and of the object beside it under a name with "object_" in it.
-int WriteSequence(const ClipInput& input, const TriangleMesh* object, const ExportCommand& options,
-                  nlohmann::json& summary, std::string& text) {
-  const CommonOptions& common = options.common;
-  const NumberedName body_name = *ParseNumberedName(options.output);
-  NumberedName object_name = body_name;
-  object_name.before += "object_";
-  const Clip& clip = input.clip;
-  const std::vector<int> frames = EveryFrame(clip.NumFrames(), options.every);
-  for (const int t : frames) {
-    RequireNew(body_name.Name(options.start + t), common);
-    if (object != nullptr) RequireNew(object_name.Name(options.start + t), common);
-  }
-  const BodySurface surface = input.Surface();
-  Progress progress(common, "export");
-  std::mutex lock;
-  int finished = 0;
-  ParallelFor(static_cast<int>(frames.size()), NumThreads(common), [&](int k) {
-    if (Interrupted()) return;
-    const int t = frames[k];
-    BodyState state;
-    Forward(surface, clip.pose[t], clip.trans.col(t), state);
-    WriteMesh({state.vertices, surface.Faces()}, body_name.Name(options.start + t));
-    if (object != nullptr) {
-      TriangleMesh placed = *object;
-      placed.vertices = clip.object->Pose(t) * object->vertices;
-      WriteMesh(placed, object_name.Name(options.start + t));
-    }
-    const std::scoped_lock guard(lock);
-    progress.Update(++finished, static_cast<int>(frames.size()));
-  });
-  summary["files"] = frames.size() * (object != nullptr ? 2 : 1);
-  text += fmt::format("  {} files\n", frames.size() * (object != nullptr ? 2 : 1));
-  return Interrupted() ? kInterrupted : kDone;
 }
 
 // Of the object that the clip of a glTF file carries.
@@ -204,196 +132,159 @@ std::string ClipName(const ClipInput& input) {
   return input.file.empty() ? input.source : input.file.stem().string();
 }
 
-// The motion on the skeleton of a character, which keeps its skin.
-void WriteOnto(const ClipInput& input, const TriangleMesh* object, const ExportCommand& options,
-               nlohmann::json& summary, std::string& text) {
-  if (input.body->LoneHand()) {
-    throw Error(options.clip, "is a hand alone, which no character can take over",
-                "Export it without --onto");
+// What the format has to tell of itself, for machines and people.
+void Tell(const ExportReport& report, const ExportCommand& options, nlohmann::json& summary,
+          std::string& text) {
+  const auto note = [&](const std::string& said) { Note(options.common, "note: " + said); };
+  const GlbReport& glb = report.glb;
+  const double error_mm = 1e3 * glb.corrective_error_m;
+  switch (report.format) {
+    case ExportFormat::kGlb:
+      if (!options.onto.empty()) {
+        summary["skeleton"] = report.skeleton;
+        summary["joints"] = report.joints_moved;
+        text += fmt::format("  on the skeleton of {} ({}): {} of its {} joints\n", options.onto,
+                            report.skeleton, report.joints_moved, report.joints);
+        break;
+      }
+      summary["morph_targets"] = glb.morph_targets;
+      summary["influences_per_vertex"] = glb.influences;
+      summary["surface_error_mm"] = error_mm;
+      text += fmt::format(
+          "  skin of 55 joints, {} per vertex; {} morph targets; surface within {:.3f} "
+          "mm of the body model\n",
+          glb.influences, glb.morph_targets, error_mm);
+      if (!options.no_correctives &&
+          error_mm > std::max(options.tolerance_mm, kLooseCorrectivesMm)) {
+        note(
+            fmt::format("{} morph targets leave {:.2f} mm between the file's surface and the "
+                        "body model's (--start and --end export less)",
+                        glb.morph_targets, error_mm));
+      }
+      break;
+    case ExportFormat::kContacts:
+    case ExportFormat::kContactsTable:
+      summary["contact_points"] = report.contact_points;
+      summary["frames_in_contact"] = report.contact_frames;
+      text +=
+          fmt::format("  {} contact points in {} frames; poses of {} wrists and their fingertips\n",
+                      report.contact_points, report.contact_frames, report.contact_hands);
+      break;
+    case ExportFormat::kMeshes:
+      summary["files"] = report.files.size();
+      text += fmt::format("  {} files\n", report.files.size());
+      break;
+    case ExportFormat::kMjcf:
+      if (report.mjcf.mass_of_hull) {
+        note(fmt::format(
+            "the object is not a closed surface with faces outwards: {} that of its convex hull",
+            report.mjcf.mesh_is_hull ? "mesh and mass are" : "its mass is"));
+      }
+      summary["hand_pieces"] = report.mjcf.hand_pieces;
+      summary["object_mass_kg"] = report.mjcf.object_mass_kg;
+      text += fmt::format(
+          "  {} hand pieces (mocap bodies){}; {} key frames; meshes in {}\n",
+          report.mjcf.hand_pieces,
+          report.has_object ? fmt::format(", object of {:.3g} kg", report.mjcf.object_mass_kg) : "",
+          report.mjcf.key_frames, report.files.at(1).string());
+      break;
+    default:
+      break;
   }
-  if (!LooksLikeGltf(ReadGzipHead(options.onto, 4096))) {
-    throw Error(options.onto, ExtensionOf(options.onto) == ".fbx" ? kFbxProblem : "is not glTF",
-                "Give --onto a character as .glb or .gltf");
-  }
-  const GltfAsset asset = GltfAsset::Read(options.onto);
-  const GltfRig rig = ReadGltfRig(asset);
-  const SkeletonMap map = RecognizeSkeleton(rig.motion, options.onto);
-  const SourceMotion motion =
-      RetargetOnto(input.clip, RetargetBodyOf(*input.body, input.betas), rig.motion, map);
-  std::optional<TexturedMesh> look;
-  if (object != nullptr) {
-    look = ObjectLook(input, *object, options);
-    if (!look) look = PlainMesh(*object, ObjectMaterial());
-  }
-  WriteGltfOnto(options.onto, asset, rig, motion, map.source[0], look ? &*look : nullptr,
-                {ClipName(input), kGenerator}, options.output);
-  summary["skeleton"] = map.name;
-  summary["joints"] = map.NumMapped();
-  text += fmt::format("  on the skeleton of {} ({}): {} of its {} joints\n", options.onto, map.name,
-                      map.NumMapped(), rig.motion.NumJoints());
 }
 
-// Tells what `format` leaves of the pose correctives, for people and machines.
-void WriteGlbFile(const ClipInput& input, const TriangleMesh* object, const ExportCommand& options,
-                  nlohmann::json& summary, std::string& text) {
-  GlbOptions glb;
-  glb.generator = kGenerator;
-  glb.clip_name = ClipName(input);
-  glb.correctives = !options.no_correctives;
-  glb.corrective_tolerance_m = 1e-3 * options.tolerance_mm;
-  glb.threads = NumThreads(options.common);
-  if (input.table && !options.no_object) glb.table = &*input.table;
-  std::optional<TexturedMesh> look;
-  if (object != nullptr) look = ObjectLook(input, *object, options);
-  if (look) glb.object_look = &*look;
-  const GlbReport report = WriteGlb(input.clip, input.Surface(), object, glb, options.output);
-  const double error_mm = 1e3 * report.corrective_error_m;
-  summary["morph_targets"] = report.morph_targets;
-  summary["influences_per_vertex"] = report.influences;
-  summary["surface_error_mm"] = error_mm;
-  text += fmt::format(
-      "  skin of 55 joints, {} per vertex; {} morph targets; surface within {:.3f} "
-      "mm of the body model\n",
-      report.influences, report.morph_targets, error_mm);
-  if (!options.no_correctives && error_mm > std::max(options.tolerance_mm, kLooseCorrectivesMm)) {
-    Note(options.common, fmt::format("note: {} morph targets leave {:.2f} mm between the file's "
-                                     "surface and the body model's (--start and --end export less)",
-                                     report.morph_targets, error_mm));
+// The clip that is asked for, with its object where the format shows one.
+ClipInput LoadScene(const ExportCommand& options, bool shows_object, bool needs_object) {
+  const CommonOptions& common = options.common;
+  ClipInput input = LoadClipInput(options.clip, options.input, common);
+  if (options.no_object) input.clip.object.reset();
+  if (!shows_object) return input;
+  if (input.clip.object && !input.object && !needs_object) {
+    Note(common, "note: the body is exported alone: " + input.object_missing);
   }
+  if (!input.clip.object && !options.input.object.empty() && !options.no_object) {
+    throw Error(options.clip, "has no object track for the mesh of --object to move along",
+                "Leave --object out, or fit the object first ('holdfast fit')");
+  }
+  return input;
 }
 
-// The second table beside contacts.csv.
-fs::path PosesPath(const fs::path& output) {
-  return output.parent_path() / (output.stem().string() + "_poses.csv");
-}
-
-// Where the hands touch the object, and the poses of wrists and fingertips.
-void WriteContacts(const ClipInput& input, const TriangleMesh* object, const ExportCommand& options,
-                   nlohmann::json& summary, std::string& text) {
-  if (object == nullptr) {
-    throw Error(options.clip,
-                input.clip.object ? "its object's mesh is not there: " + input.object_missing
-                                  : "has no object to touch",
-                input.clip.object ? "Give it with --object" : "Fit one first ('holdfast fit')");
-  }
-  const ClipContactPoints contacts =
-      FindContactPoints(input.clip, input.body, input.betas, SignedDistance(*object),
-                        1e-3 * ContactProtocol().contact_threshold_mm, NumThreads(options.common));
-  if (ExtensionOf(options.output) == ".csv") {
-    WriteContactsCsv(contacts, options.output, PosesPath(options.output));
-  } else {
-    WriteContactsNpz(contacts, options.output);
-  }
-  std::set<int> touching;
-  for (const ContactPoint& point : contacts.points) touching.insert(point.frame);
-  summary["contact_points"] = contacts.points.size();
-  summary["frames_in_contact"] = touching.size();
-  text += fmt::format("  {} contact points in {} frames; poses of {} wrists and their fingertips\n",
-                      contacts.points.size(), touching.size(), contacts.hands.size());
-}
-
-// Object and hands for MuJoCo.
-void WriteScene(const ClipInput& input, const TriangleMesh* object, const ExportCommand& options,
-                nlohmann::json& summary, std::string& text) {
-  MjcfOptions mjcf;
-  mjcf.generator = kGenerator;
-  mjcf.model_name = ClipName(input);
-  mjcf.every = options.every;
-  mjcf.density_kg_m3 = options.density_kg_m3;
-  if (input.table && !options.no_object) mjcf.table = &*input.table;
-  const MjcfReport report = WriteMjcf(input.clip, input.Surface(), object, mjcf, options.output);
-  if (report.mass_of_hull) {
-    Note(options.common,
-         fmt::format("note: the object is not a closed surface with faces outwards: {} that of its "
-                     "convex hull",
-                     report.mesh_is_hull ? "mesh and mass are" : "its mass is"));
-  }
-  summary["hand_pieces"] = report.hand_pieces;
-  summary["object_mass_kg"] = report.object_mass_kg;
-  text += fmt::format(
-      "  {} hand pieces (mocap bodies){}; {} key frames; meshes in {}\n", report.hand_pieces,
-      object == nullptr ? "" : fmt::format(", object of {:.3g} kg", report.object_mass_kg),
-      report.key_frames, MjcfAssets(options.output).string());
+// metrics.csv: of the metrics.json beside the clip.
+void WriteMetrics(const ClipInput& input, const ExportCommand& options, int frames_of_clip) {
+  WriteAtomically(options.output,
+                  PerFrameCsv(input.metrics, options.clip, input.clip.frame_rate, frames_of_clip,
+                              options.start, input.clip.NumFrames()));
 }
 
 int Run(const ExportCommand& options) {
   const CommonOptions& common = options.common;
-  const std::string extension = ExtensionOf(options.output);
   const bool is_metrics = IsMetrics(options.output);
-  const bool is_contacts = IsContacts(options.output);
-  const bool has_meshes =
-      is_contacts || (!is_metrics && extension != ".bvh" && extension != ".npz");
-  const bool is_sequence = extension == ".ply" || extension == ".obj";
-  if (options.every > 1 && !is_sequence && extension != ".usda" && extension != ".xml") {
+  const ExportFormat format = ExportFormatOf(options.output);
+  const bool is_contacts =
+      format == ExportFormat::kContacts || (format == ExportFormat::kContactsTable && !is_metrics);
+  if (options.every > 1 && !IsSampledByFrame(format)) {
     throw CLI::ValidationError("--every", "is for mesh sequences, .usda and .xml");
   }
-  if (!options.onto.empty() && extension != ".glb") {
+  if (!options.onto.empty() && format != ExportFormat::kGlb) {
     throw CLI::ValidationError("--onto", "writes a .glb");
   }
-  if (!is_sequence) RequireNew(options.output, common);
-  if (extension == ".csv" && is_contacts) RequireNew(PosesPath(options.output), common);
-  if (extension == ".xml") RequireNewFolder(MjcfAssets(options.output), common);
-  ClipInput input = LoadClipInput(options.clip, options.input, common);
+  ExportOptions how;
+  if (format != ExportFormat::kMeshes) {  // before minutes go into loading
+    for (const fs::path& file : ExportedFiles({}, how, options.output)) {
+      if (!is_metrics || file == options.output) RequireNewFolder(file, common);
+    }
+    RequireNew(options.output, common);
+  }
+  const bool shows_object =
+      !is_metrics && format != ExportFormat::kBvh && format != ExportFormat::kClip;
+  ClipInput input = LoadScene(options, shows_object, is_contacts);
   const int frames_of_clip = input.clip.NumFrames();
   Cut(input.clip, options);
-  if (options.no_object) input.clip.object.reset();
-  const TriangleMesh* object = nullptr;
-  if (has_meshes && input.clip.object) {
-    if (input.object) {
-      object = &*input.object;
-    } else if (!is_contacts) {
-      Note(common, "note: the body is exported alone: " + input.object_missing);
-    }
-  }
-  if (extension == ".bvh" && input.clip.object) {
+  if (format == ExportFormat::kBvh && input.clip.object) {
     Note(common, "note: a .bvh holds the skeleton alone: the object is left out (.glb has both)");
   }
-  if (has_meshes && !input.clip.object && !options.input.object.empty() && !options.no_object) {
-    throw Error(options.clip, "has no object track for the mesh of --object to move along",
-                "Leave --object out, or fit the object first ('holdfast fit')");
+  const bool with_object = shows_object && input.clip.object && input.object;
+  std::optional<TexturedMesh> look;
+  if (with_object && format == ExportFormat::kGlb) look = ObjectLook(input, *input.object, options);
+  how.onto = options.onto;
+  how.correctives = !options.no_correctives;
+  how.tolerance_m = 1e-3 * options.tolerance_mm;
+  how.density_kg_m3 = options.density_kg_m3;
+  how.every = options.every;
+  how.first_frame = options.start;
+  how.object_look = look ? &*look : nullptr;
+  how.table = input.table && !options.no_object ? &*input.table : nullptr;
+  how.name = input.file.empty() ? input.source : input.file.stem().string();
+  how.generator = kGenerator;
+  how.threads = NumThreads(common);
+  for (const fs::path& file : ExportedFiles(input, how, options.output)) {
+    if (format == ExportFormat::kMeshes) RequireNew(file, common);
   }
 
   nlohmann::json summary = JsonHead("holdfast/export/1", common);
   summary["output"] = options.output;
-  summary["format"] = extension.substr(1);
+  summary["format"] = ExtensionOf(options.output).substr(1);
   const std::size_t frames = EveryFrame(input.clip.NumFrames(), options.every).size();
   summary["frames"] = frames;
   summary["frame_rate"] = input.clip.frame_rate / options.every;
-  summary["object"] =
-      object != nullptr || (!has_meshes && extension == ".npz" && input.clip.object);
-  std::string text = fmt::format("{}: {} frames at {:g} Hz{}\n", options.output, frames,
-                                 input.clip.frame_rate / options.every,
-                                 object != nullptr ? ", body and object" : "");
-  int exit_code = kDone;
+  summary["object"] = with_object || (format == ExportFormat::kClip && input.clip.object);
+  std::string text =
+      fmt::format("{}: {} frames at {:g} Hz{}\n", options.output, frames,
+                  input.clip.frame_rate / options.every, with_object ? ", body and object" : "");
   if (is_metrics) {
-    WriteAtomically(options.output,
-                    PerFrameCsv(input.metrics, options.clip, input.clip.frame_rate, frames_of_clip,
-                                options.start, input.clip.NumFrames()));
-  } else if (is_contacts) {
-    WriteContacts(input, object, options, summary, text);
-  } else if (is_sequence) {
-    exit_code = WriteSequence(input, object, options, summary, text);
-  } else if (!options.onto.empty()) {
-    WriteOnto(input, object, options, summary, text);
-  } else if (extension == ".glb") {
-    WriteGlbFile(input, object, options, summary, text);
-  } else if (extension == ".bvh") {
-    WriteBvh(input.clip, input.Surface(), options.output);
-  } else if (extension == ".xml") {
-    WriteScene(input, object, options, summary, text);
-  } else if (extension == ".usda") {
-    Progress progress(common, "export");
-    UsdaOptions usda;
-    usda.generator = kGenerator;
-    usda.every = options.every;
-    usda.threads = NumThreads(common);
-    usda.progress = [&](int done, int total) { progress.Update(done, total); };
-    WriteUsda(input.clip, input.Surface(), object, usda, options.output);
+    WriteMetrics(input, options, frames_of_clip);
   } else {
-    WriteClip(input.clip, options.output);
+    StageProgress progress(common);
+    const ExportReport report =
+        ExportClip(input, how, options.output, [&](const char* stage, int done, int total) {
+          progress.Update(stage, done, total);
+          return !Interrupted();
+        });
+    if (report.stopped) return kInterrupted;
+    Tell(report, options, summary, text);
   }
-  if (exit_code == kDone) PrintResult(common, summary, text);
-  return exit_code;
+  PrintResult(common, summary, text);
+  return kDone;
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/io/container/text_scanner.h"
+#include "geometry/numbered_name.h"
 #include "geometry/parallel.h"
 #include "geometry/render/clip_renderer.h"
 #include "geometry/render/contact_sheet.h"

@@ -491,6 +491,22 @@ def report(
     threads: int = 0,
     progress: _Progress = None,
 ) -> None: ...
+def export(
+    clip: _Shown,
+    path: _Path,
+    *,
+    object: Optional[_Object] = None,
+    object_scale: float = 1.0,
+    body: Optional[BodyModel] = None,
+    onto: Optional[_Path] = None,
+    correctives: bool = True,
+    tolerance_mm: float = 0.02,
+    density: float = 1000.0,
+    every: int = 1,
+    overwrite: bool = False,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> dict[str, Any]: ...
 
 class ConvertResult:
     @property

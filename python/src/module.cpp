@@ -22,4 +22,5 @@ PYBIND11_MODULE(_core, module) {
   hf::BindScore(module);
   hf::BindReport(module);
   hf::BindConvert(module);
+  hf::BindExport(module);
 }

@@ -49,8 +49,8 @@ TEST_F(MakeActionsTest, IsTheSameOnAnyNumberOfThreadsAndGoesOn) {
     const std::string name = line["file"];
     EXPECT_EQ(ReadText(folder_ / "two" / name), ReadText(folder_ / "one" / name)) << name;
     const Clip clip = ReadClip(folder_ / "one" / name);
-    EXPECT_EQ(clip.action, line["action"]);
-    EXPECT_EQ(clip.subject, line["subject"]);
+    EXPECT_EQ(clip.action, line["action"].get<std::string>());
+    EXPECT_EQ(clip.subject, line["subject"].get<std::string>());
     EXPECT_EQ(clip.object->name, "cylindermedium");
     EXPECT_EQ(clip.object->mesh, "cylinder");
     EXPECT_EQ(clip.frame_rate, 30.0);

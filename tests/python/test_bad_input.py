@@ -169,6 +169,9 @@ ROWS = {
     "report.clips": Person(lambda v: holdfast.report([v], "none.html")),
     "report.object": Mesh(
         lambda v: holdfast.report(demo(), "none.html", object=v), none=True, dear=True),
+    "export.clip": Person(lambda v: holdfast.export(v, "none.bvh")),
+    "export.object": Mesh(
+        lambda v: holdfast.export(demo(), "none.glb", object=v), none=True, dear=True),
     "convert.clip": Person(lambda v: holdfast.convert(v, to_body=MODEL)),
     "convert.onto": Person(lambda v: holdfast.convert(demo(), to_body=MODEL, onto=v), none=True),
 }

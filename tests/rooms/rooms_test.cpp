@@ -29,7 +29,7 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"geometry/retarget"},
     {"geometry/io/gltf", "geometry/conventions"},
     {"geometry/import"},
-    {"geometry/inspect"},
+    {"geometry/inspect", "geometry/export"},
     {"generator/body"},
     {"generator/scripted"},
     {"generator/matching", "generator/wandr"},
