@@ -14,6 +14,8 @@
 #include "geometry/io/container/byte_source.h"
 #include "geometry/io/container/gzip.h"
 #include "geometry/io/container/text_scanner.h"
+#include "geometry/io/markers/c3d.h"
+#include "geometry/io/markers/marker_recording.h"
 
 namespace holdfast {
 namespace {
@@ -101,8 +103,7 @@ FileKind BinaryKind(std::string_view head, std::size_t bytes) {
     return FileKind::kStl;
   }
   if (IsPickle(head)) return FileKind::kPickle;
-  // Parameters begin at block 2 or so; the second byte is always 0x50.
-  if (head.size() >= 512 && head[1] == 0x50 && head[0] >= 2 && head[0] < 20) return FileKind::kC3d;
+  if (LooksLikeC3d(head)) return FileKind::kMarkers;
   return FileKind::kUnknown;
 }
 
@@ -129,6 +130,7 @@ bool IsObj(std::string_view head) {
 }
 
 FileKind TextKind(std::string_view head) {
+  if (MarkerFormatOf(head)) return FileKind::kMarkers;
   TextScanner words("", head, '#');
   const std::string_view first = words.Next();
   if (EqualIgnoringCase(first, "HIERARCHY")) return FileKind::kBvh;

@@ -39,7 +39,7 @@ enum class FileKind {
   kBvh,
   kAmc,
   kAsf,
-  kC3d,
+  kMarkers,  ///< C3D, TRC, Vicon's CSV, Qualisys' TSV
   kFbx,
 
   // Surfaces and scenes.

@@ -49,8 +49,8 @@ std::string_view Describe(FileKind kind) {
       return "motion: Acclaim (.amc)";
     case FileKind::kAsf:
       return "skeleton: Acclaim (.asf)";
-    case FileKind::kC3d:
-      return "marker capture (C3D)";
+    case FileKind::kMarkers:
+      return "marker recording";
     case FileKind::kFbx:
       return "FBX scene";
     case FileKind::kObj:

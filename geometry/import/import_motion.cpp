@@ -7,6 +7,7 @@
 #include "geometry/io/container/gzip.h"
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/io/gltf/gltf_reader.h"
+#include "geometry/io/markers/marker_recording.h"
 #include "geometry/io/motion/asf_amc.h"
 #include "geometry/io/motion/bvh.h"
 #include "geometry/io/motion/motion_limits.h"
@@ -15,18 +16,13 @@
 namespace holdfast {
 namespace {
 
-constexpr std::size_t kHeadBytes = 4096;
+constexpr std::size_t kMotionHeadBytes = 4096;
 
-enum class MotionFormat { kUnknown, kBvh, kAmc, kAsf, kGltf, kC3d, kFbx };
-
-// A C3D file begins with the number of its parameter block (2 in practice) and the byte 0x50.
-bool LooksLikeC3d(std::string_view head) {
-  return head.size() >= 2 && head[0] >= 2 && head[0] < 16 && head[1] == 'P';
-}
+enum class MotionFormat { kUnknown, kBvh, kAmc, kAsf, kGltf, kMarkers, kFbx };
 
 MotionFormat Recognize(std::string_view text) {
-  if (LooksLikeGltf(text.substr(0, kHeadBytes))) return MotionFormat::kGltf;
-  if (LooksLikeC3d(text)) return MotionFormat::kC3d;
+  if (LooksLikeGltf(text.substr(0, kMotionHeadBytes))) return MotionFormat::kGltf;
+  if (MarkerFormatOf(text)) return MotionFormat::kMarkers;
   if (text.starts_with("Kaydara FBX Binary") || text.starts_with("; FBX")) {
     return MotionFormat::kFbx;
   }
@@ -81,12 +77,13 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
     case MotionFormat::kAsf:
       throw Error(where, "an Acclaim skeleton (.asf), which holds no motion",
                   "Give the .amc, and this file with --asf where it lies elsewhere");
-    case MotionFormat::kC3d:
+    case MotionFormat::kMarkers:
       throw Error(where,
-                  "a C3D capture: it holds the paths of markers on the skin, not the rotations of "
+                  "a recording of markers: the paths of points on the skin, not the rotations of "
                   "joints, and which marker sits where is not part of it",
                   "Solve it for a skeleton or a body first (MoSh++ and SOMA give SMPL-X; Vicon "
-                  "Shogun, OptiTrack Motive and Mokka export BVH or ASF/AMC), then import that");
+                  "Shogun, OptiTrack Motive and Mokka export BVH or ASF/AMC), then import that; "
+                  "'holdfast doctor' says what is in it");
     case MotionFormat::kFbx:
       throw Error(where, kFbxProblem, "Export .glb from Blender, and import that");
     case MotionFormat::kUnknown:
@@ -99,8 +96,8 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
 }  // namespace
 
 bool LooksLikeMotionFile(const std::filesystem::path& path) {
-  // A C3D is known for what it is, so that it can be told why it cannot be read.
-  const MotionFormat format = Recognize(ReadGzipHead(path, kHeadBytes));
+  // Markers are known for what they are, so that it can be told why they cannot be imported.
+  const MotionFormat format = Recognize(ReadGzipHead(path, kMotionHeadBytes));
   return format != MotionFormat::kUnknown && format != MotionFormat::kAsf;
 }
 

@@ -42,12 +42,12 @@ struct ImportReport {
 inline constexpr const char* kFbxProblem =
     "FBX is neither read nor written, .glb is: Blender converts one to the other";
 
-/// True when the file begins like a motion that ReadMotion knows (BVH, AMC, glTF; C3D and FBX, to
-/// be told why not), whatever its name.
+/// True when the file begins like a motion that ReadMotion knows (BVH, AMC, glTF; markers and FBX,
+/// to be told why not), whatever its name.
 bool LooksLikeMotionFile(const std::filesystem::path& path);
 
 /// Reads a BVH, an ASF/AMC or a glTF motion, recognised by content, plain or gzip'd. Throws Error
-/// for files that are none of them (a C3D is told why) or malformed.
+/// for files that are none of them (markers are told why) or malformed.
 SourceMotion ReadMotion(const std::filesystem::path& path, const ImportOptions& options = {});
 
 /// Brings a motion onto a body; `where` names its file in messages. Throws Error for skeletons that

@@ -12,6 +12,7 @@
 ///   data_inspection.h    files of named values, scenes
 ///   mesh_inspection.h    meshes: size, unit, whether closed
 ///   motion_inspection.h  BVH and ASF/AMC
+///   marker_inspection.h  recordings of markers
 ///   other_inspection.h   all other files: what they are
 ///   inspection.h         Inspection, which all fill; Inspect
 #include "geometry/inspect/inspection.h"

@@ -9,6 +9,7 @@
 #include "geometry/error.h"
 #include "geometry/inspect/clip_inspection.h"
 #include "geometry/inspect/data_inspection.h"
+#include "geometry/inspect/marker_inspection.h"
 #include "geometry/inspect/mesh_inspection.h"
 #include "geometry/inspect/model_inspection.h"
 #include "geometry/inspect/motion_inspection.h"
@@ -129,6 +130,9 @@ Inspection Inspect(const fs::path& path) {
         break;
       case FileKind::kAsf:
         InspectAsf(inspection);
+        break;
+      case FileKind::kMarkers:
+        InspectMarkers(inspection);
         break;
       case FileKind::kObj:
       case FileKind::kPly:

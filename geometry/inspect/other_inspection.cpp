@@ -42,8 +42,6 @@ constexpr Advice kAdvice[] = {
     {FileKind::kEmpty, Verdict::kFault, "it is empty", "copy or download it again"},
     {FileKind::kDamagedArchive, Verdict::kFault, "it is damaged or cut off",
      "copy or download it again"},
-    {FileKind::kC3d, Verdict::kFault, "markers, which are not read",
-     "solve the markers to a skeleton first and export BVH"},
     {FileKind::kFbx, Verdict::kFault, kFbxProblem, "export .glb from Blender"},
     {FileKind::kPlyPoints, Verdict::kFault, "points without faces: no surface",
      "reconstruct a surface first (for example Poisson in MeshLab)"},

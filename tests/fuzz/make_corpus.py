@@ -57,6 +57,45 @@ def npz(arrays, method=zipfile.ZIP_STORED):
     return archive({key + ".npy": npy(value) for key, value in arrays.items()}, method)
 
 
+def c3d(big, floats):
+    """Two points, three frames, an analog value a frame."""
+    order = ">" if big else "<"
+    number = order + ("f" if floats else "h")
+    head = bytearray(512)
+    head[0:2] = b"\x02\x50"
+    struct.pack_into(order + "5H", head, 2, 2, 1, 1, 3, 10)
+    struct.pack_into(order + "f", head, 12, -1.0 if floats else 0.1)
+    struct.pack_into(order + "HH", head, 16, 4, 1)
+    struct.pack_into(order + "f", head, 20, 100.0)
+    section = bytearray([1, 0x50, 2, 86 if big else 84])
+    section += b"\x05\xffPOINT" + struct.pack(order + "H", 3) + b"\0"
+    for name, kind, sizes, data in [(b"LABELS", -1, (4, 2), b"P:a b   "), (b"UNITS", -1, (2,), b"mm"),
+                                    (b"RATE", 4, (), struct.pack(order + "f", 100.0)),
+                                    (b"USED", 2, (), struct.pack(order + "h", 2))]:
+        body = struct.pack("bB", kind, len(sizes)) + bytes(sizes) + data + b"\0"
+        section += bytes([len(name), 1]) + name + struct.pack(order + "H", 2 + len(body)) + body
+    section += bytes(1024 - len(section))
+    points = []
+    for frame in range(3):
+        for point in range(2):
+            points += [100 * point, 10, frame, -1 if (point, frame) == (1, 2) else 0]
+        points.append(7)
+    return bytes(head + section) + b"".join(struct.pack(number, p) for p in points)
+
+
+def make_markers():
+    put("markers", "intel_floats.c3d", c3d(False, True))
+    put("markers", "mips_integers.c3d", c3d(True, False))
+    put("markers", "two.trc", "PathFileType\t4\t(X/Y/Z)\tx.trc\nDataRate\tNumMarkers\tUnits\n60\t2\tm\n"
+        "Frame#\tTime\tA\t\t\tB\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n1\t0\t1\t2\t3\t4\t5\t6\n"
+        "2\t0.1\t1\t2\t3\t\t\t\n")
+    put("markers", "vicon.csv", "\ufeffTrajectories\n100\n,,P:a,,,P:b\nFrame,Sub Frame,X,Y,Z\n"
+        ",,mm,mm,mm,mm,mm,mm\n7,0,1,2,3,,,\n8,0,1,2,3,4,5,6\n\n")
+    put("markers", "qualisys.tsv", "NO_OF_FRAMES\t1\r\nNO_OF_MARKERS\t2\r\nFREQUENCY\t100\r\n"
+        "MARKER_NAMES\ta\tb\r\nFrame\tTime\ta X\ta Y\ta Z\tb X\tb Y\tb Z\t\r\n"
+        "1\t0.0\t1\t2\t3\tnan\tnan\tnan\r\n")
+
+
 def make_bvh():
     offsets = "\tOFFSET 0 1 0\n"
     put("bvh", "three_joints.bvh", """HIERARCHY

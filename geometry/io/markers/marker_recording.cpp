@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/markers/marker_recording.h"
+
+#include <set>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/io/container/gzip.h"
+#include "geometry/io/container/text_scanner.h"
+#include "geometry/io/markers/c3d.h"
+#include "geometry/io/markers/marker_tables.h"
+
+namespace holdfast {
+namespace {
+
+std::string_view WithoutByteOrderMark(std::string_view text) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  return text;
+}
+
+}  // namespace
+
+std::string_view MarkerFormatName(MarkerFormat format) {
+  switch (format) {
+    case MarkerFormat::kC3d:
+      return "C3D";
+    case MarkerFormat::kTrc:
+      return "TRC";
+    case MarkerFormat::kViconCsv:
+      return "Vicon CSV";
+    case MarkerFormat::kQtmTsv:
+      return "Qualisys TSV";
+  }
+  return "";
+}
+
+std::optional<int> MarkerRecording::Find(std::string_view name) const {
+  for (int m = 0; m < NumMarkers(); ++m) {
+    if (EqualIgnoringCase(names[m], name)) return m;
+  }
+  return std::nullopt;
+}
+
+std::optional<MarkerFormat> MarkerFormatOf(std::string_view head) {
+  if (LooksLikeC3d(head)) return MarkerFormat::kC3d;
+  head = WithoutByteOrderMark(head);
+  if (head.starts_with("PathFileType")) return MarkerFormat::kTrc;
+  if (head.starts_with("Trajectories")) return MarkerFormat::kViconCsv;
+  if (head.starts_with("NO_OF_FRAMES")) return MarkerFormat::kQtmTsv;
+  return std::nullopt;
+}
+
+MarkerRecording ReadMarkers(const std::filesystem::path& path) {
+  return ParseMarkers(ReadGzipText(path), path.string());
+}
+
+MarkerRecording ParseMarkers(std::string_view text, const std::string& where) {
+  const std::optional<MarkerFormat> format = MarkerFormatOf(text);
+  if (!format) {
+    throw Error(where, "is no recording of markers that is known",
+                "Give a C3D, a TRC (begins with PathFileType), a Vicon CSV (Trajectories) or a "
+                "Qualisys TSV (NO_OF_FRAMES)");
+  }
+  MarkerRecording recording;
+  if (*format == MarkerFormat::kC3d) {
+    recording = ParseC3d(text, where);
+  } else if (*format == MarkerFormat::kTrc) {
+    recording = ParseTrc(WithoutByteOrderMark(text), where);
+  } else if (*format == MarkerFormat::kViconCsv) {
+    recording = ParseViconCsv(WithoutByteOrderMark(text), where);
+  } else {
+    recording = ParseQtmTsv(WithoutByteOrderMark(text), where);
+  }
+  recording.format = *format;
+  return recording;
+}
+
+std::optional<double> MetresPerUnit(std::string_view unit) {
+  for (const auto& [name, metres] :
+       std::initializer_list<std::pair<std::string_view, double>>{{"mm", 1e-3},
+                                                                  {"millimeters", 1e-3},
+                                                                  {"millimetres", 1e-3},
+                                                                  {"cm", 1e-2},
+                                                                  {"m", 1.0},
+                                                                  {"meters", 1.0},
+                                                                  {"metres", 1.0},
+                                                                  {"in", 0.0254}}) {
+    if (EqualIgnoringCase(unit, name)) return metres;
+  }
+  return std::nullopt;
+}
+
+void SetMarkerNames(const std::vector<std::string>& labels, const std::string& where,
+                    MarkerRecording& recording) {
+  std::set<std::string> seen;
+  for (const std::string& label : labels) {
+    if (!seen.insert(label).second) {
+      throw Error(where, fmt::format("has two markers '{}'", label), "Give each its own name");
+    }
+    const std::size_t colon = label.find(':');
+    const bool has_subject = colon != std::string::npos && colon + 1 < label.size();
+    recording.subjects.push_back(has_subject ? label.substr(0, colon) : "");
+    recording.names.push_back(has_subject ? label.substr(colon + 1) : label);
+  }
+}
+
+}  // namespace holdfast

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/markers/marker_tables.h"
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/io/container/text_scanner.h"
+
+namespace holdfast {
+namespace {
+
+std::string_view Trimmed(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \r");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \r") - begin + 1);
+}
+
+// Lines of fields; knows where it is.
+class Table {
+ public:
+  Table(std::string_view text, char separator, const std::string& where)
+      : text_(text), separator_(separator), where_(where) {}
+
+  // The next line's fields without those that are empty at its end; false at the text's.
+  bool Next(std::vector<std::string_view>& fields) {
+    fields.clear();
+    if (text_.empty()) return false;
+    ++line_;
+    const std::size_t end = text_.find('\n');
+    std::string_view line = text_.substr(0, end);
+    text_ = end == std::string_view::npos ? std::string_view() : text_.substr(end + 1);
+    while (true) {
+      const std::size_t cut = line.find(separator_);
+      fields.push_back(Trimmed(line.substr(0, cut)));
+      if (cut == std::string_view::npos) break;
+      line = line.substr(cut + 1);
+    }
+    return true;
+  }
+  std::vector<std::string_view> Need(const char* what) {
+    std::vector<std::string_view> fields;
+    if (!Next(fields)) Fail(fmt::format("ends before its {}", what));
+    return fields;
+  }
+  [[noreturn]] void Fail(const std::string& problem) const {
+    throw Error(fmt::format("{}:{}", where_, line_), problem,
+                "Export it again from the capture software");
+  }
+  double Number(std::string_view field, const char* what) const {
+    double value = 0.0;
+    if (!ParseNumber(field, value) || !std::isfinite(value)) {
+      Fail(fmt::format("'{}' is no {}", field.substr(0, 40), what));
+    }
+    return value;
+  }
+  const std::string& Where() const { return where_; }
+
+ private:
+  std::string_view text_;
+  char separator_;
+  const std::string& where_;
+  int line_ = 0;
+};
+
+void CheckRate(const Table& table, double rate) {
+  if (!(rate > 0.0) || rate >= 1e5) table.Fail(fmt::format("a rate of {} Hz cannot be", rate));
+}
+
+void SetUnit(const Table& table, std::string_view unit, MarkerRecording& recording) {
+  recording.unit = unit;
+  const std::optional<double> metres = MetresPerUnit(unit);
+  if (!metres) table.Fail(fmt::format("'{}' is no unit of length that is known", unit));
+  recording.metres_per_unit = *metres;
+}
+
+// Names that stand over three columns each.
+std::vector<std::string> NamesOverThree(const std::vector<std::string_view>& fields,
+                                        std::size_t first) {
+  std::vector<std::string> names;
+  for (std::size_t k = first; k < fields.size(); k += 3) {
+    if (!fields[k].empty()) names.emplace_back(fields[k]);
+  }
+  return names;
+}
+
+// Lines of `first` fields that are no positions, then three for each marker.
+void ReadPositions(Table& table, std::size_t first, bool zero_is_unseen,
+                   MarkerRecording& recording) {
+  const auto markers = static_cast<std::size_t>(recording.NumMarkers());
+  const std::size_t width = first + 3 * markers;
+  if (markers == 0) table.Fail("names no markers");
+  std::vector<double> values;
+  std::vector<std::string_view> fields;
+  int frames = 0;
+  while (table.Next(fields)) {
+    while (fields.size() > width && fields.back().empty()) fields.pop_back();
+    if (fields.size() == 1 && fields.front().empty()) continue;
+    // Programs leave the commas of what is not seen at a line's end out.
+    if (fields.size() > first && fields.size() < width && fields.size() % 3 == first % 3) {
+      fields.resize(width);
+    }
+    if (fields.size() != width) {
+      table.Fail(
+          fmt::format("{} fields, {} are expected: {} markers", fields.size(), width, markers));
+    }
+    if (frames == 0 && first > 0) {
+      recording.first_frame = static_cast<int>(table.Number(fields.front(), "frame number"));
+    }
+    for (std::size_t m = 0; m < markers; ++m) {
+      Eigen::Vector3d point;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::string_view field = fields[first + 3 * m + c];
+        const bool unseen = field.empty() || EqualIgnoringCase(field, "nan");
+        point[c] = unseen ? std::numeric_limits<double>::quiet_NaN()
+                          : recording.metres_per_unit * table.Number(field, "coordinate");
+      }
+      if (point.hasNaN() || (zero_is_unseen && point.isZero(0.0))) {
+        point.setConstant(std::numeric_limits<double>::quiet_NaN());
+      }
+      values.insert(values.end(), point.begin(), point.end());
+    }
+    ++frames;
+  }
+  if (frames == 0) table.Fail("has no frames");
+  recording.positions = Eigen::Map<const Eigen::MatrixXd>(
+      values.data(), static_cast<Eigen::Index>(3 * markers), frames);
+}
+
+}  // namespace
+
+MarkerRecording ParseTrc(std::string_view text, const std::string& where) {
+  Table table(text, '\t', where);
+  table.Need("head");
+  const std::vector<std::string_view> keys = table.Need("head");
+  const std::vector<std::string_view> values = table.Need("head");
+  std::map<std::string, std::string_view> head;
+  for (std::size_t k = 0; k < std::min(keys.size(), values.size()); ++k) {
+    head[std::string(keys[k])] = values[k];
+  }
+  MarkerRecording recording;
+  for (const char* key : {"DataRate", "Units", "NumMarkers"}) {
+    if (!head.contains(key)) table.Fail(fmt::format("the head has no {}", key));
+  }
+  recording.rate_hz = table.Number(head["DataRate"], "rate (DataRate)");
+  CheckRate(table, recording.rate_hz);
+  SetUnit(table, head["Units"], recording);
+  SetMarkerNames(NamesOverThree(table.Need("marker names"), 2), where, recording);
+  const double markers = table.Number(head["NumMarkers"], "number of markers (NumMarkers)");
+  if (markers != recording.NumMarkers()) {
+    table.Fail(fmt::format("names {} markers, NumMarkers is {}", recording.NumMarkers(), markers));
+  }
+  table.Need("axes");
+  ReadPositions(table, 2, false, recording);
+  return recording;
+}
+
+MarkerRecording ParseViconCsv(std::string_view text, const std::string& where) {
+  Table table(text, ',', where);
+  table.Need("head");
+  MarkerRecording recording;
+  recording.rate_hz = table.Number(table.Need("rate").front(), "rate");
+  CheckRate(table, recording.rate_hz);
+  SetMarkerNames(NamesOverThree(table.Need("marker names"), 2), where, recording);
+  table.Need("axes");
+  const std::vector<std::string_view> units = table.Need("units");
+  SetUnit(table, units.size() > 2 ? units[2] : "", recording);
+  ReadPositions(table, 2, false, recording);
+  return recording;
+}
+
+MarkerRecording ParseQtmTsv(std::string_view text, const std::string& where) {
+  Table table(text, '\t', where);
+  MarkerRecording recording;
+  SetUnit(table, "mm", recording);
+  std::vector<std::string> names;
+  std::optional<double> markers;
+  // The head ends where a line begins with a number, or with the names of columns.
+  Table look(text, '\t', where);
+  std::vector<std::string_view> fields;
+  std::size_t before = 0;
+  double number = 0.0;
+  while (look.Next(fields) && !ParseNumber(fields.front(), number)) {
+    table.Need("head");
+    if (fields.front() == "FREQUENCY" && fields.size() > 1) {
+      recording.rate_hz = table.Number(fields[1], "rate (FREQUENCY)");
+    } else if (fields.front() == "NO_OF_MARKERS" && fields.size() > 1) {
+      markers = table.Number(fields[1], "number of markers");
+    } else if (fields.front() == "MARKER_NAMES") {
+      for (std::size_t k = 1; k < fields.size(); ++k) {
+        if (!fields[k].empty()) names.emplace_back(fields[k]);
+      }
+    } else if (EqualIgnoringCase(fields.front(), "Frame")) {
+      before = fields.size() > 1 && EqualIgnoringCase(fields[1], "Time") ? 2 : 1;
+    }
+  }
+  CheckRate(table, recording.rate_hz);
+  if (markers && *markers != static_cast<double>(names.size())) {
+    table.Fail(
+        fmt::format("MARKER_NAMES has {} names, NO_OF_MARKERS is {}", names.size(), *markers));
+  }
+  SetMarkerNames(names, where, recording);
+  ReadPositions(table, before, true, recording);
+  return recording;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/markers/markers.h"
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "geometry/error.h"
+#include "tests/support/data_folder.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+// A C3D file of two points and three frames, of any processor, integers or floats.
+class C3dFile {
+ public:
+  C3dFile(int processor, bool floats) : processor_(processor), floats_(floats) {
+    bytes_.assign(3 * 512, '\0');
+    bytes_[0] = 2;
+    bytes_[1] = 0x50;
+    PutWord(2, 2);
+    PutWord(4, 1);  // an analog value a frame, between the points
+    PutWord(6, 11);
+    PutWord(8, 13);
+    PutFloat(12, floats ? -1.0F : 0.5F);
+    PutWord(16, 4);
+    PutFloat(20, 120.0F);
+    at_ = 512 + 4;
+    bytes_[512 + 2] = 2;
+    bytes_[512 + 3] = static_cast<char>(processor);
+    Group(1, "POINT");
+    Parameter(1, "LABELS", -1, {6, 2}, "P1:toeHEEL  ");
+    Parameter(1, "units", -1, {2}, "cm");
+    Parameter(1, "RATE", 4, {}, std::string(4, '\0'));
+    PutFloat(at_ - 5, 120.0F);
+    for (int t = 0; t < 3; ++t) {
+      for (int p = 0; p < 2; ++p) {
+        for (int c = 0; c < 3; ++c) Append(Value(p, c, t));
+        Append(p == 1 && t == 2 ? -1.0 : 0.0);
+      }
+      Append(77.0);
+    }
+  }
+
+  static double Value(int point, int axis, int frame) {
+    return 100.0 * point - 10.0 * axis + frame;
+  }
+  const std::string& Bytes() const { return bytes_; }
+
+ private:
+  void PutWord(std::size_t at, unsigned value) {
+    const bool big = processor_ == 86;
+    bytes_[at] = static_cast<char>(big ? value >> 8 : value & 255);
+    bytes_[at + 1] = static_cast<char>(big ? value & 255 : value >> 8);
+  }
+  void PutFloat(std::size_t at, float value) {
+    const auto bits = std::bit_cast<std::uint32_t>(processor_ == 85 ? 4.0F * value : value);
+    const bool high_first = processor_ != 84;
+    PutWord(at, high_first ? bits >> 16 : bits & 65535);
+    PutWord(at + 2, high_first ? bits & 65535 : bits >> 16);
+  }
+  void Append(double value) {
+    const std::size_t at = bytes_.size();
+    bytes_.resize(at + (floats_ ? 4 : 2));
+    if (floats_) {
+      PutFloat(at, static_cast<float>(value));
+    } else {  // of scale 0.5; the residual and analog values have none
+      const double scaled = value == -1.0 || value == 77.0 ? value : 2.0 * value;
+      PutWord(at, static_cast<std::uint16_t>(static_cast<std::int16_t>(scaled)));
+    }
+  }
+  void Put(const std::string& text) {
+    bytes_.replace(at_, text.size(), text);
+    at_ += text.size();
+  }
+  void Group(int id, const std::string& name) {
+    Put(std::string{static_cast<char>(name.size()), static_cast<char>(-id)} + name);
+    PutWord(at_, 3);
+    at_ += 3;
+  }
+  void Parameter(int id, const std::string& name, int type, const std::vector<int>& size,
+                 const std::string& data) {
+    Put(std::string{static_cast<char>(name.size()), static_cast<char>(id)} + name);
+    PutWord(at_, static_cast<unsigned>(2 + 2 + size.size() + data.size() + 1));
+    at_ += 2;
+    Put(std::string{static_cast<char>(type), static_cast<char>(size.size())});
+    for (const int n : size) Put(std::string(1, static_cast<char>(n)));
+    Put(data);
+    ++at_;  // no description
+  }
+
+  int processor_;
+  bool floats_;
+  std::string bytes_;
+  std::size_t at_ = 0;
+};
+
+TEST(C3d, ReadsEveryProcessorsIntegersAndFloats) {
+  for (const int processor : {84, 85, 86}) {
+    for (const bool floats : {false, true}) {
+      SCOPED_TRACE(::testing::Message() << processor << (floats ? " floats" : " integers"));
+      const MarkerRecording recording = ParseC3d(C3dFile(processor, floats).Bytes(), "a.c3d");
+      EXPECT_THAT(recording.names, ElementsAre("toe", "HEEL"));
+      EXPECT_THAT(recording.subjects, ElementsAre("P1", ""));
+      EXPECT_EQ(recording.NumFrames(), 3);
+      EXPECT_EQ(recording.first_frame, 11);
+      EXPECT_EQ(recording.rate_hz, 120.0);
+      EXPECT_EQ(recording.unit, "cm");
+      for (int t = 0; t < 3; ++t) {
+        for (int p = 0; p < 2; ++p) {
+          EXPECT_EQ(recording.Seen(p, t), p == 0 || t < 2);
+          if (!recording.Seen(p, t)) continue;
+          for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(recording.At(p, t)[c], 0.01 * C3dFile::Value(p, c, t), 1e-9);
+          }
+        }
+      }
+      EXPECT_EQ(recording.Find("heel"), 1);
+      EXPECT_EQ(recording.Find("knee"), std::nullopt);
+    }
+  }
+}
+
+TEST(C3d, CutOffAnywhereItSaysSo) {
+  const std::string whole = C3dFile(84, true).Bytes();
+  for (std::size_t size = 0; size < whole.size(); size += 7) {
+    EXPECT_THROW(ParseC3d(std::string_view(whole).substr(0, size), "a.c3d"), Error) << size;
+  }
+}
+
+// Any byte of head and parameters changed: an Error or a recording, never a crash.
+TEST(C3d, SurvivesEveryChangedByte) {
+  const std::string whole = C3dFile(84, false).Bytes();
+  int read = 0;
+  for (std::size_t at = 0; at < 700; ++at) {
+    for (const int value : {0, 1, 127, 255}) {
+      std::string changed = whole;
+      changed[at] = static_cast<char>(value);
+      try {
+        const MarkerRecording recording = ParseC3d(changed, "a.c3d");
+        EXPECT_EQ(recording.positions.rows(), 3 * recording.NumMarkers());
+        ++read;
+      } catch (const Error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("a.c3d"));
+      }
+    }
+  }
+  EXPECT_GT(read, 1000);
+}
+
+constexpr const char* kTrc =
+    "PathFileType\t4\t(X/Y/Z)\tx.trc\n"
+    "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n"
+    "60\t60\t2\t2\tm\n"
+    "Frame#\tTime\tA\t\t\tB\t\t\n"
+    "\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n"
+    "\n"
+    "5\t0.0\t1\t2\t3\t4\t5\t6\n"
+    "6\t0.016\t1\t2\t3\t\t\t\n";
+
+TEST(MarkerTables, ReadTrc) {
+  const MarkerRecording recording = ParseTrc(kTrc, "x.trc");
+  EXPECT_THAT(recording.names, ElementsAre("A", "B"));
+  EXPECT_EQ(recording.rate_hz, 60.0);
+  EXPECT_EQ(recording.first_frame, 5);
+  EXPECT_EQ(recording.At(1, 0), Eigen::Vector3d(4, 5, 6));
+  EXPECT_FALSE(recording.Seen(1, 1));
+}
+
+TEST(MarkerTables, NameLineAndField) {
+  const auto error_of = [](std::string text, const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+    try {
+      ParseTrc(text, "x.trc");
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  EXPECT_THAT(error_of(kTrc, "\t4\t5\t6", "\t4\tfive\t6"), HasSubstr("x.trc:7: 'five'"));
+  EXPECT_THAT(error_of(kTrc, "\t4\t5\t6", "\t4\tinf\t6"), HasSubstr("x.trc:7"));
+  EXPECT_THAT(error_of(kTrc, "\t4\t5\t6", "\t4"), HasSubstr("8 are expected"));
+  EXPECT_THAT(error_of(kTrc, "\tm\n", "\tfurlong\n"), HasSubstr("furlong"));
+  EXPECT_THAT(error_of(kTrc, "60\t60", "0\t60"), HasSubstr("rate of 0 Hz"));
+  EXPECT_THAT(error_of(kTrc, "\tB\t", "\tA\t"), HasSubstr("two markers 'A'"));
+  EXPECT_THAT(error_of(kTrc, "\t2\tm", "\t3\tm"), HasSubstr("NumMarkers is 3"));
+}
+
+TEST(MarkerTables, ReadQtmWithAndWithoutColumnNames) {
+  const std::string head =
+      "NO_OF_FRAMES\t1\r\nNO_OF_MARKERS\t2\r\nFREQUENCY\t200\r\nMARKER_NAMES\ta\tb\r\n";
+  const MarkerRecording bare = ParseQtmTsv(head + "1\t2\t3\t0.000\t0.000\t0.000\r\n", "x.tsv");
+  EXPECT_TRUE(bare.At(0, 0).isApprox(Eigen::Vector3d(0.001, 0.002, 0.003)));
+  EXPECT_FALSE(bare.Seen(1, 0));
+  const MarkerRecording named = ParseQtmTsv(
+      head + "Frame\tTime\ta X\ta Y\ta Z\tb X\tb Y\tb Z\t\r\n9\t0.1\t1\t2\t3\tnan\tnan\tnan\r\n",
+      "x.tsv");
+  EXPECT_EQ(named.first_frame, 9);
+  EXPECT_EQ(named.At(0, 0), bare.At(0, 0));
+  EXPECT_FALSE(named.Seen(1, 0));
+}
+
+TEST(ReadMarkers, ReadsCapturesOfLaboratories) {
+  const std::filesystem::path data = testing::DataFolder();
+  const std::filesystem::path vicon = data / "adl/ADL001/ADL001DL1.csv.gz";
+  const std::filesystem::path qualisys = data / "markers/dfki_pillow/recording.tsv.gz";
+  if (!std::filesystem::exists(vicon) || !std::filesystem::exists(qualisys)) {
+    GTEST_SKIP() << "no marker recordings in " << data << " (set HOLDFAST_DATA)";
+  }
+  const MarkerRecording drink = ReadMarkers(vicon);
+  EXPECT_EQ(drink.format, MarkerFormat::kViconCsv);
+  EXPECT_EQ(drink.NumMarkers(), 49);  // ten of them of the static trial alone
+  EXPECT_EQ(drink.rate_hz, 100.0);
+  EXPECT_EQ(drink.subjects.front(), "ADL001");
+  ASSERT_TRUE(drink.Find("lftp"));
+  for (int t = 0; t < drink.NumFrames(); ++t) EXPECT_TRUE(drink.Seen(*drink.Find("lftp"), t));
+  EXPECT_FALSE(drink.Seen(*drink.Find("rlep"), 0));
+  EXPECT_TRUE(drink.At(0, 0).isApprox(Eigen::Vector3d(0.12957, -0.29064, 0.35483), 1e-12));
+  const MarkerRecording pillow = ReadMarkers(qualisys);
+  EXPECT_EQ(pillow.NumFrames(), 6000);
+  EXPECT_EQ(pillow.NumMarkers(), 21);
+  int gone = 0;
+  for (int t = 0; t < 6000; ++t) gone += pillow.Seen(*pillow.Find("thumb_tip"), t) ? 0 : 1;
+  EXPECT_EQ(gone, 493);
+  EXPECT_THROW(ReadMarkers(data / "README.md"), Error);
+}
+
+}  // namespace
+}  // namespace holdfast
