@@ -10,7 +10,7 @@
 namespace holdfast {
 namespace {
 
-constexpr int kTile = 64;  // vertices whose numbers stay in the cache
+constexpr int kTile = kernels::kTileVertices;
 
 // Where the blend shapes are few, skinning is all there is to do: one frame after the other is
 // faster then.
@@ -42,7 +42,7 @@ class FrameRows {
                kernels::kFrameQuantum * kernels::kFrameQuantum),
         rotation_(Rows(9 * kNumJoints)),
         offset_(Rows(3 * kNumJoints)),
-        features_(Rows(9 * surface.PoseDirs().size())),
+        features_(9 * surface.PoseDirs().size() * static_cast<std::size_t>(width_)),
         next_(surface.PoseDirs().size(), 0) {
     for (std::size_t t = 0; t < states.size(); ++t) {
       for (int j = 0; j < kNumJoints; ++j) {
@@ -52,12 +52,15 @@ class FrameRows {
     }
     for (std::size_t b = 0; b < next_.size(); ++b) {
       const BodySurface::PoseDirBlock& block = surface.PoseDirs()[b];
+      bool turns = false;
       for (std::size_t t = 0; t < states.size(); ++t) {
-        SetMatrix(features_, b, t,
-                  states[t].local_rotation[block.joint] - Eigen::Matrix3d::Identity());
+        const Eigen::Matrix3d feature =
+            states[t].local_rotation[block.joint] - Eigen::Matrix3d::Identity();
+        turns |= !feature.isZero(0.0);
+        SetMatrix(features_, b, t, feature);
       }
       blocks_.push_back({block.vertices.data(), static_cast<long>(block.vertices.size()),
-                         block.dirs.data(), features_.data() + 9 * b * width_});
+                         block.dirs.data(), turns ? features_.data() + 9 * b * width_ : nullptr});
     }
     in_ = {width_,
            blocks_.data(),
@@ -100,14 +103,18 @@ class FrameRows {
   }
 
  private:
-  void SetMatrix(std::vector<double>& rows, std::size_t index, std::size_t t,
+  template <typename Real>
+  void SetMatrix(std::vector<Real>& rows, std::size_t index, std::size_t t,
                  const Eigen::Matrix3d& matrix) const {
-    for (int e = 0; e < 9; ++e) rows[(9 * index + e) * width_ + t] = matrix(e / 3, e % 3);
+    for (int e = 0; e < 9; ++e) {
+      rows[(9 * index + e) * width_ + t] = static_cast<Real>(matrix(e / 3, e % 3));
+    }
   }
 
   int num_vertices_;
   long width_;
-  std::vector<double> rotation_, offset_, features_;
+  std::vector<double> rotation_, offset_;
+  std::vector<float> features_;
   std::vector<long> next_;
   std::vector<kernels::SkinningArguments::Block> blocks_;
   kernels::SkinningArguments in_;
@@ -133,9 +140,11 @@ void ForwardFrames(const BodySurface& surface, std::span<const JointPose> poses,
   if (!together) return;
   FrameRows frames(surface, states);
   std::vector<double> posed_rest = frames.Rows(3 * kTile), vertices = frames.Rows(3 * kTile);
+  std::vector<float> offsets(posed_rest.size());
   const TileLoops loops = LoopsOf(isa);
   frames.ForTiles([&](int begin, int end) {
-    loops.pose(frames.In(), begin, end, frames.Next(), posed_rest.data(), vertices.data());
+    loops.pose(frames.In(), begin, end, frames.Next(), offsets.data(), posed_rest.data(),
+               vertices.data());
     for (std::size_t t = 0; t < states.size(); ++t) {
       frames.ToFrame(posed_rest, begin, end, t, states[t].posed_rest.data());
       frames.ToFrame(vertices, begin, end, t, states[t].vertices.data());

@@ -14,13 +14,14 @@
 #include "solver/fit/wrist_offset_block.h"
 #include "solver/terms/hand/object_data.h"
 #include "solver/terms/hand/temporal.h"
+#include "solver/unknowns/dense_minimizer.h"
 #include "solver/unknowns/rotation_manifold.h"
 #include "solver/unknowns/wrist_offset.h"
 
 namespace holdfast {
 namespace {
 
-// What Ceres needs of one hand while a frame is solved.
+// What is needed of one hand while a frame is solved.
 struct HandBlocks {
   std::optional<Temporal> temporal;
   std::optional<FingerTemporal> finger_temporal;
@@ -67,26 +68,23 @@ ceres::Problem::Options BorrowingProblem() {
   return options;
 }
 
-// One frame for Ceres: moves the object, the fingers of the hands that hold and, where two do,
+// One frame to be solved: moves the object, the fingers of the hands that hold and, where two do,
 // their wrists. Hands and object are those of the fitter and change in place.
 class FrameProblem {
  public:
   FrameProblem(const FitOptions& options, double frame_s, const std::vector<FittedHand*>& holding,
                ObjectPose& object)
-      : options_(options),
-        frame_s_(frame_s),
-        holding_(holding),
-        object_(object),
-        start_(object),
-        problem_(BorrowingProblem()) {
-    problem_.AddParameterBlock(Q(), 4, &manifold_);
+      : options_(options), frame_s_(frame_s), holding_(holding), object_(object), start_(object) {
+    for (FittedHand* hand : holding) problem_.AddBlock(hand->fingers.data(), kHandDofs);
+    problem_.AddBlock(Q(), 4, true);
+    problem_.AddBlock(T(), 3);
   }
   FrameProblem(const FrameProblem&) = delete;
   FrameProblem& operator=(const FrameProblem&) = delete;
 
   void AddGuide(const ObjectPose& guide) {
     data_.emplace(guide, options_.lambda_object);
-    problem_.AddResidualBlock(&*data_, nullptr, Q(), T());
+    problem_.AddTerm(*data_, {Q(), T()});
   }
   // The k-th hand: its wrist starts at `step`. `previous` is the object in the last frame, `pose`
   // the clip's in this one.
@@ -109,10 +107,9 @@ class FrameProblem {
   const std::vector<FittedHand*>& holding_;
   ObjectPose& object_;
   ObjectPose start_;
-  RotationManifold manifold_;
   std::optional<ObjectData> data_;
   std::array<HandBlocks, 2> blocks_;
-  ceres::Problem problem_;
+  DenseMinimizer problem_;
 };
 
 void FrameProblem::AddHand(std::size_t k, const WristOffset& step, const ObjectPose& previous,
@@ -126,58 +123,59 @@ void FrameProblem::AddHand(std::size_t k, const WristOffset& step, const ObjectP
   if (holding_.size() > 1) {
     AddMovedHold(hand, own);
   } else {
-    problem_.AddResidualBlock(&hand.Block(), nullptr, Q(), T(), p);
+    problem_.AddTerm(static_cast<const NormalTerm&>(hand.Block()), {Q(), T(), p});
   }
   if (k == 0) {
     own.temporal.emplace(previous.orientation, previous.translation, hand.fingers,
                          options_.lambda_temporal);
-    problem_.AddResidualBlock(&*own.temporal, nullptr, Q(), T(), p);
+    problem_.AddTerm(*own.temporal, {Q(), T(), p});
   } else {
     own.finger_temporal.emplace(hand.fingers, options_.lambda_temporal);
-    problem_.AddResidualBlock(&*own.finger_temporal, nullptr, p);
+    problem_.AddTerm(*own.finger_temporal, {p});
   }
   if (options_.lambda_fingers > 0.0) {
     own.finger_data.emplace(FingersOf(pose, hand.HandSide()), options_.lambda_fingers);
-    problem_.AddResidualBlock(&*own.finger_data, nullptr, p);
+    problem_.AddTerm(*own.finger_data, {p});
   }
-  if (hand.Limits() != nullptr) problem_.AddResidualBlock(hand.Limits(), nullptr, p);
+  if (hand.Limits() != nullptr) problem_.AddTerm(*hand.Limits(), {p});
 }
 
 // The terms between the object and a hand whose wrist may leave the clip's.
 void FrameProblem::AddMovedHold(FittedHand& hand, HandBlocks& own) {
   double* const C = own.step.rotation.coeffs().data();
   double* const c = own.step.translation.data();
-  problem_.AddParameterBlock(C, 4, &manifold_);
   own.moved.emplace(&hand.Block(), &hand.State());
-  problem_.AddResidualBlock(&*own.moved, nullptr, Q(), T(), hand.fingers.data(), C, c);
-  if (options_.lambda_wrist > 0.0) {
-    own.prior.emplace(hand.offset, options_.lambda_wrist);
-    problem_.AddResidualBlock(&*own.prior, nullptr, C, c);
-    // Hands that took hold off the clip's wrists go there within release_s, not at once.
-    own.calm.emplace(WristOffset{}, options_.lambda_wrist * options_.release_s / frame_s_);
-    problem_.AddResidualBlock(&*own.calm, nullptr, C, c);
-  } else {
-    problem_.SetParameterBlockConstant(C);
-    problem_.SetParameterBlockConstant(c);
-  }
+  problem_.AddTerm(static_cast<const NormalTerm&>(*own.moved),
+                   {Q(), T(), hand.fingers.data(), C, c});
+  if (!(options_.lambda_wrist > 0.0)) return;  // the wrist stays where it is
+  problem_.AddBlock(C, 4, true);
+  problem_.AddBlock(c, 3);
+  own.prior.emplace(hand.offset, options_.lambda_wrist);
+  problem_.AddTerm(*own.prior, {C, c});
+  // Hands that took hold off the clip's wrists go there within release_s, not at once.
+  own.calm.emplace(WristOffset{}, options_.lambda_wrist * options_.release_s / frame_s_);
+  problem_.AddTerm(*own.calm, {C, c});
 }
 
 void FrameProblem::Solve(FrameReport& report) {
   // Terms that look at some points only may find that the hand has gone where they did not look.
   constexpr int kRounds = 3;
-  ceres::Solver::Summary summary;
+  const DenseMinimizer::Options options{options_.max_iterations, options_.step_tolerance,
+                                        options_.function_tolerance};
+  DenseMinimizer::Report solved;
   for (int round = 0; round < kRounds; ++round) {
-    ceres::Solve(FrameSolverOptions(options_), &problem_, &summary);
-    report.iterations += summary.num_successful_steps + summary.num_unsuccessful_steps;
+    solved = problem_.Minimize(options);
+    report.iterations += solved.iterations;
+    if (solved.stop == DenseMinimizer::Stop::kFailed) break;
     bool anew = false;
     for (std::size_t k = 0; k < holding_.size(); ++k) {
-      anew |= summary.IsSolutionUsable() && holding_[k]->Watch(object_, blocks_[k].step);
+      anew |= holding_[k]->Watch(object_, blocks_[k].step);
     }
     if (!anew) break;
   }
-  if (summary.termination_type == ceres::CONVERGENCE) {
+  if (solved.stop == DenseMinimizer::Stop::kConverged) {
     report.stop = StopReason::kConverged;
-  } else if (summary.IsSolutionUsable()) {
+  } else if (solved.stop == DenseMinimizer::Stop::kIterationLimit) {
     report.stop = StopReason::kIterationLimit;
   } else {
     report.stop = StopReason::kFailed;

@@ -57,6 +57,7 @@ Eigen::Matrix3d Factor3(const Eigen::Matrix3d& M) {
 struct HandObjectBlock::Scratch {
   std::array<double, 4 + 3 + kHandDofs> point;  // parameters of what follows
   bool valid = false;
+  bool rows_valid = false;  // of skin terms; they may choose points anew while the rest stays
   bool has_jacobian = false;
   std::array<double, 4 + 3 + kHandDofs> linearized;  // where Jacobians were last asked for
   std::optional<Energies> linearized_energies;
@@ -66,7 +67,7 @@ struct HandObjectBlock::Scratch {
   std::vector<VertexQuadratic> quadratics;
   SkinRows rows;
   std::vector<double> dense_rows;  // (rows x 56): the chained rows of skin terms
-  Energies energies;
+  Energies vertex_energies, energies;
   Isa isa = BestIsa();
   System system;
 };
@@ -92,7 +93,11 @@ void HandObjectBlock::Update(double const* const* parameters, bool with_jacobian
   std::copy_n(parameters[1], 3, point.begin() + 4);
   std::copy_n(parameters[2], kHandDofs, point.begin() + 7);
   const bool same = s.valid && point == s.point;
-  if (same && (s.has_jacobian || !with_jacobian)) return;
+  if (same && !s.rows_valid) UpdateRows();
+  if (same && (s.has_jacobian || !with_jacobian)) {
+    if (with_jacobian) s.linearized_energies = s.energies;
+    return;
+  }
   s.has_jacobian = with_jacobian;
   if (same) {
     s.linearized = point;
@@ -110,17 +115,24 @@ void HandObjectBlock::Update(double const* const* parameters, bool with_jacobian
   s.z.noalias() = s.rotation.transpose() * s.arms;
   const VertexQuadratic nothing{Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(), 0.0};
   std::ranges::fill(s.quadratics, nothing);
-  s.energies = {};
-  for (const auto& [kind, term] : terms_) s.energies[kind] += term->Add(s.z, s.quadratics);
-  s.rows.Clear();
-  if (watch_always_) {
-    for (const auto& [kind, term] : skin_terms_) term->Watch(s.z);
-  }
-  for (const auto& [kind, term] : skin_terms_) s.energies[kind] += term->Add(s.z, s.rows);
+  s.vertex_energies = {};
+  for (const auto& [kind, term] : terms_) s.vertex_energies[kind] += term->Add(s.z, s.quadratics);
+  UpdateRows();
   if (with_jacobian) {
     s.linearized = s.point;
     s.linearized_energies = s.energies;
   }
+}
+
+void HandObjectBlock::UpdateRows() const {
+  Scratch& s = *scratch_;
+  s.rows.Clear();
+  s.energies = s.vertex_energies;
+  if (watch_always_) {
+    for (const auto& [kind, term] : skin_terms_) term->Watch(s.z);
+  }
+  for (const auto& [kind, term] : skin_terms_) s.energies[kind] += term->Add(s.z, s.rows);
+  s.rows_valid = true;
 }
 
 bool HandObjectBlock::Watch(double const* const* parameters) {
@@ -128,7 +140,10 @@ bool HandObjectBlock::Watch(double const* const* parameters) {
   Update(parameters, false);
   bool anew = false;
   for (const auto& [kind, term] : skin_terms_) anew |= term->Watch(scratch_->z);
-  if (anew) Invalidate();
+  if (anew) {
+    scratch_->rows_valid = false;
+    scratch_->linearized_energies.reset();
+  }
   return anew;
 }
 
@@ -262,15 +277,39 @@ void HandObjectBlock::Linearize(double const* const* parameters, System& system)
   Chain(system);
 }
 
-bool HandObjectBlock::Evaluate(double const* const* parameters, double* residuals,
-                               double** jacobians) const {
-  Scratch& s = *scratch_;
-  Update(parameters, jacobians != nullptr);
+const HandObjectBlock::System& HandObjectBlock::Linearized(double const* const* parameters) const {
+  Linearize(parameters, scratch_->system);
+  return scratch_->system;
+}
+
+void HandObjectBlock::NormalEquations(double const* const* parameters,
+                                      Eigen::Ref<Eigen::MatrixXd> hessian,
+                                      Eigen::Ref<Eigen::VectorXd> gradient) const {
+  const System& system = Linearized(parameters);
+  hessian = system.hessian;
+  gradient = system.gradient;
+}
+
+double HandObjectBlock::Cost() const {
+  const Scratch& s = *scratch_;
   double cost = 0.0;
   for (const VertexQuadratic& quadratic : s.quadratics) cost += quadratic.cost;
   for (std::size_t k = 0; k < s.rows.Size(); ++k) {
     cost += 0.5 * s.rows.Residual(k) * s.rows.Residual(k);
   }
+  return cost;
+}
+
+double HandObjectBlock::CostAt(double const* const* parameters) const {
+  Update(parameters, false);
+  return Cost();
+}
+
+bool HandObjectBlock::Evaluate(double const* const* parameters, double* residuals,
+                               double** jacobians) const {
+  Scratch& s = *scratch_;
+  Update(parameters, jacobians != nullptr);
+  const double cost = Cost();
   if (!std::isfinite(cost)) return false;
   Eigen::Map<Eigen::Matrix<double, kRows, 1>> r(residuals);
   if (jacobians == nullptr) {

@@ -12,6 +12,7 @@
 
 #include "geometry/body/hand_model.h"
 #include "solver/fit/energy.h"
+#include "solver/unknowns/dense_minimizer.h"
 #include "solver/unknowns/skin_term.h"
 #include "solver/unknowns/vertex_term.h"
 
@@ -29,7 +30,7 @@ namespace holdfast {
 /// translation T (3, metres, world), fingers P (45, axis-angle, radians). Residuals: 52, square
 /// roots of energy. Evaluate returns false when the cost is not finite. `state` must have its body
 /// set, outlives the block, and is written to: one block per thread.
-class HandObjectBlock final : public ceres::CostFunction {
+class HandObjectBlock final : public ceres::CostFunction, public NormalTerm {
  public:
   static constexpr int kTangent = 6 + kHandDofs;
   static constexpr int kRows = kTangent + 1;
@@ -67,12 +68,20 @@ class HandObjectBlock final : public ceres::CostFunction {
 
   /// The system at a point, in tangent order (rotation on the right, T, P).
   void Linearize(double const* const* parameters, System& system) const;
+  const System& Linearized(double const* const* parameters) const;
+
+  std::vector<int> TangentSizes() const override { return {3, 3, kHandDofs}; }
+  double CostAt(double const* const* parameters) const override;
+  void NormalEquations(double const* const* parameters, Eigen::Ref<Eigen::MatrixXd> hessian,
+                       Eigen::Ref<Eigen::VectorXd> gradient) const override;
 
  private:
   struct Scratch;
   // Vertices, their place in the object's frame and the terms' quadratics; kept while the
   // parameters stay the same, as Ceres evaluates an accepted point twice.
   void Update(double const* const* parameters, bool with_jacobian) const;
+  void UpdateRows() const;
+  double Cost() const;
   void Chain(System& system) const;
   template <int kFingers>
   void ChainGroup(int g, System& system) const;

@@ -9,10 +9,12 @@
 ///   rotation_manifold.h  unit quaternions as SO(3), tangent in radians
 ///   vertex_term.h        terms of hand vertices, in Gauss-Newton form
 ///   skin_term.h          terms with a row per skin point
+///   dense_minimizer.h    least squares of one frame, from normal equations
 ///   wrist_offset.h       a hand moved off the clip's wrist
 ///   upper_body_chain.h   trunk, arm and head: 28 changes a frame
 ///   change_spline.h      those changes over time, a cubic B-spline
 #include "solver/unknowns/change_spline.h"
+#include "solver/unknowns/dense_minimizer.h"
 #include "solver/unknowns/quiet_ceres.h"
 #include "solver/unknowns/rotation_manifold.h"
 #include "solver/unknowns/skin_term.h"

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 #if defined(__AVX2__)
+#include <immintrin.h>
+
 #define HOLDFAST_LANES 4
+#define HOLDFAST_MULTIPLY_ADD(a, b, c) _mm256_fmadd_ps(_mm256_set1_ps(a), b, c)
 #include "geometry/body/kernels/skinning_loop.h"
 
 namespace holdfast::kernels {
 
-void PoseTileAvx2(const SkinningArguments& in, int begin, int end, long* next, double* posed_rest,
-                  double* vertices) {
-  PoseTile(in, begin, end, next, posed_rest, vertices);
+void PoseTileAvx2(const SkinningArguments& in, int begin, int end, long* next, float* offsets,
+                  double* posed_rest, double* vertices) {
+  PoseTile(in, begin, end, next, offsets, posed_rest, vertices);
 }
 
 void AdjointTileAvx2(const SkinningArguments& in, int begin, int end, long* next,

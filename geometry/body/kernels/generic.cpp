@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #define HOLDFAST_LANES 2
+#define HOLDFAST_MULTIPLY_ADD(a, b, c) ((a) * (b) + (c))
 #include "geometry/body/kernels/skinning_loop.h"
 
 namespace holdfast::kernels {
 
-void PoseTileGeneric(const SkinningArguments& in, int begin, int end, long* next,
+void PoseTileGeneric(const SkinningArguments& in, int begin, int end, long* next, float* offsets,
                      double* posed_rest, double* vertices) {
-  PoseTile(in, begin, end, next, posed_rest, vertices);
+  PoseTile(in, begin, end, next, offsets, posed_rest, vertices);
 }
 
 void AdjointTileGeneric(const SkinningArguments& in, int begin, int end, long* next,

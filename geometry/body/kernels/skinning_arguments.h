@@ -12,8 +12,8 @@ struct SkinningArguments {
   struct Block {
     const int* vertices;  ///< ascending
     long count;
-    const double* dirs;     ///< 3 x 9 a vertex, row-major
-    const double* feature;  ///< R - I, row-major: 9 rows
+    const double* dirs;    ///< 3 x 9 a vertex, row-major
+    const float* feature;  ///< R - I, row-major: 9 rows; null where they are zeros in all frames
   };
 
   long frames;
@@ -26,13 +26,16 @@ struct SkinningArguments {
   const double* offset;                ///< A_j^t + trans: 3 rows a joint
 };
 
-inline constexpr long kFrameQuantum = 8;
+inline constexpr long kFrameQuantum = 16;
+inline constexpr int kTileVertices = 64;  ///< at most; their numbers stay in the cache
 
 /// Vertices [begin, end) in all frames: v_p and v, 3 rows a vertex. `next` has, for every block,
-/// the first of its vertices that is not below `begin`, and is moved on to `end`. Sums are made in
-/// the same order for every instruction set, without fused multiply-adds.
+/// the first of its vertices that is not below `begin`, and is moved on to `end`. What the blend
+/// shapes add is summed in single precision, and fused where the instruction set has it: a
+/// millionth of the millimetres that it is. `offsets` is scratch, 3 rows a vertex. All other sums
+/// are double, in the same order for every instruction set, without fused multiply-adds.
 using PoseTileLoop = void(const SkinningArguments& in, int begin, int end, long* next,
-                          double* posed_rest, double* vertices);
+                          float* offsets, double* posed_rest, double* vertices);
 PoseTileLoop PoseTileGeneric, PoseTileAvx2, PoseTileAvx512;
 
 /// What derivatives by the vertices come to, rows as of what they belong to; sums over all

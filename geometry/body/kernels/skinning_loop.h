@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Included by one file for each instruction set, which defines HOLDFAST_LANES: doubles of a vector.
+// Included by one file for each instruction set, which defines HOLDFAST_LANES, doubles of a vector,
+// and HOLDFAST_MULTIPLY_ADD(a, b, c), a b + c of a float and vectors of twice as many.
 #pragma once
 
 #include "geometry/body/kernels/skinning_arguments.h"
@@ -9,6 +10,10 @@ namespace {
 
 using Lanes [[gnu::vector_size(8 * HOLDFAST_LANES), gnu::aligned(8), gnu::may_alias]] = double;
 
+using FloatLanes [[gnu::vector_size(8 * HOLDFAST_LANES), gnu::aligned(4), gnu::may_alias]] = float;
+
+inline const FloatLanes& At(const float* p) { return *reinterpret_cast<const FloatLanes*>(p); }
+inline FloatLanes& At(float* p) { return *reinterpret_cast<FloatLanes*>(p); }
 inline const Lanes& At(const double* p) { return *reinterpret_cast<const Lanes*>(p); }
 inline Lanes& At(double* p) { return *reinterpret_cast<Lanes*>(p); }
 
@@ -18,18 +23,22 @@ void PassTile(const SkinningArguments::Block& block, int end, long& next) {
 }
 
 void AddPoseDirs(const SkinningArguments& in, const SkinningArguments::Block& block, int begin,
-                 long first, long last, double* posed_rest) {
-  for (long f = 0; f < in.frames; f += HOLDFAST_LANES) {
-    Lanes x[9];
+                 long first, long last, float* offsets) {
+  float dirs[27 * kTileVertices];
+  for (long e = 27 * first; e < 27 * last; ++e) {
+    dirs[e - 27 * first] = static_cast<float>(block.dirs[e]);
+  }
+  for (long f = 0; f < in.frames; f += 2 * HOLDFAST_LANES) {
+    FloatLanes x[9];
     for (int e = 0; e < 9; ++e) x[e] = At(block.feature + e * in.frames + f);
     for (long k = first; k < last; ++k) {
-      double* const out = posed_rest + 3 * (block.vertices[k] - begin) * in.frames + f;
-      for (int c = 0; c < 3; ++c) {
-        const double* const d = block.dirs + 9 * (3 * k + c);
-        At(out + c * in.frames) += (((d[0] * x[0] + d[2] * x[2]) + (d[4] * x[4] + d[6] * x[6])) +
-                                    ((d[1] * x[1] + d[3] * x[3]) + (d[5] * x[5] + d[7] * x[7]))) +
-                                   d[8] * x[8];
+      float* const out = offsets + 3 * (block.vertices[k] - begin) * in.frames + f;
+      const float* const d = dirs + 27 * (k - first);
+      FloatLanes sum[3] = {At(out), At(out + in.frames), At(out + 2 * in.frames)};
+      for (int e = 0; e < 9; ++e) {
+        for (int c = 0; c < 3; ++c) sum[c] = HOLDFAST_MULTIPLY_ADD(d[9 * c + e], x[e], sum[c]);
       }
+      for (int c = 0; c < 3; ++c) At(out + c * in.frames) = sum[c];
     }
   }
 }
@@ -54,16 +63,22 @@ void Skin(const SkinningArguments& in, int vertex, const double* posed_rest, dou
   }
 }
 
-void PoseTile(const SkinningArguments& in, int begin, int end, long* next, double* posed_rest,
-              double* vertices) {
-  for (int r = 3 * begin; r < 3 * end; ++r) {
-    double* const row = posed_rest + (r - 3 * begin) * in.frames;
-    for (long f = 0; f < in.frames; ++f) row[f] = in.rest[r];
-  }
+void PoseTile(const SkinningArguments& in, int begin, int end, long* next, float* offsets,
+              double* posed_rest, double* vertices) {
+  const long numbers = 3 * (end - begin) * in.frames;
+  for (long k = 0; k < numbers; ++k) offsets[k] = 0.0f;
   for (int b = 0; b < in.num_blocks; ++b) {
     const long first = next[b];
     PassTile(in.blocks[b], end, next[b]);
-    AddPoseDirs(in, in.blocks[b], begin, first, next[b], posed_rest);
+    if (in.blocks[b].feature != nullptr) {
+      AddPoseDirs(in, in.blocks[b], begin, first, next[b], offsets);
+    }
+  }
+  for (int r = 3 * begin; r < 3 * end; ++r) {
+    const long row = (r - 3 * begin) * in.frames;
+    for (long f = 0; f < in.frames; ++f) {
+      posed_rest[row + f] = in.rest[r] + static_cast<double>(offsets[row + f]);
+    }
   }
   for (int i = begin; i < end; ++i) {
     const long at = 3 * (i - begin) * in.frames;

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <set>
-#include <span>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -22,12 +22,56 @@ constexpr double kReach = 0.014;
 constexpr double kWatchMargin = 0.002;
 constexpr double kNearMargin = 0.010;
 
-bool Moved(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to, double margin) {
-  if (from.cols() != to.cols()) return true;
-  return (from - to).colwise().squaredNorm().maxCoeff() > margin * margin;
+// How far the vertex went that went farthest.
+double Movement(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
+  if (from.cols() != to.cols()) return std::numeric_limits<double>::infinity();
+  return std::sqrt((from - to).colwise().squaredNorm().maxCoeff());
 }
 
 }  // namespace
+
+// The triangle nearest to a sample, of those that it is shown.
+class ObjectInHand::Nearest {
+ public:
+  Nearest(const Eigen::Matrix3Xd& z, const Eigen::Matrix3Xi& faces, const Eigen::Vector3d& sample)
+      : z_(z), faces_(faces), sample_(sample) {}
+
+  // Returns the triangle's squared distance.
+  double Show(int f) {
+    const Eigen::Vector3d a = z_.col(faces_(0, f)), b = z_.col(faces_(1, f)),
+                          c = z_.col(faces_(2, f));
+    const Eigen::Vector3d closest = ClosestOnTriangle(sample_, a, b, c).point;
+    const double squared = (sample_ - closest).squaredNorm();
+    if (squared > nearest_ * (1.0 + 1e-9)) return squared;
+    const Eigen::Vector3d face_normal = (b - a).cross(c - a).normalized();
+    if (squared < nearest_ * (1.0 - 1e-9)) {
+      normal_ = face_normal;
+      face_ = f;
+      point_ = closest;
+      nearest_ = squared;
+    } else {
+      normal_ += face_normal;
+    }
+    return squared;
+  }
+
+  int Face() const { return face_; }  // -1 when none was shown
+  const Eigen::Vector3d& Point() const { return point_; }
+  double Squared() const { return nearest_; }
+  // Below the skin, negative outside, metres.
+  double Depth() const {
+    return std::sqrt(nearest_) * (normal_.dot(sample_ - point_) < 0.0 ? 1.0 : -1.0);
+  }
+
+ private:
+  const Eigen::Matrix3Xd& z_;
+  const Eigen::Matrix3Xi& faces_;
+  Eigen::Vector3d sample_;
+  double nearest_ = std::numeric_limits<double>::infinity();
+  int face_ = -1;
+  Eigen::Vector3d point_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal_ = Eigen::Vector3d::Zero();  // of all triangles that hold the point
+};
 
 ObjectInHand::ObjectInHand(const HandModel& hand, const Eigen::Matrix3Xd& samples, double give_m,
                            double weight)
@@ -64,6 +108,60 @@ ObjectInHand::ObjectInHand(const HandModel& hand, const Eigen::Matrix3Xd& sample
     }
     faces_around_[i].assign(two_rings.begin(), two_rings.end());
   }
+  std::vector<int> all(count);
+  std::iota(all.begin(), all.end(), 0);
+  SplitVertices(std::move(all));
+}
+
+// Halves the vertices along their longest side until few are left.
+void ObjectInHand::SplitVertices(std::vector<int> vertices) {
+  constexpr std::size_t kMost = 16;
+  if (vertices.size() <= kMost) {
+    clumps_.push_back({std::move(vertices), Eigen::Vector3d::Zero(), 0.0});
+    return;
+  }
+  const Eigen::Matrix3Xd& rest = hand_.Surface().RestVertices();
+  Eigen::AlignedBox3d box;
+  for (const int i : vertices) box.extend(rest.col(i));
+  Eigen::Index axis = 0;
+  box.sizes().maxCoeff(&axis);
+  const auto middle = vertices.begin() + static_cast<std::ptrdiff_t>(vertices.size() / 2);
+  std::ranges::nth_element(vertices, middle, {},
+                           [&](int i) { return std::pair(rest(axis, i), i); });
+  SplitVertices({vertices.begin(), middle});
+  SplitVertices({middle, vertices.end()});
+}
+
+void ObjectInHand::BoundClumps(const Eigen::Matrix3Xd& z) {
+  for (Clump& clump : clumps_) {
+    clump.center.setZero();
+    for (const int i : clump.vertices) clump.center += z.col(i);
+    clump.center /= static_cast<double>(clump.vertices.size());
+    double squared = 0.0;
+    for (const int i : clump.vertices) {
+      squared = std::max(squared, (z.col(i) - clump.center).squaredNorm());
+    }
+    clump.radius = std::sqrt(squared);
+  }
+}
+
+// The distance of the nearest vertex and which it is, where it is nearer than `within`; else any
+// number that is not.
+double ObjectInHand::NearestVertex(const Eigen::Matrix3Xd& z, const Eigen::Vector3d& o,
+                                   double within, int& vertex) const {
+  double nearest = within, squared = within * within;
+  for (const Clump& clump : clumps_) {
+    const double reach = nearest + clump.radius;
+    if ((o - clump.center).squaredNorm() > reach * reach) continue;
+    for (const int i : clump.vertices) {
+      const double here = (z.col(i) - o).squaredNorm();
+      if (here > squared || (here == squared && i > vertex)) continue;
+      squared = here;
+      vertex = i;
+    }
+    nearest = std::sqrt(squared);
+  }
+  return nearest;
 }
 
 void ObjectInHand::FindNear(const Eigen::Matrix3Xd& z) {
@@ -74,64 +172,48 @@ void ObjectInHand::FindNear(const Eigen::Matrix3Xd& z) {
   for (Eigen::Index j = 0; j < samples_.cols(); ++j) {
     const Eigen::Vector3d o = samples_.col(j);
     if ((o.array() < low.array()).any() || (o.array() > high.array()).any()) continue;
-    if ((z.colwise() - o).colwise().squaredNorm().minCoeff() < kFar * kFar) {
-      near_.push_back(static_cast<int>(j));
-    }
+    int vertex = 0;
+    const double distance = NearestVertex(z, o, kFar, vertex);
+    if (distance < kFar) near_.push_back({static_cast<int>(j), distance});
   }
   near_at_ = z;
 }
 
-template <typename Faces>
-ObjectInHand::Nearest ObjectInHand::FindNearest(const Eigen::Matrix3Xd& z, int sample,
-                                                const Faces& among) const {
-  const Eigen::Matrix3Xi& faces = hand_.Surface().Faces();
-  const Eigen::Vector3d o = samples_.col(sample);
-  double nearest = std::numeric_limits<double>::infinity();
-  Nearest result{0.0, -1, Eigen::Vector3d::Zero()};
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // of all faces that hold the nearest point
-  for (const int f : among) {
-    const Eigen::Vector3d a = z.col(faces(0, f)), b = z.col(faces(1, f)), c = z.col(faces(2, f));
-    const Eigen::Vector3d closest = ClosestOnTriangle(o, a, b, c).point;
-    const double squared = (o - closest).squaredNorm();
-    if (squared > nearest * (1.0 + 1e-9)) continue;
-    const Eigen::Vector3d face_normal = (b - a).cross(c - a).normalized();
-    if (squared < nearest * (1.0 - 1e-9)) {
-      normal = face_normal;
-      result.face = f;
-      result.point = closest;
-      nearest = squared;
-    } else {
-      normal += face_normal;
-    }
-  }
-  result.depth = std::sqrt(nearest) * (normal.dot(o - result.point) < 0.0 ? 1.0 : -1.0);
-  return result;
-}
-
 bool ObjectInHand::Watch(const Eigen::Matrix3Xd& z) {
-  if (!Moved(watched_at_, z, kWatchMargin)) return false;
-  if (Moved(near_at_, z, kNearMargin)) FindNear(z);
+  if (!(Movement(watched_at_, z) > kWatchMargin)) return false;
+  BoundClumps(z);
+  double moved = Movement(near_at_, z);
+  if (moved > kNearMargin) {
+    FindNear(z);
+    moved = 0.0;
+  }
   watched_.clear();
   candidates_.clear();
   const Eigen::Matrix3Xi& faces = hand_.Surface().Faces();
-  for (const int j : near_) {
-    const Eigen::Vector3d o = samples_.col(j);
-    Eigen::Index vertex = 0;
-    const double squared = (z.colwise() - o).colwise().squaredNorm().minCoeff(&vertex);
-    constexpr double kFar = kReach + kWatchMargin;
-    if (squared > kFar * kFar || at_edge_[static_cast<std::size_t>(vertex)]) continue;
-    const std::vector<int>& around = faces_around_[static_cast<std::size_t>(vertex)];
-    const double depth = FindNearest(z, j, around).depth;
-    if (depth < -2.0 * kWatchMargin) continue;
-    // The skin may move by the margin, and so may what is nearest to the sample.
-    const double within = std::abs(depth) + 2.0 * kWatchMargin;
+  constexpr double kFar = kReach + kWatchMargin;
+  for (const Near& near : near_) {
+    if (near.distance - moved > kFar) continue;
+    const Eigen::Vector3d o = samples_.col(near.sample);
+    int vertex = -1;
+    NearestVertex(z, o, kFar, vertex);
+    if (vertex < 0 || at_edge_[static_cast<std::size_t>(vertex)]) continue;
     const std::size_t begin = candidates_.size();
-    for (const int f : around) {
-      const Eigen::Vector3d closest =
-          ClosestOnTriangle(o, z.col(faces(0, f)), z.col(faces(1, f)), z.col(faces(2, f))).point;
-      if ((closest - o).squaredNorm() <= within * within) candidates_.push_back(f);
+    Nearest nearest(z, faces, o);
+    for (const int f : faces_around_[static_cast<std::size_t>(vertex)]) {
+      candidates_.push_back({f, std::sqrt(nearest.Show(f))});
     }
-    watched_.push_back({j, begin, candidates_.size()});
+    const double depth = nearest.Depth();
+    // The skin may move by the margin, and so may what is nearest to the sample.
+    const double within = depth < -2.0 * kWatchMargin ? -1.0 : std::abs(depth) + 2.0 * kWatchMargin;
+    const auto first = candidates_.begin() + static_cast<std::ptrdiff_t>(begin);
+    candidates_.erase(std::remove_if(first, candidates_.end(),
+                                     [&](const Candidate& c) { return c.distance > within; }),
+                      candidates_.end());
+    if (candidates_.size() == begin) continue;
+    std::sort(first, candidates_.end(), [](const Candidate& a, const Candidate& b) {
+      return std::pair(a.distance, a.face) < std::pair(b.distance, b.face);
+    });
+    watched_.push_back({near.sample, depth, begin, candidates_.size()});
   }
   watched_at_ = z;
   return true;
@@ -140,18 +222,24 @@ bool ObjectInHand::Watch(const Eigen::Matrix3Xd& z) {
 double ObjectInHand::Add(const Eigen::Matrix3Xd& z, SkinRows& rows) const {
   const Eigen::Matrix3Xi& faces = hand_.Surface().Faces();
   double energy = 0.0;
+  // No distance to the skin changes by more than its vertices move.
+  const double moved = Movement(watched_at_, z) * (1.0 + 1e-6);
   for (const Watched& watched : watched_) {
-    const Nearest nearest =
-        FindNearest(z, watched.sample,
-                    std::span(candidates_).subspan(watched.begin, watched.end - watched.begin));
-    const double depth = nearest.depth;
-    if (nearest.face < 0 || depth <= give_m_) continue;
+    if (watched.depth + moved <= give_m_) continue;
+    Nearest nearest(z, faces, samples_.col(watched.sample));
+    for (std::size_t k = watched.begin; k < watched.end; ++k) {
+      const double least = candidates_[k].distance - moved;
+      if (least > 0.0 && least * least > nearest.Squared() * (1.0 + 1e-6)) break;
+      nearest.Show(candidates_[k].face);
+    }
+    const double depth = nearest.Depth();
+    if (depth <= give_m_) continue;
     // The distance changes with the nearest point as if that were fixed in its triangle.
-    const Eigen::Vector3i corner = faces.col(nearest.face);
+    const Eigen::Vector3i corner = faces.col(nearest.Face());
     const Eigen::Vector3d a = z.col(corner(0)), b = z.col(corner(1)), c = z.col(corner(2));
     const Eigen::Vector3d n = (b - a).cross(c - a);
     const double area = n.squaredNorm();
-    const Eigen::Vector3d& at = nearest.point;
+    const Eigen::Vector3d& at = nearest.Point();
     const Eigen::Vector3d share((c - b).cross(at - b).dot(n) / area,
                                 (a - c).cross(at - c).dot(n) / area,
                                 (b - a).cross(at - a).dot(n) / area);

@@ -38,15 +38,27 @@ class ObjectInHand final : public SkinTerm {
  private:
   struct Watched {
     int sample;
+    double depth;            // where the hand was at watched_at_
     std::size_t begin, end;  // its candidates, in candidates_
   };
-  struct Nearest {
-    double depth;  // below the skin, negative outside, metres
-    int face;      // -1 without candidates
-    Eigen::Vector3d point;
+  struct Candidate {
+    int face;
+    double distance;  // from the sample, where the hand was at watched_at_
   };
-  template <typename Faces>
-  Nearest FindNearest(const Eigen::Matrix3Xd& z, int sample, const Faces& faces) const;
+  struct Near {
+    int sample;
+    double distance;  // of the nearest vertex, where the hand was at near_at_
+  };
+  struct Clump {
+    std::vector<int> vertices;
+    Eigen::Vector3d center;
+    double radius;
+  };
+  class Nearest;
+  void SplitVertices(std::vector<int> vertices);
+  void BoundClumps(const Eigen::Matrix3Xd& z);
+  double NearestVertex(const Eigen::Matrix3Xd& z, const Eigen::Vector3d& o, double within,
+                       int& vertex) const;
   void FindNear(const Eigen::Matrix3Xd& z);
 
   const HandModel& hand_;
@@ -55,9 +67,10 @@ class ObjectInHand final : public SkinTerm {
   double scale_;                                // square root of the weight
   std::vector<std::vector<int>> faces_around_;  // per vertex, within two rings
   std::vector<bool> at_edge_;                   // per vertex: near the open edge
-  std::vector<int> near_;                       // samples within reach
+  std::vector<Clump> clumps_;                   // vertices that lie together
+  std::vector<Near> near_;                      // samples within reach
   std::vector<Watched> watched_;
-  std::vector<int> candidates_;            // faces
+  std::vector<Candidate> candidates_;      // of each sample, the nearest first
   Eigen::Matrix3Xd near_at_, watched_at_;  // z when those were chosen
 };
 

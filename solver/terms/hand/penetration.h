@@ -44,10 +44,9 @@ class Penetration final : public SkinTerm {
   /// `landmarks` and `object` must outlive the term.
   Penetration(const HandLandmarks& landmarks, const DistanceGrid& object, double give_m,
               double weight)
-      : landmarks_(landmarks),
-        object_(object),
-        shape_{std::sqrt(weight), -give_m},
-        watched_(landmarks.Skin()) {}
+      : landmarks_(landmarks), object_(object), shape_{std::sqrt(weight), -give_m} {
+    for (const SkinPoint& point : landmarks.Skin()) watched_.push_back({point, 0.0});
+  }
 
   /// Keeps the points near the surface. Does nothing while the hand has hardly moved on the object
   /// since the last call.
@@ -65,7 +64,8 @@ class Penetration final : public SkinTerm {
     watched_.clear();
     for (const SkinPoint& point : landmarks_.Skin()) {
       const double nearest = std::min(distances_(point.a), distances_(point.b));
-      if (nearest < kReach + (point.a == point.b ? 0.0 : kHalfEdge)) watched_.push_back(point);
+      if (nearest >= kReach + (point.a == point.b ? 0.0 : kHalfEdge)) continue;
+      watched_.push_back({point, point.a == point.b ? nearest : object_.Distance(At(z, point))});
     }
     return true;
   }
@@ -73,9 +73,17 @@ class Penetration final : public SkinTerm {
   void Forget() override { watched_at_.resize(3, 0); }
   double Add(const Eigen::Matrix3Xd& z, SkinRows& rows) const override {
     double energy = 0.0;
-    for (const SkinPoint& point : watched_) {
+    const bool chosen = watched_at_.cols() == z.cols();
+    for (const Watched& watched : watched_) {
+      const SkinPoint& point = watched.point;
+      // The grid's distance, interpolated, changes by less than twice what the point moves.
+      const double room = 0.5 * (watched.distance - shape_.clearance);
+      if (chosen && room > 0.0 &&
+          (At(z, point) - At(watched_at_, point)).squaredNorm() < room * room) {
+        continue;
+      }
       Eigen::Vector3d gradient;
-      const double distance = object_.Distance(0.5 * (z.col(point.a) + z.col(point.b)), &gradient);
+      const double distance = object_.Distance(At(z, point), &gradient);
       const auto [residual, slope] = shape_(distance);
       if (residual == 0.0) continue;
       rows.Begin(residual);
@@ -92,10 +100,18 @@ class Penetration final : public SkinTerm {
   }
 
  private:
+  struct Watched {
+    SkinPoint point;
+    double distance;  // where the hand was at watched_at_
+  };
+  static Eigen::Vector3d At(const Eigen::Matrix3Xd& z, const SkinPoint& point) {
+    return 0.5 * (z.col(point.a) + z.col(point.b));
+  }
+
   const HandLandmarks& landmarks_;
   const DistanceGrid& object_;
   PenetrationShape shape_;
-  std::vector<SkinPoint> watched_;
+  std::vector<Watched> watched_;
   Eigen::VectorXd distances_;
   Eigen::Matrix3Xd watched_at_;
 };
