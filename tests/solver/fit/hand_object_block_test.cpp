@@ -3,10 +3,15 @@
 
 #include <cmath>
 
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
 #include <gtest/gtest.h>
 
 #include "solver/terms/hand/contact.h"
 #include "solver/terms/hand/hand_object_distance.h"
+#include "solver/terms/hand/temporal.h"
+#include "solver/unknowns/dense_minimizer.h"
 #include "solver/unknowns/rotation_manifold.h"
 #include "tests/support/hand_scene.h"
 #include "tests/support/plain_terms.h"
@@ -163,6 +168,53 @@ TEST(HandObjectBlock, GradientMatchesCentralDifferences) {
     const double numeric = (cost(k, h) - cost(k, -h)) / (2.0 * h);
     EXPECT_NEAR(system.gradient(k), numeric, 1e-6 * system.gradient.norm()) << k;
   }
+}
+
+// The fast path of a frame's solve against the library it stands in for.
+TEST(HandObjectBlock, DenseMinimizerEndsWhereCeresDoes) {
+  Setting s;
+  const HandObjectDistance distance(s.scene.object, s.reference, 1.0, PairPrecision::kDouble);
+  const Contact contact(s.scene.object, s.reference, 0.02, 5.0);
+  HandObjectBlock block(&s.state);
+  block.AddTerm(EnergyTerm::kDistance, &distance);
+  block.AddTerm(EnergyTerm::kContact, &contact);
+  const FingerTemporal near(s.fingers, 1e-3);
+  Setting a = s, b = s;
+  const auto parameters = [](Setting& x) {
+    return std::vector<double*>{x.orientation.coeffs().data(), x.translation.data(),
+                                x.fingers.data()};
+  };
+  DenseMinimizer minimizer;
+  minimizer.AddBlock(a.fingers.data(), kHandDofs);
+  minimizer.AddBlock(a.orientation.coeffs().data(), 4, true);
+  minimizer.AddBlock(a.translation.data(), 3);
+  minimizer.AddTerm(block, parameters(a));
+  minimizer.AddTerm(near, {a.fingers.data()});
+  const DenseMinimizer::Report report = minimizer.Minimize(
+      {.max_iterations = 100, .step_tolerance = 1e-10, .function_tolerance = 1e-14});
+  EXPECT_EQ(report.stop, DenseMinimizer::Stop::kConverged);
+
+  ceres::Problem::Options kept;
+  kept.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  kept.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(kept);
+  RotationManifold manifold;
+  FingerTemporal near_for_ceres(s.fingers, 1e-3);
+  problem.AddParameterBlock(b.orientation.coeffs().data(), 4, &manifold);
+  problem.AddResidualBlock(&block, nullptr, parameters(b));
+  problem.AddResidualBlock(&near_for_ceres, nullptr, b.fingers.data());
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = 100;
+  options.function_tolerance = 1e-14;
+  options.parameter_tolerance = 1e-10;
+  options.gradient_tolerance = 0.0;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  EXPECT_NEAR(report.cost, summary.final_cost, 1e-7 * summary.final_cost);
+  EXPECT_LT(report.cost, 0.5 * summary.initial_cost);
+  EXPECT_LT(a.orientation.angularDistance(b.orientation), 1e-4);
+  EXPECT_LT((a.translation - b.translation).norm(), 1e-5);
 }
 
 TEST(HandObjectBlock, CostWithoutJacobianIsTheSameCost) {
