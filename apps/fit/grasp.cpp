@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cmath>
+#include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,12 +10,15 @@
 #include "apps/common.h"
 #include "apps/grasp_place_input.h"
 #include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/distance_grid.h"
+#include "geometry/rotation.h"
 #include "solver/carry/first_grasp.h"
 #include "solver/carry/standing_grasp.h"
 #include "solver/fit/clip_state.h"
 #include "solver/grasp/grasp_both.h"
+#include "solver/grasp/grasp_set_output.h"
 
 namespace holdfast::apps {
 namespace {
@@ -30,6 +35,9 @@ struct GraspCommand {
   double object_scale = 1.0;
   GraspPlaceInput place;
   GraspOptions grasp;
+  int count = 0;
+  double apart_cm = 100.0 * GraspSetOptions{}.apart_m;
+  double apart_deg = GraspSetOptions{}.apart_rad / kDegree;
 };
 
 // The hand that is to hold: the only one of a hand alone, else the right if nothing is asked for.
@@ -55,6 +63,28 @@ std::vector<std::string> TouchingParts(const Grasp& grasp) {
 // Of skin in the object and the object's surface in the hand.
 double Deepest_mm(const Grasp& grasp) {
   return std::max(grasp.max_penetration_mm, grasp.object_in_hand_mm);
+}
+
+nlohmann::json CertificateJson(const Grasp& grasp) {
+  if (!grasp.certificate) return nullptr;
+  const GraspCertificate& certificate = *grasp.certificate;
+  return {
+      {"least_friction", certificate.least_friction ? nlohmann::json(*certificate.least_friction)
+                                                    : nlohmann::json(nullptr)},
+      {"ball_lower", certificate.ball_lower},
+      {"ball_upper", certificate.ball_upper},
+      {"friction", certificate.friction},
+      {"length_m", certificate.length_m},
+      {"contacts", certificate.contacts}};
+}
+
+// What the certificate says, or why there is none.
+std::string CertificateText(const Grasp& grasp, const TriangleMesh& object) {
+  if (!grasp.certificate) return "no certificate: " + WhyNotSolid(object);
+  const GraspCertificate& certificate = *grasp.certificate;
+  if (!certificate.least_friction) return "does not hold gravity in every direction";
+  return fmt::format("holds gravity in any direction with friction {:.2f} or more",
+                     std::ceil(100.0 * *certificate.least_friction - 1e-6) / 100.0);
 }
 
 nlohmann::json GraspJson(const Grasp& grasp) {
@@ -133,6 +163,7 @@ void PrintGrasp(const GraspCommand& options, const GraspFiles& files, const Load
   nlohmann::json summary =
       GraspSummaryHead("holdfast/grasp/1", options.common, files, object, SideName(side));
   summary["grasp"] = GraspJson(grasp);
+  summary["certificate"] = CertificateJson(grasp);
   summary["contact"] = {{"hand_in_object_max_mm", grasp.metrics.max_penetration_mm},
                         {"hand_in_object_mean_mm", grasp.metrics.mean_penetration_mm},
                         {"contact_ratio", grasp.metrics.contact_ratio},
@@ -155,12 +186,110 @@ void PrintGrasp(const GraspCommand& options, const GraspFiles& files, const Load
       fmt::format(
           "{}: {} grasp of {} with the {} hand ({})\n"
           "  {:.2f} mm deepest penetration, {:.0f} % of the hand in contact, quality {:.2f}\n"
+          "  {}\n"
           "  {} of {} placements closed, {} refined in {:.1f} s\n",
           files.clip.string(), StyleName(grasp.style), object.name, SideName(side),
           fmt::join(TouchingParts(grasp), ", "), Deepest_mm(grasp),
-          100.0 * grasp.metrics.contact_ratio, grasp.wrench_quality, report.closings,
-          report.placements, report.refinements,
+          100.0 * grasp.metrics.contact_ratio, grasp.wrench_quality,
+          CertificateText(grasp, object.mesh), report.closings, report.placements,
+          report.refinements,
           1e-3 * (report.search_ms + report.closing_ms + report.refinement_ms)));
+}
+
+// Fills in what the command line says of the search.
+void PrepareSearch(const LoadedObject& object, GraspCommand& options) {
+  options.grasp.style = StyleByName(options.style);
+  if (const auto wanted = WantedPlace(options.place, options.object, options.object_scale)) {
+    options.grasp.place = std::make_shared<const GraspPlace>(object.mesh, *wanted);
+  }
+  options.grasp.seed = options.common.seed;
+  options.grasp.threads = NumThreads(options.common);
+}
+
+void WriteGrasps(const GraspCommand& options, const LoadedObject& object, Side side,
+                 StandingGraspSet& held) {
+  const std::filesystem::path folder(options.output);
+  NpzWriter arrays;
+  for (auto& [name, array] : GraspSetArrays(held.set, object.name, side)) {
+    arrays.Add(name, std::move(array));
+  }
+  std::filesystem::create_directories(folder);
+  arrays.Write(folder / "grasps.npz");
+  WriteAtomically(folder / "grasps.csv", GraspSetCsv(held.set));
+  WriteGrasp(object, {folder / "clip.npz", folder / "object.ply"}, held.clip);
+}
+
+void PrintGrasps(const GraspCommand& options, const LoadedObject& object, Side side,
+                 const GraspSet& set) {
+  nlohmann::json summary = JsonHead("holdfast/grasps/1", options.common);
+  summary["output"] = options.output;
+  summary["object"] = object.name;
+  summary["hand"] = SideName(side);
+  summary["asked"] = options.count;
+  summary["found"] = set.grasps.size();
+  std::vector<double> frictions, depths;
+  std::map<std::string, int> styles;
+  for (const CertifiedGrasp& one : set.grasps) {
+    frictions.push_back(one.grasp.certificate->least_friction.value_or(0.0));
+    depths.push_back(Deepest_mm(one.grasp));
+    ++styles[std::string(StyleName(one.grasp.style))];
+  }
+  const double seconds = 1e-3 * set.milliseconds;
+  const double friction = *std::max_element(frictions.begin(), frictions.end());
+  const double depth = *std::max_element(depths.begin(), depths.end());
+  summary["styles"] = styles;
+  summary["least_friction_max"] = friction;
+  summary["deepest_mm_max"] = depth;
+  summary["search"] = {{"placements", set.placements},
+                       {"closed", set.closings},
+                       {"refined", set.refinements},
+                       {"search_ms", set.milliseconds}};
+  PrintResult(options.common, summary,
+              fmt::format("{}: {} distinct grasps of {} with the {} hand\n"
+                          "  at most {:.2f} mm deep; each holds gravity in any direction with "
+                          "friction {:.3f}\n"
+                          "  {} placements closed, {} refined in {:.1f} s: {:.0f} grasps a second\n"
+                          "  grasps.npz, grasps.csv; clip.npz shows the first {}, a frame each\n",
+                          options.output, set.grasps.size(), object.name, SideName(side), depth,
+                          friction, set.closings, set.refinements, seconds,
+                          static_cast<double>(set.grasps.size()) / seconds,
+                          std::min<std::size_t>(set.grasps.size(), kMostShown)));
+}
+
+// Many distinct grasps into a folder; fewer than asked for are written, too.
+int RunMany(GraspCommand options) {
+  const CommonOptions& common = options.common;
+  RequireNewFolder(options.output, common);
+  const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
+  const Side side = HandFor(options, *body);
+  const LoadedObject object = LoadGraspable(options, false);
+  PrepareSearch(object, options);
+  GraspSetOptions set_options;
+  set_options.count = options.count;
+  set_options.apart_m = 0.01 * options.apart_cm;
+  set_options.apart_rad = options.apart_deg * kDegree;
+  set_options.search = options.grasp;
+  StandingGraspSet held;
+  {
+    Progress progress(common, "grasps");
+    held = GraspsStanding(body, side, object, set_options, [&](double share) {
+      progress.Update(static_cast<int>(options.count * share), options.count);
+      return !Interrupted();
+    });
+  }
+  if (Interrupted()) return kInterrupted;
+  if (held.set.grasps.empty()) {
+    throw FitFailure(fmt::format("{}: {} ({} hands closed). {}", object.name,
+                                 Describe(held.set.status), held.set.closings,
+                                 MeasuresText(object.mesh)));
+  }
+  WriteGrasps(options, object, side, held);
+  PrintGrasps(options, object, side, held.set);
+  if (held.set.status == GraspStatus::kFound) return kDone;
+  Note(common, fmt::format("warning: {} of the {} grasps asked for were found. For more, let them "
+                           "be closer together (--apart, --apart-angle)",
+                           held.set.grasps.size(), options.count));
+  return kFitFault;
 }
 
 int Run(GraspCommand options) {
@@ -169,13 +298,7 @@ int Run(GraspCommand options) {
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
   const Side side = HandFor(options, *body);
   const LoadedObject object = LoadGraspable(options, false);
-
-  options.grasp.style = StyleByName(options.style);
-  if (const auto wanted = WantedPlace(options.place, options.object, options.object_scale)) {
-    options.grasp.place = std::make_shared<const GraspPlace>(object.mesh, *wanted);
-  }
-  options.grasp.seed = common.seed;
-  options.grasp.threads = NumThreads(common);
+  PrepareSearch(object, options);
   StandingGrasp held;
   {
     Progress progress(common, "grasp");
@@ -283,7 +406,8 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
   command->add_option("object", options->object, "Mesh (.obj .ply .stl .off) or embedded object")
       ->required();
   command
-      ->add_option("-o,--output", options->output, "Clip to write (.npz); the mesh goes beside it")
+      ->add_option("-o,--output", options->output,
+                   "Clip to write (.npz); the mesh goes beside it. With --count: a folder")
       ->required();
   AddOption(*command, "--hand", options->hand,
             "right, left, both: the object between them; auto: the right, or the only one of "
@@ -309,20 +433,41 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
             "Placements that the fingers are closed for", CLI::Range(1, 100'000));
   AddOption(*command, "--refinements", options->grasp.refinements, "Closed hands that are refined",
             CLI::Range(1, 100'000));
+  CLI::Option* const count = command
+                                 ->add_option("--count", options->count,
+                                              "Write so many distinct grasps to the folder -o "
+                                              "instead: each touches, is at most 1 mm deep "
+                                              "and holds the object's weight in any direction with "
+                                              "friction 0.5. Fewer are written with a "
+                                              "warning, exit code 3")
+                                 ->check(CLI::Range(1, 1'000'000));
+  AddOption(*command, "--apart", options->apart_cm,
+            "With --count: distinct wrists are so far apart, cm, in the object's frame ...")
+      ->needs(count)
+      ->check(CLI::NonNegativeNumber);
+  AddOption(*command, "--apart-angle", options->apart_deg, "... or turned by this much, degrees")
+      ->needs(count)
+      ->check(CLI::Range(0.0, 180.0));
+  AddOption(*command, "--friction", options->grasp.friction,
+            "Friction coefficient of skin on the object", CLI::Range(0.01, 2.0));
   AddOption(*command, "--upright", options->grasp.upright_weight,
             "How much an object that stays upright is preferred", CLI::NonNegativeNumber);
   AddCommonOptions(*command, options->common, true,
                    "  holdfast grasp mug -o mug_grasp.npz\n"
                    "  holdfast grasp hammer.obj -o hammer.npz --hand left --seed 3 --json\n"
                    "  holdfast grasp bottle -o neck.npz --at 0,0,0.18\n"
+                   "  holdfast grasp mug --count 50 -o mug_grasps\n"
                    "  holdfast grasp box.obj -o box.npz --hand both --clip carry.npz --frame 60\n");
   command->callback([options, &exit_code] {
+    if (options->count > 0 && options->hand == "both") {
+      throw CLI::ValidationError("--count", "is for one hand");
+    }
     if (options->hand == "both") {
       exit_code = RunBoth(*options);
       return;
     }
     if (!options->clip.empty()) throw CLI::ValidationError("--clip", "needs --hand both");
-    exit_code = Run(*options);
+    exit_code = options->count > 0 ? RunMany(*options) : Run(*options);
   });
 }
 

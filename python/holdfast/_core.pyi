@@ -306,6 +306,24 @@ def grasp(
     threads: int = 0,
     progress: _Progress = None,
 ) -> GraspResult: ...
+def grasps(
+    object: _Object,
+    count: int = ...,
+    *,
+    hand: str = "auto",
+    style: str = "auto",
+    at: Optional[ArrayLike] = None,
+    region: Optional[_Object] = None,
+    avoid: Optional[_Object] = None,
+    body: Optional[BodyModel] = None,
+    object_scale: float = 1.0,
+    friction: float = ...,
+    apart: float = ...,
+    apart_angle: float = ...,
+    seed: int = 1,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> dict[str, Any]: ...
 
 class FrameFitter:
     def __init__(

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <array>
+#include <map>
+#include <string>
 #include <utility>
 
 #include <pybind11/stl.h>
@@ -11,6 +13,7 @@
 #include "solver/carry/standing_grasp.h"
 #include "solver/fit/clip_state.h"
 #include "solver/grasp/grasp_both.h"
+#include "solver/grasp/grasp_set_output.h"
 
 namespace holdfast::python {
 namespace {
@@ -175,6 +178,60 @@ HeldPtr CloseOn(const py::object& object, const std::string& hand, const std::st
   return result;
 }
 
+py::dict ArraysOf(const std::map<std::string, NpyArray>& arrays) {
+  py::dict dict;
+  for (const auto& [name, array] : arrays) {
+    const bool text = array.kind == 'U';
+    const std::string type =
+        fmt::format("{}{}", array.kind, text ? array.item_size / 4 : array.item_size);
+    dict[name.c_str()] = py::array(py::dtype(type), array.shape, array.data.data());
+  }
+  return dict;
+}
+
+py::dict ManyGrasps(const py::object& object, int count, const std::string& hand,
+                    const std::string& style, const py::object& at, const py::object& region,
+                    const py::object& avoid, const py::object& body, double object_scale,
+                    double friction, double apart, double apart_angle, std::uint64_t seed,
+                    int threads, const py::object& progress) {
+  GraspSetOptions options;
+  RequireBetween(count, "count", 1, 1'000'000);
+  RequireBetween(friction, "friction", 0.01, 2.0);
+  RequireBetween(apart, "apart", 0.0, 10.0);
+  RequireBetween(apart_angle, "apart_angle", 0.0, 3.1416);
+  RequirePositive(object_scale, "object_scale");
+  options.count = count;
+  options.apart_m = apart;
+  options.apart_rad = apart_angle;
+  options.search.style = StyleOf(style);
+  options.search.friction = friction;
+  options.search.seed = seed;
+  options.search.threads = ThreadsOf(threads);
+  const std::optional<Side> asked = Choice<std::optional<Side>>(
+      hand, "hand", {{"auto", std::nullopt}, {"right", Side::kRight}, {"left", Side::kLeft}});
+  const std::optional<GraspPlace::Wanted> place = PlaceOf(at, region, avoid, object_scale);
+  const ModelPtr model = ModelOf(body);
+  const Side side = asked.value_or(model->LoneHand().value_or(Side::kRight));
+  RequireHands(*model, HoldingBit(side));
+  const LoadedObject loaded = ObjectOf(object, object_scale);
+  StandingGraspSet held;
+  RunWithProgress(progress, [&](const StagedProgress& go_on) {
+    if (const auto why = WhyTooLarge(loaded, false)) throw Failure(*why);
+    if (place) options.search.place = std::make_shared<const GraspPlace>(loaded.mesh, *place);
+    held = GraspsStanding(model, side, loaded, options, [&](double share) {
+      return go_on("grasps", static_cast<int>(count * share), count);
+    });
+    if (held.set.status == GraspStatus::kStopped) throw Stopped();
+    if (held.set.grasps.empty()) {
+      throw Failure(fmt::format("{}: {}. {}", loaded.name, Describe(held.set.status),
+                                MeasuresText(loaded.mesh)));
+    }
+  });
+  py::dict result = ArraysOf(GraspSetArrays(held.set, loaded.name, side));
+  result["clip"] = WithSurface(std::move(held.clip), loaded.mesh);
+  return result;
+}
+
 }  // namespace
 
 void BindGrasp(py::module_& module) {
@@ -208,6 +265,27 @@ void BindGrasp(py::module_& module) {
       "Error.\n\n"
       "    held = holdfast.grasp('mug', style='handle')\n"
       "    held.numbers['fingers'], held.clip");
+  const GraspSetOptions set;
+  module.def(
+      "grasps", &ManyGrasps, "object"_a, "count"_a = set.count, py::kw_only(), "hand"_a = "auto",
+      "style"_a = "auto", "at"_a = py::none(), "region"_a = py::none(), "avoid"_a = py::none(),
+      "body"_a = py::none(), "object_scale"_a = 1.0, "friction"_a = set.search.friction,
+      "apart"_a = set.apart_m, "apart_angle"_a = set.apart_rad, "seed"_a = 1, "threads"_a = 0,
+      "progress"_a = py::none(),
+      "Many distinct grasps of an object: each touches, is at most 1 mm deep and holds the "
+      "object's "
+      "weight in every direction with this friction, as linear programs prove.\n\n"
+      "object, style, at, region and avoid as for fit(). Two grasps are distinct when their wrists "
+      "are `apart` metres from each other in the object's frame or turned by `apart_angle` "
+      "radians. Returns a dict of arrays, best score first, those of grasps.npz: "
+      "'wrist_from_object' and 'object_from_wrist' (N, 4, 4) metres, 'finger_pose' (N, 45) "
+      "axis-angle in SMPL-X's order, 'style' (N,), 'least_friction' (N,), 'ball_lower' (N,), "
+      "'contact_grasp' (C,), 'contact_point_object' and 'contact_normal_object' (C, 3) and more; "
+      "and 'clip', a frame for each of the first 100. There may be fewer than `count`. Raises "
+      "FitFailure where there is none, Stopped, and Error, also for a mesh that encloses no "
+      "solid.\n\n"
+      "    many = holdfast.grasps('mug', 50)\n"
+      "    many['wrist_from_object'][0], many['finger_pose'][0]");
 }
 
 }  // namespace holdfast::python

@@ -2,8 +2,12 @@
 #include "solver/carry/standing_grasp.h"
 
 #include <algorithm>
+#include <span>
+#include <vector>
 
+#include "geometry/clip/clip_body.h"
 #include "geometry/mesh/distance_grid.h"
+#include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
 
@@ -114,6 +118,39 @@ Clip ClipOf(const BodyModel& body) {
   return clip;
 }
 
+// A frame for each grasp of who holds the object with it.
+Clip HeldBy(const std::shared_ptr<const BodyModel>& body, const HandModel& hand,
+            const DistanceGrid& grid, std::span<const Grasp> grasps, const std::string& name,
+            int threads) {
+  GraspOptions ups;
+  const std::vector<double> pronations = AddPronations(hand, ups);
+  const auto count = static_cast<int>(grasps.size());
+  Clip clip = ClipOf(*body);
+  clip.trans.resize(3, count);
+  clip.pose.resize(count);
+  std::vector<Eigen::Isometry3d> objects(count);
+  ParallelFor(count, threads, [&](int i) {
+    const double pronation = UprightPronation(pronations, ups.up_in_wrist, grasps[i]);
+    const Holder holder = body->LoneHand() ? HandAlone(hand, pronation, grasps[i])
+                                           : Standing(body, hand, pronation, grasps[i], grid);
+    clip.trans.col(i) = holder.trans;
+    clip.pose[i] = holder.pose;
+    HandState state(hand);
+    state.SetBody(holder.pose, holder.trans);
+    objects[i] = ObjectInWorld(grasps[i], state.WristRotation(), state.WristPosition());
+  });
+  if (body->LoneHand()) MarkHandAlone(clip);
+  PutInHands(HoldingBit(hand.HandSide()), name, objects[0], clip);
+  clip.object->trans.resize(3, count);
+  clip.object->orient.resize(3, count);
+  for (int i = 0; i < count; ++i) {
+    clip.object->trans.col(i) = objects[i].translation();
+    clip.object->orient.col(i) = LogSO3(objects[i].linear());
+  }
+  clip.holding_hand.assign(count, HoldingBit(hand.HandSide()));
+  return clip;
+}
+
 }  // namespace
 
 void PutInHands(std::uint8_t hands, const std::string& name,
@@ -144,23 +181,33 @@ StandingGrasp GraspStanding(const std::shared_ptr<const BodyModel>& body, Side s
   DistanceGridOptions grid_options;
   grid_options.threads = options.threads;
   const DistanceGrid grid(surface, grid_options);
-  const std::vector<double> pronations = AddPronations(hand, options);
+  AddPronations(hand, options);
   StandingGrasp held;
   Grasp& grasp = held.grasp;
   grasp = CloseHand(hand, object.mesh, surface, grid, options, &held.report, progress);
   if (held.report.status != GraspStatus::kFound) return held;
 
-  const double pronation = UprightPronation(pronations, options.up_in_wrist, grasp);
-  const Holder holder = body->LoneHand() ? HandAlone(hand, pronation, grasp)
-                                         : Standing(body, hand, pronation, grasp, grid);
-  held.clip = ClipOf(*body);
-  held.clip.trans = holder.trans;
-  held.clip.pose = {holder.pose};
-  if (body->LoneHand()) MarkHandAlone(held.clip);
-  HandState state(hand);
-  state.SetBody(holder.pose, holder.trans);
-  PutInHands(HoldingBit(side), object.name,
-             ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()), held.clip);
+  held.clip = HeldBy(body, hand, grid, {&grasp, 1}, object.name, 1);
+  return held;
+}
+
+StandingGraspSet GraspsStanding(const std::shared_ptr<const BodyModel>& body, Side side,
+                                const LoadedObject& object, const GraspSetOptions& options,
+                                const GraspProgress& progress) {
+  const HandModel hand(body, {}, side);
+  const SignedDistance surface(object.mesh);
+  DistanceGridOptions grid_options;
+  grid_options.threads = options.search.threads;
+  const DistanceGrid grid(surface, grid_options);
+  StandingGraspSet held;
+  held.set = FindGrasps(hand, object.mesh, grid, options, progress);
+  std::vector<Grasp> shown;
+  for (const CertifiedGrasp& one : held.set.grasps) {
+    if (static_cast<int>(shown.size()) < kMostShown) shown.push_back(one.grasp);
+  }
+  if (!shown.empty()) {
+    held.clip = HeldBy(body, hand, grid, shown, object.name, options.search.threads);
+  }
   return held;
 }
 

@@ -9,6 +9,7 @@
 #include "geometry/clip/clip.h"
 #include "geometry/io/mesh/load_object.h"
 #include "solver/grasp/grasp.h"
+#include "solver/grasp/grasp_set.h"
 
 namespace holdfast {
 
@@ -26,6 +27,19 @@ struct StandingGrasp {
 StandingGrasp GraspStanding(const std::shared_ptr<const BodyModel>& body, Side side,
                             const LoadedObject& object, GraspOptions options = {},
                             const GraspProgress& progress = {});
+
+/// Many grasps, and who holds the object with them.
+struct StandingGraspSet {
+  GraspSet set;
+  Clip clip;  ///< a frame for each of the first `kMostShown` grasps; none where there is none
+};
+inline constexpr int kMostShown = 100;
+
+/// The same for many distinct grasps (FindGrasps), which the object's uprightness does not rank.
+/// Throws Error as FindGrasps does.
+StandingGraspSet GraspsStanding(const std::shared_ptr<const BodyModel>& body, Side side,
+                                const LoadedObject& object, const GraspSetOptions& options,
+                                const GraspProgress& progress = {});
 
 /// One frame of a person of the mean shape who stands with both forearms forward, feet at z = 0:
 /// where HoldInBothHands may start from.

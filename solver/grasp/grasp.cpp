@@ -62,6 +62,13 @@ std::vector<Placement> MostPromising(const GraspScene& scene,
   return best;
 }
 
+void SortBestFirst(std::vector<GraspReport::Candidate>& candidates) {
+  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
+    if (a.refused.empty() != b.refused.empty()) return a.refused.empty();
+    return a.grasp.score > b.grasp.score;
+  });
+}
+
 // Places for hands, the most promising first of each kind: `around` of them around the object, the
 // rest by its handles.
 struct PlacementQueue {
@@ -102,6 +109,7 @@ class GraspSearch {
   void KeepBest(std::size_t around, std::vector<GraspAttempt>& attempts) const;
   bool Refine(const std::vector<GraspAttempt>& attempts,
               std::vector<GraspReport::Candidate>& refined);
+  void PreferHolding(std::vector<GraspReport::Candidate>& sorted) const;
   Grasp ReportBest(std::vector<GraspReport::Candidate> refined, const SignedDistance& surface);
 
   const HandModel& hand_;
@@ -234,12 +242,38 @@ bool GraspSearch::Refine(const std::vector<GraspAttempt>& attempts,
   });
 }
 
+// What does not hold the object's weight in every direction with the friction assumed is not as
+// good as what does: it loses `kSlips` of score. Only the hands that could be the best are asked.
+void GraspSearch::PreferHolding(std::vector<GraspReport::Candidate>& sorted) const {
+  constexpr double kSlips = 1.0;
+  if (!WhyNotSolid(object_).empty()) return;
+  const auto contacts = [&](const Grasp& grasp) {
+    HandEvaluation evaluation = AtWrist(hand_);
+    return PadContacts(anatomy_, evaluation, distance_, grasp.fingers, grasp.wrist_from_object,
+                       options_.touch_distance_m);
+  };
+  const double length = 0.5 * scene_.size;
+  double best = -std::numeric_limits<double>::infinity();
+  for (GraspReport::Candidate& candidate : sorted) {
+    double& score = candidate.grasp.score;
+    if (!candidate.refused.empty() || score <= best) break;
+    if (!HoldsGravity(contacts(candidate.grasp), scene_.centroid, length, options_.friction)) {
+      score -= kSlips;
+    }
+    best = std::max(best, score);
+  }
+  SortBestFirst(sorted);
+  Grasp& first = sorted.front().grasp;
+  CertificateOptions certificate_options;
+  certificate_options.friction = options_.friction;
+  first.certificate =
+      CertifyContacts(contacts(first), scene_.centroid, length, certificate_options);
+}
+
 Grasp GraspSearch::ReportBest(std::vector<GraspReport::Candidate> refined,
                               const SignedDistance& surface) {
-  std::stable_sort(refined.begin(), refined.end(), [](const auto& a, const auto& b) {
-    if (a.refused.empty() != b.refused.empty()) return a.refused.empty();
-    return a.grasp.score > b.grasp.score;
-  });
+  SortBestFirst(refined);
+  PreferHolding(refined);
   Grasp best = refined.front().grasp;
   out_.status = refined.front().refused.empty() ? GraspStatus::kFound : GraspStatus::kNoCleanGrasp;
   out_.candidates = std::move(refined);
@@ -301,6 +335,8 @@ std::string_view Describe(GraspStatus status) {
       return "there is no room for a hand at any graspable place";
     case GraspStatus::kNoCleanGrasp:
       return "no grasp is clean and firm";
+    case GraspStatus::kFewer:
+      return "fewer distinct grasps than asked for";
     case GraspStatus::kStopped:
       return "stopped before the search was done";
   }

@@ -14,7 +14,10 @@
 ///   grasp_placement.h, grasp_handle_placement.h  open hands at opposed places; at handles
 ///   grasp_refinement.h  least squares of fingers and object pose
 ///   grasp_assessment.h  measures, score, reasons to refuse
+///   grasp_certificate.h what contacts resist, proven by linear programs
 ///   grasp.h             CloseHand: one hand, the best grasp
+///   grasp_set.h         FindGrasps: one hand, many distinct grasps
+///   grasp_set_output.h  the set as arrays and as a table
 ///   grasp_both.h        HoldInBothHands: the object between two hands
 ///   hand_approach.h     ready fingers on a line to a grasp
 
@@ -35,6 +38,7 @@
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
 #include "geometry/score/contact_metrics.h"
+#include "solver/grasp/grasp_certificate.h"
 #include "solver/grasp/grasp_place.h"
 #include "solver/grasp/grasp_placement.h"
 
@@ -95,6 +99,8 @@ struct Grasp {
   double upright = 0.0;          ///< cosine of the object's z with up, 0 if not asked
   double score = 0.0;            ///< larger is better
   ContactMetrics metrics;        ///< of the grasp that is returned
+  /// Of the grasp that is returned; none when the mesh encloses no solid (WhyNotSolid).
+  std::optional<GraspCertificate> certificate;
 };
 
 enum class GraspStatus {
@@ -104,6 +110,7 @@ enum class GraspStatus {
   kNoHandle,        ///< asked for a handle, and there is none that a finger fits through
   kNoRoom,          ///< no way to put the hand there
   kNoCleanGrasp,    ///< hands close, but not cleanly or not firmly; the best try is returned
+  kFewer,           ///< of FindGrasps: there are fewer than asked for
   kStopped,         ///< by the progress callback; the hand returned is open
 };
 std::string_view Describe(GraspStatus status);

@@ -200,6 +200,20 @@ def test_grasp_by_a_standing_person():
         holdfast.grasp("apple", progress=lambda *_: False)
 
 
+def test_many_distinct_grasps():
+    many = holdfast.grasps("apple", 3)
+    assert many["wrist_from_object"].shape == (3, 4, 4) and many["finger_pose"].shape == (3, 45)
+    np.testing.assert_allclose(
+        many["wrist_from_object"] @ many["object_from_wrist"], np.tile(np.eye(4), (3, 1, 1)), atol=1e-12)
+    assert (many["least_friction"] <= 0.5).all() and (many["ball_lower"] <= many["ball_upper"]).all()
+    assert set(many["style"]) <= {"power", "precision"} and len(many["clip"]) == 3
+    assert (np.maximum(many["skin_in_object_mm"], many["object_in_hand_mm"]) < 1).all()
+    with pytest.raises(ValueError):
+        holdfast.grasps("apple", 0)
+    with pytest.raises(holdfast.Stopped):
+        holdfast.grasps("apple", 3, progress=lambda *_: False)
+
+
 def object_pose(clip, frame):
     return clip.object.orient[frame], clip.object.trans[frame]
 
