@@ -48,6 +48,15 @@ constexpr FitRow kRows[] = {
      FitRow::Of::kMean, "at most 1.1"},
     {"jitter_acceleration_ratio", "object's acceleration over the hand's, worst clip", "", 1.0, 3,
      FitRow::Of::kWorst, ""},
+    {"object_in_body_frames_ratio", "frames with the object deeper than 2 mm in the own body", "%",
+     100.0, 2, FitRow::Of::kMean, "under 1 %"},
+    {"object_in_body_max_mm", "object in the own body, worst clip", "mm", 1.0, 1,
+     FitRow::Of::kWorst, ""},
+    {"self_penetration_frames_ratio",
+     "frames with hand or forearm deeper than 2 mm in the own body", "%", 100.0, 2,
+     FitRow::Of::kMean, "under 1 %"},
+    {"self_penetration_max_mm", "hand or forearm in the own body, worst clip", "mm", 1.0, 1,
+     FitRow::Of::kWorst, ""},
 };
 
 struct Study {

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
+#include <numeric>
+#include <vector>
 
 #include <Eigen/Geometry>
 
+#include "geometry/error.h"
 #include "geometry/mesh/mesh_check.h"
-#include "geometry/mesh/mesh_topology.h"
-#include "geometry/mesh/triangle_tree.h"
 #include "geometry/mesh/winding_number.h"
 #include "geometry/parallel.h"
 
@@ -20,85 +20,94 @@ namespace {
 // rounding noise and the pseudonormal is the better gradient.
 constexpr double kOnSurface = 1e-12;
 
-int CornerOfEdge(TriangleFeature feature) {
-  switch (feature) {
-    case TriangleFeature::kEdge01:
-      return 0;
-    case TriangleFeature::kEdge12:
-      return 1;
-    default:
-      return 2;
-  }
-}
+bool HasCorner(const Eigen::Vector3i& face, int vertex) { return (face.array() == vertex).any(); }
 
 }  // namespace
 
 struct SignedDistance::Impl {
-  explicit Impl(const TriangleMesh& mesh)
-      : tree(mesh),
-        faces(mesh.faces),
-        face_normals(3, mesh.NumFaces()),
-        edge_normals(3, 3 * mesh.NumFaces()),
-        vertex_normals(VertexNormals(mesh)),
-        surface_tolerance(kOnSurface * (tree.Max() - tree.Min()).norm()) {
-    for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
-      face_normals.col(f) = FaceCross(mesh, f).stableNormalized();
+  explicit Impl(const TriangleMesh& given)
+      : tree(given), mesh(given), begin(mesh.NumVertices() + 1, 0), around(3 * mesh.NumFaces()) {
+    for (const int vertex : mesh.faces.reshaped()) ++begin[vertex + 1];
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    std::vector<int> next(begin.begin(), begin.end() - 1);
+    for (Eigen::Index corner = 0; corner < mesh.faces.size(); ++corner) {
+      around[next[mesh.faces(corner)]++] = static_cast<int>(corner / 3);
     }
-    SumEdgeNormals();
-    if (CheckMesh(mesh).watertight) {
-      sign = Sign::kPseudonormal;
-    } else {
-      sign = Sign::kWindingNumber;
-      winding = std::make_unique<WindingNumber>(mesh);
+    sign = CheckMesh(mesh).watertight ? Sign::kPseudonormal : Sign::kWindingNumber;
+    Prepare();
+  }
+
+  /// What depends on where the vertices are, besides the tree.
+  void Prepare() {
+    surface_tolerance = kOnSurface * (tree.Max() - tree.Min()).norm();
+    if (sign == Sign::kWindingNumber) winding = std::make_unique<WindingNumber>(mesh);
+  }
+
+  /// Calls visit(face) for the faces at the feature that a point is nearest to.
+  template <typename Visit>
+  void ForFaces(const TriangleTree::Hit& hit, const Visit& visit) const {
+    using enum TriangleFeature;
+    if (hit.feature == kFace) return visit(hit.face);
+    const bool at_vertex = hit.feature >= kVertex0;
+    const int corner =
+        static_cast<int>(hit.feature) - static_cast<int>(at_vertex ? kVertex0 : kEdge01);
+    const int vertex = mesh.faces(corner, hit.face);
+    const int other = mesh.faces((corner + 1) % 3, hit.face);
+    for (int i = begin[vertex]; i < begin[vertex + 1]; ++i) {
+      if (at_vertex || HasCorner(mesh.faces.col(around[i]), other)) visit(around[i]);
     }
   }
 
-  /// The sum of the normals of all faces at an edge, whichever way each face runs through it.
-  void SumEdgeNormals() {
-    EdgeTable(faces, vertex_normals.cols()).ForEach([&](int, int, std::span<const int> sides) {
-      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-      for (const int side : sides) sum += face_normals.col(side / 3);
-      sum.stableNormalize();
-      for (const int side : sides) edge_normals.col(side) = sum;
-    });
-  }
-
+  /// Angle-weighted at a vertex, the mean of the faces at an edge, whichever way each runs through
+  /// it.
   Eigen::Vector3d Pseudonormal(const TriangleTree::Hit& hit) const {
-    switch (hit.feature) {
-      case TriangleFeature::kFace:
-        return face_normals.col(hit.face);
-      case TriangleFeature::kVertex0:
-      case TriangleFeature::kVertex1:
-      case TriangleFeature::kVertex2: {
-        const int corner =
-            static_cast<int>(hit.feature) - static_cast<int>(TriangleFeature::kVertex0);
-        return vertex_normals.col(faces(corner, hit.face));
-      }
-      default:
-        return edge_normals.col(3 * hit.face + CornerOfEdge(hit.feature));
-    }
+    const bool at_vertex = hit.feature >= TriangleFeature::kVertex0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    ForFaces(hit, [&](int f) {
+      const Eigen::Vector3d normal = FaceCross(mesh, f).stableNormalized();
+      sum += at_vertex ? CornerAngle(f, hit.point) * normal : normal;
+    });
+    return sum.stableNormalized();
+  }
+
+  /// Of face f at its corner in `place`.
+  double CornerAngle(int f, const Eigen::Vector3d& place) const {
+    int k = 0;
+    while (k < 2 && mesh.vertices.col(mesh.faces(k, f)) != place) ++k;
+    const Eigen::Vector3d u = mesh.vertices.col(mesh.faces((k + 1) % 3, f)) - place;
+    const Eigen::Vector3d v = mesh.vertices.col(mesh.faces((k + 2) % 3, f)) - place;
+    return std::acos(std::clamp(u.normalized().dot(v.normalized()), -1.0, 1.0));
+  }
+
+  /// Whether a point is behind the surface that it is nearest to.
+  bool IsBehind(const Eigen::Vector3d& point, const TriangleTree::Hit& hit) const {
+    const Eigen::Vector3d away = point - hit.point;
+    bool before = false, behind = false;
+    ForFaces(hit, [&](int f) {
+      const double side = away.dot(FaceCross(mesh, f));
+      before = before || side >= 0.0;
+      behind = behind || side <= 0.0;
+    });
+    // Where all faces agree, any weighted mean of their normals does.
+    return before && behind ? away.dot(Pseudonormal(hit)) < 0.0 : behind;
   }
 
   double Signed(const Eigen::Vector3d& point, const TriangleTree::Hit& hit) const {
     const double distance = std::sqrt(hit.squared_distance);
-    const bool inside = sign == Sign::kPseudonormal
-                            ? (point - hit.point).dot(Pseudonormal(hit)) < 0.0
-                            : distance > 0.0 && winding->At(point) > 0.5;
+    const bool inside = sign == Sign::kPseudonormal ? IsBehind(point, hit)
+                                                    : distance > 0.0 && winding->At(point) > 0.5;
     return inside ? -distance : distance;
   }
 
   TriangleTree tree;
-  Eigen::Matrix3Xi faces;
-  Eigen::Matrix3Xd face_normals;
-  Eigen::Matrix3Xd edge_normals;  // column 3 f + k: of the edge from corner k to k + 1 of face f
-  Eigen::Matrix3Xd vertex_normals;
-  double surface_tolerance;
+  TriangleMesh mesh;
+  std::vector<int> begin, around;  // the faces around a vertex v: around[begin[v]] ...
+  double surface_tolerance = 0.0;
   Sign sign = Sign::kPseudonormal;
   std::unique_ptr<WindingNumber> winding;  // only without a watertight mesh
 };
 
-SignedDistance::SignedDistance(const TriangleMesh& mesh)
-    : impl_(std::make_unique<const Impl>(mesh)) {}
+SignedDistance::SignedDistance(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {}
 SignedDistance::~SignedDistance() = default;
 SignedDistance::SignedDistance(SignedDistance&&) noexcept = default;
 SignedDistance& SignedDistance::operator=(SignedDistance&&) noexcept = default;
@@ -107,12 +116,23 @@ SignedDistance::Sign SignedDistance::SignMethod() const { return impl_->sign; }
 const Eigen::Vector3d& SignedDistance::Min() const { return impl_->tree.Min(); }
 const Eigen::Vector3d& SignedDistance::Max() const { return impl_->tree.Max(); }
 
+const TriangleTree& SignedDistance::Tree() const { return impl_->tree; }
+
+void SignedDistance::Move(const Eigen::Matrix3Xd& vertices) {
+  if (vertices.cols() != impl_->mesh.NumVertices()) {
+    throw Error("vertices", "are not as many as the surface has", "Move each of its vertices");
+  }
+  impl_->mesh.vertices = vertices;
+  impl_->tree.Move(impl_->mesh);
+  impl_->Prepare();
+}
+
 double SignedDistance::Distance(const Eigen::Vector3d& point) const {
   return impl_->Signed(point, impl_->tree.Closest(point));
 }
 
-SignedDistance::Result SignedDistance::Query(const Eigen::Vector3d& point) const {
-  const TriangleTree::Hit hit = impl_->tree.Closest(point);
+SignedDistance::Result SignedDistance::Query(const Eigen::Vector3d& point, int hint_face) const {
+  const TriangleTree::Hit hit = impl_->tree.Closest(point, hint_face);
   Result result;
   result.distance = impl_->Signed(point, hit);
   result.closest = hit.point;
@@ -127,20 +147,12 @@ SignedDistance::Result SignedDistance::Query(const Eigen::Vector3d& point) const
 
 Eigen::VectorXd SignedDistance::Distances(const Eigen::Matrix3Xd& points, int threads) const {
   Eigen::VectorXd distances(points.cols());
-  // Fixed blocks, each searched in order: what a hint says does not depend on which thread takes
-  // which block, and so the bytes do not either.
   constexpr Eigen::Index kBlock = 1024;
   const auto block = [&](Eigen::Index begin) {
     TriangleTree::Hit last;
-    const Eigen::Index end = std::min(begin + kBlock, points.cols());
-    for (Eigen::Index i = begin; i < end; ++i) {
-      const Eigen::Vector3d point = points.col(i);
-      // The last face is a good start for a step that is short beside the distance, as on a grid,
-      // and a poor one otherwise.
-      const bool near_last =
-          i > begin && 16.0 * (point - points.col(i - 1)).squaredNorm() < last.squared_distance;
-      last = impl_->tree.Closest(point, near_last ? last.face : -1);
-      distances[i] = impl_->Signed(point, last);
+    for (Eigen::Index i = begin; i < std::min(begin + kBlock, points.cols()); ++i) {
+      last = impl_->tree.Closest(points.col(i), last.face);
+      distances[i] = impl_->Signed(points.col(i), last);
     }
   };
   const Eigen::Index num_blocks = (points.cols() + kBlock - 1) / kBlock;

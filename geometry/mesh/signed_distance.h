@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "geometry/mesh/mesh.h"
+#include "geometry/mesh/triangle_tree.h"
 
 namespace holdfast {
 
@@ -15,7 +16,7 @@ namespace holdfast {
 /// mesh from the generalised winding number (Jacobson et al. 2013), which is > 1/2 inside and
 /// degrades gracefully across holes, at O(faces) per query.
 ///
-/// Const after construction; queries may run on any number of threads.
+/// Queries are const and may run on any number of threads.
 class SignedDistance {
  public:
   enum class Sign {
@@ -39,13 +40,21 @@ class SignedDistance {
 
   Sign SignMethod() const;
 
+  /// The same faces with their vertices (3 x V) elsewhere, as a hand's from frame to frame, in a
+  /// small part of the time that a new one takes. What was watertight is taken to stay so. Throws
+  /// Error for another number of vertices.
+  void Move(const Eigen::Matrix3Xd& vertices);
+
   double Distance(const Eigen::Vector3d& point) const;
-  Result Query(const Eigen::Vector3d& point) const;
+  /// `hint_face`: as TriangleTree::Closest's, for speed alone.
+  Result Query(const Eigen::Vector3d& point, int hint_face = -1) const;
   /// Whether a point is strictly inside.
   bool Inside(const Eigen::Vector3d& point) const { return Distance(point) < 0.0; }
 
   /// Distance of each column of `points` on up to `threads` threads; the same bytes for any number.
   Eigen::VectorXd Distances(const Eigen::Matrix3Xd& points, int threads = 1) const;
+
+  const TriangleTree& Tree() const;
 
   /// Bounding box of the surface.
   const Eigen::Vector3d& Min() const;
@@ -53,7 +62,7 @@ class SignedDistance {
 
  private:
   struct Impl;
-  std::unique_ptr<const Impl> impl_;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace holdfast

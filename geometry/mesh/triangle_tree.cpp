@@ -2,54 +2,33 @@
 #include "geometry/mesh/triangle_tree.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
-
-// The names of CGAL 5.5, which 6 has still.
-#define CGAL_NO_DEPRECATION_WARNINGS
-#include <CGAL/AABB_traits.h>
-#include <CGAL/AABB_tree.h>
-#include <CGAL/AABB_triangle_primitive.h>
-#include <CGAL/Simple_cartesian.h>
 
 #include "geometry/error.h"
 
 namespace holdfast {
 namespace {
 
-// Doubles suffice: nothing here decides topology, and an error of an ulp moves the closest point by
-// as much.
-using Kernel = CGAL::Simple_cartesian<double>;
-using Point = Kernel::Point_3;
-using Triangles = std::vector<Kernel::Triangle_3>;
-using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
-using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
+constexpr int kWide = 8;  // children of a node, whose boxes are looked at side by side
+constexpr int kLanes = 4;
+using Lanes [[gnu::vector_size(4 * kLanes), gnu::may_alias]] = float;
+inline Lanes Larger(Lanes a, Lanes b) { return a > b ? a : b; }
 
-Point ToCgal(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
-Eigen::Vector3d ToEigen(const Point& p) { return {p.x(), p.y(), p.z()}; }
+constexpr float kUlp = 0x1p-23f;
 
-// CGAL starts its search for a closest triangle at the nearest first corner. Its tree of these is
-// as deep as there are many at one place, and is built by recursion: where a fan has more triangles
-// than that can take, these are the corners with one triangle each. Empty: no such fan.
-std::vector<Tree::Point_and_primitive_id> StartsWithoutHubs(const Triangles& triangles) {
-  constexpr std::size_t kMostAtOnePlace = 1000;
-  std::vector<Tree::Point_and_primitive_id> starts;
-  starts.reserve(triangles.size());
-  for (auto t = triangles.cbegin(); t != triangles.cend(); ++t) starts.emplace_back((*t)[0], t);
-  std::sort(starts.begin(), starts.end());
-  std::size_t longest = 0, begin = 0;
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    if (starts[i].first != starts[begin].first) begin = i;
-    longest = std::max(longest, i + 1 - begin);
-  }
-  if (longest <= kMostAtOnePlace) return {};
-  const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
-  starts.erase(std::unique(starts.begin(), starts.end(), same), starts.end());
-  return starts;
+// Rounded so that what it bounds stays on its side.
+float Below(double x) {
+  const auto f = static_cast<float>(x);
+  return f - kUlp * std::abs(f);
 }
+float Above(double x) { return -Below(-x); }
 
 }  // namespace
 
@@ -88,22 +67,177 @@ TrianglePoint ClosestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d&
 }
 
 struct TriangleTree::Impl {
-  Triangles triangles;     // never moved once the tree points into it
-  std::vector<int> faces;  // mesh face of each triangle
+  // The boxes of up to eight children, in single precision, rounded outwards, about the tree's
+  // centre. An empty place has a box that nothing is near.
+  struct Node {
+    Lanes low[3][kWide / kLanes], high[3][kWide / kLanes];
+    std::array<int, kWide> child;  // a later node, or ~ a triangle
+    int count = 0;
+
+    float& Low(int axis, int c) { return reinterpret_cast<float*>(low[axis])[c]; }
+    float& High(int axis, int c) { return reinterpret_cast<float*>(high[axis])[c]; }
+  };
+
+  struct Triangle {
+    std::array<Eigen::Vector3d, 3> corners;
+    int face;
+  };
+
+  // A query as the boxes see it: no box is nearer than what comes of this.
+  struct BoxQuery {
+    explicit BoxQuery(const Eigen::Vector3d& p) {
+      for (int k = 0; k < 3; ++k) {
+        low[k] = Lanes{} + Below(p[k]);
+        high[k] = Lanes{} + Above(p[k]);
+      }
+    }
+    // Squared distances, too large by less than the slack of a search.
+    void Distances(const Node& node, Lanes* squared) const {
+      for (int half = 0; half < kWide / kLanes; ++half) {
+        squared[half] = Lanes{};
+        for (int k = 0; k < 3; ++k) {
+          const Lanes side = Larger(node.low[k][half] - high[k], low[k] - node.high[k][half]);
+          const Lanes off = Larger(side, Lanes{});
+          squared[half] += off * off;
+        }
+      }
+    }
+    Lanes low[3], high[3];
+  };
+
+  std::vector<Triangle> triangles;  // in the order of the leaves
   std::vector<int> triangle_of_face;
-  Tree tree;
-  Eigen::Vector3d min, max;
+  std::vector<Node> nodes;  // a node before its children
+  Eigen::Vector3d min, max, center;
+
+  int AddNode(std::vector<Eigen::Vector3d>& centers, std::vector<int>& order, int begin, int end);
+  void FitBoxes();
+  Hit Search(const Eigen::Vector3d& query, int first_triangle) const;
 };
+
+// Halves the longest range along its longest axis until there are eight: how many triangles share
+// a corner or a place does not matter.
+int TriangleTree::Impl::AddNode(std::vector<Eigen::Vector3d>& centers, std::vector<int>& order,
+                                int begin, int end) {
+  std::vector<std::pair<int, int>> ranges = {{begin, end}};
+  while (ranges.size() < kWide) {
+    const auto longest = std::ranges::max_element(
+        ranges, {}, [](const auto& range) { return range.second - range.first; });
+    const auto [from, to] = *longest;
+    if (to - from < 2) break;
+    Eigen::AlignedBox3d box;
+    for (int i = from; i < to; ++i) box.extend(centers[order[i]]);
+    Eigen::Index axis;
+    box.sizes().maxCoeff(&axis);
+    const int middle = (from + to) / 2;
+    std::nth_element(order.begin() + from, order.begin() + middle, order.begin() + to,
+                     [&](int a, int b) {
+                       return std::pair(centers[a][axis], a) < std::pair(centers[b][axis], b);
+                     });
+    longest->second = middle;
+    ranges.emplace_back(middle, to);
+  }
+  const int id = static_cast<int>(nodes.size());
+  nodes.emplace_back();
+  int count = 0;
+  for (const auto& [from, to] : ranges) {
+    const int child = to - from == 1 ? ~from : AddNode(centers, order, from, to);
+    nodes[id].child[count++] = child;
+  }
+  nodes[id].count = count;
+  return id;
+}
+
+void TriangleTree::Impl::FitBoxes() {
+  Eigen::AlignedBox3d all;
+  for (const Triangle& t : triangles) {
+    for (const Eigen::Vector3d& corner : t.corners) all.extend(corner);
+  }
+  min = all.min();
+  max = all.max();
+  center = all.center();
+  for (auto node = nodes.rbegin(); node != nodes.rend(); ++node) {
+    for (int k = 0; k < 3; ++k) {
+      for (int c = 0; c < kWide; ++c) {
+        float& low = node->Low(k, c) = std::numeric_limits<float>::infinity();
+        float& high = node->High(k, c) = -low;
+        if (c >= node->count) continue;
+        if (node->child[c] < 0) {
+          const auto& [p, q, r] = triangles[~node->child[c]].corners;
+          low = Below(std::min({p[k], q[k], r[k]}) - center[k]);
+          high = Above(std::max({p[k], q[k], r[k]}) - center[k]);
+        } else {
+          Node& child = nodes[node->child[c]];
+          low = *std::min_element(&child.Low(k, 0), &child.Low(k, 0) + kWide);
+          high = *std::max_element(&child.High(k, 0), &child.High(k, 0) + kWide);
+        }
+      }
+    }
+  }
+}
+
+TriangleTree::Hit TriangleTree::Impl::Search(const Eigen::Vector3d& query,
+                                             int first_triangle) const {
+  Hit best;
+  best.squared_distance = std::numeric_limits<double>::infinity();
+  // Boxes farther than this are left out; the slack is for what single precision loses.
+  float farthest = 0.0f;
+  const auto limit = [&] {
+    farthest = static_cast<float>(best.squared_distance * (1.0 + 0x1p-19));
+  };
+  // Of equally near faces the first: the answer depends on no order of search.
+  const auto look_at = [&](int index) {
+    const Triangle& t = triangles[index];
+    const TrianglePoint on = ClosestOnTriangle(query, t.corners[0], t.corners[1], t.corners[2]);
+    const double squared = (query - on.point).squaredNorm();
+    const bool as_near = squared == best.squared_distance && (best.face < 0 || t.face < best.face);
+    if (!as_near && !(squared < best.squared_distance)) return;
+    best = {on.point, on.feature, t.face, squared};
+    limit();
+  };
+  look_at(first_triangle);
+  if (best.face < 0) {  // a query that is no number
+    return {query, TriangleFeature::kFace, triangles[first_triangle].face, std::nan("")};
+  }
+  const BoxQuery boxes(query - center);
+  struct Entry {
+    float squared;
+    int child;
+  };
+  std::array<Entry, 16 * kWide> stack;  // each level leaves seven: of 2^31 triangles 11 levels
+  int top = 0;
+  stack[top++] = {0.0f, 0};
+  while (top > 0) {
+    const Entry entry = stack[--top];
+    if (entry.squared > farthest) continue;
+    if (entry.child < 0) {
+      look_at(~entry.child);
+      continue;
+    }
+    const Node& node = nodes[entry.child];
+    Lanes lanes[kWide / kLanes];
+    boxes.Distances(node, lanes);
+    const auto* const squared = reinterpret_cast<const float*>(lanes);
+    const int bottom = top;
+    for (int c = 0; c < node.count; ++c) {
+      if (squared[c] > farthest) continue;
+      int place = top++;  // the nearest on top
+      for (; place > bottom && stack[place - 1].squared < squared[c]; --place) {
+        stack[place] = stack[place - 1];
+      }
+      stack[place] = {squared[c], node.child[c]};
+    }
+  }
+  return best;
+}
 
 TriangleTree::TriangleTree(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
   if (!mesh.vertices.allFinite()) {
     throw Error("mesh", "has coordinates that are not finite", "Repair the mesh first.");
   }
-  impl_->triangles.reserve(mesh.NumFaces());
-  impl_->faces.reserve(mesh.NumFaces());
+  std::vector<Impl::Triangle> triangles;
+  std::vector<Eigen::Vector3d> centers;
   impl_->triangle_of_face.assign(mesh.NumFaces(), -1);
-  impl_->min.setConstant(std::numeric_limits<double>::infinity());
-  impl_->max = -impl_->min;
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
     const Eigen::Vector3i face = mesh.faces.col(f);
     if (face.minCoeff() < 0 || face.maxCoeff() >= mesh.NumVertices()) {
@@ -113,49 +247,66 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh) : impl_(std::make_unique<Im
     const Eigen::Vector3d b = mesh.vertices.col(face[1]);
     const Eigen::Vector3d c = mesh.vertices.col(face[2]);
     if (!((b - a).cross(c - a).squaredNorm() > 0.0)) continue;
-    impl_->triangle_of_face[f] = static_cast<int>(impl_->triangles.size());
-    impl_->triangles.emplace_back(ToCgal(a), ToCgal(b), ToCgal(c));
-    impl_->faces.push_back(static_cast<int>(f));
-    impl_->min = impl_->min.cwiseMin(a).cwiseMin(b).cwiseMin(c);
-    impl_->max = impl_->max.cwiseMax(a).cwiseMax(b).cwiseMax(c);
+    triangles.push_back({{a, b, c}, static_cast<int>(f)});
+    centers.push_back(0.5 * (a.cwiseMin(b).cwiseMin(c) + a.cwiseMax(b).cwiseMax(c)));
   }
-  if (impl_->triangles.empty()) {
+  if (triangles.empty()) {
     throw Error("mesh", "has no face with an area", "Give a surface, not a set of points.");
   }
-  impl_->tree.insert(impl_->triangles.cbegin(), impl_->triangles.cend());
-  // Both are lazy otherwise, and queries come from several threads.
-  impl_->tree.build();
-  const std::vector<Tree::Point_and_primitive_id> starts = StartsWithoutHubs(impl_->triangles);
-  if (starts.empty()) {
-    impl_->tree.accelerate_distance_queries();
-  } else {
-    impl_->tree.accelerate_distance_queries(starts.begin(), starts.end());
+  std::vector<int> order(triangles.size());
+  std::iota(order.begin(), order.end(), 0);
+  impl_->AddNode(centers, order, 0, static_cast<int>(order.size()));
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    impl_->triangles.push_back(triangles[order[i]]);
+    impl_->triangle_of_face[impl_->triangles.back().face] = static_cast<int>(i);
   }
+  impl_->FitBoxes();
 }
 
 TriangleTree::~TriangleTree() = default;
 TriangleTree::TriangleTree(TriangleTree&&) noexcept = default;
 TriangleTree& TriangleTree::operator=(TriangleTree&&) noexcept = default;
 
-TriangleTree::Hit TriangleTree::Closest(const Eigen::Vector3d& query, int hint_face) const {
-  const Point point = ToCgal(query);
-  Tree::Point_and_primitive_id nearest;
-  if (hint_face >= 0 && impl_->triangle_of_face[hint_face] >= 0) {
-    const auto triangle = impl_->triangles.cbegin() + impl_->triangle_of_face[hint_face];
-    const Eigen::Vector3d start =
-        ClosestOnTriangle(query, ToEigen((*triangle)[0]), ToEigen((*triangle)[1]),
-                          ToEigen((*triangle)[2]))
-            .point;
-    nearest = impl_->tree.closest_point_and_primitive(point, {ToCgal(start), triangle});
-  } else {
-    nearest = impl_->tree.closest_point_and_primitive(point);
+void TriangleTree::Move(const TriangleMesh& mesh) {
+  for (Impl::Triangle& triangle : impl_->triangles) {
+    for (int k = 0; k < 3; ++k) {
+      triangle.corners[k] = mesh.vertices.col(mesh.faces(k, triangle.face));
+    }
   }
-  const auto triangle = nearest.second;
-  const TrianglePoint on_triangle = ClosestOnTriangle(
-      query, ToEigen((*triangle)[0]), ToEigen((*triangle)[1]), ToEigen((*triangle)[2]));
-  return {on_triangle.point, on_triangle.feature,
-          impl_->faces[triangle - impl_->triangles.cbegin()],
-          (query - on_triangle.point).squaredNorm()};
+  impl_->FitBoxes();
+}
+
+TriangleTree::Hit TriangleTree::Closest(const Eigen::Vector3d& query, int hint_face) const {
+  const int hint = hint_face >= 0 ? impl_->triangle_of_face[hint_face] : -1;
+  return impl_->Search(query, std::max(hint, 0));
+}
+
+std::vector<int> TriangleTree::FacesInBox(const Eigen::Vector3d& low,
+                                          const Eigen::Vector3d& high) const {
+  std::vector<int> faces, left = {0};
+  float from[3], to[3];
+  for (int k = 0; k < 3; ++k) {
+    from[k] = Below(low[k] - impl_->center[k]);
+    to[k] = Above(high[k] - impl_->center[k]);
+  }
+  while (!left.empty()) {
+    Impl::Node& node = impl_->nodes[left.back()];
+    left.pop_back();
+    for (int c = 0; c < node.count; ++c) {
+      bool apart = false;
+      for (int k = 0; k < 3; ++k) {
+        apart = apart || node.Low(k, c) > to[k] || node.High(k, c) < from[k];
+      }
+      if (apart) continue;
+      if (node.child[c] >= 0) {
+        left.push_back(node.child[c]);
+      } else {
+        faces.push_back(impl_->triangles[~node.child[c]].face);
+      }
+    }
+  }
+  std::ranges::sort(faces);
+  return faces;
 }
 
 const Eigen::Vector3d& TriangleTree::Min() const { return impl_->min; }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -21,8 +22,9 @@ struct TrianglePoint {
 TrianglePoint ClosestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                 const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
-/// Nearest point on a triangle soup, by CGAL's tree of axis-aligned boxes. Const after
-/// construction; queries may run on any number of threads.
+/// Nearest point on a triangle soup, by a tree of axis-aligned boxes, eight to a node: boxes in
+/// single precision rounded outwards leave triangles out, what is left is measured in double
+/// precision. Queries are const and may run on any number of threads.
 class TriangleTree {
  public:
   struct Hit {
@@ -39,9 +41,16 @@ class TriangleTree {
   TriangleTree(TriangleTree&&) noexcept;
   TriangleTree& operator=(TriangleTree&&) noexcept;
 
-  /// The nearest point. `hint_face` (a face of a nearby query's hit) shortens the search and
-  /// changes the answer among equally near points only.
+  /// The same faces with their vertices elsewhere: boxes are fitted anew, in a small part of the
+  /// time that a new tree takes. Faces left out stay left out.
+  void Move(const TriangleMesh& mesh);
+
+  /// The nearest point; of equally near faces the first. `hint_face` (a face of a nearby query's
+  /// hit) shortens the search and changes nothing else.
   Hit Closest(const Eigen::Vector3d& query, int hint_face = -1) const;
+
+  /// Faces whose boxes reach into the box [low, high], ascending; some within rounding of it.
+  std::vector<int> FacesInBox(const Eigen::Vector3d& low, const Eigen::Vector3d& high) const;
 
   const Eigen::Vector3d& Min() const;
   const Eigen::Vector3d& Max() const;

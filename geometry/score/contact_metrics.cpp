@@ -26,20 +26,28 @@ using Cubes = Eigen::Matrix<long long, 3, 1>;  ///< a place on the grid
 /// cube.
 class SharedCubes {
  public:
-  SharedCubes(const SignedDistance& a, const SignedDistance& b, double voxel)
-      : solids_{&a, &b}, voxel_(voxel) {}
+  SharedCubes(const SignedDistance& a, const SignedDistance& b, double voxel,
+              const Eigen::AlignedBox3d& box)
+      : solids_{&a, &b}, voxel_(voxel), box_(box) {}
 
-  /// Cubes [low, low + size) per axis, `size` a power of two.
-  long long Count(const Cubes& low, long long size, bool in_a, bool in_b) const {
+  /// Cubes [low, low + size) per axis, `size` a power of two. Nothing outside the box is inside
+  /// both.
+  long long Count(const Cubes& low, long long size, bool in_a, bool in_b) {
     const Eigen::Vector3d center =
         voxel_ * (low.cast<double>().array() + 0.5 * static_cast<double>(size)).matrix();
-    const double reach = 0.5 * std::sqrt(3.0) * voxel_ * static_cast<double>(size - 1);
+    const double half_edge = 0.5 * voxel_ * static_cast<double>(size - 1);
+    if (((center.array() + half_edge) < box_.min().array()).any() ||
+        ((center.array() - half_edge) > box_.max().array()).any()) {
+      return 0;
+    }
+    const double reach = std::sqrt(3.0) * half_edge;
     bool inside[2] = {in_a, in_b};
     for (int s = 0; s < 2; ++s) {
       if (inside[s]) continue;
-      const double distance = solids_[s]->Distance(center);
-      if (distance >= reach) return 0;
-      inside[s] = distance < -reach;
+      const SignedDistance::Result nearest = solids_[s]->Query(center, hints_[s]);
+      hints_[s] = nearest.face;
+      if (nearest.distance >= reach) return 0;
+      inside[s] = nearest.distance < -reach;
     }
     if (inside[0] && inside[1]) return size * size * size;
     const long long half = size / 2;
@@ -54,6 +62,8 @@ class SharedCubes {
  private:
   const SignedDistance* solids_[2];
   double voxel_;
+  Eigen::AlignedBox3d box_;
+  int hints_[2] = {-1, -1};
 };
 
 }  // namespace
@@ -98,73 +108,89 @@ ContactMetrics MeasureContact(const TriangleMesh& hand_in_object, const SignedDi
 }
 
 TriangleMesh CloseHoles(const TriangleMesh& mesh) {
+  const HoleFill fill(mesh);
+  return {fill.Vertices(mesh.vertices), fill.Faces()};
+}
+
+HoleFill::HoleFill(const TriangleMesh& mesh) {
   RequireValid(mesh);
-  TriangleMesh closed = mesh;
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
     if (HasRepeatedCorner(mesh.faces.col(f))) {
       throw Error("mesh", fmt::format("face {} repeats a corner", f), "Repair the mesh first");
     }
   }
-  PartTouchingFans(closed);
+  // Copies of vertices where fans touch carry the numbers of what they copy.
+  const int given = static_cast<int>(mesh.NumVertices());
+  TriangleMesh parted{Eigen::Matrix3Xd::Zero(3, given), mesh.faces};
+  for (int v = 0; v < given; ++v) parted.vertices(0, v) = v;
+  PartTouchingFans(parted);
+  const auto source = [&](int v) { return static_cast<int>(parted.vertices(0, v)); };
+  const int all = static_cast<int>(parted.NumVertices());
+  for (int v = given; v < all; ++v) added_.push_back({source(v)});
+  faces_ = parted.faces;
   struct EdgeSide {
     int from, to;
   };
   std::vector<EdgeSide> open;
-  EdgeTable(closed.faces, closed.NumVertices()).ForEach([&](int, int, std::span<const int> sides) {
-    const auto start = [&](int corner) { return closed.faces(corner % 3, corner / 3); };
+  EdgeTable(faces_, all).ForEach([&](int, int, std::span<const int> sides) {
+    const auto start = [&](int corner) { return faces_(corner % 3, corner / 3); };
     if (sides.size() > 2 || (sides.size() == 2 && start(sides[0]) == start(sides[1]))) {
       throw Error("mesh", "has an edge of more than two faces, or of two that disagree",
                   "Repair the mesh first");
     }
     if (sides.size() == 1) {
       const int k = sides[0] % 3;
-      open.push_back({closed.faces(k, sides[0] / 3), closed.faces((k + 1) % 3, sides[0] / 3)});
+      open.push_back({faces_(k, sides[0] / 3), faces_((k + 1) % 3, sides[0] / 3)});
     }
   });
-  if (open.empty()) return closed;
+  if (open.empty()) return;
 
   // Each vertex of a boundary has one open side in and one out by now: sets of sides are loops.
-  DisjointSets loops(static_cast<int>(closed.NumVertices()));
+  DisjointSets loops(all);
   for (const EdgeSide& side : open) loops.Merge(side.from, side.to);
-  struct Cap {
+  std::map<int, std::vector<int>> caps;  // of each loop
+  for (const EdgeSide& side : open) caps[loops.Find(side.from)].push_back(source(side.from));
+  std::map<int, int> tips;
+  for (const auto& [loop, rim] : caps) {
+    tips[loop] = given + static_cast<int>(added_.size());
+    added_.push_back(rim);
+  }
+  Eigen::Index next_face = faces_.cols();
+  faces_.conservativeResize(Eigen::NoChange, next_face + static_cast<Eigen::Index>(open.size()));
+  for (const EdgeSide& side : open) {
+    faces_.col(next_face++) << side.to, side.from, tips[loops.Find(side.from)];
+  }
+}
+
+Eigen::Matrix3Xd HoleFill::Vertices(const Eigen::Matrix3Xd& vertices) const {
+  Eigen::Matrix3Xd all(3, vertices.cols() + static_cast<Eigen::Index>(added_.size()));
+  all.leftCols(vertices.cols()) = vertices;
+  Eigen::Index next = vertices.cols();
+  for (const std::vector<int>& from : added_) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    int count = 0;
-    int vertex = -1;
-  };
-  std::map<int, Cap> caps;
-  for (const EdgeSide& side : open) {
-    Cap& cap = caps[loops.Find(side.from)];
-    cap.sum += closed.vertices.col(side.from);
-    ++cap.count;
+    for (const int v : from) sum += vertices.col(v);
+    all.col(next++) = sum / static_cast<double>(from.size());
   }
-  Eigen::Index next_vertex = closed.NumVertices();
-  Eigen::Index next_face = closed.NumFaces();
-  closed.vertices.conservativeResize(Eigen::NoChange,
-                                     next_vertex + static_cast<Eigen::Index>(caps.size()));
-  closed.faces.conservativeResize(Eigen::NoChange,
-                                  next_face + static_cast<Eigen::Index>(open.size()));
-  for (auto& [loop, cap] : caps) {
-    cap.vertex = static_cast<int>(next_vertex);
-    closed.vertices.col(next_vertex++) = cap.sum / cap.count;
-  }
-  for (const EdgeSide& side : open) {
-    closed.faces.col(next_face++) << side.to, side.from, caps[loops.Find(side.from)].vertex;
-  }
-  return closed;
+  return all;
 }
 
 double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
                           int threads) {
+  return IntersectionVolume(a, b, voxel_m, {a.Min(), a.Max()}, threads);
+}
+
+double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
+                          const Eigen::AlignedBox3d& box, int threads) {
   if (!(voxel_m > 0.0)) throw Error("voxel", "must be positive", "2 mm is usual");
-  const Eigen::Vector3d low = a.Min().cwiseMax(b.Min());
-  const Eigen::Vector3d high = a.Max().cwiseMin(b.Max());
+  const Eigen::Vector3d low = a.Min().cwiseMax(b.Min()).cwiseMax(box.min());
+  const Eigen::Vector3d high = a.Max().cwiseMin(b.Max()).cwiseMin(box.max());
   if ((low.array() >= high.array()).any()) return 0.0;
   constexpr long long kBlock = 8;
   const auto block_of = [&](double coordinate) {
     return static_cast<long long>(std::floor(coordinate / (voxel_m * static_cast<double>(kBlock))));
   };
-  const SharedCubes cubes(a, b, voxel_m);
   const auto count_layer = [&](long long z) {
+    SharedCubes cubes(a, b, voxel_m, {low, high});
     long long count = 0;
     for (long long y = block_of(low.y()); y <= block_of(high.y()); ++y) {
       for (long long x = block_of(low.x()); x <= block_of(high.x()); ++x) {

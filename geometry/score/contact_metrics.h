@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
@@ -52,10 +55,31 @@ ContactMetrics MeasureContact(const TriangleMesh& hand_in_object, const SignedDi
 /// disagree.
 TriangleMesh CloseHoles(const TriangleMesh& mesh);
 
+/// What CloseHoles does to a mesh, for other places of its vertices too: a hand from frame to
+/// frame.
+class HoleFill {
+ public:
+  /// Throws Error as CloseHoles.
+  explicit HoleFill(const TriangleMesh& mesh);
+
+  /// Of the closed mesh; those of the given one come first.
+  const Eigen::Matrix3Xi& Faces() const { return faces_; }
+  /// The vertices, and behind them those that were added.
+  Eigen::Matrix3Xd Vertices(const Eigen::Matrix3Xd& vertices) const;
+
+ private:
+  Eigen::Matrix3Xi faces_;
+  std::vector<std::vector<int>> added_;  // each the mean of these
+};
+
 /// Volume (m^3) of what two solids share: cubes of edge `voxel_m`, on a grid fixed to the origin of
 /// the coordinate frame, whose centres are inside both. Without bias; off by about the area of the
 /// shared boundary times half a voxel divided by the root of the number of cubes there.
 double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
                           int threads = 1);
+
+/// The same where nothing is inside both outside `box`: the cubes of it alone are looked at.
+double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
+                          const Eigen::AlignedBox3d& box, int threads = 1);
 
 }  // namespace holdfast

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <utility>
 #include <variant>
 
@@ -13,6 +14,7 @@
 #include <CGAL/Polygon_mesh_processing/corefinement.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Surface_mesh.h>
+#include <CGAL/intersections.h>
 #include <boost/variant/get.hpp>
 #include <boost/variant/variant.hpp>
 
@@ -37,19 +39,12 @@ constexpr double kClosed = 1e-7;
 
 Eigen::Vector3d ToEigen(const Kernel::Point_3& p) { return {p.x(), p.y(), p.z()}; }
 
-// The faces that reach into a box, as a mesh of their own without touching fans.
-TriangleMesh FacesInBox(const TriangleMesh& mesh, const Eigen::Vector3d& low,
-                        const Eigen::Vector3d& high) {
+// Some faces as a mesh of their own without touching fans.
+TriangleMesh PartOf(const TriangleMesh& mesh, std::span<const int> faces) {
   TriangleMesh part;
   std::vector<int> new_id(static_cast<std::size_t>(mesh.NumVertices()), -1);
-  std::vector<int> faces, vertices;
-  for (int f = 0; f < mesh.NumFaces(); ++f) {
-    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, f));
-    const Eigen::Vector3d b = mesh.vertices.col(mesh.faces(1, f));
-    const Eigen::Vector3d c = mesh.vertices.col(mesh.faces(2, f));
-    if ((a.cwiseMin(b).cwiseMin(c).array() > high.array()).any()) continue;
-    if ((a.cwiseMax(b).cwiseMax(c).array() < low.array()).any()) continue;
-    faces.push_back(f);
+  std::vector<int> vertices;
+  for (const int f : faces) {
     for (int k = 0; k < 3; ++k) {
       int& id = new_id[mesh.faces(k, f)];
       if (id >= 0) continue;
@@ -80,6 +75,14 @@ SurfaceMesh ToSurfaceMesh(const TriangleMesh& mesh) {
     out.add_face(Vertex(f[0]), Vertex(f[1]), Vertex(f[2]));
   }
   return out;
+}
+
+Kernel::Triangle_3 CgalTriangle(const TriangleMesh& mesh, Eigen::Index face) {
+  const auto point = [&](int k) {
+    const Eigen::Vector3d p = mesh.vertices.col(mesh.faces(k, face));
+    return Kernel::Point_3(p.x(), p.y(), p.z());
+  };
+  return {point(0), point(1), point(2)};
 }
 
 // What the pieces of one surface add to the integrals over the shared volume's boundary.
@@ -166,6 +169,32 @@ bool AnyInside(const Eigen::Matrix3Xd& points, const SignedDistance& body) {
 
 ExactVolume Failed(VolumeStatus status) { return {status, 0.0}; }
 
+// Cuts the faces of an overlap and sums the pieces inside.
+ExactVolume CutVolume(const Solid& solid, const Solid& other, const SolidOverlap& overlap) {
+  SurfaceMesh mesh_a = ToSurfaceMesh(PartOf(solid.mesh, overlap.faces_a));
+  SurfaceMesh mesh_b = ToSurfaceMesh(PartOf(other.mesh, overlap.faces_b));
+  auto cut_a = mesh_a.add_property_map<EdgeId, bool>("e:cut", false).first;
+  auto cut_b = mesh_b.add_property_map<EdgeId, bool>("e:cut", false).first;
+  try {
+    // CGAL 5.5's own check for self-intersections refuses sound meshes that have a border, as
+    // these have. Crossings that count were looked for above; that pieces close is checked below.
+    pmp::corefine(mesh_a, mesh_b, CGAL::parameters::edge_is_constrained_map(cut_a),
+                  CGAL::parameters::edge_is_constrained_map(cut_b));
+  } catch (const pmp::Corefinement::Triple_intersection_exception&) {
+    return Failed(VolumeStatus::kSelfIntersecting);
+  } catch (const std::exception&) {
+    return Failed(VolumeStatus::kNotResolved);
+  }
+  Boundary boundary;
+  const Eigen::Vector3d origin = overlap.box.center();
+  AddPiecesInside(mesh_a, cut_a, other.distance, origin, true, boundary);
+  AddPiecesInside(mesh_b, cut_b, solid.distance, origin, false, boundary);
+  if (boundary.area_vector.norm() > kClosed * boundary.area_m2) {
+    return Failed(VolumeStatus::kNotResolved);
+  }
+  return {VolumeStatus::kExact, std::max(0.0, boundary.volume_m3)};
+}
+
 }  // namespace
 
 Solid::Solid(TriangleMesh surface, bool close_holes)
@@ -195,9 +224,8 @@ const Held* IfHolds(const Variant& variant) {
   }
 }
 
-Eigen::Matrix3Xd SelfCrossings(const TriangleMesh& mesh, const Eigen::Vector3d& low,
-                               const Eigen::Vector3d& high) {
-  const SurfaceMesh surface = ToSurfaceMesh(FacesInBox(mesh, low, high));
+Eigen::Matrix3Xd SelfCrossings(const TriangleMesh& mesh, std::span<const int> faces) {
+  const SurfaceMesh surface = ToSurfaceMesh(PartOf(mesh, faces));
   std::vector<std::pair<FaceId, FaceId>> pairs;
   pmp::self_intersections<CGAL::Sequential_tag>(surface, std::back_inserter(pairs));
   const auto triangle = [&](FaceId face) {
@@ -224,45 +252,85 @@ Eigen::Matrix3Xd SelfCrossings(const TriangleMesh& mesh, const Eigen::Vector3d& 
   return places;
 }
 
-ExactIntersection::ExactIntersection(const Solid& solid) : solid_(&solid) {
-  if (solid.IsClosed()) {
-    self_crossings_ = SelfCrossings(solid.mesh, solid.distance.Min(), solid.distance.Max());
+SolidOverlap FindOverlap(const Solid& a, const Solid& b, const Eigen::VectorXd& distances_b,
+                         std::span<const int> inside_b) {
+  std::vector<bool> takes_a(a.mesh.NumFaces(), false), takes_b(b.mesh.NumFaces(), false);
+  if (!inside_b.empty()) {
+    std::vector<bool> inside(a.mesh.NumVertices(), false);
+    for (const int v : inside_b) inside[v] = true;
+    for (Eigen::Index f = 0; f < a.mesh.NumFaces(); ++f) {
+      const auto face = a.mesh.faces.col(f);
+      takes_a[f] = inside[face[0]] || inside[face[1]] || inside[face[2]];
+    }
   }
+  for (Eigen::Index f = 0; f < b.mesh.NumFaces(); ++f) {
+    const Eigen::Vector3i face = b.mesh.faces.col(f);
+    const Eigen::Vector3d distances = distances_b(face);
+    takes_b[f] = distances.minCoeff() < 0.0;
+    const Eigen::Matrix3d corners = b.mesh.vertices(Eigen::all, face);
+    const double longest = std::max({(corners.col(1) - corners.col(0)).norm(),
+                                     (corners.col(2) - corners.col(1)).norm(),
+                                     (corners.col(0) - corners.col(2)).norm()});
+    // Each point of a triangle is this near to a corner.
+    if (distances.cwiseAbs().minCoeff() > longest / std::sqrt(3.0)) continue;
+    const Kernel::Triangle_3 triangle = CgalTriangle(b.mesh, f);
+    for (const int other :
+         a.distance.Tree().FacesInBox(corners.rowwise().minCoeff(), corners.rowwise().maxCoeff())) {
+      if (takes_a[other] && takes_b[f]) continue;
+      if (CGAL::do_intersect(triangle, CgalTriangle(a.mesh, other))) {
+        takes_a[other] = takes_b[f] = true;
+      }
+    }
+  }
+  SolidOverlap overlap;
+  const auto collect = [&](const TriangleMesh& mesh, const std::vector<bool>& takes,
+                           std::vector<int>& faces) {
+    for (int f = 0; f < mesh.NumFaces(); ++f) {
+      if (!takes[f]) continue;
+      faces.push_back(f);
+      for (int k = 0; k < 3; ++k) overlap.box.extend(mesh.vertices.col(mesh.faces(k, f)));
+    }
+  };
+  collect(a.mesh, takes_a, overlap.faces_a);
+  collect(b.mesh, takes_b, overlap.faces_b);
+  return overlap;
+}
+
+ExactIntersection::ExactIntersection(const Solid& solid) : solid_(&solid) {
+  if (!solid.IsClosed()) return;
+  std::vector<int> all(static_cast<std::size_t>(solid.mesh.NumFaces()));
+  std::iota(all.begin(), all.end(), 0);
+  self_crossings_ = SelfCrossings(solid.mesh, all);
 }
 
 ExactVolume ExactIntersection::With(const Solid& other) const {
   if (!solid_->IsClosed() || !other.IsClosed()) return Failed(VolumeStatus::kOpenSurface);
+  const Eigen::VectorXd inside = other.distance.Distances(solid_->mesh.vertices);
+  std::vector<int> inside_other;
+  for (int v = 0; v < inside.size(); ++v) {
+    if (inside[v] < 0.0) inside_other.push_back(v);
+  }
+  return With(other, FindOverlap(*solid_, other, solid_->distance.Distances(other.mesh.vertices),
+                                 inside_other));
+}
+
+ExactVolume ExactIntersection::With(const Solid& other, const SolidOverlap& overlap) const {
+  if (!solid_->IsClosed() || !other.IsClosed()) return Failed(VolumeStatus::kOpenSurface);
+  if (overlap.box.isEmpty()) return {};
   const SignedDistance& a = solid_->distance;
   const SignedDistance& b = other.distance;
+  if (AnyInside(self_crossings_, b) || AnyInside(SelfCrossings(other.mesh, overlap.faces_b), a)) {
+    return Failed(VolumeStatus::kSelfIntersecting);
+  }
+  const ExactVolume volume = CutVolume(*solid_, other, overlap);
+  if (volume.Known()) return volume;
+  // Where the faces that count do not do, those beside them may: all in the box of both.
+  SolidOverlap whole = overlap;
   const Eigen::Vector3d low = a.Min().cwiseMax(b.Min());
   const Eigen::Vector3d high = a.Max().cwiseMin(b.Max());
-  if ((low.array() > high.array()).any()) return {};
-  if (AnyInside(self_crossings_, b) || AnyInside(SelfCrossings(other.mesh, low, high), a)) {
-    return Failed(VolumeStatus::kSelfIntersecting);
-  }
-  // A face outside the box that both reach into is outside the other body.
-  SurfaceMesh mesh_a = ToSurfaceMesh(FacesInBox(solid_->mesh, low, high));
-  SurfaceMesh mesh_b = ToSurfaceMesh(FacesInBox(other.mesh, low, high));
-  auto cut_a = mesh_a.add_property_map<EdgeId, bool>("e:cut", false).first;
-  auto cut_b = mesh_b.add_property_map<EdgeId, bool>("e:cut", false).first;
-  try {
-    // CGAL 5.5's own check for self-intersections refuses sound meshes that have a border, as
-    // these have. Crossings that count were looked for above; that pieces close is checked below.
-    pmp::corefine(mesh_a, mesh_b, CGAL::parameters::edge_is_constrained_map(cut_a),
-                  CGAL::parameters::edge_is_constrained_map(cut_b));
-  } catch (const pmp::Corefinement::Triple_intersection_exception&) {
-    return Failed(VolumeStatus::kSelfIntersecting);
-  } catch (const std::exception&) {
-    return Failed(VolumeStatus::kNotResolved);
-  }
-  Boundary boundary;
-  const Eigen::Vector3d origin = 0.5 * (low + high);
-  AddPiecesInside(mesh_a, cut_a, b, origin, true, boundary);
-  AddPiecesInside(mesh_b, cut_b, a, origin, false, boundary);
-  if (boundary.area_vector.norm() > kClosed * boundary.area_m2) {
-    return Failed(VolumeStatus::kNotResolved);
-  }
-  return {VolumeStatus::kExact, std::max(0.0, boundary.volume_m3)};
+  whole.faces_a = a.Tree().FacesInBox(low, high);
+  whole.faces_b = b.Tree().FacesInBox(low, high);
+  return CutVolume(*solid_, other, whole);
 }
 
 ExactVolume ExactIntersectionVolume(const TriangleMesh& a, const TriangleMesh& b) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
 #include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
@@ -42,10 +44,21 @@ struct ExactVolume {
 };
 
 /// Places (3 x n) where a surface crosses itself: one point on the segment common to each pair of
-/// faces that meet other than in a shared corner or edge. Only faces that reach into the box
-/// [low, high] are looked at.
-Eigen::Matrix3Xd SelfCrossings(const TriangleMesh& mesh, const Eigen::Vector3d& low,
-                               const Eigen::Vector3d& high);
+/// faces that meet other than in a shared corner or edge. Only `faces` are looked at.
+Eigen::Matrix3Xd SelfCrossings(const TriangleMesh& mesh, std::span<const int> faces);
+
+/// Where two solids reach into each other.
+struct SolidOverlap {
+  /// Faces of either that meet the other's surface or have a corner inside it, ascending.
+  std::vector<int> faces_a, faces_b;
+  /// Of these faces: what is inside both solids is in it. Empty: nothing is.
+  Eigen::AlignedBox3d box;
+};
+
+/// Both must be closed. `distances_b` are the signed distances of b's vertices from a, `inside_b`
+/// the vertices of a inside b; distances may be too small where they are positive.
+SolidOverlap FindOverlap(const Solid& a, const Solid& b, const Eigen::VectorXd& distances_b,
+                         std::span<const int> inside_b);
 
 /// Volume of what two polyhedra share, exact to rounding. Both surfaces are cut along their common
 /// curve with exact predicates (CGAL's corefinement), each piece is inside or outside the other as
@@ -59,6 +72,8 @@ class ExactIntersection {
   explicit ExactIntersection(const Solid& solid);
 
   ExactVolume With(const Solid& other) const;
+  /// The same by where `solid` (a) and `other` (b) are known to overlap.
+  ExactVolume With(const Solid& other, const SolidOverlap& overlap) const;
 
  private:
   const Solid* solid_;

@@ -3,68 +3,149 @@
 
 #include <algorithm>
 #include <atomic>
+#include <limits>
+#include <memory>
 #include <mutex>
+#include <utility>
 
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
+#include "geometry/score/ball_tree.h"
 #include "geometry/score/object_shape.h"
 
 namespace holdfast {
 namespace {
 
-// The hand's mesh in the object's coordinate frame.
-TriangleMesh HandInObject(const Clip& clip, const HandModel& hand, int t) {
-  HandState state(hand);
+// The hand's vertices in the object's coordinate frame.
+Eigen::Matrix3Xd HandInObject(const Clip& clip, HandState& state, int t) {
   state.SetBody(clip.pose[t], clip.trans.col(t));
-  state.Evaluate(FingersOf(clip.pose[t], hand.HandSide()), false);
+  state.Evaluate(FingersOf(clip.pose[t], state.Hand().HandSide()), false);
   const Eigen::Matrix3d object_from_world = ExpSO3(clip.object->orient.col(t)).transpose();
-  return {object_from_world * (state.Vertices().colwise() - clip.object->trans.col(t)),
-          hand.Surface().Faces()};
+  return object_from_world * (state.Vertices().colwise() - clip.object->trans.col(t));
 }
 
-// Vertices of the object inside the hand; those outside the hand's box are not asked for.
-void MeasureObjectInHand(const Eigen::Matrix3Xd& vertices, const SignedDistance& hand,
-                         HandObjectFrame& frame) {
-  std::vector<Eigen::Index> near;
-  for (Eigen::Index i = 0; i < vertices.cols(); ++i) {
-    const auto v = vertices.col(i).array();
-    if ((v > hand.Min().array()).all() && (v < hand.Max().array()).all()) near.push_back(i);
-  }
-  for (const double d : hand.Distances(vertices(Eigen::all, near))) {
-    if (d >= 0.0) continue;
-    ++frame.object_vertices_inside;
-    frame.object_max_penetration_mm = std::max(frame.object_max_penetration_mm, -1e3 * d);
-    frame.object_mean_penetration_mm -= 1e3 * d;
-  }
-  if (frame.object_vertices_inside > 0) {
-    frame.object_mean_penetration_mm /= frame.object_vertices_inside;
-  }
-}
+// No place in a hand is farther from its skin.
+constexpr double kThickest_m = 0.025;
 
-HandObjectFrame MeasureFrame(const TriangleMesh& hand, const Solid& object,
-                             const ExactIntersection* exact, const HandObjectProtocol& protocol,
-                             Touch& touch) {
-  const auto n = static_cast<std::size_t>(hand.NumVertices());
-  std::vector<SignedDistance::Result> queries(n);
-  Eigen::VectorXd distances(hand.NumVertices());
-  for (std::size_t i = 0; i < n; ++i) {
-    queries[i] = object.distance.Query(hand.vertices.col(static_cast<Eigen::Index>(i)));
-    distances[static_cast<Eigen::Index>(i)] = queries[i].distance;
+// What all frames share.
+struct Measured {
+  const Clip& clip;
+  const HandModel& hand;
+  const Solid& object;
+  const ExactIntersection* exact;
+  const HandObjectProtocol& protocol;
+  HoleFill fill;
+  BallTree object_vertices;
+};
+
+// Measures frame after frame; one per thread. What it keeps from one to the next is for speed.
+class FrameMeasurer {
+ public:
+  explicit FrameMeasurer(const Measured& all)
+      : all_(all),
+        state_(all.hand),
+        closed_({all.fill.Vertices(all.hand.Surface().RestVertices()), all.fill.Faces()}),
+        queries_(static_cast<std::size_t>(closed_.mesh.NumVertices())) {}
+
+  HandObjectFrame Measure(int t, Touch& touch) {
+    const int n = all_.hand.NumVertices();
+    const ContactProtocol& protocol = all_.protocol.contact;
+    const double threshold_m = 1e-3 * protocol.contact_threshold_mm;
+    closed_.mesh.vertices = all_.fill.Vertices(HandInObject(all_.clip, state_, t));
+    const Eigen::VectorXd distances = FindNearest(threshold_m);
+    HandObjectFrame frame;
+    frame.hand = ContactFromDistances(distances.head(n), protocol);
+    const std::span<const SignedDistance::Result> of_hand(queries_.data(), n);
+    touch = FindTouch(closed_.mesh.vertices.leftCols(n), of_hand, threshold_m);
+    const SignedDistance& object = all_.object.distance;
+    const auto low = closed_.mesh.vertices.rowwise().minCoeff();
+    const auto high = closed_.mesh.vertices.rowwise().maxCoeff();
+    if ((low.array() > object.Max().array()).any() || (high.array() < object.Min().array()).any()) {
+      if (all_.protocol.measure_exact && !(all_.object.IsClosed() && closed_.IsClosed())) {
+        frame.exact_volume.status = VolumeStatus::kOpenSurface;
+      }
+      return frame;
+    }
+    closed_.distance.Move(closed_.mesh.vertices);
+    const std::vector<int> inside = MeasureObjectInHand(frame);
+    MeasureVolumes(distances, inside, frame);
+    return frame;
   }
-  HandObjectFrame frame;
-  frame.hand = ContactFromDistances(distances, protocol.contact);
-  touch = FindTouch(hand.vertices, queries, 1e-3 * protocol.contact.contact_threshold_mm);
-  const Solid closed_hand(hand, /*close_holes=*/true);
-  MeasureObjectInHand(object.mesh.vertices, closed_hand.distance, frame);
-  if (protocol.measure_voxels) {
-    frame.hand.intersection_volume_cm3 =
-        1e6 *
-        IntersectionVolume(object.distance, closed_hand.distance, 1e-3 * protocol.contact.voxel_mm);
+
+ private:
+  // Distances of the closed hand's vertices from the object. One that is neither below the
+  // threshold nor the least may be less than it is.
+  Eigen::VectorXd FindNearest(double threshold_m) {
+    const SignedDistance& object = all_.object.distance;
+    const Eigen::AlignedBox3d box(object.Min(), object.Max());
+    Eigen::VectorXd distances(closed_.mesh.NumVertices());
+    double least = std::numeric_limits<double>::infinity();
+    for (Eigen::Index i = 0; i < distances.size(); ++i) {
+      const Eigen::Vector3d point = closed_.mesh.vertices.col(i);
+      SignedDistance::Result& query = queries_[static_cast<std::size_t>(i)];
+      const double outside = all_.object.IsClosed() ? box.exteriorDistance(point) : 0.0;
+      if (outside > threshold_m && outside > least) {
+        query.distance = outside;
+      } else {
+        query = object.Query(point, query.face);
+        if (i < all_.hand.NumVertices()) least = std::min(least, query.distance);
+      }
+      distances[i] = query.distance;
+    }
+    return distances;
   }
-  if (protocol.measure_exact) frame.exact_volume = exact->With(closed_hand);
-  return frame;
-}
+
+  // Gives the object's vertices that are inside the hand.
+  std::vector<int> MeasureObjectInHand(HandObjectFrame& frame) const {
+    std::vector<int> inside;
+    const SignedDistance& hand = closed_.distance;
+    const Eigen::AlignedBox3d box(hand.Min(), hand.Max());
+    SignedDistance::Result nearest;
+    // No point of a ball is inside when the surface is farther than its radius. Where fingers are
+    // in each other, the nearest skin may be seen from outside: no point of a hand is so far in.
+    const auto reaches = [&](const Eigen::Vector3d& center, double radius) {
+      if (box.exteriorDistance(center) > radius) return false;
+      if (!closed_.IsClosed()) return true;
+      nearest = hand.Query(center, nearest.face);
+      return nearest.distance <= std::max(radius, kThickest_m);
+    };
+    all_.object_vertices.ForPoints(reaches, [&](int vertex) {
+      nearest = hand.Query(all_.object.mesh.vertices.col(vertex), nearest.face);
+      if (nearest.distance >= 0.0) return;
+      inside.push_back(vertex);
+      frame.object_max_penetration_mm =
+          std::max(frame.object_max_penetration_mm, -1e3 * nearest.distance);
+      frame.object_mean_penetration_mm -= 1e3 * nearest.distance;
+    });
+    frame.object_vertices_inside = static_cast<int>(inside.size());
+    if (!inside.empty()) frame.object_mean_penetration_mm /= frame.object_vertices_inside;
+    return inside;
+  }
+
+  void MeasureVolumes(const Eigen::VectorXd& distances, std::span<const int> object_inside,
+                      HandObjectFrame& frame) const {
+    const SignedDistance& object = all_.object.distance;
+    SolidOverlap overlap;
+    overlap.box = {object.Min(), object.Max()};
+    if (all_.object.IsClosed() && closed_.IsClosed()) {
+      overlap = FindOverlap(all_.object, closed_, distances, object_inside);
+    }
+    if (all_.protocol.measure_exact) {
+      frame.exact_volume = all_.exact->With(closed_, overlap);
+    }
+    if (all_.protocol.measure_voxels && !overlap.box.isEmpty()) {
+      frame.hand.intersection_volume_cm3 =
+          1e6 * IntersectionVolume(object, closed_.distance, 1e-3 * all_.protocol.contact.voxel_mm,
+                                   overlap.box);
+    }
+  }
+
+  const Measured& all_;
+  HandState state_;
+  Solid closed_;
+  std::vector<SignedDistance::Result> queries_;  // of the last frame, as hints
+};
 
 void RequireObject(const Clip& clip) {
   if (!clip.object) throw Error("clip", "has no object to measure contact with", "Fit one first");
@@ -84,17 +165,32 @@ HandObjectScore MeasureHandObject(const Clip& clip, const HandModel& hand, const
   score.holds.assign(holds.begin(), holds.end());
   score.frames.resize(static_cast<std::size_t>(frames));
   std::vector<Touch> touches(static_cast<std::size_t>(frames));
+  const Measured all{clip,
+                     hand,
+                     object,
+                     exact,
+                     protocol,
+                     HoleFill({hand.Surface().RestVertices(), hand.Surface().Faces()}),
+                     BallTree(object.mesh.vertices)};
   std::atomic<bool> stopped{false};
-  std::mutex progress_mutex;
+  std::mutex mutex;
+  std::vector<std::unique_ptr<FrameMeasurer>> idle;
   int done = 0;
   ParallelFor(frames, protocol.contact.threads, [&](int t) {
     if (stopped) return;
-    score.frames[t] =
-        MeasureFrame(HandInObject(clip, hand, t), object, exact, protocol, touches[t]);
-    if (progress) {
-      const std::lock_guard lock(progress_mutex);
-      if (!progress(++done, frames)) stopped = true;
+    std::unique_ptr<FrameMeasurer> measurer;
+    {
+      const std::lock_guard lock(mutex);
+      if (!idle.empty()) {
+        measurer = std::move(idle.back());
+        idle.pop_back();
+      }
     }
+    if (!measurer) measurer = std::make_unique<FrameMeasurer>(all);
+    score.frames[t] = measurer->Measure(t, touches[t]);
+    const std::lock_guard lock(mutex);
+    idle.push_back(std::move(measurer));
+    if (progress && !progress(++done, frames)) stopped = true;
   });
   score.track = TrackContact(touches, holds);
   score.jitter = MeasureCarryJitter(WristPoses(clip, hand.Surface().RestJoints(), hand.HandSide()),
@@ -138,10 +234,11 @@ std::vector<std::uint8_t> HoldFlags(std::span<const std::uint8_t> holding_hand, 
 double MeanDistance(const Clip& clip, const HandModel& hand, const SignedDistance& object,
                     int stride) {
   RequireObject(clip);
+  HandState state(hand);
   double sum = 0.0;
   int count = 0;
   for (int t = 0; t < clip.NumFrames(); t += stride, ++count) {
-    sum += object.Distances(HandInObject(clip, hand, t).vertices).minCoeff();
+    sum += object.Distances(HandInObject(clip, state, t)).minCoeff();
   }
   return sum / count;
 }

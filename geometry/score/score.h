@@ -11,8 +11,10 @@
 ///   rigid_jitter.h         acceleration and jerk of rigid bodies
 ///   contact_metrics.h      one hand, one frame; ContactProtocol
 ///   contact_track.h        contact from frame to frame
+///   ball_tree.h            points in balls; private
 ///   exact_intersection.h   exact volumes of two solids
 ///   hand_object_score.h    one hand and object, a clip
+///   own_body_score.h       object and arms in the own body
 ///   contact_score.h        all hands of a clip together
 ///   clip_contact_points.h  touching vertices and hand poses
 ///   contact_writer.h       these as .npz or .csv
@@ -20,3 +22,4 @@
 #include "geometry/score/contact_writer.h"
 #include "geometry/score/hand_object_score.h"
 #include "geometry/score/object_pose_error.h"
+#include "geometry/score/own_body_score.h"

@@ -236,7 +236,9 @@ void RenderTo(const py::object& clip, const std::filesystem::path& path, const p
 constexpr const char* kScoreDoc =
     "What 'holdfast score' measures of a clip, as a dict.\n\n"
     "'values' has the numbers by name ('penetration_max_mm', 'contact_frames_ratio', ...), None "
-    "where undefined; 'hands' the same for each hand that holds; 'definitions' what each name "
+    "where undefined; 'hands' the same for each hand that holds; 'own_body' the frames in which "
+    "the object ('object_in_body_worst_frame') and the arms are deepest in the person's own body; "
+    "'definitions' what each name "
     "means; 'protocol' the thresholds; 'reference' and errors such as 'mpjpe_mm' with a reference; "
     "'notes' what to know.\n\n"
     "clip and reference: a Clip, a path, an embedded name or a result such as fit()'s. object: a "
@@ -245,7 +247,8 @@ constexpr const char* kScoreDoc =
     "multiplies it. exact: the shared volume by cutting the meshes ('off', 'auto': by voxels where "
     "that is undefined, 'on'). symmetric: whether the object is, when poses are compared ('off', "
     "'auto', 'on'). overlap, resample: for a reference of another length or frame rate. per_frame "
-    "adds 'per_frame' to each hand. body: a BodyModel in place of the embedded one.\n\n"
+    "adds 'per_frame' to each hand and to 'own_body'. body: a BodyModel in place of the embedded "
+    "one.\n\n"
     ">>> holdfast.score(held, \"mug\")[\"values\"][\"penetration_max_mm\"]";
 
 void BindScoreOf(py::module_& module) {

@@ -73,7 +73,8 @@ Holders HoldersIn(const ClipScene& input, const SignedDistance& object, ClipScor
   return holders;
 }
 
-void MeasureHolding(const ClipScene& input, const ScoreOptions& options,
+// False when stopped.
+bool MeasureHolding(const ClipScene& input, const ScoreOptions& options,
                     const StagedProgress& progress, ClipScore& score) {
   const Solid object(*input.object);
   score.object_source = input.object_source;
@@ -104,9 +105,23 @@ void MeasureHolding(const ClipScene& input, const ScoreOptions& options,
                             stopped = stopped || (progress && !progress(stage, done, total));
                             return !stopped;
                           }));
-    if (stopped) return;
+    if (stopped) return false;
     if (options.hand_object.measure_exact) NoteVolumes(score.hands.back(), options, score.notes);
   }
+  return true;
+}
+
+void MeasureBody(const ClipScene& input, const BodySurface& surface, const ScoreOptions& options,
+                 const StagedProgress& progress, ClipScore& score) {
+  std::uint8_t holders = 0;
+  for (const HandObjectScore& hand : score.hands) {
+    holders |= hand.side == Side::kRight ? kHoldsRight : kHoldsLeft;
+  }
+  score.own_body = MeasureOwnBody(
+      input.clip, surface, input.object ? &*input.object : nullptr, holders, options.threads,
+      [&](int done, int total) { return !progress || progress("own body", done, total); });
+  if (score.own_body) return;
+  score.notes.push_back("the body model is a hand alone: depths in the own body are not measured");
 }
 
 // The reference's frames that stand against the clip's.
@@ -217,12 +232,13 @@ ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference, const Sc
         "surface is not the clip's own (--body MODEL.npz)",
         input.made_with, input.body->Name()));
   }
-  score.motion = MeasureMotion(JointTrajectory(input.clip, input.Surface().RestJoints()),
-                               input.clip.frame_rate);
+  const BodySurface surface = input.Surface();
+  score.motion =
+      MeasureMotion(JointTrajectory(input.clip, surface.RestJoints()), input.clip.frame_rate);
   // Before the long part, so that clips that cannot be compared are refused at once.
   if (reference != nullptr) score.reference = CompareWith(input, *reference, options, score);
   if (input.clip.object && input.object) {
-    MeasureHolding(input, options, progress, score);
+    if (!MeasureHolding(input, options, progress, score)) return score;
   } else {
     score.notes.push_back(
         input.clip.object
@@ -232,6 +248,7 @@ ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference, const Sc
                   input.object_missing)
             : "the clip has no object: motion alone is measured");
   }
+  MeasureBody(input, surface, options, progress, score);
   return score;
 }
 

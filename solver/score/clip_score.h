@@ -11,6 +11,7 @@
 #include "geometry/progress.h"
 #include "geometry/score/contact_score.h"
 #include "geometry/score/object_pose_error.h"
+#include "geometry/score/own_body_score.h"
 
 namespace holdfast {
 
@@ -50,6 +51,7 @@ struct ClipScore {
   int frames = 0;
   double frame_rate = 0.0;
   std::vector<HandObjectScore> hands;  ///< those that hold; empty without an object
+  std::optional<OwnBodyScore> own_body;  ///< nothing for a hand alone
   MotionMetrics motion;
   std::optional<ReferenceScore> reference;
   bool foreign_body = false;
@@ -60,7 +62,7 @@ struct ClipScore {
 };
 
 /// Measures a clip, against `reference` if there is one; hands that hold as the clip says, else the
-/// nearer one. `progress` sees "right hand", "left hand"; what it stops is incomplete. Throws Error
+/// nearer one. `progress` sees "right hand", "left hand", "own body"; what it stops is incomplete. Throws Error
 /// for a clip and a reference that cannot be compared, and for a surface that is open where
 /// `options.exact` is kOn.
 ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference = nullptr,

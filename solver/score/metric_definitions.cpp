@@ -112,6 +112,29 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
   jitter("wrist_acceleration_m_s2", "wrist acceleration", "m/s2", 3, "the wrist joint's, as above");
   jitter("wrist_jerk_m_s3", "wrist jerk", "m/s3", 2, "the wrist joint's, as above");
 
+  const std::string deeper =
+      fmt::format("share of frames in which it is above {:g} mm", options.deep_mm);
+  other(kBody, "object_in_body_frames_ratio", "object deep in the body", "%", 1, kHigher,
+        ("depth of the deepest of the object's vertices and 2,000 points of its surface, spread by "
+         "area, in trunk, neck, head, legs and arms that hold it in no frame: " +
+         deeper)
+            .c_str(),
+        true);
+  other(kBody, "object_in_body_max_mm", "object in the body, deepest", "mm", 2, kHigher,
+        "the largest such depth", true);
+  other(kBody, "object_in_body_mean_mm", "object in the body, mean", "mm", 2, kHigher,
+        "its mean over frames, 0 where nothing is inside", true);
+  other(kBody, "self_penetration_frames_ratio", "arms deep in the body", "%", 1, kHigher,
+        ("depth of the deepest vertex of both hands and forearms (from 8 cm off the elbow) in "
+         "trunk, neck, head and legs: " +
+         deeper)
+            .c_str(),
+        true);
+  other(kBody, "self_penetration_max_mm", "arms in the body, deepest", "mm", 2, kHigher,
+        "the largest such depth", true);
+  other(kBody, "self_penetration_mean_mm", "arms in the body, mean", "mm", 2, kHigher,
+        "its mean over frames, 0 where nothing is inside", true);
+
   other(kMotion, "joint_acceleration_m_s2", "joint acceleration", "m/s2", 3, kHigher,
         "mean over 22 body joints and frames of the second central difference");
   other(kMotion, "joint_jerk_m_s3", "joint jerk", "m/s3", 2, kHigher,

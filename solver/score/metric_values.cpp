@@ -102,6 +102,13 @@ void AddJitter(Hands hands, MetricValues& values) {
   values["wrist_jerk_m_s3"] = jitter.wrist.jerk_m_s3;
 }
 
+void AddBodyDepth(const BodyDepth& depth, const std::string& name, const ScoreOptions& options,
+                  MetricValues& values) {
+  values[name + "_frames_ratio"] = depth.DeepRatio(options.deep_mm);
+  values[name + "_max_mm"] = depth.max_mm;
+  values[name + "_mean_mm"] = depth.mean_mm;
+}
+
 void AddReference(const ReferenceScore& reference, MetricValues& values) {
   Spread global, root, right, left;
   for (const JointError& error : reference.joints) {
@@ -142,6 +149,12 @@ MetricValues ClipValues(const ClipScore& score, const ScoreOptions& options) {
   if (!score.hands.empty()) {
     AddContact(score.hands, options, values);
     AddJitter(score.hands, values);
+  }
+  if (score.own_body) {
+    if (score.own_body->object) {
+      AddBodyDepth(*score.own_body->object, "object_in_body", options, values);
+    }
+    AddBodyDepth(score.own_body->arms, "self_penetration", options, values);
   }
   const MotionMetrics& motion = score.motion;
   values["joint_acceleration_m_s2"] = motion.joint_acceleration_m_s2.mean;

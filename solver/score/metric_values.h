@@ -13,7 +13,7 @@ namespace holdfast {
 
 /// A metric as the table, the CSV and the JSON name it. docs/metrics.md says more about each.
 struct MetricDefinition {
-  enum class Group { kContact, kJitter, kMotion, kReference };
+  enum class Group { kContact, kJitter, kBody, kMotion, kReference };
   enum class Worse { kHigher, kLower };
 
   std::string key;    ///< unit in the name

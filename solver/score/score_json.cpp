@@ -112,6 +112,16 @@ Json ClipJson(const ClipScore& score, const ScoreOptions& options, bool per_fram
     }
     json["hands"].push_back(std::move(hand));
   }
+  if (score.own_body) {
+    const OwnBodyScore& body = *score.own_body;
+    Json& own = json["own_body"] = {{"self_penetration_worst_frame", body.arms.worst_frame}};
+    if (per_frame) own["per_frame"]["self_penetration_mm"] = body.arms.depth_mm;
+    if (body.object) {
+      own["object_points"] = body.object_points;
+      own["object_in_body_worst_frame"] = body.object->worst_frame;
+      if (per_frame) own["per_frame"]["object_in_body_mm"] = body.object->depth_mm;
+    }
+  }
   if (score.reference) {
     json["reference"] = {{"source", score.reference->source},
                          {"frames_compared", score.reference->frames}};

@@ -67,6 +67,13 @@ void AppendTexts(std::span<const ClipScore> scores, const ScoreOptions& options,
       text += fmt::format("{}: object symmetry: {}; diameter {:.1f} mm\n", ShortName(score),
                           Describe(score.reference->symmetry), score.reference->diameter_mm);
     }
+    const auto worst = [&](const char* what, const BodyDepth& depth) {
+      if (depth.max_mm <= options.deep_mm) return;
+      text += fmt::format("{}: {} deepest in the own body in frame {}, by {:.1f} mm\n",
+                          ShortName(score), what, depth.worst_frame, depth.max_mm);
+    };
+    if (score.own_body && score.own_body->object) worst("object", *score.own_body->object);
+    if (score.own_body) worst("arms", score.own_body->arms);
     for (const std::string& note : score.notes) {
       text += fmt::format("{}: {}\n", ShortName(score), note);
     }
@@ -147,8 +154,9 @@ std::string TableOfRows(std::span<const ClipScore> scores, const ScoreOptions& o
   std::vector<MetricDefinition> heads;
   for (const char* key :
        {"deep_penetration_frames_ratio", "penetration_max_mm", "intersection_volume_cm3",
-        "contact_frames_ratio", "contact_drift_max_mm", "jitter_acceleration_ratio",
-        "foot_skate_mm_per_frame", "mpjpe_mm", "object_add_mm"}) {
+        "object_in_body_max_mm", "self_penetration_max_mm", "contact_frames_ratio",
+        "contact_drift_max_mm", "jitter_acceleration_ratio", "foot_skate_mm_per_frame", "mpjpe_mm",
+        "object_add_mm"}) {
     const auto metric = std::ranges::find(metrics, key, &MetricDefinition::key);
     const auto known = [&](const MetricValues& v) { return v.at(key).has_value(); };
     if (std::ranges::any_of(values, known)) heads.push_back(*metric);

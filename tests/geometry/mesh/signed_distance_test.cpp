@@ -201,6 +201,28 @@ TEST(SignedDistance, BatchesAreTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(distance.Distances(Eigen::Matrix3Xd(3, 0), 4).size(), 0);
 }
 
+TEST(SignedDistance, MovedIsAsIfMadeThere) {
+  TriangleMesh mesh = Torus(0.05, 0.02, 40, 24);
+  TriangleMesh open = mesh;
+  open.faces.conservativeResize(Eigen::NoChange, open.NumFaces() - 20);
+  SignedDistance distance(mesh), open_distance(open);
+  mesh.vertices.row(2) *= 2.0;
+  mesh.vertices.colwise() += Eigen::Vector3d(0.1, 0.0, 0.3);
+  open.vertices = mesh.vertices;
+  distance.Move(mesh.vertices);
+  open_distance.Move(mesh.vertices);
+  const SignedDistance fresh(mesh), open_fresh(open);
+  std::mt19937 random(8);
+  for (int i = 0; i < 500; ++i) {
+    const Eigen::Vector3d p = RandomPoint(random, {0.0, -0.1, 0.2}, {0.2, 0.1, 0.4});
+    const SignedDistance::Result result = distance.Query(p, i);
+    EXPECT_EQ(result.distance, fresh.Distance(p));
+    EXPECT_EQ(result.gradient, fresh.Query(p).gradient);
+    EXPECT_EQ(open_distance.Distance(p), open_fresh.Distance(p));
+  }
+  EXPECT_THROW(distance.Move(Eigen::Matrix3Xd::Zero(3, 5)), Error);
+}
+
 TEST(SignedDistance, IsIndependentOfTheUnit) {
   const TriangleMesh mesh = Torus(0.05, 0.02, 30, 20);
   TriangleMesh micro = mesh;

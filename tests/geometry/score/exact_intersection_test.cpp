@@ -158,5 +158,28 @@ TEST(ExactIntersection, AnOpenHandIsClosedWhenAsked) {
   EXPECT_NEAR(ExactIntersection(other).With(closed).volume_m3, 0.75 * 0.25, 1e-12);
 }
 
+TEST(ExactIntersection, AnOverlapHasTheFacesThatMeetAndThoseInside) {
+  const Solid plate(testing::Box({-1.0, -1.0, -0.1}, {1.0, 1.0, 0.1}));
+  Solid ball(testing::Sphere(0.05, 3));
+  const auto overlap = [&] {
+    return FindOverlap(plate, ball, plate.distance.Distances(ball.mesh.vertices), {});
+  };
+  EXPECT_TRUE(overlap().faces_a.empty());  // all of the ball is inside
+  EXPECT_EQ(overlap().faces_b.size(), static_cast<std::size_t>(ball.mesh.NumFaces()));
+  ball.mesh.vertices.row(2).array() += 0.3;
+  ball.distance.Move(ball.mesh.vertices);
+  EXPECT_TRUE(overlap().box.isEmpty());
+  EXPECT_EQ(ExactIntersection(plate).With(ball).volume_m3, 0.0);
+  ball.mesh.vertices.row(2).array() -= 0.17;
+  ball.distance.Move(ball.mesh.vertices);
+  const SolidOverlap found = overlap();
+  EXPECT_EQ(found.faces_a.size(), 2u);  // of the plate's top; no corner of it is inside
+  EXPECT_GT(found.faces_b.size(), 20u);
+  EXPECT_LT(found.faces_b.size(), static_cast<std::size_t>(ball.mesh.NumFaces()) / 2);
+  const double box = IntersectionVolume(plate.distance, ball.distance, 0.001, found.box);
+  EXPECT_GT(box, 0.0);
+  EXPECT_EQ(box, IntersectionVolume(plate.distance, ball.distance, 0.001));
+}
+
 }  // namespace
 }  // namespace holdfast

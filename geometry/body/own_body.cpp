@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/body/own_body.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <span>
+
+#include <Eigen/Geometry>
+
+#include "geometry/mesh/mesh_topology.h"
+#include "geometry/mesh/triangle_tree.h"
+
+namespace holdfast {
+namespace {
+
+constexpr int kFacesPerLeaf = 8;
+
+// Share of a vertex that moves with an arm from `first` on: 0 shoulder, 1 elbow, 2 wrist.
+double ShareOfArm(const BodySurface& body, int vertex, Side side, int first) {
+  double share = 0.0;
+  for (const auto& [joint, weight] : body.Weights(vertex)) {
+    const bool finger = joint >= HandBegin(side) && joint < HandBegin(side) + kJointsPerHand;
+    bool arm = finger;
+    for (int k = first; k < 3; ++k) arm = arm || joint == WristJoint(side) - 4 + 2 * k;
+    if (arm) share += weight;
+  }
+  return share;
+}
+
+}  // namespace
+
+// Boxes around boxes around faces: which, from the rest pose; how large, from each pose.
+struct OwnBody::Tree {
+  struct Node {
+    int second = 0;          // the first child stands behind its parent; 0: a leaf
+    int begin = 0, end = 0;  // of `faces`
+  };
+
+  std::vector<Eigen::Vector3i> faces;      // corners, leaf by leaf
+  std::vector<bool> vertex_rim;            // of the body's vertices
+  std::vector<std::array<int, 3>> across;  // the face behind each edge; -1 at the rim
+  std::vector<int> around_begin, around;   // faces at each vertex
+  std::vector<Node> nodes;
+
+  void Build(const Eigen::Matrix3Xd& rest, std::vector<Eigen::Vector3i>& unordered) {
+    std::vector<Eigen::Vector3d> centers;
+    for (const Eigen::Vector3i& f : unordered) {
+      centers.push_back((rest.col(f[0]) + rest.col(f[1]) + rest.col(f[2])) / 3.0);
+    }
+    std::vector<int> order(unordered.size());
+    std::iota(order.begin(), order.end(), 0);
+    if (!order.empty()) Split(centers, order, 0, static_cast<int>(order.size()));
+    for (const int f : order) faces.push_back(unordered[f]);
+    Join(rest.cols());
+  }
+
+ private:
+  void Split(const std::vector<Eigen::Vector3d>& centers, std::vector<int>& order, int begin,
+             int end) {
+    const std::size_t node = nodes.size();
+    nodes.push_back({0, begin, end});
+    if (end - begin <= kFacesPerLeaf) return;
+    Eigen::AlignedBox3d box;
+    for (int i = begin; i < end; ++i) box.extend(centers[order[i]]);
+    Eigen::Index axis;
+    box.sizes().maxCoeff(&axis);
+    const int middle = begin + (end - begin) / 2;
+    std::nth_element(order.begin() + begin, order.begin() + middle, order.begin() + end,
+                     [&](int a, int b) {
+                       return std::pair(centers[a][axis], a) < std::pair(centers[b][axis], b);
+                     });
+    Split(centers, order, begin, middle);
+    nodes[node].second = static_cast<int>(nodes.size());
+    Split(centers, order, middle, end);
+  }
+
+  void Join(Eigen::Index num_vertices) {
+    Eigen::Matrix3Xi table(3, static_cast<Eigen::Index>(faces.size()));
+    for (std::size_t f = 0; f < faces.size(); ++f)
+      table.col(static_cast<Eigen::Index>(f)) = faces[f];
+    across.assign(faces.size(), {-1, -1, -1});
+    vertex_rim.assign(static_cast<std::size_t>(num_vertices), false);
+    EdgeTable(table, num_vertices).ForEach([&](int low, int high, std::span<const int> sides) {
+      if (sides.size() == 2) {
+        across[sides[0] / 3][sides[0] % 3] = sides[1] / 3;
+        across[sides[1] / 3][sides[1] % 3] = sides[0] / 3;
+      } else {
+        vertex_rim[low] = vertex_rim[high] = true;
+      }
+    });
+    around_begin.assign(static_cast<std::size_t>(num_vertices) + 1, 0);
+    for (const Eigen::Vector3i& f : faces) {
+      for (const int v : f) ++around_begin[v + 1];
+    }
+    std::partial_sum(around_begin.begin(), around_begin.end(), around_begin.begin());
+    around.resize(3 * faces.size());
+    std::vector<int> next(around_begin.begin(), around_begin.end() - 1);
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+      for (const int v : faces[f]) around[next[v]++] = static_cast<int>(f);
+    }
+  }
+};
+
+OwnBody::OwnBody(const BodySurface& body, std::uint8_t left_out) {
+  std::vector<bool> gone(static_cast<std::size_t>(body.NumVertices()), false);
+  for (int i = 0; i < body.NumVertices(); ++i) {
+    for (const Side side : {Side::kRight, Side::kLeft}) {
+      const bool counts = (left_out & (side == Side::kRight ? 1 : 2)) == 0;
+      if (!counts && ShareOfArm(body, i, side, 0) > 0.5) gone[i] = true;
+    }
+  }
+  std::vector<Eigen::Vector3i> faces;
+  for (Eigen::Index f = 0; f < body.Faces().cols(); ++f) {
+    const Eigen::Vector3i face = body.Faces().col(f);
+    if (HasRepeatedCorner(face) || gone[face[0]] || gone[face[1]] || gone[face[2]]) continue;
+    faces.push_back(face);
+  }
+  auto tree = std::make_shared<Tree>();
+  tree->Build(body.RestVertices(), faces);
+  tree_ = std::move(tree);
+}
+
+std::vector<int> OwnBody::ForearmAndHand(const BodySurface& body, Side side, double from_elbow_m) {
+  const Eigen::Vector3d elbow = body.RestJoints().col(WristJoint(side) - 2);
+  std::vector<int> vertices;
+  for (int i = 0; i < body.NumVertices(); ++i) {
+    if (ShareOfArm(body, i, side, 1) > 0.5 &&
+        (body.RestVertices().col(i) - elbow).norm() >= from_elbow_m) {
+      vertices.push_back(i);
+    }
+  }
+  return vertices;
+}
+
+struct OwnBody::Posed::Impl {
+  std::shared_ptr<const Tree> tree;
+  Eigen::Matrix3Xd vertices;
+  double farthest2 = 0.0;                  // squared, metres
+  std::vector<Eigen::AlignedBox3d> boxes;  // of the nodes; empty: too far to matter
+
+  struct Nearest {
+    double distance2;
+    int face = -1;
+    TrianglePoint at;
+  };
+
+  void Search(int node, const Eigen::Vector3d& point, Nearest& nearest) const {
+    const Tree::Node& n = tree->nodes[node];
+    if (n.second == 0) {
+      for (int f = n.begin; f < n.end; ++f) {
+        const Eigen::Vector3i& face = tree->faces[f];
+        const TrianglePoint at = ClosestOnTriangle(point, vertices.col(face[0]),
+                                                   vertices.col(face[1]), vertices.col(face[2]));
+        const double distance2 = (point - at.point).squaredNorm();
+        if (distance2 < nearest.distance2) nearest = {distance2, f, at};
+      }
+      return;
+    }
+    std::array<int, 2> child = {node + 1, n.second};
+    std::array<double, 2> bound;
+    for (const int k : {0, 1}) bound[k] = Bound(child[k], point);
+    if (bound[1] < bound[0]) {
+      std::swap(child[0], child[1]);
+      std::swap(bound[0], bound[1]);
+    }
+    for (const int k : {0, 1}) {
+      if (bound[k] < nearest.distance2) Search(child[k], point, nearest);
+    }
+  }
+
+  double Bound(int node, const Eigen::Vector3d& point) const {
+    return boxes[node].isEmpty() ? std::numeric_limits<double>::infinity()
+                                 : boxes[node].squaredExteriorDistance(point);
+  }
+
+  Eigen::Vector3d Cross(int face) const {
+    const Eigen::Vector3i& f = tree->faces[face];
+    const Eigen::Vector3d a = vertices.col(f[0]);
+    return (vertices.col(f[1]) - a).cross(vertices.col(f[2]) - a);
+  }
+
+  // The angle-weighted pseudonormal (Baerentzen & Aanaes 2005); nothing on the rim.
+  std::optional<Eigen::Vector3d> Normal(const Nearest& nearest) const {
+    using enum TriangleFeature;
+    const Eigen::Vector3i& face = tree->faces[nearest.face];
+    switch (nearest.at.feature) {
+      case kFace:
+        return Cross(nearest.face).stableNormalized();
+      case kVertex0:
+      case kVertex1:
+      case kVertex2:
+        return VertexNormal(
+            face[static_cast<int>(nearest.at.feature) - static_cast<int>(kVertex0)]);
+      default: {
+        const int edge = static_cast<int>(nearest.at.feature) - static_cast<int>(kEdge01);
+        const int other = tree->across[nearest.face][edge];
+        if (other < 0) return std::nullopt;
+        const Eigen::Vector3d sum =
+            Cross(nearest.face).stableNormalized() + Cross(other).stableNormalized();
+        return sum.stableNormalized();
+      }
+    }
+  }
+
+  std::optional<Eigen::Vector3d> VertexNormal(int vertex) const {
+    if (tree->vertex_rim[vertex]) return std::nullopt;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (int i = tree->around_begin[vertex]; i < tree->around_begin[vertex + 1]; ++i) {
+      const Eigen::Vector3i& face = tree->faces[tree->around[i]];
+      const int k = face[0] == vertex ? 0 : face[1] == vertex ? 1 : 2;
+      const Eigen::Vector3d a = vertices.col(face[(k + 1) % 3]) - vertices.col(vertex);
+      const Eigen::Vector3d b = vertices.col(face[(k + 2) % 3]) - vertices.col(vertex);
+      const Eigen::Vector3d cross = a.cross(b);
+      sum += std::atan2(cross.norm(), a.dot(b)) * cross.stableNormalized();
+    }
+    return sum.stableNormalized();
+  }
+};
+
+OwnBody::Posed::Posed(const OwnBody& body, const Eigen::Matrix3Xd& vertices,
+                      const Eigen::Vector3d& low, const Eigen::Vector3d& high, double margin_m) {
+  auto impl = std::make_unique<Impl>();
+  impl->tree = body.tree_;
+  impl->vertices = vertices;
+  impl->farthest2 = margin_m * margin_m;
+  const Eigen::AlignedBox3d asked(low, high);
+  const Tree& tree = *body.tree_;
+  impl->boxes.resize(tree.nodes.size());
+  for (int n = static_cast<int>(tree.nodes.size()) - 1; n >= 0; --n) {
+    const Tree::Node& node = tree.nodes[n];
+    Eigen::AlignedBox3d& box = impl->boxes[n];
+    if (node.second != 0) {
+      box = impl->boxes[n + 1].merged(impl->boxes[node.second]);
+      continue;
+    }
+    for (int f = node.begin; f < node.end; ++f) {
+      for (const int v : tree.faces[f]) box.extend(vertices.col(v));
+    }
+    if (box.squaredExteriorDistance(asked) > impl->farthest2) box.setEmpty();
+  }
+  impl_ = std::move(impl);
+}
+
+OwnBody::Posed::~Posed() = default;
+OwnBody::Posed::Posed(Posed&&) noexcept = default;
+
+std::optional<OwnBody::Touch> OwnBody::Posed::Query(const Eigen::Vector3d& point) const {
+  Impl::Nearest nearest{impl_->farthest2, -1, {}};
+  if (!impl_->boxes.empty() && impl_->Bound(0, point) < nearest.distance2) {
+    impl_->Search(0, point, nearest);
+  }
+  if (nearest.face < 0) return std::nullopt;
+  const std::optional<Eigen::Vector3d> normal = impl_->Normal(nearest);
+  if (!normal) return std::nullopt;
+  const double distance = std::sqrt(nearest.distance2);
+  const bool inside = (point - nearest.at.point).dot(*normal) < 0.0;
+  return Touch{inside ? distance : -distance, nearest.at.point, *normal};
+}
+
+}  // namespace holdfast

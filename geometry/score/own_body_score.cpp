@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/score/own_body_score.h"
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <mutex>
+
+#include "geometry/body/body_frames.h"
+#include "geometry/body/own_body.h"
+#include "geometry/mesh/surface_distance.h"
+#include "geometry/parallel.h"
+#include "geometry/score/ball_tree.h"
+
+namespace holdfast {
+namespace {
+
+// Skin farther than this from all that is asked for is left out; nothing of interest is farther.
+constexpr double kMargin_m = 0.3;
+
+constexpr std::uint8_t kBothArms = kHoldsRight | kHoldsLeft;
+
+// The deepest of points seen so far, and where no deeper one can be: depth changes no faster than
+// its point moves.
+class Deepest {
+ public:
+  explicit Deepest(const OwnBody::Posed& body) : body_(body) {}
+
+  /// Whether a point within `radius` of `center` may be deeper than the deepest.
+  bool Reaches(const Eigen::Vector3d& center, double radius) {
+    if (last_depth_ + (center - last_).norm() + radius <= depth_) return false;
+    const std::optional<OwnBody::Touch> touch = body_.Query(center);
+    // No skin near, or the rim of an arm left out: nothing is known about points beside.
+    if (!touch) return radius > 0.0;
+    last_ = center;
+    last_depth_ = touch->depth;
+    if (radius == 0.0) depth_ = std::max(depth_, touch->depth);
+    return touch->depth + radius > depth_;
+  }
+  void Add(const Eigen::Vector3d& point) { Reaches(point, 0.0); }
+  double Depth_mm() const { return 1e3 * depth_; }
+
+ private:
+  const OwnBody::Posed& body_;
+  Eigen::Vector3d last_ = Eigen::Vector3d::Zero();  // a place, and how deep it is
+  double last_depth_ = std::numeric_limits<double>::infinity();
+  double depth_ = 0.0;
+};
+
+OwnBody::Posed PosedNear(const OwnBody& body, const Eigen::Matrix3Xd& skin,
+                         const Eigen::AlignedBox3d& box) {
+  return {body, skin, box.min(), box.max(), kMargin_m};
+}
+
+double ObjectDepth_mm(const OwnBody& body, const Eigen::Matrix3Xd& skin, const BallTree& points,
+                      const Eigen::Isometry3d& pose) {
+  Eigen::AlignedBox3d box;
+  for (const auto& point : points.Points().colwise()) box.extend(pose * point);
+  const OwnBody::Posed posed = PosedNear(body, skin, box);
+  Deepest deepest(posed);
+  points.ForPoints([&](const Eigen::Vector3d& center,
+                       double radius) { return deepest.Reaches(pose * center, radius); },
+                   [&](int column) { deepest.Add(pose * points.Points().col(column)); });
+  return deepest.Depth_mm();
+}
+
+double ArmsDepth_mm(const OwnBody& body, const Eigen::Matrix3Xd& skin,
+                    const std::vector<int>& arms) {
+  Eigen::AlignedBox3d box;
+  for (const int v : arms) box.extend(skin.col(v));
+  const OwnBody::Posed posed = PosedNear(body, skin, box);
+  Deepest deepest(posed);
+  for (const int v : arms) deepest.Add(skin.col(v));
+  return deepest.Depth_mm();
+}
+
+void Summarize(BodyDepth& depth) {
+  if (depth.depth_mm.empty()) return;
+  const auto worst = std::ranges::max_element(depth.depth_mm);
+  depth.worst_frame = static_cast<int>(worst - depth.depth_mm.begin());
+  depth.max_mm = *worst;
+  for (const double mm : depth.depth_mm) depth.mean_mm += mm;
+  depth.mean_mm /= static_cast<double>(depth.depth_mm.size());
+}
+
+// Neighbors in space beside each other.
+std::vector<int> InOrder(const BodySurface& body, const std::vector<int>& vertices) {
+  std::vector<int> ordered;
+  BallTree(body.RestVertices()(Eigen::all, vertices))
+      .ForPoints([](const Eigen::Vector3d&, double) { return true; },
+                 [&](int column) { ordered.push_back(vertices[column]); });
+  return ordered;
+}
+
+}  // namespace
+
+double BodyDepth::DeepRatio(double deep_mm) const {
+  const auto deep = std::ranges::count_if(depth_mm, [&](double mm) { return mm > deep_mm; });
+  return depth_mm.empty() ? 0.0 : static_cast<double>(deep) / static_cast<double>(depth_mm.size());
+}
+
+std::optional<OwnBodyScore> MeasureOwnBody(const Clip& clip, const BodySurface& body,
+                                           const TriangleMesh* object, std::uint8_t holders,
+                                           int threads,
+                                           const std::function<bool(int, int)>& progress) {
+  if (body.Model().LoneHand()) return std::nullopt;
+  const int frames = clip.NumFrames();
+  OwnBodyScore score;
+  score.arms.depth_mm.resize(static_cast<std::size_t>(frames));
+  std::vector<int> arms;
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    const std::vector<int> arm = InOrder(body, OwnBody::ForearmAndHand(body, side));
+    arms.insert(arms.end(), arm.begin(), arm.end());
+  }
+  const OwnBody for_arms(body, kBothArms), for_object(body, holders);
+  std::optional<BallTree> points;
+  if (object != nullptr && clip.object) {
+    Eigen::Matrix3Xd all(3, object->NumVertices() + kOwnBodySamples);
+    all << object->vertices, SampleSurface(*object, kOwnBodySamples);
+    score.object_points = static_cast<int>(all.cols());
+    points.emplace(std::move(all));
+    score.object.emplace().depth_mm.resize(static_cast<std::size_t>(frames));
+  }
+  const int blocks = (frames + kFramesTogether - 1) / kFramesTogether;
+  std::atomic<bool> stopped{false};
+  std::mutex mutex;
+  int done = 0;
+  ParallelFor(blocks, threads, [&](int block) {
+    if (stopped) return;
+    const int begin = block * kFramesTogether, count = std::min(kFramesTogether, frames - begin);
+    std::vector<BodyState> states(static_cast<std::size_t>(count));
+    ForwardFrames(body, std::span(clip.pose).subspan(begin, count),
+                  clip.trans.middleCols(begin, count), states);
+    for (int k = 0; k < count; ++k) {
+      const Eigen::Matrix3Xd& skin = states[k].vertices;
+      score.arms.depth_mm[begin + k] = ArmsDepth_mm(for_arms, skin, arms);
+      if (!points) continue;
+      score.object->depth_mm[begin + k] =
+          ObjectDepth_mm(for_object, skin, *points, clip.object->Pose(begin + k));
+    }
+    const std::lock_guard lock(mutex);
+    done += count;
+    if (progress && !progress(done, frames)) stopped = true;
+  });
+  Summarize(score.arms);
+  if (score.object) Summarize(*score.object);
+  return score;
+}
+
+}  // namespace holdfast
