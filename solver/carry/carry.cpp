@@ -15,6 +15,7 @@
 #include "geometry/mesh/surface_distance.h"
 #include "solver/fit/clip_state.h"
 #include "solver/fit/grasps_from_clip.h"
+#include "solver/handover/hand_passage.h"
 #include "solver/recipes/imos_code.h"
 
 namespace holdfast {
@@ -128,7 +129,7 @@ class Carrier {
     const BodySurface body(body_.model, body_.betas);
     const double span = hands.front() == kHoldsBoth ? BothHandsOptions{}.max_width_m
                                                     : OppositionOptions{}.max_width_m;
-    const FirstGraspOptions search{options_.style, Place(span), options_.seed, options_.threads};
+    FirstGraspOptions search{options_.style, Place(span), options_.seed, options_.threads};
     if (hands.front() == kHoldsBoth) {
       report_.grasp = HoldInFirstFrame(right_, left_, object_, body, search, clip_);
       GoesOn("grasp", 100, 100);
@@ -137,9 +138,41 @@ class Carrier {
     const Side side = hands.front() == kHoldsLeft ? Side::kLeft : Side::kRight;
     const auto alone =
         std::ranges::find_if_not(hands, [&](std::uint8_t bits) { return bits == hands.front(); });
+    if (!report_.holding.switches.empty()) search.also = EaseOfFirstHandover();
     report_.grasp = GraspInFirstFrame(
         Hand(side), object_, body, static_cast<int>(alone - hands.begin()), search, clip_,
         [&](double share) { return GoesOn("grasp", static_cast<int>(100 * share), 100); });
+  }
+
+  GraspTransferOptions TransferOptions() const {
+    GraspTransferOptions transfer;
+    transfer.seed = options_.seed;
+    transfer.threads = options_.threads;
+    transfer.place = PlaceOfReceiver();
+    transfer.correction_weight = 16.0;  // the clip's motion is what is to be kept
+    return transfer;
+  }
+
+  // What a first grasp loses by how far the other wrist has to leave the clip's to take it over.
+  std::function<double(const Grasp&)> EaseOfFirstHandover() {
+    const HandSwitch& first = report_.holding.switches.front();
+    const GraspTransferOptions transfer = TransferOptions();
+    const auto receiver = std::make_shared<const GraspReceiver>(Hand(first.to), object_.object.mesh,
+                                                                object_.solid.distance,
+                                                                *object_.fit.distance, transfer);
+    receivers_[first.to == Side::kRight ? 0 : 1] = receiver;
+    const auto wrist = [&](Side side) {
+      HandState state(Hand(side));
+      state.SetBody(clip_.pose[first.both_begin], clip_.trans.col(first.both_begin));
+      return state.WorldFromWrist();
+    };
+    const Eigen::Isometry3d receiver_from_giver = wrist(first.to).inverse() * wrist(first.from);
+    const auto giver = std::make_shared<const HandAnatomy>(Hand(first.from));
+    return [receiver, giver, receiver_from_giver,
+            weight = transfer.correction_weight](const Grasp& grasp) {
+      return -weight * receiver->LeastCorrection(*giver, grasp.fingers, grasp.wrist_from_object,
+                                                 receiver_from_giver * grasp.wrist_from_object);
+    };
   }
 
   std::shared_ptr<const GraspPlace> Place(double span_m) const {
@@ -172,17 +205,14 @@ class Carrier {
     for (const Side side : {Side::kRight, Side::kLeft}) {
       if ((report_.held_by & HoldingBit(side)) != 0) hands_.push_back(&Hand(side));
     }
-    GraspTransferOptions transfer;
-    transfer.seed = options_.seed;
-    transfer.threads = options_.threads;
-    transfer.place = PlaceOfReceiver();
     const bool hands_change =
         std::ranges::adjacent_find(holding, std::ranges::not_equal_to{}) != holding.end();
+    const bool transfers = options_.hand_over || (needs_grasp_ && hands_change);
     const GraspMaker later =
-        options_.hand_over || (needs_grasp_ && hands_change)
-            ? GraspsByTransfer(right_, left_, object_.object.mesh, object_.solid.distance,
-                               *object_.fit.distance, transfer, &report_.handovers)
-            : GraspsFromClip(clip_, hands_);
+        transfers ? GraspsByTransfer(right_, left_, object_.object.mesh, object_.solid.distance,
+                                     *object_.fit.distance, TransferOptions(), &report_.handovers,
+                                     receivers_)
+                  : GraspsFromClip(clip_, hands_);
     const auto& first = report_.grasp.poses;
     const GraspMaker grasps = [&](const GraspRequest& request) {
       const bool both = request.frame == 0 && first;
@@ -195,6 +225,9 @@ class Carrier {
                       : FitClip(clip_, hands_, object_.fit, holding, options_.fit, grasps, go_on);
     report_.fit_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     report_.clip = std::move(report_.fit.clip);
+    if (transfers) {
+      ClearPassages(clip_, hands_, *object_.fit.distance, options_.fit.release_s, report_.clip);
+    }
   }
 
   void Measure() {
@@ -229,6 +262,7 @@ class Carrier {
   bool needs_grasp_ = false;
   bool stopped_ = false;
   std::vector<const HandModel*> hands_;
+  ReceivingHands receivers_;
   CarryReport report_;
 };
 

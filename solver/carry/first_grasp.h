@@ -43,6 +43,8 @@ struct FirstGraspOptions {
   std::shared_ptr<const GraspPlace> place;  ///< null: wherever it suits
   std::uint64_t seed = 1;
   int threads = 1;
+  /// What a clean grasp is worth besides its score, such as what comes after; none: nothing.
+  std::function<double(const Grasp&)> also = {};
 };
 
 /// Closes a hand around the object in the clip's first frame, and writes fingers and object into

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -27,6 +29,7 @@ using Eigen::Vector3d;
 
 constexpr int kMostRounds = 5;
 constexpr double kNeighbour = 0.012;     // metres: candidates nearer to each other are one
+constexpr double kBallsFree = 0.002;     // metres that balls of two hands may overlap by
 constexpr double kObstacleCell = 0.004;  // metres, of the grid that fingers close against
 
 // Closed mesh of a hand in the object's frame.
@@ -127,30 +130,177 @@ DistanceGrid ObstacleGrid(const TriangleMesh& object, const TriangleMesh& giving
   return DistanceGrid(SignedDistance(both), options);
 }
 
+// A hand as balls (x, y, z, radius; 4 x n, wrist's frame): its fingers', and some in the palm.
+Eigen::Matrix4Xd HandBalls(const HandAnatomy& anatomy, const FingerPose& fingers) {
+  constexpr double kPalmRadius = 0.012;  // metres: half as thick as a palm
+  constexpr std::array<double, 4> kAlong = {0.3, 0.55, 0.8, 1.0};
+  HandEvaluation evaluation = AtWrist(anatomy.hand);
+  Eigen::Matrix3Xd centers;
+  BallCenters(anatomy.landmarks, evaluation.At(fingers.data(), false).Vertices(), centers);
+  const Eigen::Index in_fingers = centers.cols();
+  Eigen::Matrix4Xd balls(4, in_fingers + 4 * kThumb);
+  for (Eigen::Index b = 0; b < in_fingers; ++b) {
+    balls.col(b) << centers.col(b), anatomy.landmarks.Balls()[b].radius;
+  }
+  for (int k = 0; k < 4 * kThumb; ++k) {
+    balls.col(in_fingers + k) << kAlong[k % 4] * anatomy.axes.RestJoints().col(3 * (k / 4)),
+        kPalmRadius;
+  }
+  return balls;
+}
+
+Eigen::Matrix4Xd Moved(const Isometry3d& by, Eigen::Matrix4Xd balls) {
+  balls.topRows<3>() = (by * balls.topRows<3>()).eval();
+  return balls;
+}
+
+// Deepest overlap of two hands' balls, metres; negative: how far apart.
+double BallOverlap(const Eigen::Matrix4Xd& a, const Eigen::Matrix4Xd& b) {
+  double deepest = -1.0;
+  for (Eigen::Index i = 0; i < a.cols(); ++i) {
+    for (Eigen::Index j = 0; j < b.cols(); ++j) {
+      const double radii = a(3, i) + b(3, j);
+      const double squared = (a.col(i).head<3>() - b.col(j).head<3>()).squaredNorm();
+      if (squared < (radii - deepest) * (radii - deepest)) deepest = radii - std::sqrt(squared);
+    }
+  }
+  return deepest;
+}
+
+// How far the wrist is from where it was given: metres and radians.
+std::pair<double, double> CorrectionOf(const Isometry3d& wrist_from_object,
+                                       const Isometry3d& given) {
+  const Isometry3d moved = wrist_from_object.inverse() * given;
+  return {(wrist_from_object.inverse().translation() - given.inverse().translation()).norm(),
+          LogSO3(moved.linear()).norm()};
+}
+
+}  // namespace
+
+// The receiving hand and the object, without giver or moment.
+struct TransferScene {
+  // Where a hand could be put, still open.
+  struct WholeGrasp {
+    TransferMethod method;
+    Isometry3d wrist_from_object;
+    HandAngles start;
+    int balls = -1;           // of the open hand: which of the scene's; -1: none of them
+    double correction = 0.0;  // metres
+  };
+
+  TransferScene(const HandModel& hand, const TriangleMesh& mesh,
+                const SignedDistance& signed_distance, const DistanceGrid& grid,
+                const GraspTransferOptions& transfer_options)
+      : receiver(hand),
+        object(mesh),
+        surface(signed_distance),
+        distance(grid),
+        options(transfer_options),
+        grasp_options(OptionsOfGrasp(options)),
+        anatomy(receiver),
+        placer(anatomy),
+        scene(anatomy, placer, distance, object, grasp_options),
+        open(OpenHand(anatomy.axes)),
+        planes(SymmetryPlanes(scene.surface, distance, scene.centroid, scene.size)) {
+    for (int part = 0; part < kNumHandParts; ++part) {
+      if (part != kPalmPart && part / 3 == kThumb) continue;
+      const std::vector<int>& pad = anatomy.landmarks.Pad(part);
+      palm_side.insert(palm_side.end(), pad.begin(), pad.end());
+    }
+    HandEvaluation evaluation = AtWrist(receiver);
+    constexpr double kThumbs[][2] = {{-15.0, 25.0}, {-20.0, 50.0}, {-20.0, 0.0}};
+    for (const auto& [flexion, abduction] : kThumbs) {
+      HandAngles angles = open;
+      angles(0, 3 * kThumb) = flexion * kDegree;
+      angles(1, 3 * kThumb) = abduction * kDegree;
+      open_hands.push_back(anatomy.axes.Clamp(angles));
+      const FingerPose fingers = anatomy.axes.PoseOf(open_hands.back());
+      open_skin.push_back(evaluation.At(fingers.data(), false).Vertices());
+    }
+    Place();
+  }
+
+  // Every place that the object has room for, as FindOppositions and GraspPlacer see it.
+  void Place() {
+    OppositionOptions opposition_options;
+    opposition_options.seed = options.seed;
+    const GraspPlace* where = options.place.get();
+    if (where != nullptr) {
+      opposition_options.allowed = [where](const Vector3d& x) { return where->Allows(x); };
+    }
+    const std::vector<Opposition> oppositions = FindOppositions(
+        where != nullptr ? where->Surface() : object, distance, scene.held_at, opposition_options);
+    double thinnest = std::numeric_limits<double>::infinity();
+    for (const Opposition& opposition : oppositions) {
+      thinnest = std::min(thinnest, opposition.width);
+    }
+    const GraspPlacer::Target target{distance, scene.size,
+                                     std::clamp(0.2 * thinnest, 0.0005, 0.003)};
+    constexpr int kTurns = 16;
+    std::vector<std::vector<Placement>> found(oppositions.size());
+    ParallelFor(static_cast<int>(oppositions.size()), options.threads,
+                [&](int i) { found[i] = placer.Place(oppositions[i], target, kTurns); });
+    for (const std::vector<Placement>& placements : found) {
+      for (const Placement& placement : placements) {
+        placed.push_back({TransferMethod::kPlaced, placement.wrist_from_object, placement.start,
+                          BallsOf(placement.start)});
+      }
+    }
+  }
+
+  int BallsOf(const HandAngles& start) {
+    for (std::size_t k = 0; k < starts.size(); ++k) {
+      if (starts[k] == start) return static_cast<int>(k);
+    }
+    starts.push_back(start);
+    balls.push_back(HandBalls(anatomy, anatomy.axes.PoseOf(start)));
+    return static_cast<int>(starts.size()) - 1;
+  }
+
+  double Correction(const Isometry3d& wrist_from_object, const Isometry3d& given) const {
+    const auto [metres, radians] = CorrectionOf(wrist_from_object, given);
+    return metres + options.lever_m * radians;
+  }
+
+  const HandModel& receiver;
+  const TriangleMesh& object;
+  const SignedDistance& surface;
+  const DistanceGrid& distance;
+  GraspTransferOptions options;
+  GraspOptions grasp_options;
+  HandAnatomy anatomy;
+  GraspPlacer placer;
+  GraspScene scene;
+  HandAngles open;
+  std::vector<Vector3d> planes;
+  std::vector<int> palm_side;  // skin that meets an object first
+  std::vector<HandAngles> open_hands;
+  std::vector<Eigen::Matrix3Xd> open_skin;  // vertices, wrist's frame
+  std::vector<WholeGrasp> placed;
+  std::vector<HandAngles> starts;
+  std::vector<Eigen::Matrix4Xd> balls;  // of the hands at `starts`
+};
+
+namespace {
+
 // One search for the receiving hand's grasp, from what is nearest to the clip to what is farther.
 class TransferSearch {
+  using WholeGrasp = TransferScene::WholeGrasp;
+
  public:
-  TransferSearch(const HandModel& giver, const FingerPose& giver_fingers,
-                 const Isometry3d& giver_from_object, const HandModel& receiver,
-                 const Isometry3d& receiver_from_object, const TriangleMesh& object,
-                 const SignedDistance& surface, const DistanceGrid& distance,
-                 const GraspTransferOptions& options)
-      : receiver_(receiver),
+  TransferSearch(const TransferScene& prepared, const HandModel& giver,
+                 const FingerPose& giver_fingers, const Isometry3d& giver_from_object,
+                 const Isometry3d& receiver_from_object)
+      : own_(prepared),
+        options_(prepared.options),
         giver_from_object_(giver_from_object),
         receiver_from_object_(receiver_from_object),
-        object_(object),
-        surface_(surface),
-        distance_(distance),
-        options_(options),
-        grasp_options_(OptionsOfGrasp(options)),
-        anatomy_(receiver),
-        placer_(anatomy_),
-        scene_(anatomy_, placer_, distance, object, grasp_options_),
         giving_(HandInObject(giver, giver_fingers, giver_from_object)),
         giving_surface_(giving_),
-        obstacles_(ObstacleGrid(object, giving_, options.threads)),
-        mirrored_(anatomy_.axes.AnglesOf(MirrorFingers(giver_fingers))),
-        open_(OpenHand(anatomy_.axes)) {}
+        giving_balls_(
+            Moved(giver_from_object.inverse(), HandBalls(HandAnatomy(giver), giver_fingers))),
+        obstacles_(ObstacleGrid(prepared.object, giving_, options_.threads)),
+        mirrored_(own_.anatomy.axes.AnglesOf(MirrorFingers(giver_fingers))) {}
 
   GraspTransfer Run() {
     TryMirroredFingers();
@@ -159,26 +309,8 @@ class TransferSearch {
   }
 
  private:
-  struct Candidate {
-    TransferMethod method;
-    Isometry3d wrist_from_object;
-    HandAngles start;
-    double correction;  // metres
-  };
-
-  // How far the wrist is from where it was given: metres and radians.
-  std::pair<double, double> CorrectionOf(const Isometry3d& wrist_from_object) const {
-    const Isometry3d moved = wrist_from_object.inverse() * receiver_from_object_;
-    return {
-        (wrist_from_object.inverse().translation() - receiver_from_object_.inverse().translation())
-            .norm(),
-        LogSO3(moved.linear()).norm()};
-  }
-
-  // Both in one, the object as a lever.
   double Correction(const Isometry3d& wrist_from_object) const {
-    const auto [metres, radians] = CorrectionOf(wrist_from_object);
-    return metres + options_.lever_m * radians;
+    return own_.Correction(wrist_from_object, receiver_from_object_);
   }
 
   double Overlap(const Eigen::Matrix3Xd& vertices_in_object) const {
@@ -198,23 +330,26 @@ class TransferSearch {
     any_ = true;
   }
 
-  GraspAttempt Closed(const Candidate& candidate, bool against_giver,
-                      HandEvaluation& evaluation) const {
+  GraspAttempt Closed(const WholeGrasp& candidate, HandEvaluation& evaluation) const {
     GraspAttempt closed;
     closed.style = GraspStyle::kPower;
     closed.wrist_from_object = candidate.wrist_from_object;
-    closed.angles =
-        CloseFingers(anatomy_, evaluation, obstacles_, candidate.wrist_from_object, candidate.start)
-            .angles;
-    RefineGrasp(anatomy_, evaluation, against_giver ? obstacles_ : distance_, {}, closed.angles,
-                closed.wrist_from_object);
+    closed.angles = CloseFingers(own_.anatomy, evaluation, obstacles_, candidate.wrist_from_object,
+                                 candidate.start)
+                        .angles;
+    return closed;
+  }
+
+  void Refine(bool against_giver, HandEvaluation& evaluation, GraspAttempt& closed) const {
+    RefineGrasp(own_.anatomy, evaluation, against_giver ? obstacles_ : own_.distance, {},
+                closed.angles, closed.wrist_from_object);
     // Refined against both, the object's own, finer grid has the last word.
     if (against_giver) {
       RefinementOptions last;
       last.rounds = 1;
-      RefineGrasp(anatomy_, evaluation, distance_, last, closed.angles, closed.wrist_from_object);
+      RefineGrasp(own_.anatomy, evaluation, own_.distance, last, closed.angles,
+                  closed.wrist_from_object);
     }
-    return closed;
   }
 
   std::string_view WhyNot(const GraspTransfer& result) const {
@@ -227,77 +362,145 @@ class TransferSearch {
     if (result.grasp.outside_place > GraspPlace::kMostOutside) {
       return "it touches what is not to be touched";
     }
-    return WhyRefused(scene_, result.grasp).empty() ? "" : "it is not a clean and firm grasp";
+    return WhyRefused(own_.scene, result.grasp).empty() ? "" : "it is not a clean and firm grasp";
   }
 
-  GraspTransfer Attempt(const Candidate& candidate, bool against_giver) const {
-    HandEvaluation evaluation = AtWrist(receiver_);
-    const GraspAttempt closed = Closed(candidate, against_giver, evaluation);
+  // Refined and measured exactly.
+  GraspTransfer Attempt(TransferMethod method, GraspAttempt closed, bool against_giver) const {
+    HandEvaluation evaluation = AtWrist(own_.receiver);
+    Refine(against_giver, evaluation, closed);
     GraspTransfer result;
-    result.method = candidate.method;
-    result.grasp = Assess(scene_, evaluation, closed, true);
+    result.method = method;
+    result.grasp = Assess(own_.scene, evaluation, closed, true);
     const Eigen::Matrix3Xd vertices = result.grasp.wrist_from_object.inverse() *
                                       evaluation.At(result.grasp.fingers.data(), false).Vertices();
-    result.grasp.metrics =
-        MeasureContact(TriangleMesh{vertices, receiver_.Surface().Faces()}, surface_);
     result.hand_overlap_mm = 1000.0 * Overlap(vertices);
+    result.grasp.metrics =
+        MeasureContact(TriangleMesh{vertices, own_.receiver.Surface().Faces()}, own_.surface);
     std::tie(result.correction_m, result.correction_rad) =
-        CorrectionOf(result.grasp.wrist_from_object);
+        CorrectionOf(result.grasp.wrist_from_object, receiver_from_object_);
     result.thumb_opposition = ThumbOpposition(PressingDirections(
-        anatomy_.landmarks, vertices, distance_, grasp_options_.touch_distance_m));
+        own_.anatomy.landmarks, vertices, own_.distance, own_.grasp_options.touch_distance_m));
     result.refused = WhyNot(result);
     result.found = result.refused.empty();
     return result;
   }
 
+  // Against the giver too where the hands would go into each other otherwise.
+  GraspTransfer BestAttempt(TransferMethod method, const GraspAttempt& closed) const {
+    const GraspTransfer free = Attempt(method, closed, false);
+    if (free.hand_overlap_mm <= 1000.0 * options_.max_hand_overlap_m) return free;
+    const GraspTransfer clear = Attempt(method, closed, true);
+    return clear.hand_overlap_mm < free.hand_overlap_mm ? clear : free;
+  }
+
   // Where the clip has the wrist; the mirrored fingers opened by as much as frees them.
   void TryMirroredFingers() {
+    HandEvaluation evaluation = AtWrist(own_.receiver);
     for (const double opened : {0.35, 0.7, 1.0}) {
-      const Candidate candidate{TransferMethod::kMirrored, receiver_from_object_,
-                                anatomy_.axes.Clamp(mirrored_ + opened * (open_ - mirrored_)), 0.0};
-      for (const bool against_giver : {false, true}) {
-        const GraspTransfer result = Attempt(candidate, against_giver);
-        const bool near = Correction(result.grasp.wrist_from_object) < options_.small_correction_m;
-        if (near || !any_) Keep(result);
-      }
+      const WholeGrasp candidate{
+          TransferMethod::kMirrored, receiver_from_object_,
+          own_.anatomy.axes.Clamp(mirrored_ + opened * (own_.open - mirrored_))};
+      const GraspAttempt closed = Closed(candidate, evaluation);
+      // Far off after closing, refinement does not mend it.
+      if (any_ && !Touches(closed, evaluation)) continue;
+      const GraspTransfer result = BestAttempt(candidate.method, closed);
+      const bool near = Correction(result.grasp.wrist_from_object) < options_.small_correction_m;
+      if (near || !any_) Keep(result);
       if (best_.found) return;
     }
   }
 
-  // Reflections of the giver's, and what the object has room for, nearest first.
-  std::vector<Candidate> WholeGrasps() const {
-    std::vector<Candidate> candidates;
-    for (const Vector3d& normal :
-         SymmetryPlanes(scene_.surface, distance_, scene_.centroid, scene_.size)) {
-      const Isometry3d reflected = Reflected(giver_from_object_, normal, scene_.centroid);
+  // Whether some of the hand is at the object and little of it inside.
+  bool Touches(const GraspAttempt& closed, HandEvaluation& evaluation) const {
+    constexpr double kNear = 0.006, kDeep = 0.008;  // metres
+    const FingerPose fingers = own_.anatomy.axes.PoseOf(closed.angles);
+    const Eigen::Matrix3Xd vertices =
+        closed.wrist_from_object.inverse() * evaluation.At(fingers.data(), false).Vertices();
+    double nearest = kNear;
+    for (Eigen::Index i = 0; i < vertices.cols(); ++i) {
+      nearest = std::min(nearest, own_.distance.Distance(vertices.col(i)));
+    }
+    return nearest < kNear && nearest > -kDeep;
+  }
+
+  // The open hand as the clip has the wrist, turned a little, the object moved before the palm, and
+  // then towards it until something touches.
+  void AddNearWrist(std::vector<WholeGrasp>& candidates) const {
+    std::vector<Vector3d> turns = {Vector3d::Zero()};
+    for (const double angle : {12.0 * kDegree, 25.0 * kDegree}) {
+      for (int k = 0; k < 27; ++k) {
+        const Vector3d axis(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+        if (k != 13) turns.emplace_back(angle * axis.normalized());
+      }
+    }
+    constexpr std::array<double, 3> kShifts = {0.0, 0.5, 1.0};
+    const int count = static_cast<int>(turns.size() * kShifts.size());
+    std::vector<std::vector<WholeGrasp>> found(count);
+    ParallelFor(count, options_.threads, [&](int i) {
+      AddPutToPalm(turns[i / kShifts.size()], kShifts[i % kShifts.size()], found[i]);
+    });
+    for (const auto& some : found) candidates.insert(candidates.end(), some.begin(), some.end());
+  }
+
+  // `sideways`: share of the way that brings the object's middle before the palm's.
+  void AddPutToPalm(const Vector3d& turn, double sideways, std::vector<WholeGrasp>& found) const {
+    const Vector3d normal = own_.anatomy.axes.PalmNormal();
+    const Vector3d palm = own_.anatomy.landmarks.PalmCenter();
+    Isometry3d wrist_from_object = receiver_from_object_;
+    // About the object's middle, which stays where the clip has it.
+    const Vector3d middle = receiver_from_object_ * own_.scene.held_at;
+    wrist_from_object.linear() = ExpSO3(turn) * receiver_from_object_.linear();
+    const Vector3d away = middle - palm;
+    const Vector3d beside = away - away.dot(normal) * normal;
+    const Vector3d at = middle - sideways * beside;
+    const double reach = 0.6 * own_.scene.size + 0.12;
+    double height = reach;
+    double clearance = 0.0;
+    const auto put = [&] {
+      wrist_from_object.translation() = at + (height - (at - palm).dot(normal)) * normal -
+                                        wrist_from_object.linear() * own_.scene.held_at;
+    };
+    const Eigen::Matrix3Xd& skin = own_.open_skin.front();
+    for (int step = 0; step < 40; ++step) {
+      put();
+      const Isometry3d object_from_wrist = wrist_from_object.inverse();
+      clearance = std::numeric_limits<double>::infinity();
+      for (const int i : own_.palm_side) {
+        clearance = std::min(clearance, own_.distance.Distance(object_from_wrist * skin.col(i)));
+        if (clearance < 0.0) break;
+      }
+      if (clearance < 0.0008 || height < -0.02) break;
+      height -= std::max(clearance - 0.0004, 0.0002);
+    }
+    if (height < -0.02 || clearance > 0.0008) return;  // the object is beside the hand
+    const Isometry3d object_from_wrist = wrist_from_object.inverse();
+    for (std::size_t h = 0; h < own_.open_hands.size(); ++h) {
+      double least = std::numeric_limits<double>::infinity();
+      for (Eigen::Index i = 0; i < own_.open_skin[h].cols() && least > -0.002; ++i) {
+        least =
+            std::min(least, own_.distance.Distance(object_from_wrist * own_.open_skin[h].col(i)));
+      }
+      if (least <= -0.002) continue;
+      found.push_back({TransferMethod::kPlaced, wrist_from_object, own_.open_hands[h], -1,
+                       Correction(wrist_from_object)});
+      return;
+    }
+  }
+
+  // All that there is, nearest first.
+  std::vector<WholeGrasp> WholeGrasps() const {
+    std::vector<WholeGrasp> candidates;
+    AddNearWrist(candidates);
+    for (const Vector3d& normal : own_.planes) {
+      const Isometry3d reflected = Reflected(giver_from_object_, normal, own_.scene.centroid);
       candidates.push_back({TransferMethod::kReflected, reflected,
-                            anatomy_.axes.Clamp(mirrored_ + 0.35 * (open_ - mirrored_)),
+                            own_.anatomy.axes.Clamp(mirrored_ + 0.35 * (own_.open - mirrored_)), -1,
                             Correction(reflected)});
     }
-    OppositionOptions opposition_options;
-    opposition_options.seed = options_.seed;
-    const GraspPlace* place = options_.place.get();
-    if (place != nullptr) {
-      opposition_options.allowed = [place](const Vector3d& x) { return place->Allows(x); };
-    }
-    const std::vector<Opposition> oppositions =
-        FindOppositions(place != nullptr ? place->Surface() : object_, distance_, scene_.held_at,
-                        opposition_options);
-    double thinnest = std::numeric_limits<double>::infinity();
-    for (const Opposition& opposition : oppositions) {
-      thinnest = std::min(thinnest, opposition.width);
-    }
-    const GraspPlacer::Target target{distance_, scene_.size,
-                                     std::clamp(0.2 * thinnest, 0.0005, 0.003)};
-    constexpr int kTurns = 24;
-    std::vector<std::vector<Placement>> placed(oppositions.size());
-    ParallelFor(static_cast<int>(oppositions.size()), options_.threads,
-                [&](int i) { placed[i] = placer_.Place(oppositions[i], target, kTurns); });
-    for (const std::vector<Placement>& placements : placed) {
-      for (const Placement& placement : placements) {
-        candidates.push_back({TransferMethod::kPlaced, placement.wrist_from_object, placement.start,
-                              Correction(placement.wrist_from_object)});
-      }
+    for (const WholeGrasp& placed : own_.placed) {
+      candidates.push_back(placed);
+      candidates.back().correction = Correction(placed.wrist_from_object);
     }
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const auto& a, const auto& b) { return a.correction < b.correction; });
@@ -305,16 +508,18 @@ class TransferSearch {
   }
 
   // The nearest that leave the giving hand room, open as they are.
-  std::vector<Candidate> NearAndFree(const std::vector<Candidate>& candidates) const {
-    std::vector<Candidate> near;
-    HandEvaluation evaluation = AtWrist(receiver_);
-    for (const Candidate& candidate : candidates) {
+  std::vector<WholeGrasp> NearAndFree(const std::vector<WholeGrasp>& candidates) const {
+    std::vector<WholeGrasp> near;
+    for (const WholeGrasp& candidate : candidates) {
       if (static_cast<int>(near.size()) == kMostRounds * options_.closings) break;
-      const FingerPose fingers = anatomy_.axes.PoseOf(candidate.start);
-      const Eigen::Matrix3Xd vertices =
-          candidate.wrist_from_object.inverse() * evaluation.At(fingers.data(), false).Vertices();
-      if (Overlap(vertices) > 0.0) continue;
-      const bool is_new = std::none_of(near.begin(), near.end(), [&](const Candidate& other) {
+      const Eigen::Matrix4Xd balls =
+          candidate.balls >= 0 ? own_.balls[candidate.balls]
+                               : HandBalls(own_.anatomy, own_.anatomy.axes.PoseOf(candidate.start));
+      if (BallOverlap(Moved(candidate.wrist_from_object.inverse(), balls), giving_balls_) >
+          kBallsFree) {
+        continue;
+      }
+      const bool is_new = std::none_of(near.begin(), near.end(), [&](const WholeGrasp& other) {
         const Isometry3d apart = other.wrist_from_object.inverse() * candidate.wrist_from_object;
         return apart.translation().norm() + options_.lever_m * LogSO3(apart.linear()).norm() <
                kNeighbour;
@@ -324,39 +529,42 @@ class TransferSearch {
     return near;
   }
 
-  // Farther ones only where none of the nearer is any good.
+  // Farther ones only where none of the nearer is any good. The best of those that closed well are
+  // refined.
   void TryWholeGrasps() {
-    const std::vector<Candidate> near = NearAndFree(WholeGrasps());
+    const std::vector<WholeGrasp> near = NearAndFree(WholeGrasps());
     for (int round = 0; round < kMostRounds && !best_.found; ++round) {
       const int begin = round * options_.closings;
       const int count = std::min(options_.closings, static_cast<int>(near.size()) - begin);
       if (count <= 0) break;
-      std::vector<GraspTransfer> results(static_cast<std::size_t>(count));
+      std::vector<GraspAttempt> closed(count);
       ParallelFor(count, options_.threads, [&](int i) {
-        results[i] = Attempt(near[begin + i], false);
-        if (results[i].hand_overlap_mm <= 1000.0 * options_.max_hand_overlap_m) return;
-        const GraspTransfer clear = Attempt(near[begin + i], true);
-        if (clear.hand_overlap_mm < results[i].hand_overlap_mm) results[i] = clear;
+        HandEvaluation evaluation = AtWrist(own_.receiver);
+        closed[i] = Closed(near[begin + i], evaluation);
+        closed[i].rank = Assess(own_.scene, evaluation, closed[i], false).score -
+                         options_.correction_weight * near[begin + i].correction;
+      });
+      std::vector<int> order(count);
+      std::iota(order.begin(), order.end(), 0);
+      std::ranges::stable_sort(order, std::greater{}, [&](int i) { return closed[i].rank; });
+      order.resize(std::min(count, options_.refinements));
+      std::vector<GraspTransfer> results(order.size());
+      ParallelFor(static_cast<int>(order.size()), options_.threads, [&](int i) {
+        results[i] = BestAttempt(near[begin + order[i]].method, closed[order[i]]);
       });
       for (const GraspTransfer& result : results) Keep(result);
     }
   }
 
-  const HandModel& receiver_;
+  const TransferScene& own_;
+  const GraspTransferOptions& options_;
   const Isometry3d& giver_from_object_;
   const Isometry3d& receiver_from_object_;
-  const TriangleMesh& object_;
-  const SignedDistance& surface_;
-  const DistanceGrid& distance_;
-  const GraspTransferOptions& options_;
-  GraspOptions grasp_options_;
-  HandAnatomy anatomy_;
-  GraspPlacer placer_;
-  GraspScene scene_;
   TriangleMesh giving_;
   SignedDistance giving_surface_;
+  Eigen::Matrix4Xd giving_balls_;  // object's frame
   DistanceGrid obstacles_;
-  HandAngles mirrored_, open_;
+  HandAngles mirrored_;
   GraspTransfer best_;
   bool any_ = false;
 };
@@ -381,17 +589,46 @@ FingerPose MirrorFingers(const FingerPose& fingers) {
   return mirrored;
 }
 
+GraspReceiver::GraspReceiver(const HandModel& receiver, const TriangleMesh& object,
+                             const SignedDistance& surface, const DistanceGrid& distance,
+                             const GraspTransferOptions& options)
+    : scene_(std::make_unique<const TransferScene>(receiver, object, surface, distance, options)) {}
+
+GraspReceiver::~GraspReceiver() = default;
+
+GraspTransfer GraspReceiver::TakeOver(const HandModel& giver, const FingerPose& giver_fingers,
+                                      const Isometry3d& giver_from_object,
+                                      const Isometry3d& receiver_from_object) const {
+  if (giver.HandSide() == scene_->receiver.HandSide()) {
+    throw Error("grasp transfer", "both hands are of one side", "Give a right and a left hand.");
+  }
+  return TransferSearch(*scene_, giver, giver_fingers, giver_from_object, receiver_from_object)
+      .Run();
+}
+
+double GraspReceiver::LeastCorrection(const HandAnatomy& giver, const FingerPose& giver_fingers,
+                                      const Isometry3d& giver_from_object,
+                                      const Isometry3d& receiver_from_object) const {
+  const Eigen::Matrix4Xd giving =
+      Moved(giver_from_object.inverse(), HandBalls(giver, giver_fingers));
+  double least = 0.5;
+  for (const TransferScene::WholeGrasp& placed : scene_->placed) {
+    const double correction = scene_->Correction(placed.wrist_from_object, receiver_from_object);
+    if (correction >= least) continue;
+    const Eigen::Matrix4Xd balls =
+        Moved(placed.wrist_from_object.inverse(), scene_->balls[placed.balls]);
+    if (BallOverlap(balls, giving) <= kBallsFree) least = correction;
+  }
+  return least;
+}
+
 GraspTransfer TransferGrasp(const HandModel& giver, const FingerPose& giver_fingers,
                             const Isometry3d& giver_from_object, const HandModel& receiver,
                             const Isometry3d& receiver_from_object, const TriangleMesh& object,
                             const SignedDistance& surface, const DistanceGrid& distance,
                             const GraspTransferOptions& options) {
-  if (giver.HandSide() == receiver.HandSide()) {
-    throw Error("grasp transfer", "both hands are of one side", "Give a right and a left hand.");
-  }
-  return TransferSearch(giver, giver_fingers, giver_from_object, receiver, receiver_from_object,
-                        object, surface, distance, options)
-      .Run();
+  return GraspReceiver(receiver, object, surface, distance, options)
+      .TakeOver(giver, giver_fingers, giver_from_object, receiver_from_object);
 }
 
 }  // namespace holdfast

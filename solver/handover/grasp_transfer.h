@@ -21,7 +21,8 @@ struct GraspTransferOptions {
   double max_hand_overlap_m = 0.004;
   double max_penetration_m = 0.002;         ///< of the hand in the object
   std::shared_ptr<const GraspPlace> place;  ///< where the receiving hand may touch; null: anywhere
-  int closings = 24;  ///< other placements that fingers are closed for at a time, nearest first
+  int closings = 24;    ///< other placements that fingers are closed for at a time, nearest first
+  int refinements = 8;  ///< of these, the best, refined and measured exactly
   std::uint64_t seed = 0;
   int threads = 1;  ///< the result is the same for any number
 };
@@ -46,12 +47,39 @@ struct GraspTransfer {
   std::string_view refused;       ///< why `found` is false
 };
 
+struct TransferScene;
+
+/// A hand that is to take an object over: what depends on neither the giver nor the moment is
+/// worked out once. Const and shared by threads afterwards; what it is given must outlive it.
+class GraspReceiver {
+ public:
+  GraspReceiver(const HandModel& receiver, const TriangleMesh& object,
+                const SignedDistance& surface, const DistanceGrid& distance,
+                const GraspTransferOptions& options = {});
+  ~GraspReceiver();
+
+  /// TransferGrasp from this giver. Throws Error when both hands are of one side.
+  GraspTransfer TakeOver(const HandModel& giver, const FingerPose& giver_fingers,
+                         const Eigen::Isometry3d& giver_from_object,
+                         const Eigen::Isometry3d& receiver_from_object) const;
+
+  /// Fast: by how little, metres, the wrist would have to be corrected for a place that the giving
+  /// hand leaves free, before fingers are closed; 0.5 where there is none.
+  double LeastCorrection(const HandAnatomy& giver, const FingerPose& giver_fingers,
+                         const Eigen::Isometry3d& giver_from_object,
+                         const Eigen::Isometry3d& receiver_from_object) const;
+
+ private:
+  std::unique_ptr<const TransferScene> scene_;
+};
+
 /// The grasp that the receiving hand takes an object over with, while the giving hand still holds
 /// it. The optimised fingers of the giver are mirrored (their angles are the same in anatomical
 /// terms), opened, and closed on the object as it is, at the wrist pose that the clip has. Where
-/// that is no clean grasp, whole grasps are tried: the giver's, reflected by planes the object is
-/// symmetric about, and any that the object allows (FindOppositions, GraspPlacer); the one nearest
-/// to the wrist wins over those a little better. The giving hand is an obstacle all along.
+/// that is no clean grasp, whole grasps are tried: the open hand at the clip's wrist, turned a
+/// little and put to the object; the giver's, reflected by planes the object is symmetric about;
+/// and any that the object allows (FindOppositions, GraspPlacer). The one nearest to the wrist wins
+/// over those a little better. The giving hand is an obstacle all along.
 ///
 /// `giver_grasp` is that of `giver`, the other side's hand; `receiver_from_object` is the clip's
 /// wrist of the receiving hand. Throws Error when both hands are of one side.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
+#include <memory>
 #include <vector>
 
 #include "geometry/body/hand_model.h"
@@ -19,12 +21,16 @@ struct Handover {
   GraspTransfer transfer;
 };
 
+/// The right and the left hand as receivers; null: not asked for yet.
+using ReceivingHands = std::array<std::shared_ptr<const GraspReceiver>, 2>;
+
 /// Grasps for a hand that takes the object over from the other one (TransferGrasp): its fingers
 /// close on the object as it is, and its wrist goes where that needs it. What came of each is added
-/// to `handovers`, if given. All arguments must outlive what is returned.
+/// to `handovers`, if given. `receivers` (right, left) are made when they are first asked for, or
+/// may be given where they are there already. All arguments must outlive what is returned.
 GraspMaker GraspsByTransfer(const HandModel& right, const HandModel& left,
                             const TriangleMesh& object, const SignedDistance& surface,
                             const DistanceGrid& distance, const GraspTransferOptions& options,
-                            std::vector<Handover>* handovers);
+                            std::vector<Handover>* handovers, ReceivingHands receivers = {});
 
 }  // namespace holdfast

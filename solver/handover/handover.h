@@ -7,9 +7,11 @@
 /// From the inside out:
 ///   viterbi.h             ViterbiPath: likeliest sequence of states, posteriors
 ///   holds.h               FindHolds: who holds a tracked object
+///   dwell_fit.h           FitDwell: when two hands come together and part
 ///   handover_search.h     FindHandovers: switches without an object
 ///   grasp_transfer.h      TransferGrasp: the receiving hand's grasp
 ///   grasps_by_transfer.h  those grasps, asked for by FitClip
+///   hand_passage.h        ClearPassages: clear ways to holds and away from them
 #include "solver/handover/grasps_by_transfer.h"
 #include "solver/handover/handover_search.h"
 #include "solver/handover/holds.h"

@@ -14,6 +14,7 @@
 #include "solver/fit/clip_state.h"
 #include "solver/fit/time_filters.h"
 #include "solver/hand/hand_axes.h"
+#include "solver/handover/dwell_fit.h"
 
 namespace holdfast {
 namespace {
@@ -27,6 +28,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // What the two hands do, per frame.
 struct HandsInTime {
+  Eigen::Matrix3Xd raw_between;    // `between` as it is
   Eigen::Matrix3Xd between;        // left to right holding place, metres, chest's frame
   Eigen::VectorXd apart;           // between the places where the palms hold, metres
   Eigen::VectorXd relative_speed;  // m/s
@@ -73,6 +75,7 @@ HandsInTime Observe(const Clip& clip, const HandModel& right, const HandModel& l
                          NoiseOfSlope(std::max<Eigen::Index>(1, std::lround(kSignalSlope_s * fps)));
   seen.noise_m = WhiteNoise(between) * NoiseAfterSmoothing(sigma);
   seen.between = GaussianFilter(between, sigma);
+  seen.raw_between = between;
   seen.apart = seen.between.colwise().norm();
   const auto reach = [&](double seconds) {
     return std::max<Eigen::Index>(1, std::lround(seconds * fps));
@@ -222,6 +225,14 @@ void CheckOptions(const HandoverSearchOptions& options, int frames) {
   }
 }
 
+// The frame nearest to the middle of the time together.
+int DwellMiddle(const Eigen::Matrix3Xd& between, double frame_rate, int frames,
+                const HandSwitch& change) {
+  const Dwell dwell =
+      FitDwell(between, frame_rate, {1.0 * change.both_begin, change.both_end - 1.0});
+  return std::clamp(static_cast<int>(std::lround(dwell.Middle())), 1, frames - 1);
+}
+
 // Who holds in each frame, for switches in order that share the frames [both_begin, both_end).
 void FillHands(Side first, int frames, HoldLabels& holding) {
   holding.hands.assign(static_cast<std::size_t>(frames), HoldingBit(first));
@@ -348,11 +359,12 @@ HoldLabels FindHandovers(const Clip& clip, const HandModel& right, const HandMod
   for (std::size_t k = 0; k < best.meetings.size(); ++k) {
     const Meeting& meeting = meetings[best.meetings[k]];
     HandSwitch change;
-    change.frame = given ? options.switch_frames[k] : meeting.Frame();
     change.from = holder;
     change.to = holder = OtherSide(holder);
     change.both_begin = meeting.begin;
     change.both_end = meeting.end;
+    change.frame = given ? options.switch_frames[k]
+                         : DwellMiddle(seen.raw_between, clip.frame_rate, frames, change);
     change.confidence =
         given ? 1.0 : ConfidenceInMeeting(best.meetings[k], best, meetings, had, options);
     holding.switches.push_back(change);

@@ -9,6 +9,7 @@
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/fit/time_filters.h"
+#include "solver/handover/dwell_fit.h"
 #include "solver/handover/viterbi.h"
 
 namespace holdfast {
@@ -238,7 +239,9 @@ Eigen::VectorXd OddsByPlace(const HandEvidence& evidence, const std::vector<int>
   return odds;
 }
 
-HoldLabels HoldingOf(const StatePath& path, const ClipWindows& windows) {
+// `between` (3 x T): from one wrist to the other one.
+HoldLabels HoldingOf(const StatePath& path, const Eigen::Matrix3Xd& between,
+                     const ClipWindows& windows) {
   const auto frames = static_cast<Eigen::Index>(path.states.size());
   HoldLabels holding;
   for (Eigen::Index t = 0; t < frames; ++t) {
@@ -254,6 +257,12 @@ HoldLabels HoldingOf(const StatePath& path, const ClipWindows& windows) {
     double sum = 0.0;
     for (Eigen::Index t = begin; t < end; ++t) sum += holding.confidence[t];
     change_of_hands.confidence = sum / static_cast<double>(end - begin);
+    if (change_of_hands.both_begin == change_of_hands.both_end) continue;
+    // How the hands come and part says when more exactly than who touches.
+    const Dwell dwell = FitDwell(
+        between, windows.fps, {1.0 * change_of_hands.both_begin, change_of_hands.both_end - 1.0});
+    change_of_hands.frame =
+        std::clamp(static_cast<int>(std::lround(dwell.Middle())), 1, static_cast<int>(frames) - 1);
   }
   return holding;
 }
@@ -282,7 +291,7 @@ HoldLabels FindHolds(const Clip& clip, const HandModel& right, const HandModel& 
       decide({hands[0].contact + hands[0].motion, hands[1].contact + hands[1].motion});
   const StatePath path = decide({OddsByPlace(hands[0], first.states, 0, windows),
                                  OddsByPlace(hands[1], first.states, 1, windows)});
-  return HoldingOf(path, windows);
+  return HoldingOf(path, views[0].wrist - views[1].wrist, windows);
 }
 
 std::vector<HandSwitch> SwitchesOf(const std::vector<std::uint8_t>& hands) {
