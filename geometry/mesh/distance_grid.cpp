@@ -2,6 +2,7 @@
 #include "geometry/mesh/distance_grid.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #if defined(__x86_64__)
@@ -128,25 +129,65 @@ DistanceGrid::DistanceGrid(const SignedDistance& surface, const DistanceGridOpti
   stride_y_ = nodes.x();
   stride_z_ = stride_y_ * nodes.y();
   values_.resize(static_cast<std::size_t>(stride_z_) * nodes.z());
-  Eigen::Matrix3Xd slab(3, stride_z_);
-  for (int k = 0; k < nodes.z(); ++k) {
-    // There and back along x: each node lies beside the one before, whose nearest face is the hint.
-    Eigen::Index n = 0;
-    for (int j = 0; j < nodes.y(); ++j) {
-      for (int i = 0; i < nodes.x(); ++i) {
-        const int x = j % 2 == 0 ? i : nodes.x() - 1 - i;
-        slab.col(n++) = min_ + cell_ * Eigen::Vector3d(x - 1, j - 1, k - 1);
+  Sample(surface, options);
+}
+
+// Every second node first. Those between that are near the surface are sampled as well, the others
+// interpolated, along x, then y, then z: along each, both neighbours are known by then.
+void DistanceGrid::Sample(const SignedDistance& surface, const DistanceGridOptions& options) {
+  const Eigen::Vector3i nodes = cells_.array() + 3;
+  const double near = std::max(options.exact_within_m, 5.0 * cell_);
+  const std::array<std::ptrdiff_t, 3> stride = {1, stride_y_, stride_z_};
+  std::vector<std::ptrdiff_t> exact;
+  Eigen::Matrix3Xd points(3, 0);
+  for (int axis = -1; axis < 3; ++axis) {
+    exact.clear();
+    // Between nodes of steps 1 (whose axis is done) and 2; `axis` itself at odd places.
+    const Eigen::Vector3i step(axis < 1 ? 2 : 1, axis < 2 ? 2 : 1, 2);
+    for (int k = axis == 2 ? 1 : 0; k < nodes.z(); k += step.z()) {
+      for (int j = axis == 1 ? 1 : 0; j < nodes.y(); j += step.y()) {
+        // There and back along x: each lies beside the one before, whose nearest face is the hint.
+        const int first = axis == 0 ? 1 : 0;
+        const int count = (nodes.x() - first + step.x() - 1) / step.x();
+        for (int n = 0; n < count; ++n) {
+          const int i = first + step.x() * (j / step.y() % 2 == 0 ? n : count - 1 - n);
+          const std::ptrdiff_t at = i + j * stride_y_ + k * stride_z_;
+          if (axis >= 0 && InterpolateNode(at, stride[axis], Eigen::Vector3i(i, j, k)[axis],
+                                           nodes[axis], near)) {
+            continue;
+          }
+          exact.push_back(at);
+        }
       }
     }
-    const Eigen::VectorXd distances = surface.Distances(slab, options.threads);
-    double* out = values_.data() + k * stride_z_;
-    for (int j = 0; j < nodes.y(); ++j) {
-      for (int i = 0; i < nodes.x(); ++i) {
-        const int x = j % 2 == 0 ? i : nodes.x() - 1 - i;
-        out[j * stride_y_ + x] = distances[j * stride_y_ + i];
-      }
+    points.resize(3, static_cast<Eigen::Index>(exact.size()));
+    for (std::size_t n = 0; n < exact.size(); ++n) {
+      const std::ptrdiff_t k = exact[n] / stride_z_, j = exact[n] % stride_z_ / stride_y_;
+      const Eigen::Vector3d index(static_cast<double>(exact[n] % stride_y_), static_cast<double>(j),
+                                  static_cast<double>(k));
+      points.col(static_cast<Eigen::Index>(n)) = min_ + cell_ * (index.array() - 1.0).matrix();
+    }
+    const Eigen::VectorXd distances = surface.Distances(points, options.threads);
+    for (std::size_t n = 0; n < exact.size(); ++n) {
+      values_[exact[n]] = distances(static_cast<Eigen::Index>(n));
     }
   }
+}
+
+// From its neighbours along one axis, where they are all farther than `near`; false where not. The
+// last node has but one.
+bool DistanceGrid::InterpolateNode(std::ptrdiff_t at, std::ptrdiff_t stride, int index, int nodes,
+                                   double near) {
+  if (index + 1 >= nodes) return false;
+  const double before = values_[at - stride], after = values_[at + stride];
+  if (std::min(std::abs(before), std::abs(after)) < near + cell_ || before * after < 0.0) {
+    return false;
+  }
+  values_[at] =
+      index < 3 || index + 3 >= nodes
+          ? 0.5 * (before + after)
+          : 0.0625 * (9.0 * (before + after) - values_[at - 3 * stride] - values_[at + 3 * stride]);
+  return true;
 }
 
 double DistanceGrid::Interpolate(const Eigen::Vector3d& point, Eigen::Vector3d* gradient) const {
@@ -206,12 +247,14 @@ double DistanceGrid::Interpolate(const Eigen::Vector3d& point, Eigen::Vector3d* 
 double DistanceGrid::Distance(const Eigen::Vector3d& point, Eigen::Vector3d* gradient) const {
   const Eigen::Vector3d nearest = point.cwiseMax(min_).cwiseMin(max_);
   const double at_box = Interpolate(nearest, gradient);
-  const Eigen::Vector3d outside = point - nearest;
-  const double squared_gap = outside.squaredNorm();
-  if (!(squared_gap > 0.0)) return at_box;
-  const double distance = std::sqrt(at_box * at_box + squared_gap);
+  return nearest == point ? at_box : Outside(point - nearest, at_box, gradient);
+}
+
+double DistanceGrid::Outside(const Eigen::Vector3d& outside, double at_box,
+                             Eigen::Vector3d* gradient) {
+  const double distance = std::sqrt(at_box * at_box + outside.squaredNorm());
   if (gradient != nullptr) {
-    // `nearest` moves with the point only along the axes it was not clamped on.
+    // The nearest point of the box moves only along the axes it was not clamped on.
     for (int axis = 0; axis < 3; ++axis) {
       (*gradient)[axis] =
           (outside[axis] != 0.0 ? outside[axis] : at_box * (*gradient)[axis]) / distance;

@@ -24,6 +24,25 @@ bool NothingToCarry(GraspStatus status) {
          status == GraspStatus::kNothingAtPlace || status == GraspStatus::kStopped;
 }
 
+// The clean grasp of most score with what it is also worth; `best` is that of most score.
+Grasp WorthMost(const HandModel& hand, const GraspReport& report,
+                const std::function<double(const Grasp&)>& also, const SignedDistance& surface,
+                Grasp best) {
+  double most = best.score + also(best);
+  for (const GraspReport::Candidate& candidate : report.candidates) {
+    if (!candidate.refused.empty()) continue;
+    const double worth = candidate.grasp.score + also(candidate.grasp);
+    if (!(worth > most)) continue;
+    most = worth;
+    best = candidate.grasp;
+  }
+  HandEvaluation evaluation = AtWrist(hand);
+  const Eigen::Matrix3Xd in_object =
+      best.wrist_from_object.inverse() * evaluation.At(best.fingers.data(), false).Vertices();
+  best.metrics = MeasureContact(TriangleMesh{in_object, hand.Surface().Faces()}, surface);
+  return best;
+}
+
 }  // namespace
 
 std::optional<std::string> WhyTooLarge(const LoadedObject& object, bool both) {
@@ -53,6 +72,7 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
   search.style = options.style;
   search.place = options.place;
   search.threads = options.threads;
+  search.best_only = true;
   search.up_in_wrist = {state.WristRotation().transpose() * Eigen::Vector3d::UnitZ()};
   // A hand is about 20 cm long: nothing farther than that and the object's own size is met.
   const TriangleMesh& mesh = object.object.mesh;
@@ -63,6 +83,9 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
   FirstGrasp first;
   first.made = true;
   first.one = CloseHand(hand, mesh, object.solid.distance, grid, search, &report, progress);
+  if (options.also && report.status == GraspStatus::kFound) {
+    first.one = WorthMost(hand, report, options.also, object.solid.distance, *first.one);
+  }
   const Grasp& grasp = *first.one;
   // A hand that takes the object over has to touch it: what else meets it, and before, is told.
   first.through_body = grasp.blocked;

@@ -182,6 +182,7 @@ StandingGrasp GraspStanding(const std::shared_ptr<const BodyModel>& body, Side s
   grid_options.threads = options.threads;
   const DistanceGrid grid(surface, grid_options);
   AddPronations(hand, options);
+  options.best_only = true;
   StandingGrasp held;
   Grasp& grasp = held.grasp;
   grasp = CloseHand(hand, object.mesh, surface, grid, options, &held.report, progress);

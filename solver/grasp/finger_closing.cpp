@@ -3,8 +3,8 @@
 #include "geometry/rotation.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
-#include <vector>
 
 namespace holdfast {
 namespace {
@@ -17,11 +17,6 @@ double Speed(int joint) {
   return joint / 3 == kThumb ? kThumbSpeed[joint % 3] : kFingerSpeed[joint % 3];
 }
 
-// Which skin points each finger has, by phalanx, and its balls: what a step has to look at.
-struct FingerSkin {
-  std::array<std::vector<int>, 3> points;
-};
-
 // Closes one hand on one object; holds what every step looks at.
 class FingerCloser {
  public:
@@ -31,17 +26,22 @@ class FingerCloser {
   Closing Close(const HandAngles& start);
 
  private:
-  // Joints before it are stopped; 3: the finger is done.
-  using FirstFree = std::array<int, kNumFingers>;
+  // How far each finger has got.
+  struct Progress {
+    int first_free = 3;  // joints before it are stopped; 3: the finger is done
+    double room = 0.0;   // metres to what is nearest in its way
+  };
+  using ByFinger = std::array<Progress, kNumFingers>;
 
   const Eigen::Matrix3Xd& VerticesAt(const HandAngles& angles);
-  double SkinClearance(const Eigen::Matrix3Xd& vertices, const std::vector<int>& points) const;
-  bool FingerBlocked(const Eigen::Matrix3Xd& vertices, int finger) const;
+  double SkinClearance(const Eigen::Matrix3Xd& vertices, int part) const;
+  double RoomInHand(const Eigen::Matrix3Xd& vertices, int finger) const;
   double ThumbWorth(const Closing& state);
-  FirstFree StopWhereTouching(Closing& state, const std::array<bool, kNumFingers>& moving);
-  bool BendFreeJoints(FirstFree& first_free, HandAngles& next) const;
+  double StepOf(int finger, const Progress& progress) const;
+  ByFinger StopWhereTouching(Closing& state, const std::array<bool, kNumFingers>& moving);
+  bool BendFreeJoints(ByFinger& progress, HandAngles& next) const;
   void TakeStep(int finger, const Eigen::Matrix3Xd& vertices, const HandAngles& next,
-                Closing& state, int& first_free) const;
+                Closing& state, Progress& progress) const;
   void Bend(Closing& state, const std::array<bool, kNumFingers>& moving);
   bool MoveThumbRoot(double abduction, Closing& attempt);
   Closing BringThumb(const Closing& closing, const HandAngles& start);
@@ -54,7 +54,7 @@ class FingerCloser {
   const Eigen::Isometry3d& wrist_from_object_;
   const Eigen::Isometry3d object_from_wrist_;
   const ClosingOptions& options_;
-  std::array<FingerSkin, kNumFingers> skin_;
+  Eigen::Matrix3Xd centers_;  // of the balls, for the last VerticesAt
 };
 
 FingerCloser::FingerCloser(const HandAnatomy& anatomy, HandEvaluation& hand,
@@ -66,51 +66,45 @@ FingerCloser::FingerCloser(const HandAnatomy& anatomy, HandEvaluation& hand,
       object_(object),
       wrist_from_object_(wrist_from_object),
       object_from_wrist_(wrist_from_object.inverse()),
-      options_(options) {
-  for (int s = 0; s < static_cast<int>(landmarks_.Skin().size()); ++s) {
-    const int part = landmarks_.Skin()[s].part;
-    if (part != kPalmPart) skin_[part / 3].points[part % 3].push_back(s);
-  }
-}
+      options_(options) {}
 
 // Valid until the next call.
 const Eigen::Matrix3Xd& FingerCloser::VerticesAt(const HandAngles& angles) {
   const FingerPose pose = axes_.PoseOf(angles);
-  return hand_.At(pose.data(), false).Vertices();
+  const Eigen::Matrix3Xd& vertices = hand_.At(pose.data(), false).Vertices();
+  BallCenters(landmarks_, vertices, centers_);
+  return vertices;
 }
 
-double FingerCloser::SkinClearance(const Eigen::Matrix3Xd& vertices,
-                                   const std::vector<int>& points) const {
-  double least = std::numeric_limits<double>::infinity();
-  for (const int s : points) {
+double FingerCloser::SkinClearance(const Eigen::Matrix3Xd& vertices, int part) const {
+  return landmarks_.SkinPatches(part).Least([&](int s) {
     const SkinPoint& point = landmarks_.Skin()[s];
     const Eigen::Vector3d x = 0.5 * (vertices.col(point.a) + vertices.col(point.b));
-    least = std::min(least, object_.Distance(object_from_wrist_ * x));
-  }
-  return least;
+    return object_.Linear(object_from_wrist_ * x);
+  });
 }
 
-bool FingerCloser::FingerBlocked(const Eigen::Matrix3Xd& vertices, int finger) const {
-  Eigen::Matrix3Xd centers;
-  BallCenters(landmarks_, vertices, centers);
+// Metres until the thumb, or for the thumb a finger, or the palm is in a finger's way; negative
+// where it is. Neighbouring fingers rub along each other all the time.
+double FingerCloser::RoomInHand(const Eigen::Matrix3Xd& vertices, int finger) const {
+  double room = std::numeric_limits<double>::infinity();
   for (const HandLandmarks::BallPair& pair : landmarks_.BallPairs()) {
     const int a = landmarks_.Balls()[pair.first].finger_joint / 3;
     const int b = landmarks_.Balls()[pair.second].finger_joint / 3;
-    // Neighbouring fingers rub along each other all the time; only the thumb blocks.
-    if (a != kThumb && b != kThumb) continue;
-    if (a != finger && b != finger) continue;
-    if ((centers.col(pair.first) - centers.col(pair.second)).norm() < pair.free_distance) {
-      return true;
-    }
+    if ((a != kThumb && b != kThumb) || (a != finger && b != finger)) continue;
+    room = std::min(
+        room, (centers_.col(pair.first) - centers_.col(pair.second)).norm() - pair.free_distance);
   }
   for (std::size_t i = 0; i < landmarks_.Balls().size(); ++i) {
     const FingerBall& ball = landmarks_.Balls()[i];
     if (ball.finger_joint != 3 * finger + 2) continue;
+    double nearest = std::numeric_limits<double>::infinity();
     for (const int v : landmarks_.PalmSkin()) {
-      if ((centers.col(i) - vertices.col(v)).norm() < ball.radius) return true;
+      nearest = std::min(nearest, (centers_.col(i) - vertices.col(v)).squaredNorm());
     }
+    room = std::min(room, std::sqrt(nearest) - ball.radius);
   }
-  return false;
+  return room;
 }
 
 // 0 where the thumb touches nothing, 1 where it touches, up to 2 with the pad flat on the surface.
@@ -134,38 +128,58 @@ double FingerCloser::ThumbWorth(const Closing& state) {
   return 1.0 + std::max(0.0, -facing.dot(outward));
 }
 
+// How far the joints of a finger turn at once: no farther than its tip can go, but at least the
+// options' step.
+double FingerCloser::StepOf(int finger, const Progress& progress) const {
+  constexpr double kShare = 0.85, kMost = 0.6, kBeyondTip = 0.008;
+  double way = 0.0;  // of the tip, metres per radian
+  double reach = (axes_.RestTips().col(finger) - axes_.RestJoints().col(3 * finger + 2)).norm();
+  for (int j = 2; j >= progress.first_free; --j) {
+    const int joint = 3 * finger + j;
+    if (j < 2) {
+      reach += (axes_.RestJoints().col(joint + 1) - axes_.RestJoints().col(joint)).norm();
+    }
+    way += Speed(joint) * (reach + kBeyondTip);
+  }
+  return std::clamp(kShare * progress.room / way, options_.step, kMost);
+}
+
 // Fingers that do not move are done; of the others, what touches already stays where it is.
-FingerCloser::FirstFree FingerCloser::StopWhereTouching(
+FingerCloser::ByFinger FingerCloser::StopWhereTouching(
     Closing& state, const std::array<bool, kNumFingers>& moving) {
-  FirstFree first_free{};
+  ByFinger progress;
   const Eigen::Matrix3Xd& vertices = VerticesAt(state.angles);
   for (int finger = 0; finger < kNumFingers; ++finger) {
-    first_free[finger] = moving[finger] ? 0 : 3;
     if (!moving[finger]) continue;
+    progress[finger] = {0, RoomInHand(vertices, finger)};
     for (int j = 0; j < 3; ++j) {
-      if (SkinClearance(vertices, skin_[finger].points[j]) < options_.touch_distance) {
+      const double d = SkinClearance(vertices, 3 * finger + j);
+      progress[finger].room = std::min(progress[finger].room, d - options_.touch_distance);
+      if (d < options_.touch_distance) {
         state.touching[3 * finger + j] = true;
-        first_free[finger] = j + 1;
+        progress[finger].first_free = j + 1;
       }
     }
   }
-  return first_free;
+  return progress;
 }
 
 // Turns the free joints by one step within their ranges. Fingers at the end of theirs are done;
 // false when all are.
-bool FingerCloser::BendFreeJoints(FirstFree& first_free, HandAngles& next) const {
+bool FingerCloser::BendFreeJoints(ByFinger& progress, HandAngles& next) const {
   bool moves = false;
   for (int finger = 0; finger < kNumFingers; ++finger) {
+    if (progress[finger].first_free == 3) continue;
+    const double step = StepOf(finger, progress[finger]);
     bool finger_moves = false;
-    for (int j = first_free[finger]; j < 3; ++j) {
+    for (int j = progress[finger].first_free; j < 3; ++j) {
       const int joint = 3 * finger + j;
       const double before = next(0, joint);
-      next(0, joint) = std::max(
-          before, std::min(before + Speed(joint) * options_.step, axes_.Range(0, joint).high));
+      next(0, joint) =
+          std::max(before, std::min(before + Speed(joint) * step, axes_.Range(0, joint).high));
       finger_moves |= next(0, joint) > before + 1e-9;
     }
-    if (!finger_moves) first_free[finger] = 3;
+    if (!finger_moves) progress[finger].first_free = 3;
     moves |= finger_moves;
   }
   return moves;
@@ -174,23 +188,25 @@ bool FingerCloser::BendFreeJoints(FirstFree& first_free, HandAngles& next) const
 // Moves one finger on to its angles in `next`, where the skin is at `vertices`, unless something
 // is in the way.
 void FingerCloser::TakeStep(int finger, const Eigen::Matrix3Xd& vertices, const HandAngles& next,
-                            Closing& state, int& first_free) const {
-  if (first_free == 3) return;
-  if (FingerBlocked(vertices, finger)) {
-    first_free = 3;
+                            Closing& state, Progress& progress) const {
+  if (progress.first_free == 3) return;
+  progress.room = RoomInHand(vertices, finger);
+  if (progress.room < 0.0) {
+    progress.first_free = 3;
     return;
   }
   int touched = -1;
   double deepest = std::numeric_limits<double>::infinity();
-  for (int j = first_free; j < 3; ++j) {
-    const double d = SkinClearance(vertices, skin_[finger].points[j]);
+  for (int j = progress.first_free; j < 3; ++j) {
+    const double d = SkinClearance(vertices, 3 * finger + j);
     if (d < options_.touch_distance) {
       touched = j;
       state.touching[3 * finger + j] = true;
     }
     deepest = std::min(deepest, d);
   }
-  if (touched >= 0) first_free = touched + 1;
+  progress.room = std::min(progress.room, deepest - options_.touch_distance);
+  if (touched >= 0) progress.first_free = touched + 1;
   // A step that went clearly in is taken back; the refinement closes the gap.
   if (touched >= 0 && deepest < -options_.allowed_depth) return;
   state.angles.middleCols<3>(3 * finger) = next.middleCols<3>(3 * finger);
@@ -198,13 +214,13 @@ void FingerCloser::TakeStep(int finger, const Eigen::Matrix3Xd& vertices, const 
 
 // Bends the joints of `moving` fingers from where `state` has them until nothing more can.
 void FingerCloser::Bend(Closing& state, const std::array<bool, kNumFingers>& moving) {
-  FirstFree first_free = StopWhereTouching(state, moving);
+  ByFinger progress = StopWhereTouching(state, moving);
   for (int step = 0; step < 120; ++step) {
     HandAngles next = state.angles;
-    if (!BendFreeJoints(first_free, next)) break;
+    if (!BendFreeJoints(progress, next)) break;
     const Eigen::Matrix3Xd& vertices = VerticesAt(next);
     for (int finger = 0; finger < kNumFingers; ++finger) {
-      TakeStep(finger, vertices, next, state, first_free[finger]);
+      TakeStep(finger, vertices, next, state, progress[finger]);
     }
   }
 }
@@ -215,9 +231,8 @@ bool FingerCloser::MoveThumbRoot(double abduction, Closing& attempt) {
   attempt.angles(1, 3 * kThumb) = abduction;
   attempt.angles(0, 3 * kThumb + 1) = attempt.angles(0, 3 * kThumb + 2) = 0.0;
   const Eigen::Matrix3Xd& vertices = VerticesAt(attempt.angles);
-  return !(SkinClearance(vertices, skin_[kThumb].points[1]) < 0.0 ||
-           SkinClearance(vertices, skin_[kThumb].points[2]) < 0.0 ||
-           FingerBlocked(vertices, kThumb));
+  return !(SkinClearance(vertices, 3 * kThumb + 1) < 0.0 ||
+           SkinClearance(vertices, 3 * kThumb + 2) < 0.0 || RoomInHand(vertices, kThumb) < 0.0);
 }
 
 // The thumb comes over the other fingers. Where it goes is decided at its root: the placement's own

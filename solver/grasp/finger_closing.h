@@ -12,7 +12,7 @@
 namespace holdfast {
 
 struct ClosingOptions {
-  double step = 0.035;             ///< radians a joint turns per step
+  double step = 0.035;             ///< radians a joint turns per step near the object, more far off
   double touch_distance = 0.0006;  ///< metres: closer than this is contact
   double allowed_depth = 0.0015;   ///< metres: steps that end deeper are taken back
   std::array<bool, kNumFingers> fingers = {true, true, true, true, true};

@@ -89,7 +89,8 @@ class GraspSearch {
         out_(report),
         anatomy_(hand),
         placer_(anatomy_),
-        scene_(anatomy_, placer_, distance, object, options) {
+        scene_(anatomy_, placer_, distance, object, options),
+        at_wrist_(AtWrist(hand)) {
     open_.fingers = anatomy_.axes.PoseOf(OpenHand(anatomy_.axes));
   }
 
@@ -121,6 +122,7 @@ class GraspSearch {
   const HandAnatomy anatomy_;
   const GraspPlacer placer_;
   GraspScene scene_;
+  const HandEvaluation at_wrist_;  // to be copied by those who evaluate
   Grasp open_;
   std::mutex progress_mutex_;
   bool cancelled_ = false;
@@ -202,7 +204,7 @@ bool GraspSearch::ClosePlaced(const PlacementQueue& queue, double allowed_depth,
   out_.closings = static_cast<int>(queue.placements.size());
   attempts.resize(queue.placements.size());
   return RunStage(0.2, 0.4, out_.closings, [&](int i) {
-    HandEvaluation evaluation = AtWrist(hand_);
+    HandEvaluation evaluation = at_wrist_;
     const Placement& placement = queue.placements[i];
     ClosingOptions closing_of_this = closing_options;
     closing_of_this.fingers = placement.closing;
@@ -229,17 +231,49 @@ void GraspSearch::KeepBest(std::size_t around, std::vector<GraspAttempt>& attemp
   keep(kept_around, attempts.size(), std::max(1, options_.refinements / 2));
 }
 
+// All are refined roughly and those that promise most to the end, a few at a time: nothing that is
+// measured then adds to a score, so that what is far behind the best clean one stays there.
 bool GraspSearch::Refine(const std::vector<GraspAttempt>& attempts,
                          std::vector<GraspReport::Candidate>& refined) {
-  out_.refinements = static_cast<int>(attempts.size());
-  refined.resize(out_.refinements);
-  return RunStage(0.6, 0.4, out_.refinements, [&](int i) {
-    HandEvaluation evaluation = AtWrist(hand_);
-    GraspAttempt attempt = attempts[i];
-    RefineGrasp(anatomy_, evaluation, distance_, {}, attempt.angles, attempt.wrist_from_object);
-    refined[i].grasp = Assess(scene_, evaluation, attempt, true);
-    refined[i].refused = WhyRefused(scene_, refined[i].grasp);
-  });
+  constexpr int kAtOnce = 4;
+  constexpr double kGain = 0.1;  // of score, by the rest of the refinement
+  RefinementOptions rough, rest;
+  rough.rounds = rest.rounds = 1;
+  rough.iterations = 8;
+  std::vector<GraspAttempt> begun = attempts;
+  const int count = static_cast<int>(attempts.size());
+  if (!RunStage(0.6, 0.2, count, [&](int i) {
+        HandEvaluation evaluation = at_wrist_;
+        RefineGrasp(anatomy_, evaluation, distance_, rough, begun[i].angles,
+                    begun[i].wrist_from_object);
+        begun[i].rank = Assess(scene_, evaluation, begun[i], false).score;
+      })) {
+    return false;
+  }
+  std::stable_sort(begun.begin(), begun.end(),
+                   [](const GraspAttempt& a, const GraspAttempt& b) { return a.rank > b.rank; });
+  double best = -std::numeric_limits<double>::infinity();
+  for (int first = 0; first < count; first += kAtOnce) {
+    if (options_.best_only && best > begun[first].rank + kGain) break;
+    const int some = std::min(kAtOnce, count - first);
+    refined.resize(first + some);
+    if (!RunStage(0.8 + 0.2 * first / count, 0.2 * some / count, some, [&](int i) {
+          HandEvaluation evaluation = at_wrist_;
+          GraspAttempt attempt = begun[first + i];
+          RefineGrasp(anatomy_, evaluation, distance_, rest, attempt.angles,
+                      attempt.wrist_from_object);
+          GraspReport::Candidate& candidate = refined[first + i];
+          candidate.grasp = Assess(scene_, evaluation, attempt, true);
+          candidate.refused = WhyRefused(scene_, candidate.grasp);
+        })) {
+      return false;
+    }
+    for (int i = first; i < first + some; ++i) {
+      if (refined[i].refused.empty()) best = std::max(best, refined[i].grasp.score);
+    }
+  }
+  out_.refinements = static_cast<int>(refined.size());
+  return true;
 }
 
 // What does not hold the object's weight in every direction with the friction assumed is not as

@@ -75,6 +75,9 @@ struct GraspOptions {
   double max_penetration_m = 0.0025;  ///< soft tissue gives 2 mm; deeper is refused
   double touch_distance_m = 0.002;    ///< skin nearer than this touches
   double friction = 0.5;
+
+  /// Candidates that cannot be the best are left unfinished, and out of the report.
+  bool best_only = false;
 };
 
 /// A hand holding an object, relative to the wrist: fits any body pose.
@@ -121,7 +124,8 @@ std::optional<GraspStyle> StyleByName(std::string_view name);
 struct GraspReport {
   GraspStatus status = GraspStatus::kNothingToGrasp;
   int oppositions = 0, handles = 0, placements = 0, closings = 0, refinements = 0;
-  /// Each refined grasp, best first, and why it was refused (empty: it was not).
+  /// Each grasp that was refined to the end, best first, and why it was refused (empty: it was
+  /// not).
   struct Candidate {
     Grasp grasp;
     std::string refused;

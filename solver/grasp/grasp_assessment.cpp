@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -21,6 +22,12 @@ constexpr int kSurfacePoints = 8000;
 double Tallness(const Eigen::Vector3d& extent) {
   const double wide = std::max(extent.x(), extent.y());
   return wide > 0.0 ? std::clamp(1.5 * extent.z() / wide, 0.4, 1.0) : 1.0;
+}
+
+std::vector<int> AllIds(int count) {
+  std::vector<int> ids(static_cast<std::size_t>(count));
+  std::iota(ids.begin(), ids.end(), 0);
+  return ids;
 }
 
 // How far a pose is from one that is held without thinking, mean squared radians.
@@ -48,12 +55,13 @@ double ObjectInHand(const GraspScene& scene, const Eigen::Matrix3Xd& vertices,
                     const Eigen::Isometry3d& wrist_from_object) {
   const SignedDistance hand(CloseHoles({vertices, scene.anatomy.hand.Surface().Faces()}));
   const Eigen::AlignedBox3d box(hand.Min(), hand.Max());
-  double deepest = 0.0;
-  for (Eigen::Index i = 0; i < scene.surface.cols(); ++i) {
-    const Eigen::Vector3d x = wrist_from_object * scene.surface.col(i);
-    if (box.contains(x)) deepest = std::max(deepest, -hand.Distance(x));
-  }
-  return deepest;
+  const double least = scene.surface_patches.Least(
+      [&](int i) {
+        const Eigen::Vector3d x = wrist_from_object * scene.surface.col(i);
+        return box.contains(x) ? hand.Distance(x) : box.exteriorDistance(x);
+      },
+      0.0);
+  return std::max(0.0, -least);
 }
 
 // Share of the skin in contact that touches elsewhere than where it is wanted.
@@ -216,6 +224,7 @@ GraspScene::GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer,
       height(Extent(mesh).z()),
       tallness(Tallness(Extent(mesh))),
       surface(SampleSurface(mesh, kSurfacePoints, search_options.seed)),
+      surface_patches(surface, AllIds(kSurfacePoints)),
       options(search_options) {}
 
 double Uprightness(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object) {

@@ -27,6 +27,7 @@ struct GraspScene {
   double bottom, height;     ///< least z, extent in z, metres
   double tallness;           ///< in (0, 1]: how much it matters which way up the object is
   Eigen::Matrix3Xd surface;  ///< points all over the object (3 x n)
+  PointPatches surface_patches;
   std::vector<Handle> handles;
   const GraspOptions& options;
 };

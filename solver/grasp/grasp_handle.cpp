@@ -35,7 +35,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 double Entry(const DistanceGrid& object, const Eigen::Vector3d& from, const Eigen::Vector3d& way,
              double farthest) {
   for (double s = 0.0; s < farthest;) {
-    const double d = object.Distance(from + s * way);
+    const double d = object.Linear(from + s * way);
     if (d <= kThinWall) return s;
     s += std::max(d, kShortest);
   }
@@ -46,7 +46,7 @@ double Entry(const DistanceGrid& object, const Eigen::Vector3d& from, const Eige
 double Exit(const DistanceGrid& object, const Eigen::Vector3d& from, const Eigen::Vector3d& way,
             double farthest) {
   for (double s = 0.0; s < farthest + kSlot;) {
-    const double d = object.Distance(from + s * way);
+    const double d = object.Linear(from + s * way);
     if (d > kSlot) return std::max(0.0, s - kSlot);
     s += std::max(kSlot - d, kShortest);
   }
@@ -58,7 +58,7 @@ bool FingerPasses(const DistanceGrid& object, const Eigen::Vector3d& point,
   for (const double sign : {1.0, -1.0}) {
     for (double s = 0.0; s < kOutOfSight;) {
       const double least = s < kFingerPasses ? radius : 0.3 * radius;
-      const double d = object.Distance(point + sign * s * way);
+      const double d = object.Linear(point + sign * s * way);
       if (d < least) return false;
       s += std::max(d - least, 0.001);
     }
@@ -104,7 +104,7 @@ std::optional<Eigen::Vector3d> BarDirection(const DistanceGrid& object, const Ei
     for (int y = -kSteps; y <= kSteps; ++y) {
       for (int z = -kSteps; z <= kSteps; ++z) {
         const Eigen::Vector3d p = radius / kSteps * Eigen::Vector3d(x, y, z);
-        if (p.squaredNorm() > radius * radius || object.Distance(bar + p) > 0.5 * kSlot) continue;
+        if (p.squaredNorm() > radius * radius || object.Linear(bar + p) > 0.5 * kSlot) continue;
         covariance += p * p.transpose();
         mean += p;
         ++count;
@@ -129,7 +129,7 @@ bool IsBar(const DistanceGrid& object, const Eigen::Vector3d& bar, const Eigen::
     if (out == kInfinity) return false;
     const Eigen::Vector3d outside = bar + (out + kSlot) * way;
     if (Entry(object, outside, way, kBesideBar - kSlot) != kInfinity) return false;
-    if (object.Distance(bar + (out + 0.008) * way) < kSlot) return false;
+    if (object.Linear(bar + (out + 0.008) * way) < kSlot) return false;
   }
   return true;
 }
@@ -173,7 +173,7 @@ std::optional<Handle> HandleAt(const DistanceGrid& object, const Eigen::Vector3d
   const double deepest = 0.5 * handle.thickness + std::min(handle.room, 0.028);
   const auto finger_fits = [&](double s) {
     for (double in = 0.5 * handle.thickness + options.finger_radius_m; in < deepest; in += 0.003) {
-      if (object.Distance(handle.bar + s * handle.along + in * handle.inward) >
+      if (object.Linear(handle.bar + s * handle.along + in * handle.inward) >
           options.finger_radius_m) {
         return true;
       }
@@ -207,7 +207,7 @@ std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions&
     for (int j = 0; j <= nodes.y(); ++j) {
       for (int i = 0; i <= nodes.x(); ++i) {
         const Eigen::Vector3d point = object.Min() + options.step_m * Eigen::Vector3d(i, j, k);
-        const double clearance = object.Distance(point);
+        const double clearance = object.Linear(point);
         if (clearance < options.finger_radius_m || clearance > 0.5 * options.max_opening_m)
           continue;
         // Halfway between walls the distance has no slope: only there, or every point of a wide
@@ -215,8 +215,8 @@ std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions&
         Eigen::Vector3d slope;
         for (int axis = 0; axis < 3; ++axis) {
           const Eigen::Vector3d step = options.step_m * Eigen::Vector3d::Unit(axis);
-          slope(axis) = (object.Distance(point + step) - object.Distance(point - step)) /
-                        (2.0 * options.step_m);
+          slope(axis) =
+              (object.Linear(point + step) - object.Linear(point - step)) / (2.0 * options.step_m);
         }
         if (slope.norm() > 0.75) continue;
         double tightest = kInfinity;

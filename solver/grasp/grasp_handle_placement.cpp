@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 
 namespace holdfast {
 namespace {
 
 constexpr double kGive = 0.0010;          // skin may start this deep: refinement frees it
 constexpr double kNear = 0.004;           // a pad this far from the surface is nearly worth a touch
+constexpr double kFar = 5.0 * kNear;      // and this far nothing
+constexpr std::size_t kMostBalls = 16;    // of a finger
 constexpr double kTurn = 16.0 * kDegree;  // a step of turning about the bar
 constexpr int kTurns = 5;                 // steps either way: the palm stays outside
 constexpr int kBestOfTurn = 3;            // placements kept of each
@@ -86,6 +90,9 @@ HandlePlacer::HandlePlacer(const HandAnatomy& anatomy) : anatomy_(anatomy) {
     if (part == kPalmPart || part == 3 * kThumb) palm_.col(count++) = vertices.col(i);
   }
   palm_.conservativeResize(3, count);
+  std::vector<int> ids(static_cast<std::size_t>(count));
+  std::iota(ids.begin(), ids.end(), 0);
+  palm_patches_ = PointPatches(palm_, std::move(ids));
 }
 
 HandlePlacer::Curl HandlePlacer::Posed(HandEvaluation& hand, const HandAngles& angles,
@@ -122,14 +129,22 @@ HandlePlacer::Curl HandlePlacer::Posed(HandEvaluation& hand, const HandAngles& a
 HandlePlacer::Fit HandlePlacer::TryFinger(const Curl& curl, const Handle& handle,
                                           const DistanceGrid& object,
                                           const Eigen::Isometry3d& object_from_wrist) const {
+  // The tip is the first to be in the way.
+  std::array<double, kMostBalls> gaps;
+  for (std::size_t b = curl.balls.size(); b-- > 0;) {
+    const Ball& ball = curl.balls[b];
+    gaps[b] = object.Linear(object_from_wrist * ball.center) - ball.radius;
+    if (gaps[b] < -kGive) return {};
+  }
   std::array<double, 3> touch{};
   double knuckles = 0.0;
-  for (const Ball& ball : curl.balls) {
+  for (std::size_t b = 0; b < curl.balls.size(); ++b) {
+    if (gaps[b] > kFar) continue;
+    const Ball& ball = curl.balls[b];
     Eigen::Vector3d outward;
-    const double gap = object.Distance(object_from_wrist * ball.center, &outward) - ball.radius;
-    if (gap < -kGive) return {};
+    object.Linear(object_from_wrist * ball.center, &outward);
     const double facing = -(object_from_wrist.linear() * ball.pad).dot(outward);
-    const double nearness = std::exp(-std::max(gap, 0.0) / kNear);
+    const double nearness = std::exp(-std::max(gaps[b], 0.0) / kNear);
     if (facing > 0.35) touch[ball.phalanx] = std::max(touch[ball.phalanx], nearness);
     if (facing < -0.2) knuckles = std::max(knuckles, nearness);
   }
@@ -143,17 +158,23 @@ HandlePlacer::Fit HandlePlacer::TryFinger(const Curl& curl, const Handle& handle
 
 double HandlePlacer::TryThumb(const Curl& curl, const Handle& handle, const DistanceGrid& object,
                               const Eigen::Isometry3d& object_from_wrist) const {
+  std::array<double, kMostBalls> gaps;
+  for (std::size_t b = curl.balls.size(); b-- > 0;) {
+    const Ball& ball = curl.balls[b];
+    gaps[b] = object.Linear(object_from_wrist * ball.center) - ball.radius;
+    if (gaps[b] < -kGive) return -1e9;
+  }
   double touch = 0.0;
-  for (const Ball& ball : curl.balls) {
+  for (std::size_t b = 0; b < curl.balls.size(); ++b) {
+    const Ball& ball = curl.balls[b];
+    if (ball.phalanx != 2 || gaps[b] > kFar) continue;
     Eigen::Vector3d outward;
     const Eigen::Vector3d x = object_from_wrist * ball.center;
-    const double gap = object.Distance(x, &outward) - ball.radius;
-    if (gap < -kGive) return -1e9;
-    if (ball.phalanx != 2) continue;
+    object.Linear(x, &outward);
     const double facing = -(object_from_wrist.linear() * ball.pad).dot(outward);
     // On the bar, not somewhere on what it belongs to.
     const double beside = std::max(0.0, (x - handle.bar).norm() - 0.045);
-    touch = std::max(touch, std::max(0.0, facing) * std::exp(-std::max(gap, 0.0) / kNear) *
+    touch = std::max(touch, std::max(0.0, facing) * std::exp(-std::max(gaps[b], 0.0) / kNear) *
                                 std::exp(-beside / 0.02));
   }
   return touch - 0.1 * curl.discomfort;
@@ -167,12 +188,9 @@ bool HandlePlacer::TryHand(const Handle& handle, const DistanceGrid& object,
     const Eigen::Vector3d knuckle = object_from_wrist * curls_[finger].front().chain.col(0);
     if ((knuckle - handle.bar).dot(handle.inward) > 0.0) return false;
   }
-  double palm_gap = 1.0;
-  for (Eigen::Index i = 0; i < palm_.cols(); ++i) {
-    const double gap = object.Distance(object_from_wrist * palm_.col(i));
-    if (gap < -kGive) return false;
-    palm_gap = std::min(palm_gap, gap);
-  }
+  const double palm_gap = palm_patches_.Least(
+      [&](int i) { return object.Linear(object_from_wrist * palm_.col(i)); }, 1.0, -kGive);
+  if (palm_gap < -kGive) return false;
   // From the index finger to the little one: the best of all, with neighbours alike.
   constexpr int kOrder[4] = {kIndex, kMiddle, kRing, kPinky};
   const std::size_t count = curls_[kIndex].size();

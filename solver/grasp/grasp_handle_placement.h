@@ -60,6 +60,7 @@ class HandlePlacer {
   const HandAnatomy& anatomy_;
   std::array<std::vector<Curl>, kNumFingers> curls_;
   Eigen::Matrix3Xd palm_;  // points all over palm and back of the hand
+  PointPatches palm_patches_;
 };
 
 }  // namespace holdfast

@@ -59,7 +59,7 @@ double ShareBlocked(const DistanceGrid& object, const Eigen::Isometry3d& wrist_f
       const Eigen::Vector3d p = object_from_wrist * points.col(i);
       const bool near =
           (p.array() > object.Min().array()).all() && (p.array() < object.Max().array()).all();
-      if (near && object.Distance(p) < -kSoftTissue) return true;
+      if (near && object.Linear(p) < -kSoftTissue) return true;
     }
     return false;
   };

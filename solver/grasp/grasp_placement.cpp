@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 namespace holdfast {
 namespace {
@@ -24,31 +25,14 @@ Eigen::Matrix3d Triad(const Eigen::Vector3d& approach, const Eigen::Vector3d& ax
 
 // Least distance of some skin points to the object, less `enough` stops the search early.
 double Clearance(const DistanceGrid& object, const Eigen::Isometry3d& object_from_wrist,
-                 const Eigen::Matrix3Xd& skin, const std::vector<int>& points, double enough) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const int s : points) {
-    least = std::min(least, object.Distance(object_from_wrist * skin.col(s)));
-    if (least < enough) return least;
-  }
-  return least;
+                 const Eigen::Matrix3Xd& skin, const PointPatches& points, double enough) {
+  return points.Least([&](int s) { return object.Linear(object_from_wrist * skin.col(s)); },
+                      std::numeric_limits<double>::infinity(), enough);
 }
 
 }  // namespace
 
 GraspPlacer::GraspPlacer(const HandAnatomy& anatomy) : anatomy_(anatomy) {
-  const std::vector<SkinPoint>& skin = anatomy.landmarks.Skin();
-  for (int s = 0; s < static_cast<int>(skin.size()); ++s) {
-    const bool thumb = skin[s].part != kPalmPart && skin[s].part / 3 == kThumb;
-    // The base of the thumb is part of the palm as far as objects are concerned.
-    (thumb && skin[s].part % 3 != 0 ? thumb_skin_ : finger_skin_).push_back(s);
-  }
-  for (int part = 0; part < kNumHandParts; ++part) {
-    const bool thumb = part != kPalmPart && part / 3 == kThumb && part % 3 != 0;
-    if (thumb) continue;
-    palm_side_.insert(palm_side_.end(), anatomy.landmarks.Pad(part).begin(),
-                      anatomy.landmarks.Pad(part).end());
-  }
-
   const HandAngles open = OpenHand(anatomy.axes);
   constexpr double kThumbs[][2] = {{-15.0, 25.0}, {-20.0, 50.0}, {-20.0, 0.0}, {0.0, 45.0}};
   for (const auto& [flexion, abduction] : kThumbs) {
@@ -77,7 +61,26 @@ GraspPlacer::PosedHand GraspPlacer::Posed(const HandAngles& angles) const {
   posed.axis = (others - thumb).normalized();
   const Eigen::Vector3d out = posed.center - anatomy_.landmarks.PalmCenter();
   posed.approach = (out - out.dot(posed.axis) * posed.axis).normalized();
+  FindPatches(posed);
   return posed;
+}
+
+void GraspPlacer::FindPatches(PosedHand& posed) const {
+  const HandLandmarks& landmarks = anatomy_.landmarks;
+  std::vector<int> palm_side, fingers, thumb;
+  for (int part = 0; part < kNumHandParts; ++part) {
+    // The base of the thumb is part of the palm as far as objects are concerned.
+    const bool of_thumb = part != kPalmPart && part / 3 == kThumb && part % 3 != 0;
+    const std::vector<int>& skin = landmarks.SkinPatches(part).Ids();
+    std::vector<int>& all = of_thumb ? thumb : fingers;
+    all.insert(all.end(), skin.begin(), skin.end());
+    if (of_thumb) continue;
+    palm_side.insert(palm_side.end(), landmarks.Pad(part).begin(), landmarks.Pad(part).end());
+  }
+  posed.palm_side = PointPatches(posed.skin, std::move(palm_side));
+  posed.palm = PointPatches(posed.skin, landmarks.PalmSkin());
+  posed.fingers = PointPatches(posed.skin, std::move(fingers));
+  posed.thumb = PointPatches(posed.skin, std::move(thumb));
 }
 
 bool GraspPlacer::ForearmClear(const DistanceGrid& object,
@@ -86,7 +89,7 @@ bool GraspPlacer::ForearmClear(const DistanceGrid& object,
   const double radius = anatomy_.landmarks.ForearmRadius() + 0.004;
   for (double behind = 0.02; behind < 0.24; behind += 0.02) {
     const Eigen::Vector3d x = -behind * anatomy_.axes.Forward();
-    if (object.Distance(object_from_wrist * x) < radius) return false;
+    if (object.Linear(object_from_wrist * x) < radius) return false;
   }
   return true;
 }
@@ -127,7 +130,7 @@ void GraspPlacer::PlacePower(const Opposition& opposition, const Eigen::Vector3d
     for (int step = 0; step < 40; ++step) {
       wrist_from_object.translation() =
           anatomy_.landmarks.PalmCenter() + height * axes.PalmNormal() - turned_center;
-      clearance = Clearance(object, wrist_from_object.inverse(), open_[0].skin, palm_side_,
+      clearance = Clearance(object, wrist_from_object.inverse(), open_[0].skin, open_[0].palm_side,
                             -target.allowed_depth);
       if (clearance < 0.0008 || height < -0.01) break;
       height -= std::max(clearance - 0.0004, 0.0002);
@@ -136,17 +139,17 @@ void GraspPlacer::PlacePower(const Opposition& opposition, const Eigen::Vector3d
     if (clearance < -target.allowed_depth || height < 0.2 * opposition.width || height > 0.075)
       continue;
     const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
-    if (Clearance(object, object_from_wrist, open_[0].skin, finger_skin_, -target.allowed_depth) <
-        -target.allowed_depth) {
+    const double allowed = -target.allowed_depth;
+    if (Clearance(object, object_from_wrist, open_[0].skin, open_[0].fingers, allowed) < allowed) {
       continue;
     }
-    double palm = std::numeric_limits<double>::infinity();
-    for (const int i : anatomy_.landmarks.PalmSkin()) {
-      palm = std::min(palm, object.Distance(object_from_wrist * open_[0].skin.col(i)));
+    constexpr double kOnPalm = 0.012;
+    if (Clearance(object, object_from_wrist, open_[0].skin, open_[0].palm, kOnPalm) > kOnPalm ||
+        !ForearmClear(object, wrist_from_object)) {
+      continue;
     }
-    if (palm > 0.012 || !ForearmClear(object, wrist_from_object)) continue;
     for (const PosedHand& posed : open_) {
-      if (Clearance(object, object_from_wrist, posed.skin, thumb_skin_, 0.0) < 0.0) continue;
+      if (Clearance(object, object_from_wrist, posed.skin, posed.thumb, 0.0) < 0.0) continue;
       const double snug = std::exp(-std::abs(height - 0.5 * opposition.width) / 0.02);
       placements.push_back({GraspStyle::kPower, wrist_from_object, posed.angles, opposition.width,
                             opposition.quality * (0.5 + 0.5 * snug)});
@@ -170,8 +173,8 @@ void GraspPlacer::PlacePrecision(const Opposition& opposition, const Eigen::Vect
                opposition.center, posed->center);
     const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
     const double allowed = -target.allowed_depth;
-    if (Clearance(object, object_from_wrist, posed->skin, finger_skin_, allowed) < allowed ||
-        Clearance(object, object_from_wrist, posed->skin, thumb_skin_, allowed) < allowed ||
+    if (Clearance(object, object_from_wrist, posed->skin, posed->fingers, allowed) < allowed ||
+        Clearance(object, object_from_wrist, posed->skin, posed->thumb, allowed) < allowed ||
         !ForearmClear(object, wrist_from_object)) {
       continue;
     }

@@ -59,8 +59,11 @@ class GraspPlacer {
     Eigen::Vector3d axis;      // from the thumb's pad to the fingers'
     Eigen::Vector3d approach;  // from the palm to the pads, orthogonal to `axis`
     double width;
+    // Of `skin`: what meets an object first, the palm's touching side, all but the thumb, and it.
+    PointPatches palm_side, palm, fingers, thumb;
   };
 
+  void FindPatches(PosedHand& posed) const;
   PosedHand Posed(const HandAngles& angles) const;
   void PlacePower(const Opposition& opposition, const Eigen::Vector3d& axis,
                   const Eigen::Vector3d& approach, const Target& target,
@@ -70,9 +73,6 @@ class GraspPlacer {
                       std::vector<Placement>& placements) const;
 
   const HandAnatomy& anatomy_;
-  std::vector<int> palm_side_;    // skin points that meet an object first
-  std::vector<int> finger_skin_;  // all but the thumb's
-  std::vector<int> thumb_skin_;
   std::vector<PosedHand> open_;   // the same open fingers, thumbs in several places
   std::vector<PosedHand> pinch_;  // by width
 };

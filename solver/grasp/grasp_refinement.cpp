@@ -15,7 +15,7 @@
 namespace holdfast {
 namespace {
 
-constexpr double kWatchDistance = 0.010;  // skin that could come inside within a round
+constexpr double kWatchDistance = 0.007;  // skin that could come inside within a round
 constexpr double kWatchCollision = 0.006;
 constexpr int kPointsPerPad = 3;
 constexpr int kPointsPerPalm = 6;

@@ -33,6 +33,7 @@ HandLandmarks::HandLandmarks(const HandModel& hand, const HandAxes& axes) {
   const RestHand rest{axes, vertices, VertexNormals({vertices, surface.Faces()})};
   FindParts(hand);
   FindSkin(hand);
+  FindSkinPatches(rest);
   FindPads(rest);
   FindPadCenters(rest);
   FindBalls(rest);
@@ -63,6 +64,19 @@ void HandLandmarks::FindSkin(const HandModel& hand) {
     }
   }
   for (const auto& [a, b] : edges) skin_.push_back({a, b, part_of_[a]});
+}
+
+void HandLandmarks::FindSkinPatches(const RestHand& rest) {
+  constexpr double kStretch = 0.25;  // of skin where fingers bend
+  Eigen::Matrix3Xd positions;
+  SkinPositions(*this, rest.vertices, positions);
+  for (int part = 0; part < kNumHandParts; ++part) {
+    std::vector<int> ids;
+    for (int s = 0; s < static_cast<int>(skin_.size()); ++s) {
+      if (skin_[s].part == part) ids.push_back(s);
+    }
+    skin_patches_[part] = PointPatches(positions, std::move(ids), kStretch);
+  }
 }
 
 void HandLandmarks::FindPads(const RestHand& rest) {

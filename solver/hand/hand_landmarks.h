@@ -8,6 +8,7 @@
 
 #include "geometry/body/hand_model.h"
 #include "solver/hand/hand_axes.h"
+#include "solver/hand/point_patches.h"
 
 namespace holdfast {
 
@@ -39,6 +40,8 @@ class HandLandmarks {
   int PartOf(int vertex) const { return part_of_[vertex]; }
   /// All skin points; vertices come first, in order.
   const std::vector<SkinPoint>& Skin() const { return skin_; }
+  /// Skin points of a part, by number, in patches that hold for any pose.
+  const PointPatches& SkinPatches(int part) const { return skin_patches_[part]; }
   /// Vertices on the touching side of a part. Of last phalanges: the pad.
   const std::vector<int>& Pad(int part) const { return pads_[part]; }
   /// The vertex in the middle of a fingertip's pad, where a pinch meets.
@@ -69,6 +72,7 @@ class HandLandmarks {
   };
   void FindParts(const HandModel& hand);
   void FindSkin(const HandModel& hand);
+  void FindSkinPatches(const RestHand& rest);
   void FindPads(const RestHand& rest);
   void FindPadCenters(const RestHand& rest);
   void FindBalls(const RestHand& rest);
@@ -84,6 +88,7 @@ class HandLandmarks {
   std::vector<BallPair> ball_pairs_;
   Eigen::Vector3d palm_center_;
   double forearm_radius_ = 0.03;
+  std::array<PointPatches, kNumHandParts> skin_patches_;
 };
 
 /// Positions (3 x n) of skin points for vertices in any frame.

@@ -137,6 +137,19 @@ TEST(CloseHand, IsTheSameOnAnyNumberOfThreads) {
   EXPECT_EQ(two.fingers, again.fingers);
 }
 
+TEST(CloseHand, BestOnlyFindsTheSameAndReportsLess) {
+  const HeldThing object(std::string("cylinder"));
+  GraspOptions options = Quick();
+  options.refinements = 24;
+  GraspReport all, best_only;
+  const Grasp best = Close(Side::kRight, object, options, &all);
+  options.best_only = true;
+  const Grasp same = Close(Side::kRight, object, options, &best_only);
+  EXPECT_EQ(best.score, same.score);
+  EXPECT_EQ(best.fingers, same.fingers);
+  EXPECT_LT(best_only.candidates.size(), all.candidates.size());
+}
+
 TEST(CloseHand, PrefersWhatStaysUpright) {
   const HeldThing object(std::string("cylinder"));
   const HandAxes axes(SharedHand(Side::kRight));

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace holdfast {
+
+/// Points in patches of neighbours, so that the least distance to something is found without
+/// looking at all of them: a patch is skipped when its middle is too far away. Const and shared by
+/// threads.
+class PointPatches {
+ public:
+  PointPatches() = default;
+  /// Those of `points` (3 x n, metres) with these ids. `give`: how much patches may grow when the
+  /// points move later, as a share.
+  PointPatches(const Eigen::Matrix3Xd& points, std::vector<int> ids, double give = 0.0);
+
+  const std::vector<int>& Ids() const { return ids_; }
+
+  /// The least of `most` and `value(id)` over the points: `value` may not change by more than the
+  /// way from point to point, as distances do not. Returns early once below `enough`.
+  template <typename Value>
+  double Least(const Value& value, double most = std::numeric_limits<double>::infinity(),
+               double enough = -std::numeric_limits<double>::infinity()) const {
+    std::array<double, kMostPatches> middle;
+    double least = most;
+    for (std::size_t p = 0; p < patches_.size(); ++p) {
+      middle[p] = value(ids_[patches_[p].begin]);
+      least = std::min(least, middle[p]);
+      if (least < enough) return least;
+    }
+    for (std::size_t p = 0; p < patches_.size(); ++p) {
+      if (middle[p] - patches_[p].radius >= least) continue;
+      for (int n = patches_[p].begin + 1; n < patches_[p].end; ++n) {
+        least = std::min(least, value(ids_[n]));
+      }
+      if (least < enough) return least;
+    }
+    return least;
+  }
+
+ private:
+  static constexpr int kMostPatches = 256;
+  struct Patch {
+    int begin, end;  // in ids_; the first is in the middle
+    double radius;
+  };
+  void Split(const Eigen::Matrix3Xd& points, int begin, int end, int size, double give);
+
+  std::vector<int> ids_;
+  std::vector<Patch> patches_;
+};
+
+}  // namespace holdfast
