@@ -49,6 +49,7 @@ nlohmann::json FitOptionsJson(const FitJob& job) {
                             {"object_scale", job.object_scale},
                             {"hand", job.hand},
                             {"style", job.style},
+                            {"use", job.use},
                             {"body", job.body.empty() ? "holdfast_neutral" : job.body},
                             {"start", job.start},
                             {"end", job.end},
@@ -102,6 +103,7 @@ CarryOptions ToLibrary(const FitJob& job, const CommonOptions& common) {
                                        : CarryHands::kAuto;
   options.object_scale = job.object_scale;
   options.style = StyleByName(job.style);
+  options.use = UseByName(job.use);
   options.hand_over = job.offhand;
   options.handover = job.handover;
   options.recipe = job.recipe == "paper"       ? FitRecipe::kPaper
@@ -321,6 +323,7 @@ void AddGraspOptions(CLI::App& command, FitJob& job) {
             "How a new grasp holds: power, precision, handle (fingers through it), or auto",
             CLI::IsMember({"auto", "power", "precision", "handle"}))
       ->group(group);
+  AddUseOption(command, job.use)->group(group);
   AddGraspPlaceOptions(command, job.place, group);
   CLI::Option* const regrasp = command.add_flag(
       "--regrasp", job.regrasp, "Make a new grasp even if the clip has one of this object");

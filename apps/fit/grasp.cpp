@@ -30,6 +30,7 @@ struct GraspCommand {
   std::string body;
   std::string hand = "auto";
   std::string style = "auto";
+  std::string use = "auto";
   std::string clip;
   int frame = 0;
   double object_scale = 1.0;
@@ -164,6 +165,7 @@ void PrintGrasp(const GraspCommand& options, const GraspFiles& files, const Load
       GraspSummaryHead("holdfast/grasp/1", options.common, files, object, SideName(side));
   summary["grasp"] = GraspJson(grasp);
   summary["certificate"] = CertificateJson(grasp);
+  summary["grasp"]["use"] = UseName(report.use);
   summary["contact"] = {{"hand_in_object_max_mm", grasp.metrics.max_penetration_mm},
                         {"hand_in_object_mean_mm", grasp.metrics.mean_penetration_mm},
                         {"contact_ratio", grasp.metrics.contact_ratio},
@@ -184,12 +186,12 @@ void PrintGrasp(const GraspCommand& options, const GraspFiles& files, const Load
   PrintResult(
       options.common, summary,
       fmt::format(
-          "{}: {} grasp of {} with the {} hand ({})\n"
+          "{}: {} grasp of {} ({}) with the {} hand ({})\n"
           "  {:.2f} mm deepest penetration, {:.0f} % of the hand in contact, quality {:.2f}\n"
           "  {}\n"
           "  {} of {} placements closed, {} refined in {:.1f} s\n",
-          files.clip.string(), StyleName(grasp.style), object.name, SideName(side),
-          fmt::join(TouchingParts(grasp), ", "), Deepest_mm(grasp),
+          files.clip.string(), StyleName(grasp.style), object.name, UseName(report.use),
+          SideName(side), fmt::join(TouchingParts(grasp), ", "), Deepest_mm(grasp),
           100.0 * grasp.metrics.contact_ratio, grasp.wrench_quality,
           CertificateText(grasp, object.mesh), report.closings, report.placements,
           report.refinements,
@@ -199,6 +201,7 @@ void PrintGrasp(const GraspCommand& options, const GraspFiles& files, const Load
 // Fills in what the command line says of the search.
 void PrepareSearch(const LoadedObject& object, GraspCommand& options) {
   options.grasp.style = StyleByName(options.style);
+  options.grasp.use = UseByName(options.use);
   if (const auto wanted = WantedPlace(options.place, options.object, options.object_scale)) {
     options.grasp.place = std::make_shared<const GraspPlace>(object.mesh, *wanted);
   }
@@ -422,6 +425,7 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
             "power, precision, handle (fingers through it), or auto: the best of all, by its "
             "handle what has one",
             CLI::IsMember({"auto", "power", "precision", "handle"}));
+  AddUseOption(*command, options->use);
   command->add_option(
       "--body", options->body,
       "Body model: SMPL-X, SMPL-H, or MANO for a hand alone (.npz, .pkl); default: the "
@@ -455,6 +459,7 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
   AddCommonOptions(*command, options->common, true,
                    "  holdfast grasp mug -o mug_grasp.npz\n"
                    "  holdfast grasp hammer.obj -o hammer.npz --hand left --seed 3 --json\n"
+                   "  holdfast grasp mug -o rim.npz --use vessel\n"
                    "  holdfast grasp bottle -o neck.npz --at 0,0,0.18\n"
                    "  holdfast grasp mug --count 50 -o mug_grasps\n"
                    "  holdfast grasp box.obj -o box.npz --hand both --clip carry.npz --frame 60\n");

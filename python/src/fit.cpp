@@ -102,12 +102,12 @@ void SetSolver(const std::string& recipe, const std::string& solve, const std::s
 }
 
 CarriedPtr Fit(const py::object& clip, const py::object& object, const std::string& hand,
-               const std::string& style, const py::object& at, const py::object& region,
-               const py::object& avoid, bool regrasp, bool keep_grasp, const std::string& recipe,
-               const std::string& solve, const py::object& weights, double contact_threshold_mm,
-               bool slip, bool hand_over, const std::string& first_hand,
-               const py::object& switch_frames, int max_switches, double dwell_s,
-               double object_scale, int object_vertices, int max_iterations,
+               const std::string& style, const std::string& use, const py::object& at,
+               const py::object& region, const py::object& avoid, bool regrasp, bool keep_grasp,
+               const std::string& recipe, const std::string& solve, const py::object& weights,
+               double contact_threshold_mm, bool slip, bool hand_over,
+               const std::string& first_hand, const py::object& switch_frames, int max_switches,
+               double dwell_s, double object_scale, int object_vertices, int max_iterations,
                const std::string& precision, const py::object& body, std::uint64_t seed,
                int threads, const py::object& progress) {
   FitCall call;
@@ -118,6 +118,7 @@ CarriedPtr Fit(const py::object& clip, const py::object& object, const std::stri
                                       {"left", CarryHands::kLeft},
                                       {"both", CarryHands::kBoth}});
   options.style = StyleOf(style);
+  options.use = UseOf(use);
   SetHandOver({hand_over, first_hand, switch_frames, max_switches, dwell_s}, options);
   SetSolver(recipe, solve, precision, contact_threshold_mm, max_iterations, options);
   SetWeights(weights, options.fit);
@@ -165,7 +166,9 @@ clip: Clip, path, or name of an embedded clip. object: path, name of an embedded
 (clip.object.surface, or what its track names).
 
 hand: 'auto' (as the clip says, else the right), 'right', 'left', 'both'. style of a new grasp:
-'auto', 'power', 'precision', 'handle'. at: (3,) point of the object to take hold at, its own frame,
+'auto', 'power', 'precision', 'handle'. use: what the object is taken for: 'handle', 'tool'
+(by the grip, the thumb towards the head), 'vessel' (upright, the rim free), 'box' (across the narrow
+side), 'dish' (level, by the rim), 'any' (wherever it is firmest), 'auto' (judged by its shape). at: (3,) point of the object to take hold at, its own frame,
 metres, scaled. region, avoid: parts of its surface to touch, or not, as (vertices, faces) or mesh
 file, scaled as the object is. regrasp: a new grasp even if the clip has one of this object;
 keep_grasp: the clip's own even if it is of another one.
@@ -361,7 +364,7 @@ CarriedPtr RunFit(FitCall& call, const StagedProgress& progress, std::vector<std
 void BindFit(py::module_& module) {
   BindFitResult(module);
   module.def("fit", &Fit, "clip"_a, "object"_a = py::none(), py::kw_only(), "hand"_a = "auto",
-             "style"_a = "auto", "at"_a = py::none(), "region"_a = py::none(),
+             "style"_a = "auto", "use"_a = "auto", "at"_a = py::none(), "region"_a = py::none(),
              "avoid"_a = py::none(), "regrasp"_a = false, "keep_grasp"_a = false,
              "recipe"_a = "holdfast", "solve"_a = "sequential", "weights"_a = py::none(),
              "contact_threshold_mm"_a = 10.0, "slip"_a = false, "hand_over"_a = false,

@@ -49,6 +49,8 @@ void SetWeights(const py::object& weights, FitOptions& options);
 
 /// Of a new grasp: "auto" is none.
 std::optional<GraspStyle> StyleOf(const std::string& style);
+/// What an object is taken for: "auto" is none.
+std::optional<GraspUse> UseOf(const std::string& use);
 
 /// Measures of a grasp, with "fingers" (45,) and "wrist_from_object" (4, 4).
 py::dict GraspDict(const Grasp& grasp);

@@ -86,6 +86,17 @@ std::optional<GraspStyle> StyleOf(const std::string& style) {
                                             {"handle", GraspStyle::kHandle}});
 }
 
+std::optional<GraspUse> UseOf(const std::string& use) {
+  return Choice<std::optional<GraspUse>>(use, "use",
+                                         {{"auto", std::nullopt},
+                                          {"handle", GraspUse::kHandle},
+                                          {"tool", GraspUse::kTool},
+                                          {"vessel", GraspUse::kVessel},
+                                          {"box", GraspUse::kBox},
+                                          {"dish", GraspUse::kDish},
+                                          {"any", GraspUse::kAny}});
+}
+
 py::dict GraspDict(const Grasp& grasp) {
   constexpr const char* kNames[kNumFingers] = {"index", "middle", "pinky", "ring", "thumb"};
   py::list touching;

@@ -125,10 +125,10 @@ void HoldInTwoHands(const ClipBody& person, Clip clip, BothHandsOptions options,
 }
 
 HeldPtr CloseOn(const py::object& object, const std::string& hand, const std::string& style,
-                const py::object& at, const py::object& region, const py::object& avoid,
-                const py::object& clip, const py::object& body, double object_scale, int closings,
-                int refinements, double upright, std::uint64_t seed, int threads,
-                const py::object& progress) {
+                const std::string& use, const py::object& at, const py::object& region,
+                const py::object& avoid, const py::object& clip, const py::object& body,
+                double object_scale, int closings, int refinements, double upright,
+                std::uint64_t seed, int threads, const py::object& progress) {
   enum class Hands { kAuto, kRight, kLeft, kBoth };
   const Hands hands = Choice<Hands>(hand, "hand",
                                     {{"auto", Hands::kAuto},
@@ -137,6 +137,7 @@ HeldPtr CloseOn(const py::object& object, const std::string& hand, const std::st
                                      {"both", Hands::kBoth}});
   GraspOptions options;
   options.style = StyleOf(style);
+  options.use = UseOf(use);
   RequireBetween(closings, "closings", 1, 100'000);
   RequireBetween(refinements, "refinements", 1, 100'000);
   RequireBetween(upright, "upright", 0.0, 1e6);
@@ -252,12 +253,14 @@ void BindGrasp(py::module_& module) {
   const GraspOptions defaults;
   module.def(
       "grasp", &CloseOn, "object"_a, py::kw_only(), "hand"_a = "auto", "style"_a = "auto",
-      "at"_a = py::none(), "region"_a = py::none(), "avoid"_a = py::none(), "clip"_a = py::none(),
-      "body"_a = py::none(), "object_scale"_a = 1.0, "closings"_a = defaults.closings,
-      "refinements"_a = defaults.refinements, "upright"_a = defaults.upright_weight, "seed"_a = 1,
-      "threads"_a = 0, "progress"_a = py::none(),
+      "use"_a = "auto", "at"_a = py::none(), "region"_a = py::none(), "avoid"_a = py::none(),
+      "clip"_a = py::none(), "body"_a = py::none(), "object_scale"_a = 1.0,
+      "closings"_a = defaults.closings, "refinements"_a = defaults.refinements,
+      "upright"_a = defaults.upright_weight, "seed"_a = 1, "threads"_a = 0,
+      "progress"_a = py::none(),
       "Closes a hand around an object: a clip of one frame of a standing person who holds it.\n\n"
-      "object, style, at, region and avoid as for fit(). hand: 'right', 'left', 'both' (the object "
+      "object, style, use, at, region and avoid as for fit(). hand: 'right', 'left', 'both' (the "
+      "object "
       "between them), 'auto' (the right, or the only one of a MANO model). clip: with hand='both' "
       "the pose is its first frame's. closings: placements that the fingers are closed for, "
       "refinements: closed hands that are refined; upright: how much an object that stays upright "

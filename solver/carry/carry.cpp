@@ -129,7 +129,8 @@ class Carrier {
     const BodySurface body(body_.model, body_.betas);
     const double span = hands.front() == kHoldsBoth ? BothHandsOptions{}.max_width_m
                                                     : OppositionOptions{}.max_width_m;
-    FirstGraspOptions search{options_.style, Place(span), options_.seed, options_.threads};
+    FirstGraspOptions search{options_.style, Place(span), options_.seed, options_.threads,
+                             options_.use};
     if (hands.front() == kHoldsBoth) {
       report_.grasp = HoldInFirstFrame(right_, left_, object_, body, search, clip_);
       GoesOn("grasp", 100, 100);

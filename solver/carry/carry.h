@@ -53,6 +53,7 @@ struct CarryOptions {
   std::optional<TriangleMesh> clip_object;
   double object_scale = 1.0;        ///< that the object was loaded with
   std::optional<GraspStyle> style;  ///< of a grasp that has to be made
+  std::optional<GraspUse> use;      ///< and what the object is taken for; none: by its shape
   /// Where hands take hold, with region and avoid of those that the object is handed to as well;
   /// none: wherever it suits. Its span is set here.
   std::optional<GraspPlace::Wanted> place;

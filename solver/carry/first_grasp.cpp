@@ -70,6 +70,7 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
   GraspOptions search;
   search.seed = options.seed;
   search.style = options.style;
+  search.use = options.use;
   search.place = options.place;
   search.threads = options.threads;
   search.best_only = true;

@@ -43,6 +43,7 @@ struct FirstGraspOptions {
   std::shared_ptr<const GraspPlace> place;  ///< null: wherever it suits
   std::uint64_t seed = 1;
   int threads = 1;
+  std::optional<GraspUse> use;  ///< none: as people take it
   /// What a clean grasp is worth besides its score, such as what comes after; none: nothing.
   std::function<double(const Grasp&)> also = {};
 };

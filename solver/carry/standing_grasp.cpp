@@ -91,7 +91,7 @@ Holder Standing(const std::shared_ptr<const BodyModel>& body, const HandModel& h
 std::vector<double> AddPronations(const HandModel& hand, GraspOptions& grasp) {
   std::vector<double> pronations;
   HandState state(hand);
-  for (double degrees = -75.0; degrees <= 75.0; degrees += 15.0) {
+  for (double degrees = -75.0; degrees <= 75.0; degrees += 7.5) {
     pronations.push_back(degrees * kDegree);
     state.SetBody(StandingPose(hand.HandSide(), pronations.back(), 0.0), Eigen::Vector3d::Zero());
     grasp.up_in_wrist.emplace_back(state.WristRotation().transpose() * Eigen::Vector3d::UnitZ());
@@ -102,7 +102,7 @@ std::vector<double> AddPronations(const HandModel& hand, GraspOptions& grasp) {
 // The pronation that leaves the object as upright as can be.
 double UprightPronation(const std::vector<double>& pronations,
                         const std::vector<Eigen::Vector3d>& up_in_wrist, const Grasp& grasp) {
-  const Eigen::Vector3d object_up = grasp.wrist_from_object.linear().col(2);
+  const Eigen::Vector3d object_up = grasp.wrist_from_object.linear() * grasp.object_up;
   std::size_t best = 0;
   for (std::size_t i = 1; i < pronations.size(); ++i) {
     if (up_in_wrist[i].dot(object_up) > up_in_wrist[best].dot(object_up)) best = i;

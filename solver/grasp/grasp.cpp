@@ -37,9 +37,12 @@ std::vector<Placement> MostPromising(const GraspScene& scene,
       for (const Placement& placement : placements) {
         if (placement.style != style) continue;
         const double upright = Uprightness(scene, placement.wrist_from_object);
+        const Eigen::Matrix3d turned = placement.wrist_from_object.linear().transpose();
         of_style.emplace_back(
             placement.prior *
-                std::exp(UprightWeight(scene, style) * upright -
+                std::exp(UprightScore(scene, style, upright) +
+                         scene.use.DirectionScore(turned * scene.anatomy.axes.Across(),
+                                                  turned * scene.anatomy.axes.Forward()) -
                          options.obstacle_weight * Blocked(scene, placement.wrist_from_object)),
             &placement);
       }
@@ -145,7 +148,7 @@ bool GraspSearch::RunStage(double share_before, double share, int count, const W
   return !cancelled_;
 }
 
-// Where a hand could go: returns opposed places, and puts handles into the scene.
+// Where a hand could go: returns opposed places, and puts handles and use into the scene.
 std::vector<Opposition> GraspSearch::FindPlaces() {
   OppositionOptions opposition_options;
   opposition_options.count = options_.oppositions;
@@ -156,17 +159,24 @@ std::vector<Opposition> GraspSearch::FindPlaces() {
       return options_.place->Allows(x);
     };
   }
-  if (options_.style != GraspStyle::kHandle) {
-    oppositions = FindOppositions(options_.place ? options_.place->Surface() : object_, distance_,
-                                  scene_.held_at, opposition_options);
-  }
-  if (!options_.style || options_.style == GraspStyle::kHandle) {
+  const bool by_handle = options_.style.value_or(GraspStyle::kHandle) == GraspStyle::kHandle;
+  const GraspUse use = options_.use.value_or(GraspUse::kHandle);
+  if (by_handle && (use == GraspUse::kHandle || use == GraspUse::kAny)) {
     HandleOptions handle_options;
     handle_options.threads = options_.threads;
     scene_.handles = FindHandles(distance_, handle_options);
     std::erase_if(scene_.handles, [&](const Handle& handle) {
       return options_.place && !options_.place->Allows(handle.bar);
     });
+  }
+  scene_.TakeFor(FindUse(object_, distance_, scene_.handles, options_.use));
+  out_.use = scene_.use.kind;
+  if (options_.style != GraspStyle::kHandle) {
+    opposition_options.weight = [&](const Opposition& opposition) {
+      return scene_.use.OppositionWeight(opposition.center, opposition.axis);
+    };
+    oppositions = FindOppositions(options_.place ? options_.place->Surface() : object_, distance_,
+                                  scene_.held_at, opposition_options);
   }
   out_.oppositions = static_cast<int>(oppositions.size());
   out_.handles = static_cast<int>(scene_.handles.size());

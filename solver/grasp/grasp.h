@@ -8,6 +8,7 @@
 ///   grasp_candidates.h  opposed places on the surface
 ///   grasp_place.h       where a hand may take hold
 ///   grasp_handle.h      bars with an opening behind
+///   grasp_use.h         how people take an object, from its shape
 ///   grasp_quality.h     wrench quality of contacts (Ferrari & Canny)
 ///   grasp_obstacles.h   the body around the wrist
 ///   finger_closing.h    fingers bent until they touch
@@ -41,6 +42,7 @@
 #include "solver/grasp/grasp_certificate.h"
 #include "solver/grasp/grasp_place.h"
 #include "solver/grasp/grasp_placement.h"
+#include "solver/grasp/grasp_use.h"
 
 namespace holdfast {
 
@@ -51,6 +53,9 @@ struct GraspOptions {
   int refinements = 32;  ///< closed hands that are refined, the best
   /// The only style that will do; none: the best of all, by its handle what has one.
   std::optional<GraspStyle> style;
+  /// How the object is to be taken; none: as people take it, judged by its shape. kAny: as is
+  /// firmest.
+  std::optional<GraspUse> use;
   double handle_weight = 1.0;  ///< how much grasps through a handle are preferred
   std::uint64_t seed = 0;
   int threads = 1;  ///< the result is the same for any number
@@ -99,9 +104,10 @@ struct Grasp {
   double outside_place = 0.0;    ///< share of the skin in contact that is out of its region
   double from_place_m = 0.0;     ///< of the middle of the contacts from the point asked for
   double blocked = 0.0;          ///< share of the poses in which the object meets an obstacle
-  double upright = 0.0;          ///< cosine of the object's z with up, 0 if not asked
-  double score = 0.0;            ///< larger is better
-  ContactMetrics metrics;        ///< of the grasp that is returned
+  Eigen::Vector3d object_up = Eigen::Vector3d::UnitZ();  ///< the object's way up (ObjectUse::up)
+  double upright = 0.0;                                  ///< cosine of that with up, 0 if not asked
+  double score = 0.0;                                    ///< larger is better
+  ContactMetrics metrics;                                ///< of the grasp that is returned
   /// Of the grasp that is returned; none when the mesh encloses no solid (WhyNotSolid).
   std::optional<GraspCertificate> certificate;
 };
@@ -123,6 +129,7 @@ std::optional<GraspStyle> StyleByName(std::string_view name);
 
 struct GraspReport {
   GraspStatus status = GraspStatus::kNothingToGrasp;
+  GraspUse use = GraspUse::kAny;  ///< what the object was taken for
   int oppositions = 0, handles = 0, placements = 0, closings = 0, refinements = 0;
   /// Each grasp that was refined to the end, best first, and why it was refused (empty: it was
   /// not).

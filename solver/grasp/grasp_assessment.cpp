@@ -46,6 +46,12 @@ double Discomfort(const HandAxes& axes, const HandAngles& angles) {
 // What a flat object lies on cannot be avoided; below a tall one no hand has any business.
 double BelowTable(const GraspScene& scene, const Grasp& grasp) {
   constexpr double kTall = 0.07, kFarBelow = 25.0;
+  const std::vector<Eigen::Vector3d>& press = scene.use.press;
+  const bool from_below =
+      !press.empty() && std::all_of(press.begin(), press.end(), [](const Eigen::Vector3d& way) {
+        return std::abs(way.z()) > 0.8;
+      });
+  if (from_below || scene.use.up.z() < 0.8) return 0.0;
   return scene.options.table_weight * std::min(1.0, scene.height / kTall) *
          std::min(1.0, grasp.below_bottom_mm / kFarBelow);
 }
@@ -205,7 +211,7 @@ double Score(const GraspScene& scene, const Grasp& grasp, const HandAngles& angl
          0.6 * Discomfort(scene.anatomy.axes, angles) -
          (AtPoint(scene) ? 20.0 : 6.0) * std::max(0.0, off_center - 0.015) -
          3.0 * grasp.outside_place - 0.8 * std::max(0.0, leaning - 0.2) +
-         UprightWeight(scene, grasp.style) * grasp.upright - BelowTable(scene, grasp) -
+         UprightScore(scene, grasp.style, grasp.upright) - BelowTable(scene, grasp) -
          scene.options.obstacle_weight * grasp.blocked;
 }
 
@@ -227,16 +233,35 @@ GraspScene::GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer,
       surface_patches(surface, AllIds(kSurfacePoints)),
       options(search_options) {}
 
+void GraspScene::TakeFor(ObjectUse found) {
+  use = std::move(found);
+  if (options.place) {
+    use.hold.reset();
+    use.keep_free.clear();
+    use.press.clear();
+    use.held_anywhere = false;
+  } else if (use.held_at) {
+    held_at = *use.held_at;
+  }
+}
+
 double Uprightness(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object) {
   double most = scene.options.up_in_wrist.empty() ? 0.0 : -1.0;
   for (const Eigen::Vector3d& up : scene.options.up_in_wrist) {
-    most = std::max(most, up.dot(wrist_from_object.linear().col(2)));
+    most = std::max(most, up.dot(wrist_from_object.linear() * scene.use.up));
   }
   return most;
 }
 
-double UprightWeight(const GraspScene& scene, GraspStyle style) {
-  return scene.options.upright_weight * (style == GraspStyle::kHandle ? 3.0 : scene.tallness);
+double UprightScore(const GraspScene& scene, GraspStyle style, double upright) {
+  const double weight = scene.options.upright_weight;
+  if (scene.options.up_in_wrist.empty()) return 0.0;
+  if (scene.use.up_weight == 0.0) {
+    return weight * (style == GraspStyle::kHandle ? 3.0 : scene.tallness) * upright;
+  }
+  // What is made to be filled: a tilt of a few degrees counts.
+  const double tilt = std::sqrt(std::max(0.0, 1.0 - upright * upright));
+  return weight * scene.use.up_weight * (upright - 0.8 * tilt);
 }
 
 double Blocked(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object) {
@@ -267,6 +292,7 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
   grasp.limit_excess_deg =
       scene.anatomy.axes.LimitExcess(attempt.angles) * 180.0 / std::numbers::pi;
   grasp.below_bottom_mm = 1000.0 * std::max(0.0, scene.bottom - skin.row(2).minCoeff());
+  grasp.object_up = scene.use.up;
   grasp.upright = Uprightness(scene, attempt.wrist_from_object);
   grasp.blocked = Blocked(scene, attempt.wrist_from_object);
   if (grasp.style == GraspStyle::kHandle) {
@@ -281,11 +307,16 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
   // Metres of lever for its weight, or from where it is wanted; a handle is where it is.
   const bool by_handle = grasp.style == GraspStyle::kHandle;
   const bool at_point = AtPoint(scene);
-  const double off_center =
-      by_handle && !at_point ? 0.0 : (MiddleOfHold(contacts.points, skin) - scene.held_at).norm();
+  const double off_center = (by_handle || scene.use.held_anywhere) && !at_point
+                                ? 0.0
+                                : (MiddleOfHold(contacts.points, skin) - scene.held_at).norm();
   if (at_point) grasp.from_place_m = off_center;
   if (options.place) grasp.outside_place = OutsidePlace(*options.place, skin, distance);
   grasp.score = Score(scene, grasp, attempt.angles, contacts, off_center);
+  const Eigen::Matrix3d turned = object_from_wrist.linear();
+  grasp.score += scene.use.DirectionScore(turned * scene.anatomy.axes.Across(),
+                                          turned * scene.anatomy.axes.Forward()) +
+                 scene.use.PlaceScore(contacts.points, skin);
   if (by_handle) {
     const auto through = static_cast<double>(
         std::count(grasp.fingers_through.begin(), grasp.fingers_through.end(), true));

@@ -10,6 +10,7 @@
 
 #include "solver/grasp/grasp.h"
 #include "solver/grasp/grasp_handle.h"
+#include "solver/grasp/grasp_use.h"
 
 namespace holdfast {
 
@@ -17,6 +18,8 @@ namespace holdfast {
 struct GraspScene {
   GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer, const DistanceGrid& distance,
              const TriangleMesh& mesh, const GraspOptions& search_options);
+  /// Sets `use`, and `held_at` with it. Of a place asked for the use says nothing.
+  void TakeFor(ObjectUse found);
 
   const HandAnatomy& anatomy;
   const GraspPlacer& placer;
@@ -29,6 +32,7 @@ struct GraspScene {
   Eigen::Matrix3Xd surface;  ///< points all over the object (3 x n)
   PointPatches surface_patches;
   std::vector<Handle> handles;
+  ObjectUse use;
   const GraspOptions& options;
 };
 
@@ -41,17 +45,18 @@ struct GraspAttempt {
   double rank = -std::numeric_limits<double>::infinity();  ///< its score before refinement
 };
 
-/// Cosine of the object's z with the nearest of the options' ups; 0 where none is given.
+/// Cosine of the object's up with the nearest of the options' ups; 0 where none is given.
 double Uprightness(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object);
 
-/// What uprightness counts: much for what has a handle, since that is made to be filled.
-double UprightWeight(const GraspScene& scene, GraspStyle style);
+/// What is gained by an object that is that upright, by what it is for.
+double UprightScore(const GraspScene& scene, GraspStyle style, double upright);
 
 /// Share of the options' obstacle poses in which a point is deeper than soft tissue in the object.
 double Blocked(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object);
 
 /// Measures and scores a hand: firm (wrench quality, fingers pressing against the thumb or the
-/// palm, forces that cancel, near the centroid), clean (depths), comfortable, and the right way up.
+/// palm, forces that cancel, near the centroid), clean (depths), comfortable, the right way up, and
+/// where and how people take such an object (ObjectUse).
 /// `thorough` adds the object's surface in the hand, which is slow.
 Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& attempt,
              bool thorough);

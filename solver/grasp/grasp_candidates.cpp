@@ -159,6 +159,7 @@ std::vector<Opposition> FindOppositions(const TriangleMesh& object, const Distan
           found.push_back(
               {center, -normal, width,
                cosine * WidthQuality(width, options.max_width_m) * std::exp(-1.5 * off_center)});
+          if (options.weight) found.back().quality *= options.weight(found.back());
         }
       }
       inside = d < 0.0;

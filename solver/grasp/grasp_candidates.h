@@ -31,6 +31,8 @@ struct OppositionOptions {
   std::uint64_t seed = 0;
   /// Whether a place of the surface may be one of the two; empty: any may.
   std::function<bool(const Eigen::Vector3d&)> allowed = {};
+  /// Multiplies the quality, in (0, 1]; empty: 1.
+  std::function<double(const Opposition&)> weight = {};
 };
 
 /// Rays from low-discrepancy points of the surface go straight in; every place where they come out
