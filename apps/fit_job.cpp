@@ -60,6 +60,7 @@ nlohmann::json FitOptionsJson(const FitJob& job) {
                             {"drag_share", fit.drag_share},
                             {"soft_tissue_mm", 1e3 * fit.soft_tissue_m},
                             {"contact_threshold_mm", job.contact_threshold_mm},
+                            {"keep_motion", job.keep_motion},
                             {"precision", job.precision},
                             {"max_iterations", fit.max_iterations}};
   options.update(WeightsJson(fit));
@@ -104,6 +105,7 @@ CarryOptions ToLibrary(const FitJob& job, const CommonOptions& common) {
   options.object_scale = job.object_scale;
   options.style = StyleByName(job.style);
   options.use = UseByName(job.use);
+  options.keep_motion = job.keep_motion;
   options.hand_over = job.offhand;
   options.handover = job.handover;
   options.recipe = job.recipe == "paper"       ? FitRecipe::kPaper
@@ -208,8 +210,9 @@ nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const Fit
   metrics["protocol"] =
       ProtocolJson(job.protocol, object.solid, HandModel(body.model, body.betas, side));
   metrics["notes"] = notes;
+  metrics["clearance"] = ClearanceJson(report.clearance);
   metrics["summary"] = SummaryJson(summary);
-  metrics["per_frame"] = PerFrameJson(report.fit, summary.contact);
+  metrics["per_frame"] = PerFrameJson(report.fit, summary.contact, report.clearance);
   metrics["per_frame"]["holding_hand"] = report.holding.hands;
   if (!job.extra.is_null()) metrics.update(job.extra);
   if (!job.write_timings) RemoveTimings(metrics);
@@ -304,10 +307,11 @@ Outcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& 
   Outcome outcome;
   outcome.exit_code = summary.failed > 0 ? kFitFault : kDone;
   outcome.text = fmt::format(
-      "{}/clip.npz: {} held by {} through {} frames\n{}{}  whole fit {:.2f} s, grasp search "
+      "{}/clip.npz: {} held by {} through {} frames\n{}{}{}  whole fit {:.2f} s, grasp search "
       "included\n",
       job.output, object->object.name, HandsText(report.held_by), summary.frames,
-      SummaryText(summary, job.protocol), SwitchesText(metrics["switches"]),
+      SummaryText(summary, job.protocol), ClearanceText(report.clearance),
+      SwitchesText(metrics["switches"]),
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   metrics.erase("per_frame");
   metrics["output"] = job.output;
@@ -387,6 +391,10 @@ void AddFitJobOptions(CLI::App& command, FitJob& job) {
   AddOption(command, "--end", job.end, "Frame to stop before; -1 is the clip's end");
   AddOption(command, "--object-scale", job.object_scale,
             "Multiplies the object's coordinates (0.001 for millimetres)", CLI::PositiveNumber);
+  command.add_flag("--keep-motion", job.keep_motion,
+                   "Leave the clip's motion as it is. Without it, arms give way, smoothly and by "
+                   "little, where the object, hand or forearm would go through the person's own "
+                   "body; with it that is only reported");
   command.add_flag_callback(
       "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
   AddGraspOptions(command, job);

@@ -133,8 +133,24 @@ nlohmann::json SummaryJson(const FitSummary& summary) {
           {"mean_intersection_volume_cm3", contact.voxel_volume_cm3}};
 }
 
-nlohmann::json PerFrameJson(const FitResult& result, const ContactScore& contact) {
+std::string ClearanceText(const ClearanceReport& report) {
+  const std::string left = fmt::format("{} of {} frames deeper than {:g} mm", report.deep,
+                                       report.held_frames, 1e3 * ClearanceOptions{}.deep_m);
+  if (report.moved) {
+    return fmt::format(
+        "  body                the arm gave way by up to {:.1f} cm so that the object keeps out of "
+        "the body; {} (before: {}, up to {:.0f} mm)\n",
+        100.0 * report.shift_max_m, left, report.deep_before, 1e3 * report.worst_before_m);
+  }
+  if (report.deep == 0) return {};
+  return fmt::format("  body                the {} is up to {:.0f} mm deep in it; {}\n",
+                     MeetingPartName(report.worst_part), 1e3 * report.worst_m, left);
+}
+
+nlohmann::json PerFrameJson(const FitResult& result, const ContactScore& contact,
+                            const ClearanceReport& clearance) {
   using F = FrameReport;
+  using B = ClearanceReport::Frame;
   using C = ContactScore::Frame;
   nlohmann::json columns = {
       {"wrist_offset_mm",
@@ -151,6 +167,12 @@ nlohmann::json PerFrameJson(const FitResult& result, const ContactScore& contact
        PerFrame(contact.frames, [](const C& c) { return c.mean_penetration_mm; })},
       {"intersection_volume_cm3",
        PerFrame(contact.frames, [](const C& c) { return c.voxel_volume_cm3; })}};
+  if (!clearance.frames.empty()) {
+    columns["depth_in_body_mm"] =
+        PerFrame(clearance.frames, [](const B& b) { return 1000.0 * b.depth_m; });
+    columns["wrist_shift_mm"] =
+        PerFrame(clearance.frames, [](const B& b) { return 1000.0 * b.wrist_shift_m; });
+  }
   for (const EnergyTermInfo& info : EnergyTerms()) {
     if (info.metric == nullptr) continue;
     nlohmann::json column =

@@ -13,6 +13,7 @@
 #include "geometry/score/contact_metrics.h"
 #include "geometry/score/contact_score.h"
 #include "solver/carry/first_grasp.h"
+#include "solver/clearance/clearance.h"
 #include "solver/fit/fit.h"
 
 namespace holdfast::apps {
@@ -39,12 +40,17 @@ nlohmann::json FirstGraspJson(const FirstGrasp& first);
 
 FitSummary SummarizeFit(const FitResult& result, ContactScore contact);
 
+/// How far the arms gave way to the body, or what is in it: a line of text; empty where it is clear
+/// of itself.
+std::string ClearanceText(const ClearanceReport& report);
+
 /// The summary for people (lines of text) and for machines.
 std::string SummaryText(const FitSummary& summary, const ContactProtocol& protocol);
 nlohmann::json SummaryJson(const FitSummary& summary);
 
 /// Every term and metric of every frame, units in the names.
-nlohmann::json PerFrameJson(const FitResult& result, const ContactScore& contact);
+nlohmann::json PerFrameJson(const FitResult& result, const ContactScore& contact,
+                            const ClearanceReport& clearance);
 
 /// `count` frames from `begin` on of what a result's `metrics` (its metrics.json) have per frame,
 /// as a table: frame (from 0 at `begin`), time_s, and a column for each name there, units in the

@@ -16,6 +16,7 @@
 ///   body_frames.h          many frames at once, with gradients
 ///   end_site.h             where a limb ends on the skin
 ///   hand_model.h           one hand by 45 numbers, with Jacobians
+///   own_body.h             depth in a posed person's own skin
 #include "geometry/body/body_model.h"
 #include "geometry/body/hand_model.h"
 #include "geometry/body/skeleton.h"

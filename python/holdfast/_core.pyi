@@ -206,6 +206,8 @@ class FitResult:
     @property
     def grasp(self) -> dict[str, Any]: ...
     @property
+    def clearance(self) -> dict[str, Any]: ...
+    @property
     def switches(self) -> list[dict[str, Any]]: ...
     @property
     def seconds(self) -> float: ...
@@ -227,6 +229,7 @@ def fit(
     avoid: Optional[_Object] = None,
     regrasp: bool = False,
     keep_grasp: bool = False,
+    keep_motion: bool = False,
     recipe: str = "holdfast",
     solve: str = "sequential",
     weights: Optional[dict[str, float]] = None,

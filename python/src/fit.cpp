@@ -104,8 +104,8 @@ void SetSolver(const std::string& recipe, const std::string& solve, const std::s
 CarriedPtr Fit(const py::object& clip, const py::object& object, const std::string& hand,
                const std::string& style, const std::string& use, const py::object& at,
                const py::object& region, const py::object& avoid, bool regrasp, bool keep_grasp,
-               const std::string& recipe, const std::string& solve, const py::object& weights,
-               double contact_threshold_mm, bool slip, bool hand_over,
+               bool keep_motion, const std::string& recipe, const std::string& solve,
+               const py::object& weights, double contact_threshold_mm, bool slip, bool hand_over,
                const std::string& first_hand, const py::object& switch_frames, int max_switches,
                double dwell_s, double object_scale, int object_vertices, int max_iterations,
                const std::string& precision, const py::object& body, std::uint64_t seed,
@@ -123,6 +123,7 @@ CarriedPtr Fit(const py::object& clip, const py::object& object, const std::stri
   SetSolver(recipe, solve, precision, contact_threshold_mm, max_iterations, options);
   SetWeights(weights, options.fit);
   options.fit.slip = slip;
+  options.keep_motion = keep_motion;
   RequirePositive(object_scale, "object_scale");
   RequireBetween(object_vertices, "object_vertices", 4, 100'000);
   options.object_scale = object_scale;
@@ -171,7 +172,8 @@ hand: 'auto' (as the clip says, else the right), 'right', 'left', 'both'. style 
 side), 'dish' (level, by the rim), 'any' (wherever it is firmest), 'auto' (judged by its shape). at: (3,) point of the object to take hold at, its own frame,
 metres, scaled. region, avoid: parts of its surface to touch, or not, as (vertices, faces) or mesh
 file, scaled as the object is. regrasp: a new grasp even if the clip has one of this object;
-keep_grasp: the clip's own even if it is of another one.
+keep_grasp: the clip's own even if it is of another one. keep_motion: arms do not give way where
+object, hand or forearm go through the person's own body; 'clearance' of the result tells.
 
 recipe: 'holdfast' (all terms), 'paper' (the three of IMoS), 'imos-code'. solve: 'sequential', or
 'batch' for all frames at once afterwards. weights: dict by term, such as {'penetration': 3000.0}.
@@ -304,6 +306,10 @@ void BindFitResult(py::module_& module) {
                              "(45,) and 'wrist_from_object' (4, 4), of both hands by 'right' and "
                              "'left'")
       .def_property_readonly(
+          "clearance",
+          [](const CarriedClip& self) { return ToPython(ClearanceJson(self.report.clearance)); },
+          "dict of numbers: how far the arms gave way to the body, and frames that are still in it")
+      .def_property_readonly(
           "switches", [](const CarriedClip& self) { return ToPython(SwitchesOfFit(self)); },
           "list of dict: hand-overs, with frame, from, to, confidence")
       .def_readonly("seconds", &CarriedClip::seconds,
@@ -366,9 +372,9 @@ void BindFit(py::module_& module) {
   module.def("fit", &Fit, "clip"_a, "object"_a = py::none(), py::kw_only(), "hand"_a = "auto",
              "style"_a = "auto", "use"_a = "auto", "at"_a = py::none(), "region"_a = py::none(),
              "avoid"_a = py::none(), "regrasp"_a = false, "keep_grasp"_a = false,
-             "recipe"_a = "holdfast", "solve"_a = "sequential", "weights"_a = py::none(),
-             "contact_threshold_mm"_a = 10.0, "slip"_a = false, "hand_over"_a = false,
-             "first_hand"_a = "auto", "switch_frames"_a = py::none(),
+             "keep_motion"_a = false, "recipe"_a = "holdfast", "solve"_a = "sequential",
+             "weights"_a = py::none(), "contact_threshold_mm"_a = 10.0, "slip"_a = false,
+             "hand_over"_a = false, "first_hand"_a = "auto", "switch_frames"_a = py::none(),
              "max_switches"_a = HandoverSearchOptions{}.max_switches,
              "dwell_s"_a = HandoverSearchOptions{}.dwell_s, "object_scale"_a = 1.0,
              "object_vertices"_a = kFitVertices, "max_iterations"_a = FitOptions{}.max_iterations,

@@ -62,6 +62,7 @@ class Carrier {
     NameObject();
     Fit();
     if (stopped_) return std::move(report_);
+    KeepOut();
     Measure();
     if (stopped_) return std::move(report_);
     const bool touched = report_.contact.contact_frames_ratio.value_or(0.0) > 0.0;
@@ -231,6 +232,15 @@ class Carrier {
     }
   }
 
+  void KeepOut() {
+    if (options_.recipe != FitRecipe::kHoldfast) return;
+    ClearanceOptions clearance;
+    clearance.keep_motion = options_.keep_motion;
+    clearance.threads = options_.threads;
+    report_.clearance = KeepOutOfBody(BodySurface(body_.model, body_.betas), object_.object.mesh,
+                                      clearance, report_.clip);
+  }
+
   void Measure() {
     report_.contact = ScoreContact(
         MeasureHands(report_.clip, hands_, report_.holding.hands, object_.solid, options_.protocol,
@@ -245,6 +255,19 @@ class Carrier {
           "the clip's own grasp holds the object {:.0f} mm deep in the hand; --regrasp makes a new "
           "one",
           report_.contact.penetration_mean_max_mm));
+    }
+    const ClearanceReport& body = report_.clearance;
+    if (body.deep > 0) {
+      report_.warnings.push_back(fmt::format(
+          "the {} is deeper than {:.0f} mm in the body in {} of {} frames, up to {:.0f} mm in "
+          "frame {}",
+          MeetingPartName(body.worst_part), 1e3 * ClearanceOptions{}.deep_m, body.deep,
+          body.held_frames, 1e3 * body.worst_m, body.worst_frame));
+    } else if (options_.recipe != FitRecipe::kHoldfast && report_.grasp.through_body > 0.0) {
+      report_.warnings.push_back(
+          fmt::format("the object meets the body in about {:.0f} % of the "
+                      "frames",
+                      100.0 * report_.grasp.through_body));
     }
     for (const Handover& handover : report_.handovers) {
       if (handover.transfer.found) continue;

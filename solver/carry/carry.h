@@ -24,6 +24,7 @@
 #include "geometry/score/contact_score.h"
 #include "geometry/score/hand_object_score.h"
 #include "solver/carry/first_grasp.h"
+#include "solver/clearance/clearance.h"
 #include "solver/fit/fit.h"
 #include "solver/fit/prepared_object.h"
 #include "solver/handover/grasps_by_transfer.h"
@@ -60,6 +61,9 @@ struct CarryOptions {
   bool hand_over = false;          ///< the object changes hands
   HandoverSearchOptions handover;  ///< what is known of that
   FitRecipe recipe = FitRecipe::kHoldfast;
+  /// Where object, hand or forearm would go through the person's own body: measure it only, and
+  /// leave the motion as it is. Recipes other than kHoldfast always do, and do not measure.
+  bool keep_motion = false;
   FitOptions fit;            ///< threads are those below
   ContactProtocol protocol;  ///< of the measurements; threads are those below
   std::uint64_t seed = 1;
@@ -80,7 +84,8 @@ struct CarryReport {
   HoldLabels holding;        ///< before the fit
   FirstGrasp grasp;
   std::vector<Handover> handovers;
-  FitResult fit;  ///< its `clip` is moved to the one above
+  FitResult fit;              ///< its `clip` is moved to the one above
+  ClearanceReport clearance;  ///< how the arms gave way to the body; recipe kHoldfast
   ContactScore contact;
   double fit_s = 0.0;
   std::vector<std::string> warnings;

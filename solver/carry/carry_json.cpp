@@ -36,6 +36,20 @@ nlohmann::json SwitchesJson(const HoldLabels& holding, const std::vector<Handove
   return list;
 }
 
+nlohmann::json ClearanceJson(const ClearanceReport& report) {
+  return {{"moved", report.moved},
+          {"held_frames", report.held_frames},
+          {"frames_deeper_than_2_mm_before", report.deep_before},
+          {"frames_deeper_than_2_mm", report.deep},
+          {"max_depth_before_mm", 1e3 * report.worst_before_m},
+          {"max_depth_mm", 1e3 * report.worst_m},
+          {"worst_frame", report.worst_frame},
+          {"worst_part", MeetingPartName(report.worst_part)},
+          {"wrist_shift_mean_mm", 1e3 * report.shift_mean_m},
+          {"wrist_shift_max_mm", 1e3 * report.shift_max_m},
+          {"acceleration_ratio", report.acceleration_ratio}};
+}
+
 nlohmann::json HoldsJson(const RefineResult& result) {
   nlohmann::json holds = nlohmann::json::array(), rests = nlohmann::json::array();
   for (const RefinedHold& hold : result.holds) {

@@ -14,6 +14,9 @@ namespace holdfast {
 /// receiving hand's grasp.
 nlohmann::json SwitchesJson(const HoldLabels& holding, const std::vector<Handover>& handovers);
 
+/// How the arms gave way to the body, and what remains: numbers over the clip, units in the names.
+nlohmann::json ClearanceJson(const ClearanceReport& report);
+
 /// What a refinement found: {"holds": [...], "rests": [...]}, units in the names.
 nlohmann::json HoldsJson(const RefineResult& result);
 

@@ -110,10 +110,6 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
     first.warnings.push_back(
         fmt::format("{}: the least bad grasp is carried on", Describe(report.status)));
   }
-  if (first.through_body > 0.0) {
-    first.warnings.push_back(fmt::format(
-        "the object meets the body in about {:.0f} % of the frames", 100.0 * first.through_body));
-  }
   PlaceObject(ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()), clip);
   SetFingers(clip.pose[0], hand.HandSide(), grasp.fingers);
   first.found = true;

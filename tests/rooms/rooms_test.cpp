@@ -40,7 +40,7 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"meshes/make/body", "meshes/make/clips", "meshes/make/objects"},
     {"solver/unknowns", "solver/hand"},
     {"solver/terms/hand", "solver/terms/body", "solver/terms/motion"},
-    {"solver/fit", "solver/grasp", "solver/body_ik"},
+    {"solver/fit", "solver/grasp", "solver/body_ik", "solver/clearance"},
     {"solver/handover", "solver/take", "solver/latent", "solver/recipes", "solver/score"},
     {"solver/actions", "solver/carry", "solver/reach"},
     {"solver/synthesis", "solver/evaluation"},

@@ -1,0 +1,394 @@
+// SPDX-License-Identifier: MIT
+#include "solver/clearance/clearance.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <optional>
+#include <span>
+
+#include "generator/body/arm_correction.h"
+#include "geometry/body/body_frames.h"
+#include "geometry/error.h"
+#include "geometry/parallel.h"
+#include "geometry/rotation.h"
+#include "solver/clearance/arm_spline.h"
+#include "solver/clearance/clearance_blocks.h"
+#include "solver/unknowns/change_spline.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kKnot_s = 0.2;      // between control points
+constexpr double kGiveWay_s = 1.0;   // before and after a frame that is too deep
+constexpr double kTake_s = 0.3;      // to move off a place where the object rests
+constexpr double kHandNear_s = 0.5;  // a hand about to take hold may touch
+constexpr double kWatched_m = 0.025;
+constexpr double kSolved_hz = 30.0;  // frames that planes are put up in
+constexpr double kBend = 0.5;
+constexpr double kStay_m = 0.02, kUpright_rad = 15.0 * kDegree;
+constexpr double kWristReady = 12.0;
+constexpr std::size_t kMostPlanes = 48;
+
+constexpr Side kSides[] = {Side::kRight, Side::kLeft};
+
+ArmChange Readiness() {
+  ArmChange sigma;
+  sigma << 3, 3, 3, 12, 12, 12, 6, 15, 0.5, kWristReady, kWristReady, kWristReady;
+  return kDegree * sigma;
+}
+
+// The first so many by depth.
+void KeepDeepest(const std::vector<double>& depths, std::vector<BodyDepth::Plane>& planes) {
+  if (planes.size() <= kMostPlanes) return;
+  std::vector<std::size_t> order(planes.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::ranges::stable_sort(order, std::ranges::greater{}, [&](std::size_t k) { return depths[k]; });
+  std::vector<BodyDepth::Plane> kept;
+  for (std::size_t k = 0; k < kMostPlanes; ++k) kept.push_back(planes[order[k]]);
+  planes = std::move(kept);
+}
+
+class BodyKeeper {
+ public:
+  BodyKeeper(const BodySurface& body, const TriangleMesh& object, const ClearanceOptions& options,
+             Clip& clip)
+      : body_(body), options_(options), clip_(clip), moved_(clip) {
+    frames_ = clip.NumFrames();
+    for (int t = 0; t < frames_; ++t) all_.push_back(t);
+    const auto reach = static_cast<int>(std::lround(kHandNear_s * clip.frame_rate));
+    near_.resize(clip.holding_hand.size());
+    for (int t = 0; t < frames_; ++t) {
+      for (int k = std::max(0, t - reach); k <= std::min(frames_ - 1, t + reach); ++k) {
+        near_[t] |= clip.holding_hand[k];
+      }
+    }
+    meeting_.emplace(body, object, near_);
+  }
+
+  ClearanceReport Run() {
+    report_.frames.resize(static_cast<std::size_t>(frames_));
+    const std::vector<BodyMeeting::Frame> before = Measure(clip_, all_);
+    for (int t = 0; t < frames_; ++t) {
+      report_.frames[t].depth_before_m = report_.frames[t].depth_m = before[t].depth_m;
+      report_.frames[t].part = before[t].part;
+    }
+    Summarize();
+    report_.deep_before = report_.deep;
+    report_.worst_before_m = report_.worst_m;
+    if (report_.deep == 0 || options_.keep_motion) return report_;
+    Solve();
+    if (!Finish()) return report_;
+    const std::vector<BodyMeeting::Frame> after = Measure(moved_, all_);
+    const ClearanceReport untouched = report_;
+    for (int t = 0; t < frames_; ++t) {
+      report_.frames[t].depth_m = after[t].depth_m;
+      report_.frames[t].part = after[t].part;
+    }
+    Summarize();
+    TellMovement();
+    // Better as it was than an arm that goes elsewhere, or is no less in the body.
+    constexpr double kMost_m = 0.15;
+    if (report_.deep >= untouched.deep || report_.worst_m > untouched.worst_m ||
+        report_.shift_max_m > kMost_m) {
+      return untouched;
+    }
+    report_.moved = true;
+    clip_ = std::move(moved_);
+    return report_;
+  }
+
+ private:
+  struct Arm {
+    int index;
+    ArmSpline spline;
+    std::vector<bool> free;  // of the control points
+  };
+
+  std::vector<BodyMeeting::Frame> Measure(const Clip& clip, const std::vector<int>& frames) const {
+    std::vector<int> held;
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+      if (clip.holding_hand[frames[k]] != 0) held.push_back(static_cast<int>(k));
+    }
+    std::vector<BodyMeeting::Frame> found(frames.size());
+    const auto count = static_cast<int>(held.size());
+    const int blocks = (count + kFramesTogether - 1) / kFramesTogether;
+    ParallelFor(blocks, options_.threads, [&](int b) {
+      const int begin = b * kFramesTogether, n = std::min(kFramesTogether, count - begin);
+      std::vector<JointPose> poses;
+      Eigen::Matrix3Xd trans(3, n);
+      for (int k = 0; k < n; ++k) {
+        const int t = frames[held[begin + k]];
+        poses.push_back(clip.pose[t]);
+        trans.col(k) = clip.trans.col(t);
+      }
+      std::vector<BodyState> states(static_cast<std::size_t>(n));
+      ForwardFrames(body_, poses, trans, states);
+      for (int k = 0; k < n; ++k) {
+        const int t = frames[held[begin + k]];
+        found[held[begin + k]] = meeting_->Measure(states[k], clip.object->Pose(t),
+                                                   clip.holding_hand[t], near_[t], kWatched_m);
+      }
+    });
+    return found;
+  }
+
+  void Summarize() {
+    report_.deep = report_.held_frames = 0;
+    report_.worst_m = 0.0;
+    report_.worst_part = MeetingPart::kNone;
+    for (int t = 0; t < frames_; ++t) {
+      const ClearanceReport::Frame& frame = report_.frames[t];
+      report_.held_frames += clip_.holding_hand[t] != 0;
+      report_.deep += frame.depth_m > options_.deep_m;
+      if (frame.depth_m <= report_.worst_m) continue;
+      report_.worst_m = frame.depth_m;
+      report_.worst_frame = t;
+      report_.worst_part = frame.part;
+    }
+  }
+
+  // 0 where the object has to stay where it is, 1 from kTake_s on: a quintic.
+  double Freedom(int t) const {
+    const auto reach = static_cast<int>(std::ceil(kTake_s * clip_.frame_rate));
+    int away = reach + 1;
+    for (int k = std::max(0, t - reach); k <= std::min(frames_ - 1, t + reach); ++k) {
+      if (clip_.holding_hand[k] == 0) away = std::min(away, std::abs(t - k));
+    }
+    const double s = std::max(0, away - 1) / static_cast<double>(reach);
+    return s * s * s * (10.0 + s * (6.0 * s - 15.0));
+  }
+
+  void FreeAround(int t) {
+    const auto reach = static_cast<int>(std::lround(kGiveWay_s / kKnot_s));
+    for (Arm& arm : arms_) {
+      const int knot = arm.spline.Place(t).first;
+      for (int k = std::max(0, knot - reach); k < std::min(arm.spline.Size(), knot + 4 + reach);
+           ++k) {
+        arm.free[k] = true;
+      }
+    }
+  }
+
+  bool IsFree(const Arm& arm, int t) const {
+    const int knot = arm.spline.Place(t).first;
+    return std::any_of(arm.free.begin() + knot, arm.free.begin() + knot + 4, std::identity{});
+  }
+
+  void Solve() {
+    std::uint8_t held_by = 0;
+    for (const std::uint8_t bits : clip_.holding_hand) held_by |= bits;
+    for (int a = 0; a < 2; ++a) {
+      if ((held_by & (1 << a)) == 0) continue;
+      ArmSpline spline(frames_, kKnot_s * clip_.frame_rate);
+      arms_.push_back({a, spline, std::vector<bool>(spline.Size(), false)});
+    }
+    for (int t = 0; t < frames_; ++t) {
+      freedom_.push_back(Freedom(t));
+      if (report_.frames[t].depth_m > options_.deep_m) FreeAround(t);
+    }
+    const int stride = std::max(1, static_cast<int>(clip_.frame_rate / kSolved_hz));
+    for (int round = 0; round < options_.max_rounds; ++round) {
+      std::vector<int> watched;
+      for (int t = 0; t < frames_; t += stride) {
+        if (IsFree(arms_.front(), t)) watched.push_back(t);
+      }
+      const std::vector<BodyMeeting::Frame> near = Measure(moved_, watched);
+      double worst = 0.0;
+      for (std::size_t k = 0; k < near.size(); ++k) {
+        worst = std::max(worst, near[k].depth_m);
+        if (near[k].depth_m > options_.deep_m) FreeAround(watched[k]);
+      }
+      if (worst < 0.75 * options_.deep_m) break;
+      SolveRound(watched, near);
+      Apply();
+    }
+  }
+
+  void SolveRound(const std::vector<int>& watched, const std::vector<BodyMeeting::Frame>& near) {
+    ceres::Problem problem;
+    for (Arm& arm : arms_) {
+      for (int k = 0; k < arm.spline.Size(); ++k) {
+        problem.AddParameterBlock(arm.spline.Knot(k), 12);
+        if (!arm.free[k]) problem.SetParameterBlockConstant(arm.spline.Knot(k));
+      }
+      for (int k = 1; k + 1 < arm.spline.Size(); ++k) {
+        problem.AddResidualBlock(new ArmSplinePrior(Readiness(), kBend), nullptr,
+                                 arm.spline.Knot(k - 1), arm.spline.Knot(k),
+                                 arm.spline.Knot(k + 1));
+      }
+    }
+    for (std::size_t k = 0; k < watched.size(); ++k) AddFrame(problem, watched[k], near[k]);
+    constexpr int kIterations = 8;
+    SolveFrames(problem, kIterations, 1e-4);
+  }
+
+  void AddFrame(ceres::Problem& problem, int t, const BodyMeeting::Frame& near) {
+    BodyState base, now;
+    ForwardJoints(body_.RestJoints(), clip_.pose[t], clip_.trans.col(t), base);
+    ForwardJoints(body_.RestJoints(), moved_.pose[t], moved_.trans.col(t), now);
+    std::vector<ArmFrame> arm_frames;
+    std::vector<double*> knots;
+    Eigen::Vector4d basis;
+    for (Arm& arm : arms_) {
+      const Side side = kSides[arm.index];
+      const auto [knot, weights] = arm.spline.Place(t);
+      basis = freedom_[t] * weights;
+      const ArmFrame& frame = arm_frames.emplace_back(body_.RestJoints(), side, base);
+      HandStay stay;
+      stay.sigma_m = kStay_m;
+      stay.sigma_rad = kUpright_rad;
+      stay.wrist = base.WorldFromJoint(WristJoint(side));
+      std::vector<double*> own;
+      for (int k = 0; k < 4; ++k) own.push_back(arm.spline.Knot(knot + k));
+      problem.AddResidualBlock(new ClearanceBlock(frame, Planes(near.near[arm.index], side, now),
+                                                  stay, ArmRange(side, frame), basis),
+                               nullptr, own);
+      knots.insert(knots.end(), own.begin(), own.end());
+    }
+    if (clip_.holding_hand[t] != (kHoldsRight | kHoldsLeft)) return;
+    HandClosure closure;
+    closure.right_from_left =
+        base.WorldFromJoint(kRightWrist).inverse() * base.WorldFromJoint(kLeftWrist);
+    problem.AddResidualBlock(new ClosureBlock(arm_frames[0], arm_frames[1], closure, basis),
+                             nullptr, knots);
+  }
+
+  BodyDepth Planes(const std::vector<BodyMeeting::Point>& near, Side side,
+                   const BodyState& now) const {
+    BodyDepth depth;
+    std::vector<double> depths;
+    depth.margin_m = options_.margin_m;
+    // A point beyond the middle of a thigh is nearest to its far side: it goes where most go.
+    Eigen::Vector3d out = Eigen::Vector3d::Zero();
+    const auto direction = [](const OwnBody::Touch& touch, const Eigen::Vector3d& at) {
+      constexpr double kOnSkin = 1e-4;
+      return std::abs(touch.depth) > kOnSkin ? Eigen::Vector3d((touch.surface - at) / touch.depth)
+                                             : touch.normal;
+    };
+    for (const BodyMeeting::Point& point : near) {
+      if (point.touch.depth > 0.0) out += point.touch.depth * direction(point.touch, point.at);
+    }
+    out.stableNormalize();
+    const Eigen::Isometry3d wrist = now.WorldFromJoint(WristJoint(side)).inverse(),
+                            elbow = now.WorldFromJoint(JointOfArm(side, kArmElbow)).inverse();
+    for (const BodyMeeting::Point& point : near) {
+      const Eigen::Vector3d normal = direction(point.touch, point.at);
+      if (point.touch.depth > 0.0 && normal.dot(out) < -0.2) continue;
+      depth.planes.push_back(
+          {elbow * point.at, wrist * point.at, point.wrist_share, point.touch.surface, normal});
+      depths.push_back(point.touch.depth);
+    }
+    KeepDeepest(depths, depth.planes);
+    return depth;
+  }
+
+  // The clip with the changes made; wrists only, the object goes along.
+  void Apply() {
+    for (int t = 0; t < frames_; ++t) {
+      if (freedom_[t] == 0.0 || !IsFree(arms_.front(), t)) continue;
+      JointPose pose = clip_.pose[t];
+      for (const Arm& arm : arms_) {
+        const ArmChange change = freedom_[t] * arm.spline.At(t);
+        for (int k = 0; k < 4; ++k) {
+          auto column = pose.col(JointOfArm(kSides[arm.index], k));
+          column =
+              UnwrapAxisAngle(LogSO3(ExpSO3(column) * ExpSO3(change.segment<3>(3 * k))), column);
+        }
+      }
+      moved_.pose[t] = pose;
+      MoveObject(t);
+    }
+  }
+
+  Eigen::Isometry3d Wrist(const Clip& clip, int t, int arm) const {
+    BodyState state;
+    ForwardJoints(body_.RestJoints(), clip.pose[t], clip.trans.col(t), state);
+    return state.WorldFromJoint(WristJoint(kSides[arm]));
+  }
+
+  // What the first hand that holds does to the object; identity without one.
+  void MoveObject(int t) {
+    const std::uint8_t bits = clip_.holding_hand[t];
+    if (bits == 0) return;
+    const int arm = (bits & kHoldsRight) != 0 ? 0 : 1;
+    const Eigen::Isometry3d motion = Wrist(moved_, t, arm) * Wrist(clip_, t, arm).inverse();
+    moved_.object->SetPose(t, motion * clip_.object->Pose(t));
+  }
+
+  // The left hand goes exactly where the object takes it. False where it cannot.
+  bool Finish() {
+    for (int t = 0; t < frames_; ++t) {
+      if (clip_.holding_hand[t] != (kHoldsRight | kHoldsLeft) || moved_.pose[t] == clip_.pose[t]) {
+        continue;
+      }
+      const Eigen::Isometry3d target =
+          Wrist(moved_, t, 0) * Wrist(clip_, t, 0).inverse() * Wrist(clip_, t, 1);
+      JointPose& pose = moved_.pose[t];
+      const JointPose solved = pose;
+      constexpr double kExact_m = 1e-5;
+      if (MoveWrist(body_.RestJoints(), Side::kLeft, target.linear(), target.translation(),
+                    moved_.trans.col(t), pose) > kExact_m) {
+        return false;
+      }
+      for (int k = kArmShoulder; k <= kArmWrist; ++k) {
+        const int joint = JointOfArm(Side::kLeft, k);
+        pose.col(joint) = UnwrapAxisAngle(pose.col(joint), solved.col(joint));
+      }
+    }
+    return true;
+  }
+
+  void TellMovement() {
+    double sum = 0.0, before = 0.0, after = 0.0;
+    for (const Arm& arm : arms_) {
+      std::vector<Eigen::Vector3d> was, is;
+      for (int t = 0; t < frames_; ++t) {
+        was.push_back(Wrist(clip_, t, arm.index).translation());
+        is.push_back(Wrist(moved_, t, arm.index).translation());
+        double& shift = report_.frames[t].wrist_shift_m;
+        shift = std::max(shift, (is[t] - was[t]).norm());
+      }
+      for (int t = 1; t + 1 < frames_; ++t) {
+        if (is[t] == was[t]) continue;
+        before += (was[t - 1] - 2.0 * was[t] + was[t + 1]).norm();
+        after += (is[t - 1] - 2.0 * is[t] + is[t + 1]).norm();
+      }
+    }
+    for (int t = 0; t < frames_; ++t) {
+      const double shift = report_.frames[t].wrist_shift_m;
+      report_.shift_max_m = std::max(report_.shift_max_m, shift);
+      if (clip_.holding_hand[t] != 0) sum += shift;
+    }
+    report_.shift_mean_m = sum / std::max(1, report_.held_frames);
+    if (before > 0.0) report_.acceleration_ratio = after / before;
+  }
+
+  const BodySurface& body_;
+  const ClearanceOptions& options_;
+  Clip& clip_;
+  Clip moved_;
+  std::optional<BodyMeeting> meeting_;
+  int frames_ = 0;
+  std::vector<int> all_;
+  std::vector<std::uint8_t> near_;  // who holds about then
+  std::vector<double> freedom_;
+  std::vector<Arm> arms_;
+  ClearanceReport report_;
+};
+
+}  // namespace
+
+ClearanceReport KeepOutOfBody(const BodySurface& body, const TriangleMesh& object,
+                              const ClearanceOptions& options, Clip& clip) {
+  if (!clip.object || body.Model().LoneHand()) return {};
+  if (clip.holding_hand.size() != clip.pose.size()) {
+    throw Error("holding_hand", "does not have the clip's frames",
+                "Give one number (1 right, 2 left, 3 both) for each frame");
+  }
+  return BodyKeeper(body, object, options, clip).Run();
+}
+
+}  // namespace holdfast

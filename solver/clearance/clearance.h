@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// The person's own body kept whole: a clip in which a hand carries an object comes in; the clip
+/// with arms that give way, so that object, hand and forearm keep out of trunk, legs, head and the
+/// other arm, comes out.
+///
+/// From the inside out:
+///   arm_change.h        collar to wrist: 12 changes a frame
+///   arm_spline.h        those over time, a cubic B-spline
+///   body_depth.h        term: points beyond the skin nearest to them
+///   hand_stay.h         term: the wrist's pose off the clip's
+///   arm_range.h         term: elbow and wrist beyond their limits
+///   hand_closure.h      term: two hands on one rigid object
+///   clearance_blocks.h  terms of a frame by control points
+///   body_meeting.h      where object and arms meet the body
+///   clearance.h         KeepOutOfBody: a whole clip
+
+#include <cstdint>
+#include <vector>
+
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
+#include "geometry/mesh/mesh.h"
+#include "solver/clearance/body_meeting.h"
+
+namespace holdfast {
+
+struct ClearanceOptions {
+  bool keep_motion = false;  ///< measures only
+  double deep_m = 0.002;     ///< soft tissue gives so much; a clip that is nowhere deeper stays
+  double margin_m = 0.003;   ///< asked for where it is deeper
+  int max_rounds = 8;        ///< of planes taken anew
+  int threads = 1;           ///< the result does not depend on them
+};
+
+/// What was moved and what remains. Frames in which nobody holds count as clear.
+struct ClearanceReport {
+  struct Frame {
+    double depth_before_m = 0.0;  ///< deepest point of object, hands or forearms in the body
+    double depth_m = 0.0;         ///< the same in the result
+    MeetingPart part = MeetingPart::kNone;  ///< whose, in the result
+    double wrist_shift_m = 0.0;             ///< of the farther wrist from the clip's
+  };
+  std::vector<Frame> frames;
+  bool moved = false;
+  int held_frames = 0;
+  int deep_before = 0, deep = 0;  ///< held frames deeper than ClearanceOptions::deep_m
+  double worst_before_m = 0.0, worst_m = 0.0;
+  int worst_frame = 0;  ///< of the result; of the input where the result has none in the body
+  MeetingPart worst_part = MeetingPart::kNone;
+  double shift_mean_m = 0.0, shift_max_m = 0.0;  ///< of the wrist, over held frames
+  /// Mean acceleration of the wrists over the clip's, in the frames moved; 1 without.
+  double acceleration_ratio = 1.0;
+};
+
+/// Moves the arms that hold (Clip::holding_hand) out of the body, and the object with them: each
+/// hand keeps its hold, wrist to object, as it is. Collar, shoulder, elbow and wrist give way, by
+/// a cubic B-spline in time, in the frames around those that are too deep; all else, and every
+/// frame of a clip that is clear, keeps its bits. The object stays where nobody holds it. A clip
+/// without object, or of a hand alone, comes back as it is.
+///
+/// `body`: all vertices of the clip's person; `object`: the mesh, metres. Throws Error unless
+/// holding_hand has the clip's frames.
+ClearanceReport KeepOutOfBody(const BodySurface& body, const TriangleMesh& object,
+                              const ClearanceOptions& options, Clip& clip);
+
+}  // namespace holdfast

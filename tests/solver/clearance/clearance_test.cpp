@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: MIT
+#include "solver/clearance/clearance.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "geometry/error.h"
+#include "geometry/io/mesh/load_object.h"
+#include "geometry/rotation.h"
+#include "solver/clearance/arm_spline.h"
+#include "solver/clearance/clearance_blocks.h"
+#include "tests/support/numeric_jacobian.h"
+
+namespace holdfast {
+namespace {
+
+const BodySurface& Person() {
+  static const BodySurface person(BodyModel::Default());
+  return person;
+}
+
+const TriangleMesh& Apple() {
+  static const TriangleMesh apple = LoadObject("apple").mesh;
+  return apple;
+}
+
+Eigen::Isometry3d Wrist(const Clip& clip, int t, Side side) {
+  BodyState state;
+  ForwardJoints(Person().RestJoints(), clip.pose[t], clip.trans.col(t), state);
+  return state.WorldFromJoint(WristJoint(side));
+}
+
+// Two seconds with the arms hanging, the right one with an apple in its palm; for a while it swings
+// `inwards` (radians).
+Clip Hanging(double inwards) {
+  constexpr int kFrames = 60;
+  Clip clip;
+  clip.trans = Eigen::Vector3d(0.3, 0.1, 0.9).replicate(1, kFrames);
+  clip.object.emplace();
+  clip.object->trans.setZero(3, kFrames);
+  clip.object->orient.setZero(3, kFrames);
+  for (int t = 0; t < kFrames; ++t) {
+    const double s = std::exp(-0.5 * std::pow((t - 30) / 6.0, 2));
+    JointPose pose = JointPose::Zero();
+    pose.col(kRightShoulder) << 0.0, 0.1 * std::sin(0.1 * t), 1.0 + s * inwards;
+    pose.col(kLeftShoulder) << 0.0, 0.0, -1.0;
+    clip.pose.push_back(pose);
+    clip.holding_hand.push_back(kHoldsRight);
+    Eigen::Isometry3d in_palm = Eigen::Isometry3d::Identity();
+    in_palm.translation() << -0.09, -0.06, 0.0;
+    clip.object->SetPose(t, Wrist(clip, t, Side::kRight) * in_palm);
+  }
+  return clip;
+}
+
+double MeanAcceleration(const Clip& clip) {
+  double sum = 0.0;
+  for (int t = 1; t + 1 < clip.NumFrames(); ++t) {
+    const auto at = [&](int k) { return Wrist(clip, k, Side::kRight).translation(); };
+    sum += (at(t - 1) - 2.0 * at(t) + at(t + 1)).norm();
+  }
+  return sum;
+}
+
+ArmFrame FrameOf(Side side, unsigned seed) {
+  std::srand(seed);
+  BodyState state;
+  ForwardJoints(Person().RestJoints(), 0.5 * JointPose::Random(), Eigen::Vector3d::Random(), state);
+  return {Person().RestJoints(), side, state};
+}
+
+TEST(ArmState, IsTheBodysForwardModel) {
+  std::srand(5);
+  JointPose pose = 0.5 * JointPose::Random();
+  const ArmChange change = 0.3 * ArmChange::Random();
+  const Eigen::Vector3d trans = Eigen::Vector3d::Random();
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    BodyState state;
+    ForwardJoints(Person().RestJoints(), pose, trans, state);
+    ArmState arm;
+    arm.Evaluate(ArmFrame(Person().RestJoints(), side, state), change);
+    JointPose changed = pose;
+    for (int k = 0; k < 4; ++k) {
+      auto column = changed.col(JointOfArm(side, k));
+      column = LogSO3(ExpSO3(column) * ExpSO3(change.segment<3>(3 * k)));
+    }
+    ForwardJoints(Person().RestJoints(), changed, trans, state);
+    for (int k = 0; k < 4; ++k) {
+      EXPECT_TRUE(arm.WorldFrom(k).isApprox(state.WorldFromJoint(JointOfArm(side, k)), 1e-12));
+    }
+  }
+}
+
+TEST(ClearanceBlock, JacobianIsThatOfDifferences) {
+  for (unsigned seed = 1; seed < 5; ++seed) {
+    const Side side = seed % 2 == 0 ? Side::kRight : Side::kLeft;
+    const ArmFrame frame = FrameOf(side, seed);
+    ArmState state;
+    state.Evaluate(frame, ArmChange::Zero());
+    BodyDepth depth;
+    for (int i = 0; i < 12; ++i) {
+      const Eigen::Vector3d normal = Eigen::Vector3d::Random().normalized();
+      const Eigen::Vector3d in_wrist = 0.1 * Eigen::Vector3d::Random();
+      const Eigen::Vector3d at = state.WorldFrom(kArmWrist) * in_wrist;
+      depth.planes.push_back({state.WorldFrom(kArmElbow).inverse() * at, in_wrist,
+                              i % 3 == 0 ? 1.0 : 0.08 * i, at + 0.3 * normal, normal});
+      if (i % 4 == 0) depth.planes.back().surface -= 2.0 * normal;  // clear
+    }
+    HandStay stay;
+    stay.wrist = state.WorldFrom(kArmWrist);
+    ArmRange range(side, frame);
+    range.lowest.array() += seed % 2 == 0 ? 0.5 : -0.5;
+    range.highest.array() += seed % 2 == 0 ? 0.7 : -0.5;
+    const ClearanceBlock block(frame, depth, stay, range, {0.1, 0.4, 0.3, 0.2});
+    std::array<ArmChange, 4> knots;
+    std::vector<double*> blocks;
+    for (ArmChange& knot : knots) {
+      knot = 0.4 * ArmChange::Random();
+      blocks.push_back(knot.data());
+    }
+    EXPECT_LT(testing::JacobianError(block, blocks, {4, nullptr}), 1e-5) << seed;
+  }
+}
+
+TEST(ClearanceBlock, IsZeroForTheClipsOwnArmThatIsClear) {
+  const ArmFrame frame = FrameOf(Side::kRight, 9);
+  ArmState state;
+  state.Evaluate(frame, ArmChange::Zero());
+  HandStay stay;
+  stay.wrist = state.WorldFrom(kArmWrist);
+  const Eigen::Vector3d at = stay.wrist.translation();
+  BodyDepth depth;
+  depth.planes.push_back({Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), 1.0,
+                          at - 0.01 * Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitX()});
+  const ClearanceBlock block(frame, depth, stay, ArmRange(Side::kRight, frame),
+                             Eigen::Vector4d::Constant(0.25));
+  ArmChange zero = ArmChange::Zero();
+  double* knots[] = {zero.data(), zero.data(), zero.data(), zero.data()};
+  Eigen::VectorXd residuals = Eigen::VectorXd::Constant(block.num_residuals(), NAN);
+  ASSERT_TRUE(block.Evaluate(knots, residuals.data(), nullptr));
+  EXPECT_LT(residuals.cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(ClosureBlock, IsZeroForTheClipAndItsJacobianThatOfDifferences) {
+  const ArmFrame right = FrameOf(Side::kRight, 3), left = FrameOf(Side::kLeft, 3);
+  ArmState r, l;
+  r.Evaluate(right, ArmChange::Zero());
+  l.Evaluate(left, ArmChange::Zero());
+  HandClosure closure;
+  closure.right_from_left = r.WorldFrom(kArmWrist).inverse() * l.WorldFrom(kArmWrist);
+  const ClosureBlock block(right, left, closure, {0.1, 0.4, 0.3, 0.2});
+  std::array<ArmChange, 8> knots;
+  std::vector<double*> blocks;
+  for (ArmChange& knot : knots) {
+    knot.setZero();
+    blocks.push_back(knot.data());
+  }
+  Eigen::VectorXd residuals = Eigen::VectorXd::Constant(6, NAN);
+  ASSERT_TRUE(block.Evaluate(blocks.data(), residuals.data(), nullptr));
+  EXPECT_LT(residuals.cwiseAbs().maxCoeff(), 1e-9);
+  for (ArmChange& knot : knots) knot = 0.3 * ArmChange::Random();
+  EXPECT_LT(testing::JacobianError(block, blocks, {8, nullptr}), 1e-5);
+}
+
+TEST(ArmSpline, PriorsJacobianIsThatOfDifferencesAndTheBasisSumsToOne) {
+  const ArmSplinePrior prior(ArmChange::Constant(0.1), 0.5);
+  std::array<ArmChange, 3> knots = {ArmChange::Random(), ArmChange::Random(), ArmChange::Random()};
+  EXPECT_LT(testing::JacobianError(prior, {knots[0].data(), knots[1].data(), knots[2].data()},
+                                   {3, nullptr}),
+            1e-6);
+  const ArmSpline spline(31, 6.0);
+  for (int t = 0; t < 31; ++t) {
+    const auto [knot, basis] = spline.Place(t);
+    EXPECT_NEAR(basis.sum(), 1.0, 1e-12);
+    EXPECT_GE(basis.minCoeff(), 0.0);
+    EXPECT_LE(knot + 4, spline.Size());
+  }
+}
+
+TEST(KeepOutOfBody, AnArmThatSwingsThroughTheHipGivesWay) {
+  const Clip before = Hanging(0.45);
+  Clip clip = before;
+  const ClearanceReport report = KeepOutOfBody(Person(), Apple(), {}, clip);
+  EXPECT_TRUE(report.moved);
+  EXPECT_GT(report.deep_before, 5);
+  EXPECT_GT(report.worst_before_m, 0.02);
+  EXPECT_EQ(report.deep, 0);
+  EXPECT_LT(report.shift_max_m, 0.12);
+  EXPECT_LT(MeanAcceleration(clip), 1.1 * MeanAcceleration(before));
+  EXPECT_EQ(clip.trans, before.trans);
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    for (int j = 0; j < kNumJoints; ++j) {
+      const bool arm =
+          j == kRightCollar || j == kRightShoulder || j == kRightElbow || j == kRightWrist;
+      EXPECT_TRUE(arm || clip.pose[t].col(j) == before.pose[t].col(j)) << t << ' ' << j;
+    }
+    // The hold stays what it was.
+    const Eigen::Isometry3d was = Wrist(before, t, Side::kRight).inverse() * before.object->Pose(t);
+    const Eigen::Isometry3d is = Wrist(clip, t, Side::kRight).inverse() * clip.object->Pose(t);
+    EXPECT_TRUE(is.isApprox(was, 1e-9)) << t;
+  }
+  // What comes out is clear, and stays as it is.
+  const Clip clear = clip;
+  EXPECT_FALSE(KeepOutOfBody(Person(), Apple(), {}, clip).moved);
+  EXPECT_EQ(clip.pose, clear.pose);
+}
+
+TEST(KeepOutOfBody, AClearClipKeepsItsBits) {
+  const Clip before = Hanging(0.0);
+  Clip clip = before;
+  const ClearanceReport report = KeepOutOfBody(Person(), Apple(), {}, clip);
+  EXPECT_FALSE(report.moved);
+  EXPECT_EQ(report.deep, 0);
+  EXPECT_EQ(report.held_frames, clip.NumFrames());
+  EXPECT_EQ(clip.pose, before.pose);
+  EXPECT_EQ(clip.object->trans, before.object->trans);
+  EXPECT_EQ(clip.object->orient, before.object->orient);
+}
+
+TEST(KeepOutOfBody, KeepMotionOnlyMeasures) {
+  const Clip before = Hanging(0.45);
+  Clip clip = before;
+  ClearanceOptions options;
+  options.keep_motion = true;
+  const ClearanceReport report = KeepOutOfBody(Person(), Apple(), options, clip);
+  EXPECT_FALSE(report.moved);
+  EXPECT_GT(report.deep, 5);
+  EXPECT_EQ(report.deep, report.deep_before);
+  EXPECT_NEAR(report.worst_frame, 30, 8);
+  EXPECT_NE(report.worst_part, MeetingPart::kNone);
+  EXPECT_EQ(clip.pose, before.pose);
+}
+
+TEST(KeepOutOfBody, AnObjectThatNobodyHoldsStaysWhereItIs) {
+  Clip before = Hanging(0.45);
+  for (int t = 0; t < 20; ++t) before.holding_hand[t] = 0;
+  Clip clip = before;
+  ClearanceOptions options;
+  options.threads = 2;
+  const ClearanceReport report = KeepOutOfBody(Person(), Apple(), options, clip);
+  EXPECT_TRUE(report.moved);
+  EXPECT_LT(report.deep, report.deep_before);
+  for (int t = 0; t <= 20; ++t) {
+    EXPECT_EQ(clip.pose[t], before.pose[t]) << t;
+    EXPECT_EQ(clip.object->trans.col(t), before.object->trans.col(t)) << t;
+  }
+}
+
+TEST(KeepOutOfBody, TwoHandsKeepTheirPlacesOnTheObject) {
+  Clip before = Hanging(0.45);
+  for (int t = 0; t < before.NumFrames(); ++t) {
+    before.pose[t].col(kLeftElbow) << 0.0, -0.5, 0.0;
+    before.holding_hand[t] = kHoldsRight | kHoldsLeft;
+    before.object->SetPose(
+        t, Wrist(before, t, Side::kRight) * Eigen::Translation3d(-0.09, -0.06, 0.0));
+  }
+  Clip clip = before;
+  const ClearanceReport report = KeepOutOfBody(Person(), Apple(), {}, clip);
+  ASSERT_TRUE(report.moved);
+  EXPECT_LT(report.deep, report.deep_before);
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    for (const Side side : {Side::kRight, Side::kLeft}) {
+      const Eigen::Isometry3d was = Wrist(before, t, side).inverse() * before.object->Pose(t);
+      const Eigen::Isometry3d is = Wrist(clip, t, side).inverse() * clip.object->Pose(t);
+      EXPECT_LT((is.translation() - was.translation()).norm(), 1e-4) << t;
+      EXPECT_LT(AngleBetween(is.linear(), was.linear()), 1e-4) << t;
+    }
+  }
+}
+
+TEST(KeepOutOfBody, WantsToKnowWhoHolds) {
+  Clip clip = Hanging(0.0);
+  clip.holding_hand.clear();
+  EXPECT_THROW(KeepOutOfBody(Person(), Apple(), {}, clip), Error);
+  clip.object.reset();
+  EXPECT_FALSE(KeepOutOfBody(Person(), Apple(), {}, clip).moved);
+}
+
+}  // namespace
+}  // namespace holdfast
