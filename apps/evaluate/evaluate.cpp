@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "apps/common.h"
 #include "apps/evaluate/evaluate_fit.h"
+#include "apps/evaluate/evaluate_hold.h"
 #include "apps/evaluate/evaluate_naturalness.h"
 #include "apps/evaluate/evaluate_reach.h"
 #include "apps/evaluate/evaluate_synthesis.h"
@@ -41,6 +42,7 @@ void AddEvaluateCommand(CLI::App& app, int& exit_code) {
   AddEvaluateReach(*command, exit_code);
   AddEvaluateNaturalness(*command, exit_code);
   AddEvaluateSynthesis(*command, exit_code);
+  AddEvaluateHold(*command, exit_code);
 }
 
 }  // namespace holdfast::apps

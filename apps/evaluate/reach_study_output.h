@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common.h"
 #include "apps/evaluate/reach_study_page.h"
 #include "solver/evaluation/reach_study.h"
 

@@ -13,6 +13,7 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/read_json.h"
 #include "solver/score/score_output.h"
+#include "solver/trial/trial_clip.h"
 
 namespace holdfast::apps {
 namespace {
@@ -28,6 +29,7 @@ struct ScoreCommand {
   std::string output;
   std::string csv;
   bool per_frame = false;
+  bool physics = false;
 };
 
 // What other commands write beside results: lists of jobs, tables, pages, pictures. A shell that
@@ -72,8 +74,23 @@ std::vector<std::string> ExpandFolders(const std::vector<std::string>& given,
   return clips;
 }
 
+// Adds each clip's trial to the JSON of its scores; the lines for people.
+std::string AddTrials(std::span<const std::optional<ClipTrial>> trials,
+                      std::span<const ClipScore> scores, nlohmann::json& json) {
+  std::string text;
+  json["protocol"]["hold_trial"] = TrialProtocolJson({});
+  for (std::size_t c = 0; c < trials.size(); ++c) {
+    json["clips"][c]["hold_trial"] = trials[c] ? TrialJson(*trials[c]) : nlohmann::json(nullptr);
+    text += fmt::format("{}: {}\n", scores[c].source,
+                        trials[c] ? TrialText(*trials[c])
+                                  : "no frame in which one hand alone holds an object: not tried");
+  }
+  return text;
+}
+
 int Run(ScoreCommand options) {
   const CommonOptions& common = options.common;
+  if (options.physics) RequirePhysics();
   for (const std::string& path : {options.output, options.csv}) {
     if (!path.empty()) RequireNew(path, common);
   }
@@ -96,6 +113,7 @@ int Run(ScoreCommand options) {
   ScoreOptions score = options.score;
   score.threads = NumThreads(common);
   std::vector<ClipScore> scores;
+  std::vector<std::optional<ClipTrial>> trials;
   int frames = 0;
   const auto begin = std::chrono::steady_clock::now();
   Progress progress(common, "score");
@@ -120,6 +138,11 @@ int Run(ScoreCommand options) {
         }));
     hands.End();
     if (Interrupted()) return kInterrupted;
+    if (options.physics) {
+      TrialProtocol protocol_of_trial;
+      protocol_of_trial.threads = score.threads;
+      trials.push_back(TryClip(input, protocol_of_trial));
+    }
     frames += scores.back().frames;
     if (clips.size() > 1) progress.Update(static_cast<int>(c + 1), static_cast<int>(clips.size()));
   }
@@ -128,9 +151,10 @@ int Run(ScoreCommand options) {
 
   nlohmann::json json = JsonHead("holdfast/score/1", common);
   AddScores(scores, options.score, options.per_frame, json);
+  const std::string tried = options.physics ? AddTrials(trials, scores, json) : "";
   if (!options.output.empty()) WriteAtomically(options.output, json.dump(1) + "\n");
   if (!options.csv.empty()) WriteAtomically(options.csv, ScoreCsv(scores, options.score));
-  PrintResult(common, json, ScoreTable(scores, options.score));
+  PrintResult(common, json, ScoreTable(scores, options.score) + tried);
   Note(common, fmt::format("scored {} frames in {:.1f} s ({:.0f} per second)", frames, seconds,
                            frames / std::max(seconds, 1e-9)));
   return kDone;
@@ -151,6 +175,9 @@ void AddScoreCommand(CLI::App& app, int& exit_code) {
                       "Ground truth motion to compare with: one for all clips, or one for each");
   command->add_option("-o,--output", options->output, "Write the scores as JSON");
   command->add_option("--csv", options->csv, "Write a table with one line per clip");
+  command->add_flag("--physics", options->physics,
+                    "Simulate the hold too (needs MuJoCo): six directions of gravity, and along "
+                    "the clip's motion");
   command->add_flag("--per-frame", options->per_frame, "Add every frame's values to the JSON");
   AddOption(*command, "--contact-threshold",
             options->score.hand_object.contact.contact_threshold_mm,

@@ -15,6 +15,7 @@
 ///   vertex_adjoint.h       gradients by pose, trans and betas
 ///   body_frames.h          many frames at once, with gradients
 ///   end_site.h             where a limb ends on the skin
+///   hand_parts.h           which joint of a hand moves each vertex most
 ///   hand_model.h           one hand by 45 numbers, with Jacobians
 ///   own_body.h             depth in a posed person's own skin
 #include "geometry/body/body_model.h"

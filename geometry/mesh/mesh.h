@@ -18,7 +18,7 @@
 ///   surface_distance.h  points by area, distance of two surfaces
 ///   contact_samples.h   points that contact meets first
 ///   wrap.h              a closed surface around any triangles
-///   convex_hull.h       the convex hull of points
+///   convex_hull.h, convex_pieces.h  the convex hull of points; a solid as convex pieces
 ///   decimate.h          edges collapsed to a vertex count
 ///   crease_normals.h    normals and creases for pictures
 

@@ -486,6 +486,14 @@ def score(
     threads: int = 0,
     progress: _Progress = None,
 ) -> dict[str, Any]: ...
+def hold_trial(
+    clip: _Shown,
+    object: Optional[_Object] = None,
+    *,
+    object_scale: float = 1.0,
+    body: Optional[BodyModel] = None,
+    threads: int = 0,
+) -> Optional[dict[str, Any]]: ...
 def render(
     clip: _Shown,
     path: _Path,

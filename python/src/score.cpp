@@ -26,6 +26,7 @@
 #include "python/src/numpy.h"
 #include "python/src/run.h"
 #include "solver/score/score_output.h"
+#include "solver/trial/trial_clip.h"
 
 namespace holdfast::python {
 namespace {
@@ -287,6 +288,29 @@ void BindScoreOf(py::module_& module) {
 
 void BindScore(py::module_& module) {
   BindScoreOf(module);
+  module.def(
+      "hold_trial",
+      [](const py::object& clip, const py::object& object, double object_scale,
+         const py::object& body, int threads) -> py::object {
+        const ClipScene scene = SceneOf(clip, object, object_scale, body);
+        TrialProtocol protocol;
+        protocol.threads = ThreadsOf(threads);
+        std::optional<ClipTrial> trial;
+        {
+          const py::gil_scoped_release release;
+          trial = TryClip(scene, protocol);
+        }
+        if (!trial) return py::none();
+        nlohmann::json json = TrialJson(*trial);
+        json["protocol"] = TrialProtocolJson(protocol);
+        return ToPython(json);
+      },
+      "clip"_a, "object"_a = py::none(), py::kw_only(), "object_scale"_a = 1.0,
+      "body"_a = py::none(), "threads"_a = 0,
+      "Whether the hand would keep the object, simulated by MuJoCo (libmujoco-dev): a dict with "
+      "'held_directions' of 6, slips in mm and degrees by direction of gravity and along the "
+      "clip's motion, and the 'protocol' (docs/metrics.md). None where no frame has one hand alone "
+      "holding an object. clip, object, body as in score(). Raises holdfast.Error without MuJoCo.");
   module.def("render", &RenderTo, "clip"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
              "object_scale"_a = 1.0, "body"_a = py::none(), "size"_a = std::pair(640, 480),
              "camera"_a = "auto", "frame"_a = py::none(), "sheet"_a = std::pair(4, 2),

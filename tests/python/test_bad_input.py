@@ -166,6 +166,8 @@ ROWS = {
         lambda v: holdfast.synthesize("drink", "mug", betas=v), BETAS, none=True, dear=True),
     "score.clip": Person(lambda v: holdfast.score(v, CUBE)),
     "score.object": Mesh(lambda v: holdfast.score(demo(), v), none=True, dear=True),
+    "hold_trial.clip": Person(lambda v: holdfast.hold_trial(v, CUBE)),
+    "hold_trial.object": Mesh(lambda v: holdfast.hold_trial(demo(), v), none=True, dear=True),
     "score.reference": Person(lambda v: holdfast.score(demo(), reference=v), none=True),
     "render.clip": Person(lambda v: holdfast.render(v, "none.png")),
     "render.object": Mesh(

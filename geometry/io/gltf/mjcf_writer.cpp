@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/body/hand_parts.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -43,32 +44,10 @@ std::string Attribute(const std::string& text) {
   return escaped;
 }
 
-// Which of a hand's joints moves each vertex most; -1 for those of other parts.
-std::vector<int> StrongestJoints(const BodySurface& surface, Side side) {
-  std::vector<int> strongest(static_cast<std::size_t>(surface.NumVertices()), -1);
-  const std::vector<int>& hand = surface.Model().HandVertexIds(side);
-  for (int v = 0; v < surface.NumVertices(); ++v) {
-    if (!std::ranges::binary_search(hand, surface.VertexIds()[static_cast<std::size_t>(v)])) {
-      continue;
-    }
-    int joint = WristJoint(side);
-    double most = 0.0;
-    for (const auto& [j, weight] : surface.Weights(v)) {
-      const bool is_finger = j >= HandBegin(side) && j < HandBegin(side) + kJointsPerHand;
-      if ((is_finger || j == WristJoint(side)) && weight > most) {
-        joint = j;
-        most = weight;
-      }
-    }
-    strongest[static_cast<std::size_t>(v)] = joint;
-  }
-  return strongest;
-}
-
 // Pieces share the triangles between them, so that no gap opens when the fingers are straight.
 std::vector<HandPiece> PiecesOf(const BodySurface& surface, Side side) {
   if (!surface.Model().HasHand(side)) return {};
-  const std::vector<int> strongest = StrongestJoints(surface, side);
+  const std::vector<int> strongest = StrongestHandJoints(surface, side);
   std::map<int, std::set<int>> vertices;
   for (const auto face : surface.Faces().colwise()) {
     for (const int corner : face) {

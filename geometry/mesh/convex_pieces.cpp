@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/mesh/convex_pieces.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "geometry/error.h"
+#include "geometry/mesh/convex_hull.h"
+#include "geometry/mesh/decimate.h"
+#include "geometry/mesh/distance_grid.h"
+#include "geometry/mesh/signed_distance.h"
+#include "geometry/parallel.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kLeastPiece_m3 = 1e-10;
+constexpr double kSampleSpacing_m = 0.004;
+constexpr double kCell_m = 0.0025;
+constexpr double kJitter_m = 4e-6;
+constexpr int kPlaces = 3;
+
+// A part of the surface, three columns a triangle, and the hull of it.
+struct Part {
+  Eigen::Matrix3Xd corners;
+  TriangleMesh hull;
+  double excess_m = 0.0;    // farthest that the hull reaches out of the solid
+  double outside_m3 = 0.0;  // excess over the hull's surface
+};
+
+void MeasureExcess(const DistanceGrid& distance, Part& part) {
+  const TriangleMesh& hull = part.hull;
+  for (Eigen::Index f = 0; f < hull.NumFaces(); ++f) {
+    const Eigen::Vector3d a = hull.vertices.col(hull.faces(0, f));
+    const Eigen::Vector3d ab = hull.vertices.col(hull.faces(1, f)) - a;
+    const Eigen::Vector3d ac = hull.vertices.col(hull.faces(2, f)) - a;
+    const double longest = std::max({ab.norm(), ac.norm(), (ac - ab).norm()});
+    const int n = std::max(1, static_cast<int>(std::ceil(longest / kSampleSpacing_m)));
+    const double area = 0.5 * ab.cross(ac).norm() / (0.5 * n * (n + 1));
+    for (int i = 0; i < n; ++i) {
+      for (int k = 0; i + k < n; ++k) {
+        const double d = distance.Distance(a + (i + 1.0 / 3.0) / n * ab + (k + 1.0 / 3.0) / n * ac);
+        part.excess_m = std::max(part.excess_m, d);
+        part.outside_m3 += std::max(0.0, d) * area;
+      }
+    }
+  }
+}
+
+// Corners of several triangles once, as far as they are the same numbers, each moved by less than
+// kJitter_m: a cut's many points in one plane would have the hull's predicates computed exactly.
+Eigen::Matrix3Xd Distinct(const Eigen::Matrix3Xd& corners) {
+  std::vector<Eigen::Vector3d> points;
+  for (const auto corner : corners.colwise()) points.emplace_back(corner);
+  const auto before = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+  };
+  std::ranges::sort(points, before);
+  const auto repeated = std::ranges::unique(points);
+  points.erase(repeated.begin(), repeated.end());
+  Eigen::Matrix3Xd out(3, points.size());
+  const auto part_of_one = [](double x) { return x - std::floor(x); };
+  for (Eigen::Index i = 0; i < out.cols(); ++i) {  // the R3 sequence of points in a cube
+    const auto k = static_cast<double>(i + 1);
+    const Eigen::Vector3d jitter(part_of_one(0.8191725134 * k), part_of_one(0.6710436067 * k),
+                                 part_of_one(0.5497004779 * k));
+    out.col(i) = points[static_cast<std::size_t>(i)] + kJitter_m * jitter;
+  }
+  return out;
+}
+
+Part PartOf(Eigen::Matrix3Xd corners, const DistanceGrid& distance) {
+  Part part;
+  part.corners = std::move(corners);
+  part.hull = ConvexHull(Distinct(part.corners));
+  MeasureExcess(distance, part);
+  return part;
+}
+
+// Triangles cut off where normal . x > offset (Sutherland & Hodgman 1974).
+Eigen::Matrix3Xd Below(const Eigen::Matrix3Xd& corners, const Eigen::Vector3d& normal,
+                       double offset) {
+  std::vector<Eigen::Vector3d> kept;
+  for (Eigen::Index f = 0; f < corners.cols(); f += 3) {
+    std::array<Eigen::Vector3d, 4> polygon;
+    std::size_t count = 0;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d p = corners.col(f + k), q = corners.col(f + (k + 1) % 3);
+      const double hp = normal.dot(p) - offset, hq = normal.dot(q) - offset;
+      if (hp <= 0.0) polygon[count++] = p;
+      if ((hp < 0.0 && hq > 0.0) || (hp > 0.0 && hq < 0.0)) {
+        polygon[count++] = p + hp / (hp - hq) * (q - p);
+      }
+    }
+    for (std::size_t k = 2; k < count; ++k) {
+      kept.insert(kept.end(), {polygon[0], polygon[k - 1], polygon[k]});
+    }
+  }
+  Eigen::Matrix3Xd out(3, kept.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) out.col(static_cast<Eigen::Index>(i)) = kept[i];
+  return out;
+}
+
+const std::array<Eigen::Vector3d, 9>& Directions() {
+  static const std::array<Eigen::Vector3d, 9> directions = [] {
+    std::array<Eigen::Vector3d, 9> made{Eigen::Vector3d(1, 0, 0),
+                                        {0, 1, 0},
+                                        {0, 0, 1},
+                                        {1, 1, 0},
+                                        {1, -1, 0},
+                                        {1, 0, 1},
+                                        {1, 0, -1},
+                                        {0, 1, 1},
+                                        {0, 1, -1}};
+    for (Eigen::Vector3d& direction : made) direction.normalize();
+    return made;
+  }();
+  return directions;
+}
+
+// The two parts that leave least outside the solid.
+std::pair<Part, Part> Cut(const Part& part, const DistanceGrid& distance, int threads) {
+  struct Try {
+    Part low, high;
+  };
+  std::vector<Try> tries(Directions().size() * kPlaces);
+  ParallelFor(static_cast<int>(tries.size()), threads, [&](int k) {
+    const Eigen::Vector3d& normal = Directions()[k / kPlaces];
+    const Eigen::RowVectorXd heights = normal.transpose() * part.hull.vertices;
+    const double low = heights.minCoeff(), high = heights.maxCoeff();
+    const double offset = low + (k % kPlaces + 1.0) / (kPlaces + 1.0) * (high - low);
+    tries[k] = {PartOf(Below(part.corners, normal, offset), distance),
+                PartOf(Below(part.corners, -normal, -offset), distance)};
+  });
+  const auto best = std::ranges::min_element(
+      tries, {}, [](const Try& one) { return one.low.outside_m3 + one.high.outside_m3; });
+  return {std::move(best->low), std::move(best->high)};
+}
+
+}  // namespace
+
+ConvexPieces SplitIntoConvexPieces(const TriangleMesh& mesh, const ConvexPieceOptions& options) {
+  DecimateOptions fewer;
+  fewer.vertices = options.vertices;
+  fewer.samples = 0;
+  const TriangleMesh solid =
+      mesh.NumVertices() > options.vertices ? Decimate(mesh, fewer).mesh : mesh;
+  DistanceGridOptions grid;
+  grid.cell_m = kCell_m;
+  grid.padding_m = 2.0 * kCell_m;  // hulls stay in the box
+  grid.threads = options.threads;
+  const DistanceGrid distance(SignedDistance(solid), grid);
+  std::vector<Part> parts = {PartOf(solid.vertices(Eigen::all, solid.faces.reshaped()), distance)};
+  if (SignedVolume(parts[0].hull) < kLeastPiece_m3) {
+    throw Error("mesh", "spans no volume", "Give a solid");
+  }
+  while (static_cast<int>(parts.size()) < options.max_pieces) {
+    const auto worst = std::ranges::max_element(parts, {}, &Part::excess_m);
+    if (worst->excess_m <= options.tolerance_m) break;
+    auto [low, high] = Cut(*worst, distance, options.threads);
+    *worst = std::move(low);
+    parts.push_back(std::move(high));
+  }
+  ConvexPieces out;
+  for (Part& part : parts) {
+    if (SignedVolume(part.hull) < kLeastPiece_m3) continue;
+    out.excess_m = std::max(out.excess_m, part.excess_m);
+    out.pieces.push_back(std::move(part.hull));
+  }
+  return out;
+}
+
+}  // namespace holdfast

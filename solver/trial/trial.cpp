@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: MIT
+#include "solver/trial/trial.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/parallel.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+constexpr std::array<std::string_view, kTrialDirections> kDirectionNames = {"+x", "-x", "+y",
+                                                                            "-y", "+z", "-z"};
+
+struct Moved {
+  double mm, deg;
+};
+
+Moved Between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
+              const Eigen::Vector3d& centre) {
+  return {1e3 * (a * centre - b * centre).norm(), AngleBetween(a.linear(), b.linear()) / kDegree};
+}
+
+FingerPose FingersOf(const std::vector<Eigen::Quaterniond>& joints) {
+  FingerPose fingers = FingerPose::Zero();
+  for (std::size_t j = 0; j < joints.size() && j < kJointsPerHand; ++j) {
+    fingers.segment<3>(3 * static_cast<int>(j)) = LogSO3(joints[j].toRotationMatrix());
+  }
+  return fingers;
+}
+
+std::vector<Eigen::Quaterniond> JointsOf(const FingerPose& fingers) {
+  std::vector<Eigen::Quaterniond> joints;
+  for (int j = 0; j < kJointsPerHand; ++j) {
+    joints.emplace_back(ExpSO3(fingers.segment<3>(3 * j)));
+  }
+  return joints;
+}
+
+// Runs for `frames` of the recording; before each, `prepare` sets what that frame is about.
+template <typename Prepare>
+TrialCourse Follow(TrialRun& run, int frames, const Eigen::Vector3d& centre,
+                   const TrialProtocol& protocol, const Prepare& prepare) {
+  TrialCourse course;
+  const auto record = [&] {
+    course.hand_from_object.push_back(run.HandFromObject());
+    course.fingers.push_back(FingersOf(run.Joints()));
+    const Moved moved = Between(course.hand_from_object.back(), course.hand_from_object[0], centre);
+    course.slip_mm = moved.mm;
+    course.slip_deg = moved.deg;
+    course.most_slip_mm = std::max(course.most_slip_mm, moved.mm);
+    course.most_slip_deg = std::max(course.most_slip_deg, moved.deg);
+  };
+  record();
+  for (int k = 0; k < frames && !run.Unstable(); ++k) {
+    prepare(k);
+    record();
+  }
+  course.touches = run.Touching() > 0;
+  course.stable = !run.Unstable();
+  course.holds = course.stable && course.touches && course.most_slip_mm < protocol.most_mm &&
+                 course.most_slip_deg < protocol.most_deg;
+  return course;
+}
+
+TrialCourse FollowField(TrialRun& run, double seconds, const Eigen::Vector3d& field,
+                        const Eigen::Vector3d& centre, const TrialProtocol& protocol) {
+  const int frames = std::max(1, static_cast<int>(std::lround(seconds * protocol.frame_rate)));
+  FrameMotion motion;
+  motion.field = field;
+  return Follow(run, frames, centre, protocol,
+                [&](int) { run.Advance(1.0 / protocol.frame_rate, motion); });
+}
+
+// The wrist's motion as the object feels it in the wrist's frame, from second differences; steps
+// of the engine between two frames have a linear blend of theirs.
+std::vector<FrameMotion> FrameMotions(const HandMotion& hand, double gravity) {
+  const int count = static_cast<int>(hand.world_from_wrist.size());
+  const double rate = hand.frame_rate;
+  const auto at = [&](int t) -> const Eigen::Isometry3d& {
+    return hand.world_from_wrist[static_cast<std::size_t>(std::clamp(t, 0, count - 1))];
+  };
+  std::vector<FrameMotion> motions(static_cast<std::size_t>(count));
+  for (int t = 0; t < count; ++t) {
+    FrameMotion& motion = motions[static_cast<std::size_t>(t)];
+    const Eigen::Matrix3d wrist_from_world = at(t).linear().transpose();
+    const Eigen::Vector3d after = LogSO3(at(t + 1).linear() * at(t).linear().transpose());
+    const Eigen::Vector3d before = LogSO3(at(t).linear() * at(t - 1).linear().transpose());
+    const bool inside = t > 0 && t + 1 < count;
+    Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+    if (inside) {
+      acceleration =
+          rate * rate *
+          (at(t + 1).translation() - 2.0 * at(t).translation() + at(t - 1).translation());
+      motion.turn_rate = wrist_from_world * (rate * rate * (after - before));
+    }
+    motion.turning = wrist_from_world * (rate * (inside ? 0.5 : 1.0) * (after + before));
+    motion.field = wrist_from_world * (-gravity * Eigen::Vector3d::UnitZ() - acceleration);
+  }
+  return motions;
+}
+
+FrameMotion Blend(const FrameMotion& a, const FrameMotion& b, double s) {
+  return {(1.0 - s) * a.field + s * b.field, (1.0 - s) * a.turning + s * b.turning,
+          (1.0 - s) * a.turn_rate + s * b.turn_rate};
+}
+
+// Settles under the first frame's gravity, then follows frame by frame.
+TrialCourse FollowClip(TrialRun run, const HandMotion& hand, const Eigen::Vector3d& centre,
+                       const TrialProtocol& protocol) {
+  constexpr int kParts = 4;  // of a frame, in each of which the motion is constant
+  const std::vector<FrameMotion> motions = FrameMotions(hand, protocol.gravity_m_s2);
+  const int frames = static_cast<int>(motions.size()) - 1;
+  return Follow(run, frames, centre, protocol, [&](int t) {
+    const auto k = static_cast<std::size_t>(t);
+    const std::vector<Eigen::Quaterniond> from = JointsOf(hand.fingers[k]);
+    const std::vector<Eigen::Quaterniond> to = JointsOf(hand.fingers[k + 1]);
+    for (int part = 0; part < kParts; ++part) {
+      const double s = (part + 0.5) / kParts;
+      std::vector<Eigen::Quaterniond> targets;
+      for (std::size_t j = 0; j < to.size(); ++j) targets.push_back(from[j].slerp(s, to[j]));
+      run.SetTargets(targets);
+      run.Advance(1.0 / (hand.frame_rate * kParts), Blend(motions[k], motions[k + 1], s));
+    }
+  });
+}
+
+HoldTrial TryLinks(const std::vector<TrialLink>& links, const std::vector<TrialContact>& contacts,
+                   const TrialSolid& solid, const Eigen::Isometry3d& hand_from_object,
+                   const TrialProtocol& protocol, const HandMotion* motion) {
+  const TrialScene scene(links, contacts, {solid.pieces, solid.mass, hand_from_object},
+                         protocol.scene);
+  HoldTrial trial;
+  trial.mass_kg = solid.mass.mass_kg;
+  for (const TrialContact& contact : contacts) {
+    const double push = contact.press.dot(contact.into);
+    if (push <= 0.0) continue;
+    trial.grip_N += push;
+    ++trial.pressing;
+    if (links[static_cast<std::size_t>(contact.link)].parent >= 0) ++trial.fingers_pressing;
+  }
+  TrialRun settled(scene);
+  const Eigen::Vector3d& centre = solid.mass.centre;
+  trial.settling =
+      FollowField(settled, protocol.settle_s, Eigen::Vector3d::Zero(), centre, protocol);
+  if (motion != nullptr) trial.clip.emplace();
+  ParallelFor(kTrialDirections + (motion != nullptr ? 1 : 0), protocol.threads, [&](int k) {
+    if (k == kTrialDirections) {
+      trial.clip = FollowClip(settled, *motion, centre, protocol);
+      trial.clip->holds = trial.clip->holds && trial.settling.holds;
+      return;
+    }
+    TrialRun run(settled);
+    TrialCourse& course = trial.directions[static_cast<std::size_t>(k)];
+    course = FollowField(run, protocol.hold_s,
+                         protocol.gravity_m_s2 * (hand_from_object.linear() * TrialDirection(k)),
+                         centre, protocol);
+    course.holds = course.holds && trial.settling.holds;
+  });
+  return trial;
+}
+
+}  // namespace
+
+std::string_view TrialDirectionName(int direction) {
+  return kDirectionNames[static_cast<std::size_t>(direction)];
+}
+
+Eigen::Vector3d TrialDirection(int direction) {
+  return (direction % 2 == 0 ? 1.0 : -1.0) * Eigen::Vector3d::Unit(direction / 2);
+}
+
+TrialSolid MakeTrialSolid(const TriangleMesh& mesh, const SignedDistance& distance,
+                          const TrialProtocol& protocol) {
+  ConvexPieceOptions piece_options = protocol.pieces;
+  piece_options.threads = protocol.threads;
+  ConvexPieces split = SplitIntoConvexPieces(mesh, piece_options);
+  TrialSolid solid;
+  solid.pieces = std::move(split.pieces);
+  solid.excess_mm = 1e3 * split.excess_m;
+  solid.mass_of_pieces =
+      distance.SignMethod() != SignedDistance::Sign::kPseudonormal || SignedVolume(mesh) <= 0.0;
+  solid.mass =
+      MassOfSolids(solid.mass_of_pieces ? solid.pieces : std::vector{mesh}, protocol.density_kg_m3);
+  const double wanted =
+      std::clamp(solid.mass.mass_kg, protocol.least_mass_kg, protocol.most_mass_kg);
+  solid.mass.inertia *= wanted / solid.mass.mass_kg;
+  solid.mass.mass_kg = wanted;
+  solid.radius_m = (mesh.vertices.colwise() - solid.mass.centre).colwise().norm().maxCoeff();
+  return solid;
+}
+
+int HoldTrial::Held() const {
+  return static_cast<int>(std::ranges::count(directions, true, &TrialCourse::holds));
+}
+
+double HoldTrial::WorstSlip_mm() const {
+  return std::ranges::max(directions, {}, &TrialCourse::slip_mm).slip_mm;
+}
+
+double HoldTrial::WorstSlip_deg() const {
+  return std::ranges::max(directions, {}, &TrialCourse::slip_deg).slip_deg;
+}
+
+HoldTrial TryHold(const std::vector<TrialLink>& links, const std::vector<TrialContact>& contacts,
+                  const TrialSolid& solid, const Eigen::Isometry3d& hand_from_object,
+                  const TrialProtocol& protocol) {
+  return TryLinks(links, contacts, solid, hand_from_object, protocol, nullptr);
+}
+
+HoldTrial TryHold(const HandState& state, const Eigen::Isometry3d& world_from_object,
+                  const TrialSolid& solid, const SignedDistance& distance,
+                  const TrialProtocol& protocol, const HandMotion* motion) {
+  RequirePhysics();
+  const Eigen::Isometry3d wrist_from_object = state.WorldFromWrist().inverse() * world_from_object;
+  std::vector<TrialContact> contacts =
+      ContactsOfHand(state, world_from_object, distance, protocol.touch_m);
+  BalancePresses(wrist_from_object * solid.mass.centre, solid.radius_m, protocol.scene.friction,
+                 std::max(protocol.least_grip_N,
+                          protocol.grip_weights * solid.mass.mass_kg * protocol.gravity_m_s2),
+                 contacts);
+  return TryLinks(LinksOfHand(state, protocol.fingers), contacts, solid, wrist_from_object,
+                  protocol, motion);
+}
+
+}  // namespace holdfast

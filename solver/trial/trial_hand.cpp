@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#include "solver/trial/trial_hand.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "geometry/body/hand_parts.h"
+#include "geometry/mesh/convex_hull.h"
+#include "geometry/rotation.h"
+#include "solver/hand/hand_axes.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kLeastLinkPiece_m3 = 1e-10;
+constexpr int kSweeps = 200;
+constexpr double kBalanceWeight = 100.0;
+
+// The finger along whose bone in the palm a point lies.
+int PalmStrip(const HandState& state, const Eigen::Vector3d& point) {
+  const auto joints = state.JointPositions();
+  int nearest = 0;
+  double least = 1e9;
+  for (int finger = 0; finger < kNumFingers; ++finger) {
+    const Eigen::Vector3d along = joints.col(3 * finger) - state.WristPosition();
+    const Eigen::Vector3d from = point - state.WristPosition();
+    const double s = std::clamp(along.dot(from) / along.squaredNorm(), 0.0, 1.0);
+    const double distance = (from - s * along).norm();
+    if (distance < least) {
+      least = distance;
+      nearest = finger;
+    }
+  }
+  return nearest;
+}
+
+// The piece of each vertex: 0..14 the phalanges, 15..19 the strips of the palm.
+std::vector<int> PieceOfVertices(const HandState& state) {
+  const HandModel& hand = state.Hand();
+  std::vector<int> pieces = StrongestHandJoints(hand.Surface(), hand.HandSide());
+  for (int v = 0; v < hand.NumVertices(); ++v) {
+    int& piece = pieces[static_cast<std::size_t>(v)];
+    piece = piece >= HandBegin(hand.HandSide())
+                ? piece - HandBegin(hand.HandSide())
+                : kJointsPerHand + PalmStrip(state, state.Vertices().col(v));
+  }
+  return pieces;
+}
+
+int LinkOfPiece(int piece) { return piece < kJointsPerHand ? piece + 1 : 0; }
+
+// The four edges of each contact's friction cone, as wrenches (6 x 4 contacts) and as forces.
+struct ConeEdges {
+  Eigen::Matrix<double, 6, Eigen::Dynamic> wrenches;
+  Eigen::Matrix3Xd forces;
+};
+
+ConeEdges EdgesOf(const std::vector<TrialContact>& contacts, const Eigen::Vector3d& centre,
+                  double radius_m, double friction) {
+  const auto count = static_cast<Eigen::Index>(contacts.size());
+  ConeEdges edges{Eigen::Matrix<double, 6, Eigen::Dynamic>(6, 4 * count),
+                  Eigen::Matrix3Xd(3, 4 * count)};
+  for (Eigen::Index c = 0; c < count; ++c) {
+    const TrialContact& contact = contacts[static_cast<std::size_t>(c)];
+    const Eigen::Vector3d side = contact.into.unitOrthogonal(), up = contact.into.cross(side);
+    const Eigen::Vector3d ways[] = {side, up, -side, -up};
+    for (int k = 0; k < 4; ++k) {
+      const Eigen::Vector3d force = contact.into + friction * ways[k];
+      edges.forces.col(4 * c + k) = force;
+      edges.wrenches.col(4 * c + k) << force, (contact.point - centre).cross(force) / radius_m;
+    }
+  }
+  return edges;
+}
+
+}  // namespace
+
+std::vector<TrialLink> LinksOfHand(const HandState& state, const FingerStrength& strength) {
+  const HandModel& hand = state.Hand();
+  const HandAxes axes(hand);
+  const int first = HandBegin(hand.HandSide()), wrist = WristJoint(hand.HandSide());
+  std::vector<TrialLink> links(1 + kJointsPerHand);
+  std::vector<Eigen::Isometry3d> link_from_world = {state.WorldFromWrist().inverse()};
+  const FingerPose fingers = state.Fingers();
+  for (int j = 0; j < kJointsPerHand; ++j) {
+    TrialLink& link = links[static_cast<std::size_t>(j + 1)];
+    link.parent = j % 3 == 0 ? 0 : j;
+    const int parent = j % 3 == 0 ? wrist : first + j - 1;
+    link.joint =
+        hand.Surface().RestJoints().col(first + j) - hand.Surface().RestJoints().col(parent);
+    link.fitted = ExpSO3(fingers.segment<3>(3 * j));
+    link.flexion = axes.Axes(j).col(0);
+    link.stiffness_Nm = strength.stiffness_Nm[j % 3];
+    link.torque_limit_Nm = strength.torque_limit_Nm[j % 3];
+    link.side_stiffness_Nm = strength.side_stiffness_Nm;
+    link_from_world.push_back(
+        RigidTransform(state.JointRotation(j), state.JointPositions().col(j)).inverse());
+  }
+  const std::vector<int> piece_of = PieceOfVertices(state);
+  std::map<int, std::set<int>> vertices;
+  for (const auto face : hand.Surface().Faces().colwise()) {
+    for (const int corner : face) {
+      vertices[piece_of[static_cast<std::size_t>(corner)]].insert(face.begin(), face.end());
+    }
+  }
+  for (const auto& [piece, ids] : vertices) {
+    const auto link = static_cast<std::size_t>(LinkOfPiece(piece));
+    const std::vector<int> columns(ids.begin(), ids.end());
+    const Eigen::Matrix3Xd points = link_from_world[link] * state.Vertices()(Eigen::all, columns);
+    TriangleMesh hull = ConvexHull(points);
+    if (SignedVolume(hull) > kLeastLinkPiece_m3) links[link].pieces.push_back(std::move(hull));
+  }
+  return links;
+}
+
+std::vector<TrialContact> ContactsOfHand(const HandState& state,
+                                         const Eigen::Isometry3d& world_from_object,
+                                         const SignedDistance& object, double touch_m) {
+  const Eigen::Isometry3d wrist_from_world = state.WorldFromWrist().inverse();
+  const Eigen::Isometry3d object_from_world = world_from_object.inverse();
+  const std::vector<int> piece_of = PieceOfVertices(state);
+  std::map<int, std::pair<double, TrialContact>> deepest;
+  for (int v = 0; v < state.Hand().NumVertices(); ++v) {
+    const SignedDistance::Result near = object.Query(object_from_world * state.Vertices().col(v));
+    const int piece = piece_of[static_cast<std::size_t>(v)];
+    const auto found = deepest.find(piece);
+    if (near.distance > touch_m) continue;
+    if (found != deepest.end() && found->second.first <= near.distance) continue;
+    const Eigen::Isometry3d wrist_from_object = wrist_from_world * world_from_object;
+    TrialContact contact;
+    contact.link = LinkOfPiece(piece);
+    contact.point = wrist_from_object * near.closest;
+    contact.into = -(wrist_from_object.linear() * near.gradient).normalized();
+    deepest[piece] = {near.distance, contact};
+  }
+  std::vector<TrialContact> contacts;
+  for (const auto& [piece, contact] : deepest) contacts.push_back(contact.second);
+  return contacts;
+}
+
+void BalancePresses(const Eigen::Vector3d& centre, double radius_m, double friction, double grip_N,
+                    std::vector<TrialContact>& contacts) {
+  const ConeEdges edges = EdgesOf(contacts, centre, radius_m, friction);
+  Eigen::VectorXd f = Eigen::VectorXd::Constant(edges.forces.cols(), 0.25);
+  Eigen::Matrix<double, 6, 1> sum = edges.wrenches * f;
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {  // one coordinate at a time: convex, bounded
+    for (Eigen::Index g = 0; g < f.size(); ++g) {
+      const auto w = edges.wrenches.col(g);
+      const Eigen::Matrix<double, 6, 1> rest = sum - f[g] * w;
+      const double best =
+          (0.25 - kBalanceWeight * w.dot(rest)) / (kBalanceWeight * w.squaredNorm() + 1.0);
+      f[g] = std::max(0.0, best);
+      sum = rest + f[g] * w;
+    }
+  }
+  const double pushes = f.sum();
+  for (std::size_t c = 0; c < contacts.size() && pushes > 0.0; ++c) {
+    const auto begin = static_cast<Eigen::Index>(4 * c);
+    contacts[c].press = grip_N / pushes * edges.forces.middleCols(begin, 4) * f.segment(begin, 4);
+  }
+}
+
+}  // namespace holdfast

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+// What MuJoCo makes of hands whose answer is known.
+#include "solver/trial/trial.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "geometry/error.h"
+#include "geometry/io/mesh/load_object.h"
+#include "geometry/mesh/convex_hull.h"
+#include "geometry/rotation.h"
+#include "solver/trial/trial_clip.h"
+
+namespace holdfast {
+namespace {
+
+TriangleMesh Block(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+  Eigen::Matrix3Xd corners(3, 8);
+  for (int k = 0; k < 8; ++k) {
+    for (int axis = 0; axis < 3; ++axis)
+      corners(axis, k) = (k >> axis & 1) ? high[axis] : low[axis];
+  }
+  return ConvexHull(corners);
+}
+
+// Two plates on arms of 10 cm press a cube of 4 cm and 0.1 kg from both sides along x.
+struct Plates {
+  std::vector<TrialLink> links{TrialLink{}};
+  std::vector<TrialContact> contacts;
+  TrialSolid solid;
+
+  explicit Plates(double push_N) {
+    for (const double side : {-1.0, 1.0}) {
+      TrialLink plate;
+      plate.parent = 0;
+      plate.joint = {0.03 * side, 0.0, -0.1};
+      plate.flexion = Eigen::Vector3d::UnitY();
+      plate.stiffness_Nm = plate.side_stiffness_Nm = 5.0;
+      plate.torque_limit_Nm = 10.0;
+      plate.pieces = {Block({-0.01, -0.03, 0.0}, {0.01, 0.03, 0.13})};
+      links.push_back(plate);
+      contacts.push_back({static_cast<int>(links.size()) - 1,
+                          {0.02 * side, 0.0, 0.0},
+                          {-side, 0.0, 0.0},
+                          {-side * push_N, 0.0, 0.0}});
+    }
+    solid.pieces = {Block({-0.02, -0.02, -0.02}, {0.02, 0.02, 0.02})};
+    solid.mass = MassOfSolids(solid.pieces, 0.1 / 6.4e-5);
+  }
+
+  HoldTrial Try(double friction) const {
+    TrialProtocol protocol;
+    protocol.scene.friction = friction;
+    return TryHold(links, contacts, solid, Eigen::Isometry3d::Identity(), protocol);
+  }
+};
+
+TEST(MassOfSolids, OfABlockIsTheTextbooks) {
+  const SolidMass mass = MassOfSolids({Block({0.1, 0.0, 0.0}, {0.3, 0.1, 0.4})}, 1000.0);
+  EXPECT_NEAR(mass.mass_kg, 8.0, 1e-9);
+  EXPECT_TRUE(mass.centre.isApprox(Eigen::Vector3d(0.2, 0.05, 0.2), 1e-9));
+  EXPECT_NEAR(mass.inertia(0, 0), 8.0 / 12.0 * (0.01 + 0.16), 1e-9);
+  EXPECT_NEAR(mass.inertia(2, 2), 8.0 / 12.0 * (0.04 + 0.01), 1e-9);
+  EXPECT_NEAR(mass.inertia(0, 1), 0.0, 1e-9);
+}
+
+TEST(BalancePresses, OpposedContactsPushAlikeAndSumToTheGrip) {
+  std::vector<TrialContact> contacts(3);
+  contacts[0] = {1, {-0.02, 0.01, 0.0}, {1.0, 0.0, 0.0}, {}};
+  contacts[1] = {2, {-0.02, -0.01, 0.0}, {1.0, 0.0, 0.0}, {}};
+  contacts[2] = {3, {0.02, 0.0, 0.0}, {-1.0, 0.0, 0.0}, {}};
+  BalancePresses(Eigen::Vector3d::Zero(), 0.03, 0.5, 12.0, contacts);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double pushes = 0.0;
+  for (const TrialContact& contact : contacts) {
+    sum += contact.press;
+    pushes += contact.press.dot(contact.into);
+  }
+  EXPECT_NEAR(pushes, 12.0, 1e-9);
+  EXPECT_LT(sum.norm(), 0.2);
+  EXPECT_NEAR(contacts[2].press.dot(contacts[2].into), 6.0, 0.1);
+}
+
+TEST(HoldTrial, SaysWhatToInstall) {
+  if (HasPhysics()) GTEST_SKIP() << "built with MuJoCo";
+  EXPECT_THROW(RequirePhysics(), Error);
+}
+
+// Two contacts hold m g while 2 mu N > m g: 0.098 for 5 N and 0.1 kg.
+TEST(HoldTrial, PlatesHoldACubeAboveTheAnalyticFriction) {
+  if (!HasPhysics()) GTEST_SKIP() << "built without MuJoCo (libmujoco-dev)";
+  const Plates plates(5.0);
+  const double limit = 0.1 * 9.81 / (2.0 * 5.0);
+  const HoldTrial firm = plates.Try(1.3 * limit);
+  EXPECT_EQ(firm.Held(), 6);
+  EXPECT_LT(firm.WorstSlip_mm(), 3.0);
+  const HoldTrial loose = plates.Try(0.7 * limit);
+  EXPECT_EQ(loose.Held(), 2);  // along x it lies on a plate
+  EXPECT_FALSE(loose.directions[4].holds);
+  EXPECT_EQ(plates.Try(0.0).Held(), 0);
+}
+
+TEST(HoldTrial, NothingIsHeldThatNothingTouches) {
+  if (!HasPhysics()) GTEST_SKIP() << "built without MuJoCo (libmujoco-dev)";
+  Plates plates(5.0);
+  plates.links.resize(1);
+  plates.links[0].pieces = {Block({0.1, 0.0, 0.0}, {0.2, 0.1, 0.1})};
+  plates.contacts.clear();
+  const HoldTrial trial = plates.Try(0.8);
+  EXPECT_EQ(trial.Held(), 0);
+  // Free fall of a second.
+  EXPECT_NEAR(trial.directions[1].slip_mm, 0.5e3 * 9.81, 20.0);
+}
+
+TEST(HoldTrial, IsTheSameOnAnyThreads) {
+  if (!HasPhysics()) GTEST_SKIP() << "built without MuJoCo (libmujoco-dev)";
+  const Plates plates(2.0);
+  TrialProtocol protocol;
+  const HoldTrial one =
+      TryHold(plates.links, plates.contacts, plates.solid, Eigen::Isometry3d::Identity(), protocol);
+  protocol.threads = 3;
+  const HoldTrial three =
+      TryHold(plates.links, plates.contacts, plates.solid, Eigen::Isometry3d::Identity(), protocol);
+  for (int k = 0; k < kTrialDirections; ++k) {
+    EXPECT_EQ(one.directions[k].slip_mm, three.directions[k].slip_mm);
+    EXPECT_EQ(one.directions[k].slip_deg, three.directions[k].slip_deg);
+  }
+}
+
+}  // namespace
+}  // namespace holdfast
