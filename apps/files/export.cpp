@@ -254,7 +254,7 @@ int Run(const ExportCommand& options) {
   how.first_frame = options.start;
   how.object_look = look ? &*look : nullptr;
   how.table = input.table && !options.no_object ? &*input.table : nullptr;
-  how.name = input.file.empty() ? input.source : input.file.stem().string();
+  how.name = ClipName(input);
   how.generator = kGenerator;
   how.threads = NumThreads(common);
   for (const fs::path& file : ExportedFiles(input, how, options.output)) {

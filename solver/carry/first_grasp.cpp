@@ -73,7 +73,7 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
   search.use = options.use;
   search.place = options.place;
   search.threads = options.threads;
-  search.best_only = true;
+  search.best_only = !options.also;
   search.up_in_wrist = {state.WristRotation().transpose() * Eigen::Vector3d::UnitZ()};
   // A hand is about 20 cm long: nothing farther than that and the object's own size is met.
   const TriangleMesh& mesh = object.object.mesh;

@@ -246,10 +246,10 @@ void GraspSearch::KeepBest(std::size_t around, std::vector<GraspAttempt>& attemp
 bool GraspSearch::Refine(const std::vector<GraspAttempt>& attempts,
                          std::vector<GraspReport::Candidate>& refined) {
   constexpr int kAtOnce = 4;
-  constexpr double kGain = 0.1;  // of score, by the rest of the refinement
+  constexpr double kGain = 0.3;  // of score, by the rest of the refinement
   RefinementOptions rough, rest;
   rough.rounds = rest.rounds = 1;
-  rough.iterations = 8;
+  rough.iterations = 10;
   std::vector<GraspAttempt> begun = attempts;
   const int count = static_cast<int>(attempts.size());
   if (!RunStage(0.6, 0.2, count, [&](int i) {

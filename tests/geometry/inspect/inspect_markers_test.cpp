@@ -26,7 +26,7 @@ std::string ViconText(const char* unit, double jump) {
   return text;
 }
 
-std::string Findings(const Inspection& inspection) {
+std::string MarkerFindings(const Inspection& inspection) {
   std::string all;
   for (const Finding& finding : inspection.findings) all += finding.text + "\n";
   return all;
@@ -45,22 +45,22 @@ TEST_F(InspectMarkersTest, TellsNamesGapsAndJumps) {
   const Inspection still = Look(ViconText("mm", 0.0));
   EXPECT_EQ(still.title, "marker recording: Vicon CSV");
   EXPECT_EQ(still.Worst(), Verdict::kWarning);
-  EXPECT_THAT(Findings(still), HasSubstr("never seen: c"));
-  EXPECT_THAT(Findings(still), HasSubstr("b 1 frames (longest gap 1)"));
-  EXPECT_THAT(Findings(still), ::testing::Not(HasSubstr("accelerations")));
-  EXPECT_THAT(Findings(Look(ViconText("mm", 40.0))), HasSubstr("accelerations over 200"));
+  EXPECT_THAT(MarkerFindings(still), HasSubstr("never seen: c"));
+  EXPECT_THAT(MarkerFindings(still), HasSubstr("b 1 frames (longest gap 1)"));
+  EXPECT_THAT(MarkerFindings(still), ::testing::Not(HasSubstr("accelerations")));
+  EXPECT_THAT(MarkerFindings(Look(ViconText("mm", 40.0))), HasSubstr("accelerations over 200"));
 }
 
 TEST_F(InspectMarkersTest, DoubtsUnitsThatMakeAGiant) {
   const Inspection metres = Look(ViconText("m", 0.0));
   EXPECT_EQ(metres.Worst(), Verdict::kFault);
-  EXPECT_THAT(Findings(metres), HasSubstr("not in m"));
+  EXPECT_THAT(MarkerFindings(metres), HasSubstr("not in m"));
 }
 
 TEST_F(InspectMarkersTest, FaultsNameTheLine) {
   const Inspection broken = Look(ViconText("mm", 0.0) + "5,0,1,2\n");
   EXPECT_EQ(broken.Worst(), Verdict::kFault);
-  EXPECT_THAT(Findings(broken), HasSubstr("walk.csv:10"));
+  EXPECT_THAT(MarkerFindings(broken), HasSubstr("walk.csv:10"));
 }
 
 }  // namespace

@@ -15,8 +15,8 @@ namespace holdfast {
 namespace {
 
 // Arms hanging or held out, and a ball that comes to the belly.
-struct Scene {
-  Scene() : body(BodyModel::Default()) {
+struct BallScene {
+  BallScene() : body(BodyModel::Default()) {
     constexpr int kFrames = 5;
     clip.pose.assign(kFrames, JointPose::Zero());
     clip.trans.setZero(3, kFrames);
@@ -37,7 +37,7 @@ struct Scene {
 };
 
 TEST(OwnBodyScore, IsTheDeepestOfAllPoints) {
-  const Scene scene;
+  const BallScene scene;
   const auto score = MeasureOwnBody(scene.clip, scene.body, &scene.ball, kHoldsRight);
   ASSERT_TRUE(score && score->object);
   EXPECT_EQ(score->object_points, scene.ball.NumVertices() + kOwnBodySamples);
@@ -77,7 +77,7 @@ TEST(OwnBodyScore, IsTheDeepestOfAllPoints) {
 }
 
 TEST(OwnBodyScore, IsTheSameOnAnyNumberOfThreadsAndStops) {
-  Scene scene;
+  BallScene scene;
   const std::vector<JointPose> poses = scene.clip.pose;
   for (int k = 0; k < 6; ++k) {
     scene.clip.pose.insert(scene.clip.pose.end(), poses.begin(), poses.end());
@@ -113,7 +113,7 @@ TEST(BallTree, LeavesOutWhatIsFar) {
                    ++visits;
                  });
   for (int i = 0; i < 500; ++i) {
-    if ((points.col(i) - place).norm() <= 0.2) EXPECT_TRUE(visited[i]);
+    EXPECT_TRUE(visited[i] || (points.col(i) - place).norm() > 0.2);
   }
   EXPECT_LT(visits, 100);
   BallTree(Eigen::Matrix3Xd(3, 0)).ForPoints([](auto&&...) { return true; }, [](int) { FAIL(); });

@@ -58,7 +58,9 @@ Clip Hanging(double inwards) {
 double MeanAcceleration(const Clip& clip) {
   double sum = 0.0;
   for (int t = 1; t + 1 < clip.NumFrames(); ++t) {
-    const auto at = [&](int k) { return Wrist(clip, k, Side::kRight).translation(); };
+    const auto at = [&](int k) -> Eigen::Vector3d {
+      return Wrist(clip, k, Side::kRight).translation();
+    };
     sum += (at(t - 1) - 2.0 * at(t) + at(t + 1)).norm();
   }
   return sum;

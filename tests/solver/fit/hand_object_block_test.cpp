@@ -188,7 +188,7 @@ TEST(HandObjectBlock, DenseMinimizerEndsWhereCeresDoes) {
   minimizer.AddBlock(a.fingers.data(), kHandDofs);
   minimizer.AddBlock(a.orientation.coeffs().data(), 4, true);
   minimizer.AddBlock(a.translation.data(), 3);
-  minimizer.AddTerm(block, parameters(a));
+  minimizer.AddTerm(static_cast<const NormalTerm&>(block), parameters(a));
   minimizer.AddTerm(near, {a.fingers.data()});
   const DenseMinimizer::Report report = minimizer.Minimize(
       {.max_iterations = 100, .step_tolerance = 1e-10, .function_tolerance = 1e-14});
