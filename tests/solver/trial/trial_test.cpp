@@ -67,9 +67,9 @@ TEST(MassOfSolids, OfABlockIsTheTextbooks) {
 
 TEST(BalancePresses, OpposedContactsPushAlikeAndSumToTheGrip) {
   std::vector<TrialContact> contacts(3);
-  contacts[0] = {1, {-0.02, 0.01, 0.0}, {1.0, 0.0, 0.0}, {}};
-  contacts[1] = {2, {-0.02, -0.01, 0.0}, {1.0, 0.0, 0.0}, {}};
-  contacts[2] = {3, {0.02, 0.0, 0.0}, {-1.0, 0.0, 0.0}, {}};
+  contacts[0] = {1, {-0.02, 0.01, 0.0}, {1.0, 0.0, 0.0}, Eigen::Vector3d::Zero()};
+  contacts[1] = {2, {-0.02, -0.01, 0.0}, {1.0, 0.0, 0.0}, Eigen::Vector3d::Zero()};
+  contacts[2] = {3, {0.02, 0.0, 0.0}, {-1.0, 0.0, 0.0}, Eigen::Vector3d::Zero()};
   BalancePresses(Eigen::Vector3d::Zero(), 0.03, 0.5, 12.0, contacts);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double pushes = 0.0;
