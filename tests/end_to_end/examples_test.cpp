@@ -165,7 +165,8 @@ std::vector<std::string> ReadWords(const std::string& example) {
   bool written = false;
   const auto end = [&] {
     if (!word.empty() && !written) words.push_back(word);
-    if (!word.empty()) written = word == "-o" || word == "--output" || word == "--csv";
+    if (!word.empty())
+      written = word == "-o" || word == "--output" || word == "--csv" || word == "--film";
     word.clear();
   };
   for (const char c : example) {
