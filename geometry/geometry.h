@@ -12,6 +12,7 @@
 ///   error.h         the exception: where, what, what to do
 ///   value_ranges.h  ranges of numbers that come from files
 ///   suggestion.h    edit distance, "did you mean"
+///   numbered_name.h names of files a frame: x_%04d.ply
 ///   embedded.h      files of meshes/ inside the library
 ///   rotation.h      SO(3): exp, log, Jacobians, nearest rotation
 ///   pose.h          rigid transforms, an object's pose

@@ -234,22 +234,28 @@ Eigen::Matrix3Xd SelfCrossings(const TriangleMesh& mesh, std::span<const int> fa
                               surface.point(surface.target(side)),
                               surface.point(surface.target(surface.next(side))));
   };
+  const auto has_corner = [](const Kernel::Triangle_3& face, const Kernel::Point_3& point) {
+    return face[0] == point || face[1] == point || face[2] == point;
+  };
   Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(pairs.size()));
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const Kernel::Triangle_3 a = triangle(pairs[i].first);
-    const Kernel::Triangle_3 b = triangle(pairs[i].second);
+  Eigen::Index count = 0;
+  for (const auto& [first, second] : pairs) {
+    const Kernel::Triangle_3 a = triangle(first);
+    const Kernel::Triangle_3 b = triangle(second);
     // Faces that share a corner meet there in any case: the far end of the segment is the place.
     Eigen::Vector3d place = (ToEigen(CGAL::centroid(a)) + ToEigen(CGAL::centroid(b))) / 2.0;
     if (const auto common = CGAL::intersection(a, b)) {
       if (const auto* segment = IfHolds<Kernel::Segment_3>(*common)) {
         place = (ToEigen(segment->source()) + ToEigen(segment->target())) / 2.0;
       } else if (const auto* point = IfHolds<Kernel::Point_3>(*common)) {
+        // Fans that only touch in a corner were parted: they meet there and cross nowhere.
+        if (has_corner(a, *point) && has_corner(b, *point)) continue;
         place = ToEigen(*point);
       }
     }
-    places.col(i) = place;
+    places.col(count++) = place;
   }
-  return places;
+  return places.leftCols(count);
 }
 
 SolidOverlap FindOverlap(const Solid& a, const Solid& b, const Eigen::VectorXd& distances_b,
@@ -319,17 +325,22 @@ ExactVolume ExactIntersection::With(const Solid& other, const SolidOverlap& over
   if (overlap.box.isEmpty()) return {};
   const SignedDistance& a = solid_->distance;
   const SignedDistance& b = other.distance;
-  if (AnyInside(self_crossings_, b) || AnyInside(SelfCrossings(other.mesh, overlap.faces_b), a)) {
-    return Failed(VolumeStatus::kSelfIntersecting);
+  if (AnyInside(self_crossings_, b)) return Failed(VolumeStatus::kSelfIntersecting);
+  if (!AnyInside(SelfCrossings(other.mesh, overlap.faces_b), a)) {
+    const ExactVolume volume = CutVolume(*solid_, other, overlap);
+    if (volume.Known()) return volume;
   }
-  const ExactVolume volume = CutVolume(*solid_, other, overlap);
-  if (volume.Known()) return volume;
   // Where the faces that count do not do, those beside them may: all in the box of both.
   SolidOverlap whole = overlap;
   const Eigen::Vector3d low = a.Min().cwiseMax(b.Min());
   const Eigen::Vector3d high = a.Max().cwiseMin(b.Max());
   whole.faces_a = a.Tree().FacesInBox(low, high);
   whole.faces_b = b.Tree().FacesInBox(low, high);
+  std::ranges::sort(whole.faces_a);
+  std::ranges::sort(whole.faces_b);
+  if (AnyInside(SelfCrossings(other.mesh, whole.faces_b), a)) {
+    return Failed(VolumeStatus::kSelfIntersecting);
+  }
   return CutVolume(*solid_, other, whole);
 }
 

@@ -101,9 +101,9 @@ TEST(MuJoCo, ShowsObjectAndHandsWhereTheClipHasThem) {
 }
 
 // Half a second of gravity and contact: what the hand holds stays in it.
-TEST(MuJoCo, AGraspedCubeDoesNotFall) {
+TEST(MuJoCo, AGraspedBallDoesNotFall) {
   const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "grasp cube -o grip.npz -q").exit_code, 0);
+  ASSERT_EQ(RunHoldfast(folder.Path(), "grasp sphere -o grip.npz -q").exit_code, 0);
   ASSERT_EQ(RunHoldfast(folder.Path(), "export grip.npz -o scene.xml -q").exit_code, 0);
   Simulation scene(folder / "scene.xml");
   scene.ToKeyFrame(0);

@@ -85,6 +85,7 @@ def c3d(big, floats):
 
 def make_markers():
     put("markers", "intel_floats.c3d", c3d(False, True))
+    put("markers", "cut_off.c3d", c3d(False, True)[:1600])
     put("markers", "mips_integers.c3d", c3d(True, False))
     put("markers", "two.trc", "PathFileType\t4\t(X/Y/Z)\tx.trc\nDataRate\tNumMarkers\tUnits\n60\t2\tm\n"
         "Frame#\tTime\tA\t\t\tB\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n1\t0\t1\t2\t3\t4\t5\t6\n"

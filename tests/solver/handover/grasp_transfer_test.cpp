@@ -30,6 +30,7 @@ struct Scene {
     options.oppositions = 24;
     options.closings = 60;
     options.refinements = 8;
+    options.use = GraspUse::kAny;
     options.threads = 2;
     giver = CloseHand(Hand(Side::kRight), mesh, surface, grid, options);
   }

@@ -200,7 +200,7 @@ TEST(HandApproach, ComesToAGraspWithoutTouching) {
   for (double share = 0.0; share <= 1.0; share += 0.1) {
     EXPECT_LT(deepest(ClosingFingers(approach, grasp, share), 0.0), own + 0.002) << share;
   }
-  EXPECT_LT(deepest(approach.ready, approach.standoff_m), -0.02) << "the line begins too near";
+  EXPECT_LT(deepest(approach.ready, approach.standoff_m), -0.015) << "the line begins too near";
 }
 
 // A body that comes from 1 m away, is at its place at frame 40 and goes on at once.
