@@ -31,6 +31,7 @@ struct Scene {
     options.closings = 60;
     options.refinements = 8;
     options.use = GraspUse::kAny;
+    options.style = GraspStyle::kPower;
     options.threads = 2;
     giver = CloseHand(Hand(Side::kRight), mesh, surface, grid, options);
   }
