@@ -238,7 +238,8 @@ class Passage {
         // While fingers open, the hand does not go because of what comes after.
         const int opening = std::max(1, static_cast<int>(std::lround(kOpening * blend_)));
         const int from_hold = static_cast<int>(j) + 1;
-        const double width = std::min(bump_, from_hold > opening ? from_hold - opening + 1 : from_hold);
+        const double width =
+            std::min(bump_, from_hold > opening ? from_hold - opening + 1 : from_hold);
         const double apart = std::abs(static_cast<double>(j) - static_cast<double>(k)) / width;
         if (apart >= 1.0) continue;
         most = std::max(most, 0.5 * needed[j] * (1.0 + std::cos(std::numbers::pi * apart)));

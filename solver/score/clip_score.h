@@ -50,7 +50,7 @@ struct ClipScore {
   std::string source;
   int frames = 0;
   double frame_rate = 0.0;
-  std::vector<HandObjectScore> hands;  ///< those that hold; empty without an object
+  std::vector<HandObjectScore> hands;    ///< those that hold; empty without an object
   std::optional<OwnBodyScore> own_body;  ///< nothing for a hand alone
   MotionMetrics motion;
   std::optional<ReferenceScore> reference;
@@ -62,9 +62,9 @@ struct ClipScore {
 };
 
 /// Measures a clip, against `reference` if there is one; hands that hold as the clip says, else the
-/// nearer one. `progress` sees "right hand", "left hand", "own body"; what it stops is incomplete. Throws Error
-/// for a clip and a reference that cannot be compared, and for a surface that is open where
-/// `options.exact` is kOn.
+/// nearer one. `progress` sees "right hand", "left hand", "own body"; what it stops is incomplete.
+/// Throws Error for a clip and a reference that cannot be compared, and for a surface that is open
+/// where `options.exact` is kOn.
 ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference = nullptr,
                     const ScoreOptions& options = {}, const StagedProgress& progress = {});
 
