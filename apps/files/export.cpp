@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <cctype>
 #include <optional>
 
 #include <fmt/format.h>
@@ -37,12 +36,6 @@ struct ExportCommand {
   std::optional<int> end;
   int every = 1;
 };
-
-std::string ExtensionOf(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
 
 // What a result's metrics.json has for each frame, in a table that is called after it.
 bool IsMetrics(const fs::path& output) {

@@ -27,12 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string ExtensionOf(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
-
 // Files in one format, from one scene.
 class Exporter {
  public:
@@ -208,6 +202,12 @@ class Exporter {
 };
 
 }  // namespace
+
+std::string ExtensionOf(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
 
 ExportFormat ExportFormatOf(const fs::path& output) {
   const std::string extension = ExtensionOf(output);

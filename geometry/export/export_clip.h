@@ -23,6 +23,8 @@ enum class ExportFormat {
   kMeshes,         ///< name_%04d.ply or .obj: a mesh a frame
 };
 
+/// ".glb" of "held.GLB": in lower case.
+std::string ExtensionOf(const std::filesystem::path& path);
 /// By the file's name. Throws Error for one that no format has, and says which there are.
 ExportFormat ExportFormatOf(const std::filesystem::path& output);
 /// Whether frames may be left out in between (ExportOptions::every).

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "solver/fit/wrist_offset_block.h"
 
+#include <array>
+
 #include "geometry/rotation.h"
 #include "solver/unknowns/rotation_manifold.h"
 
@@ -17,6 +19,44 @@ RelativePose SeenByUnmovedHand(const Eigen::Matrix3d& wrist_rotation,
           wrist_position + W * (offset_rotation.conjugate() * (in_wrist - offset))};
 }
 
+namespace {
+
+// What the block is asked in place of a moved hand: the object as the unmoved one sees it.
+struct UnmovedParameters {
+  UnmovedParameters(const HandState& state, double const* const* parameters)
+      : W(state.WristRotation()),
+        p(state.WristPosition()),
+        C(Eigen::Map<const Eigen::Quaterniond>(parameters[3])),
+        seen(SeenByUnmovedHand(W, p, Eigen::Map<const Eigen::Quaterniond>(parameters[0]),
+                               Eigen::Map<const Eigen::Vector3d>(parameters[1]), C,
+                               Eigen::Map<const Eigen::Vector3d>(parameters[4]))),
+        inner{seen.orientation.coeffs().data(), seen.translation.data(), parameters[2]} {}
+  UnmovedParameters(const UnmovedParameters&) = delete;
+  UnmovedParameters& operator=(const UnmovedParameters&) = delete;
+
+  // How that pose moves with (R, T, C, c): R -> R exp(delta) passes through unchanged, T moves by
+  // W C^T W^T dT; with C -> C exp(omega) it turns by -(R_seen^T W) omega about the wrist.
+  Eigen::Matrix<double, 6, 12> Jacobian() const {
+    const Eigen::Matrix3d offset_inverse = C.toRotationMatrix().transpose();
+    const Eigen::Vector3d arm = W.transpose() * (seen.translation - p);
+    Eigen::Matrix<double, 6, 12> J = Eigen::Matrix<double, 6, 12>::Zero();
+    J.block<3, 3>(0, 0).setIdentity();
+    J.block<3, 3>(3, 3) = W * offset_inverse * W.transpose();
+    J.block<3, 3>(0, 6) = -seen.orientation.toRotationMatrix().transpose() * W;
+    J.block<3, 3>(3, 6) = W * Skew(arm);
+    J.block<3, 3>(3, 9) = -W * offset_inverse;
+    return J;
+  }
+
+  Eigen::Matrix3d W;
+  Eigen::Vector3d p;
+  Eigen::Quaterniond C;
+  RelativePose seen;
+  std::array<const double*, 3> inner;
+};
+
+}  // namespace
+
 WristOffsetBlock::WristOffsetBlock(const HandObjectBlock* block, const HandState* state)
     : block_(block), state_(state) {
   set_num_residuals(HandObjectBlock::kRows);
@@ -25,14 +65,8 @@ WristOffsetBlock::WristOffsetBlock(const HandObjectBlock* block, const HandState
 
 bool WristOffsetBlock::Evaluate(double const* const* parameters, double* residuals,
                                 double** jacobians) const {
-  const Eigen::Map<const Eigen::Quaterniond> q(parameters[0]), C(parameters[3]);
-  const Eigen::Map<const Eigen::Vector3d> T(parameters[1]), c(parameters[4]);
-  const Eigen::Matrix3d W = state_->WristRotation();
-  const Eigen::Vector3d p = state_->WristPosition();
-  const RelativePose seen = SeenByUnmovedHand(W, p, q, T, C, c);
-  const double* inner[] = {seen.orientation.coeffs().data(), seen.translation.data(),
-                           parameters[2]};
-  if (jacobians == nullptr) return block_->Evaluate(inner, residuals, nullptr);
+  const UnmovedParameters unmoved(*state_, parameters);
+  if (jacobians == nullptr) return block_->Evaluate(unmoved.inner.data(), residuals, nullptr);
 
   constexpr int kRows = HandObjectBlock::kRows;
   using Rows3 = Eigen::Matrix<double, kRows, 3, Eigen::RowMajor>;
@@ -40,65 +74,42 @@ bool WristOffsetBlock::Evaluate(double const* const* parameters, double* residua
   Rows4 J_orientation;
   Rows3 J_translation;
   double* inner_jacobians[] = {J_orientation.data(), J_translation.data(), jacobians[2]};
-  if (!block_->Evaluate(inner, residuals, inner_jacobians)) return false;
+  if (!block_->Evaluate(unmoved.inner.data(), residuals, inner_jacobians)) return false;
   const Rows3 J_turn =
-      J_orientation * RotationManifold::PlusJacobianAt(seen.orientation.coeffs().data());
+      J_orientation * RotationManifold::PlusJacobianAt(unmoved.seen.orientation.coeffs().data());
 
-  // R -> R exp(delta) passes through unchanged; T moves by W C^T W^T dT.
-  const Eigen::Matrix3d offset_inverse = C.toRotationMatrix().transpose();
+  const Eigen::Matrix<double, 6, 12> J_seen = unmoved.Jacobian();
   if (jacobians[0] != nullptr) {
     Eigen::Map<Rows4> J(jacobians[0]);
     J = RotationManifold::Lift(J_turn, parameters[0]);
   }
   if (jacobians[1] != nullptr) {
     Eigen::Map<Rows3> J(jacobians[1]);
-    J = J_translation * (W * offset_inverse * W.transpose());
+    J = J_translation * J_seen.block<3, 3>(3, 3);
   }
-  // C -> C exp(omega): the object seen turns by -(R_seen^T W) omega about the wrist.
   if (jacobians[3] != nullptr) {
-    const Eigen::Matrix3d seen_to_wrist = seen.orientation.toRotationMatrix().transpose() * W;
-    const Eigen::Vector3d arm = W.transpose() * (seen.translation - p);
-    const Rows3 J_omega = -J_turn * seen_to_wrist + J_translation * (W * Skew(arm));
+    const Rows3 J_omega =
+        J_turn * J_seen.block<3, 3>(0, 6) + J_translation * J_seen.block<3, 3>(3, 6);
     Eigen::Map<Rows4> J(jacobians[3]);
     J = RotationManifold::Lift(J_omega, parameters[3]);
   }
   if (jacobians[4] != nullptr) {
     Eigen::Map<Rows3> J(jacobians[4]);
-    J = -J_translation * (W * offset_inverse);
+    J = J_translation * J_seen.block<3, 3>(3, 9);
   }
   return true;
 }
 
 double WristOffsetBlock::CostAt(double const* const* parameters) const {
-  const Eigen::Map<const Eigen::Quaterniond> q(parameters[0]), C(parameters[3]);
-  const Eigen::Map<const Eigen::Vector3d> T(parameters[1]), c(parameters[4]);
-  const RelativePose seen =
-      SeenByUnmovedHand(state_->WristRotation(), state_->WristPosition(), q, T, C, c);
-  const double* inner[] = {seen.orientation.coeffs().data(), seen.translation.data(),
-                           parameters[2]};
-  return block_->CostAt(inner);
+  return block_->CostAt(UnmovedParameters(*state_, parameters).inner.data());
 }
 
 void WristOffsetBlock::NormalEquations(double const* const* parameters,
                                        Eigen::Ref<Eigen::MatrixXd> hessian,
                                        Eigen::Ref<Eigen::VectorXd> gradient) const {
-  const Eigen::Map<const Eigen::Quaterniond> q(parameters[0]), C(parameters[3]);
-  const Eigen::Map<const Eigen::Vector3d> T(parameters[1]), c(parameters[4]);
-  const Eigen::Matrix3d W = state_->WristRotation();
-  const Eigen::Vector3d p = state_->WristPosition();
-  const RelativePose seen = SeenByUnmovedHand(W, p, q, T, C, c);
-  const double* inner[] = {seen.orientation.coeffs().data(), seen.translation.data(),
-                           parameters[2]};
-  const HandObjectBlock::System& system = block_->Linearized(inner);
-  // How the pose that the block sees moves with (R, T, C, c), as in Evaluate.
-  const Eigen::Matrix3d offset_inverse = C.toRotationMatrix().transpose();
-  const Eigen::Vector3d arm = W.transpose() * (seen.translation - p);
-  Eigen::Matrix<double, 6, 12> J = Eigen::Matrix<double, 6, 12>::Zero();
-  J.block<3, 3>(0, 0).setIdentity();
-  J.block<3, 3>(3, 3) = W * offset_inverse * W.transpose();
-  J.block<3, 3>(0, 6) = -seen.orientation.toRotationMatrix().transpose() * W;
-  J.block<3, 3>(3, 6) = W * Skew(arm);
-  J.block<3, 3>(3, 9) = -W * offset_inverse;
+  const UnmovedParameters unmoved(*state_, parameters);
+  const HandObjectBlock::System& system = block_->Linearized(unmoved.inner.data());
+  const Eigen::Matrix<double, 6, 12> J = unmoved.Jacobian();
   const Eigen::Matrix<double, 12, 12> poses =
       J.transpose() * system.hessian.topLeftCorner<6, 6>() * J;
   const Eigen::Matrix<double, 12, kHandDofs> across =
