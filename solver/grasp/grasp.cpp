@@ -162,12 +162,7 @@ std::vector<Opposition> GraspSearch::FindPlaces() {
   const bool by_handle = options_.style.value_or(GraspStyle::kHandle) == GraspStyle::kHandle;
   const GraspUse use = options_.use.value_or(GraspUse::kHandle);
   if (by_handle && (use == GraspUse::kHandle || use == GraspUse::kAny)) {
-    HandleOptions handle_options;
-    handle_options.threads = options_.threads;
-    scene_.handles = FindHandles(distance_, handle_options);
-    std::erase_if(scene_.handles, [&](const Handle& handle) {
-      return options_.place && !options_.place->Allows(handle.bar);
-    });
+    scene_.LookForHandles();
   }
   scene_.TakeFor(FindUse(object_, distance_, scene_.handles, options_.use));
   out_.use = scene_.use.kind;

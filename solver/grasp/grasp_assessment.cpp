@@ -245,6 +245,15 @@ void GraspScene::TakeFor(ObjectUse found) {
   }
 }
 
+void GraspScene::LookForHandles() {
+  HandleOptions handle_options;
+  handle_options.threads = options.threads;
+  handles = FindHandles(object, handle_options);
+  std::erase_if(handles, [&](const Handle& handle) {
+    return options.place && !options.place->Allows(handle.bar);
+  });
+}
+
 double Uprightness(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object) {
   double most = scene.options.up_in_wrist.empty() ? 0.0 : -1.0;
   for (const Eigen::Vector3d& up : scene.options.up_in_wrist) {

@@ -18,6 +18,9 @@ namespace holdfast {
 struct GraspScene {
   GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer, const DistanceGrid& distance,
              const TriangleMesh& mesh, const GraspOptions& search_options);
+
+  /// Fills `handles`: those that may be held by the options' place.
+  void LookForHandles();
   /// Sets `use`, and `held_at` with it. Of a place asked for the use says nothing.
   void TakeFor(ObjectUse found);
 

@@ -82,12 +82,7 @@ std::vector<GraspSampler::Place> GraspSampler::FindPlaces(int sampling) {
   const GraspOptions& search = options_.search;
   std::vector<Place> places;
   if (sampling == 0 && search.style.value_or(GraspStyle::kHandle) == GraspStyle::kHandle) {
-    HandleOptions handle_options;
-    handle_options.threads = search.threads;
-    scene_.handles = FindHandles(distance_, handle_options);
-    std::erase_if(scene_.handles, [&](const Handle& handle) {
-      return search.place && !search.place->Allows(handle.bar);
-    });
+    scene_.LookForHandles();
     for (std::size_t h = 0; h < scene_.handles.size(); ++h) {
       places.push_back({std::nullopt, static_cast<int>(h)});
     }
