@@ -4,6 +4,10 @@
 // that no function built for a newer processor can be picked by the linker for an older one.
 #pragma once
 
+#if defined(__FMA__) || defined(__AVX512F__)
+#include <immintrin.h>
+#endif
+
 #include "generator/nn/kernels/layer_arguments.h"
 #include "generator/nn/kernels/residual_loops.h"
 
@@ -24,6 +28,19 @@ struct VectorShape {
 
   static Vector Load(const R* p) { return *reinterpret_cast<const Unaligned*>(p); }
   static void Store(R* p, Vector v) { *reinterpret_cast<Unaligned*>(p) = v; }
+  /// a b + c, by the processor's fused operation where it has one: left to itself, a compiler fuses
+  /// some of the tiles and not others, and a column would depend on how many stand beside it.
+  static Vector MulAdd(Vector a, R b, Vector c) {
+    const Vector factor = b - Vector{};
+#if defined(__AVX512F__)
+    if constexpr (kBytes == 64 && sizeof(R) == 4) return _mm512_fmadd_ps(a, factor, c);
+    if constexpr (kBytes == 64 && sizeof(R) == 8) return _mm512_fmadd_pd(a, factor, c);
+#elif defined(__FMA__)
+    if constexpr (kBytes == 32 && sizeof(R) == 4) return _mm256_fmadd_ps(a, factor, c);
+    if constexpr (kBytes == 32 && sizeof(R) == 8) return _mm256_fmadd_pd(a, factor, c);
+#endif
+    return a * factor + c;
+  }
   static R Sum(Vector v) {
     R sum = 0;
     for (int k = 0; k < kWidth; ++k) sum += v[k];
@@ -47,7 +64,7 @@ inline void Tile(const ProductArguments<typename S::Real>& in, const typename S:
     for (int c = 0; c < kColumns; ++c) {
       const typename S::Real factor = x[k + c * in.x_stride];
 #pragma GCC unroll 16
-      for (int v = 0; v < kVectors; ++v) sum[v][c] += a[v] * factor;
+      for (int v = 0; v < kVectors; ++v) sum[v][c] = S::MulAdd(a[v], factor, sum[v][c]);
     }
   }
 #pragma GCC unroll 16
