@@ -190,9 +190,9 @@ void RequireCarried(const CarryReport& report, const FitJob& job) {
   }
 }
 
-nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const FitSummary& summary,
-                         const PreparedObject& object, const ClipBody& body,
-                         const std::vector<std::string>& notes, const CommonOptions& common) {
+nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const PreparedObject& object,
+                         const ClipBody& body, const std::vector<std::string>& notes,
+                         const CommonOptions& common) {
   const Side side = (report.held_by & kHoldsRight) != 0 ? Side::kRight : Side::kLeft;
   nlohmann::json metrics = JsonHead("holdfast/fit/1", common);
   metrics["options"] = FitOptionsJson(job);
@@ -211,8 +211,8 @@ nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const Fit
       ProtocolJson(job.protocol, object.solid, HandModel(body.model, body.betas, side));
   metrics["notes"] = notes;
   metrics["clearance"] = ClearanceJson(report.clearance);
-  metrics["summary"] = SummaryJson(summary);
-  metrics["per_frame"] = PerFrameJson(report.fit, summary.contact, report.clearance);
+  metrics["summary"] = FitSummaryJson(report.fit, report.contact);
+  metrics["per_frame"] = FitFramesJson(report.fit, report.contact, report.clearance);
   metrics["per_frame"]["holding_hand"] = report.holding.hands;
   if (!job.extra.is_null()) metrics.update(job.extra);
   if (!job.write_timings) RemoveTimings(metrics);
@@ -296,20 +296,20 @@ Outcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& 
   for (const std::string& warning : report.grasp.warnings) Note(common, "warning: " + warning);
   RequireCarried(report, job);
 
-  const FitSummary summary = SummarizeFit(report.fit, report.contact);
   TellConvergence(report.fit, common);
-  nlohmann::json metrics = MetricsOf(job, report, summary, *object, loaded.body, notes, common);
+  nlohmann::json metrics = MetricsOf(job, report, *object, loaded.body, notes, common);
+  const nlohmann::json summary = metrics["summary"];
   if (!WriteResult(job, report, *object, loaded.body, metrics, folder, common)) {
     return {kInterrupted, {}, {}};
   }
   for (const std::string& warning : report.warnings) Note(common, "warning: " + warning);
 
   Outcome outcome;
-  outcome.exit_code = summary.failed > 0 ? kFitFault : kDone;
+  outcome.exit_code = summary["frames_failed"] > 0 ? kFitFault : kDone;
   outcome.text = fmt::format(
       "{}/clip.npz: {} held by {} through {} frames\n{}{}{}  whole fit {:.2f} s, grasp search "
       "included\n",
-      job.output, object->object.name, HandsText(report.held_by), summary.frames,
+      job.output, object->object.name, HandsText(report.held_by), report.fit.frames.size(),
       SummaryText(summary, job.protocol), ClearanceText(report.clearance),
       SwitchesText(metrics["switches"]),
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());

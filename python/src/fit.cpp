@@ -209,41 +209,17 @@ py::dict EnergiesOf(const CarriedClip& self) {
   return energies;
 }
 
+// A list of each name as the array of its type.
 py::dict PerFrameDict(const CarriedClip& self) {
-  using F = FrameReport;
-  using C = ContactScore::Frame;
-  const std::vector<F>& frames = self.report.fit.frames;
-  const std::vector<C>& contact = self.report.contact.frames;
-  py::list stops;
-  for (const F& frame : frames) stops.append(std::string(StopReasonName(frame.stop)));
-  py::dict columns = EnergiesOf(self);
-  columns["wrist_offset_mm"] =
-      PerFrame<double>(frames, [](const F& f) { return 1e3 * f.wrist_offset_m; });
-  columns["iterations"] = PerFrame<int>(frames, [](const F& f) { return f.iterations; });
-  columns["solve_ms"] = PerFrame<double>(frames, [](const F& f) { return f.solve_ms; });
-  columns["stop"] = stops;
-  columns["contact_ratio"] = PerFrame<double>(contact, [](const C& c) { return c.contact_ratio; });
-  columns["in_contact"] = PerFrame<bool>(contact, [](const C& c) { return c.in_contact; });
-  columns["penetration_depth_mm"] =
-      PerFrame<double>(contact, [](const C& c) { return c.penetration_mm; });
-  columns["mean_penetration_depth_mm"] =
-      PerFrame<double>(contact, [](const C& c) { return c.mean_penetration_mm; });
-  columns["intersection_volume_cm3"] =
-      PerFrame<double>(contact, [](const C& c) { return c.voxel_volume_cm3; });
-  return columns;
-}
-
-nlohmann::json SummaryOf(const CarriedClip& self) {
-  const std::vector<FrameReport>& frames = self.report.fit.frames;
-  const auto ended = [&](StopReason reason) {
-    return std::ranges::count(frames, reason, &FrameReport::stop);
-  };
-  nlohmann::json summary = ContactJson(self.report.contact);
-  summary["frames"] = frames.size();
-  summary["contact_pairs"] = self.report.fit.num_contact_pairs;
-  summary["frames_failed"] = ended(StopReason::kFailed);
-  summary["frames_at_iteration_limit"] = ended(StopReason::kIterationLimit);
-  return summary;
+  const nlohmann::json columns =
+      FitFramesJson(self.report.fit, self.report.contact, self.report.clearance);
+  const py::object as_array = py::module_::import("numpy").attr("asarray");
+  py::dict arrays;
+  for (const auto& [name, column] : columns.items()) {
+    const py::object list = ToPython(column);
+    arrays[py::str(name)] = name == "stop" ? list : as_array(list);
+  }
+  return arrays;
 }
 
 py::dict FirstGraspOf(const CarriedClip& self) {
@@ -298,9 +274,12 @@ void BindFitResult(py::module_& module) {
                              "dict of (T,) arrays: energies, contact, penetration, solver; 'stop' "
                              "is a list of str")
       .def_property_readonly(
-          "contact", [](const CarriedClip& self) { return ToPython(SummaryOf(self)); },
+          "contact",
+          [](const CarriedClip& self) {
+            return ToPython(FitSummaryJson(self.report.fit, self.report.contact));
+          },
           "dict of numbers: contact and penetration over the clip, frames, contact pairs, frames "
-          "that failed")
+          "that failed, medians of the solve")
       .def_property_readonly("grasp", &FirstGraspOf,
                              "dict: 'made', and of a grasp that was made its measures, 'fingers' "
                              "(45,) and 'wrist_from_object' (4, 4), of both hands by 'right' and "

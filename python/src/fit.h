@@ -54,7 +54,6 @@ std::optional<GraspUse> UseOf(const std::string& use);
 
 /// Measures of a grasp, with "fingers" (45,) and "wrist_from_object" (4, 4).
 py::dict GraspDict(const Grasp& grasp);
-nlohmann::json ContactJson(const ContactScore& contact);
 nlohmann::json EnergiesJson(const FrameReport& frame);
 
 /// A fit that came to something: FitResult.

@@ -119,20 +119,6 @@ py::dict GraspDict(const Grasp& grasp) {
                   "wrist_from_object"_a = Rows(wrist_from_object.transpose()));
 }
 
-nlohmann::json ContactJson(const ContactScore& contact) {
-  const auto or_null = [](const std::optional<double>& value) {
-    return value ? nlohmann::json(*value) : nlohmann::json();
-  };
-  return {{"frames_in_contact_ratio", or_null(contact.contact_frames_ratio)},
-          {"contact_ratio", or_null(contact.contact_ratio)},
-          {"frames_deeper_than_2_mm", contact.deep_frames},
-          {"max_penetration_depth_mm", contact.penetration_max_mm},
-          {"mean_max_penetration_depth_mm", contact.penetration_mean_max_mm},
-          {"mean_penetration_depth_mm", contact.penetration_mean_mm},
-          {"object_in_hand_max_mm", contact.object_in_hand_max_mm},
-          {"mean_intersection_volume_cm3", contact.voxel_volume_cm3}};
-}
-
 nlohmann::json EnergiesJson(const FrameReport& frame) {
   nlohmann::json energies = {{"energy_total", frame.energy_total}};
   for (const EnergyTermInfo& info : EnergyTerms()) {

@@ -15,27 +15,12 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "python/src/fit.h"
 #include "python/src/run.h"
+#include "solver/carry/carry_json.h"
 
 namespace holdfast::python {
 namespace {
 
 using namespace py::literals;
-
-// What a page shows of a fit's metrics.json, of a fit in memory.
-nlohmann::json MetricsOf(const CarriedClip& carried) {
-  nlohmann::json columns = nlohmann::json::object();
-  for (const FrameReport& frame : carried.report.fit.frames) {
-    const nlohmann::json energies = EnergiesJson(frame);
-    for (const auto& [name, value] : energies.items()) columns[name].push_back(value);
-    columns["wrist_offset_mm"].push_back(1e3 * frame.wrist_offset_m);
-  }
-  for (const ContactScore::Frame& frame : carried.report.contact.frames) {
-    columns["contact_ratio"].push_back(frame.contact_ratio);
-    columns["penetration_depth_mm"].push_back(frame.penetration_mm);
-    columns["intersection_volume_cm3"].push_back(frame.voxel_volume_cm3);
-  }
-  return {{"per_frame", columns}, {"summary", ContactJson(carried.report.contact)}};
-}
 
 struct NamedClip {
   std::string name;
@@ -66,7 +51,9 @@ ReportInput InputOf(const NamedClip& named, const py::object& object, double obj
   ReportInput input = SceneOf(named.clip, object, object_scale, body, named.name.c_str());
   const py::object fit = py::hasattr(named.clip, "fit") ? named.clip.attr("fit") : named.clip;
   if (py::isinstance<CarriedClip>(fit)) {
-    input.metrics = MetricsOf(fit.cast<const CarriedClip&>());
+    const CarryReport& report = fit.cast<const CarriedClip&>().report;
+    input.metrics = {{"per_frame", FitFramesJson(report.fit, report.contact, report.clearance)},
+                     {"summary", FitSummaryJson(report.fit, report.contact)}};
   } else if (!input.file.empty()) {
     input.metrics = MetricsBeside(input.file);
     const std::filesystem::path table = MeshBeside(input.file, input.clip.table);

@@ -9,7 +9,7 @@
 ///   standing_grasp.h  a grasp by a standing person, one frame
 ///   carry.h           CarryObject: an object through a clip
 ///   refine.h          RefineCarried: a clip with its object cleaned
-///   carry_json.h      hand-overs and holds as metrics.json has them
+///   carry_json.h      fits, hand-overs and holds as metrics.json has them
 
 #include <cstdint>
 #include <functional>

@@ -2,9 +2,126 @@
 #include "solver/carry/carry_json.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 namespace holdfast {
+namespace {
+
+template <typename Frame, typename Get>
+nlohmann::json Column(const std::vector<Frame>& frames, const Get& get) {
+  nlohmann::json values = nlohmann::json::array();
+  for (const Frame& frame : frames) values.push_back(get(frame));
+  return values;
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+nlohmann::json FirstGraspJson(const FirstGrasp& first) {
+  nlohmann::json json = {{"made", first.made}};
+  if (!first.made) return json;
+  json["status"] = first.status;
+  if (first.one) {
+    const Grasp& grasp = *first.one;
+    json.update({{"style", StyleName(grasp.style)},
+                 {"score", grasp.score},
+                 {"wrench_quality", grasp.wrench_quality},
+                 {"skin_in_object_mm", grasp.max_penetration_mm},
+                 {"object_in_hand_mm", grasp.object_in_hand_mm},
+                 {"frames_through_body_ratio", first.through_body},
+                 {"search_ms", first.search_ms}});
+  }
+  if (first.both && first.found) {
+    json["width_mm"] = 1000.0 * first.both->width_m;
+    json["body_in_object_mm"] = first.both->in_body_mm;
+    for (int h = 0; h < 2; ++h) {
+      json[h == 0 ? "right" : "left"] = {
+          {"skin_in_object_mm", first.both->hands[h].max_penetration_mm},
+          {"wrist_shift_mm", first.both->wrist_shift_mm[h]},
+          {"wrist_turn_deg", first.both->wrist_turn_deg[h]}};
+    }
+  }
+  return json;
+}
+
+nlohmann::json ContactJson(const ContactScore& contact) {
+  const auto or_null = [](const std::optional<double>& value) {
+    return value ? nlohmann::json(*value) : nlohmann::json();
+  };
+  return {{"frames_in_contact_ratio", or_null(contact.contact_frames_ratio)},
+          {"contact_ratio", or_null(contact.contact_ratio)},
+          {"frames_deeper_than_2_mm", contact.deep_frames},
+          {"max_penetration_depth_mm", contact.penetration_max_mm},
+          {"mean_max_penetration_depth_mm", contact.penetration_mean_max_mm},
+          {"mean_penetration_depth_mm", contact.penetration_mean_mm},
+          {"object_in_hand_max_mm", contact.object_in_hand_max_mm},
+          {"mean_intersection_volume_cm3", contact.voxel_volume_cm3}};
+}
+
+nlohmann::json FitSummaryJson(const FitResult& fit, const ContactScore& contact) {
+  std::vector<double> solve_ms, iterations;
+  int failed = 0, at_limit = 0;
+  for (const FrameReport& frame : fit.frames) {
+    if (frame.stop == StopReason::kGiven || frame.stop == StopReason::kResting) continue;
+    solve_ms.push_back(frame.solve_ms);
+    iterations.push_back(frame.iterations);
+    failed += frame.stop == StopReason::kFailed;
+    at_limit += frame.stop == StopReason::kIterationLimit;
+  }
+  nlohmann::json summary = ContactJson(contact);
+  summary.update({{"frames", fit.frames.size()},
+                  {"contact_pairs", fit.num_contact_pairs},
+                  {"frames_failed", failed},
+                  {"frames_at_iteration_limit", at_limit},
+                  {"solve_ms_median", Median(solve_ms)},
+                  {"iterations_median", Median(iterations)}});
+  return summary;
+}
+
+nlohmann::json FitFramesJson(const FitResult& fit, const ContactScore& contact,
+                             const ClearanceReport& clearance) {
+  using F = FrameReport;
+  using B = ClearanceReport::Frame;
+  using C = ContactScore::Frame;
+  const auto& frames = fit.frames;
+  nlohmann::json columns = {
+      {"wrist_offset_mm", Column(frames, [](const F& f) { return 1000.0 * f.wrist_offset_m; })},
+      {"energy_total", Column(frames, [](const F& f) { return f.energy_total; })},
+      {"iterations", Column(frames, [](const F& f) { return f.iterations; })},
+      {"solve_ms", Column(frames, [](const F& f) { return f.solve_ms; })},
+      {"stop", Column(frames, [](const F& f) { return StopReasonName(f.stop); })},
+      {"contact_ratio", Column(contact.frames, [](const C& c) { return c.contact_ratio; })},
+      {"in_contact", Column(contact.frames, [](const C& c) { return c.in_contact; })},
+      {"penetration_depth_mm", Column(contact.frames, [](const C& c) { return c.penetration_mm; })},
+      {"mean_penetration_depth_mm",
+       Column(contact.frames, [](const C& c) { return c.mean_penetration_mm; })},
+      {"intersection_volume_cm3",
+       Column(contact.frames, [](const C& c) { return c.voxel_volume_cm3; })}};
+  if (!clearance.frames.empty()) {
+    columns["depth_in_body_mm"] =
+        Column(clearance.frames, [](const B& b) { return 1000.0 * b.depth_m; });
+    columns["wrist_shift_mm"] =
+        Column(clearance.frames, [](const B& b) { return 1000.0 * b.wrist_shift_m; });
+  }
+  for (const EnergyTermInfo& info : EnergyTerms()) {
+    if (info.metric == nullptr) continue;
+    nlohmann::json column = Column(frames, [&](const F& f) { return f.energies[info.term]; });
+    // E_s stands in place of E_d and E_c, in few fits.
+    const bool is_off = info.term == EnergyTerm::kSlip &&
+                        std::ranges::all_of(column, [](const auto& value) { return value == 0.0; });
+    if (!is_off) columns[info.metric] = std::move(column);
+  }
+  return columns;
+}
 
 nlohmann::json SwitchesJson(const HoldLabels& holding, const std::vector<Handover>& handovers) {
   nlohmann::json list = nlohmann::json::array();

@@ -5,10 +5,28 @@
 
 #include <nlohmann/json.hpp>
 
+#include "geometry/score/contact_score.h"
 #include "solver/carry/carry.h"
+#include "solver/carry/first_grasp.h"
 #include "solver/carry/refine.h"
+#include "solver/clearance/clearance.h"
+#include "solver/fit/fit.h"
 
 namespace holdfast {
+
+/// How the object came into the hand, units in the names.
+nlohmann::json FirstGraspJson(const FirstGrasp& first);
+
+/// Contact and penetration over a clip, units in the names; null where no frame is held.
+nlohmann::json ContactJson(const ContactScore& contact);
+
+/// A fit in a few numbers: ContactJson, frames, those that failed, medians over the frames that
+/// were solved.
+nlohmann::json FitSummaryJson(const FitResult& fit, const ContactScore& contact);
+
+/// Every term and metric of a fit: a list over the frames for each, units in the names.
+nlohmann::json FitFramesJson(const FitResult& fit, const ContactScore& contact,
+                             const ClearanceReport& clearance);
 
 /// The hand-overs of a carried clip, a list as in metrics.json: frames, hands, confidence and the
 /// receiving hand's grasp.
