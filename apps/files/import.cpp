@@ -348,7 +348,7 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "import",
       "Convert a downloaded motion to a clip: GRAB, AMASS, IMoS, ARCTIC, Motion-X, SMPL-X "
-      "parameters, BVH, ASF/AMC, glTF; the format is detected from the content");
+      "parameters, BVH, ASF/AMC, glTF, SkillMimic; the format is detected from the content");
   command
       ->add_option("motion", options->motion,
                    fmt::format("File or folder: {}", fmt::join(ImportableFormats(), "; ")))

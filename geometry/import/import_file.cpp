@@ -281,7 +281,7 @@ ImportedFile ImportFile(const fs::path& path, const ImportFileOptions& options) 
 }
 
 std::vector<std::string> ImportableFormats() {
-  std::vector<std::string> formats = {"BVH", "ASF/AMC", "glTF",
+  std::vector<std::string> formats = {"BVH", "ASF/AMC", "glTF", "SkillMimic (.pt)",
                                       "a folder with one file of parameters a frame"};
   for (const Importer& importer : kImporters) formats.emplace_back(importer.reads);
   return formats;

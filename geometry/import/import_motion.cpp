@@ -11,6 +11,8 @@
 #include "geometry/io/motion/asf_amc.h"
 #include "geometry/io/motion/bvh.h"
 #include "geometry/io/motion/motion_limits.h"
+#include "geometry/io/motion/skillmimic.h"
+#include "geometry/io/pickle/data_file.h"
 #include "geometry/retarget/skeleton_map.h"
 
 namespace holdfast {
@@ -18,7 +20,7 @@ namespace {
 
 constexpr std::size_t kMotionHeadBytes = 4096;
 
-enum class MotionFormat { kUnknown, kBvh, kAmc, kAsf, kGltf, kMarkers, kFbx };
+enum class MotionFormat { kUnknown, kBvh, kAmc, kAsf, kGltf, kSkillMimic, kMarkers, kFbx };
 
 MotionFormat Recognize(std::string_view text) {
   if (LooksLikeGltf(text.substr(0, kMotionHeadBytes))) return MotionFormat::kGltf;
@@ -42,10 +44,21 @@ MotionFormat Recognize(std::string_view text) {
   return MotionFormat::kUnknown;
 }
 
+// A tensor is told by its shape, which stands inside the archive.
+bool HoldsSkillMimic(const std::filesystem::path& path, std::string_view head) {
+  if (!MayBeSkillMimic(head)) return false;
+  try {
+    return LooksLikeSkillMimic(DataFile(path).Root());
+  } catch (const Error&) {
+    return false;  // whoever reads it as something else says what is wrong
+  }
+}
+
 SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOptions& options) {
   std::string text = ReadGzipText(path);
   const std::string where = path.string();
-  const MotionFormat format = Recognize(text);
+  const MotionFormat format =
+      HoldsSkillMimic(path, text) ? MotionFormat::kSkillMimic : Recognize(text);
   if (format != MotionFormat::kGltf &&
       !(options.animation.empty() && options.character.empty() && options.prop.empty())) {
     throw Error(where, "holds one motion of one skeleton",
@@ -74,6 +87,8 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
       gltf.prop = options.prop;
       return ParseGltfMotion(std::move(text), where, path.parent_path(), gltf);
     }
+    case MotionFormat::kSkillMimic:
+      return ReadSkillMimic(path);
     case MotionFormat::kAsf:
       throw Error(where, "an Acclaim skeleton (.asf), which holds no motion",
                   "Give the .amc, and this file with --asf where it lies elsewhere");
@@ -97,7 +112,9 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
 
 bool LooksLikeMotionFile(const std::filesystem::path& path) {
   // Markers are known for what they are, so that it can be told why they cannot be imported.
-  const MotionFormat format = Recognize(ReadGzipHead(path, kMotionHeadBytes));
+  const std::string head = ReadGzipHead(path, kMotionHeadBytes);
+  if (HoldsSkillMimic(path, head)) return true;
+  const MotionFormat format = Recognize(head);
   return format != MotionFormat::kUnknown && format != MotionFormat::kAsf;
 }
 

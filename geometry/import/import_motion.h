@@ -25,7 +25,7 @@ struct ImportOptions {
 };
 
 struct ImportReport {
-  std::string format;    ///< "BVH", "ASF/AMC" or "glTF"
+  std::string format;    ///< "BVH", "ASF/AMC", "glTF" or "SkillMimic"
   std::string skeleton;  ///< naming recognised, or the map's file name
   int source_joints = 0;
   int mapped_joints = 0;
