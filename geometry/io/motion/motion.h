@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Motion files: BVH, ASF/AMC and SkillMimic's tensors come in as motion of the file's own skeleton; clips go out as BVH
-/// and as parameters of body models.
+/// Motion files: BVH, ASF/AMC and SkillMimic's tensors come in as motion of the file's own
+/// skeleton; clips go out as BVH and as parameters of body models.
 ///
 /// From the inside out:
 ///   motion_file.h       SourceMotion: a skeleton through time

@@ -111,7 +111,8 @@ TEST(SkillMimic, PublishedFileBecomesAClipWithABall) {
   ASSERT_TRUE(imported.object_surface.has_value());
   EXPECT_EQ(imported.source_frame_rate, 60.0);
   EXPECT_TRUE(imported.motion->missing_body_joints.empty());
-  // The ball lies on the ground when nobody has it; the feet say where that is, a few centimetres off.
+  // The ball lies on the ground when nobody has it; the feet say where that is, a few centimetres
+  // off.
   const double radius = 0.12 * imported.motion->retarget.scale;
   EXPECT_NEAR(imported.clip.object->trans.row(2).minCoeff(), radius, 0.05);
 }
