@@ -93,7 +93,8 @@ class GraspSearch {
         anatomy_(hand),
         placer_(anatomy_),
         scene_(anatomy_, placer_, distance, object, options),
-        at_wrist_(AtWrist(hand)) {
+        at_wrist_(AtWrist(hand)),
+        solid_(WhyNotSolid(object).empty()) {
     open_.fingers = anatomy_.axes.PoseOf(OpenHand(anatomy_.axes));
   }
 
@@ -113,7 +114,8 @@ class GraspSearch {
   void KeepBest(std::size_t around, std::vector<GraspAttempt>& attempts) const;
   bool Refine(const std::vector<GraspAttempt>& attempts,
               std::vector<GraspReport::Candidate>& refined);
-  void PreferHolding(std::vector<GraspReport::Candidate>& sorted) const;
+  std::vector<GraspContact> ContactsOf(const Grasp& grasp) const;
+  double LostBySlipping(const Grasp& grasp) const;
   Grasp ReportBest(std::vector<GraspReport::Candidate> refined, const SignedDistance& surface);
 
   const HandModel& hand_;
@@ -126,6 +128,7 @@ class GraspSearch {
   const GraspPlacer placer_;
   GraspScene scene_;
   const HandEvaluation at_wrist_;  // to be copied by those who evaluate
+  const bool solid_;
   Grasp open_;
   std::mutex progress_mutex_;
   bool cancelled_ = false;
@@ -270,6 +273,9 @@ bool GraspSearch::Refine(const std::vector<GraspAttempt>& attempts,
           GraspReport::Candidate& candidate = refined[first + i];
           candidate.grasp = Assess(scene_, evaluation, attempt, true);
           candidate.refused = WhyRefused(scene_, candidate.grasp);
+          if (solid_ && candidate.refused.empty()) {
+            candidate.grasp.score -= LostBySlipping(candidate.grasp);
+          }
         })) {
       return false;
     }
@@ -281,38 +287,50 @@ bool GraspSearch::Refine(const std::vector<GraspAttempt>& attempts,
   return true;
 }
 
+std::vector<GraspContact> GraspSearch::ContactsOf(const Grasp& grasp) const {
+  HandEvaluation evaluation = at_wrist_;
+  return PadContacts(anatomy_, evaluation, distance_, grasp.fingers, grasp.wrist_from_object,
+                     options_.touch_distance_m);
+}
+
 // What does not hold the object's weight in every direction with the friction assumed is not as
-// good as what does: it loses `kSlips` of score. Only the hands that could be the best are asked.
-void GraspSearch::PreferHolding(std::vector<GraspReport::Candidate>& sorted) const {
-  constexpr double kSlips = 1.0;
-  if (!WhyNotSolid(object_).empty()) return;
-  const auto contacts = [&](const Grasp& grasp) {
-    HandEvaluation evaluation = AtWrist(hand_);
-    return PadContacts(anatomy_, evaluation, distance_, grasp.fingers, grasp.wrist_from_object,
-                       options_.touch_distance_m);
-  };
-  const double length = 0.5 * scene_.size;
-  double best = -std::numeric_limits<double>::infinity();
-  for (GraspReport::Candidate& candidate : sorted) {
-    double& score = candidate.grasp.score;
-    if (!candidate.refused.empty() || score <= best) break;
-    if (!HoldsGravity(contacts(candidate.grasp), scene_.centroid, length, options_.friction)) {
-      score -= kSlips;
+// good as what does, nor what has to squeeze hard for it as what does so lightly, nor what would
+// let go if the weight pulled a little farther off.
+double GraspSearch::LostBySlipping(const Grasp& grasp) const {
+  constexpr double kSlips = 1.5, kSqueezes = 0.3, kOffCenter = 0.1, kOffset = 0.1;
+  const std::vector<GraspContact> contacts = ContactsOf(grasp);
+  double lost = 0.0;
+  CertificateOptions firm;
+  firm.most_squeeze = 12.0;
+  for (int k = 0; k < 6; ++k) {
+    const Eigen::Vector3d offset =
+        (k % 2 == 0 ? 1.0 : -1.0) * kOffset * scene_.size * Eigen::Vector3d::Unit(k / 2);
+    if (!HoldsGravity(contacts, scene_.centroid + offset, 0.5 * scene_.size, options_.friction,
+                      firm)) {
+      lost += kOffCenter;
     }
-    best = std::max(best, score);
   }
-  SortBestFirst(sorted);
-  Grasp& first = sorted.front().grasp;
-  CertificateOptions certificate_options;
-  certificate_options.friction = options_.friction;
-  first.certificate =
-      CertifyContacts(contacts(first), scene_.centroid, length, certificate_options);
+  for (const double weights : {6.0, 12.0, CertificateOptions{}.most_squeeze}) {
+    CertificateOptions options;
+    options.most_squeeze = weights;
+    if (HoldsGravity(contacts, scene_.centroid, 0.5 * scene_.size, options_.friction, options)) {
+      return lost;
+    }
+    lost += kSqueezes;
+  }
+  return kSlips;
 }
 
 Grasp GraspSearch::ReportBest(std::vector<GraspReport::Candidate> refined,
                               const SignedDistance& surface) {
   SortBestFirst(refined);
-  PreferHolding(refined);
+  if (solid_) {
+    CertificateOptions certificate_options;
+    certificate_options.friction = options_.friction;
+    Grasp& first = refined.front().grasp;
+    first.certificate =
+        CertifyContacts(ContactsOf(first), scene_.centroid, 0.5 * scene_.size, certificate_options);
+  }
   Grasp best = refined.front().grasp;
   out_.status = refined.front().refused.empty() ? GraspStatus::kFound : GraspStatus::kNoCleanGrasp;
   out_.candidates = std::move(refined);

@@ -203,8 +203,10 @@ double Score(const GraspScene& scene, const Grasp& grasp, const HandAngles& angl
   const auto fingers = static_cast<double>(
       std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.end(), true));
   const bool in_palm = grasp.palm_touching && grasp.style != GraspStyle::kPrecision;
-  return std::sqrt(std::min(grasp.wrench_quality / 0.3, 1.0)) + 0.1 * fingers + 0.5 * opposed +
-         0.02 * contacts.parts + (in_palm ? 0.2 : 0.0) +
+  const bool for_palm = scene.use.kind == GraspUse::kVessel || scene.use.kind == GraspUse::kBox;
+  const double palm_worth = for_palm ? 0.5 : 0.2;
+  return 1.4 * std::sqrt(std::min(grasp.wrench_quality / 0.3, 1.0)) + 0.1 * fingers +
+         0.5 * opposed + 0.02 * contacts.parts + (in_palm ? palm_worth : 0.0) +
          (grasp.fingers_touching[kThumb] ? 0.4 : 0.0) -
          0.2 * std::max(0.0, grasp.max_penetration_mm - 0.7) -
          0.15 * std::max(0.0, grasp.object_in_hand_mm - 1.5) - 0.15 * grasp.self_penetration_mm -

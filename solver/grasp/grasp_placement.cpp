@@ -136,8 +136,8 @@ void GraspPlacer::PlacePower(const Opposition& opposition, const Eigen::Vector3d
       height -= std::max(clearance - 0.0004, 0.0002);
     }
     // Too deep for something that thick: what touches is not what is to be grasped.
-    if (clearance < -target.allowed_depth || height < 0.2 * opposition.width || height > 0.075)
-      continue;
+    const double half_thick = std::max(0.0, -object.Distance(opposition.center));
+    if (clearance < -target.allowed_depth || height < 0.4 * half_thick || height > 0.075) continue;
     const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
     const double allowed = -target.allowed_depth;
     if (Clearance(object, object_from_wrist, open_[0].skin, open_[0].fingers, allowed) < allowed) {

@@ -440,7 +440,7 @@ std::optional<ObjectUse> AsHandle(const UseShape& shape, const Opening& opening,
   return use;
 }
 
-std::optional<ObjectUse> AsBox(const BoxShape& box, bool wanted) {
+std::optional<ObjectUse> AsBox(const UseShape& shape, const BoxShape& box, bool wanted) {
   const bool is_box = box.filled > 0.87 || (box.filled > 0.65 && box.square > 0.75);
   if (!(wanted ? box.filled > 0.5 : is_box) || box.side[2] > 0.095) return std::nullopt;
   if (!wanted && box.side[2] < 0.004) return std::nullopt;  // a sheet
@@ -451,7 +451,31 @@ std::optional<ObjectUse> AsBox(const BoxShape& box, bool wanted) {
   for (int k = card ? 1 : 2; k >= 0; --k) {
     if (box.side[k] < 1.15 * across && box.side[k] < 0.095) use.press.push_back(box.axes.col(k));
   }
-  if (std::abs(box.axes.col(0).z()) > 0.9 && box.side[0] > 1.15 * box.side[1]) use.up_weight = 3.0;
+  if (card) {
+    // Its face is to be seen.
+    const Vector3d up = box.axes.col(2).z() < 0.0 ? Vector3d(-box.axes.col(2)) : box.axes.col(2);
+    use.ahead = box.axes.col(1);
+    use.up = up;
+    use.up_weight = 1.0;
+    const double top = shape.Along(up).high;
+    use.keep_free.push_back({shape.middle - shape.middle.dot(up) * up, up, top + 0.002, top + 0.2,
+                             0.0, 0.4 * box.side[1]});
+    return use;
+  }
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d axis = box.axes.col(k);
+    if (std::abs(axis.z()) < 0.9) continue;
+    if (k == 2) break;
+    use.up_weight = 3.0;
+    // A hand comes from the side, half way up, the thumb above; a wide box it takes near an edge.
+    constexpr double kFromEdge = 0.055;
+    const double half = std::max(0.05, 0.25 * box.side[k]);
+    const Vector3d up = axis.z() > 0.0 ? axis : Vector3d(-axis);
+    const double middle = shape.Along(up).Middle();
+    use.thumb = up;
+    use.hold = UseZone{shape.middle - shape.middle.dot(up) * up, up, middle - half, middle + half,
+                       std::max(0.0, 0.5 * box.side[1 - k] - kFromEdge)};
+  }
   return use;
 }
 
@@ -619,7 +643,7 @@ std::optional<ObjectUse> AsDish(const UseShape& shape, const Opening& opening, b
   if (!wanted && (2.0 * least < kWidestHold || stand.Length() > 1.4 * least)) return std::nullopt;
   if (!opening.Any() && stand.Length() > 0.045) return std::nullopt;
   // The rim: the top of the wall of a bowl, the edge of a plate.
-  const double deep = opening.Any() ? std::max(0.3 * (opening.rim - opening.floor), 0.02) : 1.0;
+  const double deep = opening.Any() ? std::max(0.5 * (opening.rim - opening.floor), 0.02) : 1.0;
   use.hold = UseZone{line, use.up, stand.high - deep, stand.high + 0.01, least - 0.035};
   if (stand.Length() < 0.045) use.press.push_back(use.up);
   return use;
@@ -678,7 +702,11 @@ double ObjectUse::OppositionWeight(const Vector3d& center, const Vector3d& axis)
 double ObjectUse::DirectionScore(const Vector3d& across, const Vector3d& forward) const {
   double score = 0.0;
   if (!thumb.isZero()) score += 0.6 * (across.dot(thumb) - 1.0);
-  if (!ahead.isZero()) score += 0.6 * (forward.dot(ahead) - 1.0);
+  if (!ahead.isZero()) {
+    // A card is taken from either of its long edges.
+    const double along = forward.dot(ahead);
+    score += 0.6 * ((kind == GraspUse::kBox ? std::abs(along) : along) - 1.0);
+  }
   return score;
 }
 
@@ -715,7 +743,7 @@ ObjectUse FindUse(const TriangleMesh& mesh, const DistanceGrid& object,
   std::optional<ObjectUse> use;
   if (asked(GraspUse::kHandle)) use = AsHandle(shape, opening, handles);
   if (!use && !forced && IsBall(shape)) return {};
-  if (!use && asked(GraspUse::kBox)) use = AsBox(FindBox(shape), forced);
+  if (!use && asked(GraspUse::kBox)) use = AsBox(shape, FindBox(shape), forced);
   // Before tools: a glass has a stem and a bottle a neck.
   if (!use && asked(GraspUse::kVessel)) use = AsVessel(shape, opening, forced);
   if (!use && asked(GraspUse::kTool)) use = AsTool(shape, opening, forced);

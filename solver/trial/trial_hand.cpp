@@ -2,6 +2,7 @@
 #include "solver/trial/trial_hand.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <utility>
@@ -15,6 +16,7 @@ namespace holdfast {
 namespace {
 
 constexpr double kLeastLinkPiece_m3 = 1e-10;
+constexpr double kLinkSection_m = 0.015;
 constexpr int kSweeps = 200;
 constexpr double kBalanceWeight = 100.0;
 
@@ -98,15 +100,21 @@ std::vector<TrialLink> LinksOfHand(const HandState& state, const FingerStrength&
     link_from_world.push_back(
         RigidTransform(state.JointRotation(j), state.JointPositions().col(j)).inverse());
   }
+  // A hull of a whole link would fill the hollow of the palm and the inside of a bent joint.
   const std::vector<int> piece_of = PieceOfVertices(state);
-  std::map<int, std::set<int>> vertices;
+  const auto section_of = [&](int v) {
+    const int piece = piece_of[static_cast<std::size_t>(v)], link = LinkOfPiece(piece);
+    const Eigen::Vector3d along = link == 0 ? axes.Forward() : axes.Bone(piece);
+    const Eigen::Vector3d point =
+        link_from_world[static_cast<std::size_t>(link)] * state.Vertices().col(v);
+    return std::pair(piece, static_cast<int>(std::floor(along.dot(point) / kLinkSection_m)));
+  };
+  std::map<std::pair<int, int>, std::set<int>> vertices;
   for (const auto face : hand.Surface().Faces().colwise()) {
-    for (const int corner : face) {
-      vertices[piece_of[static_cast<std::size_t>(corner)]].insert(face.begin(), face.end());
-    }
+    for (const int corner : face) vertices[section_of(corner)].insert(face.begin(), face.end());
   }
-  for (const auto& [piece, ids] : vertices) {
-    const auto link = static_cast<std::size_t>(LinkOfPiece(piece));
+  for (const auto& [section, ids] : vertices) {
+    const auto link = static_cast<std::size_t>(LinkOfPiece(section.first));
     const std::vector<int> columns(ids.begin(), ids.end());
     const Eigen::Matrix3Xd points = link_from_world[link] * state.Vertices()(Eigen::all, columns);
     TriangleMesh hull = ConvexHull(points);

@@ -171,6 +171,30 @@ TEST(FindUse, TakesABoxAcrossItsNarrowSide) {
   EXPECT_EQ(UseOf(Turned{Turns(true)[0].rotation, 1.0} * Block()).up_weight, 0.0) << "it does not";
 }
 
+TEST(FindUse, TakesAStandingBoxFromTheSideAtMidHeight) {
+  for (const Turned& turned : Turns(false)) {
+    const ObjectUse use = UseOf(turned * Block());
+    ASSERT_EQ(use.kind, GraspUse::kBox) << turned.scale;
+    EXPECT_GT(use.thumb.z(), 0.99);
+    EXPECT_GT(use.HoldWeight(At(turned, {0.025, 0.02, 0.085})), 0.95);
+    EXPECT_LT(use.HoldWeight(At(turned, {0.025, 0.02, 0.17})), 0.5) << "its top edge";
+  }
+  const ObjectUse wide = UseOf(Box({-0.03, -0.08, 0.0}, {0.03, 0.08, 0.21}));
+  EXPECT_GT(wide.HoldWeight({0.03, 0.04, 0.1}), wide.HoldWeight({0.0, 0.0, 0.1})) << "near an edge";
+}
+
+TEST(FindUse, KeepsTheFaceOfACardFree) {
+  const ObjectUse use = UseOf(Box({-0.07, -0.035, 0.0}, {0.07, 0.035, 0.008}));
+  ASSERT_EQ(use.kind, GraspUse::kBox);
+  ASSERT_EQ(use.press.size(), 1u);
+  EXPECT_GT(std::abs(use.press[0].y()), 0.99) << "across its width";
+  const Eigen::Matrix3Xd above = Vector3d(0.01, 0.0, 0.03), below = Vector3d(0.01, 0.0, -0.02);
+  EXPECT_LT(use.PlaceScore({}, above), -1.0);
+  EXPECT_EQ(use.PlaceScore({}, below), 0.0);
+  EXPECT_NEAR(use.DirectionScore(Vector3d::UnitX(), Vector3d::UnitY()),
+              use.DirectionScore(Vector3d::UnitX(), -Vector3d::UnitY()), 1e-6);
+}
+
 TEST(FindUse, TakesACupByItsHandleWithTheThumbUp) {
   TriangleMesh ring = Torus(0.025, 0.005, 48, 16);
   const Eigen::Matrix3d upright = ExpSO3(0.5 * std::numbers::pi * Vector3d::UnitX());

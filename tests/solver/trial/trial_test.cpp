@@ -10,6 +10,8 @@
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/convex_hull.h"
 #include "geometry/rotation.h"
+#include "geometry/score/contact_metrics.h"
+#include "solver/hand/hand_postures.h"
 #include "solver/trial/trial_clip.h"
 
 namespace holdfast {
@@ -63,6 +65,34 @@ TEST(MassOfSolids, OfABlockIsTheTextbooks) {
   EXPECT_NEAR(mass.inertia(0, 0), 8.0 / 12.0 * (0.01 + 0.16), 1e-9);
   EXPECT_NEAR(mass.inertia(2, 2), 8.0 / 12.0 * (0.04 + 0.01), 1e-9);
   EXPECT_NEAR(mass.inertia(0, 1), 0.0, 1e-9);
+}
+
+// A hull of the whole palm, or of a bent phalanx, would fill its hollow by 7 mm and more.
+TEST(LinksOfHand, StayNearTheSkin) {
+  const HandModel hand(BodyModel::Default(), {}, Side::kRight);
+  const HandAxes axes(hand);
+  HandAngles angles = axes.Relaxed();
+  for (int finger = 0; finger < kThumb; ++finger) angles(0, 3 * finger) += 40.0 * kDegree;
+  HandEvaluation evaluation = AtWrist(hand);
+  const HandState& state = evaluation.At(axes.PoseOf(angles).data(), false);
+  const SignedDistance skin(CloseHoles({state.Vertices(), hand.Surface().Faces()}));
+  const std::vector<TrialLink> links = LinksOfHand(state, FingerStrength{});
+  ASSERT_EQ(links.size(), 16u);
+  double farthest = 0.0;
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    const Eigen::Isometry3d world_from_link =
+        k == 0 ? state.WorldFromWrist()
+               : RigidTransform(state.JointRotation(static_cast<int>(k) - 1),
+                                state.JointPositions().col(static_cast<int>(k) - 1));
+    ASSERT_FALSE(links[k].pieces.empty()) << k;
+    for (const TriangleMesh& piece : links[k].pieces) {
+      for (const auto face : piece.faces.colwise()) {
+        const Eigen::Vector3d middle = piece.vertices(Eigen::all, face).rowwise().mean();
+        farthest = std::max(farthest, skin.Distance(world_from_link * middle));
+      }
+    }
+  }
+  EXPECT_LT(farthest, 0.005);
 }
 
 TEST(BalancePresses, OpposedContactsPushAlikeAndSumToTheGrip) {
