@@ -14,6 +14,7 @@
 #include "solver/carry/standing_grasp.h"
 #include "solver/trial/trial_clip.h"
 #include "solver/trial/trial_film.h"
+#include "solver/trial/trial_grasps.h"
 
 namespace holdfast::apps {
 namespace {
@@ -25,6 +26,7 @@ struct HoldCommand {
   std::vector<std::string> objects;
   std::string body, output, csv, film;
   TrialProtocol protocol;
+  int count = 0;  // grasps of each object; 0: the first of `grasp`
 };
 
 // The meshes of HOLDFAST_DATA/objects, where they are there, and what is part of the library.
@@ -119,6 +121,61 @@ std::string HoldCsv(const std::vector<HoldRow>& rows) {
   return text;
 }
 
+// Many grasps of each object, as `grasp --count` makes them.
+int RunSets(const HoldCommand& options) {
+  const CommonOptions& common = options.common;
+  const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
+  const HandModel hand(body, {}, body->LoneHand().value_or(Side::kRight));
+  TrialProtocol protocol = options.protocol;
+  protocol.threads = NumThreads(common);
+  nlohmann::json json = JsonHead("holdfast/evaluate-hold-sets/1", common);
+  json["protocol"] = TrialProtocolJson(protocol);
+  std::string csv = "object,grasp,held_directions,worst_slip_mm,worst_slip_deg\n";
+  std::string text =
+      fmt::format("{:<24}{:>8}{:>13}{:>8}\n", "object", "grasps", "hold in six", "share");
+  int tried = 0, all = 0;
+  Progress progress(common, "hold");
+  for (const std::string& name : options.objects) {
+    const LoadedObject object = LoadObject(name);
+    GraspSetOptions set_options;
+    set_options.count = options.count;
+    set_options.search.seed = common.seed;
+    set_options.search.threads = protocol.threads;
+    DistanceGridOptions grid_options;
+    grid_options.threads = protocol.threads;
+    const DistanceGrid grid(SignedDistance(object.mesh), grid_options);
+    const GraspSet set =
+        FindGrasps(hand, object.mesh, grid, set_options, [](double) { return !Interrupted(); });
+    const std::vector<HoldTrial> trials =
+        TryGrasps(hand, object.mesh, set.grasps, protocol, [&](double share) {
+          progress.Update(static_cast<int>(share * options.count), options.count);
+          return !Interrupted();
+        });
+    if (Interrupted()) return kInterrupted;
+    int held = 0;
+    for (std::size_t i = 0; i < trials.size(); ++i) {
+      held += trials[i].Held() == kTrialDirections;
+      csv += fmt::format("{},{},{},{:.3f},{:.3f}\n", object.name, i, trials[i].Held(),
+                         trials[i].WorstSlip_mm(), trials[i].WorstSlip_deg());
+    }
+    const auto count = static_cast<int>(trials.size());
+    const double share = held / std::max(1.0, static_cast<double>(count));
+    json["objects"].push_back(
+        {{"object", object.name}, {"grasps", count}, {"hold_all_six", held}, {"share", share}});
+    text += fmt::format("{:<24}{:>8}{:>13}{:>7.0f}%\n", object.name, count, held, 100.0 * share);
+    tried += count;
+    all += held;
+  }
+  json["summary"] = {{"grasps", tried},
+                     {"hold_all_six", all},
+                     {"share", all / std::max(1.0, static_cast<double>(tried))}};
+  if (!options.output.empty()) WriteAtomically(options.output, json.dump(1) + "\n");
+  if (!options.csv.empty()) WriteAtomically(options.csv, csv);
+  PrintResult(common, json,
+              text + fmt::format("{} of {} hold in all six directions\n", all, tried));
+  return kDone;
+}
+
 int Run(HoldCommand options) {
   const CommonOptions& common = options.common;
   RequirePhysics();
@@ -126,6 +183,7 @@ int Run(HoldCommand options) {
     if (!path.empty()) RequireNew(path, common);
   }
   if (options.objects.empty()) options.objects = UsualObjects();
+  if (options.count > 0) return RunSets(options);
   if (!options.film.empty() && (options.objects.size() > 1 || !VideoFormatOf(options.film))) {
     throw Error("--film", "is a video (.mp4, .gif) of one object's trial", "Name one object");
   }
@@ -167,14 +225,22 @@ void AddEvaluateHold(CLI::App& evaluate, int& exit_code) {
                       "Meshes or embedded objects; default: those of HOLDFAST_DATA and all "
                       "embedded ones");
   command->add_option("-o,--output", options->output, "Write the trials as JSON");
-  command->add_option("--csv", options->csv, "Write a table with one line per object");
-  command->add_option("--film", options->film, "Write a film (.mp4, .gif) of one object's trial");
+  command->add_option("--csv", options->csv,
+                      "Write a table with one line per object, with --count per grasp");
+  CLI::Option* const film = command->add_option("--film", options->film,
+                                                "Write a film (.mp4, .gif) of one object's trial");
+  command
+      ->add_option("--count", options->count,
+                   "Try so many distinct grasps of each object (`grasp --count`), not the first")
+      ->check(CLI::Range(1, 1'000'000))
+      ->excludes(film);
   command->add_option("--body", options->body, "Body model; default: the embedded one");
   AddOption(*command, "--friction", options->protocol.scene.friction,
             "Coefficient of friction of hand and object", CLI::NonNegativeNumber);
   AddCommonOptions(*command, options->common, true,
                    "  holdfast evaluate hold sphere\n"
-                   "  holdfast evaluate hold mug --film trial.gif -o trial.json\n");
+                   "  holdfast evaluate hold mug --film trial.gif -o trial.json\n"
+                   "  holdfast evaluate hold mug --count 50\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

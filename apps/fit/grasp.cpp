@@ -228,6 +228,7 @@ void PrintGrasps(const GraspCommand& options, const LoadedObject& object, Side s
   summary["output"] = options.output;
   summary["object"] = object.name;
   summary["hand"] = SideName(side);
+  summary["use"] = UseName(set.use);
   summary["asked"] = options.count;
   summary["found"] = set.grasps.size();
   std::vector<double> frictions, depths;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <map>
 
 #include "geometry/rotation.h"
@@ -115,6 +116,8 @@ HandState::HandState(const HandModel& hand)
 
 void HandState::SetBody(const JointPose& pose, const Eigen::Vector3d& trans) {
   ForwardJoints(hand_->surface_.RestJoints(), pose, trans, body_);
+  // Unlike any: the next Evaluate has all fingers to move.
+  body_.pose.middleCols<kJointsPerHand>(first_).setConstant(std::nan(""));
   base_ = hand_->surface_.RestVertices();
   for (const BodySurface::PoseDirBlock& block : hand_->surface_.PoseDirs()) {
     if (block.joint >= first_ && block.joint < first_ + kJointsPerHand) continue;
@@ -128,10 +131,19 @@ void HandState::SetBody(const JointPose& pose, const Eigen::Vector3d& trans) {
   }
 }
 
+// What no finger that has moved since the last time can move stays where it is.
 void HandState::Evaluate(const FingerPose& fingers, bool with_jacobian) {
   const BodySurface& surface = hand_->surface_;
   const Eigen::Matrix3Xd& rest_joints = surface.RestJoints();
+  std::array<bool, kJointsPerHand> moved;  // the whole finger of a joint
   for (int k = 0; k < kJointsPerHand; ++k) {
+    const int finger = k - k % 3;
+    moved[k] = k == finger
+                   ? fingers.segment<9>(3 * k) != body_.pose.middleCols<3>(first_ + k).reshaped()
+                   : moved[finger];
+  }
+  for (int k = 0; k < kJointsPerHand; ++k) {
+    if (!moved[k]) continue;
     const int j = first_ + k;
     const int parent = kJointParents[j];
     body_.pose.col(j) = fingers.segment<3>(3 * k);
@@ -143,8 +155,17 @@ void HandState::Evaluate(const FingerPose& fingers, bool with_jacobian) {
     body_.skin_offset.col(j) = body_.joints.col(j);
     body_.skin_offset.col(j).noalias() -= body_.world_rotation[j] * rest_joints.col(j);
   }
-  posed_rest_ = base_;
+  const bool all = std::ranges::find(moved, false) == moved.end();
+  if (all) posed_rest_ = base_;
+  std::vector<bool> moves(hand_->groups_.size());
+  for (std::size_t g = 0; g < moves.size(); ++g) {
+    const HandModel::Group& group = hand_->groups_[g];
+    moves[g] = all || std::ranges::any_of(group.joints, [&](int k) { return moved[k]; });
+    if (!moves[g] || all) continue;
+    for (const int i : group.vertices) posed_rest_.col(i) = base_.col(i);
+  }
   for (const HandModel::FingerDirs& part : hand_->finger_dirs_) {
+    if (!moves[part.group]) continue;
     const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> difference =
         body_.local_rotation[first_ + part.finger_joint] - Eigen::Matrix3d::Identity();
     const Eigen::Map<const Eigen::Matrix<double, 9, 1>> feature(difference.data());
@@ -155,6 +176,7 @@ void HandState::Evaluate(const FingerPose& fingers, bool with_jacobian) {
     }
   }
   for (int i = 0; i < hand_->NumVertices(); ++i) {
+    if (!moves[hand_->PlaceOf(i).group]) continue;
     Eigen::Matrix3d blend = Eigen::Matrix3d::Zero();
     Eigen::Vector3d offset = Eigen::Vector3d::Zero();
     for (const auto& [joint, w] : surface.Weights(i)) {

@@ -317,6 +317,7 @@ def grasps(
     *,
     hand: str = "auto",
     style: str = "auto",
+    use: str = "auto",
     at: Optional[ArrayLike] = None,
     region: Optional[_Object] = None,
     avoid: Optional[_Object] = None,

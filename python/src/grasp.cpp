@@ -191,10 +191,10 @@ py::dict ArraysOf(const std::map<std::string, NpyArray>& arrays) {
 }
 
 py::dict ManyGrasps(const py::object& object, int count, const std::string& hand,
-                    const std::string& style, const py::object& at, const py::object& region,
-                    const py::object& avoid, const py::object& body, double object_scale,
-                    double friction, double apart, double apart_angle, std::uint64_t seed,
-                    int threads, const py::object& progress) {
+                    const std::string& style, const std::string& use, const py::object& at,
+                    const py::object& region, const py::object& avoid, const py::object& body,
+                    double object_scale, double friction, double apart, double apart_angle,
+                    std::uint64_t seed, int threads, const py::object& progress) {
   GraspSetOptions options;
   RequireBetween(count, "count", 1, 1'000'000);
   RequireBetween(friction, "friction", 0.01, 2.0);
@@ -205,6 +205,7 @@ py::dict ManyGrasps(const py::object& object, int count, const std::string& hand
   options.apart_m = apart;
   options.apart_rad = apart_angle;
   options.search.style = StyleOf(style);
+  options.search.use = UseOf(use);
   options.search.friction = friction;
   options.search.seed = seed;
   options.search.threads = ThreadsOf(threads);
@@ -271,14 +272,15 @@ void BindGrasp(py::module_& module) {
   const GraspSetOptions set;
   module.def(
       "grasps", &ManyGrasps, "object"_a, "count"_a = set.count, py::kw_only(), "hand"_a = "auto",
-      "style"_a = "auto", "at"_a = py::none(), "region"_a = py::none(), "avoid"_a = py::none(),
-      "body"_a = py::none(), "object_scale"_a = 1.0, "friction"_a = set.search.friction,
-      "apart"_a = set.apart_m, "apart_angle"_a = set.apart_rad, "seed"_a = 1, "threads"_a = 0,
-      "progress"_a = py::none(),
+      "style"_a = "auto", "use"_a = "auto", "at"_a = py::none(), "region"_a = py::none(),
+      "avoid"_a = py::none(), "body"_a = py::none(), "object_scale"_a = 1.0,
+      "friction"_a = set.search.friction, "apart"_a = set.apart_m, "apart_angle"_a = set.apart_rad,
+      "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(),
       "Many distinct grasps of an object: each touches, is at most 1 mm deep and holds the "
       "object's "
       "weight in every direction with this friction, as linear programs prove.\n\n"
-      "object, style, at, region and avoid as for fit(). Two grasps are distinct when their wrists "
+      "object, style, use, at, region and avoid as for fit(); of a use that is asked for all are "
+      "of that use, with 'auto' they come first. Two grasps are distinct when their wrists "
       "are `apart` metres from each other in the object's frame or turned by `apart_angle` "
       "radians. Returns a dict of arrays, best score first, those of grasps.npz: "
       "'wrist_from_object' and 'object_from_wrist' (N, 4, 4) metres, 'finger_pose' (N, 45) "

@@ -2,6 +2,7 @@
 #include "solver/carry/standing_grasp.h"
 
 #include <algorithm>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -58,20 +59,30 @@ Holder HandAlone(const HandModel& hand, double pronation, const Grasp& grasp) {
   return holder;
 }
 
+// Who stands with an object: the same for all grasps.
+struct Person {
+  Person(const std::shared_ptr<const BodyModel>& body, Side side)
+      : whole(body), hand_ids(body->HandVertexIds(side)) {
+    const HandAxes other_hand(HandModel(body, {}, OtherSide(side)));
+    other_fingers = other_hand.PoseOf(other_hand.Relaxed());
+  }
+
+  BodySurface whole;
+  const std::vector<int>& hand_ids;  // of the hand that holds
+  FingerPose other_fingers;
+};
+
 // A standing person, the arm as far out as the object needs to clear the body.
-Holder Standing(const std::shared_ptr<const BodyModel>& body, const HandModel& hand,
-                double pronation, const Grasp& grasp, const DistanceGrid& grid) {
-  const Side side = hand.HandSide(), other = OtherSide(side);
-  const HandAxes other_hand(HandModel(body, {}, other));
-  const FingerPose other_fingers = other_hand.PoseOf(other_hand.Relaxed());
-  const BodySurface whole(body);
-  const std::vector<int>& hand_ids = body->HandVertexIds(side);
+Holder Standing(const Person& person, const HandModel& hand, double pronation, const Grasp& grasp,
+                const DistanceGrid& grid) {
+  const Side side = hand.HandSide();
+  const BodySurface& whole = person.whole;
   HandState state(hand);
   Holder holder;
   for (const double outward : {0.0, 20.0, 40.0, 60.0}) {
     holder.pose = StandingPose(side, pronation, outward * kDegree);
     SetFingers(holder.pose, side, grasp.fingers);
-    SetFingers(holder.pose, other, other_fingers);
+    SetFingers(holder.pose, OtherSide(side), person.other_fingers);
     BodyState posed;
     holder.trans = FeetOnGround(whole, holder.pose, posed);
     state.SetBody(holder.pose, holder.trans);
@@ -79,7 +90,7 @@ Holder Standing(const std::shared_ptr<const BodyModel>& body, const HandModel& h
         ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()).inverse();
     bool clear = true;
     for (int i = 0; i < whole.NumVertices() && clear; ++i) {
-      if (std::binary_search(hand_ids.begin(), hand_ids.end(), i)) continue;
+      if (std::binary_search(person.hand_ids.begin(), person.hand_ids.end(), i)) continue;
       clear = grid.Distance(object_from_world * (posed.vertices.col(i) + holder.trans)) > 0.0;
     }
     if (clear) break;
@@ -129,10 +140,12 @@ Clip HeldBy(const std::shared_ptr<const BodyModel>& body, const HandModel& hand,
   clip.trans.resize(3, count);
   clip.pose.resize(count);
   std::vector<Eigen::Isometry3d> objects(count);
+  std::optional<Person> person;
+  if (!body->LoneHand()) person.emplace(body, hand.HandSide());
   ParallelFor(count, threads, [&](int i) {
     const double pronation = UprightPronation(pronations, ups.up_in_wrist, grasps[i]);
-    const Holder holder = body->LoneHand() ? HandAlone(hand, pronation, grasps[i])
-                                           : Standing(body, hand, pronation, grasps[i], grid);
+    const Holder holder = person ? Standing(*person, hand, pronation, grasps[i], grid)
+                                 : HandAlone(hand, pronation, grasps[i]);
     clip.trans.col(i) = holder.trans;
     clip.pose[i] = holder.pose;
     HandState state(hand);

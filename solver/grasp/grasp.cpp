@@ -5,14 +5,11 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <mutex>
 #include <span>
 #include <utility>
 
-#include "geometry/parallel.h"
-#include "solver/grasp/grasp_assessment.h"
-#include "solver/grasp/grasp_handle_placement.h"
 #include "solver/grasp/grasp_refinement.h"
+#include "solver/grasp/grasp_stages.h"
 
 namespace holdfast {
 namespace {
@@ -80,20 +77,12 @@ struct PlacementQueue {
 };
 
 // One call of CloseHand: its stages in their order, and what they share.
-class GraspSearch {
+class GraspSearch : GraspStages {
  public:
   GraspSearch(const HandModel& hand, const TriangleMesh& object, const DistanceGrid& distance,
               const GraspOptions& options, const GraspProgress& progress, GraspReport& report)
-      : hand_(hand),
-        object_(object),
-        distance_(distance),
-        options_(options),
-        progress_(progress),
+      : GraspStages(hand, object, distance, options, progress),
         out_(report),
-        anatomy_(hand),
-        placer_(anatomy_),
-        scene_(anatomy_, placer_, distance, object, options),
-        at_wrist_(AtWrist(hand)),
         solid_(WhyNotSolid(object).empty()) {
     open_.fingers = anatomy_.axes.PoseOf(OpenHand(anatomy_.axes));
   }
@@ -101,103 +90,33 @@ class GraspSearch {
   Grasp Run(const SignedDistance& surface);
 
  private:
-  // Runs one stage: work(i) writes slot i only, so that the order does not matter. False when the
-  // search is to stop.
-  template <typename Work>
-  bool RunStage(double share_before, double share, int count, const Work& work);
-
-  std::vector<Opposition> FindPlaces();
-  bool PlaceHands(const std::vector<Opposition>& oppositions, double allowed_depth,
-                  PlacementQueue& queue);
-  bool ClosePlaced(const PlacementQueue& queue, double allowed_depth,
-                   std::vector<GraspAttempt>& attempts);
+  bool PlaceHands(PlacementQueue& queue);
+  bool ClosePlaced(const PlacementQueue& queue, std::vector<GraspAttempt>& attempts);
   void KeepBest(std::size_t around, std::vector<GraspAttempt>& attempts) const;
   bool Refine(const std::vector<GraspAttempt>& attempts,
               std::vector<GraspReport::Candidate>& refined);
-  std::vector<GraspContact> ContactsOf(const Grasp& grasp) const;
-  double LostBySlipping(const Grasp& grasp) const;
+  double LostBySlipping(const Grasp& grasp, HandEvaluation& evaluation) const;
   Grasp ReportBest(std::vector<GraspReport::Candidate> refined, const SignedDistance& surface);
+  Grasp Stopped() {
+    out_.status = GraspStatus::kStopped;
+    return open_;
+  }
 
-  const HandModel& hand_;
-  const TriangleMesh& object_;
-  const DistanceGrid& distance_;
-  const GraspOptions& options_;
-  const GraspProgress& progress_;
   GraspReport& out_;
-  const HandAnatomy anatomy_;
-  const GraspPlacer placer_;
-  GraspScene scene_;
-  const HandEvaluation at_wrist_;  // to be copied by those who evaluate
   const bool solid_;
   Grasp open_;
-  std::mutex progress_mutex_;
-  bool cancelled_ = false;
 };
 
-template <typename Work>
-bool GraspSearch::RunStage(double share_before, double share, int count, const Work& work) {
-  int done = 0;
-  ParallelFor(count, options_.threads, [&](int i) {
-    {
-      const std::lock_guard lock(progress_mutex_);
-      if (cancelled_) return;
-    }
-    work(i);
-    if (!progress_) return;
-    const std::lock_guard lock(progress_mutex_);
-    cancelled_ |= !progress_(share_before + share * ++done / count);
-  });
-  if (cancelled_) out_.status = GraspStatus::kStopped;
-  return !cancelled_;
-}
-
-// Where a hand could go: returns opposed places, and puts handles and use into the scene.
-std::vector<Opposition> GraspSearch::FindPlaces() {
-  OppositionOptions opposition_options;
-  opposition_options.count = options_.oppositions;
-  opposition_options.seed = options_.seed;
-  std::vector<Opposition> oppositions;
-  if (options_.place) {
-    opposition_options.allowed = [&](const Eigen::Vector3d& x) {
-      return options_.place->Allows(x);
-    };
-  }
-  const bool by_handle = options_.style.value_or(GraspStyle::kHandle) == GraspStyle::kHandle;
-  const GraspUse use = options_.use.value_or(GraspUse::kHandle);
-  if (by_handle && (use == GraspUse::kHandle || use == GraspUse::kAny)) {
-    scene_.LookForHandles();
-  }
-  scene_.TakeFor(FindUse(object_, distance_, scene_.handles, options_.use));
-  out_.use = scene_.use.kind;
-  if (options_.style != GraspStyle::kHandle) {
-    opposition_options.weight = [&](const Opposition& opposition) {
-      return scene_.use.OppositionWeight(opposition.center, opposition.axis);
-    };
-    oppositions = FindOppositions(options_.place ? options_.place->Surface() : object_, distance_,
-                                  scene_.held_at, opposition_options);
-  }
-  out_.oppositions = static_cast<int>(oppositions.size());
-  out_.handles = static_cast<int>(scene_.handles.size());
-  return oppositions;
-}
-
-bool GraspSearch::PlaceHands(const std::vector<Opposition>& oppositions, double allowed_depth,
-                             PlacementQueue& queue) {
-  const GraspPlacer::Target target{distance_, scene_.size, allowed_depth};
+bool GraspSearch::PlaceHands(PlacementQueue& queue) {
   std::vector<std::vector<Placement>> placed(out_.oppositions + out_.handles);
-  std::optional<HandlePlacer> handle_placer;
-  if (out_.handles > 0) handle_placer.emplace(anatomy_);
-  if (!RunStage(0.0, 0.2, out_.oppositions + out_.handles, [&](int i) {
-        const int h = i - out_.oppositions;
-        placed[i] = h < 0 ? placer_.Place(oppositions[i], target, options_.turns)
-                          : handle_placer->Place(scene_.handles, h, distance_);
-      })) {
+  if (!RunStage(0.0, 0.2, out_.oppositions + out_.handles,
+                [&](int i) { placed[i] = PlaceAt(i); })) {
     return false;
   }
   for (const std::vector<Placement>& placements : placed) {
     out_.placements += static_cast<int>(placements.size());
   }
-  queue.placements = MostPromising(scene_, {placed.data(), oppositions.size()}, options_.closings);
+  queue.placements = MostPromising(scene_, {placed.data(), oppositions_.size()}, options_.closings);
   queue.around = queue.placements.size();
   const std::vector<Placement> by_handle = MostPromising(
       scene_, {placed.data() + out_.oppositions, scene_.handles.size()}, options_.closings / 2);
@@ -205,21 +124,12 @@ bool GraspSearch::PlaceHands(const std::vector<Opposition>& oppositions, double 
   return true;
 }
 
-bool GraspSearch::ClosePlaced(const PlacementQueue& queue, double allowed_depth,
-                              std::vector<GraspAttempt>& attempts) {
-  ClosingOptions closing_options;
-  closing_options.allowed_depth = std::min(closing_options.allowed_depth, allowed_depth);
+bool GraspSearch::ClosePlaced(const PlacementQueue& queue, std::vector<GraspAttempt>& attempts) {
   out_.closings = static_cast<int>(queue.placements.size());
   attempts.resize(queue.placements.size());
   return RunStage(0.2, 0.4, out_.closings, [&](int i) {
     HandEvaluation evaluation = at_wrist_;
-    const Placement& placement = queue.placements[i];
-    ClosingOptions closing_of_this = closing_options;
-    closing_of_this.fingers = placement.closing;
-    const Closing closing =
-        CloseFingers(anatomy_, evaluation, distance_, placement.wrist_from_object, placement.start,
-                     closing_of_this);
-    attempts[i] = {placement.style, closing.angles, placement.wrist_from_object, placement.handle};
+    attempts[i] = Close(queue.placements[i], evaluation).attempt;
     attempts[i].rank = Assess(scene_, evaluation, attempts[i], false).score;
   });
 }
@@ -274,7 +184,7 @@ bool GraspSearch::Refine(const std::vector<GraspAttempt>& attempts,
           candidate.grasp = Assess(scene_, evaluation, attempt, true);
           candidate.refused = WhyRefused(scene_, candidate.grasp);
           if (solid_ && candidate.refused.empty()) {
-            candidate.grasp.score -= LostBySlipping(candidate.grasp);
+            candidate.grasp.score -= LostBySlipping(candidate.grasp, evaluation);
           }
         })) {
       return false;
@@ -287,18 +197,13 @@ bool GraspSearch::Refine(const std::vector<GraspAttempt>& attempts,
   return true;
 }
 
-std::vector<GraspContact> GraspSearch::ContactsOf(const Grasp& grasp) const {
-  HandEvaluation evaluation = at_wrist_;
-  return PadContacts(anatomy_, evaluation, distance_, grasp.fingers, grasp.wrist_from_object,
-                     options_.touch_distance_m);
-}
-
 // What does not hold the object's weight in every direction with the friction assumed is not as
 // good as what does, nor what has to squeeze hard for it as what does so lightly, nor what would
 // let go if the weight pulled a little farther off.
-double GraspSearch::LostBySlipping(const Grasp& grasp) const {
+double GraspSearch::LostBySlipping(const Grasp& grasp, HandEvaluation& evaluation) const {
   constexpr double kSlips = 1.5, kSqueezes = 0.3, kOffCenter = 0.1, kOffset = 0.1;
-  const std::vector<GraspContact> contacts = ContactsOf(grasp);
+  const std::vector<GraspContact> contacts =
+      Contacts(evaluation, grasp.fingers, grasp.wrist_from_object);
   double lost = 0.0;
   CertificateOptions firm;
   firm.most_squeeze = 12.0;
@@ -324,18 +229,14 @@ double GraspSearch::LostBySlipping(const Grasp& grasp) const {
 Grasp GraspSearch::ReportBest(std::vector<GraspReport::Candidate> refined,
                               const SignedDistance& surface) {
   SortBestFirst(refined);
+  HandEvaluation evaluation = at_wrist_;
   if (solid_) {
-    CertificateOptions certificate_options;
-    certificate_options.friction = options_.friction;
     Grasp& first = refined.front().grasp;
-    first.certificate =
-        CertifyContacts(ContactsOf(first), scene_.centroid, 0.5 * scene_.size, certificate_options);
+    first.certificate = Certify(Contacts(evaluation, first.fingers, first.wrist_from_object));
   }
   Grasp best = refined.front().grasp;
   out_.status = refined.front().refused.empty() ? GraspStatus::kFound : GraspStatus::kNoCleanGrasp;
   out_.candidates = std::move(refined);
-
-  HandEvaluation evaluation = AtWrist(hand_);
   const Eigen::Matrix3Xd in_object =
       best.wrist_from_object.inverse() * evaluation.At(best.fingers.data(), false).Vertices();
   best.metrics = MeasureContact(TriangleMesh{in_object, hand_.Surface().Faces()}, surface);
@@ -345,17 +246,17 @@ Grasp GraspSearch::ReportBest(std::vector<GraspReport::Candidate> refined,
 
 Grasp GraspSearch::Run(const SignedDistance& surface) {
   Clock::time_point stage = Clock::now();
-  const std::vector<Opposition> oppositions = FindPlaces();
-  if (oppositions.empty() && scene_.handles.empty()) {
+  FindPlaces(OppositionOptions{}.samples, options_.oppositions, options_.seed, true);
+  out_.use = scene_.use.kind;
+  out_.oppositions = static_cast<int>(oppositions_.size());
+  out_.handles = static_cast<int>(scene_.handles.size());
+  if (out_.oppositions + out_.handles == 0) {
     if (options_.place) out_.status = GraspStatus::kNothingAtPlace;
     if (options_.style == GraspStyle::kHandle) out_.status = GraspStatus::kNoHandle;
     return open_;
   }
-  double thinnest = std::numeric_limits<double>::infinity();
-  for (const Opposition& opposition : oppositions) thinnest = std::min(thinnest, opposition.width);
-  const double allowed_depth = std::clamp(0.2 * thinnest, 0.0005, 0.003);
   PlacementQueue queue;
-  if (!PlaceHands(oppositions, allowed_depth, queue)) return open_;
+  if (!PlaceHands(queue)) return Stopped();
   out_.search_ms = MillisecondsSince(stage);
   if (queue.placements.empty()) {
     out_.status = GraspStatus::kNoRoom;
@@ -364,13 +265,13 @@ Grasp GraspSearch::Run(const SignedDistance& surface) {
 
   stage = Clock::now();
   std::vector<GraspAttempt> attempts;
-  if (!ClosePlaced(queue, allowed_depth, attempts)) return open_;
+  if (!ClosePlaced(queue, attempts)) return Stopped();
   KeepBest(queue.around, attempts);
   out_.closing_ms = MillisecondsSince(stage);
 
   stage = Clock::now();
   std::vector<GraspReport::Candidate> refined;
-  if (!Refine(attempts, refined)) return open_;
+  if (!Refine(attempts, refined)) return Stopped();
   const Grasp best = ReportBest(std::move(refined), surface);
   out_.refinement_ms = MillisecondsSince(stage);
   return best;

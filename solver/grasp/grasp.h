@@ -16,6 +16,7 @@
 ///   grasp_refinement.h  least squares of fingers and object pose
 ///   grasp_assessment.h  measures, score, reasons to refuse
 ///   grasp_certificate.h what contacts resist, proven by linear programs
+///   grasp_stages.h      what the searches for one and for many share
 ///   grasp.h             CloseHand: one hand, the best grasp
 ///   grasp_set.h         FindGrasps: one hand, many distinct grasps
 ///   grasp_set_output.h  the set as arrays and as a table

@@ -56,20 +56,6 @@ double BelowTable(const GraspScene& scene, const Grasp& grasp) {
          std::min(1.0, grasp.below_bottom_mm / kFarBelow);
 }
 
-// Deepest point of the object's surface in the closed hand mesh, metres.
-double ObjectInHand(const GraspScene& scene, const Eigen::Matrix3Xd& vertices,
-                    const Eigen::Isometry3d& wrist_from_object) {
-  const SignedDistance hand(CloseHoles({vertices, scene.anatomy.hand.Surface().Faces()}));
-  const Eigen::AlignedBox3d box(hand.Min(), hand.Max());
-  const double least = scene.surface_patches.Least(
-      [&](int i) {
-        const Eigen::Vector3d x = wrist_from_object * scene.surface.col(i);
-        return box.contains(x) ? hand.Distance(x) : box.exteriorDistance(x);
-      },
-      0.0);
-  return std::max(0.0, -least);
-}
-
 // Share of the skin in contact that touches elsewhere than where it is wanted.
 double OutsidePlace(const GraspPlace& place, const Eigen::Matrix3Xd& skin,
                     const Eigen::VectorXd& distance) {
@@ -219,6 +205,56 @@ double Score(const GraspScene& scene, const Grasp& grasp, const HandAngles& angl
 
 }  // namespace
 
+ClosedHands::ClosedHands(const HandModel& hand)
+    : fill_({hand.Surface().RestVertices(), hand.Surface().Faces()}) {}
+
+std::vector<ClosedHands::Inside> ClosedHands::FindInside(const Eigen::Matrix3Xd& vertices,
+                                                         const Eigen::Matrix3Xd& points,
+                                                         const PointPatches& patches) const {
+  const TriangleMesh closed{fill_.Vertices(vertices), fill_.Faces()};
+  std::unique_ptr<SignedDistance> hand;
+  {
+    const std::lock_guard lock(mutex_);
+    if (!idle_.empty()) {
+      hand = std::move(idle_.back());
+      idle_.pop_back();
+    }
+  }
+  if (hand) {
+    hand->Move(closed.vertices);
+  } else {
+    hand = std::make_unique<SignedDistance>(closed);
+  }
+  const Eigen::AlignedBox3d box(hand->Min(), hand->Max());
+  std::vector<Inside> inside;
+  int face = -1;
+  patches.Least(
+      [&](int i) {
+        const Eigen::Vector3d x = points.col(i);
+        if (!box.contains(x)) return box.exteriorDistance(x);
+        const SignedDistance::Result nearest = hand->Query(x, face);
+        face = nearest.face;
+        if (nearest.distance >= 0.0) return nearest.distance;
+        Eigen::Matrix3d corners;
+        for (int k = 0; k < 3; ++k) corners.col(k) = closed.vertices.col(closed.faces(k, face));
+        const Eigen::Matrix<double, 3, 2> edges = corners.rightCols<2>().colwise() - corners.col(0);
+        const Eigen::Vector2d shares =
+            (edges.transpose() * edges)
+                .ldlt()
+                .solve(edges.transpose() * (nearest.closest - corners.col(0)));
+        inside.push_back({-nearest.distance,
+                          {x,
+                           {closed.faces(0, face), closed.faces(1, face), closed.faces(2, face)},
+                           {1.0 - shares.sum(), shares.x(), shares.y()},
+                           (nearest.closest - x).normalized()}});
+        return 0.0;  // the least that there is: none inside is left out
+      },
+      0.0);
+  const std::lock_guard lock(mutex_);
+  idle_.push_back(std::move(hand));
+  return inside;
+}
+
 GraspScene::GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer,
                        const DistanceGrid& distance, const TriangleMesh& mesh,
                        const GraspOptions& search_options)
@@ -233,6 +269,7 @@ GraspScene::GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer,
       tallness(Tallness(Extent(mesh))),
       surface(SampleSurface(mesh, kSurfacePoints, search_options.seed)),
       surface_patches(surface, AllIds(kSurfacePoints)),
+      hands(hand.hand),
       options(search_options) {}
 
 void GraspScene::TakeFor(ObjectUse found) {
@@ -312,7 +349,10 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
                        scene.handles[attempt.handle], attempt.wrist_from_object);
   }
   if (thorough) {
-    grasp.object_in_hand_mm = 1000.0 * ObjectInHand(scene, vertices, attempt.wrist_from_object);
+    for (const auto& in : scene.hands.FindInside(
+             vertices, attempt.wrist_from_object * scene.surface, scene.surface_patches)) {
+      grasp.object_in_hand_mm = std::max(grasp.object_in_hand_mm, 1000.0 * in.depth);
+    }
   }
 
   // Metres of lever for its weight, or from where it is wanted; a handle is where it is.

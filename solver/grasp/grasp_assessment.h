@@ -2,17 +2,43 @@
 #pragma once
 
 #include <limits>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "geometry/score/contact_metrics.h"
 #include "solver/grasp/grasp.h"
 #include "solver/grasp/grasp_handle.h"
 #include "solver/grasp/grasp_use.h"
+#include "solver/terms/hand/intrusion.h"
 
 namespace holdfast {
+
+/// A hand's surface, closed at the wrist, in any posture: moved there, not made anew. Shared by
+/// threads.
+class ClosedHands {
+ public:
+  explicit ClosedHands(const HandModel& hand);
+
+  /// The points (3 x n, frame of the vertices; patches that were made of them in any frame) that
+  /// are in the hand whose vertices these are, with the skin over each: below the wrist's closed
+  /// opening that has corners that the hand has not.
+  struct Inside {
+    double depth;  ///< metres
+    Intrusion over;
+  };
+  std::vector<Inside> FindInside(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xd& points,
+                                 const PointPatches& patches) const;
+
+ private:
+  HoleFill fill_;
+  mutable std::mutex mutex_;
+  mutable std::vector<std::unique_ptr<SignedDistance>> idle_;
+};
 
 /// What grasps of one search are judged against; const, shared by its threads.
 struct GraspScene {
@@ -34,6 +60,7 @@ struct GraspScene {
   double tallness;           ///< in (0, 1]: how much it matters which way up the object is
   Eigen::Matrix3Xd surface;  ///< points all over the object (3 x n)
   PointPatches surface_patches;
+  ClosedHands hands;
   std::vector<Handle> handles;
   ObjectUse use;
   const GraspOptions& options;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "solver/grasp/grasp_refinement.h"
 
-#include <ceres/ceres.h>
-
 #include <algorithm>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -11,6 +10,7 @@
 #include "solver/terms/hand/grasp_contact.h"
 #include "solver/terms/hand/hand_prior.h"
 #include "solver/terms/hand/penetration.h"
+#include "solver/unknowns/dense_minimizer.h"
 
 namespace holdfast {
 namespace {
@@ -25,6 +25,7 @@ struct RefinedPoints {
   std::vector<SkinPoint> watched;   // near enough to come inside
   std::vector<SkinPoint> touching;  // of the pads, drawn to the surface
   std::vector<HandLandmarks::BallPair> colliding;
+  std::vector<Intrusion> intrusions;
 };
 
 // The points of each pad that are nearest to the object, by the distances of the skin points.
@@ -72,47 +73,40 @@ RefinedPoints ChooseRefinedPoints(const HandAnatomy& anatomy, HandEvaluation& ha
   return points;
 }
 
-// Adds what acts on the points: contact and penetration on the object's pose (`q`, `T`) and the
-// fingers, collision on the fingers alone.
-void AddPointTerms(const HandAnatomy& anatomy, HandEvaluation& hand, const DistanceGrid& object,
-                   const RefinementOptions& options, RefinedPoints points, double* q, double* T,
-                   double* fingers, ceres::Problem& problem) {
+// What acts on the points: contact and penetration on the object's pose and the fingers, collision
+// on the fingers alone.
+std::vector<std::unique_ptr<ceres::CostFunction>> PointTerms(const HandAnatomy& anatomy,
+                                                             HandEvaluation& hand,
+                                                             const DistanceGrid& object,
+                                                             const RefinementOptions& options,
+                                                             RefinedPoints points) {
+  std::vector<std::unique_ptr<ceres::CostFunction>> terms;
   if (!points.watched.empty()) {
-    problem.AddResidualBlock(new PenetrationTerm(hand, object, std::move(points.watched),
-                                                 {options.penetration_weight, 0.0}),
-                             nullptr, q, T, fingers);
+    terms.push_back(
+        std::make_unique<PenetrationTerm>(hand, object, std::move(points.watched),
+                                          PenetrationShape{options.penetration_weight, 0.0}));
   }
   if (!points.touching.empty()) {
-    problem.AddResidualBlock(new GraspContactTerm(hand, object, std::move(points.touching),
-                                                  {options.contact_weight, -options.press_m}),
-                             nullptr, q, T, fingers);
+    terms.push_back(std::make_unique<GraspContactTerm>(
+        hand, object, std::move(points.touching),
+        GraspContactShape{options.contact_weight, -options.press_m}));
   }
   if (!points.colliding.empty()) {
-    problem.AddResidualBlock(
-        new FingerCollisionTerm(hand, anatomy.landmarks, std::move(points.colliding),
-                                options.collision_weight),
-        nullptr, fingers);
+    terms.push_back(std::make_unique<FingerCollisionTerm>(
+        hand, anatomy.landmarks, std::move(points.colliding), options.collision_weight));
   }
-}
-
-// False when the solver fails.
-bool SolveRefinement(int iterations, ceres::Problem& problem) {
-  ceres::Solver::Options solver;
-  solver.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  solver.max_num_iterations = iterations;
-  solver.function_tolerance = 1e-4;
-  solver.num_threads = 1;
-  solver.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
-  return summary.IsSolutionUsable();
+  if (!points.intrusions.empty()) {
+    terms.push_back(std::make_unique<IntrusionTerm>(hand, std::move(points.intrusions),
+                                                    options.penetration_weight));
+  }
+  return terms;
 }
 
 }  // namespace
 
 void RefineGrasp(const HandAnatomy& anatomy, HandEvaluation& hand, const DistanceGrid& object,
                  const RefinementOptions& options, HandAngles& angles,
-                 Eigen::Isometry3d& wrist_from_object) {
+                 Eigen::Isometry3d& wrist_from_object, const FindIntrusions& find_intrusions) {
   const HandAngles preferred = anatomy.axes.Clamp(angles);
 
   for (int round = 0; round < options.rounds; ++round) {
@@ -121,19 +115,32 @@ void RefineGrasp(const HandAnatomy& anatomy, HandEvaluation& hand, const Distanc
     Eigen::Vector3d translation = wrist_from_object.translation();
     RefinedPoints points =
         ChooseRefinedPoints(anatomy, hand, object, options, fingers, wrist_from_object);
+    if (find_intrusions) {
+      points.intrusions =
+          find_intrusions(hand.At(fingers.data(), false).Vertices(), wrist_from_object);
+    }
 
-    ceres::Problem problem;
+    HandPriorWeights weights;
+    weights.stay = 0.4;
+    weights.spread = 1.0;
+    weights.limits = 30.0;
+    const HandPriorTerm prior(anatomy.axes, preferred, weights);
+    const auto terms = PointTerms(anatomy, hand, object, options, std::move(points));
+    DenseMinimizer problem;
     double* const q = rotation.coeffs().data();
-    problem.AddParameterBlock(q, 4, new RotationManifold);
-    AddPointTerms(anatomy, hand, object, options, std::move(points), q, translation.data(),
-                  fingers.data(), problem);
-    HandPriorWeights prior;
-    prior.stay = 0.4;
-    prior.spread = 1.0;
-    prior.limits = 30.0;
-    problem.AddResidualBlock(new HandPriorTerm(anatomy.axes, preferred, prior), nullptr,
-                             fingers.data());
-    if (!SolveRefinement(options.iterations, problem)) return;
+    problem.AddBlock(fingers.data(), kHandDofs);
+    problem.AddBlock(q, 4, true);
+    problem.AddBlock(translation.data(), 3);
+    problem.AddTerm(prior, {fingers.data()});
+    for (const auto& term : terms) {
+      if (term->parameter_block_sizes().size() == 1) {
+        problem.AddTerm(*term, {fingers.data()});
+      } else {
+        problem.AddTerm(*term, {q, translation.data(), fingers.data()});
+      }
+    }
+    const DenseMinimizer::Report report = problem.Minimize({options.iterations, 1e-8, 1e-4});
+    if (report.stop == DenseMinimizer::Stop::kFailed) return;
 
     angles = anatomy.axes.Clamp(anatomy.axes.AnglesOf(fingers));
     wrist_from_object = RigidTransform(rotation.normalized().toRotationMatrix(), translation);

@@ -5,226 +5,197 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <mutex>
+#include <numeric>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "geometry/error.h"
-#include "geometry/parallel.h"
-#include "solver/grasp/grasp_assessment.h"
-#include "solver/grasp/grasp_handle_placement.h"
 #include "solver/grasp/grasp_refinement.h"
+#include "solver/grasp/grasp_stages.h"
 
 namespace holdfast {
 namespace {
 
 constexpr int kPlacesAtOnce = 16;  // placed before hands are closed there
-constexpr int kHandsAtOnce = 64;   // closed and refined before it is counted who is distinct
+// Closed and refined before it is counted who is distinct: fewer when fewer are missing.
+constexpr int kFewestAtOnce = 16, kMostAtOnce = 64;
 
 // One call of FindGrasps.
-class GraspSampler {
+class GraspSampler : GraspStages {
  public:
   GraspSampler(const HandModel& hand, const TriangleMesh& object, const DistanceGrid& distance,
                const GraspSetOptions& options, const GraspProgress& progress, GraspSet& set)
-      : hand_(hand),
-        object_(object),
-        distance_(distance),
-        options_(options),
-        progress_(progress),
-        out_(set),
-        anatomy_(hand),
-        placer_(anatomy_),
-        scene_(anatomy_, placer_, distance, object, options.search) {}
+      : GraspStages(hand, object, distance, options.search, progress), set_(options), out_(set) {}
 
   void Run();
 
  private:
-  struct Place {
-    std::optional<Opposition> opposition;  // none: at a handle
-    int handle = -1;
-  };
-
-  std::vector<Place> FindPlaces(int sampling);
-  std::vector<Placement> PlaceHands(const std::vector<Place>& places, std::size_t begin,
-                                    std::size_t end, double allowed_depth);
   struct Trial {
     bool refined = false;
-    std::optional<CertifiedGrasp> valid;
+    std::optional<CertifiedGrasp> valid;  // without its certificate
   };
-  Trial Try(const Placement& placement, double allowed_depth) const;
+
+  bool FitsUse(HandEvaluation& evaluation, const GraspAttempt& attempt,
+               const std::vector<GraspContact>& contacts) const;
+  bool PlaceHands(std::span<const int> places, std::vector<Placement>& distinct);
+  Trial Try(const Placement& placement) const;
   bool IsNew(const Eigen::Isometry3d& wrist_from_object) const;
+  double Share() const { return static_cast<double>(out_.grasps.size()) / set_.count; }
   // False when there are enough, or the search is to stop.
   bool Sample(int sampling);
-  bool CloseAndKeep(std::vector<Placement> placements, double allowed_depth);
-  bool GoOn(double share);
+  bool CloseAndKeep(std::span<const Placement> placements);
 
-  const HandModel& hand_;
-  const TriangleMesh& object_;
-  const DistanceGrid& distance_;
-  const GraspSetOptions& options_;
-  const GraspProgress& progress_;
+  const GraspSetOptions& set_;
   GraspSet& out_;
-  const HandAnatomy anatomy_;
-  const GraspPlacer placer_;
-  GraspScene scene_;
-  std::optional<HandlePlacer> handle_placer_;
-  std::mutex mutex_;
-  bool stopped_ = false;
 };
 
-bool GraspSampler::GoOn(double share) {
-  const std::lock_guard lock(mutex_);
-  if (progress_ && !stopped_) stopped_ = !progress_(std::min(share, 1.0));
-  return !stopped_;
-}
-
-std::vector<GraspSampler::Place> GraspSampler::FindPlaces(int sampling) {
-  const GraspOptions& search = options_.search;
-  std::vector<Place> places;
-  if (sampling == 0 && search.style.value_or(GraspStyle::kHandle) == GraspStyle::kHandle) {
-    scene_.LookForHandles();
-    for (std::size_t h = 0; h < scene_.handles.size(); ++h) {
-      places.push_back({std::nullopt, static_cast<int>(h)});
-    }
-    if (!places.empty()) handle_placer_.emplace(anatomy_);
+// Open hands at the places, the most promising first, without those near to a better one or to a
+// grasp that is there. False when the search is to stop.
+bool GraspSampler::PlaceHands(std::span<const int> places, std::vector<Placement>& distinct) {
+  std::vector<std::vector<Placement>> placed(places.size());
+  if (!RunStage(Share(), 0.0, static_cast<int>(places.size()),
+                [&](int i) { placed[i] = PlaceAt(places[i]); })) {
+    return false;
   }
-  if (search.style == GraspStyle::kHandle) return places;
-  OppositionOptions opposition_options;
-  opposition_options.samples = 4 * opposition_options.samples;
-  opposition_options.count = std::numeric_limits<int>::max();
-  opposition_options.seed = search.seed + static_cast<std::uint64_t>(sampling);
-  if (search.place) {
-    opposition_options.allowed = [&](const Eigen::Vector3d& x) { return search.place->Allows(x); };
-  }
-  for (const Opposition& opposition :
-       FindOppositions(search.place ? search.place->Surface() : object_, distance_, scene_.held_at,
-                       opposition_options)) {
-    places.push_back({opposition, -1});
-  }
-  return places;
-}
-
-// Open hands at places[begin, end), the most promising first, without those near to a better one
-// or to a grasp that is there.
-std::vector<Placement> GraspSampler::PlaceHands(const std::vector<Place>& places, std::size_t begin,
-                                                std::size_t end, double allowed_depth) {
-  const GraspOptions& search = options_.search;
-  const GraspPlacer::Target target{distance_, scene_.size, allowed_depth};
-  std::vector<std::vector<Placement>> placed(end - begin);
-  const double share = static_cast<double>(out_.grasps.size()) / options_.count;
-  ParallelFor(static_cast<int>(placed.size()), search.threads, [&](int i) {
-    if (!GoOn(share)) return;
-    const Place& place = places[begin + i];
-    placed[i] = place.opposition ? placer_.Place(*place.opposition, target, search.turns)
-                                 : handle_placer_->Place(scene_.handles, place.handle, distance_);
-  });
   std::vector<Placement> queue;
   for (const std::vector<Placement>& placements : placed) {
     out_.placements += static_cast<int>(placements.size());
     for (const Placement& placement : placements) {
-      if (!search.style || placement.style == *search.style) queue.push_back(placement);
+      if (!options_.style || placement.style == *options_.style) queue.push_back(placement);
     }
   }
   std::stable_sort(queue.begin(), queue.end(),
                    [](const Placement& a, const Placement& b) { return a.prior > b.prior; });
-  std::vector<Placement> distinct;
   for (const Placement& placement : queue) {
     const auto near = [&](const Placement& other) {
-      return !AreDistinct(placement.wrist_from_object, other.wrist_from_object, options_.apart_m,
-                          options_.apart_rad);
+      return !AreDistinct(placement.wrist_from_object, other.wrist_from_object, set_.apart_m,
+                          set_.apart_rad);
     };
     if (IsNew(placement.wrist_from_object) &&
         std::none_of(distinct.begin(), distinct.end(), near)) {
       distinct.push_back(placement);
     }
   }
-  return distinct;
+  return true;
 }
 
 bool GraspSampler::IsNew(const Eigen::Isometry3d& wrist_from_object) const {
   return std::all_of(out_.grasps.begin(), out_.grasps.end(), [&](const CertifiedGrasp& other) {
-    return AreDistinct(wrist_from_object, other.grasp.wrist_from_object, options_.apart_m,
-                       options_.apart_rad);
+    return AreDistinct(wrist_from_object, other.grasp.wrist_from_object, set_.apart_m,
+                       set_.apart_rad);
   });
 }
 
-// Closes, refines and judges one hand.
-GraspSampler::Trial GraspSampler::Try(const Placement& placement, double allowed_depth) const {
-  const GraspOptions& search = options_.search;
-  HandEvaluation evaluation = AtWrist(hand_);
-  ClosingOptions closing_options;
-  closing_options.allowed_depth = std::min(closing_options.allowed_depth, allowed_depth);
-  closing_options.fingers = placement.closing;
-  const Closing closing = CloseFingers(anatomy_, evaluation, distance_, placement.wrist_from_object,
-                                       placement.start, closing_options);
-  GraspAttempt attempt{placement.style, closing.angles, placement.wrist_from_object,
-                       placement.handle};
-  const auto contacts = [&] {
-    return PadContacts(anatomy_, evaluation, distance_, anatomy_.axes.PoseOf(attempt.angles),
-                       attempt.wrist_from_object, search.touch_distance_m);
-  };
-  const auto holds = [&](const std::vector<GraspContact>& touching) {
-    return HoldsGravity(touching, scene_.centroid, 0.5 * scene_.size, search.friction);
-  };
-  if (!closing.finger_touching[kThumb] || !holds(contacts())) return {};
-
-  RefineGrasp(anatomy_, evaluation, distance_, {}, attempt.angles, attempt.wrist_from_object);
-  CertifiedGrasp found;
-  found.contacts = contacts();
-  if (!holds(found.contacts)) return {true, std::nullopt};
-  for (const bool thorough : {false, true}) {
-    found.grasp = Assess(scene_, evaluation, attempt, thorough);
-    if (std::max(found.grasp.max_penetration_mm, found.grasp.object_in_hand_mm) >=
-            1000.0 * options_.max_penetration_m ||
-        !WhyRefused(scene_, found.grasp).empty()) {
-      return {true, std::nullopt};
-    }
+// Whether a hand takes the object for the use that was asked for, where one was: so much of score
+// it may lose by where it touches, what it covers and how it is turned.
+bool GraspSampler::FitsUse(HandEvaluation& evaluation, const GraspAttempt& attempt,
+                           const std::vector<GraspContact>& contacts) const {
+  constexpr double kForgiven = 0.5;
+  if (!options_.use || scene_.use.kind == GraspUse::kAny) return true;
+  if (scene_.use.kind == GraspUse::kHandle && !scene_.handles.empty()) {
+    return attempt.style == GraspStyle::kHandle;
   }
-  CertificateOptions certificate_options;
-  certificate_options.friction = search.friction;
-  found.grasp.certificate =
-      CertifyContacts(found.contacts, scene_.centroid, 0.5 * scene_.size, certificate_options);
-  return {true, std::move(found)};
+  const FingerPose fingers = anatomy_.axes.PoseOf(attempt.angles);
+  const Eigen::Isometry3d object_from_wrist = attempt.wrist_from_object.inverse();
+  const Eigen::Matrix3d turn = object_from_wrist.linear();
+  return scene_.use.PlaceScore(
+             contacts, object_from_wrist * evaluation.At(fingers.data(), false).Vertices()) +
+             scene_.use.DirectionScore(turn * anatomy_.axes.Across(),
+                                       turn * anatomy_.axes.Forward()) >
+         -kForgiven;
 }
 
-bool GraspSampler::CloseAndKeep(std::vector<Placement> placements, double allowed_depth) {
-  for (std::size_t begin = 0; begin < placements.size(); begin += kHandsAtOnce) {
-    const std::size_t count = std::min<std::size_t>(kHandsAtOnce, placements.size() - begin);
+// Closes, refines and judges one hand.
+GraspSampler::Trial GraspSampler::Try(const Placement& placement) const {
+  HandEvaluation evaluation = at_wrist_;
+  auto [attempt, thumb_touches] = Close(placement, evaluation);
+  CertifiedGrasp found;
+  const auto holds = [&] {
+    found.contacts =
+        Contacts(evaluation, anatomy_.axes.PoseOf(attempt.angles), attempt.wrist_from_object);
+    return FitsUse(evaluation, attempt, found.contacts) && Holds(found.contacts);
+  };
+  if (!thumb_touches || !holds()) return {};
+  // What is sound but for an edge or a thin wall in the skin is refined once more, without.
+  const FindIntrusions find_intrusions = [&](const Eigen::Matrix3Xd& vertices,
+                                             const Eigen::Isometry3d& wrist_from_object) {
+    std::vector<Intrusion> intrusions;
+    for (ClosedHands::Inside& in : scene_.hands.FindInside(
+             vertices, wrist_from_object * scene_.surface, scene_.surface_patches)) {
+      if (*std::ranges::max_element(in.over.corners) >= hand_.NumVertices()) continue;
+      in.over.point = wrist_from_object.inverse() * in.over.point;
+      intrusions.push_back(in.over);
+    }
+    return intrusions;
+  };
+  const double most_mm = 1000.0 * set_.max_penetration_m;
+  RefinementOptions once;
+  once.rounds = 1;
+  for (const bool again : {false, true}) {
+    RefineGrasp(anatomy_, evaluation, distance_, once, attempt.angles, attempt.wrist_from_object,
+                again ? find_intrusions : FindIntrusions());
+    if (!holds()) return {true, std::nullopt};
+    found.grasp = Assess(scene_, evaluation, attempt, true);
+    if (found.grasp.max_penetration_mm >= most_mm || !WhyRefused(scene_, found.grasp).empty()) {
+      return {true, std::nullopt};
+    }
+    if (found.grasp.object_in_hand_mm < most_mm) return {true, std::move(found)};
+  }
+  return {true, std::nullopt};
+}
+
+bool GraspSampler::CloseAndKeep(std::span<const Placement> placements) {
+  while (!placements.empty()) {
+    const int missing = set_.count - static_cast<int>(out_.grasps.size());
+    const auto count = static_cast<int>(std::min<std::size_t>(
+        std::clamp(2 * missing, kFewestAtOnce, kMostAtOnce), placements.size()));
     std::vector<Trial> trials(count);
-    const double share = static_cast<double>(out_.grasps.size()) / options_.count;
-    ParallelFor(static_cast<int>(count), options_.search.threads, [&](int i) {
-      const Placement& placement = placements[begin + i];
-      if (GoOn(share)) trials[i] = Try(placement, allowed_depth);
-    });
-    if (stopped_) return false;
-    out_.closings += static_cast<int>(count);
+    if (!RunStage(Share(), 0.0, count, [&](int i) { trials[i] = Try(placements[i]); })) {
+      return false;
+    }
+    placements = placements.subspan(count);
+    out_.closings += count;
+    const std::size_t before = out_.grasps.size();
     for (Trial& trial : trials) {
       out_.refinements += trial.refined;
-      if (!trial.valid || !IsNew(trial.valid->grasp.wrist_from_object)) continue;
-      out_.grasps.push_back(std::move(*trial.valid));
-      if (static_cast<int>(out_.grasps.size()) == options_.count) return false;
+      if (static_cast<int>(out_.grasps.size()) < set_.count && trial.valid &&
+          IsNew(trial.valid->grasp.wrist_from_object)) {
+        out_.grasps.push_back(std::move(*trial.valid));
+      }
     }
+    const auto kept = static_cast<int>(out_.grasps.size() - before);
+    if (!RunStage(Share(), 0.0, kept, [&](int i) {
+          CertifiedGrasp& one = out_.grasps[before + i];
+          one.grasp.certificate = Certify(one.contacts);
+        })) {
+      out_.grasps.resize(before);
+      return false;
+    }
+    if (static_cast<int>(out_.grasps.size()) == set_.count) return false;
   }
   return true;
 }
 
 bool GraspSampler::Sample(int sampling) {
-  const std::vector<Place> places = FindPlaces(sampling);
+  FindPlaces(4 * OppositionOptions{}.samples, std::numeric_limits<int>::max(),
+             options_.seed + static_cast<std::uint64_t>(sampling), sampling == 0);
+  out_.use = scene_.use.kind;
   ++out_.samplings;
-  double thinnest = std::numeric_limits<double>::infinity();
-  for (const Place& place : places) {
-    if (place.opposition) thinnest = std::min(thinnest, place.opposition->width);
-  }
-  const double allowed_depth = std::clamp(0.2 * thinnest, 0.0005, 0.003);
+  // Handles first, and once.
+  const auto around = static_cast<int>(oppositions_.size());
+  std::vector<int> places(around + (sampling == 0 ? scene_.handles.size() : 0));
+  std::iota(places.begin(), places.end(), 0);
+  std::rotate(places.begin(), places.begin() + around, places.end());
   if (!places.empty() && out_.status == GraspStatus::kNothingToGrasp) {
     out_.status = GraspStatus::kNoRoom;
   }
   for (std::size_t begin = 0; begin < places.size(); begin += kPlacesAtOnce) {
-    std::vector<Placement> placements =
-        PlaceHands(places, begin, std::min(places.size(), begin + kPlacesAtOnce), allowed_depth);
-    if (stopped_) return false;
+    const std::size_t count = std::min<std::size_t>(kPlacesAtOnce, places.size() - begin);
+    std::vector<Placement> placements;
+    if (!PlaceHands({places.data() + begin, count}, placements)) return false;
     if (!placements.empty()) out_.status = GraspStatus::kNoCleanGrasp;
-    if (!CloseAndKeep(std::move(placements), allowed_depth)) return false;
+    if (!CloseAndKeep(placements)) return false;
   }
   return true;
 }
@@ -232,10 +203,9 @@ bool GraspSampler::Sample(int sampling) {
 void GraspSampler::Run() {
   const auto start = std::chrono::steady_clock::now();
   out_.mass_center = scene_.centroid;
-  const GraspOptions& search = options_.search;
-  if (search.place) out_.status = GraspStatus::kNothingAtPlace;
-  if (search.style == GraspStyle::kHandle) out_.status = GraspStatus::kNoHandle;
-  for (int sampling = 0; sampling < options_.samplings; ++sampling) {
+  if (options_.place) out_.status = GraspStatus::kNothingAtPlace;
+  if (options_.style == GraspStyle::kHandle) out_.status = GraspStatus::kNoHandle;
+  for (int sampling = 0; sampling < set_.samplings; ++sampling) {
     const std::size_t before = out_.grasps.size();
     if (!Sample(sampling)) break;
     if (50 * (out_.grasps.size() - before) < out_.grasps.size() || out_.grasps.empty()) break;
@@ -243,7 +213,7 @@ void GraspSampler::Run() {
   std::stable_sort(out_.grasps.begin(), out_.grasps.end(),
                    [](const auto& a, const auto& b) { return a.grasp.score > b.grasp.score; });
   if (!out_.grasps.empty()) {
-    const bool enough = static_cast<int>(out_.grasps.size()) == options_.count;
+    const bool enough = static_cast<int>(out_.grasps.size()) == set_.count;
     out_.status = enough ? GraspStatus::kFound : GraspStatus::kFewer;
   }
   if (stopped_) out_.status = GraspStatus::kStopped;

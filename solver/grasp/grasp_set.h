@@ -40,15 +40,18 @@ struct GraspSet {
   GraspStatus status = GraspStatus::kNothingToGrasp;
   std::vector<CertifiedGrasp> grasps;  ///< distinct, best score first
   Eigen::Vector3d mass_center;         ///< object frame, metres
+  GraspUse use = GraspUse::kAny;       ///< what the object was taken for
   int samplings = 0, placements = 0, closings = 0, refinements = 0;
   double milliseconds = 0.0;
 };
 
 /// Many ways to hold an object in one hand, for robotics: each is in contact, nowhere deeper than
 /// `max_penetration_m`, is refused for none of CloseHand's reasons, holds the object's weight in
-/// every direction with the friction given (GraspCertificate), and is distinct from all others.
-/// Hands are put to opposed places and handles all over the object, closed and refined, the cheap
-/// tests first, until there are enough. The same for any number of threads.
+/// every direction with the friction given (GraspCertificate), and is distinct from all others. If
+/// a use is asked for (GraspOptions::use), each takes the object for it; else those that do as
+/// people do, judged by shape, come first. Hands are put to opposed places and handles all over the
+/// object, closed and refined, the cheap tests first, until there are enough. The same for any
+/// number of threads.
 ///
 /// Throws Error for a mesh that encloses no solid (WhyNotSolid), and for options out of range.
 GraspSet FindGrasps(const HandModel& hand, const TriangleMesh& object, const DistanceGrid& distance,

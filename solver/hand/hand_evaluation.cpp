@@ -16,7 +16,11 @@ void HandEvaluation::SetBody(const JointPose& pose, const Eigen::Vector3d& trans
 
 const HandState& HandEvaluation::At(const double* fingers, bool with_jacobian) {
   const Eigen::Map<const FingerPose> wanted(fingers);
-  if (valid_ && fingers_ == wanted && (has_jacobian_ || !with_jacobian)) return state_;
+  if (valid_ && fingers_ == wanted) {
+    if (with_jacobian && !has_jacobian_) state_.EvaluateJacobians();
+    has_jacobian_ |= with_jacobian;
+    return state_;
+  }
   fingers_ = wanted;
   state_.Evaluate(fingers_, with_jacobian);
   valid_ = true;

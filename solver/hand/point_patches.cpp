@@ -39,9 +39,10 @@ void PointPatches::Split(const Eigen::Matrix3Xd& points, int begin, int end, int
                                   [&](int a, int b) { return from_center(a) < from_center(b); }));
   double radius = 0.0;
   for (int n = begin; n < end; ++n) {
-    radius = std::max(radius, (points.col(ids_[n]) - points.col(ids_[begin])).norm());
+    reach_.push_back((1.0 + give) * (points.col(ids_[n]) - points.col(ids_[begin])).norm());
+    radius = std::max(radius, reach_.back());
   }
-  patches_.push_back({begin, end, (1.0 + give) * radius});
+  patches_.push_back({begin, end, radius});
 }
 
 }  // namespace holdfast

@@ -37,7 +37,7 @@ class PointPatches {
     for (std::size_t p = 0; p < patches_.size(); ++p) {
       if (middle[p] - patches_[p].radius >= least) continue;
       for (int n = patches_[p].begin + 1; n < patches_[p].end; ++n) {
-        least = std::min(least, value(ids_[n]));
+        if (middle[p] - reach_[n] < least) least = std::min(least, value(ids_[n]));
       }
       if (least < enough) return least;
     }
@@ -53,6 +53,7 @@ class PointPatches {
   void Split(const Eigen::Matrix3Xd& points, int begin, int end, int size, double give);
 
   std::vector<int> ids_;
+  std::vector<double> reach_;  // of each of those, from the middle of its patch
   std::vector<Patch> patches_;
 };
 

@@ -11,6 +11,7 @@
 ///   trial_scene.h  links and an object simulated
 ///   trial_clip.h   trials of clips, as JSON and for people
 ///   trial_film.h   pictures of a trial
+///   trial_grasps.h trials of many grasps of one object
 
 #include <array>
 #include <optional>

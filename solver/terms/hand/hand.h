@@ -13,6 +13,7 @@
 ///   slip.h                  E_s: contacts leaving the surface, drag along it
 ///   penetration.h           E_p: depth of skin in the object
 ///   object_in_hand.h        E_o: depth of object surface in the hand
+///   intrusion.h             places of the object that are in the hand, around one pose
 ///   wrist_prior.h           E_w: wrist offset from the clip
 ///   hand_prior.h            joint limits, coupling, distance from a posture
 ///   finger_collision.h      overlap of fingers with each other

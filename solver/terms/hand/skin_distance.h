@@ -51,11 +51,11 @@ class SkinDistanceTerm : public ceres::CostFunction {
       const SkinPoint& point = points_[i];
       const Eigen::Vector3d x = 0.5 * (vertices.col(point.a) + vertices.col(point.b));
       const Eigen::Vector3d z = R.transpose() * (x - T);
-      Eigen::Vector3d gradient;
-      const double distance = object_.Distance(z, jacobians ? &gradient : nullptr);
-      const std::pair<double, double> shaped = shape_(distance);
+      const std::pair<double, double> shaped = ShapedAt(i, z);
       residuals[i] = shaped.first;
       if (!jacobians) continue;
+      Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+      if (shaped.second != 0.0) object_.Distance(z, &gradient);
       gradient *= shaped.second;
       if (J_rotation) {
         // R exp(delta): z moves by -delta x z.
@@ -77,10 +77,30 @@ class SkinDistanceTerm : public ceres::CostFunction {
   }
 
  private:
+  // The grid's distance, interpolated, changes by less than twice what the point moves: where the
+  // shape is flat for all that it can have become it is not asked for.
+  std::pair<double, double> ShapedAt(std::size_t i, const Eigen::Vector3d& z) const {
+    Known& known = known_[i];
+    if (known.room > 0.0 && (z - known.at).squaredNorm() < known.room * known.room) return {};
+    const double distance = object_.Distance(z);
+    const std::pair<double, double> shaped = shape_(distance);
+    known = {z, 0.0};
+    const auto flat = [&](double d) { return shape_(d) == std::pair(0.0, 0.0); };
+    for (double room = 0.004; room > 0.0004 && known.room == 0.0; room *= 0.5) {
+      if (flat(distance - 2.0 * room)) known.room = room;
+    }
+    return shaped;
+  }
+  struct Known {
+    Eigen::Vector3d at;
+    double room = 0.0;  // around it the residual and its slope are zero
+  };
+
   HandEvaluation& hand_;
   const DistanceGrid& object_;
   std::vector<SkinPoint> points_;
   Shape shape_;
+  mutable std::vector<Known> known_{points_.size()};
 };
 
 }  // namespace holdfast

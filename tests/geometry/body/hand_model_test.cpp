@@ -49,6 +49,37 @@ TEST(HandModel, IsTheBodyModelSeenFromTheHand) {
   }
 }
 
+// What has not moved is not computed again: to the bit the same as from nothing.
+TEST(HandModel, IsTheSameWhicheverFingersMovedLast) {
+  for (const auto& model : Models()) {
+    const HandModel hand(model, {}, Side::kRight);
+    HandState state(hand);
+    const JointPose pose = RandomBodyPose(3);
+    state.SetBody(pose, {0.1, -0.4, 1.0});
+    FingerPose fingers = FingerPose::Zero();
+    for (const int joint : {-1, 14, 0, 4, 4, 12, -1}) {
+      if (joint >= 0) fingers.segment<3>(3 * joint) += Eigen::Vector3d(0.3, -0.2, 0.1);
+      state.Evaluate(fingers, joint == 4);
+      HandState anew(hand);
+      anew.SetBody(pose, {0.1, -0.4, 1.0});
+      anew.Evaluate(fingers, true);
+      EXPECT_EQ(state.Vertices(), anew.Vertices());
+      EXPECT_EQ(state.JointPositions(), anew.JointPositions());
+      if (joint != 4) state.EvaluateJacobians();
+      for (std::size_t g = 0; g < hand.Groups().size(); ++g) {
+        EXPECT_EQ(state.GroupJacobian(static_cast<int>(g)),
+                  anew.GroupJacobian(static_cast<int>(g)));
+      }
+    }
+    state.SetBody(RandomBodyPose(4), {0.1, -0.4, 1.0});
+    state.Evaluate(fingers, false);
+    HandState anew(hand);
+    anew.SetBody(RandomBodyPose(4), {0.1, -0.4, 1.0});
+    anew.Evaluate(fingers, false);
+    EXPECT_EQ(state.Vertices(), anew.Vertices());
+  }
+}
+
 TEST(HandModel, GroupsHoldEveryVertexOnce) {
   for (const auto& model : Models()) {
     const HandModel hand(model, {}, Side::kRight);

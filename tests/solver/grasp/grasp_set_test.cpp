@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
+#include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/signed_distance.h"
 #include "geometry/rotation.h"
 #include "solver/grasp/grasp_set_output.h"
@@ -70,6 +71,47 @@ TEST(GraspSet, EveryGraspIsValidAndDistinct) {
   for (const auto& [name, array] : arrays) EXPECT_EQ(array.data, again.at(name).data) << name;
   const std::string csv = GraspSetCsv(set);
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
+}
+
+// The block is taken across its narrow side, as asked.
+TEST(GraspSet, UseAndStyleAreKept) {
+  GraspSetOptions options;
+  options.count = 6;
+  options.search.turns = 6;
+  const auto find = [&] {
+    return FindGrasps(RightHand(), SharedBlock().mesh, SharedBlock().grid, options);
+  };
+  // How much of the pressing is along the axis, on average over the contacts of each grasp; least.
+  const auto across = [](const GraspSet& set, int axis) {
+    double least = 1.0;
+    for (const auto& [grasp, contacts] : set.grasps) {
+      double sum = 0.0;
+      for (const GraspContact& contact : contacts) sum += std::abs(contact.inward(axis));
+      least = std::min(least, sum / static_cast<double>(contacts.size()));
+    }
+    return least;
+  };
+  options.search.use = GraspUse::kAny;
+  GraspSet set = find();
+  ASSERT_EQ(set.grasps.size(), 6u);
+  EXPECT_EQ(set.use, GraspUse::kAny);
+  EXPECT_LT(across(set, 1), 0.4);
+  options.search.use = GraspUse::kBox;
+  set = find();
+  ASSERT_EQ(set.grasps.size(), 6u);
+  EXPECT_EQ(set.use, GraspUse::kBox);
+  EXPECT_GT(across(set, 1), 0.5);
+
+  options.search.use.reset();
+  options.count = 2;
+  for (const GraspStyle style : {GraspStyle::kPower, GraspStyle::kPrecision}) {
+    options.search.style = style;
+    set = find();
+    EXPECT_FALSE(set.grasps.empty());
+    for (const CertifiedGrasp& one : set.grasps) EXPECT_EQ(one.grasp.style, style);
+  }
+  options.search.style = GraspStyle::kHandle;
+  EXPECT_EQ(find().status, GraspStatus::kNoHandle);
 }
 
 TEST(GraspSet, DistinctIsFarOrTurned) {

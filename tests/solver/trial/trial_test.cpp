@@ -13,6 +13,7 @@
 #include "geometry/score/contact_metrics.h"
 #include "solver/hand/hand_postures.h"
 #include "solver/trial/trial_clip.h"
+#include "solver/trial/trial_grasps.h"
 
 namespace holdfast {
 namespace {
@@ -156,6 +157,33 @@ TEST(HoldTrial, IsTheSameOnAnyThreads) {
     EXPECT_EQ(one.directions[k].slip_mm, three.directions[k].slip_mm);
     EXPECT_EQ(one.directions[k].slip_deg, three.directions[k].slip_deg);
   }
+}
+
+// A hand around a block holds it, an open hand beside it does not.
+TEST(TryGrasps, JudgesEachOfMany) {
+  if (!HasPhysics()) GTEST_SKIP() << "built without MuJoCo (libmujoco-dev)";
+  const TriangleMesh block = Block({-0.03, -0.02, 0.0}, {0.03, 0.02, 0.09});
+  const HandModel hand(BodyModel::Default(), {}, Side::kRight);
+  GraspSetOptions options;
+  options.count = 1;
+  options.search.turns = 6;
+  const SignedDistance surface(block);
+  GraspSet set = FindGrasps(hand, block, DistanceGrid(surface, {.cell_m = 0.003}), options);
+  ASSERT_EQ(set.grasps.size(), 1u);
+  set.grasps.push_back(set.grasps[0]);
+  set.grasps[1].grasp.fingers.setZero();
+  set.grasps[1].grasp.wrist_from_object.translation() *= 2.0;
+  int calls = 0;
+  const std::vector<HoldTrial> trials = TryGrasps(hand, block, set.grasps, {}, [&](double share) {
+    EXPECT_EQ(share, 0.5 * ++calls);
+    return true;
+  });
+  ASSERT_EQ(trials.size(), 2u);
+  EXPECT_EQ(trials[0].Held(), 6);
+  EXPECT_EQ(trials[1].Held(), 0);
+  calls = 0;
+  TryGrasps(hand, block, set.grasps, {}, [&](double) { return ++calls > 1; });
+  EXPECT_EQ(calls, 1);
 }
 
 }  // namespace

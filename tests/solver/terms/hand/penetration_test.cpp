@@ -9,6 +9,7 @@
 #include "solver/grasp/finger_closing.h"
 #include "solver/terms/hand/finger_collision.h"
 #include "solver/terms/hand/grasp_contact.h"
+#include "solver/terms/hand/intrusion.h"
 #include "tests/support/numeric_jacobian.h"
 
 namespace holdfast {
@@ -88,6 +89,30 @@ TEST_P(EitherHand, FingerCollisionJacobianMatchesDifferences) {
   EXPECT_LT(testing::JacobianError(term, {scene.fingers.data()}, {nullptr}), 1e-6);
 }
 
+TEST_P(EitherHand, IntrusionIsHowFarThePointIsBelowTheSkin) {
+  Scene scene(GetParam());
+  const Eigen::Matrix3Xd& vertices = scene.evaluation.At(scene.fingers.data(), false).Vertices();
+  const Eigen::Matrix3Xi& faces = scene.hand.Surface().Faces();
+  std::vector<Intrusion> intrusions;
+  for (Eigen::Index f = 0; f < faces.cols(); f += 40) {
+    Intrusion in{{}, {faces(0, f), faces(1, f), faces(2, f)}, {0.2, 0.3, 0.5}, {}};
+    Eigen::Vector3d skin = Eigen::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) skin += in.shares[k] * vertices.col(in.corners[k]);
+    in.outward = Eigen::Vector3d(std::cos(f), std::sin(f), 0.5).normalized();
+    const double depth = f % 80 == 0 ? 0.002 : -0.001;
+    in.point = scene.rotation.conjugate() * (skin - depth * in.outward - scene.translation);
+    intrusions.push_back(in);
+  }
+  const IntrusionTerm term(scene.evaluation, intrusions, 3.0);
+  Eigen::VectorXd residuals = Eigen::VectorXd::Constant(term.num_residuals(), NAN);
+  const std::vector<double*> parameters = scene.Parameters();
+  ASSERT_TRUE(term.Evaluate(parameters.data(), residuals.data(), nullptr));
+  for (Eigen::Index j = 0; j < residuals.size(); ++j) {
+    EXPECT_NEAR(residuals(j), j % 2 == 0 ? 0.006 : 0.0, 1e-12);
+  }
+  EXPECT_LT(scene.JacobianError(term), 1e-6);
+}
+
 TEST(Penetration, CountsDepthInsideAndNothingOutside) {
   Scene scene(Side::kRight);
   const std::vector<SkinPoint>& skin = scene.anatomy.landmarks.Skin();
@@ -104,6 +129,28 @@ TEST(Penetration, CountsDepthInsideAndNothingOutside) {
     inside += d < 0.0;
   }
   EXPECT_GT(inside, 0);  // or the test says nothing
+}
+
+// What a term remembers of where the hand was changes nothing.
+TEST(Penetration, IsTheSameFromWhereverTheHandComes) {
+  Scene scene(Side::kRight);
+  const std::vector<SkinPoint>& skin = scene.anatomy.landmarks.Skin();
+  const PenetrationTerm term(scene.evaluation, scene.grid, skin, {2.0, 0.0});
+  const auto residuals = [&](const PenetrationTerm& of) {
+    Eigen::VectorXd values = Eigen::VectorXd::Constant(of.num_residuals(), NAN);
+    const std::vector<double*> parameters = scene.Parameters();
+    EXPECT_TRUE(of.Evaluate(parameters.data(), values.data(), nullptr));
+    return values;
+  };
+  const Eigen::Vector3d there = scene.translation;
+  int inside = 0;
+  for (const double away : {0.03, 0.008, 0.004, 0.002, 0.0, -0.001, 0.001}) {
+    scene.translation = there + away * Eigen::Vector3d::UnitX();
+    const Eigen::VectorXd values = residuals(term);
+    EXPECT_EQ(values, residuals(PenetrationTerm(scene.evaluation, scene.grid, skin, {2.0, 0.0})));
+    inside += (values.array() > 0.0).any();
+  }
+  EXPECT_GT(inside, 0);
 }
 
 TEST(Penetration, ClearanceIsAMarginAndAnAllowance) {
