@@ -84,21 +84,44 @@ void AddCorrectives(ReportPayload& payload, const CorrectiveBasis& basis) {
               static_cast<int>(basis.Size()));
 }
 
-// Signed distance (metres, clamped to +-limit) of each point; points farther than `limit` from the
-// object's box cost nothing.
-Eigen::VectorXd DistancesWithin(const SignedDistance& object, const Eigen::Matrix3Xd& points,
-                                double limit) {
-  Eigen::VectorXd distances(points.cols());
-  for (Eigen::Index i = 0; i < points.cols(); ++i) {
-    const Eigen::Vector3d point = points.col(i);
-    const Eigen::Vector3d outside =
-        (object.Min() - point).cwiseMax(point - object.Max()).cwiseMax(0.0);
-    distances(i) = outside.squaredNorm() >= limit * limit
-                       ? limit
-                       : std::clamp(object.Distance(point), -limit, limit);
+// Signed distances (metres, clamped to +-limit) of points from frame to frame: of those farther
+// than `limit` from the object's box, or as far from where they were last measured, they are known.
+class DistancesWithin {
+ public:
+  DistancesWithin(const SignedDistance& object, std::size_t points, double limit)
+      : object_(object), limit_(limit), last_(points) {}
+
+  Eigen::VectorXd At(const Eigen::Matrix3Xd& points) {
+    const bool closed = object_.SignMethod() == SignedDistance::Sign::kPseudonormal;
+    const Eigen::AlignedBox3d box(object_.Min(), object_.Max());
+    Eigen::VectorXd distances(points.cols());
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      const Eigen::Vector3d point = points.col(i);
+      auto& [place, distance, face] = last_[static_cast<std::size_t>(i)];
+      if (box.squaredExteriorDistance(point) >= limit_ * limit_ ||
+          (closed && face >= 0 && distance - (point - place).norm() >= limit_)) {
+        distances(i) = limit_;
+        continue;
+      }
+      const SignedDistance::Result nearest = object_.Query(point, face);
+      place = point;
+      distance = nearest.distance;
+      face = nearest.face;
+      distances(i) = std::clamp(distance, -limit_, limit_);
+    }
+    return distances;
   }
-  return distances;
-}
+
+ private:
+  struct Last {
+    Eigen::Vector3d place;
+    double distance;
+    int face = -1;
+  };
+  const SignedDistance& object_;
+  double limit_;
+  std::vector<Last> last_;
+};
 
 // What differs from frame to frame, and the vertices that the page is checked by.
 struct Motion {
@@ -121,14 +144,13 @@ Motion Evaluate(const ReportInput& input, const BodySurface& surface,
   motion.offset.resize(static_cast<std::size_t>(frames) * kNumJoints * 3);
   motion.joints.resize(frames);
   motion.distance.resize(frames);
-  ParallelFor(frames, threads, [&](int t) {
-    BodyState state;
+  const auto evaluate = [&](int t, BodyState& state, std::optional<DistancesWithin>& within) {
     if (object) {
       Forward(hands, clip.pose[t], clip.trans.col(t), state);
       const Eigen::Matrix3d object_from_world = ExpSO3(clip.object->orient.col(t)).transpose();
       const Eigen::Matrix3Xd in_object =
           object_from_world * (state.vertices.colwise() - clip.object->trans.col(t));
-      motion.distance[t] = DistancesWithin(*object, in_object, kDistanceLimit * kDistanceStep);
+      motion.distance[t] = within->At(in_object);
     } else {
       ForwardJoints(surface.RestJoints(), clip.pose[t], clip.trans.col(t), state);
     }
@@ -141,6 +163,15 @@ Motion Evaluate(const ReportInput& input, const BodySurface& surface,
       const Eigen::Vector3f offset = state.skin_offset.col(j).cast<float>();
       std::copy_n(offset.data(), 3, motion.offset.data() + 3 * place);
     }
+  };
+
+  constexpr int kTogether = 16;
+  ParallelFor((frames + kTogether - 1) / kTogether, threads, [&](int block) {
+    BodyState state;
+    std::optional<DistancesWithin> within;
+    if (object) within.emplace(*object, hand_ids.size(), kDistanceLimit * kDistanceStep);
+    const int end = std::min(frames, (block + 1) * kTogether);
+    for (int t = block * kTogether; t < end; ++t) evaluate(t, state, within);
   });
 
   std::vector<int> checked;

@@ -23,9 +23,10 @@ class BallTree {
   }
 
   const Eigen::Matrix3Xd& Points() const { return points_; }
+  std::size_t NumBalls() const { return balls_.size(); }
 
-  /// Calls visit(column) for the points of every ball that reaches(center, radius) is true for, and
-  /// for those around it; the order is always the same.
+  /// Calls visit(column) for the points of every ball that reaches(center, radius, ball) is true
+  /// for, and for those around it; the order is always the same. `ball` is below NumBalls().
   template <typename Reaches, typename Visit>
   void ForPoints(const Reaches& reaches, const Visit& visit) const {
     if (!order_.empty()) Descend(0, 0, static_cast<int>(order_.size()), reaches, visit);
@@ -62,7 +63,7 @@ class BallTree {
   template <typename Reaches, typename Visit>
   void Descend(std::size_t node, int begin, int end, const Reaches& reaches,
                const Visit& visit) const {
-    if (!reaches(balls_[node].center, balls_[node].radius)) return;
+    if (!reaches(balls_[node].center, balls_[node].radius, node)) return;
     if (end - begin <= kLeaf) {
       for (int i = begin; i < end; ++i) visit(order_[i]);
       return;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <span>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "geometry/mesh/mesh_parts.h"
 #include "geometry/mesh/mesh_topology.h"
 #include "geometry/parallel.h"
+#include "geometry/score/clipped_volume.h"
 
 namespace holdfast {
 namespace {
@@ -26,13 +28,15 @@ using Cubes = Eigen::Matrix<long long, 3, 1>;  ///< a place on the grid
 /// cube.
 class SharedCubes {
  public:
+  using Boxes = std::vector<Eigen::AlignedBox3d>;
+
   SharedCubes(const SignedDistance& a, const SignedDistance& b, double voxel,
               const Eigen::AlignedBox3d& box)
       : solids_{&a, &b}, voxel_(voxel), box_(box) {}
 
   /// Cubes [low, low + size) per axis, `size` a power of two. Nothing outside the box is inside
-  /// both.
-  long long Count(const Cubes& low, long long size, bool in_a, bool in_b) {
+  /// both. `faces`, if known: of the faces that bound what is inside both, at least those here.
+  long long Count(const Cubes& low, long long size, bool in_a, bool in_b, const Boxes* faces) {
     const Eigen::Vector3d center =
         voxel_ * (low.cast<double>().array() + 0.5 * static_cast<double>(size)).matrix();
     const double half_edge = 0.5 * voxel_ * static_cast<double>(size - 1);
@@ -40,7 +44,16 @@ class SharedCubes {
         ((center.array() - half_edge) > box_.max().array()).any()) {
       return 0;
     }
-    const double reach = std::sqrt(3.0) * half_edge;
+    Boxes faces_here;
+    if (faces != nullptr) {
+      const Eigen::AlignedBox3d here(center.array() - half_edge, center.array() + half_edge);
+      std::ranges::copy_if(*faces, std::back_inserter(faces_here),
+                           [&](const Eigen::AlignedBox3d& face) { return face.intersects(here); });
+      faces = &faces_here;
+    }
+    // All on one side where no face is between.
+    const bool alike = faces != nullptr && faces->empty();
+    const double reach = alike ? 0.0 : std::sqrt(3.0) * half_edge;
     bool inside[2] = {in_a, in_b};
     for (int s = 0; s < 2; ++s) {
       if (inside[s]) continue;
@@ -54,7 +67,7 @@ class SharedCubes {
     long long count = 0;
     for (int child = 0; child < 8; ++child) {
       const Cubes offset(child & 1, (child >> 1) & 1, (child >> 2) & 1);
-      count += Count(low + half * offset, half, inside[0], inside[1]);
+      count += Count(low + half * offset, half, inside[0], inside[1], faces);
     }
     return count;
   }
@@ -174,13 +187,10 @@ Eigen::Matrix3Xd HoleFill::Vertices(const Eigen::Matrix3Xd& vertices) const {
   return all;
 }
 
-double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
-                          int threads) {
-  return IntersectionVolume(a, b, voxel_m, {a.Min(), a.Max()}, threads);
-}
+namespace {
 
-double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
-                          const Eigen::AlignedBox3d& box, int threads) {
+double CountedVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
+                     const Eigen::AlignedBox3d& box, const SharedCubes::Boxes* faces, int threads) {
   if (!(voxel_m > 0.0)) throw Error("voxel", "must be positive", "2 mm is usual");
   const Eigen::Vector3d low = a.Min().cwiseMax(b.Min()).cwiseMax(box.min());
   const Eigen::Vector3d high = a.Max().cwiseMin(b.Max()).cwiseMin(box.max());
@@ -194,7 +204,7 @@ double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, doub
     long long count = 0;
     for (long long y = block_of(low.y()); y <= block_of(high.y()); ++y) {
       for (long long x = block_of(low.x()); x <= block_of(high.x()); ++x) {
-        count += cubes.Count(kBlock * Cubes(x, y, z), kBlock, false, false);
+        count += cubes.Count(kBlock * Cubes(x, y, z), kBlock, false, false, faces);
       }
     }
     return count;
@@ -205,6 +215,33 @@ double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, doub
   ParallelFor(static_cast<int>(block_of(high.z()) - first_layer + 1), threads,
               [&](int layer) { count += count_layer(first_layer + layer); });
   return static_cast<double>(count.load()) * voxel_m * voxel_m * voxel_m;
+}
+
+}  // namespace
+
+double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
+                          int threads) {
+  return IntersectionVolume(a, b, voxel_m, {a.Min(), a.Max()}, threads);
+}
+
+double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
+                          const Eigen::AlignedBox3d& box, int threads) {
+  return CountedVolume(a, b, voxel_m, box, nullptr, threads);
+}
+
+double IntersectionVolume(const Solid& a, const Solid& b, const SolidOverlap& overlap,
+                          double voxel_m) {
+  if (overlap.box.isEmpty()) return 0.0;
+  SharedCubes::Boxes faces;
+  const auto add = [&](const TriangleMesh& mesh, const std::vector<int>& ids) {
+    for (const int face : ids) {
+      const Eigen::Matrix3d corners = mesh.vertices(Eigen::all, mesh.faces.col(face));
+      faces.emplace_back(corners.rowwise().minCoeff(), corners.rowwise().maxCoeff());
+    }
+  };
+  add(a.mesh, overlap.faces_a);
+  add(b.mesh, overlap.faces_b);
+  return CountedVolume(a.distance, b.distance, voxel_m, overlap.box, &faces, 1);
 }
 
 }  // namespace holdfast

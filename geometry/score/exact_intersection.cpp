@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <utility>
 #include <variant>
 
@@ -19,6 +20,7 @@
 #include <boost/variant/variant.hpp>
 
 #include "geometry/mesh/mesh_parts.h"
+#include "geometry/score/clipped_volume.h"
 #include "geometry/score/contact_metrics.h"
 
 namespace holdfast {
@@ -169,8 +171,11 @@ bool AnyInside(const Eigen::Matrix3Xd& points, const SignedDistance& body) {
 
 ExactVolume Failed(VolumeStatus status) { return {status, 0.0}; }
 
-// Cuts the faces of an overlap and sums the pieces inside.
+// Cuts the faces of an overlap, where it has to, and sums the pieces inside.
 ExactVolume CutVolume(const Solid& solid, const Solid& other, const SolidOverlap& overlap) {
+  if (const std::optional<double> clipped = ClippedVolume(solid, other, overlap)) {
+    return {VolumeStatus::kExact, *clipped};
+  }
   SurfaceMesh mesh_a = ToSurfaceMesh(PartOf(solid.mesh, overlap.faces_a));
   SurfaceMesh mesh_b = ToSurfaceMesh(PartOf(other.mesh, overlap.faces_b));
   auto cut_a = mesh_a.add_property_map<EdgeId, bool>("e:cut", false).first;

@@ -12,6 +12,8 @@
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "geometry/score/ball_tree.h"
+#include "geometry/score/clearance_memory.h"
+#include "geometry/score/clipped_volume.h"
 #include "geometry/score/object_shape.h"
 
 namespace holdfast {
@@ -46,7 +48,10 @@ class FrameMeasurer {
       : all_(all),
         state_(all.hand),
         closed_({all.fill.Vertices(all.hand.Surface().RestVertices()), all.fill.Faces()}),
-        queries_(static_cast<std::size_t>(closed_.mesh.NumVertices())) {}
+        queries_(static_cast<std::size_t>(closed_.mesh.NumVertices())),
+        from_object_(all.object, queries_.size()),
+        from_hand_(closed_, all.object_vertices.NumBalls() +
+                                static_cast<std::size_t>(all.object.mesh.NumVertices())) {}
 
   HandObjectFrame Measure(int t, Touch& touch) {
     const int n = all_.hand.NumVertices();
@@ -67,7 +72,7 @@ class FrameMeasurer {
       }
       return frame;
     }
-    closed_.distance.Move(closed_.mesh.vertices);
+    MoveSurface();
     const std::vector<int> inside = MeasureObjectInHand(frame);
     MeasureVolumes(distances, inside, frame);
     return frame;
@@ -77,46 +82,62 @@ class FrameMeasurer {
   // Distances of the closed hand's vertices from the object. One that is neither below the
   // threshold nor the least may be less than it is.
   Eigen::VectorXd FindNearest(double threshold_m) {
-    const SignedDistance& object = all_.object.distance;
-    const Eigen::AlignedBox3d box(object.Min(), object.Max());
+    const Eigen::AlignedBox3d box(all_.object.distance.Min(), all_.object.distance.Max());
     Eigen::VectorXd distances(closed_.mesh.NumVertices());
     double least = std::numeric_limits<double>::infinity();
-    for (Eigen::Index i = 0; i < distances.size(); ++i) {
+    const auto measure = [&](int i) {
       const Eigen::Vector3d point = closed_.mesh.vertices.col(i);
       SignedDistance::Result& query = queries_[static_cast<std::size_t>(i)];
-      const double outside = all_.object.IsClosed() ? box.exteriorDistance(point) : 0.0;
+      const double outside = all_.object.IsClosed() ? std::max(box.exteriorDistance(point),
+                                                               from_object_.OutsideBy(i, point))
+                                                    : 0.0;
       if (outside > threshold_m && outside > least) {
         query.distance = outside;
       } else {
-        query = object.Query(point, query.face);
-        if (i < all_.hand.NumVertices()) least = std::min(least, query.distance);
+        query = from_object_.Query(i, point);
+        if (i < all_.hand.NumVertices() && query.distance < least) {
+          least = query.distance;
+          nearest_ = i;
+        }
       }
       distances[i] = query.distance;
-    }
+    };
+    measure(nearest_);  // the last frame's: most others need not be asked for then
+    for (int i = 0; i < distances.size(); ++i) measure(i);
     return distances;
   }
 
+  void MoveSurface() {
+    const Eigen::Matrix3Xd& vertices = closed_.mesh.vertices;
+    const double farthest = std::sqrt((vertices - surface_).colwise().squaredNorm().maxCoeff());
+    from_hand_.SurfaceMoved(farthest);
+    surface_ = vertices;
+    closed_.distance.Move(vertices);
+  }
+
   // Gives the object's vertices that are inside the hand.
-  std::vector<int> MeasureObjectInHand(HandObjectFrame& frame) const {
+  std::vector<int> MeasureObjectInHand(HandObjectFrame& frame) {
     std::vector<int> inside;
-    const SignedDistance& hand = closed_.distance;
-    const Eigen::AlignedBox3d box(hand.Min(), hand.Max());
-    SignedDistance::Result nearest;
+    const Eigen::AlignedBox3d box(closed_.distance.Min(), closed_.distance.Max());
     // No point of a ball is inside when the surface is farther than its radius. Where fingers are
     // in each other, the nearest skin may be seen from outside: no point of a hand is so far in.
-    const auto reaches = [&](const Eigen::Vector3d& center, double radius) {
-      if (box.exteriorDistance(center) > radius) return false;
-      if (!closed_.IsClosed()) return true;
-      nearest = hand.Query(center, nearest.face);
-      return nearest.distance <= std::max(radius, kThickest_m);
+    const auto reaches = [&](const Eigen::Vector3d& center, double radius, std::size_t ball) {
+      if (box.squaredExteriorDistance(center) > radius * radius) return false;
+      if (!closed_.IsClosed() || from_hand_.AtMost(ball, center) <= radius) return true;
+      if (from_hand_.OutsideBy(ball, center) > radius) return false;
+      const double distance = from_hand_.Query(ball, center).distance;
+      const bool outside = from_hand_.OutsideBy(ball, center) > 0.0;
+      return distance <= (outside ? radius : std::max(radius, kThickest_m));
     };
     all_.object_vertices.ForPoints(reaches, [&](int vertex) {
-      nearest = hand.Query(all_.object.mesh.vertices.col(vertex), nearest.face);
-      if (nearest.distance >= 0.0) return;
+      const Eigen::Vector3d point = all_.object.mesh.vertices.col(vertex);
+      const std::size_t place = all_.object_vertices.NumBalls() + static_cast<std::size_t>(vertex);
+      if (from_hand_.OutsideBy(place, point) > 0.0) return;
+      const double distance = from_hand_.Query(place, point).distance;
+      if (distance >= 0.0) return;
       inside.push_back(vertex);
-      frame.object_max_penetration_mm =
-          std::max(frame.object_max_penetration_mm, -1e3 * nearest.distance);
-      frame.object_mean_penetration_mm -= 1e3 * nearest.distance;
+      frame.object_max_penetration_mm = std::max(frame.object_max_penetration_mm, -1e3 * distance);
+      frame.object_mean_penetration_mm -= 1e3 * distance;
     });
     frame.object_vertices_inside = static_cast<int>(inside.size());
     if (!inside.empty()) frame.object_mean_penetration_mm /= frame.object_vertices_inside;
@@ -125,26 +146,26 @@ class FrameMeasurer {
 
   void MeasureVolumes(const Eigen::VectorXd& distances, std::span<const int> object_inside,
                       HandObjectFrame& frame) const {
-    const SignedDistance& object = all_.object.distance;
+    const bool closed = all_.object.IsClosed() && closed_.IsClosed();
     SolidOverlap overlap;
-    overlap.box = {object.Min(), object.Max()};
-    if (all_.object.IsClosed() && closed_.IsClosed()) {
-      overlap = FindOverlap(all_.object, closed_, distances, object_inside);
-    }
-    if (all_.protocol.measure_exact) {
-      frame.exact_volume = all_.exact->With(closed_, overlap);
-    }
-    if (all_.protocol.measure_voxels && !overlap.box.isEmpty()) {
-      frame.hand.intersection_volume_cm3 =
-          1e6 * IntersectionVolume(object, closed_.distance, 1e-3 * all_.protocol.contact.voxel_mm,
-                                   overlap.box);
-    }
+    if (closed) overlap = FindOverlap(all_.object, closed_, distances, object_inside);
+    if (all_.protocol.measure_exact) frame.exact_volume = all_.exact->With(closed_, overlap);
+    if (!all_.protocol.measure_voxels) return;
+    const double voxel_m = 1e-3 * all_.protocol.contact.voxel_mm;
+    frame.hand.intersection_volume_cm3 =
+        1e6 * (closed ? IntersectionVolume(all_.object, closed_, overlap, voxel_m)
+                      : IntersectionVolume(all_.object.distance, closed_.distance, voxel_m));
   }
 
   const Measured& all_;
   HandState state_;
   Solid closed_;
-  std::vector<SignedDistance::Result> queries_;  // of the last frame, as hints
+  Eigen::Matrix3Xd surface_ = closed_.mesh.vertices;  // where closed_.distance has it
+  std::vector<SignedDistance::Result> queries_;
+  // Of the hand's vertices from the object; of balls of the object's vertices, and behind them
+  // these vertices, from the hand.
+  ClearanceMemory from_object_, from_hand_;
+  int nearest_ = 0;  // hand vertex in the last frame
 };
 
 void RequireObject(const Clip& clip) {

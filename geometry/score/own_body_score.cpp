@@ -58,8 +58,8 @@ double ObjectDepth_mm(const OwnBody& body, const Eigen::Matrix3Xd& skin, const B
   for (const auto& point : points.Points().colwise()) box.extend(pose * point);
   const OwnBody::Posed posed = PosedNear(body, skin, box);
   Deepest deepest(posed);
-  points.ForPoints([&](const Eigen::Vector3d& center,
-                       double radius) { return deepest.Reaches(pose * center, radius); },
+  points.ForPoints([&](const Eigen::Vector3d& center, double radius,
+                       std::size_t) { return deepest.Reaches(pose * center, radius); },
                    [&](int column) { deepest.Add(pose * points.Points().col(column)); });
   return deepest.Depth_mm();
 }
@@ -87,7 +87,7 @@ void Summarize(BodyDepth& depth) {
 std::vector<int> InOrder(const BodySurface& body, const std::vector<int>& vertices) {
   std::vector<int> ordered;
   BallTree(body.RestVertices()(Eigen::all, vertices))
-      .ForPoints([](const Eigen::Vector3d&, double) { return true; },
+      .ForPoints([](const Eigen::Vector3d&, double, std::size_t) { return true; },
                  [&](int column) { ordered.push_back(vertices[column]); });
   return ordered;
 }

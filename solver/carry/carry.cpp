@@ -6,6 +6,7 @@
 #include <cctype>
 #include <chrono>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -83,6 +84,11 @@ class Carrier {
 
   const HandModel& Hand(Side side) const { return side == Side::kRight ? right_ : left_; }
 
+  const BodySurface& WholeBody() {
+    if (!surface_) surface_.emplace(body_.model, body_.betas);
+    return *surface_;
+  }
+
   // Who is to hold an object that the clip does not have: who held the clip's own in most frames.
   std::uint8_t UsualHolder() const {
     if (const std::optional<Side> lone = body_.model->LoneHand()) return HoldingBit(*lone);
@@ -127,7 +133,7 @@ class Carrier {
 
   void TakeHold() {
     const std::vector<std::uint8_t>& hands = report_.holding.hands;
-    const BodySurface body(body_.model, body_.betas);
+    const BodySurface& body = WholeBody();
     const double span = hands.front() == kHoldsBoth ? BothHandsOptions{}.max_width_m
                                                     : OppositionOptions{}.max_width_m;
     FirstGraspOptions search{options_.style, Place(span), options_.seed, options_.threads,
@@ -237,8 +243,7 @@ class Carrier {
     ClearanceOptions clearance;
     clearance.keep_motion = options_.keep_motion;
     clearance.threads = options_.threads;
-    report_.clearance = KeepOutOfBody(BodySurface(body_.model, body_.betas), object_.object.mesh,
-                                      clearance, report_.clip);
+    report_.clearance = KeepOutOfBody(WholeBody(), object_.object.mesh, clearance, report_.clip);
   }
 
   void Measure() {
@@ -283,6 +288,7 @@ class Carrier {
   CarryOptions options_;
   const StagedProgress& progress_;
   HandModel right_, left_;
+  std::optional<BodySurface> surface_;
   bool needs_grasp_ = false;
   bool stopped_ = false;
   std::vector<const HandModel*> hands_;

@@ -106,13 +106,16 @@ TEST(BallTree, LeavesOutWhatIsFar) {
   const Eigen::Vector3d place(0.2, 0.1, -0.3);
   std::vector<bool> visited(500, false);
   int visits = 0;
-  tree.ForPoints([&](const Eigen::Vector3d& center,
-                     double radius) { return (center - place).norm() <= radius + 0.2; },
-                 [&](int column) {
-                   EXPECT_FALSE(visited[column]);
-                   visited[column] = true;
-                   ++visits;
-                 });
+  tree.ForPoints(
+      [&](const Eigen::Vector3d& center, double radius, std::size_t ball) {
+        EXPECT_LT(ball, tree.NumBalls());
+        return (center - place).norm() <= radius + 0.2;
+      },
+      [&](int column) {
+        EXPECT_FALSE(visited[column]);
+        visited[column] = true;
+        ++visits;
+      });
   for (int i = 0; i < 500; ++i) {
     EXPECT_TRUE(visited[i] || (points.col(i) - place).norm() > 0.2);
   }

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/score/clearance_memory.h"
+
+#include <cmath>
+#include <optional>
+
+#include <Eigen/Geometry>
+
+namespace holdfast {
+namespace {
+
+// Twice an area (m^2) that is too small to say which way round it is.
+constexpr double kFlat = 1e-16;
+
+// How often a closed surface is passed outwards, less inwards, on the way from a point along an
+// axis; nothing where that is through an edge.
+std::optional<int> PassesOutwards(const Solid& closed, const Eigen::Vector3d& point, int axis,
+                                  bool upwards) {
+  Eigen::Vector3d low = point, high = point;
+  (upwards ? high : low)[axis] = (upwards ? closed.distance.Max() : closed.distance.Min())[axis];
+  int passes = 0;
+  for (const int face : closed.distance.Tree().FacesInBox(low, high)) {
+    const Eigen::Matrix3d corners =
+        closed.mesh.vertices(Eigen::all, closed.mesh.faces.col(face)).colwise() - point;
+    const auto u = corners.row((axis + 1) % 3), v = corners.row((axis + 2) % 3);
+    // Of the triangles of the way and each side, seen along the axis.
+    Eigen::Vector3d area;
+    for (int k = 0; k < 3; ++k) {
+      const int a = (k + 1) % 3, b = (k + 2) % 3;
+      area[k] = u[a] * v[b] - u[b] * v[a];
+    }
+    if (area.minCoeff() < -kFlat && area.maxCoeff() > kFlat) continue;
+    if (area.cwiseAbs().minCoeff() <= kFlat) return std::nullopt;
+    const bool above = corners.row(axis).dot(area) / area.sum() > 0.0;
+    if (above == upwards) passes += (area.sum() > 0.0) == upwards ? 1 : -1;
+  }
+  return passes;
+}
+
+}  // namespace
+
+bool GoesAround(const Solid& closed, const Eigen::Vector3d& point) {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const bool upwards : {true, false}) {
+      if (const std::optional<int> passes = PassesOutwards(closed, point, axis, upwards)) {
+        return *passes > 0;
+      }
+    }
+  }
+  return closed.distance.Inside(point);
+}
+
+SignedDistance::Result ClearanceMemory::Query(std::size_t i, const Eigen::Vector3d& point) {
+  Known& k = known_[i];
+  SignedDistance::Result result = solid_.distance.Query(point, k.face);
+  const double distance = std::abs(result.distance);
+  const double known = Clear(k);
+  const bool outside = solid_.IsClosed() && ((known > 0.0 && OutsideBy(i, point) > -distance) ||
+                                             !GoesAround(solid_, point));
+  if (outside && result.distance < 0.0) {
+    result.distance = distance;
+    result.gradient = -result.gradient;
+  }
+  k = {point, distance, travelled_, outside, result.face};
+  return result;
+}
+
+}  // namespace holdfast
