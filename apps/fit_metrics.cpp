@@ -60,13 +60,28 @@ std::string SummaryText(const nlohmann::json& summary, const ContactProtocol& pr
 }
 
 std::string ClearanceText(const ClearanceReport& report) {
-  const std::string left = fmt::format("{} of {} frames deeper than {:g} mm", report.deep,
-                                       report.held_frames, 1e3 * ClearanceOptions{}.deep_m);
+  const double deep_m = ClearanceOptions{}.deep_m;
+  std::string left = fmt::format("{} of {} frames deeper than {:g} mm", report.deep,
+                                 report.frames.size(), 1e3 * deep_m);
+  const auto is_deep = [&](std::size_t t) {
+    return t < report.frames.size() && report.frames[t].depth_m > deep_m;
+  };
+  std::string_view before = ": frames ";
+  for (std::size_t t = 0, begin = 0; t < report.frames.size(); ++t) {
+    if (!is_deep(t)) continue;
+    if (t == 0 || !is_deep(t - 1)) begin = t;
+    if (is_deep(t + 1)) continue;
+    left += fmt::format("{}{}", before, begin);
+    if (t > begin) left += fmt::format("-{}", t);
+    before = ", ";
+  }
   if (report.moved) {
     return fmt::format(
-        "  body                the arm gave way by up to {:.1f} cm so that the object keeps out of "
-        "the body; {} (before: {}, up to {:.0f} mm)\n",
-        100.0 * report.shift_max_m, left, report.deep_before, 1e3 * report.worst_before_m);
+        "  body                arms gave way by up to {:.1f} cm so that they and the object keep "
+        "out "
+        "of the body; {} (before: {}, up to {:.0f} mm)\n",
+        100.0 * std::max(report.shift_max_m, report.free_shift_max_m), left, report.deep_before,
+        1e3 * report.worst_before_m);
   }
   if (report.deep == 0) return {};
   return fmt::format("  body                the {} is up to {:.0f} mm deep in it; {}\n",

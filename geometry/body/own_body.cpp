@@ -247,8 +247,9 @@ OwnBody::Posed::Posed(const OwnBody& body, const Eigen::Matrix3Xd& vertices,
 OwnBody::Posed::~Posed() = default;
 OwnBody::Posed::Posed(Posed&&) noexcept = default;
 
-std::optional<OwnBody::Touch> OwnBody::Posed::Query(const Eigen::Vector3d& point) const {
-  Impl::Nearest nearest{impl_->farthest2, -1, {}};
+std::optional<OwnBody::Touch> OwnBody::Posed::Query(const Eigen::Vector3d& point,
+                                                           double within_m) const {
+  Impl::Nearest nearest{std::min(impl_->farthest2, within_m * within_m), -1, {}};
   if (!impl_->boxes.empty() && impl_->Bound(0, point) < nearest.distance2) {
     impl_->Search(0, point, nearest);
   }

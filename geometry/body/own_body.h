@@ -40,8 +40,8 @@ class OwnBody {
 
     /// How deep a point is in the body (negative: outside), with the nearest skin. Nothing where no
     /// skin is within the margin, and where the nearest skin is the rim left by an arm that does
-    /// not count.
-    std::optional<Touch> Query(const Eigen::Vector3d& point) const;
+    /// not count. `within_m`: the skin is known to be no farther (faster where that is near).
+    std::optional<Touch> Query(const Eigen::Vector3d& point, double within_m = 1e9) const;
 
    private:
     struct Impl;

@@ -267,7 +267,7 @@ class Carrier {
           "the {} is deeper than {:.0f} mm in the body in {} of {} frames, up to {:.0f} mm in "
           "frame {}",
           MeetingPartName(body.worst_part), 1e3 * ClearanceOptions{}.deep_m, body.deep,
-          body.held_frames, 1e3 * body.worst_m, body.worst_frame));
+          body.frames.size(), 1e3 * body.worst_m, body.worst_frame));
     } else if (options_.recipe != FitRecipe::kHoldfast && report_.grasp.through_body > 0.0) {
       report_.warnings.push_back(
           fmt::format("the object meets the body in about {:.0f} % of the "

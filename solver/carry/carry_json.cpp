@@ -164,6 +164,8 @@ nlohmann::json ClearanceJson(const ClearanceReport& report) {
           {"worst_part", MeetingPartName(report.worst_part)},
           {"wrist_shift_mean_mm", 1e3 * report.shift_mean_m},
           {"wrist_shift_max_mm", 1e3 * report.shift_max_m},
+          {"free_wrist_shift_mean_mm", 1e3 * report.free_shift_mean_m},
+          {"free_wrist_shift_max_mm", 1e3 * report.free_shift_max_m},
           {"acceleration_ratio", report.acceleration_ratio}};
 }
 

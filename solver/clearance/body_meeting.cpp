@@ -3,24 +3,27 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
+#include "geometry/clip/clip.h"
 #include "geometry/mesh/contact_samples.h"
 
 namespace holdfast {
 namespace {
 
-constexpr double kSpacing_m = 0.01;
-constexpr int kMostSamples = 300;
+constexpr int kMostSamples = 300;   // a centimetre apart
 constexpr double kDeepest_m = 0.1;  // deeper is not told from outside
 constexpr int kClusterSize = 8;
+constexpr std::uint8_t kBothArms = kHoldsRight | kHoldsLeft;
 
-// Vertices about kSpacing_m apart in the rest pose.
-std::vector<int> Thinned(const BodySurface& body, const std::vector<int>& vertices) {
+// Vertices about `spacing_m` apart in the rest pose.
+std::vector<int> Thinned(const BodySurface& body, const std::vector<int>& vertices,
+                         double spacing_m) {
   std::vector<int> kept;
   for (const int i : vertices) {
     const bool near = std::ranges::any_of(kept, [&](int k) {
       return (body.RestVertices().col(i) - body.RestVertices().col(k)).squaredNorm() <
-             kSpacing_m * kSpacing_m;
+             spacing_m * spacing_m;
     });
     if (!near) kept.push_back(i);
   }
@@ -36,20 +39,28 @@ double ShareOfHand(const BodySurface& body, int vertex, Side side) {
   return share;
 }
 
-// Calls visit(i) for the points that may be in the skin or within `within_m` of it.
+// Calls visit(i, skin) for the points that may be in the skin or within `within_m` of it, which is
+// no farther than `skin`.
 template <typename Visit>
 void ForEachNear(const OwnBody::Posed& skin, const Eigen::Matrix3Xd& points,
                  const std::vector<std::vector<int>>& clusters, double within_m,
                  const Visit& visit) {
+  constexpr double kRounding_m = 1e-9;
+  std::optional<OwnBody::Touch> last;
   for (const std::vector<int>& members : clusters) {
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
     for (const int i : members) center += points.col(i);
     center /= static_cast<double>(members.size());
     double radius = 0.0;
     for (const int i : members) radius = std::max(radius, (points.col(i) - center).norm());
-    const auto touch = skin.Query(center);
+    // The skin nearest to one point is no farther from another than by way of the first.
+    const auto touch =
+        skin.Query(center, last ? (center - last->surface).norm() + kRounding_m : kDeepest_m);
+    if (touch) last = touch;
     if (touch && -touch->depth > radius + within_m) continue;
-    for (const int i : members) visit(i);
+    for (const int i : members) {
+      visit(i, touch ? (points.col(i) - touch->surface).norm() + kRounding_m : kDeepest_m);
+    }
   }
 }
 
@@ -69,16 +80,18 @@ std::string_view MeetingPartName(MeetingPart part) {
 }
 
 BodyMeeting::BodyMeeting(const BodySurface& body, const TriangleMesh& object,
-                         std::span<const std::uint8_t> left_out)
+                         std::span<const std::uint8_t> left_out, double spacing_m)
     : body_(body),
-      object_(ContactSamples(object, kSpacing_m, kMostSamples)),
+      object_(ContactSamples(object, spacing_m,
+                             static_cast<int>(kMostSamples * 1e-4 / (spacing_m * spacing_m)))),
       object_clusters_(Clustered(object_)) {
+  obstacles_[kBothArms].emplace(body, kBothArms);
   for (const std::uint8_t bits : left_out) {
     if (!obstacles_[bits & 3]) obstacles_[bits & 3].emplace(body, bits);
   }
   for (const Side side : {Side::kRight, Side::kLeft}) {
     const int a = side == Side::kRight ? 0 : 1;
-    skin_[a] = Thinned(body, OwnBody::ForearmAndHand(body, side));
+    skin_[a] = Thinned(body, OwnBody::ForearmAndHand(body, side), spacing_m);
     for (const int i : skin_[a]) share_[a].push_back(ShareOfHand(body, i, side));
     skin_clusters_[a] = Clustered(body.RestVertices()(Eigen::all, skin_[a]));
   }
@@ -114,35 +127,46 @@ BodyMeeting::Frame BodyMeeting::Measure(const BodyState& state,
                                         std::uint8_t arms, std::uint8_t left_out,
                                         double within_m) const {
   Frame frame;
-  const Eigen::Matrix3Xd object = world_from_object * object_;
-  std::array<Eigen::Matrix3Xd, 2> skin;
-  Eigen::AlignedBox3d box(object.rowwise().minCoeff(), object.rowwise().maxCoeff());
-  for (int a = 0; a < 2; ++a) {
-    if ((arms & (1 << a)) == 0) continue;
-    skin[a] = state.vertices(Eigen::all, skin_[a]);
-    if (skin[a].cols() == 0) continue;
-    box.extend(skin[a].rowwise().minCoeff()).extend(skin[a].rowwise().maxCoeff());
-  }
-  const OwnBody::Posed body(*obstacles_[left_out & 3], state.vertices, box.min(), box.max(),
-                            kDeepest_m);
-  const auto look = [&](const Eigen::Vector3d& at, int arm, double wrist_share, MeetingPart part) {
-    const auto touch = body.Query(at);
-    if (!touch || touch->depth < -within_m) return;
-    frame.near[arm].push_back({at, *touch, wrist_share});
-    if (touch->depth <= frame.depth_m) return;
-    frame.depth_m = touch->depth;
-    frame.part = part;
+  const auto search = [&](std::uint8_t obstacle, bool with_object, std::uint8_t of) {
+    Eigen::Matrix3Xd object(3, 0);
+    if (with_object) object = world_from_object * object_;
+    std::array<Eigen::Matrix3Xd, 2> skin;
+    Eigen::AlignedBox3d box;
+    for (const auto& point : object.colwise()) box.extend(point);
+    for (int a = 0; a < 2; ++a) {
+      if ((of & (1 << a)) == 0) continue;
+      skin[a] = state.vertices(Eigen::all, skin_[a]);
+      for (const auto& point : skin[a].colwise()) box.extend(point);
+    }
+    if (box.isEmpty()) return;
+    const OwnBody::Posed body(*obstacles_[obstacle], state.vertices, box.min(), box.max(),
+                              kDeepest_m);
+    const auto look = [&](const Eigen::Vector3d& at, double skin_m, int arm, double share,
+                          MeetingPart part) {
+      const auto touch = body.Query(at, skin_m);
+      if (!touch || touch->depth < -within_m) return;
+      frame.near[arm].push_back({at, *touch, share});
+      frame.nearest_m = std::max(frame.nearest_m, touch->depth);
+      frame.arm_depth_m[arm] = std::max(frame.arm_depth_m[arm], touch->depth);
+      if (touch->depth <= frame.depth_m) return;
+      frame.depth_m = touch->depth;
+      frame.part = part;
+    };
+    if (with_object) {
+      ForEachNear(body, object, object_clusters_.members, within_m, [&](int i, double skin_m) {
+        look(object.col(i), skin_m, (arms & 1) != 0 ? 0 : 1, 1.0, MeetingPart::kObject);
+      });
+    }
+    for (int a = 0; a < 2; ++a) {
+      if ((of & (1 << a)) == 0) continue;
+      ForEachNear(body, skin[a], skin_clusters_[a].members, within_m, [&](int i, double skin_m) {
+        look(skin[a].col(i), skin_m, a, share_[a][i],
+             a == 0 ? MeetingPart::kRightArm : MeetingPart::kLeftArm);
+      });
+    }
   };
-  ForEachNear(body, object, object_clusters_.members, within_m, [&](int i) {
-    look(object.col(i), (arms & 1) != 0 ? 0 : 1, 1.0, MeetingPart::kObject);
-  });
-  for (int a = 0; a < 2; ++a) {
-    if ((arms & (1 << a)) == 0) continue;
-    ForEachNear(body, skin[a], skin_clusters_[a].members, within_m, [&](int i) {
-      look(skin[a].col(i), a, share_[a][i],
-           a == 0 ? MeetingPart::kRightArm : MeetingPart::kLeftArm);
-    });
-  }
+  search(left_out, arms != 0, left_out);
+  search(kBothArms, false, kBothArms & ~left_out);
   return frame;
 }
 

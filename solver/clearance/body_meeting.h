@@ -17,7 +17,7 @@
 
 namespace holdfast {
 
-/// What of a carried object and the arms that carry it is in the person's own body.
+/// What of a carried object and a person's arms is in their own body.
 enum class MeetingPart { kNone, kObject, kRightArm, kLeftArm };
 std::string_view MeetingPartName(MeetingPart part);  ///< "object", "right arm"; empty for none
 
@@ -25,10 +25,10 @@ std::string_view MeetingPartName(MeetingPart part);  ///< "object", "right arm";
 /// threads; `body` must outlive it.
 class BodyMeeting {
  public:
-  /// Looks at points about a centimetre apart on the object (metres, its own frame) and on hands
-  /// and forearms. `left_out`: those that Measure is to be asked for.
+  /// Looks at points about `spacing_m` apart on the object (metres, its own frame) and on hands and
+  /// forearms. `left_out`: those that Measure is to be asked for.
   BodyMeeting(const BodySurface& body, const TriangleMesh& object,
-              std::span<const std::uint8_t> left_out);
+              std::span<const std::uint8_t> left_out, double spacing_m = 0.01);
 
   /// A point near the skin.
   struct Point {
@@ -39,12 +39,15 @@ class BodyMeeting {
   struct Frame {
     double depth_m = 0.0;  ///< of the deepest point; 0: none is in the body
     MeetingPart part = MeetingPart::kNone;
-    std::array<std::vector<Point>, 2> near;  ///< of the right arm and the left one
+    double nearest_m = -1.0;  ///< depth of the point nearest to the skin or deepest in it
+    std::array<double, 2> arm_depth_m = {};  ///< with the right arm and the left one
+    std::array<std::vector<Point>, 2> near;  ///< the same
   };
 
-  /// One frame. `state` has all vertices. `arms` (bits as in Clip::holding_hand) hold the object,
-  /// `left_out` (these among them) are no obstacle. Points outside the skin by up to `within_m` are
-  /// given too, the object's with the right arm where both hold.
+  /// One frame. `state` has all vertices. `arms` (bits as in Clip::holding_hand) hold the object:
+  /// it counts where there are any. `left_out` (these among them) are no obstacle to it and to each
+  /// other; of the other arms, no arm is one. Points outside the skin by up to `within_m` are given
+  /// too, the object's with the right arm where both hold.
   Frame Measure(const BodyState& state, const Eigen::Isometry3d& world_from_object,
                 std::uint8_t arms, std::uint8_t left_out, double within_m) const;
 

@@ -14,6 +14,7 @@
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
+#include "geometry/score/own_body_score.h"
 #include "solver/clearance/arm_spline.h"
 #include "solver/clearance/clearance_blocks.h"
 #include "solver/unknowns/change_spline.h"
@@ -21,32 +22,36 @@
 namespace holdfast {
 namespace {
 
-constexpr double kKnot_s = 0.2;      // between control points
-constexpr double kGiveWay_s = 1.0;   // before and after a frame that is too deep
-constexpr double kTake_s = 0.3;      // to move off a place where the object rests
-constexpr double kHandNear_s = 0.5;  // a hand about to take hold may touch
+constexpr double kKnot_s = 0.2;     // between control points
+constexpr double kGiveWay_s = 1.6;  // before and after a frame that is too deep
+constexpr int kFineRounds = 3;
+constexpr double kFine_m = 0.004;     // between points, in the end
+constexpr double kFar_m = 0.015;      // where no point a centimetre apart is nearer, none is deep
+constexpr double kTouching_m = 5e-4;  // an arm that is deeper takes part
+constexpr double kTake_s = 0.3;       // to move off a place where the object rests
+constexpr double kHandNear_s = 0.5;   // a hand about to take hold may touch
 constexpr double kWatched_m = 0.025;
 constexpr double kSolved_hz = 30.0;  // frames that planes are put up in
-constexpr double kBend = 0.5;
-constexpr double kStay_m = 0.02, kUpright_rad = 15.0 * kDegree;
-constexpr double kWristReady = 12.0;
+constexpr double kBend = 0.15;
+constexpr double kStay_m = 0.006, kMost_m = 0.05;
+constexpr double kUpright_rad = 30.0 * kDegree, kTurned_rad = 60.0 * kDegree;
 constexpr std::size_t kMostPlanes = 48;
 
 constexpr Side kSides[] = {Side::kRight, Side::kLeft};
 
 ArmChange Readiness() {
   ArmChange sigma;
-  sigma << 3, 3, 3, 12, 12, 12, 6, 15, 0.5, kWristReady, kWristReady, kWristReady;
+  sigma << 3, 3, 3, 20, 12, 12, 15, 15, 0.5, 15, 15, 15;
   return kDegree * sigma;
 }
 
 // The first so many by depth.
-void KeepDeepest(const std::vector<double>& depths, std::vector<BodyDepth::Plane>& planes) {
+void KeepDeepest(const std::vector<double>& depths, std::vector<DepthInBody::Plane>& planes) {
   if (planes.size() <= kMostPlanes) return;
   std::vector<std::size_t> order(planes.size());
   std::iota(order.begin(), order.end(), 0u);
   std::ranges::stable_sort(order, std::ranges::greater{}, [&](std::size_t k) { return depths[k]; });
-  std::vector<BodyDepth::Plane> kept;
+  std::vector<DepthInBody::Plane> kept;
   for (std::size_t k = 0; k < kMostPlanes; ++k) kept.push_back(planes[order[k]]);
   planes = std::move(kept);
 }
@@ -55,9 +60,9 @@ class BodyKeeper {
  public:
   BodyKeeper(const BodySurface& body, const TriangleMesh& object, const ClearanceOptions& options,
              Clip& clip)
-      : body_(body), options_(options), clip_(clip), moved_(clip) {
+      : body_(body), object_(object), options_(options), clip_(clip), moved_(clip) {
     frames_ = clip.NumFrames();
-    for (int t = 0; t < frames_; ++t) all_.push_back(t);
+    for (const std::uint8_t bits : clip.holding_hand) held_by_ |= bits;
     const auto reach = static_cast<int>(std::lround(kHandNear_s * clip.frame_rate));
     near_.resize(clip.holding_hand.size());
     for (int t = 0; t < frames_; ++t) {
@@ -70,31 +75,17 @@ class BodyKeeper {
 
   ClearanceReport Run() {
     report_.frames.resize(static_cast<std::size_t>(frames_));
-    const std::vector<BodyMeeting::Frame> before = Measure(clip_, all_);
-    for (int t = 0; t < frames_; ++t) {
-      report_.frames[t].depth_before_m = report_.frames[t].depth_m = before[t].depth_m;
-      report_.frames[t].part = before[t].part;
-    }
-    Summarize();
+    Judge(clip_);
+    for (ClearanceReport::Frame& frame : report_.frames) frame.depth_before_m = frame.depth_m;
     report_.deep_before = report_.deep;
     report_.worst_before_m = report_.worst_m;
     if (report_.deep == 0 || options_.keep_motion) return report_;
     Solve();
     if (!Finish()) return report_;
-    const std::vector<BodyMeeting::Frame> after = Measure(moved_, all_);
     const ClearanceReport untouched = report_;
-    for (int t = 0; t < frames_; ++t) {
-      report_.frames[t].depth_m = after[t].depth_m;
-      report_.frames[t].part = after[t].part;
-    }
-    Summarize();
+    Judge(moved_);
+    if (Excess(report_) >= Excess(untouched)) return untouched;
     TellMovement();
-    // Better as it was than an arm that goes elsewhere, or is no less in the body.
-    constexpr double kMost_m = 0.15;
-    if (report_.deep >= untouched.deep || report_.worst_m > untouched.worst_m ||
-        report_.shift_max_m > kMost_m) {
-      return untouched;
-    }
     report_.moved = true;
     clip_ = std::move(moved_);
     return report_;
@@ -108,31 +99,47 @@ class BodyKeeper {
   };
 
   std::vector<BodyMeeting::Frame> Measure(const Clip& clip, const std::vector<int>& frames) const {
-    std::vector<int> held;
-    for (std::size_t k = 0; k < frames.size(); ++k) {
-      if (clip.holding_hand[frames[k]] != 0) held.push_back(static_cast<int>(k));
-    }
     std::vector<BodyMeeting::Frame> found(frames.size());
-    const auto count = static_cast<int>(held.size());
+    const auto count = static_cast<int>(frames.size());
     const int blocks = (count + kFramesTogether - 1) / kFramesTogether;
     ParallelFor(blocks, options_.threads, [&](int b) {
       const int begin = b * kFramesTogether, n = std::min(kFramesTogether, count - begin);
       std::vector<JointPose> poses;
       Eigen::Matrix3Xd trans(3, n);
       for (int k = 0; k < n; ++k) {
-        const int t = frames[held[begin + k]];
+        const int t = frames[begin + k];
         poses.push_back(clip.pose[t]);
         trans.col(k) = clip.trans.col(t);
       }
       std::vector<BodyState> states(static_cast<std::size_t>(n));
       ForwardFrames(body_, poses, trans, states);
       for (int k = 0; k < n; ++k) {
-        const int t = frames[held[begin + k]];
-        found[held[begin + k]] = meeting_->Measure(states[k], clip.object->Pose(t),
-                                                   clip.holding_hand[t], near_[t], kWatched_m);
+        const int t = frames[begin + k];
+        found[begin + k] = meeting_->Measure(states[k], clip.object->Pose(t), clip.holding_hand[t],
+                                             near_[t], kWatched_m);
       }
     });
     return found;
+  }
+
+  // Depths as `score` has them, at all its points; and whose they are.
+  void Judge(const Clip& clip) {
+    const OwnBodyScore score = *MeasureOwnBody(clip, body_, &object_, held_by_, options_.threads);
+    std::vector<int> by_arms;
+    for (int t = 0; t < frames_; ++t) {
+      const double of_object = clip.holding_hand[t] == 0 ? 0.0 : score.object->depth_mm[t];
+      const double of_arms = score.arms.depth_mm[t];
+      report_.frames[t].depth_m = 1e-3 * std::max(of_object, of_arms);
+      report_.frames[t].part = of_object > 0.0 ? MeetingPart::kObject : MeetingPart::kNone;
+      if (of_arms > of_object) by_arms.push_back(t);
+    }
+    const std::vector<BodyMeeting::Frame> which = Measure(clip, by_arms);
+    for (std::size_t k = 0; k < by_arms.size(); ++k) {
+      report_.frames[by_arms[k]].part = which[k].arm_depth_m[0] >= which[k].arm_depth_m[1]
+                                            ? MeetingPart::kRightArm
+                                            : MeetingPart::kLeftArm;
+    }
+    Summarize();
   }
 
   void Summarize() {
@@ -150,20 +157,37 @@ class BodyKeeper {
     }
   }
 
-  // 0 where the object has to stay where it is, 1 from kTake_s on: a quintic.
+  // What is too deep, of all frames.
+  double Excess(const ClearanceReport& report) const {
+    double sum = 0.0;
+    for (const ClearanceReport::Frame& frame : report.frames) {
+      sum += std::max(0.0, frame.depth_m - options_.deep_m);
+    }
+    return sum;
+  }
+
+  // 0 where the object changes between a hand and its place, 1 from kTake_s on: a quintic.
   double Freedom(int t) const {
     const auto reach = static_cast<int>(std::ceil(kTake_s * clip_.frame_rate));
     int away = reach + 1;
     for (int k = std::max(0, t - reach); k <= std::min(frames_ - 1, t + reach); ++k) {
-      if (clip_.holding_hand[k] == 0) away = std::min(away, std::abs(t - k));
+      if ((clip_.holding_hand[k] == 0) != (clip_.holding_hand[t] == 0)) {
+        away = std::min(away, std::abs(t - k));
+      }
     }
     const double s = std::max(0, away - 1) / static_cast<double>(reach);
     return s * s * s * (10.0 + s * (6.0 * s - 15.0));
   }
 
-  void FreeAround(int t) {
+  bool Holds(const Arm& arm) const { return (held_by_ & (1 << arm.index)) != 0; }
+  double Freedom(const Arm& arm, int t) const { return Holds(arm) ? freedom_[t] : 1.0; }
+
+  // The arms that are too deep, and who holds the object with them.
+  void FreeAround(int t, const BodyMeeting::Frame& near) {
     const auto reach = static_cast<int>(std::lround(kGiveWay_s / kKnot_s));
+    const bool both = clip_.holding_hand[t] == (kHoldsRight | kHoldsLeft);
     for (Arm& arm : arms_) {
+      if ((both ? near.depth_m : near.arm_depth_m[arm.index]) <= kTouching_m) continue;
       const int knot = arm.spline.Place(t).first;
       for (int k = std::max(0, knot - reach); k < std::min(arm.spline.Size(), knot + 4 + reach);
            ++k) {
@@ -176,30 +200,51 @@ class BodyKeeper {
     const int knot = arm.spline.Place(t).first;
     return std::any_of(arm.free.begin() + knot, arm.free.begin() + knot + 4, std::identity{});
   }
+  bool IsFree(int t) const { return IsFree(arms_[0], t) || IsFree(arms_[1], t); }
 
   void Solve() {
-    std::uint8_t held_by = 0;
-    for (const std::uint8_t bits : clip_.holding_hand) held_by |= bits;
     for (int a = 0; a < 2; ++a) {
-      if ((held_by & (1 << a)) == 0) continue;
       ArmSpline spline(frames_, kKnot_s * clip_.frame_rate);
       arms_.push_back({a, spline, std::vector<bool>(spline.Size(), false)});
     }
+    std::vector<int> deep;
     for (int t = 0; t < frames_; ++t) {
       freedom_.push_back(Freedom(t));
-      if (report_.frames[t].depth_m > options_.deep_m) FreeAround(t);
+      if (report_.frames[t].depth_m > options_.deep_m) deep.push_back(t);
     }
+    const std::vector<BodyMeeting::Frame> found = Measure(clip_, deep);
+    for (std::size_t k = 0; k < deep.size(); ++k) FreeAround(deep[k], found[k]);
+    nearest_.assign(static_cast<std::size_t>(frames_), 0.0);
+    std::vector<bool> far(static_cast<std::size_t>(frames_), false);
+    Settle(options_.max_rounds, far);
+    for (int t = 0; t < frames_; ++t) far[t] = nearest_[t] < -kFar_m;
+    // What is between the points, as exactly as it is judged.
+    meeting_.emplace(body_, object_, near_, kFine_m);
+    Settle(kFineRounds, far);
+  }
+
+  // Rounds of planes taken anew, in frames that are not `far` from touching.
+  void Settle(int rounds, const std::vector<bool>& far) {
     const int stride = std::max(1, static_cast<int>(clip_.frame_rate / kSolved_hz));
-    for (int round = 0; round < options_.max_rounds; ++round) {
+    for (int round = 0; round < rounds; ++round) {
       std::vector<int> watched;
       for (int t = 0; t < frames_; t += stride) {
-        if (IsFree(arms_.front(), t)) watched.push_back(t);
+        if (IsFree(t)) watched.push_back(t);
       }
-      const std::vector<BodyMeeting::Frame> near = Measure(moved_, watched);
+      std::vector<BodyMeeting::Frame> near(watched.size());
+      std::vector<int> looked, place;
+      for (std::size_t k = 0; k < watched.size(); ++k) {
+        if (far[watched[k]]) continue;
+        looked.push_back(watched[k]);
+        place.push_back(static_cast<int>(k));
+      }
+      std::vector<BodyMeeting::Frame> found = Measure(moved_, looked);
       double worst = 0.0;
-      for (std::size_t k = 0; k < near.size(); ++k) {
-        worst = std::max(worst, near[k].depth_m);
-        if (near[k].depth_m > options_.deep_m) FreeAround(watched[k]);
+      for (std::size_t k = 0; k < found.size(); ++k) {
+        worst = std::max(worst, found[k].depth_m);
+        nearest_[looked[k]] = found[k].nearest_m;
+        if (found[k].depth_m > options_.deep_m) FreeAround(looked[k], found[k]);
+        near[place[k]] = std::move(found[k]);
       }
       if (worst < 0.75 * options_.deep_m) break;
       SolveRound(watched, near);
@@ -210,6 +255,7 @@ class BodyKeeper {
   void SolveRound(const std::vector<int>& watched, const std::vector<BodyMeeting::Frame>& near) {
     ceres::Problem problem;
     for (Arm& arm : arms_) {
+      if (std::ranges::none_of(arm.free, std::identity{})) continue;
       for (int k = 0; k < arm.spline.Size(); ++k) {
         problem.AddParameterBlock(arm.spline.Knot(k), 12);
         if (!arm.free[k]) problem.SetParameterBlockConstant(arm.spline.Knot(k));
@@ -235,11 +281,13 @@ class BodyKeeper {
     for (Arm& arm : arms_) {
       const Side side = kSides[arm.index];
       const auto [knot, weights] = arm.spline.Place(t);
-      basis = freedom_[t] * weights;
+      basis = Freedom(arm, t) * weights;
       const ArmFrame& frame = arm_frames.emplace_back(body_.RestJoints(), side, base);
+      if (!IsFree(arm, t)) continue;
       HandStay stay;
       stay.sigma_m = kStay_m;
-      stay.sigma_rad = kUpright_rad;
+      stay.sigma_rad << kUpright_rad, kUpright_rad, kTurned_rad;
+      stay.most_m = kMost_m;
       stay.wrist = base.WorldFromJoint(WristJoint(side));
       std::vector<double*> own;
       for (int k = 0; k < 4; ++k) own.push_back(arm.spline.Knot(knot + k));
@@ -248,7 +296,7 @@ class BodyKeeper {
                                nullptr, own);
       knots.insert(knots.end(), own.begin(), own.end());
     }
-    if (clip_.holding_hand[t] != (kHoldsRight | kHoldsLeft)) return;
+    if (clip_.holding_hand[t] != (kHoldsRight | kHoldsLeft) || knots.size() < 8) return;
     HandClosure closure;
     closure.right_from_left =
         base.WorldFromJoint(kRightWrist).inverse() * base.WorldFromJoint(kLeftWrist);
@@ -256,9 +304,9 @@ class BodyKeeper {
                              nullptr, knots);
   }
 
-  BodyDepth Planes(const std::vector<BodyMeeting::Point>& near, Side side,
-                   const BodyState& now) const {
-    BodyDepth depth;
+  DepthInBody Planes(const std::vector<BodyMeeting::Point>& near, Side side,
+                     const BodyState& now) const {
+    DepthInBody depth;
     std::vector<double> depths;
     depth.margin_m = options_.margin_m;
     // A point beyond the middle of a thigh is nearest to its far side: it goes where most go.
@@ -288,16 +336,17 @@ class BodyKeeper {
   // The clip with the changes made; wrists only, the object goes along.
   void Apply() {
     for (int t = 0; t < frames_; ++t) {
-      if (freedom_[t] == 0.0 || !IsFree(arms_.front(), t)) continue;
       JointPose pose = clip_.pose[t];
       for (const Arm& arm : arms_) {
-        const ArmChange change = freedom_[t] * arm.spline.At(t);
+        if (Freedom(arm, t) == 0.0 || !IsFree(arm, t)) continue;
+        const ArmChange change = Freedom(arm, t) * arm.spline.At(t);
         for (int k = 0; k < 4; ++k) {
           auto column = pose.col(JointOfArm(kSides[arm.index], k));
           column =
               UnwrapAxisAngle(LogSO3(ExpSO3(column) * ExpSO3(change.segment<3>(3 * k))), column);
         }
       }
+      if (pose == clip_.pose[t]) continue;
       moved_.pose[t] = pose;
       MoveObject(t);
     }
@@ -314,7 +363,9 @@ class BodyKeeper {
     const std::uint8_t bits = clip_.holding_hand[t];
     if (bits == 0) return;
     const int arm = (bits & kHoldsRight) != 0 ? 0 : 1;
-    const Eigen::Isometry3d motion = Wrist(moved_, t, arm) * Wrist(clip_, t, arm).inverse();
+    const Eigen::Isometry3d was = Wrist(clip_, t, arm), is = Wrist(moved_, t, arm);
+    if (is.matrix() == was.matrix()) return;  // the other arm's change
+    const Eigen::Isometry3d motion = is * was.inverse();
     moved_.object->SetPose(t, motion * clip_.object->Pose(t));
   }
 
@@ -342,14 +393,22 @@ class BodyKeeper {
   }
 
   void TellMovement() {
-    double sum = 0.0, before = 0.0, after = 0.0;
+    double held = 0.0, loose = 0.0, before = 0.0, after = 0.0;
+    int loose_frames = 0;
     for (const Arm& arm : arms_) {
       std::vector<Eigen::Vector3d> was, is;
       for (int t = 0; t < frames_; ++t) {
         was.push_back(Wrist(clip_, t, arm.index).translation());
         is.push_back(Wrist(moved_, t, arm.index).translation());
-        double& shift = report_.frames[t].wrist_shift_m;
-        shift = std::max(shift, (is[t] - was[t]).norm());
+        const double shift = (is[t] - was[t]).norm();
+        if ((clip_.holding_hand[t] & (1 << arm.index)) != 0) {
+          double& farther = report_.frames[t].wrist_shift_m;
+          farther = std::max(farther, shift);
+          continue;
+        }
+        loose += shift;
+        ++loose_frames;
+        report_.free_shift_max_m = std::max(report_.free_shift_max_m, shift);
       }
       for (int t = 1; t + 1 < frames_; ++t) {
         if (is[t] == was[t]) continue;
@@ -357,24 +416,26 @@ class BodyKeeper {
         after += (is[t - 1] - 2.0 * is[t] + is[t + 1]).norm();
       }
     }
-    for (int t = 0; t < frames_; ++t) {
-      const double shift = report_.frames[t].wrist_shift_m;
-      report_.shift_max_m = std::max(report_.shift_max_m, shift);
-      if (clip_.holding_hand[t] != 0) sum += shift;
+    for (const ClearanceReport::Frame& frame : report_.frames) {
+      report_.shift_max_m = std::max(report_.shift_max_m, frame.wrist_shift_m);
+      held += frame.wrist_shift_m;
     }
-    report_.shift_mean_m = sum / std::max(1, report_.held_frames);
+    report_.shift_mean_m = held / std::max(1, report_.held_frames);
+    report_.free_shift_mean_m = loose / std::max(1, loose_frames);
     if (before > 0.0) report_.acceleration_ratio = after / before;
   }
 
   const BodySurface& body_;
+  const TriangleMesh& object_;
   const ClearanceOptions& options_;
   Clip& clip_;
   Clip moved_;
   std::optional<BodyMeeting> meeting_;
   int frames_ = 0;
-  std::vector<int> all_;
+  std::uint8_t held_by_ = 0;
   std::vector<std::uint8_t> near_;  // who holds about then
   std::vector<double> freedom_;
+  std::vector<double> nearest_;  // depth of what is nearest to the skin, frame by frame
   std::vector<Arm> arms_;
   ClearanceReport report_;
 };

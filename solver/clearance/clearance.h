@@ -2,14 +2,14 @@
 #pragma once
 
 /// The person's own body kept whole: a clip in which a hand carries an object comes in; the clip
-/// with arms that give way, so that object, hand and forearm keep out of trunk, legs, head and the
-/// other arm, comes out.
+/// with arms that give way, so that object, hands and forearms keep out of trunk, legs, head and
+/// what holds from what does not, comes out.
 ///
 /// From the inside out:
 ///   arm_change.h        collar to wrist: 12 changes a frame
 ///   arm_spline.h        those over time, a cubic B-spline
-///   body_depth.h        term: points beyond the skin nearest to them
-///   hand_stay.h         term: the wrist's pose off the clip's
+///   depth_in_body.h        term: points beyond the skin nearest to them
+///   hand_stay.h         term: the wrist's pose off the clip's, and farther than it may be
 ///   arm_range.h         term: elbow and wrist beyond their limits
 ///   hand_closure.h      term: two hands on one rigid object
 ///   clearance_blocks.h  terms of a frame by control points
@@ -34,7 +34,8 @@ struct ClearanceOptions {
   int threads = 1;           ///< the result does not depend on them
 };
 
-/// What was moved and what remains. Frames in which nobody holds count as clear.
+/// What was moved and what remains. Depths are those of MeasureOwnBody; the object's count in
+/// frames in which it is held.
 struct ClearanceReport {
   struct Frame {
     double depth_before_m = 0.0;  ///< deepest point of object, hands or forearms in the body
@@ -45,20 +46,23 @@ struct ClearanceReport {
   std::vector<Frame> frames;
   bool moved = false;
   int held_frames = 0;
-  int deep_before = 0, deep = 0;  ///< held frames deeper than ClearanceOptions::deep_m
+  int deep_before = 0, deep = 0;  ///< frames deeper than ClearanceOptions::deep_m
   double worst_before_m = 0.0, worst_m = 0.0;
   int worst_frame = 0;  ///< of the result; of the input where the result has none in the body
   MeetingPart worst_part = MeetingPart::kNone;
-  double shift_mean_m = 0.0, shift_max_m = 0.0;  ///< of the wrist, over held frames
+  double shift_mean_m = 0.0, shift_max_m = 0.0;  ///< of the wrist that holds, over held frames
+  double free_shift_mean_m = 0.0, free_shift_max_m = 0.0;  ///< of a wrist while it does not hold
   /// Mean acceleration of the wrists over the clip's, in the frames moved; 1 without.
   double acceleration_ratio = 1.0;
 };
 
-/// Moves the arms that hold (Clip::holding_hand) out of the body, and the object with them: each
-/// hand keeps its hold, wrist to object, as it is. Collar, shoulder, elbow and wrist give way, by
-/// a cubic B-spline in time, in the frames around those that are too deep; all else, and every
-/// frame of a clip that is clear, keeps its bits. The object stays where nobody holds it. A clip
-/// without object, or of a hand alone, comes back as it is.
+/// Moves both arms out of the body, and the object with those that hold it (Clip::holding_hand):
+/// each hand keeps its hold, wrist to object, as it is. Collar, shoulder, elbow and wrist give way,
+/// by a cubic B-spline in time, in the frames around those that are too deep: the hand rather
+/// turns, most easily about the vertical, than moves, and hardly farther than 5 cm. All else, and
+/// every frame of a clip that is clear, keeps its bits. The object stays where nobody holds it.
+/// Where that is not enough, what comes nearest is kept and said. A clip without object, or of a
+/// hand alone, comes back as it is.
 ///
 /// `body`: all vertices of the clip's person; `object`: the mesh, metres. Throws Error unless
 /// holding_hand has the clip's frames.

@@ -20,7 +20,7 @@ void Spread(const ArmRows& J, const Eigen::Vector4d& basis, double** jacobians) 
 
 }  // namespace
 
-ClearanceBlock::ClearanceBlock(const ArmFrame& frame, BodyDepth depth, const HandStay& stay,
+ClearanceBlock::ClearanceBlock(const ArmFrame& frame, DepthInBody depth, const HandStay& stay,
                                const ArmRange& range, const Eigen::Vector4d& basis)
     : frame_(frame), depth_(std::move(depth)), stay_(stay), range_(range), basis_(basis) {
   set_num_residuals(depth_.Rows() + HandStay::kRows + ArmRange::kRows);

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 
 #include "solver/clearance/arm_range.h"
-#include "solver/clearance/body_depth.h"
+#include "solver/clearance/depth_in_body.h"
 #include "solver/clearance/hand_closure.h"
 #include "solver/clearance/hand_stay.h"
 
@@ -14,18 +14,18 @@ namespace holdfast {
 
 using ArmRows = Eigen::Matrix<double, Eigen::Dynamic, 12, Eigen::RowMajor>;
 
-/// One arm in one frame: BodyDepth, HandStay and ArmRange as a function of the four control points
-/// (12 each) around it. `basis`: what each counts.
+/// One arm in one frame: DepthInBody, HandStay and ArmRange as a function of the four control
+/// points (12 each) around it. `basis`: what each counts.
 class ClearanceBlock final : public ceres::CostFunction {
  public:
-  ClearanceBlock(const ArmFrame& frame, BodyDepth depth, const HandStay& stay,
+  ClearanceBlock(const ArmFrame& frame, DepthInBody depth, const HandStay& stay,
                  const ArmRange& range, const Eigen::Vector4d& basis);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
   ArmFrame frame_;
-  BodyDepth depth_;
+  DepthInBody depth_;
   HandStay stay_;
   ArmRange range_;
   Eigen::Vector4d basis_;

@@ -9,6 +9,7 @@
 #include "geometry/error.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/rotation.h"
+#include "geometry/score/own_body_score.h"
 #include "solver/clearance/arm_spline.h"
 #include "solver/clearance/clearance_blocks.h"
 #include "tests/support/numeric_jacobian.h"
@@ -101,7 +102,7 @@ TEST(ClearanceBlock, JacobianIsThatOfDifferences) {
     const ArmFrame frame = FrameOf(side, seed);
     ArmState state;
     state.Evaluate(frame, ArmChange::Zero());
-    BodyDepth depth;
+    DepthInBody depth;
     for (int i = 0; i < 12; ++i) {
       const Eigen::Vector3d normal = Eigen::Vector3d::Random().normalized();
       const Eigen::Vector3d in_wrist = 0.1 * Eigen::Vector3d::Random();
@@ -113,6 +114,8 @@ TEST(ClearanceBlock, JacobianIsThatOfDifferences) {
     HandStay stay;
     stay.wrist = state.WorldFrom(kArmWrist);
     ArmRange range(side, frame);
+    stay.sigma_rad << 0.1, 0.2, 0.3;
+    stay.most_m = 0.05;
     range.lowest.array() += seed % 2 == 0 ? 0.5 : -0.5;
     range.highest.array() += seed % 2 == 0 ? 0.7 : -0.5;
     const ClearanceBlock block(frame, depth, stay, range, {0.1, 0.4, 0.3, 0.2});
@@ -133,7 +136,7 @@ TEST(ClearanceBlock, IsZeroForTheClipsOwnArmThatIsClear) {
   HandStay stay;
   stay.wrist = state.WorldFrom(kArmWrist);
   const Eigen::Vector3d at = stay.wrist.translation();
-  BodyDepth depth;
+  DepthInBody depth;
   depth.planes.push_back({Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), 1.0,
                           at - 0.01 * Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitX()});
   const ClearanceBlock block(frame, depth, stay, ArmRange(Side::kRight, frame),
@@ -209,6 +212,61 @@ TEST(KeepOutOfBody, AnArmThatSwingsThroughTheHipGivesWay) {
   EXPECT_EQ(clip.pose, clear.pose);
 }
 
+TEST(KeepOutOfBody, MovesTheArmThatDoesNotHoldToo) {
+  Clip before = Hanging(0.0);
+  for (int t = 0; t < before.NumFrames(); ++t) {
+    before.pose[t].col(kLeftShoulder).z() -= 0.7 * std::exp(-0.5 * std::pow((t - 30) / 6.0, 2));
+  }
+  Clip clip = before;
+  const ClearanceReport report = KeepOutOfBody(Person(), Apple(), {}, clip);
+  ASSERT_TRUE(report.moved);
+  EXPECT_GT(report.deep_before, 5);
+  EXPECT_EQ(report.deep, 0);
+  EXPECT_EQ(report.shift_max_m, 0.0);
+  EXPECT_GT(report.free_shift_max_m, 0.005);
+  EXPECT_GT(report.free_shift_max_m, report.free_shift_mean_m);
+  EXPECT_EQ(clip.object->trans, before.object->trans);
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    EXPECT_EQ(clip.pose[t].col(kRightShoulder), before.pose[t].col(kRightShoulder)) << t;
+  }
+}
+
+TEST(KeepOutOfBody, JudgesDepthsAsTheScoreDoes) {
+  Clip clip = Hanging(0.45);
+  const ClearanceReport report = KeepOutOfBody(Person(), Apple(), {}, clip);
+  const auto score = MeasureOwnBody(clip, Person(), &Apple(), kHoldsRight);
+  ASSERT_TRUE(score);
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    EXPECT_EQ(1e3 * report.frames[t].depth_m,
+              1e3 * (1e-3 * std::max(score->object->depth_mm[t], score->arms.depth_mm[t])))
+        << t;
+  }
+}
+
+TEST(BodyMeeting, FindsTheDeepestOfAllItsPoints) {
+  const Clip clip = Hanging(0.45);
+  const std::uint8_t held = kHoldsRight;
+  const BodyMeeting meeting(Person(), Apple(), {&held, 1});
+  const OwnBody obstacle(Person(), kHoldsRight);
+  for (int t = 28; t <= 32; t += 2) {
+    BodyState state;
+    Forward(Person(), clip.pose[t], clip.trans.col(t), state);
+    const BodyMeeting::Frame frame =
+        meeting.Measure(state, clip.object->Pose(t), kHoldsRight, kHoldsRight, 0.02);
+    double deepest = 0.0;
+    for (const BodyMeeting::Point& point : frame.near[0]) {
+      const OwnBody::Posed around(obstacle, state.vertices, point.at, point.at);
+      const auto touch = around.Query(point.at);
+      ASSERT_TRUE(touch);
+      EXPECT_NEAR(touch->depth, point.touch.depth, 1e-9);
+      deepest = std::max(deepest, touch->depth);
+    }
+    EXPECT_NEAR(frame.arm_depth_m[0], deepest, 1e-9) << t;
+    EXPECT_NEAR(frame.nearest_m, deepest, 1e-9) << t;
+    EXPECT_GT(deepest, 0.0) << t;
+  }
+}
+
 TEST(KeepOutOfBody, AClearClipKeepsItsBits) {
   const Clip before = Hanging(0.0);
   Clip clip = before;
@@ -244,8 +302,8 @@ TEST(KeepOutOfBody, AnObjectThatNobodyHoldsStaysWhereItIs) {
   const ClearanceReport report = KeepOutOfBody(Person(), Apple(), options, clip);
   EXPECT_TRUE(report.moved);
   EXPECT_LT(report.deep, report.deep_before);
+  for (const int t : {19, 20}) EXPECT_EQ(clip.pose[t], before.pose[t]) << t;
   for (int t = 0; t <= 20; ++t) {
-    EXPECT_EQ(clip.pose[t], before.pose[t]) << t;
     EXPECT_EQ(clip.object->trans.col(t), before.object->trans.col(t)) << t;
   }
 }

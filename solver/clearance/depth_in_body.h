@@ -18,7 +18,7 @@ namespace holdfast {
 /// s_i: nearest skin, n_i: unit, out of the body, both held (OwnBody); p_i: the point, world,
 /// metres, which goes along with the wrist or, on the forearm, partly with the elbow. x: the arm's
 /// change (12). Linear in p: planes are taken anew where the arm has got to.
-struct BodyDepth {
+struct DepthInBody {
   struct Plane {
     Eigen::Vector3d in_elbow, in_wrist;  ///< the point, metres
     double wrist_share;                  ///< 1: fixed to the wrist
