@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
   AddRenderCommand(app, exit_code);
   AddScoreCommand(app, exit_code);
   AddDoctorCommand(app, exit_code);
+  AddSolveCommand(app, exit_code);
   AddExportCommand(app, exit_code);
   AddReportCommand(app, exit_code);
   AddEvaluateCommand(app, exit_code);

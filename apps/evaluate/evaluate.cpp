@@ -2,6 +2,7 @@
 #include "apps/common.h"
 #include "apps/evaluate/evaluate_fit.h"
 #include "apps/evaluate/evaluate_hold.h"
+#include "apps/evaluate/evaluate_markers.h"
 #include "apps/evaluate/evaluate_naturalness.h"
 #include "apps/evaluate/evaluate_reach.h"
 #include "apps/evaluate/evaluate_synthesis.h"
@@ -43,6 +44,7 @@ void AddEvaluateCommand(CLI::App& app, int& exit_code) {
   AddEvaluateNaturalness(*command, exit_code);
   AddEvaluateSynthesis(*command, exit_code);
   AddEvaluateHold(*command, exit_code);
+  AddEvaluateMarkers(*command, exit_code);
 }
 
 }  // namespace holdfast::apps

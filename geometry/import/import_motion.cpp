@@ -96,9 +96,7 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
       throw Error(where,
                   "a recording of markers: the paths of points on the skin, not the rotations of "
                   "joints, and which marker sits where is not part of it",
-                  "Solve it for a skeleton or a body first (MoSh++ and SOMA give SMPL-X; Vicon "
-                  "Shogun, OptiTrack Motive and Mokka export BVH or ASF/AMC), then import that; "
-                  "'holdfast doctor' says what is in it");
+                  "'holdfast solve' brings it onto a body; 'holdfast doctor' says what is in it");
     case MotionFormat::kFbx:
       throw Error(where, kFbxProblem, "Export .glb from Blender, and import that");
     case MotionFormat::kUnknown:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Studies of reaches and hand-overs. Networks or methods, protocols and captured clips go in;
+/// Studies of reaches, hand-overs and solved markers. Networks or methods, protocols and captured clips go in;
 /// measured motions and summaries come out, those of reaches in blocks of files: a stopped study
 /// resumes.
 ///
@@ -12,7 +12,9 @@
 ///   reach_method_study.h  MethodStudy: methods on the same cases
 ///   reach_methods.h       the methods compared, baselines first
 ///   handover_study.h      switches found in synthetic hand-overs
+///   marker_study.h        recordings of markers solved, with gaps and wrong labels
 #include "solver/evaluation/captured_reaches.h"
 #include "solver/evaluation/handover_study.h"
+#include "solver/evaluation/marker_study.h"
 #include "solver/evaluation/reach_methods.h"
 #include "solver/evaluation/reach_study.h"

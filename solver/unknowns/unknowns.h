@@ -13,8 +13,10 @@
 ///   wrist_offset.h       a hand moved off the clip's wrist
 ///   upper_body_chain.h   trunk, arm and head: 28 changes a frame
 ///   change_spline.h      those changes over time, a cubic B-spline
+///   free_pose.h          a pose some of whose joints are free, with shape
 #include "solver/unknowns/change_spline.h"
 #include "solver/unknowns/dense_minimizer.h"
+#include "solver/unknowns/free_pose.h"
 #include "solver/unknowns/quiet_ceres.h"
 #include "solver/unknowns/rotation_manifold.h"
 #include "solver/unknowns/skin_term.h"

@@ -320,6 +320,7 @@ TEST(HostileInput, NumbersOfTheCommandLine) {
       {"import-weights", "import-weights a b -o out"},
       {"evaluate fit", "evaluate fit list -o out"},
       {"evaluate reach", "evaluate reach -o out"},
+      {"evaluate markers", "evaluate markers a"},
       {"evaluate naturalness", "evaluate naturalness a -o out"},
       {"evaluate synthesis", "evaluate synthesis --data a --recogniser b -o out"}};
   std::vector<Case> cases;

@@ -40,7 +40,7 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"meshes/make/body", "meshes/make/clips", "meshes/make/objects"},
     {"solver/unknowns", "solver/hand"},
     {"solver/terms/hand", "solver/terms/body", "solver/terms/motion"},
-    {"solver/fit", "solver/grasp", "solver/body_ik", "solver/clearance"},
+    {"solver/fit", "solver/grasp", "solver/body_ik", "solver/clearance", "solver/markers"},
     {"solver/handover", "solver/take", "solver/latent", "solver/recipes", "solver/score",
      "solver/trial"},
     {"solver/actions", "solver/carry", "solver/reach"},

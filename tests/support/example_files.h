@@ -22,6 +22,7 @@
 #include "geometry/io/container/npz.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "solver/actions/action_clip.h"
+#include "solver/markers/marked_person.h"
 #include "tests/generator/test_body.h"
 #include "tests/support/action_scene.h"
 #include "tests/support/data_folder.h"
@@ -175,6 +176,37 @@ class ExampleFiles {
   }
 
   // Every joint of the body under its own name.
+  // Someone who sits still with the forearms forward, all markers of the upper limbs.
+  static void WriteMarkers(const Path& path) {
+    std::vector<MarkerSite> sites;
+    for (const MarkerSite& site : MarkerTable::Known().Sites()) {
+      const std::string plain = site.name.substr(1);
+      if (site.name == "STRN" || plain == "FTP" || plain == "FB" || plain == "THUM" ||
+          (plain.size() == 4 && plain[3] >= '1' && plain[3] <= '4')) {
+        sites.push_back(site);
+      }
+    }
+    const MarkedPerson person = MakeMarkedPerson(BodyModel::Default(), sites, RestPosture::kSeated);
+    std::string head = ",", axes = "Frame,Sub Frame", units = ",", row;
+    for (std::size_t k = 0; k < sites.size(); ++k) {
+      head += ",P1:" + sites[k].name + ",,";
+      axes += ",X,Y,Z";
+      units += ",mm,mm,mm";
+      const double step = 10.0 * static_cast<double>(k % 4);
+      const Eigen::Vector3d x = 1e3 * person.bent.col(static_cast<Eigen::Index>(k));
+      row += fmt::format(",{:.2f},{:.2f},{:.2f}", x.x() + step, -x.z(), x.y() + step * step / 20.0);
+    }
+    std::ofstream out(path);
+    out << "Trajectories\n50\n" << head << '\n' << axes << '\n' << units << '\n';
+    for (int t = 1; t <= 30; ++t) out << t << ",0" << row << '\n';
+  }
+
+  static void WriteRecordings(const Path& folder) {
+    std::filesystem::create_directories(folder / "P1");
+    WriteMarkers(folder / "P1" / "P1_static.csv");
+    WriteMarkers(folder / "P1" / "P1_drinks.csv");
+  }
+
   static void WriteMap(const Path& path) {
     nlohmann::json map;
     for (int j = 0; j < 22; ++j) map[std::string(kJointNames[j])] = kJointNames[j];
@@ -226,6 +258,11 @@ class ExampleFiles {
          Made("walk.npz");
          Run("export walk.npz -o dance.bvh");
        }},
+      {"drink.csv", WriteMarkers},
+      {"static.csv", WriteMarkers},
+      {"names.csv", Text("name,joint,vertex,cluster\nSTRN,spine3,,\nRSHO1,right_collar,,r\n"
+                         "RSHO2,right_collar,,r\nLSHO1,left_collar,,l\nLSHO2,left_collar,,l\n")},
+      {"recordings", WriteRecordings},
       {"map.json", WriteMap},
       {"pass.npz", [this](const Path&) { Run("export demo_pass -o pass.npz"); }},
       {"smplifyx/results", Fixture("parameters/smplifyx")},

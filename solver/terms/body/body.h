@@ -13,8 +13,19 @@
 ///   balance.h       c(x): middle of mass off the captured one
 ///   leg_reach.h     |h_k(x) - a_k|: hips too far or too near
 ///   joint_range.h   joint angles beyond captured limits
+/// and those of a whole pose (FreePose), Ceres cost functions:
+///   marker_distance.h    markers off where the body carries them
+///   marker_place.h       markers off where their names say they sit; betas
+///   pose_rest.h          joints off their rest, or beyond their limits
+///   pose_acceleration.h  q_t-1 - 2 q_t + q_t+1
+///   pelvis_upright.h     a pelvis that leans
 #include "solver/terms/body/balance.h"
 #include "solver/terms/body/gaze.h"
 #include "solver/terms/body/joint_range.h"
 #include "solver/terms/body/leg_reach.h"
+#include "solver/terms/body/marker_distance.h"
+#include "solver/terms/body/marker_place.h"
+#include "solver/terms/body/pelvis_upright.h"
+#include "solver/terms/body/pose_acceleration.h"
+#include "solver/terms/body/pose_rest.h"
 #include "solver/terms/body/wrist_goal.h"

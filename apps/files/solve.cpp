@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#include <chrono>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "apps/common.h"
+#include "apps/result_folder.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/parallel.h"
+#include "geometry/rotation.h"
+#include "solver/markers/solve_markers.h"
+
+namespace holdfast::apps {
+namespace {
+
+struct SolveCommand {
+  CommonOptions common;
+  std::string recording, still, table, body, output;
+  std::string up = "auto", posture = "seated";
+};
+
+std::optional<MarkerUp> UpOf(const std::string& name) {
+  for (int k = 0; k < 6; ++k) {
+    if (MarkerUpName(static_cast<MarkerUp>(k)) == name) return static_cast<MarkerUp>(k);
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string_view> JointNames(const std::vector<int>& joints) {
+  std::vector<std::string_view> names;
+  for (const int joint : joints) names.push_back(kJointNames[static_cast<std::size_t>(joint)]);
+  return names;
+}
+
+nlohmann::json MarkerJson(const SolvedMarker& marker) {
+  return {{"name", marker.site.name},
+          {"tie", MarkerTieName(marker.site.tie)},
+          {"joint", kJointNames[static_cast<std::size_t>(marker.site.joint)]},
+          {"place_in_joint_m", {marker.place.x(), marker.place.y(), marker.place.z()}},
+          {"skin_vertex", marker.skin.vertex},
+          {"skin_height_mm", 1e3 * marker.skin.height_m},
+          {"in_static", marker.in_static},
+          {"frames_seen", marker.seen},
+          {"longest_gap_frames", marker.longest_gap},
+          {"outlier_frames", marker.outliers},
+          {"swapped_frames", marker.swapped},
+          {"rms_mm", marker.seen > 0 ? nlohmann::json(marker.rms_mm) : nlohmann::json()}};
+}
+
+nlohmann::json MetricsOf(const SolveCommand& options, const SolvedRecording& solved,
+                         double solve_ms) {
+  const MarkerReport& report = solved.report;
+  nlohmann::json metrics = JsonHead("holdfast/solve/1", options.common);
+  metrics["options"] = {
+      {"recording", options.recording}, {"static", options.still}, {"markers", options.table},
+      {"body", options.body},           {"up", options.up},        {"posture", options.posture}};
+  metrics["frames"] = solved.clip.NumFrames();
+  metrics["frame_rate_hz"] = solved.clip.frame_rate;
+  metrics["rms_mm"] = report.rms_mm;
+  metrics["worst_marker"] = {{"name", report.worst_marker}, {"rms_mm", report.worst_rms_mm}};
+  metrics["markers"] = nlohmann::json::array();
+  for (const SolvedMarker& marker : report.markers)
+    metrics["markers"].push_back(MarkerJson(marker));
+  metrics["unused_names"] = report.unused;
+  metrics["never_seen"] = report.never_seen;
+  metrics["unmarked_joints"] = JointNames(report.unmarked);
+  metrics["swaps"] = nlohmann::json::array();
+  for (const auto& swap : report.faults.swaps) {
+    metrics["swaps"].push_back(
+        {{"frame", swap.frame},
+         {"markers", {report.markers[swap.a].site.name, report.markers[swap.b].site.name}}});
+  }
+  metrics["outliers"] = nlohmann::json::array();
+  for (const auto& outlier : report.faults.outliers) {
+    metrics["outliers"].push_back({{"frame", outlier.frame},
+                                   {"marker", report.markers[outlier.marker].site.name},
+                                   {"off_mm", 1e3 * outlier.off_m}});
+  }
+  const Eigen::Matrix3d R = report.world.world_from_recording;
+  metrics["world"] = {
+      {"up", MarkerUpName(report.world.up)},
+      {"scale", report.world.scale},
+      {"rotation",
+       {{R(0, 0), R(0, 1), R(0, 2)}, {R(1, 0), R(1, 1), R(1, 2)}, {R(2, 0), R(2, 1), R(2, 2)}}},
+      {"lift_m", report.lift_m},
+      {"facing_deg", report.world.facing_rad / kDegree}};
+  metrics["solve"] = {{"iterations", report.iterations},
+                      {"converged", report.converged},
+                      {"solve_ms", solve_ms},
+                      {"frames_per_s", 1e3 * solved.clip.NumFrames() / solve_ms}};
+  return metrics;
+}
+
+std::string Text(const SolveCommand& options, const SolvedRecording& solved, double solve_ms) {
+  const MarkerReport& report = solved.report;
+  const int frames = solved.clip.NumFrames();
+  int used = 0, gaps = 0;
+  for (const SolvedMarker& marker : report.markers) {
+    used += marker.seen > 0;
+    gaps += marker.seen > 0 ? frames - marker.seen : 0;
+  }
+  std::string text = fmt::format(
+      "{}: {} frames at {:g} Hz from {} markers\n"
+      "  markers off the body by {:.1f} mm (root mean square); most: {} {:.1f} mm\n"
+      "  gaps passed: {} positions; outliers left out: {}; swapped labels put right: {} frames\n"
+      "  {} up, facing {:.0f} degrees; lifted by {:.3f} m onto the ground\n",
+      options.output, frames, solved.clip.frame_rate, used, report.rms_mm, report.worst_marker,
+      report.worst_rms_mm, gaps, report.faults.outliers.size(), report.faults.swaps.size(),
+      MarkerUpName(report.world.up), report.world.facing_rad / kDegree, report.lift_m);
+  if (report.world.scale != 1.0) {
+    text += fmt::format("  the unit was wrong: positions times {:g}\n", report.world.scale);
+  }
+  if (!report.unmarked.empty()) {
+    text += fmt::format("  not marked, at rest: {}\n", fmt::join(JointNames(report.unmarked), " "));
+  }
+  if (!report.unused.empty()) {
+    text += fmt::format("  names not known, not used: {}\n", fmt::join(report.unused, " "));
+  }
+  return text + fmt::format("  solved in {:.1f} s: {:.0f} frames a second\n", 1e-3 * solve_ms,
+                            1e3 * frames / solve_ms);
+}
+
+int Solve(const SolveCommand& options) {
+  ResultFolder folder(options.output, options.common.force);
+  const MarkerRecording recording = ReadMarkers(options.recording);
+  std::optional<MarkerRecording> still;
+  if (!options.still.empty()) still = ReadMarkers(options.still);
+  const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
+  SolveMarkersOptions solve;
+  solve.up = UpOf(options.up);
+  solve.posture = options.posture == "seated" ? RestPosture::kSeated : RestPosture::kStanding;
+  if (!options.table.empty()) solve.table = MarkerTable::Read(options.table, JointOfVertices(body));
+  StageProgress progress(options.common);
+  const auto begin = std::chrono::steady_clock::now();
+  SolvedRecording solved;
+  try {
+    solved = SolveMarkers(recording, still ? &*still : nullptr, body, solve, options.recording,
+                          [&](const char* stage, int done, int total) {
+                            progress.Update(stage, done, total);
+                            return !Interrupted();
+                          });
+  } catch (const WorkStopped&) {
+    return kInterrupted;
+  }
+  progress.End();
+  const double solve_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  for (const std::string& name : solved.report.unused) {
+    Detail(options.common, "unused_marker", "name not known: " + name, {{"marker", name}});
+  }
+  if (!solved.report.converged) throw FitFailure(options.recording + ": the solve failed");
+  const nlohmann::json metrics = MetricsOf(options, solved, solve_ms);
+  WriteClip(solved.clip, folder / "clip.npz");
+  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  folder.Commit();
+  nlohmann::json summary = metrics;
+  summary["output"] = options.output;
+  PrintResult(options.common, summary, Text(options, solved, solve_ms));
+  return kDone;
+}
+
+}  // namespace
+
+void AddSolveCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<SolveCommand>();
+  CLI::App* command = app.add_subcommand(
+      "solve", "Labelled optical markers to a body in motion (C3D, TRC, CSV, TSV)");
+  command
+      ->add_option("recording", options->recording,
+                   "Markers: C3D, TRC, Vicon CSV or Qualisys TSV, gzipped or not")
+      ->required();
+  command->add_option("-o,--output", options->output, "Folder to make: clip.npz, metrics.json")
+      ->required();
+  command->add_option("--static", options->still,
+                      "A recording of the same person and markers standing or sitting still: shape "
+                      "and places of markers");
+  command->add_option("--markers", options->table,
+                      "Table of other names (CSV): name,joint,vertex,cluster");
+  command->add_option("--body", options->body,
+                      "Body model in place of the embedded one: SMPL-X or SMPL-H, .npz or .pkl");
+  AddOption(*command, "--up", options->up,
+            "Axis of the recording that points up. auto: as trunk and shoulders tell",
+            CLI::IsMember({"auto", "x", "y", "z", "-x", "-y", "-z"}));
+  AddOption(*command, "--posture", options->posture, "Of legs that no marker is on",
+            CLI::IsMember({"seated", "standing"}));
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast solve drink.csv --static static.csv -o drinks\n"
+      "  holdfast solve drink.csv --markers names.csv --posture standing -o stands\n"
+      "Names of docs/markers.md are known. What no marker shows rests, and is said.\n");
+  command->callback([options, &exit_code] { exit_code = Solve(*options); });
+}
+
+}  // namespace holdfast::apps

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/body/body_model.h"
+#include "solver/markers/marker_names.h"
+#include "solver/terms/body/marker_distance.h"
+#include "solver/terms/body/pose_rest.h"
+
+namespace holdfast {
+
+/// What legs do that no marker is on.
+enum class RestPosture { kSeated, kStanding };
+
+/// A body model with M markers on it: what all frames of all its recordings share.
+struct MarkedPerson {
+  std::shared_ptr<const BodyModel> model;
+  MarkedBody body;
+  std::vector<MarkerSite> sites;  ///< M
+  Eigen::VectorXd usual;          ///< (3 M) places that the sites tell, in the joints' frames
+  Eigen::MatrixXd J_usual;        ///< by betas (3 M x B)
+  Eigen::Matrix3Xd
+      bent;  ///< (3 x M) usual places of a body upright, forearms forward; T-pose's axes
+  std::vector<int> joint_of_vertex;  ///< that a vertex follows most
+  bool pelvis_marked = false;        ///< pelvis or legs; else the pelvis keeps its place
+  // Of a frame's q.
+  Eigen::VectorXd rest;
+  Eigen::MatrixXd root_information;
+  std::vector<PoseLimit> limits;
+  Eigen::VectorXd acceleration;  ///< usual, rad / s^2
+  double limit_sigma_rad = 0.03;
+
+  /// Joints below the neck that no marker moves: they rest.
+  std::vector<int> Unmarked() const;
+};
+
+/// The joint that each vertex follows more than any other.
+std::vector<int> JointOfVertices(const std::shared_ptr<const BodyModel>& model);
+
+/// Free are the joints between the pelvis and the markers, and fingers by few numbers each: flexion
+/// at the base and beyond it, spread; fingers without a marker go with their neighbour. Their prior
+/// is normal, with mean and covariance of this hand open, at ease and about to pinch things of 1 to
+/// 9 cm (PinchHand).
+MarkedPerson MakeMarkedPerson(std::shared_ptr<const BodyModel> model, std::vector<MarkerSite> sites,
+                              RestPosture posture);
+
+}  // namespace holdfast

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: MIT
+#include "solver/markers/marker_calibration.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include "generator/body/limb_ik.h"
+#include "geometry/rotation.h"
+#include "solver/markers/marker_world.h"
+#include "solver/terms/body/marker_place.h"
+#include "solver/terms/body/pelvis_upright.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kUpright = 0.15;  // radians, of a pelvis that no marker shows
+constexpr double kWide_m = 0.15;   // robust scale while a pose is looked for
+
+enum class ArmStart { kForward, kHanging, kBent, kSideways };
+
+void SetArms(ArmStart start, JointPose& pose) {
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    const bool right = side == Side::kRight;
+    const double sign = right ? 1.0 : -1.0;
+    const int shoulder = right ? kRightShoulder : kLeftShoulder;
+    Eigen::Vector3d turn = Eigen::Vector3d::Zero(), elbow = Eigen::Vector3d::Zero();
+    if (start == ArmStart::kForward) turn.y() = sign * 90.0 * kDegree;
+    if (start == ArmStart::kHanging || start == ArmStart::kBent) turn.z() = sign * 75.0 * kDegree;
+    if (start == ArmStart::kBent) elbow = Arm(side).hinge * 80.0 * kDegree;
+    pose.col(shoulder) = turn;
+    pose.col(shoulder + 2) = elbow;
+  }
+}
+
+// Unknowns of the calibration, and problems over some of them.
+class Calibrator {
+ public:
+  Calibrator(const MarkedPerson& person, const MarkerScales& scales)
+      : person_(person), scales_(scales) {
+    betas_.setZero(person.body.NumShape());
+    places_ = person.usual;
+    for (const MarkerSite& site : person.sites) place_sigma_.push_back(site.sigma_m);
+  }
+
+  Eigen::VectorXd& Betas() { return betas_; }
+  Eigen::VectorXd& Places() { return places_; }
+  int Iterations() const { return iterations_; }
+
+  // Roots and poses move, shape and places are held; `known`: places are, else they are uncertain.
+  double SolvePose(SeenMarkers seen, bool root_free, bool known, double robust_m,
+                   Eigen::VectorXd& root, Eigen::VectorXd& q) {
+    for (int k = 0; k < seen.Count(); ++k) {
+      const double place = known ? 0.0 : place_sigma_[static_cast<std::size_t>(seen.marker[k])];
+      seen.sigma_m[k] = std::hypot(scales_.residual_m, place);
+    }
+    ceres::Problem problem;
+    AddFrame(problem, std::move(seen), robust_m, root, q);
+    problem.SetParameterBlockConstant(betas_.data());
+    problem.SetParameterBlockConstant(places_.data());
+    if (root_free) {
+      AddUpright(problem, root);
+    } else {
+      problem.SetParameterBlockConstant(root.data());
+    }
+    return Solve(problem, ceres::DENSE_NORMAL_CHOLESKY, 40);
+  }
+
+  // All of the frames' unknowns with shape and places; frames may share a root.
+  double SolveAll(const std::vector<SeenMarkers>& frames,
+                  const std::vector<Eigen::VectorXd*>& roots,
+                  const std::vector<Eigen::VectorXd*>& poses, double robust_m, int iterations) {
+    ceres::Problem problem;
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      SeenMarkers seen = frames[f];
+      std::ranges::fill(seen.sigma_m, scales_.residual_m);
+      AddFrame(problem, std::move(seen), robust_m, *roots[f], *poses[f]);
+      if (f == 0 || roots[f] != roots[f - 1]) AddUpright(problem, *roots[f]);
+    }
+    problem.AddResidualBlock(new MarkerPlacePrior(person_.usual, person_.J_usual, place_sigma_),
+                             nullptr, betas_.data(), places_.data());
+    return Solve(problem, ceres::SPARSE_NORMAL_CHOLESKY, iterations);
+  }
+
+ private:
+  void AddFrame(ceres::Problem& problem, SeenMarkers seen, double robust_m, Eigen::VectorXd& root,
+                Eigen::VectorXd& q) {
+    problem.AddResidualBlock(new MarkerDistance(person_.body, std::move(seen), robust_m), nullptr,
+                             root.data(), q.data(), betas_.data(), places_.data());
+    problem.AddResidualBlock(new PoseRest(person_.rest, person_.root_information, person_.limits,
+                                          person_.limit_sigma_rad),
+                             nullptr, q.data());
+  }
+  void AddUpright(ceres::Problem& problem, Eigen::VectorXd& root) const {
+    if (!person_.pelvis_marked) {
+      problem.AddResidualBlock(new PelvisUpright(kUpright), nullptr, root.data());
+    }
+  }
+  double Solve(ceres::Problem& problem, ceres::LinearSolverType type, int iterations) {
+    ceres::Solver::Options options;
+    options.linear_solver_type = type;
+    options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+    options.max_num_iterations = iterations;
+    options.function_tolerance = 1e-4;
+    options.parameter_tolerance = 1e-5;
+    options.num_threads = 1;
+    options.logging_type = ceres::SILENT;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    iterations_ += static_cast<int>(summary.iterations.size());
+    return summary.final_cost;
+  }
+
+  const MarkedPerson& person_;
+  MarkerScales scales_;
+  Eigen::VectorXd betas_, places_;
+  std::vector<double> place_sigma_;
+  int iterations_ = 0;
+};
+
+// The pose of a frame without a guess: from several arms, the best.
+void FindPose(const MarkedPerson& person, const SeenMarkers& seen, double facing_rad, bool known,
+              Calibrator& calibrator, Eigen::VectorXd& root, Eigen::VectorXd& q) {
+  double best = std::numeric_limits<double>::infinity();
+  for (const ArmStart start :
+       {ArmStart::kForward, ArmStart::kBent, ArmStart::kHanging, ArmStart::kSideways}) {
+    JointPose pose = person.body.free.Rest();
+    SetArms(start, pose);
+    Eigen::VectorXd at = RootAt(person, seen, facing_rad), candidate = person.body.free.Of(pose);
+    const double cost = calibrator.SolvePose(seen, true, known, kWide_m, at, candidate);
+    if (!(cost < best)) continue;
+    best = cost;
+    root = at;
+    q = candidate;
+  }
+}
+
+}  // namespace
+
+MarkerCalibration CalibrateMarkers(const MarkedPerson& person,
+                                   const std::vector<SeenMarkers>& static_frames,
+                                   const std::vector<SeenMarkers>& trial_frames,
+                                   double static_facing_rad, double trial_facing_rad,
+                                   const MarkerScales& scales) {
+  Calibrator calibrator(person, scales);
+  MarkerCalibration calibration;
+  std::vector<SeenMarkers> frames = static_frames;
+  frames.insert(frames.end(), trial_frames.begin(), trial_frames.end());
+  const std::size_t still = static_frames.size();
+  std::vector<Eigen::VectorXd> poses(frames.size());
+  Eigen::VectorXd still_root = Eigen::VectorXd::Zero(6), trial_root = still_root;
+  std::vector<Eigen::VectorXd> moving_roots(trial_frames.size(), trial_root);
+  const auto root_of = [&](std::size_t f) -> Eigen::VectorXd& {
+    if (f < still) return still_root;
+    return person.pelvis_marked ? moving_roots[f - still] : trial_root;
+  };
+  const auto solve = [&](std::size_t begin, std::size_t end, double robust_m, int iterations) {
+    std::vector<Eigen::VectorXd*> roots, qs;
+    for (std::size_t f = begin; f < end; ++f) {
+      roots.push_back(&root_of(f));
+      qs.push_back(&poses[f]);
+    }
+    calibrator.SolveAll({frames.begin() + static_cast<std::ptrdiff_t>(begin),
+                         frames.begin() + static_cast<std::ptrdiff_t>(end)},
+                        roots, qs, robust_m, iterations);
+  };
+
+  // Shape and places from the static trial, or from one frame to begin with.
+  if (still > 0) {
+    FindPose(person, frames[0], static_facing_rad, false, calibrator, still_root, poses[0]);
+    for (std::size_t f = 1; f < still; ++f) poses[f] = poses[0];
+    solve(0, still, kWide_m, 30);
+    solve(0, still, scales.robust_m, 20);
+  }
+  FindPose(person, frames[still], trial_facing_rad, still > 0, calibrator, root_of(still),
+           poses[still]);
+  if (still == 0) solve(0, 1, kWide_m, 30);
+  for (std::size_t f = still + 1; f < frames.size(); ++f) {
+    poses[f] = poses[f - 1];
+    if (person.pelvis_marked) root_of(f) = root_of(f - 1);
+    calibrator.SolvePose(frames[f], person.pelvis_marked, true, kWide_m, root_of(f), poses[f]);
+  }
+  solve(0, frames.size(), scales.robust_m, 25);
+
+  calibration.betas = calibrator.Betas();
+  calibration.places =
+      Eigen::Map<const Eigen::Matrix3Xd>(calibrator.Places().data(), 3, person.body.NumMarkers());
+  for (std::size_t f = still; f < frames.size(); ++f) {
+    calibration.roots.push_back(root_of(f));
+    calibration.poses.push_back(poses[f]);
+  }
+  calibration.iterations = calibrator.Iterations();
+  return calibration;
+}
+
+std::vector<SkinPlace> PlacesOnSkin(const MarkedPerson& person,
+                                    const MarkerCalibration& calibration) {
+  const BodySurface surface(person.model, calibration.betas);
+  const Eigen::Matrix3Xd& vertices = surface.RestVertices();
+  Eigen::Matrix3Xd normals = Eigen::Matrix3Xd::Zero(3, vertices.cols());
+  for (Eigen::Index f = 0; f < surface.Faces().cols(); ++f) {
+    const Eigen::Vector3i c = surface.Faces().col(f);
+    const Eigen::Vector3d n =
+        (vertices.col(c(1)) - vertices.col(c(0))).cross(vertices.col(c(2)) - vertices.col(c(0)));
+    for (const int corner : c) normals.col(corner) += n;
+  }
+  std::vector<SkinPlace> places;
+  for (int k = 0; k < person.body.NumMarkers(); ++k) {
+    const Eigen::Vector3d x =
+        surface.RestJoints().col(person.body.joint[k]) + calibration.places.col(k);
+    SkinPlace place;
+    (vertices.colwise() - x).colwise().squaredNorm().minCoeff(&place.vertex);
+    place.height_m = (x - vertices.col(place.vertex)).dot(normals.col(place.vertex).normalized());
+    places.push_back(place);
+  }
+  return places;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+#include "solver/markers/marker_track.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <ceres/iteration_callback.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include "solver/terms/body/pose_acceleration.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kOutlier_m = 0.03;  // beyond it, and six times what is usual for the marker
+constexpr double kSwap_m = 0.02;     // both of a pair, and twice as far as from each other's place
+
+class StopTracking final : public ceres::IterationCallback {
+ public:
+  StopTracking(const std::function<bool(int, int)>& progress, int most)
+      : progress_(progress), most_(most) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    return !progress_ || progress_(summary.iteration, most_) ? ceres::SOLVER_CONTINUE
+                                                             : ceres::SOLVER_ABORT;
+  }
+
+ private:
+  const std::function<bool(int, int)>& progress_;
+  int most_;
+};
+
+double MedianOf(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+// Distance of each seen marker from where the body carries it.
+std::vector<std::vector<double>> Distances(const Eigen::MatrixXd& carried,
+                                           const std::vector<SeenMarkers>& frames) {
+  std::vector<std::vector<double>> off(frames.size());
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    for (int k = 0; k < frames[t].Count(); ++k) {
+      off[t].push_back((frames[t].place.col(k) -
+                        carried.block<3, 1>(3 * frames[t].marker[k], static_cast<Eigen::Index>(t)))
+                           .norm());
+    }
+  }
+  return off;
+}
+
+}  // namespace
+
+MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
+                         const std::vector<SeenMarkers>& frames, double frame_rate,
+                         MarkerTrack start, const MarkerScales& scales, int max_iterations,
+                         const std::function<bool(int, int)>& progress) {
+  MarkerTrack track = std::move(start);
+  Eigen::VectorXd betas = calibration.betas;
+  Eigen::Matrix3Xd places = calibration.places;
+  const bool moves = person.pelvis_marked;
+  Eigen::VectorXd still = track.roots.col(0);
+  ceres::Problem::Options ownership;
+  ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem problem(ownership);
+  PoseRest rest(person.rest, person.root_information, person.limits, person.limit_sigma_rad);
+  PoseAcceleration acceleration(person.acceleration / (frame_rate * frame_rate));
+  Eigen::VectorXd root_sigma(6);
+  root_sigma << Eigen::Vector3d::Constant(10.0), Eigen::Vector3d::Constant(30.0);
+  PoseAcceleration root_acceleration(root_sigma / (frame_rate * frame_rate));
+  std::vector<std::unique_ptr<MarkerDistance>> distances;
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    const Eigen::Index column = static_cast<Eigen::Index>(t);
+    double* const q = track.poses.col(column).data();
+    double* const root = moves ? track.roots.col(column).data() : still.data();
+    problem.AddResidualBlock(&rest, nullptr, q);
+    if (frames[t].Count() > 0) {
+      SeenMarkers seen = frames[t];
+      std::ranges::fill(seen.sigma_m, scales.residual_m);
+      distances.push_back(
+          std::make_unique<MarkerDistance>(person.body, std::move(seen), scales.robust_m));
+      problem.AddResidualBlock(distances.back().get(), nullptr, root, q, betas.data(),
+                               places.data());
+    }
+    if (t < 2) continue;
+    problem.AddResidualBlock(&acceleration, nullptr, track.poses.col(column - 2).data(),
+                             track.poses.col(column - 1).data(), q);
+    if (!moves) continue;
+    problem.AddResidualBlock(&root_acceleration, nullptr, track.roots.col(column - 2).data(),
+                             track.roots.col(column - 1).data(), root);
+  }
+  for (double* const constant : {betas.data(), places.data(), still.data()}) {
+    if (problem.HasParameterBlock(constant)) problem.SetParameterBlockConstant(constant);
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+  options.max_num_iterations = max_iterations;
+  options.function_tolerance = 1e-4;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  StopTracking stop(progress, max_iterations);
+  options.callbacks.push_back(&stop);
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  track.iterations += static_cast<int>(summary.iterations.size());
+  track.converged =
+      summary.termination_type != ceres::USER_FAILURE && summary.termination_type != ceres::FAILURE;
+  return track;
+}
+
+Eigen::MatrixXd CarriedMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
+                               const MarkerTrack& track) {
+  const Eigen::Matrix3Xd joints = person.body.RestJoints(calibration.betas.data());
+  Eigen::MatrixXd carried(3 * person.body.NumMarkers(), track.poses.cols());
+  FreePoseState state;
+  for (Eigen::Index t = 0; t < track.poses.cols(); ++t) {
+    state.Evaluate(person.body.free, joints, track.roots.col(t).data(), track.poses.col(t).data(),
+                   false);
+    for (int k = 0; k < person.body.NumMarkers(); ++k) {
+      carried.block<3, 1>(3 * k, t) = state.Point(person.body.joint[k], calibration.places.col(k));
+    }
+  }
+  return carried;
+}
+
+MarkerFaults RepairMarkers(const Eigen::MatrixXd& carried, std::vector<SeenMarkers>& frames) {
+  MarkerFaults faults;
+  std::vector<std::vector<double>> off = Distances(carried, frames);
+  const auto at = [&](int marker, std::size_t t) -> Eigen::Vector3d {
+    return carried.block<3, 1>(3 * marker, static_cast<Eigen::Index>(t));
+  };
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    SeenMarkers& seen = frames[t];
+    for (int i = 0; i < seen.Count(); ++i) {
+      for (int j = i + 1; j < seen.Count(); ++j) {
+        if (off[t][i] < kSwap_m || off[t][j] < kSwap_m) continue;
+        const double crossed_i = (seen.place.col(j) - at(seen.marker[i], t)).norm(),
+                     crossed_j = (seen.place.col(i) - at(seen.marker[j], t)).norm();
+        if (2.0 * crossed_i > off[t][i] || 2.0 * crossed_j > off[t][j]) continue;
+        seen.place.col(i).swap(seen.place.col(j));
+        off[t][i] = crossed_i;
+        off[t][j] = crossed_j;
+        faults.swaps.push_back({static_cast<int>(t), seen.marker[i], seen.marker[j]});
+      }
+    }
+  }
+  std::vector<std::vector<double>> of_marker(static_cast<std::size_t>(carried.rows() / 3));
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    for (int k = 0; k < frames[t].Count(); ++k) {
+      of_marker[static_cast<std::size_t>(frames[t].marker[k])].push_back(off[t][k]);
+    }
+  }
+  std::vector<double> most;
+  for (std::vector<double>& values : of_marker) {
+    most.push_back(std::max(kOutlier_m, 6.0 * MedianOf(std::move(values))));
+  }
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    SeenMarkers kept;
+    kept.place.resize(3, frames[t].place.cols());
+    for (int k = 0; k < frames[t].Count(); ++k) {
+      const int marker = frames[t].marker[k];
+      if (off[t][k] > most[static_cast<std::size_t>(marker)]) {
+        faults.outliers.push_back({static_cast<int>(t), marker, off[t][k]});
+        continue;
+      }
+      kept.place.col(kept.Count()) = frames[t].place.col(k);
+      kept.marker.push_back(marker);
+      kept.sigma_m.push_back(frames[t].sigma_m[k]);
+    }
+    kept.place.conservativeResize(3, kept.Count());
+    frames[t] = std::move(kept);
+  }
+  return faults;
+}
+
+}  // namespace holdfast

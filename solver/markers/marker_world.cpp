@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+#include "solver/markers/marker_world.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kArmWeight = 0.3;  // of what moves against what turns with the trunk
+constexpr std::array<const char*, 6> kUpNames = {"x", "y", "z", "-x", "-y", "-z"};
+
+bool OfTrunk(int joint) {
+  for (const int j :
+       {kPelvis, kSpine1, kSpine2, kSpine3, kNeck, kLeftCollar, kRightCollar, kHead}) {
+    if (joint == j) return true;
+  }
+  return false;
+}
+
+// Places on a body with forearms forward and in the recording: markers whose usual place is the
+// same are one.
+struct Pairs {
+  std::vector<Eigen::Vector3d> rest, seen;
+  std::vector<double> weight;
+};
+
+Pairs PairsOf(const MarkedPerson& person, const std::vector<int>& marker,
+              const Eigen::Matrix3Xd& place, bool trunk_alone) {
+  std::map<std::tuple<double, double, double>, std::pair<Eigen::Vector4d, int>> all;
+  for (std::size_t k = 0; k < marker.size(); ++k) {
+    const int joint = person.body.joint[marker[k]];
+    if (trunk_alone && !OfTrunk(joint)) continue;
+    const Eigen::Vector3d usual = person.bent.col(marker[k]);
+    all.try_emplace({usual.x(), usual.y(), usual.z()}, Eigen::Vector4d::Zero(), joint)
+        .first->second.first += place.col(static_cast<Eigen::Index>(k)).homogeneous();
+  }
+  Pairs pairs;
+  for (const auto& [usual, value] : all) {
+    pairs.seen.push_back(value.first.hnormalized());
+    pairs.rest.emplace_back(std::get<0>(usual), std::get<1>(usual), std::get<2>(usual));
+    pairs.weight.push_back(OfTrunk(value.second) ? 1.0 : kArmWeight);
+  }
+  return pairs;
+}
+
+Eigen::Vector3d Mean(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : points) sum += p;
+  return sum / static_cast<double>(points.size());
+}
+
+// The rotation that takes that body to the markers; nothing where they are too few.
+std::optional<Eigen::Matrix3d> BodyRotation(const Pairs& pairs) {
+  if (pairs.rest.size() < 3) return std::nullopt;
+  const Eigen::Vector3d rest = Mean(pairs.rest), seen = Mean(pairs.seen);
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (std::size_t k = 0; k < pairs.rest.size(); ++k) {
+    sum += pairs.weight[k] * (pairs.seen[k] - seen) * (pairs.rest[k] - rest).transpose();
+  }
+  const Eigen::Vector3d size = Eigen::JacobiSVD<Eigen::Matrix3d>(sum).singularValues();
+  if (size(1) < 0.01 * size(0)) return std::nullopt;  // on a line
+  return NearestRotation(sum);
+}
+
+Eigen::Matrix3d WorldFrom(MarkerUp up) {
+  Eigen::Matrix3d R;
+  switch (up) {
+    case MarkerUp::kZ:
+      return Eigen::Matrix3d::Identity();
+    case MarkerUp::kY:  // (x, y, z) -> (x, -z, y)
+      R << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+      return R;
+    case MarkerUp::kX:  // -> (y, z, x)
+      R << 0, 1, 0, 0, 0, 1, 1, 0, 0;
+      return R;
+    case MarkerUp::kMinusZ:  // -> (x, -y, -z)
+      R << 1, 0, 0, 0, -1, 0, 0, 0, -1;
+      return R;
+    case MarkerUp::kMinusY:  // -> (x, z, -y)
+      R << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+      return R;
+    case MarkerUp::kMinusX:
+      break;
+  }
+  R << 0, -1, 0, 0, 0, 1, -1, 0, 0;
+  return R;
+}
+
+}  // namespace
+
+std::string_view MarkerUpName(MarkerUp up) { return kUpNames[static_cast<std::size_t>(up)]; }
+
+double ScaleBySize(const MarkerRecording& recording) {
+  std::vector<double> sizes;
+  const int step = std::max(1, recording.NumFrames() / 50);
+  for (int t = 0; t < recording.NumFrames(); t += step) {
+    Eigen::AlignedBox3d box;
+    int seen = 0;
+    for (int m = 0; m < recording.NumMarkers(); ++m) {
+      if (!recording.Seen(m, t)) continue;
+      box.extend(recording.At(m, t));
+      ++seen;
+    }
+    if (seen > 1) sizes.push_back(box.diagonal().norm());
+  }
+  if (sizes.empty()) return 1.0;
+  std::ranges::nth_element(sizes, sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2));
+  const double size = sizes[sizes.size() / 2];
+  return size > 50.0 ? 1e-3 : size < 0.005 ? 1e3 : 1.0;
+}
+
+MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recording,
+                      const std::vector<int>& column, std::optional<MarkerUp> up,
+                      const std::string& where) {
+  MarkerWorld world;
+  Eigen::Vector3d body_up = Eigen::Vector3d::Zero();
+  std::vector<Pairs> frames;
+  const int step = std::max(1, recording.NumFrames() / 50);
+  for (int t = 0; t < recording.NumFrames(); t += step) {
+    std::vector<int> marker;
+    Eigen::Matrix3Xd place(3, static_cast<Eigen::Index>(column.size()));
+    for (std::size_t k = 0; k < column.size(); ++k) {
+      if (column[k] < 0 || !recording.Seen(column[k], t)) continue;
+      place.col(static_cast<Eigen::Index>(marker.size())) = recording.At(column[k], t);
+      marker.push_back(static_cast<int>(k));
+    }
+    frames.push_back(PairsOf(person, marker, place, false));
+    if (const auto R = BodyRotation(frames.back())) body_up += R->col(1);
+  }
+  if (!body_up.isZero()) {
+    int axis = 0;
+    body_up.cwiseAbs().maxCoeff(&axis);
+    const auto found = static_cast<MarkerUp>(body_up(axis) > 0.0 ? axis : axis + 3);
+    if (!up && body_up(axis) < 0.0) {
+      throw Error(where,
+                  fmt::format("shoulders and trunk are upside down along {}: the axes are "
+                              "mirrored, or sides or names are exchanged",
+                              kUpNames[static_cast<std::size_t>(axis)]),
+                  fmt::format("Give --up {} if that axis points to the ground",
+                              kUpNames[static_cast<std::size_t>(axis) + 3]));
+    }
+    world.up = up.value_or(found);
+  } else {
+    world.up = up.value_or(MarkerUp::kZ);
+  }
+  world.world_from_recording = WorldFrom(world.up);
+  // The turn about the vertical that brings the body's places nearest to the markers.
+  double sine = 0.0, cosine = 0.0;
+  for (const Pairs& pairs : frames) {
+    if (pairs.rest.empty()) continue;
+    const Eigen::Vector3d rest = Mean(pairs.rest), seen = Mean(pairs.seen);
+    for (std::size_t k = 0; k < pairs.rest.size(); ++k) {
+      const Eigen::Vector3d from = pairs.rest[k] - rest,
+                            to = world.world_from_recording * (pairs.seen[k] - seen);
+      const double x = from.x(), y = -from.z();  // T-pose's z is the world's -y
+      sine += pairs.weight[k] * (x * to.y() - y * to.x());
+      cosine += pairs.weight[k] * (x * to.x() + y * to.y());
+    }
+  }
+  world.facing_rad = std::atan2(sine, cosine);
+  return world;
+}
+
+Eigen::Matrix<double, 6, 1> RootAt(const MarkedPerson& person, const SeenMarkers& seen,
+                                   double facing_rad) {
+  Pairs pairs = PairsOf(person, seen.marker, seen.place, true);
+  if (pairs.rest.empty()) pairs = PairsOf(person, seen.marker, seen.place, false);
+  const Eigen::Matrix3d R = ExpSO3(Eigen::Vector3d::UnitZ() * facing_rad) *
+                            ExpSO3(Eigen::Vector3d::UnitX() * 90.0 * kDegree);
+  const Eigen::Vector3d pelvis = person.body.rest_joints.col(0);
+  // Of the two axes of a half turn always the same one: people who face +y.
+  const Eigen::Vector3d half_turn(0.0, 2.2, 2.2);
+  Eigen::Matrix<double, 6, 1> root;
+  root << Mean(pairs.seen) - pelvis - R * (Mean(pairs.rest) - pelvis),
+      UnwrapAxisAngle(LogSO3(R), half_turn);
+  return root;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "geometry/io/markers/marker_recording.h"
+#include "solver/markers/marked_person.h"
+
+namespace holdfast {
+
+/// Which axis of a recording points up.
+enum class MarkerUp { kX, kY, kZ, kMinusX, kMinusY, kMinusZ };
+std::string_view MarkerUpName(MarkerUp up);
+
+/// How a recording lies in the world.
+struct MarkerWorld {
+  double scale = 1.0;  ///< that positions are multiplied by besides: 1000 or 0.001 for a wrong unit
+  MarkerUp up = MarkerUp::kZ;
+  Eigen::Matrix3d world_from_recording = Eigen::Matrix3d::Identity();  ///< up to z
+  double facing_rad = 0.0;  ///< about world z; 0 faces -y
+};
+
+/// 1, or what turns millimetres that are called metres into metres (0.001), or the other way round
+/// (1000): by the distance between the markers of one person.
+double ScaleBySize(const MarkerRecording& recording);
+
+/// Up and facing from where trunk and shoulders' markers are (Kabsch). `column[k]` is the marker of
+/// the recording that is the person's k-th, -1 for none. Throws Error, named `where`, where a
+/// person would be upside down and `up` does not say so.
+MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recording,
+                      const std::vector<int>& column, std::optional<MarkerUp> up,
+                      const std::string& where);
+
+/// Where a root (FreePose) is whose trunk is about the markers of a frame (world), facing so.
+Eigen::Matrix<double, 6, 1> RootAt(const MarkedPerson& person, const SeenMarkers& seen,
+                                   double facing_rad);
+
+}  // namespace holdfast

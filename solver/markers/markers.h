@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// From labelled optical markers to a body in motion. Recordings come in; a clip, and what became
+/// of each marker, come out.
+///
+/// From the inside out:
+///   marker_names.h        names of markers, and where on a body they sit
+///   marked_person.h       a body model with markers: what is free, and how it rests
+///   marker_world.h        units, axes, facing
+///   marker_calibration.h  shape, and where each marker really sits
+///   marker_track.h        poses of all frames at once; labels put right
+///   solve_markers.h       SolveMarkers: the whole
+#include "solver/markers/marked_person.h"
+#include "solver/markers/marker_calibration.h"
+#include "solver/markers/marker_names.h"
+#include "solver/markers/marker_track.h"
+#include "solver/markers/marker_world.h"
+#include "solver/markers/solve_markers.h"

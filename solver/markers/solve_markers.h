@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "geometry/clip/clip.h"
+#include "geometry/io/markers/marker_recording.h"
+#include "geometry/progress.h"
+#include "solver/markers/marker_calibration.h"
+#include "solver/markers/marker_names.h"
+#include "solver/markers/marker_track.h"
+#include "solver/markers/marker_world.h"
+
+namespace holdfast {
+
+struct SolveMarkersOptions {
+  std::optional<MarkerTable> table;            ///< in place of the known names
+  std::optional<MarkerUp> up;                  ///< in place of what trunk and shoulders tell
+  RestPosture posture = RestPosture::kSeated;  ///< of legs without a marker
+  int calibration_frames = 24;                 ///< of the trial, spread over it
+  MarkerScales scales;
+};
+
+/// What became of each marker.
+struct SolvedMarker {
+  MarkerSite site;
+  int seen = 0;                   ///< frames of the trial
+  bool in_static = false;         ///< seen in the static trial
+  int longest_gap = 0;            ///< frames, in the trial
+  int outliers = 0, swapped = 0;  ///< frames
+  double rms_mm = 0.0;            ///< from where the body carries it, in frames where it is used
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< in the joint's frame, metres
+  SkinPlace skin;
+};
+
+struct MarkerReport {
+  std::vector<SolvedMarker> markers;
+  std::vector<std::string> unused;      ///< names that are not known
+  std::vector<std::string> never_seen;  ///< known names without a position in either recording
+  double rms_mm = 0.0, worst_rms_mm = 0.0;
+  std::string worst_marker;
+  MarkerFaults faults;
+  std::vector<int> unmarked;  ///< joints that rest
+  MarkerWorld world;
+  double lift_m = 0.0;  ///< added to heights, so that the soles are on the ground
+  int iterations = 0;
+  bool converged = false;
+};
+
+struct SolvedRecording {
+  Clip clip;
+  MarkerReport report;
+  /// Where the body carries the markers of the report (3 M x T), in the recording's axes, metres.
+  Eigen::MatrixXd carried;
+};
+
+/// `holdfast solve`: labelled markers to a body in motion. Shape and places of the markers first
+/// (CalibrateMarkers), from a static trial where there is one and frames spread over the trial;
+/// then all frames at once (TrackMarkers), labels put right (RepairMarkers), and again. Joints
+/// without markers rest and are reported; a pelvis without markers keeps its place.
+///
+/// The clip has the recording's rate; z is up and soles are on the ground. Errors name `where`:
+/// no known name (with the nearest known one), no marker seen, too few to tell a pose, several
+/// subjects, a person upside down. One core.
+SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecording* static_trial,
+                             std::shared_ptr<const BodyModel> model,
+                             const SolveMarkersOptions& options, const std::string& where,
+                             const StagedProgress& progress = {});
+
+}  // namespace holdfast

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: MIT
+// Markers put on the embedded body in a known motion, and the motion recovered from them.
+#include "solver/markers/solve_markers.h"
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "generator/body/limb_ik.h"
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::vector<std::string> UpperLimbNames(bool still) {
+  std::vector<std::string> names = {"STRN"};
+  for (const std::string side : {"R", "L"}) {
+    for (const char* const plate : {"SHO", "UAR", "LAR", "HAN"}) {
+      for (const char* const k : {"1", "2", "3", "4"}) names.push_back(side + plate + k);
+    }
+    for (const char* const single : {"FTP", "FB", "THUM"}) names.push_back(side + single);
+    if (!still) continue;
+    for (const char* const single : {"GTH", "LEP", "MEP", "SPR", "SPU"}) {
+      names.push_back(side + single);
+    }
+  }
+  return names;
+}
+
+// A seated person who faces +y: arms forward, or the right hand to the mouth and back.
+struct Person {
+  std::shared_ptr<const BodyModel> model = BodyModel::Default();
+  Eigen::VectorXd betas = Eigen::Vector3d(0.8, -0.6, 0.4);
+  BodySurface surface = BodySurface(model, betas);
+
+  JointPose Pose(double drink, bool forward) const {
+    JointPose pose = JointPose::Zero();
+    pose.col(0) = LogSO3(ExpSO3(Eigen::Vector3d::UnitZ() * std::numbers::pi) *
+                         ExpSO3(Eigen::Vector3d::UnitX() * 90.0 * kDegree));
+    for (const int hip : {kLeftHip, kRightHip}) pose(0, hip) = -90.0 * kDegree;
+    for (const int knee : {kLeftKnee, kRightKnee}) pose(0, knee) = 90.0 * kDegree;
+    pose.col(kSpine2) = Eigen::Vector3d(0.1 * drink, 0.05 * drink, 0.0);
+    for (const Side side : {Side::kRight, Side::kLeft}) {
+      const bool right = side == Side::kRight;
+      const double sign = right ? 1.0 : -1.0, lift = right ? drink : 0.0;
+      const int shoulder = right ? kRightShoulder : kLeftShoulder;
+      pose.col(shoulder) = forward ? Eigen::Vector3d(0.0, sign * 80.0 * kDegree, 0.0)
+                                   : Eigen::Vector3d(-0.4 * lift, sign * (0.4 + 0.5 * lift),
+                                                     sign * (1.1 - 0.5 * lift));
+      pose.col(shoulder + 2) =
+          (forward ? 0.1 : 1.2 + 0.8 * lift) * Arm(side).hinge + Eigen::Vector3d(0.3 * lift, 0, 0);
+      pose.col(shoulder + 4) = Eigen::Vector3d(0.0, 0.1 * lift, sign * 0.2);
+    }
+    return pose;
+  }
+  BodyState State(double drink, bool forward) const {
+    BodyState state;
+    ForwardJoints(surface.RestJoints(), Pose(drink, forward), Eigen::Vector3d(0.1, -0.2, 0.3),
+                  state);
+    return state;
+  }
+
+  // Markers are fixed to bones about where their names say, each off by up to a centimetre, and
+  // seen with 0.2 mm of noise.
+  MarkerRecording Record(int frames, bool still) const {
+    MarkerRecording recording;
+    recording.names = UpperLimbNames(still);
+    recording.subjects.assign(recording.names.size(), "");
+    recording.rate_hz = 50.0;
+    recording.unit = "mm";
+    recording.positions.resize(3 * recording.NumMarkers(), frames);
+    std::vector<MarkerSite> sites;
+    for (const std::string& name : recording.names)
+      sites.push_back(*MarkerTable::Known().Find(name));
+    const MarkedPerson person = MakeMarkedPerson(model, sites, RestPosture::kSeated);
+    for (int t = 0; t < frames; ++t) {
+      const double drink = still ? 0.0 : Drink(t, frames);
+      const BodyState state = State(drink, still);
+      for (int m = 0; m < recording.NumMarkers(); ++m) {
+        // By name, so that both recordings have the markers where they are.
+        unsigned seed = 0;
+        for (const char c : recording.names[m])
+          seed = (31 * seed + static_cast<unsigned>(c)) % 10007;
+        const double spread = sites[m].tie == MarkerTie::kCluster ? 0.025 : 0.006;
+        const Eigen::Vector3d off(std::sin(1.0 + seed), std::sin(2.0 * seed),
+                                  std::sin(3.0 + seed * 5));
+        const Eigen::Vector3d noise(std::sin(7.1 * t + m), std::sin(9.7 * t + 2 * m),
+                                    std::sin(5.3 * t + 3 * m));
+        recording.positions.block<3, 1>(3 * m, t) =
+            state.WorldFromJoint(sites[m].joint) *
+                Eigen::Vector3d(person.usual.segment<3>(3 * m) + spread * off) +
+            2e-4 * noise;
+      }
+    }
+    return recording;
+  }
+  static double Drink(int t, int frames) {
+    return 0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * t / (frames - 1));
+  }
+};
+
+constexpr int kFrames = 90;
+
+struct SolveMarkersTest : ::testing::Test {
+  Person person;
+  MarkerRecording still = person.Record(4, true), trial = person.Record(kFrames, false);
+
+  SolvedRecording Solve(const MarkerRecording& recording) const {
+    return SolveMarkers(recording, &still, person.model, {}, "trial");
+  }
+  std::string ErrorOf(const MarkerRecording& recording) const {
+    try {
+      Solve(recording);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  }
+  // Root mean square of the distance of arm joints from the truth, mm.
+  double JointError(const SolvedRecording& solved) const {
+    const BodySurface surface(person.model, solved.clip.betas);
+    double sum = 0.0;
+    int count = 0;
+    BodyState state;
+    for (int t = 0; t < kFrames; ++t) {
+      ForwardJoints(surface.RestJoints(), solved.clip.pose[t],
+                    solved.clip.trans.col(t) - solved.report.lift_m * Eigen::Vector3d::UnitZ(),
+                    state);
+      const BodyState truth = person.State(Person::Drink(t, kFrames), false);
+      for (const int joint : {kRightShoulder, kRightElbow, kRightWrist, kLeftElbow, kLeftWrist}) {
+        sum += (state.joints.col(joint) - truth.joints.col(joint)).squaredNorm();
+        ++count;
+      }
+    }
+    return 1e3 * std::sqrt(sum / count);
+  }
+};
+
+TEST_F(SolveMarkersTest, RecoversAKnownMotion) {
+  const SolvedRecording solved = Solve(trial);
+  EXPECT_TRUE(solved.report.converged);
+  EXPECT_LT(solved.report.rms_mm, 1.5);
+  EXPECT_LT(JointError(solved), 12.0);
+  EXPECT_EQ(solved.clip.NumFrames(), kFrames);
+  EXPECT_EQ(solved.clip.frame_rate, 50.0);
+  EXPECT_NEAR(std::abs(solved.report.world.facing_rad), std::numbers::pi, 0.3);
+  // Nobody marked the legs: they sit.
+  EXPECT_THAT(solved.report.unmarked, ::testing::IsSupersetOf({int{kPelvis}, int{kLeftKnee}}));
+  EXPECT_NEAR(solved.clip.pose[0](0, kRightKnee), 90.0 * kDegree, 1e-9);
+}
+
+TEST_F(SolveMarkersTest, PassesAGapAndPutsWrongLabelsRight) {
+  const SolvedRecording plain = Solve(trial);
+  MarkerRecording faulty = trial;
+  const int hidden = *trial.Find("RLAR2"), a = *trial.Find("RUAR1"), b = *trial.Find("RHAN3");
+  faulty.positions.block(3 * hidden, 30, 3, 25)
+      .setConstant(std::numeric_limits<double>::quiet_NaN());
+  faulty.positions.block(3 * a, 50, 3, 20) = trial.positions.block(3 * b, 50, 3, 20);
+  faulty.positions.block(3 * b, 50, 3, 20) = trial.positions.block(3 * a, 50, 3, 20);
+  for (int t = 3; t < kFrames; t += 10) faulty.positions(3 * *trial.Find("LUAR2"), t) += 0.12;
+  const SolvedRecording solved = Solve(faulty);
+  const Eigen::MatrixXd change = solved.carried - plain.carried;
+  EXPECT_LT(1e3 * std::sqrt(3.0 * change.squaredNorm() / static_cast<double>(change.size())), 1.5);
+  EXPECT_EQ(solved.report.faults.swaps.size(), 20u);
+  EXPECT_EQ(solved.report.faults.outliers.size(), 9u);
+  const auto& markers = solved.report.markers;
+  const auto of = [&](const char* name) {
+    return std::ranges::find_if(markers, [&](const auto& m) { return m.site.name == name; });
+  };
+  EXPECT_EQ(of("RLAR2")->longest_gap, 25);
+  EXPECT_EQ(of("RUAR1")->swapped, 20);
+  EXPECT_EQ(of("LUAR2")->outliers, 9);
+}
+
+TEST_F(SolveMarkersTest, DoesNotDependOnAxesOrUnits) {
+  MarkerRecording other = trial;
+  for (int t = 0; t < kFrames; ++t) {
+    for (int m = 0; m < trial.NumMarkers(); ++m) {
+      const Eigen::Vector3d x = trial.At(m, t);
+      other.positions.block<3, 1>(3 * m, t) = 1e3 * Eigen::Vector3d(x.x(), x.z(), -x.y());  // y up
+    }
+  }
+  const SolvedRecording solved = Solve(other);
+  EXPECT_EQ(solved.report.world.up, MarkerUp::kY);
+  EXPECT_EQ(solved.report.world.scale, 1e-3);
+  EXPECT_LT(JointError(solved), 12.0);
+  EXPECT_LT(solved.report.rms_mm, 1.5);
+}
+
+TEST_F(SolveMarkersTest, SaysWhatIsWrong) {
+  MarkerRecording none = trial;
+  for (std::string& name : none.names) name = "X" + name;
+  EXPECT_THAT(ErrorOf(none), HasSubstr("no marker's name is known; the first is 'XSTRN'"));
+  EXPECT_THAT(ErrorOf(none), HasSubstr("Did you mean 'STRN'"));
+
+  MarkerRecording empty = trial;
+  empty.positions.setConstant(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_THAT(ErrorOf(empty), HasSubstr("fewer than 3 known markers are seen"));
+
+  MarkerRecording two = trial;
+  two.subjects.assign(two.names.size(), "P1");
+  two.subjects[4] = "P2";
+  EXPECT_THAT(ErrorOf(two), HasSubstr("markers of 2 people"));
+
+  MarkerRecording down = trial;
+  for (int m = 0; m < down.NumMarkers(); ++m) {
+    down.positions.middleRows(3 * m + 1, 2) *= -1.0;  // turned about x
+  }
+  EXPECT_THAT(ErrorOf(down), HasSubstr("upside down along z"));
+  EXPECT_THAT(ErrorOf(down), HasSubstr("--up -z"));
+}
+
+TEST(MarkerTable, ReadsNamesAndSaysWhatIsWrong) {
+  const testing::TemporaryFolder folder;
+  const std::vector<int> joint_of_vertex = {0, kHead, kHead};
+  const auto read = [&](const std::string& text) {
+    std::ofstream(folder / "names.csv") << text;
+    return MarkerTable::Read(folder / "names.csv", joint_of_vertex);
+  };
+  const auto error = [&](const std::string& text) -> std::string {
+    try {
+      read(text);
+    } catch (const Error& fault) {
+      return fault.what();
+    }
+    return "";
+  };
+  const MarkerTable table =
+      read("name,joint,vertex,cluster\nplate1,right_elbow,,forearm\ncap,,2,\n\nloose,spine3\n");
+  ASSERT_EQ(table.Sites().size(), 3u);
+  EXPECT_EQ(table.Find("PLATE1")->joint, kRightElbow);
+  EXPECT_EQ(table.Find("plate1")->tie, MarkerTie::kCluster);
+  EXPECT_EQ(table.Find("cap")->joint, kHead);
+  EXPECT_EQ(table.Find("cap")->vertex, 2);
+  EXPECT_EQ(table.Find("cap")->tie, MarkerTie::kSkin);
+  EXPECT_EQ(table.Find("nobody"), nullptr);
+  EXPECT_THAT(error("marker,bone\n"), HasSubstr("does not name the columns"));
+  EXPECT_THAT(error("name,joint\na,right_elbo\n"), HasSubstr("Did you mean 'right_elbow'"));
+  EXPECT_THAT(error("name,vertex\na,3\n"), HasSubstr("no vertex of the body"));
+  EXPECT_THAT(error("name,joint\na,head\nA,head\n"), HasSubstr("there twice"));
+  EXPECT_THAT(error("name,joint\n"), HasSubstr("names no marker"));
+}
+
+}  // namespace
+}  // namespace holdfast
