@@ -248,7 +248,7 @@ OwnBody::Posed::~Posed() = default;
 OwnBody::Posed::Posed(Posed&&) noexcept = default;
 
 std::optional<OwnBody::Touch> OwnBody::Posed::Query(const Eigen::Vector3d& point,
-                                                           double within_m) const {
+                                                    double within_m) const {
   Impl::Nearest nearest{std::min(impl_->farthest2, within_m * within_m), -1, {}};
   if (!impl_->boxes.empty() && impl_->Bound(0, point) < nearest.distance2) {
     impl_->Search(0, point, nearest);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Studies of reaches, hand-overs and solved markers. Networks or methods, protocols and captured clips go in;
-/// measured motions and summaries come out, those of reaches in blocks of files: a stopped study
-/// resumes.
+/// Studies of reaches, hand-overs and solved markers. Networks or methods, protocols and captured
+/// clips go in; measured motions and summaries come out, those of reaches in blocks of files: a
+/// stopped study resumes.
 ///
 /// From the inside out:
 ///   study_blocks.h        files of blocks, by question
