@@ -146,7 +146,7 @@ class Carrier {
     const Side side = hands.front() == kHoldsLeft ? Side::kLeft : Side::kRight;
     const auto alone =
         std::ranges::find_if_not(hands, [&](std::uint8_t bits) { return bits == hands.front(); });
-    if (!report_.holding.switches.empty()) search.also = EaseOfFirstHandover();
+    if (!report_.holding.switches.empty()) PrepareFirstHandover(search);
     report_.grasp = GraspInFirstFrame(
         Hand(side), object_, body, static_cast<int>(alone - hands.begin()), search, clip_,
         [&](double share) { return GoesOn("grasp", static_cast<int>(100 * share), 100); });
@@ -161,8 +161,9 @@ class Carrier {
     return transfer;
   }
 
-  // What a first grasp loses by how far the other wrist has to leave the clip's to take it over.
-  std::function<double(const Grasp&)> EaseOfFirstHandover() {
+  // A first grasp loses by how far the other wrist has to leave the clip's to take it over, and
+  // does not serve where no clean grasp takes it over.
+  void PrepareFirstHandover(FirstGraspOptions& search) {
     const HandSwitch& first = report_.holding.switches.front();
     const GraspTransferOptions transfer = TransferOptions();
     const auto receiver = std::make_shared<const GraspReceiver>(Hand(first.to), object_.object.mesh,
@@ -176,10 +177,16 @@ class Carrier {
     };
     const Eigen::Isometry3d receiver_from_giver = wrist(first.to).inverse() * wrist(first.from);
     const auto giver = std::make_shared<const HandAnatomy>(Hand(first.from));
-    return [receiver, giver, receiver_from_giver,
-            weight = transfer.correction_weight](const Grasp& grasp) {
+    search.also = [receiver, giver, receiver_from_giver,
+                   weight = transfer.correction_weight](const Grasp& grasp) {
       return -weight * receiver->LeastCorrection(*giver, grasp.fingers, grasp.wrist_from_object,
                                                  receiver_from_giver * grasp.wrist_from_object);
+    };
+    search.serves = [receiver, giver, receiver_from_giver](const Grasp& grasp) {
+      return receiver
+          ->TakeOver(giver->hand, grasp.fingers, grasp.wrist_from_object,
+                     receiver_from_giver * grasp.wrist_from_object)
+          .found;
     };
   }
 

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "solver/carry/first_grasp.h"
 
+#include <algorithm>
+#include <functional>
+#include <utility>
+#include <vector>
+
 #include <fmt/format.h>
 
 #include "geometry/rotation.h"
@@ -24,18 +29,22 @@ bool NothingToCarry(GraspStatus status) {
          status == GraspStatus::kNothingAtPlace || status == GraspStatus::kStopped;
 }
 
-// The clean grasp of most score with what it is also worth; `best` is that of most score.
-Grasp WorthMost(const HandModel& hand, const GraspReport& report,
-                const std::function<double(const Grasp&)>& also, const SignedDistance& surface,
-                Grasp best) {
-  double most = best.score + also(best);
+// The clean grasp of most score with what it is also worth, among those that serve.
+Grasp WorthMost(const HandModel& hand, const GraspReport& report, const FirstGraspOptions& options,
+                const SignedDistance& surface) {
+  constexpr std::size_t kMostAsked = 4;
+  std::vector<std::pair<double, const Grasp*>> clean;
   for (const GraspReport::Candidate& candidate : report.candidates) {
     if (!candidate.refused.empty()) continue;
-    const double worth = candidate.grasp.score + also(candidate.grasp);
-    if (!(worth > most)) continue;
-    most = worth;
-    best = candidate.grasp;
+    clean.emplace_back(candidate.grasp.score + options.also(candidate.grasp), &candidate.grasp);
   }
+  std::ranges::stable_sort(clean, std::greater(), &std::pair<double, const Grasp*>::first);
+  std::size_t chosen = 0;
+  while (options.serves && chosen < std::min(clean.size(), kMostAsked) &&
+         !options.serves(*clean[chosen].second)) {
+    ++chosen;
+  }
+  Grasp best = *clean[chosen < std::min(clean.size(), kMostAsked) ? chosen : 0].second;
   HandEvaluation evaluation = AtWrist(hand);
   const Eigen::Matrix3Xd in_object =
       best.wrist_from_object.inverse() * evaluation.At(best.fingers.data(), false).Vertices();
@@ -85,7 +94,7 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
   first.made = true;
   first.one = CloseHand(hand, mesh, object.solid.distance, grid, search, &report, progress);
   if (options.also && report.status == GraspStatus::kFound) {
-    first.one = WorthMost(hand, report, options.also, object.solid.distance, *first.one);
+    first.one = WorthMost(hand, report, options, object.solid.distance);
   }
   const Grasp& grasp = *first.one;
   // A hand that takes the object over has to touch it: what else meets it, and before, is told.

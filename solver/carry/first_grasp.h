@@ -46,6 +46,9 @@ struct FirstGraspOptions {
   std::optional<GraspUse> use;  ///< none: as people take it
   /// What a clean grasp is worth besides its score, such as what comes after; none: nothing.
   std::function<double(const Grasp&)> also = {};
+  /// With `also`: whether what comes after succeeds with a grasp. Slow, so that the few of most
+  /// worth are asked, and the first that serves is taken; none: all do.
+  std::function<bool(const Grasp&)> serves = {};
 };
 
 /// Closes a hand around the object in the clip's first frame, and writes fingers and object into
