@@ -406,8 +406,8 @@ class TransferSearch {
       if (any_ && !Touches(closed, evaluation)) continue;
       const GraspTransfer result = BestAttempt(candidate.method, closed);
       const bool near = Correction(result.grasp.wrist_from_object) < options_.small_correction_m;
-      if (near || !any_) Keep(result);
-      if (best_.found) return;
+      if (near || result.found || !any_) Keep(result);
+      if (near && best_.found) return;
     }
   }
 

@@ -2,6 +2,7 @@
 #include "solver/handover/hand_passage.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -24,8 +25,18 @@ constexpr double kDepthCost = 30.0;  // metres of retreat that a metre of depth 
 constexpr double kLeave = 8.0;       // m/s^2: no hand leaves faster
 constexpr double kRetreatStep = 0.003;
 constexpr int kRetreatSteps = 60;
-constexpr double kBump_s = 0.17;  // half of the time in which a retreat comes and goes
-constexpr double kOpening = 0.4;  // share of the passage in which fingers open
+constexpr double kBump_s = 0.17;   // half of the time in which a retreat comes and goes
+constexpr double kClear = 0.0005;  // metres: a way that leaves no more is taken
+
+// When what happens on the way out, in shares of `release_s` from the hold on: fingers are open;
+// the wrist sets out from its place on the object; it is on the clip's own way.
+struct Timing {
+  double open, leave, home;
+};
+// From the quickest on; later ones where fingers that still hold the object would sweep through it.
+constexpr std::array kTimings = {Timing{0.4, 0.2, 1.0}, Timing{0.4, 0.4, 1.2},
+                                 Timing{0.7, 0.35, 1.4}, Timing{0.7, 0.7, 1.7},
+                                 Timing{1.0, 0.8, 2.0}};
 
 Isometry3d WristOf(const HandModel& hand, const JointPose& pose, const Vector3d& trans) {
   HandState state(hand);
@@ -70,28 +81,46 @@ class Passage {
     const int length = Length();
     if (length == 0) return;
     TakeGrasp();
-    for (int k = 1; k <= length; ++k) frames_.push_back(FrameAt(k));
-    const Vector3d away = frames_[std::min(blend_, length) - 1].object_from_wrist.translation() -
-                          grasp_.wrist_from_object.inverse().translation();
-    const Vector3d to_clip = away.norm() > 0.01 ? Vector3d(away.normalized()) : approach_.retreat;
-    double least = std::numeric_limits<double>::infinity();
-    std::vector<double> best;
-    for (const Vector3d& line :
-         {approach_.retreat, Vector3d((approach_.retreat + to_clip).normalized()), to_clip}) {
-      const double cost = Retreat(line);
-      if (!(cost < least)) continue;
-      least = cost;
-      line_ = line;
-      best.clear();
-      for (const PassageFrame& frame : frames_) best.push_back(frame.retreat);
+    Way best;
+    for (const Timing& timing : kTimings) {
+      if (timing.home > 1.0 && Frames(timing.home) > length) continue;
+      timing_ = timing;
+      frames_.clear();
+      for (int k = 1; k <= length; ++k) frames_.push_back(FrameAt(k));
+      BetterWay(best);
+      if (best.depth <= kClear) break;
     }
-    for (std::size_t k = 0; k < frames_.size(); ++k) {
-      frames_[k].retreat = best[k];
-      Apply(frames_[k]);
-    }
+    line_ = best.line;
+    for (const PassageFrame& frame : best.frames) Apply(frame);
   }
 
  private:
+  struct Way {
+    double cost = std::numeric_limits<double>::infinity();
+    double depth = cost;  // most, metres
+    Vector3d line = Vector3d::UnitZ();
+    std::vector<PassageFrame> frames;
+  };
+
+  int Frames(double share) const { return static_cast<int>(std::lround(share * blend_)); }
+
+  // That of frames_ along the best line, where it costs less.
+  void BetterWay(Way& best) {
+    const std::size_t out = std::min(frames_.size(), static_cast<std::size_t>(blend_)) - 1;
+    const Vector3d away = frames_[out].object_from_wrist.translation() -
+                          grasp_.wrist_from_object.inverse().translation();
+    const Vector3d to_clip = away.norm() > 0.01 ? Vector3d(away.normalized()) : approach_.retreat;
+    for (const Vector3d& line :
+         {approach_.retreat, Vector3d((approach_.retreat + to_clip).normalized()), to_clip}) {
+      const double cost = Retreat(line);
+      if (!(cost < best.cost)) continue;
+      best = {cost, 0.0, line, frames_};
+      for (const PassageFrame& frame : frames_) {
+        best.depth = std::max(best.depth, TooDeep(frame, line, frame.retreat));
+      }
+    }
+  }
+
   bool Holds(int t) const { return (clip_.holding_hand[t] & HoldingBit(side_)) != 0; }
 
   // Frames without the hold, up to the middle of those before the next one.
@@ -140,13 +169,13 @@ class Passage {
   }
 
   PassageFrame FrameAt(int k) {
-    const int opening = std::max(1, static_cast<int>(std::lround(kOpening * blend_)));
+    const int leave = Frames(timing_.leave);
     PassageFrame frame;
     frame.t = edge_ + step_ * k;
     const FingerPose own = FingersOf(source_.pose[frame.t], side_);
-    const double opened = MinimumJerk(static_cast<double>(k) / (opening + 1));
+    const double opened = MinimumJerk(static_cast<double>(k) / (Opening() + 1));
     const double home =
-        MinimumJerk(static_cast<double>(k - opening / 2) / (blend_ + 1 - opening / 2));
+        MinimumJerk(static_cast<double>(k - leave) / (Frames(timing_.home) + 1 - leave));
     frame.fingers = ClosingFingers(approach_, grasp_, 1.0 - opened);
     frame.fingers += home * (own - frame.fingers);
     frame.skin = SkinOf(frame.fingers);
@@ -182,6 +211,8 @@ class Passage {
     }
     return deepest;
   }
+
+  int Opening() const { return std::max(1, Frames(timing_.open)); }
 
   // How much deeper than in the hold itself, metres; other fingers are soft and give way.
   double TooDeep(const PassageFrame& frame, const Vector3d& line, double retreat) const {
@@ -236,7 +267,7 @@ class Passage {
       double most = needed[k];
       for (std::size_t j = 0; j < frames_.size(); ++j) {
         // While fingers open, the hand does not go because of what comes after.
-        const int opening = std::max(1, static_cast<int>(std::lround(kOpening * blend_)));
+        const int opening = Opening();
         const int from_hold = static_cast<int>(j) + 1;
         const double width =
             std::min(bump_, from_hold > opening ? from_hold - opening + 1 : from_hold);
@@ -282,6 +313,7 @@ class Passage {
   Grasp grasp_;
   HandApproach approach_;
   Depth own_;
+  Timing timing_ = kTimings[0];
   Vector3d line_ = Vector3d::UnitZ();
   std::vector<PassageFrame> frames_;
 };
