@@ -9,7 +9,7 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
-#include "solver/markers/solve_markers.h"
+#include "solver/markers/marker_json.h"
 
 namespace holdfast::apps {
 namespace {
@@ -27,66 +27,17 @@ std::optional<MarkerUp> UpOf(const std::string& name) {
   return std::nullopt;
 }
 
-std::vector<std::string_view> JointNames(const std::vector<int>& joints) {
-  std::vector<std::string_view> names;
-  for (const int joint : joints) names.push_back(kJointNames[static_cast<std::size_t>(joint)]);
-  return names;
-}
-
-nlohmann::json MarkerJson(const SolvedMarker& marker) {
-  return {{"name", marker.site.name},
-          {"tie", MarkerTieName(marker.site.tie)},
-          {"joint", kJointNames[static_cast<std::size_t>(marker.site.joint)]},
-          {"place_in_joint_m", {marker.place.x(), marker.place.y(), marker.place.z()}},
-          {"skin_vertex", marker.skin.vertex},
-          {"skin_height_mm", 1e3 * marker.skin.height_m},
-          {"in_static", marker.in_static},
-          {"frames_seen", marker.seen},
-          {"longest_gap_frames", marker.longest_gap},
-          {"outlier_frames", marker.outliers},
-          {"swapped_frames", marker.swapped},
-          {"rms_mm", marker.seen > 0 ? nlohmann::json(marker.rms_mm) : nlohmann::json()}};
-}
-
 nlohmann::json MetricsOf(const SolveCommand& options, const SolvedRecording& solved,
                          double solve_ms) {
-  const MarkerReport& report = solved.report;
   nlohmann::json metrics = JsonHead("holdfast/solve/1", options.common);
   metrics["options"] = {
       {"recording", options.recording}, {"static", options.still}, {"markers", options.table},
       {"body", options.body},           {"up", options.up},        {"posture", options.posture}};
   metrics["frames"] = solved.clip.NumFrames();
   metrics["frame_rate_hz"] = solved.clip.frame_rate;
-  metrics["rms_mm"] = report.rms_mm;
-  metrics["worst_marker"] = {{"name", report.worst_marker}, {"rms_mm", report.worst_rms_mm}};
-  metrics["markers"] = nlohmann::json::array();
-  for (const SolvedMarker& marker : report.markers)
-    metrics["markers"].push_back(MarkerJson(marker));
-  metrics["unused_names"] = report.unused;
-  metrics["never_seen"] = report.never_seen;
-  metrics["unmarked_joints"] = JointNames(report.unmarked);
-  metrics["swaps"] = nlohmann::json::array();
-  for (const auto& swap : report.faults.swaps) {
-    metrics["swaps"].push_back(
-        {{"frame", swap.frame},
-         {"markers", {report.markers[swap.a].site.name, report.markers[swap.b].site.name}}});
-  }
-  metrics["outliers"] = nlohmann::json::array();
-  for (const auto& outlier : report.faults.outliers) {
-    metrics["outliers"].push_back({{"frame", outlier.frame},
-                                   {"marker", report.markers[outlier.marker].site.name},
-                                   {"off_mm", 1e3 * outlier.off_m}});
-  }
-  const Eigen::Matrix3d R = report.world.world_from_recording;
-  metrics["world"] = {
-      {"up", MarkerUpName(report.world.up)},
-      {"scale", report.world.scale},
-      {"rotation",
-       {{R(0, 0), R(0, 1), R(0, 2)}, {R(1, 0), R(1, 1), R(1, 2)}, {R(2, 0), R(2, 1), R(2, 2)}}},
-      {"lift_m", report.lift_m},
-      {"facing_deg", report.world.facing_rad / kDegree}};
-  metrics["solve"] = {{"iterations", report.iterations},
-                      {"converged", report.converged},
+  metrics.update(MarkerReportJson(solved.report));
+  metrics["solve"] = {{"iterations", solved.report.iterations},
+                      {"converged", solved.report.converged},
                       {"solve_ms", solve_ms},
                       {"frames_per_s", 1e3 * solved.clip.NumFrames() / solve_ms}};
   return metrics;
@@ -112,7 +63,10 @@ std::string Text(const SolveCommand& options, const SolvedRecording& solved, dou
     text += fmt::format("  the unit was wrong: positions times {:g}\n", report.world.scale);
   }
   if (!report.unmarked.empty()) {
-    text += fmt::format("  not marked, at rest: {}\n", fmt::join(JointNames(report.unmarked), " "));
+    text += "  not marked, at rest:";
+    for (const int joint : report.unmarked)
+      text += fmt::format(" {}", kJointNames[static_cast<std::size_t>(joint)]);
+    text += '\n';
   }
   if (!report.unused.empty()) {
     text += fmt::format("  names not known, not used: {}\n", fmt::join(report.unused, " "));

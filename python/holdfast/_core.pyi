@@ -282,6 +282,18 @@ def refine(
     progress: _Progress = None,
 ) -> RefineResult: ...
 
+def read_markers(path: _Path) -> dict[str, Any]: ...
+def solve_markers(
+    recording: Union[_Path, dict[str, Any]],
+    *,
+    static: Union[_Path, dict[str, Any], None] = None,
+    table: Optional[_Path] = None,
+    up: str = "auto",
+    posture: str = "seated",
+    body: Optional[BodyModel] = None,
+    progress: _Progress = None,
+) -> tuple[Clip, dict[str, Any]]: ...
+
 class GraspResult:
     @property
     def clip(self) -> Clip: ...

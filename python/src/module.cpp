@@ -23,4 +23,5 @@ PYBIND11_MODULE(_core, module) {
   hf::BindReport(module);
   hf::BindConvert(module);
   hf::BindExport(module);
+  hf::BindMarkers(module);
 }

@@ -11,8 +11,10 @@
 ///   marker_calibration.h  shape, and where each marker really sits
 ///   marker_track.h        poses of all frames at once; labels put right
 ///   solve_markers.h       SolveMarkers: the whole
+///   marker_json.h         its report as metrics.json has it
 #include "solver/markers/marked_person.h"
 #include "solver/markers/marker_calibration.h"
+#include "solver/markers/marker_json.h"
 #include "solver/markers/marker_names.h"
 #include "solver/markers/marker_track.h"
 #include "solver/markers/marker_world.h"

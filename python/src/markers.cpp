@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/markers/marker_recording.h"
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "geometry/error.h"
+#include "python/src/fit.h"
+#include "python/src/numpy.h"
+#include "python/src/run.h"
+#include "solver/markers/marker_json.h"
+
+namespace holdfast::python {
+namespace {
+
+using namespace py::literals;
+
+py::dict RecordingDict(const std::filesystem::path& path) {
+  const MarkerRecording recording = RunAside([path] { return ReadMarkers(path); });
+  const py::ssize_t frames = recording.NumFrames(), markers = recording.NumMarkers();
+  return py::dict(
+      "names"_a = recording.names, "rate_hz"_a = recording.rate_hz,
+      "positions"_a = Rows(recording.positions).reshape({frames, markers, py::ssize_t{3}}),
+      "unit"_a = recording.unit, "format"_a = std::string(MarkerFormatName(recording.format)));
+}
+
+// NaN in all three where a marker is not seen.
+Eigen::MatrixXd MarkerPositions(const py::handle& value, std::size_t markers,
+                                const std::string& name) {
+  const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
+  if (!array) {
+    PyErr_Clear();
+    throw py::type_error(
+        fmt::format("{}: expected numbers (T, M, 3), got {}", name, TypeText(value)));
+  }
+  if (array.ndim() != 3 || array.shape(1) != static_cast<py::ssize_t>(markers) ||
+      array.shape(2) != 3 || array.shape(0) == 0) {
+    throw py::value_error(fmt::format(
+        "{}: expected an array (T, {}, 3), metres, one marker a name, NaN where it is not seen",
+        name, markers));
+  }
+  Eigen::MatrixXd positions =
+      Eigen::Map<const Eigen::MatrixXd>(array.data(), 3 * array.shape(1), array.shape(0));
+  for (double& x : positions.reshaped()) {
+    if (std::isinf(x)) throw py::value_error(name + ": expected finite numbers or NaN, got inf");
+  }
+  for (Eigen::Index t = 0; t < positions.cols(); ++t) {
+    for (std::size_t m = 0; m < markers; ++m) {
+      auto place = positions.block<3, 1>(static_cast<Eigen::Index>(3 * m), t);
+      if (place.hasNaN()) place.setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+  return positions;
+}
+
+MarkerRecording RecordingOf(const py::object& given, const char* name) {
+  if (IsPath(given)) {
+    const auto path = py::module_::import("os").attr("fspath")(given).cast<std::filesystem::path>();
+    return RunAside([path] { return ReadMarkers(path); });
+  }
+  if (!py::isinstance<py::dict>(given)) {
+    throw py::type_error(fmt::format(
+        "{}: expected a file of markers, or a dict with names, positions and rate_hz as "
+        "read_markers() gives, got {}",
+        name, TypeText(given)));
+  }
+  const auto dict = given.cast<py::dict>();
+  for (const char* key : {"names", "positions", "rate_hz"}) {
+    if (!dict.contains(key)) throw py::value_error(fmt::format("{}: has no '{}'", name, key));
+  }
+  MarkerRecording recording;
+  const auto names = dict["names"].cast<std::vector<std::string>>();
+  if (names.empty())
+    throw py::value_error(fmt::format("{}['names']: expected one name or more", name));
+  SetMarkerNames(names, fmt::format("{}['names']", name), recording);
+  recording.rate_hz = dict["rate_hz"].cast<double>();
+  RequirePositive(recording.rate_hz, "rate_hz");
+  recording.positions =
+      MarkerPositions(dict["positions"], names.size(), fmt::format("{}['positions']", name));
+  recording.unit = "m";
+  recording.metres_per_unit = 1.0;
+  return recording;
+}
+
+py::tuple Solve(const py::object& recording, const py::object& still,
+                const std::optional<std::filesystem::path>& table, const std::string& up,
+                const std::string& posture, const py::object& body, const py::object& progress) {
+  SolveMarkersOptions options;
+  if (up != "auto") {
+    options.up = Choice<MarkerUp>(up, "up",
+                                  {{"x", MarkerUp::kX},
+                                   {"y", MarkerUp::kY},
+                                   {"z", MarkerUp::kZ},
+                                   {"-x", MarkerUp::kMinusX},
+                                   {"-y", MarkerUp::kMinusY},
+                                   {"-z", MarkerUp::kMinusZ}});
+  }
+  options.posture = Choice<RestPosture>(
+      posture, "posture", {{"seated", RestPosture::kSeated}, {"standing", RestPosture::kStanding}});
+  const ModelPtr model = ModelOf(body);
+  const MarkerRecording trial = RecordingOf(recording, "recording");
+  std::optional<MarkerRecording> resting;
+  if (!still.is_none()) resting = RecordingOf(still, "static");
+  if (table) options.table = MarkerTable::Read(*table, JointOfVertices(model));
+  const std::string where =
+      IsPath(recording) ? py::str(recording).cast<std::string>() : std::string("recording");
+  SolvedRecording solved;
+  RunWithProgress(progress, [&](const StagedProgress& go_on) {
+    solved = SolveMarkers(trial, resting ? &*resting : nullptr, model, options, where, go_on);
+  });
+  if (!solved.report.converged) throw FitFailure(where + ": the solve failed");
+  return py::make_tuple(std::make_shared<Clip>(std::move(solved.clip)),
+                        ToPython(MarkerReportJson(solved.report)));
+}
+
+}  // namespace
+
+void BindMarkers(py::module_& module) {
+  module.def(
+      "read_markers", &RecordingDict, "path"_a,
+      "Labelled markers of a C3D, TRC, Vicon CSV or Qualisys TSV file, gzipped or not, as a "
+      "dict: 'names' (list of M), 'positions' (T, M, 3) metres in the file's axes, NaN where "
+      "a marker is not seen, 'rate_hz', 'unit' of the file, 'format'. Raises Error for a "
+      "file that is none of these or malformed.\n\n"
+      "    drink = holdfast.read_markers('drink.c3d')");
+  module.def(
+      "solve_markers", &Solve, "recording"_a, py::kw_only(), "static"_a = py::none(),
+      "table"_a = py::none(), "up"_a = "auto", "posture"_a = "seated", "body"_a = py::none(),
+      "progress"_a = py::none(),
+      "Labelled optical markers to a body in motion: shape and places of the markers first (as "
+      "MoSh, Loper et al. 2014), then poses of all frames, labels put right.\n\n"
+      "recording: a file, or a dict as of read_markers() ('names', 'positions' (T, M, 3) metres, "
+      "'rate_hz'). static: a recording, in either form, of the same person and markers at rest. "
+      "table: a .csv of names (name,joint,vertex,cluster) in place of the known ones. up: 'auto', "
+      "'x', 'y', 'z', '-x', '-y' or '-z', the recording's. posture: of legs without markers, "
+      "'seated' or 'standing'. body: a BodyModel; None: the embedded one. progress: callable "
+      "(stage, done, total); False stops. Returns (Clip, dict): T frames at the recording's rate, "
+      "z "
+      "up, and what became of the markers ('rms_mm', 'markers', 'swaps', 'outliers', "
+      "'unmarked_joints'). Raises Error for names that are not known and for recordings that tell "
+      "no pose, FitFailure, Stopped.\n\n"
+      "    clip, told = holdfast.solve_markers('drink.c3d', static='rest.c3d')");
+}
+
+}  // namespace holdfast::python

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+#include "solver/markers/marker_json.h"
+
+#include <string_view>
+#include <vector>
+
+#include "geometry/body/skeleton.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+std::vector<std::string_view> JointNames(const std::vector<int>& joints) {
+  std::vector<std::string_view> names;
+  for (const int joint : joints) names.push_back(kJointNames[static_cast<std::size_t>(joint)]);
+  return names;
+}
+
+nlohmann::json MarkerJson(const SolvedMarker& marker) {
+  return {{"name", marker.site.name},
+          {"tie", MarkerTieName(marker.site.tie)},
+          {"joint", kJointNames[static_cast<std::size_t>(marker.site.joint)]},
+          {"place_in_joint_m", {marker.place.x(), marker.place.y(), marker.place.z()}},
+          {"skin_vertex", marker.skin.vertex},
+          {"skin_height_mm", 1e3 * marker.skin.height_m},
+          {"in_static", marker.in_static},
+          {"frames_seen", marker.seen},
+          {"longest_gap_frames", marker.longest_gap},
+          {"outlier_frames", marker.outliers},
+          {"swapped_frames", marker.swapped},
+          {"rms_mm", marker.seen > 0 ? nlohmann::json(marker.rms_mm) : nlohmann::json()}};
+}
+
+}  // namespace
+
+nlohmann::json MarkerReportJson(const MarkerReport& report) {
+  nlohmann::json json;
+  json["rms_mm"] = report.rms_mm;
+  json["worst_marker"] = {{"name", report.worst_marker}, {"rms_mm", report.worst_rms_mm}};
+  json["markers"] = nlohmann::json::array();
+  for (const SolvedMarker& marker : report.markers) {
+    json["markers"].push_back(MarkerJson(marker));
+  }
+  json["unused_names"] = report.unused;
+  json["never_seen"] = report.never_seen;
+  json["unmarked_joints"] = JointNames(report.unmarked);
+  json["swaps"] = nlohmann::json::array();
+  for (const auto& swap : report.faults.swaps) {
+    json["swaps"].push_back(
+        {{"frame", swap.frame},
+         {"markers", {report.markers[swap.a].site.name, report.markers[swap.b].site.name}}});
+  }
+  json["outliers"] = nlohmann::json::array();
+  for (const auto& outlier : report.faults.outliers) {
+    json["outliers"].push_back({{"frame", outlier.frame},
+                                {"marker", report.markers[outlier.marker].site.name},
+                                {"off_mm", 1e3 * outlier.off_m}});
+  }
+  const Eigen::Matrix3d R = report.world.world_from_recording;
+  json["world"] = {
+      {"up", MarkerUpName(report.world.up)},
+      {"scale", report.world.scale},
+      {"rotation",
+       {{R(0, 0), R(0, 1), R(0, 2)}, {R(1, 0), R(1, 1), R(1, 2)}, {R(2, 0), R(2, 1), R(2, 2)}}},
+      {"lift_m", report.lift_m},
+      {"facing_deg", report.world.facing_rad / kDegree}};
+  return json;
+}
+
+}  // namespace holdfast
