@@ -16,25 +16,12 @@
 #include "solver/terms/hand/temporal.h"
 #include "solver/terms/hand/wrist_prior.h"
 #include "solver/unknowns/rotation_manifold.h"
+#include "solver/unknowns/stop_when_asked.h"
 
 namespace holdfast {
 namespace {
 
 constexpr double kTurnLever = 0.1;  // metres: what a turn counts as in E_a
-
-class StopWhenAsked final : public ceres::IterationCallback {
- public:
-  StopWhenAsked(const std::function<bool(int, int)>& progress, int most)
-      : progress_(progress), most_(most) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    return !progress_ || progress_(summary.iteration, most_) ? ceres::SOLVER_CONTINUE
-                                                             : ceres::SOLVER_ABORT;
-  }
-
- private:
-  const std::function<bool(int, int)>& progress_;
-  int most_;
-};
 
 // One Ceres problem over all frames, wrists from where `fitted` has them.
 class WholeClip {

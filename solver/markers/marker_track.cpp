@@ -4,31 +4,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include <ceres/iteration_callback.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
 #include "solver/terms/body/pose_acceleration.h"
+#include "solver/unknowns/stop_when_asked.h"
 
 namespace holdfast {
 namespace {
 
 constexpr double kOutlier_m = 0.03;  // beyond it, and six times what is usual for the marker
 constexpr double kSwap_m = 0.02;     // both of a pair, and twice as far as from each other's place
-
-class StopTracking final : public ceres::IterationCallback {
- public:
-  StopTracking(const std::function<bool(int, int)>& progress, int most)
-      : progress_(progress), most_(most) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    return !progress_ || progress_(summary.iteration, most_) ? ceres::SOLVER_CONTINUE
-                                                             : ceres::SOLVER_ABORT;
-  }
-
- private:
-  const std::function<bool(int, int)>& progress_;
-  int most_;
-};
 
 double MedianOf(std::vector<double> values) {
   if (values.empty()) return 0.0;
@@ -101,7 +87,7 @@ MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& ca
   options.function_tolerance = 1e-4;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
-  StopTracking stop(progress, max_iterations);
+  StopWhenAsked stop(progress, max_iterations);
   options.callbacks.push_back(&stop);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);

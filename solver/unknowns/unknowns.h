@@ -6,6 +6,7 @@
 ///
 /// From the inside out:
 ///   quiet_ceres.h        no messages, exit 1 instead of abort
+///   stop_when_asked.h    progress of a solve, and its end when asked
 ///   rotation_manifold.h  unit quaternions as SO(3), tangent in radians
 ///   vertex_term.h        terms of hand vertices, in Gauss-Newton form
 ///   skin_term.h          terms with a row per skin point
@@ -20,4 +21,5 @@
 #include "solver/unknowns/quiet_ceres.h"
 #include "solver/unknowns/rotation_manifold.h"
 #include "solver/unknowns/skin_term.h"
+#include "solver/unknowns/stop_when_asked.h"
 #include "solver/unknowns/vertex_term.h"
