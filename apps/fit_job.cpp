@@ -298,7 +298,7 @@ Outcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& 
 
   TellConvergence(report.fit, common);
   nlohmann::json metrics = MetricsOf(job, report, *object, loaded.body, notes, common);
-  const nlohmann::json summary = metrics["summary"];
+  const nlohmann::json summary = FitSummaryJson(report.fit, report.contact);  // timings too
   if (!WriteResult(job, report, *object, loaded.body, metrics, folder, common)) {
     return {kInterrupted, {}, {}};
   }

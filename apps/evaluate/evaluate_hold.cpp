@@ -240,7 +240,7 @@ void AddEvaluateHold(CLI::App& evaluate, int& exit_code) {
   AddCommonOptions(*command, options->common, true,
                    "  holdfast evaluate hold sphere\n"
                    "  holdfast evaluate hold mug --film trial.gif -o trial.json\n"
-                   "  holdfast evaluate hold mug --count 50\n");
+                   "  holdfast evaluate hold mug --count 10\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 
