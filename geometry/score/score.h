@@ -13,6 +13,8 @@
 ///   contact_track.h        contact from frame to frame
 ///   ball_tree.h            points in balls; private
 ///   exact_intersection.h   exact volumes of two solids
+///   clipped_volume.h       exact volumes from clipped faces; private
+///   clearance_memory.h     distances carried from frame to frame; private
 ///   hand_object_score.h    one hand and object, a clip
 ///   own_body_score.h       object and arms in the own body
 ///   contact_score.h        all hands of a clip together
