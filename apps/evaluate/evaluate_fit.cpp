@@ -10,6 +10,7 @@
 
 #include "apps/clip_input.h"
 #include "apps/job_list.h"
+#include "geometry/conventions/series.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/read_json.h"
@@ -94,12 +95,6 @@ std::optional<double> Value(const Study& study, const FitRow& row) {
   }
   if (count == 0) return std::nullopt;
   return row.factor * (row.of == FitRow::Of::kMean ? sum / count : *worst);
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  std::ranges::sort(values);
-  return values[values.size() / 2];
 }
 
 std::string Table(const std::map<std::string, Study>& studies, const HandoverStudy& handovers) {

@@ -7,6 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "geometry/conventions/series.h"
+
 namespace holdfast {
 namespace {
 
@@ -15,13 +17,6 @@ nlohmann::json Column(const std::vector<Frame>& frames, const Get& get) {
   nlohmann::json values = nlohmann::json::array();
   for (const Frame& frame : frames) values.push_back(get(frame));
   return values;
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "geometry/conventions/series.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
@@ -71,11 +72,6 @@ HandView View(const Clip& clip, const HandModel& hand, const DistanceGrid& objec
     }
   });
   return view;
-}
-
-double Median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
 }
 
 // How far the object is, in each frame, from where this hand holds it in the nearest frames that it

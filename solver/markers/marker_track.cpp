@@ -7,6 +7,7 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
+#include "geometry/conventions/series.h"
 #include "solver/terms/body/pose_acceleration.h"
 #include "solver/unknowns/stop_when_asked.h"
 
@@ -15,13 +16,6 @@ namespace {
 
 constexpr double kOutlier_m = 0.03;  // beyond it, and six times what is usual for the marker
 constexpr double kSwap_m = 0.02;     // both of a pair, and twice as far as from each other's place
-
-double MedianOf(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 // Distance of each seen marker from where the body carries it.
 std::vector<std::vector<double>> Distances(const Eigen::MatrixXd& carried,
@@ -141,7 +135,7 @@ MarkerFaults RepairMarkers(const Eigen::MatrixXd& carried, std::vector<SeenMarke
   }
   std::vector<double> most;
   for (std::vector<double>& values : of_marker) {
-    most.push_back(std::max(kOutlier_m, 6.0 * MedianOf(std::move(values))));
+    most.push_back(std::max(kOutlier_m, 6.0 * Median(std::move(values))));
   }
   for (std::size_t t = 0; t < frames.size(); ++t) {
     SeenMarkers kept;
