@@ -5,7 +5,6 @@
 #include <chrono>
 #include <map>
 #include <memory>
-#include <numbers>
 #include <optional>
 
 #include <fmt/format.h>
@@ -19,6 +18,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
+#include "geometry/rotation.h"
 #include "solver/carry/carry.h"
 #include "solver/carry/carry_json.h"
 
@@ -61,6 +61,7 @@ nlohmann::json FitOptionsJson(const FitJob& job) {
                             {"soft_tissue_mm", 1e3 * fit.soft_tissue_m},
                             {"contact_threshold_mm", job.contact_threshold_mm},
                             {"keep_motion", job.keep_motion},
+                            {"drink", job.drink},
                             {"precision", job.precision},
                             {"max_iterations", fit.max_iterations}};
   options.update(WeightsJson(fit));
@@ -106,6 +107,7 @@ CarryOptions ToLibrary(const FitJob& job, const CommonOptions& common) {
   options.style = StyleByName(job.style);
   options.use = UseByName(job.use);
   options.keep_motion = job.keep_motion;
+  options.drink = job.drink;
   options.hand_over = job.offhand;
   options.handover = job.handover;
   options.recipe = job.recipe == "paper"       ? FitRecipe::kPaper
@@ -165,6 +167,17 @@ std::string SwitchesText(const nlohmann::json& switches) {
   return text;
 }
 
+std::string DrinkText(const CarryReport& report) {
+  if (!report.drunk) return {};
+  const DrinkTimes& times = report.drink->times;
+  return fmt::format(
+      "  drinks             frames {} to {}; rim {:.0f} mm from the mouth in frame {}, tilted "
+      "{:.0f} "
+      "deg\n",
+      times.lift, times.put_down, 1e3 * report.drunk->rim_from_mouth_m, times.drink,
+      report.drunk->tilt_rad / kDegree);
+}
+
 void RemoveTimings(nlohmann::json& metrics) {
   metrics["grasp"].erase("search_ms");
   metrics["summary"].erase("solve_ms_median");
@@ -198,6 +211,7 @@ nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const Pre
   metrics["options"] = FitOptionsJson(job);
   metrics["held_by"] = HandsText(report.held_by);
   metrics["grasp"] = FirstGraspJson(report.grasp);
+  if (report.drunk) metrics["drink"] = DrinkJson(report.drink, *report.drunk);
   if (report.grasp.one && job.place.Given()) {
     metrics["grasp"]["contacts_outside_place_ratio"] = report.grasp.one->outside_place;
     metrics["grasp"]["from_point_mm"] = 1000.0 * report.grasp.one->from_place_m;
@@ -307,10 +321,10 @@ Outcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& 
   Outcome outcome;
   outcome.exit_code = summary["frames_failed"] > 0 ? kFitFault : kDone;
   outcome.text = fmt::format(
-      "{}/clip.npz: {} held by {} through {} frames\n{}{}{}  whole fit {:.2f} s, grasp search "
+      "{}/clip.npz: {} held by {} through {} frames\n{}{}{}{}  whole fit {:.2f} s, grasp search "
       "included\n",
       job.output, object->object.name, HandsText(report.held_by), report.fit.frames.size(),
-      SummaryText(summary, job.protocol), ClearanceText(report.clearance),
+      SummaryText(summary, job.protocol), ClearanceText(report.clearance), DrinkText(report),
       SwitchesText(metrics["switches"]),
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   metrics.erase("per_frame");

@@ -40,6 +40,7 @@ struct FitJob {
   bool regrasp = false;      ///< a new grasp even if the clip has one of this object
   bool keep_grasp = false;   ///< the clip's own even if it is another object's
   bool keep_motion = false;  ///< arms do not give way to the body
+  bool drink = false;        ///< the clip's person drinks: into the hand that does
   bool offhand = false;      ///< the object changes hands: `handover` says what is known of it
   HandoverSearchOptions handover;
   bool write_report = true;

@@ -3,8 +3,18 @@
 #include "apps/completion.h"
 #include "apps/program.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 int main(int argc, char** argv) {
   using namespace holdfast::apps;
+#ifdef __GLIBC__
+  // Megabytes that come and go with every block of frames stay with the process: pages given back
+  // are cleared before they are given out again.
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 256 << 20);
+#endif
   CLI::App app{
       "holdfast: fits objects to moving human hands, and human motion to goals.\n\n"
       "  holdfast fit demo_drink mug -o held      # an object held through a motion\n"

@@ -52,8 +52,8 @@ void AddTrainCommand(CLI::App& app, int&) {
         arguments, [](const std::string& word) { return word == "--help" || word == "-h"; });
     if (asks && !std::filesystem::exists(Program())) {
       fmt::print(
-          "Trains the networks of 'reach' (wandr) and 'synthesize' (imos, recogniser). But {}. "
-          "{}\n",
+          "Train the networks of 'reach' (wandr) and 'synthesize' (imos, recogniser)\n"
+          "Usage: holdfast train NETWORK [OPTIONS]\n\nBut {}. {}\n",
           kAbsent, kRemedy);
       return;
     }

@@ -2,6 +2,7 @@
 #include "apps/evaluate/evaluate_markers.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <map>
 
@@ -9,8 +10,14 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/gzip.h"
+#include "geometry/io/mesh/load_object.h"
 #include "geometry/parallel.h"
+#include "geometry/rotation.h"
+#include "geometry/score/contact_score.h"
+#include "solver/carry/carry_json.h"
 #include "solver/evaluation/marker_study.h"
+#include "solver/markers/marker_json.h"
 
 namespace holdfast::apps {
 namespace {
@@ -19,10 +26,18 @@ namespace fs = std::filesystem;
 
 struct MarkersCommand {
   CommonOptions common;
-  std::string folder, body, csv;
+  std::string folder, body, csv, object, object_markers, cup;
   int every = 1;
   MarkerStudyOptions study;
 };
+
+bool IsRecording(const fs::path& path) {
+  std::string name = path.filename().string();
+  if (name.ends_with(".gz")) name.resize(name.size() - 3);
+  return std::ranges::any_of(std::array{".c3d", ".trc", ".csv", ".tsv"},
+                             [&](const char* ending) { return name.ends_with(ending); }) &&
+         MarkerFormatOf(ReadGzipHead(path, 1024)).has_value();
+}
 
 // Recordings of the folder and those below it, by name; "..._static..." is the static trial of the
 // others beside it.
@@ -30,16 +45,12 @@ std::vector<MarkerTrial> Trials(const fs::path& folder, int every) {
   std::map<fs::path, std::shared_ptr<const MarkerRecording>> still;
   std::vector<fs::path> files;
   if (!fs::is_directory(folder)) {
-    throw Error(folder.string(), "is no folder",
+    throw Error(folder.string(), "is not a folder",
                 "Give one with recordings and a ..._static... file for each person");
   }
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    if (!entry.is_regular_file() || name.find(".csv") == std::string::npos ||
-        entry.path().parent_path() == folder) {
-      continue;
-    }
-    if (name.find("_static") != std::string::npos) {
+    if (!entry.is_regular_file() || !IsRecording(entry.path())) continue;
+    if (entry.path().filename().string().find("_static") != std::string::npos) {
       still[entry.path().parent_path()] =
           std::make_shared<const MarkerRecording>(ReadMarkers(entry.path()));
     } else {
@@ -53,75 +64,118 @@ std::vector<MarkerTrial> Trials(const fs::path& folder, int every) {
     trials.push_back(
         {name.substr(0, name.find('.')), ReadMarkers(files[k]), still[files[k].parent_path()]});
   }
-  if (trials.empty()) {
-    throw Error(folder.string(), "holds no recordings in folders of people", "Check the path");
-  }
+  if (trials.empty()) throw Error(folder.string(), "holds no recordings", "Check the path");
   return trials;
 }
 
-// What all trials come to.
-struct Sums {
-  MarkerErrors residual, left_out, gap, change;
-  const MarkerTrialResult *worst = nullptr, *worst_change = nullptr, *slowest = nullptr;
-  std::map<std::string, MarkerErrors> of_left_out;
-  double seconds = 0.0, core_s = 0.0;
-  int faults = 0;
-};
-
-double Speed(const MarkerTrialResult& row) { return row.frames / row.core_s; }
-
-Sums SumsOf(const std::vector<MarkerTrialResult>& rows) {
-  Sums sums;
-  for (const MarkerTrialResult& row : rows) {
-    if (!row.fault.empty()) {
-      ++sums.faults;
-      continue;
-    }
-    sums.residual += row.residual;
-    sums.gap += row.gap;
-    sums.change += row.change;
-    for (const auto& left : row.left_out) {
-      sums.left_out += left.errors;
-      sums.of_left_out[left.marker] += left.errors;
-    }
-    sums.seconds += row.frames / row.rate_hz;
-    sums.core_s += row.core_s;
-    if (!sums.worst || row.residual.Rms_mm() > sums.worst->residual.Rms_mm()) sums.worst = &row;
-    if (!sums.worst_change || row.change.Rms_mm() > sums.worst_change->change.Rms_mm()) {
-      sums.worst_change = &row;
-    }
-    if (!sums.slowest || Speed(row) < Speed(*sums.slowest)) sums.slowest = &row;
-  }
-  return sums;
+std::string TouchText(const MarkerTrialResult& row) {
+  const TouchStudy& touch = *row.touches;
+  return fmt::format(
+      "{}: {} touches by markers, {} found ({} more), {} kept by refine\n"
+      "deeper than {:g} mm: {} of {} frames solved (deepest {:.1f} mm), {} refined ({:.1f} mm)\n",
+      row.name, touch.touches.size(), touch.found, touch.more, touch.kept, kDeep_mm,
+      touch.deep_solved, touch.frames, touch.deepest_solved_mm, touch.deep_refined,
+      touch.deepest_refined_mm);
 }
 
-std::string Table(const std::vector<MarkerTrialResult>& rows, const Sums& sums) {
+std::string Table(const std::vector<MarkerTrialResult>& rows, const MarkerStudySums& sums) {
   std::string text;
   for (const MarkerTrialResult& row : rows) {
     if (!row.fault.empty()) text += fmt::format("{}: {}\n", row.name, row.fault);
+    if (row.touches) text += TouchText(row);
   }
-  if (sums.worst == nullptr) return text + "no trial was solved\n";
-  text += fmt::format("{} trials solved, {:.1f} minutes\n", rows.size() - sums.faults,
-                      sums.seconds / 60.0);
+  if (sums.solved == 0) return text + "no trial was solved\n";
+  const MarkerTrialResult &worst = rows[*sums.worst], &change = rows[*sums.worst_change],
+                          &slowest = rows[*sums.slowest];
+  text += fmt::format("{} trials solved, {:.1f} minutes\n", sums.solved, sums.seconds / 60.0);
   text += fmt::format(
       "marker residual               {:6.1f} mm   worst trial {} {:.1f} mm ({} {:.1f} mm)\n",
-      sums.residual.Rms_mm(), sums.worst->name, sums.worst->residual.Rms_mm(),
-      sums.worst->worst_marker, sums.worst->worst_rms_mm);
+      sums.residual.Rms_mm(), worst.name, worst.residual.Rms_mm(), worst.worst_marker,
+      worst.worst_rms_mm);
   if (!sums.of_left_out.empty()) {
-    const auto worst = std::ranges::max_element(
+    const auto marker = std::ranges::max_element(
         sums.of_left_out, {}, [](const auto& entry) { return entry.second.Rms_mm(); });
     text += fmt::format("a marker left out             {:6.1f} mm   worst marker {} {:.1f} mm\n",
-                        sums.left_out.Rms_mm(), worst->first, worst->second.Rms_mm());
+                        sums.left_out.Rms_mm(), marker->first, marker->second.Rms_mm());
   }
-  text += fmt::format("gaps                          {:6.1f} mm\n", sums.gap.Rms_mm());
-  text += fmt::format(
-      "outliers and a swapped pair   {:6.1f} mm   worst trial {} {:.1f} mm (up to {:.0f} mm)\n",
-      sums.change.Rms_mm(), sums.worst_change->name, sums.worst_change->change.Rms_mm(),
-      sums.worst_change->change_max_mm);
+  if (sums.gap.count > 0) {
+    text += fmt::format("gaps                          {:6.1f} mm\n", sums.gap.Rms_mm());
+  }
+  if (sums.change.count > 0) {
+    text += fmt::format(
+        "outliers and a swapped pair   {:6.1f} mm   worst trial {} {:.1f} mm (up to {:.0f} mm)\n",
+        sums.change.Rms_mm(), change.name, change.change.Rms_mm(), change.change_max_mm);
+  }
   text += fmt::format("frames a second on one core   {:6.0f}      slowest trial {} {:.0f}\n",
-                      sums.seconds / sums.core_s * sums.slowest->rate_hz, sums.slowest->name,
-                      Speed(*sums.slowest));
+                      sums.seconds / sums.core_s * slowest.rate_hz, slowest.name, slowest.Speed());
   return text;
+}
+
+nlohmann::json TouchesJson(const std::optional<TouchStudy>& study) {
+  if (!study) return nullptr;
+  return {{"by_markers", study->touches},
+          {"found", study->found},
+          {"kept", study->kept},
+          {"without_marker", study->more},
+          {"frames_deeper_than_2_mm", study->deep_solved},
+          {"frames_deeper_than_2_mm_refined", study->deep_refined},
+          {"max_penetration_depth_mm", study->deepest_solved_mm},
+          {"max_penetration_depth_refined_mm", study->deepest_refined_mm}};
+}
+
+// Those who drink, with a cup.
+struct Drinks {
+  int trials = 0, at_mouth = 0;
+  double worst_mm = 0.0, mean_mm = 0.0, lean_deg = 0.0, wrist_mm = 0.0, in_hand_mm = 0.0;
+  int no_clean_grasp = 0, in_body_frames = 0;
+};
+
+Drinks DrinksOf(const std::vector<MarkerTrialResult>& rows) {
+  constexpr double kAtMouth_mm = 20.0;
+  Drinks drinks;
+  for (const MarkerTrialResult& row : rows) {
+    if (!row.drink) continue;
+    const double off_mm = 1e3 * row.drunk.rim_from_mouth_m;
+    ++drinks.trials;
+    drinks.at_mouth += off_mm < kAtMouth_mm;
+    drinks.mean_mm += off_mm;
+    drinks.worst_mm = std::max(drinks.worst_mm, off_mm);
+    drinks.lean_deg = std::max(drinks.lean_deg, row.drunk.lean_rad / kDegree);
+    drinks.wrist_mm = std::max(drinks.wrist_mm, 1e3 * row.drink->wrist_shift_m);
+    drinks.in_hand_mm = std::max(drinks.in_hand_mm, row.in_hand_mm);
+    drinks.no_clean_grasp += row.drink->status != GraspStatus::kFound;
+    drinks.in_body_frames += row.in_body_frames;
+  }
+  if (drinks.trials > 0) drinks.mean_mm /= drinks.trials;
+  return drinks;
+}
+
+std::string HeadText(const std::vector<MarkerTrialResult>& rows) {
+  int frames = 0, before = 0, after = 0;
+  double worst_before = 0.0, worst = 0.0;
+  for (const MarkerTrialResult& row : rows) {
+    frames += row.frames;
+    before += row.head.deep_before;
+    after += row.head.deep;
+    worst_before = std::max(worst_before, 1e3 * row.head.worst_before_m);
+    worst = std::max(worst, 1e3 * row.head.worst_m);
+  }
+  return fmt::format(
+      "hand in an unmarked head      {:6} of {} frames deeper than 2 mm, up to {:.0f} mm; before "
+      "it "
+      "gives way {}, up to {:.0f} mm\n",
+      after, frames, worst, before, worst_before);
+}
+
+std::string DrinkText(const Drinks& drinks) {
+  return fmt::format(
+      "rim from the mouth            {:6.1f} mm   {} of {} trials within 20 mm, worst {:.1f} mm\n"
+      "  a cup that stands leans by up to {:.1f} deg, wrists leave the solve's by up to {:.0f} mm\n"
+      "  skin in the cup up to {:.1f} mm (mean of a trial's frames), {} grasps not clean, {} "
+      "frames "
+      "deeper than 2 mm in the body\n",
+      drinks.mean_mm, drinks.at_mouth, drinks.trials, drinks.worst_mm, drinks.lean_deg,
+      drinks.wrist_mm, drinks.in_hand_mm, drinks.no_clean_grasp, drinks.in_body_frames);
 }
 
 nlohmann::json RowJson(const MarkerTrialResult& row) {
@@ -137,13 +191,27 @@ nlohmann::json RowJson(const MarkerTrialResult& row) {
           {"gap_rms_mm", row.gap.Rms_mm()},
           {"faults_change_rms_mm", row.change.Rms_mm()},
           {"faults_change_max_mm", row.change_max_mm},
-          {"core_s", row.core_s}};
+          {"core_s", row.core_s},
+          {"head", HeadReportJson(row.head)},
+          {"drink", DrinkJson(row.drink, row.drunk)},
+          {"touches", TouchesJson(row.touches)}};
+}
+
+std::string DrinkCells(const MarkerTrialResult& row) {
+  if (!row.drink) return ",,,,,,,";
+  return fmt::format("{:.2f},{:.1f},{:.2f},{:.1f},{:.1f},{:.1f},{:.2f},{}",
+                     1e3 * row.drunk.rim_from_mouth_m, row.drunk.tilt_rad / kDegree,
+                     row.drunk.lean_rad / kDegree, 1e3 * row.drink->wrist_shift_m,
+                     row.drink->wrist_turn_rad / kDegree, row.drink->head.turned_rad / kDegree,
+                     row.in_hand_mm, row.in_body_frames);
 }
 
 std::string Csv(const std::vector<MarkerTrialResult>& rows) {
   std::string text =
       "trial,frames,rms_mm,worst_marker,worst_marker_rms_mm,left_out,left_out_rms_mm,gap_rms_mm,"
-      "faults_change_rms_mm,faults_change_max_mm,core_s\n";
+      "faults_change_rms_mm,faults_change_max_mm,hand_in_head_frames_before,hand_in_head_frames,"
+      "rim_from_mouth_mm,tilt_deg,lean_on_table_deg,wrist_shift_max_mm,wrist_turn_max_deg,"
+      "head_turn_max_deg,skin_in_cup_mm,in_body_frames,core_s\n";
   for (const MarkerTrialResult& row : rows) {
     MarkerErrors left;
     std::string names;
@@ -151,10 +219,11 @@ std::string Csv(const std::vector<MarkerTrialResult>& rows) {
       left += out.errors;
       names += (names.empty() ? "" : " ") + out.marker;
     }
-    text += fmt::format("{},{},{:.3f},{},{:.3f},{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f}\n", row.name,
-                        row.frames, row.residual.Rms_mm(), row.worst_marker, row.worst_rms_mm,
-                        names, left.Rms_mm(), row.gap.Rms_mm(), row.change.Rms_mm(),
-                        row.change_max_mm, row.core_s);
+    text +=
+        fmt::format("{},{},{:.3f},{},{:.3f},{},{:.3f},{:.3f},{:.3f},{:.3f},{},{},{},{:.3f}\n",
+                    row.name, row.frames, row.residual.Rms_mm(), row.worst_marker, row.worst_rms_mm,
+                    names, left.Rms_mm(), row.gap.Rms_mm(), row.change.Rms_mm(), row.change_max_mm,
+                    row.head.deep_before, row.head.deep, DrinkCells(row), row.core_s);
   }
   return text;
 }
@@ -167,8 +236,17 @@ int Run(MarkersCommand options) {
     options.folder = (fs::path(data != nullptr ? data : "../shared/data") / "adl").string();
   }
   const std::vector<MarkerTrial> trials = Trials(options.folder, options.every);
+  if (!options.object.empty()) {
+    options.study.solve.object = ReadObjectMarkers(options.object_markers);
+    options.study.object =
+        std::make_shared<const PreparedObject>(PrepareObject(LoadObject(options.object)));
+  }
   options.study.seed = common.seed;
   options.study.threads = NumThreads(common);
+  if (!options.cup.empty()) {
+    options.study.cup = std::make_shared<const PreparedObject>(
+        PrepareObject(LoadObject(options.cup), 300, options.study.threads));
+  }
   Progress progress(common, "markers");
   std::vector<MarkerTrialResult> rows;
   try {
@@ -179,7 +257,8 @@ int Run(MarkersCommand options) {
   } catch (const WorkStopped&) {
     return kInterrupted;
   }
-  const Sums sums = SumsOf(rows);
+  const MarkerStudySums sums = SumsOf(rows);
+  const Drinks drinks = DrinksOf(rows);
   nlohmann::json json = JsonHead("holdfast/evaluate-markers/1", common);
   json["protocol"] = {{"left_out_per_trial", options.study.left_out},
                       {"gap_s", options.study.gap_s},
@@ -192,8 +271,10 @@ int Run(MarkersCommand options) {
   json["trials"] = nlohmann::json::array();
   for (const MarkerTrialResult& row : rows) json["trials"].push_back(RowJson(row));
   if (!options.csv.empty()) WriteAtomically(options.csv, Csv(rows));
-  PrintResult(common, json, Table(rows, sums));
-  return sums.worst == nullptr ? kFitFault : kDone;
+  std::string text = Table(rows, sums) + HeadText(rows);
+  if (drinks.trials > 0) text += DrinkText(drinks);
+  PrintResult(common, json, text);
+  return sums.solved == 0 ? kFitFault : kDone;
 }
 
 }  // namespace
@@ -203,22 +284,34 @@ void AddEvaluateMarkers(CLI::App& evaluate, int& exit_code) {
   CLI::App* command = evaluate.add_subcommand(
       "markers", "Solve recordings of markers whole, with markers left out, gaps and wrong labels");
   command->add_option("folder", options->folder,
-                      "Folders of people, each with recordings (CSV) and a ..._static... one "
-                      "[HOLDFAST_DATA/adl]");
+                      "Recordings, or folders of people, each with recordings and a ..._static... "
+                      "one [HOLDFAST_DATA/adl]");
   command->add_option("--body", options->body, "Body model in place of the embedded one");
+  CLI::Option* const object =
+      command->add_option("--object", options->object, "Mesh of an object in all of them: touches");
+  CLI::Option* const markers =
+      command->add_option("--object-markers", options->object_markers,
+                          "Table of the object's markers: name,x,y,z in the mesh's frame, metres");
+  object->needs(markers);
+  markers->needs(object);
   command->add_option("--csv", options->csv, "A row a trial, to this file");
   AddOption(*command, "--every", options->every, "Only every n-th trial", CLI::Range(1, 100'000));
   AddOption(*command, "--left-out", options->study.left_out,
             "Markers left out of each trial, one at a time; the next trial has the next ones",
             CLI::Range(0, 1'000));
+  command->add_option("--cup", options->cup,
+                      "A cup (mesh or embedded object) for the hands of those who drink: how near "
+                      "its rim comes to the mouth");
   AddOption(*command, "--gap", options->study.gap_s, "Length of gaps, seconds; 0: none",
             CLI::Range(0.0, 10.0));
   AddOption(*command, "--outliers", options->study.outlier_share,
             "Share of positions that are moved by 50 to 200 mm, with a swapped pair; 0: none",
             CLI::Range(0.0, 0.5));
-  AddCommonOptions(*command, options->common, true,
-                   "  holdfast evaluate markers recordings --csv trials.csv\n"
-                   "  holdfast evaluate markers recordings --every 12 --left-out 3\n");
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast evaluate markers recordings --csv trials.csv\n"
+      "  holdfast evaluate markers recordings --cup mug --left-out 0 --gap 0 --outliers 0\n"
+      "  holdfast evaluate markers recordings --every 12 --left-out 3\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -6,7 +6,10 @@
 
 #include "apps/common.h"
 #include "apps/result_folder.h"
+#include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/mesh/load_object.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/markers/marker_json.h"
@@ -18,6 +21,8 @@ struct SolveCommand {
   CommonOptions common;
   std::string recording, still, table, body, output;
   std::string up = "auto", posture = "seated";
+  std::string object, object_markers;
+  double object_scale = 1.0;
 };
 
 std::optional<MarkerUp> UpOf(const std::string& name) {
@@ -30,9 +35,15 @@ std::optional<MarkerUp> UpOf(const std::string& name) {
 nlohmann::json MetricsOf(const SolveCommand& options, const SolvedRecording& solved,
                          double solve_ms) {
   nlohmann::json metrics = JsonHead("holdfast/solve/1", options.common);
-  metrics["options"] = {
-      {"recording", options.recording}, {"static", options.still}, {"markers", options.table},
-      {"body", options.body},           {"up", options.up},        {"posture", options.posture}};
+  metrics["options"] = {{"recording", options.recording},
+                        {"static", options.still},
+                        {"markers", options.table},
+                        {"body", options.body},
+                        {"up", options.up},
+                        {"posture", options.posture},
+                        {"object", options.object},
+                        {"object_scale", options.object_scale},
+                        {"object_markers", options.object_markers}};
   metrics["frames"] = solved.clip.NumFrames();
   metrics["frame_rate_hz"] = solved.clip.frame_rate;
   metrics.update(MarkerReportJson(solved.report));
@@ -41,6 +52,39 @@ nlohmann::json MetricsOf(const SolveCommand& options, const SolvedRecording& sol
                       {"solve_ms", solve_ms},
                       {"frames_per_s", 1e3 * solved.clip.NumFrames() / solve_ms}};
   return metrics;
+}
+
+std::string ObjectText(const ObjectMarkerReport& object) {
+  int filled = 0;
+  for (const auto& [begin, end] : object.gaps) filled += end - begin;
+  std::string text = fmt::format(
+      "  object: {} markers off by {:.1f} mm; frames filled in: {} in {} gaps; outliers left out: "
+      "{}; swapped labels put right: {} frames\n",
+      object.markers.size(), object.rms_mm, filled, object.gaps.size(),
+      object.faults.outliers.size(), object.faults.swaps.size());
+  if (object.table_rms_mm) {
+    text += fmt::format("  object's markers are {:.1f} mm from the places told of them\n",
+                        *object.table_rms_mm);
+  }
+  return text;
+}
+
+// The object's markers, where any are told, and its mesh, where there is one.
+std::optional<LoadedObject> TakeObject(const SolveCommand& options,
+                                       const MarkerRecording& recording,
+                                       SolveMarkersOptions& solve) {
+  if (options.object_markers.empty()) {
+    if (options.object.empty()) return std::nullopt;
+    throw Error("--object", "a mesh alone does not tell where its markers are",
+                "Give a table of their places with --object-markers (name,x,y,z)");
+  }
+  solve.object = ObjectMarkersOf(options.object_markers, recording, options.recording);
+  if (options.object.empty()) return std::nullopt;
+  if (solve.object->places.cols() == 0) {
+    throw Error("--object-markers", "names alone do not tell where markers are on the mesh",
+                "Give a table of their places in its frame (name,x,y,z), or leave out --object");
+  }
+  return LoadObject(options.object, options.object_scale);
 }
 
 std::string Text(const SolveCommand& options, const SolvedRecording& solved, double solve_ms) {
@@ -71,6 +115,7 @@ std::string Text(const SolveCommand& options, const SolvedRecording& solved, dou
   if (!report.unused.empty()) {
     text += fmt::format("  names not known, not used: {}\n", fmt::join(report.unused, " "));
   }
+  if (report.object) text += ObjectText(*report.object);
   return text + fmt::format("  solved in {:.1f} s: {:.0f} frames a second\n", 1e-3 * solve_ms,
                             1e3 * frames / solve_ms);
 }
@@ -85,6 +130,7 @@ int Solve(const SolveCommand& options) {
   solve.up = UpOf(options.up);
   solve.posture = options.posture == "seated" ? RestPosture::kSeated : RestPosture::kStanding;
   if (!options.table.empty()) solve.table = MarkerTable::Read(options.table, JointOfVertices(body));
+  const std::optional<LoadedObject> object = TakeObject(options, recording, solve);
   StageProgress progress(options.common);
   const auto begin = std::chrono::steady_clock::now();
   SolvedRecording solved;
@@ -105,6 +151,12 @@ int Solve(const SolveCommand& options) {
   }
   if (!solved.report.converged) throw FitFailure(options.recording + ": the solve failed");
   const nlohmann::json metrics = MetricsOf(options, solved, solve_ms);
+  if (object) {
+    for (const std::string& note : object->notes) Note(options.common, "note: " + note);
+    solved.clip.object->name = object->name;
+    solved.clip.object->mesh = "object.ply";
+    WriteMesh(object->mesh, folder / "object.ply");
+  }
   WriteClip(solved.clip, folder / "clip.npz");
   WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
   folder.Commit();
@@ -124,13 +176,23 @@ void AddSolveCommand(CLI::App& app, int& exit_code) {
       ->add_option("recording", options->recording,
                    "Markers: C3D, TRC, Vicon CSV or Qualisys TSV, gzipped or not")
       ->required();
-  command->add_option("-o,--output", options->output, "Folder to make: clip.npz, metrics.json")
+  command
+      ->add_option("-o,--output", options->output,
+                   "Folder to make: clip.npz, metrics.json, object.ply of a mesh")
       ->required();
   command->add_option("--static", options->still,
                       "A recording of the same person and markers standing or sitting still: shape "
                       "and places of markers");
   command->add_option("--markers", options->table,
                       "Table of other names (CSV): name,joint,vertex,cluster");
+  command->add_option(
+      "--object-markers", options->object_markers,
+      "Markers of an object: a table (.csv) name,x,y,z of their places in its "
+      "mesh's frame, metres; or names alone: cup_top,cup_left,cup_right or 'cup_*'");
+  command->add_option("--object", options->object,
+                      "The object's mesh (.obj .ply .stl .off), or an embedded object");
+  AddOption(*command, "--object-scale", options->object_scale,
+            "Multiplies the object's coordinates (0.001 for millimetres)", CLI::PositiveNumber);
   command->add_option("--body", options->body,
                       "Body model in place of the embedded one: SMPL-X or SMPL-H, .npz or .pkl");
   AddOption(*command, "--up", options->up,
@@ -141,6 +203,7 @@ void AddSolveCommand(CLI::App& app, int& exit_code) {
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast solve drink.csv --static static.csv -o drinks\n"
+      "  holdfast solve drink.csv --object mug --object-markers mug.csv -o mug_drinks\n"
       "  holdfast solve drink.csv --markers names.csv --posture standing -o stands\n"
       "Names of docs/markers.md are known. What no marker shows rests, and is said.\n");
   command->callback([options, &exit_code] { exit_code = Solve(*options); });

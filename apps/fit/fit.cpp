@@ -42,11 +42,15 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
             "holdfast: all terms; paper: the three terms of IMoS; imos-code: what its "
             "authors' code does",
             CLI::IsMember({"holdfast", "paper", "imos-code"}));
+  command->add_flag("--drink", job.drink,
+                    "The person drinks: the cup stands on the table until the hand takes it, is at "
+                    "the mouth when the hand is, and is put back; neck and head come to its rim");
   AddFitJobOptions(*command, job);
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast fit demo_drink mug -o held\n"
       "  holdfast fit walk.npz banana.obj -o held_banana --hand left --json\n"
+      "  holdfast fit demo_drink mug -o drinks --drink\n"
       "  holdfast fit --batch list.txt -o fits\n"
       "  holdfast fit captured.npz phone -o held_phone --body SMPLX_NEUTRAL.npz --start 40\n");
   command->callback([options, &exit_code] {

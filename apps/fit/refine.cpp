@@ -25,7 +25,7 @@ struct RefineCommand {
   std::string output;
   std::string hand = "auto";
   int object_vertices = 300;
-  FitOptions fit = RefinementOptions();
+  FitOptions fit = RefinementDefaults();
   ContactProtocol protocol;
 };
 
@@ -71,6 +71,10 @@ std::string Text(const RefineCommand& options, const RefineReport& report) {
     text += fmt::format("  frames {}-{}: {} hand, {} (moves {:.1f} mm, {:.1f} degrees in it)\n",
                         hold.begin, hold.end - 1, SideName(hold.side),
                         hold.rigid ? "held firmly" : "slips", hold.movement_mm, hold.movement_deg);
+  }
+  for (const RefinedTouch& touch : result.touches) {
+    text += fmt::format("  frames {}-{}: {} hand touches it, and gives way\n", touch.begin,
+                        touch.end - 1, SideName(touch.side));
   }
   for (const RefinedRest& rest : result.rests) {
     text += fmt::format("  frames {}-{}: at rest, {:.3f} m above the ground\n", rest.begin,

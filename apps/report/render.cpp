@@ -12,7 +12,9 @@
 #include "apps/render_output.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
+#include "geometry/io/container/read_json.h"
 #include "geometry/io/container/text_scanner.h"
+#include "geometry/io/markers/marker_recording.h"
 #include "geometry/numbered_name.h"
 #include "geometry/parallel.h"
 #include "geometry/render/clip_renderer.h"
@@ -34,6 +36,7 @@ struct RenderCommand {
   std::string view;
   std::string size = "640x480";
   std::string sheet;
+  std::string markers;
   std::optional<int> frame;
   int every = 1;
   int supersampling = 2;
@@ -58,12 +61,38 @@ std::vector<Image> Draw(const ClipRenderer& renderer, const ClipRenderOptions& h
   return images;
 }
 
+// The markers of the recording that a folder was solved from, where solve put them in the world.
+Eigen::MatrixXd MeasuredMarkers(const fs::path& folder) {
+  const fs::path path = folder / "metrics.json";
+  const nlohmann::json metrics = ReadJson(path);
+  if (!metrics.is_object() || metrics.value("schema", "") != "holdfast/solve/1") {
+    throw Error(folder.string(), "is no folder that 'holdfast solve' made",
+                "Give one with its metrics.json");
+  }
+  return UseJson(path, [&] {
+    const nlohmann::json& world = metrics.at("world");
+    Eigen::Matrix3d R;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) R(i, j) = world.at("rotation").at(i).at(j).get<double>();
+    }
+    R *= world.at("scale").get<double>();
+    const Eigen::Vector3d lift(0.0, 0.0, world.at("lift_m").get<double>());
+    MarkerRecording recording =
+        ReadMarkers(metrics.at("options").at("recording").get<std::string>());
+    Eigen::Map<Eigen::Matrix3Xd> points(recording.positions.data(), 3,
+                                        recording.positions.size() / 3);
+    points = ((R * points).colwise() + lift).eval();
+    return recording.positions;
+  });
+}
+
 ClipRenderOptions HowToDraw(const RenderCommand& options, ClipView usual) {
   ClipRenderOptions how;
   std::tie(how.picture.width, how.picture.height) = *ParsePair(options.size);
   how.picture.supersampling = options.supersampling;
   how.view = options.view.empty() ? usual : *ParseClipView(options.view);
   how.show_contact = !options.no_contact;
+  if (!options.markers.empty()) how.markers = MeasuredMarkers(options.markers);
   if (options.azimuth_deg) how.azimuth_rad = *options.azimuth_deg * kDegree;
   if (options.elevation_deg) how.elevation_rad = *options.elevation_deg * kDegree;
   return how;
@@ -236,11 +265,16 @@ void AddRenderCommand(CLI::App& app, int& exit_code) {
   AddOption(*command, "--size", options->size, "Pixels of each picture", pair);
   AddOption(*command, "--supersampling", options->supersampling, "Samples per pixel and side",
             CLI::Range(1, 4));
+  command->add_option(
+      "--markers", options->markers,
+      "Folder that 'holdfast solve' made: the measured markers are drawn too, where "
+      "its recording is");
   command->add_flag("--no-contact", options->no_contact, "Do not colour where the hands touch");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast render demo_drink -o drink.png --sheet 6x2 --size 240x400\n"
                    "  holdfast render held -o hand_%03d.png --camera hand\n"
                    "  holdfast render held -o held.mp4 --size 1280x720 --camera follow\n"
+                   "  holdfast render solved -o solved.mp4 --markers solved\n"
                    "Amber: skin within 3 mm of the object. Red: skin inside it.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }

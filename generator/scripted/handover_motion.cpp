@@ -112,10 +112,10 @@ struct Script {
   double end_s = 0.0;
 };
 
-class ScriptWriter {
+class HandoverWriter {
  public:
-  ScriptWriter(const BodyMeasures& body, const HandoverGrasps& grasps,
-               const HandoverOptions& options)
+  HandoverWriter(const BodyMeasures& body, const HandoverGrasps& grasps,
+                 const HandoverOptions& options)
       : body_(body), grasps_(grasps), options_(options), draw_(options.seed) {
     // Heights above the ground that belong to this person.
     const auto height = [&](int joint) { return body.rest_joints(1, joint) - body.sole_y; };
@@ -403,7 +403,7 @@ HandoverMotion MakeHandoverMotion(const BodyMeasures& body, const HandoverGrasps
   HandoverOptions drawn = options;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     drawn.seed = options.seed + kSplitMixStep * static_cast<std::uint64_t>(attempt);
-    const Script script = ScriptWriter(body, grasps, drawn).Write();
+    const Script script = HandoverWriter(body, grasps, drawn).Write();
     std::optional<HandoverMotion> motion = Perform(body, grasps, drawn, script);
     if (motion) return *std::move(motion);
   }

@@ -57,50 +57,34 @@ void BodySurface::Build(const Eigen::VectorXd& betas, const Eigen::VectorXd& exp
 }
 
 void BodySurface::BuildPoseDirs() {
-  // One pass over the rows finds which vertices each joint moves; the second fills the blocks.
+  // Which vertices each joint moves first: most it does not.
   const BodyModelParts& parts = *model_->parts_;
   const std::size_t num_joints = parts.pose_joints.size();
   if (num_joints == 0) return;
-  std::vector<double> rows(3 * 9 * num_joints);
-  const auto load_rows = [&](int vertex) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      parts.pose_dirs.CopyRow(3 * static_cast<std::size_t>(vertex_ids_[vertex]) + c, 0,
-                              9 * num_joints, rows.data() + 9 * num_joints * c);
-    }
+  const auto row = [&](int vertex, std::size_t coordinate) {
+    return 3 * static_cast<std::size_t>(vertex_ids_[vertex]) + coordinate;
   };
-  using Rows =
-      Eigen::Map<const Eigen::Matrix<double, 3, 9, Eigen::RowMajor>, 0, Eigen::OuterStride<>>;
-  const auto of_joint = [&](std::size_t k) {
-    return Rows(rows.data() + 9 * k,
-                Eigen::OuterStride<>(static_cast<Eigen::Index>(9 * num_joints)));
-  };
-  const int n = NumVertices();
   std::vector<std::vector<int>> moved(num_joints);
-  for (int i = 0; i < n; ++i) {
-    load_rows(i);
+  for (int i = 0; i < NumVertices(); ++i) {
     for (std::size_t k = 0; k < num_joints; ++k) {
-      if (!of_joint(k).isZero(0.0)) moved[k].push_back(i);
-    }
-  }
-  std::vector<int> block_of_joint(num_joints, -1);
-  for (std::size_t k = 0; k < num_joints; ++k) {
-    if (moved[k].empty()) continue;
-    block_of_joint[k] = static_cast<int>(pose_dirs_.size());
-    PoseDirBlock block{parts.pose_joints[k], std::move(moved[k]), {}};
-    block.dirs.resize(3 * static_cast<Eigen::Index>(block.vertices.size()), 9);
-    pose_dirs_.push_back(std::move(block));
-  }
-  std::vector<Eigen::Index> filled(pose_dirs_.size(), 0);
-  for (int i = 0; i < n; ++i) {
-    load_rows(i);
-    for (std::size_t k = 0; k < num_joints; ++k) {
-      if (block_of_joint[k] < 0) continue;
-      PoseDirBlock& block = pose_dirs_[block_of_joint[k]];
-      Eigen::Index& next = filled[block_of_joint[k]];
-      if (next < static_cast<Eigen::Index>(block.vertices.size()) && block.vertices[next] == i) {
-        block.dirs.middleRows<3>(3 * next++) = of_joint(k);
+      for (std::size_t c = 0; c < 3; ++c) {
+        if (parts.pose_dirs.IsZero(row(i, c), 9 * k, 9)) continue;
+        moved[k].push_back(i);
+        break;
       }
     }
+  }
+  for (std::size_t k = 0; k < num_joints; ++k) {
+    if (moved[k].empty()) continue;
+    PoseDirBlock block{parts.pose_joints[k], std::move(moved[k]), {}};
+    block.dirs.resize(3 * static_cast<Eigen::Index>(block.vertices.size()), 9);
+    for (std::size_t m = 0; m < block.vertices.size(); ++m) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        parts.pose_dirs.CopyRow(row(block.vertices[m], c), 9 * k, 9,
+                                block.dirs.row(static_cast<Eigen::Index>(3 * m + c)).data());
+      }
+    }
+    pose_dirs_.push_back(std::move(block));
   }
 }
 

@@ -79,4 +79,16 @@ void LinearBasis::CopyRow(std::size_t row, std::size_t begin, std::size_t count,
   }
 }
 
+bool LinearBasis::IsZero(std::size_t row, std::size_t begin, std::size_t count) const {
+  const std::size_t first = row * columns_ + begin;
+  const auto zeros = [&](const auto& values) {
+    return std::ranges::all_of(values.subspan(first, count), [](auto x) { return x == 0; });
+  };
+  if (item_size_ == 8) return zeros(As<double>(*data_));
+  if (item_size_ == 4) return zeros(As<float>(*data_));
+  unsigned bits = 0;
+  for (const std::uint16_t half : As<std::uint16_t>(*data_).subspan(first, count)) bits |= half;
+  return (bits & 0x7fff) == 0;  // either zero
+}
+
 }  // namespace holdfast

@@ -23,6 +23,8 @@ class LinearBasis {
   std::size_t Columns() const { return columns_; }
   /// Row 3 v + coordinate, columns [begin, begin + count).
   void CopyRow(std::size_t row, std::size_t begin, std::size_t count, double* out) const;
+  /// Whether all of these are zeros.
+  bool IsZero(std::size_t row, std::size_t begin, std::size_t count) const;
 
  private:
   std::size_t item_size_ = 4;  // 2, 4 or 8 bytes: half, float or double

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 #include <span>
 
 #include <Eigen/Geometry>
@@ -35,8 +36,9 @@ double ShareOfArm(const BodySurface& body, int vertex, Side side, int first) {
 // Boxes around boxes around faces: which, from the rest pose; how large, from each pose.
 struct OwnBody::Tree {
   struct Node {
-    int second = 0;          // the first child stands behind its parent; 0: a leaf
-    int begin = 0, end = 0;  // of `faces`
+    int second = 0;                         // the first child stands behind its parent; 0: a leaf
+    int begin = 0, end = 0;                 // of `faces`
+    int first_corner = 0, last_corner = 0;  // of `corners`, for a leaf
   };
 
   std::vector<Eigen::Vector3i> faces;      // corners, leaf by leaf
@@ -44,6 +46,7 @@ struct OwnBody::Tree {
   std::vector<std::array<int, 3>> across;  // the face behind each edge; -1 at the rim
   std::vector<int> around_begin, around;   // faces at each vertex
   std::vector<Node> nodes;
+  std::vector<int> corners;  // of each leaf's faces, every vertex once
 
   void Build(const Eigen::Matrix3Xd& rest, std::vector<Eigen::Vector3i>& unordered) {
     std::vector<Eigen::Vector3d> centers;
@@ -54,6 +57,14 @@ struct OwnBody::Tree {
     std::iota(order.begin(), order.end(), 0);
     if (!order.empty()) Split(centers, order, 0, static_cast<int>(order.size()));
     for (const int f : order) faces.push_back(unordered[f]);
+    for (Node& node : nodes) {
+      if (node.second != 0) continue;
+      std::set<int> own;
+      for (int f = node.begin; f < node.end; ++f) own.insert(faces[f].begin(), faces[f].end());
+      node.first_corner = static_cast<int>(corners.size());
+      corners.insert(corners.end(), own.begin(), own.end());
+      node.last_corner = static_cast<int>(corners.size());
+    }
     Join(rest.cols());
   }
 
@@ -61,7 +72,7 @@ struct OwnBody::Tree {
   void Split(const std::vector<Eigen::Vector3d>& centers, std::vector<int>& order, int begin,
              int end) {
     const std::size_t node = nodes.size();
-    nodes.push_back({0, begin, end});
+    nodes.push_back({.begin = begin, .end = end});
     if (end - begin <= kFacesPerLeaf) return;
     Eigen::AlignedBox3d box;
     for (int i = begin; i < end; ++i) box.extend(centers[order[i]]);
@@ -137,7 +148,7 @@ std::vector<int> OwnBody::ForearmAndHand(const BodySurface& body, Side side, dou
 
 struct OwnBody::Posed::Impl {
   std::shared_ptr<const Tree> tree;
-  Eigen::Matrix3Xd vertices;
+  const Eigen::Matrix3Xd& vertices;
   double farthest2 = 0.0;                  // squared, metres
   std::vector<Eigen::AlignedBox3d> boxes;  // of the nodes; empty: too far to matter
 
@@ -222,10 +233,7 @@ struct OwnBody::Posed::Impl {
 
 OwnBody::Posed::Posed(const OwnBody& body, const Eigen::Matrix3Xd& vertices,
                       const Eigen::Vector3d& low, const Eigen::Vector3d& high, double margin_m) {
-  auto impl = std::make_unique<Impl>();
-  impl->tree = body.tree_;
-  impl->vertices = vertices;
-  impl->farthest2 = margin_m * margin_m;
+  std::unique_ptr<Impl> impl(new Impl{body.tree_, vertices, margin_m * margin_m, {}});
   const Eigen::AlignedBox3d asked(low, high);
   const Tree& tree = *body.tree_;
   impl->boxes.resize(tree.nodes.size());
@@ -236,8 +244,8 @@ OwnBody::Posed::Posed(const OwnBody& body, const Eigen::Matrix3Xd& vertices,
       box = impl->boxes[n + 1].merged(impl->boxes[node.second]);
       continue;
     }
-    for (int f = node.begin; f < node.end; ++f) {
-      for (const int v : tree.faces[f]) box.extend(vertices.col(v));
+    for (int k = node.first_corner; k < node.last_corner; ++k) {
+      box.extend(vertices.col(tree.corners[k]));
     }
     if (box.squaredExteriorDistance(asked) > impl->farthest2) box.setEmpty();
   }

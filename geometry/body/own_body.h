@@ -31,8 +31,9 @@ class OwnBody {
   /// The skin in one pose, near a box.
   class Posed {
    public:
-    /// `vertices` (3 x N): all of the body's, in the pose, metres, world. Faces farther than
-    /// `margin_m` from the box [low, high] are left out: points asked for lie within it.
+    /// `vertices` (3 x N, must outlive this): all of the body's, in the pose, metres, world. Faces
+    /// farther than `margin_m` from the box [low, high] are left out: points asked for lie within
+    /// it.
     Posed(const OwnBody& body, const Eigen::Matrix3Xd& vertices, const Eigen::Vector3d& low,
           const Eigen::Vector3d& high, double margin_m = 0.1);
     ~Posed();

@@ -19,10 +19,12 @@ const Eigen::Vector3d kObject(0.36, 0.52, 0.68);
 const Eigen::Vector3d kTable(0.62, 0.56, 0.48);
 const Eigen::Vector3d kTouching(0.98, 0.70, 0.15);
 const Eigen::Vector3d kInside(0.86, 0.08, 0.10);
+const Eigen::Vector3d kMarker(0.10, 0.55, 0.30);
 constexpr double kContactDistance = 0.003;  // metres
 constexpr double kFullDepth = 0.002;        // inside by this much is wholly red
 
 constexpr double kWalk = 1.0;  // metres
+constexpr double kMarkerRadius = 0.008;
 
 constexpr double kHandRadius = 0.17;  // what the hand view shows around the fingers, metres
 
@@ -31,6 +33,52 @@ TriangleMesh Placed(const TriangleMesh& mesh, const ObjectTrack& track, int fram
   TriangleMesh placed = mesh;
   placed.vertices = track.Pose(frame) * mesh.vertices;
   return placed;
+}
+
+// Spheres at the markers seen in a frame: octahedra divided twice.
+TriangleMesh Spheres(const Eigen::Ref<const Eigen::VectorXd>& markers) {
+  constexpr int kSteps = 4;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Eigen::Vector3i> faces;
+  for (int octant = 0; octant < 8; ++octant) {
+    const Eigen::Vector3d signs(octant & 1 ? -1 : 1, octant & 2 ? -1 : 1, octant & 4 ? -1 : 1);
+    const bool mirrored = signs.prod() < 0.0;
+    const auto add = [&](int i, int j) {
+      points.push_back(signs.cwiseProduct(Eigen::Vector3d(i, j, kSteps - i - j)).normalized());
+      return static_cast<int>(points.size()) - 1;
+    };
+    const auto face = [&](int a, int b, int c) {
+      faces.emplace_back(a, mirrored ? c : b, mirrored ? b : c);
+    };
+    for (int i = 0; i < kSteps; ++i) {
+      for (int j = 0; i + j < kSteps; ++j) {
+        face(add(i + 1, j), add(i, j + 1), add(i, j));
+        if (i + j + 1 < kSteps) face(add(i + 1, j), add(i + 1, j + 1), add(i, j + 1));
+      }
+    }
+  }
+  TriangleMesh spheres;
+  const auto n = static_cast<Eigen::Index>(points.size()),
+             m = static_cast<Eigen::Index>(faces.size());
+  Eigen::Index count = 0;
+  spheres.vertices.resize(3, n * markers.size() / 3);
+  spheres.faces.resize(3, m * markers.size() / 3);
+  for (Eigen::Index k = 0; k < markers.size(); k += 3) {
+    const Eigen::Vector3d at = markers.segment<3>(k);
+    if (!at.allFinite()) continue;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      spheres.vertices.col(count * n + i) =
+          at + kMarkerRadius * points[static_cast<std::size_t>(i)];
+    }
+    for (Eigen::Index f = 0; f < m; ++f) {
+      spheres.faces.col(count * m + f) =
+          faces[static_cast<std::size_t>(f)].array() + static_cast<int>(count * n);
+    }
+    ++count;
+  }
+  spheres.vertices.conservativeResize(3, count * n);
+  spheres.faces.conservativeResize(3, count * m);
+  return spheres;
 }
 
 void RequireTrack(const Clip& clip, const std::optional<ObjectTrack>& track, const char* what) {
@@ -151,12 +199,21 @@ Image ClipRenderer::Draw(int frame, const ClipRenderOptions& options) const {
     throw Error("render", fmt::format("no frame {}", frame),
                 fmt::format("The clip has frames 0 to {}", NumFrames() - 1));
   }
+  if (options.markers.size() > 0 && options.markers.cols() != NumFrames()) {
+    throw Error("render",
+                fmt::format("markers of {} frames for {}", options.markers.cols(), NumFrames()),
+                "Give the markers that the clip was solved from");
+  }
   BodyState state;
   Forward(surface_, clip_.pose[frame], clip_.trans.col(frame), state);
   const TriangleMesh body{state.vertices, surface_.Faces()};
   const Eigen::Matrix3Xd colours = BodyColours(state, frame, options.show_contact);
   std::vector<RenderItem> items = {{&body, kSkin, &colours}};
-  TriangleMesh object, table;
+  TriangleMesh object, table, markers;
+  if (options.markers.size() > 0) {
+    markers = Spheres(options.markers.col(frame));
+    items.push_back({&markers, kMarker, nullptr});
+  }
   if (object_) {
     object = Placed(*object_, *clip_.object, frame);
     items.push_back({&object, kObject, nullptr});

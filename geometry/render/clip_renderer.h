@@ -36,6 +36,8 @@ struct ClipRenderOptions {
   ClipView view = ClipView::kFront;
   std::optional<double> azimuth_rad, elevation_rad;  ///< in place of the view's own
   bool show_contact = true;
+  /// (3 M x T) measured markers, drawn as small spheres: world, metres; NaN where one is not seen.
+  Eigen::MatrixXd markers;
 };
 
 /// Pictures of a clip: the body, the object (and the table) where its track puts it, and on the

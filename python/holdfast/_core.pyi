@@ -208,6 +208,8 @@ class FitResult:
     @property
     def clearance(self) -> dict[str, Any]: ...
     @property
+    def drink(self) -> Optional[dict[str, Any]]: ...
+    @property
     def switches(self) -> list[dict[str, Any]]: ...
     @property
     def seconds(self) -> float: ...
@@ -230,6 +232,7 @@ def fit(
     regrasp: bool = False,
     keep_grasp: bool = False,
     keep_motion: bool = False,
+    drink: bool = False,
     recipe: str = "holdfast",
     solve: str = "sequential",
     weights: Optional[dict[str, float]] = None,
@@ -265,6 +268,8 @@ class RefineResult:
     @property
     def rests(self) -> list[dict[str, Any]]: ...
     @property
+    def touches(self) -> list[dict[str, Any]]: ...
+    @property
     def solve(self) -> dict[str, Any]: ...
     @property
     def object(self) -> _Mesh: ...
@@ -290,6 +295,9 @@ def solve_markers(
     table: Optional[_Path] = None,
     up: str = "auto",
     posture: str = "seated",
+    object: Optional[_Object] = None,
+    object_markers: Union[_Path, dict[str, Sequence[float]], None] = None,
+    object_scale: float = 1.0,
     body: Optional[BodyModel] = None,
     progress: _Progress = None,
 ) -> tuple[Clip, dict[str, Any]]: ...

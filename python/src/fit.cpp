@@ -104,7 +104,7 @@ void SetSolver(const std::string& recipe, const std::string& solve, const std::s
 CarriedPtr Fit(const py::object& clip, const py::object& object, const std::string& hand,
                const std::string& style, const std::string& use, const py::object& at,
                const py::object& region, const py::object& avoid, bool regrasp, bool keep_grasp,
-               bool keep_motion, const std::string& recipe, const std::string& solve,
+               bool keep_motion, bool drink, const std::string& recipe, const std::string& solve,
                const py::object& weights, double contact_threshold_mm, bool slip, bool hand_over,
                const std::string& first_hand, const py::object& switch_frames, int max_switches,
                double dwell_s, double object_scale, int object_vertices, int max_iterations,
@@ -124,6 +124,7 @@ CarriedPtr Fit(const py::object& clip, const py::object& object, const std::stri
   SetWeights(weights, options.fit);
   options.fit.slip = slip;
   options.keep_motion = keep_motion;
+  options.drink = drink;
   RequirePositive(object_scale, "object_scale");
   RequireBetween(object_vertices, "object_vertices", 4, 100'000);
   options.object_scale = object_scale;
@@ -173,7 +174,9 @@ side), 'dish' (level, by the rim), 'any' (wherever it is firmest), 'auto' (judge
 metres, scaled. region, avoid: parts of its surface to touch, or not, as (vertices, faces) or mesh
 file, scaled as the object is. regrasp: a new grasp even if the clip has one of this object;
 keep_grasp: the clip's own even if it is of another one. keep_motion: arms do not give way where
-object, hand or forearm go through the person's own body; 'clearance' of the result tells.
+object, hand or forearm go through the person's own body; 'clearance' of the result tells. drink: the person drinks; the cup stands on
+the table until the hand takes it, is at the mouth when the hand is, and is put back; neck and head
+come to its rim; 'drink' of the result tells.
 
 recipe: 'holdfast' (all terms), 'paper' (the three of IMoS), 'imos-code'. solve: 'sequential', or
 'batch' for all frames at once afterwards. weights: dict by term, such as {'penetration': 3000.0}.
@@ -285,6 +288,13 @@ void BindFitResult(py::module_& module) {
                              "(45,) and 'wrist_from_object' (4, 4), of both hands by 'right' and "
                              "'left'")
       .def_property_readonly(
+          "drink",
+          [](const CarriedClip& self) {
+            return ToPython(
+                DrinkJson(self.report.drink, self.report.drunk.value_or(DrinkMeasures{})));
+          },
+          "How the person drinks (fit(drink=True)): frames, millimetres, degrees; None for nobody.")
+      .def_property_readonly(
           "clearance",
           [](const CarriedClip& self) { return ToPython(ClearanceJson(self.report.clearance)); },
           "dict of numbers: how far the arms gave way to the body, and frames that are still in it")
@@ -351,9 +361,10 @@ void BindFit(py::module_& module) {
   module.def("fit", &Fit, "clip"_a, "object"_a = py::none(), py::kw_only(), "hand"_a = "auto",
              "style"_a = "auto", "use"_a = "auto", "at"_a = py::none(), "region"_a = py::none(),
              "avoid"_a = py::none(), "regrasp"_a = false, "keep_grasp"_a = false,
-             "keep_motion"_a = false, "recipe"_a = "holdfast", "solve"_a = "sequential",
-             "weights"_a = py::none(), "contact_threshold_mm"_a = 10.0, "slip"_a = false,
-             "hand_over"_a = false, "first_hand"_a = "auto", "switch_frames"_a = py::none(),
+             "keep_motion"_a = false, "drink"_a = false, "recipe"_a = "holdfast",
+             "solve"_a = "sequential", "weights"_a = py::none(), "contact_threshold_mm"_a = 10.0,
+             "slip"_a = false, "hand_over"_a = false, "first_hand"_a = "auto",
+             "switch_frames"_a = py::none(),
              "max_switches"_a = HandoverSearchOptions{}.max_switches,
              "dwell_s"_a = HandoverSearchOptions{}.dwell_s, "object_scale"_a = 1.0,
              "object_vertices"_a = kFitVertices, "max_iterations"_a = FitOptions{}.max_iterations,

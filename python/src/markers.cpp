@@ -90,9 +90,62 @@ MarkerRecording RecordingOf(const py::object& given, const char* name) {
   return recording;
 }
 
+ObjectMarkers PlacesOf(const py::dict& given) {
+  ObjectMarkers markers;
+  markers.places.resize(3, static_cast<Eigen::Index>(given.size()));
+  for (const auto& [name, value] : given) {
+    const auto place =
+        py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
+    if (!py::isinstance<py::str>(name) || !place || place.ndim() != 1 || place.shape(0) != 3) {
+      PyErr_Clear();
+      throw py::value_error("object_markers: expected names with three numbers each, metres");
+    }
+    const auto column = static_cast<Eigen::Index>(markers.names.size());
+    markers.names.push_back(name.cast<std::string>());
+    markers.places.col(column) = Eigen::Map<const Eigen::Vector3d>(place.data());
+  }
+  if (!markers.places.allFinite()) {
+    throw py::value_error("object_markers: expected finite places, metres");
+  }
+  return markers;
+}
+
+// Markers of an object, by a table's file, names, or a dict of places; its mesh where there is one.
+void SetObject(const py::object& object, const py::object& object_markers, double scale,
+               const MarkerRecording& recording, const std::string& where,
+               SolveMarkersOptions& options, std::optional<LoadedObject>& mesh) {
+  if (object_markers.is_none()) {
+    if (!object.is_none()) {
+      throw py::value_error(
+          "object_markers: expected a table (.csv) or a dict of places of the object's markers in "
+          "its mesh's frame, got None");
+    }
+    return;
+  }
+  if (py::isinstance<py::dict>(object_markers)) {
+    options.object = PlacesOf(object_markers.cast<py::dict>());
+  } else if (IsPath(object_markers)) {
+    const auto text = py::str(object_markers).cast<std::string>();
+    options.object = ObjectMarkersOf(text, recording, where);
+  } else {
+    throw py::type_error(
+        fmt::format("object_markers: expected a table (.csv), names or a dict of places, got {}",
+                    TypeText(object_markers)));
+  }
+  if (object.is_none()) return;
+  if (options.object->places.cols() == 0) {
+    throw py::value_error(
+        "object_markers: names alone do not tell where markers are on the mesh: expected a table "
+        "(.csv) or a dict of places");
+  }
+  mesh = ObjectOf(object, scale);
+}
+
 py::tuple Solve(const py::object& recording, const py::object& still,
                 const std::optional<std::filesystem::path>& table, const std::string& up,
-                const std::string& posture, const py::object& body, const py::object& progress) {
+                const std::string& posture, const py::object& object,
+                const py::object& object_markers, double object_scale, const py::object& body,
+                const py::object& progress) {
   SolveMarkersOptions options;
   if (up != "auto") {
     options.up = Choice<MarkerUp>(up, "up",
@@ -112,12 +165,16 @@ py::tuple Solve(const py::object& recording, const py::object& still,
   if (table) options.table = MarkerTable::Read(*table, JointOfVertices(model));
   const std::string where =
       IsPath(recording) ? py::str(recording).cast<std::string>() : std::string("recording");
+  std::optional<LoadedObject> mesh;
+  SetObject(object, object_markers, object_scale, trial, where, options, mesh);
   SolvedRecording solved;
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
     solved = SolveMarkers(trial, resting ? &*resting : nullptr, model, options, where, go_on);
   });
   if (!solved.report.converged) throw FitFailure(where + ": the solve failed");
-  return py::make_tuple(std::make_shared<Clip>(std::move(solved.clip)),
+  if (mesh) solved.clip.object->name = mesh->name;
+  return py::make_tuple(mesh ? WithSurface(std::move(solved.clip), mesh->mesh)
+                             : std::make_shared<Clip>(std::move(solved.clip)),
                         ToPython(MarkerReportJson(solved.report)));
 }
 
@@ -133,7 +190,8 @@ void BindMarkers(py::module_& module) {
       "    drink = holdfast.read_markers('drink.c3d')");
   module.def(
       "solve_markers", &Solve, "recording"_a, py::kw_only(), "static"_a = py::none(),
-      "table"_a = py::none(), "up"_a = "auto", "posture"_a = "seated", "body"_a = py::none(),
+      "table"_a = py::none(), "up"_a = "auto", "posture"_a = "seated", "object"_a = py::none(),
+      "object_markers"_a = py::none(), "object_scale"_a = 1.0, "body"_a = py::none(),
       "progress"_a = py::none(),
       "Labelled optical markers to a body in motion: shape and places of the markers first (as "
       "MoSh, Loper et al. 2014), then poses of all frames, labels put right.\n\n"
@@ -141,7 +199,12 @@ void BindMarkers(py::module_& module) {
       "'rate_hz'). static: a recording, in either form, of the same person and markers at rest. "
       "table: a .csv of names (name,joint,vertex,cluster) in place of the known ones. up: 'auto', "
       "'x', 'y', 'z', '-x', '-y' or '-z', the recording's. posture: of legs without markers, "
-      "'seated' or 'standing'. body: a BodyModel; None: the embedded one. progress: callable "
+      "'seated' or 'standing'. object_markers: a .csv (name,x,y,z) or a dict of places of an "
+      "object's "
+      "markers in its mesh's frame, metres, or their names ('cup_a,cup_b,cup_c'; 'cup_*' is all "
+      "that begin so): the clip has the object's pose. object: its mesh, a file, an embedded "
+      "object or (vertices, faces); "
+      "object_scale multiplies it. body: a BodyModel; None: the embedded one. progress: callable "
       "(stage, done, total); False stops. Returns (Clip, dict): T frames at the recording's rate, "
       "z "
       "up, and what became of the markers ('rms_mm', 'markers', 'swaps', 'outliers', "

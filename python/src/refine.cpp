@@ -105,6 +105,10 @@ nlohmann::json RestsOfRefined(const RefinedClip& self) {
   return HoldsJson(self.report.result)["rests"];
 }
 
+nlohmann::json TouchesOfRefined(const RefinedClip& self) {
+  return HoldsJson(self.report.result)["touches"];
+}
+
 py::dict DistanceDict(const RefinedClip& self) {
   const DataDistance& distance = self.report.distance;
   const auto array = [](const std::vector<double>& values) {
@@ -136,6 +140,9 @@ void BindRefine(py::module_& module) {
       .def_property_readonly(
           "rests", [](const RefinedClip& self) { return ToPython(RestsOfRefined(self)); },
           "list of dict: frames [begin, end) in which the object lies still")
+      .def_property_readonly(
+          "touches", [](const RefinedClip& self) { return ToPython(TouchesOfRefined(self)); },
+          "list of dict: frames [begin, end) in which a hand is at the object without moving it")
       .def_property_readonly(
           "solve",
           [](const RefinedClip& self) {

@@ -140,9 +140,9 @@ struct RenderArguments {
   std::optional<VideoFormat> video;
   ClipRenderOptions how;
   std::vector<int> frames;
-  int columns;
-  double frame_rate;
-  int threads;
+  int columns = 1;
+  double frame_rate = 1.0;
+  int threads = 1;
 };
 
 void WritePictures(const ClipRenderer& renderer, const RenderArguments& in,
@@ -191,13 +191,11 @@ void RenderTo(const py::object& clip, const std::filesystem::path& path, const p
               double object_scale, const py::object& body, std::pair<int, int> size,
               const std::string& camera, std::optional<int> frame, std::pair<int, int> sheet,
               std::optional<double> frame_rate, int threads, const py::object& progress) {
-  RenderArguments in{.path = path,
-                     .video = VideoFormatOf(path),
-                     .how = {},
-                     .frames = {},
-                     .columns = sheet.first,
-                     .frame_rate = 1.0,
-                     .threads = ThreadsOf(threads)};
+  RenderArguments in;
+  in.path = path;
+  in.video = VideoFormatOf(path);
+  in.columns = sheet.first;
+  in.threads = ThreadsOf(threads);
   RequirePicture(in, size, sheet);
   const ClipScene scene = SceneOf(clip, object, object_scale, body);
   const int count = scene.clip.NumFrames();

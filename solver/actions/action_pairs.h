@@ -9,6 +9,10 @@
 
 namespace holdfast {
 
+/// What hands choose from that carry an action: grasps of one hand, how many of them a grasp of the
+/// other hand is found for, and the vertices of the object that both are found on.
+inline constexpr int kGraspChoice = 14, kPairTries = 5, kPairVertices = 300;
+
 /// Two hands that can hold the object at once: what it changes hands with.
 struct GraspPair {
   Grasp right, left;

@@ -28,10 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr int kClipTries = 4;    // of a clip, before it is given up
-constexpr int kMostGrasps = 14;  // that a hand may choose from
-constexpr int kPairVertices = 300;
-constexpr int kPairTries = 5;  // grasps of a giving hand that a receiving one is found for
+constexpr int kClipTries = 4;  // of a clip, before it is given up
 constexpr std::uint64_t kStartSeed = 0x57A7, kGraspSeed = 0x6AA5;
 
 json ActionQualityJson(const ActionQuality& quality) {
@@ -215,14 +212,14 @@ class ActionSetMaker {
                 {"object", job.object},
                 {"mirrored", job.left},
                 {"seed", seed},
-                {"most", kMostGrasps}};
+                {"most", kGraspChoice}};
     const fs::path stem =
         folder_ / "grasps" /
         fmt::format("s{}_{}{}", job.subject + 1, job.object, job.left ? "_left" : "");
     std::vector<Grasp> right = KeptGrasps(stem.string() + ".json", key, 1, [&] {
       const ActionProp& prop = Prop(job);
       return FindActionGrasps(actor.Hand(Side::kRight),
-                              {prop.mesh, prop.surface, *prop.fit.distance}, seed, kMostGrasps);
+                              {prop.mesh, prop.surface, *prop.fit.distance}, seed, kGraspChoice);
     });
     std::vector<GraspPair> pairs;
     if (both) {

@@ -50,6 +50,7 @@ class Carrier {
   }
 
   CarryReport Run() {
+    if (options_.drink && !Serve()) return Ended(CarryStatus::kNoGrasp);
     needs_grasp_ = NeedsGrasp(clip_, object_.object, options_);
     if (options_.hand_over) RequireHands(*body_.model, kHoldsBoth);
     report_.holding = WhoHolds();
@@ -87,6 +88,20 @@ class Carrier {
   const BodySurface& WholeBody() {
     if (!surface_) surface_.emplace(body_.model, body_.betas);
     return *surface_;
+  }
+
+  // Puts the object into the hand that drinks: the clip's own from there on.
+  bool Serve() {
+    report_.drink = ServeDrink(body_, object_, options_.seed, clip_);
+    options_.hands = CarryHands::kAuto;
+    options_.grasp = GraspSource::kClips;
+    options_.place.reset();
+    report_.holding = Always(HoldingBit(report_.drink->times.side), clip_.pose.size());
+    report_.grasp.status = std::string(Describe(report_.drink->status));
+    if (report_.drink->status == GraspStatus::kNoCleanGrasp) {
+      report_.warnings.push_back(report_.grasp.status + ": the least bad grasp is carried on");
+    }
+    return report_.drink->status != GraspStatus::kNoRoom;
   }
 
   // Who is to hold an object that the clip does not have: who held the clip's own in most frames.
@@ -257,6 +272,10 @@ class Carrier {
     report_.contact = ScoreContact(
         MeasureHands(report_.clip, hands_, report_.holding.hands, object_.solid, options_.protocol,
                      [&](int done, int total) { return GoesOn("metrics", done, total); }));
+    if (!report_.drink) return;
+    report_.drunk =
+        MeasureDrink(report_.clip, report_.drink->times, WholeBody().RestJoints(),
+                     FindFaceMarks(WholeBody()), MarksOf(object_.object.name, object_.object.mesh));
   }
 
   void Warn() {

@@ -7,6 +7,8 @@
 /// From the inside out:
 ///   first_grasp.h     a grasp in the clip's first frame
 ///   standing_grasp.h  a grasp by a standing person, one frame
+///   cup_in_hand.h     a hand closed around something that stands
+///   drink.h           ServeDrink: a cup from the table to the mouth and back
 ///   carry.h           CarryObject: an object through a clip
 ///   refine.h          RefineCarried: a clip with its object cleaned
 ///   carry_json.h      fits, hand-overs and holds as metrics.json has them
@@ -23,6 +25,7 @@
 #include "geometry/progress.h"
 #include "geometry/score/contact_score.h"
 #include "geometry/score/hand_object_score.h"
+#include "solver/carry/drink.h"
 #include "solver/carry/first_grasp.h"
 #include "solver/clearance/clearance.h"
 #include "solver/fit/fit.h"
@@ -58,6 +61,9 @@ struct CarryOptions {
   /// Where hands take hold, with region and avoid of those that the object is handed to as well;
   /// none: wherever it suits. Its span is set here.
   std::optional<GraspPlace::Wanted> place;
+  /// The clip's person drinks: the object is put into the hand that does (ServeDrink); hands,
+  /// style, place and so on say nothing.
+  bool drink = false;
   bool hand_over = false;          ///< the object changes hands
   HandoverSearchOptions handover;  ///< what is known of that
   FitRecipe recipe = FitRecipe::kHoldfast;
@@ -83,6 +89,8 @@ struct CarryReport {
   std::uint8_t held_by = 0;  ///< bits of all hands that hold at some time
   HoldLabels holding;        ///< before the fit
   FirstGrasp grasp;
+  std::optional<DrinkReport> drink;    ///< with CarryOptions::drink
+  std::optional<DrinkMeasures> drunk;  ///< the same in the result
   std::vector<Handover> handovers;
   FitResult fit;              ///< its `clip` is moved to the one above
   ClearanceReport clearance;  ///< how the arms gave way to the body; recipe kHoldfast

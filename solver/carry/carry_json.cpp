@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "geometry/conventions/series.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -46,6 +47,22 @@ nlohmann::json FirstGraspJson(const FirstGrasp& first) {
     }
   }
   return json;
+}
+
+nlohmann::json DrinkJson(const std::optional<DrinkReport>& served, const DrinkMeasures& drunk) {
+  if (!served) return nullptr;
+  const DrinkReport& drink = *served;
+  return {{"hand", SideName(drink.times.side)},
+          {"lift_frame", drink.times.lift},
+          {"drink_frame", drink.times.drink},
+          {"put_down_frame", drink.times.put_down},
+          {"grasp_status", Describe(drink.status)},
+          {"wrist_shift_max_mm", 1e3 * drink.wrist_shift_m},
+          {"wrist_turn_max_deg", drink.wrist_turn_rad / kDegree},
+          {"head_turn_max_deg", drink.head.turned_rad / kDegree},
+          {"rim_from_mouth_mm", 1e3 * drunk.rim_from_mouth_m},
+          {"tilt_deg", drunk.tilt_rad / kDegree},
+          {"lean_on_table_deg", drunk.lean_rad / kDegree}};
 }
 
 nlohmann::json ContactJson(const ContactScore& contact) {
@@ -178,7 +195,11 @@ nlohmann::json HoldsJson(const RefineResult& result) {
   for (const RefinedRest& rest : result.rests) {
     rests.push_back({{"begin", rest.begin}, {"end", rest.end}, {"height_m", rest.height_m}});
   }
-  return {{"holds", holds}, {"rests", rests}};
+  nlohmann::json touches = nlohmann::json::array();
+  for (const RefinedTouch& touch : result.touches) {
+    touches.push_back({{"hand", SideName(touch.side)}, {"begin", touch.begin}, {"end", touch.end}});
+  }
+  return {{"holds", holds}, {"rests", rests}, {"touches", touches}};
 }
 
 }  // namespace holdfast

@@ -28,6 +28,9 @@ nlohmann::json FitSummaryJson(const FitResult& fit, const ContactScore& contact)
 nlohmann::json FitFramesJson(const FitResult& fit, const ContactScore& contact,
                              const ClearanceReport& clearance);
 
+/// How somebody drinks, and what came of it: frames, millimetres, degrees; null for nobody.
+nlohmann::json DrinkJson(const std::optional<DrinkReport>& drink, const DrinkMeasures& drunk);
+
 /// The hand-overs of a carried clip, a list as in metrics.json: frames, hands, confidence and the
 /// receiving hand's grasp.
 nlohmann::json SwitchesJson(const HoldLabels& holding, const std::vector<Handover>& handovers);
@@ -35,7 +38,7 @@ nlohmann::json SwitchesJson(const HoldLabels& holding, const std::vector<Handove
 /// How the arms gave way to the body, and what remains: numbers over the clip, units in the names.
 nlohmann::json ClearanceJson(const ClearanceReport& report);
 
-/// What a refinement found: {"holds": [...], "rests": [...]}, units in the names.
+/// What a refinement found: {"holds": [...], "rests": [...], "touches": [...]}, units in the names.
 nlohmann::json HoldsJson(const RefineResult& result);
 
 }  // namespace holdfast

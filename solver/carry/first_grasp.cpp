@@ -102,9 +102,9 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
   if (held_frames < clip.NumFrames()) {
     const Clip held = Slice(clip, 0, held_frames);
     constexpr int kFrames = 8;
-    first.through_body =
-        ShareBlocked(grid, grasp.wrist_from_object,
-                     BodyAroundWrist(held, body, hand.HandSide(), reach_m, kFrames, false));
+    const std::vector<Eigen::Matrix3Xd> around =
+        BodyAroundWrist(held, body, hand.HandSide(), reach_m, kFrames, false);
+    first.through_body = WristObstacles(around).ShareBlocked(grid, grasp.wrist_from_object);
   }
   first.status = std::string(Describe(report.status));
   first.search_ms = report.search_ms + report.closing_ms + report.refinement_ms;

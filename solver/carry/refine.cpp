@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -40,6 +41,21 @@ std::vector<std::uint8_t> WhoHoldsIn(const Clip& clip, const HandModel& right,
   return FindHolds(clip, right, left, object, search).hands;
 }
 
+// Whether the hand's skin is inside the object in any frame.
+bool GetsInto(const Clip& clip, const HandModel& hand, const DistanceGrid& object) {
+  HandState state(hand);
+  const std::vector<Eigen::Isometry3d> poses = ObjectPoses(clip);
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    state.SetBody(clip.pose[t], clip.trans.col(t));
+    state.Evaluate(FingersOf(clip.pose[t], hand.HandSide()), false);
+    const Eigen::Matrix3Xd skin = poses[static_cast<std::size_t>(t)].inverse() * state.Vertices();
+    for (Eigen::Index i = 0; i < skin.cols(); ++i) {
+      if (object.Linear(skin.col(i)) < 0.0) return true;
+    }
+  }
+  return false;
+}
+
 std::vector<const HandModel*> ThoseWhoHold(const HandModel& right, const HandModel& left,
                                            const std::vector<std::uint8_t>& holding,
                                            const BodyModel& body) {
@@ -51,10 +67,6 @@ std::vector<const HandModel*> ThoseWhoHold(const HandModel& right, const HandMod
     }
     RequireHands(body, bit);
     hands.push_back(hand);
-  }
-  if (hands.empty()) {
-    throw Error("the clip", "has an object that no hand holds in any frame",
-                "Say which hand does with --hand");
   }
   return hands;
 }
@@ -92,7 +104,17 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
   const HandModel left(body.model, body.betas, Side::kLeft);
   const std::vector<std::uint8_t> holding =
       WhoHoldsIn(clip, right, left, *object.fit.distance, options);
-  const std::vector<const HandModel*> hands = ThoseWhoHold(right, left, holding, *body.model);
+  std::vector<const HandModel*> hands = ThoseWhoHold(right, left, holding, *body.model);
+  for (const HandModel* hand : {&right, &left}) {  // or touch, where nobody holds
+    if (options.hands != RefineHands::kFound || std::ranges::any_of(holding, std::identity{})) {
+      break;
+    }
+    if (GetsInto(clip, *hand, *object.fit.distance)) hands.push_back(hand);
+  }
+  if (hands.empty()) {
+    throw Error("the clip", "has an object that no hand holds in any frame",
+                "Say which hand does with --hand");
+  }
 
   bool stopped = false;
   const auto telling = [&](const char* stage) {

@@ -22,9 +22,9 @@ enum class RefineHands {
 
 struct RefineOptions {
   RefineHands hands = RefineHands::kFound;
-  FitOptions fit = RefinementOptions();  ///< threads are those below
-  ContactProtocol protocol;              ///< of the measurements; threads are those below
-  int threads = 1;                       ///< the result does not depend on them
+  FitOptions fit = RefinementDefaults();  ///< threads are those below
+  ContactProtocol protocol;               ///< of the measurements; threads are those below
+  int threads = 1;                        ///< the result does not depend on them
 };
 
 /// A clip in numbers, over the hands that hold.
@@ -57,7 +57,8 @@ DataDistance DistanceToData(const Clip& data, const Clip& refined);
 
 /// Cleans a clip that has this object's trajectory (RefineClip), and measures it before and after.
 /// `progress` sees "refine" and "metrics". Throws Error for a clip without an object trajectory,
-/// one that no hand holds, hands that the body lacks, and kOfClip without holding_hand.
+/// one that no hand holds or gets into, hands that the body lacks, and kOfClip without
+/// holding_hand.
 RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const PreparedObject& object,
                            const RefineOptions& options = {}, const StagedProgress& progress = {});
 

@@ -12,9 +12,11 @@
 ///   reach_method_study.h  MethodStudy: methods on the same cases
 ///   reach_methods.h       the methods compared, baselines first
 ///   handover_study.h      switches found in synthetic hand-overs
+///   touch_study.h         touches that markers show, in solved and refined motion
 ///   marker_study.h        recordings of markers solved, with gaps and wrong labels
 #include "solver/evaluation/captured_reaches.h"
 #include "solver/evaluation/handover_study.h"
 #include "solver/evaluation/marker_study.h"
 #include "solver/evaluation/reach_methods.h"
 #include "solver/evaluation/reach_study.h"
+#include "solver/evaluation/touch_study.h"

@@ -9,11 +9,14 @@
 #include <mutex>
 #include <random>
 
+#include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 
 namespace holdfast {
 namespace {
+
+constexpr double kCarriedRate = 30.0;  // Hz, of clips with a cup
 
 double CoreSeconds() {
   timespec now{};
@@ -72,6 +75,11 @@ class TrialStudy {
       seen_.push_back(marker.site.name);
       AddErrors(trial_.recording, plain, marker.site.name, 0, result.frames, result.residual);
     }
+    if (options_.object) {
+      result.touches = StudyTouches(trial_.recording, plain, model_, *options_.object, 1);
+    }
+    result.head = plain.report.head;
+    if (options_.cup) Drink(plain.clip, result);
     LeaveOut(result);
     CutGaps(result);
     AddFaults(plain, result);
@@ -83,6 +91,22 @@ class TrialStudy {
     return SolveMarkers(recording, trial_.still.get(), model_, options_.solve, trial_.name);
   }
   int Marker(int k) const { return *trial_.recording.Find(seen_[static_cast<std::size_t>(k)]); }
+
+  void Drink(const Clip& clip, MarkerTrialResult& result) const {
+    const ClipBody body{model_, clip.betas};
+    const BodySurface surface(model_, clip.betas);
+    if (!FindDrink(clip, surface.RestJoints(), FindFaceMarks(surface))) return;
+    CarryOptions carry;
+    carry.drink = true;
+    carry.seed = options_.seed;
+    const CarryReport carried =
+        CarryObject(Resample(clip, kCarriedRate), body, *options_.cup, carry);
+    result.drink = carried.drink;
+    if (!carried.drunk) return;
+    result.drunk = *carried.drunk;
+    result.in_hand_mm = carried.contact.penetration_mean_max_mm;
+    result.in_body_frames = carried.clearance.deep;
+  }
 
   void LeaveOut(MarkerTrialResult& result) const {
     const int n = static_cast<int>(seen_.size());
@@ -158,6 +182,32 @@ MarkerErrors& MarkerErrors::operator+=(const MarkerErrors& other) {
   square_sum_mm2 += other.square_sum_mm2;
   count += other.count;
   return *this;
+}
+
+MarkerStudySums SumsOf(const std::vector<MarkerTrialResult>& results) {
+  MarkerStudySums sums;
+  // The place of the result that has most of something.
+  const auto most = [&](std::optional<std::size_t>& place, std::size_t k, const auto& value) {
+    if (!place || value(results[k]) > value(results[*place])) place = k;
+  };
+  for (std::size_t k = 0; k < results.size(); ++k) {
+    const MarkerTrialResult& result = results[k];
+    if (!result.fault.empty()) continue;
+    ++sums.solved;
+    sums.residual += result.residual;
+    sums.gap += result.gap;
+    sums.change += result.change;
+    for (const auto& left : result.left_out) {
+      sums.left_out += left.errors;
+      sums.of_left_out[left.marker] += left.errors;
+    }
+    sums.seconds += result.frames / result.rate_hz;
+    sums.core_s += result.core_s;
+    most(sums.worst, k, [](const MarkerTrialResult& r) { return r.residual.Rms_mm(); });
+    most(sums.worst_change, k, [](const MarkerTrialResult& r) { return r.change.Rms_mm(); });
+    most(sums.slowest, k, [](const MarkerTrialResult& r) { return -r.Speed(); });
+  }
+  return sums;
 }
 
 std::vector<MarkerTrialResult> StudyMarkers(const std::vector<MarkerTrial>& trials,

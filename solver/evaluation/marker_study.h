@@ -3,11 +3,15 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "geometry/io/markers/marker_recording.h"
+#include "solver/carry/carry.h"
+#include "solver/evaluation/touch_study.h"
 #include "solver/markers/solve_markers.h"
 
 namespace holdfast {
@@ -27,6 +31,10 @@ struct MarkerStudyOptions {
   std::uint64_t seed = 1;
   int threads = 1;
   SolveMarkersOptions solve;
+  /// What solve.object's markers are on: touches are studied; null: not.
+  std::shared_ptr<const PreparedObject> object;
+  /// Put into the hand of those who drink (CarryOptions::drink); null: nothing.
+  std::shared_ptr<const PreparedObject> cup;
 };
 
 /// Sum of squared distances, and of how many.
@@ -53,7 +61,25 @@ struct MarkerTrialResult {
   MarkerErrors change;  ///< of all markers' carried places, for outliers and a swapped pair
   double change_max_mm = 0.0;
   double core_s = 0.0;  ///< of the plain solve, time of its core
+  std::optional<TouchStudy> touches;
+  HeadReport head;                   ///< of the plain solve
+  std::optional<DrinkReport> drink;  ///< of those who drink, with MarkerStudyOptions::cup
+  DrinkMeasures drunk;               ///< in the fitted clip
+  double in_hand_mm = 0.0;           ///< there: mean over held frames of the deepest skin in it
+  int in_body_frames = 0;            ///< there: deeper than 2 mm in the own body
+
+  double Speed() const { return frames / core_s; }  ///< frames a second
 };
+
+/// What all trials that were solved come to. Trials are places in the list.
+struct MarkerStudySums {
+  MarkerErrors residual, left_out, gap, change;
+  std::map<std::string, MarkerErrors> of_left_out;  ///< by marker
+  std::optional<std::size_t> worst, worst_change, slowest;
+  double seconds = 0.0, core_s = 0.0;
+  int solved = 0;
+};
+MarkerStudySums SumsOf(const std::vector<MarkerTrialResult>& results);
 
 /// Each trial solved as it is; with one marker left out (its place from the static trial alone);
 /// with gaps; with outliers and a pair of swapped labels. Results in the order of the trials, the

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <ceres/problem.h>
 
 #include "geometry/error.h"
+#include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "geometry/score/hand_object_score.h"
 #include "solver/fit/frame_fitter.h"
@@ -21,16 +23,20 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kLever = 0.1;        // metres
-constexpr double kSlowFrames = 3.0;   // what changes more slowly than this is movement, not noise
-constexpr double kRigid_m = 0.004;    // an object may shift this much in a hand that holds firmly
-constexpr double kRigid_rad = 0.07;   // and turn this much
-constexpr double kStill_m_s = 0.04;   // an object slower than this lies
-constexpr double kGround_m = 0.015;   // what lies this near to the ground lies on it
-constexpr double kNearRest_s = 0.5;   // a support is there this long before and after
-constexpr double kNearRest_m = 0.10;  // and this far around
-constexpr double kClean_m = 0.001;    // anchors have no penetration deeper than this
-constexpr int kLeastHold = 3;         // frames
+constexpr double kLever = 0.1;         // metres
+constexpr double kSlowFrames = 3.0;    // what changes more slowly than this is movement, not noise
+constexpr double kRigid_m = 0.004;     // an object may shift this much in a hand that holds firmly
+constexpr double kRigid_rad = 0.07;    // and turn this much
+constexpr double kStill_m_s = 0.04;    // an object slower than this lies
+constexpr double kGround_m = 0.015;    // what lies this near to the ground lies on it
+constexpr double kNearRest_s = 0.5;    // a support is there this long before and after
+constexpr double kNearRest_m = 0.10;   // and this far around
+constexpr double kClean_m = 0.001;     // anchors have no penetration deeper than this
+constexpr int kLeastHold = 3;          // frames
+constexpr double kUnmoved_m = 0.02;    // an object that a hand touches gives this much,
+constexpr double kUnmoved_rad = 0.14;  // and turns this much
+constexpr double kTouch_s = 0.15;      // a touch takes this longer, before and after
+constexpr double kTouch_m = 0.002;     // skin nearer than this touches
 
 ObjectPose PoseOf(const Isometry3d& transform) {
   return {Eigen::Quaterniond(transform.linear()).normalized(), transform.translation()};
@@ -93,6 +99,7 @@ class Refiner {
   }
 
   RefineResult Run(const std::function<bool(int, int)>& progress) {
+    lies_ = ObjectLies();
     for (std::size_t h = 0; h < hands_.size(); ++h) FindHolds(static_cast<int>(h));
     const int frames = clip_.NumFrames();
     std::vector<FittedFrame> fitted(static_cast<std::size_t>(frames));
@@ -107,7 +114,12 @@ class Refiner {
       result.holds.push_back(hold.about);
     }
     result.report = SolveClip(problem, options_, options_.threads, fitted, progress);
-    result.clip = ApplyFit(clip_, hands_, holding_, fitted, options_.release_s);
+    if (result.report.failed) return result;
+    std::vector<std::uint8_t> given_way = holding_;
+    FindTouches(fitted, given_way, result.touches);
+    if (!result.touches.empty()) GiveWay(result.touches, fitted, progress, result.report);
+    result.clip = ApplyFit(clip_, hands_, given_way, fitted, options_.release_s);
+    result.clip.holding_hand = holding_;
     return result;
   }
 
@@ -121,9 +133,110 @@ class Refiner {
       if (!Holds(hand, t)) continue;
       int end = t;
       while (end < clip_.NumFrames() && Holds(hand, end)) ++end;
-      AddHold(hand, t, end);
+      if (lies_ && 2 * (end - t) <= clip_.NumFrames()) {
+        for (int u = t; u < end; ++u) holding_[u] &= static_cast<std::uint8_t>(~Bit(hand));
+      } else {
+        AddHold(hand, t, end);
+      }
       t = end;
     }
+  }
+
+  std::uint8_t Bit(int hand) const {
+    return HoldingBit(hands_[static_cast<std::size_t>(hand)]->HandSide());
+  }
+
+  // Whether nobody takes the object anywhere, whoever is said to hold it for a while.
+  bool ObjectLies() const {
+    const Deviation deviation(data_, RobustMean(data_));
+    return deviation.shift.colwise().norm().maxCoeff() < kUnmoved_m &&
+           deviation.turn.colwise().norm().maxCoeff() < kUnmoved_rad;
+  }
+
+  // Where hands that do not hold, nor are about to or have just done so, get into the object.
+  // Touches go to holding_, and with the frames around them to `given_way`.
+  void FindTouches(const std::vector<FittedFrame>& fitted, std::vector<std::uint8_t>& given_way,
+                   std::vector<RefinedTouch>& touches) {
+    if (!lies_ || !object_.distance || options_.lambda_wrist <= 0.0) return;
+    const int frames = clip_.NumFrames();
+    const auto reach = [&](double seconds) {
+      return static_cast<int>(std::lround(seconds * clip_.frame_rate));
+    };
+    for (std::size_t h = 0; h < hands_.size(); ++h) {
+      const int hand = static_cast<int>(h);
+      std::vector<double> gap = Gaps(*hands_[h], fitted);
+      for (int t = 0; t < frames; ++t) {
+        if (!Holds(hand, t)) continue;
+        for (int u = std::max(0, t - reach(options_.release_s));
+             u < std::min(frames, t + reach(options_.release_s) + 1); ++u) {
+          gap[u] = kTouch_m;
+        }
+      }
+      for (int t = 0; t < frames; ++t) {
+        if (gap[t] >= kTouch_m) continue;
+        int end = t, deepest = t;
+        for (int u = t; u < std::min(frames, end + 2 * reach(kTouch_s) + 1); ++u) {
+          if (gap[u] < kTouch_m) end = u;
+          if (gap[u] < gap[deepest]) deepest = u;
+        }
+        ++end;
+        if (gap[deepest] < 0.0) AddTouch(hand, t, end, reach(kTouch_s), given_way, touches);
+        t = end;
+      }
+    }
+  }
+
+  void AddTouch(int hand, int begin, int end, int around, std::vector<std::uint8_t>& given_way,
+                std::vector<RefinedTouch>& touches) {
+    touches.push_back({hands_[static_cast<std::size_t>(hand)]->HandSide(), begin, end});
+    for (int t = std::max(0, begin - around); t < std::min(clip_.NumFrames(), end + around); ++t) {
+      given_way[t] |= Bit(hand);
+      if (t >= begin && t < end) holding_[t] |= Bit(hand);
+    }
+    touched_.push_back({hand, std::max(0, begin - around),
+                        std::min(clip_.NumFrames(), end + around), Matrix3Xd(3, 0), false});
+  }
+
+  // From a hand's skin, as the clip has it, to the object, metres, per frame; negative inside.
+  std::vector<double> Gaps(const HandModel& hand, const std::vector<FittedFrame>& fitted) const {
+    std::vector<double> gaps(fitted.size());
+    constexpr int kBlock = 16;  // frames that share a scratch hand
+    const int frames = clip_.NumFrames();
+    ParallelFor((frames + kBlock - 1) / kBlock, options_.threads, [&](int block) {
+      HandState state(hand);
+      for (int t = kBlock * block; t < std::min(frames, kBlock * (block + 1)); ++t) {
+        state.SetBody(clip_.pose[t], clip_.trans.col(t));
+        state.Evaluate(FingersOf(clip_.pose[t], hand.HandSide()), false);
+        const Matrix3Xd skin = fitted[t].object.Transform().inverse() * state.Vertices();
+        double least = std::numeric_limits<double>::infinity();
+        for (Eigen::Index i = 0; i < skin.cols(); ++i) {
+          least = std::min(least, object_.distance->Distance(skin.col(i)));
+        }
+        gaps[t] = least;
+      }
+    });
+    return gaps;
+  }
+
+  // Hands that touch give way to objects, which stay where they are.
+  void GiveWay(const std::vector<RefinedTouch>& touches, std::vector<FittedFrame>& fitted,
+               const std::function<bool(int, int)>& progress, ClipReport& report) const {
+    ClipProblem problem{clip_, hands_, object_, touched_, {}, false, true};
+    for (std::size_t k = 0; k < touches.size(); ++k) {
+      const ClipHold& hold = touched_[k];
+      for (int t = hold.begin; t < hold.end; ++t) {
+        fitted[t].hands[static_cast<std::size_t>(hold.hand)] = {
+            FingersOf(clip_.pose[t], touches[k].side), {}};
+      }
+    }
+    const ClipReport touch = SolveClip(problem, options_, options_.threads, fitted, progress);
+    report.iterations += touch.iterations;
+    report.converged &= touch.converged;
+    report.failed |= touch.failed;
+    report.cost_before += touch.cost_before;
+    report.cost_after += touch.cost_after;
+    report.solve_ms += touch.solve_ms;
+    for (std::size_t t = 0; t < touch.frames.size(); ++t) report.frames[t] += touch.frames[t];
   }
 
   std::vector<Isometry3d> Relation(int hand, int begin, int end) const {
@@ -303,11 +416,13 @@ class Refiner {
   std::vector<Isometry3d> data_;
   std::vector<std::vector<Isometry3d>> wrists_;  // per hand and frame
   std::vector<Hold> holds_;
+  std::vector<ClipHold> touched_;
+  bool lies_ = false;
 };
 
 }  // namespace
 
-FitOptions RefinementOptions() {
+FitOptions RefinementDefaults() {
   FitOptions options;
   options.lambda_object = 1000.0;
   options.lambda_fingers = 5.0;

@@ -14,7 +14,7 @@
 namespace holdfast {
 
 /// FitOptions for clips that have an object trajectory: near to it and to the clip's fingers.
-FitOptions RefinementOptions();
+FitOptions RefinementDefaults();
 
 /// The frames [begin, end) that a hand holds, or that the object lies in.
 struct RefinedHold {
@@ -30,10 +30,17 @@ struct RefinedRest {
   double height_m = 0.0;  ///< of what it lies on
 };
 
+/// The frames [begin, end) that a hand is at the object without moving it.
+struct RefinedTouch {
+  Side side = Side::kRight;
+  int begin = 0, end = 0;
+};
+
 struct RefineResult {
-  Clip clip;  ///< refined object track, arms and fingers, holding_hand
+  Clip clip;  ///< refined object track, arms and fingers, holding_hand (with touches)
   std::vector<RefinedHold> holds;
   std::vector<RefinedRest> rests;
+  std::vector<RefinedTouch> touches;
   ClipReport report;
 };
 
@@ -44,7 +51,10 @@ struct RefineResult {
 /// nowhere near it. All frames are then solved at once (SolveClip), near the data. Hands that the
 /// clip shows farther from their relation at the ends of a hold do not hold there yet, or any more:
 /// `clip.holding_hand` has what was used.
-/// Throws Error for a clip without an object track.
+///
+/// In a clip whose object goes nowhere, a hold for less than half of it is none: the hand touches,
+/// as it does wherever else it gets into the object. The object stays there, and arm and fingers
+/// give way to it. Throws Error for a clip without an object track.
 RefineResult RefineClip(const Clip& clip, std::span<const HandModel* const> hands,
                         const FitObject& object, std::span<const std::uint8_t> holding,
                         const FitOptions& options,

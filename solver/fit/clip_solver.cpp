@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "solver/fit/clip_solver.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <memory>
@@ -45,7 +46,11 @@ class WholeClip {
     AddHands();
     evaluation_.MarkContacts();
     AddGoals();
-    AddObjectMotion();
+    if (problem.hands_give_way) {
+      AddWristMotion();
+    } else {
+      AddObjectMotion();
+    }
     AddFingerMotion();
     if (problem.first_frame_given) FixFirst();
   }
@@ -146,7 +151,7 @@ class WholeClip {
 
   void AddHand(int hold, int t, int h, const JointPose& body, bool together) {
     FittedFrame& frame = fitted_[static_cast<std::size_t>(t)];
-    const bool moves = together && options_.lambda_wrist > 0.0;
+    const bool moves = (together || problem_.hands_give_way) && options_.lambda_wrist > 0.0;
     auto held = std::make_unique<HoldCost>(hold, t, frame, h, moves);
     held->body = body;
     double* const q = Orientation(t);
@@ -181,6 +186,9 @@ class WholeClip {
     solved_[static_cast<std::size_t>(t)] = true;
     ceres_.AddParameterBlock(Orientation(t), 4, &manifold_);
     ceres_.AddParameterBlock(Translation(t), 3);
+    if (!problem_.hands_give_way) return;
+    ceres_.SetParameterBlockConstant(Orientation(t));
+    ceres_.SetParameterBlockConstant(Translation(t));
   }
 
   void AddGoals() {
@@ -245,6 +253,37 @@ class WholeClip {
     }
   }
 
+  // Wrists' offsets change their velocity little. Steps are seen from before the offsets that the
+  // bodies have already, so that it is the whole offset that does.
+  void AddWristMotion() {
+    if (options_.lambda_acceleration <= 0.0) return;
+    for (std::size_t h = 0; h < problem_.hands.size(); ++h) {
+      for (std::size_t t = 0; t + 2 < fitted_.size(); ++t) {
+        const std::array<HoldCost*, 3> held = {held_[t][h], held_[t + 1][h], held_[t + 2][h]};
+        if (std::ranges::any_of(held, [&](const HoldCost* one) {
+              return one == nullptr || !one->moves || one->hold != held[0]->hold;
+            })) {
+          continue;
+        }
+        const auto before = [&](std::size_t k) {
+          const WristOffset& offset = fitted_[t + k].hands[h].offset;
+          Carrier carrier = Carrier::Identity();
+          carrier.linear() = offset.rotation.toRotationMatrix();
+          carrier.translation() = offset.translation;
+          return Carrier(carrier.inverse());
+        };
+        std::vector<double*> blocks;
+        for (HoldCost* const one : held) {
+          blocks.insert(blocks.end(),
+                        {one->step.rotation.coeffs().data(), one->step.translation.data()});
+        }
+        Add(std::make_unique<ObjectAcceleration>(before(0), before(1), before(2), kTurnLever,
+                                                 options_.lambda_acceleration),
+            blocks);
+      }
+    }
+  }
+
   void AddFingerMotion() {
     for (std::size_t h = 0; h < problem_.hands.size(); ++h) {
       for (std::size_t t = 0; t + 1 < fitted_.size(); ++t) {
@@ -304,7 +343,7 @@ ClipReport SolveClip(const ClipProblem& problem, const FitOptions& options, int 
   // A hand that moves as a whole bends at its wrist when the arm follows: a second round solves
   // with the arms as they are then. What slips is dragged towards where it was in the frame before,
   // as of the round before.
-  bool together = false, slips = false;
+  bool together = problem.hands_give_way, slips = false;
   for (const ClipHold& a : problem.holds) {
     slips |= a.slip;
     for (const ClipHold& b : problem.holds) {

@@ -20,6 +20,7 @@ struct ClipHold {
   int hand = 0;            ///< place in the list of hands
   int begin = 0, end = 0;  ///< frames [begin, end)
   /// The hand in the object's frame as it takes hold (3 x N, metres): D and S, or what touches.
+  /// Empty: nothing of that is kept, it only stays out of the object.
   Eigen::Matrix3Xd at;
   bool slip = false;  ///< E_s in place of E_d and E_c
 };
@@ -39,6 +40,8 @@ struct ClipProblem {
   std::vector<ClipHold> holds;
   std::vector<FrameGoal> goals;    ///< T, or empty
   bool first_frame_given = false;  ///< the first frame is not solved
+  /// Objects stay where `fitted` has them, and hands give way as a whole, smoothly.
+  bool hands_give_way = false;
 };
 
 struct ClipReport {

@@ -23,9 +23,10 @@ namespace holdfast {
 class HoldTerms {
  public:
   /// `z` (3 x N): the hand in the object's frame as it takes hold, metres. `object` must outlive
-  /// this. Slip needs the object's distance.
+  /// this. Slip needs the object's distance. Without `z` nothing is kept.
   HoldTerms(const FitObject& object, const Eigen::Matrix3Xd& z, bool slip,
             const FitOptions& options) {
+    if (z.cols() == 0) return;
     if (slip && object.distance) {
       slip_ = std::make_unique<Slip>(*object.distance, z, options.slip_touch_m, options.lambda_slip,
                                      options.drag_share);
@@ -41,7 +42,7 @@ class HoldTerms {
   void AddTo(HandObjectBlock& block) const {
     if (slip_) {
       block.AddTerm(EnergyTerm::kSlip, slip_.get());
-    } else {
+    } else if (distance_) {
       block.AddTerm(EnergyTerm::kDistance, distance_.get());
       block.AddTerm(EnergyTerm::kContact, contact_.get());
     }
@@ -50,7 +51,9 @@ class HoldTerms {
   bool Slips() const { return slip_ != nullptr; }
   Slip* SlipTerm() const { return slip_.get(); }  ///< null where the hand holds firmly
   /// Pairs of S; with slip, vertices that touch.
-  int NumContacts() const { return slip_ ? slip_->NumContacts() : contact_->NumPairs(); }
+  int NumContacts() const {
+    return slip_ ? slip_->NumContacts() : contact_ ? contact_->NumPairs() : 0;
+  }
 
  private:
   std::unique_ptr<HandObjectDistance> distance_;

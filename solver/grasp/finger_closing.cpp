@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace holdfast {
 namespace {
@@ -34,7 +35,13 @@ class FingerCloser {
   using ByFinger = std::array<Progress, kNumFingers>;
 
   const Eigen::Matrix3Xd& VerticesAt(const HandAngles& angles);
-  double SkinClearance(const Eigen::Matrix3Xd& vertices, int part) const;
+  double SkinClearance(const Eigen::Matrix3Xd& vertices, int part,
+                       double most = std::numeric_limits<double>::infinity()) const;
+  // Skin farther than this is not what is nearest in the finger's way.
+  double MostOfUse(const Progress& progress) const {
+    constexpr double kRounding = 1e-9;
+    return std::max(progress.room, 0.0) + options_.touch_distance + kRounding;
+  }
   double RoomInHand(const Eigen::Matrix3Xd& vertices, int finger) const;
   double ThumbWorth(const Closing& state);
   double StepOf(int finger, const Progress& progress) const;
@@ -54,6 +61,8 @@ class FingerCloser {
   const Eigen::Isometry3d& wrist_from_object_;
   const Eigen::Isometry3d object_from_wrist_;
   const ClosingOptions& options_;
+  // Of each finger with the thumb.
+  std::array<std::vector<HandLandmarks::BallPair>, kNumFingers> meeting_thumb_;
   Eigen::Matrix3Xd centers_;  // of the balls, for the last VerticesAt
 };
 
@@ -66,7 +75,15 @@ FingerCloser::FingerCloser(const HandAnatomy& anatomy, HandEvaluation& hand,
       object_(object),
       wrist_from_object_(wrist_from_object),
       object_from_wrist_(wrist_from_object.inverse()),
-      options_(options) {}
+      options_(options) {
+  for (const HandLandmarks::BallPair& pair : landmarks_.BallPairs()) {
+    const int a = landmarks_.Balls()[pair.first].finger_joint / 3;
+    const int b = landmarks_.Balls()[pair.second].finger_joint / 3;
+    if (a != kThumb && b != kThumb) continue;
+    meeting_thumb_[a].push_back(pair);
+    meeting_thumb_[b].push_back(pair);
+  }
+}
 
 // Valid until the next call.
 const Eigen::Matrix3Xd& FingerCloser::VerticesAt(const HandAngles& angles) {
@@ -76,22 +93,22 @@ const Eigen::Matrix3Xd& FingerCloser::VerticesAt(const HandAngles& angles) {
   return vertices;
 }
 
-double FingerCloser::SkinClearance(const Eigen::Matrix3Xd& vertices, int part) const {
-  return landmarks_.SkinPatches(part).Least([&](int s) {
-    const SkinPoint& point = landmarks_.Skin()[s];
-    const Eigen::Vector3d x = 0.5 * (vertices.col(point.a) + vertices.col(point.b));
-    return object_.Linear(object_from_wrist_ * x);
-  });
+// Least distance of a part's skin to the object, or `most` where that is less.
+double FingerCloser::SkinClearance(const Eigen::Matrix3Xd& vertices, int part, double most) const {
+  return landmarks_.SkinPatches(part).Least(
+      [&](int s) {
+        const SkinPoint& point = landmarks_.Skin()[s];
+        const Eigen::Vector3d x = 0.5 * (vertices.col(point.a) + vertices.col(point.b));
+        return object_.Linear(object_from_wrist_ * x);
+      },
+      most);
 }
 
 // Metres until the thumb, or for the thumb a finger, or the palm is in a finger's way; negative
 // where it is. Neighbouring fingers rub along each other all the time.
 double FingerCloser::RoomInHand(const Eigen::Matrix3Xd& vertices, int finger) const {
   double room = std::numeric_limits<double>::infinity();
-  for (const HandLandmarks::BallPair& pair : landmarks_.BallPairs()) {
-    const int a = landmarks_.Balls()[pair.first].finger_joint / 3;
-    const int b = landmarks_.Balls()[pair.second].finger_joint / 3;
-    if ((a != kThumb && b != kThumb) || (a != finger && b != finger)) continue;
+  for (const HandLandmarks::BallPair& pair : meeting_thumb_[finger]) {
     room = std::min(
         room, (centers_.col(pair.first) - centers_.col(pair.second)).norm() - pair.free_distance);
   }
@@ -153,7 +170,7 @@ FingerCloser::ByFinger FingerCloser::StopWhereTouching(
     if (!moving[finger]) continue;
     progress[finger] = {0, RoomInHand(vertices, finger)};
     for (int j = 0; j < 3; ++j) {
-      const double d = SkinClearance(vertices, 3 * finger + j);
+      const double d = SkinClearance(vertices, 3 * finger + j, MostOfUse(progress[finger]));
       progress[finger].room = std::min(progress[finger].room, d - options_.touch_distance);
       if (d < options_.touch_distance) {
         state.touching[3 * finger + j] = true;
@@ -198,7 +215,7 @@ void FingerCloser::TakeStep(int finger, const Eigen::Matrix3Xd& vertices, const 
   int touched = -1;
   double deepest = std::numeric_limits<double>::infinity();
   for (int j = progress.first_free; j < 3; ++j) {
-    const double d = SkinClearance(vertices, 3 * finger + j);
+    const double d = SkinClearance(vertices, 3 * finger + j, MostOfUse(progress));
     if (d < options_.touch_distance) {
       touched = j;
       state.touching[3 * finger + j] = true;

@@ -8,9 +8,9 @@
 ///   grasp_candidates.h  opposed places on the surface
 ///   grasp_place.h       where a hand may take hold
 ///   grasp_handle.h      bars with an opening behind
-///   grasp_use.h         how people take an object, from its shape
-///   grasp_quality.h     wrench quality of contacts (Ferrari & Canny)
-///   grasp_obstacles.h   the body around the wrist
+///   object_shape.h, object_bar.h, object_opening.h  slices and boxes; straight bars; openings
+///   grasp_use.h, use_by_kind.h  how people take an object, from its shape
+///   grasp_quality.h, grasp_obstacles.h  wrench quality (Ferrari & Canny); the body
 ///   finger_closing.h    fingers bent until they touch
 ///   grasp_placement.h, grasp_handle_placement.h  open hands at opposed places; at handles
 ///   grasp_refinement.h  least squares of fingers and object pose

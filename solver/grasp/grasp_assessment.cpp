@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "solver/grasp/grasp_handle_placement.h"
-#include "solver/grasp/grasp_obstacles.h"
 #include "solver/grasp/grasp_quality.h"
 
 namespace holdfast {
@@ -189,10 +188,14 @@ double Score(const GraspScene& scene, const Grasp& grasp, const HandAngles& angl
   const auto fingers = static_cast<double>(
       std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.end(), true));
   const bool in_palm = grasp.palm_touching && grasp.style != GraspStyle::kPrecision;
-  const bool for_palm = scene.use.kind == GraspUse::kVessel || scene.use.kind == GraspUse::kBox;
-  const double palm_worth = for_palm ? 0.5 : 0.2;
+  // What is lifted by its body is taken in the palm where it fits one. A tool turns about its own
+  // axis between the few parts that press it.
+  const double part_worth = scene.use.kind == GraspUse::kTool ? 0.06 : 0.02;
+  const double palm_worth = scene.use.kind == GraspUse::kVessel ? 1.0
+                            : scene.use.kind == GraspUse::kBox  ? 0.5
+                                                                : 0.2;
   return 1.4 * std::sqrt(std::min(grasp.wrench_quality / 0.3, 1.0)) + 0.1 * fingers +
-         0.5 * opposed + 0.02 * contacts.parts + (in_palm ? palm_worth : 0.0) +
+         0.5 * opposed + part_worth * contacts.parts + (in_palm ? palm_worth : 0.0) +
          (grasp.fingers_touching[kThumb] ? 0.4 : 0.0) -
          0.2 * std::max(0.0, grasp.max_penetration_mm - 0.7) -
          0.15 * std::max(0.0, grasp.object_in_hand_mm - 1.5) - 0.15 * grasp.self_penetration_mm -
@@ -270,7 +273,8 @@ GraspScene::GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer,
       surface(SampleSurface(mesh, kSurfacePoints, search_options.seed)),
       surface_patches(surface, AllIds(kSurfacePoints)),
       hands(hand.hand),
-      options(search_options) {}
+      options(search_options),
+      obstacles(options.obstacles_in_wrist) {}
 
 void GraspScene::TakeFor(ObjectUse found) {
   use = std::move(found);
@@ -313,7 +317,7 @@ double UprightScore(const GraspScene& scene, GraspStyle style, double upright) {
 }
 
 double Blocked(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object) {
-  return ShareBlocked(scene.object, wrist_from_object, scene.options.obstacles_in_wrist);
+  return scene.obstacles.ShareBlocked(scene.object, wrist_from_object);
 }
 
 Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& attempt,
@@ -329,8 +333,10 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
   Eigen::Matrix3Xd skin;
   SkinPositions(landmarks, vertices, skin);
   skin = object_from_wrist * skin;
-  Eigen::VectorXd distance(skin.cols());
-  for (Eigen::Index s = 0; s < skin.cols(); ++s) distance(s) = scene.object.Distance(skin.col(s));
+  const double near =
+      std::max(options.touch_distance_m, 1e-3 * ContactProtocol{}.contact_threshold_mm);
+  const Eigen::VectorXd distance =
+      SkinDistances(landmarks, scene.object, Eigen::Isometry3d::Identity(), skin, near);
   grasp.max_penetration_mm = 1000.0 * std::max(0.0, -distance.minCoeff());
 
   const HandContacts contacts = FindHandContacts(scene, skin, distance, grasp);

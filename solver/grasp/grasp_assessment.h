@@ -13,6 +13,7 @@
 #include "geometry/score/contact_metrics.h"
 #include "solver/grasp/grasp.h"
 #include "solver/grasp/grasp_handle.h"
+#include "solver/grasp/grasp_obstacles.h"
 #include "solver/grasp/grasp_use.h"
 #include "solver/terms/hand/intrusion.h"
 
@@ -64,6 +65,7 @@ struct GraspScene {
   std::vector<Handle> handles;
   ObjectUse use;
   const GraspOptions& options;
+  WristObstacles obstacles;  ///< the options'
 };
 
 /// A closed hand, not yet judged.

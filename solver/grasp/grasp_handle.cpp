@@ -22,7 +22,7 @@ constexpr double kBesideBar = 0.012;     // free all round a bar: a finger
 // Slots narrower than twice this are part of the bar: moulded handles are hollow at the back. It
 // also keeps rays that run along a thin wall from slipping out of it.
 constexpr double kSlot = 0.0035;
-constexpr int kDirections = 49;  // ways through that are tried, over half a sphere
+constexpr int kWaysThrough = 49;  // ways through that are tried, over half a sphere
 constexpr int kEnclosingRays = 12;
 constexpr int kBarRays = 24;
 
@@ -66,9 +66,10 @@ bool FingerPasses(const DistanceGrid& object, const Eigen::Vector3d& point,
   return true;
 }
 
-// Mean distance of what surrounds a point across `way`, infinity if a ray escapes.
+// Mean distance of what surrounds a point across `way`; infinity if a ray escapes, or where it is
+// not below `most`.
 double Enclosure(const DistanceGrid& object, const Eigen::Vector3d& point,
-                 const Eigen::Vector3d& way, double max_opening) {
+                 const Eigen::Vector3d& way, double max_opening, double most) {
   const Eigen::Vector3d x = way.unitOrthogonal(), y = way.cross(x);
   double sum = 0.0;
   for (int i = 0; i < kEnclosingRays; ++i) {
@@ -77,15 +78,16 @@ double Enclosure(const DistanceGrid& object, const Eigen::Vector3d& point,
         Entry(object, point, std::cos(angle) * x + std::sin(angle) * y, 0.8 * max_opening);
     if (s == kInfinity) return kInfinity;
     sum += s / kEnclosingRays;
+    if (sum >= most) return kInfinity;
   }
   return sum;
 }
 
 // Even directions over half a sphere (golden spiral).
-std::array<Eigen::Vector3d, kDirections> HalfSphere() {
-  std::array<Eigen::Vector3d, kDirections> directions;
-  for (int i = 0; i < kDirections; ++i) {
-    const double z = (i + 0.5) / kDirections;
+std::array<Eigen::Vector3d, kWaysThrough> HalfSphere() {
+  std::array<Eigen::Vector3d, kWaysThrough> directions;
+  for (int i = 0; i < kWaysThrough; ++i) {
+    const double z = (i + 0.5) / kWaysThrough;
     const double angle = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
     const double r = std::sqrt(1.0 - z * z);
     directions[i] = {r * std::cos(angle), r * std::sin(angle), z};
@@ -104,7 +106,13 @@ std::optional<Eigen::Vector3d> BarDirection(const DistanceGrid& object, const Ei
     for (int y = -kSteps; y <= kSteps; ++y) {
       for (int z = -kSteps; z <= kSteps; ++z) {
         const Eigen::Vector3d p = radius / kSteps * Eigen::Vector3d(x, y, z);
-        if (p.squaredNorm() > radius * radius || object.Linear(bar + p) > 0.5 * kSlot) continue;
+        if (p.squaredNorm() > radius * radius) continue;
+        // So far from the material there is none at the next steps either.
+        const double away = object.Linear(bar + p) - 0.5 * kSlot;
+        if (away > 0.0) {
+          z += static_cast<int>(0.9 * away * kSteps / radius);
+          continue;
+        }
         covariance += p * p.transpose();
         mean += p;
         ++count;
@@ -199,7 +207,7 @@ double Rank(const Handle& handle) {
 }  // namespace
 
 std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions& options) {
-  const std::array<Eigen::Vector3d, kDirections> directions = HalfSphere();
+  const std::array<Eigen::Vector3d, kWaysThrough> directions = HalfSphere();
   const Eigen::Vector3i nodes =
       ((object.Max() - object.Min()) / options.step_m).array().ceil().cast<int>();
   std::vector<std::vector<Handle>> by_slice(nodes.z() + 1);
@@ -223,7 +231,8 @@ std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions&
         Eigen::Vector3d way = Eigen::Vector3d::Zero();
         for (const Eigen::Vector3d& direction : directions) {
           if (!FingerPasses(object, point, direction, options.finger_radius_m - 0.001)) continue;
-          const double enclosure = Enclosure(object, point, direction, options.max_opening_m);
+          const double enclosure =
+              Enclosure(object, point, direction, options.max_opening_m, tightest);
           if (enclosure < tightest) {
             tightest = enclosure;
             way = direction;

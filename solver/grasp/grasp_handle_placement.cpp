@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -16,10 +18,16 @@ constexpr double kFar = 5.0 * kNear;      // and this far nothing
 constexpr std::size_t kMostBalls = 16;    // of a finger
 constexpr double kTurn = 16.0 * kDegree;  // a step of turning about the bar
 constexpr int kTurns = 5;                 // steps either way: the palm stays outside
-constexpr int kBestOfTurn = 3;            // placements kept of each
+constexpr std::size_t kBestOfTurn = 3;    // placements kept of each
 constexpr double kFan[kNumFingers] = {-3.0, 0.0, 7.0, 3.0, 0.0};  // nearly parallel, degrees
 
+constexpr int kSideBySide[kThumb] = {kIndex, kMiddle, kRing, kPinky};
+constexpr double kNoGap = std::numeric_limits<double>::infinity();
+
 double Squared(double x) { return x * x; }
+
+// 1 where a pad touches, 0 far from it.
+double Nearness(double gap) { return std::exp(-std::max(gap, 0.0) / kNear); }
 
 Eigen::Matrix3d Columns(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                         const Eigen::Vector3d& c) {
@@ -66,6 +74,15 @@ HandlePlacer::HandlePlacer(const HandAnatomy& anatomy) : anatomy_(anatomy) {
       angles = axes.Clamp(angles);
       for (int finger = 0; finger < kThumb; ++finger) {
         curls_[finger].push_back(Posed(hand, angles, finger));
+      }
+    }
+  }
+  for (int n = 1; n < kThumb; ++n) {
+    for (int c = 0; c < kCurls; ++c) {
+      for (int b = 0; b < kCurls; ++b) {
+        const std::array<double, 3>& own = curls_[kSideBySide[n]][c].flexion;
+        const std::array<double, 3>& before = curls_[kSideBySide[n - 1]][b].flexion;
+        unlike_[n][c][b] = 0.25 * (Squared(own[0] - before[0]) + Squared(own[1] - before[1]));
       }
     }
   }
@@ -126,61 +143,172 @@ HandlePlacer::Curl HandlePlacer::Posed(HandEvaluation& hand, const HandAngles& a
   return curl;
 }
 
-HandlePlacer::Fit HandlePlacer::TryFinger(const Curl& curl, const Handle& handle,
-                                          const DistanceGrid& object,
-                                          const Eigen::Isometry3d& object_from_wrist) const {
-  // The tip is the first to be in the way.
-  std::array<double, kMostBalls> gaps;
-  for (std::size_t b = curl.balls.size(); b-- > 0;) {
-    const Ball& ball = curl.balls[b];
-    gaps[b] = object.Linear(object_from_wrist * ball.center) - ball.radius;
-    if (gaps[b] < -kGive) return {};
+// Gaps between the object and the balls of one finger, curl after curl. Most balls are far away, as
+// one beside them or the same one of another curl tells.
+class HandlePlacer::Gaps {
+ public:
+  Gaps(const DistanceGrid& object, const Eigen::Isometry3d& object_from_wrist)
+      : object_(object), object_from_wrist_(object_from_wrist) {}
+
+  // False where a ball is in the object. The tip is the first to be in the way.
+  bool Measure(const Curl& curl) {
+    const Seen* beside = nullptr;
+    for (std::size_t b = curl.balls.size(); b-- > 0;) {
+      const Ball& ball = curl.balls[b];
+      Seen& seen = seen_[b];
+      gaps_[b] = kNoGap;
+      if (IsFar(seen, ball) || (beside != nullptr && IsFar(*beside, ball))) continue;
+      if (seen.center != ball.center) {
+        seen.center = ball.center;
+        seen.distance = object_.Linear(object_from_wrist_ * ball.center, &seen.outward);
+      }
+      beside = &seen;
+      gaps_[b] = seen.distance - ball.radius;
+      if (gaps_[b] < -kGive) return false;
+    }
+    return true;
   }
-  std::array<double, 3> touch{};
-  double knuckles = 0.0;
-  for (std::size_t b = 0; b < curl.balls.size(); ++b) {
-    if (gaps[b] > kFar) continue;
-    const Ball& ball = curl.balls[b];
+
+  // Of a ball: infinite where it is more than kFar.
+  double Gap(std::size_t ball) const { return gaps_[ball] > kFar ? kNoGap : gaps_[ball]; }
+  // Cosine between where the ball's pad faces and the way to the surface.
+  double Facing(const Curl& curl, std::size_t ball) const {
+    return -(object_from_wrist_.linear() * curl.balls[ball].pad).dot(seen_[ball].outward);
+  }
+  const Eigen::Isometry3d& ObjectFromWrist() const { return object_from_wrist_; }
+
+ private:
+  struct Seen {
+    Eigen::Vector3d center = Eigen::Vector3d::Constant(kNoGap);
     Eigen::Vector3d outward;
-    object.Linear(object_from_wrist * ball.center, &outward);
-    const double facing = -(object_from_wrist.linear() * ball.pad).dot(outward);
-    const double nearness = std::exp(-std::max(gaps[b], 0.0) / kNear);
-    if (facing > 0.35) touch[ball.phalanx] = std::max(touch[ball.phalanx], nearness);
-    if (facing < -0.2) knuckles = std::max(knuckles, nearness);
+    double distance = -kNoGap;
+  };
+
+  static bool IsFar(const Seen& seen, const Ball& ball) {
+    constexpr double kSteepest = 1.05;  // of interpolated distances
+    const double way = (seen.distance - ball.radius - kFar) / kSteepest;
+    return way > 0.0 && (seen.center - ball.center).squaredNorm() < way * way;
+  }
+
+  const DistanceGrid& object_;
+  const Eigen::Isometry3d& object_from_wrist_;
+  std::array<double, kMostBalls> gaps_;
+  std::array<Seen, kMostBalls> seen_;
+};
+
+HandlePlacer::Fit HandlePlacer::TryFinger(const Curl& curl, const Handle& handle, Gaps& gaps) {
+  if (!gaps.Measure(curl)) return {};
+  std::array<double, 3> touch = {kNoGap, kNoGap, kNoGap};  // least gaps
+  double knuckles = kNoGap;
+  for (std::size_t b = 0; b < curl.balls.size(); ++b) {
+    const double gap = gaps.Gap(b);
+    if (gap == kNoGap) continue;
+    double& pad = touch[curl.balls[b].phalanx];
+    if (gap >= std::max(pad, knuckles)) continue;
+    const double facing = gaps.Facing(curl, b);
+    if (facing > 0.35) pad = std::min(pad, gap);
+    if (facing < -0.2) knuckles = std::min(knuckles, gap);
   }
   Fit fit;
-  fit.through = PassesThrough(handle, object_from_wrist * curl.chain);
-  const double touching = touch[0] + touch[1] + touch[2];
-  fit.worth = (fit.through ? 1.0 + 0.4 * touching : 0.15 * touching) - 0.25 * knuckles -
+  fit.through = PassesThrough(handle, gaps.ObjectFromWrist() * curl.chain);
+  const double touching = Nearness(touch[0]) + Nearness(touch[1]) + Nearness(touch[2]);
+  fit.worth = (fit.through ? 1.0 + 0.4 * touching : 0.15 * touching) - 0.25 * Nearness(knuckles) -
               0.08 * curl.discomfort;
   return fit;
 }
 
-double HandlePlacer::TryThumb(const Curl& curl, const Handle& handle, const DistanceGrid& object,
-                              const Eigen::Isometry3d& object_from_wrist) const {
-  std::array<double, kMostBalls> gaps;
-  for (std::size_t b = curl.balls.size(); b-- > 0;) {
-    const Ball& ball = curl.balls[b];
-    gaps[b] = object.Linear(object_from_wrist * ball.center) - ball.radius;
-    if (gaps[b] < -kGive) return -1e9;
-  }
+double HandlePlacer::TryThumb(const Curl& curl, const Handle& handle, Gaps& gaps) {
+  if (!gaps.Measure(curl)) return -1e9;
   double touch = 0.0;
   for (std::size_t b = 0; b < curl.balls.size(); ++b) {
     const Ball& ball = curl.balls[b];
-    if (ball.phalanx != 2 || gaps[b] > kFar) continue;
-    Eigen::Vector3d outward;
-    const Eigen::Vector3d x = object_from_wrist * ball.center;
-    object.Linear(x, &outward);
-    const double facing = -(object_from_wrist.linear() * ball.pad).dot(outward);
+    const double gap = gaps.Gap(b);
+    if (ball.phalanx != 2 || gap == kNoGap) continue;
     // On the bar, not somewhere on what it belongs to.
-    const double beside = std::max(0.0, (x - handle.bar).norm() - 0.045);
-    touch = std::max(touch, std::max(0.0, facing) * std::exp(-std::max(gaps[b], 0.0) / kNear) *
-                                std::exp(-beside / 0.02));
+    const double beside =
+        std::max(0.0, (gaps.ObjectFromWrist() * ball.center - handle.bar).norm() - 0.045);
+    touch = std::max(
+        touch, std::max(0.0, gaps.Facing(curl, b)) * Nearness(gap) * std::exp(-beside / 0.02));
   }
   return touch - 0.1 * curl.discomfort;
 }
 
-bool HandlePlacer::TryHand(const Handle& handle, const DistanceGrid& object,
+// The best of all, with neighbours alike. Each finger has a curl that is free.
+HandlePlacer::Choice HandlePlacer::Choose(const Fits& fits) const {
+  std::array<std::array<int, kCurls>, kThumb> from{};
+  std::array<double, kCurls> worth{}, next;
+  for (int n = 0; n < kThumb; ++n) {
+    next.fill(-1e9);
+    for (int c = 0; c < kCurls; ++c) {
+      if (fits[n][c].worth < -1e8) continue;
+      double best = n == 0 ? 0.0 : -1e9;
+      for (int b = 0; b < kCurls && n > 0; ++b) {
+        if (worth[b] - unlike_[n][c][b] > best) {
+          best = worth[b] - unlike_[n][c][b];
+          from[n][c] = b;
+        }
+      }
+      next[c] = best + fits[n][c].worth;
+    }
+    worth = next;
+  }
+  auto chosen = static_cast<int>(std::max_element(worth.begin(), worth.end()) - worth.begin());
+  Choice choice{worth[chosen], {}};
+  for (int n = kThumb - 1; n >= 0; --n) {
+    choice.curls[n] = chosen;
+    chosen = from[n][chosen];
+  }
+  return choice;
+}
+
+// Fingers and thumb of a hand whose palm is free. False where they are not, or where the
+// placement's prior, to which the palm adds `palm`, is not more than `least`.
+bool HandlePlacer::TryFingers(const Handle& handle, const DistanceGrid& object, double palm,
+                              double least, Placement& placement) const {
+  constexpr double kMostOfFinger = 1.0 + 3 * 0.4, kMostOfThumb = 1.0, kRounding = 1e-9;
+  const Eigen::Isometry3d object_from_wrist = placement.wrist_from_object.inverse();
+  Fits fits;
+  double most = palm + kMostOfThumb + 4.0 * kMostOfFinger + kRounding;
+  for (int n = 0; n < kThumb; ++n) {
+    Gaps gaps(object, object_from_wrist);
+    double best = -1e9;
+    for (int c = 0; c < kCurls; ++c) {
+      fits[n][c] = TryFinger(curls_[kSideBySide[n]][c], handle, gaps);
+      best = std::max(best, fits[n][c].worth);
+    }
+    most += best - kMostOfFinger;
+    if (best < -1e8 || most <= least) return false;
+  }
+  const Choice choice = Choose(fits);
+  if (choice.worth < 0.0 || choice.worth + palm + kMostOfThumb + kRounding <= least) return false;
+  placement.prior = choice.worth + palm;
+  placement.start = OpenHand(anatomy_.axes);
+  placement.closing = {};
+  const auto take = [&](const Curl& curl, int finger) {
+    for (int j = 0; j < 3; ++j) {
+      placement.start(0, 3 * finger + j) = curl.flexion[j];
+      placement.start(1, 3 * finger + j) = curl.abduction[j];
+    }
+  };
+  for (int n = 0; n < kThumb; ++n) {
+    take(curls_[kSideBySide[n]][choice.curls[n]], kSideBySide[n]);
+    placement.closing[kSideBySide[n]] = fits[n][choice.curls[n]].through;
+  }
+  if (std::ranges::count(placement.closing, true) == 0) return false;
+  double best = -1e9;
+  Gaps gaps(object, object_from_wrist);
+  for (const Curl& curl : curls_[kThumb]) {
+    const double thumb = TryThumb(curl, handle, gaps);
+    if (thumb <= best) continue;
+    best = thumb;
+    take(curl, kThumb);
+  }
+  placement.closing[kThumb] = true;
+  placement.prior += best;
+  return best > -1e8 && placement.prior > least;
+}
+
+bool HandlePlacer::TryHand(const Handle& handle, const DistanceGrid& object, double least,
                            Placement& placement) const {
   const Eigen::Isometry3d object_from_wrist = placement.wrist_from_object.inverse();
   // Knuckles stay outside: fingers that come from within the opening are no way to hold a bar.
@@ -190,67 +318,9 @@ bool HandlePlacer::TryHand(const Handle& handle, const DistanceGrid& object,
   }
   const double palm_gap = palm_patches_.Least(
       [&](int i) { return object.Linear(object_from_wrist * palm_.col(i)); }, 1.0, -kGive);
-  if (palm_gap < -kGive) return false;
-  // From the index finger to the little one: the best of all, with neighbours alike.
-  constexpr int kOrder[4] = {kIndex, kMiddle, kRing, kPinky};
-  const std::size_t count = curls_[kIndex].size();
-  std::array<std::vector<Fit>, 4> fits;
-  std::array<std::vector<int>, 4> from;
-  std::vector<double> worth(count, 0.0);
-  for (int n = 0; n < 4; ++n) {
-    const std::vector<Curl>& curls = curls_[kOrder[n]];
-    std::vector<double> next(count, -1e9);
-    from[n].assign(count, 0);
-    bool any = false;
-    for (std::size_t c = 0; c < count; ++c) {
-      fits[n].push_back(TryFinger(curls[c], handle, object, object_from_wrist));
-      if (fits[n][c].worth < -1e8) continue;
-      any = true;
-      double best = n == 0 ? 0.0 : -1e9;
-      for (std::size_t b = 0; b < count && n > 0; ++b) {
-        if (worth[b] < -1e8) continue;
-        const std::vector<Curl>& before = curls_[kOrder[n - 1]];
-        const double apart = Squared(curls[c].flexion[0] - before[b].flexion[0]) +
-                             Squared(curls[c].flexion[1] - before[b].flexion[1]);
-        if (worth[b] - 0.25 * apart > best) {
-          best = worth[b] - 0.25 * apart;
-          from[n][c] = static_cast<int>(b);
-        }
-      }
-      next[c] = best + fits[n][c].worth;
-    }
-    if (!any) return false;
-    worth = std::move(next);
-  }
-  auto chosen = static_cast<int>(std::max_element(worth.begin(), worth.end()) - worth.begin());
-  if (worth[chosen] < 0.0) return false;
-  placement.prior = worth[chosen] + 0.6 * std::exp(-std::max(palm_gap, 0.0) / 0.008);
-  placement.start = OpenHand(anatomy_.axes);
-  placement.closing = {};
-  for (int n = 3; n >= 0; --n) {
-    const int finger = kOrder[n];
-    const Curl& curl = curls_[finger][chosen];
-    for (int j = 0; j < 3; ++j) {
-      placement.start(0, 3 * finger + j) = curl.flexion[j];
-      placement.start(1, 3 * finger + j) = curl.abduction[j];
-    }
-    placement.closing[finger] = fits[n][chosen].through;
-    chosen = from[n][chosen];
-  }
-  if (std::count(placement.closing.begin(), placement.closing.end(), true) == 0) return false;
-  double best = -1e9;
-  for (const Curl& curl : curls_[kThumb]) {
-    const double thumb = TryThumb(curl, handle, object, object_from_wrist);
-    if (thumb <= best) continue;
-    best = thumb;
-    for (int j = 0; j < 3; ++j) {
-      placement.start(0, 3 * kThumb + j) = curl.flexion[j];
-      placement.start(1, 3 * kThumb + j) = curl.abduction[j];
-    }
-  }
-  placement.closing[kThumb] = true;
-  placement.prior += best;
-  return best > -1e8;
+  return palm_gap >= -kGive &&
+         TryFingers(handle, object, 0.6 * std::exp(-std::max(palm_gap, 0.0) / 0.008), least,
+                    placement);
 }
 
 std::vector<Placement> HandlePlacer::Place(std::span<const Handle> handles, int index,
@@ -302,15 +372,17 @@ std::vector<Placement> HandlePlacer::Place(std::span<const Handle> handles, int 
                   handle.bar + 0.5 * (handle.low + handle.high) * handle.along;
               placement.wrist_from_object.translation() =
                   bar - placement.wrist_from_object.linear() * middle;
-              if (outside(placement) && TryHand(handle, object, placement))
-                of_turn.push_back(placement);
+              const bool full = of_turn.size() == kBestOfTurn;
+              const double least = full ? of_turn.back().prior : -kNoGap;
+              if (!outside(placement) || !TryHand(handle, object, least, placement)) continue;
+              if (full) of_turn.pop_back();
+              of_turn.insert(std::ranges::upper_bound(of_turn, placement.prior,
+                                                      std::ranges::greater(), &Placement::prior),
+                             placement);
             }
           }
         }
       }
-      std::stable_sort(of_turn.begin(), of_turn.end(),
-                       [](const Placement& a, const Placement& b) { return a.prior > b.prior; });
-      if (of_turn.size() > kBestOfTurn) of_turn.resize(kBestOfTurn);
       placements.insert(placements.end(), of_turn.begin(), of_turn.end());
     }
   }

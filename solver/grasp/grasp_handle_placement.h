@@ -50,15 +50,29 @@ class HandlePlacer {
     bool through = false;
   };
 
+  static constexpr int kCurls = 25;  // of each finger but the thumb
+  using Fits = std::array<std::array<Fit, kCurls>, kThumb>;
+  // One curl a finger, from the index finger on.
+  struct Choice {
+    double worth;
+    std::array<int, kThumb> curls;
+  };
+  class Gaps;
+
   Curl Posed(HandEvaluation& hand, const HandAngles& angles, int finger) const;
-  Fit TryFinger(const Curl& curl, const Handle& handle, const DistanceGrid& object,
-                const Eigen::Isometry3d& object_from_wrist) const;
-  double TryThumb(const Curl& curl, const Handle& handle, const DistanceGrid& object,
-                  const Eigen::Isometry3d& object_from_wrist) const;
-  bool TryHand(const Handle& handle, const DistanceGrid& object, Placement& placement) const;
+  static Fit TryFinger(const Curl& curl, const Handle& handle, Gaps& gaps);
+  static double TryThumb(const Curl& curl, const Handle& handle, Gaps& gaps);
+  Choice Choose(const Fits& fits) const;
+  bool TryFingers(const Handle& handle, const DistanceGrid& object, double palm, double least,
+                  Placement& placement) const;
+  bool TryHand(const Handle& handle, const DistanceGrid& object, double least,
+               Placement& placement) const;
 
   const HandAnatomy& anatomy_;
   std::array<std::vector<Curl>, kNumFingers> curls_;
+  // What it takes from the worth that a finger, from the index finger on, and the one before it
+  // have these curls.
+  std::array<std::array<std::array<double, kCurls>, kCurls>, kThumb> unlike_{};
   Eigen::Matrix3Xd palm_;  // points all over palm and back of the hand
   PointPatches palm_patches_;
 };

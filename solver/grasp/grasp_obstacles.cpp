@@ -2,6 +2,8 @@
 #include "solver/grasp/grasp_obstacles.h"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 namespace holdfast {
 namespace {
@@ -49,22 +51,25 @@ std::vector<Eigen::Matrix3Xd> BodyAroundWrist(const Clip& clip, const BodySurfac
   return frames;
 }
 
-double ShareBlocked(const DistanceGrid& object, const Eigen::Isometry3d& wrist_from_object,
-                    std::span<const Eigen::Matrix3Xd> obstacles_in_wrist) {
+WristObstacles::WristObstacles(std::span<const Eigen::Matrix3Xd> in_wrist) : sets_(in_wrist) {
+  for (const Eigen::Matrix3Xd& points : sets_) {
+    std::vector<int> ids(static_cast<std::size_t>(points.cols()));
+    std::iota(ids.begin(), ids.end(), 0);
+    patches_.emplace_back(points, std::move(ids));
+  }
+}
+
+double WristObstacles::ShareBlocked(const DistanceGrid& object,
+                                    const Eigen::Isometry3d& wrist_from_object) const {
   constexpr double kSoftTissue = 0.002;  // metres
-  if (obstacles_in_wrist.empty()) return 0.0;
+  if (sets_.empty()) return 0.0;
   const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
-  const auto meets = [&](const Eigen::Matrix3Xd& points) {
-    for (Eigen::Index i = 0; i < points.cols(); ++i) {
-      const Eigen::Vector3d p = object_from_wrist * points.col(i);
-      const bool near =
-          (p.array() > object.Min().array()).all() && (p.array() < object.Max().array()).all();
-      if (near && object.Linear(p) < -kSoftTissue) return true;
-    }
-    return false;
-  };
-  return static_cast<double>(std::ranges::count_if(obstacles_in_wrist, meets)) /
-         static_cast<double>(obstacles_in_wrist.size());
+  int blocked = 0;
+  for (std::size_t k = 0; k < sets_.size(); ++k) {
+    const auto distance = [&](int i) { return object.Linear(object_from_wrist * sets_[k].col(i)); };
+    blocked += patches_[k].Least(distance, -kSoftTissue, -kSoftTissue) < -kSoftTissue;
+  }
+  return blocked / static_cast<double>(sets_.size());
 }
 
 }  // namespace holdfast

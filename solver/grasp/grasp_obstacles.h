@@ -10,6 +10,7 @@
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
 #include "geometry/mesh/distance_grid.h"
+#include "solver/hand/point_patches.h"
 
 namespace holdfast {
 
@@ -22,9 +23,19 @@ std::vector<Eigen::Matrix3Xd> BodyAroundWrist(const Clip& clip, const BodySurfac
                                               double reach_m, int num_frames = 8,
                                               bool other_hand = true);
 
-/// Share of the obstacles' sets with a point deeper in the held object than soft tissue gives; 0
-/// without any.
-double ShareBlocked(const DistanceGrid& object, const Eigen::Isometry3d& wrist_from_object,
-                    std::span<const Eigen::Matrix3Xd> obstacles_in_wrist);
+/// Sets of such points in patches, for many poses of one object. Const, shared by threads.
+class WristObstacles {
+ public:
+  /// `in_wrist` must outlive this.
+  explicit WristObstacles(std::span<const Eigen::Matrix3Xd> in_wrist);
+
+  /// Share of the sets with a point deeper in the held object than soft tissue gives; 0 without
+  /// any.
+  double ShareBlocked(const DistanceGrid& object, const Eigen::Isometry3d& wrist_from_object) const;
+
+ private:
+  std::span<const Eigen::Matrix3Xd> sets_;
+  std::vector<PointPatches> patches_;  // of each
+};
 
 }  // namespace holdfast

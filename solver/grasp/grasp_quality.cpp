@@ -21,10 +21,10 @@ constexpr double kPadLever = 0.006;
 // Low-discrepancy directions on the 6-sphere: Kronecker points through the normal quantile's
 // logistic approximation; evenness matters, exactness does not.
 Wrench WrenchDirection(int i) {
-  constexpr double kStep[6] = {0.9, 0.81, 0.73, 0.656, 0.59, 0.531};
+  constexpr double kRatio[6] = {0.9, 0.81, 0.73, 0.656, 0.59, 0.531};
   Wrench w;
   for (int c = 0; c < 6; ++c) {
-    const double u = std::fmod(0.5 + (i + 1) * kStep[c] * std::numbers::phi, 1.0);
+    const double u = std::fmod(0.5 + (i + 1) * kRatio[c] * std::numbers::phi, 1.0);
     const double safe = std::clamp(u, 0.01, 0.99);
     w(c) = std::log(safe / (1.0 - safe));
   }

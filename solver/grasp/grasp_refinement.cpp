@@ -56,9 +56,9 @@ RefinedPoints ChooseRefinedPoints(const HandAnatomy& anatomy, HandEvaluation& ha
   const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
   Eigen::Matrix3Xd skin;
   SkinPositions(landmarks, hand.At(fingers.data(), false).Vertices(), skin);
-  Eigen::VectorXd distance(skin.cols());
+  const Eigen::VectorXd distance = SkinDistances(landmarks, object, object_from_wrist, skin,
+                                                 std::max(kWatchDistance, options.contact_reach_m));
   for (Eigen::Index s = 0; s < skin.cols(); ++s) {
-    distance(s) = object.Distance(object_from_wrist * skin.col(s));
     if (distance(s) < kWatchDistance) points.watched.push_back(landmarks.Skin()[s]);
   }
   points.touching = NearestOfPads(landmarks, distance, options.contact_reach_m);

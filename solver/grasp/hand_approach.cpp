@@ -11,7 +11,7 @@
 namespace holdfast {
 namespace {
 
-constexpr int kDirections = 96;
+constexpr int kApproachDirections = 96;
 constexpr std::array<double, 6> kOpennesses = {0.5, 0.7, 0.3, 0.9, 0.2, 0.1};
 constexpr std::array<double, 4> kLeads = {0.0, 0.5, 1.0, -0.5};
 constexpr std::array<double, 6> kOnTheWay = {0.006, 0.015, 0.028, 0.045, 0.065, 0.09};  // metres
@@ -44,7 +44,7 @@ void Add(const Eigen::Matrix3Xd& skin, const Eigen::Vector3d& shift, const Dista
 
 // Directions evenly over a sphere (a Fibonacci lattice).
 Eigen::Vector3d Direction(int k) {
-  const double z = 1.0 - (2.0 * k + 1.0) / kDirections;
+  const double z = 1.0 - (2.0 * k + 1.0) / kApproachDirections;
   const double turn = 2.0 * std::numbers::pi * k / std::numbers::phi;
   const double r = std::sqrt(1.0 - z * z);
   return {r * std::cos(turn), r * std::sin(turn), z};
@@ -113,7 +113,7 @@ HandApproach FindApproach(const HandAnatomy& anatomy, const Grasp& grasp,
       closing = depths;
       tried.tips_lead = lead;
     }
-    for (int k = 0; k < kDirections; ++k) {
+    for (int k = 0; k < kApproachDirections; ++k) {
       tried.retreat = Direction(k);
       const double unusual = 3.0 * (1.0 - tried.retreat.dot(usual));
       Depths depths = closing;

@@ -189,6 +189,20 @@ void SkinPositions(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& verti
   }
 }
 
+Eigen::VectorXd SkinDistances(const HandLandmarks& landmarks, const DistanceGrid& object,
+                              const Eigen::Isometry3d& object_from_skin,
+                              const Eigen::Matrix3Xd& positions, double most_m) {
+  constexpr double kLinear = 0.001;  // metres that linear interpolation may be off
+  Eigen::VectorXd distances =
+      Eigen::VectorXd::Constant(positions.cols(), std::numeric_limits<double>::infinity());
+  for (int part = 0; part < kNumHandParts; ++part) {
+    landmarks.SkinPatches(part).ForBelow(
+        most_m + kLinear, [&](int s) { return object.Linear(object_from_skin * positions.col(s)); },
+        [&](int s) { distances(s) = object.Distance(object_from_skin * positions.col(s)); });
+  }
+  return distances;
+}
+
 void BallCenters(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices,
                  Eigen::Matrix3Xd& centers) {
   const std::vector<FingerBall>& balls = landmarks.Balls();

@@ -5,8 +5,10 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "geometry/body/hand_model.h"
+#include "geometry/mesh/distance_grid.h"
 #include "solver/hand/hand_axes.h"
 #include "solver/hand/point_patches.h"
 
@@ -94,6 +96,12 @@ class HandLandmarks {
 /// Positions (3 x n) of skin points for vertices in any frame.
 void SkinPositions(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices,
                    Eigen::Matrix3Xd& positions);
+/// Signed distances (metres) of skin points (`positions`: of SkinPositions, in a frame that
+/// `object_from_skin` leads from) to an object; infinity of those that are known by their
+/// neighbours to be farther than `most_m`.
+Eigen::VectorXd SkinDistances(const HandLandmarks& landmarks, const DistanceGrid& object,
+                              const Eigen::Isometry3d& object_from_skin,
+                              const Eigen::Matrix3Xd& positions, double most_m);
 /// Centres (3 x n) of the finger balls.
 void BallCenters(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices,
                  Eigen::Matrix3Xd& centers);

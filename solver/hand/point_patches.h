@@ -44,6 +44,19 @@ class PointPatches {
     return least;
   }
 
+  /// Calls visit(id) for the points whose value, which may not change faster than that, may be
+  /// below `limit`.
+  template <typename Value, typename Visit>
+  void ForBelow(double limit, const Value& value, const Visit& visit) const {
+    for (const Patch& patch : patches_) {
+      const double middle = value(ids_[patch.begin]);
+      if (middle - patch.radius >= limit) continue;
+      for (int n = patch.begin; n < patch.end; ++n) {
+        if (middle - reach_[n] < limit) visit(ids_[n]);
+      }
+    }
+  }
+
  private:
   static constexpr int kMostPatches = 256;
   struct Patch {

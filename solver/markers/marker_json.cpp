@@ -31,7 +31,52 @@ nlohmann::json MarkerJson(const SolvedMarker& marker) {
           {"rms_mm", marker.seen > 0 ? nlohmann::json(marker.rms_mm) : nlohmann::json()}};
 }
 
+template <typename Markers>
+void AddFaultsJson(const MarkerFaults& faults, const Markers& name, nlohmann::json& json) {
+  json["swaps"] = nlohmann::json::array();
+  for (const auto& swap : faults.swaps) {
+    json["swaps"].push_back({{"frame", swap.frame}, {"markers", {name(swap.a), name(swap.b)}}});
+  }
+  json["outliers"] = nlohmann::json::array();
+  for (const auto& outlier : faults.outliers) {
+    json["outliers"].push_back({{"frame", outlier.frame},
+                                {"marker", name(outlier.marker)},
+                                {"off_mm", 1e3 * outlier.off_m}});
+  }
+}
+
+nlohmann::json ObjectJson(const ObjectMarkerReport& report) {
+  nlohmann::json json;
+  json["rms_mm"] = report.rms_mm;
+  json["places_from_table_rms_mm"] =
+      report.table_rms_mm ? nlohmann::json(*report.table_rms_mm) : nlohmann::json();
+  json["markers"] = nlohmann::json::array();
+  for (const auto& marker : report.markers) {
+    json["markers"].push_back(
+        {{"name", marker.name},
+         {"place_in_object_m", {marker.place.x(), marker.place.y(), marker.place.z()}},
+         {"frames_seen", marker.seen},
+         {"longest_gap_frames", marker.longest_gap},
+         {"outlier_frames", marker.outliers},
+         {"swapped_frames", marker.swapped},
+         {"rms_mm", marker.seen > 0 ? nlohmann::json(marker.rms_mm) : nlohmann::json()}});
+  }
+  json["filled_frames"] = report.gaps;
+  AddFaultsJson(
+      report.faults, [&](int k) { return report.markers[k].name; }, json);
+  return json;
+}
+
 }  // namespace
+
+nlohmann::json HeadReportJson(const HeadReport& head) {
+  return {{"hand_deep_frames_before", head.deep_before},
+          {"hand_deep_frames", head.deep},
+          {"hand_deepest_before_mm", 1e3 * head.worst_before_m},
+          {"hand_deepest_mm", 1e3 * head.worst_m},
+          {"frames_moved", head.moved},
+          {"turned_deg", head.turned_rad / kDegree}};
+}
 
 nlohmann::json MarkerReportJson(const MarkerReport& report) {
   nlohmann::json json;
@@ -44,18 +89,9 @@ nlohmann::json MarkerReportJson(const MarkerReport& report) {
   json["unused_names"] = report.unused;
   json["never_seen"] = report.never_seen;
   json["unmarked_joints"] = JointNames(report.unmarked);
-  json["swaps"] = nlohmann::json::array();
-  for (const auto& swap : report.faults.swaps) {
-    json["swaps"].push_back(
-        {{"frame", swap.frame},
-         {"markers", {report.markers[swap.a].site.name, report.markers[swap.b].site.name}}});
-  }
-  json["outliers"] = nlohmann::json::array();
-  for (const auto& outlier : report.faults.outliers) {
-    json["outliers"].push_back({{"frame", outlier.frame},
-                                {"marker", report.markers[outlier.marker].site.name},
-                                {"off_mm", 1e3 * outlier.off_m}});
-  }
+  AddFaultsJson(
+      report.faults, [&](int k) { return report.markers[k].site.name; }, json);
+  if (report.object) json["object"] = ObjectJson(*report.object);
   const Eigen::Matrix3d R = report.world.world_from_recording;
   json["world"] = {
       {"up", MarkerUpName(report.world.up)},
@@ -64,6 +100,7 @@ nlohmann::json MarkerReportJson(const MarkerReport& report) {
        {{R(0, 0), R(0, 1), R(0, 2)}, {R(1, 0), R(1, 1), R(1, 2)}, {R(2, 0), R(2, 1), R(2, 2)}}},
       {"lift_m", report.lift_m},
       {"facing_deg", report.world.facing_rad / kDegree}};
+  json["head"] = HeadReportJson(report.head);
   return json;
 }
 

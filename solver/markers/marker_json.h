@@ -11,4 +11,7 @@ namespace holdfast {
 /// right, outliers, joints at rest, axes. Units in the names.
 nlohmann::json MarkerReportJson(const MarkerReport& report);
 
+/// How an unmarked head gave way: frames, millimetres, degrees.
+nlohmann::json HeadReportJson(const HeadReport& head);
+
 }  // namespace holdfast

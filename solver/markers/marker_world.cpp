@@ -170,6 +170,18 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
   return world;
 }
 
+MarkerRecording InWorld(const MarkerRecording& recording, const MarkerWorld& world, double lift_m) {
+  MarkerRecording in_world = recording;
+  const Eigen::Matrix3d turn = world.scale * world.world_from_recording;
+  for (int t = 0; t < recording.NumFrames(); ++t) {
+    for (int m = 0; m < recording.NumMarkers(); ++m) {
+      in_world.positions.block<3, 1>(3 * m, t) =
+          turn * recording.At(m, t) + lift_m * Eigen::Vector3d::UnitZ();
+    }
+  }
+  return in_world;
+}
+
 Eigen::Matrix<double, 6, 1> RootAt(const MarkedPerson& person, const SeenMarkers& seen,
                                    double facing_rad) {
   Pairs pairs = PairsOf(person, seen.marker, seen.place, true);

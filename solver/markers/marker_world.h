@@ -35,6 +35,9 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
                       const std::vector<int>& column, std::optional<MarkerUp> up,
                       const std::string& where);
 
+/// The recording in the world, metres, raised by `lift_m`.
+MarkerRecording InWorld(const MarkerRecording& recording, const MarkerWorld& world, double lift_m);
+
 /// Where a root (FreePose) is whose trunk is about the markers of a frame (world), facing so.
 Eigen::Matrix<double, 6, 1> RootAt(const MarkedPerson& person, const SeenMarkers& seen,
                                    double facing_rad);

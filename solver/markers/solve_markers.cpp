@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/io/container/text_scanner.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "geometry/suggestion.h"
@@ -25,16 +26,25 @@ bool EverSeen(const MarkerRecording& recording, int marker) {
   return false;
 }
 
+bool OfObject(const std::string& name, const std::optional<ObjectMarkers>& object) {
+  return object && std::ranges::any_of(object->names, [&](const std::string& other) {
+           return EqualIgnoringCase(name, other);
+         });
+}
+
 // Names of the recordings that the table knows, and those that it does not.
 std::vector<MarkerSite> SitesOf(const MarkerRecording& recording,
-                                const MarkerRecording* static_trial, const MarkerTable& table,
-                                const std::string& where, MarkerReport& report) {
+                                const MarkerRecording* static_trial,
+                                const SolveMarkersOptions& options, const std::string& where,
+                                MarkerReport& report) {
+  const MarkerTable& table = options.table ? *options.table : MarkerTable::Known();
   std::vector<MarkerSite> sites;
   std::set<std::string> subjects, known;
   for (const MarkerRecording* const from : {&recording, static_trial}) {
     if (from == nullptr) continue;
     for (int m = 0; m < from->NumMarkers(); ++m) {
       const std::string& name = from->names[m];
+      if (OfObject(name, options.object)) continue;
       const MarkerSite* const site = table.Find(name);
       const bool trial = from == &recording;
       if (site == nullptr) {
@@ -221,6 +231,16 @@ Prepared Prepare(const MarkedPerson& person, const MarkerRecording& recording,
   return prepared;
 }
 
+// The object of a solved clip, from its markers in the clip's world.
+void AddObject(const MarkerRecording& recording, const ObjectMarkers& markers,
+               const std::string& where, SolvedRecording& solved) {
+  MarkerReport& report = solved.report;
+  TrackedObject tracked =
+      TrackObject(InWorld(recording, report.world, report.lift_m), markers, where);
+  solved.clip.object = std::move(tracked.track);
+  report.object = std::move(tracked.report);
+}
+
 }  // namespace
 
 SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecording* static_trial,
@@ -232,9 +252,8 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
   };
   SolvedRecording solved;
   MarkerReport& report = solved.report;
-  const MarkerTable& table = options.table ? *options.table : MarkerTable::Known();
   const MarkedPerson person = MakeMarkedPerson(
-      model, SitesOf(recording, static_trial, table, where, report), options.posture);
+      model, SitesOf(recording, static_trial, options, where, report), options.posture);
   Prepared trial = Prepare(person, recording, options, where);
   const std::vector<int> spread = SpreadFrames(trial.frames, options.calibration_frames);
   if (spread.empty() ||
@@ -285,6 +304,10 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
     ++report.markers[swap.b].swapped;
   }
   solved.clip = ClipOf(person, calibration, track, recording.rate_hz, report);
+  if (options.object) AddObject(recording, *options.object, where, solved);
+  if (std::ranges::count(report.unmarked, kHead) > 0) {
+    report.head = PoseUnmarkedHead(model, solved.clip.betas, {}, solved.clip);
+  }
   const Eigen::Matrix3d back = trial.world.world_from_recording.transpose() / trial.world.scale;
   solved.carried = carried;
   for (Eigen::Index t = 0; t < carried.cols(); ++t) {

@@ -15,6 +15,8 @@
 #include "solver/markers/marker_names.h"
 #include "solver/markers/marker_track.h"
 #include "solver/markers/marker_world.h"
+#include "solver/markers/object_markers.h"
+#include "solver/markers/unmarked_head.h"
 
 namespace holdfast {
 
@@ -22,6 +24,7 @@ struct SolveMarkersOptions {
   std::optional<MarkerTable> table;            ///< in place of the known names
   std::optional<MarkerUp> up;                  ///< in place of what trunk and shoulders tell
   RestPosture posture = RestPosture::kSeated;  ///< of legs without a marker
+  std::optional<ObjectMarkers> object;         ///< markers that are on an object
   int calibration_frames = 24;                 ///< of the trial, spread over it
   MarkerScales scales;
 };
@@ -48,6 +51,8 @@ struct MarkerReport {
   std::vector<int> unmarked;  ///< joints that rest
   MarkerWorld world;
   double lift_m = 0.0;  ///< added to heights, so that the soles are on the ground
+  std::optional<ObjectMarkerReport> object;
+  HeadReport head;  ///< how an unmarked one gave way to hands
   int iterations = 0;
   bool converged = false;
 };
@@ -62,7 +67,11 @@ struct SolvedRecording {
 /// `holdfast solve`: labelled markers to a body in motion. Shape and places of the markers first
 /// (CalibrateMarkers), from a static trial where there is one and frames spread over the trial;
 /// then all frames at once (TrackMarkers), labels put right (RepairMarkers), and again. Joints
-/// without markers rest and are reported; a pelvis without markers keeps its place.
+/// without markers rest and are reported; a pelvis without markers keeps its place, a head gives
+/// way to hands (PoseUnmarkedHead).
+///
+/// Where some are an object's, the clip has its pose in every frame (TrackObject); its mesh is not
+/// asked for.
 ///
 /// The clip has the recording's rate; z is up and soles are on the ground. Errors name `where`:
 /// no known name (with the nearest known one), no marker seen, too few to tell a pose, several

@@ -15,10 +15,7 @@
 namespace holdfast {
 namespace {
 
-constexpr int kGrasps = 14;    // that the hand may choose from
-constexpr int kPairTries = 5;  // of them that the other hand is found a grasp for
-constexpr int kTries = 6;      // of a start, in other styles
-constexpr int kPairVertices = 300;
+constexpr int kTries = 6;  // of a start, in other styles
 
 std::unique_ptr<const ActionProp> PropOf(const LoadedObject& object, bool mirrored, int threads) {
   return std::make_unique<const ActionProp>(MakeActionProp(
@@ -69,7 +66,7 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   const HandModel &right = start.actor->Hand(Side::kRight), &left = start.actor->Hand(Side::kLeft);
   const ActionObject shape{prop.mesh, prop.surface, *prop.fit.distance};
   std::vector<Grasp> grasps =
-      FindActionGrasps(right, shape, options.seed, kGrasps, &hold.grasp, options.threads);
+      FindActionGrasps(right, shape, options.seed, kGraspChoice, &hold.grasp, options.threads);
   if (grasps.empty()) return hold;
   std::vector<GraspPair> pairs;
   if (action == "offhand") {

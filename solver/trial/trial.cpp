@@ -64,11 +64,9 @@ TrialCourse Follow(TrialRun& run, int frames, const Eigen::Vector3d& centre,
   return course;
 }
 
-TrialCourse FollowField(TrialRun& run, double seconds, const Eigen::Vector3d& field,
+TrialCourse FollowField(TrialRun& run, double seconds, const FrameMotion& motion,
                         const Eigen::Vector3d& centre, const TrialProtocol& protocol) {
   const int frames = std::max(1, static_cast<int>(std::lround(seconds * protocol.frame_rate)));
-  FrameMotion motion;
-  motion.field = field;
   return Follow(run, frames, centre, protocol,
                 [&](int) { run.Advance(1.0 / protocol.frame_rate, motion); });
 }
@@ -142,8 +140,9 @@ HoldTrial TryLinks(const std::vector<TrialLink>& links, const std::vector<TrialC
   }
   TrialRun settled(scene);
   const Eigen::Vector3d& centre = solid.mass.centre;
-  trial.settling =
-      FollowField(settled, protocol.settle_s, Eigen::Vector3d::Zero(), centre, protocol);
+  FrameMotion slow;
+  slow.drag_per_s = protocol.settle_drag_per_s;
+  trial.settling = FollowField(settled, protocol.settle_s, slow, centre, protocol);
   if (motion != nullptr) trial.clip.emplace();
   ParallelFor(kTrialDirections + (motion != nullptr ? 1 : 0), protocol.threads, [&](int k) {
     if (k == kTrialDirections) {
@@ -153,9 +152,9 @@ HoldTrial TryLinks(const std::vector<TrialLink>& links, const std::vector<TrialC
     }
     TrialRun run(settled);
     TrialCourse& course = trial.directions[static_cast<std::size_t>(k)];
-    course = FollowField(run, protocol.hold_s,
-                         protocol.gravity_m_s2 * (hand_from_object.linear() * TrialDirection(k)),
-                         centre, protocol);
+    FrameMotion still;
+    still.field = protocol.gravity_m_s2 * (hand_from_object.linear() * TrialDirection(k));
+    course = FollowField(run, protocol.hold_s, still, centre, protocol);
     course.holds = course.holds && trial.settling.holds;
   });
   return trial;

@@ -36,9 +36,11 @@ struct TrialProtocol {
   double touch_m = 0.003;                          ///< skin closer than this presses
   double grip_weights = 8.0, least_grip_N = 10.0;  ///< pushes of all contacts, summed
   double settle_s = 0.5;                           ///< squeezed without gravity, first
-  double hold_s = 1.0;                             ///< in each direction of gravity
-  double most_mm = 30.0, most_deg = 30.0;          ///< moved or turned farther: not held
-  double frame_rate = 30.0;                        ///< of what is recorded
+  /// Drag on the object meanwhile: pieces that overlap as fitted part without throwing it.
+  double settle_drag_per_s = 100.0;
+  double hold_s = 1.0;                     ///< in each direction of gravity
+  double most_mm = 30.0, most_deg = 30.0;  ///< moved or turned farther: not held
+  double frame_rate = 30.0;                ///< of what is recorded
   FingerStrength fingers;
   TrialSceneOptions scene;
   ConvexPieceOptions pieces;

@@ -125,6 +125,7 @@ nlohmann::json TrialProtocolJson(const TrialProtocol& protocol) {
           {"grip_weights", protocol.grip_weights},
           {"least_grip_N", protocol.least_grip_N},
           {"settle_s", protocol.settle_s},
+          {"settle_drag_per_s", protocol.settle_drag_per_s},
           {"hold_s", protocol.hold_s},
           {"limit_mm", protocol.most_mm},
           {"limit_deg", protocol.most_deg},

@@ -289,10 +289,10 @@ void ApplyField(const mjModel* m, int body, const FrameMotion& motion, mjData* d
   const Eigen::Vector3d& turning = motion.turning;
   Eigen::Map<Eigen::Vector3d>(d->xfrc_applied + 6 * body) =
       mass * (motion.field - motion.turn_rate.cross(r) - turning.cross(turning.cross(r)) -
-              2.0 * turning.cross(v));
+              2.0 * turning.cross(v) - motion.drag_per_s * v);
   Eigen::Map<Eigen::Vector3d>(d->xfrc_applied + 6 * body + 3) =
       -(I * motion.turn_rate + turning.cross(I * (turning + w)) + w.cross(I * turning) -
-        I * turning.cross(w));
+        I * turning.cross(w) + motion.drag_per_s * I * w);
 }
 
 }  // namespace

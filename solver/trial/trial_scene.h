@@ -48,6 +48,7 @@ struct FrameMotion {
   Eigen::Vector3d field = Eigen::Vector3d::Zero();      ///< gravity less acceleration, m/s^2
   Eigen::Vector3d turning = Eigen::Vector3d::Zero();    ///< angular velocity, rad/s
   Eigen::Vector3d turn_rate = Eigen::Vector3d::Zero();  ///< angular acceleration, rad/s^2
+  double drag_per_s = 0.0;  ///< how fast the object's motion in the hand dies away
 };
 
 /// A hand and an object for MuJoCo; const and shareable.

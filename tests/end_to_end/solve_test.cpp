@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 // `solve` through the program, on recordings of people.
+#include <fstream>
+#include <map>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
 #include "geometry/clip/clip.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/gzip.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
@@ -34,6 +39,26 @@ TEST(SolveCommand, SolvesSomeoneWhoDrinks) {
   const Clip clip = ReadClip(folder / "drinks/clip.npz");
   EXPECT_EQ(clip.frame_rate, 100.0);
   EXPECT_EQ(clip.NumFrames(), summary["frames"].get<int>());
+  EXPECT_EQ(summary["head"]["hand_deep_frames"], 0);
+
+  const ProgramResult fit = RunHoldfast(
+      folder.Path(), "fit drinks mug -o held --drink --start 100 --end 640 --no-report --json -q");
+  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+  const nlohmann::json drink = nlohmann::json::parse(fit.out)["drink"];
+  EXPECT_EQ(drink["hand"], "right");
+  EXPECT_LT(drink["rim_from_mouth_mm"].get<double>(), 20.0);
+  EXPECT_GT(drink["tilt_deg"].get<double>(), 60.0);
+  EXPECT_LT(drink["lean_on_table_deg"].get<double>(), 2.0);
+
+  const auto render = [&](const std::string& options) {
+    return RunHoldfast(folder.Path(), "render " + options + " --frame 300 --size 160x120 -q");
+  };
+  EXPECT_EQ(render("drinks -o bare.png").exit_code, 0);
+  EXPECT_EQ(render("drinks -o marked.png --markers drinks").exit_code, 0);
+  EXPECT_NE(ReadFile(folder / "bare.png"), ReadFile(folder / "marked.png"));
+  const ProgramResult wrong = render("drinks -o wrong.png --markers held");
+  EXPECT_EQ(wrong.exit_code, 1);
+  EXPECT_THAT(wrong.err, HasSubstr("is no folder that 'holdfast solve' made"));
 }
 
 TEST(SolveCommand, SaysWhichNamesItDoesNotKnow) {
@@ -46,6 +71,84 @@ TEST(SolveCommand, SaysWhichNamesItDoesNotKnow) {
   EXPECT_THAT(result.err, HasSubstr("two.csv: no marker's name is known; the first is 'RLEB'"));
   EXPECT_THAT(result.err, HasSubstr("--markers"));
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+constexpr const char* kPillow =
+    "name,x,y,z\npillow_top,0.1502,0.0760,0.0950\npillow_left,-0.1502,-0.1160,0.0950\n"
+    "pillow_right,0.1502,-0.1143,0.0950\n";
+
+// The first of twenty-one touches of a pillow, which stays where it is.
+TEST(SolveCommand, SolvesAHandThatTouchesAPillow) {
+  const std::filesystem::path data = testing::DataFolder() / "markers" / "dfki_pillow";
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no recording in " << data;
+  const testing::TemporaryFolder folder;
+  const std::string recording = ReadGzipText(data / "recording.tsv.gz");
+  std::size_t end = 0;
+  for (int line = 0; line < 12 + 500; ++line) end = recording.find('\n', end) + 1;
+  std::ofstream(folder / "touch.tsv", std::ios::binary) << recording.substr(0, end);
+  std::ofstream(folder / "pillow.csv") << kPillow;
+  const ProgramResult result =
+      RunHoldfast(folder.Path(),
+                  "solve touch.tsv -o solved --json -q --object-markers pillow.csv "
+                  "--object '" +
+                      (data / "pillow_small.stl").string() + "'");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  EXPECT_LT(summary["rms_mm"].get<double>(), 3.0);
+  EXPECT_LT(summary["object"]["rms_mm"].get<double>(), 1.0);
+  EXPECT_LT(summary["object"]["places_from_table_rms_mm"].get<double>(), 1.0);
+  EXPECT_TRUE(summary["object"]["filled_frames"].empty());
+  const Clip clip = ReadClip(folder / "solved/clip.npz");
+  ASSERT_TRUE(clip.object);
+  EXPECT_EQ(clip.object->mesh, "object.ply");
+  EXPECT_EQ(clip.object->name, "pillow_small");
+  EXPECT_LT((clip.object->trans.colwise() - clip.object->trans.col(0)).colwise().norm().maxCoeff(),
+            0.015);
+
+  const ProgramResult refined = RunHoldfast(folder.Path(), "refine solved -o clean --json -q");
+  ASSERT_EQ(refined.exit_code, 0) << refined.err;
+  const nlohmann::json clean = nlohmann::json::parse(refined.out);
+  ASSERT_EQ(clean["touches"].size(), 1u);
+  EXPECT_LT(clean["touches"][0]["begin"], 300);
+  EXPECT_GT(clean["touches"][0]["end"], 390);
+  EXPECT_TRUE(clean["holds"].empty());
+  EXPECT_GT(clean["before"]["frames_deeper_than_2_mm"], 60);
+  EXPECT_EQ(clean["after"]["frames_deeper_than_2_mm"], 0);
+
+  const ProgramResult study =
+      RunHoldfast(folder.Path(),
+                  "evaluate markers . --left-out 0 --gap 0 --outliers 0 --json -q "
+                  "--object-markers pillow.csv --object '" +
+                      (data / "pillow_small.stl").string() + "'");
+  ASSERT_EQ(study.exit_code, 0) << study.err;
+  const nlohmann::json touches = nlohmann::json::parse(study.out)["trials"][0]["touches"];
+  EXPECT_EQ(touches["by_markers"].size(), 1u);
+  EXPECT_EQ(touches["found"], 1);
+  EXPECT_EQ(touches["kept"], 1);
+  EXPECT_EQ(touches["without_marker"], 0);
+  EXPECT_EQ(touches["frames_deeper_than_2_mm_refined"], 0);
+}
+
+TEST(SolveCommand, SaysWhatAnObjectLacks) {
+  const testing::TemporaryFolder folder;
+  std::ofstream(folder / "one.csv") << "Trajectories\n100\n,,STRN,,,cup_a,,,cup_b,,\n"
+                                       "Frame,Sub Frame,X,Y,Z,X,Y,Z,X,Y,Z\n,,mm,mm,mm\n"
+                                       "1,0,1,2,3,40,50,60,,,\n2,0,1,2,3,40,50,60,,,\n";
+  std::ofstream(folder / "cup.csv") << "name,x,y,z\ncup_x,0,0,0\n";
+  const std::map<std::string, std::string> faults = {
+      {"--object mug", "--object: a mesh alone does not tell where its markers are"},
+      {"--object mug --object-markers 'cup_*'", "names alone do not tell where markers are"},
+      {"--object-markers cup.csv", "one.csv: has no marker 'cup_x' of the object. Did you mean"},
+      {"--object-markers 'mug_*'", "no marker's name begins as 'mug_*'. It has STRN cup_a cup_b"},
+      {"--object-markers nowhere.csv", "nowhere.csv: cannot be read"},
+      // Of the person there is one marker.
+      {"--object-markers 'cup_*'", "fewer than 3 known markers are seen at a time"}};
+  for (const auto& [options, fault] : faults) {
+    const ProgramResult result = RunHoldfast(folder.Path(), "solve one.csv -o out " + options);
+    EXPECT_EQ(result.exit_code, 1) << options;
+    EXPECT_THAT(result.err, HasSubstr(fault)) << options;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+  }
 }
 
 }  // namespace

@@ -144,6 +144,11 @@ ROWS = {
     "refine.object": Mesh(
         lambda v: holdfast.refine(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)), v),
         dear=True),
+    "solve_markers.object": Mesh(
+        lambda v: holdfast.solve_markers(
+            {"names": ["a", "b", "c"], "positions": np.eye(3)[None], "rate_hz": 50.0}, object=v,
+            object_markers={"a": (1, 0, 0), "b": (0, 1, 0), "c": (0, 0, 1)}),
+        none=True, dear=True),
     "grasp.object": Mesh(holdfast.grasp, dear=True),
     "grasp.at": Array(lambda v: holdfast.grasp("apple", at=v), POINT, none=True, dear=True),
     "grasp.region": Mesh(lambda v: holdfast.grasp("apple", region=v), none=True, dear=True),

@@ -25,6 +25,16 @@ def test_fit_carries_the_object(held):
     assert held.seconds > 0.0 and "mug" in repr(held)
 
 
+def test_fit_serves_who_drinks(held):
+    assert held.drink is None
+    served = holdfast.fit("demo_drink", "mug", drink=True)
+    drink = served.drink
+    assert drink["hand"] == "right"
+    assert drink["lift_frame"] < drink["drink_frame"] < drink["put_down_frame"]
+    assert drink["rim_from_mouth_mm"] < 20.0
+    assert drink["lean_on_table_deg"] < 2.0
+
+
 def test_fit_does_not_depend_on_threads(held):
     again = holdfast.fit(holdfast.Clip.load("demo_drink")[:12], "mug", threads=1)
     np.testing.assert_array_equal(again.clip.poses, held.clip.poses)

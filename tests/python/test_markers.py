@@ -46,6 +46,48 @@ def test_what_is_no_recording_is_told(recording, text):
         holdfast.solve_markers(recording)
 
 
+def with_object(positions):
+    """A recording of `positions` (T, 3, 3) of a mug's markers, and of three on the body, still."""
+    body = np.tile([[0.0, 0.0, 0.3], [0.25, 0.05, 0.35], [-0.25, 0.05, 0.35]], (len(positions), 1, 1))
+    names = ["STRN", "RSHO1", "LSHO1", "mug_a", "mug_b", "mug_c"]
+    return {"names": names, "positions": np.concatenate([body, positions], axis=1), "rate_hz": 50.0}
+
+
+PLACES = np.array([[0.04, 0.0, 0.02], [-0.04, 0.0, 0.05], [0.0, 0.045, 0.08]])
+
+
+def test_an_object_with_markers_is_in_the_clip(tmp_path):
+    table = tmp_path / "mug.csv"
+    table.write_text("name,x,y,z\n" + "".join(f"mug_{n},{x},{y},{z}\n" for n, (x, y, z) in zip("abc", PLACES)))
+    way = np.linspace(0.0, 0.1, 12)[:, None] * [1.0, 0.0, 0.5] + [0.1, -0.4, 0.2]
+    recording = with_object(PLACES + way[:, None])
+    clip, told = holdfast.solve_markers(recording, object="mug", object_markers=table, up="z")
+    moved = np.asarray(clip.object.trans) - np.asarray(clip.object.trans)[0]
+    assert clip.object.name == "mug" and np.allclose(moved, way - way[0], atol=1e-6)
+    assert told["object"]["rms_mm"] < 1e-3 and "mug_a" not in told["unused_names"]
+    places = {f"mug_{n}": place for n, place in zip("abc", PLACES)}
+    again, _ = holdfast.solve_markers(recording, object="mug", object_markers=places, up="z")
+    assert np.array_equal(clip.object.trans, again.object.trans)
+    clip, _ = holdfast.solve_markers(recording, object_markers="mug_a, mug_b,mug_c", up="z")
+    assert np.allclose(np.asarray(clip.object.trans)[-1] - np.asarray(clip.object.trans)[0], way[-1] - way[0], atol=1e-6)
+
+
+@pytest.mark.parametrize("arguments, text", [
+    ({"object": "mug"}, "object_markers"),
+    ({"object_markers": 3}, "object_markers: expected a table"),
+    ({"object_markers": "mug_x"}, "has no marker 'mug_x'"),
+    ({"object_markers": "cup_*"}, r"begins as 'cup_\*'"),
+    ({"object_markers": "mug_a"}, "fewer than three of the object's markers"),
+    ({"object_markers": {"mug_a": (1, 2)}}, "three numbers"),
+    ({"object_markers": {"mug_a": (1, 2, float("nan"))}}, "finite places"),
+    ({"object_markers": "mug_*", "object": "mug"}, "names alone"),
+    ({"object_markers": "nowhere.csv"}, "nowhere.csv"),
+])
+def test_object_markers_that_do_not_do_are_told(arguments, text):
+    with pytest.raises((TypeError, ValueError, holdfast.Error), match=text):
+        holdfast.solve_markers(with_object(np.tile(PLACES, (4, 1, 1))), **arguments)
+
+
 def test_choices_are_told():
     with pytest.raises(ValueError, match="posture"):
         holdfast.solve_markers(tiny(), posture="lying")

@@ -176,7 +176,8 @@ class ExampleFiles {
   }
 
   // Every joint of the body under its own name.
-  // Someone who sits still with the forearms forward, all markers of the upper limbs.
+  // Someone who sits still with the forearms forward, all markers of the upper limbs, and a mug
+  // with three.
   static void WriteMarkers(const Path& path) {
     std::vector<MarkerSite> sites;
     for (const MarkerSite& site : MarkerTable::Known().Sites()) {
@@ -195,6 +196,14 @@ class ExampleFiles {
       const double step = 10.0 * static_cast<double>(k % 4);
       const Eigen::Vector3d x = 1e3 * person.bent.col(static_cast<Eigen::Index>(k));
       row += fmt::format(",{:.2f},{:.2f},{:.2f}", x.x() + step, -x.z(), x.y() + step * step / 20.0);
+    }
+    const double mug[3][3] = {{40, 0, 20}, {-40, 0, 50}, {0, 45, 80}};  // as mug.csv has them
+    const char* const of_mug[] = {"mug_a", "mug_b", "mug_c"};
+    for (int k = 0; k < 3; ++k) {
+      head += fmt::format(",P1:{},,", of_mug[k]);
+      axes += ",X,Y,Z";
+      units += ",mm,mm,mm";
+      row += fmt::format(",{},{},{}", mug[k][0] + 200, mug[k][1] - 500, mug[k][2] + 100);
     }
     std::ofstream out(path);
     out << "Trajectories\n50\n" << head << '\n' << axes << '\n' << units << '\n';
@@ -260,9 +269,15 @@ class ExampleFiles {
        }},
       {"drink.csv", WriteMarkers},
       {"static.csv", WriteMarkers},
+      {"mug.csv", Text("name,x,y,z\nmug_a,0.04,0,0.02\nmug_b,-0.04,0,0.05\nmug_c,0,0.045,0.08\n")},
       {"names.csv", Text("name,joint,vertex,cluster\nSTRN,spine3,,\nRSHO1,right_collar,,r\n"
                          "RSHO2,right_collar,,r\nLSHO1,left_collar,,l\nLSHO2,left_collar,,l\n")},
       {"recordings", WriteRecordings},
+      {"solved",
+       [this](const Path&) {
+         Made("drink.csv");
+         Run(fmt::format("solve {} -o solved", (made_.Path() / "drink.csv").string()));
+       }},
       {"map.json", WriteMap},
       {"pass.npz", [this](const Path&) { Run("export demo_pass -o pass.npz"); }},
       {"smplifyx/results", Fixture("parameters/smplifyx")},

@@ -10,12 +10,11 @@
 #include "geometry/error.h"
 #include "geometry/io/container/chumpy_value.h"
 #include "geometry/io/container/data_store.h"
+#include "geometry/io/container/npy_header.h"
 #include "geometry/io/container/sparse_value.h"
 
 namespace holdfast {
 namespace {
-
-constexpr std::size_t kMaxRank = 32;
 
 [[noreturn]] void FailUneven(const std::string& where) {
   throw Error(where, "holds lists of unequal length, or of numbers and lists, not one array",
@@ -25,14 +24,6 @@ constexpr std::size_t kMaxRank = 32;
 bool IsNumber(const DataNode& node) {
   return std::holds_alternative<bool>(node) || std::holds_alternative<std::int64_t>(node) ||
          std::holds_alternative<double>(node);
-}
-
-template <typename T>
-NpyArray MakeArray(char kind, std::vector<std::size_t> shape, const std::vector<T>& values) {
-  NpyArray array{kind, sizeof(T), false, false, std::move(shape), {}};
-  array.data.resize(values.size() * sizeof(T));
-  if (!values.empty()) std::memcpy(array.data.data(), values.data(), array.data.size());
-  return array;
 }
 
 // Leaves that are numbers, or arrays of one shape, in the order they come.
@@ -76,8 +67,8 @@ NpyArray JoinLeaves(const DataStore& store, const std::vector<NodeIndex>& leaves
   }
   if (leaf_shape) shape.insert(shape.end(), leaf_shape->begin(), leaf_shape->end());
   if (shape.size() > kMaxRank) FailUneven(where);
-  return all_integers && !leaves.empty() ? MakeArray('i', std::move(shape), integers)
-                                         : MakeArray('f', std::move(shape), reals);
+  return all_integers && !leaves.empty() ? MakeNpyArray('i', std::move(shape), integers)
+                                         : MakeNpyArray('f', std::move(shape), reals);
 }
 
 // Level by level, so that no nesting recurses; what the file shares is counted each time it
@@ -183,7 +174,7 @@ NpyMember GatherArray(const DataStore& store, const ArrayNode& array, const std:
     for (std::size_t i = 0; i < count; ++i) {
       values[i] = FromBrainFloat(data.data() + 2 * i, array.element.big_endian);
     }
-    member.array = MakeArray('f', array.shape, values);
+    member.array = MakeNpyArray('f', array.shape, values);
     member.array.fortran_order = array.fortran_order;
   }
   return member;

@@ -13,7 +13,7 @@
 namespace holdfast {
 namespace {
 
-constexpr std::size_t kChunkBytes = std::size_t{64} << 10;
+constexpr std::size_t kGzipPieceBytes = std::size_t{64} << 10;
 constexpr std::size_t kAlwaysBytes = std::size_t{48} << 20;
 constexpr int kGzipOnly = 16;  // added to zlib's window size
 constexpr std::string_view kMagic = "\x1f\x8b";
@@ -39,7 +39,7 @@ void Unpack(const ByteSource& source, Take&& take) {
   Inflater inflater;
   if (!inflater.good) throw damaged("no memory to unpack it");
   z_stream& state = inflater.state;
-  std::vector<std::byte> packed(kChunkBytes), piece(kChunkBytes);
+  std::vector<std::byte> packed(kGzipPieceBytes), piece(kGzipPieceBytes);
   std::uint64_t at = 0;
   bool at_end = false;
   while (true) {

@@ -100,7 +100,7 @@ class HeaderParser {
       rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
       Accept('L');  // written by Python 2
       values.push_back(value);
-      if (values.size() > 32) Fail("more than 32 dimensions");
+      if (values.size() > kMaxRank) Fail("more than 32 dimensions");
       Accept(',');
     }
     return values;

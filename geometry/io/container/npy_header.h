@@ -7,10 +7,21 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "geometry/io/container/npz.h"
 
 namespace holdfast {
+
+/// An array of T's in C order. `shape` is not compared with the number of values.
+template <typename T>
+NpyArray MakeNpyArray(char kind, std::vector<std::size_t> shape, const std::vector<T>& values) {
+  NpyArray array{kind, sizeof(T), false, false, std::move(shape), {}};
+  const std::span<const std::byte> bytes = std::as_bytes(std::span(values));
+  array.data.assign(bytes.begin(), bytes.end());
+  return array;
+}
 
 /// Whether an array of Python objects is an Error or an array of kind 'O' (item_size 0).
 enum class NpyObjects { kRefused, kAllowed };

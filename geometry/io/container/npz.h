@@ -18,6 +18,9 @@ namespace holdfast {
 
 class ZipArchive;
 
+/// The most dimensions that an array may have: NumPy's limit.
+inline constexpr std::size_t kMaxRank = 32;
+
 /// One array of a NumPy `.npz` archive, as stored: element type, shape and raw bytes.
 /// Reading converts; nothing is ever executed (NpzReader refuses object arrays by name, DataFile
 /// takes the plain data in them).

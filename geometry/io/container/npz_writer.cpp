@@ -15,31 +15,14 @@
 #include "geometry/io/container/npz.h"
 
 namespace holdfast {
-namespace {
-
-template <typename T>
-NpyArray MakeArray(char kind, std::vector<std::size_t> shape, const std::vector<T>& values) {
-  NpyArray array{kind, sizeof(T), false, false, std::move(shape), {}};
-  if (array.NumElements() != values.size()) {
-    throw Error(
-        "npz", fmt::format("{} values for shape ({})", values.size(), fmt::join(array.shape, ", ")),
-        "");
-  }
-  array.data.resize(values.size() * sizeof(T));
-  if (!values.empty()) std::memcpy(array.data.data(), values.data(), array.data.size());
-  return array;
-}
-
-}  // namespace
-
 void NpzWriter::AddFloat32(std::string key, std::vector<std::size_t> shape,
                            std::vector<float> values) {
-  Add(std::move(key), MakeArray('f', std::move(shape), values));
+  Add(std::move(key), MakeNpyArray('f', std::move(shape), values));
 }
 
 void NpzWriter::AddFloat64(std::string key, std::vector<std::size_t> shape,
                            std::vector<double> values) {
-  Add(std::move(key), MakeArray('f', std::move(shape), values));
+  Add(std::move(key), MakeNpyArray('f', std::move(shape), values));
 }
 
 void NpzWriter::AddFloat16(std::string key, std::vector<std::size_t> shape,
@@ -51,22 +34,22 @@ void NpzWriter::AddFloat16(std::string key, std::vector<std::size_t> shape,
       throw Error(key, fmt::format("{} does not fit half precision", values[i]), "Use float32");
     }
   }
-  Add(std::move(key), MakeArray('f', std::move(shape), halves));
+  Add(std::move(key), MakeNpyArray('f', std::move(shape), halves));
 }
 
 void NpzWriter::AddInt64(std::string key, std::vector<std::size_t> shape,
                          std::vector<std::int64_t> values) {
-  Add(std::move(key), MakeArray('i', std::move(shape), values));
+  Add(std::move(key), MakeNpyArray('i', std::move(shape), values));
 }
 
 void NpzWriter::AddUint32(std::string key, std::vector<std::size_t> shape,
                           std::vector<std::uint32_t> values) {
-  Add(std::move(key), MakeArray('u', std::move(shape), values));
+  Add(std::move(key), MakeNpyArray('u', std::move(shape), values));
 }
 
 void NpzWriter::AddUint8(std::string key, std::vector<std::size_t> shape,
                          std::vector<std::uint8_t> values) {
-  Add(std::move(key), MakeArray('u', std::move(shape), values));
+  Add(std::move(key), MakeNpyArray('u', std::move(shape), values));
 }
 
 void NpzWriter::AddText(std::string key, std::string_view text) {
@@ -100,6 +83,13 @@ void NpzWriter::AddText(std::string key, std::string_view text) {
 }
 
 void NpzWriter::Add(std::string key, NpyArray array) {
+  const std::size_t bytes = array.NumElements() * array.item_size;
+  if (array.data.size() != bytes) {
+    throw Error("npz",
+                fmt::format("{} bytes for shape ({}) of {} bytes each", array.data.size(),
+                            fmt::join(array.shape, ", "), array.item_size),
+                "");
+  }
   arrays_.insert_or_assign(std::move(key), std::move(array));
 }
 

@@ -19,7 +19,6 @@ namespace {
 
 constexpr std::size_t kLengthBytes = 8;
 constexpr std::string_view kMetadataName = "__metadata__";
-constexpr std::size_t kMaxRank = 32;
 constexpr std::size_t kTensorsInMessage = 40;
 
 struct ElementWord {

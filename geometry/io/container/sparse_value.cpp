@@ -25,7 +25,7 @@ std::optional<Form> FormOf(const DataStore& store, NodeIndex index) {
   return std::nullopt;
 }
 
-[[noreturn]] void Fail(const std::string& where, std::string_view problem) {
+[[noreturn]] void FailMatrix(const std::string& where, std::string_view problem) {
   throw Error(where, fmt::format("is a sparse matrix whose {}", problem),
               "The file is damaged: get it from its source again");
 }
@@ -47,7 +47,8 @@ NpyArray SparseToDense(const DataStore& store, NodeIndex index, const std::strin
   const auto shape_field = FindField(store, index, "_shape");
   const std::vector<std::int64_t> shape =
       Integers(store, index, shape_field ? "_shape" : "shape", where);
-  if (shape.size() != 2 || shape[0] < 0 || shape[1] < 0) Fail(where, "shape is not two sizes");
+  if (shape.size() != 2 || shape[0] < 0 || shape[1] < 0)
+    FailMatrix(where, "shape is not two sizes");
   const auto rows = static_cast<std::size_t>(shape[0]);
   const auto columns = static_cast<std::size_t>(shape[1]);
   if (columns != 0 && rows > store.MemoryLimit() / sizeof(double) / columns) {
@@ -61,7 +62,7 @@ NpyArray SparseToDense(const DataStore& store, NodeIndex index, const std::strin
   std::vector<double> dense(rows * columns, 0.0);
   const auto add = [&](std::int64_t row, std::int64_t column, double value) {
     if (row < 0 || column < 0 || row >= shape[0] || column >= shape[1]) {
-      Fail(where, "entries lie outside it");
+      FailMatrix(where, "entries lie outside it");
     }
     dense[static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column)] += value;
   };
@@ -69,7 +70,7 @@ NpyArray SparseToDense(const DataStore& store, NodeIndex index, const std::strin
     const std::vector<std::int64_t> row = Integers(store, index, "row", where);
     const std::vector<std::int64_t> column = Integers(store, index, "col", where);
     if (row.size() != values.size() || column.size() != values.size()) {
-      Fail(where, "rows, columns and values differ in number");
+      FailMatrix(where, "rows, columns and values differ in number");
     }
     for (std::size_t i = 0; i < values.size(); ++i) add(row[i], column[i], values[i]);
   } else {
@@ -78,10 +79,10 @@ NpyArray SparseToDense(const DataStore& store, NodeIndex index, const std::strin
     const std::size_t lines = form == Form::kByColumns ? columns : rows;
     const auto known = static_cast<std::int64_t>(std::min(place.size(), values.size()));
     if (start.size() != lines + 1 || start.front() != 0)
-      Fail(where, "indptr does not fit its shape");
+      FailMatrix(where, "indptr does not fit its shape");
     for (std::size_t line = 0; line < lines; ++line) {
       if (start[line + 1] < start[line] || start[line + 1] > known) {
-        Fail(where, "indptr does not fit its indices");
+        FailMatrix(where, "indptr does not fit its indices");
       }
       for (std::int64_t i = start[line]; i < start[line + 1]; ++i) {
         const auto across = static_cast<std::int64_t>(line);

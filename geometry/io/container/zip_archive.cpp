@@ -38,7 +38,7 @@ constexpr std::uint64_t kUnpackedAllowance = std::uint64_t{256} << 20;
 constexpr std::uint64_t kUnpackedPerFileByte = 20;
 // Members that claim more than this are unpacked once for nothing before memory is given to them.
 constexpr std::uint64_t kTrustedUnpackedBytes = std::uint64_t{32} << 20;
-constexpr std::size_t kChunkBytes = std::size_t{4} << 20;
+constexpr std::size_t kCheckedBytes = std::size_t{4} << 20;
 constexpr std::size_t kPackedChunkBytes = std::size_t{64} << 10;
 // Members are unpacked in one go when their packed bytes may stand in memory beside the others.
 constexpr std::uint64_t kMostPackedInOneGo = std::uint64_t{256} << 20;
@@ -305,7 +305,7 @@ void ZipArchive::Stream::Read(std::span<std::byte> target) {
   if (target.size() > Remaining()) Damaged("ends too early");
   while (!target.empty()) {
     // In pieces that the checksum still finds in the processor's cache.
-    const auto piece = target.first(std::min(target.size(), kChunkBytes));
+    const auto piece = target.first(std::min(target.size(), kCheckedBytes));
     if (member_.method == kStored) {
       source_.ReadAt(position_, piece);
       position_ += piece.size();

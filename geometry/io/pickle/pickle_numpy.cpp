@@ -12,7 +12,6 @@ namespace holdfast {
 namespace {
 
 constexpr std::string_view kArrayClass = "numpy.ndarray";
-constexpr std::size_t kMaxRank = 32;
 constexpr std::size_t kMaxItemSize = std::size_t{1} << 20;
 // A node of the map of dtypes, roughly.
 constexpr std::size_t kDtypeBytes = 96;

@@ -19,8 +19,10 @@
 ///   pose_rest.h          joints off their rest, or beyond their limits
 ///   pose_acceleration.h  q_t-1 - 2 q_t + q_t+1
 ///   pelvis_upright.h     a pelvis that leans
+///   head_place.h         lips off a place, points in the head
 #include "solver/terms/body/balance.h"
 #include "solver/terms/body/gaze.h"
+#include "solver/terms/body/head_place.h"
 #include "solver/terms/body/joint_range.h"
 #include "solver/terms/body/leg_reach.h"
 #include "solver/terms/body/marker_distance.h"

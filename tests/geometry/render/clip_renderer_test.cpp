@@ -109,6 +109,22 @@ TEST(ClipRenderer, ShowsWhatTheObjectStoodOn) {
   EXPECT_GT(differing, 300);
 }
 
+TEST(ClipRenderer, ShowsMarkersThatAreSeen) {
+  const auto green = [](const std::uint8_t* p) { return p[1] > p[0] + 30 && p[1] > p[2] + 10; };
+  const ClipRenderer renderer(StandingClip({0, 0, 0}), BodyModel::Default(), {}, nullptr);
+  ClipRenderOptions options = Small(ClipView::kFront);
+  options.picture.width = options.picture.height = 480;
+  EXPECT_EQ(CountPixels(renderer.Draw(1, options), green), 0);
+  options.markers.resize(6, 3);
+  options.markers.topRows<3>() = Eigen::Vector3d(0.3, -0.3, 1.2).replicate(1, 3);
+  options.markers.bottomRows<3>().setConstant(std::nan(""));
+  const int one = CountPixels(renderer.Draw(1, options), green);
+  EXPECT_GT(one, 3);
+  EXPECT_LT(one, 60);
+  options.markers.conservativeResize(6, 2);
+  EXPECT_THROW(renderer.Draw(1, options), Error);
+}
+
 TEST(ClipRenderer, RefusesWhatIsNotThere) {
   const auto body = BodyModel::Default();
   const TriangleMesh cube = Cube(0.05);

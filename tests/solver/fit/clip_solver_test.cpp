@@ -284,7 +284,7 @@ TEST(RefineClip, TakesNoiseOutOfWhatIsCarried) {
     carried.clip.object->trans.col(t) = truth[t].translation() + draw(0.005);
     carried.clip.object->orient.col(t) = LogSO3(truth[t].linear() * ExpSO3(draw(0.05)));
   }
-  FitOptions options = RefinementOptions();
+  FitOptions options = RefinementDefaults();
   options.lambda_penetration = options.lambda_object_in_hand = 0.0;  // the scene has some
   const HandModel* const hands[] = {&carried.scene.hand};
   const RefineResult result =
@@ -298,6 +298,61 @@ TEST(RefineClip, TakesNoiseOutOfWhatIsCarried) {
     after += (result.clip.object->trans.col(t) - truth[t].translation()).squaredNorm();
   }
   EXPECT_LT(after, before / 9.0);
+}
+
+// A hand comes, presses a centimetre into an object that rests, and goes.
+TEST(RefineClip, LeavesWhatIsOnlyTouchedWhereItIs) {
+  constexpr int kFrames = 60;
+  Carried carried(kFrames);
+  const HandModel& hand = carried.scene.hand;
+  const Eigen::Isometry3d object = carried.scene.object_pose.Transform();
+  HandState state(hand);
+  const auto depth = [&](const Clip& clip, int t) {
+    state.SetBody(clip.pose[t], clip.trans.col(t));
+    state.Evaluate(FingersOf(clip.pose[t], Side::kRight), false);
+    double deepest = 0.0;
+    for (Eigen::Index i = 0; i < state.Vertices().cols(); ++i) {
+      const Vector3d x = object.inverse() * Vector3d(state.Vertices().col(i));
+      deepest = std::max(deepest, -carried.object.distance->Distance(x));
+    }
+    return deepest;
+  };
+  JointPose flat = carried.scene.pose;
+  flat.middleCols<kJointsPerHand>(kRightHandBegin).setZero();
+  state.SetBody(flat, carried.scene.trans);
+  const Vector3d away = state.WristRotation().col(1);  // the back of the hand's side
+  Clip clip = carried.clip;
+  for (int t = 0; t < kFrames; ++t) {
+    clip.pose[t] = flat;
+    const double s = std::cos(2.0 * std::numbers::pi * t / kFrames);  // 1 far, -1 near
+    clip.trans.col(t) = carried.scene.trans + (0.11 + 0.05 * s) * away;
+    clip.object->trans.col(t) = object.translation();
+    clip.object->orient.col(t) = LogSO3(object.linear());
+  }
+  for (int k = 0; k < 100 && depth(clip, kFrames / 2) < 0.008; ++k) {
+    clip.trans.colwise() -= 0.001 * away;
+  }
+  ASSERT_EQ(depth(clip, 0), 0.0);
+  ASSERT_NEAR(depth(clip, kFrames / 2), 0.0085, 0.0006);
+  const HandModel* const hands[] = {&hand};
+  for (const bool held : {false, true}) {  // as FindHolds may take it
+    std::vector<std::uint8_t> holding(kFrames, 0);
+    for (int t = 20; held && t < 40; ++t) holding[t] = kHoldsRight;
+    const RefineResult result =
+        RefineClip(clip, hands, carried.object, holding, RefinementDefaults());
+    EXPECT_TRUE(result.holds.empty());
+    ASSERT_EQ(result.touches.size(), 1u);
+    EXPECT_LT(result.touches[0].begin, kFrames / 2);
+    EXPECT_GT(result.touches[0].end, kFrames / 2);
+    EXPECT_EQ(result.clip.holding_hand[kFrames / 2], kHoldsRight);
+    EXPECT_EQ(result.clip.holding_hand[0], 0);
+    for (int t = 0; t < kFrames; ++t) {
+      EXPECT_LT((result.clip.object->trans.col(t) - object.translation()).norm(), 1e-4) << t;
+      EXPECT_LT(depth(result.clip, t), 0.002) << t;
+      EXPECT_LT((result.clip.trans.col(t) - clip.trans.col(t)).norm(), 1e-9) << "the arm gives way";
+    }
+    EXPECT_EQ(result.clip.pose[0], clip.pose[0]);
+  }
 }
 
 }  // namespace

@@ -55,6 +55,21 @@ TEST_F(PointPatchesTest, StopsAtWhatIsEnoughAndAtWhatIsAsked) {
   EXPECT_EQ(patches.Least(value, 0.1), 0.1);  // none is nearer
 }
 
+TEST_F(PointPatchesTest, VisitsAllThatAreBelowALimitAndFewOthers) {
+  const PointPatches patches(points_, ids_);
+  for (const double limit : {0.0, 0.02, 0.05}) {
+    const Eigen::Vector3d to(0.05, -0.02, 0.03);
+    const auto value = [&](int i) { return (points_.col(i) - to).norm(); };
+    std::vector<int> visited(5000, 0);
+    patches.ForBelow(limit, value, [&](int i) { ++visited[i]; });
+    for (int i = 0; i < 5000; ++i) {
+      EXPECT_LE(visited[i], 1);
+      EXPECT_TRUE(visited[i] == 1 || value(i) >= limit);
+    }
+    EXPECT_LT(std::accumulate(visited.begin(), visited.end(), 0), 2500);
+  }
+}
+
 TEST_F(PointPatchesTest, OfSomePointsOrNone) {
   const PointPatches some(points_, {7, 8, 9});
   EXPECT_EQ(some.Ids().size(), 3u);

@@ -107,11 +107,11 @@ struct Person {
   }
 };
 
-constexpr int kFrames = 90;
+constexpr int kTrackedFrames = 90;
 
 struct SolveMarkersTest : ::testing::Test {
   Person person;
-  MarkerRecording still = person.Record(4, true), trial = person.Record(kFrames, false);
+  MarkerRecording still = person.Record(4, true), trial = person.Record(kTrackedFrames, false);
 
   SolvedRecording Solve(const MarkerRecording& recording) const {
     return SolveMarkers(recording, &still, person.model, {}, "trial");
@@ -130,11 +130,11 @@ struct SolveMarkersTest : ::testing::Test {
     double sum = 0.0;
     int count = 0;
     BodyState state;
-    for (int t = 0; t < kFrames; ++t) {
+    for (int t = 0; t < kTrackedFrames; ++t) {
       ForwardJoints(surface.RestJoints(), solved.clip.pose[t],
                     solved.clip.trans.col(t) - solved.report.lift_m * Eigen::Vector3d::UnitZ(),
                     state);
-      const BodyState truth = person.State(Person::Drink(t, kFrames), false);
+      const BodyState truth = person.State(Person::Drink(t, kTrackedFrames), false);
       for (const int joint : {kRightShoulder, kRightElbow, kRightWrist, kLeftElbow, kLeftWrist}) {
         sum += (state.joints.col(joint) - truth.joints.col(joint)).squaredNorm();
         ++count;
@@ -149,7 +149,7 @@ TEST_F(SolveMarkersTest, RecoversAKnownMotion) {
   EXPECT_TRUE(solved.report.converged);
   EXPECT_LT(solved.report.rms_mm, 1.5);
   EXPECT_LT(JointError(solved), 12.0);
-  EXPECT_EQ(solved.clip.NumFrames(), kFrames);
+  EXPECT_EQ(solved.clip.NumFrames(), kTrackedFrames);
   EXPECT_EQ(solved.clip.frame_rate, 50.0);
   EXPECT_NEAR(std::abs(solved.report.world.facing_rad), std::numbers::pi, 0.3);
   // Nobody marked the legs: they sit.
@@ -165,7 +165,8 @@ TEST_F(SolveMarkersTest, PassesAGapAndPutsWrongLabelsRight) {
       .setConstant(std::numeric_limits<double>::quiet_NaN());
   faulty.positions.block(3 * a, 50, 3, 20) = trial.positions.block(3 * b, 50, 3, 20);
   faulty.positions.block(3 * b, 50, 3, 20) = trial.positions.block(3 * a, 50, 3, 20);
-  for (int t = 3; t < kFrames; t += 10) faulty.positions(3 * *trial.Find("LUAR2"), t) += 0.12;
+  for (int t = 3; t < kTrackedFrames; t += 10)
+    faulty.positions(3 * *trial.Find("LUAR2"), t) += 0.12;
   const SolvedRecording solved = Solve(faulty);
   const Eigen::MatrixXd change = solved.carried - plain.carried;
   EXPECT_LT(1e3 * std::sqrt(3.0 * change.squaredNorm() / static_cast<double>(change.size())), 1.5);
@@ -182,7 +183,7 @@ TEST_F(SolveMarkersTest, PassesAGapAndPutsWrongLabelsRight) {
 
 TEST_F(SolveMarkersTest, DoesNotDependOnAxesOrUnits) {
   MarkerRecording other = trial;
-  for (int t = 0; t < kFrames; ++t) {
+  for (int t = 0; t < kTrackedFrames; ++t) {
     for (int m = 0; m < trial.NumMarkers(); ++m) {
       const Eigen::Vector3d x = trial.At(m, t);
       other.positions.block<3, 1>(3 * m, t) = 1e3 * Eigen::Vector3d(x.x(), x.z(), -x.y());  // y up
@@ -195,6 +196,42 @@ TEST_F(SolveMarkersTest, DoesNotDependOnAxesOrUnits) {
   EXPECT_LT(solved.report.rms_mm, 1.5);
 }
 
+// A cup with markers of its own that the right hand takes along.
+TEST_F(SolveMarkersTest, PutsAnObjectWithMarkersIntoTheClip) {
+  MarkerRecording with_cup = trial;
+  Eigen::Matrix3d places;
+  places << 0.04, -0.04, 0.0, 0.0, 0.01, 0.05, 0.0, 0.03, 0.07;
+  SolveMarkersOptions options;
+  with_cup.positions.conservativeResize(trial.positions.rows() + 9, kTrackedFrames);
+  for (int k = 0; k < 3; ++k) {
+    const std::string name = std::string("cup_") + "abc"[k];
+    with_cup.names.push_back(name);
+    with_cup.subjects.push_back("");
+    for (int t = 0; t < kTrackedFrames; ++t) {
+      with_cup.positions.block<3, 1>(trial.positions.rows() + 3 * k, t) =
+          person.State(Person::Drink(t, kTrackedFrames), false).WorldFromJoint(kRightWrist) *
+          Eigen::Vector3d(places.col(k));
+    }
+  }
+  with_cup.positions *= 1000.0;  // millimetres that are called metres
+  options.object = ObjectMarkersOf("cup_*", with_cup, "trial");
+  options.object->places = places;
+  const SolvedRecording solved = SolveMarkers(with_cup, &still, person.model, options, "trial");
+  ASSERT_TRUE(solved.clip.object && solved.report.object);
+  EXPECT_TRUE(solved.report.unused.empty());
+  EXPECT_LT(solved.report.object->rms_mm, 1e-3);
+  for (const int t : {0, 40, kTrackedFrames - 1}) {
+    const Eigen::Isometry3d wrist =
+        person.State(Person::Drink(t, kTrackedFrames), false).WorldFromJoint(kRightWrist);
+    const Eigen::Isometry3d pose = solved.clip.object->Pose(t);
+    EXPECT_LT(
+        (pose.translation() - wrist.translation() - solved.report.lift_m * Eigen::Vector3d::UnitZ())
+            .norm(),
+        1e-6);
+    EXPECT_LT(AngleBetween(pose.linear(), wrist.linear()), 1e-6);
+  }
+}
+
 TEST_F(SolveMarkersTest, SaysWhatIsWrong) {
   MarkerRecording none = trial;
   for (std::string& name : none.names) name = "X" + name;
@@ -204,6 +241,12 @@ TEST_F(SolveMarkersTest, SaysWhatIsWrong) {
   MarkerRecording empty = trial;
   empty.positions.setConstant(std::numeric_limits<double>::quiet_NaN());
   EXPECT_THAT(ErrorOf(empty), HasSubstr("fewer than 3 known markers are seen"));
+
+  // One marker of the person, the others not seen.
+  MarkerRecording one = trial;
+  one.positions.bottomRows(one.positions.rows() - 3)
+      .setConstant(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_THAT(ErrorOf(one), HasSubstr("fewer than 3 known markers are seen"));
 
   MarkerRecording two = trial;
   two.subjects.assign(two.names.size(), "P1");

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "geometry/io/mesh/load_object.h"
+#include "solver/terms/body/head_place.h"
 #include "solver/terms/body/marker_distance.h"
 #include "solver/terms/body/marker_place.h"
 #include "solver/terms/body/pelvis_upright.h"
@@ -123,6 +125,50 @@ TEST(PoseAcceleration, IsZeroForEvenMotionAndItsJacobianThatOfDifferences) {
   EXPECT_LT(r.norm(), 1e-12);
   c(1) += 0.3;
   EXPECT_LT(JacobianError(term, {a.data(), b.data(), c.data()}, {nullptr, nullptr, nullptr}), 1e-6);
+}
+
+// A ball of 10 cm for a head, about its joint.
+struct HeadPlaceTest : ::testing::Test {
+  HeadPlaceTest() {
+    TriangleMesh ball = LoadObject("sphere").mesh;
+    const Eigen::Vector3d middle =
+        0.5 * (ball.vertices.rowwise().minCoeff() + ball.vertices.rowwise().maxCoeff());
+    ball.vertices = 0.1 / 0.0335 * (ball.vertices.colwise() - middle);
+    skin.emplace(SignedDistance(ball), DistanceGridOptions{.cell_m = 0.004, .padding_m = 0.05});
+  }
+  Eigen::Isometry3d Head() const {
+    FreePoseState state;
+    state.Evaluate(free, rest_joints, root.data(), q.data(), false);
+    return state.Body().WorldFromJoint(kHead);
+  }
+
+  std::mt19937 random{8};
+  std::optional<DistanceGrid> skin;
+  const Eigen::Matrix3Xd rest_joints = BodySurface(BodyModel::Default()).RestJoints();
+  const FreePose free{JointPose::Zero(), {kNeck, kHead}, {}};
+  const Eigen::Matrix<double, 6, 1> root = Random(random, 6, 0.4);
+  Eigen::VectorXd q = Random(random, 6, 0.4);
+};
+
+TEST_F(HeadPlaceTest, IsZeroWithLipsInPlaceAndNothingInTheHead) {
+  const HeadPlace::Head head{*skin, Eigen::Vector3d(0.0, 0.02, 0.1)};
+  Eigen::Matrix3Xd points(3, 3);
+  points << 0.104, 0.0, 0.0, 0.0, 0.2, 0.08, 0.0, 0.0, 0.0;  // clear, clear, 20 mm deep
+  const HeadPlace term(free, rest_joints, root, head, Head() * head.lips, Head() * points);
+  Eigen::VectorXd r(6);
+  const double* const x[] = {q.data()};
+  ASSERT_TRUE(term.Evaluate(x, r.data(), nullptr));
+  EXPECT_LT(r.head<5>().norm(), 1e-9);
+  EXPECT_NEAR(r(5), 23.0, 0.5);  // with the margin, millimetres
+}
+
+TEST_F(HeadPlaceTest, JacobianIsThatOfDifferences) {
+  const HeadPlace::Head head{*skin, Eigen::Vector3d(0.0, 0.02, 0.1)};
+  Eigen::Matrix3Xd points(3, 4);
+  for (int k = 0; k < 4; ++k) points.col(k) = 0.085 * Random(random, 3, 1.0).normalized();
+  const HeadPlace term(free, rest_joints, root, head, Eigen::Vector3d(0.1, 0.2, 0.3),
+                       Head() * points);
+  EXPECT_LT(JacobianError(term, {q.data()}, {nullptr}), 1e-4);
 }
 
 TEST(PelvisUpright, IsZeroUprightAndItsJacobianThatOfDifferences) {

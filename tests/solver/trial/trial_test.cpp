@@ -144,6 +144,27 @@ TEST(HoldTrial, NothingIsHeldThatNothingTouches) {
   EXPECT_NEAR(trial.directions[1].slip_mm, 0.5e3 * 9.81, 20.0);
 }
 
+// As fitted, pieces overlap by what they reach out of skin and object: parted, not thrown.
+TEST(HoldTrial, OverlapsPartWhileTheHandSettles) {
+  if (!HasPhysics()) GTEST_SKIP() << "built without MuJoCo (libmujoco-dev)";
+  constexpr double kOverlap_mm = 4.0;
+  Plates beside(0.0);
+  beside.links.resize(1);
+  beside.links[0].pieces = {Block({0.02 - 1e-3 * kOverlap_mm, -0.03, -0.03}, {0.06, 0.03, 0.03})};
+  beside.contacts.clear();
+  const auto settle = [&](double drag_per_s) {
+    TrialProtocol protocol;
+    protocol.settle_drag_per_s = drag_per_s;
+    return TryHold(beside.links, beside.contacts, beside.solid, Eigen::Isometry3d::Identity(),
+                   protocol)
+        .settling.most_slip_mm;
+  };
+  const double parted = settle(TrialProtocol{}.settle_drag_per_s);
+  EXPECT_GT(parted, 0.5 * kOverlap_mm);
+  EXPECT_LT(parted, 2.0 * kOverlap_mm);
+  EXPECT_GT(settle(0.0), 5.0 * kOverlap_mm);
+}
+
 TEST(HoldTrial, IsTheSameOnAnyThreads) {
   if (!HasPhysics()) GTEST_SKIP() << "built without MuJoCo (libmujoco-dev)";
   const Plates plates(2.0);

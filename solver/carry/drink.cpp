@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: MIT
+#include "solver/carry/drink.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "generator/body/arm_correction.h"
+#include "generator/body/limb_ik.h"
+#include "generator/scripted/minimum_jerk.h"
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "solver/carry/cup_in_hand.h"
+#include "solver/fit/clip_state.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+constexpr double kPalm_m = 0.08;  // of the palm from the wrist
+constexpr double kNearest_m = 0.25, kLeastRise_m = 0.1;
+constexpr double kOverEyes_m = 0.08;  // a palm that gets there combs hair
+constexpr double kApproach_s = 0.4;   // over which the wrist leaves the clip's for the cup
+constexpr double kUpright = 0.7;      // share of the way to the mouth over which it comes back
+constexpr double kFarTilt = 60.0 * kDegree, kMostBack = 45.0 * kDegree;
+constexpr double kMostYaw = 30.0 * kDegree;
+constexpr double kLipsFrom_m = 0.12, kLipsAt_m = 0.02;  // of the rim, beyond its nearest
+constexpr int kCupPoints = 250;
+
+// A hand over time, from joints.
+struct HandTrack {
+  Matrix3Xd palm;              // world
+  Eigen::VectorXd from_mouth;  // of the palm, metres
+  Eigen::VectorXd speed;       // metres a frame, smoothed
+  Eigen::VectorXd over_eyes;
+};
+
+HandTrack TrackOf(const Clip& clip, const Matrix3Xd& rest_joints, const FaceMarks& face,
+                  Side side) {
+  const int frames = clip.NumFrames();
+  HandTrack track;
+  track.palm.resize(3, frames);
+  track.from_mouth.resize(frames);
+  track.over_eyes.resize(frames);
+  track.speed = Eigen::VectorXd::Zero(frames);
+  BodyState state;
+  for (int t = 0; t < frames; ++t) {
+    ForwardJoints(rest_joints, clip.pose[t], clip.trans.col(t), state);
+    const Isometry3d wrist = state.WorldFromJoint(WristJoint(side)),
+                     head = state.WorldFromJoint(kHead);
+    track.palm.col(t) = wrist.translation() + kPalm_m * FingerDirection(side, wrist.linear());
+    track.from_mouth(t) = (track.palm.col(t) - head * face.mouth).norm();
+    track.over_eyes(t) = track.palm(2, t) - (head * face.eyes).z();
+  }
+  const int half = std::max(1, static_cast<int>(std::lround(0.04 * clip.frame_rate)));
+  for (int t = 0; t < frames; ++t) {
+    const int a = std::max(0, t - half), b = std::min(frames - 1, t + half);
+    track.speed(t) = (track.palm.col(b) - track.palm.col(a)).norm() / std::max(1, b - a);
+  }
+  return track;
+}
+
+// From `drink` in steps of `way`: down to the table, and on until the hand is slowest.
+int RestBeside(const HandTrack& track, int drink, int way, double table_height) {
+  const int last = static_cast<int>(track.speed.size()) - 1;
+  const auto inside = [&](int t) { return t > 0 && t < last; };
+  int t = drink;
+  while (inside(t) && track.palm(2, t) > table_height) t += way;
+  double fastest = 0.0;
+  for (int k = drink; k != t; k += way) fastest = std::max(fastest, track.speed(k));
+  while (inside(t) && track.speed(t) > 0.15 * fastest) t += way;
+  while (inside(t) && track.speed(t + way) < track.speed(t)) t += way;
+  return t;
+}
+
+}  // namespace
+
+std::optional<DrinkTimes> FindDrink(const Clip& clip, const Matrix3Xd& rest_joints,
+                                    const FaceMarks& face) {
+  std::array<HandTrack, 2> tracks = {TrackOf(clip, rest_joints, face, Side::kRight),
+                                     TrackOf(clip, rest_joints, face, Side::kLeft)};
+  const bool right = tracks[0].from_mouth.minCoeff() <= tracks[1].from_mouth.minCoeff();
+  const HandTrack& track = tracks[right ? 0 : 1];
+  DrinkTimes times;
+  times.side = right ? Side::kRight : Side::kLeft;
+  const double nearest = track.from_mouth.minCoeff(&times.drink);
+  const double low = track.palm.row(2).minCoeff(), rise = track.palm(2, times.drink) - low;
+  if (nearest > kNearest_m || rise < kLeastRise_m || track.over_eyes.maxCoeff() > kOverEyes_m) {
+    return std::nullopt;
+  }
+  times.lift = RestBeside(track, times.drink, -1, low + 0.2 * rise);
+  times.put_down = RestBeside(track, times.drink, 1, low + 0.2 * rise);
+  return times;
+}
+
+Vector3d DrinkingEdge(const ObjectMarks& cup, const Isometry3d& world_from_cup,
+                      const Vector3d& mouth) {
+  constexpr double kTowardsMouth = 0.15;  // against the sine of the tilt
+  const Vector3d axis = world_from_cup.linear().col(2), middle = world_from_cup * cup.rim;
+  const auto in_plane = [&](const Vector3d& v) { return Vector3d(v - v.dot(axis) * axis); };
+  const Vector3d way =
+      kTowardsMouth * in_plane(mouth - middle).normalized() - in_plane(Vector3d::UnitZ());
+  return middle + cup.rim_radius * way.normalized();
+}
+
+DrinkMeasures MeasureDrink(const Clip& clip, const DrinkTimes& times, const Matrix3Xd& rest_joints,
+                           const FaceMarks& face, const ObjectMarks& cup) {
+  BodyState state;
+  ForwardJoints(rest_joints, clip.pose[times.drink], clip.trans.col(times.drink), state);
+  const Vector3d mouth = state.WorldFromJoint(kHead) * face.mouth;
+  const auto off_upright = [&](int t) {
+    return std::acos(std::clamp(clip.object->Pose(t).linear()(2, 2), -1.0, 1.0));
+  };
+  DrinkMeasures measures;
+  measures.rim_from_mouth_m =
+      (DrinkingEdge(cup, clip.object->Pose(times.drink), mouth) - mouth).norm();
+  measures.tilt_rad = off_upright(times.drink);
+  measures.lean_rad = std::max(off_upright(times.lift), off_upright(times.put_down));
+  return measures;
+}
+
+namespace {
+
+class DrinkServer {
+ public:
+  DrinkServer(const ClipBody& body, const PreparedObject& cup, std::uint64_t seed, Clip& clip)
+      : body_(body),
+        cup_(cup),
+        seed_(seed),
+        clip_(clip),
+        surface_(body.model, body.betas),
+        face_(FindFaceMarks(surface_)),
+        marks_(MarksOf(cup.object.name, cup.object.mesh)) {}
+
+  DrinkReport Serve() {
+    if (marks_.rim_radius < 0.005) {
+      throw Error(cup_.object.name, "has no rim to drink from", "Give a cup that stands upright");
+    }
+    const auto times = FindDrink(clip_, surface_.RestJoints(), face_);
+    if (!times) {
+      throw Error("the clip", "has no hand that goes from a table to the mouth and back",
+                  "Give a clip of somebody who drinks, or fit without --drink");
+    }
+    report_.times = times_ = *times;
+    hand_.emplace(body_.model, body_.betas, times_.side);
+    state_.emplace(*hand_);
+    Take();
+    if (report_.status == GraspStatus::kNoRoom) return report_;
+    MoveCup();
+    MoveHead();
+    return report_;
+  }
+
+ private:
+  Isometry3d Wrist(int t) {
+    state_->SetBody(clip_.pose[t], clip_.trans.col(t));
+    return state_->WorldFromWrist();
+  }
+
+  // How the hand holds the cup: as it is at `lift` and `put_down`, in the mean.
+  void Take() {
+    const Isometry3d lift = Wrist(times_.lift), put_down = Wrist(times_.put_down);
+    HandAtTable at;
+    at.up = (lift.linear().row(2) + put_down.linear().row(2)).normalized();
+    const double table = TableHeight();
+    at.table_m = table - 0.5 * (lift.translation() + put_down.translation()).z();
+    Wrist(times_.lift);
+    state_->Evaluate(FingersOf(clip_.pose[times_.lift], times_.side), false);
+    const auto joints = state_->JointPositions();
+    const Vector3d between = 0.5 * joints.col(3 * kThumb + 2) +
+                             0.25 * (joints.col(3 * kIndex + 2) + joints.col(3 * kMiddle + 2));
+    at.between = lift.inverse() * between;
+    // A hand is about half way up.
+    const double height = marks_.size.z(), held = at.between.dot(at.up) - at.table_m;
+    at.table_m += held - std::clamp(held, 0.3 * height, 0.65 * height);
+    // Of two places in the hand, the one with the rim nearer to the mouth.
+    constexpr double kLostByMetre = 12.0;
+    const Isometry3d drinks = Wrist(times_.drink);
+    BodyState state;
+    ForwardJoints(surface_.RestJoints(), clip_.pose[times_.drink], clip_.trans.col(times_.drink),
+                  state);
+    const Vector3d lips = state.WorldFromJoint(kHead) * LipsOf(face_);
+    at.also = [&](const Isometry3d& wrist_from_cup) {
+      return -kLostByMetre * (DrinkingEdge(marks_, drinks * wrist_from_cup, lips) - lips).norm();
+    };
+    report_.grasp = HoldStanding(*hand_, at, cup_, marks_, seed_, report_.status);
+    table_ = 0.5 * (lift.translation() + put_down.translation()).z() + at.table_m;
+  }
+
+  // Of what the hand rests on before it takes hold.
+  double TableHeight() {
+    double lowest = 1e9;
+    for (int t = 0; t < times_.lift; t += std::max(1, times_.lift / 40)) {
+      Wrist(t);
+      state_->Evaluate(FingersOf(clip_.pose[t], times_.side), false);
+      lowest = std::min(lowest, state_->Vertices().row(2).minCoeff());
+    }
+    return lowest < 1e9 ? lowest : Wrist(0).translation().z();
+  }
+
+  // The pose nearest to `held` in which the cup stands on the table.
+  Isometry3d Standing(const Isometry3d& held) const {
+    const Matrix3d level =
+        Eigen::Quaterniond::FromTwoVectors(held.linear().col(2), Vector3d::UnitZ())
+            .toRotationMatrix() *
+        held.linear();
+    Vector3d at = held * marks_.middle - level * marks_.middle;
+    at.z() = table_ - cup_.object.mesh.vertices.row(2).minCoeff();
+    return RigidTransform(level, at);
+  }
+
+  // Shares of the corrections at `lift` and `put_down` in a frame.
+  std::array<double, 2> Shares(int t) const {
+    const double approach = kApproach_s * clip_.frame_rate;
+    const auto share = [&](double before, double after) {
+      return before < 0.0 ? 1.0 - MinimumJerk(-before / approach)
+                          : 1.0 - MinimumJerk(before / std::max(1.0, kUpright * after));
+    };
+    return {share(t - times_.lift, times_.drink - times_.lift),
+            share(times_.put_down - t, times_.put_down - times_.drink)};
+  }
+
+  // The cup's track, and the wrist that carries it.
+  void MoveCup() {
+    const Isometry3d held = report_.grasp.wrist_from_object;
+    const std::array<int, 2> ends = {times_.lift, times_.put_down};
+    std::array<Isometry3d, 2> stands;
+    std::array<Vector3d, 2> turn, move;
+    for (int e = 0; e < 2; ++e) {
+      const Isometry3d carried = Wrist(ends[e]) * held;
+      stands[e] = Standing(carried);
+      turn[e] = LogSO3(stands[e].linear() * carried.linear().transpose());
+      move[e] = stands[e] * marks_.middle - carried * marks_.middle;
+    }
+    clip_.object.emplace();
+    clip_.object->trans.setZero(3, clip_.NumFrames());
+    clip_.object->orient.setZero(3, clip_.NumFrames());
+    clip_.object->name = cup_.object.name;
+    clip_.holding_hand.assign(clip_.pose.size(), 0);
+    for (int t = 0; t < clip_.NumFrames(); ++t) {
+      const auto [at_lift, at_end] = Shares(t);
+      const Isometry3d wrist = Wrist(t), carried = wrist * held;
+      const Vector3d middle = carried * marks_.middle + at_lift * move[0] + at_end * move[1];
+      const Matrix3d R = ExpSO3(at_lift * turn[0] + at_end * turn[1]) * carried.linear();
+      const Isometry3d cup = RigidTransform(R, middle - R * marks_.middle);
+      if (at_lift > 0.0 || at_end > 0.0) MoveWristTo(cup * held.inverse(), wrist, t);
+      const bool holds = t >= times_.lift && t <= times_.put_down;
+      clip_.object->SetPose(t, holds ? cup : stands[t < times_.lift ? 0 : 1]);
+      if (!holds) continue;
+      clip_.holding_hand[t] = HoldingBit(times_.side);
+      SetFingers(clip_.pose[t], times_.side, report_.grasp.fingers);
+    }
+  }
+
+  void MoveWristTo(const Isometry3d& wanted, const Isometry3d& wrist, int t) {
+    MoveWrist(surface_.RestJoints(), times_.side, wanted.linear(), wanted.translation(),
+              clip_.trans.col(t), clip_.pose[t]);
+    report_.wrist_shift_m =
+        std::max(report_.wrist_shift_m, (wanted.translation() - wrist.translation()).norm());
+    report_.wrist_turn_rad =
+        std::max(report_.wrist_turn_rad, AngleBetween(wanted.linear(), wrist.linear()));
+  }
+
+  // The lips go to the rim as it comes, and back.
+  void MoveHead() {
+    const Vector3d lips = LipsOf(face_);
+    std::vector<HeadWish> wishes(clip_.pose.size());
+    std::vector<Vector3d> own(clip_.pose.size()), edge(clip_.pose.size());
+    std::vector<Matrix3d> head(clip_.pose.size());
+    BodyState state;
+    double nearest = 1e9;
+    for (int t = times_.lift; t <= times_.put_down; ++t) {
+      ForwardJoints(surface_.RestJoints(), clip_.pose[t], clip_.trans.col(t), state);
+      head[t] = state.world_rotation[kHead];
+      own[t] = state.WorldFromJoint(kHead) * lips;
+      edge[t] = DrinkingEdge(marks_, clip_.object->Pose(t), own[t]);
+      nearest = std::min(nearest, (edge[t] - own[t]).norm());
+    }
+    const Matrix3Xd& surface = cup_.fit.surface;
+    const Eigen::Index every = std::max<Eigen::Index>(1, surface.cols() / kCupPoints);
+    Matrix3Xd samples(3, (surface.cols() + every - 1) / every);
+    for (Eigen::Index i = 0; i < samples.cols(); ++i) samples.col(i) = surface.col(i * every);
+    for (int t = times_.lift; t <= times_.put_down; ++t) {
+      const double beyond = (edge[t] - own[t]).norm() - nearest - kLipsAt_m;
+      const double share = 1.0 - MinimumJerk(beyond / (kLipsFrom_m - kLipsAt_m));
+      if (share <= 0.0) continue;
+      wishes[t].lips = own[t] + share * (edge[t] - own[t]);
+      wishes[t].turn = share * TurnTo(clip_.object->Pose(t).linear().col(2), head[t]);
+      wishes[t].points = clip_.object->Pose(t) * samples;
+    }
+    report_.head = PoseUnmarkedHead(body_.model, body_.betas, wishes, clip_);
+  }
+
+  // Back with a cup that is tilted far, and to the side that it comes from.
+  static Vector3d TurnTo(const Vector3d& axis, const Matrix3d& head) {
+    const double tilt = std::acos(std::clamp(axis.z(), -1.0, 1.0));
+    const Vector3d from_cup = head.transpose() * Vector3d(axis.x(), axis.y(), 0.0);
+    const double yaw = std::atan2(-from_cup.x(), -from_cup.z());
+    return {-std::clamp(tilt - kFarTilt, 0.0, kMostBack),
+            std::sin(tilt) * std::clamp(yaw, -kMostYaw, kMostYaw), 0.0};
+  }
+
+  const ClipBody& body_;
+  const PreparedObject& cup_;
+  std::uint64_t seed_;
+  Clip& clip_;
+  const BodySurface surface_;
+  const FaceMarks face_;
+  const ObjectMarks marks_;
+  DrinkTimes times_;
+  std::optional<HandModel> hand_;
+  std::optional<HandState> state_;
+  double table_ = 0.0;
+  DrinkReport report_;
+};
+
+}  // namespace
+
+DrinkReport ServeDrink(const ClipBody& body, const PreparedObject& cup, std::uint64_t seed,
+                       Clip& clip) {
+  return DrinkServer(body, cup, seed, clip).Serve();
+}
+
+}  // namespace holdfast

@@ -1,0 +1,564 @@
+// SPDX-License-Identifier: MIT
+#include "solver/markers/object_markers.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/conventions/series.h"
+#include "geometry/error.h"
+#include "geometry/io/container/text_scanner.h"
+#include "geometry/rotation.h"
+#include "geometry/suggestion.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kAgree_m = 0.010;  // distances of a cluster's markers that differ less agree
+constexpr double kRobustObject_m = 0.005;  // beyond which a marker counts little
+constexpr double kLine_m = 0.005;          // markers nearer to a line than this tell no turn
+constexpr double kOtherTable_m = 0.03;     // places told that are this far off are another object's
+constexpr double kJump_rad = 0.5;          // a turn in a frame that labels have to explain
+constexpr int kSlopeFrames = 5;            // before and after a gap
+
+std::vector<std::string> SplitAtCommas(const std::string& line) {
+  std::vector<std::string> words(1);
+  for (const char c : line) {
+    if (c == ',') {
+      words.emplace_back();
+    } else if (c != '\r' && c != ' ') {
+      words.back() += c;
+    }
+  }
+  return words;
+}
+
+// The pose that takes places to the points, of markers with weights.
+Eigen::Isometry3d WeightedKabsch(const Eigen::Matrix3Xd& places, const Eigen::Matrix3Xd& points,
+                                 const Eigen::VectorXd& weights) {
+  const double sum = weights.sum();
+  const Eigen::Vector3d from = places * weights / sum, to = points * weights / sum;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = NearestRotation((points.colwise() - to) * weights.asDiagonal() *
+                                  (places.colwise() - from).transpose());
+  pose.translation() = to - pose.linear() * from;
+  return pose;
+}
+
+// Markers of one frame that are used: who, and where.
+struct SeenCluster {
+  std::vector<int> marker;
+  Eigen::Matrix3Xd points;  // (3 x marker.size())
+};
+
+class ObjectTracker {
+ public:
+  ObjectTracker(const MarkerRecording& recording, const std::vector<int>& columns,
+                const ObjectMarkers& markers, const std::string& where)
+      : recording_(recording), columns_(columns), markers_(markers), where_(where) {}
+
+  TrackedObject Run() {
+    FindPlaces();
+    poses_.assign(static_cast<std::size_t>(recording_.NumFrames()), std::nullopt);
+    used_.assign(poses_.size(), {});
+    for (int t = 0; t < recording_.NumFrames(); ++t) SolveFrame(t, true);
+    std::vector<Eigen::Isometry3d> poses = Filled();
+    Measure(poses);
+    const Eigen::Isometry3d places_from_object = PlacesFromObject(poses);
+    ObjectTrack& track = tracked_.track;
+    track.name = "object";
+    track.trans.resize(3, recording_.NumFrames());
+    track.orient.setZero(3, recording_.NumFrames());
+    for (int t = 0; t < recording_.NumFrames(); ++t) {
+      track.SetPose(t, poses[static_cast<std::size_t>(t)] * places_from_object);
+    }
+    return std::move(tracked_);
+  }
+
+ private:
+  int Count() const { return static_cast<int>(columns_.size()); }
+  bool Seen(int k, int t) const { return recording_.Seen(columns_[k], t); }
+  Eigen::Vector3d At(int k, int t) const { return recording_.At(columns_[k], t); }
+  int NumSeen(int t) const {
+    int seen = 0;
+    for (int k = 0; k < Count(); ++k) seen += Seen(k, t) ? 1 : 0;
+    return seen;
+  }
+  [[noreturn]] void TooFew(const std::string& problem) const {
+    throw Error(where_, fmt::format("{} ({})", problem, fmt::join(markers_.names, ", ")),
+                "An object's pose takes three markers that are not on a line");
+  }
+
+  // Medians of the distances between markers; NaN where two are never seen together.
+  Eigen::MatrixXd UsualDistances() const {
+    Eigen::MatrixXd usual = Eigen::MatrixXd::Zero(Count(), Count());
+    for (int i = 0; i < Count(); ++i) {
+      for (int j = 0; j < i; ++j) {
+        std::vector<double> all;
+        for (int t = 0; t < recording_.NumFrames(); ++t) {
+          if (Seen(i, t) && Seen(j, t)) all.push_back((At(i, t) - At(j, t)).norm());
+        }
+        usual(i, j) = usual(j, i) =
+            all.empty() ? std::numeric_limits<double>::quiet_NaN() : Median(std::move(all));
+      }
+    }
+    return usual;
+  }
+
+  // The frame that shows most markers, at distances that are most usual.
+  int UsualFrame() const {
+    const Eigen::MatrixXd usual = UsualDistances();
+    int best = -1, most = 0;
+    double least = 0.0;
+    for (int t = 0; t < recording_.NumFrames(); ++t) {
+      const int seen = NumSeen(t);
+      if (seen < std::max(most, 3)) continue;
+      double off = 0.0;
+      for (int i = 0; i < Count(); ++i) {
+        for (int j = 0; j < i; ++j) {
+          if (!Seen(i, t) || !Seen(j, t)) continue;
+          off = std::max(off, std::abs((At(i, t) - At(j, t)).norm() - usual(i, j)));
+        }
+      }
+      if (seen > most || off < least) {
+        best = t;
+        most = seen;
+        least = off;
+      }
+    }
+    if (best < 0) TooFew("fewer than three of the object's markers are seen at a time");
+    return best;
+  }
+
+  void FindPlaces() {
+    const int first = UsualFrame();
+    places_.setConstant(3, Count(), std::numeric_limits<double>::quiet_NaN());
+    for (int k = 0; k < Count(); ++k) {
+      if (Seen(k, first)) places_.col(k) = At(k, first);
+    }
+    RequireSpread();
+    constexpr int kRounds = 3;
+    for (int round = 0; round < kRounds; ++round) {
+      poses_.assign(static_cast<std::size_t>(recording_.NumFrames()), std::nullopt);
+      used_.assign(poses_.size(), {});
+      for (int t = 0; t < recording_.NumFrames(); ++t) SolveFrame(t, false);
+      for (int k = 0; k < Count(); ++k) {
+        std::array<std::vector<double>, 3> seen;
+        for (int t = 0; t < recording_.NumFrames(); ++t) {
+          if (!poses_[t] || !Seen(k, t)) continue;
+          const Eigen::Vector3d place = poses_[t]->inverse() * At(k, t);
+          for (int c = 0; c < 3; ++c) seen[c].push_back(place[c]);
+        }
+        for (int c = 0; c < 3 && !seen[0].empty(); ++c) places_(c, k) = Median(seen[c]);
+      }
+    }
+  }
+
+  void RequireSpread() const {
+    Eigen::Matrix3Xd known(3, Count());
+    Eigen::Index n = 0;
+    for (int k = 0; k < Count(); ++k) {
+      if (places_.col(k).allFinite()) known.col(n++) = places_.col(k);
+    }
+    known.conservativeResize(3, n);
+    known.colwise() -= known.rowwise().mean().eval();
+    if (Eigen::JacobiSVD<Eigen::Matrix3Xd>(known).singularValues()(1) < kLine_m) {
+      TooFew("the object's markers are on a line");
+    }
+  }
+
+  double Disagreement(const SeenCluster& seen, int i, int j) const {
+    return std::abs((seen.points.col(i) - seen.points.col(j)).norm() -
+                    (places_.col(seen.marker[i]) - places_.col(seen.marker[j])).norm());
+  }
+
+  // Without those whose distances from others do not agree, the worst first.
+  SeenCluster Agreeing(SeenCluster seen) const {
+    while (seen.marker.size() > 1) {
+      const int n = static_cast<int>(seen.marker.size());
+      double worst = 0.0;
+      Eigen::VectorXd sum = Eigen::VectorXd::Zero(n);
+      for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < i; ++j) {
+          const double off = Disagreement(seen, i, j);
+          worst = std::max(worst, off);
+          sum(i) += off;
+          sum(j) += off;
+        }
+      }
+      if (worst < kAgree_m) break;
+      Eigen::Index out = 0;
+      sum.maxCoeff(&out);
+      Eigen::Matrix3Xd kept(3, n - 1);
+      kept << seen.points.leftCols(out), seen.points.rightCols(n - 1 - out);
+      seen.points = kept;
+      seen.marker.erase(seen.marker.begin() + out);
+      if (n == 2) return {};  // of two that disagree neither is known to be right
+    }
+    return seen;
+  }
+
+  Eigen::Isometry3d PoseOf(const SeenCluster& seen) const {
+    const Eigen::Index n = seen.points.cols();
+    Eigen::Matrix3Xd places(3, n);
+    for (Eigen::Index k = 0; k < n; ++k) places.col(k) = places_.col(seen.marker[k]);
+    Eigen::VectorXd weights = Eigen::VectorXd::Ones(n);
+    Eigen::Isometry3d pose;
+    constexpr int kRounds = 5;
+    for (int round = 0; round < kRounds; ++round) {
+      pose = WeightedKabsch(places, seen.points, weights);
+      const Eigen::VectorXd off =
+          ((pose * places) - seen.points).colwise().norm() / kRobustObject_m;
+      weights = (1.0 + off.array().square()).inverse();
+    }
+    return pose;
+  }
+
+  // Labels as they are, or with two that stand for each other changed back where more then agree
+  // or, where as many do, the object would else leap.
+  void SolveFrame(int t, bool report) {
+    SeenCluster seen;
+    seen.points.resize(3, Count());
+    for (int k = 0; k < Count(); ++k) {
+      if (!Seen(k, t) || !places_.col(k).allFinite()) continue;
+      seen.points.col(static_cast<Eigen::Index>(seen.marker.size())) = At(k, t);
+      seen.marker.push_back(k);
+    }
+    const int n = static_cast<int>(seen.marker.size());
+    seen.points.conservativeResize(3, n);
+    SeenCluster best = Agreeing(seen);
+    const auto leap = [&](const SeenCluster& cluster) {
+      if (cluster.marker.size() < 3 || t == 0 || !poses_[t - 1]) return 0.0;
+      return AngleBetween(PoseOf(cluster).linear(), poses_[t - 1]->linear());
+    };
+    double turn = leap(best);
+    std::pair<int, int> swapped(-1, -1);
+    if (static_cast<int>(best.marker.size()) < n || turn > kJump_rad) {
+      for (int i = 0; i < n; ++i) {
+        for (int j = 0; j < i; ++j) {
+          SeenCluster other = seen;
+          other.points.col(i).swap(other.points.col(j));
+          other = Agreeing(std::move(other));
+          const double other_turn = leap(other);
+          const bool more = other.marker.size() > best.marker.size();
+          if (other.marker.size() < 3 || other.marker.size() < best.marker.size() ||
+              (!more && (turn < kJump_rad || other_turn > 0.5 * turn))) {
+            continue;
+          }
+          best = other;
+          turn = other_turn;
+          swapped = {seen.marker[j], seen.marker[i]};
+        }
+      }
+    }
+    if (best.marker.size() >= 3) poses_[t] = PoseOf(best);
+    if (report) Report(t, seen, best, swapped);
+    used_[t] = std::move(best);
+  }
+
+  void Report(int t, const SeenCluster& seen, const SeenCluster& used,
+              std::pair<int, int> swapped) {
+    MarkerFaults& faults = tracked_.report.faults;
+    if (swapped.first >= 0) faults.swaps.push_back({t, swapped.first, swapped.second});
+    for (std::size_t k = 0; k < seen.marker.size(); ++k) {
+      const int marker = seen.marker[k];
+      if (std::ranges::find(used.marker, marker) != used.marker.end()) continue;
+      const Eigen::Vector3d x = seen.points.col(static_cast<Eigen::Index>(k));
+      const double off =
+          poses_[t] ? (*poses_[t] * Eigen::Vector3d(places_.col(marker)) - x).norm() : 0.0;
+      faults.outliers.push_back({t, marker, off});
+    }
+  }
+
+  // Movement for each frame at frame `at` (of a pose), over solved frames on one side of it.
+  std::pair<Eigen::Vector3d, Eigen::Vector3d> Slope(int at, int step) const {
+    int k = 0;
+    while (k < kSlopeFrames && at + step * (k + 1) >= 0 &&
+           at + step * (k + 1) < recording_.NumFrames() && poses_[at + step * (k + 1)]) {
+      ++k;
+    }
+    if (k == 0) return {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    const Eigen::Isometry3d &here = *poses_[at], &there = *poses_[at + step * k];
+    const double frames = step * k;
+    return {(there.translation() - here.translation()) / frames,
+            LogSO3(here.linear().transpose() * there.linear()) / frames};
+  }
+
+  // Cubic Hermite between two solved frames, without going far beyond them.
+  Eigen::Isometry3d Between(int a, int b, int t) const {
+    const Eigen::Isometry3d &from = *poses_[a], &to = *poses_[b];
+    const double length = b - a, s = (t - a) / length, s2 = s * s, s3 = s2 * s;
+    const auto curve = [&](const Eigen::Vector3d& way, Eigen::Vector3d begin, Eigen::Vector3d end) {
+      for (Eigen::Vector3d* const slope : {&begin, &end}) {
+        *slope *= length;
+        const double most = 3.0 * way.norm();
+        if (slope->norm() > most) *slope *= most / slope->norm();
+      }
+      return Eigen::Vector3d((3.0 * s2 - 2.0 * s3) * way + (s3 - 2.0 * s2 + s) * begin +
+                             (s3 - s2) * end);
+    };
+    const auto [shift_a, turn_a] = Slope(a, -1);
+    const auto [shift_b, turn_b] = Slope(b, 1);
+    const Eigen::Vector3d turn = LogSO3(from.linear().transpose() * to.linear());
+    Eigen::Isometry3d pose;
+    pose.setIdentity();
+    pose.translation() =
+        from.translation() + curve(to.translation() - from.translation(), shift_a, shift_b);
+    pose.linear() = from.linear() *
+                    ExpSO3(curve(turn, turn_a, InverseLeftJacobianSO3(turn).transpose() * turn_b));
+    return pose;
+  }
+
+  // Nearest to what is filled in that brings one or two markers where they are seen: Gauss-Newton,
+  // markers to 2 mm, the pose to 5 cm and 0.5 rad.
+  Eigen::Isometry3d Nearer(Eigen::Isometry3d pose, const SeenCluster& seen) const {
+    constexpr double kMarker = 1.0 / 0.002, kShift = 1.0 / 0.05, kTurn = 1.0 / 0.5;
+    const Eigen::Isometry3d prior = pose;
+    const Eigen::Index n = seen.points.cols();
+    for (int round = 0; round < 5; ++round) {
+      Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3 * n + 6, 6);
+      Eigen::VectorXd r(3 * n + 6);
+      for (Eigen::Index k = 0; k < n; ++k) {
+        const Eigen::Vector3d arm = pose.linear() * (places_.col(seen.marker[k]) - Middle());
+        r.segment<3>(3 * k) =
+            kMarker * (pose * Middle() + arm - Eigen::Vector3d(seen.points.col(k)));
+        J.block<3, 3>(3 * k, 0) = kMarker * Eigen::Matrix3d::Identity();
+        J.block<3, 3>(3 * k, 3) = -kMarker * Skew(arm);
+      }
+      r.segment<3>(3 * n) = kShift * (pose * Middle() - prior * Middle());
+      r.tail<3>() = kTurn * LogSO3(pose.linear() * prior.linear().transpose());
+      J.block<3, 3>(3 * n, 0) = kShift * Eigen::Matrix3d::Identity();
+      J.block<3, 3>(3 * n + 3, 3) = kTurn * Eigen::Matrix3d::Identity();
+      const Eigen::VectorXd step = J.colPivHouseholderQr().solve(-r);
+      const Eigen::Vector3d middle = pose * Middle() + step.head<3>();
+      pose.linear() = ExpSO3(step.tail<3>()) * pose.linear();
+      pose.translation() = middle - pose.linear() * Middle();
+    }
+    return pose;
+  }
+
+  Eigen::Vector3d Middle() const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    int count = 0;
+    for (int k = 0; k < Count(); ++k) {
+      if (!places_.col(k).allFinite()) continue;
+      sum += places_.col(k);
+      ++count;
+    }
+    return sum / count;
+  }
+
+  std::vector<Eigen::Isometry3d> Filled() {
+    const int frames = recording_.NumFrames();
+    std::vector<Eigen::Isometry3d> poses(static_cast<std::size_t>(frames));
+    std::vector<int> solved;
+    for (int t = 0; t < frames; ++t) {
+      if (poses_[t]) solved.push_back(t);
+    }
+    for (int t = 0; t < frames; ++t) {
+      if (poses_[t]) {
+        poses[t] = *poses_[t];
+        continue;
+      }
+      const auto after = std::ranges::upper_bound(solved, t);
+      poses[t] = after == solved.begin() ? *poses_[solved.front()]
+                 : after == solved.end() ? *poses_[solved.back()]
+                                         : Between(*(after - 1), *after, t);
+      if (!used_[t].marker.empty()) poses[t] = Nearer(poses[t], used_[t]);
+      auto& gaps = tracked_.report.gaps;
+      if (gaps.empty() || gaps.back().second != t) gaps.emplace_back(t, t);
+      gaps.back().second = t + 1;
+    }
+    return poses;
+  }
+
+  void Measure(const std::vector<Eigen::Isometry3d>& poses) {
+    ObjectMarkerReport& report = tracked_.report;
+    report.markers.resize(static_cast<std::size_t>(Count()));
+    std::vector<double> sum(report.markers.size(), 0.0);
+    std::vector<int> used(report.markers.size(), 0);
+    for (int k = 0; k < Count(); ++k) {
+      ObjectMarkerReport::Marker& marker = report.markers[k];
+      marker.name = markers_.names[k];
+      int gap = 0;
+      for (int t = 0; t < recording_.NumFrames(); ++t) {
+        marker.seen += Seen(k, t) ? 1 : 0;
+        gap = Seen(k, t) ? 0 : gap + 1;
+        marker.longest_gap = std::max(marker.longest_gap, gap);
+      }
+    }
+    for (std::size_t t = 0; t < used_.size(); ++t) {
+      for (std::size_t k = 0; k < used_[t].marker.size(); ++k) {
+        const int marker = used_[t].marker[k];
+        sum[marker] += (poses[t] * Eigen::Vector3d(places_.col(marker)) -
+                        used_[t].points.col(static_cast<Eigen::Index>(k)))
+                           .squaredNorm();
+        ++used[marker];
+      }
+    }
+    double total = 0.0;
+    int count = 0;
+    for (std::size_t k = 0; k < sum.size(); ++k) {
+      if (used[k] > 0) report.markers[k].rms_mm = 1e3 * std::sqrt(sum[k] / used[k]);
+      total += sum[k];
+      count += used[k];
+    }
+    report.rms_mm = count > 0 ? 1e3 * std::sqrt(total / count) : 0.0;
+    for (const auto& outlier : report.faults.outliers) ++report.markers[outlier.marker].outliers;
+    for (const auto& swap : report.faults.swaps) {
+      ++report.markers[swap.a].swapped;
+      ++report.markers[swap.b].swapped;
+    }
+  }
+
+  // From the object's frame to that of the places found; places of the report go into the former.
+  Eigen::Isometry3d PlacesFromObject(const std::vector<Eigen::Isometry3d>& poses) {
+    Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
+    ObjectMarkerReport& report = tracked_.report;
+    if (markers_.places.cols() == 0) {
+      const auto first = std::ranges::find_if(poses_, [](const auto& pose) { return bool(pose); });
+      frame.linear() = poses[static_cast<std::size_t>(first - poses_.begin())].linear().transpose();
+      frame.translation() = Middle();
+    } else {
+      Eigen::Matrix3Xd told(3, Count()), found(3, Count());
+      Eigen::Index n = 0;
+      for (int k = 0; k < Count(); ++k) {
+        if (!places_.col(k).allFinite()) continue;
+        told.col(n) = markers_.places.col(k);
+        found.col(n++) = places_.col(k);
+      }
+      told.conservativeResize(3, n);
+      found.conservativeResize(3, n);
+      frame = WeightedKabsch(told, found, Eigen::VectorXd::Ones(n));
+      const double off = std::sqrt((frame * told - found).squaredNorm() / static_cast<double>(n));
+      if (off > kOtherTable_m) {
+        throw Error(
+            where_,
+            fmt::format("the object's markers are {:.0f} mm (root mean square) from the "
+                        "places told of them",
+                        1e3 * off),
+            "Give places in metres, in the mesh's frame, and the names that belong to them");
+      }
+      report.table_rms_mm = 1e3 * off;
+    }
+    for (std::size_t k = 0; k < report.markers.size(); ++k) {
+      report.markers[k].place =
+          frame.inverse() * Eigen::Vector3d(places_.col(static_cast<Eigen::Index>(k)));
+    }
+    return frame;
+  }
+
+  const MarkerRecording& recording_;
+  std::vector<int> columns_;
+  const ObjectMarkers& markers_;
+  const std::string& where_;
+  Eigen::Matrix3Xd places_;  // in a frame of their own; NaN of one that is never seen
+  std::vector<std::optional<Eigen::Isometry3d>> poses_;
+  std::vector<SeenCluster> used_;
+  TrackedObject tracked_;
+};
+
+// The recording's column of each of the object's markers.
+std::vector<int> ColumnsOfObject(const MarkerRecording& recording, const ObjectMarkers& markers,
+                                 const std::string& where) {
+  std::vector<int> columns;
+  for (const std::string& name : markers.names) {
+    const std::optional<int> column = recording.Find(name);
+    if (!column) {
+      throw Error(where, fmt::format("has no marker '{}' of the object", name),
+                  Suggestion(name, recording.names) + "Give names that the recording has");
+    }
+    if (std::ranges::find(columns, *column) != columns.end()) {
+      throw Error(where, fmt::format("the object's marker '{}' is named twice", name),
+                  "Name each once");
+    }
+    columns.push_back(*column);
+  }
+  return columns;
+}
+
+}  // namespace
+
+ObjectMarkers ReadObjectMarkers(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  if (!in) throw Error(path.string(), "cannot be read", "Check the path");
+  const char* const remedy = "Write name,x,y,z there, then a row a marker: metres, mesh's frame";
+  ObjectMarkers markers;
+  std::vector<double> places;
+  int number = 0;
+  bool head = false;
+  for (std::string line; std::getline(in, line);) {
+    const std::string where = fmt::format("{}:{}", path.string(), ++number);
+    if (line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
+    const std::vector<std::string> words = SplitAtCommas(line);
+    if (words.size() == 1 && words[0].empty()) continue;
+    if (!head) {
+      head = words.size() == 4 && EqualIgnoringCase(words[0], "name") &&
+             EqualIgnoringCase(words[1], "x") && EqualIgnoringCase(words[2], "y") &&
+             EqualIgnoringCase(words[3], "z");
+      if (!head) throw Error(where, "its first line does not name the columns", remedy);
+      continue;
+    }
+    if (words.size() != 4 || words[0].empty()) {
+      throw Error(where,
+                  fmt::format("{} fields, a name and three numbers are expected", words.size()),
+                  remedy);
+    }
+    markers.names.push_back(words[0]);
+    for (int c = 1; c < 4; ++c) {
+      double value = 0.0;
+      if (!ParseNumber(words[c], value) || !(std::abs(value) < 10.0)) {
+        throw Error(where, fmt::format("'{}' is no place in metres", words[c]), remedy);
+      }
+      places.push_back(value);
+    }
+  }
+  if (markers.names.empty()) throw Error(path.string(), "names no marker", remedy);
+  markers.places = Eigen::Map<const Eigen::Matrix3Xd>(
+      places.data(), 3, static_cast<Eigen::Index>(markers.names.size()));
+  return markers;
+}
+
+ObjectMarkers ObjectMarkersOf(const std::string& table_or_names, const MarkerRecording& recording,
+                              const std::string& where) {
+  ObjectMarkers markers;
+  if (table_or_names.ends_with(".csv")) {
+    markers = ReadObjectMarkers(table_or_names);
+  } else {
+    for (const std::string& name : SplitAtCommas(table_or_names)) {
+      if (!name.ends_with('*')) {
+        markers.names.push_back(name);
+        continue;
+      }
+      const std::size_t before = markers.names.size(), length = name.size() - 1;
+      for (const std::string& known : recording.names) {
+        if (known.size() >= length &&
+            EqualIgnoringCase(known.substr(0, length), name.substr(0, length))) {
+          markers.names.push_back(known);
+        }
+      }
+      if (markers.names.size() == before) {
+        throw Error(where, fmt::format("no marker's name begins as '{}'", name),
+                    fmt::format("It has {}", fmt::join(recording.names, " ")));
+      }
+    }
+  }
+  ColumnsOfObject(recording, markers, where);
+  return markers;
+}
+
+TrackedObject TrackObject(const MarkerRecording& recording, const ObjectMarkers& markers,
+                          const std::string& where) {
+  const std::vector<int> columns = ColumnsOfObject(recording, markers, where);
+  return ObjectTracker(recording, columns, markers, where).Run();
+}
+
+}  // namespace holdfast

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: MIT
+#include "solver/carry/drink.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "generator/body/arm_correction.h"
+#include "generator/body/limb_ik.h"
+#include "generator/scripted/minimum_jerk.h"
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "solver/carry/carry.h"
+
+namespace holdfast {
+namespace {
+
+constexpr int kLift = 40, kDrink = 70, kPutDown = 100, kFrames = 140;
+
+// Somebody who stands still but for the right arm: hand beside the body, to a table, to the mouth
+// with the forearm turned so that what stood leans towards the face, and back.
+struct DrinkTest : ::testing::Test {
+  std::shared_ptr<const BodyModel> model = BodyModel::Default();
+  BodySurface surface{model};
+  FaceMarks face = FindFaceMarks(surface);
+  Clip clip = Drinks();
+
+  Clip Drinks() const {
+    Clip made;
+    made.frame_rate = 30.0;
+    made.body_model = model->Name();
+    made.trans.setZero(3, kFrames);
+    JointPose pose = JointPose::Zero();
+    pose.col(0) = Eigen::Vector3d::UnitX() * 90.0 * kDegree;
+    pose(2, kRightShoulder) = 70.0 * kDegree;
+    pose(2, kLeftShoulder) = -75.0 * kDegree;
+    pose.col(kRightElbow) = 80.0 * kDegree * Arm(Side::kRight).hinge;
+    BodyState state;
+    ForwardJoints(surface.RestJoints(), pose, Eigen::Vector3d::Zero(), state);
+    const Eigen::Vector3d mouth = state.WorldFromJoint(kHead) * face.mouth;
+    // Facing -y; the thumb up, fingers to the left.
+    const Eigen::Matrix3d upright =
+        HandOrientation(Side::kRight, Eigen::Vector3d(0.6, -0.8, 0.0), Eigen::Vector3d::UnitZ());
+    const Eigen::Matrix3d tilted = ExpSO3(Eigen::Vector3d::UnitX() * -50.0 * kDegree) * upright;
+    const Eigen::Vector3d table = mouth + Eigen::Vector3d(-0.18, -0.28, -0.36);
+    const Eigen::Vector3d rest = table + Eigen::Vector3d(-0.06, 0.1, 0.0);
+    const Eigen::Vector3d drink = mouth + Eigen::Vector3d(-0.10, -0.09, -0.02);
+    for (int t = 0; t < kFrames; ++t) {
+      const int k = t <= 70 ? t : 140 - t;
+      const double reach = MinimumJerk((k - 10) / 25.0), raise = MinimumJerk((k - 42) / 26.0);
+      const Eigen::Vector3d at = rest + reach * (table - rest) + raise * (drink - table);
+      const Eigen::Matrix3d turn = upright * ExpSO3(raise * LogSO3(upright.transpose() * tilted));
+      made.pose.push_back(pose);
+      EXPECT_LT(MoveWrist(surface.RestJoints(), Side::kRight, turn, at, Eigen::Vector3d::Zero(),
+                          made.pose.back()),
+                1e-6);
+    }
+    return made;
+  }
+};
+
+TEST_F(DrinkTest, IsFoundByItsMotion) {
+  const auto times = FindDrink(clip, surface.RestJoints(), face);
+  ASSERT_TRUE(times.has_value());
+  EXPECT_EQ(times->side, Side::kRight);
+  EXPECT_NEAR(times->lift, kLift, 5);
+  EXPECT_NEAR(times->drink, kDrink, 3);
+  EXPECT_NEAR(times->put_down, kPutDown, 5);
+
+  const Clip still = Slice(clip, 0, 8);
+  EXPECT_FALSE(FindDrink(still, surface.RestJoints(), face).has_value());
+}
+
+TEST_F(DrinkTest, CupStandsIsLiftedToTheMouthAndPutBack) {
+  const PreparedObject mug = PrepareObject(LoadObject("mug"));
+  CarryOptions options;
+  options.drink = true;
+  const CarryReport carried = CarryObject(clip, {model, Eigen::VectorXd()}, mug, options);
+  ASSERT_EQ(carried.status, CarryStatus::kCarried);
+  ASSERT_TRUE(carried.drunk.has_value());
+  EXPECT_LT(carried.drunk->rim_from_mouth_m, 0.02);
+  EXPECT_GT(carried.drunk->tilt_rad, 30.0 * kDegree);
+  EXPECT_LT(carried.drunk->lean_rad, 2.0 * kDegree);
+  const ObjectTrack& track = *carried.clip.object;
+  const int lift = carried.drink->times.lift, end = carried.drink->times.put_down;
+  for (int t = 0; t < lift; ++t) EXPECT_LT((track.trans.col(t) - track.trans.col(0)).norm(), 1e-3);
+  EXPECT_NEAR(track.trans(2, kFrames - 1), track.trans(2, 0), 0.003);
+  EXPECT_GT(track.trans(2, carried.drink->times.drink), track.trans(2, 0) + 0.2);
+  EXPECT_EQ(carried.clip.holding_hand[lift - 1], 0);
+  EXPECT_EQ(carried.clip.holding_hand[lift], kHoldsRight);
+  EXPECT_EQ(carried.clip.holding_hand[end], kHoldsRight);
+  EXPECT_EQ(carried.clip.holding_hand[end + 1], 0);
+}
+
+TEST_F(DrinkTest, SaysWhereNobodyDrinks) {
+  const PreparedObject mug = PrepareObject(LoadObject("mug"));
+  Clip still = Slice(clip, 0, 8);
+  try {
+    ServeDrink({model, Eigen::VectorXd()}, mug, 1, still);
+    FAIL() << "nothing thrown";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("from a table to the mouth"));
+  }
+}
+
+}  // namespace
+}  // namespace holdfast
