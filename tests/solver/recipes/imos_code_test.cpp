@@ -121,7 +121,7 @@ TEST(ImosCode, BothStagesAgreeWithNumpyAndScipy) {
   writer.Write(folder / "scene.npz");
   ASSERT_EQ(
       std::system(("/usr/bin/python3 '" HOLDFAST_SOURCE_DIR
-                   "/tests/solver/imos_code_reference.py' '" +
+                   "/tests/solver/recipes/imos_code_reference.py' '" +
                    (folder / "scene.npz").string() + "' > '" + (folder / "out.json").string() + "'")
                       .c_str()),
       0);
