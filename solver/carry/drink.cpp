@@ -13,6 +13,7 @@
 #include "geometry/rotation.h"
 #include "solver/carry/cup_in_hand.h"
 #include "solver/fit/clip_state.h"
+#include "solver/grasp/object_opening.h"
 
 namespace holdfast {
 namespace {
@@ -138,8 +139,9 @@ class DrinkServer {
         marks_(MarksOf(cup.object.name, cup.object.mesh)) {}
 
   DrinkReport Serve() {
-    if (marks_.rim_radius < 0.005) {
-      throw Error(cup_.object.name, "has no rim to drink from", "Give a cup that stands upright");
+    if (!HasRim()) {
+      throw Error(cup_.object.name, "has no rim to drink from",
+                  "Give a cup, glass, bottle or can that stands upright (its own z up)");
     }
     const auto times = FindDrink(clip_, surface_.RestJoints(), face_);
     if (!times) {
@@ -157,6 +159,21 @@ class DrinkServer {
   }
 
  private:
+  // Open on top, or closed and round there: scans of bottles and cans have no hole.
+  bool HasRim() const {
+    constexpr double kLeast_m = 0.005, kRound = 1.15, kBand_m = 0.003;
+    if (marks_.rim_radius < kLeast_m) return false;
+    const TriangleMesh& mesh = cup_.object.mesh;
+    const ObjectOpening opening = FindOpening(ObjectShape(mesh, *cup_.fit.distance));
+    if (opening.Any() && opening.up.z() > 0.9) return true;
+    double farthest = 0.0;
+    for (const auto& p : mesh.vertices.colwise()) {
+      if (p.z() < marks_.rim.z() - kBand_m) continue;
+      farthest = std::max(farthest, (p - marks_.rim).head<2>().norm());
+    }
+    return farthest < kRound * marks_.rim_radius;
+  }
+
   Isometry3d Wrist(int t) {
     state_->SetBody(clip_.pose[t], clip_.trans.col(t));
     return state_->WorldFromWrist();

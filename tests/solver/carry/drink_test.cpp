@@ -102,5 +102,24 @@ TEST_F(DrinkTest, SaysWhereNobodyDrinks) {
   }
 }
 
+// What is open on top, or closed and round there, is drunk from.
+TEST_F(DrinkTest, SaysWhatHasNoRim) {
+  Clip still = Slice(clip, 0, 8);
+  const auto answer = [&](const char* name) -> std::string {
+    try {
+      ServeDrink({model, Eigen::VectorXd()}, PrepareObject(LoadObject(name)), 1, still);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  for (const char* name : {"cube", "banana", "phone", "apple"}) {
+    EXPECT_THAT(answer(name), ::testing::HasSubstr("has no rim to drink from")) << name;
+  }
+  for (const char* name : {"mug", "wineglass", "bowl", "bottle", "cylinder"}) {
+    EXPECT_THAT(answer(name), ::testing::HasSubstr("from a table to the mouth")) << name;
+  }
+}
+
 }  // namespace
 }  // namespace holdfast
