@@ -50,7 +50,7 @@ class StandingHold {
     for (GraspAttempt& attempt : attempts) {
       RefineGrasp(anatomy_, evaluation_, grid_, {}, attempt.angles, attempt.wrist_from_object);
       Grasp grasp = Assess(scene_, evaluation_, attempt, true);
-      grasp.score += at_.also(grasp.wrist_from_object);
+      grasp.score += Also(attempt);
       const bool clean = WhyRefused(scene_, grasp).empty();
       const bool had_clean = status == GraspStatus::kFound;
       if (status == GraspStatus::kNoRoom || (clean && !had_clean) ||
@@ -97,14 +97,18 @@ class StandingHold {
                 CloseFingers(anatomy_, evaluation_, grid_, wrist_from_object, start, closing)
                     .angles;
             attempt.wrist_from_object = wrist_from_object;
-            attempt.rank =
-                Assess(scene_, evaluation_, attempt, false).score + at_.also(wrist_from_object);
+            attempt.rank = Assess(scene_, evaluation_, attempt, false).score + Also(attempt);
             attempts.push_back(attempt);
           }
         }
       }
     }
     return attempts;
+  }
+
+  double Also(const GraspAttempt& attempt) {
+    const FingerPose fingers = anatomy_.axes.PoseOf(attempt.angles);
+    return at_.also(attempt.wrist_from_object, evaluation_.At(fingers.data(), false).Vertices());
   }
 
   // On the table with the middle of its rim over `place`.

@@ -18,8 +18,9 @@ struct HandAtTable {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();      ///< the world's, unit
   Eigen::Vector3d between = Eigen::Vector3d::Zero();  ///< of thumb and fingers, metres
   double table_m = 0.0;  ///< height of what it stands on along `up`, from the wrist
-  /// What a place in the hand (wrist_from_object) is worth besides the grasp's score.
-  std::function<double(const Eigen::Isometry3d&)> also;
+  /// What a place in the hand (wrist_from_object) with this skin (3 x N, wrist's frame) is worth
+  /// besides the grasp's score.
+  std::function<double(const Eigen::Isometry3d&, const Eigen::Matrix3Xd&)> also;
 };
 
 /// Closes a hand around something that stands upright on a table, at that height: places about

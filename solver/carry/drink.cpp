@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <vector>
 
 #include "generator/body/arm_correction.h"
@@ -28,7 +29,7 @@ constexpr double kNearest_m = 0.25, kLeastRise_m = 0.1;
 constexpr double kOverEyes_m = 0.08;  // a palm that gets there combs hair
 constexpr double kApproach_s = 0.4;   // over which the wrist leaves the clip's for the cup
 constexpr double kUpright = 0.7;      // share of the way to the mouth over which it comes back
-constexpr double kFarTilt = 60.0 * kDegree, kMostBack = 45.0 * kDegree;
+constexpr double kFarTilt = 50.0 * kDegree, kMostBack = 45.0 * kDegree;
 constexpr double kMostYaw = 30.0 * kDegree;
 constexpr double kLipsFrom_m = 0.12, kLipsAt_m = 0.02;  // of the rim, beyond its nearest
 constexpr int kCupPoints = 250;
@@ -195,18 +196,26 @@ class DrinkServer {
     // A hand is about half way up.
     const double height = marks_.size.z(), held = at.between.dot(at.up) - at.table_m;
     at.table_m += held - std::clamp(held, 0.3 * height, 0.65 * height);
-    // Of two places in the hand, the one with the rim nearer to the mouth.
-    constexpr double kLostByMetre = 12.0;
+    at.also = Drinkable();
+    report_.grasp = HoldStanding(*hand_, at, cup_, marks_, seed_, report_.status);
+    table_ = 0.5 * (lift.translation() + put_down.translation()).z() + at.table_m;
+  }
+
+  // Of two places in the hand, the one with the rim nearer to the mouth, and no finger where the
+  // lips are to be.
+  std::function<double(const Isometry3d&, const Matrix3Xd&)> Drinkable() {
+    constexpr double kLostByMetre = 12.0, kRoom_m = 0.03, kLostByHand = 30.0;  // a metre
     const Isometry3d drinks = Wrist(times_.drink);
     BodyState state;
     ForwardJoints(surface_.RestJoints(), clip_.pose[times_.drink], clip_.trans.col(times_.drink),
                   state);
     const Vector3d lips = state.WorldFromJoint(kHead) * LipsOf(face_);
-    at.also = [&](const Isometry3d& wrist_from_cup) {
-      return -kLostByMetre * (DrinkingEdge(marks_, drinks * wrist_from_cup, lips) - lips).norm();
+    return [this, drinks, lips](const Isometry3d& wrist_from_cup, const Matrix3Xd& skin) {
+      const Vector3d edge = DrinkingEdge(marks_, drinks * wrist_from_cup, lips);
+      const Vector3d at = drinks.inverse() * edge;
+      const double hand = std::sqrt((skin.colwise() - at).colwise().squaredNorm().minCoeff());
+      return -kLostByMetre * (edge - lips).norm() - kLostByHand * std::max(0.0, kRoom_m - hand);
     };
-    report_.grasp = HoldStanding(*hand_, at, cup_, marks_, seed_, report_.status);
-    table_ = 0.5 * (lift.translation() + put_down.translation()).z() + at.table_m;
   }
 
   // Of what the hand rests on before it takes hold.

@@ -156,39 +156,59 @@ class HeadSolver {
     return active;
   }
 
+  // Lips go to the rim first, and then make room: a cup that starts across the face would keep it
+  // on the wrong side.
   void Turn(const HeadPlace::Head& head, const std::vector<char>& active, HeadReport& report) {
-    const std::size_t frames = clip_.pose.size();
-    Eigen::MatrixXd q(6, static_cast<Eigen::Index>(frames));
-    std::vector<FreePose> free(frames);
+    Eigen::MatrixXd q(6, clip_.NumFrames());
+    for (int t = 0; t < clip_.NumFrames(); ++t) {
+      q.col(t) = FreePose(clip_.pose[t], {kNeck, kHead}, {}).Of(clip_.pose[t]);
+    }
+    const bool usable =
+        (wishes_.empty() || Minimize(head, active, false, q)) && Minimize(head, active, true, q);
+    if (!usable) return;
+    for (int t = 0; t < clip_.NumFrames(); ++t) {
+      if (active[t] == 0) continue;
+      const auto turned = q.col(t);
+      ++report.moved;
+      report.turned_rad =
+          std::max(report.turned_rad,
+                   AngleBetween(ExpSO3(clip_.pose[t].col(kNeck)) * ExpSO3(clip_.pose[t].col(kHead)),
+                                ExpSO3(turned.head<3>()) * ExpSO3(turned.tail<3>())));
+      clip_.pose[t].col(kNeck) = turned.head<3>();
+      clip_.pose[t].col(kHead) = turned.tail<3>();
+    }
+  }
+
+  // `q` (6 x T): neck and head. False where no solution is usable.
+  bool Minimize(const HeadPlace::Head& head, const std::vector<char>& active, bool with_points,
+                Eigen::MatrixXd& q) const {
+    const int frames = clip_.NumFrames();
+    std::vector<FreePose> free(static_cast<std::size_t>(frames));
     ceres::Problem problem;
     const double step = 1.0 / (clip_.frame_rate * clip_.frame_rate);
-    for (std::size_t t = 0; t < frames; ++t) {
-      const auto column = static_cast<Eigen::Index>(t);
+    for (int t = 0; t < frames; ++t) {
       free[t] = FreePose(clip_.pose[t], {kNeck, kHead}, {});
-      q.col(column) = free[t].Of(clip_.pose[t]);
-      VectorXd rest = q.col(column);
+      VectorXd rest = free[t].Of(clip_.pose[t]);
       if (!wishes_.empty()) rest += 0.5 * wishes_[t].turn.replicate<2, 1>();
       problem.AddResidualBlock(
           new PoseRest(rest, Eigen::MatrixXd::Identity(6, 6) / (kSigma_deg * kDegree), Limits(),
                        2.0 * kDegree),
-          nullptr, q.col(column).data());
+          nullptr, q.col(t).data());
       Eigen::Matrix<double, 6, 1> root;
-      root << clip_.trans.col(column), clip_.pose[t].col(0);
+      root << clip_.trans.col(t), clip_.pose[t].col(0);
       const std::optional<Vector3d> lips = wishes_.empty() ? std::nullopt : wishes_[t].lips;
-      if (active[t] != 0 && (lips || near_[t].cols() > 0)) {
+      const Matrix3Xd points = with_points ? near_[t] : Matrix3Xd(3, 0);
+      if (active[t] != 0 && (lips || points.cols() > 0)) {
         problem.AddResidualBlock(
-            new HeadPlace(free[t], surface_.RestJoints(), root, head, lips, near_[t]), nullptr,
-            q.col(column).data());
+            new HeadPlace(free[t], surface_.RestJoints(), root, head, lips, points), nullptr,
+            q.col(t).data());
       }
       if (t < 2) continue;
       problem.AddResidualBlock(new PoseAcceleration(VectorXd::Constant(6, kAcceleration * step)),
-                               nullptr, q.col(column - 2).data(), q.col(column - 1).data(),
-                               q.col(column).data());
+                               nullptr, q.col(t - 2).data(), q.col(t - 1).data(), q.col(t).data());
     }
-    for (std::size_t t = 0; t < frames; ++t) {
-      if (active[t] == 0) {
-        problem.SetParameterBlockConstant(q.col(static_cast<Eigen::Index>(t)).data());
-      }
+    for (int t = 0; t < frames; ++t) {
+      if (active[t] == 0) problem.SetParameterBlockConstant(q.col(t).data());
     }
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -198,18 +218,7 @@ class HeadSolver {
     options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);
-    if (!summary.IsSolutionUsable()) return;
-    for (std::size_t t = 0; t < frames; ++t) {
-      if (active[t] == 0) continue;
-      const auto turned = q.col(static_cast<Eigen::Index>(t));
-      ++report.moved;
-      report.turned_rad =
-          std::max(report.turned_rad,
-                   AngleBetween(ExpSO3(clip_.pose[t].col(kNeck)) * ExpSO3(clip_.pose[t].col(kHead)),
-                                ExpSO3(turned.head<3>()) * ExpSO3(turned.tail<3>())));
-      clip_.pose[t].col(kNeck) = turned.head<3>();
-      clip_.pose[t].col(kHead) = turned.tail<3>();
-    }
+    return summary.IsSolutionUsable();
   }
 
   const BodySurface surface_;
