@@ -123,59 +123,23 @@ nlohmann::json TouchesJson(const std::optional<TouchStudy>& study) {
           {"max_penetration_depth_refined_mm", study->deepest_refined_mm}};
 }
 
-// Those who drink, with a cup.
-struct Drinks {
-  int trials = 0, at_mouth = 0;
-  double worst_mm = 0.0, mean_mm = 0.0, lean_deg = 0.0, wrist_mm = 0.0, in_hand_mm = 0.0;
-  int no_clean_grasp = 0, in_body_frames = 0;
-};
-
-Drinks DrinksOf(const std::vector<MarkerTrialResult>& rows) {
-  constexpr double kAtMouth_mm = 20.0;
-  Drinks drinks;
-  for (const MarkerTrialResult& row : rows) {
-    if (!row.drink) continue;
-    const double off_mm = 1e3 * row.drunk.rim_from_mouth_m;
-    ++drinks.trials;
-    drinks.at_mouth += off_mm < kAtMouth_mm;
-    drinks.mean_mm += off_mm;
-    drinks.worst_mm = std::max(drinks.worst_mm, off_mm);
-    drinks.lean_deg = std::max(drinks.lean_deg, row.drunk.lean_rad / kDegree);
-    drinks.wrist_mm = std::max(drinks.wrist_mm, 1e3 * row.drink->wrist_shift_m);
-    drinks.in_hand_mm = std::max(drinks.in_hand_mm, row.in_hand_mm);
-    drinks.no_clean_grasp += row.drink->status != GraspStatus::kFound;
-    drinks.in_body_frames += row.in_body_frames;
-  }
-  if (drinks.trials > 0) drinks.mean_mm /= drinks.trials;
-  return drinks;
-}
-
-std::string HeadText(const std::vector<MarkerTrialResult>& rows) {
-  int frames = 0, before = 0, after = 0;
-  double worst_before = 0.0, worst = 0.0;
-  for (const MarkerTrialResult& row : rows) {
-    frames += row.frames;
-    before += row.head.deep_before;
-    after += row.head.deep;
-    worst_before = std::max(worst_before, 1e3 * row.head.worst_before_m);
-    worst = std::max(worst, 1e3 * row.head.worst_m);
-  }
+std::string HeadText(const HeadSums& head) {
   return fmt::format(
       "hand in an unmarked head      {:6} of {} frames deeper than 2 mm, up to {:.0f} mm; before "
-      "it "
-      "gives way {}, up to {:.0f} mm\n",
-      after, frames, worst, before, worst_before);
+      "it gives way {}, up to {:.0f} mm\n",
+      head.deep, head.frames, head.worst_mm, head.deep_before, head.worst_before_mm);
 }
 
-std::string DrinkText(const Drinks& drinks) {
+std::string DrinkText(const std::vector<MarkerTrialResult>& rows, const DrinkSums& drinks) {
   return fmt::format(
-      "rim from the mouth            {:6.1f} mm   {} of {} trials within 20 mm, worst {:.1f} mm\n"
+      "rim from the mouth            {:6.1f} mm   {} of {} trials within 20 mm, worst {} {:.1f} "
+      "mm\n"
       "  a cup that stands leans by up to {:.1f} deg, wrists leave the solve's by up to {:.0f} mm\n"
       "  skin in the cup up to {:.1f} mm (mean of a trial's frames), {} grasps not clean, {} "
-      "frames "
-      "deeper than 2 mm in the body\n",
-      drinks.mean_mm, drinks.at_mouth, drinks.trials, drinks.worst_mm, drinks.lean_deg,
-      drinks.wrist_mm, drinks.in_hand_mm, drinks.no_clean_grasp, drinks.in_body_frames);
+      "frames deeper than 2 mm in the body\n",
+      drinks.mean_mm, drinks.at_mouth, drinks.trials, rows[drinks.worst].name, drinks.worst_mm,
+      drinks.lean_deg, drinks.wrist_mm, drinks.in_hand_mm, drinks.no_clean_grasp,
+      drinks.in_body_frames);
 }
 
 nlohmann::json RowJson(const MarkerTrialResult& row) {
@@ -258,7 +222,7 @@ int Run(MarkersCommand options) {
     return kInterrupted;
   }
   const MarkerStudySums sums = SumsOf(rows);
-  const Drinks drinks = DrinksOf(rows);
+  const DrinkSums drinks = DrinksOf(rows);
   nlohmann::json json = JsonHead("holdfast/evaluate-markers/1", common);
   json["protocol"] = {{"left_out_per_trial", options.study.left_out},
                       {"gap_s", options.study.gap_s},
@@ -271,8 +235,8 @@ int Run(MarkersCommand options) {
   json["trials"] = nlohmann::json::array();
   for (const MarkerTrialResult& row : rows) json["trials"].push_back(RowJson(row));
   if (!options.csv.empty()) WriteAtomically(options.csv, Csv(rows));
-  std::string text = Table(rows, sums) + HeadText(rows);
-  if (drinks.trials > 0) text += DrinkText(drinks);
+  std::string text = Table(rows, sums) + HeadText(HeadsOf(rows));
+  if (drinks.trials > 0) text += DrinkText(rows, drinks);
   PrintResult(common, json, text);
   return sums.solved == 0 ? kFitFault : kDone;
 }

@@ -255,7 +255,7 @@ class Carrier {
                       : FitClip(clip_, hands_, object_.fit, holding, options_.fit, grasps, go_on);
     report_.fit_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     report_.clip = std::move(report_.fit.clip);
-    if (transfers) {
+    if (transfers || report_.drink) {
       ClearPassages(clip_, hands_, *object_.fit.distance, options_.fit.release_s, report_.clip);
     }
   }

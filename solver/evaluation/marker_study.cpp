@@ -12,6 +12,7 @@
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -230,6 +231,40 @@ std::vector<MarkerTrialResult> StudyMarkers(const std::vector<MarkerTrial>& tria
     if (progress && !progress(++done, total)) throw WorkStopped();
   });
   return results;
+}
+
+DrinkSums DrinksOf(const std::vector<MarkerTrialResult>& results) {
+  constexpr double kAtMouth_mm = 20.0;
+  DrinkSums sums;
+  for (std::size_t k = 0; k < results.size(); ++k) {
+    const MarkerTrialResult& result = results[k];
+    if (!result.drink) continue;
+    const double off_mm = 1e3 * result.drunk.rim_from_mouth_m;
+    ++sums.trials;
+    sums.at_mouth += off_mm < kAtMouth_mm;
+    sums.mean_mm += off_mm;
+    if (off_mm >= sums.worst_mm) sums.worst = k;
+    sums.worst_mm = std::max(sums.worst_mm, off_mm);
+    sums.lean_deg = std::max(sums.lean_deg, result.drunk.lean_rad / kDegree);
+    sums.wrist_mm = std::max(sums.wrist_mm, 1e3 * result.drink->wrist_shift_m);
+    sums.in_hand_mm = std::max(sums.in_hand_mm, result.in_hand_mm);
+    sums.no_clean_grasp += result.drink->status != GraspStatus::kFound;
+    sums.in_body_frames += result.in_body_frames;
+  }
+  if (sums.trials > 0) sums.mean_mm /= sums.trials;
+  return sums;
+}
+
+HeadSums HeadsOf(const std::vector<MarkerTrialResult>& results) {
+  HeadSums sums;
+  for (const MarkerTrialResult& result : results) {
+    sums.frames += result.frames;
+    sums.deep_before += result.head.deep_before;
+    sums.deep += result.head.deep;
+    sums.worst_before_mm = std::max(sums.worst_before_mm, 1e3 * result.head.worst_before_m);
+    sums.worst_mm = std::max(sums.worst_mm, 1e3 * result.head.worst_m);
+  }
+  return sums;
 }
 
 }  // namespace holdfast

@@ -81,6 +81,23 @@ struct MarkerStudySums {
 };
 MarkerStudySums SumsOf(const std::vector<MarkerTrialResult>& results);
 
+/// What those who drink come to: worst of all trials, but for the mean.
+struct DrinkSums {
+  int trials = 0, at_mouth = 0;          ///< at_mouth: with the rim within 20 mm of the mouth
+  double worst_mm = 0.0, mean_mm = 0.0;  ///< of the rim from the mouth
+  std::size_t worst = 0;                 ///< that trial's place in the list
+  double lean_deg = 0.0, wrist_mm = 0.0, in_hand_mm = 0.0;
+  int no_clean_grasp = 0, in_body_frames = 0;
+};
+DrinkSums DrinksOf(const std::vector<MarkerTrialResult>& results);
+
+/// Hands and forearms in heads without markers: frames deeper than 2 mm, and the deepest.
+struct HeadSums {
+  int frames = 0, deep_before = 0, deep = 0;
+  double worst_before_mm = 0.0, worst_mm = 0.0;
+};
+HeadSums HeadsOf(const std::vector<MarkerTrialResult>& results);
+
 /// Each trial solved as it is; with one marker left out (its place from the static trial alone);
 /// with gaps; with outliers and a pair of swapped labels. Results in the order of the trials, the
 /// same on any number of threads but for times. `progress` may stop it: WorkStopped is thrown.

@@ -41,5 +41,29 @@ TEST(SumsOfMarkerStudy, AreOfAllTrialsThatWereSolved) {
   EXPECT_FALSE(none.worst || none.worst_change || none.slowest);
 }
 
+TEST(SumsOfMarkerStudy, OfDrinksAreOfThoseWhoDrink) {
+  MarkerTrialResult near = Trial("a", 1.0, 300, 1.0), far = Trial("b", 1.0, 200, 1.0);
+  near.drink.emplace().status = GraspStatus::kFound;
+  near.drunk.rim_from_mouth_m = 0.010;
+  near.head = {.deep_before = 7, .deep = 1, .worst_before_m = 0.02, .worst_m = 0.003};
+  far.drink.emplace().status = GraspStatus::kNoCleanGrasp;
+  far.drunk.rim_from_mouth_m = 0.030;
+  far.in_body_frames = 3;
+  const std::vector<MarkerTrialResult> results = {near, Trial("c", 1.0, 100, 1.0), far};
+  const DrinkSums drinks = DrinksOf(results);
+  EXPECT_EQ(drinks.trials, 2);
+  EXPECT_EQ(drinks.at_mouth, 1);
+  EXPECT_EQ(drinks.worst, 2u);
+  EXPECT_NEAR(drinks.worst_mm, 30.0, 1e-9);
+  EXPECT_NEAR(drinks.mean_mm, 20.0, 1e-9);
+  EXPECT_EQ(drinks.no_clean_grasp, 1);
+  EXPECT_EQ(drinks.in_body_frames, 3);
+  const HeadSums heads = HeadsOf(results);
+  EXPECT_EQ(heads.frames, 600);
+  EXPECT_EQ(heads.deep_before, 7);
+  EXPECT_EQ(heads.deep, 1);
+  EXPECT_NEAR(heads.worst_before_mm, 20.0, 1e-9);
+}
+
 }  // namespace
 }  // namespace holdfast
