@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "apps/common.h"
+#include "apps/evaluate/evaluate_captures.h"
 #include "apps/evaluate/evaluate_fit.h"
 #include "apps/evaluate/evaluate_hold.h"
 #include "apps/evaluate/evaluate_markers.h"
@@ -45,6 +46,7 @@ void AddEvaluateCommand(CLI::App& app, int& exit_code) {
   AddEvaluateSynthesis(*command, exit_code);
   AddEvaluateHold(*command, exit_code);
   AddEvaluateMarkers(*command, exit_code);
+  AddEvaluateCaptures(*command, exit_code);
 }
 
 }  // namespace holdfast::apps

@@ -36,15 +36,17 @@ nlohmann::json OrNull(const std::optional<double>& value) {
 nlohmann::json MeasuredJson(const CarriedQuality& measured) {
   const ContactScore& contact = measured.contact;
   const Unevenness& object = measured.jitter.object;
-  return {{"max_penetration_depth_mm", contact.penetration_max_mm},
-          {"mean_max_penetration_depth_mm", contact.penetration_mean_max_mm},
-          {"frames_deeper_than_2_mm", contact.deep_frames},
-          {"mean_intersection_volume_cm3", contact.voxel_volume_cm3},
-          {"frames_in_contact_ratio", OrNull(contact.contact_frames_ratio)},
-          {"object_acceleration_m_s2", OrNull(object.acceleration_m_s2)},
-          {"object_jerk_m_s3", OrNull(object.jerk_m_s3)},
-          {"object_angular_acceleration_rad_s2", OrNull(object.angular_acceleration_rad_s2)},
-          {"object_acceleration_against_hand", OrNull(measured.jitter.acceleration_ratio)}};
+  nlohmann::json json = HandsJson(measured);
+  json.update({{"max_penetration_depth_mm", contact.penetration_max_mm},
+               {"mean_max_penetration_depth_mm", contact.penetration_mean_max_mm},
+               {"frames_deeper_than_2_mm", contact.deep_frames},
+               {"mean_intersection_volume_cm3", contact.voxel_volume_cm3},
+               {"frames_in_contact_ratio", OrNull(contact.contact_frames_ratio)},
+               {"object_acceleration_m_s2", OrNull(object.acceleration_m_s2)},
+               {"object_jerk_m_s3", OrNull(object.jerk_m_s3)},
+               {"object_angular_acceleration_rad_s2", OrNull(object.angular_acceleration_rad_s2)},
+               {"object_acceleration_against_hand", OrNull(measured.jitter.acceleration_ratio)}});
+  return json;
 }
 
 std::string Text(const RefineCommand& options, const RefineReport& report) {
@@ -67,6 +69,23 @@ std::string Text(const RefineCommand& options, const RefineReport& report) {
       100.0 * after.contact.contact_frames_ratio.value_or(0.0),
       before.jitter.object.acceleration_m_s2.value_or(0.0),
       after.jitter.object.acceleration_m_s2.value_or(0.0), distance.rms_mm, distance.rms_degrees);
+  if (before.hand_frames > 0) {
+    const auto percent = [&](int tips) { return 100.0 * tips / (5.0 * before.hand_frames); };
+    text += fmt::format(
+        "  fingertips touch    {:8.1f}   {:8.1f}   % of them in the frames held\n"
+        "  beside, inside      {:4.0f},{:3.0f}   {:4.0f},{:3.0f}   %: do not touch\n",
+        percent(before.tips.touch), percent(after.tips.touch), percent(before.tips.beside),
+        percent(before.tips.inside), percent(after.tips.beside), percent(after.tips.inside));
+  }
+  for (const FingerRepair& hand : report.fingers) {
+    if (hand.jump_frames > 0) {
+      text += fmt::format("  {} fingers jump in {} frames: {} rotations replaced\n",
+                          SideName(hand.side), hand.jump_frames, hand.replaced);
+    } else if (!hand.moves && result.clip.NumFrames() > 1) {
+      text += fmt::format("  {} fingers do not move in the clip: they were not captured\n",
+                          SideName(hand.side));
+    }
+  }
   for (const RefinedHold& hold : result.holds) {
     text += fmt::format("  frames {}-{}: {} hand, {} (moves {:.1f} mm, {:.1f} degrees in it)\n",
                         hold.begin, hold.end - 1, SideName(hold.side),
@@ -124,6 +143,8 @@ nlohmann::json MetricsOf(const RefineCommand& options, const ClipInput& input,
   metrics["after"] = MeasuredJson(report.after);
   metrics["distance_to_data"] = {{"rms_mm", report.distance.rms_mm},
                                  {"rms_deg", report.distance.rms_degrees}};
+  metrics["fingers"] = FingersJson(report.fingers);
+  metrics["ball"] = report.ball;
   metrics.update(HoldsJson(result));
   metrics["solve"] = {{"iterations", result.report.iterations},
                       {"converged", result.report.converged},

@@ -85,6 +85,7 @@ RefinedPtr Refine(const py::object& clip, const py::object& object, const std::s
 
 nlohmann::json QualityJson(const CarriedQuality& quality) {
   nlohmann::json json = ContactJson(quality.contact);
+  json.update(HandsJson(quality));
   const Unevenness& object = quality.jitter.object;
   for (const auto& [name, value] :
        {std::pair<const char*, std::optional<double>>("object_acceleration_m_s2",
@@ -143,6 +144,14 @@ void BindRefine(py::module_& module) {
       .def_property_readonly(
           "touches", [](const RefinedClip& self) { return ToPython(TouchesOfRefined(self)); },
           "list of dict: frames [begin, end) in which a hand is at the object without moving it")
+      .def_property_readonly(
+          "fingers",
+          [](const RefinedClip& self) { return ToPython(FingersJson(self.report.fingers)); },
+          "list of dict: of each hand, whether fingers move, frames into which a joint jumped by "
+          "more than 40 degrees, rotations replaced")
+      .def_property_readonly(
+          "ball", [](const RefinedClip& self) { return self.report.ball; },
+          "whether the object is a ball without recorded rotation")
       .def_property_readonly(
           "solve",
           [](const RefinedClip& self) {

@@ -181,6 +181,26 @@ nlohmann::json ClearanceJson(const ClearanceReport& report) {
           {"acceleration_ratio", report.acceleration_ratio}};
 }
 
+nlohmann::json HandsJson(const CarriedQuality& quality) {
+  return {{"frames_with_finger_jumps", quality.finger_jump_frames},
+          {"hand_frames_held", quality.hand_frames},
+          {"hand_frames_in_contact", quality.hand_frames_in_contact},
+          {"fingertips_touch", quality.tips.touch},
+          {"fingertips_beside", quality.tips.beside},
+          {"fingertips_inside", quality.tips.inside}};
+}
+
+nlohmann::json FingersJson(const std::vector<FingerRepair>& fingers) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const FingerRepair& hand : fingers) {
+    list.push_back({{"hand", SideName(hand.side)},
+                    {"move", hand.moves},
+                    {"frames_with_jumps", hand.jump_frames},
+                    {"rotations_replaced", hand.replaced}});
+  }
+  return list;
+}
+
 nlohmann::json HoldsJson(const RefineResult& result) {
   nlohmann::json holds = nlohmann::json::array(), rests = nlohmann::json::array();
   for (const RefinedHold& hold : result.holds) {

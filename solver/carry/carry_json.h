@@ -38,6 +38,12 @@ nlohmann::json SwitchesJson(const HoldLabels& holding, const std::vector<Handove
 /// How the arms gave way to the body, and what remains: numbers over the clip, units in the names.
 nlohmann::json ClearanceJson(const ClearanceReport& report);
 
+/// Of hands and fingertips in the frames in which hands hold, and of fingers that jump: counts.
+nlohmann::json HandsJson(const CarriedQuality& quality);
+
+/// What became of fingers, a list over the hands.
+nlohmann::json FingersJson(const std::vector<FingerRepair>& fingers);
+
 /// What a refinement found: {"holds": [...], "rests": [...], "touches": [...]}, units in the names.
 nlohmann::json HoldsJson(const RefineResult& result);
 

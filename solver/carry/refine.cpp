@@ -2,6 +2,7 @@
 #include "solver/carry/refine.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <utility>
@@ -10,13 +11,14 @@
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"
+#include "solver/carry/follow.h"
 #include "solver/handover/holds.h"
 
 namespace holdfast {
 namespace {
 
 std::vector<std::uint8_t> WhoHoldsIn(const Clip& clip, const HandModel& right,
-                                     const HandModel& left, const DistanceGrid& object,
+                                     const HandModel& left, const PreparedObject& object, bool ball,
                                      const RefineOptions& options) {
   const auto always = [&](std::uint8_t bits) {
     return std::vector<std::uint8_t>(static_cast<std::size_t>(clip.NumFrames()), bits);
@@ -36,9 +38,13 @@ std::vector<std::uint8_t> WhoHoldsIn(const Clip& clip, const HandModel& right,
     case RefineHands::kFound:
       break;
   }
+  if (ball) {
+    const std::array<const HandModel*, 2> hands = {&right, &left};
+    return FindFollows(clip, hands, object, {}, options.threads);
+  }
   HoldOptions search;
   search.threads = options.threads;
-  return FindHolds(clip, right, left, object, search).hands;
+  return FindHolds(clip, right, left, *object.fit.distance, search).hands;
 }
 
 // Whether the hand's skin is inside the object in any frame.
@@ -69,6 +75,29 @@ std::vector<const HandModel*> ThoseWhoHold(const HandModel& right, const HandMod
     hands.push_back(hand);
   }
   return hands;
+}
+
+CarriedQuality QualityOf(const Clip& clip, std::span<const HandModel* const> hands,
+                         std::span<const std::uint8_t> holding, const PreparedObject& object,
+                         const ContactProtocol& protocol,
+                         const std::function<bool(int, int)>& progress) {
+  const std::vector<HandObjectScore> scores =
+      MeasureHands(clip, hands, holding, object.solid, protocol, progress);
+  CarriedQuality quality;
+  quality.contact = ScoreContact(scores);
+  quality.jitter = MeanJitter(scores);
+  for (const HandObjectScore& score : scores) {
+    for (std::size_t t = 0; t < score.frames.size(); ++t) {
+      if (!score.Holds(t)) continue;
+      ++quality.hand_frames;
+      quality.hand_frames_in_contact += score.frames[t].hand.in_contact;
+    }
+  }
+  quality.tips = CountFingertips(clip, hands, object, holding);
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    quality.finger_jump_frames += FingerJumpFrames(clip, side);
+  }
+  return quality;
 }
 
 }  // namespace
@@ -102,14 +131,23 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
   options.fit.threads = options.protocol.threads = options.threads;
   const HandModel right(body.model, body.betas, Side::kRight);
   const HandModel left(body.model, body.betas, Side::kLeft);
+  RefineReport report;
+  Clip repaired = clip;
+  for (const HandModel* hand : {&right, &left}) {
+    if (hand->NumVertices() == 0) continue;
+    report.fingers.push_back(RepairFingers(HandAxes(*hand), repaired));
+  }
+  report.ball = IsUnturnedBall(clip, object.object.mesh);
   const std::vector<std::uint8_t> holding =
-      WhoHoldsIn(clip, right, left, *object.fit.distance, options);
+      WhoHoldsIn(repaired, right, left, object, report.ball, options);
   std::vector<const HandModel*> hands = ThoseWhoHold(right, left, holding, *body.model);
   for (const HandModel* hand : {&right, &left}) {  // or touch, where nobody holds
-    if (options.hands != RefineHands::kFound || std::ranges::any_of(holding, std::identity{})) {
+    if (options.hands != RefineHands::kFound ||
+        (!report.ball && std::ranges::any_of(holding, std::identity{}))) {
       break;
     }
-    if (GetsInto(clip, *hand, *object.fit.distance)) hands.push_back(hand);
+    if (std::ranges::find(hands, hand) != hands.end()) continue;
+    if (GetsInto(repaired, *hand, *object.fit.distance)) hands.push_back(hand);
   }
   if (hands.empty()) {
     throw Error("the clip", "has an object that no hand holds in any frame",
@@ -123,8 +161,10 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
       return !stopped;
     };
   };
-  RefineReport report;
-  report.result = RefineClip(clip, hands, object.fit, holding, options.fit, telling("refine"));
+  report.result =
+      report.ball
+          ? RefineBall(repaired, hands, object, holding, options.fit, telling("refine"))
+          : RefineClip(repaired, hands, object.fit, holding, options.fit, telling("refine"));
   if (stopped) return report;
   if (report.result.report.failed) {
     report.status = RefineStatus::kNotFinite;
@@ -136,13 +176,12 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
   for (const auto& [measured, quality] :
        {std::pair<const Clip*, CarriedQuality*>(&clip, &report.before),
         std::pair<const Clip*, CarriedQuality*>(&refined, &report.after)}) {
-    const std::vector<HandObjectScore> scores = MeasureHands(
-        *measured, hands, refined.holding_hand, object.solid, options.protocol, telling("metrics"));
+    *quality = QualityOf(*measured, hands, refined.holding_hand, object, options.protocol,
+                         telling("metrics"));
     if (stopped) return report;
-    *quality = {ScoreContact(scores), MeanJitter(scores)};
   }
   report.distance = DistanceToData(clip, refined);
-  const bool touched = report.after.contact.contact_frames_ratio.value_or(0.0) > 0.0;
+  const bool touched = report.after.contact.contact_frames_ratio.value_or(report.ball) > 0.0;
   report.status = touched ? RefineStatus::kRefined : RefineStatus::kNoContact;
   return report;
 }

@@ -8,12 +8,14 @@
 #include "geometry/clip/clip_body.h"
 #include "geometry/score/contact_score.h"
 #include "solver/carry/carry.h"
+#include "solver/carry/refine_ball.h"
 #include "solver/fit/clip_refinement.h"
+#include "solver/fit/finger_repair.h"
 
 namespace holdfast {
 
 enum class RefineHands {
-  kFound,   ///< who holds is found in the clip (FindHolds)
+  kFound,   ///< who holds is found in the clip (FindHolds; FindFollows of a ball)
   kOfClip,  ///< as its holding_hand says
   kRight,
   kLeft,
@@ -31,6 +33,10 @@ struct RefineOptions {
 struct CarriedQuality {
   ContactScore contact;
   CarryJitter jitter;
+  int hand_frames = 0;             ///< in which a hand holds, both hands counted
+  int hand_frames_in_contact = 0;  ///< of them
+  FingertipCounts tips;            ///< in them
+  int finger_jump_frames = 0;      ///< of both hands, in all frames
 };
 
 /// How far a refined object is from the data.
@@ -48,6 +54,8 @@ enum class RefineStatus {
 
 struct RefineReport {
   RefineStatus status = RefineStatus::kStopped;
+  std::vector<FingerRepair> fingers;  ///< of each hand that the body has
+  bool ball = false;                  ///< as RefineBall does
   RefineResult result;
   CarriedQuality before, after;  ///< by the same hands in the same frames
   DataDistance distance;
@@ -55,9 +63,10 @@ struct RefineReport {
 
 DataDistance DistanceToData(const Clip& data, const Clip& refined);
 
-/// Cleans a clip that has this object's trajectory (RefineClip), and measures it before and after.
-/// `progress` sees "refine" and "metrics". Throws Error for a clip without an object trajectory,
-/// one that no hand holds or gets into, hands that the body lacks, and kOfClip without
+/// Cleans a clip that has this object's trajectory: fingers that jump (RepairFingers), then object,
+/// arms and fingers (RefineClip; RefineBall where IsUnturnedBall); and measures it before and
+/// after. `progress` sees "refine" and "metrics". Throws Error for a clip without an object
+/// trajectory, one that no hand holds or gets into, hands that the body lacks, and kOfClip without
 /// holding_hand.
 RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const PreparedObject& object,
                            const RefineOptions& options = {}, const StagedProgress& progress = {});

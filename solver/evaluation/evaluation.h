@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Studies of reaches, hand-overs and solved markers. Networks or methods, protocols and captured
+/// Studies of reaches, hand-overs, solved markers and refined captures. Networks or methods, protocols and captured
 /// clips go in; measured motions and summaries come out, those of reaches in blocks of files: a
 /// stopped study resumes.
 ///
 /// From the inside out:
+///   core_time.h           time of a thread's core
 ///   study_blocks.h        files of blocks, by question
 ///   reach_study.h         ReachStudy: WANDR's protocol by variant
 ///   captured_reaches.h    starts and skating of captured clips
@@ -14,6 +15,8 @@
 ///   handover_study.h      switches found in synthetic hand-overs
 ///   touch_study.h         touches that markers show, in solved and refined motion
 ///   marker_study.h        recordings of markers solved, with gaps and wrong labels
+///   capture_study.h       captured clips with objects, before and after refining
+#include "solver/evaluation/capture_study.h"
 #include "solver/evaluation/captured_reaches.h"
 #include "solver/evaluation/handover_study.h"
 #include "solver/evaluation/marker_study.h"

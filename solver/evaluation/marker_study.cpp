@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "solver/evaluation/marker_study.h"
 
-#include <ctime>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,17 +11,12 @@
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
+#include "solver/evaluation/core_time.h"
 
 namespace holdfast {
 namespace {
 
 constexpr double kCarriedRate = 30.0;  // Hz, of clips with a cup
-
-double CoreSeconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 // [0, 1), the same everywhere.
 double Uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1.0p-53; }

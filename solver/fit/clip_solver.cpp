@@ -260,9 +260,8 @@ class WholeClip {
     for (std::size_t h = 0; h < problem_.hands.size(); ++h) {
       for (std::size_t t = 0; t + 2 < fitted_.size(); ++t) {
         const std::array<HoldCost*, 3> held = {held_[t][h], held_[t + 1][h], held_[t + 2][h]};
-        if (std::ranges::any_of(held, [&](const HoldCost* one) {
-              return one == nullptr || !one->moves || one->hold != held[0]->hold;
-            })) {
+        if (std::ranges::any_of(
+                held, [](const HoldCost* one) { return one == nullptr || !one->moves; })) {
           continue;
         }
         const auto before = [&](std::size_t k) {
@@ -284,12 +283,17 @@ class WholeClip {
     }
   }
 
+  // Hands that give way do so through all frames in a row, whatever they do in them.
+  bool GoesOn(const HoldCost& a, const HoldCost& b) const {
+    return a.hold == b.hold || problem_.hands_give_way;
+  }
+
   void AddFingerMotion() {
     for (std::size_t h = 0; h < problem_.hands.size(); ++h) {
       for (std::size_t t = 0; t + 1 < fitted_.size(); ++t) {
         HoldCost* const a = held_[t][h];
         HoldCost* const b = held_[t + 1][h];
-        if (a == nullptr || b == nullptr || a->hold != b->hold) continue;
+        if (a == nullptr || b == nullptr || !GoesOn(*a, *b)) continue;
         if (options_.lambda_temporal > 0.0) {
           Add(std::make_unique<FingerDifference>(std::vector{-1.0, 1.0}, 1.0,
                                                  options_.lambda_temporal),
@@ -297,7 +301,7 @@ class WholeClip {
         }
         if (options_.lambda_acceleration <= 0.0 || t + 2 >= fitted_.size()) continue;
         HoldCost* const c = held_[t + 2][h];
-        if (c == nullptr || c->hold != a->hold) continue;
+        if (c == nullptr || !GoesOn(*a, *c)) continue;
         Add(std::make_unique<FingerDifference>(std::vector{1.0, -2.0, 1.0}, kTurnLever,
                                                options_.lambda_acceleration),
             {a->fingers.data(), b->fingers.data(), c->fingers.data()});

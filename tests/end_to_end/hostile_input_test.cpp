@@ -321,6 +321,7 @@ TEST(HostileInput, NumbersOfTheCommandLine) {
       {"evaluate fit", "evaluate fit list -o out"},
       {"evaluate reach", "evaluate reach -o out"},
       {"evaluate markers", "evaluate markers a"},
+      {"evaluate captures", "evaluate captures a"},
       {"evaluate naturalness", "evaluate naturalness a -o out"},
       {"evaluate synthesis", "evaluate synthesis --data a --recogniser b -o out"}};
   std::vector<Case> cases;

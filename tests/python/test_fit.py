@@ -158,6 +158,10 @@ def test_refine_before_and_after(held):
     assert set(refined.before) == set(refined.after)
     assert refined.holds and refined.holds[0]["end"] <= 12
     assert refined.solve["iterations"] >= 0
+    assert [hand["hand"] for hand in refined.fingers] == ["right", "left"]
+    assert refined.after["frames_with_finger_jumps"] == 0 and not refined.ball
+    tips = [refined.after["fingertips_" + what] for what in ("touch", "beside", "inside")]
+    assert sum(tips) == 5 * refined.after["hand_frames_held"] == 5 * 12
     by_name = holdfast.refine(held.clip, hand="clip")
     np.testing.assert_allclose(by_name.clip.object.trans, refined.clip.object.trans, atol=1e-3)
 
