@@ -25,6 +25,7 @@ constexpr double kMoves_m = 0.05;     // a track that goes less far tells nothin
 constexpr double kNear_m = 0.01;      // skin nearer than this may have to give way
 constexpr double kAround_s = 0.25;    // and so long before and after
 constexpr double kTipSlack_m = 0.05;  // tips so much farther than what is nearest are drawn on
+constexpr double kRelease_s = 0.02;   // hands are back where they were when they give way no more
 constexpr double kAway_m = 1.0;
 constexpr double kClean_m = 0.001;
 constexpr double kUsualRate = 60.0;  // Hz, of the weight of accelerations
@@ -76,7 +77,7 @@ class BallRefiner {
       SolveRun(runs[k], fitted, result.report);
       if (result.report.failed) return result;
     }
-    result.clip = ApplyFit(clip_, hands_, given_way_, fitted, options_.release_s);
+    result.clip = ApplyFit(clip_, hands_, given_way_, fitted, kRelease_s);
     result.clip.holding_hand = follows_;
     result.touches = std::move(touches_);
     return result;

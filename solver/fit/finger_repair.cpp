@@ -19,6 +19,7 @@ using Turns = std::vector<Eigen::Quaterniond>;  // of one joint, a frame each
 constexpr double kMostSpeed = 1200.0 * kDegree;  // radians a second
 constexpr double kMostStep = 30.0 * kDegree;     // radians a frame, at low rates
 constexpr double kBurst_s = 0.25;                // bursts longer than this are motion
+constexpr double kMoves = 1e-3;                  // radians, all joints together
 constexpr double kReplacedWeight = 0.1;
 constexpr double kLimitWeight = 10.0;
 constexpr double kSmoothing_s = 2.0 / 60.0;
@@ -134,7 +135,9 @@ FingerRepair RepairFingers(const HandAxes& axes, Clip& clip) {
   repair.side = axes.HandSide();
   const int frames = clip.NumFrames(), first = HandBegin(repair.side);
   for (int t = 1; t < frames && !repair.moves; ++t) {
-    repair.moves = FingersOf(clip.pose[t], repair.side) != FingersOf(clip.pose[0], repair.side);
+    repair.moves =
+        (FingersOf(clip.pose[t], repair.side) - FingersOf(clip.pose[0], repair.side)).norm() >
+        kMoves;
   }
   repair.jump_frames = FingerJumpFrames(clip, repair.side);
   if (repair.jump_frames == 0) return repair;

