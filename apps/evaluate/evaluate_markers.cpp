@@ -2,7 +2,6 @@
 #include "apps/evaluate/evaluate_markers.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <map>
 
@@ -10,7 +9,6 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/gzip.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
@@ -18,6 +16,7 @@
 #include "solver/carry/carry_json.h"
 #include "solver/evaluation/marker_study.h"
 #include "solver/markers/marker_json.h"
+#include "solver/markers/marker_trials.h"
 
 namespace holdfast::apps {
 namespace {
@@ -31,40 +30,18 @@ struct MarkersCommand {
   MarkerStudyOptions study;
 };
 
-bool IsRecording(const fs::path& path) {
-  std::string name = path.filename().string();
-  if (name.ends_with(".gz")) name.resize(name.size() - 3);
-  return std::ranges::any_of(std::array{".c3d", ".trc", ".csv", ".tsv"},
-                             [&](const char* ending) { return name.ends_with(ending); }) &&
-         MarkerFormatOf(ReadGzipHead(path, 1024)).has_value();
-}
-
-// Recordings of the folder and those below it, by name; "..._static..." is the static trial of the
-// others beside it.
-std::vector<MarkerTrial> Trials(const fs::path& folder, int every) {
+// Every n-th trial of a folder, a person's static trial read once.
+std::vector<MarkerTrial> ReadTrials(const fs::path& folder, int every) {
+  const std::vector<MarkerTrialFiles> files = FindMarkerTrials(folder);
   std::map<fs::path, std::shared_ptr<const MarkerRecording>> still;
-  std::vector<fs::path> files;
-  if (!fs::is_directory(folder)) {
-    throw Error(folder.string(), "is not a folder",
-                "Give one with recordings and a ..._static... file for each person");
-  }
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (!entry.is_regular_file() || !IsRecording(entry.path())) continue;
-    if (entry.path().filename().string().find("_static") != std::string::npos) {
-      still[entry.path().parent_path()] =
-          std::make_shared<const MarkerRecording>(ReadMarkers(entry.path()));
-    } else {
-      files.push_back(entry.path());
-    }
-  }
-  std::ranges::sort(files);
   std::vector<MarkerTrial> trials;
   for (std::size_t k = 0; k < files.size(); k += static_cast<std::size_t>(every)) {
-    std::string name = files[k].filename().string();
-    trials.push_back(
-        {name.substr(0, name.find('.')), ReadMarkers(files[k]), still[files[k].parent_path()]});
+    std::shared_ptr<const MarkerRecording>& at_rest = still[files[k].still];
+    if (!at_rest && !files[k].still.empty()) {
+      at_rest = std::make_shared<const MarkerRecording>(ReadMarkers(files[k].still));
+    }
+    trials.push_back({files[k].name, ReadMarkers(files[k].recording), at_rest});
   }
-  if (trials.empty()) throw Error(folder.string(), "holds no recordings", "Check the path");
   return trials;
 }
 
@@ -199,7 +176,7 @@ int Run(MarkersCommand options) {
     const char* const data = std::getenv("HOLDFAST_DATA");
     options.folder = (fs::path(data != nullptr ? data : "../shared/data") / "adl").string();
   }
-  const std::vector<MarkerTrial> trials = Trials(options.folder, options.every);
+  const std::vector<MarkerTrial> trials = ReadTrials(options.folder, options.every);
   if (!options.object.empty()) {
     options.study.solve.object = ReadObjectMarkers(options.object_markers);
     options.study.object =

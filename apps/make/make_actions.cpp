@@ -5,6 +5,7 @@
 
 #include "apps/common.h"
 #include "generator/actions/action_catalog.h"
+#include "geometry/error.h"
 #include "solver/actions/make_action_set.h"
 
 namespace holdfast::apps {
@@ -38,6 +39,10 @@ std::string TextOf(const std::string& output, const ActionSetReport& report) {
   for (const auto& [reason, count] : summary["tries_dropped_because"].items()) {
     text += fmt::format("  dropped: {:<34}{:>6}\n", reason, count.get<int>());
   }
+  if (summary.contains("captured")) {
+    text += fmt::format("  {} of {} captured clips kept\n", summary["captured"]["clips"].get<int>(),
+                        summary["captured"]["of"].get<int>());
+  }
   if (report.had > 0) text += fmt::format("  {} of them were there already\n", report.had);
   return text;
 }
@@ -51,7 +56,12 @@ int Run(MakeActionsCommand options) {
   options.set.threads = NumThreads(common);
   options.set.replace = common.force;
   options.set.version = HOLDFAST_VERSION;
+  if (options.set.count == 0 && options.set.captured.empty()) {
+    throw Error("--count", "is 0, and there is nothing captured to make clips of",
+                "Give a number of clips, or --captured");
+  }
   PlanActions(options.set);  // what is wrong with it is said before starts are looked for
+  PlanCaptured(options.set);
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
   const ActionStarts starts =
       FindActionStarts(options.starts, options.held_out, *body, common.seed, options.set.threads);
@@ -85,8 +95,8 @@ void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
                    "Folder to write: s1/mug_drink_1.npz ..., manifest.json, grasps/; an unfinished "
                    "one is resumed, a finished one extended")
       ->required();
-  CLI::Option* count =
-      AddOption(*command, "--count", options->set.count, "Clips", CLI::Range(1, 1'000'000));
+  CLI::Option* count = AddOption(*command, "--count", options->set.count, "Scripted clips",
+                                 CLI::Range(0, kMostScripted));
   command->add_option("--hours", options->hours, "Approximate hours of motion, in place of --count")
       ->check(CLI::Range(0.001, 1000.0))
       ->excludes(count);
@@ -101,6 +111,10 @@ void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
   command->add_option("--starts", options->starts,
                       "Folder of captured clips (.npz, as 'holdfast import' or 'make-reach-data' "
                       "write them) with people who stand [standing poses of Holdfast's own]");
+  command->add_option("--captured", options->set.captured,
+                      "Folder of recorded markers with people who drink or comb, as 'solve' reads "
+                      "them, a folder a person, each with a ..._static... trial: two clips more of "
+                      "each trial, seated and standing, with arms and trunk as captured");
   command
       ->add_option("--held-out", options->held_out,
                    "People of --starts for the held-out subjects (the last fifth) [those in a "
@@ -110,6 +124,7 @@ void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
   AddCommonOptions(*command, options->common, true,
                    "  holdfast make-actions -o actions --count 2500 --starts reaches/captured\n"
                    "  holdfast make-actions -o few --count 20 --actions drink,call --seed 7\n"
+                   "  holdfast make-actions -o both --count 20 --captured recordings\n"
                    "Actions: " +
                        MadeActionNames() +
                        ".\nNames are GRAB's: SUBJECT/OBJECT_ACTION_NUMBER.npz. Every clip is a "

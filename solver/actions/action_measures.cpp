@@ -10,6 +10,7 @@
 #include "geometry/body/skeleton.h"
 #include "geometry/rotation.h"
 #include "geometry/score/contact_metrics.h"
+#include "geometry/score/contact_score.h"
 #include "solver/fit/clip_state.h"
 
 namespace holdfast {
@@ -18,7 +19,6 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kDeep_mm = 2.0;
 constexpr int kEvery = 3;  // frames between looks at the whole body
 
 double DeepestIn(const DistanceGrid& grid, const Isometry3d& grid_from_points,
@@ -58,11 +58,12 @@ class ActionQualityMeter {
 
   // Vertices of holding hands in the object, frame by frame: one way, which is quick.
   void Hands() {
-    int penetrating = 0, touching = 0;
+    int penetrating = 0, touching = 0, held = 0;
     std::vector<HandState> states = {HandState(actor_.Hand(Side::kRight)),
                                      HandState(actor_.Hand(Side::kLeft))};
     for (int t = 0; t < clip_.NumFrames(); ++t) {
       bool deep = false, touches = false;
+      held += clip_.holding_hand[static_cast<std::size_t>(t)] != 0 ? 1 : 0;
       for (HandState& state : states) {
         const Side side = state.Hand().HandSide();
         if ((clip_.holding_hand[static_cast<std::size_t>(t)] & HoldingBit(side)) == 0) continue;
@@ -79,7 +80,7 @@ class ActionQualityMeter {
       touching += touches ? 1 : 0;
     }
     quality_.penetrating = static_cast<double>(penetrating) / clip_.NumFrames();
-    quality_.contact = static_cast<double>(touching) / clip_.NumFrames();
+    quality_.contact = static_cast<double>(touching) / std::max(1, held);
   }
 
   // The object in the rest of the body, and hands and forearms in head and trunk.

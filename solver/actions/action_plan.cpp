@@ -2,6 +2,7 @@
 #include "solver/actions/action_plan.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -104,6 +105,37 @@ std::vector<ActionJob> PlanActions(const ActionSetOptions& options) {
         fmt::format("s{}/{}_{}", job.subject + 1, imos::VocabularyName(job.object), job.action);
     job.name = fmt::format("{}_{}", stem, ++numbers[stem]);
     jobs.push_back(std::move(job));
+  }
+  return jobs;
+}
+
+std::vector<CapturedJob> PlanCaptured(const ActionSetOptions& options) {
+  if (options.captured.empty()) return {};
+  const std::vector<MarkerTrialFiles> trials = FindMarkerTrials(options.captured);
+  std::vector<std::string> people;  // in order: so are the trials
+  for (const MarkerTrialFiles& trial : trials) {
+    if (people.empty() || people.back() != trial.Person()) people.push_back(trial.Person());
+  }
+  int learning = 0;
+  while (learning < options.subjects && !IsHeldOut(learning, options.subjects)) ++learning;
+  std::vector<CapturedJob> jobs;
+  std::array<int, 2> turns = {};
+  for (const MarkerTrialFiles& trial : trials) {
+    const auto person =
+        static_cast<int>(std::ranges::find(people, trial.Person()) - people.begin());
+    const auto count = static_cast<int>(people.size());
+    const bool held_out = count > 1 && IsHeldOut(person, count);
+    for (const RestPosture posture : {RestPosture::kSeated, RestPosture::kStanding}) {
+      const int turn = turns[held_out ? 1 : 0]++;
+      CapturedJob job;
+      job.index = kMostScripted + static_cast<int>(jobs.size());
+      job.files = trial;
+      job.posture = posture;
+      job.held_out = held_out;
+      job.subject = held_out ? learning + turn % (options.subjects - learning) : turn % learning;
+      job.seed = MixSeed(options.seed, static_cast<std::uint64_t>(job.index));
+      jobs.push_back(std::move(job));
+    }
   }
   return jobs;
 }

@@ -7,6 +7,9 @@
 
 #include <Eigen/Core>
 
+#include "solver/markers/marked_person.h"
+#include "solver/markers/marker_trials.h"
+
 namespace holdfast {
 
 struct ActionSetOptions {
@@ -15,6 +18,9 @@ struct ActionSetOptions {
   double left_share = 0.2;           ///< of left-handed subjects
   std::vector<std::string> actions;  ///< empty: all
   std::vector<std::string> objects;  ///< embedded names; empty: all that an action has
+  /// Folder of recorded markers with people who drink and comb (FindMarkerTrials): each trial is
+  /// made once seated and once standing, besides `count`; empty: none.
+  std::string captured = {};
   std::uint64_t seed = 1;
   int threads = 1;       ///< the result does not depend on them
   bool replace = false;  ///< a set in the folder that was made from something else
@@ -37,6 +43,24 @@ struct ActionJob {
 /// objects from hand to hand, no more: hands that fit each other are dear). Throws Error for an
 /// unknown action, and for objects that no action is made with.
 std::vector<ActionJob> PlanActions(const ActionSetOptions& options);
+
+/// One clip that is to be made of a captured trial.
+struct CapturedJob {
+  int index = 0;
+  MarkerTrialFiles files;
+  RestPosture posture = RestPosture::kSeated;
+  int subject = 0;
+  bool held_out = false;
+  std::uint64_t seed = 0;
+};
+
+/// Two clips of each trial in options.captured, one after the other: seated, and standing. By
+/// index, from the largest ActionSetOptions::count on, so that scripted clips can be added later.
+/// The last fifth of the people, at least one of several, is for held-out subjects, the others' are
+/// made with the others; subjects in turn. None for an empty folder name. Throws what
+/// FindMarkerTrials does.
+inline constexpr int kMostScripted = 1'000'000;
+std::vector<CapturedJob> PlanCaptured(const ActionSetOptions& options);
 
 /// Whether a subject is left-handed: evenly spread, the last one among them where any is.
 bool IsLeftHanded(int subject, double share);

@@ -7,20 +7,23 @@
 #include <mutex>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <tuple>
 
 #include <fmt/format.h>
 
+#include "generator/actions/action_catalog.h"
 #include "generator/imos/vocabulary.h"
 #include "generator/matching/random_draws.h"
 #include "generator/matching/set_manifest.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/io/container/read_json.h"
-#include "geometry/io/mesh/load_object.h"
 #include "geometry/parallel.h"
 #include "geometry/seed.h"
 #include "solver/actions/action_clip.h"
+#include "solver/actions/action_shelf.h"
+#include "solver/actions/captured_clip.h"
 
 namespace holdfast {
 namespace {
@@ -29,7 +32,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr int kClipTries = 4;  // of a clip, before it is given up
-constexpr std::uint64_t kStartSeed = 0x57A7, kGraspSeed = 0x6AA5;
+constexpr std::uint64_t kStartSeed = 0x57A7;
 
 json ActionQualityJson(const ActionQuality& quality) {
   const double degree = std::numbers::pi / 180.0;
@@ -53,7 +56,7 @@ json SummaryOf(const ManifestLines& lines) {
   std::map<std::string, std::map<std::string, int>> actions;
   std::map<std::string, int> reasons, subjects;
   long frames = 0;
-  int kept = 0, tries = 0;
+  int kept = 0, tries = 0, captured = 0, captured_kept = 0;
   for (const auto& [index, line] : lines) {
     std::map<std::string, int>& action = actions[line.at("action").get<std::string>()];
     const bool is_kept = line.contains("file");
@@ -64,19 +67,24 @@ json SummaryOf(const ManifestLines& lines) {
       ++subjects[line.at("subject").get<std::string>()];
       frames += line.at("frames").get<long>();
     }
+    const bool is_captured = line.value("source", "scripted") == "captured";
+    captured_kept += is_captured && is_kept ? 1 : 0;
+    captured += is_captured ? 1 : 0;
     for (const json& dropped : line.value("tries_dropped", json::array())) {
       ++action["tries_dropped"];
       ++reasons[dropped.at("reason").get<std::string>()];
       ++tries;
     }
   }
-  return {{"clips", kept},
-          {"given_up", lines.size() - static_cast<std::size_t>(kept)},
-          {"tries", tries},
-          {"hours", static_cast<double>(frames) / 30.0 / 3600.0},
-          {"by_action", actions},
-          {"by_subject", subjects},
-          {"tries_dropped_because", reasons}};
+  json summary = {{"clips", kept},
+                  {"given_up", lines.size() - static_cast<std::size_t>(kept)},
+                  {"tries", tries},
+                  {"hours", static_cast<double>(frames) / 30.0 / 3600.0},
+                  {"by_action", actions},
+                  {"by_subject", subjects},
+                  {"tries_dropped_because", reasons}};
+  if (captured > 0) summary["captured"] = {{"clips", captured_kept}, {"of", captured}};
+  return summary;
 }
 
 // Jobs that share subject, object and hand; in an order in which a set grows evenly.
@@ -94,93 +102,18 @@ std::vector<std::vector<ActionJob>> GroupsOf(const std::vector<ActionJob>& jobs,
   return list;
 }
 
-// What clips share, each made when it is first asked for. Threads may ask at the same time.
-template <typename Key, typename Value>
-class Shelf {
- public:
-  template <typename Make>
-  const Value& Get(const Key& key, const Make& make) {
-    Place* place = nullptr;
-    {
-      const std::scoped_lock guard(lock_);
-      place = &places_[key];
-    }
-    const std::scoped_lock guard(place->lock);
-    if (!place->value) place->value = make();
-    return *place->value;
+// What is still to be made of each trial.
+std::vector<std::vector<CapturedJob>> TrialsOf(const std::vector<CapturedJob>& jobs,
+                                               const ManifestLines& done) {
+  std::vector<std::vector<CapturedJob>> trials;
+  for (const CapturedJob& job : jobs) {
+    if (done.contains(job.index)) continue;
+    const bool same =
+        !trials.empty() && trials.back().front().files.recording == job.files.recording;
+    if (!same) trials.emplace_back();
+    trials.back().push_back(job);
   }
-
- private:
-  struct Place {
-    std::mutex lock;
-    std::unique_ptr<const Value> value;
-  };
-  std::mutex lock_;
-  std::map<Key, Place> places_;
-};
-
-json StoredGrasp(const Grasp& grasp) {
-  const Eigen::Matrix<double, 3, 4> pose = grasp.wrist_from_object.matrix().topRows<3>();
-  return {{"style", StyleName(grasp.style)},
-          {"fingers", std::vector<double>(grasp.fingers.begin(), grasp.fingers.end())},
-          {"wrist_from_object", std::vector<double>(pose.data(), pose.data() + pose.size())},
-          {"below_bottom_mm", grasp.below_bottom_mm},
-          {"score", grasp.score}};
-}
-
-// Nothing where the entry is not a grasp.
-std::optional<Grasp> GraspOf(const json& entry) {
-  const auto numbers = [&](const char* name, std::size_t count) {
-    return entry.contains(name) && entry[name].is_array() && entry[name].size() == count;
-  };
-  const bool is_grasp = entry.is_object() && numbers("fingers", kHandDofs) &&
-                        numbers("wrist_from_object", 12) && entry.contains("below_bottom_mm") &&
-                        entry.contains("score") && entry.contains("style") &&
-                        entry["style"].is_string();
-  const auto style = is_grasp ? StyleByName(entry["style"].get<std::string>()) : std::nullopt;
-  if (!style) return std::nullopt;
-  const auto fingers = entry["fingers"].get<std::vector<double>>();
-  const auto pose = entry["wrist_from_object"].get<std::vector<double>>();
-  Grasp grasp;
-  grasp.style = *style;
-  grasp.fingers = Eigen::Map<const FingerPose>(fingers.data());
-  grasp.wrist_from_object.matrix().topRows<3>() =
-      Eigen::Map<const Eigen::Matrix<double, 3, 4>>(pose.data());
-  grasp.below_bottom_mm = entry["below_bottom_mm"].get<double>();
-  grasp.score = entry["score"].get<double>();
-  return grasp;
-}
-
-// The grasps of a file with this key, a multiple of `together`; nothing where there is no such
-// file, or another's.
-std::optional<std::vector<Grasp>> ReadGrasps(const fs::path& path, const json& key,
-                                             std::size_t together) {
-  const json file = ReadJson(path);
-  if (!file.is_object() || !file.contains("of") || file["of"] != key) return std::nullopt;
-  if (!file.contains("grasps") || !file["grasps"].is_array()) return std::nullopt;
-  return UseJson(path, [&]() -> std::optional<std::vector<Grasp>> {
-    std::vector<Grasp> grasps;
-    for (const json& entry : file["grasps"]) {
-      const std::optional<Grasp> grasp = GraspOf(entry);
-      if (!grasp) return std::nullopt;
-      grasps.push_back(*grasp);
-    }
-    if (grasps.size() % together != 0) return std::nullopt;
-    return grasps;
-  });
-}
-
-// Grasps that are kept in a file, to the last bit; `key` says what they are of. Where they are not
-// there, `make` gives them and they are written.
-template <typename Make>
-std::vector<Grasp> KeptGrasps(const fs::path& path, const json& key, std::size_t together,
-                              const Make& make) {
-  if (std::optional<std::vector<Grasp>> kept = ReadGrasps(path, key, together)) return *kept;
-  std::vector<Grasp> grasps = make();
-  json list = json::array();
-  for (const Grasp& grasp : grasps) list.push_back(StoredGrasp(grasp));
-  WriteAtomically(path, json{{"of", key}, {"grasps", list}}.dump() + "\n");
-  return grasps;
+  return trials;
 }
 
 // A person first, then a moment: who was captured for longer is not seen the oftener.
@@ -198,48 +131,13 @@ class ActionSetMaker {
  public:
   ActionSetMaker(const std::shared_ptr<const BodyModel>& body, const ActionStarts& starts,
                  const fs::path& folder, const ActionSetOptions& options)
-      : body_(body), starts_(starts), folder_(folder), options_(options) {}
+      : body_(body),
+        starts_(starts),
+        folder_(folder),
+        options_(options),
+        shelf_(body, folder, options) {}
 
-  // How the subject of a job holds its prop with the right hand, and with both where `both`.
-  // Grasps are kept in FOLDER/grasps, and taken from there by a later run with the same body, shape
-  // and seed.
-  ActionGrasps GraspsOf(const ActionJob& job, bool both) {
-    const ActionActor& actor = Actor(job.subject);
-    const std::uint64_t seed = MixSeed(options_.seed, kGraspSeed);
-    json key = {{"version", options_.version},
-                {"body", body_->Name()},
-                {"betas", std::vector<double>(actor.Betas().begin(), actor.Betas().end())},
-                {"object", job.object},
-                {"mirrored", job.left},
-                {"seed", seed},
-                {"most", kGraspChoice}};
-    const fs::path stem =
-        folder_ / "grasps" /
-        fmt::format("s{}_{}{}", job.subject + 1, job.object, job.left ? "_left" : "");
-    std::vector<Grasp> right = KeptGrasps(stem.string() + ".json", key, 1, [&] {
-      const ActionProp& prop = Prop(job);
-      return FindActionGrasps(actor.Hand(Side::kRight),
-                              {prop.mesh, prop.surface, *prop.fit.distance}, seed, kGraspChoice);
-    });
-    std::vector<GraspPair> pairs;
-    if (both) {
-      key["pairs_tried"] = kPairTries;
-      // In the file, a right and a left one in turn.
-      const std::vector<Grasp> flat = KeptGrasps(stem.string() + "_pairs.json", key, 2, [&] {
-        const ActionProp& prop = Prop(job);
-        std::vector<Grasp> in_turn;
-        for (const GraspPair& pair : FindGraspPairs(
-                 actor.Hand(Side::kRight), actor.Hand(Side::kLeft),
-                 {prop.mesh, prop.surface, *prop.fit.distance}, right, seed, kPairTries)) {
-          in_turn.push_back(pair.right);
-          in_turn.push_back(pair.left);
-        }
-        return in_turn;
-      });
-      for (std::size_t k = 0; k < flat.size(); k += 2) pairs.push_back({flat[k], flat[k + 1]});
-    }
-    return ActionGrasps(actor, std::move(right), std::move(pairs));
-  }
+  ActionShelf& Things() { return shelf_; }
 
   // Writes the clip unless all tries have a fault; its line of the manifest.
   json Make(const ActionJob& job, const ActionGrasps& grasps) {
@@ -250,13 +148,15 @@ class ActionSetMaker {
                  {"object", imos::VocabularyName(job.object)},
                  {"subject", fmt::format("s{}", job.subject + 1)},
                  {"split", held_out ? "held_out" : "train"},
-                 {"hand", job.left ? "left" : "right"}};
+                 {"hand", job.left ? "left" : "right"},
+                 {"source", "scripted"}};
     json dropped = json::array();
     for (int attempt = 0; attempt < kClipTries; ++attempt) {
       const std::uint64_t seed = MixSeed(job.seed, static_cast<std::uint64_t>(attempt));
       const StandingStart& start = DrawStart(held_out ? starts_.held_out : starts_.train, seed);
-      ActionClip made = MakeActionClip(
-          {job.action, Actor(job.subject), Prop(job), grasps, start, job.left, seed});
+      ActionClip made =
+          MakeActionClip({job.action, shelf_.Actor(job.subject), shelf_.Prop(job.object, job.left),
+                          grasps, start, job.left, seed});
       if (!made.fault.empty()) {
         dropped.push_back({{"reason", made.fault}, {"detail", made.detail}});
         continue;
@@ -278,33 +178,107 @@ class ActionSetMaker {
     return line;
   }
 
- private:
-  const ActionActor& Actor(int subject) {
-    return actors_.Get(subject, [&] {
-      return std::make_unique<const ActionActor>(
-          body_, SubjectBetas(subject, body_->NumShape(), options_.seed));
-    });
+  // The same of one trial's clips: a line each.
+  std::vector<json> Make(std::span<const CapturedJob> jobs) {
+    std::vector<json> lines;
+    std::optional<CapturedTrial> trial;
+    std::string why;
+    try {
+      trial = ReadCapturedTrial(jobs.front().files, body_);
+    } catch (const Error& error) {
+      why = error.what();
+    }
+    for (const CapturedJob& job : jobs) {
+      json line = {{"index", job.index},
+                   {"action", trial ? trial->action.action : "unknown"},
+                   {"subject", fmt::format("s{}", job.subject + 1)},
+                   {"split", job.held_out ? "held_out" : "train"},
+                   {"source", "captured"},
+                   {"trial", job.files.name},
+                   {"person", job.files.Person()},
+                   {"posture", job.posture == RestPosture::kSeated ? "seated" : "standing"}};
+      if (trial) {
+        MakeOne(job, *trial, line);
+      } else {
+        Drop("trial cannot be used", why, line);
+      }
+      lines.push_back(std::move(line));
+    }
+    return lines;
   }
-  const ActionProp& Prop(const ActionJob& job) {
-    return props_.Get(std::pair(job.object, job.left), [&] {
-      const LoadedObject loaded = LoadObject(job.object);
-      return std::make_unique<const ActionProp>(MakeActionProp(
-          job.object, loaded.mesh, ForFitting(loaded, kPairVertices, nullptr), job.left, 1));
-    });
+
+ private:
+  static void Drop(const std::string& reason, const std::string& detail, json& line) {
+    line["tries_dropped"] = json::array({{{"reason", reason}, {"detail", detail}}});
+  }
+
+  // The first of the action's objects that is asked for; empty: none is, or not the action.
+  std::string ObjectFor(const std::string& action) const {
+    const auto asked = [](const std::vector<std::string>& list, std::string_view name) {
+      return list.empty() || std::ranges::find(list, name) != list.end();
+    };
+    if (!asked(options_.actions, action)) return {};
+    for (const std::string_view object : FindMadeAction(action).objects) {
+      if (asked(options_.objects, object)) return std::string(object);
+    }
+    return {};
+  }
+
+  void MakeOne(const CapturedJob& job, const CapturedTrial& trial, json& line) {
+    const std::string object = ObjectFor(trial.action.action);
+    if (object.empty()) return Drop("not asked for", "see actions and objects", line);
+    const std::vector<Grasp> grasps = trial.action.action == "brush"
+                                          ? shelf_.GraspsOf(job.subject, object, trial.action.side)
+                                          : std::vector<Grasp>();
+    const StandingStart& start =
+        DrawStart(job.held_out ? starts_.held_out : starts_.train, job.seed);
+    CapturedClip made =
+        MakeCapturedClip({trial, body_, shelf_.Actor(job.subject), shelf_.Prop(object, false),
+                          shelf_.Prepared(object), grasps, job.posture, start, job.seed});
+    const std::string subject = fmt::format("s{}", job.subject + 1);
+    line["object"] = imos::VocabularyName(object);
+    line["hand"] = SideName(trial.action.side);
+    line["name"] =
+        fmt::format("{}/{}_{}_{}_{}", subject, imos::VocabularyName(object), trial.action.action,
+                    job.files.name, line["posture"].get<std::string>());
+    if (!made.fault.empty()) return Drop(made.fault, made.detail, line);
+    made.clip.subject = subject;
+    made.clip.object->mesh = object;
+    RoundToFloat(made.clip);
+    const std::string file = line["name"].get<std::string>() + ".npz";
+    WriteClip(made.clip, folder_ / file);
+    line["file"] = file;
+    line["frames"] = made.clip.NumFrames();
+    line["captured"] = trial.parts;
+    line["act_frame"] = made.action.act;
+    line["key_frame"] = made.action.key;
+    line["return_frame"] = made.action.back;
+    line["key_mean_mm"] = 1e3 * made.key_mean_m;
+    line["key_worst_mm"] = 1e3 * made.key_worst_m;
+    line["in_object_frames"] = made.in_object_frames;
+    line["in_body_frames"] = made.in_body_frames;
+    line["quality"] = ActionQualityJson(made.quality);
+    if (job.posture == RestPosture::kStanding) line["start"] = start.source;
   }
 
   const std::shared_ptr<const BodyModel>& body_;
   const ActionStarts& starts_;
   const fs::path& folder_;
   const ActionSetOptions& options_;
-  Shelf<int, ActionActor> actors_;
-  Shelf<std::pair<std::string, bool>, ActionProp> props_;
+  ActionShelf shelf_;
 };
+
+// Of a folder, however its path is written.
+std::string CapturedName(const std::string& folder) {
+  const fs::path path = fs::path(folder).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
 
 // The lines of an earlier run whose clips are still there; `had` counts all. `head` of the manifest
 // is filled in, and folders are made.
 ManifestLines BeginSet(const BodyModel& body, const ActionStarts& starts, const fs::path& folder,
-                       const ActionSetOptions& options, json& head, int& had) {
+                       const ActionSetOptions& options, std::size_t captured_clips, json& head,
+                       int& had) {
   head = {{"schema", "holdfast/actions/1"},
           {"holdfast_version", options.version},
           {"seed", options.seed},
@@ -317,6 +291,10 @@ ManifestLines BeginSet(const BodyModel& body, const ActionStarts& starts, const 
             {"held_out", starts.asked_held_out}}},
           {"body", body.Name()},
           {"people", {{"train", starts.train_people}, {"held_out", starts.held_out_people}}}};
+  if (!options.captured.empty()) {
+    head["options"]["captured"] = {{"folder", CapturedName(options.captured)},
+                                   {"clips", captured_clips}};
+  }
   const fs::path manifest = folder / "manifest.json";
   ManifestLines lines = LinesBefore(manifest, head, "make-actions", "starts", options.replace);
   had = static_cast<int>(lines.size());
@@ -327,7 +305,11 @@ ManifestLines BeginSet(const BodyModel& body, const ActionStarts& starts, const 
              !fs::exists(folder / line.second.at("file").get<std::string>());
     });
   });
-  head["note"] = "Synthetic: made by holdfast make-actions, no capture of anybody who acts";
+  head["note"] = options.captured.empty()
+                     ? "Synthetic: made by holdfast make-actions, no capture of anybody who acts"
+                     : "Synthetic: made by holdfast make-actions. Clips whose source is captured "
+                       "have timing and the parts listed in captured from a person who acts; "
+                       "object, fingers, head and legs are fitted";
   std::error_code error;
   fs::create_directories(folder / "grasps", error);
   for (int s = 0; s < options.subjects; ++s) {
@@ -349,13 +331,17 @@ ActionSetReport MakeActionSet(const std::shared_ptr<const BodyModel>& body,
                               const ActionStarts& starts, const fs::path& folder,
                               const ActionSetOptions& options, const StagedProgress& progress) {
   const std::vector<ActionJob> jobs = PlanActions(options);
+  const std::vector<CapturedJob> captured = PlanCaptured(options);
   ActionSetReport report;
-  ManifestLines lines = BeginSet(*body, starts, folder, options, report.head, report.had);
+  ManifestLines lines =
+      BeginSet(*body, starts, folder, options, captured.size(), report.head, report.had);
   ActionSetMaker maker(body, starts, folder, options);
   const std::vector<std::vector<ActionJob>> groups = GroupsOf(jobs, lines, options.seed);
+  const std::vector<std::vector<CapturedJob>> trials = TrialsOf(captured, lines);
   const auto begin = std::chrono::steady_clock::now();
   int waiting = 0;
   for (const std::vector<ActionJob>& group : groups) waiting += static_cast<int>(group.size());
+  for (const std::vector<CapturedJob>& trial : trials) waiting += static_cast<int>(trial.size());
   std::recursive_mutex lock;
   bool stopped = false;
   const auto go_on = [&] {
@@ -368,16 +354,23 @@ ActionSetReport MakeActionSet(const std::shared_ptr<const BodyModel>& body,
     report.head["summary"] = SummaryOf(lines);
     WriteManifest(folder / "manifest.json", report.head, lines);
   };
-  ParallelFor(static_cast<int>(groups.size()), options.threads, [&](int g) {
-    if (!go_on()) return;
-    const std::vector<ActionJob>& group = groups[static_cast<std::size_t>(g)];
+  const auto make_group = [&](const std::vector<ActionJob>& group) {
     const bool both = std::ranges::find(group, "offhand", &ActionJob::action) != group.end();
-    const ActionGrasps grasps = maker.GraspsOf(group.front(), both);
+    const ActionGrasps grasps = maker.Things().GraspsOf(group.front(), both);
     std::vector<json> some;
     for (const ActionJob& job : group) {
       if (!go_on()) break;
       some.push_back(maker.Make(job, grasps));
     }
+    return some;
+  };
+  const auto num_groups = static_cast<int>(groups.size());
+  const int parts = num_groups + static_cast<int>(trials.size());
+  ParallelFor(parts, options.threads, [&](int g) {
+    if (!go_on()) return;
+    const std::vector<json> some =
+        g < num_groups ? make_group(groups[static_cast<std::size_t>(g)])
+                       : maker.Make(trials[static_cast<std::size_t>(g - num_groups)]);
     const std::scoped_lock guard(lock);
     for (const json& line : some) lines[line["index"].get<int>()] = line;
     report.made += static_cast<int>(some.size());
@@ -385,7 +378,7 @@ ActionSetReport MakeActionSet(const std::shared_ptr<const BodyModel>& body,
     go_on();
   });
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() *
-                   std::min(options.threads, std::max(1, static_cast<int>(groups.size())));
+                   std::min(options.threads, std::max(1, parts));
   report.complete = !stopped;
   if (report.complete) write(true);
   return report;

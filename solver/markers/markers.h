@@ -5,6 +5,7 @@
 /// where that has markers, and what became of each marker, come out.
 ///
 /// From the inside out:
+///   marker_trials.h       recordings of a folder, with static trials
 ///   marker_names.h        names of markers, and where on a body they sit
 ///   marked_person.h       a body model with markers: what is free, and how it rests
 ///   marker_world.h        units, axes, facing
@@ -19,6 +20,7 @@
 #include "solver/markers/marker_json.h"
 #include "solver/markers/marker_names.h"
 #include "solver/markers/marker_track.h"
+#include "solver/markers/marker_trials.h"
 #include "solver/markers/marker_world.h"
 #include "solver/markers/object_markers.h"
 #include "solver/markers/solve_markers.h"

@@ -45,6 +45,7 @@ const std::vector<Reduced> kReduced = {
     {"-o left --hours 0.5", "-o left --hours 0.02", "half an hour of motion"},
     {"--count 2500", "--count 2", "seconds a clip"},
     {"-o few --count 20", "-o few --count 2", "seconds a clip"},
+    {"-o both --count 20", "-o both --count 2", "seconds a clip"},
     {"evaluate reach -o out/reach",
      "evaluate reach -o out/reach --no-ablations --samples 1 --deadline adaptive --goals 12",
      "3,750 motions for each of ten rows"},

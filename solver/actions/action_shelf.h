@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "solver/actions/action_plan.h"
+#include "solver/actions/action_studio.h"
+#include "solver/fit/prepared_object.h"
+
+namespace holdfast {
+
+/// What clips share, each made when it is first asked for. Threads may ask at the same time.
+template <typename Key, typename Value>
+class Shelf {
+ public:
+  template <typename Make>
+  const Value& Get(const Key& key, const Make& make) {
+    Place* place = nullptr;
+    {
+      const std::scoped_lock guard(lock_);
+      place = &places_[key];
+    }
+    const std::scoped_lock guard(place->lock);
+    if (!place->value) place->value = make();
+    return *place->value;
+  }
+
+ private:
+  struct Place {
+    std::mutex lock;
+    std::unique_ptr<const Value> value;
+  };
+  std::mutex lock_;
+  std::map<Key, Place> places_;
+};
+
+/// Subjects, objects and grasps of a set, for clips made on any number of threads. Grasps are kept
+/// in FOLDER/grasps, and taken from there by a later run with the same body, shape and seed.
+class ActionShelf {
+ public:
+  /// All three are kept by reference.
+  ActionShelf(const std::shared_ptr<const BodyModel>& body, const std::filesystem::path& folder,
+              const ActionSetOptions& options)
+      : body_(body), folder_(folder), options_(options) {}
+
+  /// 0 is s1.
+  const ActionActor& Actor(int subject);
+  /// By its embedded name, as it is or in a mirror.
+  const ActionProp& Prop(const std::string& object, bool mirrored);
+  /// For CarryObject.
+  const PreparedObject& Prepared(const std::string& object);
+
+  /// How the subject of a job holds its prop with the right hand, and with both where `both`.
+  ActionGrasps GraspsOf(const ActionJob& job, bool both);
+  /// How a subject holds an object as it is with one hand.
+  std::vector<Grasp> GraspsOf(int subject, const std::string& object, Side side);
+
+ private:
+  const std::shared_ptr<const BodyModel>& body_;
+  const std::filesystem::path& folder_;
+  const ActionSetOptions& options_;
+  Shelf<int, ActionActor> actors_;
+  Shelf<std::pair<std::string, bool>, ActionProp> props_;
+  Shelf<std::string, PreparedObject> prepared_;
+};
+
+}  // namespace holdfast

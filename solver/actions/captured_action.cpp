@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+#include "solver/actions/captured_action.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "generator/body/arm_correction.h"
+#include "generator/body/limb_ik.h"
+#include "generator/scripted/minimum_jerk.h"
+#include "geometry/mesh/signed_distance.h"
+#include "geometry/rotation.h"
+#include "solver/carry/drink.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+constexpr double kPalmFromWrist_m = 0.08;
+constexpr double kOnHead_m = 0.07;
+constexpr double kStillShare = 0.1;                // of the highest speed
+constexpr double kRest_s = 0.3;                    // kept before the reach and after the return
+constexpr double kPlaced_m = 0.15, kFree_m = 0.4;  // of the palm from the face
+
+Vector3d PalmOf(Side side, const Isometry3d& wrist) {
+  return wrist.translation() + kPalmFromWrist_m * FingerDirection(side, wrist.linear());
+}
+
+// The palm of one side in all frames: world, and from the head's skin where it is over the eyes.
+struct PalmPath {
+  Matrix3Xd at;
+  Eigen::VectorXd from_head;
+};
+
+PalmPath PathOf(const Clip& clip, const CapturedPerson& person, const SignedDistance& head,
+                Side side) {
+  constexpr double kFar_m = 1.0;
+  PalmPath path;
+  path.at.resize(3, clip.NumFrames());
+  path.from_head.setConstant(clip.NumFrames(), kFar_m);
+  BodyState state;
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    ForwardJoints(person.rest_joints, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t),
+                  state);
+    path.at.col(t) = PalmOf(side, state.WorldFromJoint(WristJoint(side)));
+    const Vector3d palm = state.WorldFromJoint(kHead).inverse() * path.at.col(t);
+    if (palm.y() > person.face.eyes.y()) path.from_head(t) = head.Distance(palm);
+  }
+  return path;
+}
+
+// The first and last frame of [0, count) for which `is` holds.
+template <typename Is>
+std::optional<std::pair<int, int>> Span(int count, const Is& is) {
+  int first = 0, last = count - 1;
+  while (first < count && !is(first)) ++first;
+  while (last >= first && !is(last)) --last;
+  if (first > last) return std::nullopt;
+  return std::pair(first, last);
+}
+
+void FindEnds(const Clip& clip, const PalmPath& path, CapturedAction& action) {
+  const int frames = clip.NumFrames();
+  const int half = std::max(1, static_cast<int>(std::lround(0.04 * clip.frame_rate)));
+  const int rest = static_cast<int>(std::lround(kRest_s * clip.frame_rate));
+  Eigen::VectorXd speed(frames);
+  for (int t = 0; t < frames; ++t) {
+    const int a = std::max(0, t - half), b = std::min(frames - 1, t + half);
+    speed(t) = (path.at.col(b) - path.at.col(a)).norm() / std::max(1, b - a);
+  }
+  const double still = kStillShare * speed.maxCoeff();
+  const auto moving = Span(frames, [&](int t) { return speed(t) > still; });
+  action.begin = std::max(0, std::min(moving ? moving->first : 0, action.act) - rest);
+  action.end = std::min(frames, std::max(moving ? moving->second : frames, action.back) + rest + 1);
+}
+
+}  // namespace
+
+std::optional<CapturedAction> FindCapturedAction(const Clip& clip, const CapturedPerson& person) {
+  const SignedDistance head(person.face.head);
+  CapturedAction action;
+  if (const auto drink = FindDrink(clip, person.rest_joints, person.face)) {
+    action.action = "drink";
+    action.side = drink->side;
+    action.act = drink->lift;
+    action.key = drink->drink;
+    action.back = drink->put_down;
+    FindEnds(clip, PathOf(clip, person, head, drink->side), action);
+    return action;
+  }
+  const std::array<PalmPath, 2> paths = {PathOf(clip, person, head, Side::kRight),
+                                         PathOf(clip, person, head, Side::kLeft)};
+  const bool right = paths[0].from_head.minCoeff() <= paths[1].from_head.minCoeff();
+  const PalmPath& path = paths[right ? 0 : 1];
+  const auto over = Span(clip.NumFrames(), [&](int t) { return path.from_head(t) < kOnHead_m; });
+  if (!over) return std::nullopt;
+  action.action = "brush";
+  action.side = right ? Side::kRight : Side::kLeft;
+  action.act = over->first;
+  action.key = (over->first + over->second) / 2;
+  action.back = over->second + 1;
+  FindEnds(clip, path, action);
+  return action;
+}
+
+Clip RetargetCaptured(const Clip& clip, const CapturedAction& action, const CapturedPerson& from,
+                      const BodyMeasures& body, const FaceMarks& face, RestPosture posture,
+                      const BodyFrame& standing) {
+  const Clip part = Slice(clip, action.begin, action.end);
+  std::vector<BodyFrame> frames = BodyFrames(part, from.rest_joints);
+  const PlanarMove turn = AlignHeading(frames.front(), BodyFrame());
+  const BodyPlacement stands = Place(body.rest_joints, standing);
+  for (BodyFrame& frame : frames) {
+    frame = turn * frame;
+    if (posture == RestPosture::kSeated) continue;
+    for (const int joint :
+         {kLeftKnee, kRightKnee, kLeftAnkle, kRightAnkle, kLeftFoot, kRightFoot}) {
+      frame.local[static_cast<std::size_t>(joint)] =
+          standing.local[static_cast<std::size_t>(joint)];
+    }
+    for (const int hip : {kLeftHip, kRightHip}) {
+      frame.local[static_cast<std::size_t>(hip)] =
+          frame.local[0].conjugate() *
+          Eigen::Quaterniond(stands.rotation[static_cast<std::size_t>(hip)]);
+    }
+  }
+  const BodyPlacement first = Place(body.rest_joints, frames.front());
+  const double raise = std::min(body.rest_joints(1, kLeftAnkle), body.rest_joints(1, kRightAnkle)) -
+                       body.sole_y -
+                       std::min(first.joints(2, kLeftAnkle), first.joints(2, kRightAnkle));
+  for (BodyFrame& frame : frames) frame.pelvis.z() += raise;
+  Clip moved = ToClip(frames, clip.frame_rate, body.rest_joints, JointPose::Zero());
+
+  const bool drinks = action.action == "drink";
+  const Vector3d mark = drinks ? face.mouth : face.eyes;
+  const Vector3d mark_before = drinks ? from.face.mouth : from.face.eyes;
+  BodyState was, is;
+  for (int t = 0; t < moved.NumFrames(); ++t) {
+    JointPose& pose = moved.pose[static_cast<std::size_t>(t)];
+    const JointPose& captured = part.pose[static_cast<std::size_t>(t)];
+    pose.rightCols<kNumJoints - kNumBodyJoints>() =
+        captured.rightCols<kNumJoints - kNumBodyJoints>();
+    ForwardJoints(from.rest_joints, captured, part.trans.col(t), was);
+    ForwardJoints(body.rest_joints, pose, moved.trans.col(t), is);
+    const int wrist_joint = WristJoint(action.side);
+    const Isometry3d head = is.WorldFromJoint(kHead), wrist = is.WorldFromJoint(wrist_joint);
+    const Isometry3d in_head =
+        was.WorldFromJoint(kHead).inverse() * was.WorldFromJoint(wrist_joint);
+    const double away = (PalmOf(action.side, in_head) - mark_before).norm();
+    const double share = 1.0 - MinimumJerk((away - kPlaced_m) / (kFree_m - kPlaced_m));
+    if (share <= 0.0) continue;
+    const Vector3d wanted = head * Vector3d(in_head.translation() + mark - mark_before);
+    MoveWrist(body.rest_joints, action.side, wrist.linear(),
+              wrist.translation() + share * (wanted - wrist.translation()), moved.trans.col(t),
+              pose);
+  }
+  return moved;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: MIT
+#include "solver/actions/captured_brush.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "generator/body/arm_correction.h"
+#include "generator/body/limb_ik.h"
+#include "generator/scripted/minimum_jerk.h"
+#include "geometry/rotation.h"
+#include "solver/fit/clip_state.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+constexpr double kPalmOfHand_m = 0.08;
+constexpr double kGiveWay_s = 0.6;
+constexpr double kSmooth_s = 0.1;  // of the bristles' way over the head
+constexpr double kOffSkin_m = 0.001;
+constexpr int kLooks = 7;  // frames in which a way of holding is judged
+constexpr int kSkinOfHand = 6;
+
+// How the brush lies on the head.
+struct BrushWay {
+  const Grasp* grasp = nullptr;
+  double turn_rad = 0.0;  // about the skin's normal
+  double tilt_rad = 0.0;  // of the handle off the head
+};
+
+double Squared(double x) { return x * x; }
+
+class BrushServer {
+ public:
+  BrushServer(const ActionActor& actor, const ActionProp& brush, Side side, int begin, int end,
+              Clip& clip)
+      : actor_(actor),
+        brush_(brush),
+        rest_(actor.Measures().rest_joints),
+        side_(side),
+        begin_(begin),
+        end_(end),
+        clip_(clip),
+        head_(actor.Face().head) {
+    FindWay();
+  }
+
+  BrushReport Serve(std::span<const Grasp> grasps) {
+    BrushReport report;
+    BrushWay best;
+    for (const Grasp& grasp : grasps) {
+      const Matrix3Xd skin = SkinInWrist(actor_.Hand(side_), grasp.fingers, kSkinOfHand);
+      for (const double turn : {0.0, 35.0, -35.0, 70.0, -70.0}) {
+        for (const double tilt : {0.0, 20.0, 40.0}) {
+          const BrushWay way{&grasp, turn * kDegree, tilt * kDegree};
+          const double cost = CostOf(way, skin);
+          if (best.grasp != nullptr && cost >= report.cost) continue;
+          report.cost = cost;
+          best = way;
+        }
+      }
+    }
+    report.grasp = best.grasp;
+    if (best.grasp != nullptr) Move(best, report);
+    return report;
+  }
+
+ private:
+  Isometry3d InWorld(int t, int joint) const {
+    BodyState state;
+    ForwardJoints(rest_, clip_.pose[static_cast<std::size_t>(t)], clip_.trans.col(t), state);
+    return state.WorldFromJoint(joint);
+  }
+
+  // Where the bristles go, and the skin's normal there: the head's frame, smooth over time.
+  void FindWay() {
+    const int count = end_ - begin_;
+    Matrix3Xd at(3, count), normal(3, count);
+    for (int k = 0; k < count; ++k) {
+      const Isometry3d wrist = InWorld(begin_ + k, WristJoint(side_));
+      const Vector3d palm =
+          wrist.translation() + kPalmOfHand_m * FingerDirection(side_, wrist.linear());
+      const auto near = head_.Query(InWorld(begin_ + k, kHead).inverse() * palm);
+      at.col(k) = near.closest;
+      normal.col(k) = near.gradient;
+    }
+    at_.resize(3, count);
+    normal_.resize(3, count);
+    const double sigma = kSmooth_s * clip_.frame_rate;
+    for (int k = 0; k < count; ++k) {
+      Vector3d mean = Vector3d::Zero(), up = Vector3d::Zero();
+      double sum = 0.0;
+      for (int i = 0; i < count; ++i) {
+        const double weight = std::exp(-0.5 * Squared((i - k) / sigma));
+        mean += weight * at.col(i);
+        up += weight * normal.col(i);
+        sum += weight;
+      }
+      const auto near = head_.Query(mean / sum);
+      normal_.col(k) = up.normalized();
+      at_.col(k) = near.closest + kOffSkin_m * normal_.col(k);
+    }
+  }
+
+  // The wrist that lays the brush on the head in frame begin_ + k, near the one it has.
+  Isometry3d WristFor(const BrushWay& way, int k, const Isometry3d& head,
+                      const Isometry3d& wrist) const {
+    const Vector3d normal = head.linear() * normal_.col(k);
+    const Isometry3d held = wrist * way.grasp->wrist_from_object;
+    Matrix3d R = Eigen::Quaterniond::FromTwoVectors(held.linear() * brush_.marks.facing, -normal)
+                     .toRotationMatrix() *
+                 held.linear();
+    R = ExpSO3(way.turn_rad * normal) * R;
+    const Vector3d handle = -R * brush_.marks.forward;
+    R = ExpSO3(way.tilt_rad * handle.cross(normal).normalized()) * R;
+    return PoseAt(R, brush_.marks.tip, head * Vector3d(at_.col(k))) *
+           way.grasp->wrist_from_object.inverse();
+  }
+
+  double CostOf(const BrushWay& way, const Matrix3Xd& skin) const {
+    const int count = end_ - begin_;
+    double cost = -0.5 * way.grasp->score;
+    for (int look = 0; look < kLooks; ++look) {
+      const int k = (count - 1) * look / (kLooks - 1), t = begin_ + k;
+      const Isometry3d head = InWorld(t, kHead), was = InWorld(t, WristJoint(side_));
+      const Isometry3d wrist = WristFor(way, k, head, was);
+      JointPose pose = clip_.pose[static_cast<std::size_t>(t)];
+      const double missing =
+          MoveWrist(rest_, side_, wrist.linear(), wrist.translation(), clip_.trans.col(t), pose);
+      const double bent = pose.col(WristJoint(side_)).norm();
+      const Isometry3d head_from_wrist = head.inverse() * wrist;
+      const double clear =
+          std::min(Nearest(head_from_wrist, skin),
+                   Nearest(head_from_wrist * way.grasp->wrist_from_object, brush_.samples) + 0.002);
+      cost += (Squared((wrist.translation() - was.translation()).norm() / 0.08) +
+               Squared(AngleBetween(wrist.linear(), was.linear()) / (40.0 * kDegree)) +
+               Squared(missing / 0.01) +
+               Squared(std::max(0.0, bent - 70.0 * kDegree) / (10.0 * kDegree)) +
+               Squared(std::max(0.0, 0.002 - clear) / 0.004)) /
+              kLooks;
+    }
+    return cost;
+  }
+
+  // From the head's skin, of points in a frame that moves with it.
+  double Nearest(const Isometry3d& head_from_points, const Matrix3Xd& points) const {
+    double nearest = 1e9;
+    const DistanceGrid& head = actor_.Person().head;
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      const Vector3d p = head_from_points * points.col(i);
+      if ((p.array() < head.Min().array()).any() || (p.array() > head.Max().array()).any()) {
+        continue;
+      }
+      nearest = std::min(nearest, head.Distance(p));
+    }
+    return nearest;
+  }
+
+  void Move(const BrushWay& way, BrushReport& report) {
+    const int frames = clip_.NumFrames(), last = end_ - begin_ - 1;
+    const double give_way = kGiveWay_s * clip_.frame_rate;
+    // Of the wrist in its own frame while it goes over the head.
+    std::vector<Vector3d> shift, turn;
+    for (int k = 0; k <= last; ++k) {
+      const Isometry3d was = InWorld(begin_ + k, WristJoint(side_));
+      const Isometry3d is = WristFor(way, k, InWorld(begin_ + k, kHead), was);
+      shift.push_back(is.translation() - was.translation());
+      turn.push_back(LogSO3(is.linear() * was.linear().transpose()));
+      report.wrist_shift_m = std::max(report.wrist_shift_m, shift.back().norm());
+      report.wrist_turn_rad = std::max(report.wrist_turn_rad, turn.back().norm());
+    }
+    clip_.object.emplace();
+    clip_.object->trans.setZero(3, frames);
+    clip_.object->orient.setZero(3, frames);
+    clip_.holding_hand.assign(static_cast<std::size_t>(frames), HoldingBit(side_));
+    for (int t = 0; t < frames; ++t) {
+      const auto k = static_cast<std::size_t>(std::clamp(t - begin_, 0, last));
+      const int off = std::max({0, begin_ - t, t - (end_ - 1)});
+      const double share = 1.0 - MinimumJerk(off / give_way);
+      JointPose& pose = clip_.pose[static_cast<std::size_t>(t)];
+      const Isometry3d was = InWorld(t, WristJoint(side_));
+      if (share > 0.0) {
+        MoveWrist(rest_, side_, ExpSO3(share * turn[k]) * was.linear(),
+                  was.translation() + share * shift[k], clip_.trans.col(t), pose);
+      }
+      SetFingers(pose, side_, way.grasp->fingers);
+      clip_.object->SetPose(t, InWorld(t, WristJoint(side_)) * way.grasp->wrist_from_object);
+    }
+  }
+
+  const ActionActor& actor_;
+  const ActionProp& brush_;
+  const Matrix3Xd& rest_;
+  Side side_;
+  int begin_, end_;
+  Clip& clip_;
+  SignedDistance head_;
+  Matrix3Xd at_, normal_;
+};
+
+}  // namespace
+
+BrushReport ServeBrush(const ActionActor& actor, const ActionProp& brush,
+                       std::span<const Grasp> grasps, Side side, int begin, int end, Clip& clip) {
+  return BrushServer(actor, brush, side, begin, end, clip).Serve(grasps);
+}
+
+double BristlesFromHead(const ActionActor& actor, const ObjectMarks& brush, const Clip& clip,
+                        int frame) {
+  BodyState state;
+  ForwardJoints(actor.Measures().rest_joints, clip.pose[static_cast<std::size_t>(frame)],
+                clip.trans.col(frame), state);
+  const Vector3d bristles = clip.object->Pose(frame) * brush.tip;
+  return SignedDistance(actor.Face().head)
+      .Distance(state.WorldFromJoint(kHead).inverse() * bristles);
+}
+
+}  // namespace holdfast

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "generator/actions/standing_start.h"
+#include "solver/actions/action_clip.h"
+#include "solver/actions/captured_action.h"
+#include "solver/fit/prepared_object.h"
+#include "solver/markers/marker_trials.h"
+
+namespace holdfast {
+
+/// Somebody who drinks or combs, solved from markers.
+struct CapturedTrial {
+  Clip clip;  ///< 30 frames per second
+  CapturedPerson person;
+  CapturedAction action;
+  /// Of trunk, right_arm and left_arm (collar to wrist): those that markers moved.
+  std::vector<std::string> parts;
+};
+
+/// Reads and solves a trial (SolveMarkers, seated where no marker tells) and finds what is done in
+/// it. Throws Error for a trial without a static one, what ReadMarkers and SolveMarkers throw, and
+/// where nobody drinks or combs.
+CapturedTrial ReadCapturedTrial(const MarkerTrialFiles& files,
+                                const std::shared_ptr<const BodyModel>& model);
+
+struct CapturedClipRequest {
+  const CapturedTrial& trial;
+  const std::shared_ptr<const BodyModel>& model;  ///< the actor's
+  const ActionActor& actor;
+  const ActionProp& prop;         ///< as it is
+  const PreparedObject& object;   ///< the same
+  std::span<const Grasp> grasps;  ///< of the trial's hand; for brush alone
+  RestPosture posture = RestPosture::kSeated;
+  const StandingStart& start;  ///< whose legs are those of a standing person
+  std::uint64_t seed = 1;
+};
+
+/// The largest mean distance of what is drunk from and the mouth, or of bristles and head, that a
+/// clip is used with.
+inline constexpr double kMostFromKey_m = 0.025;
+
+struct CapturedClip {
+  Clip clip;  ///< with action, object track (no mesh name) and holding_hand; drink: a table too
+  ActionQuality quality;
+  CapturedAction action;  ///< in frames of the clip
+  /// Of the rim from the mouth at the key frame, or the bristles from the head's skin while the
+  /// hand is over the head.
+  double key_mean_m = 0.0, key_worst_m = 0.0;
+  int in_object_frames = 0, in_body_frames = 0;  ///< deeper than 2 mm: hands; object, hands, arms
+  std::string fault;                             ///< as ActionClip's
+  std::string detail;
+};
+
+/// A captured arm on another body, standing or seated, with the object fitted: RetargetCaptured,
+/// ServeDrink or ServeBrush, then CarryObject, measured as scripted clips are (FaultOf), and by how
+/// far the key point is off. Deterministic for the request.
+CapturedClip MakeCapturedClip(const CapturedClipRequest& request);
+
+}  // namespace holdfast
