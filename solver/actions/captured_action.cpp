@@ -21,7 +21,8 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
 constexpr double kPalmFromWrist_m = 0.08;
-constexpr double kOnHead_m = 0.07;
+constexpr double kOnHead_m = 0.1;
+constexpr double kBehindEyes_m = 0.08;
 constexpr double kStillShare = 0.1;                // of the highest speed
 constexpr double kRest_s = 0.3;                    // kept before the reach and after the return
 constexpr double kPlaced_m = 0.15, kFree_m = 0.4;  // of the palm from the face
@@ -30,10 +31,11 @@ Vector3d PalmOf(Side side, const Isometry3d& wrist) {
   return wrist.translation() + kPalmFromWrist_m * FingerDirection(side, wrist.linear());
 }
 
-// The palm of one side in all frames: world, and from the head's skin where it is over the eyes.
+// The palm of one side in all frames.
 struct PalmPath {
-  Matrix3Xd at;
-  Eigen::VectorXd from_head;
+  Matrix3Xd at;               // world
+  Eigen::VectorXd from_head;  // skin, metres; far where it is lower than the mouth
+  bool over_head = false;     // somewhere near it and behind the eyes
 };
 
 PalmPath PathOf(const Clip& clip, const CapturedPerson& person, const SignedDistance& head,
@@ -48,7 +50,10 @@ PalmPath PathOf(const Clip& clip, const CapturedPerson& person, const SignedDist
                   state);
     path.at.col(t) = PalmOf(side, state.WorldFromJoint(WristJoint(side)));
     const Vector3d palm = state.WorldFromJoint(kHead).inverse() * path.at.col(t);
-    if (palm.y() > person.face.eyes.y()) path.from_head(t) = head.Distance(palm);
+    if (palm.y() < person.face.mouth.y()) continue;
+    path.from_head(t) = head.Distance(palm);
+    path.over_head |=
+        path.from_head(t) < kOnHead_m && palm.z() < person.face.eyes.z() - kBehindEyes_m;
   }
   return path;
 }
@@ -96,6 +101,7 @@ std::optional<CapturedAction> FindCapturedAction(const Clip& clip, const Capture
                                          PathOf(clip, person, head, Side::kLeft)};
   const bool right = paths[0].from_head.minCoeff() <= paths[1].from_head.minCoeff();
   const PalmPath& path = paths[right ? 0 : 1];
+  if (!path.over_head) return std::nullopt;
   const auto over = Span(clip.NumFrames(), [&](int t) { return path.from_head(t) < kOnHead_m; });
   if (!over) return std::nullopt;
   action.action = "brush";

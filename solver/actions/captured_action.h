@@ -30,9 +30,10 @@ struct CapturedPerson {
   FaceMarks face;
 };
 
-/// Finds an arm that drinks (FindDrink), or one whose palm goes over the head: within 7 cm of its
-/// skin, higher than the eyes. The reach begins, and the return ends, where the palm is slower than
-/// a tenth of its highest speed, with 0.3 s more of rest. Nothing where nobody does either.
+/// Finds an arm that drinks (FindDrink), or one whose palm goes over the head: within 10 cm of its
+/// skin, higher than the mouth, and there 8 cm behind the eyes at some time. The reach begins, and
+/// the return ends, where the palm is slower than a tenth of its highest speed, with 0.3 s more of
+/// rest. Nothing where nobody does either.
 std::optional<CapturedAction> FindCapturedAction(const Clip& clip, const CapturedPerson& person);
 
 /// Frames [begin, end) of a capture on another body, which faces -y, feet on the ground: trunk,

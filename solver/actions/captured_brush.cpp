@@ -139,9 +139,9 @@ class BrushServer {
                    Nearest(head_from_wrist * way.grasp->wrist_from_object, brush_.samples) + 0.002);
       cost += (Squared((wrist.translation() - was.translation()).norm() / 0.08) +
                Squared(AngleBetween(wrist.linear(), was.linear()) / (40.0 * kDegree)) +
-               Squared(missing / 0.01) +
+               Squared(missing / 0.005) +
                Squared(std::max(0.0, bent - 70.0 * kDegree) / (10.0 * kDegree)) +
-               Squared(std::max(0.0, 0.002 - clear) / 0.004)) /
+               Squared(std::max(0.0, 0.002 - clear) / 0.002)) /
               kLooks;
     }
     return cost;

@@ -59,7 +59,7 @@ struct CapturedActionTest : ::testing::Test {
     }
     return clip;
   }
-  Vector3d OverHead() const { return person.face.eyes + Vector3d(-0.03, 0.1, -0.03); }
+  Vector3d OverHead() const { return person.face.eyes + Vector3d(-0.03, 0.14, -0.1); }
 };
 
 TEST_F(CapturedActionTest, FindsAHandThatGoesOverTheHead) {
