@@ -193,9 +193,9 @@ class DrinkServer {
     const Vector3d between = 0.5 * joints.col(3 * kThumb + 2) +
                              0.25 * (joints.col(3 * kIndex + 2) + joints.col(3 * kMiddle + 2));
     at.between = lift.inverse() * between;
-    // A hand is about half way up.
+    // A hand is about half way up, and leaves the rim to the lips.
     const double height = marks_.size.z(), held = at.between.dot(at.up) - at.table_m;
-    at.table_m += held - std::clamp(held, 0.3 * height, 0.65 * height);
+    at.table_m += held - std::clamp(held, 0.25 * height, 0.42 * height);
     at.also = Drinkable();
     report_.grasp = HoldStanding(*hand_, at, cup_, marks_, seed_, report_.status);
     table_ = 0.5 * (lift.translation() + put_down.translation()).z() + at.table_m;
@@ -204,7 +204,7 @@ class DrinkServer {
   // Of two places in the hand, the one with the rim nearer to the mouth, and no finger where the
   // lips are to be.
   std::function<double(const Isometry3d&, const Matrix3Xd&)> Drinkable() {
-    constexpr double kLostByMetre = 12.0, kRoom_m = 0.03, kLostByHand = 30.0;  // a metre
+    constexpr double kLostByMetre = 12.0, kRoom_m = 0.03, kLostByHand = 20.0;  // a metre
     const Isometry3d drinks = Wrist(times_.drink);
     BodyState state;
     ForwardJoints(surface_.RestJoints(), clip_.pose[times_.drink], clip_.trans.col(times_.drink),
