@@ -67,7 +67,8 @@ std::vector<CapturedClip> Captures(const CapturesCommand& options) {
                         NumThreads(options.common))));
       known = objects.end() - 1;
     }
-    captures.push_back({fs::relative(files[k], folder).string(), loaded.clip, loaded.body, *known});
+    captures.push_back(
+        {files[k].lexically_relative(folder).string(), loaded.clip, loaded.body, *known});
   }
   if (captures.empty()) {
     throw Error(folder.string(), "holds no clip that has an object", "Check the path");

@@ -10,6 +10,8 @@
 ///   cup_in_hand.h     a hand closed around something that stands
 ///   drink.h           ServeDrink: a cup from the table to the mouth and back
 ///   carry.h           CarryObject: an object through a clip
+///   follow.h          when an object follows a hand
+///   refine_ball.h     RefineBall: hands at a ball that was tracked without rotation
 ///   refine.h          RefineCarried: a clip with its object cleaned
 ///   carry_json.h      fits, hand-overs and holds as metrics.json has them
 

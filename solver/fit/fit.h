@@ -18,6 +18,7 @@
 ///   clip_solver.h, hold_evaluation.h  all frames in one sparse problem; in parallel
 ///   fit.h                 FitClip: an object through a clip
 ///   grasps_from_clip.h    grasps for FitClip from the clip itself
+///   finger_repair.h       RepairFingers: fingers that jump come to rest
 ///   clip_refinement.h     RefineClip: a captured or predicted trajectory cleaned
 
 #include <cstdint>
