@@ -259,6 +259,7 @@ std::vector<Role> EvaluateRoles() {
           {"evaluate naturalness {} -o out.json -q", ".npz"},
           {"make-reach-data {} -o out -q", ""},
           {"make-actions --starts {} -o out -q", ""},
+          {"make-actions --count 0 --captured {} -o out -q", ""},
           {"fit --batch {here}/good.list -o {} -q", kNone, kBegun},
           {"make-actions --count 1 -o {} -q", kNone, kBegun}};
 }

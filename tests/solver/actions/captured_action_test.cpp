@@ -9,9 +9,10 @@
 #include "generator/body/arm_correction.h"
 #include "generator/body/limb_ik.h"
 #include "generator/scripted/minimum_jerk.h"
-#include "geometry/mesh/signed_distance.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 #include "solver/actions/action_plan.h"
+#include "solver/actions/captured_brush.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -123,6 +124,47 @@ TEST_F(CapturedActionTest, KeepsTimingTrunkAndPlaceAtTheHeadOnAnotherBody) {
                   .norm(),
               1e-9);
   }
+}
+
+TEST_F(CapturedActionTest, BrushesAreOnTheHeadWhileTheHandGoesOverIt) {
+  const ActionActor actor(model, Eigen::VectorXd::Zero(10));
+  const auto mesh = [](const std::string& name) {
+    return ReadMesh(std::filesystem::path(HOLDFAST_MESHES_DIR) / "objects" / (name + ".ply"));
+  };
+  const ActionProp brush =
+      MakeActionProp("toothbrush", mesh("toothbrush"), mesh("toothbrush_300"), false, 1);
+  const HandModel& hand = actor.Hand(Side::kRight);
+  const std::vector<Grasp> grasps =
+      FindActionGrasps(hand, {brush.mesh, brush.surface, *brush.fit.distance}, 1, 6);
+  ASSERT_FALSE(grasps.empty());
+  const Clip clip = MovesTo(OverHead());
+  const auto action = FindCapturedAction(clip, person);
+  ASSERT_TRUE(action.has_value());
+  Clip brushed = clip;
+  const BrushReport report =
+      ServeBrush(actor, brush, grasps, Side::kRight, action->act, action->back, brushed);
+  ASSERT_NE(report.grasp, nullptr);
+  EXPECT_GT(report.wrist_shift_m, 0.01);
+  EXPECT_EQ(brushed.holding_hand, std::vector<std::uint8_t>(kAll, kHoldsRight));
+  BodyState state;
+  for (int t = 0; t < kAll; ++t) {
+    const auto at = static_cast<std::size_t>(t);
+    ForwardJoints(person.rest_joints, brushed.pose[at], brushed.trans.col(t), state);
+    const Eigen::Isometry3d held =
+        state.WorldFromJoint(kRightWrist) * report.grasp->wrist_from_object;
+    EXPECT_TRUE(held.isApprox(brushed.object->Pose(t), 1e-6)) << t;
+    if (t >= action->act && t < action->back) {
+      EXPECT_NEAR(BristlesFromHead(actor, brush.marks, brushed, t), 0.001, 0.004) << t;
+    }
+  }
+  // Long before and after, the arm is where it was.
+  for (const std::size_t t : {std::size_t{0}, std::size_t{kAll - 1}}) {
+    EXPECT_EQ(brushed.pose[t].col(kRightElbow), clip.pose[t].col(kRightElbow));
+  }
+  Clip none = clip;
+  EXPECT_EQ(ServeBrush(actor, brush, {}, Side::kRight, action->act, action->back, none).grasp,
+            nullptr);
+  EXPECT_FALSE(none.object.has_value());
 }
 
 TEST(CapturedPlanTest, GivesThePeopleHeldOutToSubjectsHeldOut) {
