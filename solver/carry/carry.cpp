@@ -6,9 +6,12 @@
 #include <cctype>
 #include <chrono>
 #include <filesystem>
+#include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -176,8 +179,7 @@ class Carrier {
     return transfer;
   }
 
-  // A first grasp loses by how far the other wrist has to leave the clip's to take it over, and
-  // does not serve where no clean grasp takes it over.
+  // A first grasp loses by how far the other wrist has to leave the clip's to take it over.
   void PrepareFirstHandover(FirstGraspOptions& search) {
     const HandSwitch& first = report_.holding.switches.front();
     const GraspTransferOptions transfer = TransferOptions();
@@ -192,17 +194,44 @@ class Carrier {
     };
     const Eigen::Isometry3d receiver_from_giver = wrist(first.to).inverse() * wrist(first.from);
     const auto giver = std::make_shared<const HandAnatomy>(Hand(first.from));
-    search.also = [receiver, giver, receiver_from_giver,
-                   weight = transfer.correction_weight](const Grasp& grasp) {
-      return -weight * receiver->LeastCorrection(*giver, grasp.fingers, grasp.wrist_from_object,
-                                                 receiver_from_giver * grasp.wrist_from_object);
+    const double weight = transfer.correction_weight;
+    search.also = [this, receiver, giver, receiver_from_giver, weight](const Grasp& grasp) {
+      const double also =
+          -weight * receiver->LeastCorrection(*giver, grasp.fingers, grasp.wrist_from_object,
+                                              receiver_from_giver * grasp.wrist_from_object);
+      to_hand_over_.emplace_back(grasp.score + also, grasp);
+      return also;
     };
-    search.serves = [receiver, giver, receiver_from_giver](const Grasp& grasp) {
-      return receiver
-          ->TakeOver(giver->hand, grasp.fingers, grasp.wrist_from_object,
-                     receiver_from_giver * grasp.wrist_from_object)
-          .found;
+    const auto take_over = [receiver, giver, receiver_from_giver](const Grasp& grasp) {
+      return receiver->TakeOver(giver->hand, grasp.fingers, grasp.wrist_from_object,
+                                receiver_from_giver * grasp.wrist_from_object);
     };
+    search.serves = [this, take_over, transfer](const Grasp& grasp) {
+      if (!first_handover_) ChooseFirstHandover(take_over, transfer);
+      return grasp.wrist_from_object.isApprox(first_handover_->first.wrist_from_object, 0.0) &&
+             grasp.fingers == first_handover_->first.fingers;
+    };
+  }
+
+  // Of the few that promise most, the first grasp that loses least by how the other hand really
+  // takes the object over; none farther down is asked about once a wrist is near the clip's.
+  void ChooseFirstHandover(const std::function<GraspTransfer(const Grasp&)>& take_over,
+                           const GraspTransferOptions& transfer) {
+    constexpr std::size_t kMostAsked = 4;
+    constexpr double kNear_m = 0.05, kNotFound_m = 1.0;
+    std::ranges::stable_sort(to_hand_over_, std::greater{}, &std::pair<double, Grasp>::first);
+    double most = -std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < std::min(kMostAsked, to_hand_over_.size()); ++k) {
+      const Grasp& grasp = to_hand_over_[k].second;
+      const GraspTransfer taken = take_over(grasp);
+      const double correction = (taken.found ? 0.0 : kNotFound_m) + taken.correction_m +
+                                transfer.lever_m * taken.correction_rad;
+      const double worth = grasp.score - transfer.correction_weight * correction;
+      if (worth <= most) continue;
+      most = worth;
+      first_handover_.emplace(grasp, taken);
+      if (correction < kNear_m) break;
+    }
   }
 
   std::shared_ptr<const GraspPlace> Place(double span_m) const {
@@ -238,15 +267,17 @@ class Carrier {
     const bool hands_change =
         std::ranges::adjacent_find(holding, std::ranges::not_equal_to{}) != holding.end();
     const bool transfers = options_.hand_over || (needs_grasp_ && hands_change);
+    std::optional<GraspTransfer> first;
+    if (first_handover_) first = first_handover_->second;
     const GraspMaker later =
         transfers ? GraspsByTransfer(right_, left_, object_.object.mesh, object_.solid.distance,
                                      *object_.fit.distance, TransferOptions(), &report_.handovers,
-                                     receivers_)
+                                     receivers_, first)
                   : GraspsFromClip(clip_, hands_);
-    const auto& first = report_.grasp.poses;
+    const auto& both_poses = report_.grasp.poses;
     const GraspMaker grasps = [&](const GraspRequest& request) {
-      const bool both = request.frame == 0 && first;
-      return both ? (*first)[request.side == Side::kRight ? 0 : 1] : later(request);
+      const bool both = request.frame == 0 && both_poses;
+      return both ? (*both_poses)[request.side == Side::kRight ? 0 : 1] : later(request);
     };
     const auto begin = std::chrono::steady_clock::now();
     const auto go_on = [&](int done, int total) { return GoesOn("fit", done, total); };
@@ -319,6 +350,9 @@ class Carrier {
   bool stopped_ = false;
   std::vector<const HandModel*> hands_;
   ReceivingHands receivers_;
+  // Of the first hand-over, before the fit: first grasps by what they promise; the one chosen.
+  std::vector<std::pair<double, Grasp>> to_hand_over_;
+  std::optional<std::pair<Grasp, GraspTransfer>> first_handover_;
   CarryReport report_;
 };
 

@@ -19,6 +19,7 @@
 #include "geometry/rotation.h"
 #include "solver/grasp/grasp_assessment.h"
 #include "solver/grasp/grasp_refinement.h"
+#include "solver/handover/hand_balls.h"
 
 namespace holdfast {
 namespace {
@@ -130,30 +131,6 @@ DistanceGrid ObstacleGrid(const TriangleMesh& object, const TriangleMesh& giving
   return DistanceGrid(SignedDistance(both), options);
 }
 
-// A hand as balls (x, y, z, radius; 4 x n, wrist's frame): its fingers', and some in the palm.
-Eigen::Matrix4Xd HandBalls(const HandAnatomy& anatomy, const FingerPose& fingers) {
-  constexpr double kPalmRadius = 0.012;  // metres: half as thick as a palm
-  constexpr std::array<double, 4> kAlong = {0.3, 0.55, 0.8, 1.0};
-  HandEvaluation evaluation = AtWrist(anatomy.hand);
-  Eigen::Matrix3Xd centers;
-  BallCenters(anatomy.landmarks, evaluation.At(fingers.data(), false).Vertices(), centers);
-  const Eigen::Index in_fingers = centers.cols();
-  Eigen::Matrix4Xd balls(4, in_fingers + 4 * kThumb);
-  for (Eigen::Index b = 0; b < in_fingers; ++b) {
-    balls.col(b) << centers.col(b), anatomy.landmarks.Balls()[b].radius;
-  }
-  for (int k = 0; k < 4 * kThumb; ++k) {
-    balls.col(in_fingers + k) << kAlong[k % 4] * anatomy.axes.RestJoints().col(3 * (k / 4)),
-        kPalmRadius;
-  }
-  return balls;
-}
-
-Eigen::Matrix4Xd Moved(const Isometry3d& by, Eigen::Matrix4Xd balls) {
-  balls.topRows<3>() = (by * balls.topRows<3>()).eval();
-  return balls;
-}
-
 // Deepest overlap of two hands' balls, metres; negative: how far apart.
 double BallOverlap(const Eigen::Matrix4Xd& a, const Eigen::Matrix4Xd& b) {
   double deepest = -1.0;
@@ -165,6 +142,12 @@ double BallOverlap(const Eigen::Matrix4Xd& a, const Eigen::Matrix4Xd& b) {
     }
   }
   return deepest;
+}
+
+std::vector<int> AllOf(const Eigen::Matrix3Xd& points) {
+  std::vector<int> ids(static_cast<std::size_t>(points.cols()));
+  std::iota(ids.begin(), ids.end(), 0);
+  return ids;
 }
 
 // How far the wrist is from where it was given: metres and radians.
@@ -297,8 +280,9 @@ class TransferSearch {
         receiver_from_object_(receiver_from_object),
         giving_(HandInObject(giver, giver_fingers, giver_from_object)),
         giving_surface_(giving_),
+        giving_patches_(giving_.vertices, AllOf(giving_.vertices)),
         giving_balls_(
-            Moved(giver_from_object.inverse(), HandBalls(HandAnatomy(giver), giver_fingers))),
+            MovedBalls(giver_from_object.inverse(), HandBalls(HandAnatomy(giver), giver_fingers))),
         obstacles_(ObstacleGrid(prepared.object, giving_, options_.threads)),
         mirrored_(own_.anatomy.axes.AnglesOf(MirrorFingers(giver_fingers))) {}
 
@@ -340,16 +324,40 @@ class TransferSearch {
     return closed;
   }
 
-  void Refine(bool against_giver, HandEvaluation& evaluation, GraspAttempt& closed) const {
-    RefineGrasp(own_.anatomy, evaluation, against_giver ? obstacles_ : own_.distance, {},
-                closed.angles, closed.wrist_from_object);
-    // Refined against both, the object's own, finer grid has the last word.
-    if (against_giver) {
-      RefinementOptions last;
-      last.rounds = 1;
-      RefineGrasp(own_.anatomy, evaluation, own_.distance, last, closed.angles,
-                  closed.wrist_from_object);
+  // Points (object's frame) that are in the receiving hand by more than `soft_m`: the skin goes
+  // back over each by the rest.
+  void AddIntrusions(const Eigen::Matrix3Xd& vertices, const Isometry3d& wrist_from_object,
+                     const Eigen::Matrix3Xd& points, const PointPatches& patches, double soft_m,
+                     std::vector<Intrusion>& intrusions) const {
+    const Isometry3d object_from_wrist = wrist_from_object.inverse();
+    for (ClosedHands::Inside& in :
+         own_.scene.hands.FindInside(vertices, wrist_from_object * points, patches)) {
+      if (in.depth <= soft_m || std::ranges::max(in.over.corners) >= own_.receiver.NumVertices()) {
+        continue;
+      }
+      in.over.point = object_from_wrist * (in.over.point + soft_m * in.over.outward);
+      intrusions.push_back(in.over);
     }
+  }
+
+  // With `pushed_out`, against the giving hand too; then the object's own, finer grid has the last
+  // word, with thin walls and the giving hand, as fixed to the object as they, pushed out.
+  void Refine(bool pushed_out, HandEvaluation& evaluation, GraspAttempt& closed) const {
+    if (!pushed_out) {
+      RefineGrasp(own_.anatomy, evaluation, own_.distance, {}, closed.angles,
+                  closed.wrist_from_object);
+      return;
+    }
+    RefineGrasp(own_.anatomy, evaluation, obstacles_, {}, closed.angles, closed.wrist_from_object);
+    const FindIntrusions find = [&](const Eigen::Matrix3Xd& vertices, const Isometry3d& pose) {
+      std::vector<Intrusion> found;
+      AddIntrusions(vertices, pose, own_.scene.surface, own_.scene.surface_patches, 0.0, found);
+      AddIntrusions(vertices, pose, giving_.vertices, giving_patches_,
+                    0.5 * options_.max_hand_overlap_m, found);
+      return found;
+    };
+    RefineGrasp(own_.anatomy, evaluation, own_.distance, {}, closed.angles,
+                closed.wrist_from_object, find);
   }
 
   std::string_view WhyNot(const GraspTransfer& result) const {
@@ -366,9 +374,9 @@ class TransferSearch {
   }
 
   // Refined and measured exactly.
-  GraspTransfer Attempt(TransferMethod method, GraspAttempt closed, bool against_giver) const {
+  GraspTransfer Attempt(TransferMethod method, GraspAttempt closed, bool pushed_out) const {
     HandEvaluation evaluation = AtWrist(own_.receiver);
-    Refine(against_giver, evaluation, closed);
+    Refine(pushed_out, evaluation, closed);
     GraspTransfer result;
     result.method = method;
     result.grasp = Assess(own_.scene, evaluation, closed, true);
@@ -386,12 +394,19 @@ class TransferSearch {
     return result;
   }
 
-  // Against the giver too where the hands would go into each other otherwise.
+  // Once more where giving hand or object's walls would be in the receiving hand.
   GraspTransfer BestAttempt(TransferMethod method, const GraspAttempt& closed) const {
     const GraspTransfer free = Attempt(method, closed, false);
-    if (free.hand_overlap_mm <= 1000.0 * options_.max_hand_overlap_m) return free;
+    const double overlap = Excess(free);
+    if (overlap <= 0.0) return free;
     const GraspTransfer clear = Attempt(method, closed, true);
-    return clear.hand_overlap_mm < free.hand_overlap_mm ? clear : free;
+    return Excess(clear) < overlap ? clear : free;
+  }
+
+  // By how much more than what may be giving hand and object are in the receiving hand, mm.
+  double Excess(const GraspTransfer& result) const {
+    return std::max(0.0, result.hand_overlap_mm - 1000.0 * options_.max_hand_overlap_m) +
+           std::max(0.0, result.grasp.object_in_hand_mm - 1000.0 * options_.max_penetration_m);
   }
 
   // Where the clip has the wrist; the mirrored fingers opened by as much as frees them.
@@ -515,7 +530,7 @@ class TransferSearch {
       const Eigen::Matrix4Xd balls =
           candidate.balls >= 0 ? own_.balls[candidate.balls]
                                : HandBalls(own_.anatomy, own_.anatomy.axes.PoseOf(candidate.start));
-      if (BallOverlap(Moved(candidate.wrist_from_object.inverse(), balls), giving_balls_) >
+      if (BallOverlap(MovedBalls(candidate.wrist_from_object.inverse(), balls), giving_balls_) >
           kBallsFree) {
         continue;
       }
@@ -562,6 +577,7 @@ class TransferSearch {
   const Isometry3d& receiver_from_object_;
   TriangleMesh giving_;
   SignedDistance giving_surface_;
+  PointPatches giving_patches_;
   Eigen::Matrix4Xd giving_balls_;  // object's frame
   DistanceGrid obstacles_;
   HandAngles mirrored_;
@@ -610,13 +626,13 @@ double GraspReceiver::LeastCorrection(const HandAnatomy& giver, const FingerPose
                                       const Isometry3d& giver_from_object,
                                       const Isometry3d& receiver_from_object) const {
   const Eigen::Matrix4Xd giving =
-      Moved(giver_from_object.inverse(), HandBalls(giver, giver_fingers));
+      MovedBalls(giver_from_object.inverse(), HandBalls(giver, giver_fingers));
   double least = 0.5;
   for (const TransferScene::WholeGrasp& placed : scene_->placed) {
     const double correction = scene_->Correction(placed.wrist_from_object, receiver_from_object);
     if (correction >= least) continue;
     const Eigen::Matrix4Xd balls =
-        Moved(placed.wrist_from_object.inverse(), scene_->balls[placed.balls]);
+        MovedBalls(placed.wrist_from_object.inverse(), scene_->balls[placed.balls]);
     if (BallOverlap(balls, giving) <= kBallsFree) least = correction;
   }
   return least;

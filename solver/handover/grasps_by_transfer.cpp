@@ -16,9 +16,10 @@ Eigen::Isometry3d WristIn(const HandModel& hand, const JointPose& pose,
 GraspMaker GraspsByTransfer(const HandModel& right, const HandModel& left,
                             const TriangleMesh& object, const SignedDistance& surface,
                             const DistanceGrid& distance, const GraspTransferOptions& options,
-                            std::vector<Handover>* handovers, ReceivingHands receivers) {
-  return [&right, &left, &object, &surface, &distance, options, handovers,
-          receivers](const GraspRequest& request) mutable {
+                            std::vector<Handover>* handovers, ReceivingHands receivers,
+                            std::optional<GraspTransfer> first) {
+  return [&right, &left, &object, &surface, &distance, options, handovers, receivers,
+          first](const GraspRequest& request) mutable {
     if (request.frame == 0) return GraspPose{FingersOf(request.pose, request.side), {}};
     const HandModel& receiver = request.side == Side::kRight ? right : left;
     const HandModel& giver = request.side == Side::kRight ? left : right;
@@ -26,13 +27,18 @@ GraspMaker GraspsByTransfer(const HandModel& right, const HandModel& left,
     const auto from_object = [&](const HandModel& hand) {
       return WristIn(hand, request.pose, request.trans).inverse() * world_from_object;
     };
-    std::shared_ptr<const GraspReceiver>& taking = receivers[request.side == Side::kRight ? 0 : 1];
-    if (!taking) {
-      taking = std::make_shared<const GraspReceiver>(receiver, object, surface, distance, options);
-    }
-    const GraspTransfer transfer =
-        taking->TakeOver(giver, FingersOf(request.pose, giver.HandSide()), from_object(giver),
-                         from_object(receiver));
+    const auto take_over = [&] {
+      std::shared_ptr<const GraspReceiver>& taking =
+          receivers[request.side == Side::kRight ? 0 : 1];
+      if (!taking) {
+        taking =
+            std::make_shared<const GraspReceiver>(receiver, object, surface, distance, options);
+      }
+      return taking->TakeOver(giver, FingersOf(request.pose, giver.HandSide()), from_object(giver),
+                              from_object(receiver));
+    };
+    const GraspTransfer transfer = first ? *first : take_over();
+    first.reset();
     if (handovers != nullptr) handovers->push_back({request.frame, request.side, transfer});
     const Eigen::Isometry3d wrist = world_from_object * transfer.grasp.wrist_from_object.inverse();
     return GraspPose{transfer.grasp.fingers,

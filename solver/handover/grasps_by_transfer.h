@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "geometry/body/hand_model.h"
@@ -27,10 +28,12 @@ using ReceivingHands = std::array<std::shared_ptr<const GraspReceiver>, 2>;
 /// Grasps for a hand that takes the object over from the other one (TransferGrasp): its fingers
 /// close on the object as it is, and its wrist goes where that needs it. What came of each is added
 /// to `handovers`, if given. `receivers` (right, left) are made when they are first asked for, or
-/// may be given where they are there already. All arguments must outlive what is returned.
+/// may be given where they are there already; so may the `first` transfer of the clip. All
+/// arguments must outlive what is returned.
 GraspMaker GraspsByTransfer(const HandModel& right, const HandModel& left,
                             const TriangleMesh& object, const SignedDistance& surface,
                             const DistanceGrid& distance, const GraspTransferOptions& options,
-                            std::vector<Handover>* handovers, ReceivingHands receivers = {});
+                            std::vector<Handover>* handovers, ReceivingHands receivers = {},
+                            std::optional<GraspTransfer> first = {});
 
 }  // namespace holdfast

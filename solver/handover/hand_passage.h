@@ -16,8 +16,10 @@ namespace holdfast {
 ///   1. fingers open in place as FindApproach has them close, while the wrist stays on the object;
 ///   2. the wrist goes from its place on the object over to the clip's own (minimum jerk in time,
 ///      the object's motion included), fingers from ready to the clip's own;
-///   3. where skin would still be deeper than in the hold itself, the hand keeps farther off along
-///      a line away from the object, by as little as clears it, coming and going smoothly.
+///   3. where skin would still be deeper than in the hold itself, or a wall of the object in a
+///      finger, the hand keeps farther off along a line away from the object, by as little as
+///      clears it, coming and going smoothly (PassageClearance). Of several timings and lines, the
+///      first that clears or the one that costs least; then lines in cones around those.
 ///
 /// `source` is the clip before the fit, `clip` what FitClip returned, with its holding_hand: of
 /// frames near a hold's first and last one, in which that hand does not hold, the arm and fingers

@@ -9,8 +9,10 @@
 ///   holds.h               FindHolds: who holds a tracked object
 ///   dwell_fit.h           FitDwell: when two hands come together and part
 ///   handover_search.h     FindHandovers: switches without an object
+///   hand_balls.h          HandBalls: a hand as balls
 ///   grasp_transfer.h      TransferGrasp: the receiving hand's grasp
 ///   grasps_by_transfer.h  those grasps, asked for by FitClip
+///   passage_clearance.h   PassageClearance: how deep a hand is on its way, how far it keeps off
 ///   hand_passage.h        ClearPassages: clear ways to holds and away from them
 #include "solver/handover/grasps_by_transfer.h"
 #include "solver/handover/handover_search.h"

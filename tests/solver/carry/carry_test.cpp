@@ -69,6 +69,25 @@ TEST(CarryObject, StopsWhereItIsToldTo) {
   }
 }
 
+TEST(CarryObject, PassesAMugWithoutAHandGoingThroughItsWall) {
+  const LoadedClip motion = LoadClip("demo_pass");
+  CarryOptions options;
+  options.hand_over = true;
+  options.threads = 2;
+  const CarryReport passed = CarryObject(motion.clip, motion.body, Mug(), options);
+  ASSERT_EQ(passed.status, CarryStatus::kCarried);
+  ASSERT_EQ(passed.handovers.size(), 1u);
+  const GraspTransfer& transfer = passed.handovers.front().transfer;
+  EXPECT_TRUE(transfer.found) << transfer.refused;
+  // Both ways: a finger through the wall has the mug's vertices inside it. On the way in and out,
+  // too.
+  for (std::size_t t = 0; t < passed.contact.frames.size(); ++t) {
+    EXPECT_LT(passed.contact.frames[t].penetration_mm, 2.0) << t;
+  }
+  EXPECT_LT(transfer.correction_m, 0.07);
+  EXPECT_LT(transfer.correction_rad, 0.6);
+}
+
 TEST(NeedsGrasp, WhereTheClipHasNoneOfThisObject) {
   const LoadedObject& mug = Mug().object;
   Clip clip = Beginning(2).clip;
