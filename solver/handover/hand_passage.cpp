@@ -63,9 +63,12 @@ class Passage {
         blend_(std::max(1, static_cast<int>(std::lround(release_s * clip.frame_rate)))) {}
 
   void Clear() {
-    const int length = Length();
+    const int most = Free();
+    int length = std::min(2 * blend_, most);
     if (length == 0) return;
     TakeGrasp();
+    // A hand that rests where the object stands keeps off for as long.
+    while (length < most && TooDeepAlone(length + 1)) ++length;
     Way best;
     for (const Timing& timing : kTimings) {
       if (timing.home > 1.0 && Frames(timing.home) > length) continue;
@@ -136,15 +139,20 @@ class Passage {
   bool Holds(int t) const { return (clip_.holding_hand[t] & HoldingBit(side_)) != 0; }
 
   // Frames without the hold, up to the middle of those before the next one.
-  int Length() const {
+  int Free() const {
     int free = 0;
     int t = edge_ + step_;
-    while (t >= 0 && t < clip_.NumFrames() && !Holds(t) && free <= 4 * blend_) {
+    while (t >= 0 && t < clip_.NumFrames() && !Holds(t)) {
       ++free;
       t += step_;
     }
-    const bool again = t >= 0 && t < clip_.NumFrames() && Holds(t);
-    return std::min(2 * blend_, again ? free / 2 : free);
+    const bool again = t >= 0 && t < clip_.NumFrames();
+    return again ? free / 2 : free;
+  }
+
+  // On the clip's own way.
+  bool TooDeepAlone(int k) {
+    return clearance_->TooDeep(FrameAt(k, kTimings.back()), Vector3d::Zero()) > kClear;
   }
 
   Isometry3d Object(int t) const { return clip_.object->Pose(t); }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "solver/carry/drink.h"
 
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -78,10 +80,14 @@ TEST_F(DrinkTest, CupStandsIsLiftedToTheMouthAndPutBack) {
   ASSERT_EQ(carried.status, CarryStatus::kCarried);
   ASSERT_TRUE(carried.drunk.has_value());
   EXPECT_LT(carried.drunk->rim_from_mouth_m, 0.02);
+  const int lift = carried.drink->times.lift, end = carried.drink->times.put_down;
   EXPECT_GT(carried.drunk->tilt_rad, 30.0 * kDegree);
   EXPECT_LT(carried.drunk->lean_rad, 2.0 * kDegree);
+  // Coming and going as well, but for a moment in which the handle is between two fingers.
+  EXPECT_LE(std::ranges::count_if(carried.contact.frames,
+                                  [](const auto& f) { return f.penetration_mm > kDeep_mm; }),
+            2);
   const ObjectTrack& track = *carried.clip.object;
-  const int lift = carried.drink->times.lift, end = carried.drink->times.put_down;
   for (int t = 0; t < lift; ++t) EXPECT_LT((track.trans.col(t) - track.trans.col(0)).norm(), 1e-3);
   EXPECT_NEAR(track.trans(2, kFrames - 1), track.trans(2, 0), 0.003);
   EXPECT_GT(track.trans(2, carried.drink->times.drink), track.trans(2, 0) + 0.2);

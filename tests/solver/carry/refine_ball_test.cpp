@@ -16,7 +16,7 @@ namespace holdfast {
 namespace {
 
 constexpr double kRadius = 0.12;
-constexpr int kFrames = 40;
+constexpr int kBallFrames = 40;
 
 const PreparedObject& Ball() {
   static const PreparedObject ball = [] {
@@ -33,22 +33,22 @@ const PreparedObject& Ball() {
 LoadedClip WithBall(double gap) {
   LoadedClip loaded = LoadClip("demo_drink");
   Clip& clip = loaded.clip;
-  clip = Slice(clip, 0, kFrames);
+  clip = Slice(clip, 0, kBallFrames);
   const HandModel hand(loaded.body.model, loaded.body.betas, Side::kRight);
   const HandAxes axes(hand);
   HandState state(hand);
   ObjectTrack& track = clip.object.emplace();
   track.name = "ball";
-  track.trans.resize(3, kFrames);
-  track.orient.setZero(3, kFrames);
-  for (int t = 0; t < kFrames; ++t) {
+  track.trans.resize(3, kBallFrames);
+  track.orient.setZero(3, kBallFrames);
+  for (int t = 0; t < kBallFrames; ++t) {
     state.SetBody(clip.pose[t], clip.trans.col(t));
     state.Evaluate(FingersOf(clip.pose[t], Side::kRight), false);
     const Eigen::Vector3d palm = state.WristRotation() * axes.PalmNormal();
     const Eigen::Vector3d middle = state.JointPositions().col(3 * kMiddle);
     const double skin = (palm.transpose() * (state.Vertices().colwise() - middle)).maxCoeff();
     track.trans.col(t) = middle + palm * (skin + gap + kRadius);
-    if (t >= kFrames - 10) track.trans.col(t) += palm * 0.08 * (t - kFrames + 11);
+    if (t >= kBallFrames - 10) track.trans.col(t) += palm * 0.08 * (t - kBallFrames + 11);
   }
   return loaded;
 }
@@ -74,8 +74,8 @@ TEST(Follow, IsToBeNearAndToMoveTogether) {
   const HandModel left(loaded.body.model, loaded.body.betas, Side::kLeft);
   const std::array<const HandModel*, 2> hands = {&right, &left};
   const std::vector<std::uint8_t> follows = FindFollows(loaded.clip, hands, Ball());
-  for (int t = 0; t < kFrames - 13; ++t) EXPECT_EQ(follows[t], kHoldsRight) << t;
-  for (int t = kFrames - 9; t < kFrames; ++t) EXPECT_EQ(follows[t], 0) << t;  // flies
+  for (int t = 0; t < kBallFrames - 13; ++t) EXPECT_EQ(follows[t], kHoldsRight) << t;
+  for (int t = kBallFrames - 9; t < kBallFrames; ++t) EXPECT_EQ(follows[t], 0) << t;  // flies
   EXPECT_EQ(follows, FindFollows(loaded.clip, hands, Ball(), {}, 3));
   // Farther off it is near no more.
   FollowProtocol near;
@@ -83,7 +83,7 @@ TEST(Follow, IsToBeNearAndToMoveTogether) {
   for (const std::uint8_t bits : FindFollows(loaded.clip, hands, Ball(), near)) EXPECT_EQ(bits, 0);
   // On the ground it lies.
   Clip lying = loaded.clip;
-  for (int t = 0; t < kFrames; ++t) {
+  for (int t = 0; t < kBallFrames; ++t) {
     lying.trans.col(t) -= loaded.clip.object->trans.col(0) - Eigen::Vector3d(0, 0, kRadius);
     lying.object->trans.col(t) = Eigen::Vector3d(0, 0, kRadius);
     lying.pose[t] = lying.pose[0];
@@ -105,7 +105,7 @@ TEST_P(RefineBallTest, HandsComeToTheBallWithoutGoingIntoIt) {
   const RefineReport report = RefineCarried(loaded.clip, loaded.body, Ball());
   ASSERT_EQ(report.status, RefineStatus::kRefined);
   EXPECT_TRUE(report.ball);
-  ASSERT_GT(report.after.hand_frames, kFrames - 15);
+  ASSERT_GT(report.after.hand_frames, kBallFrames - 15);
   if (GetParam() > 0.0) {
     EXPECT_EQ(report.before.hand_frames_in_contact, 0);
   } else {
@@ -125,7 +125,7 @@ TEST_P(RefineBallTest, HandsComeToTheBallWithoutGoingIntoIt) {
   RefineOptions threads;
   threads.threads = 3;
   const RefineReport again = RefineCarried(loaded.clip, loaded.body, Ball(), threads);
-  for (int t = 0; t < kFrames; ++t) {
+  for (int t = 0; t < kBallFrames; ++t) {
     EXPECT_EQ(again.result.clip.pose[t], report.result.clip.pose[t]) << t;
   }
 }

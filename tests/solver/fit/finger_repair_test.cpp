@@ -10,7 +10,7 @@
 namespace holdfast {
 namespace {
 
-constexpr int kFrames = 120;
+constexpr int kRepairFrames = 120;
 constexpr int kJoint = 3;  // the middle finger's root
 constexpr double kRate = 60.0;
 
@@ -19,8 +19,8 @@ class FingerRepairTest : public ::testing::Test {
  protected:
   FingerRepairTest() : hand_(BodyModel::Default(), {}, Side::kRight), axes_(hand_) {
     clip_.frame_rate = kRate;
-    clip_.trans.setZero(3, kFrames);
-    for (int t = 0; t < kFrames; ++t) {
+    clip_.trans.setZero(3, kRepairFrames);
+    for (int t = 0; t < kRepairFrames; ++t) {
       HandAngles angles = HandAngles::Zero();
       angles.row(0).setConstant(0.3 + 0.3 * std::sin(0.05 * t));
       JointPose pose = JointPose::Zero();
@@ -57,7 +57,7 @@ TEST_F(FingerRepairTest, FingersThatDoNotJumpStayAsTheyAre) {
   EXPECT_TRUE(repair.moves);
   EXPECT_EQ(repair.jump_frames, 0);
   EXPECT_EQ(repair.replaced, 0);
-  for (int t = 0; t < kFrames; ++t) EXPECT_EQ(before.pose[t], clip_.pose[t]);
+  for (int t = 0; t < kRepairFrames; ++t) EXPECT_EQ(before.pose[t], clip_.pose[t]);
 }
 
 TEST_F(FingerRepairTest, SpikesAndBurstsGoAndTheMotionBelowThemComesBack) {
@@ -75,14 +75,14 @@ TEST_F(FingerRepairTest, SpikesAndBurstsGoAndTheMotionBelowThemComesBack) {
   EXPECT_EQ(FingerJumpFrames(clip_, Side::kRight), 0);
   EXPECT_LT(MostApart(truth, clip_), 0.3);
   // The other hand is not touched.
-  for (int t = 0; t < kFrames; ++t) {
+  for (int t = 0; t < kRepairFrames; ++t) {
     EXPECT_EQ(FingersOf(truth.pose[t], Side::kLeft), FingersOf(clip_.pose[t], Side::kLeft));
   }
 }
 
 TEST_F(FingerRepairTest, AStepIsSpreadOverAsFewFramesAsItTakes) {
   const Clip before = clip_;
-  for (int t = 70; t < kFrames; ++t) Bend(t, 0.9);
+  for (int t = 70; t < kRepairFrames; ++t) Bend(t, 0.9);
   const Clip stepped = clip_;
   EXPECT_EQ(FingerJumpFrames(clip_, Side::kRight), 1);
   const FingerRepair repair = RepairFingers(axes_, clip_);
@@ -99,7 +99,7 @@ TEST_F(FingerRepairTest, PosturesThatNoHandReachesAreDrawnIntoTheRange) {
   const auto excess = [&] {
     return axes_.LimitExcess(axes_.AnglesOf(FingersOf(clip_.pose[100], Side::kRight)));
   };
-  for (int t = 80; t < kFrames; ++t) Bend(t, -1.4);  // backwards, and it stays so
+  for (int t = 80; t < kRepairFrames; ++t) Bend(t, -1.4);  // backwards, and it stays so
   const double before = excess();
   RepairFingers(axes_, clip_);
   EXPECT_EQ(FingerJumpFrames(clip_, Side::kRight), 0);
