@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Studies of reaches, hand-overs, solved markers and refined captures. Networks or methods, protocols and captured
-/// clips go in; measured motions and summaries come out, those of reaches in blocks of files: a
-/// stopped study resumes.
+/// Studies of reaches, hand-overs, solved markers and refined captures. Networks or methods,
+/// protocols and captured clips go in; measured motions and summaries come out, those of reaches in
+/// blocks of files: a stopped study resumes.
 ///
 /// From the inside out:
 ///   core_time.h           time of a thread's core
