@@ -73,6 +73,10 @@ Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& M) {
   return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
 }
 
+Eigen::Quaterniond RotationBetween(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  return Eigen::Quaterniond::FromTwoVectors(from, to);
+}
+
 Eigen::Vector3d UnwrapAxisAngle(const Eigen::Vector3d& w, const Eigen::Vector3d& reference) {
   const double angle = w.norm();
   const Eigen::Vector3d axis = angle > 1e-12 ? Eigen::Vector3d(w / angle)

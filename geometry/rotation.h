@@ -37,6 +37,11 @@ Eigen::Matrix3d InverseLeftJacobianSO3(const Eigen::Vector3d& w);
 /// The rotation nearest to M in the Frobenius norm, determinant +1 (SVD).
 Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& M);
 
+/// The rotation of least angle that takes the direction of `from` to that of `to`; about any axis
+/// across them where they are opposite. (Eigen's own instantiates an SVD in each file that calls
+/// it.)
+Eigen::Quaterniond RotationBetween(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
 /// An equivalent axis-angle (w + 2 pi k axis) nearest to `reference`: removes jumps along a clip.
 Eigen::Vector3d UnwrapAxisAngle(const Eigen::Vector3d& w, const Eigen::Vector3d& reference);
 

@@ -52,8 +52,7 @@ double MoveWrist(const Eigen::Matrix3Xd& rest_joints, Side side, const Eigen::Ma
   const Eigen::Matrix3d bending =
       Eigen::AngleAxisd(bend_now - bend, axis.normalized()).toRotationMatrix();
   const Eigen::Vector3d reach = upper + bending * lower;
-  const Eigen::Matrix3d swing =
-      Eigen::Quaterniond::FromTwoVectors(reach, target).toRotationMatrix();
+  const Eigen::Matrix3d swing = RotationBetween(reach, target).toRotationMatrix();
 
   const Eigen::Matrix3d shoulder_world = swing * world(shoulder);
   const Eigen::Matrix3d elbow_world = swing * bending * world(elbow);

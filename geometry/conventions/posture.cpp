@@ -21,8 +21,7 @@ constexpr int kMaxSampled = 2000;  // frames that posture is measured in
 
 // Carries `axis` times `sign` to +z.
 Eigen::Matrix3d ToZUp(int axis, int sign) {
-  return Eigen::Quaterniond::FromTwoVectors(sign * Eigen::Vector3d::Unit(axis),
-                                            Eigen::Vector3d::UnitZ())
+  return RotationBetween(sign * Eigen::Vector3d::Unit(axis), Eigen::Vector3d::UnitZ())
       .toRotationMatrix();
 }
 

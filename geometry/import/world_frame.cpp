@@ -50,8 +50,7 @@ Eigen::Matrix3d ZUpFrom(WorldUp up) {
   const double sign = static_cast<int>(up) % 2 == 0 ? 1 : -1;
   // Upside down has no shortest way: about x, so that what was left stays left.
   if (up == WorldUp::kMinusZ) return Eigen::Vector3d(1, -1, -1).asDiagonal();
-  return Eigen::Quaterniond::FromTwoVectors(sign * Eigen::Vector3d::Unit(axis),
-                                            Eigen::Vector3d::UnitZ())
+  return RotationBetween(sign * Eigen::Vector3d::Unit(axis), Eigen::Vector3d::UnitZ())
       .toRotationMatrix()
       .unaryExpr([](double x) { return std::round(x); });  // exactly, they are all 0 and 1
 }

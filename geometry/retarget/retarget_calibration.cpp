@@ -456,7 +456,7 @@ RetargetCalibration Calibrate(const MappedMotion& motion, const RetargetBody& bo
 }
 
 Eigen::Matrix3d LeastRotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
+  return RotationBetween(from, to).toRotationMatrix();
 }
 
 Eigen::Vector3d HingeAxis(int joint) {

@@ -5,6 +5,7 @@
 
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/body/skeleton.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -18,7 +19,7 @@ constexpr int kSpine = 3;
 
 // Between two directions, by the shortest arc.
 Vector3d Slerp(const Vector3d& from, const Vector3d& to, double share) {
-  return Quaterniond::Identity().slerp(share, Quaterniond::FromTwoVectors(from, to)) * from;
+  return Quaterniond::Identity().slerp(share, RotationBetween(from, to)) * from;
 }
 
 }  // namespace
@@ -68,10 +69,9 @@ NominalStance StanceAt(const BodyPlacement& start, const ActionScript& script, d
   stance.left_shoulder = moved(16);
   const Vector3d wanted =
       GazeAt(script, time_s, moved(kHead), moved(kHead) + Vector3d(-0.1, -0.35, -0.3));
-  stance.head =
-      RigidTransform(Quaterniond::FromTwoVectors(start.rotation[kHead].col(2), wanted).matrix() *
-                         start.rotation[kHead],
-                     moved(kHead));
+  stance.head = RigidTransform(
+      RotationBetween(start.rotation[kHead].col(2), wanted).matrix() * start.rotation[kHead],
+      moved(kHead));
   return stance;
 }
 

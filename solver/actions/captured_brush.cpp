@@ -112,8 +112,7 @@ class BrushServer {
                       const Isometry3d& wrist) const {
     const Vector3d normal = head.linear() * normal_.col(k);
     const Isometry3d held = wrist * way.grasp->wrist_from_object;
-    Matrix3d R = Eigen::Quaterniond::FromTwoVectors(held.linear() * brush_.marks.facing, -normal)
-                     .toRotationMatrix() *
+    Matrix3d R = RotationBetween(held.linear() * brush_.marks.facing, -normal).toRotationMatrix() *
                  held.linear();
     R = ExpSO3(way.turn_rad * normal) * R;
     const Vector3d handle = -R * brush_.marks.forward;

@@ -78,8 +78,8 @@ class ReachWarpSolver {
     // The face turns as the direction from the head to the hand's goal does.
     const Vector3d head = placed.joints.col(15);
     const Vector3d face = placed.rotation[15].col(2);
-    const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(
-        warp_.goal - lacks - head, warp_.goal - lacks + share * lacks - head);
+    const Eigen::Quaterniond turn =
+        RotationBetween(warp_.goal - lacks - head, warp_.goal - lacks + share * lacks - head);
     terms.gaze.wanted = turn * face;
     terms.balance.captured = Balance::Middle(chain_, placed);
     terms.legs = LegReach::Of(chain_, placed, feet_[static_cast<std::size_t>(t)]);

@@ -232,9 +232,7 @@ class DrinkServer {
   // The pose nearest to `held` in which the cup stands on the table.
   Isometry3d Standing(const Isometry3d& held) const {
     const Matrix3d level =
-        Eigen::Quaterniond::FromTwoVectors(held.linear().col(2), Vector3d::UnitZ())
-            .toRotationMatrix() *
-        held.linear();
+        RotationBetween(held.linear().col(2), Vector3d::UnitZ()).toRotationMatrix() * held.linear();
     Vector3d at = held * marks_.middle - level * marks_.middle;
     at.z() = table_ - cup_.object.mesh.vertices.row(2).minCoeff();
     return RigidTransform(level, at);

@@ -143,10 +143,9 @@ std::optional<BothHandsPlacement> PlaceBetween(const Person& person, const Oppos
         placement.world_from_object * span.center - 0.5 * span.width * inward;
     double least = std::numeric_limits<double>::infinity();
     for (const double spin : {0.0, 25.0, -25.0, 50.0, -50.0}) {
-      const Eigen::Matrix3d rotation =
-          Eigen::AngleAxisd(spin * kDegree, inward) *
-          Eigen::Quaterniond::FromTwoVectors(normal[h], inward).toRotationMatrix() *
-          person.world_from_wrist[h].linear();
+      const Eigen::Matrix3d rotation = Eigen::AngleAxisd(spin * kDegree, inward) *
+                                       RotationBetween(normal[h], inward).toRotationMatrix() *
+                                       person.world_from_wrist[h].linear();
       const Eigen::Isometry3d wrist =
           PoseAt(rotation, person.hands[h]->landmarks.PalmCenter(), place);
       JointPose pose = person.pose;

@@ -178,7 +178,7 @@ HandPrior PriorOf(const std::vector<HandNumber>& numbers, const HandAnatomy& han
     const double sigma = numbers[static_cast<std::size_t>(k)].sigma_deg * kDegree;
     covariance(k, k) += sigma * sigma;
   }
-  const Eigen::MatrixXd information = covariance.inverse();
+  const Eigen::MatrixXd information = covariance.llt().solve(Eigen::MatrixXd::Identity(m, m));
   prior.root_information = information.llt().matrixU();
   return prior;
 }

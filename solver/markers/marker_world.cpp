@@ -7,6 +7,8 @@
 #include <map>
 #include <tuple>
 
+#include <Eigen/Eigenvalues>
+
 #include <fmt/format.h>
 
 #include "geometry/error.h"
@@ -66,8 +68,10 @@ std::optional<Eigen::Matrix3d> BodyRotation(const Pairs& pairs) {
   for (std::size_t k = 0; k < pairs.rest.size(); ++k) {
     sum += pairs.weight[k] * (pairs.seen[k] - seen) * (pairs.rest[k] - rest).transpose();
   }
-  const Eigen::Vector3d size = Eigen::JacobiSVD<Eigen::Matrix3d>(sum).singularValues();
-  if (size(1) < 0.01 * size(0)) return std::nullopt;  // on a line
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> squares(sum.transpose() * sum,
+                                                               Eigen::EigenvaluesOnly);
+  const Eigen::Vector3d size2 = squares.eigenvalues();  // ascending
+  if (size2(1) < 1e-4 * size2(2)) return std::nullopt;  // on a line
   return NearestRotation(sum);
 }
 

@@ -7,8 +7,8 @@
 #include <fstream>
 #include <limits>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -170,7 +170,9 @@ class ObjectTracker {
     }
     known.conservativeResize(3, n);
     known.colwise() -= known.rowwise().mean().eval();
-    if (Eigen::JacobiSVD<Eigen::Matrix3Xd>(known).singularValues()(1) < kLine_m) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> extent(known * known.transpose(),
+                                                                Eigen::EigenvaluesOnly);
+    if (extent.eigenvalues()(1) < kLine_m * kLine_m) {
       TooFew("the object's markers are on a line");
     }
   }
@@ -337,7 +339,8 @@ class ObjectTracker {
       r.tail<3>() = kTurn * LogSO3(pose.linear() * prior.linear().transpose());
       J.block<3, 3>(3 * n, 0) = kShift * Eigen::Matrix3d::Identity();
       J.block<3, 3>(3 * n + 3, 3) = kTurn * Eigen::Matrix3d::Identity();
-      const Eigen::VectorXd step = J.colPivHouseholderQr().solve(-r);
+      const Eigen::Matrix<double, 6, 6> normal = J.transpose() * J;  // the priors keep it regular
+      const Eigen::Matrix<double, 6, 1> step = normal.llt().solve(-J.transpose() * r);
       const Eigen::Vector3d middle = pose * Middle() + step.head<3>();
       pose.linear() = ExpSO3(step.tail<3>()) * pose.linear();
       pose.translation() = middle - pose.linear() * Middle();

@@ -318,7 +318,7 @@ class TakeMotionBuilder {
       const Vector3d face = placed.rotation[kHead].col(2);
       const Vector3d eyes =
           placed.joints.col(kHead) + 0.07 * placed.rotation[kHead].col(1) + 0.08 * face;
-      const Quaterniond turn = Quaterniond::FromTwoVectors(face, at - eyes);
+      const Quaterniond turn = RotationBetween(face, at - eyes);
       Vector3d angle = LogSO3(turn.matrix());
       // Heads turn most of the way, eyes the rest; and no farther than necks go.
       const double wanted = 0.7 * angle.norm(), limit = 40.0 * kDegree;

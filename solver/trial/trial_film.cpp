@@ -11,6 +11,7 @@
 #include "geometry/render/label.h"
 #include "geometry/render/rasterizer.h"
 #include "geometry/render/video.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -37,8 +38,7 @@ std::vector<FilmFrame> FramesOfTrial(const HoldTrial& hold,
   for (int direction = 0; direction < kTrialDirections; ++direction) {
     const TrialCourse& course = hold.directions[static_cast<std::size_t>(direction)];
     const Eigen::Vector3d down = now * (wrist_from_object * TrialDirection(direction));
-    const Eigen::Quaterniond next =
-        Eigen::Quaterniond::FromTwoVectors(down, -Eigen::Vector3d::UnitZ()) * now;
+    const Eigen::Quaterniond next = RotationBetween(down, -Eigen::Vector3d::UnitZ()) * now;
     const std::string name = fmt::format("GRAVITY {}", TrialDirectionName(direction));
     for (int k = 0; k < kTurnFrames; ++k) {
       const double s = 0.5 - 0.5 * std::cos(std::numbers::pi * (k + 0.5) / kTurnFrames);

@@ -49,7 +49,7 @@ Matrix3d MugGrip(double inward, double tilt) {
   const Matrix3d level = HandOrientation(Side::kRight, fingers, Vector3d::UnitZ());
   const Vector3d up = level.transpose() * Vector3d::UnitZ();
   return ExpSO3(-tilt * Vector3d::UnitX()) * level *
-         Eigen::Quaterniond::FromTwoVectors(kMugAxis, up).toRotationMatrix();
+         RotationBetween(kMugAxis, up).toRotationMatrix();
 }
 
 // Where the wrist must be for the rim of the mug to be at `lips`.
