@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "apps/evaluate/evaluate_captures.h"
 
-#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 
 #include <fmt/format.h>
 
-#include "apps/clip_input.h"
-#include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/mesh/surface_distance.h"
 #include "geometry/parallel.h"
 #include "solver/carry/follow.h"
 #include "solver/evaluation/capture_study.h"
@@ -25,56 +21,6 @@ struct CapturesCommand {
   std::string folder, body, table;
   int every = 1;
 };
-
-bool IsCapture(const fs::path& path) {
-  const std::string ending = path.extension().string();
-  return ending == ".pt" || ending == ".npz" || ending == ".glb";
-}
-
-// Clips of the folder and those below it that have an object, at their files' frame rates; the same
-// object is prepared once.
-std::vector<CapturedClip> Captures(const CapturesCommand& options) {
-  const fs::path folder = options.folder;
-  if (!fs::is_directory(folder)) {
-    throw Error(folder.string(), "is not a folder", "Give one with clips that have an object");
-  }
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file() && IsCapture(entry.path())) files.push_back(entry.path());
-  }
-  std::ranges::sort(files);
-  ImportFileOptions import;
-  import.frame_rate = 0.0;
-  const auto body = LoadBody(options.body);
-  std::vector<CapturedClip> captures;
-  std::vector<std::shared_ptr<const PreparedObject>> objects;
-  for (std::size_t k = 0; k < files.size(); k += static_cast<std::size_t>(options.every)) {
-    CommonOptions quiet = options.common;
-    quiet.quiet = true;
-    const LoadedClip loaded = LoadClip(files[k].string(), body, quiet, import);
-    if (!loaded.clip.object) continue;
-    const ClipObject object = FindClipObject(loaded);
-    if (!object.mesh) {
-      throw Error(files[k].string(), "its object's mesh is missing: " + object.missing,
-                  "Put it beside the clip");
-    }
-    auto known = std::ranges::find_if(objects, [&](const auto& prepared) {
-      return SameSurface(prepared->object.mesh, *object.mesh);
-    });
-    if (known == objects.end()) {
-      objects.push_back(std::make_shared<const PreparedObject>(
-          PrepareObject(ObjectOfMesh(*object.mesh, loaded.clip.object->name, object.source), 300,
-                        NumThreads(options.common))));
-      known = objects.end() - 1;
-    }
-    captures.push_back(
-        {files[k].lexically_relative(folder).string(), loaded.clip, loaded.body, *known});
-  }
-  if (captures.empty()) {
-    throw Error(folder.string(), "holds no clip that has an object", "Check the path");
-  }
-  return captures;
-}
 
 double PartPercent(int part, int whole) { return whole > 0 ? 100.0 * part / whole : 0.0; }
 
@@ -174,7 +120,8 @@ int Run(CapturesCommand options) {
     const char* const data = std::getenv("HOLDFAST_DATA");
     options.folder = (fs::path(data != nullptr ? data : "../shared/data") / "skillmimic").string();
   }
-  const std::vector<CapturedClip> captures = Captures(options);
+  const std::vector<CapturedClip> captures =
+      FindCaptures(options.folder, LoadBody(options.body), options.every, NumThreads(common));
   Progress progress(common, "captures");
   std::vector<CaptureRow> rows;
   try {

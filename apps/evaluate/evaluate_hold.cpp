@@ -2,7 +2,6 @@
 #include "apps/evaluate/evaluate_hold.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 
 #include <fmt/format.h>
@@ -10,11 +9,9 @@
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/render/video.h"
-#include "solver/carry/first_grasp.h"
-#include "solver/carry/standing_grasp.h"
+#include "solver/evaluation/hold_study.h"
 #include "solver/trial/trial_clip.h"
 #include "solver/trial/trial_film.h"
-#include "solver/trial/trial_grasps.h"
 
 namespace holdfast::apps {
 namespace {
@@ -42,50 +39,6 @@ std::vector<std::string> UsualObjects() {
   std::ranges::sort(objects);
   for (const std::string& name : EmbeddedObjectNames()) objects.push_back(name);
   return objects;
-}
-
-struct HoldRow {
-  std::string object, fault;
-  std::optional<ClipTrial> trial;
-  double trial_s = 0.0;
-};
-
-// A grasp of the object as `grasp` makes it, tried. Nothing when interrupted.
-std::optional<HoldRow> TryObject(const HoldCommand& options,
-                                 const std::shared_ptr<const BodyModel>& body,
-                                 const std::string& name) {
-  const LoadedObject object = LoadObject(name);
-  HoldRow row;
-  row.object = object.name;
-  GraspOptions grasp;
-  grasp.seed = options.common.seed;
-  grasp.threads = NumThreads(options.common);
-  ClipScene scene;
-  if (const auto why = WhyTooLarge(object, false)) {
-    row.fault = *why;
-    return row;
-  }
-  StandingGrasp held = GraspStanding(body, body->LoneHand().value_or(Side::kRight), object, grasp,
-                                     [](double) { return !Interrupted(); });
-  if (Interrupted()) return std::nullopt;
-  if (held.report.status != GraspStatus::kFound) {
-    row.fault = Describe(held.report.status);
-    return row;
-  }
-  scene.source = object.name;
-  scene.betas = held.clip.betas;
-  scene.clip = std::move(held.clip);
-  scene.body = body;
-  scene.object = object.mesh;
-  TrialProtocol protocol = options.protocol;
-  protocol.threads = NumThreads(options.common);
-  const auto begin = std::chrono::steady_clock::now();
-  row.trial = TryClip(scene, protocol);
-  row.trial_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (row.trial && !options.film.empty()) {
-    WriteTrialFilm(options.film, scene, *row.trial, protocol.threads);
-  }
-  return row;
 }
 
 std::string HoldTable(const std::vector<HoldRow>& rows) {
@@ -121,59 +74,73 @@ std::string HoldCsv(const std::vector<HoldRow>& rows) {
   return text;
 }
 
+// Both studies: a row an object, told as it is done; nothing when interrupted.
+template <typename Row, typename Try>
+std::optional<std::vector<Row>> RowsOf(const HoldCommand& options, const Try& attempt) {
+  Progress progress(options.common, "hold");
+  std::vector<Row> rows;
+  const auto objects = static_cast<double>(options.objects.size());
+  for (const std::string& name : options.objects) {
+    std::optional<Row> row = attempt(LoadObject(name), [&](double share) {
+      progress.Update(static_cast<int>(100.0 * (static_cast<double>(rows.size()) + share)),
+                      static_cast<int>(100.0 * objects));
+      return !Interrupted();
+    });
+    if (!row || Interrupted()) return std::nullopt;
+    rows.push_back(std::move(*row));
+  }
+  return rows;
+}
+
+int Write(const HoldCommand& options, const nlohmann::json& json, const std::string& csv,
+          const std::string& text) {
+  if (!options.output.empty()) WriteAtomically(options.output, json.dump(1) + "\n");
+  if (!options.csv.empty()) WriteAtomically(options.csv, csv);
+  const nlohmann::json& summary = json.at("summary");
+  PrintResult(
+      options.common, json,
+      text + fmt::format("{} of {} hold in all six directions\n",
+                         summary.at("hold_all_six").get<int>(),
+                         summary.at(summary.contains("grasps") ? "grasps" : "objects").get<int>()));
+  return kDone;
+}
+
+nlohmann::json Summary(const char* what, std::ptrdiff_t held, std::size_t tried) {
+  return {{what, tried},
+          {"hold_all_six", held},
+          {"share", static_cast<double>(held) / std::max(1.0, static_cast<double>(tried))}};
+}
+
 // Many grasps of each object, as `grasp --count` makes them.
-int RunSets(const HoldCommand& options) {
-  const CommonOptions& common = options.common;
+int RunSets(const HoldCommand& options, const HoldStudyOptions& study) {
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
   const HandModel hand(body, {}, body->LoneHand().value_or(Side::kRight));
-  TrialProtocol protocol = options.protocol;
-  protocol.threads = NumThreads(common);
-  nlohmann::json json = JsonHead("holdfast/evaluate-hold-sets/1", common);
-  json["protocol"] = TrialProtocolJson(protocol);
+  const auto rows = RowsOf<HoldSetRow>(options, [&](const LoadedObject& object, const auto& told) {
+    return TryManyGrasps(hand, object, options.count, study, told);
+  });
+  if (!rows) return kInterrupted;
+  nlohmann::json json = JsonHead("holdfast/evaluate-hold-sets/1", options.common);
+  json["protocol"] = TrialProtocolJson(study.protocol);
   std::string csv = "object,grasp,held_directions,worst_slip_mm,worst_slip_deg\n";
   std::string text =
       fmt::format("{:<24}{:>8}{:>13}{:>8}\n", "object", "grasps", "hold in six", "share");
-  int tried = 0, all = 0;
-  Progress progress(common, "hold");
-  for (const std::string& name : options.objects) {
-    const LoadedObject object = LoadObject(name);
-    GraspSetOptions set_options;
-    set_options.count = options.count;
-    set_options.search.seed = common.seed;
-    set_options.search.threads = protocol.threads;
-    DistanceGridOptions grid_options;
-    grid_options.threads = protocol.threads;
-    const DistanceGrid grid(SignedDistance(object.mesh), grid_options);
-    const GraspSet set =
-        FindGrasps(hand, object.mesh, grid, set_options, [](double) { return !Interrupted(); });
-    const std::vector<HoldTrial> trials =
-        TryGrasps(hand, object.mesh, set.grasps, protocol, [&](double share) {
-          progress.Update(static_cast<int>(share * options.count), options.count);
-          return !Interrupted();
-        });
-    if (Interrupted()) return kInterrupted;
-    int held = 0;
-    for (std::size_t i = 0; i < trials.size(); ++i) {
-      held += trials[i].Held() == kTrialDirections;
-      csv += fmt::format("{},{},{},{:.3f},{:.3f}\n", object.name, i, trials[i].Held(),
-                         trials[i].WorstSlip_mm(), trials[i].WorstSlip_deg());
+  std::ptrdiff_t held = 0;
+  std::size_t tried = 0;
+  for (const HoldSetRow& row : *rows) {
+    for (std::size_t i = 0; i < row.trials.size(); ++i) {
+      csv += fmt::format("{},{},{},{:.3f},{:.3f}\n", row.object, i, row.trials[i].Held(),
+                         row.trials[i].WorstSlip_mm(), row.trials[i].WorstSlip_deg());
     }
-    const auto count = static_cast<int>(trials.size());
-    const double share = held / std::max(1.0, static_cast<double>(count));
-    json["objects"].push_back(
-        {{"object", object.name}, {"grasps", count}, {"hold_all_six", held}, {"share", share}});
-    text += fmt::format("{:<24}{:>8}{:>13}{:>7.0f}%\n", object.name, count, held, 100.0 * share);
-    tried += count;
-    all += held;
+    nlohmann::json entry = Summary("grasps", row.NumHeld(), row.trials.size());
+    entry["object"] = row.object;
+    text += fmt::format("{:<24}{:>8}{:>13}{:>7.0f}%\n", row.object, row.trials.size(),
+                        row.NumHeld(), 100.0 * entry["share"].get<double>());
+    json["objects"].push_back(std::move(entry));
+    held += row.NumHeld();
+    tried += row.trials.size();
   }
-  json["summary"] = {{"grasps", tried},
-                     {"hold_all_six", all},
-                     {"share", all / std::max(1.0, static_cast<double>(tried))}};
-  if (!options.output.empty()) WriteAtomically(options.output, json.dump(1) + "\n");
-  if (!options.csv.empty()) WriteAtomically(options.csv, csv);
-  PrintResult(common, json,
-              text + fmt::format("{} of {} hold in all six directions\n", all, tried));
-  return kDone;
+  json["summary"] = Summary("grasps", held, tried);
+  return Write(options, json, csv, text);
 }
 
 int Run(HoldCommand options) {
@@ -183,36 +150,34 @@ int Run(HoldCommand options) {
     if (!path.empty()) RequireNew(path, common);
   }
   if (options.objects.empty()) options.objects = UsualObjects();
-  if (options.count > 0) return RunSets(options);
+  HoldStudyOptions study{options.protocol, common.seed};
+  study.protocol.threads = NumThreads(common);
+  if (options.count > 0) return RunSets(options, study);
   if (!options.film.empty() && (options.objects.size() > 1 || !VideoFormatOf(options.film))) {
     throw Error("--film", "is a video (.mp4, .gif) of one object's trial", "Name one object");
   }
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
-  Progress progress(common, "hold");
-  std::vector<HoldRow> rows;
+  const auto rows = RowsOf<HoldRow>(options, [&](const LoadedObject& object, const auto& told) {
+    return TryFirstGrasp(body, object, study, told);
+  });
+  if (!rows) return kInterrupted;
   nlohmann::json json = JsonHead("holdfast/evaluate-hold/1", common);
   json["protocol"] = TrialProtocolJson(options.protocol);
-  for (const std::string& name : options.objects) {
-    const std::optional<HoldRow> row = TryObject(options, body, name);
-    if (!row) return kInterrupted;
-    nlohmann::json entry = {{"object", row->object}};
-    entry["trial"] = row->trial ? TrialJson(*row->trial) : nlohmann::json(nullptr);
-    if (!row->trial) entry["fault"] = row->fault;
+  for (const HoldRow& row : *rows) {
+    nlohmann::json entry = {{"object", row.object}};
+    entry["trial"] = row.trial ? TrialJson(*row.trial) : nlohmann::json(nullptr);
+    if (!row.trial) entry["fault"] = row.fault;
     json["objects"].push_back(std::move(entry));
-    rows.push_back(*row);
-    progress.Update(static_cast<int>(rows.size()), static_cast<int>(options.objects.size()));
   }
-  const auto all = std::ranges::count_if(
-      rows, [](const HoldRow& row) { return row.trial && row.trial->hold.Held() == 6; });
-  json["summary"] = {{"objects", rows.size()},
-                     {"hold_all_six", all},
-                     {"share", static_cast<double>(all) / static_cast<double>(rows.size())}};
-  if (!options.output.empty()) WriteAtomically(options.output, json.dump(1) + "\n");
-  if (!options.csv.empty()) WriteAtomically(options.csv, HoldCsv(rows));
-  PrintResult(
-      common, json,
-      HoldTable(rows) + fmt::format("{} of {} hold in all six directions\n", all, rows.size()));
-  return kDone;
+  const auto held = std::ranges::count_if(*rows, [](const HoldRow& row) {
+    return row.trial && row.trial->hold.Held() == kTrialDirections;
+  });
+  json["summary"] = Summary("objects", held, rows->size());
+  const HoldRow& first = rows->front();
+  if (first.trial && !options.film.empty()) {
+    WriteTrialFilm(options.film, first.scene, *first.trial, study.protocol.threads);
+  }
+  return Write(options, json, HoldCsv(*rows), HoldTable(*rows));
 }
 
 }  // namespace

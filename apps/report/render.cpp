@@ -1,32 +1,19 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
-#include <functional>
-#include <mutex>
+#include <memory>
 #include <optional>
-#include <span>
+#include <tuple>
 
 #include <fmt/format.h>
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
 #include "apps/render_output.h"
-#include "geometry/clip/resample.h"
-#include "geometry/error.h"
-#include "geometry/io/container/read_json.h"
-#include "geometry/io/container/text_scanner.h"
-#include "geometry/io/markers/marker_recording.h"
-#include "geometry/numbered_name.h"
-#include "geometry/parallel.h"
-#include "geometry/render/clip_renderer.h"
-#include "geometry/render/contact_sheet.h"
-#include "geometry/render/png.h"
-#include "geometry/render/video.h"
+#include "geometry/render/clip_pictures.h"
 #include "geometry/rotation.h"
+#include "solver/markers/marker_json.h"
 
 namespace holdfast::apps {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct RenderCommand {
   CommonOptions common;
@@ -45,47 +32,6 @@ struct RenderCommand {
   bool no_contact = false;
 };
 
-// Draws these frames on several threads; nothing (empty) after Ctrl-C.
-std::vector<Image> Draw(const ClipRenderer& renderer, const ClipRenderOptions& how,
-                        std::span<const int> frames, const CommonOptions& common,
-                        const std::function<void()>& drawn) {
-  std::vector<Image> images(frames.size());
-  std::mutex lock;
-  ParallelFor(static_cast<int>(frames.size()), NumThreads(common), [&](int k) {
-    if (Interrupted()) return;
-    images[k] = renderer.Draw(frames[k], how);
-    const std::scoped_lock guard(lock);
-    drawn();
-  });
-  if (Interrupted()) images.clear();
-  return images;
-}
-
-// The markers of the recording that a folder was solved from, where solve put them in the world.
-Eigen::MatrixXd MeasuredMarkers(const fs::path& folder) {
-  const fs::path path = folder / "metrics.json";
-  const nlohmann::json metrics = ReadJson(path);
-  if (!metrics.is_object() || metrics.value("schema", "") != "holdfast/solve/1") {
-    throw Error(folder.string(), "is no folder that 'holdfast solve' made",
-                "Give one with its metrics.json");
-  }
-  return UseJson(path, [&] {
-    const nlohmann::json& world = metrics.at("world");
-    Eigen::Matrix3d R;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) R(i, j) = world.at("rotation").at(i).at(j).get<double>();
-    }
-    R *= world.at("scale").get<double>();
-    const Eigen::Vector3d lift(0.0, 0.0, world.at("lift_m").get<double>());
-    MarkerRecording recording =
-        ReadMarkers(metrics.at("options").at("recording").get<std::string>());
-    Eigen::Map<Eigen::Matrix3Xd> points(recording.positions.data(), 3,
-                                        recording.positions.size() / 3);
-    points = ((R * points).colwise() + lift).eval();
-    return recording.positions;
-  });
-}
-
 ClipRenderOptions HowToDraw(const RenderCommand& options, ClipView usual) {
   ClipRenderOptions how;
   std::tie(how.picture.width, how.picture.height) = *ParsePair(options.size);
@@ -98,90 +44,32 @@ ClipRenderOptions HowToDraw(const RenderCommand& options, ClipView usual) {
   return how;
 }
 
-// The frame rate of a video: as told, else the clip's, as far as the format has it.
-double VideoRate(const RenderCommand& options, VideoFormat format, double clip_frame_rate) {
-  const double rate = options.fps.value_or(clip_frame_rate / options.every);
-  if (format != VideoFormat::kGif || rate <= kMaxGifRate) return rate;
-  Note(options.common, fmt::format("note: a .gif shows {0:g} frames per second at most: {0:g} in "
-                                   "place of {1:g}",
-                                   kMaxGifRate, rate));
-  return kMaxGifRate;
-}
-
-// What is written: a video, numbered pictures, or with neither one picture or sheet.
-struct RenderTarget {
-  std::optional<VideoFormat> video;
-  std::optional<NumberedName> numbered;
-};
-
-// By the output's name. Throws Error for names that are no picture's, and for a file that is there.
-RenderTarget RenderTargetOf(const RenderCommand& options) {
-  const std::optional<VideoFormat> video = VideoFormatOf(options.output);
-  const std::optional<NumberedName> numbered = ParseNumberedName(options.output);
-  if (video && numbered) {
-    throw Error(options.output, "is one file, not numbered pictures", "Leave the % out");
+ClipPictures PicturesOf(const RenderCommand& options, const PictureFile& file, const Clip& clip) {
+  const bool sheet = !options.frame && !file.video && !file.numbered;
+  ClipPictureOptions how;
+  how.how = HowToDraw(options, sheet ? SheetView(clip) : ClipView::kFront);
+  how.frame = options.frame;
+  how.every = options.every;
+  how.frame_rate = options.fps;
+  how.threads = NumThreads(options.common);
+  std::tie(how.columns, how.rows) = ParsePair(options.sheet).value_or(std::pair(4, 2));
+  const ClipPictures pictures = PlanPictures(clip, file, how);
+  const double rate = options.fps.value_or(clip.frame_rate / options.every);
+  if (file.video && !options.frame && pictures.frame_rate < rate) {
+    Note(options.common, fmt::format("note: a .gif shows {0:g} frames per second at most: {0:g} in "
+                                     "place of {1:g}",
+                                     pictures.frame_rate, rate));
   }
-  if (!video && !EqualIgnoringCase(fs::path(options.output).extension().string(), ".png")) {
-    throw Error(options.output, "is not a supported picture format",
-                "Give a name in .png, .gif or .mp4");
+  if (file.numbered) {
+    for (const int frame : pictures.frames) RequireNew(file.numbered->Name(frame), options.common);
   }
-  if (!numbered) RequireNew(options.output, options.common);
-  return {video, numbered};
-}
-
-// The frames to draw, and the rate of a video of them.
-struct RenderedFrames {
-  std::vector<int> frames;
-  double rate = 0.0;
-};
-
-RenderedFrames FramesToRender(const RenderCommand& options, const RenderTarget& target,
-                              const Clip& clip, int tiles) {
-  if (options.frame) return {{*options.frame}, 1.0};
-  if (target.video) {
-    const double rate = VideoRate(options, *target.video, clip.frame_rate);
-    return {FramesAtRate(clip.NumFrames(), clip.frame_rate, rate), rate};
-  }
-  if (target.numbered) return {EveryFrame(clip.NumFrames(), options.every), 0.0};
-  return {EvenFrames(clip.NumFrames(), tiles), 0.0};
-}
-
-void WriteNumberedPictures(const NumberedName& name, const std::vector<int>& frames, int batch,
-                           const DrawFrames& draw) {
-  for (std::size_t k = 0; k < frames.size() && !Interrupted(); k += batch) {
-    const std::size_t count = std::min<std::size_t>(batch, frames.size() - k);
-    const std::vector<Image> images = draw({frames.data() + k, count});
-    for (std::size_t i = 0; i < images.size(); ++i) {
-      WritePng(images[i], name.Name(frames[k + i]));
-    }
-  }
-}
-
-// Draws the frames and writes them; stops after Ctrl-C.
-void WritePictures(const RenderCommand& options, const RenderTarget& target,
-                   const RenderedFrames& shown, double clip_frame_rate, int columns,
-                   const DrawFrames& draw) {
-  const std::vector<int>& frames = shown.frames;
-  const int batch = 2 * NumThreads(options.common);  // keeps memory small, and the threads busy
-  if (target.video) {
-    WriteVideo(options.output, static_cast<int>(frames.size()), {shown.rate, batch},
-               [&](std::span<const int> indices) {
-                 std::vector<int> which;
-                 for (const int k : indices) which.push_back(frames[k]);
-                 return draw(which);
-               });
-  } else if (target.numbered) {
-    WriteNumberedPictures(*target.numbered, frames, batch, draw);
-  } else if (const std::vector<Image> tiles = draw(frames); !tiles.empty()) {
-    std::vector<std::string> labels;
-    for (const int t : frames) labels.push_back(fmt::format("{:.2f} s", t / clip_frame_rate));
-    WritePng(tiles.size() == 1 ? tiles[0] : ContactSheet(tiles, labels, columns), options.output);
-  }
+  return pictures;
 }
 
 int Run(const RenderCommand& options) {
   const CommonOptions& common = options.common;
-  const RenderTarget target = RenderTargetOf(options);
+  const PictureFile file = PictureFileOf(options.output);
+  if (!file.numbered) RequireNew(options.output, common);
   const ClipInput input = LoadClipInput(options.clip, options.input, common);
   const Clip& clip = input.clip;
   if (clip.object && !input.object) {
@@ -192,37 +80,22 @@ int Run(const RenderCommand& options) {
   const ClipRenderer renderer(clip, input.body, input.betas,
                               clip.object && input.object ? &*input.object : nullptr,
                               input.table ? &*input.table : nullptr);
-  const bool sheet = !options.frame && !target.video && !target.numbered;
-  ClipRenderOptions how = HowToDraw(options, sheet ? SheetView(clip) : ClipView::kFront);
-  const auto [columns, rows] = ParsePair(options.sheet).value_or(std::pair(4, 2));
-
-  const RenderedFrames shown = FramesToRender(options, target, clip, columns * rows);
-  const std::vector<int>& frames = shown.frames;
-  if (target.video == VideoFormat::kMp4) {  // its colours are stored for two by two pixels
-    how.picture.width += how.picture.width % 2;
-    how.picture.height += how.picture.height % 2;
-  }
-  if (target.numbered) {
-    for (const int frame : frames) RequireNew(target.numbered->Name(frame), common);
-  }
-
+  const ClipPictures pictures = PicturesOf(options, file, clip);
   Progress progress(common, "render");
-  int drawn = 0;
-  WritePictures(options, target, shown, clip.frame_rate, columns, [&](std::span<const int> which) {
-    return Draw(renderer, how, which, common, [&] {
-      progress.Update(++drawn, std::max(drawn, static_cast<int>(frames.size())));
-    });
+  const bool drawn = WritePictures(renderer, pictures, [&](int done, int total) {
+    progress.Update(done, total);
+    return !Interrupted();
   });
-  if (Interrupted()) return kInterrupted;
+  if (!drawn) return kInterrupted;
 
   nlohmann::json summary = JsonHead("holdfast/render/1", common);
   summary["output"] = options.output;
-  summary["frames"] = frames;
-  summary["size"] = {how.picture.width, how.picture.height};
-  if (target.video) summary["frame_rate_hz"] = shown.rate;
-  PrintResult(
-      common, summary,
-      fmt::format("{}: {} of {} frames\n", options.output, frames.size(), clip.NumFrames()));
+  summary["frames"] = pictures.frames;
+  summary["size"] = {pictures.how.picture.width, pictures.how.picture.height};
+  if (file.video) summary["frame_rate_hz"] = pictures.frame_rate;
+  PrintResult(common, summary,
+              fmt::format("{}: {} of {} frames\n", options.output, pictures.frames.size(),
+                          clip.NumFrames()));
   return kDone;
 }
 

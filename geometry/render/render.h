@@ -19,6 +19,8 @@
 ///   png.h             PNG encoded, decoded, written
 ///   ffmpeg_process.h  the program ffmpeg, through a pipe
 ///   video.h           frames as .mp4 or .gif
+///   clip_pictures.h   pictures of a clip, a sheet or a video of them, written
+#include "geometry/render/clip_pictures.h"
 #include "geometry/render/clip_renderer.h"
 #include "geometry/render/contact_sheet.h"
 #include "geometry/render/png.h"

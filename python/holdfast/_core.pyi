@@ -531,6 +531,7 @@ def render(
     frame: Optional[int] = None,
     sheet: tuple[int, int] = (4, 2),
     frame_rate: Optional[float] = None,
+    markers: Optional[_Path] = None,
     threads: int = 0,
     progress: _Progress = None,
 ) -> None: ...

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <filesystem>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -13,18 +13,13 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "geometry/clip/clip_scene.h"
-#include "geometry/clip/resample.h"
 #include "geometry/error.h"
-#include "geometry/io/container/text_scanner.h"
-#include "geometry/parallel.h"
-#include "geometry/render/clip_renderer.h"
-#include "geometry/render/contact_sheet.h"
-#include "geometry/render/png.h"
-#include "geometry/render/video.h"
+#include "geometry/render/clip_pictures.h"
 #include "geometry/rotation.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
+#include "solver/markers/marker_json.h"
 #include "solver/score/score_output.h"
 #include "solver/trial/trial_clip.h"
 
@@ -115,120 +110,53 @@ py::object Score(const py::object& clip, ScoreArguments& in) {
   return ToPython(result);
 }
 
-// Frames on several threads; what `drawn` stops is empty.
-std::vector<Image> Draw(const ClipRenderer& renderer, const ClipRenderOptions& how,
-                        std::span<const int> frames, int threads,
-                        const std::function<bool()>& drawn) {
-  std::vector<Image> images(frames.size());
-  std::mutex lock;
-  bool stopped = false;
-  ParallelFor(static_cast<int>(frames.size()), threads, [&](int k) {
-    {
-      const std::scoped_lock guard(lock);
-      if (stopped) return;
-    }
-    images[k] = renderer.Draw(frames[k], how);
-    const std::scoped_lock guard(lock);
-    stopped = stopped || !drawn();
-  });
-  if (stopped) images.clear();
-  return images;
-}
-
-struct RenderArguments {
-  std::filesystem::path path;
-  std::optional<VideoFormat> video;
-  ClipRenderOptions how;
-  std::vector<int> frames;
-  int columns = 1;
-  double frame_rate = 1.0;
-  int threads = 1;
-};
-
-void WritePictures(const ClipRenderer& renderer, const RenderArguments& in,
-                   const StagedProgress& progress) {
-  const int total = static_cast<int>(in.frames.size());
-  int done = 0;
-  const auto draw = [&](std::span<const int> indices) {
-    std::vector<int> which;
-    for (const int k : indices) which.push_back(in.frames[k]);
-    return Draw(renderer, in.how, which, in.threads, [&] {
-      ++done;
-      return progress("render", done, std::max(done, total));
-    });
-  };
-  if (in.video) {
-    WriteVideo(in.path, total, {in.frame_rate, 2 * in.threads}, draw);
-    return;
-  }
-  std::vector<int> all(in.frames.size());
-  std::vector<std::string> labels;
-  for (int k = 0; k < total; ++k) {
-    all[k] = k;
-    labels.push_back(fmt::format("{:.2f} s", in.frames[k] / renderer.GetClip().frame_rate));
-  }
-  const std::vector<Image> tiles = draw(all);
-  if (tiles.empty()) return;
-  WritePng(tiles.size() == 1 ? tiles[0] : ContactSheet(tiles, labels, in.columns), in.path);
-}
-
-void RequirePicture(const RenderArguments& in, const std::pair<int, int>& size,
-                    const std::pair<int, int>& sheet) {
+void RequirePicture(const PictureFile& file, const std::pair<int, int>& size,
+                    const std::pair<int, int>& sheet, std::optional<double> frame_rate) {
   constexpr int kLargest = 16384;
-  if (!in.video && !EqualIgnoringCase(in.path.extension().string(), ".png")) {
-    throw Error(in.path.string(), "is not a supported picture format",
-                "Give a name in .png, .gif or .mp4");
-  }
   if (std::min(size.first, size.second) < 1 || std::max(size.first, size.second) > kLargest) {
     throw py::value_error("size: expected (width, height) from 1 to 16384 pixels");
   }
   if (std::min(sheet.first, sheet.second) < 1 || std::max(sheet.first, sheet.second) > 100) {
     throw py::value_error("sheet: expected (columns, rows) from 1 to 100");
   }
+  const double most = file.video == VideoFormat::kGif ? kMaxGifRate : 240.0;
+  if (file.video && frame_rate && !(*frame_rate > 0.0 && *frame_rate <= most)) {
+    throw py::value_error(
+        fmt::format("frame_rate: expected more than 0 and at most {:g} Hz", most));
+  }
 }
 
 void RenderTo(const py::object& clip, const std::filesystem::path& path, const py::object& object,
               double object_scale, const py::object& body, std::pair<int, int> size,
               const std::string& camera, std::optional<int> frame, std::pair<int, int> sheet,
-              std::optional<double> frame_rate, int threads, const py::object& progress) {
-  RenderArguments in;
-  in.path = path;
-  in.video = VideoFormatOf(path);
-  in.columns = sheet.first;
-  in.threads = ThreadsOf(threads);
-  RequirePicture(in, size, sheet);
+              std::optional<double> frame_rate, const std::optional<std::filesystem::path>& markers,
+              int threads, const py::object& progress) {
+  const PictureFile file = PictureFileOf(path);
+  RequirePicture(file, size, sheet, frame_rate);
   const ClipScene scene = SceneOf(clip, object, object_scale, body);
   const int count = scene.clip.NumFrames();
   if (frame && (*frame < 0 || *frame >= count)) {
     throw py::value_error(fmt::format("frame: {} of a clip of {} frames", *frame, count));
   }
-  if (frame) {
-    in.frames = {*frame};
-  } else if (in.video) {
-    const double most = in.video == VideoFormat::kGif ? kMaxGifRate : 240.0;
-    in.frame_rate = frame_rate.value_or(std::min(scene.clip.frame_rate, most));
-    if (!(in.frame_rate > 0.0 && in.frame_rate <= most)) {
-      throw py::value_error(
-          fmt::format("frame_rate: expected more than 0 and at most {:g} Hz", most));
-    }
-    in.frames = FramesAtRate(count, scene.clip.frame_rate, in.frame_rate);
-  } else {
-    in.frames = EvenFrames(count, sheet.first * sheet.second);
-  }
-  const bool even = in.video == VideoFormat::kMp4;  // its colours are stored for two by two pixels
-  in.how.picture.width = size.first + (even ? size.first % 2 : 0);
-  in.how.picture.height = size.second + (even ? size.second % 2 : 0);
-  in.how.view =
-      Choice<ClipView>(camera, "camera",
-                       {{"auto", frame || in.video ? ClipView::kFront : SheetView(scene.clip)},
-                        {"front", ClipView::kFront},
-                        {"side", ClipView::kSide},
-                        {"follow", ClipView::kFollow},
-                        {"hand", ClipView::kHand}});
+  ClipPictureOptions how;
+  how.threads = ThreadsOf(threads);
+  how.frame = frame;
+  how.frame_rate = frame_rate;
+  std::tie(how.columns, how.rows) = sheet;
+  std::tie(how.how.picture.width, how.how.picture.height) = size;
+  const bool one = frame || file.video || file.numbered;
+  how.how.view = Choice<ClipView>(camera, "camera",
+                                  {{"auto", one ? ClipView::kFront : SheetView(scene.clip)},
+                                   {"front", ClipView::kFront},
+                                   {"side", ClipView::kSide},
+                                   {"follow", ClipView::kFollow},
+                                   {"hand", ClipView::kHand}});
+  if (markers) how.how.markers = MeasuredMarkers(*markers);
   RunWithProgress(progress, [&](const StagedProgress& watched) {
     const ClipRenderer renderer(scene.clip, scene.body, scene.betas,
                                 scene.clip.object && scene.object ? &*scene.object : nullptr);
-    WritePictures(renderer, in, watched);
+    WritePictures(renderer, PlanPictures(scene.clip, file, how),
+                  [&](int done, int total) { return watched("render", done, total); });
   });
 }
 
@@ -312,13 +240,16 @@ void BindScore(py::module_& module) {
   module.def("render", &RenderTo, "clip"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
              "object_scale"_a = 1.0, "body"_a = py::none(), "size"_a = std::pair(640, 480),
              "camera"_a = "auto", "frame"_a = py::none(), "sheet"_a = std::pair(4, 2),
-             "frame_rate"_a = py::none(), "threads"_a = 0, "progress"_a = py::none(),
+             "frame_rate"_a = py::none(), "markers"_a = py::none(), "threads"_a = 0,
+             "progress"_a = py::none(),
              "Draws a clip without GPU or display.\n\nA .png is a sheet of (columns, rows) "
-             "pictures evenly through the clip, or one picture of `frame`; a .gif or .mp4 a video "
-             "(through the program ffmpeg) at frame_rate Hz, by default the clip's. size: (width, "
-             "height) of a picture, pixels. camera: 'auto', 'front', 'side', 'follow' or 'hand'. "
-             "Amber: skin within 3 mm of the object; red: skin inside it. clip, object, body as in "
-             "score().");
+             "pictures evenly through the clip, or one picture of `frame`; with %d or %03d in the "
+             "name one of each frame; a .gif or .mp4 a video (through the program ffmpeg) at "
+             "frame_rate Hz, by default the clip's. size: (width, height) of a picture, pixels. "
+             "camera: 'auto', 'front', 'side', 'follow' or 'hand'. markers: a folder that "
+             "'holdfast solve' made, whose measured markers are drawn too. Amber: skin within 3 mm "
+             "of the object; red: skin inside it. clip, object, body "
+             "as in score().");
 }
 
 }  // namespace holdfast::python

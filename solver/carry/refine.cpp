@@ -47,21 +47,6 @@ std::vector<std::uint8_t> WhoHoldsIn(const Clip& clip, const HandModel& right,
   return FindHolds(clip, right, left, *object.fit.distance, search).hands;
 }
 
-// Whether the hand's skin is inside the object in any frame.
-bool GetsInto(const Clip& clip, const HandModel& hand, const DistanceGrid& object) {
-  HandState state(hand);
-  const std::vector<Eigen::Isometry3d> poses = ObjectPoses(clip);
-  for (int t = 0; t < clip.NumFrames(); ++t) {
-    state.SetBody(clip.pose[t], clip.trans.col(t));
-    state.Evaluate(FingersOf(clip.pose[t], hand.HandSide()), false);
-    const Eigen::Matrix3Xd skin = poses[static_cast<std::size_t>(t)].inverse() * state.Vertices();
-    for (Eigen::Index i = 0; i < skin.cols(); ++i) {
-      if (object.Linear(skin.col(i)) < 0.0) return true;
-    }
-  }
-  return false;
-}
-
 std::vector<const HandModel*> ThoseWhoHold(const HandModel& right, const HandModel& left,
                                            const std::vector<std::uint8_t>& holding,
                                            const BodyModel& body) {
@@ -147,7 +132,8 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
       break;
     }
     if (std::ranges::find(hands, hand) != hands.end()) continue;
-    if (GetsInto(repaired, *hand, *object.fit.distance)) hands.push_back(hand);
+    const std::vector<double> gaps = SkinGaps(repaired, *hand, object, options.threads);
+    if (std::ranges::any_of(gaps, [](double gap) { return gap < 0.0; })) hands.push_back(hand);
   }
   if (hands.empty()) {
     throw Error("the clip", "has an object that no hand holds in any frame",

@@ -6,11 +6,19 @@
 #include <mutex>
 
 #include "geometry/error.h"
+#include "geometry/import/load_clip.h"
+#include "geometry/io/mesh/load_object.h"
+#include "geometry/mesh/surface_distance.h"
 #include "geometry/parallel.h"
 #include "solver/evaluation/core_time.h"
 
 namespace holdfast {
 namespace {
+
+bool IsCapture(const std::filesystem::path& path) {
+  const std::string ending = path.extension().string();
+  return ending == ".pt" || ending == ".npz" || ending == ".glb";
+}
 
 CaptureNumbers NumbersOf(const CarriedQuality& quality) {
   return {.jump_frames = quality.finger_jump_frames,
@@ -65,6 +73,47 @@ CaptureRow Study(const CapturedClip& captured) {
 }
 
 }  // namespace
+
+std::vector<CapturedClip> FindCaptures(const std::filesystem::path& folder,
+                                       const std::shared_ptr<const BodyModel>& body, int every,
+                                       int threads) {
+  if (!std::filesystem::is_directory(folder)) {
+    throw Error(folder.string(), "is not a folder", "Give one with clips that have an object");
+  }
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file() && IsCapture(entry.path())) files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  ImportFileOptions import;
+  import.frame_rate = 0.0;
+  import.parameters.body = body;
+  std::vector<CapturedClip> captures;
+  std::vector<std::shared_ptr<const PreparedObject>> objects;
+  for (std::size_t k = 0; k < files.size(); k += static_cast<std::size_t>(every)) {
+    const LoadedClip loaded = LoadClip(files[k].string(), import);
+    if (!loaded.clip.object) continue;
+    const ClipObject object = FindClipObject(loaded);
+    if (!object.mesh) {
+      throw Error(files[k].string(), "its object's mesh is missing: " + object.missing,
+                  "Put it beside the clip");
+    }
+    auto known = std::ranges::find_if(objects, [&](const auto& prepared) {
+      return SameSurface(prepared->object.mesh, *object.mesh);
+    });
+    if (known == objects.end()) {
+      objects.push_back(std::make_shared<const PreparedObject>(PrepareObject(
+          ObjectOfMesh(*object.mesh, loaded.clip.object->name, object.source), 300, threads)));
+      known = objects.end() - 1;
+    }
+    captures.push_back(
+        {files[k].lexically_relative(folder).string(), loaded.clip, loaded.body, *known});
+  }
+  if (captures.empty()) {
+    throw Error(folder.string(), "holds no clip that has an object", "Check the path");
+  }
+  return captures;
+}
 
 CaptureNumbers& CaptureNumbers::operator+=(const CaptureNumbers& other) {
   jump_frames += other.jump_frames;

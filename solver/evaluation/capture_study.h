@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -22,6 +23,14 @@ struct CapturedClip {
   ClipBody body;
   std::shared_ptr<const PreparedObject> object;
 };
+
+/// Clips of a folder and of those below it (.pt, .npz, .glb, in the order of their paths, every
+/// n-th) that have an object, at their files' frame rates, moved by `body` (the embedded one when
+/// null). The same object is prepared once, on `threads` threads. Throws Error where there are
+/// none, and where an object's mesh is missing.
+std::vector<CapturedClip> FindCaptures(const std::filesystem::path& folder,
+                                       const std::shared_ptr<const BodyModel>& body = {},
+                                       int every = 1, int threads = 1);
 
 /// One side of what is measured, by RefineCarried's protocol.
 struct CaptureNumbers {

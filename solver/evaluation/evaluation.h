@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Studies of reaches, hand-overs, solved markers and refined captures. Networks or methods,
-/// protocols and captured clips go in; measured motions and summaries come out, those of reaches in
-/// blocks of files: a stopped study resumes.
+/// Studies of reaches, hand-overs, grasps, solved markers and refined captures. Networks or
+/// methods, protocols, objects and captured clips go in; measured motions and summaries come out,
+/// those of reaches in blocks of files: a stopped study resumes.
 ///
 /// From the inside out:
 ///   core_time.h           time of a thread's core
@@ -13,12 +13,14 @@
 ///   reach_method_study.h  MethodStudy: methods on the same cases
 ///   reach_methods.h       the methods compared, baselines first
 ///   handover_study.h      switches found in synthetic hand-overs
+///   hold_study.h          grasps tried in MuJoCo
 ///   touch_study.h         touches that markers show, in solved and refined motion
 ///   marker_study.h        recordings of markers solved, with gaps and wrong labels
-///   capture_study.h       captured clips with objects, before and after refining
+///   capture_study.h       captured clips with objects, found, before and after refining
 #include "solver/evaluation/capture_study.h"
 #include "solver/evaluation/captured_reaches.h"
 #include "solver/evaluation/handover_study.h"
+#include "solver/evaluation/hold_study.h"
 #include "solver/evaluation/marker_study.h"
 #include "solver/evaluation/reach_methods.h"
 #include "solver/evaluation/reach_study.h"

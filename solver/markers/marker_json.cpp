@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "solver/markers/marker_json.h"
 
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "geometry/body/skeleton.h"
+#include "geometry/error.h"
+#include "geometry/io/container/read_json.h"
+#include "geometry/io/markers/marker_recording.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {
@@ -102,6 +106,30 @@ nlohmann::json MarkerReportJson(const MarkerReport& report) {
       {"facing_deg", report.world.facing_rad / kDegree}};
   json["head"] = HeadReportJson(report.head);
   return json;
+}
+
+Eigen::MatrixXd MeasuredMarkers(const std::filesystem::path& solved) {
+  const std::filesystem::path path = solved / "metrics.json";
+  const nlohmann::json metrics = ReadJson(path);
+  if (!metrics.is_object() || metrics.value("schema", "") != "holdfast/solve/1") {
+    throw Error(solved.string(), "is no folder that 'holdfast solve' made",
+                "Give one with its metrics.json");
+  }
+  return UseJson(path, [&] {
+    const nlohmann::json& world = metrics.at("world");
+    Eigen::Matrix3d R;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) R(i, j) = world.at("rotation").at(i).at(j).get<double>();
+    }
+    R *= world.at("scale").get<double>();
+    const Eigen::Vector3d lift(0.0, 0.0, world.at("lift_m").get<double>());
+    MarkerRecording recording =
+        ReadMarkers(metrics.at("options").at("recording").get<std::string>());
+    Eigen::Map<Eigen::Matrix3Xd> points(recording.positions.data(), 3,
+                                        recording.positions.size() / 3);
+    points = ((R * points).colwise() + lift).eval();
+    return recording.positions;
+  });
 }
 
 }  // namespace holdfast

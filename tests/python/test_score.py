@@ -86,6 +86,10 @@ def test_render(demo, tmp_path):
         sizes[name] = tuple(np.frombuffer(png[16:24], ">u4"))
     assert sizes["frame"] == (80, 60)
     assert sizes["sheet"][0] >= 160
+    holdfast.render(demo, tmp_path / "no_%02d.png", size=(8, 8))
+    assert len(list(tmp_path.glob("no_*.png"))) == 8
+    with pytest.raises(holdfast.Error, match="no_such.*metrics.json"):
+        holdfast.render(demo, tmp_path / "x.png", markers=tmp_path / "no_such")
     with pytest.raises(holdfast.Error, match=".png, .gif or .mp4"):
         holdfast.render(demo, tmp_path / "x.jpg")
     with pytest.raises(ValueError, match="frame: 8 of a clip of 8 frames"):
