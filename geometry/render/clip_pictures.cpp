@@ -34,6 +34,7 @@ class Drawing {
       if (std::scoped_lock guard(lock_); stopped_) return;
       images[k] = renderer_.Draw(pictures_.frames[places[k]], pictures_.how);
       const std::scoped_lock guard(lock_);
+      if (stopped_) return;
       ++done_;
       const int total = std::max(done_, static_cast<int>(pictures_.frames.size()));
       if (progress_ && !progress_(done_, total)) stopped_ = true;

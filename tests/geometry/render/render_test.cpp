@@ -351,7 +351,7 @@ TEST(Label, EveryGlyphIsDistinctAndCutOffAtTheBorder) {
     Image image(5, 7);
     std::fill(image.rgb.begin(), image.rgb.end(), std::uint8_t{255});
     DrawLabel(image, 0, 0, std::string(1, character));
-    EXPECT_THAT(seen, testing::Not(testing::Contains(image.rgb))) << character;
+    EXPECT_THAT(seen, ::testing::Not(::testing::Contains(image.rgb))) << character;
     seen.push_back(image.rgb);
   }
   Image small(3, 3);
