@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/parallel.h"
 
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -28,6 +30,42 @@ int AvailableThreads() {
   }
 #endif
   return std::max(1, threads);
+}
+
+namespace {
+
+// Of the BLAS that the program runs with, whichever it is linked against.
+struct OpenBlas {
+  int (*threads)() = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_num_threads"));
+  void (*set_threads)(int) = reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT,
+                                                                   "openblas_set_num_threads"));
+
+  std::mutex mutex;
+  int users = 0;
+  int before = 1;
+};
+
+OpenBlas* FindOpenBlas() {
+  static OpenBlas blas;
+  return blas.threads != nullptr && blas.set_threads != nullptr ? &blas : nullptr;
+}
+
+}  // namespace
+
+OneBlasThread::OneBlasThread() {
+  OpenBlas* const blas = FindOpenBlas();
+  if (blas == nullptr) return;
+  const std::lock_guard lock(blas->mutex);
+  if (blas->users++ > 0) return;
+  blas->before = blas->threads();
+  if (blas->before != 1) blas->set_threads(1);
+}
+
+OneBlasThread::~OneBlasThread() {
+  OpenBlas* const blas = FindOpenBlas();
+  if (blas == nullptr) return;
+  const std::lock_guard lock(blas->mutex);
+  if (--blas->users == 0 && blas->before != 1) blas->set_threads(blas->before);
 }
 
 }  // namespace holdfast

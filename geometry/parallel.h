@@ -37,6 +37,17 @@ class StopOn {
 /// most its control group's share (containers). At least 1.
 int AvailableThreads();
 
+/// While one lives, OpenBLAS uses one thread, where that is the BLAS there is (Debian:
+/// libopenblas0-pthread): matrices here are small, its threads wait for each other longer than they
+/// work, and sums depend on how many there are. The last to go restores what was set.
+class OneBlasThread {
+ public:
+  OneBlasThread();
+  ~OneBlasThread();
+  OneBlasThread(const OneBlasThread&) = delete;
+  OneBlasThread& operator=(const OneBlasThread&) = delete;
+};
+
 /// Calls body(index) for 0 <= index < count on up to `threads` threads, the caller's among them.
 /// Which thread takes which index is open: results must be written by index, and then do not depend
 /// on `threads`. The first exception is rethrown here when all have stopped; StopOn stops them.

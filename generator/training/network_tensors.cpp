@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "generator/training/network_tensors.h"
 
-#include <dlfcn.h>
+#include "geometry/parallel.h"
 
 namespace holdfast::wandr {
 
 void UseOneThreadForProducts() {
   at::set_num_threads(1);
-  using SetThreads = void (*)(int);
-  if (void* const set = dlsym(RTLD_DEFAULT, "openblas_set_num_threads")) {
-    reinterpret_cast<SetThreads>(set)(1);
-  }
+  static const OneBlasThread for_good;
 }
 
 nn::TensorMap TensorsOf(const nn::AnyWeights& weights) {

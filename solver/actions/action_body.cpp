@@ -8,6 +8,7 @@
 #include "solver/actions/action_frame_block.h"
 #include "solver/actions/action_stance.h"
 #include "solver/unknowns/change_spline.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -42,7 +43,8 @@ class ActionBodySolver {
     // The arm is where it should be already.
     change_.AddPrior(problem, UpperBodySigma({0.03, 0.04, 0.02}, 4.0 * kDegree, 12.0 * kDegree),
                      0.35);
-    const ceres::Solver::Summary summary = SolveFrames(problem, options_.max_iterations, 1e-3);
+    const ceres::Solver::Summary summary =
+        SolveQuietly(SparseOptions(options_.max_iterations, 1e-3), problem);
     ActionBodyReport report;
     report.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
     report.usable = summary.IsSolutionUsable();

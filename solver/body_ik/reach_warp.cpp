@@ -12,6 +12,7 @@
 #include "geometry/rotation.h"
 #include "solver/body_ik/reach_frame_block.h"
 #include "solver/unknowns/change_spline.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -54,7 +55,8 @@ class ReachWarpSolver {
     change_.AddPrior(problem, UpperBodySigma({0.06, 0.06, 0.10}, 7.0 * kDegree, 8.0 * kDegree),
                      0.5);
     change_.HoldEnds(problem);
-    const ceres::Solver::Summary summary = SolveFrames(problem, options_.max_iterations, 1e-4);
+    const ceres::Solver::Summary summary =
+        SolveQuietly(SparseOptions(options_.max_iterations, 1e-4), problem);
     ReachWarpReport report;
     report.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
     report.converged = summary.termination_type == ceres::CONVERGENCE;

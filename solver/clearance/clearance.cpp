@@ -18,6 +18,7 @@
 #include "solver/clearance/arm_spline.h"
 #include "solver/clearance/clearance_blocks.h"
 #include "solver/unknowns/change_spline.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -268,7 +269,7 @@ class BodyKeeper {
     }
     for (std::size_t k = 0; k < watched.size(); ++k) AddFrame(problem, watched[k], near[k]);
     constexpr int kIterations = 8;
-    SolveFrames(problem, kIterations, 1e-4);
+    SolveQuietly(SparseOptions(kIterations, 1e-4), problem);
   }
 
   void AddFrame(ceres::Problem& problem, int t, const BodyMeeting::Frame& near) {

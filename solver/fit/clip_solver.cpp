@@ -17,6 +17,7 @@
 #include "solver/terms/hand/temporal.h"
 #include "solver/terms/hand/wrist_prior.h"
 #include "solver/unknowns/rotation_manifold.h"
+#include "solver/unknowns/sparse_solve.h"
 #include "solver/unknowns/stop_when_asked.h"
 
 namespace holdfast {
@@ -56,20 +57,14 @@ class WholeClip {
   }
 
   void Solve(const std::function<bool(int, int)>& progress, ClipReport& report) {
-    ceres::Solver::Options solver;
-    solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    solver.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
-    solver.max_num_iterations = options_.max_iterations;
+    // Ceres sums what its threads find in the order they find it: with one thread for Ceres, the
+    // hands are evaluated in parallel by our own callback, which is where the time goes.
+    ceres::Solver::Options solver =
+        SparseOptions(options_.max_iterations, options_.function_tolerance);
     solver.parameter_tolerance = options_.step_tolerance;
-    solver.function_tolerance = options_.function_tolerance;
-    // Ceres sums what its threads find in the order they find it: the hands are evaluated in
-    // parallel by our own callback instead, which is where the time goes.
-    solver.num_threads = 1;
-    solver.logging_type = ceres::SILENT;
     StopWhenAsked callback(progress, solver.max_num_iterations);
     solver.callbacks.push_back(&callback);
-    ceres::Solver::Summary summary;
-    ceres::Solve(solver, &ceres_, &summary);
+    const ceres::Solver::Summary summary = SolveQuietly(solver, ceres_);
     report.iterations += summary.num_successful_steps + summary.num_unsuccessful_steps;
     report.cost_after = summary.final_cost;
     if (report.cost_before == 0.0) report.cost_before = summary.initial_cost;

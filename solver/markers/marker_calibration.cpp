@@ -14,6 +14,7 @@
 #include "solver/markers/marker_world.h"
 #include "solver/terms/body/marker_place.h"
 #include "solver/terms/body/pelvis_upright.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -101,16 +102,10 @@ class Calibrator {
     }
   }
   double Solve(ceres::Problem& problem, ceres::LinearSolverType type, int iterations) {
-    ceres::Solver::Options options;
+    ceres::Solver::Options options = SparseOptions(iterations, 1e-4);
     options.linear_solver_type = type;
-    options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
-    options.max_num_iterations = iterations;
-    options.function_tolerance = 1e-4;
     options.parameter_tolerance = 1e-5;
-    options.num_threads = 1;
-    options.logging_type = ceres::SILENT;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
+    const ceres::Solver::Summary summary = SolveQuietly(options, problem);
     iterations_ += static_cast<int>(summary.iterations.size());
     return summary.final_cost;
   }

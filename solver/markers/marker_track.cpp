@@ -9,6 +9,7 @@
 
 #include "geometry/conventions/series.h"
 #include "solver/terms/body/pose_acceleration.h"
+#include "solver/unknowns/sparse_solve.h"
 #include "solver/unknowns/stop_when_asked.h"
 
 namespace holdfast {
@@ -74,17 +75,10 @@ MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& ca
   for (double* const constant : {betas.data(), places.data(), still.data()}) {
     if (problem.HasParameterBlock(constant)) problem.SetParameterBlockConstant(constant);
   }
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
-  options.max_num_iterations = max_iterations;
-  options.function_tolerance = 1e-4;
-  options.num_threads = 1;
-  options.logging_type = ceres::SILENT;
+  ceres::Solver::Options options = SparseOptions(max_iterations, 1e-4);
   StopWhenAsked stop(progress, max_iterations);
   options.callbacks.push_back(&stop);
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  const ceres::Solver::Summary summary = SolveQuietly(options, problem);
   track.iterations += static_cast<int>(summary.iterations.size());
   track.converged =
       summary.termination_type != ceres::USER_FAILURE && summary.termination_type != ceres::FAILURE;

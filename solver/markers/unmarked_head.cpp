@@ -13,6 +13,7 @@
 #include "solver/terms/body/head_place.h"
 #include "solver/terms/body/pose_acceleration.h"
 #include "solver/terms/body/pose_rest.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -210,15 +211,7 @@ class HeadSolver {
     for (int t = 0; t < frames; ++t) {
       if (active[t] == 0) problem.SetParameterBlockConstant(q.col(t).data());
     }
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    options.max_num_iterations = 40;
-    options.function_tolerance = 1e-4;
-    options.num_threads = 1;
-    options.logging_type = ceres::SILENT;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
-    return summary.IsSolutionUsable();
+    return SolveQuietly(SparseOptions(40, 1e-4), problem).IsSolutionUsable();
   }
 
   const BodySurface surface_;

@@ -80,18 +80,4 @@ void ChangeSpline::HoldEnds(ceres::Problem& problem) {
   }
 }
 
-ceres::Solver::Summary SolveFrames(ceres::Problem& problem, int max_iterations,
-                                   double function_tolerance) {
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
-  options.max_num_iterations = max_iterations;
-  options.function_tolerance = function_tolerance;
-  options.num_threads = 1;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  return summary;
-}
-
 }  // namespace holdfast

@@ -62,8 +62,4 @@ class ChangeSpline {
   std::vector<UpperBodyChange> knots_;
 };
 
-/// Solves quietly, on one thread, by sparse normal equations: neighbouring frames share blocks.
-ceres::Solver::Summary SolveFrames(ceres::Problem& problem, int max_iterations,
-                                   double function_tolerance);
-
 }  // namespace holdfast

@@ -10,6 +10,7 @@
 ///   rotation_manifold.h  unit quaternions as SO(3), tangent in radians
 ///   vertex_term.h        terms of hand vertices, in Gauss-Newton form
 ///   skin_term.h          terms with a row per skin point
+///   sparse_solve.h       Ceres with sparse Cholesky, for all frames of a clip
 ///   dense_minimizer.h    least squares of one frame, from normal equations
 ///   wrist_offset.h       a hand moved off the clip's wrist
 ///   upper_body_chain.h   trunk, arm and head: 28 changes a frame
@@ -21,5 +22,6 @@
 #include "solver/unknowns/quiet_ceres.h"
 #include "solver/unknowns/rotation_manifold.h"
 #include "solver/unknowns/skin_term.h"
+#include "solver/unknowns/sparse_solve.h"
 #include "solver/unknowns/stop_when_asked.h"
 #include "solver/unknowns/vertex_term.h"

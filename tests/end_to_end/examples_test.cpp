@@ -42,6 +42,7 @@ struct Reduced {
 };
 const std::vector<Reduced> kReduced = {
     {"-o reaches --hours 4", "-o reaches --hours 0.02", "hours of motion, minutes of work"},
+    {"-o reaches --hours 6", "-o reaches --hours 0.02", "hours of motion, minutes of work"},
     {"-o left --hours 0.5", "-o left --hours 0.02", "half an hour of motion"},
     {"--count 2500", "--count 2", "seconds a clip"},
     {"-o few --count 20", "-o few --count 2", "seconds a clip"},

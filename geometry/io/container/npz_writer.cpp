@@ -116,7 +116,7 @@ void NpzWriter::Write(const std::filesystem::path& path) const {
         throw fail(reason);
       }
       const auto id = static_cast<zip_uint64_t>(index);
-      zip_set_file_compression(zip, id, ZIP_CM_DEFLATE, 9);
+      zip_set_file_compression(zip, id, ZIP_CM_DEFLATE, 6);
       zip_file_set_dostime(zip, id, 0, (1 << 5) | 1, 0);  // 1980-01-01: same arrays, same bytes
     }
     if (zip_close(zip) != 0) {
