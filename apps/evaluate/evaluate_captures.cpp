@@ -120,7 +120,7 @@ int Run(CapturesCommand options) {
     const char* const data = std::getenv("HOLDFAST_DATA");
     options.folder = (fs::path(data != nullptr ? data : "../shared/data") / "skillmimic").string();
   }
-  const std::vector<CapturedClip> captures =
+  const std::vector<ObjectCapture> captures =
       FindCaptures(options.folder, LoadBody(options.body), options.every, NumThreads(common));
   Progress progress(common, "captures");
   std::vector<CaptureRow> rows;

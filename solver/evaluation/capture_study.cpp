@@ -29,7 +29,7 @@ CaptureNumbers NumbersOf(const CarriedQuality& quality) {
 }
 
 // How far both wrists went.
-void MeasureWrists(const CapturedClip& captured, const Clip& refined, CaptureRow& row) {
+void MeasureWrists(const ObjectCapture& captured, const Clip& refined, CaptureRow& row) {
   const Eigen::Matrix3Xd rest = BodySurface(captured.body.model, captured.body.betas).RestJoints();
   double squares = 0.0;
   for (const Side side : {Side::kRight, Side::kLeft}) {
@@ -43,7 +43,7 @@ void MeasureWrists(const CapturedClip& captured, const Clip& refined, CaptureRow
   row.wrist_rms_mm = std::sqrt(squares / (2.0 * refined.NumFrames()));
 }
 
-CaptureRow Study(const CapturedClip& captured) {
+CaptureRow Study(const ObjectCapture& captured) {
   CaptureRow row;
   row.name = captured.name;
   row.frames = captured.clip.NumFrames();
@@ -74,9 +74,9 @@ CaptureRow Study(const CapturedClip& captured) {
 
 }  // namespace
 
-std::vector<CapturedClip> FindCaptures(const std::filesystem::path& folder,
-                                       const std::shared_ptr<const BodyModel>& body, int every,
-                                       int threads) {
+std::vector<ObjectCapture> FindCaptures(const std::filesystem::path& folder,
+                                        const std::shared_ptr<const BodyModel>& body, int every,
+                                        int threads) {
   if (!std::filesystem::is_directory(folder)) {
     throw Error(folder.string(), "is not a folder", "Give one with clips that have an object");
   }
@@ -88,7 +88,7 @@ std::vector<CapturedClip> FindCaptures(const std::filesystem::path& folder,
   ImportFileOptions import;
   import.frame_rate = 0.0;
   import.parameters.body = body;
-  std::vector<CapturedClip> captures;
+  std::vector<ObjectCapture> captures;
   std::vector<std::shared_ptr<const PreparedObject>> objects;
   for (std::size_t k = 0; k < files.size(); k += static_cast<std::size_t>(every)) {
     const LoadedClip loaded = LoadClip(files[k].string(), import);
@@ -167,7 +167,7 @@ CaptureSums SumsOf(const std::vector<CaptureRow>& rows) {
   return sums;
 }
 
-std::vector<CaptureRow> StudyCaptures(const std::vector<CapturedClip>& clips, int threads,
+std::vector<CaptureRow> StudyCaptures(const std::vector<ObjectCapture>& clips, int threads,
                                       const std::function<bool(int, int)>& progress) {
   std::vector<CaptureRow> rows(clips.size());
   std::mutex lock;

@@ -17,7 +17,7 @@
 namespace holdfast {
 
 /// A captured clip with its object's trajectory.
-struct CapturedClip {
+struct ObjectCapture {
   std::string name;
   Clip clip;
   ClipBody body;
@@ -28,9 +28,9 @@ struct CapturedClip {
 /// n-th) that have an object, at their files' frame rates, moved by `body` (the embedded one when
 /// null). The same object is prepared once, on `threads` threads. Throws Error where there are
 /// none, and where an object's mesh is missing.
-std::vector<CapturedClip> FindCaptures(const std::filesystem::path& folder,
-                                       const std::shared_ptr<const BodyModel>& body = {},
-                                       int every = 1, int threads = 1);
+std::vector<ObjectCapture> FindCaptures(const std::filesystem::path& folder,
+                                        const std::shared_ptr<const BodyModel>& body = {},
+                                        int every = 1, int threads = 1);
 
 /// One side of what is measured, by RefineCarried's protocol.
 struct CaptureNumbers {
@@ -70,7 +70,7 @@ CaptureSums SumsOf(const std::vector<CaptureRow>& rows);
 /// Each clip refined (RefineCarried with default weights, who holds found in the clip), and
 /// measured before and after by the same hands in the same frames. Rows in the order of the clips,
 /// the same on any number of threads but for times. `progress` may stop it: WorkStopped is thrown.
-std::vector<CaptureRow> StudyCaptures(const std::vector<CapturedClip>& clips, int threads,
+std::vector<CaptureRow> StudyCaptures(const std::vector<ObjectCapture>& clips, int threads,
                                       const std::function<bool(int, int)>& progress = {});
 
 }  // namespace holdfast

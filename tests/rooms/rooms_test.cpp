@@ -152,6 +152,28 @@ TEST(Rooms, OfTheLibraryHaveAHeaderThatNamesAllOthers) {
   }
 }
 
+// Two types of one name are one to the linker, which keeps the destructor of either.
+TEST(Rooms, EveryTypeIsDefinedInOneHeader) {
+  static const std::regex opens(R"(namespace ([\w:]+) \{)"),
+      type(R"((?:struct|class|enum class) (\w+)(?: final)?(?: : .*)? ?\{.*)");
+  std::map<std::string, std::string> seen;
+  for (const auto& [room, headers] : Source().headers) {
+    for (const std::string& header : headers) {
+      std::ifstream file(fs::path(HOLDFAST_SOURCE_DIR) / room / header);
+      std::string scope;
+      std::smatch match;
+      for (std::string line; std::getline(file, line);) {
+        if (std::regex_match(line, match, opens)) scope = match[1].str() + "::";
+        if (!std::regex_match(line, match, type)) continue;
+        const auto [other, is_new] = seen.emplace(scope + match[1].str(), room + '/' + header);
+        EXPECT_TRUE(is_new) << other->first << " of " << other->second << " is in " << room << '/'
+                            << header << " too";
+      }
+    }
+  }
+  EXPECT_GT(seen.size(), 300u);
+}
+
 // A command is what the program alone needs: nobody else includes it, and of the library's tests
 // none does.
 TEST(Rooms, NothingOfTheLibraryKnowsTheProgram) {

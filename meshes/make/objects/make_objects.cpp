@@ -66,7 +66,7 @@ DecimateResult DecimateSoundly(const TriangleMesh& mesh, const std::string& name
   throw Error(name, "no way of decimating it keeps it from cutting itself", "Adjust its shape.");
 }
 
-void Make(const ObjectShape& shape, const std::filesystem::path& folder) {
+void Make(const HandheldObject& shape, const std::filesystem::path& folder) {
   const TriangleMesh mesh = PlaceOnTable(shape.make());
   RequireSound(mesh, shape.name);
   WriteMesh(mesh, folder / (shape.name + ".ply"));
@@ -92,7 +92,7 @@ int main(int argc, char** argv) {
   }
   const std::vector<std::string> wanted(argv + 2, argv + argc);
   int failures = 0;
-  for (const ObjectShape& shape : HandheldObjects()) {
+  for (const HandheldObject& shape : HandheldObjects()) {
     if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), shape.name) == wanted.end()) {
       continue;
     }

@@ -5,13 +5,13 @@
 
 namespace holdfast {
 
-std::vector<ObjectShape> HandheldObjects() {
-  std::vector<ObjectShape> all;
+std::vector<HandheldObject> HandheldObjects() {
+  std::vector<HandheldObject> all;
   for (const auto& group : {SimpleObjects(), TablewareObjects(), ToolObjects(), DeviceObjects()}) {
     all.insert(all.end(), group.begin(), group.end());
   }
   std::sort(all.begin(), all.end(),
-            [](const ObjectShape& a, const ObjectShape& b) { return a.name < b.name; });
+            [](const HandheldObject& a, const HandheldObject& b) { return a.name < b.name; });
   return all;
 }
 

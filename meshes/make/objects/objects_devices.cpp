@@ -159,7 +159,7 @@ TriangleMesh LightBulb() {
 
 }  // namespace
 
-std::vector<ObjectShape> DeviceObjects() {
+std::vector<HandheldObject> DeviceObjects() {
   return {{"camera", CameraBody}, {"phone", Phone}, {"lightbulb", LightBulb}};
 }
 

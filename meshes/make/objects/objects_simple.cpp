@@ -101,7 +101,7 @@ TriangleMesh Banana() {
 
 }  // namespace
 
-std::vector<ObjectShape> SimpleObjects() {
+std::vector<HandheldObject> SimpleObjects() {
   return {{"cube", Cube},
           {"cylinder", RoundBar},
           {"sphere", Ball},

@@ -179,7 +179,7 @@ TriangleMesh WineGlass() {
 
 }  // namespace
 
-std::vector<ObjectShape> TablewareObjects() {
+std::vector<HandheldObject> TablewareObjects() {
   return {{"mug", Mug},
           {"teapot", Teapot},
           {"bottle", Bottle},

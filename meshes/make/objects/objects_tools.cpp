@@ -201,7 +201,7 @@ TriangleMesh Flashlight() {
 
 }  // namespace
 
-std::vector<ObjectShape> ToolObjects() {
+std::vector<HandheldObject> ToolObjects() {
   return {{"hammer", Hammer},
           {"knife", Knife},
           {"fryingpan", FryingPan},

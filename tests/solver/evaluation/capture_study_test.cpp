@@ -49,8 +49,8 @@ TEST(StudyCaptures, MeasuresAHoldBeforeAndAfterAndNamesWhatIsNotRefined) {
   LoadedClip motion = LoadClip("demo_drink");
   motion.clip = Slice(motion.clip, 0, 10);
   const auto mug = std::make_shared<const PreparedObject>(PrepareObject(LoadObject("mug")));
-  CapturedClip held{"held", CarryObject(motion.clip, motion.body, *mug).clip, motion.body, mug};
-  CapturedClip away = held;
+  ObjectCapture held{"held", CarryObject(motion.clip, motion.body, *mug).clip, motion.body, mug};
+  ObjectCapture away = held;
   away.name = "away";
   away.clip.object->trans.row(1).array() += 5.0;
   int seen = 0;
