@@ -46,6 +46,7 @@ nlohmann::json SummaryJson(const StudySummary& summary) {
   return {{"motions", s.count},
           {"success_ratio", s.success},
           {"success_at_end_ratio", s.success_at_end},
+          {"rests_ratio", s.rests},
           {"distance_to_goal_mean_m", s.distance_mean_m},
           {"distance_to_goal_median_m", s.distance_median_m},
           {"foot_skating_ratio", summary.surface_skating},

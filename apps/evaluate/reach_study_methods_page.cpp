@@ -14,6 +14,7 @@ namespace {
 const std::vector<std::string> kMethodHeads = {"",
                                                "SR",
                                                "SR at end",
+                                               "rests",
                                                "DTG mean",
                                                "DTG median",
                                                "FS",
@@ -45,19 +46,20 @@ std::vector<std::vector<std::string>> RowsOf(const std::vector<MethodRun>& runs,
                                              std::vector<int>& strong) {
   std::vector<std::vector<std::string>> rows;
   for (const PaperRow& paper : PaperRows()) {
-    rows.push_back({paper.label, Percent(paper.success, 0), "-", Centimetres(paper.distance_m), "-",
-                    Percent(paper.skating, 0)});
+    rows.push_back({paper.label, Percent(paper.success, 0), "-", "-", Centimetres(paper.distance_m),
+                    "-", Percent(paper.skating, 0)});
   }
   for (const CapturedGroup& group : GroupsOf(captured)) {
-    rows.push_back({group.label, "-", "-", "-", "-"});
+    rows.push_back({group.label, "-", "-", "-", "-", "-"});
     for (std::string& cell : MannerCells(group.summary)) rows.back().push_back(std::move(cell));
   }
   for (const MethodRun& run : runs) {
     const MethodSummary& s = run.summary;
     if (run.method.key == "latent-opt") strong.push_back(static_cast<int>(rows.size()));
-    rows.push_back(
-        {run.method.label, Percent(s.study.reach.success), Percent(s.study.reach.success_at_end),
-         Centimetres(s.study.reach.distance_mean_m), Centimetres(s.study.reach.distance_median_m)});
+    rows.push_back({run.method.label, Percent(s.study.reach.success),
+                    Percent(s.study.reach.success_at_end), Percent(s.study.reach.rests),
+                    Centimetres(s.study.reach.distance_mean_m),
+                    Centimetres(s.study.reach.distance_median_m)});
     for (std::string& cell : MannerCells(s)) rows.back().push_back(std::move(cell));
     rows.back().push_back(fmt::format("{:.2f}", s.latent_rms));
     rows.back().push_back(fmt::format("{:.{}f}", s.seconds, s.seconds < 0.1 ? 3 : 2));

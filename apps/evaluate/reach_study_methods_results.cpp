@@ -127,6 +127,7 @@ nlohmann::json MethodsJson(const std::vector<MethodRun>& runs,
                           {"summary", MannerJson(s)}};
     one["summary"].update({{"success_ratio", s.study.reach.success},
                            {"success_at_end_ratio", s.study.reach.success_at_end},
+                           {"rests_ratio", s.study.reach.rests},
                            {"success_at_any_iterate_ratio", s.success_any},
                            {"distance_to_goal_mean_m", s.study.reach.distance_mean_m},
                            {"distance_to_goal_median_m", s.study.reach.distance_median_m},

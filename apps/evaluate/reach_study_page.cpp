@@ -35,9 +35,9 @@ std::string OrDash(const std::optional<double>& value, double factor, const char
 }
 
 const std::vector<std::string> kStudyHeads = {
-    "intention", "SR",         "SR at end", "DTG mean",     "DTG median",
-    "FS",        "FS, joints", "airborne",  "pelvis, peak", "acceleration",
-    "paper: SR", "paper: DTG", "paper: FS"};
+    "intention",    "SR",        "SR at end",  "rests",    "DTG mean",
+    "DTG median",   "FS",        "FS, joints", "airborne", "pelvis, peak",
+    "acceleration", "paper: SR", "paper: DTG", "paper: FS"};
 
 std::vector<std::string> RowOf(const StudyRun& run) {
   const StudySummary& s = run.summary;
@@ -46,6 +46,7 @@ std::vector<std::string> RowOf(const StudyRun& run) {
   return {label,
           Percent(s.reach.success),
           Percent(s.reach.success_at_end),
+          Percent(s.reach.rests),
           fmt::format("{:.1f} cm", 100.0 * s.reach.distance_mean_m),
           fmt::format("{:.1f} cm", 100.0 * s.reach.distance_median_m),
           Percent(s.surface_skating),

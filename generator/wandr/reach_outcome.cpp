@@ -53,6 +53,7 @@ class JointTrack {
 
 void MeasureDistances(const JointTrack& track, int frames, const Eigen::Vector3d& goal, int wrist,
                       ReachOutcome& outcome) {
+  const int rest = std::max(0, frames - 1 - static_cast<int>(kFramesPerSecond) / 2);
   outcome.closest_m = std::numeric_limits<double>::infinity();
   for (int f = 0; f < frames; ++f) {
     const double distance = (track.At(wrist, f) - goal).norm();
@@ -61,6 +62,7 @@ void MeasureDistances(const JointTrack& track, int frames, const Eigen::Vector3d
       outcome.closest_frame = f;
     }
     if (distance <= kReachedWithin && !outcome.Reached()) outcome.reached_frame = f;
+    if (f >= rest) outcome.rest_m = std::max(outcome.rest_m, distance);
     outcome.last_m = distance;
   }
   outcome.speed_at_reach_m_s = std::numeric_limits<double>::quiet_NaN();
@@ -114,11 +116,12 @@ ReachSummary Summarise(std::span<const ReachOutcome> outcomes) {
   ReachSummary summary;
   summary.count = static_cast<int>(outcomes.size());
   std::vector<double> distances, peaks;
-  int reached = 0, at_end = 0, with_speed = 0;
+  int reached = 0, at_end = 0, rests = 0, with_speed = 0;
   double speed = 0.0;
   for (const ReachOutcome& outcome : outcomes) {
     reached += outcome.Reached();
     at_end += outcome.ReachedAtEnd();
+    rests += outcome.Rests();
     summary.diverged += outcome.diverged;
     distances.push_back(outcome.closest_m);
     peaks.push_back(outcome.peak_pelvis_m_s);
@@ -133,6 +136,7 @@ ReachSummary Summarise(std::span<const ReachOutcome> outcomes) {
   }
   summary.success = static_cast<double>(reached) / summary.count;
   summary.success_at_end = static_cast<double>(at_end) / summary.count;
+  summary.rests = static_cast<double>(rests) / summary.count;
   summary.distance_median_m = Median(distances);
   summary.peak_pelvis_median_m_s = Median(peaks);
   summary.speed_at_reach_m_s =

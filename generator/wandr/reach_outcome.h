@@ -11,6 +11,7 @@
 namespace holdfast::wandr {
 
 inline constexpr double kReachedWithin = 0.10;          ///< metres: a goal counts as reached
+inline constexpr double kRestsWithin = 0.02;            ///< metres: a wrist stays
 inline constexpr double kSkatingPerFrame = 0.02 / 3.0;  ///< metres per frame (2/3 cm)
 inline constexpr double kAirborneAnkleOrBall = 0.12;    ///< metres above the floor
 
@@ -19,6 +20,7 @@ struct ReachOutcome {
   double closest_m = 0.0;  ///< least distance of wrist and goal
   int closest_frame = 0;   ///< the first frame that has it
   double last_m = 0.0;     ///< distance in the last frame
+  double rest_m = 0.0;     ///< greatest distance in the last half second
   int reached_frame = -1;  ///< first frame within kReachedWithin, -1 for none
   /// m/s, the wrist's way into reached_frame (out of it when that is the start); NaN for none.
   double speed_at_reach_m_s = 0.0;
@@ -32,6 +34,7 @@ struct ReachOutcome {
   bool diverged = false;
 
   bool Reached() const { return reached_frame >= 0; }
+  bool Rests() const { return !diverged && rest_m <= kRestsWithin; }
   bool ReachedAtEnd() const { return !diverged && last_m <= kReachedWithin; }
 };
 
@@ -45,6 +48,7 @@ struct ReachSummary {
   int count = 0;
   double success = 0.0;          ///< SR: within 10 cm in any frame
   double success_at_end = 0.0;   ///< within 10 cm in the last
+  double rests = 0.0;            ///< within 2 cm in all of the last half second
   double distance_mean_m = 0.0;  ///< DTG: mean of closest_m
   double distance_median_m = 0.0;
   double skating = 0.0;   ///< mean of skating_share

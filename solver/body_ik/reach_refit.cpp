@@ -27,6 +27,34 @@ constexpr int kRoomKnots = 3;            // on either side of a goal: WarpReach 
 constexpr double kMostSink = 0.08;       // metres: farther would be a squat, and sudden
 constexpr double kStepClearance = 0.03;  // metres: of a foot half-way through its step
 
+// Frames after an arrival, with time slowed down evenly from there to the first in which both feet
+// stand, and to a tenth from then on: who has arrived does not walk on, and is no statue.
+void ComeToRest(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles, int arrival,
+                std::vector<BodyFrame>& frames) {
+  constexpr double kWaiting = 0.1;
+  constexpr int kEase = 4;  // frames at least
+  const int last = static_cast<int>(frames.size()) - 1;
+  std::vector<Soles> points;
+  for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
+  const std::vector<SoleBits> stands = FindSupports(points, wandr::kFramesPerSecond);
+  int still = std::min(arrival + kEase, last);
+  const auto both = [&](int t) {
+    const SoleBits bits = stands[static_cast<std::size_t>(t)];
+    return (bits & kLeftSole) != 0 && (bits & kRightSole) != 0;
+  };
+  while (still < last && !both(still)) ++still;
+  const double way = still - arrival, slowing = way / (0.5 * (1.0 + kWaiting));
+  const std::vector<BodyFrame> before(frames.begin() + arrival, frames.end());
+  for (int t = arrival + 1; t <= last; ++t) {
+    const double tau = t - arrival;
+    const double at = tau < slowing ? tau - 0.5 * (1.0 - kWaiting) * tau * tau / slowing
+                                    : way + kWaiting * (tau - slowing);
+    const auto from = std::min(static_cast<std::size_t>(at), before.size() - 2);
+    frames[static_cast<std::size_t>(t)] =
+        Interpolate(before[from], before[from + 1], at - static_cast<double>(from));
+  }
+}
+
 // How far the wrist of every frame has to bend up for the fingertip to be off the floor; zero where
 // it is. Smooth over time: the largest of nearby frames, then a bell.
 std::vector<double> Bends(const std::vector<BodyFrame>& frames, const Eigen::Matrix3Xd& rest_joints,
@@ -105,10 +133,24 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
       frame.local[k] = Eigen::Quaterniond(pose.rotation[k]);
     }
   }
+  const int wrist = WristJoint(options.wrist);
+  const auto lacks = [&](const RefitGoal& goal) {
+    const BodyPlacement placed = Place(rest_joints, frames[static_cast<std::size_t>(goal.frame)]);
+    return (placed.joints.col(wrist) - goal.position).norm();
+  };
+  const SolePoints soles(rest_joints, measures.sole_y);
+  for (const RefitGoal& goal : goals) {
+    if (goal.frame < 0 || goal.frame >= count || !goal.position.allFinite()) {
+      throw Error("refit", fmt::format("goal at frame {} of {}", goal.frame, count),
+                  "Give a frame of the motion and a finite place");
+    }
+    if (goal.rests && goal.frame + 1 < count && lacks(goal) <= options.farthest_m) {
+      ComeToRest(rest_joints, soles, goal.frame, frames);
+    }
+  }
   RefitReport found;
   std::vector<FeetTarget> feet;
   if (options.pin_feet) {
-    const SolePoints soles(rest_joints, measures.sole_y);
     std::vector<Soles> points;
     for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
     FootLockReport lock;
@@ -120,30 +162,23 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
   } else {
     for (const BodyFrame& frame : frames) feet.push_back(FeetOf(Place(rest_joints, frame)));
   }
-  const int wrist = WristJoint(options.wrist);
   ReachWarpOptions warp_options;
   warp_options.joint_limits = CapturedJointLimits();
   const int margin = kRoomKnots * warp_options.knot_frames;
   for (const RefitGoal& goal : goals) {
-    if (goal.frame < 0 || goal.frame >= count || !goal.position.allFinite()) {
-      throw Error("refit", fmt::format("goal at frame {} of {}", goal.frame, count),
-                  "Give a frame of the motion and a finite place");
-    }
-    const auto error = [&] {
-      const BodyPlacement placed = Place(rest_joints, frames[static_cast<std::size_t>(goal.frame)]);
-      return (placed.joints.col(wrist) - goal.position).norm();
-    };
     ReachWarp warp;
     warp.goal = goal.position;
     warp.frame = goal.frame;
     warp.begin = std::max(0, goal.frame - options.window_frames);
-    warp.end = std::min(count, goal.frame + options.window_frames + 1);
+    warp.end = goal.rests ? count : std::min(count, goal.frame + options.window_frames + 1);
     warp.wrist = options.wrist;
-    const bool room = warp.frame - warp.begin >= margin && warp.end - 1 - warp.frame >= margin;
-    if (options.place_wrist && room && error() <= options.farthest_m) {
+    warp.rests = goal.rests;
+    const bool room =
+        warp.frame - warp.begin >= margin && (goal.rests || warp.end - 1 - warp.frame >= margin);
+    if (options.place_wrist && room && lacks(goal) <= options.farthest_m) {
       WarpReach(rest_joints, feet, warp, warp_options, frames);
     }
-    found.wrist_errors_m.push_back(error());
+    found.wrist_errors_m.push_back(lacks(goal));
   }
   if (options.lift_hands) {
     for (const Side side : {Side::kLeft, Side::kRight}) {

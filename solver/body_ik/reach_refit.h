@@ -17,6 +17,9 @@ namespace holdfast {
 struct RefitGoal {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< world, metres
   int frame = 0;
+  /// The motion ends here: from the frame on the wrist stays, and time slows down until both feet
+  /// stand still.
+  bool rests = false;
 };
 
 struct RefitOptions {
@@ -26,7 +29,7 @@ struct RefitOptions {
   bool lift_hands = true;
   /// A goal farther than this from the wrist is left alone: the motion did not reach it.
   double farthest_m = 0.10;
-  int window_frames = 30;  ///< that change on either side of a goal
+  int window_frames = 30;  ///< that change on either side of a goal; all after one that rests
 };
 
 struct RefitReport {
@@ -37,9 +40,9 @@ struct RefitReport {
 };
 
 /// The last touch to a motion that a network made: planted feet stay where they are (LockFeet), the
-/// wrist is where it should be to the millimetre (WarpReach), hands bend at the wrist before their
-/// fingers go through the floor (as far as wrists bend). Changes that much and no more: what the
-/// motion is comes from the network.
+/// wrist is where it should be to the millimetre (WarpReach) and stays at a last goal, hands bend
+/// at the wrist before their fingers go through the floor (as far as wrists bend). Changes that
+/// much and no more: what the motion is comes from the network.
 ///
 /// `states` (135 x F) at 30 fps, floor z = 0, of the body of `measures`. Throws Error for frames
 /// that the motion does not have.

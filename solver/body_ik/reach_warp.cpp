@@ -21,6 +21,7 @@ using Eigen::Vector3d;
 
 // The share of the way to the goal that is added in a frame.
 double Share(const ReachWarp& warp, int frame) {
+  if (warp.rests && frame >= warp.frame) return 1.0;
   const double tau =
       frame <= warp.frame
           ? static_cast<double>(frame - warp.begin) / std::max(1, warp.frame - 1 - warp.begin)
@@ -54,7 +55,8 @@ class ReachWarpSolver {
     }
     change_.AddPrior(problem, UpperBodySigma({0.06, 0.06, 0.10}, 7.0 * kDegree, 8.0 * kDegree),
                      0.5);
-    change_.HoldEnds(problem);
+    change_.HoldStart(problem);
+    if (!warp_.rests) change_.HoldEnd(problem);
     const ceres::Solver::Summary summary =
         SolveQuietly(SparseOptions(options_.max_iterations, 1e-4), problem);
     ReachWarpReport report;
@@ -75,8 +77,11 @@ class ReachWarpSolver {
     const double share = Share(warp_, t);
     const Vector3d wrist = placed.joints.col(chain_.WristJointId());
     ReachFrameTerms terms;
-    terms.wrist.target = wrist + share * lacks;
-    terms.wrist.sigma_m = t == warp_.frame ? options_.goal_sigma_m : options_.path_sigma_m;
+    const bool rests = warp_.rests && t > warp_.frame;
+    terms.wrist.target = rests ? warp_.goal : Vector3d(wrist + share * lacks);
+    terms.wrist.sigma_m = t == warp_.frame ? options_.goal_sigma_m
+                          : rests          ? options_.rest_sigma_m
+                                           : options_.path_sigma_m;
     // The face turns as the direction from the head to the hand's goal does.
     const Vector3d head = placed.joints.col(15);
     const Vector3d face = placed.rotation[15].col(2);
@@ -123,7 +128,8 @@ ReachWarpReport WarpReach(const Eigen::Matrix3Xd& rest_joints, const std::vector
                           std::vector<BodyFrame>& frames) {
   const int margin = 3 * options.knot_frames;
   if (warp.begin < 0 || warp.end > static_cast<int>(frames.size()) ||
-      warp.frame - warp.begin < margin || warp.end - 1 - warp.frame < margin) {
+      warp.frame - warp.begin < margin ||
+      (warp.rests ? warp.end <= warp.frame : warp.end - 1 - warp.frame < margin)) {
     throw Error("reach",
                 fmt::format("frames [{}, {}) leave no time around frame {}", warp.begin, warp.end,
                             warp.frame),

@@ -104,7 +104,7 @@ ReachMethod LatentOpt(const ReachGenerator& with, const wandr::ReachProtocol& pr
   method.label = label;
   method.protocol = protocol;
   method.protocol.with_intention = options.with_intention;
-  method.settings = SettingsOf(options) + (refit ? ", refit 1" : "");
+  method.settings = SettingsOf(options) + (refit ? ", refit 2" : "");
   const LatentBody body = LatentBodyOf(with.body.rest_joints, with.body.sole_y);
   method.solve = [with, body, options, refit](std::span<const ReachTask> tasks, int threads,
                                               const std::function<void()>& poll) {
@@ -118,7 +118,7 @@ ReachMethod LatentOpt(const ReachGenerator& with, const wandr::ReachProtocol& pr
     if (!refit) return solutions;
     ParallelFor(static_cast<int>(solutions.size()), threads, [&](int i) {
       wandr::RolloutTrack& track = solutions[i].track;
-      const RefitGoal goal{within[i].goal, within[i].deadline};
+      const RefitGoal goal{within[i].goal, within[i].deadline, true};
       track.states = RefitReach(with.body, track.states.cast<double>(), {&goal, 1}).cast<float>();
       track.joints = wandr::JointsOfStates(track.states, with.bones);
     });

@@ -14,7 +14,7 @@ namespace holdfast {
 namespace {
 
 constexpr int kBlock = 250;  // motions in a file
-constexpr int kColumns = 11;
+constexpr int kColumns = 12;
 
 nlohmann::json NumberOrNull(double value) {
   return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
@@ -30,7 +30,8 @@ constexpr const char* kColumnNames[kColumns] = {"closest_m",
                                                 "airborne_ratio",
                                                 "peak_pelvis_m_s",
                                                 "mean_acceleration_m_s2",
-                                                "diverged"};
+                                                "diverged",
+                                                "rest_m"};
 
 }  // namespace
 
@@ -46,7 +47,8 @@ nlohmann::json StudyRow(const StudyMotion& motion) {
           o.airborne_share,
           o.peak_pelvis_m_s,
           o.mean_acceleration_m_s2,
-          o.diverged};
+          o.diverged,
+          o.rest_m};
 }
 
 StudyMotion StudyMotionOf(const nlohmann::json& row) {
@@ -64,6 +66,7 @@ StudyMotion StudyMotionOf(const nlohmann::json& row) {
   o.peak_pelvis_m_s = row.at(8);
   o.mean_acceleration_m_s2 = row.at(9);
   o.diverged = row.at(10);
+  o.rest_m = row.at(11);
   return motion;
 }
 
@@ -83,7 +86,7 @@ void RefitToGoal(const BodyMeasures& measures, const Eigen::Vector3d& goal,
                  wandr::RolloutTrack& track) {
   if (!track.states.allFinite()) return;
   const wandr::ReachOutcome outcome = wandr::MeasureReach(track.joints, goal);
-  const RefitGoal there{goal, outcome.closest_frame};
+  const RefitGoal there{goal, outcome.closest_frame, true};
   RefitRollout(measures, {&there, outcome.Reached() ? 1u : 0u}, Side::kRight, track);
 }
 
@@ -101,6 +104,7 @@ StudySummary SummariseMotions(std::span<const StudyMotion> motions) {
 std::string ReachQuestion::Checksum() const {
   const wandr::ReachProtocol& p = protocol;
   nlohmann::json all = {{"network", network->checksum},
+                        {"columns", kColumnNames},
                         {"variant", variant},
                         {"grid", {p.num_angles, p.num_heights, p.num_distances, p.num_samples}},
                         {"range", {p.max_height_m, p.min_distance_m, p.max_distance_m}},

@@ -68,7 +68,8 @@ class MultiGoalMotion {
   std::vector<RefitGoal> RefitGoals() const {
     std::vector<RefitGoal> out;
     for (std::size_t g = 0; g < goals_.size(); ++g) {
-      if (sample_.goals[g].Reached()) out.push_back({goals_[g], at_goal_[g]});
+      if (sample_.goals[g].Reached())
+        out.push_back({goals_[g], at_goal_[g], g + 1 == goals_.size()});
     }
     return out;
   }

@@ -147,7 +147,8 @@ RefitReport RefitReach(const ReachPerson& person, std::span<const Eigen::Vector3
   std::vector<RefitGoal> reached;
   for (std::size_t g = 0; g < goals.size(); ++g) {
     const wandr::GoalOutcome& outcome = sample.goals[g];
-    if (outcome.Reached()) reached.push_back({goals[g], outcome.closest_frame});
+    if (outcome.Reached())
+      reached.push_back({goals[g], outcome.closest_frame, g + 1 == goals.size()});
   }
   const RefitReport report = RefitRollout(person.measures, reached, side, sample.track);
   wandr::MeasureGoals(goals, WristJoint(side), sample);

@@ -73,10 +73,13 @@ void ChangeSpline::AddPrior(ceres::Problem& problem, const UpperBodyChange& sigm
   }
 }
 
-void ChangeSpline::HoldEnds(ceres::Problem& problem) {
-  for (std::size_t k = 0; k < kHeldKnots; ++k) {
+void ChangeSpline::HoldStart(ceres::Problem& problem) {
+  for (std::size_t k = 0; k < kHeldKnots; ++k) problem.SetParameterBlockConstant(knots_[k].data());
+}
+
+void ChangeSpline::HoldEnd(ceres::Problem& problem) {
+  for (std::size_t k = knots_.size() - kHeldKnots; k < knots_.size(); ++k) {
     problem.SetParameterBlockConstant(knots_[k].data());
-    problem.SetParameterBlockConstant(knots_[knots_.size() - 1 - k].data());
   }
 }
 

@@ -51,8 +51,9 @@ class ChangeSpline {
   }
   /// ChangeSplinePrior of every control point but the outermost.
   void AddPrior(ceres::Problem& problem, const UpperBodyChange& sigma, double bend);
-  /// The change vanishes at both ends, with its first two derivatives.
-  void HoldEnds(ceres::Problem& problem);
+  /// The change vanishes at the start, or at the end, with its first two derivatives.
+  void HoldStart(ceres::Problem& problem);
+  void HoldEnd(ceres::Problem& problem);
 
  private:
   // The first of the four control points around frame t, and what each counts.

@@ -96,6 +96,17 @@ TEST(ReachOutcome, FlightSpeedAndAcceleration) {
   EXPECT_NEAR(outcome.mean_acceleration_m_s2, 900.0 * (0.2 + 0.1 + 4 * 0.11) / (22.0 * 2.0), 1e-3);
 }
 
+TEST(ReachOutcome, AWristThatLeavesInTheLastHalfSecondDoesNotRest) {
+  Eigen::MatrixXf joints = StillTrack(40);
+  const Eigen::Vector3d wrist = joints.block<3, 1>(3 * 21, 0).cast<double>();
+  EXPECT_TRUE(MeasureReach(joints, wrist).Rests());
+  Move(joints, 21, 23, {0.05f, 0.0f, 0.0f});  // half a second is 15 steps, 16 frames
+  EXPECT_TRUE(MeasureReach(joints, wrist).Rests());
+  Move(joints, 21, 24, {0.05f, 0.0f, 0.0f});
+  EXPECT_NEAR(MeasureReach(joints, wrist).rest_m, 0.05, 1e-6);
+  EXPECT_FALSE(MeasureReach(joints, wrist).Rests());
+}
+
 TEST(ReachOutcome, WhatIsNoNumberAnyMoreDidNotReach) {
   Eigen::MatrixXf joints = StillTrack(6);
   joints(5, 3) = NAN;

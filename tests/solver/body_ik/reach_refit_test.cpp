@@ -149,6 +149,43 @@ TEST(RefitReach, PinsPlantedFeetAndPutsTheWristWhereItShallBe) {
   }
 }
 
+TEST(RefitReach, TheWristStaysAtALastGoalAndThePersonComesToRest) {
+  for (const Vector3d& place : {Vector3d(0.3, -1.5, 1.1), Vector3d(-0.8, -1.0, 0.4)}) {
+    SCOPED_TRACE(place.transpose());
+    const wandr::ReachSample sample = Walk(place);
+    ASSERT_TRUE(sample.goals[0].Reached());
+    const States before = sample.track.states.cast<double>();
+    const int count = static_cast<int>(before.cols());
+    const int frame = std::min(sample.goals[0].closest_frame, count - 16);
+    RefitGoal goal = {place, frame};
+    const auto farthest = [&](const States& states) {
+      const auto at = Kinematics(states);
+      double most = 0.0;
+      for (int t = frame; t < count; ++t) {
+        most = std::max(most, (at[t].joints.col(kWrist) - place).norm());
+      }
+      return most;
+    };
+    const auto speed_at_end = [&](const States& states) {
+      const auto at = Kinematics(states);
+      return (at[count - 1].joints - at[count - 2].joints).colwise().norm().mean() *
+             wandr::kFramesPerSecond;
+    };
+    RefitOptions options;
+    options.farthest_m = 0.2;
+    const States passed = RefitReach(DefaultBody(), before, {&goal, 1}, options);
+    goal.rests = true;
+    const States rested = RefitReach(DefaultBody(), before, {&goal, 1}, options);
+    EXPECT_GT(farthest(passed), 0.02) << "it would not have stayed";
+    EXPECT_LT(farthest(rested), wandr::kRestsWithin);
+    EXPECT_LT(speed_at_end(rested), 0.5 * speed_at_end(passed) + 0.01);
+    EXPECT_GT(speed_at_end(rested), 1e-4) << "a statue";
+    EXPECT_LT((rested.leftCols(frame - 30) - passed.leftCols(frame - 30)).cwiseAbs().maxCoeff(),
+              0.05)
+        << "what is long before is left alone, but for feet";
+  }
+}
+
 TEST(RefitRollout, SkatesLessBeginsAsItDidAndIsWhereItReached) {
   const Vector3d goal(0.3, -1.5, 1.1);
   const wandr::LowestPoint lowest{BodySurface(BodyModel::Default())};
