@@ -32,6 +32,9 @@ constexpr double kUpright = 0.7;      // share of the way to the mouth over whic
 constexpr double kFarTilt = 50.0 * kDegree, kMostBack = 45.0 * kDegree;
 constexpr double kMostYaw = 30.0 * kDegree;
 constexpr double kLipsFrom_m = 0.12, kLipsAt_m = 0.02;  // of the rim, beyond its nearest
+constexpr double kLipsNear_m = 0.01;                    // of the rim, for the hand not to give
+constexpr double kHandGives_m = 0.025, kGive = 5.0 * kDegree;  // at most; each time
+constexpr int kGives = 4;
 constexpr int kCupPoints = 250;
 
 // A hand over time, from joints.
@@ -290,34 +293,78 @@ class DrinkServer {
         std::max(report_.wrist_turn_rad, AngleBetween(wanted.linear(), wrist.linear()));
   }
 
-  // The lips go to the rim as it comes, and back.
+  // The lips go to the rim as it comes, and back. What neck and head can't give, the hand does.
   void MoveHead() {
     const Vector3d lips = LipsOf(face_);
-    std::vector<HeadWish> wishes(clip_.pose.size());
     std::vector<Vector3d> own(clip_.pose.size()), edge(clip_.pose.size());
     std::vector<Matrix3d> head(clip_.pose.size());
-    BodyState state;
     double nearest = 1e9;
     for (int t = times_.lift; t <= times_.put_down; ++t) {
-      ForwardJoints(surface_.RestJoints(), clip_.pose[t], clip_.trans.col(t), state);
-      head[t] = state.world_rotation[kHead];
-      own[t] = state.WorldFromJoint(kHead) * lips;
+      const Isometry3d at = Head(t);
+      head[t] = at.linear();
+      own[t] = at * lips;
       edge[t] = DrinkingEdge(marks_, clip_.object->Pose(t), own[t]);
       nearest = std::min(nearest, (edge[t] - own[t]).norm());
     }
+    Eigen::VectorXd share = Eigen::VectorXd::Zero(clip_.NumFrames());
+    for (int t = times_.lift; t <= times_.put_down; ++t) {
+      const double beyond = (edge[t] - own[t]).norm() - nearest - kLipsAt_m;
+      share(t) = 1.0 - MinimumJerk(beyond / (kLipsFrom_m - kLipsAt_m));
+    }
+    const Matrix3Xd samples = CupSamples();
+    const auto turn_head = [&] {
+      std::vector<HeadWish> wishes(clip_.pose.size());
+      for (int t = times_.lift; t <= times_.put_down; ++t) {
+        if (share(t) <= 0.0) continue;
+        const Isometry3d cup = clip_.object->Pose(t);
+        wishes[t].lips = own[t] + share(t) * (DrinkingEdge(marks_, cup, own[t]) - own[t]);
+        wishes[t].turn = share(t) * TurnTo(cup.linear().col(2), head[t]);
+        wishes[t].points = cup * samples;
+      }
+      report_.head = PoseUnmarkedHead(body_.model, body_.betas, wishes, clip_);
+    };
+    const std::vector<JointPose> poses = clip_.pose;
+    const ObjectTrack track = *clip_.object;
+    turn_head();
+    Vector3d shift = Vector3d::Zero();
+    for (int give = 1; give <= kGives; ++give) {
+      const Vector3d mouth = Head(times_.drink) * lips;
+      const Vector3d gap = mouth - DrinkingEdge(marks_, clip_.object->Pose(times_.drink), mouth);
+      if (gap.norm() < kLipsNear_m) return;
+      shift += gap;
+      shift *= std::min(1.0, kHandGives_m / shift.norm());
+      clip_.pose = poses;
+      clip_.object = track;
+      for (int t = times_.lift; t <= times_.put_down; ++t) {
+        if (share(t) > 0.0) GiveHand(t, share(t) * shift, share(t) * give * kGive);
+      }
+      turn_head();
+    }
+  }
+
+  // A cup less tilted, about the place that is drunk from, leaves room for the nose.
+  void GiveHand(int t, const Vector3d& shift, double upright_rad) {
+    const Isometry3d wrist = Wrist(t), cup = clip_.object->Pose(t);
+    const Vector3d edge = DrinkingEdge(marks_, cup, Head(t) * LipsOf(face_));
+    const Vector3d across = Vector3d::UnitZ().cross(cup.linear().col(2)).normalized();
+    const Isometry3d by = Eigen::Translation3d(edge + shift) *
+                          Eigen::AngleAxisd(-upright_rad, across) * Eigen::Translation3d(-edge);
+    clip_.object->SetPose(t, by * cup);
+    MoveWristTo(by * wrist, wrist, t);
+  }
+
+  Isometry3d Head(int t) const {
+    BodyState state;
+    ForwardJoints(surface_.RestJoints(), clip_.pose[t], clip_.trans.col(t), state);
+    return state.WorldFromJoint(kHead);
+  }
+
+  Matrix3Xd CupSamples() const {
     const Matrix3Xd& surface = cup_.fit.surface;
     const Eigen::Index every = std::max<Eigen::Index>(1, surface.cols() / kCupPoints);
     Matrix3Xd samples(3, (surface.cols() + every - 1) / every);
     for (Eigen::Index i = 0; i < samples.cols(); ++i) samples.col(i) = surface.col(i * every);
-    for (int t = times_.lift; t <= times_.put_down; ++t) {
-      const double beyond = (edge[t] - own[t]).norm() - nearest - kLipsAt_m;
-      const double share = 1.0 - MinimumJerk(beyond / (kLipsFrom_m - kLipsAt_m));
-      if (share <= 0.0) continue;
-      wishes[t].lips = own[t] + share * (edge[t] - own[t]);
-      wishes[t].turn = share * TurnTo(clip_.object->Pose(t).linear().col(2), head[t]);
-      wishes[t].points = clip_.object->Pose(t) * samples;
-    }
-    report_.head = PoseUnmarkedHead(body_.model, body_.betas, wishes, clip_);
+    return samples;
   }
 
   // Back with a cup that is tilted far, and to the side that it comes from.

@@ -156,6 +156,25 @@ TEST(C3d, SurvivesEveryChangedByte) {
   EXPECT_GT(read, 1000);
 }
 
+// Written by py-c3d (7ba2274, Writer.write_like_phasespace): little-endian floats, labels of five
+// characters, arrays without elements, frame numbers as pairs of words.
+TEST(C3d, ReadsWhatPyC3dWrote) {
+  const MarkerRecording recording =
+      ReadMarkers(HOLDFAST_SOURCE_DIR "/tests/fixtures/c3d/py_c3d.c3d");
+  EXPECT_THAT(recording.names, ElementsAre("M000", "M001", "M002"));
+  EXPECT_EQ(recording.rate_hz, 120.0);
+  EXPECT_EQ(recording.first_frame, 1);
+  ASSERT_EQ(recording.NumFrames(), 4);
+  for (int t = 0; t < 4; ++t) {
+    for (int p = 0; p < 3; ++p) {
+      EXPECT_EQ(recording.Seen(p, t), p != 1 || t != 2);
+      if (!recording.Seen(p, t)) continue;
+      const Eigen::Vector3d millimetres(100.0 * p + t, 10.0 * p - t, 1000.5 + p);
+      EXPECT_NEAR((recording.At(p, t) - 1e-3 * millimetres).norm(), 0.0, 1e-9);
+    }
+  }
+}
+
 constexpr const char* kTrc =
     "PathFileType\t4\t(X/Y/Z)\tx.trc\n"
     "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n"
