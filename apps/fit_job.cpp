@@ -229,6 +229,7 @@ nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const Pre
   metrics["per_frame"] = FitFramesJson(report.fit, report.contact, report.clearance);
   metrics["per_frame"]["holding_hand"] = report.holding.hands;
   if (!job.extra.is_null()) metrics.update(job.extra);
+  if (job.measure) job.measure(report.clip, metrics);
   if (!job.write_timings) RemoveTimings(metrics);
   return metrics;
 }

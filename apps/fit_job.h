@@ -23,6 +23,8 @@ struct FitJob {
   std::string clip;            ///< file or embedded clip; only a name where `motion` is there
   std::optional<Clip> motion;  ///< in place of what `clip` names
   nlohmann::json extra;        ///< merged into metrics.json; null: nothing
+  /// Adds to metrics.json what only the caller knows to measure of the fitted clip.
+  std::function<void(const Clip& fitted, nlohmann::json& metrics)> measure;
   std::string object;
   std::string output;
   std::string body;            ///< SMPL-X model file; empty: the embedded body

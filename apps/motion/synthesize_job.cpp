@@ -188,9 +188,20 @@ Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
 
   FitJob fit = FitJobOf(job, made);
   fit.extra["synthesis"] = SynthesisJson(job, intent, network, start, options, made);
+  std::optional<FaceDistance> at_face;
+  fit.measure = [&](const Clip& fitted, nlohmann::json& metrics) {
+    at_face = NearestToFace(start.held, made.motion.action, fitted);
+    if (!at_face) return;
+    metrics["synthesis"]["at_face_mm"] = 1000.0 * at_face->distance_m;
+    metrics["synthesis"]["at_face_frame"] = at_face->frame;
+  };
   FitLibrary library;
   Outcome outcome = RunFitJob(fit, common, library);
   if (outcome.summary.is_null()) return outcome;
+  if (at_face) {
+    outcome.text += fmt::format("\n  at the face         {:.1f} mm from its place in frame {}",
+                                1000.0 * at_face->distance_m, at_face->frame);
+  }
   outcome.text = fmt::format(
       "{}\n  made                {:.1f} s of motion in {} key frames; best of {} samples, {:.0f} "
       "ms each with the object\n{}",

@@ -7,6 +7,7 @@
 /// From the inside out:
 ///   object_marks.h    rim, spout and the like of objects
 ///   face_marks.h      mouth, nose, eyes and ear
+///   face_place.h      where at the face an action brings an object
 ///   action_path.h     where a wrist is wanted over time
 ///   action_catalog.h  actions and the objects they use
 ///   script_poses.h    object poses that place a point

@@ -28,6 +28,7 @@ struct SynthesisAnswer {
   imos::Intent intent;
   double seconds_per_key_frame = 0.0;
   std::optional<int> switch_frame;
+  std::optional<double> at_face_m;
   std::vector<std::pair<int, double>> samples;  // number and faults, best first
 };
 using SynthesisPtr = std::shared_ptr<SynthesisAnswer>;
@@ -146,6 +147,8 @@ SynthesisPtr Run(SynthesisCall& call, const py::object& progress) {
       answer->samples.emplace_back(sample.number, sample.faults);
     }
     answer->fit = FitMotion(call, made, *answer->motion, go_on, notes);
+    const auto at_face = NearestToFace(start, made.motion.action, *answer->fit->clip);
+    if (at_face) answer->at_face_m = at_face->distance_m;
   });
   LogNotes(notes);
   return answer;
@@ -250,6 +253,10 @@ void BindSynthesize(py::module_& module) {
           "list of dict: sample and faults, best first")
       .def_readonly("switch_frame", &SynthesisAnswer::switch_frame,
                     "frame in which the other hand takes the object over, or None")
+      .def_readonly(
+          "at_face_m", &SynthesisAnswer::at_face_m,
+          "metres that the rim, the phone ... of `clip` stays from its place at the lips, "
+          "the ear ... where it is nearest; None for actions away from the face")
       .def_readonly("seconds_per_key_frame", &SynthesisAnswer::seconds_per_key_frame)
       .def("__repr__", [](const SynthesisAnswer& self) {
         return fmt::format("<holdfast.SynthesisResult: {} ({} frames)>",

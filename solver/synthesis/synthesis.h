@@ -7,7 +7,8 @@
 /// From the inside out:
 ///   holding_start.h     a person with the object in hand
 ///   synthesis.h         Synthesise: key frames, object fitted to each
-///   synthesis_motion.h  key frames resampled, feet pinned
+///   synthesis_motion.h  key frames resampled, feet pinned, breath and sway
+///   face_refit.h        what belongs at the face brought there
 ///   synthesize.h        Synthesize: the best of several samples
 
 #include <cstdint>

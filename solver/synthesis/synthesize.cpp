@@ -25,6 +25,11 @@ double FaultsOf(const ActionQuality& quality) {
 
 }  // namespace
 
+std::optional<FaceDistance> NearestToFace(const HoldingStart& start, std::string_view action,
+                                          const Clip& clip) {
+  return NearestToFace(*start.actor, *start.prop, action, start.mirrored ? MirrorClip(clip) : clip);
+}
+
 SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeights& network,
                              const imos::Intent& intent, const SynthesizeOptions& options,
                              const StagedProgress& progress) {
@@ -51,15 +56,16 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
     SynthesizedSample& sample = result.samples[i];
     sample.keys = std::move(made[i]);
     sample.number = i;
-    sample.motion =
-        MotionOfKeyFrames(sample.keys.clip, start.actor->Measures(), options.frame_rate);
+    sample.motion = MotionOfKeyFrames(sample.keys.clip, start.actor->Measures(), options.frame_rate,
+                                      options.seed + static_cast<std::uint64_t>(i));
     ActionQuality quality;
     MeasureAction(*start.actor, *start.prop, sample.motion, quality);
     sample.faults = FaultsOf(quality);
   });
   std::ranges::stable_sort(result.samples, {}, &SynthesizedSample::faults);
   result.stopped = progress && !progress("synthesize", 1, 1);
-  const SynthesizedSample& best = result.samples.front();
+  SynthesizedSample& best = result.samples.front();
+  if (best.keys.switch_frame < 0) RefitAtFace(*start.actor, *start.prop, action, best.motion);
   result.motion = start.mirrored ? MirrorClip(best.motion) : best.motion;
   result.motion.action = action;
   result.first_hand = start.mirrored ? Side::kLeft : Side::kRight;

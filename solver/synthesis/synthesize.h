@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -11,11 +12,13 @@
 #include "generator/imos/weights.h"
 #include "geometry/clip/clip.h"
 #include "geometry/progress.h"
+#include "solver/synthesis/face_refit.h"
 #include "solver/synthesis/holding_start.h"
 #include "solver/synthesis/synthesis.h"
 
 /// A motion for a person who holds an object and an intent: key frames by IMoS's loop, the best of
-/// several samples, synthetic motion. CarryObject fits the object to all of its frames.
+/// several samples, synthetic motion; what belongs at the face is brought there (RefitAtFace).
+/// CarryObject fits the object to all of its frames.
 ///
 ///   HoldingStart start = MakeStandingHold(body, LoadObject("mug"), "drink").start;
 ///   SynthesizedMotion made = Synthesize(start, imos::DefaultNetwork(), intent, {});
@@ -50,6 +53,11 @@ struct SynthesizedMotion {
   std::vector<SynthesizedSample> samples;  ///< best first
   double loop_s = 0.0;                     ///< of making all key frames
 };
+
+/// How near what the action brings to the face comes to it in a clip of the start's person, as
+/// Synthesize or the fit after it have left it. Nothing for actions without a place at the face.
+std::optional<FaceDistance> NearestToFace(const HoldingStart& start, std::string_view action,
+                                          const Clip& clip);
 
 SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeights& network,
                              const imos::Intent& intent, const SynthesizeOptions& options = {},

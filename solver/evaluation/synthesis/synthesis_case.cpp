@@ -178,7 +178,8 @@ SynthesisedCase Fit(const RatedNetwork& network, const SynthesisCase& one, int i
   if (of_these >= order.finish.size() || !order.finish[of_these]) return made;
   begin = Clock::now();
   const Clip motion =
-      MotionOfKeyFrames(made.keys, MeasureBody(*one.scene.body, one.scene.betas), kFinishedRate_Hz);
+      MotionOfKeyFrames(made.keys, MeasureBody(*one.scene.body, one.scene.betas), kFinishedRate_Hz,
+                        order.seed + static_cast<std::uint64_t>(index));
   GraspTransferOptions transfer;
   transfer.seed = order.seed;
   const GraspMaker first = GraspsFromClip(motion, hands);

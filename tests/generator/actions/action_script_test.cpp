@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "generator/actions/action_catalog.h"
+#include "generator/actions/face_place.h"
 #include "generator/actions/standing_start.h"
 #include "generator/imos/vocabulary.h"
 #include "geometry/embedded.h"
@@ -179,6 +180,37 @@ TEST(ActionScripts, DrinkPutsTheRimToTheMouth) {
 }
 
 // --- Catalogue, marks, starts -------------------------------------------------------------------
+
+// The rim of a cup that leans is nearest to the mouth on the mouth's side; what is there already
+// lacks nothing.
+TEST(FacePlace, OfACupIsTheRimOnTheMouthsSide) {
+  ObjectMarks cup;
+  cup.rim = Vector3d(0.0, 0.0, 0.1);
+  cup.rim_radius = 0.04;
+  const FaceMarks face;
+  Eigen::Isometry3d head_from_object = Eigen::Isometry3d::Identity();
+  head_from_object.linear() = ExpSO3(Vector3d(-M_PI / 2, 0.0, 0.0));  // z of the cup is up
+  head_from_object.translation() = Vector3d(0.0, -0.3, 0.3);
+  const auto place = FacePlaceOf("drink", cup, face, head_from_object);
+  ASSERT_TRUE(place);
+  const Vector3d mark = head_from_object * place->mark;
+  EXPECT_NEAR(mark.x(), 0.0, 1e-9);
+  EXPECT_NEAR(mark.y(), -0.2, 1e-9);
+  EXPECT_NEAR(mark.z(), 0.26, 1e-9) << "towards the face";
+  EXPECT_NEAR((place->place - face.mouth).norm(), 0.005, 1e-3);
+  head_from_object.translation() += place->place - mark;
+  const auto there = FacePlaceOf("drink", cup, face, head_from_object);
+  EXPECT_LT((head_from_object * there->mark - there->place).norm(), 1e-9);
+}
+
+TEST(FacePlace, ActionsAwayFromTheFaceHaveNone) {
+  for (const char* action : {"pour", "pass", "lift", "use", "offhand"}) {
+    EXPECT_FALSE(FacePlaceOf(action, {}, {}, Eigen::Isometry3d::Identity())) << action;
+  }
+  for (const char* action : {"drink", "toast", "eat", "call", "takepicture", "brush"}) {
+    EXPECT_TRUE(FacePlaceOf(action, {}, {}, Eigen::Isometry3d::Identity())) << action;
+  }
+}
 
 TEST(ActionCatalog, HasGrabsNamesAndEmbeddedObjects) {
   EXPECT_GE(MadeActions().size(), 10u);

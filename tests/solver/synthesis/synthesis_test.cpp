@@ -167,7 +167,7 @@ TEST(SynthesisMotion, StandingFeetStay) {
     // The whole body slides about by centimetres, as a network's does.
     keys.trans.col(t) = Vector3d(0.01 * (t % 3), -0.008 * (t % 2), -holder.measures.sole_y);
   }
-  const Clip motion = MotionOfKeyFrames(keys, holder.measures, 30.0);
+  const Clip motion = MotionOfKeyFrames(keys, holder.measures, 30.0, 1);
   ASSERT_EQ(motion.NumFrames(), 49);
   Eigen::Matrix3Xd ankles(3, 49);
   double slid = 0.0, swung = 0.0;

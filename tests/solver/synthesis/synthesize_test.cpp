@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "generator/imos/default_network.h"
+#include "geometry/body/body_model.h"
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
 
@@ -40,6 +41,48 @@ TEST(Synthesize, MakesAMotionOfAHeldStartTheSameOnAnyThreads) {
       Synthesize(hold.start, imos::DefaultNetwork(), Intent("drink", "mug"), options);
   EXPECT_EQ(again.motion.trans, made.motion.trans);
   EXPECT_EQ(again.motion.object->trans, made.motion.object->trans);
+}
+
+TEST(Synthesize, ThePersonDoesNotFreezeAndTheRimComesToTheLips) {
+  const ClipBody body{BodyModel::Default(), {}};
+  const StandingHold hold = MakeStandingHold(body, LoadObject("mug"), "drink", {});
+  ASSERT_EQ(hold.status, StandingHoldStatus::kMade);
+  SynthesizeOptions options;
+  options.samples = 1;
+  const SynthesizedMotion made =
+      Synthesize(hold.start, imos::DefaultNetwork(), Intent("drink", "mug"), options);
+  const Clip& clip = made.motion;
+  const auto face = NearestToFace(hold.start, "drink", clip);
+  ASSERT_TRUE(face);
+  EXPECT_LT(face->distance_m, 0.01);
+  EXPECT_FALSE(NearestToFace(hold.start, "pour", clip));
+
+  // Networks are given four key frames of somebody who stands still: 0.9 s.
+  double least_still = 1e9, slid = 0.0;
+  std::vector<Eigen::Matrix3Xd> joints;
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    BodyState state;
+    ForwardJoints(hold.start.actor->Measures().rest_joints, clip.pose[t], clip.trans.col(t), state);
+    joints.push_back(state.joints);
+    slid = std::max(slid, (joints[t].col(7) - joints[0].col(7)).norm());
+  }
+  for (int t = 10; t + 10 < clip.NumFrames(); ++t) {
+    const Eigen::Matrix3Xd moved = joints[t + 10] - joints[t];
+    least_still = std::min(least_still, moved.leftCols(22).colwise().norm().maxCoeff());
+  }
+  EXPECT_GT(least_still, 5e-4) << "metres that the liveliest joint moves in a third of a second";
+  EXPECT_LT(slid, 2e-3);
+
+  // The hand keeps its grasp: the object goes along with the wrist.
+  const Clip start = hold.start.clip;
+  const auto in_wrist = [&](const Clip& of, int t) -> Eigen::Isometry3d {
+    BodyState state;
+    ForwardJoints(hold.start.actor->Measures().rest_joints, of.pose[t], of.trans.col(t), state);
+    return state.WorldFromJoint(WristJoint(Side::kRight)).inverse() * of.object->Pose(t);
+  };
+  const Eigen::Isometry3d before = in_wrist(start, start.NumFrames() - 1);
+  const Eigen::Isometry3d at_face = in_wrist(clip, face->frame);
+  EXPECT_LT((before.translation() - at_face.translation()).norm(), 0.02);
 }
 
 TEST(HoldingStart, OfAClipNeedsTheObjectInAHand) {
