@@ -107,6 +107,7 @@ CarryOptions ToLibrary(const FitJob& job, const CommonOptions& common) {
   options.style = StyleByName(job.style);
   options.use = UseByName(job.use);
   options.keep_motion = job.keep_motion;
+  options.clear_passages = job.clear_passages;
   options.drink = job.drink;
   options.hand_over = job.offhand;
   options.handover = job.handover;

@@ -38,12 +38,13 @@ struct FitJob {
   double object_scale = 1.0;
   int start = 0;
   int end = -1;
-  GraspPlaceInput place;     ///< where it has to be made
-  bool regrasp = false;      ///< a new grasp even if the clip has one of this object
-  bool keep_grasp = false;   ///< the clip's own even if it is another object's
-  bool keep_motion = false;  ///< arms do not give way to the body
-  bool drink = false;        ///< the clip's person drinks: into the hand that does
-  bool offhand = false;      ///< the object changes hands: `handover` says what is known of it
+  GraspPlaceInput place;        ///< where it has to be made
+  bool regrasp = false;         ///< a new grasp even if the clip has one of this object
+  bool keep_grasp = false;      ///< the clip's own even if it is another object's
+  bool keep_motion = false;     ///< arms do not give way to the body
+  bool clear_passages = false;  ///< CarryOptions::clear_passages
+  bool drink = false;           ///< the clip's person drinks: into the hand that does
+  bool offhand = false;         ///< the object changes hands: `handover` says what is known of it
   HandoverSearchOptions handover;
   bool write_report = true;
   bool write_timings = true;  ///< wall times in metrics.json: no two runs write the same ones

@@ -57,6 +57,8 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
             CLI::Range(0.0, 3.0));
   AddOption(*command, "--frame-rate", job.frame_rate, "Frame rate of the output, Hz",
             CLI::Range(5.0, 240.0));
+  command->add_flag("--and-back", job.and_back,
+                    "Put the object back where it was; on a table the hand lets go of it");
   command->add_option("--body", job.begin.body, "Body model in place of the embedded one");
   const bool embedded = imos::HasDefaultNetwork();
   command
@@ -75,6 +77,7 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
       *command, options->common, true,
       "  holdfast synthesize --action drink --object mug\n"
       "  holdfast synthesize \"The person takes picture with the camera\" --seed 7 -o picture\n"
+      "  holdfast synthesize --action drink --object mug --start table --and-back -o drinks\n"
       "  holdfast synthesize --action pour --object jug.obj --class teapot --hand left -o poured\n"
       "  holdfast synthesize --action inspect --object held/object.ply --class mug --from held \\\n"
       "      -o inspected\n"

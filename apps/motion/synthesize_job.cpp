@@ -141,7 +141,8 @@ nlohmann::json SynthesisJson(const SynthesizeJob& job, const imos::Intent& inten
           {"seconds_per_key_frame", options.seconds_per_key_frame},
           {"samples", faults},
           {"switch_key_frame", made.samples.front().keys.switch_frame},
-          {"sigma", job.sigma}};
+          {"sigma", job.sigma},
+          {"and_back", job.and_back}};
 }
 
 FitJob FitJobOf(const SynthesizeJob& job, const SynthesizedMotion& made) {
@@ -153,6 +154,7 @@ FitJob FitJobOf(const SynthesizeJob& job, const SynthesizedMotion& made) {
   fit.output = job.output;
   fit.body = job.begin.body;
   fit.write_report = job.write_report;
+  fit.clear_passages = made.lets_go;
   fit.offhand = made.switch_frame.has_value();
   if (fit.offhand) {
     fit.handover.switch_frames = {*made.switch_frame};
@@ -180,6 +182,7 @@ Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
   options.samples = job.samples;
   options.sigma = job.sigma;
   options.frame_rate = job.frame_rate;
+  options.and_back = job.and_back;
   options.action_table = network.action_table;
   options.seed = common.seed;
   options.threads = NumThreads(common);

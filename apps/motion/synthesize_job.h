@@ -33,7 +33,8 @@ struct SynthesizeJob {
   int samples = 8;
   double sigma = 1.0;
   double frame_rate = 30.0;
-  bool all = false;  ///< keep every sample
+  bool all = false;       ///< keep every sample
+  bool and_back = false;  ///< the object goes back to where it was
   bool write_report = true;
   std::string output = "synthesized";
 };

@@ -487,6 +487,7 @@ def synthesize(
     key_frames: int = ...,
     sigma: float = 1.0,
     frame_rate: float = 30.0,
+    and_back: bool = False,
     object_scale: float = 1.0,
     weights: str = "",
     action_embeddings: str = "",

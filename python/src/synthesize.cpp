@@ -112,6 +112,7 @@ CarriedPtr FitMotion(const SynthesisCall& call, const SynthesizedMotion& made, c
   fit.object = call.object;
   CarryOptions& options = fit.options;
   options.grasp = GraspSource::kClips;
+  options.clear_passages = made.lets_go;
   options.hand_over = made.switch_frame.has_value();
   if (options.hand_over) {
     options.handover.switch_frames = {*made.switch_frame};
@@ -159,9 +160,10 @@ SynthesisPtr SynthesizeFor(const std::string& action, const py::object& object,
                            const std::optional<int>& frame, const std::string& start,
                            const std::string& hand, const py::object& betas, int samples,
                            const std::optional<double>& seconds, int key_frames, double sigma,
-                           double frame_rate, double object_scale, const std::string& weights,
-                           const std::string& action_embeddings, const py::object& body,
-                           std::uint64_t seed, int threads, const py::object& progress) {
+                           double frame_rate, bool and_back, double object_scale,
+                           const std::string& weights, const std::string& action_embeddings,
+                           const py::object& body, std::uint64_t seed, int threads,
+                           const py::object& progress) {
   SynthesisCall call{action, object_class, weights, action_embeddings, {}, frame,
                      {},     {},           {},      seconds,           {}, {}};
   RequireBetween(samples, "samples", 1, 10'000);
@@ -179,6 +181,7 @@ SynthesisPtr SynthesizeFor(const std::string& action, const py::object& object,
   call.options.key_frames = key_frames;
   call.options.sigma = sigma;
   call.options.frame_rate = frame_rate;
+  call.options.and_back = and_back;
   call.model = ModelOf(body);
   if (clip.is_none()) {
     if (frame) throw py::value_error("frame: needs clip");
@@ -214,7 +217,8 @@ clip: continues from this Clip, path or embedded clip, which shows the object in
 the object in `hand` ('right', 'left'); start: 'table', 'hand' or 'any'.
 
 samples: motions to choose from. seconds: duration (None: the usual one of the action). key_frames:
-with the four given ones. sigma of the latents, 0: the mean motion. frame_rate in Hz. weights,
+with the four given ones. sigma of the latents, 0: the mean motion. frame_rate in Hz. and_back: the object
+goes back to where it was, and the hand lets go of it where that is a table. weights,
 action_embeddings: files of other networks.
 
 Returns SynthesisResult. Raises FitFailure where the object cannot be held so, Stopped, and Error.
@@ -266,7 +270,7 @@ void BindSynthesize(py::module_& module) {
              "object_class"_a = "", "clip"_a = py::none(), "frame"_a = py::none(),
              "start"_a = "any", "hand"_a = "right", "betas"_a = py::none(), "samples"_a = 8,
              "seconds"_a = py::none(), "key_frames"_a = imos::kNumKeyFrames, "sigma"_a = 1.0,
-             "frame_rate"_a = 30.0, "object_scale"_a = 1.0, "weights"_a = "",
+             "frame_rate"_a = 30.0, "and_back"_a = false, "object_scale"_a = 1.0, "weights"_a = "",
              "action_embeddings"_a = "", "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0,
              "progress"_a = py::none(), kSynthesizeDoc);
 }

@@ -107,6 +107,16 @@ Chosen Choose(const ActionClipRequest& request, std::optional<bool> in_hand, Act
   return chosen;
 }
 
+// The table on which the object stands in the first frame, where it does.
+void SetTable(const ActionScript& script, Clip& clip) {
+  if (!script.table_m) return;
+  const Vector3d low = clip.object->trans.col(0);
+  clip.table.emplace();
+  clip.table->name = "table";
+  clip.table->trans = Vector3d(low.x(), low.y(), *script.table_m).replicate(1, clip.NumFrames());
+  clip.table->orient = Eigen::Matrix3Xd::Zero(3, clip.NumFrames());
+}
+
 }  // namespace
 
 ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool> in_hand) {
@@ -132,6 +142,7 @@ ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool>
   made.clip.body_model = actor.Model().Name();
   made.clip.action = request.action;
   made.clip.object->name = imos::VocabularyName(request.prop.name);
+  SetTable(script, made.clip);
   if (request.mirrored) made.clip = MirrorClip(made.clip);
   return made;
 }
@@ -161,14 +172,7 @@ ActionClip MakeActionClip(const ActionClipRequest& request) {
   made.clip.body_model = actor.Model().Name();
   made.clip.action = request.action;
   made.clip.object->name = imos::VocabularyName(request.prop.name);
-  if (script.table_m) {
-    const Vector3d low = clip.object->trans.col(0);
-    made.clip.table.emplace();
-    made.clip.table->name = "table";
-    made.clip.table->trans =
-        Vector3d(low.x(), low.y(), *script.table_m).replicate(1, clip.NumFrames());
-    made.clip.table->orient = Eigen::Matrix3Xd::Zero(3, clip.NumFrames());
-  }
+  SetTable(script, made.clip);
   MeasureAction(actor, request.prop, made.clip, made.quality);
   const ActionFault fault = FaultOf(made.quality, request.action);
   made.fault = fault.fault;

@@ -54,7 +54,7 @@ ActionClip MakeActionClip(const ActionClipRequest& request);
 /// The first moment of such a clip, one frame: the object upright on a table, or in the hand where
 /// `in_hand` (empty: drawn), held by the grasp that suits the action best; fingers and object are
 /// the grasp's, not fitted. Only `fault` and `worst_key` are looked at. Without a fault the clip
-/// has action, object track and holding_hand.
+/// has action, object track, holding_hand and the table, if there is one.
 ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool> in_hand);
 
 /// A clip in a mirror at x = 0, its object too: the track is that of the object as it is, where

@@ -286,7 +286,7 @@ class Carrier {
                       : FitClip(clip_, hands_, object_.fit, holding, options_.fit, grasps, go_on);
     report_.fit_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     report_.clip = std::move(report_.fit.clip);
-    if (transfers || report_.drink) {
+    if (transfers || report_.drink || options_.clear_passages) {
       ClearPassages(clip_, hands_, *object_.fit.distance, options_.fit.release_s, report_.clip);
     }
   }

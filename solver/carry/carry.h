@@ -72,6 +72,9 @@ struct CarryOptions {
   /// Where object, hand or forearm would go through the person's own body: measure it only, and
   /// leave the motion as it is. Recipes other than kHoldfast always do, and do not measure.
   bool keep_motion = false;
+  /// Hands that let go in the clip keep off the object on their way (ClearPassages), as after
+  /// hand-overs.
+  bool clear_passages = false;
   FitOptions fit;            ///< threads are those below
   ContactProtocol protocol;  ///< of the measurements; threads are those below
   std::uint64_t seed = 1;

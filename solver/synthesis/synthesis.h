@@ -9,6 +9,7 @@
 ///   synthesis.h         Synthesise: key frames, object fitted to each
 ///   synthesis_motion.h  key frames resampled, feet pinned, breath and sway
 ///   face_refit.h        what belongs at the face brought there
+///   return_motion.h     AddReturn: what was taken goes back
 ///   synthesize.h        Synthesize: the best of several samples
 
 #include <cstdint>

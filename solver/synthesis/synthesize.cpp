@@ -10,6 +10,7 @@
 #include "geometry/parallel.h"
 #include "solver/actions/action_clip.h"
 #include "solver/actions/action_measures.h"
+#include "solver/synthesis/return_motion.h"
 #include "solver/synthesis/synthesis_motion.h"
 
 namespace holdfast {
@@ -21,6 +22,15 @@ double FaultsOf(const ActionQuality& quality) {
          share(quality.object_in_body_mm, 5.0) + share(quality.hand_in_head_mm, 6.0) +
          share(quality.arm_in_trunk_mm, 25.0) + share(quality.beyond_limits, 0.03) +
          share(quality.skate, 0.1);
+}
+
+// Whether the object stands on the table where the motion begins.
+bool StandsOnTable(const HoldingStart& start) {
+  constexpr double kOn_m = 0.01;
+  if (!start.clip.table) return false;
+  const Eigen::Index last = start.clip.NumFrames() - 1;
+  const Eigen::Matrix3Xd placed = start.clip.object->Pose(last) * start.prop->mesh.vertices;
+  return std::abs(placed.row(2).minCoeff() - start.clip.table->trans(2, last)) < kOn_m;
 }
 
 }  // namespace
@@ -65,7 +75,13 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
   std::ranges::stable_sort(result.samples, {}, &SynthesizedSample::faults);
   result.stopped = progress && !progress("synthesize", 1, 1);
   SynthesizedSample& best = result.samples.front();
-  if (best.keys.switch_frame < 0) RefitAtFace(*start.actor, *start.prop, action, best.motion);
+  if (best.keys.switch_frame < 0) {
+    RefitAtFace(*start.actor, *start.prop, action, best.motion);
+    result.lets_go = options.and_back && StandsOnTable(start);
+    if (options.and_back) {
+      AddReturn(start.actor->Measures().rest_joints, result.lets_go, best.motion);
+    }
+  }
   result.motion = start.mirrored ? MirrorClip(best.motion) : best.motion;
   result.motion.action = action;
   result.first_hand = start.mirrored ? Side::kLeft : Side::kRight;

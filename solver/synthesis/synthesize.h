@@ -31,6 +31,8 @@ struct SynthesizeOptions {
   int samples = 8;                       ///< motions to choose from
   double sigma = 1.0;                    ///< of the latents
   double frame_rate = 30.0;              ///< Hz, of the motion
+  /// The object goes back to where it was (AddReturn); on a table the hand lets go of it.
+  bool and_back = false;
   /// (29 x E) embeddings of the actions; none: the networks' own.
   std::optional<Eigen::MatrixXf> action_table;
   std::uint64_t seed = 1;
@@ -50,6 +52,7 @@ struct SynthesizedMotion {
   Clip motion;                      ///< of the best sample, out of the mirror again
   std::optional<int> switch_frame;  ///< in which the other hand takes the object over
   Side first_hand = Side::kRight;
+  bool lets_go = false;                    ///< at the end: CarryOptions::clear_passages
   std::vector<SynthesizedSample> samples;  ///< best first
   double loop_s = 0.0;                     ///< of making all key frames
 };

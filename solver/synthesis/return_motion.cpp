@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: MIT
+#include "solver/synthesis/return_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "generator/matching/body_frame.h"
+#include "generator/matching/leg_placement.h"
+#include "generator/scripted/minimum_jerk.h"
+#include "geometry/body/skeleton.h"
+#include "geometry/rotation.h"
+#include "solver/synthesis/synthesis_motion.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kLeaves_m = 0.02;  // the wrist from its first place
+constexpr double kJoin_s = 0.7, kSettle_s = 0.4, kRest_s = 1.2, kStands_s = 0.6;
+constexpr int kRightArm[] = {14, 17, 19, 21}, kLeftArm[] = {13, 16, 18, 20};
+
+// `frame` with `share` of what leads from `from` to `to` made on top.
+BodyFrame WithDifference(const BodyFrame& frame, const BodyFrame& from, const BodyFrame& to,
+                         double share) {
+  BodyFrame out = frame;
+  out.pelvis += share * (to.pelvis - from.pelvis);
+  for (int j = 0; j < kNumBodyJoints; ++j) {
+    const Quaterniond difference = from.local[j].conjugate() * to.local[j];
+    out.local[j] = frame.local[j] * Quaterniond::Identity().slerp(share, difference);
+  }
+  return out;
+}
+
+// Rotations of a left joint for the right one, in the mirror at x = 0.
+Quaterniond Mirrored(const Quaterniond& q) { return {q.w(), q.x(), -q.y(), -q.z()}; }
+
+class Return {
+ public:
+  Return(const Eigen::Matrix3Xd& rest_joints, const Clip& clip)
+      : rest_joints_(rest_joints), rate_(clip.frame_rate), frames_(BodyFrames(clip, rest_joints)) {
+    for (const BodyFrame& frame : frames_) wrists_.push_back(Wrist(frame));
+  }
+
+  // Bodies on the way back, the first frame's at its end; empty where the wrist stayed.
+  std::vector<BodyFrame> WayBack() const {
+    const auto away = [&](std::size_t t) {
+      return (wrists_[t].translation() - wrists_[0].translation()).norm();
+    };
+    std::size_t leaves = 0, far = 0;
+    while (leaves < wrists_.size() && away(leaves) < kLeaves_m) ++leaves;
+    if (leaves == wrists_.size()) return {};
+    for (std::size_t t = 0; t < wrists_.size(); ++t) far = away(t) > away(far) ? t : far;
+    // Of the way there, the frame that is most like the last one.
+    std::size_t join = leaves;
+    for (std::size_t t = leaves; t <= far; ++t) {
+      if (FromEnd(t) < FromEnd(join)) join = t;
+    }
+    const std::size_t until = leaves > Count(kSettle_s) ? leaves - Count(kSettle_s) : 0;
+    const std::size_t count = join - until, settle = std::min(count, Count(2.0 * kSettle_s));
+    std::vector<BodyFrame> back;
+    for (std::size_t k = 1; k <= count; ++k) {
+      const double left = 1.0 - MinimumJerk(static_cast<double>(k) / Count(kJoin_s));
+      BodyFrame frame = WithDifference(frames_[join - k], frames_[join], frames_.back(), left);
+      const double settled =
+          MinimumJerk((static_cast<double>(k + settle) - count) / static_cast<double>(settle));
+      frame = WithDifference(frame, frames_[until], frames_.front(), settled);
+      PlaceLegs(rest_joints_, FeetOf(Place(rest_joints_, frames_.front())), frame);
+      back.push_back(frame);
+    }
+    return back;
+  }
+
+  // The right arm from the first frame's pose to hanging, and standing so.
+  std::vector<BodyFrame> ToRest() const {
+    const BodyFrame& first = frames_.front();
+    std::vector<BodyFrame> rest(Count(kRest_s) + Count(kStands_s), first);
+    for (std::size_t k = 0; k < rest.size(); ++k) {
+      const double share = MinimumJerk((k + 1.0) / Count(kRest_s));
+      for (std::size_t j = 0; j < std::size(kRightArm); ++j) {
+        const Quaterniond hanging = Mirrored(first.local[kLeftArm[j]]);
+        rest[k].local[kRightArm[j]] = first.local[kRightArm[j]].slerp(share, hanging);
+      }
+    }
+    return rest;
+  }
+
+  Isometry3d Wrist(const BodyFrame& frame) const {
+    return Place(rest_joints_, frame).WorldFromJoint(WristJoint(Side::kRight));
+  }
+  const std::vector<BodyFrame>& Frames() const { return frames_; }
+
+ private:
+  std::size_t Count(double seconds) const {
+    return static_cast<std::size_t>(std::max(1L, std::lround(seconds * rate_)));
+  }
+  double FromEnd(std::size_t t) const {
+    constexpr double kMetresPerRadian = 0.15;
+    return (wrists_[t].translation() - wrists_.back().translation()).norm() +
+           kMetresPerRadian * AngleBetween(wrists_[t].linear(), wrists_.back().linear());
+  }
+
+  const Eigen::Matrix3Xd& rest_joints_;
+  double rate_;
+  std::vector<BodyFrame> frames_;
+  std::vector<Isometry3d> wrists_;
+};
+
+}  // namespace
+
+void AddReturn(const Eigen::Matrix3Xd& rest_joints, bool lets_go, Clip& clip) {
+  const Return way(rest_joints, clip);
+  const std::vector<BodyFrame> back = way.WayBack();
+  if (back.empty()) return;
+  const Isometry3d first = clip.object->Pose(0);
+  const Isometry3d wrist_from_object =
+      way.Wrist(way.Frames().back()).inverse() * clip.object->Pose(clip.NumFrames() - 1);
+  std::vector<BodyFrame> rest;
+  if (lets_go) rest = way.ToRest();
+  std::vector<BodyFrame> all = way.Frames();
+  all.insert(all.end(), back.begin(), back.end());
+  all.insert(all.end(), rest.begin(), rest.end());
+
+  const Eigen::Index before = clip.NumFrames();
+  const Eigen::Index held = before + static_cast<Eigen::Index>(back.size());
+  const auto count = static_cast<Eigen::Index>(all.size());
+  clip.trans.conservativeResize(3, count);
+  clip.object->trans.conservativeResize(3, count);
+  clip.object->orient.conservativeResize(3, count);
+  clip.pose.resize(all.size(), clip.pose.back());
+  clip.holding_hand.resize(all.size(), clip.holding_hand.back());
+  for (Eigen::Index t = before; t < count; ++t) {
+    const std::size_t frame = static_cast<std::size_t>(t);
+    clip.pose[frame] = clip.pose[frame - 1];  // unwrapped from there
+    // Where the object ends is where it was: the grasp may have slipped by a hair.
+    clip.object->SetPose(t, t < held - 1 ? way.Wrist(all[frame]) * wrist_from_object : first);
+    if (t < held) continue;
+    clip.holding_hand[frame] = 0;
+    const double opened = MinimumJerk(static_cast<double>(t - held + 1) / (0.5 * clip.frame_rate));
+    const auto& fingers = clip.pose[static_cast<std::size_t>(held) - 1];
+    for (int j = 0; j < 15; ++j) {
+      const Vector3d left = clip.pose[0].col(25 + j);
+      const Vector3d right(left.x(), -left.y(), -left.z());
+      clip.pose[frame].col(40 + j) = (1.0 - opened) * fingers.col(40 + j) + opened * right;
+    }
+  }
+  SetBodyFrames(all, rest_joints, clip);
+}
+
+}  // namespace holdfast
