@@ -58,8 +58,8 @@ HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& ha
     frame.vertices = object_from_world * state.Vertices();
     frame.object_from_wrist = object_from_world * state.WorldFromWrist();
     const auto joints = state.JointPositions();
+    frame.joints = object_from_world * Eigen::Matrix3Xd(joints);
     for (int f = 0; f < kNumFingers; ++f) {
-      frame.knuckles.col(f) = object_from_world * Eigen::Vector3d(joints.col(3 * f));
       const Eigen::Vector3d last = axes.RestTips().col(f) - axes.RestJoints().col(3 * f + 2);
       frame.tips.col(f) =
           object_from_world * (joints.col(3 * f + 2) + state.JointRotation(3 * f + 2) * last);

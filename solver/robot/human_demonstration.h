@@ -21,7 +21,8 @@ struct HumanFrame {
   Eigen::VectorXd distance;   ///< signed, of those from the object; beyond 5 cm a lower bound
   Eigen::Isometry3d object_from_wrist = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
-  Eigen::Matrix<double, 3, kNumFingers> tips, knuckles;  ///< positions, by Finger
+  Eigen::Matrix<double, 3, kJointsPerHand> joints;  ///< positions, file order
+  Eigen::Matrix<double, 3, kNumFingers> tips;       ///< by Finger
   bool holds = false;
   std::vector<PartContact> contacts;  ///< where it holds: one a part that touches
 };

@@ -20,6 +20,7 @@
 ///   human_demonstration.h  what the human hand does
 ///   robot_start.h          the robot's hand where the human's is
 ///   transfer_to_robot.h    the whole clip
+///   robot_baseline_terms.h, robot_baselines.h  what others published, to compare with
 ///   robot_measures.h       how good it is
 ///   robot_output.h         files: joints, contacts, MJCF
 ///   robot_pictures.h       pictures

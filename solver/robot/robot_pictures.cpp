@@ -94,7 +94,7 @@ Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& 
     const Eigen::Vector3d towards = k % 2 == 0 ? Eigen::Vector3d(axes.col(2) + 0.5 * axes.col(1))
                                                : Eigen::Vector3d(axes.col(1) - 0.4 * axes.col(2));
     Camera camera;
-    camera.target = 0.5 * (world * Eigen::Vector3d(frame.knuckles.col(kMiddle)) +
+    camera.target = 0.5 * (world * Eigen::Vector3d(frame.joints.col(3 * kMiddle)) +
                            world * Eigen::Vector3d(frame.tips.rowwise().mean()));
     camera.eye = camera.target + 5.0 * kSeen_m * towards.normalized();
     camera.up = axes.col(0);

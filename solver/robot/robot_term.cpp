@@ -21,6 +21,8 @@ RobotNormal::RobotNormal(const RobotHand& hand)
     : links_(hand.links.size()),
       numbers_(hand.NumDofs(), hand.NumDofs()),
       numbers_gradient_(hand.NumDofs()),
+      rows_(6 + hand.NumDofs(), 6 + hand.NumDofs()),
+      rows_gradient_(6 + hand.NumDofs()),
       row_(hand.NumDofs()) {}
 
 void RobotNormal::Begin(const PosedRobot& robot) {
@@ -30,6 +32,8 @@ void RobotNormal::Begin(const PosedRobot& robot) {
   numbers_gradient_.setZero();
   base_gradient_.setZero();
   base_hessian_.setZero();
+  rows_.setZero();
+  rows_gradient_.setZero();
 }
 
 RobotNormal::Link& RobotNormal::Use(int link) {
@@ -99,6 +103,26 @@ void RobotNormal::AddBetween(int first, int second, const Eigen::Vector3d& x,
   numbers_.noalias() += row_ * row_.transpose();
 }
 
+void RobotNormal::AddRow(const Eigen::VectorXd& row, double residual) {
+  rows_gradient_ += residual * row;
+  rows_.noalias() += row * row.transpose();
+}
+
+void AddPointSlopes(const PosedRobot& robot, int link, const Eigen::Vector3d& x,
+                    const Eigen::Vector3d& direction, double scale, Eigen::VectorXd& row) {
+  const Eigen::Matrix3d& R = robot.Pose().R;
+  const Eigen::Vector3d p = R.transpose() * (x - robot.Pose().T);
+  const Eigen::Vector3d n = R.transpose() * direction;
+  const Eigen::Vector3d turn = p.cross(n);
+  row.head<3>() += scale * turn;
+  row.segment<3>(3) += scale * direction;
+  for (const int joint : robot.State().Chain(link)) {
+    const RobotState::Column& column = robot.State().ColumnOf(joint);
+    row(6 + column.dof) +=
+        scale * (turn.dot(column.twist.head<3>()) + n.dot(column.twist.tail<3>()));
+  }
+}
+
 void RobotNormal::AddNumber(int k, double gradient, double hessian) {
   numbers_gradient_(k) += gradient;
   numbers_(k, k) += hessian;
@@ -143,6 +167,8 @@ void RobotNormal::Finish(Eigen::Ref<Eigen::MatrixXd> hessian,
   gradient.head<6>() += twist_of_base.transpose() * whole_gradient;
   hessian.topLeftCorner<6, 6>() += twist_of_base.transpose() * whole * twist_of_base;
   hessian.bottomLeftCorner(n, 6) = hessian.topRightCorner(6, n).transpose();
+  hessian += rows_;
+  gradient += rows_gradient_;
 }
 
 }  // namespace holdfast

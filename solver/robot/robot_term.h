@@ -61,6 +61,8 @@ class RobotNormal {
   /// A residual of two links at one place: `slope` by the way of `first` against `second`.
   void AddBetween(int first, int second, const Eigen::Vector3d& x, const Eigen::Vector3d& slope,
                   double residual);
+  /// A residual whose slopes by turn, translation and numbers (6 + dofs) are known as they are.
+  void AddRow(const Eigen::VectorXd& row, double residual);
   /// Of the hand's own number k.
   void AddNumber(int k, double gradient, double hessian);
   /// Of turn and translation themselves.
@@ -86,8 +88,15 @@ class RobotNormal {
   Eigen::VectorXd numbers_gradient_;
   Vector6d base_gradient_;
   Matrix6d base_hessian_;
+  Eigen::MatrixXd rows_;  // of AddRow
+  Eigen::VectorXd rows_gradient_;
   Eigen::VectorXd row_;
 };
+
+/// Adds `scale` times the slopes of direction^T x, x the point of `link` that is at `x` (object's
+/// frame) now, to a row for AddRow.
+void AddPointSlopes(const PosedRobot& robot, int link, const Eigen::Vector3d& x,
+                    const Eigen::Vector3d& direction, double scale, Eigen::VectorXd& row);
 
 /// A term of a robot hand's energy.
 class RobotTerm {
