@@ -100,7 +100,18 @@ class ClipTransfer {
     return best;
   }
 
-  RobotPose NextPose(int t, const RobotPose& before, int* iterations) {
+  // From the solution `found` of frame `from`, beside it: on the object while it is held, else as
+  // the human's wrist goes.
+  RobotPose NextPose(int t, int from, const RobotPose& found, int* iterations) {
+    RobotPose before = found;
+    const HumanFrame &frame = setup_.demonstration.frames[t],
+                     &there = setup_.demonstration.frames[from];
+    if (!frame.holds) {
+      const Eigen::Isometry3d moved = frame.object_from_wrist * there.object_from_wrist.inverse() *
+                                      found.ObjectFromRoot();
+      before.R = moved.linear();
+      before.T = moved.translation();
+    }
     RobotPose pose = before;
     double sigma = options_.penetration_sigma_m;
     Solve(t, pose, &before, sigma, options_.max_iterations, iterations);
@@ -141,11 +152,10 @@ class ClipTransfer {
     std::optional<RobotPlaceTerm> movement;
     if (before != nullptr) {
       change.emplace(before->q, sigma_q_);
-      // In the object's frame while it is held, else as the human's wrist goes.
       movement.emplace(before->ObjectFromRoot(), setup_.anatomy.knuckles, options_.change_sigma_rad,
                        options_.change_sigma_m);
       terms.push_back(&*change);
-      if (frame.holds) terms.push_back(&*movement);
+      terms.push_back(&*movement);
     }
     DenseMinimizer::Options minimizer;
     minimizer.max_iterations = max_iterations;
@@ -263,7 +273,7 @@ RobotTransfer TransferToRobot(const RobotTransferSetup& setup, const RobotTransf
   const Clock::time_point follow = Clock::now();
   int done = 0;
   const auto solve = [&](int t, int from) {
-    out.poses[t] = transfer.NextPose(t, out.poses[from], &out.iterations);
+    out.poses[t] = transfer.NextPose(t, from, out.poses[from], &out.iterations);
     out.stopped = progress && !progress("transfer", ++done, frames);
     return !out.stopped;
   };

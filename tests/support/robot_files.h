@@ -15,7 +15,7 @@ struct BoxHand {
   bool left = false;
   bool coupled = false;  ///< each end phalanx follows the middle one
   double scale = 1.0;    ///< 1000: somebody wrote millimetres
-  std::string extra;     ///< elements at the end
+  std::string extra = "";  ///< elements at the end
 
   std::string Urdf() const {
     std::string text = "<?xml version=\"1.0\"?>\n<robot name=\"box_hand\">\n" +
