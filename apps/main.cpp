@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "apps/common.h"
 #include "apps/completion.h"
+#include "apps/fit/transfer_robot.h"
 #include "apps/program.h"
 
 #ifdef __GLIBC__
@@ -42,6 +43,7 @@ int main(int argc, char** argv) {
   AddReportCommand(app, exit_code);
   AddEvaluateCommand(app, exit_code);
   AddRefineCommand(app, exit_code);
+  AddTransferCommand(app, exit_code);
   AddReachCommand(app, exit_code);
   AddSynthesizeCommand(app, exit_code);
   AddMakeReachDataCommand(app, exit_code);

@@ -7,6 +7,7 @@
 #include "apps/evaluate/evaluate_naturalness.h"
 #include "apps/evaluate/evaluate_reach.h"
 #include "apps/evaluate/evaluate_synthesis.h"
+#include "apps/evaluate/evaluate_transfer.h"
 
 namespace holdfast::apps {
 
@@ -47,6 +48,7 @@ void AddEvaluateCommand(CLI::App& app, int& exit_code) {
   AddEvaluateHold(*command, exit_code);
   AddEvaluateMarkers(*command, exit_code);
   AddEvaluateCaptures(*command, exit_code);
+  AddEvaluateTransfer(*command, exit_code);
 }
 
 }  // namespace holdfast::apps

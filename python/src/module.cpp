@@ -24,4 +24,5 @@ PYBIND11_MODULE(_core, module) {
   hf::BindConvert(module);
   hf::BindExport(module);
   hf::BindMarkers(module);
+  hf::BindRobot(module);
 }

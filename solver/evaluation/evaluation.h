@@ -16,6 +16,7 @@
 ///   hold_study.h          grasps tried in MuJoCo
 ///   touch_study.h         touches that markers show, in solved and refined motion
 ///   marker_study.h        recordings of markers solved, with gaps and wrong labels
+///   robot_study.h         clips on robots' hands, beside published ways
 ///   capture_study.h       captured clips with objects, found, before and after refining
 #include "solver/evaluation/capture_study.h"
 #include "solver/evaluation/captured_reaches.h"
@@ -24,4 +25,5 @@
 #include "solver/evaluation/marker_study.h"
 #include "solver/evaluation/reach_methods.h"
 #include "solver/evaluation/reach_study.h"
+#include "solver/evaluation/robot_study.h"
 #include "solver/evaluation/touch_study.h"

@@ -2,6 +2,7 @@
 """Every argument that takes an array, a mesh or a clip, against what arrays can be: the right result,
 or an exception of the documented types whose text names the argument and what was expected."""
 import ast
+import tempfile
 from collections import namedtuple
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 import holdfast
+from box_hand import write_box_hand
 
 HUGE = 10**11  # rows of a view that repeats one: a copy takes more than any memory has
 CUBE = (
@@ -53,6 +55,12 @@ def vjp(**arrays):
 
 def body(poses=POSES, trans=TRANS, betas=BETAS, vertex_ids=IDS):
     return MODEL(poses, trans, betas, vertex_ids)
+
+
+def robot():
+    if not hasattr(robot, "path"):
+        robot.path = write_box_hand(Path(tempfile.mkdtemp()) / "boxes.urdf")
+    return robot.path
 
 
 def fitter():
@@ -143,6 +151,11 @@ ROWS = {
     "refine.clip": Person(lambda v: holdfast.refine(v, "apple")),
     "refine.object": Mesh(
         lambda v: holdfast.refine(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)), v),
+        dear=True),
+    "transfer_to_robot.clip": Person(lambda v: holdfast.transfer_to_robot(v, robot())),
+    "transfer_to_robot.object": Mesh(
+        lambda v: holdfast.transfer_to_robot(
+            demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)), robot(), object=v),
         dear=True),
     "solve_markers.object": Mesh(
         lambda v: holdfast.solve_markers(

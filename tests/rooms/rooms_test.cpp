@@ -42,7 +42,7 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"solver/terms/hand", "solver/terms/body", "solver/terms/motion"},
     {"solver/fit", "solver/grasp", "solver/body_ik", "solver/clearance", "solver/markers"},
     {"solver/handover", "solver/take", "solver/latent", "solver/recipes", "solver/score",
-     "solver/trial"},
+     "solver/trial", "solver/robot"},
     {"solver/carry", "solver/reach"},
     {"solver/actions"},
     {"solver/synthesis", "solver/evaluation"},

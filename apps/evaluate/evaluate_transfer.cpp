@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: MIT
+#include "apps/evaluate/evaluate_transfer.h"
+
+#include <map>
+
+#include <fmt/format.h>
+
+#include "apps/clip_input.h"
+#include "geometry/io/container/atomic_file.h"
+#include "solver/evaluation/robot_study.h"
+#include "solver/robot/read_robot.h"
+#include "solver/trial/trial_clip.h"
+
+namespace holdfast::apps {
+namespace {
+
+struct TransferStudyCommand {
+  CommonOptions common;
+  ClipInputOptions input;
+  std::vector<std::string> clips, robots;
+  std::string output;
+  bool no_baselines = false, no_physics = false;
+};
+
+// Means over the clips of one robot and method.
+struct TransferMeans {
+  int clips = 0, frames = 0, deep = 0, contacts = 0, held = 0, tried = 0;
+  double contact = 0.0, angle = 0.0, deepest = 0.0, ms = 0.0;
+
+  void Add(const RobotStudyRow& row) {
+    ++clips;
+    frames += static_cast<int>(row.measures.frames.size());
+    deep += row.measures.frames_deeper_than_2_mm;
+    contact += row.measures.contact_mm * row.measures.contacts;
+    angle += row.measures.angle_deg * row.measures.contacts;
+    contacts += row.measures.contacts;
+    deepest += row.measures.deepest_mm;
+    ms += row.ms_per_frame * static_cast<double>(row.measures.frames.size());
+    tried += row.held.has_value();
+    held += row.held == kTrialDirections;
+  }
+  nlohmann::json Json() const {
+    return {{"clips", clips},
+            {"frames", frames},
+            {"contact_distance_mm", contact / std::max(contacts, 1)},
+            {"contact_normal_deg", angle / std::max(contacts, 1)},
+            {"max_penetration_depth_mm", deepest / std::max(clips, 1)},
+            {"frames_deeper_than_2_mm_ratio", static_cast<double>(deep) / std::max(frames, 1)},
+            {"ms_per_frame", ms / std::max(frames, 1)},
+            {"held_in_all_six", held},
+            {"tried", tried}};
+  }
+};
+
+std::string TransferTable(const std::map<std::pair<std::string, std::string>, TransferMeans>& all) {
+  std::string text = fmt::format("{:<16}{:<34}{:>11}{:>9}{:>9}{:>9}{:>10}{:>7}\n", "robot",
+                                 "method", "contact, mm", "deg", "deepest", "> 2 mm", "ms/frame",
+                                 "held");
+  for (const auto& [key, means] : all) {
+    const nlohmann::json json = means.Json();
+    text += fmt::format("{:<16}{:<34}{:>11.2f}{:>9.1f}{:>9.2f}{:>8.2f}%{:>10.2f}{:>4}/{}\n",
+                        key.first, key.second, json["contact_distance_mm"].get<double>(),
+                        json["contact_normal_deg"].get<double>(),
+                        json["max_penetration_depth_mm"].get<double>(),
+                        100.0 * json["frames_deeper_than_2_mm_ratio"].get<double>(),
+                        json["ms_per_frame"].get<double>(), means.held, means.tried);
+  }
+  return text;
+}
+
+int RunTransferStudy(const TransferStudyCommand& options) {
+  if (!options.output.empty()) RequireNew(options.output, options.common);
+  RobotStudyOptions study;
+  study.transfer.threads = study.protocol.threads = NumThreads(options.common);
+  study.baselines = !options.no_baselines;
+  study.physics = !options.no_physics;
+  std::vector<RobotHand> robots;
+  for (const std::string& path : options.robots) robots.push_back(ReadRobotHand(path));
+  nlohmann::json json = JsonHead("holdfast/evaluate-transfer/1", options.common);
+  json["protocol"] = RobotProtocolJson(study.transfer);
+  json["protocol"]["trial"] = TrialProtocolJson(study.protocol);
+  std::map<std::pair<std::string, std::string>, TransferMeans> means;
+  int human_held = 0, human_tried = 0;
+  Progress progress(options.common, "transfer");
+  int done = 0;
+  for (const std::string& clip : options.clips) {
+    const ClipInput scene = LoadClipInput(clip, options.input, options.common);
+    for (const RobotHand& robot : robots) {
+      if (Interrupted()) return kInterrupted;
+      const RobotStudy one = StudyTransfer(scene, robot, study);
+      for (const RobotStudyRow& row : one.rows) {
+        means[{robot.name, row.method}].Add(row);
+        nlohmann::json entry = {{"robot", robot.name}, {"clip", clip}, {"method", row.method}};
+        entry.update(RobotMeasuresJson(row.measures));
+        entry["ms_per_frame"] = row.ms_per_frame;
+        entry["held_directions"] = row.held ? nlohmann::json(*row.held) : nlohmann::json();
+        json["rows"].push_back(std::move(entry));
+      }
+      if (one.human_held && &robot == &robots.front()) {
+        ++human_tried;
+        human_held += *one.human_held == kTrialDirections;
+      }
+      progress.Update(++done, static_cast<int>(options.clips.size() * robots.size()));
+    }
+  }
+  for (const auto& [key, mean] : means) {
+    nlohmann::json entry = mean.Json();
+    entry["robot"] = key.first;
+    entry["method"] = key.second;
+    json["summary"].push_back(std::move(entry));
+  }
+  json["human"] = {{"held_in_all_six", human_held}, {"tried", human_tried}};
+  if (!options.output.empty()) WriteAtomically(options.output, json.dump(1) + "\n");
+  PrintResult(options.common, json,
+              TransferTable(means) +
+                  fmt::format("the human hand holds in all six directions: {} of {} clips\n",
+                              human_held, human_tried));
+  return kDone;
+}
+
+}  // namespace
+
+void AddEvaluateTransfer(CLI::App& evaluate, int& exit_code) {
+  auto options = std::make_shared<TransferStudyCommand>();
+  CLI::App* command = evaluate.add_subcommand(
+      "transfer", "Clips on robots' hands: contacts kept, penetration, time; beside published ways");
+  command->add_option("clips", options->clips, kClipHelp)->required();
+  command->add_option("--robot", options->robots, "Robot hands (URDF, MJCF), one or more")
+      ->required();
+  command->add_option("-o,--output", options->output, "Write all rows as JSON");
+  command->add_flag("--no-baselines", options->no_baselines, "Our method alone");
+  command->add_flag("--no-physics", options->no_physics, "No trials in MuJoCo");
+  AddClipInputOptions(*command, options->input);
+  AddCommonOptions(*command, options->common, true,
+                   "  holdfast evaluate transfer held --robot allegro_hand_right.urdf\n"
+                   "  holdfast evaluate transfer fits/* --robot allegro.urdf --robot svh.urdf -o "
+                   "transfer.json --threads 1\n");
+  command->callback([options, &exit_code] { exit_code = RunTransferStudy(*options); });
+}
+
+}  // namespace holdfast::apps

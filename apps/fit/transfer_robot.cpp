@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+#include "apps/fit/transfer_robot.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "apps/result_folder.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/render/png.h"
+#include "solver/robot/robot.h"
+
+namespace holdfast::apps {
+namespace {
+
+nlohmann::json RobotJson(const RobotTransferSetup& setup) {
+  nlohmann::json parts = nlohmann::json::object();
+  for (const PartLink& row : PartLinksOf(setup.robot, setup.anatomy)) {
+    parts[row.part].push_back(row.link);
+  }
+  return {{"name", setup.robot.name},
+          {"file", setup.robot.source},
+          {"side", SideName(setup.anatomy.side)},
+          {"fingers", setup.anatomy.fingers.size()},
+          {"joints", setup.robot.NumDofs()},
+          {"parts", parts},
+          {"notes", setup.robot.notes}};
+}
+
+nlohmann::json FramesJson(const RobotMeasures& measures) {
+  nlohmann::json depth = nlohmann::json::array(), contact = depth, angle = depth;
+  for (const RobotFrameMeasure& frame : measures.frames) {
+    depth.push_back(frame.Deepest_mm());
+    double distance = 0.0, turn = 0.0;
+    for (const RobotContact& one : frame.contacts) {
+      distance += 1e3 * one.distance_m / static_cast<double>(frame.contacts.size());
+      turn += one.angle_rad / 0.017453292519943295 / static_cast<double>(frame.contacts.size());
+    }
+    contact.push_back(frame.contacts.empty() ? nlohmann::json() : nlohmann::json(distance));
+    angle.push_back(frame.contacts.empty() ? nlohmann::json() : nlohmann::json(turn));
+  }
+  return {{"penetration_depth_mm", depth},
+          {"contact_distance_mm", contact},
+          {"contact_normal_deg", angle}};
+}
+
+std::string CorrespondenceText(const RobotTransferSetup& setup) {
+  std::string text = "part,link\n";
+  for (const PartLink& row : PartLinksOf(setup.robot, setup.anatomy)) {
+    text += fmt::format("{},{}\n", row.part, row.link);
+  }
+  return text;
+}
+
+}  // namespace
+
+void AddRobotOptions(CLI::App& command, RobotTransferInput& input) {
+  command.add_option("--robot", input.robot, "Robot hand: URDF (.urdf) or MJCF (.xml)");
+  command.add_option("--correspondence", input.correspondence,
+                     "Which of its links is what, as CSV (part,link), in place of what is found");
+  command.add_flag("--robot-on-path", input.on_path,
+                   "Keep its wrist where the human's is, within about a centimetre");
+}
+
+int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input,
+                     const RobotTransferInput& input, const std::string& output,
+                     const CommonOptions& common) {
+  ResultFolder folder(output, common.force);
+  RobotTransferOptions options;
+  options.on_path = input.on_path;
+  options.threads = NumThreads(common);
+  if (input.hand != "auto") {
+    options.demonstration.side = input.hand == "left" ? Side::kLeft : Side::kRight;
+  }
+  if (!input.correspondence.empty()) {
+    options.correspondence = ReadCorrespondence(input.correspondence);
+    options.correspondence_source = input.correspondence;
+  }
+  RobotHand robot = ReadRobotHand(input.robot);
+  const ClipInput scene = LoadClipInput(clip, clip_input, common);
+  const RobotTransferSetup setup = PrepareRobotTransfer(scene, std::move(robot), options);
+  for (const std::string& note : setup.robot.notes) Note(common, "note: " + note);
+  StageProgress progress(common);
+  const RobotTransfer result =
+      TransferToRobot(setup, options, [&](const char* stage, int done, int total) {
+        progress.Update(stage, done, total);
+        return !Interrupted();
+      });
+  progress.End();
+  if (Interrupted()) return kInterrupted;
+  const RobotMeasures measures = MeasureTransfer(setup, result.poses, options.threads);
+  nlohmann::json metrics = JsonHead("holdfast/transfer-robot/1", common);
+  metrics["options"] = {{"clip", clip},
+                        {"object", scene.object_source},
+                        {"robot", input.robot},
+                        {"correspondence", input.correspondence},
+                        {"on_path", input.on_path}};
+  metrics["robot"] = RobotJson(setup);
+  metrics["protocol"] = RobotProtocolJson(options);
+  metrics["transfer"] = RobotMeasuresJson(measures);
+  const auto frames = static_cast<double>(result.poses.size());
+  nlohmann::json summary = metrics;
+  summary["output"] = output;
+  metrics["per_frame"] = FramesJson(measures);
+  WriteRobotMotion(setup, result.poses, measures, folder / "robot.npz");
+  WriteRobotTable(setup, result.poses, folder / "robot.csv");
+  WriteRobotScene(setup, result.poses, folder / "scene.xml");
+  WriteAtomically(folder / "correspondence.csv", CorrespondenceText(setup));
+  RobotPictureOptions pictures;
+  pictures.columns = input.picture_columns;
+  pictures.rows = input.picture_rows;
+  pictures.threads = options.threads;
+  WritePng(RobotSheet(setup, result.poses, pictures), folder / "sheet.png");
+  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  folder.Commit();
+  PrintResult(
+      common, summary,
+      fmt::format(
+          "{}: {} frames on {} ({} fingers, {} joints)\n"
+          "  contacts kept      {:.2f} mm, {:.1f} degrees (mean of {}), {:.0f} % within 5 mm\n"
+          "  deepest            {:.2f} mm, {} frames deeper than 2 mm\n"
+          "  solved in          {:.2f} ms a frame, the start in {:.0f} ms\n",
+          output, result.poses.size(), setup.robot.name, setup.anatomy.fingers.size(),
+          setup.robot.NumDofs(), measures.contact_mm, measures.angle_deg, measures.contacts,
+          100.0 * measures.touching_ratio, measures.deepest_mm, measures.frames_deeper_than_2_mm,
+          result.solve_ms / frames, result.start_ms));
+  return kDone;
+}
+
+}  // namespace holdfast::apps

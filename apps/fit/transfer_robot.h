@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+
+#include "apps/clip_input.h"
+#include "apps/common.h"
+#include "solver/robot/transfer_to_robot.h"
+
+namespace holdfast::apps {
+
+/// What 'holdfast transfer --robot' asks for.
+struct RobotTransferInput {
+  std::string robot;           ///< URDF or MJCF; empty: another transfer
+  std::string correspondence;  ///< CSV; empty: found
+  std::string hand = "auto";
+  bool on_path = false;
+  int picture_columns = 4, picture_rows = 4;
+};
+
+/// Adds --robot, --correspondence, --robot-on-path.
+void AddRobotOptions(CLI::App& command, RobotTransferInput& input);
+
+/// Transfers the clip to the robot and writes the result folder `output`: robot.npz, robot.csv,
+/// scene.xml with scene_assets, correspondence.csv, sheet.png, metrics.json. Returns the exit code.
+int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input,
+                     const RobotTransferInput& input, const std::string& output,
+                     const CommonOptions& common);
+
+/// 'holdfast transfer'.
+void AddTransferCommand(CLI::App& app, int& exit_code);
+
+}  // namespace holdfast::apps

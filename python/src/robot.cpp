@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+#include "solver/robot/robot.h"
+
+#include <utility>
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "geometry/rotation.h"
+#include "python/src/bindings.h"
+#include "python/src/numpy.h"
+#include "python/src/run.h"
+
+namespace holdfast::python {
+namespace {
+
+using namespace py::literals;
+
+struct TransferredRobot {
+  RobotTransferSetup setup;
+  RobotTransfer transfer;
+  RobotMeasures measures;
+};
+using TransferredPtr = std::shared_ptr<TransferredRobot>;
+
+TransferredPtr Transfer(const py::object& clip, const std::filesystem::path& robot,
+                        const std::string& hand, const py::object& correspondence, bool on_path,
+                        const py::object& object, double object_scale, const py::object& body,
+                        int threads, const py::object& progress) {
+  RobotTransferOptions options;
+  const auto side = Choice<int>(hand, "hand", {{"auto", 0}, {"right", 1}, {"left", 2}});
+  if (side != 0) options.demonstration.side = side == 1 ? Side::kRight : Side::kLeft;
+  options.on_path = on_path;
+  options.threads = ThreadsOf(threads);
+  if (!correspondence.is_none()) {
+    options.correspondence_source = "correspondence";
+    for (const auto& [part, link] :
+         correspondence.cast<std::vector<std::pair<std::string, std::string>>>()) {
+      options.correspondence.push_back({part, link});
+    }
+  }
+  RobotHand read = ReadRobotHand(robot);
+  LogNotes(read.notes);
+  const ReportInput scene = SceneOf(clip, object, object_scale, body);
+  auto out = std::make_shared<TransferredRobot>();
+  RunWithProgress(progress, [&](const StagedProgress& go_on) {
+    out->setup = PrepareRobotTransfer(scene, std::move(read), options);
+    out->transfer = TransferToRobot(out->setup, options, go_on);
+    if (!out->transfer.stopped) {
+      out->measures = MeasureTransfer(out->setup, out->transfer.poses, options.threads);
+    }
+  });
+  if (out->transfer.stopped) throw Stopped();
+  return out;
+}
+
+// (T, joints) of all joints that move, followers too.
+py::array_t<double> Joints(const TransferredRobot& self) {
+  const RobotHand& robot = self.setup.robot;
+  Eigen::MatrixXd angles(robot.NumDofs(), static_cast<Eigen::Index>(self.transfer.poses.size()));
+  for (Eigen::Index t = 0; t < angles.cols(); ++t) angles.col(t) = self.transfer.poses[t].q;
+  return Rows(angles);
+}
+
+py::tuple Wrist(const TransferredRobot& self) {
+  const auto frames = static_cast<Eigen::Index>(self.transfer.poses.size());
+  Eigen::Matrix3Xd orient(3, frames), trans(3, frames);
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    const Eigen::Isometry3d pose = self.setup.demonstration.frames[t].world_from_object *
+                                   self.transfer.poses[t].ObjectFromRoot();
+    before = UnwrapAxisAngle(LogSO3(pose.linear()), before);
+    orient.col(t) = before;
+    trans.col(t) = pose.translation();
+  }
+  return py::make_tuple(Rows(orient), Rows(trans));
+}
+
+py::list Contacts(const TransferredRobot& self) {
+  py::list all;
+  for (std::size_t t = 0; t < self.measures.frames.size(); ++t) {
+    const Eigen::Isometry3d& world = self.setup.demonstration.frames[t].world_from_object;
+    for (const RobotContact& contact : self.measures.frames[t].contacts) {
+      const Eigen::Matrix3Xd point = world * contact.point;
+      const Eigen::Matrix3Xd normal = world.linear() * contact.normal;
+      all.append(py::dict("frame"_a = t, "link"_a = self.setup.robot.links[contact.link].name,
+                          "point"_a = Rows(point), "normal"_a = Rows(normal),
+                          "distance_m"_a = contact.distance_m));
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+void BindRobot(py::module_& module) {
+  py::class_<RobotHand>(module, "RobotHand", "A robot's hand: links, joints, fingers.")
+      .def(py::init([](const std::filesystem::path& path) { return ReadRobotHand(path); }),
+           "path"_a, "URDF (.urdf) or MJCF (.xml); holdfast.Error says what is wrong with it")
+      .def_readonly("name", &RobotHand::name)
+      .def_readonly("notes", &RobotHand::notes, "list of str: what was left out or mended")
+      .def_property_readonly(
+          "joints",
+          [](const RobotHand& self) {
+            py::dict joints;
+            for (const RobotDof& dof : self.dofs) {
+              joints[py::str(dof.name)] = py::make_tuple(dof.low, dof.high);
+            }
+            return joints;
+          },
+          "dict: limits (radians or metres) of each joint that moves on its own, by name")
+      .def_property_readonly(
+          "parts",
+          [](const RobotHand& self) {
+            std::vector<std::pair<std::string, std::string>> parts;
+            for (const PartLink& row : PartLinksOf(self, FindAnatomy(self))) {
+              parts.emplace_back(row.part, row.link);
+            }
+            return parts;
+          },
+          "list of (part, link): which link stands for which part of a human hand, as found");
+  py::class_<TransferredRobot, TransferredPtr>(module, "RobotTransfer",
+                                               "A clip's hand, transferred to a robot's.")
+      .def_property_readonly(
+          "robot", [](const TransferredRobot& self) { return self.setup.robot; }, "RobotHand")
+      .def_property_readonly("joint_angles", &Joints,
+                             "(T, J) of the joints of robot.joints, in their order")
+      .def_property_readonly("wrist", &Wrist,
+                             "(orient (T, 3), trans (T, 3)): axis-angle and place of the robot's "
+                             "root in the world")
+      .def_property_readonly("contacts", &Contacts,
+                             "list of dict: 'frame', 'link', 'point' (1, 3), 'normal' (1, 3), "
+                             "'distance_m'")
+      .def_property_readonly(
+          "metrics",
+          [](const TransferredRobot& self) { return ToPython(RobotMeasuresJson(self.measures)); },
+          "dict: contacts kept, penetration; as metrics.json")
+      .def(
+          "save",
+          [](const TransferredRobot& self, const std::filesystem::path& path) {
+            WriteRobotMotion(self.setup, self.transfer.poses, self.measures, path);
+          },
+          "path"_a, "Writes robot.npz (docs/robots.md)")
+      .def(
+          "save_scene",
+          [](const TransferredRobot& self, const std::filesystem::path& path) {
+            WriteRobotScene(self.setup, self.transfer.poses, path);
+          },
+          "path"_a, "Writes a scene for MuJoCo (.xml) with its meshes beside it");
+  module.def("transfer_to_robot", &Transfer, "clip"_a, "robot"_a, py::kw_only(), "hand"_a = "auto",
+             "correspondence"_a = py::none(), "on_path"_a = false, "object"_a = py::none(),
+             "object_scale"_a = 1.0, "body"_a = py::none(), "threads"_a = 0,
+             "progress"_a = py::none(),
+             "The hand of a clip (path, Clip, result of fit) that holds the object, on a robot's "
+             "hand (path to URDF or MJCF): contacts kept, nothing inside the other. "
+             "`correspondence`: list of (part, link) as RobotHand.parts. Returns a RobotTransfer.");
+}
+
+}  // namespace holdfast::python

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: MIT
+#include "solver/evaluation/robot_study.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "geometry/mesh/convex_hull.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kHingeSide_Nm = 50.0;  // what keeps a ball joint to its hinge, a radian
+
+// Links of the robot as those of a trial: rigid ones belong to the moving one that they hang on.
+std::vector<TrialLink> TrialLinks(const RobotTransferSetup& setup, const RobotPose& pose,
+                                  const FingerStrength& strength, std::vector<int>& body_of) {
+  const RobotHand& robot = setup.robot;
+  RobotState state(robot);
+  state.Evaluate(pose.q);
+  std::vector<TrialLink> links(1);
+  std::vector<int> frame_of{0};  // whose frame a trial's link has
+  body_of.assign(robot.links.size(), 0);
+  for (int k = 0; k < robot.NumLinks(); ++k) {
+    const RobotLink& link = robot.links[k];
+    const int parent = link.parent < 0 ? 0 : body_of[link.parent];
+    body_of[k] = parent;
+    if (link.dof >= 0) {
+      body_of[k] = static_cast<int>(links.size());
+      const Eigen::Isometry3d parent_from_link =
+          (parent == 0 ? Eigen::Isometry3d::Identity()
+                       : state.RootFromLink(frame_of[parent]).inverse()) *
+          state.RootFromLink(k);
+      TrialLink body;
+      body.parent = parent;
+      body.joint = parent_from_link.translation();
+      body.fitted = Eigen::Quaterniond(parent_from_link.linear());
+      body.flexion = link.axis;
+      body.stiffness_Nm = strength.stiffness_Nm(0);
+      body.torque_limit_Nm = strength.torque_limit_Nm(0);
+      body.side_stiffness_Nm = kHingeSide_Nm;
+      links.push_back(body);
+      frame_of.push_back(k);
+    }
+    if (std::ranges::count(setup.solids->Links(), k) == 0) continue;
+    const Eigen::Isometry3d body_from_link =
+        (body_of[k] == 0 ? Eigen::Isometry3d::Identity()
+                         : state.RootFromLink(frame_of[body_of[k]]).inverse()) *
+        state.RootFromLink(k);
+    for (const TriangleMesh& shape : robot.links[k].shapes) {
+      TriangleMesh hull = ConvexHull(shape.vertices);
+      if (hull.NumFaces() == 0) continue;
+      hull.vertices = body_from_link * hull.vertices;
+      links[body_of[k]].pieces.push_back(std::move(hull));
+    }
+  }
+  return links;
+}
+
+// Of each link that is near, the nearest place, in the root's frame.
+std::vector<TrialContact> TrialContacts(const RobotTransferSetup& setup, const RobotPose& pose,
+                                        const std::vector<int>& body_of, double touch_m) {
+  PosedRobot posed(setup.robot);
+  posed.Set(pose);
+  const Eigen::Isometry3d root_from_object = pose.ObjectFromRoot().inverse();
+  std::vector<TrialContact> contacts;
+  for (const int link : setup.solids->Links()) {
+    double least = touch_m;
+    TrialContact contact;
+    for (const auto sample : setup.solids->Of(link).samples.colwise()) {
+      const SignedDistance::Result hit =
+          setup.object_distance->Query(posed.ObjectFromLink(link) * sample);
+      if (hit.distance >= least) continue;
+      least = hit.distance;
+      contact = {body_of[link], root_from_object * hit.closest,
+                 -(root_from_object.linear() * hit.gradient), Eigen::Vector3d::Zero()};
+    }
+    if (least < touch_m) contacts.push_back(contact);
+  }
+  return contacts;
+}
+
+int FullestFrame(const HumanDemonstration& demonstration) {
+  const auto fullest = std::ranges::max_element(demonstration.frames, {}, [](const HumanFrame& f) {
+    return f.contacts.size();
+  });
+  return static_cast<int>(fullest - demonstration.frames.begin());
+}
+
+}  // namespace
+
+std::optional<HoldTrial> TryRobotHold(const RobotTransferSetup& setup, const RobotPose& pose,
+                                      const TrialSolid& solid, const TrialProtocol& protocol) {
+  const bool slides = std::ranges::any_of(setup.robot.links, [](const RobotLink& link) {
+    return link.dof >= 0 && link.kind == RobotJointKind::kSliding;
+  });
+  if (!HasPhysics() || slides) return std::nullopt;
+  std::vector<int> body_of;
+  const std::vector<TrialLink> links = TrialLinks(setup, pose, protocol.fingers, body_of);
+  std::vector<TrialContact> contacts = TrialContacts(setup, pose, body_of, protocol.touch_m);
+  const Eigen::Isometry3d root_from_object = pose.ObjectFromRoot().inverse();
+  BalancePresses(root_from_object * solid.mass.centre, solid.radius_m, protocol.scene.friction,
+                 std::max(protocol.least_grip_N,
+                          protocol.grip_weights * solid.mass.mass_kg * protocol.gravity_m_s2),
+                 contacts);
+  return TryHold(links, contacts, solid, root_from_object, protocol);
+}
+
+RobotStudy StudyTransfer(const ClipScene& scene, const RobotHand& robot,
+                         const RobotStudyOptions& options) {
+  const RobotTransferSetup setup = PrepareRobotTransfer(scene, robot, options.transfer);
+  std::optional<TrialSolid> solid;
+  if (options.physics && HasPhysics()) {
+    solid = MakeTrialSolid(setup.object, *setup.object_distance, options.protocol);
+  }
+  const int fullest = FullestFrame(setup.demonstration);
+  RobotStudy study;
+  const auto add = [&](std::string_view method, const RobotTransfer& transfer) {
+    RobotStudyRow row{robot.name, scene.source, std::string(method), {}, 0.0, std::nullopt};
+    row.measures = MeasureTransfer(setup, transfer.poses, options.transfer.threads);
+    row.ms_per_frame = transfer.solve_ms / static_cast<double>(transfer.poses.size());
+    if (solid) {
+      const auto trial = TryRobotHold(setup, transfer.poses[fullest], *solid, options.protocol);
+      if (trial) row.held = trial->Held();
+    }
+    study.rows.push_back(std::move(row));
+  };
+  add("holdfast", TransferToRobot(setup, options.transfer));
+  if (options.baselines) {
+    for (const RobotBaseline baseline : {RobotBaseline::kLaplacian, RobotBaseline::kKeypoints,
+                                         RobotBaseline::kFingertipVectors}) {
+      add(BaselineName(baseline), TransferByBaseline(setup, options.transfer, baseline));
+    }
+  }
+  if (solid) {
+    HandState human(*setup.human);
+    human.SetBody(scene.clip.pose[fullest], scene.clip.trans.col(fullest));
+    human.Evaluate(FingersOf(scene.clip.pose[fullest], setup.demonstration.side), false);
+    study.human_held = TryHold(human, setup.demonstration.frames[fullest].world_from_object, *solid,
+                               *setup.object_distance, options.protocol)
+                           .Held();
+  }
+  return study;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+#include "solver/robot/hand_correspondence.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "geometry/mesh/append.h"
+#include "geometry/mesh/triangle_tree.h"
+#include "solver/robot/robot_kinematics.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kCapFrom = 0.7;     // of an end phalanx: beyond it directions fan out from there
+constexpr double kOutside_m = 0.12;  // where looking for the surface begins
+constexpr double kHit_m = 2e-5;
+
+struct SurfaceHit {
+  int link;
+  Eigen::Vector3d point, normal;  // root's frame
+};
+
+// Links of one part of a robot, straight, to be looked at from outside.
+class RobotSurface {
+ public:
+  RobotSurface(const RobotHand& hand, const RobotState& state, const std::vector<int>& links) {
+    for (const int link : links) {
+      TriangleMesh mesh = LinkMesh(hand.links[link]);
+      if (mesh.NumFaces() == 0) continue;
+      mesh.vertices = state.RootFromLink(link) * mesh.vertices;
+      solids_.push_back({link, std::make_unique<TriangleTree>(mesh), mesh});
+    }
+  }
+
+  // The first place met from far out on the ray from `from` along `out`, going inwards, no deeper
+  // than `deepest` below `from`.
+  std::optional<SurfaceHit> Meet(const Eigen::Vector3d& from, const Eigen::Vector3d& out,
+                                 double deepest) const {
+    double at = kOutside_m;
+    for (int step = 0; step < 200 && at > -deepest; ++step) {
+      const SurfaceHit nearest = Nearest(from + at * out);
+      const double gap = (nearest.point - from - at * out).norm();
+      if (gap < kHit_m) {
+        SurfaceHit hit = nearest;
+        if (hit.normal.dot(out) < 0.0) hit.normal = -hit.normal;
+        return hit;
+      }
+      at -= std::max(gap, 0.5 * kHit_m);
+    }
+    return std::nullopt;
+  }
+
+  SurfaceHit Nearest(const Eigen::Vector3d& query) const {
+    SurfaceHit nearest{-1, query, Eigen::Vector3d::UnitZ()};
+    double least = std::numeric_limits<double>::infinity();
+    for (const Solid& solid : solids_) {
+      const TriangleTree::Hit hit = solid.tree->Closest(query);
+      if (hit.squared_distance >= least) continue;
+      least = hit.squared_distance;
+      nearest = {solid.link, hit.point, FaceCross(solid.mesh, hit.face).normalized()};
+    }
+    return nearest;
+  }
+  bool Empty() const { return solids_.empty(); }
+
+ private:
+  struct Solid {
+    int link;
+    std::unique_ptr<TriangleTree> tree;
+    TriangleMesh mesh;
+  };
+  std::vector<Solid> solids_;
+};
+
+// A phalanx of either hand: its bone, and the frame about it (bone, pad, across).
+struct Phalanx {
+  Eigen::Vector3d from, to;
+  Eigen::Matrix3d frame;
+
+  Phalanx(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& pad)
+      : from(a), to(b) {
+    frame.col(0) = (b - a).normalized();
+    frame.col(1) = (pad - pad.dot(frame.col(0)) * frame.col(0)).normalized();
+    frame.col(2) = frame.col(0).cross(frame.col(1));
+  }
+  Eigen::Vector3d At(double share) const { return from + share * (to - from); }
+};
+
+// What both hands' palms are measured by.
+struct PalmFrame {
+  Eigen::Matrix3d axes;  // forward, across, out
+  Eigen::Vector3d knuckles;
+  double width, length;
+};
+
+PalmFrame HumanPalm(const HandAxes& axes, int last_finger) {
+  PalmFrame palm;
+  palm.axes << axes.Forward(), axes.Across(), axes.PalmNormal();
+  const auto& joints = axes.RestJoints();
+  palm.knuckles.setZero();
+  int fingers = 0;
+  for (const int finger : {kIndex, kMiddle, kRing, kPinky}) {
+    palm.knuckles += joints.col(3 * finger);
+    ++fingers;
+    if (finger == last_finger) break;
+  }
+  palm.knuckles /= fingers;
+  palm.width =
+      std::max(0.02, (joints.col(3 * kIndex) - joints.col(3 * last_finger)).dot(axes.Across()));
+  palm.length = palm.knuckles.dot(axes.Forward());
+  return palm;
+}
+
+class SkinPairing {
+ public:
+  SkinPairing(const HandModel& human, const HandLandmarks& landmarks, const HandAxes& axes,
+              const RobotHand& robot, const RobotAnatomy& anatomy)
+      : landmarks_(landmarks), axes_(axes), robot_(robot), anatomy_(anatomy), state_(robot) {
+    const BodySurface& surface = human.Surface();
+    const Eigen::Vector3d wrist = surface.RestJoints().col(WristJoint(human.HandSide()));
+    vertices_ = surface.RestVertices().colwise() - wrist;
+    normals_ = VertexNormals({vertices_, surface.Faces()});
+    state_.Evaluate(robot.Straight());
+  }
+
+  std::vector<SkinPair> Find() {
+    for (const RobotFinger& finger : anatomy_.fingers) PairFinger(finger);
+    PairPalm();
+    return std::move(pairs_);
+  }
+
+ private:
+  void PairFinger(const RobotFinger& finger) {
+    std::vector<int> links;
+    for (const auto& of_phalanx : finger.links) {
+      links.insert(links.end(), of_phalanx.begin(), of_phalanx.end());
+    }
+    const RobotSurface surface(robot_, state_, links);
+    if (surface.Empty()) return;
+    for (int p = 0; p < 3; ++p) {
+      const int part = 3 * finger.human + p;
+      const Phalanx mine(axes_.RestJoints().col(part),
+                         p == 2 ? Eigen::Vector3d(axes_.RestTips().col(finger.human))
+                                : Eigen::Vector3d(axes_.RestJoints().col(part + 1)),
+                         axes_.PadDirection(part));
+      const Phalanx its(finger.nodes[p], finger.nodes[p + 1], finger.pads[p]);
+      const double length = (mine.to - mine.from).norm();
+      for (Eigen::Index v = 0; v < vertices_.cols(); ++v) {
+        if (landmarks_.PartOf(static_cast<int>(v)) != part) continue;
+        const Eigen::Vector3d vertex = vertices_.col(v);
+        const double share = std::clamp((vertex - mine.from).dot(mine.frame.col(0)) / length, 0.0,
+                                        p == 2 ? kCapFrom : 1.0);
+        const Eigen::Vector3d off = mine.frame.transpose() * (vertex - mine.At(share));
+        if (off.norm() < 1e-6) continue;
+        const Eigen::Vector3d out = its.frame * off.normalized();
+        const auto hit = surface.Meet(its.At(share), out, 0.01);
+        if (!hit) continue;
+        const Eigen::Vector3d normal = mine.frame.transpose() * normals_.col(v);
+        Add(static_cast<int>(v), part, normal.y() > 0.3, *hit);
+      }
+    }
+  }
+
+  void PairPalm() {
+    const RobotSurface surface(robot_, state_, anatomy_.palm_links);
+    if (surface.Empty()) return;
+    const PalmFrame mine = HumanPalm(axes_, anatomy_.fingers.back().human);
+    const PalmFrame its{anatomy_.root_from_axes, anatomy_.knuckles, anatomy_.palm_width,
+                        anatomy_.palm_length};
+    for (const int v : landmarks_.Pad(kPalmPart)) {
+      const Eigen::Vector3d from_knuckles =
+          mine.axes.transpose() * (vertices_.col(v) - mine.knuckles);
+      const Eigen::Vector3d there(from_knuckles.x() / mine.length * its.length,
+                                  from_knuckles.y() / mine.width * its.width, 0.0);
+      const auto hit = surface.Meet(its.knuckles + its.axes * there, its.axes.col(2), 0.06);
+      if (hit && hit->normal.dot(its.axes.col(2)) > 0.3) Add(v, kPalmPart, true, *hit);
+    }
+  }
+
+  void Add(int vertex, int part, bool pad, const SurfaceHit& hit) {
+    const Eigen::Isometry3d link_from_root = state_.RootFromLink(hit.link).inverse();
+    pairs_.push_back({vertex, part, pad, hit.link, link_from_root * hit.point,
+                      link_from_root.linear() * hit.normal});
+  }
+
+  const HandLandmarks& landmarks_;
+  const HandAxes& axes_;
+  const RobotHand& robot_;
+  const RobotAnatomy& anatomy_;
+  RobotState state_;
+  Eigen::Matrix3Xd vertices_, normals_;  // of the human hand at rest, relative to the wrist
+  std::vector<SkinPair> pairs_;
+};
+
+}  // namespace
+
+std::vector<SkinPair> PairSkins(const HandModel& human, const HandLandmarks& landmarks,
+                                const HandAxes& axes, const RobotHand& robot,
+                                const RobotAnatomy& anatomy) {
+  return SkinPairing(human, landmarks, axes, robot, anatomy).Find();
+}
+
+TriangleMesh LinkMesh(const RobotLink& link) {
+  TriangleMesh mesh;
+  for (const TriangleMesh& shape : link.shapes) Append(shape, mesh);
+  return mesh;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "solver/robot/read_robot.h"
+
+#include <algorithm>
+#include <cctype>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "solver/robot/robot_kinematics.h"
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kLargest_m = 2.0, kSmallest_m = 0.02;
+
+void RequireFinite(const RobotHand& hand) {
+  for (const RobotLink& link : hand.links) {
+    const bool finite = link.parent_from_joint.matrix().allFinite() && link.axis.allFinite() &&
+                        std::ranges::all_of(link.shapes, [](const TriangleMesh& shape) {
+                          return shape.vertices.allFinite();
+                        });
+    if (!finite) {
+      throw Error(hand.source, fmt::format("link '{}' has numbers that are not finite", link.name),
+                  "Correct its joint's origin, axis and shapes");
+    }
+  }
+}
+
+void RequireHandSized(const RobotHand& hand) {
+  RobotState state(hand);
+  state.Evaluate(hand.Straight());
+  Eigen::AlignedBox3d box;
+  for (int k = 0; k < hand.NumLinks(); ++k) {
+    for (const TriangleMesh& shape : hand.links[k].shapes) {
+      for (const auto vertex : shape.vertices.colwise()) box.extend(state.RootFromLink(k) * vertex);
+    }
+  }
+  if (box.isEmpty()) {
+    throw Error(hand.source, "has no link with a shape", "Give its links visual or collision");
+  }
+  const double size = box.sizes().maxCoeff();
+  if (size <= kLargest_m && size >= kSmallest_m) return;
+  throw Error(hand.source, fmt::format("spans {:.4g} m: no hand does", size),
+              size > kLargest_m
+                  ? "URDF and MJCF are in metres: scale a file in millimetres by 0.001 "
+                    "(mesh scale, origins), or name the file of the hand without its arm"
+                  : "URDF and MJCF are in metres: check the unit of its meshes and origins");
+}
+
+}  // namespace
+
+RobotHand ReadRobotHand(const fs::path& path) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(path, ignored)) {
+    throw Error(path.string(), fs::is_directory(path, ignored) ? "is a folder" : "does not exist",
+                "Give the hand's .urdf or MJCF .xml file");
+  }
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (extension != ".urdf" && extension != ".xml" && extension != ".mjcf") {
+    throw Error(path.string(), "is not a robot's file by its name",
+                "Give URDF (.urdf) or MJCF (.xml); make xacro into URDF first");
+  }
+  RobotHand hand = extension == ".urdf" ? ReadUrdf(path) : ReadMjcf(path);
+  if (hand.dofs.empty()) {
+    throw Error(path.string(), "has no joint that moves", "Give a hand with fingers");
+  }
+  RequireFinite(hand);
+  RequireHandSized(hand);
+  return hand;
+}
+
+}  // namespace holdfast

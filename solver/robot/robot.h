@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Robot hands: a clip of a human hand with an object and a robot's URDF or MJCF go in; the robot's
+/// wrist and joints, frame by frame, with the contacts kept, come out.
+///
+/// From the inside out:
+///   robot_hand.h           RobotHand: links, joints, the numbers that move them
+///   robot_joints.h         joints that follow others
+///   robot_shapes.h         primitives as meshes; where mesh files are
+///   read_robot.h           URDF (urdfdom) and MJCF (MuJoCo)
+///   robot_kinematics.h     where links are, and how they move
+///   robot_anatomy.h        palm, fingers, thumb: which is which
+///   hand_correspondence.h  the human's skin and the robot's, place by place
+///   robot_solids.h         links as solids
+///   robot_term.h           poses, normal equations, terms
+///   robot_distance_term.h, robot_contact_term.h, robot_penetration_term.h, robot_self_term.h,
+///   robot_prior_terms.h    the terms
+///   robot_solver.h         least squares over one pose
+///   human_demonstration.h  what the human hand does
+///   robot_start.h          the robot's hand where the human's is
+///   transfer_to_robot.h    the whole clip
+///   robot_baseline_terms.h, robot_baselines.h  what others published, to compare with
+///   robot_measures.h       how good it is
+///   robot_output.h         files: joints, contacts, MJCF
+///   robot_pictures.h       pictures
+
+#include "solver/robot/read_robot.h"
+#include "solver/robot/robot_measures.h"
+#include "solver/robot/robot_output.h"
+#include "solver/robot/robot_pictures.h"
+#include "solver/robot/transfer_to_robot.h"

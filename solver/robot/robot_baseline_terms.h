@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "solver/robot/robot_term.h"
+
+namespace holdfast {
+
+/// A place on a robot's hand that a human joint or fingertip stands for.
+struct RobotKeypoint {
+  int link = 0;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< in the link's frame
+};
+
+/// Keypoint inverse kinematics: sum_i w_i |x_i - target_i|^2; object's frame, metres, 3 residuals a
+/// point. The task of differential IK as Mink's FrameTask has it (position cost).
+class RobotKeypointTerm final : public RobotTerm {
+ public:
+  RobotKeypointTerm(std::vector<RobotKeypoint> points, Eigen::Matrix3Xd targets, double weight)
+      : points_(std::move(points)), targets_(std::move(targets)), weight_(weight) {}
+
+  double Add(const PosedRobot& robot, RobotNormal* normal) const override {
+    double cost = 0.0;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const Eigen::Vector3d x = robot.ObjectFromLink(points_[i].link) * points_[i].point;
+      const Eigen::Vector3d off = x - targets_.col(static_cast<Eigen::Index>(i));
+      cost += 0.5 * weight_ * off.squaredNorm();
+      if (normal != nullptr) {
+        normal->AddPoint(points_[i].link, x, weight_ * off, weight_ * Eigen::Matrix3d::Identity());
+      }
+    }
+    return cost;
+  }
+
+ private:
+  std::vector<RobotKeypoint> points_;
+  Eigen::Matrix3Xd targets_;
+  double weight_;
+};
+
+/// Vectors between places of the hand keep a human's: sum_k s_k |(x_a - x_b) - target_k|^2 (DexPilot,
+/// Handa et al. 2020, eq. 4; the switching of s_k and targets is the caller's). Object's frame.
+class RobotVectorTerm final : public RobotTerm {
+ public:
+  struct Pair {
+    RobotKeypoint to, from;
+    Eigen::Vector3d target;
+    double weight;
+  };
+  /// `scale`: of all weights.
+  RobotVectorTerm(std::vector<Pair> pairs, double scale)
+      : pairs_(std::move(pairs)) {
+    for (Pair& pair : pairs_) pair.weight *= scale;
+  }
+
+  double Add(const PosedRobot& robot, RobotNormal* normal) const override {
+    double cost = 0.0;
+    Eigen::VectorXd row;
+    for (const Pair& pair : pairs_) {
+      const Eigen::Vector3d a = robot.ObjectFromLink(pair.to.link) * pair.to.point;
+      const Eigen::Vector3d b = robot.ObjectFromLink(pair.from.link) * pair.from.point;
+      const double root = std::sqrt(pair.weight);
+      const Eigen::Vector3d residual = root * (a - b - pair.target);
+      cost += 0.5 * residual.squaredNorm();
+      if (normal == nullptr) continue;
+      for (int axis = 0; axis < 3; ++axis) {
+        row.setZero(6 + robot.Hand().NumDofs());
+        AddPointSlopes(robot, pair.to.link, a, Eigen::Vector3d::Unit(axis), root, row);
+        AddPointSlopes(robot, pair.from.link, b, Eigen::Vector3d::Unit(axis), -root, row);
+        normal->AddRow(row, residual(axis));
+      }
+    }
+    return cost;
+  }
+
+ private:
+  std::vector<Pair> pairs_;
+};
+
+/// The Laplacian of an interaction mesh is kept (Ho et al. 2010; OmniRetarget, Yang et al. 2025):
+///   sum_i w |x_i - mean of its neighbours - delta_i|^2,
+/// delta_i that of the human's mesh; nodes are places of the hand and points of the object, which
+/// stand still; object points have a Laplacian as well. Object's frame, metres.
+class RobotLaplacianTerm final : public RobotTerm {
+ public:
+  /// Node i < points.size() is points[i]; those after are columns of `object`. `human` (3 x points):
+  /// where the human has them. `neighbours` by node.
+  RobotLaplacianTerm(std::vector<RobotKeypoint> points, const Eigen::Matrix3Xd& human,
+                     const Eigen::Matrix3Xd& object, std::vector<std::vector<int>> neighbours,
+                     double weight)
+      : points_(std::move(points)),
+        neighbours_(std::move(neighbours)),
+        root_(std::sqrt(weight)),
+        nodes_(3, human.cols() + object.cols()) {
+    nodes_ << human, object;
+    delta_ = Laplacian();
+  }
+
+  double Add(const PosedRobot& robot, RobotNormal* normal) const override {
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      nodes_.col(static_cast<Eigen::Index>(i)) =
+          robot.ObjectFromLink(points_[i].link) * points_[i].point;
+    }
+    const Eigen::Matrix3Xd residual = root_ * (Laplacian() - delta_);
+    if (normal != nullptr) {
+      Eigen::VectorXd row;
+      for (std::size_t i = 0; i < neighbours_.size(); ++i) {
+        const double share = root_ / static_cast<double>(std::max<std::size_t>(
+                                         1, neighbours_[i].size()));
+        for (int axis = 0; axis < 3; ++axis) {
+          row.setZero(6 + robot.Hand().NumDofs());
+          const auto add = [&](std::size_t node, double scale) {
+            if (node >= points_.size()) return;
+            AddPointSlopes(robot, points_[node].link, nodes_.col(static_cast<Eigen::Index>(node)),
+                           Eigen::Vector3d::Unit(axis), scale, row);
+          };
+          add(i, root_);
+          for (const int j : neighbours_[i]) add(static_cast<std::size_t>(j), -share);
+          if (!row.isZero()) normal->AddRow(row, residual(axis, static_cast<Eigen::Index>(i)));
+        }
+      }
+    }
+    return 0.5 * residual.squaredNorm();
+  }
+
+ private:
+  Eigen::Matrix3Xd Laplacian() const {
+    Eigen::Matrix3Xd out = nodes_;
+    for (std::size_t i = 0; i < neighbours_.size(); ++i) {
+      for (const int j : neighbours_[i]) {
+        out.col(static_cast<Eigen::Index>(i)) -=
+            nodes_.col(j) / static_cast<double>(neighbours_[i].size());
+      }
+    }
+    return out;
+  }
+
+  std::vector<RobotKeypoint> points_;
+  std::vector<std::vector<int>> neighbours_;
+  double root_;
+  mutable Eigen::Matrix3Xd nodes_;
+  Eigen::Matrix3Xd delta_;
+};
+
+}  // namespace holdfast

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: MIT
+#include "solver/robot/robot_baselines.h"
+
+#include <chrono>
+#include <cmath>
+
+#include "geometry/mesh/contact_samples.h"
+#include "geometry/rotation.h"
+#include "solver/robot/robot_baseline_terms.h"
+#include "solver/robot/robot_penetration_term.h"
+#include "solver/robot/robot_prior_terms.h"
+#include "solver/robot/robot_solver.h"
+
+namespace holdfast {
+namespace {
+
+// DexPilot's: vectors shorter than this are drawn together, by these weights, to these lengths.
+constexpr double kClose_m = 0.03;
+constexpr double kPinchWeight = 200.0, kFingersWeight = 400.0;
+constexpr double kTaskWeight = 1e4;  // a centimetre of the task counts as much as one sigma
+constexpr double kPinch_m = 1e-4, kFingersApart_m = 0.03;
+
+// Places of the robot for wrist, finger joints and tips, and the human's of a frame.
+class Keypoints {
+ public:
+  explicit Keypoints(const RobotTransferSetup& setup) : setup_(setup) {
+    RobotState state(setup.robot);
+    state.Evaluate(setup.robot.Straight());
+    const auto add = [&](int link, const Eigen::Vector3d& in_root) {
+      return RobotKeypoint{link, state.RootFromLink(link).inverse() * in_root};
+    };
+    palm = add(setup.anatomy.palm_links.front(), setup.anatomy.knuckles);
+    for (const RobotFinger& finger : setup.anatomy.fingers) {
+      int last = finger.links[0].empty() ? setup.anatomy.palm_links.front() : 0;
+      for (int p = 0; p < 3; ++p) {
+        if (!finger.links[p].empty()) last = finger.links[p].front();
+        joints.push_back(add(last, finger.nodes[p]));
+      }
+      for (const auto& links : finger.links) {
+        if (!links.empty()) last = links.back();
+      }
+      tips.push_back(add(last, finger.nodes[3]));
+    }
+  }
+
+  Eigen::Matrix3Xd HumanTips(const HumanFrame& frame) const {
+    Eigen::Matrix3Xd out(3, static_cast<Eigen::Index>(tips.size()));
+    for (Eigen::Index i = 0; i < out.cols(); ++i) {
+      out.col(i) = frame.tips.col(setup_.anatomy.fingers[i].human);
+    }
+    return out;
+  }
+  Eigen::Matrix3Xd HumanJoints(const HumanFrame& frame) const {
+    Eigen::Matrix3Xd out(3, static_cast<Eigen::Index>(joints.size()));
+    for (Eigen::Index i = 0; i < out.cols(); ++i) {
+      out.col(i) = frame.joints.col(3 * setup_.anatomy.fingers[i / 3].human + i % 3);
+    }
+    return out;
+  }
+  Eigen::Vector3d HumanPalm(const HumanFrame& frame) const {
+    return frame.object_from_wrist * setup_.wrist_from_root * setup_.anatomy.knuckles;
+  }
+
+  RobotKeypoint palm;
+  std::vector<RobotKeypoint> joints, tips;
+
+ private:
+  const RobotTransferSetup& setup_;
+};
+
+RobotVectorTerm FingertipVectors(const Keypoints& keypoints, const HumanFrame& frame,
+                                 double scale) {
+  const Eigen::Matrix3Xd human = keypoints.HumanTips(frame);
+  const Eigen::Vector3d palm = keypoints.HumanPalm(frame);
+  std::vector<RobotVectorTerm::Pair> pairs;
+  for (std::size_t i = 0; i < keypoints.tips.size(); ++i) {
+    const auto a = static_cast<Eigen::Index>(i);
+    pairs.push_back({keypoints.tips[i], keypoints.palm, scale * (human.col(a) - palm), 1.0});
+    for (std::size_t j = i + 1; j < keypoints.tips.size(); ++j) {
+      const Eigen::Vector3d vector = human.col(static_cast<Eigen::Index>(j)) - human.col(a);
+      const double length = vector.norm();
+      const bool thumb = i == 0;
+      double weight = 1.0, wanted = scale * length;
+      if (length < kClose_m) {
+        weight = thumb ? kPinchWeight : kFingersWeight;
+        wanted = thumb ? kPinch_m : kFingersApart_m;
+      }
+      pairs.push_back({keypoints.tips[j], keypoints.tips[i],
+                       wanted / std::max(length, 1e-9) * vector, weight});
+    }
+  }
+  return {std::move(pairs), kTaskWeight};
+}
+
+// Edges whose ball (they are its diameter) holds no other node.
+std::vector<std::vector<int>> GabrielGraph(const Eigen::Matrix3Xd& nodes) {
+  std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(nodes.cols()));
+  for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
+    for (Eigen::Index j = i + 1; j < nodes.cols(); ++j) {
+      const Eigen::Vector3d middle = 0.5 * (nodes.col(i) + nodes.col(j));
+      const double radius2 = 0.25 * (nodes.col(i) - nodes.col(j)).squaredNorm();
+      bool empty = true;
+      for (Eigen::Index k = 0; k < nodes.cols() && empty; ++k) {
+        empty = k == i || k == j || (nodes.col(k) - middle).squaredNorm() >= radius2;
+      }
+      if (!empty) continue;
+      neighbours[static_cast<std::size_t>(i)].push_back(static_cast<int>(j));
+      neighbours[static_cast<std::size_t>(j)].push_back(static_cast<int>(i));
+    }
+  }
+  return neighbours;
+}
+
+double FingerLength(const RobotTransferSetup& setup) {
+  double robot = 0.0, human = 0.0;
+  for (const RobotFinger& finger : setup.anatomy.fingers) {
+    robot += finger.Length();
+    const auto& joints = setup.axes->RestJoints();
+    human += (joints.col(3 * finger.human) - joints.col(3 * finger.human + 1)).norm() +
+             (joints.col(3 * finger.human + 1) - joints.col(3 * finger.human + 2)).norm() +
+             (joints.col(3 * finger.human + 2) - setup.axes->RestTips().col(finger.human)).norm();
+  }
+  return robot / human;
+}
+
+// The terms of one frame, and the solve.
+class BaselineFrame {
+ public:
+  BaselineFrame(const RobotTransferSetup& setup, RobotBaseline baseline)
+      : setup_(setup),
+        baseline_(baseline),
+        keypoints_(setup),
+        scale_(FingerLength(setup)),
+        object_(ContactSamples(setup.object, 0.02, 60)),
+        obstacle_{setup.object_grid.get(), setup.object_samples},
+        limits_(1e-4),
+        walls_(*setup.solids, obstacle_, 0.0, 1e-5),
+        rest_(setup.robot.Straight(), Eigen::VectorXd::Constant(setup.robot.NumDofs(), 20.0)),
+        solver_(setup.robot) {}
+
+  int Solve(const HumanFrame& frame, RobotPose& pose) {
+    const Eigen::Isometry3d wrist = frame.object_from_wrist * setup_.wrist_from_root;
+    const Eigen::VectorXd sigma = Eigen::VectorXd::Constant(setup_.robot.NumDofs(), 0.5);
+    const RobotPostureTerm change(pose.q, sigma);
+    DenseMinimizer::Options options;
+    options.max_iterations = 50;
+    const auto solve = [&](const RobotTerm& task, double turn, double way, bool walls) {
+      const RobotPlaceTerm place(wrist, setup_.anatomy.knuckles, turn, way);
+      std::vector<const RobotTerm*> terms{&task, &place, &limits_, &rest_, &change};
+      if (walls) terms.push_back(&walls_);
+      return solver_.Solve(terms, options, pose).iterations;
+    };
+    switch (baseline_) {
+      case RobotBaseline::kFingertipVectors: {
+        pose.R = wrist.linear();
+        pose.T = wrist.translation();
+        return solve(FingertipVectors(keypoints_, frame, scale_), 1e-5, 1e-6, false);
+      }
+      case RobotBaseline::kKeypoints:
+        return solve(RobotKeypointTerm(keypoints_.tips, keypoints_.HumanTips(frame), kTaskWeight), 0.5,
+                     0.03, false);
+      case RobotBaseline::kLaplacian:
+        break;
+    }
+    Eigen::Matrix3Xd human(3, 1 + static_cast<Eigen::Index>(keypoints_.joints.size() +
+                                                            keypoints_.tips.size()));
+    human << keypoints_.HumanPalm(frame), keypoints_.HumanJoints(frame),
+        keypoints_.HumanTips(frame);
+    std::vector<RobotKeypoint> points{keypoints_.palm};
+    points.insert(points.end(), keypoints_.joints.begin(), keypoints_.joints.end());
+    points.insert(points.end(), keypoints_.tips.begin(), keypoints_.tips.end());
+    Eigen::Matrix3Xd nodes(3, human.cols() + object_.cols());
+    nodes << human, object_;
+    return solve(RobotLaplacianTerm(points, human, object_, GabrielGraph(nodes), kTaskWeight), 10.0, 1.0,
+                 true);
+  }
+
+ private:
+  const RobotTransferSetup& setup_;
+  RobotBaseline baseline_;
+  Keypoints keypoints_;
+  double scale_;
+  Eigen::Matrix3Xd object_;
+  RobotObstacle obstacle_;
+  RobotLimitTerm limits_;
+  RobotPenetrationTerm walls_;
+  RobotPostureTerm rest_;
+  RobotSolver solver_;
+};
+
+}  // namespace
+
+std::string_view BaselineName(RobotBaseline baseline) {
+  switch (baseline) {
+    case RobotBaseline::kFingertipVectors:
+      return "fingertip vectors (DexPilot)";
+    case RobotBaseline::kKeypoints:
+      return "keypoint IK (as with Mink)";
+    case RobotBaseline::kLaplacian:
+      return "Laplacian, walls (OmniRetarget)";
+  }
+  return "";
+}
+
+RobotTransfer TransferByBaseline(const RobotTransferSetup& setup, const RobotTransferOptions&,
+                                 RobotBaseline baseline) {
+  BaselineFrame solver(setup, baseline);
+  RobotTransfer out;
+  const auto& frames = setup.demonstration.frames;
+  const Eigen::Isometry3d first = frames.front().object_from_wrist * setup.wrist_from_root;
+  RobotPose pose{first.linear(), first.translation(),
+                 setup.robot.Straight() + 0.3 * (setup.anatomy.closed - setup.robot.Straight())};
+  const auto begin = std::chrono::steady_clock::now();
+  for (const HumanFrame& frame : frames) {
+    out.iterations += solver.Solve(frame, pose);
+    out.poses.push_back(pose);
+  }
+  out.solve_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+                     .count();
+  return out;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+#include "solver/robot/robot_joints.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kLeastRange = 1e-4;  // radians or metres: less is none
+
+struct Followed {
+  std::string leader;
+  double factor = 1.0, offset = 0.0;
+};
+
+// A follower of a follower follows the first.
+Followed Resolve(const std::map<std::string, const RobotJointSource*>& by_name,
+                 const std::string& source, const RobotJointSource& joint) {
+  Followed followed{joint.name, 1.0, 0.0};
+  const RobotJointSource* at = &joint;
+  for (std::size_t steps = 0; !at->follows.empty(); ++steps) {
+    const auto next = by_name.find(at->follows);
+    if (next == by_name.end()) {
+      throw Error(source,
+                  fmt::format("joint '{}' follows '{}', which is no joint that moves", at->name,
+                              at->follows),
+                  "Correct its mimic");
+    }
+    if (steps > by_name.size()) {
+      throw Error(source, fmt::format("joint '{}' follows itself", joint.name),
+                  "Correct its mimic");
+    }
+    followed.offset += followed.factor * at->offset;
+    followed.factor *= at->factor;
+    at = next->second;
+    followed.leader = at->name;
+  }
+  return followed;
+}
+
+}  // namespace
+
+void ResolveJoints(const std::vector<RobotJointSource>& joints, RobotHand& hand) {
+  std::map<std::string, const RobotJointSource*> by_name;
+  for (const RobotJointSource& joint : joints) {
+    if (!by_name.emplace(joint.name, &joint).second) {
+      throw Error(hand.source, fmt::format("has two joints named '{}'", joint.name),
+                  "Rename one of them");
+    }
+  }
+  std::map<std::string, int> dof_of;
+  const auto dof_named = [&](const std::string& leader) {
+    const auto [found, added] = dof_of.emplace(leader, hand.NumDofs());
+    const RobotJointSource& joint = *by_name.at(leader);
+    if (added) hand.dofs.push_back({leader, joint.low, joint.high});
+    return found->second;
+  };
+  for (RobotLink& link : hand.links) {
+    const auto found = by_name.find(link.joint);
+    if (link.kind == RobotJointKind::kFixed || found == by_name.end()) continue;
+    const RobotJointSource& joint = *found->second;
+    const Followed followed = Resolve(by_name, hand.source, joint);
+    const RobotJointSource& leader = *by_name.at(followed.leader);
+    if (followed.factor == 0.0 || leader.high - leader.low < kLeastRange) {
+      link.offset = std::clamp(followed.factor * leader.low + followed.offset,
+                               std::min(joint.low, joint.high), std::max(joint.low, joint.high));
+      hand.notes.push_back(fmt::format("joint '{}' has no range: it stands still", joint.name));
+      continue;
+    }
+    link.dof = dof_named(followed.leader);
+    link.factor = followed.factor;
+    link.offset = followed.offset;
+    RobotDof& dof = hand.dofs[static_cast<std::size_t>(link.dof)];
+    auto [low, high] = std::minmax((joint.low - followed.offset) / followed.factor,
+                                   (joint.high - followed.offset) / followed.factor);
+    // A follower's rounded limits may leave a hair less than its leader's: no reason to complain.
+    if (low < dof.high && high > dof.low) {
+      dof.low = std::max(dof.low, low);
+      dof.high = std::min(dof.high, high);
+    }
+  }
+  for (const RobotDof& dof : hand.dofs) {
+    if (!(dof.high > dof.low)) {
+      throw Error(hand.source,
+                  fmt::format("the limits of joint '{}' are {} to {}", dof.name, dof.low, dof.high),
+                  "Correct its limits");
+    }
+  }
+}
+
+Eigen::VectorXd RobotHand::Straight() const { return Clamped(Eigen::VectorXd::Zero(NumDofs())); }
+
+Eigen::VectorXd RobotHand::Clamped(const Eigen::VectorXd& q) const {
+  Eigen::VectorXd within = q;
+  for (int k = 0; k < NumDofs(); ++k) within(k) = std::clamp(q(k), dofs[k].low, dofs[k].high);
+  return within;
+}
+
+int RobotHand::FindLink(const std::string& link) const {
+  for (int k = 0; k < NumLinks(); ++k) {
+    if (links[k].name == link) return k;
+  }
+  return -1;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: MIT
+#include "solver/robot/robot_measures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "geometry/mesh/contact_samples.h"
+#include "geometry/mesh/triangle_tree.h"
+#include "geometry/parallel.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kSpacing_m = 0.0025;
+constexpr int kMostOfLink = 600, kMostOfObject = 6000;
+constexpr double kTouch_m = 0.005;
+
+// The pad of one part of the hand on one link: the faces around its pairs' points.
+struct PadSurface {
+  int link;
+  std::unique_ptr<TriangleTree> tree;
+  TriangleMesh mesh;
+};
+
+// Faces of the link whose middle is nearer to a point of the pad than the pads' points are to each
+// other, and that face the same way.
+TriangleMesh PadFaces(const TriangleMesh& mesh, const std::vector<const SkinPair*>& pairs) {
+  constexpr double kReach_m = 0.006;
+  TriangleMesh pad{mesh.vertices, {}};
+  std::vector<Eigen::Index> faces;
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    const Eigen::Vector3d normal = FaceCross(mesh, f).normalized();
+    for (const SkinPair* pair : pairs) {
+      const TrianglePoint near = ClosestOnTriangle(pair->point, mesh.vertices.col(mesh.faces(0, f)),
+                                                   mesh.vertices.col(mesh.faces(1, f)),
+                                                   mesh.vertices.col(mesh.faces(2, f)));
+      if ((near.point - pair->point).norm() > kReach_m || normal.dot(pair->normal) < 0.5) continue;
+      faces.push_back(f);
+      break;
+    }
+  }
+  pad.faces = mesh.faces(Eigen::all, faces);
+  return pad;
+}
+
+class TransferMeter {
+ public:
+  explicit TransferMeter(const RobotTransferSetup& setup) : setup_(setup) {
+    for (int part = 0; part < kNumHandParts; ++part) {
+      std::map<int, std::vector<const SkinPair*>> by_link;
+      for (const int i : setup.pads[part]) {
+        by_link[setup.pairs[i].link].push_back(&setup.pairs[i]);
+      }
+      for (const auto& [link, pairs] : by_link) {
+        const LinkSolid& solid = setup.solids->Of(link);
+        if (solid.Empty()) continue;
+        TriangleMesh mesh = PadFaces(solid.mesh, pairs);
+        if (mesh.NumFaces() == 0 || !(SurfaceArea(mesh) > 0.0)) continue;
+        pads_[part].push_back({link, std::make_unique<TriangleTree>(mesh), mesh});
+      }
+    }
+    for (const int link : setup.solids->Links()) {
+      samples_[link] = ContactSamples(setup.solids->Of(link).mesh, kSpacing_m, kMostOfLink);
+    }
+    object_samples_ = ContactSamples(setup.object, kSpacing_m, kMostOfObject);
+  }
+
+  RobotFrameMeasure Measure(const HumanFrame& frame, const RobotPose& pose) const {
+    PosedRobot posed(setup_.robot);
+    posed.Set(pose);
+    RobotFrameMeasure out;
+    MeasureDepth(posed, out);
+    for (const PartContact& contact : frame.contacts)
+      out.contacts.push_back(Nearest(contact, posed));
+    return out;
+  }
+
+ private:
+  void MeasureDepth(const PosedRobot& posed, RobotFrameMeasure& out) const {
+    for (const int link : setup_.solids->Links()) {
+      const LinkSolid& solid = setup_.solids->Of(link);
+      const Eigen::Isometry3d& pose = posed.ObjectFromLink(link);
+      const Eigen::Vector3d centre = pose * solid.centre;
+      if (setup_.object_distance->Distance(centre) > solid.radius) continue;
+      for (const auto sample : samples_.at(link).colwise()) {
+        const Eigen::Vector3d x = pose * sample;
+        if (setup_.object_grid->Linear(x) > 0.001) continue;
+        out.hand_in_object_mm =
+            std::max(out.hand_in_object_mm, -1e3 * setup_.object_distance->Distance(x));
+      }
+      const Eigen::Isometry3d link_from_object = pose.inverse();
+      for (const auto x : object_samples_.colwise()) {
+        if ((x - centre).norm() > solid.radius) continue;
+        const Eigen::Vector3d in_link = link_from_object * x;
+        if (solid.grid->Linear(in_link) > 0.001) continue;
+        out.object_in_hand_mm =
+            std::max(out.object_in_hand_mm, -1e3 * solid.distance->Distance(in_link));
+      }
+    }
+    for (const auto& [a, b] : setup_.solids->Pairs()) {
+      for (const auto& [from, into] : {std::pair{a, b}, std::pair{b, a}}) {
+        const Eigen::Isometry3d into_from =
+            posed.ObjectFromLink(into).inverse() * posed.ObjectFromLink(from);
+        const LinkSolid& solid = setup_.solids->Of(into);
+        for (const auto sample : setup_.solids->Of(from).samples.colwise()) {
+          const Eigen::Vector3d x = into_from * sample;
+          if ((x - solid.centre).norm() > solid.radius) continue;
+          out.self_mm = std::max(out.self_mm, -1e3 * solid.grid->Distance(x));
+        }
+      }
+    }
+  }
+
+  RobotContact Nearest(const PartContact& contact, const PosedRobot& posed) const {
+    RobotContact out;
+    out.part = contact.part;
+    out.target = contact.point;
+    out.target_normal = contact.normal;
+    double least = std::numeric_limits<double>::infinity();
+    for (const PadSurface& pad : pads_[contact.part]) {
+      const Eigen::Isometry3d& pose = posed.ObjectFromLink(pad.link);
+      const TriangleTree::Hit hit = pad.tree->Closest(pose.inverse() * contact.point);
+      if (hit.squared_distance >= least) continue;
+      least = hit.squared_distance;
+      out.link = pad.link;
+      out.point = pose * hit.point;
+      out.normal = pose.linear() * FaceCross(pad.mesh, hit.face).normalized();
+    }
+    out.distance_m = std::sqrt(least);
+    out.angle_rad = std::acos(std::clamp(-out.normal.dot(contact.normal), -1.0, 1.0));
+    return out;
+  }
+
+  const RobotTransferSetup& setup_;
+  std::array<std::vector<PadSurface>, kNumHandParts> pads_;
+  std::map<int, Eigen::Matrix3Xd> samples_;
+  Eigen::Matrix3Xd object_samples_;
+};
+
+}  // namespace
+
+double RobotFrameMeasure::Deepest_mm() const {
+  return std::max(hand_in_object_mm, object_in_hand_mm);
+}
+
+RobotMeasures MeasureTransfer(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
+                              int threads) {
+  const TransferMeter meter(setup);
+  RobotMeasures out;
+  out.frames.resize(poses.size());
+  ParallelFor(static_cast<int>(poses.size()), threads, [&](int t) {
+    out.frames[t] = meter.Measure(setup.demonstration.frames[t], poses[t]);
+  });
+  int touching = 0;
+  for (const RobotFrameMeasure& frame : out.frames) {
+    out.hold_frames += !frame.contacts.empty();
+    out.deepest_mm = std::max(out.deepest_mm, frame.Deepest_mm());
+    out.mean_deepest_mm += frame.Deepest_mm() / static_cast<double>(poses.size());
+    out.frames_deeper_than_2_mm += frame.Deepest_mm() > 2.0;
+    out.self_mm = std::max(out.self_mm, frame.self_mm);
+    for (const RobotContact& contact : frame.contacts) {
+      ++out.contacts;
+      out.contact_mm += 1e3 * contact.distance_m;
+      out.angle_deg += contact.angle_rad / kDegree;
+      touching += contact.distance_m < kTouch_m;
+    }
+  }
+  if (out.contacts > 0) {
+    out.contact_mm /= out.contacts;
+    out.angle_deg /= out.contacts;
+    out.touching_ratio = static_cast<double>(touching) / out.contacts;
+  }
+  return out;
+}
+
+nlohmann::json RobotMeasuresJson(const RobotMeasures& measures) {
+  return {{"contact_distance_mm", measures.contact_mm},
+          {"contact_normal_deg", measures.angle_deg},
+          {"contacts_within_5_mm_ratio", measures.touching_ratio},
+          {"contacts", measures.contacts},
+          {"hold_frames", measures.hold_frames},
+          {"max_penetration_depth_mm", measures.deepest_mm},
+          {"mean_max_penetration_depth_mm", measures.mean_deepest_mm},
+          {"frames_deeper_than_2_mm", measures.frames_deeper_than_2_mm},
+          {"self_penetration_mm", measures.self_mm}};
+}
+
+nlohmann::json RobotProtocolJson(const RobotTransferOptions& options) {
+  return {{"contact",
+           "of each human hand part (15 phalanges, palm) whose pad is within touch_mm of the "
+           "object: the weighted mean of where it touches; against the nearest point of the "
+           "robot's pad that stands for the part"},
+          {"touch_mm", 1e3 * options.demonstration.touch_m},
+          {"penetration", "both ways, points of the surfaces against exact signed distance"},
+          {"spacing_mm", 1e3 * kSpacing_m}};
+}
+
+}  // namespace holdfast

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "solver/robot/transfer_to_robot.h"
+
+namespace holdfast {
+
+/// One frame of a transfer, measured on meshes, not on the solver's grids and samples.
+struct RobotFrameMeasure {
+  double hand_in_object_mm = 0.0;  ///< deepest point of the links' surfaces in the object
+  double object_in_hand_mm = 0.0;  ///< deepest of the object's surface in a link
+  double self_mm = 0.0;            ///< deepest of a link in another (RobotSolids::Pairs)
+  std::vector<RobotContact> contacts;
+
+  double Deepest_mm() const;
+};
+
+struct RobotMeasures {
+  std::vector<RobotFrameMeasure> frames;
+  int hold_frames = 0;
+  int contacts = 0;              ///< of all frames
+  double contact_mm = 0.0;       ///< mean over them
+  double angle_deg = 0.0;        ///< mean
+  double touching_ratio = 0.0;   ///< of contacts, those within 5 mm
+  double deepest_mm = 0.0;       ///< of the clip
+  double mean_deepest_mm = 0.0;  ///< frames' deepest, mean
+  int frames_deeper_than_2_mm = 0;
+  double self_mm = 0.0;  ///< deepest of the clip
+};
+
+/// Contacts: for each part of the human hand that touches (PartContact) and stands for something of
+/// the robot, the point of the robot's pad of that part that is nearest to the human's place on the
+/// object; its distance, and the angle of its normal to the object's reversed.
+RobotMeasures MeasureTransfer(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
+                              int threads = 1);
+
+nlohmann::json RobotMeasuresJson(const RobotMeasures& measures);
+nlohmann::json RobotProtocolJson(const RobotTransferOptions& options);
+
+}  // namespace holdfast

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: MIT
+#include "solver/robot/transfer_to_robot.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "geometry/clip/clip_body.h"
+#include "geometry/error.h"
+#include "geometry/mesh/contact_samples.h"
+#include "geometry/mesh/decimate.h"
+#include "geometry/rotation.h"
+#include "solver/fit/clip_state.h"
+#include "solver/robot/robot_distance_term.h"
+#include "solver/robot/robot_penetration_term.h"
+#include "solver/robot/robot_prior_terms.h"
+#include "solver/robot/robot_self_term.h"
+#include "solver/robot/robot_solver.h"
+#include "solver/robot/robot_start.h"
+
+namespace holdfast {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kObjectCell_m = 0.0015;
+constexpr int kMostObjectSamples = 1500;
+constexpr double kNear_m = 0.02;     // of skin that E_d is about
+constexpr double kFarWeight = 0.02;  // of skin elsewhere
+constexpr double kDeepest_m = 8e-4;  // more is pushed out again, harder
+constexpr int kHarder = 3;           // times, by ten each
+
+double Milliseconds(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
+
+// Spread over the skin: farthest points first, pads before the rest.
+std::vector<SkinPair> Spread(const std::vector<SkinPair>& pairs, const Eigen::Matrix3Xd& rest,
+                             int most) {
+  std::vector<double> away(pairs.size(), 1.0);
+  std::vector<SkinPair> chosen;
+  while (static_cast<int>(chosen.size()) < std::min<int>(most, static_cast<int>(pairs.size()))) {
+    std::size_t farthest = 0;
+    double largest = -1.0;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      const double value = away[i] * (pairs[i].pad ? 2.0 : 1.0);
+      if (value > largest) {
+        largest = value;
+        farthest = i;
+      }
+    }
+    chosen.push_back(pairs[farthest]);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      away[i] =
+          std::min(away[i], (rest.col(pairs[i].vertex) - rest.col(pairs[farthest].vertex)).norm());
+    }
+  }
+  return chosen;
+}
+
+// The whole clip's solve.
+class ClipTransfer {
+ public:
+  ClipTransfer(const RobotTransferSetup& setup, const RobotTransferOptions& options)
+      : setup_(setup),
+        options_(options),
+        solver_(setup.robot),
+        points_(Spread(setup.pairs, setup.human->Surface().RestVertices(), options.points)),
+        obstacle_{setup.object_grid.get(), setup.object_samples},
+        limits_(1e-3),
+        self_(*setup.solids, options.self_sigma_m),
+        posed_(setup.robot) {
+    sigma_q_ = Eigen::VectorXd::Constant(setup.robot.NumDofs(), options.change_sigma_rad);
+    for (const RobotLink& link : setup.robot.links) {
+      if (link.dof >= 0 && link.kind == RobotJointKind::kSliding) {
+        sigma_q_(link.dof) = options.change_sigma_m;
+      }
+    }
+  }
+
+  RobotPose FirstPose(int t, int* iterations) {
+    const HumanFrame& frame = setup_.demonstration.frames[t];
+    double least = std::numeric_limits<double>::infinity();
+    RobotPose best;
+    for (const RobotPose& start :
+         RobotStarts(frame, setup_.wrist_from_root, setup_.robot, setup_.anatomy)) {
+      RobotPose pose = start;
+      // Loosely first: what is inside the object comes out while contacts draw.
+      Solve(t, pose, nullptr, 3e-3, 40, iterations);
+      const double cost = Solve(t, pose, nullptr, options_.penetration_sigma_m, 40, iterations);
+      if (cost >= least) continue;
+      least = cost;
+      best = pose;
+    }
+    return best;
+  }
+
+  // From the solution `found` of frame `from`, beside it: on the object while it is held, else as
+  // the human's wrist goes.
+  RobotPose NextPose(int t, int from, const RobotPose& found, int* iterations) {
+    RobotPose before = found;
+    const HumanFrame &frame = setup_.demonstration.frames[t],
+                     &there = setup_.demonstration.frames[from];
+    if (!frame.holds) {
+      const Eigen::Isometry3d moved = frame.object_from_wrist * there.object_from_wrist.inverse() *
+                                      found.ObjectFromRoot();
+      before.R = moved.linear();
+      before.T = moved.translation();
+    }
+    RobotPose pose = before;
+    double sigma = options_.penetration_sigma_m;
+    Solve(t, pose, &before, sigma, options_.max_iterations, iterations);
+    for (int k = 0; k < kHarder && Deepest(pose) > kDeepest_m; ++k) {
+      sigma *= 0.1;
+      Solve(t, pose, &before, sigma, options_.max_iterations, iterations);
+    }
+    return pose;
+  }
+
+ private:
+  double Solve(int t, RobotPose& pose, const RobotPose* before, double penetration_sigma,
+               int max_iterations, int* iterations) {
+    const HumanFrame& frame = setup_.demonstration.frames[t];
+    const auto n = static_cast<Eigen::Index>(points_.size());
+    Eigen::Matrix3Xd human(3, n);
+    Eigen::VectorXd weights(n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const int v = points_[static_cast<std::size_t>(i)].vertex;
+      human.col(i) = frame.vertices.col(v);
+      const double near = std::max(frame.distance(v), 0.0) / kNear_m;
+      weights(i) = (kFarWeight + std::exp(-near * near)) * 16.0 / static_cast<double>(n);
+    }
+    const RobotDistanceTerm distances(points_, human, setup_.object_vertices, weights,
+                                      options_.distance_sigma_m);
+    const RobotContactTerm contacts(setup_.pairs, setup_.pads, frame.contacts,
+                                    {options_.contact_sigma_m, options_.contact_sigma_rad});
+    const RobotPenetrationTerm penetration(*setup_.solids, obstacle_, options_.margin_m,
+                                           penetration_sigma);
+    const RobotPostureTerm posture(setup_.robot.Straight(),
+                                   Eigen::VectorXd::Constant(setup_.robot.NumDofs(), 3.0));
+    const RobotPlaceTerm place(
+        frame.object_from_wrist * setup_.wrist_from_root, setup_.anatomy.knuckles,
+        options_.on_path ? 5.0 * kDegree : 40.0 * kDegree, options_.on_path ? 0.01 : 0.08);
+    std::vector<const RobotTerm*> terms{&distances, &contacts, &penetration, &limits_,
+                                        &self_,     &posture,  &place};
+    std::optional<RobotPostureTerm> change;
+    std::optional<RobotPlaceTerm> movement;
+    if (before != nullptr) {
+      change.emplace(before->q, sigma_q_);
+      movement.emplace(before->ObjectFromRoot(), setup_.anatomy.knuckles, options_.change_sigma_rad,
+                       options_.change_sigma_m);
+      terms.push_back(&*change);
+      terms.push_back(&*movement);
+    }
+    DenseMinimizer::Options minimizer;
+    minimizer.max_iterations = max_iterations;
+    minimizer.function_tolerance = 1e-5;
+    minimizer.step_tolerance = 1e-4;
+    const DenseMinimizer::Report report = solver_.Solve(terms, minimizer, pose);
+    *iterations += report.iterations;
+    return report.cost;
+  }
+
+  double Deepest(const RobotPose& pose) {
+    posed_.Set(pose);
+    double deepest = 0.0;
+    for (const int link : setup_.solids->Links()) {
+      const LinkSolid& solid = setup_.solids->Of(link);
+      const Eigen::Isometry3d& object_from_link = posed_.ObjectFromLink(link);
+      const Eigen::Vector3d centre = object_from_link * solid.centre;
+      if (setup_.object_grid->Linear(centre) > solid.radius) continue;
+      for (const auto sample : solid.samples.colwise()) {
+        deepest = std::max(deepest, -setup_.object_grid->Linear(object_from_link * sample));
+      }
+      const Eigen::Isometry3d link_from_object = object_from_link.inverse();
+      for (Eigen::Index j = 0; j < obstacle_.samples.cols(); ++j) {
+        const Eigen::Vector3d x = obstacle_.samples.col(j);
+        if ((x - centre).squaredNorm() > solid.radius * solid.radius) continue;
+        deepest = std::max(deepest, -solid.grid->Linear(link_from_object * x));
+      }
+    }
+    return deepest;
+  }
+
+  const RobotTransferSetup& setup_;
+  const RobotTransferOptions& options_;
+  RobotSolver solver_;
+  std::vector<SkinPair> points_;
+  RobotObstacle obstacle_;
+  RobotLimitTerm limits_;
+  RobotSelfTerm self_;
+  PosedRobot posed_;
+  Eigen::VectorXd sigma_q_;
+};
+
+// The frame to begin with: most parts touch; of equals the middle one.
+int AnchorFrame(const HumanDemonstration& demonstration) {
+  std::size_t most = 0;
+  for (const HumanFrame& frame : demonstration.frames) most = std::max(most, frame.contacts.size());
+  std::vector<int> frames;
+  for (std::size_t t = 0; t < demonstration.frames.size(); ++t) {
+    if (demonstration.frames[t].contacts.size() == most) frames.push_back(static_cast<int>(t));
+  }
+  return frames[frames.size() / 2];
+}
+
+}  // namespace
+
+RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
+                                        const RobotTransferOptions& options) {
+  if (!scene.clip.object) {
+    throw Error(scene.source, "has no object trajectory", "Make one with 'holdfast fit'");
+  }
+  if (!scene.object) {
+    throw Error(scene.source, "its object's mesh is missing: " + scene.object_missing,
+                "Say where it is with --object");
+  }
+  RobotTransferSetup setup;
+  setup.robot = std::move(robot);
+  setup.object = *scene.object;
+  setup.object_distance = std::make_unique<SignedDistance>(setup.object);
+  const Side side = options.demonstration.side.value_or(HoldingSide(scene, *setup.object_distance));
+  RequireHands(*scene.body, HoldingBit(side));
+  setup.anatomy = options.correspondence.empty() ? FindAnatomy(setup.robot, side)
+                                                 : AnatomyOf(setup.robot, options.correspondence,
+                                                             options.correspondence_source, side);
+  if (setup.anatomy.side != side) {
+    throw Error(setup.robot.source,
+                fmt::format("is a {} hand, and in {} the {} one holds the object",
+                            SideName(setup.anatomy.side), scene.source, SideName(side)),
+                "Give the robot's hand of that side, or transfer the other hand (--hand)");
+  }
+  setup.human = std::make_shared<const HandModel>(scene.body, scene.betas, side);
+  setup.axes = std::make_unique<HandAxes>(*setup.human);
+  setup.landmarks = std::make_unique<HandLandmarks>(*setup.human, *setup.axes);
+  setup.demonstration = ReadDemonstration(scene, *setup.human, *setup.landmarks, *setup.axes,
+                                          *setup.object_distance, options.demonstration.touch_m);
+  setup.pairs = PairSkins(*setup.human, *setup.landmarks, *setup.axes, setup.robot, setup.anatomy);
+  setup.pads.resize(kNumHandParts);
+  for (std::size_t i = 0; i < setup.pairs.size(); ++i) {
+    if (setup.pairs[i].pad) setup.pads[setup.pairs[i].part].push_back(static_cast<int>(i));
+  }
+  setup.solids = std::make_unique<RobotSolids>(setup.robot, setup.anatomy, options.threads);
+  setup.object_grid = std::make_unique<DistanceGrid>(
+      *setup.object_distance,
+      DistanceGridOptions{.cell_m = kObjectCell_m, .threads = options.threads});
+  setup.object_samples = ContactSamples(setup.object, 0.004, kMostObjectSamples);
+  setup.object_vertices = ContactSamples(setup.object, 0.012, options.object_vertices);
+  setup.wrist_from_root = WristFromRoot(*setup.axes, setup.robot, setup.anatomy);
+  // What no pad stands for is no contact that could be kept.
+  for (HumanFrame& frame : setup.demonstration.frames) {
+    std::erase_if(frame.contacts,
+                  [&](const PartContact& contact) { return setup.pads[contact.part].empty(); });
+  }
+  return setup;
+}
+
+RobotTransfer TransferToRobot(const RobotTransferSetup& setup, const RobotTransferOptions& options,
+                              const StagedProgress& progress) {
+  const int frames = static_cast<int>(setup.demonstration.frames.size());
+  RobotTransfer out;
+  out.poses.resize(static_cast<std::size_t>(frames));
+  ClipTransfer transfer(setup, options);
+  const int anchor = AnchorFrame(setup.demonstration);
+  const Clock::time_point begin = Clock::now();
+  out.poses[anchor] = transfer.FirstPose(anchor, &out.iterations);
+  out.start_ms = Milliseconds(begin);
+  const Clock::time_point follow = Clock::now();
+  int done = 0;
+  const auto solve = [&](int t, int from) {
+    out.poses[t] = transfer.NextPose(t, from, out.poses[from], &out.iterations);
+    out.stopped = progress && !progress("transfer", ++done, frames);
+    return !out.stopped;
+  };
+  if (!solve(anchor, anchor)) return out;
+  for (int t = anchor + 1; t < frames; ++t) {
+    if (!solve(t, t - 1)) return out;
+  }
+  for (int t = anchor - 1; t >= 0; --t) {
+    if (!solve(t, t + 1)) return out;
+  }
+  out.solve_ms = Milliseconds(follow);
+  return out;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <mutex>
+#include <numbers>
+#include <sstream>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "solver/robot/read_robot.h"
+#include "solver/robot/robot_joints.h"
+#include "solver/robot/robot_shapes.h"
+
+#ifdef HOLDFAST_HAS_URDFDOM
+#include <console_bridge/console.h>
+#include <urdf_model/model.h>
+#include <urdf_parser/urdf_parser.h>
+#endif
+
+namespace holdfast {
+
+#ifndef HOLDFAST_HAS_URDFDOM
+
+RobotHand ReadUrdf(const std::filesystem::path& path) {
+  throw Error(path.string(), "is URDF, and this build of Holdfast is without urdfdom",
+              "Install it (Debian: liburdfdom-dev) and build again, or give the hand as MJCF");
+}
+
+#else
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostBytes = 64'000'000;
+constexpr int kMostDepth = 200;  // of elements in each other: the parser recurses
+
+// What urdfdom complains about, kept instead of printed.
+class Complaints final : public console_bridge::OutputHandler {
+ public:
+  Complaints() { console_bridge::useOutputHandler(this); }
+  ~Complaints() override { console_bridge::restorePreviousOutputHandler(); }
+  Complaints(const Complaints&) = delete;
+  Complaints& operator=(const Complaints&) = delete;
+
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && first_.empty()) first_ = text;
+  }
+  const std::string& First() const { return first_; }
+
+ private:
+  std::string first_;
+};
+
+std::string ReadText(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(path.string(), "cannot be read", "Check the path");
+  std::string text;
+  text.resize(kMostBytes + 1);
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.empty() || text.size() > kMostBytes) {
+    throw Error(path.string(), text.empty() ? "is empty" : "is larger than 64 MB: no URDF is",
+                "Check the path");
+  }
+  int depth = 0;
+  for (std::size_t k = 0; k + 1 < text.size(); ++k) {
+    if (text[k] == '<' && text[k + 1] != '!' && text[k + 1] != '?') {
+      depth += text[k + 1] == '/' ? -1 : 1;
+    } else if (text[k] == '/' && text[k + 1] == '>') {
+      --depth;
+    }
+    if (depth > kMostDepth) {
+      throw Error(path.string(), "has elements nested deeper than any URDF", "Check the file");
+    }
+  }
+  return text;
+}
+
+// Two threads may not share the library's one place for messages.
+urdf::ModelInterfaceSharedPtr Parse(const fs::path& path, const std::string& text) {
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
+  const Complaints complaints;
+  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
+  if (!model || !model->getRoot()) {
+    throw Error(path.string(),
+                "is not a URDF that can be read" +
+                    (complaints.First().empty() ? "" : ": " + complaints.First()),
+                "Check it with check_urdf (Debian: liburdfdom-tools)");
+  }
+  return model;
+}
+
+Eigen::Vector3d ToEigen(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+
+Eigen::Isometry3d ToEigen(const urdf::Pose& pose) {
+  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
+  const urdf::Rotation& r = pose.rotation;
+  transform.linear() = Eigen::Quaterniond(r.w, r.x, r.y, r.z).normalized().toRotationMatrix();
+  transform.translation() = ToEigen(pose.position);
+  return transform;
+}
+
+class UrdfBuilder {
+ public:
+  UrdfBuilder(const fs::path& path, const urdf::ModelInterface& model) : path_(path) {
+    hand_.name = model.getName();
+    hand_.source = path.string();
+    Add(*model.getRoot(), -1);
+    ResolveJoints(joints_, hand_);
+  }
+  RobotHand Take() { return std::move(hand_); }
+
+ private:
+  void Add(const urdf::Link& link, int parent) {
+    const int index = hand_.NumLinks();
+    hand_.links.emplace_back();
+    hand_.links.back().name = link.name;
+    hand_.links.back().parent = parent;
+    if (link.parent_joint) AddJoint(*link.parent_joint, hand_.links.back());
+    AddShapes(link, hand_.links.back());
+    for (const urdf::LinkSharedPtr& child : link.child_links) Add(*child, index);
+  }
+
+  void AddJoint(const urdf::Joint& joint, RobotLink& link) {
+    link.joint = joint.name;
+    link.parent_from_joint = ToEigen(joint.parent_to_joint_origin_transform);
+    switch (joint.type) {
+      case urdf::Joint::REVOLUTE:
+      case urdf::Joint::CONTINUOUS:
+        link.kind = RobotJointKind::kTurning;
+        break;
+      case urdf::Joint::PRISMATIC:
+        link.kind = RobotJointKind::kSliding;
+        break;
+      case urdf::Joint::FIXED:
+        return;
+      default:
+        hand_.notes.push_back(
+            fmt::format("joint '{}' is floating or planar: it stands still", joint.name));
+        return;
+    }
+    link.axis = ToEigen(joint.axis);
+    if (!(link.axis.norm() > 1e-9)) {
+      throw Error(hand_.source, fmt::format("joint '{}' has no axis", joint.name),
+                  "Give it an axis that is not zero");
+    }
+    link.axis.normalize();
+    RobotJointSource source{joint.name, {}, 1.0, 0.0, -std::numbers::pi, std::numbers::pi};
+    if (joint.limits && joint.type != urdf::Joint::CONTINUOUS) {
+      source.low = joint.limits->lower;
+      source.high = joint.limits->upper;
+    }
+    if (joint.mimic) {
+      source.follows = joint.mimic->joint_name;
+      source.factor = joint.mimic->multiplier;
+      source.offset = joint.mimic->offset;
+    }
+    joints_.push_back(source);
+  }
+
+  void AddShapes(const urdf::Link& from, RobotLink& link) {
+    for (const urdf::VisualSharedPtr& seen : from.visual_array) {
+      if (seen && seen->geometry) AddShape(*seen->geometry, ToEigen(seen->origin), link);
+    }
+    if (!link.shapes.empty()) return;
+    for (const urdf::CollisionSharedPtr& solid : from.collision_array) {
+      if (solid && solid->geometry) AddShape(*solid->geometry, ToEigen(solid->origin), link);
+    }
+  }
+
+  void AddShape(const urdf::Geometry& shape, const Eigen::Isometry3d& origin, RobotLink& link) {
+    Eigen::Affine3d link_from_shape(origin.matrix());
+    TriangleMesh mesh;
+    switch (shape.type) {
+      case urdf::Geometry::SPHERE:
+        mesh = BallMesh(static_cast<const urdf::Sphere&>(shape).radius);
+        break;
+      case urdf::Geometry::BOX:
+        mesh = BoxMesh(ToEigen(static_cast<const urdf::Box&>(shape).dim));
+        break;
+      case urdf::Geometry::CYLINDER: {
+        const auto& cylinder = static_cast<const urdf::Cylinder&>(shape);
+        mesh = CylinderMesh(cylinder.radius, cylinder.length);
+        break;
+      }
+      case urdf::Geometry::MESH: {
+        const auto& file = static_cast<const urdf::Mesh&>(shape);
+        mesh = Load(file.filename);
+        link_from_shape.scale(ToEigen(file.scale));
+        break;
+      }
+    }
+    if (mesh.NumFaces() > 0) link.shapes.push_back(Transformed(mesh, link_from_shape));
+  }
+
+  // Links of one kind share their files.
+  const TriangleMesh& Load(const std::string& name) {
+    const auto found = meshes_.find(name);
+    if (found != meshes_.end()) return found->second;
+    return meshes_.emplace(name, ReadMesh(FindRobotMesh(path_, name))).first->second;
+  }
+
+  fs::path path_;
+  RobotHand hand_;
+  std::vector<RobotJointSource> joints_;
+  std::map<std::string, TriangleMesh> meshes_;
+};
+
+}  // namespace
+
+RobotHand ReadUrdf(const fs::path& path) {
+  return UrdfBuilder(path, *Parse(path, ReadText(path))).Take();
+}
+
+#endif
+
+}  // namespace holdfast

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+// Robot hands against MuJoCo: where links are, how points of them move, and scenes that it loads.
+#ifdef HOLDFAST_HAS_MUJOCO
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include <gtest/gtest.h>
+#include <mujoco/mujoco.h>
+
+#include "solver/robot/read_robot.h"
+#include "solver/robot/robot_kinematics.h"
+#include "tests/support/data_folder.h"
+#include "tests/support/program.h"
+#include "tests/support/robot_files.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::BoxHand;
+using testing::DataFolder;
+using testing::TemporaryFolder;
+
+// The same file with what MuJoCo needs said: meshes by their paths, links kept, masses made up.
+mjModel* LoadUrdf(const fs::path& path) {
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  std::string urdf = text.str();
+  urdf.insert(urdf.rfind("</robot>"),
+              "<mujoco><compiler strippath=\"false\" fusestatic=\"false\" discardvisual=\"true\" "
+              "balanceinertia=\"true\" boundmass=\"1e-4\" boundinertia=\"1e-6\"/></mujoco>");
+  const fs::path copy = path.parent_path() / "for_mujoco.urdf";
+  std::ofstream(copy) << urdf;
+  std::array<char, 1000> why{};
+  mjModel* const model = mj_loadXML(copy.c_str(), nullptr, why.data(), 1000);
+  EXPECT_NE(model, nullptr) << why.data();
+  return model;
+}
+
+void ExpectSameMotion(const fs::path& path) {
+  const RobotHand hand = ReadRobotHand(path);
+  mjModel* const model = LoadUrdf(path);
+  ASSERT_NE(model, nullptr);
+  mjData* const data = mj_makeData(model);
+  RobotState state(hand);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  int compared = 0;
+  for (int trial = 0; trial < 4; ++trial) {
+    Eigen::VectorXd q(hand.NumDofs());
+    for (int k = 0; k < hand.NumDofs(); ++k) {
+      q(k) = hand.dofs[k].low + share(random) * (hand.dofs[k].high - hand.dofs[k].low);
+    }
+    state.Evaluate(q);
+    for (const RobotLink& link : hand.links) {
+      const int joint = mj_name2id(model, mjOBJ_JOINT, link.joint.c_str());
+      if (link.dof < 0 || joint < 0) continue;
+      data->qpos[model->jnt_qposadr[joint]] = link.factor * q(link.dof) + link.offset;
+    }
+    mj_kinematics(model, data);
+    mj_comPos(model, data);
+    for (int k = 0; k < hand.NumLinks(); ++k) {
+      const int body = mj_name2id(model, mjOBJ_BODY, hand.links[k].name.c_str());
+      if (body < 0) continue;  // the root is MuJoCo's world
+      const Eigen::Map<const Eigen::Vector3d> place(data->xpos + 3 * body);
+      const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> turn(data->xmat +
+                                                                                9 * body);
+      EXPECT_LT((state.RootFromLink(k).translation() - place).norm(), 1e-9);
+      EXPECT_LT((state.RootFromLink(k).linear() - turn).norm(), 1e-9);
+      const Eigen::Vector3d point = state.RootFromLink(k) * Eigen::Vector3d(0.01, 0.02, 0.03);
+      Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor> J(3, model->nv);
+      mj_jac(model, data, J.data(), nullptr, point.data(), body);
+      Eigen::Matrix3Xd followed = Eigen::Matrix3Xd::Zero(3, hand.NumDofs());
+      for (const RobotLink& link : hand.links) {
+        const int joint = mj_name2id(model, mjOBJ_JOINT, link.joint.c_str());
+        if (link.dof < 0 || joint < 0) continue;
+        followed.col(link.dof) += link.factor * J.col(model->jnt_dofadr[joint]);
+      }
+      EXPECT_LT((state.PointJacobian(k, point) - followed).norm(), 1e-9);
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 40);
+  mj_deleteData(data);
+  mj_deleteModel(model);
+}
+
+TEST(RobotMujoco, LinksAndJacobiansAreMuJoCos) {
+  const TemporaryFolder folder;
+  BoxHand{.coupled = true}.Write(folder / "hand.urdf");
+  ExpectSameMotion(folder / "hand.urdf");
+  for (const char* name :
+       {"allegro_hand/allegro_hand_right.urdf", "schunk_hand/schunk_svh_hand_left.urdf"}) {
+    const fs::path from = DataFolder() / "robots" / name;
+    if (!fs::exists(from)) continue;
+    const fs::path copy = folder / from.parent_path().filename();
+    fs::copy(from.parent_path(), copy, fs::copy_options::recursive);
+    fs::permissions(copy, fs::perms::owner_all, fs::perm_options::add);
+    ExpectSameMotion(copy / from.filename());
+  }
+}
+
+TEST(RobotMujoco, AHandInMjcfIsReadAsInUrdf) {
+  const TemporaryFolder folder;
+  BoxHand{.coupled = true}.Write(folder / "hand.urdf");
+  const RobotHand urdf = ReadRobotHand(folder / "hand.urdf");
+  mjModel* const model = LoadUrdf(folder / "hand.urdf");
+  ASSERT_NE(model, nullptr);
+  std::array<char, 1000> why{};
+  ASSERT_TRUE(mj_saveLastXML((folder / "hand.xml").c_str(), model, why.data(), 1000)) << why.data();
+  mj_deleteModel(model);
+  const RobotHand mjcf = ReadRobotHand(folder / "hand.xml");
+  EXPECT_EQ(mjcf.NumDofs(), 15);  // MuJoCo drops mimics
+  RobotState a(urdf), b(mjcf);
+  a.Evaluate(urdf.Straight());
+  Eigen::VectorXd q = mjcf.Straight();
+  for (const RobotLink& link : urdf.links) {
+    const int same = mjcf.FindLink(link.name);
+    if (link.dof >= 0 && same >= 0) q(mjcf.links[same].dof) = link.offset;
+  }
+  b.Evaluate(q);
+  for (int k = 1; k < urdf.NumLinks(); ++k) {
+    const int same = mjcf.FindLink(urdf.links[k].name);
+    ASSERT_GE(same, 0) << urdf.links[k].name;
+    EXPECT_LT((a.RootFromLink(k).matrix() - b.RootFromLink(same).matrix()).norm(), 1e-6);
+  }
+}
+
+TEST(RobotMujoco, LoadsTheSceneOfATransfer) {
+  const TemporaryFolder folder;
+  BoxHand{.coupled = true}.Write(folder / "hand.urdf");
+  const testing::ProgramResult fit =
+      testing::RunHoldfast(folder / "", "fit demo_drink mug -o held --end 70 --quiet");
+  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+  const testing::ProgramResult run =
+      testing::RunHoldfast(folder / "", "transfer held --robot hand.urdf -o robot --quiet");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  for (const char* name : {"robot.npz", "robot.csv", "metrics.json", "sheet.png"}) {
+    EXPECT_TRUE(fs::exists(folder / "robot" / name)) << name;
+  }
+  std::array<char, 1000> why{};
+  mjModel* const model =
+      mj_loadXML((folder / "robot" / "scene.xml").c_str(), nullptr, why.data(), 1000);
+  ASSERT_NE(model, nullptr) << why.data();
+  EXPECT_GT(model->nkey, 10);
+  EXPECT_EQ(model->neq, 5);
+  mjData* const data = mj_makeData(model);
+  mj_resetDataKeyframe(model, data, model->nkey / 2);
+  for (int step = 0; step < 100; ++step) mj_step(model, data);
+  EXPECT_EQ(data->warning[mjWARN_BADQACC].number, 0);
+  mj_deleteData(data);
+  mj_deleteModel(model);
+}
+
+}  // namespace
+}  // namespace holdfast
+
+#endif

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: MIT
+#include <cmath>
+#include <fstream>
+#include <random>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "geometry/error.h"
+#include "geometry/io/mesh/load_object.h"
+#include "geometry/mesh/contact_samples.h"
+#include "geometry/rotation.h"
+#include "solver/robot/read_robot.h"
+#include "solver/robot/robot_anatomy.h"
+#include "solver/robot/robot_contact_term.h"
+#include "solver/robot/robot_distance_term.h"
+#include "solver/robot/robot_kinematics.h"
+#include "solver/robot/robot_penetration_term.h"
+#include "solver/robot/robot_prior_terms.h"
+#include "solver/robot/robot_self_term.h"
+#include "solver/robot/robot_shapes.h"
+#include "solver/robot/robot_solver.h"
+#include "tests/support/robot_files.h"
+#include "tests/support/temporary_folder.h"
+
+namespace holdfast {
+namespace {
+
+using testing::BoxHand;
+using ::testing::HasSubstr;
+using testing::TemporaryFolder;
+
+RobotHand Read(const BoxHand& hand) {
+  const TemporaryFolder folder;
+  hand.Write(folder / "hand.urdf");
+  return ReadRobotHand(folder / "hand.urdf");
+}
+
+std::string WhatReadingSays(const std::string& text, const std::string& name = "hand.urdf") {
+  const TemporaryFolder folder;
+  std::ofstream(folder / name) << text;
+  try {
+    FindAnatomy(ReadRobotHand(folder / name));
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
+Eigen::VectorXd RandomNumbers(const RobotHand& hand, std::mt19937& random) {
+  Eigen::VectorXd q(hand.NumDofs());
+  std::uniform_real_distribution<double> share(0.0, 1.0);
+  for (int k = 0; k < hand.NumDofs(); ++k) {
+    q(k) = hand.dofs[k].low + share(random) * (hand.dofs[k].high - hand.dofs[k].low);
+  }
+  return q;
+}
+
+TEST(RobotKinematics, JacobiansAreTheDerivatives) {
+  const RobotHand hand = Read({.coupled = true});
+  std::mt19937 random(3);
+  RobotState state(hand);
+  for (int trial = 0; trial < 5; ++trial) {
+    const Eigen::VectorXd q = RandomNumbers(hand, random);
+    for (int link = 0; link < hand.NumLinks(); ++link) {
+      const Eigen::Vector3d in_link(0.01, -0.02, 0.03);
+      state.Evaluate(q);
+      const Eigen::Matrix3Xd J = state.PointJacobian(link, state.RootFromLink(link) * in_link);
+      for (int k = 0; k < hand.NumDofs(); ++k) {
+        const auto at = [&](double step) {
+          state.Evaluate(q + step * Eigen::VectorXd::Unit(hand.NumDofs(), k));
+          return Eigen::Vector3d(state.RootFromLink(link) * in_link);
+        };
+        EXPECT_TRUE(J.col(k).isApprox((at(1e-6) - at(-1e-6)) / 2e-6, 1e-7) ||
+                    (J.col(k) - (at(1e-6) - at(-1e-6)) / 2e-6).norm() < 1e-9);
+      }
+    }
+  }
+}
+
+TEST(RobotJoints, FollowersTurnWithTheirLeaderAndNarrowItsBounds) {
+  const RobotHand hand = Read({.coupled = true});
+  EXPECT_EQ(hand.NumDofs(), 10);  // five fingers, two each
+  const int leader = hand.FindLink("digit_0_1"), follower = hand.FindLink("digit_0_2");
+  EXPECT_EQ(hand.links[leader].dof, hand.links[follower].dof);
+  EXPECT_DOUBLE_EQ(hand.links[follower].factor, 0.7);
+  const RobotDof& dof = hand.dofs[hand.links[leader].dof];
+  EXPECT_DOUBLE_EQ(dof.low, -0.1);  // the follower would allow -0.15 / 0.7
+  EXPECT_DOUBLE_EQ(dof.high, 1.6);
+}
+
+TEST(RobotAnatomy, FindsFingersThumbSideAndPads) {
+  for (const bool left : {false, true}) {
+    for (const int fingers : {2, 3, 4}) {
+      const RobotHand hand = Read({.fingers = fingers, .left = left, .coupled = fingers == 3});
+      const RobotAnatomy anatomy = FindAnatomy(hand);
+      SCOPED_TRACE(fmt::format("{} fingers, {}", fingers, left));
+      ASSERT_EQ(anatomy.fingers.size(), static_cast<std::size_t>(fingers + 1));
+      EXPECT_TRUE(anatomy.side_is_clear);
+      EXPECT_EQ(anatomy.side, left ? Side::kLeft : Side::kRight);
+      EXPECT_EQ(hand.links[anatomy.fingers[0].links[0].front()].name, "digit_x_0");
+      for (int f = 0; f < fingers; ++f) {
+        const RobotFinger& finger = anatomy.fingers[f + 1];
+        for (int p = 0; p < 3; ++p) {
+          ASSERT_EQ(finger.links[p].size(), 1u);
+          EXPECT_EQ(hand.links[finger.links[p][0]].name, fmt::format("digit_{}_{}", f, p));
+          EXPECT_GT(finger.pads[p].x(), 0.99);
+        }
+        EXPECT_NEAR(finger.Length(), 0.097, 1e-3);
+      }
+      EXPECT_GT(anatomy.root_from_axes(2, 0), 0.99);
+      EXPECT_GT(anatomy.root_from_axes(0, 2), 0.99);
+      EXPECT_GT(anatomy.root_from_axes(1, 1) * (left ? -1.0 : 1.0), 0.99);
+      EXPECT_EQ(anatomy.palm_links, std::vector<int>{0});
+    }
+  }
+}
+
+TEST(RobotAnatomy, OfItsOwnTableIsTheSame) {
+  const RobotHand hand = Read({.fingers = 3});
+  const RobotAnatomy found = FindAnatomy(hand);
+  const RobotAnatomy said = AnatomyOf(hand, PartLinksOf(hand, found), "table");
+  ASSERT_EQ(said.fingers.size(), found.fingers.size());
+  for (std::size_t f = 0; f < found.fingers.size(); ++f) {
+    EXPECT_EQ(said.fingers[f].human, found.fingers[f].human);
+    EXPECT_EQ(said.fingers[f].links, found.fingers[f].links);
+    EXPECT_TRUE(said.fingers[f].nodes[3].isApprox(found.fingers[f].nodes[3]));
+  }
+  EXPECT_EQ(said.side, found.side);
+  EXPECT_TRUE(said.root_from_axes.isApprox(found.root_from_axes));
+}
+
+TEST(RobotAnatomy, OfAGripperIsThumbAndIndex) {
+  const std::string finger =
+      "<link name=\"{0}\"><visual><origin xyz=\"0 0 0.03\"/><geometry><box size=\"0.02 0.02 "
+      "0.06\"/>"
+      "</geometry></visual></link>\n<joint name=\"slide_{0}\" type=\"prismatic\"><parent "
+      "link=\"base\"/><child link=\"{0}\"/><origin xyz=\"0 {1} 0.06\"/><axis xyz=\"0 {2} "
+      "0\"/><limit "
+      "lower=\"0\" upper=\"0.04\" effort=\"1\" velocity=\"1\"/></joint>\n";
+  const TemporaryFolder folder;
+  std::ofstream(folder / "gripper.urdf")
+      << "<robot name=\"gripper\"><link name=\"base\"><visual><geometry><box size=\"0.06 0.2 "
+         "0.1\"/></geometry></visual></link>\n"
+      << fmt::format(fmt::runtime(finger), "a", 0.01, 1)
+      << fmt::format(fmt::runtime(finger), "b", -0.01, -1) << "</robot>";
+  const RobotHand hand = ReadRobotHand(folder / "gripper.urdf");
+  const RobotAnatomy anatomy = FindAnatomy(hand, Side::kLeft);
+  ASSERT_EQ(anatomy.fingers.size(), 2u);
+  EXPECT_FALSE(anatomy.side_is_clear);
+  EXPECT_EQ(anatomy.side, Side::kLeft);
+  EXPECT_LT(anatomy.fingers[0].pads[2].dot(anatomy.fingers[1].pads[2]), -0.9);
+}
+
+TEST(ReadRobotHand, SaysWhatIsWrong) {
+  const std::string whole = BoxHand().Urdf();
+  EXPECT_THAT(WhatReadingSays(""), HasSubstr("is empty"));
+  EXPECT_THAT(WhatReadingSays(whole.substr(0, whole.size() / 2)), HasSubstr("not a URDF"));
+  EXPECT_THAT(WhatReadingSays("<robot name=\"x\"><link name=\"a\"/></robot>"),
+              HasSubstr("no joint that moves"));
+  EXPECT_THAT(WhatReadingSays(BoxHand{.scale = 1000.0}.Urdf()), HasSubstr("millimetres"));
+  std::string nested = "<robot name=\"x\">";
+  for (int k = 0; k < 100'000; ++k) nested += "<link>";
+  EXPECT_THAT(WhatReadingSays(nested), HasSubstr("nested"));
+  EXPECT_THAT(
+      WhatReadingSays(BoxHand{.extra = "<link name=\"m\"><visual><geometry><mesh "
+                                       "filename=\"package://hand/none.stl\"/></geometry></visual>"
+                                       "</link><joint name=\"f\" type=\"fixed\"><parent "
+                                       "link=\"palm\"/><child link=\"m\"/></joint>"}
+                          .Urdf()),
+      HasSubstr("none.stl' is missing"));
+  EXPECT_THAT(WhatReadingSays("<mujoco", "hand.xml"), HasSubstr("MuJoCo"));
+  EXPECT_THAT(WhatReadingSays(whole, "hand.txt"), HasSubstr("by its name"));
+  std::string missing = BoxHand{.coupled = true}.Urdf();
+  missing.replace(missing.find("mimic joint=\"bend_digit_0_1\""), 28,
+                  "mimic joint=\"bend_nobody_xx\"");
+  EXPECT_THAT(WhatReadingSays(missing), HasSubstr("follows"));
+}
+
+TEST(ReadRobotHand, JointsWithoutRangeStandStill) {
+  std::string text = BoxHand().Urdf();
+  const std::string limit = "lower=\"-0.1\" upper=\"1.6\"";
+  text.replace(text.find(limit), limit.size(), "lower=\"0.2\" upper=\"0.2\"");
+  const TemporaryFolder folder;
+  std::ofstream(folder / "hand.urdf") << text;
+  const RobotHand hand = ReadRobotHand(folder / "hand.urdf");
+  EXPECT_EQ(hand.NumDofs(), 14);
+  ASSERT_EQ(hand.notes.size(), 1u);
+  EXPECT_DOUBLE_EQ(hand.links[hand.FindLink("digit_0_0")].offset, 0.2);
+  EXPECT_EQ(FindAnatomy(hand).fingers.size(), 5u);
+}
+
+// All terms about a ball that the hand is close around.
+class RobotTerms : public ::testing::Test {
+ protected:
+  RobotTerms()
+      : hand_(Read({.coupled = true})),
+        anatomy_(FindAnatomy(hand_)),
+        solids_(hand_, anatomy_, 1),
+        ball_(BallMesh(0.03)),
+        distance_(ball_),
+        grid_(distance_, {}),
+        obstacle_{&grid_, ContactSamples(ball_, 0.006, 400)} {
+    std::mt19937 random(5);
+    pose_.q = RandomNumbers(hand_, random);
+    pose_.R = ExpSO3({0.3, -0.2, 0.5});
+    pose_.T = pose_.R * Eigen::Vector3d(-0.035, 0.0, -0.09);
+    for (const int link : {2, 3, 6, 8, 15}) {
+      for (const auto sample : solids_.Of(link).samples.leftCols(4).colwise()) {
+        pairs_.push_back({0, link % 3, true, link, sample, Eigen::Vector3d(0.6, 0.0, 0.8)});
+      }
+    }
+    pads_.resize(16);
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      pads_[pairs_[i].part].push_back(static_cast<int>(i));
+    }
+  }
+
+  // The gradient against differences of the cost, relative to its largest entry.
+  double GradientError(const RobotTerm& term) {
+    RobotSolver solver(hand_);
+    Eigen::MatrixXd hessian;
+    Eigen::VectorXd gradient;
+    EXPECT_GT(solver.Evaluate({&term}, pose_, hessian, gradient), 0.0);
+    EXPECT_LT((hessian - hessian.transpose()).norm(), 1e-9 * hessian.norm());
+    Eigen::VectorXd numeric(gradient.size());
+    for (Eigen::Index k = 0; k < gradient.size(); ++k) {
+      double cost[2];
+      for (const int s : {0, 1}) {
+        const double step = s ? 1e-7 : -1e-7;
+        RobotPose moved = pose_;
+        if (k < 3) moved.R = pose_.R * ExpSO3(step * Eigen::Vector3d::Unit(k));
+        if (k >= 3 && k < 6) moved.T(k - 3) += step;
+        if (k >= 6) moved.q(k - 6) += step;
+        PosedRobot posed(hand_);
+        posed.Set(moved);
+        cost[s] = term.Add(posed, nullptr);
+      }
+      numeric(k) = (cost[1] - cost[0]) / 2e-7;
+    }
+    return (gradient - numeric).cwiseAbs().maxCoeff() / numeric.cwiseAbs().maxCoeff();
+  }
+
+  RobotHand hand_;
+  RobotAnatomy anatomy_;
+  RobotSolids solids_;
+  TriangleMesh ball_;
+  SignedDistance distance_;
+  DistanceGrid grid_;
+  RobotObstacle obstacle_;
+  RobotPose pose_;
+  std::vector<SkinPair> pairs_;
+  std::vector<std::vector<int>> pads_;
+};
+
+TEST_F(RobotTerms, HaveTheGradientsOfTheirCosts) {
+  Eigen::Matrix3Xd human(3, static_cast<Eigen::Index>(pairs_.size()));
+  for (Eigen::Index i = 0; i < human.cols(); ++i) human.col(i) = ball_.vertices.col(7 * i);
+  EXPECT_LT(GradientError(RobotDistanceTerm(pairs_, human, obstacle_.samples,
+                                            Eigen::VectorXd::Constant(human.cols(), 0.7), 0.01)),
+            1e-4);
+  EXPECT_LT(GradientError(RobotContactTerm(pairs_, pads_,
+                                           {{0, {0.03, 0.0, 0.0}, Eigen::Vector3d::UnitX(), 1.0},
+                                            {2, {0.0, 0.03, 0.0}, Eigen::Vector3d::UnitY(), 0.5}},
+                                           {0.001, 0.1})),
+            1e-5);
+  EXPECT_LT(GradientError(RobotPenetrationTerm(solids_, obstacle_, 0.004, 1e-3)), 1e-3);
+  EXPECT_LT(GradientError(RobotPostureTerm(hand_.Straight(),
+                                           Eigen::VectorXd::Constant(hand_.NumDofs(), 0.3))),
+            1e-6);
+  EXPECT_LT(
+      GradientError(RobotPlaceTerm(Eigen::Isometry3d::Identity(), {0.01, 0.02, 0.09}, 0.2, 0.01)),
+      1e-6);
+  pose_.q.array() += 2.0;
+  EXPECT_LT(GradientError(RobotLimitTerm(1e-3)), 1e-6);
+}
+
+TEST_F(RobotTerms, LinksThatMeetArePushedApart) {
+  // Index and middle finger swung into each other would need a spread; the thumb meets the index.
+  for (double bend = 0.2; bend < 1.6; bend += 0.1) {
+    pose_.q = Eigen::VectorXd::Constant(hand_.NumDofs(), bend);
+    PosedRobot posed(hand_);
+    posed.Set(pose_);
+    const RobotSelfTerm term(solids_, 1e-3);
+    if (term.Add(posed, nullptr) == 0.0) continue;
+    EXPECT_LT(GradientError(term), 2e-3);
+    return;
+  }
+  FAIL() << "no two links met";
+}
+
+}  // namespace
+}  // namespace holdfast
