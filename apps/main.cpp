@@ -29,6 +29,7 @@ int main(int argc, char** argv) {
   int exit_code = kDone;
   AddFitCommand(app, exit_code);
   AddOffhandCommand(app, exit_code);
+  AddTransferCommand(app, exit_code);
   AddGraspCommand(app, exit_code);
   AddImportCommand(app, exit_code);
   AddConvertCommand(app, exit_code);
