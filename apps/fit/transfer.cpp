@@ -445,7 +445,7 @@ void AddTransferCommand(CLI::App& app, int& exit_code) {
       ->group(group);
   AddCommonOptions(*command, options->common, true,
                    "  holdfast transfer held --scale 1.3 -o held_large\n"
-                   "  holdfast transfer held --object other_mug.obj -o held_other --json\n"
+                   "  holdfast transfer held --object jug.obj -o held_jug --json\n"
                    "  holdfast transfer held --betas -2,1 -o held_by_another\n"
                    "  holdfast transfer held --variants 500 -o many --seed 3\n");
   command->callback([options, &exit_code] { exit_code = Transfer(*options); });

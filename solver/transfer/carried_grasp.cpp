@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
@@ -59,22 +60,21 @@ struct HandGoals {
 }  // namespace
 
 struct GraspCarrier::Scene {
-  Scene(const HandModel& from_hand, const HandModel& to_hand, const PreparedObject& from_object,
+  Scene(const CarryingHand& hand, const PreparedObject& from_object,
         const PreparedObject& to_object, const SurfaceMap& surface_map,
         const CarryGraspOptions& carry_options)
-      : from(from_hand),
-        to(to_hand),
+      : from(hand.from),
+        to(hand.to),
         first(from_object),
         second(to_object),
         map(surface_map),
         options(carry_options),
-        anatomy(to_hand),
-        axes_from(from_hand),
-        hands(to_hand) {
-    const Matrix3Xd& surface = second.fit.surface;
-    std::vector<int> all(static_cast<std::size_t>(surface.cols()));
-    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-    patches = PointPatches(surface, all);
+        anatomy(hand.anatomy),
+        axes_from(hand.axes_from),
+        hands(hand.closed) {
+    std::vector<int> all(static_cast<std::size_t>(second.fit.surface.cols()));
+    std::iota(all.begin(), all.end(), 0);
+    patches = PointPatches(second.fit.surface, all);
   }
 
   HandGoals GoalsOf(const HandOnObject& held) const;
@@ -83,6 +83,7 @@ struct GraspCarrier::Scene {
                 const HandAngles& preferred, HandOnObject& hold) const;
   void PressOn(HandOnObject& hold) const;
   std::vector<Intrusion> Intrusions(const Matrix3Xd& vertices, const Isometry3d& pose) const;
+  double ObjectInHand(const Matrix3Xd& vertices, const Isometry3d& pose) const;
   CarriedGrasp Measured(const HandGoals& goals, const HandOnObject& hold) const;
   bool Search(const HandGoals& goals, const Vector3d& up_in_wrist, CarriedGrasp& carried) const;
 
@@ -90,9 +91,9 @@ struct GraspCarrier::Scene {
   const PreparedObject &first, &second;
   const SurfaceMap& map;
   CarryGraspOptions options;
-  HandAnatomy anatomy;  // of `to`
-  HandAxes axes_from;
-  ClosedHands hands;
+  const HandAnatomy& anatomy;  // of `to`
+  const HandAxes& axes_from;
+  const ClosedHands& hands;
   PointPatches patches;  // of the second object's surface
 };
 
@@ -197,6 +198,14 @@ void GraspCarrier::Scene::Settle(const HandGoals& goals, const HandOnObject& sta
   PressOn(hold);
 }
 
+double GraspCarrier::Scene::ObjectInHand(const Matrix3Xd& vertices, const Isometry3d& pose) const {
+  double deepest = 0.0;
+  for (const auto& in : hands.FindInside(vertices, pose * second.fit.surface, patches)) {
+    deepest = std::max(deepest, in.depth);
+  }
+  return deepest;
+}
+
 CarriedGrasp GraspCarrier::Scene::Measured(const HandGoals& goals, const HandOnObject& hold) const {
   CarriedGrasp carried;
   carried.hold = hold;
@@ -208,10 +217,7 @@ CarriedGrasp GraspCarrier::Scene::Measured(const HandGoals& goals, const HandOnO
   const Eigen::VectorXd distance = SkinDistances(anatomy.landmarks, *second.fit.distance,
                                                  Isometry3d::Identity(), skin, options.touch_m);
   carried.hand_in_object_mm = 1e3 * std::max(0.0, -distance.minCoeff());
-  for (const auto& in :
-       hands.FindInside(vertices, hold.wrist_from_object * second.fit.surface, patches)) {
-    carried.object_in_hand_mm = std::max(carried.object_in_hand_mm, 1e3 * in.depth);
-  }
+  carried.object_in_hand_mm = 1e3 * ObjectInHand(vertices, hold.wrist_from_object);
   carried.contacts = static_cast<int>(goals.touching.size());
   for (const int i : goals.touching) {
     carried.contact_off_mm += 1e3 * (in_object.col(i) - goals.at.col(i)).norm();
@@ -289,17 +295,25 @@ bool GraspCarrier::Scene::Search(const HandGoals& goals, const Vector3d& up_in_w
   return false;
 }
 
-GraspCarrier::GraspCarrier(const HandModel& from, const HandModel& to,
-                           const PreparedObject& from_object, const PreparedObject& to_object,
-                           const SurfaceMap& map, const CarryGraspOptions& options) {
+CarryingHand::CarryingHand(const HandModel& from_hand, const HandModel& to_hand)
+    : from(from_hand), to(to_hand), anatomy(to_hand), axes_from(from_hand), closed(to_hand) {
   if (from.HandSide() != to.HandSide() || from.NumVertices() != to.NumVertices()) {
     throw Error("hands", "are not of one side and one body model",
                 "Convert the clip to the other model first ('holdfast convert')");
   }
-  scene_ = std::make_unique<const Scene>(from, to, from_object, to_object, map, options);
 }
 
+GraspCarrier::GraspCarrier(const CarryingHand& hand, const PreparedObject& from_object,
+                           const PreparedObject& to_object, const SurfaceMap& map,
+                           const CarryGraspOptions& options)
+    : scene_(std::make_unique<const Scene>(hand, from_object, to_object, map, options)) {}
+
 GraspCarrier::~GraspCarrier() = default;
+
+double GraspCarrier::ObjectInHand(const Matrix3Xd& vertices,
+                                  const Isometry3d& frame_from_object) const {
+  return scene_->ObjectInHand(vertices, frame_from_object);
+}
 
 CarriedGrasp GraspCarrier::Carry(const HandOnObject& held,
                                  const Eigen::Vector3d& up_in_wrist) const {

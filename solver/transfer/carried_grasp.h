@@ -11,7 +11,7 @@
 
 #include "geometry/body/hand_model.h"
 #include "solver/fit/prepared_object.h"
-#include "solver/grasp/grasp.h"
+#include "solver/grasp/grasp_assessment.h"
 #include "solver/transfer/surface_map.h"
 
 namespace holdfast {
@@ -45,13 +45,25 @@ struct CarryGraspOptions {
   int threads = 1;  ///< of a search; the result does not depend on them
 };
 
+/// One hand of the clip's person and the same one of the person who is to hold, with what carrying
+/// grasps takes of them; const, shared by objects and threads. What it is given must outlive it.
+class CarryingHand {
+ public:
+  /// Throws Error for hands of two sides or with unlike vertices.
+  CarryingHand(const HandModel& from_hand, const HandModel& to_hand);
+
+  const HandModel &from, &to;
+  HandAnatomy anatomy;  ///< of `to`
+  HandAxes axes_from;
+  ClosedHands closed;  ///< of `to`
+};
+
 /// Carries grasps of one hand from an object to another one. What depends on neither grasp nor
 /// moment is worked out once; const and shared by threads. All that it is given must outlive it.
 class GraspCarrier {
  public:
-  /// `from` held `from_object`, `to` is to hold `to_object`: hands of one side with the same
-  /// vertices. Throws Error for others.
-  GraspCarrier(const HandModel& from, const HandModel& to, const PreparedObject& from_object,
+  /// The first hand held `from_object`, the second one is to hold `to_object`.
+  GraspCarrier(const CarryingHand& hand, const PreparedObject& from_object,
                const PreparedObject& to_object, const SurfaceMap& map,
                const CarryGraspOptions& options = {});
   ~GraspCarrier();
@@ -65,6 +77,11 @@ class GraspCarrier {
   /// `up_in_wrist`: the world's up in the wrist's frame, for a search. Throws Error for a hand that
   /// is nowhere near the object.
   CarriedGrasp Carry(const HandOnObject& held, const Eigen::Vector3d& up_in_wrist) const;
+
+  /// How deep the second object's surface is in the second hand (3 x N, any frame that
+  /// `frame_from_object` leads to), metres.
+  double ObjectInHand(const Eigen::Matrix3Xd& vertices,
+                      const Eigen::Isometry3d& frame_from_object) const;
 
  private:
   struct Scene;

@@ -47,29 +47,32 @@ class Transferer {
  public:
   Transferer(const Clip& clip, const ClipBody& from, const PreparedObject& from_object,
              const ClipBody& to, const PreparedObject& to_object, const SurfaceMap& map,
-             const TransferOptions& options, TransferReport& report)
+             const TransferHands& hands, const TransferOptions& options, TransferReport& report)
       : clip_(clip),
         from_(from),
         to_(to),
         from_object_(from_object),
         to_object_(to_object),
         map_(map),
+        hands_(hands),
         options_(options),
-        report_(report) {
-    for (const Side side : {Side::kRight, Side::kLeft}) {
-      hands_from_.emplace_back(from.model, from.betas, side);
-      hands_to_.emplace_back(to.model, to.betas, side);
-    }
+        report_(report),
+        carriers_(2) {
     options_.grasp.seed = options.carry.seed;
     options_.grasp.threads = options.carry.threads;
   }
 
-  Clip Prepare() {
+  std::vector<std::unique_ptr<const GraspCarrier>> TakeCarriers() { return std::move(carriers_); }
+
+  Clip Prepare(const Clip* onto) {
     const std::vector<std::uint8_t> holding = WhoHolds();
     report_.holds = HoldsIn(holding);
     for (TransferredHold& hold : report_.holds) CarryHold(hold);
-    const bool same_body = from_.model == to_.model && from_.betas == to_.betas;
-    Clip moved = same_body ? clip_ : OntoOtherBody(clip_, from_, to_, &report_.body);
+    const bool same_body = from_.model == to_.model && from_.betas.size() == to_.betas.size() &&
+                           from_.betas == to_.betas;
+    Clip moved = onto != nullptr ? *onto
+                 : same_body     ? clip_
+                                 : OntoOtherBody(clip_, from_, to_, &report_.body);
     moved.holding_hand = holding;
     const TransferredHold& first = report_.holds.front();
     const bool alone =
@@ -100,7 +103,8 @@ class Transferer {
     if (holding.empty()) {
       HoldOptions search;
       search.threads = options_.carry.threads;
-      holding = FindHolds(clip_, hands_from_[0], hands_from_[1], *from_object_.fit.distance, search)
+      holding = FindHolds(clip_, hands_.from_hands[0], hands_.from_hands[1],
+                          *from_object_.fit.distance, search)
                     .hands;
     }
     if (std::ranges::all_of(holding, [](std::uint8_t bits) { return bits == 0; })) {
@@ -121,7 +125,7 @@ class Transferer {
   // The grasp of the frame in which the hand has most contacts, of a few.
   void CarryHold(TransferredHold& hold) {
     constexpr int kLooks = 9;
-    const HandModel& hand = hands_from_[IndexOf(hold.side)];
+    const HandModel& hand = hands_.from_hands[IndexOf(hold.side)];
     HandState state(hand);
     int most = -1;
     HandOnObject held;
@@ -145,7 +149,7 @@ class Transferer {
     std::unique_ptr<const GraspCarrier>& carrier = carriers_[IndexOf(hold.side)];
     if (!carrier) {
       carrier = std::make_unique<const GraspCarrier>(
-          hand, hands_to_[IndexOf(hold.side)], from_object_, to_object_, map_, options_.grasp);
+          *hands_.carrying[IndexOf(hold.side)], from_object_, to_object_, map_, options_.grasp);
     }
     hold.grasp = carrier->Carry(held, up);
   }
@@ -157,7 +161,7 @@ class Transferer {
       moved.object->SetPose(t, clip_.object->Pose(t) * map_.InPlace().inverse());
     }
     for (const TransferredHold& hold : report_.holds) {
-      HandState state(hands_to_[IndexOf(hold.side)]);
+      HandState state(hands_.to_hands[IndexOf(hold.side)]);
       for (int t = hold.begin; t < hold.end; ++t) {
         state.SetBody(moved.pose[static_cast<std::size_t>(t)], moved.trans.col(t));
         moved.object->SetPose(t, state.WorldFromWrist() * hold.grasp.hold.wrist_from_object);
@@ -173,8 +177,6 @@ class Transferer {
     }
     for (const TransferredHold& hold : report_.holds) {
       WristPath path{hold.side, hold.begin, hold.end, {}};
-      // What the hand moves on the object within the hold stays.
-      HandState state(hands_from_[IndexOf(hold.side)]);
       for (int t = hold.begin; t < hold.end; ++t) {
         path.wrist.push_back(moved.object->Pose(t) * hold.grasp.hold.wrist_from_object.inverse());
       }
@@ -215,22 +217,39 @@ class Transferer {
   const ClipBody &from_, &to_;
   const PreparedObject &from_object_, &to_object_;
   const SurfaceMap& map_;
+  const TransferHands& hands_;
   TransferOptions options_;
   TransferReport& report_;
-  std::vector<HandModel> hands_from_, hands_to_;  // right, left
-  std::array<std::unique_ptr<const GraspCarrier>, 2> carriers_;
+  std::vector<std::unique_ptr<const GraspCarrier>> carriers_;  // right, left
 };
 
 }  // namespace
 
+TransferHands::TransferHands(const ClipBody& from, const ClipBody& to) {
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    from_hands.emplace_back(from.model, from.betas, side);
+    to_hands.emplace_back(to.model, to.betas, side);
+  }
+  for (std::size_t h = 0; h < 2; ++h) {
+    const bool there = from_hands[h].NumVertices() > 0 && to_hands[h].NumVertices() > 0;
+    carrying.push_back(there ? std::make_unique<const CarryingHand>(from_hands[h], to_hands[h])
+                             : nullptr);
+  }
+}
+
 Clip PrepareTransfer(const Clip& clip, const ClipBody& from, const PreparedObject& from_object,
                      const ClipBody& to, const PreparedObject& to_object, const SurfaceMap& map,
-                     const TransferOptions& options, TransferReport& report) {
+                     const TransferHands& hands, const TransferOptions& options,
+                     TransferReport& report, const Clip* onto,
+                     std::vector<std::unique_ptr<const GraspCarrier>>* carriers) {
   if (!clip.object) {
     throw Error("the clip", "has no object: there is nothing to transfer",
                 "Fit one to it first ('holdfast fit')");
   }
-  return Transferer(clip, from, from_object, to, to_object, map, options, report).Prepare();
+  Transferer transferer(clip, from, from_object, to, to_object, map, hands, options, report);
+  Clip prepared = transferer.Prepare(onto);
+  if (carriers != nullptr) *carriers = transferer.TakeCarriers();
+  return prepared;
 }
 
 TransferReport TransferClip(const Clip& clip, const ClipBody& from,
@@ -238,8 +257,9 @@ TransferReport TransferClip(const Clip& clip, const ClipBody& from,
                             const PreparedObject& to_object, const SurfaceMap& map,
                             const TransferOptions& options, const StagedProgress& progress) {
   TransferReport report;
+  const TransferHands hands(from, to);
   const Clip prepared =
-      PrepareTransfer(clip, from, from_object, to, to_object, map, options, report);
+      PrepareTransfer(clip, from, from_object, to, to_object, map, hands, options, report);
   if (progress && !progress("carry", 1, 1)) return report;
   CarryOptions carry = options.carry;
   carry.grasp = GraspSource::kClips;

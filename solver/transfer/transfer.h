@@ -12,6 +12,7 @@
 ///   variants.h       MakeVariants: many of one demonstration
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -68,10 +69,22 @@ TransferReport TransferClip(const Clip& clip, const ClipBody& from,
                             const TransferOptions& options = {},
                             const StagedProgress& progress = {});
 
+/// The hands of two persons, with what transfers take of them; const, shared by threads.
+struct TransferHands {
+  TransferHands(const ClipBody& from, const ClipBody& to);
+
+  std::vector<HandModel> from_hands, to_hands;                ///< right, left
+  std::vector<std::unique_ptr<const CarryingHand>> carrying;  ///< null where there is no hand
+};
+
 /// Everything before the fit: the clip with arms, fingers of the holds and object where they
 /// belong, and holding_hand.
+/// `onto` is the clip on the second body
+/// (OntoOtherBody), null to have it made here; `carriers` get those that were used.
 Clip PrepareTransfer(const Clip& clip, const ClipBody& from, const PreparedObject& from_object,
                      const ClipBody& to, const PreparedObject& to_object, const SurfaceMap& map,
-                     const TransferOptions& options, TransferReport& report);
+                     const TransferHands& hands, const TransferOptions& options,
+                     TransferReport& report, const Clip* onto = nullptr,
+                     std::vector<std::unique_ptr<const GraspCarrier>>* carriers = nullptr);
 
 }  // namespace holdfast

@@ -18,6 +18,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/body/own_body.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -87,7 +88,7 @@ json HeadOf(const Clip& clip, const PreparedObject& object, const VariantOptions
           {"yaw_rad", options.yaw_rad},         {"place_m", options.place_m},
           {"mirrored", options.mirrored},       {"per_shape", options.per_shape},
           {"bodies", options.bodies},           {"max_depth_mm", options.max_depth_mm},
-          {"touch_mm", options.touch_mm}};
+          {"max_body_mm", options.max_body_mm}, {"touch_mm", options.touch_mm}};
 }
 
 void Check(const VariantOptions& options) {
@@ -177,7 +178,10 @@ class VariantMaker {
  private:
   struct Person {
     ClipBody body;
-    std::vector<HandModel> hands;  // right, left
+    std::unique_ptr<const TransferHands> hands;
+    std::unique_ptr<const BodySurface> skin;
+    std::unique_ptr<const OwnBody> obstacle;  // without the arms that hold
+    Clip onto;
   };
 
   void PrepareBodies() {
@@ -194,6 +198,14 @@ class VariantMaker {
           betas(b) += options_.betas_sigma * std::clamp(draws.Normal(), -2.5, 2.5);
         }
         person.body.betas = betas;
+      }
+      person.hands = std::make_unique<const TransferHands>(body_, person.body);
+      person.onto = k == 0 ? clip_ : OntoOtherBody(clip_, body_, person.body);
+      std::uint8_t held_by = 0;
+      for (const std::uint8_t bits : clip_.holding_hand) held_by |= bits;
+      person.skin = std::make_unique<const BodySurface>(person.body.model, person.body.betas);
+      if (!body_.model->LoneHand()) {
+        person.obstacle = std::make_unique<const OwnBody>(*person.skin, held_by);
       }
     });
   }
@@ -230,16 +242,11 @@ struct HoldMeasure {
   int frames = 0, touching = 0;
 };
 
-HoldMeasure MeasureHold(const Clip& clip, const HandModel& hand, const PreparedObject& object,
-                        const TransferredHold& hold, double touch_m) {
+HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspCarrier& carrier,
+                        const PreparedObject& object, const TransferredHold& hold, double touch_m) {
   constexpr double kNear_m = 0.03, kSame_m = 0.00005;
   HoldMeasure measure;
-  const HandAnatomy anatomy(hand);
-  const ClosedHands hands(hand);
-  std::vector<int> all(static_cast<std::size_t>(object.fit.surface.cols()));
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-  const PointPatches patches(object.fit.surface, all);
-  HandState state(hand);
+  HandState state(hand.to);
   Matrix3Xd measured, skin;
   std::vector<int> near;
   for (int t = hold.begin; t < hold.end; ++t) {
@@ -254,14 +261,12 @@ HoldMeasure MeasureHold(const Clip& clip, const HandModel& hand, const PreparedO
       ++measure.touching;
       continue;
     }
-    SkinPositions(anatomy.landmarks, vertices, skin);
-    const Eigen::VectorXd distance = SkinDistances(anatomy.landmarks, *object.fit.distance,
+    SkinPositions(hand.anatomy.landmarks, vertices, skin);
+    const Eigen::VectorXd distance = SkinDistances(hand.anatomy.landmarks, *object.fit.distance,
                                                    Isometry3d::Identity(), skin, kNear_m);
     measure.touching += distance.minCoeff() < touch_m;
-    measure.deepest_mm = std::max(measure.deepest_mm, -1e3 * distance.minCoeff());
-    for (const auto& in : hands.FindInside(vertices, object.fit.surface, patches)) {
-      measure.deepest_mm = std::max(measure.deepest_mm, 1e3 * in.depth);
-    }
+    measure.deepest_mm = std::max({measure.deepest_mm, -1e3 * distance.minCoeff(),
+                                   1e3 * carrier.ObjectInHand(vertices, Isometry3d::Identity())});
     measured = vertices;
     near.clear();
     for (Eigen::Index i = 0; i < vertices.cols(); ++i) {
@@ -269,6 +274,26 @@ HoldMeasure MeasureHold(const Clip& clip, const HandModel& hand, const PreparedO
     }
   }
   return measure;
+}
+
+// How deep the object is in the person's body, of some frames.
+double DepthInBody(const Clip& clip, const BodySurface& skin, const OwnBody& obstacle,
+                   const PreparedObject& object) {
+  constexpr int kFrames = 10;
+  double deepest = 0.0;
+  BodyState state;
+  for (int k = 0; k < std::min(kFrames, clip.NumFrames()); ++k) {
+    const int t = static_cast<int>((clip.NumFrames() - 1.0) * k / (kFrames - 1));
+    if (clip.holding_hand[static_cast<std::size_t>(t)] == 0) continue;
+    Forward(skin, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
+    const Matrix3Xd points = clip.object->Pose(t) * object.fit.vertices;
+    const OwnBody::Posed posed(obstacle, state.vertices, points.rowwise().minCoeff(),
+                               points.rowwise().maxCoeff(), 0.03);
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      if (const auto touch = posed.Query(points.col(i))) deepest = std::max(deepest, touch->depth);
+    }
+  }
+  return deepest;
 }
 
 // The scene turned about the vertical and put elsewhere.
@@ -301,9 +326,11 @@ Attempt VariantMaker::Try(int index) const {
   TransferOptions transfer;
   transfer.grasp.search = false;
   transfer.carry.seed = options_.seed;
+  transfer.keeps = TransferKeeps::kObject;
   TransferReport report;
+  std::vector<std::unique_ptr<const GraspCarrier>> carriers;
   attempt.clip = PrepareTransfer(clip_, body_, object_, person.body, *shape.object, *shape.map,
-                                 transfer, report);
+                                 *person.hands, transfer, report, &person.onto, &carriers);
   std::string why;
   HoldMeasure worst;
   for (const TransferredHold& hold : report.holds) {
@@ -312,19 +339,24 @@ Attempt VariantMaker::Try(int index) const {
   if (why.empty() && report.arms.shortfall_m > 0.002) why = "reach";
   if (why.empty()) {
     for (const TransferredHold& hold : report.holds) {
-      const HandModel hand(person.body.model, person.body.betas, hold.side);
+      const std::size_t h = hold.side == Side::kRight ? 0 : 1;
       const HoldMeasure measure =
-          MeasureHold(attempt.clip, hand, *shape.object, hold, 1e-3 * options_.touch_mm);
+          MeasureHold(attempt.clip, *person.hands->carrying[h], *carriers[h], *shape.object, hold,
+                      1e-3 * options_.touch_mm);
       worst.deepest_mm = std::max(worst.deepest_mm, measure.deepest_mm);
       worst.frames += measure.frames;
       worst.touching += measure.touching;
     }
     if (worst.deepest_mm > options_.max_depth_mm) why = "depth";
     if (why.empty() && worst.touching < worst.frames) why = "contact";
+    if (why.empty() && person.obstacle &&
+        1e3 * DepthInBody(attempt.clip, *person.skin, *person.obstacle, *shape.object) >
+            options_.max_body_mm) {
+      why = "body";
+    }
   }
   attempt.kept = why.empty();
-  const Matrix3Xd rest =
-      person.body.model->RestJoints(person.body.model->ShapedVertices(person.body.betas));
+  const Matrix3Xd& rest = person.skin->RestJoints();
   if (attempt.kept) {
     if (attempt.mirrored) attempt.clip = MirrorClip(attempt.clip, rest);
     MoveScene(yaw, shift, rest.col(0), attempt.clip);

@@ -28,6 +28,7 @@ struct VariantOptions {
   int per_shape = 8;          ///< tries that share an object's shape: preparing it costs most
   int bodies = 16;            ///< different persons
   double max_depth_mm = 2.0;  ///< both ways, in any frame of a hold
+  double max_body_mm = 5.0;   ///< of the object in the person, in any of ten frames
   double touch_mm = 5.0;      ///< a hand is in contact where skin is nearer than this
   std::uint64_t seed = 1;
   int threads = 1;  ///< the files do not depend on it
