@@ -219,9 +219,18 @@ class VariantMaker {
       shape.scale(axis) =
           uniform * (1.0 + draws.Between(-options_.axis_spread, options_.axis_spread));
     }
+    // As PrepareObject does, but simplified and sampled once for all shapes.
     LoadedObject scaled = object_.object;
     scaled.mesh.vertices = shape.scale.asDiagonal() * scaled.mesh.vertices;
-    shape.object = std::make_shared<const PreparedObject>(PrepareObject(std::move(scaled)));
+    Solid solid(scaled.mesh);
+    TriangleMesh simplified = object_.simplified;
+    simplified.vertices = shape.scale.asDiagonal() * simplified.vertices;
+    FitObject fit;
+    fit.vertices = simplified.vertices;
+    fit.surface = shape.scale.asDiagonal() * object_.fit.surface;
+    fit.distance = std::make_shared<const DistanceGrid>(solid.distance);
+    shape.object = std::make_shared<const PreparedObject>(PreparedObject{
+        std::move(scaled), std::move(solid), std::move(simplified), std::move(fit), {}});
     shape.map =
         std::make_shared<const SurfaceMap>(SurfaceMap::Scaled(object_.object.mesh, shape.scale));
     return shape;
