@@ -223,6 +223,21 @@ class Transferer {
   std::vector<std::unique_ptr<const GraspCarrier>> carriers_;  // right, left
 };
 
+// Hands come and go without sweeping through the object, and all is measured again.
+void ClearWays(const Clip& prepared, const TransferHands& hands, const PreparedObject& object,
+               const TransferOptions& options, TransferReport& report) {
+  std::vector<const HandModel*> holding;
+  for (const HandModel& hand : hands.to_hands) {
+    if ((report.carried.held_by & HoldingBit(hand.HandSide())) != 0) holding.push_back(&hand);
+  }
+  ClearPassages(prepared, holding, *object.fit.distance, options.carry.fit.release_s,
+                report.carried.clip);
+  ContactProtocol protocol = options.carry.protocol;
+  protocol.threads = options.carry.threads;
+  report.carried.contact = ScoreContact(MeasureHands(
+      report.carried.clip, holding, report.carried.holding.hands, object.solid, protocol));
+}
+
 }  // namespace
 
 TransferHands::TransferHands(const ClipBody& from, const ClipBody& to) {
@@ -265,6 +280,12 @@ TransferReport TransferClip(const Clip& clip, const ClipBody& from,
   carry.grasp = GraspSource::kClips;
   carry.hands = CarryHands::kAuto;
   report.carried = CarryObject(prepared, to, to_object, carry, progress);
+  const bool comes_or_goes = std::ranges::any_of(report.holds, [&](const TransferredHold& hold) {
+    return hold.begin > 0 || hold.end < prepared.NumFrames();
+  });
+  if (report.carried.status == CarryStatus::kCarried && comes_or_goes) {
+    ClearWays(prepared, hands, to_object, options, report);
+  }
   return report;
 }
 

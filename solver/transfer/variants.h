@@ -25,7 +25,7 @@ struct VariantOptions {
   double yaw_rad = 3.14159;   ///< the whole scene turns about the vertical by up to this
   double place_m = 0.5;       ///< and stands elsewhere by up to this, along x and y
   double mirrored = 0.5;      ///< share of the left-right mirrored ones
-  int per_shape = 16;         ///< tries that share an object's shape: preparing it costs most
+  int per_shape = 32;         ///< tries that share an object's shape: preparing it costs most
   int bodies = 16;            ///< different persons
   double max_depth_mm = 2.0;  ///< both ways, in any frame of a hold
   double max_body_mm = 5.0;   ///< of the object in the person, in any of ten frames
