@@ -59,6 +59,9 @@ struct TransferInput {
 
 Eigen::Vector3d ScaleOf(const TransferCommand& options) {
   if (options.scale.empty()) return Eigen::Vector3d::Ones();
+  if (options.scale.size() == 2) {
+    throw Error("--scale", "has two factors", "Give one, or one for each axis: 1,1,1.3");
+  }
   if (options.scale.size() == 1) return Eigen::Vector3d::Constant(options.scale.front());
   return Eigen::Map<const Eigen::Vector3d>(options.scale.data());
 }
@@ -109,8 +112,8 @@ void SetBodies(const TransferCommand& options, TransferInput& scene) {
 
 LoadedObject TargetObject(const TransferCommand& options, const ClipInput& input) {
   const Eigen::Vector3d scale = ScaleOf(options);
-  if (!scale.allFinite() || (scale.array() <= 0.0).any()) {
-    throw Error("--scale", "is not positive", "Give one factor, or one for each axis: 1,1,1.3");
+  if (!scale.allFinite()) {
+    throw Error("--scale", "is no number", "Give one factor, or one for each axis: 1,1,1.3");
   }
   if (!options.object.empty()) {
     LoadedObject object = LoadObject(options.object, options.object_scale);
@@ -338,6 +341,115 @@ int Transfer(const TransferCommand& options) {
   return TransferOne(options);
 }
 
+// Returns --object, which others need or exclude.
+CLI::Option* AddObjectOptions(CLI::App& command, TransferCommand& options) {
+  const char* const group = "To another object";
+  CLI::Option* const object =
+      command
+          .add_option("--object", options.object,
+                      "Another object of the kind: mesh (.obj .ply .stl .off) or embedded object")
+          ->group(group);
+  AddOption(command, "--object-scale", options.object_scale,
+            "Multiplies that object's coordinates (0.001 for millimetres)", CLI::PositiveNumber)
+      ->group(group);
+  command
+      .add_option("--scale", options.scale,
+                  "Scales the object, by one factor or by one for each of its axes: 1,1,1.3")
+      ->delimiter(',')
+      ->expected(1, 3)
+      ->check(CLI::Range(0.05, 20.0))
+      ->group(group);
+  command
+      .add_option("--map", options.map,
+                  "Text file of points that belong together: six numbers a row, or for each "
+                  "vertex of the clip's object a vertex of the other. Found by shape if left out")
+      ->needs(object)
+      ->group(group);
+  return object;
+}
+
+void AddBodyOptions(CLI::App& command, TransferCommand& options) {
+  const char* const group = "To another body";
+  command
+      .add_option("--body", options.body,
+                  "Body model of the new person: SMPL-X or SMPL-H (.npz, .pkl)")
+      ->group(group);
+  command.add_option("--betas", options.betas, "Its shape coefficients, the first ones: -2,1")
+      ->delimiter(',')
+      ->group(group);
+}
+
+void AddVariantOptions(CLI::App& command, CLI::Option* object, TransferCommand& options) {
+  const char* const group = "To many";
+  CLI::Option* const variants =
+      command
+          .add_option("--variants", options.variants,
+                      "This many clean variants of the clip, as a folder with manifest.jsonl; one "
+                      "that was stopped goes on")
+          ->check(CLI::Range(1, 1'000'000))
+          ->excludes(object)
+          ->group(group);
+  AddOption(command, "--scale-range", options.scale_range, "Of the object's scale, as 0.85,1.2")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::Range(0.05, 20.0))
+      ->needs(variants)
+      ->group(group);
+  VariantOptions& spread = options.spread;
+  AddOption(command, "--axis-spread", spread.axis_spread, "Each axis besides by up to this share",
+            CLI::Range(0.0, 0.49))
+      ->needs(variants)
+      ->group(group);
+  AddOption(command, "--betas-sigma", spread.betas_sigma,
+            "Spread of the persons' first two shape coefficients", CLI::Range(0.0, 3.0))
+      ->needs(variants)
+      ->group(group);
+  AddOption(command, "--mirrored", spread.mirrored, "Share of mirrored ones, by the other hand",
+            CLI::Range(0.0, 1.0))
+      ->needs(variants)
+      ->group(group);
+  AddOption(command, "--yaw", options.yaw_deg, "Turned about the vertical by up to so many degrees",
+            CLI::Range(0.0, 180.0))
+      ->needs(variants)
+      ->group(group);
+  AddOption(command, "--place", spread.place_m, "Standing elsewhere by up to so many metres",
+            CLI::Range(0.0, 100.0))
+      ->needs(variants)
+      ->group(group);
+}
+
+void AddHowOptions(CLI::App& command, TransferCommand& options) {
+  const char* const group = "How";
+  AddOption(command, "--keep", options.keep,
+            "What keeps its way: wrists (the object follows), object (arms follow), auto: wrists "
+            "where one hand of the same body holds all along",
+            CLI::IsMember({"auto", "wrists", "object"}))
+      ->group(group);
+  command
+      .add_flag("--no-search", options.no_search,
+                "Where the hand can't keep its contacts, look for no new grasp near them")
+      ->group(group);
+  command
+      .add_flag("--keep-motion", options.keep_motion,
+                "Arms do not give way where object or hand go through the person's own body")
+      ->group(group);
+  command
+      .add_option("--from-object", options.input.object,
+                  "Mesh of the clip's own object, in place of the one that it names")
+      ->group(group);
+  command
+      .add_option("--from-body", options.input.body,
+                  "Body model of the clip, in place of the embedded one")
+      ->group(group);
+  AddOption(command, "--object-vertices", options.object_vertices,
+            "Vertices that objects are simplified to", CLI::Range(4, 100'000))
+      ->group(group);
+  command
+      .add_flag_callback(
+          "--no-report", [&options] { options.write_report = false; }, "Leave out report.html")
+      ->group(group);
+}
+
 }  // namespace
 
 void AddTransferCommand(CLI::App& app, int& exit_code) {
@@ -349,100 +461,10 @@ void AddTransferCommand(CLI::App& app, int& exit_code) {
       ->add_option("-o,--output", options->output,
                    "Folder to make: clip.npz, object.ply, metrics.json, report.html")
       ->required();
-  const char* group = "To another object";
-  CLI::Option* const object =
-      command
-          ->add_option("--object", options->object,
-                       "Another object of the kind: mesh (.obj .ply .stl .off) or embedded object")
-          ->group(group);
-  AddOption(*command, "--object-scale", options->object_scale,
-            "Multiplies that object's coordinates (0.001 for millimetres)", CLI::PositiveNumber)
-      ->group(group);
-  command
-      ->add_option("--scale", options->scale,
-                   "Scales the object, by one factor or by one for each of its axes: 1,1,1.3")
-      ->delimiter(',')
-      ->check(CLI::Range(0.05, 20.0))
-      ->group(group);
-  command
-      ->add_option("--map", options->map,
-                   "Text file of points that belong together: six numbers a row, or for each "
-                   "vertex of the clip's object a vertex of the other. Found by shape if left out")
-      ->needs(object)
-      ->group(group);
-  group = "To another body";
-  command
-      ->add_option("--body", options->body,
-                   "Body model of the new person: SMPL-X or SMPL-H (.npz, .pkl)")
-      ->group(group);
-  command->add_option("--betas", options->betas, "Its shape coefficients, the first ones: -2,1")
-      ->delimiter(',')
-      ->group(group);
-  group = "To many";
-  CLI::Option* const variants =
-      command
-          ->add_option("--variants", options->variants,
-                       "This many clean variants of the clip, as a folder with manifest.jsonl; one "
-                       "that was stopped goes on")
-          ->check(CLI::Range(1, 1'000'000))
-          ->excludes(object)
-          ->group(group);
-  AddOption(*command, "--scale-range", options->scale_range, "Of the object's scale, as 0.85,1.2")
-      ->delimiter(',')
-      ->expected(2)
-      ->check(CLI::Range(0.05, 20.0))
-      ->needs(variants)
-      ->group(group);
-  VariantOptions& spread = options->spread;
-  AddOption(*command, "--axis-spread", spread.axis_spread, "Each axis besides by up to this share",
-            CLI::Range(0.0, 0.49))
-      ->needs(variants)
-      ->group(group);
-  AddOption(*command, "--betas-sigma", spread.betas_sigma,
-            "Spread of the persons' first two shape coefficients", CLI::Range(0.0, 3.0))
-      ->needs(variants)
-      ->group(group);
-  AddOption(*command, "--mirrored", spread.mirrored, "Share of mirrored ones, by the other hand",
-            CLI::Range(0.0, 1.0))
-      ->needs(variants)
-      ->group(group);
-  AddOption(*command, "--yaw", options->yaw_deg,
-            "Turned about the vertical by up to so many degrees", CLI::Range(0.0, 180.0))
-      ->needs(variants)
-      ->group(group);
-  AddOption(*command, "--place", spread.place_m, "Standing elsewhere by up to so many metres",
-            CLI::Range(0.0, 100.0))
-      ->needs(variants)
-      ->group(group);
-  group = "How";
-  AddOption(*command, "--keep", options->keep,
-            "What keeps its way: wrists (the object follows), object (arms follow), auto: wrists "
-            "where one hand of the same body holds all along",
-            CLI::IsMember({"auto", "wrists", "object"}))
-      ->group(group);
-  command
-      ->add_flag("--no-search", options->no_search,
-                 "Where the hand can't keep its contacts, look for no new grasp near them")
-      ->group(group);
-  command
-      ->add_flag("--keep-motion", options->keep_motion,
-                 "Arms do not give way where object or hand go through the person's own body")
-      ->group(group);
-  command
-      ->add_option("--from-object", options->input.object,
-                   "Mesh of the clip's own object, in place of the one that it names")
-      ->group(group);
-  command
-      ->add_option("--from-body", options->input.body,
-                   "Body model of the clip, in place of the embedded one")
-      ->group(group);
-  AddOption(*command, "--object-vertices", options->object_vertices,
-            "Vertices that objects are simplified to", CLI::Range(4, 100'000))
-      ->group(group);
-  command
-      ->add_flag_callback(
-          "--no-report", [options] { options->write_report = false; }, "Leave out report.html")
-      ->group(group);
+  CLI::Option* const object = AddObjectOptions(*command, *options);
+  AddBodyOptions(*command, *options);
+  AddVariantOptions(*command, object, *options);
+  AddHowOptions(*command, *options);
   AddCommonOptions(*command, options->common, true,
                    "  holdfast transfer held --scale 1.3 -o held_large\n"
                    "  holdfast transfer held --object jug.obj -o held_jug --json\n"

@@ -91,7 +91,7 @@ class Transferer {
     }
     moved.object->name = to_object_.object.name;
     moved.object->surface = nullptr;
-    Tell();
+    Tell(alone, same_body);
     return moved;
   }
 
@@ -185,7 +185,7 @@ class Transferer {
     report_.arms = BringWrists(to_, paths, options_.blend_s, moved);
   }
 
-  void Tell() {
+  void Tell(bool alone, bool same_body) {
     const SurfaceMapReport& map = map_.Report();
     if (!map.alike) {
       report_.warnings.push_back(
@@ -205,6 +205,11 @@ class Transferer {
               ? fmt::format("a new grasp near them was taken, {:.0f} mm and {:.0f} deg off",
                             1e3 * grasp.wrist_shift_m, grasp.wrist_turn_rad / kDegree)
               : "no clean grasp was found near them, and it goes on with this one"));
+    }
+    if (alone && !same_body && !report_.kept_wrists) {
+      report_.warnings.push_back(
+          "the object keeps its way through the world, whatever the person's size; --keep wrists "
+          "lets it go with the body");
     }
     if (report_.arms.shortfall_m > 0.005) {
       report_.warnings.push_back(

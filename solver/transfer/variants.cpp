@@ -335,7 +335,12 @@ Attempt VariantMaker::Try(int index) const {
   TransferOptions transfer;
   transfer.grasp.search = false;
   transfer.carry.seed = options_.seed;
-  transfer.keeps = TransferKeeps::kObject;
+  // What one hand holds all along has no place in the world to keep.
+  const std::uint8_t first = clip_.holding_hand.front();
+  const bool alone =
+      first != (kHoldsRight | kHoldsLeft) &&
+      std::ranges::all_of(clip_.holding_hand, [&](std::uint8_t bits) { return bits == first; });
+  transfer.keeps = alone ? TransferKeeps::kWrists : TransferKeeps::kObject;
   TransferReport report;
   std::vector<std::unique_ptr<const GraspCarrier>> carriers;
   attempt.clip = PrepareTransfer(clip_, body_, object_, person.body, *shape.object, *shape.map,
