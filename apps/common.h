@@ -151,6 +151,7 @@ void AddDoctorCommand(CLI::App& app, int& exit_code);
 void AddSolveCommand(CLI::App& app, int& exit_code);
 void AddExportCommand(CLI::App& app, int& exit_code);
 void AddOffhandCommand(CLI::App& app, int& exit_code);
+void AddTransferCommand(CLI::App& app, int& exit_code);
 void AddEvaluateCommand(CLI::App& app, int& exit_code);
 void AddReportCommand(CLI::App& app, int& exit_code);
 void AddRefineCommand(CLI::App& app, int& exit_code);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "apps/common.h"
 #include "apps/completion.h"
-#include "apps/fit/transfer_robot.h"
 #include "apps/program.h"
 
 #ifdef __GLIBC__

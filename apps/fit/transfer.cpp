@@ -1,38 +1,486 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "apps/clip_input.h"
+#include "apps/common.h"
 #include "apps/fit/transfer_robot.h"
+#include "apps/fit_metrics.h"
+#include "apps/report_writer.h"
+#include "apps/result_folder.h"
+#include "geometry/conventions/posture.h"
+#include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/retarget/convert_parameters.h"
+#include "geometry/rotation.h"
+#include "solver/carry/carry_json.h"
+#include "solver/carry/first_grasp.h"
+#include "solver/transfer/transfer.h"
+#include "solver/transfer/transfer_json.h"
+#include "solver/transfer/variants.h"
 
 namespace holdfast::apps {
 namespace {
 
 struct TransferCommand {
   CommonOptions common;
-  ClipInputOptions input;
+  std::string clip, output;
+  ClipInputOptions input;  // of the clip itself
+  std::string object;
+  double object_scale = 1.0;
+  std::vector<double> scale;
+  std::string map;
+  std::string body;
+  std::vector<double> betas;
+  std::string keep = "auto";
+  bool no_search = false, keep_motion = false, write_report = true;
+  int object_vertices = 300;
+  ContactProtocol protocol;
+  int variants = 0;
+  std::vector<double> scale_range = {VariantOptions{}.scale_low, VariantOptions{}.scale_high};
+  double yaw_deg = 180.0;
+  VariantOptions spread;  // of variants: the rest
   RobotTransferInput robot;
-  std::string clip;
-  std::string output;
 };
+
+// What is transferred, and to what.
+struct TransferInput {
+  ClipInput input;
+  Clip clip;  // on the model of the target's body
+  ClipBody from, to;
+  std::shared_ptr<const PreparedObject> from_object, to_object;
+  std::optional<SurfaceMap> map;
+};
+
+Eigen::Vector3d ScaleOf(const TransferCommand& options) {
+  if (options.scale.empty()) return Eigen::Vector3d::Ones();
+  if (options.scale.size() == 2) {
+    throw Error("--scale", "has two factors", "Give one, or one for each axis: 1,1,1.3");
+  }
+  if (options.scale.size() == 1) return Eigen::Vector3d::Constant(options.scale.front());
+  return Eigen::Map<const Eigen::Vector3d>(options.scale.data());
+}
+
+// The clip, with an object that a hand may hold, or an Error.
+ClipInput LoadHeld(const TransferCommand& options) {
+  ClipInput input = LoadClipInput(options.clip, options.input, options.common);
+  RequireMetres(options.clip, input.clip, *input.body);
+  if (!input.clip.object) {
+    throw Error(options.clip, "has no object: there is nothing to transfer",
+                "Fit one to it first: holdfast fit " + options.clip + " mug -o held");
+  }
+  if (!input.object) {
+    throw Error(options.clip, "its object's mesh is missing: " + input.object_missing,
+                "Say where it is with --from-object");
+  }
+  return input;
+}
+
+// Whose body it becomes. Of another model than the clip's, the clip is converted to it.
+void SetBodies(const TransferCommand& options, TransferInput& scene) {
+  scene.from = {scene.input.body, scene.input.betas};
+  scene.to = scene.from;
+  if (!options.body.empty()) {
+    scene.to = {LoadBody(options.body), Eigen::VectorXd::Zero(0)};
+    if (scene.to.model->Name() != scene.from.model->Name()) {
+      ConvertedClip converted =
+          ConvertClip(scene.clip, scene.from.model, scene.from.betas, scene.to.model);
+      scene.clip = std::move(converted.clip);
+      scene.from = {scene.to.model, scene.clip.betas};
+    } else {
+      scene.from.model = scene.to.model;
+    }
+  }
+  if (options.betas.empty()) return;
+  for (const double beta : options.betas) {
+    constexpr double kMost = 10.0;
+    if (std::abs(beta) <= kMost) continue;
+    throw Error("--betas", fmt::format("has {:g}", beta), "Coefficients are within -10 and 10");
+  }
+  if (scene.to.model->IsSubject()) {
+    throw Error("--betas", "has no effect: the clip's person has a surface of their own",
+                "Say another body with --body");
+  }
+  scene.to.betas = Eigen::Map<const Eigen::VectorXd>(
+      options.betas.data(), static_cast<Eigen::Index>(options.betas.size()));
+}
+
+LoadedObject TargetObject(const TransferCommand& options, const ClipInput& input) {
+  const Eigen::Vector3d scale = ScaleOf(options);
+  if (!scale.allFinite()) {
+    throw Error("--scale", "is no number", "Give one factor, or one for each axis: 1,1,1.3");
+  }
+  if (!options.object.empty()) {
+    LoadedObject object = LoadObject(options.object, options.object_scale);
+    RequireHandheld(object);
+    object.mesh.vertices = scale.asDiagonal() * object.mesh.vertices;
+    RequireHandheld(object);
+    return object;
+  }
+  TriangleMesh mesh = *input.object;
+  mesh.vertices = scale.asDiagonal() * mesh.vertices;
+  LoadedObject object = ObjectOfMesh(mesh, input.clip.object->name, input.object_source);
+  RequireHandheld(object);
+  return object;
+}
+
+TransferInput LoadScene(const TransferCommand& options, int threads) {
+  TransferInput scene{LoadHeld(options), {}, {}, {}, nullptr, nullptr, std::nullopt};
+  scene.clip = scene.input.clip;
+  SetBodies(options, scene);
+  LoadedObject target = TargetObject(options, scene.input);
+  const auto prepare = [&](LoadedObject object) {
+    return std::make_shared<const PreparedObject>(
+        PrepareObject(std::move(object), options.object_vertices, threads));
+  };
+  scene.from_object = prepare(
+      ObjectOfMesh(*scene.input.object, scene.input.clip.object->name, scene.input.object_source));
+  const TriangleMesh& first = scene.from_object->object.mesh;
+  const bool same = options.object.empty();
+  if (same && ScaleOf(options).isOnes(0.0)) {
+    scene.to_object = scene.from_object;
+  } else {
+    scene.to_object = prepare(std::move(target));
+  }
+  const TriangleMesh& second = scene.to_object->object.mesh;
+  if (!options.map.empty()) {
+    scene.map = SurfaceMap::FromFile(first, second, options.map);
+  } else {
+    scene.map =
+        same ? SurfaceMap::Scaled(first, ScaleOf(options)) : SurfaceMap::Registered(first, second);
+  }
+  for (const std::string& note : scene.to_object->notes) Note(options.common, "note: " + note);
+  return scene;
+}
+
+TransferOptions ToLibrary(const TransferCommand& options, int threads) {
+  TransferOptions transfer;
+  transfer.keeps = options.keep == "wrists"   ? TransferKeeps::kWrists
+                   : options.keep == "object" ? TransferKeeps::kObject
+                                              : TransferKeeps::kAuto;
+  transfer.grasp.search = !options.no_search;
+  transfer.carry.keep_motion = options.keep_motion;
+  transfer.carry.protocol = options.protocol;
+  transfer.carry.seed = options.common.seed;
+  transfer.carry.threads = threads;
+  return transfer;
+}
+
+nlohmann::json MetricsOf(const TransferCommand& options, const TransferInput& scene,
+                         const TransferReport& report) {
+  const CarryReport& carried = report.carried;
+  const Side side = (carried.held_by & kHoldsRight) != 0 ? Side::kRight : Side::kLeft;
+  nlohmann::json metrics = JsonHead("holdfast/transfer/1", options.common);
+  metrics["options"] = {{"clip", options.clip},
+                        {"from_object", scene.input.object_source},
+                        {"object", scene.to_object->object.source},
+                        {"scale", options.scale},
+                        {"map", options.map},
+                        {"body", scene.to.model->Name()},
+                        {"betas", options.betas},
+                        {"keep", options.keep},
+                        {"search", !options.no_search},
+                        {"object_vertices", options.object_vertices}};
+  metrics["map"] = MapJson(scene.map->Report());
+  metrics["holds"] = TransferredHoldsJson(report.holds);
+  metrics["following"] = FollowingJson(report);
+  metrics["protocol"] = ProtocolJson(options.protocol, scene.to_object->solid,
+                                     HandModel(scene.to.model, scene.to.betas, side));
+  metrics["warnings"] = report.warnings;
+  metrics["clearance"] = ClearanceJson(carried.clearance);
+  metrics["summary"] = FitSummaryJson(carried.fit, carried.contact);
+  metrics["summary"].erase("solve_ms_median");
+  return metrics;
+}
+
+std::string Text(const TransferCommand& options, const TransferInput& scene,
+                 const TransferReport& report) {
+  const SurfaceMapReport& map = scene.map->Report();
+  std::string text = fmt::format(
+      "{}/clip.npz: {} through {} frames\n  map                 {}, stretches up to {:.2f} times, "
+      "{:.1f} mm between the surfaces\n",
+      options.output, scene.to_object->object.name, report.carried.clip.NumFrames(),
+      MethodName(map.method), map.stretch_most, map.residual_mm);
+  for (const TransferredHold& hold : report.holds) {
+    const CarriedGrasp& grasp = hold.grasp;
+    text += fmt::format(
+        "  frames {}-{}{}{} hand, {}; contacts {:.1f} mm from where the map has them, wrist {:.0f} "
+        "mm "
+        "off\n",
+        hold.begin, hold.end - 1, std::string(std::max(1, 13 - (hold.end > 100) * 2), ' '),
+        SideName(hold.side),
+        grasp.searched ? "taken anew near its contacts" : "contacts carried over",
+        grasp.contact_off_mm, 1e3 * grasp.wrist_shift_m);
+  }
+  return text +
+         SummaryText(FitSummaryJson(report.carried.fit, report.carried.contact), options.protocol) +
+         ClearanceText(report.carried.clearance);
+}
+
+// The folder's files; false when Ctrl-C came in between.
+bool WriteTransfer(const TransferCommand& options, const TransferInput& scene,
+                   const CarryReport& carried, const nlohmann::json& metrics,
+                   ResultFolder& folder) {
+  WriteClip(carried.clip, folder / "clip.npz");
+  WriteMesh(scene.to_object->object.mesh, folder / "object.ply");
+  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  if (options.write_report) {
+    ReportInput shown;
+    shown.source = options.output;
+    shown.file = std::filesystem::path(options.output) / "clip.npz";
+    shown.clip = carried.clip;
+    shown.body = scene.to.model;
+    shown.betas = scene.to.betas;
+    shown.object = scene.to_object->object.mesh;
+    shown.metrics = metrics;
+    WriteReportBeside({&shown, 1}, folder / "report.html", options.common);
+    if (Interrupted()) return false;
+  }
+  folder.Commit();
+  return true;
+}
+
+int TransferOne(const TransferCommand& options) {
+  ResultFolder folder(options.output, options.common.force);
+  const int threads = NumThreads(options.common);
+  const TransferInput scene = LoadScene(options, threads);
+  StageProgress progress(options.common);
+  const TransferReport report = NamingSource("the clip", options.clip, [&] {
+    return TransferClip(scene.clip, scene.from, *scene.from_object, scene.to, *scene.to_object,
+                        *scene.map, ToLibrary(options, threads),
+                        [&](const char* stage, int done, int total) {
+                          progress.Update(stage, done, total);
+                          return !Interrupted();
+                        });
+  });
+  progress.End();
+  if (Interrupted()) return kInterrupted;
+  for (const std::string& warning : report.warnings) Note(options.common, "warning: " + warning);
+  if (report.carried.status == CarryStatus::kNoContact) {
+    throw FitFailure(fmt::format(
+        "{}: no hand touches {} in any frame, so that nothing is written. Is it of the same kind? "
+        "--map gives points that belong together",
+        options.clip, scene.to_object->object.name));
+  }
+  nlohmann::json metrics = MetricsOf(options, scene, report);
+  nlohmann::json summary = metrics;
+  summary["output"] = options.output;
+  metrics["per_frame"] =
+      FitFramesJson(report.carried.fit, report.carried.contact, report.carried.clearance);
+  metrics["per_frame"].erase("solve_ms");
+  metrics["per_frame"]["holding_hand"] = report.carried.holding.hands;
+  if (!WriteTransfer(options, scene, report.carried, metrics, folder)) return kInterrupted;
+  for (const std::string& warning : report.carried.warnings) {
+    Note(options.common, "warning: " + warning);
+  }
+  PrintResult(options.common, summary, Text(options, scene, report));
+  return kDone;
+}
+
+std::string VariantsText(const TransferCommand& options, const VariantReport& report) {
+  std::string text = fmt::format(
+      "{}/manifest.jsonl: {} variants kept of {} tried{}\n", options.output, report.kept,
+      report.tried, report.had > 0 ? fmt::format(" ({} by an earlier run)", report.had) : "");
+  for (const auto& [reason, count] : report.refused.items()) {
+    text += fmt::format("  dropped: {:<10}{:>6}\n", reason, count.get<int>());
+  }
+  if (report.tried > report.had) {
+    text += fmt::format("  {:.0f} ms a try (wall clock)\n",
+                        1e3 * report.seconds / (report.tried - report.had));
+  }
+  return text;
+}
+
+int TransferMany(const TransferCommand& options) {
+  const ClipInput input = LoadHeld(options);
+  const int threads = NumThreads(options.common);
+  VariantOptions variants = options.spread;
+  variants.count = options.variants;
+  variants.scale_low = options.scale_range.front();
+  variants.scale_high = options.scale_range.back();
+  variants.yaw_rad = options.yaw_deg * kDegree;
+  variants.seed = options.common.seed;
+  variants.threads = threads;
+  const PreparedObject object = PrepareObject(
+      ObjectOfMesh(*input.object, input.clip.object->name, input.object_source), 300, threads);
+  RequireHandheld(object.object);
+  StageProgress progress(options.common);
+  const VariantReport report = NamingSource("the clip", options.clip, [&] {
+    return MakeVariants(input.clip, {input.body, input.betas}, object, options.output, variants,
+                        [&](const char* stage, int done, int total) {
+                          progress.Update(stage, done, total);
+                          return !Interrupted();
+                        });
+  });
+  progress.End();
+  if (!report.complete) return kInterrupted;
+  nlohmann::json summary = JsonHead("holdfast/variants/1", options.common);
+  summary.update({{"output", options.output},
+                  {"kept", report.kept},
+                  {"tried", report.tried},
+                  {"had", report.had},
+                  {"dropped", report.refused},
+                  {"seconds", report.seconds}});
+  PrintResult(options.common, summary, VariantsText(options, report));
+  if (report.kept == 0) throw FitFailure(options.clip + ": no variant of it was clean");
+  return report.kept == options.variants ? kDone : kFitFault;
+}
+
+int Transfer(const TransferCommand& options) {
+  if (!options.robot.robot.empty()) {
+    return RunRobotTransfer(options.clip, options.input, options.robot, options.output,
+                            options.common);
+  }
+  if (options.variants > 0) return TransferMany(options);
+  if (options.object.empty() && options.scale.empty() && options.body.empty() &&
+      options.betas.empty()) {
+    throw CLI::ValidationError(
+        "transfer", "Say to what: --object, --scale, --body, --betas, --robot or --variants");
+  }
+  return TransferOne(options);
+}
+
+// Returns --object, which others need or exclude.
+CLI::Option* AddObjectOptions(CLI::App& command, TransferCommand& options) {
+  const char* const group = "To another object";
+  CLI::Option* const object =
+      command
+          .add_option("--object", options.object,
+                      "Another object of the kind: mesh (.obj .ply .stl .off) or embedded object")
+          ->group(group);
+  AddOption(command, "--object-scale", options.object_scale,
+            "Multiplies that object's coordinates (0.001 for millimetres)", CLI::PositiveNumber)
+      ->group(group);
+  command
+      .add_option("--scale", options.scale,
+                  "Scales the object, by one factor or by one for each of its axes: 1,1,1.3")
+      ->delimiter(',')
+      ->expected(1, 3)
+      ->check(CLI::Range(0.05, 20.0))
+      ->group(group);
+  command
+      .add_option("--map", options.map,
+                  "Text file of points that belong together: six numbers a row, or for each "
+                  "vertex of the clip's object a vertex of the other. Found by shape if left out")
+      ->needs(object)
+      ->group(group);
+  return object;
+}
+
+void AddBodyOptions(CLI::App& command, TransferCommand& options) {
+  const char* const group = "To another body";
+  command
+      .add_option("--body", options.body,
+                  "Body model of the new person: SMPL-X or SMPL-H (.npz, .pkl)")
+      ->group(group);
+  command.add_option("--betas", options.betas, "Its shape coefficients, the first ones: -2,1")
+      ->delimiter(',')
+      ->group(group);
+}
+
+void AddVariantOptions(CLI::App& command, CLI::Option* object, TransferCommand& options) {
+  const char* const group = "To many";
+  CLI::Option* const variants =
+      command
+          .add_option("--variants", options.variants,
+                      "This many clean variants of the clip, as a folder with manifest.jsonl; one "
+                      "that was stopped goes on")
+          ->check(CLI::Range(1, 1'000'000))
+          ->excludes(object)
+          ->group(group);
+  AddOption(command, "--scale-range", options.scale_range, "Of the object's scale, as 0.85,1.2")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::Range(0.05, 20.0))
+      ->needs(variants)
+      ->group(group);
+  VariantOptions& spread = options.spread;
+  AddOption(command, "--axis-spread", spread.axis_spread, "Each axis besides by up to this share",
+            CLI::Range(0.0, 0.49))
+      ->needs(variants)
+      ->group(group);
+  AddOption(command, "--betas-sigma", spread.betas_sigma,
+            "Spread of the persons' first two shape coefficients", CLI::Range(0.0, 3.0))
+      ->needs(variants)
+      ->group(group);
+  AddOption(command, "--mirrored", spread.mirrored, "Share of mirrored ones, by the other hand",
+            CLI::Range(0.0, 1.0))
+      ->needs(variants)
+      ->group(group);
+  AddOption(command, "--yaw", options.yaw_deg, "Turned about the vertical by up to so many degrees",
+            CLI::Range(0.0, 180.0))
+      ->needs(variants)
+      ->group(group);
+  AddOption(command, "--place", spread.place_m, "Standing elsewhere by up to so many metres",
+            CLI::Range(0.0, 100.0))
+      ->needs(variants)
+      ->group(group);
+}
+
+void AddHowOptions(CLI::App& command, TransferCommand& options) {
+  const char* const group = "How";
+  AddOption(command, "--keep", options.keep,
+            "What keeps its way: wrists (the object follows), object (arms follow), auto: wrists "
+            "where one hand of the same body holds all along",
+            CLI::IsMember({"auto", "wrists", "object"}))
+      ->group(group);
+  command
+      .add_flag("--no-search", options.no_search,
+                "Where the hand can't keep its contacts, look for no new grasp near them")
+      ->group(group);
+  command
+      .add_flag("--keep-motion", options.keep_motion,
+                "Arms do not give way where object or hand go through the person's own body")
+      ->group(group);
+  command
+      .add_option("--from-object", options.input.object,
+                  "Mesh of the clip's own object, in place of the one that it names")
+      ->group(group);
+  command
+      .add_option("--from-body", options.input.body,
+                  "Body model of the clip, in place of the embedded one")
+      ->group(group);
+  AddOption(command, "--object-vertices", options.object_vertices,
+            "Vertices that objects are simplified to", CLI::Range(4, 100'000))
+      ->group(group);
+  command
+      .add_flag_callback(
+          "--no-report", [&options] { options.write_report = false; }, "Leave out report.html")
+      ->group(group);
+}
 
 }  // namespace
 
 void AddTransferCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<TransferCommand>();
-  CLI::App* command =
-      app.add_subcommand("transfer", "Transfer a clip of a hand and an object to a robot's hand");
+  CLI::App* command = app.add_subcommand(
+      "transfer",
+      "Carry a clip with a held object over to another object, body or robot hand, contacts kept");
   command->add_option("clip", options->clip, kClipHelp)->required();
-  command->add_option("-o,--output", options->output, "Folder to make")->required();
-  AddOption(*command, "--hand", options->robot.hand, "The hand that is transferred",
-            CLI::IsMember({"auto", "right", "left"}));
+  command
+      ->add_option("-o,--output", options->output,
+                   "Folder to make: clip.npz, object.ply, metrics.json, report.html; of a robot's "
+                   "hand robot.npz, robot.csv, scene.xml, sheet.png and metrics.json")
+      ->required();
+  CLI::Option* const object = AddObjectOptions(*command, *options);
+  AddBodyOptions(*command, *options);
   AddRobotOptions(*command, options->robot);
-  command->get_option("--robot")->required();
-  AddClipInputOptions(*command, options->input);
+  AddVariantOptions(*command, object, *options);
+  AddHowOptions(*command, *options);
   AddCommonOptions(*command, options->common, true,
+                   "  holdfast transfer held --scale 1.3 -o held_large\n"
+                   "  holdfast transfer held --object jug.obj -o held_jug --json\n"
                    "  holdfast transfer held --robot allegro_hand_right.urdf -o robot\n"
-                   "  holdfast transfer demo_drink --robot hand.xml --robot-on-path -o robot "
-                   "--json\n");
-  command->callback([options, &exit_code] {
-    exit_code = RunRobotTransfer(options->clip, options->input, options->robot, options->output,
-                                 options->common);
-  });
+                   "  holdfast transfer held --betas -2,1 -o held_by_another\n"
+                   "  holdfast transfer held --variants 500 -o many --seed 3\n");
+  command->callback([options, &exit_code] { exit_code = Transfer(*options); });
 }
 
 }  // namespace holdfast::apps

@@ -54,11 +54,27 @@ std::string CorrespondenceText(const RobotTransferSetup& setup) {
 }  // namespace
 
 void AddRobotOptions(CLI::App& command, RobotTransferInput& input) {
-  command.add_option("--robot", input.robot, "Robot hand: URDF (.urdf) or MJCF (.xml)");
-  command.add_option("--correspondence", input.correspondence,
-                     "Which of its links is what, as CSV (part,link), in place of what is found");
-  command.add_flag("--robot-on-path", input.on_path,
-                   "Keep its wrist where the human's is, within about a centimetre");
+  const char* const group = "To a robot's hand";
+  CLI::Option* const robot =
+      command.add_option("--robot", input.robot, "Robot hand: URDF (.urdf) or MJCF (.xml)")
+          ->group(group);
+  for (const char* other : {"--object", "--scale", "--body", "--betas"}) {
+    robot->excludes(command.get_option(other));
+  }
+  AddOption(command, "--hand", input.hand, "The hand that is transferred",
+            CLI::IsMember({"auto", "right", "left"}))
+      ->needs(robot)
+      ->group(group);
+  command
+      .add_option("--correspondence", input.correspondence,
+                  "Which of its links is what, as CSV (part,link), in place of what is found")
+      ->needs(robot)
+      ->group(group);
+  command
+      .add_flag("--robot-on-path", input.on_path,
+                "Keep its wrist where the human's is, within about a centimetre")
+      ->needs(robot)
+      ->group(group);
 }
 
 int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input,

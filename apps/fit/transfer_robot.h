@@ -18,7 +18,7 @@ struct RobotTransferInput {
   int picture_columns = 4, picture_rows = 4;
 };
 
-/// Adds --robot, --correspondence, --robot-on-path.
+/// Adds --robot, --hand, --correspondence, --robot-on-path.
 void AddRobotOptions(CLI::App& command, RobotTransferInput& input);
 
 /// Transfers the clip to the robot and writes the result folder `output`: robot.npz, robot.csv,
@@ -26,8 +26,5 @@ void AddRobotOptions(CLI::App& command, RobotTransferInput& input);
 int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input,
                      const RobotTransferInput& input, const std::string& output,
                      const CommonOptions& common);
-
-/// 'holdfast transfer'.
-void AddTransferCommand(CLI::App& app, int& exit_code);
 
 }  // namespace holdfast::apps

@@ -16,7 +16,7 @@ _Mesh = tuple[_Floats, _Integers]
 _Object = Union[_Path, tuple[ArrayLike, ArrayLike]]
 _Clip = Union["Clip", _Path]
 _Shown = Union[
-    _Clip, "FitResult", "RefineResult", "GraspResult", "SynthesisResult", "ReachResult", "TakeResult"
+    _Clip, "FitResult", "RefineResult", "TransferResult", "GraspResult", "SynthesisResult", "ReachResult", "TakeResult"
 ]
 _Hand = Literal["right", "left"]
 _Progress = Optional[Callable[[str, int, int], Any]]
@@ -329,6 +329,40 @@ def transfer_to_robot(
     threads: int = 0,
     progress: _Progress = None,
 ) -> RobotTransfer: ...
+class TransferResult:
+    @property
+    def clip(self) -> Clip: ...
+    @property
+    def map(self) -> dict[str, Any]: ...
+    @property
+    def holds(self) -> list[dict[str, Any]]: ...
+    @property
+    def following(self) -> dict[str, Any]: ...
+    @property
+    def contact(self) -> dict[str, Any]: ...
+    @property
+    def warnings(self) -> list[str]: ...
+    @property
+    def object(self) -> _Mesh: ...
+
+def transfer(
+    clip: _Clip,
+    object: Optional[_Object] = None,
+    *,
+    scale: Union[float, ArrayLike, None] = None,
+    map: Union[_Path, tuple[ArrayLike, ArrayLike], None] = None,
+    betas: Optional[ArrayLike] = None,
+    keep: str = "auto",
+    search: bool = True,
+    keep_motion: bool = False,
+    from_object: Optional[_Object] = None,
+    object_scale: float = 1.0,
+    object_vertices: int = 300,
+    body: Optional[BodyModel] = None,
+    seed: int = 1,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> TransferResult: ...
 
 def read_markers(path: _Path) -> dict[str, Any]: ...
 def solve_markers(

@@ -383,6 +383,7 @@ void BindFit(py::module_& module) {
       "fit(clip, object, hand_over=True, ...): carries an object through a motion in which it "
       "passes from hand to hand. Options are those of fit().");
   BindRefine(module);
+  BindTransfer(module);
   BindGrasp(module);
   BindFrameFitter(module);
 }

@@ -19,6 +19,7 @@ namespace holdfast::python {
 
 // The parts of BindFit and BindMotion.
 void BindRefine(py::module_& module);
+void BindTransfer(py::module_& module);
 void BindGrasp(py::module_& module);
 void BindFrameFitter(py::module_& module);
 void BindSynthesize(py::module_& module);

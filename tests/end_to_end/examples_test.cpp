@@ -46,6 +46,8 @@ const std::vector<Reduced> kReduced = {
      "hours of motion, minutes of work; of four people none is a tenth"},
     {"-o left --hours 0.5", "-o left --hours 0.02", "half an hour of motion"},
     {"--count 2500", "--count 2", "seconds a clip"},
+    {"--variants 500", "--variants 3", "a tenth of a second a variant"},
+    {"--variants 40", "--variants 3", "a tenth of a second a variant"},
     {"-o few --count 20", "-o few --count 2", "seconds a clip"},
     {"-o both --count 20", "-o both --count 2", "seconds a clip"},
     {"evaluate reach -o out/reach",
@@ -82,7 +84,8 @@ const std::vector<Reduced> kReduced = {
 };
 
 // Commands whose examples take long even so: in tests of their own.
-const std::set<std::string> kSlowMotion = {"offhand", "reach", "refine", "render", "synthesize"};
+const std::set<std::string> kSlowMotion = {"offhand", "reach", "refine", "render", "synthesize",
+                                          "transfer"};
 const std::set<std::string> kSlowStudies = {"evaluate fit", "evaluate reach", "evaluate synthesis",
                                             "make-actions"};
 const std::set<std::string> kTraining = {"train imos", "train recogniser", "train wandr"};

@@ -157,6 +157,23 @@ ROWS = {
         lambda v: holdfast.transfer_to_robot(
             demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)), robot(), object=v),
         dear=True),
+    "transfer.clip": Person(lambda v: holdfast.transfer(v, scale=1.1)),
+    "transfer.object": Mesh(
+        lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)), v,
+                                    from_object=CUBE),
+        none=True, dear=True),
+    "transfer.from_object": Mesh(
+        lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)),
+                                    from_object=v),
+        none=True, dear=True),
+    "transfer.scale": Array(
+        lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)), scale=v,
+                                    from_object=CUBE),
+        POINT, none=True, dear=True),
+    "transfer.betas": Array(
+        lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)),
+                                    betas=v, from_object=CUBE),
+        BETAS, none=True, dear=True),
     "solve_markers.object": Mesh(
         lambda v: holdfast.solve_markers(
             {"names": ["a", "b", "c"], "positions": np.eye(3)[None], "rate_hz": 50.0}, object=v,

@@ -44,7 +44,7 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"solver/handover", "solver/take", "solver/latent", "solver/recipes", "solver/score",
      "solver/trial", "solver/robot"},
     {"solver/carry", "solver/reach"},
-    {"solver/actions"},
+    {"solver/actions", "solver/transfer"},
     {"solver/synthesis", "solver/evaluation"},
     {"solver/evaluation/synthesis"},
     {"apps"},

@@ -9,6 +9,7 @@
 ///   skin_distance.h         a residual per skin point's signed distance
 ///   hand_object_distance.h  E_d: change of hand-object distances
 ///   contact.h               E_c: distance of pairs that touched
+///   vertex_goals.h          skin where another hand had it
 ///   temporal.h              E_t: change from the previous frame
 ///   slip.h                  E_s: contacts leaving the surface, drag along it
 ///   penetration.h           E_p: depth of skin in the object

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT
+#include "solver/transfer/transfer.h"
+
+#include <optional>
+#include <utility>
+
+#include <pybind11/stl.h>
+
+#include "geometry/error.h"
+#include "python/src/fit.h"
+#include "python/src/numpy.h"
+#include "python/src/run.h"
+#include "solver/carry/carry_json.h"
+#include "solver/transfer/transfer_json.h"
+
+namespace holdfast::python {
+namespace {
+
+using namespace py::literals;
+
+struct TransferredClip {
+  ClipPtr clip;
+  TransferReport report;  // without its clip
+  SurfaceMapReport map;
+  LoadedObject object;
+};
+using TransferredPtr = std::shared_ptr<TransferredClip>;
+
+// One factor, or one for each axis.
+Eigen::Vector3d ScaleOf(const py::object& scale) {
+  if (scale.is_none()) return Eigen::Vector3d::Ones();
+  if (Dimensions(scale) == 0) return Eigen::Vector3d::Constant(scale.cast<double>());
+  return Vector(Floats(scale, "scale", {3}), "scale");
+}
+
+SurfaceMap MapOf(const py::object& map, const TriangleMesh& from, const TriangleMesh& to) {
+  if (IsPath(map)) return SurfaceMap::FromFile(from, to, map.cast<std::string>());
+  if (!py::isinstance<py::tuple>(map) || py::len(map) != 2) {
+    throw py::type_error(
+        "map: expected (points on the clip's object (n, 3), points on the other "
+        "(n, 3)) or a path, got " +
+        TypeText(map));
+  }
+  const py::tuple sides = map;
+  return SurfaceMap::Given(from, to, Columns(sides[0], "map[0]", 3),
+                           Columns(sides[1], "map[1]", 3));
+}
+
+TransferredPtr Transfer(const py::object& clip, const py::object& object, const py::object& scale,
+                        const py::object& map, const py::object& betas, const std::string& keep,
+                        bool search, bool keep_motion, const py::object& from_object,
+                        double object_scale, int object_vertices, const py::object& body,
+                        std::uint64_t seed, int threads, const py::object& progress) {
+  TransferOptions options;
+  options.keeps = Choice<TransferKeeps>(keep, "keep",
+                                        {{"auto", TransferKeeps::kAuto},
+                                         {"wrists", TransferKeeps::kWrists},
+                                         {"object", TransferKeeps::kObject}});
+  options.grasp.search = search;
+  options.carry.keep_motion = keep_motion;
+  options.carry.seed = seed;
+  options.carry.threads = ThreadsOf(threads);
+  RequirePositive(object_scale, "object_scale");
+  RequireBetween(object_vertices, "object_vertices", 4, 100'000);
+  if (!map.is_none() && object.is_none()) throw py::value_error("map: needs object");
+  const Eigen::Vector3d factors = ScaleOf(scale);
+  ModelOf(body);
+  const ClipArgument input = ClipOf(clip, body);
+  if (!input.clip->object) {
+    throw Error(input.name, "has no object: there is nothing to transfer",
+                "Fit one to it first: fit(clip, object)");
+  }
+  const LoadedObject first = ObjectOf(from_object, input, 1.0);
+  auto result = std::make_shared<TransferredClip>();
+  result->object = object.is_none() ? first : ObjectOf(object, object_scale);
+  const SurfaceMap scaled = SurfaceMap::Scaled(first.mesh, factors);  // refuses what is none
+  result->object.mesh.vertices = factors.asDiagonal() * result->object.mesh.vertices;
+  RequireHandheld(result->object);
+  ClipBody to = input.body;
+  if (!betas.is_none()) to.betas = Vector(betas, "betas");
+  const auto from_prepared = PrepareAside(first, object_vertices, options.carry.threads);
+  const auto to_prepared = PrepareAside(result->object, object_vertices, options.carry.threads);
+  LogNotes(to_prepared->notes);
+  std::optional<SurfaceMap> used;
+  if (!map.is_none()) used = MapOf(map, from_prepared->object.mesh, to_prepared->object.mesh);
+  RunWithProgress(progress, [&](const StagedProgress& go_on) {
+    if (!used) {
+      used = object.is_none()
+                 ? scaled
+                 : SurfaceMap::Registered(from_prepared->object.mesh, to_prepared->object.mesh);
+    }
+    result->report = NamingSource("the clip", input.name, [&] {
+      return TransferClip(*input.clip, input.body, *from_prepared, to, *to_prepared, *used, options,
+                          go_on);
+    });
+  });
+  result->map = used->Report();
+  if (result->report.carried.status == CarryStatus::kStopped) throw Stopped();
+  if (result->report.carried.status == CarryStatus::kNoContact) {
+    throw Failure(input.name + ": no hand touches " + result->object.name + " in any frame");
+  }
+  LogNotes(result->report.warnings);
+  LogNotes(result->report.carried.warnings);
+  result->clip = WithSurface(std::move(result->report.carried.clip), result->object.mesh);
+  return result;
+}
+
+constexpr const char* kTransferDoc =
+    R"(Carries a clip with a held object over to another object of the kind, or another person, contacts
+kept: where skin touched, and how far it was, goes along over a dense map between the objects'
+surfaces; then hand and object are fitted.
+
+clip: Clip, path, or result with an object (its mesh, or from_object). object: the other one, as for
+fit(); None: the clip's own. scale: factor, or (3,) one for each axis. map: found by shape, or pairs of
+points ((n, 3), (n, 3)), metres, or a path to them. betas: (B,) shape of another person. keep: what
+keeps its way, 'wrists', 'object' or 'auto'. search: a new grasp near the contacts where the hand
+can't keep them. Returns TransferResult. Raises FitFailure where no hand touches it, Stopped, and Error.
+
+    held = holdfast.fit('demo_drink', 'mug')
+    large = holdfast.transfer(held, scale=1.2)
+    large.clip.save('large.npz'))";
+
+}  // namespace
+
+void BindTransfer(py::module_& module) {
+  py::class_<TransferredClip, TransferredPtr>(module, "TransferResult",
+                                              "A clip with another object, or by another person.")
+      .def_readonly("clip", &TransferredClip::clip, "Clip with object, arms and fingers fitted")
+      .def_property_readonly(
+          "map", [](const TransferredClip& self) { return ToPython(MapJson(self.map)); },
+          "dict: how the map between the surfaces stretches, and what it leaves between them")
+      .def_property_readonly(
+          "holds",
+          [](const TransferredClip& self) {
+            return ToPython(TransferredHoldsJson(self.report.holds));
+          },
+          "list of dict: of each hold, whether its grasp is clean or was searched anew, and how "
+          "far "
+          "contacts are from where the map has them")
+      .def_property_readonly(
+          "following",
+          [](const TransferredClip& self) { return ToPython(FollowingJson(self.report)); },
+          "dict: what kept its way, and how body and arms followed")
+      .def_property_readonly(
+          "contact",
+          [](const TransferredClip& self) {
+            return ToPython(ContactJson(self.report.carried.contact));
+          },
+          "dict of numbers: contact and penetration")
+      .def_property_readonly(
+          "warnings", [](const TransferredClip& self) { return self.report.warnings; },
+          "list of str")
+      .def_property_readonly(
+          "object", [](const TransferredClip& self) { return MeshTuple(self.object.mesh); },
+          "(vertices (V, 3) metres, faces (F, 3)), scaled; copies")
+      .def("__repr__", [](const TransferredClip& self) {
+        return fmt::format("<holdfast.TransferResult: {} through {} frames>", self.object.name,
+                           self.clip->NumFrames());
+      });
+  module.def("transfer", &Transfer, "clip"_a, "object"_a = py::none(), py::kw_only(),
+             "scale"_a = py::none(), "map"_a = py::none(), "betas"_a = py::none(),
+             "keep"_a = "auto", "search"_a = true, "keep_motion"_a = false,
+             "from_object"_a = py::none(), "object_scale"_a = 1.0, "object_vertices"_a = 300,
+             "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(),
+             kTransferDoc);
+}
+
+}  // namespace holdfast::python

@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: MIT
+#include "solver/transfer/carried_grasp.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/pose.h"
+#include "geometry/rotation.h"
+#include "solver/fit/hand_object_block.h"
+#include "solver/fit/hold_terms.h"
+#include "solver/grasp/grasp_assessment.h"
+#include "solver/grasp/grasp_refinement.h"
+#include "solver/terms/hand/hand_prior.h"
+#include "solver/terms/hand/vertex_goals.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+constexpr double kFar_m = 0.025;  // skin beyond it has no goal
+
+GraspOptions SearchOptions(const CarryGraspOptions& options) {
+  GraspOptions search;
+  search.seed = options.seed;
+  search.threads = options.threads;
+  search.table_weight = 0.0;
+  return search;
+}
+
+// The rigid motion that brings weighted points nearest to their goals (Kabsch).
+Isometry3d NearestMotion(const Matrix3Xd& points, const Matrix3Xd& goals,
+                         const Eigen::VectorXd& weights) {
+  const double sum = weights.sum();
+  const Vector3d a = points * weights / sum, b = goals * weights / sum;
+  const Matrix3Xd off = points.colwise() - a;
+  const Eigen::Matrix3d turn =
+      NearestRotation((goals.colwise() - b) * weights.asDiagonal() * off.transpose());
+  return RigidTransform(turn, b - turn * a);
+}
+
+// Where a hand's skin is wanted on the second object.
+struct HandGoals {
+  Matrix3Xd at;             // 3 x N, second object's frame
+  Eigen::VectorXd weights;  // N
+  std::vector<int> touching;
+  std::array<bool, kNumFingers> fingers{};  // that touched
+  Vector3d middle = Vector3d::Zero();       // of the contacts' images
+};
+
+}  // namespace
+
+struct GraspCarrier::Scene {
+  Scene(const CarryingHand& hand, const PreparedObject& from_object,
+        const PreparedObject& to_object, const SurfaceMap& surface_map,
+        const CarryGraspOptions& carry_options)
+      : from(hand.from),
+        to(hand.to),
+        first(from_object),
+        second(to_object),
+        map(surface_map),
+        options(carry_options),
+        anatomy(hand.anatomy),
+        axes_from(hand.axes_from),
+        hands(hand.closed) {
+    std::vector<int> all(static_cast<std::size_t>(second.fit.surface.cols()));
+    std::iota(all.begin(), all.end(), 0);
+    patches = PointPatches(second.fit.surface, all);
+  }
+
+  HandGoals GoalsOf(const HandOnObject& held) const;
+  void Settle(const HandGoals& goals, const HandOnObject& start, HandOnObject& hold) const;
+  void Minimize(const HandGoals& goals, double goal_weight, bool skin, int rounds,
+                const HandAngles& preferred, HandOnObject& hold) const;
+  void PressOn(HandOnObject& hold) const;
+  std::vector<Intrusion> Intrusions(const Matrix3Xd& vertices, const Isometry3d& pose) const;
+  double ObjectInHand(const Matrix3Xd& vertices, const Isometry3d& pose) const;
+  CarriedGrasp Measured(const HandGoals& goals, const HandOnObject& hold) const;
+  bool Search(const HandGoals& goals, const Vector3d& up_in_wrist, CarriedGrasp& carried) const;
+
+  const HandModel &from, &to;
+  const PreparedObject &first, &second;
+  const SurfaceMap& map;
+  CarryGraspOptions options;
+  const HandAnatomy& anatomy;  // of `to`
+  const HandAxes& axes_from;
+  const ClosedHands& hands;
+  PointPatches patches;  // of the second object's surface
+};
+
+HandGoals GraspCarrier::Scene::GoalsOf(const HandOnObject& held) const {
+  HandEvaluation evaluation = AtWrist(from);
+  const Matrix3Xd vertices =
+      held.wrist_from_object.inverse() * evaluation.At(held.fingers.data(), false).Vertices();
+  HandGoals goals{vertices, Eigen::VectorXd::Zero(vertices.cols()), {}, {}, Vector3d::Zero()};
+  for (Eigen::Index i = 0; i < vertices.cols(); ++i) {
+    if (first.fit.distance->Linear(vertices.col(i)) > kFar_m) continue;
+    const SignedDistance::Result near = first.solid.distance.Query(vertices.col(i));
+    if (near.distance > kFar_m) continue;
+    const SurfaceMap::Image image = map.At(near.closest, near.gradient);
+    goals.at.col(i) = image.point + near.distance * image.normal;
+    const double share = std::max(0.0, near.distance) / options.fade_m;
+    goals.weights(i) = std::exp(-share * share);
+    if (near.distance >= options.touch_m) continue;
+    goals.touching.push_back(static_cast<int>(i));
+    goals.middle += image.point;
+    const int part = anatomy.landmarks.PartOf(static_cast<int>(i));
+    if (part != kPalmPart && near.distance < 0.003) goals.fingers[part / 3] = true;
+  }
+  if (goals.touching.empty()) {
+    throw Error("the clip", "has a hold in which the hand does not touch the object",
+                "Fit or refine it first ('holdfast fit', 'holdfast refine')");
+  }
+  goals.middle /= static_cast<double>(goals.touching.size());
+  return goals;
+}
+
+// Object and fingers by the goals, within the joints' limits; with `skin`, penetration counts.
+void GraspCarrier::Scene::Minimize(const HandGoals& goals, double goal_weight, bool skin,
+                                   int rounds, const HandAngles& preferred,
+                                   HandOnObject& hold) const {
+  HandState state(to);
+  state.SetBody(JointPose::Zero(), -to.Surface().RestJoints().col(WristJoint(to.HandSide())));
+  const VertexGoals term(goals.at, goals.weights, goal_weight);
+  HandObjectBlock block(&state);
+  block.AddTerm(EnergyTerm::kContact, &term);
+  SkinTerms skin_terms;
+  if (skin) {
+    FitOptions weights;
+    weights.soft_tissue_m = 0.0003;
+    skin_terms = MakeSkinTerms(anatomy, second.fit, weights);
+    for (const auto& [kind, skin_term] : skin_terms) block.AddTerm(kind, skin_term.get());
+  }
+  HandPriorWeights prior_weights;
+  prior_weights.limits = 10.0;
+  prior_weights.coupling = prior_weights.neighbours = 0.02;
+  prior_weights.stay = 0.02;
+  prior_weights.spread = 0.05;
+  const HandPriorTerm prior(anatomy.axes, preferred, prior_weights);
+  FingerPose fingers = hold.fingers;
+  ObjectPose object(hold.wrist_from_object);
+  double* const q = object.orientation.coeffs().data();
+  double* const T = object.translation.data();
+  const double* const now[] = {q, T, fingers.data()};
+  DenseMinimizer problem;
+  problem.AddBlock(fingers.data(), kHandDofs);
+  problem.AddBlock(q, 4, true);
+  problem.AddBlock(T, 3);
+  problem.AddTerm(static_cast<const NormalTerm&>(block), {q, T, fingers.data()});
+  problem.AddTerm(prior, {fingers.data()});
+  block.Watch(now);
+  for (int round = 0; round < rounds; ++round) {
+    if (problem.Minimize({30, 1e-5, 1e-6}).stop == DenseMinimizer::Stop::kFailed) return;
+    if (!block.Watch(now)) break;
+  }
+  hold.fingers = fingers;
+  hold.wrist_from_object = object.Transform();
+}
+
+std::vector<Intrusion> GraspCarrier::Scene::Intrusions(const Matrix3Xd& vertices,
+                                                       const Isometry3d& pose) const {
+  std::vector<Intrusion> found;
+  const Isometry3d object_from_wrist = pose.inverse();
+  for (ClosedHands::Inside& in : hands.FindInside(vertices, pose * second.fit.surface, patches)) {
+    if (in.depth <= 0.0 || std::ranges::max(in.over.corners) >= to.NumVertices()) continue;
+    in.over.point = object_from_wrist * in.over.point;
+    found.push_back(in.over);
+  }
+  return found;
+}
+
+void GraspCarrier::Scene::PressOn(HandOnObject& hold) const {
+  HandEvaluation evaluation = AtWrist(to);
+  HandAngles angles = anatomy.axes.AnglesOf(hold.fingers);
+  RefinementOptions refinement;
+  refinement.contact_reach_m = 0.006;
+  RefineGrasp(anatomy, evaluation, *second.fit.distance, refinement, angles, hold.wrist_from_object,
+              [&](const Matrix3Xd& vertices, const Isometry3d& pose) {
+                return Intrusions(vertices, pose);
+              });
+  hold.fingers = anatomy.axes.PoseOf(angles);
+}
+
+void GraspCarrier::Scene::Settle(const HandGoals& goals, const HandOnObject& start,
+                                 HandOnObject& hold) const {
+  const HandAngles preferred = anatomy.axes.Clamp(anatomy.axes.AnglesOf(start.fingers));
+  Minimize(goals, 300.0, false, 1, preferred, hold);
+  Minimize(goals, 30.0, true, 4, preferred, hold);
+  PressOn(hold);
+}
+
+double GraspCarrier::Scene::ObjectInHand(const Matrix3Xd& vertices, const Isometry3d& pose) const {
+  double deepest = 0.0;
+  for (const auto& in : hands.FindInside(vertices, pose * second.fit.surface, patches)) {
+    deepest = std::max(deepest, in.depth);
+  }
+  return deepest;
+}
+
+CarriedGrasp GraspCarrier::Scene::Measured(const HandGoals& goals, const HandOnObject& hold) const {
+  CarriedGrasp carried;
+  carried.hold = hold;
+  HandEvaluation evaluation = AtWrist(to);
+  const Matrix3Xd vertices = evaluation.At(hold.fingers.data(), false).Vertices();
+  const Matrix3Xd in_object = hold.wrist_from_object.inverse() * vertices;
+  Matrix3Xd skin;
+  SkinPositions(anatomy.landmarks, in_object, skin);
+  const Eigen::VectorXd distance = SkinDistances(anatomy.landmarks, *second.fit.distance,
+                                                 Isometry3d::Identity(), skin, options.touch_m);
+  carried.hand_in_object_mm = 1e3 * std::max(0.0, -distance.minCoeff());
+  carried.object_in_hand_mm = 1e3 * ObjectInHand(vertices, hold.wrist_from_object);
+  carried.contacts = static_cast<int>(goals.touching.size());
+  for (const int i : goals.touching) {
+    carried.contact_off_mm += 1e3 * (in_object.col(i) - goals.at.col(i)).norm();
+  }
+  carried.contact_off_mm /= carried.contacts;
+  std::array<bool, kNumFingers> touching{};
+  for (Eigen::Index s = 0; s < skin.cols(); ++s) {
+    const int part = anatomy.landmarks.Skin()[static_cast<std::size_t>(s)].part;
+    if (part != kPalmPart && distance(s) < 0.0025) touching[part / 3] = true;
+  }
+  carried.fingers_touching = static_cast<int>(std::ranges::count(touching, true));
+  carried.fingers_touched = static_cast<int>(std::ranges::count(goals.fingers, true));
+  const double deepest = std::max(carried.hand_in_object_mm, carried.object_in_hand_mm);
+  const double overlap = 1e3 * SelfPenetration(anatomy.landmarks, vertices);
+  const int wanted = std::max(1, carried.fingers_touched - 1);
+  if (deepest > 1e3 * options.max_depth_m) {
+    carried.refused = fmt::format("hand and object are {:.1f} mm in each other", deepest);
+  } else if (overlap > 4.0) {
+    carried.refused = fmt::format("fingers are {:.1f} mm in each other", overlap);
+  } else if (carried.fingers_touching < wanted) {
+    carried.refused =
+        fmt::format("{} fingers touch, {} did", carried.fingers_touching, carried.fingers_touched);
+  } else if (goals.fingers[kThumb] && !touching[kThumb]) {
+    carried.refused = "the thumb does not touch any more";
+  }
+  carried.clean = carried.refused.empty();
+  return carried;
+}
+
+// The grasp of most score less what the way from the carried one costs.
+bool GraspCarrier::Scene::Search(const HandGoals& goals, const Vector3d& up_in_wrist,
+                                 CarriedGrasp& carried) const {
+  constexpr double kScoreOfMetre = 8.0, kLever_m = 0.10;
+  GraspOptions search = SearchOptions(options);
+  search.up_in_wrist = {up_in_wrist};
+  const bool near_surface =
+      second.solid.distance.Query(goals.middle).distance > -GraspPlace::kFarthestOff_m;
+  const Isometry3d wanted = carried.hold.wrist_from_object.inverse();
+  for (const bool at_place : {true, false}) {
+    if (at_place && !near_surface) continue;
+    search.place.reset();
+    if (at_place) {
+      GraspPlace::Wanted place;
+      place.at = goals.middle;
+      if (std::abs(second.solid.distance.Distance(goals.middle)) > GraspPlace::kFarthestOff_m) {
+        place.at = second.solid.distance.Query(goals.middle).closest;
+      }
+      search.place = std::make_shared<const GraspPlace>(second.object.mesh, place);
+    }
+    GraspReport report;
+    CloseHand(to, second.object.mesh, second.solid.distance, *second.fit.distance, search, &report);
+    double most = -std::numeric_limits<double>::infinity();
+    CarriedGrasp best;
+    for (const GraspReport::Candidate& candidate : report.candidates) {
+      if (!candidate.refused.empty()) continue;
+      const Grasp& grasp = candidate.grasp;
+      const Isometry3d wrist = grasp.wrist_from_object.inverse();
+      const double way = (wrist.translation() - wanted.translation()).norm() +
+                         kLever_m * AngleBetween(wrist.linear(), wanted.linear());
+      const double worth = grasp.score - kScoreOfMetre * way;
+      if (worth <= most) continue;
+      CarriedGrasp found = Measured(goals, {grasp.fingers, grasp.wrist_from_object});
+      if (std::max(found.hand_in_object_mm, found.object_in_hand_mm) > 1e3 * options.max_depth_m) {
+        continue;
+      }
+      most = worth;
+      best = std::move(found);
+    }
+    if (!std::isfinite(most)) continue;
+    best.clean = best.searched = true;
+    best.refused = carried.refused;
+    carried = std::move(best);
+    return true;
+  }
+  return false;
+}
+
+CarryingHand::CarryingHand(const HandModel& from_hand, const HandModel& to_hand)
+    : from(from_hand), to(to_hand), anatomy(to_hand), axes_from(from_hand), closed(to_hand) {
+  if (from.HandSide() != to.HandSide() || from.NumVertices() != to.NumVertices()) {
+    throw Error("hands", "are not of one side and one body model",
+                "Convert the clip to the other model first ('holdfast convert')");
+  }
+}
+
+GraspCarrier::GraspCarrier(const CarryingHand& hand, const PreparedObject& from_object,
+                           const PreparedObject& to_object, const SurfaceMap& map,
+                           const CarryGraspOptions& options)
+    : scene_(std::make_unique<const Scene>(hand, from_object, to_object, map, options)) {}
+
+GraspCarrier::~GraspCarrier() = default;
+
+double GraspCarrier::ObjectInHand(const Matrix3Xd& vertices,
+                                  const Isometry3d& frame_from_object) const {
+  return scene_->ObjectInHand(vertices, frame_from_object);
+}
+
+CarriedGrasp GraspCarrier::Carry(const HandOnObject& held,
+                                 const Eigen::Vector3d& up_in_wrist) const {
+  const Scene& scene = *scene_;
+  const HandGoals goals = scene.GoalsOf(held);
+  // The hand as it is, as near to its goals as it gets by moving alone.
+  HandOnObject start = held;
+  start.fingers =
+      scene.anatomy.axes.PoseOf(scene.anatomy.axes.Clamp(scene.axes_from.AnglesOf(held.fingers)));
+  HandEvaluation evaluation = AtWrist(scene.to);
+  start.wrist_from_object =
+      NearestMotion(goals.at, evaluation.At(start.fingers.data(), false).Vertices(), goals.weights);
+  HandOnObject hold = start;
+  scene.Settle(goals, start, hold);
+  CarriedGrasp carried = scene.Measured(goals, hold);
+  if (!carried.clean && scene.options.search) scene.Search(goals, up_in_wrist, carried);
+  const Isometry3d in_place = held.wrist_from_object * scene.map.InPlace().inverse();
+  const Isometry3d moved = carried.hold.wrist_from_object * in_place.inverse();
+  carried.wrist_shift_m =
+      (carried.hold.wrist_from_object.inverse().translation() - in_place.inverse().translation())
+          .norm();
+  carried.wrist_turn_rad = LogSO3(moved.linear()).norm();
+  return carried;
+}
+
+}  // namespace holdfast

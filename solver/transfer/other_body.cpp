@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+#include "solver/transfer/other_body.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "generator/body/arm_correction.h"
+#include "generator/body/limb_ik.h"
+#include "generator/matching/body_frame.h"
+#include "generator/matching/leg_placement.h"
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "solver/unknowns/wrist_offset.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+constexpr std::array<Side, 2> kSides = {Side::kLeft, Side::kRight};
+
+// Rest joints, and how high an ankle is above the sole.
+struct Stature {
+  explicit Stature(const ClipBody& body) {
+    const Matrix3Xd shaped = body.model->ShapedVertices(body.betas);
+    joints = body.model->RestJoints(shaped);
+    sole = joints(1, kLeftAnkle) - shaped.row(1).minCoeff();
+  }
+  double Leg() const {
+    return (joints.col(kLeftHip) - joints.col(kLeftKnee)).norm() +
+           (joints.col(kLeftKnee) - joints.col(kLeftAnkle)).norm();
+  }
+  double Hand() const { return (joints.col(kRightHandBegin + 3) - joints.col(kRightWrist)).norm(); }
+
+  Matrix3Xd joints;
+  double sole = 0.0;
+};
+
+double SmootherStep(double s) {
+  s = std::clamp(s, 0.0, 1.0);
+  return s * s * s * (10.0 + s * (6.0 * s - 15.0));
+}
+
+// The joint's world place in a frame.
+Isometry3d WorldOf(const Matrix3Xd& rest, const Clip& clip, int t, int joint) {
+  BodyState state;
+  ForwardJoints(rest, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
+  return state.WorldFromJoint(joint);
+}
+
+// By what horizontal shift of the body the farthest wrist comes into reach: the mean way that arms
+// lack, again and again.
+Eigen::Vector2d StepTowards(const Matrix3Xd& rest, const std::vector<WristPath>& paths,
+                            const Clip& clip) {
+  constexpr double kMost_m = 0.4, kNearlyStraight = 0.985;
+  constexpr int kRounds = 60;
+  struct Reach {
+    Vector3d shoulder, wrist;
+    double length;
+  };
+  std::vector<Reach> reaches;
+  for (const WristPath& path : paths) {
+    const int shoulder = path.side == Side::kRight ? kRightShoulder : kLeftShoulder;
+    const double length = kNearlyStraight * MaxReach(rest, Arm(path.side));
+    for (int t = path.begin; t < path.end; ++t) {
+      reaches.push_back({WorldOf(rest, clip, t, shoulder).translation(),
+                         path.wrist[static_cast<std::size_t>(t - path.begin)].translation(),
+                         length});
+    }
+  }
+  Eigen::Vector2d step = Eigen::Vector2d::Zero();
+  for (int round = 0; round < kRounds; ++round) {
+    double worst = 0.0;
+    Eigen::Vector2d towards = Eigen::Vector2d::Zero();
+    for (const Reach& reach : reaches) {
+      Vector3d way = reach.wrist - reach.shoulder;
+      way.head<2>() -= step;
+      const double lacks = way.norm() - reach.length;
+      if (lacks <= worst) continue;
+      worst = lacks;
+      const Eigen::Vector2d flat = way.head<2>();
+      towards = flat.norm() > 1e-6 ? Eigen::Vector2d(flat.normalized()) : Eigen::Vector2d::Zero();
+    }
+    if (worst <= 0.0) break;
+    step += 0.7 * (worst + 0.002) * towards;
+    if (step.norm() > kMost_m) step *= kMost_m / step.norm();
+  }
+  return step;
+}
+
+}  // namespace
+
+Clip OntoOtherBody(const Clip& clip, const ClipBody& from, const ClipBody& to,
+                   OtherBodyReport* report) {
+  if (from.model->Kind() != to.model->Kind() ||
+      from.model->NumVertices() != to.model->NumVertices()) {
+    throw Error("body", "is of another model than the clip's",
+                "Convert the clip to it first ('holdfast convert')");
+  }
+  const Stature before(from), after(to);
+  OtherBodyReport unused;
+  OtherBodyReport& out = report != nullptr ? *report : unused;
+  out = {};
+  out.fingers_ratio = after.Hand() / before.Hand();
+  Clip moved = clip;
+  moved.betas = to.betas;
+  moved.body_model = to.model->Name();
+  moved.v_template.resize(3, 0);
+  if (to.model->IsSubject()) moved.v_template = to.model->Template();
+  if (to.model->LoneHand()) {
+    const int wrist = WristJoint(*to.model->LoneHand());
+    moved.trans.colwise() += before.joints.col(wrist) - after.joints.col(wrist);
+    return moved;
+  }
+  out.leg_ratio = after.Leg() / before.Leg();
+  std::vector<BodyFrame> frames = BodyFrames(clip, before.joints);
+  std::vector<FeetTarget> feet;
+  for (BodyFrame& frame : frames) {
+    feet.push_back(FeetOf(Place(before.joints, frame)));
+    double lowest = feet.back().ankle[0].z();
+    for (Vector3d& ankle : feet.back().ankle) {
+      lowest = std::min(lowest, ankle.z());
+      ankle.z() += after.sole - before.sole;
+    }
+    frame.pelvis.z() =
+        lowest + after.sole - before.sole + out.leg_ratio * (frame.pelvis.z() - lowest);
+  }
+  const std::vector<double> sink = PelvisSink(after.joints, frames, feet);
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    frames[t].pelvis.z() -= sink[t];
+    out.sink_m = std::max(out.sink_m, sink[t]);
+    out.ankle_missed_m = std::max(out.ankle_missed_m, PlaceLegs(after.joints, feet[t], frames[t]));
+    moved.trans.col(static_cast<Eigen::Index>(t)) = frames[t].pelvis - after.joints.col(kPelvis);
+    for (const Side side : kSides) {
+      const Limb leg = Leg(side);
+      for (const int joint : {leg.root, leg.middle, leg.end}) {
+        const Vector3d turn =
+            LogSO3(frames[t].local[static_cast<std::size_t>(joint)].toRotationMatrix());
+        moved.pose[t].col(joint) = UnwrapAxisAngle(turn, clip.pose[t].col(joint));
+      }
+    }
+  }
+  return moved;
+}
+
+ArmReport BringWrists(const ClipBody& body, const std::vector<WristPath>& paths, double blend_s,
+                      Clip& clip) {
+  ArmReport report;
+  const Matrix3Xd rest = body.model->RestJoints(body.model->ShapedVertices(body.betas));
+  const bool lone = body.model->LoneHand().has_value();
+  if (!lone) {
+    const Eigen::Vector2d step = StepTowards(rest, paths, clip);
+    report.step_m = step.norm();
+    clip.trans.topRows<2>().colwise() += step;
+  }
+  const int blend = std::max(1, static_cast<int>(std::lround(blend_s * clip.frame_rate)));
+  int frames = 0;
+  for (const Side side : kSides) {
+    // The offset from the clip's wrist along the clip, with its share.
+    const auto count = static_cast<std::size_t>(clip.NumFrames());
+    std::vector<std::pair<double, Isometry3d>> wanted(count, {0.0, Isometry3d::Identity()});
+    const auto offset_at = [&](const WristPath& path, int t) {
+      return WorldOf(rest, clip, t, WristJoint(side)).inverse() *
+             path.wrist[static_cast<std::size_t>(t - path.begin)];
+    };
+    for (const WristPath& path : paths) {
+      if (path.side != side || path.end <= path.begin) continue;
+      for (int t = path.begin; t < path.end; ++t) {
+        wanted[static_cast<std::size_t>(t)] = {1.0, offset_at(path, t)};
+      }
+      const Isometry3d first = offset_at(path, path.begin), last = offset_at(path, path.end - 1);
+      for (int k = 1; k < blend; ++k) {
+        const double share = SmootherStep(1.0 - static_cast<double>(k) / blend);
+        for (const auto& [t, offset] :
+             {std::pair(path.begin - k, first), std::pair(path.end - 1 + k, last)}) {
+          if (t < 0 || t >= clip.NumFrames()) continue;
+          auto& held = wanted[static_cast<std::size_t>(t)];
+          if (held.first < share) held = {share, offset};
+        }
+      }
+    }
+    for (int t = 0; t < clip.NumFrames(); ++t) {
+      const auto& [share, offset] = wanted[static_cast<std::size_t>(t)];
+      if (share == 0.0) continue;
+      const Vector3d turn = share * LogSO3(offset.linear());
+      const Vector3d way = share * offset.translation();
+      JointPose& pose = clip.pose[static_cast<std::size_t>(t)];
+      const Isometry3d wrist = WorldOf(rest, clip, t, WristJoint(side));
+      const Eigen::Matrix3d rotation = wrist.linear() * ExpSO3(turn);
+      const Vector3d position = wrist * way;
+      if (lone) {
+        const Eigen::Matrix3d root_from_wrist =
+            wrist.linear().transpose() * ExpSO3(Vector3d(pose.col(0)));
+        pose.col(0) = LogSO3(rotation * root_from_wrist);
+        clip.trans.col(t) += position - wrist.translation();
+      } else {
+        report.shortfall_m = std::max(
+            report.shortfall_m, MoveWrist(rest, side, rotation, position, clip.trans.col(t), pose));
+      }
+      if (share < 1.0) continue;
+      ++frames;
+      report.wrist_moved_mean_m += way.norm();
+      report.wrist_moved_max_m = std::max(report.wrist_moved_max_m, way.norm());
+    }
+  }
+  if (frames > 0) report.wrist_moved_mean_m /= frames;
+  return report;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: MIT
+#include "solver/transfer/transfer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/rotation.h"
+#include "solver/fit/clip_state.h"
+#include "solver/handover/hand_passage.h"
+#include "solver/handover/holds.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+std::vector<TransferredHold> HoldsIn(const std::vector<std::uint8_t>& holding) {
+  std::vector<TransferredHold> holds;
+  const auto frames = static_cast<int>(holding.size());
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    const auto holds_in = [&](int t) {
+      return (holding[static_cast<std::size_t>(t)] & HoldingBit(side)) != 0;
+    };
+    for (int t = 0; t < frames; ++t) {
+      if (!holds_in(t)) continue;
+      TransferredHold hold{side, t, t, t, {}};
+      while (t < frames && holds_in(t)) ++t;
+      hold.end = t;
+      holds.push_back(hold);
+    }
+  }
+  std::ranges::stable_sort(holds, {}, &TransferredHold::begin);
+  return holds;
+}
+
+// One transfer: hands of both bodies and what they hold.
+class Transferer {
+ public:
+  Transferer(const Clip& clip, const ClipBody& from, const PreparedObject& from_object,
+             const ClipBody& to, const PreparedObject& to_object, const SurfaceMap& map,
+             const TransferHands& hands, const TransferOptions& options, TransferReport& report)
+      : clip_(clip),
+        from_(from),
+        to_(to),
+        from_object_(from_object),
+        to_object_(to_object),
+        map_(map),
+        hands_(hands),
+        options_(options),
+        report_(report),
+        carriers_(2) {
+    options_.grasp.seed = options.carry.seed;
+    options_.grasp.threads = options.carry.threads;
+  }
+
+  std::vector<std::unique_ptr<const GraspCarrier>> TakeCarriers() { return std::move(carriers_); }
+
+  Clip Prepare(const Clip* onto) {
+    const std::vector<std::uint8_t> holding = WhoHolds();
+    report_.holds = HoldsIn(holding);
+    for (TransferredHold& hold : report_.holds) CarryHold(hold);
+    const bool same_body = from_.model == to_.model && from_.betas.size() == to_.betas.size() &&
+                           from_.betas == to_.betas;
+    Clip moved = onto != nullptr ? *onto
+                 : same_body     ? clip_
+                                 : OntoOtherBody(clip_, from_, to_, &report_.body);
+    moved.holding_hand = holding;
+    const TransferredHold& first = report_.holds.front();
+    const bool alone =
+        report_.holds.size() == 1 && first.begin == 0 && first.end == clip_.NumFrames();
+    report_.kept_wrists = options_.keeps == TransferKeeps::kWrists ||
+                          (options_.keeps == TransferKeeps::kAuto && alone && same_body);
+    if (report_.kept_wrists) {
+      FollowWrists(moved);
+    } else {
+      FollowObject(moved);
+    }
+    for (const TransferredHold& hold : report_.holds) {
+      for (int t = hold.begin; t < hold.end; ++t) {
+        SetFingers(moved.pose[static_cast<std::size_t>(t)], hold.side, hold.grasp.hold.fingers);
+      }
+    }
+    moved.object->name = to_object_.object.name;
+    moved.object->surface = nullptr;
+    Tell(alone, same_body);
+    return moved;
+  }
+
+ private:
+  static std::size_t IndexOf(Side side) { return side == Side::kRight ? 0 : 1; }
+
+  std::vector<std::uint8_t> WhoHolds() const {
+    std::vector<std::uint8_t> holding = clip_.holding_hand;
+    if (holding.empty()) {
+      HoldOptions search;
+      search.threads = options_.carry.threads;
+      holding = FindHolds(clip_, hands_.from_hands[0], hands_.from_hands[1],
+                          *from_object_.fit.distance, search)
+                    .hands;
+    }
+    if (std::ranges::all_of(holding, [](std::uint8_t bits) { return bits == 0; })) {
+      throw Error("the clip", "has an object that no hand holds: there is nothing to transfer",
+                  "Fit the object to it first ('holdfast fit')");
+    }
+    std::uint8_t all = 0;
+    for (const std::uint8_t bits : holding) all |= bits;
+    RequireHands(*from_.model, all);
+    return holding;
+  }
+
+  Isometry3d WristFromObject(HandState& state, int t) const {
+    state.SetBody(clip_.pose[static_cast<std::size_t>(t)], clip_.trans.col(t));
+    return state.WorldFromWrist().inverse() * clip_.object->Pose(t);
+  }
+
+  // The grasp of the frame in which the hand has most contacts, of a few.
+  void CarryHold(TransferredHold& hold) {
+    constexpr int kLooks = 9;
+    const HandModel& hand = hands_.from_hands[IndexOf(hold.side)];
+    HandState state(hand);
+    int most = -1;
+    HandOnObject held;
+    Vector3d up = Vector3d::UnitZ();
+    for (int k = 0; k < kLooks; ++k) {
+      const int t = hold.begin + (hold.end - 1 - hold.begin) * k / (kLooks - 1);
+      const Isometry3d wrist_from_object = WristFromObject(state, t);
+      const FingerPose fingers = FingersOf(clip_.pose[static_cast<std::size_t>(t)], hold.side);
+      state.Evaluate(fingers, false);
+      const Eigen::Matrix3Xd in_object = clip_.object->Pose(t).inverse() * state.Vertices();
+      int contacts = 0;
+      for (Eigen::Index i = 0; i < in_object.cols(); ++i) {
+        contacts += from_object_.fit.distance->Linear(in_object.col(i)) < options_.grasp.touch_m;
+      }
+      if (contacts <= most) continue;
+      most = contacts;
+      hold.frame = t;
+      held = {fingers, wrist_from_object};
+      up = state.WristRotation().transpose() * Vector3d::UnitZ();
+    }
+    std::unique_ptr<const GraspCarrier>& carrier = carriers_[IndexOf(hold.side)];
+    if (!carrier) {
+      carrier = std::make_unique<const GraspCarrier>(
+          *hands_.carrying[IndexOf(hold.side)], from_object_, to_object_, map_, options_.grasp);
+    }
+    hold.grasp = carrier->Carry(held, up);
+  }
+
+  // The object goes where the wrist of its hold takes it; between holds as it did, seen from the
+  // hold before.
+  void FollowWrists(Clip& moved) const {
+    for (int t = 0; t < moved.NumFrames(); ++t) {
+      moved.object->SetPose(t, clip_.object->Pose(t) * map_.InPlace().inverse());
+    }
+    for (const TransferredHold& hold : report_.holds) {
+      HandState state(hands_.to_hands[IndexOf(hold.side)]);
+      for (int t = hold.begin; t < hold.end; ++t) {
+        state.SetBody(moved.pose[static_cast<std::size_t>(t)], moved.trans.col(t));
+        moved.object->SetPose(t, state.WorldFromWrist() * hold.grasp.hold.wrist_from_object);
+      }
+    }
+  }
+
+  // The second object goes the first one's way, and wrists come to it.
+  void FollowObject(Clip& moved) {
+    std::vector<WristPath> paths;
+    for (int t = 0; t < moved.NumFrames(); ++t) {
+      moved.object->SetPose(t, clip_.object->Pose(t) * map_.InPlace().inverse());
+    }
+    for (const TransferredHold& hold : report_.holds) {
+      WristPath path{hold.side, hold.begin, hold.end, {}};
+      for (int t = hold.begin; t < hold.end; ++t) {
+        path.wrist.push_back(moved.object->Pose(t) * hold.grasp.hold.wrist_from_object.inverse());
+      }
+      paths.push_back(std::move(path));
+    }
+    report_.arms = BringWrists(to_, paths, options_.blend_s, moved);
+  }
+
+  void Tell(bool alone, bool same_body) {
+    const SurfaceMapReport& map = map_.Report();
+    if (!map.alike) {
+      report_.warnings.push_back(
+          fmt::format("{} is hardly of {}'s kind: the map stretches up to {:.1f} times, leaves "
+                      "{:.1f} mm between "
+                      "the surfaces and misses parts by {:.1f} mm",
+                      to_object_.object.name, from_object_.object.name, map.stretch_most,
+                      map.residual_mm, map.missed_mm));
+    }
+    for (const TransferredHold& hold : report_.holds) {
+      const CarriedGrasp& grasp = hold.grasp;
+      if (grasp.clean && !grasp.searched) continue;
+      report_.warnings.push_back(fmt::format(
+          "frames {}-{}: the {} hand can't keep its contacts ({}): {}", hold.begin, hold.end - 1,
+          SideName(hold.side), grasp.refused,
+          grasp.searched
+              ? fmt::format("a new grasp near them was taken, {:.0f} mm and {:.0f} deg off",
+                            1e3 * grasp.wrist_shift_m, grasp.wrist_turn_rad / kDegree)
+              : "no clean grasp was found near them, and it goes on with this one"));
+    }
+    if (alone && !same_body && !report_.kept_wrists) {
+      report_.warnings.push_back(
+          "the object keeps its way through the world, whatever the person's size; --keep wrists "
+          "lets it go with the body");
+    }
+    if (report_.arms.shortfall_m > 0.005) {
+      report_.warnings.push_back(
+          fmt::format("arms are too short by up to {:.0f} mm: the hand leaves its path by that",
+                      1e3 * report_.arms.shortfall_m));
+    }
+  }
+
+  const Clip& clip_;
+  const ClipBody &from_, &to_;
+  const PreparedObject &from_object_, &to_object_;
+  const SurfaceMap& map_;
+  const TransferHands& hands_;
+  TransferOptions options_;
+  TransferReport& report_;
+  std::vector<std::unique_ptr<const GraspCarrier>> carriers_;  // right, left
+};
+
+// Hands come and go without sweeping through the object, and all is measured again.
+void ClearWays(const Clip& prepared, const TransferHands& hands, const PreparedObject& object,
+               const TransferOptions& options, TransferReport& report) {
+  std::vector<const HandModel*> holding;
+  for (const HandModel& hand : hands.to_hands) {
+    if ((report.carried.held_by & HoldingBit(hand.HandSide())) != 0) holding.push_back(&hand);
+  }
+  ClearPassages(prepared, holding, *object.fit.distance, options.carry.fit.release_s,
+                report.carried.clip);
+  ContactProtocol protocol = options.carry.protocol;
+  protocol.threads = options.carry.threads;
+  report.carried.contact = ScoreContact(MeasureHands(
+      report.carried.clip, holding, report.carried.holding.hands, object.solid, protocol));
+}
+
+}  // namespace
+
+TransferHands::TransferHands(const ClipBody& from, const ClipBody& to) {
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    from_hands.emplace_back(from.model, from.betas, side);
+    to_hands.emplace_back(to.model, to.betas, side);
+  }
+  for (std::size_t h = 0; h < 2; ++h) {
+    const bool there = from_hands[h].NumVertices() > 0 && to_hands[h].NumVertices() > 0;
+    carrying.push_back(there ? std::make_unique<const CarryingHand>(from_hands[h], to_hands[h])
+                             : nullptr);
+  }
+}
+
+Clip PrepareTransfer(const Clip& clip, const ClipBody& from, const PreparedObject& from_object,
+                     const ClipBody& to, const PreparedObject& to_object, const SurfaceMap& map,
+                     const TransferHands& hands, const TransferOptions& options,
+                     TransferReport& report, const Clip* onto,
+                     std::vector<std::unique_ptr<const GraspCarrier>>* carriers) {
+  if (!clip.object) {
+    throw Error("the clip", "has no object: there is nothing to transfer",
+                "Fit one to it first ('holdfast fit')");
+  }
+  Transferer transferer(clip, from, from_object, to, to_object, map, hands, options, report);
+  Clip prepared = transferer.Prepare(onto);
+  if (carriers != nullptr) *carriers = transferer.TakeCarriers();
+  return prepared;
+}
+
+TransferReport TransferClip(const Clip& clip, const ClipBody& from,
+                            const PreparedObject& from_object, const ClipBody& to,
+                            const PreparedObject& to_object, const SurfaceMap& map,
+                            const TransferOptions& options, const StagedProgress& progress) {
+  TransferReport report;
+  const TransferHands hands(from, to);
+  const Clip prepared =
+      PrepareTransfer(clip, from, from_object, to, to_object, map, hands, options, report);
+  if (progress && !progress("carry", 1, 1)) return report;
+  CarryOptions carry = options.carry;
+  carry.grasp = GraspSource::kClips;
+  carry.hands = CarryHands::kAuto;
+  report.carried = CarryObject(prepared, to, to_object, carry, progress);
+  const bool comes_or_goes = std::ranges::any_of(report.holds, [&](const TransferredHold& hold) {
+    return hold.begin > 0 || hold.end < prepared.NumFrames();
+  });
+  if (report.carried.status == CarryStatus::kCarried && comes_or_goes) {
+    ClearWays(prepared, hands, to_object, options, report);
+  }
+  return report;
+}
+
+}  // namespace holdfast

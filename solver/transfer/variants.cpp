@@ -1,0 +1,513 @@
+// SPDX-License-Identifier: MIT
+#include "solver/transfer/variants.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "geometry/body/own_body.h"
+#include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/parallel.h"
+#include "geometry/rotation.h"
+#include "geometry/seed.h"
+#include "solver/fit/clip_state.h"
+#include "solver/grasp/grasp_assessment.h"
+#include "solver/handover/holds.h"
+#include "solver/transfer/transfer.h"
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Isometry3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+using nlohmann::json;
+
+constexpr const char* kManifest = "manifest.jsonl";
+constexpr int kBlock = 64;  // tries between two looks at the manifest
+
+// Numbers in [0, 1) that are the same with every standard library.
+class Draws {
+ public:
+  Draws(std::uint64_t seed, std::uint64_t index) : state_(MixSeed(seed, index)) {}
+  double Share() {
+    state_ += kSplitMixStep;
+    return static_cast<double>(SplitMix64(state_) >> 11) * 0x1.0p-53;
+  }
+  double Between(double low, double high) { return low + (high - low) * Share(); }
+  double Normal() {  // Box & Muller 1958
+    const double radius = std::sqrt(-2.0 * std::log(1.0 - Share()));
+    return radius * std::cos(2.0 * std::numbers::pi * Share());
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+// An object's shape, shared by several tries.
+struct Shape {
+  Vector3d scale = Vector3d::Ones();
+  std::shared_ptr<const PreparedObject> object;
+  std::shared_ptr<const SurfaceMap> map;
+};
+
+// What a try came to.
+struct Attempt {
+  json line;
+  bool kept = false;
+  Clip clip;
+  int shape = 0;
+  bool mirrored = false;
+};
+
+std::uint64_t Stream(const VariantOptions& options, int kind) {
+  return MixSeed(options.seed, static_cast<std::uint64_t>(kind));
+}
+
+json HeadOf(const Clip& clip, const PreparedObject& object, const VariantOptions& options) {
+  return {{"schema", "holdfast/variants/1"},    {"seed", options.seed},
+          {"frames", clip.NumFrames()},         {"frame_rate", clip.frame_rate},
+          {"object", object.object.name},       {"scale", {options.scale_low, options.scale_high}},
+          {"axis_spread", options.axis_spread}, {"betas_sigma", options.betas_sigma},
+          {"yaw_rad", options.yaw_rad},         {"place_m", options.place_m},
+          {"mirrored", options.mirrored},       {"per_shape", options.per_shape},
+          {"bodies", options.bodies},           {"max_depth_mm", options.max_depth_mm},
+          {"max_body_mm", options.max_body_mm}, {"touch_mm", options.touch_mm}};
+}
+
+void Check(const VariantOptions& options) {
+  const auto fault = [](const char* what, const char* remedy) {
+    throw Error("variants", what, remedy);
+  };
+  if (options.count < 1 || options.count > 1'000'000)
+    fault("count is out of range", "Ask for 1 to 1000000");
+  if (!(options.scale_low > 0.05) || !(options.scale_high < 20.0) ||
+      !(options.scale_low <= options.scale_high)) {
+    fault("the range of scales is none", "Give a lower and an upper one, between 0.05 and 20");
+  }
+  if (!(options.axis_spread >= 0.0 && options.axis_spread < 0.5)) {
+    fault("the spread of axes is out of range", "Give a share between 0 and 0.5");
+  }
+  if (!(options.mirrored >= 0.0 && options.mirrored <= 1.0)) {
+    fault("the share of mirrored ones is out of range", "Give a share between 0 and 1");
+  }
+}
+
+// Tries that a manifest has, and how many lines of it are whole.
+struct Before {
+  int tried = 0, kept = 0;
+  std::string text;
+  std::map<std::string, int> refused;
+};
+
+Before ReadManifest(const fs::path& path, const json& head, const fs::path& folder) {
+  Before before;
+  if (!fs::exists(path)) {
+    if (fs::exists(folder) && !fs::is_empty(folder)) {
+      throw Error(folder.string(), "is not a folder of variants: nothing is written there",
+                  "Choose another name");
+    }
+    return before;
+  }
+  std::istringstream text(ReadFile(path));
+  bool first = true;
+  for (std::string line; std::getline(text, line);) {
+    const json entry = json::parse(line, nullptr, false);
+    if (entry.is_discarded() || !entry.is_object()) break;  // it was stopped while it wrote
+    if (first && entry != head) {
+      throw Error(folder.string(), "holds variants of another clip, options or seed",
+                  "Choose another folder");
+    }
+    if (!first) {
+      if (entry.value("variant", -1) != before.tried) break;
+      ++before.tried;
+      before.kept += entry.value("kept", false);
+      if (!entry.value("kept", false)) ++before.refused[entry.value("why", "")];
+    }
+    first = false;
+    before.text += line + "\n";
+  }
+  return before;
+}
+
+// All that variants of one demonstration share.
+class VariantMaker {
+ public:
+  VariantMaker(const Clip& clip, const ClipBody& body, const PreparedObject& object,
+               const VariantOptions& options)
+      : clip_(clip), body_(body), object_(object), options_(options) {
+    if (body.model->LoneHand()) options_.bodies = 1;
+    PrepareBodies();
+  }
+
+  // The shapes and persons of tries [begin, end), prepared by several threads.
+  void Prepare(int begin, int end) {
+    const int first = begin / options_.per_shape, last = (end - 1) / options_.per_shape;
+    if (static_cast<int>(shapes_.size()) <= last)
+      shapes_.resize(static_cast<std::size_t>(last) + 1);
+    ParallelFor(last - first + 1, options_.threads, [&](int k) {
+      Shape& shape = shapes_[static_cast<std::size_t>(first + k)];
+      if (!shape.object) shape = MakeShape(first + k);
+    });
+  }
+  // What tries before `begin` used is let go.
+  void Forget(int begin) {
+    for (int k = 0; k < begin / options_.per_shape; ++k) shapes_[static_cast<std::size_t>(k)] = {};
+  }
+
+  Attempt Try(int index) const;
+
+  const Shape& ShapeOf(int shape) const { return shapes_[static_cast<std::size_t>(shape)]; }
+
+ private:
+  struct Person {
+    ClipBody body;
+    std::unique_ptr<const TransferHands> hands;
+    std::unique_ptr<const BodySurface> skin;
+    std::unique_ptr<const OwnBody> obstacle;  // without the arms that hold
+    Clip onto;
+  };
+
+  void PrepareBodies() {
+    people_.resize(static_cast<std::size_t>(options_.bodies));
+    ParallelFor(options_.bodies, options_.threads, [&](int k) {
+      Person& person = people_[static_cast<std::size_t>(k)];
+      person.body = body_;
+      if (k > 0 && !body_.model->IsSubject() && body_.model->NumShape() > 0) {
+        Draws draws(Stream(options_, 1), static_cast<std::uint64_t>(k));
+        const int shown = std::min(2, body_.model->NumShape());
+        Eigen::VectorXd betas = body_.betas;
+        if (betas.size() < shown) betas.conservativeResizeLike(Eigen::VectorXd::Zero(shown));
+        for (int b = 0; b < shown; ++b) {
+          betas(b) += options_.betas_sigma * std::clamp(draws.Normal(), -2.5, 2.5);
+        }
+        person.body.betas = betas;
+      }
+      person.hands = std::make_unique<const TransferHands>(body_, person.body);
+      person.onto = k == 0 ? clip_ : OntoOtherBody(clip_, body_, person.body);
+      std::uint8_t held_by = 0;
+      for (const std::uint8_t bits : clip_.holding_hand) held_by |= bits;
+      person.skin = std::make_unique<const BodySurface>(person.body.model, person.body.betas);
+      if (!body_.model->LoneHand()) {
+        person.obstacle = std::make_unique<const OwnBody>(*person.skin, held_by);
+      }
+    });
+  }
+
+  Shape MakeShape(int index) const {
+    Draws draws(Stream(options_, 2), static_cast<std::uint64_t>(index));
+    Shape shape;
+    const double uniform =
+        std::exp(draws.Between(std::log(options_.scale_low), std::log(options_.scale_high)));
+    for (int axis = 0; axis < 3; ++axis) {
+      shape.scale(axis) =
+          uniform * (1.0 + draws.Between(-options_.axis_spread, options_.axis_spread));
+    }
+    // As PrepareObject does, but simplified and sampled once for all shapes.
+    LoadedObject scaled = object_.object;
+    scaled.mesh.vertices = shape.scale.asDiagonal() * scaled.mesh.vertices;
+    Solid solid(scaled.mesh);
+    TriangleMesh simplified = object_.simplified;
+    simplified.vertices = shape.scale.asDiagonal() * simplified.vertices;
+    FitObject fit;
+    fit.vertices = simplified.vertices;
+    fit.surface = shape.scale.asDiagonal() * object_.fit.surface;
+    fit.distance = std::make_shared<const DistanceGrid>(solid.distance);
+    shape.object = std::make_shared<const PreparedObject>(PreparedObject{
+        std::move(scaled), std::move(solid), std::move(simplified), std::move(fit), {}});
+    shape.map =
+        std::make_shared<const SurfaceMap>(SurfaceMap::Scaled(object_.object.mesh, shape.scale));
+    return shape;
+  }
+
+  const Clip& clip_;
+  const ClipBody& body_;
+  const PreparedObject& object_;
+  VariantOptions options_;
+  std::vector<Shape> shapes_;
+  std::vector<Person> people_;
+};
+
+// Depth both ways and contact of a hold, frame after frame. Where skin near the object is where it
+// was in a frame that was measured, the object in the hand is not measured anew.
+struct HoldMeasure {
+  double deepest_mm = 0.0;
+  int frames = 0, touching = 0;
+};
+
+HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspCarrier& carrier,
+                        const PreparedObject& object, const TransferredHold& hold, double touch_m) {
+  constexpr double kNear_m = 0.03, kSame_m = 0.00005;
+  HoldMeasure measure;
+  HandState state(hand.to);
+  Matrix3Xd measured, skin;
+  std::vector<int> near;
+  for (int t = hold.begin; t < hold.end; ++t) {
+    const auto frame = static_cast<std::size_t>(t);
+    state.SetBody(clip.pose[frame], clip.trans.col(t));
+    state.Evaluate(FingersOf(clip.pose[frame], hold.side), false);
+    const Matrix3Xd vertices = clip.object->Pose(t).inverse() * state.Vertices();
+    ++measure.frames;
+    double moved = measured.cols() == 0 ? 1.0 : 0.0;
+    for (const int i : near) moved = std::max(moved, (vertices.col(i) - measured.col(i)).norm());
+    if (moved < kSame_m) {
+      ++measure.touching;
+      continue;
+    }
+    SkinPositions(hand.anatomy.landmarks, vertices, skin);
+    const Eigen::VectorXd distance = SkinDistances(hand.anatomy.landmarks, *object.fit.distance,
+                                                   Isometry3d::Identity(), skin, kNear_m);
+    measure.touching += distance.minCoeff() < touch_m;
+    measure.deepest_mm = std::max({measure.deepest_mm, -1e3 * distance.minCoeff(),
+                                   1e3 * carrier.ObjectInHand(vertices, Isometry3d::Identity())});
+    measured = vertices;
+    near.clear();
+    for (Eigen::Index i = 0; i < vertices.cols(); ++i) {
+      if (distance(i) < kNear_m) near.push_back(static_cast<int>(i));
+    }
+  }
+  return measure;
+}
+
+// How deep the object is in the person's body, of some frames.
+double DepthInBody(const Clip& clip, const BodySurface& skin, const OwnBody& obstacle,
+                   const PreparedObject& object) {
+  constexpr int kFrames = 10;
+  double deepest = 0.0;
+  BodyState state;
+  for (int k = 0; k < std::min(kFrames, clip.NumFrames()); ++k) {
+    const int t = static_cast<int>((clip.NumFrames() - 1.0) * k / (kFrames - 1));
+    if (clip.holding_hand[static_cast<std::size_t>(t)] == 0) continue;
+    Forward(skin, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
+    const Matrix3Xd points = clip.object->Pose(t) * object.fit.vertices;
+    const OwnBody::Posed posed(obstacle, state.vertices, points.rowwise().minCoeff(),
+                               points.rowwise().maxCoeff(), 0.03);
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      if (const auto touch = posed.Query(points.col(i))) deepest = std::max(deepest, touch->depth);
+    }
+  }
+  return deepest;
+}
+
+// The scene turned about the vertical and put elsewhere.
+void MoveScene(double yaw_rad, const Eigen::Vector2d& shift, const Vector3d& root, Clip& clip) {
+  const Eigen::Matrix3d turn = ExpSO3(Vector3d(0.0, 0.0, yaw_rad));
+  const Vector3d way(shift.x(), shift.y(), 0.0);
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    JointPose& pose = clip.pose[static_cast<std::size_t>(t)];
+    const Vector3d before = t == 0 ? Vector3d::Zero().eval()
+                                   : Vector3d(clip.pose[static_cast<std::size_t>(t) - 1].col(0));
+    pose.col(0) = UnwrapAxisAngle(LogSO3(turn * ExpSO3(Vector3d(pose.col(0)))), before);
+    clip.trans.col(t) = turn * (root + clip.trans.col(t)) - root + way;
+    const Isometry3d object = clip.object->Pose(t);
+    clip.object->SetPose(t,
+                         RigidTransform(turn * object.linear(), turn * object.translation() + way));
+  }
+}
+
+Attempt VariantMaker::Try(int index) const {
+  Draws draws(Stream(options_, 3), static_cast<std::uint64_t>(index));
+  Attempt attempt;
+  attempt.shape = index / options_.per_shape;
+  const Shape& shape = ShapeOf(attempt.shape);
+  const auto who = static_cast<std::size_t>(draws.Share() * options_.bodies);
+  const Person& person = people_[who];
+  attempt.mirrored = draws.Share() < options_.mirrored && !body_.model->LoneHand();
+  const double yaw = draws.Between(-options_.yaw_rad, options_.yaw_rad);
+  const Eigen::Vector2d shift(draws.Between(-options_.place_m, options_.place_m),
+                              draws.Between(-options_.place_m, options_.place_m));
+  TransferOptions transfer;
+  transfer.grasp.search = false;
+  transfer.carry.seed = options_.seed;
+  // What one hand holds all along has no place in the world to keep.
+  const std::uint8_t first = clip_.holding_hand.front();
+  const bool alone =
+      first != (kHoldsRight | kHoldsLeft) &&
+      std::ranges::all_of(clip_.holding_hand, [&](std::uint8_t bits) { return bits == first; });
+  transfer.keeps = alone ? TransferKeeps::kWrists : TransferKeeps::kObject;
+  TransferReport report;
+  std::vector<std::unique_ptr<const GraspCarrier>> carriers;
+  attempt.clip = PrepareTransfer(clip_, body_, object_, person.body, *shape.object, *shape.map,
+                                 *person.hands, transfer, report, &person.onto, &carriers);
+  std::string why;
+  HoldMeasure worst;
+  for (const TransferredHold& hold : report.holds) {
+    if (why.empty() && !hold.grasp.clean) why = "grasp";
+  }
+  if (why.empty() && report.arms.shortfall_m > 0.002) why = "reach";
+  if (why.empty()) {
+    for (const TransferredHold& hold : report.holds) {
+      const std::size_t h = hold.side == Side::kRight ? 0 : 1;
+      const HoldMeasure measure =
+          MeasureHold(attempt.clip, *person.hands->carrying[h], *carriers[h], *shape.object, hold,
+                      1e-3 * options_.touch_mm);
+      worst.deepest_mm = std::max(worst.deepest_mm, measure.deepest_mm);
+      worst.frames += measure.frames;
+      worst.touching += measure.touching;
+    }
+    if (worst.deepest_mm > options_.max_depth_mm) why = "depth";
+    if (why.empty() && worst.touching < worst.frames) why = "contact";
+    if (why.empty() && person.obstacle &&
+        1e3 * DepthInBody(attempt.clip, *person.skin, *person.obstacle, *shape.object) >
+            options_.max_body_mm) {
+      why = "body";
+    }
+  }
+  attempt.kept = why.empty();
+  const Matrix3Xd& rest = person.skin->RestJoints();
+  if (attempt.kept) {
+    if (attempt.mirrored) attempt.clip = MirrorClip(attempt.clip, rest);
+    MoveScene(yaw, shift, rest.col(0), attempt.clip);
+    attempt.clip.object->mesh =
+        fmt::format("object_{:03d}{}.ply", attempt.shape, attempt.mirrored ? "_m" : "");
+  }
+  attempt.line = {
+      {"variant", index},
+      {"kept", attempt.kept},
+      {"scale", {shape.scale.x(), shape.scale.y(), shape.scale.z()}},
+      {"betas", std::vector<double>(person.body.betas.begin(), person.body.betas.end())},
+      {"mirrored", attempt.mirrored},
+      {"yaw_rad", yaw},
+      {"shift_m", {shift.x(), shift.y()}}};
+  if (attempt.kept) {
+    attempt.line["file"] = fmt::format("v{:05d}.npz", index);
+    attempt.line["object"] = attempt.clip.object->mesh;
+    attempt.line["deepest_mm"] = worst.deepest_mm;
+    attempt.line["in_contact_ratio"] = static_cast<double>(worst.touching) / worst.frames;
+    attempt.line["contacts_off_mm"] = report.holds.front().grasp.contact_off_mm;
+  } else {
+    attempt.line["why"] = why;
+    if (why == "grasp") {
+      for (const TransferredHold& hold : report.holds) {
+        if (!hold.grasp.clean) attempt.line["grasp"] = hold.grasp.refused;
+      }
+    }
+    attempt.clip = {};
+  }
+  return attempt;
+}
+
+TriangleMesh Mirrored(TriangleMesh mesh) {
+  mesh.vertices.row(0) *= -1.0;
+  mesh.faces.row(1).swap(mesh.faces.row(2));
+  return mesh;
+}
+
+}  // namespace
+
+Clip MirrorClip(const Clip& clip, const Eigen::Matrix3Xd& rest_joints) {
+  Clip mirrored = clip;
+  const Vector3d root = rest_joints.col(0);
+  const auto flip = [](const Vector3d& v) { return Vector3d(-v.x(), v.y(), v.z()); };
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    const auto frame = static_cast<std::size_t>(t);
+    mirrored.pose[frame] = MirrorPose(clip.pose[frame]);
+    mirrored.trans.col(t) = flip(root + clip.trans.col(t)) - root;
+    if (!mirrored.object) continue;
+    mirrored.object->trans.col(t) = flip(clip.object->trans.col(t));
+    const Vector3d turn = clip.object->orient.col(t);
+    mirrored.object->orient.col(t) = Vector3d(turn.x(), -turn.y(), -turn.z());
+  }
+  for (std::uint8_t& bits : mirrored.holding_hand) {
+    bits = static_cast<std::uint8_t>(((bits & kHoldsRight) != 0 ? kHoldsLeft : 0) |
+                                     ((bits & kHoldsLeft) != 0 ? kHoldsRight : 0));
+  }
+  return mirrored;
+}
+
+VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const PreparedObject& object,
+                           const fs::path& folder, const VariantOptions& options,
+                           const StagedProgress& progress) {
+  Check(options);
+  if (!clip.object) {
+    throw Error("the clip", "has no object: there is nothing to make variants of",
+                "Fit one to it first ('holdfast fit')");
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const json head = HeadOf(clip, object, options);
+  Before before = ReadManifest(folder / kManifest, head, folder);
+  if (before.text.empty()) before.text = head.dump() + "\n";
+  VariantReport report;
+  report.tried = report.had = before.tried;
+  report.kept = before.kept;
+  std::map<std::string, int> refused = std::move(before.refused);
+  fs::create_directories(folder);
+  WriteAtomically(folder / kManifest, before.text);
+  std::ofstream manifest(folder / kManifest, std::ios::app);
+
+  Clip labelled = clip;
+  if (labelled.holding_hand.empty()) {  // found once for all
+    const HandModel right(body.model, body.betas, Side::kRight),
+        left(body.model, body.betas, Side::kLeft);
+    HoldOptions search;
+    search.threads = options.threads;
+    labelled.holding_hand = FindHolds(clip, right, left, *object.fit.distance, search).hands;
+  }
+  VariantMaker maker(labelled, body, object, options);
+  const int most = options.most_tries_each * options.count;
+  bool stopped = false;
+  while (report.kept < options.count && report.tried < most && !stopped) {
+    const int first = report.tried, last = std::min(first + kBlock, most);
+    maker.Prepare(first, last);
+    std::vector<Attempt> attempts(static_cast<std::size_t>(last - first));
+    std::mutex lock;
+    std::atomic<int> kept = report.kept;
+    std::atomic<bool> stop = false;
+    ParallelFor(last - first, options.threads, [&](int k) {
+      if (stop) return;
+      Attempt& attempt = attempts[static_cast<std::size_t>(k)];
+      attempt = maker.Try(first + k);
+      if (attempt.kept) {
+        WriteClip(attempt.clip, folder / attempt.line["file"].get<std::string>());
+        attempt.clip = {};
+        ++kept;
+      }
+      if (!progress) return;
+      const std::lock_guard guard(lock);
+      if (!progress("variants", std::min<int>(kept, options.count), options.count)) stop = true;
+    });
+    stopped = stop;
+    if (stopped) break;
+    // In order, and no more than were asked for.
+    for (const Attempt& attempt : attempts) {
+      if (report.kept == options.count) {
+        if (attempt.kept) fs::remove(folder / attempt.line["file"].get<std::string>());
+        continue;
+      }
+      ++report.tried;
+      if (attempt.kept) {
+        ++report.kept;
+        const fs::path mesh = folder / attempt.line["object"].get<std::string>();
+        const TriangleMesh& surface = maker.ShapeOf(attempt.shape).object->object.mesh;
+        if (!fs::exists(mesh)) WriteMesh(attempt.mirrored ? Mirrored(surface) : surface, mesh);
+      } else {
+        ++refused[attempt.line["why"].get<std::string>()];
+      }
+      manifest << attempt.line.dump() << '\n';
+    }
+    manifest.flush();
+    maker.Forget(report.tried);
+  }
+  report.complete = !stopped;
+  report.refused = refused;
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return report;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,146 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Transfers of one demonstration to other objects of the kind, and to scales, as a table and pictures.
+
+    tests/evaluation/transfers.py OUT [--holdfast PROGRAM] [--data FOLDER] [--clip CLIP] [--pictures] [JOB ...]
+
+Ten pairs (embedded objects, objects bent by `shape` below, YCB of FOLDER/objects) and six objects at
+seven scales from 0.7 to 1.4. Each first object is fitted to CLIP once, with `holdfast fit`. Writes
+OUT/JOB of each, OUT/table.csv, and prints the table. JOB: some of them alone, such as mug_025_mug.
+"""
+import argparse
+import csv
+import json
+import pathlib
+import struct
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PAIRS = [("mug", "025_mug"), ("mug", "mug_cone"), ("mug", "mug_slim"), ("bottle", "bottle_belly"),
+         ("005_tomato_soup_can", "002_master_chef_can"), ("005_tomato_soup_can", "007_tuna_fish_can"),
+         ("004_sugar_box", "003_cracker_box"), ("004_sugar_box", "008_pudding_box"),
+         ("banana", "011_banana"), ("wineglass", "wineglass_wide")]
+SCALED = ["mug", "bottle", "005_tomato_soup_can", "004_sugar_box", "banana", "apple"]
+SCALES = [0.7, 0.8, 0.9, 1.1, 1.2, 1.3, 1.4]
+COLUMNS = ["job", "frames", "held_frames", "deeper_than_2_mm", "deepest_mm", "in_contact_ratio", "searched",
+           "clean", "contacts_off_mm", "stretch_p95", "residual_mm"]
+
+
+def read_ply(path):
+    """Vertices and triangles of a binary little-endian PLY as `holdfast` writes it."""
+    data = pathlib.Path(path).read_bytes()
+    end = data.index(b"end_header\n") + len(b"end_header\n")
+    header = data[:end].decode().splitlines()
+    counts = {line.split()[1]: int(line.split()[2]) for line in header if line.startswith("element")}
+    vertices = [struct.unpack_from("<3f", data, end + 12 * i) for i in range(counts["vertex"])]
+    at, faces = end + 12 * counts["vertex"], []
+    size = {"uchar": 1, "uint8": 1}.get(next(l.split()[2] for l in header if l.startswith("property list")), 4)
+    for _ in range(counts["face"]):
+        faces.append(struct.unpack_from("<3i", data, at + size))
+        at += size + 12
+    return vertices, faces
+
+
+def shape(kind):
+    """A bend of an object that stands on z = 0: what it does to a point, given the height."""
+    def cone(x, y, z, h):
+        s = 0.82 + 0.36 * z / h
+        return x * s, y * s, 0.95 * z
+    def slim(x, y, z, h):
+        return 0.88 * x, 0.88 * y, 1.25 * z
+    def belly(x, y, z, h):
+        u = z / h
+        s = 1.0 + 0.5 * max(0.0, u * (0.7 - u)) * 2.0
+        return x * s, y * s, 1.05 * z
+    def wide(x, y, z, h):
+        s = 1.0 + 0.25 * max(0.0, z / h - 0.35)
+        return x * s, y * s, 0.9 * z
+    return {"cone": cone, "slim": slim, "belly": belly, "wide": wide}[kind]
+
+
+def run(command):
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    if done.returncode:
+        print(*command, done.stderr, sep="\n", file=sys.stderr)
+    return done
+
+
+def source_of(name, args):
+    scan = args.data / "objects" / f"{name}.obj"
+    return scan if scan.exists() else name
+
+
+def fitted(name, args):
+    """The clip with this object held, fitted once."""
+    out = args.out / f"held_{name}"
+    if not out.exists():
+        run([args.holdfast, "fit", args.clip, source_of(name, args), "-o", out, "-q", "--no-report", "--threads", args.threads])
+    return out
+
+
+def target(name, args):
+    base, _, kind = name.rpartition("_")
+    if kind not in ("cone", "slim", "belly", "wide"):
+        return source_of(name, args)
+    path = args.out / f"{name}.obj"
+    if not path.exists():
+        vertices, faces = read_ply(fitted(base, args) / "object.ply")
+        height = max(v[2] for v in vertices)
+        bent = [shape(kind)(*v, height) for v in vertices]
+        path.write_text("".join(f"v {x:.7f} {y:.7f} {z:.7f}\n" for x, y, z in bent) +
+                        "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in faces))
+    return path
+
+
+def transfer(job, source, extra, args):
+    out = args.out / job
+    done = run([args.holdfast, "transfer", source, "-o", out, "-f", "-q", "--json", "--no-report", "--threads", args.threads, *extra])
+    if done.returncode:
+        return {"job": job, "frames": done.stderr.strip()}
+    result = json.loads(done.stdout)
+    summary, holds = result["summary"], result["holds"]
+    if args.pictures:
+        run([args.holdfast, "render", out, "-o", args.out / f"{job}.png", "-f", "-q", "--sheet", "4x1", "--camera", "hand"])
+    frames = json.loads((out / "metrics.json").read_text())["per_frame"]
+    depth = frames["penetration_depth_mm"]
+    return {"job": job, "frames": len(depth), "held_frames": sum(h != 0 for h in frames["holding_hand"]),
+            "deeper_than_2_mm": sum(d > 2.0 for d in depth), "deepest_mm": round(max(depth), 2),
+            "in_contact_ratio": summary["frames_in_contact_ratio"],
+            "searched": any(h["searched"] for h in holds), "clean": all(h["clean"] for h in holds),
+            "contacts_off_mm": round(max(h["contacts_off_mm"] for h in holds), 1),
+            "stretch_p95": round(result["map"]["stretch_p95"], 2), "residual_mm": round(result["map"]["residual_mm"], 2)}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", type=pathlib.Path)
+    parser.add_argument("jobs", nargs="*")
+    parser.add_argument("--holdfast", default=ROOT / "build/release/apps/holdfast")
+    parser.add_argument("--data", type=pathlib.Path, default=ROOT / "../shared/data")
+    parser.add_argument("--clip", default="demo_drink")
+    parser.add_argument("--threads", default="0")
+    parser.add_argument("--pictures", action="store_true")
+    args = parser.parse_args()
+    args.out.mkdir(parents=True, exist_ok=True)
+    jobs = [(f"{a}_to_{b}", a, lambda b=b: ["--object", target(b, args)]) for a, b in PAIRS]
+    jobs += [(f"{a}_x{s}", a, lambda s=s: ["--scale", s]) for a in SCALED for s in SCALES]
+    rows = []
+    for job, first, extra in jobs:
+        if args.jobs and job not in args.jobs:
+            continue
+        rows.append(transfer(job, fitted(first, args), extra(), args))
+        print(*rows[-1].values(), flush=True)
+    with open(args.out / "table.csv", "w", newline="") as file:
+        table = csv.DictWriter(file, COLUMNS, extrasaction="ignore")
+        table.writeheader()
+        table.writerows(rows)
+    measured = [row for row in rows if "deepest_mm" in row]
+    deep = sum(row["deeper_than_2_mm"] for row in measured)
+    touching = sum(row["in_contact_ratio"] == 1.0 for row in measured)
+    print(f"{len(measured)} of {len(rows)} transferred; {deep} of {sum(r['frames'] for r in measured)} frames deeper "
+          f"than 2 mm; {touching} in contact in all held frames; {sum(r['searched'] for r in measured)} grasps anew")
+
+
+if __name__ == "__main__":
+    main()
