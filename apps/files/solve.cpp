@@ -112,8 +112,16 @@ std::string Text(const SolveCommand& options, const SolvedRecording& solved, dou
       text += fmt::format(" {}", kJointNames[static_cast<std::size_t>(joint)]);
     text += '\n';
   }
+  if (!report.never_seen.empty()) {
+    text += fmt::format("  known, but never seen: {}\n", fmt::join(report.never_seen, " "));
+  }
   if (!report.unused.empty()) {
-    text += fmt::format("  names not known, not used: {}\n", fmt::join(report.unused, " "));
+    text += "  names not known, not used:";
+    for (const UnusedMarker& marker : report.unused) {
+      text += ' ' + marker.name;
+      if (!marker.nearest.empty()) text += fmt::format(" ({}?)", marker.nearest);
+    }
+    text += '\n';
   }
   if (report.object) text += ObjectText(*report.object);
   return text + fmt::format("  solved in {:.1f} s: {:.0f} frames a second\n", 1e-3 * solve_ms,
@@ -146,8 +154,9 @@ int Solve(const SolveCommand& options) {
   progress.End();
   const double solve_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  for (const std::string& name : solved.report.unused) {
-    Detail(options.common, "unused_marker", "name not known: " + name, {{"marker", name}});
+  for (const UnusedMarker& marker : solved.report.unused) {
+    Detail(options.common, "unused_marker", "name not known: " + marker.name,
+           {{"marker", marker.name}});
   }
   if (!solved.report.converged) throw FitFailure(options.recording + ": the solve failed");
   const nlohmann::json metrics = MetricsOf(options, solved, solve_ms);

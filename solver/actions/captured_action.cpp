@@ -20,42 +20,31 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kPalmFromWrist_m = 0.08;
 constexpr double kOnHead_m = 0.1;
 constexpr double kBehindEyes_m = 0.08;
 constexpr double kStillShare = 0.1;                // of the highest speed
 constexpr double kRest_s = 0.3;                    // kept before the reach and after the return
 constexpr double kPlaced_m = 0.15, kFree_m = 0.4;  // of the palm from the face
 
-Vector3d PalmOf(Side side, const Isometry3d& wrist) {
-  return wrist.translation() + kPalmFromWrist_m * FingerDirection(side, wrist.linear());
-}
-
-// The palm of one side in all frames.
-struct PalmPath {
-  Matrix3Xd at;               // world
-  Eigen::VectorXd from_head;  // skin, metres; far where it is lower than the mouth
-  bool over_head = false;     // somewhere near it and behind the eyes
+// Of the palm of one side in all frames.
+struct OverHead {
+  Eigen::VectorXd from_skin;  // metres; far where the palm is lower than the mouth
+  bool behind_eyes = false;   // somewhere near the head
 };
 
-PalmPath PathOf(const Clip& clip, const CapturedPerson& person, const SignedDistance& head,
-                Side side) {
+OverHead OverHeadOf(const PalmTracks& tracks, const FaceMarks& face, const SignedDistance& head,
+                    Side side) {
   constexpr double kFar_m = 1.0;
-  PalmPath path;
-  path.at.resize(3, clip.NumFrames());
-  path.from_head.setConstant(clip.NumFrames(), kFar_m);
-  BodyState state;
-  for (int t = 0; t < clip.NumFrames(); ++t) {
-    ForwardJoints(person.rest_joints, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t),
-                  state);
-    path.at.col(t) = PalmOf(side, state.WorldFromJoint(WristJoint(side)));
-    const Vector3d palm = state.WorldFromJoint(kHead).inverse() * path.at.col(t);
-    if (palm.y() < person.face.mouth.y()) continue;
-    path.from_head(t) = head.Distance(palm);
-    path.over_head |=
-        path.from_head(t) < kOnHead_m && palm.z() < person.face.eyes.z() - kBehindEyes_m;
+  OverHead over;
+  const Matrix3Xd& at = tracks.Of(side);
+  over.from_skin.setConstant(at.cols(), kFar_m);
+  for (Eigen::Index t = 0; t < at.cols(); ++t) {
+    const Vector3d palm = tracks.head[static_cast<std::size_t>(t)].inverse() * Vector3d(at.col(t));
+    if (palm.y() < face.mouth.y()) continue;
+    over.from_skin(t) = head.Distance(palm);
+    over.behind_eyes |= over.from_skin(t) < kOnHead_m && palm.z() < face.eyes.z() - kBehindEyes_m;
   }
-  return path;
+  return over;
 }
 
 // The first and last frame of [0, count) for which `is` holds.
@@ -68,15 +57,10 @@ std::optional<std::pair<int, int>> Span(int count, const Is& is) {
   return std::pair(first, last);
 }
 
-void FindEnds(const Clip& clip, const PalmPath& path, CapturedAction& action) {
-  const int frames = clip.NumFrames();
-  const int half = std::max(1, static_cast<int>(std::lround(0.04 * clip.frame_rate)));
-  const int rest = static_cast<int>(std::lround(kRest_s * clip.frame_rate));
-  Eigen::VectorXd speed(frames);
-  for (int t = 0; t < frames; ++t) {
-    const int a = std::max(0, t - half), b = std::min(frames - 1, t + half);
-    speed(t) = (path.at.col(b) - path.at.col(a)).norm() / std::max(1, b - a);
-  }
+void FindEnds(const PalmTracks& tracks, CapturedAction& action) {
+  const Eigen::VectorXd speed = tracks.Speed(action.side);
+  const int frames = static_cast<int>(speed.size());
+  const int rest = static_cast<int>(std::lround(kRest_s * tracks.frame_rate));
   const double still = kStillShare * speed.maxCoeff();
   const auto moving = Span(frames, [&](int t) { return speed(t) > still; });
   action.begin = std::max(0, std::min(moving ? moving->first : 0, action.act) - rest);
@@ -86,30 +70,31 @@ void FindEnds(const Clip& clip, const PalmPath& path, CapturedAction& action) {
 }  // namespace
 
 std::optional<CapturedAction> FindCapturedAction(const Clip& clip, const CapturedPerson& person) {
-  const SignedDistance head(person.face.head);
+  const PalmTracks tracks = TrackPalms(clip, person.rest_joints);
   CapturedAction action;
-  if (const auto drink = FindDrink(clip, person.rest_joints, person.face)) {
+  if (const auto drink = FindDrink(tracks, person.face)) {
     action.action = "drink";
     action.side = drink->side;
     action.act = drink->lift;
     action.key = drink->drink;
     action.back = drink->put_down;
-    FindEnds(clip, PathOf(clip, person, head, drink->side), action);
+    FindEnds(tracks, action);
     return action;
   }
-  const std::array<PalmPath, 2> paths = {PathOf(clip, person, head, Side::kRight),
-                                         PathOf(clip, person, head, Side::kLeft)};
-  const bool right = paths[0].from_head.minCoeff() <= paths[1].from_head.minCoeff();
-  const PalmPath& path = paths[right ? 0 : 1];
-  if (!path.over_head) return std::nullopt;
-  const auto over = Span(clip.NumFrames(), [&](int t) { return path.from_head(t) < kOnHead_m; });
+  const SignedDistance head(person.face.head);
+  const std::array<OverHead, 2> both = {OverHeadOf(tracks, person.face, head, Side::kRight),
+                                        OverHeadOf(tracks, person.face, head, Side::kLeft)};
+  const bool right = both[0].from_skin.minCoeff() <= both[1].from_skin.minCoeff();
+  const OverHead& palm = both[right ? 0 : 1];
+  if (!palm.behind_eyes) return std::nullopt;
+  const auto over = Span(clip.NumFrames(), [&](int t) { return palm.from_skin(t) < kOnHead_m; });
   if (!over) return std::nullopt;
   action.action = "brush";
   action.side = right ? Side::kRight : Side::kLeft;
   action.act = over->first;
   action.key = (over->first + over->second) / 2;
   action.back = over->second + 1;
-  FindEnds(clip, path, action);
+  FindEnds(tracks, action);
   return action;
 }
 

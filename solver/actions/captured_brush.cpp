@@ -9,6 +9,7 @@
 #include "generator/body/limb_ik.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/rotation.h"
+#include "solver/carry/palms.h"
 #include "solver/fit/clip_state.h"
 
 namespace holdfast {
@@ -19,7 +20,6 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kPalmOfHand_m = 0.08;
 constexpr double kGiveWay_s = 0.6;
 constexpr double kSmooth_s = 0.1;  // of the bristles' way over the head
 constexpr double kOffSkin_m = 0.001;
@@ -83,9 +83,7 @@ class BrushServer {
     Matrix3Xd at(3, count), normal(3, count);
     for (int k = 0; k < count; ++k) {
       const Isometry3d wrist = InWorld(begin_ + k, WristJoint(side_));
-      const Vector3d palm =
-          wrist.translation() + kPalmOfHand_m * FingerDirection(side_, wrist.linear());
-      const auto near = head_.Query(InWorld(begin_ + k, kHead).inverse() * palm);
+      const auto near = head_.Query(InWorld(begin_ + k, kHead).inverse() * PalmOf(side_, wrist));
       at.col(k) = near.closest;
       normal.col(k) = near.gradient;
     }

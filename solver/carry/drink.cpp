@@ -24,11 +24,10 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kPalm_m = 0.08;  // of the palm from the wrist
 constexpr double kNearest_m = 0.25, kLeastRise_m = 0.1;
-constexpr double kOverEyes_m = 0.08;  // a palm that gets there combs hair
-constexpr double kApproach_s = 0.4;   // over which the wrist leaves the clip's for the cup
-constexpr double kUpright = 0.7;      // share of the way to the mouth over which it comes back
+constexpr double kOverEyes_m = 0.08, kFallsBehind_m = 0.04;  // of a palm that combs hair
+constexpr double kApproach_s = 0.4;  // over which the wrist leaves the clip's for the cup
+constexpr double kUpright = 0.7;     // share of the way to the mouth over which it comes back
 constexpr double kFarTilt = 50.0 * kDegree, kMostBack = 45.0 * kDegree;
 constexpr double kMostYaw = 30.0 * kDegree;
 constexpr double kLipsFrom_m = 0.12, kLipsAt_m = 0.02;  // of the rim, beyond its nearest
@@ -37,69 +36,58 @@ constexpr double kHandGives_m = 0.025, kGive = 5.0 * kDegree;  // at most; each 
 constexpr int kGives = 4;
 constexpr int kCupPoints = 250;
 
-// A hand over time, from joints.
-struct HandTrack {
-  Matrix3Xd palm;              // world
-  Eigen::VectorXd from_mouth;  // of the palm, metres
-  Eigen::VectorXd speed;       // metres a frame, smoothed
-  Eigen::VectorXd over_eyes;
-};
-
-HandTrack TrackOf(const Clip& clip, const Matrix3Xd& rest_joints, const FaceMarks& face,
-                  Side side) {
-  const int frames = clip.NumFrames();
-  HandTrack track;
-  track.palm.resize(3, frames);
-  track.from_mouth.resize(frames);
-  track.over_eyes.resize(frames);
-  track.speed = Eigen::VectorXd::Zero(frames);
-  BodyState state;
-  for (int t = 0; t < frames; ++t) {
-    ForwardJoints(rest_joints, clip.pose[t], clip.trans.col(t), state);
-    const Isometry3d wrist = state.WorldFromJoint(WristJoint(side)),
-                     head = state.WorldFromJoint(kHead);
-    track.palm.col(t) = wrist.translation() + kPalm_m * FingerDirection(side, wrist.linear());
-    track.from_mouth(t) = (track.palm.col(t) - head * face.mouth).norm();
-    track.over_eyes(t) = track.palm(2, t) - (head * face.eyes).z();
-  }
-  const int half = std::max(1, static_cast<int>(std::lround(0.04 * clip.frame_rate)));
-  for (int t = 0; t < frames; ++t) {
-    const int a = std::max(0, t - half), b = std::min(frames - 1, t + half);
-    track.speed(t) = (track.palm.col(b) - track.palm.col(a)).norm() / std::max(1, b - a);
-  }
-  return track;
-}
-
 // From `drink` in steps of `way`: down to the table, and on until the hand is slowest.
-int RestBeside(const HandTrack& track, int drink, int way, double table_height) {
-  const int last = static_cast<int>(track.speed.size()) - 1;
+int RestBeside(const Matrix3Xd& palm, const Eigen::VectorXd& speed, int drink, int way,
+               double table_height) {
+  const int last = static_cast<int>(speed.size()) - 1;
   const auto inside = [&](int t) { return t > 0 && t < last; };
   int t = drink;
-  while (inside(t) && track.palm(2, t) > table_height) t += way;
+  while (inside(t) && palm(2, t) > table_height) t += way;
   double fastest = 0.0;
-  for (int k = drink; k != t; k += way) fastest = std::max(fastest, track.speed(k));
-  while (inside(t) && track.speed(t) > 0.15 * fastest) t += way;
-  while (inside(t) && track.speed(t + way) < track.speed(t)) t += way;
+  for (int k = drink; k != t; k += way) fastest = std::max(fastest, speed(k));
+  while (inside(t) && speed(t) > 0.15 * fastest) t += way;
+  while (inside(t) && speed(t + way) < speed(t)) t += way;
   return t;
+}
+
+// Somebody who combs goes over the eyes, and from there down behind the head; who drains a cup goes
+// as high with the head laid back, and comes back the same way.
+bool CombsHair(const PalmTracks& tracks, const Matrix3Xd& palm, const FaceMarks& face) {
+  double over_eyes = -1.0, rearmost = 1e9, falls = 0.0;
+  const double top = palm.row(2).maxCoeff();
+  for (Eigen::Index t = 0; t < palm.cols(); ++t) {
+    const Isometry3d& head = tracks.head[static_cast<std::size_t>(t)];
+    over_eyes = std::max(over_eyes, palm(2, t) - (head * face.eyes).z());
+    const double ahead = palm.col(t).dot(tracks.forward);
+    if (palm(2, t) < (head * face.mouth).z() || ahead > rearmost) continue;
+    rearmost = ahead;
+    falls = top - palm(2, t);
+  }
+  return over_eyes > kOverEyes_m && falls > kFallsBehind_m;
 }
 
 }  // namespace
 
-std::optional<DrinkTimes> FindDrink(const Clip& clip, const Matrix3Xd& rest_joints,
-                                    const FaceMarks& face) {
-  std::array<HandTrack, 2> tracks = {TrackOf(clip, rest_joints, face, Side::kRight),
-                                     TrackOf(clip, rest_joints, face, Side::kLeft)};
-  const bool right = tracks[0].from_mouth.minCoeff() <= tracks[1].from_mouth.minCoeff();
-  const HandTrack& track = tracks[right ? 0 : 1];
+std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& face) {
   DrinkTimes times;
-  times.side = right ? Side::kRight : Side::kLeft;
-  const double nearest = track.from_mouth.minCoeff(&times.drink);
-  const double low = track.palm.row(2).minCoeff(), rise = track.palm(2, times.drink) - low;
-  if (nearest > kNearest_m || rise < kLeastRise_m || track.over_eyes.maxCoeff() > kOverEyes_m) {
-    return std::nullopt;
+  double nearest = 1e9;
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    for (Eigen::Index t = 0; t < tracks.Of(side).cols(); ++t) {
+      const Vector3d mouth = tracks.head[static_cast<std::size_t>(t)] * face.mouth;
+      const double away = (tracks.Of(side).col(t) - mouth).norm();
+      if (away >= nearest) continue;
+      nearest = away;
+      times.side = side;
+      times.drink = static_cast<int>(t);
+    }
   }
-  times.lift = RestBeside(track, times.drink, -1, low + 0.2 * rise);
-  times.put_down = RestBeside(track, times.drink, 1, low + 0.2 * rise);
+  if (nearest > kNearest_m) return std::nullopt;
+  const Matrix3Xd& palm = tracks.Of(times.side);
+  const double low = palm.row(2).minCoeff(), rise = palm(2, times.drink) - low;
+  if (rise < kLeastRise_m || CombsHair(tracks, palm, face)) return std::nullopt;
+  const Eigen::VectorXd speed = tracks.Speed(times.side);
+  times.lift = RestBeside(palm, speed, times.drink, -1, low + 0.2 * rise);
+  times.put_down = RestBeside(palm, speed, times.drink, 1, low + 0.2 * rise);
   return times;
 }
 
@@ -147,7 +135,7 @@ class DrinkServer {
       throw Error(cup_.object.name, "has no rim to drink from",
                   "Give a cup, glass, bottle or can that stands upright (its own z up)");
     }
-    const auto times = FindDrink(clip_, surface_.RestJoints(), face_);
+    const auto times = FindDrink(TrackPalms(clip_, surface_.RestJoints()), face_);
     if (!times) {
       throw Error("the clip", "has no hand that goes from a table to the mouth and back",
                   "Give a clip of somebody who drinks, or fit without --drink");
@@ -311,6 +299,12 @@ class DrinkServer {
       const double beyond = (edge[t] - own[t]).norm() - nearest - kLipsAt_m;
       share(t) = 1.0 - MinimumJerk(beyond / (kLipsFrom_m - kLipsAt_m));
     }
+    // Who drains a cup goes on drinking while it leaves the place of a head that is upright.
+    const auto drinks = [&](int t) { return share(t) >= 1.0; };
+    int first = times_.lift, last = times_.put_down;
+    while (first < last && !drinks(first)) ++first;
+    while (last > first && !drinks(last)) --last;
+    share.segment(first, last - first + 1).setOnes();
     const Matrix3Xd samples = CupSamples();
     const auto turn_head = [&] {
       std::vector<HeadWish> wishes(clip_.pose.size());

@@ -11,6 +11,7 @@
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_body.h"
+#include "solver/carry/palms.h"
 #include "solver/fit/prepared_object.h"
 #include "solver/grasp/grasp.h"
 #include "solver/markers/unmarked_head.h"
@@ -27,9 +28,8 @@ struct DrinkTimes {
 
 /// Finds them from the motion of both hands: the one that comes nearer to the mouth. Nothing where
 /// none comes within 25 cm of it, where it rises by less than 10 cm for that, and where it goes on
-/// above the eyes.
-std::optional<DrinkTimes> FindDrink(const Clip& clip, const Eigen::Matrix3Xd& rest_joints,
-                                    const FaceMarks& face);
+/// above the eyes and down behind the head.
+std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& face);
 
 /// Where something is drunk from in a pose: the lowest place of its rim, or, upright, that nearest
 /// to `mouth`; world, metres.

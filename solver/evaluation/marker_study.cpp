@@ -89,7 +89,7 @@ class TrialStudy {
   void Drink(const Clip& clip, MarkerTrialResult& result) const {
     const ClipBody body{model_, clip.betas};
     const BodySurface surface(model_, clip.betas);
-    if (!FindDrink(clip, surface.RestJoints(), FindFaceMarks(surface))) return;
+    if (!FindDrink(TrackPalms(clip, surface.RestJoints()), FindFaceMarks(surface))) return;
     CarryOptions carry;
     carry.drink = true;
     carry.seed = options_.seed;

@@ -149,7 +149,16 @@ std::vector<HandNumber> HandNumbers(const std::set<int>& marked) {
   return numbers;
 }
 
-// What the hand's numbers are in postures of grasping: a normal distribution.
+// Of hands that rest on a table, reach and hold, with markers on index and thumb: means of captured
+// drinking and combing. Flexion (row 0) and spread (row 1), radians.
+double UsualAngle(int row, int finger_joint) {
+  const bool thumb = finger_joint / 3 == kThumb, base = finger_joint % 3 == 0;
+  if (row == 1) return (thumb ? 17.0 : -3.0) * kDegree;
+  if (thumb) return (base ? 7.0 : 15.0) * kDegree;
+  return (base ? 26.0 : 12.0) * kDegree;
+}
+
+// What the hand's numbers are: a normal distribution about those, as wide as postures of grasping.
 struct HandPrior {
   Eigen::VectorXd mean;
   Eigen::MatrixXd root_information;
@@ -171,8 +180,12 @@ HandPrior PriorOf(const std::vector<HandNumber>& numbers, const HandAnatomy& han
     }
   }
   HandPrior prior;
-  prior.mean = h.rowwise().mean();
-  h.colwise() -= prior.mean;
+  prior.mean.resize(m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const HandNumber::Part& part = numbers[static_cast<std::size_t>(k)].parts.front();
+    prior.mean(k) = UsualAngle(part.row, part.joint) - relaxed(part.row, part.joint);
+  }
+  h.colwise() -= Eigen::VectorXd(h.rowwise().mean());
   Eigen::MatrixXd covariance = h * h.transpose() / static_cast<double>(h.cols());
   for (Eigen::Index k = 0; k < m; ++k) {
     const double sigma = numbers[static_cast<std::size_t>(k)].sigma_deg * kDegree;

@@ -90,7 +90,12 @@ nlohmann::json MarkerReportJson(const MarkerReport& report) {
   for (const SolvedMarker& marker : report.markers) {
     json["markers"].push_back(MarkerJson(marker));
   }
-  json["unused_names"] = report.unused;
+  json["unused_names"] = nlohmann::json::array();
+  json["nearest_known_names"] = nlohmann::json::object();
+  for (const UnusedMarker& marker : report.unused) {
+    json["unused_names"].push_back(marker.name);
+    if (!marker.nearest.empty()) json["nearest_known_names"][marker.name] = marker.nearest;
+  }
   json["never_seen"] = report.never_seen;
   json["unmarked_joints"] = JointNames(report.unmarked);
   AddFaultsJson(

@@ -138,6 +138,15 @@ std::vector<std::string> Fields(const std::string& line) {
   return fields;
 }
 
+// "Right_Elb.1" and "RELB1" are the same.
+std::string Plain(std::string_view name) {
+  std::string plain = Lower(name);
+  std::erase_if(plain, [](char c) { return c == '_' || c == '-' || c == '.' || c == ' '; });
+  if (plain.starts_with("right")) plain.erase(1, 4);
+  if (plain.starts_with("left")) plain.erase(1, 3);
+  return plain;
+}
+
 // The columns of a table by their head.
 struct Columns {
   int name = -1, joint = -1, vertex = -1, cluster = -1;
@@ -251,10 +260,13 @@ const MarkerSite* MarkerTable::Find(std::string_view name) const {
   return found == sites_.end() ? nullptr : &*found;
 }
 
-std::vector<std::string> MarkerTable::Names() const {
-  std::vector<std::string> names;
-  for (const MarkerSite& site : sites_) names.push_back(site.name);
-  return names;
+std::pair<const MarkerSite*, int> MarkerTable::Nearest(std::string_view name) const {
+  const std::string wanted = Plain(name);
+  const auto letters = [&](const MarkerSite& site) {
+    return EditDistance(wanted, Plain(site.name));
+  };
+  const auto nearest = std::ranges::min_element(sites_, {}, letters);
+  return {&*nearest, letters(*nearest)};
 }
 
 }  // namespace holdfast

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -48,7 +49,9 @@ class MarkerTable {
   void Add(MarkerSite site) { sites_.push_back(std::move(site)); }
   const MarkerSite* Find(std::string_view name) const;
   const std::vector<MarkerSite>& Sites() const { return sites_; }
-  std::vector<std::string> Names() const;
+  /// The site whose name is nearest to one that is not known, with the letters between them. Case,
+  /// '_', '-', '.' and blanks do not count, "right" and "left" are R and L. The table is not empty.
+  std::pair<const MarkerSite*, int> Nearest(std::string_view name) const;
 
  private:
   std::vector<MarkerSite> sites_;

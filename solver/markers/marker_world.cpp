@@ -60,8 +60,14 @@ Eigen::Vector3d Mean(const std::vector<Eigen::Vector3d>& points) {
   return sum / static_cast<double>(points.size());
 }
 
-// The rotation that takes that body to the markers; nothing where they are too few.
-std::optional<Eigen::Matrix3d> BodyRotation(const Pairs& pairs) {
+// How that body fits the markers.
+struct BodyFit {
+  Eigen::Matrix3d rotation;  // body to recording
+  double thickness;          // of the sum of products, against its length; negative: mirrored
+};
+
+// Nothing where the markers are too few.
+std::optional<BodyFit> FitBody(const Pairs& pairs) {
   if (pairs.rest.size() < 3) return std::nullopt;
   const Eigen::Vector3d rest = Mean(pairs.rest), seen = Mean(pairs.seen);
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -72,7 +78,8 @@ std::optional<Eigen::Matrix3d> BodyRotation(const Pairs& pairs) {
                                                                Eigen::EigenvaluesOnly);
   const Eigen::Vector3d size2 = squares.eigenvalues();  // ascending
   if (size2(1) < 1e-4 * size2(2)) return std::nullopt;  // on a line
-  return NearestRotation(sum);
+  const double thickness = std::sqrt(std::max(0.0, size2(0)) / size2(2));
+  return BodyFit{NearestRotation(sum), std::copysign(thickness, sum.determinant())};
 }
 
 Eigen::Matrix3d WorldFrom(MarkerUp up) {
@@ -128,6 +135,7 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
   MarkerWorld world;
   Eigen::Vector3d body_up = Eigen::Vector3d::Zero();
   std::vector<Pairs> frames;
+  double thickness = 0.0;
   const int step = std::max(1, recording.NumFrames() / 50);
   for (int t = 0; t < recording.NumFrames(); t += step) {
     std::vector<int> marker;
@@ -138,19 +146,30 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
       marker.push_back(static_cast<int>(k));
     }
     frames.push_back(PairsOf(person, marker, place, false));
-    if (const auto R = BodyRotation(frames.back())) body_up += R->col(1);
+    const auto whole = FitBody(frames.back());
+    if (whole) thickness += whole->thickness;
+    // Arms may be anywhere: they tell what is up where the trunk's markers do not.
+    const auto trunk = FitBody(PairsOf(person, marker, place, true));
+    if (trunk || whole) body_up += (trunk ? trunk : whole)->rotation.col(1);
   }
   if (!body_up.isZero()) {
     int axis = 0;
     body_up.cwiseAbs().maxCoeff(&axis);
     const auto found = static_cast<MarkerUp>(body_up(axis) > 0.0 ? axis : axis + 3);
+    if (!up && body_up(axis) < 0.0 && thickness < 0.0) {
+      throw Error(
+          where,
+          "is mirrored: left and right are exchanged, by names or by an axis that points the "
+          "other way",
+          "Exchange L and R in the names, or export with right-handed axes");
+    }
     if (!up && body_up(axis) < 0.0) {
-      throw Error(where,
-                  fmt::format("shoulders and trunk are upside down along {}: the axes are "
-                              "mirrored, or sides or names are exchanged",
-                              kUpNames[static_cast<std::size_t>(axis)]),
-                  fmt::format("Give --up {} if that axis points to the ground",
-                              kUpNames[static_cast<std::size_t>(axis) + 3]));
+      throw Error(
+          where,
+          fmt::format("shoulders and trunk are upside down along {}, or names are exchanged",
+                      kUpNames[static_cast<std::size_t>(axis)]),
+          fmt::format("Give --up {} if that axis points to the ground",
+                      kUpNames[static_cast<std::size_t>(axis) + 3]));
     }
     world.up = up.value_or(found);
   } else {

@@ -6,12 +6,12 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "geometry/error.h"
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
-#include "geometry/suggestion.h"
 
 namespace holdfast {
 namespace {
@@ -32,12 +32,34 @@ bool OfObject(const std::string& name, const std::optional<ObjectMarkers>& objec
          });
 }
 
+const MarkerTable& TableOf(const SolveMarkersOptions& options) {
+  return options.table ? *options.table : MarkerTable::Known();
+}
+
+UnusedMarker Unused(const std::string& name, const MarkerTable& table) {
+  const auto [site, letters] = table.Nearest(name);
+  const auto length = static_cast<int>(std::max(name.size(), site->name.size()));
+  return {name, letters <= std::max(1, length / 3) ? site->name : ""};
+}
+
+// "Nearest known names: RELB for RELBOW, LELB for LELBOW. ", of the first few, alike or not.
+std::string NearestKnown(const MarkerReport& report, const MarkerTable& table) {
+  constexpr std::size_t kNamed = 3;
+  std::vector<std::string> pairs;
+  for (const UnusedMarker& marker : report.unused) {
+    if (pairs.size() == kNamed) break;
+    pairs.push_back(fmt::format("{} for {}", table.Nearest(marker.name).first->name, marker.name));
+  }
+  if (pairs.empty()) return "";
+  return fmt::format("Nearest known names: {}. ", fmt::join(pairs, ", "));
+}
+
 // Names of the recordings that the table knows, and those that it does not.
 std::vector<MarkerSite> SitesOf(const MarkerRecording& recording,
                                 const MarkerRecording* static_trial,
                                 const SolveMarkersOptions& options, const std::string& where,
                                 MarkerReport& report) {
-  const MarkerTable& table = options.table ? *options.table : MarkerTable::Known();
+  const MarkerTable& table = TableOf(options);
   std::vector<MarkerSite> sites;
   std::set<std::string> subjects, known;
   for (const MarkerRecording* const from : {&recording, static_trial}) {
@@ -48,7 +70,7 @@ std::vector<MarkerSite> SitesOf(const MarkerRecording& recording,
       const MarkerSite* const site = table.Find(name);
       const bool trial = from == &recording;
       if (site == nullptr) {
-        if (trial) report.unused.push_back(name);
+        if (trial) report.unused.push_back(Unused(name, table));
         continue;
       }
       if (trial) subjects.insert(from->subjects[m]);
@@ -67,8 +89,7 @@ std::vector<MarkerSite> SitesOf(const MarkerRecording& recording,
     throw Error(where,
                 fmt::format("no marker's name is known; the first is '{}'",
                             recording.names.empty() ? "" : recording.names[0]),
-                (recording.names.empty() ? "" : Suggestion(recording.names[0], table.Names())) +
-                    "Give a table of names with --markers");
+                NearestKnown(report, table) + "Give a table of names with --markers");
   }
   if (sites.empty()) {
     throw Error(where, "no known marker is seen in any frame", "Export it with its trajectories");
@@ -258,9 +279,15 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
   const std::vector<int> spread = SpreadFrames(trial.frames, options.calibration_frames);
   if (spread.empty() ||
       trial.frames[static_cast<std::size_t>(spread[0])].Count() < kFewestMarkers) {
+    std::vector<std::string> seen;
+    for (const MarkerSite& site : person.sites) {
+      if (recording.Find(site.name)) seen.push_back(site.name);
+    }
     throw Error(where,
-                fmt::format("fewer than {} known markers are seen at a time", kFewestMarkers),
-                "Give the whole recording, or a table of its other names with --markers");
+                fmt::format("fewer than {} known markers are seen at a time; {} known: {}",
+                            kFewestMarkers, seen.size(), fmt::join(seen, " ")),
+                NearestKnown(report, TableOf(options)) +
+                    "Give the whole recording, or a table of its other names with --markers");
   }
   std::vector<SeenMarkers> still;
   double still_facing = 0.0;

@@ -41,9 +41,15 @@ struct SolvedMarker {
   SkinPlace skin;
 };
 
+/// A name of the recording that is not known.
+struct UnusedMarker {
+  std::string name;
+  std::string nearest;  ///< the known name that may be meant; empty where none is alike
+};
+
 struct MarkerReport {
   std::vector<SolvedMarker> markers;
-  std::vector<std::string> unused;      ///< names that are not known
+  std::vector<UnusedMarker> unused;
   std::vector<std::string> never_seen;  ///< known names without a position in either recording
   double rms_mm = 0.0, worst_rms_mm = 0.0;
   std::string worst_marker;
@@ -74,8 +80,8 @@ struct SolvedRecording {
 /// asked for.
 ///
 /// The clip has the recording's rate; z is up and soles are on the ground. Errors name `where`:
-/// no known name (with the nearest known one), no marker seen, too few to tell a pose, several
-/// subjects, a person upside down. One core.
+/// no known name or too few to tell a pose (with the nearest known names), no marker seen, several
+/// subjects, a person upside down or mirrored. One core.
 SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecording* static_trial,
                              std::shared_ptr<const BodyModel> model,
                              const SolveMarkersOptions& options, const std::string& where,

@@ -223,7 +223,7 @@ class C3dParser {
           point[c] = factor * (floats ? Float(at + number * c) : Short(at + number * c));
         }
         const double residual = floats ? Float(at + 12) : Short(at + 6);
-        const bool seen = residual >= 0.0 && point.allFinite();
+        const bool seen = residual >= 0.0 && point.allFinite() && !point.isZero(0.0);
         if (!seen) point.setConstant(std::numeric_limits<double>::quiet_NaN());
         recording_.positions.block<3, 1>(3 * p, t) = point;
       }

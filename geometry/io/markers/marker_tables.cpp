@@ -33,6 +33,7 @@ class Table {
     if (text_.empty()) return false;
     ++line_;
     const std::size_t end = text_.find('\n');
+    cut_off_ = end == std::string_view::npos;
     std::string_view line = text_.substr(0, end);
     text_ = end == std::string_view::npos ? std::string_view() : text_.substr(end + 1);
     while (true) {
@@ -59,12 +60,14 @@ class Table {
     }
     return value;
   }
-  const std::string& Where() const { return where_; }
+  // The last line that was read has no end.
+  bool CutOff() const { return cut_off_; }
 
  private:
   std::string_view text_;
   char separator_;
   const std::string& where_;
+  bool cut_off_ = false;
   int line_ = 0;
 };
 
@@ -89,20 +92,23 @@ std::vector<std::string> NamesOverThree(const std::vector<std::string_view>& fie
   return names;
 }
 
-// Lines of `first` fields that are no positions, then three for each marker.
-void ReadPositions(Table& table, std::size_t first, bool zero_is_unseen,
-                   MarkerRecording& recording) {
+// Lines of `first` fields that are no positions, then three for each marker. Programs write
+// nothing, NaN or zeros where a marker is not seen.
+void ReadPositions(Table& table, std::size_t first, MarkerRecording& recording) {
   const auto markers = static_cast<std::size_t>(recording.NumMarkers());
   const std::size_t width = first + 3 * markers;
   if (markers == 0) table.Fail("names no markers");
   std::vector<double> values;
   std::vector<std::string_view> fields;
   int frames = 0;
+  bool trims = false;
   while (table.Next(fields)) {
     while (fields.size() > width && fields.back().empty()) fields.pop_back();
     if (fields.size() == 1 && fields.front().empty()) continue;
     // Programs leave the commas of what is not seen at a line's end out.
     if (fields.size() > first && fields.size() < width && fields.size() % 3 == first % 3) {
+      if (table.CutOff() && !trims) table.Fail("ends in the middle of a line");
+      trims = true;
       fields.resize(width);
     }
     if (fields.size() != width) {
@@ -120,7 +126,7 @@ void ReadPositions(Table& table, std::size_t first, bool zero_is_unseen,
         point[c] = unseen ? std::numeric_limits<double>::quiet_NaN()
                           : recording.metres_per_unit * table.Number(field, "coordinate");
       }
-      if (point.hasNaN() || (zero_is_unseen && point.isZero(0.0))) {
+      if (point.hasNaN() || point.isZero(0.0)) {
         point.setConstant(std::numeric_limits<double>::quiet_NaN());
       }
       values.insert(values.end(), point.begin(), point.end());
@@ -156,7 +162,7 @@ MarkerRecording ParseTrc(std::string_view text, const std::string& where) {
     table.Fail(fmt::format("names {} markers, NumMarkers is {}", recording.NumMarkers(), markers));
   }
   table.Need("axes");
-  ReadPositions(table, 2, false, recording);
+  ReadPositions(table, 2, recording);
   return recording;
 }
 
@@ -170,7 +176,7 @@ MarkerRecording ParseViconCsv(std::string_view text, const std::string& where) {
   table.Need("axes");
   const std::vector<std::string_view> units = table.Need("units");
   SetUnit(table, units.size() > 2 ? units[2] : "", recording);
-  ReadPositions(table, 2, false, recording);
+  ReadPositions(table, 2, recording);
   return recording;
 }
 
@@ -205,7 +211,7 @@ MarkerRecording ParseQtmTsv(std::string_view text, const std::string& where) {
         fmt::format("MARKER_NAMES has {} names, NO_OF_MARKERS is {}", names.size(), *markers));
   }
   SetMarkerNames(names, where, recording);
-  ReadPositions(table, before, true, recording);
+  ReadPositions(table, before, recording);
   return recording;
 }
 

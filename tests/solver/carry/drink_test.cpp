@@ -61,7 +61,7 @@ struct DrinkTest : ::testing::Test {
 };
 
 TEST_F(DrinkTest, IsFoundByItsMotion) {
-  const auto times = FindDrink(clip, surface.RestJoints(), face);
+  const auto times = FindDrink(TrackPalms(clip, surface.RestJoints()), face);
   ASSERT_TRUE(times.has_value());
   EXPECT_EQ(times->side, Side::kRight);
   EXPECT_NEAR(times->lift, kLift, 5);
@@ -69,7 +69,29 @@ TEST_F(DrinkTest, IsFoundByItsMotion) {
   EXPECT_NEAR(times->put_down, kPutDown, 5);
 
   const Clip still = Slice(clip, 0, 8);
-  EXPECT_FALSE(FindDrink(still, surface.RestJoints(), face).has_value());
+  EXPECT_FALSE(FindDrink(TrackPalms(still, surface.RestJoints()), face).has_value());
+}
+
+// Both go by the mouth and on over the eyes. Who drains a cup, the head laid back, comes back the
+// same way; who combs goes down behind the head.
+TEST_F(DrinkTest, TellsDrainingACupFromCombing) {
+  PalmTracks tracks = TrackPalms(clip, surface.RestJoints());
+  const Eigen::Vector3d mouth = tracks.head[0] * face.mouth;
+  const auto path = [&](const Eigen::Vector3d& behind) {
+    for (int t = kLift; t < kPutDown; ++t) {
+      const double way = std::min(t - kLift, kPutDown - 1 - t) / 29.0;  // 0 to 1 and back
+      const Eigen::Vector3d over = mouth + Eigen::Vector3d(-0.05, 0.05, 0.22);
+      Eigen::Vector3d at = mouth + Eigen::Vector3d(-0.1, -0.05, 0.0);
+      if (way < 0.5) at += (0.5 - way) * Eigen::Vector3d(-0.1, -0.4, -0.7);
+      if (way >= 0.5) at += MinimumJerk(4.0 * (way - 0.5)) * (over - at);
+      if (way >= 0.75) at += MinimumJerk(4.0 * (way - 0.75)) * (behind - over);
+      tracks.at[0].col(t) = at;
+    }
+    return FindDrink(tracks, face);
+  };
+  EXPECT_LT((tracks.forward + Eigen::Vector3d::UnitY()).norm(), 0.1);
+  EXPECT_TRUE(path(mouth + Eigen::Vector3d(-0.05, 0.06, 0.23)).has_value());
+  EXPECT_FALSE(path(mouth + Eigen::Vector3d(-0.05, 0.2, 0.12)).has_value());
 }
 
 TEST_F(DrinkTest, CupStandsIsLiftedToTheMouthAndPutBack) {

@@ -236,7 +236,17 @@ TEST_F(SolveMarkersTest, SaysWhatIsWrong) {
   MarkerRecording none = trial;
   for (std::string& name : none.names) name = "X" + name;
   EXPECT_THAT(ErrorOf(none), HasSubstr("no marker's name is known; the first is 'XSTRN'"));
-  EXPECT_THAT(ErrorOf(none), HasSubstr("Did you mean 'STRN'"));
+  EXPECT_THAT(ErrorOf(none), HasSubstr("Nearest known names: STRN for XSTRN, "));
+
+  // One name is known; those of the arms are others, and the nearest known ones are named.
+  MarkerRecording spelled = trial;
+  for (std::string& name : spelled.names) {
+    if (name.starts_with("R")) name = "Right_" + name.substr(1);
+    if (name.starts_with("L")) name = "left " + name.substr(1);
+  }
+  EXPECT_THAT(ErrorOf(spelled), HasSubstr("fewer than 3 known markers are seen at a time; 1 known: "
+                                          "STRN"));
+  EXPECT_THAT(ErrorOf(spelled), HasSubstr("RSHO1 for Right_SHO1"));
 
   MarkerRecording empty = trial;
   empty.positions.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -259,6 +269,27 @@ TEST_F(SolveMarkersTest, SaysWhatIsWrong) {
   }
   EXPECT_THAT(ErrorOf(down), HasSubstr("upside down along z"));
   EXPECT_THAT(ErrorOf(down), HasSubstr("--up -z"));
+
+  MarkerRecording mirrored = trial;
+  for (int m = 0; m < mirrored.NumMarkers(); ++m) mirrored.positions.row(3 * m) *= -1.0;
+  EXPECT_THAT(ErrorOf(mirrored), HasSubstr("is mirrored: left and right are exchanged"));
+  MarkerRecording exchanged = trial;
+  for (std::string& name : exchanged.names) {
+    if (name != "STRN") name[0] = name[0] == 'R' ? 'L' : 'R';
+  }
+  EXPECT_THAT(ErrorOf(exchanged), HasSubstr("is mirrored: left and right are exchanged"));
+}
+
+// What is not known is left out, told, and the name that may be meant with it.
+TEST_F(SolveMarkersTest, NamesTheNearestOfNamesThatItDoesNotKnow) {
+  MarkerRecording other = trial;
+  other.names[static_cast<std::size_t>(*trial.Find("RUAR1"))] = "RUPR1";
+  other.names[static_cast<std::size_t>(*trial.Find("RUAR2"))] = "forceplate";
+  const SolvedRecording solved = Solve(other);
+  ASSERT_EQ(solved.report.unused.size(), 2u);
+  EXPECT_EQ(solved.report.unused[0].name, "RUPR1");
+  EXPECT_EQ(solved.report.unused[0].nearest, "RUAR1");
+  EXPECT_EQ(solved.report.unused[1].nearest, "");
 }
 
 TEST(MarkerTable, ReadsNamesAndSaysWhatIsWrong) {

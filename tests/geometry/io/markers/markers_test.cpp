@@ -156,8 +156,8 @@ TEST(C3d, SurvivesEveryChangedByte) {
   EXPECT_GT(read, 1000);
 }
 
-// Written by py-c3d (7ba2274, Writer.write_like_phasespace): little-endian floats, labels of five
-// characters, arrays without elements, frame numbers as pairs of words.
+// tests/fixtures/c3d/README.md: little-endian floats, labels of five characters, arrays without
+// elements, frame numbers as pairs of words.
 TEST(C3d, ReadsWhatPyC3dWrote) {
   const MarkerRecording recording =
       ReadMarkers(HOLDFAST_SOURCE_DIR "/tests/fixtures/c3d/py_c3d.c3d");
@@ -211,6 +211,33 @@ TEST(MarkerTables, NameLineAndField) {
   EXPECT_THAT(error_of(kTrc, "60\t60", "0\t60"), HasSubstr("rate of 0 Hz"));
   EXPECT_THAT(error_of(kTrc, "\tB\t", "\tA\t"), HasSubstr("two markers 'A'"));
   EXPECT_THAT(error_of(kTrc, "\t2\tm", "\t3\tm"), HasSubstr("NumMarkers is 3"));
+}
+
+// Of a file that was not copied whole the last line may end anywhere, between fields as well.
+TEST(MarkerTables, CutOffInALineTheySaySo) {
+  const std::string trc = kTrc, whole = trc.substr(0, trc.rfind("6\t0.016"));
+  const auto frames = [](const std::string& text) { return ParseTrc(text, "x.trc").NumFrames(); };
+  const auto fault = [&](const std::string& text) -> std::string {
+    try {
+      frames(text);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  EXPECT_THAT(fault(whole + "6\t0.016\t1\t2\t3"), HasSubstr("x.trc:8: ends in the middle"));
+  EXPECT_THAT(fault(whole + "6\t0.016\t1\t2"), HasSubstr("8 are expected"));
+  // No line's end at the end is no fault, nor what is not seen left out in other lines too.
+  EXPECT_EQ(frames(whole + "6\t0.016\t1\t2\t3\t4\t5\t6"), 2);
+  EXPECT_EQ(frames(whole + "6\t0.016\t1\t2\t3\n7\t0.033\t1\t2\t3"), 3);
+}
+
+TEST(MarkerTables, ZerosAreNotSeen) {
+  std::string text = kTrc;
+  text.replace(text.find("\t4\t5\t6"), 6, "\t0\t0.0\t-0");
+  const MarkerRecording recording = ParseTrc(text, "x.trc");
+  EXPECT_TRUE(recording.Seen(0, 0));
+  EXPECT_FALSE(recording.Seen(1, 0));
 }
 
 TEST(MarkerTables, ReadQtmWithAndWithoutColumnNames) {
