@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/evaluate/evaluate_track.h"
 #include "apps/evaluate/reach_study_output.h"
 #include "apps/evaluate/reach_study_page.h"
 #include "apps/interrupt.h"
@@ -253,20 +254,29 @@ void AddEvaluateReach(CLI::App& evaluate, int& exit_code) {
       ->check(CLI::IsMember(names));
   AddOption(*command, "--goals", reach.goals,
             "Number of the protocol's motions, evenly spread, for slow methods; 0: all. A "
-            "larger number later reuses these",
+            "larger number later reuses these. With --track: goals of each kind [6]",
             CLI::Range(0, 1000000));
+  command
+      ->add_flag("--track", reach.track,
+                 "Goals that move for 20 s and are followed frame by frame: at 1 m/s with turns, "
+                 "with jumps of 1 m, with pushes of 0.3 m")
+      ->excludes(command->get_option("--methods"));
   command
       ->add_option("-o,--output", reach.output,
                    "Folder for results.json, results.md, report.html and blocks of motions; "
                    "continued if it exists")
       ->required();
-  AddCommonOptions(*command, options->common, true,
-                   "  holdfast evaluate reach -o out/reach\n"
-                   "  holdfast evaluate reach --weights out/wandr/best.safetensors \\\n"
-                   "      --starts reaches/captured/held_out -o out/mine\n"
-                   "  holdfast evaluate reach --methods all --goals 150 -o out/methods\n");
+  AddCommonOptions(
+      *command, options->common, true,
+      "  holdfast evaluate reach -o out/reach\n"
+      "  holdfast evaluate reach --weights out/wandr/best.safetensors \\\n"
+      "      --starts reaches/captured/held_out -o out/mine\n"
+      "  holdfast evaluate reach --methods all --goals 150 -o out/methods\n"
+      "  holdfast evaluate reach --track --starts reaches/captured/held_out -o out/track\n");
   command->callback([options, &exit_code] {
-    const auto run = ComparesMethods(options->reach) ? CompareReachMethods : EvaluateReach;
+    const auto run = options->reach.track              ? EvaluateTrack
+                     : ComparesMethods(options->reach) ? CompareReachMethods
+                                                       : EvaluateReach;
     const Outcome outcome = run(options->reach, options->common);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;

@@ -18,6 +18,7 @@ struct EvaluateReachOptions {
   double sigma = 1.0;
   std::vector<std::string> methods = {"intention"};  ///< ReachMethodNames, or "all"
   int goals = 0;                                     ///< 0: all of the protocol's
+  bool track = false;                                ///< goals that move (EvaluateTrack)
   std::string output;
 };
 

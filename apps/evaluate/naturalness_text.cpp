@@ -138,6 +138,14 @@ std::string NaturalnessTable(const NaturalnessStudy& study) {
   std::string text;
   for (const NaturalnessColumn& column : study.columns) text += Summary(column) + "\n";
   text += "\n" + MarkdownTable(Heads(study), Rows(study), true);
+  text += "\n";
+  for (const NaturalnessColumn& column : study.columns) {
+    const double share = 100.0 / column.NumMotions();
+    text += fmt::format(
+        "{}: {:.1f} % crouch twice on the way, {:.1f} % lean back by more than 10 "
+        "degrees while waiting\n",
+        column.set.label, share * column.NumCrouchingTwice(), share * column.NumLeaningBack());
+  }
   for (std::size_t c = 1; c < study.columns.size(); ++c) {
     text += fmt::format("\nWhat sets {} apart: {}.\n", study.columns[c].set.label,
                         ApartText(study, study.columns[c], 6));
@@ -154,6 +162,8 @@ json NaturalnessJson(const NaturalnessStudy& study) {
                 {"motions", column.NumMotions()},
                 {"walks", column.NumWalks()},
                 {"minutes", column.Minutes()},
+                {"crouch_twice", column.NumCrouchingTwice()},
+                {"lean_back", column.NumLeaningBack()},
                 {"mean_distance", reference ? json() : OrNull(column.mean_distance)},
                 {"mean_distance_by_chance", reference ? json() : OrNull(column.mean_by_chance)}};
     if (!reference) {
@@ -211,7 +221,7 @@ json NaturalnessJson(const NaturalnessStudy& study) {
 }
 
 std::string NaturalnessCsv(const NaturalnessStudy& study) {
-  std::string csv = "set,motion,frames,way_m,oddness";
+  std::string csv = "set,motion,frames,way_m,oddness,crouches_twice,lean_back_rad";
   for (const StyleMeasureInfo& info : StyleMeasures()) csv += fmt::format(",{}", info.key);
   csv += "\n";
   const auto quoted = [](std::string text) {
@@ -223,9 +233,11 @@ std::string NaturalnessCsv(const NaturalnessStudy& study) {
   for (const NaturalnessColumn& column : study.columns) {
     for (std::size_t i = 0; i < column.files.size(); ++i) {
       const MotionStyle& motion = column.set.motions[i];
-      csv +=
-          fmt::format("{},{},{},{:.4f},{:.4f}", quoted(column.set.label), quoted(column.files[i]),
-                      motion.frames, motion.way_m, column.oddness[i].value);
+      csv += fmt::format("{},{},{},{:.4f},{:.4f},{}", quoted(column.set.label),
+                         quoted(column.files[i]), motion.frames, motion.way_m,
+                         column.oddness[i].value, motion.faults.CrouchesTwice() ? 1 : 0);
+      const double lean = motion.faults.lean_back_rad;
+      csv += std::isfinite(lean) ? fmt::format(",{:.4f}", lean) : ",";
       for (const double value : motion.values) {
         csv += std::isfinite(value) ? fmt::format(",{:.6g}", value) : ",";
       }

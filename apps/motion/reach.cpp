@@ -4,6 +4,33 @@
 #include "apps/reach_network.h"
 
 namespace holdfast::apps {
+namespace {
+
+// A goal that moves. What plans a whole motion makes no sense with it.
+void AddTrackOptions(CLI::App& command, CLI::Option& goal, ReachJob& job) {
+  CLI::Option* track =
+      command
+          .add_option("--track", job.track,
+                      "Table of goals (x,y,z or time,x,y,z a line): one a frame, followed without "
+                      "looking ahead, 30 a second")
+          ->excludes(&goal);
+  command
+      .add_option(
+          "--rate", job.rate_hz,
+          "Goals a second in the table [30, or by its times]; a frame has the one that came "
+          "last")
+      ->check(CLI::Range(0.1, 10'000.0))
+      ->needs(track);
+  command
+      .add_option("--push", job.pushes,
+                  "FRAME,DX,DY,DZ: something moves the body by so many metres from that goal on, "
+                  "within 0.3 s. Repeated: several")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->needs(track);
+}
+
+}  // namespace
 
 void AddReachCommand(CLI::App& app, int& exit_code) {
   struct Options {
@@ -14,13 +41,14 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
   ReachJob& job = options->job;
   CLI::App* command =
       app.add_subcommand("reach", "Generate a person who walks to a goal and reaches for it");
-  command
-      ->add_option("--goal", job.goals,
-                   "X,Y,Z of the wrist, metres, z up from the ground. Repeated: one after another "
-                   "in one motion")
-      ->required()
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  CLI::Option* goal =
+      command
+          ->add_option("--goal", job.goals,
+                       "X,Y,Z of the wrist, metres, z up from the ground. Repeated: one after "
+                       "another in one motion")
+          ->expected(1)
+          ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  AddTrackOptions(*command, *goal, job);
   command->add_option(
       "--from", job.from,
       "CLIP or CLIP:FRAME to continue from (the last frame if left out). Without it a "
@@ -86,6 +114,10 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
   AddWeightsOption(*command, job.weights);
   command->add_flag_callback(
       "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
+  for (const char* planned : {"--time", "--method", "--samples", "--obstacle", "--free-time",
+                              "--approach", "--no-refit", "--object", "--all", "--sigma"}) {
+    command->get_option("--track")->excludes(command->get_option(planned));
+  }
   AddOption(*command, "-o,--output", job.output,
             "Folder to make: clip.npz, metrics.json, report.html");
   AddCommonOptions(
@@ -95,6 +127,7 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "  holdfast reach --goal 3,1,1.2 --method latent-opt -o precise\n"
       "  holdfast reach --from walk.npz:40 --goal 2.0,0.5,0.3 --wrist left --all -o reached\n"
       "  holdfast reach --goal 1.5,1,0.8 --goal -0.5,1.5,1.1 --object mug --grasp -o taken\n"
+      "  holdfast reach --track goals.csv --push 90,0.2,0,0 -o followed\n"
       "A goal is reached when the wrist is within 10 cm of it. The next is taken on when the "
       "wrist\n"
       "has been there and comes no closer, or half as long again after the goal was due. The best\n"
@@ -102,6 +135,9 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "lowest vertex moves more than 2/3 cm per frame) or fly (all foot joints above 12 cm);\n"
       "among others, the least sum of closest distances.\n");
   command->callback([options, &exit_code] {
+    if (options->job.goals.empty() && options->job.track.empty()) {
+      throw CLI::RequiredError("--goal or --track");
+    }
     const Outcome outcome = RunReachJob(options->job, options->common);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;

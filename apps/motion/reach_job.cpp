@@ -9,6 +9,7 @@
 #include "apps/clip_input.h"
 #include "apps/motion/reach_markers.h"
 #include "apps/motion/reach_take.h"
+#include "apps/motion/reach_track.h"
 #include "apps/reach_network.h"
 #include "apps/report_writer.h"
 #include "apps/result_folder.h"
@@ -319,6 +320,13 @@ bool WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOpti
 
 Outcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
   const Outcome stopped{kInterrupted, {}, {}};
+  if (!job.track.empty()) {
+    TrackJob track{job.track, job.rate_hz, job.pushes, {}, job.output, job.write_report};
+    track.follow.side = job.wrist == "left" ? Side::kLeft : Side::kRight;
+    track.follow.seed = common.seed;
+    const Start start = StartOf(job, common);
+    return RunReachTrack(track, start.person, start.source, LoadReachNetwork(job.weights), common);
+  }
   std::vector<Eigen::Vector3d> goals;
   for (const std::string& text : job.goals) goals.push_back(ParsePoint("--goal", text));
   const ReachNetwork network = LoadReachNetwork(job.weights);

@@ -13,10 +13,13 @@ namespace holdfast::apps {
 
 /// One reach, as the command line asks for it.
 struct ReachJob {
-  std::vector<std::string> goals;  ///< "X,Y,Z", world metres, z up
-  std::string from;                ///< CLIP or CLIP:FRAME; empty: stands at the origin
-  std::string body;                ///< body model file
-  std::string weights;             ///< empty: the embedded network
+  std::vector<std::string> goals;   ///< "X,Y,Z", world metres, z up
+  std::string track;                ///< in place of them: a table of goals, one a frame
+  std::optional<double> rate_hz;    ///< of that table
+  std::vector<std::string> pushes;  ///< "FRAME,DX,DY,DZ"
+  std::string from;                 ///< CLIP or CLIP:FRAME; empty: stands at the origin
+  std::string body;                 ///< body model file
+  std::string weights;              ///< empty: the embedded network
   std::string wrist = "right";
   std::optional<double> time_s;  ///< for each goal; empty: by its distance
   std::string method;            ///< intention, latent-opt, vae-opt; empty: Method()

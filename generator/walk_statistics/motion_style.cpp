@@ -350,7 +350,9 @@ MotionStyle MeasureStyle(std::span<const BodyFrame> frames, const StyleBody& bod
   const auto end = std::ranges::find_if_not(frames, IsNumbers);
   style.frames = static_cast<int>(end - frames.begin());
   style.cut = end != frames.end();
-  if (style.frames > 0) Measurer(frames.first(style.frames), body, style).MeasureAll();
+  if (style.frames == 0) return style;
+  Measurer(frames.first(style.frames), body, style).MeasureAll();
+  style.faults = FindReachFaults(frames.first(style.frames), body.rest_joints);
   return style;
 }
 

@@ -10,6 +10,7 @@
 
 #include "generator/matching/body_frame.h"
 #include "generator/matching/capture_quality.h"
+#include "generator/walk_statistics/reach_faults.h"
 #include "generator/wandr/reach_skating.h"
 
 namespace holdfast {
@@ -110,6 +111,7 @@ struct MotionStyle {
   double way_m = 0;  ///< farthest that the pelvis gets from where it was, along the ground
   std::array<double, kNumStyleMeasures> values;
   std::array<Eigen::VectorXd, kNumStyleCurves> curves;
+  ReachFaults faults;
 
   double operator[](StyleMeasure measure) const {
     return values[static_cast<std::size_t>(measure)];

@@ -219,6 +219,16 @@ std::vector<std::string> NotesOf(const NaturalnessOptions& options, const Natura
 
 }  // namespace
 
+int NaturalnessColumn::NumCrouchingTwice() const {
+  return static_cast<int>(std::ranges::count_if(
+      set.motions, [](const MotionStyle& motion) { return motion.faults.CrouchesTwice(); }));
+}
+
+int NaturalnessColumn::NumLeaningBack() const {
+  return static_cast<int>(std::ranges::count_if(
+      set.motions, [](const MotionStyle& motion) { return motion.faults.LeansBack(); }));
+}
+
 int NaturalnessColumn::NumWalks() const {
   return static_cast<int>(std::ranges::count_if(
       set.motions, [&](const MotionStyle& motion) { return motion.way_m >= set.least_way_m; }));

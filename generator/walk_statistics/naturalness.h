@@ -26,6 +26,8 @@ struct NaturalnessColumn {
 
   int NumMotions() const { return static_cast<int>(set.motions.size()); }
   int NumWalks() const;
+  int NumCrouchingTwice() const;  ///< ReachFaults
+  int NumLeaningBack() const;
   double Minutes() const;
 };
 

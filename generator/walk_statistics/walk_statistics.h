@@ -11,6 +11,7 @@
 ///   gait.h               stances and strides
 ///   joint_error.h        errors of joints and fingertips
 ///   motion_metrics.h     speed, acceleration, jerk, foot skating
+///   reach_faults.h       second crouches, leaning back
 ///   motion_style.h       measures and curves of a walk
 ///   style_comparison.h   distances between sets of motions
 ///   motion_set.h         the clips of a set

@@ -523,6 +523,25 @@ def reach(
     progress: _Progress = None,
 ) -> Union[ReachResult, TakeResult]: ...
 
+class GoalFollower:
+    def __init__(
+        self,
+        *,
+        clip: Optional[_Clip] = None,
+        frame: Optional[int] = None,
+        wrist: Literal["right", "left"] = "right",
+        candidates: int = 24,
+        horizon: int = 12,
+        sigma: float = 0.7,
+        weights: str = "",
+        body: Optional[BodyModel] = None,
+        seed: int = 1,
+    ) -> None: ...
+    def step(self, goal: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def push(self, by: ArrayLike) -> None: ...
+    @property
+    def clip(self) -> Clip: ...
+
 class SynthesisResult:
     @property
     def clip(self) -> Clip: ...

@@ -16,6 +16,7 @@
 #include "generator/wandr/reach_outcome.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
+#include "solver/body_ik/frame_pose.h"
 #include "solver/body_ik/reach_warp.h"
 
 namespace holdfast {
@@ -126,12 +127,8 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
   const int count = static_cast<int>(states.cols());
   std::vector<BodyFrame> frames(static_cast<std::size_t>(count));
   for (int t = 0; t < count; ++t) {
-    const wandr::Pose<double> pose = wandr::PoseOf<double>(states.col(t));
-    BodyFrame& frame = frames[static_cast<std::size_t>(t)];
-    frame.pelvis = pose.translation + rest_joints.col(0);
-    for (std::size_t k = 0; k < kNumBodyJoints; ++k) {
-      frame.local[k] = Eigen::Quaterniond(pose.rotation[k]);
-    }
+    frames[static_cast<std::size_t>(t)] =
+        FrameOf(wandr::PoseOf<double>(states.col(t)), rest_joints.col(0));
   }
   const int wrist = WristJoint(options.wrist);
   const auto lacks = [&](const RefitGoal& goal) {
@@ -189,12 +186,7 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
   wandr::StateMatrix<double> refitted(wandr::kStateSize, count);
   for (int t = 0; t < count; ++t) {
     const BodyFrame& frame = frames[static_cast<std::size_t>(t)];
-    wandr::Pose<double> pose;
-    pose.translation = frame.pelvis - rest_joints.col(0);
-    for (std::size_t k = 0; k < kNumBodyJoints; ++k) {
-      pose.rotation[k] = frame.local[k].toRotationMatrix();
-    }
-    wandr::WriteState<double>(pose, refitted.col(t));
+    wandr::WriteState<double>(PoseOf(frame, rest_joints.col(0)), refitted.col(t));
   }
   if (report != nullptr) *report = found;
   return refitted;

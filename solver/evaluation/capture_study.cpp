@@ -10,7 +10,7 @@
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/surface_distance.h"
 #include "geometry/parallel.h"
-#include "solver/evaluation/core_time.h"
+#include "geometry/core_time.h"
 
 namespace holdfast {
 namespace {

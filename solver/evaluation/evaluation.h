@@ -6,7 +6,6 @@
 /// those of reaches in blocks of files: a stopped study resumes.
 ///
 /// From the inside out:
-///   core_time.h           time of a thread's core
 ///   study_blocks.h        files of blocks, by question
 ///   reach_study.h         ReachStudy: WANDR's protocol by variant
 ///   captured_reaches.h    starts and skating of captured clips
@@ -14,6 +13,7 @@
 ///   reach_methods.h       the methods compared, baselines first
 ///   handover_study.h      switches found in synthetic hand-overs
 ///   hold_study.h          grasps tried in MuJoCo
+///   track_study.h         goals that move, followed frame by frame
 ///   touch_study.h         touches that markers show, in solved and refined motion
 ///   marker_study.h        recordings of markers solved, with gaps and wrong labels
 ///   robot_study.h         clips on robots' hands, beside published ways
@@ -27,3 +27,4 @@
 #include "solver/evaluation/reach_study.h"
 #include "solver/evaluation/robot_study.h"
 #include "solver/evaluation/touch_study.h"
+#include "solver/evaluation/track_study.h"

@@ -11,7 +11,7 @@
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
-#include "solver/evaluation/core_time.h"
+#include "geometry/core_time.h"
 
 namespace holdfast {
 namespace {

@@ -11,6 +11,11 @@
 ///   reach_motions.h    MakeReachMotions; feet and wrist refitted
 ///   walk_and_reach.h   WalkAndReach: the best motion through goals
 ///   reach_and_take.h   ReachAndTake: an object taken from its table
+///   goal_prediction.h  where a goal that moves will be
+///   follow_cost.h      what a frame on its way costs
+///   goal_follower.h    GoalFollower: a pose for each goal as it comes
+///   goal_track.h       FollowTrack: through a table of them, measured
 ///   reach_json.h       a motion, a take, as metrics.json has them
+#include "solver/reach/goal_track.h"
 #include "solver/reach/reach_and_take.h"
 #include "solver/reach/walk_and_reach.h"

@@ -40,15 +40,6 @@ class ReachWatch {
   int done_ = 0, total_ = 1;
 };
 
-BodyMeasures MirroredMeasures(const BodyMeasures& measures) {
-  BodyMeasures mirrored = measures;
-  for (Eigen::Index k = 0; k < measures.rest_joints.cols(); ++k) {
-    mirrored.rest_joints.col(k) =
-        wandr::MirroredPoint(measures.rest_joints.col(MirrorJoint(static_cast<int>(k))));
-  }
-  return mirrored;
-}
-
 // One call, as the network sees it: mirrored where the left wrist reaches.
 struct ReachScene {
   ReachScene(const ReachPerson& person, const wandr::NetworkWeights& weights,

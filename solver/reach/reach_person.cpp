@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "generator/wandr/motion_states.h"
+#include "generator/wandr/reach_goals.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
@@ -62,6 +63,15 @@ ReachPerson PersonInClip(Clip clip, const ClipBody& body, std::optional<int> fra
   person.states.conservativeResize(Eigen::NoChange, last + 1);
   person.like = std::move(clip);
   return person;
+}
+
+BodyMeasures MirroredMeasures(const BodyMeasures& measures) {
+  BodyMeasures mirrored = measures;
+  for (Eigen::Index k = 0; k < measures.rest_joints.cols(); ++k) {
+    mirrored.rest_joints.col(k) =
+        wandr::MirroredPoint(measures.rest_joints.col(MirrorJoint(static_cast<int>(k))));
+  }
+  return mirrored;
 }
 
 }  // namespace holdfast

@@ -41,4 +41,8 @@ ReachPerson StandingPerson(std::shared_ptr<const BodyModel> body);
 ReachPerson PersonInClip(Clip clip, const ClipBody& body, std::optional<int> frame = {},
                          const std::string& source = "the clip");
 
+/// Of the person in a mirror at x = 0 (wandr::MirroredBones): the network reaches with the right
+/// wrist, for the left one all happens in the mirror.
+BodyMeasures MirroredMeasures(const BodyMeasures& measures);
+
 }  // namespace holdfast

@@ -83,6 +83,34 @@ TEST_F(ReachCommand, TheSameSeedGivesTheSameBytesOnAnyThreads) {
   EXPECT_NE(ReadText(Path("a/clip.npz")), ReadText(Path("c/clip.npz")));
 }
 
+TEST_F(ReachCommand, FollowsAGoalThatMovesAsFarAsItIsKnown) {
+  const auto write = [&](const std::string& name, int goals) {
+    std::ofstream file(Path(name));
+    file << "time,x,y,z\n";
+    for (int t = 0; t < goals; ++t) file << t / 30.0 << "," << 0.01 * t << ",-0.5,1.1\n";
+  };
+  write("long.csv", 40);
+  write("short.csv", 25);
+  const std::string more = " --push 10,0.1,0,0 --no-report --seed 3";
+  const ProgramResult result = Reach("--track long.csv -o long" + more);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  ASSERT_EQ(Reach("--track short.csv -o short" + more).exit_code, 0);
+  EXPECT_THAT(result.out, HasSubstr("after the first second"));
+  const nlohmann::json metrics = Json("long/metrics.json");
+  EXPECT_EQ(metrics["schema"], "holdfast/reach-track/1");
+  EXPECT_EQ(metrics["per_frame"]["goal_distance_m"].size(), 41u);
+  const Clip longer = ReadClip(Path("long/clip.npz")), shorter = ReadClip(Path("short/clip.npz"));
+  ASSERT_EQ(longer.NumFrames(), 41);
+  ASSERT_EQ(shorter.NumFrames(), 26);
+  for (int t = 0; t < 26; ++t) EXPECT_EQ(longer.pose[t], shorter.pose[t]) << t;
+  EXPECT_EQ(Reach("--track long.csv --goal 1,1,1 -o out").exit_code, 2);
+  EXPECT_EQ(Reach("--track long.csv --time 3 -o out").exit_code, 2);
+  EXPECT_EQ(Reach("--push 1,0,0,0 --goal 1,1,1 -o out").exit_code, 2);
+  EXPECT_EQ(Reach("-o out").exit_code, 2);
+  EXPECT_THAT(Reach("--track none.csv -o out").err, HasSubstr("none.csv"));
+  EXPECT_THAT(Reach("--track short.csv --push 99,0.1,0,0 -o out").err, HasSubstr("25 goals"));
+}
+
 TEST_F(ReachCommand, TheLeftWristIsMeasuredWhereItIs) {
   ASSERT_EQ(Reach("--goal 0.3,-1.5,1.1 --wrist left --samples 1 --no-report -o left").exit_code, 0);
   const nlohmann::json metrics = Json("left/metrics.json");

@@ -195,6 +195,9 @@ ROWS = {
         lambda v: holdfast.reach([1, 0.5, 1], approach=v), POINT, none=True, dear=True),
     "reach.obstacles": Mesh(
         lambda v: holdfast.reach([1, 0.5, 1], obstacles=[v], method="latent-opt"), dear=True),
+    "GoalFollower.clip": Person(lambda v: holdfast.GoalFollower(clip=v), none=True),
+    "GoalFollower.step.goal": Array(lambda v: holdfast.GoalFollower().step(v), np.array([0.5, -0.5, 1.0])),
+    "GoalFollower.push.by": Array(lambda v: holdfast.GoalFollower().push(v), POINT),
     "synthesize.object": Mesh(lambda v: holdfast.synthesize("drink", v), dear=True),
     "synthesize.clip": Person(lambda v: holdfast.synthesize("drink", "mug", clip=v), none=True),
     "synthesize.betas": Array(

@@ -144,3 +144,26 @@ def test_reach_takes_an_object():
 def test_reach_refuses_a_wrong_take(options):
     with pytest.raises(ValueError):
         holdfast.reach([[0.3, -1.3, 0.8]], **options)
+
+
+def test_a_goal_that_moves_is_followed_frame_by_frame():
+    follower = holdfast.GoalFollower(candidates=4, horizon=6, seed=2)
+    again = holdfast.GoalFollower(candidates=4, horizon=6, seed=2)
+    for frame in range(12):
+        goal = (0.02 * frame, -0.5, 1.1)
+        if frame == 5:
+            follower.push((0.1, 0, 0))
+            again.push((0.1, 0, 0))
+        pose, trans = follower.step(goal)
+        assert pose.shape == (55, 3) and trans.shape == (3,)
+        same = again.step(goal)
+        assert np.array_equal(pose, same[0]) and np.array_equal(trans, same[1])
+    clip = follower.clip
+    assert len(clip) == 13
+    assert np.allclose(clip.trans[-1], trans)
+    with pytest.raises(holdfast.Error, match="above the ground"):
+        follower.step((0, 0, -1))
+    with pytest.raises(holdfast.Error, match="1 m"):
+        follower.push((5, 0, 0))
+    with pytest.raises(ValueError, match="candidates"):
+        holdfast.GoalFollower(candidates=0)

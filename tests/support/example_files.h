@@ -272,6 +272,11 @@ class ExampleFiles {
       {"mug.csv", Text("name,x,y,z\nmug_a,0.04,0,0.02\nmug_b,-0.04,0,0.05\nmug_c,0,0.045,0.08\n")},
       {"names.csv", Text("name,joint,vertex,cluster\nSTRN,spine3,,\nRSHO1,right_collar,,r\n"
                          "RSHO2,right_collar,,r\nLSHO1,left_collar,,l\nLSHO2,left_collar,,l\n")},
+      {"goals.csv",
+       [](const Path& path) {
+         std::ofstream file(path);
+         for (int t = 0; t < 100; ++t) file << fmt::format("{:.3f},-0.6,1.1\n", 0.01 * t);
+       }},
       {"recordings", WriteRecordings},
       {"solved",
        [this](const Path&) {

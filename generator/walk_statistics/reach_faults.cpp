@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#include "generator/walk_statistics/reach_faults.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+// Mean over `radius` frames on either side, as far as there are any.
+double MeanAround(std::span<const double> values, int t, int radius) {
+  const int first = std::max(0, t - radius);
+  const int last = std::min(static_cast<int>(values.size()) - 1, t + radius);
+  double sum = 0.0;
+  for (int s = first; s <= last; ++s) sum += values[static_cast<std::size_t>(s)];
+  return sum / (last - first + 1);
+}
+
+int SecondCrouch(std::span<const double> heights) {
+  constexpr double kCrouch = 0.12, kChange = 0.06;  // metres
+  double stands = -1.0, lowest = 0.0, rises_to = 0.0;
+  bool crouched = false, rises = false;
+  for (int t = 0; t < static_cast<int>(heights.size()); ++t) {
+    const double height = MeanAround(heights, t, 2);
+    stands = std::max(stands, height);
+    if (height > stands - kChange) {
+      crouched = rises = false;  // up again: what follows is another crouch
+    } else if (!crouched) {
+      crouched = height < stands - kCrouch;
+      lowest = height;
+    } else if (!rises) {
+      lowest = std::min(lowest, height);
+      rises = height > lowest + kChange;
+      rises_to = height;
+    } else {
+      rises_to = std::max(rises_to, height);
+      if (height < rises_to - kChange) return t;
+    }
+  }
+  return -1;
+}
+
+}  // namespace
+
+bool ReachFaults::LeansBack() const { return lean_back_rad > 10.0 * kDegree; }
+
+ReachFaults FindReachFaults(std::span<const BodyFrame> frames,
+                            const Eigen::Matrix3Xd& rest_joints) {
+  constexpr int kAround = 10, kKept = 10;       // frames
+  constexpr double kWaits = 0.1, kRate = 30.0;  // m/s, Hz
+  const auto count = static_cast<int>(frames.size());
+  std::vector<double> heights, leans;
+  for (const BodyFrame& frame : frames) {
+    const BodyPlacement placed = Place(rest_joints, frame);
+    const Eigen::Vector3d trunk = placed.joints.col(kNeck) - placed.joints.col(kPelvis);
+    const double yaw = Yaw(frame);
+    const Eigen::Vector3d forward(std::sin(yaw), -std::cos(yaw), 0.0);
+    heights.push_back(frame.pelvis.z());
+    leans.push_back(std::atan2(-trunk.dot(forward), trunk.z()));
+  }
+  ReachFaults faults;
+  faults.second_crouch = SecondCrouch(heights);
+  faults.lean_back_rad = std::numeric_limits<double>::quiet_NaN();
+  int waiting = 0;
+  for (int t = kAround; t + kAround < count; ++t) {
+    const Eigen::Vector2d way = (frames[static_cast<std::size_t>(t + kAround)].pelvis -
+                                 frames[static_cast<std::size_t>(t - kAround)].pelvis)
+                                    .head<2>();
+    waiting = way.norm() < kWaits * 2.0 * kAround / kRate ? waiting + 1 : 0;
+    if (waiting < kKept) continue;
+    const auto last = leans.begin() + t + 1;
+    const double kept = *std::min_element(last - kKept, last);
+    if (!(kept <= faults.lean_back_rad)) faults.lean_back_rad = kept;
+  }
+  return faults;
+}
+
+}  // namespace holdfast

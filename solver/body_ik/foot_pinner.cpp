@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#include "solver/body_ik/foot_pinner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "generator/body/limb_ik.h"
+#include "generator/scripted/minimum_jerk.h"
+
+namespace holdfast {
+FootPinner::FootPinner(Eigen::Matrix3Xd rest_joints, double sole_y)
+    : rest_joints_(std::move(rest_joints)), soles_(rest_joints_, sole_y) {
+  drift_.fill(Eigen::Vector2d::Zero());
+}
+
+bool FootPinner::CanStand(int foot) const {
+  const Foot& it = feet_[foot];
+  if (it.steps > 0) return false;
+  const bool free_to_go = it.stands && it.frames >= kLeastStance;
+  return lowest_[foot] < (it.stands ? kHigh : kLow) && speed_[foot] < (free_to_go  ? kFast
+                                                                       : it.stands ? 2.0 * kFast
+                                                                                   : kSlow);
+}
+
+void FootPinner::Choose() {
+  std::array<bool, 2> stands = {CanStand(0), CanStand(1)};
+  if (!stands[0] && !stands[1]) {
+    const auto cost = [&](int foot) {
+      return lowest_[foot] / kLow + speed_[foot] / kSlow + (feet_[foot].stands ? -0.5 : 0.0) +
+             (feet_[foot].steps > 0 ? 4.0 : 0.0);
+    };
+    const int better = cost(0) <= cost(1) ? 0 : 1;
+    stands[better] = lowest_[better] < kAirborne;
+  }
+  for (const int foot : {0, 1}) {
+    Foot& it = feet_[foot];
+    it.frames = it.stands == stands[foot] ? it.frames + 1 : 0;
+    it.stands = stands[foot];
+    if (it.stands) it.steps = 0;
+  }
+  for (const int foot : {0, 1}) {
+    Foot& it = feet_[foot];
+    const Foot& other = feet_[1 - foot];
+    if (!it.stands || !other.stands || other.frames < kLeastStance) continue;
+    if (it.correction.head<2>().norm() < kFarthest) continue;
+    it.stands = false;
+    it.frames = 0;
+    it.steps = kStep;
+    return;
+  }
+}
+
+void FootPinner::Correct(int foot) {
+  Foot& it = feet_[foot];
+  double height = -lowest_[foot];
+  if (it.stands) {
+    it.correction.head<2>() -= drift_[foot];
+  } else if (it.steps > 0) {
+    // The rest of the way in the rest of the frames, slower at both ends.
+    const double before = MinimumJerk(1.0 - static_cast<double>(it.steps) / kStep);
+    const double after = MinimumJerk(1.0 - static_cast<double>(it.steps - 1) / kStep);
+    it.correction.head<2>() *= (1.0 - after) / (1.0 - before);
+    const double phase = 1.0 - static_cast<double>(it.steps - 1) / kStep;
+    height = std::max(0.0, height) + kLift * 4.0 * phase * (1.0 - phase);
+    --it.steps;
+  } else {
+    it.correction.head<2>() *= kBack;
+    const double clearance =
+        kClearance * std::clamp((speed_[foot] - kSlow) / (2.0 * kSlow), 0.0, 1.0);
+    height = std::max(0.0, clearance - lowest_[foot]);
+  }
+  it.correction.z() = std::max(
+      std::clamp(height, it.correction.z() - kRise, it.correction.z() + kRise), -lowest_[foot]);
+}
+
+void FootPinner::Pin(BodyFrame& frame) {
+  const BodyPlacement placed = Place(rest_joints_, frame);
+  now_ = soles_.At(placed);
+  if (frame_ == 0) last_ = now_;
+  for (const int foot : {0, 1}) {
+    const int heel = 2 * foot, ball = heel + 1;
+    const int point = now_(2, ball) < kLow ? ball : heel;
+    drift_[foot] = (now_.col(point) - last_.col(point)).head<2>();
+    speed_[foot] = kFrameRate * drift_[foot].norm();
+    lowest_[foot] = std::min(now_(2, heel), now_(2, ball));
+  }
+  Choose();
+  FeetTarget feet = FeetOf(placed);
+  for (const int foot : {0, 1}) {
+    if (frame_ > 0) Correct(foot);
+    feet.ankle[foot] += feet_[foot].correction;
+  }
+  const double needed = std::min(PelvisSink(rest_joints_, {frame}, {feet})[0], kMostSink);
+  sink_ = std::clamp(needed, sink_ - kSinkOut, sink_ + kSinkIn);
+  frame.pelvis.z() -= sink_;
+  const BodyFrame before = frame;
+  PlaceLegs(rest_joints_, feet, frame);
+  // Legs placed where they are already need not be bent as they were: not all at once.
+  const double share = MinimumJerk(static_cast<double>(frame_) / kFadeIn);
+  for (const Side side : {Side::kLeft, Side::kRight}) {
+    const Limb leg = Leg(side);
+    for (const int joint : {leg.root, leg.middle, leg.end}) {
+      frame.local[joint] = before.local[joint].slerp(share, frame.local[joint]);
+    }
+  }
+  last_ = now_;
+  ++frame_;
+}
+
+Eigen::Vector2d FootPinner::Drag() const {
+  Eigen::Vector2d drag = Eigen::Vector2d::Zero();
+  for (const Foot& foot : feet_) {
+    const Eigen::Vector2d correction = foot.correction.head<2>();
+    const double length = correction.norm();
+    if (!foot.stands || length <= kGivesWay) continue;
+    const Eigen::Vector2d excess = correction * (1.0 - kGivesWay / length);
+    if (excess.squaredNorm() > drag.squaredNorm()) drag = excess;
+  }
+  return drag;
+}
+
+void FootPinner::Follow(const Eigen::Vector2d& moved) {
+  last_.topRows<2>().colwise() += moved;
+  for (Foot& foot : feet_) {
+    if (foot.stands) foot.correction.head<2>() -= moved;
+  }
+}
+
+}  // namespace holdfast

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT
+#include "solver/reach/goal_follower.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "generator/scripted/minimum_jerk.h"
+#include "generator/wandr/motion_states.h"
+#include "generator/wandr/pose_delta.h"
+#include "generator/wandr/reach_goals.h"
+#include "geometry/error.h"
+#include "solver/body_ik/frame_pose.h"
+#include "solver/body_ik/wrist_placement.h"
+#include "solver/reach/follow_cost.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kFrame_s = 1.0 / wandr::kFramesPerSecond;
+const std::array<int, 4> kLooksAhead = {(int)T("l0", 12), (int)T("l1", 18), (int)T("l2", 26),
+                                        (int)T("l3", 40)};  // frames
+constexpr int kPushFrames = 9;
+constexpr double kFarthest = 20.0;  // metres
+
+}  // namespace
+
+struct GoalFollower::Loop {
+  Loop(const ReachPerson& person, const wandr::NetworkWeights& weights, const FollowOptions& asked)
+      : options(asked),
+        mirrored(asked.side == Side::kLeft),
+        measures(mirrored ? MirroredMeasures(person.measures) : person.measures),
+        network(weights),
+        cost(wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>(),
+             static_cast<float>(measures.sole_y)),
+        rollout(network, wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>(), asked.candidates,
+                asked.horizon, {.intention = {.min_frames_left = 10.0, .hold_last_goal = true}}),
+        pinner(measures.rest_joints, measures.sole_y),
+        random(asked.seed, 0),
+        here(wandr::StartAtFrame(mirrored ? wandr::MirroredStates(person.states) : person.states,
+                                 person.Frame(), wandr::Normaliser<double>(weights.statistics))
+                 .Cast<float>()),
+        latents(network.LatentSize() * asked.horizon, asked.candidates),
+        best(Eigen::VectorXf::Zero(network.LatentSize() * asked.horizon)) {
+    BodyFrame frame = FrameOf(here.pose.Cast<double>(), measures.rest_joints.col(0));
+    hand = Wrist(frame);
+    hand_velocity.setZero();
+    pinner.Pin(frame);
+  }
+
+  Vector3d Wrist(const BodyFrame& frame) const {
+    return Place(measures.rest_joints, frame).joints.col(kRightWrist);
+  }
+
+  // Of every candidate: latents, and the goal some frames ahead.
+  void Draw() {
+    const Eigen::Index size = network.LatentSize(), all = latents.rows();
+    best.head(all - size) = best.tail(all - size).eval();
+    best.tail(size).setZero();
+    plans.resize(static_cast<std::size_t>(options.candidates));
+    ahead.resize(plans.size());
+    for (int i = 0; i < options.candidates; ++i) {
+      ahead[i] =
+          i == 0 ? best_ahead : kLooksAhead[static_cast<std::size_t>(i) % kLooksAhead.size()];
+      plans[i] = {{goal.After(ahead[i]), ahead[i]}};
+      auto z = latents.col(i);
+      if (i == 0) {
+        z = best;
+        continue;
+      }
+      // Every third is the last best, changed; one is the mean motion.
+      const bool anew = i % 3 != 0;
+      const double sigma = i == 1 ? 0.0 : anew ? options.sigma : T("keep", 0.4) * options.sigma;
+      double pair[2] = {};
+      for (Eigen::Index k = 0; k < all; ++k) {
+        if (k % 2 == 0) random.NormalPair(pair[0], pair[1]);
+        z[k] = static_cast<float>(sigma * pair[k % 2]) + (anew ? 0.0f : best[k]);
+      }
+    }
+  }
+
+  void Choose() {
+    Draw();
+    const int count = options.candidates;
+    starts.assign(static_cast<std::size_t>(count), here);
+    rollout.Begin(starts, plans);
+    const Eigen::Index size = network.LatentSize();
+    std::vector<float> costs(starts.size(), 0.0f);
+    std::vector<wandr::BodyKinematics<float>> before(starts.size()), now(starts.size());
+    for (auto& placed : before) cost.Place(here.pose, placed);
+    for (int t = 0; t < options.horizon; ++t) {
+      rollout.Step(latents.middleRows(size * t, size));
+      if (t == 0) first = rollout.PreviousDelta();
+      const Eigen::Vector3f wanted = goal.After(t + 1.0).cast<float>();
+      for (int i = 0; i < count; ++i) {
+        cost.Place(rollout.Poses(t + 1)[i], now[i]);
+        costs[i] += cost(before[i], now[i], wanted);
+      }
+      before.swap(now);
+    }
+    int chosen = -1;
+    float least = std::numeric_limits<float>::infinity();
+    for (int i = 0; i < count; ++i) {
+      if (!(costs[i] < least)) continue;
+      least = costs[i];
+      chosen = i;
+    }
+    if (chosen < 0) return;  // numbers that broke: stays as it is
+    best = latents.col(chosen);
+    best_ahead = ahead[chosen];
+    here.pose = rollout.Poses(1)[chosen];
+    here.previous_delta = first.col(chosen);
+  }
+
+  void MoveNetwork(const Vector3d& by) {
+    here.pose.translation += by.cast<float>();
+    // The network sees that it was moved as a part of the step before.
+    const auto& norms = network.Norms();
+    wandr::StateVector<float> delta = wandr::DeltaOfNormalised<float>(norms, here.previous_delta);
+    delta.head<3>() += wandr::HeadingOf<float>(here.pose.rotation[0]).FromWorld(by.cast<float>());
+    here.previous_delta = wandr::NormalisedDelta<float>(norms, delta);
+  }
+
+  // The place that the hand is to be at: a critically damped follower of the goal.
+  void MoveHand() {
+    const double kStiffness = T("stiff", 12.0), kFastest = 3.0;  // 1/s, m/s
+    const Vector3d lacks = goal.After(1.0) - hand;
+    hand_velocity += kFrame_s * (kStiffness * kStiffness * lacks +
+                                 2.0 * kStiffness * (goal.Velocity() - hand_velocity));
+    const double speed = hand_velocity.norm();
+    if (speed > kFastest) hand_velocity *= kFastest / speed;
+    hand += kFrame_s * hand_velocity;
+  }
+
+  // The hand goes to its place as far as that is within reach of the shoulder.
+  void PlaceHand(BodyFrame& frame) {
+    constexpr double kAll = 0.80, kNothing = 1.30;  // metres from the shoulder
+    const auto joints = Place(measures.rest_joints, frame).joints;
+    const double away = (hand - joints.col(kRightShoulder)).norm();
+    const double share = MinimumJerk((kNothing - away) / (kNothing - kAll));
+    if (share <= 0.0) return;
+    const Vector3d wrist = joints.col(kRightWrist);
+    PlaceWrist(measures.rest_joints, Side::kRight, wrist + share * (hand - wrist), frame);
+  }
+
+  wandr::Pose<double> Step(Vector3d at) {
+    if (mirrored) at = wandr::MirroredPoint(at);
+    goal.See(at);
+    Choose();
+    if (push_frames > 0) {
+      const double done = MinimumJerk(1.0 - static_cast<double>(push_frames - 1) / kPushFrames) -
+                          MinimumJerk(1.0 - static_cast<double>(push_frames) / kPushFrames);
+      --push_frames;
+      pushed_for = kPushFrames;  // feet step after the body, it does not go back to them
+      MoveNetwork(done * push);
+    }
+    BodyFrame frame = FrameOf(here.pose.Cast<double>(), measures.rest_joints.col(0));
+    pinner.Pin(frame);
+    if (--pushed_for < 0) {
+      const Eigen::Vector2d drag = kYield * pinner.Drag();
+      here.pose.translation.head<2>() += drag.cast<float>();
+      pinner.Follow(drag);
+    }
+    MoveHand();
+    PlaceHand(frame);
+    wandr::Pose<double> pose = PoseOf(frame, measures.rest_joints.col(0));
+    if (!mirrored) return pose;
+    const wandr::StateMatrix<double> state = wandr::StateOf(pose);
+    return wandr::PoseOf<double>(wandr::MirroredStates(state).col(0));
+  }
+
+  double kYield = T("yield", 0.5);
+
+  FollowOptions options;
+  bool mirrored;
+  BodyMeasures measures;
+  wandr::Network<float> network;
+  FollowCost cost;
+  wandr::Rollout<float> rollout;
+  FootPinner pinner;
+  nn::RandomStream random;
+  wandr::RolloutStart<float> here;  // of the network, feet not pinned
+  Eigen::MatrixXf latents;          // (64 horizon x candidates)
+  Eigen::VectorXf best;
+  Eigen::MatrixXf first;
+  int best_ahead = kLooksAhead[1];
+  std::vector<int> ahead;
+  std::vector<wandr::RolloutStart<float>> starts;
+  std::vector<wandr::GoalPlan> plans;
+  GoalPrediction goal;
+  Vector3d hand, hand_velocity;
+  Vector3d push = Vector3d::Zero();
+  int push_frames = 0, pushed_for = 0;
+};
+
+GoalFollower::GoalFollower(const ReachPerson& person, const wandr::NetworkWeights& network,
+                           const FollowOptions& options) {
+  if (options.candidates < 1 || options.horizon < 1 || !(options.sigma >= 0.0)) {
+    throw Error("follow",
+                fmt::format("{} candidates over {} frames, sigma {}", options.candidates,
+                            options.horizon, options.sigma),
+                "Give at least one candidate and one frame, and a sigma of 0 or more");
+  }
+  loop_ = std::make_unique<Loop>(person, network, options);
+}
+GoalFollower::~GoalFollower() = default;
+GoalFollower::GoalFollower(GoalFollower&&) noexcept = default;
+
+wandr::Pose<double> GoalFollower::Step(const Eigen::Vector3d& goal) {
+  const Vector3d pelvis =
+      loop_->here.pose.translation.cast<double>() + loop_->measures.rest_joints.col(0);
+  const Vector3d seen = loop_->mirrored ? wandr::MirroredPoint(goal) : goal;
+  if (!goal.allFinite() || goal.z() < 0.0 || (seen - pelvis).norm() > kFarthest) {
+    throw Error("goal " + fmt::format("({:.2f}, {:.2f}, {:.2f})", goal.x(), goal.y(), goal.z()),
+                fmt::format("is not a place above the ground within {:.0f} m", kFarthest),
+                "Give world metres, z up from the ground");
+  }
+  return loop_->Step(goal);
+}
+
+void GoalFollower::Push(const Eigen::Vector3d& by) {
+  if (!by.allFinite() || by.norm() > 1.0) {
+    throw Error("push", "is not a displacement of at most 1 m", "Give metres, as in 0.2,0,0");
+  }
+  loop_->push = loop_->mirrored ? wandr::MirroredPoint(by) : by;
+  loop_->push_frames = kPushFrames;
+}
+
+}  // namespace holdfast
