@@ -159,9 +159,12 @@ std::string SwitchesText(const nlohmann::json& switches) {
                         change["frame"].get<int>(), change["from"].get<std::string>(),
                         change["to"].get<std::string>(), change["confidence"].get<double>());
     if (change.contains("grasp")) {
-      text += fmt::format(", wrist moved by {:.0f} mm and {:.0f} deg",
-                          change["grasp"]["wrist_correction_mm"].get<double>(),
-                          change["grasp"]["wrist_correction_deg"].get<double>());
+      const nlohmann::json& grasp = change["grasp"];
+      text += fmt::format(
+          ", wrists moved by {:.0f} mm and {:.0f} deg ({}), {:.0f} mm and {:.0f} deg ({})",
+          grasp["giver_moved_mm"].get<double>(), grasp["giver_turned_deg"].get<double>(),
+          change["from"].get<std::string>(), grasp["receiver_moved_mm"].get<double>(),
+          grasp["receiver_turned_deg"].get<double>(), change["to"].get<std::string>());
     }
     text += "\n";
   }

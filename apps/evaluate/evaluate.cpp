@@ -2,6 +2,7 @@
 #include "apps/common.h"
 #include "apps/evaluate/evaluate_captures.h"
 #include "apps/evaluate/evaluate_fit.h"
+#include "apps/evaluate/evaluate_handovers.h"
 #include "apps/evaluate/evaluate_hold.h"
 #include "apps/evaluate/evaluate_markers.h"
 #include "apps/evaluate/evaluate_naturalness.h"
@@ -45,6 +46,7 @@ void AddEvaluateCommand(CLI::App& app, int& exit_code) {
   AddEvaluateReach(*command, exit_code);
   AddEvaluateNaturalness(*command, exit_code);
   AddEvaluateSynthesis(*command, exit_code);
+  AddEvaluateHandovers(*command, exit_code);
   AddEvaluateHold(*command, exit_code);
   AddEvaluateMarkers(*command, exit_code);
   AddEvaluateCaptures(*command, exit_code);

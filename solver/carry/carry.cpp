@@ -19,6 +19,7 @@
 #include "geometry/mesh/surface_distance.h"
 #include "solver/fit/clip_state.h"
 #include "solver/fit/grasps_from_clip.h"
+#include "solver/handover/hand_meeting.h"
 #include "solver/handover/hand_passage.h"
 #include "solver/recipes/imos_code.h"
 
@@ -267,28 +268,59 @@ class Carrier {
     const bool hands_change =
         std::ranges::adjacent_find(holding, std::ranges::not_equal_to{}) != holding.end();
     const bool transfers = options_.hand_over || (needs_grasp_ && hands_change);
-    std::optional<GraspTransfer> first;
-    if (first_handover_) first = first_handover_->second;
-    const GraspMaker later =
-        transfers ? GraspsByTransfer(right_, left_, object_.object.mesh, object_.solid.distance,
-                                     *object_.fit.distance, TransferOptions(), &report_.handovers,
-                                     receivers_, first)
-                  : GraspsFromClip(clip_, hands_);
-    const auto& both_poses = report_.grasp.poses;
-    const GraspMaker grasps = [&](const GraspRequest& request) {
-      const bool both = request.frame == 0 && both_poses;
-      return both ? (*both_poses)[request.side == Side::kRight ? 0 : 1] : later(request);
-    };
     const auto begin = std::chrono::steady_clock::now();
-    const auto go_on = [&](int done, int total) { return GoesOn("fit", done, total); };
-    report_.fit = options_.recipe == FitRecipe::kImosCode
-                      ? FitClipImosCode(clip_, *hands_.front(), object_.fit.vertices, {}, go_on)
-                      : FitClip(clip_, hands_, object_.fit, holding, options_.fit, grasps, go_on);
+    std::vector<GraspTransfer> made;
+    if (first_handover_) made.push_back(first_handover_->second);
+    std::optional<Clip> met;
+    if (transfers && !options_.keep_motion && options_.recipe == FitRecipe::kHoldfast) {
+      met = WithHandsMeeting(made);
+    }
+    const Clip& source = met ? *met : clip_;
+    if (stopped_) return;
+    report_.fit =
+        options_.recipe == FitRecipe::kImosCode
+            ? FitClipImosCode(clip_, *hands_.front(), object_.fit.vertices, {}, GoesOnFitting())
+            : FitClip(source, hands_, object_.fit, holding, options_.fit,
+                      Grasps(transfers, std::move(made)), GoesOnFitting());
     report_.fit_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     report_.clip = std::move(report_.fit.clip);
     if (transfers || report_.drink || options_.clear_passages) {
-      ClearPassages(clip_, hands_, *object_.fit.distance, options_.fit.release_s, report_.clip);
+      ClearPassages(source, hands_, *object_.fit.distance, options_.fit.release_s, report_.clip);
     }
+  }
+
+  // How hands take hold; of those that the object is handed to, the first as in `made`.
+  GraspMaker Grasps(bool transfers, std::vector<GraspTransfer> made) {
+    const GraspMaker later =
+        transfers ? GraspsByTransfer(right_, left_, object_.object.mesh, object_.solid.distance,
+                                     *object_.fit.distance, TransferOptions(), &report_.handovers,
+                                     receivers_, std::move(made))
+                  : GraspsFromClip(clip_, hands_);
+    return [this, later](const GraspRequest& request) {
+      const auto& both_poses = report_.grasp.poses;
+      const bool both = request.frame == 0 && both_poses;
+      return both ? (*both_poses)[request.side == Side::kRight ? 0 : 1] : later(request);
+    };
+  }
+
+  std::function<bool(int, int)> GoesOnFitting() {
+    return [this](int done, int total) { return GoesOn("fit", done, total); };
+  }
+
+  // The clip with both arms at each hand-over where they share the way to each other, as a first
+  // fit of frame after frame finds it; `made`: all transfers.
+  Clip WithHandsMeeting(std::vector<GraspTransfer>& made) {
+    FitOptions once = options_.fit;
+    once.whole_clip = false;
+    FitClip(clip_, hands_, object_.fit, report_.holding.hands, once, Grasps(true, made),
+            [this](int, int) { return GoesOn("fit", 0, clip_.NumFrames()); });
+    made.clear();
+    for (const Handover& handover : report_.handovers) made.push_back(handover.transfer);
+    Clip met = clip_;
+    LetHandsMeet(right_, left_, report_.holding.switches, report_.handovers,
+                 TransferOptions().lever_m, met);
+    report_.handovers.clear();
+    return met;
   }
 
   void KeepOut() {
@@ -303,10 +335,21 @@ class Carrier {
     report_.contact = ScoreContact(
         MeasureHands(report_.clip, hands_, report_.holding.hands, object_.solid, options_.protocol,
                      [&](int done, int total) { return GoesOn("metrics", done, total); }));
+    for (Handover& handover : report_.handovers) MeasureChange(handover);
     if (!report_.drink) return;
     report_.drunk =
         MeasureDrink(report_.clip, report_.drink->times, WholeBody().RestJoints(),
                      FindFaceMarks(WholeBody()), MarksOf(object_.object.name, object_.object.mesh));
+  }
+
+  // Of both wrists, while both hands hold.
+  void MeasureChange(Handover& handover) const {
+    const std::vector<std::uint8_t>& hands = report_.holding.hands;
+    int end = handover.frame + 1;
+    while (end < std::ssize(hands) && hands[end] == kHoldsBoth) ++end;
+    handover.receiver = LargestChange(Hand(handover.to), clip_, report_.clip, handover.frame, end);
+    handover.giver =
+        LargestChange(Hand(OtherSide(handover.to)), clip_, report_.clip, handover.frame, end);
   }
 
   void Warn() {

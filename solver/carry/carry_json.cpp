@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -150,15 +149,18 @@ nlohmann::json SwitchesJson(const HoldLabels& holding, const std::vector<Handove
         continue;
       }
       const GraspTransfer& transfer = handover.transfer;
-      entry["grasp"] = {
-          {"clean", transfer.found},
-          {"method", MethodName(transfer.method)},
-          {"refused", transfer.refused},
-          {"wrist_correction_mm", 1e3 * transfer.correction_m},
-          {"wrist_correction_deg", transfer.correction_rad * 180.0 / std::numbers::pi},
-          {"hand_overlap_mm", transfer.hand_overlap_mm},
-          {"contacts_outside_place_ratio", transfer.grasp.outside_place},
-          {"skin_in_object_mm", transfer.grasp.max_penetration_mm}};
+      entry["grasp"] = {{"clean", transfer.found},
+                        {"method", MethodName(transfer.method)},
+                        {"refused", transfer.refused},
+                        {"wrist_correction_mm", 1e3 * transfer.correction_m},
+                        {"wrist_correction_deg", transfer.correction_rad / kDegree},
+                        {"receiver_moved_mm", 1e3 * handover.receiver.moved_m},
+                        {"receiver_turned_deg", handover.receiver.turned_rad / kDegree},
+                        {"giver_moved_mm", 1e3 * handover.giver.moved_m},
+                        {"giver_turned_deg", handover.giver.turned_rad / kDegree},
+                        {"hand_overlap_mm", transfer.hand_overlap_mm},
+                        {"contacts_outside_place_ratio", transfer.grasp.outside_place},
+                        {"skin_in_object_mm", transfer.grasp.max_penetration_mm}};
     }
     list.push_back(std::move(entry));
   }

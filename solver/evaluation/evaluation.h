@@ -12,6 +12,7 @@
 ///   reach_method_study.h  MethodStudy: methods on the same cases
 ///   reach_methods.h       the methods compared, baselines first
 ///   handover_study.h      switches found in synthetic hand-overs
+///   pass_study.h          objects passed from hand to hand through a clip
 ///   hold_study.h          grasps tried in MuJoCo
 ///   track_study.h         goals that move, followed frame by frame
 ///   touch_study.h         touches that markers show, in solved and refined motion
@@ -23,6 +24,7 @@
 #include "solver/evaluation/handover_study.h"
 #include "solver/evaluation/hold_study.h"
 #include "solver/evaluation/marker_study.h"
+#include "solver/evaluation/pass_study.h"
 #include "solver/evaluation/reach_methods.h"
 #include "solver/evaluation/reach_study.h"
 #include "solver/evaluation/robot_study.h"

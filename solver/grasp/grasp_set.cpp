@@ -34,20 +34,24 @@ class GraspSampler : GraspStages {
   struct Trial {
     bool refined = false;
     std::optional<CertifiedGrasp> valid;  // without its certificate
+    bool firm = false;                    // HoldsFirmly
   };
 
   bool FitsUse(HandEvaluation& evaluation, const GraspAttempt& attempt,
                const std::vector<GraspContact>& contacts) const;
   bool PlaceHands(std::span<const int> places, std::vector<Placement>& distinct);
   Trial Try(const Placement& placement) const;
-  bool IsNew(const Eigen::Isometry3d& wrist_from_object) const;
+  bool IsNew(const Eigen::Isometry3d& wrist_from_object,
+             const std::vector<CertifiedGrasp>& among) const;
   double Share() const { return static_cast<double>(out_.grasps.size()) / set_.count; }
   // False when there are enough, or the search is to stop.
   bool Sample(int sampling);
   bool CloseAndKeep(std::span<const Placement> placements);
+  void KeepLoose();
 
   const GraspSetOptions& set_;
   GraspSet& out_;
+  std::vector<CertifiedGrasp> loose_;  // valid but not firm
 };
 
 // Open hands at the places, the most promising first, without those near to a better one or to a
@@ -72,7 +76,7 @@ bool GraspSampler::PlaceHands(std::span<const int> places, std::vector<Placement
       return !AreDistinct(placement.wrist_from_object, other.wrist_from_object, set_.apart_m,
                           set_.apart_rad);
     };
-    if (IsNew(placement.wrist_from_object) &&
+    if (IsNew(placement.wrist_from_object, out_.grasps) &&
         std::none_of(distinct.begin(), distinct.end(), near)) {
       distinct.push_back(placement);
     }
@@ -80,8 +84,9 @@ bool GraspSampler::PlaceHands(std::span<const int> places, std::vector<Placement
   return true;
 }
 
-bool GraspSampler::IsNew(const Eigen::Isometry3d& wrist_from_object) const {
-  return std::all_of(out_.grasps.begin(), out_.grasps.end(), [&](const CertifiedGrasp& other) {
+bool GraspSampler::IsNew(const Eigen::Isometry3d& wrist_from_object,
+                         const std::vector<CertifiedGrasp>& among) const {
+  return std::all_of(among.begin(), among.end(), [&](const CertifiedGrasp& other) {
     return AreDistinct(wrist_from_object, other.grasp.wrist_from_object, set_.apart_m,
                        set_.apart_rad);
   });
@@ -140,7 +145,10 @@ GraspSampler::Trial GraspSampler::Try(const Placement& placement) const {
     if (found.grasp.max_penetration_mm >= most_mm || !WhyRefused(scene_, found.grasp).empty()) {
       return {true, std::nullopt};
     }
-    if (found.grasp.object_in_hand_mm < most_mm) return {true, std::move(found)};
+    if (found.grasp.object_in_hand_mm < most_mm) {
+      const bool firm = HoldsFirmly(found.contacts);
+      return {true, std::move(found), firm};
+    }
   }
   return {true, std::nullopt};
 }
@@ -159,9 +167,10 @@ bool GraspSampler::CloseAndKeep(std::span<const Placement> placements) {
     const std::size_t before = out_.grasps.size();
     for (Trial& trial : trials) {
       out_.refinements += trial.refined;
-      if (static_cast<int>(out_.grasps.size()) < set_.count && trial.valid &&
-          IsNew(trial.valid->grasp.wrist_from_object)) {
-        out_.grasps.push_back(std::move(*trial.valid));
+      std::vector<CertifiedGrasp>& kept = trial.firm ? out_.grasps : loose_;
+      if (static_cast<int>(kept.size()) < set_.count && trial.valid &&
+          IsNew(trial.valid->grasp.wrist_from_object, kept)) {
+        kept.push_back(std::move(*trial.valid));
       }
     }
     const auto kept = static_cast<int>(out_.grasps.size() - before);
@@ -175,6 +184,12 @@ bool GraspSampler::CloseAndKeep(std::span<const Placement> placements) {
     if (static_cast<int>(out_.grasps.size()) == set_.count) return false;
   }
   return true;
+}
+
+// What holds, if not firmly, where nothing does.
+void GraspSampler::KeepLoose() {
+  out_.grasps = std::move(loose_);
+  for (CertifiedGrasp& one : out_.grasps) one.grasp.certificate = Certify(one.contacts);
 }
 
 bool GraspSampler::Sample(int sampling) {
@@ -210,6 +225,7 @@ void GraspSampler::Run() {
     if (!Sample(sampling)) break;
     if (50 * (out_.grasps.size() - before) < out_.grasps.size() || out_.grasps.empty()) break;
   }
+  if (out_.grasps.empty()) KeepLoose();
   std::stable_sort(out_.grasps.begin(), out_.grasps.end(),
                    [](const auto& a, const auto& b) { return a.grasp.score > b.grasp.score; });
   if (!out_.grasps.empty()) {

@@ -47,8 +47,10 @@ struct GraspSet {
 
 /// Many ways to hold an object in one hand, for robotics: each is in contact, nowhere deeper than
 /// `max_penetration_m`, is refused for none of CloseHand's reasons, holds the object's weight in
-/// every direction with the friction given (GraspCertificate), and is distinct from all others. If
-/// a use is asked for (GraspOptions::use), each takes the object for it; else those that do as
+/// every direction with the friction given (GraspCertificate), and is distinct from all others.
+/// Each holds firmly: with a squeeze of six times the weight, and of twelve where the mass centre
+/// is off by a tenth of the object's size; only where none does, those that hold at all are given.
+/// If a use is asked for (GraspOptions::use), each takes the object for it; else those that do as
 /// people do, judged by shape, come first. Hands are put to opposed places and handles all over the
 /// object, closed and refined, the cheap tests first, until there are enough. The same for any
 /// number of threads.

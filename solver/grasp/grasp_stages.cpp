@@ -79,6 +79,23 @@ bool GraspStages::Holds(const std::vector<GraspContact>& contacts) const {
   return HoldsGravity(contacts, scene_.centroid, 0.5 * scene_.size, options_.friction);
 }
 
+bool GraspStages::HoldsFirmly(const std::vector<GraspContact>& contacts) const {
+  constexpr double kSqueeze = 6.0, kOffSqueeze = 12.0, kOffset = 0.1;
+  const auto holds = [&](const Eigen::Vector3d& offset, double squeeze) {
+    CertificateOptions certificate_options;
+    certificate_options.most_squeeze = squeeze;
+    return HoldsGravity(contacts, scene_.centroid + kOffset * scene_.size * offset,
+                        0.5 * scene_.size, options_.friction, certificate_options);
+  };
+  if (!holds(Eigen::Vector3d::Zero(), kSqueeze)) return false;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double way : {-1.0, 1.0}) {
+      if (!holds(way * Eigen::Vector3d::Unit(axis), kOffSqueeze)) return false;
+    }
+  }
+  return true;
+}
+
 GraspCertificate GraspStages::Certify(const std::vector<GraspContact>& contacts) const {
   CertificateOptions certificate_options;
   certificate_options.friction = options_.friction;

@@ -43,6 +43,9 @@ class GraspStages {
                                      const Eigen::Isometry3d& wrist_from_object) const;
   /// HoldsGravity and CertifyContacts with the options' friction.
   bool Holds(const std::vector<GraspContact>& contacts) const;
+  /// Whether they hold it firmly: squeezed with no more than six times its weight, and with twelve
+  /// where the mass centre is off by a tenth of the object's size, whichever way.
+  bool HoldsFirmly(const std::vector<GraspContact>& contacts) const;
   GraspCertificate Certify(const std::vector<GraspContact>& contacts) const;
 
   const HandModel& hand_;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "solver/handover/grasps_by_transfer.h"
 
+#include <utility>
+
 namespace holdfast {
-namespace {
 
 Eigen::Isometry3d WristIn(const HandModel& hand, const JointPose& pose,
                           const Eigen::Vector3d& trans) {
@@ -11,15 +12,13 @@ Eigen::Isometry3d WristIn(const HandModel& hand, const JointPose& pose,
   return state.WorldFromWrist();
 }
 
-}  // namespace
-
 GraspMaker GraspsByTransfer(const HandModel& right, const HandModel& left,
                             const TriangleMesh& object, const SignedDistance& surface,
                             const DistanceGrid& distance, const GraspTransferOptions& options,
                             std::vector<Handover>* handovers, ReceivingHands receivers,
-                            std::optional<GraspTransfer> first) {
+                            std::vector<GraspTransfer> made) {
   return [&right, &left, &object, &surface, &distance, options, handovers, receivers,
-          first](const GraspRequest& request) mutable {
+          made = std::move(made), next = std::size_t{0}](const GraspRequest& request) mutable {
     if (request.frame == 0) return GraspPose{FingersOf(request.pose, request.side), {}};
     const HandModel& receiver = request.side == Side::kRight ? right : left;
     const HandModel& giver = request.side == Side::kRight ? left : right;
@@ -37,10 +36,13 @@ GraspMaker GraspsByTransfer(const HandModel& right, const HandModel& left,
       return taking->TakeOver(giver, FingersOf(request.pose, giver.HandSide()), from_object(giver),
                               from_object(receiver));
     };
-    const GraspTransfer transfer = first ? *first : take_over();
-    first.reset();
-    if (handovers != nullptr) handovers->push_back({request.frame, request.side, transfer});
-    const Eigen::Isometry3d wrist = world_from_object * transfer.grasp.wrist_from_object.inverse();
+    const GraspTransfer transfer = next < made.size() ? made[next++] : take_over();
+    const Eigen::Isometry3d object_from_wrist = transfer.grasp.wrist_from_object.inverse();
+    if (handovers != nullptr) {
+      handovers->push_back(
+          {request.frame, request.side, transfer, from_object(giver) * object_from_wrist});
+    }
+    const Eigen::Isometry3d wrist = world_from_object * object_from_wrist;
     return GraspPose{transfer.grasp.fingers,
                      OffsetTo(receiver, wrist, request.trans, request.pose)};
   };

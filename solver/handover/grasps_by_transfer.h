@@ -3,7 +3,6 @@
 
 #include <array>
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "geometry/body/hand_model.h"
@@ -15,12 +14,23 @@
 
 namespace holdfast {
 
+/// How far a wrist is from where the clip had it, at most.
+struct WristChange {
+  double moved_m = 0.0, turned_rad = 0.0;
+};
+
 /// A grasp that was handed over.
 struct Handover {
   int frame = 0;  ///< in which the receiving hand takes hold
   Side to = Side::kLeft;
   GraspTransfer transfer;
+  Eigen::Isometry3d giver_from_receiver = Eigen::Isometry3d::Identity();  ///< wrists, both holding
+  WristChange giver = {}, receiver = {};  ///< in the result of CarryObject, while both hold
 };
+
+/// World pose of a hand's wrist in a body's pose.
+Eigen::Isometry3d WristIn(const HandModel& hand, const JointPose& pose,
+                          const Eigen::Vector3d& trans);
 
 /// The right and the left hand as receivers; null: not asked for yet.
 using ReceivingHands = std::array<std::shared_ptr<const GraspReceiver>, 2>;
@@ -28,12 +38,12 @@ using ReceivingHands = std::array<std::shared_ptr<const GraspReceiver>, 2>;
 /// Grasps for a hand that takes the object over from the other one (TransferGrasp): its fingers
 /// close on the object as it is, and its wrist goes where that needs it. What came of each is added
 /// to `handovers`, if given. `receivers` (right, left) are made when they are first asked for, or
-/// may be given where they are there already; so may the `first` transfer of the clip. All
+/// may be given where they are there already; so may the clip's first transfers (`made`). All other
 /// arguments must outlive what is returned.
 GraspMaker GraspsByTransfer(const HandModel& right, const HandModel& left,
                             const TriangleMesh& object, const SignedDistance& surface,
                             const DistanceGrid& distance, const GraspTransferOptions& options,
                             std::vector<Handover>* handovers, ReceivingHands receivers = {},
-                            std::optional<GraspTransfer> first = {});
+                            std::vector<GraspTransfer> made = {});
 
 }  // namespace holdfast

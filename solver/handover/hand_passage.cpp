@@ -13,6 +13,7 @@
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
 #include "solver/grasp/hand_approach.h"
+#include "solver/handover/grasps_by_transfer.h"
 #include "solver/handover/hand_balls.h"
 #include "solver/handover/passage_clearance.h"
 
@@ -33,12 +34,6 @@ struct Timing {
 constexpr std::array kTimings = {Timing{0.4, 0.2, 1.0}, Timing{0.4, 0.4, 1.2},
                                  Timing{0.7, 0.35, 1.4}, Timing{0.7, 0.7, 1.7},
                                  Timing{1.0, 0.8, 2.0}};
-
-Isometry3d WristOf(const HandModel& hand, const JointPose& pose, const Vector3d& trans) {
-  HandState state(hand);
-  state.SetBody(pose, trans);
-  return state.WorldFromWrist();
-}
 
 Isometry3d Between(const Isometry3d& a, const Isometry3d& b, double share) {
   const Eigen::Quaterniond turned =
@@ -168,14 +163,14 @@ class Passage {
     if (other_ == nullptr) return {};
     const FingerPose fingers = FingersOf(clip_.pose[t], other_->hand.HandSide());
     return MovedBalls(
-        Object(t).inverse() * WristOf(other_->hand, clip_.pose[t], clip_.trans.col(t)),
+        Object(t).inverse() * WristIn(other_->hand, clip_.pose[t], clip_.trans.col(t)),
         HandBalls(*other_, fingers));
   }
 
   void TakeGrasp() {
     grasp_.fingers = FingersOf(clip_.pose[edge_], side_);
     grasp_.wrist_from_object =
-        WristOf(anatomy_.hand, clip_.pose[edge_], clip_.trans.col(edge_)).inverse() * Object(edge_);
+        WristIn(anatomy_.hand, clip_.pose[edge_], clip_.trans.col(edge_)).inverse() * Object(edge_);
     constexpr double kNoTable = -1e9;
     approach_ = FindApproach(anatomy_, grasp_, object_, kNoTable);
     clearance_.emplace(anatomy_, object_,
@@ -207,7 +202,7 @@ class Passage {
     return At(
         t, fingers,
         Between(grasp_.wrist_from_object.inverse(),
-                from_world * WristOf(anatomy_.hand, source_.pose[t], source_.trans.col(t)), home));
+                from_world * WristIn(anatomy_.hand, source_.pose[t], source_.trans.col(t)), home));
   }
 
   void Apply(const PassageFrame& frame, const Vector3d& line) {

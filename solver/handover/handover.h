@@ -12,8 +12,10 @@
 ///   hand_balls.h          HandBalls: a hand as balls
 ///   grasp_transfer.h      TransferGrasp: the receiving hand's grasp
 ///   grasps_by_transfer.h  those grasps, asked for by FitClip
+///   hand_meeting.h        LetHandsMeet: both arms go half the way
 ///   passage_clearance.h   PassageClearance: how deep a hand is on its way, how far it keeps off
 ///   hand_passage.h        ClearPassages: clear ways to holds and away from them
 #include "solver/handover/grasps_by_transfer.h"
+#include "solver/handover/hand_meeting.h"
 #include "solver/handover/handover_search.h"
 #include "solver/handover/holds.h"
