@@ -13,8 +13,8 @@ table{border-collapse:collapse;width:100%;margin:1em 0}td,th{padding:.35em .7em;
 td:first-child,th:first-child,td.t,th.t{text-align:left}tr.bad td{background:#fdecea}small{color:#666}
 @media(prefers-color-scheme:dark){body{background:#181a1b;color:#ddd}td,th{border-color:#444}tr.bad td{background:#4a2320}a{color:#8ab4f8}}"""
 LABELS = {
-    "frames": "frames", "max_penetration_depth_mm": "deepest, mm",
-    "deep_penetration_frames_ratio": "deep frames, %", "contact_ratio": "in contact, %",
+    "frames": "frames", "penetration_max_mm": "deepest, mm",
+    "deep_penetration_frames_ratio": "deeper than 2 mm, %", "contact_frames_ratio": "in contact, %",
     "intersection_volume_cm3": "volume, cm³",
 }
 

@@ -32,7 +32,7 @@ def _find(word, folders):
 def _rows(path):
     try:
         with open(path, newline="", encoding="utf-8-sig") as file:
-            first = file.readline()
+            first = next((line for line in file if line.strip() and not line.startswith("#")), "")
             file.seek(0)
             delimiter = "\t" if "\t" in first else ","
             yield from enumerate(csv.reader(file, delimiter=delimiter), start=1)

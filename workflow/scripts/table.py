@@ -6,7 +6,7 @@ import json
 import os
 
 VALUES = [
-    "frames", "max_penetration_depth_mm", "deep_penetration_frames_ratio", "contact_ratio",
+    "frames", "penetration_max_mm", "deep_penetration_frames_ratio", "contact_frames_ratio",
     "intersection_volume_cm3",
 ]
 
@@ -33,26 +33,16 @@ def row(variant, group, name, steps, score):
             break
         fault = fault or job.get("fault", "")
     clip = (score.get("clips") or [{}])[0] if status == "done" else {}
-    values = flat(clip)
-    return {"variant": variant, "group": group, "name": name, "status": status, "fault": fault,
-            **{key: values.get(key, "") for key in VALUES}}
+    values = {"frames": clip.get("frames"), **clip.get("values", {})}
+    known = {key: values.get(key) if values.get(key) is not None else "" for key in VALUES}
+    return {"variant": variant, "group": group, "name": name, "status": status, "fault": fault, **known}
 
 
-def flat(value, into=None):
-    """Numbers anywhere below, by their own names; the first of a name wins."""
-    into = {} if into is None else into
-    for key, inner in value.items():
-        if isinstance(inner, dict):
-            flat(inner, into)
-        elif isinstance(inner, (int, float)) and not isinstance(inner, bool):
-            into.setdefault(key, inner)
-    return into
-
-
+# A centimetre of depth counts as much as no contact in any frame.
 def badness(r):
-    number = lambda key: float(r[key]) if r[key] != "" else 0.0
-    lost = 1.0 - number("contact_ratio") if r["contact_ratio"] != "" else 0.0
-    return (r["status"] == "done", -(number("max_penetration_depth_mm") + 10.0 * lost), r["variant"], r["name"])
+    depth = float(r["penetration_max_mm"] or 0.0)
+    lost = 1.0 - float(r["contact_frames_ratio"] or 0.0)
+    return (r["status"] == "done", -(depth + 10.0 * lost), r["variant"], r["name"])
 
 
 def run(job):
