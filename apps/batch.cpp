@@ -182,13 +182,23 @@ class Batch {
     return words;
   }
 
-  // Every line is parsed before any is run, by one program whose command does nothing.
+  // Every line is parsed before any is run, by one program whose command ends where it would begin.
   void RequireLinesRead() const {
+    struct Reads {};
     int unused = 0;
     CLI::App app("", "holdfast");
     CLI::App& own = Add(app, unused);
-    own.callback([] {});
-    for (const JobLine& line : lines_) ParseJob(app, ArgumentsOf(own, line), line.where);
+    own.parse_complete_callback([] { throw Reads(); });
+    std::set<fs::path> results = {folder_ / "manifest.json"};
+    for (const JobLine& line : lines_) {
+      try {
+        ParseJob(app, ArgumentsOf(own, line), line.where);
+      } catch (const Reads&) {
+      }
+      if (results.insert(ResultOf(line)).second) continue;
+      throw Error(line.where, fmt::format("would write '{}' again", ResultOf(line).string()),
+                  "Give each job another name=");
+    }
   }
 
   const BatchCommand& command_;

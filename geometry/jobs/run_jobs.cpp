@@ -24,6 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kManifest = "manifest.json";
+constexpr std::uintmax_t kLeastBytes = 1 << 20;
 constexpr const char* kSchema = "holdfast/jobs/1";
 
 // Makes the folder, or sees that it is one of such jobs.
@@ -150,6 +151,7 @@ class JobRunner {
     const auto begin = std::chrono::steady_clock::now();
     std::optional<JobOutcome> outcome = (*run_)(index);
     if (!outcome) return true;  // stopped: the lock stays, for the next to outbid
+    RequireSpace(*outcome);
     nlohmann::json line = {
         {"seconds",
          std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()}};
@@ -161,6 +163,17 @@ class JobRunner {
     ++finished_;
     if (*told_) (*told_)(job.name, *outcome, report_.before + finished_);
     return true;
+  }
+
+  // On a full disk all jobs fail, which says nothing of any of them.
+  void RequireSpace(const JobOutcome& outcome) const {
+    if (outcome.done) return;
+    std::error_code unknown;
+    const fs::space_info space = fs::space(options_.folder, unknown);
+    if (unknown || space.available >= kLeastBytes) return;
+    throw Error(options_.folder.string(),
+                fmt::format("could not be written (the disk is full; {})", outcome.fault),
+                "Free some space and start again: what is done stays done");
   }
 
   // Jobs that another process has: looked at until they are done, or their owner is dead.

@@ -49,11 +49,11 @@ class Bench:
         return self.path(name)
 
     def tiny(self, count):
-        return self.list_of(f"tiny{count}.txt", [f"tiny.npz name=j{k}.csv" for k in range(count)])
+        return self.list_of(f"tiny{count}.txt", [f"tiny.npz name=j{k}.npz" for k in range(count)])
 
     # Jobs that end at once, since their input is not there: what is left is everything but the work.
     def overhead(self, count=2000):
-        listed = self.list_of("none.txt", [f"gone{k}.npz name=j{k}.csv" for k in range(count)])
+        listed = self.list_of("none.txt", [f"gone{k}.npz name=j{k}" for k in range(count)])
         begin = time.perf_counter()
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         self.call("export", "--batch", listed, "-o", self.path("none"), "--threads", "1", check=False)
