@@ -188,8 +188,24 @@ nlohmann::json JsonHead(std::string_view schema, const CommonOptions& options) {
   return {{"schema", schema}, {"holdfast_version", HOLDFAST_VERSION}, {"seed", options.seed}};
 }
 
+namespace {
+
+thread_local ResultCapture* capture = nullptr;
+
+}  // namespace
+
+ResultCapture::ResultCapture() { capture = this; }
+
+ResultCapture::~ResultCapture() { capture = nullptr; }
+
+bool IsOneOfMany() { return capture != nullptr; }
+
 void PrintResult(const CommonOptions& options, const nlohmann::json& summary,
                  std::string_view text) {
+  if (capture != nullptr) {
+    capture->summary_ = summary;
+    return;
+  }
   if (options.json) {
     fmt::print("{}\n", summary.dump(2));
   } else {

@@ -20,6 +20,7 @@
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/mesh.h"
 #include "geometry/retarget/retarget.h"
+#include "solver/fit/fit_library.h"
 
 namespace holdfast::apps {
 
@@ -133,13 +134,31 @@ void RequireNewFolder(const std::filesystem::path& path, const CommonOptions& op
 /// schema, version, seed: the head of every JSON that is written.
 nlohmann::json JsonHead(std::string_view schema, const CommonOptions& options);
 
+/// While one lives, this thread runs one job of many: PrintResult keeps the summary here and prints
+/// nothing, and results are written without times, so that equal jobs end in equal bytes.
+class ResultCapture {
+ public:
+  ResultCapture();
+  ~ResultCapture();
+  ResultCapture(const ResultCapture&) = delete;
+  ResultCapture& operator=(const ResultCapture&) = delete;
+  const nlohmann::json& Summary() const { return summary_; }
+
+ private:
+  friend void PrintResult(const CommonOptions&, const nlohmann::json&, std::string_view);
+  nlohmann::json summary_;
+};
+
+/// Whether this thread runs one job of many.
+bool IsOneOfMany();
+
 /// Prints `summary` as JSON when asked for, otherwise `text`; it ends --log json, too.
 void PrintResult(const CommonOptions& options, const nlohmann::json& summary,
                  std::string_view text);
 
 // One function per command, each in a file of its own: adds it to the program. The command's
 // callback writes its exit code.
-void AddFitCommand(CLI::App& app, int& exit_code);
+void AddFitCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitLibrary>& library);
 void AddGraspCommand(CLI::App& app, int& exit_code);
 void AddImportCommand(CLI::App& app, int& exit_code);
 void AddConvertCommand(CLI::App& app, int& exit_code);
@@ -150,7 +169,7 @@ void AddScoreCommand(CLI::App& app, int& exit_code);
 void AddDoctorCommand(CLI::App& app, int& exit_code);
 void AddSolveCommand(CLI::App& app, int& exit_code);
 void AddExportCommand(CLI::App& app, int& exit_code);
-void AddOffhandCommand(CLI::App& app, int& exit_code);
+void AddOffhandCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitLibrary>& library);
 void AddTransferCommand(CLI::App& app, int& exit_code);
 void AddEvaluateCommand(CLI::App& app, int& exit_code);
 void AddReportCommand(CLI::App& app, int& exit_code);

@@ -286,6 +286,10 @@ Outcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& 
   ResultFolder folder(asked.output, common.force);
   CarryOptions options = ToLibrary(asked, common);
   FitJob job = asked;
+  if (IsOneOfMany()) {
+    job.write_timings = false;
+    job.write_report = false;  // megabytes each: made for those that somebody looks at
+  }
   job.fit = options.fit;  // as metrics.json records them
   const LoadedClip loaded = LoadRange(job, library.Body(job.body), common);
   std::vector<std::string> notes;

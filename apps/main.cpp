@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "apps/batch.h"
 #include "apps/common.h"
 #include "apps/completion.h"
 #include "apps/program.h"
@@ -9,6 +10,7 @@
 
 int main(int argc, char** argv) {
   using namespace holdfast::apps;
+  using holdfast::FitLibrary;
 #ifdef __GLIBC__
   // Megabytes that come and go with every block of frames stay with the process: pages given back
   // are cleared before they are given out again.
@@ -27,22 +29,27 @@ int main(int argc, char** argv) {
   AddCompletionOption(app);
   app.require_subcommand(1);
   int exit_code = kDone;
-  AddFitCommand(app, exit_code);
-  AddOffhandCommand(app, exit_code);
-  AddGraspCommand(app, exit_code);
-  AddImportCommand(app, exit_code);
-  AddConvertCommand(app, exit_code);
+  const auto library = std::make_shared<FitLibrary>();  // shared by all jobs of a batch
+  const auto batchable = [&](const char* name, std::vector<std::string> extensions, auto add) {
+    AddBatchable(app, {name, std::move(extensions), add}, exit_code);
+  };
+  batchable("fit", {}, [library](CLI::App& to, int& code) { AddFitCommand(to, code, library); });
+  batchable("offhand", {},
+            [library](CLI::App& to, int& code) { AddOffhandCommand(to, code, library); });
+  batchable("grasp", {".npz"}, AddGraspCommand);
+  batchable("import", {".npz"}, AddImportCommand);
+  batchable("convert", {".npz", ".json"}, AddConvertCommand);
   AddDecimateCommand(app, exit_code);
   AddBodyCommand(app, exit_code);
   AddRenderCommand(app, exit_code);
-  AddScoreCommand(app, exit_code);
+  batchable("score", {".json"}, AddScoreCommand);
   AddDoctorCommand(app, exit_code);
-  AddSolveCommand(app, exit_code);
-  AddExportCommand(app, exit_code);
-  AddReportCommand(app, exit_code);
+  batchable("solve", {}, AddSolveCommand);
+  batchable("export", {".glb", ".bvh", ".usda", ".xml", ".npz", ".csv"}, AddExportCommand);
+  batchable("report", {".html"}, AddReportCommand);
   AddEvaluateCommand(app, exit_code);
-  AddRefineCommand(app, exit_code);
-  AddTransferCommand(app, exit_code);
+  batchable("refine", {}, AddRefineCommand);
+  batchable("transfer", {}, AddTransferCommand);
   AddReachCommand(app, exit_code);
   AddSynthesizeCommand(app, exit_code);
   AddMakeReachDataCommand(app, exit_code);

@@ -105,8 +105,12 @@ int ReportUsageFault(const CLI::App& app, std::string_view name, const CLI::Pars
   return kUsageFault;
 }
 
-// The one door for numbers of the command line: CLI11's ranges let NaN through, an option without a
-// range anything, and whole numbers end at the largest that there is.
+}  // namespace
+
+std::vector<const CLI::App*> Subcommands(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
 void RequireNumbersInRange(CLI::App& app) {
   for (CLI::Option* option : app.get_options()) {
     const std::string type = option->get_type_name();
@@ -121,12 +125,6 @@ void RequireNumbersInRange(CLI::App& app) {
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
     RequireNumbersInRange(*command);
   }
-}
-
-}  // namespace
-
-std::vector<const CLI::App*> Subcommands(const CLI::App& app) {
-  return app.get_subcommands([](const CLI::App*) { return true; });
 }
 
 int RunProgram(CLI::App& app, std::string_view name, int argc, char** argv, const int& exit_code) {

@@ -11,6 +11,10 @@ namespace holdfast::apps {
 /// All commands right below one, on the command line or not.
 std::vector<const CLI::App*> Subcommands(const CLI::App& app);
 
+/// The one door for numbers of the command line: CLI11's ranges let NaN through, an option without
+/// a range anything, and whole numbers end at the largest that there is.
+void RequireNumbersInRange(CLI::App& app);
+
 /// Parses the command line and runs the command it names; `exit_code` is what the commands of `app`
 /// write theirs to. Errors go to stderr, after `name`; returns the program's exit code.
 int RunProgram(CLI::App& app, std::string_view name, int argc, char** argv, const int& exit_code);

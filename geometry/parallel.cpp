@@ -29,6 +29,10 @@ int AvailableThreads() {
     if (cores >= 1.0) threads = static_cast<int>(std::min<double>(threads, cores));
   }
 #endif
+  // What Slurm gave the job's step, also where it does not bind processes to cores.
+  if (const char* const given = std::getenv("SLURM_CPUS_PER_TASK"); given != nullptr) {
+    if (const int cores = std::atoi(given); cores >= 1) threads = std::min(threads, cores);
+  }
   return std::max(1, threads);
 }
 

@@ -34,7 +34,7 @@ class StopOn {
 };
 
 /// Threads that this process may use: of the cores that its affinity allows (taskset, Slurm), at
-/// most its control group's share (containers). At least 1.
+/// most its control group's share (containers) and SLURM_CPUS_PER_TASK. At least 1.
 int AvailableThreads();
 
 /// While one lives, OpenBLAS uses one thread, where that is the BLAS there is (Debian:

@@ -8,8 +8,9 @@
 
 #include <fmt/format.h>
 
+#include "apps/batch.h"
 #include "apps/clip_input.h"
-#include "apps/job_list.h"
+#include "apps/fit_job.h"
 #include "geometry/conventions/series.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
@@ -206,11 +207,27 @@ nlohmann::json FitEvaluationJson(const std::map<std::string, Study>& studies, nl
   return evaluation;
 }
 
+// The list's jobs: clip, object and the options of a fit that have to do with them.
+std::vector<FitJob> ReadFitJobs(const fs::path& list) {
+  std::vector<FitJob> jobs;
+  for (const JobLine& line : ReadJobList(list)) {
+    FitJob& job = jobs.emplace_back();
+    CLI::App command;
+    command.add_option("clip", job.clip);
+    command.add_option("object", job.object);
+    AddOption(command, "--hand", job.hand, "", CLI::IsMember({"auto", "right", "left", "both"}));
+    AddFitJobOptions(command, job);
+    ParseJob(command, JobArguments(command, line), line.where);
+    job.output = line.name;
+  }
+  return jobs;
+}
+
 }  // namespace
 
 Outcome EvaluateFit(const fs::path& list, const fs::path& folder, int handovers,
                     const CommonOptions& common) {
-  const std::vector<FitJob> jobs = ReadJobList(list, {});
+  const std::vector<FitJob> jobs = ReadFitJobs(list);
   fs::create_directories(folder);
   std::map<std::string, Study> studies;
   Progress progress(common, "evaluate");

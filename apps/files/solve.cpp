@@ -48,9 +48,11 @@ nlohmann::json MetricsOf(const SolveCommand& options, const SolvedRecording& sol
   metrics["frame_rate_hz"] = solved.clip.frame_rate;
   metrics.update(MarkerReportJson(solved.report));
   metrics["solve"] = {{"iterations", solved.report.iterations},
-                      {"converged", solved.report.converged},
-                      {"solve_ms", solve_ms},
-                      {"frames_per_s", 1e3 * solved.clip.NumFrames() / solve_ms}};
+                      {"converged", solved.report.converged}};
+  if (!IsOneOfMany()) {
+    metrics["solve"]["solve_ms"] = solve_ms;
+    metrics["solve"]["frames_per_s"] = 1e3 * solved.clip.NumFrames() / solve_ms;
+  }
   return metrics;
 }
 

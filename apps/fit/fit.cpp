@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/fit/fit_batch.h"
 #include "apps/fit_job.h"
 
 namespace holdfast::apps {
 
-void AddFitCommand(CLI::App& app, int& exit_code) {
+void AddFitCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitLibrary>& library) {
   struct Options {
     CommonOptions common;
     FitJob job;
     bool paper = false;
-    std::string list;
   };
   auto options = std::make_shared<Options>();
   FitJob& job = options->job;
@@ -22,15 +20,10 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
       command->add_option("object", job.object, "Mesh (.obj .ply .stl .off) or embedded object");
   clip->needs(object);
   command
-      ->add_option("--batch", options->list,
-                   "A file with one job per line: CLIP OBJECT [hand=left] [name=NAME] "
-                   "[start=N] [end=N] [object-scale=X]. Resumes where it was stopped")
-      ->excludes(clip);
-  command
       ->add_option(
           "-o,--output", job.output,
           "Folder to make: clip.npz, object.ply, metrics.json, report.html; of a batch, one "
-          "such folder for each job and manifest.json")
+          "such folder for each job, without a report, and manifest.json")
       ->required();
   AddOption(*command, "--hand", job.hand,
             "The hand that holds. auto: as the clip says, or as its object moves; without "
@@ -53,16 +46,10 @@ void AddFitCommand(CLI::App& app, int& exit_code) {
       "  holdfast fit demo_drink mug -o drinks --drink\n"
       "  holdfast fit --batch list.txt -o fits\n"
       "  holdfast fit captured.npz phone -o held_phone --body SMPLX_NEUTRAL.npz --start 40\n");
-  command->callback([options, &exit_code] {
+  command->callback([options, library, &exit_code] {
     if (options->paper) options->job.recipe = "paper";
-    if (options->list.empty() && options->job.object.empty()) {
-      throw CLI::RequiredError("clip and object (or --batch LIST)");
-    }
-    FitLibrary library;
-    const Outcome outcome =
-        options->list.empty()
-            ? RunFitJob(options->job, options->common, library)
-            : RunFitBatch(options->list, options->job.output, options->job, options->common);
+    if (options->job.object.empty()) throw CLI::RequiredError("clip and object (or --batch LIST)");
+    const Outcome outcome = RunFitJob(options->job, options->common, *library);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;
   });

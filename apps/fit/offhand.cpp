@@ -5,7 +5,7 @@
 
 namespace holdfast::apps {
 
-void AddOffhandCommand(CLI::App& app, int& exit_code) {
+void AddOffhandCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitLibrary>& library) {
   struct Options {
     CommonOptions common;
     FitJob job;
@@ -40,13 +40,12 @@ void AddOffhandCommand(CLI::App& app, int& exit_code) {
                    "  holdfast offhand pass.npz apple -o passed\n"
                    "  holdfast offhand pass.npz ball.obj -o passed_ball --first-hand right "
                    "--switch 60\n");
-  command->callback([options, &exit_code] {
+  command->callback([options, library, &exit_code] {
     FitJob& asked = options->job;
     asked.offhand = true;
     if (options->first_hand == "right") asked.handover.first_hand = Side::kRight;
     if (options->first_hand == "left") asked.handover.first_hand = Side::kLeft;
-    FitLibrary library;
-    const Outcome outcome = RunFitJob(asked, options->common, library);
+    const Outcome outcome = RunFitJob(asked, options->common, *library);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;
   });

@@ -327,13 +327,21 @@ TEST(Help, SaysWhatEveryOptionDoes) {
 }
 
 TEST(Help, NamesEveryOptionOfTheDocumentation) {
-  // Of cmake; of Chromium, beside a picture; --lambda-*; misspelt in troubleshooting.md.
-  std::set<std::string> known = {"--build",           "--preset",
-                                 "--install",         "--headless",
-                                 "--no-sandbox",      "--screenshot",
-                                 "--hide-scrollbars", "--enable-unsafe-swiftshader",
-                                 "--window-size",     "--virtual-time-budget",
-                                 "--lambda",          "--hnad"};
+  // Of cmake; of Snakemake; of Chromium, beside a picture; --lambda-*; misspelt in
+  // troubleshooting.md.
+  std::set<std::string> known = {"--build",
+                                 "--preset",
+                                 "--profile",
+                                 "--install",
+                                 "--headless",
+                                 "--no-sandbox",
+                                 "--screenshot",
+                                 "--hide-scrollbars",
+                                 "--enable-unsafe-swiftshader",
+                                 "--window-size",
+                                 "--virtual-time-budget",
+                                 "--lambda",
+                                 "--hnad"};
   for (const auto& [command, help] : Helps()) known.merge(OptionsIn(help));
   std::vector<fs::path> pages = {fs::path(HOLDFAST_SOURCE_DIR) / "README.md"};
   for (const auto& entry :

@@ -33,6 +33,7 @@ void MakeList(const TemporaryFolder& folder) {
   list << "held/clip.npz missing.obj name=bad\n";
 }
 
+// Status lines, in .jobs, tell how long each job took.
 bool SameFolders(const TemporaryFolder& folder, const char* a, const char* b) {
   const std::string command =
       "cd '" + folder.Path().string() + "' && diff -r " + a + " " + b + " > .diff";
@@ -45,7 +46,7 @@ TEST(FitBatch, GoesOnPastABadClipAndSaysSo) {
   const ProgramResult result = RunHoldfast(folder.Path(), "fit --batch list.txt -o out");
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.err, HasSubstr("missing.obj"));
-  EXPECT_THAT(result.out, HasSubstr("13 fits, 1 failed"));
+  EXPECT_THAT(result.out, HasSubstr("13 jobs, 1 failed"));
   const nlohmann::json manifest =
       nlohmann::json::parse(testing::ReadText(folder / "out" / "manifest.json"));
   ASSERT_EQ(manifest["jobs"].size(), 13u);
@@ -99,12 +100,77 @@ TEST(FitBatch, NamesTheLineThatDoesNotRead) {
     return result.err;
   };
   EXPECT_THAT(fault("demo_drink"), HasSubstr("no object"));
-  EXPECT_THAT(fault("demo_drink mug hand=third"), HasSubstr("not a hand"));
-  EXPECT_THAT(fault("demo_drink mug start=x"), HasSubstr("not a number"));
+  EXPECT_THAT(fault("demo_drink mug hand=third"), HasSubstr("third not in"));
+  EXPECT_THAT(fault("demo_drink mug start=x"), HasSubstr("--start = x"));
   EXPECT_THAT(fault("demo_drink mug colour=red"), HasSubstr("unknown key"));
-  EXPECT_THAT(fault("demo_drink mug name=../out"), HasSubstr("folder name"));
+  EXPECT_THAT(fault("demo_drink mug name=../out"), HasSubstr("file or folder name"));
   EXPECT_THAT(fault("demo_drink mug name=demo_drink_mug"), HasSubstr("repeats"));
   EXPECT_THAT(fault("\"demo_drink mug"), HasSubstr("not closed"));
+  EXPECT_THAT(fault("demo_drink mug apple"), HasSubstr("one argument too many"));
+  EXPECT_THAT(fault("demo_drink mug hnad=left"), HasSubstr("hand"));
+}
+
+TEST(Batch, AListGrowsAndIsSharedOut) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "list.txt") << "demo_drink name=\"größe 1\" end=2\n";
+  const auto run = [&](const std::string& options) {
+    return RunHoldfast(folder.Path(), "export --batch list.txt -o out --json " + options);
+  };
+  ASSERT_EQ(run("").exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "out" / "größe 1.glb"));
+  std::ofstream(folder / "list.txt", std::ios::app)
+      << "demo_pass name=b.bvh end=3\ndemo_pass name=c end=2 no-object=true\n";
+  ProgramResult first = run("--shard 1/2");
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_EQ(nlohmann::json::parse(first.out)["done_before"], 1);
+  EXPECT_EQ(nlohmann::json::parse(first.out)["unfinished"], 1);
+  const ProgramResult second = run("--shard 2/2");
+  ASSERT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_EQ(nlohmann::json::parse(second.out)["unfinished"], 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "out" / "b.bvh"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "out" / "c.glb"));
+  const nlohmann::json manifest =
+      nlohmann::json::parse(testing::ReadText(folder / "out" / "manifest.json"));
+  EXPECT_EQ(manifest["jobs"][1]["name"], "b.bvh");
+  EXPECT_EQ(manifest["failed"], 0);
+  // An option of all jobs is part of what each asks.
+  EXPECT_THAT(run("--start 1").err, HasSubstr("another list, options"));
+  const ProgramResult other = RunHoldfast(folder.Path(), "fit --batch list.txt -o out");
+  EXPECT_EQ(other.exit_code, 1);
+}
+
+TEST(Batch, SaysWhatIsWrongWithACommandLine) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "list.txt") << "demo_drink mug\n";
+  const auto fault = [&](const std::string& arguments) {
+    const ProgramResult result = RunHoldfast(folder.Path(), "fit " + arguments);
+    EXPECT_EQ(result.exit_code, 2) << arguments << "\n" << result.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out")) << arguments;
+    return result.err;
+  };
+  for (const char* shard : {"0/4", "5/4", "1", "a/b", "1/2/3", "-1/4", "1/0"}) {
+    EXPECT_THAT(fault(std::string("--batch list.txt -o out --shard ") + shard),
+                HasSubstr("K from 1 to N"));
+  }
+  EXPECT_THAT(fault("demo_drink mug --batch list.txt -o out"), HasSubstr("--batch"));
+  EXPECT_THAT(fault("--batch list.txt"), HasSubstr("--output"));
+  EXPECT_THAT(fault("demo_drink mug -o out --shard 1/2"), HasSubstr("--batch"));
+  EXPECT_EQ(RunHoldfast(folder.Path(), "fit --batch missing.txt -o out").exit_code, 1);
+}
+
+TEST(Batch, AFullDiskEndsTheRunAndNotItsResults) {
+  const TemporaryFolder folder;
+  std::ofstream list(folder / "list.txt");
+  for (int k = 0; k < 8; ++k) list << "demo_drink end=2 name=" << k << ".bvh\n";
+  list.close();
+  const ProgramResult full = RunHoldfast(
+      folder.Path(), "export --batch list.txt -o out --threads 1", "trap '' XFSZ; ulimit -f 1;");
+  EXPECT_EQ(full.exit_code, 1);
+  EXPECT_THAT(full.err, HasSubstr("could not be written"));
+  const ProgramResult rest =
+      RunHoldfast(folder.Path(), "export --batch list.txt -o out --retry-failed");
+  EXPECT_EQ(rest.exit_code, 0) << rest.err;
+  EXPECT_THAT(rest.out, HasSubstr("8 jobs, 0 failed"));
 }
 
 TEST(OffhandCommand, PassesTheAppleOfTheDemo) {

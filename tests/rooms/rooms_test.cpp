@@ -22,7 +22,7 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"geometry"},
     {"geometry/mesh", "geometry/io/container", "geometry/body/kernels", "generator/nn/kernels",
      "solver/kernels"},
-    {"geometry/io/mesh", "geometry/io/pickle", "generator/nn"},
+    {"geometry/io/mesh", "geometry/io/pickle", "geometry/jobs", "generator/nn"},
     {"geometry/body", "generator/training"},
     {"geometry/clip"},
     {"geometry/score", "geometry/io/motion", "geometry/io/markers", "geometry/render",

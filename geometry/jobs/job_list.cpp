@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/jobs/job_list.h"
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
+
+namespace holdfast {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostBytes = std::size_t{16} << 20;  // of a list: 100,000 jobs and more
+
+// Words of a line: separated by blanks, or in double quotes. Nothing after '#'.
+std::vector<std::string> Words(const std::string& line, const std::string& where) {
+  std::vector<std::string> words;
+  std::string word;
+  bool quoted = false, any = false;
+  for (const char c : line) {
+    if (c == '"') {
+      quoted = !quoted;
+      any = true;
+    } else if (!quoted && c == '#') {
+      break;
+    } else if (!quoted && (c == ' ' || c == '\t' || c == '\r')) {
+      if (any) words.push_back(word);
+      word.clear();
+      any = false;
+    } else {
+      word += c;
+      any = true;
+    }
+  }
+  if (quoted) throw Error(where, "has a quote that is not closed", "Close it with \"");
+  if (any) words.push_back(word);
+  return words;
+}
+
+// A path relative to the list, unless there is no such file: then it is what it is.
+std::string Resolve(const std::string& word, const fs::path& folder, const std::string& where) {
+  std::error_code error;
+  const fs::path beside = folder / word;
+  const bool there = !word.empty() && fs::exists(beside, error);
+  if (error) {
+    throw Error(where, fmt::format("'{}' cannot be used ({})", word, error.message()),
+                "Check the path");
+  }
+  return there ? beside.string() : word;
+}
+
+// Where the '=' of key=value is; npos for a word, or a file whose name looks like that.
+std::size_t EqualsOf(const std::string& word, const fs::path& folder) {
+  const std::size_t equals = word.find('=');
+  if (equals == 0 || equals == word.npos) return word.npos;
+  const bool is_key =
+      std::all_of(word.begin(), word.begin() + static_cast<std::ptrdiff_t>(equals),
+                  [](unsigned char c) { return std::islower(c) || std::isdigit(c) || c == '-'; });
+  std::error_code ignored;
+  return is_key && !fs::exists(folder / word, ignored) ? equals : word.npos;
+}
+
+void RequireName(const std::string& name, const std::string& where) {
+  if (name.empty() || name.find('/') != name.npos || name.front() == '.') {
+    throw Error(where, fmt::format("name={} is not a file or folder name", name),
+                "Use a plain name without slashes");
+  }
+}
+
+// "walk_mug" of walk.npz and mug.obj.
+std::string NameOf(const std::vector<std::string>& words) {
+  std::string name;
+  for (const std::string& word : words) {
+    fs::path path(word);
+    if (path.filename().empty()) path = path.parent_path();  // "held/"
+    if (!name.empty()) name += '_';
+    name += name.empty() ? path.stem().stem().string() : path.stem().string();
+  }
+  return name.empty() || name.front() == '.' ? "job" : name;
+}
+
+JobLine ReadLine(const std::vector<std::string>& words, const fs::path& folder, std::string where) {
+  JobLine job;
+  job.where = std::move(where);
+  for (const std::string& word : words) {
+    const std::size_t equals = EqualsOf(word, folder);
+    if (equals == word.npos) {
+      job.words.push_back(word);
+      continue;
+    }
+    const std::string key = word.substr(0, equals), value = word.substr(equals + 1);
+    if (key == "name") {
+      RequireName(value, job.where);
+      job.name = value;
+    } else {
+      // A choice like hand=right is no file, whatever lies beside the list.
+      const bool may_be_file = value.find_first_of("./") != value.npos;
+      job.keys.emplace_back(key, may_be_file ? Resolve(value, folder, job.where) : value);
+    }
+  }
+  if (job.words.empty()) {
+    throw Error(job.where, "has no argument", "Write the command's arguments, then key=value ...");
+  }
+  return job;
+}
+
+}  // namespace
+
+std::vector<JobLine> ReadJobList(const fs::path& path) {
+  std::istringstream file(ReadFile(path, kMostBytes));
+  std::vector<JobLine> jobs;
+  std::set<std::string> taken;
+  std::map<std::string, int> uses;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    const std::string where = fmt::format("{}:{}", path.string(), number);
+    const std::vector<std::string> words = Words(line, where);
+    if (words.empty()) continue;
+    JobLine job = ReadLine(words, path.parent_path(), where);
+    if (job.name.empty()) {
+      const std::string base = NameOf(job.words);
+      do {
+        const int use = ++uses[base];
+        job.name = use == 1 ? base : fmt::format("{}_{}", base, use);
+      } while (taken.contains(job.name));
+    }
+    if (!taken.insert(job.name).second) {
+      throw Error(where, fmt::format("repeats the name '{}'", job.name),
+                  "Give each job another name=");
+    }
+    for (std::string& word : job.words) word = Resolve(word, path.parent_path(), where);
+    jobs.push_back(std::move(job));
+  }
+  if (jobs.empty()) {
+    throw Error(path.string(), "has no job", "Write a job's arguments on each line");
+  }
+  return jobs;
+}
+
+}  // namespace holdfast
