@@ -18,6 +18,7 @@ namespace holdfast {
 namespace {
 
 constexpr double kArmWeight = 0.3;  // of what moves against what turns with the trunk
+constexpr double kBothSides_m = 0.25;
 constexpr std::array<const char*, 6> kUpNames = {"x", "y", "z", "-x", "-y", "-z"};
 
 bool OfTrunk(int joint) {
@@ -58,6 +59,14 @@ Eigen::Vector3d Mean(const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : points) sum += p;
   return sum / static_cast<double>(points.size());
+}
+
+// From side to side, on the body.
+double WidthOf(const Pairs& pairs) {
+  if (pairs.rest.empty()) return 0.0;
+  const auto [right, left] =
+      std::ranges::minmax(pairs.rest, {}, [](const Eigen::Vector3d& place) { return place.x(); });
+  return left.x() - right.x();
 }
 
 // How that body fits the markers.
@@ -148,8 +157,9 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
     frames.push_back(PairsOf(person, marker, place, false));
     const auto whole = FitBody(frames.back());
     if (whole) thickness += whole->thickness;
-    // Arms may be anywhere: they tell what is up where the trunk's markers do not.
-    const auto trunk = FitBody(PairsOf(person, marker, place, true));
+    // Arms may be anywhere: where a trunk has markers on both sides, it alone tells what is up.
+    const Pairs of_trunk = PairsOf(person, marker, place, true);
+    const auto trunk = WidthOf(of_trunk) > kBothSides_m ? FitBody(of_trunk) : std::nullopt;
     if (trunk || whole) body_up += (trunk ? trunk : whole)->rotation.col(1);
   }
   if (!body_up.isZero()) {
