@@ -70,15 +70,23 @@ std::vector<std::vector<std::string>> SharedOptions(const CLI::App& command) {
   return shared;
 }
 
+bool IsTime(const std::string& key) {
+  return key.ends_with("_ms") || key.ends_with("_ms_median") || key.ends_with("seconds") ||
+         key == "frames_per_s";
+}
+
 // Of summaries, what two runs of the same job do not share.
 void RemoveTimes(nlohmann::json& json) {
-  static const std::set<std::string> times = {"search_ms", "closing_ms",   "refinement_ms",
-                                              "solve_ms",  "frames_per_s", "solve_ms_median"};
   if (json.is_array()) {
     for (nlohmann::json& value : json) RemoveTimes(value);
   } else if (json.is_object()) {
-    for (const std::string& time : times) json.erase(time);
-    for (nlohmann::json& value : json) RemoveTimes(value);
+    for (auto item = json.begin(); item != json.end();) {
+      if (IsTime(item.key())) {
+        item = json.erase(item);
+      } else {
+        RemoveTimes(*item++);
+      }
+    }
   }
 }
 
