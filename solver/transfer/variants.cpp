@@ -244,8 +244,8 @@ class VariantMaker {
   std::vector<Person> people_;
 };
 
-// Depth both ways and contact of a hold, frame after frame. Where skin near the object is where it
-// was in a frame that was measured, the object in the hand is not measured anew.
+// Depth both ways and contact of a hold, frame after frame. Where skin near the object has moved by
+// little since a frame that was measured, nothing is deeper or farther off than it was by more.
 struct HoldMeasure {
   double deepest_mm = 0.0;
   int frames = 0, touching = 0;
@@ -253,11 +253,12 @@ struct HoldMeasure {
 
 HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspCarrier& carrier,
                         const PreparedObject& object, const TransferredHold& hold, double touch_m) {
-  constexpr double kNear_m = 0.03, kSame_m = 0.00005;
+  constexpr double kNear_m = 0.03, kLittle_m = 0.0004;
   HoldMeasure measure;
   HandState state(hand.to);
   Matrix3Xd measured, skin;
   std::vector<int> near;
+  double least = 0.0, deepest = 0.0;  // metres, of the frame that was measured
   for (int t = hold.begin; t < hold.end; ++t) {
     const auto frame = static_cast<std::size_t>(t);
     state.SetBody(clip.pose[frame], clip.trans.col(t));
@@ -266,16 +267,18 @@ HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspC
     ++measure.frames;
     double moved = measured.cols() == 0 ? 1.0 : 0.0;
     for (const int i : near) moved = std::max(moved, (vertices.col(i) - measured.col(i)).norm());
-    if (moved < kSame_m) {
-      ++measure.touching;
+    if (moved < kLittle_m) {
+      measure.touching += least + moved < touch_m;
+      measure.deepest_mm = std::max(measure.deepest_mm, 1e3 * (deepest + moved));
       continue;
     }
     SkinPositions(hand.anatomy.landmarks, vertices, skin);
     const Eigen::VectorXd distance = SkinDistances(hand.anatomy.landmarks, *object.fit.distance,
                                                    Isometry3d::Identity(), skin, kNear_m);
-    measure.touching += distance.minCoeff() < touch_m;
-    measure.deepest_mm = std::max({measure.deepest_mm, -1e3 * distance.minCoeff(),
-                                   1e3 * carrier.ObjectInHand(vertices, Isometry3d::Identity())});
+    least = distance.minCoeff();
+    deepest = std::max({0.0, -least, carrier.ObjectInHand(vertices, Isometry3d::Identity())});
+    measure.touching += least < touch_m;
+    measure.deepest_mm = std::max(measure.deepest_mm, 1e3 * deepest);
     measured = vertices;
     near.clear();
     for (Eigen::Index i = 0; i < vertices.cols(); ++i) {

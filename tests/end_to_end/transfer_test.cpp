@@ -111,10 +111,10 @@ TEST(Transfer, RefusesWhatIsNone) {
   refused("-o x", 2, "Say to what");
   refused("--scale 0 -o x", 2, "--scale");
   refused("--scale -1 -o x", 2, "--scale");
-  refused("--scale nan -o x", 1, "--scale");
+  refused("--scale nan -o x", 2, "--scale");
   refused("--scale 1,2 -o x", 1, "two factors");
   refused("--scale 1e9 -o x", 2, "--scale");
-  refused("--scale 15 -o x", 1, "x");
+  refused("--scale 15 -o x", 3, "no hand touches");
   refused("--object none.obj -o x", 1, "none.obj");
   refused("--object mug --object-scale 1000 -o x", 1, "mug");
   refused("--object mug --map none.txt -o x", 1, "none.txt");

@@ -71,8 +71,11 @@ TEST(BringWrists, PutsTheHandOnItsPathAndLetsItGoSmoothly) {
   for (int t = 0; t < clip.NumFrames(); ++t) {
     const Vector3d off = Joints(clip, demo.body, t).col(kRightWrist) -
                          Joints(demo.clip, demo.body, t).col(kRightWrist);
-    if (t >= 5 && t < 12) EXPECT_LT((off - Vector3d(0.02, 0.03, 0.04)).norm(), 1e-6);
-    if (t == 0 || t == 19) EXPECT_EQ(off.norm(), 0.0);
+    if (t >= 5 && t < 12) {
+      EXPECT_LT((off - Vector3d(0.02, 0.03, 0.04)).norm(), 1e-6);
+    } else if (t == 0 || t == 19) {
+      EXPECT_EQ(off.norm(), 0.0);
+    }
   }
 }
 
