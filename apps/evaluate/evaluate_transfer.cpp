@@ -53,9 +53,9 @@ struct TransferMeans {
 };
 
 std::string TransferTable(const std::map<std::pair<std::string, std::string>, TransferMeans>& all) {
-  std::string text = fmt::format("{:<16}{:<34}{:>11}{:>9}{:>9}{:>9}{:>10}{:>7}\n", "robot",
-                                 "method", "contact, mm", "deg", "deepest", "> 2 mm", "ms/frame",
-                                 "held");
+  std::string text =
+      fmt::format("{:<16}{:<34}{:>11}{:>9}{:>9}{:>9}{:>10}{:>7}\n", "robot", "method",
+                  "contact, mm", "deg", "deepest", "> 2 mm", "ms/frame", "held");
   for (const auto& [key, means] : all) {
     const nlohmann::json json = means.Json();
     text += fmt::format("{:<16}{:<34}{:>11.2f}{:>9.1f}{:>9.2f}{:>8.2f}%{:>10.2f}{:>4}/{}\n",
@@ -123,7 +123,8 @@ int RunTransferStudy(const TransferStudyCommand& options) {
 void AddEvaluateTransfer(CLI::App& evaluate, int& exit_code) {
   auto options = std::make_shared<TransferStudyCommand>();
   CLI::App* command = evaluate.add_subcommand(
-      "transfer", "Clips on robots' hands: contacts kept, penetration, time; beside published ways");
+      "transfer",
+      "Clips on robots' hands: contacts kept, penetration, time; beside published ways");
   command->add_option("clips", options->clips, kClipHelp)->required();
   command->add_option("--robot", options->robots, "Robot hands (URDF, MJCF), one or more")
       ->required();

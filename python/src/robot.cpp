@@ -54,7 +54,7 @@ TransferredPtr Transfer(const py::object& clip, const std::filesystem::path& rob
   return out;
 }
 
-// (T, joints) of all joints that move, followers too.
+// (T, joints) of those that move on their own.
 py::array_t<double> Joints(const TransferredRobot& self) {
   const RobotHand& robot = self.setup.robot;
   Eigen::MatrixXd angles(robot.NumDofs(), static_cast<Eigen::Index>(self.transfer.poses.size()));

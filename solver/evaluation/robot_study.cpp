@@ -80,9 +80,8 @@ std::vector<TrialContact> TrialContacts(const RobotTransferSetup& setup, const R
 }
 
 int FullestFrame(const HumanDemonstration& demonstration) {
-  const auto fullest = std::ranges::max_element(demonstration.frames, {}, [](const HumanFrame& f) {
-    return f.contacts.size();
-  });
+  const auto fullest = std::ranges::max_element(
+      demonstration.frames, {}, [](const HumanFrame& f) { return f.contacts.size(); });
   return static_cast<int>(fullest - demonstration.frames.begin());
 }
 
@@ -126,8 +125,8 @@ RobotStudy StudyTransfer(const ClipScene& scene, const RobotHand& robot,
   };
   add("holdfast", TransferToRobot(setup, options.transfer));
   if (options.baselines) {
-    for (const RobotBaseline baseline : {RobotBaseline::kLaplacian, RobotBaseline::kKeypoints,
-                                         RobotBaseline::kFingertipVectors}) {
+    for (const RobotBaseline baseline :
+         {RobotBaseline::kLaplacian, RobotBaseline::kKeypoints, RobotBaseline::kFingertipVectors}) {
       add(BaselineName(baseline), TransferByBaseline(setup, options.transfer, baseline));
     }
   }

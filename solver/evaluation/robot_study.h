@@ -16,8 +16,8 @@ namespace holdfast {
 struct RobotStudyRow {
   std::string robot, clip, method;
   RobotMeasures measures;
-  double ms_per_frame = 0.0;      ///< of solving, one core, the first frame's starts apart
-  std::optional<int> held;        ///< directions of 6 in which the frame with most contacts holds
+  double ms_per_frame = 0.0;  ///< of solving, one core, the first frame's starts apart
+  std::optional<int> held;    ///< directions of 6 in which the frame with most contacts holds
 };
 
 struct RobotStudyOptions {

@@ -102,13 +102,6 @@ std::vector<Chain> Anatomist::FindChains() {
     throw Error(hand_.source, ends.empty() ? "has no fingers" : "has a single finger",
                 "Give a hand with two fingers or more, or say what is what with --correspondence");
   }
-  // The palm is where the ways to all ends part.
-  std::vector<int> shared = PathTo(ends.front());
-  for (const int end : ends) {
-    const std::vector<int> path = PathTo(end);
-    const auto differ = std::ranges::mismatch(shared, path).in1;
-    shared.erase(differ, shared.end());
-  }
   std::map<int, int> times;  // links on the way to several ends belong to the palm
   for (const int end : ends) {
     for (const int link : PathTo(end)) ++times[link];
@@ -449,6 +442,7 @@ RobotAnatomy AnatomyOf(const RobotHand& hand, const std::vector<PartLink>& parts
                        const std::string& source, Side if_unclear) {
   std::map<int, std::array<std::vector<int>, 3>> by_finger;
   std::set<int> of_fingers, used;
+  std::vector<int> palm;
   for (const PartLink& row : parts) {
     const int link = hand.FindLink(row.link);
     if (link < 0) {
@@ -460,7 +454,10 @@ RobotAnatomy AnatomyOf(const RobotHand& hand, const std::vector<PartLink>& parts
       throw Error(source, fmt::format("has the link '{}' twice", row.link),
                   "Leave one of them out");
     }
-    if (row.part == "palm") continue;
+    if (row.part == "palm") {
+      palm.push_back(link);
+      continue;
+    }
     const int phalanx = row.part.back() - '1';
     const auto named = std::ranges::find(kFingerNames, row.part.substr(0, row.part.size() - 1));
     if (named == kFingerNames.end() || phalanx < 0 || phalanx > 2) {
@@ -493,7 +490,9 @@ RobotAnatomy AnatomyOf(const RobotHand& hand, const std::vector<PartLink>& parts
     fingers.push_back(std::move(finger));
   }
   anatomist.SetPads(fingers);
-  return anatomist.Describe(std::move(fingers), of_fingers);
+  RobotAnatomy anatomy = anatomist.Describe(std::move(fingers), of_fingers);
+  if (!palm.empty()) anatomy.palm_links = palm;
+  return anatomy;
 }
 
 std::vector<PartLink> PartLinksOf(const RobotHand& hand, const RobotAnatomy& anatomy) {

@@ -44,8 +44,9 @@ class RobotKeypointTerm final : public RobotTerm {
   double weight_;
 };
 
-/// Vectors between places of the hand keep a human's: sum_k s_k |(x_a - x_b) - target_k|^2 (DexPilot,
-/// Handa et al. 2020, eq. 4; the switching of s_k and targets is the caller's). Object's frame.
+/// Vectors between places of the hand keep a human's: sum_k s_k |(x_a - x_b) - target_k|^2
+/// (DexPilot, Handa et al. 2020, eq. 4; the switching of s_k and targets is the caller's). Object's
+/// frame.
 class RobotVectorTerm final : public RobotTerm {
  public:
   struct Pair {
@@ -54,8 +55,7 @@ class RobotVectorTerm final : public RobotTerm {
     double weight;
   };
   /// `scale`: of all weights.
-  RobotVectorTerm(std::vector<Pair> pairs, double scale)
-      : pairs_(std::move(pairs)) {
+  RobotVectorTerm(std::vector<Pair> pairs, double scale) : pairs_(std::move(pairs)) {
     for (Pair& pair : pairs_) pair.weight *= scale;
   }
 
@@ -89,8 +89,8 @@ class RobotVectorTerm final : public RobotTerm {
 /// stand still; object points have a Laplacian as well. Object's frame, metres.
 class RobotLaplacianTerm final : public RobotTerm {
  public:
-  /// Node i < points.size() is points[i]; those after are columns of `object`. `human` (3 x points):
-  /// where the human has them. `neighbours` by node.
+  /// Node i < points.size() is points[i]; those after are columns of `object`. `human` (3 x
+  /// points): where the human has them. `neighbours` by node.
   RobotLaplacianTerm(std::vector<RobotKeypoint> points, const Eigen::Matrix3Xd& human,
                      const Eigen::Matrix3Xd& object, std::vector<std::vector<int>> neighbours,
                      double weight)
@@ -111,8 +111,8 @@ class RobotLaplacianTerm final : public RobotTerm {
     if (normal != nullptr) {
       Eigen::VectorXd row;
       for (std::size_t i = 0; i < neighbours_.size(); ++i) {
-        const double share = root_ / static_cast<double>(std::max<std::size_t>(
-                                         1, neighbours_[i].size()));
+        const double share =
+            root_ / static_cast<double>(std::max<std::size_t>(1, neighbours_[i].size()));
         for (int axis = 0; axis < 3; ++axis) {
           row.setZero(6 + robot.Hand().NumDofs());
           const auto add = [&](std::size_t node, double scale) {

@@ -85,8 +85,8 @@ RobotVectorTerm FingertipVectors(const Keypoints& keypoints, const HumanFrame& f
         weight = thumb ? kPinchWeight : kFingersWeight;
         wanted = thumb ? kPinch_m : kFingersApart_m;
       }
-      pairs.push_back({keypoints.tips[j], keypoints.tips[i],
-                       wanted / std::max(length, 1e-9) * vector, weight});
+      pairs.push_back(
+          {keypoints.tips[j], keypoints.tips[i], wanted / std::max(length, 1e-9) * vector, weight});
     }
   }
   return {std::move(pairs), kTaskWeight};
@@ -157,13 +157,13 @@ class BaselineFrame {
         return solve(FingertipVectors(keypoints_, frame, scale_), 1e-5, 1e-6, false);
       }
       case RobotBaseline::kKeypoints:
-        return solve(RobotKeypointTerm(keypoints_.tips, keypoints_.HumanTips(frame), kTaskWeight), 0.5,
-                     0.03, false);
+        return solve(RobotKeypointTerm(keypoints_.tips, keypoints_.HumanTips(frame), kTaskWeight),
+                     0.5, 0.03, false);
       case RobotBaseline::kLaplacian:
         break;
     }
-    Eigen::Matrix3Xd human(3, 1 + static_cast<Eigen::Index>(keypoints_.joints.size() +
-                                                            keypoints_.tips.size()));
+    Eigen::Matrix3Xd human(
+        3, 1 + static_cast<Eigen::Index>(keypoints_.joints.size() + keypoints_.tips.size()));
     human << keypoints_.HumanPalm(frame), keypoints_.HumanJoints(frame),
         keypoints_.HumanTips(frame);
     std::vector<RobotKeypoint> points{keypoints_.palm};
@@ -171,8 +171,8 @@ class BaselineFrame {
     points.insert(points.end(), keypoints_.tips.begin(), keypoints_.tips.end());
     Eigen::Matrix3Xd nodes(3, human.cols() + object_.cols());
     nodes << human, object_;
-    return solve(RobotLaplacianTerm(points, human, object_, GabrielGraph(nodes), kTaskWeight), 10.0, 1.0,
-                 true);
+    return solve(RobotLaplacianTerm(points, human, object_, GabrielGraph(nodes), kTaskWeight), 10.0,
+                 1.0, true);
   }
 
  private:
@@ -215,8 +215,8 @@ RobotTransfer TransferByBaseline(const RobotTransferSetup& setup, const RobotTra
     out.iterations += solver.Solve(frame, pose);
     out.poses.push_back(pose);
   }
-  out.solve_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
-                     .count();
+  out.solve_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   return out;
 }
 

@@ -77,8 +77,9 @@ void ResolveJoints(const std::vector<RobotJointSource>& joints, RobotHand& hand)
     link.factor = followed.factor;
     link.offset = followed.offset;
     RobotDof& dof = hand.dofs[static_cast<std::size_t>(link.dof)];
-    auto [low, high] = std::minmax((joint.low - followed.offset) / followed.factor,
-                                   (joint.high - followed.offset) / followed.factor);
+    const double one = (joint.low - followed.offset) / followed.factor;
+    const double other = (joint.high - followed.offset) / followed.factor;
+    const double low = std::min(one, other), high = std::max(one, other);
     // A follower's rounded limits may leave a hair less than its leader's: no reason to complain.
     if (low < dof.high && high > dof.low) {
       dof.low = std::max(dof.low, low);

@@ -49,6 +49,7 @@ class RobotPenetrationTerm final : public RobotTerm {
         const Eigen::Vector3d x = object_.samples.col(j);
         if ((x - centre).squaredNorm() > reach) continue;
         const Eigen::Vector3d in_link = link_from_object * x;
+        if (!InBox(*solid.grid, in_link)) continue;
         if (solid.grid->Linear(in_link) > margin_ + 0.001) continue;
         const double r = weight_ * (margin_ - solid.grid->Distance(in_link, &gradient));
         if (r <= 0.0) continue;
@@ -64,6 +65,10 @@ class RobotPenetrationTerm final : public RobotTerm {
   }
 
  private:
+  static bool InBox(const DistanceGrid& grid, const Eigen::Vector3d& x) {
+    return (x.array() > grid.Min().array()).all() && (x.array() < grid.Max().array()).all();
+  }
+
   const RobotSolids& solids_;
   const RobotObstacle& object_;
   double margin_, weight_;
