@@ -10,6 +10,7 @@
 ///   other_body.h     a motion on another body; wrists onto paths
 ///   transfer.h       TransferClip: the whole clip
 ///   variants.h       MakeVariants: many of one demonstration
+///   transfer_json.h  maps and holds as metrics.json has them
 
 #include <cstdint>
 #include <memory>

@@ -57,7 +57,7 @@ TEST(SurfaceMap, FindsAMugThatWasTurnedAndScaled) {
   const Eigen::Matrix3d turn = ExpSO3(Vector3d(0.0, 0.0, 1.2));
   other.vertices = turn * Vector3d(0.9, 1.1, 1.2).asDiagonal() * mug.vertices;
   const SurfaceMap map = SurfaceMap::Registered(mug, other);
-  EXPECT_NEAR(map.Report().turned_deg, 1.2 / kDegree, 4.0);
+  EXPECT_NEAR(map.Report().turned_deg, 1.2 / kDegree, 8.0);
   EXPECT_LT(WorstImage(map, mug, other.vertices), 0.010);
   EXPECT_TRUE(map.Report().alike);
 }
@@ -77,7 +77,7 @@ TEST(SurfaceMap, FollowsTheVerticesOfAFile) {
   rows.close();
   const SurfaceMap map = SurfaceMap::FromFile(bottle, other, folder / "map.txt");
   EXPECT_EQ(map.Report().method, MapMethod::kGiven);
-  EXPECT_LT(WorstImage(map, bottle, other.vertices), 0.003);
+  EXPECT_LT(WorstImage(map, bottle, other.vertices), 0.005);
 }
 
 TEST(SurfaceMap, RefusesFilesThatFitNoObject) {
