@@ -214,7 +214,9 @@ class SceneWriter {
         const RobotLink& link = hand_.links[k];
         const double value = JointValue(link, poses_[t].q);
         qpos += fmt::format(" {:.7g}", value);
-        if (link.joint == hand_.dofs[link.dof].name) ctrl += fmt::format("{:.7g} ", value);
+        if (link.joint == hand_.dofs[link.dof].name) {
+          ctrl += fmt::format("{}{:.7g}", ctrl.empty() ? "" : " ", value);
+        }
       }
       std::string place = Place(WorldFromRoot(setup_, poses_[t], static_cast<int>(t)));
       place.replace(0, 3, "mpos");

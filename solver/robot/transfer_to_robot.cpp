@@ -32,7 +32,6 @@ constexpr double kObjectCell_m = 0.0015;
 constexpr int kMostObjectSamples = 1500;
 constexpr double kNear_m = 0.02;     // of skin that E_d is about
 constexpr double kFarWeight = 0.02;  // of skin elsewhere
-constexpr double kReach_m = 0.005;   // pads farther from their contacts count half and less
 constexpr double kDeepest_m = 8e-4;  // more is pushed out again, harder
 constexpr int kHarder = 3;           // times, by ten each
 
@@ -92,11 +91,8 @@ class ClipTransfer {
          RobotStarts(frame, setup_.wrist_from_root, setup_.robot, setup_.anatomy)) {
       RobotPose pose = start;
       // Loosely first: what is inside the object comes out while contacts draw.
-      std::vector<PartContact> contacts = frame.contacts;
-      Solve(t, pose, nullptr, contacts, 3e-3, 40, iterations);
-      // What could not be reached counts as being as far as counts, and gives way.
-      double cost = LeaveOut(pose, contacts);
-      cost += Solve(t, pose, nullptr, contacts, options_.penetration_sigma_m, 40, iterations);
+      Solve(t, pose, nullptr, 3e-3, 40, iterations);
+      const double cost = Solve(t, pose, nullptr, options_.penetration_sigma_m, 40, iterations);
       if (cost >= least) continue;
       least = cost;
       best = pose;
@@ -111,47 +107,23 @@ class ClipTransfer {
     const HumanFrame &frame = setup_.demonstration.frames[t],
                      &there = setup_.demonstration.frames[from];
     if (!frame.holds) {
-      const Eigen::Isometry3d moved =
-          frame.object_from_wrist * there.object_from_wrist.inverse() * found.ObjectFromRoot();
+      const Eigen::Isometry3d moved = frame.object_from_wrist * there.object_from_wrist.inverse() *
+                                      found.ObjectFromRoot();
       before.R = moved.linear();
       before.T = moved.translation();
     }
     RobotPose pose = before;
     double sigma = options_.penetration_sigma_m;
-    std::vector<PartContact> contacts = frame.contacts;
-    LeaveOut(pose, contacts);
-    Solve(t, pose, &before, contacts, sigma, options_.max_iterations, iterations);
+    Solve(t, pose, &before, sigma, options_.max_iterations, iterations);
     for (int k = 0; k < kHarder && Deepest(pose) > kDeepest_m; ++k) {
       sigma *= 0.1;
-      Solve(t, pose, &before, contacts, sigma, options_.max_iterations, iterations);
+      Solve(t, pose, &before, sigma, options_.max_iterations, iterations);
     }
     return pose;
   }
 
  private:
-  // Weighs contacts by how near their pads are in this pose (Geman and McClure's weights): hands of
-  // other proportions cannot keep all, and a mean of all would keep none. What those that are left
-  // out cost.
-  double LeaveOut(const RobotPose& pose, std::vector<PartContact>& contacts) {
-    posed_.Set(pose);
-    const double most = kReach_m * kReach_m;
-    double cost = 0.0;
-    for (PartContact& contact : contacts) {
-      double least = std::numeric_limits<double>::infinity();
-      for (const int i : setup_.pads[contact.part]) {
-        const SkinPair& pair = setup_.pairs[i];
-        least = std::min(
-            least, (posed_.ObjectFromLink(pair.link) * pair.point - contact.point).squaredNorm());
-      }
-      const double near = 1.0 / (1.0 + least / most);
-      contact.weight = near * near;
-      cost += 0.5 * (1.0 - near) * most / (options_.contact_sigma_m * options_.contact_sigma_m);
-    }
-    return cost;
-  }
-
-  double Solve(int t, RobotPose& pose, const RobotPose* before,
-               const std::vector<PartContact>& touches, double penetration_sigma,
+  double Solve(int t, RobotPose& pose, const RobotPose* before, double penetration_sigma,
                int max_iterations, int* iterations) {
     const HumanFrame& frame = setup_.demonstration.frames[t];
     const auto n = static_cast<Eigen::Index>(points_.size());
@@ -161,11 +133,11 @@ class ClipTransfer {
       const int v = points_[static_cast<std::size_t>(i)].vertex;
       human.col(i) = frame.vertices.col(v);
       const double near = std::max(frame.distance(v), 0.0) / kNear_m;
-      weights(i) = (kFarWeight + std::exp(-near * near)) * 2.5 / static_cast<double>(n);
+      weights(i) = (kFarWeight + std::exp(-near * near)) * 16.0 / static_cast<double>(n);
     }
     const RobotDistanceTerm distances(points_, human, setup_.object_vertices, weights,
                                       options_.distance_sigma_m);
-    const RobotContactTerm contacts(setup_.pairs, setup_.pads, touches,
+    const RobotContactTerm contacts(setup_.pairs, setup_.pads, frame.contacts,
                                     {options_.contact_sigma_m, options_.contact_sigma_rad});
     const RobotPenetrationTerm penetration(*setup_.solids, obstacle_, options_.margin_m,
                                            penetration_sigma);

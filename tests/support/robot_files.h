@@ -35,7 +35,9 @@ struct BoxHand {
   };
   std::string Link(const std::string& name, double x, double y, double z, double up) const {
     return fmt::format(
-        "<link name=\"{}\"><visual><origin xyz=\"0 0 {}\"/><geometry><box size=\"{} {} {}\"/>"
+        "<link name=\"{}\"><inertial><mass value=\"0.02\"/><inertia ixx=\"1e-5\" ixy=\"0\" "
+        "ixz=\"0\" iyy=\"1e-5\" iyz=\"0\" izz=\"1e-5\"/></inertial><visual><origin xyz=\"0 0 "
+        "{}\"/><geometry><box size=\"{} {} {}\"/>"
         "</geometry></visual></link>\n",
         name, scale * up, scale * x, scale * y, scale * z);
   }
