@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 
 #include <Eigen/Core>
 
@@ -13,10 +12,6 @@
 #include "geometry/body/skeleton.h"
 
 namespace holdfast {
-inline double T(const char* n, double d) {
-  const char* e = std::getenv(n);
-  return e ? std::atof(e) : d;
-}
 
 /// What one frame of a candidate's motion costs, in about metres: the right wrist away from the
 /// goal, the pelvis nearer than 0.3 m or farther than 0.5 m, facing another way, no foot that
@@ -42,9 +37,9 @@ class FollowCost {
     const Eigen::Vector3f pelvis = joints.col(kPelvis), way = goal - pelvis;
     const float away = way.head<2>().norm();
     float cost = std::sqrt((joints.col(kRightWrist) - goal).squaredNorm() + 0.0025f);
-    cost += wp * std::max(0.0f, away - far) + std::max(0.0f, 0.3f - away);
+    cost += std::max(0.0f, away - 0.5f) + std::max(0.0f, 0.3f - away);
     const Eigen::Vector3f forward = wandr::HeadingOf<float>(now.world[0]).Forward();
-    if (away > 0.2f) cost += wh * (1.0f - forward.head<2>().dot(way.head<2>()) / away);
+    if (away > 0.2f) cost += 0.15f * (1.0f - forward.head<2>().dot(way.head<2>()) / away);
     // One foot carries.
     float carries = 10.0f;
     for (const int foot : {0, 1}) {
@@ -58,17 +53,14 @@ class FollowCost {
       }
       carries = std::min(carries, moves + 10.0f * high);
     }
-    cost += wc * carries;
+    cost += 0.1f * carries;
     const Eigen::Vector3f trunk = (joints.col(kNeck) - pelvis).normalized();
-    cost += wl * std::max(0.0f, 0.94f - trunk.z()) * (goal.z() < 0.8f ? 0.2f : 1.0f);
-    cost += wv * std::max(0.0f, 30.0f * (pelvis - before.joints.col(0)).norm() - vmax);
+    cost += std::max(0.0f, 0.94f - trunk.z()) * (goal.z() < 0.8f ? 0.2f : 1.0f);
+    cost += 0.3f * std::max(0.0f, 30.0f * (pelvis - before.joints.col(0)).norm() - 1.7f);
     return cost;
   }
 
  private:
-  float wp = (float)T("wp", 1), far = (float)T("far", 0.5), wh = (float)T("wh", .15),
-        wc = (float)T("wc", .1), wl = (float)T("wl", 1), vmax = (float)T("vmax", 1.7),
-        wv = (float)T("wv", .3);
   static constexpr std::array<int, 4> kFeet = {kLeftAnkle, kRightAnkle, kLeftFoot, kRightFoot};
   wandr::BoneOffsets<float> bones_;
   std::array<float, 4> stands_ = {};

@@ -23,8 +23,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kFrame_s = 1.0 / wandr::kFramesPerSecond;
-const std::array<int, 4> kLooksAhead = {(int)T("l0", 12), (int)T("l1", 18), (int)T("l2", 26),
-                                        (int)T("l3", 40)};  // frames
+constexpr std::array<int, 4> kLooksAhead = {12, 18, 26, 40};  // frames
 constexpr int kPushFrames = 9;
 constexpr double kFarthest = 20.0;  // metres
 
@@ -75,7 +74,7 @@ struct GoalFollower::Loop {
       }
       // Every third is the last best, changed; one is the mean motion.
       const bool anew = i % 3 != 0;
-      const double sigma = i == 1 ? 0.0 : anew ? options.sigma : T("keep", 0.4) * options.sigma;
+      const double sigma = i == 1 ? 0.0 : anew ? options.sigma : 0.4 * options.sigma;
       double pair[2] = {};
       for (Eigen::Index k = 0; k < all; ++k) {
         if (k % 2 == 0) random.NormalPair(pair[0], pair[1]);
@@ -117,19 +116,14 @@ struct GoalFollower::Loop {
     here.previous_delta = first.col(chosen);
   }
 
-  void MoveNetwork(const Vector3d& by) {
-    here.pose.translation += by.cast<float>();
-    // The network sees that it was moved as a part of the step before.
-    const auto& norms = network.Norms();
-    wandr::StateVector<float> delta = wandr::DeltaOfNormalised<float>(norms, here.previous_delta);
-    delta.head<3>() += wandr::HeadingOf<float>(here.pose.rotation[0]).FromWorld(by.cast<float>());
-    here.previous_delta = wandr::NormalisedDelta<float>(norms, delta);
-  }
+  // What the network was told of the step before stays: told of the push as well, it would go on
+  // with it.
+  void MoveNetwork(const Vector3d& by) { here.pose.translation += by.cast<float>(); }
 
   // The place that the hand is to be at: a critically damped follower of the goal.
   void MoveHand() {
-    const double kStiffness = T("stiff", 12.0), kFastest = 3.0;  // 1/s, m/s
-    const Vector3d lacks = goal.After(1.0) - hand;
+    constexpr double kStiffness = 12.0, kFastest = 3.0;  // 1/s, m/s
+    const Vector3d lacks = goal.After(-1.0) - hand;      // it was at the frame before's place
     hand_velocity += kFrame_s * (kStiffness * kStiffness * lacks +
                                  2.0 * kStiffness * (goal.Velocity() - hand_velocity));
     const double speed = hand_velocity.norm();
@@ -174,7 +168,7 @@ struct GoalFollower::Loop {
     return wandr::PoseOf<double>(wandr::MirroredStates(state).col(0));
   }
 
-  double kYield = T("yield", 0.5);
+  static constexpr double kYield = 0.5;  // of a foot's drag, in a frame
 
   FollowOptions options;
   bool mirrored;
