@@ -46,7 +46,7 @@ nlohmann::json PassJson(const PassRow& row) {
 int Run(const HandoversCommand& options) {
   const CommonOptions& common = options.common;
   if (!options.output.empty()) RequireNew(options.output, common);
-  const LoadedClip motion = LoadClip(options.clip);
+  const LoadedClip motion = LoadClip(options.clip, nullptr, common);
   const Clip mirrored = MirroredClip(motion.clip, motion.body);
   CarryOptions carry;
   carry.keep_motion = options.keep_motion;
@@ -115,8 +115,8 @@ void AddEvaluateHandovers(CLI::App& evaluate, int& exit_code) {
   AddOption(*command, "--found", options->found, "Number of synthetic hand-overs to find",
             CLI::Range(0, 10'000));
   AddCommonOptions(*command, options->common, true,
-                   "  holdfast evaluate handovers\n"
-                   "  holdfast evaluate handovers apple --one-way --found 4 -o apple.json\n");
+                   "  holdfast evaluate handovers -o handovers.json\n"
+                   "  holdfast evaluate handovers apple --one-way --found 4\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -20,8 +20,8 @@ using Eigen::Isometry3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kLeaves_m = 0.02;  // the wrist from its first place
-constexpr double kJoin_s = 0.7, kSettle_s = 0.4, kRest_s = 1.2, kStands_s = 0.6;
+constexpr double kSetsOut_m = 0.02;  // the wrist from its first place
+constexpr double kJoins_s = 0.7, kSettles_s = 0.4, kToRest_s = 1.2, kStandsAfter_s = 0.6;
 constexpr int kRightArm[] = {14, 17, 19, 21}, kLeftArm[] = {13, 16, 18, 20};
 
 // `frame` with `share` of what leads from `from` to `to` made on top.
@@ -52,7 +52,7 @@ class Return {
       return (wrists_[t].translation() - wrists_[0].translation()).norm();
     };
     std::size_t leaves = 0, far = 0;
-    while (leaves < wrists_.size() && away(leaves) < kLeaves_m) ++leaves;
+    while (leaves < wrists_.size() && away(leaves) < kSetsOut_m) ++leaves;
     if (leaves == wrists_.size()) return {};
     for (std::size_t t = 0; t < wrists_.size(); ++t) far = away(t) > away(far) ? t : far;
     // Of the way there, the frame that is most like the last one.
@@ -60,14 +60,14 @@ class Return {
     for (std::size_t t = leaves; t <= far; ++t) {
       if (FromEnd(t) < FromEnd(join)) join = t;
     }
-    const std::size_t until = leaves > Count(kSettle_s) ? leaves - Count(kSettle_s) : 0;
-    const std::size_t count = join - until, settle = std::min(count, Count(2.0 * kSettle_s));
+    const std::size_t until = leaves > Count(kSettles_s) ? leaves - Count(kSettles_s) : 0;
+    const std::size_t count = join - until, settle = std::min(count, Count(2.0 * kSettles_s));
     std::vector<BodyFrame> back;
     for (std::size_t k = 1; k <= count; ++k) {
-      const double left = 1.0 - MinimumJerk(static_cast<double>(k) / Count(kJoin_s));
+      const double left = 1.0 - MinimumJerk(Ratio(k, Count(kJoins_s)));
       BodyFrame frame = WithDifference(frames_[join - k], frames_[join], frames_.back(), left);
       const double settled =
-          MinimumJerk((static_cast<double>(k + settle) - count) / static_cast<double>(settle));
+          k + settle > count ? MinimumJerk(Ratio(k + settle - count, settle)) : 0.0;
       frame = WithDifference(frame, frames_[until], frames_.front(), settled);
       PlaceLegs(rest_joints_, FeetOf(Place(rest_joints_, frames_.front())), frame);
       back.push_back(frame);
@@ -78,9 +78,9 @@ class Return {
   // The right arm from the first frame's pose to hanging, and standing so.
   std::vector<BodyFrame> ToRest() const {
     const BodyFrame& first = frames_.front();
-    std::vector<BodyFrame> rest(Count(kRest_s) + Count(kStands_s), first);
+    std::vector<BodyFrame> rest(Count(kToRest_s) + Count(kStandsAfter_s), first);
     for (std::size_t k = 0; k < rest.size(); ++k) {
-      const double share = MinimumJerk((k + 1.0) / Count(kRest_s));
+      const double share = MinimumJerk(Ratio(k + 1, Count(kToRest_s)));
       for (std::size_t j = 0; j < std::size(kRightArm); ++j) {
         const Quaterniond hanging = Mirrored(first.local[kLeftArm[j]]);
         rest[k].local[kRightArm[j]] = first.local[kRightArm[j]].slerp(share, hanging);
@@ -97,6 +97,9 @@ class Return {
  private:
   std::size_t Count(double seconds) const {
     return static_cast<std::size_t>(std::max(1L, std::lround(seconds * rate_)));
+  }
+  static double Ratio(std::size_t part, std::size_t whole) {
+    return static_cast<double>(part) / static_cast<double>(whole);
   }
   double FromEnd(std::size_t t) const {
     constexpr double kMetresPerRadian = 0.15;

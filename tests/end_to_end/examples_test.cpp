@@ -64,6 +64,9 @@ const std::vector<Reduced> kReduced = {
      "fifteen fits in three ways and 40 hand-overs; its list of shared data is the repository's"},
     {"evaluate fit list.txt -o out/mine", "evaluate fit list.txt -o out/mine --handovers 1",
      "40 hand-overs"},
+    {"evaluate handovers -o handovers.json",
+     "evaluate handovers cube --one-way --found 2 -o handovers.json",
+     "sixteen passes and 120 hand-overs"},
     {"fit demo_drink mug -o held", "fit demo_drink mug --end 60 -o held", "it is looked at often"},
     {"fit walk.npz banana.obj", "fit walk.npz banana.obj --end 40", "eight seconds of motion"},
     {"-o hand_%03d.png", "-o hand_%03d.png --every 12", "a tenth of a second a picture"},
@@ -86,8 +89,8 @@ const std::vector<Reduced> kReduced = {
 // Commands whose examples take long even so: in tests of their own.
 const std::set<std::string> kSlowMotion = {"offhand", "reach", "refine", "render", "synthesize",
                                           "transfer"};
-const std::set<std::string> kSlowStudies = {"evaluate fit", "evaluate reach", "evaluate synthesis",
-                                            "make-actions"};
+const std::set<std::string> kSlowStudies = {"evaluate fit", "evaluate handovers", "evaluate reach",
+                                            "evaluate synthesis", "make-actions"};
 const std::set<std::string> kTraining = {"train imos", "train recogniser", "train wandr"};
 
 std::vector<std::string> Lines(const std::string& text) {
