@@ -31,7 +31,7 @@ constexpr double kFar_m = 0.015;      // where no point a centimetre apart is ne
 constexpr double kTouching_m = 5e-4;  // an arm that is deeper takes part
 constexpr double kTake_s = 0.3;       // to move off a place where the object rests
 constexpr double kHandNear_s = 0.5;   // a hand about to take hold may touch
-constexpr double kWatched_m = 0.025;
+constexpr double kWatched_m = 0.025, kWatchedFinely_m = 0.012;
 constexpr double kSolved_hz = 30.0;  // frames that planes are put up in
 constexpr double kBend = 0.15;
 constexpr double kStay_m = 0.006, kMost_m = 0.05;
@@ -99,7 +99,8 @@ class BodyKeeper {
     std::vector<bool> free;  // of the control points
   };
 
-  std::vector<BodyMeeting::Frame> Measure(const Clip& clip, const std::vector<int>& frames) const {
+  std::vector<BodyMeeting::Frame> Measure(const Clip& clip, const std::vector<int>& frames,
+                                          double within_m = kWatched_m) const {
     std::vector<BodyMeeting::Frame> found(frames.size());
     const auto count = static_cast<int>(frames.size());
     const int blocks = (count + kFramesTogether - 1) / kFramesTogether;
@@ -117,7 +118,7 @@ class BodyKeeper {
       for (int k = 0; k < n; ++k) {
         const int t = frames[begin + k];
         found[begin + k] = meeting_->Measure(states[k], clip.object->Pose(t), clip.holding_hand[t],
-                                             near_[t], kWatched_m);
+                                             near_[t], within_m);
       }
     });
     return found;
@@ -217,15 +218,16 @@ class BodyKeeper {
     for (std::size_t k = 0; k < deep.size(); ++k) FreeAround(deep[k], found[k]);
     nearest_.assign(static_cast<std::size_t>(frames_), 0.0);
     std::vector<bool> far(static_cast<std::size_t>(frames_), false);
-    Settle(options_.max_rounds, far);
+    Settle(options_.max_rounds, far, kWatched_m);
     for (int t = 0; t < frames_; ++t) far[t] = nearest_[t] < -kFar_m;
     // What is between the points, as exactly as it is judged.
     meeting_.emplace(body_, object_, near_, kFine_m);
-    Settle(kFineRounds, far);
+    Settle(kFineRounds, far, kWatchedFinely_m);
   }
 
-  // Rounds of planes taken anew, in frames that are not `far` from touching.
-  void Settle(int rounds, const std::vector<bool>& far) {
+  // Rounds of planes taken anew, in frames that are not `far` from touching, where the skin is
+  // within `within_m`.
+  void Settle(int rounds, const std::vector<bool>& far, double within_m) {
     const int stride = std::max(1, static_cast<int>(clip_.frame_rate / kSolved_hz));
     for (int round = 0; round < rounds; ++round) {
       std::vector<int> watched;
@@ -239,7 +241,7 @@ class BodyKeeper {
         looked.push_back(watched[k]);
         place.push_back(static_cast<int>(k));
       }
-      std::vector<BodyMeeting::Frame> found = Measure(moved_, looked);
+      std::vector<BodyMeeting::Frame> found = Measure(moved_, looked, within_m);
       double worst = 0.0;
       for (std::size_t k = 0; k < found.size(); ++k) {
         worst = std::max(worst, found[k].depth_m);

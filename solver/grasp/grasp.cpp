@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <span>
 #include <utility>
@@ -20,34 +21,32 @@ double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+// How promising a placement is for the way up, the use and what is around.
+double Promise(const GraspScene& scene, const Placement& placement) {
+  const Eigen::Matrix3d turned = placement.wrist_from_object.linear().transpose();
+  return placement.prior *
+         std::exp(
+             UprightScore(scene, placement.style, Uprightness(scene, placement.wrist_from_object)) +
+             scene.use.DirectionScore(turned * scene.anatomy.axes.Across(),
+                                      turned * scene.anatomy.axes.Forward()) -
+             scene.options.obstacle_weight * Blocked(scene, placement.wrist_from_object));
+}
+
 // The placements most worth closing, but not all from one place: each further one of a style from
 // the same place counts less.
-std::vector<Placement> MostPromising(const GraspScene& scene,
-                                     std::span<const std::vector<Placement>> places, int count) {
-  const GraspOptions& options = scene.options;
+std::vector<Placement> MostPromising(std::span<const std::vector<Placement>> places, int count) {
   std::vector<std::pair<double, const Placement*>> queue;
   for (const std::vector<Placement>& placements : places) {
     for (const GraspStyle style :
          {GraspStyle::kPower, GraspStyle::kPrecision, GraspStyle::kHandle}) {
-      if (options.style && *options.style != style) continue;
-      std::vector<std::pair<double, const Placement*>> of_style;
+      std::vector<const Placement*> of_style;
       for (const Placement& placement : placements) {
-        if (placement.style != style) continue;
-        const double upright = Uprightness(scene, placement.wrist_from_object);
-        const Eigen::Matrix3d turned = placement.wrist_from_object.linear().transpose();
-        of_style.emplace_back(
-            placement.prior *
-                std::exp(UprightScore(scene, style, upright) +
-                         scene.use.DirectionScore(turned * scene.anatomy.axes.Across(),
-                                                  turned * scene.anatomy.axes.Forward()) -
-                         options.obstacle_weight * Blocked(scene, placement.wrist_from_object)),
-            &placement);
+        if (placement.style == style) of_style.push_back(&placement);
       }
-      std::stable_sort(of_style.begin(), of_style.end(),
-                       [](const auto& a, const auto& b) { return a.first > b.first; });
+      std::ranges::stable_sort(of_style, std::greater(), &Placement::prior);
       double discount = 1.0;
-      for (const auto& [prior, placement] : of_style) {
-        queue.emplace_back(prior * discount, placement);
+      for (const Placement* placement : of_style) {
+        queue.emplace_back(placement->prior * discount, placement);
         discount *= 0.9;
       }
     }
@@ -69,13 +68,6 @@ void SortBestFirst(std::vector<GraspReport::Candidate>& candidates) {
   });
 }
 
-// Places for hands, the most promising first of each kind: `around` of them around the object, the
-// rest by its handles.
-struct PlacementQueue {
-  std::vector<Placement> placements;
-  std::size_t around = 0;
-};
-
 // One call of CloseHand: its stages in their order, and what they share.
 class GraspSearch : GraspStages {
  public:
@@ -90,11 +82,19 @@ class GraspSearch : GraspStages {
   Grasp Run(const SignedDistance& surface);
 
  private:
-  bool PlaceHands(PlacementQueue& queue);
-  bool ClosePlaced(const PlacementQueue& queue, std::vector<GraspAttempt>& attempts);
-  void KeepBest(std::size_t around, std::vector<GraspAttempt>& attempts) const;
-  bool Refine(const std::vector<GraspAttempt>& attempts,
+  // Opposed places or handles: their first place, how many there are, how many hands are closed and
+  // refined there, and the share of the progress that has been and that this is.
+  struct Part {
+    int first, count, closings, refinements;
+    double before, share;
+  };
+  bool Search(const Part& part, std::vector<GraspReport::Candidate>& refined);
+  bool PlaceHands(const Part& part, std::vector<Placement>& queue);
+  bool ClosePlaced(const Part& part, const std::vector<Placement>& queue,
+                   std::vector<GraspAttempt>& attempts);
+  bool Refine(const Part& part, std::vector<GraspAttempt> begun,
               std::vector<GraspReport::Candidate>& refined);
+  bool HandleIsEnough(const std::vector<GraspReport::Candidate>& refined) const;
   double LostBySlipping(const Grasp& grasp, HandEvaluation& evaluation) const;
   Grasp ReportBest(std::vector<GraspReport::Candidate> refined, const SignedDistance& surface);
   Grasp Stopped() {
@@ -107,60 +107,58 @@ class GraspSearch : GraspStages {
   Grasp open_;
 };
 
-bool GraspSearch::PlaceHands(PlacementQueue& queue) {
-  std::vector<std::vector<Placement>> placed(out_.oppositions + out_.handles);
-  if (!RunStage(0.0, 0.2, out_.oppositions + out_.handles,
-                [&](int i) { placed[i] = PlaceAt(i); })) {
+bool GraspSearch::PlaceHands(const Part& part, std::vector<Placement>& queue) {
+  const Clock::time_point start = Clock::now();
+  std::vector<std::vector<Placement>> placed(part.count);
+  if (!RunStage(part.before, 0.2 * part.share, part.count, [&](int i) {
+        placed[i] = PlaceAt(part.first + i);
+        if (options_.style) {
+          std::erase_if(placed[i], [&](const Placement& p) { return p.style != *options_.style; });
+        }
+        for (Placement& placement : placed[i]) placement.prior = Promise(scene_, placement);
+      })) {
     return false;
   }
   for (const std::vector<Placement>& placements : placed) {
     out_.placements += static_cast<int>(placements.size());
   }
-  queue.placements = MostPromising(scene_, {placed.data(), oppositions_.size()}, options_.closings);
-  queue.around = queue.placements.size();
-  const std::vector<Placement> by_handle = MostPromising(
-      scene_, {placed.data() + out_.oppositions, scene_.handles.size()}, options_.closings / 2);
-  queue.placements.insert(queue.placements.end(), by_handle.begin(), by_handle.end());
+  queue = MostPromising(placed, part.closings);
+  out_.search_ms += MillisecondsSince(start);
   return true;
 }
 
-bool GraspSearch::ClosePlaced(const PlacementQueue& queue, std::vector<GraspAttempt>& attempts) {
-  out_.closings = static_cast<int>(queue.placements.size());
-  attempts.resize(queue.placements.size());
-  return RunStage(0.2, 0.4, out_.closings, [&](int i) {
-    HandEvaluation evaluation = at_wrist_;
-    attempts[i] = Close(queue.placements[i], evaluation).attempt;
-    attempts[i].rank = Assess(scene_, evaluation, attempts[i], false).score;
-  });
-}
-
-// The best of both kinds are refined: what is through a handle is not compared with what is not
-// before it is refined. The first `around` attempts are not.
-void GraspSearch::KeepBest(std::size_t around, std::vector<GraspAttempt>& attempts) const {
-  const auto better = [](const GraspAttempt& a, const GraspAttempt& b) { return a.rank > b.rank; };
-  std::stable_sort(attempts.begin(), attempts.begin() + around, better);
-  std::stable_sort(attempts.begin() + around, attempts.end(), better);
-  const auto keep = [&](std::size_t begin, std::size_t end, int count) {
-    const std::size_t kept = std::min<std::size_t>(end - begin, count);
-    attempts.erase(attempts.begin() + begin + kept, attempts.begin() + end);
-    return kept;
-  };
-  const std::size_t kept_around = keep(0, around, options_.refinements);
-  keep(kept_around, attempts.size(), std::max(1, options_.refinements / 2));
+// Those whose closed hands are the best are kept.
+bool GraspSearch::ClosePlaced(const Part& part, const std::vector<Placement>& queue,
+                              std::vector<GraspAttempt>& attempts) {
+  const Clock::time_point start = Clock::now();
+  const auto count = static_cast<int>(queue.size());
+  out_.closings += count;
+  attempts.resize(queue.size());
+  if (!RunStage(part.before + 0.2 * part.share, 0.4 * part.share, count, [&](int i) {
+        HandEvaluation evaluation = at_wrist_;
+        attempts[i] = Close(queue[i], evaluation).attempt;
+        attempts[i].rank = Assess(scene_, evaluation, attempts[i], false).score;
+      })) {
+    return false;
+  }
+  std::ranges::stable_sort(attempts, std::greater(), &GraspAttempt::rank);
+  attempts.resize(std::min<std::size_t>(attempts.size(), part.refinements));
+  out_.closing_ms += MillisecondsSince(start);
+  return true;
 }
 
 // All are refined roughly and those that promise most to the end, a few at a time: nothing that is
 // measured then adds to a score, so that what is far behind the best clean one stays there.
-bool GraspSearch::Refine(const std::vector<GraspAttempt>& attempts,
+bool GraspSearch::Refine(const Part& part, std::vector<GraspAttempt> begun,
                          std::vector<GraspReport::Candidate>& refined) {
   constexpr int kAtOnce = 4;
   constexpr double kGain = 0.3;  // of score, by the rest of the refinement
+  const Clock::time_point start = Clock::now();
   RefinementOptions rough, rest;
   rough.rounds = rest.rounds = 1;
   rough.iterations = 10;
-  std::vector<GraspAttempt> begun = attempts;
-  const int count = static_cast<int>(attempts.size());
-  if (!RunStage(0.6, 0.2, count, [&](int i) {
+  const auto count = static_cast<int>(begun.size());
+  if (!RunStage(part.before + 0.6 * part.share, 0.2 * part.share, count, [&](int i) {
         HandEvaluation evaluation = at_wrist_;
         RefineGrasp(anatomy_, evaluation, distance_, rough, begun[i].angles,
                     begun[i].wrist_from_object);
@@ -168,33 +166,56 @@ bool GraspSearch::Refine(const std::vector<GraspAttempt>& attempts,
       })) {
     return false;
   }
-  std::stable_sort(begun.begin(), begun.end(),
-                   [](const GraspAttempt& a, const GraspAttempt& b) { return a.rank > b.rank; });
+  std::ranges::stable_sort(begun, std::greater(), &GraspAttempt::rank);
   double best = -std::numeric_limits<double>::infinity();
+  for (const GraspReport::Candidate& before : refined) {
+    if (before.refused.empty()) best = std::max(best, before.grasp.score);
+  }
   for (int first = 0; first < count; first += kAtOnce) {
     if (options_.best_only && best > begun[first].rank + kGain) break;
     const int some = std::min(kAtOnce, count - first);
-    refined.resize(first + some);
-    if (!RunStage(0.8 + 0.2 * first / count, 0.2 * some / count, some, [&](int i) {
-          HandEvaluation evaluation = at_wrist_;
-          GraspAttempt attempt = begun[first + i];
-          RefineGrasp(anatomy_, evaluation, distance_, rest, attempt.angles,
-                      attempt.wrist_from_object);
-          GraspReport::Candidate& candidate = refined[first + i];
-          candidate.grasp = Assess(scene_, evaluation, attempt, true);
-          candidate.refused = WhyRefused(scene_, candidate.grasp);
-          if (solid_ && candidate.refused.empty()) {
-            candidate.grasp.score -= LostBySlipping(candidate.grasp, evaluation);
-          }
-        })) {
+    const std::size_t at = refined.size();
+    refined.resize(at + some);
+    if (!RunStage(part.before + (0.8 + 0.2 * first / count) * part.share,
+                  0.2 * part.share * some / count, some, [&](int i) {
+                    HandEvaluation evaluation = at_wrist_;
+                    GraspAttempt attempt = begun[first + i];
+                    RefineGrasp(anatomy_, evaluation, distance_, rest, attempt.angles,
+                                attempt.wrist_from_object);
+                    GraspReport::Candidate& candidate = refined[at + i];
+                    candidate.grasp = Assess(scene_, evaluation, attempt, true);
+                    candidate.refused = WhyRefused(scene_, candidate.grasp);
+                    if (solid_ && candidate.refused.empty()) {
+                      candidate.grasp.score -= LostBySlipping(candidate.grasp, evaluation);
+                    }
+                  })) {
       return false;
     }
-    for (int i = first; i < first + some; ++i) {
+    for (std::size_t i = at; i < refined.size(); ++i) {
       if (refined[i].refused.empty()) best = std::max(best, refined[i].grasp.score);
     }
   }
   out_.refinements = static_cast<int>(refined.size());
+  out_.refinement_ms += MillisecondsSince(start);
   return true;
+}
+
+bool GraspSearch::Search(const Part& part, std::vector<GraspReport::Candidate>& refined) {
+  std::vector<Placement> queue;
+  std::vector<GraspAttempt> attempts;
+  return PlaceHands(part, queue) && ClosePlaced(part, queue, attempts) &&
+         Refine(part, std::move(attempts), refined);
+}
+
+// Of what people take by its handle: whether one of the best is clean and holds.
+bool GraspSearch::HandleIsEnough(const std::vector<GraspReport::Candidate>& refined) const {
+  return options_.best_only && scene_.use.kind == GraspUse::kHandle &&
+         std::ranges::any_of(refined, [&](const GraspReport::Candidate& candidate) {
+           HandEvaluation evaluation = at_wrist_;
+           return candidate.refused.empty() &&
+                  (!solid_ || Holds(Contacts(evaluation, candidate.grasp.fingers,
+                                             candidate.grasp.wrist_from_object)));
+         });
 }
 
 // What does not hold the object's weight in every direction with the friction assumed is not as
@@ -245,8 +266,9 @@ Grasp GraspSearch::ReportBest(std::vector<GraspReport::Candidate> refined,
 }
 
 Grasp GraspSearch::Run(const SignedDistance& surface) {
-  Clock::time_point stage = Clock::now();
+  const Clock::time_point start = Clock::now();
   FindPlaces(OppositionOptions{}.samples, options_.oppositions, options_.seed, true);
+  out_.search_ms = MillisecondsSince(start);
   out_.use = scene_.use.kind;
   out_.oppositions = static_cast<int>(oppositions_.size());
   out_.handles = static_cast<int>(scene_.handles.size());
@@ -255,26 +277,25 @@ Grasp GraspSearch::Run(const SignedDistance& surface) {
     if (options_.style == GraspStyle::kHandle) out_.status = GraspStatus::kNoHandle;
     return open_;
   }
-  PlacementQueue queue;
-  if (!PlaceHands(queue)) return Stopped();
-  out_.search_ms = MillisecondsSince(stage);
-  if (queue.placements.empty()) {
+  // What is through a handle is not compared with what is not before it is refined.
+  constexpr double kByHandle = 0.4;  // of the progress
+  const double by_handle = out_.handles > 0 ? kByHandle : 0.0;
+  std::vector<GraspReport::Candidate> refined;
+  if (!Search({out_.oppositions, out_.handles, options_.closings / 2,
+               std::max(1, options_.refinements / 2), 0.0, by_handle},
+              refined)) {
+    return Stopped();
+  }
+  if (!HandleIsEnough(refined) && !Search({0, out_.oppositions, options_.closings,
+                                           options_.refinements, by_handle, 1.0 - by_handle},
+                                          refined)) {
+    return Stopped();
+  }
+  if (refined.empty()) {
     out_.status = GraspStatus::kNoRoom;
     return open_;
   }
-
-  stage = Clock::now();
-  std::vector<GraspAttempt> attempts;
-  if (!ClosePlaced(queue, attempts)) return Stopped();
-  KeepBest(queue.around, attempts);
-  out_.closing_ms = MillisecondsSince(stage);
-
-  stage = Clock::now();
-  std::vector<GraspReport::Candidate> refined;
-  if (!Refine(attempts, refined)) return Stopped();
-  const Grasp best = ReportBest(std::move(refined), surface);
-  out_.refinement_ms = MillisecondsSince(stage);
-  return best;
+  return ReportBest(std::move(refined), surface);
 }
 
 }  // namespace

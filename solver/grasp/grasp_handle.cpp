@@ -31,11 +31,20 @@ constexpr double kThinWall = 0.0006;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Where a ray from outside enters the object, or infinity.
+// Whether a ray from within the grid has left it: the object is nowhere on the rest of its way.
+bool HasLeft(const DistanceGrid& object, const Eigen::Vector3d& point) {
+  return (point.array() < object.Min().array()).any() ||
+         (point.array() > object.Max().array()).any();
+}
+
+// Where a ray from outside the object and within the grid enters the object, or infinity; it is
+// known to be free up to `begin`.
 double Entry(const DistanceGrid& object, const Eigen::Vector3d& from, const Eigen::Vector3d& way,
-             double farthest) {
-  for (double s = 0.0; s < farthest;) {
-    const double d = object.Linear(from + s * way);
+             double farthest, double begin = 0.0) {
+  for (double s = begin; s < farthest;) {
+    const Eigen::Vector3d point = from + s * way;
+    if (s > 0.0 && HasLeft(object, point)) return kInfinity;
+    const double d = object.Linear(point);
     if (d <= kThinWall) return s;
     s += std::max(d, kShortest);
   }
@@ -53,12 +62,15 @@ double Exit(const DistanceGrid& object, const Eigen::Vector3d& from, const Eigen
   return kInfinity;
 }
 
-bool FingerPasses(const DistanceGrid& object, const Eigen::Vector3d& point,
+// `clearance`: of the point, which is in the grid; more than the radius.
+bool FingerPasses(const DistanceGrid& object, const Eigen::Vector3d& point, double clearance,
                   const Eigen::Vector3d& way, double radius) {
   for (const double sign : {1.0, -1.0}) {
-    for (double s = 0.0; s < kOutOfSight;) {
+    for (double s = std::max(clearance - radius, 0.001); s < kOutOfSight;) {
       const double least = s < kFingerPasses ? radius : 0.3 * radius;
-      const double d = object.Linear(point + sign * s * way);
+      const Eigen::Vector3d at = point + sign * s * way;
+      if (HasLeft(object, at)) break;
+      const double d = object.Linear(at);
       if (d < least) return false;
       s += std::max(d - least, 0.001);
     }
@@ -68,14 +80,14 @@ bool FingerPasses(const DistanceGrid& object, const Eigen::Vector3d& point,
 
 // Mean distance of what surrounds a point across `way`; infinity if a ray escapes, or where it is
 // not below `most`.
-double Enclosure(const DistanceGrid& object, const Eigen::Vector3d& point,
+double Enclosure(const DistanceGrid& object, const Eigen::Vector3d& point, double clearance,
                  const Eigen::Vector3d& way, double max_opening, double most) {
   const Eigen::Vector3d x = way.unitOrthogonal(), y = way.cross(x);
   double sum = 0.0;
   for (int i = 0; i < kEnclosingRays; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / kEnclosingRays;
-    const double s =
-        Entry(object, point, std::cos(angle) * x + std::sin(angle) * y, 0.8 * max_opening);
+    const double s = Entry(object, point, std::cos(angle) * x + std::sin(angle) * y,
+                           0.8 * max_opening, clearance);
     if (s == kInfinity) return kInfinity;
     sum += s / kEnclosingRays;
     if (sum >= most) return kInfinity;
@@ -215,6 +227,7 @@ std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions&
     for (int j = 0; j <= nodes.y(); ++j) {
       for (int i = 0; i <= nodes.x(); ++i) {
         const Eigen::Vector3d point = object.Min() + options.step_m * Eigen::Vector3d(i, j, k);
+        if (HasLeft(object, point)) continue;  // the last step may be beyond
         const double clearance = object.Linear(point);
         if (clearance < options.finger_radius_m || clearance > 0.5 * options.max_opening_m)
           continue;
@@ -230,9 +243,11 @@ std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions&
         double tightest = kInfinity;
         Eigen::Vector3d way = Eigen::Vector3d::Zero();
         for (const Eigen::Vector3d& direction : directions) {
-          if (!FingerPasses(object, point, direction, options.finger_radius_m - 0.001)) continue;
+          if (!FingerPasses(object, point, clearance, direction, options.finger_radius_m - 0.001)) {
+            continue;
+          }
           const double enclosure =
-              Enclosure(object, point, direction, options.max_opening_m, tightest);
+              Enclosure(object, point, clearance, direction, options.max_opening_m, tightest);
           if (enclosure < tightest) {
             tightest = enclosure;
             way = direction;

@@ -22,6 +22,10 @@ constexpr std::size_t kBestOfTurn = 3;    // placements kept of each
 constexpr double kFan[kNumFingers] = {-3.0, 0.0, 7.0, 3.0, 0.0};  // nearly parallel, degrees
 
 constexpr int kSideBySide[kThumb] = {kIndex, kMiddle, kRing, kPinky};
+// Worth of a pad that touches, of a finger through the opening and of one outside.
+constexpr double kThrough = 0.4, kOutside = 0.15, kDiscomfort = 0.08;
+constexpr double kMostOfThumb = 1.0, kMostOfPalm = 0.6;
+constexpr double kRounding = 1e-9;
 constexpr double kNoGap = std::numeric_limits<double>::infinity();
 
 double Squared(double x) { return x * x; }
@@ -34,6 +38,16 @@ Eigen::Matrix3d Columns(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
   Eigen::Matrix3d m;
   m << a, b, c;
   return m;
+}
+
+// The same handle seen from another frame.
+Handle Moved(const Eigen::Isometry3d& motion, const Handle& handle) {
+  Handle moved = handle;
+  moved.bar = motion * handle.bar;
+  moved.along = motion.linear() * handle.along;
+  moved.inward = motion.linear() * handle.inward;
+  moved.through = motion.linear() * handle.through;
+  return moved;
 }
 
 }  // namespace
@@ -196,7 +210,8 @@ class HandlePlacer::Gaps {
   std::array<Seen, kMostBalls> seen_;
 };
 
-HandlePlacer::Fit HandlePlacer::TryFinger(const Curl& curl, const Handle& handle, Gaps& gaps) {
+HandlePlacer::Fit HandlePlacer::TryFinger(const Curl& curl, const Handle& handle_in_wrist,
+                                          Gaps& gaps) {
   if (!gaps.Measure(curl)) return {};
   std::array<double, 3> touch = {kNoGap, kNoGap, kNoGap};  // least gaps
   double knuckles = kNoGap;
@@ -210,11 +225,26 @@ HandlePlacer::Fit HandlePlacer::TryFinger(const Curl& curl, const Handle& handle
     if (facing < -0.2) knuckles = std::min(knuckles, gap);
   }
   Fit fit;
-  fit.through = PassesThrough(handle, gaps.ObjectFromWrist() * curl.chain);
+  fit.through = PassesThrough(handle_in_wrist, curl.chain);
   const double touching = Nearness(touch[0]) + Nearness(touch[1]) + Nearness(touch[2]);
-  fit.worth = (fit.through ? 1.0 + 0.4 * touching : 0.15 * touching) - 0.25 * Nearness(knuckles) -
-              0.08 * curl.discomfort;
+  fit.worth = (fit.through ? 1.0 + kThrough * touching : kOutside * touching) -
+              0.25 * Nearness(knuckles) - kDiscomfort * curl.discomfort;
   return fit;
+}
+
+HandlePlacer::MostByFinger HandlePlacer::MostOfFingers(const Handle& handle_in_wrist) const {
+  MostByFinger most;
+  for (int n = 0; n < kThumb; ++n) {
+    most[n] = -1e9;
+    for (const Curl& curl : curls_[kSideBySide[n]]) {
+      const double outside = 3.0 * kOutside - kDiscomfort * curl.discomfort;
+      const double through = 1.0 + 3.0 * (kThrough - kOutside);  // more than that
+      if (outside + through <= most[n]) continue;
+      most[n] =
+          std::max(most[n], outside + (PassesThrough(handle_in_wrist, curl.chain) ? through : 0.0));
+    }
+  }
+  return most;
 }
 
 double HandlePlacer::TryThumb(const Curl& curl, const Handle& handle, Gaps& gaps) {
@@ -264,19 +294,20 @@ HandlePlacer::Choice HandlePlacer::Choose(const Fits& fits) const {
 // Fingers and thumb of a hand whose palm is free. False where they are not, or where the
 // placement's prior, to which the palm adds `palm`, is not more than `least`.
 bool HandlePlacer::TryFingers(const Handle& handle, const DistanceGrid& object, double palm,
-                              double least, Placement& placement) const {
-  constexpr double kMostOfFinger = 1.0 + 3 * 0.4, kMostOfThumb = 1.0, kRounding = 1e-9;
+                              double least, const MostByFinger& most_of,
+                              Placement& placement) const {
   const Eigen::Isometry3d object_from_wrist = placement.wrist_from_object.inverse();
+  const Handle in_wrist = Moved(placement.wrist_from_object, handle);
   Fits fits;
-  double most = palm + kMostOfThumb + 4.0 * kMostOfFinger + kRounding;
+  double most = std::accumulate(most_of.begin(), most_of.end(), palm + kMostOfThumb + kRounding);
   for (int n = 0; n < kThumb; ++n) {
     Gaps gaps(object, object_from_wrist);
     double best = -1e9;
     for (int c = 0; c < kCurls; ++c) {
-      fits[n][c] = TryFinger(curls_[kSideBySide[n]][c], handle, gaps);
+      fits[n][c] = TryFinger(curls_[kSideBySide[n]][c], in_wrist, gaps);
       best = std::max(best, fits[n][c].worth);
     }
-    most += best - kMostOfFinger;
+    most += best - most_of[n];
     if (best < -1e8 || most <= least) return false;
   }
   const Choice choice = Choose(fits);
@@ -308,81 +339,102 @@ bool HandlePlacer::TryFingers(const Handle& handle, const DistanceGrid& object, 
   return best > -1e8 && placement.prior > least;
 }
 
+// Knuckles stay outside: fingers that come from within the opening are no way to hold a bar.
+bool HandlePlacer::KnucklesOutside(const Handle& handle_in_wrist) const {
+  return std::ranges::none_of(std::array{kIndex, kPinky}, [&](int finger) {
+    const Eigen::Vector3d knuckle = curls_[finger].front().chain.col(0);
+    return (knuckle - handle_in_wrist.bar).dot(handle_in_wrist.inward) > 0.0;
+  });
+}
+
 bool HandlePlacer::TryHand(const Handle& handle, const DistanceGrid& object, double least,
-                           Placement& placement) const {
+                           const MostByFinger& most_of, Placement& placement) const {
   const Eigen::Isometry3d object_from_wrist = placement.wrist_from_object.inverse();
-  // Knuckles stay outside: fingers that come from within the opening are no way to hold a bar.
-  for (const int finger : {kIndex, kPinky}) {
-    const Eigen::Vector3d knuckle = object_from_wrist * curls_[finger].front().chain.col(0);
-    if ((knuckle - handle.bar).dot(handle.inward) > 0.0) return false;
-  }
   const double palm_gap = palm_patches_.Least(
       [&](int i) { return object.Linear(object_from_wrist * palm_.col(i)); }, 1.0, -kGive);
   return palm_gap >= -kGive &&
-         TryFingers(handle, object, 0.6 * std::exp(-std::max(palm_gap, 0.0) / 0.008), least,
-                    placement);
+         TryFingers(handle, object, kMostOfPalm * std::exp(-std::max(palm_gap, 0.0) / 0.008), least,
+                    most_of, placement);
 }
 
-std::vector<Placement> HandlePlacer::Place(std::span<const Handle> handles, int index,
-                                           const DistanceGrid& object) const {
+// The bar lies across the palm, the index finger at one end of it; turned about it the palm goes
+// all the way round. The best hands of one turn.
+std::vector<Placement> HandlePlacer::PlaceTurned(std::span<const Handle> handles, int index,
+                                                 double sign, double angle,
+                                                 const DistanceGrid& object) const {
   const Handle& handle = handles[index];
   const HandAxes& axes = anatomy_.axes;
   const double palm = anatomy_.landmarks.PalmCenter().dot(axes.PalmNormal());
   const double half = 0.5 * std::max(handle.thickness, handle.width);
+  const Eigen::Vector3d along = sign * handle.along;
+  const Eigen::Vector3d normal = std::cos(angle) * handle.inward + std::sin(angle) * handle.through;
   // The palm is not over the opening either, seen from other parts of the same bar: a curved bar
   // would be held from above a mug's rim.
   constexpr double kSameHandle = 0.05, kOver = 0.022;
-  const auto outside = [&](const Placement& placement) {
+  const auto outside = [&](const Eigen::Isometry3d& wrist_from_object) {
     const Eigen::Vector3d palm_center =
-        placement.wrist_from_object.inverse() * anatomy_.landmarks.PalmCenter();
+        wrist_from_object.inverse() * anatomy_.landmarks.PalmCenter();
     return std::none_of(handles.begin(), handles.end(), [&](const Handle& other) {
       return (other.bar - handle.bar).norm() < kSameHandle &&
              (palm_center - other.bar).dot(other.inward) > kOver;
     });
   };
-  std::vector<Placement> placements;
-  for (const double sign : {1.0, -1.0}) {
-    // The bar lies across the palm, the index finger at one end of it; turned about it the palm
-    // goes all the way round.
-    const Eigen::Vector3d along = sign * handle.along;
-    for (int turn = -kTurns; turn <= kTurns; ++turn) {
-      const double angle = kTurn * turn;
-      const Eigen::Vector3d normal =
-          std::cos(angle) * handle.inward + std::sin(angle) * handle.through;
-      std::vector<Placement> of_turn;
-      for (const double tilt : {0.0, 20.0 * kDegree, -20.0 * kDegree}) {
-        const Eigen::Matrix3d tilted =
-            Eigen::AngleAxisd(tilt, axes.PalmNormal()).toRotationMatrix();
-        const Eigen::Vector3d across = tilted * axes.Across();
-        const Eigen::Vector3d forward = tilted * axes.Forward();
-        Placement placement{GraspStyle::kHandle, Eigen::Isometry3d::Identity(), {}, 0.0, 0.0};
-        placement.width = handle.thickness;
-        placement.handle = index;
-        const Eigen::Matrix3d hand =
-            Columns(across, axes.PalmNormal(), across.cross(axes.PalmNormal()));
-        placement.wrist_from_object.linear() =
-            hand * Columns(along, normal, along.cross(normal)).transpose();
-        for (double height = palm + half; height < palm + half + 0.027; height += 0.0085) {
-          for (double ahead = 0.065; ahead < 0.125; ahead += 0.0115) {
-            // Which finger is where the opening's middle is.
-            for (double beside = -0.045; beside < 0.035; beside += 0.013) {
-              const Eigen::Vector3d bar =
-                  ahead * forward + height * axes.PalmNormal() + beside * across;
-              const Eigen::Vector3d middle =
-                  handle.bar + 0.5 * (handle.low + handle.high) * handle.along;
-              placement.wrist_from_object.translation() =
-                  bar - placement.wrist_from_object.linear() * middle;
-              const bool full = of_turn.size() == kBestOfTurn;
-              const double least = full ? of_turn.back().prior : -kNoGap;
-              if (!outside(placement) || !TryHand(handle, object, least, placement)) continue;
-              if (full) of_turn.pop_back();
-              of_turn.insert(std::ranges::upper_bound(of_turn, placement.prior,
-                                                      std::ranges::greater(), &Placement::prior),
-                             placement);
-            }
-          }
+  struct Pose {
+    Eigen::Isometry3d wrist_from_object;
+    MostByFinger most_of;
+    double most;
+  };
+  std::vector<Pose> poses;
+  for (const double tilt : {0.0, 20.0 * kDegree, -20.0 * kDegree}) {
+    const Eigen::Matrix3d tilted = Eigen::AngleAxisd(tilt, axes.PalmNormal()).toRotationMatrix();
+    const Eigen::Vector3d across = tilted * axes.Across();
+    const Eigen::Vector3d forward = tilted * axes.Forward();
+    Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
+    const Eigen::Matrix3d hand =
+        Columns(across, axes.PalmNormal(), across.cross(axes.PalmNormal()));
+    wrist_from_object.linear() = hand * Columns(along, normal, along.cross(normal)).transpose();
+    const Eigen::Vector3d middle = handle.bar + 0.5 * (handle.low + handle.high) * handle.along;
+    for (double height = palm + half; height < palm + half + 0.027; height += 0.0085) {
+      for (double ahead = 0.065; ahead < 0.125; ahead += 0.0115) {
+        // Which finger is where the opening's middle is.
+        for (double beside = -0.045; beside < 0.035; beside += 0.013) {
+          const Eigen::Vector3d bar =
+              ahead * forward + height * axes.PalmNormal() + beside * across;
+          wrist_from_object.translation() = bar - wrist_from_object.linear() * middle;
+          const Handle in_wrist = Moved(wrist_from_object, handle);
+          if (!outside(wrist_from_object) || !KnucklesOutside(in_wrist)) continue;
+          const MostByFinger most_of = MostOfFingers(in_wrist);
+          poses.push_back(
+              {wrist_from_object, most_of, std::accumulate(most_of.begin(), most_of.end(), 0.0)});
         }
       }
+    }
+  }
+  // Those first that may become the best: the others need not be tried then.
+  std::ranges::stable_sort(poses, std::greater(), &Pose::most);
+  std::vector<Placement> best;
+  for (const Pose& pose : poses) {
+    const bool full = best.size() == kBestOfTurn;
+    const double least = full ? best.back().prior : -kNoGap;
+    if (pose.most + kMostOfPalm + kMostOfThumb + kRounding <= least) break;
+    Placement placement{GraspStyle::kHandle, pose.wrist_from_object, {}, handle.thickness, 0.0};
+    placement.handle = index;
+    if (!TryHand(handle, object, least, pose.most_of, placement)) continue;
+    if (full) best.pop_back();
+    best.insert(
+        std::ranges::upper_bound(best, placement.prior, std::ranges::greater(), &Placement::prior),
+        placement);
+  }
+  return best;
+}
+
+std::vector<Placement> HandlePlacer::Place(std::span<const Handle> handles, int index,
+                                           const DistanceGrid& object) const {
+  std::vector<Placement> placements;
+  for (const double sign : {1.0, -1.0}) {
+    for (int turn = -kTurns; turn <= kTurns; ++turn) {
+      const std::vector<Placement> of_turn =
+          PlaceTurned(handles, index, sign, kTurn * turn, object);
       placements.insert(placements.end(), of_turn.begin(), of_turn.end());
     }
   }

@@ -42,7 +42,7 @@ class HandlePlacer {
   struct Curl {
     std::array<double, 3> flexion, abduction;
     std::vector<Ball> balls;
-    Eigen::Matrix<double, 3, 4> chain;
+    Eigen::Matrix3Xd chain;  // as FingerChain's
     double discomfort;
   };
   struct Fit {
@@ -60,13 +60,19 @@ class HandlePlacer {
   class Gaps;
 
   Curl Posed(HandEvaluation& hand, const HandAngles& angles, int finger) const;
-  static Fit TryFinger(const Curl& curl, const Handle& handle, Gaps& gaps);
+  // The most that each finger, from the index finger on, may be worth, wherever it touches.
+  using MostByFinger = std::array<double, kThumb>;
+  MostByFinger MostOfFingers(const Handle& handle_in_wrist) const;
+  bool KnucklesOutside(const Handle& handle_in_wrist) const;
+  static Fit TryFinger(const Curl& curl, const Handle& handle_in_wrist, Gaps& gaps);
   static double TryThumb(const Curl& curl, const Handle& handle, Gaps& gaps);
   Choice Choose(const Fits& fits) const;
   bool TryFingers(const Handle& handle, const DistanceGrid& object, double palm, double least,
-                  Placement& placement) const;
+                  const MostByFinger& most_of, Placement& placement) const;
   bool TryHand(const Handle& handle, const DistanceGrid& object, double least,
-               Placement& placement) const;
+               const MostByFinger& most_of, Placement& placement) const;
+  std::vector<Placement> PlaceTurned(std::span<const Handle> handles, int index, double sign,
+                                     double angle, const DistanceGrid& object) const;
 
   const HandAnatomy& anatomy_;
   std::array<std::vector<Curl>, kNumFingers> curls_;

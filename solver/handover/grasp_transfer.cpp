@@ -289,6 +289,10 @@ class TransferSearch {
   GraspTransfer Run() {
     TryMirroredFingers();
     if (!best_.found) TryWholeGrasps();
+    HandEvaluation evaluation = AtWrist(own_.receiver);
+    best_.grasp.metrics = MeasureContact(
+        TriangleMesh{InObject(best_.grasp, evaluation), own_.receiver.Surface().Faces()},
+        own_.surface);
     return best_;
   }
 
@@ -297,8 +301,36 @@ class TransferSearch {
     return own_.Correction(wrist_from_object, receiver_from_object_);
   }
 
+  static Eigen::Matrix3Xd InObject(const Grasp& grasp, HandEvaluation& evaluation) {
+    return grasp.wrist_from_object.inverse() *
+           evaluation.At(grasp.fingers.data(), false).Vertices();
+  }
+
+  // Depth of the deepest point in a solid; only those that `may_be_inside` are looked at.
+  template <typename MayBeInside>
+  static double Deepest(const SignedDistance& solid, const Eigen::Matrix3Xd& points,
+                        const MayBeInside& may_be_inside) {
+    double deepest = 0.0;
+    int face = -1;
+    for (const auto& point : points.colwise()) {
+      if (!may_be_inside(point)) continue;
+      const SignedDistance::Result nearest = solid.Query(point, face);
+      face = nearest.face;
+      deepest = std::max(deepest, -nearest.distance);
+    }
+    return deepest;
+  }
+
   double Overlap(const Eigen::Matrix3Xd& vertices_in_object) const {
-    return std::max(0.0, -giving_surface_.Distances(vertices_in_object).minCoeff());
+    const Eigen::AlignedBox3d box(giving_surface_.Min(), giving_surface_.Max());
+    return Deepest(giving_surface_, vertices_in_object,
+                   [&](const Vector3d& x) { return box.contains(x); });
+  }
+
+  double DepthInObject(const Eigen::Matrix3Xd& vertices_in_object) const {
+    const double off = 2.0 * own_.distance.CellSize();  // interpolated distances, at most
+    return Deepest(own_.surface, vertices_in_object,
+                   [&](const Vector3d& x) { return own_.distance.Linear(x) < off; });
   }
 
   double Value(const GraspTransfer& result) const {
@@ -380,11 +412,9 @@ class TransferSearch {
     GraspTransfer result;
     result.method = method;
     result.grasp = Assess(own_.scene, evaluation, closed, true);
-    const Eigen::Matrix3Xd vertices = result.grasp.wrist_from_object.inverse() *
-                                      evaluation.At(result.grasp.fingers.data(), false).Vertices();
+    const Eigen::Matrix3Xd vertices = InObject(result.grasp, evaluation);
     result.hand_overlap_mm = 1000.0 * Overlap(vertices);
-    result.grasp.metrics =
-        MeasureContact(TriangleMesh{vertices, own_.receiver.Surface().Faces()}, own_.surface);
+    result.grasp.metrics.max_penetration_mm = 1000.0 * DepthInObject(vertices);
     std::tie(result.correction_m, result.correction_rad) =
         CorrectionOf(result.grasp.wrist_from_object, receiver_from_object_);
     result.thumb_opposition = ThumbOpposition(PressingDirections(
