@@ -82,7 +82,7 @@ struct GraspOptions {
   double touch_distance_m = 0.002;    ///< skin nearer than this touches
   double friction = 0.5;
 
-  /// Candidates that cannot be the best are left unfinished, and out of the report.
+  /// Candidates that cannot be the best, or are not by a handle where one holds, are left out.
   bool best_only = false;
 };
 
