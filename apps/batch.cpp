@@ -283,14 +283,16 @@ void AcceptAnyName(CLI::Option& output) {
   }
 }
 
-// From here on the command runs the list.
+// From here on the command runs the list, and ends where it would begin. Its own callback stays: it
+// owns what the options write to.
 void BecomeBatch(CLI::App& own, const BatchCommand& command,
-                 const std::shared_ptr<BatchOptions>& options, int& exit_code) {
+                 const std::shared_ptr<BatchOptions>& options) {
   for (CLI::Option* option : own.get_options()) {
     if (option->get_positional()) option->required(false);
   }
   AcceptAnyName(*own.get_option("--output"));
-  own.callback([&own, command, options, &exit_code] {
+  own.parse_complete_callback([&own, command, options] {
+    if (own.remaining_size() > 0) throw CLI::ExtrasError(own.remaining());
     for (const CLI::Option* option : own.get_options()) {
       if (option->get_positional() && !option->empty()) {
         throw CLI::ExcludesError(option->get_name(true), "--batch");
@@ -303,7 +305,7 @@ void BecomeBatch(CLI::App& own, const BatchCommand& command,
       common.json = !own.get_option("--json")->empty();
       PrintResult(common, outcome.summary, outcome.text);
     }
-    exit_code = outcome.exit_code;
+    throw Ended{outcome.exit_code};
   });
 }
 
@@ -363,9 +365,9 @@ void AddBatchable(CLI::App& app, const BatchCommand& command, int& exit_code) {
   const char* const group = "Many at once";
   own.add_option_function<std::string>(
          "--batch",
-         [&own, command, options, &exit_code](const std::string& list) {
+         [&own, command, options](const std::string& list) {
            options->list = list;
-           BecomeBatch(own, command, options, exit_code);
+           BecomeBatch(own, command, options);
          },
          "A file with one job per line: this command's arguments, then key=value for options of "
          "that job, and name=NAME. -o is the folder of all results. Resumes where it was stopped; "

@@ -138,6 +138,8 @@ int RunProgram(CLI::App& app, std::string_view name, int argc, char** argv, cons
   try {
     app.parse(argc, argv);
     return exit_code;
+  } catch (const Ended& ended) {
+    return ended.exit_code;
   } catch (const CLI::ParseError& error) {
     return error.get_exit_code() == 0 ? app.exit(error) : ReportUsageFault(app, name, error);
   } catch (const FitFailure& error) {

@@ -15,6 +15,11 @@ std::vector<const CLI::App*> Subcommands(const CLI::App& app);
 /// a range anything, and whole numbers end at the largest that there is.
 void RequireNumbersInRange(CLI::App& app);
 
+/// Thrown where a command has done its work while the command line is still being parsed.
+struct Ended {
+  int exit_code;
+};
+
 /// Parses the command line and runs the command it names; `exit_code` is what the commands of `app`
 /// write theirs to. Errors go to stderr, after `name`; returns the program's exit code.
 int RunProgram(CLI::App& app, std::string_view name, int argc, char** argv, const int& exit_code);
