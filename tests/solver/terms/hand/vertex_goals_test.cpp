@@ -12,7 +12,7 @@ namespace {
 constexpr int kVertices = 4;
 const VertexQuadratic kNothing{Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(), 0.0};
 
-struct Scene {
+struct GoalScene {
   Eigen::Matrix3Xd goals = Eigen::Matrix3Xd::Random(3, kVertices);
   Eigen::VectorXd weights = Eigen::Vector4d(1.0, 0.5, 0.0, 2.0);
   VertexGoals term{goals, weights, 30.0};
@@ -27,12 +27,12 @@ struct Scene {
 };
 
 TEST(VertexGoals, VanishWhereTheHandIsWhereItWasWanted) {
-  const Scene scene;
+  const GoalScene scene;
   EXPECT_EQ(scene.CostAt(scene.goals), 0.0);
 }
 
 TEST(VertexGoals, HaveTheGradientAndHessianOfTheirCost) {
-  const Scene scene;
+  const GoalScene scene;
   const Eigen::Matrix3Xd z = Eigen::Matrix3Xd::Random(3, kVertices);
   std::vector<VertexQuadratic> quadratics(kVertices, kNothing);
   const double energy = scene.term.Add(z, quadratics);
@@ -51,7 +51,7 @@ TEST(VertexGoals, HaveTheGradientAndHessianOfTheirCost) {
 }
 
 TEST(VertexGoals, LeaveVerticesWithoutWeightAlone) {
-  const Scene scene;
+  const GoalScene scene;
   std::vector<VertexQuadratic> quadratics(kVertices, kNothing);
   scene.term.Add(Eigen::Matrix3Xd::Constant(3, kVertices, NAN).eval(), quadratics);
   EXPECT_EQ(quadratics[2].cost, 0.0);
