@@ -5,12 +5,12 @@
 #include <cmath>
 #include <mutex>
 
+#include "geometry/core_time.h"
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/surface_distance.h"
 #include "geometry/parallel.h"
-#include "geometry/core_time.h"
 
 namespace holdfast {
 namespace {

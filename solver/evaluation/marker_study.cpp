@@ -8,10 +8,10 @@
 #include <random>
 
 #include "geometry/clip/resample.h"
+#include "geometry/core_time.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
-#include "geometry/core_time.h"
 
 namespace holdfast {
 namespace {

@@ -107,8 +107,8 @@ class ClipTransfer {
     const HumanFrame &frame = setup_.demonstration.frames[t],
                      &there = setup_.demonstration.frames[from];
     if (!frame.holds) {
-      const Eigen::Isometry3d moved = frame.object_from_wrist * there.object_from_wrist.inverse() *
-                                      found.ObjectFromRoot();
+      const Eigen::Isometry3d moved =
+          frame.object_from_wrist * there.object_from_wrist.inverse() * found.ObjectFromRoot();
       before.R = moved.linear();
       before.T = moved.translation();
     }

@@ -87,8 +87,8 @@ const std::vector<Reduced> kReduced = {
 };
 
 // Commands whose examples take long even so: in tests of their own.
-const std::set<std::string> kSlowMotion = {"offhand", "reach", "refine", "render", "synthesize",
-                                          "transfer"};
+const std::set<std::string> kSlowMotion = {"offhand", "reach",      "refine",
+                                           "render",  "synthesize", "transfer"};
 const std::set<std::string> kSlowStudies = {"evaluate fit", "evaluate handovers", "evaluate reach",
                                             "evaluate synthesis", "make-actions"};
 const std::set<std::string> kTraining = {"train imos", "train recogniser", "train wandr"};
