@@ -5,6 +5,7 @@
 /// embedded files. Meshes, bodies, clips and files have the folders below it.
 ///
 /// From the inside out:
+///   core_time.h     seconds that a thread has had a core
 ///   isa.h           instruction sets, the best at run time
 ///   progress.h      callback of long work, may stop it
 ///   parallel.h      loops over indices on threads

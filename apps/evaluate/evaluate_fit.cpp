@@ -218,6 +218,10 @@ std::vector<FitJob> ReadFitJobs(const fs::path& list) {
     AddOption(command, "--hand", job.hand, "", CLI::IsMember({"auto", "right", "left", "both"}));
     AddFitJobOptions(command, job);
     ParseJob(command, JobArguments(command, line), line.where);
+    if (!(job.object_scale >= 1e-6 && job.object_scale <= 1e6)) {
+      throw Error(line.where, "object-scale is not within 1e-6 and 1e6",
+                  "Write it like object-scale=0.001");
+    }
     job.output = line.name;
   }
   return jobs;

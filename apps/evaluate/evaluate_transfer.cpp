@@ -133,8 +133,8 @@ void AddEvaluateTransfer(CLI::App& evaluate, int& exit_code) {
   command->add_flag("--no-physics", options->no_physics, "No trials in MuJoCo");
   AddClipInputOptions(*command, options->input);
   AddCommonOptions(*command, options->common, true,
-                   "  holdfast evaluate transfer held --robot allegro_hand_right.urdf\n"
-                   "  holdfast evaluate transfer fits/* --robot allegro.urdf --robot svh.urdf -o "
+                   "  holdfast evaluate transfer held --robot hand.urdf\n"
+                   "  holdfast evaluate transfer held --robot hand.urdf --no-baselines -o "
                    "transfer.json --threads 1\n");
   command->callback([options, &exit_code] { exit_code = RunTransferStudy(*options); });
 }

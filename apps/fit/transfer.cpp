@@ -477,9 +477,9 @@ void AddTransferCommand(CLI::App& app, int& exit_code) {
   AddCommonOptions(*command, options->common, true,
                    "  holdfast transfer held --scale 1.3 -o held_large\n"
                    "  holdfast transfer held --object jug.obj -o held_jug --json\n"
-                   "  holdfast transfer held --robot allegro_hand_right.urdf -o robot\n"
+                   "  holdfast transfer held --robot hand.urdf -o robot\n"
                    "  holdfast transfer held --betas -2,1 -o held_by_another\n"
-                   "  holdfast transfer held --variants 500 -o many --seed 3\n");
+                   "  holdfast transfer held --variants 500 -o many\n");
   command->callback([options, &exit_code] { exit_code = Transfer(*options); });
 }
 

@@ -42,8 +42,7 @@ SurfaceMap MapOf(const py::object& map, const TriangleMesh& from, const Triangle
         TypeText(map));
   }
   const py::tuple sides = map;
-  return SurfaceMap::Given(from, to, Columns(sides[0], "map[0]", 3),
-                           Columns(sides[1], "map[1]", 3));
+  return SurfaceMap::Given(from, to, Columns(sides[0], "map[0]"), Columns(sides[1], "map[1]"));
 }
 
 TransferredPtr Transfer(const py::object& clip, const py::object& object, const py::object& scale,

@@ -10,6 +10,7 @@
 ///   cup_in_hand.h     a hand closed around something that stands
 ///   drink.h           ServeDrink: a cup from the table to the mouth and back
 ///   carry.h           CarryObject: an object through a clip
+///   palms.h           both palms and the head over time
 ///   follow.h          when an object follows a hand
 ///   refine_ball.h     RefineBall: hands at a ball that was tracked without rotation
 ///   refine.h          RefineCarried: a clip with its object cleaned

@@ -25,9 +25,10 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
 constexpr double kNearest_m = 0.25, kLeastRise_m = 0.1;
-constexpr double kOverEyes_m = 0.08, kFallsBehind_m = 0.04;  // of a palm that combs hair
-constexpr double kApproach_s = 0.4;  // over which the wrist leaves the clip's for the cup
-constexpr double kUpright = 0.7;     // share of the way to the mouth over which it comes back
+constexpr double kOverEyes_m = 0.08, kFallsBehind_m = 0.04,
+                 kBehindEyes_m = 0.05;  // of a palm that combs hair
+constexpr double kApproach_s = 0.4;     // over which the wrist leaves the clip's for the cup
+constexpr double kUpright = 0.7;        // share of the way to the mouth over which it comes back
 constexpr double kFarTilt = 50.0 * kDegree, kMostBack = 45.0 * kDegree;
 constexpr double kMostYaw = 30.0 * kDegree;
 constexpr double kLipsFrom_m = 0.12, kLipsAt_m = 0.02;  // of the rim, beyond its nearest
@@ -50,20 +51,24 @@ int RestBeside(const Matrix3Xd& palm, const Eigen::VectorXd& speed, int drink, i
   return t;
 }
 
-// Somebody who combs goes over the eyes, and from there down behind the head; who drains a cup goes
-// as high with the head laid back, and comes back the same way.
+// Somebody who combs goes over the eyes, there behind them or from there down behind the head; who
+// drains a cup goes as high with the head laid back, before the face, and comes back the same way.
 bool CombsHair(const PalmTracks& tracks, const Matrix3Xd& palm, const FaceMarks& face) {
-  double over_eyes = -1.0, rearmost = 1e9, falls = 0.0;
+  double over_eyes = -1.0, behind_eyes = -1.0, rearmost = 1e9, falls = 0.0;
   const double top = palm.row(2).maxCoeff();
   for (Eigen::Index t = 0; t < palm.cols(); ++t) {
     const Isometry3d& head = tracks.head[static_cast<std::size_t>(t)];
-    over_eyes = std::max(over_eyes, palm(2, t) - (head * face.eyes).z());
+    const Vector3d from_eyes = palm.col(t) - head * face.eyes;
+    over_eyes = std::max(over_eyes, from_eyes.z());
+    if (from_eyes.z() > kOverEyes_m) {
+      behind_eyes = std::max(behind_eyes, -from_eyes.dot(tracks.forward));
+    }
     const double ahead = palm.col(t).dot(tracks.forward);
     if (palm(2, t) < (head * face.mouth).z() || ahead > rearmost) continue;
     rearmost = ahead;
     falls = top - palm(2, t);
   }
-  return over_eyes > kOverEyes_m && falls > kFallsBehind_m;
+  return over_eyes > kOverEyes_m && (falls > kFallsBehind_m || behind_eyes > kBehindEyes_m);
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "generator/body/limb_ik.h"
-#include "solver/fit/time_filters.h"
 
 namespace holdfast {
 
@@ -15,8 +14,16 @@ Eigen::Vector3d PalmOf(Side side, const Eigen::Isometry3d& wrist) {
 }
 
 Eigen::VectorXd PalmTracks::Speed(Side side) const {
-  const auto reach = std::max<Eigen::Index>(1, std::lround(0.04 * frame_rate));
-  return frame_rate * SlopesOverTime(Of(side), reach).colwise().norm().transpose();
+  const Eigen::Matrix3Xd& palm = Of(side);
+  const auto half = std::max<Eigen::Index>(1, std::lround(0.04 * frame_rate));
+  Eigen::VectorXd speed(palm.cols());
+  for (Eigen::Index t = 0; t < palm.cols(); ++t) {
+    const Eigen::Index from = std::max<Eigen::Index>(0, t - half);
+    const Eigen::Index to = std::min(palm.cols() - 1, t + half);
+    const double frames = static_cast<double>(std::max<Eigen::Index>(1, to - from));
+    speed(t) = frame_rate * (palm.col(to) - palm.col(from)).norm() / frames;
+  }
+  return speed;
 }
 
 PalmTracks TrackPalms(const Clip& clip, const Eigen::Matrix3Xd& rest_joints) {

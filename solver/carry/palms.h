@@ -22,7 +22,7 @@ struct PalmTracks {
   double frame_rate = 30.0;
 
   const Eigen::Matrix3Xd& Of(Side side) const { return at[side == Side::kRight ? 0 : 1]; }
-  /// Of a palm: T, metres a second, slopes over 0.04 s to either side.
+  /// Of a palm: T, metres a second, between 0.04 s to either side.
   Eigen::VectorXd Speed(Side side) const;
 };
 PalmTracks TrackPalms(const Clip& clip, const Eigen::Matrix3Xd& rest_joints);

@@ -47,7 +47,6 @@ const std::vector<Reduced> kReduced = {
     {"-o left --hours 0.5", "-o left --hours 0.02", "half an hour of motion"},
     {"--count 2500", "--count 2", "seconds a clip"},
     {"--variants 500", "--variants 3", "a tenth of a second a variant"},
-    {"--variants 40", "--variants 3", "a tenth of a second a variant"},
     {"-o few --count 20", "-o few --count 2", "seconds a clip"},
     {"-o both --count 20", "-o both --count 2", "seconds a clip"},
     {"evaluate reach -o out/reach",

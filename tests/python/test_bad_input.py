@@ -167,9 +167,14 @@ ROWS = {
                                     from_object=v),
         none=True, dear=True),
     "transfer.scale": Array(
-        lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)), scale=v,
+        lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)),
+                                    scale=v if isinstance(v, np.ndarray) else np.asarray([v]),
                                     from_object=CUBE),
-        POINT, none=True, dear=True),
+        POINT, dear=True),
+    "transfer.map": Array(
+        lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)), CUBE,
+                                    map=(v, CUBE[0]), from_object=CUBE),
+        CUBE[0], dear=True),
     "transfer.betas": Array(
         lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)),
                                     betas=v, from_object=CUBE),

@@ -27,6 +27,7 @@ def test_robot_hand(urdf, tmp_path):
 def test_transfer_to_robot(urdf, tmp_path):
     held = holdfast.fit(holdfast.Clip.load("demo_drink")[:12], "mug")
     moved = holdfast.transfer_to_robot(held, urdf)
+    assert isinstance(moved, holdfast.RobotTransfer)
     frames = len(held.clip)
     assert moved.joint_angles.shape == (frames, 15)
     orient, trans = moved.wrist

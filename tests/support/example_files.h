@@ -27,6 +27,7 @@
 #include "tests/support/action_scene.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"
+#include "tests/support/robot_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/walking_figure.h"
 
@@ -243,6 +244,7 @@ class ExampleFiles {
       {"held_bottle", "fit demo_drink bottle --end 60 -o held_bottle"}};
   // By name; a name in a folder of the table comes before the folder.
   const std::map<std::string, std::function<void(const Path&)>, std::greater<>> makers_ = {
+      {"hand.urdf", [](const Path& path) { BoxHand{}.Write(path); }},
       // Meshes.
       {"ball.obj", Mesh("sphere")},
       {"banana.obj", Mesh("banana")},
