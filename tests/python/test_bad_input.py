@@ -168,7 +168,7 @@ ROWS = {
         none=True, dear=True),
     "transfer.scale": Array(
         lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)),
-                                    scale=v if isinstance(v, np.ndarray) else np.asarray([v]),
+                                    scale=v if isinstance(v, np.ndarray) and v.ndim else np.asarray([v]),
                                     from_object=CUBE),
         POINT, dear=True),
     "transfer.map": Array(
