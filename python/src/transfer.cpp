@@ -29,7 +29,10 @@ using TransferredPtr = std::shared_ptr<TransferredClip>;
 // One factor, or one for each axis.
 Eigen::Vector3d ScaleOf(const py::object& scale) {
   if (scale.is_none()) return Eigen::Vector3d::Ones();
-  if (Dimensions(scale) == 0) return Eigen::Vector3d::Constant(scale.cast<double>());
+  if (const py::array any = py::array::ensure(scale); any && any.ndim() == 0) {
+    const py::object one = py::module_::import("numpy").attr("atleast_1d")(scale);
+    return Eigen::Vector3d::Constant(Vector(Floats(one, "scale", {1}), "scale")(0));
+  }
   return Vector(Floats(scale, "scale", {3}), "scale");
 }
 

@@ -78,6 +78,10 @@ def step(poses=POSE, trans=POINT):
     return fitter().step(poses, trans)
 
 
+def factors(value):  # one number is a factor: as arrays of one, it is wrong
+    number = np.isscalar(value) or isinstance(value, np.ndarray) and value.ndim == 0
+    return np.full(1, value) if number else value
+
 
 Array = namedtuple("Array", "call good none dear", defaults=(False, False))
 Mesh = namedtuple("Mesh", "call none dear", defaults=(False, False))
@@ -168,9 +172,8 @@ ROWS = {
         none=True, dear=True),
     "transfer.scale": Array(
         lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)),
-                                    scale=v if isinstance(v, np.ndarray) and v.ndim else np.asarray([v]),
-                                    from_object=CUBE),
-        POINT, dear=True),
+                                    scale=factors(v), from_object=CUBE),
+        POINT, none=True, dear=True),
     "transfer.map": Array(
         lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)), CUBE,
                                     map=(v, CUBE[0]), from_object=CUBE),
