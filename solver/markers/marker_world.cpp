@@ -142,7 +142,7 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
                       const std::vector<int>& column, std::optional<MarkerUp> up,
                       const std::string& where) {
   MarkerWorld world;
-  Eigen::Vector3d body_up = Eigen::Vector3d::Zero();
+  Eigen::Vector3d body_up = Eigen::Vector3d::Zero(), trunk_up = Eigen::Vector3d::Zero();
   std::vector<Pairs> frames;
   double thickness = 0.0;
   const int step = std::max(1, recording.NumFrames() / 50);
@@ -157,10 +157,15 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
     frames.push_back(PairsOf(person, marker, place, false));
     const auto whole = FitBody(frames.back());
     if (whole) thickness += whole->thickness;
-    // Arms may be anywhere: where a trunk has markers on both sides, it alone tells what is up.
+    if (whole) body_up += whole->rotation.col(1);
     const Pairs of_trunk = PairsOf(person, marker, place, true);
-    const auto trunk = WidthOf(of_trunk) > kBothSides_m ? FitBody(of_trunk) : std::nullopt;
-    if (trunk || whole) body_up += (trunk ? trunk : whole)->rotation.col(1);
+    if (WidthOf(of_trunk) <= kBothSides_m) continue;
+    if (const auto trunk = FitBody(of_trunk)) trunk_up += trunk->rotation.col(1);
+  }
+  // Arms may be anywhere, over the head too: where the whole is upside down, a trunk with markers
+  // on both sides decides.
+  if (body_up.maxCoeff() < -body_up.minCoeff() && trunk_up.maxCoeff() > -trunk_up.minCoeff()) {
+    body_up = trunk_up;
   }
   if (!body_up.isZero()) {
     int axis = 0;
