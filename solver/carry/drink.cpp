@@ -26,7 +26,7 @@ using Eigen::Vector3d;
 
 constexpr double kNearest_m = 0.25, kLeastRise_m = 0.1;
 constexpr double kOverEyes_m = 0.08, kFallsBehind_m = 0.04,
-                 kBehindEyes_m = 0.05;  // of a palm that combs hair
+                 kBehindEyes_m = 0.08;  // of a palm that combs hair
 constexpr double kApproach_s = 0.4;     // over which the wrist leaves the clip's for the cup
 constexpr double kUpright = 0.7;        // share of the way to the mouth over which it comes back
 constexpr double kFarTilt = 50.0 * kDegree, kMostBack = 45.0 * kDegree;
