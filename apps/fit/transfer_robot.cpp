@@ -7,6 +7,7 @@
 #include "apps/result_folder.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/render/png.h"
+#include "geometry/rotation.h"
 #include "solver/robot/robot.h"
 
 namespace holdfast::apps {
@@ -33,7 +34,7 @@ nlohmann::json FramesJson(const RobotMeasures& measures) {
     double distance = 0.0, turn = 0.0;
     for (const RobotContact& one : frame.contacts) {
       distance += 1e3 * one.distance_m / static_cast<double>(frame.contacts.size());
-      turn += one.angle_rad / 0.017453292519943295 / static_cast<double>(frame.contacts.size());
+      turn += one.angle_rad / kDegree / static_cast<double>(frame.contacts.size());
     }
     contact.push_back(frame.contacts.empty() ? nlohmann::json() : nlohmann::json(distance));
     angle.push_back(frame.contacts.empty() ? nlohmann::json() : nlohmann::json(turn));

@@ -99,8 +99,7 @@ WristChange LargestChange(const HandModel& hand, const Clip& from, const Clip& t
   for (int t = begin; t < std::min({end, from.NumFrames(), to.NumFrames()}); ++t) {
     const Isometry3d was = WristAt(hand, from, t), is = WristAt(hand, to, t);
     most.moved_m = std::max(most.moved_m, (is.translation() - was.translation()).norm());
-    most.turned_rad =
-        std::max(most.turned_rad, LogSO3(is.linear() * was.linear().transpose()).norm());
+    most.turned_rad = std::max(most.turned_rad, AngleBetween(is.linear(), was.linear()));
   }
   return most;
 }

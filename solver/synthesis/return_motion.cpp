@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 
 constexpr double kSetsOut_m = 0.02;  // the wrist from its first place
 constexpr double kJoins_s = 0.7, kSettles_s = 0.4, kToRest_s = 1.2, kStandsAfter_s = 0.6;
-constexpr int kRightArm[] = {14, 17, 19, 21}, kLeftArm[] = {13, 16, 18, 20};
+constexpr int kRightArm[] = {kRightCollar, kRightShoulder, kRightElbow, kRightWrist};
 
 // `frame` with `share` of what leads from `from` to `to` made on top.
 BodyFrame WithDifference(const BodyFrame& frame, const BodyFrame& from, const BodyFrame& to,
@@ -35,9 +35,6 @@ BodyFrame WithDifference(const BodyFrame& frame, const BodyFrame& from, const Bo
   }
   return out;
 }
-
-// Rotations of a left joint for the right one, in the mirror at x = 0.
-Quaterniond Mirrored(const Quaterniond& q) { return {q.w(), q.x(), -q.y(), -q.z()}; }
 
 class Return {
  public:
@@ -78,12 +75,12 @@ class Return {
   // The right arm from the first frame's pose to hanging, and standing so.
   std::vector<BodyFrame> ToRest() const {
     const BodyFrame& first = frames_.front();
+    const BodyFrame hanging = Mirror(first);  // its right arm is the left one's
     std::vector<BodyFrame> rest(Count(kToRest_s) + Count(kStandsAfter_s), first);
     for (std::size_t k = 0; k < rest.size(); ++k) {
       const double share = MinimumJerk(Ratio(k + 1, Count(kToRest_s)));
-      for (std::size_t j = 0; j < std::size(kRightArm); ++j) {
-        const Quaterniond hanging = Mirrored(first.local[kLeftArm[j]]);
-        rest[k].local[kRightArm[j]] = first.local[kRightArm[j]].slerp(share, hanging);
+      for (const int joint : kRightArm) {
+        rest[k].local[joint] = first.local[joint].slerp(share, hanging.local[joint]);
       }
     }
     return rest;
@@ -136,6 +133,7 @@ void AddReturn(const Eigen::Matrix3Xd& rest_joints, bool lets_go, Clip& clip) {
   clip.object->orient.conservativeResize(3, count);
   clip.pose.resize(all.size(), clip.pose.back());
   clip.holding_hand.resize(all.size(), clip.holding_hand.back());
+  const JointPose at_ease = MirrorPose(clip.pose.front());  // right fingers as the left ones
   for (Eigen::Index t = before; t < count; ++t) {
     const std::size_t frame = static_cast<std::size_t>(t);
     clip.pose[frame] = clip.pose[frame - 1];  // unwrapped from there
@@ -145,11 +143,8 @@ void AddReturn(const Eigen::Matrix3Xd& rest_joints, bool lets_go, Clip& clip) {
     clip.holding_hand[frame] = 0;
     const double opened = MinimumJerk(static_cast<double>(t - held + 1) / (0.5 * clip.frame_rate));
     const auto& fingers = clip.pose[static_cast<std::size_t>(held) - 1];
-    for (int j = 0; j < 15; ++j) {
-      const Vector3d left = clip.pose[0].col(25 + j);
-      const Vector3d right(left.x(), -left.y(), -left.z());
-      clip.pose[frame].col(40 + j) = (1.0 - opened) * fingers.col(40 + j) + opened * right;
-    }
+    clip.pose[frame].rightCols<15>() =
+        (1.0 - opened) * fingers.rightCols<15>() + opened * at_ease.rightCols<15>();
   }
   SetBodyFrames(all, rest_joints, clip);
 }
