@@ -467,7 +467,7 @@ void AddTransferCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("-o,--output", options->output,
                    "Folder to make: clip.npz, object.ply, metrics.json, report.html; of a robot's "
-                   "hand robot.npz, robot.csv, scene.xml, sheet.png and metrics.json")
+                   "hand robot.npz, robot.csv, scene.xml, report.html and metrics.json")
       ->required();
   CLI::Option* const object = AddObjectOptions(*command, *options);
   AddBodyOptions(*command, *options);

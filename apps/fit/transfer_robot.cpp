@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/fit/robot_page.h"
 #include "apps/result_folder.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/render/png.h"
@@ -120,13 +121,14 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
   metrics["per_frame"] = FramesJson(measures);
   WriteRobotMotion(setup, result.poses, measures, folder / "robot.npz");
   WriteRobotTable(setup, result.poses, folder / "robot.csv");
-  WriteRobotScene(setup, result.poses, folder / "scene.xml");
+  WriteRobotScene(setup, result.poses, folder / "scene.xml", options.threads);
   WriteAtomically(folder / "correspondence.csv", CorrespondenceText(setup));
   RobotPictureOptions pictures;
   pictures.columns = input.picture_columns;
   pictures.rows = input.picture_rows;
   pictures.threads = options.threads;
   WritePng(RobotSheet(setup, result.poses, pictures), folder / "sheet.png");
+  WriteAtomically(folder / "report.html", RobotPage(setup, result.poses, measures, "sheet.png"));
   WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
   folder.Commit();
   PrintResult(

@@ -22,7 +22,8 @@ struct RobotTransferInput {
 void AddRobotOptions(CLI::App& command, RobotTransferInput& input);
 
 /// Transfers the clip to the robot and writes the result folder `output`: robot.npz, robot.csv,
-/// scene.xml with scene_assets, correspondence.csv, sheet.png, metrics.json. Returns the exit code.
+/// scene.xml with scene_assets, correspondence.csv, sheet.png, report.html, metrics.json. Returns
+/// the exit code.
 int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input,
                      const RobotTransferInput& input, const std::string& output,
                      const CommonOptions& common);

@@ -13,6 +13,7 @@
 ///   robot_anatomy.h        palm, fingers, thumb: which is which
 ///   hand_correspondence.h  the human's skin and the robot's, place by place
 ///   robot_solids.h         links as solids
+///   near_samples.h         points near a solid, remembered
 ///   robot_term.h           poses, normal equations, terms
 ///   robot_distance_term.h, robot_contact_term.h, robot_penetration_term.h, robot_self_term.h,
 ///   robot_prior_terms.h    the terms

@@ -100,8 +100,8 @@ class SceneWriter {
     for (int k = 1; k < hand_.NumLinks(); ++k) children_[hand_.links[k].parent].push_back(k);
   }
 
-  std::string Text() {
-    AddObject();
+  std::string Text(int threads) {
+    AddObject(threads);
     AddLink(0, WorldFromRoot(setup_, poses_.front(), 0), 2);
     return fmt::format(
         "<mujoco model=\"{}\">\n"
@@ -140,10 +140,11 @@ class SceneWriter {
     return fmt::format("pos=\"{}\" quat=\"{}\"", numbers.substr(0, cut), numbers.substr(cut + 1));
   }
 
-  void AddObject() {
+  void AddObject(int threads) {
     bodies_ += "    <body name=\"object\">\n      <freejoint/>\n";
     ConvexPieceOptions options;
     options.tolerance_m = 0.003;
+    options.threads = threads;
     for (const TriangleMesh& piece : SplitIntoConvexPieces(setup_.object, options).pieces) {
       bodies_ += fmt::format(
           "      <geom type=\"mesh\" mesh=\"{}\" density=\"500\" rgba=\"0.86 0.62 0.28 1\" "
@@ -289,8 +290,8 @@ void WriteRobotTable(const RobotTransferSetup& setup, const std::vector<RobotPos
 }
 
 void WriteRobotScene(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
-                     const fs::path& path) {
-  WriteAtomically(path, SceneWriter(setup, poses, path).Text());
+                     const fs::path& path, int threads) {
+  WriteAtomically(path, SceneWriter(setup, poses, path).Text(threads));
 }
 
 }  // namespace holdfast

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "geometry/mesh/distance_grid.h"
+#include "solver/robot/near_samples.h"
 #include "solver/robot/robot_solids.h"
 #include "solver/robot/robot_term.h"
 
@@ -20,51 +21,79 @@ struct RobotObstacle {
 ///   E_p = sum_i max(0, margin - d(x_i))^2 / sigma^2
 ///
 /// d the signed distance (negative inside) of the other solid. Metres; a residual for each point
-/// nearer than the margin. Never false. Weight: sigma.
+/// nearer than the margin. Weight: sigma. Not for
+/// use by several threads at a time.
 class RobotPenetrationTerm final : public RobotTerm {
  public:
   RobotPenetrationTerm(const RobotSolids& solids, const RobotObstacle& object, double margin_m,
                        double sigma_m)
-      : solids_(solids), object_(object), margin_(margin_m), weight_(1.0 / sigma_m) {}
+      : solids_(solids),
+        object_(object),
+        margin_(margin_m),
+        weight_(1.0 / sigma_m),
+        centre_(0.5 * (object.samples.rowwise().minCoeff() + object.samples.rowwise().maxCoeff())),
+        radius_((object.samples.colwise() - centre_).colwise().norm().maxCoeff()),
+        near_(solids.Links().size()) {}
+
+  /// For solves that begin loosely.
+  void SetSigma(double sigma_m) { weight_ = 1.0 / sigma_m; }
 
   double Add(const PosedRobot& robot, RobotNormal* normal) const override {
     double cost = 0.0;
-    Eigen::Vector3d gradient;
-    for (const int link : solids_.Links()) {
+    for (std::size_t k = 0; k < solids_.Links().size(); ++k) {
+      const int link = solids_.Links()[k];
       const LinkSolid& solid = solids_.Of(link);
       const Eigen::Isometry3d& pose = robot.ObjectFromLink(link);
-      const Eigen::Vector3d centre = pose * solid.centre;
-      if (object_.grid->Linear(centre) > solid.radius + margin_ + 0.004) continue;
-      for (const auto sample : solid.samples.colwise()) {
-        const Eigen::Vector3d x = pose * sample;
-        if (object_.grid->Linear(x) > margin_ + 0.001) continue;
-        const double r = weight_ * (margin_ - object_.grid->Distance(x, &gradient));
-        if (r <= 0.0) continue;
-        cost += 0.5 * r * r;
-        if (normal != nullptr) normal->AddPointRow(link, x, -weight_ * gradient, r);
-      }
-      const double reach = (solid.radius + margin_) * (solid.radius + margin_);
-      const Eigen::Isometry3d link_from_object = pose.inverse();
-      for (Eigen::Index j = 0; j < object_.samples.cols(); ++j) {
-        const Eigen::Vector3d x = object_.samples.col(j);
-        if ((x - centre).squaredNorm() > reach) continue;
-        const Eigen::Vector3d in_link = link_from_object * x;
-        if (!InBox(*solid.grid, in_link)) continue;
-        if (solid.grid->Linear(in_link) > margin_ + 0.001) continue;
-        const double r = weight_ * (margin_ - solid.grid->Distance(in_link, &gradient));
-        if (r <= 0.0) continue;
-        cost += 0.5 * r * r;
-        // The link's material at x moves; the object's point stays: the distance changes the other
-        // way round.
-        if (normal != nullptr) {
-          normal->AddPointRow(link, x, weight_ * (pose.linear() * gradient), r);
-        }
-      }
+      if (object_.grid->Linear(pose * solid.centre) > solid.radius + margin_ + kNear_m) continue;
+      cost += AddLink(link, solid, pose, near_[k], normal) +
+              AddObject(link, solid, pose, near_[k], normal);
     }
     return cost;
   }
 
  private:
+  static constexpr double kNear_m = 0.004;  // of what is looked at more closely
+  struct Near {
+    NearSamples of_link, of_object;
+  };
+
+  // The link's points in the object.
+  double AddLink(int link, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
+                 RobotNormal* normal) const {
+    double cost = 0.0;
+    near.of_link.ForNear({solid.samples, solid.centre, solid.radius}, *object_.grid, pose, margin_,
+                         [&](int, const Eigen::Vector3d& x) {
+                           Eigen::Vector3d gradient;
+                           const double r =
+                               weight_ * (margin_ - object_.grid->Distance(x, &gradient));
+                           if (r <= 0.0) return;
+                           cost += 0.5 * r * r;
+                           if (normal != nullptr)
+                             normal->AddPointRow(link, x, -weight_ * gradient, r);
+                         });
+    return cost;
+  }
+
+  // The object's points in the link. The link's material there moves and the point stays: the
+  // distance changes the other way round.
+  double AddObject(int link, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
+                   RobotNormal* normal) const {
+    double cost = 0.0;
+    near.of_object.ForNear({object_.samples, centre_, radius_}, *solid.grid, pose.inverse(),
+                           margin_, [&](int j, const Eigen::Vector3d& in_link) {
+                             if (!InBox(*solid.grid, in_link)) return;
+                             Eigen::Vector3d gradient;
+                             const double r =
+                                 weight_ * (margin_ - solid.grid->Distance(in_link, &gradient));
+                             if (r <= 0.0) return;
+                             cost += 0.5 * r * r;
+                             if (normal == nullptr) return;
+                             normal->AddPointRow(link, object_.samples.col(j),
+                                                 weight_ * (pose.linear() * gradient), r);
+                           });
+    return cost;
+  }
+
   static bool InBox(const DistanceGrid& grid, const Eigen::Vector3d& x) {
     return (x.array() > grid.Min().array()).all() && (x.array() < grid.Max().array()).all();
   }
@@ -72,6 +101,9 @@ class RobotPenetrationTerm final : public RobotTerm {
   const RobotSolids& solids_;
   const RobotObstacle& object_;
   double margin_, weight_;
+  Eigen::Vector3d centre_;  // of a ball around the object's points
+  double radius_;
+  mutable std::vector<Near> near_;  // by RobotSolids::Links
 };
 
 }  // namespace holdfast

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "solver/robot/near_samples.h"
 #include "solver/robot/robot_solids.h"
 #include "solver/robot/robot_term.h"
 
@@ -13,45 +14,46 @@ namespace holdfast {
 class RobotSelfTerm final : public RobotTerm {
  public:
   RobotSelfTerm(const RobotSolids& solids, double sigma_m)
-      : solids_(solids), weight_(1.0 / sigma_m) {}
+      : solids_(solids), weight_(1.0 / sigma_m), near_(2 * solids.Pairs().size()) {}
 
   double Add(const PosedRobot& robot, RobotNormal* normal) const override {
     double cost = 0.0;
-    for (const auto& [a, b] : solids_.Pairs()) {
+    for (std::size_t k = 0; k < solids_.Pairs().size(); ++k) {
+      const auto& [a, b] = solids_.Pairs()[k];
       const Eigen::Vector3d between = robot.ObjectFromLink(a) * solids_.Of(a).centre -
                                       robot.ObjectFromLink(b) * solids_.Of(b).centre;
       const double reach = solids_.Of(a).radius + solids_.Of(b).radius;
       if (between.squaredNorm() > reach * reach) continue;
-      cost += AddInto(robot, a, b, normal) + AddInto(robot, b, a, normal);
+      cost += AddInto(robot, a, b, near_[2 * k], normal) +
+              AddInto(robot, b, a, near_[2 * k + 1], normal);
     }
     return cost;
   }
 
  private:
   // Points of `first` in `second`.
-  double AddInto(const PosedRobot& robot, int first, int second, RobotNormal* normal) const {
+  double AddInto(const PosedRobot& robot, int first, int second, NearSamples& near,
+                 RobotNormal* normal) const {
     const LinkSolid &from = solids_.Of(first), &into = solids_.Of(second);
     const Eigen::Isometry3d& pose = robot.ObjectFromLink(second);
-    const Eigen::Isometry3d second_from_first = pose.inverse() * robot.ObjectFromLink(first);
     double cost = 0.0;
-    Eigen::Vector3d gradient;
-    for (const auto sample : from.samples.colwise()) {
-      const Eigen::Vector3d in_second = second_from_first * sample;
-      if ((in_second - into.centre).squaredNorm() > into.radius * into.radius) continue;
-      if (into.grid->Linear(in_second) > 0.001) continue;
-      const double r = -weight_ * into.grid->Distance(in_second, &gradient);
-      if (r <= 0.0) continue;
-      cost += 0.5 * r * r;
-      if (normal != nullptr) {
-        normal->AddBetween(first, second, pose * in_second, -weight_ * (pose.linear() * gradient),
-                           r);
-      }
-    }
+    near.ForNear({from.samples, from.centre, from.radius}, *into.grid,
+                 pose.inverse() * robot.ObjectFromLink(first), 0.0,
+                 [&](int, const Eigen::Vector3d& in_second) {
+                   Eigen::Vector3d gradient;
+                   const double r = -weight_ * into.grid->Distance(in_second, &gradient);
+                   if (r <= 0.0) return;
+                   cost += 0.5 * r * r;
+                   if (normal == nullptr) return;
+                   normal->AddBetween(first, second, pose * in_second,
+                                      -weight_ * (pose.linear() * gradient), r);
+                 });
     return cost;
   }
 
   const RobotSolids& solids_;
   double weight_;
+  mutable std::vector<NearSamples> near_;  // of each pair, one way and the other
 };
 
 }  // namespace holdfast

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -14,6 +13,7 @@
 #include "geometry/error.h"
 #include "geometry/mesh/contact_samples.h"
 #include "geometry/mesh/decimate.h"
+#include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
 #include "solver/robot/robot_distance_term.h"
@@ -72,6 +72,7 @@ class ClipTransfer {
         solver_(setup.robot),
         points_(Spread(setup.pairs, setup.human->Surface().RestVertices(), options.points)),
         obstacle_{setup.object_grid.get(), setup.object_samples},
+        penetration_(*setup.solids, obstacle_, options.margin_m, options.penetration_sigma_m),
         limits_(1e-3),
         self_(*setup.solids, options.self_sigma_m),
         posed_(setup.robot) {
@@ -83,21 +84,11 @@ class ClipTransfer {
     }
   }
 
-  RobotPose FirstPose(int t, int* iterations) {
-    const HumanFrame& frame = setup_.demonstration.frames[t];
-    double least = std::numeric_limits<double>::infinity();
-    RobotPose best;
-    for (const RobotPose& start :
-         RobotStarts(frame, setup_.wrist_from_root, setup_.robot, setup_.anatomy)) {
-      RobotPose pose = start;
-      // Loosely first: what is inside the object comes out while contacts draw.
-      Solve(t, pose, nullptr, 3e-3, 40, iterations);
-      const double cost = Solve(t, pose, nullptr, options_.penetration_sigma_m, 40, iterations);
-      if (cost >= least) continue;
-      least = cost;
-      best = pose;
-    }
-    return best;
+  // From `pose`, without a frame before. Returns the cost.
+  double StartPose(int t, RobotPose& pose, int* iterations) {
+    // Loosely first: what is inside the object comes out while contacts draw.
+    Solve(t, pose, nullptr, 3e-3, 40, iterations);
+    return Solve(t, pose, nullptr, options_.penetration_sigma_m, 40, iterations);
   }
 
   // From the solution `found` of frame `from`, beside it: on the object while it is held, else as
@@ -139,14 +130,13 @@ class ClipTransfer {
                                       options_.distance_sigma_m);
     const RobotContactTerm contacts(setup_.pairs, setup_.pads, frame.contacts,
                                     {options_.contact_sigma_m, options_.contact_sigma_rad});
-    const RobotPenetrationTerm penetration(*setup_.solids, obstacle_, options_.margin_m,
-                                           penetration_sigma);
+    penetration_.SetSigma(penetration_sigma);
     const RobotPostureTerm posture(setup_.robot.Straight(),
                                    Eigen::VectorXd::Constant(setup_.robot.NumDofs(), 3.0));
     const RobotPlaceTerm place(
         frame.object_from_wrist * setup_.wrist_from_root, setup_.anatomy.knuckles,
         options_.on_path ? 5.0 * kDegree : 40.0 * kDegree, options_.on_path ? 0.01 : 0.08);
-    std::vector<const RobotTerm*> terms{&distances, &contacts, &penetration, &limits_,
+    std::vector<const RobotTerm*> terms{&distances, &contacts, &penetration_, &limits_,
                                         &self_,     &posture,  &place};
     std::optional<RobotPostureTerm> change;
     std::optional<RobotPlaceTerm> movement;
@@ -161,8 +151,11 @@ class ClipTransfer {
     minimizer.max_iterations = max_iterations;
     minimizer.function_tolerance = 1e-5;
     minimizer.step_tolerance = 1e-4;
+    // Where pads' nearest places change the first step often leads too far: trusted as before.
+    if (before != nullptr) minimizer.radius = radius_;
     const DenseMinimizer::Report report = solver_.Solve(terms, minimizer, pose);
     *iterations += report.iterations;
+    radius_ = std::clamp(10.0 * report.radius, 1e-2, 1e4);
     return report.cost;
   }
 
@@ -192,11 +185,27 @@ class ClipTransfer {
   RobotSolver solver_;
   std::vector<SkinPair> points_;
   RobotObstacle obstacle_;
+  RobotPenetrationTerm penetration_;
   RobotLimitTerm limits_;
   RobotSelfTerm self_;
   PosedRobot posed_;
   Eigen::VectorXd sigma_q_;
+  double radius_ = 1e4;  // of the last solve, a little wider
 };
+
+// The best that a frame's starts lead to.
+RobotPose FirstPose(const RobotTransferSetup& setup, const RobotTransferOptions& options, int t,
+                    int* iterations) {
+  std::vector<RobotPose> poses =
+      RobotStarts(setup.demonstration.frames[t], setup.wrist_from_root, setup.robot, setup.anatomy);
+  std::vector<double> costs(poses.size());
+  std::vector<int> tried(poses.size());
+  ParallelFor(static_cast<int>(poses.size()), options.threads, [&](int k) {
+    costs[k] = ClipTransfer(setup, options).StartPose(t, poses[k], &tried[k]);
+  });
+  *iterations += std::accumulate(tried.begin(), tried.end(), 0);
+  return poses[static_cast<std::size_t>(std::ranges::min_element(costs) - costs.begin())];
+}
 
 // The frame to begin with: most parts touch; of equals the middle one.
 int AnchorFrame(const HumanDemonstration& demonstration) {
@@ -265,12 +274,12 @@ RobotTransfer TransferToRobot(const RobotTransferSetup& setup, const RobotTransf
   const int frames = static_cast<int>(setup.demonstration.frames.size());
   RobotTransfer out;
   out.poses.resize(static_cast<std::size_t>(frames));
-  ClipTransfer transfer(setup, options);
   const int anchor = AnchorFrame(setup.demonstration);
   const Clock::time_point begin = Clock::now();
-  out.poses[anchor] = transfer.FirstPose(anchor, &out.iterations);
+  out.poses[anchor] = FirstPose(setup, options, anchor, &out.iterations);
   out.start_ms = Milliseconds(begin);
   const Clock::time_point follow = Clock::now();
+  ClipTransfer transfer(setup, options);
   int done = 0;
   const auto solve = [&](int t, int from) {
     out.poses[t] = transfer.NextPose(t, from, out.poses[from], &out.iterations);

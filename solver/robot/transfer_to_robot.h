@@ -35,7 +35,8 @@ struct RobotTransferOptions {
   int object_vertices = 128;          ///< of E_d
   int points = 160;                   ///< of the hand's skin, in E_d
   int max_iterations = 15;            ///< a frame
-  int threads = 1;                    ///< for what is made once; the result does not depend on it
+  int threads = 1;                    ///< for what is made once and the first frame's starts; the
+                                      ///< result does not depend on it
 };
 
 /// A robot's contact in a frame, in the object's frame: where its link is nearest to a place that

@@ -164,9 +164,22 @@ class UrdfBuilder {
     joints_.push_back(source);
   }
 
+  // What is seen, if all of it is in a format that we read; else what collides.
   void AddShapes(const urdf::Link& from, RobotLink& link) {
-    for (const urdf::VisualSharedPtr& seen : from.visual_array) {
-      if (seen && seen->geometry) AddShape(*seen->geometry, ToEigen(seen->origin), link);
+    const auto readable = [](const auto& part) {
+      return !part || !part->geometry || part->geometry->type != urdf::Geometry::MESH ||
+             HasMeshFormat(static_cast<const urdf::Mesh&>(*part->geometry).filename);
+    };
+    const bool see = std::ranges::all_of(from.visual_array, readable);
+    if (see || from.collision_array.empty()) {
+      for (const urdf::VisualSharedPtr& seen : from.visual_array) {
+        if (seen && seen->geometry) AddShape(*seen->geometry, ToEigen(seen->origin), link);
+      }
+    } else {
+      hand_.notes.push_back(
+          fmt::format("link '{}' shows a mesh that is not .obj, .stl, .ply or .off: it counts as "
+                      "its collision shapes",
+                      link.name));
     }
     if (!link.shapes.empty()) return;
     for (const urdf::CollisionSharedPtr& solid : from.collision_array) {

@@ -12,14 +12,14 @@ namespace holdfast {
 namespace {
 
 // Ceres' constants.
-constexpr double kFirstRadius = 1e4, kMostRadius = 1e16, kLeastRadius = 1e-32;
+constexpr double kMostRadius = 1e16, kLeastRadius = 1e-32;
 constexpr double kLeastDiagonal = 1e-6, kMostDiagonal = 1e32;
 constexpr double kLeastGradient = 1e-10, kLeastRatio = 1e-3;
 constexpr int kMostInvalid = 5;
 
 // How far the linearization is trusted: the damping is the inverse of the radius.
 struct Region {
-  double radius = kFirstRadius, shrink = 2.0;
+  double radius, shrink = 2.0;
 
   void Accept(double ratio) {
     const double t = 2.0 * ratio - 1.0;
@@ -216,10 +216,11 @@ DenseMinimizer::Report DenseMinimizer::Minimize(const Options& options) {
   if (!std::isfinite(report.cost)) return report;
   Linearize();
   scale_ = (1.0 + hessian_.diagonal().array().sqrt()).inverse();
-  Region region;
+  Region region{options.radius};
   int invalid = 0;
   bool moved = false;  // small steps are small against the way only once there was one
   while (report.iterations < options.max_iterations) {
+    report.radius = region.radius;
     report.stop = Stop::kConverged;
     if (gradient_.lpNorm<Eigen::Infinity>() <= kLeastGradient || region.radius < kLeastRadius) {
       return report;

@@ -36,12 +36,14 @@ class DenseMinimizer {
     int max_iterations = 50;
     double step_tolerance = 1e-5;      ///< of a step against the unknowns
     double function_tolerance = 1e-9;  ///< of a change of the cost against it
+    double radius = 1e4;               ///< how far the first linearization is trusted
   };
   enum class Stop { kConverged, kIterationLimit, kFailed };
   struct Report {
     Stop stop = Stop::kFailed;
-    int iterations = 0;  ///< steps tried
-    double cost = 0.0;   ///< half the sum of squares, at the end
+    int iterations = 0;   ///< steps tried
+    double cost = 0.0;    ///< half the sum of squares, at the end
+    double radius = 0.0;  ///< that the linearization was trusted at the end
   };
 
   /// Unknowns of `size` numbers; a rotation is a unit quaternion (x y z w) moved as by

@@ -144,7 +144,7 @@ TEST(RobotMujoco, LoadsTheSceneOfATransfer) {
   const testing::ProgramResult run =
       testing::RunHoldfast(folder / "", "transfer held --robot hand.urdf -o robot --quiet");
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  for (const char* name : {"robot.npz", "robot.csv", "metrics.json", "sheet.png"}) {
+  for (const char* name : {"robot.npz", "robot.csv", "metrics.json", "report.html", "sheet.png"}) {
     EXPECT_TRUE(fs::exists(folder / "robot" / name)) << name;
   }
   std::array<char, 1000> why{};

@@ -51,11 +51,17 @@ class SoupExporter final : public om::IO::ExporterT<om::TriMesh> {
   om::TriMesh nothing_;
 };
 
-/// ".OBJ" -> "obj". Throws Error unless it is a format we know.
-std::string FormatOf(const fs::path& path) {
+/// ".OBJ" of a path -> ".obj".
+std::string ExtensionOf(const fs::path& path) {
   std::string extension = path.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (extension != ".obj" && extension != ".ply" && extension != ".stl" && extension != ".off") {
+  return extension;
+}
+
+/// ".OBJ" -> "obj". Throws Error unless it is a format we know.
+std::string FormatOf(const fs::path& path) {
+  const std::string extension = ExtensionOf(path);
+  if (!HasMeshFormat(path)) {
     throw Error(path.string(),
                 extension.empty() ? "has no extension to tell its format"
                                   : fmt::format("'{}' is not a mesh format known here", extension),
@@ -134,6 +140,11 @@ MeshFile ReadMeshBytes(std::string_view bytes, const fs::path& path) {
         fmt::format("{} faces that repeat a corner were left out.", scan.num_left_out));
   }
   return file;
+}
+
+bool HasMeshFormat(const fs::path& path) {
+  const std::string extension = ExtensionOf(path);
+  return extension == ".obj" || extension == ".ply" || extension == ".stl" || extension == ".off";
 }
 
 TriangleMesh ReadMesh(const fs::path& path) { return ReadMeshFile(path).mesh; }

@@ -35,6 +35,9 @@ MeshFile ReadMeshFile(const std::filesystem::path& path);
 /// The same for a file's content; `path` tells the format and goes into messages.
 MeshFile ReadMeshBytes(std::string_view bytes, const std::filesystem::path& path);
 
+/// Whether the name ends as one of those formats does.
+bool HasMeshFormat(const std::filesystem::path& path);
+
 /// The mesh of ReadMeshFile.
 TriangleMesh ReadMesh(const std::filesystem::path& path);
 

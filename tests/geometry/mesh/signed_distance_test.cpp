@@ -184,6 +184,32 @@ TEST(SignedDistance, OfASolidWithinASolidIsInsideThroughout) {
   EXPECT_GT(distance.Distance({0.06, 0.0, 0.0}), 0.0);
 }
 
+// A batch asks for the winding number only where the surface may lie between two points.
+TEST(SignedDistance, BatchesHaveTheSidesOfSingleQueries) {
+  TriangleMesh cap = Sphere(0.04, 3);
+  cap.faces = Eigen::Matrix3Xi(cap.faces.leftCols(3 * cap.NumFaces() / 4));
+  for (const TriangleMesh& mesh : {Together(Sphere(0.05, 3), Torus(0.05, 0.02, 40, 24)), cap}) {
+    const SignedDistance distance(mesh);
+    ASSERT_EQ(distance.SignMethod(), SignedDistance::Sign::kWindingNumber);
+    Eigen::Matrix3Xd points(3, 4000);  // a walk, through the surface every now and then
+    std::mt19937 random(7);
+    points.col(0).setZero();
+    for (Eigen::Index i = 1; i < points.cols(); ++i) {
+      const Eigen::Vector3d step =
+          RandomPoint(random, Eigen::Vector3d::Constant(-0.004), Eigen::Vector3d::Constant(0.004));
+      points.col(i) = 0.995 * points.col(i - 1) + step;
+    }
+    const Eigen::VectorXd found = distance.Distances(points, 1);
+    int inside = 0;
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+      ASSERT_NEAR(found[i], distance.Distance(points.col(i)), 1e-15) << i;
+      inside += found[i] < 0.0;
+    }
+    EXPECT_GT(inside, 100);
+    EXPECT_LT(inside, 3900);
+  }
+}
+
 TEST(SignedDistance, BatchesAreTheSameForAnyNumberOfThreads) {
   const SignedDistance distance(Torus(0.05, 0.02, 40, 24));
   std::mt19937 random(5);

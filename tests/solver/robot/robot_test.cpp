@@ -178,6 +178,24 @@ TEST(ReadRobotHand, SaysWhatIsWrong) {
   EXPECT_THAT(WhatReadingSays(missing), HasSubstr("follows"));
 }
 
+TEST(ReadRobotHand, WhatCollidesStandsForMeshesOfOtherFormats) {
+  constexpr const char* kExtra =
+      "<link name=\"m\"><visual><geometry><mesh filename=\"seen.glb\"/></geometry></visual>{}"
+      "</link><joint name=\"f\" type=\"fixed\"><parent link=\"palm\"/><child link=\"m\"/></joint>";
+  const TemporaryFolder folder;
+  std::ofstream(folder / "seen.glb") << "glTF";
+  const auto with = [&](const std::string& collision) {
+    BoxHand{.extra = fmt::format(kExtra, collision)}.Write(folder / "hand.urdf");
+    return ReadRobotHand(folder / "hand.urdf");
+  };
+  const RobotHand hand =
+      with("<collision><geometry><sphere radius=\"0.01\"/></geometry></collision>");
+  EXPECT_EQ(hand.links[hand.FindLink("m")].shapes.size(), 1u);
+  ASSERT_EQ(hand.notes.size(), 1u);
+  EXPECT_THAT(hand.notes[0], HasSubstr("'m'"));
+  EXPECT_THROW(with(""), Error);
+}
+
 TEST(ReadRobotHand, JointsWithoutRangeStandStill) {
   std::string text = BoxHand().Urdf();
   const std::string limit = "lower=\"-0.1\" upper=\"1.6\"";
@@ -276,6 +294,32 @@ TEST_F(RobotTerms, HaveTheGradientsOfTheirCosts) {
       1e-6);
   pose_.q.array() += 2.0;
   EXPECT_LT(GradientError(RobotLimitTerm(1e-3)), 1e-6);
+}
+
+// What a term remembers of an earlier pose changes nothing.
+TEST_F(RobotTerms, RememberOnlyWhatIsFar) {
+  const RobotPenetrationTerm walked(solids_, obstacle_, 0.004, 1e-3);
+  const RobotSelfTerm walked_self(solids_, 1e-3);
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  PosedRobot posed(hand_);
+  int touching = 0, meeting = 0;
+  for (int step = 0; step < 300; ++step) {
+    const double size = step % 30 == 0 ? 0.3 : 0.02;
+    for (double& number : pose_.q.reshaped()) number += size * normal(random);
+    pose_.q = hand_.Clamped(pose_.q);
+    if (step > 150) pose_.q *= 1.01;
+    pose_.T += 0.05 * size * Eigen::Vector3d(normal(random), normal(random), normal(random));
+    pose_.T *= 0.99;
+    posed.Set(pose_);
+    const double cost = walked.Add(posed, nullptr), self = walked_self.Add(posed, nullptr);
+    ASSERT_EQ(cost, RobotPenetrationTerm(solids_, obstacle_, 0.004, 1e-3).Add(posed, nullptr));
+    ASSERT_EQ(self, RobotSelfTerm(solids_, 1e-3).Add(posed, nullptr));
+    touching += cost > 0.0;
+    meeting += self > 0.0;
+  }
+  EXPECT_GT(touching, 50);
+  EXPECT_GT(meeting, 5);
 }
 
 TEST_F(RobotTerms, LinksThatMeetArePushedApart) {

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "geometry/mesh/distance_grid.h"
+
+namespace holdfast {
+
+/// Points as a solid's neighbours: a ball around them, their frame.
+struct SampleSet {
+  const Eigen::Matrix3Xd& points;
+  const Eigen::Vector3d& centre;
+  double radius;
+};
+
+/// Which points of a set may be near a solid, remembered while the two move little against each
+/// other: a point that was d away and moved by m is at least d - m away. Solvers move a hand by
+/// millimetres, and of a link's points few are near anything. Scratch, for one set and one solid.
+class NearSamples {
+ public:
+  /// Calls visit(index, place in the solid's frame), in the set's order, for all points that may be
+  /// nearer than `reach` (metres, up to a few millimetres) to the solid, and for some others.
+  template <typename Visit>
+  void ForNear(const SampleSet& set, const DistanceGrid& solid,
+               const Eigen::Isometry3d& solid_from_points, double reach, const Visit& visit) {
+    double moved = Moved(set, solid_from_points);
+    if (!(moved < kFarthest_m)) {
+      Begin(set, solid, solid_from_points, reach);
+      moved = 0.0;
+    }
+    const double most = reach + kSlack_m + kSlope * moved;
+    for (const auto& [distance, index] : near_) {
+      if (distance > most) continue;
+      visit(index, Eigen::Vector3d(solid_from_points * set.points.col(index)));
+    }
+  }
+
+ private:
+  // An interpolated distance changes a little faster than the way.
+  static constexpr double kFarthest_m = 0.005, kSlack_m = 5e-4, kSlope = 1.5;
+
+  // No point of the ball moved farther than this since Begin.
+  double Moved(const SampleSet& set, const Eigen::Isometry3d& now) const {
+    if (!begun_) return std::numeric_limits<double>::infinity();
+    return (now * set.centre - then_ * set.centre).norm() +
+           set.radius * (now.linear() - then_.linear()).norm();
+  }
+
+  void Begin(const SampleSet& set, const DistanceGrid& solid,
+             const Eigen::Isometry3d& solid_from_points, double reach) {
+    begun_ = true;
+    then_ = solid_from_points;
+    near_.clear();
+    const double most = reach + kSlack_m + kSlope * kFarthest_m;
+    for (int k = 0; k < static_cast<int>(set.points.cols()); ++k) {
+      const Eigen::Vector3d x = then_ * set.points.col(k);
+      if (((solid.Min() - x).array().max((x - solid.Max()).array()) > most).any()) continue;
+      const double distance = solid.Linear(x);
+      if (distance <= most) near_.emplace_back(distance, k);
+    }
+  }
+
+  bool begun_ = false;
+  Eigen::Isometry3d then_ = Eigen::Isometry3d::Identity();
+  std::vector<std::pair<double, int>> near_;  // distances at `then_`
+};
+
+}  // namespace holdfast
