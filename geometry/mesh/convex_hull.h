@@ -8,7 +8,8 @@
 namespace holdfast {
 
 /// The convex hull of points (3 x n, metres): a closed mesh, faces outwards, with those of the
-/// points that are its corners. No faces where the points span no volume.
+/// points that are its corners, in the order of their coordinates; the same every time. No faces
+/// where the points span no volume.
 TriangleMesh ConvexHull(const Eigen::Matrix3Xd& points);
 
 }  // namespace holdfast

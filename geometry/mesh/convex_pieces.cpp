@@ -75,37 +75,10 @@ Eigen::Matrix3Xd Distinct(const Eigen::Matrix3Xd& corners) {
   return out;
 }
 
-// The same hull in one order: CGAL's depends on where its vertices lie in memory.
-TriangleMesh InOrder(const TriangleMesh& hull) {
-  std::vector<int> order(static_cast<std::size_t>(hull.NumVertices()));
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::sort(order, [&](int i, int k) {
-    const Eigen::Vector3d a = hull.vertices.col(i), b = hull.vertices.col(k);
-    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
-  });
-  std::vector<int> place(order.size());
-  TriangleMesh out = hull;
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    place[static_cast<std::size_t>(order[k])] = static_cast<int>(k);
-    out.vertices.col(static_cast<Eigen::Index>(k)) = hull.vertices.col(order[k]);
-  }
-  std::vector<std::array<int, 3>> faces;
-  for (const auto face : hull.faces.colwise()) {
-    std::array<int, 3> ids{place[face[0]], place[face[1]], place[face[2]]};
-    std::rotate(ids.begin(), std::ranges::min_element(ids), ids.end());
-    faces.push_back(ids);
-  }
-  std::ranges::sort(faces);
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    out.faces.col(static_cast<Eigen::Index>(f)) = Eigen::Vector3i(faces[f].data());
-  }
-  return out;
-}
-
 Part PartOf(Eigen::Matrix3Xd corners, const DistanceGrid& distance) {
   Part part;
   part.corners = std::move(corners);
-  part.hull = InOrder(ConvexHull(Distinct(part.corners)));
+  part.hull = ConvexHull(Distinct(part.corners));
   MeasureExcess(distance, part);
   return part;
 }

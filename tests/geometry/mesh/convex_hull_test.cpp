@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/mesh/convex_hull.h"
 
+#include <memory>
+#include <random>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace holdfast {
@@ -14,6 +18,29 @@ TEST(ConvexHullOfPoints, OfACubeWithPointsInsideIsTheCube) {
   EXPECT_EQ(hull.NumVertices(), 8);
   EXPECT_EQ(hull.NumFaces(), 12);
   EXPECT_NEAR(SignedVolume(hull), 1.0, 1e-12);
+}
+
+// Wherever its parts lie in memory.
+TEST(ConvexHullOfPoints, IsTheSameEveryTime) {
+  Eigen::Matrix3Xd points(3, 300);  // a ball's, and those of a block's faces, many in one plane
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(-0.6, 0.6);
+  for (int k = 0; k < points.cols(); ++k) {
+    points.col(k) << unit(random), unit(random), unit(random);
+    if (k % 2 == 0) points.col(k) = points.col(k).normalized().eval();
+    if (k % 2 == 1) points(k % 3, k) = k % 4 == 1 ? 0.9 : -0.9;
+  }
+  const TriangleMesh hull = ConvexHull(points);
+  std::vector<std::unique_ptr<char[]>> held;
+  for (int trial = 0; trial < 20; ++trial) {
+    for (int k = 0; k < 200; ++k) {
+      held.push_back(std::make_unique<char[]>(static_cast<std::size_t>(random() % 4000)));
+      if (k % 3 == 0) held[random() % held.size()].reset();
+    }
+    const TriangleMesh again = ConvexHull(points);
+    ASSERT_EQ(again.vertices, hull.vertices);
+    ASSERT_EQ(again.faces, hull.faces);
+  }
 }
 
 TEST(ConvexHullOfPoints, OfWhatIsFlatHasNoFaces) {
