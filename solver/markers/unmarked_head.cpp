@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <vector>
 
 #include <ceres/problem.h>
@@ -29,8 +28,6 @@ constexpr double kDeep_m = 0.002;
 constexpr double kCalm_s = 0.5;         // before and after what moves the head
 constexpr double kAcceleration = 40.0;  // rad / s^2
 constexpr double kSigma_deg = 15.0;     // of neck and of head, any axis
-// Norm of both turns where they are far (50 degrees together); of each at the beginning.
-constexpr double kFar = 35.0 * kDegree, kBend = 15.0 * kDegree;
 
 // Of neck and of head each: flexion forwards and back, turning, leaning aside.
 std::vector<PoseLimit> Limits() {
@@ -167,10 +164,9 @@ class HeadSolver {
     for (int t = 0; t < clip_.NumFrames(); ++t) {
       q.col(t) = FreePose(clip_.pose[t], {kNeck, kHead}, {}).Of(clip_.pose[t]);
     }
-    if (wishes_.empty() ? !MakeRoom(head, active, q)
-                        : !Minimize(head, active, false, q) || !Minimize(head, active, true, q)) {
-      return;
-    }
+    const bool usable =
+        (wishes_.empty() || Minimize(head, active, false, q)) && Minimize(head, active, true, q);
+    if (!usable) return;
     for (int t = 0; t < clip_.NumFrames(); ++t) {
       if (active[t] == 0) continue;
       const auto turned = q.col(t);
@@ -184,30 +180,9 @@ class HeadSolver {
     }
   }
 
-  // A hand that is deep in the head may leave it on either side of its middle: where the head would
-  // be turned far, it begins bent a little to each side as well, and what costs least is taken.
-  bool MakeRoom(const HeadPlace::Head& head, const std::vector<char>& active,
+  // `q` (6 x T): neck and head. False where no solution is usable.
+  bool Minimize(const HeadPlace::Head& head, const std::vector<char>& active, bool with_points,
                 Eigen::MatrixXd& q) const {
-    const Eigen::MatrixXd rest = q;
-    std::optional<double> least = Minimize(head, active, true, q);
-    if (!least || (q - rest).colwise().norm().maxCoeff() < kFar) return least.has_value();
-    for (const Vector3d& bent : {Vector3d(1.0, 0.0, 0.0), Vector3d(0.0, 0.0, 1.0),
-                                 Vector3d(0.0, 0.0, -1.0), Vector3d(-1.0, 0.0, 0.0)}) {
-      Eigen::MatrixXd other = rest;
-      for (int t = 0; t < clip_.NumFrames(); ++t) {
-        if (near_[t].cols() > 0 && active[t] != 0) other.col(t) += kBend * bent.replicate<2, 1>();
-      }
-      const std::optional<double> cost = Minimize(head, active, true, other);
-      if (!cost || *cost >= *least) continue;
-      least = cost;
-      q = other;
-    }
-    return true;
-  }
-
-  // `q` (6 x T): neck and head. The cost; nothing where no solution is usable.
-  std::optional<double> Minimize(const HeadPlace::Head& head, const std::vector<char>& active,
-                                 bool with_points, Eigen::MatrixXd& q) const {
     const int frames = clip_.NumFrames();
     std::vector<FreePose> free(static_cast<std::size_t>(frames));
     ceres::Problem problem;
@@ -236,8 +211,7 @@ class HeadSolver {
     for (int t = 0; t < frames; ++t) {
       if (active[t] == 0) problem.SetParameterBlockConstant(q.col(t).data());
     }
-    const ceres::Solver::Summary summary = SolveQuietly(SparseOptions(40, 1e-4), problem);
-    return summary.IsSolutionUsable() ? std::optional(summary.final_cost) : std::nullopt;
+    return SolveQuietly(SparseOptions(40, 1e-4), problem).IsSolutionUsable();
   }
 
   const BodySurface surface_;
