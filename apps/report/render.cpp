@@ -120,8 +120,10 @@ void AddRenderCommand(CLI::App& app, int& exit_code) {
       ->add_option("--camera", options->view,
                    "front, side, follow or hand [front; follow for a sheet of a walking person]")
       ->check(CLI::IsMember({"front", "side", "follow", "hand"}));
-  command->add_option("--azimuth", options->azimuth_deg,
-                      "Turn the camera: degrees from the front, to the person's left positive");
+  command->add_option(
+      "--azimuth", options->azimuth_deg,
+      "Turn the camera: degrees from the front (follow, hand: from -y), to the person's "
+      "left positive");
   command->add_option("--elevation", options->elevation_deg, "Raise the camera: degrees");
   command->add_option("--sheet", options->sheet, "Columns and rows of the sheet (4x2)")
       ->check(pair);

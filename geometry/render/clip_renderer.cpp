@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -91,6 +92,15 @@ void RequireTrack(const Clip& clip, const std::optional<ObjectTrack>& track, con
               "Fit the object first (holdfast fit), or draw the body alone");
 }
 
+// Where a person's front is: azimuth, in quarters of a turn, so that who faces -y about is seen
+// from there. Who lies has none.
+double FrontOf(const JointPose& pose) {
+  const Eigen::Vector3d forward = ExpSO3(Eigen::Vector3d(pose.col(0))).col(2);
+  if (forward.head<2>().norm() < 0.5) return 0.0;
+  const double quarter = 0.5 * std::numbers::pi;
+  return quarter * std::round(std::atan2(forward.x(), -forward.y()) / quarter);
+}
+
 }  // namespace
 
 std::optional<ClipView> ParseClipView(std::string_view name) {
@@ -111,6 +121,7 @@ ClipRenderer::ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body,
                            const Eigen::VectorXd& betas, const TriangleMesh* object,
                            const TriangleMesh* table)
     : clip_(std::move(clip)), surface_(std::move(body), betas) {
+  if (clip_.NumFrames() > 0 && !surface_.Model().LoneHand()) front_rad_ = FrontOf(clip_.pose[0]);
   if (object != nullptr) {
     RequireTrack(clip_, clip_.object, "an object");
     object_ = *object;
@@ -147,12 +158,13 @@ Camera ClipRenderer::CameraFor(const BodyState& state, int frame,
   const double aspect =
       static_cast<double>(options.picture.width) / std::max(1, options.picture.height);
   const auto azimuth = [&](double usual) { return options.azimuth_rad.value_or(usual); };
+  const auto from_front = [&](double usual) { return front_rad_ + azimuth(usual); };
   const auto elevation = [&](double usual) { return options.elevation_rad.value_or(usual); };
   switch (options.view) {
     case ClipView::kFront:
-      return FitCamera(room_, azimuth(-0.3), elevation(0.12), aspect);
+      return FitCamera(room_, from_front(-0.3), elevation(0.12), aspect);
     case ClipView::kSide:
-      return FitCamera(room_, azimuth(-0.5 * std::numbers::pi), elevation(0.1), aspect);
+      return FitCamera(room_, from_front(-0.5 * std::numbers::pi), elevation(0.1), aspect);
     case ClipView::kFollow:
       if (surface_.Model().LoneHand()) {  // a body's distance would leave a speck of it
         return CloseUpCamera(state.joints.col(0), 1.6 * kHandRadius / std::min(1.0, aspect),

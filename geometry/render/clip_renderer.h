@@ -18,7 +18,7 @@ namespace holdfast {
 
 /// Where a clip is looked at from.
 enum class ClipView {
-  kFront,   ///< the whole clip's room from the front, fixed
+  kFront,   ///< the whole clip's room, fixed, from the side (of four) that the first frame faces
   kSide,    ///< the same from the person's right
   kFollow,  ///< travels with the pelvis
   kHand,    ///< close to the holding hand
@@ -68,6 +68,7 @@ class ClipRenderer {
   std::optional<TriangleMesh> table_;
   std::optional<SignedDistance> object_distance_;
   Eigen::AlignedBox3d room_;  // what all frames of the clip fill
+  double front_rad_ = 0.0;    // azimuth of the person's front
 };
 
 }  // namespace holdfast

@@ -51,10 +51,11 @@ int RestBeside(const Matrix3Xd& palm, const Eigen::VectorXd& speed, int drink, i
   return t;
 }
 
-// Somebody who combs goes over the eyes, there behind them or from there down behind the head; who
-// drains a cup goes as high with the head laid back, before the face, and comes back the same way.
+// Somebody who combs goes over the eyes, there behind them or from there down behind the head, or
+// by the side of the head to behind the eyes and down; who drains a cup goes as high with the head
+// laid back, before the face, and comes back the same way.
 bool CombsHair(const PalmTracks& tracks, const Matrix3Xd& palm, const FaceMarks& face) {
-  double over_eyes = -1.0, behind_eyes = -1.0, rearmost = 1e9, falls = 0.0;
+  double over_eyes = -1.0, behind_eyes = -1.0, behind_face = -1.0, rearmost = 1e9, falls = 0.0;
   const double top = palm.row(2).maxCoeff();
   for (Eigen::Index t = 0; t < palm.cols(); ++t) {
     const Isometry3d& head = tracks.head[static_cast<std::size_t>(t)];
@@ -63,12 +64,16 @@ bool CombsHair(const PalmTracks& tracks, const Matrix3Xd& palm, const FaceMarks&
     if (from_eyes.z() > kOverEyes_m) {
       behind_eyes = std::max(behind_eyes, -from_eyes.dot(tracks.forward));
     }
+    if (palm(2, t) < (head * face.mouth).z()) continue;
+    behind_face = std::max(behind_face, -from_eyes.dot(head.linear().col(2)));
     const double ahead = palm.col(t).dot(tracks.forward);
-    if (palm(2, t) < (head * face.mouth).z() || ahead > rearmost) continue;
+    if (ahead > rearmost) continue;
     rearmost = ahead;
     falls = top - palm(2, t);
   }
-  return over_eyes > kOverEyes_m && (falls > kFallsBehind_m || behind_eyes > kBehindEyes_m);
+  const bool goes_down = falls > kFallsBehind_m;
+  return (over_eyes > kOverEyes_m && (goes_down || behind_eyes > kBehindEyes_m)) ||
+         (goes_down && behind_face > kBehindEyes_m);
 }
 
 }  // namespace

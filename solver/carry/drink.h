@@ -28,7 +28,7 @@ struct DrinkTimes {
 
 /// Finds them from the motion of both hands: the one that comes nearer to the mouth. Nothing where
 /// none comes within 25 cm of it, where it rises by less than 10 cm for that, and where it goes on
-/// above the eyes and down behind the head.
+/// above the eyes or by the side of the head and down behind it.
 std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& face);
 
 /// Where something is drunk from in a pose: the lowest place of its rim, or, upright, that nearest

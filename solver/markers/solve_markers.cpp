@@ -18,6 +18,8 @@ namespace {
 
 constexpr int kFewestMarkers = 3;
 constexpr int kStaticFrames = 3;
+constexpr int kMostSteps = 30;           // of a solve of all frames
+constexpr double kCoarseRate_hz = 12.5;  // of the frames that are solved before all others
 
 bool EverSeen(const MarkerRecording& recording, int marker) {
   for (int t = 0; t < recording.NumFrames(); ++t) {
@@ -146,21 +148,49 @@ std::vector<SeenMarkers> At(const std::vector<SeenMarkers>& frames,
 }
 
 // Between the frames that were solved.
-MarkerTrack Interpolated(const MarkerCalibration& calibration, const std::vector<int>& at,
+MarkerTrack Interpolated(const std::vector<Eigen::VectorXd>& roots,
+                         const std::vector<Eigen::VectorXd>& poses, const std::vector<int>& at,
                          int frames) {
   MarkerTrack track;
   track.roots.resize(6, frames);
-  track.poses.resize(calibration.poses[0].size(), frames);
+  track.poses.resize(poses[0].size(), frames);
   std::size_t next = 0;
   for (int t = 0; t < frames; ++t) {
     while (next + 1 < at.size() && at[next] < t) ++next;
     const std::size_t before = at[next] > t && next > 0 ? next - 1 : next;
     const double s =
         before == next ? 0.0 : static_cast<double>(t - at[before]) / (at[next] - at[before]);
-    track.roots.col(t) = (1.0 - s) * calibration.roots[before] + s * calibration.roots[next];
-    track.poses.col(t) = (1.0 - s) * calibration.poses[before] + s * calibration.poses[next];
+    track.roots.col(t) = (1.0 - s) * roots[before] + s * roots[next];
+    track.poses.col(t) = (1.0 - s) * poses[before] + s * poses[next];
   }
   return track;
+}
+
+// Where the solve of all frames begins: it takes most of its steps to come from the few frames of
+// the calibration to motion in between, and every frame at kCoarseRate_hz knows that too.
+MarkerTrack CoarseTrack(const MarkedPerson& person, const MarkerCalibration& calibration,
+                        const std::vector<SeenMarkers>& frames, double frame_rate,
+                        const std::vector<int>& spread, const MarkerScales& scales,
+                        const std::function<bool(int, int)>& progress) {
+  const auto count = static_cast<int>(frames.size());
+  const int step = static_cast<int>(frame_rate / kCoarseRate_hz);
+  MarkerTrack start = Interpolated(calibration.roots, calibration.poses, spread, count);
+  if (step < 2 || count < 4 * step) return start;
+  std::vector<int> at;
+  for (int t = 0; t < count; t += step) at.push_back(t);
+  MarkerTrack some;
+  some.roots = start.roots(Eigen::all, at);
+  some.poses = start.poses(Eigen::all, at);
+  some = TrackMarkers(person, calibration, At(frames, at), frame_rate / step, std::move(some),
+                      scales, kMostSteps, progress);
+  std::vector<Eigen::VectorXd> roots, poses;
+  for (Eigen::Index k = 0; k < some.poses.cols(); ++k) {
+    roots.emplace_back(some.roots.col(k));
+    poses.emplace_back(some.poses.col(k));
+  }
+  start = Interpolated(roots, poses, at, count);
+  start.iterations = some.iterations;
+  return start;
 }
 
 Clip ClipOf(const MarkedPerson& person, const MarkerCalibration& calibration,
@@ -307,11 +337,12 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
   const std::function<bool(int, int)> track_progress = [&](int done, int total) {
     return !progress || progress("track", done, total);
   };
-  MarkerTrack track = Interpolated(calibration, spread, recording.NumFrames());
+  MarkerTrack track = CoarseTrack(person, calibration, trial.frames, recording.rate_hz, spread,
+                                  options.scales, track_progress);
   Eigen::MatrixXd carried;
   for (int pass = 0; pass < 3; ++pass) {
     track = TrackMarkers(person, calibration, trial.frames, recording.rate_hz, std::move(track),
-                         options.scales, 30, track_progress);
+                         options.scales, kMostSteps, track_progress);
     tell("track", 1, 1);
     carried = CarriedMarkers(person, calibration, track);
     const MarkerFaults faults = RepairMarkers(carried, trial.frames);

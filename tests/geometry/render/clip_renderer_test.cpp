@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -64,6 +65,32 @@ TEST(ClipRenderer, EveryViewShowsTheBodyAndTheObject) {
     EXPECT_GT(CountPixels(image, Blue), 5) << name;
   }
   EXPECT_FALSE(ParseClipView("above").has_value());
+}
+
+// The person with the object in front of it, turned about the vertical: the same picture but for
+// the light; one who turns by less than half a quarter is seen turned.
+TEST(ClipRenderer, FrontAndSideAreThePersons) {
+  const auto body = BodyModel::Default();
+  const TriangleMesh cube = Cube(0.1);
+  const auto turned = [&](double degrees, ClipView view) {
+    const Eigen::Matrix3d R = ExpSO3(Eigen::Vector3d::UnitZ() * degrees * kDegree);
+    Clip clip = StandingClip(R * Eigen::Vector3d(-0.1, -0.4, 1.2));
+    for (JointPose& pose : clip.pose) {
+      pose.col(0) = LogSO3(R * ExpSO3(Eigen::Vector3d(pose.col(0))));
+    }
+    clip.object->orient.colwise() = Eigen::Vector3d(Eigen::Vector3d::UnitZ() * degrees * kDegree);
+    const BodySurface surface(body, {});
+    const Eigen::Vector3d pelvis = surface.RestJoints().col(0);
+    clip.trans.colwise() += R * pelvis - pelvis;
+    return CountPixels(ClipRenderer(clip, body, {}, &cube).Draw(0, Small(view)), Blue);
+  };
+  for (const ClipView view : {ClipView::kFront, ClipView::kSide}) {
+    const int usual = turned(0.0, view);
+    EXPECT_GT(usual, 50);
+    for (const double degrees : {90.0, 180.0, -90.0}) {
+      EXPECT_NEAR(turned(degrees, view), usual, 0.15 * usual) << degrees;
+    }
+  }
 }
 
 TEST(ClipRenderer, SheetsFollowWhoWalks) {

@@ -77,10 +77,10 @@ TEST_F(DrinkTest, IsFoundByItsMotion) {
 TEST_F(DrinkTest, TellsDrainingACupFromCombing) {
   PalmTracks tracks = TrackPalms(clip, surface.RestJoints());
   const Eigen::Vector3d mouth = tracks.head[0] * face.mouth;
-  const auto path = [&](const Eigen::Vector3d& behind) {
+  const auto path = [&](const Eigen::Vector3d& behind, double over_mouth) {
     for (int t = kLift; t < kPutDown; ++t) {
       const double way = std::min(t - kLift, kPutDown - 1 - t) / 29.0;  // 0 to 1 and back
-      const Eigen::Vector3d over = mouth + Eigen::Vector3d(-0.05, 0.05, 0.22);
+      const Eigen::Vector3d over = mouth + Eigen::Vector3d(-0.05, 0.05, over_mouth);
       Eigen::Vector3d at = mouth + Eigen::Vector3d(-0.1, -0.05, 0.0);
       if (way < 0.5) at += (0.5 - way) * Eigen::Vector3d(-0.1, -0.4, -0.7);
       if (way >= 0.5) at += MinimumJerk(4.0 * (way - 0.5)) * (over - at);
@@ -90,8 +90,11 @@ TEST_F(DrinkTest, TellsDrainingACupFromCombing) {
     return FindDrink(tracks, face);
   };
   EXPECT_LT((tracks.forward + Eigen::Vector3d::UnitY()).norm(), 0.1);
-  EXPECT_TRUE(path(mouth + Eigen::Vector3d(-0.05, 0.06, 0.23)).has_value());
-  EXPECT_FALSE(path(mouth + Eigen::Vector3d(-0.05, 0.2, 0.12)).has_value());
+  EXPECT_TRUE(path(mouth + Eigen::Vector3d(-0.05, 0.06, 0.23), 0.22).has_value());
+  EXPECT_FALSE(path(mouth + Eigen::Vector3d(-0.05, 0.2, 0.12), 0.22).has_value());
+  // By the side of the head, never far above the eyes.
+  EXPECT_FALSE(path(mouth + Eigen::Vector3d(-0.1, 0.2, 0.03), 0.12).has_value());
+  EXPECT_TRUE(path(mouth + Eigen::Vector3d(-0.1, 0.06, 0.1), 0.12).has_value());
 }
 
 TEST_F(DrinkTest, CupStandsIsLiftedToTheMouthAndPutBack) {

@@ -13,6 +13,7 @@
 #include "generator/body/limb_ik.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
+#include "tests/support/data_folder.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -278,6 +279,32 @@ TEST_F(SolveMarkersTest, SaysWhatIsWrong) {
     if (name != "STRN") name[0] = name[0] == 'R' ? 'L' : 'R';
   }
   EXPECT_THAT(ErrorOf(exchanged), HasSubstr("is mirrored: left and right are exchanged"));
+}
+
+// Combing: in a window of it both arms are over the head and as markers go the body seems upside
+// down.
+TEST(FindWorld, HandsOverTheHeadDoNotTurnThePersonUpsideDown) {
+  const std::filesystem::path path = testing::DataFolder() / "adl/ADL003/ADL003CL1.csv.gz";
+  if (!std::filesystem::exists(path)) {
+    GTEST_SKIP() << "no " << path << " (set HOLDFAST_DATA)";
+  }
+  MarkerRecording combing = ReadMarkers(path);
+  combing.positions = combing.positions.middleCols(80, 340).eval();
+  std::vector<MarkerSite> sites;
+  std::vector<int> column;
+  for (int m = 0; m < combing.NumMarkers(); ++m) {
+    const MarkerSite* site = MarkerTable::Known().Find(combing.names[static_cast<std::size_t>(m)]);
+    if (site == nullptr) continue;
+    sites.push_back(*site);
+    column.push_back(m);
+  }
+  const MarkedPerson person = MakeMarkedPerson(BodyModel::Default(), sites, RestPosture::kSeated);
+  EXPECT_EQ(FindWorld(person, combing, column, std::nullopt, "combing").up, MarkerUp::kZ);
+  // The same hanging from the ceiling is told, not solved.
+  for (int m = 0; m < combing.NumMarkers(); ++m) {
+    combing.positions.middleRows(3 * m + 1, 2) *= -1.0;
+  }
+  EXPECT_THROW(FindWorld(person, combing, column, std::nullopt, "combing"), Error);
 }
 
 // What is not known is left out, told, and the name that may be meant with it.

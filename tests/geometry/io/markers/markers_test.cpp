@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/markers/markers.h"
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -54,6 +55,15 @@ class C3dFile {
     return 100.0 * point - 10.0 * axis + frame;
   }
   const std::string& Bytes() const { return bytes_; }
+  void SetPoint(int point, int frame, const std::array<double, 3>& place, double residual) {
+    const std::size_t number = floats_ ? 4 : 2;
+    const auto before = static_cast<std::size_t>(9 * frame + 4 * point);  // two points, an analog
+    std::string rest = bytes_.substr(3 * 512 + number * (before + 4));
+    bytes_.resize(3 * 512 + number * before);
+    for (const double c : place) Append(c);
+    Append(residual);
+    bytes_ += rest;
+  }
 
  private:
   void PutWord(std::size_t at, unsigned value) {
@@ -126,6 +136,26 @@ TEST(C3d, ReadsEveryProcessorsIntegersAndFloats) {
       EXPECT_EQ(recording.Find("heel"), 1);
       EXPECT_EQ(recording.Find("knee"), std::nullopt);
     }
+  }
+}
+
+// Two ways of saying that a point is not seen: a residual of -1, and three zeros with a residual
+// that says it is. One zero alone is a place.
+TEST(C3d, ZerosAndNegativeResidualsAreNotSeen) {
+  for (const bool floats : {false, true}) {
+    SCOPED_TRACE(floats ? "floats" : "integers");
+    C3dFile file(84, floats);
+    file.SetPoint(0, 1, {0.0, 0.0, 0.0}, 0.0);
+    file.SetPoint(1, 0, {0.0, 0.0, 0.0}, -1.0);
+    file.SetPoint(1, 1, {0.0, 0.0, 7.0}, 0.0);
+    const MarkerRecording recording = ParseC3d(file.Bytes(), "a.c3d");
+    EXPECT_TRUE(recording.Seen(0, 0));
+    EXPECT_FALSE(recording.Seen(0, 1));
+    EXPECT_TRUE(recording.Seen(0, 2));
+    EXPECT_FALSE(recording.Seen(1, 0));
+    EXPECT_TRUE(recording.Seen(1, 1));
+    EXPECT_NEAR(recording.At(1, 1).z(), 0.07, 1e-9);
+    EXPECT_FALSE(recording.Seen(1, 2));  // has a place, and a residual of -1
   }
 }
 
