@@ -28,7 +28,27 @@ using Cubes = Eigen::Matrix<long long, 3, 1>;  ///< a place on the grid
 /// cube.
 class SharedCubes {
  public:
-  using Boxes = std::vector<Eigen::AlignedBox3d>;
+  /// A triangle's box and plane.
+  struct Face {
+    Eigen::AlignedBox3d box;
+    Eigen::Vector3d normal;  // of any length
+    double offset;
+
+    explicit Face(const Eigen::Matrix3d& corners)
+        : box(corners.rowwise().minCoeff(), corners.rowwise().maxCoeff()),
+          normal((corners.col(1) - corners.col(0)).cross(corners.col(2) - corners.col(0))),
+          offset(normal.dot(corners.col(0))) {}
+
+    /// False only where it is not in the cube; told with room for rounding.
+    bool MayMeet(const Eigen::Vector3d& center, double half_edge) const {
+      constexpr double kRounding_m = 1e-9;
+      const double reach = half_edge + kRounding_m;
+      return ((box.min() - center).array() <= reach).all() &&
+             ((center - box.max()).array() <= reach).all() &&
+             std::abs(normal.dot(center) - offset) <= reach * normal.lpNorm<1>();
+    }
+  };
+  using Faces = std::vector<Face>;
 
   SharedCubes(const SignedDistance& a, const SignedDistance& b, double voxel,
               const Eigen::AlignedBox3d& box)
@@ -36,7 +56,7 @@ class SharedCubes {
 
   /// Cubes [low, low + size) per axis, `size` a power of two. Nothing outside the box is inside
   /// both. `faces`, if known: of the faces that bound what is inside both, at least those here.
-  long long Count(const Cubes& low, long long size, bool in_a, bool in_b, const Boxes* faces) {
+  long long Count(const Cubes& low, long long size, bool in_a, bool in_b, const Faces* faces) {
     const Eigen::Vector3d center =
         voxel_ * (low.cast<double>().array() + 0.5 * static_cast<double>(size)).matrix();
     const double half_edge = 0.5 * voxel_ * static_cast<double>(size - 1);
@@ -44,11 +64,10 @@ class SharedCubes {
         ((center.array() - half_edge) > box_.max().array()).any()) {
       return 0;
     }
-    Boxes faces_here;
-    if (faces != nullptr) {
-      const Eigen::AlignedBox3d here(center.array() - half_edge, center.array() + half_edge);
+    Faces faces_here;
+    if (faces != nullptr && size > 1) {
       std::ranges::copy_if(*faces, std::back_inserter(faces_here),
-                           [&](const Eigen::AlignedBox3d& face) { return face.intersects(here); });
+                           [&](const Face& face) { return face.MayMeet(center, half_edge); });
       faces = &faces_here;
     }
     // All on one side where no face is between.
@@ -190,7 +209,7 @@ Eigen::Matrix3Xd HoleFill::Vertices(const Eigen::Matrix3Xd& vertices) const {
 namespace {
 
 double CountedVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
-                     const Eigen::AlignedBox3d& box, const SharedCubes::Boxes* faces, int threads) {
+                     const Eigen::AlignedBox3d& box, const SharedCubes::Faces* faces, int threads) {
   if (!(voxel_m > 0.0)) throw Error("voxel", "must be positive", "2 mm is usual");
   const Eigen::Vector3d low = a.Min().cwiseMax(b.Min()).cwiseMax(box.min());
   const Eigen::Vector3d high = a.Max().cwiseMin(b.Max()).cwiseMin(box.max());
@@ -232,11 +251,10 @@ double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, doub
 double IntersectionVolume(const Solid& a, const Solid& b, const SolidOverlap& overlap,
                           double voxel_m) {
   if (overlap.box.isEmpty()) return 0.0;
-  SharedCubes::Boxes faces;
+  SharedCubes::Faces faces;
   const auto add = [&](const TriangleMesh& mesh, const std::vector<int>& ids) {
     for (const int face : ids) {
-      const Eigen::Matrix3d corners = mesh.vertices(Eigen::all, mesh.faces.col(face));
-      faces.emplace_back(corners.rowwise().minCoeff(), corners.rowwise().maxCoeff());
+      faces.emplace_back(Eigen::Matrix3d(mesh.vertices(Eigen::all, mesh.faces.col(face))));
     }
   };
   add(a.mesh, overlap.faces_a);

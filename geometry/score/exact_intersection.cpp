@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <mutex>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -279,11 +280,11 @@ SolidOverlap FindOverlap(const Solid& a, const Solid& b, const Eigen::VectorXd& 
     const Eigen::Vector3d distances = distances_b(face);
     takes_b[f] = distances.minCoeff() < 0.0;
     const Eigen::Matrix3d corners = b.mesh.vertices(Eigen::all, face);
-    const double longest = std::max({(corners.col(1) - corners.col(0)).norm(),
-                                     (corners.col(2) - corners.col(1)).norm(),
-                                     (corners.col(0) - corners.col(2)).norm()});
-    // Each point of a triangle is this near to a corner.
-    if (distances.cwiseAbs().minCoeff() > longest / std::sqrt(3.0)) continue;
+    const double longest2 = std::max({(corners.col(1) - corners.col(0)).squaredNorm(),
+                                      (corners.col(2) - corners.col(1)).squaredNorm(),
+                                      (corners.col(0) - corners.col(2)).squaredNorm()});
+    // Each point of a triangle is as near to a corner as its longest edge over the root of 3.
+    if (3.0 * distances.cwiseAbs2().minCoeff() > longest2) continue;
     const Kernel::Triangle_3 triangle = CgalTriangle(b.mesh, f);
     for (const int other :
          a.distance.Tree().FacesInBox(corners.rowwise().minCoeff(), corners.rowwise().maxCoeff())) {
@@ -307,11 +308,28 @@ SolidOverlap FindOverlap(const Solid& a, const Solid& b, const Eigen::VectorXd& 
   return overlap;
 }
 
-ExactIntersection::ExactIntersection(const Solid& solid) : solid_(&solid) {
-  if (!solid.IsClosed()) return;
-  std::vector<int> all(static_cast<std::size_t>(solid.mesh.NumFaces()));
-  std::iota(all.begin(), all.end(), 0);
-  self_crossings_ = SelfCrossings(solid.mesh, all);
+struct ExactIntersection::Crossings {
+  std::once_flag looked;
+  Eigen::Matrix3Xd places;
+};
+
+ExactIntersection::ExactIntersection(const Solid& solid)
+    : solid_(&solid), all_(std::make_shared<Crossings>()) {}
+
+// Faces that cross inside the other are among those that overlap it: where these are few, they are
+// looked at first. A part's rim may seem to cross itself where the whole does not.
+bool ExactIntersection::CrossesItselfIn(const Solid& other, const SolidOverlap& overlap) const {
+  constexpr std::size_t kFew = 200;
+  if (overlap.faces_a.size() <= kFew &&
+      !AnyInside(SelfCrossings(solid_->mesh, overlap.faces_a), other.distance)) {
+    return false;
+  }
+  std::call_once(all_->looked, [&] {
+    std::vector<int> all(static_cast<std::size_t>(solid_->mesh.NumFaces()));
+    std::iota(all.begin(), all.end(), 0);
+    all_->places = SelfCrossings(solid_->mesh, all);
+  });
+  return AnyInside(all_->places, other.distance);
 }
 
 ExactVolume ExactIntersection::With(const Solid& other) const {
@@ -330,7 +348,7 @@ ExactVolume ExactIntersection::With(const Solid& other, const SolidOverlap& over
   if (overlap.box.isEmpty()) return {};
   const SignedDistance& a = solid_->distance;
   const SignedDistance& b = other.distance;
-  if (AnyInside(self_crossings_, b)) return Failed(VolumeStatus::kSelfIntersecting);
+  if (CrossesItselfIn(other, overlap)) return Failed(VolumeStatus::kSelfIntersecting);
   if (!AnyInside(SelfCrossings(other.mesh, overlap.faces_b), a)) {
     const ExactVolume volume = CutVolume(*solid_, other, overlap);
     if (volume.Known()) return volume;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -68,7 +69,7 @@ SolidOverlap FindOverlap(const Solid& a, const Solid& b, const Eigen::VectorXd& 
 /// to zero).
 class ExactIntersection {
  public:
-  /// Keeps a reference to `solid`; looks for its self-crossings once.
+  /// Keeps a reference to `solid`.
   explicit ExactIntersection(const Solid& solid);
 
   ExactVolume With(const Solid& other) const;
@@ -76,8 +77,12 @@ class ExactIntersection {
   ExactVolume With(const Solid& other, const SolidOverlap& overlap) const;
 
  private:
+  struct Crossings;
+
+  bool CrossesItselfIn(const Solid& other, const SolidOverlap& overlap) const;
+
   const Solid* solid_;
-  Eigen::Matrix3Xd self_crossings_;
+  std::shared_ptr<Crossings> all_;  // of the whole solid, looked for when first asked
 };
 
 /// The same for one pair of meshes.

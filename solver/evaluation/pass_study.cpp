@@ -95,6 +95,7 @@ Clip MirroredClip(const Clip& clip, const ClipBody& body) {
 
 PassRow SummarizePasses(std::span<const PassRow> rows) {
   PassRow all;
+  all.carrying_acceleration = all.free_acceleration = 0.0;
   int count = 0;
   for (const PassRow& row : rows) count += row.fault.empty() ? 1 : 0;
   for (const PassRow& row : rows) {

@@ -16,6 +16,7 @@
 #include "solver/handover/grasps_by_transfer.h"
 #include "solver/handover/hand_balls.h"
 #include "solver/handover/passage_clearance.h"
+#include "solver/handover/passage_easing.h"
 
 namespace holdfast {
 namespace {
@@ -24,6 +25,10 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr double kClear = 0.0005;  // metres: a way that leaves no more is taken
+// Metres of retreat that a metre beyond that is worth: shorter ways are not bought with depth.
+constexpr double kNotClear = 1000.0;
+constexpr double kRounding = 1e-5;
+constexpr double kEased = 0.0002;  // metres: easing leaves no more, unless the way does
 
 // When what happens on the way out, in shares of `release_s` from the hold on: fingers are open;
 // the wrist sets out from its place on the object; it is on the clip's own way.
@@ -72,7 +77,7 @@ class Passage {
     }
     if (best.depth > kClear) Keep(best.timing, Detours(), length, best);
     if (best.depth > kClear) Keep(kTimings.back(), Detours(), length, best);
-    for (const PassageFrame& frame : best.frames) Apply(frame, best.line);
+    Ease(best);
   }
 
  private:
@@ -124,11 +129,44 @@ class Passage {
     for (const Vector3d& line : lines) {
       const double cost = clearance_->Retreat(line, Opening(timing), frames);
       if (!(cost < best.cost)) continue;
-      best = {cost, 0.0, timing, line, frames};
+      double depth = 0.0;
       for (const PassageFrame& frame : frames) {
-        best.depth = std::max(best.depth, clearance_->TooDeep(frame, frame.retreat * line));
+        depth = std::max(depth, clearance_->TooDeep(frame, frame.retreat * line));
       }
+      const double whole = cost + kNotClear * std::max(0.0, depth - kClear);
+      if (whole < best.cost) best = {whole, depth, timing, line, frames};
     }
+  }
+
+  std::optional<Vector3d> OwnWrist(int t) const {
+    if (t < 0 || t >= clip_.NumFrames()) return std::nullopt;
+    return WristIn(anatomy_.hand, clip_.pose[t], clip_.trans.col(t)).translation();
+  }
+
+  // Applies the way with as little acceleration as what is in it allows.
+  void Ease(const Way& best) {
+    const auto count = static_cast<int>(best.frames.size());
+    Eigen::Matrix3Xd way(3, count);
+    std::vector<double> allowed;
+    for (int k = 0; k < count; ++k) {
+      const PassageFrame& frame = best.frames[k];
+      const Vector3d shift = frame.retreat * best.line;
+      way.col(k) = Object(frame.t) * Vector3d(frame.object_from_wrist.translation() + shift);
+      allowed.push_back(std::max(kEased, clearance_->TooDeep(frame, shift)));
+    }
+    const auto shift_to = [&](int k, const Vector3d& wrist) -> Vector3d {
+      const PassageFrame& frame = best.frames[k];
+      return Object(frame.t).inverse() * wrist - frame.object_from_wrist.translation();
+    };
+    const int end = edge_ + step_ * count;
+    const Eigen::Matrix3Xd eased = EasedWay(
+        way,
+        {OwnWrist(edge_ - step_), OwnWrist(edge_), OwnWrist(end + step_),
+         OwnWrist(end + 2 * step_)},
+        [&](int k, const Vector3d& wrist) {
+          return clearance_->TooDeep(best.frames[k], shift_to(k, wrist)) <= allowed[k] + kRounding;
+        });
+    for (int k = 0; k < count; ++k) Apply(best.frames[k], shift_to(k, eased.col(k)));
   }
 
   bool Holds(int t) const { return (clip_.holding_hand[t] & HoldingBit(side_)) != 0; }
@@ -205,10 +243,10 @@ class Passage {
                 from_world * WristIn(anatomy_.hand, source_.pose[t], source_.trans.col(t)), home));
   }
 
-  void Apply(const PassageFrame& frame, const Vector3d& line) {
+  void Apply(const PassageFrame& frame, const Vector3d& shift) {
     const int t = frame.t;
     Isometry3d object_from_wrist = frame.object_from_wrist;
-    object_from_wrist.translation() += frame.retreat * line;
+    object_from_wrist.translation() += shift;
     JointPose& pose = clip_.pose[t];
     if (anatomy_.hand.Surface().Model().LoneHand()) {
       pose.col(0) = source_.pose[t].col(0);

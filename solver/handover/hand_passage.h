@@ -19,7 +19,9 @@ namespace holdfast {
 ///   3. where skin would still be deeper than in the hold itself, or a wall of the object in a
 ///      finger, the hand keeps farther off along a line away from the object, by as little as
 ///      clears it, coming and going smoothly (PassageClearance). Of several timings and lines, the
-///      first that clears or the one that costs least; then lines in cones around those.
+///      first that clears or the one that costs least; then lines in cones around those;
+///   4. the wrist's way through the world loses what acceleration it can without going deeper
+///      (EasedWay).
 ///
 /// `source` is the clip before the fit, `clip` what FitClip returned, with its holding_hand: of
 /// frames near a hold's first and last one, in which that hand does not hold, the arm and fingers

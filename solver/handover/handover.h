@@ -14,6 +14,7 @@
 ///   grasps_by_transfer.h  those grasps, asked for by FitClip
 ///   hand_meeting.h        LetHandsMeet: both arms go half the way
 ///   passage_clearance.h   PassageClearance: how deep a hand is on its way, how far it keeps off
+///   passage_easing.h      EasedWay: the same way with less acceleration
 ///   hand_passage.h        ClearPassages: clear ways to holds and away from them
 #include "solver/handover/grasps_by_transfer.h"
 #include "solver/handover/hand_meeting.h"

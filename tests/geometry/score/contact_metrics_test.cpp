@@ -10,6 +10,8 @@
 
 #include "geometry/error.h"
 #include "geometry/mesh/mesh_check.h"
+#include "geometry/score/clipped_volume.h"
+#include "geometry/score/exact_intersection.h"
 #include "tests/geometry/mesh_shapes.h"
 
 namespace holdfast {
@@ -85,6 +87,25 @@ TEST(ContactMetrics, SharedVolumeCountsAsIfEveryCubeWasTested) {
   ASSERT_GT(expected, 1000);
   EXPECT_NEAR(IntersectionVolume(a, b, voxel) / std::pow(voxel, 3), static_cast<double>(expected),
               1e-6);
+}
+
+TEST(ContactMetrics, SharedVolumeCountsTheSameWhereTheFacesThatOverlapAreKnown) {
+  const Solid ball(Sphere(0.035, 3));
+  for (const double apart : {0.02, 0.06, 0.0755}) {
+    TriangleMesh ring = testing::Torus(0.03, 0.012, 40, 20);
+    ring.vertices.colwise() += Eigen::Vector3d(apart, 0.0013, 0.001);
+    const Solid other(ring);
+    std::vector<int> inside;
+    const Eigen::VectorXd distances = other.distance.Distances(ball.mesh.vertices);
+    for (int v = 0; v < distances.size(); ++v) {
+      if (distances[v] < 0.0) inside.push_back(v);
+    }
+    const SolidOverlap overlap =
+        FindOverlap(ball, other, ball.distance.Distances(other.mesh.vertices), inside);
+    const double counted = IntersectionVolume(ball.distance, other.distance, 0.0007);
+    EXPECT_GT(counted, 0.0);
+    EXPECT_EQ(IntersectionVolume(ball, other, overlap, 0.0007), counted) << apart;
+  }
 }
 
 TEST(ContactMetrics, SharedVolumeOfDistantSolidsIsZero) {

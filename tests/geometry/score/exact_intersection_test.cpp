@@ -143,6 +143,10 @@ TEST(ExactIntersection, SaysWhyItIsUndefined) {
   const TriangleMesh around = Box({-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1});
   EXPECT_EQ(ExactIntersectionVolume(crossed, around).status, VolumeStatus::kSelfIntersecting);
   EXPECT_EQ(ExactIntersectionVolume(around, crossed).status, VolumeStatus::kSelfIntersecting);
+  const TriangleMesh at_crossing =
+      Moved(Box({-0.006, -0.006, -0.006}, {0.006, 0.006, 0.006}), {0.015, 0.037, 0.0});
+  EXPECT_EQ(ExactIntersectionVolume(crossed, at_crossing).status, VolumeStatus::kSelfIntersecting);
+  EXPECT_EQ(ExactIntersectionVolume(at_crossing, crossed).status, VolumeStatus::kSelfIntersecting);
   // Away from the crossing the same surface is as good as any.
   const TriangleMesh corner = Moved(Box({-0.01, -0.01, -0.01}, {0.01, 0.01, 0.01}), {-0.04, 0, 0});
   EXPECT_NEAR(Exact(corner, crossed), Exact(corner, Sphere(0.04, 3)), 1e-15);
