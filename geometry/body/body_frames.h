@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <span>
 
 #include "geometry/body/body_model.h"
@@ -11,6 +12,13 @@ namespace holdfast {
 
 /// Frames that are worth posing together; more gain little.
 inline constexpr int kFramesTogether = 64;
+
+/// How many of `frames` frames to pose together where threads share them: fewer of a short clip, so
+/// that none of them is left with nothing to do. Does not depend on how many threads there are.
+constexpr int SharedFramesTogether(int frames) {
+  constexpr int kShares = 8, kFewest = 4;
+  return std::clamp((frames + kShares - 1) / kShares, kFewest, kFramesTogether);
+}
 
 /// Forward for T frames of one person, several times as fast: the pose blend shapes, more than a
 /// hundred megabytes where they are dense, are read once for all frames, and the loops are built

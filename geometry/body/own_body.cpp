@@ -244,9 +244,19 @@ OwnBody::Posed::Posed(const OwnBody& body, const Eigen::Matrix3Xd& vertices,
       box = impl->boxes[n + 1].merged(impl->boxes[node.second]);
       continue;
     }
+    // In scalars: the compiler then keeps all six in registers.
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    double x0 = kInfinity, y0 = kInfinity, z0 = kInfinity, x1 = -x0, y1 = -y0, z1 = -z0;
     for (int k = node.first_corner; k < node.last_corner; ++k) {
-      box.extend(vertices.col(tree.corners[k]));
+      const double* const p = vertices.col(tree.corners[k]).data();
+      x0 = p[0] < x0 ? p[0] : x0;
+      y0 = p[1] < y0 ? p[1] : y0;
+      z0 = p[2] < z0 ? p[2] : z0;
+      x1 = p[0] > x1 ? p[0] : x1;
+      y1 = p[1] > y1 ? p[1] : y1;
+      z1 = p[2] > z1 ? p[2] : z1;
     }
+    box = Eigen::AlignedBox3d(Eigen::Vector3d(x0, y0, z0), Eigen::Vector3d(x1, y1, z1));
     if (box.squaredExteriorDistance(asked) > impl->farthest2) box.setEmpty();
   }
   impl_ = std::move(impl);

@@ -265,9 +265,16 @@ ReportClip MakeReportClip(const ReportInput& input, double contact_threshold_mm,
   const std::vector<int>& left_ids = input.body->HandVertexIds(Side::kLeft);
   hand_ids.insert(hand_ids.end(), left_ids.begin(), left_ids.end());
 
-  const CorrectiveBasis basis =
-      ComputeCorrectiveBasis(surface, clip, kCorrectiveTolerance, kMaxDirections, threads);
-  const Motion motion = Evaluate(input, surface, hand_ids, threads);
+  CorrectiveBasis basis;
+  Motion motion;
+  // Side by side, since either is now and then alone with one thread.
+  ParallelFor(2, threads, [&](int part) {
+    if (part == 0) {
+      basis = ComputeCorrectiveBasis(surface, clip, kCorrectiveTolerance, kMaxDirections, threads);
+    } else {
+      motion = Evaluate(input, surface, hand_ids, threads);
+    }
+  });
 
   ReportClip report;
   report.directions = static_cast<int>(basis.Size());

@@ -5,9 +5,9 @@
 #include <atomic>
 #include <limits>
 #include <mutex>
+#include <utility>
 
 #include "geometry/body/body_frames.h"
-#include "geometry/body/own_body.h"
 #include "geometry/mesh/surface_distance.h"
 #include "geometry/parallel.h"
 #include "geometry/score/ball_tree.h"
@@ -99,44 +99,46 @@ double BodyDepth::DeepRatio(double deep_mm) const {
   return depth_mm.empty() ? 0.0 : static_cast<double>(deep) / static_cast<double>(depth_mm.size());
 }
 
-std::optional<OwnBodyScore> MeasureOwnBody(const Clip& clip, const BodySurface& body,
-                                           const TriangleMesh* object, std::uint8_t holders,
-                                           int threads,
-                                           const std::function<bool(int, int)>& progress) {
-  if (body.Model().LoneHand()) return std::nullopt;
+OwnBodyMeter::OwnBodyMeter(const BodySurface& body, const TriangleMesh* object,
+                           std::uint8_t holders)
+    : body_(body), for_arms_(body, kBothArms), for_object_(body, holders) {
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    const std::vector<int> arm = InOrder(body, OwnBody::ForearmAndHand(body, side));
+    arms_.insert(arms_.end(), arm.begin(), arm.end());
+  }
+  if (object == nullptr) return;
+  Eigen::Matrix3Xd all(3, object->NumVertices() + kOwnBodySamples);
+  all << object->vertices, SampleSurface(*object, kOwnBodySamples);
+  points_ = std::make_shared<const BallTree>(std::move(all));
+}
+
+OwnBodyScore OwnBodyMeter::Measure(const Clip& clip, int threads,
+                                   const std::function<bool(int, int)>& progress) const {
   const int frames = clip.NumFrames();
   OwnBodyScore score;
   score.arms.depth_mm.resize(static_cast<std::size_t>(frames));
-  std::vector<int> arms;
-  for (const Side side : {Side::kRight, Side::kLeft}) {
-    const std::vector<int> arm = InOrder(body, OwnBody::ForearmAndHand(body, side));
-    arms.insert(arms.end(), arm.begin(), arm.end());
-  }
-  const OwnBody for_arms(body, kBothArms), for_object(body, holders);
-  std::optional<BallTree> points;
-  if (object != nullptr && clip.object) {
-    Eigen::Matrix3Xd all(3, object->NumVertices() + kOwnBodySamples);
-    all << object->vertices, SampleSurface(*object, kOwnBodySamples);
-    score.object_points = static_cast<int>(all.cols());
-    points.emplace(std::move(all));
+  const bool with_object = points_ != nullptr && clip.object;
+  if (with_object) {
+    score.object_points = static_cast<int>(points_->Points().cols());
     score.object.emplace().depth_mm.resize(static_cast<std::size_t>(frames));
   }
-  const int blocks = (frames + kFramesTogether - 1) / kFramesTogether;
+  const int together = SharedFramesTogether(frames);
+  const int blocks = (frames + together - 1) / together;
   std::atomic<bool> stopped{false};
   std::mutex mutex;
   int done = 0;
   ParallelFor(blocks, threads, [&](int block) {
     if (stopped) return;
-    const int begin = block * kFramesTogether, count = std::min(kFramesTogether, frames - begin);
+    const int begin = block * together, count = std::min(together, frames - begin);
     std::vector<BodyState> states(static_cast<std::size_t>(count));
-    ForwardFrames(body, std::span(clip.pose).subspan(begin, count),
+    ForwardFrames(body_, std::span(clip.pose).subspan(begin, count),
                   clip.trans.middleCols(begin, count), states);
     for (int k = 0; k < count; ++k) {
       const Eigen::Matrix3Xd& skin = states[k].vertices;
-      score.arms.depth_mm[begin + k] = ArmsDepth_mm(for_arms, skin, arms);
-      if (!points) continue;
+      score.arms.depth_mm[begin + k] = ArmsDepth_mm(for_arms_, skin, arms_);
+      if (!with_object) continue;
       score.object->depth_mm[begin + k] =
-          ObjectDepth_mm(for_object, skin, *points, clip.object->Pose(begin + k));
+          ObjectDepth_mm(for_object_, skin, *points_, clip.object->Pose(begin + k));
     }
     const std::lock_guard lock(mutex);
     done += count;
@@ -145,6 +147,15 @@ std::optional<OwnBodyScore> MeasureOwnBody(const Clip& clip, const BodySurface& 
   Summarize(score.arms);
   if (score.object) Summarize(*score.object);
   return score;
+}
+
+std::optional<OwnBodyScore> MeasureOwnBody(const Clip& clip, const BodySurface& body,
+                                           const TriangleMesh* object, std::uint8_t holders,
+                                           int threads,
+                                           const std::function<bool(int, int)>& progress) {
+  if (body.Model().LoneHand()) return std::nullopt;
+  return OwnBodyMeter(body, clip.object ? object : nullptr, holders)
+      .Measure(clip, threads, progress);
 }
 
 }  // namespace holdfast

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <limits>
 #include <optional>
 #include <span>
@@ -66,6 +67,7 @@ class Carrier {
       if (!report_.grasp.found) return Ended(CarryStatus::kNoGrasp);
     }
     NameObject();
+    BeginKeepingOut();
     Fit();
     if (stopped_) return std::move(report_);
     KeepOut();
@@ -312,8 +314,13 @@ class Carrier {
   Clip WithHandsMeeting(std::vector<GraspTransfer>& made) {
     FitOptions once = options_.fit;
     once.whole_clip = false;
-    FitClip(clip_, hands_, object_.fit, report_.holding.hands, once, Grasps(true, made),
-            [this](int, int) { return GoesOn("fit", 0, clip_.NumFrames()); });
+    const std::vector<std::uint8_t>& holding = report_.holding.hands;
+    int last = 0;  // frame in which a hand takes hold: how it does is all that is asked for
+    for (int t = 1; t < clip_.NumFrames(); ++t) {
+      if ((holding[t] & ~holding[t - 1]) != 0) last = t;
+    }
+    FitClip(clip_, hands_, object_.fit, holding, once, Grasps(true, made),
+            [&](int t, int) { return GoesOn("fit", 0, clip_.NumFrames()) && t <= last; });
     made.clear();
     for (const Handover& handover : report_.handovers) made.push_back(handover.transfer);
     Clip met = clip_;
@@ -323,12 +330,23 @@ class Carrier {
     return met;
   }
 
+  // The fit goes from frame to frame: another thread has time for what does not wait for it.
+  void BeginKeepingOut() {
+    if (options_.recipe != FitRecipe::kHoldfast || body_.model->LoneHand()) return;
+    scene_ = std::async(options_.threads > 1 ? std::launch::async : std::launch::deferred,
+                        [&body = WholeBody(), &object = object_.object.mesh,
+                         holding = report_.holding.hands, frame_rate = clip_.frame_rate] {
+                          return ClearanceScene(body, object, holding, frame_rate);
+                        });
+  }
+
   void KeepOut() {
-    if (options_.recipe != FitRecipe::kHoldfast) return;
+    if (!scene_.valid()) return;
     ClearanceOptions clearance;
     clearance.keep_motion = options_.keep_motion;
     clearance.threads = options_.threads;
-    report_.clearance = KeepOutOfBody(WholeBody(), object_.object.mesh, clearance, report_.clip);
+    report_.clearance =
+        KeepOutOfBody(WholeBody(), object_.object.mesh, clearance, scene_.get(), report_.clip);
   }
 
   void Measure() {
@@ -397,6 +415,7 @@ class Carrier {
   std::vector<std::pair<double, Grasp>> to_hand_over_;
   std::optional<std::pair<Grasp, GraspTransfer>> first_handover_;
   CarryReport report_;
+  std::future<ClearanceScene> scene_;  // for KeepOut
 };
 
 }  // namespace

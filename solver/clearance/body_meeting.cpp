@@ -81,19 +81,24 @@ std::string_view MeetingPartName(MeetingPart part) {
 
 BodyMeeting::BodyMeeting(const BodySurface& body, const TriangleMesh& object,
                          std::span<const std::uint8_t> left_out, double spacing_m)
-    : body_(body),
-      object_(ContactSamples(object, spacing_m,
-                             static_cast<int>(kMostSamples * 1e-4 / (spacing_m * spacing_m)))),
-      object_clusters_(Clustered(object_)) {
+    : body_(body) {
   obstacles_[kBothArms].emplace(body, kBothArms);
   for (const std::uint8_t bits : left_out) {
     if (!obstacles_[bits & 3]) obstacles_[bits & 3].emplace(body, bits);
   }
+  LookAt(object, spacing_m);
+}
+
+void BodyMeeting::LookAt(const TriangleMesh& object, double spacing_m) {
+  object_ = ContactSamples(object, spacing_m,
+                           static_cast<int>(kMostSamples * 1e-4 / (spacing_m * spacing_m)));
+  object_clusters_ = Clustered(object_);
   for (const Side side : {Side::kRight, Side::kLeft}) {
     const int a = side == Side::kRight ? 0 : 1;
-    skin_[a] = Thinned(body, OwnBody::ForearmAndHand(body, side), spacing_m);
-    for (const int i : skin_[a]) share_[a].push_back(ShareOfHand(body, i, side));
-    skin_clusters_[a] = Clustered(body.RestVertices()(Eigen::all, skin_[a]));
+    skin_[a] = Thinned(body_, OwnBody::ForearmAndHand(body_, side), spacing_m);
+    share_[a].clear();
+    for (const int i : skin_[a]) share_[a].push_back(ShareOfHand(body_, i, side));
+    skin_clusters_[a] = Clustered(body_.RestVertices()(Eigen::all, skin_[a]));
   }
 }
 

@@ -30,6 +30,9 @@ class BodyMeeting {
   BodyMeeting(const BodySurface& body, const TriangleMesh& object,
               std::span<const std::uint8_t> left_out, double spacing_m = 0.01);
 
+  /// The same body and the same arms, looked at at other points.
+  void LookAt(const TriangleMesh& object, double spacing_m);
+
   /// A point near the skin.
   struct Point {
     Eigen::Vector3d at;  ///< world, metres

@@ -6,15 +6,14 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
-#include <optional>
 #include <span>
+#include <utility>
 
 #include "generator/body/arm_correction.h"
 #include "geometry/body/body_frames.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
-#include "geometry/score/own_body_score.h"
 #include "solver/clearance/arm_spline.h"
 #include "solver/clearance/clearance_blocks.h"
 #include "solver/unknowns/change_spline.h"
@@ -57,22 +56,36 @@ void KeepDeepest(const std::vector<double>& depths, std::vector<DepthInBody::Pla
   planes = std::move(kept);
 }
 
+std::uint8_t Holders(std::span<const std::uint8_t> holding) {
+  std::uint8_t all = 0;
+  for (const std::uint8_t bits : holding) all |= bits;
+  return all;
+}
+
+std::vector<std::uint8_t> HoldersAbout(std::span<const std::uint8_t> holding, double frame_rate) {
+  const auto frames = static_cast<int>(holding.size());
+  const auto reach = static_cast<int>(std::lround(kHandNear_s * frame_rate));
+  std::vector<std::uint8_t> near(holding.size());
+  for (int t = 0; t < frames; ++t) {
+    for (int k = std::max(0, t - reach); k <= std::min(frames - 1, t + reach); ++k) {
+      near[t] |= holding[k];
+    }
+  }
+  return near;
+}
+
 class BodyKeeper {
  public:
   BodyKeeper(const BodySurface& body, const TriangleMesh& object, const ClearanceOptions& options,
-             Clip& clip)
-      : body_(body), object_(object), options_(options), clip_(clip), moved_(clip) {
-    frames_ = clip.NumFrames();
-    for (const std::uint8_t bits : clip.holding_hand) held_by_ |= bits;
-    const auto reach = static_cast<int>(std::lround(kHandNear_s * clip.frame_rate));
-    near_.resize(clip.holding_hand.size());
-    for (int t = 0; t < frames_; ++t) {
-      for (int k = std::max(0, t - reach); k <= std::min(frames_ - 1, t + reach); ++k) {
-        near_[t] |= clip.holding_hand[k];
-      }
-    }
-    meeting_.emplace(body, object, near_);
-  }
+             ClearanceScene scene, Clip& clip)
+      : body_(body),
+        object_(object),
+        options_(options),
+        scene_(std::move(scene)),
+        clip_(clip),
+        moved_(clip),
+        frames_(clip.NumFrames()),
+        held_by_(Holders(clip.holding_hand)) {}
 
   ClearanceReport Run() {
     report_.frames.resize(static_cast<std::size_t>(frames_));
@@ -103,9 +116,10 @@ class BodyKeeper {
                                           double within_m = kWatched_m) const {
     std::vector<BodyMeeting::Frame> found(frames.size());
     const auto count = static_cast<int>(frames.size());
-    const int blocks = (count + kFramesTogether - 1) / kFramesTogether;
+    const int together = SharedFramesTogether(count);
+    const int blocks = (count + together - 1) / together;
     ParallelFor(blocks, options_.threads, [&](int b) {
-      const int begin = b * kFramesTogether, n = std::min(kFramesTogether, count - begin);
+      const int begin = b * together, n = std::min(together, count - begin);
       std::vector<JointPose> poses;
       Eigen::Matrix3Xd trans(3, n);
       for (int k = 0; k < n; ++k) {
@@ -117,8 +131,8 @@ class BodyKeeper {
       ForwardFrames(body_, poses, trans, states);
       for (int k = 0; k < n; ++k) {
         const int t = frames[begin + k];
-        found[begin + k] = meeting_->Measure(states[k], clip.object->Pose(t), clip.holding_hand[t],
-                                             near_[t], within_m);
+        found[begin + k] = scene_.meeting.Measure(states[k], clip.object->Pose(t),
+                                                  clip.holding_hand[t], scene_.near[t], within_m);
       }
     });
     return found;
@@ -126,7 +140,7 @@ class BodyKeeper {
 
   // Depths as `score` has them, at all its points; and whose they are.
   void Judge(const Clip& clip) {
-    const OwnBodyScore score = *MeasureOwnBody(clip, body_, &object_, held_by_, options_.threads);
+    const OwnBodyScore score = scene_.meter.Measure(clip, options_.threads);
     std::vector<int> by_arms;
     for (int t = 0; t < frames_; ++t) {
       const double of_object = clip.holding_hand[t] == 0 ? 0.0 : score.object->depth_mm[t];
@@ -221,7 +235,7 @@ class BodyKeeper {
     Settle(options_.max_rounds, far, kWatched_m);
     for (int t = 0; t < frames_; ++t) far[t] = nearest_[t] < -kFar_m;
     // What is between the points, as exactly as it is judged.
-    meeting_.emplace(body_, object_, near_, kFine_m);
+    scene_.meeting.LookAt(object_, kFine_m);
     Settle(kFineRounds, far, kWatchedFinely_m);
   }
 
@@ -431,12 +445,11 @@ class BodyKeeper {
   const BodySurface& body_;
   const TriangleMesh& object_;
   const ClearanceOptions& options_;
+  ClearanceScene scene_;
   Clip& clip_;
   Clip moved_;
-  std::optional<BodyMeeting> meeting_;
-  int frames_ = 0;
-  std::uint8_t held_by_ = 0;
-  std::vector<std::uint8_t> near_;  // who holds about then
+  int frames_;
+  std::uint8_t held_by_;
   std::vector<double> freedom_;
   std::vector<double> nearest_;  // depth of what is nearest to the skin, frame by frame
   std::vector<Arm> arms_;
@@ -445,6 +458,12 @@ class BodyKeeper {
 
 }  // namespace
 
+ClearanceScene::ClearanceScene(const BodySurface& body, const TriangleMesh& object,
+                               std::span<const std::uint8_t> holding, double frame_rate)
+    : near(HoldersAbout(holding, frame_rate)),
+      meeting(body, object, near),
+      meter(body, &object, Holders(holding)) {}
+
 ClearanceReport KeepOutOfBody(const BodySurface& body, const TriangleMesh& object,
                               const ClearanceOptions& options, Clip& clip) {
   if (!clip.object || body.Model().LoneHand()) return {};
@@ -452,7 +471,13 @@ ClearanceReport KeepOutOfBody(const BodySurface& body, const TriangleMesh& objec
     throw Error("holding_hand", "does not have the clip's frames",
                 "Give one number (1 right, 2 left, 3 both) for each frame");
   }
-  return BodyKeeper(body, object, options, clip).Run();
+  return KeepOutOfBody(body, object, options,
+                       ClearanceScene(body, object, clip.holding_hand, clip.frame_rate), clip);
+}
+
+ClearanceReport KeepOutOfBody(const BodySurface& body, const TriangleMesh& object,
+                              const ClearanceOptions& options, ClearanceScene scene, Clip& clip) {
+  return BodyKeeper(body, object, options, std::move(scene), clip).Run();
 }
 
 }  // namespace holdfast

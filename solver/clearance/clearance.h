@@ -17,11 +17,13 @@
 ///   clearance.h         KeepOutOfBody: a whole clip
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
 #include "geometry/mesh/mesh.h"
+#include "geometry/score/own_body_score.h"
 #include "solver/clearance/body_meeting.h"
 
 namespace holdfast {
@@ -56,6 +58,19 @@ struct ClearanceReport {
   double acceleration_ratio = 1.0;
 };
 
+/// What KeepOutOfBody looks at: all that does not depend on the motion, so that it can be made
+/// while that is still worked on.
+struct ClearanceScene {
+  /// `body` has all vertices, must outlive this and is no hand alone. `holding`: who holds in each
+  /// frame (Clip::holding_hand).
+  ClearanceScene(const BodySurface& body, const TriangleMesh& object,
+                 std::span<const std::uint8_t> holding, double frame_rate);
+
+  std::vector<std::uint8_t> near;  ///< who holds about then
+  BodyMeeting meeting;
+  OwnBodyMeter meter;
+};
+
 /// Moves both arms out of the body, and the object with those that hold it (Clip::holding_hand):
 /// each hand keeps its hold, wrist to object, as it is. Collar, shoulder, elbow and wrist give way,
 /// by a cubic B-spline in time, in the frames around those that are too deep: the hand rather
@@ -68,5 +83,8 @@ struct ClearanceReport {
 /// holding_hand has the clip's frames.
 ClearanceReport KeepOutOfBody(const BodySurface& body, const TriangleMesh& object,
                               const ClearanceOptions& options, Clip& clip);
+/// With a scene of the clip's frames, body and object.
+ClearanceReport KeepOutOfBody(const BodySurface& body, const TriangleMesh& object,
+                              const ClearanceOptions& options, ClearanceScene scene, Clip& clip);
 
 }  // namespace holdfast

@@ -174,6 +174,14 @@ Eigen::Matrix<double, 6, 54> DirectionsAround() {
     directions(5, column++) = -unit;
   }
   directions.rightCols<27>() = -directions.leftCols<27>();
+  // Each is followed by the nearest of those that remain: from one's program to the next is the
+  // least way then.
+  for (int i = 1; i + 1 < directions.cols(); ++i) {
+    Eigen::Index next;
+    (directions.col(i - 1).transpose() * directions.rightCols(directions.cols() - i))
+        .maxCoeff(&next);
+    directions.col(i).swap(directions.col(i + next));
+  }
   return directions;
 }
 
@@ -195,7 +203,7 @@ void BoundBall(const Wrenches& wrenches, GraspCertificate& certificate) {
   const double inradius = 1.0 / std::sqrt(2.0);
   WrenchProgram program(wrenches);
   program.SetCosts(1.0, kMissing);
-  const Eigen::Matrix<double, 6, 54> directions = DirectionsAround();
+  static const Eigen::Matrix<double, 6, 54> directions = DirectionsAround();
   double lower = std::numeric_limits<double>::infinity(), upper = lower;
   for (int i = 0; i < directions.cols() && upper > 0.0 && lower > 0.0; ++i) {
     for (int k = 0; k < 6; ++k) program.SetLoad(k, directions(k, i));

@@ -164,21 +164,24 @@ class HandlePlacer::Gaps {
   Gaps(const DistanceGrid& object, const Eigen::Isometry3d& object_from_wrist)
       : object_(object), object_from_wrist_(object_from_wrist) {}
 
-  // False where a ball is in the object. The tip is the first to be in the way.
+  // False where a ball is in the object: mostly the one that was so last, or the tip.
   bool Measure(const Curl& curl) {
+    if (last_in_ < curl.balls.size()) {
+      const Ball& ball = curl.balls[last_in_];
+      const Seen& seen = seen_[last_in_];
+      if (!IsFar(seen, ball) && See(last_in_, ball).distance - ball.radius < -kGive) return false;
+    }
     const Seen* beside = nullptr;
     for (std::size_t b = curl.balls.size(); b-- > 0;) {
       const Ball& ball = curl.balls[b];
-      Seen& seen = seen_[b];
       gaps_[b] = kNoGap;
-      if (IsFar(seen, ball) || (beside != nullptr && IsFar(*beside, ball))) continue;
-      if (seen.center != ball.center) {
-        seen.center = ball.center;
-        seen.distance = object_.Linear(object_from_wrist_ * ball.center, &seen.outward);
+      if (IsFar(seen_[b], ball) || (beside != nullptr && IsFar(*beside, ball))) continue;
+      beside = &See(b, ball);
+      gaps_[b] = beside->distance - ball.radius;
+      if (gaps_[b] < -kGive) {
+        last_in_ = b;
+        return false;
       }
-      beside = &seen;
-      gaps_[b] = seen.distance - ball.radius;
-      if (gaps_[b] < -kGive) return false;
     }
     return true;
   }
@@ -204,10 +207,20 @@ class HandlePlacer::Gaps {
     return way > 0.0 && (seen.center - ball.center).squaredNorm() < way * way;
   }
 
+  const Seen& See(std::size_t b, const Ball& ball) {
+    Seen& seen = seen_[b];
+    if (seen.center != ball.center) {
+      seen.center = ball.center;
+      seen.distance = object_.Linear(object_from_wrist_ * ball.center, &seen.outward);
+    }
+    return seen;
+  }
+
   const DistanceGrid& object_;
   const Eigen::Isometry3d& object_from_wrist_;
   std::array<double, kMostBalls> gaps_;
   std::array<Seen, kMostBalls> seen_;
+  std::size_t last_in_ = kMostBalls;
 };
 
 HandlePlacer::Fit HandlePlacer::TryFinger(const Curl& curl, const Handle& handle_in_wrist,

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -310,12 +311,18 @@ class TransferSearch {
   template <typename MayBeInside>
   static double Deepest(const SignedDistance& solid, const Eigen::Matrix3Xd& points,
                         const MayBeInside& may_be_inside) {
-    double deepest = 0.0;
+    const bool closed = solid.SignMethod() == SignedDistance::Sign::kPseudonormal;
+    double deepest = 0.0, last_distance = 0.0;
+    Vector3d last = Vector3d::Zero();
     int face = -1;
     for (const auto& point : points.colwise()) {
+      // Distance to a closed surface changes no faster than the point moves.
+      if (closed && face >= 0 && last_distance - (point - last).norm() >= -deepest) continue;
       if (!may_be_inside(point)) continue;
       const SignedDistance::Result nearest = solid.Query(point, face);
       face = nearest.face;
+      last = point;
+      last_distance = nearest.distance;
       deepest = std::max(deepest, -nearest.distance);
     }
     return deepest;
@@ -441,17 +448,29 @@ class TransferSearch {
 
   // Where the clip has the wrist; the mirrored fingers opened by as much as frees them.
   void TryMirroredFingers() {
-    HandEvaluation evaluation = AtWrist(own_.receiver);
-    for (const double opened : {0.35, 0.7, 1.0}) {
+    constexpr std::array<double, 3> kOpened = {0.35, 0.7, 1.0};
+    std::array<std::optional<GraspTransfer>, kOpened.size()> results;
+    const auto attempt = [&](int k) {
+      HandEvaluation evaluation = AtWrist(own_.receiver);
       const WholeGrasp candidate{
           TransferMethod::kMirrored, receiver_from_object_,
-          own_.anatomy.axes.Clamp(mirrored_ + opened * (own_.open - mirrored_))};
+          own_.anatomy.axes.Clamp(mirrored_ + kOpened[k] * (own_.open - mirrored_))};
       const GraspAttempt closed = Closed(candidate, evaluation);
       // Far off after closing, refinement does not mend it.
-      if (any_ && !Touches(closed, evaluation)) continue;
-      const GraspTransfer result = BestAttempt(candidate.method, closed);
-      const bool near = Correction(result.grasp.wrist_from_object) < options_.small_correction_m;
-      if (near || result.found || !any_) Keep(result);
+      if (k > 0 && !Touches(closed, evaluation)) return;
+      results[k] = BestAttempt(candidate.method, closed);
+    };
+    attempt(0);
+    for (int k = 0; k < static_cast<int>(kOpened.size()); ++k) {
+      // The first is mostly good; if not, the others are tried side by side.
+      if (k == 1) {
+        ParallelFor(static_cast<int>(kOpened.size()) - 1, options_.threads,
+                    [&](int i) { attempt(i + 1); });
+      }
+      if (!results[k]) continue;
+      const bool near =
+          Correction(results[k]->grasp.wrist_from_object) < options_.small_correction_m;
+      if (near || results[k]->found || !any_) Keep(*results[k]);
       if (near && best_.found) return;
     }
   }

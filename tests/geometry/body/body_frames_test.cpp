@@ -15,6 +15,10 @@
 namespace holdfast {
 namespace {
 
+static_assert(SharedFramesTogether(1) == 4);
+static_assert(SharedFramesTogether(145) == 19);  // eight shares: two threads have as many each
+static_assert(SharedFramesTogether(100'000) == kFramesTogether);
+
 // Frames of a body: what one at a time gives, which is what many have to give.
 struct PosedFrames {
   PosedFrames(std::shared_ptr<const BodyModel> model, int frames)

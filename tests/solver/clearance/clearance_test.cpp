@@ -243,6 +243,43 @@ TEST(KeepOutOfBody, JudgesDepthsAsTheScoreDoes) {
   }
 }
 
+TEST(KeepOutOfBody, IsTheSameWithASceneMadeBeforeForAnyThreads) {
+  const Clip before = Hanging(0.45);
+  const ClearanceScene scene(Person(), Apple(), before.holding_hand, before.frame_rate);
+  Clip once = before;
+  const ClearanceReport expected = KeepOutOfBody(Person(), Apple(), {}, once);
+  ASSERT_TRUE(expected.moved);
+  for (const int threads : {1, 3}) {
+    Clip clip = before;
+    ClearanceOptions options;
+    options.threads = threads;
+    const ClearanceReport report = KeepOutOfBody(Person(), Apple(), options, scene, clip);
+    EXPECT_EQ(clip.pose, once.pose) << threads;
+    EXPECT_EQ(clip.object->trans, once.object->trans) << threads;
+    EXPECT_EQ(report.worst_before_m, expected.worst_before_m) << threads;
+  }
+}
+
+TEST(BodyMeeting, LooksAtOtherPointsAsIfMadeForThem) {
+  constexpr double kFine_m = 0.005;
+  const Clip clip = Hanging(0.45);
+  const std::uint8_t held = kHoldsRight;
+  BodyMeeting meeting(Person(), Apple(), {&held, 1});
+  const BodyMeeting fine(Person(), Apple(), {&held, 1}, kFine_m);
+  BodyState state;
+  Forward(Person(), clip.pose[30], clip.trans.col(30), state);
+  const auto measured = [&](const BodyMeeting& by) {
+    return by.Measure(state, clip.object->Pose(30), kHoldsRight, kHoldsRight, 0.02);
+  };
+  const std::size_t coarse = measured(meeting).near[0].size();
+  meeting.LookAt(Apple(), kFine_m);
+  const BodyMeeting::Frame frame = measured(meeting), expected = measured(fine);
+  EXPECT_GT(frame.near[0].size(), coarse);
+  ASSERT_EQ(frame.near[0].size(), expected.near[0].size());
+  EXPECT_EQ(frame.depth_m, expected.depth_m);
+  EXPECT_EQ(frame.near[0].back().at, expected.near[0].back().at);
+}
+
 TEST(BodyMeeting, FindsTheDeepestOfAllItsPoints) {
   const Clip clip = Hanging(0.45);
   const std::uint8_t held = kHoldsRight;
