@@ -163,7 +163,8 @@ struct GoalFollower::Loop {
   void PlaceHand(BodyFrame& frame) {
     constexpr double kBends = 0.12;  // metres beyond the arm
     const double share = MinimumJerk(raised);
-    SwingArms(measures.rest_joints, {1.0, 1.0 - share}, frame);
+    const double walks = MinimumJerk(walk.head<2>().norm() / kWalking);
+    SwingArms(measures.rest_joints, {walks, walks * (1.0 - share)}, frame);
     if (share <= 0.0) return;
     const auto joints = Place(measures.rest_joints, frame).joints;
     const Vector3d root = joints.col(kRightShoulder), wrist = joints.col(kRightWrist);
