@@ -161,10 +161,10 @@ struct GoalFollower::Loop {
   // Arms swing that do not reach. The hand goes to its place as far as the arm has been raised and
   // that is within reach: trunks bend for no goal that only walking brings nearer.
   void PlaceHand(BodyFrame& frame) {
-    constexpr double kBends = 0.12;  // metres beyond the arm
+    constexpr double kBends = 0.18;  // metres beyond the arm
     const double share = MinimumJerk(raised);
     const double walks = MinimumJerk(walk.head<2>().norm() / kWalking);
-    SwingArms(measures.rest_joints, {walks, walks * (1.0 - share)}, frame);
+    SwingArms(measures.rest_joints, {1.0, 1.0 - share}, walks, frame);
     if (share <= 0.0) return;
     const auto joints = Place(measures.rest_joints, frame).joints;
     const Vector3d root = joints.col(kRightShoulder), wrist = joints.col(kRightWrist);
@@ -205,7 +205,7 @@ struct GoalFollower::Loop {
   static constexpr double kWalking = 1.1;  // m/s
   // Metres from the shoulder: an arm is raised for what comes within, lowered for what is beyond.
   static constexpr double kWithin = 0.75, kBeyond = 1.0;
-  static constexpr double kRaise = 20.0;  // frames
+  static constexpr double kRaise = 16.0;  // frames
 
   FollowOptions options;
   bool mirrored;
