@@ -18,7 +18,7 @@ namespace holdfast {
 /// A start and a goal, written down: what motions are judged on that no choice was made on.
 struct ListedReach {
   std::filesystem::path clip;  ///< any file that LoadClip reads
-  int frame = 0;               ///< at the clip's rate, from 0
+  int frame = 0;               ///< at the rate that LoadClip gives the clip, from 0
   /// Where the wrist is wanted, metres: ahead of and to the left of the pelvis by the heading in
   /// that frame, and above the ground.
   Eigen::Vector3d ahead_left_up = Eigen::Vector3d::Zero();
