@@ -27,7 +27,7 @@ class ReachList : public ::testing::Test {
     clip.trans.row(2).setConstant(1.3);
     WriteClip(clip, folder.Path() / "stands.npz");
   }
-  TemporaryFolder folder;
+  testing::TemporaryFolder folder;
 };
 
 TEST_F(ReachList, HasAStartAndAGoalInEachLine) {
