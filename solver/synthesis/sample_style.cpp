@@ -54,10 +54,10 @@ SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount) {
   double drawn[8] = {};
   for (int k = 0; k < 8; k += 2) random.NormalPair(drawn[k], drawn[k + 1]);
   for (double& value : drawn) value = amount * std::clamp(value, -2.0, 2.0);
-  style.pace = std::exp(0.2 * drawn[0]);
-  style.trunk = kDegree * Vector3d(5.0 * drawn[1], 7.0 * drawn[2], 5.0 * drawn[3]);
-  style.elbow = 15.0 * kDegree * drawn[4];
-  style.other_arm = 8.0 * kDegree * Vector3d(drawn[5], 0.0, drawn[6]);
+  style.pace = std::exp(0.27 * drawn[0]);
+  style.trunk = kDegree * Vector3d(std::max(-4.0, 7.0 * drawn[1]), 10.0 * drawn[2], 5.0 * drawn[3]);
+  style.elbow = 20.0 * kDegree * drawn[4];
+  style.other_arm = 13.0 * kDegree * Vector3d(drawn[5], 0.0, drawn[6]);
   style.other_elbow = std::min(70.0, 25.0 * std::abs(drawn[7]) * 1.4) * kDegree;
   return style;
 }

@@ -20,8 +20,9 @@ struct SampleStyle {
   double other_elbow = 0.0;            ///< bend of the other elbow, 0 or more
 };
 
-/// Sample 0 of every seed has none. Pace varies by a fifth, the trunk by 5 to 7 degrees, the elbow
-/// by 15, the other arm by 8 with the elbow bent by up to 70. `amount` multiplies all of it.
+/// Sample 0 of every seed has none. Pace varies by a quarter, the trunk by 5 to 10 degrees (little
+/// backwards), the elbow by 20, the other arm by 13 with the elbow bent by up to 70. `amount`
+/// multiplies all of it.
 SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount);
 
 /// Key frames of a right-handed person as somebody of that style does them: nothing changes in the
