@@ -160,9 +160,6 @@ void AddEvaluateNaturalness(CLI::App& evaluate, int& exit_code) {
       "  holdfast evaluate naturalness reaches/captured/held_out --at-most 200 \\\n"
       "      --against others=reaches/captured/train --against made=reaches/made \\\n"
       "      --limits reaches/captured/train -o out/natural_data\n"
-      "  holdfast evaluate naturalness reaches/captured/held_out --reaches starts_and_goals.csv "
-      "\\\n"
-      "      --reaches-root captures -o out/blind\n"
       "Clips of another frame rate are resampled to "
       "30 Hz.\n");
   command->callback([options, &exit_code] {
