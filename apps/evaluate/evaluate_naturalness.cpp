@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "apps/evaluate/naturalness_page.h"
+#include "apps/evaluate/naturalness_reaches.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 
@@ -27,6 +28,7 @@ struct EvaluateNaturalnessOptions {
   int at_most = 0;                  // of each set, spread evenly; 0: all
   std::string output;
   NaturalnessOptions study;
+  NaturalnessReachOptions reaches;
 };
 
 std::string FolderName(const std::string& path) {
@@ -75,9 +77,13 @@ Outcome EvaluateNaturalness(const EvaluateNaturalnessOptions& options) {
   const CommonOptions& common = options.common;
   const fs::path folder = options.output;
   RequireNewFolder(folder, common);
-  const std::vector<MotionSet> sets = SetsOf(options);
+  std::vector<MotionSet> sets = SetsOf(options);
   NaturalnessOptions asked = options.study;
   asked.body = LoadBody(options.body);
+  const NaturalnessReaches reaches =
+      MakeNaturalnessReaches(options.reaches, asked.body, folder, common);
+  if (reaches.stopped) return {kInterrupted, {}, {}};
+  sets.insert(sets.end(), reaches.sets.begin(), reaches.sets.end());
   for (const std::string& path : options.limits) AddFiles(asked.limits, path);
   asked.limits.label = fmt::format("{}", fmt::join(options.limits, ", "));
   asked.seed = common.seed;
@@ -93,7 +99,12 @@ Outcome EvaluateNaturalness(const EvaluateNaturalnessOptions& options) {
   Outcome outcome;
   outcome.summary = JsonHead("holdfast/evaluate-naturalness/1", common);
   outcome.summary.update(NaturalnessJson(study));
-  const std::string table = NaturalnessTable(study);
+  if (!reaches.sets.empty()) {
+    outcome.summary["reaches"] = reaches.json;
+    outcome.summary["reaches_list"] = options.reaches.list;
+  }
+  const std::string table =
+      NaturalnessTable(study) + (reaches.text.empty() ? "" : "\n" + reaches.text);
   fs::create_directories(folder);
   WriteAtomically(folder / "results.json", outcome.summary.dump(1) + "\n");
   WriteAtomically(folder / "results.md", table);
@@ -127,6 +138,7 @@ void AddEvaluateNaturalness(CLI::App& evaluate, int& exit_code) {
                    "Captured clips, or folders of them, that joint limits are taken from; the "
                    "reference where left out")
       ->allow_extra_args(false);
+  AddNaturalnessReachOptions(*command, what.reaches);
   command->add_option("--body", what.body, "Body model in place of the embedded one");
   AddOption(*command, "--way", what.study.least_way_m,
             "Metres that a motion's pelvis must get away for measures of walks",

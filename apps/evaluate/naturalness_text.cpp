@@ -146,6 +146,16 @@ std::string NaturalnessTable(const NaturalnessStudy& study) {
         "degrees while waiting\n",
         column.set.label, share * column.NumCrouchingTwice(), share * column.NumLeaningBack());
   }
+  const double captured_m = study.columns[0].pair_distance_m;
+  for (const NaturalnessColumn& column : study.columns) {
+    if (!std::isfinite(column.pair_distance_m)) continue;
+    text += fmt::format("{}: joints of two motions are {:.1f} cm apart on average",
+                        column.set.label, 100.0 * column.pair_distance_m);
+    text += &column == study.columns.data() || !(captured_m > 0.0)
+                ? "\n"
+                : fmt::format(", {:.2f} of {}\n", column.pair_distance_m / captured_m,
+                              study.columns[0].set.label);
+  }
   for (std::size_t c = 1; c < study.columns.size(); ++c) {
     text += fmt::format("\nWhat sets {} apart: {}.\n", study.columns[c].set.label,
                         ApartText(study, study.columns[c], 6));
@@ -164,6 +174,7 @@ json NaturalnessJson(const NaturalnessStudy& study) {
                 {"minutes", column.Minutes()},
                 {"crouch_twice", column.NumCrouchingTwice()},
                 {"lean_back", column.NumLeaningBack()},
+                {"pair_distance_m", OrNull(column.pair_distance_m)},
                 {"mean_distance", reference ? json() : OrNull(column.mean_distance)},
                 {"mean_distance_by_chance", reference ? json() : OrNull(column.mean_by_chance)}};
     if (!reference) {

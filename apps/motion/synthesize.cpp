@@ -55,6 +55,12 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   AddOption(*command, "--samples", job.samples, "Motions to choose from", CLI::Range(1, 10'000));
   AddOption(*command, "--sigma", job.sigma, "Standard deviation of the latents; 0: the mean motion",
             CLI::Range(0.0, 3.0));
+  AddOption(*command, "--style", job.style,
+            "How much samples differ in pace and posture; 0: by their latents alone. The first "
+            "sample has none",
+            CLI::Range(0.0, 2.0));
+  command->add_flag("--all", job.all,
+                    "Keep all samples: samples/NN.npz, best first, before the object is fitted");
   AddOption(*command, "--frame-rate", job.frame_rate, "Frame rate of the output, Hz",
             CLI::Range(5.0, 240.0));
   command->add_flag("--and-back", job.and_back,

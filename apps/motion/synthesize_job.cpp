@@ -12,6 +12,7 @@
 #include "generator/imos/synthesis_network.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
+#include "solver/actions/action_clip.h"
 #include "solver/synthesis/synthesize.h"
 
 namespace holdfast::apps {
@@ -142,6 +143,8 @@ nlohmann::json SynthesisJson(const SynthesizeJob& job, const imos::Intent& inten
           {"samples", faults},
           {"switch_key_frame", made.samples.front().keys.switch_frame},
           {"sigma", job.sigma},
+          {"style", job.style},
+          {"pace", made.samples.front().style.pace},
           {"and_back", job.and_back}};
 }
 
@@ -163,6 +166,16 @@ FitJob FitJobOf(const SynthesizeJob& job, const SynthesizedMotion& made) {
   return fit;
 }
 
+// Before the fit: the object is where the key frames have it.
+void WriteSamples(const SynthesizeJob& job, bool mirrored, const SynthesizedMotion& made) {
+  const std::filesystem::path folder = std::filesystem::path(job.output) / "samples";
+  std::filesystem::create_directories(folder);
+  for (std::size_t rank = 0; rank < made.samples.size(); ++rank) {
+    const Clip& motion = made.samples[rank].motion;
+    WriteClip(mirrored ? MirrorClip(motion) : motion, folder / fmt::format("{:02d}.npz", rank));
+  }
+}
+
 }  // namespace
 
 Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
@@ -181,6 +194,9 @@ Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
   options.key_frames = job.key_frames;
   options.samples = job.samples;
   options.sigma = job.sigma;
+  options.style = job.style;
+  options.keep_pace = job.seconds.has_value();
+  options.finish_all = job.all;
   options.frame_rate = job.frame_rate;
   options.and_back = job.and_back;
   options.action_table = network.action_table;
@@ -201,6 +217,7 @@ Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
   FitLibrary library;
   Outcome outcome = RunFitJob(fit, common, library);
   if (outcome.summary.is_null()) return outcome;
+  if (job.all) WriteSamples(job, start.held.mirrored, made);
   if (at_face) {
     outcome.text += fmt::format("\n  at the face         {:.1f} mm from its place in frame {}",
                                 1000.0 * at_face->distance_m, at_face->frame);

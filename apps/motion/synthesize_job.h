@@ -32,6 +32,7 @@ struct SynthesizeJob {
   int key_frames = 15;
   int samples = 8;
   double sigma = 1.0;
+  double style = 1.0;  ///< how much samples differ in pace and posture
   double frame_rate = 30.0;
   bool all = false;       ///< keep every sample
   bool and_back = false;  ///< the object goes back to where it was

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "generator/scripted/reach_motion.h"
+#include "generator/walk_statistics/set_spread.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
@@ -17,8 +18,9 @@
 namespace holdfast {
 namespace {
 
-constexpr double kMotionRate = 30.0;  // Hz
-constexpr double kFarthest = 5.0;     // that a measure counts in the mean distance
+constexpr double kMotionRate = 30.0;   // Hz
+constexpr std::size_t kCompared = 64;  // motions of a set, pair by pair
+constexpr double kFarthest = 5.0;      // that a measure counts in the mean distance
 
 // `progress` asked for an end.
 struct NaturalnessStopped {};
@@ -36,6 +38,8 @@ class MotionReader {
  public:
   explicit MotionReader(std::shared_ptr<const BodyModel> model)
       : model_(std::move(model)), mean_(Make(model_, {})) {}
+
+  const Eigen::Matrix3Xd& MeanJoints() const { return mean_.measures.rest_joints; }
 
   LoadedMotion Read(const MotionFile& file) const {
     ImportFileOptions import;
@@ -88,16 +92,22 @@ class StyleMeasurement {
     for (const MotionSet& set : sets_) {
       const bool is_reference = &set == sets_.data();
       std::vector<MotionStyle> styles(set.files.size());
+      std::vector<std::vector<BodyFrame>> compared(std::min(set.files.size(), kCompared));
       ForAll(set.files.size(), 1, [&](int i) {
         LoadedMotion loaded;
         if (!is_reference) loaded = reader_.Read(set.files[i]);
         LoadedMotion& motion = is_reference ? captured[i] : loaded;
         motion.body.limits = &limits;
         styles[i] = MeasureStyle(motion.frames, motion.body);
+        const std::size_t all = set.files.size(), k = i * compared.size() / all;
+        if (static_cast<std::size_t>(i) == (k * all + compared.size() - 1) / compared.size()) {
+          compared[k] = motion.frames;
+        }
         const std::lock_guard lock(mutex_);
         other_shapes_ += motion.other_shape ? 1 : 0;
       });
       study.columns.push_back(ColumnOf(set, std::move(styles)));
+      study.columns.back().pair_distance_m = SetSpread(compared, reader_.MeanJoints());
     }
   }
 

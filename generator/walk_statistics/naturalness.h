@@ -22,7 +22,8 @@ struct NaturalnessColumn {
   std::array<StyleDistance, kNumStyleMeasures> distance;  ///< NaN for the reference itself
   std::vector<Oddness> oddness;                           ///< of the motions
   double mean_distance = 0;                               ///< over measures, each at most 5
-  double mean_by_chance = 0;                              ///< of their `by_chance`
+  double pair_distance_m = 0;  ///< SetSpread of the motions, of 64 of them where there are more
+  double mean_by_chance = 0;   ///< of their `by_chance`
 
   int NumMotions() const { return static_cast<int>(set.motions.size()); }
   int NumWalks() const;

@@ -12,6 +12,7 @@
 ///   joint_error.h        errors of joints and fingertips
 ///   motion_metrics.h     speed, acceleration, jerk, foot skating
 ///   reach_faults.h       second crouches, leaning back
+///   set_spread.h         SetSpread: how much motions of a set differ
 ///   motion_style.h       measures and curves of a walk
 ///   style_comparison.h   distances between sets of motions
 ///   motion_set.h         the clips of a set

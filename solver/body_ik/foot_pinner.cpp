@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "generator/body/limb_ik.h"
@@ -12,6 +13,22 @@ namespace holdfast {
 FootPinner::FootPinner(Eigen::Matrix3Xd rest_joints, double sole_y)
     : rest_joints_(std::move(rest_joints)), soles_(rest_joints_, sole_y) {
   drift_.fill(Eigen::Vector2d::Zero());
+}
+
+void FootPinner::LevelToes(BodyFrame& frame) const {
+  constexpr double kAll = 0.03, kNothing = 0.10;  // metres of the ball above the ground
+  const BodyPlacement placed = Place(rest_joints_, frame);
+  const Soles soles = soles_.At(placed);
+  for (const int foot : {0, 1}) {
+    const int joint = foot == 0 ? kLeftFoot : kRightFoot;
+    const Eigen::Matrix3d& toes = placed.rotation[joint];
+    const double down = -std::asin(std::clamp(toes(2, 2), -1.0, 1.0));  // of the rest frame's z
+    const double share = MinimumJerk((kNothing - soles(2, 2 * foot + 1)) / (kNothing - kAll));
+    if (down <= 0.0 || share <= 0.0) continue;
+    frame.local[joint] = (frame.local[joint] * Eigen::Quaterniond(Eigen::AngleAxisd(
+                                                   -share * down, Eigen::Vector3d::UnitX())))
+                             .normalized();
+  }
 }
 
 bool FootPinner::CanStand(int foot) const {
@@ -43,7 +60,7 @@ void FootPinner::Choose() {
     Foot& it = feet_[foot];
     const Foot& other = feet_[1 - foot];
     if (!it.stands || !other.stands || other.frames < kLeastStance) continue;
-    if (it.correction.head<2>().norm() < kFarthest) continue;
+    if (it.correction.head<2>().norm() < kFarthest && std::abs(it.yaw) < kMostYaw) continue;
     it.stands = false;
     it.frames = 0;
     it.steps = kStep;
@@ -56,16 +73,19 @@ void FootPinner::Correct(int foot) {
   double height = -lowest_[foot];
   if (it.stands) {
     it.correction.head<2>() -= drift_[foot];
+    it.yaw = std::clamp(it.yaw - turn_[foot], -kMostYaw, kMostYaw);
   } else if (it.steps > 0) {
     // The rest of the way in the rest of the frames, slower at both ends.
     const double before = MinimumJerk(1.0 - static_cast<double>(it.steps) / kStep);
     const double after = MinimumJerk(1.0 - static_cast<double>(it.steps - 1) / kStep);
     it.correction.head<2>() *= (1.0 - after) / (1.0 - before);
+    it.yaw *= (1.0 - after) / (1.0 - before);
     const double phase = 1.0 - static_cast<double>(it.steps - 1) / kStep;
     height = std::max(0.0, height) + kLift * 4.0 * phase * (1.0 - phase);
     --it.steps;
   } else {
     it.correction.head<2>() *= kBack;
+    it.yaw *= kBack;
     const double clearance =
         kClearance * std::clamp((speed_[foot] - kSlow) / (2.0 * kSlow), 0.0, 1.0);
     height = std::max(0.0, clearance - lowest_[foot]);
@@ -75,6 +95,7 @@ void FootPinner::Correct(int foot) {
 }
 
 void FootPinner::Pin(BodyFrame& frame) {
+  LevelToes(frame);
   const BodyPlacement placed = Place(rest_joints_, frame);
   now_ = soles_.At(placed);
   if (frame_ == 0) last_ = now_;
@@ -84,12 +105,23 @@ void FootPinner::Pin(BodyFrame& frame) {
     drift_[foot] = (now_.col(point) - last_.col(point)).head<2>();
     speed_[foot] = kFrameRate * drift_[foot].norm();
     lowest_[foot] = std::min(now_(2, heel), now_(2, ball));
+    const Eigen::Vector2d points = (now_.col(ball) - now_.col(heel)).head<2>();
+    const double heading = std::atan2(points.y(), points.x());
+    turn_[foot] =
+        frame_ == 0 ? 0.0 : std::remainder(heading - heading_[foot], 2.0 * std::numbers::pi);
+    heading_[foot] = heading;
   }
   Choose();
   FeetTarget feet = FeetOf(placed);
   for (const int foot : {0, 1}) {
     if (frame_ > 0) Correct(foot);
-    feet.ankle[foot] += feet_[foot].correction;
+    // The foot turns about the point that is pinned.
+    const int point = 2 * foot + (now_(2, 2 * foot + 1) < kLow ? 1 : 0);
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(feet_[foot].yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const Eigen::Vector3d pivot = now_.col(point);
+    feet.rotation[foot] = turn * feet.rotation[foot];
+    feet.ankle[foot] = pivot + turn * (feet.ankle[foot] - pivot) + feet_[foot].correction;
   }
   const double needed = std::min(PelvisSink(rest_joints_, {frame}, {feet})[0], kMostSink);
   sink_ = std::clamp(needed, sink_ - kSinkOut, sink_ + kSinkIn);

@@ -16,8 +16,9 @@ namespace holdfast {
 /// and slow (under 4 cm, 0.5 m/s along the ground) begins a stance, high or fast (6 cm, 1 m/s) ends
 /// it. In a stance the ball (else the heel) stays in its place and the lower of them on z = 0; in
 /// the air the foot goes back to where the motion has it. A foot dragged farther than 6 cm makes a
-/// small step where the other carries. The pelvis sinks, by 10 cm at most, where legs would not
-/// reach.
+/// small step where the other carries. A foot that stands keeps the way it points. Toes near the
+/// ground do not point into it: they bend up, as under a heel that is raised. The pelvis sinks, by
+/// 10 cm at most, where legs would not reach.
 class FootPinner {
  public:
   /// `rest_joints` (3 x 55) is copied; the soles stand at y = `sole_y` in the rest pose. Metres.
@@ -37,6 +38,7 @@ class FootPinner {
   static constexpr double kSlow = 0.5, kFast = 1.0;   // m/s
   static constexpr double kAirborne = 0.12;           // metres: nothing carries
   static constexpr double kFarthest = 0.06;           // metres: a foot dragged farther makes a step
+  static constexpr double kMostYaw = 0.35;            // radians: so does one turned farther
   static constexpr double kGivesWay = 0.03;           // metres: so far the motion is left alone
   static constexpr int kStep = 8;                     // frames of that step
   static constexpr int kFadeIn = 10;                  // frames
@@ -53,8 +55,10 @@ class FootPinner {
     int frames = 0;  // since that changed
     int steps = 0;   // frames left of a small step
     Eigen::Vector3d correction = Eigen::Vector3d::Zero();
+    double yaw = 0.0;  // correction of the way that it points
   };
   bool CanStand(int foot) const;
+  void LevelToes(BodyFrame& frame) const;
   void Choose();
   void Correct(int foot);
 
@@ -65,6 +69,7 @@ class FootPinner {
   std::array<double, 2> lowest_ = {};  // metres
   std::array<double, 2> speed_ = {};   // m/s
   std::array<Eigen::Vector2d, 2> drift_;
+  std::array<double, 2> heading_ = {}, turn_ = {};  // radians, about the vertical; since the last
   std::array<Foot, 2> feet_;
   double sink_ = 0.0;
 };

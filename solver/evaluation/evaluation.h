@@ -9,6 +9,7 @@
 ///   study_blocks.h        files of blocks, by question
 ///   reach_study.h         ReachStudy: WANDR's protocol by variant
 ///   captured_reaches.h    starts and skating of captured clips
+///   listed_reaches.h      reaches from a list of starts and goals
 ///   reach_method_study.h  MethodStudy: methods on the same cases
 ///   reach_methods.h       the methods compared, baselines first
 ///   handover_study.h      switches found in synthetic hand-overs
@@ -23,6 +24,7 @@
 #include "solver/evaluation/captured_reaches.h"
 #include "solver/evaluation/handover_study.h"
 #include "solver/evaluation/hold_study.h"
+#include "solver/evaluation/listed_reaches.h"
 #include "solver/evaluation/marker_study.h"
 #include "solver/evaluation/pass_study.h"
 #include "solver/evaluation/reach_methods.h"

@@ -8,11 +8,13 @@
 
 #include <fmt/format.h>
 
+#include "generator/body/limb_ik.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/pose_delta.h"
 #include "generator/wandr/reach_goals.h"
 #include "geometry/error.h"
+#include "solver/body_ik/arm_swing.h"
 #include "solver/body_ik/frame_pose.h"
 #include "solver/body_ik/wrist_placement.h"
 #include "solver/reach/follow_cost.h"
@@ -23,7 +25,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kFrame_s = 1.0 / wandr::kFramesPerSecond;
-constexpr std::array<int, 4> kLooksAhead = {12, 18, 26, 40};  // frames
+constexpr std::array<int, 4> kLooksAhead = {12, 18, 26, 40};  // frames; in reach
+constexpr std::array<int, 4> kWalksFor = {0, 15, 30, 60};     // frames beyond the way's; far away
 constexpr int kPushFrames = 9;
 constexpr double kFarthest = 20.0;  // metres
 
@@ -56,6 +59,30 @@ struct GoalFollower::Loop {
     return Place(measures.rest_joints, frame).joints.col(kRightWrist);
   }
 
+  // Who has a way to go is told of a later deadline, or the network lunges.
+  int LooksAhead(int candidate) const {
+    const auto k = static_cast<std::size_t>(candidate) % kLooksAhead.size();
+    const auto walks = static_cast<int>(std::max(0.0, way_left) / kWalking * 30.0);
+    return walks == 0 ? kLooksAhead[k] : std::min(240, kLooksAhead[0] + walks + kWalksFor[k]);
+  }
+
+  // Whether the goal is or comes within reach, and how far the arm has been raised.
+  void ChooseReach() {
+    const Vector3d before = shoulder;
+    const BodyFrame frame = FrameOf(here.pose.Cast<double>(), measures.rest_joints.col(0));
+    const BodyPlacement placed = Place(measures.rest_joints, frame);
+    shoulder = placed.joints.col(kRightShoulder);
+    if (steps++ > 0) walk += 0.15 * ((shoulder - before) / kFrame_s - walk);
+    const auto away = [&](double frames) {
+      return (goal.After(frames) - shoulder - frames * kFrame_s * walk).norm();
+    };
+    const double soon = std::min(away(0.0), away(kRaise));
+    if (soon < kWithin) raises = true;
+    if (soon > kBeyond) raises = false;
+    raised = std::clamp(raised + (raises ? 1.0 : -0.7) / kRaise, 0.0, 1.0);
+    way_left = (goal.After(0.0) - placed.joints.col(kPelvis)).head<2>().norm() - 0.8;
+  }
+
   // Of every candidate: latents, and the goal some frames ahead.
   void Draw() {
     const Eigen::Index size = network.LatentSize(), all = latents.rows();
@@ -64,8 +91,7 @@ struct GoalFollower::Loop {
     plans.resize(static_cast<std::size_t>(options.candidates));
     ahead.resize(plans.size());
     for (int i = 0; i < options.candidates; ++i) {
-      ahead[i] =
-          i == 0 ? best_ahead : kLooksAhead[static_cast<std::size_t>(i) % kLooksAhead.size()];
+      ahead[i] = i == 0 ? best_ahead : LooksAhead(i);
       plans[i] = {{goal.After(ahead[i]), ahead[i]}};
       auto z = latents.col(i);
       if (i == 0) {
@@ -86,6 +112,7 @@ struct GoalFollower::Loop {
   void Choose() {
     Draw();
     const int count = options.candidates;
+    const auto reaches = static_cast<float>(MinimumJerk(raised));
     starts.assign(static_cast<std::size_t>(count), here);
     rollout.Begin(starts, plans);
     const Eigen::Index size = network.LatentSize();
@@ -98,7 +125,7 @@ struct GoalFollower::Loop {
       const Eigen::Vector3f wanted = goal.After(t + 1.0).cast<float>();
       for (int i = 0; i < count; ++i) {
         cost.Place(rollout.Poses(t + 1)[i], now[i]);
-        costs[i] += cost(before[i], now[i], wanted);
+        costs[i] += cost(before[i], now[i], wanted, reaches);
       }
       before.swap(now);
     }
@@ -131,20 +158,26 @@ struct GoalFollower::Loop {
     hand += kFrame_s * hand_velocity;
   }
 
-  // The hand goes to its place as far as that is within reach of the shoulder.
+  // Arms swing that do not reach. The hand goes to its place as far as the arm has been raised and
+  // that is within reach: trunks bend for no goal that only walking brings nearer.
   void PlaceHand(BodyFrame& frame) {
-    constexpr double kAll = 0.80, kNothing = 1.30;  // metres from the shoulder
-    const auto joints = Place(measures.rest_joints, frame).joints;
-    const double away = (hand - joints.col(kRightShoulder)).norm();
-    const double share = MinimumJerk((kNothing - away) / (kNothing - kAll));
+    constexpr double kBends = 0.18;  // metres beyond the arm
+    const double share = MinimumJerk(raised);
+    const double walks = MinimumJerk(walk.head<2>().norm() / kWalking);
+    SwingArms(measures.rest_joints, {1.0, 1.0 - share}, walks, frame);
     if (share <= 0.0) return;
-    const Vector3d wrist = joints.col(kRightWrist);
-    PlaceWrist(measures.rest_joints, Side::kRight, wrist + share * (hand - wrist), frame);
+    const auto joints = Place(measures.rest_joints, frame).joints;
+    const Vector3d root = joints.col(kRightShoulder), wrist = joints.col(kRightWrist);
+    const Vector3d way = hand - root;
+    const double farthest = MaxReach(measures.rest_joints, Arm(Side::kRight)) + kBends;
+    const Vector3d place = root + way * std::min(1.0, farthest / std::max(way.norm(), 1e-9));
+    PlaceWrist(measures.rest_joints, Side::kRight, wrist + share * (place - wrist), frame);
   }
 
   wandr::Pose<double> Step(Vector3d at) {
     if (mirrored) at = wandr::MirroredPoint(at);
     goal.See(at);
+    ChooseReach();
     Choose();
     if (push_frames > 0) {
       const double done = MinimumJerk(1.0 - static_cast<double>(push_frames - 1) / kPushFrames) -
@@ -168,7 +201,11 @@ struct GoalFollower::Loop {
     return wandr::PoseOf<double>(wandr::MirroredStates(state).col(0));
   }
 
-  static constexpr double kYield = 0.5;  // of a foot's drag, in a frame
+  static constexpr double kYield = 0.5;    // of a foot's drag, in a frame
+  static constexpr double kWalking = 1.1;  // m/s
+  // Metres from the shoulder: an arm is raised for what comes within, lowered for what is beyond.
+  static constexpr double kWithin = 0.75, kBeyond = 1.0;
+  static constexpr double kRaise = 16.0;  // frames
 
   FollowOptions options;
   bool mirrored;
@@ -190,6 +227,10 @@ struct GoalFollower::Loop {
   Vector3d hand, hand_velocity;
   Vector3d push = Vector3d::Zero();
   int push_frames = 0, pushed_for = 0;
+  int steps = 0;
+  Vector3d shoulder = Vector3d::Zero(), walk = Vector3d::Zero();  // of the network; m/s
+  bool raises = false;
+  double raised = 0.0, way_left = 0.0;  // 0 to 1; metres before one stands close enough
 };
 
 GoalFollower::GoalFollower(const ReachPerson& person, const wandr::NetworkWeights& network,

@@ -19,8 +19,8 @@ namespace holdfast {
 
 struct FollowOptions {
   Side side = Side::kRight;
-  int candidates = 24;  ///< motions tried in every frame; time grows with both
-  int horizon = 12;     ///< frames that they look ahead
+  int candidates = 48;  ///< motions tried in every frame; time grows with both
+  int horizon = 14;     ///< frames that they look ahead
   double sigma = 0.7;   ///< of the latents drawn anew
   std::uint64_t seed = 1;
 };
@@ -31,12 +31,14 @@ struct FollowOptions {
 ///   GoalFollower follower(StandingPerson(BodyModel::Default()), wandr::DefaultNetwork());
 ///   while (...) show(follower.Step(goal_now));
 ///
-/// In every frame the network is rolled out from where it is with some draws of latents, the last
-/// frame's best among them, and intentions that look ahead by more or less; the motion that costs
-/// least (way to where the goal will be, feet that slide, leaning) gives the next pose. Then feet
-/// are pinned (FootPinner) and trunk and arm bring the wrist to the goal where it is in reach
-/// (PlaceWrist), along a path of its own of limited speed, so that a goal that jumps does not make
-/// the hand jump. Network and body are one loop: what pinned feet hold back, the network is told.
+/// A goal that is or comes within reach is reached for; to one that is farther away the person
+/// walks upright with swinging arms (SwingArms), and raises the arm in time. In every frame the
+/// network is rolled out from where it is with some draws of latents, the last frame's best among
+/// them, and intentions that look ahead by more or less; the motion that costs least (FollowCost)
+/// gives the next pose. Then feet are pinned (FootPinner) and trunk and arm bring the wrist to the
+/// goal as far as that is in reach (PlaceWrist), along a path of its own of limited speed, so that
+/// a goal that jumps does not make the hand jump. Network and body are one loop: what pinned feet
+/// hold back, the network is told.
 class GoalFollower {
  public:
   /// Goes on from the last frame of `person`. `network` is copied into a runnable one. Throws Error

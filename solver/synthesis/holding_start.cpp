@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "solver/synthesis/holding_start.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,16 @@ constexpr int kTries = 6;  // of a start, in other styles
 std::unique_ptr<const ActionProp> PropOf(const LoadedObject& object, bool mirrored, int threads) {
   return std::make_unique<const ActionProp>(MakeActionProp(
       object.name, object.mesh, ForFitting(object, kPairVertices, nullptr), mirrored, threads));
+}
+
+// What is bitten is not in the hand, where there are other grasps. `grasps` of a right hand.
+void LeaveFreeWhatIsBitten(const ObjectMarks& marks, std::vector<Grasp>& grasps) {
+  constexpr double kCovers_m = 0.07;
+  const Eigen::Vector3d middle(-0.09, -0.03, 0.0);  // of the closed hand, in the wrist's frame
+  const auto covers = [&](const Grasp& grasp) {
+    return (grasp.wrist_from_object * marks.tip - middle).norm() < kCovers_m;
+  };
+  if (!std::ranges::all_of(grasps, covers)) std::erase_if(grasps, covers);
 }
 
 }  // namespace
@@ -68,6 +79,9 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   std::vector<Grasp> grasps =
       FindActionGrasps(right, shape, options.seed, kGraspChoice, &hold.grasp, options.threads);
   if (grasps.empty()) return hold;
+  if (action == "eat" && prop.marks.size.x() > 2.0 * prop.marks.size.y()) {
+    LeaveFreeWhatIsBitten(prop.marks, grasps);
+  }
   std::vector<GraspPair> pairs;
   if (action == "offhand") {
     pairs = FindGraspPairs(right, left, shape, grasps, options.seed, kPairTries);

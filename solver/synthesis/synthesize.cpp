@@ -66,6 +66,12 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
     SynthesizedSample& sample = result.samples[i];
     sample.keys = std::move(made[i]);
     sample.number = i;
+    // The hand that takes over has its own way to go: left as it is.
+    if (sample.keys.switch_frame < 0) {
+      sample.style = DrawSampleStyle(options.seed, i, options.style);
+      if (options.keep_pace) sample.style.pace = 1.0;
+      ApplySampleStyle(sample.style, start.actor->Measures().rest_joints, sample.keys.clip);
+    }
     sample.motion = MotionOfKeyFrames(sample.keys.clip, start.actor->Measures(), options.frame_rate,
                                       options.seed + static_cast<std::uint64_t>(i));
     ActionQuality quality;
@@ -75,13 +81,15 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
   std::ranges::stable_sort(result.samples, {}, &SynthesizedSample::faults);
   result.stopped = progress && !progress("synthesize", 1, 1);
   SynthesizedSample& best = result.samples.front();
-  if (best.keys.switch_frame < 0) {
-    RefitAtFace(*start.actor, *start.prop, action, best.motion);
-    result.lets_go = options.and_back && StandsOnTable(start);
-    if (options.and_back) {
-      AddReturn(start.actor->Measures().rest_joints, result.lets_go, best.motion);
-    }
-  }
+  result.lets_go = best.keys.switch_frame < 0 && options.and_back && StandsOnTable(start);
+  const int finished = options.finish_all ? static_cast<int>(result.samples.size()) : 1;
+  ParallelFor(finished, options.threads, [&](int i) {
+    SynthesizedSample& sample = result.samples[i];
+    if (sample.keys.switch_frame >= 0) return;
+    RefitAtFace(*start.actor, *start.prop, action, sample.motion);
+    if (!options.and_back) return;
+    AddReturn(start.actor->Measures().rest_joints, StandsOnTable(start), sample.motion);
+  });
   result.motion = start.mirrored ? MirrorClip(best.motion) : best.motion;
   result.motion.action = action;
   result.first_hand = start.mirrored ? Side::kLeft : Side::kRight;

@@ -14,6 +14,7 @@
 #include "geometry/progress.h"
 #include "solver/synthesis/face_refit.h"
 #include "solver/synthesis/holding_start.h"
+#include "solver/synthesis/sample_style.h"
 #include "solver/synthesis/synthesis.h"
 
 /// A motion for a person who holds an object and an intent: key frames by IMoS's loop, the best of
@@ -30,7 +31,10 @@ struct SynthesizeOptions {
   int key_frames = imos::kNumKeyFrames;  ///< with those of the start
   int samples = 8;                       ///< motions to choose from
   double sigma = 1.0;                    ///< of the latents
-  double frame_rate = 30.0;              ///< Hz, of the motion
+  double style = 1.0;        ///< how much samples differ in pace and posture (SampleStyle); 0: not
+  bool keep_pace = false;    ///< all samples take the time that was asked for
+  bool finish_all = false;   ///< RefitAtFace and AddReturn of all samples, not of the best alone
+  double frame_rate = 30.0;  ///< Hz, of the motion
   /// The object goes back to where it was (AddReturn); on a table the hand lets go of it.
   bool and_back = false;
   /// (29 x E) embeddings of the actions; none: the networks' own.
@@ -45,6 +49,7 @@ struct SynthesizedSample {
   double faults =
       0.0;         ///< what is wrong with it, in units of what a synthetic clip may have at most
   int number = 0;  ///< before they were ranked
+  SampleStyle style;
 };
 
 struct SynthesizedMotion {
@@ -53,7 +58,7 @@ struct SynthesizedMotion {
   std::optional<int> switch_frame;  ///< in which the other hand takes the object over
   Side first_hand = Side::kRight;
   bool lets_go = false;                    ///< at the end: CarryOptions::clear_passages
-  std::vector<SynthesizedSample> samples;  ///< best first
+  std::vector<SynthesizedSample> samples;  ///< best first, right-handed (MirrorClip for the left)
   double loop_s = 0.0;                     ///< of making all key frames
 };
 

@@ -78,5 +78,26 @@ TEST_F(PinnedFeet, SolesComeOutOfTheGround) {
   EXPECT_GT(SolesOf(frame).row(2).minCoeff(), -0.005);
 }
 
+TEST_F(PinnedFeet, ToesDoNotPointIntoTheGround) {
+  BodyFrame frame = standing;
+  frame.local[kLeftFoot] = Eigen::Quaterniond(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitX()));
+  ASSERT_LT(Place(body.rest_joints, frame).rotation[kLeftFoot](2, 2), -0.4);
+  pinner.Pin(frame);
+  EXPECT_GT(Place(body.rest_joints, frame).rotation[kLeftFoot](2, 2), -0.05);
+}
+
+TEST_F(PinnedFeet, AFootThatStandsKeepsTheWayItPoints) {
+  BodyFrame turns = standing;
+  pinner.Pin(turns);
+  const Soles before = SolesOf(turns);
+  for (int t = 1; t <= 15; ++t) {
+    turns = standing;
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.01 * t, Eigen::Vector3d::UnitZ()));
+    turns.local[kPelvis] = turn * turns.local[kPelvis];
+    pinner.Pin(turns);
+  }
+  EXPECT_LT((SolesOf(turns) - before).topRows<2>().cwiseAbs().maxCoeff(), 0.01);
+}
+
 }  // namespace
 }  // namespace holdfast

@@ -62,6 +62,24 @@ TEST_F(FollowedGoal, TheHandIsAtAGoalThatMovesSlowly) {
   EXPECT_EQ(report.track.states.cols(), 121);
 }
 
+TEST_F(FollowedGoal, AnArmIsRaisedWhenTheGoalComesIntoReach) {
+  const std::vector<Vector3d> goals(240, Vector3d(0.5, -3.5, 1.2));
+  const FollowReport report = FollowTrack(person, network, goals, {}, {});
+  const auto height = [&](int frame) {
+    return report.track.joints(3 * kRightWrist + 2, frame) -
+           report.track.joints(3 * kRightShoulder + 2, frame);
+  };
+  // On the way the hand hangs, and nobody leans far; then it is there.
+  for (int t = 15; report.distance_m[static_cast<std::size_t>(t)] > 1.8; ++t) {
+    EXPECT_LT(height(t), -0.25) << t;
+    const Eigen::Vector3f trunk =
+        report.track.joints.block<3, 1>(3 * kNeck, t) - report.track.joints.block<3, 1>(0, t);
+    EXPECT_GT(trunk.z(), 0.9f * trunk.norm()) << t;
+  }
+  EXPECT_LT(report.distance_m.back(), 0.03);
+  EXPECT_LT(report.skating, 0.15);
+}
+
 TEST_F(FollowedGoal, TheLeftHandFollowsInTheMirror) {
   std::vector<Vector3d> goals;
   for (int t = 0; t < 60; ++t) goals.emplace_back(0.2, -0.45 - 0.002 * t, 1.1);

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+#include "solver/synthesis/sample_style.h"
+
+#include <gtest/gtest.h>
+
+#include "generator/matching/body_frame.h"
+#include "generator/scripted/reach_motion.h"
+
+namespace holdfast {
+namespace {
+
+// The right hand goes up to the face with an object.
+Clip Raises(const BodyMeasures& body) {
+  ReachKey start, up;
+  start.wrist = {-0.25, -0.25, 1.0};
+  up.time_s = 1.0;
+  up.wrist = {-0.15, -0.30, 1.4};
+  Clip clip = MakeReachMotion(body, {start, up}, {.liveliness = 0.0});
+  clip.object.emplace();
+  clip.object->trans = clip.object->orient = Eigen::Matrix3Xd::Zero(3, clip.NumFrames());
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    const BodyFrame frame = BodyFrames(clip, body.rest_joints)[static_cast<std::size_t>(t)];
+    clip.object->SetPose(t, Place(body.rest_joints, frame).WorldFromJoint(kRightWrist));
+  }
+  return clip;
+}
+
+TEST(SampleStyle, TheFirstSampleHasNoneAndOthersDiffer) {
+  EXPECT_EQ(DrawSampleStyle(1, 0, 1.0).pace, 1.0);
+  EXPECT_EQ(DrawSampleStyle(1, 3, 0.0).pace, 1.0);
+  EXPECT_EQ(DrawSampleStyle(1, 3, 1.0).pace, DrawSampleStyle(1, 3, 1.0).pace);
+  EXPECT_NE(DrawSampleStyle(1, 3, 1.0).pace, DrawSampleStyle(1, 4, 1.0).pace);
+  EXPECT_NE(DrawSampleStyle(1, 3, 1.0).trunk, DrawSampleStyle(2, 3, 1.0).trunk);
+}
+
+TEST(SampleStyle, TheFirstFrameStaysAndTheObjectStaysWithTheHand) {
+  const BodyMeasures body = MeasureBody(*BodyModel::Default(), {});
+  const Clip before = Raises(body);
+  Clip after = before;
+  const SampleStyle style = DrawSampleStyle(1, 3, 1.0);
+  ApplySampleStyle(style, body.rest_joints, after);
+  EXPECT_NEAR(after.frame_rate, before.frame_rate / style.pace, 1e-12);
+  const std::vector<BodyFrame> was = BodyFrames(before, body.rest_joints);
+  const std::vector<BodyFrame> is = BodyFrames(after, body.rest_joints);
+  EXPECT_LT(
+      (Place(body.rest_joints, is.front()).joints - Place(body.rest_joints, was.front()).joints)
+          .cwiseAbs()
+          .maxCoeff(),
+      1e-9);
+  EXPECT_GT((Place(body.rest_joints, is.back()).joints - Place(body.rest_joints, was.back()).joints)
+                .colwise()
+                .norm()
+                .maxCoeff(),
+            0.03);
+  for (std::size_t t = 0; t < is.size(); ++t) {
+    const Eigen::Isometry3d wrist = Place(body.rest_joints, is[t]).WorldFromJoint(kRightWrist);
+    const Eigen::Isometry3d object = after.object->Pose(static_cast<Eigen::Index>(t));
+    EXPECT_LT((wrist.matrix() - object.matrix()).cwiseAbs().maxCoeff(), 1e-6) << t;
+  }
+}
+
+TEST(SampleStyle, AnElbowThatGoesOutLeavesTheHandWhereItIs) {
+  const BodyMeasures body = MeasureBody(*BodyModel::Default(), {});
+  const Clip before = Raises(body);
+  Clip after = before;
+  SampleStyle style;
+  style.elbow = 0.3;
+  ApplySampleStyle(style, body.rest_joints, after);
+  const auto placed = [&](const Clip& clip) {
+    return Place(body.rest_joints, BodyFrames(clip, body.rest_joints).back());
+  };
+  const BodyPlacement was = placed(before), is = placed(after);
+  EXPECT_LT((is.WorldFromJoint(kRightWrist).matrix() - was.WorldFromJoint(kRightWrist).matrix())
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-6);
+  EXPECT_GT((is.joints.col(kRightElbow) - was.joints.col(kRightElbow)).norm(), 0.02);
+}
+
+}  // namespace
+}  // namespace holdfast
