@@ -305,11 +305,13 @@ TEST_F(RobotTerms, RememberOnlyWhatIsFar) {
   PosedRobot posed(hand_);
   int touching = 0, meeting = 0;
   for (int step = 0; step < 300; ++step) {
-    const double size = step % 30 == 0 ? 0.3 : 0.02;
-    for (double& number : pose_.q.reshaped()) number += size * normal(random);
-    pose_.q = hand_.Clamped(pose_.q);
-    if (step > 150) pose_.q *= 1.01;
-    pose_.T += 0.05 * size * Eigen::Vector3d(normal(random), normal(random), normal(random));
+    for (int k = 0; step % 60 == 0 && k < 200; ++k) {  // beyond its limits, where links meet
+      pose_.q = 2.0 * RandomNumbers(hand_, random);
+      posed.Set(pose_);
+      if (RobotSelfTerm(solids_, 1e-3).Add(posed, nullptr) > 0.0) break;
+    }
+    for (double& number : pose_.q.reshaped()) number += 0.01 * normal(random);
+    pose_.T += 1e-3 * Eigen::Vector3d(normal(random), normal(random), normal(random));
     pose_.T *= 0.99;
     posed.Set(pose_);
     const double cost = walked.Add(posed, nullptr), self = walked_self.Add(posed, nullptr);
