@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/interrupt.h"
+#include "apps/motion/reach_job.h"
 #include "generator/wandr/reach_network.h"
 #include "geometry/clip/clip.h"
 #include "geometry/parallel.h"
@@ -16,12 +17,6 @@ namespace holdfast::apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-ReachBy MethodOf(const std::string& name) {
-  return name == "latent-opt" ? ReachBy::kLatents
-         : name == "vae-opt"  ? ReachBy::kVaeOpt
-                              : ReachBy::kIntention;
-}
 
 }  // namespace
 
@@ -73,7 +68,7 @@ NaturalnessReaches MakeNaturalnessReaches(const NaturalnessReachOptions& options
       if (Interrupted()) return;
       const auto at = static_cast<std::size_t>(i);
       ReachOptions reach;
-      reach.by = MethodOf(method);
+      reach.by = MethodByName(method);
       reach.seed = common.seed + static_cast<std::uint64_t>(i);
       const ListedMotion motion = MakeListedReach(listed[at], body, network.weights, reach);
       WriteClip(motion.clip, set.files[at].path);

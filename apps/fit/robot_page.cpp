@@ -9,19 +9,12 @@
 
 #include "apps/charts.h"
 #include "apps/page.h"
-#include "geometry/rotation.h"
 
 namespace holdfast::apps {
 namespace {
 
 constexpr std::array<const char*, 6> kJointColours = {"#3b82c4", "#d4743a", "#4c9f70",
                                                       "#a55ec0", "#c2a83e", "#888888"};
-
-double MeanOf(const std::vector<RobotContact>& contacts, double (*of)(const RobotContact&)) {
-  double sum = 0.0;
-  for (const RobotContact& contact : contacts) sum += of(contact);
-  return sum / static_cast<double>(contacts.size());
-}
 
 std::string NumbersTable(const RobotMeasures& measures) {
   const auto frames = static_cast<double>(measures.frames.size());
@@ -43,14 +36,13 @@ std::string FramesChart(const RobotMeasures& measures) {
     const auto x = static_cast<double>(t);
     depth.points.emplace_back(x, frame.Deepest_mm());
     if (frame.contacts.empty()) continue;
-    distance.points.emplace_back(
-        x, MeanOf(frame.contacts, [](const RobotContact& c) { return 1e3 * c.distance_m; }));
+    distance.points.emplace_back(x, frame.ContactDistance_mm());
   }
   chart.lines = {distance, depth};
   return DrawLineChart(chart);
 }
 
-// A chart for each finger, and one for what belongs to none.
+// A chart for each finger; followers go with their leaders.
 std::string JointCharts(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses) {
   std::map<std::string, LineChart> charts;
   const auto add = [&](const std::string& title, const std::vector<int>& links) {

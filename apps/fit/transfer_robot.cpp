@@ -8,7 +8,6 @@
 #include "apps/result_folder.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/render/png.h"
-#include "geometry/rotation.h"
 #include "solver/robot/robot.h"
 
 namespace holdfast::apps {
@@ -32,13 +31,9 @@ nlohmann::json FramesJson(const RobotMeasures& measures) {
   nlohmann::json depth = nlohmann::json::array(), contact = depth, angle = depth;
   for (const RobotFrameMeasure& frame : measures.frames) {
     depth.push_back(frame.Deepest_mm());
-    double distance = 0.0, turn = 0.0;
-    for (const RobotContact& one : frame.contacts) {
-      distance += 1e3 * one.distance_m / static_cast<double>(frame.contacts.size());
-      turn += one.angle_rad / kDegree / static_cast<double>(frame.contacts.size());
-    }
-    contact.push_back(frame.contacts.empty() ? nlohmann::json() : nlohmann::json(distance));
-    angle.push_back(frame.contacts.empty() ? nlohmann::json() : nlohmann::json(turn));
+    const bool none = frame.contacts.empty();
+    contact.push_back(none ? nlohmann::json() : nlohmann::json(frame.ContactDistance_mm()));
+    angle.push_back(none ? nlohmann::json() : nlohmann::json(frame.ContactAngle_deg()));
   }
   return {{"penetration_depth_mm", depth},
           {"contact_distance_mm", contact},

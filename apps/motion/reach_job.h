@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "apps/common.h"
+#include "solver/reach/reach_options.h"
 
 namespace holdfast::apps {
 
@@ -40,6 +41,9 @@ struct ReachJob {
     return !method.empty() ? method : object.empty() ? "intention" : "latent-opt";
   }
 };
+
+/// intention, latent-opt or vae-opt.
+ReachBy MethodByName(const std::string& name);
 
 /// "X,Y,Z" of an option: three finite numbers. Throws Error naming what is wrong.
 Eigen::Vector3d ParsePoint(const std::string& option, const std::string& text);

@@ -46,37 +46,14 @@ TriangleMesh Hull(const Eigen::Matrix3Xd& points) {
   return out;
 }
 
-// In the order of their coordinates, each once.
-Eigen::Matrix3Xd InOrder(const Eigen::Matrix3Xd& points) {
-  std::set<Place> places;
-  for (const auto point : points.colwise()) places.insert(PlaceOf(point));
-  Eigen::Matrix3Xd out(3, places.size());
-  Eigen::Index i = 0;
-  for (const Place& place : places) out.col(i++) = Eigen::Vector3d(place.data());
-  return out;
-}
-
-// Each moved a little, so that no four lie in one plane: the R3 sequence of points in a cube.
-Eigen::Matrix3Xd Jittered(const Eigen::Matrix3Xd& points) {
-  const double size =
-      1e-10 * (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).maxCoeff();
-  const auto part_of_one = [](double x) { return x - std::floor(x); };
-  Eigen::Matrix3Xd out = points;
-  for (Eigen::Index i = 0; i < out.cols(); ++i) {
-    const auto k = static_cast<double>(i + 1);
-    out.col(i) +=
-        size * Eigen::Vector3d(part_of_one(0.8191725134 * k), part_of_one(0.6710436067 * k),
-                               part_of_one(0.5497004779 * k));
-  }
-  return out;
-}
-
 }  // namespace
 
 TriangleMesh ConvexHull(const Eigen::Matrix3Xd& points) {
   const TriangleMesh hull = Hull(points);
   if (!(SignedVolume(hull) > 0.0)) return {};
-  const Eigen::Matrix3Xd corners = InOrder(hull.vertices), jittered = Jittered(corners);
+  const Eigen::Matrix3Xd corners = DistinctPoints(hull.vertices);
+  const double size = (corners.rowwise().maxCoeff() - corners.rowwise().minCoeff()).maxCoeff();
+  const Eigen::Matrix3Xd jittered = Jittered(corners, 1e-10 * size);
   const TriangleMesh general = Hull(jittered);
   std::map<Place, int> corner_at;
   for (Eigen::Index i = 0; i < jittered.cols(); ++i) {
@@ -99,6 +76,27 @@ TriangleMesh ConvexHull(const Eigen::Matrix3Xd& points) {
   TriangleMesh out{corners(Eigen::all, order), Eigen::Matrix3Xi(3, faces.size())};
   for (std::size_t f = 0; f < faces.size(); ++f) {
     out.faces.col(static_cast<Eigen::Index>(f)) = Eigen::Vector3i(faces[f].data());
+  }
+  return out;
+}
+
+Eigen::Matrix3Xd DistinctPoints(const Eigen::Matrix3Xd& points) {
+  std::set<Place> places;
+  for (const auto point : points.colwise()) places.insert(PlaceOf(point));
+  Eigen::Matrix3Xd out(3, places.size());
+  Eigen::Index i = 0;
+  for (const Place& place : places) out.col(i++) = Eigen::Vector3d(place.data());
+  return out;
+}
+
+Eigen::Matrix3Xd Jittered(const Eigen::Matrix3Xd& points, double size_m) {
+  const auto part_of_one = [](double x) { return x - std::floor(x); };
+  Eigen::Matrix3Xd out = points;
+  for (Eigen::Index i = 0; i < out.cols(); ++i) {
+    const auto k = static_cast<double>(i + 1);
+    out.col(i) +=
+        size_m * Eigen::Vector3d(part_of_one(0.8191725134 * k), part_of_one(0.6710436067 * k),
+                                 part_of_one(0.5497004779 * k));
   }
   return out;
 }

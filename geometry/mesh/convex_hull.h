@@ -12,4 +12,10 @@ namespace holdfast {
 /// where the points span no volume.
 TriangleMesh ConvexHull(const Eigen::Matrix3Xd& points);
 
+/// The points (3 x n), each once, in the order of their coordinates.
+Eigen::Matrix3Xd DistinctPoints(const Eigen::Matrix3Xd& points);
+/// Each point moved by less than `size_m` along each axis, always the same way (the R3 sequence of
+/// points in a cube): no four lie in one plane.
+Eigen::Matrix3Xd Jittered(const Eigen::Matrix3Xd& points, double size_m);
+
 }  // namespace holdfast

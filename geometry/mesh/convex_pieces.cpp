@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -53,32 +52,11 @@ void MeasureExcess(const DistanceGrid& distance, Part& part) {
   }
 }
 
-// Corners of several triangles once, as far as they are the same numbers, each moved by less than
-// kJitter_m: a cut's many points in one plane would have the hull's predicates computed exactly.
-Eigen::Matrix3Xd Distinct(const Eigen::Matrix3Xd& corners) {
-  std::vector<Eigen::Vector3d> points;
-  for (const auto corner : corners.colwise()) points.emplace_back(corner);
-  const auto before = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
-  };
-  std::ranges::sort(points, before);
-  const auto repeated = std::ranges::unique(points);
-  points.erase(repeated.begin(), repeated.end());
-  Eigen::Matrix3Xd out(3, points.size());
-  const auto part_of_one = [](double x) { return x - std::floor(x); };
-  for (Eigen::Index i = 0; i < out.cols(); ++i) {  // the R3 sequence of points in a cube
-    const auto k = static_cast<double>(i + 1);
-    const Eigen::Vector3d jitter(part_of_one(0.8191725134 * k), part_of_one(0.6710436067 * k),
-                                 part_of_one(0.5497004779 * k));
-    out.col(i) = points[static_cast<std::size_t>(i)] + kJitter_m * jitter;
-  }
-  return out;
-}
-
 Part PartOf(Eigen::Matrix3Xd corners, const DistanceGrid& distance) {
   Part part;
   part.corners = std::move(corners);
-  part.hull = ConvexHull(Distinct(part.corners));
+  // A cut's many points in one plane would have the hull's predicates computed exactly.
+  part.hull = ConvexHull(Jittered(DistinctPoints(part.corners), kJitter_m));
   MeasureExcess(distance, part);
   return part;
 }

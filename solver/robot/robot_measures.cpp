@@ -146,6 +146,18 @@ double RobotFrameMeasure::Deepest_mm() const {
   return std::max(hand_in_object_mm, object_in_hand_mm);
 }
 
+double RobotFrameMeasure::ContactDistance_mm() const {
+  double sum = 0.0;
+  for (const RobotContact& contact : contacts) sum += 1e3 * contact.distance_m;
+  return sum / static_cast<double>(contacts.size());
+}
+
+double RobotFrameMeasure::ContactAngle_deg() const {
+  double sum = 0.0;
+  for (const RobotContact& contact : contacts) sum += contact.angle_rad / kDegree;
+  return sum / static_cast<double>(contacts.size());
+}
+
 RobotMeasures MeasureTransfer(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                               int threads) {
   const TransferMeter meter(setup);

@@ -18,6 +18,8 @@ struct RobotFrameMeasure {
   std::vector<RobotContact> contacts;
 
   double Deepest_mm() const;
+  double ContactDistance_mm() const;  ///< mean; NaN without contacts
+  double ContactAngle_deg() const;    ///< mean; NaN without contacts
 };
 
 struct RobotMeasures {

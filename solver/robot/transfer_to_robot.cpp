@@ -66,11 +66,12 @@ std::vector<SkinPair> Spread(const std::vector<SkinPair>& pairs, const Eigen::Ma
 // The whole clip's solve.
 class ClipTransfer {
  public:
-  ClipTransfer(const RobotTransferSetup& setup, const RobotTransferOptions& options)
+  ClipTransfer(const RobotTransferSetup& setup, const RobotTransferOptions& options,
+               const std::vector<SkinPair>& points)
       : setup_(setup),
         options_(options),
         solver_(setup.robot),
-        points_(Spread(setup.pairs, setup.human->Surface().RestVertices(), options.points)),
+        points_(points),
         obstacle_{setup.object_grid.get(), setup.object_samples},
         penetration_(*setup.solids, obstacle_, options.margin_m, options.penetration_sigma_m),
         limits_(1e-3),
@@ -183,7 +184,7 @@ class ClipTransfer {
   const RobotTransferSetup& setup_;
   const RobotTransferOptions& options_;
   RobotSolver solver_;
-  std::vector<SkinPair> points_;
+  const std::vector<SkinPair>& points_;
   RobotObstacle obstacle_;
   RobotPenetrationTerm penetration_;
   RobotLimitTerm limits_;
@@ -194,14 +195,14 @@ class ClipTransfer {
 };
 
 // The best that a frame's starts lead to.
-RobotPose FirstPose(const RobotTransferSetup& setup, const RobotTransferOptions& options, int t,
-                    int* iterations) {
+RobotPose FirstPose(const RobotTransferSetup& setup, const RobotTransferOptions& options,
+                    const std::vector<SkinPair>& points, int t, int* iterations) {
   std::vector<RobotPose> poses =
       RobotStarts(setup.demonstration.frames[t], setup.wrist_from_root, setup.robot, setup.anatomy);
   std::vector<double> costs(poses.size());
   std::vector<int> tried(poses.size());
   ParallelFor(static_cast<int>(poses.size()), options.threads, [&](int k) {
-    costs[k] = ClipTransfer(setup, options).StartPose(t, poses[k], &tried[k]);
+    costs[k] = ClipTransfer(setup, options, points).StartPose(t, poses[k], &tried[k]);
   });
   *iterations += std::accumulate(tried.begin(), tried.end(), 0);
   return poses[static_cast<std::size_t>(std::ranges::min_element(costs) - costs.begin())];
@@ -274,12 +275,14 @@ RobotTransfer TransferToRobot(const RobotTransferSetup& setup, const RobotTransf
   const int frames = static_cast<int>(setup.demonstration.frames.size());
   RobotTransfer out;
   out.poses.resize(static_cast<std::size_t>(frames));
+  const std::vector<SkinPair> points =
+      Spread(setup.pairs, setup.human->Surface().RestVertices(), options.points);
   const int anchor = AnchorFrame(setup.demonstration);
   const Clock::time_point begin = Clock::now();
-  out.poses[anchor] = FirstPose(setup, options, anchor, &out.iterations);
+  out.poses[anchor] = FirstPose(setup, options, points, anchor, &out.iterations);
   out.start_ms = Milliseconds(begin);
   const Clock::time_point follow = Clock::now();
-  ClipTransfer transfer(setup, options);
+  ClipTransfer transfer(setup, options, points);
   int done = 0;
   const auto solve = [&](int t, int from) {
     out.poses[t] = transfer.NextPose(t, from, out.poses[from], &out.iterations);
