@@ -8,8 +8,9 @@
 namespace holdfast {
 
 /// The convex hull of points (3 x n, metres): a closed mesh, faces outwards, with those of the
-/// points that are its corners, in the order of their coordinates; the same every time. No faces
-/// where the points span no volume.
+/// points that are its corners, in the order of their coordinates. Of points in one plane the
+/// diagonals, and which of nearly straight edges has a corner, may differ from run to run: they
+/// depend on CGAL's memory. No faces where the points span no volume.
 TriangleMesh ConvexHull(const Eigen::Matrix3Xd& points);
 
 /// The points (3 x n), each once, in the order of their coordinates.
