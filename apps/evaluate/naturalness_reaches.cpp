@@ -7,18 +7,15 @@
 #include <fmt/format.h>
 
 #include "apps/interrupt.h"
-#include "apps/motion/reach_job.h"
 #include "generator/wandr/reach_network.h"
 #include "geometry/clip/clip.h"
 #include "geometry/parallel.h"
 #include "solver/evaluation/listed_reaches.h"
+#include "solver/reach/reach_options.h"
 
 namespace holdfast::apps {
-namespace {
 
 namespace fs = std::filesystem;
-
-}  // namespace
 
 void AddNaturalnessReachOptions(CLI::App& command, NaturalnessReachOptions& options) {
   CLI::Option* list = command.add_option(
@@ -68,7 +65,7 @@ NaturalnessReaches MakeNaturalnessReaches(const NaturalnessReachOptions& options
       if (Interrupted()) return;
       const auto at = static_cast<std::size_t>(i);
       ReachOptions reach;
-      reach.by = MethodByName(method);
+      reach.by = ReachByName(method);
       reach.seed = common.seed + static_cast<std::uint64_t>(i);
       const ListedMotion motion = MakeListedReach(listed[at], body, network.weights, reach);
       WriteClip(motion.clip, set.files[at].path);

@@ -48,7 +48,7 @@ Start StartOf(const ReachJob& job, const CommonOptions& common) {
 
 ReachOptions ToLibrary(const ReachJob& job, const CommonOptions& common) {
   ReachOptions options;
-  options.by = MethodByName(job.Method());
+  options.by = ReachByName(job.Method());
   options.side = job.wrist == "left" ? Side::kLeft : Side::kRight;
   options.samples = job.samples;
   options.time_s = job.time_s;
@@ -315,12 +315,6 @@ bool WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOpti
 }
 
 }  // namespace
-
-ReachBy MethodByName(const std::string& name) {
-  return name == "intention" ? ReachBy::kIntention
-         : name == "vae-opt" ? ReachBy::kVaeOpt
-                             : ReachBy::kLatents;
-}
 
 Outcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
   const Outcome stopped{kInterrupted, {}, {}};

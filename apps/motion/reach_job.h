@@ -42,9 +42,6 @@ struct ReachJob {
   }
 };
 
-/// intention, latent-opt or vae-opt.
-ReachBy MethodByName(const std::string& name);
-
 /// "X,Y,Z" of an option: three finite numbers. Throws Error naming what is wrong.
 Eigen::Vector3d ParsePoint(const std::string& option, const std::string& text);
 

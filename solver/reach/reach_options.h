@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -17,6 +18,9 @@ enum class ReachBy {
   kLatents,    ///< its latents are then optimised (LatentOptions)
   kVaeOpt,     ///< WANDR's baseline (VaeOptOptions)
 };
+
+/// "intention", "latent-opt" or "vae-opt". Throws std::invalid_argument for any other.
+ReachBy ReachByName(std::string_view name);
 
 struct ReachOptions {
   ReachBy by = ReachBy::kIntention;
