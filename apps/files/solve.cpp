@@ -8,11 +8,13 @@
 #include "apps/result_folder.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/markers/c3d_writer.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/markers/marker_json.h"
+#include "solver/markers/repaired_markers.h"
 
 namespace holdfast::apps {
 namespace {
@@ -169,6 +171,7 @@ int Solve(const SolveCommand& options) {
     WriteMesh(object->mesh, folder / "object.ply");
   }
   WriteClip(solved.clip, folder / "clip.npz");
+  WriteC3d(RepairedMarkers(recording, solved), folder / "markers.c3d");
   WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
   folder.Commit();
   nlohmann::json summary = metrics;
@@ -188,8 +191,10 @@ void AddSolveCommand(CLI::App& app, int& exit_code) {
                    "Markers: C3D, TRC, Vicon CSV or Qualisys TSV, gzipped or not")
       ->required();
   command
-      ->add_option("-o,--output", options->output,
-                   "Folder to make: clip.npz, metrics.json, object.ply of a mesh")
+      ->add_option(
+          "-o,--output", options->output,
+          "Folder to make: clip.npz, metrics.json, markers.c3d (labels put right, gaps filled), "
+          "object.ply of a mesh")
       ->required();
   command->add_option("--static", options->still,
                       "A recording of the same person and markers standing or sitting still: shape "

@@ -13,23 +13,28 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "geometry/error.h"
+#include "geometry/io/markers/c3d_writer.h"
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
 #include "solver/markers/marker_json.h"
+#include "solver/markers/repaired_markers.h"
 
 namespace holdfast::python {
 namespace {
 
 using namespace py::literals;
 
-py::dict RecordingDict(const std::filesystem::path& path) {
-  const MarkerRecording recording = RunAside([path] { return ReadMarkers(path); });
+py::dict RecordingDict(const MarkerRecording& recording) {
   const py::ssize_t frames = recording.NumFrames(), markers = recording.NumMarkers();
   return py::dict(
       "names"_a = recording.names, "rate_hz"_a = recording.rate_hz,
       "positions"_a = Rows(recording.positions).reshape({frames, markers, py::ssize_t{3}}),
       "unit"_a = recording.unit, "format"_a = std::string(MarkerFormatName(recording.format)));
+}
+
+py::dict Read(const std::filesystem::path& path) {
+  return RecordingDict(RunAside([path] { return ReadMarkers(path); }));
 }
 
 // NaN in all three where a marker is not seen.
@@ -173,21 +178,34 @@ py::tuple Solve(const py::object& recording, const py::object& still,
   });
   if (!solved.report.converged) throw FitFailure(where + ": the solve failed");
   if (mesh) solved.clip.object->name = mesh->name;
+  py::dict told = ToPython(MarkerReportJson(solved.report));
+  told["repaired"] = RecordingDict(RepairedMarkers(trial, solved));
   return py::make_tuple(mesh ? WithSurface(std::move(solved.clip), mesh->mesh)
                              : std::make_shared<Clip>(std::move(solved.clip)),
-                        ToPython(MarkerReportJson(solved.report)));
+                        told);
+}
+
+void Write(const std::filesystem::path& path, const py::object& recording) {
+  const MarkerRecording given = RecordingOf(recording, "recording");
+  RunAside([&] { WriteC3d(given, path); });
 }
 
 }  // namespace
 
 void BindMarkers(py::module_& module) {
   module.def(
-      "read_markers", &RecordingDict, "path"_a,
+      "read_markers", &Read, "path"_a,
       "Labelled markers of a C3D, TRC, Vicon CSV or Qualisys TSV file, gzipped or not, as a "
       "dict: 'names' (list of M), 'positions' (T, M, 3) metres in the file's axes, NaN where "
       "a marker is not seen, 'rate_hz', 'unit' of the file, 'format'. Raises Error for a "
       "file that is none of these or malformed.\n\n"
       "    drink = holdfast.read_markers('drink.c3d')");
+  module.def(
+      "write_markers", &Write, "path"_a, "recording"_a,
+      "Writes a recording, a dict as of read_markers() or a file of markers, as a C3D file: "
+      "floats, millimetres, residual -1 where a marker is not seen. Atomic. Raises Error for what "
+      "the format can't hold.\n\n"
+      "    holdfast.write_markers('drink.c3d', holdfast.read_markers('drink.tsv'))");
   module.def(
       "solve_markers", &Solve, "recording"_a, py::kw_only(), "static"_a = py::none(),
       "table"_a = py::none(), "up"_a = "auto", "posture"_a = "seated", "object"_a = py::none(),
@@ -208,7 +226,10 @@ void BindMarkers(py::module_& module) {
       "(stage, done, total); False stops. Returns (Clip, dict): T frames at the recording's rate, "
       "z "
       "up, and what became of the markers ('rms_mm', 'markers', 'swaps', 'outliers', "
-      "'unmarked_joints'). Raises Error for names that are not known and for recordings that tell "
+      "'unmarked_joints'); its 'repaired' is the recording, a dict as of read_markers(), with "
+      "labels "
+      "put right, outliers and gaps filled. Raises Error for names that are not known and for "
+      "recordings that tell "
       "no pose, FitFailure, Stopped.\n\n"
       "    clip, told = holdfast.solve_markers('drink.c3d', static='rest.c3d')");
 }

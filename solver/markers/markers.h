@@ -14,6 +14,7 @@
 ///   object_markers.h      poses of an object with markers of its own
 ///   unmarked_head.h       a head without markers: out of hands' way, lips at a cup
 ///   solve_markers.h       SolveMarkers: the whole
+///   repaired_markers.h    the recording with labels put right and gaps filled
 ///   marker_json.h         its report as metrics.json has it
 #include "solver/markers/marked_person.h"
 #include "solver/markers/marker_calibration.h"
@@ -23,5 +24,6 @@
 #include "solver/markers/marker_trials.h"
 #include "solver/markers/marker_world.h"
 #include "solver/markers/object_markers.h"
+#include "solver/markers/repaired_markers.h"
 #include "solver/markers/solve_markers.h"
 #include "solver/markers/unmarked_head.h"

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include <fmt/format.h>
@@ -282,6 +283,28 @@ Prepared Prepare(const MarkedPerson& person, const MarkerRecording& recording,
   return prepared;
 }
 
+// (3 M x T), NaN where a marker is not among those of a frame.
+Eigen::MatrixXd Positions(const std::vector<SeenMarkers>& frames, std::size_t markers) {
+  Eigen::MatrixXd positions = Eigen::MatrixXd::Constant(static_cast<Eigen::Index>(3 * markers),
+                                                        static_cast<Eigen::Index>(frames.size()),
+                                                        std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    for (int k = 0; k < frames[t].Count(); ++k) {
+      positions.block<3, 1>(3 * frames[t].marker[k], static_cast<Eigen::Index>(t)) =
+          frames[t].place.col(k);
+    }
+  }
+  return positions;
+}
+
+// Positions (3 M x T) of the world, before it was lifted, in the axes and units of the recording.
+Eigen::MatrixXd InRecording(Eigen::MatrixXd positions, const MarkerWorld& world) {
+  const Eigen::Matrix3d back = world.world_from_recording.transpose() / world.scale;
+  Eigen::Map<Eigen::Matrix3Xd> points(positions.data(), 3, positions.size() / 3);
+  points = (back * points).eval();
+  return positions;
+}
+
 // The object of a solved clip, from its markers in the clip's world.
 void AddObject(const MarkerRecording& recording, const ObjectMarkers& markers,
                const std::string& where, SolvedRecording& solved) {
@@ -366,12 +389,8 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
   if (std::ranges::count(report.unmarked, kHead) > 0) {
     report.head = PoseUnmarkedHead(model, solved.clip.betas, {}, solved.clip);
   }
-  const Eigen::Matrix3d back = trial.world.world_from_recording.transpose() / trial.world.scale;
-  solved.carried = carried;
-  for (Eigen::Index t = 0; t < carried.cols(); ++t) {
-    Eigen::Map<Eigen::Matrix3Xd> points(solved.carried.col(t).data(), 3, carried.rows() / 3);
-    points = (back * points).eval();
-  }
+  solved.carried = InRecording(std::move(carried), trial.world);
+  solved.used = InRecording(Positions(trial.frames, person.sites.size()), trial.world);
   return solved;
 }
 

@@ -68,6 +68,9 @@ struct SolvedRecording {
   MarkerReport report;
   /// Where the body carries the markers of the report (3 M x T), in the recording's axes, metres.
   Eigen::MatrixXd carried;
+  /// The markers as the body was solved from them, alike: labels put right; NaN where one is not
+  /// seen, or an outlier.
+  Eigen::MatrixXd used;
 };
 
 /// `holdfast solve`: labelled markers to a body in motion. Shape and places of the markers first

@@ -28,6 +28,31 @@ def test_arrays_give_the_same_as_the_files():
     assert "pelvis" in told["unmarked_joints"]
 
 
+@captured
+def test_a_repaired_recording_is_written_and_solved_alike(tmp_path):
+    drink = holdfast.read_markers(TRIAL)
+    drink["positions"][100:150, 5] = np.nan
+    clip, told = holdfast.solve_markers(drink, static=STATIC)
+    assert not np.isnan(told["repaired"]["positions"]).any()
+    holdfast.write_markers(tmp_path / "drink.c3d", told["repaired"])
+    written = holdfast.read_markers(tmp_path / "drink.c3d")
+    assert written["names"] == drink["names"] and written["rate_hz"] == 100.0
+    assert np.allclose(written["positions"], told["repaired"]["positions"], atol=1e-6)
+    again, retold = holdfast.solve_markers(tmp_path / "drink.c3d", static=STATIC)
+    assert len(again) == len(clip) and abs(retold["rms_mm"] - told["rms_mm"]) < 0.2
+    assert not retold["outliers"] and not retold["swaps"]
+
+
+@pytest.mark.parametrize("change, text", [
+    ({"names": ["x" * 128, "RWRA"]}, "the label of marker 0 has 128 bytes"),
+    ({"positions": np.zeros((3, 1, 3))}, r"\(T, 2, 3\)"),
+])
+def test_what_no_c3d_holds_is_told(tmp_path, change, text):
+    with pytest.raises((ValueError, holdfast.Error), match=text):
+        holdfast.write_markers(tmp_path / "a.c3d", tiny(**change))
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("recording, text", [
     (3, "recording: expected a file of markers"),
     ({"names": ["RELB"]}, "has no 'positions'"),

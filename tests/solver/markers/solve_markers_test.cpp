@@ -13,6 +13,7 @@
 #include "generator/body/limb_ik.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
+#include "solver/markers/repaired_markers.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/temporary_folder.h"
 
@@ -177,6 +178,17 @@ TEST_F(SolveMarkersTest, PassesAGapAndPutsWrongLabelsRight) {
   const auto of = [&](const char* name) {
     return std::ranges::find_if(markers, [&](const auto& m) { return m.site.name == name; });
   };
+  // The recording as it was without the faults, and it is solved alike.
+  const MarkerRecording repaired = RepairedMarkers(faulty, solved);
+  EXPECT_FALSE(repaired.positions.hasNaN());
+  const Eigen::MatrixXd off = repaired.positions - trial.positions;
+  EXPECT_LT(off.middleRows(3 * hidden, 3).colwise().norm().maxCoeff(), 3e-3);
+  EXPECT_LT(off.middleRows(3 * *trial.Find("LUAR2"), 3).colwise().norm().maxCoeff(), 3e-3);
+  EXPECT_EQ(off.middleRows(3 * a, 3).cwiseAbs().maxCoeff(), 0.0);
+  EXPECT_EQ(off.middleRows(3 * b, 3).cwiseAbs().maxCoeff(), 0.0);
+  const SolvedRecording again = Solve(repaired);
+  EXPECT_TRUE(again.report.faults.swaps.empty() && again.report.faults.outliers.empty());
+  EXPECT_LT((again.carried - solved.carried).cwiseAbs().maxCoeff(), 2e-3);
   EXPECT_EQ(of("RLAR2")->longest_gap, 25);
   EXPECT_EQ(of("RUAR1")->swapped, 20);
   EXPECT_EQ(of("LUAR2")->outliers, 9);
@@ -221,6 +233,14 @@ TEST_F(SolveMarkersTest, PutsAnObjectWithMarkersIntoTheClip) {
   ASSERT_TRUE(solved.clip.object && solved.report.object);
   EXPECT_TRUE(solved.report.unused.empty());
   EXPECT_LT(solved.report.object->rms_mm, 1e-3);
+  // In millimetres again, and a gap of the cup's filled.
+  MarkerRecording gap = with_cup;
+  gap.positions.block(trial.positions.rows() + 3, 30, 3, 20)
+      .setConstant(std::numeric_limits<double>::quiet_NaN());
+  const MarkerRecording repaired =
+      RepairedMarkers(gap, SolveMarkers(gap, &still, person.model, options, "trial"));
+  EXPECT_LT((repaired.positions - 1e-3 * with_cup.positions).bottomRows(9).cwiseAbs().maxCoeff(),
+            1e-3);
   for (const int t : {0, 40, kTrackedFrames - 1}) {
     const Eigen::Isometry3d wrist =
         person.State(Person::Drink(t, kTrackedFrames), false).WorldFromJoint(kRightWrist);

@@ -8,11 +8,13 @@
 #include <functional>
 #include <limits>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
 #include "tests/support/data_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
@@ -203,6 +205,67 @@ TEST(C3d, ReadsWhatPyC3dWrote) {
       EXPECT_NEAR((recording.At(p, t) - 1e-3 * millimetres).norm(), 0.0, 1e-9);
     }
   }
+}
+
+// What another program wrote, written again and read, is the same.
+TEST(C3d, RoundTripOfWhatPyC3dWrote) {
+  const MarkerRecording recording =
+      ReadMarkers(HOLDFAST_SOURCE_DIR "/tests/fixtures/c3d/py_c3d.c3d");
+  const testing::TemporaryFolder folder;
+  WriteC3d(recording, folder / "again.c3d");
+  const MarkerRecording again = ReadMarkers(folder / "again.c3d");
+  EXPECT_EQ(again.names, recording.names);
+  EXPECT_EQ(again.rate_hz, recording.rate_hz);
+  EXPECT_EQ(again.first_frame, recording.first_frame);
+  ASSERT_EQ(again.NumFrames(), recording.NumFrames());
+  for (int t = 0; t < recording.NumFrames(); ++t) {
+    for (int p = 0; p < recording.NumMarkers(); ++p) {
+      ASSERT_EQ(again.Seen(p, t), recording.Seen(p, t));
+      if (recording.Seen(p, t)) {
+        EXPECT_EQ(again.At(p, t), recording.At(p, t));
+      }
+    }
+  }
+}
+
+MarkerRecording NumberedMarkers(int markers, int frames) {
+  MarkerRecording recording;
+  std::vector<std::string> labels;
+  for (int m = 0; m < markers; ++m) labels.push_back(fmt::format("P{}:m{}", m % 2, m));
+  SetMarkerNames(labels, "numbered", recording);
+  recording.positions.setRandom(3 * markers, frames);
+  recording.rate_hz = 119.88;
+  recording.first_frame = 70'000;
+  return recording;
+}
+
+TEST(C3d, WritesMoreLabelsAndFramesThanAWordCounts) {
+  const MarkerRecording labels = NumberedMarkers(600, 2), frames = NumberedMarkers(1, 66'000);
+  for (const MarkerRecording& recording : {labels, frames}) {
+    const MarkerRecording again = ParseC3d(C3dBytes(recording, "a.c3d"), "a.c3d");
+    EXPECT_EQ(again.names, recording.names);
+    EXPECT_EQ(again.subjects, recording.subjects);
+    EXPECT_EQ(again.first_frame, 70'000);
+    EXPECT_NEAR(again.rate_hz, 119.88, 1e-5);
+    ASSERT_EQ(again.NumFrames(), recording.NumFrames());
+    EXPECT_LT((again.positions - recording.positions).cwiseAbs().maxCoeff(), 1e-7);
+  }
+}
+
+TEST(C3d, SaysWhatItCannotHold) {
+  const auto error = [](const MarkerRecording& recording) -> std::string {
+    try {
+      C3dBytes(recording, "a.c3d");
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(error(NumberedMarkers(3, 0)), HasSubstr("a.c3d: 3 markers and 0 frames"));
+  MarkerRecording named = NumberedMarkers(3, 1);
+  named.names[1] = std::string(126, 'x');
+  EXPECT_THAT(error(named), HasSubstr("the label of marker 1 has 129 bytes"));
+  EXPECT_THAT(error(NumberedMarkers(20'000, 1)), HasSubstr("the labels of 20000 markers"));
 }
 
 constexpr const char* kTrc =
