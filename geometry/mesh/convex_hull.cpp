@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
+#include <random>
 #include <set>
 #include <vector>
 
@@ -46,12 +46,48 @@ TriangleMesh Hull(const Eigen::Matrix3Xd& points) {
   return out;
 }
 
+HullPoint PointAt(const TriangleMesh& mesh, int vertex) {
+  const auto p = mesh.vertices.col(vertex);
+  return {p.x(), p.y(), p.z()};
+}
+
+bool InOnePlane(const TriangleMesh& mesh, int face, int other) {
+  const auto at = [&](int f, int k) { return PointAt(mesh, mesh.faces(k, f)); };
+  for (int k = 0; k < 3; ++k) {
+    if (!CGAL::coplanar(at(face, 0), at(face, 1), at(face, 2), at(other, k))) return false;
+  }
+  return true;
+}
+
+// The vertices at which three planes or more meet. CGAL's hull has others too, exactly on straight
+// edges or in flat faces: which, depends on where its parts lie in memory.
+Eigen::Matrix3Xd Corners(const TriangleMesh& hull) {
+  std::vector<std::vector<int>> planes_at(static_cast<std::size_t>(hull.vertices.cols()));
+  for (int f = 0; f < hull.faces.cols(); ++f) {
+    const Eigen::Vector3i ids = hull.faces.col(f);
+    if (CGAL::collinear(PointAt(hull, ids[0]), PointAt(hull, ids[1]), PointAt(hull, ids[2]))) {
+      continue;
+    }
+    for (const int v : ids) {
+      std::vector<int>& planes = planes_at[static_cast<std::size_t>(v)];
+      const bool known =
+          std::ranges::any_of(planes, [&](int other) { return InOnePlane(hull, other, f); });
+      if (!known) planes.push_back(f);
+    }
+  }
+  std::vector<int> corners;
+  for (std::size_t v = 0; v < planes_at.size(); ++v) {
+    if (planes_at[v].size() > 2) corners.push_back(static_cast<int>(v));
+  }
+  return DistinctPoints(hull.vertices(Eigen::all, corners));
+}
+
 }  // namespace
 
 TriangleMesh ConvexHull(const Eigen::Matrix3Xd& points) {
   const TriangleMesh hull = Hull(points);
   if (!(SignedVolume(hull) > 0.0)) return {};
-  const Eigen::Matrix3Xd corners = DistinctPoints(hull.vertices);
+  const Eigen::Matrix3Xd corners = Corners(hull);
   const double size = (corners.rowwise().maxCoeff() - corners.rowwise().minCoeff()).maxCoeff();
   const Eigen::Matrix3Xd jittered = Jittered(corners, 1e-10 * size);
   const TriangleMesh general = Hull(jittered);
@@ -90,14 +126,9 @@ Eigen::Matrix3Xd DistinctPoints(const Eigen::Matrix3Xd& points) {
 }
 
 Eigen::Matrix3Xd Jittered(const Eigen::Matrix3Xd& points, double size_m) {
-  const auto part_of_one = [](double x) { return x - std::floor(x); };
+  std::mt19937 random;  // of a lattice's sequence, parallelograms would stay flat
   Eigen::Matrix3Xd out = points;
-  for (Eigen::Index i = 0; i < out.cols(); ++i) {
-    const auto k = static_cast<double>(i + 1);
-    out.col(i) +=
-        size_m * Eigen::Vector3d(part_of_one(0.8191725134 * k), part_of_one(0.6710436067 * k),
-                                 part_of_one(0.5497004779 * k));
-  }
+  for (double& x : out.reshaped()) x += size_m * 0x1p-32 * static_cast<double>(random());
   return out;
 }
 

@@ -8,15 +8,15 @@
 namespace holdfast {
 
 /// The convex hull of points (3 x n, metres): a closed mesh, faces outwards, with those of the
-/// points that are its corners, in the order of their coordinates. Of points in one plane the
-/// diagonals, and which of nearly straight edges has a corner, may differ from run to run: they
-/// depend on CGAL's memory. No faces where the points span no volume.
+/// points that are its corners (where three planes or more meet), in the order of their coordinates.
+/// Flat polygons have the diagonals that they have when corners are moved by 1e-10 of the size
+/// (Jittered). No faces where the points span no volume.
 TriangleMesh ConvexHull(const Eigen::Matrix3Xd& points);
 
 /// The points (3 x n), each once, in the order of their coordinates.
 Eigen::Matrix3Xd DistinctPoints(const Eigen::Matrix3Xd& points);
-/// Each point moved by less than `size_m` along each axis, always the same way (the R3 sequence of
-/// points in a cube): no four lie in one plane.
+/// Each point moved by less than `size_m` along each axis, at random but always the same way: no
+/// four lie in one plane.
 Eigen::Matrix3Xd Jittered(const Eigen::Matrix3Xd& points, double size_m);
 
 }  // namespace holdfast

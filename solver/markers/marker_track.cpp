@@ -75,7 +75,7 @@ MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& ca
   for (double* const constant : {betas.data(), places.data(), still.data()}) {
     if (problem.HasParameterBlock(constant)) problem.SetParameterBlockConstant(constant);
   }
-  ceres::Solver::Options options = SparseOptions(max_iterations, 1e-4);
+  ceres::Solver::Options options = SparseOptions(max_iterations, 1e-3);
   StopWhenAsked stop(progress, max_iterations);
   options.callbacks.push_back(&stop);
   const ceres::Solver::Summary summary = SolveQuietly(options, problem);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/mesh/convex_hull.h"
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -40,6 +43,54 @@ TEST(ConvexHullOfPoints, IsTheSameEveryTime) {
     const TriangleMesh again = ConvexHull(points);
     ASSERT_EQ(again.vertices, hull.vertices);
     ASSERT_EQ(again.faces, hull.faces);
+  }
+}
+
+// A rounded bar: rectangles side by side, flat to the last bit.
+TEST(ConvexHullOfPoints, OfAPrismIsTheSameEveryTime) {
+  constexpr int kSides = 40;
+  Eigen::Matrix3Xd points(3, 2 * kSides);
+  for (int k = 0; k < kSides; ++k) {
+    const double turn = 2.0 * std::numbers::pi * k / kSides;
+    const auto x = static_cast<double>(static_cast<float>(0.01 * std::cos(turn)));
+    const auto z = static_cast<double>(static_cast<float>(0.01 * std::sin(turn)));
+    points.col(2 * k) << x, -0.0134500004351, z;
+    points.col(2 * k + 1) << x, 0.0134500004351, z;
+  }
+  const TriangleMesh hull = ConvexHull(points);
+  EXPECT_EQ(hull.NumVertices(), 2 * kSides);
+  std::mt19937 random(6);
+  std::vector<std::unique_ptr<char[]>> held;
+  for (int trial = 0; trial < 50; ++trial) {
+    for (int k = 0; k < 200; ++k) {
+      held.push_back(std::make_unique<char[]>(static_cast<std::size_t>(random() % 4000)));
+      if (k % 3 == 0) held[random() % held.size()].reset();
+    }
+    ASSERT_EQ(ConvexHull(points).faces, hull.faces);
+  }
+}
+
+// Points exactly on edges and in flat faces are no corners, in whatever order they come.
+TEST(ConvexHullOfPoints, OfACubesGridIsTheCube) {
+  constexpr int kSide = 6;
+  std::vector<Eigen::Vector3d> grid;
+  for (int k = 0; k < kSide * kSide * kSide; ++k) {
+    grid.emplace_back(k % kSide, k / kSide % kSide, k / (kSide * kSide));
+  }
+  std::mt19937 random(5);
+  TriangleMesh first;
+  for (int trial = 0; trial < 20; ++trial) {
+    std::ranges::shuffle(grid, random);
+    Eigen::Matrix3Xd points(3, grid.size());
+    for (std::size_t k = 0; k < grid.size(); ++k) {
+      points.col(static_cast<Eigen::Index>(k)) = 0.013 * grid[k];
+    }
+    const TriangleMesh hull = ConvexHull(points);
+    ASSERT_EQ(hull.NumVertices(), 8);
+    ASSERT_EQ(hull.NumFaces(), 12);
+    if (trial == 0) first = hull;
+    ASSERT_EQ(hull.vertices, first.vertices);
+    ASSERT_EQ(hull.faces, first.faces);
   }
 }
 
