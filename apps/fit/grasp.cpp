@@ -51,11 +51,10 @@ Side HandFor(const GraspCommand& options, const BodyModel& body) {
 }
 
 std::vector<std::string> TouchingParts(const Grasp& grasp) {
-  constexpr const char* kNames[kNumFingers] = {"index", "middle", "pinky", "ring", "thumb"};
   constexpr int kOrder[kNumFingers] = {kThumb, kIndex, kMiddle, kRing, kPinky};
   std::vector<std::string> names;
   for (const int finger : kOrder) {
-    if (grasp.fingers_touching[finger]) names.emplace_back(kNames[finger]);
+    if (grasp.fingers_touching[finger]) names.emplace_back(kFingerNames[finger]);
   }
   if (grasp.palm_touching) names.emplace_back("palm");
   return names;

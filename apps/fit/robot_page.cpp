@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "apps/fit/robot_page.h"
 
-#include <array>
 #include <map>
 
 #include <fmt/format.h>
@@ -64,11 +63,9 @@ std::string JointCharts(const RobotTransferSetup& setup, const std::vector<Robot
       chart.lines.push_back(std::move(line));
     }
   };
-  static constexpr std::array<const char*, kNumFingers> kNames = {"Index", "Middle", "Little",
-                                                                  "Ring", "Thumb"};
   for (const RobotFinger& finger : setup.anatomy.fingers) {
     for (const std::vector<int>& links : finger.links) {
-      add(kNames[static_cast<std::size_t>(finger.human)], links);
+      add(kFingerNames[static_cast<std::size_t>(finger.human)], links);
     }
   }
   std::string html;

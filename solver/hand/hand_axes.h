@@ -12,6 +12,8 @@ namespace holdfast {
 inline constexpr int kNumFingers = 5;
 /// Finger k owns joints 3k, 3k + 1, 3k + 2 (file order).
 enum Finger : int { kIndex = 0, kMiddle = 1, kPinky = 2, kRing = 3, kThumb = 4 };
+inline constexpr std::array<const char*, kNumFingers> kFingerNames = {"index", "middle", "pinky",
+                                                                      "ring", "thumb"};
 
 /// Joint angles in anatomical terms, radians, one column per finger joint (file order). Rows:
 ///   0 flexion  + curls towards the palm (the thumb: across it); 0 is the model's rest pose

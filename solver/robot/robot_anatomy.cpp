@@ -23,8 +23,6 @@ namespace {
 // Of a human finger's length, where its middle and end phalanx begin.
 constexpr std::array<double, 2> kPhalanxBegins = {0.45, 0.75};
 constexpr double kShortSegment = 0.45;  // of the mean: no phalanx of its own
-constexpr std::array<const char*, kNumFingers> kFingerNames = {"index", "middle", "pinky", "ring",
-                                                               "thumb"};
 
 // A finger before it is known which one: links from the palm to the tip, fixed ones included.
 struct Chain {
