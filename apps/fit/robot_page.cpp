@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "apps/fit/robot_page.h"
 
+#include <array>
 #include <map>
 
 #include <fmt/format.h>
