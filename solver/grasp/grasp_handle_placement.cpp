@@ -190,15 +190,14 @@ class HandlePlacer::Gaps {
   double Gap(std::size_t ball) const { return gaps_[ball] > kFar ? kNoGap : gaps_[ball]; }
   // Cosine between where the ball's pad faces and the way to the surface.
   double Facing(const Curl& curl, std::size_t ball) const {
-    Eigen::Vector3d outward;
-    object_.Linear(object_from_wrist_ * seen_[ball].center, &outward);
-    return -(object_from_wrist_.linear() * curl.balls[ball].pad).dot(outward);
+    return -(object_from_wrist_.linear() * curl.balls[ball].pad).dot(seen_[ball].outward);
   }
   const Eigen::Isometry3d& ObjectFromWrist() const { return object_from_wrist_; }
 
  private:
   struct Seen {
     Eigen::Vector3d center = Eigen::Vector3d::Constant(kNoGap);
+    Eigen::Vector3d outward;
     double distance = -kNoGap;
   };
 
@@ -212,7 +211,7 @@ class HandlePlacer::Gaps {
     Seen& seen = seen_[b];
     if (seen.center != ball.center) {
       seen.center = ball.center;
-      seen.distance = object_.Linear(object_from_wrist_ * ball.center);
+      seen.distance = object_.Linear(object_from_wrist_ * ball.center, &seen.outward);
     }
     return seen;
   }
