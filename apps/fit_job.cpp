@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -291,6 +292,10 @@ Outcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& 
     job.write_report = false;  // megabytes each: made for those that somebody looks at
   }
   job.fit = options.fit;  // as metrics.json records them
+  // The object is read meanwhile; its faults are told after the motion's, by whoever asks again.
+  const auto object_read =
+      std::async(options.threads > 1 ? std::launch::async : std::launch::deferred,
+                 [&] { library.Loaded(job.object, job.object_scale); });
   const LoadedClip loaded = LoadRange(job, library.Body(job.body), common);
   std::vector<std::string> notes;
   ChooseGrasp(job, loaded, *library.Loaded(job.object, job.object_scale), options, notes);

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <array>
 #include <numeric>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -65,15 +69,21 @@ void BodySurface::BuildPoseDirs() {
     return 3 * static_cast<std::size_t>(vertex_ids_[vertex]) + coordinate;
   };
   std::vector<std::vector<int>> moved(num_joints);
-  for (int i = 0; i < NumVertices(); ++i) {
-    for (std::size_t k = 0; k < num_joints; ++k) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        if (parts.pose_dirs.IsZero(row(i, c), 9 * k, 9)) continue;
-        moved[k].push_back(i);
-        break;
-      }
+  // Joints [begin, end), halved where any of them moves it.
+  const auto find_joints = [&](const auto& again, int i, std::size_t begin, std::size_t end) {
+    const bool none = std::ranges::all_of(std::array<std::size_t, 3>{0, 1, 2}, [&](std::size_t c) {
+      return parts.pose_dirs.IsZero(row(i, c), 9 * begin, 9 * (end - begin));
+    });
+    if (none) return;
+    if (end - begin == 1) {
+      moved[begin].push_back(i);
+      return;
     }
-  }
+    const std::size_t middle = (begin + end) / 2;
+    again(again, i, begin, middle);
+    again(again, i, middle, end);
+  };
+  for (int i = 0; i < NumVertices(); ++i) find_joints(find_joints, i, 0, num_joints);
   for (std::size_t k = 0; k < num_joints; ++k) {
     if (moved[k].empty()) continue;
     PoseDirBlock block{parts.pose_joints[k], std::move(moved[k]), {}};

@@ -5,11 +5,85 @@
 #include <bit>
 #include <cmath>
 #include <map>
+#include <span>
+#include <utility>
+#include <vector>
 
+#include "geometry/isa.h"
 #include "geometry/rotation.h"
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
 
 namespace holdfast {
 namespace {
+
+// Linear blend skinning of one pose: the vertices of a hand that its fingers have moved.
+struct SkinnedPose {
+  const std::pair<int, double>* weights;  // (joint, weight), of all vertices
+  const int* weight_begin;
+  const Eigen::Matrix3d* rotation;  // of the joints
+  const double* offset;             // 3 a joint
+  const double* posed_rest;         // 3 a vertex
+  Eigen::Matrix3d* blend;           // of each vertex
+  double* vertices;                 // 3 a vertex
+};
+
+void SkinVertices(const SkinnedPose& pose, std::span<const int> ids) {
+  for (const int i : ids) {
+    Eigen::Matrix3d blend = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+    for (int k = pose.weight_begin[i]; k < pose.weight_begin[i + 1]; ++k) {
+      const auto& [joint, w] = pose.weights[k];
+      blend += w * pose.rotation[joint];
+      offset += w * Eigen::Map<const Eigen::Vector3d>(pose.offset + 3 * joint);
+    }
+    pose.blend[i] = blend;
+    Eigen::Map<Eigen::Vector3d>(pose.vertices + 3 * i).noalias() =
+        blend * Eigen::Map<const Eigen::Vector3d>(pose.posed_rest + 3 * i) + offset;
+  }
+}
+
+#if defined(__x86_64__)
+#define HOLDFAST_AVX2 [[gnu::target("avx2")]]
+
+HOLDFAST_AVX2 inline __m256d Load3(const double* p) {
+  return _mm256_insertf128_pd(_mm256_castpd128_pd256(_mm_loadu_pd(p)), _mm_load_sd(p + 2), 1);
+}
+HOLDFAST_AVX2 inline void Store3(double* p, const __m256d& v) {
+  _mm_storeu_pd(p, _mm256_castpd256_pd128(v));
+  _mm_store_sd(p + 2, _mm256_extractf128_pd(v, 1));
+}
+
+// The same by registers of four, with the same sums in the same order: the same bits.
+HOLDFAST_AVX2 void SkinVerticesAvx(const SkinnedPose& pose, std::span<const int> ids) {
+  for (const int i : ids) {
+    __m256d x = _mm256_setzero_pd(), y = x, z = x, offset = x;
+    for (int k = pose.weight_begin[i]; k < pose.weight_begin[i + 1]; ++k) {
+      const int joint = pose.weights[k].first;
+      const __m256d w = _mm256_set1_pd(pose.weights[k].second);
+      const double* const R = pose.rotation[joint].data();
+      x += w * _mm256_loadu_pd(R);
+      y += w * _mm256_loadu_pd(R + 3);
+      z += w * Load3(R + 6);
+      offset += w * Load3(pose.offset + 3 * joint);
+    }
+    double* const blend = pose.blend[i].data();
+    _mm256_storeu_pd(blend, x);  // in this order: each has one number too many
+    _mm256_storeu_pd(blend + 3, y);
+    Store3(blend + 6, z);
+    const double* const p = pose.posed_rest + 3 * i;
+    x *= _mm256_set1_pd(p[0]);
+    y *= _mm256_set1_pd(p[1]);
+    z *= _mm256_set1_pd(p[2]);
+    // As Eigen adds, two rows at once and then one.
+    Store3(pose.vertices + 3 * i, _mm256_blend_pd((x + y) + z, x + (y + z), 0b100) + offset);
+  }
+}
+
+#undef HOLDFAST_AVX2
+#endif
 
 using JointSet = std::uint32_t;  // bit k: finger joint k
 
@@ -175,16 +249,20 @@ void HandState::Evaluate(const FingerPose& fingers, bool with_jacobian) {
           part.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(r)) * feature;
     }
   }
-  for (int i = 0; i < hand_->NumVertices(); ++i) {
-    if (!moves[hand_->PlaceOf(i).group]) continue;
-    Eigen::Matrix3d blend = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d offset = Eigen::Vector3d::Zero();
-    for (const auto& [joint, w] : surface.Weights(i)) {
-      blend += w * body_.world_rotation[joint];
-      offset += w * body_.skin_offset.col(joint);
-    }
-    blend_[i] = blend;
-    vertices_.col(i).noalias() = blend * posed_rest_.col(i) + offset;
+  const SkinnedPose pose{surface.AllWeights().data(),
+                         surface.WeightBegin().data(),
+                         body_.world_rotation.data(),
+                         body_.skin_offset.data(),
+                         posed_rest_.data(),
+                         blend_.data(),
+                         vertices_.data()};
+  auto* skin = SkinVertices;
+#if defined(__x86_64__)
+  static const bool avx = BestIsa() >= Isa::kAvx2;
+  if (avx) skin = SkinVerticesAvx;
+#endif
+  for (std::size_t g = 0; g < moves.size(); ++g) {
+    if (moves[g]) skin(pose, hand_->groups_[g].vertices);
   }
   if (with_jacobian) EvaluateJacobians();
 }

@@ -2,7 +2,6 @@
 #include "geometry/body/linear_basis.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstring>
 #include <optional>
@@ -83,9 +82,10 @@ void LinearBasis::CopyRow(std::size_t row, std::size_t begin, std::size_t count,
 
 bool LinearBasis::IsZero(std::size_t row, std::size_t begin, std::size_t count) const {
   const std::size_t first = row * columns_ + begin;
-  constexpr std::array<std::byte, 128> kZeros = {};  // most are: told at once
-  if (count * item_size_ <= kZeros.size() &&
-      std::memcmp(data_->data() + first * item_size_, kZeros.data(), count * item_size_) == 0) {
+  const std::byte* const bytes = data_->data() + first * item_size_;
+  const std::size_t size = count * item_size_;
+  // Most are: told at once, each byte being the one before it and the first 0.
+  if (size == 0 || (bytes[0] == std::byte{0} && std::memcmp(bytes, bytes + 1, size - 1) == 0)) {
     return true;
   }
   const auto zeros = [&](const auto& values) {
@@ -93,9 +93,8 @@ bool LinearBasis::IsZero(std::size_t row, std::size_t begin, std::size_t count) 
   };
   if (item_size_ == 8) return zeros(As<double>(*data_));
   if (item_size_ == 4) return zeros(As<float>(*data_));
-  unsigned bits = 0;
-  for (const std::uint16_t half : As<std::uint16_t>(*data_).subspan(first, count)) bits |= half;
-  return (bits & 0x7fff) == 0;  // either zero
+  return std::ranges::all_of(As<std::uint16_t>(*data_).subspan(first, count),
+                             [](unsigned half) { return (half & 0x7fff) == 0; });  // either zero
 }
 
 }  // namespace holdfast

@@ -182,9 +182,15 @@ struct OwnBody::Posed::Impl {
     }
   }
 
+  // Squared, to the node's box; infinite where that is empty. Without branches.
   double Bound(int node, const Eigen::Vector3d& point) const {
-    return boxes[node].isEmpty() ? std::numeric_limits<double>::infinity()
-                                 : boxes[node].squaredExteriorDistance(point);
+    const Eigen::AlignedBox3d& box = boxes[node];
+    double squared = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      const double off = std::max(0.0, std::max(box.min()[k] - point[k], point[k] - box.max()[k]));
+      squared += off * off;
+    }
+    return squared;
   }
 
   Eigen::Vector3d Cross(int face) const {
@@ -244,19 +250,21 @@ OwnBody::Posed::Posed(const OwnBody& body, const Eigen::Matrix3Xd& vertices,
       box = impl->boxes[n + 1].merged(impl->boxes[node.second]);
       continue;
     }
-    // In scalars: the compiler then keeps all six in registers.
+    // x and y side by side, and all in registers.
+    using Two [[gnu::vector_size(16)]] = double;
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    double x0 = kInfinity, y0 = kInfinity, z0 = kInfinity, x1 = -x0, y1 = -y0, z1 = -z0;
+    Two low_xy = {kInfinity, kInfinity}, high_xy = -low_xy;
+    double low_z = kInfinity, high_z = -low_z;
     for (int k = node.first_corner; k < node.last_corner; ++k) {
       const double* const p = vertices.col(tree.corners[k]).data();
-      x0 = p[0] < x0 ? p[0] : x0;
-      y0 = p[1] < y0 ? p[1] : y0;
-      z0 = p[2] < z0 ? p[2] : z0;
-      x1 = p[0] > x1 ? p[0] : x1;
-      y1 = p[1] > y1 ? p[1] : y1;
-      z1 = p[2] > z1 ? p[2] : z1;
+      const Two xy = {p[0], p[1]};
+      low_xy = xy < low_xy ? xy : low_xy;
+      high_xy = xy > high_xy ? xy : high_xy;
+      low_z = p[2] < low_z ? p[2] : low_z;
+      high_z = p[2] > high_z ? p[2] : high_z;
     }
-    box = Eigen::AlignedBox3d(Eigen::Vector3d(x0, y0, z0), Eigen::Vector3d(x1, y1, z1));
+    box = Eigen::AlignedBox3d(Eigen::Vector3d(low_xy[0], low_xy[1], low_z),
+                              Eigen::Vector3d(high_xy[0], high_xy[1], high_z));
     if (box.squaredExteriorDistance(asked) > impl->farthest2) box.setEmpty();
   }
   impl_ = std::move(impl);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -10,6 +11,10 @@
 #include <vector>
 
 #include <Eigen/Geometry>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
 
 #include "geometry/error.h"
 
@@ -20,6 +25,17 @@ constexpr int kWide = 8;  // children of a node, whose boxes are looked at side 
 constexpr int kLanes = 4;
 using Lanes [[gnu::vector_size(4 * kLanes), gnu::may_alias]] = float;
 inline Lanes Larger(Lanes a, Lanes b) { return a > b ? a : b; }
+
+// A bit for each lane that is not larger than `most`.
+inline unsigned NotLarger(const Lanes& lanes, float most) {
+#if defined(__SSE2__)
+  return static_cast<unsigned>(_mm_movemask_ps(_mm_cmple_ps(lanes, _mm_set1_ps(most))));
+#else
+  unsigned bits = 0;
+  for (int k = 0; k < kLanes; ++k) bits |= unsigned{lanes[k] <= most} << k;
+  return bits;
+#endif
+}
 
 constexpr float kUlp = 0x1p-23f;
 
@@ -73,6 +89,7 @@ struct TriangleTree::Impl {
     Lanes low[3][kWide / kLanes], high[3][kWide / kLanes];
     std::array<int, kWide> child;  // a later node, or ~ a triangle
     int count = 0;
+    unsigned leaves = 0;  // a bit for each child that is a triangle
 
     float& Low(int axis, int c) { return reinterpret_cast<float*>(low[axis])[c]; }
     float& High(int axis, int c) { return reinterpret_cast<float*>(high[axis])[c]; }
@@ -142,6 +159,7 @@ int TriangleTree::Impl::AddNode(std::vector<Eigen::Vector3d>& centers, std::vect
   int count = 0;
   for (const auto& [from, to] : ranges) {
     const int child = to - from == 1 ? ~from : AddNode(centers, order, from, to);
+    if (child < 0) nodes[id].leaves |= 1u << count;
     nodes[id].child[count++] = child;
   }
   nodes[id].count = count;
@@ -210,16 +228,22 @@ TriangleTree::Hit TriangleTree::Impl::Search(const Eigen::Vector3d& query,
   while (top > 0) {
     const Entry entry = stack[--top];
     if (entry.squared > farthest) continue;
-    if (entry.child < 0) {
-      look_at(~entry.child);
-      continue;
-    }
     const Node& node = nodes[entry.child];
     Lanes lanes[kWide / kLanes];
     boxes.Distances(node, lanes);
     const auto* const squared = reinterpret_cast<const float*>(lanes);
+    unsigned near = 0;
+    for (int half = 0; half < kWide / kLanes; ++half) {
+      near |= NotLarger(lanes[half], farthest) << (half * kLanes);
+    }
+    near &= (1u << node.count) - 1;
+    for (unsigned left = near & node.leaves; left != 0; left &= left - 1) {
+      const int c = std::countr_zero(left);
+      if (squared[c] <= farthest) look_at(~node.child[c]);
+    }
     const int bottom = top;
-    for (int c = 0; c < node.count; ++c) {
+    for (unsigned left = near & ~node.leaves; left != 0; left &= left - 1) {
+      const int c = std::countr_zero(left);
       if (squared[c] > farthest) continue;
       int place = top++;  // the nearest on top
       for (; place > bottom && stack[place - 1].squared < squared[c]; --place) {

@@ -4,10 +4,11 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
-#include <stdexcept>
+#include <memory>
+#include <new>
 #include <type_traits>
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 namespace holdfast {
 namespace {
@@ -28,16 +29,16 @@ constexpr std::string_view TypeName() {
 std::string Base64(std::string_view bytes) {
   static constexpr char kDigits[] =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+  std::string text((bytes.size() + 2) / 3 * 4, '=');
+  auto digit = text.begin();
+  for (std::size_t i = 0; i < bytes.size(); i += 3, digit += 4) {
     const std::size_t n = std::min<std::size_t>(3, bytes.size() - i);
     std::uint32_t triple = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       triple = triple << 8 | (k < n ? static_cast<unsigned char>(bytes[i + k]) : 0u);
     }
-    for (std::size_t k = 0; k < 4; ++k) {
-      text += k <= n ? kDigits[triple >> (18 - 6 * k) & 63] : '=';
+    for (std::size_t k = 0; k <= n; ++k) {
+      digit[static_cast<std::ptrdiff_t>(k)] = kDigits[triple >> (18 - 6 * k) & 63];
     }
   }
   return text;
@@ -63,12 +64,12 @@ template void ReportPayload::Add(std::string_view, std::span<const std::uint16_t
 template void ReportPayload::Add(std::string_view, std::span<const std::uint8_t>, int);
 
 std::string ReportPayload::Encode() const {
-  uLongf size = compressBound(bytes_.size());
-  std::string deflated(size, '\0');
-  const int fault = compress2(reinterpret_cast<Bytef*>(deflated.data()), &size,
-                              reinterpret_cast<const Bytef*>(bytes_.data()), bytes_.size(), 6);
-  if (fault != Z_OK) throw std::runtime_error("the report's data could not be compressed");
-  deflated.resize(size);
+  const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+      libdeflate_alloc_compressor(6), &libdeflate_free_compressor);
+  if (!compressor) throw std::bad_alloc();
+  std::string deflated(libdeflate_zlib_compress_bound(compressor.get(), bytes_.size()), '\0');
+  deflated.resize(libdeflate_zlib_compress(compressor.get(), bytes_.data(), bytes_.size(),
+                                           deflated.data(), deflated.size()));
   return Base64(deflated);
 }
 

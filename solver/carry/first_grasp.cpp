@@ -48,7 +48,9 @@ Grasp WorthMost(const HandModel& hand, const GraspReport& report, const FirstGra
   HandEvaluation evaluation = AtWrist(hand);
   const Eigen::Matrix3Xd in_object =
       best.wrist_from_object.inverse() * evaluation.At(best.fingers.data(), false).Vertices();
-  best.metrics = MeasureContact(TriangleMesh{in_object, hand.Surface().Faces()}, surface);
+  ContactProtocol protocol;
+  protocol.threads = options.threads;
+  best.metrics = MeasureContact(TriangleMesh{in_object, hand.Surface().Faces()}, surface, protocol);
   return best;
 }
 

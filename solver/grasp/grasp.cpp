@@ -260,7 +260,10 @@ Grasp GraspSearch::ReportBest(std::vector<GraspReport::Candidate> refined,
   out_.candidates = std::move(refined);
   const Eigen::Matrix3Xd in_object =
       best.wrist_from_object.inverse() * evaluation.At(best.fingers.data(), false).Vertices();
-  best.metrics = MeasureContact(TriangleMesh{in_object, hand_.Surface().Faces()}, surface);
+  ContactProtocol protocol;
+  protocol.threads = options_.threads;
+  best.metrics =
+      MeasureContact(TriangleMesh{in_object, hand_.Surface().Faces()}, surface, protocol);
   out_.candidates.front().grasp.metrics = best.metrics;
   return best;
 }

@@ -17,6 +17,8 @@ constexpr std::array<double, 4> kLeads = {0.0, 0.5, 1.0, -0.5};
 constexpr std::array<double, 6> kOnTheWay = {0.006, 0.015, 0.028, 0.045, 0.065, 0.09};  // metres
 constexpr std::array<double, 8> kClosing = {0.1, 0.22, 0.35, 0.48, 0.6, 0.72, 0.85, 0.95};
 
+constexpr double kRounding = 1e-9;
+
 struct Depths {
   double through = 0.0, below = 0.0;  // metres
   // Most skin inside at a time. A wall is no deeper than half its thickness: what passes through it
@@ -35,6 +37,7 @@ void Add(const Eigen::Matrix3Xd& skin, const Eigen::Vector3d& shift, const Dista
     if ((p.array() < object.Min().array()).any() || (p.array() > object.Max().array()).any()) {
       continue;
     }
+    if (object.Linear(p) > 2.0 * object.CellSize()) continue;  // well outside
     const double depth = -object.Distance(p);
     depths.through = std::max(depths.through, depth);
     inside += depth > kTouch;
@@ -104,6 +107,11 @@ HandApproach FindApproach(const HandAnatomy& anatomy, const Grasp& grasp,
       way.tips_lead = lead;
       Depths depths = at_rest;
       for (const double share : kClosing) {
+        // It only grows: neither the best way of these fingers nor the best of all.
+        if (const double cost = cost_of(way, depths);
+            cost >= least_closing || cost >= least + kRounding) {
+          break;
+        }
         Add(skin_of(ClosingFingers(way, grasp, share)), Eigen::Vector3d::Zero(), object, bottom_z,
             depths);
       }

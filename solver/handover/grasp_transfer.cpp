@@ -280,20 +280,28 @@ class TransferSearch {
         giver_from_object_(giver_from_object),
         receiver_from_object_(receiver_from_object),
         giving_(HandInObject(giver, giver_fingers, giver_from_object)),
-        giving_surface_(giving_),
-        giving_patches_(giving_.vertices, AllOf(giving_.vertices)),
-        giving_balls_(
-            MovedBalls(giver_from_object.inverse(), HandBalls(HandAnatomy(giver), giver_fingers))),
-        obstacles_(ObstacleGrid(prepared.object, giving_, options_.threads)),
-        mirrored_(own_.anatomy.axes.AnglesOf(MirrorFingers(giver_fingers))) {}
+        mirrored_(own_.anatomy.axes.AnglesOf(MirrorFingers(giver_fingers))) {
+    ParallelFor(2, options_.threads, [&](int part) {
+      if (part == 0) {
+        obstacles_.emplace(ObstacleGrid(prepared.object, giving_, options_.threads));
+      } else {
+        giving_surface_.emplace(giving_);
+        giving_patches_ = PointPatches(giving_.vertices, AllOf(giving_.vertices));
+        giving_balls_ =
+            MovedBalls(giver_from_object.inverse(), HandBalls(HandAnatomy(giver), giver_fingers));
+      }
+    });
+  }
 
   GraspTransfer Run() {
     TryMirroredFingers();
     if (!best_.found) TryWholeGrasps();
     HandEvaluation evaluation = AtWrist(own_.receiver);
+    ContactProtocol protocol;
+    protocol.threads = options_.threads;
     best_.grasp.metrics = MeasureContact(
         TriangleMesh{InObject(best_.grasp, evaluation), own_.receiver.Surface().Faces()},
-        own_.surface);
+        own_.surface, protocol);
     return best_;
   }
 
@@ -329,8 +337,8 @@ class TransferSearch {
   }
 
   double Overlap(const Eigen::Matrix3Xd& vertices_in_object) const {
-    const Eigen::AlignedBox3d box(giving_surface_.Min(), giving_surface_.Max());
-    return Deepest(giving_surface_, vertices_in_object,
+    const Eigen::AlignedBox3d box(giving_surface_->Min(), giving_surface_->Max());
+    return Deepest(*giving_surface_, vertices_in_object,
                    [&](const Vector3d& x) { return box.contains(x); });
   }
 
@@ -357,7 +365,7 @@ class TransferSearch {
     GraspAttempt closed;
     closed.style = GraspStyle::kPower;
     closed.wrist_from_object = candidate.wrist_from_object;
-    closed.angles = CloseFingers(own_.anatomy, evaluation, obstacles_, candidate.wrist_from_object,
+    closed.angles = CloseFingers(own_.anatomy, evaluation, *obstacles_, candidate.wrist_from_object,
                                  candidate.start)
                         .angles;
     return closed;
@@ -387,7 +395,7 @@ class TransferSearch {
                   closed.wrist_from_object);
       return;
     }
-    RefineGrasp(own_.anatomy, evaluation, obstacles_, {}, closed.angles, closed.wrist_from_object);
+    RefineGrasp(own_.anatomy, evaluation, *obstacles_, {}, closed.angles, closed.wrist_from_object);
     const FindIntrusions find = [&](const Eigen::Matrix3Xd& vertices, const Isometry3d& pose) {
       std::vector<Intrusion> found;
       AddIntrusions(vertices, pose, own_.scene.surface, own_.scene.surface_patches, 0.0, found);
@@ -625,10 +633,10 @@ class TransferSearch {
   const Isometry3d& giver_from_object_;
   const Isometry3d& receiver_from_object_;
   TriangleMesh giving_;
-  SignedDistance giving_surface_;
+  std::optional<SignedDistance> giving_surface_;
   PointPatches giving_patches_;
   Eigen::Matrix4Xd giving_balls_;  // object's frame
-  DistanceGrid obstacles_;
+  std::optional<DistanceGrid> obstacles_;
   HandAngles mirrored_;
   GraspTransfer best_;
   bool any_ = false;
@@ -676,8 +684,11 @@ double GraspReceiver::LeastCorrection(const HandAnatomy& giver, const FingerPose
                                       const Isometry3d& receiver_from_object) const {
   const Eigen::Matrix4Xd giving =
       MovedBalls(giver_from_object.inverse(), HandBalls(giver, giver_fingers));
+  const Vector3d given = receiver_from_object.inverse().translation();
   double least = 0.5;
   for (const TransferScene::WholeGrasp& placed : scene_->placed) {
+    // Its way alone is mostly too far.
+    if ((placed.wrist_from_object.inverse().translation() - given).norm() >= least) continue;
     const double correction = scene_->Correction(placed.wrist_from_object, receiver_from_object);
     if (correction >= least) continue;
     const Eigen::Matrix4Xd balls =

@@ -2,7 +2,9 @@
 #include "solver/unknowns/dense_minimizer.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -31,6 +33,13 @@ struct Region {
     shrink *= 2.0;
   }
 };
+
+// Either zero, all of them; most rows of penetration are.
+bool IsZero(const double* values, int count) {
+  std::uint64_t bits = 0;
+  for (int k = 0; k < count; ++k) bits |= std::bit_cast<std::uint64_t>(values[k]);
+  return (bits << 1) == 0;
+}
 
 // Cholesky in place, lower triangle of the scaled matrix; zeros to the left of a row's first number
 // stay zeros and cost nothing. False where the matrix is not positive definite.
@@ -117,28 +126,45 @@ void DenseMinimizer::AddRows(Term& term) {
     if (block != nullptr) next += static_cast<std::size_t>(block->size) * term.residuals.size();
   }
   term.rows->Evaluate(term.parameters.data(), term.residuals.data(), jacobians.data());
-  std::vector<std::pair<Eigen::Index, double>> row;
+  // By their columns, so that one loop runs down the lower triangle.
+  struct Part {
+    const Block* block;
+    const double* jacobian;
+    Eigen::Matrix<double, 4, 3> plus;  // of a rotation
+  };
+  std::vector<Part> ascending;
+  for (std::size_t b = 0; b < term.blocks.size(); ++b) {
+    const Block* const block = term.blocks[b];
+    if (block == nullptr) continue;
+    ascending.push_back({block, jacobians[b], Eigen::Matrix<double, 4, 3>::Zero()});
+    if (block->tangent != block->size) {
+      ascending.back().plus = RotationManifold::PlusJacobianAt(block->x);
+    }
+  }
+  std::ranges::sort(ascending, {}, [](const Part& part) { return part.block->column; });
+  std::vector<double> value(static_cast<std::size_t>(gradient_.size()) + 1);
+  std::vector<Eigen::Index> place(value.size());
   for (std::size_t r = 0; r < term.residuals.size(); ++r) {
-    row.clear();
-    for (std::size_t b = 0; b < term.blocks.size(); ++b) {
-      const Block* block = term.blocks[b];
-      if (block == nullptr) continue;
-      const double* const J = jacobians[b] + r * static_cast<std::size_t>(block->size);
+    std::size_t count = 0;
+    for (const auto& [block, jacobian, plus] : ascending) {
+      const double* J = jacobian + r * static_cast<std::size_t>(block->size);
+      if (IsZero(J, block->size)) continue;
       Eigen::RowVector3d turn;
-      const bool rotation = block->tangent != block->size;
-      if (rotation) {
-        turn = Eigen::Map<const Eigen::RowVector4d>(J) * RotationManifold::PlusJacobianAt(block->x);
+      if (block->tangent != block->size) {
+        turn = Eigen::Map<const Eigen::RowVector4d>(J) * plus;
+        J = turn.data();
       }
-      for (int c = 0; c < block->tangent; ++c) {
-        const double value = rotation ? turn(c) : J[c];
-        if (value != 0.0) row.emplace_back(block->column + c, value);
+      for (int c = 0; c < block->tangent; ++c) {  // without branches: what is zero is overwritten
+        value[count] = J[c];
+        place[count] = block->column + c;
+        count += J[c] != 0.0 ? 1 : 0;
       }
     }
-    for (const auto& [i, a] : row) {
-      gradient_(i) += a * term.residuals[r];
-      for (const auto& [j, b] : row) {
-        if (i >= j) hessian_(i, j) += a * b;
-      }
+    for (std::size_t j = 0; j < count; ++j) {
+      const double factor = value[j];
+      gradient_(place[j]) += factor * term.residuals[r];
+      double* const column = hessian_.col(place[j]).data();
+      for (std::size_t i = j; i < count; ++i) column[place[i]] += factor * value[i];
     }
   }
 }

@@ -2,8 +2,11 @@
 #include "geometry/io/mesh/load_object.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -24,6 +27,32 @@ std::vector<std::string> EmbeddedObjectNames() {
   std::erase_if(names, [](const std::string& name) { return name.ends_with("_300"); });
   return names;
 }
+
+namespace {
+
+TriangleMesh ReadEmbedded(const std::string& path) {
+  const EmbeddedFile file = FindEmbedded(path);
+  return ReadMeshBytes({reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()},
+                       file.name)
+      .mesh;
+}
+
+// The version in 300 vertices that an embedded object comes with, where this is one, at any scale.
+std::optional<TriangleMesh> SimplifiedEmbedded(const LoadedObject& object) {
+  const std::string whole = fmt::format("objects/{}.ply", object.name);
+  const std::string few = fmt::format("objects/{}_300.ply", object.name);
+  if (!HasEmbedded(whole) || !HasEmbedded(few)) return std::nullopt;
+  const Eigen::Matrix3Xd given = ReadEmbedded(whole).vertices;
+  const Eigen::Matrix3Xd& vertices = object.mesh.vertices;
+  if (given.cols() != vertices.cols()) return std::nullopt;
+  const double scale = vertices.norm() / given.norm();
+  if (!(vertices - scale * given).isZero(1e-12 * scale)) return std::nullopt;
+  TriangleMesh simplified = ReadEmbedded(few);
+  simplified.vertices *= std::abs(scale - 1.0) < 1e-12 ? 1.0 : scale;
+  return simplified;
+}
+
+}  // namespace
 
 LoadedObject LoadObject(const std::string& path_or_name, double scale) {
   const std::vector<std::string> names = EmbeddedObjectNames();
@@ -97,6 +126,10 @@ void RequireHandheld(const LoadedObject& object) {
 
 TriangleMesh ForFitting(const LoadedObject& object, int vertices, std::vector<std::string>* notes) {
   if (object.mesh.NumVertices() <= vertices) return object.mesh;
+  if (std::optional<TriangleMesh> own = SimplifiedEmbedded(object);
+      own && own->NumVertices() == vertices) {
+    return *std::move(own);
+  }
   DecimateOptions options;
   options.vertices = vertices;
   options.samples = 0;
