@@ -6,11 +6,13 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/data_store.h"
 
 namespace holdfast {
 namespace {
@@ -114,13 +116,17 @@ JobLine ReadLine(const std::vector<std::string>& words, const fs::path& folder, 
 }  // namespace
 
 std::vector<JobLine> ReadJobList(const fs::path& path) {
-  std::istringstream file(ReadFile(path, kMostBytes));
+  std::string text = ReadFile(path, kMostBytes);
+  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
+  std::istringstream file(std::move(text));
   std::vector<JobLine> jobs;
   std::set<std::string> taken;
   std::map<std::string, int> uses;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
     const std::string where = fmt::format("{}:{}", path.string(), number);
+    // Status lines are JSON: another encoding's name would not be found again there.
+    if (!IsUtf8(line)) throw Error(where, "is not UTF-8", "Save the list as UTF-8");
     const std::vector<std::string> words = Words(line, where);
     if (words.empty()) continue;
     JobLine job = ReadLine(words, path.parent_path(), where);

@@ -30,13 +30,15 @@ std::string FirstLine(const fs::path& path) {
   return line;
 }
 
-// Host, boot and name space of processes: where a process number means the same process.
+// Host, boot and name spaces of processes and of time since the boot: where a process number, and
+// when it began, mean the same process.
 std::string ThisMachine() {
   std::array<char, 256> host{};
   ::gethostname(host.data(), host.size() - 1);
   std::error_code ignored;
   return Checksum(std::string(host.data()) + ' ' + FirstLine("/proc/sys/kernel/random/boot_id") +
-                  ' ' + fs::read_symlink("/proc/self/ns/pid", ignored).string());
+                  ' ' + fs::read_symlink("/proc/self/ns/pid", ignored).string() + ' ' +
+                  fs::read_symlink("/proc/self/ns/time", ignored).string());
 }
 
 // When a process began, in ticks since the boot; nothing where there is none.

@@ -54,6 +54,11 @@ class Sheet(unittest.TestCase):
         self.refused(head + "a.npz,\n", "no object")
         self.refused("motion,object,job\na.npz,mug,fitt\n", "neither fit nor refine")
         self.refused("motion,object,name\na.npz,mug,../b\n", "not a file name")
+        self.refused(head + 'a.npz,"mug\nmug"\n', "samples.csv:3", "line break")
+        self.refused(head + 'a.npz,"mug\nGröße 1.npz,"apple"\n', "samples.csv:3", "Close its quotes")
+        self.refused(head + 'Größe 1.npz,"mug', "samples.csv:2", "Close its quotes")
+        for column, value in (("hand", "middle"), ("hand", "clip"), ("start", "x"), ("start", "-1"), ("end", "1.5"), ("fps", "1e9"), ("object-scale", "0"), ("person", "-1"), ("up", "w")):
+            self.refused(f"motion,object,{column}\na.npz,mug,{value}\n", "samples.csv:2", column, f"'{value}'")
         self.refused("motion,object\nGröße 1.npz,mug\n", "UTF-8", encoding="latin-1")
         with self.assertRaises(SystemExit):
             sheet.read("/nowhere/samples.csv")

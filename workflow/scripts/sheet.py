@@ -10,6 +10,16 @@ REQUIRED = ["motion"]
 # Columns that become options of import, of fit or refine.
 IMPORT_KEYS = ["fps", "up", "person", "body"]
 SOLVE_KEYS = ["hand", "start", "end", "object-scale"]
+# What those cells may hold: a wrong one would fail the whole group's list, and only when its turn has come.
+HANDS = {"fit": ("auto", "right", "left", "both"), "refine": ("auto", "clip", "right", "left", "both")}
+UPS = ("x", "y", "z", "-x", "-y", "-z")
+NUMBERS = {
+    "fps": (float, lambda v: 0 <= v <= 1000, "a frame rate from 0 to 1000"),
+    "object-scale": (float, lambda v: 0 < v < float("inf"), "a positive number"),
+    "person": (int, lambda v: v >= 0, "a whole number from 0"),
+    "start": (int, lambda v: v >= 0, "a frame from 0"),
+    "end": (int, lambda v: v >= -1, "a frame, or -1"),
+}
 COLUMNS = REQUIRED + ["name", "job", "object"] + IMPORT_KEYS + SOLVE_KEYS
 
 
@@ -35,9 +45,13 @@ def _rows(path):
             first = next((line for line in file if line.strip() and not line.startswith("#")), "")
             file.seek(0)
             delimiter = "\t" if "\t" in first else ","
-            yield from enumerate(csv.reader(file, delimiter=delimiter), start=1)
+            rows = csv.reader(file, delimiter=delimiter, strict=True)
+            for cells in rows:
+                yield rows.line_num, cells
     except OSError as error:
         raise SheetError(f"{path}: cannot be read ({error.strerror}). Give samples: in the config")
+    except csv.Error as error:
+        raise SheetError(f"{path}:{rows.line_num}: does not read ({error}). Close its quotes")
     except UnicodeDecodeError:
         raise SheetError(f"{path}: is not UTF-8. Save it as UTF-8")
 
@@ -55,11 +69,25 @@ def _header(path, cells):
             raise SheetError(f"{path}:1: has the column '{column}' twice. Keep one of them")
 
 
+def _check_values(sample, where):
+    for key, (kind, may_be, what) in NUMBERS.items():
+        text = sample.get(key)
+        try:
+            if text and not may_be(kind(text)):
+                raise ValueError
+        except ValueError:
+            raise SheetError(f"{where}: {key} '{text}' is not {what}")
+    for key, choices in (("hand", HANDS[sample["job"]]), ("up", UPS)):
+        if sample.get(key) and sample[key] not in choices:
+            raise SheetError(f"{where}: {key} '{sample[key]}' is none of {', '.join(choices)}")
+
+
 def _check(sample, where, folders, names):
     job = sample.get("job") or "fit"
     if job not in ("fit", "refine"):
         raise SheetError(f"{where}: job '{job}' is neither fit nor refine")
     sample["job"] = job
+    _check_values(sample, where)
     motion = _find(sample["motion"], folders)
     if not sample["motion"] or motion is None:
         raise SheetError(f"{where}: '{sample['motion']}' is not there. Looked in {', '.join(folders)}")
@@ -92,6 +120,8 @@ def _read(path, data):
     columns, samples, names = None, [], {}
     for number, cells in _rows(path):
         cells = [cell.strip() for cell in cells]
+        if any("\n" in cell or "\r" in cell for cell in cells):
+            raise SheetError(f"{path}:{number}: has a line break in a cell. Close its quotes")
         if not any(cells) or cells[0].startswith("#"):
             continue
         if columns is None:

@@ -351,5 +351,18 @@ TEST(JobList, ReadsWordsKeysAndNames) {
   EXPECT_THAT(jobs[2].where, HasSubstr("list.txt:4"));
 }
 
+TEST(JobList, ReadsWhatWindowsWritesAndRefusesLatin1) {
+  const TemporaryFolder folder;
+  WriteAtomically(folder / "list.txt", "\xEF\xBB\xBFwalk.npz mug\r\nrun.npz mug\r\n");
+  const std::vector<JobLine> jobs = ReadJobList(folder / "list.txt");
+  ASSERT_EQ(jobs.size(), 2u);
+  EXPECT_EQ(jobs[0].words, (std::vector<std::string>{"walk.npz", "mug"}));
+  EXPECT_EQ(jobs[1].name, "run_mug");
+  WriteAtomically(folder / "list.txt", "walk.npz mug\nwalk.npz mug name=gr\xF6\xDF\x65\n");
+  EXPECT_THAT([&] { ReadJobList(folder / "list.txt"); },
+              ::testing::ThrowsMessage<Error>(
+                  ::testing::AllOf(HasSubstr("list.txt:2"), HasSubstr("UTF-8"))));
+}
+
 }  // namespace
 }  // namespace holdfast
