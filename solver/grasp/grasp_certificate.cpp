@@ -36,30 +36,40 @@ void RequireValid(double length_m, const CertificateOptions& options) {
           "squeeze and step of friction are not positive");
 }
 
-// Wrenches (a column each) of forces with normal component 1 along the edges of the pyramids.
-Wrenches EdgeWrenches(std::span<const GraspContact> contacts, const Eigen::Vector3d& mass_center,
-                      double length_m, double friction, const CertificateOptions& options) {
-  const int edges = friction > 0.0 ? options.cone_edges : 1;
-  const double twist = friction * options.twist_lever_m / length_m;
-  const int per_contact = edges + (twist > 0.0 ? 2 : 0);
-  Wrenches wrenches(6, per_contact * static_cast<Eigen::Index>(contacts.size()));
-  Eigen::Index column = 0;
-  for (const GraspContact& contact : contacts) {
-    const Eigen::Vector3d n = contact.inward;
-    const Eigen::Vector3d t = n.unitOrthogonal();
-    const Eigen::Vector3d b = n.cross(t);
-    const Eigen::Vector3d arm = (contact.point - mass_center) / length_m;
-    for (int e = 0; e < edges; ++e) {
-      const double angle = 2.0 * std::numbers::pi * e / edges;
-      const Eigen::Vector3d force = n + friction * (std::cos(angle) * t + std::sin(angle) * b);
-      wrenches.col(column++) << force, arm.cross(force);
-    }
-    for (const double turn : {-twist, twist}) {
-      if (twist > 0.0) wrenches.col(column++) << n, arm.cross(n) + turn * n;
+// Wrenches (a column each) of forces with normal component 1 along the edges of the pyramids; each
+// is linear in the friction.
+struct EdgeWrenches {
+  Wrenches without;  // friction
+  Wrenches per_friction;
+
+  EdgeWrenches(std::span<const GraspContact> contacts, const Eigen::Vector3d& mass_center,
+               double length_m, const CertificateOptions& options) {
+    const double twist = options.twist_lever_m / length_m;
+    const int per_contact = options.cone_edges + (twist > 0.0 ? 2 : 0);
+    without.resize(6, per_contact * static_cast<Eigen::Index>(contacts.size()));
+    per_friction.resize(6, without.cols());
+    Eigen::Index column = 0;
+    for (const GraspContact& contact : contacts) {
+      const Eigen::Vector3d n = contact.inward;
+      const Eigen::Vector3d t = n.unitOrthogonal();
+      const Eigen::Vector3d b = n.cross(t);
+      const Eigen::Vector3d arm = (contact.point - mass_center) / length_m;
+      Vector6d straight;
+      straight << n, arm.cross(n);
+      without.middleCols(column, per_contact).colwise() = straight;
+      for (int e = 0; e < options.cone_edges; ++e) {
+        const double angle = 2.0 * std::numbers::pi * e / options.cone_edges;
+        const Eigen::Vector3d aside = std::cos(angle) * t + std::sin(angle) * b;
+        per_friction.col(column++) << aside, arm.cross(aside);
+      }
+      for (const double turn : {-twist, twist}) {
+        if (twist > 0.0) per_friction.col(column++) << Eigen::Vector3d::Zero(), turn * n;
+      }
     }
   }
-  return wrenches;
-}
+
+  Wrenches With(double friction) const { return without + friction * per_friction; }
+};
 
 // GLPK keeps an environment for each thread that uses it.
 struct FreeEnvironment {
@@ -68,43 +78,48 @@ struct FreeEnvironment {
 
 // The linear program of how much x >= 0 of each wrench there is: least cost of over and under, both
 // >= 0, where W x - over + under = load, where the sum of x may be bounded. Rows: the six of W and
-// the sum; columns: x, then over and under of each row.
+// the sum; columns: over and under of each row, then x.
 class WrenchProgram {
  public:
-  explicit WrenchProgram(const Wrenches& wrenches)
-      : wrenches_(wrenches), count_(static_cast<int>(wrenches.cols())) {
+  // Costs of the forces x, and of over and under.
+  WrenchProgram(double forces, double missing) : forces_(forces) {
     thread_local const FreeEnvironment at_the_end_of_the_thread;
     (void)at_the_end_of_the_thread;
     glp_term_out(GLP_OFF);
     program_.reset(glp_create_prob());
     glp_add_rows(program_.get(), 7);
-    glp_add_cols(program_.get(), count_ + 12);
-    const std::array<int, 8> rows = {0, 1, 2, 3, 4, 5, 6, 7};
-    for (int i = 0; i < count_; ++i) {
-      std::array<double, 8> values{};
-      for (int k = 0; k < 6; ++k) values[1 + k] = wrenches(k, i);
-      values[7] = 1.0;
-      glp_set_mat_col(program_.get(), 1 + i, 7, rows.data(), values.data());
-      glp_set_col_bnds(program_.get(), 1 + i, GLP_LO, 0.0, 0.0);
-    }
-    for (int k = 0; k < 12; ++k) {
+    glp_add_cols(program_.get(), kMissing);
+    for (int k = 0; k < kMissing; ++k) {
       const std::array<int, 2> row = {0, 1 + k / 2};
       const std::array<double, 2> value = {0.0, k % 2 ? 1.0 : -1.0};
-      glp_set_mat_col(program_.get(), 1 + count_ + k, 1, row.data(), value.data());
-      glp_set_col_bnds(program_.get(), 1 + count_ + k, GLP_LO, 0.0, 0.0);
+      glp_set_mat_col(program_.get(), 1 + k, 1, row.data(), value.data());
+      glp_set_col_bnds(program_.get(), 1 + k, GLP_LO, 0.0, 0.0);
+      glp_set_obj_coef(program_.get(), 1 + k, missing);
     }
-    glp_std_basis(program_.get());
     glp_set_row_bnds(program_.get(), 7, GLP_FR, 0.0, 0.0);
   }
 
-  void SetLoad(int k, double load) { glp_set_row_bnds(program_.get(), 1 + k, GLP_FX, load, load); }
-  void SetMostSum(double most) { glp_set_row_bnds(program_.get(), 7, GLP_UP, 0.0, most); }
-  // Of x, and of over and under.
-  void SetCosts(double forces, double missing) {
-    for (int i = 0; i < count_ + 12; ++i) {
-      glp_set_obj_coef(program_.get(), 1 + i, i < count_ ? forces : missing);
+  // The wrenches from now on; the last solution's basis stays where there are as many as before.
+  void Set(const Wrenches& wrenches) {
+    for (Eigen::Index i = 0; i < wrenches.cols(); ++i) {
+      if (i < std::ssize(wrenches_)) {
+        SetColumn(static_cast<int>(i), wrenches.col(i));
+      } else {
+        Add(wrenches.col(i));
+      }
     }
   }
+  void Add(const Vector6d& wrench) {
+    const int column = glp_add_cols(program_.get(), 1);
+    wrenches_.emplace_back();
+    SetColumn(column - 1 - kMissing, wrench);
+    glp_set_col_bnds(program_.get(), column, GLP_LO, 0.0, 0.0);
+    glp_set_obj_coef(program_.get(), column, forces_);
+  }
+  void SetLoad(const Vector6d& load) {
+    for (int k = 0; k < 6; ++k) glp_set_row_bnds(program_.get(), 1 + k, GLP_FX, load(k), load(k));
+  }
+  void SetMostSum(double most) { glp_set_row_bnds(program_.get(), 7, GLP_UP, 0.0, most); }
   // W x and the sum of x at the optimum, x made feasible exactly: no part negative. Both zero when
   // the solver fails.
   std::pair<Vector6d, double> Minimize() {
@@ -117,9 +132,10 @@ class WrenchProgram {
       glp_std_basis(program_.get());
       if (glp_simplex(program_.get(), &options) != 0) return reached;
     }
-    for (int i = 0; i < count_; ++i) {
-      const double x = std::max(0.0, glp_get_col_prim(program_.get(), 1 + i));
-      reached.first += x * wrenches_.col(i);
+    for (std::size_t i = 0; i < wrenches_.size(); ++i) {
+      const double x =
+          std::max(0.0, glp_get_col_prim(program_.get(), 1 + kMissing + static_cast<int>(i)));
+      reached.first += x * wrenches_[i];
       reached.second += x;
     }
     return reached;
@@ -132,29 +148,72 @@ class WrenchProgram {
   }
 
  private:
-  const Wrenches& wrenches_;
-  int count_;
+  static constexpr int kMissing = 12;
+
+  void SetColumn(int i, const Vector6d& wrench) {
+    constexpr std::array<int, 8> kRows = {0, 1, 2, 3, 4, 5, 6, 7};
+    std::array<double, 8> values{};
+    for (int k = 0; k < 6; ++k) values[1 + k] = wrench(k);
+    values[7] = 1.0;
+    glp_set_mat_col(program_.get(), 1 + kMissing + i, 7, kRows.data(), values.data());
+    wrenches_[i] = wrench;
+  }
+
+  double forces_;
+  std::vector<Vector6d> wrenches_;
   std::unique_ptr<glp_prob, decltype(&glp_delete_prob)> program_{nullptr, glp_delete_prob};
 };
 
-bool BalancesGravity(const Wrenches& wrenches, double most_squeeze) {
-  if (wrenches.cols() == 0) return false;
-  WrenchProgram program(wrenches);
-  program.SetCosts(0.0, 1.0);
-  program.SetMostSum(most_squeeze);
-  const Eigen::Matrix<double, 3, 4> corners =
-      (Eigen::Matrix<double, 3, 4>() << 1, 1, -1, -1, 1, -1, 1, -1, 1, -1, -1, 1).finished() /
-      std::sqrt(3.0);
-  for (int i = 0; i < 4; ++i) {
-    Vector6d force = Vector6d::Zero();
-    force.head<3>() = corners.col(i);
-    for (int k = 0; k < 6; ++k) program.SetLoad(k, force(k));
-    const auto [reached, squeeze] = program.Minimize();
-    if ((reached - force).norm() > kBalanced || squeeze > most_squeeze * (1.0 + kBalanced)) {
-      return false;
+// Four directions that span space positively: what balances the weight in these does in all.
+Eigen::Matrix<double, 3, 4> Tetrahedron() {
+  return (Eigen::Matrix<double, 3, 4>() << 1, 1, -1, -1, 1, -1, 1, -1, 1, -1, -1, 1).finished() /
+         std::sqrt(3.0);
+}
+
+// The least missing of loads, by forces whose sum is bounded.
+class BalanceProgram : public WrenchProgram {
+ public:
+  explicit BalanceProgram(double most_squeeze)
+      : WrenchProgram(0.0, 1.0), most_squeeze_(most_squeeze) {
+    SetMostSum(most_squeeze);
+  }
+  bool Balances(const Vector6d& load) {
+    SetLoad(load);
+    const auto [reached, squeeze] = Minimize();
+    return (reached - load).norm() <= kBalanced && squeeze <= most_squeeze_ * (1.0 + kBalanced);
+  }
+
+ private:
+  double most_squeeze_;
+};
+
+// The least friction that balances the weight in all directions, to `friction_step`. Where a load
+// is not balanced, the multipliers refute all friction up to one that follows from them.
+std::optional<double> LeastFriction(const EdgeWrenches& edges, const CertificateOptions& options) {
+  BalanceProgram program(options.most_squeeze);
+  program.Set(edges.With(0.0));
+  double friction = 0.0;
+  for (const auto& direction : Tetrahedron().colwise()) {
+    Vector6d load = Vector6d::Zero();
+    load.head<3>() = direction;
+    while (!program.Balances(load)) {
+      if (friction >= options.most_friction) return std::nullopt;
+      const Vector6d y = program.Direction();
+      const double lifted = y.dot(load) / options.most_squeeze;
+      const Eigen::RowVectorXd without = y.transpose() * edges.without;
+      const Eigen::RowVectorXd per_friction = y.transpose() * edges.per_friction;
+      double refuted = options.most_friction;
+      for (Eigen::Index i = 0; i < without.cols(); ++i) {
+        if (without(i) + refuted * per_friction(i) > lifted) {
+          refuted = (lifted - without(i)) / per_friction(i);
+        }
+      }
+      friction = std::min(std::max(friction, refuted) + 0.5 * options.friction_step,
+                          options.most_friction);
+      program.Set(edges.With(friction));
     }
   }
-  return true;
+  return friction;
 }
 
 // The 27 vertices of the polytope 2_21 (minuscule weights of E6) and their opposites: the convex
@@ -197,23 +256,107 @@ double DescendedSupport(const Wrenches& wrenches, Vector6d direction) {
   return std::max(0.0, least);
 }
 
+// The directions around of which a ball's bound asks, and what they say of each other.
+struct DirectionsOfBall {
+  Eigen::Matrix<double, 6, 54> all = DirectionsAround();
+  // Of each, the pairs of others that add up to it.
+  std::array<std::vector<std::pair<int, int>>, 54> sums;
+
+  DirectionsOfBall() {
+    for (int a = 0; a < all.cols(); ++a) {
+      for (int b = 0; b < a; ++b) {
+        for (int i = 0; i < all.cols(); ++i) {
+          if ((all.col(a) + all.col(b) - all.col(i)).norm() < 1e-9) sums[i].emplace_back(a, b);
+        }
+      }
+    }
+  }
+};
+
+// How far the hull of wrenches reaches in directions, by linear programs over a few of them: more
+// are added where the multipliers say that they would reach farther.
+class HullReach {
+ public:
+  explicit HullReach(const Wrenches& wrenches)
+      : wrenches_(wrenches), used_(static_cast<std::size_t>(wrenches.cols())) {}
+
+  void Use(Eigen::Index wrench) {
+    if (used_[wrench]) return;
+    used_[wrench] = true;
+    program_.Add(wrenches_.col(wrench));
+  }
+  struct Reached {
+    double forces;  // that add up to the direction: 1 / reach
+    double missed;  // how far from the direction they end
+  };
+  // Least forces, or the first found that are no more than `enough`.
+  Reached Towards(const Vector6d& direction, double enough) {
+    constexpr int kMostAdded = 6;
+    constexpr double kFarther = 1.0 + 1e-9;
+    program_.SetLoad(direction);
+    while (true) {
+      const auto [reached, forces] = program_.Minimize();
+      const double missed = (reached - direction).norm();
+      if (forces > 0.0 && forces <= enough && missed < kBalanced) return {forces, missed};
+      Eigen::RowVectorXd beyond = program_.Direction().transpose() * wrenches_;
+      int added = 0;
+      for (; added < kMostAdded; ++added) {
+        Eigen::Index farthest;
+        if (beyond.maxCoeff(&farthest) <= kFarther || used_[farthest]) break;
+        Use(farthest);
+        beyond(farthest) = 0.0;
+      }
+      if (added == 0) return {forces, missed};
+    }
+  }
+  Vector6d Direction() const { return program_.Direction(); }
+
+ private:
+  static constexpr double kOutOfReach = 1e4;  // cost of a wrench that is
+
+  const Wrenches& wrenches_;
+  std::vector<bool> used_;
+  WrenchProgram program_{1.0, kOutOfReach};
+};
+
 // Sets the bounds of the ball.
 void BoundBall(const Wrenches& wrenches, GraspCertificate& certificate) {
-  constexpr double kMissing = 1e4;  // cost of a wrench that is out of reach
   const double inradius = 1.0 / std::sqrt(2.0);
-  WrenchProgram program(wrenches);
-  program.SetCosts(1.0, kMissing);
-  static const Eigen::Matrix<double, 6, 54> directions = DirectionsAround();
-  double lower = std::numeric_limits<double>::infinity(), upper = lower;
-  for (int i = 0; i < directions.cols() && upper > 0.0 && lower > 0.0; ++i) {
-    for (int k = 0; k < 6; ++k) program.SetLoad(k, directions(k, i));
-    // What reaches the direction with least forces lies on the hull when they add up to 1; the
-    // multipliers are the normal of the facet there.
-    const auto [reached, sum] = program.Minimize();
-    const double missed = (reached - directions.col(i)).norm();
-    lower = sum > 0.0 && missed < kBalanced ? std::min(lower, (inradius - missed) / sum) : 0.0;
-    upper = std::min(upper, DescendedSupport(wrenches, program.Direction()));
-    upper = std::min(upper, DescendedSupport(wrenches, -program.Direction()));
+  static const DirectionsOfBall directions;
+  HullReach hull(wrenches);
+  const Eigen::MatrixXd along = directions.all.transpose() * wrenches;
+  int first = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < along.rows(); ++i) {
+    Eigen::Index furthest;
+    const double support = along.row(i).maxCoeff(&furthest);
+    if (support <= 0.0) return;
+    hull.Use(furthest);
+    if (support < least) {
+      least = support;
+      first = i;
+    }
+  }
+  std::array<HullReach::Reached, 54> reached;
+  reached.fill({std::numeric_limits<double>::infinity(), 0.0});
+  double lower = least, upper = least, most = 0.0;
+  for (int n = 0; n < along.rows() && lower > 0.0 && upper > 0.0; ++n) {
+    const int i = (first + n) % static_cast<int>(along.rows());
+    // Nearer than the nearest so far? Not where two that add up to it say so.
+    for (const auto& [a, b] : directions.sums[i]) {
+      const double forces = reached[a].forces + reached[b].forces;
+      if (forces < reached[i].forces) reached[i] = {forces, reached[a].missed + reached[b].missed};
+    }
+    if (!(reached[i].forces <= most)) {
+      reached[i] = hull.Towards(directions.all.col(i), most);
+      // The multipliers are the normal of the facet that is met there.
+      upper = std::min(upper, DescendedSupport(wrenches, hull.Direction()));
+      upper = std::min(upper, DescendedSupport(wrenches, -hull.Direction()));
+    }
+    const auto [forces, missed] = reached[i];
+    most = std::max(most, forces);
+    lower = forces > 0.0 && missed < 2.0 * kBalanced ? std::min(lower, (inradius - missed) / forces)
+                                                     : 0.0;
   }
   certificate.ball_lower = std::min(lower, upper);
   certificate.ball_upper = upper;
@@ -231,33 +374,33 @@ GraspCertificate CertifyContacts(std::span<const GraspContact> contacts,
   certificate.contacts = static_cast<int>(contacts.size());
   if (contacts.empty()) return certificate;
 
-  const auto holds = [&](double friction) {
-    return BalancesGravity(EdgeWrenches(contacts, mass_center, length_m, friction, options),
-                           options.most_squeeze);
-  };
-  double slips = -options.friction_step, held = options.most_friction;
-  if (holds(held)) {
-    while (held - slips > options.friction_step * (1.0 + 1e-9)) {
-      const double between = std::max(0.0, 0.5 * (slips + held));
-      if (holds(between)) {
-        held = between;
-        if (held == 0.0) break;
-      } else {
-        slips = between;
-      }
-    }
-    certificate.least_friction = held;
-  }
-
-  BoundBall(EdgeWrenches(contacts, mass_center, length_m, options.friction, options), certificate);
+  const EdgeWrenches edges(contacts, mass_center, length_m, options);
+  certificate.least_friction = LeastFriction(edges, options);
+  BoundBall(edges.With(options.friction), certificate);
   return certificate;
 }
 
 bool HoldsGravity(std::span<const GraspContact> contacts, const Eigen::Vector3d& mass_center,
                   double length_m, double friction, const CertificateOptions& options) {
+  return HoldsGravity(contacts, std::span(&mass_center, 1), length_m, friction, options);
+}
+
+bool HoldsGravity(std::span<const GraspContact> contacts,
+                  std::span<const Eigen::Vector3d> mass_centers, double length_m, double friction,
+                  const CertificateOptions& options) {
   RequireValid(length_m, options);
-  return BalancesGravity(EdgeWrenches(contacts, mass_center, length_m, friction, options),
-                         options.most_squeeze);
+  if (contacts.empty() || mass_centers.empty()) return false;
+  const Eigen::Vector3d& origin = mass_centers.front();
+  BalanceProgram program(options.most_squeeze);
+  program.Set(EdgeWrenches(contacts, origin, length_m, options).With(friction));
+  return std::ranges::all_of(mass_centers, [&](const Eigen::Vector3d& mass_center) {
+    const Eigen::Vector3d arm = (mass_center - origin) / length_m;
+    return std::ranges::all_of(Tetrahedron().colwise(), [&](const Eigen::Vector3d& force) {
+      Vector6d load;
+      load << force, arm.cross(force);
+      return program.Balances(load);
+    });
+  });
 }
 
 std::vector<GraspContact> PadContacts(const HandAnatomy& anatomy, HandEvaluation& hand,

@@ -55,12 +55,12 @@ struct GraspCertificate {
 /// metres). Throws Error for options out of range.
 ///
 /// The balanced loads are a convex cone, so all directions of gravity are held when four that span
-/// space positively are (a regular tetrahedron's); the least friction follows by bisection. Of the
-/// ball, a linear program for each of 54 directions (the weights of E6 and their opposites) finds
-/// how far the hull of the wrenches reaches; the hull of what they reach contains a ball of
-/// sqrt(3/8) = 61 % of the least of these distances, so `ball_lower` is at least that share of the
-/// pyramids' own radius. The facets met there and descent of the support function give
-/// `ball_upper`.
+/// space positively are (a regular tetrahedron's); the least friction follows from what the
+/// multipliers of loads that are not held refute. Of the ball, a linear program for each of 54
+/// directions (the weights of E6 and their opposites) finds how far the hull of the wrenches
+/// reaches; the hull of what they reach contains a ball of sqrt(3/8) = 61 % of the least of these
+/// distances, so `ball_lower` is at least that share of the pyramids' own radius. The facets met
+/// there and descent of the support function give `ball_upper`.
 GraspCertificate CertifyContacts(std::span<const GraspContact> contacts,
                                  const Eigen::Vector3d& mass_center, double length_m,
                                  const CertificateOptions& options = {});
@@ -69,6 +69,10 @@ GraspCertificate CertifyContacts(std::span<const GraspContact> contacts,
 /// part of the certificate (four linear programs).
 bool HoldsGravity(std::span<const GraspContact> contacts, const Eigen::Vector3d& mass_center,
                   double length_m, double friction, const CertificateOptions& options = {});
+/// The same wherever of `mass_centers` its mass centre is.
+bool HoldsGravity(std::span<const GraspContact> contacts,
+                  std::span<const Eigen::Vector3d> mass_centers, double length_m, double friction,
+                  const CertificateOptions& options = {});
 
 /// Where the touching sides of a hand's parts are nearer to the object than `touch_distance_m`:
 /// points of its surface and its normals, object frame. Of points that are close together on one

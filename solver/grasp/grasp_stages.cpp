@@ -2,6 +2,7 @@
 #include "solver/grasp/grasp_stages.h"
 
 #include <algorithm>
+#include <span>
 
 namespace holdfast {
 
@@ -81,19 +82,19 @@ bool GraspStages::Holds(const std::vector<GraspContact>& contacts) const {
 
 bool GraspStages::HoldsFirmly(const std::vector<GraspContact>& contacts) const {
   constexpr double kSqueeze = 6.0, kOffSqueeze = 12.0, kOffset = 0.1;
-  const auto holds = [&](const Eigen::Vector3d& offset, double squeeze) {
+  const auto holds = [&](std::span<const Eigen::Vector3d> mass_centers, double squeeze) {
     CertificateOptions certificate_options;
     certificate_options.most_squeeze = squeeze;
-    return HoldsGravity(contacts, scene_.centroid + kOffset * scene_.size * offset,
-                        0.5 * scene_.size, options_.friction, certificate_options);
+    return HoldsGravity(contacts, mass_centers, 0.5 * scene_.size, options_.friction,
+                        certificate_options);
   };
-  if (!holds(Eigen::Vector3d::Zero(), kSqueeze)) return false;
+  std::vector<Eigen::Vector3d> off;
   for (int axis = 0; axis < 3; ++axis) {
     for (const double way : {-1.0, 1.0}) {
-      if (!holds(way * Eigen::Vector3d::Unit(axis), kOffSqueeze)) return false;
+      off.emplace_back(scene_.centroid + way * kOffset * scene_.size * Eigen::Vector3d::Unit(axis));
     }
   }
-  return true;
+  return holds({&scene_.centroid, 1}, kSqueeze) && holds(off, kOffSqueeze);
 }
 
 GraspCertificate GraspStages::Certify(const std::vector<GraspContact>& contacts) const {
