@@ -10,6 +10,7 @@
 #include <CGAL/Surface_mesh.h>
 #include <gtest/gtest.h>
 
+#include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/decimate.h"
 #include "geometry/mesh/mesh.h"
@@ -97,6 +98,16 @@ TEST_P(ObjectTest, CoarseVersionIsSoundAndHas300Vertices) {
   const TriangleMesh mesh = Coarse();
   EXPECT_EQ(mesh.NumVertices(), 300);
   ExpectSound(mesh);
+}
+
+TEST_P(ObjectTest, IsFittedWithItsCoarseVersionAtAnyScale) {
+  constexpr double kScale = 1.1;
+  LoadedObject object = LoadObject(GetParam().name);
+  EXPECT_EQ(ForFitting(object, 300, nullptr).vertices, Coarse().vertices);
+  const TriangleMesh scaled = ForFitting(LoadObject(GetParam().name, kScale), 300, nullptr);
+  EXPECT_TRUE(scaled.vertices.isApprox(kScale * Coarse().vertices, 1e-12));
+  object.mesh.vertices.row(0) *= kScale;  // another shape: decimated anew
+  EXPECT_FALSE(ForFitting(object, 300, nullptr).vertices.isApprox(Coarse().vertices, 1e-3));
 }
 
 TEST_P(ObjectTest, IsTrueToSize) {
