@@ -187,31 +187,45 @@ class BalanceProgram : public WrenchProgram {
   double most_squeeze_;
 };
 
-// The least friction that balances the weight in all directions, to `friction_step`. Where a load
-// is not balanced, the multipliers refute all friction up to one that follows from them.
+// The friction up to which the multipliers of a program refute that a load is balanced.
+double RefutedBy(const Vector6d& multipliers, const Vector6d& load, const EdgeWrenches& edges,
+                 const CertificateOptions& options) {
+  const double lifted = multipliers.dot(load) / options.most_squeeze;
+  const Eigen::RowVectorXd without = multipliers.transpose() * edges.without;
+  const Eigen::RowVectorXd per_friction = multipliers.transpose() * edges.per_friction;
+  double refuted = options.most_friction;
+  for (Eigen::Index i = 0; i < without.cols(); ++i) {
+    if (without(i) + refuted * per_friction(i) > lifted) {
+      refuted = (lifted - without(i)) / per_friction(i);
+    }
+  }
+  return refuted;
+}
+
+// The least friction that balances the weight in all directions, to `friction_step`: of one after
+// the other, from that of those before. By growing steps and bisection, both from what is refuted.
 std::optional<double> LeastFriction(const EdgeWrenches& edges, const CertificateOptions& options) {
   BalanceProgram program(options.most_squeeze);
-  program.Set(edges.With(0.0));
   double friction = 0.0;
-  for (const auto& direction : Tetrahedron().colwise()) {
+  const Eigen::Matrix<double, 3, 4> directions = Tetrahedron();
+  for (int k = 0; k < directions.cols(); ++k) {
     Vector6d load = Vector6d::Zero();
-    load.head<3>() = direction;
-    while (!program.Balances(load)) {
-      if (friction >= options.most_friction) return std::nullopt;
-      const Vector6d y = program.Direction();
-      const double lifted = y.dot(load) / options.most_squeeze;
-      const Eigen::RowVectorXd without = y.transpose() * edges.without;
-      const Eigen::RowVectorXd per_friction = y.transpose() * edges.per_friction;
-      double refuted = options.most_friction;
-      for (Eigen::Index i = 0; i < without.cols(); ++i) {
-        if (without(i) + refuted * per_friction(i) > lifted) {
-          refuted = (lifted - without(i)) / per_friction(i);
-        }
+    load.head<3>() = directions.col(k);
+    double refuted = -options.friction_step, jump = 0.5 * options.friction_step;
+    std::optional<double> held;
+    for (double trial = friction; !held || *held - refuted > options.friction_step;
+         trial = held ? 0.5 * (refuted + *held) : std::min(refuted + jump, options.most_friction)) {
+      program.Set(edges.With(trial));
+      if (program.Balances(load)) {
+        held = trial;
+        if (trial == friction) break;
+      } else {
+        if (trial >= options.most_friction) return std::nullopt;
+        refuted = std::max(trial, RefutedBy(program.Direction(), load, edges, options));
+        jump *= 2.0;
       }
-      friction = std::min(std::max(friction, refuted) + 0.5 * options.friction_step,
-                          options.most_friction);
-      program.Set(edges.With(friction));
     }
+    friction = *held;
   }
   return friction;
 }

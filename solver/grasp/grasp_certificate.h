@@ -55,12 +55,13 @@ struct GraspCertificate {
 /// metres). Throws Error for options out of range.
 ///
 /// The balanced loads are a convex cone, so all directions of gravity are held when four that span
-/// space positively are (a regular tetrahedron's); the least friction follows from what the
-/// multipliers of loads that are not held refute. Of the ball, a linear program for each of 54
-/// directions (the weights of E6 and their opposites) finds how far the hull of the wrenches
-/// reaches; the hull of what they reach contains a ball of sqrt(3/8) = 61 % of the least of these
-/// distances, so `ball_lower` is at least that share of the pyramids' own radius. The facets met
-/// there and descent of the support function give `ball_upper`.
+/// space positively are (a regular tetrahedron's); the least friction follows by bisection
+/// above what the multipliers of loads that are not held refute. Of the ball, linear programs find
+/// how far the hull of the wrenches reaches in 54 directions (the weights of E6 and their
+/// opposites), where pairs that add up to one do not show that it is not the nearest; the hull of
+/// what they reach contains a ball of sqrt(3/8) = 61 % of the least of these distances, so
+/// `ball_lower` is at least that share of the pyramids' own radius. The facets met there and
+/// descent of the support function give `ball_upper`.
 GraspCertificate CertifyContacts(std::span<const GraspContact> contacts,
                                  const Eigen::Vector3d& mass_center, double length_m,
                                  const CertificateOptions& options = {});
