@@ -3,6 +3,7 @@
 #include "apps/common.h"
 #include "apps/completion.h"
 #include "apps/program.h"
+#include "geometry/parallel.h"
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -11,6 +12,7 @@
 int main(int argc, char** argv) {
   using namespace holdfast::apps;
   using holdfast::FitLibrary;
+  holdfast::EndBlasThreads();
 #ifdef __GLIBC__
   // Megabytes that come and go with every block of frames stay with the process: pages given back
   // are cleared before they are given out again.

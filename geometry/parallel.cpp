@@ -44,6 +44,8 @@ struct OpenBlas {
   void (*set_threads)(int) = reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT,
                                                                    "openblas_set_num_threads"));
 
+  int (*end_threads)() = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "blas_thread_shutdown_"));
+
   std::mutex mutex;
   int users = 0;
   int before = 1;
@@ -70,6 +72,13 @@ OneBlasThread::~OneBlasThread() {
   if (blas == nullptr) return;
   const std::lock_guard lock(blas->mutex);
   if (--blas->users == 0 && blas->before != 1) blas->set_threads(blas->before);
+}
+
+void EndBlasThreads() {
+  OpenBlas* const blas = FindOpenBlas();
+  if (blas == nullptr || blas->end_threads == nullptr) return;
+  blas->set_threads(1);  // first: with more, it would make them again
+  blas->end_threads();
 }
 
 }  // namespace holdfast

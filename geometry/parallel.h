@@ -48,6 +48,11 @@ class OneBlasThread {
   OneBlasThread& operator=(const OneBlasThread&) = delete;
 };
 
+/// Ends OpenBLAS's threads, and it uses its caller's alone from then on. They are made when the
+/// program is loaded and spin for a while: a fifth of the processor time of half a second's
+/// command. For the main function of a program; nothing where the BLAS is another.
+void EndBlasThreads();
+
 /// Calls body(index) for 0 <= index < count on up to `threads` threads, the caller's among them.
 /// Which thread takes which index is open: results must be written by index, and then do not depend
 /// on `threads`. The first exception is rethrown here when all have stopped; StopOn stops them.

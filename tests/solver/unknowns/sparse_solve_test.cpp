@@ -3,6 +3,8 @@
 
 #include <dlfcn.h>
 
+#include <filesystem>
+#include <iterator>
 #include <optional>
 
 #include <ceres/ceres.h>
@@ -61,6 +63,22 @@ TEST(SparseSolve, LeavesBlasOneThreadAndGivesBackTheRest) {
   EXPECT_NEAR(x, 3.0, 1e-3);
   EXPECT_EQ(see.seen, 1);
   EXPECT_EQ(blas.threads(), 2);
+}
+
+int TasksOfThisProcess() {
+  const std::filesystem::directory_iterator tasks("/proc/self/task");
+  return static_cast<int>(std::distance(begin(tasks), end(tasks)));
+}
+
+TEST(EndBlasThreads, LeavesTheCallersAlone) {
+  TwoBlasThreads blas;
+  if (!blas.Known()) GTEST_SKIP() << "the BLAS here is not OpenBLAS";
+  const int tasks = TasksOfThisProcess();
+  EndBlasThreads();
+  EXPECT_LT(TasksOfThisProcess(), tasks);
+  EXPECT_EQ(blas.threads(), 1);
+  { const OneBlasThread one; }
+  EXPECT_LT(TasksOfThisProcess(), tasks);
 }
 
 TEST(OneBlasThread, LastToGoRestoresTheThreads) {
