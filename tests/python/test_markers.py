@@ -39,7 +39,8 @@ def test_a_repaired_recording_is_written_and_solved_alike(tmp_path):
     assert written["names"] == drink["names"] and written["rate_hz"] == 100.0
     assert np.allclose(written["positions"], told["repaired"]["positions"], atol=1e-6)
     again, retold = holdfast.solve_markers(tmp_path / "drink.c3d", static=STATIC)
-    assert len(again) == len(clip) and abs(retold["rms_mm"] - told["rms_mm"]) < 0.2
+    # Those that were filled in lie on the body, so that less is left.
+    assert len(again) == len(clip) and told["rms_mm"] - 0.5 < retold["rms_mm"] < told["rms_mm"] + 0.1
     assert not retold["outliers"] and not retold["swaps"]
 
 
