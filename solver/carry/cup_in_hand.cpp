@@ -47,22 +47,34 @@ class StandingHold {
     attempts.resize(std::min(attempts.size(), kFinished));
     status = GraspStatus::kNoRoom;
     Grasp best;
+    int best_class = -1;
     for (GraspAttempt& attempt : attempts) {
       RefineGrasp(anatomy_, evaluation_, grid_, {}, attempt.angles, attempt.wrist_from_object);
       Grasp grasp = Assess(scene_, evaluation_, attempt, true);
       grasp.score += Also(attempt);
-      const bool clean = WhyRefused(scene_, grasp).empty();
-      const bool had_clean = status == GraspStatus::kFound;
-      if (status == GraspStatus::kNoRoom || (clean && !had_clean) ||
-          (clean == had_clean && grasp.score > best.score)) {
-        best = grasp;
-        status = clean ? GraspStatus::kFound : GraspStatus::kNoCleanGrasp;
+      const int its_class = Class(grasp);
+      if (its_class < best_class || (its_class == best_class && grasp.score <= best.score)) {
+        continue;
       }
+      best = grasp;
+      best_class = its_class;
+      status = its_class == kClean ? GraspStatus::kFound : GraspStatus::kNoCleanGrasp;
     }
     return best;
   }
 
  private:
+  // One that goes through is the last choice: the fit would turn the hand about the cup to get out
+  // of it, and the cup no longer stands upright. A loose one only has to hold what it lifts.
+  enum { kThrough, kLoose, kClean };
+  int Class(const Grasp& grasp) const {
+    if (WhyRefused(scene_, grasp).empty()) return kClean;
+    const double most_mm = 1e3 * options_.max_penetration_m;
+    const bool through =
+        grasp.max_penetration_mm > most_mm || grasp.object_in_hand_mm > 1.5 * most_mm;
+    return through ? kThrough : kLoose;
+  }
+
   static GraspOptions OptionsOf(const HandAtTable& at, std::uint64_t seed) {
     GraspOptions options;
     options.seed = seed;
