@@ -69,10 +69,7 @@ class StandingHold {
   enum { kThrough, kLoose, kClean };
   int Class(const Grasp& grasp) const {
     if (WhyRefused(scene_, grasp).empty()) return kClean;
-    const double most_mm = 1e3 * options_.max_penetration_m;
-    const bool through =
-        grasp.max_penetration_mm > most_mm || grasp.object_in_hand_mm > 1.5 * most_mm;
-    return through ? kThrough : kLoose;
+    return WhyThrough(scene_, grasp).empty() ? kLoose : kThrough;
   }
 
   static GraspOptions OptionsOf(const HandAtTable& at, std::uint64_t seed) {

@@ -383,15 +383,20 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
   return grasp;
 }
 
-std::string WhyRefused(const GraspScene& scene, const Grasp& grasp) {
-  const auto fingers =
-      std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.begin() + kThumb, true);
+std::string WhyThrough(const GraspScene& scene, const Grasp& grasp) {
   if (grasp.max_penetration_mm > 1000.0 * scene.options.max_penetration_m) {
     return "the hand goes into the object";
   }
   if (grasp.object_in_hand_mm > 1500.0 * scene.options.max_penetration_m) {
     return "the object goes into the hand";
   }
+  return {};
+}
+
+std::string WhyRefused(const GraspScene& scene, const Grasp& grasp) {
+  const auto fingers =
+      std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.begin() + kThumb, true);
+  if (std::string through = WhyThrough(scene, grasp); !through.empty()) return through;
   if (grasp.self_penetration_mm > 4.0) return "fingers go into each other";
   if (grasp.limit_excess_deg > 1.0) return "a joint is beyond its range";
   if (!grasp.fingers_touching[kThumb]) return "the thumb does not touch";

@@ -93,6 +93,8 @@ double Blocked(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_obje
 Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& attempt,
              bool thorough);
 
+/// How hand and object go through each other, as a phrase; empty where they do not.
+std::string WhyThrough(const GraspScene& scene, const Grasp& grasp);
 /// Why a thoroughly assessed grasp may not be returned, as a phrase; empty when it may.
 std::string WhyRefused(const GraspScene& scene, const Grasp& grasp);
 
