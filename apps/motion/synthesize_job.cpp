@@ -10,6 +10,7 @@
 #include "apps/motion/reach_job.h"
 #include "generator/actions/action_catalog.h"
 #include "generator/imos/synthesis_network.h"
+#include "geometry/clip/mirror_clip.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "solver/actions/action_clip.h"

@@ -8,6 +8,7 @@
 ///   clip.h              Clip, ObjectTrack, contact labels; files
 ///   clip_arrays.h       arrays of a clip within other files
 ///   resample.h          other frame rates, chosen frames
+///   mirror_clip.h       left and right exchanged
 ///   clip_body.h         the body of the clip's person
 ///   body_change.h       from one kind of model to another
 ///   corrective_basis.h  pose correctives in a few directions

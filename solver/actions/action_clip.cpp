@@ -6,6 +6,7 @@
 #include "generator/body/finger_pose.h"
 #include "generator/imos/vocabulary.h"
 #include "generator/matching/random_draws.h"
+#include "geometry/clip/mirror_clip.h"
 #include "solver/actions/action_measures.h"
 #include "solver/actions/action_motion.h"
 #include "solver/fit/clip_state.h"
@@ -179,22 +180,6 @@ ActionClip MakeActionClip(const ActionClipRequest& request) {
   made.detail = fault.detail;
   if (request.mirrored) made.clip = MirrorClip(made.clip);
   return made;
-}
-
-Clip MirrorClip(const Clip& clip) {
-  Clip mirrored = clip;
-  mirrored.trans.row(0) *= -1.0;
-  for (JointPose& pose : mirrored.pose) pose = MirrorPose(pose);
-  for (std::optional<ObjectTrack>* track : {&mirrored.object, &mirrored.table}) {
-    if (!*track) continue;
-    (*track)->trans.row(0) *= -1.0;
-    (*track)->orient.bottomRows<2>() *= -1.0;
-  }
-  for (std::uint8_t& hands : mirrored.holding_hand) {
-    hands = static_cast<std::uint8_t>(((hands & kHoldsRight) != 0 ? kHoldsLeft : 0) |
-                                      ((hands & kHoldsLeft) != 0 ? kHoldsRight : 0));
-  }
-  return mirrored;
 }
 
 }  // namespace holdfast

@@ -57,8 +57,4 @@ ActionClip MakeActionClip(const ActionClipRequest& request);
 /// has action, object track, holding_hand and the table, if there is one.
 ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool> in_hand);
 
-/// A clip in a mirror at x = 0, its object too: the track is that of the object as it is, where
-/// `clip` has that of the object reflected at x = 0 of its own frame.
-Clip MirrorClip(const Clip& clip);
-
 }  // namespace holdfast

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "geometry/clip/mirror_clip.h"
 #include "geometry/parallel.h"
 #include "solver/actions/action_clip.h"
 #include "solver/actions/action_measures.h"

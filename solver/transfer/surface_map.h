@@ -11,6 +11,7 @@
 
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
+#include "solver/transfer/embedded_deformation.h"
 
 namespace holdfast {
 
@@ -86,11 +87,6 @@ class SurfaceMap {
   const SurfaceMapReport& Report() const { return report_; }
 
  private:
-  struct Node {
-    Eigen::Vector3d at;  // g_k
-    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-    Eigen::Vector3d shift = Eigen::Vector3d::Zero();
-  };
   friend class MapFinder;
 
   SurfaceMap() = default;
@@ -101,7 +97,7 @@ class SurfaceMap {
   Eigen::Matrix3d rotation_ = Eigen::Matrix3d::Identity();  // Q
   Eigen::Matrix3d linear_ = Eigen::Matrix3d::Identity();    // Q diag(s)
   Eigen::Vector3d offset_ = Eigen::Vector3d::Zero();        // b
-  std::vector<Node> nodes_;
+  std::vector<DeformationNode> nodes_;
   std::shared_ptr<const SignedDistance> to_;  // null: the first one, scaled
   Eigen::Isometry3d to_from_from_ = Eigen::Isometry3d::Identity();
   SurfaceMapReport report_;

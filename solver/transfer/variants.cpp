@@ -2,7 +2,6 @@
 #include "solver/transfer/variants.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -10,15 +9,14 @@
 #include <map>
 #include <memory>
 #include <mutex>
-#include <numbers>
-#include <optional>
-#include <random>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "generator/matching/random_draws.h"
 #include "geometry/body/own_body.h"
+#include "geometry/clip/mirror_clip.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -28,7 +26,9 @@
 #include "solver/fit/clip_state.h"
 #include "solver/grasp/grasp_assessment.h"
 #include "solver/handover/holds.h"
+#include "solver/transfer/hold_measure.h"
 #include "solver/transfer/transfer.h"
+#include "solver/transfer/variant_manifest.h"
 
 namespace holdfast {
 namespace {
@@ -41,24 +41,6 @@ using nlohmann::json;
 
 constexpr const char* kManifest = "manifest.jsonl";
 constexpr int kBlock = 64;  // tries between two looks at the manifest
-
-// Numbers in [0, 1) that are the same with every standard library.
-class Draws {
- public:
-  Draws(std::uint64_t seed, std::uint64_t index) : state_(MixSeed(seed, index)) {}
-  double Share() {
-    state_ += kSplitMixStep;
-    return static_cast<double>(SplitMix64(state_) >> 11) * 0x1.0p-53;
-  }
-  double Between(double low, double high) { return low + (high - low) * Share(); }
-  double Normal() {  // Box & Muller 1958
-    const double radius = std::sqrt(-2.0 * std::log(1.0 - Share()));
-    return radius * std::cos(2.0 * std::numbers::pi * Share());
-  }
-
- private:
-  std::uint64_t state_;
-};
 
 // An object's shape, shared by several tries.
 struct Shape {
@@ -76,8 +58,9 @@ struct Attempt {
   bool mirrored = false;
 };
 
-std::uint64_t Stream(const VariantOptions& options, int kind) {
-  return MixSeed(options.seed, static_cast<std::uint64_t>(kind));
+std::uint64_t Seed(const VariantOptions& options, int kind, int index) {
+  return MixSeed(MixSeed(options.seed, static_cast<std::uint64_t>(kind)),
+                 static_cast<std::uint64_t>(index));
 }
 
 json HeadOf(const Clip& clip, const PreparedObject& object, const VariantOptions& options) {
@@ -107,43 +90,6 @@ void Check(const VariantOptions& options) {
   if (!(options.mirrored >= 0.0 && options.mirrored <= 1.0)) {
     fault("the share of mirrored ones is out of range", "Give a share between 0 and 1");
   }
-}
-
-// Tries that a manifest has, and how many lines of it are whole.
-struct Before {
-  int tried = 0, kept = 0;
-  std::string text;
-  std::map<std::string, int> refused;
-};
-
-Before ReadManifest(const fs::path& path, const json& head, const fs::path& folder) {
-  Before before;
-  if (!fs::exists(path)) {
-    if (fs::exists(folder) && !fs::is_empty(folder)) {
-      throw Error(folder.string(), "is not a folder of variants: nothing is written there",
-                  "Choose another name");
-    }
-    return before;
-  }
-  std::istringstream text(ReadFile(path));
-  bool first = true;
-  for (std::string line; std::getline(text, line);) {
-    const json entry = json::parse(line, nullptr, false);
-    if (entry.is_discarded() || !entry.is_object()) break;  // it was stopped while it wrote
-    if (first && entry != head) {
-      throw Error(folder.string(), "holds variants of another clip, options or seed",
-                  "Choose another folder");
-    }
-    if (!first) {
-      if (entry.value("variant", -1) != before.tried) break;
-      ++before.tried;
-      before.kept += entry.value("kept", false);
-      if (!entry.value("kept", false)) ++before.refused[entry.value("why", "")];
-    }
-    first = false;
-    before.text += line + "\n";
-  }
-  return before;
 }
 
 // All that variants of one demonstration share.
@@ -190,7 +136,7 @@ class VariantMaker {
       Person& person = people_[static_cast<std::size_t>(k)];
       person.body = body_;
       if (k > 0 && !body_.model->IsSubject() && body_.model->NumShape() > 0) {
-        Draws draws(Stream(options_, 1), static_cast<std::uint64_t>(k));
+        RandomDraws draws(Seed(options_, 1, k));
         const int shown = std::min(2, body_.model->NumShape());
         Eigen::VectorXd betas = body_.betas;
         if (betas.size() < shown) betas.conservativeResizeLike(Eigen::VectorXd::Zero(shown));
@@ -211,13 +157,13 @@ class VariantMaker {
   }
 
   Shape MakeShape(int index) const {
-    Draws draws(Stream(options_, 2), static_cast<std::uint64_t>(index));
+    RandomDraws draws(Seed(options_, 2, index));
     Shape shape;
     const double uniform =
-        std::exp(draws.Between(std::log(options_.scale_low), std::log(options_.scale_high)));
+        std::exp(draws.Uniform(std::log(options_.scale_low), std::log(options_.scale_high)));
     for (int axis = 0; axis < 3; ++axis) {
       shape.scale(axis) =
-          uniform * (1.0 + draws.Between(-options_.axis_spread, options_.axis_spread));
+          uniform * (1.0 + draws.Uniform(-options_.axis_spread, options_.axis_spread));
     }
     // As PrepareObject does, but simplified and sampled once for all shapes.
     LoadedObject scaled = object_.object;
@@ -244,70 +190,6 @@ class VariantMaker {
   std::vector<Person> people_;
 };
 
-// Depth both ways and contact of a hold, frame after frame. Where skin near the object has moved by
-// little since a frame that was measured, nothing is deeper or farther off than it was by more.
-struct HoldMeasure {
-  double deepest_mm = 0.0;
-  int frames = 0, touching = 0;
-};
-
-HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspCarrier& carrier,
-                        const PreparedObject& object, const TransferredHold& hold, double touch_m) {
-  constexpr double kNear_m = 0.03, kLittle_m = 0.0004;
-  HoldMeasure measure;
-  HandState state(hand.to);
-  Matrix3Xd measured, skin;
-  std::vector<int> near;
-  double least = 0.0, deepest = 0.0;  // metres, of the frame that was measured
-  for (int t = hold.begin; t < hold.end; ++t) {
-    const auto frame = static_cast<std::size_t>(t);
-    state.SetBody(clip.pose[frame], clip.trans.col(t));
-    state.Evaluate(FingersOf(clip.pose[frame], hold.side), false);
-    const Matrix3Xd vertices = clip.object->Pose(t).inverse() * state.Vertices();
-    ++measure.frames;
-    double moved = measured.cols() == 0 ? 1.0 : 0.0;
-    for (const int i : near) moved = std::max(moved, (vertices.col(i) - measured.col(i)).norm());
-    if (moved < kLittle_m) {
-      measure.touching += least + moved < touch_m;
-      measure.deepest_mm = std::max(measure.deepest_mm, 1e3 * (deepest + moved));
-      continue;
-    }
-    SkinPositions(hand.anatomy.landmarks, vertices, skin);
-    const Eigen::VectorXd distance = SkinDistances(hand.anatomy.landmarks, *object.fit.distance,
-                                                   Isometry3d::Identity(), skin, kNear_m);
-    least = distance.minCoeff();
-    deepest = std::max({0.0, -least, carrier.ObjectInHand(vertices, Isometry3d::Identity())});
-    measure.touching += least < touch_m;
-    measure.deepest_mm = std::max(measure.deepest_mm, 1e3 * deepest);
-    measured = vertices;
-    near.clear();
-    for (Eigen::Index i = 0; i < vertices.cols(); ++i) {
-      if (distance(i) < kNear_m) near.push_back(static_cast<int>(i));
-    }
-  }
-  return measure;
-}
-
-// How deep the object is in the person's body, of some frames.
-double DepthInBody(const Clip& clip, const BodySurface& skin, const OwnBody& obstacle,
-                   const PreparedObject& object) {
-  constexpr int kFrames = 10;
-  double deepest = 0.0;
-  BodyState state;
-  for (int k = 0; k < std::min(kFrames, clip.NumFrames()); ++k) {
-    const int t = static_cast<int>((clip.NumFrames() - 1.0) * k / (kFrames - 1));
-    if (clip.holding_hand[static_cast<std::size_t>(t)] == 0) continue;
-    Forward(skin, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
-    const Matrix3Xd points = clip.object->Pose(t) * object.fit.vertices;
-    const OwnBody::Posed posed(obstacle, state.vertices, points.rowwise().minCoeff(),
-                               points.rowwise().maxCoeff(), 0.03);
-    for (Eigen::Index i = 0; i < points.cols(); ++i) {
-      if (const auto touch = posed.Query(points.col(i))) deepest = std::max(deepest, touch->depth);
-    }
-  }
-  return deepest;
-}
-
 // The scene turned about the vertical and put elsewhere.
 void MoveScene(double yaw_rad, const Eigen::Vector2d& shift, const Vector3d& root, Clip& clip) {
   const Eigen::Matrix3d turn = ExpSO3(Vector3d(0.0, 0.0, yaw_rad));
@@ -325,16 +207,16 @@ void MoveScene(double yaw_rad, const Eigen::Vector2d& shift, const Vector3d& roo
 }
 
 Attempt VariantMaker::Try(int index) const {
-  Draws draws(Stream(options_, 3), static_cast<std::uint64_t>(index));
+  RandomDraws draws(Seed(options_, 3, index));
   Attempt attempt;
   attempt.shape = index / options_.per_shape;
   const Shape& shape = ShapeOf(attempt.shape);
-  const auto who = static_cast<std::size_t>(draws.Share() * options_.bodies);
+  const auto who = static_cast<std::size_t>(draws.Index(options_.bodies));
   const Person& person = people_[who];
-  attempt.mirrored = draws.Share() < options_.mirrored && !body_.model->LoneHand();
-  const double yaw = draws.Between(-options_.yaw_rad, options_.yaw_rad);
-  const Eigen::Vector2d shift(draws.Between(-options_.place_m, options_.place_m),
-                              draws.Between(-options_.place_m, options_.place_m));
+  attempt.mirrored = draws.Uniform(0.0, 1.0) < options_.mirrored && !body_.model->LoneHand();
+  const double yaw = draws.Uniform(-options_.yaw_rad, options_.yaw_rad);
+  const Eigen::Vector2d shift(draws.Uniform(-options_.place_m, options_.place_m),
+                              draws.Uniform(-options_.place_m, options_.place_m));
   TransferOptions transfer;
   transfer.grasp.search = false;
   transfer.carry.seed = options_.seed;
@@ -375,7 +257,7 @@ Attempt VariantMaker::Try(int index) const {
   attempt.kept = why.empty();
   const Matrix3Xd& rest = person.skin->RestJoints();
   if (attempt.kept) {
-    if (attempt.mirrored) attempt.clip = MirrorClip(attempt.clip, rest);
+    if (attempt.mirrored) attempt.clip = MirrorClip(attempt.clip, rest.col(0));
     MoveScene(yaw, shift, rest.col(0), attempt.clip);
     attempt.clip.object->mesh =
         fmt::format("object_{:03d}{}.ply", attempt.shape, attempt.mirrored ? "_m" : "");
@@ -406,33 +288,7 @@ Attempt VariantMaker::Try(int index) const {
   return attempt;
 }
 
-TriangleMesh Mirrored(TriangleMesh mesh) {
-  mesh.vertices.row(0) *= -1.0;
-  mesh.faces.row(1).swap(mesh.faces.row(2));
-  return mesh;
-}
-
 }  // namespace
-
-Clip MirrorClip(const Clip& clip, const Eigen::Matrix3Xd& rest_joints) {
-  Clip mirrored = clip;
-  const Vector3d root = rest_joints.col(0);
-  const auto flip = [](const Vector3d& v) { return Vector3d(-v.x(), v.y(), v.z()); };
-  for (int t = 0; t < clip.NumFrames(); ++t) {
-    const auto frame = static_cast<std::size_t>(t);
-    mirrored.pose[frame] = MirrorPose(clip.pose[frame]);
-    mirrored.trans.col(t) = flip(root + clip.trans.col(t)) - root;
-    if (!mirrored.object) continue;
-    mirrored.object->trans.col(t) = flip(clip.object->trans.col(t));
-    const Vector3d turn = clip.object->orient.col(t);
-    mirrored.object->orient.col(t) = Vector3d(turn.x(), -turn.y(), -turn.z());
-  }
-  for (std::uint8_t& bits : mirrored.holding_hand) {
-    bits = static_cast<std::uint8_t>(((bits & kHoldsRight) != 0 ? kHoldsLeft : 0) |
-                                     ((bits & kHoldsLeft) != 0 ? kHoldsRight : 0));
-  }
-  return mirrored;
-}
 
 VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const PreparedObject& object,
                            const fs::path& folder, const VariantOptions& options,
@@ -444,7 +300,7 @@ VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const Prepare
   }
   const auto begin = std::chrono::steady_clock::now();
   const json head = HeadOf(clip, object, options);
-  Before before = ReadManifest(folder / kManifest, head, folder);
+  VariantManifest before = ReadManifest(folder / kManifest, head);
   if (before.text.empty()) before.text = head.dump() + "\n";
   VariantReport report;
   report.tried = report.had = before.tried;
@@ -498,7 +354,7 @@ VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const Prepare
         ++report.kept;
         const fs::path mesh = folder / attempt.line["object"].get<std::string>();
         const TriangleMesh& surface = maker.ShapeOf(attempt.shape).object->object.mesh;
-        if (!fs::exists(mesh)) WriteMesh(attempt.mirrored ? Mirrored(surface) : surface, mesh);
+        if (!fs::exists(mesh)) WriteMesh(attempt.mirrored ? MirrorMesh(surface) : surface, mesh);
       } else {
         ++refused[attempt.line["why"].get<std::string>()];
       }

@@ -57,8 +57,4 @@ VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const Prepare
                            const std::filesystem::path& folder, const VariantOptions& options,
                            const StagedProgress& progress = {});
 
-/// The clip in a mirror at x = 0, its object's frame mirrored at its own x = 0: of a body that is
-/// symmetric, with the object's mesh mirrored, the very same scene.
-Clip MirrorClip(const Clip& clip, const Eigen::Matrix3Xd& rest_joints);
-
 }  // namespace holdfast

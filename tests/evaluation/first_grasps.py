@@ -6,7 +6,8 @@
 
 Objects: all 14 of YCB in FOLDER/objects and the 18 embedded ones, or those named. Writes OUT/NAME.npz
 of each, OUT/sheet.png (whole person, and the hand from two sides) and OUT/table.csv, and prints the
-table. What follows -- is given to `holdfast grasp` as it is: `-- --use any`.
+table. What follows -- is given to `holdfast grasp` as it is: `-- --use any`. Needs Pillow
+(python3-pil).
 """
 import argparse
 import csv

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "geometry/clip/mirror_clip.h"
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
 #include "geometry/io/mesh/load_object.h"
@@ -86,14 +87,14 @@ TEST(MirrorClip, TwiceIsTheClipAgain) {
   demo.clip.object->orient = Matrix3Xd::Random(3, 20);
   demo.clip.holding_hand.assign(20, kHoldsRight);
   const Matrix3Xd rest = demo.body.model->RestJoints(demo.body.model->ShapedVertices({}));
-  const Clip once = MirrorClip(demo.clip, rest);
+  const Clip once = MirrorClip(demo.clip, rest.col(0));
   EXPECT_EQ(once.holding_hand.front(), kHoldsLeft);
   const Vector3d wrist = Joints(demo.clip, demo.body, 3).col(kRightWrist);
   EXPECT_LT(
       (Joints(once, demo.body, 3).col(kLeftWrist) - Vector3d(-wrist.x(), wrist.y(), wrist.z()))
           .norm(),
       1e-9);
-  const Clip twice = MirrorClip(once, rest);
+  const Clip twice = MirrorClip(once, rest.col(0));
   EXPECT_LT((twice.trans - demo.clip.trans).norm(), 1e-12);
   EXPECT_LT((twice.object->orient - demo.clip.object->orient).norm(), 1e-12);
 }

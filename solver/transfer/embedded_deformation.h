@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <ceres/rotation.h>
+#include <Eigen/Core>
+
+namespace holdfast {
+
+/// A node of an embedded deformation (Sumner, Schmid, Pauly 2007): what is near it goes
+/// x -> R (x - g) + g + t.
+struct DeformationNode {
+  Eigen::Vector3d at;                                  ///< g
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  ///< R
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();     ///< t
+};
+
+inline constexpr int kNodesOfPoint = 4;
+
+/// Nodes near a point with their weights, which sum to 1.
+struct NodeWeights {
+  std::array<int, kNodesOfPoint> node{};
+  std::array<double, kNodesOfPoint> weight{};
+};
+
+/// The nearest, by (1 - d / d_5)^2 of the distances d.
+inline NodeWeights WeightsAt(const std::vector<DeformationNode>& nodes,
+                             const Eigen::Vector3d& point) {
+  constexpr int kNearest = kNodesOfPoint + 1;  // the last one gives the distance of no weight
+  std::array<std::pair<double, int>, kNearest> nearest;
+  nearest.fill({std::numeric_limits<double>::infinity(), 0});
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    std::pair<double, int> candidate((nodes[k].at - point).norm(), static_cast<int>(k));
+    for (auto& held : nearest) {
+      if (candidate < held) std::swap(candidate, held);
+    }
+  }
+  NodeWeights found;
+  double sum = 0.0;
+  for (int k = 0; k < kNodesOfPoint; ++k) {
+    found.node[k] = nearest[k].second;
+    const double share = 1.0 - nearest[k].first / (nearest.back().first + 1e-12);
+    found.weight[k] = std::max(1e-9, share * share);
+    sum += found.weight[k];
+  }
+  for (double& weight : found.weight) weight /= sum;
+  return found;
+}
+
+/// Residual of a bent point and where it is to be: along the normal of the surface there, and a
+/// little across.
+struct GoalOfPoint {
+  GoalOfPoint(const Eigen::Vector3d& point, std::array<Eigen::Vector3d, kNodesOfPoint> nodes,
+              const std::array<double, kNodesOfPoint>& weights, const Eigen::Vector3d& goal,
+              const Eigen::Vector3d& normal, double along, double across)
+      : point_(point),
+        nodes_(std::move(nodes)),
+        weights_(weights),
+        goal_(goal),
+        normal_(normal),
+        along_(along),
+        across_(across) {}
+
+  template <typename T>
+  bool operator()(const T* a, const T* b, const T* c, const T* d, T* residuals) const {
+    const T* const unknowns[kNodesOfPoint] = {a, b, c, d};
+    T bent[3] = {T(0), T(0), T(0)};
+    for (int k = 0; k < kNodesOfPoint; ++k) {
+      const T offset[3] = {T(point_.x() - nodes_[k].x()), T(point_.y() - nodes_[k].y()),
+                           T(point_.z() - nodes_[k].z())};
+      T turned[3];
+      ceres::AngleAxisRotatePoint(unknowns[k], offset, turned);
+      for (int i = 0; i < 3; ++i) {
+        bent[i] += weights_[k] * (turned[i] + nodes_[k](i) + unknowns[k][3 + i]);
+      }
+    }
+    residuals[3] = T(0);
+    for (int i = 0; i < 3; ++i) {
+      const T off = bent[i] - goal_(i);
+      residuals[i] = across_ * off;
+      residuals[3] += along_ * normal_(i) * off;
+    }
+    return true;
+  }
+
+ private:
+  Eigen::Vector3d point_;
+  std::array<Eigen::Vector3d, kNodesOfPoint> nodes_;
+  std::array<double, kNodesOfPoint> weights_;
+  Eigen::Vector3d goal_, normal_;
+  double along_, across_;
+};
+
+/// Residual of rigidity: a node moves its neighbor as the neighbor moves itself.
+struct RigidNeighbors {
+  Eigen::Vector3d edge;  // to the neighbor
+  double weight;
+
+  template <typename T>
+  bool operator()(const T* own, const T* neighbor, T* residuals) const {
+    const T along[3] = {T(edge.x()), T(edge.y()), T(edge.z())};
+    T turned[3];
+    ceres::AngleAxisRotatePoint(own, along, turned);
+    for (int i = 0; i < 3; ++i) {
+      residuals[i] = weight * (turned[i] + own[3 + i] - along[i] - neighbor[3 + i]);
+    }
+    return true;
+  }
+};
+
+}  // namespace holdfast
