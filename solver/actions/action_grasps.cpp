@@ -73,4 +73,15 @@ std::vector<Grasp> FindActionGrasps(const HandModel& hand, const ActionObject& o
   return kept;
 }
 
+void AddTurnedOver(const ObjectMarks& marks, std::vector<Grasp>& grasps) {
+  if (!marks.two_sided) return;
+  const std::size_t count = grasps.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    Grasp turned = grasps[k];
+    turned.wrist_from_object = turned.wrist_from_object * TurnedOver();
+    turned.certificate.reset();  // of the other one
+    grasps.push_back(std::move(turned));
+  }
+}
+
 }  // namespace holdfast

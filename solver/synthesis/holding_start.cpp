@@ -79,6 +79,7 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   std::vector<Grasp> grasps =
       FindActionGrasps(right, shape, options.seed, kGraspChoice, &hold.grasp, options.threads);
   if (grasps.empty()) return hold;
+  AddTurnedOver(prop.marks, grasps);
   if (action == "eat" && prop.marks.size.x() > 2.0 * prop.marks.size.y()) {
     LeaveFreeWhatIsBitten(prop.marks, grasps);
   }
