@@ -28,8 +28,8 @@ constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 // Frames in which strokes are made.
 struct Window {
-  int begin = 0, end = 0;    // the last one included
-  bool goes_on = false;      // the hand leaves again
+  int begin = 0, end = 0;  // the last one included
+  bool goes_on = false;    // the hand leaves again
   double period_s = 1.0, rate = 30.0;
   int strokes = 0;
 
@@ -77,7 +77,8 @@ std::optional<Window> WindowOf(const Eigen::Matrix3Xd& rest_joints, const Clip& 
   window.rate = clip.frame_rate;
   window.begin = static_cast<int>(first - gone.begin());
   window.end = window.begin;
-  for (int t = window.begin; t < count; ++t) window.end = there(gone[static_cast<std::size_t>(t)]) ? t : window.end;
+  for (int t = window.begin; t < count; ++t)
+    window.end = there(gone[static_cast<std::size_t>(t)]) ? t : window.end;
   window.goes_on = window.end + 1 < clip.NumFrames();
   window.strokes = static_cast<int>(std::lround((window.Seconds() - kComes_s) / period_s));
   if (window.strokes < 1) return std::nullopt;
@@ -205,8 +206,7 @@ void AddBlows(const Eigen::Matrix3Xd& rest_joints, const ObjectMarks& marks, con
                        from_elbow * (at.wrist.translation() - at.elbow);
     const Vector3d handle = clip.object->Pose(t).linear() * marks.forward;
     to.linear() = from_elbow * turn(struck_wrist, raised_wrist, late) *
-                  AngleAxisd(presence * straighten, handle).toRotationMatrix() *
-                  at.wrist.linear();
+                  AngleAxisd(presence * straighten, handle).toRotationMatrix() * at.wrist.linear();
     motion.Move(t, at.wrist, to);
   }
 }
@@ -286,8 +286,7 @@ void AddStrokes(const Eigen::Matrix3Xd& rest_joints, std::string_view action,
                 const ObjectMarks& marks, std::uint64_t seed, int count, Clip& clip) {
   if (!HasStrokes(action) || !clip.object || count < 2) return;
   RandomDraws draws(seed);
-  const std::optional<Window> window =
-      WindowOf(rest_joints, clip, count, PeriodOf(action, draws));
+  const std::optional<Window> window = WindowOf(rest_joints, clip, count, PeriodOf(action, draws));
   if (!window) return;
   if (action == "use") {
     AddBlows(rest_joints, marks, *window, draws, clip);

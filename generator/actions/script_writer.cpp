@@ -37,7 +37,8 @@ void ScriptWriter::Begin() {
     key.poses = UprightPoses(bottom, place, kTurns);
   }
   if (object.two_sided) {
-    const Vector3d top = TurnedOver() * (scene_.in_hand ? object.middle : object.middle * 2.0 - bottom);
+    const Vector3d top =
+        TurnedOver() * (scene_.in_hand ? object.middle : object.middle * 2.0 - bottom);
     for (Eigen::Isometry3d pose : UprightPoses(top, place, kTurns)) {
       key.poses.push_back(pose * TurnedOver());
     }

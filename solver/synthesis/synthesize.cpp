@@ -7,10 +7,13 @@
 #include <string>
 #include <utility>
 
+#include "generator/actions/action_strokes.h"
 #include "geometry/parallel.h"
+#include "geometry/seed.h"
 #include "solver/actions/action_clip.h"
 #include "solver/actions/action_measures.h"
 #include "solver/synthesis/return_motion.h"
+#include "solver/synthesis/still_start.h"
 #include "solver/synthesis/synthesis_motion.h"
 
 namespace holdfast {
@@ -66,6 +69,12 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
     SynthesizedSample& sample = result.samples[i];
     sample.keys = std::move(made[i]);
     sample.number = i;
+    const int still = LeaveOutStill(start.actor->Measures().rest_joints, sample.keys.clip);
+    if (sample.keys.switch_frame >= 0) sample.keys.switch_frame -= still;
+    if (options.keep_pace) {
+      sample.keys.clip.frame_rate *= static_cast<double>(sample.keys.clip.NumFrames() - 1) /
+                                     (sample.keys.clip.NumFrames() - 1 + still);
+    }
     // The hand that takes over has its own way to go: left as it is.
     if (sample.keys.switch_frame < 0) {
       sample.style = DrawSampleStyle(options.seed, i, options.style);
@@ -86,16 +95,20 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
   ParallelFor(finished, options.threads, [&](int i) {
     SynthesizedSample& sample = result.samples[i];
     if (sample.keys.switch_frame >= 0) return;
+    const Eigen::Matrix3Xd& rest_joints = start.actor->Measures().rest_joints;
     RefitAtFace(*start.actor, *start.prop, action, sample.motion);
-    if (!options.and_back) return;
-    AddReturn(start.actor->Measures().rest_joints, StandsOnTable(start), sample.motion);
+    const int there = sample.motion.NumFrames();
+    if (options.and_back) AddReturn(rest_joints, StandsOnTable(start), sample.motion);
+    AddStrokes(rest_joints, action, start.prop->marks,
+               MixSeed(options.seed, static_cast<std::uint64_t>(sample.number)), there,
+               sample.motion);
   });
   result.motion = start.mirrored ? MirrorClip(best.motion) : best.motion;
   result.motion.action = action;
   result.first_hand = start.mirrored ? Side::kLeft : Side::kRight;
   if (best.keys.switch_frame >= 0) {
     result.switch_frame = static_cast<int>(std::lround(
-        (best.keys.switch_frame - 0.5) * options.seconds_per_key_frame * options.frame_rate));
+        (best.keys.switch_frame - 0.5) / best.keys.clip.frame_rate * options.frame_rate));
   }
   return result;
 }
