@@ -29,6 +29,12 @@ std::vector<Grasp> FindActionGrasps(const HandModel& hand, const ActionObject& o
                                     std::uint64_t seed, int most, GraspStatus* status = nullptr,
                                     int threads = 1);
 
+/// Ways in which a hand holds a tool that it works hard with: the grip in the palm, the thumb's
+/// side towards the head, wherever up is; not how it is picked up from a table. Empty where there
+/// are none.
+std::vector<Grasp> FindToolGrips(const HandModel& hand, const ActionObject& object,
+                                 std::uint64_t seed, int most, int threads = 1);
+
 /// Adds to each grasp of an object with two sides (ObjectMarks::two_sided) the same with the object
 /// turned over in the hand. From above, a right hand takes a hammer that lies on one side with the
 /// face to the front, and one that lies on the other with the claw there.

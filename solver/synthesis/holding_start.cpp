@@ -79,6 +79,16 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   std::vector<Grasp> grasps =
       FindActionGrasps(right, shape, options.seed, kGraspChoice, &hold.grasp, options.threads);
   if (grasps.empty()) return hold;
+  // Who strikes has the handle in the palm, as nobody takes it from a table.
+  constexpr int kGrips = 6;
+  std::optional<bool> in_hand = options.in_hand;
+  if (action == "use" && in_hand.value_or(true)) {
+    std::vector<Grasp> grips = FindToolGrips(right, shape, options.seed, kGrips, options.threads);
+    if (!grips.empty()) {
+      in_hand = true;
+      grasps = std::move(grips);
+    }
+  }
   AddTurnedOver(prop.marks, grasps);
   if (action == "eat" && prop.marks.size.x() > 2.0 * prop.marks.size.y()) {
     LeaveFreeWhatIsBitten(prop.marks, grasps);
@@ -92,8 +102,7 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   for (int attempt = 0; attempt < kTries; ++attempt) {
     const std::uint64_t seed = MixSeed(options.seed, static_cast<std::uint64_t>(attempt));
     const StandingStart standing = OwnStanding(start.actor->Measures(), seed);
-    made = MakeActionStart({action, *start.actor, prop, choices, standing, false, seed},
-                           options.in_hand);
+    made = MakeActionStart({action, *start.actor, prop, choices, standing, false, seed}, in_hand);
     if (made.fault.empty()) break;
   }
   hold.status = made.fault.empty() ? StandingHoldStatus::kMade : StandingHoldStatus::kNobodyCan;
