@@ -22,7 +22,7 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kThere = 0.85;    // of the hand's farthest way
+constexpr double kThere = 0.75;    // of the hand's farthest way
 constexpr double kComes_s = 0.35;  // from the motion as it was to where strokes begin
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
@@ -80,7 +80,9 @@ std::optional<Window> WindowOf(const Eigen::Matrix3Xd& rest_joints, const Clip& 
   for (int t = window.begin; t < count; ++t)
     window.end = there(gone[static_cast<std::size_t>(t)]) ? t : window.end;
   window.goes_on = window.end + 1 < clip.NumFrames();
-  window.strokes = static_cast<int>(std::lround((window.Seconds() - kComes_s) / period_s));
+  // Two at least, where they need not be much faster for it.
+  const double periods = (window.Seconds() - kComes_s) / period_s;
+  window.strokes = static_cast<int>(std::lround(std::max(periods, periods > 1.3 ? 2.0 : 0.0)));
   if (window.strokes < 1) return std::nullopt;
   window.period_s = (window.Seconds() - kComes_s) / window.strokes;
   return window;
@@ -265,7 +267,7 @@ void AddTurns(const Eigen::Matrix3Xd& rest_joints, const Window& window, RandomD
 
 // Seconds; those of the scripts, but a hammer's and a turn's, which key frames could not follow.
 double PeriodOf(std::string_view action, RandomDraws& draws) {
-  if (action == "use") return draws.Uniform(0.85, 1.2);
+  if (action == "use") return draws.Uniform(0.75, 1.05);
   if (action == "shake") return draws.Uniform(0.27, 0.42);
   if (action == "chop") return draws.Uniform(0.38, 0.6);
   if (action == "cook") return draws.Uniform(0.75, 1.15);

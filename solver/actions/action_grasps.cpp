@@ -86,8 +86,6 @@ std::vector<Grasp> FindToolGrips(const HandModel& hand, const ActionObject& obje
   options.use = GraspUse::kTool;
   options.style = GraspStyle::kPower;
   options.table_weight = 0.0;
-  options.closings = 160;
-  options.refinements = 36;
   GraspReport report;
   CloseHand(hand, object.mesh, object.surface, object.distance, options, &report);
   std::vector<Grasp> grips = Differing(report, 4 * most);
