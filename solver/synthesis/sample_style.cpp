@@ -39,9 +39,6 @@ void Stylise(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, doub
     frame.local[joint] = Turned(share / 3.0 * style.trunk) * frame.local[joint];
   }
   ShiftWeight(style.weight, share, frame);
-  for (const int joint : {kNeck, kHead}) {
-    frame.local[joint] = Turned(0.5 * share * style.head) * frame.local[joint];
-  }
   const Limb other = Arm(Side::kLeft), arm = Arm(Side::kRight);
   frame.local[other.root] = Turned(share * style.other_arm) * frame.local[other.root];
   frame.local[other.middle] =
@@ -67,8 +64,8 @@ SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount) {
   SampleStyle style;
   if (sample == 0 || amount <= 0.0) return style;
   nn::RandomStream random(seed, 1'000'000 + static_cast<std::uint64_t>(sample));
-  double drawn[12] = {};
-  for (int k = 0; k < 12; k += 2) random.NormalPair(drawn[k], drawn[k + 1]);
+  double drawn[10] = {};
+  for (int k = 0; k < 10; k += 2) random.NormalPair(drawn[k], drawn[k + 1]);
   for (double& value : drawn) value = amount * std::clamp(value, -2.0, 2.0);
   style.pace = std::exp(0.27 * drawn[0]);
   style.trunk = kDegree * Vector3d(std::max(-4.0, 7.0 * drawn[1]), 10.0 * drawn[2], 5.0 * drawn[3]);
@@ -76,7 +73,6 @@ SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount) {
   style.other_arm = 13.0 * kDegree * Vector3d(drawn[5], 0.0, drawn[6]);
   style.other_elbow = std::min(70.0, 25.0 * std::abs(drawn[7]) * 1.4) * kDegree;
   style.weight = 0.025 * Eigen::Vector2d(drawn[8], 0.5 * drawn[9]);
-  style.head = 6.0 * kDegree * Vector3d(drawn[10], drawn[11], 0.0);
   return style;
 }
 

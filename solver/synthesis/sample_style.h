@@ -20,12 +20,11 @@ struct SampleStyle {
   double other_elbow = 0.0;            ///< bend of the other elbow, 0 or more
   /// Of the pelvis over the feet, to the left and forward, metres: onto one leg, whose hip rises.
   Eigen::Vector2d weight{0, 0};
-  Eigen::Vector3d head{0, 0, 0};  ///< axis-angle of neck and head together, in the chest's frame
 };
 
 /// Sample 0 of every seed has none. Pace varies by a quarter, the trunk by 5 to 10 degrees (little
 /// backwards), the elbow by 20, the other arm by 13 with the elbow bent by up to 70, weight by 2.5
-/// cm, the head by 6 degrees. `amount` multiplies all of it.
+/// cm. `amount` multiplies all of it.
 SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount);
 
 /// Key frames of a right-handed person as somebody of that style does them: nothing changes in the

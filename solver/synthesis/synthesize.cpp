@@ -69,12 +69,6 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
     SynthesizedSample& sample = result.samples[i];
     sample.keys = std::move(made[i]);
     sample.number = i;
-    const int still = LeaveOutStill(start.actor->Measures().rest_joints, sample.keys.clip);
-    if (sample.keys.switch_frame >= 0) sample.keys.switch_frame -= still;
-    if (options.keep_pace) {
-      sample.keys.clip.frame_rate *= static_cast<double>(sample.keys.clip.NumFrames() - 1) /
-                                     (sample.keys.clip.NumFrames() - 1 + still);
-    }
     // The hand that takes over has its own way to go: left as it is.
     if (sample.keys.switch_frame < 0) {
       sample.style = DrawSampleStyle(options.seed, i, options.style);
@@ -94,9 +88,11 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
   const int finished = options.finish_all ? static_cast<int>(result.samples.size()) : 1;
   ParallelFor(finished, options.threads, [&](int i) {
     SynthesizedSample& sample = result.samples[i];
-    if (sample.keys.switch_frame >= 0) return;
     const Eigen::Matrix3Xd& rest_joints = start.actor->Measures().rest_joints;
-    RefitAtFace(*start.actor, *start.prop, action, sample.motion);
+    const bool passes_on = sample.keys.switch_frame >= 0;
+    if (!passes_on) RefitAtFace(*start.actor, *start.prop, action, sample.motion);
+    if (!options.keep_pace) sample.hurried = LeaveOutStill(rest_joints, sample.motion);
+    if (passes_on) return;
     const int there = sample.motion.NumFrames();
     if (options.and_back) AddReturn(rest_joints, StandsOnTable(start), sample.motion);
     AddStrokes(rest_joints, action, start.prop->marks,
@@ -107,8 +103,10 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
   result.motion.action = action;
   result.first_hand = start.mirrored ? Side::kLeft : Side::kRight;
   if (best.keys.switch_frame >= 0) {
-    result.switch_frame = static_cast<int>(std::lround(
-        (best.keys.switch_frame - 0.5) / best.keys.clip.frame_rate * options.frame_rate));
+    result.switch_frame =
+        static_cast<int>(std::lround((best.keys.switch_frame - 0.5) *
+                                     options.seconds_per_key_frame * options.frame_rate)) -
+        best.hurried;
   }
   return result;
 }
