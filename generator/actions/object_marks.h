@@ -22,8 +22,8 @@ struct ObjectMarks {
   Eigen::Vector3d forward = Eigen::Vector3d::UnitX();  ///< unit: where the tip points
   Eigen::Vector3d facing = Eigen::Vector3d::UnitZ();   ///< unit: edge, bristles, lens, screen
   bool round = false;  ///< the same from all sides about z: its turn about z is nobody's wish
-  /// It lies on either of two sides, and half a turn about its x axis leaves what a hand holds as it
-  /// was: a hammer's handle, whose face is then on the other side of the hand (TurnedOver).
+  /// It lies on either of two sides, and half a turn about its x axis leaves what a hand holds as
+  /// it was: a hammer's handle, whose face is then on the other side of the hand (TurnedOver).
   bool two_sided = false;
 };
 
