@@ -226,7 +226,7 @@ Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
   outcome.text = fmt::format(
       "{}\n  made                {:.1f} s of motion in {} key frames; best of {} samples, {:.0f} "
       "ms each with the object\n{}",
-      imos::SentenceOf(intent), options.seconds_per_key_frame * (job.key_frames - 1),
+      imos::SentenceOf(intent), (made.motion.NumFrames() - 1) / made.motion.frame_rate,
       job.key_frames, job.samples, 1000.0 * made.loop_s / job.samples, outcome.text);
   return outcome;
 }

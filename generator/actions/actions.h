@@ -9,6 +9,7 @@
 ///   face_marks.h      mouth, nose, eyes and ear
 ///   face_place.h      where at the face an action brings an object
 ///   action_path.h     where a wrist is wanted over time
+///   action_strokes.h  rhythms laid over motion that has none
 ///   action_catalog.h  actions and the objects they use
 ///   script_poses.h    object poses that place a point
 ///   script_writer.h   a script, key after key

@@ -70,8 +70,15 @@ ObjectMarks MarksOf(std::string_view name, const TriangleMesh& mesh) {
     marks.forward = known.forward;
     marks.facing = known.facing;
     marks.round = known.round;
+    marks.two_sided = name == "hammer";
   }
   return marks;
+}
+
+Eigen::Isometry3d TurnedOver() {
+  Eigen::Isometry3d turned = Eigen::Isometry3d::Identity();
+  turned.linear() = Vector3d(1.0, -1.0, -1.0).asDiagonal();
+  return turned;
 }
 
 TriangleMesh ReflectX(const TriangleMesh& mesh) {

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "geometry/mesh/mesh.h"
 
@@ -21,7 +22,13 @@ struct ObjectMarks {
   Eigen::Vector3d forward = Eigen::Vector3d::UnitX();  ///< unit: where the tip points
   Eigen::Vector3d facing = Eigen::Vector3d::UnitZ();   ///< unit: edge, bristles, lens, screen
   bool round = false;  ///< the same from all sides about z: its turn about z is nobody's wish
+  /// It lies on either of two sides, and half a turn about its x axis leaves what a hand holds as
+  /// it was: a hammer's handle, whose face is then on the other side of the hand (TurnedOver).
+  bool two_sided = false;
 };
+
+/// The object turned over: half a turn about its x axis, in its own frame.
+Eigen::Isometry3d TurnedOver();
 
 /// Marks of an object by its embedded name; other objects have those of their bounding box and rim.
 /// `mesh` as the object's own: reflect the marks (ReflectX) where the mesh is.

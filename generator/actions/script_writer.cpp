@@ -27,13 +27,21 @@ void ScriptWriter::Begin() {
   const Vector3d bottom = object.middle - 0.5 * object.size.z() * Vector3d::UnitZ();
   ScriptKey key;
   const double left = Uniform(-0.24, -0.06);
+  Vector3d place;
   if (scene_.in_hand) {
-    const Vector3d place = Before(left, Uniform(0.50, 0.70), -Uniform(0.24, 0.36));
+    place = Before(left, Uniform(0.50, 0.70), -Uniform(0.24, 0.36));
     key.poses = UprightPoses(object.middle, place, kTurns, {0.35});
   } else {
-    Vector3d place = Before(left, Uniform(0.66, 0.84), -Uniform(0.34, 0.50));
+    place = Before(left, Uniform(0.66, 0.84), -Uniform(0.34, 0.50));
     script_.table_m = place.z();
     key.poses = UprightPoses(bottom, place, kTurns);
+  }
+  if (object.two_sided) {
+    const Vector3d top =
+        TurnedOver() * (scene_.in_hand ? object.middle : object.middle * 2.0 - bottom);
+    for (Eigen::Isometry3d pose : UprightPoses(top, place, kTurns)) {
+      key.poses.push_back(pose * TurnedOver());
+    }
   }
   key.leave_s = now_s_ = Uniform(0.5, 0.75);
   script_.keys.push_back(std::move(key));

@@ -35,6 +35,17 @@ bool Alike(const Grasp& a, const Grasp& b) {
          AngleBetween(from.linear(), to.linear()) < kAlike_rad;
 }
 
+// The clean ones, best first, no two nearly alike.
+std::vector<Grasp> Differing(const GraspReport& report, int most) {
+  std::vector<Grasp> kept;
+  for (const GraspReport::Candidate& candidate : report.candidates) {
+    if (!candidate.refused.empty() || static_cast<int>(kept.size()) == most) continue;
+    const auto alike = [&](const Grasp& grasp) { return Alike(grasp, candidate.grasp); };
+    if (std::ranges::none_of(kept, alike)) kept.push_back(candidate.grasp);
+  }
+  return kept;
+}
+
 }  // namespace
 
 Eigen::Matrix3Xd SkinInWrist(const HandModel& hand, const FingerPose& fingers, int every) {
@@ -64,13 +75,34 @@ std::vector<Grasp> FindActionGrasps(const HandModel& hand, const ActionObject& o
   GraspReport report;
   CloseHand(hand, object.mesh, object.surface, object.distance, options, &report);
   if (status != nullptr) *status = report.status;
-  std::vector<Grasp> kept;
-  for (const GraspReport::Candidate& candidate : report.candidates) {
-    if (!candidate.refused.empty() || static_cast<int>(kept.size()) == most) continue;
-    const auto alike = [&](const Grasp& grasp) { return Alike(grasp, candidate.grasp); };
-    if (std::ranges::none_of(kept, alike)) kept.push_back(candidate.grasp);
+  return Differing(report, most);
+}
+
+std::vector<Grasp> FindToolGrips(const HandModel& hand, const ActionObject& object,
+                                 std::uint64_t seed, int most, int threads) {
+  GraspOptions options;
+  options.threads = threads;
+  options.seed = seed;
+  options.use = GraspUse::kTool;
+  options.style = GraspStyle::kPower;
+  options.table_weight = 0.0;
+  GraspReport report;
+  CloseHand(hand, object.mesh, object.surface, object.distance, options, &report);
+  std::vector<Grasp> grips = Differing(report, 4 * most);
+  std::erase_if(grips, [](const Grasp& grasp) { return !grasp.palm_touching; });
+  if (static_cast<int>(grips.size()) > most) grips.resize(static_cast<std::size_t>(most));
+  return grips;
+}
+
+void AddTurnedOver(const ObjectMarks& marks, std::vector<Grasp>& grasps) {
+  if (!marks.two_sided) return;
+  const std::size_t count = grasps.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    Grasp turned = grasps[k];
+    turned.wrist_from_object = turned.wrist_from_object * TurnedOver();
+    turned.certificate.reset();  // of the other one
+    grasps.push_back(std::move(turned));
   }
-  return kept;
 }
 
 }  // namespace holdfast

@@ -128,6 +128,7 @@ ActionGrasps ActionShelf::GraspsOf(const ActionJob& job, bool both) {
     return FindActionGrasps(actor.Hand(Side::kRight), {prop.mesh, prop.surface, *prop.fit.distance},
                             seed, kGraspChoice);
   });
+  AddTurnedOver(Prop(job.object, job.left).marks, right);
   std::vector<GraspPair> pairs;
   if (both) {
     key["pairs_tried"] = kPairTries;

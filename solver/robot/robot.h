@@ -20,6 +20,7 @@
 ///   robot_solver.h         least squares over one pose
 ///   human_demonstration.h  what the human hand does
 ///   robot_start.h          the robot's hand where the human's is
+///   start_choice.h         which of the starts' poses is taken: one that holds
 ///   transfer_to_robot.h    the whole clip
 ///   robot_baseline_terms.h, robot_baselines.h  what others published, to compare with
 ///   robot_measures.h       how good it is

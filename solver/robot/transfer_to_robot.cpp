@@ -22,6 +22,7 @@
 #include "solver/robot/robot_self_term.h"
 #include "solver/robot/robot_solver.h"
 #include "solver/robot/robot_start.h"
+#include "solver/robot/start_choice.h"
 
 namespace holdfast {
 namespace {
@@ -194,7 +195,7 @@ class ClipTransfer {
   double radius_ = 1e4;  // of the last solve, a little wider
 };
 
-// The best that a frame's starts lead to.
+// Of what a frame's starts lead to.
 RobotPose FirstPose(const RobotTransferSetup& setup, const RobotTransferOptions& options,
                     const std::vector<SkinPair>& points, int t, int* iterations) {
   std::vector<RobotPose> poses =
@@ -205,7 +206,7 @@ RobotPose FirstPose(const RobotTransferSetup& setup, const RobotTransferOptions&
     costs[k] = ClipTransfer(setup, options, points).StartPose(t, poses[k], &tried[k]);
   });
   *iterations += std::accumulate(tried.begin(), tried.end(), 0);
-  return poses[static_cast<std::size_t>(std::ranges::min_element(costs) - costs.begin())];
+  return poses[static_cast<std::size_t>(ChooseStart(setup, poses, costs))];
 }
 
 // The frame to begin with: most parts touch; of equals the middle one.

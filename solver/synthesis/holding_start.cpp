@@ -18,6 +18,7 @@ namespace holdfast {
 namespace {
 
 constexpr int kTries = 6;  // of a start, in other styles
+constexpr int kGrips = 2;  // of a tool that strikes: the best alone are firm
 
 std::unique_ptr<const ActionProp> PropOf(const LoadedObject& object, bool mirrored, int threads) {
   return std::make_unique<const ActionProp>(MakeActionProp(
@@ -80,6 +81,7 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   std::vector<Grasp> grasps =
       FindActionGrasps(right, shape, options.seed, kGraspChoice, &hold.grasp, options.threads);
   if (grasps.empty()) return hold;
+  AddTurnedOver(prop.marks, grasps);
   if (action == "eat" && prop.marks.size.x() > 2.0 * prop.marks.size.y()) {
     LeaveFreeWhatIsBitten(prop.marks, grasps);
   }
@@ -87,14 +89,26 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   if (action == "offhand") {
     pairs = FindGraspPairs(right, left, shape, grasps, options.seed, kPairTries);
   }
-  const ActionGrasps choices(*start.actor, std::move(grasps), std::move(pairs));
+  const auto begin = [&](const ActionGrasps& choices, std::optional<bool> in_hand) {
+    ActionClip made;
+    for (int attempt = 0; attempt < kTries; ++attempt) {
+      const std::uint64_t seed = MixSeed(options.seed, static_cast<std::uint64_t>(attempt));
+      const StandingStart standing = OwnStanding(start.actor->Measures(), seed);
+      made = MakeActionStart({action, *start.actor, prop, choices, standing, false, seed}, in_hand);
+      if (made.fault.empty()) break;
+    }
+    return made;
+  };
   ActionClip made;
-  for (int attempt = 0; attempt < kTries; ++attempt) {
-    const std::uint64_t seed = MixSeed(options.seed, static_cast<std::uint64_t>(attempt));
-    const StandingStart standing = OwnStanding(start.actor->Measures(), seed);
-    made = MakeActionStart({action, *start.actor, prop, choices, standing, false, seed},
-                           options.in_hand);
-    if (made.fault.empty()) break;
+  made.fault = "no grip";
+  // Who strikes has the handle in the palm, as nobody takes it from a table.
+  if (action == "use" && options.in_hand.value_or(true)) {
+    std::vector<Grasp> grips = FindToolGrips(right, shape, options.seed, kGrips, options.threads);
+    AddTurnedOver(prop.marks, grips);
+    if (!grips.empty()) made = begin(ActionGrasps(*start.actor, std::move(grips), {}), true);
+  }
+  if (!made.fault.empty()) {
+    made = begin(ActionGrasps(*start.actor, std::move(grasps), std::move(pairs)), options.in_hand);
   }
   hold.status = made.fault.empty() ? StandingHoldStatus::kMade : StandingHoldStatus::kNobodyCan;
   hold.fault = made.fault;

@@ -18,11 +18,13 @@ struct SampleStyle {
   double elbow = 0.0;  ///< of the arm that acts, about the line from shoulder to wrist: out
   Eigen::Vector3d other_arm{0, 0, 0};  ///< of the other upper arm, in the chest's frame
   double other_elbow = 0.0;            ///< bend of the other elbow, 0 or more
+  /// Of the pelvis over the feet, to the left and forward, metres: onto one leg, whose hip rises.
+  Eigen::Vector2d weight{0, 0};
 };
 
 /// Sample 0 of every seed has none. Pace varies by a quarter, the trunk by 5 to 10 degrees (little
-/// backwards), the elbow by 20, the other arm by 13 with the elbow bent by up to 70. `amount`
-/// multiplies all of it.
+/// backwards), the elbow by 20, the other arm by 13 with the elbow bent by up to 70, weight by 2.5
+/// cm. `amount` multiplies all of it.
 SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount);
 
 /// Key frames of a right-handed person as somebody of that style does them: nothing changes in the

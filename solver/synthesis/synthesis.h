@@ -7,10 +7,11 @@
 /// From the inside out:
 ///   holding_start.h     a person with the object in hand
 ///   synthesis.h         Synthesise: key frames, object fitted to each
+///   still_start.h       frames left out in which nothing happens yet
 ///   sample_style.h      pace and posture in which samples differ
 ///   synthesis_motion.h  key frames resampled, feet pinned, breath and sway
 ///   face_refit.h        what belongs at the face brought there
-///   return_motion.h     AddReturn: what was taken goes back
+///   return_motion.h     AddReturn: what was taken goes back; AddStrokes (generator/actions)
 ///   synthesize.h        Synthesize: the best of several samples
 
 #include <cstdint>

@@ -7,11 +7,14 @@
 #include <string>
 #include <utility>
 
+#include "generator/actions/action_strokes.h"
 #include "geometry/clip/mirror_clip.h"
 #include "geometry/parallel.h"
+#include "geometry/seed.h"
 #include "solver/actions/action_clip.h"
 #include "solver/actions/action_measures.h"
 #include "solver/synthesis/return_motion.h"
+#include "solver/synthesis/still_start.h"
 #include "solver/synthesis/synthesis_motion.h"
 
 namespace holdfast {
@@ -86,17 +89,25 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
   const int finished = options.finish_all ? static_cast<int>(result.samples.size()) : 1;
   ParallelFor(finished, options.threads, [&](int i) {
     SynthesizedSample& sample = result.samples[i];
-    if (sample.keys.switch_frame >= 0) return;
-    RefitAtFace(*start.actor, *start.prop, action, sample.motion);
-    if (!options.and_back) return;
-    AddReturn(start.actor->Measures().rest_joints, StandsOnTable(start), sample.motion);
+    const Eigen::Matrix3Xd& rest_joints = start.actor->Measures().rest_joints;
+    const bool passes_on = sample.keys.switch_frame >= 0;
+    if (!passes_on) RefitAtFace(*start.actor, *start.prop, action, sample.motion);
+    if (!options.keep_pace) sample.hurried = LeaveOutStill(rest_joints, sample.motion);
+    if (passes_on) return;
+    const int there = sample.motion.NumFrames();
+    if (options.and_back) AddReturn(rest_joints, StandsOnTable(start), sample.motion);
+    AddStrokes(rest_joints, action, start.prop->marks,
+               MixSeed(options.seed, static_cast<std::uint64_t>(sample.number)), there,
+               sample.motion);
   });
   result.motion = start.mirrored ? MirrorClip(best.motion) : best.motion;
   result.motion.action = action;
   result.first_hand = start.mirrored ? Side::kLeft : Side::kRight;
   if (best.keys.switch_frame >= 0) {
-    result.switch_frame = static_cast<int>(std::lround(
-        (best.keys.switch_frame - 0.5) * options.seconds_per_key_frame * options.frame_rate));
+    result.switch_frame =
+        static_cast<int>(std::lround((best.keys.switch_frame - 0.5) *
+                                     options.seconds_per_key_frame * options.frame_rate)) -
+        best.hurried;
   }
   return result;
 }

@@ -32,7 +32,7 @@ struct SynthesizeOptions {
   int samples = 8;                       ///< motions to choose from
   double sigma = 1.0;                    ///< of the latents
   double style = 1.0;        ///< how much samples differ in pace and posture (SampleStyle); 0: not
-  bool keep_pace = false;    ///< all samples take the time that was asked for
+  bool keep_pace = false;    ///< all samples take the time that was asked for; the start may wait
   bool finish_all = false;   ///< RefitAtFace and AddReturn of all samples, not of the best alone
   double frame_rate = 30.0;  ///< Hz, of the motion
   /// The object goes back to where it was (AddReturn); on a table the hand lets go of it.
@@ -47,8 +47,9 @@ struct SynthesizedSample {
   Synthesised keys;
   Clip motion;  ///< in the world of the start
   double faults =
-      0.0;         ///< what is wrong with it, in units of what a synthetic clip may have at most
-  int number = 0;  ///< before they were ranked
+      0.0;          ///< what is wrong with it, in units of what a synthetic clip may have at most
+  int number = 0;   ///< before they were ranked
+  int hurried = 0;  ///< frames of standing still that were left out (LeaveOutStill)
   SampleStyle style;
 };
 

@@ -77,5 +77,23 @@ TEST(SampleStyle, AnElbowThatGoesOutLeavesTheHandWhereItIs) {
   EXPECT_GT((is.joints.col(kRightElbow) - was.joints.col(kRightElbow)).norm(), 0.02);
 }
 
+TEST(SampleStyle, WeightGoesOverOneFootAndTheTrunkStaysUpright) {
+  const BodyMeasures body = MeasureBody(*BodyModel::Default(), {});
+  const Clip before = Raises(body);
+  Clip after = before;
+  SampleStyle style;
+  style.weight = {0.03, 0.0};
+  ApplySampleStyle(style, body.rest_joints, after);
+  const auto placed = [&](const Clip& clip) {
+    return Place(body.rest_joints, BodyFrames(clip, body.rest_joints).back());
+  };
+  const BodyPlacement was = placed(before), is = placed(after);
+  // A person who faces -y has +x on the left.
+  EXPECT_NEAR((is.joints.col(kPelvis) - was.joints.col(kPelvis)).x(), 0.03, 1e-3);
+  EXPECT_GT(is.joints(2, kLeftHip) - is.joints(2, kRightHip),
+            was.joints(2, kLeftHip) - was.joints(2, kRightHip) + 0.003);
+  EXPECT_LT((is.rotation[kSpine3] - was.rotation[kSpine3]).cwiseAbs().maxCoeff(), 1e-6);
+}
+
 }  // namespace
 }  // namespace holdfast
