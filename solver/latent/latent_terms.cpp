@@ -36,6 +36,7 @@ constexpr int kCreep = 6;      // frames over which a planted foot is not to cre
 constexpr int kArriving = 5;   // frames before the deadline
 constexpr int kTurn = 8;       // frames over which the heading's turn is taken
 constexpr int kReaching = 20;  // frames before the deadline
+constexpr int kRising = 30;    // frames
 constexpr int kHeadJoint = 15;
 constexpr double kStandsStill = 0.25;  // m/s
 
@@ -198,8 +199,9 @@ void AddLookTerms(const LatentOptions& options, const ReachTask& task, int frame
 }
 
 // Turns are walked, and the trunk is upright on the way; who reaches may lean.
-void AddPostureTerms(const LatentOptions& options, const ReachTask& task, int frames,
+void AddPostureTerms(const LatentOptions& options, const MotionView& motion, const ReachTask& task,
                      MotionObjective& objective) {
+  const int frames = motion.NumFrames();
   if (options.turn > 0.0) {
     const auto turn =
         std::make_shared<HeadingTurn>(options.fastest_turn_rad_s, kTurn * kFrame, options.turn);
@@ -210,9 +212,15 @@ void AddPostureTerms(const LatentOptions& options, const ReachTask& task, int fr
   if (options.lean <= 0.0) return;
   const auto walk = std::make_shared<UprightTrunk>(options.farthest_lean_m, options.lean);
   const auto reach = std::make_shared<UprightTrunk>(options.farthest_lean_reaching_m, options.lean);
+  const double first_m = (motion.At(0, kNeck) - motion.At(0, 0)).head<2>().norm();
   for (int t = 1; t < frames; ++t) {
-    objective.Add("lean", t < task.deadline - kReaching ? walk : reach, nullptr,
-                  {Position(t, 0), Position(t, kNeck)});
+    std::shared_ptr<const UprightTrunk> lean = t < task.deadline - kReaching ? walk : reach;
+    // Who is bent at the start takes a second to come up.
+    const double still_m = first_m * (1.0 - static_cast<double>(t) / kRising);
+    if (t < kRising && still_m > options.farthest_lean_m) {
+      lean = std::make_shared<UprightTrunk>(still_m, options.lean);
+    }
+    objective.Add("lean", lean, nullptr, {Position(t, 0), Position(t, kNeck)});
   }
 }
 
@@ -234,7 +242,7 @@ void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const
   if (options.near > 0.0) AddStanceTerms(options, task, frames, objective);
   if (options.path > 0.0) AddPathTerms(options, motion, task, objective);
   if (options.look > 0.0) AddLookTerms(options, task, frames, objective);
-  AddPostureTerms(options, task, frames, objective);
+  AddPostureTerms(options, motion, task, objective);
 }
 
 void AddGoalTerms(const LatentOptions& options, const ReachTask& task, double share_done,
