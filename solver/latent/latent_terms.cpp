@@ -30,13 +30,14 @@ namespace holdfast {
 namespace {
 
 constexpr double kFrame = 1.0 / wandr::kFramesPerSecond;
-constexpr int kPace = 10;      // frames over which the pelvis' speed is taken
-constexpr int kBurst = 2;      // the same, of single steps
-constexpr int kCreep = 6;      // frames over which a planted foot is not to creep
-constexpr int kArriving = 5;   // frames before the deadline
-constexpr int kTurn = 8;       // frames over which the heading's turn is taken
-constexpr int kReaching = 20;  // frames before the deadline
-constexpr int kRising = 30;    // frames
+constexpr int kPace = 10;       // frames over which the pelvis' speed is taken
+constexpr int kBurst = 2;       // the same, of single steps
+constexpr int kCreep = 6;       // frames over which a planted foot is not to creep
+constexpr int kArriving = 5;    // frames before the deadline
+constexpr int kTurn = 8;        // frames over which the heading's turn is taken
+constexpr int kReaching = 20;   // frames before the deadline
+constexpr double kHandy = 0.9;  // metres above the ground
+constexpr int kRising = 30;     // frames
 constexpr int kHeadJoint = 15;
 constexpr double kStandsStill = 0.25;  // m/s
 
@@ -211,10 +212,14 @@ void AddPostureTerms(const LatentOptions& options, const MotionView& motion, con
   }
   if (options.lean <= 0.0) return;
   const auto walk = std::make_shared<UprightTrunk>(options.farthest_lean_m, options.lean);
-  const auto reach = std::make_shared<UprightTrunk>(options.farthest_lean_reaching_m, options.lean);
+  // What is low is bent for, and sooner.
+  const double low_m = std::max(0.0, kHandy - task.goal.z());
+  const auto reach =
+      std::make_shared<UprightTrunk>(options.farthest_lean_reaching_m + 0.5 * low_m, options.lean);
+  const int reaching = task.deadline - (low_m > 0.0 ? 2 * kReaching : kReaching);
   const double first_m = (motion.At(0, kNeck) - motion.At(0, 0)).head<2>().norm();
   for (int t = 1; t < frames; ++t) {
-    std::shared_ptr<const UprightTrunk> lean = t < task.deadline - kReaching ? walk : reach;
+    std::shared_ptr<const UprightTrunk> lean = t < reaching ? walk : reach;
     // Who is bent at the start takes a second to come up.
     const double still_m = first_m * (1.0 - static_cast<double>(t) / kRising);
     if (t < kRising && still_m > options.farthest_lean_m) {

@@ -308,7 +308,7 @@ TEST(PelvisSpeed, CountsWhatIsFasterThanAWalk) {
 TEST(HeadingTurn, CountsWhatIsFasterThanAWalkedTurn) {
   const double dt = 0.25;
   const HeadingTurn term(1.0, dt, 4.0);
-  CheckJacobian(term, false, [](Draw& draw) {
+  CheckJacobian(HeadingTurn(4.0, dt, 4.0), false, [](Draw& draw) {
     return Blocks{RowByRow(draw.Rotation()), RowByRow(draw.Rotation())};
   });
   const Matrix3d facing = ExpSO3(Vector3d(0.5 * std::numbers::pi, 0.0, 0.0));  // along the ground
@@ -330,7 +330,7 @@ TEST(HeadingTurn, CountsWhatIsFasterThanAWalkedTurn) {
 
 TEST(UprightTrunk, CountsHowFarTheNeckIsFromAboveThePelvis) {
   const UprightTrunk term(0.05, 4.0);
-  CheckJacobian(term, false, [](Draw& draw) { return Points(draw, 2, 0.4); });
+  CheckJacobian(term, false, [](Draw& draw) { return Points(draw, 2, 0.06); });
   const Vector3d pelvis(2, -1, 0.9);
   const auto at = [&](double off) {
     return Residuals(term, {pelvis, pelvis + Vector3d(0.6 * off, -0.8 * off, 0.5)})[0];
