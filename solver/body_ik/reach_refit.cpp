@@ -11,11 +11,14 @@
 #include "generator/matching/foot_lock.h"
 #include "generator/matching/sole_contact.h"
 #include "generator/matching/support_feet.h"
+#include "generator/scripted/minimum_jerk.h"
 #include "generator/wandr/intention.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_outcome.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
+#include "solver/body_ik/arm_swing.h"
+#include "solver/body_ik/foot_lift.h"
 #include "solver/body_ik/frame_pose.h"
 #include "solver/body_ik/reach_warp.h"
 
@@ -53,6 +56,39 @@ void ComeToRest(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles, in
     const auto from = std::min(static_cast<std::size_t>(at), before.size() - 2);
     frames[static_cast<std::size_t>(t)] =
         Interpolate(before[from], before[from + 1], at - static_cast<double>(from));
+  }
+}
+
+// How much the arm that reaches is taken up by its goals: all of it from half a second before one,
+// nothing of it a second and a half before.
+double Reaching(std::span<const RefitGoal> goals, int t) {
+  constexpr int kFree = 15, kRaise = 30;  // frames
+  double reaching = 0.0;
+  for (const RefitGoal& goal : goals) {
+    const bool stays = goal.rests && t >= goal.frame;
+    const double off = stays ? 0.0 : std::abs(goal.frame - t);
+    reaching = std::max(reaching, MinimumJerk((kFree + kRaise - off) / kRaise));
+  }
+  return reaching;
+}
+
+// Arms on the way hang and swing.
+void SwingArmsOnTheWay(const Eigen::Matrix3Xd& rest_joints, std::span<const RefitGoal> goals,
+                       Side wrist, std::vector<BodyFrame>& frames) {
+  constexpr double kWalking = 0.9;          // m/s
+  constexpr int kAround = 8, kFadeIn = 20;  // frames
+  const int count = static_cast<int>(frames.size());
+  std::vector<Eigen::Vector2d> pelvis;
+  for (const BodyFrame& frame : frames) pelvis.emplace_back(frame.pelvis.head<2>());
+  for (int t = 1; t < count; ++t) {
+    const int from = std::max(0, t - kAround), to = std::min(count - 1, t + kAround);
+    const double way =
+        (pelvis[static_cast<std::size_t>(to)] - pelvis[static_cast<std::size_t>(from)]).norm();
+    const double walks = MinimumJerk(way * wandr::kFramesPerSecond / (to - from) / kWalking);
+    const double begun = MinimumJerk(static_cast<double>(t) / kFadeIn);
+    std::array<double, 2> idle = {begun * walks, begun * walks};
+    idle[wrist == Side::kLeft ? 0 : 1] = begun * (1.0 - Reaching(goals, t));
+    SwingArms(rest_joints, idle, walks, frames[static_cast<std::size_t>(t)]);
   }
 }
 
@@ -145,13 +181,16 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
       ComeToRest(rest_joints, soles, goal.frame, frames);
     }
   }
+  if (options.walks) SwingArmsOnTheWay(rest_joints, goals, options.wrist, frames);
   RefitReport found;
   std::vector<FeetTarget> feet;
   if (options.pin_feet) {
     std::vector<Soles> points;
     for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
     FootLockReport lock;
-    feet = LockFeet(rest_joints, soles, FindSupports(points, wandr::kFramesPerSecond), frames,
+    const std::vector<SoleBits> stands = FindSupports(points, wandr::kFramesPerSecond);
+    if (options.walks) LiftFeet(rest_joints, soles, stands, frames);
+    feet = LockFeet(rest_joints, soles, stands, frames,
                     {.clearance_m = kStepClearance, .most_sink_m = kMostSink, .keep_first = true},
                     &lock);
     found.max_foot_correction_m = lock.max_correction_m;

@@ -27,6 +27,7 @@ struct RefitOptions {
   bool pin_feet = true;
   bool place_wrist = true;
   bool lift_hands = true;
+  bool walks = true;  ///< arms swing on the way (SwingArms), feet are lifted (LiftFeet)
   /// A goal farther than this from the wrist is left alone: the motion did not reach it.
   double farthest_m = 0.10;
   int window_frames = 30;  ///< that change on either side of a goal; all after one that rests
@@ -39,10 +40,11 @@ struct RefitReport {
   double max_hand_bend_rad = 0.0;      ///< of a wrist, to keep a hand off the floor
 };
 
-/// The last touch to a motion that a network made: planted feet stay where they are (LockFeet), the
-/// wrist is where it should be to the millimetre (WarpReach) and stays at a last goal, hands bend
-/// at the wrist before their fingers go through the floor (as far as wrists bend). Changes that
-/// much and no more: what the motion is comes from the network.
+/// The last touch to a motion that a network made: arms swing and feet are lifted on the way,
+/// planted feet stay where they are (LockFeet), the wrist is where it should be to the millimetre
+/// (WarpReach) and stays at a last goal, hands bend at the wrist before their fingers go through
+/// the floor (as far as wrists bend). Changes that much and no more: what the motion is comes from
+/// the network.
 ///
 /// `states` (135 x F) at 30 fps, floor z = 0, of the body of `measures`. Throws Error for frames
 /// that the motion does not have.

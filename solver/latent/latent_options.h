@@ -61,6 +61,11 @@ struct LatentOptions {
   double near = 2.0;
   double farthest_stance_m = 0.5;  ///< pelvis to goal, as seen from above
   double path = 0.0;
+  double turn = 0.02;
+  double fastest_turn_rad_s = 1.05;
+  double lean = 1.0;
+  double farthest_lean_m = 0.04;           ///< neck from above the pelvis, on the way
+  double farthest_lean_reaching_m = 0.12;  ///< the same from shortly before the deadline on
   double limits = 0.01;
   double acceleration = 1e-7;
   double obstacle = 1.0;

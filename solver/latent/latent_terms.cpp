@@ -14,6 +14,7 @@
 #include "solver/terms/motion/first_arrival.h"
 #include "solver/terms/motion/floor_contact.h"
 #include "solver/terms/motion/foot_skate.h"
+#include "solver/terms/motion/heading_turn.h"
 #include "solver/terms/motion/joint_acceleration.h"
 #include "solver/terms/motion/joint_goal.h"
 #include "solver/terms/motion/look_at.h"
@@ -23,15 +24,20 @@
 #include "solver/terms/motion/rotation_range.h"
 #include "solver/terms/motion/stand_near.h"
 #include "solver/terms/motion/standing_balance.h"
+#include "solver/terms/motion/upright_trunk.h"
 
 namespace holdfast {
 namespace {
 
 constexpr double kFrame = 1.0 / wandr::kFramesPerSecond;
-constexpr int kPace = 10;     // frames over which the pelvis' speed is taken
-constexpr int kBurst = 2;     // the same, of single steps
-constexpr int kCreep = 6;     // frames over which a planted foot is not to creep
-constexpr int kArriving = 5;  // frames before the deadline
+constexpr int kPace = 10;       // frames over which the pelvis' speed is taken
+constexpr int kBurst = 2;       // the same, of single steps
+constexpr int kCreep = 6;       // frames over which a planted foot is not to creep
+constexpr int kArriving = 5;    // frames before the deadline
+constexpr int kTurn = 8;        // frames over which the heading's turn is taken
+constexpr int kReaching = 20;   // frames before the deadline
+constexpr double kHandy = 0.9;  // metres above the ground
+constexpr int kRising = 30;     // frames
 constexpr int kHeadJoint = 15;
 constexpr double kStandsStill = 0.25;  // m/s
 
@@ -193,6 +199,36 @@ void AddLookTerms(const LatentOptions& options, const ReachTask& task, int frame
   }
 }
 
+// Turns are walked, and the trunk is upright on the way; who reaches may lean.
+void AddPostureTerms(const LatentOptions& options, const MotionView& motion, const ReachTask& task,
+                     MotionObjective& objective) {
+  const int frames = motion.NumFrames();
+  if (options.turn > 0.0) {
+    const auto turn =
+        std::make_shared<HeadingTurn>(options.fastest_turn_rad_s, kTurn * kFrame, options.turn);
+    for (int t = 0; t + kTurn < frames; t += 2) {
+      objective.Add("turn", turn, nullptr, {WorldRotation(t, 0), WorldRotation(t + kTurn, 0)});
+    }
+  }
+  if (options.lean <= 0.0) return;
+  const auto walk = std::make_shared<UprightTrunk>(options.farthest_lean_m, options.lean);
+  // What is low is bent for, and sooner.
+  const double low_m = std::max(0.0, kHandy - task.goal.z());
+  const auto reach =
+      std::make_shared<UprightTrunk>(options.farthest_lean_reaching_m + 0.5 * low_m, options.lean);
+  const int reaching = task.deadline - (low_m > 0.0 ? 2 * kReaching : kReaching);
+  const double first_m = (motion.At(0, kNeck) - motion.At(0, 0)).head<2>().norm();
+  for (int t = 1; t < frames; ++t) {
+    std::shared_ptr<const UprightTrunk> lean = t < reaching ? walk : reach;
+    // Who is bent at the start takes a second to come up.
+    const double still_m = first_m * (1.0 - static_cast<double>(t) / kRising);
+    if (t < kRising && still_m > options.farthest_lean_m) {
+      lean = std::make_shared<UprightTrunk>(still_m, options.lean);
+    }
+    objective.Add("lean", lean, nullptr, {Position(t, 0), Position(t, kNeck)});
+  }
+}
+
 }  // namespace
 
 int GoalJoint(const LatentOptions& options) {
@@ -211,6 +247,7 @@ void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const
   if (options.near > 0.0) AddStanceTerms(options, task, frames, objective);
   if (options.path > 0.0) AddPathTerms(options, motion, task, objective);
   if (options.look > 0.0) AddLookTerms(options, task, frames, objective);
+  AddPostureTerms(options, motion, task, objective);
 }
 
 void AddGoalTerms(const LatentOptions& options, const ReachTask& task, double share_done,

@@ -12,6 +12,8 @@
 ///   look_at.h             A e_z - g: face turned off a place
 ///   stand_near.h          pelvis too far from the goal
 ///   pelvis_path.h, pelvis_speed.h  off an even walk; too fast
+///   heading_turn.h        heading turned too fast
+///   upright_trunk.h       neck too far from above the pelvis
 ///   joint_acceleration.h  (q_0 - 2 q_1 + q_2) / dt^2
 ///   rotation_range.h      joint angle beyond captured ones
 ///   standing_balance.h    c - m: middle of mass off the feet
@@ -21,6 +23,7 @@
 ///   obstacle.h            phi(q): a joint too near a solid
 #include "solver/terms/motion/first_arrival.h"
 #include "solver/terms/motion/foot_skate.h"
+#include "solver/terms/motion/heading_turn.h"
 #include "solver/terms/motion/joint_acceleration.h"
 #include "solver/terms/motion/joint_goal.h"
 #include "solver/terms/motion/latent_prior.h"

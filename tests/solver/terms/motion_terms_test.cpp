@@ -15,6 +15,7 @@
 #include "solver/terms/motion/first_arrival.h"
 #include "solver/terms/motion/floor_contact.h"
 #include "solver/terms/motion/foot_skate.h"
+#include "solver/terms/motion/heading_turn.h"
 #include "solver/terms/motion/joint_acceleration.h"
 #include "solver/terms/motion/joint_goal.h"
 #include "solver/terms/motion/latent_prior.h"
@@ -25,6 +26,7 @@
 #include "solver/terms/motion/rotation_range.h"
 #include "solver/terms/motion/stand_near.h"
 #include "solver/terms/motion/standing_balance.h"
+#include "solver/terms/motion/upright_trunk.h"
 #include "tests/geometry/mesh_shapes.h"
 #include "tests/support/numeric_jacobian.h"
 
@@ -301,6 +303,41 @@ TEST(PelvisSpeed, CountsWhatIsFasterThanAWalk) {
   EXPECT_EQ(at(0.0), 0.0);
   EXPECT_EQ(at(1.49), 0.0) << "rising and sinking is no walking";
   EXPECT_NEAR(at(2.0), 2.0 * 0.5, 1e-9);
+}
+
+TEST(HeadingTurn, CountsWhatIsFasterThanAWalkedTurn) {
+  const double dt = 0.25;
+  const HeadingTurn term(1.0, dt, 4.0);
+  CheckJacobian(HeadingTurn(4.0, dt, 4.0), false, [](Draw& draw) {
+    return Blocks{RowByRow(draw.Rotation()), RowByRow(draw.Rotation())};
+  });
+  const Matrix3d facing = ExpSO3(Vector3d(0.5 * std::numbers::pi, 0.0, 0.0));  // along the ground
+  const auto at = [&](double rate, double lean) {
+    const Matrix3d turned = ExpSO3(Vector3d(0.0, 0.0, rate * dt)) * facing;
+    return Residuals(term, {RowByRow(facing), RowByRow(turned * ExpSO3(Vector3d(lean, 0, 0)))})[0];
+  };
+  EXPECT_EQ(at(0.0, 0.0), 0.0);
+  EXPECT_EQ(at(0.99, 0.0), 0.0);
+  for (const double rate : {1.5, -1.5, 3.0}) {
+    EXPECT_NEAR(at(rate, 0.0), 2.0 * (std::abs(rate) - 1.0), 1e-9);
+    EXPECT_NEAR(at(rate, 0.3), 2.0 * (std::abs(rate) - 1.0), 1e-9) << "a bow is no turn";
+  }
+  const Matrix3d up = Matrix3d::Identity();  // faces straight up: no heading
+  Blocks none = {RowByRow(up), RowByRow(facing)};
+  double residual = 0.0;
+  EXPECT_FALSE(term.Evaluate(Pointers(none).data(), &residual, nullptr));
+}
+
+TEST(UprightTrunk, CountsHowFarTheNeckIsFromAboveThePelvis) {
+  const UprightTrunk term(0.05, 4.0);
+  CheckJacobian(term, false, [](Draw& draw) { return Points(draw, 2, 0.06); });
+  const Vector3d pelvis(2, -1, 0.9);
+  const auto at = [&](double off) {
+    return Residuals(term, {pelvis, pelvis + Vector3d(0.6 * off, -0.8 * off, 0.5)})[0];
+  };
+  EXPECT_EQ(at(0.0), 0.0);
+  EXPECT_EQ(at(0.049), 0.0);
+  EXPECT_NEAR(at(0.15), 2.0 * 0.1, 1e-12);
 }
 
 TEST(RotationRange, IsTheAngleBeyondTheLimit) {
