@@ -10,15 +10,15 @@
 namespace holdfast {
 namespace {
 
-constexpr double kTouch_m = 0.003;
-constexpr double kMostCost = 1.5;             // over the least
+constexpr double kTouching_m = 0.003;
+constexpr double kMostCost = 2.5;             // over the least
 constexpr double kFrictions[] = {0.25, 0.4};  // well below that of rubber on most
 
 // Of each link that is near the object, the nearest place.
 std::vector<GraspContact> Touches(const RobotTransferSetup& setup, const PosedRobot& posed) {
   std::vector<GraspContact> touches;
   for (const int link : setup.solids->Links()) {
-    double least = kTouch_m;
+    double least = kTouching_m;
     GraspContact touch;
     for (const auto sample : setup.solids->Of(link).samples.colwise()) {
       const SignedDistance::Result hit =
@@ -28,7 +28,7 @@ std::vector<GraspContact> Touches(const RobotTransferSetup& setup, const PosedRo
       touch.point = hit.closest;
       touch.inward = -hit.gradient;
     }
-    if (least < kTouch_m) touches.push_back(touch);
+    if (least < kTouching_m) touches.push_back(touch);
   }
   return touches;
 }

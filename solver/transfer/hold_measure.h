@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "geometry/body/body_surface.h"
+#include "geometry/body/body_model.h"
 #include "geometry/body/own_body.h"
 #include "geometry/clip/clip.h"
 #include "solver/fit/prepared_object.h"

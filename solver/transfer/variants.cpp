@@ -40,7 +40,8 @@ using Eigen::Vector3d;
 using nlohmann::json;
 
 constexpr const char* kManifest = "manifest.jsonl";
-constexpr int kBlock = 64;  // tries between two looks at the manifest
+constexpr int kBlock = 64;         // tries between two looks at the manifest, at most
+constexpr int kFewestTries = 256;  // eight objects' shapes
 
 // An object's shape, shared by several tries.
 struct Shape {
@@ -319,10 +320,11 @@ VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const Prepare
     labelled.holding_hand = FindHolds(clip, right, left, *object.fit.distance, search).hands;
   }
   VariantMaker maker(labelled, body, object, options);
-  const int most = options.most_tries_each * options.count;
+  const int most = std::max(kFewestTries, options.most_tries_each * options.count);
   bool stopped = false;
   while (report.kept < options.count && report.tried < most && !stopped) {
-    const int first = report.tried, last = std::min(first + kBlock, most);
+    const int first = report.tried, missing = options.count - report.kept;
+    const int last = std::min(first + std::clamp(2 * missing, 8, kBlock), most);
     maker.Prepare(first, last);
     std::vector<Attempt> attempts(static_cast<std::size_t>(last - first));
     std::mutex lock;

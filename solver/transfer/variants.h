@@ -17,7 +17,7 @@ namespace holdfast {
 /// What variants of a demonstration differ by. Every draw is by the seed and the variant's number.
 struct VariantOptions {
   int count = 100;          ///< valid ones wanted
-  int most_tries_each = 8;  ///< given up after so many times `count`
+  int most_tries_each = 8;  ///< given up after so many times `count`, or 256
   double scale_low = 0.85;  ///< of the object, evenly in its logarithm
   double scale_high = 1.2;
   double axis_spread = 0.06;  ///< each axis besides, by up to this share more or less
