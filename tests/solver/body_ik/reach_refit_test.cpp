@@ -121,7 +121,9 @@ TEST(RefitReach, PinsPlantedFeetAndPutsTheWristWhereItShallBe) {
     const RefitGoal goal = {
         Kinematics(before)[frame].joints.col(kWrist) + Vector3d(0.02, -0.03, 0.02), frame};
     RefitReport report;
-    const States after = RefitReach(DefaultBody(), before, {&goal, 1}, {}, &report);
+    RefitOptions options;
+    options.walks = false;
+    const States after = RefitReach(DefaultBody(), before, {&goal, 1}, options, &report);
     ASSERT_EQ(after.cols(), before.cols());
     EXPECT_TRUE(after.allFinite());
     ASSERT_EQ(report.wrist_errors_m.size(), 1u);
@@ -221,7 +223,7 @@ TEST(RefitReach, DoesWhatItIsAskedAndNoMore) {
   const Vector3d wrist = Kinematics(before)[frame].joints.col(kWrist);
   const RefitGoal goal = {wrist + Vector3d(0.0, 0.0, 0.04), frame};
   RefitOptions options;
-  options.pin_feet = options.place_wrist = options.lift_hands = false;
+  options.pin_feet = options.place_wrist = options.lift_hands = options.walks = false;
   RefitReport report;
   const States same = RefitReach(DefaultBody(), before, {&goal, 1}, options, &report);
   EXPECT_LT((same - before).cwiseAbs().maxCoeff(), 1e-5);
@@ -281,7 +283,7 @@ TEST(RefitReach, LiftsHandsOffTheFloor) {
   }
   ASSERT_GT(lowest_wrist, 0.02) << "the wrist itself is above the floor";
   RefitOptions options;
-  options.pin_feet = options.place_wrist = false;
+  options.pin_feet = options.place_wrist = options.walks = false;
   RefitReport report;
   const States after = RefitReach(DefaultBody(), before, {}, options, &report);
   EXPECT_GT(report.max_hand_bend_rad, 0.05);

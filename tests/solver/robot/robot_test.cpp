@@ -21,6 +21,7 @@
 #include "solver/robot/robot_self_term.h"
 #include "solver/robot/robot_shapes.h"
 #include "solver/robot/robot_solver.h"
+#include "solver/robot/start_choice.h"
 #include "tests/support/robot_files.h"
 #include "tests/support/temporary_folder.h"
 
@@ -337,6 +338,24 @@ TEST_F(RobotTerms, LinksThatMeetArePushedApart) {
     return;
   }
   FAIL() << "no two links met";
+}
+
+// Away from the ball nothing holds it, however little that costs; but not at any price.
+TEST_F(RobotTerms, StartsThatHoldAreTaken) {
+  std::mt19937 random(7);
+  RobotPose away = pose_;
+  away.T += Eigen::Vector3d(0.0, 0.0, 0.5);
+  std::vector<RobotPose> poses{away};
+  for (int k = 0; k < 200; ++k) {
+    pose_.q = RandomNumbers(hand_, random);
+    pose_.T = pose_.R * Eigen::Vector3d(-0.03 - 0.0001 * k, 0.0, -0.09);
+    poses.push_back(pose_);
+  }
+  std::vector<double> costs(poses.size(), 1.4);
+  costs[0] = 1.0;
+  EXPECT_GT(ChooseStart(hand_, solids_, distance_, ball_, poses, costs), 0);
+  std::fill(costs.begin() + 1, costs.end(), 1.6);
+  EXPECT_EQ(ChooseStart(hand_, solids_, distance_, ball_, poses, costs), 0);
 }
 
 }  // namespace
