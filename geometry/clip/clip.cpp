@@ -5,10 +5,12 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 
 #include <fmt/format.h>
 
 #include "geometry/clip/clip_arrays.h"
+#include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/io/container/npz.h"
 #include "geometry/pose.h"
@@ -292,23 +294,9 @@ void WriteClip(const Clip& clip, const std::filesystem::path& path) {
 }
 
 Clip Slice(const Clip& clip, int begin, int end) {
-  Clip part = clip;
-  part.trans = clip.trans.middleCols(begin, end - begin);
-  part.pose.assign(clip.pose.begin() + begin, clip.pose.begin() + end);
-  for (std::optional<ObjectTrack>* track : {&part.object, &part.table}) {
-    if (!*track) continue;
-    (*track)->trans = (*track)->trans.middleCols(begin, end - begin).eval();
-    (*track)->orient = (*track)->orient.middleCols(begin, end - begin).eval();
-  }
-  if (part.contact) {
-    for (ContactLabels::Matrix* labels : {&part.contact->object, &part.contact->body}) {
-      if (labels->size() > 0) *labels = labels->middleCols(begin, end - begin).eval();
-    }
-  }
-  if (!clip.holding_hand.empty()) {
-    part.holding_hand.assign(clip.holding_hand.begin() + begin, clip.holding_hand.begin() + end);
-  }
-  return part;
+  std::vector<int> frames(static_cast<std::size_t>(end - begin));
+  std::iota(frames.begin(), frames.end(), begin);
+  return TakeFrames(clip, frames);
 }
 
 }  // namespace holdfast

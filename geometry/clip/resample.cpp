@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -175,6 +176,30 @@ Clip Resample(const Clip& clip, double frame_rate) {
 
 Clip ResampleSmoothly(const Clip& clip, double frame_rate) {
   return ResampleWith<Curves>(clip, frame_rate);
+}
+
+Clip TakeFrames(const Clip& clip, const std::vector<int>& frames) {
+  Clip taken = clip;
+  const auto choose = [&](auto& columns) { columns = columns(Eigen::all, frames).eval(); };
+  choose(taken.trans);
+  for (std::optional<ObjectTrack>* track : {&taken.object, &taken.table}) {
+    if (!*track) continue;
+    choose((*track)->trans);
+    choose((*track)->orient);
+  }
+  if (taken.contact) {
+    for (ContactLabels::Matrix* labels : {&taken.contact->object, &taken.contact->body}) {
+      if (labels->size() > 0) choose(*labels);
+    }
+  }
+  taken.pose.clear();
+  taken.holding_hand.clear();
+  for (const int t : frames) {
+    const auto frame = static_cast<std::size_t>(t);
+    taken.pose.push_back(clip.pose[frame]);
+    if (!clip.holding_hand.empty()) taken.holding_hand.push_back(clip.holding_hand[frame]);
+  }
+  return taken;
 }
 
 std::vector<int> EvenFrames(int num_frames, int count) {

@@ -18,6 +18,9 @@ Clip Resample(const Clip& clip, double frame_rate);
 /// Bezier curves on SO(3) by de Casteljau's construction). Both ends are at rest.
 Clip ResampleSmoothly(const Clip& clip, double frame_rate);
 
+/// Those frames of a clip, in that order, with all that it has of each. Frames are of the clip.
+Clip TakeFrames(const Clip& clip, const std::vector<int>& frames);
+
 /// `count` frames of a clip evenly from the first to the last.
 std::vector<int> EvenFrames(int num_frames, int count);
 

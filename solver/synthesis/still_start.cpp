@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include "geometry/body/body_model.h"
+#include "geometry/clip/resample.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {
@@ -33,21 +33,6 @@ int LastStill(const Eigen::Matrix3Xd& rest_joints, const Clip& clip) {
   return last;
 }
 
-void Take(const std::vector<int>& frames, Eigen::Matrix3Xd& columns) {
-  Eigen::Matrix3Xd taken(3, static_cast<Eigen::Index>(frames.size()));
-  for (std::size_t k = 0; k < frames.size(); ++k) {
-    taken.col(static_cast<Eigen::Index>(k)) = columns.col(frames[k]);
-  }
-  columns = std::move(taken);
-}
-
-template <typename T>
-void Take(const std::vector<int>& frames, std::vector<T>& values) {
-  std::vector<T> taken;
-  for (const int frame : frames) taken.push_back(values[static_cast<std::size_t>(frame)]);
-  values = std::move(taken);
-}
-
 }  // namespace
 
 int LeaveOutStill(const Eigen::Matrix3Xd& rest_joints, Clip& clip) {
@@ -57,13 +42,7 @@ int LeaveOutStill(const Eigen::Matrix3Xd& rest_joints, Clip& clip) {
   std::vector<int> frames;
   for (int k = 0; k < stay; ++k) frames.push_back(k * last / stay);
   for (int t = last; t < count; ++t) frames.push_back(t);
-  Take(frames, clip.pose);
-  Take(frames, clip.trans);
-  if (!clip.holding_hand.empty()) Take(frames, clip.holding_hand);
-  if (clip.object) {
-    Take(frames, clip.object->trans);
-    Take(frames, clip.object->orient);
-  }
+  clip = TakeFrames(clip, frames);
   return count - clip.NumFrames();
 }
 
