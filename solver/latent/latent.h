@@ -11,6 +11,7 @@
 ///   motion_objective.h       Ceres terms over a motion, and gradient
 ///   goal_objective.h         "VAE + opt": goal and prior alone
 ///   reach_task.h             start, goal, deadline; solution and trace
+///   walk_pace.h              turn, walk and reach: when to be where
 ///   latent_options.h         weights, body, obstacles
 ///   latent_terms.h           terms for goal and natural motion
 ///   latent_problem.h         latents to motion, gradients back

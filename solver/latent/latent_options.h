@@ -60,9 +60,9 @@ struct LatentOptions {
   double fastest_m_s = 1.5;
   double near = 2.0;
   double farthest_stance_m = 0.5;  ///< pelvis to goal, as seen from above
-  double path = 0.0;
+  double path = 0.02;
   double turn = 0.02;
-  double fastest_turn_rad_s = 1.05;
+  double fastest_turn_rad_s = 2.0;
   double lean = 1.0;
   double farthest_lean_m = 0.04;           ///< neck from above the pelvis, on the way
   double farthest_lean_reaching_m = 0.12;  ///< the same from shortly before the deadline on

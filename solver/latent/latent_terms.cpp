@@ -40,6 +40,7 @@ constexpr double kHandy = 0.9;  // metres above the ground
 constexpr int kRising = 30;     // frames
 constexpr int kHeadJoint = 15;
 constexpr double kStandsStill = 0.25;  // m/s
+constexpr double kWorthWalking = 0.1;  // metres
 
 // How thick a person is about a joint, metres: feet, arms, trunk and legs.
 double Thickness(int joint) {
@@ -176,18 +177,16 @@ void AddStanceTerms(const LatentOptions& options, const ReachTask& task, int fra
   for (int t = first; t <= last; ++t) objective.Add("near", near, nullptr, {Position(t, 0)});
 }
 
-// A straight way to where the goal is in reach.
+// At an even pace to where the goal is in reach.
 void AddPathTerms(const LatentOptions& options, const MotionView& motion, const ReachTask& task,
                   MotionObjective& objective) {
-  const int frames = motion.NumFrames();
-  const Eigen::Vector3d from = motion.At(0, 0);
-  const Eigen::Vector2d way = (task.goal - from).head<2>();
-  const Eigen::Vector2d stop = from.head<2>() + way * std::max(0.0, 1.0 - 0.45 / way.norm());
-  for (int t = 1; t < std::min(frames, task.deadline); t += 5) {
-    const double u = static_cast<double>(t) / std::max(1, task.deadline - 20);
-    const Eigen::Vector2d at = from.head<2>() + std::min(u, 1.0) * (stop - from.head<2>());
-    objective.Add("path", std::make_shared<PelvisPath>(at, options.path),
-                  std::make_shared<ceres::CauchyLoss>(0.5), {Position(t, 0)});
+  const WalkPace pace = PaceOf(motion.At(0, 0), task);
+  if (pace.Length() < kWorthWalking) return;
+  const auto gently = std::make_shared<ceres::CauchyLoss>(0.5 * std::sqrt(options.path));
+  const double stretch = static_cast<double>(pace.Deadline()) / std::max(1, task.deadline);
+  for (int t = 3; t < std::min(motion.NumFrames(), task.deadline); t += 3) {
+    objective.Add("path", std::make_shared<PelvisPath>(pace.PelvisAt(stretch * t), options.path),
+                  gently, {Position(t, 0)});
   }
 }
 
@@ -230,6 +229,11 @@ void AddPostureTerms(const LatentOptions& options, const MotionView& motion, con
 }
 
 }  // namespace
+
+WalkPace PaceOf(const Eigen::Vector3d& pelvis, const ReachTask& task) {
+  const wandr::Matrix3<float>& root = task.start.pose.rotation[0];
+  return {pelvis.head<2>(), Eigen::Vector2d(root(0, 2), root(1, 2)), task.goal.head<2>()};
+}
 
 int GoalJoint(const LatentOptions& options) {
   return options.goal_joint > 0 ? options.goal_joint : WristJoint(options.intention.wrist);

@@ -13,6 +13,7 @@
 #include "generator/wandr/reach_outcome.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
+#include "solver/latent/latent_terms.h"
 
 namespace holdfast {
 namespace {
@@ -85,12 +86,14 @@ class MultiGoalMotion {
   ReachSolution Solve(std::size_t g, int attempt, int& frames) const {
     const Eigen::Vector3d pelvis =
         (here_.pose.translation + body_.bones.offset.col(0)).cast<double>();
-    frames =
-        options_.frames.value_or(options_.deadline.Frames((goals_[g] - pelvis).head<2>().norm()));
-    frames += frames * attempt / 2;
     ReachTask task;
     task.start = here_;
     task.goal = goals_[g];
+    const int due = options_.as_published
+                        ? options_.deadline.Frames((goals_[g] - pelvis).head<2>().norm())
+                        : PaceOf(pelvis, task).Deadline();
+    frames = options_.frames.value_or(due);
+    frames += frames * attempt / 2;
     task.deadline = frames;
     task.num_steps = frames + (options_.as_published ? 0 : Stay(g));
     task.seed = options_.seed;
