@@ -21,18 +21,6 @@ using Eigen::Vector3d;
 
 Quaterniond Turned(const Vector3d& axis_angle) { return Quaterniond(ExpSO3(axis_angle)); }
 
-// Weight onto one leg: the pelvis goes there and that hip rises, the trunk stays upright on it.
-void ShiftWeight(const Eigen::Vector2d& weight, double share, BodyFrame& frame) {
-  constexpr double kRollPerMetre = 1.6;  // 4 degrees for 4.5 cm
-  const Matrix3d heading = Eigen::AngleAxisd(Yaw(frame), Vector3d::UnitZ()).toRotationMatrix();
-  frame.pelvis += share * (heading * Vector3d(weight.x(), -weight.y(), 0.0));
-  const Vector3d ahead = heading * -Vector3d::UnitY();
-  const Quaterniond roll(Eigen::AngleAxisd(share * kRollPerMetre * weight.x(), ahead));
-  const Quaterniond before = frame.local[kPelvis];
-  frame.local[kPelvis] = roll * before;
-  frame.local[kSpine1] = before.conjugate() * roll.conjugate() * before * frame.local[kSpine1];
-}
-
 void Stylise(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, double share,
              BodyFrame& frame) {
   for (const int joint : {kSpine1, kSpine2, kSpine3}) {
@@ -59,6 +47,17 @@ void Stylise(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, doub
 }
 
 }  // namespace
+
+void ShiftWeight(const Eigen::Vector2d& weight, double share, BodyFrame& frame) {
+  constexpr double kRollPerMetre = 1.6;  // 4 degrees for 4.5 cm
+  const Matrix3d heading = Eigen::AngleAxisd(Yaw(frame), Vector3d::UnitZ()).toRotationMatrix();
+  frame.pelvis += share * (heading * Vector3d(weight.x(), -weight.y(), 0.0));
+  const Vector3d ahead = heading * -Vector3d::UnitY();
+  const Quaterniond roll(Eigen::AngleAxisd(share * kRollPerMetre * weight.x(), ahead));
+  const Quaterniond before = frame.local[kPelvis];
+  frame.local[kPelvis] = roll * before;
+  frame.local[kSpine1] = before.conjugate() * roll.conjugate() * before * frame.local[kSpine1];
+}
 
 SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount) {
   SampleStyle style;

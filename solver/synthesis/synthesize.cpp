@@ -14,6 +14,7 @@
 #include "solver/actions/action_clip.h"
 #include "solver/actions/action_measures.h"
 #include "solver/synthesis/return_motion.h"
+#include "solver/synthesis/standing_life.h"
 #include "solver/synthesis/still_start.h"
 #include "solver/synthesis/synthesis_motion.h"
 
@@ -78,6 +79,8 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
     }
     sample.motion = MotionOfKeyFrames(sample.keys.clip, start.actor->Measures(), options.frame_rate,
                                       options.seed + static_cast<std::uint64_t>(i));
+    AddTakingPart(start.actor->Measures().rest_joints, action,
+                  MixSeed(options.seed, 500 + static_cast<std::uint64_t>(i)), sample.motion);
     ActionQuality quality;
     MeasureAction(*start.actor, *start.prop, sample.motion, quality);
     sample.faults = FaultsOf(quality);
