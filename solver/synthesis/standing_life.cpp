@@ -121,7 +121,7 @@ struct Part {
 
 Part PartOf(std::string_view action) {
   const Part parts[] = {
-      {"call", {5, 15, 4}, {2, 6, 2}},    {"takepicture", {2, 3, 2}, {3, 11, 1.5}},
+      {"call", {5, 11, 4}, {2, 6, 2}},    {"takepicture", {2, 3, 2}, {3, 11, 1.5}},
       {"pass", {6, 10, 3}, {3, 5, 1.5}},  {"switchON", {6, 12, 3}, {2, 9, 1.5}},
       {"lift", {5, 10, 3}, {2, 4, 1.5}},  {"inspect", {3, 6, 5}, {2, 4, 1.5}},
       {"pour", {4, 6, 4}, {2.5, 3, 1.5}}, {"drink", {1, 3, 2}, {2, 5, 1.5}},

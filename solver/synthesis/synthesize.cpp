@@ -13,6 +13,7 @@
 #include "geometry/seed.h"
 #include "solver/actions/action_clip.h"
 #include "solver/actions/action_measures.h"
+#include "solver/synthesis/arm_ease.h"
 #include "solver/synthesis/return_motion.h"
 #include "solver/synthesis/standing_life.h"
 #include "solver/synthesis/still_start.h"
@@ -81,6 +82,9 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
                                       options.seed + static_cast<std::uint64_t>(i));
     AddTakingPart(start.actor->Measures().rest_joints, action,
                   MixSeed(options.seed, 500 + static_cast<std::uint64_t>(i)), sample.motion);
+    if (sample.keys.switch_frame < 0) {
+      EaseArm(*start.actor, *start.prop, action, sample.style.elbow, sample.motion);
+    }
     ActionQuality quality;
     MeasureAction(*start.actor, *start.prop, sample.motion, quality);
     sample.faults = FaultsOf(quality);
