@@ -69,7 +69,9 @@ SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount) {
   style.pace = std::exp(0.27 * drawn[0]);
   style.trunk = kDegree * Vector3d(std::max(-4.0, 7.0 * drawn[1]), 11.0 * drawn[2], 5.0 * drawn[3]);
   style.elbow = 20.0 * kDegree * drawn[4];
-  style.other_arm = 16.0 * kDegree * Vector3d(drawn[5], 0.0, drawn[6]);
+  // Hanging: little forward, less outward.
+  style.other_arm = kDegree * Vector3d(std::clamp(16.0 * drawn[5], -20.0, 14.0), 0.0,
+                                       std::clamp(14.0 * drawn[6], -12.0, 10.0));
   style.other_elbow = std::min(70.0, 25.0 * std::abs(drawn[7]) * 1.4) * kDegree;
   style.weight = 0.03 * Eigen::Vector2d(drawn[8], 0.5 * drawn[9]);
   return style;

@@ -24,7 +24,7 @@ struct SampleStyle {
 };
 
 /// Sample 0 of every seed has none. Pace varies by a quarter, the trunk by 5 to 10 degrees (little
-/// backwards), the elbow by 20, the other arm by 13 with the elbow bent by up to 70, weight by 2.5
+/// backwards), the elbow by 20, the other arm by 14 with the elbow bent by up to 70, weight by 3
 /// cm. `amount` multiplies all of it.
 SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount);
 
