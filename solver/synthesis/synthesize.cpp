@@ -10,6 +10,7 @@
 #include "generator/actions/action_strokes.h"
 #include "geometry/clip/mirror_clip.h"
 #include "geometry/parallel.h"
+#include "geometry/rotation.h"
 #include "geometry/seed.h"
 #include "solver/actions/action_clip.h"
 #include "solver/actions/action_measures.h"
@@ -83,7 +84,9 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
     AddTakingPart(start.actor->Measures().rest_joints, action,
                   MixSeed(options.seed, 500 + static_cast<std::uint64_t>(i)), sample.motion);
     if (sample.keys.switch_frame < 0) {
-      EaseArm(*start.actor, *start.prop, action, sample.style.elbow, sample.motion);
+      // Elbows go down by more than up.
+      EaseArm(*start.actor, *start.prop, action, std::min(sample.style.elbow, 6.0 * kDegree),
+              sample.motion);
     }
     ActionQuality quality;
     MeasureAction(*start.actor, *start.prop, sample.motion, quality);
