@@ -21,8 +21,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kReaches_m = 0.15;               // farther off, the motion is another one
-constexpr double kThere_m = 0.02, kAway_m = 0.1;  // beyond the nearest: all of it, nothing is given
+constexpr double kReaches_m = 0.15;  // farther off, the motion is another one
+constexpr double kThere_m = 0.05,
+                 kAway_m = 0.13;  // beyond the nearest: all of it, nothing is given
 constexpr double kPlace_m = 0.002, kPath_m = 0.03;
 constexpr double kKnot_s = 1.0 / 6.0;
 constexpr int kPasses = 3, kIterations = 12;

@@ -21,18 +21,6 @@ using Eigen::Vector3d;
 
 Quaterniond Turned(const Vector3d& axis_angle) { return Quaterniond(ExpSO3(axis_angle)); }
 
-// Weight onto one leg: the pelvis goes there and that hip rises, the trunk stays upright on it.
-void ShiftWeight(const Eigen::Vector2d& weight, double share, BodyFrame& frame) {
-  constexpr double kRollPerMetre = 1.6;  // 4 degrees for 4.5 cm
-  const Matrix3d heading = Eigen::AngleAxisd(Yaw(frame), Vector3d::UnitZ()).toRotationMatrix();
-  frame.pelvis += share * (heading * Vector3d(weight.x(), -weight.y(), 0.0));
-  const Vector3d ahead = heading * -Vector3d::UnitY();
-  const Quaterniond roll(Eigen::AngleAxisd(share * kRollPerMetre * weight.x(), ahead));
-  const Quaterniond before = frame.local[kPelvis];
-  frame.local[kPelvis] = roll * before;
-  frame.local[kSpine1] = before.conjugate() * roll.conjugate() * before * frame.local[kSpine1];
-}
-
 void Stylise(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, double share,
              BodyFrame& frame) {
   for (const int joint : {kSpine1, kSpine2, kSpine3}) {
@@ -60,6 +48,17 @@ void Stylise(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, doub
 
 }  // namespace
 
+void ShiftWeight(const Eigen::Vector2d& weight, double share, BodyFrame& frame) {
+  constexpr double kRollPerMetre = 1.6;  // 4 degrees for 4.5 cm
+  const Matrix3d heading = Eigen::AngleAxisd(Yaw(frame), Vector3d::UnitZ()).toRotationMatrix();
+  frame.pelvis += share * (heading * Vector3d(weight.x(), -weight.y(), 0.0));
+  const Vector3d ahead = heading * -Vector3d::UnitY();
+  const Quaterniond roll(Eigen::AngleAxisd(share * kRollPerMetre * weight.x(), ahead));
+  const Quaterniond before = frame.local[kPelvis];
+  frame.local[kPelvis] = roll * before;
+  frame.local[kSpine1] = before.conjugate() * roll.conjugate() * before * frame.local[kSpine1];
+}
+
 SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount) {
   SampleStyle style;
   if (sample == 0 || amount <= 0.0) return style;
@@ -68,11 +67,13 @@ SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount) {
   for (int k = 0; k < 10; k += 2) random.NormalPair(drawn[k], drawn[k + 1]);
   for (double& value : drawn) value = amount * std::clamp(value, -2.0, 2.0);
   style.pace = std::exp(0.27 * drawn[0]);
-  style.trunk = kDegree * Vector3d(std::max(-4.0, 7.0 * drawn[1]), 10.0 * drawn[2], 5.0 * drawn[3]);
+  style.trunk = kDegree * Vector3d(std::max(-4.0, 7.0 * drawn[1]), 11.0 * drawn[2], 5.0 * drawn[3]);
   style.elbow = 20.0 * kDegree * drawn[4];
-  style.other_arm = 13.0 * kDegree * Vector3d(drawn[5], 0.0, drawn[6]);
+  // Hanging: little forward, less outward.
+  style.other_arm = kDegree * Vector3d(std::clamp(16.0 * drawn[5], -20.0, 14.0), 0.0,
+                                       std::clamp(14.0 * drawn[6], -12.0, 10.0));
   style.other_elbow = std::min(70.0, 25.0 * std::abs(drawn[7]) * 1.4) * kDegree;
-  style.weight = 0.025 * Eigen::Vector2d(drawn[8], 0.5 * drawn[9]);
+  style.weight = 0.03 * Eigen::Vector2d(drawn[8], 0.5 * drawn[9]);
   return style;
 }
 

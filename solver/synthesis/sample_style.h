@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "generator/matching/body_frame.h"
 #include "geometry/clip/clip.h"
 
 namespace holdfast {
@@ -23,7 +24,7 @@ struct SampleStyle {
 };
 
 /// Sample 0 of every seed has none. Pace varies by a quarter, the trunk by 5 to 10 degrees (little
-/// backwards), the elbow by 20, the other arm by 13 with the elbow bent by up to 70, weight by 2.5
+/// backwards), the elbow by 20, the other arm by 14 with the elbow bent by up to 70, weight by 3
 /// cm. `amount` multiplies all of it.
 SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount);
 
@@ -32,5 +33,9 @@ SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount);
 /// rotation relative to the trunk, the object stays with the hand. Feet are left to what comes
 /// after (MotionOfKeyFrames).
 void ApplySampleStyle(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, Clip& keys);
+
+/// `share` of such a `weight`: the pelvis goes there and that hip rises, the trunk stays upright on
+/// it.
+void ShiftWeight(const Eigen::Vector2d& weight, double share, BodyFrame& frame);
 
 }  // namespace holdfast

@@ -9,6 +9,8 @@
 ///   synthesis.h         Synthesise: key frames, object fitted to each
 ///   still_start.h       frames left out in which nothing happens yet
 ///   sample_style.h      pace and posture in which samples differ
+///   standing_life.h     sway as captured; gaze, weight and free arm once the hand is there
+///   arm_ease.h          EaseArm: the elbow where it is comfortable
 ///   synthesis_motion.h  key frames resampled, feet pinned, breath and sway
 ///   face_refit.h        what belongs at the face brought there
 ///   return_motion.h     AddReturn: what was taken goes back; AddStrokes (generator/actions)

@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "generator/actions/standing_start.h"
 #include "generator/matching/foot_lock.h"
 #include "generator/matching/leg_placement.h"
 #include "generator/matching/sole_contact.h"
+#include "geometry/body/skeleton.h"
 #include "geometry/clip/resample.h"
 #include "geometry/rotation.h"
+#include "solver/synthesis/standing_life.h"
 
 namespace holdfast {
 namespace {
@@ -38,27 +39,6 @@ void PinFeet(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& target,
   }
 }
 
-// What a person who stands does besides, from nothing in the first frame on.
-void Sway(const BodyMeasures& measures, double frame_rate, std::uint64_t seed,
-          std::vector<BodyFrame>& frames) {
-  constexpr double kIdleRate = 30.0;  // of IdleMotion, Hz
-  const double step = kIdleRate / frame_rate;
-  const int count = static_cast<int>(std::ceil(step * static_cast<double>(frames.size()))) + 2;
-  const std::vector<BodyFrame> idle = IdleMotion(measures, OwnStanding(measures, seed), count);
-  const PlanarMove move = AlignHeading(idle.front(), frames.front());
-  const BodyFrame& first = idle.front();
-  for (std::size_t t = 0; t < frames.size(); ++t) {
-    const double at = step * static_cast<double>(t);
-    const std::size_t before = static_cast<std::size_t>(at);
-    const BodyFrame now =
-        Interpolate(idle[before], idle[before + 1], at - static_cast<double>(before));
-    frames[t].pelvis += move * now.pelvis - move * first.pelvis;
-    for (int j = 1; j < kNumBodyJoints; ++j) {
-      frames[t].local[j] = frames[t].local[j] * (first.local[j].conjugate() * now.local[j]);
-    }
-  }
-}
-
 }  // namespace
 
 void SetBodyFrames(const std::vector<BodyFrame>& frames, const Eigen::Matrix3Xd& rest_joints,
@@ -72,14 +52,36 @@ void SetBodyFrames(const std::vector<BodyFrame>& frames, const Eigen::Matrix3Xd&
   }
 }
 
+std::vector<Eigen::Isometry3d> HoldingHands(const Eigen::Matrix3Xd& rest_joints,
+                                            const std::vector<BodyFrame>& frames,
+                                            const Clip& clip) {
+  std::vector<Eigen::Isometry3d> hands;
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    const bool right = t >= clip.holding_hand.size() || clip.holding_hand[t] != kHoldsLeft;
+    hands.push_back(Place(rest_joints, frames[t]).WorldFromJoint(right ? kRightWrist : kLeftWrist));
+  }
+  return hands;
+}
+
+void TakeAlong(const Eigen::Matrix3Xd& rest_joints, const std::vector<BodyFrame>& frames,
+               const std::vector<Eigen::Isometry3d>& hands, Clip& clip) {
+  if (!clip.object) return;
+  const std::vector<Eigen::Isometry3d> now = HoldingHands(rest_joints, frames, clip);
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    const auto frame = static_cast<Eigen::Index>(t);
+    clip.object->SetPose(frame, now[t] * hands[t].inverse() * clip.object->Pose(frame));
+  }
+}
+
 Clip MotionOfKeyFrames(const Clip& keys, const BodyMeasures& measures, double frame_rate,
                        std::uint64_t seed) {
   Clip clip = ResampleSmoothly(keys, frame_rate);
   const Eigen::Matrix3Xd& rest_joints = measures.rest_joints;
   std::vector<BodyFrame> frames = BodyFrames(clip, rest_joints);
+  const std::vector<Eigen::Isometry3d> hands = HoldingHands(rest_joints, frames, clip);
   if (Stands(rest_joints, frames)) {
     const FeetTarget feet = FeetOf(Place(rest_joints, frames.front()));
-    Sway(measures, frame_rate, seed, frames);
+    AddSway(frame_rate, seed, frames);
     PinFeet(rest_joints, feet, frames);
   } else {
     const SolePoints soles(rest_joints, measures.sole_y);
@@ -87,6 +89,7 @@ Clip MotionOfKeyFrames(const Clip& keys, const BodyMeasures& measures, double fr
     for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
     LockFeet(rest_joints, soles, FindContacts(points, frame_rate), frames);
   }
+  TakeAlong(rest_joints, frames, hands, clip);
   SetBodyFrames(frames, rest_joints, clip);
   return clip;
 }

@@ -8,12 +8,16 @@
 #include <utility>
 
 #include "generator/actions/action_strokes.h"
+#include "generator/matching/body_frame.h"
 #include "geometry/clip/mirror_clip.h"
 #include "geometry/parallel.h"
+#include "geometry/rotation.h"
 #include "geometry/seed.h"
 #include "solver/actions/action_clip.h"
 #include "solver/actions/action_measures.h"
+#include "solver/synthesis/arm_ease.h"
 #include "solver/synthesis/return_motion.h"
+#include "solver/synthesis/standing_life.h"
 #include "solver/synthesis/still_start.h"
 #include "solver/synthesis/synthesis_motion.h"
 
@@ -26,6 +30,17 @@ double FaultsOf(const ActionQuality& quality) {
          share(quality.object_in_body_mm, 5.0) + share(quality.hand_in_head_mm, 6.0) +
          share(quality.arm_in_trunk_mm, 25.0) + share(quality.beyond_limits, 0.03) +
          share(quality.skate, 0.1);
+}
+
+// How far the right elbow is above 5 cm below its shoulder, decimetres, at most: nobody lifts it so
+// to hold something light.
+double ElbowLifted(const Eigen::Matrix3Xd& rest_joints, const Clip& clip) {
+  double most = 0.0;
+  for (const BodyFrame& frame : BodyFrames(clip, rest_joints)) {
+    const BodyPlacement placed = Place(rest_joints, frame);
+    most = std::max(most, placed.joints(2, kRightElbow) - placed.joints(2, kRightShoulder) + 0.05);
+  }
+  return most / 0.1;
 }
 
 // Whether the object stands on the table where the motion begins.
@@ -78,9 +93,17 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
     }
     sample.motion = MotionOfKeyFrames(sample.keys.clip, start.actor->Measures(), options.frame_rate,
                                       options.seed + static_cast<std::uint64_t>(i));
+    AddTakingPart(start.actor->Measures().rest_joints, action,
+                  MixSeed(options.seed, 500 + static_cast<std::uint64_t>(i)), sample.motion);
+    if (sample.keys.switch_frame < 0) {
+      // Elbows go down by more than up.
+      EaseArm(*start.actor, *start.prop, action, std::min(sample.style.elbow, 6.0 * kDegree),
+              sample.motion);
+    }
     ActionQuality quality;
     MeasureAction(*start.actor, *start.prop, sample.motion, quality);
-    sample.faults = FaultsOf(quality);
+    sample.faults =
+        FaultsOf(quality) + ElbowLifted(start.actor->Measures().rest_joints, sample.motion);
   });
   std::ranges::stable_sort(result.samples, {}, &SynthesizedSample::faults);
   result.stopped = progress && !progress("synthesize", 1, 1);

@@ -179,7 +179,7 @@ TEST(SynthesisMotion, StandingFeetStay) {
     swung = std::max(swung, motion.pose[t](0, 16));
   }
   EXPECT_LT(slid, 1e-3);
-  EXPECT_NEAR(swung, 0.8, 0.01) << "arms are the key frames', and sway a little";
+  EXPECT_NEAR(swung, 0.8, 0.06) << "arms are the key frames', and sway a little";
 }
 
 }  // namespace

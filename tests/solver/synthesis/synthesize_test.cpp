@@ -85,6 +85,27 @@ TEST(Synthesize, ThePersonDoesNotFreezeAndTheRimComesToTheLips) {
   EXPECT_LT((before.translation() - at_face.translation()).norm(), 0.02);
 }
 
+TEST(Synthesize, ABrushComesFromTheSideAndTheElbowHangs) {
+  const ClipBody body{BodyModel::Default(), {}};
+  const StandingHold hold = MakeStandingHold(body, LoadObject("toothbrush"), "brush", {});
+  ASSERT_EQ(hold.status, StandingHoldStatus::kMade);
+  SynthesizeOptions options;
+  options.samples = 1;
+  const Clip clip =
+      Synthesize(hold.start, imos::DefaultNetwork(), Intent("brush", "toothbrush"), options).motion;
+  const auto face = NearestToFace(hold.start, "brush", clip);
+  ASSERT_TRUE(face);
+  EXPECT_LT(face->distance_m, 0.015);
+  BodyState state;
+  ForwardJoints(hold.start.actor->Measures().rest_joints, clip.pose[face->frame],
+                clip.trans.col(face->frame), state);
+  const Eigen::Vector3d points = state.WorldFromJoint(kHead).linear().transpose() *
+                                 clip.object->Pose(face->frame).linear() *
+                                 hold.start.prop->marks.forward;
+  EXPECT_GT(points.x(), 0.75) << "to the left, from the hand's side";
+  EXPECT_LT(state.joints(2, kRightElbow), state.joints(2, kRightShoulder) + 0.02);
+}
+
 TEST(HoldingStart, OfAClipNeedsTheObjectInAHand) {
   const LoadedClip motion = LoadClip("demo_drink");
   const auto refused = [&](const Clip& clip, std::optional<int> frame) -> std::string {

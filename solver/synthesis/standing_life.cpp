@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT
+#include "solver/synthesis/standing_life.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "generator/matching/leg_placement.h"
+#include "generator/matching/random_draws.h"
+#include "generator/scripted/minimum_jerk.h"
+#include "geometry/body/skeleton.h"
+#include "geometry/rotation.h"
+#include "solver/synthesis/sample_style.h"
+#include "solver/synthesis/synthesis_motion.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+
+// A sum of sines of no common period: 1 root mean square, 0 at time 0.
+class Wave {
+ public:
+  Wave(double fall, RandomDraws& draws) {
+    double power = 0.0;
+    for (std::size_t k = 0; k < kHertz.size(); ++k) {
+      hertz_[k] = kHertz[k] * draws.Uniform(0.8, 1.25);
+      phase_[k] = draws.Uniform(0.0, kTwoPi);
+      amount_[k] = std::pow(kHertz[k], -fall);
+      power += 0.5 * amount_[k] * amount_[k];
+    }
+    for (double& amount : amount_) amount /= std::sqrt(power);
+  }
+  double operator()(double time) const { return Sum(time) - Sum(0.0); }
+
+ private:
+  double Sum(double time) const {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < kHertz.size(); ++k) {
+      sum += amount_[k] * std::sin(kTwoPi * hertz_[k] * time + phase_[k]);
+    }
+    return sum;
+  }
+  static constexpr std::array<double, 4> kHertz = {0.3, 0.6, 1.2, 2.2};
+  std::array<double, 4> hertz_{}, phase_{}, amount_{};
+};
+
+// How a joint turns while one stands: root mean square about its axes, degrees, as captured, and
+// how its sines fall with frequency (0.4: 0.9 Hz on average, 0.9: 0.6 Hz).
+struct Idle {
+  int joint;
+  std::array<double, 3> degrees;
+  double fall;
+};
+constexpr Idle kIdle[] = {
+    {kPelvis, {0.33, 0.44, 0.12}, 0.4},
+    {kSpine1, {0.12, 0.12, 0.11}, 0.4},
+    {kSpine2, {0.12, 0.12, 0.11}, 0.4},
+    {kSpine3, {0.24, 0.12, 0.11}, 0.4},
+    {kNeck, {0.8, 0.6, 0.4}, 0.9},
+    {kHead, {1.1, 0.7, 0.5}, 0.9},
+    {kLeftCollar, {0.02, 0.13, 0.30}, 0.4},
+    {kRightCollar, {0.02, 0.13, 0.30}, 0.4},
+    {kLeftShoulder, {0.74, 0.36, 0.36}, 0.4},
+    {kRightShoulder, {0.37, 0.18, 0.18}, 0.4},
+    {kLeftElbow, {0.48, 0.40, 0.16}, 0.4},
+    {kRightElbow, {0.24, 0.20, 0.08}, 0.4},
+    {kLeftWrist, {0.50, 0.37, 0.40}, 0.4},
+};
+constexpr double kPelvis_m = 0.002, kBreath_degrees = 0.5, kBreath_hertz = 0.26;
+
+// Turns that somebody takes and gives up again, by times and amounts that are drawn.
+class Turns {
+ public:
+  Turns(double begin_s, double end_s, double gap_s, const Vector3d& most, RandomDraws& draws) {
+    double at = begin_s + draws.Uniform(-0.2, 0.3);
+    for (int k = 0; at < end_s; ++k) {
+      const double share = k % 2 == 0 ? 1.0 : 0.25;  // there, and nearly back
+      Vector3d to;
+      for (int i = 0; i < 3; ++i) to[i] = share * most[i] * draws.Uniform(-1.0, 1.0);
+      // Something is to be seen of it.
+      if (k % 2 == 0 && std::abs(to.y()) < 0.5 * most.y()) {
+        to.y() = std::copysign(0.5 * most.y(), to.y());
+      }
+      Add(at, draws.Uniform(0.55, 0.9) * std::min(1.5, std::max(0.8, gap_s)), to);
+      at += gap_s * draws.Uniform(0.7, 1.4);
+    }
+  }
+  void Add(double at_s, double takes_s, const Vector3d& to) {
+    turns_.push_back({at_s, takes_s, to - last_});
+    last_ = to;
+  }
+  const Vector3d& Last() const { return last_; }
+  Vector3d At(double time) const {
+    Vector3d sum = Vector3d::Zero();
+    for (const Turn& turn : turns_) {
+      sum += MinimumJerk(std::clamp((time - turn.at_s) / turn.takes_s, 0.0, 1.0)) * turn.by;
+    }
+    return sum;
+  }
+
+ private:
+  struct Turn {
+    double at_s, takes_s;
+    Vector3d by;
+  };
+  std::vector<Turn> turns_;
+  Vector3d last_ = Vector3d::Zero();
+};
+
+// At most, degrees: nod, turn and tilt of the head; lean, turn and bend of the trunk.
+struct Part {
+  std::string_view action;
+  Vector3d head, trunk;
+};
+
+Part PartOf(std::string_view action) {
+  const Part parts[] = {
+      {"call", {5, 11, 4}, {2, 6, 2}},    {"takepicture", {2, 3, 2}, {3, 11, 1.5}},
+      {"pass", {6, 10, 3}, {3, 5, 1.5}},  {"switchON", {6, 12, 3}, {2, 9, 1.5}},
+      {"lift", {5, 10, 3}, {2, 4, 1.5}},  {"inspect", {3, 6, 5}, {2, 4, 1.5}},
+      {"pour", {4, 6, 4}, {2.5, 3, 1.5}}, {"drink", {1, 3, 2}, {2, 5, 1.5}},
+      {"eat", {2, 5, 2}, {2, 5, 1.5}},    {"toast", {1, 4, 2}, {2, 5, 1.5}},
+      {"brush", {2, 4, 4}, {2, 4, 2}},
+  };
+  const auto found = std::ranges::find(parts, action, &Part::action);
+  return found != std::end(parts) ? *found : Part{action, {2, 4, 2}, {1, 2, 1}};
+}
+
+// When the right hand has made most of its way, as the chest has it, seconds.
+double Arrives(const Eigen::Matrix3Xd& rest_joints, const std::vector<BodyFrame>& frames,
+               double rate) {
+  std::vector<Vector3d> hands;
+  for (const BodyFrame& frame : frames) {
+    const BodyPlacement placed = Place(rest_joints, frame);
+    hands.push_back(placed.WorldFromJoint(kSpine3).inverse() * placed.joints.col(kRightWrist));
+  }
+  double farthest = 0.0;
+  for (const Vector3d& hand : hands) farthest = std::max(farthest, (hand - hands[0]).norm());
+  std::size_t t = 0;
+  while (t + 1 < hands.size() && (hands[t] - hands[0]).norm() < 0.85 * farthest) ++t;
+  return static_cast<double>(t) / rate;
+}
+
+// What is drawn of it: turns by time.
+struct TakingPart {
+  TakingPart(std::string_view action, double arrives_s, double end_s, RandomDraws& draws)
+      : head(arrives_s, end_s, 1.1, PartOf(action).head, draws),
+        trunk(arrives_s, end_s, 1.4, PartOf(action).trunk, draws),
+        // To the left, and that hip up; and how the other arm swings with it.
+        weight(0.4 * arrives_s, end_s, 1.6, {0, 0.012, 0}, draws),
+        arm(0.6 * arrives_s, end_s, 1.5, {5, 2, 2}, draws) {
+    if (action != "call") return;
+    for (double at = arrives_s + draws.Uniform(0.5, 0.9); at + 0.7 < end_s;
+         at += draws.Uniform(1.1, 1.8)) {  // says yes, twice
+      const Vector3d up = head.Last(), down = up + Vector3d(draws.Uniform(4.0, 7.0), 0, 0);
+      head.Add(at, 0.2, down);
+      head.Add(at + 0.18, 0.2, up);
+      head.Add(at + 0.36, 0.2, up + 0.5 * (down - up));
+      head.Add(at + 0.54, 0.22, up);
+    }
+  }
+  Turns head, trunk, weight, arm;
+};
+
+Quaterniond TurnOf(const Vector3d& degrees) { return Quaterniond(ExpSO3(kDegree * degrees)); }
+
+}  // namespace
+
+void AddSway(double frame_rate, std::uint64_t seed, std::vector<BodyFrame>& frames) {
+  RandomDraws draws(seed);
+  const Wave left(0.9, draws), ahead(0.9, draws);
+  const Eigen::AngleAxisd heading(Yaw(frames.front()), Vector3d::UnitZ());
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    const double time = static_cast<double>(t) / frame_rate;
+    frames[t].pelvis += kPelvis_m * (heading * Vector3d(left(time), ahead(time), 0.0));
+  }
+  const double breath = draws.Uniform(0.0, kTwoPi);
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    const double phase = kTwoPi * kBreath_hertz * static_cast<double>(t) / frame_rate + breath;
+    Quaterniond& chest = frames[t].local[kSpine3];
+    chest = chest * TurnOf({-kBreath_degrees * (std::sin(phase) - std::sin(breath)), 0.0, 0.0});
+  }
+  for (const Idle& idle : kIdle) {
+    const Wave waves[3] = {{idle.fall, draws}, {idle.fall, draws}, {idle.fall, draws}};
+    for (std::size_t t = 0; t < frames.size(); ++t) {
+      const double time = static_cast<double>(t) / frame_rate;
+      const Vector3d turn(idle.degrees[0] * waves[0](time), idle.degrees[1] * waves[1](time),
+                          idle.degrees[2] * waves[2](time));
+      Quaterniond& local = frames[t].local[static_cast<std::size_t>(idle.joint)];
+      local = local * TurnOf(turn);
+    }
+  }
+}
+
+void AddTakingPart(const Eigen::Matrix3Xd& rest_joints, std::string_view action, std::uint64_t seed,
+                   Clip& clip) {
+  std::vector<BodyFrame> frames = BodyFrames(clip, rest_joints);
+  const double rate = clip.frame_rate, end = static_cast<double>(frames.size()) / rate;
+  RandomDraws draws(seed);
+  const TakingPart part(action, Arrives(rest_joints, frames, rate), end, draws);
+  std::vector<FeetTarget> feet;
+  const std::vector<Isometry3d> hands = HoldingHands(rest_joints, frames, clip);
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    feet.push_back(FeetOf(Place(rest_joints, frames[t])));
+    const double time = static_cast<double>(t) / rate;
+    BodyFrame& frame = frames[t];
+    ShiftWeight({part.weight.At(time).y(), 0.0}, 1.0, frame);
+    for (const int joint : {kSpine1, kSpine2, kSpine3}) {
+      frame.local[joint] = TurnOf(part.trunk.At(time) / 3.0) * frame.local[joint];
+    }
+    for (const int joint : {kNeck, kHead}) {
+      frame.local[joint] = TurnOf(0.5 * part.head.At(time)) * frame.local[joint];
+    }
+    if (action == "offhand") continue;
+    const Vector3d arm = part.arm.At(time);
+    frame.local[kLeftShoulder] = TurnOf(arm) * frame.local[kLeftShoulder];
+    frame.local[kLeftElbow] = TurnOf({0.0, -std::abs(arm.x()), 0.0}) * frame.local[kLeftElbow];
+  }
+  const std::vector<double> sink = PelvisSink(rest_joints, frames, feet);
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    frames[t].pelvis.z() -= sink[t];
+    PlaceLegs(rest_joints, feet[t], frames[t]);
+  }
+  TakeAlong(rest_joints, frames, hands, clip);
+  SetBodyFrames(frames, rest_joints, clip);
+}
+
+}  // namespace holdfast
