@@ -56,7 +56,7 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--time", job.time_s,
                    "Seconds until each goal is due [by its distance: 1.4 s and 0.95 m/s, at least "
-                   "1.4 s]")
+                   "1.4 s; latent-opt: by how far there is to turn and to walk]")
       ->check(CLI::Range(0.1, 60.0));
   command
       ->add_option(
