@@ -181,10 +181,12 @@ void AddStanceTerms(const LatentOptions& options, const ReachTask& task, int fra
 void AddPathTerms(const LatentOptions& options, const MotionView& motion, const ReachTask& task,
                   MotionObjective& objective) {
   const WalkPace pace = PaceOf(motion.At(0, 0), task);
-  if (pace.Length() < kWorthWalking) return;
+  // The straight way is none where something stands in it.
+  if (pace.Length() < kWorthWalking || !options.obstacles.empty()) return;
   const auto gently = std::make_shared<ceres::CauchyLoss>(0.5 * std::sqrt(options.path));
   const double stretch = static_cast<double>(pace.Deadline()) / std::max(1, task.deadline);
-  for (int t = 3; t < std::min(motion.NumFrames(), task.deadline); t += 3) {
+  const int last = std::min(motion.NumFrames() - 1, static_cast<int>(pace.Arrival() / stretch));
+  for (int t = 3; t <= last; t += 3) {
     objective.Add("path", std::make_shared<PelvisPath>(pace.PelvisAt(stretch * t), options.path),
                   gently, {Position(t, 0)});
   }

@@ -37,9 +37,11 @@ WalkPace::WalkPace(const Eigen::Vector2d& from, const Eigen::Vector2d& facing,
 }
 
 int WalkPace::Deadline() const {
-  const double frames = (turn_s_ + walk_s_ + kReach) * wandr::kFramesPerSecond;
+  const double frames = Arrival() + kReach * wandr::kFramesPerSecond;
   return static_cast<int>(std::lround(std::max(frames, kLeast)));
 }
+
+double WalkPace::Arrival() const { return (turn_s_ + walk_s_) * wandr::kFramesPerSecond; }
 
 Eigen::Vector2d WalkPace::PelvisAt(double frame) const {
   const double t = std::clamp(frame / wandr::kFramesPerSecond - turn_s_, 0.0, walk_s_);

@@ -15,7 +15,9 @@ class WalkPace {
 
   /// Frame in which the wrist is at the goal.
   int Deadline() const;
-  /// Where the pelvis is by then, on its straight way.
+  /// Frame in which the pelvis is where the goal is within reach.
+  double Arrival() const;
+  /// Where the pelvis is in a frame, on its straight way.
   Eigen::Vector2d PelvisAt(double frame) const;
   double Length() const { return length_m_; }
 
