@@ -126,7 +126,7 @@ TEST(LatentOptimizer, BringsTheWristToTheGoalAtAWalk) {
       EXPECT_LT(distance, wandr::kReachedWithin) << "stays, frame " << t;
       stay += distance / (task.num_steps - task.deadline + 1);
     }
-    EXPECT_LT(stay, 0.03);
+    EXPECT_LT(stay, 0.04);
     EXPECT_LT(outcome.peak_pelvis_m_s, 2.0);
     EXPECT_EQ(outcome.airborne_share, 0.0);
     // A motion that people make: about as likely as any.
