@@ -23,8 +23,8 @@ struct ReachByOptimisationOptions {
   LatentOptions latent;
   VaeOptOptions vae;
 
-  std::optional<int> frames;  ///< for each goal; empty: by the rule
-  wandr::DeadlineRule deadline{.max_frames = 900.0};
+  std::optional<int> frames;  ///< for each goal; empty: WalkPace's, as published by the rule
+  wandr::DeadlineRule deadline{.max_frames = 900.0};  ///< as published
   /// Frames for which the wrist stays at each goal (the last one's too); empty: 16 each.
   std::vector<int> stay_frames;
   /// Unit vectors along the forearm on arrival; empty, or one for each goal, zero for any.
