@@ -18,6 +18,7 @@
 ///   track_study.h         goals that move, followed frame by frame
 ///   touch_study.h         touches that markers show, in solved and refined motion
 ///   marker_study.h        recordings of markers solved, with gaps and wrong labels
+///   robot_baseline_terms.h, robot_baselines.h  hands on robots as others published it
 ///   robot_study.h         clips on robots' hands, beside published ways
 ///   capture_study.h       captured clips with objects, found, before and after refining
 #include "solver/evaluation/capture_study.h"
@@ -29,6 +30,7 @@
 #include "solver/evaluation/pass_study.h"
 #include "solver/evaluation/reach_methods.h"
 #include "solver/evaluation/reach_study.h"
+#include "solver/evaluation/robot_baselines.h"
 #include "solver/evaluation/robot_study.h"
 #include "solver/evaluation/touch_study.h"
 #include "solver/evaluation/track_study.h"

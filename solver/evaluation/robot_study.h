@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "geometry/clip/clip_scene.h"
-#include "solver/robot/robot_baselines.h"
+#include "solver/evaluation/robot_baselines.h"
 #include "solver/robot/robot_measures.h"
 #include "solver/trial/trial.h"
 

@@ -15,6 +15,7 @@
 ///   robot_solids.h         links as solids
 ///   near_samples.h         points near a solid, remembered
 ///   robot_term.h           poses, normal equations, terms
+///   robot_pads.h           touching surfaces, part by part
 ///   robot_distance_term.h, robot_contact_term.h, robot_penetration_term.h, robot_self_term.h,
 ///   robot_prior_terms.h    the terms
 ///   robot_solver.h         least squares over one pose
@@ -22,7 +23,6 @@
 ///   robot_start.h          the robot's hand where the human's is
 ///   start_choice.h         which of the starts' poses is taken: one that holds
 ///   transfer_to_robot.h    the whole clip
-///   robot_baseline_terms.h, robot_baselines.h  what others published, to compare with
 ///   robot_measures.h       how good it is
 ///   robot_output.h         files: joints, contacts, MJCF
 ///   robot_pictures.h       pictures

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <limits>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "solver/robot/hand_correspondence.h"
+#include "solver/robot/robot_pads.h"
 #include "solver/robot/robot_term.h"
 
 namespace holdfast {
@@ -34,46 +35,37 @@ struct ContactSigmas {
 /// metres; 3 + 3 residuals a contact. Weights: sigma_d (metres) and sigma_n (radians).
 class RobotContactTerm final : public RobotTerm {
  public:
-  RobotContactTerm(const std::vector<SkinPair>& pairs,
-                   const std::vector<std::vector<int>>& pad_of_part,
-                   std::vector<PartContact> contacts, const ContactSigmas& sigmas)
-      : pairs_(pairs), pads_(pad_of_part), contacts_(std::move(contacts)), sigmas_(sigmas) {}
+  RobotContactTerm(const RobotPads& pads, std::vector<PartContact> contacts,
+                   const ContactSigmas& sigmas)
+      : pads_(pads),
+        contacts_(std::move(contacts)),
+        by_place_(1.0 / (sigmas.distance_m * sigmas.distance_m)),
+        by_turn_(1.0 / (sigmas.turn_rad * sigmas.turn_rad)) {}
 
   double Add(const PosedRobot& robot, RobotNormal* normal) const override {
-    const double by_distance = 1.0 / (sigmas_.distance_m * sigmas_.distance_m);
-    const double by_turn = 1.0 / (sigmas_.turn_rad * sigmas_.turn_rad);
     double cost = 0.0;
     for (const PartContact& contact : contacts_) {
-      double least = std::numeric_limits<double>::infinity();
-      const SkinPair* nearest = nullptr;
-      for (const int i : pads_[static_cast<std::size_t>(contact.part)]) {
-        const SkinPair& pair = pairs_[static_cast<std::size_t>(i)];
-        const Eigen::Isometry3d& pose = robot.ObjectFromLink(pair.link);
-        const double value = by_distance * (pose * pair.point - contact.point).squaredNorm() +
-                             by_turn * (pose.linear() * pair.normal + contact.normal).squaredNorm();
-        if (value >= least) continue;
-        least = value;
-        nearest = &pair;
-      }
-      if (nearest == nullptr) continue;
+      double least = 0.0;
+      const std::optional<PadPoint> pad = pads_.BestFacing(
+          contact.part, robot, contact.point, contact.normal, by_place_, by_turn_, &least);
+      if (!pad) continue;
       cost += 0.5 * contact.weight * least;
       if (normal == nullptr) continue;
-      const Eigen::Isometry3d& pose = robot.ObjectFromLink(nearest->link);
-      const Eigen::Vector3d x = pose * nearest->point;
-      const Eigen::Vector3d m = pose.linear() * nearest->normal;
-      const double d = contact.weight * by_distance, t = contact.weight * by_turn;
-      normal->AddPoint(nearest->link, x, d * (x - contact.point), d * Eigen::Matrix3d::Identity());
-      normal->AddTurn(nearest->link, t * m.cross(contact.normal),
+      const Eigen::Isometry3d& pose = robot.ObjectFromLink(pad->link);
+      const Eigen::Vector3d x = pose * pad->point;
+      const Eigen::Vector3d m = pose.linear() * pad->normal;
+      const double d = contact.weight * by_place_, t = contact.weight * by_turn_;
+      normal->AddPoint(pad->link, x, d * (x - contact.point), d * Eigen::Matrix3d::Identity());
+      normal->AddTurn(pad->link, t * m.cross(contact.normal),
                       t * (Eigen::Matrix3d::Identity() - m * m.transpose()));
     }
     return cost;
   }
 
  private:
-  const std::vector<SkinPair>& pairs_;
-  const std::vector<std::vector<int>>& pads_;
+  const RobotPads& pads_;
   std::vector<PartContact> contacts_;
-  ContactSigmas sigmas_;
+  double by_place_, by_turn_;
 };
 
 }  // namespace holdfast

@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
+#include <optional>
 
 #include "geometry/mesh/contact_samples.h"
-#include "geometry/mesh/triangle_tree.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 
@@ -18,50 +17,9 @@ constexpr double kSpacing_m = 0.0025;
 constexpr int kMostOfLink = 600, kMostOfObject = 6000;
 constexpr double kTouch_m = 0.005;
 
-// The pad of one part of the hand on one link: the faces around its pairs' points.
-struct PadSurface {
-  int link;
-  std::unique_ptr<TriangleTree> tree;
-  TriangleMesh mesh;
-};
-
-// Faces of the link whose middle is nearer to a point of the pad than the pads' points are to each
-// other, and that face the same way.
-TriangleMesh PadFaces(const TriangleMesh& mesh, const std::vector<const SkinPair*>& pairs) {
-  constexpr double kReach_m = 0.006;
-  TriangleMesh pad{mesh.vertices, {}};
-  std::vector<Eigen::Index> faces;
-  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
-    const Eigen::Vector3d normal = FaceCross(mesh, f).normalized();
-    for (const SkinPair* pair : pairs) {
-      const TrianglePoint near = ClosestOnTriangle(pair->point, mesh.vertices.col(mesh.faces(0, f)),
-                                                   mesh.vertices.col(mesh.faces(1, f)),
-                                                   mesh.vertices.col(mesh.faces(2, f)));
-      if ((near.point - pair->point).norm() > kReach_m || normal.dot(pair->normal) < 0.5) continue;
-      faces.push_back(f);
-      break;
-    }
-  }
-  pad.faces = mesh.faces(Eigen::all, faces);
-  return pad;
-}
-
 class TransferMeter {
  public:
   explicit TransferMeter(const RobotTransferSetup& setup) : setup_(setup) {
-    for (int part = 0; part < kNumHandParts; ++part) {
-      std::map<int, std::vector<const SkinPair*>> by_link;
-      for (const int i : setup.pads[part]) {
-        by_link[setup.pairs[i].link].push_back(&setup.pairs[i]);
-      }
-      for (const auto& [link, pairs] : by_link) {
-        const LinkSolid& solid = setup.solids->Of(link);
-        if (solid.Empty()) continue;
-        TriangleMesh mesh = PadFaces(solid.mesh, pairs);
-        if (mesh.NumFaces() == 0 || !(SurfaceArea(mesh) > 0.0)) continue;
-        pads_[part].push_back({link, std::make_unique<TriangleTree>(mesh), mesh});
-      }
-    }
     for (const int link : setup.solids->Links()) {
       samples_[link] = ContactSamples(setup.solids->Of(link).mesh, kSpacing_m, kMostOfLink);
     }
@@ -119,23 +77,17 @@ class TransferMeter {
     out.part = contact.part;
     out.target = contact.point;
     out.target_normal = contact.normal;
-    double least = std::numeric_limits<double>::infinity();
-    for (const PadSurface& pad : pads_[contact.part]) {
-      const Eigen::Isometry3d& pose = posed.ObjectFromLink(pad.link);
-      const TriangleTree::Hit hit = pad.tree->Closest(pose.inverse() * contact.point);
-      if (hit.squared_distance >= least) continue;
-      least = hit.squared_distance;
-      out.link = pad.link;
-      out.point = pose * hit.point;
-      out.normal = pose.linear() * FaceCross(pad.mesh, hit.face).normalized();
-    }
-    out.distance_m = std::sqrt(least);
+    const std::optional<PadPoint> pad = setup_.pads.Nearest(contact.part, posed, contact.point);
+    const Eigen::Isometry3d& pose = posed.ObjectFromLink(pad->link);
+    out.link = pad->link;
+    out.point = pose * pad->point;
+    out.normal = pose.linear() * pad->normal;
+    out.distance_m = (out.point - contact.point).norm();
     out.angle_rad = std::acos(std::clamp(-out.normal.dot(contact.normal), -1.0, 1.0));
     return out;
   }
 
   const RobotTransferSetup& setup_;
-  std::array<std::vector<PadSurface>, kNumHandParts> pads_;
   std::map<int, Eigen::Matrix3Xd> samples_;
   Eigen::Matrix3Xd object_samples_;
 };

@@ -130,7 +130,7 @@ class ClipTransfer {
     }
     const RobotDistanceTerm distances(points_, human, setup_.object_vertices, weights,
                                       options_.distance_sigma_m);
-    const RobotContactTerm contacts(setup_.pairs, setup_.pads, frame.contacts,
+    const RobotContactTerm contacts(setup_.pads, frame.contacts,
                                     {options_.contact_sigma_m, options_.contact_sigma_rad});
     penetration_.SetSigma(penetration_sigma);
     const RobotPostureTerm posture(setup_.robot.Straight(),
@@ -253,11 +253,8 @@ RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
   setup.demonstration = ReadDemonstration(scene, *setup.human, *setup.landmarks, *setup.axes,
                                           *setup.object_distance, options.demonstration.touch_m);
   setup.pairs = PairSkins(*setup.human, *setup.landmarks, *setup.axes, setup.robot, setup.anatomy);
-  setup.pads.resize(kNumHandParts);
-  for (std::size_t i = 0; i < setup.pairs.size(); ++i) {
-    if (setup.pairs[i].pad) setup.pads[setup.pairs[i].part].push_back(static_cast<int>(i));
-  }
   setup.solids = std::make_unique<RobotSolids>(setup.robot, setup.anatomy, options.threads);
+  setup.pads = RobotPads(setup.pairs, *setup.solids);
   setup.object_grid = std::make_unique<DistanceGrid>(
       *setup.object_distance,
       DistanceGridOptions{.cell_m = kObjectCell_m, .threads = options.threads});
@@ -267,7 +264,7 @@ RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
   // What no pad stands for is no contact that could be kept.
   for (HumanFrame& frame : setup.demonstration.frames) {
     std::erase_if(frame.contacts,
-                  [&](const PartContact& contact) { return setup.pads[contact.part].empty(); });
+                  [&](const PartContact& contact) { return setup.pads.Empty(contact.part); });
   }
   return setup;
 }

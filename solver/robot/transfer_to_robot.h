@@ -11,6 +11,7 @@
 #include "solver/robot/hand_correspondence.h"
 #include "solver/robot/human_demonstration.h"
 #include "solver/robot/robot_anatomy.h"
+#include "solver/robot/robot_pads.h"
 #include "solver/robot/robot_solids.h"
 #include "solver/robot/robot_term.h"
 
@@ -26,7 +27,7 @@ struct RobotTransferOptions {
   // Standard deviations of the terms.
   double distance_sigma_m = 0.02;     ///< E_d
   double contact_sigma_m = 0.001;     ///< a contact's place
-  double contact_sigma_rad = 0.05;    ///< a contact's normal
+  double contact_sigma_rad = 0.1;     ///< a contact's normal
   double penetration_sigma_m = 1e-4;  ///< both ways
   double margin_m = 3e-4;             ///< that surfaces keep
   double self_sigma_m = 3e-4;         ///< links in each other
@@ -55,7 +56,7 @@ struct RobotTransferSetup {
   RobotHand robot;
   RobotAnatomy anatomy;
   std::vector<SkinPair> pairs;
-  std::vector<std::vector<int>> pads;  ///< indices of pairs, by part of the human hand
+  RobotPads pads;
   std::unique_ptr<RobotSolids> solids;
   std::shared_ptr<const HandModel> human;
   std::unique_ptr<HandLandmarks> landmarks;

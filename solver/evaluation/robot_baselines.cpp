@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "solver/robot/robot_baselines.h"
+#include "solver/evaluation/robot_baselines.h"
 
 #include <chrono>
 #include <cmath>
 
 #include "geometry/mesh/contact_samples.h"
 #include "geometry/rotation.h"
-#include "solver/robot/robot_baseline_terms.h"
+#include "solver/evaluation/robot_baseline_terms.h"
 #include "solver/robot/robot_penetration_term.h"
 #include "solver/robot/robot_prior_terms.h"
 #include "solver/robot/robot_solver.h"
