@@ -9,6 +9,7 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/render/png.h"
 #include "solver/robot/robot.h"
+#include "solver/trial/robot_scene.h"
 
 namespace holdfast::apps {
 namespace {

@@ -24,7 +24,7 @@
 ///   transfer_to_robot.h    the whole clip
 ///   robot_baseline_terms.h, robot_baselines.h  what others published, to compare with
 ///   robot_measures.h       how good it is
-///   robot_output.h         files: joints, contacts, MJCF
+///   robot_output.h         files: joints, contacts
 ///   robot_pictures.h       pictures
 
 #include "solver/robot/read_robot.h"
