@@ -14,14 +14,19 @@ constexpr int kFewColumns = 6;
 
 template <typename Real>
 const kernels::LayerLoops<Real>& LoopsFor(Isa isa) {
-  static const kernels::LayerLoops<Real> generic = kernels::GenericLayerLoops<Real>();
 #if defined(HOLDFAST_X86_KERNELS)
-  static const kernels::LayerLoops<Real> avx2 = kernels::Avx2LayerLoops<Real>();
-  static const kernels::LayerLoops<Real> avx512 = kernels::Avx512LayerLoops<Real>();
   assert(IsSupported(isa));
-  if (isa == Isa::kAvx512) return avx512;
-  if (isa == Isa::kAvx2) return avx2;
+  // Only on processors that have them: what makes the table is compiled for them as well.
+  if (isa == Isa::kAvx512) {
+    static const kernels::LayerLoops<Real> avx512 = kernels::Avx512LayerLoops<Real>();
+    return avx512;
+  }
+  if (isa == Isa::kAvx2) {
+    static const kernels::LayerLoops<Real> avx2 = kernels::Avx2LayerLoops<Real>();
+    return avx2;
+  }
 #endif
+  static const kernels::LayerLoops<Real> generic = kernels::GenericLayerLoops<Real>();
   static_cast<void>(isa);
   return generic;
 }
