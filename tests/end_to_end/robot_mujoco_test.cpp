@@ -229,7 +229,8 @@ TEST(RobotMujoco, TheSceneOfATransferPlaysInMuJoCosLoop) {
   const testing::ProgramResult run =
       testing::RunHoldfast(folder / "", "transfer held --robot hand.urdf -o robot --quiet");
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  for (const char* name : {"robot.npz", "robot.csv", "metrics.json", "report.html", "sheet.png", "film.png"}) {
+  for (const char* name :
+       {"robot.npz", "robot.csv", "metrics.json", "report.html", "sheet.png", "film.png"}) {
     EXPECT_TRUE(fs::exists(folder / "robot" / name)) << name;
   }
   const Playback scene(folder / "robot" / "scene.xml");
