@@ -55,6 +55,7 @@ struct TransferInput {
   ClipInput input;
   Clip clip;  // on the model of the target's body
   ClipBody from, to;
+  std::optional<OntoBody> onto;  // of a clip of another model: as it was, on the target's body
   std::shared_ptr<const PreparedObject> from_object, to_object;
   std::optional<SurfaceMap> map;
 };
@@ -83,21 +84,20 @@ ClipInput LoadHeld(const TransferCommand& options) {
   return input;
 }
 
-// Whose body it becomes. Of another model than the clip's, the clip is converted to it.
-void SetBodies(const TransferCommand& options, TransferInput& scene) {
-  scene.from = {scene.input.body, scene.input.betas};
-  scene.to = scene.from;
-  if (!options.body.empty()) {
-    scene.to = {LoadBody(options.body), Eigen::VectorXd::Zero(0)};
-    if (scene.to.model->Name() != scene.from.model->Name()) {
-      ConvertedClip converted =
-          ConvertClip(scene.clip, scene.from.model, scene.from.betas, scene.to.model);
-      scene.clip = std::move(converted.clip);
-      scene.from = {scene.to.model, scene.clip.betas};
-    } else {
-      scene.from.model = scene.to.model;
-    }
-  }
+// Of another model than the clip's, the clip is converted to it.
+void ConvertToTarget(TransferInput& scene) {
+  const Clip before = std::move(scene.clip);
+  const ClipBody body = scene.from;
+  scene.clip = ConvertClip(before, body.model, body.betas, scene.to.model).clip;
+  scene.from = {scene.to.model, scene.clip.betas};
+  if (body.model->LoneHand() != scene.to.model->LoneHand()) return;
+  Clip standing = scene.clip;  // its rotations, with joints that only the clip's model has at rest
+  standing.trans = before.trans;
+  scene.onto.emplace();
+  scene.onto->clip = OntoOtherBody(standing, body, scene.to, &scene.onto->report);
+}
+
+void SetBetas(const TransferCommand& options, TransferInput& scene) {
   if (options.betas.empty()) return;
   for (const double beta : options.betas) {
     constexpr double kMost = 10.0;
@@ -110,6 +110,22 @@ void SetBodies(const TransferCommand& options, TransferInput& scene) {
   }
   scene.to.betas = Eigen::Map<const Eigen::VectorXd>(
       options.betas.data(), static_cast<Eigen::Index>(options.betas.size()));
+}
+
+// Whose body it becomes.
+void SetBodies(const TransferCommand& options, TransferInput& scene) {
+  scene.from = {scene.input.body, scene.input.betas};
+  scene.to = scene.from;
+  if (!options.body.empty()) scene.to = {LoadBody(options.body), Eigen::VectorXd::Zero(0)};
+  SetBetas(options, scene);
+  const BodyModel &from = *scene.from.model, &to = *scene.to.model;
+  const bool same = from.Kind() == to.Kind() && from.NumVertices() == to.NumVertices() &&
+                    from.Template() == to.Template();
+  if (same) {
+    scene.from.model = scene.to.model;
+  } else {
+    ConvertToTarget(scene);
+  }
 }
 
 LoadedObject TargetObject(const TransferCommand& options, const ClipInput& input) {
@@ -132,7 +148,7 @@ LoadedObject TargetObject(const TransferCommand& options, const ClipInput& input
 }
 
 TransferInput LoadScene(const TransferCommand& options, int threads) {
-  TransferInput scene{LoadHeld(options), {}, {}, {}, nullptr, nullptr, std::nullopt};
+  TransferInput scene{LoadHeld(options), {}, {}, {}, std::nullopt, nullptr, nullptr, std::nullopt};
   scene.clip = scene.input.clip;
   SetBodies(options, scene);
   LoadedObject target = TargetObject(options, scene.input);
@@ -253,12 +269,14 @@ int TransferOne(const TransferCommand& options) {
   const TransferInput scene = LoadScene(options, threads);
   StageProgress progress(options.common);
   const TransferReport report = NamingSource("the clip", options.clip, [&] {
-    return TransferClip(scene.clip, scene.from, *scene.from_object, scene.to, *scene.to_object,
-                        *scene.map, ToLibrary(options, threads),
-                        [&](const char* stage, int done, int total) {
-                          progress.Update(stage, done, total);
-                          return !Interrupted();
-                        });
+    return TransferClip(
+        scene.clip, scene.from, *scene.from_object, scene.to, *scene.to_object, *scene.map,
+        ToLibrary(options, threads),
+        [&](const char* stage, int done, int total) {
+          progress.Update(stage, done, total);
+          return !Interrupted();
+        },
+        scene.onto ? &*scene.onto : nullptr);
   });
   progress.End();
   if (Interrupted()) return kInterrupted;

@@ -9,6 +9,7 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/render/png.h"
 #include "solver/robot/robot.h"
+#include "solver/trial/robot_scene.h"
 
 namespace holdfast::apps {
 namespace {
@@ -123,6 +124,9 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
   pictures.rows = input.picture_rows;
   pictures.threads = options.threads;
   WritePng(RobotSheet(setup, result.poses, pictures), folder / "sheet.png");
+  pictures.columns = input.film_columns;
+  pictures.rows = input.film_rows;
+  WritePng(RobotFilm(setup, result.poses, pictures), folder / "film.png");
   WriteAtomically(folder / "report.html", RobotPage(setup, result.poses, measures, "sheet.png"));
   WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
   folder.Commit();

@@ -16,14 +16,15 @@ struct RobotTransferInput {
   std::string hand = "auto";
   bool on_path = false;
   int picture_columns = 4, picture_rows = 4;
+  int film_columns = 6, film_rows = 4;
 };
 
 /// Adds --robot, --hand, --correspondence, --robot-on-path.
 void AddRobotOptions(CLI::App& command, RobotTransferInput& input);
 
 /// Transfers the clip to the robot and writes the result folder `output`: robot.npz, robot.csv,
-/// scene.xml with scene_assets, correspondence.csv, sheet.png, report.html, metrics.json. Returns
-/// the exit code.
+/// scene.xml with scene_assets, correspondence.csv, sheet.png, film.png, report.html, metrics.json.
+/// Returns the exit code.
 int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input,
                      const RobotTransferInput& input, const std::string& output,
                      const CommonOptions& common);

@@ -10,6 +10,7 @@
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
+#include "solver/trial/robot_scene.h"
 
 namespace holdfast::python {
 namespace {

@@ -2,9 +2,9 @@
 #include "solver/evaluation/robot_study.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "geometry/mesh/convex_hull.h"
+#include "solver/trial/robot_grip.h"
 
 namespace holdfast {
 namespace {
@@ -56,29 +56,6 @@ std::vector<TrialLink> TrialLinks(const RobotTransferSetup& setup, const RobotPo
   return links;
 }
 
-// Of each link that is near, the nearest place, in the root's frame.
-std::vector<TrialContact> TrialContacts(const RobotTransferSetup& setup, const RobotPose& pose,
-                                        const std::vector<int>& body_of, double touch_m) {
-  PosedRobot posed(setup.robot);
-  posed.Set(pose);
-  const Eigen::Isometry3d root_from_object = pose.ObjectFromRoot().inverse();
-  std::vector<TrialContact> contacts;
-  for (const int link : setup.solids->Links()) {
-    double least = touch_m;
-    TrialContact contact;
-    for (const auto sample : setup.solids->Of(link).samples.colwise()) {
-      const SignedDistance::Result hit =
-          setup.object_distance->Query(posed.ObjectFromLink(link) * sample);
-      if (hit.distance >= least) continue;
-      least = hit.distance;
-      contact = {body_of[link], root_from_object * hit.closest,
-                 -(root_from_object.linear() * hit.gradient), Eigen::Vector3d::Zero()};
-    }
-    if (least < touch_m) contacts.push_back(contact);
-  }
-  return contacts;
-}
-
 int FullestFrame(const HumanDemonstration& demonstration) {
   const auto fullest = std::ranges::max_element(
       demonstration.frames, {}, [](const HumanFrame& f) { return f.contacts.size(); });
@@ -95,13 +72,9 @@ std::optional<HoldTrial> TryRobotHold(const RobotTransferSetup& setup, const Rob
   if (!HasPhysics() || slides) return std::nullopt;
   std::vector<int> body_of;
   const std::vector<TrialLink> links = TrialLinks(setup, pose, protocol.fingers, body_of);
-  std::vector<TrialContact> contacts = TrialContacts(setup, pose, body_of, protocol.touch_m);
-  const Eigen::Isometry3d root_from_object = pose.ObjectFromRoot().inverse();
-  BalancePresses(root_from_object * solid.mass.centre, solid.radius_m, protocol.scene.friction,
-                 std::max(protocol.least_grip_N,
-                          protocol.grip_weights * solid.mass.mass_kg * protocol.gravity_m_s2),
-                 contacts);
-  return TryHold(links, contacts, solid, root_from_object, protocol);
+  std::vector<TrialContact> contacts = GripOfRobot(setup, pose, solid, protocol);
+  for (TrialContact& contact : contacts) contact.link = body_of[contact.link];
+  return TryHold(links, contacts, solid, pose.ObjectFromRoot().inverse(), protocol);
 }
 
 RobotStudy StudyTransfer(const ClipScene& scene, const RobotHand& robot,

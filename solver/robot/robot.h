@@ -24,7 +24,7 @@
 ///   start_choice.h         which of the starts' poses is taken: one that holds
 ///   transfer_to_robot.h    the whole clip
 ///   robot_measures.h       how good it is
-///   robot_output.h         files: joints, contacts, MJCF
+///   robot_output.h         files: joints, contacts
 ///   robot_pictures.h       pictures
 
 #include "solver/robot/read_robot.h"

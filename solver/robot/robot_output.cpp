@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "solver/robot/robot_output.h"
 
-#include <fstream>
-#include <iterator>
-#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -11,9 +8,6 @@
 
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/npz.h"
-#include "geometry/io/mesh/mesh_io.h"
-#include "geometry/mesh/convex_hull.h"
-#include "geometry/mesh/convex_pieces.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {
@@ -86,158 +80,6 @@ void AddContacts(const RobotTransferSetup& setup, const RobotMeasures& measures,
   writer.AddFloat64("contact_distance_m", {n}, std::move(distances));
 }
 
-// The scene's text, and its meshes into a folder.
-class SceneWriter {
- public:
-  SceneWriter(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
-              const fs::path& path)
-      : setup_(setup), poses_(poses), hand_(setup.robot) {
-    assets_ = path;
-    assets_.replace_extension();
-    assets_ += "_assets";
-    fs::create_directories(assets_);
-    children_.resize(hand_.links.size());
-    for (int k = 1; k < hand_.NumLinks(); ++k) children_[hand_.links[k].parent].push_back(k);
-  }
-
-  std::string Text(int threads) {
-    AddObject(threads);
-    AddLink(0, WorldFromRoot(setup_, poses_.front(), 0), 2);
-    return fmt::format(
-        "<mujoco model=\"{}\">\n"
-        "  <compiler angle=\"radian\" meshdir=\"{}\"/>\n"
-        "  <option timestep=\"0.002\"/>\n"
-        "  <custom><numeric name=\"frame_rate\" data=\"{:.9g}\"/></custom>\n"
-        "  <default><geom condim=\"4\" friction=\"0.8 0.005 0.0001\"/></default>\n"
-        "  <asset>\n{}  </asset>\n  <worldbody>\n"
-        "    <light pos=\"0 -1 3\" dir=\"0 0.3 -1\"/>\n"
-        "    <geom name=\"floor\" type=\"plane\" size=\"3 3 0.1\" contype=\"0\" "
-        "conaffinity=\"0\"/>\n{}  </worldbody>\n"
-        "  <equality>\n{}  </equality>\n  <actuator>\n{}  </actuator>\n  <keyframe>\n{}"
-        "  </keyframe>\n</mujoco>\n",
-        Safe(hand_.name), assets_.filename().string(), setup_.demonstration.frame_rate, asset_,
-        bodies_, equality_, actuators_, Keys());
-  }
-
- private:
-  static std::string Safe(const std::string& name) {
-    std::string safe;
-    for (const char c : name) {
-      safe += std::string_view("<>&\"'/\\").find(c) == std::string_view::npos ? c : '_';
-    }
-    return safe;
-  }
-  std::string Asset(const TriangleMesh& mesh) {
-    const std::string name = fmt::format("piece_{}", pieces_++);
-    WriteMesh(mesh, assets_ / (name + ".obj"));
-    asset_ += fmt::format("    <mesh name=\"{0}\" file=\"{0}.obj\"/>\n", name);
-    return name;
-  }
-  static std::string Place(const Eigen::Isometry3d& pose) {
-    const std::string numbers = PoseText(pose, " ");
-    std::size_t cut = 0;
-    for (int k = 0; k < 3; ++k) cut = numbers.find(' ', cut + (k > 0));
-    return fmt::format("pos=\"{}\" quat=\"{}\"", numbers.substr(0, cut), numbers.substr(cut + 1));
-  }
-
-  void AddObject(int threads) {
-    bodies_ += "    <body name=\"object\">\n      <freejoint/>\n";
-    ConvexPieceOptions options;
-    options.tolerance_m = 0.003;
-    options.threads = threads;
-    for (const TriangleMesh& piece : SplitIntoConvexPieces(setup_.object, options).pieces) {
-      bodies_ += fmt::format(
-          "      <geom type=\"mesh\" mesh=\"{}\" density=\"500\" rgba=\"0.86 0.62 0.28 1\" "
-          "contype=\"1\" conaffinity=\"2\"/>\n",
-          Asset(piece));
-    }
-    bodies_ += "    </body>\n";
-  }
-
-  void AddLink(int k, const Eigen::Isometry3d& place, int depth) {
-    const RobotLink& link = hand_.links[k];
-    const std::string indent(2 * static_cast<std::size_t>(depth), ' ');
-    bodies_ += fmt::format("{}<body name=\"{}\" {}{}>\n", indent, Safe(link.name), Place(place),
-                           k == 0 ? " mocap=\"true\"" : "");
-    if (link.dof >= 0) AddJoint(link, indent);
-    for (const TriangleMesh& shape : link.shapes) {
-      const TriangleMesh hull = ConvexHull(shape.vertices);
-      if (hull.NumFaces() == 0) continue;
-      bodies_ += fmt::format(
-          "{}  <geom type=\"mesh\" mesh=\"{}\" density=\"1000\" rgba=\"0.5 0.55 0.6 1\" "
-          "contype=\"2\" conaffinity=\"1\"/>\n",
-          indent, Asset(hull));
-    }
-    if (link.dof >= 0 && link.shapes.empty()) {
-      bodies_ +=
-          indent + "  <inertial pos=\"0 0 0\" mass=\"0.001\" diaginertia=\"1e-6 1e-6 1e-6\"/>\n";
-    }
-    for (const int child : children_[k]) {
-      const RobotLink& next = hand_.links[child];
-      Eigen::Isometry3d pose = next.parent_from_joint;
-      if (next.dof < 0 && next.offset != 0.0) {
-        next.kind == RobotJointKind::kSliding
-            ? pose.translate(next.offset * next.axis)
-            : pose.rotate(Eigen::AngleAxisd(next.offset, next.axis));
-      }
-      AddLink(child, pose, depth + 1);
-    }
-    bodies_ += indent + "</body>\n";
-  }
-
-  void AddJoint(const RobotLink& link, const std::string& indent) {
-    const RobotDof& dof = hand_.dofs[link.dof];
-    const auto [low, high] =
-        std::minmax({link.factor * dof.low + link.offset, link.factor * dof.high + link.offset});
-    bodies_ += fmt::format(
-        "{}  <joint name=\"{}\" type=\"{}\" axis=\"{:.9g} {:.9g} {:.9g}\" range=\"{:.9g} {:.9g}\" "
-        "limited=\"true\" damping=\"0.05\" armature=\"0.0002\"/>\n",
-        indent, Safe(link.joint), link.kind == RobotJointKind::kSliding ? "slide" : "hinge",
-        link.axis.x(), link.axis.y(), link.axis.z(), low, high);
-    if (link.joint != dof.name) {
-      equality_ +=
-          fmt::format("    <joint joint1=\"{}\" joint2=\"{}\" polycoef=\"{:.9g} {:.9g} 0 0 0\"/>\n",
-                      Safe(link.joint), Safe(dof.name), link.offset, link.factor);
-      return;
-    }
-    actuators_ += fmt::format(
-        "    <position name=\"{0}\" joint=\"{0}\" kp=\"3\" ctrllimited=\"true\" "
-        "ctrlrange=\"{1:.9g} {2:.9g}\"/>\n",
-        Safe(link.joint), low, high);
-  }
-
-  std::string Keys() const {
-    std::string keys;
-    for (std::size_t t = 0; t < poses_.size(); ++t) {
-      std::string qpos = PoseText(setup_.demonstration.frames[t].world_from_object, " ");
-      std::string ctrl;
-      for (const int k : MovingLinks(hand_)) {
-        const RobotLink& link = hand_.links[k];
-        const double value = JointValue(link, poses_[t].q);
-        qpos += fmt::format(" {:.7g}", value);
-        if (link.joint == hand_.dofs[link.dof].name) {
-          ctrl += fmt::format("{}{:.7g}", ctrl.empty() ? "" : " ", value);
-        }
-      }
-      std::string place = Place(WorldFromRoot(setup_, poses_[t], static_cast<int>(t)));
-      place.replace(0, 3, "mpos");
-      place.replace(place.find(" quat"), 5, " mquat");
-      keys += fmt::format(
-          "    <key name=\"frame_{}\" time=\"{:.9g}\" qpos=\"{}\" ctrl=\"{}\" {}/>\n", t,
-          static_cast<double>(t) / setup_.demonstration.frame_rate, qpos, ctrl, place);
-    }
-    return keys;
-  }
-
-  const RobotTransferSetup& setup_;
-  const std::vector<RobotPose>& poses_;
-  const RobotHand& hand_;
-  fs::path assets_;
-  std::vector<std::vector<int>> children_;
-  int pieces_ = 0;
-  std::string asset_, bodies_, equality_, actuators_;
-};
-
 }  // namespace
 
 void WriteRobotMotion(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
@@ -287,11 +129,6 @@ void WriteRobotTable(const RobotTransferSetup& setup, const std::vector<RobotPos
     text += '\n';
   }
   WriteAtomically(path, text);
-}
-
-void WriteRobotScene(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
-                     const fs::path& path, int threads) {
-  WriteAtomically(path, SceneWriter(setup, poses, path).Text(threads));
 }
 
 }  // namespace holdfast

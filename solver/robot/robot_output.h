@@ -23,11 +23,4 @@ void WriteRobotMotion(const RobotTransferSetup& setup, const std::vector<RobotPo
 void WriteRobotTable(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                      const std::filesystem::path& path);
 
-/// The hand, the object and a floor as a scene for MuJoCo, meshes in `x_assets` beside "x.xml": the
-/// hand on a mocap body, its joints with limits, position actuators and couplings; the object free;
-/// a key frame for each frame. The same files on any number of threads. Throws Error for an object
-/// without volume.
-void WriteRobotScene(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
-                     const std::filesystem::path& path, int threads = 1);
-
 }  // namespace holdfast

@@ -2,6 +2,7 @@
 #include "solver/robot/robot_pictures.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include <fmt/format.h>
@@ -68,7 +69,54 @@ Image Draw(const std::vector<TriangleMesh>& meshes, const std::vector<Eigen::Vec
   return Render(items, camera, picture);
 }
 
+// Forward, across and out of the palm, in the world: columns.
+Eigen::Matrix3d PalmAxes(const RobotTransferSetup& setup, const HumanFrame& frame) {
+  return frame.world_from_object.linear() * frame.object_from_wrist.linear() *
+         (Eigen::Matrix3d() << setup.axes->Forward(), setup.axes->Across(),
+          setup.axes->PalmNormal())
+             .finished();
+}
+
+// From where the palm, the thumb and what is held are seen, on the mean of the hold: unit.
+Eigen::Vector3d BeforeThePalm(const RobotTransferSetup& setup) {
+  Eigen::Vector3d towards = Eigen::Vector3d::Zero();
+  for (const HumanFrame& frame : setup.demonstration.frames) {
+    if (!frame.holds) continue;
+    const Eigen::Matrix3d axes = PalmAxes(setup, frame);
+    towards += axes.col(2) + 0.8 * axes.col(1);
+  }
+  return towards.norm() < 1e-6 ? Eigen::Vector3d(-Eigen::Vector3d::UnitY())
+                               : Eigen::Vector3d(towards.normalized());
+}
+
 }  // namespace
+
+Image RobotFilm(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
+                const RobotPictureOptions& options) {
+  const int cells = options.columns * options.rows;
+  const Eigen::Vector3d away = BeforeThePalm(setup);
+  std::vector<Image> tiles(static_cast<std::size_t>(cells));
+  std::vector<std::string> labels(tiles.size());
+  ParallelFor(cells, options.threads, [&](int k) {
+    const double last = static_cast<double>(poses.size()) - 1.0;
+    const auto t = static_cast<std::size_t>(std::lround(last * k / std::max(1, cells - 1)));
+    const HumanFrame& frame = setup.demonstration.frames[t];
+    const Eigen::Isometry3d& world = frame.world_from_object;
+    Camera camera;
+    camera.target = world * Eigen::Vector3d(frame.joints.col(3 * kMiddle));
+    camera.eye = camera.target + 5.6 * kSeen_m * away;
+    camera.vertical_fov_rad = 0.42;
+    std::vector<TriangleMesh> meshes{setup.object};
+    meshes.front().vertices = world * meshes.front().vertices;
+    std::vector<Eigen::Vector3d> colours{kObjectColour};
+    for (TriangleMesh& mesh : RobotMeshes(setup, poses[t], world, colours)) {
+      meshes.push_back(std::move(mesh));
+    }
+    tiles[k] = Draw(meshes, colours, camera, options);
+    labels[k] = fmt::format("{:.2f} s", static_cast<double>(t) / setup.demonstration.frame_rate);
+  });
+  return ContactSheet(tiles, labels, options.columns);
+}
 
 Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                  const RobotPictureOptions& options) {
@@ -87,10 +135,7 @@ Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& 
     const HumanFrame& frame = setup.demonstration.frames[t];
     const Eigen::Isometry3d& world = frame.world_from_object;
     // Towards the palm's side of what is held, and from the thumb's side, by turns.
-    const Eigen::Matrix3d axes =
-        world.linear() * frame.object_from_wrist.linear() *
-        (Eigen::Matrix3d() << setup.axes->Forward(), setup.axes->Across(), setup.axes->PalmNormal())
-            .finished();
+    const Eigen::Matrix3d axes = PalmAxes(setup, frame);
     const Eigen::Vector3d towards = k % 2 == 0 ? Eigen::Vector3d(axes.col(2) + 0.5 * axes.col(1))
                                                : Eigen::Vector3d(axes.col(1) - 0.4 * axes.col(2));
     Camera camera;

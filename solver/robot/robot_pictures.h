@@ -19,4 +19,9 @@ struct RobotPictureOptions {
 Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                  const RobotPictureOptions& options);
 
+/// The whole clip, `columns` times `rows` frames spread over it: the robot's hand and the object,
+/// seen from one direction of the world, from the palm's side, the camera going along.
+Image RobotFilm(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
+                const RobotPictureOptions& options);
+
 }  // namespace holdfast

@@ -95,9 +95,8 @@ Eigen::Vector2d StepTowards(const Matrix3Xd& rest, const std::vector<WristPath>&
 
 Clip OntoOtherBody(const Clip& clip, const ClipBody& from, const ClipBody& to,
                    OtherBodyReport* report) {
-  if (from.model->Kind() != to.model->Kind() ||
-      from.model->NumVertices() != to.model->NumVertices()) {
-    throw Error("body", "is of another model than the clip's",
+  if (from.model->LoneHand() != to.model->LoneHand()) {
+    throw Error("body", "is a hand alone, or the clip's is: one has no body to stand on",
                 "Convert the clip to it first ('holdfast convert')");
   }
   const Stature before(from), after(to);

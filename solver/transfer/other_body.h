@@ -19,13 +19,19 @@ struct OtherBodyReport {
   double fingers_ratio = 1.0;   ///< of the hands' lengths
 };
 
-/// The same motion of another body, of the same model: feet are where they were (the soles at
-/// their heights), the pelvis above the same place, higher or lower as the legs are longer or
-/// shorter, legs by inverse kinematics; trunk, arms and fingers keep their rotations. The object's
-/// track stays as it is. A hand alone has its wrist where it was. Throws Error for bodies of two
-/// models.
+/// The same motion of another body: feet are where they were (the soles at their heights), the
+/// pelvis above the same place, higher or lower as the legs are longer or shorter, legs by inverse
+/// kinematics; trunk, arms and fingers keep their rotations. The object's track stays as it is. A
+/// hand alone has its wrist where it was. Models may differ: rotations of joints mean the same in
+/// all. Throws Error for a hand alone and a whole body.
 Clip OntoOtherBody(const Clip& clip, const ClipBody& from, const ClipBody& to,
                    OtherBodyReport* report = nullptr);
+
+/// A clip on another body, and how it came there.
+struct OntoBody {
+  Clip clip;
+  OtherBodyReport report;
+};
 
 /// Where a wrist is to be, of frames [begin, end): world poses.
 struct WristPath {

@@ -275,11 +275,18 @@ Clip PrepareTransfer(const Clip& clip, const ClipBody& from, const PreparedObjec
 TransferReport TransferClip(const Clip& clip, const ClipBody& from,
                             const PreparedObject& from_object, const ClipBody& to,
                             const PreparedObject& to_object, const SurfaceMap& map,
-                            const TransferOptions& options, const StagedProgress& progress) {
+                            const TransferOptions& options, const StagedProgress& progress,
+                            const OntoBody* onto) {
+  if (from.model->Kind() != to.model->Kind() ||
+      from.model->NumVertices() != to.model->NumVertices()) {
+    throw Error("body", "is of another model than the clip's",
+                "Convert the clip to it first ('holdfast convert')");
+  }
   TransferReport report;
+  if (onto != nullptr) report.body = onto->report;
   const TransferHands hands(from, to);
-  const Clip prepared =
-      PrepareTransfer(clip, from, from_object, to, to_object, map, hands, options, report);
+  const Clip prepared = PrepareTransfer(clip, from, from_object, to, to_object, map, hands, options,
+                                        report, onto != nullptr ? &onto->clip : nullptr);
   if (progress && !progress("carry", 1, 1)) return report;
   CarryOptions carry = options.carry;
   carry.grasp = GraspSource::kClips;

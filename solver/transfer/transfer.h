@@ -67,13 +67,16 @@ struct TransferReport {
 /// Carries every hold of a clip to another object, another body or both, and fits the result as
 /// CarryObject does. `map` leads from `from_object` to `to_object` (SurfaceMap::Scaled by 1 for the
 /// same one). Where the object keeps its way, it is turned and placed as the first one was
-/// (SurfaceMap::InPlace). Throws Error for a clip without an object's trajectory, in which no hand
-/// holds or touches it, bodies of two models, and what CarryObject throws.
+/// (SurfaceMap::InPlace). Hands are carried vertex by vertex, so that both bodies are of one model:
+/// a clip of another is converted first (ConvertClip), with `onto` the clip as it was on the second
+/// body (OntoOtherBody), since a converted body may stand on other soles; null to have it made from
+/// `clip`. Throws Error for a clip without an object's trajectory, in which no hand holds or
+/// touches it, bodies of two models, and what CarryObject throws.
 TransferReport TransferClip(const Clip& clip, const ClipBody& from,
                             const PreparedObject& from_object, const ClipBody& to,
                             const PreparedObject& to_object, const SurfaceMap& map,
                             const TransferOptions& options = {},
-                            const StagedProgress& progress = {});
+                            const StagedProgress& progress = {}, const OntoBody* onto = nullptr);
 
 /// The hands of two persons, with what transfers take of them; const, shared by threads.
 struct TransferHands {

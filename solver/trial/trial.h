@@ -12,6 +12,8 @@
 ///   trial_clip.h   trials of clips, as JSON and for people
 ///   trial_film.h   pictures of a trial
 ///   trial_grasps.h trials of many grasps of one object
+///   robot_grip.h   the squeeze of a robot's hand
+///   robot_scene.h  a robot's hand and what it holds as a scene of MuJoCo's own
 
 #include <array>
 #include <optional>

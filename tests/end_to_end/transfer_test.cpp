@@ -6,7 +6,10 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
+#include "geometry/embedded.h"
+#include "geometry/io/container/npz.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -71,6 +74,52 @@ TEST(Transfer, GivesTheObjectToAShorterPersonWhereItWas) {
   EXPECT_EQ(clip.betas.size(), 2);
   EXPECT_LT((clip.object->trans - source.object->trans).colwise().norm().maxCoeff(), 0.08);
   EXPECT_LT(Metrics("short")["following"]["ankle_missed_mm"], 5.0);
+}
+
+// The embedded body, broader and deeper than any coefficients make it, its origin elsewhere.
+void WriteBroadBody(const std::filesystem::path& path) {
+  const NpzReader body(FindEmbedded("body/holdfast_neutral.npz").bytes, "body");
+  NpzWriter writer;
+  for (const std::string& name : body.Keys()) {
+    const NpyMember member = body.Read(name);
+    if (name != "v_template") {
+      writer.Add(name, member.array);
+      continue;
+    }
+    std::vector<double> values = member.AsDoubles();
+    const double scale[] = {1.06, 1.03, 1.1}, shift[] = {0.01, 0.3, 0.02};
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      values[i] = scale[i % 3] * values[i] + shift[i % 3];
+    }
+    const std::size_t vertices = values.size() / 3;
+    writer.AddFloat64(name, {vertices, 3}, std::move(values));
+  }
+  writer.Write(path);
+}
+
+double SoleHeight(const Clip& clip, const std::filesystem::path& model, int t) {
+  const auto body = model.empty() ? BodyModel::Default() : BodyModel::Load(model);
+  BodyState state;
+  Forward(BodySurface(body, clip.betas.head(0)), clip.pose[t], clip.trans.col(t), state);
+  return state.vertices.row(2).minCoeff();
+}
+
+TEST(Transfer, AnotherBodyStandsOnItsOwnSoles) {
+  // Of the same name as the clip's own model: what counts is its surface.
+  std::filesystem::create_directory(Held() / "bodies");
+  WriteBroadBody(Held() / "bodies/holdfast_neutral.npz");
+  for (const char* keep : {"object", "wrists"}) {
+    const std::string arguments = " --body bodies/holdfast_neutral.npz -o broad -f -q --keep ";
+    ASSERT_EQ(Transfer(arguments + keep).exit_code, 0);
+    ExpectClean("broad");
+    const nlohmann::json following = Metrics("broad")["following"];
+    EXPECT_NEAR(following["leg_ratio"], 1.03, 0.003);
+    EXPECT_NEAR(following["hand_ratio"], 1.06, 0.01);
+    const Clip clip = ReadClip(Held() / "broad/clip.npz"),
+               source = ReadClip(Held() / "held/clip.npz");
+    EXPECT_NEAR(SoleHeight(clip, Held() / "bodies/holdfast_neutral.npz", 4),
+                SoleHeight(source, {}, 4), 2e-4);
+  }
 }
 
 TEST(Transfer, SaysHowFarTheMapStretchesForAnotherKind) {

@@ -3,15 +3,21 @@
 """Transfers of one demonstration to other objects of the kind, and to scales, as a table and pictures.
 
     tests/evaluation/transfers.py OUT [--holdfast PROGRAM] [--data FOLDER] [--clip CLIP] [--pictures] [JOB ...]
+    tests/evaluation/transfers.py OUT --films [...]
 
 Ten pairs (embedded objects, objects bent by `shape` below, YCB of FOLDER/objects) and six objects at
 seven scales from 0.7 to 1.4. Each first object is fitted to CLIP once, with `holdfast fit`. Writes
 OUT/JOB of each, OUT/table.csv, and prints the table. JOB: some of them alone, such as mug_025_mug.
+
+--films: the clip with its mug, in 24 frames each, on every right robot hand of FOLDER/robots, with three other
+mugs and at three scales, as OUT/film_*.png; and 40 variants of it, a picture each, as OUT/variants.png.
 """
 import argparse
 import csv
 import json
+import math
 import pathlib
+import shutil
 import struct
 import subprocess
 import sys
@@ -23,6 +29,7 @@ PAIRS = [("mug", "025_mug"), ("mug", "mug_cone"), ("mug", "mug_slim"), ("bottle"
          ("banana", "011_banana"), ("wineglass", "wineglass_wide")]
 SCALED = ["mug", "bottle", "005_tomato_soup_can", "004_sugar_box", "banana", "apple"]
 SCALES = [0.7, 0.8, 0.9, 1.1, 1.2, 1.3, 1.4]
+FILMED_MUGS, FILMED_SCALES, FILMED_VARIANTS = ["025_mug", "mug_cone", "mug_slim"], [0.7, 1.2, 1.4], 40
 COLUMNS = ["job", "frames", "held_frames", "deeper_than_2_mm", "deepest_mm", "in_contact_ratio", "searched",
            "clean", "contacts_off_mm", "stretch_p95", "residual_mm"]
 
@@ -112,6 +119,43 @@ def transfer(job, source, extra, args):
             "stretch_p95": round(result["map"]["stretch_p95"], 2), "residual_mm": round(result["map"]["residual_mm"], 2)}
 
 
+def film_transfers(args):
+    """The mug's clip with other mugs and at scales."""
+    jobs = {f"mug_to_{name}": ["--object", target(name, args)] for name in FILMED_MUGS}
+    jobs.update({f"mug_x{scale}": ["--scale", scale] for scale in FILMED_SCALES})
+    for job, extra in jobs.items():
+        print(*transfer(job, fitted("mug", args), extra, args).values(), flush=True)
+        run([args.holdfast, "render", args.out / job, "-o", args.out / f"film_{job}.png", "-f", "-q", "--sheet", "6x4",
+             "--size", "420x360", "--camera", "hand", "--threads", args.threads])
+
+
+def film_robots(args):
+    """The mug's clip on robot hands, as `transfer --robot` films it."""
+    for robot in sorted((args.data / "robots").glob("*/*right.urdf")):
+        out = args.out / f"on_{robot.stem}"
+        done = run([args.holdfast, "transfer", fitted("mug", args), "--robot", robot, "-o", out, "-f", "-q",
+                    "--threads", args.threads])
+        print(done.stdout, end="", flush=True)
+        if not done.returncode:
+            shutil.copy(out / "film.png", args.out / f"film_{robot.stem}.png")
+
+
+def picture_variants(args):
+    """Variants of the mug's clip, each at another time of it."""
+    many, pictures = args.out / "variants", args.out / "variant_pictures"
+    pictures.mkdir(exist_ok=True)
+    print(run([args.holdfast, "transfer", fitted("mug", args), "--variants", FILMED_VARIANTS, "-o", many, "-q",
+               "--threads", args.threads]).stdout, end="")
+    rows = [json.loads(line) for line in (many / "manifest.jsonl").read_text().splitlines()]
+    frames, kept = rows[0]["frames"], [row for row in rows[1:] if row["kept"]]
+    for k, row in enumerate(kept):
+        run([args.holdfast, "render", many / row["file"], "-o", pictures / f"{k:02}.png", "-f", "-q", "--camera", "hand",
+             "--azimuth", math.degrees(row["yaw_rad"]), "--frame", frames * k // len(kept), "--size", "360x320",
+             "--threads", args.threads])
+    run(["ffmpeg", "-y", "-loglevel", "error", "-i", pictures / "%02d.png", "-vf", "tile=8x5", "-frames:v", "1",
+         "-update", "1", args.out / "variants.png"])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=pathlib.Path)
@@ -121,8 +165,13 @@ def main():
     parser.add_argument("--clip", default="demo_drink")
     parser.add_argument("--threads", default="0")
     parser.add_argument("--pictures", action="store_true")
+    parser.add_argument("--films", action="store_true")
     args = parser.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
+    if args.films:
+        for film in (film_robots, film_transfers, picture_variants):
+            film(args)
+        return
     jobs = [(f"{a}_to_{b}", a, lambda b=b: ["--object", target(b, args)]) for a, b in PAIRS]
     jobs += [(f"{a}_x{s}", a, lambda s=s: ["--scale", s]) for a in SCALED for s in SCALES]
     rows = []
