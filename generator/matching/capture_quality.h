@@ -57,6 +57,8 @@ JointLimits LimitsOf(const std::vector<std::vector<BodyFrame>>& motions);
 /// LimitsOf the 415 captured clips that the embedded network learned from (its model card says
 /// which), radians.
 JointLimits CapturedJointLimits();
+/// Of a collar in a reach, radians: the shoulder has farther to go, and does the rest.
+inline constexpr double kCollarLimit = 0.314;
 
 /// What captured motion must keep to be used.
 struct CaptureLimits {

@@ -12,8 +12,8 @@ void SwingArms(const Eigen::Matrix3Xd& rest_joints, const std::array<double, 2>&
                BodyFrame& frame) {
   using Eigen::Quaterniond;
   using Eigen::Vector3d;
-  constexpr double kPerMetre = 0.7;   // radians of the upper arm for a metre between the ankles
-  constexpr double kMost = 0.5;       // radians
+  constexpr double kPerMetre = 1.35;  // radians of the upper arm for a metre between the ankles
+  constexpr double kMost = 0.8;       // radians
   constexpr double kBend = 0.6;       // of the elbow, for a radian forward
   constexpr double kHangs = 0.6;      // of the way to an arm that hangs
   constexpr double kRestBend = 0.25;  // radians, of the elbow of such an arm

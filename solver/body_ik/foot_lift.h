@@ -12,7 +12,7 @@ namespace holdfast {
 
 struct FootLiftOptions {
   double lift_m = 0.27;         ///< of the higher of heel and ball, in a long stride
-  double long_stride_m = 0.9;   ///< shorter ones are lifted in proportion
+  double long_stride_m = 0.8;   ///< shorter ones are lifted in proportion
   double least_stride_m = 0.3;  ///< what is shorter is no stride
   double most_bend_rad = 0.7;   ///< of the knee, added
 };

@@ -200,6 +200,9 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
   }
   ReachWarpOptions warp_options;
   warp_options.joint_limits = CapturedJointLimits();
+  for (const std::size_t k : {13, 14}) {
+    warp_options.joint_limits[k] = std::min(warp_options.joint_limits[k], kCollarLimit);
+  }
   const int margin = kRoomKnots * warp_options.knot_frames;
   for (const RefitGoal& goal : goals) {
     ReachWarp warp;

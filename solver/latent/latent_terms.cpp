@@ -11,9 +11,11 @@
 #include "generator/wandr/intention.h"
 #include "solver/terms/motion/airborne.h"
 #include "solver/terms/motion/approach_direction.h"
+#include "solver/terms/motion/cadence.h"
 #include "solver/terms/motion/first_arrival.h"
 #include "solver/terms/motion/floor_contact.h"
 #include "solver/terms/motion/foot_skate.h"
+#include "solver/terms/motion/heading_along.h"
 #include "solver/terms/motion/heading_turn.h"
 #include "solver/terms/motion/joint_acceleration.h"
 #include "solver/terms/motion/joint_goal.h"
@@ -41,6 +43,9 @@ constexpr int kRising = 30;     // frames
 constexpr int kHeadJoint = 15;
 constexpr double kStandsStill = 0.25;  // m/s
 constexpr double kWorthWalking = 0.1;  // metres
+constexpr double kStrolls = 0.7;       // m/s: slower steps have no cadence of their own
+constexpr double kWalkRatio = 0.41;    // metres per Hz: step length over step frequency
+constexpr int kHalfStep = 8;           // frames
 
 // How thick a person is about a joint, metres: feet, arms, trunk and legs.
 double Thickness(int joint) {
@@ -93,7 +98,8 @@ class FrameTerms {
         smooth_(std::make_shared<JointAcceleration>(kFrame, options.acceleration)) {
     for (std::size_t k = 1; k < kNumBodyJoints; ++k) {
       if (body.joint_limits[k] > 0.0 && options.limits > 0.0) {
-        range_[k] = std::make_shared<RotationRange>(body.joint_limits[k], options.limits);
+        range_[k] = std::make_shared<RotationRange>(
+            body.joint_limits[k], k == 13 || k == 14 ? options.collars : options.limits);
       }
     }
   }
@@ -184,11 +190,29 @@ void AddPathTerms(const LatentOptions& options, const MotionView& motion, const 
   // The straight way is none where something stands in it.
   if (pace.Length() < kWorthWalking || !options.obstacles.empty()) return;
   const auto gently = std::make_shared<ceres::CauchyLoss>(0.5 * std::sqrt(options.path));
+  const auto turning = std::make_shared<ceres::CauchyLoss>(0.3 * std::sqrt(options.along));
   const double stretch = static_cast<double>(pace.Deadline()) / std::max(1, task.deadline);
   const int last = std::min(motion.NumFrames() - 1, static_cast<int>(pace.Arrival() / stretch));
   for (int t = 3; t <= last; t += 3) {
-    objective.Add("path", std::make_shared<PelvisPath>(pace.PelvisAt(stretch * t), options.path),
-                  gently, {Position(t, 0)});
+    const WalkPace::Stand stand = pace.At(stretch * t);
+    objective.Add("path", std::make_shared<PelvisPath>(stand.position, options.path), gently,
+                  {Position(t, 0)});
+    if (options.along > 0.0) {
+      objective.Add("along", std::make_shared<HeadingAlong>(stand.facing, options.along), turning,
+                    {WorldRotation(t, 0)});
+    }
+  }
+  if (options.cadence <= 0.0) return;
+  for (int t = 1; t < last; ++t) {
+    const WalkPace::Stand stand = pace.At(stretch * (t + kHalfStep));
+    const double speed = stand.speed_m_s * stretch;
+    if (speed < kStrolls) continue;
+    const int step =
+        static_cast<int>(std::lround(wandr::kFramesPerSecond / std::sqrt(speed / kWalkRatio)));
+    if (t + step > last) continue;
+    objective.Add("cadence", std::make_shared<Cadence>(stand.facing, options.cadence), nullptr,
+                  {Position(t, kLeftAnkle), Position(t, kRightAnkle),
+                   Position(t + step, kLeftAnkle), Position(t + step, kRightAnkle)});
   }
 }
 
@@ -234,7 +258,8 @@ void AddPostureTerms(const LatentOptions& options, const MotionView& motion, con
 
 WalkPace PaceOf(const Eigen::Vector3d& pelvis, const ReachTask& task) {
   const wandr::Matrix3<float>& root = task.start.pose.rotation[0];
-  return {pelvis.head<2>(), Eigen::Vector2d(root(0, 2), root(1, 2)), task.goal.head<2>()};
+  return {pelvis.head<2>(), Eigen::Vector2d(root(0, 2), root(1, 2)), task.velocity,
+          task.goal.head<2>()};
 }
 
 int GoalJoint(const LatentOptions& options) {
@@ -311,6 +336,9 @@ LatentBody LatentBodyOf(const Eigen::Matrix3Xd& rest_joints, double sole_y) {
         {wrist, kFinger * (rest_joints.col(knuckle) - rest_joints.col(wrist))});
   }
   body.joint_limits = CapturedJointLimits();
+  for (const std::size_t k : {13, 14}) {
+    body.joint_limits[k] = std::min(body.joint_limits[k], kCollarLimit);
+  }
   return body;
 }
 

@@ -89,6 +89,11 @@ class MultiGoalMotion {
     ReachTask task;
     task.start = here_;
     task.goal = goals_[g];
+    const wandr::StateVector<float> delta =
+        wandr::DeltaOfNormalised<float>(network_.Norms(), here_.previous_delta);
+    const wandr::Vector3<float> step =
+        wandr::HeadingOf<float>(here_.pose.rotation[0]).ToWorld(delta.head<3>());
+    task.velocity = wandr::kFramesPerSecond * step.head<2>().cast<double>();
     const int due = options_.as_published
                         ? options_.deadline.Frames((goals_[g] - pelvis).head<2>().norm())
                         : PaceOf(pelvis, task).Deadline();

@@ -20,6 +20,7 @@ struct ReachTask {
   /// The optimisation begins with the latents that wandr::DrawLatents gives this stream.
   std::uint64_t seed = 1;
   std::uint64_t stream = 0;
+  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< of the pelvis at the start, m/s
 };
 
 /// How an optimisation went: one entry per iterate, the first before any step.

@@ -9,31 +9,71 @@
 namespace holdfast {
 namespace {
 
-constexpr double kStance = 0.45;   // metres from the pelvis to a goal that is reached standing
-constexpr double kCruise = 1.35;   // m/s
-constexpr double kRamp = 0.5;      // seconds from a stand to that, and back
-constexpr double kFreeTurn = 0.7;  // radians that are turned on the way
-constexpr double kTurning = 1.8;   // radians a second
-constexpr double kReach = 0.7;     // seconds from the last step on
-constexpr double kLeast = 40.0;    // frames
+using Eigen::Vector2d;
+
+constexpr double kTick = 1.0 / wandr::kFramesPerSecond;
+constexpr int kMostFrames = 3000;
+constexpr double kThere = 0.03;        // metres
+constexpr double kStance = 0.45;       // metres from the pelvis to a goal that is reached standing
+constexpr double kClose = 0.3;         // metres to there: no turn is needed any more to walk on
+constexpr double kCruise = 1.55;       // m/s
+constexpr double kGain = 3.0;          // m/s^2, setting off
+constexpr double kBrake = 2.7;         // m/s^2
+constexpr double kTurning = 1.2;       // radians a second
+constexpr double kTurnGain = 4.0;      // a second: of the angle that is left
+constexpr double kTurnChange = 8.0;    // radians a second, a second
+constexpr double kFreeTurn = 0.5;      // radians that a goal may be to the side
+constexpr double kWhileTurning = 1.5;  // the larger, the faster is walked while turning
+constexpr double kReach = 0.6;         // seconds from the last step on
+constexpr double kLeast = 40.0;        // frames
+
+double AngleFrom(const Vector2d& a, const Vector2d& b) {
+  return std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+}
 
 }  // namespace
 
-WalkPace::WalkPace(const Eigen::Vector2d& from, const Eigen::Vector2d& facing,
-                   const Eigen::Vector2d& goal)
-    : from_(from), direction_(Eigen::Vector2d::Zero()), ramp_s_(kRamp), speed_m_s_(kCruise) {
-  const Eigen::Vector2d way = goal - from;
-  length_m_ = std::max(0.0, way.norm() - kStance);
-  if (way.norm() > 1e-6) direction_ = way.normalized();
-  const double angle =
-      std::abs(std::atan2(facing.x() * way.y() - facing.y() * way.x(), facing.dot(way)));
-  turn_s_ = std::max(0.0, angle - kFreeTurn) / kTurning;
-  // Too short a way to come to full speed.
-  if (length_m_ < kCruise * kRamp) {
-    ramp_s_ = std::sqrt(length_m_ * kRamp / kCruise);
-    speed_m_s_ = ramp_s_ * kCruise / kRamp;
+WalkPace::WalkPace(const Vector2d& from, const Vector2d& facing, const Vector2d& velocity,
+                   const Vector2d& goal) {
+  Vector2d p = from, v = velocity;
+  if (v.norm() > kCruise) v *= kCruise / v.norm();
+  double yaw = std::atan2(facing.y(), facing.x()), rate = 0.0;
+  const auto facing_of = [](double a) { return Vector2d(std::cos(a), std::sin(a)); };
+  stands_.push_back({p, facing_of(yaw), v.norm()});
+  for (int t = 0; t < kMostFrames; ++t) {
+    const Vector2d way = goal - p, face = facing_of(yaw);
+    const double left = way.norm() - kStance;
+    const double angle = way.norm() > 1e-6 ? AngleFrom(face, way) : 0.0;
+    // Who is there need not face the goal.
+    const double off =
+        left > kClose ? angle : std::copysign(std::max(0.0, std::abs(angle) - kFreeTurn), angle);
+    if (left < kThere && std::abs(off) < 0.1) break;
+    const double wanted_rate = std::clamp(kTurnGain * off, -kTurning, kTurning);
+    rate += std::clamp(wanted_rate - rate, -kTurnChange * kTick, kTurnChange * kTick);
+    yaw += rate * kTick;
+    double speed =
+        kCruise * std::max(0.0, (std::cos(angle) + kWhileTurning) / (1.0 + kWhileTurning));
+    const double brake = std::sqrt(2.0 * kBrake * std::max(0.0, left - 0.5 * kThere));
+    // On a short last bit the pelvis goes to the goal however it faces.
+    const double near = std::clamp(1.0 - (left - kClose) / 0.5, 0.0, 1.0);
+    Vector2d ahead = facing_of(yaw);
+    if (way.norm() > 1e-6) ahead = ((1.0 - near) * ahead + near * way.normalized()).normalized();
+    if (near > 0.0) speed = std::max(speed, near * 0.5 * kCruise);
+    speed = std::min(speed, brake);
+    Vector2d change = speed * ahead - v;
+    const double most = kGain * kTick;
+    if (v.norm() > brake) {
+      v = speed * ahead;
+    } else {
+      if (change.norm() > most) change *= most / change.norm();
+      v += change;
+    }
+    if (left < kThere) v.setZero();
+    p += v * kTick;
+    length_m_ += v.norm() * kTick;
+    stands_.push_back({p, facing_of(yaw), v.norm()});
   }
-  walk_s_ = speed_m_s_ > 1e-6 ? length_m_ / speed_m_s_ + ramp_s_ : 0.0;
+  arrival_ = static_cast<int>(stands_.size()) - 1;
 }
 
 int WalkPace::Deadline() const {
@@ -41,15 +81,15 @@ int WalkPace::Deadline() const {
   return static_cast<int>(std::lround(std::max(frames, kLeast)));
 }
 
-double WalkPace::Arrival() const { return (turn_s_ + walk_s_) * wandr::kFramesPerSecond; }
-
-Eigen::Vector2d WalkPace::PelvisAt(double frame) const {
-  const double t = std::clamp(frame / wandr::kFramesPerSecond - turn_s_, 0.0, walk_s_);
-  const double rate = ramp_s_ > 0.0 ? speed_m_s_ / ramp_s_ : 0.0, left = walk_s_ - t;
-  double along = speed_m_s_ * (t - 0.5 * ramp_s_);
-  if (t < ramp_s_) along = 0.5 * rate * t * t;
-  if (left < ramp_s_) along = length_m_ - 0.5 * rate * left * left;
-  return from_ + along * direction_;
+WalkPace::Stand WalkPace::At(double frame) const {
+  const double at = std::clamp(frame, 0.0, static_cast<double>(arrival_));
+  const auto before = static_cast<std::size_t>(at);
+  const auto after = std::min(before + 1, stands_.size() - 1);
+  const double share = at - static_cast<double>(before);
+  const Stand &a = stands_[before], &b = stands_[after];
+  return {(1.0 - share) * a.position + share * b.position,
+          ((1.0 - share) * a.facing + share * b.facing).normalized(),
+          (1.0 - share) * a.speed_m_s + share * b.speed_m_s};
 }
 
 }  // namespace holdfast

@@ -19,9 +19,9 @@ bool IsOfPad(const TriangleMesh& mesh, Eigen::Index f, const std::vector<const S
   const Eigen::Vector3d normal = FaceCross(mesh, f).normalized();
   return std::ranges::any_of(pairs, [&](const SkinPair* pair) {
     if (normal.dot(pair->normal) < 0.5) return false;
-    const TrianglePoint near = ClosestOnTriangle(pair->point, mesh.vertices.col(mesh.faces(0, f)),
-                                                 mesh.vertices.col(mesh.faces(1, f)),
-                                                 mesh.vertices.col(mesh.faces(2, f)));
+    const TrianglePoint near =
+        ClosestOnTriangle(pair->point, mesh.vertices.col(mesh.faces(0, f)),
+                          mesh.vertices.col(mesh.faces(1, f)), mesh.vertices.col(mesh.faces(2, f)));
     return (near.point - pair->point).norm() <= kPadReach_m;
   });
 }
@@ -54,9 +54,9 @@ RobotPads::RobotPads(const std::vector<SkinPair>& pairs, const RobotSolids& soli
       points.row(i) << hit.point.transpose(), FaceCross(mesh, hit.face).normalized().transpose();
     }
     Eigen::VectorXd squared_norms = points.leftCols<3>().rowwise().squaredNorm();
-    patches_[static_cast<std::size_t>(key.first)].push_back(
-        {key.second, std::move(mesh), std::move(tree), std::move(points),
-         std::move(squared_norms)});
+    patches_[static_cast<std::size_t>(key.first)].push_back({key.second, std::move(mesh),
+                                                             std::move(tree), std::move(points),
+                                                             std::move(squared_norms)});
   }
 }
 
@@ -87,9 +87,8 @@ std::optional<PadPoint> RobotPads::BestFacing(int part, const PosedRobot& robot,
     Eigen::Matrix<double, 6, 1> slopes;
     slopes << -2.0 * by_place * target, 2.0 * by_turn * (link_from_object.linear() * normal);
     Eigen::Index i = 0;
-    const double least =
-        (by_place * patch.squared_norms + patch.points * slopes).minCoeff(&i) +
-        by_place * target.squaredNorm() + 2.0 * by_turn;
+    const double least = (by_place * patch.squared_norms + patch.points * slopes).minCoeff(&i) +
+                         by_place * target.squaredNorm() + 2.0 * by_turn;
     if (least >= *cost) continue;
     *cost = least;
     best = {patch.link, patch.points.row(i).head<3>(), patch.points.row(i).tail<3>()};

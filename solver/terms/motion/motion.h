@@ -13,6 +13,8 @@
 ///   stand_near.h          pelvis too far from the goal
 ///   pelvis_path.h, pelvis_speed.h  off an even walk; too fast
 ///   heading_turn.h        heading turned too fast
+///   heading_along.h       heading off the way
+///   cadence.h             steps taken too often
 ///   upright_trunk.h       neck too far from above the pelvis
 ///   joint_acceleration.h  (q_0 - 2 q_1 + q_2) / dt^2
 ///   rotation_range.h      joint angle beyond captured ones
@@ -21,8 +23,10 @@
 ///   floor_contact.h       depth of a joint below the floor
 ///   airborne.h            height of the lowest foot joint
 ///   obstacle.h            phi(q): a joint too near a solid
+#include "solver/terms/motion/cadence.h"
 #include "solver/terms/motion/first_arrival.h"
 #include "solver/terms/motion/foot_skate.h"
+#include "solver/terms/motion/heading_along.h"
 #include "solver/terms/motion/heading_turn.h"
 #include "solver/terms/motion/joint_acceleration.h"
 #include "solver/terms/motion/joint_goal.h"

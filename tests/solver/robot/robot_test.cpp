@@ -230,10 +230,7 @@ class RobotTerms : public ::testing::Test {
         pairs_.push_back({0, link % 3, true, link, sample, Eigen::Vector3d(0.6, 0.0, 0.8)});
       }
     }
-    pads_.resize(16);
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      pads_[pairs_[i].part].push_back(static_cast<int>(i));
-    }
+    pads_ = RobotPads(pairs_, solids_);
   }
 
   // The gradient against differences of the cost, relative to its largest entry.
@@ -270,7 +267,7 @@ class RobotTerms : public ::testing::Test {
   RobotObstacle obstacle_;
   RobotPose pose_;
   std::vector<SkinPair> pairs_;
-  std::vector<std::vector<int>> pads_;
+  RobotPads pads_;
 };
 
 TEST_F(RobotTerms, HaveTheGradientsOfTheirCosts) {
@@ -281,7 +278,7 @@ TEST_F(RobotTerms, HaveTheGradientsOfTheirCosts) {
                                             Eigen::VectorXd::Constant(human.cols(), 0.7), 0.01),
                           1e-4),
             1e-3);
-  EXPECT_LT(GradientError(RobotContactTerm(pairs_, pads_,
+  EXPECT_LT(GradientError(RobotContactTerm(pads_,
                                            {{0, {0.03, 0.0, 0.0}, Eigen::Vector3d::UnitX(), 1.0},
                                             {2, {0.0, 0.03, 0.0}, Eigen::Vector3d::UnitY(), 0.5}},
                                            {0.001, 0.1})),
@@ -295,6 +292,36 @@ TEST_F(RobotTerms, HaveTheGradientsOfTheirCosts) {
       1e-6);
   pose_.q.array() += 2.0;
   EXPECT_LT(GradientError(RobotLimitTerm(1e-3)), 1e-6);
+}
+
+TEST_F(RobotTerms, PadsAreFoundAsByTryingAllTheirPoints) {
+  PosedRobot posed(hand_);
+  posed.Set(pose_);
+  const Eigen::Vector3d point(0.028, 0.004, 0.01),
+      normal = Eigen::Vector3d(1.0, 0.2, 0.3).normalized();
+  int parts = 0;
+  for (int part = 0; part < kNumHandParts; ++part) {
+    double cost = 0.0, far = 0.0;
+    const auto best = pads_.BestFacing(part, posed, point, normal, 1e6, 100.0, &cost);
+    const auto nearest = pads_.Nearest(part, posed, point);
+    ASSERT_EQ(best.has_value(), !pads_.Empty(part));
+    ASSERT_EQ(nearest.has_value(), !pads_.Empty(part));
+    if (!best) continue;
+    ++parts;
+    const auto place = [&](const PadPoint& pad) {
+      return Eigen::Vector3d(posed.ObjectFromLink(pad.link) * pad.point);
+    };
+    const Eigen::Vector3d m = posed.ObjectFromLink(best->link).linear() * best->normal;
+    EXPECT_NEAR(cost,
+                1e6 * (place(*best) - point).squaredNorm() + 100.0 * (m + normal).squaredNorm(),
+                1e-6 * cost);
+    // Places alone: no farther from the nearest of the surface than points are from each other.
+    const auto dense = pads_.BestFacing(part, posed, point, normal, 1.0, 0.0, &far);
+    EXPECT_LE((place(*nearest) - point).norm(), (place(*dense) - point).norm() + 1e-9);
+    EXPECT_LT((place(*dense) - point).norm(), (place(*nearest) - point).norm() + 1e-3);
+    EXPECT_GE(cost, 1e6 * (place(*nearest) - point).squaredNorm() - 1e-9);
+  }
+  EXPECT_EQ(parts, 3);
 }
 
 // What a term remembers of an earlier pose changes nothing.
