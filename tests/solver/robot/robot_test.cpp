@@ -227,7 +227,8 @@ class RobotTerms : public ::testing::Test {
     pose_.T = pose_.R * Eigen::Vector3d(-0.035, 0.0, -0.09);
     for (const int link : {2, 3, 6, 8, 15}) {
       for (const auto sample : solids_.Of(link).samples.leftCols(4).colwise()) {
-        pairs_.push_back({0, link % 3, true, link, sample, Eigen::Vector3d(0.6, 0.0, 0.8)});
+        const Eigen::Vector3d out = (sample - solids_.Of(link).centre).normalized();
+        pairs_.push_back({0, link % 3, true, link, sample, out});
       }
     }
     pads_ = RobotPads(pairs_, solids_);
