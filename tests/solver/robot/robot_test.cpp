@@ -322,7 +322,7 @@ TEST_F(RobotTerms, PadsAreFoundAsByTryingAllTheirPoints) {
     EXPECT_LT((place(*dense) - point).norm(), (place(*nearest) - point).norm() + 1e-3);
     EXPECT_GE(cost, 1e6 * (place(*nearest) - point).squaredNorm() - 1e-9);
   }
-  EXPECT_EQ(parts, 3);
+  EXPECT_EQ(parts, 2);
 }
 
 // What a term remembers of an earlier pose changes nothing.
