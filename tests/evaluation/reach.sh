@@ -7,7 +7,7 @@
 #
 # Environment: HOLDFAST (the program, default build/release/apps/holdfast), HOLDFAST_DATA (default
 # ../shared/data), HOURS (of motion to generate, default 8), WITHOUT (captured subjects to leave out,
-# comma separated), WALK and REACH (iterations of the two stages, default 3700 and 500), SEED (default 1).
+# comma separated), WALK and REACH (iterations of the two stages, default 2000 and 500), SEED (default 1).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 out=${1:-out/reach_network}
@@ -33,7 +33,7 @@ train() { # folder flags...
 # Walks first: windows of clips, with no goal that must be reached. Then whole motions to drawn goals, with a
 # critic: to reach before it can walk makes a network slide. Of the second stage the last weights are
 # taken: more iterations reach more, and slide more.
-train walk --iterations "${WALK:-3700}" --free-from 1 --prior-share 0.5
+train walk --iterations "${WALK:-2000}" --free-from 1 --prior-share 0.5
 train reach --from "$out/walk/latest.safetensors" --iterations "${REACH:-500}" --evaluate-every 50 \
   --learning-rate 2e-4 --free-from 0.05 --free-share 0.3 --anchor 0.5 --skating 0.05 --critic 1
 
