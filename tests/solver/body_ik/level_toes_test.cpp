@@ -48,5 +48,19 @@ TEST_F(PointedToes, BendByAShare) {
   EXPECT_LT(Up(), -0.15);
 }
 
+TEST_F(PointedToes, BendNoFartherThanToesDo) {
+  constexpr double kMost = 0.2;
+  frame.local[kLeftFoot] = Eigen::Quaterniond::Identity();
+  frame.local[kLeftAnkle] = Eigen::Quaterniond(Eigen::AngleAxisd(0.6, Eigen::Vector3d::UnitX()));
+  const auto bend = [&] {
+    return frame.local[kLeftFoot].angularDistance(Eigen::Quaterniond::Identity());
+  };
+  LevelToes(body.rest_joints, SolePoints(body.rest_joints, body.sole_y), 1.0, frame, kMost);
+  EXPECT_GT(bend(), 0.9 * kMost);
+  EXPECT_LE(bend(), kMost + 1e-9);
+  Level(1.0);
+  EXPECT_GT(bend(), 0.4) << "without a limit they become level";
+}
+
 }  // namespace
 }  // namespace holdfast
