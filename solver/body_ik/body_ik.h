@@ -9,6 +9,7 @@
 ///   frame_pose.h         a network's pose as a frame
 ///   foot_pinner.h        FootPinner: feet that stand stay, frame by frame
 ///   arm_swing.h          SwingArms: arms against the legs, one frame
+///   level_toes.h         LevelToes: toes that do not point into the ground
 ///   foot_lift.h          LiftFeet: feet lifted as those of people who walk
 ///   wrist_placement.h    PlaceWrist: trunk and arm of one frame
 ///   frame_block.h        terms of a frame by four control points

@@ -8,27 +8,12 @@
 
 #include "generator/body/limb_ik.h"
 #include "generator/scripted/minimum_jerk.h"
+#include "solver/body_ik/level_toes.h"
 
 namespace holdfast {
 FootPinner::FootPinner(Eigen::Matrix3Xd rest_joints, double sole_y)
     : rest_joints_(std::move(rest_joints)), soles_(rest_joints_, sole_y) {
   drift_.fill(Eigen::Vector2d::Zero());
-}
-
-void FootPinner::LevelToes(BodyFrame& frame) const {
-  constexpr double kAll = 0.03, kNothing = 0.10;  // metres of the ball above the ground
-  const BodyPlacement placed = Place(rest_joints_, frame);
-  const Soles soles = soles_.At(placed);
-  for (const int foot : {0, 1}) {
-    const int joint = foot == 0 ? kLeftFoot : kRightFoot;
-    const Eigen::Matrix3d& toes = placed.rotation[joint];
-    const double down = -std::asin(std::clamp(toes(2, 2), -1.0, 1.0));  // of the rest frame's z
-    const double share = MinimumJerk((kNothing - soles(2, 2 * foot + 1)) / (kNothing - kAll));
-    if (down <= 0.0 || share <= 0.0) continue;
-    frame.local[joint] = (frame.local[joint] * Eigen::Quaterniond(Eigen::AngleAxisd(
-                                                   -share * down, Eigen::Vector3d::UnitX())))
-                             .normalized();
-  }
 }
 
 bool FootPinner::CanStand(int foot) const {
@@ -95,7 +80,7 @@ void FootPinner::Correct(int foot) {
 }
 
 void FootPinner::Pin(BodyFrame& frame) {
-  LevelToes(frame);
+  LevelToes(rest_joints_, soles_, 1.0, frame);
   const BodyPlacement placed = Place(rest_joints_, frame);
   now_ = soles_.At(placed);
   if (frame_ == 0) last_ = now_;

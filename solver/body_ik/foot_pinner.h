@@ -58,7 +58,6 @@ class FootPinner {
     double yaw = 0.0;  // correction of the way that it points
   };
   bool CanStand(int foot) const;
-  void LevelToes(BodyFrame& frame) const;
   void Choose();
   void Correct(int foot);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "generator/body/limb_ik.h"
+#include "geometry/body/body_model.h"
 
 namespace holdfast {
 

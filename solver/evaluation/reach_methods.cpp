@@ -91,6 +91,10 @@ std::string SettingsOf(const LatentOptions& o) {
       {"near", {o.near, o.farthest_stance_m}},
       {"path, limits, acceleration, look, balance",
        {o.path, o.limits, o.acceleration, o.look, o.balance}},
+      {"along, cadence, turn, lean, collars",
+       {o.along, o.cadence, o.turn, o.fastest_turn_rad_s, o.lean, o.farthest_lean_m,
+        o.farthest_lean_reaching_m, o.collars}},
+      {"pace", "with the start's velocity"},
       {"adam", {o.adam_iterations, o.least_iterations, o.adam_step, o.close_enough_m}},
       {"newton", {o.newton_iterations, o.newton_goal_m}}};
   return all.dump();
@@ -110,7 +114,10 @@ ReachMethod LatentOpt(const ReachGenerator& with, const wandr::ReachProtocol& pr
                                               const std::function<void()>& poll) {
     // The protocol's deadlines count to the end of the last frame.
     std::vector<ReachTask> within(tasks.begin(), tasks.end());
-    for (ReachTask& task : within) task.deadline = std::min(task.deadline, task.num_steps);
+    for (ReachTask& task : within) {
+      task.deadline = std::min(task.deadline, task.num_steps);
+      task.velocity = StartVelocity(with.network, task.start);
+    }
     LatentOptions polled = options;
     polled.poll = poll;
     std::vector<ReachSolution> solutions =

@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "generator/wandr/condition.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/pose_delta.h"
 #include "generator/wandr/reach_outcome.h"
@@ -89,11 +88,7 @@ class MultiGoalMotion {
     ReachTask task;
     task.start = here_;
     task.goal = goals_[g];
-    const wandr::StateVector<float> delta =
-        wandr::DeltaOfNormalised<float>(network_.Norms(), here_.previous_delta);
-    const wandr::Vector3<float> step =
-        wandr::HeadingOf<float>(here_.pose.rotation[0]).ToWorld(delta.head<3>());
-    task.velocity = wandr::kFramesPerSecond * step.head<2>().cast<double>();
+    task.velocity = StartVelocity(network_, here_);
     const int due = options_.as_published
                         ? options_.deadline.Frames((goals_[g] - pelvis).head<2>().norm())
                         : PaceOf(pelvis, task).Deadline();

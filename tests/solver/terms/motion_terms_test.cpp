@@ -12,9 +12,11 @@
 #include "geometry/rotation.h"
 #include "solver/terms/motion/airborne.h"
 #include "solver/terms/motion/approach_direction.h"
+#include "solver/terms/motion/cadence.h"
 #include "solver/terms/motion/first_arrival.h"
 #include "solver/terms/motion/floor_contact.h"
 #include "solver/terms/motion/foot_skate.h"
+#include "solver/terms/motion/heading_along.h"
 #include "solver/terms/motion/heading_turn.h"
 #include "solver/terms/motion/joint_acceleration.h"
 #include "solver/terms/motion/joint_goal.h"
@@ -135,6 +137,24 @@ TEST(ApproachDirection, IsZeroAlongTheDirectionHoweverLongTheForearm) {
   }
   const Vector3d across = direction.unitOrthogonal();
   EXPECT_NEAR(Residuals(term, {elbow, elbow + across}).norm(), 3.0 * std::numbers::sqrt2, 1e-12);
+}
+
+TEST(Cadence, IsZeroForFeetThatHaveChangedPlaces) {
+  const Eigen::Vector2d along = Eigen::Vector2d(3.0, -4.0) / 5.0;
+  const Cadence term(along, 9.0);
+  CheckJacobian(term, true, [](Draw& draw) { return Points(draw, 4); });
+  const Vector3d way(along.x(), along.y(), 0.0), across(-along.y(), along.x(), 0.0);
+  const Vector3d left(1, 2, 0.1), right = left - 0.6 * way + 0.2 * across;
+  // A step of 60 cm: who was behind is in front by as much, whatever the feet do to the sides and
+  // up, and however far the body came.
+  const Vector3d later = 5.0 * way + Vector3d(0, 0, 0.2);
+  const Vector3d swung = left + later + 0.6 * way + 0.1 * across;
+  EXPECT_NEAR(Residuals(term, {left, right, left + later, swung})[0], 0.0, 1e-12);
+  // Twice as quick: both steps are done, and the feet are as they were.
+  EXPECT_NEAR(Residuals(term, {left, right, left + later, right + later})[0], 3.0 * 2.0 * 0.6,
+              1e-12);
+  EXPECT_NEAR(Residuals(term, {right, left, right + later, left + later})[0], -3.0 * 2.0 * 0.6,
+              1e-12);
 }
 
 TEST(FirstArrival, IsASoftMinimumOfTheDistance) {
@@ -303,6 +323,30 @@ TEST(PelvisSpeed, CountsWhatIsFasterThanAWalk) {
   EXPECT_EQ(at(0.0), 0.0);
   EXPECT_EQ(at(1.49), 0.0) << "rising and sinking is no walking";
   EXPECT_NEAR(at(2.0), 2.0 * 0.5, 1e-9);
+}
+
+TEST(HeadingAlong, IsTheAngleFromTheFacingToTheWay) {
+  const Eigen::Vector2d along = Eigen::Vector2d(3.0, -4.0) / 5.0;
+  const HeadingAlong term(along, 4.0);
+  CheckJacobian(term, true, [](Draw& draw) { return Blocks{RowByRow(draw.Rotation())}; });
+  // Upright, the face along the ground: x to the left of it, y up.
+  const auto facing = [&](double angle, double bow) {
+    const Eigen::Vector2d z = Eigen::Rotation2Dd(angle) * along;
+    Matrix3d A;
+    A.col(1) = Vector3d::UnitZ();
+    A.col(2) = Vector3d(z.x(), z.y(), 0.0);
+    A.col(0) = A.col(1).cross(A.col(2));
+    return RowByRow(A * ExpSO3(Vector3d(bow, 0, 0)));
+  };
+  EXPECT_NEAR(Residuals(term, {facing(0.0, 0.0)})[0], 0.0, 1e-12);
+  for (const double angle : {0.4, -0.4, 2.0, -3.0}) {
+    EXPECT_NEAR(Residuals(term, {facing(angle, 0.0)})[0], -2.0 * angle, 1e-12);
+    EXPECT_NEAR(Residuals(term, {facing(angle, 0.3)})[0], -2.0 * angle, 1e-12)
+        << "a bow is no turn";
+  }
+  Blocks up = {RowByRow(Matrix3d::Identity())};  // faces straight up: no heading
+  double residual = 0.0;
+  EXPECT_FALSE(term.Evaluate(Pointers(up).data(), &residual, nullptr));
 }
 
 TEST(HeadingTurn, CountsWhatIsFasterThanAWalkedTurn) {
