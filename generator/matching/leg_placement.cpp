@@ -41,10 +41,12 @@ double PlaceLegs(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet, Bo
   for (std::size_t k = 0; k < kSides.size(); ++k) {
     const Limb leg = WalkingLeg(kSides[k]);
     const Eigen::Vector3d hip = placed.joints.col(leg.root);
-    // A straight leg shows no side: then the thigh's front decides.
+    // A straight leg shows no side, and one that a network bent backwards the wrong one: then the
+    // thigh's front decides.
     const Eigen::Vector3d middle = 0.5 * (hip + placed.joints.col(leg.end));
-    const Eigen::Vector3d pole =
-        placed.joints.col(leg.middle) - middle + 0.05 * placed.rotation[leg.root].col(2);
+    const Eigen::Vector3d front = placed.rotation[leg.root].col(2);
+    const Eigen::Vector3d knee = placed.joints.col(leg.middle) - middle;
+    const Eigen::Vector3d pole = knee + (0.05 - std::min(0.0, knee.dot(front))) * front;
     const LimbPose solved = SolveLimb(rest_joints, leg, hip, feet.ankle[k], pole);
     frame.local[leg.root] = Relative(placed.rotation[0], solved.upper);
     frame.local[leg.middle] = Relative(solved.upper, solved.lower);
