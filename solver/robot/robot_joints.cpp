@@ -2,7 +2,9 @@
 #include "solver/robot/robot_joints.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,6 +15,7 @@ namespace holdfast {
 namespace {
 
 constexpr double kLeastRange = 1e-4;  // radians or metres: less is none
+constexpr double kTurn_rad = 2.0 * std::numbers::pi, kSlide_m = 1.0;  // no joint needs more
 
 struct Followed {
   std::string leader;
@@ -44,9 +47,43 @@ Followed Resolve(const std::map<std::string, const RobotJointSource*>& by_name,
   return followed;
 }
 
+void RequireSense(const std::string& source, const RobotJointSource& joint) {
+  for (const double value : {joint.low, joint.high, joint.factor, joint.offset}) {
+    if (std::isfinite(value)) continue;
+    throw Error(source, fmt::format("joint '{}' has a limit or mimic that is not finite", joint.name),
+                "Correct its numbers");
+  }
+  if (joint.low > joint.high) {
+    throw Error(source,
+                fmt::format("the limits of joint '{}' are {} to {}: the lower one is above",
+                            joint.name, joint.low, joint.high),
+                "Swap them");
+  }
+}
+
+// Limits that stand for none: their middle would be nowhere.
+void Narrow(RobotJointKind kind, RobotJointSource& joint, std::vector<std::string>& notes) {
+  const bool turns = kind == RobotJointKind::kTurning;
+  const double most = turns ? kTurn_rad : kSlide_m;
+  if (joint.low >= -most && joint.high <= most) return;
+  const double kept = turns ? std::numbers::pi : kSlide_m;
+  joint.low = std::clamp(joint.low, -kept, kept);
+  joint.high = std::clamp(joint.high, -kept, kept);
+  notes.push_back(turns ? fmt::format("joint '{}' may turn more than once: taken as half a turn "
+                                      "either way",
+                                      joint.name)
+                        : fmt::format("joint '{}' may slide farther than a metre: taken as that",
+                                      joint.name));
+}
+
 }  // namespace
 
-void ResolveJoints(const std::vector<RobotJointSource>& joints, RobotHand& hand) {
+void ResolveJoints(std::vector<RobotJointSource> joints, RobotHand& hand) {
+  for (RobotJointSource& joint : joints) {
+    RequireSense(hand.source, joint);
+    const auto link = std::ranges::find(hand.links, joint.name, &RobotLink::joint);
+    if (link != hand.links.end()) Narrow(link->kind, joint, hand.notes);
+  }
   std::map<std::string, const RobotJointSource*> by_name;
   for (const RobotJointSource& joint : joints) {
     if (!by_name.emplace(joint.name, &joint).second) {
@@ -68,8 +105,8 @@ void ResolveJoints(const std::vector<RobotJointSource>& joints, RobotHand& hand)
     const Followed followed = Resolve(by_name, hand.source, joint);
     const RobotJointSource& leader = *by_name.at(followed.leader);
     if (followed.factor == 0.0 || leader.high - leader.low < kLeastRange) {
-      link.offset = std::clamp(followed.factor * leader.low + followed.offset,
-                               std::min(joint.low, joint.high), std::max(joint.low, joint.high));
+      link.offset =
+          std::clamp(followed.factor * leader.low + followed.offset, joint.low, joint.high);
       hand.notes.push_back(fmt::format("joint '{}' has no range: it stands still", joint.name));
       continue;
     }

@@ -17,9 +17,10 @@ struct RobotJointSource {
 };
 
 /// Gives the links (with `joint` and `kind` set) their numbers: one for each joint that moves on
-/// its own, with bounds narrowed to what its followers allow. Joints without range stand still.
-/// Throws Error (`hand.source`) for a joint that follows itself or one that is not there, and for
-/// bounds that leave nothing.
-void ResolveJoints(const std::vector<RobotJointSource>& joints, RobotHand& hand);
+/// its own, with bounds narrowed to what its followers allow. Joints without range stand still;
+/// bounds wider than a turn or a metre are narrowed, with a note. Throws Error (`hand.source`) for
+/// a joint that follows itself or one that is not there, for numbers that are not finite, a lower
+/// bound above the upper, and bounds that leave nothing.
+void ResolveJoints(std::vector<RobotJointSource> joints, RobotHand& hand);
 
 }  // namespace holdfast

@@ -48,12 +48,16 @@ class Complaints final : public console_bridge::OutputHandler {
   Complaints& operator=(const Complaints&) = delete;
 
   void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
-    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && first_.empty()) first_ = text;
+    // The first says what, those that follow where: in which joint or link.
+    if (level < console_bridge::CONSOLE_BRIDGE_LOG_ERROR || ++count_ > kMost) return;
+    text_ += (text_.empty() ? "" : "; ") + text;
   }
-  const std::string& First() const { return first_; }
+  const std::string& Text() const { return text_; }
 
  private:
-  std::string first_;
+  static constexpr int kMost = 4;
+  std::string text_;
+  int count_ = 0;
 };
 
 std::string ReadText(const fs::path& path) {
@@ -90,7 +94,7 @@ urdf::ModelInterfaceSharedPtr Parse(const fs::path& path, const std::string& tex
   if (!model || !model->getRoot()) {
     throw Error(path.string(),
                 "is not a URDF that can be read" +
-                    (complaints.First().empty() ? "" : ": " + complaints.First()),
+                    (complaints.Text().empty() ? "" : ": " + complaints.Text()),
                 "Check it with check_urdf (Debian: liburdfdom-tools)");
   }
   return model;

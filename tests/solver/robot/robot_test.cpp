@@ -179,6 +179,30 @@ TEST(ReadRobotHand, SaysWhatIsWrong) {
   EXPECT_THAT(WhatReadingSays(missing), HasSubstr("follows"));
 }
 
+// The box hand with other limits for its first joint.
+std::string WithLimits(const std::string& by) {
+  constexpr std::string_view kLimits = "lower=\"-0.1\" upper=\"1.6\"";
+  std::string text = BoxHand().Urdf();
+  return text.replace(text.find(kLimits), kLimits.size(), by);
+}
+
+TEST(ReadRobotHand, NamesTheJointWhoseLimitsAreWrong) {
+  for (const char* limits : {"lower=\"nan\" upper=\"1.6\"", "lower=\"-0.1\" upper=\"inf\"",
+                             "lower=\"-0.1\" upper=\"wide\"", "lower=\"1.6\" upper=\"-0.1\""}) {
+    EXPECT_THAT(WhatReadingSays(WithLimits(limits)), HasSubstr("bend_digit_0_0")) << limits;
+  }
+}
+
+TEST(ReadRobotHand, LimitsThatStandForNoneAreNarrowed) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "hand.urdf") << WithLimits("lower=\"-1e30\" upper=\"1e30\"");
+  const RobotHand hand = ReadRobotHand(folder / "hand.urdf");
+  ASSERT_EQ(hand.notes.size(), 1u);
+  EXPECT_THAT(hand.notes[0], HasSubstr("more than once"));
+  EXPECT_LT(hand.dofs[0].high, 3.2);
+  EXPECT_GT(hand.dofs[0].low, -3.2);
+}
+
 TEST(ReadRobotHand, WhatCollidesStandsForMeshesOfOtherFormats) {
   constexpr const char* kExtra =
       "<link name=\"m\"><visual><geometry><mesh filename=\"seen.glb\"/></geometry></visual>{}"
@@ -198,11 +222,8 @@ TEST(ReadRobotHand, WhatCollidesStandsForMeshesOfOtherFormats) {
 }
 
 TEST(ReadRobotHand, JointsWithoutRangeStandStill) {
-  std::string text = BoxHand().Urdf();
-  const std::string limit = "lower=\"-0.1\" upper=\"1.6\"";
-  text.replace(text.find(limit), limit.size(), "lower=\"0.2\" upper=\"0.2\"");
   const TemporaryFolder folder;
-  std::ofstream(folder / "hand.urdf") << text;
+  std::ofstream(folder / "hand.urdf") << WithLimits("lower=\"0.2\" upper=\"0.2\"");
   const RobotHand hand = ReadRobotHand(folder / "hand.urdf");
   EXPECT_EQ(hand.NumDofs(), 14);
   ASSERT_EQ(hand.notes.size(), 1u);
