@@ -50,7 +50,8 @@ Followed Resolve(const std::map<std::string, const RobotJointSource*>& by_name,
 void RequireSense(const std::string& source, const RobotJointSource& joint) {
   for (const double value : {joint.low, joint.high, joint.factor, joint.offset}) {
     if (std::isfinite(value)) continue;
-    throw Error(source, fmt::format("joint '{}' has a limit or mimic that is not finite", joint.name),
+    throw Error(source,
+                fmt::format("joint '{}' has a limit or mimic that is not finite", joint.name),
                 "Correct its numbers");
   }
   if (joint.low > joint.high) {
@@ -69,11 +70,11 @@ void Narrow(RobotJointKind kind, RobotJointSource& joint, std::vector<std::strin
   const double kept = turns ? std::numbers::pi : kSlide_m;
   joint.low = std::clamp(joint.low, -kept, kept);
   joint.high = std::clamp(joint.high, -kept, kept);
-  notes.push_back(turns ? fmt::format("joint '{}' may turn more than once: taken as half a turn "
-                                      "either way",
-                                      joint.name)
-                        : fmt::format("joint '{}' may slide farther than a metre: taken as that",
-                                      joint.name));
+  notes.push_back(
+      turns ? fmt::format("joint '{}' may turn more than once: taken as half a turn "
+                          "either way",
+                          joint.name)
+            : fmt::format("joint '{}' may slide farther than a metre: taken as that", joint.name));
 }
 
 }  // namespace
