@@ -80,25 +80,19 @@ int RunTransferStudy(const TransferStudyCommand& options) {
   json["protocol"] = RobotProtocolJson(study.transfer);
   json["protocol"]["trial"] = TrialProtocolJson(study.protocol);
   std::map<std::pair<std::string, std::string>, TransferMeans> means;
-  int human_held = 0, human_tried = 0;
   Progress progress(options.common, "transfer");
   int done = 0;
   for (const std::string& clip : options.clips) {
     const ClipInput scene = LoadClipInput(clip, options.input, options.common);
     for (const RobotHand& robot : robots) {
       if (Interrupted()) return kInterrupted;
-      const RobotStudy one = StudyTransfer(scene, robot, study);
-      for (const RobotStudyRow& row : one.rows) {
+      for (const RobotStudyRow& row : StudyTransfer(scene, robot, study)) {
         means[{robot.name, row.method}].Add(row);
         nlohmann::json entry = {{"robot", robot.name}, {"clip", clip}, {"method", row.method}};
         entry.update(RobotMeasuresJson(row.measures));
         entry["ms_per_frame"] = row.ms_per_frame;
         entry["held_directions"] = row.held ? nlohmann::json(*row.held) : nlohmann::json();
         json["rows"].push_back(std::move(entry));
-      }
-      if (one.human_held && &robot == &robots.front()) {
-        ++human_tried;
-        human_held += *one.human_held == kTrialDirections;
       }
       progress.Update(++done, static_cast<int>(options.clips.size() * robots.size()));
     }
@@ -109,12 +103,8 @@ int RunTransferStudy(const TransferStudyCommand& options) {
     entry["method"] = key.second;
     json["summary"].push_back(std::move(entry));
   }
-  json["human"] = {{"held_in_all_six", human_held}, {"tried", human_tried}};
   if (!options.output.empty()) WriteAtomically(options.output, json.dump(1) + "\n");
-  PrintResult(options.common, json,
-              TransferTable(means) +
-                  fmt::format("the human hand holds in all six directions: {} of {} clips\n",
-                              human_held, human_tried));
+  PrintResult(options.common, json, TransferTable(means));
   return kDone;
 }
 

@@ -77,15 +77,15 @@ std::optional<HoldTrial> TryRobotHold(const RobotTransferSetup& setup, const Rob
   return TryHold(links, contacts, solid, pose.ObjectFromRoot().inverse(), protocol);
 }
 
-RobotStudy StudyTransfer(const ClipScene& scene, const RobotHand& robot,
-                         const RobotStudyOptions& options) {
+std::vector<RobotStudyRow> StudyTransfer(const ClipScene& scene, const RobotHand& robot,
+                                         const RobotStudyOptions& options) {
   const RobotTransferSetup setup = PrepareRobotTransfer(scene, robot, options.transfer);
   std::optional<TrialSolid> solid;
   if (options.physics && HasPhysics()) {
     solid = MakeTrialSolid(setup.object, *setup.object_distance, options.protocol);
   }
   const int fullest = FullestFrame(setup.demonstration);
-  RobotStudy study;
+  std::vector<RobotStudyRow> rows;
   const auto add = [&](std::string_view method, const RobotTransfer& transfer) {
     RobotStudyRow row{robot.name, scene.source, std::string(method), {}, 0.0, std::nullopt};
     row.measures = MeasureTransfer(setup, transfer.poses, options.transfer.threads);
@@ -94,7 +94,7 @@ RobotStudy StudyTransfer(const ClipScene& scene, const RobotHand& robot,
       const auto trial = TryRobotHold(setup, transfer.poses[fullest], *solid, options.protocol);
       if (trial) row.held = trial->Held();
     }
-    study.rows.push_back(std::move(row));
+    rows.push_back(std::move(row));
   };
   add("holdfast", TransferToRobot(setup, options.transfer));
   if (options.baselines) {
@@ -103,15 +103,18 @@ RobotStudy StudyTransfer(const ClipScene& scene, const RobotHand& robot,
       add(BaselineName(baseline), TransferByBaseline(setup, options.transfer, baseline));
     }
   }
+  RobotStudyRow& human_row = rows.emplace_back(
+      RobotStudyRow{robot.name, scene.source, "human hand", {}, 0.0, std::nullopt});
+  human_row.measures = MeasureHuman(setup, options.transfer.threads);
   if (solid) {
     HandState human(*setup.human);
     human.SetBody(scene.clip.pose[fullest], scene.clip.trans.col(fullest));
     human.Evaluate(FingersOf(scene.clip.pose[fullest], setup.demonstration.side), false);
-    study.human_held = TryHold(human, setup.demonstration.frames[fullest].world_from_object, *solid,
-                               *setup.object_distance, options.protocol)
-                           .Held();
+    human_row.held = TryHold(human, setup.demonstration.frames[fullest].world_from_object, *solid,
+                             *setup.object_distance, options.protocol)
+                         .Held();
   }
-  return study;
+  return rows;
 }
 
 }  // namespace holdfast

@@ -27,16 +27,10 @@ struct RobotStudyOptions {
   TrialProtocol protocol;
 };
 
-/// The rows of one clip and robot, ours first; and in how many directions the human hand holds.
-struct RobotStudy {
-  std::vector<RobotStudyRow> rows;
-  std::optional<int> human_held;
-};
-
-/// Transfers a clip by our method and by those of RobotBaseline, and measures all alike. Throws
-/// Error as PrepareRobotTransfer does.
-RobotStudy StudyTransfer(const ClipScene& scene, const RobotHand& robot,
-                         const RobotStudyOptions& options);
+/// Transfers a clip by our method and by those of RobotBaseline, and measures all alike; after them
+/// the human hand ("human hand": what can be asked for). Throws Error as PrepareRobotTransfer does.
+std::vector<RobotStudyRow> StudyTransfer(const ClipScene& scene, const RobotHand& robot,
+                                         const RobotStudyOptions& options);
 
 /// Whether a robot's hand keeps the object: its links as hulls, joints as springs where they stand,
 /// the trial otherwise that of human hands (TryHold). Nothing without MuJoCo, and for hands with

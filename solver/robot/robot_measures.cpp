@@ -2,11 +2,14 @@
 #include "solver/robot/robot_measures.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "geometry/mesh/contact_samples.h"
+#include "geometry/mesh/triangle_tree.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 
@@ -16,6 +19,37 @@ namespace {
 constexpr double kSpacing_m = 0.0025;
 constexpr int kMostOfLink = 600, kMostOfObject = 6000;
 constexpr double kTouch_m = 0.005;
+
+RobotContact Compared(const PartContact& contact, int link, const Eigen::Vector3d& point,
+                      const Eigen::Vector3d& normal) {
+  RobotContact out;
+  out.part = contact.part;
+  out.link = link;
+  out.target = contact.point;
+  out.target_normal = contact.normal;
+  out.point = point;
+  out.normal = normal;
+  out.distance_m = (point - contact.point).norm();
+  out.angle_rad = std::acos(std::clamp(-normal.dot(contact.normal), -1.0, 1.0));
+  return out;
+}
+
+// The faces of each part's skin.
+std::array<Eigen::Matrix3Xi, kNumHandParts> PartFaces(const RobotTransferSetup& setup) {
+  const auto& faces = setup.human->Surface().Faces();
+  std::array<std::vector<Eigen::Index>, kNumHandParts> of_part;
+  for (Eigen::Index f = 0; f < faces.cols(); ++f) {
+    const int part = setup.landmarks->PartOf(faces(0, f));
+    const bool whole = part >= 0 && part == setup.landmarks->PartOf(faces(1, f)) &&
+                       part == setup.landmarks->PartOf(faces(2, f));
+    if (whole) of_part[static_cast<std::size_t>(part)].push_back(f);
+  }
+  std::array<Eigen::Matrix3Xi, kNumHandParts> out;
+  for (std::size_t part = 0; part < out.size(); ++part) {
+    out[part] = faces(Eigen::all, of_part[part]);
+  }
+  return out;
+}
 
 class TransferMeter {
  public:
@@ -73,24 +107,40 @@ class TransferMeter {
   }
 
   RobotContact Nearest(const PartContact& contact, const PosedRobot& posed) const {
-    RobotContact out;
-    out.part = contact.part;
-    out.target = contact.point;
-    out.target_normal = contact.normal;
     const std::optional<PadPoint> pad = setup_.pads.Nearest(contact.part, posed, contact.point);
     const Eigen::Isometry3d& pose = posed.ObjectFromLink(pad->link);
-    out.link = pad->link;
-    out.point = pose * pad->point;
-    out.normal = pose.linear() * pad->normal;
-    out.distance_m = (out.point - contact.point).norm();
-    out.angle_rad = std::acos(std::clamp(-out.normal.dot(contact.normal), -1.0, 1.0));
-    return out;
+    return Compared(contact, pad->link, pose * pad->point, pose.linear() * pad->normal);
   }
 
   const RobotTransferSetup& setup_;
   std::map<int, Eigen::Matrix3Xd> samples_;
   Eigen::Matrix3Xd object_samples_;
 };
+
+RobotMeasures Summed(std::vector<RobotFrameMeasure> frames) {
+  RobotMeasures out;
+  out.frames = std::move(frames);
+  int touching = 0;
+  for (const RobotFrameMeasure& frame : out.frames) {
+    out.hold_frames += !frame.contacts.empty();
+    out.deepest_mm = std::max(out.deepest_mm, frame.Deepest_mm());
+    out.mean_deepest_mm += frame.Deepest_mm() / static_cast<double>(out.frames.size());
+    out.frames_deeper_than_2_mm += frame.Deepest_mm() > 2.0;
+    out.self_mm = std::max(out.self_mm, frame.self_mm);
+    for (const RobotContact& contact : frame.contacts) {
+      ++out.contacts;
+      out.contact_mm += 1e3 * contact.distance_m;
+      out.angle_deg += contact.angle_rad / kDegree;
+      touching += contact.distance_m < kTouch_m;
+    }
+  }
+  if (out.contacts > 0) {
+    out.contact_mm /= out.contacts;
+    out.angle_deg /= out.contacts;
+    out.touching_ratio = static_cast<double>(touching) / out.contacts;
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -113,31 +163,26 @@ double RobotFrameMeasure::ContactAngle_deg() const {
 RobotMeasures MeasureTransfer(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                               int threads) {
   const TransferMeter meter(setup);
-  RobotMeasures out;
-  out.frames.resize(poses.size());
-  ParallelFor(static_cast<int>(poses.size()), threads, [&](int t) {
-    out.frames[t] = meter.Measure(setup.demonstration.frames[t], poses[t]);
-  });
-  int touching = 0;
-  for (const RobotFrameMeasure& frame : out.frames) {
-    out.hold_frames += !frame.contacts.empty();
-    out.deepest_mm = std::max(out.deepest_mm, frame.Deepest_mm());
-    out.mean_deepest_mm += frame.Deepest_mm() / static_cast<double>(poses.size());
-    out.frames_deeper_than_2_mm += frame.Deepest_mm() > 2.0;
-    out.self_mm = std::max(out.self_mm, frame.self_mm);
-    for (const RobotContact& contact : frame.contacts) {
-      ++out.contacts;
-      out.contact_mm += 1e3 * contact.distance_m;
-      out.angle_deg += contact.angle_rad / kDegree;
-      touching += contact.distance_m < kTouch_m;
+  std::vector<RobotFrameMeasure> frames(poses.size());
+  ParallelFor(static_cast<int>(poses.size()), threads,
+              [&](int t) { frames[t] = meter.Measure(setup.demonstration.frames[t], poses[t]); });
+  return Summed(std::move(frames));
+}
+
+RobotMeasures MeasureHuman(const RobotTransferSetup& setup, int threads) {
+  const std::array<Eigen::Matrix3Xi, kNumHandParts> faces = PartFaces(setup);
+  std::vector<RobotFrameMeasure> frames(setup.demonstration.frames.size());
+  ParallelFor(static_cast<int>(frames.size()), threads, [&](int t) {
+    const HumanFrame& frame = setup.demonstration.frames[t];
+    frames[t].hand_in_object_mm = std::max(0.0, -1e3 * frame.distance.minCoeff());
+    for (const PartContact& contact : frame.contacts) {
+      const TriangleMesh skin{frame.vertices, faces[static_cast<std::size_t>(contact.part)]};
+      const TriangleTree::Hit hit = TriangleTree(skin).Closest(contact.point);
+      frames[t].contacts.push_back(
+          Compared(contact, 0, hit.point, FaceCross(skin, hit.face).normalized()));
     }
-  }
-  if (out.contacts > 0) {
-    out.contact_mm /= out.contacts;
-    out.angle_deg /= out.contacts;
-    out.touching_ratio = static_cast<double>(touching) / out.contacts;
-  }
-  return out;
+  });
+  return Summed(std::move(frames));
 }
 
 nlohmann::json RobotMeasuresJson(const RobotMeasures& measures) {

@@ -41,6 +41,10 @@ struct RobotMeasures {
 RobotMeasures MeasureTransfer(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                               int threads = 1);
 
+/// The human hand by the same measure, so that one sees how near a hand can come to what is asked:
+/// of each contact, the nearest point of the skin of its part. Deepest: its vertices in the object.
+RobotMeasures MeasureHuman(const RobotTransferSetup& setup, int threads = 1);
+
 nlohmann::json RobotMeasuresJson(const RobotMeasures& measures);
 nlohmann::json RobotProtocolJson(const RobotTransferOptions& options);
 
