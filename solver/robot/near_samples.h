@@ -12,10 +12,11 @@
 
 namespace holdfast {
 
-/// Points as a solid's neighbours: a ball around them, their frame.
+/// Points as a solid's neighbours, in their frame, and a ball: around them, or around the solid and
+/// what is NearSamples::kAround_m beyond it now, whichever is smaller.
 struct SampleSet {
   const Eigen::Matrix3Xd& points;
-  const Eigen::Vector3d& centre;
+  Eigen::Vector3d centre;
   double radius;
 };
 
@@ -24,12 +25,15 @@ struct SampleSet {
 /// millimetres, and of a link's points few are near anything. Scratch, for one set and one solid.
 class NearSamples {
  public:
+  /// How far around a solid's ball points may come to matter before they are looked at again.
+  static constexpr double kAround_m = 0.012;
+
   /// Calls visit(index, place in the solid's frame), in the set's order, for all points that may be
   /// nearer than `reach` (metres, up to a few millimetres) to the solid, and for some others.
   template <typename Visit>
   void ForNear(const SampleSet& set, const DistanceGrid& solid,
                const Eigen::Isometry3d& solid_from_points, double reach, const Visit& visit) {
-    double moved = Moved(set, solid_from_points);
+    double moved = Moved(solid_from_points);
     if (!(moved < kFarthest_m)) {
       Begin(set, solid, solid_from_points, reach);
       moved = 0.0;
@@ -45,20 +49,24 @@ class NearSamples {
   // An interpolated distance changes a little faster than the way.
   static constexpr double kFarthest_m = 0.005, kSlack_m = 5e-4, kSlope = 1.5;
 
-  // No point of the ball moved farther than this since Begin.
-  double Moved(const SampleSet& set, const Eigen::Isometry3d& now) const {
+  // No point of the ball moved farther than this since Begin. Others are no nearer to the solid's
+  // centre than this less: turning about it does not bring them nearer.
+  double Moved(const Eigen::Isometry3d& now) const {
     if (!begun_) return std::numeric_limits<double>::infinity();
-    return (now * set.centre - then_ * set.centre).norm() +
-           set.radius * (now.linear() - then_.linear()).norm();
+    return (now * centre_ - then_ * centre_).norm() +
+           radius_ * (now.linear() - then_.linear()).norm();
   }
 
   void Begin(const SampleSet& set, const DistanceGrid& solid,
              const Eigen::Isometry3d& solid_from_points, double reach) {
     begun_ = true;
     then_ = solid_from_points;
+    centre_ = set.centre;
+    radius_ = set.radius + 1e-6;  // rounding
     near_.clear();
     const double most = reach + kSlack_m + kSlope * kFarthest_m;
     for (int k = 0; k < static_cast<int>(set.points.cols()); ++k) {
+      if ((set.points.col(k) - centre_).squaredNorm() > radius_ * radius_) continue;
       const Eigen::Vector3d x = then_ * set.points.col(k);
       if (((solid.Min() - x).array().max((x - solid.Max()).array()) > most).any()) continue;
       const double distance = solid.Linear(x);
@@ -68,6 +76,8 @@ class NearSamples {
 
   bool begun_ = false;
   Eigen::Isometry3d then_ = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();  // of the set's ball at `then_`
+  double radius_ = 0.0;
   std::vector<std::pair<double, int>> near_;  // distances at `then_`
 };
 

@@ -31,8 +31,6 @@ class RobotPenetrationTerm final : public RobotTerm {
         object_(object),
         margin_(margin_m),
         weight_(1.0 / sigma_m),
-        centre_(0.5 * (object.samples.rowwise().minCoeff() + object.samples.rowwise().maxCoeff())),
-        radius_((object.samples.colwise() - centre_).colwise().norm().maxCoeff()),
         near_(solids.Links().size()) {}
 
   /// For solves that begin loosely.
@@ -79,18 +77,18 @@ class RobotPenetrationTerm final : public RobotTerm {
   double AddObject(int link, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
                    RobotNormal* normal) const {
     double cost = 0.0;
-    near.of_object.ForNear({object_.samples, centre_, radius_}, *solid.grid, pose.inverse(),
-                           margin_, [&](int j, const Eigen::Vector3d& in_link) {
-                             if (!InBox(*solid.grid, in_link)) return;
-                             Eigen::Vector3d gradient;
-                             const double r =
-                                 weight_ * (margin_ - solid.grid->Distance(in_link, &gradient));
-                             if (r <= 0.0) return;
-                             cost += 0.5 * r * r;
-                             if (normal == nullptr) return;
-                             normal->AddPointRow(link, object_.samples.col(j),
-                                                 weight_ * (pose.linear() * gradient), r);
-                           });
+    near.of_object.ForNear(
+        {object_.samples, pose * solid.centre, solid.radius + NearSamples::kAround_m}, *solid.grid,
+        pose.inverse(), margin_, [&](int j, const Eigen::Vector3d& in_link) {
+          if (!InBox(*solid.grid, in_link)) return;
+          Eigen::Vector3d gradient;
+          const double r = weight_ * (margin_ - solid.grid->Distance(in_link, &gradient));
+          if (r <= 0.0) return;
+          cost += 0.5 * r * r;
+          if (normal == nullptr) return;
+          normal->AddPointRow(link, object_.samples.col(j), weight_ * (pose.linear() * gradient),
+                              r);
+        });
     return cost;
   }
 
@@ -101,8 +99,6 @@ class RobotPenetrationTerm final : public RobotTerm {
   const RobotSolids& solids_;
   const RobotObstacle& object_;
   double margin_, weight_;
-  Eigen::Vector3d centre_;  // of a ball around the object's points
-  double radius_;
   mutable std::vector<Near> near_;  // by RobotSolids::Links
 };
 
