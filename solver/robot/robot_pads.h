@@ -26,7 +26,7 @@ struct PadPoint {
 
 /// The touching surfaces of a robot's hand, by part of the human hand that they stand for: of each
 /// link of a part, the faces within 6 mm of its pads' paired points that face as these do. As
-/// surfaces, for measuring, and as points a millimetre apart, for solvers.
+/// surfaces, for measuring, and as points 1.5 mm apart, for solvers.
 class RobotPads {
  public:
   RobotPads() = default;
