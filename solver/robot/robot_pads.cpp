@@ -11,9 +11,9 @@
 namespace holdfast {
 namespace {
 
-constexpr double kPadReach_m = 0.006;    // of a pad around its paired points
-constexpr double kPadSpacing_m = 0.0015; // of its points
-constexpr int kMostPadPoints = 250;      // of a patch
+constexpr double kPadReach_m = 0.006;     // of a pad around its paired points
+constexpr double kPadSpacing_m = 0.0015;  // of its points
+constexpr int kMostPadPoints = 250;       // of a patch
 
 bool IsOfPad(const TriangleMesh& mesh, Eigen::Index f, const std::vector<const SkinPair*>& pairs) {
   const Eigen::Vector3d normal = FaceCross(mesh, f).normalized();
