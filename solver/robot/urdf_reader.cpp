@@ -86,7 +86,9 @@ std::string ReadText(const fs::path& path) {
 }
 
 // Two threads may not share the library's one place for messages.
-urdf::ModelInterfaceSharedPtr Parse(const fs::path& path, const std::string& text) {
+// `left_out`: what it complained about in a model that it could read.
+urdf::ModelInterfaceSharedPtr Parse(const fs::path& path, const std::string& text,
+                                    std::string& left_out) {
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
   const Complaints complaints;
@@ -97,6 +99,7 @@ urdf::ModelInterfaceSharedPtr Parse(const fs::path& path, const std::string& tex
                     (complaints.Text().empty() ? "" : ": " + complaints.Text()),
                 "Check it with check_urdf (Debian: liburdfdom-tools)");
   }
+  left_out = complaints.Text();
   return model;
 }
 
@@ -232,7 +235,11 @@ class UrdfBuilder {
 }  // namespace
 
 RobotHand ReadUrdf(const fs::path& path) {
-  return UrdfBuilder(path, *Parse(path, ReadText(path))).Take();
+  std::string left_out;
+  const urdf::ModelInterfaceSharedPtr model = Parse(path, ReadText(path), left_out);
+  RobotHand hand = UrdfBuilder(path, *model).Take();
+  if (!left_out.empty()) hand.notes.push_back("parts of it are left out: " + left_out);
+  return hand;
 }
 
 #endif

@@ -203,6 +203,18 @@ TEST(ReadRobotHand, LimitsThatStandForNoneAreNarrowed) {
   EXPECT_GT(hand.dofs[0].low, -3.2);
 }
 
+TEST(ReadRobotHand, SaysWhatIsLeftOut) {
+  constexpr const char* kExtra =
+      "<link name=\"m\"><visual><origin xyz=\"nan 0 0\"/><geometry><sphere "
+      "radius=\"0.01\"/></geometry></visual></link><joint name=\"f\" type=\"fixed\"><parent "
+      "link=\"palm\"/><child link=\"m\"/></joint>";
+  const TemporaryFolder folder;
+  BoxHand{.extra = kExtra}.Write(folder / "hand.urdf");
+  const RobotHand hand = ReadRobotHand(folder / "hand.urdf");
+  ASSERT_EQ(hand.notes.size(), 1u);
+  EXPECT_THAT(hand.notes[0], HasSubstr("left out"));
+}
+
 TEST(ReadRobotHand, WhatCollidesStandsForMeshesOfOtherFormats) {
   constexpr const char* kExtra =
       "<link name=\"m\"><visual><geometry><mesh filename=\"seen.glb\"/></geometry></visual>{}"
