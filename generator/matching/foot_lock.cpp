@@ -11,13 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kFadeIn =
-    10;  // frames until all of a change is made that the first frame has none of
-
-// Of frame `frame`, all of it from kFadeIn on.
-double FadeIn(int frame) {
-  return frame < kFadeIn ? MinimumJerk(static_cast<double>(frame) / kFadeIn) : 1.0;
-}
+constexpr int kFadeIn = 10;  // frames
 
 struct Stance {
   int begin, end;  // frames [begin, end)
@@ -133,6 +127,8 @@ std::vector<Vector3d> Corrections(const std::vector<Soles>& soles,
 }
 
 }  // namespace
+
+double FadeIn(int frame) { return MinimumJerk(static_cast<double>(frame) / kFadeIn); }
 
 std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles,
                                  const std::vector<SoleBits>& contacts,

@@ -23,6 +23,10 @@ struct FootLockOptions {
   bool keep_first = false;
 };
 
+/// How much of a change frame `frame` gets where the first stays as it is (`keep_first`): none of
+/// it then, all of it from the tenth on.
+double FadeIn(int frame);
+
 struct FootLockReport {
   double max_correction_m = 0.0;  ///< greatest way that a planted foot was moved
   int at_frame = 0;               ///< that of the greatest correction

@@ -30,7 +30,6 @@ using Eigen::Vector3d;
 
 constexpr int kRoomKnots = 3;            // on either side of a goal: WarpReach asks for them
 constexpr double kMostToes = 0.6;        // radians: people who walk bend theirs no farther
-constexpr int kToesFadeIn = 10;          // frames: the first stays as it is
 constexpr double kMostSink = 0.08;       // metres: farther would be a squat, and sudden
 constexpr double kStepClearance = 0.03;  // metres: of a foot half-way through its step
 
@@ -194,8 +193,7 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
     const std::vector<SoleBits> stands = FindSupports(points, wandr::kFramesPerSecond);
     if (options.walks) LiftFeet(rest_joints, soles, stands, frames);
     for (int t = 0; t < count; ++t) {
-      LevelToes(rest_joints, soles, MinimumJerk(static_cast<double>(t) / kToesFadeIn),
-                frames[static_cast<std::size_t>(t)], kMostToes);
+      LevelToes(rest_joints, soles, FadeIn(t), frames[static_cast<std::size_t>(t)], kMostToes);
     }
     feet = LockFeet(rest_joints, soles, stands, frames,
                     {.clearance_m = kStepClearance, .most_sink_m = kMostSink, .keep_first = true},

@@ -12,8 +12,8 @@
 
 namespace holdfast {
 
-/// Points as a solid's neighbours, in their frame, and a ball: around them, or around the solid and
-/// what is NearSamples::kAround_m beyond it now, whichever is smaller.
+/// Points as a solid's neighbours, in their frame, and a ball of which the smaller is the better:
+/// around all of them, or around the solid as it is now and NearSamples::kAround_m beyond.
 struct SampleSet {
   const Eigen::Matrix3Xd& points;
   Eigen::Vector3d centre;

@@ -123,8 +123,8 @@ TEST(LatentOptimizer, BringsTheWristToTheGoalAtAWalk) {
     double stay = 0.0;
     for (int t = task.deadline; t <= task.num_steps; ++t) {
       const double distance = (Joint(solution, t, kWrist) - task.goal).norm();
-      EXPECT_LT(distance, 0.13) << "stays, frame "
-                                << t;  // near: the last refit puts it on the goal
+      // Near: the last refit puts it on the goal.
+      EXPECT_LT(distance, 0.13) << "stays, frame " << t;
       stay += distance / (task.num_steps - task.deadline + 1);
     }
     EXPECT_LT(stay, 0.05);
