@@ -24,8 +24,8 @@ struct TransferStudyCommand {
 
 // Means over the clips of one robot and method.
 struct TransferMeans {
-  int clips = 0, frames = 0, deep = 0, contacts = 0, held = 0, tried = 0;
-  double contact = 0.0, angle = 0.0, deepest = 0.0, ms = 0.0;
+  int clips = 0, frames = 0, deep = 0, contacts = 0, bones = 0, held = 0, tried = 0;
+  double contact = 0.0, angle = 0.0, press = 0.0, bone = 0.0, deepest = 0.0, ms = 0.0;
 
   void Add(const RobotStudyRow& row) {
     ++clips;
@@ -33,7 +33,10 @@ struct TransferMeans {
     deep += row.measures.frames_deeper_than_2_mm;
     contact += row.measures.contact_mm * row.measures.contacts;
     angle += row.measures.angle_deg * row.measures.contacts;
+    press += row.measures.press_deg * row.measures.contacts;
+    if (row.measures.bones > 0) bone += row.measures.bone_deg * row.measures.bones;
     contacts += row.measures.contacts;
+    bones += row.measures.bones;
     deepest += row.measures.deepest_mm;
     ms += row.ms_per_frame * static_cast<double>(row.measures.frames.size());
     tried += row.held.has_value();
@@ -44,6 +47,8 @@ struct TransferMeans {
             {"frames", frames},
             {"contact_distance_mm", contact / std::max(contacts, 1)},
             {"contact_normal_deg", angle / std::max(contacts, 1)},
+            {"press_direction_deg", press / std::max(contacts, 1)},
+            {"bone_direction_deg", bone / std::max(bones, 1)},
             {"max_penetration_depth_mm", deepest / std::max(clips, 1)},
             {"frames_deeper_than_2_mm_ratio", static_cast<double>(deep) / std::max(frames, 1)},
             {"ms_per_frame", ms / std::max(frames, 1)},
@@ -53,17 +58,18 @@ struct TransferMeans {
 };
 
 std::string TransferTable(const std::map<std::pair<std::string, std::string>, TransferMeans>& all) {
-  std::string text =
-      fmt::format("{:<16}{:<34}{:>11}{:>9}{:>9}{:>9}{:>10}{:>7}\n", "robot", "method",
-                  "contact, mm", "deg", "deepest", "> 2 mm", "ms/frame", "held");
+  std::string text = fmt::format("{:<16}{:<34}{:>11}{:>9}{:>9}{:>9}{:>9}{:>9}{:>10}{:>7}\n",
+                                 "robot", "method", "contact, mm", "normals", "presses", "bones",
+                                 "deepest", "> 2 mm", "ms/frame", "held");
   for (const auto& [key, means] : all) {
     const nlohmann::json json = means.Json();
-    text += fmt::format("{:<16}{:<34}{:>11.2f}{:>9.1f}{:>9.2f}{:>8.2f}%{:>10.2f}{:>4}/{}\n",
-                        key.first, key.second, json["contact_distance_mm"].get<double>(),
-                        json["contact_normal_deg"].get<double>(),
-                        json["max_penetration_depth_mm"].get<double>(),
-                        100.0 * json["frames_deeper_than_2_mm_ratio"].get<double>(),
-                        json["ms_per_frame"].get<double>(), means.held, means.tried);
+    text += fmt::format(
+        "{:<16}{:<34}{:>11.2f}{:>8.1f}°{:>8.1f}°{:>8.1f}°{:>9.2f}{:>8.2f}%{:>10.2f}{:>4}/{}\n",
+        key.first, key.second, json["contact_distance_mm"].get<double>(),
+        json["contact_normal_deg"].get<double>(), json["press_direction_deg"].get<double>(),
+        json["bone_direction_deg"].get<double>(), json["max_penetration_depth_mm"].get<double>(),
+        100.0 * json["frames_deeper_than_2_mm_ratio"].get<double>(),
+        json["ms_per_frame"].get<double>(), means.held, means.tried);
   }
   return text;
 }

@@ -8,15 +8,9 @@
 
 #include <Eigen/Core>
 
-#include "solver/robot/robot_term.h"
+#include "solver/robot/robot_keypoints.h"
 
 namespace holdfast {
-
-/// A place on a robot's hand that a human joint or fingertip stands for.
-struct RobotKeypoint {
-  int link = 0;
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< in the link's frame
-};
 
 /// Keypoint inverse kinematics: sum_i w_i |x_i - target_i|^2; object's frame, metres, 3 residuals a
 /// point. The task of differential IK as Mink's FrameTask has it (position cost).
@@ -28,7 +22,7 @@ class RobotKeypointTerm final : public RobotTerm {
   double Add(const PosedRobot& robot, RobotNormal* normal) const override {
     double cost = 0.0;
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      const Eigen::Vector3d x = robot.ObjectFromLink(points_[i].link) * points_[i].point;
+      const Eigen::Vector3d x = points_[i].At(robot);
       const Eigen::Vector3d off = x - targets_.col(static_cast<Eigen::Index>(i));
       cost += 0.5 * weight_ * off.squaredNorm();
       if (normal != nullptr) {
@@ -63,8 +57,8 @@ class RobotVectorTerm final : public RobotTerm {
     double cost = 0.0;
     Eigen::VectorXd row;
     for (const Pair& pair : pairs_) {
-      const Eigen::Vector3d a = robot.ObjectFromLink(pair.to.link) * pair.to.point;
-      const Eigen::Vector3d b = robot.ObjectFromLink(pair.from.link) * pair.from.point;
+      const Eigen::Vector3d a = pair.to.At(robot);
+      const Eigen::Vector3d b = pair.from.At(robot);
       const double root = std::sqrt(pair.weight);
       const Eigen::Vector3d residual = root * (a - b - pair.target);
       cost += 0.5 * residual.squaredNorm();
@@ -104,8 +98,7 @@ class RobotLaplacianTerm final : public RobotTerm {
 
   double Add(const PosedRobot& robot, RobotNormal* normal) const override {
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      nodes_.col(static_cast<Eigen::Index>(i)) =
-          robot.ObjectFromLink(points_[i].link) * points_[i].point;
+      nodes_.col(static_cast<Eigen::Index>(i)) = points_[i].At(robot);
     }
     const Eigen::Matrix3Xd residual = root_ * (Laplacian() - delta_);
     if (normal != nullptr) {

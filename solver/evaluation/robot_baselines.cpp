@@ -7,6 +7,7 @@
 #include "geometry/mesh/contact_samples.h"
 #include "geometry/rotation.h"
 #include "solver/evaluation/robot_baseline_terms.h"
+#include "solver/robot/robot_keypoints.h"
 #include "solver/robot/robot_penetration_term.h"
 #include "solver/robot/robot_prior_terms.h"
 #include "solver/robot/robot_solver.h"
@@ -20,58 +21,13 @@ constexpr double kPinchWeight = 200.0, kFingersWeight = 400.0;
 constexpr double kTaskWeight = 1e4;  // a centimetre of the task counts as much as one sigma
 constexpr double kPinch_m = 1e-4, kFingersApart_m = 0.03;
 
-// Places of the robot for wrist, finger joints and tips, and the human's of a frame.
-class Keypoints {
- public:
-  explicit Keypoints(const RobotTransferSetup& setup) : setup_(setup) {
-    RobotState state(setup.robot);
-    state.Evaluate(setup.robot.Straight());
-    const auto add = [&](int link, const Eigen::Vector3d& in_root) {
-      return RobotKeypoint{link, state.RootFromLink(link).inverse() * in_root};
-    };
-    palm = add(setup.anatomy.palm_links.front(), setup.anatomy.knuckles);
-    for (const RobotFinger& finger : setup.anatomy.fingers) {
-      int last = finger.links[0].empty() ? setup.anatomy.palm_links.front() : 0;
-      for (int p = 0; p < 3; ++p) {
-        if (!finger.links[p].empty()) last = finger.links[p].front();
-        joints.push_back(add(last, finger.nodes[p]));
-      }
-      for (const auto& links : finger.links) {
-        if (!links.empty()) last = links.back();
-      }
-      tips.push_back(add(last, finger.nodes[3]));
-    }
-  }
+Eigen::Vector3d HumanPalm(const RobotTransferSetup& setup, const HumanFrame& frame) {
+  return frame.object_from_wrist * setup.wrist_from_root * setup.anatomy.knuckles;
+}
 
-  Eigen::Matrix3Xd HumanTips(const HumanFrame& frame) const {
-    Eigen::Matrix3Xd out(3, static_cast<Eigen::Index>(tips.size()));
-    for (Eigen::Index i = 0; i < out.cols(); ++i) {
-      out.col(i) = frame.tips.col(setup_.anatomy.fingers[i].human);
-    }
-    return out;
-  }
-  Eigen::Matrix3Xd HumanJoints(const HumanFrame& frame) const {
-    Eigen::Matrix3Xd out(3, static_cast<Eigen::Index>(joints.size()));
-    for (Eigen::Index i = 0; i < out.cols(); ++i) {
-      out.col(i) = frame.joints.col(3 * setup_.anatomy.fingers[i / 3].human + i % 3);
-    }
-    return out;
-  }
-  Eigen::Vector3d HumanPalm(const HumanFrame& frame) const {
-    return frame.object_from_wrist * setup_.wrist_from_root * setup_.anatomy.knuckles;
-  }
-
-  RobotKeypoint palm;
-  std::vector<RobotKeypoint> joints, tips;
-
- private:
-  const RobotTransferSetup& setup_;
-};
-
-RobotVectorTerm FingertipVectors(const Keypoints& keypoints, const HumanFrame& frame,
-                                 double scale) {
+RobotVectorTerm FingertipVectors(const RobotKeypoints& keypoints, const HumanFrame& frame,
+                                 const Eigen::Vector3d& palm, double scale) {
   const Eigen::Matrix3Xd human = keypoints.HumanTips(frame);
-  const Eigen::Vector3d palm = keypoints.HumanPalm(frame);
   std::vector<RobotVectorTerm::Pair> pairs;
   for (std::size_t i = 0; i < keypoints.tips.size(); ++i) {
     const auto a = static_cast<Eigen::Index>(i);
@@ -129,7 +85,7 @@ class BaselineFrame {
   BaselineFrame(const RobotTransferSetup& setup, RobotBaseline baseline)
       : setup_(setup),
         baseline_(baseline),
-        keypoints_(setup),
+        keypoints_(setup.robot, setup.anatomy),
         scale_(FingerLength(setup)),
         object_(ContactSamples(setup.object, 0.02, 60)),
         obstacle_{setup.object_grid.get(), setup.object_samples},
@@ -154,7 +110,8 @@ class BaselineFrame {
       case RobotBaseline::kFingertipVectors: {
         pose.R = wrist.linear();
         pose.T = wrist.translation();
-        return solve(FingertipVectors(keypoints_, frame, scale_), 1e-5, 1e-6, false);
+        return solve(FingertipVectors(keypoints_, frame, HumanPalm(setup_, frame), scale_), 1e-5,
+                     1e-6, false);
       }
       case RobotBaseline::kKeypoints:
         return solve(RobotKeypointTerm(keypoints_.tips, keypoints_.HumanTips(frame), kTaskWeight),
@@ -164,8 +121,7 @@ class BaselineFrame {
     }
     Eigen::Matrix3Xd human(
         3, 1 + static_cast<Eigen::Index>(keypoints_.joints.size() + keypoints_.tips.size()));
-    human << keypoints_.HumanPalm(frame), keypoints_.HumanJoints(frame),
-        keypoints_.HumanTips(frame);
+    human << HumanPalm(setup_, frame), keypoints_.HumanJoints(frame), keypoints_.HumanTips(frame);
     std::vector<RobotKeypoint> points{keypoints_.palm};
     points.insert(points.end(), keypoints_.joints.begin(), keypoints_.joints.end());
     points.insert(points.end(), keypoints_.tips.begin(), keypoints_.tips.end());
@@ -178,7 +134,7 @@ class BaselineFrame {
  private:
   const RobotTransferSetup& setup_;
   RobotBaseline baseline_;
-  Keypoints keypoints_;
+  RobotKeypoints keypoints_;
   double scale_;
   Eigen::Matrix3Xd object_;
   RobotObstacle obstacle_;

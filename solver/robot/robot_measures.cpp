@@ -12,6 +12,7 @@
 #include "geometry/mesh/triangle_tree.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
+#include "solver/robot/robot_keypoints.h"
 
 namespace holdfast {
 namespace {
@@ -19,6 +20,10 @@ namespace {
 constexpr double kSpacing_m = 0.0025;
 constexpr int kMostOfLink = 600, kMostOfObject = 6000;
 constexpr double kTouch_m = 0.005;
+
+double AngleOf(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::acos(std::clamp(a.dot(b) / (a.norm() * b.norm()), -1.0, 1.0));
+}
 
 RobotContact Compared(const PartContact& contact, int link, const Eigen::Vector3d& point,
                       const Eigen::Vector3d& normal) {
@@ -30,7 +35,7 @@ RobotContact Compared(const PartContact& contact, int link, const Eigen::Vector3
   out.point = point;
   out.normal = normal;
   out.distance_m = (point - contact.point).norm();
-  out.angle_rad = std::acos(std::clamp(-normal.dot(contact.normal), -1.0, 1.0));
+  out.angle_rad = AngleOf(-normal, contact.normal);
   return out;
 }
 
@@ -53,7 +58,8 @@ std::array<Eigen::Matrix3Xi, kNumHandParts> PartFaces(const RobotTransferSetup& 
 
 class TransferMeter {
  public:
-  explicit TransferMeter(const RobotTransferSetup& setup) : setup_(setup) {
+  explicit TransferMeter(const RobotTransferSetup& setup)
+      : setup_(setup), keypoints_(setup.robot, setup.anatomy) {
     for (const int link : setup.solids->Links()) {
       samples_[link] = ContactSamples(setup.solids->Of(link).mesh, kSpacing_m, kMostOfLink);
     }
@@ -65,8 +71,10 @@ class TransferMeter {
     posed.Set(pose);
     RobotFrameMeasure out;
     MeasureDepth(posed, out);
-    for (const PartContact& contact : frame.contacts)
+    for (const PartContact& contact : frame.contacts) {
       out.contacts.push_back(Nearest(contact, posed));
+      CompareBone(frame, posed, out.contacts.back());
+    }
     return out;
   }
 
@@ -109,10 +117,33 @@ class TransferMeter {
   RobotContact Nearest(const PartContact& contact, const PosedRobot& posed) const {
     const std::optional<PadPoint> pad = setup_.pads.Nearest(contact.part, posed, contact.point);
     const Eigen::Isometry3d& pose = posed.ObjectFromLink(pad->link);
-    return Compared(contact, pad->link, pose * pad->point, pose.linear() * pad->normal);
+    RobotContact out = Compared(contact, pad->link, pose * pad->point, pose.linear() * pad->normal);
+    const std::optional<PadPoint> touch =
+        setup_.pads.Touching(contact.part, posed, *setup_.object_grid);
+    const SignedDistance::Result hit =
+        setup_.object_distance->Query(posed.ObjectFromLink(touch->link) * touch->point);
+    out.press_rad = AngleOf(hit.gradient, contact.normal);
+    return out;
+  }
+
+  void CompareBone(const HumanFrame& frame, const PosedRobot& posed, RobotContact& contact) const {
+    if (contact.part >= kJointsPerHand) return;
+    const auto finger = std::ranges::find(keypoints_.human_fingers, contact.part / 3);
+    if (finger == keypoints_.human_fingers.end()) return;
+    const auto f = static_cast<std::size_t>(finger - keypoints_.human_fingers.begin());
+    const int phalanx = contact.part % 3;
+    const std::size_t joint = 3 * f + static_cast<std::size_t>(phalanx);
+    const Eigen::Vector3d begin = keypoints_.joints[joint].At(posed);
+    const Eigen::Vector3d end =
+        (phalanx == 2 ? keypoints_.tips[f] : keypoints_.joints[joint + 1]).At(posed);
+    const Eigen::Vector3d human_end = phalanx == 2 ? Eigen::Vector3d(frame.tips.col(*finger))
+                                                   : frame.joints.col(contact.part + 1);
+    contact.bone_rad = AngleOf(end - begin, human_end - frame.joints.col(contact.part));
+    contact.bone_m = (end - human_end).norm();
   }
 
   const RobotTransferSetup& setup_;
+  RobotKeypoints keypoints_;
   std::map<int, Eigen::Matrix3Xd> samples_;
   Eigen::Matrix3Xd object_samples_;
 };
@@ -131,14 +162,23 @@ RobotMeasures Summed(std::vector<RobotFrameMeasure> frames) {
       ++out.contacts;
       out.contact_mm += 1e3 * contact.distance_m;
       out.angle_deg += contact.angle_rad / kDegree;
+      out.press_deg += contact.press_rad / kDegree;
+      if (!std::isnan(contact.bone_rad)) {
+        ++out.bones;
+        out.bone_deg += contact.bone_rad / kDegree;
+        out.bone_mm += 1e3 * contact.bone_m;
+      }
       touching += contact.distance_m < kTouch_m;
     }
   }
   if (out.contacts > 0) {
     out.contact_mm /= out.contacts;
     out.angle_deg /= out.contacts;
+    out.press_deg /= out.contacts;
     out.touching_ratio = static_cast<double>(touching) / out.contacts;
   }
+  out.bone_deg /= out.bones;
+  out.bone_mm /= out.bones;
   return out;
 }
 
@@ -188,6 +228,10 @@ RobotMeasures MeasureHuman(const RobotTransferSetup& setup, int threads) {
 nlohmann::json RobotMeasuresJson(const RobotMeasures& measures) {
   return {{"contact_distance_mm", measures.contact_mm},
           {"contact_normal_deg", measures.angle_deg},
+          {"press_direction_deg", measures.press_deg},
+          {"bone_direction_deg", measures.bone_deg},
+          {"bone_end_mm", measures.bone_mm},
+          {"bones", measures.bones},
           {"contacts_within_5_mm_ratio", measures.touching_ratio},
           {"contacts", measures.contacts},
           {"hold_frames", measures.hold_frames},

@@ -25,9 +25,14 @@ struct RobotFrameMeasure {
 struct RobotMeasures {
   std::vector<RobotFrameMeasure> frames;
   int hold_frames = 0;
-  int contacts = 0;              ///< of all frames
-  double contact_mm = 0.0;       ///< mean over them
-  double angle_deg = 0.0;        ///< mean
+  int contacts = 0;         ///< of all frames
+  double contact_mm = 0.0;  ///< mean over them
+  double angle_deg = 0.0;   ///< mean
+  double press_deg = 0.0;   ///< RobotContact::press_rad, mean
+  /// RobotContact::bone_rad and bone_m, means over the phalanges that touch (TopoRetarget, Wu et
+  /// al. 2026, eq. 11 and 10). NaN where none does.
+  double bone_deg = 0.0, bone_mm = 0.0;
+  int bones = 0;                 ///< that touch, of all frames
   double touching_ratio = 0.0;   ///< of contacts, those within 5 mm
   double deepest_mm = 0.0;       ///< of the clip
   double mean_deepest_mm = 0.0;  ///< frames' deepest, mean

@@ -74,6 +74,23 @@ std::optional<PadPoint> RobotPads::Nearest(int part, const PosedRobot& robot,
   return nearest;
 }
 
+std::optional<PadPoint> RobotPads::Touching(int part, const PosedRobot& robot,
+                                            const DistanceGrid& object) const {
+  std::optional<PadPoint> nearest;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Patch& patch : patches_[static_cast<std::size_t>(part)]) {
+    const Eigen::Isometry3d& pose = robot.ObjectFromLink(patch.link);
+    for (const auto row : patch.points.rowwise()) {
+      const Eigen::Vector3d x = row.head<3>();
+      const double distance = object.Linear(pose * x);
+      if (distance >= least) continue;
+      least = distance;
+      nearest = {patch.link, x, row.tail<3>()};
+    }
+  }
+  return nearest;
+}
+
 std::optional<PadPoint> RobotPads::BestFacing(int part, const PosedRobot& robot,
                                               const Eigen::Vector3d& point,
                                               const Eigen::Vector3d& normal, double by_place,

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "geometry/mesh/distance_grid.h"
 #include "geometry/mesh/triangle_tree.h"
 #include "solver/hand/hand_landmarks.h"
 #include "solver/robot/hand_correspondence.h"
@@ -38,6 +39,10 @@ class RobotPads {
   /// nothing for a part without pad.
   std::optional<PadPoint> Nearest(int part, const PosedRobot& robot,
                                   const Eigen::Vector3d& query) const;
+
+  /// Of the part's points, the one that is nearest to the object, or deepest in it.
+  std::optional<PadPoint> Touching(int part, const PosedRobot& robot,
+                                   const DistanceGrid& object) const;
 
   /// Of the part's points, the one of least by_place |x - point|^2 + by_turn |m + normal|^2, x its
   /// place and m its normal in the object's frame. `cost`: that least value.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+
 #include <Eigen/Core>
 
 #include "geometry/mesh/distance_grid.h"
@@ -38,15 +40,26 @@ class RobotPenetrationTerm final : public RobotTerm {
 
   double Add(const PosedRobot& robot, RobotNormal* normal) const override {
     double cost = 0.0;
-    for (std::size_t k = 0; k < solids_.Links().size(); ++k) {
-      const int link = solids_.Links()[k];
-      const LinkSolid& solid = solids_.Of(link);
-      const Eigen::Isometry3d& pose = robot.ObjectFromLink(link);
-      if (object_.grid->Linear(pose * solid.centre) > solid.radius + margin_ + kNear_m) continue;
-      cost += AddLink(link, solid, pose, near_[k], normal) +
-              AddObject(link, solid, pose, near_[k], normal);
-    }
+    ForNearLinks(robot, [&](int link, const LinkSolid& solid, const Eigen::Isometry3d& pose,
+                            Near& near) {
+      cost += AddLink(link, solid, pose, near, normal) + AddObject(link, solid, pose, near, normal);
+    });
     return cost;
+  }
+
+  /// The deepest of all points, metres; 0 where none is inside. Distances interpolated linearly.
+  double Deepest(const PosedRobot& robot) const {
+    double deepest = 0.0;
+    ForNearLinks(robot,
+                 [&](int, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near) {
+                   ForLinkPoints(solid, pose, near, [&](const Eigen::Vector3d& x) {
+                     deepest = std::max(deepest, -object_.grid->Linear(x));
+                   });
+                   ForObjectPoints(solid, pose, near, [&](int, const Eigen::Vector3d& in_link) {
+                     deepest = std::max(deepest, -solid.grid->Linear(in_link));
+                   });
+                 });
+    return deepest;
   }
 
  private:
@@ -55,40 +68,62 @@ class RobotPenetrationTerm final : public RobotTerm {
     NearSamples of_link, of_object;
   };
 
-  // The link's points in the object.
-  double AddLink(int link, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
-                 RobotNormal* normal) const {
-    double cost = 0.0;
-    near.of_link.ForNear({solid.samples, solid.centre, solid.radius}, *object_.grid, pose, margin_,
-                         [&](int, const Eigen::Vector3d& x) {
-                           Eigen::Vector3d gradient;
-                           const double r =
-                               weight_ * (margin_ - object_.grid->Distance(x, &gradient));
-                           if (r <= 0.0) return;
-                           cost += 0.5 * r * r;
-                           if (normal != nullptr)
-                             normal->AddPointRow(link, x, -weight_ * gradient, r);
-                         });
-    return cost;
+  template <typename Visit>
+  void ForNearLinks(const PosedRobot& robot, const Visit& visit) const {
+    for (std::size_t k = 0; k < solids_.Links().size(); ++k) {
+      const int link = solids_.Links()[k];
+      const LinkSolid& solid = solids_.Of(link);
+      const Eigen::Isometry3d& pose = robot.ObjectFromLink(link);
+      if (object_.grid->Linear(pose * solid.centre) > solid.radius + margin_ + kNear_m) continue;
+      visit(link, solid, pose, near_[k]);
+    }
   }
 
-  // The object's points in the link. The link's material there moves and the point stays: the
-  // distance changes the other way round.
-  double AddObject(int link, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
-                   RobotNormal* normal) const {
-    double cost = 0.0;
+  // The link's points that may be in the object, in the object's frame.
+  template <typename Visit>
+  void ForLinkPoints(const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
+                     const Visit& visit) const {
+    near.of_link.ForNear({solid.samples, solid.centre, solid.radius}, *object_.grid, pose, margin_,
+                         [&](int, const Eigen::Vector3d& x) { visit(x); });
+  }
+
+  // The object's points that may be in the link, in the link's frame.
+  template <typename Visit>
+  void ForObjectPoints(const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
+                       const Visit& visit) const {
     near.of_object.ForNear(
         {object_.samples, pose * solid.centre, solid.radius + NearSamples::kAround_m}, *solid.grid,
         pose.inverse(), margin_, [&](int j, const Eigen::Vector3d& in_link) {
-          if (!InBox(*solid.grid, in_link)) return;
-          Eigen::Vector3d gradient;
-          const double r = weight_ * (margin_ - solid.grid->Distance(in_link, &gradient));
-          if (r <= 0.0) return;
-          cost += 0.5 * r * r;
-          if (normal == nullptr) return;
-          normal->AddPointRow(link, object_.samples.col(j), weight_ * (pose.linear() * gradient),
-                              r);
+          if (InBox(*solid.grid, in_link)) visit(j, in_link);
         });
+  }
+
+  double AddLink(int link, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
+                 RobotNormal* normal) const {
+    double cost = 0.0;
+    ForLinkPoints(solid, pose, near, [&](const Eigen::Vector3d& x) {
+      Eigen::Vector3d gradient;
+      const double r = weight_ * (margin_ - object_.grid->Distance(x, &gradient));
+      if (r <= 0.0) return;
+      cost += 0.5 * r * r;
+      if (normal != nullptr) normal->AddPointRow(link, x, -weight_ * gradient, r);
+    });
+    return cost;
+  }
+
+  // The link's material at an object's point moves and the point stays: the distance changes the
+  // other way round.
+  double AddObject(int link, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
+                   RobotNormal* normal) const {
+    double cost = 0.0;
+    ForObjectPoints(solid, pose, near, [&](int j, const Eigen::Vector3d& in_link) {
+      Eigen::Vector3d gradient;
+      const double r = weight_ * (margin_ - solid.grid->Distance(in_link, &gradient));
+      if (r <= 0.0) return;
+      cost += 0.5 * r * r;
+      if (normal == nullptr) return;
+      normal->AddPointRow(link, object_.samples.col(j), weight_ * (pose.linear() * gradient), r);
+    });
     return cost;
   }
 

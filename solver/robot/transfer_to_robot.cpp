@@ -151,7 +151,7 @@ class ClipTransfer {
     }
     DenseMinimizer::Options minimizer;
     minimizer.max_iterations = max_iterations;
-    minimizer.function_tolerance = 1e-5;
+    minimizer.function_tolerance = before != nullptr ? 1e-4 : 1e-5;
     minimizer.step_tolerance = 1e-4;
     // Where pads' nearest places change the first step often leads too far: trusted as before.
     if (before != nullptr) minimizer.radius = radius_;
@@ -163,23 +163,7 @@ class ClipTransfer {
 
   double Deepest(const RobotPose& pose) {
     posed_.Set(pose);
-    double deepest = 0.0;
-    for (const int link : setup_.solids->Links()) {
-      const LinkSolid& solid = setup_.solids->Of(link);
-      const Eigen::Isometry3d& object_from_link = posed_.ObjectFromLink(link);
-      const Eigen::Vector3d centre = object_from_link * solid.centre;
-      if (setup_.object_grid->Linear(centre) > solid.radius) continue;
-      for (const auto sample : solid.samples.colwise()) {
-        deepest = std::max(deepest, -setup_.object_grid->Linear(object_from_link * sample));
-      }
-      const Eigen::Isometry3d link_from_object = object_from_link.inverse();
-      for (Eigen::Index j = 0; j < obstacle_.samples.cols(); ++j) {
-        const Eigen::Vector3d x = obstacle_.samples.col(j);
-        if ((x - centre).squaredNorm() > solid.radius * solid.radius) continue;
-        deepest = std::max(deepest, -solid.grid->Linear(link_from_object * x));
-      }
-    }
-    return deepest;
+    return penetration_.Deepest(posed_);
   }
 
   const RobotTransferSetup& setup_;

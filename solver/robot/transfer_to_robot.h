@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -49,6 +50,10 @@ struct RobotContact {
   Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
   double distance_m = 0.0;  ///< point to target
   double angle_rad = 0.0;   ///< normal against the target's reversed
+  double press_rad = 0.0;   ///< the object's normal where the pad is nearest to it, to the target's
+  /// The phalanx's bone, robot's to human's: directions and far ends. NaN of the palm.
+  double bone_rad = std::numeric_limits<double>::quiet_NaN();
+  double bone_m = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Made once for a robot and a clip; what transfers and baselines share.
