@@ -11,6 +11,7 @@
 ///   read_robot.h           URDF (urdfdom) and MJCF (MuJoCo)
 ///   robot_kinematics.h     where links are, and how they move
 ///   robot_anatomy.h        palm, fingers, thumb: which is which
+///   robot_keypoints.h      joints and tips that stand for the human's
 ///   hand_correspondence.h  the human's skin and the robot's, place by place
 ///   robot_solids.h         links as solids
 ///   near_samples.h         points near a solid, remembered

@@ -15,6 +15,7 @@
 #include "solver/robot/robot_anatomy.h"
 #include "solver/robot/robot_contact_term.h"
 #include "solver/robot/robot_distance_term.h"
+#include "solver/robot/robot_keypoints.h"
 #include "solver/robot/robot_kinematics.h"
 #include "solver/robot/robot_penetration_term.h"
 #include "solver/robot/robot_prior_terms.h"
@@ -356,6 +357,75 @@ TEST_F(RobotTerms, PadsAreFoundAsByTryingAllTheirPoints) {
     EXPECT_GE(cost, 1e6 * (place(*nearest) - point).squaredNorm() - 1e-9);
   }
   EXPECT_EQ(parts, 2);
+}
+
+// A pad's nearest point is none that another is nearer than, of what is sampled; the deepest of the
+// penetration term is what its samples say, both ways, wherever it was asked before.
+TEST_F(RobotTerms, FindWhatTouchesAndWhatIsDeepest) {
+  const RobotPenetrationTerm term(solids_, obstacle_, 3e-4, 1e-4);
+  PosedRobot posed(hand_);
+  int inside = 0;
+  for (int step = 0; step < 40; ++step) {
+    pose_.T = pose_.R * Eigen::Vector3d(-0.035 + 0.001 * step, 0.0, -0.09);
+    posed.Set(pose_);
+    double deepest = 0.0;
+    for (const int link : solids_.Links()) {
+      const Eigen::Isometry3d& pose = posed.ObjectFromLink(link);
+      for (const auto sample : solids_.Of(link).samples.colwise()) {
+        deepest = std::max(deepest, -grid_.Linear(pose * sample));
+      }
+      const DistanceGrid& solid = *solids_.Of(link).grid;
+      for (const auto sample : obstacle_.samples.colwise()) {
+        const Eigen::Vector3d x = pose.inverse() * sample;
+        if ((x.array() < solid.Min().array()).any() || (x.array() > solid.Max().array()).any()) {
+          continue;
+        }
+        deepest = std::max(deepest, -solid.Linear(x));
+      }
+    }
+    EXPECT_NEAR(term.Deepest(posed), deepest, 1e-9);
+    inside += deepest > 0.0;
+    for (const int part : {0, 2}) {
+      const auto touching = pads_.Touching(part, posed, grid_);
+      ASSERT_TRUE(touching.has_value());
+      const auto distance_of = [&](const PadPoint& pad) {
+        return grid_.Linear(posed.ObjectFromLink(pad.link) * pad.point);
+      };
+      for (const auto vertex : ball_.vertices.colwise()) {
+        double cost = 0.0;
+        const auto other =
+            pads_.BestFacing(part, posed, vertex, Eigen::Vector3d::UnitZ(), 1.0, 0.0, &cost);
+        EXPECT_LE(distance_of(*touching), distance_of(*other) + 1e-12);
+      }
+    }
+  }
+  EXPECT_GT(inside, 5);
+  EXPECT_FALSE(pads_.Touching(7, posed, grid_).has_value());
+}
+
+// Joints and tips of the robot move with their links, and stand for the human's of the same finger.
+TEST_F(RobotTerms, KeypointsAreWhereTheLinksAre) {
+  const RobotKeypoints keypoints(hand_, anatomy_);
+  ASSERT_EQ(keypoints.joints.size(), 3 * anatomy_.fingers.size());
+  ASSERT_EQ(keypoints.tips.size(), anatomy_.fingers.size());
+  RobotPose straight{Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero(), hand_.Straight()};
+  PosedRobot posed(hand_);
+  posed.Set(straight);
+  for (std::size_t f = 0; f < anatomy_.fingers.size(); ++f) {
+    for (std::size_t p = 0; p < 3; ++p) {
+      EXPECT_LT((keypoints.joints[3 * f + p].At(posed) - anatomy_.fingers[f].nodes[p]).norm(),
+                1e-9);
+    }
+    EXPECT_LT((keypoints.tips[f].At(posed) - anatomy_.fingers[f].nodes[3]).norm(), 1e-9);
+    EXPECT_EQ(keypoints.human_fingers[f], anatomy_.fingers[f].human);
+  }
+  // A phalanx keeps its length, whatever the pose.
+  posed.Set(pose_);
+  for (std::size_t f = 0; f < anatomy_.fingers.size(); ++f) {
+    const auto& nodes = anatomy_.fingers[f].nodes;
+    EXPECT_NEAR((keypoints.tips[f].At(posed) - keypoints.joints[3 * f + 2].At(posed)).norm(),
+                (nodes[3] - nodes[2]).norm(), 1e-9);
+  }
 }
 
 // What a term remembers of an earlier pose changes nothing.
