@@ -48,6 +48,8 @@ RobotMeasures MeasureTransfer(const RobotTransferSetup& setup, const std::vector
 
 /// The human hand by the same measure, so that one sees how near a hand can come to what is asked:
 /// of each contact, the nearest point of the skin of its part. Deepest: its vertices in the object.
+/// It presses where it touches and its bones are what others' are compared with: press_deg is 0,
+/// bones none.
 RobotMeasures MeasureHuman(const RobotTransferSetup& setup, int threads = 1);
 
 nlohmann::json RobotMeasuresJson(const RobotMeasures& measures);

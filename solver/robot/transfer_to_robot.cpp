@@ -151,6 +151,7 @@ class ClipTransfer {
     }
     DenseMinimizer::Options minimizer;
     minimizer.max_iterations = max_iterations;
+    // Starts are compared by their costs; frames begin at their neighbours' solutions.
     minimizer.function_tolerance = before != nullptr ? 1e-4 : 1e-5;
     minimizer.step_tolerance = 1e-4;
     // Where pads' nearest places change the first step often leads too far: trusted as before.
