@@ -46,6 +46,7 @@ constexpr double kWorthWalking = 0.1;  // metres
 constexpr double kStrolls = 0.7;       // m/s: slower steps have no cadence of their own
 constexpr double kWalkRatio = 0.41;    // metres per Hz: step length over step frequency
 constexpr int kHalfStep = 8;           // frames
+constexpr double kLowLean = 0.35;      // of the metres that a goal is low
 
 // How thick a person is about a joint, metres: feet, arms, trunk and legs.
 double Thickness(int joint) {
@@ -239,8 +240,8 @@ void AddPostureTerms(const LatentOptions& options, const MotionView& motion, con
   const auto walk = std::make_shared<UprightTrunk>(options.farthest_lean_m, options.lean);
   // What is low is bent for, and sooner.
   const double low_m = std::max(0.0, kHandy - task.goal.z());
-  const auto reach =
-      std::make_shared<UprightTrunk>(options.farthest_lean_reaching_m + 0.5 * low_m, options.lean);
+  const auto reach = std::make_shared<UprightTrunk>(
+      options.farthest_lean_reaching_m + kLowLean * low_m, options.lean);
   const int reaching = task.deadline - (low_m > 0.0 ? 2 * kReaching : kReaching);
   const double first_m = (motion.At(0, kNeck) - motion.At(0, 0)).head<2>().norm();
   for (int t = 1; t < frames; ++t) {
