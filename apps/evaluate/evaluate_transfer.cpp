@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "apps/evaluate/evaluate_transfer.h"
 
+#include <cmath>
 #include <map>
 
 #include <fmt/format.h>
@@ -8,7 +9,7 @@
 #include "apps/clip_input.h"
 #include "geometry/io/container/atomic_file.h"
 #include "solver/evaluation/robot_study.h"
-#include "solver/robot/read_robot.h"
+#include "solver/robot_hand/read_robot.h"
 #include "solver/trial/trial_clip.h"
 
 namespace holdfast::apps {
@@ -47,8 +48,8 @@ struct TransferMeans {
             {"frames", frames},
             {"contact_distance_mm", contact / std::max(contacts, 1)},
             {"contact_normal_deg", angle / std::max(contacts, 1)},
-            {"press_direction_deg", press / std::max(contacts, 1)},
-            {"bone_direction_deg", bone / std::max(bones, 1)},
+            {"press_direction_deg", press / contacts},
+            {"bone_direction_deg", bone / bones},
             {"max_penetration_depth_mm", deepest / std::max(clips, 1)},
             {"frames_deeper_than_2_mm_ratio", static_cast<double>(deep) / std::max(frames, 1)},
             {"ms_per_frame", ms / std::max(frames, 1)},
@@ -57,19 +58,24 @@ struct TransferMeans {
   }
 };
 
+std::string Degrees(const nlohmann::json& value) {
+  const double degrees = value.get<double>();
+  return std::isnan(degrees) ? "-" : fmt::format("{:.1f}°", degrees);
+}
+
 std::string TransferTable(const std::map<std::pair<std::string, std::string>, TransferMeans>& all) {
   std::string text = fmt::format("{:<16}{:<34}{:>11}{:>9}{:>9}{:>9}{:>9}{:>9}{:>10}{:>7}\n",
                                  "robot", "method", "contact, mm", "normals", "presses", "bones",
                                  "deepest", "> 2 mm", "ms/frame", "held");
   for (const auto& [key, means] : all) {
     const nlohmann::json json = means.Json();
-    text += fmt::format(
-        "{:<16}{:<34}{:>11.2f}{:>8.1f}°{:>8.1f}°{:>8.1f}°{:>9.2f}{:>8.2f}%{:>10.2f}{:>4}/{}\n",
-        key.first, key.second, json["contact_distance_mm"].get<double>(),
-        json["contact_normal_deg"].get<double>(), json["press_direction_deg"].get<double>(),
-        json["bone_direction_deg"].get<double>(), json["max_penetration_depth_mm"].get<double>(),
-        100.0 * json["frames_deeper_than_2_mm_ratio"].get<double>(),
-        json["ms_per_frame"].get<double>(), means.held, means.tried);
+    text += fmt::format("{:<16}{:<34}{:>11.2f}{:>9}{:>9}{:>9}{:>9.2f}{:>8.2f}%{:>10.2f}{:>4}/{}\n",
+                        key.first, key.second, json["contact_distance_mm"].get<double>(),
+                        Degrees(json["contact_normal_deg"]), Degrees(json["press_direction_deg"]),
+                        Degrees(json["bone_direction_deg"]),
+                        json["max_penetration_depth_mm"].get<double>(),
+                        100.0 * json["frames_deeper_than_2_mm_ratio"].get<double>(),
+                        json["ms_per_frame"].get<double>(), means.held, means.tried);
   }
   return text;
 }

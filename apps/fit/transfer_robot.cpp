@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "apps/fit/transfer_robot.h"
 
+#include <cmath>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -47,6 +49,14 @@ std::string CorrespondenceText(const RobotTransferSetup& setup) {
     text += fmt::format("{},{}\n", row.part, row.link);
   }
   return text;
+}
+
+std::string GripText(const RobotMeasures& measures) {
+  constexpr double kSlips_mm = 30.0;
+  if (std::isnan(measures.give_mm)) return "never holds";
+  if (measures.give_mm > kSlips_mm)
+    return "may slip: a friction of 0.6 does not hold the weight in every direction";
+  return fmt::format("the object's own weight moves it by {:.1f} mm", measures.give_mm);
 }
 
 }  // namespace
@@ -136,11 +146,12 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
           "{}: {} frames on {} ({} fingers, {} joints)\n"
           "  contacts kept      {:.2f} mm, {:.1f} degrees (mean of {}), {:.0f} % within 5 mm\n"
           "  deepest            {:.2f} mm, {} frames deeper than 2 mm\n"
+          "  grip               {}\n"
           "  solved in          {:.2f} ms a frame, the start in {:.0f} ms\n",
           output, result.poses.size(), setup.robot.name, setup.anatomy.fingers.size(),
           setup.robot.NumDofs(), measures.contact_mm, measures.angle_deg, measures.contacts,
           100.0 * measures.touching_ratio, measures.deepest_mm, measures.frames_deeper_than_2_mm,
-          result.solve_ms / frames, result.start_ms));
+          GripText(measures), result.solve_ms / frames, result.start_ms));
   return kDone;
 }
 

@@ -72,8 +72,8 @@ std::optional<HoldTrial> TryRobotHold(const RobotTransferSetup& setup, const Rob
   if (!HasPhysics() || slides) return std::nullopt;
   std::vector<int> body_of;
   const std::vector<TrialLink> links = TrialLinks(setup, pose, protocol.fingers, body_of);
-  std::vector<TrialContact> contacts = GripOfRobot(setup, pose, solid, protocol);
-  for (TrialContact& contact : contacts) contact.link = body_of[contact.link];
+  std::vector<GripContact> contacts = GripOfRobot(setup, pose, solid, protocol);
+  for (GripContact& contact : contacts) contact.link = body_of[contact.link];
   return TryHold(links, contacts, solid, pose.ObjectFromRoot().inverse(), protocol);
 }
 

@@ -10,7 +10,7 @@
 
 #include "geometry/mesh/append.h"
 #include "geometry/mesh/triangle_tree.h"
-#include "solver/robot/robot_kinematics.h"
+#include "solver/robot_hand/robot_kinematics.h"
 
 namespace holdfast {
 namespace {

@@ -4,12 +4,7 @@
 /// Robot hands: a clip of a human hand with an object and a robot's URDF or MJCF go in; the robot's
 /// wrist and joints, frame by frame, with the contacts kept, come out.
 ///
-/// From the inside out:
-///   robot_hand.h           RobotHand: links, joints, the numbers that move them
-///   robot_joints.h         joints that follow others
-///   robot_shapes.h         primitives as meshes; where mesh files are
-///   read_robot.h           URDF (urdfdom) and MJCF (MuJoCo)
-///   robot_kinematics.h     where links are, and how they move
+/// The hand itself is of solver/robot_hand. From the inside out:
 ///   robot_anatomy.h        palm, fingers, thumb: which is which
 ///   robot_keypoints.h      joints and tips that stand for the human's
 ///   hand_correspondence.h  the human's skin and the robot's, place by place
@@ -23,13 +18,14 @@
 ///   human_demonstration.h  what the human hand does
 ///   robot_start.h          the robot's hand where the human's is
 ///   start_choice.h         which of the starts' poses is taken: one that holds
+///   robot_hold.h           where links touch, and how far the object gives way in their grip
 ///   transfer_to_robot.h    the whole clip
 ///   robot_measures.h       how good it is
 ///   robot_output.h         files: joints, contacts
 ///   robot_pictures.h       pictures
 
-#include "solver/robot/read_robot.h"
 #include "solver/robot/robot_measures.h"
 #include "solver/robot/robot_output.h"
 #include "solver/robot/robot_pictures.h"
 #include "solver/robot/transfer_to_robot.h"
+#include "solver/robot_hand/read_robot.h"

@@ -15,7 +15,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "solver/robot/robot_kinematics.h"
+#include "solver/robot_hand/robot_kinematics.h"
 
 namespace holdfast {
 namespace {

@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 
 #include "solver/hand/hand_axes.h"
-#include "solver/robot/robot_hand.h"
+#include "solver/robot_hand/robot_hand.h"
 
 namespace holdfast {
 

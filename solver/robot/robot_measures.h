@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ struct RobotFrameMeasure {
   double hand_in_object_mm = 0.0;  ///< deepest point of the links' surfaces in the object
   double object_in_hand_mm = 0.0;  ///< deepest of the object's surface in a link
   double self_mm = 0.0;            ///< deepest of a link in another (RobotSolids::Pairs)
+  /// RobotHold::Give_m where the human hand touches, else NaN.
+  double give_mm = std::numeric_limits<double>::quiet_NaN();
   std::vector<RobotContact> contacts;
 
   double Deepest_mm() const;
@@ -28,7 +31,7 @@ struct RobotMeasures {
   int contacts = 0;         ///< of all frames
   double contact_mm = 0.0;  ///< mean over them
   double angle_deg = 0.0;   ///< mean
-  double press_deg = 0.0;   ///< RobotContact::press_rad, mean
+  double press_deg = 0.0;   ///< RobotContact::press_rad, mean; NaN of a human hand
   /// RobotContact::bone_rad and bone_m, means over the phalanges that touch (TopoRetarget, Wu et
   /// al. 2026, eq. 11 and 10). NaN where none does.
   double bone_deg = 0.0, bone_mm = 0.0;
@@ -38,6 +41,9 @@ struct RobotMeasures {
   double mean_deepest_mm = 0.0;  ///< frames' deepest, mean
   int frames_deeper_than_2_mm = 0;
   double self_mm = 0.0;  ///< deepest of the clip
+  /// Median of the frames in which the human hand touches: how far the object's own weight moves it
+  /// in the grip. NaN without such frames, and of a human hand.
+  double give_mm = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Contacts: for each part of the human hand that touches (PartContact) and stands for something of
@@ -48,8 +54,8 @@ RobotMeasures MeasureTransfer(const RobotTransferSetup& setup, const std::vector
 
 /// The human hand by the same measure, so that one sees how near a hand can come to what is asked:
 /// of each contact, the nearest point of the skin of its part. Deepest: its vertices in the object.
-/// It presses where it touches and its bones are what others' are compared with: press_deg is 0,
-/// bones none.
+/// It presses where it touches and its bones are what others' are compared with: press_deg is NaN,
+/// bones are none.
 RobotMeasures MeasureHuman(const RobotTransferSetup& setup, int threads = 1);
 
 nlohmann::json RobotMeasuresJson(const RobotMeasures& measures);

@@ -9,7 +9,7 @@
 #include "geometry/mesh/decimate.h"
 #include "geometry/parallel.h"
 #include "solver/robot/hand_correspondence.h"
-#include "solver/robot/robot_kinematics.h"
+#include "solver/robot_hand/robot_kinematics.h"
 
 namespace holdfast {
 namespace {

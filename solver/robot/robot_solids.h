@@ -13,7 +13,7 @@
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
 #include "solver/robot/robot_anatomy.h"
-#include "solver/robot/robot_hand.h"
+#include "solver/robot_hand/robot_hand.h"
 
 namespace holdfast {
 

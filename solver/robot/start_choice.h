@@ -3,19 +3,14 @@
 
 #include <vector>
 
-#include "geometry/mesh/mesh.h"
-#include "geometry/mesh/signed_distance.h"
-#include "solver/robot/robot_solids.h"
-#include "solver/robot/robot_term.h"
+#include "solver/robot/transfer_to_robot.h"
 
 namespace holdfast {
 
-/// Which of the poses that the starts led to is taken: of those that cost at most half more than
-/// the least, the cheapest whose touching links hold the object's weight in every direction by
-/// little friction (`HoldsGravity`); the cheapest of all where none does. Returns its index.
-/// `object` is the distance of `mesh`.
-int ChooseStart(const RobotHand& hand, const RobotSolids& solids, const SignedDistance& object,
-                const TriangleMesh& mesh, const std::vector<RobotPose>& poses,
+/// Which of the poses that the starts led to is taken: the least of cost (1 + give / 20 mm), of
+/// those that cost at most three times the least. The give is how far the object's own weight moves
+/// it in that grip (RobotHold). Returns its index.
+int ChooseStart(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                 const std::vector<double>& costs);
 
 }  // namespace holdfast

@@ -191,8 +191,7 @@ RobotPose FirstPose(const RobotTransferSetup& setup, const RobotTransferOptions&
     costs[k] = ClipTransfer(setup, options, points).StartPose(t, poses[k], &tried[k]);
   });
   *iterations += std::accumulate(tried.begin(), tried.end(), 0);
-  return poses[static_cast<std::size_t>(
-      ChooseStart(setup.robot, *setup.solids, *setup.object_distance, setup.object, poses, costs))];
+  return poses[static_cast<std::size_t>(ChooseStart(setup, poses, costs))];
 }
 
 // The frame to begin with: most parts touch; of equals the middle one.

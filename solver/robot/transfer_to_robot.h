@@ -50,8 +50,10 @@ struct RobotContact {
   Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
   double distance_m = 0.0;  ///< point to target
   double angle_rad = 0.0;   ///< normal against the target's reversed
-  double press_rad = 0.0;   ///< the object's normal where the pad is nearest to it, to the target's
-  /// The phalanx's bone, robot's to human's: directions and far ends. NaN of the palm.
+  /// The object's normal where the pad is nearest to it, to the target's. NaN of a human hand.
+  double press_rad = std::numeric_limits<double>::quiet_NaN();
+  /// The phalanx's bone, robot's to human's: directions and far ends. NaN of the palm and of a
+  /// human hand.
   double bone_rad = std::numeric_limits<double>::quiet_NaN();
   double bone_m = std::numeric_limits<double>::quiet_NaN();
 };

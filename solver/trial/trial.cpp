@@ -124,14 +124,14 @@ TrialCourse FollowClip(TrialRun run, const HandMotion& hand, const Eigen::Vector
   });
 }
 
-HoldTrial TryLinks(const std::vector<TrialLink>& links, const std::vector<TrialContact>& contacts,
+HoldTrial TryLinks(const std::vector<TrialLink>& links, const std::vector<GripContact>& contacts,
                    const TrialSolid& solid, const Eigen::Isometry3d& hand_from_object,
                    const TrialProtocol& protocol, const HandMotion* motion) {
   const TrialScene scene(links, contacts, {solid.pieces, solid.mass, hand_from_object},
                          protocol.scene);
   HoldTrial trial;
   trial.mass_kg = solid.mass.mass_kg;
-  for (const TrialContact& contact : contacts) {
+  for (const GripContact& contact : contacts) {
     const double push = contact.press.dot(contact.into);
     if (push <= 0.0) continue;
     trial.grip_N += push;
@@ -202,7 +202,7 @@ double HoldTrial::WorstSlip_deg() const {
   return std::ranges::max(directions, {}, &TrialCourse::slip_deg).slip_deg;
 }
 
-HoldTrial TryHold(const std::vector<TrialLink>& links, const std::vector<TrialContact>& contacts,
+HoldTrial TryHold(const std::vector<TrialLink>& links, const std::vector<GripContact>& contacts,
                   const TrialSolid& solid, const Eigen::Isometry3d& hand_from_object,
                   const TrialProtocol& protocol) {
   return TryLinks(links, contacts, solid, hand_from_object, protocol, nullptr);
@@ -213,7 +213,7 @@ HoldTrial TryHold(const HandState& state, const Eigen::Isometry3d& world_from_ob
                   const TrialProtocol& protocol, const HandMotion* motion) {
   RequirePhysics();
   const Eigen::Isometry3d wrist_from_object = state.WorldFromWrist().inverse() * world_from_object;
-  std::vector<TrialContact> contacts =
+  std::vector<GripContact> contacts =
       ContactsOfHand(state, world_from_object, distance, protocol.touch_m);
   BalancePresses(wrist_from_object * solid.mass.centre, solid.radius_m, protocol.scene.friction,
                  std::max(protocol.least_grip_N,

@@ -7,7 +7,7 @@
 /// docs/metrics.md has the protocol. No search uses it.
 ///
 /// From the inside out:
-///   trial_hand.h   a hand as rigid links; contacts and their squeeze
+///   trial_hand.h   a hand as rigid links, and where it touches
 ///   trial_scene.h  links and an object simulated
 ///   trial_clip.h   trials of clips, as JSON and for people
 ///   trial_film.h   pictures of a trial
@@ -96,7 +96,7 @@ struct HoldTrial {
 
 /// What the hand of links and contacts (forces set) makes of the object. Throws Error without
 /// MuJoCo (RequirePhysics).
-HoldTrial TryHold(const std::vector<TrialLink>& links, const std::vector<TrialContact>& contacts,
+HoldTrial TryHold(const std::vector<TrialLink>& links, const std::vector<GripContact>& contacts,
                   const TrialSolid& solid, const Eigen::Isometry3d& hand_from_object,
                   const TrialProtocol& protocol);
 

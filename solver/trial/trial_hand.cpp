@@ -17,8 +17,6 @@ namespace {
 
 constexpr double kLeastLinkPiece_m3 = 1e-10;
 constexpr double kLinkSection_m = 0.015;
-constexpr int kSweeps = 200;
-constexpr double kBalanceWeight = 100.0;
 
 // The finger along whose bone in the palm a point lies.
 int PalmStrip(const HandState& state, const Eigen::Vector3d& point) {
@@ -52,30 +50,6 @@ std::vector<int> PieceOfVertices(const HandState& state) {
 }
 
 int LinkOfPiece(int piece) { return piece < kJointsPerHand ? piece + 1 : 0; }
-
-// The four edges of each contact's friction cone, as wrenches (6 x 4 contacts) and as forces.
-struct ConeEdges {
-  Eigen::Matrix<double, 6, Eigen::Dynamic> wrenches;
-  Eigen::Matrix3Xd forces;
-};
-
-ConeEdges EdgesOf(const std::vector<TrialContact>& contacts, const Eigen::Vector3d& centre,
-                  double radius_m, double friction) {
-  const auto count = static_cast<Eigen::Index>(contacts.size());
-  ConeEdges edges{Eigen::Matrix<double, 6, Eigen::Dynamic>(6, 4 * count),
-                  Eigen::Matrix3Xd(3, 4 * count)};
-  for (Eigen::Index c = 0; c < count; ++c) {
-    const TrialContact& contact = contacts[static_cast<std::size_t>(c)];
-    const Eigen::Vector3d side = contact.into.unitOrthogonal(), up = contact.into.cross(side);
-    const Eigen::Vector3d ways[] = {side, up, -side, -up};
-    for (int k = 0; k < 4; ++k) {
-      const Eigen::Vector3d force = contact.into + friction * ways[k];
-      edges.forces.col(4 * c + k) = force;
-      edges.wrenches.col(4 * c + k) << force, (contact.point - centre).cross(force) / radius_m;
-    }
-  }
-  return edges;
-}
 
 }  // namespace
 
@@ -123,13 +97,13 @@ std::vector<TrialLink> LinksOfHand(const HandState& state, const FingerStrength&
   return links;
 }
 
-std::vector<TrialContact> ContactsOfHand(const HandState& state,
-                                         const Eigen::Isometry3d& world_from_object,
-                                         const SignedDistance& object, double touch_m) {
+std::vector<GripContact> ContactsOfHand(const HandState& state,
+                                        const Eigen::Isometry3d& world_from_object,
+                                        const SignedDistance& object, double touch_m) {
   const Eigen::Isometry3d wrist_from_world = state.WorldFromWrist().inverse();
   const Eigen::Isometry3d object_from_world = world_from_object.inverse();
   const std::vector<int> piece_of = PieceOfVertices(state);
-  std::map<int, std::pair<double, TrialContact>> deepest;
+  std::map<int, std::pair<double, GripContact>> deepest;
   for (int v = 0; v < state.Hand().NumVertices(); ++v) {
     const SignedDistance::Result near = object.Query(object_from_world * state.Vertices().col(v));
     const int piece = piece_of[static_cast<std::size_t>(v)];
@@ -137,37 +111,15 @@ std::vector<TrialContact> ContactsOfHand(const HandState& state,
     if (near.distance > touch_m) continue;
     if (found != deepest.end() && found->second.first <= near.distance) continue;
     const Eigen::Isometry3d wrist_from_object = wrist_from_world * world_from_object;
-    TrialContact contact;
+    GripContact contact;
     contact.link = LinkOfPiece(piece);
     contact.point = wrist_from_object * near.closest;
     contact.into = -(wrist_from_object.linear() * near.gradient).normalized();
     deepest[piece] = {near.distance, contact};
   }
-  std::vector<TrialContact> contacts;
+  std::vector<GripContact> contacts;
   for (const auto& [piece, contact] : deepest) contacts.push_back(contact.second);
   return contacts;
-}
-
-void BalancePresses(const Eigen::Vector3d& centre, double radius_m, double friction, double grip_N,
-                    std::vector<TrialContact>& contacts) {
-  const ConeEdges edges = EdgesOf(contacts, centre, radius_m, friction);
-  Eigen::VectorXd f = Eigen::VectorXd::Constant(edges.forces.cols(), 0.25);
-  Eigen::Matrix<double, 6, 1> sum = edges.wrenches * f;
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {  // one coordinate at a time: convex, bounded
-    for (Eigen::Index g = 0; g < f.size(); ++g) {
-      const auto w = edges.wrenches.col(g);
-      const Eigen::Matrix<double, 6, 1> rest = sum - f[g] * w;
-      const double best =
-          (0.25 - kBalanceWeight * w.dot(rest)) / (kBalanceWeight * w.squaredNorm() + 1.0);
-      f[g] = std::max(0.0, best);
-      sum = rest + f[g] * w;
-    }
-  }
-  const double pushes = f.sum();
-  for (std::size_t c = 0; c < contacts.size() && pushes > 0.0; ++c) {
-    const auto begin = static_cast<Eigen::Index>(4 * c);
-    contacts[c].press = grip_N / pushes * edges.forces.middleCols(begin, 4) * f.segment(begin, 4);
-  }
 }
 
 }  // namespace holdfast

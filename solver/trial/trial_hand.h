@@ -8,6 +8,7 @@
 #include "geometry/body/hand_model.h"
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
+#include "solver/grip/grip.h"
 
 namespace holdfast {
 
@@ -22,14 +23,6 @@ struct TrialLink {
   double stiffness_Nm = 0.0;                           ///< about that axis, a radian
   double torque_limit_Nm = 0.0;                        ///< of the muscles, about that axis
   double side_stiffness_Nm = 0.0;                      ///< about the other two, a radian
-};
-
-/// Where a link touches the object. In the hand's frame, as fitted.
-struct TrialContact {
-  int link = 0;
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
-  Eigen::Vector3d into = Eigen::Vector3d::Zero();   ///< unit, into the object
-  Eigen::Vector3d press = Eigen::Vector3d::Zero();  ///< force that the link should exert there, N
 };
 
 /// Stiffness (Nm/rad) and torque limits (Nm) by place in the finger: knuckle, middle, end.
@@ -47,16 +40,8 @@ std::vector<TrialLink> LinksOfHand(const HandState& state, const FingerStrength&
 
 /// The places at which skin is closer than `touch_m` to the object, the deepest of each piece: in
 /// the wrist's frame. No forces yet.
-std::vector<TrialContact> ContactsOfHand(const HandState& state,
-                                         const Eigen::Isometry3d& world_from_object,
-                                         const SignedDistance& object, double touch_m);
-
-/// The squeeze: pushes and friction at the contacts that balance each other on the object as well
-/// as can be, each contact taking its share. With g the 4 edges of the friction cone of each
-/// contact, f >= 0 of least 100 |sum_g f_g w_g|^2 + sum_g (f_g - 1/4)^2, wrenches w about `centre`
-/// with torques over `radius_m`; then scaled so that the pushes (along `into`) sum to `grip_N`.
-/// After BODex (Chen et al. 2024), which also makes its squeeze by bilevel balance of forces.
-void BalancePresses(const Eigen::Vector3d& centre, double radius_m, double friction, double grip_N,
-                    std::vector<TrialContact>& contacts);
+std::vector<GripContact> ContactsOfHand(const HandState& state,
+                                        const Eigen::Isometry3d& world_from_object,
+                                        const SignedDistance& object, double touch_m);
 
 }  // namespace holdfast

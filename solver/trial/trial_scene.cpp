@@ -183,7 +183,7 @@ struct TrialScene::Model {
 };
 
 TrialScene::TrialScene(const std::vector<TrialLink>& links,
-                       const std::vector<TrialContact>& contacts, const TrialObject& object,
+                       const std::vector<GripContact>& contacts, const TrialObject& object,
                        const TrialSceneOptions& options) {
   auto model = std::make_unique<Model>();
   model->mujoco = Compile(SceneText(links, object, options));
@@ -200,7 +200,7 @@ TrialScene::TrialScene(const std::vector<TrialLink>& links,
         RigidTransform(links[k].fitted.toRotationMatrix(), links[k].joint);
     hand_from_link.push_back(links[k].parent < 0 ? own : hand_from_link[links[k].parent] * own);
   }
-  for (const TrialContact& contact : contacts) {
+  for (const GripContact& contact : contacts) {
     const Eigen::Isometry3d link_from_hand = hand_from_link[contact.link].inverse();
     model->presses.push_back(
         {mj_name2id(m, mjOBJ_BODY, fmt::format("link{}", contact.link).c_str()),
@@ -335,7 +335,7 @@ bool TrialRun::Unstable() const { return data_->unstable; }
 struct TrialScene::Model {};
 struct TrialRun::Data {};
 
-TrialScene::TrialScene(const std::vector<TrialLink>&, const std::vector<TrialContact>&,
+TrialScene::TrialScene(const std::vector<TrialLink>&, const std::vector<GripContact>&,
                        const TrialObject&, const TrialSceneOptions&) {
   RequirePhysics();
 }

@@ -55,7 +55,7 @@ struct FrameMotion {
 class TrialScene {
  public:
   /// Throws Error as RequirePhysics does, and with MuJoCo's words where it refuses the scene.
-  TrialScene(const std::vector<TrialLink>& links, const std::vector<TrialContact>& contacts,
+  TrialScene(const std::vector<TrialLink>& links, const std::vector<GripContact>& contacts,
              const TrialObject& object, const TrialSceneOptions& options);
   ~TrialScene();
   TrialScene(const TrialScene&) = delete;

@@ -16,8 +16,8 @@
 #include <mujoco/mujoco.h>
 
 #include "geometry/pose.h"
-#include "solver/robot/read_robot.h"
-#include "solver/robot/robot_kinematics.h"
+#include "solver/robot_hand/read_robot.h"
+#include "solver/robot_hand/robot_kinematics.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"
 #include "tests/support/robot_files.h"

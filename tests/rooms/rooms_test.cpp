@@ -38,7 +38,7 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"generator/actions"},
     {"generator/training/wandr", "generator/training/imos"},
     {"meshes/make/body", "meshes/make/clips", "meshes/make/objects"},
-    {"solver/unknowns", "solver/hand"},
+    {"solver/unknowns", "solver/hand", "solver/robot_hand", "solver/grip"},
     {"solver/terms/hand", "solver/terms/body", "solver/terms/motion"},
     {"solver/fit", "solver/grasp", "solver/body_ik", "solver/clearance", "solver/markers"},
     {"solver/handover", "solver/take", "solver/latent", "solver/recipes", "solver/score",

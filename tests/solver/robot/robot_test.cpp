@@ -11,18 +11,20 @@
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/contact_samples.h"
 #include "geometry/rotation.h"
-#include "solver/robot/read_robot.h"
 #include "solver/robot/robot_anatomy.h"
 #include "solver/robot/robot_contact_term.h"
 #include "solver/robot/robot_distance_term.h"
 #include "solver/robot/robot_keypoints.h"
-#include "solver/robot/robot_kinematics.h"
+#include "solver/robot/robot_measures.h"
 #include "solver/robot/robot_penetration_term.h"
 #include "solver/robot/robot_prior_terms.h"
 #include "solver/robot/robot_self_term.h"
-#include "solver/robot/robot_shapes.h"
 #include "solver/robot/robot_solver.h"
+#include "solver/robot/robot_hold.h"
 #include "solver/robot/start_choice.h"
+#include "solver/robot_hand/read_robot.h"
+#include "solver/robot_hand/robot_kinematics.h"
+#include "solver/robot_hand/robot_shapes.h"
 #include "tests/support/robot_files.h"
 #include "tests/support/temporary_folder.h"
 
@@ -268,6 +270,20 @@ class RobotTerms : public ::testing::Test {
     pads_ = RobotPads(pairs_, solids_);
   }
 
+  // Hand and ball as a transfer has them, without a demonstration.
+  RobotTransferSetup Setup() const {
+    RobotTransferSetup setup;
+    setup.robot = hand_;
+    setup.anatomy = anatomy_;
+    setup.pads = RobotPads(pairs_, solids_);
+    setup.solids = std::make_unique<RobotSolids>(solids_);
+    setup.object = ball_;
+    setup.object_distance = std::make_unique<SignedDistance>(ball_);
+    setup.object_grid =
+        std::make_unique<DistanceGrid>(*setup.object_distance, DistanceGridOptions{});
+    return setup;
+  }
+
   // The gradient against differences of the cost, relative to its largest entry.
   double GradientError(const RobotTerm& term, double length = 1e-7) {
     RobotSolver solver(hand_);
@@ -473,6 +489,7 @@ TEST_F(RobotTerms, LinksThatMeetArePushedApart) {
 
 // Away from the ball nothing holds it, however little that costs; but not at any price.
 TEST_F(RobotTerms, StartsThatHoldAreTaken) {
+  const RobotTransferSetup setup = Setup();
   std::mt19937 random(7);
   RobotPose away = pose_;
   away.T += Eigen::Vector3d(0.0, 0.0, 0.5);
@@ -484,9 +501,85 @@ TEST_F(RobotTerms, StartsThatHoldAreTaken) {
   }
   std::vector<double> costs(poses.size(), 1.4);
   costs[0] = 1.0;
-  EXPECT_GT(ChooseStart(hand_, solids_, distance_, ball_, poses, costs), 0);
-  std::fill(costs.begin() + 1, costs.end(), 1.6);
-  EXPECT_EQ(ChooseStart(hand_, solids_, distance_, ball_, poses, costs), 0);
+  const int chosen = ChooseStart(setup, poses, costs);
+  EXPECT_GT(chosen, 0);
+  costs[chosen] = 2.9;
+  EXPECT_NE(ChooseStart(setup, poses, costs), 0);
+  std::fill(costs.begin() + 1, costs.end(), 3.1);
+  EXPECT_EQ(ChooseStart(setup, poses, costs), 0);
+}
+
+// A contact 3 mm off a pad, its normal 20 degrees off the pad's; bones as the robot's, the end of
+// one 5 mm away and another's turned by 10 degrees; the ball pushed 2 mm into a link.
+TEST_F(RobotTerms, MeasuresAreWhatWasPut) {
+  RobotTransferSetup setup = Setup();
+  PosedRobot posed(hand_);
+  posed.Set(pose_);
+  const RobotKeypoints keypoints(hand_, anatomy_);
+  HumanFrame frame;
+  frame.joints.setZero();
+  frame.tips.setZero();
+  const auto index = std::ranges::find(keypoints.human_fingers, static_cast<int>(kIndex));
+  ASSERT_NE(index, keypoints.human_fingers.end());
+  const auto f = static_cast<std::size_t>(index - keypoints.human_fingers.begin());
+  for (int k = 0; k < 3; ++k) frame.joints.col(k) = keypoints.joints[3 * f + k].At(posed);
+  frame.tips.col(kIndex) = keypoints.tips[f].At(posed);
+  const Eigen::Vector3d tip_bone = frame.tips.col(kIndex) - frame.joints.col(2);
+  frame.tips.col(kIndex) += 0.005 * tip_bone.normalized();
+  const std::optional<PadPoint> touch = setup.pads.Touching(2, posed, grid_);
+  ASSERT_TRUE(touch);
+  const Eigen::Isometry3d& link = posed.ObjectFromLink(touch->link);
+  const Eigen::Vector3d pad = link * touch->point, out = link.linear() * touch->normal;
+  PartContact contact;
+  contact.part = 2;
+  contact.point = pad + 0.003 * out;
+  contact.normal = ExpSO3(20.0 * kDegree * out.unitOrthogonal()) * -out;
+  frame.contacts = {contact};
+  setup.demonstration.frames = {frame};
+  const RobotMeasures measures = MeasureTransfer(setup, {pose_});
+  ASSERT_EQ(measures.contacts, 1);
+  EXPECT_NEAR(measures.contact_mm, 3.0, 0.01);
+  EXPECT_NEAR(measures.angle_deg, 20.0, 0.1);
+  const Eigen::Vector3d there = distance_.Query(pad).gradient;
+  EXPECT_NEAR(measures.press_deg, std::acos(there.dot(contact.normal)) / kDegree, 1e-6);
+  EXPECT_EQ(measures.bones, 1);
+  EXPECT_NEAR(measures.bone_deg, 0.0, 1e-4);
+  EXPECT_NEAR(measures.bone_mm, 5.0, 1e-6);
+
+  setup.demonstration.frames[0].tips.col(kIndex) =
+      frame.joints.col(2) +
+      ExpSO3(10.0 * kDegree * tip_bone.unitOrthogonal()) * Eigen::Vector3d(tip_bone);
+  EXPECT_NEAR(MeasureTransfer(setup, {pose_}).bone_deg, 10.0, 1e-4);
+
+  // The pad's nearest point put 2 mm under the ball's surface.
+  const SignedDistance::Result hit = distance_.Query(pad);
+  RobotPose deeper = pose_;
+  deeper.T -= (hit.distance + 0.002) * hit.gradient;
+  EXPECT_GT(MeasureTransfer(setup, {deeper}).deepest_mm, 1.5);
+}
+
+TEST_F(RobotTerms, TouchesMoveAsTheirSlopesSay) {
+  const RobotTransferSetup setup = Setup();
+  PosedRobot posed(hand_);
+  posed.Set(pose_);
+  const std::vector<GripContact> touches = TouchesOfRobot(setup, posed, 0.02);
+  ASSERT_GT(touches.size(), 1u);
+  const Eigen::MatrixXd slopes = ContactSlopes(posed.State(), touches);
+  ASSERT_EQ(slopes.rows(), 3 * std::ssize(touches));
+  for (std::size_t c = 0; c < touches.size(); ++c) {
+    const Eigen::Vector3d at = pose_.ObjectFromRoot() * touches[c].point;
+    EXPECT_NEAR(distance_.Distance(at), 0.0, 1e-9);                        // on the object
+    EXPECT_LT((pose_.R * touches[c].into + at.normalized()).norm(), 0.2);  // into the ball
+    const Eigen::Vector3d in_link =
+        posed.State().RootFromLink(touches[c].link).inverse() * touches[c].point;
+    for (int k = 0; k < hand_.NumDofs(); ++k) {
+      RobotState moved(hand_);
+      moved.Evaluate(pose_.q + 1e-6 * Eigen::VectorXd::Unit(hand_.NumDofs(), k));
+      const Eigen::Vector3d way = moved.RootFromLink(touches[c].link) * in_link - touches[c].point;
+      EXPECT_LT((slopes.block<3, 1>(3 * static_cast<Eigen::Index>(c), k) - way / 1e-6).norm(),
+                1e-5);
+    }
+  }
 }
 
 }  // namespace

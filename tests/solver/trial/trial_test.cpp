@@ -30,7 +30,7 @@ TriangleMesh Block(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
 // Two plates on arms of 10 cm press a cube of 4 cm and 0.1 kg from both sides along x.
 struct Plates {
   std::vector<TrialLink> links{TrialLink{}};
-  std::vector<TrialContact> contacts;
+  std::vector<GripContact> contacts;
   TrialSolid solid;
 
   explicit Plates(double push_N) {
@@ -94,23 +94,6 @@ TEST(LinksOfHand, StayNearTheSkin) {
     }
   }
   EXPECT_LT(farthest, 0.005);
-}
-
-TEST(BalancePresses, OpposedContactsPushAlikeAndSumToTheGrip) {
-  std::vector<TrialContact> contacts(3);
-  contacts[0] = {1, {-0.02, 0.01, 0.0}, {1.0, 0.0, 0.0}, Eigen::Vector3d::Zero()};
-  contacts[1] = {2, {-0.02, -0.01, 0.0}, {1.0, 0.0, 0.0}, Eigen::Vector3d::Zero()};
-  contacts[2] = {3, {0.02, 0.0, 0.0}, {-1.0, 0.0, 0.0}, Eigen::Vector3d::Zero()};
-  BalancePresses(Eigen::Vector3d::Zero(), 0.03, 0.5, 12.0, contacts);
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double pushes = 0.0;
-  for (const TrialContact& contact : contacts) {
-    sum += contact.press;
-    pushes += contact.press.dot(contact.into);
-  }
-  EXPECT_NEAR(pushes, 12.0, 1e-9);
-  EXPECT_LT(sum.norm(), 0.2);
-  EXPECT_NEAR(contacts[2].press.dot(contacts[2].into), 6.0, 0.1);
 }
 
 TEST(HoldTrial, SaysWhatToInstall) {

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "solver/robot/robot_hand.h"
+#include "solver/robot_hand/robot_hand.h"
 
 namespace holdfast {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/robot/robot_kinematics.h"
+#include "solver/robot_hand/robot_kinematics.h"
 
 #include <cassert>
 

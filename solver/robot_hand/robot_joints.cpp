@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/robot/robot_joints.h"
+#include "solver/robot_hand/robot_joints.h"
 
 #include <algorithm>
 #include <cmath>

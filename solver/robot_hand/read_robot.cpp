@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/robot/read_robot.h"
+#include "solver/robot_hand/read_robot.h"
 
 #include <algorithm>
 #include <cctype>
@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "solver/robot/robot_kinematics.h"
+#include "solver/robot_hand/robot_kinematics.h"
 
 namespace holdfast {
 namespace {

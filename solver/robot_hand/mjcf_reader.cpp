@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "solver/robot/read_robot.h"
-#include "solver/robot/robot_joints.h"
-#include "solver/robot/robot_shapes.h"
+#include "solver/robot_hand/read_robot.h"
+#include "solver/robot_hand/robot_joints.h"
+#include "solver/robot_hand/robot_shapes.h"
 
 #ifdef HOLDFAST_HAS_MUJOCO
 #include <mujoco/mujoco.h>

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/robot/robot_hand.h"
+#include "solver/robot_hand/robot_hand.h"
 
 namespace holdfast {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/robot/robot_shapes.h"
+#include "solver/robot_hand/robot_shapes.h"
 
 #include <cmath>
 #include <numbers>

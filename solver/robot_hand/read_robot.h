@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "solver/robot/robot_hand.h"
+#include "solver/robot_hand/robot_hand.h"
 
 namespace holdfast {
 

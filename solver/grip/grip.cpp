@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+#include "solver/grip/grip.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace holdfast {
+namespace {
+
+constexpr int kSweeps = 200;
+constexpr int kEdges = 4;
+constexpr double kBalanceWeight = 100.0;
+
+}  // namespace
+
+ConeEdges::ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vector3d& centre,
+                     double radius_m, double friction, int edges)
+    : forces(3, edges * std::ssize(contacts)), wrenches(6, forces.cols()) {
+  Eigen::Index column = 0;
+  for (const GripContact& contact : contacts) {
+    const Eigen::Vector3d side = contact.into.unitOrthogonal(), up = contact.into.cross(side);
+    for (int k = 0; k < edges; ++k, ++column) {
+      const double angle = 2.0 * std::numbers::pi * k / edges;
+      const Eigen::Vector3d force =
+          contact.into + friction * (std::cos(angle) * side + std::sin(angle) * up);
+      forces.col(column) = force;
+      wrenches.col(column) << force, (contact.point - centre).cross(force) / radius_m;
+    }
+  }
+}
+
+void BalancePresses(const Eigen::Vector3d& centre, double radius_m, double friction, double grip_N,
+                    std::vector<GripContact>& contacts) {
+  const ConeEdges edges(contacts, centre, radius_m, friction, kEdges);
+  Eigen::VectorXd f = Eigen::VectorXd::Constant(edges.forces.cols(), 0.25);
+  Eigen::Matrix<double, 6, 1> sum = edges.wrenches * f;
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {  // one coordinate at a time: convex, bounded
+    for (Eigen::Index g = 0; g < f.size(); ++g) {
+      const auto w = edges.wrenches.col(g);
+      const Eigen::Matrix<double, 6, 1> rest = sum - f[g] * w;
+      const double best =
+          (0.25 - kBalanceWeight * w.dot(rest)) / (kBalanceWeight * w.squaredNorm() + 1.0);
+      f[g] = std::max(0.0, best);
+      sum = rest + f[g] * w;
+    }
+  }
+  const double pushes = f.sum();
+  for (std::size_t c = 0; c < contacts.size() && pushes > 0.0; ++c) {
+    const auto begin = static_cast<Eigen::Index>(kEdges * c);
+    contacts[c].press =
+        grip_N / pushes * edges.forces.middleCols(begin, kEdges) * f.segment(begin, kEdges);
+  }
+}
+
+}  // namespace holdfast
