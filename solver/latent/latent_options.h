@@ -60,7 +60,7 @@ struct LatentOptions {
   double fastest_m_s = 1.65;
   double near = 2.0;
   double farthest_stance_m = 0.5;  ///< pelvis to goal, as seen from above
-  double path = 0.16;
+  double path = 0.08;
   double along = 0.2;    ///< faces where the way goes
   double cadence = 0.3;  ///< steps as long as people take at that speed
   double turn = 0.02;
