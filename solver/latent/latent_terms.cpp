@@ -190,15 +190,13 @@ void AddPathTerms(const LatentOptions& options, const MotionView& motion, const 
   const WalkPace pace = PaceOf(motion.At(0, 0), task);
   // The straight way is none where something stands in it.
   if (pace.Length() < kWorthWalking || !options.obstacles.empty()) return;
+  const auto gently = std::make_shared<ceres::CauchyLoss>(0.5 * std::sqrt(options.path));
   const auto turning = std::make_shared<ceres::CauchyLoss>(0.3 * std::sqrt(options.along));
   const double stretch = static_cast<double>(pace.Deadline()) / std::max(1, task.deadline);
-  // Who is in a hurry need not run evenly.
-  const double weight = options.path / std::pow(std::max(1.0, stretch), 4);
-  const auto gently = std::make_shared<ceres::CauchyLoss>(0.5 * std::sqrt(weight));
   const int last = std::min(motion.NumFrames() - 1, static_cast<int>(pace.Arrival() / stretch));
   for (int t = 3; t <= last; t += 3) {
     const WalkPace::Stand stand = pace.At(stretch * t);
-    objective.Add("path", std::make_shared<PelvisPath>(stand.position, weight), gently,
+    objective.Add("path", std::make_shared<PelvisPath>(stand.position, options.path), gently,
                   {Position(t, 0)});
     if (options.along > 0.0) {
       objective.Add("along", std::make_shared<HeadingAlong>(stand.facing, options.along), turning,
