@@ -54,10 +54,9 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "CLIP or CLIP:FRAME to continue from (the last frame if left out). Without it a "
       "person stands at the origin, facing -y");
   command
-      ->add_option(
-          "--time", job.time_s,
-          "Seconds until each goal is due [by its distance and the turn to it: 1.4 s, 1.1 m/s, "
-          "0.3 s a radian; latent-opt: by how far there is to turn and to walk]")
+      ->add_option("--time", job.time_s,
+                   "Seconds until each goal is due [by its distance: 1.4 s and 0.95 m/s, at least "
+                   "1.4 s; latent-opt: by how far there is to turn and to walk]")
       ->check(CLI::Range(0.1, 60.0));
   command
       ->add_option(

@@ -9,7 +9,6 @@
 
 #include "generator/nn/random_stream.h"
 #include "generator/wandr/body_kinematics.h"
-#include "generator/wandr/heading.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_outcome.h"
 #include "geometry/error.h"
@@ -29,7 +28,6 @@ class Errand {
   /// Sees the body in a frame; false when that was the last.
   bool See(const Pose<float>& pose, const BodyJoints<float>& joints) {
     states_.push_back(StateOf(pose));
-    ahead_ = HeadingOf(pose.rotation[0]).Forward().template cast<double>();
     joints_.push_back(joints);
     const int frame = static_cast<int>(states_.size()) - 1;
     if (!joints.allFinite() || !states_.back().allFinite()) {
@@ -69,14 +67,7 @@ class Errand {
   /// The goal in mind, its deadline counted from the frame seen last.
   Waypoint Next() const {
     const int frame = static_cast<int>(states_.size()) - 1;
-    Eigen::Vector3d told = goals_[current_];
-    const Eigen::Vector3d way = Way(current_);
-    const double beyond = Beyond(way);
-    if (beyond != 0.0) {
-      told = joints_.back().col(0).cast<double>() +
-             Eigen::AngleAxisd(-beyond, Eigen::Vector3d::UnitZ()) * way;
-    }
-    return {told, std::max(sample_.goals[current_].due - frame, 1)};
+    return {goals_[current_], std::max(sample_.goals[current_].due - frame, 1)};
   }
 
   ReachSample Finish() {
@@ -95,23 +86,10 @@ class Errand {
   void TakeOn(int index, int frame) {
     current_ = index;
     GoalOutcome& goal = sample_.goals[index];
-    const Eigen::Vector3d way = Way(index);
+    const Eigen::Vector3d way = goals_[index] - joints_.back().col(0).cast<double>();
     goal.taken_on = frame;
-    const double turning = options_.turning_s_rad * std::abs(Beyond(way)) * kFramesPerSecond;
-    goal.due = frame + options_.frames.value_or(options_.deadline.Frames(way.head<2>().norm()) +
-                                                static_cast<int>(turning));
+    goal.due = frame + options_.frames.value_or(options_.deadline.Frames(way.head<2>().norm()));
     goal.closest_m = INFINITY;
-  }
-
-  Eigen::Vector3d Way(int index) const {
-    return goals_[index] - joints_.back().col(0).cast<double>();
-  }
-  // How far a way leads beyond what may be to the side, radians to the left; 0 where it does not.
-  double Beyond(const Eigen::Vector3d& way) const {
-    if (options_.frames || way.head<2>().norm() <= options_.near_m) return 0.0;
-    const double to_left = std::atan2(ahead_.x() * way.y() - ahead_.y() * way.x(),
-                                      ahead_.head<2>().dot(way.head<2>()));
-    return to_left - std::clamp(to_left, -options_.most_aside_rad, options_.most_aside_rad);
   }
 
   void Approach(int frame) {
@@ -130,7 +108,6 @@ class Errand {
   ReachSample sample_;
   std::vector<StateVector<float>> states_;
   std::vector<BodyJoints<float>> joints_;
-  Eigen::Vector3d ahead_ = Eigen::Vector3d::Zero();  // where the body faces
   int current_ = -1;
   int lingering_ = 0;
 };

@@ -25,13 +25,7 @@ struct ReachGoalsOptions {
   /// Frames from taking a goal on until it is due; empty: by the rule, from the horizontal distance
   /// between pelvis and goal at that moment.
   std::optional<int> frames;
-  DeadlineRule deadline{.walking_m_s = 1.1, .max_frames = 900.0};
-  /// A goal farther away than `near_m`, seen from above, is told no farther to the side than this
-  /// (radians, from where the body faces), or the network spins on the spot; and is due later by
-  /// `turning_s_rad` for each radian that it is beyond at first. Without `frames` only.
-  double most_aside_rad = 0.6;
-  double near_m = 1.1;
-  double turning_s_rad = 0.3;
+  DeadlineRule deadline{.max_frames = 900.0};
   int lingering_frames = 15;
   IntentionOptions intention{.min_frames_left = 10.0};
   double sigma = 1.0;  ///< of the latents

@@ -49,7 +49,6 @@ wandr::RolloutStart<float> Standing() {
 wandr::ReachSample Walk(const Vector3d& goal, std::uint64_t seed = 1) {
   wandr::ReachGoalsOptions options;
   options.seed = seed;
-  options.frames = 90;  // a stroll, whatever the rule for deadlines
   return wandr::ReachGoals(Net().network, DefaultBones().Cast<float>(), Standing(), {&goal, 1}, 1,
                            1, options)[0];
 }
