@@ -230,11 +230,8 @@ void AddPostureTerms(const LatentOptions& options, const MotionView& motion, con
                      MotionObjective& objective) {
   const int frames = motion.NumFrames();
   if (options.turn > 0.0) {
-    // Who has less time than the pace takes turns faster as well.
-    const double hurry =
-        PaceOf(motion.At(0, 0), task).Deadline() / std::max(1.0, 1.0 * task.deadline);
-    const auto turn = std::make_shared<HeadingTurn>(
-        options.fastest_turn_rad_s * std::max(1.0, hurry), kTurn * kFrame, options.turn);
+    const auto turn =
+        std::make_shared<HeadingTurn>(options.fastest_turn_rad_s, kTurn * kFrame, options.turn);
     for (int t = 0; t + kTurn < frames; t += 2) {
       objective.Add("turn", turn, nullptr, {WorldRotation(t, 0), WorldRotation(t + kTurn, 0)});
     }
