@@ -12,16 +12,23 @@ constexpr int kSweeps = 200;
 constexpr int kEdges = 4;
 constexpr double kBalanceWeight = 100.0;
 
-}  // namespace
+// Edges of the friction cones, those of a contact side by side: forces whose part along `into` is
+// 1, and their wrenches about `centre`, force first, torques over `radius_m`.
+struct ConeEdges {
+  ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vector3d& centre,
+            double radius_m, double friction);
+  Eigen::Matrix3Xd forces;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> wrenches;
+};
 
 ConeEdges::ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vector3d& centre,
-                     double radius_m, double friction, int edges)
-    : forces(3, edges * std::ssize(contacts)), wrenches(6, forces.cols()) {
+                     double radius_m, double friction)
+    : forces(3, kEdges * std::ssize(contacts)), wrenches(6, forces.cols()) {
   Eigen::Index column = 0;
   for (const GripContact& contact : contacts) {
     const Eigen::Vector3d side = contact.into.unitOrthogonal(), up = contact.into.cross(side);
-    for (int k = 0; k < edges; ++k, ++column) {
-      const double angle = 2.0 * std::numbers::pi * k / edges;
+    for (int k = 0; k < kEdges; ++k, ++column) {
+      const double angle = 2.0 * std::numbers::pi * k / kEdges;
       const Eigen::Vector3d force =
           contact.into + friction * (std::cos(angle) * side + std::sin(angle) * up);
       forces.col(column) = force;
@@ -30,9 +37,11 @@ ConeEdges::ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vect
   }
 }
 
+}  // namespace
+
 void BalancePresses(const Eigen::Vector3d& centre, double radius_m, double friction, double grip_N,
                     std::vector<GripContact>& contacts) {
-  const ConeEdges edges(contacts, centre, radius_m, friction, kEdges);
+  const ConeEdges edges(contacts, centre, radius_m, friction);
   Eigen::VectorXd f = Eigen::VectorXd::Constant(edges.forces.cols(), 0.25);
   Eigen::Matrix<double, 6, 1> sum = edges.wrenches * f;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {  // one coordinate at a time: convex, bounded

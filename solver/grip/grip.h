@@ -21,16 +21,6 @@ struct GripContact {
   Eigen::Vector3d press = Eigen::Vector3d::Zero();  ///< force that the link should exert there, N
 };
 
-/// Edges of the friction cones of contacts, `edges` for each contact (columns; the contact's
-/// first): forces whose part along `into` is 1, and their wrenches about `centre`, force first,
-/// torques over `radius_m`.
-struct ConeEdges {
-  ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vector3d& centre,
-            double radius_m, double friction, int edges);
-  Eigen::Matrix3Xd forces;
-  Eigen::Matrix<double, 6, Eigen::Dynamic> wrenches;
-};
-
 /// The squeeze: pushes and friction at the contacts that balance each other on the object as well
 /// as can be, each contact taking its share. With g the 4 edges of the friction cone of each
 /// contact, f >= 0 of least 100 |sum_g f_g w_g|^2 + sum_g (f_g - 1/4)^2, wrenches w about `centre`
