@@ -168,8 +168,10 @@ std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const Sole
     const BodyFrame before = frames[t];
     sink[t] = share * std::min(sink[t], options.most_sink_m);
     frames[t].pelvis.z() -= sink[t];
+    const double drawn = DrawIntoReach(rest_joints, frames[t], feet[t]);
     found.max_sink_m = std::max(found.max_sink_m, sink[t]);
-    found.max_missed_m = std::max(found.max_missed_m, PlaceLegs(rest_joints, feet[t], frames[t]));
+    found.max_missed_m =
+        std::max({found.max_missed_m, drawn, PlaceLegs(rest_joints, feet[t], frames[t])});
     if (share == 1.0) continue;
     // Legs placed where they are already need not be bent as they were: knees may turn out.
     for (const Side side : {Side::kLeft, Side::kRight}) {

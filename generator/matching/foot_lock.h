@@ -16,8 +16,8 @@ struct FootLockOptions {
   /// Soles are at least that high half-way between two stances: where the motion shuffles, higher
   /// than it has them.
   double clearance_m = 0.0;
-  /// The pelvis sinks no farther than that for legs to reach; a foot that is still out of reach
-  /// comes off its place.
+  /// The pelvis sinks no farther than that for legs to reach; a foot that is still out of reach is
+  /// drawn in along the ground.
   double most_sink_m = std::numeric_limits<double>::infinity();
   /// The first frame stays as it is, for a motion that goes on from somewhere.
   bool keep_first = false;

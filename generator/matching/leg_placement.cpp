@@ -11,12 +11,18 @@ namespace holdfast {
 namespace {
 
 constexpr std::array<Side, 2> kSides = {Side::kLeft, Side::kRight};
+constexpr double kMostRise = 0.04;  // metres
 constexpr double kLeastBend = 3.0 * std::numbers::pi / 180.0;
 
 Limb WalkingLeg(Side side) {
   Limb leg = Leg(side);
   leg.min_flexion_rad = kLeastBend;
   return leg;
+}
+
+Eigen::Vector3d HipOf(const Eigen::Matrix3Xd& rest_joints, const Limb& leg,
+                      const BodyFrame& frame) {
+  return frame.pelvis + frame.local[0] * (rest_joints.col(leg.root) - rest_joints.col(0));
 }
 
 Eigen::Quaterniond Relative(const Eigen::Matrix3d& parent, const Eigen::Matrix3d& child) {
@@ -56,6 +62,25 @@ double PlaceLegs(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet, Bo
   return missed;
 }
 
+double DrawIntoReach(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame,
+                     FeetTarget& feet) {
+  double drawn = 0.0;
+  for (std::size_t k = 0; k < kSides.size(); ++k) {
+    const Limb leg = WalkingLeg(kSides[k]);
+    const Eigen::Vector3d hip = HipOf(rest_joints, leg, frame);
+    const Eigen::Vector3d place = feet.ankle[k] - hip;
+    const double reach = MaxReach(rest_joints, leg);
+    if (place.norm() <= reach) continue;
+    Eigen::Vector3d to = place * (reach / place.norm());
+    to.z() = std::min(to.z(), place.z() + kMostRise);
+    const double across = std::sqrt(std::max(0.0, reach * reach - to.z() * to.z()));
+    to.head<2>() = place.head<2>().normalized() * across;
+    feet.ankle[k] = hip + to;
+    drawn = std::max(drawn, (to - place).norm());
+  }
+  return drawn;
+}
+
 std::vector<double> PelvisSink(const Eigen::Matrix3Xd& rest_joints,
                                const std::vector<BodyFrame>& frames,
                                const std::vector<FeetTarget>& feet) {
@@ -64,9 +89,7 @@ std::vector<double> PelvisSink(const Eigen::Matrix3Xd& rest_joints,
   for (std::size_t t = 0; t < frames.size(); ++t) {
     for (std::size_t k = 0; k < kSides.size(); ++k) {
       const Limb leg = WalkingLeg(kSides[k]);
-      const Eigen::Vector3d hip =
-          frames[t].pelvis + frames[t].local[0] * (rest_joints.col(leg.root) - rest_joints.col(0));
-      const Eigen::Vector3d to_ankle = feet[t].ankle[k] - hip;
+      const Eigen::Vector3d to_ankle = feet[t].ankle[k] - HipOf(rest_joints, leg, frames[t]);
       const double reach = MaxReach(rest_joints, leg);
       const double across = std::min(to_ankle.head<2>().norm(), reach);
       const double highest = std::sqrt(reach * reach - across * across);

@@ -12,6 +12,7 @@ namespace holdfast {
 namespace {
 
 constexpr double kFar_m = 0.05;
+constexpr double kGrasping_m = 0.02, kStill_m = 2.5e-4;  // of a grasp that stays
 constexpr double kNearScale_m = 0.0015;  // of the weight of skin in its part's contact
 
 // Contacts of one frame: of each part, the mean of where its pad touches, put on the surface.
@@ -84,6 +85,18 @@ HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& ha
                 "Fit the object first (holdfast fit, refine), or give the other hand");
   }
   return out;
+}
+
+bool SameGrasp(const HumanFrame& a, const HumanFrame& b) {
+  if (!a.holds || !b.holds ||
+      !std::ranges::equal(a.contacts, b.contacts, {}, &PartContact::part, &PartContact::part)) {
+    return false;
+  }
+  for (Eigen::Index v = 0; v < a.vertices.cols(); ++v) {
+    if (a.distance(v) > kGrasping_m) continue;
+    if ((a.vertices.col(v) - b.vertices.col(v)).squaredNorm() > kStill_m * kStill_m) return false;
+  }
+  return true;
 }
 
 Side HoldingSide(const ClipScene& scene, const SignedDistance& object) {

@@ -47,6 +47,10 @@ HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& ha
                                      const HandLandmarks& landmarks, const HandAxes& axes,
                                      const SignedDistance& object, double touch_m);
 
+/// Whether the human's grasp is the same in both frames: the same parts touch, and no skin within
+/// 2 cm of the object has moved on it by more than a quarter of a millimetre.
+bool SameGrasp(const HumanFrame& a, const HumanFrame& b);
+
 /// The hand of a clip that holds the object in more frames; without holding_hand the nearer one.
 Side HoldingSide(const ClipScene& scene, const SignedDistance& object);
 

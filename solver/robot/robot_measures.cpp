@@ -67,17 +67,24 @@ class TransferMeter {
     object_samples_ = ContactSamples(setup.object, kSpacing_m, kMostOfObject);
   }
 
-  RobotFrameMeasure Measure(const HumanFrame& frame, const RobotPose& pose) const {
+  // What takes long: depths, and the give where it holds.
+  RobotFrameMeasure MeasurePose(const RobotPose& pose, bool holds) const {
     PosedRobot posed(setup_.robot);
     posed.Set(pose);
     RobotFrameMeasure out;
     MeasureDepth(posed, out);
-    if (!frame.contacts.empty()) out.give_mm = 1e3 * hold_.Give_m(posed);
+    if (holds) out.give_mm = 1e3 * hold_.Give_m(posed);
+    return out;
+  }
+
+  void MeasureContacts(const HumanFrame& frame, const RobotPose& pose,
+                       RobotFrameMeasure& out) const {
+    PosedRobot posed(setup_.robot);
+    posed.Set(pose);
     for (const PartContact& contact : frame.contacts) {
       out.contacts.push_back(Nearest(contact, posed));
       CompareBone(frame, posed, out.contacts.back());
     }
-    return out;
   }
 
  private:
@@ -213,9 +220,22 @@ double RobotFrameMeasure::ContactAngle_deg() const {
 RobotMeasures MeasureTransfer(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                               int threads) {
   const TransferMeter meter(setup);
+  const std::vector<HumanFrame>& human = setup.demonstration.frames;
+  const int count = static_cast<int>(poses.size());
+  // A grasp that stays is measured once.
+  std::vector<int> first(poses.size(), 0);
+  for (int t = 1; t < count; ++t) {
+    const RobotPose &here = poses[t], &before = poses[t - 1];
+    const bool stays = here.R == before.R && here.T == before.T && here.q == before.q &&
+                       human[t].contacts.empty() == human[t - 1].contacts.empty();
+    first[t] = stays ? first[t - 1] : t;
+  }
   std::vector<RobotFrameMeasure> frames(poses.size());
-  ParallelFor(static_cast<int>(poses.size()), threads,
-              [&](int t) { frames[t] = meter.Measure(setup.demonstration.frames[t], poses[t]); });
+  ParallelFor(count, threads, [&](int t) {
+    if (first[t] == t) frames[t] = meter.MeasurePose(poses[t], !human[t].contacts.empty());
+  });
+  for (int t = 1; t < count; ++t) frames[t] = frames[first[t]];
+  ParallelFor(count, threads, [&](int t) { meter.MeasureContacts(human[t], poses[t], frames[t]); });
   return Summed(std::move(frames));
 }
 

@@ -266,19 +266,23 @@ RobotTransfer TransferToRobot(const RobotTransferSetup& setup, const RobotTransf
   out.start_ms = Milliseconds(begin);
   const Clock::time_point follow = Clock::now();
   ClipTransfer transfer(setup, options, points);
-  int done = 0;
-  const auto solve = [&](int t, int from) {
-    out.poses[t] = transfer.NextPose(t, from, out.poses[from], &out.iterations);
-    out.stopped = progress && !progress("transfer", ++done, frames);
-    return !out.stopped;
+  int done = 1;
+  // Each from the frame solved before it, which the grasp may still be that of.
+  const auto follow_to = [&](int end, int step) {
+    int from = anchor;
+    for (int t = anchor + step; t != end && !out.stopped; t += step) {
+      if (SameGrasp(setup.demonstration.frames[t], setup.demonstration.frames[from])) {
+        out.poses[t] = out.poses[from];
+      } else {
+        out.poses[t] = transfer.NextPose(t, from, out.poses[from], &out.iterations);
+        from = t;
+      }
+      out.stopped = progress && !progress("transfer", ++done, frames);
+    }
   };
-  if (!solve(anchor, anchor)) return out;
-  for (int t = anchor + 1; t < frames; ++t) {
-    if (!solve(t, t - 1)) return out;
-  }
-  for (int t = anchor - 1; t >= 0; --t) {
-    if (!solve(t, t + 1)) return out;
-  }
+  out.poses[anchor] = transfer.NextPose(anchor, anchor, out.poses[anchor], &out.iterations);
+  follow_to(frames, 1);
+  follow_to(-1, -1);
   out.solve_ms = Milliseconds(follow);
   return out;
 }

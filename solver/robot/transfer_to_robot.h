@@ -91,7 +91,8 @@ struct RobotTransfer {
 };
 
 /// The robot's hand in every frame: from several starts in the frame with most contacts, then frame
-/// by frame to both ends, each from its neighbour's solution.
+/// by frame to both ends, each from the last solution. As long as the human's grasp stays
+/// (SameGrasp), so does the robot's.
 RobotTransfer TransferToRobot(const RobotTransferSetup& setup, const RobotTransferOptions& options,
                               const StagedProgress& progress = {});
 

@@ -138,6 +138,32 @@ TEST(LatentOptimizer, BringsTheWristToTheGoalAtAWalk) {
   }
 }
 
+// Five metres, to behind, in ever less time: where steps as people make them do not get there,
+// others may.
+TEST(LatentOptimizer, WhoIsLateHurries) {
+  LatentOptions calm;
+  calm.hurries = false;
+  int again = 0;
+  for (const int deadline : {90, 75, 60, 45}) {
+    SCOPED_TRACE(deadline);
+    const ReachTask task = Task(Net().weights, {3.0, 4.0, 1.1}, deadline, 6);
+    const ReachSolution one = Solve(task, calm), best = Solve(task);
+    const wandr::ReachOutcome before = wandr::MeasureReach(one.track.joints, task.goal);
+    const wandr::ReachOutcome after = wandr::MeasureReach(best.track.joints, task.goal);
+    if (before.Reached() && before.airborne_share == 0.0) {
+      ExpectSame(one, best);
+      continue;
+    }
+    EXPECT_GE(after.Reached(), before.Reached());
+    if (after.Reached() == before.Reached()) {
+      EXPECT_LE(after.airborne_share, before.airborne_share);
+    }
+    again += best.trace.closest_m.size() > one.trace.closest_m.size();
+    EXPECT_TRUE(std::ranges::is_sorted(best.trace.seconds));
+  }
+  EXPECT_GT(again, 0);
+}
+
 TEST(LatentOptimizer, GivesBackTheRolloutOfItsLatents) {
   const ReachTask task = Usual(1);
   LatentOptions options;
@@ -145,6 +171,7 @@ TEST(LatentOptimizer, GivesBackTheRolloutOfItsLatents) {
   options.least_iterations = 5;
   options.newton_iterations = 2;
   options.newton_goal_m = 0.0;
+  options.hurries = false;
   const ReachSolution solution = Solve(task, options);
   ASSERT_EQ(solution.latents.size(), Net().network.LatentSize() * task.num_steps);
   const std::vector<wandr::GoalPlan> plans = {{{task.goal, task.deadline}}};

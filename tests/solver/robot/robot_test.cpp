@@ -509,6 +509,27 @@ TEST_F(RobotTerms, StartsThatHoldAreTaken) {
   EXPECT_EQ(ChooseStart(setup, poses, costs), 0);
 }
 
+TEST(SameGrasp, IsWhatTouchesAndStays) {
+  HumanFrame a;
+  a.holds = true;
+  a.vertices = Eigen::Matrix3Xd::Zero(3, 2);
+  a.distance = Eigen::Vector2d(0.001, 0.04);
+  a.contacts = {{.part = 2}, {.part = 5}};
+  HumanFrame b = a;
+  EXPECT_TRUE(SameGrasp(a, b));
+  b.vertices.col(0).x() = 2e-4;
+  b.vertices.col(1).x() = 0.005;
+  EXPECT_TRUE(SameGrasp(a, b)) << "skin away from the object";
+  b.vertices.col(0).x() = 3e-4;
+  EXPECT_FALSE(SameGrasp(a, b));
+  b = a;
+  b.contacts[1].part = 6;
+  EXPECT_FALSE(SameGrasp(a, b));
+  b = a;
+  b.holds = false;
+  EXPECT_FALSE(SameGrasp(a, b));
+}
+
 // A contact 3 mm off a pad, its normal 20 degrees off the pad's; bones as the robot's, the end of
 // one 5 mm away and another's turned by 10 degrees; the ball pushed 2 mm into a link.
 TEST_F(RobotTerms, MeasuresAreWhatWasPut) {
@@ -550,6 +571,14 @@ TEST_F(RobotTerms, MeasuresAreWhatWasPut) {
       frame.joints.col(2) +
       ExpSO3(10.0 * kDegree * tip_bone.unitOrthogonal()) * Eigen::Vector3d(tip_bone);
   EXPECT_NEAR(MeasureTransfer(setup, {pose_}).bone_deg, 10.0, 1e-4);
+
+  // The same pose again is compared with what the human does then.
+  setup.demonstration.frames.push_back(frame);
+  setup.demonstration.frames[1].contacts[0].point = pad + 0.005 * out;
+  const RobotMeasures two = MeasureTransfer(setup, {pose_, pose_});
+  EXPECT_NEAR(two.contact_mm, 4.0, 0.01);
+  EXPECT_EQ(two.frames[0].give_mm, two.frames[1].give_mm);
+  EXPECT_EQ(two.frames[0].Deepest_mm(), two.frames[1].Deepest_mm());
 
   // The pad's nearest point put 2 mm under the ball's surface.
   const SignedDistance::Result hit = distance_.Query(pad);
