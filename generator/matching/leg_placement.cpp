@@ -11,7 +11,7 @@ namespace holdfast {
 namespace {
 
 constexpr std::array<Side, 2> kSides = {Side::kLeft, Side::kRight};
-constexpr double kMostRise = 0.04;  // metres
+constexpr double kMostRise = 0.04;  // metres, of a foot out of reach
 constexpr double kLeastBend = 3.0 * std::numbers::pi / 180.0;
 
 Limb WalkingLeg(Side side) {

@@ -96,7 +96,8 @@ std::string SettingsOf(const LatentOptions& o) {
         o.farthest_lean_reaching_m, o.collars}},
       {"pace", "with the start's velocity"},
       {"adam", {o.adam_iterations, o.least_iterations, o.adam_step, o.close_enough_m}},
-      {"newton", {o.newton_iterations, o.newton_goal_m}}};
+      {"newton", {o.newton_iterations, o.newton_goal_m}},
+      {"hurries", o.hurries}};
   return all.dump();
 }
 
