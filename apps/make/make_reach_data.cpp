@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include "apps/common.h"
+#include "generator/wandr/reach_network.h"
 #include "solver/body_ik/make_reach_data.h"
+#include "solver/reach/optimised_reaches.h"
 
 namespace holdfast::apps {
 namespace {
@@ -17,7 +19,24 @@ struct MakeReachDataCommand {
   std::string captures, output, body;
   std::string wrist = "right";
   std::vector<std::string> held_out;
+  int optimised = 0;
+  std::string weights;
 };
+
+// Those of the network's own optimiser, beside the made ones.
+OptimisedReachesReport MakeOptimised(const MakeReachDataCommand& options, const CaptureSet& set,
+                                     const BodyModel& body, const StagedProgress& tell) {
+  const ReachNetwork network = LoadReachNetwork(options.weights);
+  OptimisedReachesOptions optimised;
+  optimised.count = options.optimised;
+  optimised.seed = options.common.seed;
+  optimised.threads = NumThreads(options.common);
+  optimised.replace = options.common.force;
+  optimised.version = HOLDFAST_VERSION;
+  optimised.network = network.checksum;
+  return MakeOptimisedReaches(set, body, network.weights, optimised,
+                              std::filesystem::path(options.output) / "optimised", tell);
+}
 
 int Run(MakeReachDataCommand options) {
   const CommonOptions& common = options.common;
@@ -52,6 +71,17 @@ int Run(MakeReachDataCommand options) {
         "{:.1f} of {:.1f} minutes after {} clips: nearly all are dropped, see {}", made.minutes,
         60.0 * data.hours, made.tried, (folder / "manifest.json").string()));
   }
+  std::string optimised_text;
+  if (options.optimised > 0) {
+    const OptimisedReachesReport optimised = MakeOptimised(options, *captured, *body, tell);
+    progress.End();
+    if (optimised.stopped) return kInterrupted;
+    made.head["optimised"] = {{"clips", optimised.kept},
+                              {"clips_dropped", optimised.dropped},
+                              {"minutes", optimised.minutes}};
+    optimised_text = fmt::format("optimised: {:.1f} minutes in {} clips ({} dropped)\n",
+                                 optimised.minutes, optimised.kept, optimised.dropped);
+  }
   made.head.erase("captures");
   made.head["output"] = options.output;
   const json& summary = made.head["summary"];
@@ -61,7 +91,8 @@ int Run(MakeReachDataCommand options) {
                   "goals, {} carried\n",
                   options.output, summary["hours"].get<double>(), summary["clips"].get<int>(),
                   summary["clips_dropped"].get<int>(), made.had, summary["goals"].get<int>(),
-                  summary["goals_carried"].get<int>()));
+                  summary["goals_carried"].get<int>()) +
+          optimised_text);
   return kDone;
 }
 
@@ -77,7 +108,8 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
       ->required();
   command
       ->add_option("-o,--output", options->output,
-                   "Folder to write: captured/, made/, manifest.json; an unfinished one is resumed")
+                   "Folder to write: captured/, made/, optimised/, manifest.json; an unfinished "
+                   "one is resumed")
       ->required();
   AddOption(*command, "--hours", options->data.hours, "Hours of motion to generate",
             CLI::Range(0.01, 200.0));
@@ -101,6 +133,12 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
             CLI::Range(0.1, 1.0));
   command->add_flag("--as-captured", options->data.as_captured,
                     "Leave reaches as they are: goals are where the wrists come to");
+  AddOption(*command, "--optimised", options->optimised,
+            "Number of reaches to try with the latents of a trained network optimised, beside "
+            "(optimised/): what 'train wandr --from' it then learns to do at once",
+            CLI::Range(0, 1000000));
+  command->add_option("--weights", options->weights,
+                      "Network (.safetensors) of --optimised [the embedded one]");
   command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast make-reach-data mocap -o reaches --hours 4\n"

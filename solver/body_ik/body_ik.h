@@ -17,6 +17,7 @@
 ///   reach_warp.h         WarpReach: a captured reach to another goal
 ///   reach_clip.h         a synthetic reach, its labels and measures
 ///   reach_refit.h        RefitReach: feet and wrist after a network
+///   goal_clip.h          a clip with its goals in a file
 ///   make_reach_data.h    MakeReachData: a data set from captures
 #include "solver/body_ik/arm_ik.h"
 #include "solver/body_ik/make_reach_data.h"

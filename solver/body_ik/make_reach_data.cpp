@@ -10,11 +10,10 @@
 
 #include "generator/body/finger_pose.h"
 #include "generator/matching/set_manifest.h"
-#include "geometry/clip/clip_arrays.h"
-#include "geometry/io/container/npz.h"
 #include "geometry/io/container/read_json.h"
 #include "geometry/parallel.h"
 #include "geometry/seed.h"
+#include "solver/body_ik/goal_clip.h"
 #include "solver/body_ik/reach_clip.h"
 
 namespace holdfast {
@@ -112,23 +111,7 @@ void WriteReachClip(const ReachWorkshop& shop, const ReachClip& made, const json
       ToClip(made.frames, MotionLibrary::kFrameRate, shop.set.library.RestJoints(), shop.hands);
   clip.body_model = shop.set.body_model;
   clip.action = "reach";
-  RoundToFloat(clip);
-  NpzWriter writer;
-  AddArrays(clip, writer);
-  const std::size_t count = made.labels.size();
-  std::vector<double> goals;
-  std::vector<std::int64_t> frames;
-  std::vector<std::uint8_t> wrists;
-  for (const ReachLabel& label : made.labels) {
-    goals.insert(goals.end(), label.goal.begin(), label.goal.end());
-    frames.push_back(label.frame);
-    wrists.push_back(label.wrist == Side::kRight ? kHoldsRight : kHoldsLeft);
-  }
-  writer.AddFloat64("goal", {count, 3}, goals);
-  writer.AddInt64("goal_frame", {count}, frames);
-  writer.AddUint8("goal_wrist", {count}, wrists);
-  writer.AddText("provenance", provenance.dump());
-  writer.Write(path);
+  WriteGoalClip(std::move(clip), made.labels, provenance, path);
 }
 
 // The line of one clip in the manifest; the clip is written unless it has a fault.

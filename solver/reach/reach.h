@@ -15,7 +15,9 @@
 ///   follow_cost.h      what a frame on its way costs
 ///   goal_follower.h    GoalFollower: a pose for each goal as it comes
 ///   goal_track.h       FollowTrack: through a table of them, measured
+///   optimised_reaches.h  MakeOptimisedReaches: a data set from captures and a network
 ///   reach_json.h       a motion, a take, as metrics.json has them
 #include "solver/reach/goal_track.h"
+#include "solver/reach/optimised_reaches.h"
 #include "solver/reach/reach_and_take.h"
 #include "solver/reach/walk_and_reach.h"

@@ -15,7 +15,7 @@ namespace holdfast {
 namespace {
 
 constexpr double kLinkSpacing_m = 0.005;
-constexpr int kMostSamples = 120;
+constexpr int kMostSamples = 400;  // of a large palm, too
 constexpr double kCell_m = 0.0015, kPadding_m = 0.006;
 
 bool SameShapes(const RobotLink& a, const RobotLink& b) {

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "generator/scripted/reach_motion.h"
+#include "generator/wandr/motion_states.h"
 #include "geometry/clip/clip.h"
 #include "geometry/io/container/npz.h"
 #include "tests/generator/test_body.h"
@@ -56,6 +58,41 @@ TEST_F(MakeReachDataTest, IsTheSameOnAnyNumberOfThreadsAndWhenItGoesOn) {
             ReadText(folder_ / "one" / "manifest.json"));
   EXPECT_EQ(ReadText(folder_ / "parts" / "manifest.json"),
             ReadText(folder_ / "one" / "manifest.json"));
+}
+
+// A right wrist is at the goal in the frame that the file says, and stays there.
+TEST_F(MakeReachDataTest, OptimisedReachesAreAtTheirGoals) {
+  ASSERT_EQ(Make("-o one --hours 0.01 --optimised 4 --threads 1").exit_code, 0);
+  ASSERT_EQ(Make("-o parts --hours 0.01 --optimised 2 --threads 2").exit_code, 0);
+  ASSERT_EQ(Make("-o parts --hours 0.01 --optimised 4 --threads 2").exit_code, 0);
+  const std::filesystem::path folder = folder_ / "one" / "optimised";
+  const std::string text = ReadText(folder / "manifest.json");
+  EXPECT_EQ(ReadText(folder_ / "parts" / "optimised" / "manifest.json"), text);
+  const auto manifest = nlohmann::json::parse(text);
+  ASSERT_EQ(manifest["clips"].size(), 4u);
+  int files = 0;
+  for (const auto& line : manifest["clips"]) {
+    ASSERT_NE(line.contains("file"), line.contains("dropped"));
+    if (!line.contains("file")) continue;
+    ++files;
+    const std::string name = line["file"];
+    EXPECT_EQ(ReadText(folder_ / "parts" / "optimised" / name), ReadText(folder / name)) << name;
+    const NpzReader archive(folder / name);
+    const std::vector<double> goal = archive.Read("goal").AsDoubles();
+    const auto due = static_cast<int>(archive.Read("goal_frame").AsDoubles().at(0));
+    EXPECT_EQ(archive.Read("goal_wrist").AsDoubles().at(0), 1.0);
+    const BodyModel& body = *BodyModel::Default();
+    const auto bones = wandr::BoneOffsetsOf(MeasureBody(body, {}).rest_joints).Cast<float>();
+    const wandr::StateMatrix<float> states =
+        wandr::StatesOfClip(ReadClip(folder / name)).cast<float>();
+    const Eigen::MatrixXf joints = wandr::JointsOfStates(states, bones);
+    for (const int frame : {due, static_cast<int>(states.cols()) - 1}) {
+      const Eigen::Vector3d wrist =
+          joints.col(frame).segment<3>(3 * WristJoint(Side::kRight)).cast<double>();
+      EXPECT_LT((wrist - Eigen::Map<const Eigen::Vector3d>(goal.data())).norm(), 0.021) << name;
+    }
+  }
+  EXPECT_GT(files, 1);
 }
 
 TEST_F(MakeReachDataTest, LabelsGoalsAndKeepsHeldOutSubjectsAway) {

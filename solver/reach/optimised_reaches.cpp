@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: MIT
+#include "solver/reach/optimised_reaches.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <mutex>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "generator/matching/random_draws.h"
+#include "generator/matching/set_manifest.h"
+#include "generator/scripted/reach_motion.h"
+#include "generator/wandr/motion_states.h"
+#include "generator/wandr/reach_outcome.h"
+#include "geometry/error.h"
+#include "geometry/io/container/read_json.h"
+#include "geometry/parallel.h"
+#include "geometry/seed.h"
+#include "solver/body_ik/goal_clip.h"
+#include "solver/body_ik/reach_refit.h"
+#include "solver/latent/latent_optimizer.h"
+#include "solver/latent/latent_terms.h"
+
+namespace holdfast {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kTogether = 16;     // reaches that are optimised in one go
+constexpr int kRound = 4;         // such between two entries in the manifest
+constexpr int kAfter = 40;        // frames kept after the goal is due
+constexpr int kMostFrames = 200;  // until it is due
+constexpr int kEdge = 5;          // first and last frames of a clip that nobody starts from
+constexpr double kNearest_m = 0.6, kLowest_m = 0.25, kHighest_m = 1.9;
+constexpr double kLowestPelvis_m = 0.7;  // of who stands or walks
+constexpr double kOffGoal_m = 0.02, kFastest_m_s = 2.1;
+
+struct Start {
+  std::string name;
+  wandr::StateMatrix<double> states;
+};
+
+class ReachDrawer {
+ public:
+  ReachDrawer(const CaptureSet& set, const wandr::NetworkWeights& network,
+              const BodyMeasures& measures)
+      : network_(network),
+        normaliser_(network.statistics),
+        bones_(wandr::BoneOffsetsOf(measures.rest_joints)) {
+    for (const Capture& capture : set.captures) {
+      if (capture.held_out || !capture.fault.empty()) continue;
+      if (capture.clip.NumFrames() < 4 * kEdge) continue;
+      starts_.push_back({capture.name, wandr::StatesOfClip(capture.clip)});
+      // Longer clips more often, and not as much so as they are longer.
+      total_ += std::sqrt(static_cast<double>(starts_.back().states.cols()));
+      upto_.push_back(total_);
+    }
+    if (starts_.empty()) {
+      throw Error(set.name, "has no clip to start from",
+                  "Give captures of people who stand or walk");
+    }
+  }
+
+  /// Task `index`, and where it starts.
+  ReachTask Draw(const OptimisedReachesOptions& options, int index, json& line) const {
+    constexpr int kTries = 1000;
+    RandomDraws draws(MixSeed(options.seed, static_cast<std::uint64_t>(index)));
+    for (int tried = 0; tried < kTries; ++tried) {
+      const auto at = static_cast<std::size_t>(
+          std::ranges::lower_bound(upto_, draws.Uniform(0.0, total_)) - upto_.begin());
+      const Start& start = starts_[std::min(at, starts_.size() - 1)];
+      const int frame = kEdge + draws.Index(static_cast<int>(start.states.cols()) - 2 * kEdge);
+      ReachTask task;
+      task.start = wandr::StartAtFrame(start.states, frame, normaliser_).Cast<float>();
+      const Eigen::Vector3d pelvis =
+          task.start.pose.translation.cast<double>() + bones_.offset.col(0);
+      task.goal = DrawGoal(task, pelvis, options.farthest_m, draws);
+      task.velocity = StartVelocity(network_, task.start);
+      task.deadline = PaceOf(pelvis, task).Deadline();
+      task.seed = options.seed;
+      task.stream = static_cast<std::uint64_t>(index);
+      if (pelvis.z() < kLowestPelvis_m || task.deadline > kMostFrames) continue;
+      line = {{"index", index},
+              {"start", start.name},
+              {"start_frame", frame},
+              {"goal_m", {task.goal.x(), task.goal.y(), task.goal.z()}},
+              {"frame", task.deadline}};
+      return task;
+    }
+    throw Error("captures", "nobody in them stands or walks", "Give others");
+  }
+
+  const wandr::Network<float>& Network() const { return network_; }
+
+ private:
+  // Three of five goals lie ahead, the others anywhere; half are about as high as a table.
+  static Eigen::Vector3d DrawGoal(const ReachTask& task, const Eigen::Vector3d& pelvis,
+                                  double farthest, RandomDraws& draws) {
+    const wandr::Matrix3<double> root = task.start.pose.rotation[0].cast<double>();
+    const double ahead = std::atan2(root(1, 2), root(0, 2));
+    const double distance = draws.Uniform(kNearest_m, farthest);
+    const double angle = draws.Uniform(0.0, 1.0) < 0.6
+                             ? 70.0 / 180.0 * std::numbers::pi * draws.Normal()
+                             : draws.Uniform(-std::numbers::pi, std::numbers::pi);
+    const double height = draws.Uniform(0.0, 1.0) < 0.5 ? draws.Uniform(kLowest_m, kHighest_m)
+                                                        : draws.Uniform(0.7, 1.6);
+    return {pelvis.x() + distance * std::cos(ahead + angle),
+            pelvis.y() + distance * std::sin(ahead + angle), height};
+  }
+
+  wandr::Network<float> network_;
+  wandr::Normaliser<double> normaliser_;
+  wandr::BoneOffsets<double> bones_;
+  std::vector<Start> starts_;
+  std::vector<double> upto_;
+  double total_ = 0.0;
+};
+
+// All that is the same for every reach.
+struct OptimisedWorkshop {
+  const CaptureSet& set;
+  const OptimisedReachesOptions& options;
+  const std::filesystem::path& folder;
+  BodyMeasures measures;
+  ReachDrawer drawer;
+  LatentBody body;
+  LatentOptions latent;
+};
+
+// Why a motion is not to be learned from; empty when it is.
+std::string FaultOf(const Eigen::MatrixXf& joints, const ReachTask& task) {
+  const wandr::ReachOutcome outcome = wandr::MeasureReach(joints, task.goal);
+  const Eigen::Vector3d wrist =
+      joints.block<3, 1>(Eigen::Index{3} * WristJoint(Side::kRight), task.deadline).cast<double>();
+  if (outcome.diverged || (wrist - task.goal).norm() > kOffGoal_m) return "misses its goal";
+  if (outcome.airborne_share > 0.0) return "leaves the ground";
+  if (outcome.peak_pelvis_m_s > kFastest_m_s) return "runs";
+  if (!outcome.Rests()) return "does not stay at its goal";
+  return {};
+}
+
+// Refitted, cut and written unless it has a fault; its line in the manifest.
+void FinishReach(const OptimisedWorkshop& shop, const ReachTask& task,
+                 const wandr::RolloutTrack& track, json& line) {
+  const RefitGoal goal{task.goal, task.deadline, true};
+  wandr::StateMatrix<double> states =
+      RefitReach(shop.measures, track.states.cast<double>(), {&goal, 1});
+  const Eigen::Index kept = std::min<Eigen::Index>(states.cols(), task.deadline + kAfter + 1);
+  states.conservativeResize(Eigen::NoChange, kept);
+  const auto bones = wandr::BoneOffsetsOf(shop.measures.rest_joints).Cast<float>();
+  const std::string fault = FaultOf(wandr::JointsOfStates(states.cast<float>(), bones), task);
+  line["frames"] = kept;
+  if (!fault.empty()) {
+    line["dropped"] = fault;
+    return;
+  }
+  Clip clip = wandr::ClipOfStates(states);
+  clip.body_model = shop.set.body_model;
+  clip.action = "reach";
+  const ReachLabel label{.goal = task.goal, .frame = task.deadline};
+  const std::string file = fmt::format("reach_{:05d}.npz", line["index"].get<int>());
+  WriteGoalClip(std::move(clip), {&label, 1},
+                {{"made_by", "holdfast make-reach-data " + shop.options.version},
+                 {"start", line["start"]},
+                 {"start_frame", line["start_frame"]}},
+                shop.folder / file);
+  line["file"] = file;
+}
+
+std::vector<json> OptimiseTogether(const OptimisedWorkshop& shop, int first, int count) {
+  std::vector<json> lines(static_cast<std::size_t>(count));
+  std::vector<ReachTask> tasks;
+  int longest = 0;
+  for (int k = 0; k < count; ++k) {
+    tasks.push_back(shop.drawer.Draw(shop.options, first + k, lines[static_cast<std::size_t>(k)]));
+    longest = std::max(longest, tasks.back().deadline);
+  }
+  for (ReachTask& task : tasks) task.num_steps = longest + kAfter;
+  const std::vector<ReachSolution> solutions =
+      OptimiseLatents(shop.drawer.Network(), shop.body, tasks, shop.latent, 1, {});
+  for (std::size_t k = 0; k < tasks.size(); ++k) {
+    FinishReach(shop, tasks[k], solutions[k].track, lines[k]);
+  }
+  return lines;
+}
+
+OptimisedReachesReport ReportOf(const ManifestLines& lines) {
+  OptimisedReachesReport report;
+  for (const auto& [index, line] : lines) {
+    const bool kept = line.contains("file");
+    (kept ? report.kept : report.dropped) += 1;
+    if (kept) report.minutes += line.at("frames").get<double>() / wandr::kFramesPerSecond / 60.0;
+  }
+  return report;
+}
+
+}  // namespace
+
+OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyModel& body,
+                                            const wandr::NetworkWeights& network,
+                                            const OptimisedReachesOptions& options,
+                                            const std::filesystem::path& folder,
+                                            const StagedProgress& progress) {
+  const BodyMeasures measures = MeasureBody(body, {});
+  OptimisedWorkshop shop{set,
+                         options,
+                         folder,
+                         measures,
+                         ReachDrawer(set, network, measures),
+                         LatentBodyOf(measures.rest_joints, measures.sole_y),
+                         {}};
+  shop.latent.path = options.path_weight;
+  const json head = {{"schema", "holdfast/optimised-reaches/1"},
+                     {"holdfast_version", options.version},
+                     {"seed", options.seed},
+                     {"options",
+                      {{"captures", set.name},
+                       {"network", options.network},
+                       {"farthest_m", options.farthest_m},
+                       {"path_weight", options.path_weight}}},
+                     {"body", set.body_model}};
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  const std::filesystem::path manifest = folder / "manifest.json";
+  ManifestLines lines =
+      LinesBefore(manifest, head, "make-reach-data --optimised", "captures", options.replace);
+  // Reaches that are optimised together share their length: a part of them is made anew.
+  while (static_cast<int>(lines.size()) < options.count && lines.size() % kTogether != 0) {
+    const auto last = std::prev(lines.end());
+    if (last->second.contains("file")) {
+      std::filesystem::remove(folder / last->second["file"].get<std::string>(), error);
+    }
+    lines.erase(last);
+  }
+  std::mutex lock;
+  int done = static_cast<int>(lines.size());
+  bool stopped = false;
+  const auto goes_on = [&](int more) {
+    const std::scoped_lock guard(lock);
+    done += more;
+    return !(stopped =
+                 stopped || (progress && !progress("reaches optimised", done, options.count)));
+  };
+  while (static_cast<int>(lines.size()) < options.count && goes_on(0)) {
+    const int first = static_cast<int>(lines.size());
+    std::array<std::vector<json>, kRound> round;
+    ParallelFor(kRound, options.threads, [&](int k) {
+      const int begin = first + k * kTogether;
+      const int count = std::min(kTogether, options.count - begin);
+      if (count <= 0 || !goes_on(0)) return;
+      round[static_cast<std::size_t>(k)] = OptimiseTogether(shop, begin, count);
+      goes_on(count);
+    });
+    if (stopped) break;
+    for (std::vector<json>& part : round) {
+      for (json& line : part) {
+        const int index = line.at("index").get<int>();
+        lines.emplace(index, std::move(line));
+      }
+    }
+    WriteManifest(manifest, head, lines);
+  }
+  OptimisedReachesReport report = UseJson(manifest, [&] { return ReportOf(lines); });
+  report.stopped = stopped;
+  return report;
+}
+
+}  // namespace holdfast
