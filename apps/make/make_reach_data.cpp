@@ -142,6 +142,7 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
   command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast make-reach-data mocap -o reaches --hours 4\n"
+                   "  holdfast make-reach-data mocap -o reaches --hours 4 --optimised 800\n"
                    "  holdfast make-reach-data mocap -o left --hours 0.5 --wrist left --seed 7 "
                    "--held-out cmu_08,cmu_39\n"
                    "made/*.npz are clips with arrays goal (K x 3, world, metres), goal_frame (K) "

@@ -152,6 +152,8 @@ void AddTrainWandrCommand(CLI::App& app, int& exit_code) {
       "  holdfast make-reach-data mocap -o reaches --hours 6\n"
       "  holdfast train wandr reaches -o out/wandr --held-out reaches/captured/held_out\n"
       "  holdfast train wandr reaches -o out/paper --paper --iterations 20000\n"
+      "  holdfast train wandr reaches -o out/again --from out/wandr/best.safetensors "
+      "--iterations 250 --free-from 1\n"
       "  holdfast reach --goal 1.5,1.0,1.1 --weights out/wandr/best.safetensors\n");
   command->callback([options, &exit_code] { exit_code = TrainWandr(*options); });
 }
