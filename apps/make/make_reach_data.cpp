@@ -25,8 +25,8 @@ struct MakeReachDataCommand {
 
 // Those of the network's own optimiser, beside the made ones.
 OptimisedReachesReport MakeOptimised(const MakeReachDataCommand& options, const CaptureSet& set,
-                                     const BodyModel& body, const StagedProgress& tell) {
-  const ReachNetwork network = LoadReachNetwork(options.weights);
+                                     const BodyModel& body, const ReachNetwork& network,
+                                     const StagedProgress& tell) {
   OptimisedReachesOptions optimised;
   optimised.count = options.optimised;
   optimised.seed = options.common.seed;
@@ -50,6 +50,8 @@ int Run(MakeReachDataCommand options) {
   data.version = HOLDFAST_VERSION;
   const std::filesystem::path folder = options.output;
   const auto body = LoadBody(options.body);
+  std::optional<ReachNetwork> network;  // what is wrong with it is said before hours of work
+  if (options.optimised > 0) network = LoadReachNetwork(options.weights);
   StageProgress progress(common);
   const auto tell = [&](const char* stage, int done, int total) {
     progress.Update(stage, done, total);
@@ -72,8 +74,9 @@ int Run(MakeReachDataCommand options) {
         60.0 * data.hours, made.tried, (folder / "manifest.json").string()));
   }
   std::string optimised_text;
-  if (options.optimised > 0) {
-    const OptimisedReachesReport optimised = MakeOptimised(options, *captured, *body, tell);
+  if (network) {
+    const OptimisedReachesReport optimised =
+        MakeOptimised(options, *captured, *body, *network, tell);
     progress.End();
     if (optimised.stopped) return kInterrupted;
     made.head["optimised"] = {{"clips", optimised.kept},

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <mutex>
 #include <numbers>
 #include <span>
@@ -147,23 +146,25 @@ std::string FaultOf(const Eigen::MatrixXf& joints, const ReachTask& task) {
 // Refitted, cut and written unless it has a fault; its line in the manifest.
 void FinishReach(const OptimisedWorkshop& shop, const ReachTask& task,
                  const wandr::RolloutTrack& track, json& line) {
+  const std::string file = fmt::format("reach_{:05d}.npz", line["index"].get<int>());
   const RefitGoal goal{task.goal, task.deadline, true};
   wandr::StateMatrix<double> states =
       RefitReach(shop.measures, track.states.cast<double>(), {&goal, 1});
   const Eigen::Index kept = std::min<Eigen::Index>(states.cols(), task.deadline + kAfter + 1);
   states.conservativeResize(Eigen::NoChange, kept);
-  const auto bones = wandr::BoneOffsetsOf(shop.measures.rest_joints).Cast<float>();
-  const std::string fault = FaultOf(wandr::JointsOfStates(states.cast<float>(), bones), task);
+  const std::string fault =
+      FaultOf(wandr::JointsOfStates(states.cast<float>(), shop.body.bones), task);
   line["frames"] = kept;
   if (!fault.empty()) {
     line["dropped"] = fault;
+    std::error_code error;  // of an earlier run, kept then
+    std::filesystem::remove(shop.folder / file, error);
     return;
   }
   Clip clip = wandr::ClipOfStates(states);
   clip.body_model = shop.set.body_model;
   clip.action = "reach";
   const ReachLabel label{.goal = task.goal, .frame = task.deadline};
-  const std::string file = fmt::format("reach_{:05d}.npz", line["index"].get<int>());
   WriteGoalClip(std::move(clip), {&label, 1},
                 {{"made_by", "holdfast make-reach-data " + shop.options.version},
                  {"start", line["start"]},
@@ -229,16 +230,8 @@ OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyMod
   const std::filesystem::path manifest = folder / "manifest.json";
   ManifestLines lines =
       LinesBefore(manifest, head, "make-reach-data --optimised", "captures", options.replace);
-  // Reaches that are optimised together share their length: a part of them is made anew.
-  while (static_cast<int>(lines.size()) < options.count && lines.size() % kTogether != 0) {
-    const auto last = std::prev(lines.end());
-    if (last->second.contains("file")) {
-      std::filesystem::remove(folder / last->second["file"].get<std::string>(), error);
-    }
-    lines.erase(last);
-  }
   std::mutex lock;
-  int done = static_cast<int>(lines.size());
+  int done = static_cast<int>(lines.size()) / kTogether * kTogether;
   bool stopped = false;
   const auto goes_on = [&](int more) {
     const std::scoped_lock guard(lock);
@@ -247,7 +240,8 @@ OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyMod
                  stopped || (progress && !progress("reaches optimised", done, options.count)));
   };
   while (static_cast<int>(lines.size()) < options.count && goes_on(0)) {
-    const int first = static_cast<int>(lines.size());
+    // Reaches that are optimised together share their length: a part of them is made anew.
+    const int first = static_cast<int>(lines.size()) / kTogether * kTogether;
     std::array<std::vector<json>, kRound> round;
     ParallelFor(kRound, options.threads, [&](int k) {
       const int begin = first + k * kTogether;
@@ -260,7 +254,7 @@ OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyMod
     for (std::vector<json>& part : round) {
       for (json& line : part) {
         const int index = line.at("index").get<int>();
-        lines.emplace(index, std::move(line));
+        lines.insert_or_assign(index, std::move(line));
       }
     }
     WriteManifest(manifest, head, lines);

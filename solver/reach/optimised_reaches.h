@@ -15,8 +15,8 @@ namespace holdfast {
 struct OptimisedReachesOptions {
   int count = 800;          ///< reaches to try
   double farthest_m = 4.5;  ///< way to a goal
-  double path_weight =
-      0.16;  ///< LatentOptions::path: what fails here is left out, so pace comes first
+  /// LatentOptions::path. What fails is left out, so that pace may come first.
+  double path_weight = 0.16;
   std::uint64_t seed = 1;
   int threads = 1;       ///< the result does not depend on them
   bool replace = false;  ///< a set in the folder that was made from something else

@@ -15,8 +15,8 @@
 ///   follow_cost.h      what a frame on its way costs
 ///   goal_follower.h    GoalFollower: a pose for each goal as it comes
 ///   goal_track.h       FollowTrack: through a table of them, measured
-///   optimised_reaches.h  MakeOptimisedReaches: a data set from captures and a network
 ///   reach_json.h       a motion, a take, as metrics.json has them
+///   optimised_reaches.h: MakeOptimisedReaches, a data set from captures and a network
 #include "solver/reach/goal_track.h"
 #include "solver/reach/optimised_reaches.h"
 #include "solver/reach/reach_and_take.h"
