@@ -136,12 +136,15 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
             CLI::Range(0.1, 1.0));
   command->add_flag("--as-captured", options->data.as_captured,
                     "Leave reaches as they are: goals are where the wrists come to");
-  AddOption(*command, "--optimised", options->optimised,
-            "Number of reaches to try with the latents of a trained network optimised, beside "
-            "(optimised/): what 'train wandr --from' it then learns to do at once",
-            CLI::Range(0, 1000000));
-  command->add_option("--weights", options->weights,
-                      "Network (.safetensors) of --optimised [the embedded one]");
+  CLI::Option* const optimised =
+      AddOption(*command, "--optimised", options->optimised,
+                "Number of reaches to try with the latents of a trained network optimised, beside "
+                "(optimised/): what 'train wandr --from' it then learns to do at once",
+                CLI::Range(0, 1000000));
+  command
+      ->add_option("--weights", options->weights,
+                   "Network (.safetensors) of --optimised [the embedded one]")
+      ->needs(optimised);
   command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast make-reach-data mocap -o reaches --hours 4\n"

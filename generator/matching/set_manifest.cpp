@@ -53,4 +53,11 @@ ManifestLines LinesBefore(const std::filesystem::path& path, const json& head,
   });
 }
 
+void DropLost(ManifestLines& lines, const std::filesystem::path& folder) {
+  std::erase_if(lines, [&](const ManifestLines::value_type& line) {
+    return line.second.contains("file") &&
+           !std::filesystem::exists(folder / line.second.at("file").get<std::string>());
+  });
+}
+
 }  // namespace holdfast

@@ -25,4 +25,7 @@ void WriteManifest(const std::filesystem::path& path, const nlohmann::json& head
 ManifestLines LinesBefore(const std::filesystem::path& path, const nlohmann::json& head,
                           std::string_view command, std::string_view made_from, bool replace);
 
+/// Those that were made, and whose "file" is no longer in `folder`, are taken out.
+void DropLost(ManifestLines& lines, const std::filesystem::path& folder);
+
 }  // namespace holdfast

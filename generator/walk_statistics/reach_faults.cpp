@@ -46,6 +46,12 @@ int SecondCrouch(std::span<const double> heights) {
 
 }  // namespace
 
+double LeanBack(const BodyPlacement& placed, double yaw_rad) {
+  const Eigen::Vector3d trunk = placed.joints.col(kNeck) - placed.joints.col(kPelvis);
+  const Eigen::Vector3d forward(std::sin(yaw_rad), -std::cos(yaw_rad), 0.0);
+  return std::atan2(-trunk.dot(forward), trunk.z());
+}
+
 bool ReachFaults::LeansBack() const { return lean_back_rad > 10.0 * kDegree; }
 
 ReachFaults FindReachFaults(std::span<const BodyFrame> frames,
@@ -56,11 +62,8 @@ ReachFaults FindReachFaults(std::span<const BodyFrame> frames,
   std::vector<double> heights, leans;
   for (const BodyFrame& frame : frames) {
     const BodyPlacement placed = Place(rest_joints, frame);
-    const Eigen::Vector3d trunk = placed.joints.col(kNeck) - placed.joints.col(kPelvis);
-    const double yaw = Yaw(frame);
-    const Eigen::Vector3d forward(std::sin(yaw), -std::cos(yaw), 0.0);
     heights.push_back(frame.pelvis.z());
-    leans.push_back(std::atan2(-trunk.dot(forward), trunk.z()));
+    leans.push_back(LeanBack(placed, Yaw(frame)));
   }
   ReachFaults faults;
   faults.second_crouch = SecondCrouch(heights);

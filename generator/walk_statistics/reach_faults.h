@@ -9,6 +9,10 @@
 
 namespace holdfast {
 
+/// Angle of pelvis to neck from the vertical in the plane of the heading `yaw_rad`, radians;
+/// negative forwards.
+double LeanBack(const BodyPlacement& placed, double yaw_rad);
+
 /// What an eye sees at once in a reach, and means over frames do not show. Frames at 30 Hz, the
 /// ground z = 0.
 struct ReachFaults {
@@ -18,8 +22,7 @@ struct ReachFaults {
   /// bob (4 cm) does not count.
   int second_crouch = -1;
   /// Greatest lean backwards, radians, that is kept up for 10 frames while waiting: the pelvis
-  /// makes less than 0.1 m/s over 21 frames. The angle is that of pelvis to neck from the vertical,
-  /// in the plane of the heading; negative forwards, NaN for who never waits.
+  /// makes less than 0.1 m/s over 21 frames. NaN for who never waits.
   double lean_back_rad = 0.0;
 
   bool CrouchesTwice() const { return second_crouch >= 0; }

@@ -300,10 +300,7 @@ ManifestLines BeginSet(const BodyModel& body, const ActionStarts& starts, const 
   had = static_cast<int>(lines.size());
   UseJson(manifest, [&] {
     SummaryOf(lines);  // all is there
-    std::erase_if(lines, [&](const ManifestLines::value_type& line) {
-      return line.second.contains("file") &&
-             !fs::exists(folder / line.second.at("file").get<std::string>());
-    });
+    DropLost(lines, folder);
   });
   head["note"] = options.captured.empty()
                      ? "Synthetic: made by holdfast make-actions, no capture of anybody who acts"

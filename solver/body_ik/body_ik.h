@@ -8,6 +8,8 @@
 ///   arm_ik.h             an arm for a given hand pose
 ///   frame_pose.h         a network's pose as a frame
 ///   foot_pinner.h        FootPinner: feet that stand stay, frame by frame
+///   envelope.h           a smooth curve over values of frames
+///   straighten_trunk.h   StraightenTrunk: nobody leans back
 ///   arm_swing.h          SwingArms: arms against the legs, one frame
 ///   level_toes.h         LevelToes: toes that do not point into the ground
 ///   foot_lift.h          LiftFeet: feet lifted as those of people who walk

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
@@ -18,10 +17,12 @@
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "solver/body_ik/arm_swing.h"
+#include "solver/body_ik/envelope.h"
 #include "solver/body_ik/foot_lift.h"
 #include "solver/body_ik/frame_pose.h"
 #include "solver/body_ik/level_toes.h"
 #include "solver/body_ik/reach_warp.h"
+#include "solver/body_ik/straighten_trunk.h"
 
 namespace holdfast {
 namespace {
@@ -100,7 +101,7 @@ std::vector<double> Bends(const std::vector<BodyFrame>& frames, const Eigen::Mat
                           int wrist, const Vector3d& tip) {
   constexpr double kClearance = 0.01;           // metres: half a finger
   constexpr double kFarthest = 70.0 * kDegree;  // a wrist bends back no farther
-  constexpr int kReach = 4;
+  constexpr int kReach = 4;                     // frames
   const int count = static_cast<int>(frames.size());
   std::vector<double> needed(frames.size(), 0.0);
   for (int t = 0; t < count; ++t) {
@@ -113,23 +114,7 @@ std::vector<double> Bends(const std::vector<BodyFrame>& frames, const Eigen::Mat
     const double wanted = std::asin(std::clamp((kClearance - height) / length, -1.0, 1.0));
     needed[static_cast<std::size_t>(t)] = std::min(wanted - now, kFarthest);
   }
-  std::vector<double> largest(frames.size()), bends(frames.size(), 0.0);
-  for (int t = 0; t < count; ++t) {
-    for (int s = std::max(0, t - kReach); s <= std::min(count - 1, t + kReach); ++s) {
-      largest[static_cast<std::size_t>(t)] =
-          std::max(largest[static_cast<std::size_t>(t)], needed[static_cast<std::size_t>(s)]);
-    }
-  }
-  for (int t = 0; t < count; ++t) {
-    double sum = 0.0, weight = 0.0;
-    for (int s = std::max(0, t - kReach); s <= std::min(count - 1, t + kReach); ++s) {
-      const double w = 1.0 + std::cos(std::numbers::pi * (s - t) / (kReach + 1.0));
-      sum += w * largest[static_cast<std::size_t>(s)];
-      weight += w;
-    }
-    bends[static_cast<std::size_t>(t)] = sum / weight;
-  }
-  return bends;
+  return Envelope(needed, kReach);
 }
 
 // Turns the hand up in the vertical plane that it points in.
@@ -183,6 +168,9 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
       ComeToRest(rest_joints, soles, goal.frame, frames);
     }
   }
+  std::vector<double> reached;  // metres
+  for (const RefitGoal& goal : goals) reached.push_back(lacks(goal));
+  StraightenTrunk(rest_joints, frames);
   if (options.walks) SwingArmsOnTheWay(rest_joints, goals, options.wrist, frames);
   RefitReport found;
   std::vector<FeetTarget> feet;
@@ -209,7 +197,8 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
     warp_options.joint_limits[k] = std::min(warp_options.joint_limits[k], kCollarLimit);
   }
   const int margin = kRoomKnots * warp_options.knot_frames;
-  for (const RefitGoal& goal : goals) {
+  for (std::size_t k = 0; k < goals.size(); ++k) {
+    const RefitGoal& goal = goals[k];
     ReachWarp warp;
     warp.goal = goal.position;
     warp.frame = goal.frame;
@@ -219,7 +208,8 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
     warp.rests = goal.rests;
     const bool room =
         warp.frame - warp.begin >= margin && (goal.rests || warp.end - 1 - warp.frame >= margin);
-    if (options.place_wrist && room && lacks(goal) <= options.farthest_m) {
+    const double off = std::min(reached[k], lacks(goal));
+    if (options.place_wrist && room && off <= options.farthest_m) {
       WarpReach(rest_joints, feet, warp, warp_options, frames);
     }
     found.wrist_errors_m.push_back(lacks(goal));

@@ -40,11 +40,11 @@ struct RefitReport {
   double max_hand_bend_rad = 0.0;      ///< of a wrist, to keep a hand off the floor
 };
 
-/// The last touch to a motion that a network made: arms swing and feet are lifted on the way, toes
-/// near the ground are level (LevelToes), planted feet stay where they are (LockFeet), the wrist is
-/// where it should be to the millimetre (WarpReach) and stays at a last goal, hands bend at the
-/// wrist before their fingers go through the floor (as far as wrists bend). Changes that much and
-/// no more: what the motion is comes from the network.
+/// The last touch to a motion that a network made: nobody leans back (StraightenTrunk), arms swing
+/// and feet are lifted on the way, toes near the ground are level (LevelToes), planted feet stay
+/// where they are (LockFeet), the wrist is where it should be to the millimetre (WarpReach) and
+/// stays at a last goal, hands bend at the wrist before their fingers go through the floor (as far
+/// as wrists bend). Changes that much and no more: what the motion is comes from the network.
 ///
 /// `states` (135 x F) at 30 fps, floor z = 0, of the body of `measures`. Throws Error for frames
 /// that the motion does not have.

@@ -14,6 +14,7 @@
 #include "generator/matching/random_draws.h"
 #include "generator/matching/set_manifest.h"
 #include "generator/scripted/reach_motion.h"
+#include "generator/wandr/goal_plan.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_outcome.h"
 #include "geometry/error.h"
@@ -32,7 +33,8 @@ using nlohmann::json;
 
 constexpr int kTogether = 16;     // reaches that are optimised in one go
 constexpr int kRound = 4;         // such between two entries in the manifest
-constexpr int kAfter = 40;        // frames kept after the goal is due
+constexpr int kAfter = 45;        // frames at least after the goal is due
+constexpr int kMostAfter = 90;    // and kept at most
 constexpr int kMostFrames = 200;  // until it is due
 constexpr int kEdge = 5;          // first and last frames of a clip that nobody starts from
 constexpr double kNearest_m = 0.6, kLowest_m = 0.25, kHighest_m = 1.9;
@@ -68,6 +70,7 @@ class ReachDrawer {
   /// Task `index`, and where it starts.
   ReachTask Draw(const OptimisedReachesOptions& options, int index, json& line) const {
     constexpr int kTries = 1000;
+    const wandr::DeadlineRule rule;
     RandomDraws draws(MixSeed(options.seed, static_cast<std::uint64_t>(index)));
     for (int tried = 0; tried < kTries; ++tried) {
       const auto at = static_cast<std::size_t>(
@@ -81,6 +84,10 @@ class ReachDrawer {
       task.goal = DrawGoal(task, pelvis, options.farthest_m, draws);
       task.velocity = StartVelocity(network_, task.start);
       task.deadline = PaceOf(pelvis, task).Deadline();
+      // A quarter have time left, as the rule of WANDR's goals gives: who is early waits upright.
+      if (draws.Uniform(0.0, 1.0) < 0.25) {
+        task.deadline = std::max(task.deadline, rule.Frames((task.goal - pelvis).head<2>().norm()));
+      }
       task.seed = options.seed;
       task.stream = static_cast<std::uint64_t>(index);
       if (pelvis.z() < kLowestPelvis_m || task.deadline > kMostFrames) continue;
@@ -136,7 +143,7 @@ std::string FaultOf(const Eigen::MatrixXf& joints, const ReachTask& task) {
   const wandr::ReachOutcome outcome = wandr::MeasureReach(joints, task.goal);
   const Eigen::Vector3d wrist =
       joints.block<3, 1>(Eigen::Index{3} * WristJoint(Side::kRight), task.deadline).cast<double>();
-  if (outcome.diverged || (wrist - task.goal).norm() > kOffGoal_m) return "misses its goal";
+  if (outcome.diverged || !((wrist - task.goal).norm() <= kOffGoal_m)) return "misses its goal";
   if (outcome.airborne_share > 0.0) return "leaves the ground";
   if (outcome.peak_pelvis_m_s > kFastest_m_s) return "runs";
   if (!outcome.Rests()) return "does not stay at its goal";
@@ -150,7 +157,7 @@ void FinishReach(const OptimisedWorkshop& shop, const ReachTask& task,
   const RefitGoal goal{task.goal, task.deadline, true};
   wandr::StateMatrix<double> states =
       RefitReach(shop.measures, track.states.cast<double>(), {&goal, 1});
-  const Eigen::Index kept = std::min<Eigen::Index>(states.cols(), task.deadline + kAfter + 1);
+  const Eigen::Index kept = std::min<Eigen::Index>(states.cols(), task.deadline + kMostAfter + 1);
   states.conservativeResize(Eigen::NoChange, kept);
   const std::string fault =
       FaultOf(wandr::JointsOfStates(states.cast<float>(), shop.body.bones), task);
@@ -188,6 +195,19 @@ std::vector<json> OptimiseTogether(const OptimisedWorkshop& shop, int first, int
     FinishReach(shop, tasks[k], solutions[k].track, lines[k]);
   }
   return lines;
+}
+
+// First indices of the groups of which a reach is missing: those that are optimised together share
+// their length, so that a group is made as a whole.
+std::vector<int> GroupsToMake(const ManifestLines& lines, int count) {
+  std::vector<int> groups;
+  for (int index = 0; index < count; ++index) {
+    const int first = index / kTogether * kTogether;
+    if (!lines.contains(index) && (groups.empty() || groups.back() != first)) {
+      groups.push_back(first);
+    }
+  }
+  return groups;
 }
 
 OptimisedReachesReport ReportOf(const ManifestLines& lines) {
@@ -230,8 +250,11 @@ OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyMod
   const std::filesystem::path manifest = folder / "manifest.json";
   ManifestLines lines =
       LinesBefore(manifest, head, "make-reach-data --optimised", "captures", options.replace);
+  UseJson(manifest, [&] { DropLost(lines, folder); });
+  const std::vector<int> missing = GroupsToMake(lines, options.count);
   std::mutex lock;
-  int done = static_cast<int>(lines.size()) / kTogether * kTogether;
+  int done = options.count;
+  for (const int first : missing) done -= std::min(kTogether, options.count - first);
   bool stopped = false;
   const auto goes_on = [&](int more) {
     const std::scoped_lock guard(lock);
@@ -239,15 +262,13 @@ OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyMod
     return !(stopped =
                  stopped || (progress && !progress("reaches optimised", done, options.count)));
   };
-  while (static_cast<int>(lines.size()) < options.count && goes_on(0)) {
-    // Reaches that are optimised together share their length: a part of them is made anew.
-    const int first = static_cast<int>(lines.size()) / kTogether * kTogether;
+  for (std::size_t made = 0; made < missing.size() && goes_on(0); made += kRound) {
     std::array<std::vector<json>, kRound> round;
     ParallelFor(kRound, options.threads, [&](int k) {
-      const int begin = first + k * kTogether;
-      const int count = std::min(kTogether, options.count - begin);
-      if (count <= 0 || !goes_on(0)) return;
-      round[static_cast<std::size_t>(k)] = OptimiseTogether(shop, begin, count);
+      const std::size_t at = made + static_cast<std::size_t>(k);
+      if (at >= missing.size() || !goes_on(0)) return;
+      const int count = std::min(kTogether, options.count - missing[at]);
+      round[static_cast<std::size_t>(k)] = OptimiseTogether(shop, missing[at], count);
       goes_on(count);
     });
     if (stopped) break;

@@ -31,12 +31,12 @@ struct OptimisedReachesReport {
 };
 
 /// Reaches of OptimiseLatents, refitted, from frames of captured people who are learned from to
-/// drawn goals, due by PaceOf, of the right wrist: reach_*.npz with goals (WriteGoalClip) and
-/// manifest.json (schema holdfast/optimised-reaches/1) in `folder`. What misses its goal, leaves
-/// the ground or runs is left out. A network that is trained on them does at once what its own
-/// optimiser finds in a second. A set that was stopped is resumed, a finished one extended.
-/// Progress has the stage "reaches optimised". Throws Error for a manifest of something else, and
-/// for a set of which nobody stands or walks.
+/// drawn goals, due by PaceOf or (a quarter) DeadlineRule, of the right wrist: reach_*.npz with
+/// goals (WriteGoalClip) and manifest.json (schema holdfast/optimised-reaches/1) in `folder`. What
+/// misses its goal, leaves the ground or runs is left out. A network that is trained on them does
+/// at once what its own optimiser finds in a second. A set that was stopped is resumed, a finished
+/// one extended. Progress has the stage "reaches optimised". Throws Error for a manifest of
+/// something else, and for a set of which nobody stands or walks.
 OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyModel& body,
                                             const wandr::NetworkWeights& network,
                                             const OptimisedReachesOptions& options,

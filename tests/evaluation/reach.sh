@@ -7,7 +7,8 @@
 #
 # Environment: HOLDFAST (the program, default build/release/apps/holdfast), HOLDFAST_DATA (default
 # ../shared/data), HOURS (of motion to generate, default 8), WITHOUT (captured subjects to leave out,
-# comma separated), WALK and REACH (iterations of the two stages, default 2000 and 500), SEED (default 1).
+# comma separated), WALK, REACH, FOLLOW and SETTLE (iterations of the stages, default 2000, 500, 500 and
+# 60), OPTIMISED (reaches to optimise in a round, default 800), SEED (default 1).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 out=${1:-out/reach_network}
@@ -18,24 +19,42 @@ seed=${SEED:-1}
 mkdir -p "$out"
 
 # The captures, and motion with goals made from them. People left out are kept away as held-out ones are.
-"$holdfast" make-reach-data "$data/mocap" -o "$out/corpus" --hours "${HOURS:-8}" \
-  --held-out "$held_out${WITHOUT:+,$WITHOUT}"
+make_data() { # folder flags...
+  "$holdfast" make-reach-data "$data/mocap" --held-out "$held_out${WITHOUT:+,$WITHOUT}" -o "$@"
+}
+make_data "$out/corpus" --hours "${HOURS:-8}"
 
 train() { # folder flags...
   local folder=$out/$1
   shift
   [ -e "$folder/done" ] && return
-  "$holdfast" train wandr "$out/corpus" -o "$folder" --threads 1 --seed "$seed" "$@" 2>"$folder.log" ||
+  "$holdfast" train wandr -o "$folder" --threads 1 --seed "$seed" "$@" 2>"$folder.log" ||
     { tail "$folder.log" && return 1; }
   touch "$folder/done"
 }
 
 # Walks first: windows of clips, with no goal that must be reached. Then whole motions to drawn goals, with a
-# critic: to reach before it can walk makes a network slide. Of the second stage the last weights are
-# taken: more iterations reach more, and slide more.
-train walk --iterations "${WALK:-2000}" --free-from 1 --prior-share 0.5
-train reach --from "$out/walk/latest.safetensors" --iterations "${REACH:-500}" --evaluate-every 50 \
-  --learning-rate 2e-4 --free-from 0.05 --free-share 0.3 --anchor 0.5 --skating 0.05 --critic 1
+# critic: to reach before it can walk makes a network slide. Of every stage the last weights are
+# taken: more iterations of the second reach more, and slide more.
+train walk "$out/corpus" --iterations "${WALK:-2000}" --free-from 1 --prior-share 0.5
+train reach "$out/corpus" --from "$out/walk/latest.safetensors" --iterations "${REACH:-500}" \
+  --evaluate-every 50 --learning-rate 2e-4 --free-from 0.05 --free-share 0.3 --anchor 0.5 --skating 0.05 \
+  --critic 1
 
-"$holdfast" evaluate reach --weights "$out/reach/latest_half.safetensors" \
+# Then, twice, it follows what its own optimiser makes of it, and goes to goals by itself for a short while:
+# long enough to reach again, short enough to keep its steps.
+from=$out/reach
+for round in 1 2; do
+  make_data "$out/optimised$round" --hours 0.01 --optimised "${OPTIMISED:-800}" \
+    --weights "$from/latest_half.safetensors"
+  people=("$out/corpus/captured" "$out/optimised$round/optimised")
+  train "follow$round" "${people[@]}" --from "$from/latest.safetensors" --iterations "${FOLLOW:-500}" \
+    --evaluate-every 250 --learning-rate 4e-4 --free-from 1
+  train "settle$round" "${people[@]}" --from "$out/follow$round/latest.safetensors" \
+    --iterations "${SETTLE:-60}" --evaluate-every 30 --learning-rate 1e-4 --free-from 0.01 \
+    --free-share 0.3 --anchor 1 --skating 0.02 --critic 1
+  from=$out/settle$round
+done
+
+"$holdfast" evaluate reach --weights "$from/latest_half.safetensors" \
   --starts "$out"/corpus/captured/held_out/cmu_* -o "$out/table"
