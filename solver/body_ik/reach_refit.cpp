@@ -170,8 +170,10 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
   }
   std::vector<double> reached;  // metres
   for (const RefitGoal& goal : goals) reached.push_back(lacks(goal));
-  StraightenTrunk(rest_joints, frames);
-  if (options.walks) SwingArmsOnTheWay(rest_joints, goals, options.wrist, frames);
+  if (options.walks) {
+    StraightenTrunk(rest_joints, frames);
+    SwingArmsOnTheWay(rest_joints, goals, options.wrist, frames);
+  }
   RefitReport found;
   std::vector<FeetTarget> feet;
   if (options.pin_feet) {

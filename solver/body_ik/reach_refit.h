@@ -27,7 +27,9 @@ struct RefitOptions {
   bool pin_feet = true;
   bool place_wrist = true;
   bool lift_hands = true;
-  bool walks = true;  ///< arms swing on the way (SwingArms), feet are lifted (LiftFeet)
+  /// Arms swing on the way (SwingArms), feet are lifted (LiftFeet), nobody leans back
+  /// (StraightenTrunk).
+  bool walks = true;
   /// A goal farther than this from the wrist is left alone: the motion did not reach it.
   double farthest_m = 0.10;
   int window_frames = 30;  ///< that change on either side of a goal; all after one that rests

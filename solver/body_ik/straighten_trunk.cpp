@@ -13,7 +13,7 @@
 namespace holdfast {
 namespace {
 
-constexpr double kFree = 6.0 * kDegree, kMost = 20.0 * kDegree;
+constexpr double kFree = 3.0 * kDegree, kMost = 20.0 * kDegree;
 constexpr double kStands = 60.0 * kDegree;        // who leans farther back lies
 constexpr int kEven = 8;                          // frames
 constexpr std::array<int, 3> kSpine = {3, 6, 9};  // joints

@@ -97,7 +97,7 @@ std::string SettingsOf(const LatentOptions& o) {
       {"pace", "with the start's velocity"},
       {"adam", {o.adam_iterations, o.least_iterations, o.adam_step, o.close_enough_m}},
       {"newton", {o.newton_iterations, o.newton_goal_m}},
-      {"hurries", o.hurries}};
+      {"hurries", o.hurries ? 2 : 0}};
   return all.dump();
 }
 

@@ -177,6 +177,8 @@ class LatentBatchOptimizer {
   Clock::time_point started_;
 };
 
+constexpr int kHurries = 2;
+
 // For who is in a hurry: steps, turns and leans that people who have time do not make.
 LatentOptions InAHurry(LatentOptions options) {
   options.path *= 0.5;
@@ -193,22 +195,25 @@ double FaultOf(const ReachSolution& solution, const ReachTask& task) {
          wandr::MeasureReach(solution.track.joints, task.goal).airborne_share;
 }
 
-// Who is off the ground, or does not get there, tries again in a hurry.
+// Who is off the ground, or does not get there, tries again in a hurry, and then in a greater one.
 std::vector<ReachSolution> OptimiseBatch(const wandr::Network<float>& network,
                                          const LatentBody& body, std::span<const ReachTask> tasks,
                                          const LatentOptions& options) {
   std::vector<ReachSolution> solutions = LatentBatchOptimizer(network, body, tasks, options).Run();
   if (!options.hurries) return solutions;
-  const LatentOptions hurry = InAHurry(options);
-  for (std::size_t i = 0; i < tasks.size(); ++i) {
-    const double fault = FaultOf(solutions[i], tasks[i]);
-    if (fault == 0.0) continue;
-    ReachSolution again =
-        std::move(LatentBatchOptimizer(network, body, tasks.subspan(i, 1), hurry).Run()[0]);
-    if (FaultOf(again, tasks[i]) >= fault) continue;
-    Append(again.trace, solutions[i].trace);
-    again.trace = std::move(solutions[i].trace);
-    solutions[i] = std::move(again);
+  LatentOptions hurry = options;
+  for (int tried = 0; tried < kHurries; ++tried) {
+    hurry = InAHurry(hurry);
+    for (std::size_t i = 0; i < tasks.size(); ++i) {
+      const double fault = FaultOf(solutions[i], tasks[i]);
+      if (fault == 0.0) continue;
+      ReachSolution again =
+          std::move(LatentBatchOptimizer(network, body, tasks.subspan(i, 1), hurry).Run()[0]);
+      if (FaultOf(again, tasks[i]) >= fault) continue;
+      Append(again.trace, solutions[i].trace);
+      again.trace = std::move(solutions[i].trace);
+      solutions[i] = std::move(again);
+    }
   }
   return solutions;
 }

@@ -37,7 +37,7 @@ constexpr int kAfter = 45;        // frames at least after the goal is due
 constexpr int kMostAfter = 90;    // and kept at most
 constexpr int kMostFrames = 200;  // until it is due
 constexpr int kEdge = 5;          // first and last frames of a clip that nobody starts from
-constexpr double kNearest_m = 0.6, kLowest_m = 0.25, kHighest_m = 1.9;
+constexpr double kNearest_m = 0.25, kNear_m = 1.2, kLowest_m = 0.1, kHighest_m = 1.9;
 constexpr double kLowestPelvis_m = 0.7;  // of who stands or walks
 constexpr double kOffGoal_m = 0.02, kFastest_m_s = 2.1;
 
@@ -104,12 +104,15 @@ class ReachDrawer {
   const wandr::Network<float>& Network() const { return network_; }
 
  private:
-  // Three of five goals lie ahead, the others anywhere; half are about as high as a table.
+  // Three of five goals lie ahead, the others anywhere; half are about as high as a table. To near
+  // ones there are a few steps, which long ways do not teach.
   static Eigen::Vector3d DrawGoal(const ReachTask& task, const Eigen::Vector3d& pelvis,
                                   double farthest, RandomDraws& draws) {
     const wandr::Matrix3<double> root = task.start.pose.rotation[0].cast<double>();
     const double ahead = std::atan2(root(1, 2), root(0, 2));
-    const double distance = draws.Uniform(kNearest_m, farthest);
+    const bool near = draws.Uniform(0.0, 1.0) < 0.25;
+    const double distance =
+        draws.Uniform(kNearest_m, near ? std::min(kNear_m, farthest) : farthest);
     const double angle = draws.Uniform(0.0, 1.0) < 0.6
                              ? 70.0 / 180.0 * std::numbers::pi * draws.Normal()
                              : draws.Uniform(-std::numbers::pi, std::numbers::pi);

@@ -7,8 +7,9 @@
 #
 # Environment: HOLDFAST (the program, default build/release/apps/holdfast), HOLDFAST_DATA (default
 # ../shared/data), HOURS (of motion to generate, default 8), WITHOUT (captured subjects to leave out,
-# comma separated), WALK, REACH, FOLLOW and SETTLE (iterations of the stages, default 2000, 500, 500 and
-# 60), OPTIMISED (reaches to optimise in a round, default 800), SEED (default 1).
+# comma separated), WALK and REACH (iterations of the two stages, default 2000 and 500), ROUNDS (of learning
+# from its own optimiser, default 0), OPTIMISED (reaches to optimise in a round, default 800), FOLLOW and
+# SETTLE (iterations of a round, default 500 and 210), SEED (default 1).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 out=${1:-out/reach_network}
@@ -41,17 +42,17 @@ train reach "$out/corpus" --from "$out/walk/latest.safetensors" --iterations "${
   --evaluate-every 50 --learning-rate 2e-4 --free-from 0.05 --free-share 0.3 --anchor 0.5 --skating 0.05 \
   --critic 1
 
-# Then, twice, it follows what its own optimiser makes of it, and goes to goals by itself for a short while:
-# long enough to reach again, short enough to keep its steps.
+# With ROUNDS it then follows what its own optimiser makes of it, and goes to goals by itself for a short while:
+# long enough to reach again, short enough to keep its steps. The embedded network has had none.
 from=$out/reach
-for round in 1 2; do
+for ((round = 1; round <= ${ROUNDS:-0}; ++round)); do
   make_data "$out/optimised$round" --hours 0.01 --optimised "${OPTIMISED:-800}" \
     --weights "$from/latest_half.safetensors"
   people=("$out/corpus/captured" "$out/optimised$round/optimised")
   train "follow$round" "${people[@]}" --from "$from/latest.safetensors" --iterations "${FOLLOW:-500}" \
     --evaluate-every 250 --learning-rate 4e-4 --free-from 1
   train "settle$round" "${people[@]}" --from "$out/follow$round/latest.safetensors" \
-    --iterations "${SETTLE:-60}" --evaluate-every 30 --learning-rate 1e-4 --free-from 0.01 \
+    --iterations "${SETTLE:-210}" --evaluate-every 70 --learning-rate 1e-4 --free-from 0.01 \
     --free-share 0.3 --anchor 1 --skating 0.02 --critic 1
   from=$out/settle$round
 done
