@@ -88,19 +88,24 @@ int RunTransferStudy(const TransferStudyCommand& options) {
   study.physics = !options.no_physics;
   std::vector<RobotHand> robots;
   for (const std::string& path : options.robots) robots.push_back(ReadRobotHand(path));
+  // All of them first: a name that is wrong ends in a second, not after minutes.
+  std::vector<ClipInput> scenes;
+  for (const std::string& clip : options.clips) {
+    scenes.push_back(LoadClipInput(clip, options.input, options.common));
+  }
   nlohmann::json json = JsonHead("holdfast/evaluate-transfer/1", options.common);
   json["protocol"] = RobotProtocolJson(study.transfer);
   json["protocol"]["trial"] = TrialProtocolJson(study.protocol);
   std::map<std::pair<std::string, std::string>, TransferMeans> means;
   Progress progress(options.common, "transfer");
   int done = 0;
-  for (const std::string& clip : options.clips) {
-    const ClipInput scene = LoadClipInput(clip, options.input, options.common);
+  for (std::size_t k = 0; k < scenes.size(); ++k) {
     for (const RobotHand& robot : robots) {
       if (Interrupted()) return kInterrupted;
-      for (const RobotStudyRow& row : StudyTransfer(scene, robot, study)) {
+      for (const RobotStudyRow& row : StudyTransfer(scenes[k], robot, study)) {
         means[{robot.name, row.method}].Add(row);
-        nlohmann::json entry = {{"robot", robot.name}, {"clip", clip}, {"method", row.method}};
+        nlohmann::json entry = {
+            {"robot", robot.name}, {"clip", options.clips[k]}, {"method", row.method}};
         entry.update(RobotMeasuresJson(row.measures));
         entry["ms_per_frame"] = row.ms_per_frame;
         entry["held_directions"] = row.held ? nlohmann::json(*row.held) : nlohmann::json();
