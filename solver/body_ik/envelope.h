@@ -5,8 +5,8 @@
 
 namespace holdfast {
 
-/// Smooth over time and not below the mean of `values` anywhere: the largest of `radius` values on
-/// either side, weighted by a bell of the same width.
+/// A smooth curve that is nowhere below `values`: the largest of those within `radius`, averaged by
+/// a bell of the same width. It begins 2 `radius` before what it covers.
 std::vector<double> Envelope(const std::vector<double>& values, int radius);
 
 }  // namespace holdfast

@@ -140,6 +140,25 @@ double LiftHand(const Eigen::Matrix3Xd& rest_joints, int wrist, std::vector<Body
   return *std::ranges::max_element(bends);
 }
 
+// Feet are lifted on the way, toes are level, and feet that stand stay where they are.
+std::vector<FeetTarget> PinFeet(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles,
+                                bool walks, std::vector<BodyFrame>& frames, RefitReport& found) {
+  std::vector<Soles> points;
+  for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
+  const std::vector<SoleBits> stands = FindSupports(points, wandr::kFramesPerSecond);
+  if (walks) LiftFeet(rest_joints, soles, stands, frames);
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    LevelToes(rest_joints, soles, FadeIn(static_cast<int>(t)), frames[t], kMostToes);
+  }
+  FootLockReport lock;
+  std::vector<FeetTarget> feet = LockFeet(
+      rest_joints, soles, stands, frames,
+      {.clearance_m = kStepClearance, .most_sink_m = kMostSink, .keep_first = true}, &lock);
+  found.max_foot_correction_m = lock.max_correction_m;
+  found.max_pelvis_sink_m = lock.max_sink_m;
+  return feet;
+}
+
 }  // namespace
 
 wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
@@ -177,19 +196,7 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
   RefitReport found;
   std::vector<FeetTarget> feet;
   if (options.pin_feet) {
-    std::vector<Soles> points;
-    for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
-    FootLockReport lock;
-    const std::vector<SoleBits> stands = FindSupports(points, wandr::kFramesPerSecond);
-    if (options.walks) LiftFeet(rest_joints, soles, stands, frames);
-    for (int t = 0; t < count; ++t) {
-      LevelToes(rest_joints, soles, FadeIn(t), frames[static_cast<std::size_t>(t)], kMostToes);
-    }
-    feet = LockFeet(rest_joints, soles, stands, frames,
-                    {.clearance_m = kStepClearance, .most_sink_m = kMostSink, .keep_first = true},
-                    &lock);
-    found.max_foot_correction_m = lock.max_correction_m;
-    found.max_pelvis_sink_m = lock.max_sink_m;
+    feet = PinFeet(rest_joints, soles, options.walks, frames, found);
   } else {
     for (const BodyFrame& frame : frames) feet.push_back(FeetOf(Place(rest_joints, frame)));
   }

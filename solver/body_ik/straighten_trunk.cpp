@@ -14,9 +14,9 @@ namespace holdfast {
 namespace {
 
 constexpr double kFree = 3.0 * kDegree, kMost = 20.0 * kDegree;
-constexpr double kStands = 60.0 * kDegree;        // who leans farther back lies
-constexpr int kEven = 8;                          // frames
-constexpr std::array<int, 3> kSpine = {3, 6, 9};  // joints
+constexpr double kStands = 60.0 * kDegree;  // who leans farther back lies
+constexpr int kEven = 8;                    // frames
+constexpr std::array<int, 3> kSpine = {kSpine1, kSpine2, kSpine3};
 constexpr std::array<double, 3> kShares = {0.4, 0.35, 0.25};
 
 // Bends the trunk forward so that pelvis to neck turns by `angle`.
@@ -41,15 +41,17 @@ void BendForward(const BodyPlacement& placed, double yaw, double angle, BodyFram
 }  // namespace
 
 void StraightenTrunk(const Eigen::Matrix3Xd& rest_joints, std::vector<BodyFrame>& frames) {
+  std::vector<BodyPlacement> placed;
   std::vector<double> beyond;
   for (const BodyFrame& frame : frames) {
-    const double lean = LeanBack(Place(rest_joints, frame), Yaw(frame));
+    placed.push_back(Place(rest_joints, frame));
+    const double lean = LeanBack(placed.back(), Yaw(frame));
     beyond.push_back(lean < kStands ? std::clamp(lean - kFree, 0.0, kMost) : 0.0);
   }
   const std::vector<double> bends = Envelope(beyond, kEven);
   for (std::size_t t = 0; t < frames.size(); ++t) {
     const double bend = FadeIn(static_cast<int>(t)) * bends[t];
-    if (bend > 0.0) BendForward(Place(rest_joints, frames[t]), Yaw(frames[t]), bend, frames[t]);
+    if (bend > 0.0) BendForward(placed[t], Yaw(frames[t]), bend, frames[t]);
   }
 }
 

@@ -12,7 +12,7 @@
 namespace holdfast {
 namespace {
 
-constexpr int kFrames = 80, kSpine2 = 6, kHead = 15;
+constexpr int kFrames = 80;
 
 const Eigen::Matrix3Xd& RestJoints() { return DefaultMeasures().rest_joints; }
 
