@@ -94,6 +94,7 @@ std::string SettingsOf(const LatentOptions& o) {
       {"along, cadence, turn, lean, collars",
        {o.along, o.cadence, o.turn, o.fastest_turn_rad_s, o.lean, o.farthest_lean_m,
         o.farthest_lean_reaching_m, o.collars}},
+      {"height", {o.height, o.lowest_walk}},
       {"pace", "with the start's velocity"},
       {"adam", {o.adam_iterations, o.least_iterations, o.adam_step, o.close_enough_m}},
       {"newton", {o.newton_iterations, o.newton_goal_m}},

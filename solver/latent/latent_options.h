@@ -68,6 +68,8 @@ struct LatentOptions {
   double lean = 1.0;
   double farthest_lean_m = 0.04;           ///< neck from above the pelvis, on the way
   double farthest_lean_reaching_m = 0.08;  ///< the same from shortly before the deadline on
+  double height = 1.0;
+  double lowest_walk = 0.97;  ///< pelvis on the way, of its height on straight legs
   double limits = 0.01;
   double collars = 0.2;  ///< the same of the collars
   double acceleration = 1e-7;

@@ -27,6 +27,7 @@
 #include "solver/terms/motion/stand_near.h"
 #include "solver/terms/motion/standing_balance.h"
 #include "solver/terms/motion/upright_trunk.h"
+#include "solver/terms/motion/walking_height.h"
 
 namespace holdfast {
 namespace {
@@ -225,6 +226,11 @@ void AddLookTerms(const LatentOptions& options, const ReachTask& task, int frame
   }
 }
 
+// The frame from which on somebody reaches: sooner for what is low.
+int ReachesFrom(const ReachTask& task) {
+  return task.deadline - (task.goal.z() < kHandy ? 2 * kReaching : kReaching);
+}
+
 // Turns are walked, and the trunk is upright on the way; who reaches may lean.
 void AddPostureTerms(const LatentOptions& options, const MotionView& motion, const ReachTask& task,
                      MotionObjective& objective) {
@@ -238,11 +244,11 @@ void AddPostureTerms(const LatentOptions& options, const MotionView& motion, con
   }
   if (options.lean <= 0.0) return;
   const auto walk = std::make_shared<UprightTrunk>(options.farthest_lean_m, options.lean);
-  // What is low is bent for, and sooner.
+  // What is low is bent for.
   const double low_m = std::max(0.0, kHandy - task.goal.z());
   const auto reach = std::make_shared<UprightTrunk>(
       options.farthest_lean_reaching_m + kLowLean * low_m, options.lean);
-  const int reaching = task.deadline - (low_m > 0.0 ? 2 * kReaching : kReaching);
+  const int reaching = ReachesFrom(task);
   const double first_m = (motion.At(0, kNeck) - motion.At(0, 0)).head<2>().norm();
   for (int t = 1; t < frames; ++t) {
     std::shared_ptr<const UprightTrunk> lean = t < reaching ? walk : reach;
@@ -252,6 +258,28 @@ void AddPostureTerms(const LatentOptions& options, const MotionView& motion, con
       lean = std::make_shared<UprightTrunk>(still_m, options.lean);
     }
     objective.Add("lean", lean, nullptr, {Position(t, 0), Position(t, kNeck)});
+  }
+}
+
+// Of the pelvis of who stands on straight legs, metres above the ground.
+double StandingHeight(const LatentBody& body) {
+  constexpr int kHip = 1, kKnee = 4, kAnkle = 7;
+  const auto& offset = body.bones.offset;
+  return offset.col(kKnee).norm() + offset.col(kAnkle).norm() - offset(1, kHip) -
+         body.soles[0].offset.y();
+}
+
+// Who walks does not crouch; who begins low takes a second to come up.
+void AddHeightTerms(const LatentBody& body, const LatentOptions& options, const MotionView& motion,
+                    const ReachTask& task, MotionObjective& objective) {
+  if (options.height <= 0.0 || body.soles.empty()) return;
+  const double lowest_m = options.lowest_walk * StandingHeight(body);
+  const double missing_m = std::max(0.0, lowest_m - motion.At(0, 0).z());
+  const int last = std::min(motion.NumFrames() - 1, ReachesFrom(task));
+  for (int t = 1; t < last; ++t) {
+    const double still_m = missing_m * std::max(0.0, 1.0 - static_cast<double>(t) / kRising);
+    objective.Add("height", std::make_shared<WalkingHeight>(lowest_m - still_m, options.height),
+                  nullptr, {Position(t, 0)});
   }
 }
 
@@ -280,6 +308,7 @@ void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const
   if (options.path > 0.0) AddPathTerms(options, motion, task, objective);
   if (options.look > 0.0) AddLookTerms(options, task, frames, objective);
   AddPostureTerms(options, motion, task, objective);
+  AddHeightTerms(body, options, motion, task, objective);
 }
 
 void AddGoalTerms(const LatentOptions& options, const ReachTask& task, double share_done,

@@ -8,8 +8,9 @@
 # Environment: HOLDFAST (the program, default build/release/apps/holdfast), HOLDFAST_DATA (default
 # ../shared/data), HOURS (of motion to generate, default 8), WITHOUT (captured subjects to leave out,
 # comma separated), WALK and REACH (iterations of the two stages, default 2000 and 500), ROUNDS (of learning
-# from its own optimiser, default 0), OPTIMISED (reaches to optimise in a round, default 800), FOLLOW and
-# SETTLE (iterations of a round, default 500 and 210), SEED (default 1).
+# from its own optimiser, default 2), OPTIMISED (reaches to optimise in a round, default 800), FOLLOW and
+# SETTLE (iterations of a round, default 500 and 210), SHARE (of the last round in the average of both, default 0.7),
+# SEED (default 1).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 out=${1:-out/reach_network}
@@ -42,14 +43,15 @@ train reach "$out/corpus" --from "$out/walk/latest.safetensors" --iterations "${
   --evaluate-every 50 --learning-rate 2e-4 --free-from 0.05 --free-share 0.3 --anchor 0.5 --skating 0.05 \
   --critic 1
 
-# With ROUNDS it then follows what its own optimiser makes of it, and goes to goals by itself for a short while:
-# long enough to reach again, short enough to keep its steps. The embedded network has had none.
+# Then it follows what its own optimiser makes of it, and goes to goals by itself for a short while: long enough
+# to reach again, short enough to keep its steps. A round begins anew from `reach`, with reaches of the
+# round before.
 from=$out/reach
-for ((round = 1; round <= ${ROUNDS:-0}; ++round)); do
+for ((round = 1; round <= ${ROUNDS:-2}; ++round)); do
   make_data "$out/optimised$round" --hours 0.01 --optimised "${OPTIMISED:-800}" \
     --weights "$from/latest_half.safetensors"
   people=("$out/corpus/captured" "$out/optimised$round/optimised")
-  train "follow$round" "${people[@]}" --from "$from/latest.safetensors" --iterations "${FOLLOW:-500}" \
+  train "follow$round" "${people[@]}" --from "$out/reach/latest.safetensors" --iterations "${FOLLOW:-500}" \
     --evaluate-every 250 --learning-rate 4e-4 --free-from 1
   train "settle$round" "${people[@]}" --from "$out/follow$round/latest.safetensors" \
     --iterations "${SETTLE:-210}" --evaluate-every 70 --learning-rate 1e-4 --free-from 0.01 \
@@ -57,5 +59,11 @@ for ((round = 1; round <= ${ROUNDS:-0}; ++round)); do
   from=$out/settle$round
 done
 
-"$holdfast" evaluate reach --weights "$from/latest_half.safetensors" \
+# What follows its optimiser takes longer steps, on bent knees, and answers less to other latents than the
+# network it came from. The average of both has the steps and answers.
+weights=$out/wandr.safetensors
+tests/evaluation/average_networks.py "$out/reach/latest_half.safetensors" "$from/latest_half.safetensors" \
+  "${SHARE:-0.7}" "$weights"
+
+"$holdfast" evaluate reach --weights "$weights" \
   --starts "$out"/corpus/captured/held_out/cmu_* -o "$out/table"

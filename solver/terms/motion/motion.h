@@ -16,6 +16,7 @@
 ///   heading_along.h       heading off the way
 ///   cadence.h             steps taken too often
 ///   upright_trunk.h       neck too far from above the pelvis
+///   walking_height.h      pelvis too low on the way
 ///   joint_acceleration.h  (q_0 - 2 q_1 + q_2) / dt^2
 ///   rotation_range.h      joint angle beyond captured ones
 ///   standing_balance.h    c - m: middle of mass off the feet

@@ -29,6 +29,7 @@
 #include "solver/terms/motion/stand_near.h"
 #include "solver/terms/motion/standing_balance.h"
 #include "solver/terms/motion/upright_trunk.h"
+#include "solver/terms/motion/walking_height.h"
 #include "tests/geometry/mesh_shapes.h"
 #include "tests/support/numeric_jacobian.h"
 
@@ -382,6 +383,18 @@ TEST(UprightTrunk, CountsHowFarTheNeckIsFromAboveThePelvis) {
   EXPECT_EQ(at(0.0), 0.0);
   EXPECT_EQ(at(0.049), 0.0);
   EXPECT_NEAR(at(0.15), 2.0 * 0.1, 1e-12);
+}
+
+TEST(WalkingHeight, CountsHowFarThePelvisIsTooLow) {
+  const WalkingHeight term(0.85, 4.0);
+  CheckJacobian(term, false, [](Draw& draw) {
+    Blocks blocks = Points(draw, 1, 0.1);
+    blocks[0][2] += 0.85;
+    return blocks;
+  });
+  const auto at = [&](double height) { return Residuals(term, {Vector3d(2, -1, height)})[0]; };
+  EXPECT_EQ(at(0.9), 0.0);
+  EXPECT_NEAR(at(0.75), 2.0 * 0.1, 1e-12);
 }
 
 TEST(RotationRange, IsTheAngleBeyondTheLimit) {
