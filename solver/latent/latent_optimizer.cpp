@@ -179,8 +179,8 @@ class LatentBatchOptimizer {
 
 constexpr int kHurries = 2;
 
-// For who is in a hurry: steps, turns and leans that people who have time do not make, and a goal that
-// is not given up for them.
+// For who is in a hurry: steps, turns and leans that people who have time do not make, and a goal
+// that is not given up for them.
 LatentOptions InAHurry(LatentOptions options) {
   options.goal *= 4.0;
   options.newton_iterations += 10;
@@ -191,11 +191,19 @@ LatentOptions InAHurry(LatentOptions options) {
   return options;
 }
 
-// 0 of a motion that keeps a foot on the ground and reaches its goal.
-double FaultOf(const ReachSolution& solution, const ReachTask& task) {
-  const bool reached = solution.trace.closest_m.back() <= wandr::kReachedWithin;
-  return (reached ? 0.0 : 1.0) +
-         wandr::MeasureReach(solution.track.joints, task.goal).airborne_share;
+// Of a motion. Who has to run for a goal has not reached it, and who is off the ground for a tenth
+// of the time is no better than who misses it.
+struct MotionFault {
+  bool missed = false;
+  double airborne_share = 0.0;
+  double Sum() const { return (missed ? 1.0 : 0.0) + 10.0 * airborne_share; }
+};
+
+MotionFault FaultOf(const ReachSolution& solution, const ReachTask& task) {
+  constexpr double kRuns_m_s = 3.0;
+  const wandr::ReachOutcome outcome = wandr::MeasureReach(solution.track.joints, task.goal);
+  const bool there = solution.trace.closest_m.back() <= wandr::kReachedWithin;
+  return {!there || outcome.peak_pelvis_m_s > kRuns_m_s, outcome.airborne_share};
 }
 
 // Who is off the ground, or does not get there, tries again in a hurry, and then in a greater one.
@@ -208,11 +216,17 @@ std::vector<ReachSolution> OptimiseBatch(const wandr::Network<float>& network,
   for (int tried = 0; tried < kHurries; ++tried) {
     hurry = InAHurry(hurry);
     for (std::size_t i = 0; i < tasks.size(); ++i) {
-      const double fault = FaultOf(solutions[i], tasks[i]);
-      if (fault == 0.0) continue;
+      const MotionFault fault = FaultOf(solutions[i], tasks[i]);
+      if (fault.Sum() == 0.0) continue;
+      LatentOptions its = hurry;
+      // A goal that counts more would be jumped for all the more.
+      if (fault.airborne_share > 0.0) {
+        its.goal = options.goal;
+        its.newton_iterations = options.newton_iterations;
+      }
       ReachSolution again =
-          std::move(LatentBatchOptimizer(network, body, tasks.subspan(i, 1), hurry).Run()[0]);
-      if (FaultOf(again, tasks[i]) >= fault) continue;
+          std::move(LatentBatchOptimizer(network, body, tasks.subspan(i, 1), its).Run()[0]);
+      if (FaultOf(again, tasks[i]).Sum() >= fault.Sum()) continue;
       Append(again.trace, solutions[i].trace);
       again.trace = std::move(solutions[i].trace);
       solutions[i] = std::move(again);

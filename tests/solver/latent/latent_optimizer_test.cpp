@@ -144,9 +144,9 @@ TEST(LatentOptimizer, WhoIsLateHurries) {
   LatentOptions calm;
   calm.hurries = false;
   int again = 0;
-  for (const int deadline : {60, 30, 20}) {
+  for (const int deadline : {55, 42, 32}) {
     SCOPED_TRACE(deadline);
-    const ReachTask task = Task(Net().weights, {3.0, 4.0, 1.1}, deadline, 6);
+    const ReachTask task = Task(Net().weights, {3.0, 4.0, 0.3}, deadline, 6);
     const ReachSolution one = Solve(task, calm), best = Solve(task);
     const wandr::ReachOutcome before = wandr::MeasureReach(one.track.joints, task.goal);
     const wandr::ReachOutcome after = wandr::MeasureReach(best.track.joints, task.goal);
