@@ -8,6 +8,7 @@ enough for their average to be a network of its own; two that were trained apart
 agree in (names and shapes of tensors, statistics that inputs are normalised by, metadata of the shape) is compared.
 """
 import json
+import os
 import struct
 import sys
 
@@ -17,10 +18,16 @@ TYPES = {"F16": numpy.float16, "F32": numpy.float32}
 
 
 def read(path):
-    with open(path, "rb") as file:
-        data = file.read()
-    (size,) = struct.unpack("<Q", data[:8])
-    header = json.loads(data[8 : 8 + size])
+    try:
+        with open(path, "rb") as file:
+            data = file.read()
+        (size,) = struct.unpack("<Q", data[:8])
+        header = json.loads(data[8 : 8 + size])
+    except (OSError, struct.error, ValueError) as error:
+        sys.exit(f"{path}: no safetensors file: {error}")
+    for name, tensor in header.items():
+        if name != "__metadata__" and tensor["dtype"] not in TYPES:
+            sys.exit(f"{path}: {name} is {tensor['dtype']}; give weights of {' or '.join(TYPES)}")
     return header, data[8 + size :]
 
 
@@ -32,10 +39,14 @@ def values(header, data, name):
 def main():
     if len(sys.argv) != 5:
         sys.exit(__doc__)
-    first, second, share, output = sys.argv[1], sys.argv[2], float(sys.argv[3]), sys.argv[4]
-    (a, a_data), (b, b_data) = read(first), read(second)
+    first, second, given, output = sys.argv[1:]
+    try:
+        share = float(given)
+    except ValueError:
+        share = -1.0
     if not 0.0 <= share <= 1.0:
-        sys.exit(f"share {share}: give a number from 0 to 1")
+        sys.exit(f"share {given}: give a number from 0 to 1")
+    (a, a_data), (b, b_data) = read(first), read(second)
     averaged = bytearray(a_data)
     for name in a.keys() | b.keys():
         if name == "__metadata__":
@@ -52,8 +63,10 @@ def main():
     about["average"] = f"{1.0 - share:g} of one network, {share:g} of what was trained from it"
     header = json.dumps(a | {"__metadata__": about}).encode()
     header += b" " * (-len(header) % 8)
-    with open(output, "wb") as file:
+    part = output + ".part"  # never half a network under its name
+    with open(part, "wb") as file:
         file.write(struct.pack("<Q", len(header)) + header + averaged)
+    os.replace(part, output)
 
 
 main()
