@@ -4,6 +4,7 @@
 
     tests/evaluation/transfers.py OUT [--holdfast PROGRAM] [--data FOLDER] [--clip CLIP] [--pictures] [JOB ...]
     tests/evaluation/transfers.py OUT --films [...]
+    tests/evaluation/transfers.py OUT --robots [...]
 
 Ten pairs (embedded objects, objects bent by `shape` below, YCB of FOLDER/objects) and six objects at
 seven scales from 0.7 to 1.4. Each first object is fitted to CLIP once, with `holdfast fit`. Writes
@@ -11,6 +12,9 @@ OUT/JOB of each, OUT/table.csv, and prints the table. JOB: some of them alone, s
 
 --films: the clip with its mug, in 24 frames each, on every right robot hand of FOLDER/robots, with three other
 mugs and at three scales, as OUT/film_*.png; and 40 variants of it, a picture each, as OUT/variants.png.
+
+--robots: the table of docs/robots.md. Six clips on every right robot hand of FOLDER/robots, beside published ways, on one
+core (OUT/robots.json), then fifteen clips that nothing was chosen on, our way alone (OUT/other_robots.json).
 """
 import argparse
 import csv
@@ -30,6 +34,9 @@ PAIRS = [("mug", "025_mug"), ("mug", "mug_cone"), ("mug", "mug_slim"), ("bottle"
 SCALED = ["mug", "bottle", "005_tomato_soup_can", "004_sugar_box", "banana", "apple"]
 SCALES = [0.7, 0.8, 0.9, 1.1, 1.2, 1.3, 1.4]
 FILMED_MUGS, FILMED_SCALES, FILMED_VARIANTS = ["025_mug", "mug_cone", "mug_slim"], [0.7, 1.2, 1.4], 40
+ON_ROBOTS = ["mug", "005_tomato_soup_can", "011_banana", "bottle", "hammer", "apple"]
+OTHERS_ON_ROBOTS = ["004_sugar_box", "008_pudding_box", "007_tuna_fish_can", "025_mug", "bowl", "051_large_clamp", "061_foam_brick",
+                    "035_power_drill", "040_large_marker", "camera", "flashlight", "knife", "phone", "teapot", "wineglass"]
 COLUMNS = ["job", "frames", "held_frames", "deeper_than_2_mm", "deepest_mm", "in_contact_ratio", "searched",
            "clean", "contacts_off_mm", "stretch_p95", "residual_mm"]
 
@@ -129,9 +136,22 @@ def film_transfers(args):
              "--size", "420x360", "--camera", "hand", "--threads", args.threads])
 
 
+def right_hands(args):
+    return sorted((args.data / "robots").glob("*/*right.urdf"))
+
+
+def tabulate_robots(args):
+    """What `evaluate transfer` prints of both lists of clips, times of one core."""
+    for name, objects, extra in ("robots", ON_ROBOTS, []), ("other_robots", OTHERS_ON_ROBOTS, ["--no-baselines"]):
+        clips = [fitted(thing, args) for thing in objects]
+        done = run([args.holdfast, "evaluate", "transfer", *clips, "--robot", *right_hands(args), "-o", args.out / f"{name}.json",
+                    "-f", "-q", "--threads", 1, *extra])
+        print(done.stdout, end="", flush=True)
+
+
 def film_robots(args):
     """The mug's clip on robot hands, as `transfer --robot` films it."""
-    for robot in sorted((args.data / "robots").glob("*/*right.urdf")):
+    for robot in right_hands(args):
         out = args.out / f"on_{robot.stem}"
         done = run([args.holdfast, "transfer", fitted("mug", args), "--robot", robot, "-o", out, "-f", "-q",
                     "--threads", args.threads])
@@ -166,11 +186,15 @@ def main():
     parser.add_argument("--threads", default="0")
     parser.add_argument("--pictures", action="store_true")
     parser.add_argument("--films", action="store_true")
+    parser.add_argument("--robots", action="store_true")
     args = parser.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
+    if args.robots:
+        tabulate_robots(args)
     if args.films:
         for film in (film_robots, film_transfers, picture_variants):
             film(args)
+    if args.films or args.robots:
         return
     jobs = [(f"{a}_to_{b}", a, lambda b=b: ["--object", target(b, args)]) for a, b in PAIRS]
     jobs += [(f"{a}_x{s}", a, lambda s=s: ["--scale", s]) for a in SCALED for s in SCALES]
