@@ -55,6 +55,8 @@ const std::vector<Reduced> kReduced = {
     {"captured/held_out -o out/mine",
      "captured/held_out -o out/mine --no-ablations --samples 1 --deadline adaptive --goals 12",
      "3,750 motions for each of ten rows"},
+    {"-o out/track", "-o out/track --goals 1", "six tracks of each kind, seconds each"},
+    {"evaluate hold mug --count 10", "evaluate hold mug --count 2", "five seconds a trial"},
     {"--goals 150", "--goals 1", "each of 150 goals by five methods, seconds each"},
     {"-o out/synthesis", "-o out/synthesis --repeats 1 --fitted-repeats 1 --object-cases 1",
      "20 samples of each sequence"},
@@ -331,12 +333,14 @@ TEST(Help, SaysWhatEveryOptionDoes) {
 }
 
 TEST(Help, NamesEveryOptionOfTheDocumentation) {
-  // Of cmake; of Snakemake; of Chromium, beside a picture; --lambda-*; misspelt in
-  // troubleshooting.md.
+  // Of cmake; of Snakemake; of tests/evaluation/transfers.py; of Chromium, beside a picture;
+  // --lambda-*; misspelt in troubleshooting.md.
   std::set<std::string> known = {"--build",
                                  "--preset",
                                  "--profile",
                                  "--install",
+                                 "--films",
+                                 "--robots",
                                  "--headless",
                                  "--no-sandbox",
                                  "--screenshot",
