@@ -21,6 +21,8 @@ using Eigen::Vector3d;
 
 constexpr double kClosing_s = 0.3, kLine_s = 0.35, kBefore_s = 0.55;
 constexpr double kLift_m = 0.06, kLift_s = 0.5;
+constexpr double kOver_m = 0.12,
+                 kOff_m = 0.30;  // along the floor: still over what it stood on, off it
 constexpr double kStay_s = 0.4, kStayWithBody_s = 0.6;
 constexpr double kEase = 0.35;                    // of the way back to carrying, at the last place
 constexpr double kSlowest = 0.25, kSlow_s = 0.5;  // of GiveTime
@@ -59,6 +61,13 @@ double Nearest(double angle, double to) {
 UprightPose Between(const UprightPose& a, const UprightPose& b, double share) {
   return {a.position + share * (b.position - a.position),
           a.yaw_rad + share * (b.yaw_rad - a.yaw_rad)};
+}
+
+// Bodies that wait, or turn, before they walk away would draw what they carry low into the table.
+void StayAbove(const UprightPose& lifted, UprightPose& pose) {
+  const double away = (pose.position - lifted.position).head<2>().norm();
+  const double over = 1.0 - MinimumJerk((away - kOver_m) / (kOff_m - kOver_m));
+  pose.position.z() += over * std::max(0.0, lifted.position.z() - pose.position.z());
 }
 
 }  // namespace
@@ -231,6 +240,7 @@ std::vector<Isometry3d> ObjectWay(const TakeTimes& times, const UprightPose& sta
     const UprightPose carried{carry_frames[t] * carry.position, turn[t]};
     const int leave = take + Frames(pace.leave_s, frame_rate);
     UprightPose pose = Between(lifted, carried, share(t, leave, pace.follow_s));
+    StayAbove(lifted, pose);
     for (std::size_t g = 0; g < at_goals.size(); ++g) {
       const int at = times.goals[g], stayed = std::min(count - 1, at + Frames(kStay_s, frame_rate));
       const int from = std::max(leave, at - Frames(pace.bring_s, frame_rate));

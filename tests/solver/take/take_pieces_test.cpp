@@ -266,6 +266,27 @@ TEST(ObjectWay, StandsIsLiftedCarriedAndBrought) {
   }
 }
 
+// Who does not walk away at once carries lower than the table is high.
+TEST(ObjectWay, IsLowOnlyWhereTheObjectIsOffItsPlace) {
+  const std::vector<BodyPlacement> body(80, Place(Rest(), Passing().front()));
+  const std::vector<Isometry3d> carry_frames = CarryFrames(body, 30.0);
+  TakeTimes times;
+  times.take = 20;
+  const UprightPose standing{{-0.2, -0.9, 0.8}, 3.0};
+  const auto carried = [&](double away) {
+    const Vector3d place = standing.position + Vector3d(away, 0.0, -0.2);
+    const UprightPose carry{carry_frames.front().inverse() * place, 0.4};
+    return ObjectWay(times, standing, carry, {}, carry_frames, 30.0);
+  };
+  EXPECT_NEAR(carried(0.08).back().translation().z(), 0.86, 1e-9);
+  const std::vector<Isometry3d> way = carried(0.5);
+  for (const Isometry3d& pose : way) {
+    const double away = (pose.translation() - standing.position).head<2>().norm();
+    if (away < 0.12) EXPECT_GE(pose.translation().z(), 0.8 - 1e-12) << away;
+  }
+  EXPECT_NEAR(way.back().translation().z(), 0.6, 1e-9);
+}
+
 TEST(TimesOfTake, RefusesFramesThatAreNone) {
   const ArmIk arm(Rest(), Side::kRight);
   std::vector<BodyPlacement> body;
