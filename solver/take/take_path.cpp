@@ -21,8 +21,7 @@ using Eigen::Vector3d;
 
 constexpr double kClosing_s = 0.3, kLine_s = 0.35, kBefore_s = 0.55;
 constexpr double kLift_m = 0.06, kLift_s = 0.5;
-constexpr double kOver_m = 0.12,
-                 kOff_m = 0.30;  // along the floor: still over what it stood on, off it
+constexpr double kOver_m = 0.12, kOff_m = 0.50;  // along the floor: over the table, off it
 constexpr double kStay_s = 0.4, kStayWithBody_s = 0.6;
 constexpr double kEase = 0.35;                    // of the way back to carrying, at the last place
 constexpr double kSlowest = 0.25, kSlow_s = 0.5;  // of GiveTime
