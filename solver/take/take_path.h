@@ -63,8 +63,8 @@ struct CarryPace {
 };
 
 /// The object's wished way from the take on, upright throughout, one pose per frame of the motion
-/// (before the take it stands): lifted 6 cm while the hand begins to follow the body, at that
-/// height until it is 12 cm off its place and lower at will from 50 cm on, carried in `carry`,
+/// (before the take it stands): lifted 6 cm while the hand begins to follow the body, no
+/// lower until it is 12 cm off its place and at will from 50 cm on, carried in `carry`,
 /// brought to `at_goals[k]` by TakeTimes::goals[k], where it stays 0.4 s; at the last it then stays
 /// with the body, a third of the way back to where it is carried. All changes are minimum-jerk.
 std::vector<Eigen::Isometry3d> ObjectWay(const TakeTimes& times, const UprightPose& standing,

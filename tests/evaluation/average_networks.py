@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
 """The average of two networks of one shape, weight by weight.
 
     tests/evaluation/average_networks.py FIRST SECOND SHARE OUTPUT     # (1 - SHARE) FIRST + SHARE SECOND

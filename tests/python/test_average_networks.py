@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """tests/evaluation/average_networks.py: the average of two networks, and what cannot be averaged."""
 import json
 import pathlib
