@@ -405,9 +405,9 @@ TriangleMesh Ball(int rings, int sectors) {
   return mesh;
 }
 
-TEST(LargeInput, AMillionVerticesAreDecimated) {
+TEST(LargeInput, TwoMillionVerticesAreDecimated) {
   const TemporaryFolder folder;
-  WriteMesh(Ball(700, 1430), folder / "huge.ply");
+  WriteMesh(Ball(1000, 2000), folder / "huge.ply");
   const ProgramResult result =
       RunHoldfast(folder.Path(), "decimate huge.ply -o small.ply --json -q");
   EXPECT_EQ(result.exit_code, 0) << result.err;
