@@ -238,7 +238,9 @@ RobotHand ReadUrdf(const fs::path& path) {
   std::string left_out;
   const urdf::ModelInterfaceSharedPtr model = Parse(path, ReadText(path), left_out);
   RobotHand hand = UrdfBuilder(path, *model).Take();
-  if (!left_out.empty()) hand.notes.push_back("parts of it are left out: " + left_out);
+  if (!left_out.empty())
+    hand.notes.push_back("parts of it are left out, and with them what follows in their links: " +
+                         left_out);
   return hand;
 }
 

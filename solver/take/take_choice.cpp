@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "solver/take/take_choice.h"
-#include "geometry/body/skeleton.h"
 
 #include <limits>
 #include <numbers>
 
+#include "geometry/body/skeleton.h"
+
 namespace holdfast {
-namespace {}  // namespace
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;

@@ -15,6 +15,8 @@ mugs and at three scales, as OUT/film_*.png; and 40 variants of it, a picture ea
 
 --robots: the table of docs/robots.md. Six clips on every right robot hand of FOLDER/robots, beside published ways, on one
 core (OUT/robots.json), then fifteen clips that nothing was chosen on, our way alone (OUT/other_robots.json).
+
+Ends with 1 if a command failed.
 """
 import argparse
 import csv
@@ -73,10 +75,14 @@ def shape(kind):
     return {"cone": cone, "slim": slim, "belly": belly, "wide": wide}[kind]
 
 
+failed = []  # commands
+
+
 def run(command):
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
     if done.returncode:
         print(*command, done.stderr, sep="\n", file=sys.stderr)
+        failed.append(command)
     return done
 
 
@@ -187,7 +193,7 @@ def main():
     parser.add_argument("--pictures", action="store_true")
     parser.add_argument("--films", action="store_true")
     parser.add_argument("--robots", action="store_true")
-    args = parser.parse_args()
+    args = parser.parse_intermixed_args()
     args.out.mkdir(parents=True, exist_ok=True)
     if args.robots:
         tabulate_robots(args)
@@ -198,6 +204,9 @@ def main():
         return
     jobs = [(f"{a}_to_{b}", a, lambda b=b: ["--object", target(b, args)]) for a, b in PAIRS]
     jobs += [(f"{a}_x{s}", a, lambda s=s: ["--scale", s]) for a in SCALED for s in SCALES]
+    unknown = set(args.jobs) - {job for job, _, _ in jobs}
+    if unknown:
+        parser.error(f"no such job: {', '.join(sorted(unknown))}. There are {', '.join(job for job, _, _ in jobs)}")
     rows = []
     for job, first, extra in jobs:
         if args.jobs and job not in args.jobs:
@@ -217,3 +226,4 @@ def main():
 
 if __name__ == "__main__":
     main()
+    sys.exit(1 if failed else 0)
