@@ -20,6 +20,8 @@ double MeanAround(std::span<const double> values, int t, int radius) {
   return sum / (last - first + 1);
 }
 
+}  // namespace
+
 int SecondCrouch(std::span<const double> heights) {
   constexpr double kCrouch = 0.12, kChange = 0.06;  // metres
   double stands = -1.0, lowest = 0.0, rises_to = 0.0;
@@ -43,8 +45,6 @@ int SecondCrouch(std::span<const double> heights) {
   }
   return -1;
 }
-
-}  // namespace
 
 double LeanBack(const BodyPlacement& placed, double yaw_rad) {
   const Eigen::Vector3d trunk = placed.joints.col(kNeck) - placed.joints.col(kPelvis);

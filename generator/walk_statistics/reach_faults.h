@@ -29,6 +29,9 @@ struct ReachFaults {
   bool LeansBack() const;  ///< by more than 10 degrees
 };
 
+/// ReachFaults::second_crouch of a pelvis at these heights, metres.
+int SecondCrouch(std::span<const double> heights);
+
 ReachFaults FindReachFaults(std::span<const BodyFrame> frames, const Eigen::Matrix3Xd& rest_joints);
 
 }  // namespace holdfast

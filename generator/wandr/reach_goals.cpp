@@ -11,6 +11,7 @@
 #include "generator/wandr/body_kinematics.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_outcome.h"
+#include "generator/wandr/walk_pace.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 
@@ -20,14 +21,15 @@ namespace {
 // One body on its way: which goal it has in mind, and when it turns to the next.
 class Errand {
  public:
-  Errand(std::span<const Eigen::Vector3d> goals, const ReachGoalsOptions& options)
-      : goals_(goals), options_(options) {
+  Errand(const Network<float>& network, std::span<const Eigen::Vector3d> goals,
+         const ReachGoalsOptions& options)
+      : network_(network), goals_(goals), options_(options) {
     sample_.goals.resize(goals.size());
   }
 
   /// Sees the body in a frame; false when that was the last.
-  bool See(const Pose<float>& pose, const BodyJoints<float>& joints) {
-    states_.push_back(StateOf(pose));
+  bool See(const RolloutStart<float>& body, const BodyJoints<float>& joints) {
+    states_.push_back(StateOf(body.pose));
     joints_.push_back(joints);
     const int frame = static_cast<int>(states_.size()) - 1;
     if (!joints.allFinite() || !states_.back().allFinite()) {
@@ -37,21 +39,23 @@ class Errand {
       if (current_ >= 0) sample_.goals[current_].left = frame - 1;
       return false;
     }
-    if (frame == 0) TakeOn(0, frame);
+    if (frame == 0) TakeOn(0, frame, body);
     Approach(frame);
+    const GoalOutcome& goal = sample_.goals[current_];
+    const bool closer = goal.closest_frame == frame;
+    const int overtime = (goal.due - goal.taken_on + 1) / 2;
+    const bool late = frame >= goal.due + overtime, too_late = frame >= goal.due + 2 * overtime;
     if (lingering_ > 0) {
+      if (closer && !too_late) lingering_ = options_.lingering_frames + 1;
       sample_.goal_of_frame.push_back(current_);
       sample_.goals[current_].left = frame;
       return --lingering_ > 0;
     }
-    const GoalOutcome& goal = sample_.goals[current_];
-    const int overtime = (goal.due - goal.taken_on + 1) / 2;
-    const bool arrived = goal.Reached() && goal.closest_frame < frame;
-    const bool given_up = frame >= goal.due + overtime;
-    if (arrived || given_up) {
+    const bool arrived = goal.Reached() && !closer;
+    if (arrived || too_late || (late && !closer)) {
       sample_.goals[current_].left = frame;
       if (current_ + 1 < static_cast<int>(goals_.size())) {
-        TakeOn(current_ + 1, frame);
+        TakeOn(current_ + 1, frame, body);
         Approach(frame);
       } else if (arrived && options_.lingering_frames > 0) {
         lingering_ = options_.lingering_frames;
@@ -83,13 +87,19 @@ class Errand {
   }
 
  private:
-  void TakeOn(int index, int frame) {
+  void TakeOn(int index, int frame, const RolloutStart<float>& body) {
     current_ = index;
     GoalOutcome& goal = sample_.goals[index];
-    const Eigen::Vector3d way = goals_[index] - joints_.back().col(0).cast<double>();
+    const Eigen::Vector3d pelvis = joints_.back().col(0).cast<double>();
     goal.taken_on = frame;
-    goal.due = frame + options_.frames.value_or(options_.deadline.Frames(way.head<2>().norm()));
+    goal.due = frame + (options_.frames ? *options_.frames : TimeFor(body, pelvis, goals_[index]));
     goal.closest_m = INFINITY;
+  }
+
+  int TimeFor(const RolloutStart<float>& body, const Eigen::Vector3d& pelvis,
+              const Eigen::Vector3d& goal) const {
+    const WalkPace pace = PaceOf(body, pelvis, StartVelocity(network_, body), goal);
+    return static_cast<int>(std::lround(options_.slack * pace.Deadline()));
   }
 
   void Approach(int frame) {
@@ -103,6 +113,7 @@ class Errand {
     if (distance <= kReachedWithin && !goal.Reached()) goal.reached = frame;
   }
 
+  const Network<float>& network_;
   std::span<const Eigen::Vector3d> goals_;
   const ReachGoalsOptions& options_;
   ReachSample sample_;
@@ -140,7 +151,7 @@ void RunBatch(const Network<float>& network, const BoneOffsets<float>& bones,
   rollout_options.intention = options.intention;
   rollout_options.intention.hold_last_goal = true;
   Rollout<float> rollout(network, bones, size, 1, rollout_options);
-  std::vector<Errand> errands(size, Errand(goals, options));
+  std::vector<Errand> errands(size, Errand(network, goals, options));
   std::vector<LatentStream> latent_streams;
   std::vector<RolloutStart<float>> bodies(size, start);
   BodyKinematics<float> kinematics;
@@ -148,7 +159,7 @@ void RunBatch(const Network<float>& network, const BoneOffsets<float>& bones,
   for (int i = 0; i < size; ++i) {
     latent_streams.emplace_back(options.seed, static_cast<std::uint64_t>(first + i), options.sigma);
     ForwardKinematics(bones, start.pose, kinematics);
-    if (errands[i].See(start.pose, kinematics.joints)) moving.push_back(i);
+    if (errands[i].See(start, kinematics.joints)) moving.push_back(i);
   }
   std::vector<RolloutStart<float>> here;
   std::vector<GoalPlan> plans;
@@ -170,7 +181,7 @@ void RunBatch(const Network<float>& network, const BoneOffsets<float>& bones,
       const int i = moving[k];
       bodies[i] = {rollout.Poses(1)[k], rollout.PreviousDelta().col(k)};
       ForwardKinematics(bones, bodies[i].pose, kinematics);
-      if (errands[i].See(bodies[i].pose, kinematics.joints)) still.push_back(i);
+      if (errands[i].See(bodies[i], kinematics.joints)) still.push_back(i);
     }
     moving = std::move(still);
   }
@@ -218,7 +229,6 @@ std::vector<ReachSample> ReachGoals(const Network<float>& network, const BoneOff
   if (!StateOf(start.pose).allFinite() || !start.previous_delta.allFinite()) {
     throw Error("start pose", "it is not finite", "Check the clip it comes from");
   }
-  options.deadline.Check();
   if (options.frames && *options.frames < 1) {
     throw Error("time", fmt::format("{} frames", *options.frames), "Give at least one frame");
   }

@@ -18,14 +18,15 @@ namespace holdfast::wandr {
 /// How a motion takes on goals one after another.
 ///
 /// A goal is due after a time that is counted from when it is taken on. It is left for the next
-/// when the wrist has been within kReachedWithin of it and does not come closer any more, or
-/// half as long again after it was due. After the last one the motion goes on for
-/// `lingering_frames`, that goal kept in mind, if it was reached; it ends at once if it was not.
+/// when the wrist has been within kReachedWithin of it and does not come closer any more; given up
+/// half as long again after it was due, or twice that while the wrist still comes closer. The last
+/// one is kept in mind until `lingering_frames` after the wrist was closest, if it was reached; the
+/// motion ends at once if it was not.
 struct ReachGoalsOptions {
-  /// Frames from taking a goal on until it is due; empty: by the rule, from the horizontal distance
-  /// between pelvis and goal at that moment.
+  /// Frames from taking a goal on until it is due; empty: as long as turning and walking there and
+  /// reaching take (WalkPace), as the body stands and moves at that moment.
   std::optional<int> frames;
-  DeadlineRule deadline{.max_frames = 900.0};
+  double slack = 1.0;  ///< multiplies WalkPace's time
   int lingering_frames = 15;
   IntentionOptions intention{.min_frames_left = 10.0};
   double sigma = 1.0;  ///< of the latents

@@ -26,6 +26,7 @@
 ///   network.h          encoder, decoder, weights files (layers: generator/nn/mlp.h)
 ///   default_network.h  embedded weights; reach_network.h: these or a file's
 ///   goal_plan.h        waypoints and deadlines
+///   walk_pace.h        turn, walk and reach: when to be where, when a goal is due
 ///   rollout.h          the closed loop and its gradient; run_rollouts.h: many, on threads
 ///   motion_states.h    clips in and out, where rollouts start
 ///   reach_outcome.h    success and timing of one reach; reach_skating.h: foot skating

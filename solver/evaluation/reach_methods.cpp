@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "generator/wandr/motion_states.h"
+#include "generator/wandr/walk_pace.h"
 #include "geometry/parallel.h"
 #include "solver/body_ik/reach_refit.h"
 #include "solver/latent/latent_optimizer.h"
@@ -14,7 +15,7 @@
 namespace holdfast {
 namespace {
 
-// Each motion sampled once in closed loop, as `holdfast reach --samples 1`.
+// Each motion sampled once in closed loop, as `holdfast reach --samples 1`, due by the protocol.
 ReachMethod Intention(const ReachGenerator& with, const wandr::ReachProtocol& protocol,
                       const std::string& deadline, bool refitted) {
   ReachMethod method;
@@ -118,7 +119,7 @@ ReachMethod LatentOpt(const ReachGenerator& with, const wandr::ReachProtocol& pr
     std::vector<ReachTask> within(tasks.begin(), tasks.end());
     for (ReachTask& task : within) {
       task.deadline = std::min(task.deadline, task.num_steps);
-      task.velocity = StartVelocity(with.network, task.start);
+      task.velocity = wandr::StartVelocity(with.network, task.start);
     }
     LatentOptions polled = options;
     polled.poll = poll;

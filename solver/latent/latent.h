@@ -11,11 +11,11 @@
 ///   motion_objective.h       Ceres terms over a motion, and gradient
 ///   goal_objective.h         "VAE + opt": goal and prior alone
 ///   reach_task.h             start, goal, deadline; solution and trace
-///   walk_pace.h              turn, walk and reach: when to be where
 ///   latent_options.h         weights, body, obstacles
 ///   latent_terms.h           terms for goal and natural motion
 ///   latent_problem.h         latents to motion, gradients back
 ///   latent_optimizer.h       OptimiseLatents: all terms
+///   motion_cost.h            the terms that tell good motions of many from bad ones
 ///   vae_opt.h                OptimiseAsPublished: WANDR's baseline
 ///   reach_by_optimisation.h  ReachByOptimisation: goals one after another
 #include "solver/latent/latent_optimizer.h"

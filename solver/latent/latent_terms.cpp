@@ -9,6 +9,7 @@
 #include "generator/matching/capture_quality.h"
 #include "generator/matching/sole_contact.h"
 #include "generator/wandr/intention.h"
+#include "generator/wandr/walk_pace.h"
 #include "solver/terms/motion/airborne.h"
 #include "solver/terms/motion/approach_direction.h"
 #include "solver/terms/motion/cadence.h"
@@ -188,7 +189,7 @@ void AddStanceTerms(const LatentOptions& options, const ReachTask& task, int fra
 // At an even pace to where the goal is in reach.
 void AddPathTerms(const LatentOptions& options, const MotionView& motion, const ReachTask& task,
                   MotionObjective& objective) {
-  const WalkPace pace = PaceOf(motion.At(0, 0), task);
+  const wandr::WalkPace pace = wandr::PaceOf(task.start, motion.At(0, 0), task.velocity, task.goal);
   // The straight way is none where something stands in it.
   if (pace.Length() < kWorthWalking || !options.obstacles.empty()) return;
   const auto gently = std::make_shared<ceres::CauchyLoss>(0.5 * std::sqrt(options.path));
@@ -196,7 +197,7 @@ void AddPathTerms(const LatentOptions& options, const MotionView& motion, const 
   const double stretch = static_cast<double>(pace.Deadline()) / std::max(1, task.deadline);
   const int last = std::min(motion.NumFrames() - 1, static_cast<int>(pace.Arrival() / stretch));
   for (int t = 3; t <= last; t += 3) {
-    const WalkPace::Stand stand = pace.At(stretch * t);
+    const wandr::WalkPace::Stand stand = pace.At(stretch * t);
     objective.Add("path", std::make_shared<PelvisPath>(stand.position, options.path), gently,
                   {Position(t, 0)});
     if (options.along > 0.0) {
@@ -206,7 +207,7 @@ void AddPathTerms(const LatentOptions& options, const MotionView& motion, const 
   }
   if (options.cadence <= 0.0) return;
   for (int t = 1; t < last; ++t) {
-    const WalkPace::Stand stand = pace.At(stretch * (t + kHalfStep));
+    const wandr::WalkPace::Stand stand = pace.At(stretch * (t + kHalfStep));
     const double speed = stand.speed_m_s * stretch;
     if (speed < kStrolls) continue;
     const int step =
@@ -284,12 +285,6 @@ void AddHeightTerms(const LatentBody& body, const LatentOptions& options, const 
 }
 
 }  // namespace
-
-WalkPace PaceOf(const Eigen::Vector3d& pelvis, const ReachTask& task) {
-  const wandr::Matrix3<float>& root = task.start.pose.rotation[0];
-  return {pelvis.head<2>(), Eigen::Vector2d(root(0, 2), root(1, 2)), task.velocity,
-          task.goal.head<2>()};
-}
 
 int GoalJoint(const LatentOptions& options) {
   return options.goal_joint > 0 ? options.goal_joint : WristJoint(options.intention.wrist);

@@ -4,12 +4,8 @@
 #include "solver/latent/latent_options.h"
 #include "solver/latent/motion_objective.h"
 #include "solver/latent/reach_task.h"
-#include "solver/latent/walk_pace.h"
 
 namespace holdfast {
-
-/// How somebody would go from the start of a task, the pelvis at `pelvis`, to its goal.
-WalkPace PaceOf(const Eigen::Vector3d& pelvis, const ReachTask& task);
 
 /// The joint that is to come to the goal.
 int GoalJoint(const LatentOptions& options);

@@ -10,6 +10,7 @@
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/pose_delta.h"
 #include "generator/wandr/reach_outcome.h"
+#include "generator/wandr/walk_pace.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "solver/latent/latent_terms.h"
@@ -88,10 +89,10 @@ class MultiGoalMotion {
     ReachTask task;
     task.start = here_;
     task.goal = goals_[g];
-    task.velocity = StartVelocity(network_, here_);
+    task.velocity = wandr::StartVelocity(network_, here_);
     const int due = options_.as_published
                         ? options_.deadline.Frames((goals_[g] - pelvis).head<2>().norm())
-                        : PaceOf(pelvis, task).Deadline();
+                        : wandr::PaceOf(here_, pelvis, task.velocity, task.goal).Deadline();
     frames = options_.frames.value_or(due);
     frames += frames * attempt / 2;
     task.deadline = frames;

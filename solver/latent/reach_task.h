@@ -6,9 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "generator/wandr/condition.h"
-#include "generator/wandr/heading.h"
-#include "generator/wandr/pose.h"
+#include "generator/wandr/rollout.h"
 #include "generator/wandr/run_rollouts.h"
 
 namespace holdfast {
@@ -25,16 +23,6 @@ struct ReachTask {
   std::uint64_t stream = 0;
   Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< of the pelvis at the start, m/s
 };
-
-/// The velocity of a start's pelvis along the ground, as the step that led to it has it.
-inline Eigen::Vector2d StartVelocity(const wandr::Network<float>& network,
-                                     const wandr::RolloutStart<float>& start) {
-  const wandr::StateVector<float> delta =
-      wandr::DeltaOfNormalised<float>(network.Norms(), start.previous_delta);
-  const wandr::Vector3<float> step =
-      wandr::HeadingOf<float>(start.pose.rotation[0]).ToWorld(delta.head<3>());
-  return wandr::kFramesPerSecond * step.head<2>().cast<double>();
-}
 
 /// How an optimisation went: one entry per iterate, the first before any step.
 struct ReachTrace {

@@ -17,6 +17,7 @@
 #include "generator/wandr/goal_plan.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_outcome.h"
+#include "generator/wandr/walk_pace.h"
 #include "geometry/error.h"
 #include "geometry/io/container/read_json.h"
 #include "geometry/parallel.h"
@@ -82,8 +83,8 @@ class ReachDrawer {
       const Eigen::Vector3d pelvis =
           task.start.pose.translation.cast<double>() + bones_.offset.col(0);
       task.goal = DrawGoal(task, pelvis, options.farthest_m, draws);
-      task.velocity = StartVelocity(network_, task.start);
-      task.deadline = PaceOf(pelvis, task).Deadline();
+      task.velocity = wandr::StartVelocity(network_, task.start);
+      task.deadline = wandr::PaceOf(task.start, pelvis, task.velocity, task.goal).Deadline();
       // A quarter have time left, as the rule of WANDR's goals gives: who is early waits upright.
       if (draws.Uniform(0.0, 1.0) < 0.25) {
         task.deadline = std::max(task.deadline, rule.Frames((task.goal - pelvis).head<2>().norm()));

@@ -19,6 +19,7 @@ namespace holdfast {
 /// Motions made, in the world whatever the side: states and joints of the body that moves.
 struct ReachMotions {
   std::vector<wandr::ReachSample> samples;
+  std::vector<double> costs;        ///< MotionCost of each
   std::vector<RefitReport> refits;  ///< of those refitted: none, or all
   double seconds = 0.0;
   bool stopped = false;  ///< by `progress`

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "generator/walk_statistics/reach_faults.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_outcome.h"
 #include "generator/wandr/reach_skating.h"
@@ -25,6 +26,16 @@ bool IsFasterThanWalking(double distance_m, const ReachOptions& options) {
   return options.time_s && distance_m / *options.time_s > kFastestWalk;
 }
 
+bool CrouchesTwice(const wandr::ReachSample& sample, const wandr::GoalOutcome& goal) {
+  constexpr int kPelvisZ = 2;
+  if (goal.taken_on < 0) return false;
+  const Eigen::VectorXd heights = sample.track.joints.row(kPelvisZ)
+                                      .segment(goal.taken_on, goal.left - goal.taken_on + 1)
+                                      .transpose()
+                                      .cast<double>();
+  return SecondCrouch({heights.data(), static_cast<std::size_t>(heights.size())}) >= 0;
+}
+
 ReachQuality QualityOf(const wandr::ReachSample& sample, const wandr::LowestPoint& lowest,
                        std::span<const Eigen::Vector3d> goals, Side side) {
   const wandr::ReachOutcome outcome = wandr::MeasureReach(sample.track.joints, goals.back(), side);
@@ -40,6 +51,7 @@ ReachQuality QualityOf(const wandr::ReachSample& sample, const wandr::LowestPoin
   for (std::size_t g = 0; g < goals.size(); ++g) {
     quality.closest_sum_m +=
         sample.goals[g].taken_on >= 0 ? sample.goals[g].closest_m : (goals[g] - last).norm();
+    quality.crouches_twice += CrouchesTwice(sample, sample.goals[g]) ? 1 : 0;
   }
   return quality;
 }
@@ -48,25 +60,39 @@ void SortBestFirst(std::vector<ReachMotion>& motions, int num_goals) {
   const auto key = [&](const ReachMotion& motion) {
     const int reached = motion.sample.NumReached();
     const ReachQuality& quality = motion.quality;
-    return std::tuple(
-        motion.sample.diverged, -reached,
-        reached == num_goals ? quality.skating + quality.airborne : quality.closest_sum_m,
-        motion.index);
+    return std::tuple(motion.sample.diverged, -reached, quality.crouches_twice,
+                      reached == num_goals ? quality.motion_cost : quality.closest_sum_m,
+                      motion.index);
   };
   std::ranges::sort(motions, {}, key);
 }
 
-// Chosen as the network made them: only what is wanted is worth the time.
+// Chosen as the network made them: only what is wanted is worth the time. Pinned feet may draw a
+// pelvis down that was upright: then the next best is tried.
 void RefitBest(const ReachPerson& person, std::span<const Eigen::Vector3d> goals,
                const wandr::LowestPoint& lowest, const ReachOptions& options,
                std::vector<ReachMotion>& motions) {
-  const std::size_t count = options.refit_all ? motions.size() : 1;
-  ParallelFor(static_cast<int>(count), options.threads, [&](int k) {
-    ReachMotion& motion = motions[static_cast<std::size_t>(k)];
+  constexpr std::size_t kTried = 4;
+  const auto refit = [&](ReachMotion& motion) {
     if (motion.sample.diverged) return;
     motion.refit = RefitReach(person, goals, options.side, motion.sample);
+    const double cost = motion.quality.motion_cost;
     motion.quality = QualityOf(motion.sample, lowest, goals, options.side);
-  });
+    motion.quality.motion_cost = cost;
+  };
+  const int reached = motions.front().sample.NumReached();
+  if (options.refit_all) {
+    ParallelFor(static_cast<int>(motions.size()), options.threads,
+                [&](int k) { refit(motions[static_cast<std::size_t>(k)]); });
+  }
+  for (std::size_t k = 0; k < std::min(kTried, motions.size()); ++k) {
+    ReachMotion& motion = motions[k];
+    if (motion.sample.diverged || (k > 0 && motion.sample.NumReached() < reached)) return;
+    if (!motion.refit) refit(motion);
+    if (motion.quality.crouches_twice > 0) continue;
+    std::rotate(motions.begin(), motions.begin() + k, motions.begin() + k + 1);
+    return;
+  }
 }
 
 ReachMiss WhyMissed(const wandr::ReachSample& sample, const wandr::GoalOutcome& outcome,
@@ -160,6 +186,7 @@ ReachReport WalkAndReach(const ReachPerson& person, const wandr::NetworkWeights&
     ReachMotion motion;
     motion.sample = std::move(made.samples[i]);
     motion.quality = QualityOf(motion.sample, lowest, goals, options.side);
+    motion.quality.motion_cost = made.costs[i];
     motion.index = static_cast<int>(i);
     if (options.refit && options.by == ReachBy::kLatents) motion.refit = made.refits[i];
     report.motions.push_back(std::move(motion));

@@ -29,6 +29,8 @@ struct ReachQuality {
   double airborne = 0.0;       ///< all foot joints above 12 cm
   double closest_sum_m = 0.0;  ///< over the goals
   double peak_pelvis_m_s = 0.0;
+  int crouches_twice = 0;    ///< goals on the way to which it does (SecondCrouch)
+  double motion_cost = 0.0;  ///< MotionCost, of what was made
 };
 
 struct ReachMotion {
@@ -70,9 +72,10 @@ struct ReachReport {
 std::vector<std::string> CheckReachGoals(std::span<const Eigen::Vector3d> goals,
                                          const ReachPerson& person, const ReachOptions& options);
 
-/// The motion that reaches most goals (world, metres, z up); of those that reach all the one with
-/// the least share of frames that skate or fly, of others with the least sum of closest distances.
-/// Feet are pinned and the wrist is placed afterwards (`options.refit`), in the best or in all.
+/// The motion that reaches most goals (world, metres, z up); of those that reach all, and
+/// do not crouch twice, the one of least MotionCost, of others with the least sum of closest
+/// distances. Feet are pinned and the wrist is placed afterwards (`options.refit`), in the best or
+/// in all.
 ReachReport WalkAndReach(const ReachPerson& person, const wandr::NetworkWeights& network,
                          std::span<const Eigen::Vector3d> goals, const ReachOptions& options = {},
                          const StagedProgress& progress = {});

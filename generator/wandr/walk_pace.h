@@ -5,7 +5,9 @@
 
 #include <Eigen/Core>
 
-namespace holdfast {
+#include "generator/wandr/rollout.h"
+
+namespace holdfast::wandr {
 
 /// The pace of somebody who goes somewhere to reach for a goal: turns towards it while setting off,
 /// walks until it is within reach, and raises the arm. Frames at 30 Hz from the start, lengths in
@@ -38,4 +40,11 @@ class WalkPace {
   int arrival_ = 0;
 };
 
-}  // namespace holdfast
+/// Of the pelvis of a start along the ground, m/s, as the step that led to it has it.
+Eigen::Vector2d StartVelocity(const Network<float>& network, const RolloutStart<float>& start);
+
+/// How somebody would go from a start, the pelvis at `pelvis` and moving at `velocity`, to a goal.
+WalkPace PaceOf(const RolloutStart<float>& start, const Eigen::Vector3d& pelvis,
+                const Eigen::Vector2d& velocity, const Eigen::Vector3d& goal);
+
+}  // namespace holdfast::wandr

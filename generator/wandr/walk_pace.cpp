@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: MIT
-#include "solver/latent/walk_pace.h"
+#include "generator/wandr/walk_pace.h"
 
 #include <algorithm>
 #include <cmath>
 
+#include "generator/wandr/heading.h"
 #include "generator/wandr/pose.h"
 
-namespace holdfast {
+namespace holdfast::wandr {
 namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kTick = 1.0 / wandr::kFramesPerSecond;
+constexpr double kTick = 1.0 / kFramesPerSecond;
 constexpr int kMostFrames = 3000;
 constexpr double kThere = 0.03;        // metres
 constexpr double kStance = 0.45;       // metres from the pelvis to a goal that is reached standing
@@ -77,7 +78,7 @@ WalkPace::WalkPace(const Vector2d& from, const Vector2d& facing, const Vector2d&
 }
 
 int WalkPace::Deadline() const {
-  const double frames = Arrival() + kReach * wandr::kFramesPerSecond;
+  const double frames = Arrival() + kReach * kFramesPerSecond;
   return static_cast<int>(std::lround(std::max(frames, kLeast)));
 }
 
@@ -92,4 +93,16 @@ WalkPace::Stand WalkPace::At(double frame) const {
           (1.0 - share) * a.speed_m_s + share * b.speed_m_s};
 }
 
-}  // namespace holdfast
+Eigen::Vector2d StartVelocity(const Network<float>& network, const RolloutStart<float>& start) {
+  const StateVector<float> delta = DeltaOfNormalised<float>(network.Norms(), start.previous_delta);
+  const Vector3<float> step = HeadingOf<float>(start.pose.rotation[0]).ToWorld(delta.head<3>());
+  return kFramesPerSecond * step.head<2>().cast<double>();
+}
+
+WalkPace PaceOf(const RolloutStart<float>& start, const Eigen::Vector3d& pelvis,
+                const Eigen::Vector2d& velocity, const Eigen::Vector3d& goal) {
+  const Matrix3<float>& root = start.pose.rotation[0];
+  return {pelvis.head<2>(), Vector2d(root(0, 2), root(1, 2)), velocity, goal.head<2>()};
+}
+
+}  // namespace holdfast::wandr

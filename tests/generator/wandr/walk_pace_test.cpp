@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "solver/latent/walk_pace.h"
+#include "generator/wandr/walk_pace.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-namespace holdfast {
+namespace holdfast::wandr {
 namespace {
 
 using Eigen::Vector2d;
@@ -68,4 +68,4 @@ TEST(WalkPace, WhoWalksWalksOn) {
 }
 
 }  // namespace
-}  // namespace holdfast
+}  // namespace holdfast::wandr
