@@ -55,8 +55,8 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "person stands at the origin, facing -y");
   command
       ->add_option("--time", job.time_s,
-                   "Seconds until each goal is due [by its distance: 1.4 s and 0.95 m/s, at least "
-                   "1.4 s; latent-opt: by how far there is to turn and to walk]")
+                   "Seconds until each goal is due [by how far there is to turn and to walk; "
+                   "vae-opt: by its distance, 1.4 s and 0.95 m/s]")
       ->check(CLI::Range(0.1, 60.0));
   command
       ->add_option(
@@ -128,12 +128,13 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "  holdfast reach --from walk.npz:40 --goal 2.0,0.5,0.3 --wrist left --all -o reached\n"
       "  holdfast reach --goal 1.5,1,0.8 --goal -0.5,1.5,1.1 --object mug --grasp -o taken\n"
       "  holdfast reach --track goals.csv --push 90,0.2,0,0 -o followed\n"
-      "A goal is reached when the wrist is within 10 cm of it. The next is taken on when the "
-      "wrist\n"
-      "has been there and comes no closer, or half as long again after the goal was due. The best\n"
-      "sample: most goals reached; among those that reach all, the fewest frames that skate (the\n"
-      "lowest vertex moves more than 2/3 cm per frame) or fly (all foot joints above 12 cm);\n"
-      "among others, the least sum of closest distances.\n");
+      "A goal is reached when the wrist is within 10 cm of it. The next is taken on when the\n"
+      "wrist has been there and comes no closer, or half as long again after the goal was due\n"
+      "(twice that while the wrist still comes closer). What no sample reaches is tried once\n"
+      "more with half as much time again. The best sample: most goals reached; then no second\n"
+      "crouch on the way; then, of those that reach all, the one that moves most as people do\n"
+      "(speed, turns, lean, height of the pelvis, joint limits, accelerations), of others the\n"
+      "least sum of closest distances.\n");
   command->callback([options, &exit_code] {
     if (options->job.goals.empty() && options->job.track.empty()) {
       throw CLI::RequiredError("--goal or --track");

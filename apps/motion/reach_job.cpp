@@ -28,8 +28,8 @@ namespace fs = std::filesystem;
 
 constexpr int kReportedSamples = 6;
 constexpr const char* kRule =
-    "most goals reached within 10 cm; then, of those that reach all, the least share of frames "
-    "that skate or fly, of others the least sum of closest distances";
+    "most goals reached within 10 cm; then no second crouch; then, of those that reach all, the "
+    "least motion cost, of others the least sum of closest distances";
 
 // Who reaches, and what the user called it.
 struct Start {

@@ -22,7 +22,7 @@ struct ReachJob {
   std::string body;                 ///< body model file
   std::string weights;              ///< empty: the embedded network
   std::string wrist = "right";
-  std::optional<double> time_s;  ///< for each goal; empty: by its distance
+  std::optional<double> time_s;  ///< for each goal; empty: what turning and walking take
   std::string method;            ///< intention, latent-opt, vae-opt; empty: Method()
   std::optional<int> samples;    ///< motions to choose from; empty: by the method
   bool refit = true;             ///< pin feet and place the wrist afterwards

@@ -26,7 +26,7 @@ struct ReachOptions {
   ReachBy by = ReachBy::kIntention;
   Side side = Side::kRight;
   std::optional<int> samples;    ///< motions to choose from; none: 16, or 4 where each is optimised
-  std::optional<double> time_s;  ///< for each goal; none: by its distance
+  std::optional<double> time_s;  ///< for each goal; none: by WalkPace
   double sigma = 1.0;            ///< of the latents; 0: the mean motion
   bool refit = true;             ///< pin feet and place the wrist afterwards
   bool refit_all = false;        ///< of all motions, not of the best alone

@@ -10,6 +10,7 @@
 #include "generator/wandr/reach_protocol.h"
 #include "generator/wandr/reach_skating.h"
 #include "generator/wandr/reach_starts.h"
+#include "generator/wandr/walk_pace.h"
 #include "geometry/error.h"
 #include "tests/support/wandr_scene.h"
 
@@ -329,21 +330,31 @@ class SeveralGoals : public ::testing::Test {
   ReachGoalsOptions options_{.frames = 30, .seed = 7};
 };
 
-TEST_F(SeveralGoals, AreGivenUpHalfAsLongAgainAfterTheyWereDue) {
-  const std::vector<Eigen::Vector3d> goals = {{4.0, -30.0, 1.0}, {-4.0, -30.0, 1.0}};
+// Due after 30 frames: given up after 45 when the wrist comes no closer, and after 60 in any case.
+TEST_F(SeveralGoals, AreGivenUpSomeTimeAfterTheyWereDue) {
+  const std::vector<Eigen::Vector3d> goals = {{4.0, -30.0, 1.0}, {-4.0, 30.0, 1.0}};
   const std::vector<ReachSample> samples = Run(goals, 3, 2);
   for (const ReachSample& sample : samples) {
-    ASSERT_EQ(sample.track.states.cols(), 91);  // 2 x (30 + 15) steps
     EXPECT_EQ(sample.NumReached(), 0);
-    EXPECT_EQ(sample.goals[0].taken_on, 0);
-    EXPECT_EQ(sample.goals[0].due, 30);
-    EXPECT_EQ(sample.goals[0].left, 45);
-    EXPECT_EQ(sample.goals[1].taken_on, 45);
-    EXPECT_EQ(sample.goals[1].due, 75);
-    EXPECT_EQ(sample.goals[1].left, 90);
-    EXPECT_EQ(sample.goal_of_frame[44], 0);
-    EXPECT_EQ(sample.goal_of_frame[45], 1);
-    EXPECT_EQ(sample.goal_of_frame.size(), 91u);
+    int first = 0;
+    for (std::size_t g = 0; g < goals.size(); ++g) {
+      const GoalOutcome& goal = sample.goals[g];
+      EXPECT_EQ(goal.taken_on, first);
+      EXPECT_EQ(goal.due, first + 30);
+      double closest = INFINITY;
+      for (int f = first; f <= goal.left; ++f) {
+        const double distance =
+            (sample.track.joints.block<3, 1>(63, f).cast<double>() - goals[g]).norm();
+        const bool closer = distance < closest;
+        closest = std::min(closest, distance);
+        const bool given_up = f >= first + 60 || (f >= first + 45 && !closer);
+        EXPECT_EQ(given_up, f == goal.left) << g << ' ' << f;
+      }
+      first = goal.left;
+      EXPECT_EQ(sample.goal_of_frame[static_cast<std::size_t>(first - 1)], static_cast<int>(g));
+    }
+    EXPECT_EQ(sample.track.states.cols(), first + 1);
+    EXPECT_EQ(sample.goal_of_frame.size(), static_cast<std::size_t>(first) + 1);
   }
   EXPECT_NE(samples[0].track.states, samples[1].track.states);
   const std::vector<ReachSample> alone = Run(goals, 1);
@@ -378,6 +389,30 @@ TEST_F(SeveralGoals, TheNextIsTakenOnWhenOneIsReached) {
   const ReachSample lingering = Run(near, 1)[0];
   EXPECT_EQ(lingering.track.states.cols(), 1 + 1 + options_.lingering_frames);
   EXPECT_EQ(lingering.goal_of_frame.size(), 17u);
+}
+
+// The wrist passes the goal some time after it has come within reach of it.
+TEST_F(SeveralGoals, TheLastIsKeptUntilTheWristWasClosest) {
+  const ReachSample direct = Run(std::vector<Eigen::Vector3d>{{0.5, -1.0, 1.0}}, 1)[0];
+  const std::vector<Eigen::Vector3d> goals = {
+      direct.track.joints.block<3, 1>(63, 8).cast<double>()};
+  const ReachSample sample = Run(goals, 1)[0];
+  const GoalOutcome& goal = sample.goals[0];
+  ASSERT_TRUE(goal.Reached());
+  ASSERT_GT(goal.closest_frame, 0);
+  ASSERT_LT(goal.closest_frame, 60);
+  EXPECT_EQ(goal.left - goal.closest_frame, 1 + options_.lingering_frames);
+}
+
+TEST_F(SeveralGoals, AreDueWhenOneWouldHaveWalkedThere) {
+  const std::vector<Eigen::Vector3d> goals = {{1.0, -2.0, 1.0}};
+  const Eigen::Vector3d pelvis =
+      start_.pose.translation.cast<double>() + DefaultBones().offset.col(0);
+  const int frames = PaceOf(start_, pelvis, StartVelocity(network_, start_), goals[0]).Deadline();
+  options_.frames.reset();
+  EXPECT_EQ(Run(goals, 1)[0].goals[0].due, frames);
+  options_.slack = 1.5;
+  EXPECT_EQ(Run(goals, 1)[0].goals[0].due, std::lround(1.5 * frames));
 }
 
 TEST_F(SeveralGoals, TheLeftWristReachesAsTheRightOneInTheMirror) {

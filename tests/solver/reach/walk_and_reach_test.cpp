@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "solver/reach/walk_and_reach.h"
 
+#include <tuple>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -45,6 +47,27 @@ TEST(WalkAndReach, PutsTheWristAtTheGoalAndRanksTheRest) {
                   state);
     EXPECT_LT((state.joints.col(WristJoint(side)) - goal).norm(), 0.002);
   }
+}
+
+// Of those that reach the goal and do not crouch twice, the one that moves most as people do.
+TEST(WalkAndReach, RanksByHowPeopleMove) {
+  ReachOptions options;
+  options.refit = false;
+  options.samples = 8;
+  options.seed = 3;
+  const ReachReport report = Reach({-1.0, 1.5, 0.5}, options);
+  ASSERT_THAT(report.motions, SizeIs(8));
+  ASSERT_GE(report.reach_all, 2);
+  for (std::size_t i = 1; i < report.motions.size(); ++i) {
+    const ReachMotion &before = report.motions[i - 1], &motion = report.motions[i];
+    const auto place = [](const ReachMotion& one) {
+      const bool reached = one.sample.NumReached() == 1;
+      return std::tuple(!reached, one.quality.crouches_twice,
+                        reached ? one.quality.motion_cost : one.quality.closest_sum_m);
+    };
+    EXPECT_LE(place(before), place(motion)) << i;
+  }
+  EXPECT_LT(report.motions[0].quality.motion_cost, report.motions[1].quality.motion_cost);
 }
 
 TEST(WalkAndReach, SaysWhyAGoalIsMissed) {
