@@ -45,9 +45,10 @@ wandr::RolloutStart<float> Standing() {
       .Cast<float>();
 }
 
-// What the network makes of a goal, no more.
+// What the network makes of a goal in the time that a stroll takes, no more.
 wandr::ReachSample Walk(const Vector3d& goal, std::uint64_t seed = 1) {
   wandr::ReachGoalsOptions options;
+  options.frames = wandr::DeadlineRule{}.Frames(goal.head<2>().norm());
   options.seed = seed;
   return wandr::ReachGoals(Net().network, DefaultBones().Cast<float>(), Standing(), {&goal, 1}, 1,
                            1, options)[0];
