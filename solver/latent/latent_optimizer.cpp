@@ -178,6 +178,8 @@ class LatentBatchOptimizer {
 };
 
 constexpr int kHurries = 2;
+constexpr int kOtherStarts = 2;
+constexpr std::uint64_t kOtherStreams = 1'000'000'000'000;  // far from those of other goals
 
 // For who is in a hurry: steps, turns and leans that people who have time do not make, and a goal
 // that is not given up for them.
@@ -206,15 +208,16 @@ MotionFault FaultOf(const ReachSolution& solution, const ReachTask& task) {
   return {!there || outcome.peak_pelvis_m_s > kRuns_m_s, outcome.airborne_share};
 }
 
-// Who is off the ground, or does not get there, tries again in a hurry, and then in a greater one.
+// Who is off the ground, or does not get there, tries again in a hurry, then in a greater one, and
+// then from other latents.
 std::vector<ReachSolution> OptimiseBatch(const wandr::Network<float>& network,
                                          const LatentBody& body, std::span<const ReachTask> tasks,
                                          const LatentOptions& options) {
   std::vector<ReachSolution> solutions = LatentBatchOptimizer(network, body, tasks, options).Run();
   if (!options.hurries) return solutions;
   LatentOptions hurry = options;
-  for (int tried = 0; tried < kHurries; ++tried) {
-    hurry = InAHurry(hurry);
+  for (int tried = 0; tried < kHurries + kOtherStarts; ++tried) {
+    if (tried < kHurries) hurry = InAHurry(hurry);
     for (std::size_t i = 0; i < tasks.size(); ++i) {
       const MotionFault fault = FaultOf(solutions[i], tasks[i]);
       if (fault.Sum() == 0.0) continue;
@@ -224,8 +227,9 @@ std::vector<ReachSolution> OptimiseBatch(const wandr::Network<float>& network,
         its.goal = options.goal;
         its.newton_iterations = options.newton_iterations;
       }
-      ReachSolution again =
-          std::move(LatentBatchOptimizer(network, body, tasks.subspan(i, 1), its).Run()[0]);
+      ReachTask task = tasks[i];
+      if (tried >= kHurries) task.stream += kOtherStreams * (1 + tried - kHurries);
+      ReachSolution again = std::move(LatentBatchOptimizer(network, body, {&task, 1}, its).Run()[0]);
       if (FaultOf(again, tasks[i]).Sum() >= fault.Sum()) continue;
       Append(again.trace, solutions[i].trace);
       again.trace = std::move(solutions[i].trace);
