@@ -204,8 +204,7 @@ struct MotionFault {
 MotionFault FaultOf(const ReachSolution& solution, const ReachTask& task) {
   constexpr double kRuns_m_s = 3.0;
   const wandr::ReachOutcome outcome = wandr::MeasureReach(solution.track.joints, task.goal);
-  const bool there = solution.trace.closest_m.back() <= wandr::kReachedWithin;
-  return {!there || outcome.peak_pelvis_m_s > kRuns_m_s, outcome.airborne_share};
+  return {!outcome.Reached() || outcome.peak_pelvis_m_s > kRuns_m_s, outcome.airborne_share};
 }
 
 // Who is off the ground, or does not get there, tries again in a hurry, then in a greater one, and

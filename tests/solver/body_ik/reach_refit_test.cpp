@@ -54,6 +54,17 @@ wandr::ReachSample Walk(const Vector3d& goal, std::uint64_t seed = 1) {
                            1, options)[0];
 }
 
+// The first of its samples that comes to the goal.
+wandr::ReachSample WalkThere(const Vector3d& goal) {
+  constexpr std::uint64_t kMost = 8;
+  wandr::ReachSample sample;
+  for (std::uint64_t seed = 1; seed <= kMost; ++seed) {
+    sample = Walk(goal, seed);
+    if (sample.goals[0].Reached()) break;
+  }
+  return sample;
+}
+
 std::vector<wandr::BodyKinematics<double>> Kinematics(const States& states) {
   std::vector<wandr::BodyKinematics<double>> all(static_cast<std::size_t>(states.cols()));
   for (Eigen::Index t = 0; t < states.cols(); ++t) {
@@ -165,7 +176,7 @@ TEST(RefitReach, PinsPlantedFeetAndPutsTheWristWhereItShallBe) {
 TEST(RefitReach, TheWristStaysAtALastGoalAndThePersonComesToRest) {
   for (const Vector3d& place : {Vector3d(0.3, -1.5, 1.1), Vector3d(-0.9, -1.2, 0.8)}) {
     SCOPED_TRACE(place.transpose());
-    const wandr::ReachSample sample = Walk(place);
+    const wandr::ReachSample sample = WalkThere(place);
     ASSERT_TRUE(sample.goals[0].Reached());
     const States before = sample.track.states.cast<double>();
     const int count = static_cast<int>(before.cols());
@@ -206,7 +217,7 @@ TEST(RefitReach, TheWristStaysAtALastGoalAndThePersonComesToRest) {
 TEST(RefitRollout, SkatesLessBeginsAsItDidAndIsWhereItReached) {
   const Vector3d goal(0.3, -1.5, 1.1);
   const wandr::LowestPoint lowest{BodySurface(BodyModel::Default())};
-  wandr::ReachSample sample = Walk(goal);
+  wandr::ReachSample sample = WalkThere(goal);
   ASSERT_TRUE(sample.goals[0].Reached());
   const wandr::RolloutTrack before = sample.track;
   const RefitGoal reached{goal, sample.goals[0].closest_frame};
