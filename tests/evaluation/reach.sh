@@ -8,9 +8,9 @@
 # Environment: HOLDFAST (the program, default build/release/apps/holdfast), HOLDFAST_DATA (default
 # ../shared/data), HOURS (of motion to generate, default 8), WITHOUT (captured subjects to leave out,
 # comma separated), WALK and REACH (iterations of the two stages, default 2000 and 500), ROUNDS (of learning
-# from its own optimiser, default 2), OPTIMISED (reaches to optimise in a round, default 800), FOLLOW and
-# SETTLE (iterations of a round, default 500 and 210), SHARE (of the last round in the average of both, default 0.7),
-# SEED (default 1).
+# from its own optimiser before the last one, default 2), OPTIMISED (reaches to optimise in each, default 800;
+# LAST_OPTIMISED in the last, default 1024), FOLLOW and SETTLE (iterations, default 500 and 210; LAST_FOLLOW in the last
+# round, default 800), SHARE (of a round in the average, default 0.7), SEED (default 1).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 out=${1:-out/reach_network}
@@ -44,26 +44,42 @@ train reach "$out/corpus" --from "$out/walk/latest.safetensors" --iterations "${
   --critic 1
 
 # Then it follows what its own optimiser makes of it, and goes to goals by itself for a short while: long enough
-# to reach again, short enough to keep its steps. A round begins anew from `reach`, with reaches of the
-# round before.
-from=$out/reach
-for ((round = 1; round <= ${ROUNDS:-2}; ++round)); do
-  make_data "$out/optimised$round" --hours 0.01 --optimised "${OPTIMISED:-800}" \
-    --weights "$from/latest_half.safetensors"
-  people=("$out/corpus/captured" "$out/optimised$round/optimised")
-  train "follow$round" "${people[@]}" --from "$out/reach/latest.safetensors" --iterations "${FOLLOW:-500}" \
-    --evaluate-every 250 --learning-rate 4e-4 --free-from 1
-  train "settle$round" "${people[@]}" --from "$out/follow$round/latest.safetensors" \
+# to reach again, short enough to keep its steps. Each round begins anew from `reach`.
+learn() { # name iterations folders...
+  local name=$1 iterations=$2
+  shift 2
+  train "follow$name" "$out/corpus/captured" "$@" --from "$out/reach/latest.safetensors" \
+    --iterations "$iterations" --evaluate-every "$((iterations / 2))" --learning-rate 4e-4 --free-from 1
+  train "settle$name" "$out/corpus/captured" "$@" --from "$out/follow$name/latest.safetensors" \
     --iterations "${SETTLE:-210}" --evaluate-every 70 --learning-rate 1e-4 --free-from 0.01 \
     --free-share 0.3 --anchor 1 --skating 0.02 --critic 1
+}
+optimise() { # name network seed
+  make_data "$out/optimised$1" --hours 0.01 --optimised "${OPTIMISED:-800}" --weights "$2" --seed "$3"
+}
+# What follows its optimiser takes longer steps, on bent knees, and answers less to other latents than the
+# network it came from. The average of both has the steps and answers.
+average() { # network output
+  tests/evaluation/average_networks.py "$out/reach/latest_half.safetensors" "$1" "${SHARE:-0.7}" "$2"
+}
+
+from=$out/reach
+for ((round = 1; round <= ${ROUNDS:-2}; ++round)); do
+  optimise "$round" "$from/latest_half.safetensors" "$seed"
+  learn "$round" "${FOLLOW:-500}" "$out/optimised$round/optimised"
   from=$out/settle$round
 done
 
-# What follows its optimiser takes longer steps, on bent knees, and answers less to other latents than the
-# network it came from. The average of both has the steps and answers.
+# Last, the reaches of all rounds, and of the average from other starts to other goals.
 weights=$out/wandr.safetensors
-tests/evaluation/average_networks.py "$out/reach/latest_half.safetensors" "$from/latest_half.safetensors" \
-  "${SHARE:-0.7}" "$weights"
+if [ "${ROUNDS:-2}" = 0 ]; then # the first two stages alone
+  cp "$out/reach/latest_half.safetensors" "$weights"
+else
+  average "$from/latest_half.safetensors" "$out/average.safetensors"
+  OPTIMISED=${LAST_OPTIMISED:-1024} optimise _last "$out/average.safetensors" "$((seed + 2))"
+  learn _last "${LAST_FOLLOW:-800}" "$out"/optimised*/optimised
+  average "$out/settle_last/latest_half.safetensors" "$weights"
+fi
 
 "$holdfast" evaluate reach --weights "$weights" \
   --starts "$out"/corpus/captured/held_out/cmu_* -o "$out/table"
