@@ -228,7 +228,8 @@ std::vector<ReachSolution> OptimiseBatch(const wandr::Network<float>& network,
       }
       ReachTask task = tasks[i];
       if (tried >= kHurries) task.stream += kOtherStreams * (1 + tried - kHurries);
-      ReachSolution again = std::move(LatentBatchOptimizer(network, body, {&task, 1}, its).Run()[0]);
+      ReachSolution again =
+          std::move(LatentBatchOptimizer(network, body, {&task, 1}, its).Run()[0]);
       if (FaultOf(again, tasks[i]).Sum() >= fault.Sum()) continue;
       Append(again.trace, solutions[i].trace);
       again.trace = std::move(solutions[i].trace);
