@@ -86,7 +86,7 @@ struct LatentOptions {
   double newton_goal_m = 0.003;  ///< Gauss-Newton stops here
   /// A motion that leaves the ground, or does not get within 10 cm of the goal, is made again in a
   /// hurry: path, cadence, turn and lean relaxed, and the goal, if it was missed on foot, weighing
-  /// more. What is better is kept.
+  /// more; then from other latents. What is better is kept.
   bool hurries = true;
   int batch = 16;
   /// Called before each iteration, from several threads; what it throws ends the run.
