@@ -14,6 +14,7 @@
 #include "geometry/parallel.h"
 #include "solver/latent/dual_gauss_newton.h"
 #include "solver/latent/latent_problem.h"
+#include "solver/latent/latent_terms.h"
 #include "solver/latent/step_rule.h"
 
 namespace holdfast {
@@ -52,8 +53,7 @@ class LatentBatchOptimizer {
         problem_(network, body, options, steps_, static_cast<int>(tasks.size())),
         solutions_(tasks.size()),
         started_(Clock::now()) {
-    std::vector<BodyPoint> points = body.soles;
-    points.insert(points.end(), body.fingertips.begin(), body.fingertips.end());
+    const std::vector<BodyPoint> points = PointsOf(body);
     for (std::size_t i = 0; i < tasks.size(); ++i) {
       LatentSample one;
       one.task = &tasks[i];

@@ -286,6 +286,12 @@ void AddHeightTerms(const LatentBody& body, const LatentOptions& options, const 
 
 }  // namespace
 
+std::vector<BodyPoint> PointsOf(const LatentBody& body) {
+  std::vector<BodyPoint> points = body.soles;
+  points.insert(points.end(), body.fingertips.begin(), body.fingertips.end());
+  return points;
+}
+
 int GoalJoint(const LatentOptions& options) {
   return options.goal_joint > 0 ? options.goal_joint : WristJoint(options.intention.wrist);
 }

@@ -23,8 +23,7 @@ double MotionCost(const LatentBody& body, std::span<const Eigen::Vector3d> goals
                   const wandr::ReachSample& sample) {
   const LatentOptions options = LeftByRefit();
   const auto bones = body.bones.Cast<double>();
-  std::vector<BodyPoint> points = body.soles;
-  points.insert(points.end(), body.fingertips.begin(), body.fingertips.end());
+  const std::vector<BodyPoint> points = PointsOf(body);
   double sum = 0.0;
   int frames = 0;
   for (std::size_t g = 0; g < goals.size(); ++g) {
