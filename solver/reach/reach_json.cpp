@@ -92,7 +92,7 @@ nlohmann::json MotionJson(const ReachMotion& motion) {
           {"foot_skating_joints_ratio", quality.joint_skating},
           {"airborne_ratio", quality.airborne},
           {"peak_pelvis_m_s", quality.peak_pelvis_m_s},
-          {"motion_cost", quality.motion_cost},
+          {"motion_cost", motion.cost},
           {"crouches_twice", quality.crouches_twice},
           {"diverged", motion.sample.diverged}};
 }

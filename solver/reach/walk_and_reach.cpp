@@ -61,8 +61,7 @@ void SortBestFirst(std::vector<ReachMotion>& motions, int num_goals) {
     const int reached = motion.sample.NumReached();
     const ReachQuality& quality = motion.quality;
     return std::tuple(motion.sample.diverged, -reached, quality.crouches_twice,
-                      reached == num_goals ? quality.motion_cost : quality.closest_sum_m,
-                      motion.index);
+                      reached == num_goals ? motion.cost : quality.closest_sum_m, motion.index);
   };
   std::ranges::sort(motions, {}, key);
 }
@@ -76,9 +75,7 @@ void RefitBest(const ReachPerson& person, std::span<const Eigen::Vector3d> goals
   const auto refit = [&](ReachMotion& motion) {
     if (motion.sample.diverged) return;
     motion.refit = RefitReach(person, goals, options.side, motion.sample);
-    const double cost = motion.quality.motion_cost;
     motion.quality = QualityOf(motion.sample, lowest, goals, options.side);
-    motion.quality.motion_cost = cost;
   };
   const int reached = motions.front().sample.NumReached();
   if (options.refit_all) {
@@ -186,7 +183,7 @@ ReachReport WalkAndReach(const ReachPerson& person, const wandr::NetworkWeights&
     ReachMotion motion;
     motion.sample = std::move(made.samples[i]);
     motion.quality = QualityOf(motion.sample, lowest, goals, options.side);
-    motion.quality.motion_cost = made.costs[i];
+    motion.cost = made.costs[i];
     motion.index = static_cast<int>(i);
     if (options.refit && options.by == ReachBy::kLatents) motion.refit = made.refits[i];
     report.motions.push_back(std::move(motion));

@@ -29,14 +29,14 @@ struct ReachQuality {
   double airborne = 0.0;       ///< all foot joints above 12 cm
   double closest_sum_m = 0.0;  ///< over the goals
   double peak_pelvis_m_s = 0.0;
-  int crouches_twice = 0;    ///< goals on the way to which it does (SecondCrouch)
-  double motion_cost = 0.0;  ///< MotionCost, of what was made
+  int crouches_twice = 0;  ///< goals on the way to which it does (SecondCrouch)
 };
 
 struct ReachMotion {
   wandr::ReachSample sample;
   ReachQuality quality;
-  int index = 0;  ///< of the sample, before they were ranked
+  double cost = 0.0;  ///< MotionCost, of what was made
+  int index = 0;      ///< of the sample, before they were ranked
   std::optional<RefitReport> refit;
 };
 

@@ -63,11 +63,11 @@ TEST(WalkAndReach, RanksByHowPeopleMove) {
     const auto place = [](const ReachMotion& one) {
       const bool reached = one.sample.NumReached() == 1;
       return std::tuple(!reached, one.quality.crouches_twice,
-                        reached ? one.quality.motion_cost : one.quality.closest_sum_m);
+                        reached ? one.cost : one.quality.closest_sum_m);
     };
     EXPECT_LE(place(before), place(motion)) << i;
   }
-  EXPECT_LT(report.motions[0].quality.motion_cost, report.motions[1].quality.motion_cost);
+  EXPECT_LT(report.motions[0].cost, report.motions[1].cost);
 }
 
 TEST(WalkAndReach, SaysWhyAGoalIsMissed) {
