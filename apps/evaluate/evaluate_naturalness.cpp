@@ -145,6 +145,9 @@ void AddEvaluateNaturalness(CLI::App& evaluate, int& exit_code) {
             CLI::Range(0.0, 100.0));
   command->add_flag("--moving-only", what.study.moving_only,
                     "Leave motions that do not get that far out of all measures");
+  command->add_flag("--hands", what.study.hands,
+                    "How a hand gets to where it goes, too: speed, straightness, time to peak. For "
+                    "who drinks, takes or reaches; with a mean of its own");
   AddOption(*command, "--at-most", what.at_most, "Motions of each set, spread evenly; 0: all",
             CLI::Range(0, 1'000'000));
   command

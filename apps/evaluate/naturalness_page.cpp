@@ -53,7 +53,7 @@ std::string DistanceChart(const NaturalnessStudy& study) {
     chart.series.emplace_back(study.columns[c].set.label, ColourOf(c));
   }
   std::vector<std::pair<double, int>> order;
-  for (int m = 0; m < kNumStyleMeasures; ++m) {
+  for (int m = 0; m < study.NumMeasures(); ++m) {
     double farthest = -1.0;
     for (std::size_t c = 1; c < study.columns.size(); ++c) {
       const double distance = study.columns[c].distance[static_cast<std::size_t>(m)].distance;
@@ -86,7 +86,8 @@ std::string TableHtml(const NaturalnessStudy& study) {
   const std::vector<std::string> heads = Heads(study);
   for (const std::string& head : heads) html += "<th>" + EscapeHtml(head) + "</th>";
   html += "</tr>\n";
-  for (std::string_view group : {"Feet", "Way", "Body", "Motion"}) {
+  for (std::string_view group : {"Feet", "Way", "Body", "Motion", "Hand"}) {
+    if (group == "Hand" && !study.hands) continue;
     html +=
         fmt::format("<tr class=\"group\"><td colspan=\"{}\">{}</td></tr>\n", heads.size(), group);
     for (const std::vector<std::string>& row : Rows(study, &group)) {
@@ -134,17 +135,22 @@ std::string NaturalnessPage(const NaturalnessStudy& study) {
           ". Mean distance {:.2f} (chance: {:.2f}). Set apart by (mean for the reference's; "
           "distance): {}",
           column.mean_distance, column.mean_by_chance, ApartText(study, column, 6)));
+      if (study.hands) {
+        page += fmt::format(". Mean distance of the hand {:.2f} (chance: {:.2f})",
+                            column.hand_distance, column.hand_by_chance);
+      }
     }
     page += "</li>\n";
   }
   page += "</ul>\n";
   page += DistanceChart(study);
   page += "<h2>Curves</h2>\n";
-  for (int k = 0; k < kNumStyleCurves; ++k) page += CurveChart(study, static_cast<StyleCurve>(k));
+  for (int k = 0; k < study.NumCurves(); ++k) page += CurveChart(study, static_cast<StyleCurve>(k));
   page += "<h2>All measures</h2>\n<p>Mean over motions ± standard error.</p>\n" + TableHtml(study);
   page += "<h2>The oddest motions of each set</h2>\n" + OddestHtml(study);
   std::vector<std::vector<std::string>> definitions;
-  for (const StyleMeasureInfo& info : StyleMeasures()) {
+  for (int m = 0; m < study.NumMeasures(); ++m) {
+    const StyleMeasureInfo& info = InfoOf(m);
     definitions.push_back({std::string(info.label),
                            fmt::format("{}{}", info.definition, info.of_walks ? " (walks)" : "")});
   }

@@ -47,6 +47,18 @@ std::string Distance(const StyleDistance& distance) {
   return fmt::format("{:.2f}{}", distance.distance, distance.Shown() ? "" : " (chance)");
 }
 
+std::vector<std::string> MeanRow(const NaturalnessStudy& study, const char* label,
+                                 double NaturalnessColumn::*distance,
+                                 double NaturalnessColumn::*by_chance) {
+  std::vector<std::string> row = {label, ""};
+  for (std::size_t c = 1; c < study.columns.size(); ++c) {
+    const NaturalnessColumn& column = study.columns[c];
+    row.emplace_back("");
+    row.push_back(fmt::format("{:.2f} (chance: {:.2f})", column.*distance, column.*by_chance));
+  }
+  return row;
+}
+
 std::string Label(const StyleMeasureInfo& info) {
   const std::string unit = UnitForPeople(info);
   return unit.empty() ? std::string(info.label) : fmt::format("{}, {}", info.label, unit);
@@ -97,7 +109,7 @@ std::string Summary(const NaturalnessColumn& column) {
 std::vector<std::vector<std::string>> Rows(const NaturalnessStudy& study,
                                            const std::string_view* group) {
   std::vector<std::vector<std::string>> rows;
-  for (int m = 0; m < kNumStyleMeasures; ++m) {
+  for (int m = 0; m < study.NumMeasures(); ++m) {
     const StyleMeasureInfo& info = InfoOf(m);
     if (group != nullptr && info.group != *group) continue;
     std::vector<std::string> row = {Label(info)};
@@ -107,15 +119,14 @@ std::vector<std::vector<std::string>> Rows(const NaturalnessStudy& study,
     }
     rows.push_back(std::move(row));
   }
-  std::vector<std::string> last = {"mean over measures, each at most 5"};
-  for (std::size_t c = 0; c < study.columns.size(); ++c) {
-    last.emplace_back("");
-    if (c > 0) {
-      last.push_back(fmt::format("{:.2f} (chance: {:.2f})", study.columns[c].mean_distance,
-                                 study.columns[c].mean_by_chance));
-    }
+  if (study.columns.size() < 2 || group != nullptr) return rows;
+  rows.push_back(MeanRow(study, "mean over measures, each at most 5",
+                         &NaturalnessColumn::mean_distance, &NaturalnessColumn::mean_by_chance));
+  if (study.hands) {
+    rows.back()[0] = "mean over measures but the hand's, each at most 5";
+    rows.push_back(MeanRow(study, "mean over the hand's", &NaturalnessColumn::hand_distance,
+                           &NaturalnessColumn::hand_by_chance));
   }
-  if (study.columns.size() > 1 && group == nullptr) rows.push_back(std::move(last));
   return rows;
 }
 
@@ -177,6 +188,10 @@ json NaturalnessJson(const NaturalnessStudy& study) {
                 {"pair_distance_m", OrNull(column.pair_distance_m)},
                 {"mean_distance", reference ? json() : OrNull(column.mean_distance)},
                 {"mean_distance_by_chance", reference ? json() : OrNull(column.mean_by_chance)}};
+    if (study.hands && !reference) {
+      set["hand_distance"] = OrNull(column.hand_distance);
+      set["hand_distance_by_chance"] = OrNull(column.hand_by_chance);
+    }
     if (!reference) {
       set["set_apart_by"] = json::array();
       for (const StyleMeasure measure : SetApartBy(column)) {
@@ -192,7 +207,7 @@ json NaturalnessJson(const NaturalnessStudy& study) {
     }
     results["sets"].push_back(std::move(set));
   }
-  for (int m = 0; m < kNumStyleMeasures; ++m) {
+  for (int m = 0; m < study.NumMeasures(); ++m) {
     const StyleMeasureInfo& info = InfoOf(m);
     json measure = {{"key", info.key},
                     {"label", info.label},
@@ -214,7 +229,7 @@ json NaturalnessJson(const NaturalnessStudy& study) {
     }
     results["measures"].push_back(std::move(measure));
   }
-  for (int k = 0; k < kNumStyleCurves; ++k) {
+  for (int k = 0; k < study.NumCurves(); ++k) {
     const StyleCurveInfo& info = StyleCurves()[static_cast<std::size_t>(k)];
     json curve = {{"label", info.label}, {"x_label", info.x_label}, {"y_label", info.y_label}};
     for (int i = 0; i < info.points; ++i) curve["x"].push_back(CurveX(info, i));
@@ -233,7 +248,7 @@ json NaturalnessJson(const NaturalnessStudy& study) {
 
 std::string NaturalnessCsv(const NaturalnessStudy& study) {
   std::string csv = "set,motion,frames,way_m,oddness,crouches_twice,lean_back_rad";
-  for (const StyleMeasureInfo& info : StyleMeasures()) csv += fmt::format(",{}", info.key);
+  for (int m = 0; m < study.NumMeasures(); ++m) csv += fmt::format(",{}", InfoOf(m).key);
   csv += "\n";
   const auto quoted = [](std::string text) {
     for (std::size_t at = 0; (at = text.find('"', at)) != std::string::npos; at += 2) {
@@ -249,7 +264,8 @@ std::string NaturalnessCsv(const NaturalnessStudy& study) {
                          column.oddness[i].value, motion.faults.CrouchesTwice() ? 1 : 0);
       const double lean = motion.faults.lean_back_rad;
       csv += std::isfinite(lean) ? fmt::format(",{:.4f}", lean) : ",";
-      for (const double value : motion.values) {
+      for (int m = 0; m < study.NumMeasures(); ++m) {
+        const double value = motion[static_cast<StyleMeasure>(m)];
         csv += std::isfinite(value) ? fmt::format(",{:.6g}", value) : ",";
       }
       csv += "\n";

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "generator/walk_statistics/gait.h"
+#include "generator/walk_statistics/hand_way.h"
 #include "generator/walk_statistics/power_spectrum.h"
 #include "generator/walk_statistics/sample_statistics.h"
 #include "generator/walk_statistics/way_pace.h"
@@ -87,6 +88,7 @@ class Measurer {
     MeasureTrunk();
     MeasureJoints();
     MeasureLimits();
+    MeasureHand();
   }
 
  private:
@@ -323,6 +325,33 @@ class Measurer {
     }
     Set(StyleMeasure::kBeyondLimits, beyond / (count_ * (kNumBodyJoints - 1.0)));
     Set(StyleMeasure::kBeyondLimitsBy, beyond > 0 ? excess / beyond : 0.0);
+  }
+
+  // Of the hand that gets farther from where it was.
+  void MeasureHand() {
+    Eigen::Matrix3Xd farther;
+    double farthest = -1.0;
+    for (const Side side : {Side::kRight, Side::kLeft}) {
+      Eigen::Matrix3Xd path(3, count_);
+      for (int t = 0; t < count_; ++t) {
+        const Eigen::AngleAxisd to_heading(-Yaw(frames_[t]), Vector3d::UnitZ());
+        path.col(t) =
+            to_heading * (placed_[t].joints.col(WristJoint(side)) - placed_[t].joints.col(0));
+      }
+      const double far = (path.colwise() - path.col(0)).colwise().norm().maxCoeff();
+      if (far <= farthest) continue;
+      farthest = far;
+      farther = std::move(path);
+    }
+    const int points = StyleCurves()[static_cast<std::size_t>(StyleCurve::kHandSpeed)].points;
+    HandWay way = MeasureHandWay(farther, kRate, points);
+    Set(StyleMeasure::kHandWay, way.length_m);
+    Set(StyleMeasure::kHandSeconds, way.seconds);
+    Set(StyleMeasure::kHandPeak, way.peak_m_s);
+    Set(StyleMeasure::kHandTimeToPeak, way.time_to_peak_ratio);
+    Set(StyleMeasure::kHandStraightness, way.straightness_ratio);
+    Set(StyleMeasure::kHandSubmovements, way.submovements);
+    Set(StyleCurve::kHandSpeed, std::move(way.profile));
   }
 
   std::span<const BodyFrame> frames_;

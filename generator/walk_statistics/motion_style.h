@@ -67,14 +67,23 @@ enum class StyleMeasure {
   kPower8To15,
   kBeyondLimits,
   kBeyondLimitsBy,
+  // The hand that gets farther from where it was, as the pelvis and its heading have it (HandWay).
+  kHandWay,
+  kHandSeconds,
+  kHandPeak,
+  kHandTimeToPeak,
+  kHandStraightness,
+  kHandSubmovements,
   kCount
 };
 inline constexpr int kNumStyleMeasures = static_cast<int>(StyleMeasure::kCount);
+/// Those before the hand's, which are of any motion.
+inline constexpr int kNumBodyMeasures = static_cast<int>(StyleMeasure::kHandWay);
 
 /// A measure, described. The order is that of StyleMeasure.
 struct StyleMeasureInfo {
   std::string_view key;         ///< with its unit, "step_length_m"; shares are `_ratio`, in [0, 1]
-  std::string_view group;       ///< "Feet", "Way", "Body", "Motion"
+  std::string_view group;       ///< "Feet", "Way", "Body", "Motion", "Hand"
   std::string_view label;       ///< for people
   std::string_view unit;        ///< of the value: "m", "m/s", "deg", ...; "" for ratios
   double resolution;            ///< smaller differences mean nothing to an eye
@@ -91,6 +100,7 @@ enum class StyleCurve {
   kHeadings,      ///< share of moving frames, by angle of heading and travel, degrees
   kLeans,         ///< share of frames, by lean of the trunk, degrees
   kStepLengths,   ///< share of steps, by length, m
+  kHandSpeed,     ///< over its greatest, at shares of the time of the hand's way
   kCount
 };
 inline constexpr int kNumStyleCurves = static_cast<int>(StyleCurve::kCount);

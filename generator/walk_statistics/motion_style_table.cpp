@@ -98,6 +98,20 @@ const std::array<StyleMeasureInfo, kNumStyleMeasures>& StyleMeasures() {
        "in all but 0.1 % of its frames, plus 3 degrees"},
       {"beyond_limits_deg", "Motion", "beyond them by", "deg", 2.0, false,
        "Mean angle by which joints are beyond, where they are; 0 where none is"},
+      {"hand_way_m", "Hand", "way of the hand", "m", 0.05, false,
+       "Straight, from where the hand that gets farther sets out to where 95 % of its farthest "
+       "distance from the first frame is made, as the pelvis and its heading have it"},
+      {"hand_way_s", "Hand", "time of the hand's way", "s", 0.1, false,
+       "From the last frame before its greatest speed with less than a tenth of that"},
+      {"hand_peak_m_s", "Hand", "speed of the hand, peak", "m/s", 0.1, false,
+       "Greatest speed on that way"},
+      {"hand_time_to_peak_ratio", "Hand", "peak at", "", 0.05, false,
+       "Share of the time of the way until then: 0.5 for minimum jerk (Flash and Hogan 1985)"},
+      {"hand_straightness_ratio", "Hand", "straightness of the hand's way", "", 0.03, false,
+       "Straight way over the way made"},
+      {"hand_submovements", "Hand", "movements of the hand", "", 0.5, false,
+       "Times that speed rises, then falls, by a tenth of its greatest on that way: 1 for minimum "
+       "jerk"},
   }};
   return kMeasures;
 }
@@ -112,6 +126,8 @@ const std::array<StyleCurveInfo, kNumStyleCurves>& StyleCurves() {
       {"headings", "Heading off the way", "degrees", "share of moving frames", 0.0, 7.5, 24, true},
       {"leans", "Lean of the trunk", "degrees", "share of frames", 0.0, 3.0, 30, true},
       {"step_lengths", "Step length", "m", "share of steps", 0.0, 0.05, 24, true},
+      {"hand_speed", "Speed of the hand on its way", "share of its time", "share of its greatest",
+       0.0, 1.0 / 40.0, 40, false},
   }};
   return kCurves;
 }

@@ -21,6 +21,7 @@ namespace {
 constexpr double kMotionRate = 30.0;   // Hz
 constexpr std::size_t kCompared = 64;  // motions of a set, pair by pair
 constexpr double kFarthest = 5.0;      // that a measure counts in the mean distance
+constexpr int kHandDraws = 500'000;    // apart from the draws of the body's measures
 
 // `progress` asked for an end.
 struct NaturalnessStopped {};
@@ -160,10 +161,30 @@ class StyleMeasurement {
   int done_ = 0, total_ = 0, other_shapes_ = 0;
 };
 
+struct MeanDistance {
+  double distance = 0.0, by_chance = 0.0;
+};
+
+// Over these measures of those that have one.
+MeanDistance MeanOver(const NaturalnessColumn& column, int begin, int end) {
+  MeanDistance mean;
+  int count = 0;
+  for (int m = begin; m < end; ++m) {
+    const StyleDistance& one = column.distance[static_cast<std::size_t>(m)];
+    if (!std::isfinite(one.distance)) continue;
+    mean.distance += std::min(one.distance, kFarthest);
+    mean.by_chance += std::min(one.by_chance, kFarthest);
+    ++count;
+  }
+  mean.distance /= std::max(count, 1);
+  mean.by_chance /= std::max(count, 1);
+  return mean;
+}
+
 void CompareColumns(const NaturalnessOptions& options, NaturalnessStudy& study) {
-  const std::size_t columns = study.columns.size();
+  const int columns = static_cast<int>(study.columns.size()), measures = study.NumMeasures();
   for (NaturalnessColumn& column : study.columns) {
-    for (int m = 0; m < kNumStyleMeasures; ++m) {
+    for (int m = 0; m < measures; ++m) {
       column.spread[static_cast<std::size_t>(m)] =
           SpreadOf(ValuesOf(column.set, static_cast<StyleMeasure>(m)));
     }
@@ -174,27 +195,28 @@ void CompareColumns(const NaturalnessOptions& options, NaturalnessStudy& study) 
       column.oddness.push_back(OddnessOf(motion, column.set, reference.spread));
     }
   }
-  // One draw of its own for every cell: results do not depend on who computes which.
-  ParallelFor(static_cast<int>(columns) * kNumStyleMeasures, options.threads, [&](int cell) {
-    NaturalnessColumn& column = study.columns[static_cast<std::size_t>(cell / kNumStyleMeasures)];
-    const auto m = static_cast<std::size_t>(cell % kNumStyleMeasures);
+  // One draw of its own for every cell: results do not depend on who computes which, nor those of
+  // the body on whether the hand's are asked for.
+  ParallelFor(columns * measures, options.threads, [&](int cell) {
+    const int c = cell / measures, m = cell % measures;
+    NaturalnessColumn& column = study.columns[static_cast<std::size_t>(c)];
     const auto measure = static_cast<StyleMeasure>(m);
     const std::vector<double> others =
         &column == &reference ? std::vector<double>() : ValuesOf(column.set, measure);
-    column.distance[m] =
-        DistanceOf(ValuesOf(reference.set, measure), others, StyleMeasures()[m].resolution,
-                   options.seed * 1'000'003 + static_cast<std::uint64_t>(cell));
+    const int draw = m < kNumBodyMeasures ? c * kNumBodyMeasures + m : kHandDraws + cell;
+    column.distance[static_cast<std::size_t>(m)] =
+        DistanceOf(ValuesOf(reference.set, measure), others,
+                   StyleMeasures()[static_cast<std::size_t>(m)].resolution,
+                   options.seed * 1'000'003 + static_cast<std::uint64_t>(draw));
   });
   for (NaturalnessColumn& column : study.columns) {
-    int count = 0;
-    for (const StyleDistance& distance : column.distance) {
-      if (!std::isfinite(distance.distance)) continue;
-      column.mean_distance += std::min(distance.distance, kFarthest);
-      column.mean_by_chance += std::min(distance.by_chance, kFarthest);
-      ++count;
-    }
-    column.mean_distance /= std::max(count, 1);
-    column.mean_by_chance /= std::max(count, 1);
+    const MeanDistance body = MeanOver(column, 0, kNumBodyMeasures);
+    column.mean_distance = body.distance;
+    column.mean_by_chance = body.by_chance;
+    if (!study.hands) continue;
+    const MeanDistance hand = MeanOver(column, kNumBodyMeasures, kNumStyleMeasures);
+    column.hand_distance = hand.distance;
+    column.hand_by_chance = hand.by_chance;
   }
 }
 
@@ -278,6 +300,7 @@ std::vector<int> OddestMotions(const NaturalnessColumn& column, int count) {
 NaturalnessStudy CompareNaturalness(const std::vector<MotionSet>& sets,
                                     const NaturalnessOptions& options) {
   NaturalnessStudy study;
+  study.hands = options.hands;
   StyleMeasurement measurement(sets, options);
   try {
     measurement.Run(study);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,9 +22,12 @@ struct NaturalnessColumn {
   std::array<StyleSpread, kNumStyleMeasures> spread;
   std::array<StyleDistance, kNumStyleMeasures> distance;  ///< NaN for the reference itself
   std::vector<Oddness> oddness;                           ///< of the motions
-  double mean_distance = 0;                               ///< over measures, each at most 5
+  double mean_distance = 0;   ///< over measures but the hand's, each at most 5
+  double mean_by_chance = 0;  ///< of their `by_chance`
+  /// The same over the hand's; NaN where they are not asked for.
+  double hand_distance = std::numeric_limits<double>::quiet_NaN();
+  double hand_by_chance = std::numeric_limits<double>::quiet_NaN();
   double pair_distance_m = 0;  ///< SetSpread of the motions, of 64 of them where there are more
-  double mean_by_chance = 0;   ///< of their `by_chance`
 
   int NumMotions() const { return static_cast<int>(set.motions.size()); }
   int NumWalks() const;
@@ -39,8 +43,13 @@ std::vector<int> OddestMotions(const NaturalnessColumn& column, int count);
 
 struct NaturalnessStudy {
   bool stopped = false;                    ///< by `progress`: all else means nothing
+  bool hands = false;                      ///< has the hand's measures
   std::vector<NaturalnessColumn> columns;  ///< reference first
   std::vector<std::string> notes;          ///< what a reader must know about the numbers
+
+  /// Measures and curves that it has: the first of all there are.
+  int NumMeasures() const { return hands ? kNumStyleMeasures : kNumBodyMeasures; }
+  int NumCurves() const { return hands ? kNumStyleCurves : kNumStyleCurves - 1; }
 };
 
 struct NaturalnessOptions {
@@ -50,6 +59,7 @@ struct NaturalnessOptions {
   MotionSet limits;
   double least_way_m = 1.0;  ///< measures of walks ask motions that get this far
   bool moving_only = false;  ///< and so do all others
+  bool hands = false;        ///< the hand's measures too: of who does something
   std::uint64_t seed = 1;
   int threads = 1;  ///< the result does not depend on them
   /// Of all motions, from one thread at a time; false stops the work. `done` is 0 while those are

@@ -41,7 +41,8 @@ double WassersteinOfSorted(const std::vector<double>& a, const std::vector<doubl
 }
 
 bool OfWalks(StyleCurve curve) {
-  return curve != StyleCurve::kSpeeds && curve != StyleCurve::kLeans;
+  return curve != StyleCurve::kSpeeds && curve != StyleCurve::kLeans &&
+         curve != StyleCurve::kHandSpeed;
 }
 
 }  // namespace
@@ -158,7 +159,7 @@ Oddness OddnessOf(const MotionStyle& motion, const StyleSet& set,
   constexpr double kMost = 5.0;
   Oddness oddness;
   int count = 0;
-  for (int m = 0; m < kNumStyleMeasures; ++m) {
+  for (int m = 0; m < kNumBodyMeasures; ++m) {
     const auto measure = static_cast<StyleMeasure>(m);
     const StyleSpread& spread = reference[static_cast<std::size_t>(m)];
     const double value = motion[measure];

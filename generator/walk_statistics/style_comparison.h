@@ -62,8 +62,8 @@ struct StyleCurveSpread {
 };
 StyleCurveSpread SpreadOf(const StyleSet& set, StyleCurve curve);
 
-/// How unlike the reference one motion is: mean over its measures of |value - mean| / spread, each
-/// at most 5, spread the reference's deviation, at least the resolution.
+/// How unlike the reference one motion is: mean over its measures, but the hand's, of |value -
+/// mean| / spread, each at most 5, spread the reference's deviation, at least the resolution.
 struct Oddness {
   double value = 0;
   StyleMeasure most = StyleMeasure::kCount;  ///< the measure that is farthest off

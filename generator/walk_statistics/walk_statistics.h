@@ -8,6 +8,7 @@
 ///   sample_statistics.h  mean and quantiles
 ///   power_spectrum.h     power over frequency (Welch)
 ///   way_pace.h           how a way spreads over time
+///   hand_way.h           how a hand gets to where it goes
 ///   gait.h               stances and strides
 ///   joint_error.h        errors of joints and fingertips
 ///   motion_metrics.h     speed, acceleration, jerk, foot skating

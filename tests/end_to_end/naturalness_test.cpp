@@ -95,6 +95,25 @@ TEST_F(NaturalnessCommand, SetsSideBySide) {
   EXPECT_EQ(nlohmann::json::parse(alone.out)["sets"].size(), 1u);
 }
 
+TEST_F(NaturalnessCommand, HandsHaveMeasuresAndAMeanOfTheirOwn) {
+  ASSERT_EQ(Evaluate("captured --against ours=rushed -q -o out").exit_code, 0);
+  const ProgramResult result = Evaluate("captured --against ours=rushed -q --hands -o hands");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("| mean over the hand's |"));
+  const nlohmann::json without = Results("out"), with = Results("hands");
+  EXPECT_EQ(with["measures"].size(), without["measures"].size() + 6);
+  EXPECT_EQ(Measure(with, "hand_peak_m_s")["sets"].size(), 2u);
+  // What is asked of the whole body does not change.
+  EXPECT_EQ(with["sets"][1]["mean_distance"], without["sets"][1]["mean_distance"]);
+  EXPECT_EQ(with["sets"][1]["mean_distance_by_chance"],
+            without["sets"][1]["mean_distance_by_chance"]);
+  EXPECT_EQ(with["sets"][1]["oddest"], without["sets"][1]["oddest"]);
+  EXPECT_TRUE(with["sets"][1].contains("hand_distance"));
+  EXPECT_FALSE(without["sets"][1].contains("hand_distance"));
+  EXPECT_TRUE(with["curves"].contains("hand_speed"));
+  EXPECT_FALSE(without["curves"].contains("hand_speed"));
+}
+
 TEST_F(NaturalnessCommand, TheSameBytesOnAnyThreads) {
   const std::string what = "captured --against rushed --limits captured --quiet ";
   ASSERT_EQ(Evaluate(what + "--threads 1 -o a").exit_code, 0);
