@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
+#include <functional>
+#include <memory>
 #include <mutex>
 
 #include <fmt/format.h>
@@ -239,6 +242,27 @@ std::vector<ReachSolution> OptimiseBatch(const wandr::Network<float>& network,
   return solutions;
 }
 
+// What `poll` throws once, on any thread, ends all of them at their next call.
+std::function<void()> EndsAll(const std::function<void()>& poll) {
+  struct Ended {
+    std::mutex mutex;
+    std::exception_ptr reason;
+  };
+  return [poll, ended = std::make_shared<Ended>()] {
+    {
+      const std::lock_guard lock(ended->mutex);
+      if (ended->reason) std::rethrow_exception(ended->reason);
+    }
+    try {
+      poll();
+    } catch (...) {
+      const std::lock_guard lock(ended->mutex);
+      if (!ended->reason) ended->reason = std::current_exception();
+      throw;
+    }
+  };
+}
+
 }  // namespace
 
 std::vector<ReachSolution> OptimiseLatents(const wandr::Network<float>& network,
@@ -261,6 +285,8 @@ std::vector<ReachSolution> OptimiseLatents(const wandr::Network<float>& network,
     }
   }
   std::vector<ReachSolution> solutions(tasks.size());
+  LatentOptions polled = options;
+  if (options.poll) polled.poll = EndsAll(options.poll);
   const int total = static_cast<int>(tasks.size());
   const int size =
       std::clamp((total + threads - 1) / std::max(threads, 1), 1, std::max(options.batch, 1));
@@ -270,7 +296,7 @@ std::vector<ReachSolution> OptimiseLatents(const wandr::Network<float>& network,
     const int first = b * size, count = std::min(size, total - first);
     std::vector<ReachSolution> part = OptimiseBatch(
         network, body,
-        tasks.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count)), options);
+        tasks.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count)), polled);
     std::ranges::move(part, solutions.begin() + first);
     if (!progress) return;
     const std::lock_guard lock(progress_mutex);
