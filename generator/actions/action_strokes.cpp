@@ -121,6 +121,13 @@ class StrokeMotion {
               clip_.pose[at]);
     Follow(frame, before, from, to);
   }
+  void SetArm(int frame, const JointPose& pose) {
+    const auto at = static_cast<std::size_t>(frame);
+    const JointPose before = clip_.pose[at];
+    const Isometry3d from = ArmOf(rest_joints_, clip_, frame).wrist;
+    clip_.pose[at] = pose;
+    Follow(frame, before, from, ArmOf(rest_joints_, clip_, frame).wrist);
+  }
   // Half of a turn about the forearm in the elbow, half in the wrist, as skin turns there.
   void Twist(int frame, double angle) {
     const auto at = static_cast<std::size_t>(frame);
@@ -147,6 +154,30 @@ class StrokeMotion {
   const Eigen::Matrix3Xd& rest_joints_;
   Clip& clip_;
 };
+
+// What the arm does over and over in the window by itself is taken out: each frame has the mean of
+// the period around it.
+void CalmArm(const Eigen::Matrix3Xd& rest_joints, const Window& window, Clip& clip) {
+  const std::vector<JointPose> before = clip.pose;
+  const int half = static_cast<int>(std::lround(0.5 * window.period_s * window.rate));
+  StrokeMotion motion(rest_joints, clip);
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    const double presence = Presence(window, t);
+    if (presence <= 0.0) continue;
+    const int at = std::clamp(t, window.begin, window.end);
+    const int first = std::max(window.begin, at - half), last = std::min(window.end, at + half);
+    JointPose pose = before[static_cast<std::size_t>(t)];
+    for (const int joint : {kRightShoulder, kRightElbow, kRightWrist}) {
+      const Matrix3d now = ExpSO3(pose.col(joint));
+      Vector3d mean = Vector3d::Zero();
+      for (int k = first; k <= last; ++k)
+        mean += LogSO3(now.transpose() * ExpSO3(before[static_cast<std::size_t>(k)].col(joint)));
+      mean /= last - first + 1;
+      pose.col(joint) = LogSO3(now * ExpSO3(presence * mean));
+    }
+    motion.SetArm(t, pose);
+  }
+}
 
 // Where the hammer points and how it is turned before there are strokes, on average.
 struct Aim {
@@ -178,6 +209,7 @@ Aim AimOf(const Clip& clip, const ObjectMarks& marks, const Window& window) {
 
 void AddBlows(const Eigen::Matrix3Xd& rest_joints, const ObjectMarks& marks, const Window& window,
               RandomDraws& draws, Clip& clip) {
+  CalmArm(rest_joints, window, clip);
   const Aim aim = AimOf(clip, marks, window);
   const auto degrees = [&](double low, double high) { return kDegree * draws.Uniform(low, high); };
   // How far shoulder, elbow and wrist turn from where they are, struck and raised.
@@ -265,9 +297,9 @@ void AddTurns(const Eigen::Matrix3Xd& rest_joints, const Window& window, RandomD
   }
 }
 
-// Seconds; those of the scripts, but a hammer's and a turn's, which key frames could not follow.
+// Seconds; those of the scripts, but a turn's, which key frames could not follow.
 double PeriodOf(std::string_view action, RandomDraws& draws) {
-  if (action == "use") return draws.Uniform(0.75, 1.05);
+  if (action == "use") return draws.Uniform(0.8, 1.0);
   if (action == "shake") return draws.Uniform(0.27, 0.42);
   if (action == "chop") return draws.Uniform(0.38, 0.6);
   if (action == "cook") return draws.Uniform(0.75, 1.15);

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 
+#include "generator/actions/action_strokes.h"
 #include "generator/body/finger_pose.h"
 #include "generator/imos/vocabulary.h"
 #include "generator/matching/random_draws.h"
 #include "geometry/clip/mirror_clip.h"
+#include "geometry/seed.h"
 #include "solver/actions/action_measures.h"
 #include "solver/actions/action_motion.h"
 #include "solver/fit/clip_state.h"
@@ -19,6 +21,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 constexpr double kVariety = 4.0;  // of cost, by which a worse grasp may be chosen
+constexpr std::uint64_t kBlows = 7;  // the stream that a hammer's blows are drawn from
 constexpr double kInHand = 0.35;  // share of clips that start without a table
 
 ActionScene SceneOf(const ActionClipRequest& request, const BodyPlacement& start) {
@@ -162,7 +165,12 @@ ActionClip MakeActionClip(const ActionClipRequest& request) {
   made.quality.hand_error_rad = motion.worst_hand_error_rad;
   made.quality.shortfall_m = motion.worst_shortfall_m;
 
-  const Clip clip = ClipOf(actor, motion, grasp);
+  Clip clip = ClipOf(actor, motion, grasp);
+  // The scripts have the other rhythms themselves, of the wrist alone.
+  if (request.action == "use") {
+    AddStrokes(actor.Measures().rest_joints, request.action, request.prop.marks,
+               MixSeed(request.seed, kBlows), clip.NumFrames(), clip);
+  }
   made.clip = Fitted(request, grasp, clip);
   for (int t = 0; t < clip.NumFrames(); ++t) {
     made.quality.slipped_mm =

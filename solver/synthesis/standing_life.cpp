@@ -153,7 +153,7 @@ struct TakingPart {
       : head(arrives_s, end_s, 1.1, PartOf(action).head, draws),
         trunk(arrives_s, end_s, 1.4, PartOf(action).trunk, draws),
         // To the left, and that hip up; and how the other arm swings with it.
-        weight(0.4 * arrives_s, end_s, 1.6, {0, 0.012, 0}, draws),
+        weight(0.4 * arrives_s, end_s, 1.6, {0, 0.006, 0}, draws),
         arm(0.6 * arrives_s, end_s, 1.5, {5, 2, 2}, draws) {
     if (action != "call") return;
     for (double at = arrives_s + draws.Uniform(0.5, 0.9); at + 0.7 < end_s;

@@ -8,10 +8,13 @@
 
 #include <fmt/format.h>
 
+#include "generator/actions/action_strokes.h"
 #include "generator/imos/key_frames.h"
 #include "generator/imos/run_synthesis.h"
 #include "generator/scripted/reach_motion.h"
 #include "geometry/body/skeleton.h"
+#include "geometry/clip/mirror_clip.h"
+#include "geometry/clip/resample.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
@@ -140,6 +143,37 @@ std::vector<SynthesisedCase> Follow(const RatedNetwork& network,
   return made;
 }
 
+// Key frames as the motion that 'synthesize' makes of them: all frames, with the strokes that key
+// frames stand too far apart for. The object is where the hand carries it.
+Clip InMotion(const SynthesisCase& one, const Clip& keys, const LoadedObject& object,
+              std::uint64_t seed) {
+  Clip motion = MotionOfKeyFrames(keys, MeasureBody(*one.scene.body, one.scene.betas),
+                                  kFinishedRate_Hz, seed);
+  ObjectMarks marks = MarksOf(object.name, object.mesh);
+  const bool left = keys.holding_hand[imos::kHistory - 1] == kHoldsLeft;
+  if (left) {
+    motion = MirrorClip(motion);
+    marks = ReflectX(marks);
+  }
+  AddStrokes(one.sequence.rest_joints, imos::Actions()[one.sequence.action].label, marks, seed,
+             motion.NumFrames(), motion);
+  return left ? MirrorClip(motion) : motion;
+}
+
+// The frames of a motion at the times of key frames; those that were given stay.
+Clip KeyFramesIn(const Clip& motion, const Clip& keys) {
+  const Clip in_motion = Resample(motion, keys.frame_rate);
+  Clip result = keys;
+  const int count = std::min(keys.NumFrames(), in_motion.NumFrames());
+  for (int k = imos::kHistory; k < count; ++k) {
+    result.pose[k] = in_motion.pose[k];
+    result.trans.col(k) = in_motion.trans.col(k);
+    result.object->trans.col(k) = in_motion.object->trans.col(k);
+    result.object->orient.col(k) = in_motion.object->orient.col(k);
+  }
+  return result;
+}
+
 // The loop with the fit, as 'synthesize' runs it.
 SynthesisedCase Fit(const RatedNetwork& network, const SynthesisCase& one, int index,
                     const SynthesisOrder& order, FitLibrary& library) {
@@ -174,12 +208,12 @@ SynthesisedCase Fit(const RatedNetwork& network, const SynthesisCase& one, int i
           order.sigma, 1)[0]
           .clip;
   made.seconds = SecondsSince(begin);
-  const auto of_these = static_cast<std::size_t>(index - order.first);
-  if (of_these >= order.finish.size() || !order.finish[of_these]) return made;
   begin = Clock::now();
   const Clip motion =
-      MotionOfKeyFrames(made.keys, MeasureBody(*one.scene.body, one.scene.betas), kFinishedRate_Hz,
-                        order.seed + static_cast<std::uint64_t>(index));
+      InMotion(one, made.keys, object->object, order.seed + static_cast<std::uint64_t>(index));
+  made.keys = KeyFramesIn(motion, made.keys);
+  const auto of_these = static_cast<std::size_t>(index - order.first);
+  if (of_these >= order.finish.size() || !order.finish[of_these]) return made;
   GraspTransferOptions transfer;
   transfer.seed = order.seed;
   const GraspMaker first = GraspsFromClip(motion, hands);

@@ -25,7 +25,7 @@ constexpr int kSlowBlock = 16;   // cases in a file, where each takes a second
 constexpr int kFastBlock = 256;  // where many are made at once
 constexpr double kRate_Hz = 30.0;
 // Blocks of another format count as those of another configuration.
-constexpr const char* kBlockFormat = "holdfast-synthesis-block-2";
+constexpr const char* kBlockFormat = "holdfast-synthesis-block-3";
 constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 
 void AddBytes(const Eigen::Ref<const Eigen::MatrixXd>& numbers, std::string& text) {
