@@ -66,7 +66,7 @@ std::string PlacedText(ObjectMode mode) {
     case ObjectMode::kCarried:
       return "Objects carried rigidly by the wrist that truly carries them";
     case ObjectMode::kFitted:
-      return "Objects fitted in every key frame: the whole loop";
+      return "Objects fitted in every key frame, then strokes laid in: the whole loop";
   }
   return "";
 }
@@ -131,7 +131,8 @@ TextTable ObjectTable(std::span<const SynthesisResult> results, ObjectMode mode)
                             ObjectModeName(mode));
   table.about =
       mode == ObjectMode::kFitted
-          ? "Clips of 30 frames a second, feet locked, all frames fitted: what 'synthesize' gives."
+          ? "Clips of 30 frames a second, feet locked, strokes laid in, all frames fitted: what "
+            "'synthesize' gives."
           : "Key frames joined by curves at 30 frames a second; fingers as in the last given "
             "frame.";
   table.about += " As 'holdfast score' measures; means over sequences, medians for shake.";

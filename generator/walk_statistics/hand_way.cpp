@@ -37,6 +37,18 @@ int Submovements(const Eigen::VectorXd& speeds) {
 
 }  // namespace
 
+Eigen::Matrix3Xd HandPath(std::span<const BodyFrame> frames, const Eigen::Matrix3Xd& rest_joints,
+                          Side side) {
+  Eigen::Matrix3Xd path(3, std::ssize(frames));
+  for (Eigen::Index t = 0; t < path.cols(); ++t) {
+    const BodyFrame& frame = frames[static_cast<std::size_t>(t)];
+    const BodyPlacement placed = Place(rest_joints, frame);
+    const Eigen::AngleAxisd to_heading(-Yaw(frame), Eigen::Vector3d::UnitZ());
+    path.col(t) = to_heading * (placed.joints.col(WristJoint(side)) - placed.joints.col(kPelvis));
+  }
+  return path;
+}
+
 HandWay MeasureHandWay(const Eigen::Matrix3Xd& path, double rate, int profile_points) {
   HandWay way{0, 0, kNoWay, kNoWay, kNoWay, kNoWay, kNoWay, kNoWay, {}};
   const Eigen::Index frames = path.cols();

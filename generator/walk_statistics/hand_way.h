@@ -1,9 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <span>
+
 #include <Eigen/Core>
 
+#include "generator/matching/body_frame.h"
+#include "geometry/body/skeleton.h"
+
 namespace holdfast {
+
+/// Where the wrist is in each frame as the pelvis and its heading have it: (3 x T) metres.
+Eigen::Matrix3Xd HandPath(std::span<const BodyFrame> frames, const Eigen::Matrix3Xd& rest_joints,
+                          Side side);
 
 /// How a hand gets to where it is farthest from where it was: to the mouth, to a goal. It arrives
 /// in the first frame with 95 % of the farthest distance made, and sets out in the last frame

@@ -332,12 +332,7 @@ class Measurer {
     Eigen::Matrix3Xd farther;
     double farthest = -1.0;
     for (const Side side : {Side::kRight, Side::kLeft}) {
-      Eigen::Matrix3Xd path(3, count_);
-      for (int t = 0; t < count_; ++t) {
-        const Eigen::AngleAxisd to_heading(-Yaw(frames_[t]), Vector3d::UnitZ());
-        path.col(t) =
-            to_heading * (placed_[t].joints.col(WristJoint(side)) - placed_[t].joints.col(0));
-      }
+      Eigen::Matrix3Xd path = HandPath(frames_, body_.rest_joints, side);
       const double far = (path.colwise() - path.col(0)).colwise().norm().maxCoeff();
       if (far <= farthest) continue;
       farthest = far;

@@ -28,30 +28,16 @@ struct Between {
   double share = 0.0;
 };
 
-// Fills a result from its times on, with curves from `Curve`: translations and rotations.
+// At these times, in frames, with curves from `Curve`: translations and rotations.
 template <typename Curve>
-Clip ResampleWith(const Clip& clip, double frame_rate) {
-  if (!(frame_rate > 0)) {
-    throw Error("resampling", "a frame rate that is not positive", "Give frames per second");
-  }
-  const int frames = clip.NumFrames();
-  if (frames == 0 || std::abs(frame_rate - clip.frame_rate) < 1e-9) return clip;
-  const double step = clip.frame_rate / frame_rate;
-  const double frames_after = std::floor((frames - 1) / step + 1e-6) + 1;
-  if (!(frames_after <= kMostFrames)) {
-    throw Error("resampling",
-                fmt::format("{} frames at {:g} Hz would be {:g} at {:g} Hz, more than {:g}", frames,
-                            clip.frame_rate, frames_after, frame_rate, kMostFrames),
-                "Cut the clip into parts, or check the frame rates");
-  }
-  const int count = static_cast<int>(frames_after);
-  std::vector<Between> times(count);
-  std::vector<int> nearest(count);
+Clip AtTimes(const Clip& clip, const std::vector<double>& at, double frame_rate) {
+  const int frames = clip.NumFrames(), count = static_cast<int>(at.size());
+  std::vector<Between> times(at.size());
+  std::vector<int> nearest(at.size());
   for (int i = 0; i < count; ++i) {
-    const double at = i * step;
-    times[i].before = std::min(static_cast<int>(at + 1e-9), frames - 1);
+    times[i].before = std::min(static_cast<int>(at[i] + 1e-9), frames - 1);
     times[i].after = std::min(times[i].before + 1, frames - 1);
-    times[i].share = std::clamp(at - times[i].before, 0.0, 1.0);
+    times[i].share = std::clamp(at[i] - times[i].before, 0.0, 1.0);
     if (times[i].share < 1e-9) times[i].share = 0.0;
     nearest[i] = times[i].share < 0.5 ? times[i].before : times[i].after;
   }
@@ -82,6 +68,26 @@ Clip ResampleWith(const Clip& clip, double frame_rate) {
     if (clip.contact->body.size() > 0) out.contact->body = clip.contact->body(Eigen::all, nearest);
   }
   return out;
+}
+
+template <typename Curve>
+Clip ResampleWith(const Clip& clip, double frame_rate) {
+  if (!(frame_rate > 0)) {
+    throw Error("resampling", "a frame rate that is not positive", "Give frames per second");
+  }
+  const int frames = clip.NumFrames();
+  if (frames == 0 || std::abs(frame_rate - clip.frame_rate) < 1e-9) return clip;
+  const double step = clip.frame_rate / frame_rate;
+  const double frames_after = std::floor((frames - 1) / step + 1e-6) + 1;
+  if (!(frames_after <= kMostFrames)) {
+    throw Error("resampling",
+                fmt::format("{} frames at {:g} Hz would be {:g} at {:g} Hz, more than {:g}", frames,
+                            clip.frame_rate, frames_after, frame_rate, kMostFrames),
+                "Cut the clip into parts, or check the frame rates");
+  }
+  std::vector<double> at(static_cast<std::size_t>(frames_after));
+  for (std::size_t i = 0; i < at.size(); ++i) at[i] = static_cast<double>(i) * step;
+  return AtTimes<Curve>(clip, at, frame_rate);
 }
 
 struct Chords {
@@ -172,6 +178,10 @@ struct Curves {
 
 Clip Resample(const Clip& clip, double frame_rate) {
   return ResampleWith<Chords>(clip, frame_rate);
+}
+
+Clip ResampleAt(const Clip& clip, const std::vector<double>& frames) {
+  return AtTimes<Chords>(clip, frames, clip.frame_rate);
 }
 
 Clip ResampleSmoothly(const Clip& clip, double frame_rate) {

@@ -13,6 +13,7 @@
 ///   arm_ease.h          EaseArm: the elbow where it is comfortable
 ///   synthesis_motion.h  key frames resampled, feet pinned, breath and sway
 ///   face_refit.h        what belongs at the face brought there
+///   hand_pace.h         the way of the hand made one movement
 ///   return_motion.h     AddReturn: what was taken goes back; AddStrokes (generator/actions)
 ///   synthesize.h        Synthesize: the best of several samples
 

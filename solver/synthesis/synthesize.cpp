@@ -16,6 +16,7 @@
 #include "solver/actions/action_clip.h"
 #include "solver/actions/action_measures.h"
 #include "solver/synthesis/arm_ease.h"
+#include "solver/synthesis/hand_pace.h"
 #include "solver/synthesis/return_motion.h"
 #include "solver/synthesis/standing_life.h"
 #include "solver/synthesis/still_start.h"
@@ -117,6 +118,7 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
     if (!passes_on) RefitAtFace(*start.actor, *start.prop, action, sample.motion);
     if (!options.keep_pace) sample.hurried = LeaveOutStill(rest_joints, sample.motion);
     if (passes_on) return;
+    PaceHand(rest_joints, sample.motion);
     const int there = sample.motion.NumFrames();
     if (options.and_back) AddReturn(rest_joints, StandsOnTable(start), sample.motion);
     AddStrokes(rest_joints, action, start.prop->marks,

@@ -20,7 +20,7 @@ mkdir -p "$out/networks"
 # The people: clips of four to learn from, of two others for the held-out subjects s9 and s10.
 "$holdfast" make-reach-data "$data/mocap" -o "$out/people" --hours 0.01 \
   --held-out cmu_08,cmu_39,cmu_49,cmu_expmap_train_walking_43
-"$holdfast" make-actions -o "$out/actions" --starts "$out/people/captured" --count 2500 --subjects 10
+"$holdfast" make-actions -o "$out/actions" --starts "$out/people/captured" --captured "$data/adl" --count 2500 --subjects 10
 
 [ -e "$recogniser" ] ||
   "$holdfast" train recogniser "$out/actions" -o "$recogniser" --held-out s9,s10 --validation s8 \

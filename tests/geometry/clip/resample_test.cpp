@@ -104,5 +104,20 @@ TEST(Resample, IsTheShortestArcBetweenFrames) {
   EXPECT_NEAR(fine.object->orient(0, 5), 1.25, 1e-12);
 }
 
+TEST(ResampleAt, IsTheClipAtThoseTimes) {
+  const Clip clip = KeyClip(5, Wave);
+  const Clip fine = Resample(clip, 20.0);
+  const Clip at = ResampleAt(clip, {0.0, 0.25, 0.25, 3.0, 1.75, 4.0});
+  EXPECT_EQ(at.frame_rate, clip.frame_rate);
+  const int same[] = {0, 1, 1, 12, 7, 16};
+  ASSERT_EQ(at.NumFrames(), 6);
+  for (int i = 0; i < 6; ++i) {
+    EXPECT_LT((at.trans.col(i) - fine.trans.col(same[i])).norm(), 1e-12);
+    EXPECT_LT((at.pose[i] - fine.pose[same[i]]).norm(), 1e-9);
+    EXPECT_LT((at.object->orient.col(i) - fine.object->orient.col(same[i])).norm(), 1e-9);
+    EXPECT_EQ(at.holding_hand[i], fine.holding_hand[same[i]]);
+  }
+}
+
 }  // namespace
 }  // namespace holdfast
