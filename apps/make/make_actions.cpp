@@ -108,6 +108,13 @@ void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
       ->delimiter(',');
   AddOption(*command, "--left", options->set.left_share, "Share of left-handed subjects",
             CLI::Range(0.0, 1.0));
+  command
+      ->add_option_function<std::string>(
+          "--blows",
+          [options](const std::string& blows) { options->set.wrist_blows = blows == "wrist"; },
+          "Hammering by the whole arm, or by the wrist alone, which networks of key frames can "
+          "follow: for their training [arm]")
+      ->check(CLI::IsMember({"arm", "wrist"}));
   command->add_option("--starts", options->starts,
                       "Folder of captured clips (.npz, as 'holdfast import' or 'make-reach-data' "
                       "write them) with people who stand [standing poses of Holdfast's own]");

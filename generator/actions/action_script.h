@@ -75,6 +75,9 @@ struct ActionScene {
   Eigen::Vector3d shoulder = Eigen::Vector3d::Zero();      ///< right, at the start
   double arm_m = 0.5;                                      ///< shoulder to wrist
   bool in_hand = false;  ///< the object is in the hand at the start, not on a table
+  /// Hammering has blows of the wrist alone, which a network of key frames can follow; else none,
+  /// and AddStrokes lays the whole arm's over the motion.
+  bool wrist_blows = false;
 };
 
 /// Writes the script of an action (FindMadeAction) in a style of its own: times, places, tilts,

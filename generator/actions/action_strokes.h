@@ -17,7 +17,7 @@ bool HasStrokes(std::string_view action);
 
 /// Lays such a rhythm over motion that has the way to where it is done and none of the strokes: key
 /// frames stand farther apart than strokes do, and networks answer with the mean of their phases.
-/// Scripts have no blows of their own either. Other periods and widths are drawn as the scripts
+/// Other periods and widths are drawn as the scripts
 /// have them (WriteScript).
 ///
 /// Strokes begin when the right hand is where it goes (three quarters of its farthest way, as the

@@ -79,9 +79,18 @@ void WriteHammer(ScriptWriter& writer) {
   const Vector3d place = writer.Before(writer.Uniform(-0.12, 0.0), writer.Uniform(0.72, 0.88),
                                        -writer.Uniform(0.14, 0.24));
   const Vector3d forward(writer.Uniform(0.05, 0.4), -0.5, writer.Uniform(0.7, 1.0));
-  // The blows are the whole arm's: AddStrokes lays them over this.
+  const bool of_wrist = writer.Scene().wrist_blows;
   writer.MoveTo(Anchor::kWorld, Pointed(hammer, place, forward, Vector3d(0.0, -1.0, -0.5)), come,
-                writer.Time(2.2, 3.0));
+                of_wrist ? writer.Time(1.6, 2.4) : writer.Time(2.2, 3.0));
+  if (of_wrist) {
+    Stroke blow;
+    blow.begin_s = begin + 0.8 * come;
+    blow.end_s = writer.Now();
+    blow.period_s = writer.Uniform(0.55, 0.8);
+    blow.turn = writer.Degrees(16.0, 26.0) * hammer.forward.cross(hammer.facing);
+    blow.pivot = hammer.middle - 0.65 * hammer.size.x() * hammer.forward;
+    writer.Add(blow);
+  }
   writer.LookAtObject(begin, writer.Uniform(0.5, 0.8));
   writer.Lean(begin, come, writer.Degrees(3.0, 10.0), writer.Degrees(-2.0, 5.0));
 }

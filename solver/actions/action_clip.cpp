@@ -20,15 +20,16 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kVariety = 4.0;  // of cost, by which a worse grasp may be chosen
+constexpr double kVariety = 4.0;     // of cost, by which a worse grasp may be chosen
 constexpr std::uint64_t kBlows = 7;  // the stream that a hammer's blows are drawn from
-constexpr double kInHand = 0.35;  // share of clips that start without a table
+constexpr double kInHand = 0.35;     // share of clips that start without a table
 
 ActionScene SceneOf(const ActionClipRequest& request, const BodyPlacement& start) {
   const Eigen::Matrix3Xd& rest = request.actor.Measures().rest_joints;
   ActionScene scene;
   scene.face = request.actor.Face();
   scene.object = request.prop.marks;
+  scene.wrist_blows = request.wrist_blows;
   scene.head = start.WorldFromJoint(kHead);
   scene.shoulder = start.joints.col(17);
   scene.arm_m = (rest.col(19) - rest.col(17)).norm() + (rest.col(21) - rest.col(19)).norm();
@@ -167,7 +168,7 @@ ActionClip MakeActionClip(const ActionClipRequest& request) {
 
   Clip clip = ClipOf(actor, motion, grasp);
   // The scripts have the other rhythms themselves, of the wrist alone.
-  if (request.action == "use") {
+  if (request.action == "use" && !request.wrist_blows) {
     AddStrokes(actor.Measures().rest_joints, request.action, request.prop.marks,
                MixSeed(request.seed, kBlows), clip.NumFrames(), clip);
   }

@@ -45,6 +45,7 @@ struct ActionClipRequest {
   const StandingStart& start;
   bool mirrored = false;  ///< a left-handed clip: all is made for a right hand, then mirrored
   std::uint64_t seed = 1;
+  bool wrist_blows = false;  ///< as in ActionScene
 };
 
 /// Makes one clip: script, choice of grasp and keys, whole body, object and fingers fitted

@@ -16,6 +16,7 @@ struct ActionSetOptions {
   int count = 600;
   int subjects = 10;
   double left_share = 0.2;           ///< of left-handed subjects
+  bool wrist_blows = false;          ///< as in ActionScene
   std::vector<std::string> actions;  ///< empty: all
   std::vector<std::string> objects;  ///< embedded names; empty: all that an action has
   /// Folder of recorded markers with people who drink and comb (FindMarkerTrials): each trial is

@@ -156,7 +156,7 @@ class ActionSetMaker {
       const StandingStart& start = DrawStart(held_out ? starts_.held_out : starts_.train, seed);
       ActionClip made =
           MakeActionClip({job.action, shelf_.Actor(job.subject), shelf_.Prop(job.object, job.left),
-                          grasps, start, job.left, seed});
+                          grasps, start, job.left, seed, options_.wrist_blows});
       if (!made.fault.empty()) {
         dropped.push_back({{"reason", made.fault}, {"detail", made.detail}});
         continue;
@@ -285,6 +285,7 @@ ManifestLines BeginSet(const BodyModel& body, const ActionStarts& starts, const 
           {"options",
            {{"subjects", options.subjects},
             {"left_share", options.left_share},
+            {"blows", options.wrist_blows ? "wrist" : "arm"},
             {"actions", options.actions},
             {"objects", options.objects},
             {"starts", starts.name},

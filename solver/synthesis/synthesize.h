@@ -31,9 +31,10 @@ struct SynthesizeOptions {
   int key_frames = imos::kNumKeyFrames;  ///< with those of the start
   int samples = 8;                       ///< motions to choose from
   double sigma = 1.0;                    ///< of the latents
-  double style = 1.0;        ///< how much samples differ in pace and posture (SampleStyle); 0: not
-  bool keep_pace = false;    ///< all samples take the time that was asked for; the start may wait
-  bool finish_all = false;   ///< RefitAtFace and AddReturn of all samples, not of the best alone
+  double style = 1.0;      ///< how much samples differ in pace and posture (SampleStyle); 0: not
+  bool keep_pace = false;  ///< all samples take the time that was asked for; the start may wait
+  bool finish_all =
+      false;  ///< AddReturn and all that follows of all samples, not of the best alone
   double frame_rate = 30.0;  ///< Hz, of the motion
   /// The object goes back to where it was (AddReturn); on a table the hand lets go of it.
   bool and_back = false;
@@ -46,8 +47,9 @@ struct SynthesizeOptions {
 struct SynthesizedSample {
   Synthesised keys;
   Clip motion;  ///< in the world of the start
-  double faults =
-      0.0;          ///< what is wrong with it, in units of what a synthetic clip may have at most
+  /// What is wrong with it, in units of what a synthetic clip may have at most; of the best three
+  /// (all, with finish_all) once what belongs at the face is there.
+  double faults = 0.0;
   int number = 0;   ///< before they were ranked
   int hurried = 0;  ///< frames of standing still that were left out (LeaveOutStill)
   SampleStyle style;
