@@ -90,7 +90,7 @@ TEST(Synthesize, ABrushComesFromTheSideAndTheElbowHangs) {
   const StandingHold hold = MakeStandingHold(body, LoadObject("toothbrush"), "brush", {});
   ASSERT_EQ(hold.status, StandingHoldStatus::kMade);
   SynthesizeOptions options;
-  options.samples = 1;
+  options.samples = 8;
   const Clip clip =
       Synthesize(hold.start, imos::DefaultNetwork(), Intent("brush", "toothbrush"), options).motion;
   const auto face = NearestToFace(hold.start, "brush", clip);
