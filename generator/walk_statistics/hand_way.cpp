@@ -37,14 +37,14 @@ int Submovements(const Eigen::VectorXd& speeds) {
 
 }  // namespace
 
-Eigen::Matrix3Xd HandPath(std::span<const BodyFrame> frames, const Eigen::Matrix3Xd& rest_joints,
+Eigen::Matrix3Xd HandPath(std::span<const BodyFrame> frames, std::span<const BodyPlacement> placed,
                           Side side) {
   Eigen::Matrix3Xd path(3, std::ssize(frames));
   for (Eigen::Index t = 0; t < path.cols(); ++t) {
-    const BodyFrame& frame = frames[static_cast<std::size_t>(t)];
-    const BodyPlacement placed = Place(rest_joints, frame);
-    const Eigen::AngleAxisd to_heading(-Yaw(frame), Eigen::Vector3d::UnitZ());
-    path.col(t) = to_heading * (placed.joints.col(WristJoint(side)) - placed.joints.col(kPelvis));
+    const auto at = static_cast<std::size_t>(t);
+    const Eigen::AngleAxisd to_heading(-Yaw(frames[at]), Eigen::Vector3d::UnitZ());
+    const auto& joints = placed[at].joints;
+    path.col(t) = to_heading * (joints.col(WristJoint(side)) - joints.col(kPelvis));
   }
   return path;
 }

@@ -11,7 +11,8 @@
 namespace holdfast {
 
 /// Where the wrist is in each frame as the pelvis and its heading have it: (3 x T) metres.
-Eigen::Matrix3Xd HandPath(std::span<const BodyFrame> frames, const Eigen::Matrix3Xd& rest_joints,
+/// `placed`: the frames, placed.
+Eigen::Matrix3Xd HandPath(std::span<const BodyFrame> frames, std::span<const BodyPlacement> placed,
                           Side side);
 
 /// How a hand gets to where it is farthest from where it was: to the mouth, to a goal. It arrives
@@ -24,7 +25,7 @@ struct HandWay {
   double length_m = 0;         ///< from where it sets out to where it arrives, straight
   double seconds = 0;
   double peak_m_s = 0;            ///< greatest speed
-  double time_to_peak_ratio = 0;  ///< of `seconds`; 0.5 for minimum jerk (Flash and Hogan 1985)
+  double time_to_peak_ratio = 0;  ///< of `seconds`; 0.56 for minimum jerk (Flash and Hogan 1985)
   double straightness_ratio = 0;  ///< length over way made: 1 for a straight line
   /// Times that speed rises, then falls, by a tenth of its greatest or more: 1 for minimum jerk.
   double submovements = 0;

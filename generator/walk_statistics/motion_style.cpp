@@ -332,7 +332,7 @@ class Measurer {
     Eigen::Matrix3Xd farther;
     double farthest = -1.0;
     for (const Side side : {Side::kRight, Side::kLeft}) {
-      Eigen::Matrix3Xd path = HandPath(frames_, body_.rest_joints, side);
+      Eigen::Matrix3Xd path = HandPath(frames_, placed_, side);
       const double far = (path.colwise() - path.col(0)).colwise().norm().maxCoeff();
       if (far <= farthest) continue;
       farthest = far;

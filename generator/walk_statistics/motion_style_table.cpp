@@ -106,7 +106,7 @@ const std::array<StyleMeasureInfo, kNumStyleMeasures>& StyleMeasures() {
       {"hand_peak_m_s", "Hand", "speed of the hand, peak", "m/s", 0.1, false,
        "Greatest speed on that way"},
       {"hand_time_to_peak_ratio", "Hand", "peak at", "", 0.05, false,
-       "Share of the time of the way until then: 0.5 for minimum jerk (Flash and Hogan 1985)"},
+       "Share of the time of the way until then: 0.56 for minimum jerk (Flash and Hogan 1985)"},
       {"hand_straightness_ratio", "Hand", "straightness of the hand's way", "", 0.03, false,
        "Straight way over the way made"},
       {"hand_submovements", "Hand", "movements of the hand", "", 0.5, false,

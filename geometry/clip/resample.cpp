@@ -181,6 +181,11 @@ Clip Resample(const Clip& clip, double frame_rate) {
 }
 
 Clip ResampleAt(const Clip& clip, const std::vector<double>& frames) {
+  for (const double at : frames) {
+    if (at >= 0.0 && at <= clip.NumFrames() - 1) continue;
+    throw Error("resampling", fmt::format("frame {:g} of {}", at, clip.NumFrames()),
+                "Give times from 0 to the last frame");
+  }
   return AtTimes<Chords>(clip, frames, clip.frame_rate);
 }
 

@@ -19,8 +19,8 @@ Clip Resample(const Clip& clip, double frame_rate);
 Clip ResampleSmoothly(const Clip& clip, double frame_rate);
 
 /// The clip at these times, in frames of it, at its own frame rate, as Resample has what lies
-/// between frames: for motion that is to be faster here and slower there. Times are from 0 to the
-/// last frame.
+/// between frames: for motion that is to be faster here and slower there. Throws Error for times
+/// before the first frame or after the last.
 Clip ResampleAt(const Clip& clip, const std::vector<double>& frames);
 
 /// Those frames of a clip, in that order, with all that it has of each. Frames are of the clip.

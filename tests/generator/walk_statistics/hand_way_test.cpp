@@ -57,7 +57,6 @@ TEST(HandWay, ATakingBeforeItIsNotOfIt) {
 TEST(HandWay, ADetourIsLongerAndAHaltAMovementMore) {
   const HandWay bent = MeasureHandWay(Through({{0, 0, 1}, {0.3, 0, 1}, {0.3, 0.3, 1}}), kRate, 40);
   EXPECT_LT(bent.straightness_ratio, 0.9);
-  // Between the two legs it halts: the way is the faster one's, of equal ones the first's.
   Matrix3Xd path = Through({{0, 0, 1}, {0.4, 0, 1}});
   for (int t = 0; t < path.cols(); ++t) {
     const double s = std::clamp(t / kRate - 1.0, 0.0, 1.0);

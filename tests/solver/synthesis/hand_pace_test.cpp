@@ -27,7 +27,10 @@ Clip InTwo(const BodyMeasures& body) {
 }
 
 Eigen::Matrix3Xd PathOf(const BodyMeasures& body, const Clip& clip) {
-  return HandPath(BodyFrames(clip, body.rest_joints), body.rest_joints, Side::kRight);
+  const std::vector<BodyFrame> frames = BodyFrames(clip, body.rest_joints);
+  std::vector<BodyPlacement> placed;
+  for (const BodyFrame& frame : frames) placed.push_back(Place(body.rest_joints, frame));
+  return HandPath(frames, placed, Side::kRight);
 }
 
 TEST(HandPace, TwoMovementsBecomeOneOnTheSameWayInTheSameTime) {
