@@ -28,7 +28,12 @@ void Stylise(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, doub
   }
   ShiftWeight(style.weight, share, frame);
   const Limb other = Arm(Side::kLeft), arm = Arm(Side::kRight);
-  frame.local[other.root] = Turned(share * style.other_arm) * frame.local[other.root];
+  // A bent elbow has the forearm before the belly: straight ahead nobody holds it for long.
+  constexpr double kTurnsIn = 30.0 * kDegree;  // farther is beyond what captured shoulders do
+  const Vector3d upper = (rest_joints.col(other.middle) - rest_joints.col(other.root)).normalized();
+  frame.local[other.root] =
+      Turned(share * style.other_arm) * frame.local[other.root] *
+      Quaterniond(Eigen::AngleAxisd(share * std::min(style.other_elbow, kTurnsIn), upper));
   frame.local[other.middle] =
       frame.local[other.middle] *
       Quaterniond(Eigen::AngleAxisd(share * style.other_elbow, other.hinge));

@@ -18,7 +18,7 @@ struct SampleStyle {
                                    ///< forward, turn to the left, bend to the right
   double elbow = 0.0;  ///< of the arm that acts, about the line from shoulder to wrist: out
   Eigen::Vector3d other_arm{0, 0, 0};  ///< of the other upper arm, in the chest's frame
-  double other_elbow = 0.0;            ///< bend of the other elbow, 0 or more
+  double other_elbow = 0.0;            ///< bend of the other elbow, 0 or more; its forearm comes in
   /// Of the pelvis over the feet, to the left and forward, metres: onto one leg, whose hip rises.
   Eigen::Vector2d weight{0, 0};
 };

@@ -77,6 +77,23 @@ TEST(SampleStyle, AnElbowThatGoesOutLeavesTheHandWhereItIs) {
   EXPECT_GT((is.joints.col(kRightElbow) - was.joints.col(kRightElbow)).norm(), 0.02);
 }
 
+TEST(SampleStyle, TheOtherForearmComesInBeforeTheBelly) {
+  const BodyMeasures body = MeasureBody(*BodyModel::Default(), {});
+  const Clip before = Raises(body);
+  Clip after = before;
+  SampleStyle style;
+  style.other_elbow = 1.0;
+  ApplySampleStyle(style, body.rest_joints, after);
+  // The left forearm, elbow to wrist, in the chest's frame: x to the left, z ahead.
+  const auto forearm = [&](const Clip& clip) -> Eigen::Vector3d {
+    const BodyPlacement placed = Place(body.rest_joints, BodyFrames(clip, body.rest_joints).back());
+    return placed.WorldFromJoint(kSpine3).linear().transpose() *
+           (placed.joints.col(kLeftWrist) - placed.joints.col(kLeftElbow));
+  };
+  EXPECT_GT(forearm(after).z() - forearm(before).z(), 0.05);
+  EXPECT_LT(forearm(after).x() - forearm(before).x(), -0.15);
+}
+
 TEST(SampleStyle, WeightGoesOverOneFootAndTheTrunkStaysUpright) {
   const BodyMeasures body = MeasureBody(*BodyModel::Default(), {});
   const Clip before = Raises(body);
