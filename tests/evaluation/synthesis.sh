@@ -7,7 +7,8 @@
 #
 # Environment: HOLDFAST (the program, default build/release/apps/holdfast), HOLDFAST_DATA (default
 # ../shared/data), SEEDS (of the trainings, default 1: a row of the table each, and one for their
-# mean), ITERATIONS (default 4800), JOBS (trainings at the same time, a core each; default what there is).
+# mean), ITERATIONS (default 4800), JOBS (trainings at the same time, a core each; default what there is),
+# WITHOUT (captured people that networks do not learn from, comma separated; sb_garza,sb_ballplayer are under LGPL).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 out=${1:-out/synthesis}
@@ -21,11 +22,13 @@ mkdir -p "$out/networks"
 "$holdfast" make-reach-data "$data/mocap" -o "$out/people" --hours 0.01 \
   --held-out cmu_08,cmu_39,cmu_49,cmu_expmap_train_walking_43
 # Twice, but for hammering the same: whole arms hammer in what is recognised and compared with, wrists
-# in what key frames are learnt from.
+# in what key frames are learnt from. People left out of these count as held out.
 for set in "actions arm" "learn wrist"; do
   read -r name blows <<<"$set"
+  held_out=()
+  [ "$name" = actions ] || [ -z "${WITHOUT:-}" ] || held_out=(--held-out "accad_male1,sb_connor,$WITHOUT")
   "$holdfast" make-actions -o "$out/$name" --starts "$out/people/captured" --captured "$data/adl" \
-    --count 2500 --subjects 10 --blows "$blows"
+    --count 2500 --subjects 10 --blows "$blows" "${held_out[@]}"
 done
 
 [ -e "$recogniser" ] ||
