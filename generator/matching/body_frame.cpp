@@ -24,6 +24,14 @@ BodyPlacement Place(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame)
   return placed;
 }
 
+std::vector<BodyPlacement> Place(const Eigen::Matrix3Xd& rest_joints,
+                                 std::span<const BodyFrame> frames) {
+  std::vector<BodyPlacement> placed;
+  placed.reserve(frames.size());
+  for (const BodyFrame& frame : frames) placed.push_back(Place(rest_joints, frame));
+  return placed;
+}
+
 Vector3d PlanarMove::operator*(const Vector3d& point) const {
   Vector3d moved = point;
   moved.head<2>() = *this * Eigen::Vector2d(point.head<2>());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -33,6 +34,10 @@ struct BodyPlacement {
 };
 
 BodyPlacement Place(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame);
+
+/// The same of every frame of a motion.
+std::vector<BodyPlacement> Place(const Eigen::Matrix3Xd& rest_joints,
+                                 std::span<const BodyFrame> frames);
 
 /// A turn about the vertical axis, then a move along the ground.
 struct PlanarMove {

@@ -48,12 +48,10 @@ MotionQuality MeasureQuality(const Eigen::Matrix3Xd& rest_joints, const SolePoin
   quality.frames = static_cast<int>(frames.size());
   MotionStatistics sums;
   sums.frames = quality.frames;
-  std::vector<BodyPlacement> placed;
-  std::vector<Soles> points;
+  const std::vector<BodyPlacement> placed = Place(rest_joints, frames);
+  const std::vector<Soles> points = soles.At(placed);
   int beyond = 0, airborne = 0;
   for (const BodyFrame& frame : frames) {
-    placed.push_back(Place(rest_joints, frame));
-    points.push_back(soles.At(placed.back()));
     for (int j = 1; j < kNumBodyJoints; ++j) {
       const double angle = frame.local[j].angularDistance(Eigen::Quaterniond::Identity());
       beyond += angle > limits[j] ? 1 : 0;

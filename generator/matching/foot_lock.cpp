@@ -135,13 +135,10 @@ std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const Sole
                                  std::vector<BodyFrame>& frames, const FootLockOptions& options,
                                  FootLockReport* report) {
   const std::size_t count = frames.size();
-  std::vector<Soles> points(count);
+  const std::vector<BodyPlacement> placed = Place(rest_joints, frames);
+  const std::vector<Soles> points = soles.At(placed);
   std::vector<FeetTarget> feet(count);
-  for (std::size_t t = 0; t < count; ++t) {
-    const BodyPlacement placed = Place(rest_joints, frames[t]);
-    points[t] = soles.At(placed);
-    feet[t] = FeetOf(placed);
-  }
+  for (std::size_t t = 0; t < count; ++t) feet[t] = FeetOf(placed[t]);
   FootLockReport found;
   std::vector<SoleBits> planted = contacts;
   std::array<std::vector<double>, 2> lift;

@@ -62,13 +62,8 @@ void MotionLibrary::Add(const Clip& clip, const std::string& name, const ClipUse
 
 void MotionLibrary::AddOne(LibraryClip clip, bool walking) {
   const int count = static_cast<int>(clip.frames.size());
-  std::vector<BodyPlacement> placed;
-  std::vector<Soles> soles;
-  for (const BodyFrame& frame : clip.frames) {
-    placed.push_back(holdfast::Place(rest_joints_, frame));
-    soles.push_back(soles_.At(placed.back()));
-  }
-  clip.contacts = FindContacts(soles, kFrameRate);
+  const std::vector<BodyPlacement> placed = holdfast::Place(rest_joints_, clip.frames);
+  clip.contacts = FindContacts(soles_.At(placed), kFrameRate);
   clip.first_row = static_cast<int>(rows_.size());
   for (int t = 0; t < count; ++t) {
     rows_.push_back(Feature(clip, placed, t));

@@ -46,6 +46,13 @@ Soles SolePoints::At(const BodyPlacement& placed) const {
   return soles;
 }
 
+std::vector<Soles> SolePoints::At(std::span<const BodyPlacement> placed) const {
+  std::vector<Soles> soles;
+  soles.reserve(placed.size());
+  for (const BodyPlacement& frame : placed) soles.push_back(At(frame));
+  return soles;
+}
+
 double SpeedAlongGround(std::span<const Soles> soles, double frame_rate, int point, std::size_t t) {
   const std::size_t before = t > 0 ? t - 1 : 0, after = std::min(t + 1, soles.size() - 1);
   const double way = (soles[after].col(point) - soles[before].col(point)).head<2>().norm();

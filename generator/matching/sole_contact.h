@@ -21,6 +21,7 @@ class SolePoints {
  public:
   SolePoints(const Eigen::Matrix3Xd& rest_joints, double floor_y);
   Soles At(const BodyPlacement& placed) const;
+  std::vector<Soles> At(std::span<const BodyPlacement> placed) const;
 
  private:
   Soles offset_;  // in the joint's frame

@@ -66,11 +66,8 @@ class Measurer {
  public:
   Measurer(std::span<const BodyFrame> frames, const StyleBody& body, MotionStyle& style)
       : frames_(frames), body_(body), style_(style), count_(static_cast<int>(frames.size())) {
-    const SolePoints soles(body.rest_joints, body.sole_y);
-    for (const BodyFrame& frame : frames) {
-      placed_.push_back(Place(body.rest_joints, frame));
-      soles_.push_back(soles.At(placed_.back()));
-    }
+    placed_ = Place(body.rest_joints, frames);
+    soles_ = SolePoints(body.rest_joints, body.sole_y).At(placed_);
     contacts_ = FindContacts(soles_, kRate);
     for (int t = 0; t < count_; ++t) {
       const Vector2d travel = TravelAt(t);

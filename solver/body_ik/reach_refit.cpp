@@ -41,9 +41,8 @@ void ComeToRest(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles, in
   constexpr double kWaiting = 0.1;
   constexpr int kEase = 4;  // frames at least
   const int last = static_cast<int>(frames.size()) - 1;
-  std::vector<Soles> points;
-  for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
-  const std::vector<SoleBits> stands = FindSupports(points, wandr::kFramesPerSecond);
+  const std::vector<SoleBits> stands =
+      FindSupports(soles.At(Place(rest_joints, frames)), wandr::kFramesPerSecond);
   int still = std::min(arrival + kEase, last);
   const auto both = [&](int t) {
     const SoleBits bits = stands[static_cast<std::size_t>(t)];
@@ -143,9 +142,8 @@ double LiftHand(const Eigen::Matrix3Xd& rest_joints, int wrist, std::vector<Body
 // Feet are lifted on the way, toes are level, and feet that stand stay where they are.
 std::vector<FeetTarget> PinFeet(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles,
                                 bool walks, std::vector<BodyFrame>& frames, RefitReport& found) {
-  std::vector<Soles> points;
-  for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
-  const std::vector<SoleBits> stands = FindSupports(points, wandr::kFramesPerSecond);
+  const std::vector<SoleBits> stands =
+      FindSupports(soles.At(Place(rest_joints, frames)), wandr::kFramesPerSecond);
   if (walks) LiftFeet(rest_joints, soles, stands, frames);
   for (std::size_t t = 0; t < frames.size(); ++t) {
     LevelToes(rest_joints, soles, FadeIn(static_cast<int>(t)), frames[t], kMostToes);

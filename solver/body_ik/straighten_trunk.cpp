@@ -41,11 +41,10 @@ void BendForward(const BodyPlacement& placed, double yaw, double angle, BodyFram
 }  // namespace
 
 void StraightenTrunk(const Eigen::Matrix3Xd& rest_joints, std::vector<BodyFrame>& frames) {
-  std::vector<BodyPlacement> placed;
+  const std::vector<BodyPlacement> placed = Place(rest_joints, frames);
   std::vector<double> beyond;
-  for (const BodyFrame& frame : frames) {
-    placed.push_back(Place(rest_joints, frame));
-    const double lean = LeanBack(placed.back(), Yaw(frame));
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    const double lean = LeanBack(placed[t], Yaw(frames[t]));
     beyond.push_back(lean < kStands ? std::clamp(lean - kFree, 0.0, kMost) : 0.0);
   }
   const std::vector<double> bends = Envelope(beyond, kEven);

@@ -55,8 +55,7 @@ void EaseArm(const ActionActor& actor, const ActionProp& prop, std::string_view 
   const Eigen::Matrix3Xd& rest_joints = actor.Measures().rest_joints;
   std::vector<BodyFrame> frames = BodyFrames(clip, rest_joints);
   const std::vector<Isometry3d> hands = HoldingHands(rest_joints, frames, clip);
-  std::vector<BodyPlacement> placed;
-  for (const BodyFrame& frame : frames) placed.push_back(Place(rest_joints, frame));
+  const std::vector<BodyPlacement> placed = Place(rest_joints, frames);
   const std::vector<double> shares = SharesOfWay(placed);
   const ArmIk& arm = actor.Person().right;
   const Limb& limb = arm.Bones();

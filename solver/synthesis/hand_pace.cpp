@@ -43,9 +43,7 @@ Stretch StretchOf(const HandWay& way, const Eigen::VectorXd& steps, double rate)
 
 void PaceHand(const Eigen::Matrix3Xd& rest_joints, Clip& clip) {
   const std::vector<BodyFrame> body = BodyFrames(clip, rest_joints);
-  std::vector<BodyPlacement> placed;
-  for (const BodyFrame& frame : body) placed.push_back(Place(rest_joints, frame));
-  const Eigen::Matrix3Xd path = HandPath(body, placed, Side::kRight);
+  const Eigen::Matrix3Xd path = HandPath(body, Place(rest_joints, body), Side::kRight);
   const HandWay way = MeasureHandWay(path, clip.frame_rate, 1);
   if (!(way.length_m > 0.0) || way.arrival - way.begin < 4) return;
   const Eigen::Index frames = path.cols();

@@ -85,8 +85,7 @@ Clip MotionOfKeyFrames(const Clip& keys, const BodyMeasures& measures, double fr
     PinFeet(rest_joints, feet, frames);
   } else {
     const SolePoints soles(rest_joints, measures.sole_y);
-    std::vector<Soles> points;
-    for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(rest_joints, frame)));
+    const std::vector<Soles> points = soles.At(Place(rest_joints, frames));
     LockFeet(rest_joints, soles, FindContacts(points, frame_rate), frames);
   }
   TakeAlong(rest_joints, frames, hands, clip);

@@ -44,13 +44,6 @@ std::array<double, kNumBodyJoints> TrunkLimits() {
   return limits;
 }
 
-std::vector<BodyPlacement> PlaceAll(const Eigen::Matrix3Xd& rest_joints,
-                                    const std::vector<BodyFrame>& frames) {
-  std::vector<BodyPlacement> placed;
-  for (const BodyFrame& frame : frames) placed.push_back(Place(rest_joints, frame));
-  return placed;
-}
-
 Quaterniond Relative(const Matrix3d& parent, const Matrix3d& child) {
   return Quaterniond(Matrix3d(parent.transpose() * child)).normalized();
 }
@@ -78,7 +71,7 @@ class TakeMotionBuilder {
     }
     reached_ = motion_.frames;
     GiveTime(rest_joints_, arm_.Bones().root, reached_.front(), kRate, frames_, reached_);
-    body_ = PlaceAll(rest_joints_, frames_);
+    body_ = Place(rest_joints_, frames_);
     made.take = ChooseTake(plan_, object_, arm_, body_[reached_.front()]);
     const Isometry3d stands = object_.Upright(plan_.places.front(), made.take.yaw_rad);
     made.standing = {stands.translation(), made.take.yaw_rad};
@@ -130,7 +123,7 @@ class TakeMotionBuilder {
     ReachWarpOptions options;
     options.joint_limits = TrunkLimits();
     WarpReach(rest_joints_, feet, warp, options, frames_);
-    body_ = PlaceAll(rest_joints_, frames_);
+    body_ = Place(rest_joints_, frames_);
   }
 
   // Turns of the object at the places it is brought to, the trunk helping where the arm is short.

@@ -91,11 +91,7 @@ TEST(LockFeet, PlantedFeetStandStillWhereMotionDragsThem) {
   Clip clip = WalkingFigure(DefaultMeasures(), 150, 1.0);
   for (int t = 0; t < clip.NumFrames(); ++t) clip.trans(1, t) *= 0.9;
   std::vector<BodyFrame> frames = BodyFrames(clip, Rest());
-  const auto points_of = [&] {
-    std::vector<Soles> points;
-    for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(Rest(), frame)));
-    return points;
-  };
+  const auto points_of = [&] { return soles.At(Place(Rest(), frames)); };
   const std::vector<SoleBits> contacts = FindContacts(points_of(), kRate);
   // Contacts that go on, and the greatest way of such a point from a frame to the next.
   const auto slide = [&] {
@@ -129,9 +125,7 @@ TEST(LockFeet, FirstFrameStaysAndStepsClearTheGround) {
   std::vector<BodyFrame> frames = BodyFrames(clip, Rest());
   frames.erase(frames.begin(), frames.begin() + 8);
   const std::vector<BodyFrame> before = frames;
-  std::vector<Soles> points;
-  for (const BodyFrame& frame : frames) points.push_back(soles.At(Place(Rest(), frame)));
-  const std::vector<SoleBits> contacts = FindSupports(points, kRate);
+  const std::vector<SoleBits> contacts = FindSupports(soles.At(Place(Rest(), frames)), kRate);
   constexpr double kHigh = 0.08;
   LockFeet(Rest(), soles, contacts, frames, {.clearance_m = kHigh, .keep_first = true});
   EXPECT_LT(Distance(frames[0], before[0]), 1e-6);
@@ -172,11 +166,8 @@ TEST(FindSupports, OneFootCarriesHoweverFastBothSlide) {
 }
 
 TEST(FindSupports, AgreesWithContactsWhereFeetStand) {
-  const SolePoints soles = TheSoles();
-  std::vector<Soles> points;
-  for (const BodyFrame& frame : BodyFrames(WalkingFigure(DefaultMeasures(), 150, 1.0), Rest())) {
-    points.push_back(soles.At(Place(Rest(), frame)));
-  }
+  const std::vector<Soles> points =
+      TheSoles().At(Place(Rest(), BodyFrames(WalkingFigure(DefaultMeasures(), 150, 1.0), Rest())));
   const std::vector<SoleBits> contacts = FindContacts(points, kRate),
                               supports = FindSupports(points, kRate);
   int same = 0;

@@ -28,9 +28,7 @@ Clip InTwo(const BodyMeasures& body) {
 
 Eigen::Matrix3Xd PathOf(const BodyMeasures& body, const Clip& clip) {
   const std::vector<BodyFrame> frames = BodyFrames(clip, body.rest_joints);
-  std::vector<BodyPlacement> placed;
-  for (const BodyFrame& frame : frames) placed.push_back(Place(body.rest_joints, frame));
-  return HandPath(frames, placed, Side::kRight);
+  return HandPath(frames, Place(body.rest_joints, frames), Side::kRight);
 }
 
 TEST(HandPace, TwoMovementsBecomeOneOnTheSameWayInTheSameTime) {

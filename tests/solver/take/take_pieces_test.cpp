@@ -240,8 +240,7 @@ TEST(GiveTime, SlowsWhoPassesAndLeavesWhoStays) {
 
 TEST(ObjectWay, StandsIsLiftedCarriedAndBrought) {
   const std::vector<BodyFrame> frames = Passing();
-  std::vector<BodyPlacement> body;
-  for (const BodyFrame& frame : frames) body.push_back(Place(Rest(), frame));
+  const std::vector<BodyPlacement> body = Place(Rest(), frames);
   const std::vector<Isometry3d> carry_frames = CarryFrames(body, 30.0);
   TakeTimes times;
   times.take = 20;
@@ -289,8 +288,7 @@ TEST(ObjectWay, IsLowOnlyWhereTheObjectIsOffItsPlace) {
 
 TEST(TimesOfTake, RefusesFramesThatAreNone) {
   const ArmIk arm(Rest(), Side::kRight);
-  std::vector<BodyPlacement> body;
-  for (const BodyFrame& frame : Passing()) body.push_back(Place(Rest(), frame));
+  const std::vector<BodyPlacement> body = Place(Rest(), Passing());
   const Vector3d wrist(-0.2, -0.4, 1.1);
   for (const std::vector<int>& reached : {std::vector<int>{}, std::vector<int>{5},
                                           std::vector<int>{60, 40}, std::vector<int>{40, 81}}) {
