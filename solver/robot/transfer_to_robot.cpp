@@ -266,7 +266,8 @@ RobotTransfer TransferToRobot(const RobotTransferSetup& setup, const RobotTransf
   out.start_ms = Milliseconds(begin);
   const Clock::time_point follow = Clock::now();
   ClipTransfer transfer(setup, options, points);
-  int done = 1;
+  int done = 0;
+  const auto report = [&] { out.stopped = progress && !progress("transfer", ++done, frames); };
   // Each from the frame solved before it, which the grasp may still be that of.
   const auto follow_to = [&](int end, int step) {
     int from = anchor;
@@ -277,10 +278,11 @@ RobotTransfer TransferToRobot(const RobotTransferSetup& setup, const RobotTransf
         out.poses[t] = transfer.NextPose(t, from, out.poses[from], &out.iterations);
         from = t;
       }
-      out.stopped = progress && !progress("transfer", ++done, frames);
+      report();
     }
   };
   out.poses[anchor] = transfer.NextPose(anchor, anchor, out.poses[anchor], &out.iterations);
+  report();
   follow_to(frames, 1);
   follow_to(-1, -1);
   out.solve_ms = Milliseconds(follow);

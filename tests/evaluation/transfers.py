@@ -94,8 +94,9 @@ def source_of(name, args):
 def fitted(name, args):
     """The clip with this object held, fitted once."""
     out = args.out / f"held_{name}"
-    if not out.exists():
-        run([args.holdfast, "fit", args.clip, source_of(name, args), "-o", out, "-q", "--no-report", "--threads", args.threads])
+    fit = [args.holdfast, "fit", args.clip, source_of(name, args), "-o", out, "-q", "--no-report", "--threads", args.threads]
+    if not out.exists() and run(fit).returncode:
+        sys.exit(1)
     return out
 
 
