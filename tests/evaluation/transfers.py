@@ -94,9 +94,8 @@ def source_of(name, args):
 def fitted(name, args):
     """The clip with this object held, fitted once."""
     out = args.out / f"held_{name}"
-    fit = [args.holdfast, "fit", args.clip, source_of(name, args), "-o", out, "-q", "--no-report", "--threads", args.threads]
-    if not out.exists() and run(fit).returncode:
-        sys.exit(1)
+    if not out.exists():
+        run([args.holdfast, "fit", args.clip, source_of(name, args), "-o", out, "-q", "--no-report", "--threads", args.threads])
     return out
 
 
@@ -105,8 +104,9 @@ def target(name, args):
     if kind not in ("cone", "slim", "belly", "wide"):
         return source_of(name, args)
     path = args.out / f"{name}.obj"
-    if not path.exists():
-        vertices, faces = read_ply(fitted(base, args) / "object.ply")
+    first = fitted(base, args) / "object.ply"
+    if not path.exists() and first.exists():  # else the row says what failed
+        vertices, faces = read_ply(first)
         height = max(v[2] for v in vertices)
         bent = [shape(kind)(*v, height) for v in vertices]
         path.write_text("".join(f"v {x:.7f} {y:.7f} {z:.7f}\n" for x, y, z in bent) +
