@@ -137,8 +137,7 @@ std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const Sole
   const std::size_t count = frames.size();
   const std::vector<BodyPlacement> placed = Place(rest_joints, frames);
   const std::vector<Soles> points = soles.At(placed);
-  std::vector<FeetTarget> feet(count);
-  for (std::size_t t = 0; t < count; ++t) feet[t] = FeetOf(placed[t]);
+  std::vector<FeetTarget> feet = FeetOf(placed);
   FootLockReport found;
   std::vector<SoleBits> planted = contacts;
   std::array<std::vector<double>, 2> lift;

@@ -41,6 +41,13 @@ FeetTarget FeetOf(const BodyPlacement& placed) {
   return feet;
 }
 
+std::vector<FeetTarget> FeetOf(std::span<const BodyPlacement> placed) {
+  std::vector<FeetTarget> feet;
+  feet.reserve(placed.size());
+  for (const BodyPlacement& frame : placed) feet.push_back(FeetOf(frame));
+  return feet;
+}
+
 double PlaceLegs(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet, BodyFrame& frame) {
   const BodyPlacement placed = Place(rest_joints, frame);
   double missed = 0.0;

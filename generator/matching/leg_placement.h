@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -17,6 +18,7 @@ struct FeetTarget {
 };
 
 FeetTarget FeetOf(const BodyPlacement& placed);
+std::vector<FeetTarget> FeetOf(std::span<const BodyPlacement> placed);
 
 /// Bends both legs so that the feet are where they are asked to be; knees stay on the side they
 /// are on. Returns how far the farther ankle stays from its place (0: reached), metres.

@@ -192,12 +192,9 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
     SwingArmsOnTheWay(rest_joints, goals, options.wrist, frames);
   }
   RefitReport found;
-  std::vector<FeetTarget> feet;
-  if (options.pin_feet) {
-    feet = PinFeet(rest_joints, soles, options.walks, frames, found);
-  } else {
-    for (const BodyFrame& frame : frames) feet.push_back(FeetOf(Place(rest_joints, frame)));
-  }
+  const std::vector<FeetTarget> feet =
+      options.pin_feet ? PinFeet(rest_joints, soles, options.walks, frames, found)
+                       : FeetOf(Place(rest_joints, frames));
   ReachWarpOptions warp_options;
   warp_options.joint_limits = CapturedJointLimits();
   for (const std::size_t k : {13, 14}) {

@@ -46,9 +46,9 @@ class FaceRefit {
         action_(action),
         chain_(rest_joints_, Side::kRight),
         rate_(clip.frame_rate),
-        frames_(BodyFrames(clip, rest_joints_)) {
+        frames_(BodyFrames(clip, rest_joints_)),
+        feet_(FeetOf(Place(rest_joints_, frames_))) {
     for (std::size_t t = 0; t < frames_.size(); ++t) {
-      feet_.push_back(FeetOf(Place(rest_joints_, frames_[t])));
       wrist_from_object_.push_back(Wrist(t).inverse() *
                                    clip.object->Pose(static_cast<Eigen::Index>(t)));
     }

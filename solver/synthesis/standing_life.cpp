@@ -204,10 +204,9 @@ void AddTakingPart(const Eigen::Matrix3Xd& rest_joints, std::string_view action,
   const double rate = clip.frame_rate, end = static_cast<double>(frames.size()) / rate;
   RandomDraws draws(seed);
   const TakingPart part(action, Arrives(rest_joints, frames, rate), end, draws);
-  std::vector<FeetTarget> feet;
+  const std::vector<FeetTarget> feet = FeetOf(Place(rest_joints, frames));
   const std::vector<Isometry3d> hands = HoldingHands(rest_joints, frames, clip);
   for (std::size_t t = 0; t < frames.size(); ++t) {
-    feet.push_back(FeetOf(Place(rest_joints, frames[t])));
     const double time = static_cast<double>(t) / rate;
     BodyFrame& frame = frames[t];
     ShiftWeight({part.weight.At(time).y(), 0.0}, 1.0, frame);

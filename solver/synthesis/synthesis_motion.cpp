@@ -18,14 +18,11 @@ namespace {
 constexpr double kStep_m = 0.15;  // feet that stay this near to where they began take no step
 
 bool Stands(const Eigen::Matrix3Xd& rest_joints, const std::vector<BodyFrame>& frames) {
-  const FeetTarget first = FeetOf(Place(rest_joints, frames.front()));
-  for (const BodyFrame& frame : frames) {
-    const FeetTarget feet = FeetOf(Place(rest_joints, frame));
-    for (int side = 0; side < 2; ++side) {
-      if ((feet.ankle[side] - first.ankle[side]).norm() > kStep_m) return false;
-    }
-  }
-  return true;
+  const std::vector<FeetTarget> feet = FeetOf(Place(rest_joints, frames));
+  return std::ranges::all_of(feet, [&](const FeetTarget& at) {
+    return (at.ankle[0] - feet.front().ankle[0]).norm() <= kStep_m &&
+           (at.ankle[1] - feet.front().ankle[1]).norm() <= kStep_m;
+  });
 }
 
 // Both feet stay; the pelvis sinks where legs would not reach.

@@ -118,11 +118,9 @@ class TakeMotionBuilder {
     if (which > 0) warp.begin = std::max(warp.begin, reached_[which - 1] + 12);
     if (which + 1 < reached_.size()) warp.end = std::min(warp.end, reached_[which + 1] - 12);
     if (frame - warp.begin < kWarpMargin || warp.end - 1 - frame < kWarpMargin) return;
-    std::vector<FeetTarget> feet;
-    for (const BodyPlacement& placed : body_) feet.push_back(FeetOf(placed));
     ReachWarpOptions options;
     options.joint_limits = TrunkLimits();
-    WarpReach(rest_joints_, feet, warp, options, frames_);
+    WarpReach(rest_joints_, FeetOf(body_), warp, options, frames_);
     body_ = Place(rest_joints_, frames_);
   }
 

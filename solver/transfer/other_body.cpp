@@ -116,16 +116,15 @@ Clip OntoOtherBody(const Clip& clip, const ClipBody& from, const ClipBody& to,
   }
   out.leg_ratio = after.Leg() / before.Leg();
   std::vector<BodyFrame> frames = BodyFrames(clip, before.joints);
-  std::vector<FeetTarget> feet;
-  for (BodyFrame& frame : frames) {
-    feet.push_back(FeetOf(Place(before.joints, frame)));
-    double lowest = feet.back().ankle[0].z();
-    for (Vector3d& ankle : feet.back().ankle) {
+  std::vector<FeetTarget> feet = FeetOf(Place(before.joints, frames));
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    double lowest = feet[t].ankle[0].z();
+    for (Vector3d& ankle : feet[t].ankle) {
       lowest = std::min(lowest, ankle.z());
       ankle.z() += after.sole - before.sole;
     }
-    frame.pelvis.z() =
-        lowest + after.sole - before.sole + out.leg_ratio * (frame.pelvis.z() - lowest);
+    double& height = frames[t].pelvis.z();
+    height = lowest + after.sole - before.sole + out.leg_ratio * (height - lowest);
   }
   const std::vector<double> sink = PelvisSink(after.joints, frames, feet);
   for (std::size_t t = 0; t < frames.size(); ++t) {

@@ -36,12 +36,6 @@ std::vector<BodyFrame> Reach() {
   return BodyFrames(ReachingFigure(DefaultMeasures(), 91, 0.8), Rest());
 }
 
-std::vector<FeetTarget> FeetOfAll(const std::vector<BodyFrame>& frames) {
-  std::vector<FeetTarget> feet;
-  for (const BodyFrame& frame : frames) feet.push_back(FeetOf(Place(Rest(), frame)));
-  return feet;
-}
-
 // Every scale 1, so that no term hides behind another; hinges on the side where they act.
 ReachFrameTerms PlainTerms(const UpperBodyChain& chain, const BodyFrame& frame) {
   ReachFrameTerms terms;
@@ -116,7 +110,7 @@ TEST(ChangeSplinePrior, HasTheJacobianOfCentralDifferences) {
 
 TEST(WarpReach, BringsTheWristToTheGoalAndLeavesFeetAndAllElse) {
   const std::vector<BodyFrame> captured = Reach();
-  const std::vector<FeetTarget> feet = FeetOfAll(captured);
+  const std::vector<FeetTarget> feet = FeetOf(Place(Rest(), captured));
   const Vector3d wrist = Place(Rest(), captured[45]).joints.col(21);
   for (const Vector3d& off : {Vector3d(0.15, 0.0, 0.1), Vector3d(-0.1, 0.1, -0.25),
                               Vector3d(0.0, -0.12, 0.15), Vector3d(0.0, 0.0, 0.0)}) {
@@ -160,7 +154,7 @@ TEST(WarpReach, BringsTheWristToTheGoalAndLeavesFeetAndAllElse) {
 
 TEST(WarpReach, RefusesAWindowWithoutTime) {
   std::vector<BodyFrame> frames = Reach();
-  const std::vector<FeetTarget> feet = FeetOfAll(frames);
+  const std::vector<FeetTarget> feet = FeetOf(Place(Rest(), frames));
   ReachWarp warp;
   warp.frame = 20;
   warp.begin = 15;
