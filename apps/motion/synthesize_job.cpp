@@ -220,8 +220,8 @@ Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
   if (outcome.summary.is_null()) return outcome;
   if (job.all) WriteSamples(job, start.held.mirrored, made);
   if (at_face) {
-    outcome.text += fmt::format("\n  at the face         {:.1f} mm from its place in frame {}",
-                                1000.0 * at_face->distance_m, at_face->frame);
+    outcome.text = fmt::format("  at the face         {:.1f} mm from its place in frame {}\n{}",
+                               1000.0 * at_face->distance_m, at_face->frame, outcome.text);
   }
   outcome.text = fmt::format(
       "{}\n  made                {:.1f} s of motion in {} key frames; best of {} samples, {:.0f} "
