@@ -3,7 +3,7 @@
 # card says of the embedded networks, in one command. Goes on where it was stopped.
 #
 #   ./setup train
-#   tests/evaluation/synthesis.sh [FOLDER]     # out/synthesis; four hours of one core
+#   tests/evaluation/synthesis.sh [FOLDER]     # out/synthesis; five hours of one core
 #
 # Environment: HOLDFAST (the program, default build/release/apps/holdfast), HOLDFAST_DATA (default
 # ../shared/data), SEEDS (of the trainings, default 1: a row of the table each, and one for their
