@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 namespace holdfast {
@@ -71,6 +72,21 @@ Below PartsBelow(const SideTable& table) {
           column_top - ground > kFootHeight};
 }
 
+// Of a point in the table's frame.
+double DistanceFrom(const SideTable& table, const Below& below, const Vector3d& p) {
+  const double thick = -below.column_top, half = 0.5 * table.width_m;
+  const Vector3d from_middle = p + Vector3d(0.0, 0.0, 0.5 * thick);
+  double distance = BoxDistance(from_middle, Vector3d(half, half, 0.5 * thick));
+  if (below.has_column) {
+    distance =
+        std::min(distance, CylinderDistance(p, kColumnRadius, below.foot_top, below.column_top));
+  }
+  if (below.has_foot) {
+    distance = std::min(distance, CylinderDistance(p, kFootRadius, below.ground, below.foot_top));
+  }
+  return distance;
+}
+
 }  // namespace
 
 TriangleMesh SideTable::Mesh() const {
@@ -86,19 +102,7 @@ TriangleMesh SideTable::Mesh() const {
 }
 
 double SideTable::Distance(const Vector3d& point_world) const {
-  const Vector3d p = world_from_table.inverse() * point_world;
-  const Below below = PartsBelow(*this);
-  const double thick = -below.column_top;
-  const Vector3d from_middle = p + Vector3d(0.0, 0.0, 0.5 * thick);
-  double distance = BoxDistance(from_middle, Vector3d(0.5 * width_m, 0.5 * width_m, 0.5 * thick));
-  if (below.has_column) {
-    distance =
-        std::min(distance, CylinderDistance(p, kColumnRadius, below.foot_top, below.column_top));
-  }
-  if (below.has_foot) {
-    distance = std::min(distance, CylinderDistance(p, kFootRadius, below.ground, below.foot_top));
-  }
-  return distance;
+  return DistanceFrom(*this, PartsBelow(*this), world_from_table.inverse() * point_world);
 }
 
 SideTable TableAt(const Vector3d& bottom_middle, double yaw_rad, double ahead_m, double aside_m) {
@@ -141,10 +145,15 @@ TablePlacement PlaceTable(const Vector3d& bottom_middle, double yaw_rad, double 
         // Metres: nearness to the plain place counts little.
         const double plain = 1e-3 * (a + std::abs(aside) / kStep) +
                              4e-3 * std::abs(turned) / (std::numbers::pi / 18.0);
+        if (0.1 * plain >= least) continue;
+        const Eigen::Isometry3d table_from_world = table.world_from_table.inverse();
+        const Below below = PartsBelow(table);
         double nearest = std::numeric_limits<double>::infinity();
-        for (const Vector3d& p : points) {
-          nearest = std::min(nearest, table.Distance(p));
-          if (10.0 * (kClearance - nearest) + 0.1 * plain >= least) break;
+        for (Vector3d& p : points) {
+          nearest = std::min(nearest, DistanceFrom(table, below, table_from_world * p));
+          if (10.0 * (kClearance - nearest) + 0.1 * plain < least) continue;
+          std::swap(p, points.front());  // what is in one place's way is in the next one's
+          break;
         }
         const double cost = 10.0 * std::max(0.0, kClearance - nearest) + 0.1 * plain;
         if (cost < least) {
