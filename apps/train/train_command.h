@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <type_traits>
+#include <vector>
 
 #include "apps/common.h"
 #include "generator/imos/action_set.h"
@@ -22,6 +23,37 @@ CLI::Option* AddNumber(CLI::App& command, const char* name, T& value, std::type_
       ->capture_default_str()
       ->check(CLI::Range(least, most));
 }
+
+/// What is trained with: the defaults, or with --paper a published recipe, and over it what was
+/// given on the command line.
+template <typename Options>
+class Recipe {
+ public:
+  Options given;  ///< what the options of the command are read into
+
+  /// An option of a number that a published recipe also has.
+  template <typename T>
+  CLI::Option* AddNumber(CLI::App& command, const char* name, T Options::*part,
+                         std::type_identity_t<T> least, std::type_identity_t<T> most,
+                         const char* help) {
+    return Keep(apps::AddNumber(command, name, given.*part, least, most, help), part);
+  }
+  /// The same of an option of another kind.
+  template <typename T>
+  CLI::Option* Keep(CLI::Option* option, T Options::*part) {
+    keep_.push_back([=](const Options& from, Options& to) {
+      if (option->count() > 0) to.*part = from.*part;
+    });
+    return option;
+  }
+  Options Over(Options published) const {
+    for (const auto& keep : keep_) keep(given, published);
+    return published;
+  }
+
+ private:
+  std::vector<std::function<void(const Options&, Options&)>> keep_;
+};
 
 /// A list whose items stand between commas, its default shown.
 inline CLI::Option* AddList(CLI::App& command, const char* name, std::vector<std::string>& values,

@@ -15,19 +15,13 @@ struct TrainImosCommand : LongTraining {
   ActionClips clips;
   std::string embeddings;
   bool mirror = false, random_embeddings = false, no_attention = false, one_module = false;
-  imos::TrainingOptions given;
+  Recipe<imos::TrainingOptions> recipe;
 };
 
-imos::TrainingOptions Recipe(const TrainImosCommand& options) {
-  imos::TrainingOptions recipe = options.given;
-  if (options.paper) {
-    recipe = imos::PaperOptions();
-    recipe.iterations = options.given.iterations;
-    recipe.batch = options.given.batch;
-    recipe.learning_rate = options.given.learning_rate;
-    recipe.present_share = options.given.present_share;
-    recipe.dropout = options.given.dropout;
-  } else if (!options.from.empty()) {
+imos::TrainingOptions RecipeOf(const TrainImosCommand& options) {
+  imos::TrainingOptions recipe =
+      options.paper ? options.recipe.Over(imos::PaperOptions()) : options.recipe.given;
+  if (!options.from.empty()) {
     // Weights that can walk already need not learn it step by step.
     recipe.lengthen_until = recipe.running_from = recipe.critic_from = 0.0;
   }
@@ -62,7 +56,7 @@ imos::ActionSet ReadSequences(const TrainImosCommand& options) {
 
 int TrainImos(const TrainImosCommand& options) {
   const imos::ActionSet set = ReadSequences(options);
-  const imos::TrainingOptions recipe = Recipe(options);
+  const imos::TrainingOptions recipe = RecipeOf(options);
   Eigen::MatrixXf embeddings;
   if (!options.embeddings.empty()) {
     embeddings = imos::ReadActionTable(options.embeddings, recipe.config.action_size);
@@ -120,7 +114,8 @@ void AddAblations(CLI::App& command, TrainImosCommand& options) {
 
 void AddTrainImosCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<TrainImosCommand>();
-  imos::TrainingOptions& given = options->given;
+  using Training = imos::TrainingOptions;
+  Recipe<Training>& recipe = options->recipe;
   CLI::App* command =
       app.add_subcommand("imos", "Trains IMoS's c-VAEs: actions with objects, from an intent");
   command
@@ -129,8 +124,8 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
       ->required();
   options->AddOutput(*command);
   auto* paper = command->add_flag("--paper", options->paper,
-                                  "The published networks, losses, schedule and key frames; 'lift' "
-                                  "is left out");
+                                  "The published networks, losses, schedule and key frames, 'lift' "
+                                  "left out, where no option says otherwise");
   AddList(*command, "--held-out", options->clips.held_out, "Subjects kept for tests: not read");
   AddList(*command, "--validation", options->clips.validation, "Subjects for the curves");
   auto* drop =
@@ -143,35 +138,42 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
                    ->capture_default_str();
   command->add_flag("--mirror", options->mirror, "Add the mirror image of every sequence");
   AddAblations(*command, *options);
-  AddNumber(*command, "--iterations", given.iterations, 1, 100'000'000, "Batches");
-  AddNumber(*command, "--batch", given.batch, 2, 65536, "Sequences of one batch");
-  auto* rate =
-      AddNumber(*command, "--learning-rate", given.learning_rate, 1e-7, 1.0, "Adam learning rate");
-  auto* dropout = command
-                      ->add_option("--dropout", given.dropout,
-                                   "Dropout in blocks and attention [0; --paper: 0.1]")
-                      ->check(CLI::Range(0.0, 0.9));
-  AddNumber(*command, "--present-share", given.present_share, 0.0, 1.0,
-            "Of sequences whose arms are driven by the encoder that sees the answer");
+  recipe.AddNumber(*command, "--iterations", &Training::iterations, 1, 100'000'000, "Batches");
+  recipe.AddNumber(*command, "--batch", &Training::batch, 2, 65536, "Sequences of one batch");
+  recipe.AddNumber(*command, "--learning-rate", &Training::learning_rate, 1e-7, 1.0,
+                   "Adam learning rate");
+  recipe.Keep(command
+                  ->add_option("--dropout", recipe.given.dropout,
+                               "Dropout in blocks and attention [0; --paper: 0.1]")
+                  ->check(CLI::Range(0.0, 0.9)),
+              &Training::dropout);
+  recipe.AddNumber(*command, "--present-share", &Training::present_share, 0.0, 1.0,
+                   "Of sequences whose arms are driven by the encoder that sees the answer");
   command
-      ->add_option("--critic", given.critic,
+      ->add_option("--critic", recipe.given.critic,
                    "Weight of the adversarial loss on whole motions, from half of the iterations "
-                   "on; 0: none [0.06; --paper: none]")
-      ->check(CLI::Range(0.0, 1000.0));
+                   "on; 0: none [0.06]")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->excludes(paper);
   AddNumber(
-      *command, "--critic-blur", given.critic_blur_m, 0.0, 0.2,
-      "Noise on the discriminator's input, metres: hides tremor, so that it judges the action");
+      *command, "--critic-blur", recipe.given.critic_blur_m, 0.0, 0.2,
+      "Noise on the discriminator's input, metres: hides tremor, so that it judges the action")
+      ->excludes(paper);
   command
       ->add_option(
           "--from", options->from,
           "best.safetensors of an earlier training to begin with: more iterations, or other data")
       ->check(CLI::ExistingFile);
   command
-      ->add_option(
-          "--stance-noise", given.stance_noise_rad,
-          "Noise on the stance, the same in all of a sequence, radians [0.08; --paper: none]")
-      ->check(CLI::Range(0.0, 1.0));
-  AddNumber(*command, "--noise", given.history_noise, 0.0, 1.0, "Noise on given histories, in 6D");
+      ->add_option("--stance-noise", recipe.given.stance_noise_rad,
+                   "Noise on the stance, the same in all of a sequence, radians [0.08]")
+      ->check(CLI::Range(0.0, 1.0))
+      ->excludes(paper);
+  recipe.Keep(command
+                  ->add_option("--noise", recipe.given.history_noise,
+                               "Noise on given histories, in 6D [0.02; --paper: none]")
+                  ->check(CLI::Range(0.0, 1.0)),
+              &Training::history_noise);
   AddNumber(*command, "--evaluate-every", options->evaluate_every, 1, 1'000'000,
             "Batches between evaluations");
   command
@@ -189,8 +191,6 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
     if (*paper) {
       if (rule->count() == 0) options->clips.key_frames = "paper";
       if (drop->count() == 0) options->clips.without = {"lift"};
-      if (rate->count() == 0) options->given.learning_rate = imos::PaperOptions().learning_rate;
-      if (dropout->count() == 0) options->given.dropout = imos::PaperOptions().dropout;
     }
     exit_code = TrainImos(*options);
   });

@@ -20,7 +20,7 @@ struct TrainRecogniserCommand {
   ActionClips clips;
   std::string output;
   bool paper = false;
-  imos::RecogniserOptions training;
+  Recipe<imos::RecogniserOptions> recipe;
 };
 
 // With `mirrored` the other hand does the same.
@@ -92,7 +92,7 @@ int TrainRecogniser(const TrainRecogniserCommand& options) {
   const imos::LabelledMotions held_out = MotionsOf(set.test);
 
   imos::RecogniserOptions recipe =
-      options.paper ? imos::PaperRecogniserOptions() : options.training;
+      options.paper ? options.recipe.Over(imos::PaperRecogniserOptions()) : options.recipe.given;
   recipe.seed = common.seed;
   imos::TrainedRecogniser trained = [&] {
     Progress progress(common, "epochs");
@@ -135,7 +135,8 @@ int TrainRecogniser(const TrainRecogniserCommand& options) {
 
 void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<TrainRecogniserCommand>();
-  imos::RecogniserOptions& training = options->training;
+  Recipe<imos::RecogniserOptions>& recipe = options->recipe;
+  using Training = imos::RecogniserOptions;
   ActionClips& clips = options->clips;
   CLI::App* command =
       app.add_subcommand("recogniser", "Trains the action classifier of 'evaluate synthesis'");
@@ -152,14 +153,16 @@ void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
             "15 spread over the clip (whole), or over the contact as published (paper)",
             CLI::IsMember({"whole", "paper"}));
   command->add_flag("--paper", options->paper,
-                    "As published: 500 epochs, batches of one, rate 5e-4, no early stop");
-  AddNumber(*command, "--epochs", training.epochs, 1, 1'000'000, "At most");
-  AddNumber(*command, "--batch", training.batch, 1, 100'000, "Sequences per step");
-  AddNumber(*command, "--learning-rate", training.learning_rate, 1e-9, 1.0, "Adam learning rate");
-  AddNumber(*command, "--jitter", training.jitter_m, 0.0, 1.0,
-            "Standard deviation of noise on every coordinate, metres");
-  AddNumber(*command, "--patience", training.patience, 0, 1'000'000,
-            "Stop after that many epochs without improvement on validation; 0: never");
+                    "As published, where no option says otherwise: 500 epochs, batches of one, "
+                    "rate 5e-4, no noise, no early stop");
+  recipe.AddNumber(*command, "--epochs", &Training::epochs, 1, 1'000'000, "At most");
+  recipe.AddNumber(*command, "--batch", &Training::batch, 1, 100'000, "Sequences per step");
+  recipe.AddNumber(*command, "--learning-rate", &Training::learning_rate, 1e-9, 1.0,
+                   "Adam learning rate");
+  recipe.AddNumber(*command, "--jitter", &Training::jitter_m, 0.0, 1.0,
+                   "Standard deviation of noise on every coordinate, metres");
+  recipe.AddNumber(*command, "--patience", &Training::patience, 0, 1'000'000,
+                   "Stop after that many epochs without improvement on validation; 0: never");
   command->add_option("--body", clips.body, "SMPL-X .npz [the embedded body]");
   AddCommonOptions(
       *command, options->common, true,

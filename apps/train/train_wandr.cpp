@@ -14,27 +14,18 @@ struct TrainWandrCommand : LongTraining {
   std::vector<std::string> corpora;
   std::string held_out, body, wrist = "right";
   double made_hours = 1e6, skating = 0.05;
-  wandr::TrainingOptions given;
+  Recipe<wandr::TrainingOptions> recipe;
 
   TrainWandrCommand() {
     evaluate_every = 250;
-    given.prior_share = 0.0;
+    recipe.given.prior_share = 0.0;
   }
   Side Wrist() const { return wrist == "right" ? Side::kRight : Side::kLeft; }
 };
 
-wandr::TrainingOptions Recipe(const TrainWandrCommand& options, const BodyMeasures& measures) {
-  const wandr::TrainingOptions& given = options.given;
-  wandr::TrainingOptions recipe = given;
-  if (options.paper) {
-    recipe = wandr::PaperOptions();
-    recipe.iterations = given.iterations;
-    recipe.frames_per_iteration = given.frames_per_iteration;
-    recipe.free_from = 1.0;
-    recipe.free_share = given.free_share;
-    recipe.anchor = given.anchor;
-    recipe.critic = given.critic;
-  }
+wandr::TrainingOptions RecipeOf(const TrainWandrCommand& options, const BodyMeasures& measures) {
+  wandr::TrainingOptions recipe =
+      options.paper ? options.recipe.Over(wandr::PaperOptions()) : options.recipe.given;
   recipe.intention.wrist = options.Wrist();
   recipe.seed = options.common.seed;
   recipe.threads = NumThreads(options.common);
@@ -74,7 +65,7 @@ int TrainWandr(const TrainWandrCommand& options) {
   std::optional<wandr::NetworkWeights> from;
   if (!options.from.empty()) from = wandr::ReadNetwork(options.from);
   wandr::Trainer trainer(corpus, wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>(),
-                         Recipe(options, measures), from ? &*from : nullptr);
+                         RecipeOf(options, measures), from ? &*from : nullptr);
   TrainingTexts texts;
   texts.network = "wandr";
   texts.notes = {
@@ -101,7 +92,8 @@ int TrainWandr(const TrainWandrCommand& options) {
 
 void AddTrainWandrCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<TrainWandrCommand>();
-  wandr::TrainingOptions& given = options->given;
+  using Training = wandr::TrainingOptions;
+  Recipe<Training>& recipe = options->recipe;
   CLI::App* command = app.add_subcommand(
       "wandr", "Trains WANDR's c-VAE: motion that walks to goals and reaches for them");
   command->add_option("corpus", options->corpora, "Folders of clips, as of 'make-reach-data'")
@@ -110,27 +102,36 @@ void AddTrainWandrCommand(CLI::App& app, int& exit_code) {
   command->add_option("--held-out", options->held_out,
                       "Folder of clips not trained on, for the curves");
   command->add_option("--from", options->from, "Weights to begin with, with their statistics");
-  command->add_flag("--paper", options->paper, "The published network, features and losses");
-  AddNumber(*command, "--width", given.width, 16, 4096, "Width of the residual network");
-  AddNumber(*command, "--blocks", given.blocks, 1, 64,
-            "Blocks of the decoder; the encoder has half as many");
-  AddNumber(*command, "--iterations", given.iterations, 1, 100'000'000, "Optimizer steps");
-  AddNumber(*command, "--frames", given.frames_per_iteration, 64, 1 << 20,
-            "Frames per iteration, unrolled ones counted");
-  AddOption(*command, "--unroll", given.longest_unroll, "Longest rollout in training, frames",
-            CLI::IsMember({1, 2, 4, 8, 16, 32, 64}));
-  AddNumber(*command, "--learning-rate", given.learning_rate, 1e-7, 1.0, "AdamW learning rate");
-  AddNumber(*command, "--kl", given.kl_weight, 0.0, 100.0,
-            "Weight of the KL divergence of the latents from N(0, 1)");
-  AddNumber(*command, "--free-from", given.free_from, 0.0, 1.0,
-            "Share of the iterations after which full rollouts to goals are trained too");
-  AddNumber(*command, "--free-share", given.free_share, 0.0, 1.0,
-            "Share of full rollouts in the iterations after that");
-  AddNumber(*command, "--anchor", given.anchor, 0.0, 1e6,
-            "Weight of staying near the earlier network in full rollouts");
-  AddNumber(*command, "--critic", given.critic, 0.0, 1e3, "Weight of the adversarial loss");
-  AddNumber(*command, "--prior-share", given.prior_share, 0.0, 1.0,
-            "Share of followed windows driven by latents of N(0, 1), not the encoder's");
+  auto* paper = command->add_flag("--paper", options->paper,
+                                  "The published network, features, losses and schedule, where no "
+                                  "option says otherwise");
+  AddNumber(*command, "--width", recipe.given.width, 16, 4096, "Width of the residual network")
+      ->excludes(paper);
+  AddNumber(*command, "--blocks", recipe.given.blocks, 1, 64,
+            "Blocks of the decoder; the encoder has half as many")
+      ->excludes(paper);
+  recipe.AddNumber(*command, "--iterations", &Training::iterations, 1, 100'000'000,
+                   "Optimizer steps");
+  recipe.AddNumber(*command, "--frames", &Training::frames_per_iteration, 64, 1 << 20,
+                   "Frames per iteration, unrolled ones counted");
+  recipe.Keep(
+      AddOption(*command, "--unroll", recipe.given.longest_unroll,
+                "Longest rollout in training, frames", CLI::IsMember({1, 2, 4, 8, 16, 32, 64})),
+      &Training::longest_unroll);
+  recipe.AddNumber(*command, "--learning-rate", &Training::learning_rate, 1e-7, 1.0,
+                   "AdamW learning rate");
+  recipe.AddNumber(*command, "--kl", &Training::kl_weight, 0.0, 100.0,
+                   "Weight of the KL divergence of the latents from N(0, 1)");
+  recipe.AddNumber(*command, "--free-from", &Training::free_from, 0.0, 1.0,
+                   "Share of the iterations after which full rollouts to goals are trained too");
+  recipe.AddNumber(*command, "--free-share", &Training::free_share, 0.0, 1.0,
+                   "Share of full rollouts in the iterations after that");
+  recipe.AddNumber(*command, "--anchor", &Training::anchor, 0.0, 1e6,
+                   "Weight of staying near the earlier network in full rollouts");
+  recipe.AddNumber(*command, "--critic", &Training::critic, 0.0, 1e3,
+                   "Weight of the adversarial loss");
+  recipe.AddNumber(*command, "--prior-share", &Training::prior_share, 0.0, 1.0,
+                   "Share of followed windows driven by latents of N(0, 1), not the encoder's");
   AddNumber(*command, "--skating", options->skating, 0.0, 1e3,
             "Weight of sliding feet in full rollouts");
   command

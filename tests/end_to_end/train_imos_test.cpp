@@ -84,6 +84,20 @@ TEST_F(TrainImos, GoesOnBitForBitAndRefusesOtherOptions) {
   EXPECT_THAT(other.err, HasSubstr("other options or data"));
 }
 
+// A published recipe is what the command line leaves open, not what it says.
+TEST_F(TrainImos, WhatIsGivenGoesBeforeThePublishedRecipe) {
+  const ProgramResult result =
+      RunHoldfast(folder_.Path(),
+                  "train recogniser set --paper --epochs 2 --held-out s10 -o r.safetensors --json");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(json::parse(result.out)["epochs"], 2);
+  const ProgramResult other = RunHoldfast(folder_.Path(),
+                                          "train recogniser set --paper --epochs 2 --held-out s10 "
+                                          "-o o.safetensors --learning-rate 1e-2");
+  ASSERT_EQ(other.exit_code, 0) << other.err;
+  EXPECT_NE(ReadText(folder_ / "r.safetensors"), ReadText(folder_ / "o.safetensors"));
+}
+
 TEST_F(TrainImos, BadInputIsNamed) {
   const auto fails = [&](const std::string& arguments, int code, const std::string& message) {
     const ProgramResult result = RunHoldfast(folder_.Path(), "train imos " + arguments);
@@ -93,6 +107,7 @@ TEST_F(TrainImos, BadInputIsNamed) {
   fails("nowhere -o out", 1, "nowhere");
   fails("set -o out --held-out s1,s2,s3,s10", 1, "held out or for validation");
   fails("set -o out --batch 1", 2, "--batch");
+  fails("set -o out --paper --critic 0.1", 2, "--paper excludes --critic");
   WriteAtomically(folder_ / "words.npz", "PK\x03\x04 not a zip");
   fails("set -o out --action-embeddings words.npz", 1, "words.npz");
   fails("set -o out --action-embeddings words.npz --random-embeddings", 2, "--random-embeddings");

@@ -95,6 +95,7 @@ TEST_F(TrainCommand, BadInputIsNamed) {
   WriteAtomically(folder_ / "empty/broken.npz", "PK\x03\x04 not a zip");
   fails("wandr empty -o out", 1, "broken.npz");
   fails("wandr corpus -o out --unroll 5", 2, "--unroll");
+  fails("wandr corpus -o out --paper --width 64", 2, "--paper excludes --width");
   fails("wandr corpus -o out --from corpus/demo_drink.npz", 1, "demo_drink.npz");
   fails("imos corpus -o out", 1, "no object");
   fails("dance corpus -o out", 2, "dance");

@@ -63,6 +63,8 @@ TrainingOptions PaperOptions() {
   options.learning_rate = 1e-4;
   options.decay_from = 1.0;
   options.weight_decay = 0.0;
+  options.prior_share = 0.0;
+  options.free_from = 1.0;
   return options;
 }
 Trainer::Impl::Impl(const Corpus& motions, const BoneOffsets<float>& bone_offsets,
