@@ -21,7 +21,7 @@ struct TrainImosCommand : LongTraining {
 imos::TrainingOptions RecipeOf(const TrainImosCommand& options) {
   imos::TrainingOptions recipe =
       options.paper ? options.recipe.Over(imos::PaperOptions()) : options.recipe.given;
-  if (!options.from.empty()) {
+  if (!options.paper && !options.from.empty()) {
     // Weights that can walk already need not learn it step by step.
     recipe.lengthen_until = recipe.running_from = recipe.critic_from = 0.0;
   }
