@@ -363,6 +363,17 @@ TEST(Help, NamesEveryOptionOfTheDocumentation) {
   }
 }
 
+// The site's builder says so too, where it is installed.
+TEST(Documentation, EveryPageIsInTheSitesIndex) {
+  const fs::path docs = fs::path(HOLDFAST_SOURCE_DIR) / "docs";
+  const std::string index = ReadText(docs / "index.md");
+  for (const auto& entry : fs::directory_iterator(docs)) {
+    const std::string page = entry.path().stem().string();
+    if (entry.path().extension() != ".md" || page == "index" || page == "README") continue;
+    EXPECT_THAT(index, ::testing::HasSubstr("\n" + page + "\n"));
+  }
+}
+
 TEST(ExamplesOfHelp, AreReducedOnlyWhereTheyStand) {
 #ifndef HOLDFAST_HAS_TRAINING
   GTEST_SKIP() << "the examples of training are not in this program's help";
