@@ -367,8 +367,8 @@ TEST(Help, NamesEveryOptionOfTheDocumentation) {
 TEST(Documentation, EveryPageIsInTheSitesIndex) {
   const fs::path docs = fs::path(HOLDFAST_SOURCE_DIR) / "docs";
   const std::string index = ReadText(docs / "index.md");
-  for (const auto& entry : fs::directory_iterator(docs)) {
-    const std::string page = entry.path().stem().string();
+  for (const auto& entry : fs::recursive_directory_iterator(docs)) {
+    const std::string page = fs::relative(entry.path(), docs).replace_extension().string();
     if (entry.path().extension() != ".md" || page == "index" || page == "README") continue;
     EXPECT_THAT(index, ::testing::HasSubstr("\n" + page + "\n"));
   }
