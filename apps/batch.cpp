@@ -12,6 +12,7 @@
 #include "apps/common.h"
 #include "apps/program.h"
 #include "geometry/error.h"
+#include "geometry/io/container/wall_times.h"
 #include "geometry/jobs/job_hash.h"
 #include "geometry/jobs/run_jobs.h"
 #include "geometry/suggestion.h"
@@ -70,26 +71,6 @@ std::vector<std::vector<std::string>> SharedOptions(const CLI::App& command) {
   return shared;
 }
 
-bool IsTime(const std::string& key) {
-  return key.ends_with("_ms") || key.ends_with("_ms_median") || key.ends_with("seconds") ||
-         key == "frames_per_s";
-}
-
-// Of summaries, what two runs of the same job do not share.
-void RemoveTimes(nlohmann::json& json) {
-  if (json.is_array()) {
-    for (nlohmann::json& value : json) RemoveTimes(value);
-  } else if (json.is_object()) {
-    for (auto item = json.begin(); item != json.end();) {
-      if (IsTime(item.key())) {
-        item = json.erase(item);
-      } else {
-        RemoveTimes(*item++);
-      }
-    }
-  }
-}
-
 // What a command's summary says of the result alone.
 nlohmann::json SummaryOfResult(nlohmann::json summary) {
   if (!summary.is_object()) return {};
@@ -97,7 +78,7 @@ nlohmann::json SummaryOfResult(nlohmann::json summary) {
   for (const char* shared : {"schema", "holdfast_version", "seed", "options", "output"}) {
     summary.erase(shared);
   }
-  RemoveTimes(summary);
+  TakeWallTimes(summary);
   return summary;
 }
 

@@ -17,7 +17,6 @@
 #include "apps/result_folder.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
-#include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 #include "solver/carry/carry.h"
@@ -183,12 +182,6 @@ std::string DrinkText(const CarryReport& report) {
       report.drunk->tilt_rad / kDegree);
 }
 
-void RemoveTimings(nlohmann::json& metrics) {
-  metrics["grasp"].erase("search_ms");
-  metrics["summary"].erase("solve_ms_median");
-  metrics["per_frame"].erase("solve_ms");
-}
-
 void RequireCarried(const CarryReport& report, const FitJob& job) {
   if (report.status == CarryStatus::kNoGrasp) {
     const std::uint8_t first = report.holding.hands.front();
@@ -235,7 +228,6 @@ nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const Pre
   metrics["per_frame"]["holding_hand"] = report.holding.hands;
   if (!job.extra.is_null()) metrics.update(job.extra);
   if (job.measure) job.measure(report.clip, metrics);
-  if (!job.write_timings) RemoveTimings(metrics);
   return metrics;
 }
 
@@ -245,7 +237,7 @@ bool WriteResult(const FitJob& job, const CarryReport& report, const PreparedObj
                  const CommonOptions& common) {
   WriteClip(report.clip, folder / "clip.npz");
   WriteMesh(object.object.mesh, folder / "object.ply");
-  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  nlohmann::json written = folder.WriteMetrics(metrics);
   if (job.write_report) {
     ReportInput shown;
     shown.source = job.output;
@@ -254,7 +246,7 @@ bool WriteResult(const FitJob& job, const CarryReport& report, const PreparedObj
     shown.body = body.model;
     shown.betas = body.betas;
     shown.object = object.object.mesh;
-    shown.metrics = metrics;
+    shown.metrics = std::move(written);
     WriteReportBeside({&shown, 1}, folder / "report.html", common);
     if (Interrupted()) return false;
   }
@@ -287,11 +279,8 @@ Outcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& 
   ResultFolder folder(asked.output, common.force);
   CarryOptions options = ToLibrary(asked, common);
   FitJob job = asked;
-  if (IsOneOfMany()) {
-    job.write_timings = false;
-    job.write_report = false;  // megabytes each: made for those that somebody looks at
-  }
-  job.fit = options.fit;  // as metrics.json records them
+  if (IsOneOfMany()) job.write_report = false;  // megabytes each: made for those that are looked at
+  job.fit = options.fit;                        // as metrics.json records them
   // The object is read meanwhile; its faults are told after the motion's, by whoever asks again.
   const auto object_read =
       std::async(options.threads > 1 ? std::launch::async : std::launch::deferred,

@@ -47,7 +47,6 @@ struct FitJob {
   bool offhand = false;         ///< the object changes hands: `handover` says what is known of it
   HandoverSearchOptions handover;
   bool write_report = true;
-  bool write_timings = true;  ///< wall times in metrics.json: no two runs write the same ones
   FitOptions fit;
   double contact_threshold_mm = 10.0;
   ContactProtocol protocol;

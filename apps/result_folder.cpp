@@ -4,10 +4,13 @@
 #include <unistd.h>
 
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "apps/common.h"
 #include "geometry/error.h"
+#include "geometry/io/container/wall_times.h"
 
 namespace holdfast::apps {
 
@@ -49,6 +52,13 @@ fs::path ResultFolder::operator/(const char* name) const {
 ResultFolder::~ResultFolder() {
   std::error_code ignored;
   if (!temporary_.empty()) fs::remove_all(temporary_, ignored);
+}
+
+nlohmann::json ResultFolder::WriteMetrics(nlohmann::json metrics) const {
+  nlohmann::json written =
+      WriteWithoutWallTimes(std::move(metrics), *this / "metrics.json", *this / "timing.json");
+  if (IsOneOfMany()) fs::remove(*this / "timing.json");
+  return written;
 }
 
 void ResultFolder::Commit() {

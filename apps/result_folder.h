@@ -3,6 +3,8 @@
 
 #include <filesystem>
 
+#include <nlohmann/json.hpp>
+
 namespace holdfast::apps {
 
 /// A folder that is written atomically: files go into a hidden sibling, and Commit()
@@ -17,6 +19,10 @@ class ResultFolder {
 
   /// Where to write a file of this name now.
   std::filesystem::path operator/(const char* name) const;
+
+  /// Writes metrics.json, and its wall times to timing.json: all else has the same bytes in every
+  /// run. One job of many writes no timing.json. Returns what metrics.json has.
+  nlohmann::json WriteMetrics(nlohmann::json metrics) const;
 
   /// Makes the folder visible under its name. With `force`, what was there is replaced, after the
   /// new one is complete.

@@ -98,7 +98,7 @@ std::string Csv(const std::vector<CaptureRow>& rows) {
       text += fmt::format(",{}_{}", what, when);
     }
   }
-  text += ",wrist_rms_mm,wrist_max_mm,object_rms_mm,core_s,fault\n";
+  text += ",wrist_rms_mm,wrist_max_mm,object_rms_mm,fault\n";
   for (const CaptureRow& row : rows) {
     text += fmt::format("{},{},{},{},{}", row.name, row.frames, row.fingers_move ? 1 : 0,
                         row.replaced, row.hand_frames);
@@ -107,8 +107,8 @@ std::string Csv(const std::vector<CaptureRow>& rows) {
                           numbers->deepest_mm, numbers->hand_frames_in_contact, numbers->tips.touch,
                           numbers->tips.beside, numbers->tips.inside);
     }
-    text += fmt::format(",{:.2f},{:.1f},{:.2f},{:.2f},\"{}\"\n", row.wrist_rms_mm, row.wrist_max_mm,
-                        row.object_rms_mm, row.core_s, row.fault);
+    text += fmt::format(",{:.2f},{:.1f},{:.2f},\"{}\"\n", row.wrist_rms_mm, row.wrist_max_mm,
+                        row.object_rms_mm, row.fault);
   }
   return text;
 }

@@ -110,11 +110,6 @@ std::string Table(const std::map<std::string, Study>& studies, const HandoverStu
     }
     text += fmt::format(" {} |\n", row.wanted);
   }
-  text += "| solve, ms per frame (median of clips) |";
-  for (const char* recipe : kRecipes) {
-    text += fmt::format(" {:.2f} |", Median(studies.at(recipe).solve_ms));
-  }
-  text += " |\n";
   text += fmt::format(
       "| hand-overs found within 2 frames, object's trajectory with noise | - | - | {} of {} | 38 "
       "of "
@@ -122,6 +117,14 @@ std::string Table(const std::map<std::string, Study>& studies, const HandoverStu
       handovers.found_with_object, handovers.clips.size(), handovers.found_without_object,
       handovers.clips.size());
   return text;
+}
+
+std::string TimesText(const std::map<std::string, Study>& studies) {
+  std::string text = "solve, ms per frame (median of clips):";
+  for (const char* recipe : kRecipes) {
+    text += fmt::format(" {} {:.2f}", recipe, Median(studies.at(recipe).solve_ms));
+  }
+  return text + "\n";
 }
 
 // Fits a clip unless its result is there, scores it, and adds it to the study; `values` is its
@@ -140,9 +143,11 @@ bool FitAndScore(const FitJob& job, const std::string& name, const ScoreOptions&
   if (Interrupted()) return false;
   study.names.push_back(name);
   study.values.push_back(ClipValues(score, score_options));
-  const nlohmann::json metrics = ReadJson(metrics_path);
-  study.solve_ms.push_back(
-      UseJson(metrics_path, [&] { return metrics.at("summary").value("solve_ms_median", 0.0); }));
+  const fs::path times_path = fs::path(job.output) / "timing.json";
+  if (const nlohmann::json times = ReadJson(times_path); times.is_object()) {
+    study.solve_ms.push_back(
+        UseJson(times_path, [&] { return times.at("summary").value("solve_ms_median", 0.0); }));
+  }
   for (const auto& [key, value] : study.values.back()) {
     values[key] = value ? nlohmann::json(*value) : nlohmann::json(nullptr);
   }
@@ -252,8 +257,9 @@ Outcome EvaluateFit(const fs::path& list, const fs::path& folder, int handovers,
   for (const auto& [recipe, one] : studies) faults |= !one.faults.empty();
   outcome.exit_code = faults ? kInputFault : kDone;
   outcome.summary = std::move(evaluation);
-  outcome.text = fmt::format("{} clips, {} synthetic hand-overs; all results in {}\n\n{}",
-                             jobs.size(), handovers, folder.string(), table);
+  outcome.text =
+      fmt::format("{} clips, {} synthetic hand-overs; all results in {}\n\n{}", jobs.size(),
+                  handovers, folder.string(), table + "\n" + TimesText(studies));
   return outcome;
 }
 

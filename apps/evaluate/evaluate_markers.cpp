@@ -152,7 +152,7 @@ std::string Csv(const std::vector<MarkerTrialResult>& rows) {
       "trial,frames,rms_mm,worst_marker,worst_marker_rms_mm,left_out,left_out_rms_mm,gap_rms_mm,"
       "faults_change_rms_mm,faults_change_max_mm,hand_in_head_frames_before,hand_in_head_frames,"
       "rim_from_mouth_mm,tilt_deg,lean_on_table_deg,wrist_shift_max_mm,wrist_turn_max_deg,"
-      "head_turn_max_deg,skin_in_cup_mm,in_body_frames,core_s\n";
+      "head_turn_max_deg,skin_in_cup_mm,in_body_frames\n";
   for (const MarkerTrialResult& row : rows) {
     MarkerErrors left;
     std::string names;
@@ -161,10 +161,10 @@ std::string Csv(const std::vector<MarkerTrialResult>& rows) {
       names += (names.empty() ? "" : " ") + out.marker;
     }
     text +=
-        fmt::format("{},{},{:.3f},{},{:.3f},{},{:.3f},{:.3f},{:.3f},{:.3f},{},{},{},{:.3f}\n",
-                    row.name, row.frames, row.residual.Rms_mm(), row.worst_marker, row.worst_rms_mm,
-                    names, left.Rms_mm(), row.gap.Rms_mm(), row.change.Rms_mm(), row.change_max_mm,
-                    row.head.deep_before, row.head.deep, DrinkCells(row), row.core_s);
+        fmt::format("{},{},{:.3f},{},{:.3f},{},{:.3f},{:.3f},{:.3f},{:.3f},{},{},{}\n", row.name,
+                    row.frames, row.residual.Rms_mm(), row.worst_marker, row.worst_rms_mm, names,
+                    left.Rms_mm(), row.gap.Rms_mm(), row.change.Rms_mm(), row.change_max_mm,
+                    row.head.deep_before, row.head.deep, DrinkCells(row));
   }
   return text;
 }

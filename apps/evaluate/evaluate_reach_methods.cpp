@@ -121,7 +121,8 @@ Outcome CompareReachMethods(const EvaluateReachOptions& options, const CommonOpt
   results["goals"] = cases.size();
   results.update(MethodsJson(runs, held_out));
   return WriteStudy({options.output, text, std::move(results), MethodsTable(runs, held_out),
-                     MethodsPage(text, runs, held_out), total, left, seconds});
+                     MethodsPage(text, runs, held_out), total, left, seconds, MethodsTimes(runs),
+                     MethodsTimingPage(runs)});
 }
 
 }  // namespace holdfast::apps

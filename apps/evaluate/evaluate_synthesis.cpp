@@ -16,6 +16,7 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/byte_source.h"
 #include "geometry/io/container/checksum.h"
+#include "geometry/io/container/wall_times.h"
 #include "solver/evaluation/synthesis/synthesis_study.h"
 
 namespace holdfast::apps {
@@ -211,7 +212,7 @@ Outcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const CommonO
   nlohmann::json json = EvaluationJson(options, common, notes, weights, cases, results, modes);
   const std::string markdown = SynthesisMarkdown(tables, results, modes);
   const fs::path folder = options.output;
-  WriteAtomically(folder / "results.json", json.dump(1) + "\n");
+  WriteWithoutWallTimes(json, folder / "results.json", folder / "timing.json");
   WriteAtomically(folder / "results.md", markdown);
   WriteAtomically(folder / "report.html", SynthesisPage(notes, tables, results, modes));
   Outcome outcome;
@@ -219,8 +220,8 @@ Outcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const CommonO
   outcome.summary["output"] = options.output;
   outcome.text = fmt::format(
       "{} motions, {} of them made now; results.json, results.md, "
-      "report.html in {}\n\n{}",
-      total, left, options.output, markdown);
+      "report.html in {}\n\n{}\n{}",
+      total, left, options.output, markdown, SynthesisTimes(results));
   return outcome;
 }
 

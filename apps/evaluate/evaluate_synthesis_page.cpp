@@ -146,9 +146,7 @@ TextTable ObjectTable(std::span<const SynthesisResult> results, ObjectMode mode)
                  "turning",
                  "object's accel.",
                  "joints' accel.",
-                 "foot skating",
-                 "time, 15 key frames",
-                 "fit of all frames"};
+                 "foot skating"};
   for (const SynthesisResult* result : RowsFor(results, mode, true)) {
     if (result->row.kind == RowKind::kMean) continue;  // clips are measured seed by seed
     const SynthesisSummary& s = result->summary;
@@ -164,8 +162,7 @@ TextTable ObjectTable(std::span<const SynthesisResult> results, ObjectMode mode)
          Number(s, "jitter_angular_acceleration_ratio", 1.0, 2),
          unit("object_acceleration_m_s2", 1.0, 2, "m/s2"),
          unit("joint_acceleration_m_s2", 1.0, 2, "m/s2"),
-         unit("foot_skate_mm_per_frame", 1.0, 2, "mm/frame"), Seconds(s.seconds),
-         Seconds(s.finishing_seconds)});
+         unit("foot_skate_mm_per_frame", 1.0, 2, "mm/frame")});
     Mark(*result, table);
   }
   return table;
@@ -188,6 +185,17 @@ std::string ActionChart(std::span<const SynthesisResult> results, ObjectMode mod
 }
 
 }  // namespace
+
+std::string SynthesisTimes(std::span<const SynthesisResult> results) {
+  std::string text;
+  for (const SynthesisResult& result : results) {
+    if (!result.row.network) continue;
+    text += fmt::format("{}, objects {}: 15 key frames {}, fit of all frames {}\n",
+                        result.row.label, ObjectModeName(result.row.mode),
+                        Seconds(result.summary.seconds), Seconds(result.summary.finishing_seconds));
+  }
+  return text;
+}
 
 std::vector<TextTable> SynthesisTables(std::span<const SynthesisResult> results,
                                        std::span<const ObjectMode> modes) {

@@ -17,6 +17,9 @@ struct TextTable {
   std::vector<int> strong;  ///< rows to be seen first
 };
 
+/// A line per network, for the terminal: wall times of one core, medians over sequences.
+std::string SynthesisTimes(std::span<const SynthesisResult> results);
+
 /// Table 2 by either definition for each way to place objects, objects and motion, and what the
 /// paper has. `modes` are those that were run.
 std::vector<TextTable> SynthesisTables(std::span<const SynthesisResult> results,

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/clip_input.h"
-#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/wall_times.h"
 #include "solver/evaluation/robot_study.h"
 #include "solver/robot_hand/read_robot.h"
 #include "solver/trial/trial_clip.h"
@@ -120,7 +120,10 @@ int RunTransferStudy(const TransferStudyCommand& options) {
     entry["method"] = key.second;
     json["summary"].push_back(std::move(entry));
   }
-  if (!options.output.empty()) WriteAtomically(options.output, json.dump(1) + "\n");
+  if (!options.output.empty()) {
+    WriteWithoutWallTimes(json, options.output,
+                          std::filesystem::path(options.output).replace_extension(".timing.json"));
+  }
   PrintResult(options.common, json, TransferTable(means));
   return kDone;
 }

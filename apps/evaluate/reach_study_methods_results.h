@@ -51,8 +51,12 @@ nlohmann::json MethodsJson(const std::vector<MethodRun>& runs,
 /// The table, in Markdown, with the paper's rows and that of captured clips.
 std::string MethodsTable(const std::vector<MethodRun>& runs,
                          const std::vector<CapturedMotion>& captured);
-/// One page without scripts: the table, success by iterations and by seconds, by tolerance, and by
-/// place of the goal.
+/// A line per method, for the terminal: wall time of one core per motion.
+std::string MethodsTimes(const std::vector<MethodRun>& runs);
+/// One page without scripts: success by seconds of one core per motion.
+std::string MethodsTimingPage(const std::vector<MethodRun>& runs);
+/// One page without scripts: the table, success by iterations, by tolerance, and by place of the
+/// goal.
 std::string MethodsPage(const StudyText& text, const std::vector<MethodRun>& runs,
                         const std::vector<CapturedMotion>& captured);
 

@@ -8,6 +8,7 @@
 #include "apps/reach_network.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/wall_times.h"
 
 namespace holdfast::apps {
 
@@ -54,9 +55,10 @@ nlohmann::json StudyHead(const std::string& schema, const CommonOptions& common,
 
 Outcome WriteStudy(StudyOutput output) {
   const std::filesystem::path folder = output.folder;
-  WriteAtomically(folder / "results.json", output.results.dump(1) + "\n");
+  WriteWithoutWallTimes(output.results, folder / "results.json", folder / "timing.json");
   WriteAtomically(folder / "results.md", output.table);
   WriteAtomically(folder / "report.html", output.page);
+  if (!output.timing_page.empty()) WriteAtomically(folder / "timing.html", output.timing_page);
   Outcome outcome;
   outcome.summary = std::move(output.results);
   outcome.summary["output"] = output.folder;
@@ -66,7 +68,7 @@ Outcome WriteStudy(StudyOutput output) {
                                 output.seconds, 1e3 * output.seconds / output.made);
   }
   outcome.text += fmt::format("; results.json, results.md, report.html in {}\n", output.folder);
-  outcome.text += output.text.notes[1] + "\n\n" + output.table;
+  outcome.text += output.text.notes[1] + "\n\n" + output.table + output.times;
   return outcome;
 }
 

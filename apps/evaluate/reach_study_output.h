@@ -41,9 +41,12 @@ struct StudyOutput {
   int motions = 0;
   int made = 0;  ///< of them, by this run
   double seconds = 0.0;
+  std::string times;        ///< for the terminal: differs from run to run
+  std::string timing_page;  ///< HTML; empty: none
 };
 
-/// Writes results.json, results.md and report.html.
+/// Writes results.json, results.md and report.html, which have the same bytes in every run; wall
+/// times go to timing.json, and to timing.html where there is a page of them.
 Outcome WriteStudy(StudyOutput output);
 
 }  // namespace holdfast::apps

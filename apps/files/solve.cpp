@@ -7,7 +7,6 @@
 #include "apps/common.h"
 #include "apps/result_folder.h"
 #include "geometry/error.h"
-#include "geometry/io/container/atomic_file.h"
 #include "geometry/io/markers/c3d_writer.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -51,10 +50,8 @@ nlohmann::json MetricsOf(const SolveCommand& options, const SolvedRecording& sol
   metrics.update(MarkerReportJson(solved.report));
   metrics["solve"] = {{"iterations", solved.report.iterations},
                       {"converged", solved.report.converged}};
-  if (!IsOneOfMany()) {
-    metrics["solve"]["solve_ms"] = solve_ms;
-    metrics["solve"]["frames_per_s"] = 1e3 * solved.clip.NumFrames() / solve_ms;
-  }
+  metrics["solve"]["solve_ms"] = solve_ms;
+  metrics["solve"]["frames_per_s"] = 1e3 * solved.clip.NumFrames() / solve_ms;
   return metrics;
 }
 
@@ -172,7 +169,7 @@ int Solve(const SolveCommand& options) {
   }
   WriteClip(solved.clip, folder / "clip.npz");
   WriteC3d(RepairedMarkers(recording, solved), folder / "markers.c3d");
-  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  folder.WriteMetrics(metrics);
   folder.Commit();
   nlohmann::json summary = metrics;
   summary["output"] = options.output;

@@ -16,7 +16,6 @@
 #include "apps/result_folder.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
-#include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/retarget/convert_parameters.h"
 #include "geometry/rotation.h"
@@ -212,7 +211,6 @@ nlohmann::json MetricsOf(const TransferCommand& options, const TransferInput& sc
   metrics["warnings"] = report.warnings;
   metrics["clearance"] = ClearanceJson(carried.clearance);
   metrics["summary"] = FitSummaryJson(carried.fit, carried.contact);
-  metrics["summary"].erase("solve_ms_median");
   return metrics;
 }
 
@@ -246,7 +244,7 @@ bool WriteTransfer(const TransferCommand& options, const TransferInput& scene,
                    ResultFolder& folder) {
   WriteClip(carried.clip, folder / "clip.npz");
   WriteMesh(scene.to_object->object.mesh, folder / "object.ply");
-  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  nlohmann::json written = folder.WriteMetrics(metrics);
   if (options.write_report) {
     ReportInput shown;
     shown.source = options.output;
@@ -255,7 +253,7 @@ bool WriteTransfer(const TransferCommand& options, const TransferInput& scene,
     shown.body = scene.to.model;
     shown.betas = scene.to.betas;
     shown.object = scene.to_object->object.mesh;
-    shown.metrics = metrics;
+    shown.metrics = std::move(written);
     WriteReportBeside({&shown, 1}, folder / "report.html", options.common);
     if (Interrupted()) return false;
   }
@@ -292,7 +290,6 @@ int TransferOne(const TransferCommand& options) {
   summary["output"] = options.output;
   metrics["per_frame"] =
       FitFramesJson(report.carried.fit, report.carried.contact, report.carried.clearance);
-  metrics["per_frame"].erase("solve_ms");
   metrics["per_frame"]["holding_hand"] = report.carried.holding.hands;
   if (!WriteTransfer(options, scene, report.carried, metrics, folder)) return kInterrupted;
   for (const std::string& warning : report.carried.warnings) {

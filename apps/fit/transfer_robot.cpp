@@ -138,7 +138,7 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
   pictures.rows = input.film_rows;
   WritePng(RobotFilm(setup, result.poses, pictures), folder / "film.png");
   WriteAtomically(folder / "report.html", RobotPage(setup, result.poses, measures, "sheet.png"));
-  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  folder.WriteMetrics(metrics);
   folder.Commit();
   PrintResult(
       common, summary,

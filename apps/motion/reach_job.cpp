@@ -14,7 +14,6 @@
 #include "apps/report_writer.h"
 #include "apps/result_folder.h"
 #include "geometry/error.h"
-#include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/append.h"
 #include "geometry/value_ranges.h"
@@ -297,7 +296,7 @@ bool WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOpti
   };
   std::vector<ReportInput> shown = {shown_of(0)};
   WriteClip(shown[0].clip, folder / "clip.npz");
-  WriteAtomically(folder / "metrics.json", shown[0].metrics.dump(1) + "\n");
+  shown[0].metrics = folder.WriteMetrics(std::move(shown[0].metrics));
   if (job.all) {
     fs::create_directory(folder / "samples");
     for (int rank = 0; rank < static_cast<int>(report.motions.size()); ++rank) {

@@ -10,7 +10,6 @@
 #include "apps/report_writer.h"
 #include "apps/result_folder.h"
 #include "geometry/error.h"
-#include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 #include "solver/reach/reach_json.h"
@@ -116,7 +115,7 @@ Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
   WriteClip(report.clip, folder / "clip.npz");
   WriteMesh(object->object.mesh, folder / "object.ply");
   WriteMesh(table, folder / "table.ply");
-  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  nlohmann::json written = folder.WriteMetrics(metrics);
   if (job.write_report) {
     ReportInput shown;
     shown.source = job.output;
@@ -126,7 +125,7 @@ Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
     shown.betas = person.betas;
     shown.object = object->object.mesh;
     shown.table = table;
-    shown.metrics = metrics;
+    shown.metrics = std::move(written);
     WriteReportBeside({&shown, 1}, folder / "report.html", common);
     if (Interrupted()) return stopped;
   }

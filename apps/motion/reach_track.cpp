@@ -10,7 +10,6 @@
 #include "apps/report_writer.h"
 #include "apps/result_folder.h"
 #include "generator/wandr/motion_states.h"
-#include "geometry/io/container/atomic_file.h"
 
 namespace holdfast::apps {
 namespace {
@@ -84,9 +83,9 @@ Outcome RunReachTrack(const TrackJob& job, const ReachPerson& person, const std:
   std::vector<Eigen::Vector3d> balls;
   for (std::size_t t = 0; t < goals.size(); t += 30) balls.push_back(goals[t]);
   shown.marker = GoalMarkers(balls);
-  shown.metrics = TrackJson(job, from, network, report, common);
+  const nlohmann::json metrics = TrackJson(job, from, network, report, common);
   WriteClip(shown.clip, folder / "clip.npz");
-  WriteAtomically(folder / "metrics.json", shown.metrics.dump(1) + "\n");
+  shown.metrics = folder.WriteMetrics(metrics);
   if (job.write_report) {
     const std::vector<ReportInput> all = {shown};
     WriteReportBeside(all, folder / "report.html", common);
@@ -96,7 +95,7 @@ Outcome RunReachTrack(const TrackJob& job, const ReachPerson& person, const std:
   Outcome outcome;
   outcome.exit_code = kDone;
   outcome.text = TrackText(job, report);
-  outcome.summary = shown.metrics;
+  outcome.summary = metrics;
   outcome.summary["output"] = job.output;
   return outcome;
 }

@@ -50,15 +50,13 @@ bool IsCurve(const nlohmann::json& values, int frames) {
          });
 }
 
-// Frames that were given were not solved: a time of zero would be a claim.
+// Frames that were given were not solved: no iterations would be a claim.
 void LeaveOutGiven(const nlohmann::json& per_frame, nlohmann::json& series) {
   const auto stop = per_frame.find("stop");
-  if (stop == per_frame.end() || !stop->is_array()) return;
-  for (const char* name : {"solve_ms", "iterations"}) {
-    if (!series.contains(name)) continue;
-    for (std::size_t t = 0; t < std::min(stop->size(), series[name].size()); ++t) {
-      if ((*stop)[t] == "given") series[name][t] = nullptr;
-    }
+  if (stop == per_frame.end() || !stop->is_array() || !series.contains("iterations")) return;
+  nlohmann::json& iterations = series["iterations"];
+  for (std::size_t t = 0; t < std::min(stop->size(), iterations.size()); ++t) {
+    if ((*stop)[t] == "given") iterations[t] = nullptr;
   }
 }
 

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/read_json.h"
+#include "geometry/io/container/wall_times.h"
 
 namespace holdfast {
 
@@ -29,6 +29,8 @@ bool TakeBlock(const fs::path& file, bool is_asked, bool replace, const char* co
   throw Error(file.string(), "is damaged", "Delete it: its motions are made again");
 }
 
+fs::path TimesFile(fs::path block) { return block.replace_extension(".timing.json"); }
+
 StudyBlocks::StudyBlocks(fs::path folder, bool replace)
     : folder_(std::move(folder)), replace_(replace) {
   fs::create_directories(folder_);
@@ -42,16 +44,19 @@ bool StudyBlocks::Read(const std::string& name, int block, const std::string& qu
                        const std::function<bool(const nlohmann::json& motions)>& take) const {
   const fs::path file = File(name, block);
   if (!fs::exists(file)) return false;
-  const nlohmann::json out = ReadJson(file);
+  nlohmann::json out = ReadJson(file);
+  const nlohmann::json times = ReadJson(TimesFile(file));
   return TakeBlock(file, out.contains("question") && out["question"] == question, replace_,
-                   "network, start poses, protocol, method or seed",
-                   [&] { return take(out.at("motions")); });
+                   "network, start poses, protocol, method or seed", [&] {
+                     if (!times.is_discarded()) PutBackWallTimes(times, out);
+                     return take(out.at("motions"));
+                   });
 }
 
 void StudyBlocks::Write(const std::string& name, int block, const std::string& question,
                         nlohmann::json out) const {
   out["question"] = question;
-  WriteAtomically(File(name, block), out.dump() + "\n");
+  WriteWithoutWallTimes(std::move(out), File(name, block), TimesFile(File(name, block)));
 }
 
 }  // namespace holdfast

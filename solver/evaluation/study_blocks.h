@@ -16,6 +16,9 @@ namespace holdfast {
 bool TakeBlock(const std::filesystem::path& file, bool is_asked, bool replace,
                const char* configuration, const std::function<bool()>& take);
 
+/// Where the wall times of a block are, so that the block has the same bytes in every run.
+std::filesystem::path TimesFile(std::filesystem::path block);
+
 /// Results of a long study, kept in files of some motions each, so that a stopped study goes on
 /// where it was. Each file names the question that it answers, by a checksum.
 class StudyBlocks {

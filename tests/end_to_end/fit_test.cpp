@@ -43,10 +43,15 @@ void ExpectHeld(const TemporaryFolder& folder, const std::string& output, Side s
   const Clip clip = ReadClip(folder / (output + "/clip.npz"));
   const auto frames = static_cast<std::size_t>(clip.NumFrames());
   for (const char* key :
-       {"energy_distance_m2", "energy_contact_m2", "energy_temporal", "solve_ms", "iterations",
-        "stop", "penetration_depth_mm", "contact_ratio", "intersection_volume_cm3"}) {
+       {"energy_distance_m2", "energy_contact_m2", "energy_temporal", "iterations", "stop",
+        "penetration_depth_mm", "contact_ratio", "intersection_volume_cm3"}) {
     EXPECT_EQ(metrics["per_frame"][key].size(), frames) << key;
   }
+  EXPECT_FALSE(metrics["per_frame"].contains("solve_ms"));
+  EXPECT_FALSE(summary.contains("solve_ms_median"));
+  const nlohmann::json times = nlohmann::json::parse(ReadText(folder / (output + "/timing.json")));
+  EXPECT_EQ(times["per_frame"]["solve_ms"].size(), frames);
+  EXPECT_GT(times["summary"]["solve_ms_median"].get<double>(), 0.0);
   ASSERT_TRUE(clip.object.has_value());
   EXPECT_GT(ReadMesh(folder / (output + "/object.ply")).NumVertices(), 100);
 

@@ -4,7 +4,7 @@
   same_results.py record PROGRAM FOLDER   runs the commands below into FOLDER
   same_results.py compare FOLDER FOLDER   compares two such folders, byte for byte; exit code 1 on a difference
 
-Times in JSON are left out, and so is what names the version. Reports (HTML) are not compared.
+Wall times (timing.json) are left out, and so is what names the version. Reports (HTML) are not compared.
 Captures are those of HOLDFAST_DATA (by default ../shared/data beside the repository).
 """
 import json
@@ -41,16 +41,10 @@ COMMANDS = [
 ]
 
 
-def is_time(key):
-    return key.endswith(("_ms", "_s", "_ms_median", "_seconds")) or key in ("holdfast_version", "solve_ms")
-
-
-def without_times(value):
-    if isinstance(value, dict):
-        return {k: without_times(v) for k, v in value.items() if not is_time(k)}
-    if isinstance(value, list):
-        return [without_times(v) for v in value]
-    return value
+def without_version(path):
+    result = json.loads(path.read_text())
+    result.pop("holdfast_version", None)
+    return result
 
 
 def record(program, folder):
@@ -72,14 +66,12 @@ def compare(one, other):
     one, other = pathlib.Path(one), pathlib.Path(other)
 
     def files(folder):
-        return {p.relative_to(folder) for p in folder.rglob("*") if p.is_file() and p.suffix != ".html"}
+        return {p.relative_to(folder) for p in folder.rglob("*") if p.is_file() and p.suffix != ".html" and p.name != "timing.json"}
 
     different = sorted(files(one) ^ files(other))
     for path in sorted(files(one) & files(other)):
-        a, b = (one / path).read_bytes(), (other / path).read_bytes()
-        if a != b and path.suffix == ".json":
-            a, b = without_times(json.loads(a)), without_times(json.loads(b))
-        if a != b:
+        a, b = one / path, other / path
+        if a.read_bytes() != b.read_bytes() and (path.suffix != ".json" or without_version(a) != without_version(b)):
             different.append(path)
     for path in different:
         print(f"differs: {path}")

@@ -58,13 +58,6 @@ const kCards = [
     value: (clip) => clip.metrics?.summary?.mean_intersection_volume_cm3,
   },
   {
-    title: "Solve time",
-    about: "per frame, median",
-    unit: "ms",
-    lower: true,
-    value: (clip) => clip.metrics?.summary?.solve_ms_median,
-  },
-  {
     title: "Fastest wrist",
     about: "of both hands",
     unit: "m/s",

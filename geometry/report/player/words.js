@@ -38,13 +38,12 @@ const kWords = {
   made: "found by search",
   moved_before_take: "object moved before it is taken",
   object_wanders_in_hand: "object drift in the hand",
-  solve_ms: "solve time",
   take_hand_error: "hand orientation error when taking",
   take_jump: "object's jump when taken",
   take_wrist_error: "wrist error when taking",
 };
 
-// {words, unit, factor} of a key: "lambda_slip", "solve_ms_median", "take_wrist_error_mm".
+// {words, unit, factor} of a key: "lambda_slip", "iterations_median", "take_wrist_error_mm".
 export function wordsOf(key) {
   const base = key.replace(/_median$/, "");
   const [ending, unit, factor = 1] = kUnits.find(([end]) => base.endsWith(end)) ?? ["", ""];

@@ -11,6 +11,7 @@
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/io/container/checksum.h"
+#include "geometry/io/container/read_json.h"
 #include "geometry/io/container/safetensors.h"
 #include "geometry/parallel.h"
 #include "solver/evaluation/study_blocks.h"
@@ -121,7 +122,10 @@ std::optional<SynthesisSample> SynthesisStudy::Load(const SynthesisRow& row, int
     };
     sample.features = matrix("features", imos::kRecogniserFeatures).cast<float>();
     sample.errors = matrix("errors", 4);
-    sample.seconds = matrix("seconds", 2);
+    const nlohmann::json times = ReadJson(TimesFile(file));
+    const auto seconds = times.at("seconds").get<std::vector<double>>();
+    if (seconds.size() != 2 * n) return false;
+    sample.seconds = Eigen::Map<const Eigen::Matrix2Xd>(seconds.data(), 2, count);
     sample.objects = matrix("objects", repeat == 0 ? SynthesisObjectKeys().size() : 0);
     for (const double label : Doubles(reader.Read("recognised"), n)) {
       sample.recognised.push_back(static_cast<int>(label));
@@ -148,12 +152,17 @@ void SynthesisStudy::Save(const SynthesisSample& sample, const SynthesisRow& row
   writer.AddFloat32("features", {n, static_cast<std::size_t>(sample.features.rows())},
                     {sample.features.data(), static_cast<std::size_t>(sample.features.size())});
   add("errors", sample.errors);
-  add("seconds", sample.seconds);
   add("objects", sample.objects);
   const std::vector<std::int64_t> labels(sample.recognised.begin(), sample.recognised.end());
   writer.AddInt64("recognised", {n}, labels);
   writer.SetMetadata({{"format", kBlockFormat}, {"question", Question(row, repeat)}});
-  writer.Write(BlockFile(row, repeat, first));
+  const fs::path file = BlockFile(row, repeat, first);
+  const auto seconds = sample.seconds.reshaped();
+  WriteAtomically(
+      TimesFile(file),
+      nlohmann::json{{"seconds", std::vector<double>(seconds.begin(), seconds.end())}}.dump() +
+          "\n");
+  writer.Write(file);
 }
 
 std::vector<SynthesisedCase> SynthesisStudy::MakeCases(const SynthesisRow& row, int repeat,
