@@ -41,8 +41,8 @@ struct StudyOutput {
   int motions = 0;
   int made = 0;  ///< of them, by this run
   double seconds = 0.0;
-  std::string times;        ///< for the terminal: differs from run to run
-  std::string timing_page;  ///< HTML; empty: none
+  std::string times = {};        ///< for the terminal: differs from run to run
+  std::string timing_page = {};  ///< HTML; empty: none
 };
 
 /// Writes results.json, results.md and report.html, which have the same bytes in every run; wall
