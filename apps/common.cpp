@@ -89,6 +89,9 @@ void LogJson(std::string_view level, std::string_view event, const nlohmann::ord
 
 void Note(const CommonOptions& options, std::string_view text) {
   if (options.quiet) return;
+  // Notes of the library that say themselves that they warn.
+  constexpr std::string_view kNote = "note: ";
+  if (text.starts_with("note: warning: ")) text.remove_prefix(kNote.size());
   if (!LogsJson(options)) {
     fmt::print(stderr, "{}\n", text);
     return;

@@ -13,6 +13,7 @@ struct BodyCommand {
 
 int RunInfo(const BodyCommand& options) {
   const auto body = LoadBody(options.model);
+  if (const std::string note = body->ShapeNote(); !note.empty()) Note(options.common, note);
   const Eigen::Matrix3Xd joints = body->RestJoints(body->Template());
   const Eigen::Matrix3Xd& vertices = body->Template();
   const Eigen::Vector3d low = vertices.rowwise().minCoeff(), high = vertices.rowwise().maxCoeff();
@@ -28,6 +29,7 @@ int RunInfo(const BodyCommand& options) {
   summary["expression_coefficients"] = body->NumExpression();
   summary["right_hand_vertices"] = body->HandVertexIds(Side::kRight).size();
   summary["left_hand_vertices"] = body->HandVertexIds(Side::kLeft).size();
+  summary["shape_x_corrected"] = !body->ShapeNote().empty();
   summary["height_m"] = high.y() - low.y();
   summary["span_m"] = high.x() - low.x();
   if (!body->LoneHand()) summary["pelvis_above_sole_m"] = pelvis_height;

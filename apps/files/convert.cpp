@@ -90,6 +90,7 @@ int Run(const ConvertCommand& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
   const std::shared_ptr<const BodyModel> to = LoadBody(options.to);
+  if (const std::string note = to->ShapeNote(); !note.empty()) Note(common, note);
   const ParameterLayout layout = LayoutFor(options, to->Kind());
   const LoadedClip source = ReadSource(options, LoadBody(options.from));
   const Clip& clip = source.clip;

@@ -22,6 +22,16 @@ std::shared_ptr<const BodyModel> BodyModel::Load(const std::filesystem::path& pa
       ReadBodyModel(BodyModelFields(path), path.stem().string()));
 }
 
+std::string BodyModel::ShapeNote() const {
+  if (!parts_->shape_x_corrected) return {};
+  return fmt::format(
+      "warning: the shape directions of {} have the right hand's x, the known fault of the "
+      "published "
+      "MANO_LEFT.pkl (smplx issue 48): their x is negated; betas that were fitted with the file as "
+      "it is mean another hand",
+      Name());
+}
+
 std::shared_ptr<const BodyModel> BodyModel::Default() {
   static const auto model = [] {
     const EmbeddedFile file = FindEmbedded(fmt::format("body/{}.npz", kDefaultName));

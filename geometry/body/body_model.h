@@ -41,6 +41,7 @@ struct BodyModelParts {
   Eigen::MatrixXd right_hand_components,
       left_hand_components;                        ///< (n x 45), one a row; may be empty
   std::vector<int> right_hand_ids, left_hand_ids;  ///< ascending; empty: the model lacks the hand
+  bool shape_x_corrected = false;                  ///< see BodyModel::ShapeNote
 };
 
 /// A body model of SMPL-X's form: const, shared by any number of threads.
@@ -108,6 +109,9 @@ class BodyModel {
     return side == Side::kRight ? parts_->right_hand_ids : parts_->left_hand_ids;
   }
   const std::string& Name() const { return parts_->name; }  ///< file name, for reports
+  /// What is said where betas are used of a MANO_LEFT as published, whose shapedirs have the x of the
+  /// right hand's (smplx issue 48): Load sets the sign right. Empty for every other model.
+  std::string ShapeNote() const;
 
   /// Shaped vertices v_s (3 x V). Coefficients beyond the model's throw Error unless they are zero;
   /// fewer count as zero. A subject's surface takes no betas (any number is ignored), only

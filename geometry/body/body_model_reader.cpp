@@ -60,6 +60,53 @@ void ReadShape(const BodyModelFields& fields, BodyModelParts& parts) {
   }
 }
 
+// How far each direction stretches the rest surface along x, y and z (a column a direction), and
+// the share of its displacements that this explains over all directions.
+struct ShapeStrain {
+  Eigen::Matrix3Xd stretch;
+  double explained = 0;
+};
+
+ShapeStrain MeasureStrain(const BodyModelParts& parts) {
+  const Eigen::Matrix3Xd rest =
+      parts.v_template.colwise() - parts.v_template.rowwise().mean().eval();
+  const auto directions = static_cast<Eigen::Index>(parts.shape_dirs.Columns());
+  const Eigen::Index vertices = rest.cols();
+  ShapeStrain strain;
+  strain.stretch.setZero(3, directions);
+  double explained = 0, all = 0;
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    Eigen::MatrixXd moved(directions, vertices);
+    for (Eigen::Index v = 0; v < vertices; ++v) {
+      parts.shape_dirs.CopyRow(static_cast<std::size_t>(3 * v + c), 0,
+                               static_cast<std::size_t>(directions), moved.col(v).data());
+    }
+    moved.colwise() -= moved.rowwise().mean().eval();
+    const double extent = rest.row(c).squaredNorm();
+    if (extent == 0) return {};
+    strain.stretch.row(c) = (moved * rest.row(c).transpose()).transpose() / extent;
+    explained += extent * strain.stretch.row(c).squaredNorm();
+    all += moved.squaredNorm();
+  }
+  strain.explained = all > 0 ? explained / all : 0;
+  return strain;
+}
+
+// Hands of people are larger or smaller: over the directions, each as long as people differ along
+// it, a hand that is longer is wider and thicker too. In MANO_LEFT.pkl as published x goes against
+// y and z, because its shapedirs were mirrored without their sign.
+bool XGoesAgainstYAndZ(const BodyModelParts& parts) {
+  constexpr double kMinExplained = 0.25, kMinCorrelation = 0.2;
+  const ShapeStrain strain = MeasureStrain(parts);
+  if (strain.explained < kMinExplained) return false;
+  const auto correlation = [&](Eigen::Index a, Eigen::Index b) {
+    const double lengths = strain.stretch.row(a).norm() * strain.stretch.row(b).norm();
+    return lengths > 0 ? strain.stretch.row(a).dot(strain.stretch.row(b)) / lengths : 0.0;
+  };
+  return correlation(0, 1) < -kMinCorrelation && correlation(0, 2) < -kMinCorrelation &&
+         correlation(1, 2) > kMinCorrelation;
+}
+
 // Nine columns for each joint but the root.
 LinearBasis ReadPoseDirs(const BodyModelFields& fields, const BodyLayout& layout,
                          int num_vertices) {
@@ -216,6 +263,10 @@ BodyModelParts ReadBodyModel(const BodyModelFields& fields, std::string name) {
   }
   parts.faces = ReadFaces(fields, num_vertices);
   ReadShape(fields, parts);
+  if (parts.kind == ModelKind::kManoLeft && parts.num_shape > 0 && XGoesAgainstYAndZ(parts)) {
+    parts.shape_dirs.Negate(0);
+    parts.shape_x_corrected = true;
+  }
   parts.joint_regressor = ReadRegressor(fields, layout, num_vertices);
   parts.weights = ReadWeights(fields, layout, num_vertices);
   for (const Side side : {Side::kRight, Side::kLeft}) {

@@ -67,6 +67,19 @@ LinearBasis::LinearBasis(NpyMember member, std::ptrdiff_t vertices, std::ptrdiff
   data_ = std::make_shared<const std::vector<std::byte>>(std::move(data));
 }
 
+void LinearBasis::Negate(std::size_t coordinate) {
+  if (!data_ || columns_ == 0) return;
+  std::vector<std::byte> data = *data_;
+  const std::size_t row_bytes = columns_ * item_size_;
+  for (std::size_t row = coordinate; (row + 1) * row_bytes <= data.size(); row += 3) {
+    // The sign is the highest bit of the last byte, in all three types.
+    for (std::size_t k = 0; k < columns_; ++k) {
+      data[row * row_bytes + (k + 1) * item_size_ - 1] ^= std::byte{0x80};
+    }
+  }
+  data_ = std::make_shared<const std::vector<std::byte>>(std::move(data));
+}
+
 void LinearBasis::CopyRow(std::size_t row, std::size_t begin, std::size_t count,
                           double* out) const {
   const std::size_t first = row * columns_ + begin;

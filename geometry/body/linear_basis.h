@@ -21,6 +21,8 @@ class LinearBasis {
   LinearBasis(NpyMember member, std::ptrdiff_t vertices, std::ptrdiff_t columns);
 
   std::size_t Columns() const { return columns_; }
+  /// Negates one coordinate (0 x, 1 y, 2 z) of every vertex.
+  void Negate(std::size_t coordinate);
   /// Row 3 v + coordinate, columns [begin, begin + count).
   void CopyRow(std::size_t row, std::size_t begin, std::size_t count, double* out) const;
   /// Whether all of these are zeros.

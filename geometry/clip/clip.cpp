@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -159,6 +160,12 @@ Clip ReadClip(const NpzReader& archive) {
   }
   if (archive.Has("betas")) {
     const NpyMember member = archive.Read("betas");
+    const std::vector<std::size_t>& shape = member.array.shape;
+    if (shape.size() > 2 || (shape.size() == 2 && shape[0] > 1)) {
+      throw Error(member.where,
+                  fmt::format("has shape {}: a clip has one shape", member.ShapeText()),
+                  "Bring it into a clip with 'holdfast import', which takes the mean");
+    }
     const std::vector<double> values = member.AsDoubles();
     for (const double value : values) {
       if (!std::isfinite(value)) throw Error(member.where, "holds NaN", "Give finite betas");
@@ -212,6 +219,29 @@ bool HasOnlyClipArrays(std::span<const std::string> names) {
 Eigen::VectorXd WrittenBetas(const Clip& clip) {
   constexpr int kAmassBetas = 16;
   return clip.betas.size() > 0 ? clip.betas : Eigen::VectorXd(Eigen::VectorXd::Zero(kAmassBetas));
+}
+
+std::string WrapJointAngles(Clip& clip) {
+  constexpr double kHalfTurn = std::numbers::pi * (1 + 1e-9);
+  int frames = 0;
+  int first_frame = -1, first_joint = -1;
+  for (std::size_t t = 0; t < clip.pose.size(); ++t) {
+    bool wrapped = false;
+    for (int j = 1; j < kNumJoints; ++j) {
+      if (clip.pose[t].col(j).norm() <= kHalfTurn) continue;
+      clip.pose[t].col(j) = LogSO3(ExpSO3(clip.pose[t].col(j)));
+      if (first_frame < 0) first_frame = static_cast<int>(t);
+      if (first_joint < 0) first_joint = j;
+      wrapped = true;
+    }
+    frames += wrapped;
+  }
+  if (frames == 0) return {};
+  return fmt::format(
+      "warning: joints turn by more than half a turn in {} of {} frames (first {} in frame {}): "
+      "the "
+      "equal rotations within half a turn taken",
+      frames, clip.pose.size(), kJointNames[static_cast<std::size_t>(first_joint)], first_frame);
 }
 
 void RoundToFloat(Clip& clip) {

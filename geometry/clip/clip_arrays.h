@@ -23,6 +23,11 @@ bool IsHoldfastClip(std::span<const std::string> names);
 /// which may be another model's.
 bool HasOnlyClipArrays(std::span<const std::string> names);
 
+/// Turns of joints beyond half a turn become the equal ones within it, in all joints but the root,
+/// whose angle may grow through a clip: what follows sees rotations, not how they were written.
+/// Returns what was done, for people; empty when nothing was.
+std::string WrapJointAngles(Clip& clip);
+
 /// Rounds body and object to values that a float can hold: half the bytes once packed, a tenth of a
 /// micrometre.
 void RoundToFloat(Clip& clip);

@@ -49,6 +49,7 @@ Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, std::vector<st
         clip.body_model.empty() ? "SMPL-X" : clip.body_model, body.Name()));
     return {};
   }
+  if (std::string note = body.ShapeNote(); !note.empty()) notes.push_back(std::move(note));
   if (clip.betas.size() > body.NumShape()) {
     notes.push_back(fmt::format("{} betas, the model has {}: the rest is left out",
                                 clip.betas.size(), body.NumShape()));

@@ -359,7 +359,9 @@ LooseMotion ReadLooseMotion(const NpzReader& archive) {
   read.Texts({"gender", "surface_model_type", "body_model", "object_name", "object_mesh"});
   if (archive.Has("betas")) {
     try {
-      motion.num_betas = static_cast<int>(archive.Read("betas").array.NumElements());
+      const NpyArray betas = archive.Read("betas").array;
+      motion.num_betas =
+          static_cast<int>(betas.shape.size() > 1 ? betas.shape.back() : betas.NumElements());
     } catch (const Error& error) {
       motion.problems.push_back(fmt::format("betas {}", error.Problem()));
     }

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,6 +13,7 @@
 #include "geometry/import/finger_angles.h"
 #include "geometry/import/joint_fields.h"
 #include "geometry/import/rotation_arrays.h"
+#include "geometry/import/smplx_parameters.h"
 #include "geometry/import/world_frame.h"
 
 namespace holdfast {
@@ -20,72 +21,166 @@ namespace {
 
 using Eigen::Index;
 
-constexpr std::array<std::string_view, 2> kFrameRates = {"mocap_frame_rate", "mocap_framerate"};
 constexpr int kSmplhJoints = 52;
 constexpr int kSmplJoints = 24;
 
-double ReadAmassFrameRate(const Fields& fields, const ParameterOptions& options,
-                          ImportedClip& imported) {
-  if (const auto rate = fields.Find(kFrameRates)) {
-    const double value = rate->Number();
-    if (!(value > 0) || !std::isfinite(value)) {
-      throw Error(rate->Where(), fmt::format("is {}", value), "Give frames per second");
-    }
-    return value;
-  }
-  const double rate = options.source_frame_rate > 0 ? options.source_frame_rate : 30;
-  imported.notes.push_back(
-      fmt::format("the file has no frame rate: {:g} Hz taken (--source-fps says otherwise)", rate));
-  return rate;
+struct AmassPart {
+  const char* name;
+  int begin, joints;
+  bool needed;
+};
+constexpr std::array<AmassPart, 5> kParts = {
+    {{"root_orient", 0, 1, true},
+     {"pose_body", 1, 21, true},
+     {"pose_jaw", 22, 1, false},
+     {"pose_eye", 23, 2, false},
+     {"pose_hand", kLeftHandBegin, 2 * kJointsPerHand, false}}};
+
+bool HasParts(const Fields& fields) { return fields.Has("root_orient") && fields.Has("pose_body"); }
+
+// All joints in one array.
+std::string_view JoinedName(const Fields& fields) {
+  return fields.Has("poses") ? "poses" : "fullpose";
 }
 
-// Numbers a frame of `poses`.
-Index WidthOf(const NpyMember& poses) {
-  const std::vector<std::size_t>& shape = poses.array.shape;
-  if (shape.size() < 2 || shape[0] == 0) return 0;
-  return static_cast<Index>(poses.array.NumElements() / shape[0]);
-}
-
-void ReadConcatenated(const Fields& fields, ImportedClip& imported) {
+void ReadConcatenated(const Fields& fields, Index frames, ImportedClip& imported) {
   Clip& clip = imported.clip;
-  const DataValue poses = fields["poses"];
-  const Index width = WidthOf(poses.Array());
-  const auto read = [&](int joints) { return ReadRotations(poses, joints, imported.body_defects); };
-  if (width == 3 * kNumJoints || width == 9 * kNumJoints) {
+  const DataValue poses = fields[JoinedName(fields)];
+  const NpyMember member = poses.Array();
+  const auto holds = [&](int joints) {
+    return NumbersPerRotation(member, joints, frames).has_value();
+  };
+  const auto read = [&](int joints) { return ReadRotations(poses, joints, imported, frames); };
+  if (holds(kNumJoints)) {
     imported.format = "AMASS, SMPL-X";
     SetJoints(clip.pose, 0, read(kNumJoints), poses.Where());
-  } else if (width == 3 * kSmplhJoints || width == 9 * kSmplhJoints) {
+  } else if (holds(kSmplhJoints)) {
     imported.format = "AMASS, SMPL-H";
     const Eigen::MatrixXd all = read(kSmplhJoints);
     SetJoints(clip.pose, 0, all.topRows(3 * kNumBodyJoints), poses.Where());
     SetJoints(clip.pose, kLeftHandBegin, all.bottomRows(2 * kHandDofs), poses.Where());
     clip.surface_model_type = "smplh";
     imported.conventions.push_back("52 joints of SMPL-H: jaw and eyes at rest");
-  } else if (width == 3 * kSmplJoints || width == 9 * kSmplJoints) {
+  } else if (holds(kSmplJoints)) {
     imported.format = "AMASS, SMPL";
     SetJoints(clip.pose, 0, read(kSmplJoints).topRows(3 * kNumBodyJoints), poses.Where());
     clip.surface_model_type = "smpl";
     imported.conventions.push_back("24 joints of SMPL: its two hand joints dropped");
   } else {
-    const NpyMember member = poses.Array();
     throw Error(poses.Where(), fmt::format("has shape {}", member.ShapeText()),
                 "Give (frames, 165) of SMPL-X, (frames, 156) of SMPL-H or (frames, 72) of SMPL");
   }
 }
 
-void ReadParts(const Fields& fields, ImportedClip& imported) {
-  Clip& clip = imported.clip;
+void ReadParts(const Fields& fields, Index frames, ImportedClip& imported) {
   imported.format = "AMASS, SMPL-X";
-  for (const auto& [name, begin, joints, needed] :
-       {std::tuple{"root_orient", 0, 1, true},
-        {"pose_body", 1, 21, true},
-        {"pose_jaw", 22, 1, false},
-        {"pose_eye", 23, 2, false},
-        {"pose_hand", kLeftHandBegin, 2 * kJointsPerHand, false}}) {
-    if (!needed && !fields.Has(name)) continue;
-    const DataValue value = fields[name];
-    SetJoints(clip.pose, begin, ReadRotations(value, joints, imported.body_defects), value.Where());
+  for (const AmassPart& part : kParts) {
+    if (!part.needed && !fields.Has(part.name)) continue;
+    const DataValue value = fields[part.name];
+    SetJoints(imported.clip.pose, part.begin, ReadRotations(value, part.joints, imported, frames),
+              value.Where());
   }
+}
+
+// An object's or a table's arrays as a clip has them; nothing where there are none.
+std::optional<ObjectTrack> ReadClipTrack(const Fields& fields, const std::string& thing,
+                                         Index frames, ImportedClip& imported) {
+  if (!fields.Has(thing + "_trans") || !fields.Has(thing + "_orient")) return std::nullopt;
+  ObjectTrack track;
+  track.trans = ReadFrameRows(fields[thing + "_trans"], 3);
+  track.orient = ReadObjectRotations(fields[thing + "_orient"], imported, frames);
+  RequireFrames(fields.Where(), thing + "_trans", track.trans.cols(), frames);
+  RequireFrames(fields.Where(), thing + "_orient", track.orient.cols(), frames);
+  track.name = TextOf(fields, thing + "_name");
+  track.mesh = TextOf(fields, thing + "_mesh");
+  return track;
+}
+
+// What only Holdfast's clips have besides.
+void ReadClipExtras(const Fields& fields, ImportedClip& imported) {
+  Clip& clip = imported.clip;
+  const Index frames = clip.trans.cols();
+  clip.object = ReadClipTrack(fields, "object", frames, imported);
+  clip.table = ReadClipTrack(fields, "table", frames, imported);
+  clip.subject = TextOf(fields, "subject");
+  clip.action = TextOf(fields, "action");
+  clip.body_model = TextOf(fields, "body_model");
+  if (TextOf(fields, "surface_model_type").starts_with("mano")) clip.surface_model_type = "mano";
+  if (const auto holding = fields.Find("holding_hand")) {
+    const NpyMember member = holding->Array();
+    member.RequireShape({static_cast<std::ptrdiff_t>(frames)});
+    for (const std::int64_t bits : member.AsIntegers()) {
+      if (bits < 0 || bits > (kHoldsRight | kHoldsLeft)) {
+        throw Error(member.where, fmt::format("holds {}", bits),
+                    "0 is neither hand, 1 right, 2 left, 3 both");
+      }
+      clip.holding_hand.push_back(static_cast<std::uint8_t>(bits));
+    }
+  }
+}
+
+// What a clip has no place for, and what is not known.
+void ListUnused(const Fields& fields, bool parts, ImportedClip& imported) {
+  const auto used = [&](const std::string& name) {
+    static constexpr std::array kUsed = {"trans",
+                                         "poses",
+                                         "fullpose",
+                                         "betas",
+                                         "num_betas",
+                                         "gender",
+                                         "subject",
+                                         "action",
+                                         "body_model",
+                                         "surface_model_type",
+                                         "object_trans",
+                                         "table_name",
+                                         "object_orient",
+                                         "object_name",
+                                         "object_mesh",
+                                         "table_trans",
+                                         "table_mesh",
+                                         "table_orient",
+                                         "holding_hand",
+                                         "mocap_time_length",
+                                         "stageii_debug_details"};
+    return IsFrameRateName(name) || std::ranges::find(kUsed, name) != kUsed.end() ||
+           (parts && std::ranges::find(kParts, name, &AmassPart::name) != kParts.end());
+  };
+  std::vector<std::string> markers, others;
+  for (const std::string& name : fields.Names()) {
+    if (used(name)) continue;
+    if (name == "dmpls") {
+      imported.dropped.push_back("dmpls: soft tissue has no place in a clip");
+    } else if (name == "expression" || name == "face_expr") {
+      imported.dropped.push_back(name + ": clips have no face");
+    } else if (name.starts_with("markers") || name.starts_with("labels") ||
+               name.starts_with("latent_labels")) {
+      markers.push_back(name);
+    } else {
+      others.push_back(name);
+    }
+  }
+  if (!markers.empty()) {
+    imported.dropped.push_back(
+        fmt::format("{}: markers are not a motion", fmt::join(markers, ", ")));
+  }
+  if (!others.empty()) imported.dropped.push_back(fmt::format("{}", fmt::join(others, ", ")));
+}
+
+// AMASS is z-up; a file with its names alone is as the body stands.
+WorldUp UpOfNames(const Fields& fields, const ParameterOptions& options, ImportedClip& imported) {
+  if (options.up || imported.clip.surface_model_type == "mano") return WorldUp::kPlusZ;
+  const std::optional<WorldUp> upright = UprightAxis(imported.clip, *options.body);
+  if (!upright || *upright == WorldUp::kPlusZ) return WorldUp::kPlusZ;
+  const bool own = fields.Has("mocap_frame_rate") || fields.Has("mocap_framerate");
+  imported.notes.push_back(
+      own ? fmt::format("warning: the body stands along {0}, and AMASS's world is z-up: "
+                        "'holdfast import --up={0}' turns it if the file is not AMASS's own",
+                        WorldUpName(*upright))
+          : fmt::format("warning: AMASS's names, but the body stands along {}, not z: that axis "
+                        "taken as up ('holdfast import --up' says otherwise)",
+                        WorldUpName(*upright)));
+  return own ? WorldUp::kPlusZ : *upright;
 }
 
 // Fingers that stay as they are through a long clip were not captured.
@@ -100,23 +195,47 @@ bool FingersStand(const Clip& clip) {
 }  // namespace
 
 bool LooksLikeAmass(const Fields& fields) {
-  return fields.Has("trans") &&
-         (fields.Has("poses") || (fields.Has("root_orient") && fields.Has("pose_body")));
+  const bool mosh = fields.Has("fullpose") &&
+                    (fields.Has("stageii_debug_details") || fields.Has("markers_latent"));
+  return fields.Has("trans") && (fields.Has("poses") || HasParts(fields) || mosh);
 }
 
-ImportedClip ImportAmass(const Fields& fields, const ParameterOptions& options) {
+bool NeedsImport(const NpzReader& archive) {
+  if (!archive.Has("mocap_frame_rate") && !archive.Has("mocap_framerate")) return true;
+  // Whether ReadClip refuses what ReadRotations takes.
+  const auto other_form = [&](const char* name, int joints) {
+    if (!archive.Has(name)) return false;
+    const NpyMember member = archive.Read(name);
+    const std::vector<std::size_t>& shape = member.array.shape;
+    const bool plain = shape.size() == 2 && shape[1] == static_cast<std::size_t>(3 * joints);
+    return !plain && NumbersPerRotation(member, joints).has_value();
+  };
+  const bool joined = !archive.Has("root_orient");
+  if (joined && other_form("poses", kNumJoints)) return true;
+  for (const AmassPart& part : kParts) {
+    if (!joined && other_form(part.name, part.joints)) return true;
+  }
+  if (other_form("object_orient", 1) || other_form("table_orient", 1)) return true;
+  if (!archive.Has("betas")) return false;
+  const std::vector<std::size_t> shape = archive.Read("betas").array.shape;
+  return shape.size() > 1 && shape[0] > 1;
+}
+
+ImportedClip ImportAmass(const Fields& fields, const std::filesystem::path& path,
+                         const ParameterOptions& options) {
   ImportedClip imported;
   Clip& clip = imported.clip;
-  clip.frame_rate = ReadAmassFrameRate(fields, options, imported);
   clip.trans = ReadFrameRows(fields["trans"], 3);
   const Index frames = clip.trans.cols();
-  const bool parts = fields.Has("root_orient") && fields.Has("pose_body");
-  clip.pose = RestPoses(frames, fields[parts ? "pose_body" : "poses"], 63);
+  const bool parts = HasParts(fields);
+  clip.pose = RestPoses(frames, fields[parts ? "pose_body" : JoinedName(fields)], 63);
+  SettleFrameRate(fields, options, 30, imported);
   if (parts) {
-    ReadParts(fields, imported);
+    ReadParts(fields, frames, imported);
   } else {
-    ReadConcatenated(fields, imported);
+    ReadConcatenated(fields, frames, imported);
   }
+  if (fields.Has("stageii_debug_details")) imported.format += " (MoSh++)";
   const bool has_fingers =
       clip.surface_model_type == "smplh" || (parts ? fields.Has("pose_hand") : true);
   if (clip.surface_model_type != "smpl" && has_fingers) {
@@ -138,27 +257,17 @@ ImportedClip ImportAmass(const Fields& fields, const ParameterOptions& options) 
     imported.notes.push_back(
         fmt::format("SMPL has no fingers: the relaxed hand of {} taken", options.body->Name()));
   }
-  if (const auto betas = fields.Find("betas")) {
-    const Index count = static_cast<Index>(betas->Array().array.NumElements());
-    if (count > 0) clip.betas = ReadFrameRows(*betas, count).col(0);
+  if (const auto betas = fields.Find("betas"); betas && betas->HoldsNumbers()) {
+    SetBetas(ReadBetas(*betas), imported);
   }
-  if (const auto gender = fields.Find("gender")) {
+  constexpr std::array<std::string_view, 1> kGender = {"gender"};
+  if (const auto gender = FindBelow(fields, kGender, fields.Has("stageii_debug_details") ? 3 : 0)) {
     clip.gender = GenderOf(*gender).value_or("neutral");
   }
-  for (const auto& [name, why] : {std::pair{"dmpls", "soft tissue has no place in a clip"},
-                                  {"expression", "clips have no face"},
-                                  {"face_expr", "clips have no face"}}) {
-    if (fields.Has(name)) imported.dropped.push_back(fmt::format("{}: {}", name, why));
-  }
-  std::vector<std::string> markers;
-  for (const std::string& name : fields.Names()) {
-    if (name.starts_with("markers") || name.starts_with("labels")) markers.push_back(name);
-  }
-  if (!markers.empty()) {
-    imported.dropped.push_back(
-        fmt::format("{}: markers are not a motion", fmt::join(markers, ", ")));
-  }
-  SettleWorld(imported, options, WorldUp::kPlusZ, false);
+  ReadClipExtras(fields, imported);
+  ListUnused(fields, parts, imported);
+  if (!clip.object) AddObjectBeside(path, options, imported);
+  SettleWorld(imported, options, UpOfNames(fields, options, imported), false);
   return imported;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/import/arctic.h"
 
+#include <array>
+
 #include <fmt/format.h>
 
 #include "geometry/error.h"
@@ -42,8 +44,9 @@ std::string SequenceOf(const fs::path& path) {
 std::string SubjectOf(const fs::path& path) { return path.parent_path().filename().string(); }
 
 ImportedClip ImportHandAlone(const Fields& fields, Side side, const ParameterOptions& options) {
+  constexpr std::array<std::string_view, 1> kTransName = {"trans"}, kBetasName = {"shape"};
   ImportedClip imported =
-      ReadHandAlone(fields.In(SideName(side)), {"rot", "pose", "trans", "shape"}, side,
+      ReadHandAlone(fields.In(SideName(side)), {"rot", "pose", kTransName, kBetasName}, side,
                     options.flat_hand_mean.value_or(false), options);
   imported.clip.frame_rate = kArcticFrameRate;
   return imported;

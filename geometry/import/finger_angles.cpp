@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/conventions/hand_evidence.h"
 #include "geometry/error.h"
 #include "geometry/import/fields.h"
@@ -57,16 +58,17 @@ void FingerAngles::Load(const std::filesystem::path& path) {
   }
 }
 
-Eigen::MatrixXd FingerAngles::Read(const DataValue& value, Side side, RotationDefects& defects) {
-  const int numbers = NumbersPerHand(value);
-  if (numbers == 0) {
+Eigen::MatrixXd FingerAngles::Read(const DataValue& value, Side side, ImportedClip& imported,
+                                   Eigen::Index frames) {
+  const int numbers = NumbersPerHand(value, frames);
+  if (numbers > kHandDofs) {
     matrices_ = true;
-    return ReadRotations(value, kFingers, defects);
+    return ReadRotations(value, kFingers, imported, frames);
   }
   lacks_mean_[RowOf(side)] = true;
   if (numbers == kHandDofs) {
     angles_ = true;
-    return ReadRotations(value, kFingers, defects);
+    return ReadRotations(value, kFingers, imported, frames);
   }
   const std::optional<HandSpace>& space = spaces_[RowOf(side)];
   if (!space) {
@@ -102,7 +104,7 @@ void FingerAngles::AddMean(std::vector<JointPose>& pose) {
 
 std::vector<std::string> FingerAngles::Conventions() const {
   std::vector<std::string> texts;
-  if (matrices_) texts.push_back("fingers are rotation matrices, complete as they are");
+  if (matrices_) texts.push_back("fingers are whole rotations, complete as they are");
   const char* mean = mean_added_ ? "differences from the mean hand, which was added"
                                  : "complete as they are (flat_hand_mean = True)";
   if (coefficients_ > 0) {
@@ -121,28 +123,33 @@ std::vector<std::string> FingerAngles::Notes() const {
                   body_->Name())};
 }
 
-int NumbersPerHand(const DataValue& value) {
+int NumbersPerHand(const DataValue& value, Eigen::Index frames) {
   const NpyMember member = value.Array();
-  if (HoldsMatrices(member, kFingers)) return 0;
   std::vector<std::size_t> shape = member.array.shape;
   std::erase(shape, std::size_t{1});
-  if (shape.size() >= 2 && shape.back() == 3 && shape[shape.size() - 2] == kFingers) {
-    return kHandDofs;
-  }
-  if (shape.empty()) return 1;
-  if (shape.size() > 2 || shape.back() > kHandDofs) {
+  const std::optional<int> numbers = NumbersPerRotation(member, kFingers, frames);
+  // (15, 6): one frame of 15 rotations, or 15 frames of 6 coefficients.
+  const bool coefficients = shape.size() == 2 && frames == kFingers &&
+                            shape[0] == std::size_t{kFingers} && shape[1] < std::size_t{kFingers};
+  if (numbers && !coefficients) return *numbers * kFingers;
+  if (member.array.NumElements() == 0 || shape.size() > 2 ||
+      (!shape.empty() && shape.back() > kHandDofs)) {
     throw Error(value.Where(), fmt::format("has shape {}, no hand's", member.ShapeText()),
                 "Give angles (frames, 45), matrices (frames, 15, 3, 3), or the coefficients of up "
                 "to 45 principal components (frames, n)");
   }
-  return static_cast<int>(shape.back());
+  const bool one_number = shape.empty() || (shape.size() == 1 && member.array.shape.back() == 1);
+  return one_number ? 1 : static_cast<int>(shape.back());
 }
 
 std::optional<bool> FingersLookFlat(const Clip& clip, const BodyModel& body) {
   LooseMotion motion;
   motion.has_hands = true;
   motion.frames = clip.NumFrames();
-  motion.pose = clip.pose;
+  Clip wrapped;
+  wrapped.pose = clip.pose;
+  WrapJointAngles(wrapped);
+  motion.pose = std::move(wrapped.pose);
   const HandMeanEvidence evidence = JudgeHandMean(motion, body);
   using Reading = HandMeanEvidence::Reading;
   if (!evidence.certain) return std::nullopt;

@@ -32,10 +32,11 @@ class FingerAngles {
   /// Throws Error for a file with neither.
   explicit FingerAngles(const ParameterOptions& options);
 
-  /// Finger angles (45 x T) of an array of fingers: matrices (T,15,3,3), angles (T,45) or (T,15,3),
-  /// or n < 45 coefficients a frame; no mean added. Throws Error when coefficients come without
-  /// components.
-  Eigen::MatrixXd Read(const DataValue& value, Side side, RotationDefects& defects);
+  /// Finger angles (45 x T) of an array of fingers: rotations in any form that ReadRotations takes,
+  /// or n < 45 coefficients a frame; no mean added. `frames` as for ReadRotations. Throws Error
+  /// when coefficients come without components.
+  Eigen::MatrixXd Read(const DataValue& value, Side side, ImportedClip& imported,
+                       Eigen::Index frames = 0);
 
   /// Whether anything was read that a mean hand may be missing from; matrices are complete.
   bool MayLackMean() const { return lacks_mean_[0] || lacks_mean_[1]; }
@@ -58,8 +59,9 @@ class FingerAngles {
   bool matrices_ = false, angles_ = false, mean_added_ = false, mean_of_body_ = false;
 };
 
-/// The numbers of one frame that an array of fingers has (45 for angles); 0 for matrices.
-int NumbersPerHand(const DataValue& value);
+/// The numbers of one frame that an array of fingers has: 45 for angles, 90 for 6D, 135 for
+/// matrices, fewer for coefficients. `frames` as for ReadRotations.
+int NumbersPerHand(const DataValue& value, Eigen::Index frames = 0);
 
 /// Whether the fingers of a clip are complete angles, from what they look like: relaxed fingers are
 /// near the mean hand if so, near zero if they are differences from it. Nothing when undecided.

@@ -23,12 +23,12 @@ constexpr double kGrabFrameRate = 120;  // of the capture
 constexpr int kLabels = 256;
 
 // Row vectors: v R(w) + t = R(w)^T v + t = R(-w) v + t.
-ObjectTrack ReadTrack(const Fields& thing, std::string_view name, Index frames) {
+ObjectTrack ReadTrack(const Fields& thing, std::string_view name, Index frames,
+                      ImportedClip& imported) {
   const Fields params = thing.In("params");
   ObjectTrack track;
   track.trans = ReadFrameRows(params["transl"], 3);
-  RotationDefects none;
-  track.orient = -ReadRotations(params["global_orient"], 1, none);
+  track.orient = -ReadObjectRotations(params["global_orient"], imported, frames);
   RequireFrames(params.Where(), "transl", track.trans.cols(), frames);
   RequireFrames(params.Where(), "global_orient", track.orient.cols(), frames);
   track.name = name;
@@ -71,8 +71,10 @@ double ReadGrabFrameRate(const Fields& fields, const ParameterOptions& options,
     }
     return value;
   }
-  imported.notes.push_back("the file has no framerate: GRAB's 120 Hz taken (--source-fps)");
-  return options.source_frame_rate > 0 ? options.source_frame_rate : kGrabFrameRate;
+  if (options.source_frame_rate > 0) return options.source_frame_rate;
+  imported.notes.push_back(
+      "warning: the file has no framerate: GRAB's 120 Hz taken (--source-fps says otherwise)");
+  return kGrabFrameRate;
 }
 
 // What is done in a sequence: its intent, and the word in the file's name where there is one
@@ -96,7 +98,8 @@ void ReadBody(const Fields& fields, const ParameterOptions& options, ImportedCli
   const bool complete = params.Has("fullpose");
   clip.pose = RestPoses(clip.trans.cols(), params[complete ? "fullpose" : "body_pose"], 63);
   if (const auto full = params.Find("fullpose")) {
-    SetJoints(clip.pose, 0, ReadRotations(*full, kNumJoints, imported.body_defects), full->Where());
+    SetJoints(clip.pose, 0, ReadRotations(*full, kNumJoints, imported, clip.trans.cols()),
+              full->Where());
     imported.conventions.push_back(
         "the body's pose is `fullpose`, finger angles complete (its 24 hand coefficients are the "
         "same hands compressed)");
@@ -108,15 +111,15 @@ void ReadBody(const Fields& fields, const ParameterOptions& options, ImportedCli
                                              {"jaw_pose", 22, 1},
                                              {"leye_pose", 23, 1},
                                              {"reye_pose", 24, 1}}) {
-      SetJoints(clip.pose, begin, ReadRotations(params[name], count, imported.body_defects),
+      SetJoints(clip.pose, begin, ReadRotations(params[name], count, imported, clip.trans.cols()),
                 params[name].Where());
     }
     if (options.hands != ImportedHands::kNone) {
       FingerAngles fingers(options);
       for (const Side side : {Side::kLeft, Side::kRight}) {
         const DataValue value = params[fmt::format("{}_hand_pose", SideName(side))];
-        SetJoints(clip.pose, HandBegin(side), fingers.Read(value, side, imported.body_defects),
-                  value.Where());
+        SetJoints(clip.pose, HandBegin(side),
+                  fingers.Read(value, side, imported, clip.trans.cols()), value.Where());
       }
       // The body's coefficients are on top of the mean hand (the smplx package's default).
       if (!options.flat_hand_mean.value_or(false)) fingers.AddMean(clip.pose);
@@ -133,11 +136,11 @@ void ReadHand(const Fields& fields, Side side, ImportedClip& imported) {
   const Fields params = fields.In(side == Side::kRight ? "rhand" : "lhand").In("params");
   clip.trans = ReadFrameRows(params["transl"], 3);
   clip.pose = RestPoses(clip.trans.cols(), params["fullpose"], kHandDofs);
-  SetJoints(clip.pose, 0, ReadRotations(params["global_orient"], 1, imported.body_defects),
+  SetJoints(clip.pose, 0, ReadRotations(params["global_orient"], 1, imported, clip.trans.cols()),
             params["global_orient"].Where());
   const DataValue full = params["fullpose"];
-  SetJoints(clip.pose, HandBegin(side), ReadRotations(full, kJointsPerHand, imported.body_defects),
-            full.Where());
+  SetJoints(clip.pose, HandBegin(side),
+            ReadRotations(full, kJointsPerHand, imported, clip.trans.cols()), full.Where());
   clip.surface_model_type = "mano";
   imported.conventions.push_back(fmt::format(
       "the {} hand alone, as MANO: root_orient is the wrist's, fingers are `fullpose` (flat)",
@@ -183,7 +186,7 @@ ImportedClip ImportGrab(const Fields& fields, const std::filesystem::path& path,
 
   const std::string object_name = TextOf(fields, "obj_name");
   const Fields object = fields.In("object");
-  clip.object = ReadTrack(object, object_name, frames);
+  clip.object = ReadTrack(object, object_name, frames, imported);
   imported.conventions.push_back(
       "rotations of object and table are for row vectors (v R + t): transposed for columns");
   const auto find_mesh = [&](const Fields& thing, std::string_view key) {
@@ -200,7 +203,7 @@ ImportedClip ImportGrab(const Fields& fields, const std::filesystem::path& path,
   imported.object_mesh = find_mesh(object, "object_mesh");
   if (fields.Has("table")) {
     const Fields table = fields.In("table");
-    clip.table = ReadTrack(table, "table", frames);
+    clip.table = ReadTrack(table, "table", frames, imported);
     imported.table_mesh = FindInDataSet(path, TextOf(table, "table_mesh"), options);
   }
 

@@ -69,8 +69,8 @@ void ReadHands(const Fields& subject, const ParameterOptions& options, ImportedC
       imported.notes.push_back(fmt::format("no {}: that hand is left flat", name));
       continue;
     }
-    const int numbers = NumbersPerHand(*value);
-    SetJoints(clip.pose, HandBegin(side), fingers.Read(*value, side, imported.body_defects),
+    const int numbers = NumbersPerHand(*value, clip.trans.cols());
+    SetJoints(clip.pose, HandBegin(side), fingers.Read(*value, side, imported, clip.trans.cols()),
               value->Where());
     if (numbers == kHandDofs) {
       angles = true;
@@ -92,17 +92,13 @@ void ReadObject(const Fields& object, ImportedClip& imported) {
   ObjectTrack track;
   track.trans = ReadFrameRows(object["transl"], 3);
   // v R + t: the transpose is the axis-angle negated, of the nearest rotation too.
-  track.orient = -ReadRotations(object["global_orient"], 1, imported.object_defects);
   const Index frames = clip.trans.cols();
+  track.orient = -ReadObjectRotations(object["global_orient"], imported, frames);
   RequireFrames(object.Where(), "transl", track.trans.cols(), frames);
   RequireFrames(object.Where(), "global_orient", track.orient.cols(), frames);
   clip.object = std::move(track);
   imported.conventions.push_back(
       "the object's rotations are for row vectors (v R + t): transposed for columns");
-  if (const std::string text = Describe(imported.object_defects); !text.empty()) {
-    imported.notes.push_back("the object: " + text +
-                             "; the nearest rotations taken (SVD, determinant +1)");
-  }
 }
 
 }  // namespace
@@ -125,15 +121,13 @@ ImportedClip ImportImos(const Fields& fields, const std::filesystem::path& path,
                                                     {"reye_pose", 24, 1, false}}) {
     if (!needed && !subject.Has(name)) continue;
     const DataValue value = subject[name];
-    SetJoints(clip.pose, begin, ReadRotations(value, joints, imported.body_defects), value.Where());
+    SetJoints(clip.pose, begin, ReadRotations(value, joints, imported, clip.trans.cols()),
+              value.Where());
   }
   if (options.hands == ImportedHands::kNone) {
     for (JointPose& pose : clip.pose) pose = AddHandMean(*options.body, pose);
   } else {
     ReadHands(subject, options, imported);
-  }
-  if (const std::string text = Describe(imported.body_defects); !text.empty()) {
-    imported.notes.push_back("the body: " + text + "; the nearest rotations taken");
   }
   ReadObject(fields.In("obj_p"), imported);
   clip.object->name = TextOf(fields, "obj_name");
@@ -167,10 +161,14 @@ ImportedClip ImportImos(const Fields& fields, const std::filesystem::path& path,
         "GRAB is, --object-mesh which mesh to take)",
         clip.object->name));
   }
-  imported.conventions.push_back(fmt::format(
-      "{} key frames at {:g} Hz: the file does not tell, {} (--source-fps says otherwise)",
-      clip.NumFrames(), clip.frame_rate,
-      options.source_frame_rate > 0 ? "as asked" : "the paper says 8 to 10"));
+  imported.conventions.push_back(
+      fmt::format("{} key frames at {:g} Hz", clip.NumFrames(), clip.frame_rate));
+  if (options.source_frame_rate == 0) {
+    imported.notes.push_back(
+        fmt::format("warning: no frame rate in the file: {:g} Hz taken, the paper has 8 to 10 "
+                    "('holdfast import --source-fps' says otherwise)",
+                    kImosFrameRate));
+  }
   SettleWorld(imported, options, WorldUp::kPlusZ, true);
   return imported;
 }

@@ -12,6 +12,7 @@
 #include "geometry/error.h"
 #include "geometry/import/amass.h"
 #include "geometry/import/arctic.h"
+#include "geometry/import/data_set_files.h"
 #include "geometry/import/fields.h"
 #include "geometry/import/file_kind.h"
 #include "geometry/import/frame_files.h"
@@ -20,6 +21,7 @@
 #include "geometry/import/joint_fields.h"
 #include "geometry/import/mano_parameters.h"
 #include "geometry/import/parameter_array.h"
+#include "geometry/import/rotation_arrays.h"
 #include "geometry/import/smplx_parameters.h"
 #include "geometry/import/world_frame.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -37,7 +39,8 @@ struct OpenFile {
 };
 
 bool IsClip(const OpenFile& open) {
-  return open.file.Format() == DataFormat::kNpz && IsHoldfastClip(open.fields.Names());
+  return open.file.Format() == DataFormat::kNpz && IsHoldfastClip(open.fields.Names()) &&
+         !NeedsImport(NpzReader(open.path));
 }
 
 ImportedClip ImportClip(const OpenFile& open, const ParameterOptions& options) {
@@ -89,7 +92,7 @@ ImportedClip ImportPerson(const OpenFile& open, const ParameterOptions& options)
                 "Choose one from 0 on with --person");
   }
   const std::string& name = names[static_cast<std::size_t>(options.person)];
-  ImportedClip imported = ImportParameters(open.fields.In(name), options);
+  ImportedClip imported = ImportParameters(open.fields.In(name), open.path, options);
   imported.format = "SMPL-X parameters by person";
   imported.notes.push_back(
       fmt::format("person '{}' of {} taken (--person chooses)", name, names.size()));
@@ -116,19 +119,24 @@ constexpr std::array kImporters = {
     Importer{"Holdfast clip", IsClip, ImportClip},
     Importer{"AMASS (SMPL-X, SMPL-H, SMPL)",
              [](const OpenFile& f) { return LooksLikeAmass(f.fields); },
-             [](const OpenFile& f, const ParameterOptions& o) { return ImportAmass(f.fields, o); }},
+             [](const OpenFile& f, const ParameterOptions& o) {
+               return ImportAmass(f.fields, f.path, o);
+             }},
     Importer{"ARCTIC .smplx.npy, .mano.npy",
              [](const OpenFile& f) { return LooksLikeArctic(f.file, f.fields); },
              [](const OpenFile& f, const ParameterOptions& o) {
                return ImportArctic(f.fields, f.path, o);
              }},
-    Importer{
-        "SMPL-X parameters (.npz .pkl .npy .json .pt; the smplx package's names and others')",
-        [](const OpenFile& f) { return LooksLikeParameters(f.fields); },
-        [](const OpenFile& f, const ParameterOptions& o) { return ImportParameters(f.fields, o); }},
+    Importer{"SMPL-X parameters (.npz .pkl .npy .json .pt; the smplx package's names and others')",
+             [](const OpenFile& f) { return LooksLikeParameters(f.fields); },
+             [](const OpenFile& f, const ParameterOptions& o) {
+               return ImportParameters(f.fields, f.path, o);
+             }},
     Importer{"MANO parameters (the smplx package's names)",
              [](const OpenFile& f) { return LooksLikeMano(f.fields); },
-             [](const OpenFile& f, const ParameterOptions& o) { return ImportMano(f.fields, o); }},
+             [](const OpenFile& f, const ParameterOptions& o) {
+               return ImportMano(f.fields, f.path, o);
+             }},
     Importer{"a list of such parameters, one a frame", IsListOfParameters, ImportList},
     Importer{"such parameters by person", IsPeople, ImportPerson},
     Importer{"Motion-X (frames, 322), poses (frames, 165 or 156)", IsArray,
@@ -137,21 +145,33 @@ constexpr std::array kImporters = {
              }},
 };
 
+// The names in the first of a list of dicts, which speaks for all.
+std::vector<std::string> NamesOfItems(const DataValue& root) {
+  if (root.Kind() != DataKind::kList || root.Size() == 0) return {};
+  const DataValue first = root[std::size_t{0}];
+  return first.Kind() == DataKind::kDict ? first.Names() : std::vector<std::string>();
+}
+
 ImportedClip ImportDataFile(const fs::path& path, const ParameterOptions& options) {
   const DataFile file(path);
   const OpenFile open{path, file, Fields(file)};
   for (const Importer& importer : kImporters) {
     if (importer.recognises(open)) return importer.import(open, options);
   }
-  const std::vector<std::string> names = open.fields.Names();
+  std::vector<std::string> names = open.fields.Names();
   const auto has = [&](std::string_view name) { return open.fields.Has(name); };
   if (has("v_template") && (has("weights") || has("kintree_table"))) {
     throw Error(path.string(), "is a body model, not a motion", "Give it with --body");
+  }
+  if (LooksLikeObjectPoses(open.fields)) {
+    throw Error(path.string(), "holds the poses of an object, and of no person or hand",
+                "Give the file of the person beside it: the object comes with it");
   }
   if (has("partbody_pose")) {
     throw Error(path.string(), "holds PIXIE's raw output, before decode()",
                 "Save the parameters after it: they have a body_pose");
   }
+  if (names.empty() && file.Format() != DataFormat::kNpz) names = NamesOfItems(file.Root());
   constexpr std::size_t kMostNamed = 12;
   const std::vector<std::string> some(
       names.begin(), names.begin() + std::min<std::ptrdiff_t>(
@@ -271,7 +291,11 @@ ImportedFile ImportFile(const fs::path& path, const ImportFileOptions& options) 
   static_cast<ImportedClip&>(imported) =
       folder ? ImportFolder(path, options.parameters) : ImportDataFile(path, options.parameters);
   Clip& clip = imported.clip;
+  NoteRotationDefects(imported);
   RequireInRange(clip, path.string());
+  if (std::string note = WrapJointAngles(clip); !note.empty()) {
+    imported.notes.push_back(std::move(note));
+  }
   imported.source_frames = clip.NumFrames();
   imported.source_frame_rate = clip.frame_rate;
   if (const double rate = options.frame_rate.value_or(0); rate > 0 && rate != clip.frame_rate) {

@@ -3,6 +3,8 @@
 
 #include <string_view>
 
+#include <fmt/format.h>
+
 #include "geometry/error.h"
 #include "geometry/io/container/gzip.h"
 #include "geometry/io/container/text_scanner.h"
@@ -76,7 +78,15 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
       amc.skeleton = options.skeleton.empty() ? FindAsfBeside(path) : options.skeleton;
       amc.metres_per_unit = options.metres_per_unit;
       if (options.source_frame_rate > 0) amc.frame_rate = options.source_frame_rate;
-      return ParseAmc(ReadGzipText(amc.skeleton), amc.skeleton.string(), text, where, amc);
+      SourceMotion motion =
+          ParseAmc(ReadGzipText(amc.skeleton), amc.skeleton.string(), text, where, amc);
+      if (options.source_frame_rate == 0) {
+        motion.notes.push_back(
+            fmt::format("warning: AMC files have no frame rate: {:g} Hz taken, CMU's ('holdfast "
+                        "import --source-fps' says otherwise)",
+                        amc.frame_rate));
+      }
+      return motion;
     }
     case MotionFormat::kGltf: {
       GltfMotionOptions gltf;

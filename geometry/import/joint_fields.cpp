@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/import/joint_fields.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/import/rotation_arrays.h"
 
 namespace holdfast {
 
@@ -40,6 +43,27 @@ void RequireFrames(std::string_view where, std::string_view name, Eigen::Index f
   throw Error(fmt::format("{}[{}]", where, name),
               fmt::format("has {} frames where the body has {}", found, frames),
               "All motion arrays of a file have the same length: cut the longer ones");
+}
+
+Eigen::MatrixXd ReadBetas(const DataValue& value) {
+  std::vector<std::size_t> shape = value.Array().array.shape;
+  std::erase(shape, std::size_t{1});
+  const auto count = static_cast<Eigen::Index>(shape.empty() ? 1 : shape.back());
+  if (std::ranges::find(shape, std::size_t{0}) != shape.end()) return Eigen::MatrixXd(0, 0);
+  return ReadFrameRows(value, count);
+}
+
+void SetBetas(const Eigen::MatrixXd& betas, ImportedClip& imported) {
+  if (betas.cols() == 0) return;
+  const Eigen::VectorXd mean = betas.rowwise().mean();
+  const double spread = (betas.colwise() - mean).cwiseAbs().maxCoeff();
+  const bool same = (betas.colwise() - betas.col(0)).isZero(0.0);
+  imported.clip.betas = same ? Eigen::VectorXd(betas.col(0)) : mean;
+  if (spread > 1e-6) {
+    imported.notes.push_back(fmt::format(
+        "betas differ from frame to frame (by up to {:.3g}): their mean is the clip's shape",
+        spread));
+  }
 }
 
 void Append(std::vector<std::string>& texts, std::vector<std::string> more) {

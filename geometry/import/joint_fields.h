@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "geometry/body/skeleton.h"
+#include "geometry/import/imported_clip.h"
 #include "geometry/io/container/data_value.h"
 
 namespace holdfast {
@@ -25,6 +26,13 @@ void SetJoints(std::vector<JointPose>& pose, int begin, const Eigen::MatrixXd& r
 /// Throws Error unless `found` frames are `frames`.
 void RequireFrames(std::string_view where, std::string_view name, Eigen::Index found,
                    Eigen::Index frames);
+
+/// Shape coefficients (B x rows): one set (B), (1,B), (B,1), or one a frame (T,B). No columns for
+/// an empty array.
+Eigen::MatrixXd ReadBetas(const DataValue& value);
+
+/// One person has one shape: the mean of `betas` becomes the clip's, with a note where they differ.
+void SetBetas(const Eigen::MatrixXd& betas, ImportedClip& imported);
 
 /// Appends.
 void Append(std::vector<std::string>& texts, std::vector<std::string> more);

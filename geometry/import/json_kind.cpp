@@ -10,6 +10,7 @@
 #include "geometry/body/skeleton.h"
 #include "geometry/error.h"
 #include "geometry/io/container/gzip.h"
+#include "geometry/io/pickle/json_data.h"
 
 namespace holdfast {
 namespace {
@@ -61,6 +62,10 @@ void IdentifyJson(const std::filesystem::path& path, Identity& identity) {
   }
   if (Depth(text) > kMaxDepth) {
     identity.fault = "begins like JSON, and nests too deep";
+    return;
+  }
+  if (IsJsonLines(text)) {
+    identity.detail = "JSON lines";
     return;
   }
   const nlohmann::json json = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);

@@ -9,6 +9,7 @@
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
+#include "geometry/import/amass.h"
 #include "geometry/io/container/npz.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/suggestion.h"
@@ -21,13 +22,14 @@ namespace fs = std::filesystem;
 // Whether a file is a clip already: no arrays but those that WriteClip writes, or some that only
 // Holdfast's have.
 bool IsClipFile(const fs::path& path) {
-  std::vector<std::string> names;
   try {
-    names = NpzReader(path).Keys();
+    const NpzReader archive(path);
+    const std::vector<std::string> names = archive.Keys();
+    if (!IsHoldfastClip(names) && !HasOnlyClipArrays(names)) return false;
+    return !NeedsImport(archive);
   } catch (const Error&) {
     return false;  // ImportFile says what is wrong with it
   }
-  return IsHoldfastClip(names) || HasOnlyClipArrays(names);
 }
 
 LoadedClip LoadEmbedded(const std::string& name) {
@@ -57,6 +59,9 @@ LoadedClip ReadFile(const fs::path& path, const ImportFileOptions& options) {
   if (result || (!folder && IsClipFile(path))) {
     loaded.file = result ? path / "clip.npz" : path;
     loaded.clip = ReadClip(loaded.file);
+    if (std::string note = WrapJointAngles(loaded.clip); !note.empty()) {
+      loaded.notes.push_back(std::move(note));
+    }
     loaded.object_mesh = MeshBeside(loaded.file, loaded.clip.object);
     loaded.table_mesh = MeshBeside(loaded.file, loaded.clip.table);
     return loaded;

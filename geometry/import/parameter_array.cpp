@@ -17,7 +17,7 @@ using Eigen::Index;
 constexpr Index kMotionX = 322, kHandsAt = 66, kJawAt = 156, kExpressionAt = 159, kTransAt = 309,
                 kBetasAt = 312, kNumBetas = 10;
 constexpr double kMotionXFrameRate = 30;
-constexpr Index kSmplh = 156;
+constexpr int kArraySmplhJoints = 52;
 
 [[noreturn]] void Refuse(const DataValue& value, const NpyMember& member, Index width) {
   const auto refuse = [&](const char* problem, const char* remedy) {
@@ -54,13 +54,14 @@ ImportedClip ImportParameterArray(const DataValue& value, const ParameterOptions
   const NpyMember member = value.Array();
   const std::vector<std::size_t>& shape = member.array.shape;
   const Index width = shape.empty() ? 0 : static_cast<Index>(shape.back());
-  const bool smplx = width == 3 * kNumJoints || (shape.size() == 3 && width == 3 &&
-                                                 shape[1] == static_cast<std::size_t>(kNumJoints));
-  if (width != kMotionX && width != kSmplh && !smplx) Refuse(value, member, width);
+  const bool smplx = NumbersPerRotation(member, kNumJoints).has_value();
+  // (T, 52, 3) may as well be positions.
+  const bool smplh = !smplx && !(shape.size() == 3 && width == 3) &&
+                     NumbersPerRotation(member, kArraySmplhJoints).has_value();
+  if (width != kMotionX && !smplh && !smplx) Refuse(value, member, width);
 
   ImportedClip imported;
   Clip& clip = imported.clip;
-  RotationDefects none;
   const double rate = options.source_frame_rate > 0 ? options.source_frame_rate : kMotionXFrameRate;
   clip.frame_rate = rate;
   std::optional<WorldUp> up;
@@ -72,7 +73,7 @@ ImportedClip ImportParameterArray(const DataValue& value, const ParameterOptions
     SetJoints(clip.pose, 0, rows.topRows(kHandsAt), value.Where());
     SetJoints(clip.pose, kLeftHandBegin, rows.middleRows(kHandsAt, 2 * kHandDofs), value.Where());
     SetJoints(clip.pose, 22, rows.middleRows(kJawAt, 3), value.Where());
-    clip.betas = rows.middleRows(kBetasAt, kNumBetas).rowwise().mean();
+    SetBetas(rows.middleRows(kBetasAt, kNumBetas), imported);
     imported.conventions.push_back(
         fmt::format("{:g} Hz (--source-fps says otherwise); finger angles complete", rate));
     if (!rows.middleRows(kExpressionAt, kTransAt - kExpressionAt).isZero(0.0)) {
@@ -82,7 +83,7 @@ ImportedClip ImportParameterArray(const DataValue& value, const ParameterOptions
   } else {
     imported.format = smplx ? "SMPL-X poses, one array" : "SMPL-H poses, one array";
     const Eigen::MatrixXd rows =
-        smplx ? ReadRotations(value, kNumJoints, none) : ReadFrameRows(value, kSmplh);
+        ReadRotations(value, smplx ? kNumJoints : kArraySmplhJoints, imported);
     clip.pose.assign(static_cast<std::size_t>(rows.cols()), JointPose::Zero());
     clip.trans.setZero(3, rows.cols());
     if (smplx) {
@@ -92,8 +93,10 @@ ImportedClip ImportParameterArray(const DataValue& value, const ParameterOptions
       SetJoints(clip.pose, kLeftHandBegin, rows.bottomRows(2 * kHandDofs), value.Where());
       clip.surface_model_type = "smplh";
     }
-    imported.notes.push_back(fmt::format(
-        "an array of poses alone: no translation, and {:g} Hz taken (--source-fps)", rate));
+    imported.notes.push_back(
+        fmt::format("warning: an array of poses alone: no translation, and {:g} Hz taken "
+                    "('holdfast import --source-fps' says otherwise)",
+                    rate));
     imported.conventions.push_back("finger angles taken as complete");
   }
   if (options.flat_hand_mean == false) {

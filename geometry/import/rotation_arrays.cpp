@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <Eigen/LU>
@@ -46,25 +47,134 @@ Eigen::MatrixXd FiniteColumns(const NpyMember& member, Index per_frame) {
   return Eigen::Map<const Eigen::MatrixXd>(values.data(), per_frame, frames);
 }
 
-// Whether the lengths from `axis` on are these.
+// Whether the last lengths are these.
 bool EndsWith(const std::vector<Index>& shape, std::initializer_list<Index> end) {
   return shape.size() >= end.size() &&
          std::equal(end.begin(), end.end(), shape.end() - static_cast<std::ptrdiff_t>(end.size()));
 }
 
-// What a wrong array probably is.
-std::string Guess(const std::vector<Index>& shape, int joints) {
-  const auto per_joint = [&](Index n) {
-    return EndsWith(shape, {n * joints}) || EndsWith(shape, {joints, n}) ||
-           (joints == 1 && EndsWith(shape, {n}));
-  };
-  if (per_joint(4)) return ": quaternions, whose order the file does not tell";
-  if (per_joint(6)) return ": 6D rotations, by rows or by columns the file does not tell";
-  return "";
+bool EndsWithQuaternions(const std::vector<Index>& shape, int joints) {
+  return EndsWith(shape, {Index{4} * joints}) || EndsWith(shape, {joints, 4}) ||
+         (joints == 1 && EndsWith(shape, {4}));
 }
 
 bool IsRotation(const Eigen::Matrix3d& M) {
   return (M.transpose() * M - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-3;
+}
+
+// How an array holds its rotations.
+struct RotationLayout {
+  enum class Form { kAxisAngle, kMatrix, kSixD, kSixDColumns, kSixDRows };
+  Form form;
+  Index frames;
+
+  int Numbers() const { return form == Form::kAxisAngle ? 3 : form == Form::kMatrix ? 9 : 6; }
+};
+
+// Every way in which the shape can be read, axis-angle first.
+std::vector<RotationLayout> LayoutsOf(const NpyMember& member, int joints) {
+  using Form = RotationLayout::Form;
+  const std::vector<Index> shape = TrueShape(member);
+  const Index J = joints;
+  std::vector<RotationLayout> layouts;
+  const auto add = [&](Form form, std::initializer_list<Index> lengths) {
+    std::vector<Index> frame(lengths);
+    std::erase(frame, Index{1});
+    const bool one = shape == frame;
+    const bool many = shape.size() == frame.size() + 1 &&
+                      std::equal(frame.begin(), frame.end(), shape.begin() + 1);
+    const Index frames = one ? 1 : shape[0];
+    const auto same = [&](const RotationLayout& other) {
+      return other.form == form && other.frames == frames;
+    };
+    if ((one || many) && std::ranges::none_of(layouts, same)) layouts.push_back({form, frames});
+  };
+  add(Form::kAxisAngle, {3 * J});
+  add(Form::kAxisAngle, {J, 3});
+  add(Form::kMatrix, {J, 3, 3});
+  add(Form::kMatrix, {J, 9});
+  add(Form::kMatrix, {9 * J});
+  add(Form::kSixDColumns, {J, 3, 2});
+  add(Form::kSixDRows, {J, 2, 3});
+  add(Form::kSixD, {J, 6});
+  add(Form::kSixD, {6 * J});
+  return layouts;
+}
+
+std::optional<RotationLayout> LayoutOf(const NpyMember& member, int joints, Index frames) {
+  using Form = RotationLayout::Form;
+  if (SizeOf(member) == 0) return std::nullopt;
+  const std::vector<RotationLayout> layouts = LayoutsOf(member, joints);
+  if (layouts.size() < 2) return layouts.empty() ? std::nullopt : std::optional(layouts.front());
+  // What does not move may be there once.
+  for (const Index count : {frames, Index{1}}) {
+    for (const RotationLayout& layout : layouts) {
+      if (frames > 0 && layout.frames == count) return layout;
+    }
+  }
+  const std::vector<std::size_t>& whole = member.array.shape;
+  const auto matrix = std::ranges::find(layouts, Form::kMatrix, &RotationLayout::form);
+  if (matrix == layouts.end() || whole.size() < 2 || whole[whole.size() - 2] != 3) {
+    return layouts.front();
+  }
+  if (whole.size() > 2) return *matrix;
+  const std::vector<double> values = member.AsDoubles();
+  const bool rotation =
+      IsRotation(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data()));
+  return rotation ? *matrix : layouts.front();
+}
+
+constexpr double kSixDTolerance = 0.02;
+constexpr double kMinSixDLength = 1e-3;
+
+// The two vectors of 6D numbers, `interleaved` in rows of two or one after the other.
+std::pair<Eigen::Vector3d, Eigen::Vector3d> SixDVectors(const double* p, bool interleaved) {
+  if (interleaved) return {{p[0], p[2], p[4]}, {p[1], p[3], p[5]}};
+  return {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}};
+}
+
+// How far the two vectors are from being orthonormal, at most of all rotations.
+double SixDDefect(const Eigen::MatrixXd& numbers, bool interleaved) {
+  double largest = 0;
+  for (Index i = 0; i + 6 <= numbers.size(); i += 6) {
+    const auto [a, b] = SixDVectors(numbers.data() + i, interleaved);
+    largest =
+        std::max({largest, std::abs(a.norm() - 1), std::abs(b.norm() - 1), std::abs(a.dot(b))});
+  }
+  return largest;
+}
+
+// Whether flat 6D numbers stand in rows of two. Throws Error where they do not tell.
+bool IsInterleaved(const Eigen::MatrixXd& numbers, const NpyMember& member) {
+  const bool interleaved = SixDDefect(numbers, true) < kSixDTolerance;
+  const bool contiguous = SixDDefect(numbers, false) < kSixDTolerance;
+  if (interleaved != contiguous) return interleaved;
+  throw Error(member.where,
+              fmt::format("has shape {}: 6D rotations, by rows or by columns the numbers do not "
+                          "tell ({})",
+                          member.ShapeText(),
+                          interleaved ? "they are orthonormal both ways"
+                                      : "they are not orthonormal either way"),
+              "Give matrices (frames, joints, 3, 3), or (frames, joints, 3, 2): their first two "
+              "columns");
+}
+
+// Gram-Schmidt, as every code that writes 6D reads it.
+Eigen::Matrix3d SixDMatrix(const double* p, bool interleaved, const NpyMember& member,
+                           Index frame) {
+  const auto [a, b] = SixDVectors(p, interleaved);
+  const Eigen::Vector3d along = b - a.dot(b) / std::max(a.squaredNorm(), 1e-30) * a;
+  if (a.norm() < kMinSixDLength || along.norm() < kMinSixDLength) {
+    throw Error(
+        member.where,
+        fmt::format("holds a 6D rotation in frame {} whose two vectors span no plane", frame),
+        "Give rotations: cut such frames out or fill them in");
+  }
+  Eigen::Matrix3d M;
+  M.col(0) = a.normalized();
+  M.col(1) = along.normalized();
+  M.col(2) = M.col(0).cross(M.col(1));
+  return M;
 }
 
 Eigen::Vector3d AxisAngleOf(const Eigen::Matrix3d& M, Index frame, RotationDefects& defects) {
@@ -86,6 +196,83 @@ Eigen::Vector3d AxisAngleOf(const Eigen::Matrix3d& M, Index frame, RotationDefec
   return LogSO3(NearestRotation(M));
 }
 
+struct RotationsRead {
+  Eigen::MatrixXd axis_angle;
+  RotationLayout::Form form = RotationLayout::Form::kAxisAngle;
+  bool interleaved = false;  // of 6D
+};
+
+// `strict`: a matrix that is far from a rotation is a fault.
+RotationsRead ReadAnyRotations(const DataValue& value, int joints, RotationDefects& defects,
+                               Index frames, bool strict) {
+  using Form = RotationLayout::Form;
+  const NpyMember member = value.Array();
+  const std::optional<RotationLayout> layout = LayoutOf(member, joints, frames);
+  if (!layout) {
+    throw Error(member.where,
+                fmt::format("has shape {}{}", member.ShapeText(),
+                            EndsWithQuaternions(TrueShape(member), joints)
+                                ? ": quaternions, whose order the file does not tell"
+                                : ""),
+                joints == 1
+                    ? std::string("Give axis-angle (frames, 3) or matrices (frames, 3, 3)")
+                    : fmt::format("Give axis-angle (frames, {}) or matrices (frames, {}, 3, 3)",
+                                  3 * joints, joints));
+  }
+  const int numbers = layout->Numbers();
+  RotationsRead read{FiniteColumns(member, Index{numbers} * joints), layout->form};
+  if (numbers == 3) return read;
+  const Eigen::MatrixXd stored = std::move(read.axis_angle);
+  read.axis_angle.resize(3 * joints, stored.cols());
+  if (numbers == 6) {
+    read.interleaved = layout->form == Form::kSixDColumns ||
+                       (layout->form == Form::kSixD && IsInterleaved(stored, member));
+  }
+  for (Index t = 0; t < stored.cols(); ++t) {
+    const int bad_before = defects.bad;
+    for (Index j = 0; j < joints; ++j) {
+      const double* const p = stored.col(t).data() + numbers * j;
+      Eigen::Matrix3d M;
+      if (numbers == 9) {
+        M = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(p);
+      } else {
+        M = SixDMatrix(p, read.interleaved, member, t);
+        // The first two rows are the first two columns of the transpose.
+        if (!read.interleaved) M.transposeInPlace();
+      }
+      const RotationDefects before = defects;
+      read.axis_angle.col(t).segment<3>(3 * j) = AxisAngleOf(M, t, defects);
+      const bool reflected = defects.reflections > before.reflections;
+      const double off = (M.transpose() * M - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+      if (!strict || (!reflected && off <= 2 * kMaxRotationDefect)) continue;
+      throw Error(member.where,
+                  fmt::format("holds a matrix that is {} in frame {}{}",
+                              reflected ? "a reflection, not a rotation,"
+                                        : fmt::format("no rotation (R'R is off by {:.3g})", off),
+                              t, joints > 1 ? fmt::format(", joint {}", j) : ""),
+                  "Give rotation matrices, row-major, or axis-angle");
+    }
+    if (defects.bad > bad_before) {
+      if (defects.first_frame < 0) defects.first_frame = static_cast<int>(t);
+      ++defects.frames;
+    }
+  }
+  return read;
+}
+
+void NoteSixD(const RotationsRead& read, ImportedClip& imported) {
+  using Form = RotationLayout::Form;
+  if (read.form == Form::kAxisAngle || read.form == Form::kMatrix) return;
+  const std::string note =
+      read.interleaved
+          ? "rotations are 6D: the first two columns of each matrix, in rows of two"
+          : "warning: rotations are 6D, taken as the first two rows of each matrix, one after the "
+            "other (PyTorch3D); if they are the first two columns, every rotation is the inverse: "
+            "write them as matrices then";
+  std::vector<std::string>& texts = read.interleaved ? imported.conventions : imported.notes;
+  if (std::ranges::find(texts, note) == texts.end()) texts.push_back(note);
+}
+
 }  // namespace
 
 Eigen::MatrixXd ReadFrameRows(const DataValue& value, Index columns) {
@@ -102,55 +289,37 @@ Eigen::MatrixXd ReadFrameRows(const DataValue& value, Index columns) {
   return FiniteColumns(member, columns);
 }
 
-bool HoldsMatrices(const NpyMember& member, int joints) {
-  const std::vector<Index> shape = TrueShape(member);
-  const Index size = SizeOf(member);
-  if (size == 0 || size % (9 * joints) != 0) return false;
-  const std::vector<std::size_t>& whole = member.array.shape;
-  if (whole.size() >= 2 && whole.back() == 3 && whole[whole.size() - 2] == 3) {
-    // (3,3) of one joint: one matrix, or three frames of axis-angle.
-    if (joints == 1 && whole.size() == 2) {
-      const std::vector<double> values = member.AsDoubles();
-      return IsRotation(
-          Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(values.data()));
-    }
-    return joints == 1 || shape.size() == 4 || (shape.size() == 3 && shape[0] == joints);
-  }
-  if (joints == 1) return EndsWith(shape, {9});
-  return EndsWith(shape, {joints, 9}) || EndsWith(shape, {9 * joints});
+std::optional<int> NumbersPerRotation(const NpyMember& member, int joints, Index frames) {
+  const std::optional<RotationLayout> layout = LayoutOf(member, joints, frames);
+  return layout ? std::optional(layout->Numbers()) : std::nullopt;
 }
 
-Eigen::MatrixXd ReadRotations(const DataValue& value, int joints, RotationDefects& defects) {
-  const NpyMember member = value.Array();
-  if (HoldsMatrices(member, joints)) {
-    const Eigen::MatrixXd numbers = FiniteColumns(member, 9 * joints);
-    Eigen::MatrixXd axis_angle(3 * joints, numbers.cols());
-    for (Index t = 0; t < numbers.cols(); ++t) {
-      const int bad_before = defects.bad;
-      for (Index j = 0; j < joints; ++j) {
-        // Row-major in the file.
-        const Eigen::Matrix3d M = numbers.col(t).segment<9>(9 * j).reshaped(3, 3).transpose();
-        axis_angle.col(t).segment<3>(3 * j) = AxisAngleOf(M, t, defects);
-      }
-      if (defects.bad > bad_before) {
-        if (defects.first_frame < 0) defects.first_frame = static_cast<int>(t);
-        ++defects.frames;
-      }
+Eigen::MatrixXd ReadRotations(const DataValue& value, int joints, RotationDefects& defects,
+                              Index frames) {
+  return ReadAnyRotations(value, joints, defects, frames, false).axis_angle;
+}
+
+Eigen::MatrixXd ReadRotations(const DataValue& value, int joints, ImportedClip& imported,
+                              Index frames) {
+  RotationsRead read = ReadAnyRotations(value, joints, imported.body_defects, frames, true);
+  NoteSixD(read, imported);
+  return std::move(read.axis_angle);
+}
+
+Eigen::MatrixXd ReadObjectRotations(const DataValue& value, ImportedClip& imported, Index frames) {
+  RotationsRead read = ReadAnyRotations(value, 1, imported.object_defects, frames, false);
+  NoteSixD(read, imported);
+  return std::move(read.axis_angle);
+}
+
+void NoteRotationDefects(ImportedClip& imported) {
+  for (const auto& [whose, defects] :
+       {std::pair{"body", imported.body_defects}, {"object", imported.object_defects}}) {
+    if (const std::string text = Describe(defects); !text.empty()) {
+      imported.notes.push_back(fmt::format(
+          "warning: the {}: {}; the nearest rotations taken (SVD, determinant +1)", whose, text));
     }
-    return axis_angle;
   }
-  const std::vector<Index> shape = TrueShape(member);
-  const Index width = 3 * joints;
-  const bool flat = EndsWith(shape, {width}) && shape.size() <= 2;
-  const bool by_joint = joints > 1 && EndsWith(shape, {joints, 3}) && shape.size() <= 3;
-  if (!flat && !by_joint) {
-    throw Error(
-        member.where, fmt::format("has shape {}{}", member.ShapeText(), Guess(shape, joints)),
-        joints == 1 ? std::string("Give axis-angle (frames, 3) or matrices (frames, 3, 3)")
-                    : fmt::format("Give axis-angle (frames, {}) or matrices (frames, {}, 3, 3)",
-                                  width, joints));
-  }
-  return FiniteColumns(member, width);
 }
 
 std::string Describe(const RotationDefects& defects) {

@@ -9,10 +9,12 @@
 #include <fmt/ranges.h>
 
 #include "geometry/error.h"
+#include "geometry/import/data_set_files.h"
 #include "geometry/import/finger_angles.h"
 #include "geometry/import/joint_fields.h"
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/import/world_frame.h"
+#include "geometry/io/container/text_scanner.h"
 
 namespace holdfast {
 namespace {
@@ -63,6 +65,13 @@ Eigen::MatrixXd Joined(const std::vector<Eigen::MatrixXd>& parts) {
   return all;
 }
 
+void NoteAssumedRate(ImportedClip& imported) {
+  imported.notes.push_back(
+      fmt::format("warning: no frame rate in the file: {:g} Hz taken ('holdfast import "
+                  "--source-fps' says otherwise)",
+                  imported.clip.frame_rate));
+}
+
 bool HasParameters(const Fields& fields) {
   return (fields.FirstOf(kBody) && fields.FirstOf(kRoot)) ||
          (fields.FirstOf(kFull) && fields.FirstOf(kTrans));
@@ -82,14 +91,70 @@ std::optional<Fields> FindParameters(const Fields& fields) {
 
 bool LooksLikeParameters(const Fields& fields) { return FindParameters(fields).has_value(); }
 
-std::optional<double> FrameRateOf(const Fields& fields) {
-  const auto rate = fields.Find(kFrameRate);
-  if (!rate || !rate->HoldsNumbers()) return std::nullopt;
-  const double value = rate->Number();
-  if (!(value > 0) || !std::isfinite(value)) {
-    throw Error(rate->Where(), fmt::format("is {}", value), "Give frames per second");
+std::optional<DataValue> FindBelow(const Fields& fields, Names names, int depth) {
+  if (const auto found = fields.Find(names)) return found;
+  if (depth == 0) return std::nullopt;
+  for (const std::string& name : fields.Names()) {
+    try {
+      const DataValue value = fields[name];
+      if (value.Kind() != DataKind::kDict) continue;
+      if (const auto found = FindBelow(Fields(value), names, depth - 1)) return found;
+    } catch (const Error&) {
+      continue;  // a field that nothing else asks for may hold what is not read
+    }
   }
-  return value;
+  return std::nullopt;
+}
+
+bool IsFrameRateName(std::string_view name) {
+  return std::ranges::find(kFrameRate, name) != kFrameRate.end();
+}
+
+std::optional<double> FrameRateOf(const Fields& fields) {
+  constexpr int kDepth = 3;
+  const auto rate = FindBelow(fields, kFrameRate, kDepth);
+  if (!rate) return std::nullopt;
+  std::vector<double> values;
+  if (rate->HoldsNumbers()) {
+    values = rate->Array().AsDoubles();
+  } else if (rate->Kind() == DataKind::kText) {
+    double number = 0;
+    if (ParseNumber(rate->Text(), number)) values = {number};
+  }
+  const bool one = !values.empty() &&
+                   std::ranges::all_of(values, [&](double value) { return value == values[0]; });
+  if (!one || !(values[0] > 0) || !std::isfinite(values[0])) {
+    throw Error(rate->Where(),
+                one ? fmt::format("is {}", values[0]) : std::string("is not one number"),
+                "Give frames per second");
+  }
+  return values[0];
+}
+
+void SettleFrameRate(const Fields& fields, const ParameterOptions& options, double assumed,
+                     ImportedClip& imported) {
+  Clip& clip = imported.clip;
+  if (const auto rate = FrameRateOf(fields)) {
+    clip.frame_rate = *rate;
+    return;
+  }
+  if (options.source_frame_rate > 0) {
+    clip.frame_rate = options.source_frame_rate;
+    return;
+  }
+  clip.frame_rate = assumed;
+  if (clip.NumFrames() < 2) return;
+  if (const auto length = fields.Find("mocap_time_length"); length && length->HoldsNumbers()) {
+    const double seconds = length->Number();
+    if (seconds > 0 && std::isfinite(seconds)) {
+      const double rate = clip.NumFrames() / seconds, whole = std::round(rate);
+      clip.frame_rate = std::abs(rate - whole) < 0.01 * whole ? whole : rate;
+      imported.notes.push_back(fmt::format(
+          "no frame rate in the file: {:g} Hz by its mocap_time_length", clip.frame_rate));
+      return;
+    }
+  }
+  NoteAssumedRate(imported);
 }
 
 std::optional<bool> FlatHandMeanOf(const Fields& fields) {
@@ -104,7 +169,7 @@ ParameterCollector::ParameterCollector(const ParameterOptions& options)
   imported_.clip.frame_rate = options.source_frame_rate;
 }
 
-Eigen::MatrixXd ParameterCollector::ReadBody(const DataValue& value) {
+Eigen::MatrixXd ParameterCollector::ReadBody(const DataValue& value, Index frames) {
   const NpyMember member = value.Array();
   const std::size_t size = member.array.NumElements();
   const std::size_t last = member.array.shape.empty() ? 0 : member.array.shape.back();
@@ -114,31 +179,27 @@ Eigen::MatrixXd ParameterCollector::ReadBody(const DataValue& value) {
                 "use_vposer)",
                 "Decode it with VPoser where the file was made and save body_pose as (1, 63)");
   }
-  const bool smpl = last == 3 * kSmplBodyJoints || last == 9 * kSmplBodyJoints ||
-                    size == 3 * kSmplBodyJoints || size == 9 * kSmplBodyJoints ||
-                    (member.array.shape.size() >= 2 &&
-                     std::ranges::find(member.array.shape, std::size_t{kSmplBodyJoints}) !=
-                         member.array.shape.end());
-  if (!smpl) return ReadRotations(value, kNumBodyJoints - 1, imported_.body_defects);
+  const bool smpl = !NumbersPerRotation(member, kNumBodyJoints - 1, frames) &&
+                    NumbersPerRotation(member, kSmplBodyJoints, frames);
+  if (!smpl) return ReadRotations(value, kNumBodyJoints - 1, imported_, frames);
   is_smpl_ = true;
-  return ReadRotations(value, kSmplBodyJoints, imported_.body_defects)
-      .topRows(3 * (kNumBodyJoints - 1));
+  return ReadRotations(value, kSmplBodyJoints, imported_, frames).topRows(3 * (kNumBodyJoints - 1));
 }
 
 void ParameterCollector::AddHands(const Fields& fields, std::vector<JointPose>& pose) {
   if (options_.hands == ImportedHands::kNone) return;
+  const auto frames = static_cast<Index>(pose.size());
   if (const auto both = fields.Find(kBothHands)) {
     // 30 joints: left and right behind each other, angles (the layout of AMASS).
-    SetJoints(pose, kLeftHandBegin,
-              ReadRotations(*both, 2 * kJointsPerHand, imported_.body_defects), both->Where());
+    SetJoints(pose, kLeftHandBegin, ReadRotations(*both, 2 * kJointsPerHand, imported_, frames),
+              both->Where());
     has_fingers_ = true;
   }
   for (const auto& [side, names] :
        {std::pair<Side, Names>{Side::kLeft, kLeftHand}, {Side::kRight, kRightHand}}) {
     const auto hand = fields.Find(names);
     if (!hand) continue;
-    SetJoints(pose, HandBegin(side), fingers_.Read(*hand, side, imported_.body_defects),
-              hand->Where());
+    SetJoints(pose, HandBegin(side), fingers_.Read(*hand, side, imported_, frames), hand->Where());
     has_fingers_ = true;
   }
 }
@@ -146,11 +207,7 @@ void ParameterCollector::AddHands(const Fields& fields, std::vector<JointPose>& 
 void ParameterCollector::AddBetas(const Fields& fields) {
   const auto value = fields.Find(kBetas);
   if (!value || !value->HoldsNumbers()) return;
-  const NpyMember member = value->Array();
-  const std::vector<std::size_t>& shape = member.array.shape;
-  if (member.array.NumElements() == 0) return;
-  const auto count = static_cast<Index>(shape.empty() ? 1 : shape.back());
-  const Eigen::MatrixXd rows = ReadFrameRows(*value, count);
+  const Eigen::MatrixXd rows = ReadBetas(*value);
   for (Index t = 0; t < rows.cols(); ++t) betas_.push_back(rows.col(t));
 }
 
@@ -179,10 +236,13 @@ void ParameterCollector::Add(const Fields& packed) {
   const auto full = fields.Find(kFull);
   const auto root = fields.Find(kRoot);
   const auto body = fields.Find(kBody);
-  RotationDefects& defects = imported_.body_defects;
+  // What decides shapes that can be read in two ways.
+  Index told = 0;
+  if (const auto trans = fields.Find(kTrans)) told = ReadFrameRows(*trans, 3).cols();
   if (body && root) {
-    const Eigen::MatrixXd root_rows = ReadRotations(*root, 1, defects);
-    const Eigen::MatrixXd body_rows = ReadBody(*body);
+    const Eigen::MatrixXd body_rows = ReadBody(*body, told);
+    if (told <= 1) told = body_rows.cols();
+    const Eigen::MatrixXd root_rows = ReadRotations(*root, 1, imported_, told);
     const Index frames = std::max(root_rows.cols(), body_rows.cols());
     pose = RestPoses(frames, *body, 3 * (kNumBodyJoints - 1));
     SetJoints(pose, 0, root_rows, root->Where());
@@ -192,12 +252,12 @@ void ParameterCollector::Add(const Fields& packed) {
                                                {kLeftEyeNames, 23, 1},
                                                {kRightEyeNames, 24, 1}}) {
       if (const auto value = fields.Find(names)) {
-        SetJoints(pose, begin, ReadRotations(*value, joints, defects), value->Where());
+        SetJoints(pose, begin, ReadRotations(*value, joints, imported_, frames), value->Where());
       }
     }
     AddHands(fields, pose);
   } else {
-    const Eigen::MatrixXd rows = ReadRotations(*full, kNumJoints, defects);
+    const Eigen::MatrixXd rows = ReadRotations(*full, kNumJoints, imported_, told);
     pose.assign(static_cast<std::size_t>(rows.cols()), JointPose::Zero());
     SetJoints(pose, 0, rows, full->Where());
     has_fingers_ = options_.hands != ImportedHands::kNone;
@@ -215,11 +275,11 @@ void ParameterCollector::Add(const Fields& packed) {
   if (const auto gender = fields.Find("gender")) {
     if (const auto known = GenderOf(*gender)) clip.gender = *known;
   }
-  if (const auto rate = FrameRateOf(fields)) clip.frame_rate = *rate;
-  ListDropped(fields);
+  if (const auto rate = FrameRateOf(packed)) clip.frame_rate = *rate;
+  ListDropped(packed, fields);
 }
 
-void ParameterCollector::ListDropped(const Fields& fields) {
+void ParameterCollector::ListDropped(const Fields& packed, const Fields& fields) {
   if (!imported_.dropped.empty()) return;  // the first part speaks for all
   std::vector<std::string> cameras, others;
   const auto known = [&](const std::string& name) {
@@ -229,9 +289,15 @@ void ParameterCollector::ListDropped(const Fields& fields) {
           Names(kTrans), Names(kBetas), Names(kFull), Names(kFrameRate)}) {
       if (std::ranges::find(names, name) != names.end()) return true;
     }
-    return name == "gender";
+    return name == "gender" || name == "flat_hand_mean";
   };
-  for (const std::string& name : fields.Names()) {
+  std::vector<std::string> names = fields.Names();
+  if (fields.Where() != packed.Where()) {
+    for (const std::string& name : packed.Names()) {
+      if (std::ranges::find(kInside, name) == kInside.end()) names.push_back(name);
+    }
+  }
+  for (const std::string& name : names) {
     if (known(name)) continue;
     if (std::ranges::find(kExpression, name) != kExpression.end()) {
       imported_.dropped.push_back(name + ": clips have no face");
@@ -289,22 +355,13 @@ void ParameterCollector::DecideBetas() {
       return;
     }
   }
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(count);
-  for (const Eigen::VectorXd& betas : betas_) mean += betas / static_cast<double>(betas_.size());
-  double spread = 0;
-  for (const Eigen::VectorXd& betas : betas_) {
-    spread = std::max(spread, (betas - mean).cwiseAbs().maxCoeff());
-  }
   if (is_smpl_) {
     imported_.notes.push_back("betas are SMPL's, which mean nothing to SMPL-X: left out");
     return;
   }
-  imported_.clip.betas = spread == 0 ? betas_[0] : mean;
-  if (spread > 1e-6) {
-    imported_.notes.push_back(fmt::format(
-        "betas differ from frame to frame (by up to {:.3g}): their mean is the clip's shape",
-        spread));
-  }
+  Eigen::MatrixXd all(count, static_cast<Index>(betas_.size()));
+  for (Index t = 0; t < all.cols(); ++t) all.col(t) = betas_[static_cast<std::size_t>(t)];
+  SetBetas(all, imported_);
 }
 
 ImportedClip ParameterCollector::Collect(std::optional<bool> known_flat) {
@@ -312,10 +369,7 @@ ImportedClip ParameterCollector::Collect(std::optional<bool> known_flat) {
   clip.trans = Joined(trans_);
   if (clip.frame_rate == 0) {
     clip.frame_rate = 30;
-    if (clip.NumFrames() > 1) {
-      imported_.notes.push_back(
-          "no frame rate in the file: 30 Hz taken (--source-fps says otherwise)");
-    }
+    if (clip.NumFrames() > 1) NoteAssumedRate(imported_);
   }
   if (frames_without_trans_ > 0) {
     imported_.notes.push_back(fmt::format("no translation in {} of {} frames: zero there",
@@ -330,20 +384,19 @@ ImportedClip ParameterCollector::Collect(std::optional<bool> known_flat) {
   Append(imported_.conventions, fingers_.Conventions());
   Append(imported_.notes, fingers_.Notes());
   if (imported_.body_defects.matrices > 0) {
-    imported_.conventions.push_back("rotations are matrices, turned into axis-angle");
-  }
-  if (const std::string text = Describe(imported_.body_defects); !text.empty()) {
-    imported_.notes.push_back("the body: " + text + "; the nearest rotations taken");
+    imported_.conventions.push_back("rotations are matrices or 6D, turned into axis-angle");
   }
   return std::move(imported_);
 }
 
-ImportedClip ImportParameters(const Fields& fields, const ParameterOptions& options,
-                              std::optional<WorldUp> known_up, std::optional<bool> known_flat) {
+ImportedClip ImportParameters(const Fields& fields, const std::filesystem::path& path,
+                              const ParameterOptions& options, std::optional<WorldUp> known_up,
+                              std::optional<bool> known_flat) {
   ParameterCollector collector(options);
   collector.Add(fields);
   if (!known_flat) known_flat = FlatHandMeanOf(fields);
   ImportedClip imported = collector.Collect(known_flat);
+  AddObjectBeside(path, options, imported);
   SettleWorld(imported, options, known_up, !known_up);
   return imported;
 }

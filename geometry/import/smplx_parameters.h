@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <filesystem>
 #include <optional>
+#include <span>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -21,9 +24,19 @@ std::optional<Fields> FindParameters(const Fields& fields);
 /// `fullpose` with `transl`.
 bool LooksLikeParameters(const Fields& fields);
 
-/// Frames per second, under any of the names in use; nothing when there is none. Throws Error for a
-/// rate that is not positive.
+/// Frames per second, under any of the names in use, in `fields` or in a dict below (MoSh++ keeps
+/// it in stageii_debug_details); nothing when there is none. Throws Error for a rate that is not
+/// positive.
 std::optional<double> FrameRateOf(const Fields& fields);
+/// The clip's frame rate, its frames being there: the file's, else the one that the options have,
+/// else the one that mocap_time_length gives, else `assumed`, with a warning.
+void SettleFrameRate(const Fields& fields, const ParameterOptions& options, double assumed,
+                     ImportedClip& imported);
+/// Whether a name is one of a frame rate's.
+bool IsFrameRateName(std::string_view name);
+/// The value of one of the names, in `fields` or in a dict at most `depth` levels below.
+std::optional<DataValue> FindBelow(const Fields& fields, std::span<const std::string_view> names,
+                                   int depth);
 /// The smplx package's flag, where a file keeps it (Holdfast's do).
 std::optional<bool> FlatHandMeanOf(const Fields& fields);
 
@@ -45,11 +58,11 @@ class ParameterCollector {
   ImportedClip Collect(std::optional<bool> known_flat = {});
 
  private:
-  Eigen::MatrixXd ReadBody(const DataValue& value);
+  Eigen::MatrixXd ReadBody(const DataValue& value, Eigen::Index frames);
   void AddHands(const Fields& fields, std::vector<JointPose>& pose);
   void AddBetas(const Fields& fields);
   void AddTrans(const Fields& fields, Eigen::Index frames);
-  void ListDropped(const Fields& fields);
+  void ListDropped(const Fields& packed, const Fields& fields);
   void DecideFlat(std::optional<bool> known_flat);
   void DecideBetas();
 
@@ -62,10 +75,11 @@ class ParameterCollector {
   bool has_fingers_ = false, is_smpl_ = false;
 };
 
-/// All of one file, in a clip's world: `known_up` is the format's axis, where it is known;
-/// otherwise the posture tells, with a note, and the floor is where the feet are.
-ImportedClip ImportParameters(const Fields& fields, const ParameterOptions& options,
-                              std::optional<WorldUp> known_up = {},
+/// All of one file, and the object in a file beside it (AddObjectBeside), in a clip's world:
+/// `known_up` is the format's axis, where it is known; otherwise the posture tells, with a note,
+/// and the floor is where the feet are.
+ImportedClip ImportParameters(const Fields& fields, const std::filesystem::path& path,
+                              const ParameterOptions& options, std::optional<WorldUp> known_up = {},
                               std::optional<bool> known_flat = {});
 
 }  // namespace holdfast

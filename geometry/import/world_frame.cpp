@@ -83,6 +83,12 @@ Eigen::Vector3d PelvisOf(const Clip& clip, const BodyModel& body) {
   return body.RestJoints(body.Template()).col(0);
 }
 
+std::optional<WorldUp> UprightAxis(const Clip& clip, const BodyModel& body) {
+  const Posture posture = MeasurePosture(MotionOf(clip), body);
+  if (!posture.up_is_certain) return std::nullopt;
+  return static_cast<WorldUp>(2 * posture.axis + (posture.sign < 0 ? 1 : 0));
+}
+
 void SettleWorld(ImportedClip& imported, const ParameterOptions& options,
                  std::optional<WorldUp> known, bool find_ground) {
   Clip& clip = imported.clip;

@@ -21,6 +21,9 @@ void MoveWorld(Clip& clip, const Eigen::Vector3d& offset);
 /// body's vertices, else of the betas where they are the body's, else of the mean shape.
 Eigen::Vector3d PelvisOf(const Clip& clip, const BodyModel& body);
 
+/// The axis along which the body surely stands upright; nothing where it does not for long.
+std::optional<WorldUp> UprightAxis(const Clip& clip, const BodyModel& body);
+
 /// Brings an imported clip into a world with z up and, with `find_ground`, the floor at z = 0.
 /// `known` is the format's axis, `options.up` comes before it; without either the axis nearest to
 /// head minus feet is taken, and noted. The floor is where the feet come down to.

@@ -244,6 +244,36 @@ double DescribeBodyMotion(const LooseMotion& motion, const BodyModel& body,
   return posture.metres_per_unit;
 }
 
+void ProposeForHandAlone(const Clip& clip, const std::string& word, const std::string& stem,
+                         Inspection& inspection) {
+  const auto moves = [&](Side side) {
+    return std::ranges::any_of(clip.pose, [&](const JointPose& pose) {
+      return !pose.middleCols<kJointsPerHand>(HandBegin(side)).isZero(0.0);
+    });
+  };
+  const bool left = moves(Side::kLeft) && !moves(Side::kRight);
+  const std::string model = left ? "MANO_LEFT" : "MANO_RIGHT";
+  inspection.AddFact(
+      "needs_model", model,
+      fmt::format("a {} hand alone: other commands need its own model, --body {}.pkl",
+                  left ? "left" : "right", model));
+  for (const char* extension : {".pkl", ".npz"}) {
+    const std::filesystem::path beside =
+        inspection.path.parent_path() / std::string(model + extension);
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(beside, ignored)) continue;
+    const std::string body = ShellWord(beside);
+    if (clip.object) {
+      inspection.next.push_back(
+          fmt::format("holdfast report {} --body {} -o {}.html", word, body, stem));
+    } else {
+      inspection.next.push_back(
+          fmt::format("holdfast fit {} mug --body {} -o {}_held", word, body, stem));
+    }
+    return;
+  }
+}
+
 void DescribeOnBody(const Clip& clip, const std::optional<TriangleMesh>& mesh,
                     const std::shared_ptr<const BodyModel>& body, Inspection& inspection) {
   const BodyNotes notes = NotesOnBody(clip, body, mesh ? &*mesh : nullptr);

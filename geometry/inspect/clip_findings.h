@@ -32,6 +32,11 @@ void DescribeMotion(const LooseMotion& motion, double metres_per_unit, Inspectio
 /// metres per unit of `trans`.
 double DescribeBodyMotion(const LooseMotion& motion, const BodyModel& body, Inspection& inspection);
 
+/// A hand alone goes onto no body: says that its own model is needed, and proposes commands with it
+/// where it lies beside the file. `word` is the clip in commands, `stem` the name of results.
+void ProposeForHandAlone(const Clip& clip, const std::string& word, const std::string& stem,
+                         Inspection& inspection);
+
 /// What a clip of another model becomes on `body`: where its trans goes, and how far the hands that
 /// it says hold the object (`mesh`) are from it then.
 void DescribeOnBody(const Clip& clip, const std::optional<TriangleMesh>& mesh,

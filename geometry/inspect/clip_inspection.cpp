@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "geometry/clip/clip.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/import/import_file.h"
 #include "geometry/inspect/clip_findings.h"
@@ -119,6 +120,12 @@ void InspectClip(Inspection& inspection) {
   }
   DescribeModel(motion, inspection);
   DescribeArrays(motion, inspection);
+  Clip turned;
+  turned.pose = std::move(motion.pose);
+  if (const std::string note = WrapJointAngles(turned); !note.empty()) {
+    inspection.Warn(note.substr(std::string_view("warning: ").size()), "");
+  }
+  motion.pose = std::move(turned.pose);
   if (motion.lengths_differ) {
     inspection.Fault("the arrays have different numbers of frames", "cut them to the same length");
   }
@@ -157,7 +164,9 @@ void InspectClip(Inspection& inspection) {
 
   if (inspection.Worst() != Verdict::kFault) {
     const std::string stem = Stem(inspection.path);
-    if (motion.has_object) {
+    if (motion.IsHandAlone()) {
+      ProposeForHandAlone(ReadClip(inspection.path), word, ShellWord(stem), inspection);
+    } else if (motion.has_object) {
       inspection.next.push_back(fmt::format("holdfast score {}", word));
       inspection.next.push_back(
           fmt::format("holdfast report {} -o {}.html", word, ShellWord(stem)));

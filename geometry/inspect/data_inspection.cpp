@@ -57,7 +57,13 @@ void ListContent(const DataFile& file, Inspection& inspection) {
     }
   }
   if (names.empty() && file.Format() != DataFormat::kNpz) {
-    lines.push_back(file.Root().Describe());
+    const DataValue root = file.Root();
+    lines.push_back(root.Describe());
+    // A list of frames: what the first one has speaks for all.
+    if (root.Kind() == DataKind::kList && root.Size() > 0 &&
+        root[std::size_t{0}].Kind() == DataKind::kDict) {
+      ListNames(root[std::size_t{0}], 1, lines);
+    }
   }
   if (lines.size() > kShownEntries) {
     lines.resize(kShownEntries);
@@ -134,7 +140,10 @@ void InspectMotionData(Inspection& inspection) {
     inspection.AddFact("dropped", dropped, "a clip has no place for: " + dropped);
   }
   for (const std::string& convention : imported.conventions) inspection.Ok(convention);
-  for (const std::string& note : imported.notes) inspection.Warn(note, "");
+  for (const std::string& note : imported.notes) {
+    constexpr std::string_view kWarning = "warning: ";
+    inspection.Warn(note.starts_with(kWarning) ? note.substr(kWarning.size()) : note, "");
+  }
 
   const LooseMotion motion = LooseMotionOf(clip);
   DescribeBodyMotion(motion, *body, inspection);
@@ -142,7 +151,9 @@ void InspectMotionData(Inspection& inspection) {
   if (!imported.motion) DescribeOnBody(clip, ObjectMeshOf(imported), body, inspection);
   const std::string file = ShellWord(inspection.path), stem = ShellWord(Stem(inspection.path));
   inspection.next.push_back(fmt::format("holdfast import {} -o {}_clip.npz", file, stem));
-  if (clip.object) {
+  if (IsHandAlone(clip)) {
+    ProposeForHandAlone(clip, stem + "_clip.npz", stem, inspection);
+  } else if (clip.object) {
     inspection.next.push_back(fmt::format("holdfast report {}_clip.npz -o {}.html", stem, stem));
   } else {
     inspection.next.push_back(fmt::format("holdfast fit {}_clip.npz mug -o {}_held", stem, stem));

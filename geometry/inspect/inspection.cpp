@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/import/amass.h"
 #include "geometry/inspect/clip_inspection.h"
 #include "geometry/inspect/data_inspection.h"
 #include "geometry/inspect/marker_inspection.h"
@@ -32,6 +33,15 @@ void Include(const fs::path& file, Inspection& folder) {
   for (const Finding& finding : part.findings) {
     folder.findings.push_back(
         {finding.verdict, fmt::format("{}: {}", name, finding.text), finding.fix});
+  }
+}
+
+// A clip's arrays in forms that only importers read.
+bool IsForImport(const fs::path& path) {
+  try {
+    return NeedsImport(NpzReader(path));
+  } catch (const Error&) {
+    return false;
   }
 }
 
@@ -105,7 +115,11 @@ Inspection Inspect(const fs::path& path) {
         InspectResult(inspection);
         break;
       case FileKind::kClip:
-        InspectClip(inspection);
+        if (IsForImport(path)) {
+          InspectData(inspection);
+        } else {
+          InspectClip(inspection);
+        }
         break;
       case FileKind::kSmplhMotion:
       case FileKind::kSmplMotion:

@@ -75,6 +75,11 @@ void InspectModel(Inspection& inspection) {
   inspection.AddFact("shape_coefficients", model->NumShape(), "");
   inspection.AddFact("expression_coefficients", model->NumExpression(), "");
   inspection.Ok("faces, kinematic tree and weights are sound");
+  inspection.AddFact("shape_x_corrected", model->ShapeNote().empty() ? "no" : "yes", "");
+  if (const std::string note = model->ShapeNote(); !note.empty()) {
+    inspection.Warn(note.substr(std::string_view("warning: ").size()),
+                    "nothing to do here; in other programs negate shapedirs[:, 0, :]");
+  }
   const Eigen::Matrix3Xd& vertices = model->Template();
   const Eigen::Vector3d size = vertices.rowwise().maxCoeff() - vertices.rowwise().minCoeff();
   if (const auto side = model->LoneHand()) {

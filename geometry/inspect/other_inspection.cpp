@@ -45,9 +45,9 @@ constexpr Advice kAdvice[] = {
     {FileKind::kFbx, Verdict::kFault, kFbxProblem, "export .glb from Blender"},
     {FileKind::kPlyPoints, Verdict::kFault, "points without faces: no surface",
      "reconstruct a surface first (for example Poisson in MeshLab)"},
-    {FileKind::kUsd, Verdict::kWarning, "USD is not read",
+    {FileKind::kUsd, Verdict::kFault, "USD is not read",
      "a motion comes from its .npz, a mesh from .obj or .ply"},
-    {FileKind::kHtml, Verdict::kWarning,
+    {FileKind::kHtml, Verdict::kFault,
      "a web page: a report, or what a server sent in place of a file (a login?)",
      "open it in a browser; if it should be data, log in and download it again"},
     {FileKind::kGitLfsPointer, Verdict::kFault, "a pointer of Git LFS: the file itself is not here",
@@ -78,7 +78,8 @@ void InspectOtherFile(Inspection& inspection) {
     case FileKind::kText:
     case FileKind::kPicture:
     case FileKind::kVideo:
-      inspection.Warn("nothing that Holdfast reads", "");
+      inspection.Fault("nothing that Holdfast reads",
+                       "give a motion, a body model, a mesh, markers or a result folder");
       return;
     default:
       break;

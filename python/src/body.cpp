@@ -241,8 +241,13 @@ void BindBody(py::module_& module) {
       .def_static(
           "load",
           [](const std::optional<std::filesystem::path>& path) -> ModelPtr {
-            const py::gil_scoped_release unlocked;
-            return path ? BodyModel::Load(*path) : BodyModel::Default();
+            ModelPtr loaded;
+            {
+              const py::gil_scoped_release unlocked;
+              loaded = path ? BodyModel::Load(*path) : BodyModel::Default();
+            }
+            if (const std::string note = loaded->ShapeNote(); !note.empty()) LogNotes({note});
+            return loaded;
           },
           "path"_a = py::none(),
           "Reads SMPL-X (v1.0, v1.1), SMPL-H or MANO as downloaded, .npz or .pkl (nothing in it is "

@@ -7,6 +7,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/clip/resample.h"
 #include "geometry/import/load_clip.h"
 #include "python/src/bindings.h"
@@ -276,13 +277,21 @@ void BindClip(py::module_& module) {
       "A clip from GRAB, AMASS, ARCTIC, Motion-X, smplx parameters, glTF, BVH, ASF/AMC, ..., "
       "told by the content. frame_rate in Hz; 0: as the file has it, 30 for motion that is "
       "retargeted. The mesh of its object, which the file holds or names, is clip.object.surface. "
-      "What was decided on the way is logged to 'holdfast' (INFO).");
+      "What was decided on the way is logged to 'holdfast' (INFO; WARNING where it may be wrong, "
+      "as a frame rate that the file does not tell).");
 }
 
 void LogNotes(const std::vector<std::string>& notes) {
   if (notes.empty()) return;
   const py::object logger = py::module_::import("logging").attr("getLogger")("holdfast");
-  for (const std::string& note : notes) logger.attr("info")("%s", note);
+  constexpr std::string_view kWarning = "warning: ";
+  for (const std::string& note : notes) {
+    if (note.starts_with(kWarning)) {
+      logger.attr("warning")("%s", note.substr(kWarning.size()));
+    } else {
+      logger.attr("info")("%s", note);
+    }
+  }
 }
 
 ClipArgument ClipOf(const py::handle& value, const py::object& model, const char* name,
@@ -294,6 +303,9 @@ ClipArgument ClipOf(const py::handle& value, const py::object& model, const char
     argument.clip = std::make_shared<Clip>(value.cast<const Clip&>());
     argument.name = name;
     RequireInRange(*argument.clip, name);
+    if (std::string note = WrapJointAngles(*argument.clip); !note.empty()) {
+      notes.push_back(std::move(note));
+    }
     argument.body = BodyOfClip(name, *argument.clip, body ? body : BodyModel::Default(), notes);
   } else {
     if (!IsPath(value)) {

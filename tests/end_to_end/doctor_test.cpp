@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/support/mano_like.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -42,13 +43,13 @@ TEST(DoctorCommand, OneUnusableFileAmongSoundOnesIsExitCodeOne) {
   const TemporaryFolder folder;
   std::ofstream(folder / "empty.npz");
   std::ofstream(folder / "notes.txt") << "words\n";
-  EXPECT_EQ(RunHoldfast(folder.Path(), "doctor notes.txt").exit_code, 0);
+  EXPECT_EQ(RunHoldfast(folder.Path(), "doctor notes.txt").exit_code, 1);  // nothing reads it
   const ProgramResult result =
       RunHoldfast(folder.Path(), "doctor notes.txt empty.npz missing.npz --json --threads 2");
   EXPECT_EQ(result.exit_code, 1);
   const nlohmann::json summary = nlohmann::json::parse(result.out);
-  EXPECT_EQ(summary["unsound"], 2);
-  EXPECT_EQ(summary["with_warnings"], 1);
+  EXPECT_EQ(summary["unsound"], 3);
+  EXPECT_EQ(summary["with_warnings"], 0);
   ASSERT_EQ(summary["files"].size(), 3u);  // in the order given
   EXPECT_EQ(summary["files"][1]["file"], "empty.npz");
   EXPECT_EQ(summary["files"][1]["kind"], "empty file");
@@ -59,8 +60,28 @@ TEST(DoctorCommand, NamesThatAreNoTextAreStillJson) {
   const TemporaryFolder folder;
   std::ofstream(folder / "bad\xff.npz") << "x";
   const ProgramResult result = RunHoldfast(folder.Path(), "doctor bad*.npz --json");
-  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.exit_code, 1) << result.err;  // a text, which nothing reads
   EXPECT_TRUE(nlohmann::json::accept(result.out)) << result.out;
+}
+
+// What it proposes for a hand alone works, with the hand's model beside the file.
+TEST(DoctorCommand, WhatItProposesForAHandAloneWorks) {
+  const TemporaryFolder folder;
+  testing::WriteManoLike(folder / "MANO_LEFT.npz", Side::kLeft);
+  ASSERT_EQ(RunHoldfast(folder.Path(), "convert demo_drink --to-body MANO_LEFT.npz -o hand.npz -q")
+                .exit_code,
+            0);
+  const ProgramResult result = RunHoldfast(folder.Path(), "doctor hand.npz --json");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json file = nlohmann::json::parse(result.out)["files"][0];
+  EXPECT_EQ(file["facts"]["needs_model"], "MANO_LEFT");
+  ASSERT_FALSE(file["next"].empty());
+  for (const nlohmann::json& next : file["next"]) {
+    const std::string command = next.get<std::string>();
+    ASSERT_TRUE(command.starts_with("holdfast ")) << command;
+    const ProgramResult run = RunHoldfast(folder.Path(), command.substr(9));
+    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
+  }
 }
 
 }  // namespace

@@ -23,6 +23,9 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
  public:
   Builder(DataStore& store, std::string_view text) : store_(store), text_(text) {}
 
+  /// Where the text begins that is parsed next, in the whole one.
+  void BeginAt(std::size_t offset) { offset_ = offset; }
+
   NodeIndex Root() const { return root_; }
 
   bool null() override { return Put(store_.AddNone()); }
@@ -49,7 +52,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
 
   bool parse_error(std::size_t position, const std::string&,
                    const nlohmann::detail::exception&) override {
-    const std::size_t at = position == 0 ? 0 : std::min(position - 1, text_.size());
+    const std::size_t at = std::min(offset_ + (position == 0 ? 0 : position - 1), text_.size());
     std::size_t line = 1, column = 1;
     for (std::size_t i = 0; i < at; ++i) {
       column = text_[i] == '\n' ? 1 : column + 1;
@@ -93,17 +96,46 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
 
   DataStore& store_;
   std::string_view text_;
+  std::size_t offset_ = 0;
   std::vector<Level> open_;
   NodeIndex key_ = 0;
   NodeIndex root_ = 0;
 };
 
+// The text of a line from `at` on, which moves behind it.
+std::string_view NextLine(std::string_view text, std::size_t& at) {
+  const std::size_t end = std::min(text.find('\n', at), text.size());
+  const std::string_view line = text.substr(at, end - at);
+  at = end + 1;
+  return line;
+}
+
+bool IsBlank(std::string_view text) {
+  return text.find_first_not_of(" \t\r\n") == std::string_view::npos;
+}
+
 }  // namespace
+
+bool IsJsonLines(std::string_view text) {
+  std::size_t at = 0;
+  const std::string_view first = NextLine(text, at);
+  return at < text.size() && !IsBlank(text.substr(at)) && nlohmann::json::accept(first);
+}
 
 DataValue ReadJsonData(std::string_view text, const std::string& where, std::size_t memory_limit) {
   auto store = std::make_shared<DataStore>(where, memory_limit);
   Builder builder(*store, text);
-  nlohmann::json::sax_parse(text, &builder);
+  if (IsJsonLines(text)) {
+    builder.start_array(0);
+    for (std::size_t at = 0; at < text.size();) {
+      builder.BeginAt(at);
+      const std::string_view line = NextLine(text, at);
+      if (!IsBlank(line)) nlohmann::json::sax_parse(line, &builder);
+    }
+    builder.end_array();
+  } else {
+    nlohmann::json::sax_parse(text, &builder);
+  }
   store->Finish();
   return DataValue(std::move(store), builder.Root(), where);
 }

@@ -289,6 +289,38 @@ TEST_F(BodyLayoutsTest, AFlatHandIsToldByItsName) {
   }
 }
 
+// MANO_LEFT.pkl as published has the right hand's x in its shape directions.
+TEST_F(BodyLayoutsTest, AMirroredShapeOfALeftHandIsSetRight) {
+  for (const Side side : {Side::kLeft, Side::kRight}) {
+    const auto good = folder_ / "good.npz", bad = folder_ / "bad.npz";
+    testing::WriteManoLike(good, side);
+    const NpzReader archive(good);
+    NpzWriter writer;
+    for (const std::string& key : archive.Keys()) {
+      if (key != "shapedirs") writer.Add(key, archive.Read(key).array);
+    }
+    const NpyMember member = archive.Read("shapedirs");
+    std::vector<float> mirrored;
+    for (const double value : member.AsDoubles()) mirrored.push_back(static_cast<float>(value));
+    for (std::size_t i = 0; i < mirrored.size(); ++i) {
+      if (i / 10 % 3 == 0) mirrored[i] = -mirrored[i];
+    }
+    writer.AddFloat32("shapedirs", member.array.shape, mirrored);
+    writer.Write(bad);
+    const auto right = BodyModel::Load(good), read = BodyModel::Load(bad);
+    EXPECT_EQ(right->ShapeNote(), "");
+    const Eigen::VectorXd betas = Eigen::Vector4d(2, 1, -1, 0.5);
+    const double off = (read->ShapedVertices(betas) - right->ShapedVertices(betas)).norm();
+    if (side == Side::kLeft) {
+      EXPECT_THAT(read->ShapeNote(), HasSubstr("smplx issue 48"));
+      EXPECT_LT(off, 1e-5);
+    } else {
+      EXPECT_EQ(read->ShapeNote(), "");  // no such file is known
+      EXPECT_GT(off, 1e-3);
+    }
+  }
+}
+
 // Files as they are downloaded: pickles with chumpy arrays and a sparse regressor.
 TEST_F(BodyLayoutsTest, ReadsPicklesAsDownloaded) {
   struct Case {

@@ -3,10 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <functional>
+#include <numbers>
 
 #include "geometry/body/body_model.h"
+#include "geometry/clip/clip_arrays.h"
+#include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/import/amass.h"
+#include "geometry/import/load_clip.h"
 #include "geometry/import/world_frame.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "tests/support/imported.h"
@@ -238,6 +243,454 @@ TEST(ImportArctic, AnObjectOfAnotherLengthIsRefused) {
     EXPECT_THAT(error.what(), HasSubstr("5 frames"));
     EXPECT_THAT(error.what(), HasSubstr("object.npy"));
   }
+}
+
+// --- forms of rotations ---
+
+std::string FaultOf(const std::filesystem::path& path, const ImportFileOptions& options = {}) {
+  try {
+    Import(path, options);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+enum class Form {
+  kFlat,           // (T, 3J)
+  kJoints,         // (T, J, 3)
+  kMatrices,       // (T, J, 3, 3)
+  kMatrixRows,     // (T, J, 9)
+  kFlatMatrices,   // (T, 9J)
+  kSixDColumns,    // (T, J, 3, 2)
+  kSixDTwoRows,    // (T, J, 2, 3)
+  kSixDOfColumns,  // (T, J, 6), two columns in rows of two
+  kSixDOfRows      // (T, 6J), the first two rows
+};
+constexpr Form kForms[] = {Form::kFlat,        Form::kJoints,        Form::kMatrices,
+                           Form::kMatrixRows,  Form::kFlatMatrices,  Form::kSixDColumns,
+                           Form::kSixDTwoRows, Form::kSixDOfColumns, Form::kSixDOfRows};
+
+// Axis-angle (3J x T) as an array of a file.
+void AddRotations(const std::string& name, const Eigen::MatrixXd& angles, Form form,
+                  NpzWriter& writer, bool without_frames = false) {
+  const auto frames = static_cast<std::size_t>(angles.cols());
+  const auto joints = static_cast<std::size_t>(angles.rows() / 3);
+  std::vector<double> values;
+  for (Eigen::Index t = 0; t < angles.cols(); ++t) {
+    for (Eigen::Index j = 0; j < angles.rows() / 3; ++j) {
+      const Eigen::Vector3d w = angles.col(t).segment<3>(3 * j);
+      const Eigen::Matrix3d R = ExpSO3(w);
+      if (form == Form::kFlat || form == Form::kJoints) {
+        values.insert(values.end(), w.begin(), w.end());
+        continue;
+      }
+      const bool two_rows = form == Form::kSixDOfRows || form == Form::kSixDTwoRows;
+      const bool six = two_rows || form == Form::kSixDColumns || form == Form::kSixDOfColumns;
+      for (int row = 0; row < (two_rows ? 2 : 3); ++row) {
+        for (int column = 0; column < (six && !two_rows ? 2 : 3); ++column) {
+          values.push_back(R(row, column));
+        }
+      }
+    }
+  }
+  std::vector<std::size_t> shape;
+  if (!without_frames) shape.push_back(frames);
+  switch (form) {
+    case Form::kFlat:
+      shape.push_back(3 * joints);
+      break;
+    case Form::kJoints:
+      shape.insert(shape.end(), {joints, 3});
+      break;
+    case Form::kMatrices:
+      shape.insert(shape.end(), {joints, 3, 3});
+      break;
+    case Form::kMatrixRows:
+      shape.insert(shape.end(), {joints, 9});
+      break;
+    case Form::kFlatMatrices:
+      shape.push_back(9 * joints);
+      break;
+    case Form::kSixDColumns:
+      shape.insert(shape.end(), {joints, 3, 2});
+      break;
+    case Form::kSixDTwoRows:
+      shape.insert(shape.end(), {joints, 2, 3});
+      break;
+    case Form::kSixDOfColumns:
+      shape.insert(shape.end(), {joints, 6});
+      break;
+    case Form::kSixDOfRows:
+      shape.push_back(6 * joints);
+      break;
+  }
+  writer.AddFloat64(name, shape, values);
+}
+
+void AddRows(const char* name, const Eigen::MatrixXd& columns, NpzWriter& writer) {
+  writer.AddFloat64(
+      name, {static_cast<std::size_t>(columns.cols()), static_cast<std::size_t>(columns.rows())},
+      {columns.data(), columns.data() + columns.size()});
+}
+
+Clip EmbeddedClip() {
+  const EmbeddedFile file = FindEmbedded("clips/demo_drink.npz");
+  return Slice(ReadClip(NpzReader(file.bytes, "demo_drink")), 40, 47);
+}
+
+struct BodyField {
+  const char* name;
+  int begin, joints;
+};
+constexpr BodyField kBodyFields[] = {{"global_orient", 0, 1},    {"body_pose", 1, 21},
+                                     {"jaw_pose", 22, 1},        {"leye_pose", 23, 1},
+                                     {"reye_pose", 24, 1},       {"left_hand_pose", 25, 15},
+                                     {"right_hand_pose", 40, 15}};
+
+TEST(ImportRotations, EveryFieldOfABodyComesInEveryForm) {
+  const TemporaryFolder folder;
+  Clip clip = EmbeddedClip();
+  for (JointPose& pose : clip.pose) pose.middleCols<3>(22).setConstant(0.1);
+  for (const Form form : kForms) {
+    // This form in one field, axis-angle in all others; then in all of them.
+    for (int only = -1; only < 7; ++only) {
+      NpzWriter writer;
+      writer.AddFloat64("fps", {}, {30});
+      AddRows("transl", clip.trans, writer);
+      for (int k = 0; k < 7; ++k) {
+        const BodyField& field = kBodyFields[k];
+        AddRotations(field.name, Joints(clip, field.begin, field.joints),
+                     only < 0 || only == k ? form : Form::kFlat, writer);
+      }
+      writer.Write(folder / "p.npz");
+      ImportFileOptions options = Flat();
+      options.parameters.up = WorldUp::kPlusZ;
+      const ImportedFile imported = Import(folder / "p.npz", options);
+      ASSERT_EQ(imported.clip.NumFrames(), clip.NumFrames());
+      EXPECT_LT(LargestTurn(Joints(imported.clip, 0, kNumJoints), Joints(clip, 0, kNumJoints)),
+                1e-7)
+          << static_cast<int>(form) << ", field " << only;
+      const bool rows = form == Form::kSixDOfRows || form == Form::kSixDTwoRows;
+      EXPECT_EQ(Mentions(imported.notes, "warning: rotations are 6D"), rows);
+    }
+  }
+}
+
+TEST(ImportRotations, OneFrameNeedsNoDimensionOfFrames) {
+  const TemporaryFolder folder;
+  const Clip clip = Slice(EmbeddedClip(), 0, 1);
+  for (const Form form : kForms) {
+    NpzWriter writer;
+    writer.AddFloat64("transl", {3}, {clip.trans(0), clip.trans(1), clip.trans(2)});
+    for (const BodyField& field : kBodyFields) {
+      AddRotations(field.name, Joints(clip, field.begin, field.joints), form, writer, true);
+    }
+    writer.Write(folder / "p.npz");
+    ImportFileOptions options = Flat();
+    options.parameters.up = WorldUp::kPlusZ;
+    const Clip one = Import(folder / "p.npz", options).clip;
+    ASSERT_EQ(one.NumFrames(), 1) << static_cast<int>(form);
+    EXPECT_LT(LargestTurn(Joints(one, 0, kNumJoints), Joints(clip, 0, kNumJoints)), 1e-7)
+        << static_cast<int>(form);
+  }
+}
+
+TEST(ImportRotations, AmassAndClipsComeInEveryFormWithTheirObject) {
+  const TemporaryFolder folder;
+  Clip clip = EmbeddedClip();
+  ObjectTrack& track = clip.object.emplace();
+  track.trans = clip.trans;
+  track.orient = Joints(clip, 21, 1);
+  for (const Form form : kForms) {
+    NpzWriter joined, parts;
+    for (NpzWriter* writer : {&joined, &parts}) {
+      writer->AddFloat64("mocap_frame_rate", {}, {120});
+      AddRows("trans", clip.trans, *writer);
+      AddRows("object_trans", track.trans, *writer);
+      AddRotations("object_orient", track.orient, form, *writer);
+    }
+    AddRotations("poses", Joints(clip, 0, kNumJoints), form, joined);
+    AddRotations("root_orient", Joints(clip, 0, 1), form, parts);
+    AddRotations("pose_body", Joints(clip, 1, 21), form, parts);
+    AddRotations("pose_eye", Joints(clip, 23, 2), form, parts);
+    AddRotations("pose_hand", Joints(clip, 25, 30), form, parts);
+    joined.Write(folder / "joined.npz");
+    parts.Write(folder / "parts.npz");
+    for (const char* name : {"joined.npz", "parts.npz"}) {
+      const Clip loaded = LoadClip((folder / name).string()).clip;
+      ASSERT_EQ(loaded.NumFrames(), clip.NumFrames());
+      EXPECT_EQ(loaded.frame_rate, 120);
+      EXPECT_LT(LargestTurn(Joints(loaded, 0, 22), Joints(clip, 0, 22)), 1e-7)
+          << name << " " << static_cast<int>(form);
+      EXPECT_LT(LargestTurn(Joints(loaded, 25, 30), Joints(clip, 25, 30)), 1e-7) << name;
+      ASSERT_TRUE(loaded.object) << name;
+      EXPECT_LT(LargestTurn(loaded.object->orient, track.orient), 1e-7)
+          << name << " " << static_cast<int>(form);
+    }
+  }
+}
+
+// HaMeR's layout, and each field in another form: none of it ends in a division by zero.
+TEST(ImportRotations, AHandAloneComesInEveryForm) {
+  const TemporaryFolder folder;
+  const Clip clip = EmbeddedClip();
+  const Eigen::MatrixXd root = Joints(clip, 0, 1), fingers = Joints(clip, 40, 15);
+  for (const Form of_root : kForms) {
+    for (const Form of_fingers : kForms) {
+      NpzWriter writer;
+      AddRows("transl", clip.trans, writer);
+      AddRotations("global_orient", root, of_root, writer);
+      AddRotations("hand_pose", fingers, of_fingers, writer);
+      writer.AddFloat64("betas", {7, 10}, std::vector<double>(70, 0.5));
+      writer.Write(folder / "hand.npz");
+      const ImportedFile imported = Import(folder / "hand.npz", Flat());
+      ASSERT_EQ(imported.clip.NumFrames(), 7);
+      EXPECT_LT(LargestTurn(Joints(imported.clip, 0, 1), root), 1e-7);
+      EXPECT_LT(LargestTurn(Joints(imported.clip, 40, 15), fingers), 1e-7)
+          << static_cast<int>(of_root) << " " << static_cast<int>(of_fingers);
+      EXPECT_EQ(imported.clip.betas, Eigen::VectorXd::Constant(10, 0.5));
+    }
+  }
+}
+
+TEST(ImportRotations, TheOtherFieldsTellWhatAShapeIs) {
+  const TemporaryFolder folder;
+  const auto write = [&](std::size_t frames, std::vector<std::size_t> shape, double value) {
+    NpzWriter writer;
+    writer.AddFloat64("transl", {frames, 3}, std::vector<double>(3 * frames, 0.1));
+    writer.AddFloat64("global_orient", {frames, 3}, std::vector<double>(3 * frames, 0.1));
+    std::size_t size = 1;
+    for (const std::size_t n : shape) size *= n;
+    writer.AddFloat64("hand_pose", std::move(shape), std::vector<double>(size, value));
+    writer.Write(folder / "hand.npz");
+    return folder / "hand.npz";
+  };
+  // 15 frames of 6 coefficients, or one frame of 15 joints in 6D.
+  EXPECT_THAT(FaultOf(write(15, {15, 6}, 0.1)), HasSubstr("6 coefficients"));
+  EXPECT_THAT(FaultOf(write(1, {15, 6}, 0.1)), HasSubstr("6D"));
+  EXPECT_THAT(FaultOf(write(15, {15, 9}, 0.1)), HasSubstr("9 coefficients"));
+  EXPECT_THAT(FaultOf(write(1, {15, 9}, 0.1)), HasSubstr("no rotation"));
+  // 23 frames are not SMPL's 23 joints.
+  NpzWriter body;
+  for (const auto& [name, n] :
+       {std::pair{"transl", 3U}, {"global_orient", 3U}, {"body_pose", 63U}}) {
+    body.AddFloat64(name, {23, n}, std::vector<double>(23 * n, 0.1));
+  }
+  body.Write(folder / "body.npz");
+  EXPECT_EQ(Import(folder / "body.npz").clip.surface_model_type, "smplx");
+}
+
+TEST(ImportRotations, MatricesFarFromRotationsAreFaultsAndNearOnesAreWarnedOf) {
+  const TemporaryFolder folder;
+  const Clip clip = EmbeddedClip();
+  const auto write = [&](double scale) {
+    NpzWriter writer;
+    AddRows("transl", clip.trans, writer);
+    AddRotations("global_orient", Joints(clip, 0, 1), Form::kMatrices, writer);
+    std::vector<double> matrices;
+    for (int t = 0; t < 7; ++t) {
+      for (int j = 0; j < 15; ++j) {
+        const Eigen::Matrix3d R =
+            (t == 3 && j == 4 ? scale : 1.0) * ExpSO3(clip.pose[0].col(40 + j));
+        for (int i = 0; i < 9; ++i) matrices.push_back(R(i / 3, i % 3));
+      }
+    }
+    writer.AddFloat64("hand_pose", {7, 15, 3, 3}, matrices);
+    writer.Write(folder / "hand.npz");
+    return folder / "hand.npz";
+  };
+  for (const double scale : {0.0, 3.0, -1.0}) {
+    const std::string fault = FaultOf(write(scale), Flat());
+    EXPECT_THAT(fault, HasSubstr("hand_pose")) << scale;
+    EXPECT_THAT(fault, HasSubstr("frame 3, joint 4")) << scale;
+  }
+  const ImportedFile near = Import(write(1.02), Flat());
+  EXPECT_TRUE(Mentions(near.notes, "warning: the body: 1 of 112 matrices"));
+  EXPECT_LT(LargestTurn(Joints(near.clip, 40, 15).col(3), Joints(clip, 40, 15).col(0)), 1e-7);
+}
+
+// --- betas ---
+
+TEST(ImportBetas, OneAFrameIsOnePerson) {
+  const TemporaryFolder folder;
+  const Clip clip = EmbeddedClip();
+  std::vector<double> betas;
+  for (int t = 0; t < 7; ++t) {
+    for (int k = 0; k < 10; ++k) betas.push_back(0.1 * k + (t == 6 ? 0.7 : 0.0));
+  }
+  const Eigen::VectorXd mean = Eigen::VectorXd::LinSpaced(10, 0, 0.9).array() + 0.1;
+  NpzWriter amass, hand, column;
+  for (NpzWriter* writer : {&amass, &hand, &column}) {
+    AddRotations(writer == &amass ? "root_orient" : "global_orient", Joints(clip, 0, 1),
+                 Form::kFlat, *writer);
+    AddRows(writer == &amass ? "trans" : "transl", clip.trans, *writer);
+    if (writer != &amass) AddRotations("hand_pose", Joints(clip, 40, 15), Form::kFlat, *writer);
+  }
+  amass.AddFloat64("mocap_frame_rate", {}, {30});
+  AddRotations("pose_body", Joints(clip, 1, 21), Form::kFlat, amass);
+  amass.AddFloat64("betas", {7, 10}, betas);
+  hand.AddFloat64("betas", {7, 1, 10}, betas);
+  column.AddFloat64("betas", {10, 1}, {betas.begin(), betas.begin() + 10});
+  amass.Write(folder / "amass.npz");
+  hand.Write(folder / "hand.npz");
+  column.Write(folder / "column.npz");
+  const LoadedClip loaded = LoadClip((folder / "amass.npz").string());
+  EXPECT_TRUE(Mentions(loaded.notes, "betas differ"));
+  EXPECT_LT((Import(folder / "amass.npz").clip.betas - mean).norm(), 1e-12);
+  EXPECT_THROW(ReadClip(folder / "amass.npz"), Error);  // not 70 coefficients
+  const ImportedFile alone = Import(folder / "hand.npz");
+  EXPECT_LT((alone.clip.betas - mean).norm(), 1e-12);
+  EXPECT_TRUE(Mentions(alone.notes, "betas differ"));
+  EXPECT_EQ(Import(folder / "column.npz").clip.betas.size(), 10);
+}
+
+// --- frame rates ---
+
+TEST(ImportFrameRate, MoShKeepsItInItsDebugDetails) {
+  const ImportedFile walk = Import(Fixture("cases/amass_stageii_rate/walk_stageii.pkl"));
+  EXPECT_EQ(walk.clip.frame_rate, 120);
+  EXPECT_EQ(walk.clip.gender, "female");
+  EXPECT_EQ(walk.format, "AMASS, SMPL-X (MoSh++)");
+  EXPECT_TRUE(Mentions(walk.dropped, "latent_labels"));
+}
+
+TEST(ImportFrameRate, NoneIsAWarningInEveryFormat) {
+  const TemporaryFolder folder;
+  const Clip clip = EmbeddedClip();
+  const auto add = [&](NpzWriter& writer, const char* trans, const char* root, const char* pose,
+                       const Eigen::MatrixXd& joints) {
+    AddRows(trans, clip.trans, writer);
+    AddRotations(root, Joints(clip, 0, 1), Form::kFlat, writer);
+    AddRotations(pose, joints, Form::kFlat, writer);
+  };
+  NpzWriter parameters, amass, hand, joined;
+  add(parameters, "transl", "global_orient", "body_pose", Joints(clip, 1, 21));
+  add(amass, "trans", "root_orient", "pose_body", Joints(clip, 1, 21));
+  add(hand, "transl", "global_orient", "hand_pose", Joints(clip, 40, 15));
+  AddRows("trans", clip.trans, joined);
+  AddRotations("poses", Joints(clip, 0, kNumJoints), Form::kFlat, joined);
+  int k = 0;
+  for (NpzWriter* writer : {&parameters, &amass, &hand, &joined}) {
+    const std::filesystem::path path = folder / ("m" + std::to_string(k++) + ".npz");
+    writer->Write(path);
+    const ImportedFile silent = Import(path);
+    EXPECT_TRUE(Mentions(silent.notes, "warning: no frame rate in the file: 30 Hz taken")) << path;
+    ImportFileOptions asked;
+    asked.parameters.source_frame_rate = 50;
+    const ImportedFile told = Import(path, asked);
+    EXPECT_EQ(told.clip.frame_rate, 50) << path;
+    EXPECT_FALSE(Mentions(told.notes, "frame rate")) << path;
+    writer->AddFloat64("fps", {7}, std::vector<double>(7, 25.0));  // one a frame
+    writer->Write(path);
+    EXPECT_EQ(Import(path).clip.frame_rate, 25) << path;
+  }
+}
+
+// --- an object in a file beside ---
+
+TEST(ImportObjectBeside, InterActsPairIsOneClip) {
+  const std::filesystem::path pair = Fixture("cases/interact_pair");
+  const ImportedFile imported = Import(pair / "human.npz");
+  ASSERT_TRUE(imported.clip.object);
+  const NpzReader object(pair / "object.npz");
+  const std::vector<double> angles = object.Read("angles").AsDoubles();
+  const std::vector<double> trans = object.Read("trans").AsDoubles();
+  EXPECT_LT((imported.clip.object->orient.reshaped() -
+             Eigen::Map<const Eigen::VectorXd>(angles.data(), 180))
+                .norm(),
+            1e-12);
+  EXPECT_LT((imported.clip.object->trans.reshaped() -
+             Eigen::Map<const Eigen::VectorXd>(trans.data(), 180))
+                .norm(),
+            1e-12);
+  EXPECT_EQ(imported.clip.object->name, "boxsmall");
+  EXPECT_TRUE(Mentions(imported.notes, "the object is object.npz beside it"));
+  EXPECT_TRUE(LoadClip((pair / "human.npz").string()).clip.object);
+  EXPECT_THAT(FaultOf(pair / "object.npz"), HasSubstr("poses of an object"));
+}
+
+TEST(ImportObjectBeside, GoesByNameElseByContent) {
+  const std::filesystem::path pair = Fixture("cases/interact_pair");
+  const auto copy = [&](const TemporaryFolder& folder, const char* human, const char* object) {
+    std::filesystem::copy(pair / "human.npz", folder / human);
+    std::filesystem::copy(pair / "object.npz", folder / object);
+    return folder / human;
+  };
+  {
+    const TemporaryFolder folder;  // BEHAVE's names, and a mesh as InterAct has it
+    std::filesystem::create_directories(folder / "objects/boxsmall");
+    std::ofstream(folder / "objects/boxsmall/boxsmall.obj")
+        << "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    const ImportedFile found = Import(copy(folder, "smpl_fit_all.npz", "object_fit_all.npz"));
+    EXPECT_TRUE(found.clip.object);
+    EXPECT_EQ(found.object_mesh.filename(), "boxsmall.obj");
+  }
+  {
+    const TemporaryFolder folder;  // no names that belong together, but nothing else is there
+    EXPECT_TRUE(Import(copy(folder, "seq.npz", "box.npz")).clip.object);
+  }
+  {
+    const TemporaryFolder folder;  // of another sequence
+    const std::filesystem::path human = copy(folder, "human.npz", "x.npz");
+    NpzWriter object;
+    object.AddFloat64("angles", {59, 3}, std::vector<double>(177, 0.1));
+    object.AddFloat64("trans", {59, 3}, std::vector<double>(177, 0.1));
+    object.Write(folder / "object.npz");
+    const ImportedFile other = Import(human);
+    EXPECT_FALSE(other.clip.object);
+    EXPECT_TRUE(Mentions(other.notes, "warning: the object in object.npz beside it is not taken"));
+  }
+  {
+    const TemporaryFolder folder;  // which?
+    const std::filesystem::path human = copy(folder, "human.npz", "object.npz");
+    std::filesystem::copy(pair / "object.npz", folder / "obj.npz");
+    const ImportedFile both = Import(human);
+    EXPECT_FALSE(both.clip.object);
+    EXPECT_TRUE(Mentions(both.notes, "warning: several files"));
+  }
+  {
+    const TemporaryFolder folder;  // a person's motion is no object
+    std::filesystem::copy(pair / "human.npz", folder / "human.npz");
+    std::filesystem::copy(pair / "human.npz", folder / "object.npz");
+    EXPECT_FALSE(Import(folder / "human.npz").clip.object);
+  }
+}
+
+// --- angles beyond half a turn ---
+
+TEST(WrapJointAngles, EqualRotationsAreOneClip) {
+  const Clip clip = EmbeddedClip();
+  Clip wound = clip;
+  for (JointPose& pose : wound.pose) {
+    for (int j = 25; j < kNumJoints; ++j) {
+      const double angle = pose.col(j).norm();
+      if (angle > 1e-3) pose.col(j) *= (angle - 2 * std::numbers::pi) / angle;
+    }
+  }
+  ASSERT_GT(Joints(wound, 40, 15).cwiseAbs().maxCoeff(), 4);
+  const TemporaryFolder folder;
+  WriteClip(wound, folder / "wound.npz");
+  const LoadedClip loaded = LoadClip((folder / "wound.npz").string());
+  EXPECT_TRUE(Mentions(loaded.notes, "warning: joints turn by more than half a turn in 7 of 7"));
+  EXPECT_LT(
+      (Joints(loaded.clip, 0, kNumJoints) - Joints(clip, 0, kNumJoints)).cwiseAbs().maxCoeff(),
+      1e-12);
+  Clip same = clip;
+  EXPECT_EQ(WrapJointAngles(same), "");
+  EXPECT_EQ(Joints(same, 0, kNumJoints), Joints(clip, 0, kNumJoints));
+
+  // In the smplx package's names the fingers are judged as the rotations that they are.
+  NpzWriter parameters;
+  AddRows("transl", wound.trans, parameters);
+  for (const BodyField& field : kBodyFields) {
+    AddRotations(field.name, Joints(wound, field.begin, field.joints), Form::kFlat, parameters);
+  }
+  parameters.Write(folder / "p.npz");
+  ImportFileOptions options;
+  options.parameters.up = WorldUp::kPlusZ;
+  const ImportedFile imported = Import(folder / "p.npz", options);
+  EXPECT_LT((Joints(imported.clip, 25, 30) - Joints(clip, 25, 30)).cwiseAbs().maxCoeff(), 1e-12);
 }
 
 // --- the world ---
