@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "geometry/clip/clip.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/import/import_file.h"
 #include "geometry/inspect/clip_findings.h"
@@ -130,7 +131,9 @@ void InspectClip(Inspection& inspection) {
   // What fit, render and the others would say.
   if (inspection.Worst() != Verdict::kFault) {
     try {
-      ReadClip(inspection.path);
+      const NpzReader archive(inspection.path);
+      ReadClip(archive);
+      if (const auto note = OldPelvisNote(archive)) inspection.Ok(*note);
     } catch (const Error& error) {
       const std::string where = error.Where();
       const auto bracket = where.rfind('[');
