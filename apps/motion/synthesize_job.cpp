@@ -168,12 +168,15 @@ FitJob FitJobOf(const SynthesizeJob& job, const SynthesizedMotion& made) {
 }
 
 // Before the fit: the object is where the key frames have it.
-void WriteSamples(const SynthesizeJob& job, bool mirrored, const SynthesizedMotion& made) {
+void WriteSamples(const SynthesizeJob& job, const HoldingStart& start,
+                  const SynthesizedMotion& made) {
   const std::filesystem::path folder = std::filesystem::path(job.output) / "samples";
   std::filesystem::create_directories(folder);
   for (std::size_t rank = 0; rank < made.samples.size(); ++rank) {
     const Clip& motion = made.samples[rank].motion;
-    WriteClip(mirrored ? MirrorClip(motion) : motion, folder / fmt::format("{:02d}.npz", rank));
+    WriteClip(
+        start.mirrored ? MirrorClip(motion, start.actor->Measures().rest_joints.col(0)) : motion,
+        folder / fmt::format("{:02d}.npz", rank));
   }
 }
 
@@ -218,7 +221,7 @@ Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
   FitLibrary library;
   Outcome outcome = RunFitJob(fit, common, library);
   if (outcome.summary.is_null()) return outcome;
-  if (job.all) WriteSamples(job, start.held.mirrored, made);
+  if (job.all) WriteSamples(job, start.held, made);
   if (at_face) {
     outcome.text = fmt::format("  at the face         {:.1f} mm from its place in frame {}\n{}",
                                1000.0 * at_face->distance_m, at_face->frame, outcome.text);

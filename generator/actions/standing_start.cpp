@@ -92,10 +92,11 @@ std::vector<StandingStart> FindStandingStarts(const Eigen::Matrix3Xd& rest_joint
 
 StandingStart OwnStanding(const BodyMeasures& body, std::uint64_t seed) {
   const Limb arm = Arm(Side::kRight);
-  const Vector3d shoulder = body.rest_joints.col(arm.root);
+  const Vector3d shoulder = body.rest_joints.col(arm.root) - body.rest_joints.col(0);
+  const double height = body.rest_joints(1, arm.root) - body.sole_y;
   const double reach = MaxReach(body.rest_joints, arm);
   ReachKey hang;
-  hang.wrist = Vector3d(shoulder.x() - 0.08, -0.06, shoulder.y() - body.sole_y - 0.97 * reach);
+  hang.wrist = Vector3d(shoulder.x() - 0.08, -0.06, height - 0.97 * reach);
   hang.hand = HandOrientation(Side::kRight, -Vector3d::UnitZ(), -Vector3d::UnitY());
   hang.gaze = 0.0;
   ScriptedReachOptions options;

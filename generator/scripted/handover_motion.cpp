@@ -121,7 +121,7 @@ class HandoverWriter {
     const auto height = [&](int joint) { return body.rest_joints(1, joint) - body.sole_y; };
     hip_ = height(0);
     chest_ = height(kSpine3);
-    shoulder_x_ = std::abs(body.rest_joints(0, Arm(Side::kRight).root));
+    shoulder_x_ = std::abs(body.rest_joints(0, Arm(Side::kRight).root) - body.rest_joints(0, 0));
     arm_ = MaxReach(body.rest_joints, Arm(Side::kRight));
   }
 

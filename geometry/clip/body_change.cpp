@@ -3,17 +3,15 @@
 
 #include <fmt/format.h>
 
+#include "geometry/body/rest_pelvis.h"
+
 namespace holdfast {
 namespace {
 
 enum class Family { kEmbedded, kSmplx, kSmplh, kOther };
 
-// Rest pelvises of the neutral models' mean shapes, metres (J_regressor v_template), as they stand
-// in public code: SMPL-X in the retargeting tables of kimodo (SMPLX_REST_WORLD), SMPL, whose body
-// SMPL-H shares, in the smpl_humanoid.xml of its simulations. Those of men and women are within a
-// few centimetres.
-const Eigen::Vector3d kSmplxPelvis(0.0031, -0.3514, 0.0120);
-const Eigen::Vector3d kSmplhPelvis(-0.0018, -0.2233, 0.0282);
+constexpr double kNoShift_m = 1e-6;     // the rounding of a model's file
+constexpr double kNotedShift_m = 1e-3;  // a smaller one is no news
 
 Family FamilyOf(const Clip& clip) {
   if (clip.body_model == BodyModel::kDefaultName) return Family::kEmbedded;
@@ -44,12 +42,15 @@ std::optional<BodyChange> BringOntoBody(Clip& clip, const ClipBody& body) {
   Eigen::Vector3d pelvis;
   if (from == Family::kEmbedded) {
     const std::shared_ptr<const BodyModel> embedded = BodyModel::Default();
+    const bool own_surface = clip.v_template.cols() == embedded->NumVertices();
     const bool shaped = clip.betas.size() <= embedded->NumShape();
-    pelvis = PelvisOf(*embedded, shaped ? clip.betas : Eigen::VectorXd());
+    pelvis = own_surface ? Eigen::Vector3d(embedded->RestJoints(clip.v_template).col(0))
+                         : PelvisOf(*embedded, shaped ? clip.betas : Eigen::VectorXd());
   } else {
-    pelvis = from == Family::kSmplx ? kSmplxPelvis : kSmplhPelvis;
+    pelvis = from == Family::kSmplx ? kSmplxRestPelvis : kSmplhRestPelvis;
   }
   change.offset = pelvis - PelvisOf(*body.model, body.betas);
+  if (change.offset.norm() < kNoShift_m) change.offset.setZero();
   clip.trans.colwise() += change.offset;
   clip.betas = body.betas;
   clip.v_template.resize(3, 0);
@@ -60,6 +61,12 @@ std::optional<BodyChange> BringOntoBody(Clip& clip, const ClipBody& body) {
 }
 
 std::string Describe(const BodyChange& change, const BodyModel& to) {
+  if (change.offset.norm() < kNotedShift_m) {
+    return fmt::format(
+        "made with {}: limbs and hands of {} are not the clip's own (--body MODEL.npz takes its "
+        "model)",
+        change.from, to.Name());
+  }
   return fmt::format(
       "made with {}: on {} trans is moved by ({:.3f}, {:.3f}, {:.3f}) m, from the rest pelvis of "
       "the one's mean shape to the other's; limbs and hands are not the clip's own (--body "

@@ -10,6 +10,8 @@
 
 #include <fmt/format.h>
 
+#include "geometry/body/body_model.h"
+#include "geometry/body/rest_pelvis.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
@@ -26,10 +28,10 @@ constexpr std::array kAmassArrays = {
     "mocap_frame_rate",  "mocap_time_length", "trans", "root_orient", "pose_body", "pose_jaw",
     "pose_eye",          "pose_hand",         "poses", "betas",       "num_betas", "gender",
     "surface_model_type"};
-constexpr std::array kOwnArrays = {"body_model",     "subject",      "action",      "object_trans",
-                                   "object_orient",  "object_name",  "object_mesh", "table_trans",
-                                   "table_orient",   "table_name",   "table_mesh",  "v_template",
-                                   "contact_object", "contact_body", "holding_hand"};
+constexpr std::array kOwnArrays = {"body_model",     "subject",      "action",       "object_trans",
+                                   "object_orient",  "object_name",  "object_mesh",  "table_trans",
+                                   "table_orient",   "table_name",   "table_mesh",   "v_template",
+                                   "contact_object", "contact_body", "holding_hand", "rest_pelvis"};
 
 bool HasAll(std::span<const std::string> names, std::initializer_list<const char*> wanted) {
   return std::ranges::all_of(
@@ -197,7 +199,33 @@ Clip ReadClip(const NpzReader& archive) {
     }
   }
   RequireInRange(clip, archive.Path().string());
+  const Eigen::Vector3d offset = PelvisOffset(archive);
+  if (!offset.isZero(0.0)) clip.trans.colwise() += offset;
   return clip;
+}
+
+Eigen::Vector3d PelvisOffset(const NpzReader& archive) {
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  if (ReadText(archive, "body_model", "") != BodyModel::kDefaultName) return none;
+  if (archive.Has("v_template")) return none;
+  Eigen::Vector3d pelvis = none;
+  if (archive.Has("rest_pelvis")) {
+    const NpyMember member = archive.Read("rest_pelvis");
+    member.RequireShape({3});
+    pelvis = Eigen::Vector3d(member.AsDoubles().data());
+    RequireWithin(pelvis, kMostMetres, archive.Path().string(), "rest_pelvis", "row",
+                  kMetresRemedy);
+  }
+  return pelvis == kEmbeddedRestPelvis ? none : Eigen::Vector3d(pelvis - kEmbeddedRestPelvis);
+}
+
+std::optional<std::string> OldPelvisNote(const NpzReader& archive) {
+  const Eigen::Vector3d offset = PelvisOffset(archive);
+  if (offset.isZero(0.0)) return std::nullopt;
+  return fmt::format(
+      "made when {} had its rest pelvis elsewhere: trans is moved by ({:.3f}, {:.3f}, {:.3f}) m, "
+      "so that the body stays where it was",
+      BodyModel::kDefaultName, offset.x(), offset.y(), offset.z());
 }
 
 bool IsHoldfastClip(std::span<const std::string> names) {
@@ -291,6 +319,9 @@ void AddArrays(const Clip& clip, NpzWriter& writer) {
   writer.AddText("gender", clip.gender);
   writer.AddText("surface_model_type", clip.surface_model_type);
   if (!clip.body_model.empty()) writer.AddText("body_model", clip.body_model);
+  if (clip.body_model == BodyModel::kDefaultName && clip.v_template.cols() == 0) {
+    writer.AddFloat64("rest_pelvis", {3}, {kEmbeddedRestPelvis.begin(), kEmbeddedRestPelvis.end()});
+  }
   if (!clip.subject.empty()) writer.AddText("subject", clip.subject);
   if (!clip.action.empty()) writer.AddText("action", clip.action);
   const auto add_track = [&](const std::string& prefix, const ObjectTrack& track) {

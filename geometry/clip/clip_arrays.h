@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -14,6 +15,15 @@ void AddArrays(const Clip& clip, NpzWriter& writer);
 
 /// The clip's betas, or as many zeros as AMASS's files have: loaders take a shape of some length.
 Eigen::VectorXd WrittenBetas(const Clip& clip);
+
+/// What ReadClip adds to `trans` of an archive, metres. A clip of the embedded body says by its
+/// array `rest_pelvis` which J_0 its trans goes with. One without it is from before that body had
+/// SMPL-X's, when its J_0 was the origin. Zero for clips of other models, and for those with a rest
+/// surface of their own, whose J_0 is of that.
+Eigen::Vector3d PelvisOffset(const NpzReader& archive);
+
+/// For people: that trans was moved so, and by how much. Nothing where it was not.
+std::optional<std::string> OldPelvisNote(const NpzReader& archive);
 
 /// Whether an archive with arrays of these names is a clip that Holdfast wrote: it has a motion,
 /// and an array that only Holdfast's clips have.

@@ -10,8 +10,8 @@ namespace holdfast {
 
 /// A clip in a mirror at x = 0, its object and table too, each mirrored at x = 0 of its own frame:
 /// of a body that is symmetric, with the object's mesh mirrored, the very same scene. `root` is the
-/// pelvis of the body at rest (metres), about which poses turn; most bodies have it at x = 0.
-Clip MirrorClip(const Clip& clip, const Eigen::Vector3d& root = Eigen::Vector3d::Zero());
+/// pelvis J_0 of the body at rest (metres), about which poses turn.
+Clip MirrorClip(const Clip& clip, const Eigen::Vector3d& root);
 
 /// A mesh mirrored at x = 0, its faces outwards still.
 TriangleMesh MirrorMesh(TriangleMesh mesh);

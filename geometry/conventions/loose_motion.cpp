@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "geometry/value_ranges.h"
@@ -326,6 +327,10 @@ LooseMotion ReadLooseMotion(const NpzReader& archive) {
     motion.frame_rate = 0.0;  // ReadClip says why
   }
   motion.has_trans = read.Points({"trans", "transl"}, "root position", motion.trans);
+  try {
+    if (motion.has_trans) motion.trans.colwise() += PelvisOffset(archive);
+  } catch (const Error&) {  // ReadClip says why
+  }
 
   // One array for all joints, or one for each part. SMPL-H has no jaw and eyes, SMPL no fingers.
   const std::size_t width = read.Width({"poses", "fullpose"});

@@ -49,6 +49,7 @@ ImportedClip ImportClip(const OpenFile& open, const ParameterOptions& options) {
   imported.clip = ReadClip(open.path);
   imported.object_mesh = MeshBeside(open.path, imported.clip.object);
   imported.table_mesh = MeshBeside(open.path, imported.clip.table);
+  if (auto note = OldPelvisNote(NpzReader(open.path))) imported.notes.push_back(std::move(*note));
   SettleWorld(imported, options, WorldUp::kPlusZ, false);
   return imported;
 }

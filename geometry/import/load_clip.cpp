@@ -64,6 +64,9 @@ LoadedClip ReadFile(const fs::path& path, const ImportFileOptions& options) {
     }
     loaded.object_mesh = MeshBeside(loaded.file, loaded.clip.object);
     loaded.table_mesh = MeshBeside(loaded.file, loaded.clip.table);
+    if (const auto note = OldPelvisNote(NpzReader(loaded.file))) {
+      loaded.notes.push_back(fmt::format("{}: {}", path.string(), *note));
+    }
     return loaded;
   }
   static_cast<ImportedFile&>(loaded) = ImportFile(path, options);

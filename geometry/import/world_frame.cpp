@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "geometry/body/rest_pelvis.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
@@ -75,6 +76,13 @@ Eigen::Vector3d PelvisOf(const Clip& clip, const BodyModel& body) {
   if (clip.v_template.cols() == body.NumVertices()) {
     return body.RestJoints(clip.v_template).col(0);
   }
+  // The mean shape of a model that is not there.
+  const std::string& type = clip.surface_model_type;
+  if (clip.body_model.empty() && body.Kind() == ModelKind::kSmplx) {
+    if (type == "smplh" || type == "smpl") return kSmplhRestPelvis;
+  } else if (clip.body_model.empty() && body.Kind() == ModelKind::kSmplh) {
+    if (type.starts_with("smplx")) return kSmplxRestPelvis;
+  }
   const bool same_space = body.Name().starts_with("SMPLX_") || clip.body_model == body.Name();
   if (same_space && clip.v_template.cols() == 0) {
     const Eigen::Index usable = std::min<Eigen::Index>(clip.betas.size(), body.NumShape());
@@ -115,8 +123,8 @@ void SettleWorld(ImportedClip& imported, const ParameterOptions& options,
     }
     TurnWorld(clip, ZUpFrom(*up), PelvisOf(clip, *options.body));
     imported.conventions.push_back(
-        fmt::format("the file's world is {}-up: turned to z-up about the pelvis of {}",
-                    WorldUpName(*up), options.body->Name()));
+        fmt::format("the file's world is {}-up: turned to z-up about the pelvis of the rest pose",
+                    WorldUpName(*up)));
   } else {
     imported.conventions.push_back("the file's world is z-up, as a clip's");
   }

@@ -18,7 +18,8 @@ void TurnWorld(Clip& clip, const Eigen::Matrix3d& Q, const Eigen::Vector3d& pelv
 void MoveWorld(Clip& clip, const Eigen::Vector3d& offset);
 
 /// The rest pose's pelvis of the clip's person on `body`: of its own v_template where that has the
-/// body's vertices, else of the betas where they are the body's, else of the mean shape.
+/// body's vertices, else of the betas where they are the body's, else of the mean shape: SMPL-H's
+/// of a clip of SMPL-H where `body` is none, and SMPL-X's the other way round.
 Eigen::Vector3d PelvisOf(const Clip& clip, const BodyModel& body);
 
 /// The axis along which the body surely stands upright; nothing where it does not for long.

@@ -137,7 +137,9 @@ void InspectClip(Inspection& inspection) {
   // What fit, render and the others would say.
   if (inspection.Worst() != Verdict::kFault) {
     try {
-      ReadClip(inspection.path);
+      const NpzReader archive(inspection.path);
+      ReadClip(archive);
+      if (const auto note = OldPelvisNote(archive)) inspection.Ok(*note);
     } catch (const Error& error) {
       const std::string where = error.Where();
       const auto bracket = where.rfind('[');

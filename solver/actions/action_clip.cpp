@@ -148,7 +148,7 @@ ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool>
   made.clip.action = request.action;
   made.clip.object->name = imos::VocabularyName(request.prop.name);
   SetTable(script, made.clip);
-  if (request.mirrored) made.clip = MirrorClip(made.clip);
+  if (request.mirrored) made.clip = MirrorClip(made.clip, actor.Measures().rest_joints.col(0));
   return made;
 }
 
@@ -187,7 +187,7 @@ ActionClip MakeActionClip(const ActionClipRequest& request) {
   const ActionFault fault = FaultOf(made.quality, request.action);
   made.fault = fault.fault;
   made.detail = fault.detail;
-  if (request.mirrored) made.clip = MirrorClip(made.clip);
+  if (request.mirrored) made.clip = MirrorClip(made.clip, actor.Measures().rest_joints.col(0));
   return made;
 }
 

@@ -44,7 +44,7 @@ class Meeting {
 
  private:
   Vector3d Shoulder(const ArmIk& arm) const {
-    return FacingFront() * rest_joints_.col(arm.Bones().root);
+    return FacingFront() * (rest_joints_.col(arm.Bones().root) - rest_joints_.col(0));
   }
 
   const Eigen::Matrix3Xd& rest_joints_;

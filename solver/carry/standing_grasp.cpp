@@ -36,10 +36,10 @@ JointPose StandingPose(Side side, double pronation, double outward) {
 
 constexpr double kHandAloneHeight_m = 1.0;  // of the wrist, where nothing else says
 
-// Where the pelvis has to be for the soles to be at z = 0; `state` is of trans zero.
+// trans with the pelvis over the origin and the soles at z = 0; `state` is of trans zero.
 Eigen::Vector3d FeetOnGround(const BodySurface& body, const JointPose& pose, BodyState& state) {
   Forward(body, pose, Eigen::Vector3d::Zero(), state);
-  return {0.0, 0.0, -state.vertices.row(2).minCoeff()};
+  return {-state.joints(0, 0), -state.joints(1, 0), -state.vertices.row(2).minCoeff()};
 }
 
 // Who holds the object, in the world.

@@ -58,8 +58,10 @@ HoldingStart StartInClip(const Clip& clip, const ClipBody& body, const LoadedObj
     throw Error(source, "nobody holds the object in that frame", fix);
   }
   start.mirrored = start.clip.holding_hand.back() == kHoldsLeft;
-  if (start.mirrored) start.clip = MirrorClip(start.clip);
   start.actor = std::make_unique<const ActionActor>(body.model, body.betas);
+  if (start.mirrored) {
+    start.clip = MirrorClip(start.clip, start.actor->Measures().rest_joints.col(0));
+  }
   start.prop = PropOf(object, start.mirrored, threads);
   return start;
 }

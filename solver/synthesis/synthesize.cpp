@@ -112,7 +112,9 @@ void Finish(const HoldingStart& start, std::string_view action, const Synthesize
 
 std::optional<FaceDistance> NearestToFace(const HoldingStart& start, std::string_view action,
                                           const Clip& clip) {
-  return NearestToFace(*start.actor, *start.prop, action, start.mirrored ? MirrorClip(clip) : clip);
+  const Eigen::Vector3d root = start.actor->Measures().rest_joints.col(0);
+  return NearestToFace(*start.actor, *start.prop, action,
+                       start.mirrored ? MirrorClip(clip, root) : clip);
 }
 
 SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeights& network,
@@ -155,7 +157,7 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
   const int finished = options.finish_all ? all : 1;
   ParallelFor(finished, options.threads,
               [&](int i) { Finish(start, action, options, result.samples[i]); });
-  result.motion = start.mirrored ? MirrorClip(best.motion) : best.motion;
+  result.motion = start.mirrored ? MirrorClip(best.motion, scene.rest_joints.col(0)) : best.motion;
   result.motion.action = action;
   result.first_hand = start.mirrored ? Side::kLeft : Side::kRight;
   if (best.keys.switch_frame >= 0) {

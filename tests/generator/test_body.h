@@ -12,4 +12,12 @@ inline const BodyMeasures& DefaultMeasures() {
   return body;
 }
 
+/// The same person, resting somewhere else.
+inline BodyMeasures MeasuresAt(const Eigen::Vector3d& shift) {
+  BodyMeasures body = DefaultMeasures();
+  body.rest_joints.colwise() += shift;
+  body.sole_y += shift.y();
+  return body;
+}
+
 }  // namespace holdfast

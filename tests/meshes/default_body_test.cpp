@@ -19,6 +19,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/body/body_model.h"
+#include "geometry/body/rest_pelvis.h"
 
 namespace holdfast {
 namespace {
@@ -37,6 +38,15 @@ const BodyModel& Model() {
 const BodySurface& Surface() {
   static const BodySurface surface(BodyModel::Default(), Eigen::VectorXd{});
   return surface;
+}
+
+/// x of the plane that left and right mirror each other at: the first vertices lie on it.
+double MirrorPlane() { return Model().Template()(0, 0); }
+int NumMidline() {
+  return static_cast<int>((Model().Template().row(0).array() == MirrorPlane()).count());
+}
+Vector3d Mirrored(const Vector3d& point) {
+  return {2 * MirrorPlane() - point.x(), point.y(), point.z()};
 }
 
 Matrix3Xd Posed(const JointPose& pose) {
@@ -170,14 +180,15 @@ TEST(DefaultBody, HasWellShapedTriangles) {
 
 TEST(DefaultBody, MirrorsItselfVertexByVertex) {
   const Matrix3Xd& v = Model().Template();
-  const int num_midline = static_cast<int>((v.row(0).array() == 0).count());
+  const int num_midline = NumMidline();
   const int num_side = (Model().NumVertices() - num_midline) / 2;
+  ASSERT_EQ(num_midline, 166);
   ASSERT_EQ(num_midline + 2 * num_side, Model().NumVertices());
-  for (int i = 0; i < num_midline; ++i) ASSERT_EQ(v(0, i), 0);
+  for (int i = 0; i < num_midline; ++i) ASSERT_EQ(v(0, i), MirrorPlane());
   for (int i = num_midline; i < num_midline + num_side; ++i) {
     const int other = i + num_side;
-    ASSERT_GT(v(0, i), 0);
-    ASSERT_LT((v.col(other) - Vector3d(-v(0, i), v(1, i), v(2, i))).norm(), 1e-6);
+    ASSERT_GT(v(0, i), MirrorPlane());
+    ASSERT_EQ(Vector3d(v.col(other)), Mirrored(v.col(i)));
     const auto left = Surface().Weights(i);
     const auto right = Surface().Weights(other);
     ASSERT_EQ(left.size(), right.size());
@@ -196,7 +207,7 @@ TEST(DefaultBody, StandsOnFlatFeet) {
   const double sole = v.row(1).minCoeff();
   int left = 0, right = 0;
   for (Eigen::Index i = 0; i < v.cols(); ++i) {
-    if (v(1, i) < sole + 0.0015) ++(v(0, i) > 0 ? left : right);
+    if (v(1, i) < sole + 0.0015) ++(v(0, i) > MirrorPlane() ? left : right);
   }
   EXPECT_GT(left, 30);
   EXPECT_EQ(left, right);
@@ -237,7 +248,8 @@ TEST(DefaultBody, FingersDoNotPullTheirNeighbours) {
 TEST(DefaultBody, JointsLieWhereTheSkeletonPutsThem) {
   const Matrix3Xd joints = Model().RestJoints(Model().Template());
   const auto expect_at = [&](std::string_view name, double x, double y, double z) {
-    EXPECT_LT((joints.col(*FindJoint(name)) - Vector3d(x, y, z)).norm(), 1e-4) << name;
+    const Vector3d from_pelvis = joints.col(*FindJoint(name)) - joints.col(0);
+    EXPECT_LT((from_pelvis - Vector3d(x, y, z)).norm(), 1e-4) << name;
   };
   expect_at("pelvis", 0, 0, 0);
   expect_at("head", 0, 0.6250, 0.0150);
@@ -247,14 +259,26 @@ TEST(DefaultBody, JointsLieWhereTheSkeletonPutsThem) {
   expect_at("left_index1", 0.7338, 0.4442, 0.0295);
   expect_at("right_thumb1", -0.6718, 0.4372, 0.0270);
   for (int j = 0; j < kNumJoints; ++j) {
-    const Vector3d mirrored(-joints(0, j), joints(1, j), joints(2, j));
+    const Vector3d mirrored = Mirrored(joints.col(j));
     EXPECT_LT((joints.col(MirrorJoint(j)) - mirrored).norm(), 1e-6) << kJointNames[j];
+  }
+}
+
+// The published mean shape's, to the places that are known of it: code for SMPL-X, which has joint
+// 0 at J_0 + trans with that J_0, puts the embedded body where its clips have it.
+TEST(DefaultBody, RestsItsPelvisWhereSmplxDoes) {
+  const Vector3d pelvis = Model().RestJoints(Model().Template()).col(0);
+  EXPECT_LT((pelvis - Vector3d(0.0031, -0.3514, 0.0120)).norm(), 1e-6);
+  EXPECT_LT((pelvis - kEmbeddedRestPelvis).norm(), 1e-6);
+  for (int k = 0; k < 10; ++k) {
+    const Matrix3Xd shaped = Model().ShapedVertices(2.0 * Eigen::VectorXd::Unit(10, k));
+    EXPECT_LT((Model().RestJoints(shaped).col(0) - pelvis).norm(), 0.003) << "beta " << k;
   }
 }
 
 TEST(DefaultBody, EveryShapeCoefficientIsVisibleAndSymmetric) {
   const Matrix3Xd& mean = Model().Template();
-  const int num_midline = static_cast<int>((mean.row(0).array() == 0).count());
+  const int num_midline = NumMidline();
   const int num_side = (Model().NumVertices() - num_midline) / 2;
   for (int k = 0; k < 10; ++k) {
     Eigen::VectorXd betas = Eigen::VectorXd::Zero(10);
@@ -370,12 +394,11 @@ TEST(DefaultBody, MirroredPosesGiveMirroredBodies) {
   const JointPose pose = 0.5 * JointPose::Random();
   const Matrix3Xd body = Posed(pose);
   const Matrix3Xd mirrored = Posed(MirrorPose(pose));
-  const int num_midline = static_cast<int>((Model().Template().row(0).array() == 0).count());
+  const int num_midline = NumMidline();
   const int num_side = (Model().NumVertices() - num_midline) / 2;
   for (int i = 0; i < num_midline + num_side; ++i) {
     const int other = i < num_midline ? i : i + num_side;
-    const Vector3d image(-mirrored(0, other), mirrored(1, other), mirrored(2, other));
-    ASSERT_LT((body.col(i) - image).norm(), 1e-5) << "vertex " << i;
+    ASSERT_LT((body.col(i) - Mirrored(mirrored.col(other))).norm(), 1e-5) << "vertex " << i;
   }
 }
 

@@ -162,10 +162,11 @@ class ExampleFiles {
       add(subject, "walk", WalkingFigure(body, 240, 1.0));
       add(subject, "walk", WalkingFigure(body, 150, 0.95));
     }
+    const Eigen::Vector3d pelvis = body.rest_joints.col(0);
     add("cmu_07", "reach", ReachingFigure(body, 121, 0.7), "right,60");
     add("cmu_07", "reach", ReachingFigure(body, 121, 1.2), "right,60");
-    add("cmu_07", "reach", MirrorClip(ReachingFigure(body, 121, 0.7)), "left,60");
-    add("cmu_07", "reach", MirrorClip(ReachingFigure(body, 121, 1.2)), "left,60");
+    add("cmu_07", "reach", MirrorClip(ReachingFigure(body, 121, 0.7), pelvis), "left,60");
+    add("cmu_07", "reach", MirrorClip(ReachingFigure(body, 121, 1.2), pelvis), "left,60");
   }
 
   // A capture of the CMU, where the folder with data has it.

@@ -10,7 +10,8 @@
 namespace holdfast {
 
 /// Joints of the default body at rest: T-pose, palms down, y up, facing +z, metres; an adult of
-/// 1.66 m. Left and right mirror each other exactly.
+/// 1.66 m. Left and right mirror each other exactly at x = 0. All is made with the pelvis at the
+/// origin; the file has it at kEmbeddedRestPelvis.
 using RestJoints = Eigen::Matrix<double, 3, kNumJoints>;
 RestJoints DefaultRestJoints();
 

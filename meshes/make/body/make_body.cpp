@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/body/rest_pelvis.h"
 #include "geometry/io/container/npz.h"
 #include "meshes/make/body/body_betas.h"
 #include "meshes/make/body/body_correctives.h"
@@ -33,6 +34,17 @@ std::vector<float> RowMajor(const Eigen::MatrixXd& matrix) {
     }
   }
   return values;
+}
+
+/// The surface, which is made with the pelvis at the origin, with the pelvis in its place. Across
+/// the body, and where it goes to, on a grid of 2^-24 m, so that left and right still mirror each
+/// other exactly in float32.
+Eigen::MatrixXd Template(const BodyMesh& body) {
+  const auto on_grid = [](double x) { return std::nearbyint(x * 0x1p24) * 0x1p-24; };
+  Eigen::MatrixXd vertices = body.mesh.vertices.transpose();
+  vertices.col(0) = vertices.col(0).unaryExpr(on_grid).eval();
+  vertices.rowwise() += kEmbeddedRestPelvis.unaryExpr(on_grid).transpose();
+  return vertices;
 }
 
 /// V x 3 x 20, C order.
@@ -70,7 +82,7 @@ void WriteBody(const char* path) {
   const std::size_t num_faces = static_cast<std::size_t>(body.mesh.NumFaces());
   constexpr std::size_t kJoints = kNumJoints;
   NpzWriter writer;
-  writer.AddFloat32("v_template", {num_vertices, 3}, RowMajor(body.mesh.vertices.transpose()));
+  writer.AddFloat32("v_template", {num_vertices, 3}, RowMajor(Template(body)));
   std::vector<std::uint32_t> faces(body.mesh.faces.data(),
                                    body.mesh.faces.data() + body.mesh.faces.size());
   writer.AddUint32("f", {num_faces, 3}, std::move(faces));

@@ -151,13 +151,14 @@ Clip InMotion(const SynthesisCase& one, const Clip& keys, const LoadedObject& ob
                                   kFinishedRate_Hz, seed);
   ObjectMarks marks = MarksOf(object.name, object.mesh);
   const bool left = keys.holding_hand[imos::kHistory - 1] == kHoldsLeft;
+  const Eigen::Vector3d root = one.sequence.rest_joints.col(0);
   if (left) {
-    motion = MirrorClip(motion);
+    motion = MirrorClip(motion, root);
     marks = ReflectX(marks);
   }
   AddStrokes(one.sequence.rest_joints, imos::Actions()[one.sequence.action].label, marks, seed,
              motion.NumFrames(), motion);
-  return left ? MirrorClip(motion) : motion;
+  return left ? MirrorClip(motion, root) : motion;
 }
 
 // The frames of a motion at the times of key frames; those that were given stay.

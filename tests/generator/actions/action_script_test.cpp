@@ -261,6 +261,18 @@ TEST(FaceMarks, LieOnTheFace) {
   EXPECT_GT(SignedVolume(face.head), 0.002);  // closed, outwards: litres
 }
 
+TEST(StandingStart, IsTheSameWhereverTheBodyRests) {
+  const StandingStart here = OwnStanding(DefaultMeasures(), 7),
+                      there = OwnStanding(MeasuresAt({0.2, -0.4, 0.1}), 7);
+  for (std::size_t t = 0; t < here.frames.size(); t += 10) {
+    EXPECT_LT((here.frames[t].pelvis - there.frames[t].pelvis).norm(), 1e-6);
+    for (const int j : {13, 14, 16, 17, 18, 19, 20, 21}) {
+      EXPECT_LT(here.frames[t].local[j].angularDistance(there.frames[t].local[j]), 1e-4)
+          << kJointNames[j];
+    }
+  }
+}
+
 TEST(StandingStart, IsFoundInStandingOnly) {
   const Eigen::Matrix3Xd& rest = DefaultMeasures().rest_joints;
   const StandingStart own = OwnStanding(DefaultMeasures(), 7);

@@ -125,6 +125,18 @@ TEST(HandoverMotion, RefusesWhatItCannotDo) {
   EXPECT_THROW(PalmGrasps(DefaultMeasures(), Eigen::Matrix3Xd(3, 0), 1), Error);
 }
 
+TEST(MakeHandoverMotion, IsTheSameWhereverTheBodyRests) {
+  const Eigen::Vector3d shift(0.2, -0.4, 0.1);
+  const BodyMeasures moved = MeasuresAt(shift);
+  HandoverOptions options;
+  options.seed = 3;
+  const Clip here = Make(3).clip;
+  const Clip there = MakeHandoverMotion(moved, PalmGrasps(moved, Apple(), 3), options).clip;
+  ASSERT_EQ(here.NumFrames(), there.NumFrames());
+  EXPECT_LT((there.trans.colwise() + shift - here.trans).cwiseAbs().maxCoeff(), 1e-5);
+  EXPECT_LT((there.object->trans - here.object->trans).cwiseAbs().maxCoeff(), 1e-5);
+}
+
 TEST(AddNoise, HasTheSizeAskedFor) {
   const HandoverMotion motion = Make(2);
   Clip noisy = motion.clip;

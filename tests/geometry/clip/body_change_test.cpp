@@ -1,15 +1,28 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/clip/body_change.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "geometry/body/rest_pelvis.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/import/held_distance.h"
+#include "geometry/import/import_file.h"
+#include "geometry/import/load_clip.h"
 #include "tests/support/moving_clip.h"
+#include "tests/support/smplh_like.h"
+#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
+using ::testing::Contains;
+using ::testing::HasSubstr;
 using testing::MakeMovingClip;
+using ::testing::Not;
+using testing::TemporaryFolder;
+
+const Eigen::Vector3d kOfSmplx(0.0031, -0.3514, 0.0120), kOfSmplh(-0.0018, -0.2233, 0.0282);
 
 Eigen::Matrix3Xd Pelvises(const Clip& clip, const ClipBody& body) {
   const BodySurface surface(body.model, body.betas);
@@ -22,20 +35,110 @@ Eigen::Matrix3Xd Pelvises(const Clip& clip, const ClipBody& body) {
   return pelvises;
 }
 
-TEST(BodyChange, ThePelvisOfAnSmplxClipStaysOnTheEmbeddedBody) {
-  const Eigen::Vector3d smplx(0.0031, -0.3514, 0.0120);
+// The embedded body's J_0 is SMPL-X's.
+TEST(BodyChange, TransOfAnSmplxClipStaysOnTheEmbeddedBody) {
   Clip clip = MakeMovingClip(5, 1);
   clip.betas = Eigen::VectorXd::Constant(10, 1.0);
-  const Eigen::Matrix3Xd wanted = clip.trans.colwise() + smplx;
+  const Eigen::Matrix3Xd before = clip.trans;
   const ClipBody body{BodyModel::Default(), {}};
   const auto change = BringOntoBody(clip, body);
   ASSERT_TRUE(change);
   EXPECT_EQ(change->from, "SMPL-X");
+  EXPECT_EQ(clip.trans, before);
+  EXPECT_LT((Pelvises(clip, body).colwise() - kOfSmplx - before).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_THAT(Describe(*change, *body.model), HasSubstr("made with SMPL-X: limbs and hands"));
+  EXPECT_THAT(Describe(*change, *body.model), Not(HasSubstr("trans")));
+  EXPECT_EQ(clip.body_model, "holdfast_neutral");
+}
+
+TEST(BodyChange, ThePelvisOfAnSmplhClipStaysOnTheEmbeddedBody) {
+  Clip clip = MakeMovingClip(5, 1);
+  clip.surface_model_type = "smplh";
+  clip.betas = Eigen::VectorXd::Constant(10, 1.0);
+  const Eigen::Matrix3Xd wanted = clip.trans.colwise() + kOfSmplh;
+  const ClipBody body{BodyModel::Default(), {}};
+  const auto change = BringOntoBody(clip, body);
+  ASSERT_TRUE(change);
+  EXPECT_EQ(change->from, "SMPL-H");
   EXPECT_LT((Pelvises(clip, body) - wanted).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_THAT(Describe(*change, *body.model),
+              HasSubstr("trans is moved by (-0.005, 0.128, 0.016)"));
   EXPECT_EQ(clip.body_model, "holdfast_neutral");
   EXPECT_TRUE(clip.betas.isZero(0.0));
   // Once is enough.
   EXPECT_FALSE(BringOntoBody(clip, body));
+}
+
+// A subject's own surface has its own J_0, betas have theirs.
+TEST(BodyChange, FromTheEmbeddedBodyThePelvisStaysWhateverTheShape) {
+  const TemporaryFolder folder;
+  testing::WriteSmplhLike(folder / "SMPLH_TEST.npz", {0.0, 0.13, 0.02});
+  const ClipBody smplh{BodyModel::Load(folder / "SMPLH_TEST.npz"), {}};
+  const auto embedded = BodyModel::Default();
+  for (const bool own_surface : {false, true}) {
+    Clip clip = MakeMovingClip(4, 3);
+    clip.body_model = "holdfast_neutral";
+    if (own_surface) {
+      clip.v_template = embedded->Template().colwise() - kOfSmplx;
+    } else {
+      clip.betas = Eigen::VectorXd::Constant(10, 1.0);
+    }
+    std::vector<std::string> notes;
+    const Eigen::Matrix3Xd before = Pelvises(clip, BodyOfClip("clip", clip, embedded, notes));
+    ASSERT_TRUE(BringOntoBody(clip, smplh));
+    EXPECT_LT((Pelvises(clip, smplh) - before).cwiseAbs().maxCoeff(), 1e-12) << own_surface;
+  }
+}
+
+// A clip as it was written when the embedded body's J_0 was the origin.
+void WriteOld(Clip clip, const std::filesystem::path& path) {
+  if (clip.v_template.cols() == 0) clip.trans.colwise() += kOfSmplx;
+  NpzWriter all;
+  AddArrays(clip, all);
+  all.Write(path);
+  const NpzReader archive(path);
+  NpzWriter writer;
+  for (const std::string& key : archive.Keys()) {
+    if (key != "rest_pelvis") writer.Add(key, archive.Read(key).array);
+  }
+  writer.Write(path);
+}
+
+TEST(BodyChange, OldClipsOfTheEmbeddedBodyStayWhereTheyWere) {
+  const TemporaryFolder folder;
+  Clip clip = MakeMovingClip(4, 3);
+  clip.body_model = "holdfast_neutral";
+  WriteClip(clip, folder / "new.npz");
+  WriteOld(clip, folder / "old.npz");
+  for (const char* name : {"new.npz", "old.npz"}) {
+    const bool old = name[0] == 'o';
+    const auto said = Contains(HasSubstr("trans is moved by (-0.003, 0.351, -0.012) m"));
+    const LoadedClip loaded = LoadClip(folder / name);
+    EXPECT_LT((loaded.clip.trans - clip.trans).cwiseAbs().maxCoeff(), 1e-15) << name;
+    EXPECT_EQ(loaded.clip.object->trans, clip.object->trans);
+    EXPECT_FALSE(loaded.change);
+    const ImportedFile imported = ImportFile(folder / name, {});
+    EXPECT_LT((imported.clip.trans - clip.trans).cwiseAbs().maxCoeff(), 1e-15) << name;
+    if (old) {
+      EXPECT_THAT(loaded.notes, said);
+      EXPECT_THAT(imported.notes, said);
+    } else {
+      EXPECT_THAT(loaded.notes, Not(said));
+      EXPECT_THAT(imported.notes, Not(said));
+    }
+    // Once is enough.
+    WriteClip(loaded.clip, folder / "again.npz");
+    EXPECT_EQ(ReadClip(folder / "again.npz").trans, loaded.clip.trans);
+  }
+  // The trans of a subject's own surface goes with that, and another model's with that.
+  for (const bool own_surface : {true, false}) {
+    Clip other = clip;
+    if (own_surface) other.v_template = BodyModel::Default()->Template().colwise() - kOfSmplx;
+    if (!own_surface) other.body_model = "SMPLX_NEUTRAL";
+    if (!own_surface) other.trans.colwise() -= kOfSmplx;
+    WriteOld(other, folder / "other.npz");
+    EXPECT_LT((ReadClip(folder / "other.npz").trans - clip.trans).cwiseAbs().maxCoeff(), 1e-15);
+  }
 }
 
 TEST(BodyChange, ClipsOfTheSameKindOfModelStayAsTheyAre) {

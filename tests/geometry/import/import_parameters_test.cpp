@@ -722,5 +722,16 @@ TEST(ImportWorld, EveryAxisTurnsToZAndKeepsTheBodyWhole) {
   EXPECT_FALSE(ParseWorldUp("up"));
 }
 
+// About the pelvis of the model that a file is made with, where that is another than the body.
+TEST(ImportWorld, TurnsAboutThePelvisOfTheFilesOwnModel) {
+  const auto body = BodyModel::Default();
+  Clip clip;
+  EXPECT_LT((PelvisOf(clip, *body) - Eigen::Vector3d(0.0031, -0.3514, 0.0120)).norm(), 1e-6);
+  for (const char* type : {"smplh", "smpl"}) {
+    clip.surface_model_type = type;
+    EXPECT_EQ(PelvisOf(clip, *body), Eigen::Vector3d(-0.0018, -0.2233, 0.0282)) << type;
+  }
+}
+
 }  // namespace
 }  // namespace holdfast::testing

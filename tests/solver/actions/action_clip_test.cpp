@@ -95,9 +95,19 @@ TEST(ActionClip, MirroredIsLeftHandedAndMirrorsBack) {
   const ActionClip right = Drink(3), left = Drink(3, true);
   ASSERT_GT(right.clip.NumFrames(), 0);
   EXPECT_EQ(left.clip.holding_hand.front(), kHoldsLeft);
-  const Clip back = MirrorClip(left.clip);
+  const Clip back = MirrorClip(left.clip, Actor().Measures().rest_joints.col(0));
   for (int t = 0; t < back.NumFrames(); ++t) {
     EXPECT_EQ(back.pose[t], right.clip.pose[t]);
+  }
+  EXPECT_LT((back.trans - right.clip.trans).cwiseAbs().maxCoeff(), 1e-12);
+  // The same body, whose pelvis at rest is not at x = 0.
+  BodyState left_state, right_state;
+  const Eigen::Matrix3Xd& rest = Actor().Measures().rest_joints;
+  ForwardJoints(rest, left.clip.pose[7], left.clip.trans.col(7), left_state);
+  ForwardJoints(rest, right.clip.pose[7], right.clip.trans.col(7), right_state);
+  for (int j = 0; j < kNumJoints; ++j) {
+    const Vector3d mirrored = Vector3d(-1.0, 1.0, 1.0).cwiseProduct(right_state.joints.col(j));
+    EXPECT_LT((left_state.joints.col(MirrorJoint(j)) - mirrored).norm(), 1e-6) << kJointNames[j];
   }
   EXPECT_EQ(back.object->orient, right.clip.object->orient);
   EXPECT_EQ(back.holding_hand, right.clip.holding_hand);

@@ -19,6 +19,7 @@ TEST(GraspStanding, GivesTheMugToAPersonOnTheGround) {
   BodyState state;
   Forward(BodySurface(body), held.clip.pose[0], held.clip.trans.col(0), state);
   EXPECT_NEAR(state.vertices.row(2).minCoeff(), 0.0, 1e-9);
+  EXPECT_LT(state.joints.col(0).head<2>().norm(), 1e-9) << "the pelvis over the origin";
   const int wrist = WristJoint(Side::kRight);
   EXPECT_LT((state.joints.col(wrist) - held.clip.object->trans.col(0)).norm(), 0.3);
 }
