@@ -324,6 +324,21 @@ void AddJointPriors(MarkedPerson& person) {
 
 }  // namespace
 
+std::vector<std::unique_ptr<PoseRest>> MarkedPerson::RestTerms() const {
+  std::vector<std::unique_ptr<PoseRest>> terms;
+  for (const auto& [column, size] : body.free.Parts()) {
+    std::vector<PoseLimit> own;
+    for (PoseLimit limit : limits) {
+      limit.column -= column;
+      if (limit.column >= 0 && limit.column < size) own.push_back(std::move(limit));
+    }
+    terms.push_back(std::make_unique<PoseRest>(
+        rest.segment(column, size), root_information.block(column, column, size, size),
+        std::move(own), limit_sigma_rad));
+  }
+  return terms;
+}
+
 std::vector<int> MarkedPerson::Unmarked() const {
   std::vector<int> joints;
   for (int j = pelvis_marked ? 1 : 0; j < kNumBodyJoints; ++j) {

@@ -30,11 +30,13 @@ struct MarkedPerson {
   bool pelvis_marked = false;        ///< pelvis or legs; else the pelvis keeps its place
   // Of a frame's q.
   Eigen::VectorXd rest;
-  Eigen::MatrixXd root_information;
+  Eigen::MatrixXd root_information;  ///< of each part by itself: zero between parts
   std::vector<PoseLimit> limits;
   Eigen::VectorXd acceleration;  ///< usual, rad / s^2
   double limit_sigma_rad = 0.03;
 
+  /// Rest and limits of each of a pose's parts (FreePose::Parts).
+  std::vector<std::unique_ptr<PoseRest>> RestTerms() const;
   /// Joints below the neck that no marker moves: they rest.
   std::vector<int> Unmarked() const;
 };

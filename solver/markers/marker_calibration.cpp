@@ -5,7 +5,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 
+#include <ceres/normal_prior.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
@@ -62,7 +64,10 @@ class Calibrator {
     ceres::Problem problem;
     AddFrame(problem, std::move(seen), robust_m, root, q);
     problem.SetParameterBlockConstant(betas_.data());
-    problem.SetParameterBlockConstant(places_.data());
+    for (int m = 0; m < person_.body.NumMarkers(); ++m) {
+      double* const place = places_.data() + 3 * m;
+      if (problem.HasParameterBlock(place)) problem.SetParameterBlockConstant(place);
+    }
     if (root_free) {
       AddUpright(problem, root);
     } else {
@@ -82,19 +87,33 @@ class Calibrator {
       AddFrame(problem, std::move(seen), robust_m, *roots[f], *poses[f]);
       if (f == 0 || roots[f] != roots[f - 1]) AddUpright(problem, *roots[f]);
     }
-    problem.AddResidualBlock(new MarkerPlacePrior(person_.usual, person_.J_usual, place_sigma_),
-                             nullptr, betas_.data(), places_.data());
+    for (int m = 0; m < person_.body.NumMarkers(); ++m) {
+      problem.AddResidualBlock(
+          new MarkerPlacePrior(person_.usual.segment<3>(3 * m), person_.J_usual.middleRows(3 * m, 3),
+                               place_sigma_[static_cast<std::size_t>(m)]),
+          nullptr, betas_.data(), places_.data() + 3 * m);
+    }
+    const int shapes = person_.body.NumShape();
+    problem.AddResidualBlock(new ceres::NormalPrior(Eigen::MatrixXd::Identity(shapes, shapes),
+                                                    Eigen::VectorXd::Zero(shapes)),
+                             nullptr, betas_.data());
     return Solve(problem, ceres::SPARSE_NORMAL_CHOLESKY, iterations);
   }
 
  private:
   void AddFrame(ceres::Problem& problem, SeenMarkers seen, double robust_m, Eigen::VectorXd& root,
                 Eigen::VectorXd& q) {
-    problem.AddResidualBlock(new MarkerDistance(person_.body, std::move(seen), robust_m), nullptr,
-                             root.data(), q.data(), betas_.data(), places_.data());
-    problem.AddResidualBlock(new PoseRest(person_.rest, person_.root_information, person_.limits,
-                                          person_.limit_sigma_rad),
-                             nullptr, q.data());
+    for (SeenMarkers& of_joint : ByJoint(person_.body, seen)) {
+      auto* const distance = new MarkerDistance(person_.body, std::move(of_joint), robust_m);
+      problem.AddResidualBlock(
+          distance, nullptr,
+          distance->Blocks(root.data(), q.data(), betas_.data(), places_.data()));
+    }
+    const std::vector<FreePose::Part> parts = person_.body.free.Parts();
+    std::vector<std::unique_ptr<PoseRest>> rest = person_.RestTerms();
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      problem.AddResidualBlock(rest[k].release(), nullptr, q.data() + parts[k].column);
+    }
   }
   void AddUpright(ceres::Problem& problem, Eigen::VectorXd& root) const {
     if (!person_.pelvis_marked) {
