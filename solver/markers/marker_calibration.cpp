@@ -93,6 +93,18 @@ class Calibrator {
                                place_sigma_[static_cast<std::size_t>(m)]),
           nullptr, betas_.data(), places_.data() + 3 * m);
     }
+    for (int m = 0; m < person_.body.NumMarkers(); ++m) {
+      const SkinPatch& patch = person_.skin[static_cast<std::size_t>(m)];
+      if (patch.faces.cols() == 0) continue;
+      problem.AddResidualBlock(new MarkerOnSkin(patch, kOnSkinSigma_m), nullptr, betas_.data(),
+                               &height_, places_.data() + 3 * m);
+    }
+    if (problem.HasParameterBlock(&height_)) {
+      problem.AddResidualBlock(
+          new ceres::NormalPrior(Eigen::Matrix<double, 1, 1>(1.0 / kMarkerHeightSigma_m),
+                                 Eigen::Matrix<double, 1, 1>(kMarkerHeight_m)),
+          nullptr, &height_);
+    }
     const int shapes = person_.body.NumShape();
     problem.AddResidualBlock(new ceres::NormalPrior(Eigen::MatrixXd::Identity(shapes, shapes),
                                                     Eigen::VectorXd::Zero(shapes)),
@@ -133,23 +145,34 @@ class Calibrator {
   MarkerScales scales_;
   Eigen::VectorXd betas_, places_;
   std::vector<double> place_sigma_;
+  double height_ = kMarkerHeight_m;  // of markers on the skin
   int iterations_ = 0;
 };
 
-// The pose of a frame without a guess: from several arms, the best.
+// The pose of a frame without a guess: from several arms, and legs where they are free, the best.
 void FindPose(const MarkedPerson& person, const SeenMarkers& seen, double facing_rad, bool known,
               Calibrator& calibrator, Eigen::VectorXd& root, Eigen::VectorXd& q) {
   double best = std::numeric_limits<double>::infinity();
   for (const ArmStart start :
        {ArmStart::kForward, ArmStart::kBent, ArmStart::kHanging, ArmStart::kSideways}) {
-    JointPose pose = person.body.free.Rest();
-    SetArms(start, pose);
-    Eigen::VectorXd at = RootAt(person, seen, facing_rad), candidate = person.body.free.Of(pose);
-    const double cost = calibrator.SolvePose(seen, true, known, kWide_m, at, candidate);
-    if (!(cost < best)) continue;
-    best = cost;
-    root = at;
-    q = candidate;
+    for (const bool sits : {false, true}) {
+      JointPose pose = person.body.free.Rest();
+      SetArms(start, pose);
+      if (sits && person.body.free.Column(kLeftHip) < 0 && person.body.free.Column(kRightHip) < 0) {
+        break;
+      }
+      for (const int hip : {kLeftHip, kRightHip}) {
+        if (!sits || person.body.free.Column(hip) < 0) continue;
+        pose(0, hip) = -90.0 * kDegree;
+        pose(0, hip + kLeftKnee - kLeftHip) = 90.0 * kDegree;
+      }
+      Eigen::VectorXd at = RootAt(person, seen, facing_rad), candidate = person.body.free.Of(pose);
+      const double cost = calibrator.SolvePose(seen, true, known, kWide_m, at, candidate);
+      if (!(cost < best)) continue;
+      best = cost;
+      root = at;
+      q = candidate;
+    }
   }
 }
 
@@ -192,12 +215,12 @@ MarkerCalibration CalibrateMarkers(const MarkedPerson& person,
   }
   FindPose(person, frames[still], trial_facing_rad, still > 0, calibrator, root_of(still),
            poses[still]);
-  if (still == 0) solve(0, 1, kWide_m, 30);
   for (std::size_t f = still + 1; f < frames.size(); ++f) {
     poses[f] = poses[f - 1];
     if (person.pelvis_marked) root_of(f) = root_of(f - 1);
-    calibrator.SolvePose(frames[f], person.pelvis_marked, true, kWide_m, root_of(f), poses[f]);
+    calibrator.SolvePose(frames[f], person.pelvis_marked, still > 0, kWide_m, root_of(f), poses[f]);
   }
+  if (still == 0) solve(0, frames.size(), kWide_m, 30);
   solve(0, frames.size(), scales.robust_m, 25);
 
   calibration.betas = calibrator.Betas();
