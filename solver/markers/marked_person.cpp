@@ -19,7 +19,7 @@ namespace holdfast {
 namespace {
 
 constexpr int kMostBetas = 10;
-constexpr double kMarkerHeight_m = 0.01;  // of a marker's middle over the skin
+constexpr double kPatch_m = 0.12;  // of the skin about a marker
 
 // Standard deviations of a joint's three components along axes (columns), degrees, and of its
 // acceleration, rad / s^2.
@@ -68,14 +68,16 @@ JointEase EaseOf(int joint) {
       ease.acceleration = 150.0;
       break;
     case kRightHip:
-      all(60.0, 80.0);
+      ease.sigma_deg << 60.0, 30.0, 30.0;
+      ease.acceleration = 80.0;
       break;
     case kRightKnee:
       ease.sigma_deg << 90.0, 6.0, 4.0;
       ease.acceleration = 100.0;
       break;
     case kRightAnkle:
-      all(25.0, 100.0);
+      ease.sigma_deg << 25.0, 12.0, 12.0;
+      ease.acceleration = 100.0;
       break;
     default:
       all(15.0, 80.0);
@@ -83,8 +85,10 @@ JointEase EaseOf(int joint) {
   return ease;
 }
 
+// `marked`: joints that markers move. Legs among them are about as in standing and walking, whatever
+// the posture of those without markers.
 JointPose RestPose(const std::array<HandAngles, 2>& relaxed, const std::array<HandAxes, 2>& axes,
-                   RestPosture posture) {
+                   RestPosture posture, const std::vector<int>& marked) {
   JointPose rest = JointPose::Zero();
   for (const Side side : {Side::kRight, Side::kLeft}) {
     const int s = side == Side::kRight ? 0 : 1;
@@ -93,9 +97,12 @@ JointPose RestPose(const std::array<HandAngles, 2>& relaxed, const std::array<Ha
     const double sign = side == Side::kRight ? 1.0 : -1.0;
     rest.col(side == Side::kRight ? kRightShoulder : kLeftShoulder).z() = sign * 75.0 * kDegree;
   }
-  if (posture == RestPosture::kSeated) {
-    for (const int hip : {kLeftHip, kRightHip}) rest(0, hip) = -90.0 * kDegree;
-    for (const int knee : {kLeftKnee, kRightKnee}) rest(0, knee) = 90.0 * kDegree;
+  for (const int hip : {kLeftHip, kRightHip}) {
+    const int knee = hip + kLeftKnee - kLeftHip;
+    const bool moves = std::ranges::count(marked, hip) > 0;
+    if (!moves && posture != RestPosture::kSeated) continue;
+    rest(0, hip) = (moves ? -10.0 : -90.0) * kDegree;
+    rest(0, knee) = (moves ? 15.0 : 90.0) * kDegree;
   }
   return rest;
 }
@@ -206,14 +213,18 @@ std::vector<int> FreeJoints(const std::vector<MarkerSite>& sites) {
   return {joints.begin(), joints.end()};
 }
 
+// Follows the joint, the one above it or one below.
+bool IsNextTo(int joint, int other) {
+  return other == joint || kJointParents[other] == joint || kJointParents[joint] == other;
+}
+
 // The vertex over `from` in direction `out` that is farthest out within a centimetre of that line.
 int SkinVertex(const BodySurface& surface, const std::vector<int>& joint_of_vertex, int joint,
                const Eigen::Vector3d& from, const Eigen::Vector3d& out) {
   int best = -1;
   double farthest = 0.0;
   for (int i = 0; i < surface.NumVertices(); ++i) {
-    const int j = joint_of_vertex[static_cast<std::size_t>(i)];
-    if (j != joint && kJointParents[j] != joint && kJointParents[joint] != j) continue;
+    if (!IsNextTo(joint, joint_of_vertex[static_cast<std::size_t>(i)])) continue;
     const Eigen::Vector3d x = surface.RestVertices().col(i) - from;
     const double along = x.dot(out);
     if ((x - along * out).norm() > 0.015 || along <= farthest) continue;
@@ -221,6 +232,39 @@ int SkinVertex(const BodySurface& surface, const std::vector<int>& joint_of_vert
     best = i;
   }
   return best;
+}
+
+// The skin about a place in the T-pose (world); shapes are those of each beta at 1.
+SkinPatch PatchAbout(const Eigen::Vector3d& place, int joint,
+                     const std::vector<int>& joint_of_vertex, const BodySurface& surface,
+                     const std::vector<Eigen::Matrix3Xd>& shaped,
+                     const std::vector<Eigen::Matrix3Xd>& shaped_joints) {
+  std::vector<int> ids, place_of(static_cast<std::size_t>(surface.NumVertices()), -1);
+  for (int i = 0; i < surface.NumVertices(); ++i) {
+    if (!IsNextTo(joint, joint_of_vertex[static_cast<std::size_t>(i)])) continue;
+    if ((surface.RestVertices().col(i) - place).norm() > kPatch_m) continue;
+    place_of[static_cast<std::size_t>(i)] = static_cast<int>(ids.size());
+    ids.push_back(i);
+  }
+  SkinPatch patch;
+  const auto n = static_cast<Eigen::Index>(ids.size());
+  patch.vertices =
+      surface.RestVertices()(Eigen::all, ids).colwise() - surface.RestJoints().col(joint);
+  patch.J_betas.resize(3 * n, static_cast<Eigen::Index>(shaped.size()));
+  for (std::size_t b = 0; b < shaped.size(); ++b) {
+    const Eigen::Matrix3Xd change =
+        (shaped[b](Eigen::all, ids).colwise() - shaped_joints[b].col(joint)) - patch.vertices;
+    patch.J_betas.col(static_cast<Eigen::Index>(b)) = change.reshaped();
+  }
+  std::vector<int> corners;
+  for (Eigen::Index f = 0; f < surface.Faces().cols(); ++f) {
+    const Eigen::Vector3i c = surface.Faces().col(f);
+    if (place_of[c(0)] < 0 || place_of[c(1)] < 0 || place_of[c(2)] < 0) continue;
+    for (const int corner : c) corners.push_back(place_of[static_cast<std::size_t>(corner)]);
+  }
+  patch.faces = Eigen::Map<const Eigen::Matrix3Xi>(corners.data(), 3,
+                                                   static_cast<Eigen::Index>(corners.size() / 3));
+  return patch;
 }
 
 // Where a site is in the T-pose of a shape, relative to its joint. `vertex` as found at betas zero.
@@ -264,16 +308,25 @@ void SetPlaces(const BodySurface& surface, MarkedPerson& person) {
     person.usual.segment<3>(3 * k) =
         PlaceOf(site, vertices[k], rest, person.body.rest_joints, normals[k], ends[k]);
   }
+  std::vector<Eigen::Matrix3Xd> shaped, shaped_joints;
   for (int b = 0; b < shapes; ++b) {
-    const Eigen::Matrix3Xd shaped = model.ShapedVertices(Eigen::VectorXd::Unit(shapes, b));
-    const Eigen::Matrix3Xd joints = model.RestJoints(shaped);
-    const Eigen::Matrix3Xd change = joints - person.body.rest_joints;
+    shaped.push_back(model.ShapedVertices(Eigen::VectorXd::Unit(shapes, b)));
+    shaped_joints.push_back(model.RestJoints(shaped.back()));
+    const Eigen::Matrix3Xd change = shaped_joints.back() - person.body.rest_joints;
     person.body.J_rest.col(b) = Eigen::Map<const Eigen::VectorXd>(change.data(), change.size());
     for (int k = 0; k < markers; ++k) {
-      person.J_usual.block<3, 1>(3 * k, b) =
-          PlaceOf(person.sites[k], vertices[k], shaped, joints, normals[k], ends[k]) -
-          person.usual.segment<3>(3 * k);
+      person.J_usual.block<3, 1>(3 * k, b) = PlaceOf(person.sites[k], vertices[k], shaped.back(),
+                                                     shaped_joints.back(), normals[k], ends[k]) -
+                                             person.usual.segment<3>(3 * k);
     }
+  }
+  person.skin.resize(static_cast<std::size_t>(markers));
+  for (int k = 0; k < markers; ++k) {
+    const MarkerSite& site = person.sites[k];
+    if (site.tie != MarkerTie::kSkin || vertices[k] < 0) continue;
+    person.skin[k] = PatchAbout(
+        person.body.rest_joints.col(site.joint) + person.usual.segment<3>(3 * k), site.joint,
+        person.joint_of_vertex, surface, shaped, shaped_joints);
   }
 }
 
@@ -318,11 +371,35 @@ void AddJointPriors(MarkedPerson& person) {
           {column, -sign * Eigen::Vector3d::UnitY(), wrist.ulnar_min, wrist.ulnar_max});
     } else if (right == kRightKnee) {
       person.limits.push_back({column, Eigen::Vector3d::UnitX(), 0.0, 150.0 * kDegree});
+    } else if (right == kRightHip) {
+      person.limits.push_back(
+          {column, Eigen::Vector3d::UnitX(), -140.0 * kDegree, 45.0 * kDegree});
+      person.limits.push_back({column, Eigen::Vector3d::UnitY(), -60.0 * kDegree, 60.0 * kDegree});
+      person.limits.push_back({column, Eigen::Vector3d::UnitZ(), -80.0 * kDegree, 80.0 * kDegree});
+    } else if (right == kRightAnkle) {
+      person.limits.push_back({column, Eigen::Vector3d::UnitX(), -40.0 * kDegree, 65.0 * kDegree});
+      person.limits.push_back({column, Eigen::Vector3d::UnitY(), -35.0 * kDegree, 35.0 * kDegree});
+      person.limits.push_back({column, Eigen::Vector3d::UnitZ(), -35.0 * kDegree, 35.0 * kDegree});
     }
   }
 }
 
 }  // namespace
+
+std::vector<std::unique_ptr<PoseRest>> MarkedPerson::RestTerms() const {
+  std::vector<std::unique_ptr<PoseRest>> terms;
+  for (const auto& [column, size] : body.free.Parts()) {
+    std::vector<PoseLimit> own;
+    for (PoseLimit limit : limits) {
+      limit.column -= column;
+      if (limit.column >= 0 && limit.column < size) own.push_back(std::move(limit));
+    }
+    terms.push_back(std::make_unique<PoseRest>(
+        rest.segment(column, size), root_information.block(column, column, size, size),
+        std::move(own), limit_sigma_rad));
+  }
+  return terms;
+}
 
 std::vector<int> MarkedPerson::Unmarked() const {
   std::vector<int> joints;
@@ -379,8 +456,9 @@ MarkedPerson MakeMarkedPerson(std::shared_ptr<const BodyModel> model, std::vecto
     }
     hands.push_back(std::move(hand));
   }
+  const std::vector<int> free = FreeJoints(person.sites);
   person.body.free =
-      FreePose(RestPose(relaxed, axes, posture), FreeJoints(person.sites), std::move(hands));
+      FreePose(RestPose(relaxed, axes, posture, free), free, std::move(hands));
   person.pelvis_marked = std::ranges::any_of(person.sites, [](const MarkerSite& site) {
     return site.joint < kLeftHandBegin &&
            (site.joint == 0 || (site.joint <= kRightFoot && site.joint != kSpine1 &&

@@ -5,7 +5,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 
+#include <ceres/normal_prior.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
@@ -62,7 +64,10 @@ class Calibrator {
     ceres::Problem problem;
     AddFrame(problem, std::move(seen), robust_m, root, q);
     problem.SetParameterBlockConstant(betas_.data());
-    problem.SetParameterBlockConstant(places_.data());
+    for (int m = 0; m < person_.body.NumMarkers(); ++m) {
+      double* const place = places_.data() + 3 * m;
+      if (problem.HasParameterBlock(place)) problem.SetParameterBlockConstant(place);
+    }
     if (root_free) {
       AddUpright(problem, root);
     } else {
@@ -82,19 +87,45 @@ class Calibrator {
       AddFrame(problem, std::move(seen), robust_m, *roots[f], *poses[f]);
       if (f == 0 || roots[f] != roots[f - 1]) AddUpright(problem, *roots[f]);
     }
-    problem.AddResidualBlock(new MarkerPlacePrior(person_.usual, person_.J_usual, place_sigma_),
-                             nullptr, betas_.data(), places_.data());
+    for (int m = 0; m < person_.body.NumMarkers(); ++m) {
+      problem.AddResidualBlock(
+          new MarkerPlacePrior(person_.usual.segment<3>(3 * m), person_.J_usual.middleRows(3 * m, 3),
+                               place_sigma_[static_cast<std::size_t>(m)]),
+          nullptr, betas_.data(), places_.data() + 3 * m);
+    }
+    for (int m = 0; m < person_.body.NumMarkers(); ++m) {
+      const SkinPatch& patch = person_.skin[static_cast<std::size_t>(m)];
+      if (patch.faces.cols() == 0) continue;
+      problem.AddResidualBlock(new MarkerOnSkin(patch, kOnSkinSigma_m), nullptr, betas_.data(),
+                               &height_, places_.data() + 3 * m);
+    }
+    if (problem.HasParameterBlock(&height_)) {
+      problem.AddResidualBlock(
+          new ceres::NormalPrior(Eigen::Matrix<double, 1, 1>(1.0 / kMarkerHeightSigma_m),
+                                 Eigen::Matrix<double, 1, 1>(kMarkerHeight_m)),
+          nullptr, &height_);
+    }
+    const int shapes = person_.body.NumShape();
+    problem.AddResidualBlock(new ceres::NormalPrior(Eigen::MatrixXd::Identity(shapes, shapes),
+                                                    Eigen::VectorXd::Zero(shapes)),
+                             nullptr, betas_.data());
     return Solve(problem, ceres::SPARSE_NORMAL_CHOLESKY, iterations);
   }
 
  private:
   void AddFrame(ceres::Problem& problem, SeenMarkers seen, double robust_m, Eigen::VectorXd& root,
                 Eigen::VectorXd& q) {
-    problem.AddResidualBlock(new MarkerDistance(person_.body, std::move(seen), robust_m), nullptr,
-                             root.data(), q.data(), betas_.data(), places_.data());
-    problem.AddResidualBlock(new PoseRest(person_.rest, person_.root_information, person_.limits,
-                                          person_.limit_sigma_rad),
-                             nullptr, q.data());
+    for (SeenMarkers& of_joint : ByJoint(person_.body, seen)) {
+      auto* const distance = new MarkerDistance(person_.body, std::move(of_joint), robust_m);
+      problem.AddResidualBlock(
+          distance, nullptr,
+          distance->Blocks(root.data(), q.data(), betas_.data(), places_.data()));
+    }
+    const std::vector<FreePose::Part> parts = person_.body.free.Parts();
+    std::vector<std::unique_ptr<PoseRest>> rest = person_.RestTerms();
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      problem.AddResidualBlock(rest[k].release(), nullptr, q.data() + parts[k].column);
+    }
   }
   void AddUpright(ceres::Problem& problem, Eigen::VectorXd& root) const {
     if (!person_.pelvis_marked) {
@@ -114,23 +145,34 @@ class Calibrator {
   MarkerScales scales_;
   Eigen::VectorXd betas_, places_;
   std::vector<double> place_sigma_;
+  double height_ = kMarkerHeight_m;  // of markers on the skin
   int iterations_ = 0;
 };
 
-// The pose of a frame without a guess: from several arms, the best.
+// The pose of a frame without a guess: from several arms, and legs where they are free, the best.
 void FindPose(const MarkedPerson& person, const SeenMarkers& seen, double facing_rad, bool known,
               Calibrator& calibrator, Eigen::VectorXd& root, Eigen::VectorXd& q) {
   double best = std::numeric_limits<double>::infinity();
   for (const ArmStart start :
        {ArmStart::kForward, ArmStart::kBent, ArmStart::kHanging, ArmStart::kSideways}) {
-    JointPose pose = person.body.free.Rest();
-    SetArms(start, pose);
-    Eigen::VectorXd at = RootAt(person, seen, facing_rad), candidate = person.body.free.Of(pose);
-    const double cost = calibrator.SolvePose(seen, true, known, kWide_m, at, candidate);
-    if (!(cost < best)) continue;
-    best = cost;
-    root = at;
-    q = candidate;
+    for (const bool sits : {false, true}) {
+      JointPose pose = person.body.free.Rest();
+      SetArms(start, pose);
+      if (sits && person.body.free.Column(kLeftHip) < 0 && person.body.free.Column(kRightHip) < 0) {
+        break;
+      }
+      for (const int hip : {kLeftHip, kRightHip}) {
+        if (!sits || person.body.free.Column(hip) < 0) continue;
+        pose(0, hip) = -90.0 * kDegree;
+        pose(0, hip + kLeftKnee - kLeftHip) = 90.0 * kDegree;
+      }
+      Eigen::VectorXd at = RootAt(person, seen, facing_rad), candidate = person.body.free.Of(pose);
+      const double cost = calibrator.SolvePose(seen, true, known, kWide_m, at, candidate);
+      if (!(cost < best)) continue;
+      best = cost;
+      root = at;
+      q = candidate;
+    }
   }
 }
 
@@ -173,12 +215,12 @@ MarkerCalibration CalibrateMarkers(const MarkedPerson& person,
   }
   FindPose(person, frames[still], trial_facing_rad, still > 0, calibrator, root_of(still),
            poses[still]);
-  if (still == 0) solve(0, 1, kWide_m, 30);
   for (std::size_t f = still + 1; f < frames.size(); ++f) {
     poses[f] = poses[f - 1];
     if (person.pelvis_marked) root_of(f) = root_of(f - 1);
-    calibrator.SolvePose(frames[f], person.pelvis_marked, true, kWide_m, root_of(f), poses[f]);
+    calibrator.SolvePose(frames[f], person.pelvis_marked, still > 0, kWide_m, root_of(f), poses[f]);
   }
+  if (still == 0) solve(0, frames.size(), kWide_m, 30);
   solve(0, frames.size(), scales.robust_m, 25);
 
   calibration.betas = calibrator.Betas();

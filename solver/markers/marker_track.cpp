@@ -46,34 +46,52 @@ MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& ca
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(ownership);
-  PoseRest rest(person.rest, person.root_information, person.limits, person.limit_sigma_rad);
-  PoseAcceleration acceleration(person.acceleration / (frame_rate * frame_rate));
+  const double step2 = 1.0 / (frame_rate * frame_rate);
+  const std::vector<FreePose::Part> parts = person.body.free.Parts();
+  const std::vector<std::unique_ptr<PoseRest>> rest = person.RestTerms();
+  std::vector<std::unique_ptr<PoseAcceleration>> acceleration;
+  for (const auto& [column, size] : parts) {
+    acceleration.push_back(std::make_unique<PoseAcceleration>(
+        person.acceleration.segment(column, size) * step2));
+  }
   Eigen::VectorXd root_sigma(6);
   root_sigma << Eigen::Vector3d::Constant(10.0), Eigen::Vector3d::Constant(30.0);
-  PoseAcceleration root_acceleration(root_sigma / (frame_rate * frame_rate));
+  PoseAcceleration root_acceleration(root_sigma * step2);
   std::vector<std::unique_ptr<MarkerDistance>> distances;
   for (std::size_t t = 0; t < frames.size(); ++t) {
-    const Eigen::Index column = static_cast<Eigen::Index>(t);
-    double* const q = track.poses.col(column).data();
-    double* const root = moves ? track.roots.col(column).data() : still.data();
-    problem.AddResidualBlock(&rest, nullptr, q);
-    if (frames[t].Count() > 0) {
-      SeenMarkers seen = frames[t];
+    const auto q_at = [&](std::size_t frame) {
+      return track.poses.col(static_cast<Eigen::Index>(frame)).data();
+    };
+    const auto root_at = [&](std::size_t frame) {
+      return moves ? track.roots.col(static_cast<Eigen::Index>(frame)).data() : still.data();
+    };
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const int column = parts[k].column;
+      problem.AddResidualBlock(rest[k].get(), nullptr, q_at(t) + column);
+      if (t < 2) continue;
+      problem.AddResidualBlock(acceleration[k].get(), nullptr, q_at(t - 2) + column,
+                               q_at(t - 1) + column, q_at(t) + column);
+    }
+    if (t >= 2 && moves) {
+      problem.AddResidualBlock(&root_acceleration, nullptr, root_at(t - 2), root_at(t - 1),
+                               root_at(t));
+    }
+    for (SeenMarkers& seen : ByJoint(person.body, frames[t])) {
       std::ranges::fill(seen.sigma_m, scales.residual_m);
       distances.push_back(
           std::make_unique<MarkerDistance>(person.body, std::move(seen), scales.robust_m));
-      problem.AddResidualBlock(distances.back().get(), nullptr, root, q, betas.data(),
-                               places.data());
+      problem.AddResidualBlock(
+          distances.back().get(), nullptr,
+          distances.back()->Blocks(root_at(t), q_at(t), betas.data(), places.data()));
     }
-    if (t < 2) continue;
-    problem.AddResidualBlock(&acceleration, nullptr, track.poses.col(column - 2).data(),
-                             track.poses.col(column - 1).data(), q);
-    if (!moves) continue;
-    problem.AddResidualBlock(&root_acceleration, nullptr, track.roots.col(column - 2).data(),
-                             track.roots.col(column - 1).data(), root);
   }
-  for (double* const constant : {betas.data(), places.data(), still.data()}) {
-    if (problem.HasParameterBlock(constant)) problem.SetParameterBlockConstant(constant);
+  if (problem.HasParameterBlock(betas.data())) {
+    problem.SetParameterBlockConstant(betas.data());
+    if (!moves) problem.SetParameterBlockConstant(still.data());
+  }
+  for (Eigen::Index k = 0; k < places.cols(); ++k) {
+    double* const place = places.col(k).data();
+    if (problem.HasParameterBlock(place)) problem.SetParameterBlockConstant(place);
   }
   ceres::Solver::Options options = SparseOptions(max_iterations, 1e-3);
   StopWhenAsked stop(progress, max_iterations);

@@ -27,6 +27,15 @@ FreePose::FreePose(const JointPose& rest, std::vector<int> joints, std::vector<H
   }
 }
 
+std::vector<FreePose::Part> FreePose::Parts() const {
+  std::vector<Part> parts;
+  for (const int joint : joints_) parts.push_back({Column(joint), 3});
+  for (const Hand& hand : hands_) {
+    parts.push_back({hand.column, static_cast<int>(hand.synergies.cols())});
+  }
+  return parts;
+}
+
 JointPose FreePose::Pose(const double* root, const double* q) const {
   JointPose pose = rest_;
   pose.col(0) = Eigen::Map<const Eigen::Vector3d>(root + 3);

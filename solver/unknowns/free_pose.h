@@ -32,6 +32,11 @@ class FreePose {
   const JointPose& Rest() const { return rest_; }
   const std::vector<int>& Joints() const { return joints_; }
   const std::vector<Hand>& Hands() const { return hands_; }
+  /// Runs of q that belong together: each joint's three numbers, each hand's numbers.
+  struct Part {
+    int column, size;
+  };
+  std::vector<Part> Parts() const;
   /// First of a joint's three columns in q; -1 where it is not free or a finger's.
   int Column(int joint) const { return column_[static_cast<std::size_t>(joint)]; }
   JointPose Pose(const double* root, const double* q) const;

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "solver/unknowns/sparse_solve.h"
 
-#include "geometry/parallel.h"
-
 namespace holdfast {
 
 ceres::Solver::Options SparseOptions(int max_iterations, double function_tolerance) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   options.max_num_iterations = max_iterations;
   options.function_tolerance = function_tolerance;
   options.num_threads = 1;
@@ -18,7 +16,6 @@ ceres::Solver::Options SparseOptions(int max_iterations, double function_toleran
 
 ceres::Solver::Summary SolveQuietly(const ceres::Solver::Options& options,
                                     ceres::Problem& problem) {
-  const OneBlasThread one_thread;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   return summary;

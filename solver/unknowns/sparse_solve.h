@@ -6,11 +6,11 @@
 
 namespace holdfast {
 
-/// Options for unknowns that couple few others, as the frames of a clip: sparse Cholesky (CHOLMOD),
-/// one thread, no messages.
+/// Options for unknowns that couple few others, as the frames of a clip: sparse Cholesky by Eigen,
+/// whose result no BLAS that happens to be installed changes; one thread, no messages.
 ceres::Solver::Options SparseOptions(int max_iterations, double function_tolerance);
 
-/// ceres::Solve with BLAS on one thread (OneBlasThread).
+/// ceres::Solve.
 ceres::Solver::Summary SolveQuietly(const ceres::Solver::Options& options, ceres::Problem& problem);
 
 }  // namespace holdfast

@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/io/container/json_text.h"
 
 namespace holdfast {
 namespace {
@@ -47,6 +48,7 @@ class C3dParser {
   [[noreturn]] void Fail(const std::string& problem) const {
     throw Error(where_, problem, "Export it again from the capture software");
   }
+  void Note(const std::string& note) { recording_.notes.push_back(where_ + ": " + note); }
 
   std::uint8_t Byte(std::size_t at) const {
     if (at >= bytes_.size()) Fail(fmt::format("is cut off: {} bytes", bytes_.size()));
@@ -73,26 +75,46 @@ class C3dParser {
     const int processor = Byte(start + 3);
     if (processor < 84 || processor > 86) Fail(fmt::format("names no processor ({})", processor));
     processor_ = static_cast<Processor>(processor);
+    // The section's end as its own count of blocks and as the header's block of data have it: one
+    // of them may be wrong.
+    after_parameters_ = start + kBlock * std::max<std::size_t>(1, Byte(start + 2));
+    const std::size_t data_block = Word(16);
+    const std::size_t header_data =
+        data_block > Byte(0) ? (data_block - 1) * kBlock : after_parameters_;
+    const auto [nearer, farther] = std::minmax(after_parameters_, header_data);
     std::map<int, std::string> groups;
     std::vector<std::tuple<int, std::string, Parameter>> found;
     std::size_t at = start + 4;
+    const auto end_here = [&] {
+      Note("the last parameter's link points beyond the section of parameters");
+    };
     while (true) {
-      const int length = std::abs(static_cast<std::int8_t>(Byte(at)));
-      if (length == 0) break;
-      const int id = static_cast<std::int8_t>(Byte(at + 1));
-      Byte(at + 2 + length);
-      std::string name(bytes_.substr(at + 2, length));
-      std::ranges::transform(name, name.begin(),
-                             [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-      const std::size_t link = at + 2 + length;
-      const std::size_t step = Word(link);
-      if (id < 0) {
-        groups[-id] = name;
-      } else {
-        found.emplace_back(id, name, ReadValue(link + 2));
+      if (at >= farther) {
+        end_here();
+        break;
       }
-      if (step == 0) break;
-      at = link + step;
+      try {
+        const int length = std::abs(static_cast<std::int8_t>(Byte(at)));
+        if (length == 0) break;
+        const int id = static_cast<std::int8_t>(Byte(at + 1));
+        Byte(at + 2 + length);
+        std::string name(bytes_.substr(at + 2, length));
+        std::ranges::transform(name, name.begin(),
+                               [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+        const std::size_t link = at + 2 + length;
+        const std::size_t step = Word(link);
+        if (id < 0) {
+          groups[-id] = name;
+        } else {
+          found.emplace_back(id, name, ReadValue(link + 2));
+        }
+        if (step == 0) break;
+        at = link + step;
+      } catch (const Error&) {
+        if (at < nearer) throw;
+        end_here();
+        break;
+      }
     }
     for (auto& [id, name, value] : found) {
       const auto group = groups.find(id);
@@ -155,7 +177,12 @@ class C3dParser {
     scale_ = Number("POINT:SCALE", Float(12));
     const double header_rate = Float(20);
     recording_.rate_hz = Number("POINT:RATE", header_rate);
-    const long data_block = Whole(Number("POINT:DATA_START", Word(16)), "POINT:DATA_START");
+    long data_block = Whole(Number("POINT:DATA_START", Word(16)), "POINT:DATA_START");
+    if (data_block < 2) {
+      data_block = Word(16) >= 2 ? Word(16) : static_cast<long>(after_parameters_ / kBlock) + 1;
+      Note(fmt::format("POINT:DATA_START names no block of data; read from block {}, {}", data_block,
+                       Word(16) >= 2 ? "as the header has it" : "behind the parameters"));
+    }
     recording_.first_frame = static_cast<int>(LongOf("TRIAL:ACTUAL_START_FIELD", Word(6)));
     const long last = LongOf("TRIAL:ACTUAL_END_FIELD", Word(8));
     frames_ = last - recording_.first_frame + 1;
@@ -169,13 +196,16 @@ class C3dParser {
       Fail(fmt::format("has a rate of {} Hz", recording_.rate_hz));
     }
     if (!std::isfinite(scale_) || scale_ == 0.0) Fail("has no scale (POINT:SCALE)");
-    if (data_block < 2) Fail(fmt::format("has its data in block {}", data_block));
     data_ = (static_cast<std::size_t>(data_block) - 1) * kBlock;
     const std::vector<std::string> units = Texts("POINT:UNITS");
     recording_.unit = units.empty() || units.front().empty() ? "mm" : units.front();
-    const std::optional<double> metres = MetresPerUnit(recording_.unit);
-    if (!metres) Fail(fmt::format("has an unknown unit '{}' (POINT:UNITS)", recording_.unit));
-    recording_.metres_per_unit = *metres;
+    recording_.unit = AsUtf8(recording_.unit);
+    const std::optional<LengthUnit> unit = FindLengthUnit(recording_.unit);
+    if (!unit) Fail(fmt::format("has an unknown unit '{}' (POINT:UNITS)", recording_.unit));
+    if (unit->cut_off) {
+      Note(fmt::format("the unit '{}' is cut off; read as {}", recording_.unit, unit->name));
+    }
+    recording_.metres_per_unit = unit->metres;
   }
 
   // Two words, the low one first.
@@ -238,7 +268,7 @@ class C3dParser {
   int points_ = 0, analog_ = 0;
   long frames_ = 0;
   double scale_ = 0.0;
-  std::size_t data_ = 0;
+  std::size_t data_ = 0, after_parameters_ = 0;
 };
 
 }  // namespace

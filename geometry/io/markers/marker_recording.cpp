@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/markers/marker_recording.h"
 
+#include <array>
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "geometry/error.h"
 #include "geometry/io/container/gzip.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/io/markers/c3d.h"
 #include "geometry/io/markers/marker_tables.h"
@@ -76,32 +79,57 @@ MarkerRecording ParseMarkers(std::string_view text, const std::string& where) {
   return recording;
 }
 
-std::optional<double> MetresPerUnit(std::string_view unit) {
-  for (const auto& [name, metres] :
-       std::initializer_list<std::pair<std::string_view, double>>{{"mm", 1e-3},
-                                                                  {"millimeters", 1e-3},
-                                                                  {"millimetres", 1e-3},
-                                                                  {"cm", 1e-2},
-                                                                  {"m", 1.0},
-                                                                  {"meters", 1.0},
-                                                                  {"metres", 1.0},
-                                                                  {"in", 0.0254}}) {
-    if (EqualIgnoringCase(unit, name)) return metres;
+std::optional<LengthUnit> FindLengthUnit(std::string_view unit) {
+  constexpr std::size_t kMinCutOff = 3;
+  constexpr std::array<LengthUnit, 13> kUnits = {{{"mm", 1e-3},
+                                                  {"cm", 1e-2},
+                                                  {"dm", 1e-1},
+                                                  {"m", 1.0},
+                                                  {"in", 0.0254},
+                                                  {"millimeters", 1e-3},
+                                                  {"millimetres", 1e-3},
+                                                  {"centimeters", 1e-2},
+                                                  {"centimetres", 1e-2},
+                                                  {"meters", 1.0},
+                                                  {"metres", 1.0},
+                                                  {"inch", 0.0254},
+                                                  {"inches", 0.0254}}};
+  for (const LengthUnit& known : kUnits) {
+    if (EqualIgnoringCase(unit, known.name)) return known;
+    if (unit.size() < kMinCutOff || unit.size() > known.name.size()) continue;
+    if (!EqualIgnoringCase(unit, known.name.substr(0, unit.size()))) continue;
+    // The singular is a word of its own.
+    return LengthUnit{known.name, known.metres, unit.size() + 1 < known.name.size()};
   }
   return std::nullopt;
 }
 
 void SetMarkerNames(const std::vector<std::string>& labels, const std::string& where,
                     MarkerRecording& recording) {
-  std::set<std::string> seen;
-  for (const std::string& label : labels) {
+  std::set<std::string> all, seen;
+  std::vector<std::string> renamed, decoded;
+  for (const std::string& label : labels) all.insert(AsUtf8(label));
+  for (const std::string& bytes : labels) {
+    std::string label = AsUtf8(bytes);
+    if (label != bytes) decoded.push_back(label);
     if (!seen.insert(label).second) {
-      throw Error(where, fmt::format("has two markers '{}'", label), "Give each its own name");
+      const std::string given = label;
+      for (int k = 2; !all.insert(label).second; ++k) label = fmt::format("{}_{}", given, k);
+      renamed.push_back(label);
     }
     const std::size_t colon = label.find(':');
     const bool has_subject = colon != std::string::npos && colon + 1 < label.size();
     recording.subjects.push_back(has_subject ? label.substr(0, colon) : "");
     recording.names.push_back(has_subject ? label.substr(colon + 1) : label);
+  }
+  if (!decoded.empty()) {
+    recording.notes.push_back(fmt::format("{}: names that are not UTF-8 are read as Latin-1: {}",
+                                          where, fmt::join(decoded, " ")));
+  }
+  if (!renamed.empty()) {
+    recording.notes.push_back(
+        fmt::format("{}: several markers have the same name; those after the first are called {}",
+                    where, fmt::join(renamed, " ")));
   }
 }
 

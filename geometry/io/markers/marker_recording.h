@@ -24,6 +24,7 @@ struct MarkerRecording {
   int first_frame = 1;            ///< the file's number of the first column
   std::string unit;               ///< as the file writes it
   double metres_per_unit = 1e-3;  ///< that positions were multiplied by
+  std::vector<std::string> notes;  ///< faults of the file that it was read in spite of
 
   int NumMarkers() const { return static_cast<int>(names.size()); }
   int NumFrames() const { return static_cast<int>(positions.cols()); }
@@ -42,15 +43,25 @@ std::optional<MarkerFormat> MarkerFormatOf(std::string_view head);
 
 /// Reads a recording of any of the formats, gzip'd or not, whatever it is called. Throws Error that
 /// names file, and line or field, for a file that is none of them, is cut off, has a number that is
-/// none, a rate or a scale that cannot be, or two markers of one name.
+/// none, a rate or a scale that cannot be. What a file contradicts itself in and is read all the
+/// same as other programs read it (equal names, a cut off unit, columns without a name), is in
+/// `notes`.
 MarkerRecording ReadMarkers(const std::filesystem::path& path);
 /// The same of a file's content; `where` names it in messages.
 MarkerRecording ParseMarkers(std::string_view content, const std::string& where);
 
-/// "mm", "m", "cm" and words for them as metres per unit; nothing for any other word.
-std::optional<double> MetresPerUnit(std::string_view unit);
+/// A unit of length as files write it: "mm", "m", "cm", "in" and words for them, which may be cut
+/// off after three letters.
+struct LengthUnit {
+  std::string_view name;
+  double metres = 1.0;
+  bool cut_off = false;
+};
+/// Nothing for any other word.
+std::optional<LengthUnit> FindLengthUnit(std::string_view unit);
 
-/// Puts "P1:RSHO" into subjects and names. Throws Error, named `where`, for equal names.
+/// Puts "P1:RSHO" into subjects and names. Labels that are not UTF-8 are read as Latin-1, the second
+/// of two equal ones becomes "RSHO_2", and so on; `notes`, named `where`, tell of both.
 void SetMarkerNames(const std::vector<std::string>& labels, const std::string& where,
                     MarkerRecording& recording);
 

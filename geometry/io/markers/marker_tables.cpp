@@ -8,8 +8,10 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "geometry/error.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/container/text_scanner.h"
 
 namespace holdfast {
@@ -53,21 +55,39 @@ class Table {
     throw Error(fmt::format("{}:{}", where_, line_), problem,
                 "Export it again from the capture software");
   }
-  double Number(std::string_view field, const char* what) const {
+  double Number(std::string_view field, const char* what) {
     double value = 0.0;
-    if (!ParseNumber(field, value) || !std::isfinite(value)) {
-      Fail(fmt::format("'{}' is no {}", field.substr(0, 40), what));
-    }
+    if (!ParseNumber(field, value) && !ParseDecimalComma(field, value)) value = kNoNumber;
+    if (!std::isfinite(value)) Fail(fmt::format("'{}' is no {}", field.substr(0, 40), what));
     return value;
   }
+  void Note(const std::string& note, MarkerRecording& recording) const {
+    recording.notes.push_back(fmt::format("{}: {}", where_, note));
+  }
+  bool HasDecimalCommas() const { return decimal_commas_; }
   // The last line that was read has no end.
   bool CutOff() const { return cut_off_; }
 
  private:
+  static constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
+
+  // "12,5", where commas do not part fields.
+  bool ParseDecimalComma(std::string_view field, double& value) {
+    const std::size_t comma = field.find(',');
+    if (comma == std::string_view::npos || field.find_first_of(",.", comma + 1) != field.npos) {
+      return false;
+    }
+    std::string with_point(field);
+    with_point[comma] = '.';
+    if (!ParseNumber(with_point, value)) return false;
+    decimal_commas_ = true;
+    return true;
+  }
+
   std::string_view text_;
   char separator_;
   const std::string& where_;
-  bool cut_off_ = false;
+  bool cut_off_ = false, decimal_commas_ = false;
   int line_ = 0;
 };
 
@@ -75,32 +95,51 @@ void CheckRate(const Table& table, double rate) {
   if (!(rate > 0.0) || rate >= 1e5) table.Fail(fmt::format("a rate of {} Hz cannot be", rate));
 }
 
-void SetUnit(const Table& table, std::string_view unit, MarkerRecording& recording) {
-  recording.unit = unit;
-  const std::optional<double> metres = MetresPerUnit(unit);
-  if (!metres) table.Fail(fmt::format("'{}' is no unit of length that is known", unit));
-  recording.metres_per_unit = *metres;
+void SetUnit(const Table& table, std::string_view word, MarkerRecording& recording) {
+  recording.unit = AsUtf8(word);
+  const std::optional<LengthUnit> unit = FindLengthUnit(word);
+  if (!unit) table.Fail(fmt::format("'{}' is no unit of length that is known", word));
+  if (unit->cut_off) {
+    table.Note(fmt::format("the unit '{}' is cut off; read as {}", word, unit->name), recording);
+  }
+  recording.metres_per_unit = unit->metres;
 }
 
-// Names that stand over three columns each.
-std::vector<std::string> NamesOverThree(const std::vector<std::string_view>& fields,
-                                        std::size_t first) {
+// Names that stand over three columns each; a marker between them without one gets its number.
+std::vector<std::string> NamesOverThree(const Table& table,
+                                        const std::vector<std::string_view>& fields,
+                                        std::size_t first, MarkerRecording& recording) {
   std::vector<std::string> names;
-  for (std::size_t k = first; k < fields.size(); k += 3) {
-    if (!fields[k].empty()) names.emplace_back(fields[k]);
+  std::vector<std::size_t> nameless;
+  for (std::size_t k = first; k < fields.size(); ++k) {
+    if (fields[k].empty()) continue;
+    if ((k - first) % 3 != 0) {
+      table.Fail(fmt::format("the name '{}' does not stand over the first of three columns",
+                             AsUtf8(fields[k])));
+    }
+    for (std::size_t m = names.size(); m < (k - first) / 3; ++m) {
+      names.push_back(fmt::format("point {}", m + 1));
+      nameless.push_back(m + 1);
+    }
+    names.emplace_back(fields[k]);
+  }
+  if (!nameless.empty()) {
+    table.Note(fmt::format("columns without a name; their markers are called by number: {}",
+                           fmt::join(nameless, ", ")),
+               recording);
   }
   return names;
 }
 
 // Lines of `first` fields that are no positions, then three for each marker. Programs write
-// nothing, NaN or zeros where a marker is not seen.
+// nothing, NaN or zeros where a marker is not seen. Positions beyond the names are left out.
 void ReadPositions(Table& table, std::size_t first, MarkerRecording& recording) {
   const auto markers = static_cast<std::size_t>(recording.NumMarkers());
   const std::size_t width = first + 3 * markers;
   if (markers == 0) table.Fail("names no markers");
   std::vector<double> values;
   std::vector<std::string_view> fields;
-  int frames = 0;
+  int frames = 0, longer = 0;
   bool trims = false;
   while (table.Next(fields)) {
     while (fields.size() > width && fields.back().empty()) fields.pop_back();
@@ -109,6 +148,10 @@ void ReadPositions(Table& table, std::size_t first, MarkerRecording& recording) 
     if (fields.size() > first && fields.size() < width && fields.size() % 3 == first % 3) {
       if (table.CutOff() && !trims) table.Fail("ends in the middle of a line");
       trims = true;
+      fields.resize(width);
+    }
+    if (fields.size() > width && (fields.size() - width) % 3 == 0) {
+      ++longer;
       fields.resize(width);
     }
     if (fields.size() != width) {
@@ -134,14 +177,34 @@ void ReadPositions(Table& table, std::size_t first, MarkerRecording& recording) 
     ++frames;
   }
   if (frames == 0) table.Fail("has no frames");
+  if (longer > 0) {
+    table.Note(fmt::format("{} of {} rows have positions of markers without a name; left out",
+                           longer, frames),
+               recording);
+  }
+  if (table.HasDecimalCommas()) table.Note("numbers have decimal commas", recording);
   recording.positions = Eigen::Map<const Eigen::MatrixXd>(
       values.data(), static_cast<Eigen::Index>(3 * markers), frames);
 }
 
+// The first of `candidates` that a line (from 0) has: files that went through a table's program have
+// others than the format says.
+char SeparatorOf(std::string_view text, int line, std::string_view candidates) {
+  for (; line > 0 && !text.empty(); --line) {
+    const std::size_t end = text.find('\n');
+    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
+  }
+  text = text.substr(0, text.find('\n'));
+  for (const char separator : candidates) {
+    if (text.find(separator) != std::string_view::npos) return separator;
+  }
+  return candidates.front();
+}
 }  // namespace
 
 MarkerRecording ParseTrc(std::string_view text, const std::string& where) {
-  Table table(text, '\t', where);
+  const char separator = SeparatorOf(text, 1, "\t;,");
+  Table table(text, separator, where);
   table.Need("head");
   const std::vector<std::string_view> keys = table.Need("head");
   const std::vector<std::string_view> values = table.Need("head");
@@ -150,29 +213,36 @@ MarkerRecording ParseTrc(std::string_view text, const std::string& where) {
     head[std::string(keys[k])] = values[k];
   }
   MarkerRecording recording;
-  for (const char* key : {"DataRate", "Units", "NumMarkers"}) {
+  if (separator != '\t') {
+    table.Note(fmt::format("fields are parted by '{}', not by tabs", separator), recording);
+  }
+  for (const char* key : {"DataRate", "Units"}) {
     if (!head.contains(key)) table.Fail(fmt::format("the head has no {}", key));
   }
   recording.rate_hz = table.Number(head["DataRate"], "rate (DataRate)");
   CheckRate(table, recording.rate_hz);
   SetUnit(table, head["Units"], recording);
-  SetMarkerNames(NamesOverThree(table.Need("marker names"), 2), where, recording);
-  const double markers = table.Number(head["NumMarkers"], "number of markers (NumMarkers)");
-  if (markers != recording.NumMarkers()) {
-    table.Fail(fmt::format("names {} markers, NumMarkers is {}", recording.NumMarkers(), markers));
-  }
+  SetMarkerNames(NamesOverThree(table, table.Need("marker names"), 2, recording), where, recording);
   table.Need("axes");
   ReadPositions(table, 2, recording);
+  // The rows have the last word on how many there are.
+  if (const auto told = head.find("NumMarkers");
+      told != head.end() && told->second != std::to_string(recording.NumMarkers())) {
+    table.Note(fmt::format("NumMarkers is {}, {} are named", AsUtf8(told->second),
+                           recording.NumMarkers()),
+               recording);
+  }
   return recording;
 }
 
 MarkerRecording ParseViconCsv(std::string_view text, const std::string& where) {
-  Table table(text, ',', where);
+  const char separator = SeparatorOf(text, 2, ",;\t");
+  Table table(text, separator, where);
   table.Need("head");
   MarkerRecording recording;
   recording.rate_hz = table.Number(table.Need("rate").front(), "rate");
   CheckRate(table, recording.rate_hz);
-  SetMarkerNames(NamesOverThree(table.Need("marker names"), 2), where, recording);
+  SetMarkerNames(NamesOverThree(table, table.Need("marker names"), 2, recording), where, recording);
   table.Need("axes");
   const std::vector<std::string_view> units = table.Need("units");
   SetUnit(table, units.size() > 2 ? units[2] : "", recording);

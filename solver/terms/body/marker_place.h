@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <vector>
+#include <utility>
 
 #include <ceres/cost_function.h>
 
@@ -9,48 +9,38 @@
 
 namespace holdfast {
 
-/// Markers sit about where their names say, on a body about as usual.
+/// A marker sits about where its name says.
 ///
-///   r_k = (x_k - a_k - A_k betas) / sigma_k    3 M residuals, metres over metres
-///   r   = betas                                B residuals
+///   r = (x - a - A betas) / sigma    3 residuals, metres over metres
 ///
-/// x_k: place in the frame of the joint that marker k follows. Blocks: betas (B), places x (3 M).
+/// x: place in the frame of the joint that the marker follows. Blocks: betas (B), place x (3).
 class MarkerPlacePrior final : public ceres::CostFunction {
  public:
-  /// `usual` (3 M), `J_usual` (3 M x B), `sigma_m` (M).
-  MarkerPlacePrior(Eigen::VectorXd usual, Eigen::MatrixXd J_usual, std::vector<double> sigma_m)
-      : usual_(std::move(usual)), J_usual_(std::move(J_usual)), sigma_m_(std::move(sigma_m)) {
-    set_num_residuals(static_cast<int>(usual_.size() + J_usual_.cols()));
-    *mutable_parameter_block_sizes() = {static_cast<int>(J_usual_.cols()),
-                                        static_cast<int>(usual_.size())};
+  /// `J_usual` (3 x B).
+  MarkerPlacePrior(const Eigen::Vector3d& usual, Eigen::Matrix3Xd J_usual, double sigma_m)
+      : usual_(usual), J_usual_(std::move(J_usual)), sigma_m_(sigma_m) {
+    set_num_residuals(3);
+    *mutable_parameter_block_sizes() = {static_cast<int>(J_usual_.cols()), 3};
   }
 
   bool Evaluate(double const* const* x, double* residuals, double** J) const override {
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    const Eigen::Index rows = usual_.size(), shape = J_usual_.cols();
-    const Eigen::Map<const Eigen::VectorXd> betas(x[0], shape), places(x[1], rows);
-    Eigen::VectorXd weight(rows);
-    for (Eigen::Index i = 0; i < rows; ++i) weight(i) = 1.0 / sigma_m_[i / 3];
-    Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
-    r.head(rows) = weight.cwiseProduct(places - usual_ - J_usual_ * betas);
-    r.tail(shape) = betas;
+    using RowMajor = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
+    const Eigen::Map<const Eigen::VectorXd> betas(x[0], J_usual_.cols());
+    const Eigen::Map<const Eigen::Vector3d> place(x[1]);
+    Eigen::Map<Eigen::Vector3d>{residuals} = (place - usual_ - J_usual_ * betas) / sigma_m_;
     if (J != nullptr && J[0] != nullptr) {
-      Eigen::Map<RowMajor> J_betas(J[0], num_residuals(), shape);
-      J_betas.topRows(rows) = -(weight.asDiagonal() * J_usual_);
-      J_betas.bottomRows(shape).setIdentity();
+      Eigen::Map<RowMajor>(J[0], 3, J_usual_.cols()) = -J_usual_ / sigma_m_;
     }
     if (J != nullptr && J[1] != nullptr) {
-      Eigen::Map<RowMajor> J_places(J[1], num_residuals(), rows);
-      J_places.setZero();
-      J_places.topRows(rows).diagonal() = weight;
+      Eigen::Map<RowMajor>(J[1], 3, 3) = Eigen::Matrix3d::Identity() / sigma_m_;
     }
     return true;
   }
 
  private:
-  Eigen::VectorXd usual_;
-  Eigen::MatrixXd J_usual_;
-  std::vector<double> sigma_m_;
+  Eigen::Vector3d usual_;
+  Eigen::Matrix3Xd J_usual_;
+  double sigma_m_;
 };
 
 }  // namespace holdfast
