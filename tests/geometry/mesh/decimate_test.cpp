@@ -252,7 +252,9 @@ TEST(Decimate, PartsSheetsThatMeetInEdges) {
   // it.
   TriangleMesh sheet = Sheet(30, 0.01), wall = Sheet(30, 0.01);
   wall.vertices =
-      (Eigen::AngleAxisd(-0.5 * std::numbers::pi, Eigen::Vector3d::UnitY()) * wall.vertices).eval();
+      (Eigen::AngleAxisd(-0.5 * std::numbers::pi, Eigen::Vector3d::UnitY()).toRotationMatrix() *
+       wall.vertices)
+          .eval();
   wall.vertices.row(0).setConstant(sheet.vertices(0, 15));
   const TriangleMesh standing = DecimatedOpen(Together(sheet, wall), "along 30 edges");
   EXPECT_EQ(FindParts(standing).parts.size(), 2u);
@@ -270,7 +272,7 @@ TEST(Decimate, PartsOpenPartsThatShareAnEdge) {
   const Eigen::Vector3d a = one.vertices.col(one.faces(0, 40)),
                         b = one.vertices.col(one.faces(1, 40));
   // Half a turn about the edge.
-  other.vertices = (Eigen::AngleAxisd(std::numbers::pi, (b - a).normalized()) *
+  other.vertices = (Eigen::AngleAxisd(std::numbers::pi, (b - a).normalized()).toRotationMatrix() *
                     (one.vertices.colwise() - 0.5 * (a + b)))
                        .colwise() +
                    0.5 * (a + b);
