@@ -284,7 +284,22 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
                     "narrower than {:.2g} mm.",
                     reason, 1e3 * Extent(mesh).maxCoeff() / kWrapAlphaPerExtent));
   };
-  if (edges.non_manifold > 0 || edges.misoriented > 0) {
+  const bool one_manifold = edges.non_manifold == 0 && edges.misoriented == 0;
+  if (!one_manifold && edges.boundary > 0) {
+    // A wrap would close the surface, or double it.
+    const PartedSheets parted = PartSheets(surface);
+    if (parted.edges > 0) {
+      result.notes.push_back(
+          fmt::format("Parted the surface along {} edge{} of more than two faces.", parted.edges,
+                      parted.edges == 1 ? "" : "s"));
+    }
+    if (parted.one_sided > 0) {
+      result.notes.push_back(
+          fmt::format("Cut the surface along {} edge{}: it has no two sides there (it is twisted "
+                      "like a Moebius strip).",
+                      parted.one_sided, parted.one_sided == 1 ? "" : "s"));
+    }
+  } else if (!one_manifold) {
     const std::string problem =
         edges.non_manifold > 0
             ? fmt::format("{} edges have more than two faces", edges.non_manifold)

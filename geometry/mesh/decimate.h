@@ -46,14 +46,15 @@ struct DecimateResult {
 };
 
 /// Collapses edges until exactly `options.vertices` are left. The mesh is repaired first
-/// (geometry/mesh/mesh_check.h), and vertices where parts of the surface touch are parted. The
-/// result is manifold and oriented as the input; components, handles and holes stay what they are
-/// unless the mesh had to be wrapped; boundaries keep their place as well as the vertices allow.
-/// Whatever was done is noted. Independent of the unit. Deterministic. A mesh with no more vertices
-/// than asked for comes back repaired only, with a note.
+/// (geometry/mesh/mesh_check.h), and vertices where parts of the surface touch are parted, of a
+/// surface with boundary also sheets that meet in an edge (PartSheets). The result is manifold and
+/// oriented as the input; components, handles and holes stay what they are unless the mesh had to
+/// be wrapped; boundaries keep their place as well as the vertices allow. Whatever was done is
+/// noted. Independent of the unit. Deterministic. A mesh with no more vertices than asked for comes
+/// back repaired only, with a note.
 ///
-/// Throws Error for surfaces with a boundary that have edges of more than two faces or need more
-/// vertices, for those that cannot be oriented, and in place of wrapping when that is not allowed.
+/// Throws Error for surfaces with a boundary that need more vertices, and in place of wrapping when
+/// that is not allowed.
 DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options = {});
 
 }  // namespace holdfast

@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <compare>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <numeric>
+#include <span>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -72,6 +75,72 @@ void FindNesting(const TriangleMesh& mesh, MeshParts& parts) {
       if (std::abs(winding_of(solids[j]).At(point)) > 0.5) inner.enclosed_by.push_back(solids[j]);
     }
   }
+}
+
+constexpr int kNone = -1;
+// At edges of more faces none are paired: pairs are too many, and no sheet can be told there.
+constexpr std::size_t kMaxSheets = 64;
+
+// Pairs the sides of one edge; `partner` has kNone for each of them.
+void PairSides(const TriangleMesh& mesh, std::span<const int> sides, DisjointSets& patches,
+               std::vector<int>& partner) {
+  if (sides.size() > kMaxSheets) return;
+  const auto corner = [&](int side, int k) { return mesh.faces((side % 3 + k) % 3, side / 3); };
+  const Eigen::Vector3d start = mesh.vertices.col(corner(sides[0], 0));
+  const Eigen::Vector3d along = (mesh.vertices.col(corner(sides[0], 1)) - start).stableNormalized();
+  std::vector<Eigen::Vector3d> away;  // from the edge, within each face
+  for (const int side : sides) {
+    const Eigen::Vector3d apex = mesh.vertices.col(corner(side, 2)) - start;
+    away.push_back((apex - apex.dot(along) * along).stableNormalized());
+  }
+  struct Pair {
+    bool other_patch, disagree;
+    std::int64_t bend;  // rounded, so that symmetric sheets are the same on any processor
+    std::size_t a, b;
+    auto operator<=>(const Pair&) const = default;
+  };
+  std::vector<Pair> pairs;
+  for (std::size_t a = 0; a < sides.size(); ++a) {
+    for (std::size_t b = a + 1; b < sides.size(); ++b) {
+      const bool same_patch = patches.Find(sides[a] / 3) == patches.Find(sides[b] / 3);
+      const bool disagree = corner(sides[a], 0) == corner(sides[b], 0);
+      if (same_patch && disagree) continue;  // would have no two sides
+      pairs.push_back({!same_patch, disagree, std::llround(1e6 * away[a].dot(away[b])), a, b});
+    }
+  }
+  std::ranges::sort(pairs);
+  for (const Pair& pair : pairs) {
+    if (partner[sides[pair.a]] != kNone || partner[sides[pair.b]] != kNone) continue;
+    partner[sides[pair.a]] = sides[pair.b];
+    partner[sides[pair.b]] = sides[pair.a];
+  }
+}
+
+// Gives each set of corners at a vertex a vertex of its own; returns how many were added.
+Eigen::Index PartFans(DisjointSets& fans, TriangleMesh& mesh) {
+  std::vector<int> vertex_of_fan(3 * mesh.NumFaces(), -1);
+  std::vector<bool> taken(mesh.NumVertices(), false);
+  std::vector<int> added;  // the vertex each copies
+  for (int corner = 0; corner < 3 * mesh.NumFaces(); ++corner) {
+    int& vertex = mesh.faces(corner % 3, corner / 3);
+    int& own = vertex_of_fan[fans.Find(corner)];
+    if (own < 0) {
+      own = vertex;
+      if (taken[vertex]) {
+        own = static_cast<int>(mesh.NumVertices() + added.size());
+        added.push_back(vertex);
+      }
+      taken[vertex] = true;
+    }
+    vertex = own;
+  }
+  const Eigen::Index before = mesh.NumVertices();
+  mesh.vertices.conservativeResize(Eigen::NoChange,
+                                   before + static_cast<Eigen::Index>(added.size()));
+  for (std::size_t i = 0; i < added.size(); ++i) {
+    mesh.vertices.col(before + i) = mesh.vertices.col(added[i]);
+  }
+  return static_cast<Eigen::Index>(added.size());
 }
 
 }  // namespace
@@ -157,29 +226,86 @@ Eigen::Index CountDuplicateFaces(const Eigen::Matrix3Xi& faces) {
 
 Eigen::Index PartTouchingFans(TriangleMesh& mesh) {
   DisjointSets fans = FindFans(mesh.faces, EdgeTable(mesh.faces, mesh.NumVertices()));
-  std::vector<int> vertex_of_fan(3 * mesh.NumFaces(), -1);
-  std::vector<bool> taken(mesh.NumVertices(), false);
-  std::vector<int> added;  // the vertex each copies
-  for (int corner = 0; corner < 3 * mesh.NumFaces(); ++corner) {
-    int& vertex = mesh.faces(corner % 3, corner / 3);
-    int& own = vertex_of_fan[fans.Find(corner)];
-    if (own < 0) {
-      own = vertex;
-      if (taken[vertex]) {
-        own = static_cast<int>(mesh.NumVertices() + added.size());
-        added.push_back(vertex);
+  return PartFans(fans, mesh);
+}
+
+Eigen::Index OrientConsistently(TriangleMesh& mesh) {
+  const int num_faces = static_cast<int>(mesh.NumFaces());
+  // Per corner: the corner at the other side of its edge, if the edge has two faces.
+  std::vector<int> opposite(3 * num_faces, kNone);
+  EdgeTable(mesh.faces, mesh.NumVertices()).ForEach([&](int, int, std::span<const int> sides) {
+    if (sides.size() != 2) return;
+    opposite[sides[0]] = sides[1];
+    opposite[sides[1]] = sides[0];
+  });
+  const auto start = [&](int corner) { return mesh.faces(corner % 3, corner / 3); };
+  std::vector<signed char> turn(num_faces, -1);  // -1: not seen; relative to the patch's first face
+  std::vector<int> patch;
+  std::vector<int> to_flip;
+  for (int seed = 0; seed < num_faces; ++seed) {
+    if (turn[seed] >= 0) continue;
+    patch.assign(1, seed);
+    turn[seed] = 0;
+    std::size_t num_turned = 0;
+    for (std::size_t i = 0; i < patch.size(); ++i) {
+      const int f = patch[i];
+      num_turned += turn[f] == 1;
+      for (int k = 0; k < 3; ++k) {
+        const int other = opposite[3 * f + k];
+        if (other < 0 || turn[other / 3] >= 0) continue;
+        const bool disagree = start(3 * f + k) == start(other);
+        turn[other / 3] = static_cast<signed char>(turn[f] ^ static_cast<int>(disagree));
+        patch.push_back(other / 3);
       }
-      taken[vertex] = true;
     }
-    vertex = own;
+    const int minority = 2 * num_turned > patch.size() ? 0 : 1;
+    for (const int f : patch) {
+      if (turn[f] == minority) to_flip.push_back(f);
+    }
   }
-  const Eigen::Index before = mesh.NumVertices();
-  mesh.vertices.conservativeResize(Eigen::NoChange,
-                                   before + static_cast<Eigen::Index>(added.size()));
-  for (std::size_t i = 0; i < added.size(); ++i) {
-    mesh.vertices.col(before + i) = mesh.vertices.col(added[i]);
+  for (const int f : to_flip) FlipFace(mesh.faces, f);
+  return static_cast<Eigen::Index>(to_flip.size());
+}
+
+PartedSheets PartSheets(TriangleMesh& mesh) {
+  PartedSheets result;
+  // One round pairs and parts. Where joined patches turn out to have no two sides, or a fan still
+  // has both ends of an edge twice, the next parts all sheets there.
+  for (bool pair = true;; pair = false) {
+    const EdgeTable edges(mesh.faces, mesh.NumVertices());
+    const auto start = [&](int side) { return mesh.faces(side % 3, side / 3); };
+    const auto joined = [&](std::span<const int> sides) {
+      return sides.size() == 2 && start(sides[0]) != start(sides[1]);
+    };
+    DisjointSets patches(static_cast<int>(mesh.NumFaces()));
+    edges.ForEach([&](int, int, std::span<const int> sides) {
+      if (joined(sides)) patches.Merge(sides[0] / 3, sides[1] / 3);
+    });
+    std::vector<int> partner(static_cast<std::size_t>(mesh.faces.size()), kNone);
+    bool manifold = true;
+    edges.ForEach([&](int, int, std::span<const int> sides) {
+      if (joined(sides)) {
+        partner[sides[0]] = sides[1];
+        partner[sides[1]] = sides[0];
+      } else if (sides.size() > 1) {
+        manifold = false;
+        if (pair) (sides.size() > 2 ? result.edges : result.one_sided) += 1;
+        if (pair && sides.size() > 2) PairSides(mesh, sides, patches, partner);
+      }
+    });
+    if (manifold) return result;
+    DisjointSets fans(static_cast<int>(mesh.faces.size()));
+    for (int side = 0; side < static_cast<int>(partner.size()); ++side) {
+      const int other = partner[side];
+      if (other < side) continue;
+      const auto next = [](int c) { return c / 3 * 3 + (c + 1) % 3; };
+      const bool agree = start(side) != start(other);
+      fans.Merge(side, agree ? next(other) : other);
+      fans.Merge(next(side), agree ? other : next(other));
+    }
+    PartFans(fans, mesh);
+    OrientConsistently(mesh);
   }
-  return static_cast<Eigen::Index>(added.size());
 }
 
 MeshParts FindParts(const TriangleMesh& mesh) {

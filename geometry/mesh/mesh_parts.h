@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -28,6 +29,27 @@ Eigen::Index CountDuplicateFaces(const Eigen::Matrix3Xi& faces);
 /// that surfaces that touch in a vertex come apart. Copies are added behind the vertices; returns
 /// how many. No face may have a repeated corner.
 Eigen::Index PartTouchingFans(TriangleMesh& mesh);
+
+inline void FlipFace(Eigen::Matrix3Xi& faces, Eigen::Index face) {
+  std::swap(faces(1, face), faces(2, face));
+}
+
+/// Makes faces agree across edges of two faces, the larger share of each patch keeping its way
+/// round; returns how many were flipped.
+Eigen::Index OrientConsistently(TriangleMesh& mesh);
+
+struct PartedSheets {
+  Eigen::Index edges = 0;      ///< of three faces or more, at which sheets came apart
+  Eigen::Index one_sided = 0;  ///< edges along which a surface without two sides was cut
+};
+
+/// Makes a surface with boundary manifold and orientable by vertices of their own for sheets that
+/// meet in an edge. At an edge of three faces or more, faces go on in pairs: first those of one
+/// patch (faces joined through edges of two), then those that agree in orientation, then the
+/// straightest. A fin comes off that way and leaves the surface below it whole, which CGAL's
+/// duplicate_non_manifold_edges_in_polygon_soup slits open along the fin. No place changes. No face
+/// may have a repeated corner; `mesh` is oriented as OrientConsistently leaves it.
+PartedSheets PartSheets(TriangleMesh& mesh);
 
 /// A part of a mesh: faces joined through shared edges.
 struct MeshPart {

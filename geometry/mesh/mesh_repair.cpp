@@ -119,48 +119,6 @@ void RequireNoHub(const TriangleMesh& mesh) {
   }
 }
 
-void Flip(Eigen::Matrix3Xi& faces, Eigen::Index face) { std::swap(faces(1, face), faces(2, face)); }
-
-/// Makes faces agree across edges of two faces, the larger share of each patch keeping its way
-/// round.
-Eigen::Index OrientConsistently(TriangleMesh& mesh) {
-  const int num_faces = static_cast<int>(mesh.NumFaces());
-  // Per corner: the corner at the other side of its edge, if the edge has two faces.
-  std::vector<int> opposite(3 * num_faces, -1);
-  EdgeTable(mesh.faces, mesh.NumVertices()).ForEach([&](int, int, std::span<const int> sides) {
-    if (sides.size() != 2) return;
-    opposite[sides[0]] = sides[1];
-    opposite[sides[1]] = sides[0];
-  });
-  const auto start = [&](int corner) { return mesh.faces(corner % 3, corner / 3); };
-  std::vector<signed char> turn(num_faces, -1);  // -1: not seen; relative to the patch's first face
-  std::vector<int> patch;
-  std::vector<int> to_flip;
-  for (int seed = 0; seed < num_faces; ++seed) {
-    if (turn[seed] >= 0) continue;
-    patch.assign(1, seed);
-    turn[seed] = 0;
-    std::size_t num_turned = 0;
-    for (std::size_t i = 0; i < patch.size(); ++i) {
-      const int f = patch[i];
-      num_turned += turn[f] == 1;
-      for (int k = 0; k < 3; ++k) {
-        const int other = opposite[3 * f + k];
-        if (other < 0 || turn[other / 3] >= 0) continue;
-        const bool disagree = start(3 * f + k) == start(other);
-        turn[other / 3] = static_cast<signed char>(turn[f] ^ static_cast<int>(disagree));
-        patch.push_back(other / 3);
-      }
-    }
-    const int minority = 2 * num_turned > patch.size() ? 0 : 1;
-    for (const int f : patch) {
-      if (turn[f] == minority) to_flip.push_back(f);
-    }
-  }
-  for (const int f : to_flip) Flip(mesh.faces, f);
-  return static_cast<Eigen::Index>(to_flip.size());
-}
-
 /// Turns closed parts that point inwards, with everything inside them so that cavities stay
 /// cavities.
 Eigen::Index TurnOutwards(TriangleMesh& mesh) {
@@ -181,7 +139,7 @@ Eigen::Index TurnOutwards(TriangleMesh& mesh) {
     const std::vector<int>& around = parts.parts[part].enclosed_by;
     const bool with_its_outermost =
         std::any_of(around.begin(), around.end(), [&](int outer) { return inside_out[outer]; });
-    if (inside_out[part] || with_its_outermost) Flip(mesh.faces, f);
+    if (inside_out[part] || with_its_outermost) FlipFace(mesh.faces, f);
   }
   return count;
 }

@@ -2,9 +2,7 @@
 #include "geometry/mesh/signed_distance.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -12,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "geometry/error.h"
+#include "geometry/mesh/append.h"
 #include "geometry/mesh/mesh_check.h"
 #include "geometry/mesh/winding_number.h"
 #include "geometry/parallel.h"
@@ -24,24 +23,6 @@ namespace {
 constexpr double kOnSurface = 1e-12;
 
 bool HasCorner(const Eigen::Vector3i& face, int vertex) { return (face.array() == vertex).any(); }
-
-// Whether each edge is run through as often one way as the other, vertices at one place being one:
-// the winding number is then the same all over a region that the surface bounds.
-bool EdgesCancel(const TriangleMesh& mesh) {
-  using Place = std::array<double, 3>;
-  const auto place = [&](int v) {
-    return Place{mesh.vertices(0, v), mesh.vertices(1, v), mesh.vertices(2, v)};
-  };
-  std::map<std::pair<Place, Place>, int> times;
-  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const Place a = place(mesh.faces(k, f)), b = place(mesh.faces((k + 1) % 3, f));
-      if (a < b) ++times[{a, b}];
-      if (b < a) --times[{b, a}];
-    }
-  }
-  return std::ranges::all_of(times, [](const auto& edge) { return edge.second == 0; });
-}
 
 }  // namespace
 
@@ -61,10 +42,11 @@ struct SignedDistance::Impl {
   /// What depends on where the vertices are, besides the tree.
   void Prepare() {
     surface_tolerance = kOnSurface * (tree.Max() - tree.Min()).norm();
-    if (sign == Sign::kWindingNumber) {
-      winding = std::make_unique<WindingNumber>(mesh);
-      bounds = EdgesCancel(mesh);
-    }
+    if (sign != Sign::kWindingNumber) return;
+    TriangleMesh whole = ClosingTriangles(mesh);
+    closing = std::make_unique<WindingNumber>(whole);
+    Append(mesh, whole);
+    closed = std::make_unique<WindingNumber>(whole);
   }
 
   /// Calls visit(face) for the faces at the feature that a point is nearest to.
@@ -116,19 +98,21 @@ struct SignedDistance::Impl {
     return before && behind ? away.dot(Pseudonormal(hit)) < 0.0 : behind;
   }
 
-  double Signed(const Eigen::Vector3d& point, const TriangleTree::Hit& hit) const {
-    const double distance = std::sqrt(hit.squared_distance);
-    const bool inside = sign == Sign::kPseudonormal ? IsBehind(point, hit)
-                                                    : distance > 0.0 && winding->At(point) > 0.5;
-    return inside ? -distance : distance;
+  /// Winding number of the surface: a whole number for what it is with the triangles that close it,
+  /// which a ray counts, less that of those few.
+  double Winding(const Eigen::Vector3d& point) const {
+    const Eigen::Vector3d below = point - tree.Min(), above = tree.Max() - point;
+    Eigen::Index axis, other;
+    const bool ascending = above.minCoeff(&axis) < below.minCoeff(&other);  // the shortest way out
+    return closed->Crossings(point, static_cast<int>(ascending ? axis : other), ascending) -
+           closing->At(point);
   }
 
-  /// The same at `point`, given that at `known`: no surface between them, no other side.
-  double Signed(const Eigen::Vector3d& point, const TriangleTree::Hit& hit,
-                const Eigen::Vector3d& known, double at_known) const {
-    const double reach = (1.0 - 1e-9) * std::abs(at_known);
-    if (!bounds || !((point - known).squaredNorm() < reach * reach)) return Signed(point, hit);
-    return std::copysign(std::sqrt(hit.squared_distance), at_known);
+  double Signed(const Eigen::Vector3d& point, const TriangleTree::Hit& hit) const {
+    const double distance = std::sqrt(hit.squared_distance);
+    const bool inside =
+        sign == Sign::kPseudonormal ? IsBehind(point, hit) : distance > 0.0 && Winding(point) > 0.5;
+    return inside ? -distance : distance;
   }
 
   TriangleTree tree;
@@ -136,8 +120,8 @@ struct SignedDistance::Impl {
   std::vector<int> begin, around;  // the faces around a vertex v: around[begin[v]] ...
   double surface_tolerance = 0.0;
   Sign sign = Sign::kPseudonormal;
-  std::unique_ptr<WindingNumber> winding;  // only without a watertight mesh
-  bool bounds = false;                     // with a winding number: EdgesCancel
+  // Only without a watertight mesh: with the triangles that close it, and those alone.
+  std::unique_ptr<WindingNumber> closed, closing;
 };
 
 SignedDistance::SignedDistance(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {}
@@ -185,9 +169,7 @@ Eigen::VectorXd SignedDistance::Distances(const Eigen::Matrix3Xd& points, int th
     TriangleTree::Hit last;
     for (Eigen::Index i = begin; i < std::min(begin + kBlock, points.cols()); ++i) {
       last = impl_->tree.Closest(points.col(i), last.face);
-      distances[i] = i == begin
-                         ? impl_->Signed(points.col(i), last)
-                         : impl_->Signed(points.col(i), last, points.col(i - 1), distances[i - 1]);
+      distances[i] = impl_->Signed(points.col(i), last);
     }
   };
   const Eigen::Index num_blocks = (points.cols() + kBlock - 1) / kBlock;

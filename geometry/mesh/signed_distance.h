@@ -14,7 +14,7 @@ namespace holdfast {
 /// bounding boxes. The sign of a watertight mesh comes from the angle-weighted pseudonormal of the
 /// face, edge or vertex the closest point lies on (Baerentzen & Aanaes 2005); that of any other
 /// mesh from the generalised winding number (Jacobson et al. 2013), which is > 1/2 inside and
-/// degrades gracefully across holes, at O(faces) per query.
+/// degrades gracefully across holes: a ray's crossings less the part of what would close the holes.
 ///
 /// Queries are const and may run on any number of threads.
 class SignedDistance {

@@ -4,10 +4,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include <Eigen/Geometry>
+
+#include "geometry/mesh/mesh_parts.h"
+#include "geometry/mesh/mesh_topology.h"
 
 namespace holdfast {
 namespace {
@@ -15,6 +20,22 @@ namespace {
 constexpr int kLeafFaces = 8;
 // A group is far when it is seen from more than this many of its radii.
 constexpr double kFarRadii = 2.5;
+
+// The side of the directed line from a to b that p lies on, as seen along an axis: 1 left, -1
+// right. On the line, the side of a point that is a little farther along u, then along v; 0 where a
+// and b are one in this view. The same for b to a with the other sign, contracted to fma or not.
+int SideOf(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b, int u,
+           int v) {
+  const bool swapped = std::pair(b[u], b[v]) < std::pair(a[u], a[v]);
+  const Eigen::Vector3d& from = swapped ? b : a;
+  const Eigen::Vector3d& to = swapped ? a : b;
+  const double left = (from[u] - p[u]) * (to[v] - p[v]) - (from[v] - p[v]) * (to[u] - p[u]);
+  const int sign = left != 0.0        ? (left > 0.0 ? 1 : -1)
+                   : from[v] != to[v] ? (from[v] > to[v] ? 1 : -1)
+                   : from[u] != to[u] ? (to[u] > from[u] ? 1 : -1)
+                                      : 0;
+  return swapped ? -sign : sign;
+}
 
 }  // namespace
 
@@ -24,6 +45,65 @@ double SolidAngle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eige
   const double lc = c.norm();
   return 2.0 * std::atan2(a.dot(b.cross(c)),
                           la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+}
+
+TriangleMesh ClosingTriangles(const TriangleMesh& mesh) {
+  const std::vector<int> place = FirstAtSamePlace(mesh.vertices);
+  struct Side {
+    int low, high, way;
+  };
+  std::vector<Side> sides;
+  sides.reserve(static_cast<std::size_t>(mesh.faces.size()));
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    if (!(FaceCross(mesh, f).squaredNorm() > 0.0)) continue;
+    for (int k = 0; k < 3; ++k) {
+      const int a = place[mesh.faces(k, f)], b = place[mesh.faces((k + 1) % 3, f)];
+      sides.push_back(a < b ? Side{a, b, 1} : Side{b, a, -1});
+    }
+  }
+  std::ranges::sort(sides, {}, [](const Side& side) { return std::pair(side.low, side.high); });
+  std::vector<Side> open;  // `way`: how often, with sign
+  DisjointSets loops(static_cast<int>(mesh.NumVertices()));
+  for (std::size_t i = 0, end = i; i < sides.size(); i = end) {
+    Side edge{sides[i].low, sides[i].high, 0};
+    for (; end < sides.size() && sides[end].low == edge.low && sides[end].high == edge.high;
+         ++end) {
+      edge.way += sides[end].way;
+    }
+    if (edge.way == 0) continue;
+    open.push_back(edge);
+    loops.Merge(edge.low, edge.high);
+  }
+  // Vertices of the mesh, then the middles of the loops, each the mean of its edges' ends.
+  TriangleMesh closing;
+  std::vector<int> middle_of(static_cast<std::size_t>(mesh.NumVertices()), -1);
+  std::vector<Eigen::Vector4d> sums;
+  for (const Side& edge : open) {
+    int& middle = middle_of[loops.Find(edge.low)];
+    if (middle < 0) {
+      middle = static_cast<int>(sums.size());
+      sums.push_back(Eigen::Vector4d::Zero());
+    }
+    sums[middle] += (mesh.vertices.col(edge.low) + mesh.vertices.col(edge.high)).homogeneous();
+  }
+  const Eigen::Index first_middle = mesh.NumVertices();
+  closing.vertices.resize(3, first_middle + static_cast<Eigen::Index>(sums.size()));
+  closing.vertices.leftCols(first_middle) = mesh.vertices;
+  for (std::size_t m = 0; m < sums.size(); ++m) {
+    closing.vertices.col(first_middle + static_cast<Eigen::Index>(m)) = 0.5 * sums[m].hnormalized();
+  }
+  std::vector<int> corners;
+  for (const Side& edge : open) {
+    const int middle = static_cast<int>(first_middle) + middle_of[loops.Find(edge.low)];
+    for (int n = 0; n < std::abs(edge.way); ++n) {
+      const bool ascending = edge.way > 0;
+      corners.insert(corners.end(),
+                     {ascending ? edge.high : edge.low, ascending ? edge.low : edge.high, middle});
+    }
+  }
+  closing.faces = Eigen::Map<const Eigen::Matrix3Xi>(corners.data(), 3,
+                                                     static_cast<Eigen::Index>(corners.size() / 3));
+  return closing;
 }
 
 WindingNumber::WindingNumber(const TriangleMesh& mesh) {
@@ -98,6 +178,40 @@ int WindingNumber::Build(int begin, int end, std::vector<int>& order,
   Build(begin, middle, order, centroids, area_vectors);
   nodes_[id].right = Build(middle, end, order, centroids, area_vectors);
   return id;
+}
+
+int WindingNumber::Crossings(const Eigen::Vector3d& from, int axis, bool ascending) const {
+  if (nodes_.empty()) return 0;
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  int count = 0;
+  std::array<int, 64> stack;  // the tree halves at every level
+  int size = 0;
+  stack[size++] = 0;
+  while (size > 0) {
+    const int id = stack[--size];
+    const Node& node = nodes_[id];
+    const Eigen::Vector3d offset = node.center - from;
+    const double ahead = (ascending ? offset[axis] : -offset[axis]) + node.radius;
+    const double radius = (1.0 + 1e-9) * node.radius;  // no corner is left out by rounding
+    const double aside = offset[u] * offset[u] + offset[v] * offset[v];
+    if (ahead < -1e-9 * node.radius || aside > radius * radius) continue;
+    if (node.right != 0) {
+      stack[size++] = node.right;
+      stack[size++] = id + 1;
+      continue;
+    }
+    for (int i = node.begin; i < node.end; ++i) {
+      const Eigen::Vector3d a = corners_.col(3 * i), b = corners_.col(3 * i + 1),
+                            c = corners_.col(3 * i + 2);
+      const int side = SideOf(from, a, b, u, v);
+      if (side == 0 || SideOf(from, b, c, u, v) != side || SideOf(from, c, a, u, v) != side)
+        continue;
+      const Eigen::Vector3d normal = (b - a).cross(c - a);
+      const double beyond = normal.dot(a - from) * normal[axis];  // in the sense of the axis
+      if (ascending ? beyond > 0.0 : beyond < 0.0) count += ascending ? side : -side;
+    }
+  }
+  return count;
 }
 
 double WindingNumber::At(const Eigen::Vector3d& point) const {

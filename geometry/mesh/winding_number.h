@@ -13,6 +13,11 @@ namespace holdfast {
 /// 1983): positive when the origin looks at its back.
 double SolidAngle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
+/// Triangles that close a soup: on every edge that its faces run through more often one way than
+/// the other, vertices at one place being one, to the middle of the loop that the edge is of. Faces
+/// without area are passed over. Empty where nothing is open.
+TriangleMesh ClosingTriangles(const TriangleMesh& mesh);
+
 /// Generalised winding number of a triangle soup (Jacobson et al. 2013): 1 inside and 0 outside of
 /// a closed surface, in between around holes. Groups of faces that are far away are summed by the
 /// first two terms of their expansion (Barill et al. 2018), so that a point costs O(log F); the
@@ -23,6 +28,12 @@ class WindingNumber {
   explicit WindingNumber(const TriangleMesh& mesh);
 
   double At(const Eigen::Vector3d& point) const;
+
+  /// How often the ray from `from` along an axis (0 to 2), or against it, leaves through the faces
+  /// less how often it enters: of a soup that is closed (ClosingTriangles), its winding number
+  /// there. Faces that share an edge share its rounding: no ray slips through between them, and
+  /// none meets both.
+  int Crossings(const Eigen::Vector3d& from, int axis, bool ascending) const;
 
  private:
   struct Node {

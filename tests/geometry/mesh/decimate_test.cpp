@@ -4,13 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
 #include "geometry/mesh/mesh_check.h"
+#include "geometry/mesh/mesh_parts.h"
 #include "geometry/mesh/wrap.h"
 #include "tests/geometry/mesh_shapes.h"
 
@@ -176,12 +179,178 @@ TEST(Decimate, RefusesWhatItCannotDo) {
   EXPECT_THROW(Decimate(sphere, {.vertices = 3}), Error);
   EXPECT_THROW(Decimate(sphere, {.vertices = -300}), Error);
   EXPECT_THROW(Decimate(TriangleMesh{}), Error);
-  TriangleMesh fin = Sheet(30, 0.01);
-  fin.vertices.conservativeResize(Eigen::NoChange, fin.NumVertices() + 1);
-  fin.vertices.col(fin.NumVertices() - 1) << 0.05, 0.05, 0.1;
-  fin.faces.conservativeResize(Eigen::NoChange, fin.NumFaces() + 1);
-  fin.faces.col(fin.NumFaces() - 1) << 100, 101, static_cast<int>(fin.NumVertices()) - 1;
-  EXPECT_THROW(Decimate(fin), Error);
+}
+
+// A sphere with a hole around its top.
+TriangleMesh OpenSphere() {
+  TriangleMesh mesh = Sphere(0.05, 4);
+  std::vector<int> kept;
+  for (int f = 0; f < mesh.NumFaces(); ++f) {
+    if (mesh.vertices(2, mesh.faces(0, f)) < 0.045) kept.push_back(f);
+  }
+  mesh.faces = mesh.faces(Eigen::all, kept).eval();
+  return mesh;
+}
+
+// Adds a triangle on each of the first `count` edges of a path along the equator, to one apex.
+void AddFins(TriangleMesh& mesh, int count, bool turned) {
+  const int apex = static_cast<int>(mesh.NumVertices());
+  mesh.vertices.conservativeResize(Eigen::NoChange, apex + 1);
+  mesh.vertices.col(apex) << 0.07, 0.01, 0.01;
+  int from = 0;  // the octahedron's corner at +x
+  for (int i = 0; i < count; ++i) {
+    int to = -1;
+    for (int f = 0; f < mesh.NumFaces(); ++f) {
+      for (int k = 0; k < 3; ++k) {
+        const int other = mesh.faces((k + 1) % 3, f);
+        if (mesh.faces(k, f) == from && other != apex && mesh.vertices(2, other) == 0.0 &&
+            mesh.vertices(1, other) > mesh.vertices(1, from)) {
+          to = other;
+        }
+      }
+    }
+    ASSERT_GE(to, 0);
+    mesh.faces.conservativeResize(Eigen::NoChange, mesh.NumFaces() + 1);
+    mesh.faces.col(mesh.NumFaces() - 1) << from, (turned ? apex : to), (turned ? to : apex);
+    from = to;
+  }
+}
+
+// What Decimate makes of a surface that has a boundary and is not manifold.
+TriangleMesh DecimatedOpen(const TriangleMesh& mesh, const char* note, int vertices = 300) {
+  EXPECT_GT(CheckMesh(mesh).num_boundary_edges, 0);
+  const DecimateResult result = Decimate(mesh, {.vertices = vertices, .samples = 0});
+  EXPECT_THAT(result.notes, Contains(HasSubstr(note)));
+  EXPECT_EQ(result.mesh.NumVertices(), vertices);
+  const MeshReport report = CheckMesh(result.mesh);
+  EXPECT_EQ(report.num_non_manifold_edges, 0);
+  EXPECT_EQ(report.num_misoriented_edges, 0);
+  EXPECT_NEAR(report.area_m2, SurfaceArea(RepairMesh(mesh).mesh), 0.03 * report.area_m2);
+  return result.mesh;
+}
+
+TEST(Decimate, AFinComesOffAnOpenSurfaceAndLeavesItWhole) {
+  const double volume = SignedVolume(OpenSphere());
+  for (const int fins : {1, 4}) {
+    for (const bool turned : {false, true}) {
+      TriangleMesh mesh = OpenSphere();
+      AddFins(mesh, fins, turned);
+      const TriangleMesh few = DecimatedOpen(
+          mesh, fins == 1 ? "Parted the surface along 1 edge of more than two faces"
+                          : "Parted the surface along 4 edges of more than two faces");
+      const MeshParts parts = FindParts(few);
+      ASSERT_EQ(parts.parts.size(), 2u);
+      // One loop of boundary each: an open sphere, a disk.
+      EXPECT_EQ(few.NumVertices() - CheckMesh(few).num_edges + few.NumFaces(), 2);
+      EXPECT_NEAR(SignedVolume(few), volume, 0.02 * volume);
+    }
+  }
+}
+
+TEST(Decimate, PartsSheetsThatMeetInEdges) {
+  // Two rooms below one roof: the wall stands on the line x = 0.15 of a sheet and is parted from
+  // it.
+  TriangleMesh sheet = Sheet(30, 0.01), wall = Sheet(30, 0.01);
+  wall.vertices =
+      (Eigen::AngleAxisd(-0.5 * std::numbers::pi, Eigen::Vector3d::UnitY()).toRotationMatrix() *
+       wall.vertices)
+          .eval();
+  wall.vertices.row(0).setConstant(sheet.vertices(0, 15));
+  const TriangleMesh standing = DecimatedOpen(Together(sheet, wall), "along 30 edges");
+  EXPECT_EQ(FindParts(standing).parts.size(), 2u);
+  // Two sheets that cross in a line go through each other.
+  TriangleMesh below = wall;
+  below.vertices.row(2) *= -1.0;
+  const TriangleMesh crossing =
+      DecimatedOpen(Together(Together(sheet, wall), below), "along 30 edges");
+  EXPECT_EQ(FindParts(crossing).parts.size(), 2u);
+}
+
+TEST(Decimate, PartsOpenPartsThatShareAnEdge) {
+  TriangleMesh one = OpenSphere();
+  TriangleMesh other = one;
+  const Eigen::Vector3d a = one.vertices.col(one.faces(0, 40)),
+                        b = one.vertices.col(one.faces(1, 40));
+  // Half a turn about the edge.
+  other.vertices = (Eigen::AngleAxisd(std::numbers::pi, (b - a).normalized()).toRotationMatrix() *
+                    (one.vertices.colwise() - 0.5 * (a + b)))
+                       .colwise() +
+                   0.5 * (a + b);
+  TriangleMesh two = Together(one, other);
+  const auto weld = [&](int of_one) {
+    two.vertices.col(one.NumVertices() + of_one) = one.vertices.col(of_one);
+  };
+  weld(one.faces(0, 40));
+  weld(one.faces(1, 40));
+  const TriangleMesh few = DecimatedOpen(two, "along 1 edge");
+  EXPECT_EQ(FindParts(few).parts.size(), 2u);
+}
+
+TEST(Decimate, OtherFaultsBesideAnEdgeOfThreeFacesAreNoHindrance) {
+  std::mt19937 random(3);
+  TriangleMesh mesh = OpenSphere();
+  const double volume = SignedVolume(mesh);
+  AddFins(mesh, 2, false);
+  const auto add = [&](int a, int b, int c) {
+    mesh.faces.conservativeResize(Eigen::NoChange, mesh.NumFaces() + 1);
+    mesh.faces.col(mesh.NumFaces() - 1) << a, b, c;
+  };
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {  // inconsistent orientation
+    if (random() % 3 == 0) std::swap(mesh.faces(0, f), mesh.faces(1, f));
+  }
+  add(mesh.faces(1, 7), mesh.faces(0, 7), mesh.faces(2, 7));  // doubled
+  add(5, 5, 9);                                               // degenerate
+  mesh.vertices.conservativeResize(Eigen::NoChange, mesh.NumVertices() + 2);
+  mesh.vertices.rightCols<2>() << 0.06, 0.06, 0.0, 0.01, -0.06, -0.05;
+  add(mesh.faces(0, 300), static_cast<int>(mesh.NumVertices()) - 2,
+      static_cast<int>(mesh.NumVertices()) - 1);  // touches in a vertex
+  const TriangleMesh few = DecimatedOpen(mesh, "along 2 edges");
+  EXPECT_NEAR(std::abs(SignedVolume(few)), volume, 0.05 * volume);
+}
+
+TEST(Decimate, CutsAnOpenSurfaceWithoutTwoSides) {
+  constexpr int kAround = 60, kAcross = 8;
+  TriangleMesh strip;
+  strip.vertices.resize(3, kAround * (kAcross + 1));
+  strip.faces.resize(3, 2 * kAround * kAcross);
+  for (int i = 0, f = 0; i < kAround; ++i) {
+    for (int j = 0; j <= kAcross; ++j) {
+      const double u = 2.0 * std::numbers::pi * i / kAround, w = 0.02 * (2.0 * j / kAcross - 1.0);
+      const double r = 0.05 + w * std::cos(0.5 * u);
+      strip.vertices.col(i * (kAcross + 1) + j) << r * std::cos(u), r * std::sin(u),
+          w * std::sin(0.5 * u);
+      if (j == kAcross) continue;
+      const auto at = [&](int column, int row) {
+        return column < kAround ? column * (kAcross + 1) + row : kAcross - row;
+      };
+      strip.faces.col(f++) << at(i, j), at(i + 1, j), at(i + 1, j + 1);
+      strip.faces.col(f++) << at(i, j), at(i + 1, j + 1), at(i, j + 1);
+    }
+  }
+  DecimatedOpen(strip, "no two sides");
+}
+
+TEST(PartSheets, MakesAnyMessManifoldWithoutMovingIt) {
+  std::mt19937 random(4);
+  for (int trial = 0; trial < 500; ++trial) {
+    TriangleMesh mesh;
+    mesh.vertices.resize(3, 9);
+    for (double& value : mesh.vertices.reshaped()) value = 1e-9 * static_cast<double>(random());
+    mesh.faces.resize(3, 3 + static_cast<int>(random() % 30));
+    for (int& id : mesh.faces.reshaped()) id = static_cast<int>(random() % 9);
+    try {
+      mesh = RepairMesh(mesh).mesh;
+    } catch (const Error&) {
+      continue;
+    }
+    TriangleMesh parted = mesh;
+    PartSheets(parted);
+    const MeshReport report = CheckMesh(parted);
+    EXPECT_EQ(report.num_non_manifold_edges, 0);
+    EXPECT_EQ(report.num_misoriented_edges, 0);
+    EXPECT_EQ(parted.NumFaces(), mesh.NumFaces());
+    EXPECT_EQ(SurfaceArea(parted), SurfaceArea(mesh));
+  }
 }
 
 TEST(Decimate, SaysAtOnceThatThereAreTooManyLooseParts) {

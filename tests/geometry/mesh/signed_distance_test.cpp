@@ -279,6 +279,73 @@ TEST(SignedDistance, RefusesWhatHasNoSurface) {
   EXPECT_THROW(SignedDistance{nan}, Error);
 }
 
+// A soup whose edges cancel is crossed by every ray as often as it winds around its start.
+TEST(WindingNumber, OfWhatIsClosedIsWhatARayCrosses) {
+  std::mt19937 random(11);
+  TriangleMesh shifted = Sphere(0.05, 3);
+  shifted.vertices.row(0).array() += 0.04;  // cuts through the other
+  const TriangleMesh soups[] = {Box({-1, -1, -1}, {1, 1, 1}),
+                                Together(Sphere(0.05, 3), Sphere(0.02, 2)),
+                                Together(Sphere(0.05, 3), InsideOut(Sphere(0.02, 2))),
+                                Together(Sphere(0.05, 3), shifted), Torus(0.04, 0.015, 24, 12)};
+  for (const TriangleMesh& mesh : soups) {
+    ASSERT_EQ(ClosingTriangles(mesh).NumFaces(), 0);
+    const WindingNumber winding(mesh);
+    const Eigen::Vector3d low = mesh.vertices.rowwise().minCoeff();
+    const Eigen::Vector3d high = mesh.vertices.rowwise().maxCoeff();
+    for (int i = 0; i < 2000; ++i) {
+      Eigen::Vector3d p = RandomPoint(random, 1.1 * low, 1.1 * high);
+      // Rays through corners, along edges and within faces.
+      const auto corner = static_cast<Eigen::Index>(random() % mesh.NumVertices());
+      if (i % 2 == 0) p[i / 2 % 3] = mesh.vertices(i / 2 % 3, corner);
+      if (i % 4 == 0) p[(i / 2 + 1) % 3] = mesh.vertices((i / 2 + 1) % 3, corner);
+      if (std::abs(BruteForceDistance(mesh, p)) < 1e-6) continue;
+      const int expected = static_cast<int>(std::lround(winding.At(p)));
+      for (int axis = 0; axis < 3; ++axis) {
+        for (const bool ascending : {false, true}) {
+          ASSERT_EQ(winding.Crossings(p, axis, ascending), expected)
+              << p.transpose() << ' ' << axis;
+        }
+      }
+    }
+  }
+}
+
+TEST(ClosingTriangles, CloseWhatIsOpen) {
+  std::mt19937 random(12);
+  TriangleMesh fin = Sphere(0.05, 3);
+  fin.vertices.conservativeResize(Eigen::NoChange, fin.NumVertices() + 1);
+  fin.vertices.rightCols<1>() << 0.09, 0.0, 0.01;
+  fin.faces.conservativeResize(Eigen::NoChange, fin.NumFaces() + 1);
+  fin.faces.rightCols<1>() << fin.faces(0, 7), fin.faces(1, 7),
+      static_cast<int>(fin.NumVertices()) - 1;
+  TriangleMesh holes = Sphere(0.05, 3);  // of one face, of many; each with a loop of its own
+  holes.faces = holes.faces.middleCols(20, holes.NumFaces() - 21).eval();
+  TriangleMesh turned = Sphere(0.05, 2);  // edges that are run through twice the same way
+  for (int f = 0; f < turned.NumFaces(); f += 5) std::swap(turned.faces(0, f), turned.faces(1, f));
+  for (const TriangleMesh& mesh : {fin, holes, turned, testing::Sheet(6, 0.01)}) {
+    TriangleMesh whole = ClosingTriangles(mesh);
+    ASSERT_GT(whole.NumFaces(), 0);
+    const WindingNumber closing(whole);
+    const Eigen::Index first = whole.NumVertices();
+    whole = Together(whole, mesh);
+    ASSERT_EQ(first + mesh.NumVertices(), whole.NumVertices());
+    EXPECT_EQ(ClosingTriangles(whole).NumFaces(), 0);
+    const WindingNumber closed(whole);
+    for (int i = 0; i < 300; ++i) {
+      const Eigen::Vector3d p = RandomPoint(random, {-0.07, -0.07, -0.07}, {0.1, 0.07, 0.07});
+      double exact = 0.0;
+      for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+        exact += SolidAngle(mesh.vertices.col(mesh.faces(0, f)) - p,
+                            mesh.vertices.col(mesh.faces(1, f)) - p,
+                            mesh.vertices.col(mesh.faces(2, f)) - p);
+      }
+      exact /= 4.0 * std::numbers::pi;
+      EXPECT_NEAR(closed.Crossings(p, i % 3, i % 2 == 0) - closing.At(p), exact, 0.02);
+    }
+  }
+}
+
 TEST(WindingNumber, IsNearTheExactSum) {
   TriangleMesh mesh = Torus(0.05, 0.02, 60, 40);
   mesh.faces.conservativeResize(Eigen::NoChange, mesh.NumFaces() - 700);
