@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <mutex>
 #include <utility>
 
@@ -31,7 +32,8 @@ struct LoadedMotion {
   std::vector<BodyFrame> frames;  // at 30 Hz
   StyleBody body;                 // without limits
   std::shared_ptr<const wandr::LowestPoint> surface;
-  bool other_shape = false;  // it has a shape that is not this body model's: not used
+  bool other_shape = false;           // it has a shape that is not this body model's: not used
+  std::vector<std::string> warnings;  // of reading it
 };
 
 // Reads motions with the bodies of those who move.
@@ -46,12 +48,17 @@ class MotionReader {
     ImportFileOptions import;
     import.parameters.body = model_;
     LoadedClip loaded = LoadClip(file.path, std::move(import));
+    LoadedMotion motion;
+    for (const std::string& note : loaded.notes) {
+      if (note.starts_with("warning: ")) {
+        motion.warnings.push_back(note.substr(9));
+      }
+    }
     Clip& clip = loaded.clip;
     const ClipBody& body = loaded.body;
     if (clip.frame_rate != kMotionRate) clip = Resample(clip, kMotionRate);
     const bool is_mean = body.model == model_ && (body.betas.size() == 0 || body.betas.isZero(0.0));
     const Person person = is_mean ? mean_ : Make(body.model, body.betas);
-    LoadedMotion motion;
     motion.body.rest_joints = person.measures.rest_joints;
     motion.body.sole_y = person.measures.sole_y;
     motion.surface = person.surface;
@@ -106,6 +113,7 @@ class StyleMeasurement {
         }
         const std::lock_guard lock(mutex_);
         other_shapes_ += motion.other_shape ? 1 : 0;
+        for (const std::string& warning : motion.warnings) ++warnings_[warning];
       });
       study.columns.push_back(ColumnOf(set, std::move(styles)));
       study.columns.back().pair_distance_m = SetSpread(compared, reader_.MeanJoints());
@@ -113,6 +121,8 @@ class StyleMeasurement {
   }
 
   int OtherShapes() const { return other_shapes_; }
+  /// What is doubtful about files, and of how many.
+  const std::map<std::string, int>& Warnings() const { return warnings_; }
 
  private:
   // Each of them adds `counts` to what is done.
@@ -159,6 +169,7 @@ class StyleMeasurement {
   MotionReader reader_;
   std::mutex mutex_;
   int done_ = 0, total_ = 0, other_shapes_ = 0;
+  std::map<std::string, int> warnings_;
 };
 
 struct MeanDistance {
@@ -310,6 +321,9 @@ NaturalnessStudy CompareNaturalness(const std::vector<MotionSet>& sets,
   }
   CompareColumns(options, study);
   study.notes = NotesOf(options, study, measurement.OtherShapes());
+  for (const auto& [warning, files] : measurement.Warnings()) {
+    study.notes.push_back(fmt::format("In {} files: {}.", files, warning));
+  }
   return study;
 }
 

@@ -30,8 +30,8 @@ struct AmassPart {
   bool needed;
 };
 constexpr std::array<AmassPart, 5> kParts = {
-    {{"root_orient", 0, 1, true},
-     {"pose_body", 1, 21, true},
+    {{"pose_body", 1, 21, true},  // first: it tells how 6D is written
+     {"root_orient", 0, 1, true},
      {"pose_jaw", 22, 1, false},
      {"pose_eye", 23, 2, false},
      {"pose_hand", kLeftHandBegin, 2 * kJointsPerHand, false}}};

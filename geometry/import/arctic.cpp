@@ -48,7 +48,7 @@ ImportedClip ImportHandAlone(const Fields& fields, Side side, const ParameterOpt
   ImportedClip imported =
       ReadHandAlone(fields.In(SideName(side)), {"rot", "pose", kTransName, kBetasName}, side,
                     options.flat_hand_mean.value_or(false), options);
-  imported.clip.frame_rate = kArcticFrameRate;
+  imported.clip.frame_rate = options.source_frame_rate;
   return imported;
 }
 
@@ -125,7 +125,8 @@ ImportedClip ImportArctic(const Fields& fields, const fs::path& path,
                      : "Choose one with --hands rhand or lhand, or give the .smplx.npy beside it");
   }
   ParameterOptions known = options;
-  if (known.source_frame_rate == 0) known.source_frame_rate = kArcticFrameRate;
+  const bool rate_known = known.source_frame_rate > 0;
+  if (!rate_known) known.source_frame_rate = kArcticFrameRate;
   ImportedClip imported;
   if (body) {
     ParameterCollector collector(known);
@@ -135,6 +136,10 @@ ImportedClip ImportArctic(const Fields& fields, const fs::path& path,
     imported = ImportHandAlone(fields, right ? Side::kRight : Side::kLeft, known);
   }
   imported.format = body ? "ARCTIC sequence" : "ARCTIC sequence, a hand alone";
+  if (!rate_known) {
+    imported.notes.push_back(
+        fmt::format("no frame rate in the file: ARCTIC's {:g} Hz taken", kArcticFrameRate));
+  }
   Clip& clip = imported.clip;
   const std::string sequence = SequenceOf(path);
   clip.subject = SubjectOf(path);

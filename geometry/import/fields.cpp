@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cctype>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include "geometry/error.h"
 
 namespace holdfast {
@@ -62,6 +65,14 @@ DataValue Fields::operator[](std::string_view name) const {
 
 std::vector<std::string> Fields::Names() const {
   return file_ != nullptr ? file_->Names() : value_->Names();
+}
+
+std::string UnusedNames(const Fields& fields, std::span<const std::string_view> used) {
+  std::vector<std::string> unused;
+  for (std::string& name : fields.Names()) {
+    if (std::ranges::find(used, name) == used.end()) unused.push_back(std::move(name));
+  }
+  return fmt::format("{}", fmt::join(unused, ", "));
 }
 
 std::string TextOf(const Fields& fields, std::string_view name) {

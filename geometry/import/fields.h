@@ -40,6 +40,10 @@ class Fields {
   std::string where_;
 };
 
+/// The names in `fields` that are none of `used`, one text, empty without any: for what an importer
+/// leaves out.
+std::string UnusedNames(const Fields& fields, std::span<const std::string_view> used);
+
 /// A text, empty when it is not there or no text.
 std::string TextOf(const Fields& fields, std::string_view name);
 

@@ -116,7 +116,7 @@ std::vector<std::string> FingerAngles::Conventions() const {
 }
 
 std::vector<std::string> FingerAngles::Notes() const {
-  if (!mean_of_body_ || body_->Name().starts_with("SMPLX_")) return {};
+  if (!mean_of_body_ || body_->LoneHand() || body_->Name().starts_with("SMPLX_")) return {};
   return {
       fmt::format("the mean hand added is that of {}, which is near SMPL-X's but not it: "
                   "--hand-model SMPLX_NEUTRAL.npz gives the real one",

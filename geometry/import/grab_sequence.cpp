@@ -2,6 +2,7 @@
 #include "geometry/import/grab_sequence.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -236,6 +237,12 @@ ImportedClip ImportGrab(const Fields& fields, const std::filesystem::path& path,
   }
   if (!alone && (fields.Has("rhand") || fields.Has("lhand"))) {
     imported.dropped.push_back("rhand, lhand: the same hands as MANO (--hands rhand takes one)");
+  }
+  constexpr std::array<std::string_view, 13> kUsed = {
+      "gender", "sbj_id", "obj_name", "motion_intent", "framerate", "body",   "rhand",
+      "lhand",  "object", "table",    "contact",       "n_frames",  "n_comps"};
+  if (std::string unused = UnusedNames(fields, kUsed); !unused.empty()) {
+    imported.dropped.push_back(std::move(unused));
   }
   SettleWorld(imported, options, WorldUp::kPlusZ, false);
   return imported;

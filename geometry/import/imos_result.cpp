@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/import/imos_result.h"
 
+#include <array>
 #include <cctype>
 
 #include <fmt/format.h>
@@ -168,6 +169,11 @@ ImportedClip ImportImos(const Fields& fields, const std::filesystem::path& path,
         fmt::format("warning: no frame rate in the file: {:g} Hz taken, the paper has 8 to 10 "
                     "('holdfast import --source-fps' says otherwise)",
                     kImosFrameRate));
+  }
+  constexpr std::array<std::string_view, 6> kUsed = {"sbj_p",     "obj_p",  "obj_name",
+                                                     "sbj_vtemp", "gender", "sequence_name"};
+  if (std::string unused = UnusedNames(fields, kUsed); !unused.empty()) {
+    imported.dropped.push_back(std::move(unused));
   }
   SettleWorld(imported, options, WorldUp::kPlusZ, true);
   return imported;

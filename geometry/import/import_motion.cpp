@@ -97,8 +97,16 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
       gltf.prop = options.prop;
       return ParseGltfMotion(std::move(text), where, path.parent_path(), gltf);
     }
-    case MotionFormat::kSkillMimic:
-      return ReadSkillMimic(path);
+    case MotionFormat::kSkillMimic: {
+      SourceMotion motion = ReadSkillMimic(path);
+      if (options.source_frame_rate > 0) {
+        motion.frame_rate = options.source_frame_rate;
+      } else {
+        motion.notes.push_back(fmt::format("no frame rate in the file: SkillMimic's {:g} Hz taken",
+                                           motion.frame_rate));
+      }
+      return motion;
+    }
     case MotionFormat::kAsf:
       throw Error(where, "an Acclaim skeleton (.asf), which holds no motion",
                   "Give the .amc, and this file with --asf where it lies elsewhere");

@@ -66,9 +66,17 @@ std::optional<Side> ToldSide(const Fields& fields, ImportedClip& imported) {
 }
 
 Side SideOf(const Fields& fields, const ParameterOptions& options, ImportedClip& imported) {
-  const bool left_asked = options.hands == ImportedHands::kLeftAlone;
-  const bool asked = left_asked || options.hands == ImportedHands::kRightAlone;
-  const Side wanted = left_asked ? Side::kLeft : Side::kRight;
+  std::optional<Side> of_options = options.body->LoneHand();
+  if (options.hands == ImportedHands::kLeftAlone) of_options = Side::kLeft;
+  if (options.hands == ImportedHands::kRightAlone) of_options = Side::kRight;
+  if (const std::optional<Side> model = options.body->LoneHand(); model && model != of_options) {
+    throw Error("--hands",
+                fmt::format("asks for a {} hand, {} is a {} one", SideName(*of_options),
+                            options.body->Name(), SideName(*model)),
+                "Leave --hands out, or give the other hand's model");
+  }
+  const bool asked = of_options.has_value();
+  const Side wanted = of_options.value_or(Side::kRight);
   if (const std::optional<Side> told = ToldSide(fields, imported)) {
     if (asked && *told != wanted) {
       throw Error(

@@ -74,8 +74,11 @@ ImportedClip ImportParameterArray(const DataValue& value, const ParameterOptions
     SetJoints(clip.pose, kLeftHandBegin, rows.middleRows(kHandsAt, 2 * kHandDofs), value.Where());
     SetJoints(clip.pose, 22, rows.middleRows(kJawAt, 3), value.Where());
     SetBetas(rows.middleRows(kBetasAt, kNumBetas), imported);
-    imported.conventions.push_back(
-        fmt::format("{:g} Hz (--source-fps says otherwise); finger angles complete", rate));
+    imported.conventions.push_back("finger angles complete");
+    if (options.source_frame_rate == 0) {
+      imported.notes.push_back(
+          fmt::format("no frame rate in the file: Motion-X's {:g} Hz taken", rate));
+    }
     if (!rows.middleRows(kExpressionAt, kTransAt - kExpressionAt).isZero(0.0)) {
       imported.dropped.push_back("expression and face shape: clips have no face");
     }

@@ -144,19 +144,26 @@ double SixDDefect(const Eigen::MatrixXd& numbers, bool interleaved) {
   return largest;
 }
 
-// Whether flat 6D numbers stand in rows of two. Throws Error where they do not tell.
-bool IsInterleaved(const Eigen::MatrixXd& numbers, const NpyMember& member) {
-  const bool interleaved = SixDDefect(numbers, true) < kSixDTolerance;
-  const bool contiguous = SixDDefect(numbers, false) < kSixDTolerance;
-  if (interleaved != contiguous) return interleaved;
-  throw Error(member.where,
-              fmt::format("has shape {}: 6D rotations, by rows or by columns the numbers do not "
-                          "tell ({})",
-                          member.ShapeText(),
-                          interleaved ? "they are orthonormal both ways"
-                                      : "they are not orthonormal either way"),
-              "Give matrices (frames, joints, 3, 3), or (frames, joints, 3, 2): their first two "
-              "columns");
+// Whether flat 6D numbers stand in rows of two: by which reading is orthonormal, to rounding where
+// rotations near a quarter turn are nearly so in both; else as `known` of the file's other fields.
+// Throws Error where nothing tells.
+bool IsInterleaved(const Eigen::MatrixXd& numbers, const NpyMember& member,
+                   std::optional<bool> known) {
+  constexpr double kClearly = 0.1, kRounding = 1e-9;
+  const double interleaved = SixDDefect(numbers, true), contiguous = SixDDefect(numbers, false);
+  const double best = std::min(interleaved, contiguous), other = std::max(interleaved, contiguous);
+  if (best < kSixDTolerance && best < kClearly * other && other > kRounding) {
+    return interleaved < contiguous;
+  }
+  if (known) return *known;
+  throw Error(
+      member.where,
+      fmt::format("has shape {}: 6D rotations, by rows or by columns the numbers do not "
+                  "tell (they are {})",
+                  member.ShapeText(),
+                  best < kSixDTolerance ? "orthonormal both ways" : "not orthonormal either way"),
+      "Give matrices (frames, joints, 3, 3), or (frames, joints, 3, 2): their first two "
+      "columns");
 }
 
 // Gram-Schmidt, as every code that writes 6D reads it.
@@ -204,7 +211,8 @@ struct RotationsRead {
 
 // `strict`: a matrix that is far from a rotation is a fault.
 RotationsRead ReadAnyRotations(const DataValue& value, int joints, RotationDefects& defects,
-                               Index frames, bool strict) {
+                               Index frames, bool strict,
+                               std::optional<bool> known_interleaved = {}) {
   using Form = RotationLayout::Form;
   const NpyMember member = value.Array();
   const std::optional<RotationLayout> layout = LayoutOf(member, joints, frames);
@@ -225,8 +233,9 @@ RotationsRead ReadAnyRotations(const DataValue& value, int joints, RotationDefec
   const Eigen::MatrixXd stored = std::move(read.axis_angle);
   read.axis_angle.resize(3 * joints, stored.cols());
   if (numbers == 6) {
-    read.interleaved = layout->form == Form::kSixDColumns ||
-                       (layout->form == Form::kSixD && IsInterleaved(stored, member));
+    read.interleaved =
+        layout->form == Form::kSixDColumns ||
+        (layout->form == Form::kSixD && IsInterleaved(stored, member, known_interleaved));
   }
   for (Index t = 0; t < stored.cols(); ++t) {
     const int bad_before = defects.bad;
@@ -260,17 +269,30 @@ RotationsRead ReadAnyRotations(const DataValue& value, int joints, RotationDefec
   return read;
 }
 
+constexpr std::string_view kSixDColumnsNote =
+    "6D rotations are the first two columns of each matrix, in rows of two";
+constexpr std::string_view kSixDRowsNote =
+    "warning: 6D rotations are taken as the first two rows of each matrix, one after the other "
+    "(PyTorch3D); if they are the first two columns, every rotation is the inverse: write them as "
+    "matrices then";
+
+bool Says(const std::vector<std::string>& texts, std::string_view text) {
+  return std::ranges::find(texts, text) != texts.end();
+}
+
+// How the 6D rotations of other fields were read; nothing where there were none.
+std::optional<bool> KnownInterleaved(const ImportedClip& imported) {
+  if (Says(imported.conventions, kSixDColumnsNote)) return true;
+  if (Says(imported.notes, kSixDRowsNote)) return false;
+  return std::nullopt;
+}
+
 void NoteSixD(const RotationsRead& read, ImportedClip& imported) {
   using Form = RotationLayout::Form;
   if (read.form == Form::kAxisAngle || read.form == Form::kMatrix) return;
-  const std::string note =
-      read.interleaved
-          ? "rotations are 6D: the first two columns of each matrix, in rows of two"
-          : "warning: rotations are 6D, taken as the first two rows of each matrix, one after the "
-            "other (PyTorch3D); if they are the first two columns, every rotation is the inverse: "
-            "write them as matrices then";
   std::vector<std::string>& texts = read.interleaved ? imported.conventions : imported.notes;
-  if (std::ranges::find(texts, note) == texts.end()) texts.push_back(note);
+  const std::string_view note = read.interleaved ? kSixDColumnsNote : kSixDRowsNote;
+  if (!Says(texts, note)) texts.emplace_back(note);
 }
 
 }  // namespace
@@ -301,13 +323,15 @@ Eigen::MatrixXd ReadRotations(const DataValue& value, int joints, RotationDefect
 
 Eigen::MatrixXd ReadRotations(const DataValue& value, int joints, ImportedClip& imported,
                               Index frames) {
-  RotationsRead read = ReadAnyRotations(value, joints, imported.body_defects, frames, true);
+  RotationsRead read = ReadAnyRotations(value, joints, imported.body_defects, frames, true,
+                                        KnownInterleaved(imported));
   NoteSixD(read, imported);
   return std::move(read.axis_angle);
 }
 
 Eigen::MatrixXd ReadObjectRotations(const DataValue& value, ImportedClip& imported, Index frames) {
-  RotationsRead read = ReadAnyRotations(value, 1, imported.object_defects, frames, false);
+  RotationsRead read = ReadAnyRotations(value, 1, imported.object_defects, frames, false,
+                                        KnownInterleaved(imported));
   NoteSixD(read, imported);
   return std::move(read.axis_angle);
 }

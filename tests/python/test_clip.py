@@ -179,3 +179,33 @@ def test_a_track_with_a_mesh_of_its_own():
     np.testing.assert_array_equal(found[1], faces)
     with pytest.raises(ValueError, match="surface"):
         holdfast.ObjectTrack(clip.trans, clip.trans, surface=(vertices, faces + len(vertices)))
+
+
+def test_what_may_be_wrong_in_a_file_is_logged_as_a_warning(demo, tmp_path, caplog):
+    path = tmp_path / "no_rate.npz"
+    np.savez(path, poses=demo.poses, trans=demo.trans)
+    with caplog.at_level(logging.WARNING, "holdfast"):
+        clip = holdfast.import_motion(path)
+    assert clip.frame_rate == 30
+    assert any("no frame rate" in record.message for record in caplog.records)
+
+
+def test_a_hand_in_matrices_is_imported(tmp_path):
+    path = tmp_path / "hand.npz"
+    np.savez(
+        path,
+        global_orient=np.full((5, 3), 0.1),
+        hand_pose=np.broadcast_to(np.eye(3), (5, 15, 3, 3)),
+        transl=np.zeros((5, 3)),
+        betas=np.zeros((5, 10)),
+    )
+    # Its own model is needed to load it as a clip.
+    with pytest.raises(holdfast.Error, match="hand alone"):
+        holdfast.import_motion(path)
+
+
+def test_a_pair_of_files_is_one_clip():
+    clip = holdfast.import_motion(FIXTURES / "cases/interact_pair/human.npz")
+    angles = np.load(FIXTURES / "cases/interact_pair/object.npz")["angles"]
+    np.testing.assert_allclose(clip.object.orient, angles)
+    assert clip.object.name == "boxsmall"

@@ -372,7 +372,36 @@ TEST(ImportRotations, EveryFieldOfABodyComesInEveryForm) {
                 1e-7)
           << static_cast<int>(form) << ", field " << only;
       const bool rows = form == Form::kSixDOfRows || form == Form::kSixDTwoRows;
-      EXPECT_EQ(Mentions(imported.notes, "warning: rotations are 6D"), rows);
+      EXPECT_EQ(Mentions(imported.notes, "warning: 6D rotations are taken"), rows);
+    }
+  }
+}
+
+// A quarter turn about x, which stands a body up, is orthonormal in both readings of 6D.
+TEST(ImportRotations, TheBodyTellsHowTheRootsSixNumbersAreMeant) {
+  const TemporaryFolder folder;
+  Clip clip = EmbeddedClip();
+  for (JointPose& pose : clip.pose) pose.col(0) = Eigen::Vector3d(std::numbers::pi / 2, 0, 0);
+  for (const Form form : {Form::kSixDOfColumns, Form::kSixDOfRows, Form::kFlat}) {
+    NpzWriter parameters, amass;
+    AddRows("transl", clip.trans, parameters);
+    AddRows("trans", clip.trans, amass);
+    const Form of_root = form == Form::kFlat ? Form::kSixDOfRows : form;
+    AddRotations("global_orient", Joints(clip, 0, 1), of_root, parameters);
+    AddRotations("root_orient", Joints(clip, 0, 1), of_root, amass);
+    AddRotations("body_pose", Joints(clip, 1, 21), form, parameters);
+    AddRotations("pose_body", Joints(clip, 1, 21), form, amass);
+    parameters.Write(folder / "parameters.npz");
+    amass.Write(folder / "amass.npz");
+    for (const char* name : {"parameters.npz", "amass.npz"}) {
+      if (form == Form::kFlat) {
+        EXPECT_THAT(FaultOf(folder / name), HasSubstr("orthonormal both ways")) << name;
+        continue;
+      }
+      ImportFileOptions options;
+      options.parameters.up = WorldUp::kPlusZ;
+      const Clip read = Import(folder / name, options).clip;
+      EXPECT_LT(LargestTurn(Joints(read, 0, 22), Joints(clip, 0, 22)), 1e-7) << name;
     }
   }
 }
