@@ -93,9 +93,10 @@ JointPose RestPose(const std::array<HandAngles, 2>& relaxed, const std::array<Ha
   for (const Side side : {Side::kRight, Side::kLeft}) {
     const int s = side == Side::kRight ? 0 : 1;
     SetFingers(rest, side, axes[s].PoseOf(relaxed[s]));
-    // Arms that no marker is on hang.
+    // Arms that no marker is on hang, and collars lower than in the T-pose with them.
     const double sign = side == Side::kRight ? 1.0 : -1.0;
     rest.col(side == Side::kRight ? kRightShoulder : kLeftShoulder).z() = sign * 75.0 * kDegree;
+    rest.col(side == Side::kRight ? kRightCollar : kLeftCollar).z() = sign * 10.0 * kDegree;
   }
   for (const int hip : {kLeftHip, kRightHip}) {
     const int knee = hip + kLeftKnee - kLeftHip;
@@ -250,6 +251,7 @@ SkinPatch PatchAbout(const Eigen::Vector3d& place, int joint,
   const auto n = static_cast<Eigen::Index>(ids.size());
   patch.vertices =
       surface.RestVertices()(Eigen::all, ids).colwise() - surface.RestJoints().col(joint);
+  patch.ids = ids;
   patch.J_betas.resize(3 * n, static_cast<Eigen::Index>(shaped.size()));
   for (std::size_t b = 0; b < shaped.size(); ++b) {
     const Eigen::Matrix3Xd change =
@@ -401,6 +403,27 @@ std::vector<std::unique_ptr<PoseRest>> MarkedPerson::RestTerms() const {
   return terms;
 }
 
+void MarkedPerson::BlendAt(const Eigen::VectorXd& places) {
+  constexpr double kMinShare = 0.05;
+  const BodySurface surface(model);
+  body.shares.assign(skin.size(), {});
+  for (std::size_t k = 0; k < skin.size(); ++k) {
+    if (skin[k].ids.empty()) continue;
+    Eigen::Index nearest = 0;
+    (skin[k].vertices.colwise() - places.segment<3>(3 * static_cast<Eigen::Index>(k)))
+        .colwise()
+        .squaredNorm()
+        .minCoeff(&nearest);
+    double sum = 0.0;
+    for (const auto& [joint, weight] : surface.Weights(skin[k].ids[nearest])) {
+      if (weight < kMinShare) continue;
+      body.shares[k].emplace_back(joint, weight);
+      sum += weight;
+    }
+    for (auto& [joint, share] : body.shares[k]) share /= sum;
+  }
+}
+
 std::vector<int> MarkedPerson::Unmarked() const {
   std::vector<int> joints;
   for (int j = pelvis_marked ? 1 : 0; j < kNumBodyJoints; ++j) {
@@ -465,6 +488,7 @@ MarkedPerson MakeMarkedPerson(std::shared_ptr<const BodyModel> model, std::vecto
                                 site.joint != kSpine2 && site.joint != kSpine3));
   });
 
+  person.BlendAt(person.usual);
   person.bent = BentPlaces(person);
 
   const int n = person.body.free.Size();

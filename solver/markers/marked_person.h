@@ -43,6 +43,8 @@ struct MarkedPerson {
 
   /// Rest and limits of each of a pose's parts (FreePose::Parts).
   std::vector<std::unique_ptr<PoseRest>> RestTerms() const;
+  /// Markers on the skin at `places` (3 M) move as the skin does there (MarkedBody::shares).
+  void BlendAt(const Eigen::VectorXd& places);
   /// Joints below the neck that no marker moves: they rest.
   std::vector<int> Unmarked() const;
 };

@@ -178,7 +178,7 @@ void FindPose(const MarkedPerson& person, const SeenMarkers& seen, double facing
 
 }  // namespace
 
-MarkerCalibration CalibrateMarkers(const MarkedPerson& person,
+MarkerCalibration CalibrateMarkers(MarkedPerson& person,
                                    const std::vector<SeenMarkers>& static_frames,
                                    const std::vector<SeenMarkers>& trial_frames,
                                    double static_facing_rad, double trial_facing_rad,
@@ -221,6 +221,7 @@ MarkerCalibration CalibrateMarkers(const MarkedPerson& person,
     calibrator.SolvePose(frames[f], person.pelvis_marked, still > 0, kWide_m, root_of(f), poses[f]);
   }
   if (still == 0) solve(0, frames.size(), kWide_m, 30);
+  person.BlendAt(calibrator.Places());
   solve(0, frames.size(), scales.robust_m, 25);
 
   calibration.betas = calibrator.Betas();

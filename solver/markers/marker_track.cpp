@@ -112,7 +112,8 @@ Eigen::MatrixXd CarriedMarkers(const MarkedPerson& person, const MarkerCalibrati
     state.Evaluate(person.body.free, joints, track.roots.col(t).data(), track.poses.col(t).data(),
                    false);
     for (int k = 0; k < person.body.NumMarkers(); ++k) {
-      carried.block<3, 1>(3 * k, t) = state.Point(person.body.joint[k], calibration.places.col(k));
+      carried.block<3, 1>(3 * k, t) =
+          person.body.Carry(state.Body(), joints, k, calibration.places.col(k));
     }
   }
   return carried;

@@ -326,7 +326,7 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
   };
   SolvedRecording solved;
   MarkerReport& report = solved.report;
-  const MarkedPerson person = MakeMarkedPerson(
+  MarkedPerson person = MakeMarkedPerson(
       model, SitesOf(recording, static_trial, options, where, report), options.posture);
   Prepared trial = Prepare(person, recording, options, where);
   const std::vector<int> spread = SpreadFrames(trial.frames, options.calibration_frames);
