@@ -74,8 +74,8 @@ constexpr Row kSides[] = {
     {"KNE", kRightHip, kRightKnee, 1.0, -55, 0, 0, kSkin, 15},
     {"TIB", kRightKnee, kRightAnkle, 0.5, -60, 0, 0, kSkin, 45},
     {"ANK", kRightKnee, kRightAnkle, 1.0, -45, -10, 0, kSkin, 12},
-    {"HEE", kRightAnkle, kRightAnkle, 0.0, 0, -36, -66, kSkin, 15},
-    {"TOE", kRightAnkle, kRightFoot, 1.2, 0, 30, 0, kSkin, 25},
+    {"HEE", kRightAnkle, kRightAnkle, 0.0, 0, -24, -66, kSkin, 15},
+    {"TOE", kRightAnkle, kRightFoot, 1.2, 8, 30, 0, kSkin, 25},
     {"MT5", kRightAnkle, kRightFoot, 0.8, -40, -8, 0, kSkin, 20},
 };
 

@@ -174,16 +174,18 @@ MarkerTrack CoarseTrack(const MarkedPerson& person, const MarkerCalibration& cal
                         const std::vector<int>& spread, const MarkerScales& scales,
                         const std::function<bool(int, int)>& progress) {
   const auto count = static_cast<int>(frames.size());
-  const int step = static_cast<int>(frame_rate / kCoarseRate_hz);
+  const int step = std::max(1, static_cast<int>(frame_rate / kCoarseRate_hz));
   MarkerTrack start = Interpolated(calibration.roots, calibration.poses, spread, count);
-  if (step < 2 || count < 4 * step) return start;
   std::vector<int> at;
   for (int t = 0; t < count; t += step) at.push_back(t);
+  const std::vector<SeenMarkers> some_frames = At(frames, at);
   MarkerTrack some;
   some.roots = start.roots(Eigen::all, at);
   some.poses = start.poses(Eigen::all, at);
-  some = TrackMarkers(person, calibration, At(frames, at), frame_rate / step, std::move(some),
-                      scales, kMostSteps, progress);
+  some = FollowMarkers(person, calibration, some_frames, std::move(some), scales);
+  if (step < 2) return some;
+  some = TrackMarkers(person, calibration, some_frames, frame_rate / step, std::move(some), scales,
+                      kMostSteps, progress);
   std::vector<Eigen::VectorXd> roots, poses;
   for (Eigen::Index k = 0; k < some.poses.cols(); ++k) {
     roots.emplace_back(some.roots.col(k));
