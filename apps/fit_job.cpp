@@ -18,6 +18,7 @@
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 #include "solver/carry/carry.h"
@@ -245,7 +246,7 @@ bool WriteResult(const FitJob& job, const CarryReport& report, const PreparedObj
                  const CommonOptions& common) {
   WriteClip(report.clip, folder / "clip.npz");
   WriteMesh(object.object.mesh, folder / "object.ply");
-  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  WriteAtomically(folder / "metrics.json", JsonText(metrics, 1) + "\n");
   if (job.write_report) {
     ReportInput shown;
     shown.source = job.output;

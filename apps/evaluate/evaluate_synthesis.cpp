@@ -16,6 +16,7 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/byte_source.h"
 #include "geometry/io/container/checksum.h"
+#include "geometry/io/container/json_text.h"
 #include "solver/evaluation/synthesis/synthesis_study.h"
 
 namespace holdfast::apps {
@@ -211,7 +212,7 @@ Outcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const CommonO
   nlohmann::json json = EvaluationJson(options, common, notes, weights, cases, results, modes);
   const std::string markdown = SynthesisMarkdown(tables, results, modes);
   const fs::path folder = options.output;
-  WriteAtomically(folder / "results.json", json.dump(1) + "\n");
+  WriteAtomically(folder / "results.json", JsonText(json, 1) + "\n");
   WriteAtomically(folder / "results.md", markdown);
   WriteAtomically(folder / "report.html", SynthesisPage(notes, tables, results, modes));
   Outcome outcome;

@@ -9,6 +9,7 @@
 #include "apps/reach_network.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "solver/evaluation/captured_reaches.h"
 #include "solver/evaluation/track_study.h"
 
@@ -102,7 +103,7 @@ Outcome EvaluateTrack(const EvaluateReachOptions& options, const CommonOptions& 
   const std::string table = TrackTable(summaries);
   const std::filesystem::path folder = options.output;
   std::filesystem::create_directories(folder);
-  WriteAtomically(folder / "results.json", outcome.summary.dump(1) + "\n");
+  WriteAtomically(folder / "results.json", JsonText(outcome.summary, 1) + "\n");
   WriteAtomically(folder / "results.md", table);
   outcome.summary["output"] = options.output;
   outcome.text = fmt::format("{}\nresults.json and results.md in {}\n", table, options.output);

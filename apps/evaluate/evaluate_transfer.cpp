@@ -8,6 +8,7 @@
 
 #include "apps/clip_input.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "solver/evaluation/robot_study.h"
 #include "solver/robot_hand/read_robot.h"
 #include "solver/trial/trial_clip.h"
@@ -120,7 +121,7 @@ int RunTransferStudy(const TransferStudyCommand& options) {
     entry["method"] = key.second;
     json["summary"].push_back(std::move(entry));
   }
-  if (!options.output.empty()) WriteAtomically(options.output, json.dump(1) + "\n");
+  if (!options.output.empty()) WriteAtomically(options.output, JsonText(json, 1) + "\n");
   PrintResult(options.common, json, TransferTable(means));
   return kDone;
 }

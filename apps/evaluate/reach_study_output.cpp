@@ -8,6 +8,7 @@
 #include "apps/reach_network.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 
 namespace holdfast::apps {
 
@@ -54,7 +55,7 @@ nlohmann::json StudyHead(const std::string& schema, const CommonOptions& common,
 
 Outcome WriteStudy(StudyOutput output) {
   const std::filesystem::path folder = output.folder;
-  WriteAtomically(folder / "results.json", output.results.dump(1) + "\n");
+  WriteAtomically(folder / "results.json", JsonText(output.results, 1) + "\n");
   WriteAtomically(folder / "results.md", output.table);
   WriteAtomically(folder / "report.html", output.page);
   Outcome outcome;

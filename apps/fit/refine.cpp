@@ -10,6 +10,7 @@
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/surface_distance.h"
 #include "solver/carry/carry_json.h"
@@ -214,7 +215,7 @@ int Refine(const RefineCommand& options) {
   metrics["per_frame"] = PerFrameJson(report);
   WriteClip(report.result.clip, folder / "clip.npz");
   WriteMesh(object->object.mesh, folder / "object.ply");
-  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  WriteAtomically(folder / "metrics.json", JsonText(metrics, 1) + "\n");
   folder.Commit();
   PrintResult(options.common, summary, Text(options, report));
   return kDone;

@@ -17,6 +17,7 @@
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/retarget/convert_parameters.h"
 #include "geometry/rotation.h"
@@ -246,7 +247,7 @@ bool WriteTransfer(const TransferCommand& options, const TransferInput& scene,
                    ResultFolder& folder) {
   WriteClip(carried.clip, folder / "clip.npz");
   WriteMesh(scene.to_object->object.mesh, folder / "object.ply");
-  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  WriteAtomically(folder / "metrics.json", JsonText(metrics, 1) + "\n");
   if (options.write_report) {
     ReportInput shown;
     shown.source = options.output;

@@ -9,6 +9,7 @@
 #include "apps/fit/robot_page.h"
 #include "apps/result_folder.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/render/png.h"
 #include "solver/robot/robot.h"
 #include "solver/trial/robot_scene.h"
@@ -138,7 +139,7 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
   pictures.rows = input.film_rows;
   WritePng(RobotFilm(setup, result.poses, pictures), folder / "film.png");
   WriteAtomically(folder / "report.html", RobotPage(setup, result.poses, measures, "sheet.png"));
-  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  WriteAtomically(folder / "metrics.json", JsonText(metrics, 1) + "\n");
   folder.Commit();
   PrintResult(
       common, summary,

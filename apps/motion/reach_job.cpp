@@ -15,6 +15,7 @@
 #include "apps/result_folder.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/append.h"
 #include "geometry/value_ranges.h"
@@ -297,7 +298,7 @@ bool WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOpti
   };
   std::vector<ReportInput> shown = {shown_of(0)};
   WriteClip(shown[0].clip, folder / "clip.npz");
-  WriteAtomically(folder / "metrics.json", shown[0].metrics.dump(1) + "\n");
+  WriteAtomically(folder / "metrics.json", JsonText(shown[0].metrics, 1) + "\n");
   if (job.all) {
     fs::create_directory(folder / "samples");
     for (int rank = 0; rank < static_cast<int>(report.motions.size()); ++rank) {

@@ -11,6 +11,7 @@
 #include "apps/result_folder.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 #include "solver/reach/reach_json.h"
@@ -116,7 +117,7 @@ Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
   WriteClip(report.clip, folder / "clip.npz");
   WriteMesh(object->object.mesh, folder / "object.ply");
   WriteMesh(table, folder / "table.ply");
-  WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
+  WriteAtomically(folder / "metrics.json", JsonText(metrics, 1) + "\n");
   if (job.write_report) {
     ReportInput shown;
     shown.source = job.output;

@@ -11,6 +11,7 @@
 #include "apps/result_folder.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 
 namespace holdfast::apps {
 namespace {
@@ -86,7 +87,7 @@ Outcome RunReachTrack(const TrackJob& job, const ReachPerson& person, const std:
   shown.marker = GoalMarkers(balls);
   shown.metrics = TrackJson(job, from, network, report, common);
   WriteClip(shown.clip, folder / "clip.npz");
-  WriteAtomically(folder / "metrics.json", shown.metrics.dump(1) + "\n");
+  WriteAtomically(folder / "metrics.json", JsonText(shown.metrics, 1) + "\n");
   if (job.write_report) {
     const std::vector<ReportInput> all = {shown};
     WriteReportBeside(all, folder / "report.html", common);

@@ -7,6 +7,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/container/read_json.h"
 
 namespace holdfast {
@@ -51,7 +52,7 @@ bool StudyBlocks::Read(const std::string& name, int block, const std::string& qu
 void StudyBlocks::Write(const std::string& name, int block, const std::string& question,
                         nlohmann::json out) const {
   out["question"] = question;
-  WriteAtomically(File(name, block), out.dump() + "\n");
+  WriteAtomically(File(name, block), JsonText(out) + "\n");
 }
 
 }  // namespace holdfast

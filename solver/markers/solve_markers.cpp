@@ -35,10 +35,6 @@ bool OfObject(const std::string& name, const std::optional<ObjectMarkers>& objec
          });
 }
 
-const MarkerTable& TableOf(const SolveMarkersOptions& options) {
-  return options.table ? *options.table : MarkerTable::Known();
-}
-
 UnusedMarker Unused(const std::string& name, const MarkerTable& table) {
   const auto [site, letters] = table.Nearest(name);
   const auto length = static_cast<int>(std::max(name.size(), site->name.size()));
@@ -62,7 +58,7 @@ std::vector<MarkerSite> SitesOf(const MarkerRecording& recording,
                                 const MarkerRecording* static_trial,
                                 const SolveMarkersOptions& options, const std::string& where,
                                 MarkerReport& report) {
-  const MarkerTable& table = TableOf(options);
+  const MarkerTable& table = options.table;
   std::vector<MarkerSite> sites;
   std::set<std::string> subjects, known;
   for (const MarkerRecording* const from : {&recording, static_trial}) {
@@ -341,7 +337,7 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
     throw Error(where,
                 fmt::format("fewer than {} known markers are seen at a time; {} known: {}",
                             kFewestMarkers, seen.size(), fmt::join(seen, " ")),
-                NearestKnown(report, TableOf(options)) +
+                NearestKnown(report, options.table) +
                     "Give the whole recording, or a table of its other names with --markers");
   }
   std::vector<SeenMarkers> still;
