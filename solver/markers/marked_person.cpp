@@ -85,8 +85,8 @@ JointEase EaseOf(int joint) {
   return ease;
 }
 
-// `marked`: joints that markers move. Legs among them are about as in standing and walking, whatever
-// the posture of those without markers.
+// `marked`: joints that markers move. Legs among them are about as in standing and walking,
+// whatever the posture of those without markers.
 JointPose RestPose(const std::array<HandAngles, 2>& relaxed, const std::array<HandAxes, 2>& axes,
                    RestPosture posture, const std::vector<int>& marked) {
   JointPose rest = JointPose::Zero();
@@ -326,9 +326,9 @@ void SetPlaces(const BodySurface& surface, MarkedPerson& person) {
   for (int k = 0; k < markers; ++k) {
     const MarkerSite& site = person.sites[k];
     if (site.tie != MarkerTie::kSkin || vertices[k] < 0) continue;
-    person.skin[k] = PatchAbout(
-        person.body.rest_joints.col(site.joint) + person.usual.segment<3>(3 * k), site.joint,
-        person.joint_of_vertex, surface, shaped, shaped_joints);
+    person.skin[k] =
+        PatchAbout(person.body.rest_joints.col(site.joint) + person.usual.segment<3>(3 * k),
+                   site.joint, person.joint_of_vertex, surface, shaped, shaped_joints);
   }
 }
 
@@ -374,8 +374,7 @@ void AddJointPriors(MarkedPerson& person) {
     } else if (right == kRightKnee) {
       person.limits.push_back({column, Eigen::Vector3d::UnitX(), 0.0, 150.0 * kDegree});
     } else if (right == kRightHip) {
-      person.limits.push_back(
-          {column, Eigen::Vector3d::UnitX(), -140.0 * kDegree, 45.0 * kDegree});
+      person.limits.push_back({column, Eigen::Vector3d::UnitX(), -140.0 * kDegree, 45.0 * kDegree});
       person.limits.push_back({column, Eigen::Vector3d::UnitY(), -60.0 * kDegree, 60.0 * kDegree});
       person.limits.push_back({column, Eigen::Vector3d::UnitZ(), -80.0 * kDegree, 80.0 * kDegree});
     } else if (right == kRightAnkle) {
@@ -396,9 +395,9 @@ std::vector<std::unique_ptr<PoseRest>> MarkedPerson::RestTerms() const {
       limit.column -= column;
       if (limit.column >= 0 && limit.column < size) own.push_back(std::move(limit));
     }
-    terms.push_back(std::make_unique<PoseRest>(
-        rest.segment(column, size), root_information.block(column, column, size, size),
-        std::move(own), limit_sigma_rad));
+    terms.push_back(std::make_unique<PoseRest>(rest.segment(column, size),
+                                               root_information.block(column, column, size, size),
+                                               std::move(own), limit_sigma_rad));
   }
   return terms;
 }
@@ -480,8 +479,7 @@ MarkedPerson MakeMarkedPerson(std::shared_ptr<const BodyModel> model, std::vecto
     hands.push_back(std::move(hand));
   }
   const std::vector<int> free = FreeJoints(person.sites);
-  person.body.free =
-      FreePose(RestPose(relaxed, axes, posture, free), free, std::move(hands));
+  person.body.free = FreePose(RestPose(relaxed, axes, posture, free), free, std::move(hands));
   person.pelvis_marked = std::ranges::any_of(person.sites, [](const MarkerSite& site) {
     return site.joint < kLeftHandBegin &&
            (site.joint == 0 || (site.joint <= kRightFoot && site.joint != kSpine1 &&

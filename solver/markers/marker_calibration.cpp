@@ -88,10 +88,10 @@ class Calibrator {
       if (f == 0 || roots[f] != roots[f - 1]) AddUpright(problem, *roots[f]);
     }
     for (int m = 0; m < person_.body.NumMarkers(); ++m) {
-      problem.AddResidualBlock(
-          new MarkerPlacePrior(person_.usual.segment<3>(3 * m), person_.J_usual.middleRows(3 * m, 3),
-                               place_sigma_[static_cast<std::size_t>(m)]),
-          nullptr, betas_.data(), places_.data() + 3 * m);
+      problem.AddResidualBlock(new MarkerPlacePrior(person_.usual.segment<3>(3 * m),
+                                                    person_.J_usual.middleRows(3 * m, 3),
+                                                    place_sigma_[static_cast<std::size_t>(m)]),
+                               nullptr, betas_.data(), places_.data() + 3 * m);
     }
     for (int m = 0; m < person_.body.NumMarkers(); ++m) {
       const SkinPatch& patch = person_.skin[static_cast<std::size_t>(m)];

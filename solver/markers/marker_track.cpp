@@ -35,9 +35,10 @@ std::vector<std::vector<double>> Distances(const Eigen::MatrixXd& carried,
 }
 
 // Adds the terms of a frame's markers; they stay the caller's.
-void AddMarkers(const MarkedPerson& person, const SeenMarkers& seen, double sigma_m, double robust_m,
-                double* root, double* q, Eigen::VectorXd& betas, Eigen::Matrix3Xd& places,
-                std::vector<std::unique_ptr<MarkerDistance>>& terms, ceres::Problem& problem) {
+void AddMarkers(const MarkedPerson& person, const SeenMarkers& seen, double sigma_m,
+                double robust_m, double* root, double* q, Eigen::VectorXd& betas,
+                Eigen::Matrix3Xd& places, std::vector<std::unique_ptr<MarkerDistance>>& terms,
+                ceres::Problem& problem) {
   for (SeenMarkers& of_joint : ByJoint(person.body, seen)) {
     std::ranges::fill(of_joint.sigma_m, sigma_m);
     terms.push_back(std::make_unique<MarkerDistance>(person.body, std::move(of_joint), robust_m));
@@ -119,8 +120,8 @@ MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& ca
   const std::vector<std::unique_ptr<PoseRest>> rest = person.RestTerms();
   std::vector<std::unique_ptr<PoseAcceleration>> acceleration;
   for (const auto& [column, size] : parts) {
-    acceleration.push_back(std::make_unique<PoseAcceleration>(
-        person.acceleration.segment(column, size) * step2));
+    acceleration.push_back(
+        std::make_unique<PoseAcceleration>(person.acceleration.segment(column, size) * step2));
   }
   Eigen::VectorXd root_sigma(6);
   root_sigma << Eigen::Vector3d::Constant(10.0), Eigen::Vector3d::Constant(30.0);

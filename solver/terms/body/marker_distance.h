@@ -22,8 +22,8 @@ struct MarkedBody {
   Eigen::Matrix3Xd rest_joints;  ///< (3 x 55) at betas zero, metres
   Eigen::MatrixXd J_rest;        ///< d rest joints / d betas (165 x B)
   std::vector<int> joint;        ///< that each of M markers follows
-  /// Joints that the skin below a marker follows, with shares that sum to 1 (linear blend skinning);
-  /// a marker without (or all, where this is empty) follows its joint alone.
+  /// Joints that the skin below a marker follows, with shares that sum to 1 (linear blend
+  /// skinning); a marker without (or all, where this is empty) follows its joint alone.
   std::vector<std::vector<std::pair<int, double>>> shares;
 
   std::vector<std::pair<int, double>> SharesOf(int marker) const {
@@ -290,7 +290,7 @@ class MarkerDistance final : public ceres::CostFunction {
   int joint_;
   SeenMarkers seen_;
   double scale_;
-  std::vector<Link> links_;                                // parents first
+  std::vector<Link> links_;                                  // parents first
   std::vector<std::vector<std::pair<int, double>>> shares_;  // of links, of each marker
   const FreePose::Hand* hand_ = nullptr;
   int betas_ = 0;  // block
