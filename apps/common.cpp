@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "apps/config_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/parallel.h"
 
 namespace holdfast::apps {
@@ -82,9 +83,7 @@ void LogJson(std::string_view level, std::string_view event, const nlohmann::ord
       {"level", level},
       {"event", event}};
   line.update(fields);
-  // Names of files may be anything; JSON is UTF-8.
-  fmt::print(stderr, "{}\n",
-             line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  fmt::print(stderr, "{}\n", JsonText(line));
 }
 
 void Note(const CommonOptions& options, std::string_view text) {
@@ -210,7 +209,7 @@ void PrintResult(const CommonOptions& options, const nlohmann::json& summary,
     return;
   }
   if (options.json) {
-    fmt::print("{}\n", summary.dump(2));
+    fmt::print("{}\n", JsonText(summary, 2));
   } else {
     fmt::print("{}", text);
   }

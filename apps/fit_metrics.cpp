@@ -7,12 +7,14 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/io/container/json_text.h"
 
 namespace holdfast::apps {
 namespace {
 
 // In quotes where it would end a cell.
 std::string CsvCell(std::string text) {
+  text = AsUtf8(text);
   if (text.find_first_of(",\"\r\n") == text.npos) return text;
   for (std::size_t at = 0; (at = text.find('"', at)) != text.npos; at += 2) text.insert(at, 1, '"');
   return '"' + text + '"';
@@ -21,7 +23,7 @@ std::string CsvCell(std::string text) {
 std::string CsvCell(const nlohmann::json& value) {
   if (value.is_null()) return {};
   if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
-  return CsvCell(value.is_string() ? value.get<std::string>() : value.dump());
+  return CsvCell(value.is_string() ? value.get<std::string>() : JsonText(value));
 }
 
 }  // namespace

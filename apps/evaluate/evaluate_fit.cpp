@@ -14,6 +14,7 @@
 #include "geometry/conventions/series.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/container/read_json.h"
 #include "solver/evaluation/handover_study.h"
 #include "solver/score/metric_values.h"
@@ -249,7 +250,7 @@ Outcome EvaluateFit(const fs::path& list, const fs::path& folder, int handovers,
 
   const std::string table = Table(studies, study);
   nlohmann::json evaluation = FitEvaluationJson(studies, std::move(*clips), study, common);
-  WriteAtomically(folder / "evaluation.json", evaluation.dump(1) + "\n");
+  WriteAtomically(folder / "evaluation.json", JsonText(evaluation, 1) + "\n");
   WriteAtomically(folder / "evaluation.md", table);
 
   Outcome outcome;

@@ -5,6 +5,7 @@
 
 #include "apps/clip_input.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/rotation.h"
 #include "solver/evaluation/handover_study.h"
@@ -93,7 +94,7 @@ int Run(const HandoversCommand& options) {
                             {"found_with_object", found.found_with_object},
                             {"found_without_object", found.found_without_object}});
   }
-  if (!options.output.empty()) WriteAtomically(options.output, json.dump(1) + "\n");
+  if (!options.output.empty()) WriteAtomically(options.output, JsonText(json, 1) + "\n");
   PrintResult(common, json, text);
   return kDone;
 }

@@ -8,6 +8,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/render/video.h"
 #include "solver/evaluation/hold_study.h"
 #include "solver/trial/trial_clip.h"
@@ -94,7 +95,7 @@ std::optional<std::vector<Row>> RowsOf(const HoldCommand& options, const Try& at
 
 int Write(const HoldCommand& options, const nlohmann::json& json, const std::string& csv,
           const std::string& text) {
-  if (!options.output.empty()) WriteAtomically(options.output, json.dump(1) + "\n");
+  if (!options.output.empty()) WriteAtomically(options.output, JsonText(json, 1) + "\n");
   if (!options.csv.empty()) WriteAtomically(options.csv, csv);
   const nlohmann::json& summary = json.at("summary");
   PrintResult(

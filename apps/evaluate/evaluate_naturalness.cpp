@@ -12,6 +12,7 @@
 #include "apps/evaluate/naturalness_reaches.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 
 namespace holdfast::apps {
 namespace {
@@ -106,7 +107,7 @@ Outcome EvaluateNaturalness(const EvaluateNaturalnessOptions& options) {
   const std::string table =
       NaturalnessTable(study) + (reaches.text.empty() ? "" : "\n" + reaches.text);
   fs::create_directories(folder);
-  WriteAtomically(folder / "results.json", outcome.summary.dump(1) + "\n");
+  WriteAtomically(folder / "results.json", JsonText(outcome.summary, 1) + "\n");
   WriteAtomically(folder / "results.md", table);
   WriteAtomically(folder / "motions.csv", NaturalnessCsv(study));
   WriteAtomically(folder / "report.html", NaturalnessPage(study));

@@ -104,10 +104,7 @@ int Run(const DoctorCommand& options) {
         fmt::format("\n{} files: {} sound, {} of them with warnings; {} not usable as they are\n",
                     inspections.size(), inspections.size() - unsound, warned, unsound);
   }
-  // Names and texts come from files: what is no UTF-8 in them is not JSON.
-  using nlohmann::json;
-  const std::string dumped = summary.dump(-1, ' ', false, json::error_handler_t::replace);
-  PrintResult(common, json::parse(dumped), text);
+  PrintResult(common, summary, text);
   return unsound > 0 ? kInputFault : kDone;
 }
 

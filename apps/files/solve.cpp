@@ -129,16 +129,46 @@ std::string Text(const SolveCommand& options, const SolvedRecording& solved, dou
                             1e3 * frames / solve_ms);
 }
 
+// What the result is not to be trusted in without a look.
+void WarnOfDoubts(const SolveCommand& options, const MarkerReport& report) {
+  if (!report.unused.empty()) {
+    std::vector<std::string> names;
+    for (const UnusedMarker& marker : report.unused) names.push_back(marker.name);
+    Note(options.common,
+         fmt::format("warning: {}: {} of {} markers left out, their names are not known: {}. Add "
+                     "them with --markers (name,joint,vertex,cluster)",
+                     options.recording, names.size(), names.size() + report.markers.size(),
+                     fmt::join(names, " ")));
+  }
+  if (report.rms_mm > kDoubtfulRms_mm) {
+    Note(
+        options.common,
+        fmt::format("warning: {}: the body is {:.0f} mm off the markers (root mean square; most: "
+                    "{} {:.0f} mm), more than {:g}. Markers with these names sit elsewhere, labels "
+                    "are wrong, or several people are in the recording: look at it with "
+                    "'holdfast render --markers'",
+                    options.recording, report.rms_mm, report.worst_marker, report.worst_rms_mm,
+                    kDoubtfulRms_mm));
+  }
+}
+
 int Solve(const SolveCommand& options) {
   ResultFolder folder(options.output, options.common.force);
-  const MarkerRecording recording = ReadMarkers(options.recording);
+  const auto read = [&](const std::string& path) {
+    MarkerRecording recording = ReadMarkers(path);
+    for (const std::string& note : recording.notes) Note(options.common, "note: " + note);
+    return recording;
+  };
+  const MarkerRecording recording = read(options.recording);
   std::optional<MarkerRecording> still;
-  if (!options.still.empty()) still = ReadMarkers(options.still);
+  if (!options.still.empty()) still = read(options.still);
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
   SolveMarkersOptions solve;
   solve.up = UpOf(options.up);
   solve.posture = options.posture == "seated" ? RestPosture::kSeated : RestPosture::kStanding;
-  if (!options.table.empty()) solve.table = MarkerTable::Read(options.table, JointOfVertices(body));
+  if (!options.table.empty()) {
+    solve.table = solve.table.With(MarkerTable::Read(options.table, JointOfVertices(body)));
+  }
   const std::optional<LoadedObject> object = TakeObject(options, recording, solve);
   StageProgress progress(options.common);
   const auto begin = std::chrono::steady_clock::now();
@@ -155,10 +185,7 @@ int Solve(const SolveCommand& options) {
   progress.End();
   const double solve_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  for (const UnusedMarker& marker : solved.report.unused) {
-    Detail(options.common, "unused_marker", "name not known: " + marker.name,
-           {{"marker", marker.name}});
-  }
+  WarnOfDoubts(options, solved.report);
   if (!solved.report.converged) throw FitFailure(options.recording + ": the solve failed");
   const nlohmann::json metrics = MetricsOf(options, solved, solve_ms);
   if (object) {
@@ -174,7 +201,7 @@ int Solve(const SolveCommand& options) {
   nlohmann::json summary = metrics;
   summary["output"] = options.output;
   PrintResult(options.common, summary, Text(options, solved, solve_ms));
-  return kDone;
+  return solved.report.rms_mm > kMaxRms_mm ? kFitFault : kDone;
 }
 
 }  // namespace
@@ -197,7 +224,8 @@ void AddSolveCommand(CLI::App& app, int& exit_code) {
                       "A recording of the same person and markers standing or sitting still: shape "
                       "and places of markers");
   command->add_option("--markers", options->table,
-                      "Table of other names (CSV): name,joint,vertex,cluster");
+                      "Table of more names (CSV): name,joint,vertex,cluster; a known name in it is "
+                      "replaced");
   command->add_option(
       "--object-markers", options->object_markers,
       "Markers of an object: a table (.csv) name,x,y,z of their places in its "
@@ -218,7 +246,8 @@ void AddSolveCommand(CLI::App& app, int& exit_code) {
       "  holdfast solve drink.csv --static static.csv -o drinks\n"
       "  holdfast solve drink.csv --object mug --object-markers mug.csv -o mug_drinks\n"
       "  holdfast solve drink.csv --markers names.csv --posture standing -o stands\n"
-      "Names of docs/markers.md are known. What no marker shows rests, and is said.\n");
+      "Names of docs/markers.md are known. What no marker shows rests, and is reported.\n"
+      "Exit code 3: the body is more than 30 mm off the markers (root mean square).\n");
   command->callback([options, &exit_code] { exit_code = Solve(*options); });
 }
 

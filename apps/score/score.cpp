@@ -11,6 +11,7 @@
 #include "apps/common.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/container/read_json.h"
 #include "solver/score/score_output.h"
 #include "solver/trial/trial_clip.h"
@@ -152,7 +153,7 @@ int Run(ScoreCommand options) {
   nlohmann::json json = JsonHead("holdfast/score/1", common);
   AddScores(scores, options.score, options.per_frame, json);
   const std::string tried = options.physics ? AddTrials(trials, scores, json) : "";
-  if (!options.output.empty()) WriteAtomically(options.output, json.dump(1) + "\n");
+  if (!options.output.empty()) WriteAtomically(options.output, JsonText(json, 1) + "\n");
   if (!options.csv.empty()) WriteAtomically(options.csv, ScoreCsv(scores, options.score));
   PrintResult(common, json, ScoreTable(scores, options.score) + tried);
   Note(common, fmt::format("scored {} frames in {:.1f} s ({:.0f} per second)", frames, seconds,

@@ -5,6 +5,7 @@
 
 #include "apps/train/training_curves.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 
 namespace holdfast::apps {
 
@@ -53,7 +54,7 @@ int Train(const Training& training, const LongTraining& options, const TrainingT
   };
   watch.log = [&](const std::vector<json>& lines) {
     std::string text;
-    for (const json& line : lines) text += line.dump() + "\n";
+    for (const json& line : lines) text += JsonText(line) + "\n";
     WriteAtomically(run.folder / "training.jsonl", text);
     WriteAtomically(run.folder / "train.html", texts.page(lines, training.iterations));
   };

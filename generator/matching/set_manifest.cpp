@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/container/read_json.h"
 
 namespace holdfast {
@@ -12,12 +13,12 @@ using nlohmann::json;
 
 void WriteManifest(const std::filesystem::path& path, const json& head,
                    const ManifestLines& lines) {
-  std::string text = head.dump(1);
+  std::string text = JsonText(head, 1);
   text.resize(text.size() - 2);  // "\n}"
   text += ",\n \"clips\": [";
   const char* between = "\n  ";
   for (const auto& [index, line] : lines) {
-    text += between + line.dump();
+    text += between + JsonText(line);
     between = ",\n  ";
   }
   WriteAtomically(path, text + "\n ]\n}\n");

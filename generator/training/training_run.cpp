@@ -2,6 +2,7 @@
 #include "generator/training/training_run.h"
 
 #include <chrono>
+#include "geometry/io/container/json_text.h"
 
 namespace holdfast {
 namespace {
@@ -31,7 +32,7 @@ json RunTraining(const Training& training, const RunOptions& options, const RunW
   const auto keep = [&](const json& line, const char* name) {
     TrainingNotes notes = options.notes;
     notes["iteration"] = std::to_string(trainer.Iteration());
-    notes["validation"] = line.dump();
+    notes["validation"] = JsonText(line);
     training.write(notes, (options.folder / name).string());
   };
   const auto began = Clock::now();

@@ -132,6 +132,9 @@ void InspectMarkers(Inspection& inspection) {
   inspection.title = fmt::format("marker recording: {}", MarkerFormatName(recording.format));
   if (inspection.identity.gzipped) inspection.title += ", gzipped";
   DescribeMarkers(recording, inspection);
+  for (const std::string& note : recording.notes) {
+    inspection.Warn(note, "it is read all the same; export it again to be sure");
+  }
   JudgeExtent(recording, inspection);
   JudgeGaps(recording, inspection);
 }

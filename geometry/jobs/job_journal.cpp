@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/io/container/json_text.h"
 
 namespace holdfast {
 
@@ -90,8 +91,7 @@ void JobJournal::Append(const std::string& name, const std::string& hash, bool d
   line["status"] = done ? "done" : "failed";
   line["exit_code"] = exit_code;
   line["try"] = before == jobs_.end() ? 1 : before->second.tries + 1;
-  const std::string text =
-      line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  const std::string text = JsonText(line) + "\n";
   // Closed after each line: that is when NFS shows it to others.
   const int file = ::open(own_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   const ssize_t written = file < 0 ? -1 : ::write(file, text.data(), text.size());

@@ -14,6 +14,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/container/read_json.h"
 #include "geometry/jobs/job_journal.h"
 #include "geometry/parallel.h"
@@ -43,7 +44,7 @@ fs::path PrepareFolder(const fs::path& folder, const std::string& kind) {
   }
   const nlohmann::json head = {{"schema", kSchema}, {"kind", kind}};
   if (!fs::exists(about)) {
-    WriteAtomically(about, head.dump() + "\n");
+    WriteAtomically(about, JsonText(head) + "\n");
   } else if (ReadJson(about) != head) {
     throw Error(folder.string(), fmt::format("holds results of another command than '{}'", kind),
                 "Choose another folder");
@@ -216,7 +217,7 @@ class JobRunner {
     int failed = 0;
     WriteAtomically(options_.folder / kManifest, [&](const fs::path& temporary) {
       std::ofstream out(temporary, std::ios::binary | std::ios::trunc);
-      std::string text = head.dump();
+      std::string text = JsonText(head);
       text.back() = ',';
       out << text << "\n \"jobs\": [";
       for (std::size_t k = 0; k < jobs_.size(); ++k) {
@@ -225,8 +226,7 @@ class JobRunner {
         for (const char* changes : {"seconds", "hash", "try"}) line.erase(changes);
         line["arguments"] = jobs_[k].words;
         failed += !status.done || status.exit_code != 0;
-        out << (k == 0 ? "\n  " : ",\n  ")
-            << line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+        out << (k == 0 ? "\n  " : ",\n  ") << JsonText(line);
       }
       out << "],\n \"failed\": " << failed << "}\n";
       out.close();

@@ -9,6 +9,7 @@
 
 #include "geometry/embedded.h"
 #include "geometry/error.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/report/report_data.h"
 
 namespace holdfast {
@@ -31,8 +32,7 @@ std::string_view PlayerPage() {
 // In JSON a '<' stands only within strings, where its escape means the same: no text can close the
 // script element that holds it.
 std::string JsonForScript(const nlohmann::json& value) {
-  const std::string plain =
-      value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);  // bad UTF-8: U+FFFD
+  const std::string plain = JsonText(value);
   std::string text;
   text.reserve(plain.size());
   for (const char c : plain) {
@@ -114,7 +114,7 @@ std::string EscapeHtml(std::string_view text) {
   constexpr std::string_view kSpecial = "&<>\"'";
   constexpr const char* kEntities[] = {"&amp;", "&lt;", "&gt;", "&quot;", "&#39;"};
   std::string escaped;
-  for (const char c : text) {
+  for (const char c : AsUtf8(text)) {
     const std::size_t which = kSpecial.find(c);
     which == std::string_view::npos ? escaped += c : escaped += kEntities[which];
   }

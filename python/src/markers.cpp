@@ -30,7 +30,8 @@ py::dict RecordingDict(const MarkerRecording& recording) {
   return py::dict(
       "names"_a = recording.names, "rate_hz"_a = recording.rate_hz,
       "positions"_a = Rows(recording.positions).reshape({frames, markers, py::ssize_t{3}}),
-      "unit"_a = recording.unit, "format"_a = std::string(MarkerFormatName(recording.format)));
+      "unit"_a = recording.unit, "format"_a = std::string(MarkerFormatName(recording.format)),
+      "notes"_a = recording.notes);
 }
 
 py::dict Read(const std::filesystem::path& path) {
@@ -167,7 +168,9 @@ py::tuple Solve(const py::object& recording, const py::object& still,
   const MarkerRecording trial = RecordingOf(recording, "recording");
   std::optional<MarkerRecording> resting;
   if (!still.is_none()) resting = RecordingOf(still, "static");
-  if (table) options.table = MarkerTable::Read(*table, JointOfVertices(model));
+  if (table) {
+    options.table = options.table.With(MarkerTable::Read(*table, JointOfVertices(model)));
+  }
   const std::string where =
       IsPath(recording) ? py::str(recording).cast<std::string>() : std::string("recording");
   std::optional<LoadedObject> mesh;
@@ -215,7 +218,7 @@ void BindMarkers(py::module_& module) {
       "MoSh, Loper et al. 2014), then poses of all frames, labels put right.\n\n"
       "recording: a file, or a dict as of read_markers() ('names', 'positions' (T, M, 3) metres, "
       "'rate_hz'). static: a recording, in either form, of the same person and markers at rest. "
-      "table: a .csv of names (name,joint,vertex,cluster) in place of the known ones. up: 'auto', "
+      "table: a .csv of names (name,joint,vertex,cluster) besides the known ones. up: 'auto', "
       "'x', 'y', 'z', '-x', '-y' or '-z', the recording's. posture: of legs without markers, "
       "'seated' or 'standing'. object_markers: a .csv (name,x,y,z) or a dict of places of an "
       "object's "

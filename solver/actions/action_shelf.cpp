@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/container/read_json.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/seed.h"
@@ -78,7 +79,7 @@ std::vector<Grasp> KeptGrasps(const fs::path& path, const json& key, std::size_t
   std::vector<Grasp> grasps = make();
   json list = json::array();
   for (const Grasp& grasp : grasps) list.push_back(StoredGrasp(grasp));
-  WriteAtomically(path, json{{"of", key}, {"grasps", list}}.dump() + "\n");
+  WriteAtomically(path, JsonText(json{{"of", key}, {"grasps", list}}) + "\n");
   return grasps;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "geometry/clip/clip_arrays.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/container/npz.h"
 
 namespace holdfast {
@@ -25,7 +26,7 @@ void WriteGoalClip(Clip clip, std::span<const ReachLabel> labels, const nlohmann
   writer.AddFloat64("goal", {labels.size(), 3}, goals);
   writer.AddInt64("goal_frame", {labels.size()}, frames);
   writer.AddUint8("goal_wrist", {labels.size()}, wrists);
-  writer.AddText("provenance", provenance.dump());
+  writer.AddText("provenance", JsonText(provenance));
   writer.Write(path);
 }
 

@@ -7,6 +7,7 @@
 
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/walk_pace.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/parallel.h"
 #include "solver/body_ik/reach_refit.h"
 #include "solver/latent/latent_optimizer.h"
@@ -100,7 +101,7 @@ std::string SettingsOf(const LatentOptions& o) {
       {"adam", {o.adam_iterations, o.least_iterations, o.adam_step, o.close_enough_m}},
       {"newton", {o.newton_iterations, o.newton_goal_m}},
       {"hurries", o.hurries ? 2 : 0}};
-  return all.dump();
+  return JsonText(all);
 }
 
 ReachMethod LatentOpt(const ReachGenerator& with, const wandr::ReachProtocol& protocol,

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "geometry/io/container/checksum.h"
+#include "geometry/io/container/json_text.h"
 #include "solver/body_ik/reach_refit.h"
 
 namespace holdfast {
@@ -124,7 +125,7 @@ std::string ReachQuestion::Checksum() const {
     all["starts"].push_back(
         std::vector<double>(start.start.previous_delta.begin(), start.start.previous_delta.end()));
   }
-  return holdfast::Checksum(all.dump());
+  return holdfast::Checksum(JsonText(all));
 }
 
 ReachStudy::ReachStudy(std::filesystem::path folder, const wandr::LowestPoint& lowest,

@@ -76,7 +76,7 @@ JointEase EaseOf(int joint) {
       ease.acceleration = 100.0;
       break;
     case kRightAnkle:
-      ease.sigma_deg << 25.0, 12.0, 12.0;
+      ease.sigma_deg << 25.0, 20.0, 12.0;
       ease.acceleration = 100.0;
       break;
     default:
@@ -85,17 +85,18 @@ JointEase EaseOf(int joint) {
   return ease;
 }
 
-// `marked`: joints that markers move. Legs among them are about as in standing and walking, whatever
-// the posture of those without markers.
+// `marked`: joints that markers move. Legs among them are about as in standing and walking,
+// whatever the posture of those without markers.
 JointPose RestPose(const std::array<HandAngles, 2>& relaxed, const std::array<HandAxes, 2>& axes,
                    RestPosture posture, const std::vector<int>& marked) {
   JointPose rest = JointPose::Zero();
   for (const Side side : {Side::kRight, Side::kLeft}) {
     const int s = side == Side::kRight ? 0 : 1;
     SetFingers(rest, side, axes[s].PoseOf(relaxed[s]));
-    // Arms that no marker is on hang.
+    // Arms that no marker is on hang, and collars lower than in the T-pose with them.
     const double sign = side == Side::kRight ? 1.0 : -1.0;
     rest.col(side == Side::kRight ? kRightShoulder : kLeftShoulder).z() = sign * 75.0 * kDegree;
+    rest.col(side == Side::kRight ? kRightCollar : kLeftCollar).z() = sign * 12.0 * kDegree;
   }
   for (const int hip : {kLeftHip, kRightHip}) {
     const int knee = hip + kLeftKnee - kLeftHip;
@@ -250,6 +251,7 @@ SkinPatch PatchAbout(const Eigen::Vector3d& place, int joint,
   const auto n = static_cast<Eigen::Index>(ids.size());
   patch.vertices =
       surface.RestVertices()(Eigen::all, ids).colwise() - surface.RestJoints().col(joint);
+  patch.ids = ids;
   patch.J_betas.resize(3 * n, static_cast<Eigen::Index>(shaped.size()));
   for (std::size_t b = 0; b < shaped.size(); ++b) {
     const Eigen::Matrix3Xd change =
@@ -324,9 +326,9 @@ void SetPlaces(const BodySurface& surface, MarkedPerson& person) {
   for (int k = 0; k < markers; ++k) {
     const MarkerSite& site = person.sites[k];
     if (site.tie != MarkerTie::kSkin || vertices[k] < 0) continue;
-    person.skin[k] = PatchAbout(
-        person.body.rest_joints.col(site.joint) + person.usual.segment<3>(3 * k), site.joint,
-        person.joint_of_vertex, surface, shaped, shaped_joints);
+    person.skin[k] =
+        PatchAbout(person.body.rest_joints.col(site.joint) + person.usual.segment<3>(3 * k),
+                   site.joint, person.joint_of_vertex, surface, shaped, shaped_joints);
   }
 }
 
@@ -372,8 +374,7 @@ void AddJointPriors(MarkedPerson& person) {
     } else if (right == kRightKnee) {
       person.limits.push_back({column, Eigen::Vector3d::UnitX(), 0.0, 150.0 * kDegree});
     } else if (right == kRightHip) {
-      person.limits.push_back(
-          {column, Eigen::Vector3d::UnitX(), -140.0 * kDegree, 45.0 * kDegree});
+      person.limits.push_back({column, Eigen::Vector3d::UnitX(), -140.0 * kDegree, 45.0 * kDegree});
       person.limits.push_back({column, Eigen::Vector3d::UnitY(), -60.0 * kDegree, 60.0 * kDegree});
       person.limits.push_back({column, Eigen::Vector3d::UnitZ(), -80.0 * kDegree, 80.0 * kDegree});
     } else if (right == kRightAnkle) {
@@ -394,11 +395,32 @@ std::vector<std::unique_ptr<PoseRest>> MarkedPerson::RestTerms() const {
       limit.column -= column;
       if (limit.column >= 0 && limit.column < size) own.push_back(std::move(limit));
     }
-    terms.push_back(std::make_unique<PoseRest>(
-        rest.segment(column, size), root_information.block(column, column, size, size),
-        std::move(own), limit_sigma_rad));
+    terms.push_back(std::make_unique<PoseRest>(rest.segment(column, size),
+                                               root_information.block(column, column, size, size),
+                                               std::move(own), limit_sigma_rad));
   }
   return terms;
+}
+
+void MarkedPerson::BlendAt(const Eigen::VectorXd& places) {
+  constexpr double kMinShare = 0.05;
+  const BodySurface surface(model);
+  body.shares.assign(skin.size(), {});
+  for (std::size_t k = 0; k < skin.size(); ++k) {
+    if (skin[k].ids.empty()) continue;
+    Eigen::Index nearest = 0;
+    (skin[k].vertices.colwise() - places.segment<3>(3 * static_cast<Eigen::Index>(k)))
+        .colwise()
+        .squaredNorm()
+        .minCoeff(&nearest);
+    double sum = 0.0;
+    for (const auto& [joint, weight] : surface.Weights(skin[k].ids[nearest])) {
+      if (weight < kMinShare) continue;
+      body.shares[k].emplace_back(joint, weight);
+      sum += weight;
+    }
+    for (auto& [joint, share] : body.shares[k]) share /= sum;
+  }
 }
 
 std::vector<int> MarkedPerson::Unmarked() const {
@@ -457,14 +479,14 @@ MarkedPerson MakeMarkedPerson(std::shared_ptr<const BodyModel> model, std::vecto
     hands.push_back(std::move(hand));
   }
   const std::vector<int> free = FreeJoints(person.sites);
-  person.body.free =
-      FreePose(RestPose(relaxed, axes, posture, free), free, std::move(hands));
+  person.body.free = FreePose(RestPose(relaxed, axes, posture, free), free, std::move(hands));
   person.pelvis_marked = std::ranges::any_of(person.sites, [](const MarkerSite& site) {
     return site.joint < kLeftHandBegin &&
            (site.joint == 0 || (site.joint <= kRightFoot && site.joint != kSpine1 &&
                                 site.joint != kSpine2 && site.joint != kSpine3));
   });
 
+  person.BlendAt(person.usual);
   person.bent = BentPlaces(person);
 
   const int n = person.body.free.Size();

@@ -15,9 +15,9 @@
 
 namespace holdfast {
 
-/// Of a marker's middle over the skin: 8 mm on average, 6 mm standard deviation between recordings
-/// and 4 mm between the markers of one.
-constexpr double kMarkerHeight_m = 0.008, kMarkerHeightSigma_m = 0.006, kOnSkinSigma_m = 0.004;
+/// Of a marker's middle over the skin: 8 mm on average, 8 mm standard deviation between recordings
+/// and 3 mm between the markers of one.
+constexpr double kMarkerHeight_m = 0.008, kMarkerHeightSigma_m = 0.008, kOnSkinSigma_m = 0.003;
 
 /// What legs do that no marker is on.
 enum class RestPosture { kSeated, kStanding };
@@ -43,6 +43,8 @@ struct MarkedPerson {
 
   /// Rest and limits of each of a pose's parts (FreePose::Parts).
   std::vector<std::unique_ptr<PoseRest>> RestTerms() const;
+  /// Markers on the skin at `places` (3 M) move as the skin does there (MarkedBody::shares).
+  void BlendAt(const Eigen::VectorXd& places);
   /// Joints below the neck that no marker moves: they rest.
   std::vector<int> Unmarked() const;
 };

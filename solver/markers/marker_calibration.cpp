@@ -88,10 +88,10 @@ class Calibrator {
       if (f == 0 || roots[f] != roots[f - 1]) AddUpright(problem, *roots[f]);
     }
     for (int m = 0; m < person_.body.NumMarkers(); ++m) {
-      problem.AddResidualBlock(
-          new MarkerPlacePrior(person_.usual.segment<3>(3 * m), person_.J_usual.middleRows(3 * m, 3),
-                               place_sigma_[static_cast<std::size_t>(m)]),
-          nullptr, betas_.data(), places_.data() + 3 * m);
+      problem.AddResidualBlock(new MarkerPlacePrior(person_.usual.segment<3>(3 * m),
+                                                    person_.J_usual.middleRows(3 * m, 3),
+                                                    place_sigma_[static_cast<std::size_t>(m)]),
+                               nullptr, betas_.data(), places_.data() + 3 * m);
     }
     for (int m = 0; m < person_.body.NumMarkers(); ++m) {
       const SkinPatch& patch = person_.skin[static_cast<std::size_t>(m)];
@@ -178,7 +178,7 @@ void FindPose(const MarkedPerson& person, const SeenMarkers& seen, double facing
 
 }  // namespace
 
-MarkerCalibration CalibrateMarkers(const MarkedPerson& person,
+MarkerCalibration CalibrateMarkers(MarkedPerson& person,
                                    const std::vector<SeenMarkers>& static_frames,
                                    const std::vector<SeenMarkers>& trial_frames,
                                    double static_facing_rad, double trial_facing_rad,
@@ -221,6 +221,7 @@ MarkerCalibration CalibrateMarkers(const MarkedPerson& person,
     calibrator.SolvePose(frames[f], person.pelvis_marked, still > 0, kWide_m, root_of(f), poses[f]);
   }
   if (still == 0) solve(0, frames.size(), kWide_m, 30);
+  person.BlendAt(calibrator.Places());
   solve(0, frames.size(), scales.robust_m, 25);
 
   calibration.betas = calibrator.Betas();

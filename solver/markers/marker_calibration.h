@@ -26,8 +26,9 @@ struct MarkerScales {
 /// The first stage of MoSh (Loper, Mahmood, Black 2014): shape, poses and places of markers
 /// together, in frames of a static trial (may be empty) and of the trial itself, in order of time.
 /// The static trial has a root of its own; the trial one, or one a frame where pelvis or legs are
-/// marked.
-MarkerCalibration CalibrateMarkers(const MarkedPerson& person,
+/// marked. Of the person, what skin its markers move with is taken anew (BlendAt) where they are
+/// found.
+MarkerCalibration CalibrateMarkers(MarkedPerson& person,
                                    const std::vector<SeenMarkers>& static_frames,
                                    const std::vector<SeenMarkers>& trial_frames,
                                    double static_facing_rad, double trial_facing_rad,

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <charconv>
 #include <fstream>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -74,10 +75,26 @@ constexpr Row kSides[] = {
     {"KNE", kRightHip, kRightKnee, 1.0, -55, 0, 0, kSkin, 15},
     {"TIB", kRightKnee, kRightAnkle, 0.5, -60, 0, 0, kSkin, 45},
     {"ANK", kRightKnee, kRightAnkle, 1.0, -45, -10, 0, kSkin, 12},
-    {"HEE", kRightAnkle, kRightAnkle, 0.0, 0, -36, -66, kSkin, 15},
-    {"TOE", kRightAnkle, kRightFoot, 1.2, 0, 30, 0, kSkin, 25},
+    {"HEE", kRightAnkle, kRightAnkle, 0.0, 0, -24, -66, kSkin, 15},
+    {"TOE", kRightAnkle, kRightFoot, 1.2, 8, 30, 0, kSkin, 25},
     {"MT5", kRightAnkle, kRightFoot, 0.8, -40, -8, 0, kSkin, 20},
+    // Sets that have more of the kind: CMU's Vicon set, CGM2.
+    {"MT1", kRightAnkle, kRightFoot, 0.95, 40, 5, 0, kSkin, 20},
+    {"THMB", kThumb3, kEnd, 0.5, 0, 8, 8, kLandmark, 15},
+    {"KNM", kRightHip, kRightKnee, 1.0, 50, 0, 0, kSkin, 15},
+    {"MED", kRightKnee, kRightAnkle, 1.0, 40, 5, 5, kSkin, 12},
+    {"THAP", kRightHip, kRightKnee, 0.4, 0, 0, 70, kSkin, 45},
+    {"THAD", kRightHip, kRightKnee, 0.75, 0, 0, 70, kSkin, 45},
+    {"TIAP", kRightKnee, kRightAnkle, 0.3, 0, 0, 50, kSkin, 45},
+    {"TIAD", kRightKnee, kRightAnkle, 0.7, 0, 0, 50, kSkin, 45},
 };
+
+// Other names of those, after the side: CMU's (front and back of the waist, shin), CGM2's
+// (metatarsal heads), and longer ones.
+constexpr std::pair<const char*, const char*> kSideAliases[] = {
+    {"FWT", "ASI"},  {"BWT", "PSI"},  {"SHN", "TIB"}, {"ASIS", "ASI"},
+    {"PSIS", "PSI"}, {"SMH", "TOE"},  {"VMH", "MT5"}, {"FMH", "MT1"},
+    {"THM", "THMB"}, {"MKNE", "KNM"}, {"MANK", "MED"}};
 
 constexpr Row kMiddleRows[] = {
     {"STRN", kSpine3, kSpine3, 0.0, 0, -28, 110, kSkin, 40},
@@ -86,6 +103,8 @@ constexpr Row kMiddleRows[] = {
     {"T10", kSpine2, kSpine3, 0.3, 0, 0, -120, kSkin, 35},
     {"SACR", kPelvis, kPelvis, 0.0, 0, 60, -120, kSkin, 25},
     {"RBAK", kSpine3, kSpine3, 0.0, -80, 60, -100, kSkin, 50},
+    {"RBAC", kSpine3, kSpine3, 0.0, -80, 60, -100, kSkin, 50},
+    {"ARIEL", kHead, kHead, 0.0, 0, 180, 10, kSkin, 30},
     // A glove of three markers on a plate and two on each finger, a triangle on the back.
     {"hand_top", kRightWrist, kMiddle1, 0.6, 0, 30, 0, kCluster, 25},
     {"hand_left", kRightWrist, kMiddle1, 0.5, 0, 30, 15, kCluster, 25},
@@ -219,6 +238,13 @@ const MarkerTable& MarkerTable::Known() {
       known.Add(SiteOf(row, std::string("R") + row.name, false));
       known.Add(SiteOf(row, std::string("L") + row.name, true));
     }
+    for (const auto& [alias, name] : kSideAliases) {
+      for (const char* const side : {"R", "L"}) {
+        MarkerSite site = *known.Find(std::string(side) + name);
+        site.name = std::string(side) + alias;
+        known.Add(std::move(site));
+      }
+    }
     for (const Row& row : kMiddleRows) known.Add(SiteOf(row, row.name, false));
     return known;
   }();
@@ -251,6 +277,14 @@ MarkerTable MarkerTable::Read(const std::filesystem::path& path,
     throw Error(path.string(), "names no marker", "Write name,joint,vertex,cluster and a row each");
   }
   return table;
+}
+
+MarkerTable MarkerTable::With(const MarkerTable& other) const {
+  MarkerTable both = other;
+  for (const MarkerSite& site : sites_) {
+    if (other.Find(site.name) == nullptr) both.Add(site);
+  }
+  return both;
 }
 
 const MarkerSite* MarkerTable::Find(std::string_view name) const {

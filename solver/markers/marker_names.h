@@ -37,8 +37,11 @@ struct MarkerSite {
 /// Sites by name, any case.
 class MarkerTable {
  public:
-  /// Names of upper-limb cluster sets, Plug-in Gait's and a glove's: docs/markers.md lists them.
+  /// Names of upper-limb cluster sets, of Plug-in Gait and its kin (CMU's Vicon set, CGM2), and a
+  /// glove's: docs/markers.md lists them.
   static const MarkerTable& Known();
+  /// This table with the sites of `other` added; those that have a name of this one replace it.
+  MarkerTable With(const MarkerTable& other) const;
   /// A text of comma-separated columns with a head: name and joint or vertex, optional cluster.
   /// A marker with a cluster is tied to the joint's bone somewhere; one with a vertex is on the
   /// skin there; with a joint alone, somewhere about it. `num_vertices` and `joint_of_vertex` are

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
+#include <ceres/normal_prior.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
@@ -32,7 +34,76 @@ std::vector<std::vector<double>> Distances(const Eigen::MatrixXd& carried,
   return off;
 }
 
+// Adds the terms of a frame's markers; they stay the caller's.
+void AddMarkers(const MarkedPerson& person, const SeenMarkers& seen, double sigma_m,
+                double robust_m, double* root, double* q, Eigen::VectorXd& betas,
+                Eigen::Matrix3Xd& places, std::vector<std::unique_ptr<MarkerDistance>>& terms,
+                ceres::Problem& problem) {
+  for (SeenMarkers& of_joint : ByJoint(person.body, seen)) {
+    std::ranges::fill(of_joint.sigma_m, sigma_m);
+    terms.push_back(std::make_unique<MarkerDistance>(person.body, std::move(of_joint), robust_m));
+    problem.AddResidualBlock(terms.back().get(), nullptr,
+                             terms.back()->Blocks(root, q, betas.data(), places.data()));
+  }
+}
+
+// Shape and places of markers are known.
+void HoldCalibration(Eigen::VectorXd& betas, Eigen::Matrix3Xd& places, ceres::Problem& problem) {
+  if (problem.HasParameterBlock(betas.data())) problem.SetParameterBlockConstant(betas.data());
+  for (Eigen::Index k = 0; k < places.cols(); ++k) {
+    double* const place = places.col(k).data();
+    if (problem.HasParameterBlock(place)) problem.SetParameterBlockConstant(place);
+  }
+}
+
+ceres::Problem::Options TermsStayOurs() {
+  ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  return options;
+}
+
 }  // namespace
+
+MarkerTrack FollowMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
+                          const std::vector<SeenMarkers>& frames, MarkerTrack start,
+                          const MarkerScales& scales) {
+  constexpr double kStep_rad = 0.5;     // of a joint from frame to frame
+  constexpr double kFollowed_m = 0.15;  // robust scale: the step may be long
+  MarkerTrack track = std::move(start);
+  Eigen::VectorXd betas = calibration.betas;
+  Eigen::Matrix3Xd places = calibration.places;
+  const std::vector<FreePose::Part> parts = person.body.free.Parts();
+  const std::vector<std::unique_ptr<PoseRest>> rest = person.RestTerms();
+  ceres::Solver::Options options = SparseOptions(15, 1e-3);
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    const auto column = static_cast<Eigen::Index>(t);
+    if (t > 0) {
+      track.poses.col(column) = track.poses.col(column - 1);
+      if (person.pelvis_marked) track.roots.col(column) = track.roots.col(column - 1);
+    }
+    if (frames[t].Count() == 0) continue;
+    double* const q = track.poses.col(column).data();
+    double* const root = track.roots.col(column).data();
+    ceres::Problem problem(TermsStayOurs());
+    std::vector<std::unique_ptr<ceres::CostFunction>> steps;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      problem.AddResidualBlock(rest[k].get(), nullptr, q + parts[k].column);
+      const Eigen::Index n = parts[k].size;
+      steps.push_back(std::make_unique<ceres::NormalPrior>(
+          Eigen::MatrixXd::Identity(n, n) / kStep_rad,
+          Eigen::VectorXd(track.poses.col(column).segment(parts[k].column, n))));
+      problem.AddResidualBlock(steps.back().get(), nullptr, q + parts[k].column);
+    }
+    std::vector<std::unique_ptr<MarkerDistance>> distances;
+    AddMarkers(person, frames[t], scales.residual_m, kFollowed_m, root, q, betas, places, distances,
+               problem);
+    HoldCalibration(betas, places, problem);
+    if (!person.pelvis_marked) problem.SetParameterBlockConstant(root);
+    track.iterations += static_cast<int>(SolveQuietly(options, problem).iterations.size());
+  }
+  return track;
+}
 
 MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
                          const std::vector<SeenMarkers>& frames, double frame_rate,
@@ -43,16 +114,14 @@ MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& ca
   Eigen::Matrix3Xd places = calibration.places;
   const bool moves = person.pelvis_marked;
   Eigen::VectorXd still = track.roots.col(0);
-  ceres::Problem::Options ownership;
-  ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem problem(ownership);
+  ceres::Problem problem(TermsStayOurs());
   const double step2 = 1.0 / (frame_rate * frame_rate);
   const std::vector<FreePose::Part> parts = person.body.free.Parts();
   const std::vector<std::unique_ptr<PoseRest>> rest = person.RestTerms();
   std::vector<std::unique_ptr<PoseAcceleration>> acceleration;
   for (const auto& [column, size] : parts) {
-    acceleration.push_back(std::make_unique<PoseAcceleration>(
-        person.acceleration.segment(column, size) * step2));
+    acceleration.push_back(
+        std::make_unique<PoseAcceleration>(person.acceleration.segment(column, size) * step2));
   }
   Eigen::VectorXd root_sigma(6);
   root_sigma << Eigen::Vector3d::Constant(10.0), Eigen::Vector3d::Constant(30.0);
@@ -76,22 +145,12 @@ MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& ca
       problem.AddResidualBlock(&root_acceleration, nullptr, root_at(t - 2), root_at(t - 1),
                                root_at(t));
     }
-    for (SeenMarkers& seen : ByJoint(person.body, frames[t])) {
-      std::ranges::fill(seen.sigma_m, scales.residual_m);
-      distances.push_back(
-          std::make_unique<MarkerDistance>(person.body, std::move(seen), scales.robust_m));
-      problem.AddResidualBlock(
-          distances.back().get(), nullptr,
-          distances.back()->Blocks(root_at(t), q_at(t), betas.data(), places.data()));
-    }
+    AddMarkers(person, frames[t], scales.residual_m, scales.robust_m, root_at(t), q_at(t), betas,
+               places, distances, problem);
   }
-  if (problem.HasParameterBlock(betas.data())) {
-    problem.SetParameterBlockConstant(betas.data());
-    if (!moves) problem.SetParameterBlockConstant(still.data());
-  }
-  for (Eigen::Index k = 0; k < places.cols(); ++k) {
-    double* const place = places.col(k).data();
-    if (problem.HasParameterBlock(place)) problem.SetParameterBlockConstant(place);
+  HoldCalibration(betas, places, problem);
+  if (!moves && problem.HasParameterBlock(still.data())) {
+    problem.SetParameterBlockConstant(still.data());
   }
   ceres::Solver::Options options = SparseOptions(max_iterations, 1e-3);
   StopWhenAsked stop(progress, max_iterations);
@@ -112,7 +171,8 @@ Eigen::MatrixXd CarriedMarkers(const MarkedPerson& person, const MarkerCalibrati
     state.Evaluate(person.body.free, joints, track.roots.col(t).data(), track.poses.col(t).data(),
                    false);
     for (int k = 0; k < person.body.NumMarkers(); ++k) {
-      carried.block<3, 1>(3 * k, t) = state.Point(person.body.joint[k], calibration.places.col(k));
+      carried.block<3, 1>(3 * k, t) =
+          person.body.Carry(state.Body(), joints, k, calibration.places.col(k));
     }
   }
   return carried;

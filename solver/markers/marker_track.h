@@ -18,6 +18,12 @@ struct MarkerTrack {
   bool converged = false;
 };
 
+/// Frame after frame, each from the one before, so that a solve of all begins near the markers:
+/// `start` has the first frame's pose.
+MarkerTrack FollowMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
+                          const std::vector<SeenMarkers>& frames, MarkerTrack start,
+                          const MarkerScales& scales);
+
 /// All frames at once: markers, rest, limits, and accelerations that couple them
 /// (PoseAcceleration), so that gaps are passed as the body moved. From `start`; roots move where
 /// the pelvis is marked. `frame_rate` in Hz. `progress` may stop it: then not converged.

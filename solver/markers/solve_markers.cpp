@@ -35,10 +35,6 @@ bool OfObject(const std::string& name, const std::optional<ObjectMarkers>& objec
          });
 }
 
-const MarkerTable& TableOf(const SolveMarkersOptions& options) {
-  return options.table ? *options.table : MarkerTable::Known();
-}
-
 UnusedMarker Unused(const std::string& name, const MarkerTable& table) {
   const auto [site, letters] = table.Nearest(name);
   const auto length = static_cast<int>(std::max(name.size(), site->name.size()));
@@ -62,7 +58,7 @@ std::vector<MarkerSite> SitesOf(const MarkerRecording& recording,
                                 const MarkerRecording* static_trial,
                                 const SolveMarkersOptions& options, const std::string& where,
                                 MarkerReport& report) {
-  const MarkerTable& table = TableOf(options);
+  const MarkerTable& table = options.table;
   std::vector<MarkerSite> sites;
   std::set<std::string> subjects, known;
   for (const MarkerRecording* const from : {&recording, static_trial}) {
@@ -174,16 +170,18 @@ MarkerTrack CoarseTrack(const MarkedPerson& person, const MarkerCalibration& cal
                         const std::vector<int>& spread, const MarkerScales& scales,
                         const std::function<bool(int, int)>& progress) {
   const auto count = static_cast<int>(frames.size());
-  const int step = static_cast<int>(frame_rate / kCoarseRate_hz);
+  const int step = std::max(1, static_cast<int>(frame_rate / kCoarseRate_hz));
   MarkerTrack start = Interpolated(calibration.roots, calibration.poses, spread, count);
-  if (step < 2 || count < 4 * step) return start;
   std::vector<int> at;
   for (int t = 0; t < count; t += step) at.push_back(t);
+  const std::vector<SeenMarkers> some_frames = At(frames, at);
   MarkerTrack some;
   some.roots = start.roots(Eigen::all, at);
   some.poses = start.poses(Eigen::all, at);
-  some = TrackMarkers(person, calibration, At(frames, at), frame_rate / step, std::move(some),
-                      scales, kMostSteps, progress);
+  some = FollowMarkers(person, calibration, some_frames, std::move(some), scales);
+  if (step < 2) return some;
+  some = TrackMarkers(person, calibration, some_frames, frame_rate / step, std::move(some), scales,
+                      kMostSteps, progress);
   std::vector<Eigen::VectorXd> roots, poses;
   for (Eigen::Index k = 0; k < some.poses.cols(); ++k) {
     roots.emplace_back(some.roots.col(k));
@@ -326,7 +324,7 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
   };
   SolvedRecording solved;
   MarkerReport& report = solved.report;
-  const MarkedPerson person = MakeMarkedPerson(
+  MarkedPerson person = MakeMarkedPerson(
       model, SitesOf(recording, static_trial, options, where, report), options.posture);
   Prepared trial = Prepare(person, recording, options, where);
   const std::vector<int> spread = SpreadFrames(trial.frames, options.calibration_frames);
@@ -339,7 +337,7 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
     throw Error(where,
                 fmt::format("fewer than {} known markers are seen at a time; {} known: {}",
                             kFewestMarkers, seen.size(), fmt::join(seen, " ")),
-                NearestKnown(report, TableOf(options)) +
+                NearestKnown(report, options.table) +
                     "Give the whole recording, or a table of its other names with --markers");
   }
   std::vector<SeenMarkers> still;

@@ -20,8 +20,12 @@
 
 namespace holdfast {
 
+/// Root mean square of markers from where the body carries them, of a result that is to be looked
+/// at and of one that failed; recordings that fit have 1 to 5 mm.
+constexpr double kDoubtfulRms_mm = 15.0, kMaxRms_mm = 30.0;
+
 struct SolveMarkersOptions {
-  std::optional<MarkerTable> table;            ///< in place of the known names
+  MarkerTable table = MarkerTable::Known();    ///< names, and where their markers are
   std::optional<MarkerUp> up;                  ///< in place of what trunk and shoulders tell
   RestPosture posture = RestPosture::kSeated;  ///< of legs without a marker
   std::optional<ObjectMarkers> object;         ///< markers that are on an object

@@ -19,6 +19,7 @@
 #include "geometry/clip/mirror_clip.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
@@ -302,7 +303,7 @@ VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const Prepare
   const auto begin = std::chrono::steady_clock::now();
   const json head = HeadOf(clip, object, options);
   VariantManifest before = ReadManifest(folder / kManifest, head);
-  if (before.text.empty()) before.text = head.dump() + "\n";
+  if (before.text.empty()) before.text = JsonText(head) + "\n";
   VariantReport report;
   report.tried = report.had = before.tried;
   report.kept = before.kept;
@@ -360,7 +361,7 @@ VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const Prepare
       } else {
         ++refused[attempt.line["why"].get<std::string>()];
       }
-      manifest << attempt.line.dump() << '\n';
+      manifest << JsonText(attempt.line) << '\n';
     }
     manifest.flush();
     maker.Forget(report.tried);

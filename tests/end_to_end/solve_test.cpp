@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // `solve` through the program, on recordings of people.
+#include <cmath>
 #include <fstream>
 #include <map>
 
@@ -11,6 +12,8 @@
 #include "geometry/clip/clip.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/gzip.h"
+#include "geometry/io/markers/c3d_writer.h"
+#include "solver/markers/marked_person.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
@@ -149,6 +152,74 @@ TEST(SolveCommand, SaysWhatAnObjectLacks) {
     EXPECT_THAT(result.err, HasSubstr(fault)) << options;
     EXPECT_FALSE(std::filesystem::exists(folder / "out"));
   }
+}
+
+// The markers of a set over a person of the embedded body who stands in the T-pose.
+MarkerRecording StandingMarkers(const std::vector<std::string>& names) {
+  MarkerRecording recording;
+  SetMarkerNames(names, "", recording);
+  recording.rate_hz = 50.0;
+  std::vector<MarkerSite> sites;
+  for (const std::string& name : recording.names) sites.push_back(*MarkerTable::Known().Find(name));
+  const MarkedPerson person = MakeMarkedPerson(BodyModel::Default(), sites, RestPosture::kStanding);
+  recording.positions.resize(3 * recording.NumMarkers(), 10);
+  for (int m = 0; m < recording.NumMarkers(); ++m) {
+    const Eigen::Vector3d x = person.bent.col(m);
+    recording.positions.middleRows<3>(3 * m).colwise() =
+        Eigen::Vector3d(x.x(), -x.z(), x.y() + 1.3);
+  }
+  return recording;
+}
+
+const std::vector<std::string> kStanding = {"LFHD", "RFHD", "LBHD", "RBHD", "C7",   "T10",  "CLAV",
+                                            "STRN", "LSHO", "RSHO", "LELB", "RELB", "LWRA", "LWRB",
+                                            "RWRA", "RWRB", "LASI", "RASI", "LPSI", "RPSI"};
+
+TEST(SolveCommand, WarnsOfNamesLeftOutAndBytesThatAreNotUtf8) {
+  const testing::TemporaryFolder folder;
+  MarkerRecording recording = StandingMarkers(kStanding);
+  recording.names[5] =
+      "h\xfc"
+      "fte";
+  WriteC3d(recording, folder / "w\xe4lk.c3d");
+  const ProgramResult result = RunHoldfast(folder.Path(), "solve w\xe4lk.c3d -o out --json");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("names that are not UTF-8 are read as Latin-1: h\u00fc"
+                                    "fte"));
+  EXPECT_THAT(result.err, HasSubstr("warning: w\xe4lk.c3d: 1 of 20 markers left out, their names "
+                                    "are not known: h\u00fc"
+                                    "fte. Add them with --markers"));
+  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  EXPECT_EQ(summary["options"]["recording"], "w\u00e4lk.c3d");
+  EXPECT_EQ(summary["unused_names"], nlohmann::json::array({"h\u00fc"
+                                                            "fte"}));
+  // The table adds the one name; the others are known as before.
+  std::ofstream(folder / "names.csv") << "name,joint,vertex,cluster\nh\u00fc"
+                                         "fte,spine2,,\n";
+  const ProgramResult added =
+      RunHoldfast(folder.Path(), "solve w\xe4lk.c3d -o out -f --json --markers names.csv");
+  ASSERT_EQ(added.exit_code, 0) << added.err;
+  EXPECT_EQ(nlohmann::json::parse(added.out)["markers"].size(), 20u);
+  EXPECT_EQ(added.err.find("warning"), std::string::npos) << added.err;
+}
+
+// Labels at random: no body fits, the result is there to be looked at and the exit code is 3.
+TEST(SolveCommand, FailsItsCheckWhereTheBodyIsFarFromTheMarkers) {
+  const testing::TemporaryFolder folder;
+  MarkerRecording recording = StandingMarkers(kStanding);
+  for (int m = 0; m < recording.NumMarkers(); ++m) {
+    for (int t = 0; t < recording.NumFrames(); ++t) {
+      for (int c = 0; c < 3; ++c) {
+        recording.positions(3 * m + c, t) += 0.12 * std::sin(1.0 + 7.0 * t + 3.0 * m + 5.0 * c);
+      }
+    }
+  }
+  WriteC3d(recording, folder / "shaken.c3d");
+  const ProgramResult result = RunHoldfast(folder.Path(), "solve shaken.c3d -o out --json");
+  EXPECT_EQ(result.exit_code, 3) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("mm off the markers (root mean square"));
+  EXPECT_GT(nlohmann::json::parse(result.out)["rms_mm"].get<double>(), 30.0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/clip.npz"));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "generator/imos/vocabulary.h"
+#include "geometry/io/container/json_text.h"
 
 namespace holdfast::imos {
 namespace {
@@ -28,8 +29,8 @@ TrainingNotes DataNotes(const ActionSet& set) {
     ++seen[action][std::string(Objects()[sequence.object])];
   }
   for (auto& [action, sum] : seconds) sum /= counts[action];
-  return {{"seconds_per_key_frame", json(seconds).dump()},
-          {"seen", json(seen).dump()},
+  return {{"seconds_per_key_frame", JsonText(json(seconds))},
+          {"seen", JsonText(json(seen))},
           {"data", fmt::format("{} sequences{}, {} to validate, {} held out", set.train.size(),
                                mirrored ? " (mirror images counted)" : "", set.validation.size(),
                                set.test.size())}};

@@ -11,6 +11,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/half.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/container/npy_header.h"
 #include "geometry/io/container/npz.h"
 
@@ -52,8 +53,9 @@ void NpzWriter::AddUint8(std::string key, std::vector<std::size_t> shape,
   Add(std::move(key), MakeNpyArray('u', std::move(shape), values));
 }
 
-void NpzWriter::AddText(std::string key, std::string_view text) {
+void NpzWriter::AddText(std::string key, std::string_view bytes) {
   // UTF-8 to UCS-4; ill-formed bytes become U+FFFD rather than a broken file.
+  const std::string text = AsUtf8(bytes);
   std::vector<std::uint32_t> codes;
   for (std::size_t i = 0; i < text.size();) {
     const auto lead = static_cast<unsigned char>(text[i]);

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 
 namespace holdfast {
 namespace {
@@ -77,8 +78,8 @@ void PutBackWallTimes(const nlohmann::json& times, nlohmann::json& result) {
 nlohmann::json WriteWithoutWallTimes(nlohmann::json result, const std::filesystem::path& file,
                                      const std::filesystem::path& times_file) {
   const nlohmann::json times = TakeWallTimes(result);
-  WriteAtomically(file, result.dump(1) + "\n");
-  if (!times.is_null()) WriteAtomically(times_file, times.dump(1) + "\n");
+  WriteAtomically(file, JsonText(result, 1) + "\n");
+  if (!times.is_null()) WriteAtomically(times_file, JsonText(times, 1) + "\n");
   return result;
 }
 

@@ -12,6 +12,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/gzip.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/gltf/gltf_builder.h"
 #include "geometry/io/gltf/gltf_skeleton.h"
 #include "geometry/rotation.h"
@@ -230,7 +231,7 @@ void Append(const GltfBuilder& builder, const std::vector<int>& nodes, Scene& sc
 std::string GlbBytes(Scene& scene) {
   scene.Align();
   scene.json["buffers"] = Json::array({{{"byteLength", scene.binary.size()}}});
-  std::string text = scene.json.dump();
+  std::string text = JsonText(scene.json);
   text.resize((text.size() + 3) / 4 * 4, ' ');
   const std::size_t total = 12 + 8 + text.size() + 8 + scene.binary.size();
   if (total > kMaxGltfBytes) {

@@ -180,7 +180,8 @@ class C3dParser {
     long data_block = Whole(Number("POINT:DATA_START", Word(16)), "POINT:DATA_START");
     if (data_block < 2) {
       data_block = Word(16) >= 2 ? Word(16) : static_cast<long>(after_parameters_ / kBlock) + 1;
-      Note(fmt::format("POINT:DATA_START names no block of data; read from block {}, {}", data_block,
+      Note(fmt::format("POINT:DATA_START names no block of data; read from block {}, {}",
+                       data_block,
                        Word(16) >= 2 ? "as the header has it" : "behind the parameters"));
     }
     recording_.first_frame = static_cast<int>(LongOf("TRIAL:ACTUAL_START_FIELD", Word(6)));

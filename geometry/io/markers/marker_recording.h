@@ -21,9 +21,9 @@ struct MarkerRecording {
   std::vector<std::string> subjects;  ///< of each marker ("P1" of "P1:RSHO"); empty without one
   Eigen::MatrixXd positions;  ///< (3 M x T) metres; NaN in all three where a marker is not seen
   double rate_hz = 0.0;
-  int first_frame = 1;            ///< the file's number of the first column
-  std::string unit;               ///< as the file writes it
-  double metres_per_unit = 1e-3;  ///< that positions were multiplied by
+  int first_frame = 1;             ///< the file's number of the first column
+  std::string unit;                ///< as the file writes it
+  double metres_per_unit = 1e-3;   ///< that positions were multiplied by
   std::vector<std::string> notes;  ///< faults of the file that it was read in spite of
 
   int NumMarkers() const { return static_cast<int>(names.size()); }
@@ -60,8 +60,8 @@ struct LengthUnit {
 /// Nothing for any other word.
 std::optional<LengthUnit> FindLengthUnit(std::string_view unit);
 
-/// Puts "P1:RSHO" into subjects and names. Labels that are not UTF-8 are read as Latin-1, the second
-/// of two equal ones becomes "RSHO_2", and so on; `notes`, named `where`, tell of both.
+/// Puts "P1:RSHO" into subjects and names. Labels that are not UTF-8 are read as Latin-1, the
+/// second of two equal ones becomes "RSHO_2", and so on; `notes`, named `where`, tell of both.
 void SetMarkerNames(const std::vector<std::string>& labels, const std::string& where,
                     MarkerRecording& recording);
 

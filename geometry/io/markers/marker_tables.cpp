@@ -187,8 +187,8 @@ void ReadPositions(Table& table, std::size_t first, MarkerRecording& recording) 
       values.data(), static_cast<Eigen::Index>(3 * markers), frames);
 }
 
-// The first of `candidates` that a line (from 0) has: files that went through a table's program have
-// others than the format says.
+// The first of `candidates` that a line (from 0) has: files that went through a table's program
+// have others than the format says.
 char SeparatorOf(std::string_view text, int line, std::string_view candidates) {
   for (; line > 0 && !text.empty(); --line) {
     const std::size_t end = text.find('\n');
@@ -228,9 +228,9 @@ MarkerRecording ParseTrc(std::string_view text, const std::string& where) {
   // The rows have the last word on how many there are.
   if (const auto told = head.find("NumMarkers");
       told != head.end() && told->second != std::to_string(recording.NumMarkers())) {
-    table.Note(fmt::format("NumMarkers is {}, {} are named", AsUtf8(told->second),
-                           recording.NumMarkers()),
-               recording);
+    table.Note(
+        fmt::format("NumMarkers is {}, {} are named", AsUtf8(told->second), recording.NumMarkers()),
+        recording);
   }
   return recording;
 }

@@ -9,6 +9,7 @@
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/container/npz.h"
 
 namespace holdfast {
@@ -83,7 +84,7 @@ void WritePackageJson(const Clip& clip, ModelKind kind, bool flat_hand_mean,
     }
     root[key] = std::move(rows);
   }
-  WriteAtomically(path, root.dump() + "\n");
+  WriteAtomically(path, JsonText(root) + "\n");
 }
 
 // AMASS's SMPL-H files: all 52 joints in one array.

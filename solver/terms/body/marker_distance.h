@@ -2,8 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -22,7 +22,26 @@ struct MarkedBody {
   Eigen::Matrix3Xd rest_joints;  ///< (3 x 55) at betas zero, metres
   Eigen::MatrixXd J_rest;        ///< d rest joints / d betas (165 x B)
   std::vector<int> joint;        ///< that each of M markers follows
+  /// Joints that the skin below a marker follows, with shares that sum to 1 (linear blend
+  /// skinning); a marker without (or all, where this is empty) follows its joint alone.
+  std::vector<std::vector<std::pair<int, double>>> shares;
 
+  std::vector<std::pair<int, double>> SharesOf(int marker) const {
+    if (shares.empty() || shares[static_cast<std::size_t>(marker)].empty()) {
+      return {{joint[static_cast<std::size_t>(marker)], 1.0}};
+    }
+    return shares[static_cast<std::size_t>(marker)];
+  }
+  /// Where a pose takes a marker; `rest` as RestJoints, `place` in its joint's frame in the T-pose.
+  Eigen::Vector3d Carry(const BodyState& state, const Eigen::Matrix3Xd& rest, int marker,
+                        const Eigen::Vector3d& place) const {
+    Eigen::Vector3d world = Eigen::Vector3d::Zero();
+    const Eigen::Vector3d x = rest.col(joint[static_cast<std::size_t>(marker)]) + place;
+    for (const auto& [j, share] : SharesOf(marker)) {
+      world += share * (state.WorldFromJoint(j) * Eigen::Vector3d(x - rest.col(j)));
+    }
+    return world;
+  }
   int NumShape() const { return static_cast<int>(J_rest.cols()); }
   int NumMarkers() const { return static_cast<int>(joint.size()); }
   Eigen::Matrix3Xd RestJoints(const double* betas) const {
@@ -64,30 +83,48 @@ inline std::vector<SeenMarkers> ByJoint(const MarkedBody& body, const SeenMarker
 /// Markers of one joint are where the body carries them (Loper et al. 2014, eq. 4), far ones count
 /// little:
 ///
-///   r_k = g(|d_k|) d_k / sigma_k,  d_k = p_j + R_j x_k - m_k,  g(s) = c sqrt(log(1 + s^2/c^2)) / s
+///   r_k = g(|d_k|) d_k / sigma_k,  d_k = sum_j w_kj (p_j + R_j (x_k + J - J_j)) - m_k
+///   g(s) = c sqrt(log(1 + s^2/c^2)) / s
 ///
-/// 3 residuals a seen marker, metres over metres; |r|^2 is Cauchy's loss with scale c. p, R: joint
-/// j that the markers follow; x_k the place of each in its frame. Blocks, as Blocks() has them: root
-/// (6), what is free on the way from the joint to the root (3 a joint, then a hand's numbers),
-/// betas (B), the place of each marker (3).
+/// 3 residuals a seen marker, metres over metres; |r|^2 is Cauchy's loss with scale c. p, R: joints
+/// that the skin below the marker follows, by shares w (MarkedBody); J_j their places at rest, J
+/// that of the markers' joint, x_k a marker's place from there in the T-pose. Blocks, as Blocks()
+/// has them: root (6), what is free on the way from those joints to the root (3 a joint, then a
+/// hand's numbers), betas (B), the place of each marker (3).
 class MarkerDistance final : public ceres::CostFunction {
  public:
-  /// Markers that follow the same joint, one or more. `body` must outlive it.
+  /// Markers that have the same joint, one or more. `body` must outlive it.
   MarkerDistance(const MarkedBody& body, SeenMarkers seen, double scale_m)
-      : body_(body), seen_(std::move(seen)), scale_(scale_m) {
+      : body_(body), joint_(body.joint[seen.marker[0]]), seen_(std::move(seen)), scale_(scale_m) {
     set_num_residuals(3 * seen_.Count());
     std::vector<int>& sizes = *mutable_parameter_block_sizes();
     sizes.push_back(FreePose::kRootSize);
-    for (int a = body.joint[seen_.marker[0]]; a > 0; a = kJointParents[a]) chain_.push_back({a});
-    std::ranges::reverse(chain_);
-    for (Link& link : chain_) {
+    std::array<bool, kNumJoints> used{};
+    for (const int marker : seen_.marker) {
+      for (const auto& [joint, share] : body.SharesOf(marker)) {
+        for (int a = joint; a > 0; a = kJointParents[a]) used[a] = true;
+      }
+    }
+    std::array<int, kNumJoints> at{};  // links by joint; parents come before children
+    for (int j = 1; j < kNumJoints; ++j) {
+      if (!used[j]) continue;
+      links_.push_back({j, at[kJointParents[j]]});
+      at[j] = static_cast<int>(links_.size());
+    }
+    for (const int marker : seen_.marker) {
+      shares_.emplace_back();
+      for (const auto& [joint, share] : body.SharesOf(marker)) {
+        shares_.back().emplace_back(at[joint], share);
+      }
+    }
+    for (Link& link : links_) {
       link.column = body.free.Column(link.joint);
       if (link.column < 0) continue;
       link.block = static_cast<int>(sizes.size());
       sizes.push_back(3);
     }
     for (const FreePose::Hand& hand : body.free.Hands()) {
-      for (Link& link : chain_) {
+      for (Link& link : links_) {
         const int finger = link.joint - HandBegin(hand.side);
         if (finger < 0 || finger >= kJointsPerHand) continue;
         hand_ = &hand;
@@ -104,7 +141,7 @@ class MarkerDistance final : public ceres::CostFunction {
   /// Where the blocks are in root (6), q (n), betas (B) and places (3 M).
   std::vector<double*> Blocks(double* root, double* q, double* betas, double* places) const {
     std::vector<double*> blocks = {root};
-    for (const Link& link : chain_) {
+    for (const Link& link : links_) {
       if (link.column >= 0) blocks.push_back(q + link.column);
     }
     if (hand_ != nullptr) blocks.push_back(q + hand_->column);
@@ -114,40 +151,58 @@ class MarkerDistance final : public ceres::CostFunction {
   }
 
   bool Evaluate(double const* const* x, double* residuals, double** J) const override {
-    Posed at[kMaxLinks + 1];
+    std::array<Posed, kNumJoints> at;
     Pose(x, J != nullptr, at);
-    const Eigen::Matrix3d& R = at[chain_.size()].rotation;
-    const Eigen::Vector3d& p = at[chain_.size()].place;
     for (std::size_t b = 0; J != nullptr && b < parameter_block_sizes().size(); ++b) {
       if (J[b] != nullptr) Rows(J, static_cast<int>(b), 0, seen_.Count()).setZero();
     }
-    Eigen::Matrix<double, 3, Eigen::Dynamic> by_shape;
-    if (J != nullptr && J[betas_] != nullptr) by_shape = ShapeJacobian(at);
+    std::vector<Matrix3B> by_shape;
+    if (J != nullptr && J[betas_] != nullptr) by_shape = ShapeJacobians(at);
+    const Eigen::Vector3d rest = RestJoint(joint_, x[betas_]);
+    // Of what follows each link: its shares, and the places of those weighted with them.
+    std::array<double, kNumJoints> share_below;
+    std::array<Eigen::Vector3d, kNumJoints> place_below;
     for (int k = 0; k < seen_.Count(); ++k) {
-      const Eigen::Map<const Eigen::Vector3d> in_joint(x[betas_ + 1 + k]);
-      const Eigen::Vector3d world = p + R * in_joint;
-      const Eigen::Vector3d d = world - seen_.place.col(k);
+      const Eigen::Vector3d in_rest = rest + Eigen::Map<const Eigen::Vector3d>(x[betas_ + 1 + k]);
+      share_below.fill(0.0);
+      place_below.fill(Eigen::Vector3d::Zero());
+      Eigen::Matrix3d R = Eigen::Matrix3d::Zero();
+      for (const auto& [l, share] : shares_[static_cast<std::size_t>(k)]) {
+        share_below[l] += share;
+        place_below[l] += share * (at[l].place + at[l].rotation * (in_rest - at[l].rest));
+        R += share * at[l].rotation;
+      }
+      for (std::size_t l = links_.size(); l > 0; --l) {
+        const int parent = links_[l - 1].parent;
+        share_below[parent] += share_below[l];
+        place_below[parent] += place_below[l];
+      }
+      const Eigen::Vector3d d = place_below[0] - seen_.place.col(k);
       const auto [g, slope] = Robust(d.norm());
       Eigen::Map<Eigen::Vector3d>(residuals + 3 * k) = g * d / seen_.sigma_m[k];
       if (J == nullptr) continue;
       // d (g d) = (g I + g'/s d d^T) dd.
       const Eigen::Matrix3d weight =
           (g * Eigen::Matrix3d::Identity() + slope * d * d.transpose()) / seen_.sigma_m[k];
-      const auto turn = [&](const Posed& joint) -> Eigen::Matrix3d {
-        return -weight * Skew<double>(world - joint.place) * joint.turn;
+      const auto turn = [&](std::size_t l) -> Eigen::Matrix3d {
+        return -weight * Skew<double>(place_below[l] - share_below[l] * at[l].place) * at[l].turn;
       };
-      if (J[0] != nullptr) Rows(J, 0, k, 1) << weight, turn(at[0]);
-      for (std::size_t l = 0; l < chain_.size(); ++l) {
-        const Link& link = chain_[l];
-        if (link.block < 0 || J[link.block] == nullptr) continue;
+      if (J[0] != nullptr) Rows(J, 0, k, 1) << weight, turn(0);
+      for (std::size_t l = 0; l < links_.size(); ++l) {
+        const Link& link = links_[l];
+        if (link.block < 0 || J[link.block] == nullptr || share_below[l + 1] == 0.0) continue;
         if (link.finger < 0) {
-          Rows(J, link.block, k, 1) = turn(at[l + 1]);
+          Rows(J, link.block, k, 1) = turn(l + 1);
         } else {
           Rows(J, link.block, k, 1) +=
-              turn(at[l + 1]) * hand_->synergies.middleRows<3>(3 * link.finger);
+              turn(l + 1) * hand_->synergies.middleRows<3>(3 * link.finger);
         }
       }
-      if (J[betas_] != nullptr) Rows(J, betas_, k, 1) = weight * by_shape;
+      if (J[betas_] != nullptr) {
+        for (const auto& [l, share] : shares_[static_cast<std::size_t>(k)]) {
+          Rows(J, betas_, k, 1) += share * weight * by_shape[static_cast<std::size_t>(l)];
+        }
+      }
       if (J[betas_ + 1 + k] != nullptr) Rows(J, betas_ + 1 + k, k, 1) = weight * R;
     }
     return true;
@@ -155,19 +210,19 @@ class MarkerDistance final : public ceres::CostFunction {
 
  private:
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  // From the root to the fingertips.
-  static constexpr std::size_t kMaxLinks = 12;
+  using Matrix3B = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
   struct Link {
     int joint;
+    int parent;       // link before it, from 1; 0 is the root
     int column = -1;  // of its three numbers in q
     int finger = -1;  // number of a finger's joint in its hand
     int block = -1;   // parameter block; none at rest
   };
-  // A joint of the chain; `turn`: its rotation vector in the world by its axis-angle.
+  // Root and links; `turn`: the rotation vector in the world by the axis-angle.
   struct Posed {
     Eigen::Matrix3d rotation, turn;
-    Eigen::Vector3d place;
+    Eigen::Vector3d place, rest;
   };
 
   Eigen::Map<RowMajor> Rows(double** J, int block, int marker, int markers) const {
@@ -181,14 +236,16 @@ class MarkerDistance final : public ceres::CostFunction {
                Eigen::Map<const Eigen::VectorXd>(betas, body_.NumShape());
   }
 
-  void Pose(double const* const* x, bool with_turns, Posed* at) const {
+  void Pose(double const* const* x, bool with_turns, std::array<Posed, kNumJoints>& at) const {
     const Eigen::Map<const Eigen::Vector3d> shift(x[0]), root(x[0] + 3);
-    Eigen::Vector3d rest = RestJoint(0, x[betas_]);
-    at[0].place = rest + shift;
+    at[0].rest = RestJoint(0, x[betas_]);
+    at[0].place = at[0].rest + shift;
     at[0].rotation = ExpSO3(root);
     if (with_turns) at[0].turn = LeftJacobianSO3(root);
-    for (std::size_t l = 0; l < chain_.size(); ++l) {
-      const Link& link = chain_[l];
+    for (std::size_t l = 0; l < links_.size(); ++l) {
+      const Link& link = links_[l];
+      const Posed& before = at[link.parent];
+      Posed& here = at[l + 1];
       Eigen::Vector3d angles = body_.free.Rest().col(link.joint);
       if (link.finger >= 0) {
         angles += hand_->synergies.middleRows<3>(3 * link.finger) *
@@ -196,21 +253,26 @@ class MarkerDistance final : public ceres::CostFunction {
       } else if (link.block >= 0) {
         angles = Eigen::Map<const Eigen::Vector3d>(x[link.block]);
       }
-      const Eigen::Vector3d next = RestJoint(link.joint, x[betas_]);
-      at[l + 1].place = at[l].place + at[l].rotation * (next - rest);
-      at[l + 1].rotation = at[l].rotation * ExpSO3(angles);
-      if (with_turns) at[l + 1].turn = at[l].rotation * LeftJacobianSO3(angles);
-      rest = next;
+      here.rest = RestJoint(link.joint, x[betas_]);
+      here.place = before.place + before.rotation * (here.rest - before.rest);
+      here.rotation = before.rotation * ExpSO3(angles);
+      if (with_turns) here.turn = before.rotation * LeftJacobianSO3(angles);
     }
   }
 
-  // Of the chain's last joint.
-  Eigen::Matrix<double, 3, Eigen::Dynamic> ShapeJacobian(const Posed* at) const {
-    Eigen::Matrix<double, 3, Eigen::Dynamic> J = body_.J_rest.topRows<3>();
-    for (std::size_t l = 0; l < chain_.size(); ++l) {
-      const int joint = chain_[l].joint;
-      J.noalias() += at[l].rotation * (body_.J_rest.middleRows<3>(3 * joint) -
-                                       body_.J_rest.middleRows<3>(3 * kJointParents[joint]));
+  // Of a point that is fixed in each link's frame, at the T-pose's place of the markers' joint.
+  std::vector<Matrix3B> ShapeJacobians(const std::array<Posed, kNumJoints>& at) const {
+    const auto of_rest = [&](int joint) { return body_.J_rest.middleRows<3>(3 * joint); };
+    std::vector<Matrix3B> J = {of_rest(0)};
+    for (std::size_t l = 0; l < links_.size(); ++l) {
+      const Link& link = links_[l];
+      J.push_back(J[static_cast<std::size_t>(link.parent)] +
+                  at[link.parent].rotation *
+                      (of_rest(link.joint) - of_rest(kJointParents[link.joint])));
+    }
+    for (std::size_t l = 0; l < J.size(); ++l) {
+      const int joint = l == 0 ? 0 : links_[l - 1].joint;
+      J[l] += at[l].rotation * (of_rest(joint_) - of_rest(joint));
     }
     return J;
   }
@@ -225,9 +287,11 @@ class MarkerDistance final : public ceres::CostFunction {
   }
 
   const MarkedBody& body_;
+  int joint_;
   SeenMarkers seen_;
   double scale_;
-  std::vector<Link> chain_;  // from below the root to the joint
+  std::vector<Link> links_;                                  // parents first
+  std::vector<std::vector<std::pair<int, double>>> shares_;  // of links, of each marker
   const FreePose::Hand* hand_ = nullptr;
   int betas_ = 0;  // block
 };

@@ -2,6 +2,7 @@
 // Markers put on the embedded body in a known motion, and the motion recovered from them.
 #include "solver/markers/solve_markers.h"
 
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -337,6 +338,130 @@ TEST_F(SolveMarkersTest, NamesTheNearestOfNamesThatItDoesNotKnow) {
   EXPECT_EQ(solved.report.unused[0].name, "RUPR1");
   EXPECT_EQ(solved.report.unused[0].nearest, "RUAR1");
   EXPECT_EQ(solved.report.unused[1].nearest, "");
+}
+
+// Someone of the embedded body's own shape who walks: 41 points of the skin, as perfect markers.
+struct WalkTest : ::testing::Test {
+  struct Point {
+    const char* plug_in_gait;
+    const char* cmu;
+    int vertex;
+  };
+  static constexpr std::array<Point, 41> kPoints = {{
+      {"LFHD", "LFHD", 4581},  {"LBHD", "LBHD", 1846},  {"LSHO", "LSHO", 2371},
+      {"LUPA", "LUPA", 2447},  {"LELB", "LELB", 2608},  {"LFRM", "LFRM", 2786},
+      {"LWRA", "LWRA", 4708},  {"LWRB", "LWRB", 4677},  {"LFIN", "LFIN", 4970},
+      {"LASI", "LFWT", 3761},  {"LPSI", "LBWT", 1439},  {"LTHI", "LTHI", 1363},
+      {"LKNE", "LKNE", 1143},  {"LTIB", "LSHN", 760},   {"LANK", "LANK", 492},
+      {"LHEE", "LHEE", 287},   {"LTOE", "LTOE", 3532},  {"LMT5", "LMT5", 3444},
+      {"RFHD", "RFHD", 9941},  {"RBHD", "RBHD", 7206},  {"RSHO", "RSHO", 7731},
+      {"RUPA", "RUPA", 7807},  {"RELB", "RELB", 7968},  {"RFRM", "RFRM", 8146},
+      {"RWRA", "RWRA", 10068}, {"RWRB", "RWRB", 10037}, {"RFIN", "RFIN", 10330},
+      {"RASI", "RFWT", 9121},  {"RPSI", "RBWT", 6799},  {"RTHI", "RTHI", 6723},
+      {"RKNE", "RKNE", 6503},  {"RTIB", "RSHN", 6120},  {"RANK", "RANK", 5852},
+      {"RHEE", "RHEE", 5647},  {"RTOE", "RTOE", 8892},  {"RMT5", "RMT5", 8804},
+      {"C7", "C7", 45},        {"T10", "T10", 27},      {"CLAV", "CLAV", 117},
+      {"STRN", "STRN", 103},   {"RBAK", "RBAC", 7449},
+  }};
+  static constexpr int kFrames = 90;
+
+  std::shared_ptr<const BodyModel> model = BodyModel::Default();
+  BodySurface surface = BodySurface(model);
+  std::vector<BodyState> truth = std::vector<BodyState>(kFrames);
+  MarkerRecording recording;
+
+  // A stride a second, at 30 Hz, on a bend.
+  WalkTest() {
+    recording.rate_hz = 30.0;
+    recording.unit = "mm";
+    recording.positions.resize(3 * kPoints.size(), kFrames);
+    for (const Point& point : kPoints) recording.names.emplace_back(point.plug_in_gait);
+    recording.subjects.assign(kPoints.size(), "");
+    for (int t = 0; t < kFrames; ++t) {
+      const double s = std::numbers::pi * t / 15.0, c = std::cos(s);
+      JointPose pose = JointPose::Zero();
+      pose.col(0) = LogSO3(ExpSO3(Eigen::Vector3d::UnitZ() * (0.01 * t + 0.08 * c)) *
+                           ExpSO3(Eigen::Vector3d::UnitX() * 90.0 * kDegree));
+      pose.col(kSpine1) = Eigen::Vector3d(0.03, -0.05 * c, 0.03 * std::sin(s));
+      pose.col(kSpine3) = Eigen::Vector3d(0.05, -0.07 * c, 0.0);
+      pose.col(kNeck) = Eigen::Vector3d(0.05 * std::sin(2 * s), 0.08 * c, 0.0);
+      for (const double sign : {1.0, -1.0}) {  // left, right
+        const int leg = sign > 0.0 ? kLeftHip : kRightHip;
+        const int arm = sign > 0.0 ? kLeftShoulder : kRightShoulder;
+        const int collar = sign > 0.0 ? kLeftCollar : kRightCollar;
+        const double swing = sign * c;
+        pose.col(leg) = Eigen::Vector3d(-0.05 - 0.4 * swing, 0.08 * sign, 0.04 * sign);
+        pose(0, leg + 3) = 0.3 + 0.35 * std::sin(s + (sign > 0.0 ? 0.0 : std::numbers::pi));
+        pose.col(leg + 6) = Eigen::Vector3d(-0.1 + 0.15 * swing, -0.1 * sign, 0.0);
+        pose.col(collar) = Eigen::Vector3d(0.0, 0.03 * sign, -0.2 * sign);
+        pose.col(arm) =
+            Eigen::Vector3d(0.1 + 0.4 * swing, -0.3 * sign * (1.0 + 0.3 * swing), -1.05 * sign);
+        pose(1, arm + 2) = -sign * (0.4 - 0.2 * swing);
+      }
+      const Eigen::Vector3d trans(0.02 * t * std::sin(0.01 * t), -0.035 * t, 0.9 + 0.02 * c * c);
+      Forward(surface, pose, trans, truth[t]);
+      for (std::size_t k = 0; k < kPoints.size(); ++k) {
+        recording.positions.block<3, 1>(3 * static_cast<Eigen::Index>(k), t) =
+            truth[t].vertices.col(kPoints[k].vertex);
+      }
+    }
+  }
+
+  MarkerRecording WithCmuNames() const {
+    MarkerRecording named = recording;
+    for (std::size_t k = 0; k < kPoints.size(); ++k) named.names[k] = kPoints[k].cmu;
+    return named;
+  }
+  // Of the body's 22 joints: the root mean square over frames that is largest, mm.
+  double WorstJoint(const SolvedRecording& solved) const {
+    const BodySurface found(model, solved.clip.betas);
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(kNumBodyJoints);
+    BodyState state;
+    for (int t = 0; t < kFrames; ++t) {
+      ForwardJoints(found.RestJoints(), solved.clip.pose[t],
+                    solved.clip.trans.col(t) - solved.report.lift_m * Eigen::Vector3d::UnitZ(),
+                    state);
+      sum += (state.joints - truth[t].joints).leftCols<kNumBodyJoints>().colwise().squaredNorm();
+    }
+    return 1e3 * std::sqrt(sum.maxCoeff() / kFrames);
+  }
+};
+
+TEST_F(WalkTest, PerfectMarkersGiveEveryJoint) {
+  const SolvedRecording solved = SolveMarkers(recording, nullptr, model, {}, "walk");
+  EXPECT_LT(WorstJoint(solved), 15.0);
+  EXPECT_LT(solved.report.rms_mm, 2.0);
+  EXPECT_TRUE(solved.report.faults.outliers.empty());
+  EXPECT_TRUE(solved.report.unused.empty());
+  // The same sites under CMU's names, and legs stand although those without a marker would sit.
+  const SolvedRecording cmu = SolveMarkers(WithCmuNames(), nullptr, model, {}, "walk");
+  EXPECT_TRUE(cmu.report.unused.empty());
+  EXPECT_EQ((cmu.carried - solved.carried).cwiseAbs().maxCoeff(), 0.0);
+}
+
+// A table names what the known names lack, and replaces what it names.
+TEST_F(WalkTest, TablesAddToTheKnownNames) {
+  MarkerRecording named = recording;
+  named.names[9] = "HIP_L";
+  SolveMarkersOptions options;
+  MarkerTable table;
+  MarkerSite site;
+  site.name = "HIP_L";
+  site.vertex = kPoints[9].vertex;
+  site.tie = MarkerTie::kSkin;
+  site.sigma_m = 0.01;
+  table.Add(site);
+  site.name = "lfhd";
+  site.joint = kHead;
+  site.vertex = kPoints[0].vertex;
+  table.Add(site);
+  options.table = options.table.With(table);
+  EXPECT_EQ(options.table.Find("LFHD")->vertex, kPoints[0].vertex);
+  EXPECT_EQ(options.table.Find("RFHD")->vertex, -1);
+  const SolvedRecording solved = SolveMarkers(named, nullptr, model, options, "walk");
+  EXPECT_EQ(solved.report.markers.size(), kPoints.size());
+  EXPECT_TRUE(solved.report.unused.empty());
+  EXPECT_LT(WorstJoint(solved), 15.0);
 }
 
 TEST(MarkerTable, ReadsNamesAndSaysWhatIsWrong) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -6,6 +7,7 @@
 #include "geometry/io/mesh/load_object.h"
 #include "solver/terms/body/head_place.h"
 #include "solver/terms/body/marker_distance.h"
+#include "solver/terms/body/marker_on_skin.h"
 #include "solver/terms/body/marker_place.h"
 #include "solver/terms/body/pelvis_upright.h"
 #include "solver/terms/body/pose_acceleration.h"
@@ -24,7 +26,8 @@ Eigen::VectorXd Random(std::mt19937& random, Eigen::Index size, double scale) {
   return x;
 }
 
-// An arm, spine and fingers free; markers on spine, wrist, elbow, index finger.
+// An arm, spine and fingers free; markers on spine, wrist, elbow, index finger; that of the spine
+// moves with collar and neck too.
 MarkedBody SomeBody(std::mt19937& random) {
   const BodySurface surface(BodyModel::Default());
   MarkedBody body;
@@ -39,6 +42,7 @@ MarkedBody SomeBody(std::mt19937& random) {
   rest(2, kRightHandBegin) = 0.3;
   body.free = FreePose(rest, {kSpine1, kSpine3, kRightShoulder, kRightElbow, kRightWrist}, {hand});
   body.joint = {kSpine3, kRightWrist, kRightElbow, kRightHandBegin + 2};
+  body.shares = {{{kSpine3, 0.5}, {kRightShoulder, 0.3}, {kNeck, 0.2}}, {}, {}, {}};
   return body;
 }
 
@@ -57,15 +61,23 @@ struct MarkerDistanceTest : ::testing::Test {
     seen.place.resize(3, 3);
     for (int k = 0; k < 3; ++k) {
       const int m = seen.marker[k];
-      seen.place.col(k) = state.Point(body.joint[m], places.segment<3>(3 * m)) +
-                          off_m * Random(random, 3, 1.0).normalized();
+      seen.place.col(k) =
+          body.Carry(state.Body(), body.RestJoints(betas.data()), m, places.segment<3>(3 * m)) +
+          off_m * Random(random, 3, 1.0).normalized();
     }
     return seen;
   }
   double ErrorAt(double off_m) {
-    const MarkerDistance term(body, At(off_m), 0.02);
-    return JacobianError(term, {root.data(), q.data(), betas.data(), places.data()},
-                         {nullptr, nullptr, nullptr, nullptr});
+    double worst = 0.0;
+    const std::vector<SeenMarkers> groups = ByJoint(body, At(off_m));
+    EXPECT_EQ(groups.size(), 3u);
+    for (const SeenMarkers& seen : groups) {
+      const MarkerDistance term(body, seen, 0.02);
+      const std::vector<double*> blocks =
+          term.Blocks(root.data(), q.data(), betas.data(), places.data());
+      worst = std::max(worst, JacobianError(term, blocks, {blocks.size(), nullptr}));
+    }
+    return worst;
   }
 };
 
@@ -75,24 +87,76 @@ TEST_F(MarkerDistanceTest, JacobianIsThatOfDifferencesNearAndFar) {
 
 TEST_F(MarkerDistanceTest, IsZeroOnThePlaceAndGrowsLikeALogarithm) {
   const auto norm = [&](double off) {
-    const MarkerDistance term(body, At(off), 0.02);
-    Eigen::VectorXd r(9);
-    const double* const x[] = {root.data(), q.data(), betas.data(), places.data()};
-    EXPECT_TRUE(term.Evaluate(x, r.data(), nullptr));
-    return r.head<3>().norm();
+    const MarkerDistance term(body, ByJoint(body, At(off))[0], 0.02);
+    Eigen::Vector3d r;
+    const std::vector<double*> x = term.Blocks(root.data(), q.data(), betas.data(), places.data());
+    EXPECT_TRUE(term.Evaluate(x.data(), r.data(), nullptr));
+    return r.norm();
   };
   EXPECT_NEAR(norm(0.0), 0.0, 1e-12);
   EXPECT_NEAR(norm(0.001), 0.1, 1e-3);
   EXPECT_NEAR(norm(0.2), 2.0 * std::sqrt(std::log(101.0)), 1e-6);
 }
 
+// Without shares a marker goes with its joint; with them as linear blend skinning takes it.
+TEST_F(MarkerDistanceTest, CarriesMarkersAsTheSkin) {
+  FreePoseState state;
+  const Eigen::Matrix3Xd rest = body.RestJoints(betas.data());
+  state.Evaluate(body.free, rest, root.data(), q.data(), false);
+  const Eigen::Vector3d place(0.01, 0.02, 0.03);
+  EXPECT_LT((body.Carry(state.Body(), rest, 1, place) - state.Point(kRightWrist, place)).norm(),
+            1e-12);
+  Eigen::Vector3d skinned = Eigen::Vector3d::Zero();
+  for (const auto& [joint, share] : body.shares[0]) {
+    const Eigen::Vector3d x = rest.col(kSpine3) + place;
+    skinned +=
+        share * (state.Body().world_rotation[joint] * x + state.Body().skin_offset.col(joint));
+  }
+  EXPECT_LT((body.Carry(state.Body(), rest, 0, place) - skinned).norm(), 1e-12);
+}
+
 TEST(MarkerPlacePrior, JacobianIsThatOfDifferences) {
   std::mt19937 random(3);
-  Eigen::MatrixXd J(6, 2);
-  for (int k = 0; k < 2; ++k) J.col(k) = Random(random, 6, 0.1);
-  const MarkerPlacePrior term(Random(random, 6, 0.1), J, {0.01, 0.04});
-  Eigen::VectorXd betas = Random(random, 2, 1.0), places = Random(random, 6, 0.1);
-  EXPECT_LT(JacobianError(term, {betas.data(), places.data()}, {nullptr, nullptr}), 1e-6);
+  Eigen::Matrix3Xd J(3, 2);
+  for (int k = 0; k < 2; ++k) J.col(k) = Random(random, 3, 0.1);
+  const MarkerPlacePrior term(Random(random, 3, 0.1), J, 0.01);
+  Eigen::VectorXd betas = Random(random, 2, 1.0), place = Random(random, 3, 0.1);
+  EXPECT_LT(JacobianError(term, {betas.data(), place.data()}, {nullptr, nullptr}), 1e-6);
+}
+
+// A roof of two triangles; shape raises it and turns it.
+TEST(MarkerOnSkin, MeasuresHeightAndItsJacobianIsThatOfDifferences) {
+  std::mt19937 random(9);
+  SkinPatch patch;
+  patch.vertices.resize(3, 4);
+  patch.vertices << -0.1, 0.1, 0.0, 0.0, 0.0, 0.0, 0.1, -0.1, 0.0, 0.0, 0.05, 0.05;
+  patch.faces.resize(3, 2);
+  patch.faces << 0, 3, 3, 1, 2, 2;
+  patch.J_betas = Eigen::MatrixXd(12, 2);
+  for (int k = 0; k < 2; ++k) patch.J_betas.col(k) = Random(random, 12, 0.01);
+  const MarkerOnSkin term(patch, 0.003);
+  Eigen::Vector2d betas(0.0, 0.0);
+  double height = 0.008;
+  const auto residual = [&](const Eigen::Vector3d& place) {
+    const double* const x[] = {betas.data(), &height, place.data()};
+    double r = 0.0;
+    EXPECT_TRUE(term.Evaluate(x, &r, nullptr));
+    return r;
+  };
+  const Eigen::Vector3d slope(-0.02, 0.0, 0.04),
+      out = Eigen::Vector3d(-0.05, 0.0, 0.1).normalized();
+  EXPECT_NEAR(residual(slope + 0.008 * out), 0.0, 1e-9);
+  EXPECT_NEAR(residual(slope - 0.002 * out), -0.010 / 0.003, 1e-9);
+  betas = Eigen::Vector2d(0.4, -0.7);
+  for (const Eigen::Vector3d& at : {Eigen::Vector3d(-0.02, 0.01, 0.06),    // over a triangle
+                                    Eigen::Vector3d(0.03, 0.02, 0.01),     // below
+                                    Eigen::Vector3d(-0.14, 0.0, 0.01)}) {  // beyond a corner
+    Eigen::Vector3d place = at;
+    EXPECT_LT(
+        JacobianError(term, {betas.data(), &height, place.data()}, {nullptr, nullptr, nullptr}),
+        1e-5)
+        << at.transpose();
+  }
 }
 
 TEST(PoseRest, JacobianIsThatOfDifferencesWithinLimitsAndBeyond) {

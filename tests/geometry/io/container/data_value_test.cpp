@@ -12,6 +12,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/data_store.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/io/pickle/pickle.h"
 #include "tests/support/pickle_files.h"
 
@@ -208,6 +209,21 @@ TEST(DataStore, ChargesBeforeItGrows) {
               HasSubstr("would take more than"));
   EXPECT_EQ(DataStore::DefaultLimit(1000), 10000u + (std::size_t{64} << 20));
   EXPECT_EQ(DataStore::DefaultLimit(SIZE_MAX / 2), SIZE_MAX);
+}
+
+// Names of files, markers and joints may be any bytes.
+TEST(JsonText, IsUtf8WhateverBytesItHolds) {
+  const nlohmann::json json = {{"h\xfc"
+                                "fte",
+                                {"w\xe4lk.c3d", 3, {{"b", "\xed\xa0\x80"}}}},
+                               {"plain", "Gr\u00f6\u00dfe"}};
+  EXPECT_EQ(JsonText(json),
+            "{\"h\u00fc"
+            "fte\":[\"w\u00e4lk.c3d\",3,{\"b\":\"\ufffd\"}],\"plain\":\"Gr\u00f6\u00dfe\"}");
+  EXPECT_EQ(JsonText(nlohmann::json{{"a", 1}}, 1), "{\n \"a\": 1\n}");
+  EXPECT_EQ(AsUtf8("Gr\xc3\xb6\xc3\x9f"
+                   "e"),
+            "Gr\u00f6\u00dfe");
 }
 
 TEST(Utf8, IsWhatTheStandardAllowsAndPythonsSurrogates) {

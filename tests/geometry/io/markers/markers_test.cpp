@@ -302,8 +302,103 @@ TEST(MarkerTables, NameLineAndField) {
   EXPECT_THAT(error_of(kTrc, "\t4\t5\t6", "\t4"), HasSubstr("8 are expected"));
   EXPECT_THAT(error_of(kTrc, "\tm\n", "\tfurlong\n"), HasSubstr("furlong"));
   EXPECT_THAT(error_of(kTrc, "60\t60", "0\t60"), HasSubstr("rate of 0 Hz"));
-  EXPECT_THAT(error_of(kTrc, "\tB\t", "\tA\t"), HasSubstr("two markers 'A'"));
-  EXPECT_THAT(error_of(kTrc, "\t2\tm", "\t3\tm"), HasSubstr("NumMarkers is 3"));
+  EXPECT_THAT(error_of(kTrc, "\t4\t5\t6", "\t4\t5\t6\t7"), HasSubstr("9 fields, 8 are expected"));
+  EXPECT_THAT(error_of(kTrc, "A\t\t\tB\t\t", "A\tB\t\t\t\t"),
+              HasSubstr("the name 'B' does not stand"));
+}
+
+std::string Changed(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+const std::filesystem::path kCases = HOLDFAST_SOURCE_DIR "/tests/fixtures/cases";
+
+// Rows say what there is; what contradicts them is a note.
+TEST(MarkerTables, ReadWhatContradictsItselfWithANote) {
+  const auto read = [](const std::string& text) { return ParseTrc(text, "x.trc"); };
+  EXPECT_TRUE(read(kTrc).notes.empty());
+  const MarkerRecording twice = read(Changed(kTrc, "\tB\t", "\tA\t"));
+  EXPECT_THAT(twice.names, ElementsAre("A", "A_2"));
+  EXPECT_THAT(twice.notes, ElementsAre(HasSubstr("the same name")));
+  const MarkerRecording three = read(Changed(kTrc, "\t2\tm", "\t3\tm"));
+  EXPECT_EQ(three.NumMarkers(), 2);
+  EXPECT_THAT(three.notes, ElementsAre(HasSubstr("NumMarkers is 3, 2 are named")));
+  const MarkerRecording commas = read(Changed(kTrc, "\t4\t5\t6", "\t4,5\t5\t6"));
+  EXPECT_EQ(commas.At(1, 0), Eigen::Vector3d(4.5, 5, 6));
+  EXPECT_THAT(commas.notes, ElementsAre(HasSubstr("decimal commas")));
+  // The name of the second marker stays over its columns.
+  const MarkerRecording nameless = read(Changed(kTrc, "\tA\t", "\t\t"));
+  EXPECT_THAT(nameless.names, ElementsAre("point 1", "B"));
+  EXPECT_EQ(nameless.At(1, 0), Eigen::Vector3d(4, 5, 6));
+  EXPECT_THAT(nameless.notes, ElementsAre(HasSubstr("without a name")));
+  const MarkerRecording cut = read(Changed(kTrc, "\tm\n", "\tmet\n"));
+  EXPECT_EQ(cut.metres_per_unit, 1.0);
+  EXPECT_THAT(cut.notes, ElementsAre(HasSubstr("'met' is cut off")));
+  EXPECT_TRUE(read(Changed(kTrc, "\tm\n", "\tmillimeter\n")).notes.empty());
+
+  const MarkerRecording whole = ReadMarkers(kCases / "trc_refused/numbers_twice.trc");
+  EXPECT_THAT(whole.notes, ElementsAre(HasSubstr("NumMarkers is 82, 41 are named")));
+  EXPECT_EQ(whole.NumMarkers(), 41);
+  EXPECT_EQ(whole.NumFrames(), 20);
+  EXPECT_NEAR(whole.At(0, 0).x(), 0.0484618, 1e-9);
+  const MarkerRecording by_commas = ReadMarkers(kCases / "trc_refused/commas.trc");
+  EXPECT_THAT(by_commas.notes, ElementsAre(HasSubstr("parted by ','")));
+  const MarkerRecording longer = ReadMarkers(kCases / "trc_refused/longer_rows.trc");
+  EXPECT_THAT(longer.notes, ElementsAre(HasSubstr("of 20 rows have positions of markers without")));
+  for (const MarkerRecording& other : {by_commas, longer}) {
+    EXPECT_EQ(other.names, whole.names);
+    EXPECT_EQ(other.positions, whole.positions);
+  }
+}
+
+TEST(MarkerTables, ReadViconTablesOfOtherLanguages) {
+  const MarkerRecording recording = ParseViconCsv(
+      "Trajectories\n100\n;;P:A;;;P:B;;\nFrame;Sub Frame;X;Y;Z;X;Y;Z\n;;mm;mm;mm;mm;mm;mm\n"
+      "1;0;1,5;2;3;40;50;60\n",
+      "x.csv");
+  EXPECT_TRUE(recording.At(0, 0).isApprox(Eigen::Vector3d(0.0015, 0.002, 0.003)));
+  EXPECT_THAT(recording.notes, ElementsAre(HasSubstr("decimal commas")));
+}
+
+// As BTK and ezc3d read them.
+TEST(C3d, ReadsWhatContradictsItselfWithANote) {
+  const auto read = [](const char* name) { return ReadMarkers(kCases / "c3d_refused" / name); };
+  const MarkerRecording whole = read("link_beyond.c3d");
+  EXPECT_THAT(whole.notes, ElementsAre(HasSubstr("link points beyond the section")));
+  EXPECT_EQ(whole.NumMarkers(), 41);
+  const MarkerRecording start = read("data_start_0.c3d");
+  EXPECT_THAT(start.notes, ElementsAre(HasSubstr("read from block 3, as the header has it")));
+  EXPECT_EQ(start.positions, whole.positions);
+  const MarkerRecording meters = read("meters.c3d");
+  EXPECT_THAT(meters.notes, ElementsAre(HasSubstr("'mete' is cut off; read as meters")));
+  EXPECT_EQ(meters.metres_per_unit, 1.0);
+  const MarkerRecording twice = read("duplicate.c3d");
+  EXPECT_THAT(twice.notes, ElementsAre(HasSubstr("LSHO_2")));
+  EXPECT_TRUE(twice.Find("LSHO") && twice.Find("LSHO_2"));
+
+  // SGI's: the same, bytes the other way round.
+  for (const bool floats : {false, true}) {
+    std::string bytes = C3dFile(86, floats).Bytes();
+    const std::size_t link = bytes.find("RATE") + 4;
+    bytes[link] = 8;  // 2048 and more, behind the parameters
+    const MarkerRecording sgi = ParseC3d(bytes, "sgi.c3d");
+    EXPECT_THAT(sgi.notes, ElementsAre(HasSubstr("link points beyond")));
+    EXPECT_EQ(sgi.rate_hz, 120.0);
+    EXPECT_NEAR(sgi.At(0, 1)[2], 0.01 * C3dFile::Value(0, 2, 1), 1e-9);
+  }
+}
+
+TEST(SetMarkerNames, MakesUtf8OfAnyBytes) {
+  MarkerRecording recording;
+  SetMarkerNames({"P\xfc:h\xfc"
+                  "fte",
+                  "knie"},
+                 "a.c3d", recording);
+  EXPECT_THAT(recording.names, ElementsAre("h\u00fc"
+                                           "fte",
+                                           "knie"));
+  EXPECT_THAT(recording.subjects, ElementsAre("P\u00fc", ""));
+  EXPECT_THAT(recording.notes, ElementsAre(HasSubstr("read as Latin-1")));
 }
 
 // Of a file that was not copied whole the last line may end anywhere, between fields as well.
