@@ -91,6 +91,7 @@ nlohmann::json MotionSummary(const ImportCommand& options, const Clip& clip,
                        {"frames", report.source_frames},
                        {"frame_rate_hz", report.source_frame_rate},
                        {"notes", report.notes}};
+  summary["up_axis"] = UpAxisName(report.up);
   summary["frames"] = clip.NumFrames();
   summary["frame_rate_hz"] = clip.frame_rate;
   summary["filled_in"] = report.missing_body_joints;
@@ -284,7 +285,10 @@ ImportFileOptions ToLibrary(const ImportCommand& options) {
   parameters.body = LoadBody(options.body);
   for (const std::string& path : options.hand_models) parameters.hand_models.emplace_back(path);
   if (options.flat_hand_mean != "auto") parameters.flat_hand_mean = options.flat_hand_mean == "yes";
-  if (!options.up.empty()) parameters.up = ParseWorldUp(options.up);
+  if (!options.up.empty()) {
+    parameters.up = ParseWorldUp(options.up);
+    import.motion.up = static_cast<UpAxis>(*parameters.up);  // the same axes in the same order
+  }
   parameters.source_frame_rate = options.source_fps;
   if (options.metres_per_unit > 0) parameters.metres_per_unit = options.metres_per_unit;
   parameters.data_root = options.data_root;
@@ -297,7 +301,6 @@ ImportFileOptions ToLibrary(const ImportCommand& options) {
   ImportOptions& motion = import.motion;
   motion.source_frame_rate = options.source_fps;
   motion.metres_per_unit = options.metres_per_unit;
-  motion.up = options.up == "z" ? UpAxis::kZ : UpAxis::kY;
   motion.map = options.map;
   motion.skeleton = options.skeleton;
   motion.find_ground = !options.keep_ground;
@@ -324,10 +327,6 @@ int Run(const ImportCommand& options) {
     PrintResult(common, ParameterSummary(options, imported, mesh),
                 DescribeParameters(options, imported, mesh));
     return kDone;
-  }
-  if (options.up.size() > 1 || options.up == "x") {
-    throw Error("--up", fmt::format("{} is for parameters", options.up),
-                "A motion that is brought onto the body has y or z up");
   }
   const ImportReport& report = *imported.motion;
   if (report.retarget.repaired_hand_frames > 0) {
@@ -368,8 +367,8 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1e-6, 1e3));
   command
       ->add_option("--up", options->up,
-                   "Axis that is up in the file's world: x y z -x -y -z, the last as --up=-y [BVH, "
-                   "AMC: y; parameters: what the format is known for, else by the posture]")
+                   "Axis that is up in the file's world: x y z -x -y -z, the last as --up=-y [what "
+                   "the format is known for, else by the posture]")
       ->check(CLI::IsMember({"x", "y", "z", "-x", "-y", "-z"}));
   command->add_flag("--keep-ground", options->keep_ground,
                     "Leave heights as they are instead of standing the feet on z = 0");

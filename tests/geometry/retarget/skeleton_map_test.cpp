@@ -91,10 +91,7 @@ TEST(SkeletonMap, EveryTableRecognizesItsOwnSkeletons) {
       for (const auto& [side, word] :
            {std::pair<std::string, std::string_view>{"left", table.left}, {"right", table.right}}) {
         std::string target(row.target), source(row.sources.substr(0, row.sources.find('|')));
-        const std::size_t star = source.find('*');
-        if (target[0] == '*') target.replace(0, 1, side);
-        if (star != std::string::npos) source.replace(star, 1, word);
-        names[target] = prefix + source;
+        names[SideName(target, side)] = prefix + SideName(source, word);
       }
     }
     SourceMotion motion = Named(names);
