@@ -13,6 +13,7 @@
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/retarget/skeleton_map.h"
+#include "geometry/rotation.h"
 
 namespace holdfast::apps {
 namespace {
@@ -72,9 +73,14 @@ std::string DescribeMotion(const ImportCommand& options, const Clip& clip,
       "  limbs against the source, each bone at the body's length: mean {:.1f} mm, largest {:.1f} "
       "mm\n"
       "  ankles against the source, scaled: mean {:.1f} mm, largest {:.1f} mm\n"
+      "  means against the source: joints {:.1f} mm at most ({}), trunk {:.1f} degrees, hands "
+      "{:.1f} "
+      "and {:.1f} degrees\n"
       "  soles on the ground: mean height {:+.1f} mm, lowest {:+.1f} mm\n",
       fit.mean_joint_error_mm, fit.max_joint_error_mm, fit.mean_ankle_error_mm,
-      fit.max_ankle_error_mm, 1e3 * fit.mean_sole_height_m, 1e3 * fit.min_sole_height_m);
+      fit.max_ankle_error_mm, fit.worst_place_mm, kJointNames[fit.worst_place_joint],
+      fit.trunk_error_rad / kDegree, fit.hand_error_rad[0] / kDegree,
+      fit.hand_error_rad[1] / kDegree, 1e3 * fit.mean_sole_height_m, 1e3 * fit.min_sole_height_m);
   return text;
 }
 
@@ -103,12 +109,23 @@ nlohmann::json MotionSummary(const ImportCommand& options, const Clip& clip,
   summary["joint_error_mm"] = {{"mean", fit.mean_joint_error_mm}, {"max", fit.max_joint_error_mm}};
   summary["wrist_error_mm"] = {{"mean", fit.mean_wrist_error_mm}, {"max", fit.max_wrist_error_mm}};
   summary["ankle_error_mm"] = {{"mean", fit.mean_ankle_error_mm}, {"max", fit.max_ankle_error_mm}};
+  summary["worst_joint"] = {{"name", kJointNames[fit.worst_place_joint]},
+                            {"mean_error_mm", fit.worst_place_mm}};
+  summary["trunk_error_deg"] = fit.trunk_error_rad / kDegree;
+  summary["hand_error_deg"] = {{"left", fit.hand_error_rad[0] / kDegree},
+                               {"right", fit.hand_error_rad[1] / kDegree}};
   summary["sole_height_mm"] = {{"mean", 1e3 * fit.mean_sole_height_m},
                                {"min", 1e3 * fit.min_sole_height_m}};
   summary["foot_skate_m_per_s"] = fit.foot_skate;
   summary["protocol"] =
       "joints: knees, ankles, elbows, wrists from hip or shoulder, each source bone at the body's "
-      "length, source frames; ankles: from the middle of the hips, source times scale; soles and "
+      "length, source frames; ankles: from the middle of the hips, source times scale; "
+      "worst_joint: "
+      "of a source with SMPL-X's bones any joint, scaled from the middle of the hips, else elbows, "
+      "wrists and ankles; trunk: lines of hips and shoulders, and between their middles, the worst "
+      "mean; hands: wrist to knuckles, without fingers along what hangs on the hand, else along "
+      "the "
+      "forearm turned as the hand's joint turns; soles and "
       "skate: the lowest of heels and balls while within 3 cm of the ground";
   return summary;
 }

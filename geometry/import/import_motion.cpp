@@ -18,6 +18,7 @@
 #include "geometry/io/motion/skillmimic.h"
 #include "geometry/io/pickle/data_file.h"
 #include "geometry/retarget/skeleton_map.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -115,6 +116,29 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
               "Give a file that begins with HIERARCHY (BVH) or :FULLY-SPECIFIED (AMC), a .glb or "
               "a .gltf");
 }
+
+// Doubts about how the body follows the source.
+void AddDoubts(const RetargetReport& retarget, std::vector<std::string>& notes) {
+  constexpr double kFarPlace_mm = 30;
+  constexpr double kFarDirection = 15 * kDegree;
+  constexpr const char* kLook = "(mean over the frames): look at it with 'holdfast render'";
+  if (retarget.worst_place_mm > kFarPlace_mm) {
+    notes.push_back(fmt::format("warning: {} is {:.0f} mm off the source's place {}",
+                                kJointNames[retarget.worst_place_joint], retarget.worst_place_mm,
+                                kLook));
+  }
+  if (retarget.trunk_error_rad > kFarDirection) {
+    notes.push_back(fmt::format("warning: the trunk is {:.0f} degrees off the source's {}",
+                                retarget.trunk_error_rad / kDegree, kLook));
+  }
+  for (const int side : {0, 1}) {
+    if (retarget.hand_error_rad[side] < kFarDirection) continue;
+    notes.push_back(fmt::format("warning: the {} hand points {:.0f} degrees off the source's {}",
+                                side == 0 ? "left" : "right",
+                                retarget.hand_error_rad[side] / kDegree, kLook));
+  }
+}
+
 }  // namespace
 
 bool LooksLikeMotionFile(const std::filesystem::path& path) {
@@ -162,6 +186,7 @@ Clip ImportMotion(const SourceMotion& motion, const std::string& where, const Re
   retarget.find_ground = options.find_ground;
   RetargetReport retarget_report;
   Clip clip = Retarget(motion, map, body, retarget, &retarget_report);
+  AddDoubts(retarget_report, notes);
   clip.betas = options.betas;
   if (!motion.gender.empty()) clip.gender = motion.gender;
 

@@ -366,49 +366,51 @@ class ErrorMeter {
                             .norm());
     }
     AddPlaces(frame, joints);
+    AddTrunk(frame, joints);
     for (const int side : {0, 1}) AddHand(frame, side, joints);
   }
 
   Tally all, wrists, ankles;
   std::array<Tally, kNumBodyJoints> places;  // millimetres
+  std::array<Tally, 3> trunk;                // radians
   std::array<Tally, 2> hands;                // radians, left and right
 
  private:
-  // Bones of the source's that SMPL-X has too: all joints, scaled, from the middle of the hips. Of
-  // other skeletons the limbs, each bone at the body's length, from shoulders on their own line.
+  // A source with SMPL-X's own bones: all joints, scaled, from the middle of the hips. Others start
+  // their collarbones and spines elsewhere: arms from the shoulder, each bone at the body's length,
+  // and ankles.
   void AddPlaces(int frame, const Joints& joints) {
     const auto source = [&](int joint) { return motion_.Position(frame, joint); };
     const Eigen::Vector3d hips = 0.5 * (joints.col(1) + joints.col(2));
     const Eigen::Vector3d source_hips = 0.5 * (source(1) + source(2));
-    Joints expected = joints;
-    if (same_bones_) {
-      for (int j = 0; j < kNumBodyJoints; ++j) {
-        if (motion_.Has(j)) expected.col(j) = hips + scale_ * (source(j) - source_hips);
-      }
-    } else {
-      const auto bone = [&](int from, int to) {
-        return Eigen::Vector3d((rest_.col(to) - rest_.col(from)).norm() *
-                               (source(to) - source(from)).normalized());
-      };
-      const Eigen::Vector3d chest = 0.5 * (joints.col(16) + joints.col(17));
-      const Eigen::Vector3d source_chest = 0.5 * (source(16) + source(17));
-      const Eigen::Vector3d middle =
-          hips + (chest - hips).norm() * (source_chest - source_hips).normalized();
-      for (const int side : {0, 1}) {
-        const double width = (joints.col(16) - joints.col(17)).norm();
-        expected.col(16 + side) =
-            middle + 0.5 * width * (source(16 + side) - source_chest).normalized();
-        for (const int j : {16 + side, 18 + side}) {
-          expected.col(j + 2) = expected.col(j) + bone(j, j + 2);
-        }
-        for (const int j : {1 + side, 4 + side}) {
-          expected.col(j + 3) = expected.col(j) + bone(j, j + 3);
-        }
-      }
-    }
+    const auto add = [&](int joint, const Eigen::Vector3d& expected) {
+      places[joint].Add(1000 * (joints.col(joint) - expected).norm());
+    };
     for (int j = 0; j < kNumBodyJoints; ++j) {
-      if (motion_.Has(j)) places[j].Add(1000 * (joints.col(j) - expected.col(j)).norm());
+      if (!(same_bones_ ? motion_.Has(j) : j == 7 || j == 8)) continue;
+      add(j, hips + scale_ * (source(j) - source_hips));
     }
+    if (same_bones_) return;
+    for (const int shoulder : {16, 17}) {
+      Eigen::Vector3d at = joints.col(shoulder);
+      for (const int j : {shoulder, shoulder + 2}) {
+        const double length = (rest_.col(j + 2) - rest_.col(j)).norm();
+        at += length * (source(j + 2) - source(j)).normalized();
+        add(j + 2, at);
+      }
+    }
+  }
+
+  // The lines of the hips, of the shoulders, and from the middle of those to the middle of these.
+  void AddTrunk(int frame, const Joints& joints) {
+    const auto source = [&](int joint) { return motion_.Position(frame, joint); };
+    const auto add = [&](Tally& tally, const Eigen::Vector3d& clip, const Eigen::Vector3d& wanted) {
+      tally.Add(std::atan2(clip.cross(wanted).norm(), clip.dot(wanted)));
+    };
+    add(trunk[0], joints.col(1) - joints.col(2), source(1) - source(2));
+    add(trunk[1], joints.col(16) - joints.col(17), source(16) - source(17));
+    add(trunk[2], joints.col(16) + joints.col(17) - joints.col(1) - joints.col(2),
+        source(16) + source(17) - source(1) - source(2));
   }
 
   // From the wrist to the knuckles; without fingers along what hangs on the source's hand, else as
@@ -563,10 +565,15 @@ Clip Retarget(const SourceMotion& motion, const SkeletonMap& map, const Retarget
     report->max_wrist_error_mm = meter.wrists.most;
     report->mean_ankle_error_mm = meter.ankles.Mean();
     report->max_ankle_error_mm = meter.ankles.most;
+    report->worst_place_mm = 0;
     for (int j = 0; j < kNumBodyJoints; ++j) {
       if (meter.places[j].Mean() <= report->worst_place_mm) continue;
       report->worst_place_mm = meter.places[j].Mean();
       report->worst_place_joint = j;
+    }
+    report->trunk_error_rad = 0;
+    for (const Tally& line : meter.trunk) {
+      report->trunk_error_rad = std::max(report->trunk_error_rad, line.Mean());
     }
     for (const int side : {0, 1}) report->hand_error_rad[side] = meter.hands[side].Mean();
     ReportSoles(touching, motion.frame_rate, *report);

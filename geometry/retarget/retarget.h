@@ -68,11 +68,14 @@ struct RetargetReport {
   /// Ankles from the middle of the hips against the source's, scaled as a whole.
   double mean_ankle_error_mm = 0;
   double max_ankle_error_mm = 0;
-  /// The joint farthest from its place, mean over frames. A source of SMPL-X's own bones: scaled as
-  /// a whole, from the middle of the hips. Any other: its limbs with each bone at the body's
-  /// length, from shoulders on the source's line of shoulders, those over the hips as the source's.
+  /// The joint farthest from its place, mean over frames. A source of SMPL-X's own bones: any
+  /// joint, scaled as a whole from the middle of the hips. Others start collarbones and spines
+  /// elsewhere: elbows and wrists from the shoulder, each bone at the body's length, and ankles.
   int worst_place_joint = 0;
   double worst_place_mm = 0;
+  /// The lines of the hips, of the shoulders, and from the middle of those to the middle of these
+  /// against the source's: the worst, mean over frames.
+  double trunk_error_rad = 0;
   /// Left and right hand's direction, from the wrist to the knuckles, against the source's: its
   /// knuckles, else what hangs on its hand, else its forearm turned as the hand's joint turns.
   std::array<double, 2> hand_error_rad{0, 0};

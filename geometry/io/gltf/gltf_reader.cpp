@@ -57,6 +57,11 @@ class GltfMotionReader {
     motion_.format = "glTF";
     which_ = "Export one of them alone";
     std::vector<GltfCharacter> characters = FindCharacters(asset_);
+    if (characters.empty() && !asset_.humanoid.empty()) {
+      std::vector<int> bones;
+      for (const auto& [bone, node] : asset_.humanoid) bones.push_back(node);
+      characters.push_back(CharacterOfNodes(asset_, std::move(bones)));
+    }
     if (characters.empty()) {
       throw Error(asset_.Where(), "holds no skinned character",
                   "Give a character with its skeleton and skin");
