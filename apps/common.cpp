@@ -88,9 +88,8 @@ void LogJson(std::string_view level, std::string_view event, const nlohmann::ord
 
 void Note(const CommonOptions& options, std::string_view text) {
   if (options.quiet) return;
-  // Notes of the library that say themselves that they warn.
-  constexpr std::string_view kNote = "note: ";
-  if (text.starts_with("note: warning: ")) text.remove_prefix(kNote.size());
+  // What a file was loaded with comes as notes; the doubts among them are warnings.
+  if (text.starts_with("note: warning: ")) text.remove_prefix(std::string_view("note: ").size());
   if (!LogsJson(options)) {
     fmt::print(stderr, "{}\n", text);
     return;

@@ -13,6 +13,7 @@
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/retarget/skeleton_map.h"
+#include "geometry/rotation.h"
 
 namespace holdfast::apps {
 namespace {
@@ -72,9 +73,14 @@ std::string DescribeMotion(const ImportCommand& options, const Clip& clip,
       "  limbs against the source, each bone at the body's length: mean {:.1f} mm, largest {:.1f} "
       "mm\n"
       "  ankles against the source, scaled: mean {:.1f} mm, largest {:.1f} mm\n"
+      "  means against the source: joints {:.1f} mm at most ({}), trunk {:.1f} degrees, hands "
+      "{:.1f} "
+      "and {:.1f} degrees\n"
       "  soles on the ground: mean height {:+.1f} mm, lowest {:+.1f} mm\n",
       fit.mean_joint_error_mm, fit.max_joint_error_mm, fit.mean_ankle_error_mm,
-      fit.max_ankle_error_mm, 1e3 * fit.mean_sole_height_m, 1e3 * fit.min_sole_height_m);
+      fit.max_ankle_error_mm, fit.worst_place_mm, kJointNames[fit.worst_place_joint],
+      fit.trunk_error_rad / kDegree, fit.hand_error_rad[0] / kDegree,
+      fit.hand_error_rad[1] / kDegree, 1e3 * fit.mean_sole_height_m, 1e3 * fit.min_sole_height_m);
   return text;
 }
 
@@ -91,6 +97,7 @@ nlohmann::json MotionSummary(const ImportCommand& options, const Clip& clip,
                        {"frames", report.source_frames},
                        {"frame_rate_hz", report.source_frame_rate},
                        {"notes", report.notes}};
+  summary["up_axis"] = UpAxisName(report.up);
   summary["frames"] = clip.NumFrames();
   summary["frame_rate_hz"] = clip.frame_rate;
   summary["filled_in"] = report.missing_body_joints;
@@ -102,12 +109,23 @@ nlohmann::json MotionSummary(const ImportCommand& options, const Clip& clip,
   summary["joint_error_mm"] = {{"mean", fit.mean_joint_error_mm}, {"max", fit.max_joint_error_mm}};
   summary["wrist_error_mm"] = {{"mean", fit.mean_wrist_error_mm}, {"max", fit.max_wrist_error_mm}};
   summary["ankle_error_mm"] = {{"mean", fit.mean_ankle_error_mm}, {"max", fit.max_ankle_error_mm}};
+  summary["worst_joint"] = {{"name", kJointNames[fit.worst_place_joint]},
+                            {"mean_error_mm", fit.worst_place_mm}};
+  summary["trunk_error_deg"] = fit.trunk_error_rad / kDegree;
+  summary["hand_error_deg"] = {{"left", fit.hand_error_rad[0] / kDegree},
+                               {"right", fit.hand_error_rad[1] / kDegree}};
   summary["sole_height_mm"] = {{"mean", 1e3 * fit.mean_sole_height_m},
                                {"min", 1e3 * fit.min_sole_height_m}};
   summary["foot_skate_m_per_s"] = fit.foot_skate;
   summary["protocol"] =
       "joints: knees, ankles, elbows, wrists from hip or shoulder, each source bone at the body's "
-      "length, source frames; ankles: from the middle of the hips, source times scale; soles and "
+      "length, source frames; ankles: from the middle of the hips, source times scale; "
+      "worst_joint: "
+      "of a source with SMPL-X's bones any joint, scaled from the middle of the hips, else elbows, "
+      "wrists and ankles; trunk: lines of hips and shoulders, and between their middles, the worst "
+      "mean; hands: wrist to knuckles, without fingers along what hangs on the hand, else along "
+      "the "
+      "forearm turned as the hand's joint turns; soles and "
       "skate: the lowest of heels and balls while within 3 cm of the ground";
   return summary;
 }
@@ -284,7 +302,10 @@ ImportFileOptions ToLibrary(const ImportCommand& options) {
   parameters.body = LoadBody(options.body);
   for (const std::string& path : options.hand_models) parameters.hand_models.emplace_back(path);
   if (options.flat_hand_mean != "auto") parameters.flat_hand_mean = options.flat_hand_mean == "yes";
-  if (!options.up.empty()) parameters.up = ParseWorldUp(options.up);
+  if (!options.up.empty()) {
+    parameters.up = ParseWorldUp(options.up);
+    import.motion.up = static_cast<UpAxis>(*parameters.up);  // the same axes in the same order
+  }
   parameters.source_frame_rate = options.source_fps;
   if (options.metres_per_unit > 0) parameters.metres_per_unit = options.metres_per_unit;
   parameters.data_root = options.data_root;
@@ -297,7 +318,6 @@ ImportFileOptions ToLibrary(const ImportCommand& options) {
   ImportOptions& motion = import.motion;
   motion.source_frame_rate = options.source_fps;
   motion.metres_per_unit = options.metres_per_unit;
-  motion.up = options.up == "z" ? UpAxis::kZ : UpAxis::kY;
   motion.map = options.map;
   motion.skeleton = options.skeleton;
   motion.find_ground = !options.keep_ground;
@@ -324,10 +344,6 @@ int Run(const ImportCommand& options) {
     PrintResult(common, ParameterSummary(options, imported, mesh),
                 DescribeParameters(options, imported, mesh));
     return kDone;
-  }
-  if (options.up.size() > 1 || options.up == "x") {
-    throw Error("--up", fmt::format("{} is for parameters", options.up),
-                "A motion that is brought onto the body has y or z up");
   }
   const ImportReport& report = *imported.motion;
   if (report.retarget.repaired_hand_frames > 0) {
@@ -368,8 +384,8 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1e-6, 1e3));
   command
       ->add_option("--up", options->up,
-                   "Axis that is up in the file's world: x y z -x -y -z, the last as --up=-y [BVH, "
-                   "AMC: y; parameters: what the format is known for, else by the posture]")
+                   "Axis that is up in the file's world: x y z -x -y -z, the last as --up=-y [what "
+                   "the format is known for, else by the posture]")
       ->check(CLI::IsMember({"x", "y", "z", "-x", "-y", "-z"}));
   command->add_flag("--keep-ground", options->keep_ground,
                     "Leave heights as they are instead of standing the feet on z = 0");

@@ -2,6 +2,7 @@
 #include "geometry/conventions/posture.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -89,6 +90,20 @@ double GroundHeight(const LooseMotion& motion, const Sampled& sampled, const Gro
     *grounded_share = points.empty() ? 0.0 : double(grounded) / double(points.size());
   }
   return ground;
+}
+
+Eigen::Vector3d HeadOverFeet(const Eigen::Matrix3Xd& positions, const SkeletonMap& map, int head) {
+  return positions.col(head) - 0.5 * (positions.col(map.source[7]) + positions.col(map.source[8]));
+}
+
+// Height of the lowest joint along an axis, median over frames: near zero along what is up in most
+// files.
+double FloorAlong(const SourceMotion& motion, int axis, int sign) {
+  std::vector<double> lowest;
+  for (const Eigen::Matrix3Xd& positions : motion.positions) {
+    lowest.push_back((sign * positions.row(axis)).minCoeff());
+  }
+  return Median(lowest);
 }
 
 // Limits of the angle between a joint's rest and its pose, degrees, generous: loose clothing, shape
@@ -187,6 +202,59 @@ void RequireMetres(const std::string& source, const Clip& clip, const BodyModel&
               fmt::format("Make a clip in metres of it: holdfast import {} --metres-per-unit {:g} "
                           "-o CLIP",
                           source, posture.metres_per_unit));
+}
+
+double LegLength(const SourceMotion& motion, const SkeletonMap& map) {
+  double sum = 0.0;
+  for (const auto& [hip, knee, ankle] : {std::array{1, 4, 7}, {2, 5, 8}}) {
+    const auto at = [&](int joint) { return motion.positions[0].col(map.source[joint]); };
+    sum += (at(hip) - at(knee)).norm() + (at(knee) - at(ankle)).norm();
+  }
+  return 0.5 * sum;
+}
+
+MotionUp FindMotionUp(const SourceMotion& motion, const SkeletonMap& map) {
+  MotionUp up;
+  const int head = map.source[kHead] >= 0 ? map.source[kHead] : map.source[12];
+  if (head < 0) return up;
+  const double leg = LegLength(motion, map);
+  std::array<std::vector<double>, 3> component;
+  std::array<int, 3> nearest = {0, 0, 0};
+  for (const Eigen::Matrix3Xd& positions : motion.positions) {
+    const Eigen::Vector3d along = HeadOverFeet(positions, map, head);
+    int axis = 0;
+    along.cwiseAbs().maxCoeff(&axis);
+    ++nearest[axis];
+    for (int k = 0; k < 3; ++k) component[k].push_back(along[k]);
+  }
+  const int axis = static_cast<int>(std::ranges::max_element(nearest) - nearest.begin());
+  const double along = Median(component[axis]);
+  const double share = double(nearest[axis]) / motion.NumFrames();
+  if (share < 0.6) return up;
+
+  // Someone who lies looks like someone who stands along another axis: believed where the rest pose
+  // stands along it too, or where the floor is at zero along it and not along the rest pose's.
+  Eigen::Matrix3Xd rest = motion.rest_offsets;
+  for (int j = 0; j < motion.NumJoints(); ++j) {
+    if (motion.parents[j] >= 0) rest.col(j) += rest.col(motion.parents[j]);
+  }
+  const Eigen::Vector3d resting = HeadOverFeet(rest, map, head);
+  int rest_axis = 1;
+  if (resting.norm() > leg) resting.cwiseAbs().maxCoeff(&rest_axis);
+  const int sign = along < 0 ? -1 : 1;
+  constexpr double kStandingLegs = 1.4;  // head over ankles: 1.7 legs upright, 1.2 on all fours
+  const bool stands = std::fabs(along) > kStandingLegs * leg;
+  const bool floor_here = std::fabs(FloorAlong(motion, axis, sign)) < 0.25 * leg;
+  // No joint of a body that lies is below the floor; of one that stands at the origin some are
+  // behind it.
+  const double under = FloorAlong(motion, rest_axis, 1);
+  const bool floor_at_rest_axis = under > -0.05 * leg && under < 0.25 * leg;
+  const bool customary = axis == 1 && sign > 0;
+  if (axis == rest_axis ? std::fabs(along) > 0.8 * leg
+                        : stands && floor_here && (customary || !floor_at_rest_axis)) {
+    return {static_cast<UpAxis>(2 * axis + (sign < 0 ? 1 : 0)), share, true};
+  }
+  return up;
 }
 
 std::vector<Leap> FindLeaps(const LooseMotion& motion, double metres_per_unit) {

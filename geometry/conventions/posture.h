@@ -8,6 +8,9 @@
 
 #include "geometry/body/body_model.h"
 #include "geometry/conventions/loose_motion.h"
+#include "geometry/io/motion/motion_file.h"
+#include "geometry/retarget/retarget.h"
+#include "geometry/retarget/skeleton_map.h"
 
 namespace holdfast {
 
@@ -39,6 +42,18 @@ void RequireMetres(const std::string& source, const Clip& clip, const BodyModel&
 
 /// "z" or "-y".
 std::string AxisName(const Posture& posture);
+
+/// Which axis is up in a motion on a skeleton of its own.
+struct MotionUp {
+  UpAxis axis = UpAxis::kY;
+  double share = 0;      ///< of the frames in which head - feet is nearest to that axis
+  bool certain = false;  ///< false: the body lies, crawls or bends too often; y is the custom
+};
+
+MotionUp FindMotionUp(const SourceMotion& motion, const SkeletonMap& map);
+
+/// Hip to knee to ankle, mean of both legs, metres.
+double LegLength(const SourceMotion& motion, const SkeletonMap& map);
 
 /// A frame in which something leaps: it turns or moves far more than in the steps around.
 struct Leap {

@@ -230,6 +230,8 @@ Identity Identify(const fs::path& path) {
       return identity;
     }
   }
+  std::vector<std::string> ignored;
+  head = PlainText(std::move(head), ignored);
   if (head.starts_with("PK\x03\x04") || head.starts_with("PK\x05\x06")) {
     if (identity.gzipped) {
       identity.kind = FileKind::kZip;

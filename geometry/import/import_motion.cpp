@@ -2,9 +2,11 @@
 #include "geometry/import/import_motion.h"
 
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/io/container/gzip.h"
 #include "geometry/io/container/text_scanner.h"
@@ -16,6 +18,7 @@
 #include "geometry/io/motion/skillmimic.h"
 #include "geometry/io/pickle/data_file.h"
 #include "geometry/retarget/skeleton_map.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -57,7 +60,8 @@ bool HoldsSkillMimic(const std::filesystem::path& path, std::string_view head) {
 }
 
 SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOptions& options) {
-  std::string text = ReadGzipText(path);
+  std::vector<std::string> notes;
+  std::string text = PlainText(ReadGzipText(path), notes);
   const std::string where = path.string();
   const MotionFormat format =
       HoldsSkillMimic(path, text) ? MotionFormat::kSkillMimic : Recognize(text);
@@ -71,6 +75,7 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
       SourceMotion motion =
           ParseBvh(text, where, options.metres_per_unit > 0 ? options.metres_per_unit : 0.01);
       if (options.source_frame_rate > 0) motion.frame_rate = options.source_frame_rate;
+      motion.notes.insert(motion.notes.begin(), notes.begin(), notes.end());
       return motion;
     }
     case MotionFormat::kAmc: {
@@ -78,8 +83,9 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
       amc.skeleton = options.skeleton.empty() ? FindAsfBeside(path) : options.skeleton;
       amc.metres_per_unit = options.metres_per_unit;
       if (options.source_frame_rate > 0) amc.frame_rate = options.source_frame_rate;
-      SourceMotion motion =
-          ParseAmc(ReadGzipText(amc.skeleton), amc.skeleton.string(), text, where, amc);
+      SourceMotion motion = ParseAmc(PlainText(ReadGzipText(amc.skeleton), notes),
+                                     amc.skeleton.string(), text, where, amc);
+      motion.notes = std::move(notes);
       if (options.source_frame_rate == 0) {
         motion.notes.push_back(
             fmt::format("warning: AMC files have no frame rate: {:g} Hz taken, CMU's ('holdfast "
@@ -124,11 +130,35 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
               "Give a file that begins with HIERARCHY (BVH) or :FULLY-SPECIFIED (AMC), a .glb or "
               "a .gltf");
 }
+
+// Doubts about how the body follows the source.
+void AddDoubts(const RetargetReport& retarget, std::vector<std::string>& notes) {
+  constexpr double kFarPlace_mm = 30;
+  constexpr double kFarDirection = 15 * kDegree;
+  constexpr const char* kLook = "(mean over the frames): look at it with 'holdfast render'";
+  if (retarget.worst_place_mm > kFarPlace_mm) {
+    notes.push_back(fmt::format("warning: {} is {:.0f} mm off the source's place {}",
+                                kJointNames[retarget.worst_place_joint], retarget.worst_place_mm,
+                                kLook));
+  }
+  if (retarget.trunk_error_rad > kFarDirection) {
+    notes.push_back(fmt::format("warning: the trunk is {:.0f} degrees off the source's {}",
+                                retarget.trunk_error_rad / kDegree, kLook));
+  }
+  for (const int side : {0, 1}) {
+    if (retarget.hand_error_rad[side] < kFarDirection) continue;
+    notes.push_back(fmt::format("warning: the {} hand points {:.0f} degrees off the source's {}",
+                                side == 0 ? "left" : "right",
+                                retarget.hand_error_rad[side] / kDegree, kLook));
+  }
+}
+
 }  // namespace
 
 bool LooksLikeMotionFile(const std::filesystem::path& path) {
   // Markers are known for what they are, so that it can be told why they cannot be imported.
-  const std::string head = ReadGzipHead(path, kMotionHeadBytes);
+  std::vector<std::string> ignored;
+  const std::string head = PlainText(ReadGzipHead(path, kMotionHeadBytes), ignored);
   if (HoldsSkillMimic(path, head)) return true;
   const MotionFormat format = Recognize(head);
   return format != MotionFormat::kUnknown && format != MotionFormat::kAsf;
@@ -149,12 +179,28 @@ Clip ImportMotion(const SourceMotion& motion, const std::string& where, const Re
                   const ImportOptions& options, ImportReport* report) {
   const SkeletonMap map =
       options.map.empty() ? RecognizeSkeleton(motion, where) : ReadSkeletonMap(options.map, motion);
+  std::vector<std::string> notes = motion.notes;
   RetargetOptions retarget;
   retarget.frame_rate = options.frame_rate;
-  retarget.up = options.up;
+  retarget.up = options.up.value_or(UpAxis::kY);
+  if (!options.up) {
+    const MotionUp up = FindMotionUp(motion, map);
+    retarget.up = up.axis;
+    if (!up.certain) {
+      notes.emplace_back(
+          "up cannot be told: the body lies, crawls or bends for long; y is taken, as is the "
+          "custom (--up says otherwise)");
+    } else if (up.axis != UpAxis::kY) {
+      notes.push_back(fmt::format(
+          "{} is up: the head is over the feet along it in {:.0f} % of the frames (--up says "
+          "otherwise)",
+          UpAxisName(up.axis), 100 * up.share));
+    }
+  }
   retarget.find_ground = options.find_ground;
   RetargetReport retarget_report;
   Clip clip = Retarget(motion, map, body, retarget, &retarget_report);
+  AddDoubts(retarget_report, notes);
   clip.betas = options.betas;
   if (!motion.gender.empty()) clip.gender = motion.gender;
 
@@ -168,7 +214,8 @@ Clip ImportMotion(const SourceMotion& motion, const std::string& where, const Re
     for (int j = 0; j < kNumBodyJoints; ++j) {
       if (map.source[j] < 0) report->missing_body_joints.emplace_back(kJointNames[j]);
     }
-    report->notes = motion.notes;
+    report->notes = std::move(notes);
+    report->up = retarget.up;
     report->source_frames = motion.NumFrames();
     report->source_frame_rate = motion.frame_rate;
     report->frames = clip.NumFrames();

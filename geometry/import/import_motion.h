@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,7 @@ struct ImportOptions {
   double frame_rate = 30;        ///< of the clip, Hz; 0 keeps the file's
   double source_frame_rate = 0;  ///< Hz, for files that do not tell (AMC: 120); 0: as the file says
   double metres_per_unit = 0;  ///< 0: 0.01 for BVH, 1 for glTF, the skeleton's own unit for ASF/AMC
-  UpAxis up = UpAxis::kY;      ///< of the file's world
+  std::optional<UpAxis> up;    ///< of the file's world; empty: judged from the posture
   std::filesystem::path map;   ///< JSON map of joint names; empty: recognised
   std::filesystem::path skeleton;          ///< `.asf` of an `.amc`; empty: looked for beside it
   bool find_ground = true;                 ///< see RetargetOptions
@@ -31,7 +32,8 @@ struct ImportReport {
   int mapped_joints = 0;
   std::vector<std::string> unused_source_joints;
   std::vector<std::string> missing_body_joints;  ///< of the first 22 of SMPL-X, filled in
-  std::vector<std::string> notes;                ///< oddities of the file
+  std::vector<std::string> notes;  ///< oddities of the file, and what was decided on the way
+  UpAxis up = UpAxis::kY;          ///< of the file's world
   int source_frames = 0;
   double source_frame_rate = 0;
   int frames = 0;

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "geometry/conventions/posture.h"
 #include "geometry/conventions/series.h"
 #include "geometry/error.h"
 #include "geometry/io/container/gzip.h"
@@ -24,16 +25,6 @@ namespace {
 constexpr double kBvhUnit_m = 0.01;  // what ReadBvh multiplies by
 constexpr double kLeg_m = 0.84;      // hip to knee to ankle of an adult
 constexpr std::size_t kShownJoints = 6;
-
-// Hip to knee to ankle, mean of both legs, in the reader's metres.
-double LegLength(const SourceMotion& motion, const SkeletonMap& map) {
-  double sum = 0.0;
-  for (const auto& [hip, knee, ankle] : {std::array{1, 4, 7}, {2, 5, 8}}) {
-    const auto at = [&](int joint) { return motion.positions[0].col(map.source[joint]); };
-    sum += (at(hip) - at(knee)).norm() + (at(knee) - at(ankle)).norm();
-  }
-  return 0.5 * sum;
-}
 
 void JudgeUnit(const SourceMotion& motion, const SkeletonMap& map, Inspection& inspection) {
   const double leg = LegLength(motion, map);
@@ -77,84 +68,20 @@ void JudgeUnit(const SourceMotion& motion, const SkeletonMap& map, Inspection& i
   }
 }
 
-// An axis and a direction along it.
-struct Up {
-  int axis = 1;
-  int sign = 1;
-  double share = 0;      // of the frames in which the head is over the feet along it
-  bool certain = false;  // else the body lies or crawls, or does so too often
-};
-
-Eigen::Vector3d HeadOverFeet(const Eigen::Matrix3Xd& positions, const SkeletonMap& map, int head) {
-  return positions.col(head) - 0.5 * (positions.col(map.source[7]) + positions.col(map.source[8]));
-}
-
-// Height of the lowest joint along an axis, median over frames: near zero along what is up in most
-// files.
-double FloorAlong(const SourceMotion& motion, int axis, int sign) {
-  std::vector<double> lowest;
-  for (const Eigen::Matrix3Xd& p : motion.positions) {
-    lowest.push_back((sign * p.row(axis)).minCoeff());
-  }
-  return Median(lowest);
-}
-
-Up FindUp(const SourceMotion& motion, const SkeletonMap& map) {
-  Up up;
-  const int head = map.source[15] >= 0 ? map.source[15] : map.source[12];
-  if (head < 0) return up;
-  const double leg = LegLength(motion, map);
-  std::array<std::vector<double>, 3> component;
-  std::array<int, 3> nearest = {0, 0, 0};
-  for (const Eigen::Matrix3Xd& p : motion.positions) {
-    const Eigen::Vector3d along = HeadOverFeet(p, map, head);
-    int axis = 0;
-    along.cwiseAbs().maxCoeff(&axis);
-    ++nearest[axis];
-    for (int k = 0; k < 3; ++k) component[k].push_back(along[k]);
-  }
-  const int axis = static_cast<int>(std::ranges::max_element(nearest) - nearest.begin());
-  const double along = Median(component[axis]);
-  const double share = double(nearest[axis]) / motion.NumFrames();
-  if (share < 0.6) return up;
-
-  // Someone who lies looks like someone who stands along another axis: believed where the rest pose
-  // stands along it too, or where the floor is at zero along it and not along the rest pose's.
-  Eigen::Matrix3Xd rest = motion.rest_offsets;
-  for (int j = 0; j < motion.NumJoints(); ++j) {
-    if (motion.parents[j] >= 0) rest.col(j) += rest.col(motion.parents[j]);
-  }
-  const Eigen::Vector3d resting = HeadOverFeet(rest, map, head);
-  int rest_axis = 1;
-  if (resting.norm() > leg) resting.cwiseAbs().maxCoeff(&rest_axis);
-  const int sign = along < 0 ? -1 : 1;
-  const bool floor_here = std::fabs(FloorAlong(motion, axis, sign)) < 0.25 * leg;
-  const bool floor_at_rest_axis = std::fabs(FloorAlong(motion, rest_axis, 1)) < 0.25 * leg;
-  constexpr double kStandingLegs = 1.4;  // head over ankles: 1.7 legs upright, 1.2 on all fours
-  const bool stands = std::fabs(along) > kStandingLegs * leg;
-  if (axis == rest_axis ? std::fabs(along) > 0.8 * leg
-                        : stands && floor_here && !floor_at_rest_axis) {
-    return {axis, sign, share, true};
-  }
-  return up;
-}
-
 void JudgeUp(const SourceMotion& motion, const SkeletonMap& map, Inspection& inspection,
              std::string& options) {
-  const Up up = FindUp(motion, map);
-  const std::string axis = fmt::format("{}{}", up.sign < 0 ? "-" : "", "xyz"[up.axis]);
-  inspection.AddFact("up_axis", up.certain ? axis : "undecided", "");
+  const MotionUp up = FindMotionUp(motion, map);
+  const std::string_view axis = UpAxisName(up.axis);
+  inspection.AddFact("up_axis", up.certain ? std::string(axis) : "undecided", "");
   if (!up.certain) {
     inspection.Warn("up cannot be told: the body lies, crawls or bends for long",
                     "import takes y as up, as is the custom; give --up z if it is z");
-  } else if (axis == "y") {
+  } else if (up.axis == UpAxis::kY) {
     inspection.Ok(fmt::format("y is up, as is the custom (in {:.0f} % of frames)", 100 * up.share));
-  } else if (axis == "z") {
-    inspection.Ok(
-        fmt::format("z is up (in {:.0f} % of frames): import with --up z", 100 * up.share));
-    options += " --up z";
   } else {
-    inspection.Fault(fmt::format("{} is up", axis), "turn the motion to y or z up");
+    inspection.Ok(fmt::format("{} is up (in {:.0f} % of frames): every command takes it so", axis,
+                              100 * up.share));
+    options += fmt::format(" --up={}", axis);
   }
 }
 

@@ -111,6 +111,7 @@ class Retargeter {
   }
 
   void Torso(int frame, Rotations& world) const {
+    if (calibration_.shaped_like_smplx) return ShapedTorso(frame, world);
     world[0] = Turned(frame, 0);
     // Spine joints that the source lacks, or whose neutral is unknown, share the bend evenly.
     const bool own = calibration_.torso_rests_upright;
@@ -134,6 +135,14 @@ class Retargeter {
     world[15] = head;
     for (const int j : {22, 23, 24}) world[j] = head;
     for (const int collar : {13, 14}) Collar(frame, collar, world);
+  }
+
+  void ShapedTorso(int frame, Rotations& world) const {
+    for (const int j : {0, 9, 15}) world[j] = Turned(frame, j);
+    for (const auto& [joint, child] : {std::pair{3, 6}, {6, 9}, {12, 15}, {13, 16}, {14, 17}}) {
+      world[joint] = Aim(Turned(frame, joint), RestBone(joint, child), Bone(frame, joint, child));
+    }
+    for (const int j : {22, 23, 24}) world[j] = world[15];
   }
 
   // Collarbones start elsewhere in each skeleton: what counts is how far the shoulder has left its
@@ -319,8 +328,20 @@ struct Tally {
 // How well the joints follow the source's, each bone of a limb taken at the body's length.
 class ErrorMeter {
  public:
-  ErrorMeter(const MappedMotion& motion, const Eigen::Matrix3Xd& rest, double scale)
-      : motion_(motion), rest_(rest), scale_(scale) {}
+  ErrorMeter(const MappedMotion& motion, const Eigen::Matrix3Xd& rest,
+             const RetargetCalibration& calibration)
+      : motion_(motion),
+        rest_(rest),
+        scale_(calibration.scale),
+        same_bones_(calibration.same_skeleton || calibration.shaped_like_smplx) {
+    for (const int side : {0, 1}) {
+      const int wrist = 20 + side;
+      hand_in_source_[side] = motion.Tip(wrist);
+      if (hand_in_source_[side].norm() < 0.1 * motion.LocalBone(wrist - 2, wrist).norm()) {
+        hand_in_source_[side] = motion.LocalBone(wrist - 2, wrist);
+      }
+    }
+  }
 
   void Add(int frame, const Joints& joints) {
     const auto expected = [&](int from, int to) -> Eigen::Vector3d {
@@ -344,14 +365,80 @@ class ErrorMeter {
                          scale_ * (motion_.Position(frame, ankle) - source_middle))
                             .norm());
     }
+    AddPlaces(frame, joints);
+    AddTrunk(frame, joints);
+    for (const int side : {0, 1}) AddHand(frame, side, joints);
   }
 
   Tally all, wrists, ankles;
+  std::array<Tally, kNumBodyJoints> places;  // millimetres
+  std::array<Tally, 3> trunk;                // radians
+  std::array<Tally, 2> hands;                // radians, left and right
 
  private:
+  // A source with SMPL-X's own bones: all joints, scaled, from the middle of the hips. Others start
+  // their collarbones and spines elsewhere: arms from the shoulder, each bone at the body's length,
+  // and ankles.
+  void AddPlaces(int frame, const Joints& joints) {
+    const auto source = [&](int joint) { return motion_.Position(frame, joint); };
+    const Eigen::Vector3d hips = 0.5 * (joints.col(1) + joints.col(2));
+    const Eigen::Vector3d source_hips = 0.5 * (source(1) + source(2));
+    const auto add = [&](int joint, const Eigen::Vector3d& expected) {
+      places[joint].Add(1000 * (joints.col(joint) - expected).norm());
+    };
+    for (int j = 0; j < kNumBodyJoints; ++j) {
+      if (!(same_bones_ ? motion_.Has(j) : j == 7 || j == 8)) continue;
+      add(j, hips + scale_ * (source(j) - source_hips));
+    }
+    if (same_bones_) return;
+    for (const int shoulder : {16, 17}) {
+      Eigen::Vector3d at = joints.col(shoulder);
+      for (const int j : {shoulder, shoulder + 2}) {
+        const double length = (rest_.col(j + 2) - rest_.col(j)).norm();
+        at += length * (source(j + 2) - source(j)).normalized();
+        add(j + 2, at);
+      }
+    }
+  }
+
+  // The lines of the hips, of the shoulders, and from the middle of those to the middle of these.
+  void AddTrunk(int frame, const Joints& joints) {
+    const auto source = [&](int joint) { return motion_.Position(frame, joint); };
+    const auto add = [&](Tally& tally, const Eigen::Vector3d& clip, const Eigen::Vector3d& wanted) {
+      tally.Add(std::atan2(clip.cross(wanted).norm(), clip.dot(wanted)));
+    };
+    add(trunk[0], joints.col(1) - joints.col(2), source(1) - source(2));
+    add(trunk[1], joints.col(16) - joints.col(17), source(16) - source(17));
+    add(trunk[2], joints.col(16) + joints.col(17) - joints.col(1) - joints.col(2),
+        source(16) + source(17) - source(1) - source(2));
+  }
+
+  // From the wrist to the knuckles; without fingers along what hangs on the source's hand, else as
+  // its forearm goes on.
+  void AddHand(int frame, int side, const Joints& joints) {
+    const int wrist = 20 + side, begin = side == 0 ? kLeftHandBegin : kRightHandBegin;
+    Eigen::Vector3d clip = Eigen::Vector3d::Zero(), source = clip;
+    int knuckles = 0;
+    for (const int joint : {begin, begin + 3, begin + 6, begin + 9}) {
+      if (!motion_.Has(joint)) continue;
+      const Eigen::Vector3d bone = motion_.Position(frame, joint) - motion_.Position(frame, wrist);
+      if (bone.norm() < 1e-6) continue;
+      clip += (joints.col(joint) - joints.col(wrist)).normalized();
+      source += bone.normalized();
+      ++knuckles;
+    }
+    if (knuckles < 2) {
+      clip = joints.col(begin + 3) - joints.col(wrist);
+      source = motion_.Rotation(frame, wrist) * hand_in_source_[side];
+    }
+    hands[side].Add(std::atan2(clip.cross(source).norm(), clip.dot(source)));
+  }
+
   const MappedMotion& motion_;
   const Eigen::Matrix3Xd& rest_;
   double scale_;
+  bool same_bones_;
+  std::array<Eigen::Vector3d, 2> hand_in_source_;  // in the frame of its joint
 };
 
 // Moves and tilts the world so that the ground becomes z = 0.
@@ -429,7 +516,7 @@ Clip Retarget(const SourceMotion& motion, const SkeletonMap& map, const Retarget
   const MappedMotion mapped(motion, map, options.up);
   const Retargeter retargeter(mapped, body, options);
   const RetargetCalibration& calibration = retargeter.Calibration();
-  ErrorMeter meter(mapped, body.rest_joints, calibration.scale);
+  ErrorMeter meter(mapped, body.rest_joints, calibration);
   const GroundProbe probe(body.rest_joints, body.floor_y);
   Eigen::Matrix3d z_up;
   z_up << 1, 0, 0, 0, 0, -1, 0, 1, 0;
@@ -478,6 +565,17 @@ Clip Retarget(const SourceMotion& motion, const SkeletonMap& map, const Retarget
     report->max_wrist_error_mm = meter.wrists.most;
     report->mean_ankle_error_mm = meter.ankles.Mean();
     report->max_ankle_error_mm = meter.ankles.most;
+    report->worst_place_mm = 0;
+    for (int j = 0; j < kNumBodyJoints; ++j) {
+      if (meter.places[j].Mean() <= report->worst_place_mm) continue;
+      report->worst_place_mm = meter.places[j].Mean();
+      report->worst_place_joint = j;
+    }
+    report->trunk_error_rad = 0;
+    for (const Tally& line : meter.trunk) {
+      report->trunk_error_rad = std::max(report->trunk_error_rad, line.Mean());
+    }
+    for (const int side : {0, 1}) report->hand_error_rad[side] = meter.hands[side].Mean();
     ReportSoles(touching, motion.frame_rate, *report);
   }
   return options.frame_rate > 0 ? Resample(clip, options.frame_rate) : clip;

@@ -13,6 +13,9 @@
 ///   retarget_onto.h         a clip onto another skeleton
 ///   convert_parameters.h    parameters between body models
 
+#include <array>
+#include <string_view>
+
 #include <Eigen/Core>
 
 #include "geometry/body/body_model.h"
@@ -34,7 +37,11 @@ struct RetargetBody {
 /// A model's body of this shape, with its mean hands.
 RetargetBody RetargetBodyOf(const BodyModel& model, const Eigen::VectorXd& betas = {});
 
-enum class UpAxis { kY, kZ };
+/// The axis that points up in the world of a motion.
+enum class UpAxis { kX, kMinusX, kY, kMinusY, kZ, kMinusZ };
+
+/// "z", "-y", ...
+std::string_view UpAxisName(UpAxis up);
 
 struct RetargetOptions {
   double frame_rate = 30;    ///< of the clip, Hz; 0 keeps the source's
@@ -61,6 +68,17 @@ struct RetargetReport {
   /// Ankles from the middle of the hips against the source's, scaled as a whole.
   double mean_ankle_error_mm = 0;
   double max_ankle_error_mm = 0;
+  /// The joint farthest from its place, mean over frames. A source of SMPL-X's own bones: any
+  /// joint, scaled as a whole from the middle of the hips. Others start collarbones and spines
+  /// elsewhere: elbows and wrists from the shoulder, each bone at the body's length, and ankles.
+  int worst_place_joint = 0;
+  double worst_place_mm = 0;
+  /// The lines of the hips, of the shoulders, and from the middle of those to the middle of these
+  /// against the source's: the worst, mean over frames.
+  double trunk_error_rad = 0;
+  /// Left and right hand's direction, from the wrist to the knuckles, against the source's: its
+  /// knuckles, else what hangs on its hand, else its forearm turned as the hand's joint turns.
+  std::array<double, 2> hand_error_rad{0, 0};
   /// Mean horizontal speed of the lowest point of the soles while within 3 cm of the ground, m/s.
   double foot_skate = 0;
   /// Height of that point, metres: mean while within 3 cm, and lowest of all frames.

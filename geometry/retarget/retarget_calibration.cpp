@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
@@ -14,7 +15,13 @@
 namespace holdfast {
 namespace {
 
-constexpr double kFootTrust = 15 * kDegree;  // between a foot at rest and one that stands
+constexpr double kFootTrust = 15 * kDegree;       // between a foot at rest and one that stands
+constexpr double kLengthTolerance = 0.15;         // of bones shaped like SMPL-X's, of their length
+constexpr double kShapeTolerance = 5 * kDegree;   // and of what hangs on one joint
+constexpr double kRestTrust = 60 * kDegree;       // between axes at rest and the mean over a clip
+constexpr double kOppositeTrust = 100 * kDegree;  // likewise, of a head that rests upright
+constexpr double kWristTrust = 45 * kDegree;      // between a hand and its forearm, likewise
+constexpr double kLeastTip = 0.1;  // of the forearm: a shorter end site tells no direction
 
 enum Joint {
   kPelvis = 0,
@@ -26,6 +33,9 @@ enum Joint {
   kNeck = 12,
   kHead = 15
 };
+
+constexpr int kPelvisChildren[] = {kLeftHip, kRightHip, kSpine1};
+constexpr int kChestChildren[] = {kNeck, 13, 14};
 
 double Angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
@@ -74,7 +84,9 @@ class Calibrator {
     Scale();
     result_.same_skeleton = SameSkeleton();
     if (result_.same_skeleton) return result_;
+    result_.shaped_like_smplx = ShapedLikeSmplx();
     Torso();
+    if (result_.shaped_like_smplx) ShapedTorso();
     for (const int hip : {kLeftHip, kRightHip}) {
       const int knee = hip + 3, ankle = hip + 6, foot = hip + 9;
       Limb(hip, knee, ankle);
@@ -116,6 +128,79 @@ class Calibrator {
     return true;
   }
 
+  // The rotation that brings what hangs on a joint of SMPL-X onto the source's.
+  Eigen::Matrix3d RigidFit(int joint, std::span<const int> children) const {
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    for (const int child : children) {
+      covariance += motion_.LocalBone(joint, child).normalized() *
+                    RestBone(joint, child).normalized().transpose();
+    }
+    return NearestRotation(covariance);
+  }
+
+  bool ShapedLikeSmplx() const {
+    for (int j = 1; j < kNumBodyJoints; ++j) {
+      const int parent = kJointParents[j];
+      const bool toes = j == 10 || j == 11;
+      if (toes && !motion_.Has(j)) continue;
+      if (!motion_.Has(j) || !motion_.HangsDirectly(j)) return false;
+      const double length = result_.scale * motion_.LocalBone(parent, j).norm();
+      if (std::abs(length / RestBone(parent, j).norm() - 1) > kLengthTolerance) return false;
+    }
+    const auto fits = [&](int joint, std::span<const int> children) {
+      const Eigen::Matrix3d R = RigidFit(joint, children);
+      return std::ranges::all_of(children, [&](int child) {
+        return Angle(R * RestBone(joint, child), motion_.LocalBone(joint, child)) < kShapeTolerance;
+      });
+    };
+    return fits(kPelvis, kPelvisChildren) && fits(kSpine3, kChestChildren);
+  }
+
+  // The rotation of a joint with one bone, were it on average not twisted against its parent.
+  Eigen::Matrix3d Untwisted(int joint, int child) const {
+    const int parent = kJointParents[joint];
+    const Eigen::Vector3d rest = RestBone(joint, child);
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    for (int t = 0; t < motion_.NumFrames(); ++t) {
+      const Eigen::Matrix3d above = motion_.Rotation(t, parent) * result_.source_from_smplx[parent];
+      const Eigen::Vector3d bone = motion_.Position(t, child) - motion_.Position(t, joint);
+      sum += motion_.Rotation(t, joint).transpose() * LeastRotation(above * rest, bone) * above;
+    }
+    const Eigen::Matrix3d mean = NearestRotation(sum);
+    return LeastRotation(mean * rest, motion_.LocalBone(joint, child)) * mean;
+  }
+
+  static bool LiesAlongAxis(const Eigen::Vector3d& bone) {
+    return bone.normalized().cwiseAbs().maxCoeff() > std::cos(1 * kDegree);
+  }
+
+  // Where a bone lies along an axis, programs differ in how they roll the others about it, by
+  // quarters of a turn: axes so rolled as `mean` is, else the mean.
+  static Eigen::Matrix3d Rolled(const Eigen::Matrix3d& at_rest, const Eigen::Vector3d& bone,
+                                const Eigen::Matrix3d& mean) {
+    if (!LiesAlongAxis(bone)) return mean;
+    for (const double roll : {90, 180, 270}) {
+      const Eigen::Matrix3d rolled = ExpSO3(roll * kDegree * bone.normalized()) * at_rest;
+      if (AngleBetween(mean, rolled) < 45 * kDegree) return rolled;
+    }
+    return mean;
+  }
+
+  // By the bones alone: no rest pose is asked, but for the head, of which no bone tells.
+  void ShapedTorso() {
+    auto& C = result_.source_from_smplx;
+    C[kPelvis] = RigidFit(kPelvis, kPelvisChildren);
+    C[kSpine3] = RigidFit(kSpine3, kChestChildren);
+    C[kSpine1] = Untwisted(kSpine1, kSpine2);
+    C[kSpine2] = Untwisted(kSpine2, kSpine3);
+    C[kNeck] = Untwisted(kNeck, kHead);
+    for (const int collar : {13, 14}) C[collar] = Untwisted(collar, collar + 3);
+    // A head at rest goes on as its neck does.
+    C[kHead] = LeastRotation(C[kSpine3] * RestBone(kNeck, kHead), motion_.LocalBone(kNeck, kHead)) *
+               C[kSpine3];
+    Head(kRestTrust);
+  }
+
   void Torso() {
     const Eigen::Vector3d hips = SourceRestBone(kRightHip, kLeftHip);
     const Eigen::Vector3d hip_middle = 0.5 * (motion_.Rest(kLeftHip) + motion_.Rest(kRightHip));
@@ -129,7 +214,8 @@ class Calibrator {
           std::abs(Angle(hips, up) - 90 * kDegree) < 30 * kDegree) {
         const Eigen::Matrix3d frame = Frame(hips, up);
         const Eigen::Matrix3d snapped = SnapToAxes(frame);
-        if (AngleBetween(frame, snapped) < 25 * kDegree && LumbarIsUpright(snapped)) {
+        if (AngleBetween(frame, snapped) < 25 * kDegree && LumbarIsUpright(snapped) &&
+            CollarsRestAside(snapped)) {
           result_.torso_rests_upright = true;
           axes_ = snapped;
         }
@@ -142,6 +228,7 @@ class Calibrator {
           result_.shoulder_at_rest[side] = axes_.transpose() * SourceRestBone(9, 16 + side);
         }
       }
+      if (motion_.Has(kHead)) Head(kOppositeTrust);
       return;
     }
 
@@ -154,10 +241,13 @@ class Calibrator {
         lumbar < 0 ? Eigen::Vector3d(Eigen::Vector3d::UnitY()) : motion_.Rest(lumbar) - hip_middle;
     const Eigen::Matrix3d pelvis = Frame(hips, lumbar_direction);
     const Eigen::Matrix3d snapped = SnapToAxes(pelvis);
-    if (LumbarIsUpright(snapped)) {
+    const bool upright = LumbarIsUpright(snapped);
+    if (upright) {
       axes_ = snapped;
       result_.source_from_smplx.fill(axes_);
-    } else {
+    }
+    // Axes that lie along the bone are not upright but lean with it.
+    if (!upright || (lumbar >= 0 && LiesAlongAxis(motion_.LocalBone(kPelvis, lumbar)))) {
       result_.source_from_smplx[kPelvis] = Pelvis(hips, lumbar, top);
     }
     if (motion_.Has(kSpine3) && top >= 0) {
@@ -175,7 +265,20 @@ class Calibrator {
         }
       }
     }
-    if (motion_.Has(kHead)) Head();
+    if (motion_.Has(kHead)) Head(45 * kDegree);
+  }
+
+  // A rest pose in which bones lie along their own axes may stand upright as well, one on the
+  // other.
+  bool CollarsRestAside(const Eigen::Matrix3d& axes) const {
+    for (const int collar : {13, 14}) {
+      if (!motion_.Has(collar)) continue;
+      const Eigen::Vector3d bone = axes.transpose() * SourceRestBone(collar, collar + 3);
+      if (bone.norm() > 0.005 && Angle(bone, RestBone(collar, collar + 3)) > 60 * kDegree) {
+        return false;
+      }
+    }
+    return true;
   }
 
   // A pelvis whose rest pose says nothing: as the lowest spine joint lies in SMPL-X, unless that is
@@ -215,7 +318,7 @@ class Calibrator {
 
   // A head whose rest pose is unrelated to the chest's: on average people look where the chest
   // faces, and level. Rest poses that agree with that within a long look aside are believed.
-  void Head() {
+  void Head(double trust) {
     const Eigen::Vector3d world_up = Eigen::Vector3d::UnitY();
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     for (int t = 0; t < motion_.NumFrames(); ++t) {
@@ -226,10 +329,12 @@ class Calibrator {
              (upright ? FrameFromUp(world_up, chest.col(2)) : chest);
     }
     const Eigen::Matrix3d average = NearestRotation(sum);
-    if (AngleBetween(average, result_.source_from_smplx[kHead]) > 45 * kDegree) {
-      result_.source_from_smplx[kHead] = average;
-      result_.neck_rests_with_head = false;
-    }
+    auto& head = result_.source_from_smplx[kHead];
+    if (AngleBetween(average, head) < trust) return;
+    const Eigen::Vector3d neck =
+        motion_.Has(kNeck) ? motion_.LocalBone(kNeck, kHead) : average.col(1);
+    head = Rolled(head, neck, average);
+    result_.neck_rests_with_head = false;
   }
 
   // Does the lowest spine joint lie where it should over the hips, were `axes` the pelvis's?
@@ -291,8 +396,7 @@ class Calibrator {
     result_.source_from_smplx[joint] = upright * ExpSO3(roll * rest);
   }
 
-  // Hands: by their knuckles; else by the rest pose; else so that forearms are, on average,
-  // unwrung.
+  // Hands: by their knuckles; else by what hangs on them; else by their forearms.
   void Hand(int wrist) {
     const int begin = wrist == 20 ? kLeftHandBegin : kRightHandBegin;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -310,28 +414,64 @@ class Calibrator {
       correction = NearestRotation(covariance);
       return;
     }
-    const Eigen::Vector3d rest = RestBone(wrist, begin + 3).normalized();
+    const int elbow = wrist - 2, shoulder = wrist - 4, middle = begin + 3;
     const Eigen::Vector3d tip = motion_.Tip(wrist);
-    correction = tip.norm() > 0.005 ? LeastRotation(axes_ * rest, tip) * axes_ : axes_;
-    const int elbow = wrist - 2, shoulder = wrist - 4;
-    const bool rest_tells = Angle(axes_.transpose() * SourceRestBone(elbow, wrist),
+    const bool rests_in_t = Angle(axes_.transpose() * SourceRestBone(elbow, wrist),
                                   RestBone(elbow, wrist)) < 45 * kDegree &&
                             Angle(axes_.transpose() * SourceRestBone(shoulder, elbow),
                                   RestBone(shoulder, elbow)) < 45 * kDegree;
-    if (rest_tells) return;
-
-    const Eigen::Vector3d forearm = RestBone(elbow, wrist).normalized();
-    Eigen::Vector2d twist = Eigen::Vector2d::Zero();
-    for (int t = 0; t < motion_.NumFrames(); ++t) {
-      const Eigen::Matrix3d upper =
-          motion_.Rotation(t, shoulder) * result_.source_from_smplx[shoulder];
-      const Eigen::Matrix3d lower =
-          BendHinge(elbow, upper, forearm, motion_.Position(t, wrist) - motion_.Position(t, elbow));
-      const double angle =
-          TwistAngle(lower.transpose() * motion_.Rotation(t, wrist) * correction, forearm);
-      twist += Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    if (rests_in_t) {
+      const Eigen::Vector3d rest = RestBone(wrist, middle).normalized();
+      correction = tip.norm() > 0.005 ? LeastRotation(axes_ * rest, tip) * axes_ : axes_;
+      return;
     }
-    correction = correction * ExpSO3(-std::atan2(twist.y(), twist.x()) * rest);
+    // Without a tip the hand goes on as its forearm does where its joint does not turn.
+    const MeanHand mean = MeanHandOf(wrist);
+    const Eigen::Vector3d forearm = motion_.LocalBone(elbow, wrist);
+    const bool has_tip = tip.norm() > kLeastTip * forearm.norm();
+    const Eigen::Vector3d rest = has_tip ? RestBone(wrist, middle) : RestBone(elbow, wrist);
+    Eigen::Vector3d along = has_tip ? tip : forearm;
+    if (!has_tip && Angle(along, mean.forearm) > kWristTrust) along = mean.forearm;
+
+    Eigen::Matrix3d axes = mean.axes;
+    if (result_.shaped_like_smplx || result_.torso_rests_upright || LiesAlongAxis(forearm)) {
+      const Eigen::Matrix3d at_rest = ForearmAtRest(wrist);
+      axes = AngleBetween(at_rest, mean.axes) < kRestTrust ? at_rest
+                                                           : Rolled(at_rest, forearm, mean.axes);
+    }
+    correction = LeastRotation(axes * rest, along) * axes;
+  }
+
+  // A forearm whose elbow bends and does nothing else in the rest pose, by its own axes.
+  Eigen::Matrix3d ForearmAtRest(int wrist) const {
+    const int elbow = wrist - 2, shoulder = wrist - 4;
+    const Eigen::Matrix3d& chest =
+        result_.source_from_smplx[motion_.Has(kSpine3) ? kSpine3 : kPelvis];
+    const Eigen::Matrix3d upper =
+        LeastRotation(chest * RestBone(shoulder, elbow), motion_.LocalBone(shoulder, elbow)) *
+        chest;
+    return BendHinge(elbow, upper, RestBone(elbow, wrist), motion_.LocalBone(elbow, wrist));
+  }
+
+  struct MeanHand {
+    Eigen::Matrix3d axes;     // of a hand whose forearm is, on average, unwrung
+    Eigen::Vector3d forearm;  // its direction in the hand's frame
+  };
+
+  MeanHand MeanHandOf(int wrist) const {
+    const int elbow = wrist - 2, shoulder = wrist - 4;
+    Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d forearm = Eigen::Vector3d::Zero();
+    for (int t = 0; t < motion_.NumFrames(); ++t) {
+      const Eigen::Vector3d direction =
+          (motion_.Position(t, wrist) - motion_.Position(t, elbow)).normalized();
+      const Eigen::Matrix3d above =
+          motion_.Rotation(t, shoulder) * result_.source_from_smplx[shoulder];
+      const Eigen::Matrix3d to_hand = motion_.Rotation(t, wrist).transpose();
+      sum += to_hand * BendHinge(elbow, above, RestBone(elbow, wrist), direction);
+      forearm += to_hand * direction;
+    }
+    return {NearestRotation(sum), forearm};
   }
 
   // Feet: flat where the motion has them on the ground. A rest pose that stands tells nearly as
@@ -379,6 +519,11 @@ class Calibrator {
     take(ankle_up, forward, ankle_correction);
     if (!has_foot || !rest_tells) foot_correction = ankle_correction;
     if (has_foot) take(foot_up, motion_.Tip(foot), foot_correction);
+    if (has_foot && result_.shaped_like_smplx) {
+      ankle_correction =
+          LeastRotation(ankle_correction * RestBone(ankle, foot), motion_.LocalBone(ankle, foot)) *
+          ankle_correction;
+    }
   }
 
   // 1 where the foot stands still and low, else 0.
@@ -410,9 +555,17 @@ class Calibrator {
 }  // namespace
 
 Eigen::Matrix3d UprightFrom(UpAxis up) {
-  Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();
-  if (up == UpAxis::kZ) upright << 1, 0, 0, 0, 0, 1, 0, -1, 0;
-  return upright;
+  if (up == UpAxis::kMinusY) return Eigen::Vector3d(1, -1, -1).asDiagonal();
+  const int axis = static_cast<int>(up) / 2;
+  const double sign = static_cast<int>(up) % 2 == 0 ? 1 : -1;
+  return RotationBetween(sign * Eigen::Vector3d::Unit(axis), Eigen::Vector3d::UnitY())
+      .toRotationMatrix()
+      .unaryExpr([](double x) { return std::round(x); });  // exactly, they are all 0 and 1
+}
+
+std::string_view UpAxisName(UpAxis up) {
+  constexpr std::array<std::string_view, 6> kNames = {"x", "-x", "y", "-y", "z", "-z"};
+  return kNames[static_cast<std::size_t>(up)];
 }
 
 MappedMotion::MappedMotion(const SourceMotion& motion, const SkeletonMap& map, UpAxis up)
@@ -445,6 +598,17 @@ MappedMotion::MappedMotion(const SourceMotion& motion, const SkeletonMap& map, U
       if (site.parent == turner_[j]) consider(site.offset);
     }
   }
+}
+
+Eigen::Vector3d MappedMotion::LocalBone(int from, int to) const {
+  constexpr int kMostFrames = 1000;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  const int step = NumFrames() / kMostFrames + 1;
+  int count = 0;
+  for (int t = 0; t < NumFrames(); t += step, ++count) {
+    sum += Rotation(t, from).transpose() * (Position(t, to) - Position(t, from));
+  }
+  return sum / count;
 }
 
 bool MappedMotion::HangsDirectly(int joint) const {

@@ -12,7 +12,7 @@
 
 namespace holdfast {
 
-/// Turns a world with this axis up into one with y up.
+/// Turns a world with this axis up into one with y up, the shortest way; -y about x.
 Eigen::Matrix3d UprightFrom(UpAxis up);
 
 /// A source motion seen through a map: joints by SMPL-X number, world y-up.
@@ -34,6 +34,9 @@ class MappedMotion {
   /// From the joint to the next one of the source (or the end site), in the frame of Rotation; zero
   /// where nothing hangs on it.
   Eigen::Vector3d Tip(int joint) const { return tip_[joint]; }
+  /// From one joint to another in the frame of Rotation(from): mean over the clip. Rest offsets do
+  /// not tell it where channels of position stand in for them.
+  Eigen::Vector3d LocalBone(int from, int to) const;
   /// Every joint between the mapped joint and its nearest mapped ancestor is mapped too.
   bool HangsDirectly(int joint) const;
   const SkeletonMap& Map() const { return map_; }
@@ -51,6 +54,9 @@ class MappedMotion {
 /// What stays constant between a source skeleton and SMPL-X's.
 struct RetargetCalibration {
   bool same_skeleton = false;
+  /// All joints of the body are there and what hangs on each lies as in SMPL-X, bone lengths within
+  /// 15 %: then every bone of the trunk points where the source's does.
+  bool shaped_like_smplx = false;
   bool torso_rests_upright = false;  ///< spine, neck, head and collars are neutral in the rest pose
   bool neck_rests_with_head = true;  ///< the neck's rotation means something; else it is between
   double scale = 1;

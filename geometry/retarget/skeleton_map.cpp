@@ -22,13 +22,6 @@ constexpr std::string_view kRequired[] = {
     "left_ankle",  "right_ankle", "left_shoulder", "right_shoulder", "left_elbow",
     "right_elbow", "left_wrist",  "right_wrist"};
 
-std::string WithSide(std::string_view pattern, std::string_view side) {
-  std::string name(pattern);
-  const std::size_t star = name.find('*');
-  if (star != std::string::npos) name.replace(star, 1, side);
-  return name;
-}
-
 // Which joint has a name, the first where several do.
 using JointsByName = std::unordered_map<std::string, int>;
 
@@ -46,11 +39,27 @@ bool NamesAreNumbered(const SourceMotion& motion) {
   return motion.joint_names.size() >= 13 && 10 * numbered >= 9 * motion.joint_names.size();
 }
 
-JointsByName NamesOf(const SourceMotion& motion) {
+// What nearly every name begins with, up to a separator ("Character1_"); empty where nothing is.
+std::string_view CommonPrefix(const SourceMotion& motion) {
+  const auto& names = motion.joint_names;
+  if (names.empty()) return {};
+  const std::string_view name = names[names.size() / 2];
+  for (std::size_t end = name.size(); end > 0; --end) {
+    if (std::string_view("_-. ").find(name[end - 1]) == std::string_view::npos) continue;
+    const std::string_view prefix = name.substr(0, end);
+    const auto count =
+        std::ranges::count_if(names, [&](const auto& other) { return other.starts_with(prefix); });
+    if (10 * static_cast<std::size_t>(count) >= 9 * names.size()) return prefix;
+  }
+  return {};
+}
+
+JointsByName NamesOf(const SourceMotion& motion, std::string_view prefix) {
   const bool numbered = NamesAreNumbered(motion);
   JointsByName joints;
   for (int j = 0; j < motion.NumJoints(); ++j) {
     std::string_view name = motion.joint_names[static_cast<std::size_t>(j)];
+    if (name.starts_with(prefix)) name.remove_prefix(prefix.size());
     const std::size_t bar = name.rfind('_');
     if (numbered && bar != name.npos && IsDigits(name.substr(bar + 1))) name = name.substr(0, bar);
     joints.try_emplace(SkeletonKey(name), j);
@@ -72,7 +81,7 @@ int FindSource(const JointsByName& joints, std::string_view patterns, std::strin
                std::string_view prefix) {
   int found = -1;
   ForEachOf(patterns, [&](std::string_view pattern) {
-    const auto joint = joints.find(SkeletonKey(prefix) + SkeletonKey(WithSide(pattern, side)));
+    const auto joint = joints.find(SkeletonKey(prefix) + SkeletonKey(SideName(pattern, side)));
     if (joint != joints.end()) found = joint->second;
     return found >= 0;
   });
@@ -86,10 +95,10 @@ SkeletonMap Apply(const SkeletonTable& table, std::string_view prefix, const Joi
   map.lumbar_lean = table.lumbar_lean;
   for (const SkeletonRow& row : table.rows) {
     const bool sided = row.target.starts_with('*');
-    map.source[*FindJoint(WithSide(row.target, "left"))] =
+    map.source[*FindJoint(SideName(row.target, "left"))] =
         FindSource(joints, row.sources, table.left, prefix);
     if (sided) {
-      map.source[*FindJoint(WithSide(row.target, "right"))] =
+      map.source[*FindJoint(SideName(row.target, "right"))] =
           FindSource(joints, row.sources, table.right, prefix);
     }
   }
@@ -128,6 +137,21 @@ void CheckTree(const SkeletonMap& map, const SourceMotion& motion, const std::st
   }
 }
 
+// What VRM's extension says, where it names all limbs.
+std::optional<SkeletonMap> HumanoidMap(const SourceMotion& motion) {
+  JointsByName joints;
+  for (const auto& [bone, joint] : motion.humanoid) joints.try_emplace(SkeletonKey(bone), joint);
+  std::optional<SkeletonMap> best;
+  for (const SkeletonTable& table : SkeletonTables()) {
+    if (std::ranges::find(kHumanoidTables, table.name) == std::end(kHumanoidTables)) continue;
+    SkeletonMap map = Apply(table, "", joints);
+    if (!MissingLimbs(map).empty() || (best && map.NumMapped() <= best->NumMapped())) continue;
+    best = std::move(map);
+    best->name = "VRM humanoid";
+  }
+  return best;
+}
+
 }  // namespace
 
 int SkeletonMap::NumMapped() const {
@@ -146,11 +170,18 @@ std::vector<std::string> SkeletonMap::UnusedSourceJoints(const SourceMotion& mot
 }
 
 SkeletonMap RecognizeSkeleton(const SourceMotion& motion, const std::string& where) {
-  const JointsByName joints = NamesOf(motion);
+  if (const auto humanoid = HumanoidMap(motion)) {
+    CheckTree(*humanoid, motion, where);
+    return *humanoid;
+  }
+  const std::string_view common = CommonPrefix(motion);
+  std::vector<JointsByName> namings = {NamesOf(motion, "")};
+  if (!common.empty()) namings.push_back(NamesOf(motion, common));
   std::optional<SkeletonMap> best;
   std::size_t best_missing = 0;
   int best_score = 0;
-  const auto consider = [&](const SkeletonTable& table, std::string_view prefix) {
+  const auto consider = [&](const SkeletonTable& table, std::string_view prefix,
+                            const JointsByName& joints) {
     SkeletonMap map = Apply(table, prefix, joints);
     const std::size_t missing = MissingLimbs(map).size();
     int score = map.NumMapped();
@@ -163,13 +194,15 @@ SkeletonMap RecognizeSkeleton(const SourceMotion& motion, const std::string& whe
       best_score = score;
     }
   };
-  for (const SkeletonTable& table : SkeletonTables()) {
-    consider(table, "");
-    if (table.prefixes.empty()) continue;
-    ForEachOf(table.prefixes, [&](std::string_view prefix) {
-      consider(table, prefix);
-      return false;
-    });
+  for (const JointsByName& joints : namings) {
+    for (const SkeletonTable& table : SkeletonTables()) {
+      consider(table, "", joints);
+      if (table.prefixes.empty()) continue;
+      ForEachOf(table.prefixes, [&](std::string_view prefix) {
+        consider(table, prefix, joints);
+        return false;
+      });
+    }
   }
   if (best_missing > 0) {
     throw Error(where,

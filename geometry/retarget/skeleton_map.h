@@ -26,11 +26,12 @@ struct SkeletonMap {
   std::vector<std::string> UnusedSourceJoints(const SourceMotion& motion) const;
 };
 
-/// Recognises the naming of a skeleton (SmartBody, CMU as BVH and as ASF, ACCAD, Mixamo, SMPL, ...)
-/// by which table finds most of its joints. A prefix up to a last ':' ("mixamorig:"), letter case,
-/// spaces, '_', '-', '.' and numbers at the end of every name do not count. Throws Error listing
-/// what could not be placed, and how to give a map, when no table finds pelvis, hips, knees,
-/// ankles, shoulders, elbows and wrists.
+/// The bones that VRM's extension names, where the file has it. Else recognises the naming of a
+/// skeleton (SmartBody, CMU as BVH and as ASF, ACCAD, Mixamo, SMPL, ...) by which table finds most
+/// of its joints. A prefix up to a last ':' ("mixamorig:"), '|' or '/', one that nearly all names
+/// share up to a separator ("Character1_"), letter case, spaces, '_', '-', '.' and numbers at the
+/// end of every name do not count. Throws Error listing what could not be placed, and how to give a
+/// map, when no table finds pelvis, hips, knees, ankles, shoulders, elbows and wrists.
 SkeletonMap RecognizeSkeleton(const SourceMotion& motion, const std::string& where);
 
 /// Reads a map `{"source joint": "smplx joint", ...}` from a JSON file. Throws Error for anything

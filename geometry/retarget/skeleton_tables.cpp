@@ -6,8 +6,8 @@
 namespace holdfast {
 
 std::string SkeletonKey(std::string_view name) {
-  const std::size_t colon = name.rfind(':');
-  if (colon != std::string_view::npos) name.remove_prefix(colon + 1);
+  const std::size_t space = name.find_last_of(":|/");  // of a namespace, a path
+  if (space != std::string_view::npos) name.remove_prefix(space + 1);
   std::string key;
   key.reserve(name.size());
   for (const char c : name) {
@@ -15,6 +15,15 @@ std::string SkeletonKey(std::string_view name) {
     key.push_back(static_cast<char>(std::tolower(static_cast<unsigned char>(c))));
   }
   return key;
+}
+
+std::string SideName(std::string_view pattern, std::string_view side) {
+  std::string name(pattern);
+  if (const std::size_t star = name.find('*'); star != name.npos) name.replace(star, 1, side);
+  if (const std::size_t hash = name.find('#'); hash != name.npos) {
+    name.replace(hash, 1, side.substr(0, 1));
+  }
+  return name;
 }
 
 const std::vector<SkeletonTable>& SkeletonTables() {
@@ -345,6 +354,61 @@ const std::vector<SkeletonTable>& SkeletonTables() {
         {"*_pinky3", "*Pinky3"},   {"*_ring1", "*Ring1"},     {"*_ring2", "*Ring2"},
         {"*_ring3", "*Ring3"},     {"*_thumb1", "*Thumb1"},   {"*_thumb2", "*Thumb2"},
         {"*_thumb3", "*Thumb3"}},
+       {}},
+      // Poser, Daz 4 and the "daz-friendly" conversion of CMU's motions.
+      {"DAZ, Poser", "l", "r",
+       {{"pelvis", "hip"},       {"spine1", "abdomen"},   {"spine3", "chest"},
+        {"neck", "neck"},        {"head", "head"},        {"*_hip", "*Thigh"},
+        {"*_knee", "*Shin"},     {"*_ankle", "*Foot"},    {"*_foot", "*Toe|*Toes"},
+        {"*_collar", "*Collar"}, {"*_shoulder", "*Shldr"}, {"*_elbow", "*ForeArm"},
+        {"*_wrist", "*Hand"},    {"*_eye", "*Eye"},
+        {"*_index1", "*Index1"}, {"*_index2", "*Index2"}, {"*_index3", "*Index3"},
+        {"*_middle1", "*Mid1"},  {"*_middle2", "*Mid2"},  {"*_middle3", "*Mid3"},
+        {"*_pinky1", "*Pinky1"}, {"*_pinky2", "*Pinky2"}, {"*_pinky3", "*Pinky3"},
+        {"*_ring1", "*Ring1"},   {"*_ring2", "*Ring2"},   {"*_ring3", "*Ring3"},
+        {"*_thumb1", "*Thumb1"}, {"*_thumb2", "*Thumb2"}, {"*_thumb3", "*Thumb3"}},
+       {}},
+      // NVIDIA's; of the longer one the first joint of a finger is in the palm.
+      {"SOMA", "Left", "Right",
+       {{"pelvis", "Hips"}, {"spine1", "Spine1"}, {"spine2", "Spine2"}, {"spine3", "Chest"},
+        {"neck", "Neck1"}, {"head", "Head"}, {"jaw", "Jaw"},
+        {"*_hip", "*Leg"}, {"*_knee", "*Shin"}, {"*_ankle", "*Foot"}, {"*_foot", "*ToeBase"},
+        {"*_collar", "*Shoulder"}, {"*_shoulder", "*Arm"}, {"*_elbow", "*ForeArm"},
+        {"*_wrist", "*Hand"}, {"*_eye", "*Eye"},
+        {"*_index1", "*HandIndex1"}, {"*_index2", "*HandIndex2"}, {"*_index3", "*HandIndex3"},
+        {"*_middle1", "*HandMiddle1"}, {"*_middle2", "*HandMiddle2"},
+        {"*_middle3", "*HandMiddle3"},
+        {"*_pinky1", "*HandPinky1"}, {"*_pinky2", "*HandPinky2"}, {"*_pinky3", "*HandPinky3"},
+        {"*_ring1", "*HandRing1"}, {"*_ring2", "*HandRing2"}, {"*_ring3", "*HandRing3"},
+        {"*_thumb1", "*HandThumb1"}, {"*_thumb2", "*HandThumb2"}, {"*_thumb3", "*HandThumb3"}},
+       {}},
+      {"SOMA, 77 joints", "Left", "Right",
+       {{"pelvis", "Hips"}, {"spine1", "Spine1"}, {"spine2", "Spine2"}, {"spine3", "Chest"},
+        {"neck", "Neck1"}, {"head", "Head"}, {"jaw", "Jaw"},
+        {"*_hip", "*Leg"}, {"*_knee", "*Shin"}, {"*_ankle", "*Foot"}, {"*_foot", "*ToeBase"},
+        {"*_collar", "*Shoulder"}, {"*_shoulder", "*Arm"}, {"*_elbow", "*ForeArm"},
+        {"*_wrist", "*Hand"}, {"*_eye", "*Eye"},
+        {"*_index1", "*HandIndex2"}, {"*_index2", "*HandIndex3"}, {"*_index3", "*HandIndex4"},
+        {"*_middle1", "*HandMiddle2"}, {"*_middle2", "*HandMiddle3"},
+        {"*_middle3", "*HandMiddle4"},
+        {"*_pinky1", "*HandPinky2"}, {"*_pinky2", "*HandPinky3"}, {"*_pinky3", "*HandPinky4"},
+        {"*_ring1", "*HandRing2"}, {"*_ring2", "*HandRing3"}, {"*_ring3", "*HandRing4"},
+        {"*_thumb1", "*HandThumb1"}, {"*_thumb2", "*HandThumb2"}, {"*_thumb3", "*HandThumb3"}},
+       {"LeftHandIndex4", "LeftHandMiddle4"}},
+      // What the plug-in Cats makes of avatars for VRChat.
+      {"VRChat, Cats", "Left", "Right",
+       {{"pelvis", "Hips"}, {"spine1", "Spine"}, {"spine3", "Chest"},
+        {"neck", "Neck"}, {"head", "Head"},
+        {"*_hip", "* leg"}, {"*_knee", "* knee"}, {"*_ankle", "* ankle"}, {"*_foot", "* toe"},
+        {"*_collar", "* shoulder"}, {"*_shoulder", "* arm"}, {"*_elbow", "* elbow"},
+        {"*_wrist", "* wrist"}, {"*_eye", "*Eye|Eye_#"},
+        {"*_index1", "IndexFinger1_#"}, {"*_index2", "IndexFinger2_#"},
+        {"*_index3", "IndexFinger3_#"}, {"*_middle1", "MiddleFinger1_#"},
+        {"*_middle2", "MiddleFinger2_#"}, {"*_middle3", "MiddleFinger3_#"},
+        {"*_pinky1", "LittleFinger1_#"}, {"*_pinky2", "LittleFinger2_#"},
+        {"*_pinky3", "LittleFinger3_#"}, {"*_ring1", "RingFinger1_#"},
+        {"*_ring2", "RingFinger2_#"}, {"*_ring3", "RingFinger3_#"},
+        {"*_thumb1", "Thumb0_#"}, {"*_thumb2", "Thumb1_#"}, {"*_thumb3", "Thumb2_#"}},
        {}},
       // HumanIK with a longer spine, as Vicon Shogun and Perception Neuron write it.
       {"HumanIK, four spine joints", "Left", "Right",

@@ -9,8 +9,8 @@
 namespace holdfast {
 
 /// One row of a table: SMPL-X joint and what sources call it. '*' stands for the side:
-/// "left"/"right" on SMPL-X's part, the table's own words on the source's. '|' parts names of which
-/// the first that is there counts.
+/// "left"/"right" on SMPL-X's part, the table's own words on the source's, '#' for their first
+/// letters. '|' parts names of which the first that is there counts.
 struct SkeletonRow {
   std::string_view target;
   std::string_view sources;
@@ -27,11 +27,17 @@ struct SkeletonTable {
   std::string_view prefixes = {};
 };
 
+/// Names of the tables whose bones are those of VRM's extension.
+inline constexpr std::string_view kHumanoidTables[] = {"VRM, Unity", "VRM, Unity with upper chest"};
+
 /// All tables. Names are compared by SkeletonKey.
 const std::vector<SkeletonTable>& SkeletonTables();
 
-/// A joint's name without what differs from program to program: everything up to a last ':', letter
-/// case, spaces, '_', '-' and '.'.
+/// A pattern of a row with the side's word in it.
+std::string SideName(std::string_view pattern, std::string_view side);
+
+/// A joint's name without what differs from program to program: everything up to a last ':', '|' or
+/// '/', letter case, spaces, '_', '-' and '.'.
 std::string SkeletonKey(std::string_view name);
 
 }  // namespace holdfast

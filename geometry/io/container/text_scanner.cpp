@@ -2,8 +2,11 @@
 #include "geometry/io/container/text_scanner.h"
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -26,7 +29,81 @@ std::string Shown(std::string_view word) {
   return shown;
 }
 
+// Bytes of UTF-16: which byte of each unit comes first. Without a mark, by the ASCII that formats
+// begin with: one byte of each unit is zero, the other is not.
+std::optional<std::endian> Utf16Order(std::string_view bytes) {
+  if (bytes.starts_with("\xFF\xFE")) return std::endian::little;
+  if (bytes.starts_with("\xFE\xFF")) return std::endian::big;
+  constexpr std::size_t kUnits = 8;
+  if (bytes.size() < 2 * kUnits) return std::nullopt;
+  for (const std::size_t high : {1, 0}) {
+    bool ascii = true;
+    for (std::size_t i = 0; i < 2 * kUnits; i += 2) {
+      const char low = bytes[i + 1 - high];
+      ascii = ascii && bytes[i + high] == '\0' && low >= '\t' && low < 127;
+    }
+    if (ascii) return high == 1 ? std::endian::little : std::endian::big;
+  }
+  return std::nullopt;
+}
+
+std::string Utf8FromUtf16(std::string_view bytes, std::endian order) {
+  const auto unit = [&](std::size_t i) -> std::uint32_t {
+    const auto a = static_cast<unsigned char>(bytes[i]),
+               b = static_cast<unsigned char>(bytes[i + 1]);
+    return order == std::endian::little ? a | b << 8 : b | a << 8;
+  };
+  std::string text;
+  text.reserve(bytes.size() / 2);
+  for (std::size_t i = 0; i + 1 < bytes.size(); i += 2) {
+    std::uint32_t code = unit(i);
+    if (code == 0xFEFF && i == 0) continue;
+    if (code >= 0xD800 && code < 0xDC00 && i + 3 < bytes.size()) {
+      const std::uint32_t low = unit(i + 2);
+      if (low >= 0xDC00 && low < 0xE000) {
+        code = 0x10000 + ((code - 0xD800) << 10) + (low - 0xDC00);
+        i += 2;
+      }
+    }
+    const auto put = [&](std::uint32_t byte) { text.push_back(static_cast<char>(byte)); };
+    const auto tail = [&](int shift) { put(0x80 | (code >> shift & 0x3F)); };
+    if (code < 0x80) {
+      put(code);
+    } else if (code < 0x800) {
+      put(0xC0 | code >> 6);
+      tail(0);
+    } else if (code < 0x10000) {
+      put(0xE0 | code >> 12);
+      tail(6);
+      tail(0);
+    } else {
+      put(0xF0 | code >> 18);
+      tail(12);
+      tail(6);
+      tail(0);
+    }
+  }
+  return text;
+}
+
 }  // namespace
+
+std::string PlainText(std::string bytes, std::vector<std::string>& notes) {
+  if (const auto order = Utf16Order(bytes)) {
+    bytes = Utf8FromUtf16(bytes, *order);
+    notes.emplace_back("the text is UTF-16: converted to UTF-8");
+  } else if (bytes.starts_with("\xEF\xBB\xBF")) {
+    bytes.erase(0, 3);
+    notes.emplace_back("the text begins with a byte order mark (UTF-8): passed over");
+  }
+  const std::string_view head = std::string_view(bytes).substr(0, 512);
+  if (head.find('\r') != head.npos && head.find('\0') == head.npos &&
+      bytes.find('\n') == bytes.npos) {
+    std::ranges::replace(bytes, '\r', '\n');
+    notes.emplace_back("lines end in carriage returns alone, as on an old Macintosh");
+  }
+  return bytes;
+}
 
 bool EqualIgnoringCase(std::string_view a, std::string_view b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),

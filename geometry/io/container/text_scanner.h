@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace holdfast {
 
@@ -41,6 +42,11 @@ class TextScanner {
   std::size_t position_ = 0;
   int line_ = 1;
 };
+
+/// A text as the scanner reads it: UTF-16 with or without a byte order mark becomes UTF-8, carriage
+/// returns that alone end lines become line feeds. `notes` is told of both, and of a byte order
+/// mark. Bytes that are no such text come back as they are.
+std::string PlainText(std::string bytes, std::vector<std::string>& notes);
 
 /// True when two words are equal apart from the case of ASCII letters.
 bool EqualIgnoringCase(std::string_view a, std::string_view b);

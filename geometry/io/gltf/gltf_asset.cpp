@@ -187,6 +187,7 @@ class GltfParser {
     Nodes(root);
     Each(root, "skins", [&](const Entry& entry) { Skin(entry); });
     Each(root, "animations", [&](const Entry& entry) { Animation(entry); });
+    Humanoid(root);
   }
 
  private:
@@ -222,6 +223,30 @@ class GltfParser {
     own.Numbers("betas", asset_.provenance.betas);
     asset_.provenance.gender = own.Text("gender");
     asset_.provenance.body_model = own.Text("body_model");
+  }
+
+  // VRM 1.0: {"hips": {"node": 3}, ...}; VRM 0.x: [{"bone": "hips", "node": 3}, ...].
+  void Humanoid(const Entry& root) {
+    const json* found = root.Find("extensions");
+    if (found == nullptr || !found->is_object()) return;
+    const Entry extensions = root.Inner(*found, "extensions");
+    for (const char* name : {"VRMC_vrm", "VRM"}) {
+      const json* vrm = extensions.Find(name);
+      if (vrm == nullptr || !vrm->is_object()) continue;
+      const Entry extension = extensions.Inner(*vrm, name);
+      const json* humanoid = extension.Find("humanoid");
+      if (humanoid == nullptr || !humanoid->is_object()) continue;
+      const Entry map = extension.Inner(*humanoid, "humanoid");
+      const json* bones = map.Find("humanBones");
+      if (bones == nullptr || !bones->is_structured()) continue;
+      for (const auto& [key, value] : bones->items()) {
+        if (!value.is_object()) continue;
+        const Entry bone = map.Inner(value, "humanBones");
+        const auto node = static_cast<int>(bone.Integer("node", -1, Size(asset_.nodes)));
+        if (node >= 0) asset_.humanoid.emplace(bones->is_array() ? bone.Text("bone") : key, node);
+      }
+      if (!asset_.humanoid.empty()) return;
+    }
   }
 
   void Buffers(const Entry& root, bool has_chunk) {

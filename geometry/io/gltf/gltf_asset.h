@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -125,6 +126,7 @@ class GltfAsset {
   std::vector<GltfAccessor> accessors;
   std::vector<GltfBufferView> views;
   GltfProvenance provenance;
+  std::map<std::string, int> humanoid;  ///< bone to node, as VRM's extension tells; else empty
 
   const GltfNode& NodeAt(int node) const { return nodes[static_cast<std::size_t>(node)]; }
   std::string_view BufferBytes(int buffer) const;

@@ -46,7 +46,7 @@ class GltfMotionReader {
     const GltfAnimation& animation = ChooseAnimation(characters);
     const GltfSampler sampler(asset_, animation);
     const GltfCharacter character = ChooseCharacter(characters, animation, sampler);
-    skeleton_ = BuildSkeleton(asset_, character);
+    skeleton_ = BuildSkeleton(asset_, WithHumanoid(character));
     for (std::string& note : skeleton_.notes) motion_.notes.push_back(std::move(note));
     prop_ = FindProp(sampler);
     Sample(sampler);
@@ -57,6 +57,11 @@ class GltfMotionReader {
     motion_.format = "glTF";
     which_ = "Export one of them alone";
     std::vector<GltfCharacter> characters = FindCharacters(asset_);
+    if (characters.empty() && !asset_.humanoid.empty()) {
+      std::vector<int> bones;
+      for (const auto& [bone, node] : asset_.humanoid) bones.push_back(node);
+      characters.push_back(CharacterOfNodes(asset_, std::move(bones)));
+    }
     if (characters.empty()) {
       throw Error(asset_.Where(), "holds no skinned character",
                   "Give a character with its skeleton and skin");
@@ -71,8 +76,9 @@ class GltfMotionReader {
     const GltfAnimation still;
     const GltfAnimation& animation = moves ? ChooseAnimation(characters) : still;
     const GltfSampler sampler(asset_, animation);
-    skeleton_ = BuildSkeleton(
-        asset_, moves ? ChooseCharacter(characters, animation, sampler) : OnlyBody(characters));
+    skeleton_ =
+        BuildSkeleton(asset_, WithHumanoid(moves ? ChooseCharacter(characters, animation, sampler)
+                                                 : OnlyBody(characters)));
     Sample(sampler);
     if (Mirrors()) {
       throw Error(asset_.Where(), "its scene mirrors the character (a negative scale above it)",
@@ -235,6 +241,19 @@ class GltfMotionReader {
     return std::move(moved[0]);
   }
 
+  // Bones that neither hold vertices nor move are joints too, where VRM's extension names them.
+  GltfCharacter WithHumanoid(GltfCharacter character) const {
+    std::vector<int>& joints = character.joints;
+    const auto known = std::ranges::count_if(asset_.humanoid, [&](const auto& bone) {
+      return std::ranges::binary_search(joints, bone.second);
+    });
+    if (2 * known < static_cast<std::ptrdiff_t>(asset_.humanoid.size())) return character;
+    for (const auto& [bone, node] : asset_.humanoid) joints.push_back(node);
+    std::ranges::sort(joints);
+    joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
+    return character;
+  }
+
   // The mesh that moves beside the skeleton.
   std::optional<int> FindProp(const GltfSampler& sampler) {
     std::vector<bool> body(asset_.nodes.size(), false);   // the root of the skeleton or below it
@@ -356,6 +375,11 @@ class GltfMotionReader {
       motion_.joint_names.push_back(name.empty() ? fmt::format("node {}", node) : name);
     }
     motion_.parents = skeleton_.parents;
+    for (const auto& [bone, node] : asset_.humanoid) {
+      const auto joint = std::ranges::find(skeleton_.nodes, node);
+      if (joint == skeleton_.nodes.end()) continue;
+      motion_.humanoid.emplace(bone, static_cast<int>(joint - skeleton_.nodes.begin()));
+    }
     std::vector<Eigen::Matrix3d> joint_from_rest(joints);
     for (std::size_t k = 0; k < joints; ++k) {
       joint_from_rest[k] = RotationWithin(skeleton_.rest[k].linear()).transpose();

@@ -30,7 +30,7 @@ struct GltfMotionOptions {
 /// Throws Error for files that are malformed, hold no animation or no character, for names that are
 /// not there, for several characters where none is named, and for motions whose frames would take
 /// more than ten times the file's size and 48 MB of memory. Notes of the result tell what was
-/// chosen and what is odd.
+/// chosen and what is odd. `humanoid` is VRM's map, of version 0.x or 1.0.
 SourceMotion ReadGltfMotion(const std::filesystem::path& path,
                             const GltfMotionOptions& options = {});
 
@@ -47,7 +47,7 @@ struct GltfRig {
 };
 
 /// The skinned character of a file: the one that its animation moves, else the only one. Throws
-/// Error as ReadGltfMotion does, and for files without a skin.
+/// Error as ReadGltfMotion does, and for files without a skin and without VRM's map of bones.
 GltfRig ReadGltfRig(const GltfAsset& asset);
 
 }  // namespace holdfast

@@ -462,9 +462,12 @@ std::filesystem::path FindAsfBeside(const std::filesystem::path& amc) {
 SourceMotion ReadAmc(const std::filesystem::path& path, const AmcOptions& options) {
   const std::filesystem::path asf =
       options.skeleton.empty() ? FindAsfBeside(path) : options.skeleton;
-  const std::string asf_text = ReadGzipText(asf);
-  const std::string amc_text = ReadGzipText(path);
-  return ParseAmc(asf_text, asf.string(), amc_text, path.string(), options);
+  std::vector<std::string> notes;
+  const std::string asf_text = PlainText(ReadGzipText(asf), notes);
+  const std::string amc_text = PlainText(ReadGzipText(path), notes);
+  SourceMotion motion = ParseAmc(asf_text, asf.string(), amc_text, path.string(), options);
+  motion.notes = std::move(notes);
+  return motion;
 }
 
 }  // namespace holdfast

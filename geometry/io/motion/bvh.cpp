@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "geometry/error.h"
 #include "geometry/io/container/gzip.h"
@@ -64,10 +66,8 @@ std::vector<Channel> ReadHierarchy(TextScanner& scanner, double scale, SourceMot
   if (!EqualIgnoringCase(first, "ROOT")) scanner.Expect("ROOT", "the skeleton starts with it");
   while (true) {
     const std::string_view word = scanner.Next();
-    if (EqualIgnoringCase(word, "ROOT") || EqualIgnoringCase(word, "JOINT")) {
-      if (open.empty() != (motion.joint_names.empty())) {
-        scanner.Fail("a second root", "Keep one skeleton per file");
-      }
+    const bool root = open.empty() && EqualIgnoringCase(word, "ROOT");
+    if (root || (!open.empty() && EqualIgnoringCase(word, "JOINT"))) {
       if (motion.NumJoints() == kMaxJoints) {
         scanner.Fail(fmt::format("more than {} joints", kMaxJoints), "Give a body's skeleton");
       }
@@ -88,14 +88,15 @@ std::vector<Channel> ReadHierarchy(TextScanner& scanner, double scale, SourceMot
         scanner.Next();
         ReadChannels(scanner, joint, channels);
       }
-    } else if (EqualIgnoringCase(word, "End")) {
+    } else if (!open.empty() && EqualIgnoringCase(word, "End")) {
       scanner.RestOfLine();  // "Site", or a name some exporters write here
       scanner.Expect("{", "after End Site");
       motion.end_sites.push_back({open.back(), ReadOffset(scanner, scale)});
       scanner.Expect("}", "after the offset of an End Site");
-    } else if (word == "}") {
+    } else if (!open.empty() && word == "}") {
       open.pop_back();
-      if (open.empty()) break;
+      // Some files hold a second skeleton, or a thing, as another root.
+      if (open.empty() && !EqualIgnoringCase(scanner.Peek(), "ROOT")) break;
     } else {
       scanner.Fail(word.empty() ? "ends inside the hierarchy"
                                 : "expected JOINT, End Site or '}' in the hierarchy",
@@ -149,9 +150,67 @@ void ReadFrame(TextScanner& scanner, int frame, int num_frames, double scale,
   motion.positions.push_back(std::move(position));
 }
 
-}  // namespace
+bool IsNumberWith(char point, std::string_view word) {
+  const std::size_t at = word.find(point);
+  if (at == word.npos) return false;
+  std::string plain(word);
+  plain[at] = '.';
+  double value = 0;
+  return ParseNumber(plain, value);
+}
 
-SourceMotion ParseBvh(std::string_view text, std::string name, double metres_per_unit) {
+// The text with decimal points, when its numbers have decimal commas and none has a point.
+std::optional<std::string> WithDecimalPoints(std::string_view text) {
+  if (text.find(',') == text.npos) return std::nullopt;
+  std::string result(text);
+  bool any = false;
+  TextScanner words("", text);
+  for (std::string_view word = words.Next(); !word.empty(); word = words.Next()) {
+    if (IsNumberWith('.', word)) return std::nullopt;
+    if (!IsNumberWith(',', word)) continue;
+    result[static_cast<std::size_t>(word.data() - text.data()) + word.find(',')] = '.';
+    any = true;
+  }
+  if (!any) return std::nullopt;
+  return result;
+}
+
+// Of several roots the first with the most joints: its joints in the old order.
+void KeepLargestTree(SourceMotion& motion) {
+  const int joints = motion.NumJoints();
+  std::vector<int> root(static_cast<std::size_t>(joints)), size(root.size(), 0);
+  std::vector<std::string> roots;
+  for (int j = 0; j < joints; ++j) {
+    root[j] = motion.parents[j] < 0 ? j : root[motion.parents[j]];
+    ++size[root[j]];
+    if (motion.parents[j] < 0) roots.push_back(motion.joint_names[j]);
+  }
+  if (roots.size() < 2) return;
+  const int kept = static_cast<int>(std::ranges::max_element(size) - size.begin());
+  motion.notes.push_back(fmt::format(
+      "{} roots: {}; '{}' is taken, the first with the most joints ({}), the others are left out",
+      roots.size(), fmt::join(roots, ", "), motion.joint_names[kept], size[kept]));
+  const int count = size[kept];  // a tree's joints follow its root
+  const auto part = [&](const auto& all) {
+    return std::vector(all.begin() + kept, all.begin() + kept + count);
+  };
+  std::vector<Eigen::Quaterniond> rotations;
+  rotations.reserve(static_cast<std::size_t>(motion.NumFrames()) * count);
+  for (int t = 0; t < motion.NumFrames(); ++t) {
+    for (int j = kept; j < kept + count; ++j) rotations.push_back(motion.Rotation(t, j));
+    motion.positions[t] = motion.positions[t].middleCols(kept, count).eval();
+  }
+  motion.rotations = std::move(rotations);
+  motion.joint_names = part(motion.joint_names);
+  motion.parents = part(motion.parents);
+  for (int& parent : motion.parents) parent = std::max(parent - kept, -1);
+  motion.rest_offsets = motion.rest_offsets.middleCols(kept, count).eval();
+  std::erase_if(motion.end_sites,
+                [&](const SourceMotion::EndSite& site) { return root[site.parent] != kept; });
+  for (SourceMotion::EndSite& site : motion.end_sites) site.parent -= kept;
+}
+
+SourceMotion ParsePlain(std::string_view text, std::string name, double metres_per_unit) {
   TextScanner scanner(std::move(name), text);
   SourceMotion motion;
   motion.format = "BVH";
@@ -182,10 +241,11 @@ SourceMotion ParseBvh(std::string_view text, std::string name, double metres_per
   motion.positions.reserve(expected + 1);  // some files have one frame more than they announce
   motion.rotations.reserve((expected + 1) * motion.joint_names.size());
   for (int frame = 0; frame < num_frames; ++frame) {
-    // Some exporters count one frame too many or too few; whole frames are taken as they are.
-    if (frame > 0 && frame == num_frames - 1 && scanner.AtEnd()) {
-      motion.notes.push_back(
-          fmt::format("the header announces {} frames, {} are there", num_frames, frame));
+    // Exporters miscount, and clips are cut by hand; whole frames are taken as they are.
+    if (frame > 0 && scanner.AtEnd()) {
+      motion.notes.push_back(fmt::format(
+          "the header announces {} frames, {} are there{}", num_frames, frame,
+          frame < num_frames - 1 ? ": the motion was cut, or the file is not whole" : ""));
       return motion;
     }
     ReadFrame(scanner, frame, num_frames, metres_per_unit, channels, motion);
@@ -203,9 +263,23 @@ SourceMotion ParseBvh(std::string_view text, std::string name, double metres_per
   return motion;
 }
 
+}  // namespace
+
+SourceMotion ParseBvh(std::string_view text, std::string name, double metres_per_unit) {
+  const std::optional<std::string> with_points = WithDecimalPoints(text);
+  SourceMotion motion =
+      ParsePlain(with_points ? *with_points : text, std::move(name), metres_per_unit);
+  if (with_points) motion.notes.emplace_back("numbers have decimal commas: read as points");
+  KeepLargestTree(motion);
+  return motion;
+}
+
 SourceMotion ReadBvh(const std::filesystem::path& path, double metres_per_unit) {
-  const std::string text = ReadGzipText(path);
-  return ParseBvh(text, path.string(), metres_per_unit);
+  std::vector<std::string> notes;
+  const std::string text = PlainText(ReadGzipText(path), notes);
+  SourceMotion motion = ParseBvh(text, path.string(), metres_per_unit);
+  motion.notes.insert(motion.notes.begin(), notes.begin(), notes.end());
+  return motion;
 }
 
 }  // namespace holdfast

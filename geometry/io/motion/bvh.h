@@ -13,14 +13,16 @@ namespace holdfast {
 /// rotation of a joint is the product of its rotation channels from left to right. A position
 /// channel stands in for that number of OFFSET. Lengths times `metres_per_unit` are metres
 /// (BVH has no unit; centimetres are the custom). Names may hold blanks and may repeat.
-/// A header that miscounts by one whole frame is noted, not refused.
+/// Noted, not refused: a header that announces more frames than there are, or one less; decimal
+/// commas; several roots, of which the tree with the most joints is taken; UTF-16, a byte order
+/// mark and lines that end in carriage returns alone.
 ///
 /// Throws Error naming file and line: not a BVH, unknown or repeated channels, unbalanced braces,
-/// several roots, no frames, a frame with missing or surplus numbers, values that are not finite,
+/// no frames, a frame with missing or surplus numbers, values that are not finite,
 /// a frame time that is not positive, more than 1,000 joints.
 SourceMotion ReadBvh(const std::filesystem::path& path, double metres_per_unit = 0.01);
 
-/// The same for text in memory; `name` is how messages call it.
+/// The same for text in memory, as PlainText gives it; `name` is how messages call it.
 SourceMotion ParseBvh(std::string_view text, std::string name, double metres_per_unit = 0.01);
 
 }  // namespace holdfast

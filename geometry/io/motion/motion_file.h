@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,6 +45,7 @@ struct SourceMotion {
   /// World rotation of joint j in frame t, at [t * J + j]: x_world = q x_joint + position.
   std::vector<Eigen::Quaterniond> rotations;
   std::vector<Eigen::Matrix3Xd> positions;  ///< per frame, (3 x J) world, metres
+  std::map<std::string, int> humanoid;  ///< VRM's bones and their joints, where the file tells them
   std::optional<Prop> prop;
   Eigen::VectorXd betas;           ///< of the body, where the file tells (Holdfast's own do)
   std::string gender, body_model;  ///< likewise

@@ -331,6 +331,14 @@ TEST(Inspect, RealFiles) {
   EXPECT_GT(decided, 0.95 * motions);
 }
 
+TEST(Inspect, TheAxisOfAMotionIsTheOneThatImportTakes) {
+  const Inspection inspection =
+      Inspect(HOLDFAST_SOURCE_DIR "/tests/fixtures/cases/bvh_z_up/zup.bvh");
+  EXPECT_EQ(inspection.Worst(), Verdict::kOk);
+  EXPECT_THAT(All(inspection),
+              HasSubstr("z is up (in 100 % of frames): every command takes it so"));
+}
+
 TEST(ShellWord, QuotesWhatHasToBe) {
   EXPECT_EQ(ShellWord("a/b-c.npz"), "a/b-c.npz");
   EXPECT_EQ(ShellWord("a b.npz"), "'a b.npz'");

@@ -170,6 +170,23 @@ TEST(RetargetOnto, RefusesMirrorsAndChoices) {
   EXPECT_THAT(fault("two.glb"), ::testing::HasSubstr("Export one of them alone"));
 }
 
+TEST(RetargetOnto, TakesTheBonesThatVrmNames) {
+  const GltfAsset asset =
+      GltfAsset::Read(HOLDFAST_SOURCE_DIR "/tests/fixtures/cases/vrm_humanoid/vrm0.glb");
+  const GltfRig rig = ReadGltfRig(asset);
+  const SkeletonMap map = RecognizeSkeleton(rig.motion, "vrm0.glb");
+  EXPECT_EQ(map.NumMapped(), 22);
+  const Clip clip = testing::MakeMovingClip(5, 5);
+  const RetargetBody body = RetargetBodyOf(*BodyModel::Default());
+  const SourceMotion moved = RetargetOnto(clip, body, rig.motion, map);
+  BodyState state;
+  ForwardJoints(body.rest_joints, clip.pose[3], clip.trans.col(3), state);
+  for (int j = 0; j < kNumBodyJoints; ++j) {
+    EXPECT_LT((moved.positions[3].col(map.source[j]) - YUp(state.joints.col(j))).norm(), 1e-3)
+        << kJointNames[j];
+  }
+}
+
 TEST(RetargetOnto, NeedsASkin) {
   const TemporaryFolder folder;
   WriteAtomically(folder / "bare.gltf", R"({"asset":{"version":"2.0"},"nodes":[{"name":"a"}]})");

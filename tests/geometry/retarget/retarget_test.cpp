@@ -5,21 +5,26 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <numbers>
 #include <random>
 #include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "geometry/body/body_model.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/import/import_motion.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/gltf/gltf_container.h"
 #include "geometry/retarget/ground_contact.h"
 #include "geometry/retarget/retarget_calibration.h"
 #include "geometry/rotation.h"
 #include "tests/support/data_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
@@ -197,6 +202,162 @@ TEST(Retarget, LocalFramesAndRestPoseOfTheSourceDoNotMatter) {
   }
 }
 
+// Local axes with axis `along` on the bone and the next but one towards `second`, as exporters of
+// captures write them.
+std::vector<Eigen::Matrix3d> BoneAligned(const Eigen::Matrix3Xd& rest, int along,
+                                         const Eigen::Vector3d& second, double sign = 1) {
+  std::vector<Eigen::Matrix3d> frames;
+  for (int j = 0; j < kNumJoints; ++j) {
+    int child = -1;
+    for (int c = kNumJoints - 1; c > j; --c) {
+      if (kJointParents[c] == j && c != 22) child = c;  // a head has no bone of its own
+    }
+    if (j == 0) child = 3;
+    if (j == 9) child = 12;
+    if (j == 20 || j == 21) child = j == 20 ? 28 : 43;
+    if (j == 15) child = -1;
+    const Eigen::Vector3d bone =
+        child < 0 ? rest.col(j) - rest.col(kJointParents[j]) : rest.col(child) - rest.col(j);
+    const Eigen::Vector3d x = sign * bone.normalized();
+    Eigen::Vector3d z = second - second.dot(x) * x;
+    if (z.norm() < 0.05) z = Eigen::Vector3d::UnitY() - x.y() * x;
+    z.normalize();
+    Eigen::Matrix3d frame;
+    frame.col(along % 3) = x;
+    frame.col((along + 1) % 3) = z.cross(x);
+    frame.col((along + 2) % 3) = z;
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+// Axes of the world in a rest pose that is `pose`.
+std::vector<Eigen::Matrix3d> RestingIn(const Eigen::Matrix3Xd& rest, const JointPose& pose) {
+  BodyState state;
+  ForwardJoints(rest, pose, Eigen::Vector3d::Zero(), state);
+  std::vector<Eigen::Matrix3d> frames;
+  for (const Eigen::Matrix3d& R : state.world_rotation) frames.push_back(R.transpose());
+  return frames;
+}
+
+// Without face and fingers, with end sites of no length in their place.
+SourceMotion WithoutFingers(SourceMotion motion) {
+  std::vector<Eigen::Quaterniond> rotations;
+  for (int t = 0; t < motion.NumFrames(); ++t) {
+    for (int j = 0; j < kNumBodyJoints; ++j) rotations.push_back(motion.Rotation(t, j));
+    motion.positions[t] = motion.positions[t].leftCols(kNumBodyJoints).eval();
+  }
+  motion.rotations = rotations;
+  motion.joint_names.resize(kNumBodyJoints);
+  motion.parents.resize(kNumBodyJoints);
+  motion.rest_offsets = motion.rest_offsets.leftCols(kNumBodyJoints).eval();
+  motion.end_sites.clear();
+  for (const int j : {10, 11, 15, 20, 21}) {
+    motion.end_sites.push_back({j, Eigen::Vector3d::Zero()});
+  }
+  return motion;
+}
+
+// Angle between two clips' hands from wrist to middle finger, mean over frames, the worse hand's.
+double HandAngle(const Clip& a, const Clip& b, const Eigen::Matrix3Xd& rest) {
+  double worst = 0;
+  BodyState x, y;
+  for (const auto& [wrist, middle] : {std::pair{20, 28}, {21, 43}}) {
+    double sum = 0;
+    for (int t = 0; t < a.NumFrames(); ++t) {
+      ForwardJoints(rest, a.pose[t], a.trans.col(t), x);
+      ForwardJoints(rest, b.pose[t], b.trans.col(t), y);
+      const Eigen::Vector3d p = x.joints.col(middle) - x.joints.col(wrist);
+      const Eigen::Vector3d q = y.joints.col(middle) - y.joints.col(wrist);
+      sum += std::atan2(p.cross(q).norm(), p.dot(q));
+    }
+    worst = std::max(worst, sum / a.NumFrames());
+  }
+  return worst;
+}
+
+TEST(Retarget, AnyRestPoseOfTheSameBonesGivesTheSamePlaces) {
+  const RetargetBody body = DefaultBody();
+  const Eigen::Matrix3Xd& rest = body.rest_joints;
+  const auto posed = [&](const std::map<int, Eigen::Vector3d>& degrees) {
+    JointPose pose = JointPose::Zero();
+    for (const auto& [joint, w] : degrees) pose.col(joint) = kDegree * w;
+    return RestingIn(rest, pose);
+  };
+  const std::map<int, Eigen::Vector3d> seated = {
+      {1, {-90, 0, 0}},  {2, {-90, 0, 0}}, {4, {90, 0, 0}},   {5, {90, 0, 0}},
+      {16, {0, 0, -75}}, {17, {0, 0, 75}}, {18, {0, -90, 0}}, {19, {0, 90, 0}}};
+  std::map<int, Eigen::Vector3d> curled = seated;
+  curled.insert({{0, {60, 30, 0}},
+                 {3, {20, 0, 0}},
+                 {6, {20, 0, 0}},
+                 {9, {20, 0, 0}},
+                 {13, {0, 0, -10}},
+                 {14, {0, 0, 10}}});
+  const std::pair<const char*, std::vector<Eigen::Matrix3d>> sources[] = {
+      {"bones along x", BoneAligned(rest, 0, Eigen::Vector3d::UnitZ())},
+      {"bones along -x", BoneAligned(rest, 0, -Eigen::Vector3d::UnitZ(), -1)},
+      {"bones along y", BoneAligned(rest, 1, Eigen::Vector3d::UnitX())},
+      {"bones along z", BoneAligned(rest, 2, Eigen::Vector3d::UnitY())},
+      {"arms lowered", posed({{16, {0, 0, -50}}, {17, {0, 0, 50}}})},
+      {"arms down", posed({{16, {0, 0, -85}}, {17, {0, 0, 85}}})},
+      {"seated", posed(seated)},
+      {"curled up", posed(curled)},
+      {"lying", posed({{0, {-90, 0, 0}}})},
+  };
+  RetargetOptions options;
+  options.find_ground = false;
+  const Clip moving = NaturalClip(body, 60);
+  for (const Clip& clip : {moving, Slice(moving, 0, 15)}) {  // at first the legs are straight
+    for (const bool fingers : {true, false}) {
+      SkeletonMap map = IdentityMap();
+      for (int j = kNumBodyJoints; j < (fingers ? kLeftHandBegin : kNumJoints); ++j) {
+        map.source[j] = -1;
+      }
+      const auto source = [&](const std::vector<Eigen::Matrix3d>& frames, double size) {
+        const SourceMotion whole = AsSource(clip, rest, size, frames);
+        return fingers ? whole : WithoutFingers(whole);
+      };
+      RetargetReport report;
+      const Clip expected = Retarget(source(PlainFrames(), 1), map, body, options, &report);
+      ASSERT_TRUE(report.same_skeleton);
+      for (const auto& [name, frames] : sources) {
+        const std::string what = std::string(name) + (fingers ? ", fingers" : "");
+        const Clip found = Retarget(source(frames, 37), map, body, options, &report);
+        EXPECT_LT(Compare(expected, found, rest, kNumBodyJoints).joint, 0.005) << what;
+        if (fingers) {
+          BodyState x, y;
+          ForwardJoints(rest, expected.pose[7], expected.trans.col(7), x);
+          ForwardJoints(rest, found.pose[7], found.trans.col(7), y);
+          EXPECT_LT((x.joints - y.joints).rightCols(30).colwise().norm().maxCoeff(), 0.005) << what;
+        }
+        EXPECT_LT(HandAngle(expected, found, rest), 5 * kDegree) << what;
+        EXPECT_LT(report.worst_place_mm, 5) << what;
+        EXPECT_LT(report.trunk_error_rad, 1 * kDegree) << what;
+        EXPECT_LT(report.hand_error_rad[0], 5 * kDegree) << what;
+        EXPECT_LT(report.hand_error_rad[1], 5 * kDegree) << what;
+      }
+    }
+  }
+}
+
+// Axes of a hand that have nothing to do with its forearm's, and nothing on it: it is straight on
+// average, and the report tells that this is not what its joint does.
+TEST(Retarget, HandsWithoutAnyHintAreStraightAndReported) {
+  const RetargetBody body = DefaultBody();
+  const Clip clip = NaturalClip(body, 60);
+  std::vector<Eigen::Matrix3d> frames = BoneAligned(body.rest_joints, 0, Eigen::Vector3d::UnitZ());
+  for (const int wrist : {20, 21}) frames[wrist] = frames[wrist] * ExpSO3({0, 0, M_PI / 2});
+  SkeletonMap map = IdentityMap();
+  for (int j = kNumBodyJoints; j < kNumJoints; ++j) map.source[j] = -1;
+  RetargetReport report;
+  const Clip found =
+      Retarget(WithoutFingers(AsSource(clip, body.rest_joints, 1, frames)), map, body, {}, &report);
+  EXPECT_LT(HandAngle(clip, found, body.rest_joints), 30 * kDegree);
+  EXPECT_GT(report.hand_error_rad[0], 60 * kDegree);
+  EXPECT_GT(report.hand_error_rad[1], 60 * kDegree);
+}
+
 TEST(Retarget, SizeOfTheSourceDoesNotMatter) {
   const RetargetBody body = DefaultBody();
   const Clip clip = NaturalClip(body, 30);
@@ -346,6 +507,113 @@ TEST(ResampleTest, KeepsEndsAndGoesTheShortWay) {
   EXPECT_TRUE(half.pose[30].isApprox(clip.pose[60], 1e-9));
   EXPECT_TRUE(half.trans.col(30).isApprox(clip.trans.col(60)));
   EXPECT_THROW(Resample(clip, 0), Error);
+}
+
+// --- Files of our own of one motion, as other programs write it ---------------------------------
+
+class SameMotion : public ::testing::Test {
+ protected:
+  static std::filesystem::path Case(const std::string& name) {
+    return std::filesystem::path(HOLDFAST_SOURCE_DIR) / "tests/fixtures/cases" / name;
+  }
+  Clip Import(const std::string& name, ImportOptions options = {}) {
+    return ImportMotion(Case(name), body_, options, &report_);
+  }
+  // Largest distance of the joints of the body.
+  double Off(const Clip& clip) const {
+    return Compare(expected_, clip, body_.rest_joints, kNumBodyJoints).joint;
+  }
+
+  const RetargetBody body_ = DefaultBody();
+  ImportReport report_;
+  const Clip expected_ = ImportMotion(Case("bvh_rest_not_T/t_pose.bvh"), body_);
+};
+
+TEST_F(SameMotion, BonesAlongTheirOwnAxes) {
+  EXPECT_LT(Off(Import("bvh_rest_not_T/bone_aligned.bvh")), 0.001);
+  EXPECT_THAT(report_.notes, ::testing::IsEmpty());
+}
+
+TEST_F(SameMotion, HandsThatAreNotInTheFileLieAlongTheForearm) {
+  const Clip clip = Import("bvh_lafan_hands/lafan_like.bvh");
+  EXPECT_LT(Off(clip), 0.001);
+  EXPECT_LT(HandAngle(expected_, clip, body_.rest_joints), 5 * kDegree);
+  EXPECT_EQ(report_.retarget.repaired_hand_frames, 0);
+  EXPECT_THAT(report_.notes, ::testing::IsEmpty());
+}
+
+TEST_F(SameMotion, ZUpIsSeenAndNoted) {
+  EXPECT_LT(Off(Import("bvh_z_up/zup.bvh")), 0.001);
+  EXPECT_EQ(report_.up, UpAxis::kZ);
+  ASSERT_EQ(report_.notes.size(), 1u);
+  EXPECT_THAT(report_.notes[0], ::testing::HasSubstr("z is up"));
+  ImportOptions options;
+  options.up = UpAxis::kY;
+  const Clip lying = Import("bvh_z_up/zup.bvh", options);
+  EXPECT_GT(Off(lying), 0.3);
+  EXPECT_THAT(report_.notes, ::testing::IsEmpty());
+}
+
+TEST_F(SameMotion, AnyAxisMayBeUp) {
+  const SourceMotion z_up = ReadMotion(Case("bvh_z_up/zup.bvh"));
+  for (const UpAxis up : {UpAxis::kX, UpAxis::kMinusX, UpAxis::kMinusY, UpAxis::kMinusZ}) {
+    const Eigen::Matrix3d turn = UprightFrom(up).transpose() * UprightFrom(UpAxis::kZ);
+    SourceMotion motion = z_up;
+    for (auto& positions : motion.positions) positions = (turn * positions).eval();
+    for (auto& q : motion.rotations) q = Eigen::Quaterniond(turn) * q;
+    const Clip clip = ImportMotion(motion, "turned", body_, {}, &report_);
+    EXPECT_EQ(report_.up, up) << UpAxisName(up);
+    EXPECT_LT(Off(clip), 0.001) << UpAxisName(up);
+  }
+}
+
+TEST_F(SameMotion, NamesOfOtherPrograms) {
+  EXPECT_LT(Off(Import("bvh_names/soma.bvh")), 0.001);
+  EXPECT_EQ(report_.skeleton, "SOMA");
+  // Of a spine with a joint less the bend is shared.
+  EXPECT_LT(Off(Import("bvh_names/daz.bvh")), 0.015);
+  EXPECT_EQ(report_.skeleton, "DAZ, Poser");
+}
+
+TEST_F(SameMotion, FilesOfOtherHands) {
+  for (const char* file : {"bvh_oddities/comma.bvh", "bvh_oddities/frames_too_many.bvh"}) {
+    EXPECT_LT(Off(Import(file)), 0.001) << file;
+    EXPECT_EQ(report_.notes.size(), 1u) << file;
+  }
+}
+
+TEST_F(SameMotion, VrmTellsWhichBoneIsWhich) {
+  EXPECT_LT(Off(Import("vrm_humanoid/vrm0.glb")), 0.001);
+  EXPECT_EQ(report_.skeleton, "VRM humanoid");
+}
+
+// The bones of version 1.0 are an object, in another extension.
+TEST_F(SameMotion, VrmOfVersion1) {
+  const testing::TemporaryFolder folder;
+  const std::string bytes = ReadFile(Case("vrm_humanoid/vrm0.glb"));
+  const GltfContainer parts = SplitGltf(bytes, "vrm0.glb");
+  nlohmann::json scene = nlohmann::json::parse(parts.json);
+  nlohmann::json bones;
+  for (const auto& bone : scene["extensions"]["VRM"]["humanoid"]["humanBones"]) {
+    bones[bone["bone"].get<std::string>()] = {{"node", bone["node"]}};
+  }
+  const auto write = [&](const nlohmann::json& extensions) {
+    scene["extensions"] = extensions;
+    scene["buffers"][0]["uri"] = "vrm1.bin";
+    WriteAtomically(folder / "vrm1.bin", std::string(parts.binary));
+    WriteAtomically(folder / "vrm1.gltf", scene.dump());
+    return folder / "vrm1.gltf";
+  };
+  const Clip clip = ImportMotion(write({{"VRMC_vrm", {{"humanoid", {{"humanBones", bones}}}}}}),
+                                 body_, {}, &report_);
+  EXPECT_LT(Off(clip), 0.001);
+  EXPECT_EQ(report_.skeleton, "VRM humanoid");
+  bones.erase("leftHand");  // not all limbs: the names count, which are of no kind
+  EXPECT_THROW(ImportMotion(write({{"VRMC_vrm", {{"humanoid", {{"humanBones", bones}}}}}}), body_),
+               Error);
+  bones["leftHand"]["node"] = 100000;
+  EXPECT_THROW(ImportMotion(write({{"VRMC_vrm", {{"humanoid", {{"humanBones", bones}}}}}}), body_),
+               Error);
 }
 
 // --- Real captures, where they are at hand -------------------------------------------------------

@@ -75,7 +75,8 @@ TEST(SkeletonMap, RecognizesEverySmplxJointByItsOwnName) {
 }
 
 TEST(SkeletonMap, PrefixesAndLetterCaseDoNotCount) {
-  for (const std::string prefix : {"", "mixamorig:", "Character1:mixamorig:"}) {
+  for (const std::string prefix : {"", "mixamorig:", "Character1:mixamorig:", "Character1_",
+                                   "hero|rig|", "/root/Armature/", "my rig - "}) {
     const SkeletonMap map = RecognizeSkeleton(Named(MixamoNames(prefix)), "x");
     EXPECT_EQ(map.name, "Mixamo") << prefix;
     EXPECT_EQ(map.NumMapped(), 24) << prefix;
@@ -91,10 +92,7 @@ TEST(SkeletonMap, EveryTableRecognizesItsOwnSkeletons) {
       for (const auto& [side, word] :
            {std::pair<std::string, std::string_view>{"left", table.left}, {"right", table.right}}) {
         std::string target(row.target), source(row.sources.substr(0, row.sources.find('|')));
-        const std::size_t star = source.find('*');
-        if (target[0] == '*') target.replace(0, 1, side);
-        if (star != std::string::npos) source.replace(star, 1, word);
-        names[target] = prefix + source;
+        names[SideName(target, side)] = prefix + SideName(source, word);
       }
     }
     SourceMotion motion = Named(names);
@@ -122,6 +120,39 @@ TEST(SkeletonMap, SeparatorsAndAddedNumbersDoNotCount) {
   names["left_hip"] = "Left_Up-Leg";
   names["right_hip"] = "right up.leg";
   EXPECT_EQ(RecognizeSkeleton(Named(names), "x").NumMapped(), 24);
+}
+
+TEST(SkeletonMap, TheRootMayLackThePrefixOfTheOthers) {
+  auto names = MixamoNames("Character1_");
+  names["pelvis"] = "Hips";
+  EXPECT_EQ(RecognizeSkeleton(Named(names), "x").NumMapped(), 24);
+}
+
+// Vrm's map comes before all names; one that lacks a limb does not count.
+TEST(SkeletonMap, VrmsBonesComeBeforeNames) {
+  SourceMotion motion = Named(MixamoNames(""));
+  const auto joint = [&](const std::string& name) {
+    return static_cast<int>(std::ranges::find(motion.joint_names, name) -
+                            motion.joint_names.begin());
+  };
+  motion.humanoid = {{"hips", joint("Hips")}, {"spine", joint("Spine1")}, {"head", joint("Head")}};
+  for (const auto& [side, word] :
+       {std::pair<std::string, std::string>{"left", "Left"}, {"right", "Right"}}) {
+    for (const auto& [bone, name] : {std::pair{"UpperLeg", "UpLeg"},
+                                     {"LowerLeg", "Leg"},
+                                     {"Foot", "Foot"},
+                                     {"UpperArm", "Arm"},
+                                     {"LowerArm", "ForeArm"},
+                                     {"Hand", "Hand"}}) {
+      motion.humanoid[side + bone] = joint(word + name);
+    }
+  }
+  const SkeletonMap map = RecognizeSkeleton(motion, "x");
+  EXPECT_EQ(map.name, "VRM humanoid");
+  EXPECT_EQ(map.NumMapped(), 15);
+  EXPECT_EQ(map.source[*FindJoint("spine1")], joint("Spine1"));
+  motion.humanoid.erase("leftFoot");
+  EXPECT_EQ(RecognizeSkeleton(motion, "x").name, "Mixamo");
 }
 
 TEST(SkeletonMap, AnUnknownNamingIsAnErrorThatHelps) {

@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/motion/bvh.h"
 
+#include <algorithm>
 #include <fstream>
 #include <numbers>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <zlib.h>
 
 #include "geometry/error.h"
+#include "geometry/import/file_kind.h"
+#include "geometry/import/import_motion.h"
 #include "geometry/io/container/gzip.h"
+#include "geometry/io/container/text_scanner.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -140,6 +146,105 @@ TEST(Bvh, HeaderOffByOneWholeFrameIsNotedNotRefused) {
   EXPECT_EQ(more.notes.size(), 1u);
 }
 
+TEST(Bvh, FramesThatAreAnnouncedAndMissingAreNoted) {
+  const SourceMotion motion =
+      ParseBvh(WithReplaced(kTwoJoints, "Frames: 2", "Frames: 40"), "test.bvh");
+  EXPECT_EQ(motion.NumFrames(), 2);
+  EXPECT_THAT(motion.notes, ElementsAre(AllOf(HasSubstr("announces 40"), HasSubstr("2 are there"),
+                                              HasSubstr("not whole"))));
+}
+
+TEST(Bvh, DecimalCommasAreReadAndNoted) {
+  std::string text = WithReplaced(kTwoJoints, "0.0083333", "0,0083333");
+  text = WithReplaced(text, "OFFSET 10 0 0", "OFFSET 10,5 0 -,5e-1");
+  const SourceMotion motion = ParseBvh(text, "test.bvh");
+  EXPECT_TRUE(motion.rest_offsets.col(1).isApprox(Eigen::Vector3d(0.105, 0, -0.0005)));
+  EXPECT_EQ(motion.frame_rate, 120);
+  EXPECT_THAT(motion.notes, ElementsAre(HasSubstr("decimal commas")));
+  // Where points are decimal, a comma parts thousands or is a mistake.
+  ExpectFault(WithReplaced(text, "0,0083333", "0.0083333"), "test.bvh:8");
+  // Names may hold commas.
+  const SourceMotion named =
+      ParseBvh(WithReplaced(kTwoJoints, "left arm", "arm, left"), "test.bvh");
+  EXPECT_THAT(named.joint_names, ElementsAre("Hips", "arm, left"));
+  EXPECT_TRUE(named.notes.empty());
+}
+
+TEST(Bvh, OfSeveralRootsTheLargestTreeIsTakenAndNoted) {
+  const std::string camera =
+      "ROOT camera\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n"
+      "End Site\n{\nOFFSET 0 0 1\n}\n}\n";
+  std::string behind = WithReplaced(kTwoJoints, "MOTION\n", camera + "MOTION\n");
+  behind = WithReplaced(behind, "0 100 0 0 0 0 0 0 0", "0 100 0 0 0 0 0 0 0 7 7 7");
+  behind = WithReplaced(behind, "1 2 3 90 0 0 0 0 90", "1 2 3 90 0 0 0 0 90 8 8 8");
+  std::string before = WithReplaced(kTwoJoints, "ROOT Hips", camera + "ROOT Hips");
+  before = WithReplaced(before, "0 100 0 0 0 0 0 0 0", "7 7 7 0 100 0 0 0 0 0 0 0");
+  before = WithReplaced(before, "1 2 3 90 0 0 0 0 90", "8 8 8 1 2 3 90 0 0 0 0 90");
+  const SourceMotion alone = ParseBvh(kTwoJoints, "test.bvh");
+  for (const std::string& text : {behind, before}) {
+    const SourceMotion motion = ParseBvh(text, "test.bvh");
+    EXPECT_THAT(motion.joint_names, ElementsAre("Hips", "left arm"));
+    EXPECT_THAT(motion.parents, ElementsAre(-1, 0));
+    ASSERT_EQ(motion.end_sites.size(), 1u);
+    EXPECT_EQ(motion.end_sites[0].parent, 1);
+    EXPECT_EQ(motion.rest_offsets, alone.rest_offsets);
+    ASSERT_EQ(motion.NumFrames(), 2);
+    for (int t = 0; t < 2; ++t) {
+      EXPECT_EQ(motion.positions[t], alone.positions[t]);
+      EXPECT_EQ(motion.Rotation(t, 1).coeffs(), alone.Rotation(t, 1).coeffs());
+    }
+    EXPECT_THAT(motion.notes, ElementsAre(AllOf(HasSubstr("2 roots"), HasSubstr("'Hips'"))));
+  }
+}
+
+// As other systems save texts: UTF-16 with and without its mark, UTF-8 with one, old line ends.
+TEST(Bvh, OtherEncodingsAndLineEndsAreReadAndNoted) {
+  const TemporaryFolder folder;
+  const std::string plain = WithReplaced(kTwoJoints, "left arm", "left\tarm");
+  const auto utf16 = [&](bool big, bool mark) {
+    std::string bytes = !mark ? "" : big ? "\xFE\xFF" : "\xFF\xFE";
+    for (const char c : plain) {
+      if (big) bytes += '\0';
+      bytes += c;
+      if (!big) bytes += '\0';
+    }
+    return bytes;
+  };
+  std::string returns = plain;
+  std::ranges::replace(returns, '\n', '\r');
+  const std::pair<std::string, const char*> files[] = {
+      {utf16(false, true), "UTF-16"},    {utf16(true, true), "UTF-16"},
+      {utf16(false, false), "UTF-16"},   {utf16(true, false), "UTF-16"},
+      {"\xEF\xBB\xBF" + plain, "UTF-8"}, {returns, "carriage returns"}};
+  for (const auto& [bytes, note] : files) {
+    std::ofstream(folder / "a.bvh", std::ios::binary) << bytes;
+    const SourceMotion motion = ReadBvh(folder / "a.bvh");
+    EXPECT_EQ(motion.NumFrames(), 2) << note;
+    EXPECT_THAT(motion.joint_names, ElementsAre("Hips", "left\tarm")) << note;
+    EXPECT_TRUE(motion.positions[1].col(1).isApprox(Eigen::Vector3d(0.01, 0.12, 0.03), 1e-12));
+    EXPECT_THAT(motion.notes, ElementsAre(HasSubstr(note)));
+    EXPECT_TRUE(LooksLikeMotionFile(folder / "a.bvh")) << note;
+    EXPECT_EQ(ReadMotion(folder / "a.bvh").notes, motion.notes);
+    EXPECT_EQ(Identify(folder / "a.bvh").kind, FileKind::kBvh) << note;
+  }
+}
+
+TEST(PlainText, KeepsLettersBeyondAsciiAndWhatIsNoText) {
+  std::vector<std::string> notes;
+  // A bone and a musical clef, which takes two units.
+  std::string bytes("\xFF\xFE", 2);
+  for (const char16_t unit : {u'\u9AA8', char16_t{0xD834}, char16_t{0xDD1E}, u'\u00E9'}) {
+    bytes += static_cast<char>(unit & 0xFF);
+    bytes += static_cast<char>(unit >> 8);
+  }
+  EXPECT_EQ(PlainText(bytes, notes), "\xE9\xAA\xA8\xF0\x9D\x84\x9E\xC3\xA9");
+  EXPECT_EQ(notes.size(), 1u);
+  const std::string binary("glTF\2\0\0\0\r\0\0\0\r\r\r\r\r\r", 18);
+  EXPECT_EQ(PlainText(binary, notes), binary);
+  EXPECT_EQ(PlainText("", notes), "");
+  EXPECT_EQ(notes.size(), 1u);
+}
+
 TEST(Bvh, FaultsNameLineAndRemedy) {
   const std::string text = kTwoJoints;
   ExpectFault("", "HIERARCHY");
@@ -156,7 +261,8 @@ TEST(Bvh, FaultsNameLineAndRemedy) {
   ExpectFault(WithReplaced(text, "Frames: 2", "Frames: 0"), "no frames");
   ExpectFault(WithReplaced(text, "Frames: 2", "Frames: -2"), "number of frames");
   ExpectFault(WithReplaced(text, "Frames: 2", "Frames: 99999999999"), "number of frames");
-  ExpectFault(WithReplaced(text, "Frames: 2", "Frames: 40"), "ends in frame 3 of 40");
+  ExpectFault(WithReplaced(WithReplaced(text, "Frames: 2", "Frames: 40"), "0 90\n", "0\n"),
+              "ends in frame 2 of 40");
   ExpectFault(WithReplaced(text, "0.0083333", "0"), "frame time");
   ExpectFault(WithReplaced(text, "0.0083333", "nan"), "not finite");
   ExpectFault(WithReplaced(text, "1 2 3 90", "1 2 inf 90"), "not finite");
