@@ -1,14 +1,27 @@
 // SPDX-License-Identifier: MIT
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <mutex>
+#include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/common.h"
+#include "geometry/error.h"
+#include "geometry/export/export_clip.h"
 #include "geometry/inspect/inspection.h"
 #include "geometry/parallel.h"
+#include "geometry/rotation.h"
+#include "solver/robot/robot_anatomy.h"
+#include "solver/robot_hand/read_robot.h"
+#include "solver/robot_hand/robot_file.h"
+#include "solver/robot_hand/robot_kinematics.h"
+#include "solver/robot_hand/robot_shapes.h"
 
 namespace holdfast::apps {
 namespace {
@@ -72,6 +85,187 @@ nlohmann::json Json(const Inspection& inspection) {
           {"next", inspection.next}};
 }
 
+// The first element's name, of a file that begins as XML does; empty for others.
+std::string RootElement(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(1 << 16, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  const std::size_t first = head.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  if (first == std::string::npos || head[first] != '<') return {};
+  XmlTags tags(head);
+  XmlTag tag;
+  return tags.Next(tag) ? tag.name : "";
+}
+
+// Files that it names and that are not where it says.
+std::vector<std::string> MissingFiles(const RobotFile& file, const std::filesystem::path& path) {
+  std::vector<std::string> missing;
+  for (const auto& [name, found] : file.files) {
+    if (!found.empty()) continue;
+    try {
+      FindRobotMesh(path, name);
+    } catch (const Error&) {
+      missing.push_back(name);
+    }
+  }
+  return missing;
+}
+
+std::string RangeText(const RobotHand& hand, const RobotLink& link) {
+  const RobotDof& dof = hand.dofs[static_cast<std::size_t>(link.dof)];
+  const auto [low, high] =
+      std::minmax({link.factor * dof.low + link.offset, link.factor * dof.high + link.offset});
+  const bool turns = link.kind == RobotJointKind::kTurning;
+  return fmt::format("{}{} {:.0f} to {:.0f} {}", link.joint,
+                     link.joint == dof.name ? "" : fmt::format(" (follows {})", dof.name),
+                     turns ? low / kDegree : 1e3 * low, turns ? high / kDegree : 1e3 * high,
+                     turns ? "degrees" : "mm");
+}
+
+// The joints of these links, a line; nothing where none moves.
+void AddJointFact(const RobotHand& hand, const std::string& part, const std::vector<int>& links,
+                  Inspection& inspection) {
+  std::vector<std::string> texts;
+  for (const int k : links) {
+    const RobotLink& link = hand.links[static_cast<std::size_t>(k)];
+    if (link.dof >= 0) texts.push_back(RangeText(hand, link));
+  }
+  if (texts.empty()) return;
+  const std::string text = fmt::format("{}", fmt::join(texts, ", "));
+  inspection.AddFact(part + "_joints", text, fmt::format("{}: {}", part, text));
+}
+
+void AddHandFacts(const RobotHand& hand, Inspection& inspection) {
+  RobotState state(hand);
+  state.Evaluate(hand.Straight());
+  Eigen::AlignedBox3d box;
+  int with_shape = 0, moving = 0;
+  for (int k = 0; k < hand.NumLinks(); ++k) {
+    const RobotLink& link = hand.links[static_cast<std::size_t>(k)];
+    with_shape += !link.shapes.empty();
+    moving += link.dof >= 0;
+    for (const TriangleMesh& shape : link.shapes) {
+      for (const auto vertex : shape.vertices.colwise()) box.extend(state.RootFromLink(k) * vertex);
+    }
+  }
+  const Eigen::Vector3d size = box.sizes();
+  inspection.AddFact("links", hand.NumLinks(),
+                     fmt::format("{} links, {} with a shape", hand.NumLinks(), with_shape));
+  inspection.AddFact("links_with_shape", with_shape, "");
+  inspection.AddFact("joints", hand.NumDofs(),
+                     fmt::format("{} joints that move on their own, {} that follow one",
+                                 hand.NumDofs(), moving - hand.NumDofs()));
+  inspection.AddFact("following_joints", moving - hand.NumDofs(), "");
+  std::vector<double> low, high;
+  for (const RobotDof& dof : hand.dofs) {
+    low.push_back(dof.low);
+    high.push_back(dof.high);
+  }
+  inspection.AddFact("joint_low", std::move(low), "");
+  inspection.AddFact("joint_high", std::move(high), "");
+  inspection.AddFact("size_m", std::vector<double>(size.begin(), size.end()),
+                     fmt::format("{:.0f} x {:.0f} x {:.0f} mm, joints straight", 1e3 * size.x(),
+                                 1e3 * size.y(), 1e3 * size.z()));
+}
+
+// What is what in it, and what `transfer --robot` makes of that.
+void AddAnatomy(const RobotHand& hand, Inspection& inspection) {
+  const RobotAnatomy anatomy = FindAnatomy(hand);
+  std::vector<std::string> found, lacks;
+  std::set<int> of_fingers;
+  for (const RobotFinger& finger : anatomy.fingers) {
+    std::vector<int> links;
+    for (const auto& phalanx : finger.links)
+      links.insert(links.end(), phalanx.begin(), phalanx.end());
+    of_fingers.insert(links.begin(), links.end());
+    const std::string name = std::string(kFingerNames[static_cast<std::size_t>(finger.human)]);
+    found.push_back(name);
+    AddJointFact(hand, name, links, inspection);
+  }
+  for (const int finger : {kThumb, kIndex, kMiddle, kRing, kPinky}) {
+    const std::string name(kFingerNames[static_cast<std::size_t>(finger)]);
+    if (std::ranges::find(found, name) == found.end()) lacks.push_back(name);
+  }
+  std::vector<int> others;
+  for (int k = 0; k < hand.NumLinks(); ++k) {
+    if (!of_fingers.contains(k)) others.push_back(k);
+  }
+  AddJointFact(hand, "rest", others, inspection);
+  const bool clear = anatomy.side_is_clear;
+  const std::string side(SideName(anatomy.side));
+  inspection.AddFact("fingers", static_cast<double>(found.size()),
+                     fmt::format("{} fingers: {}", found.size(), fmt::join(found, ", ")));
+  inspection.AddFact("side", clear ? side : "either",
+                     clear ? fmt::format("a {} hand", side) : "its shape tells no side");
+  inspection.Ok(fmt::format(
+      "transfer --robot gives it the motion of {} hand that holds an object{}",
+      clear ? fmt::format("a {}", side) : "either",
+      lacks.empty() ? ""
+                    : fmt::format("; contacts of {} are left out", fmt::join(lacks, " and "))));
+  const std::string word = ShellWord(inspection.path);
+  const bool demo = !clear || anatomy.side == Side::kRight;
+  if (demo) inspection.next.push_back("holdfast fit demo_drink mug -o held");
+  inspection.next.push_back(fmt::format("holdfast transfer {} --robot {} -o {}",
+                                        demo ? "held" : "HELD_BY_LEFT_HAND", word,
+                                        ShellWord("on_" + Stem(inspection.path))));
+}
+
+// A robot's file, which geometry/ does not read: in place of what was found of it as a text.
+void InspectRobot(const std::string& root, Inspection& inspection) {
+  const bool is_urdf = root == "robot";
+  inspection.title = is_urdf ? "robot (URDF)" : "robot or scene (MJCF)";
+  inspection.findings.clear();
+  const std::string extension = ExtensionOf(inspection.path);
+  std::vector<std::string> missing;
+  try {
+    const RobotFile file = CheckRobotFile(inspection.path);
+    if (file.text.find("<xacro:") != std::string::npos) {
+      inspection.title = "robot (xacro)";
+      inspection.Fault("xacro is not read",
+                       fmt::format("xacro {} > hand.urdf", ShellWord(inspection.path)));
+      return;
+    }
+    if (is_urdf ? extension != ".urdf" : extension != ".xml" && extension != ".mjcf") {
+      inspection.Fault(
+          fmt::format("it is {}, and its name ends in '{}'", is_urdf ? "URDF" : "MJCF", extension),
+          fmt::format("rename it to {}", is_urdf ? ".urdf" : ".xml"));
+      return;
+    }
+    missing = MissingFiles(file, inspection.path);
+    inspection.AddFact("files", static_cast<double>(file.files.size()), "");
+    inspection.AddFact("missing_files", fmt::format("{}", fmt::join(missing, ", ")), "");
+    const RobotHand hand = ReadRobotHand(inspection.path);
+    AddHandFacts(hand, inspection);
+    for (const std::string& note : hand.notes) inspection.Warn(note, "");
+    AddAnatomy(hand, inspection);
+  } catch (const Error& error) {
+    inspection.Fault(error.Where() == inspection.path.string()
+                         ? error.Problem()
+                         : fmt::format("{}: {}", error.Where(), error.Problem()),
+                     error.Remedy());
+  }
+  if (missing.empty()) return;
+  constexpr std::size_t kMaxShown = 5;
+  std::string text = fmt::format("{} of the files that it names are missing: ", missing.size());
+  for (std::size_t k = 0; k < missing.size() && k < kMaxShown; ++k) {
+    text += (k > 0 ? ", " : "") + missing[k];
+  }
+  if (missing.size() > kMaxShown) text += ", ...";
+  inspection.Warn(std::move(text), "put them where it says, relative to it");
+}
+
+Inspection InspectAny(const std::string& path) {
+  Inspection inspection = Inspect(path);
+  const FileKind kind = inspection.identity.kind;
+  if (kind != FileKind::kText && kind != FileKind::kUnknown && kind != FileKind::kHtml) {
+    return inspection;
+  }
+  const std::string root = RootElement(path);
+  if (root == "robot" || root == "mujoco") InspectRobot(root, inspection);
+  return inspection;
+}
+
 int Run(const DoctorCommand& options) {
   const CommonOptions& common = options.common;
   std::vector<Inspection> inspections(options.files.size());
@@ -80,7 +274,7 @@ int Run(const DoctorCommand& options) {
   std::mutex lock;
   ParallelFor(static_cast<int>(options.files.size()), NumThreads(common), [&](int k) {
     if (Interrupted()) return;
-    inspections[k] = Inspect(options.files[k]);
+    inspections[k] = InspectAny(options.files[k]);
     const std::scoped_lock guard(lock);
     progress.Update(++done, static_cast<int>(options.files.size()));
   });
@@ -116,7 +310,7 @@ void AddDoctorCommand(CLI::App& app, int& exit_code) {
       "doctor", "Identify files: format, conventions, faults, and what to type next");
   command
       ->add_option("files", options->files,
-                   "Motions, body models, meshes, result folders: any supported file")
+                   "Motions, body models, meshes, robot hands, result folders: any supported file")
       ->required();
   AddCommonOptions(
       *command, options->common, false,

@@ -141,6 +141,7 @@ class Exporter {
     mjcf.every = options_.every;
     mjcf.density_kg_m3 = options_.density_kg_m3;
     mjcf.table = options_.table;
+    mjcf.physics = options_.physics;
     report_.mjcf = WriteMjcf(scene_.clip, scene_.Surface(), object_, mjcf, output_);
   }
 

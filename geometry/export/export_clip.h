@@ -34,9 +34,11 @@ struct ExportOptions {
   std::filesystem::path onto;
   bool correctives = true;        ///< kGlb: pose correctives as morph targets
   double tolerance_m = 2e-5;      ///< of the skin from the body model's
-  double density_kg_m3 = 1000.0;  ///< kMjcf: of the object
-  int every = 1;                  ///< kMeshes, kUsda, kMjcf: each n-th frame
-  int first_frame = 0;            ///< kMeshes: number of the clip's first frame
+  double density_kg_m3 = 1000.0;  ///< kMjcf: of the object, without `physics`
+  /// kMjcf: what is simulated (PhysicsOfClip of solver/trial); null: hands are mocap bodies alone.
+  const MjcfPhysics* physics = nullptr;
+  int every = 1;        ///< kMeshes, kUsda, kMjcf: each n-th frame
+  int first_frame = 0;  ///< kMeshes: number of the clip's first frame
   /// kGlb: how the object looks; null: plain.
   const TexturedMesh* object_look = nullptr;
   const TriangleMesh* table = nullptr;  ///< that the object rests on, of a clip with its track

@@ -5,7 +5,6 @@
 #include <array>
 #include <map>
 #include <random>
-#include <set>
 #include <vector>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -82,28 +81,17 @@ Eigen::Matrix3Xd Corners(const TriangleMesh& hull) {
   return DistinctPoints(hull.vertices(Eigen::all, corners));
 }
 
-}  // namespace
-
-TriangleMesh ConvexHull(const Eigen::Matrix3Xd& points) {
-  const TriangleMesh hull = Hull(points);
-  if (!(SignedVolume(hull) > 0.0)) return {};
-  const Eigen::Matrix3Xd corners = Corners(hull);
-  const double size = (corners.rowwise().maxCoeff() - corners.rowwise().minCoeff()).maxCoeff();
-  const Eigen::Matrix3Xd jittered = Jittered(corners, 1e-10 * size);
-  const TriangleMesh general = Hull(jittered);
-  std::map<Place, int> corner_at;
-  for (Eigen::Index i = 0; i < jittered.cols(); ++i) {
-    corner_at[PlaceOf(jittered.col(i))] = static_cast<int>(i);
-  }
-  std::vector<int> kept;  // of the corners, those of `general`
-  for (const auto v : general.vertices.colwise()) kept.push_back(corner_at.at(PlaceOf(v)));
-  std::vector<int> order = kept;
+// Of CGAL's hull, whose vertex i is `place[i]` of the sorted `corners`: those that it has, and its
+// faces, in an order that depends on no memory.
+TriangleMesh Ordered(const TriangleMesh& hull, const std::vector<int>& place,
+                     const Eigen::Matrix3Xd& corners) {
+  std::vector<int> order = place;
   std::ranges::sort(order);
   std::vector<std::array<int, 3>> faces;
-  for (const auto face : general.faces.colwise()) {
+  for (const auto face : hull.faces.colwise()) {
     std::array<int, 3> ids;
     for (int k = 0; k < 3; ++k) {
-      ids[k] = static_cast<int>(std::ranges::lower_bound(order, kept[face[k]]) - order.begin());
+      ids[k] = static_cast<int>(std::ranges::lower_bound(order, place[face[k]]) - order.begin());
     }
     std::rotate(ids.begin(), std::ranges::min_element(ids), ids.end());
     faces.push_back(ids);
@@ -116,9 +104,42 @@ TriangleMesh ConvexHull(const Eigen::Matrix3Xd& points) {
   return out;
 }
 
+// Where the vertices of `hull` are among these points.
+std::vector<int> PlacesOf(const TriangleMesh& hull, const Eigen::Matrix3Xd& points) {
+  std::map<Place, int> at;
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    at[PlaceOf(points.col(i))] = static_cast<int>(i);
+  }
+  std::vector<int> places;
+  for (const auto v : hull.vertices.colwise()) places.push_back(at.at(PlaceOf(v)));
+  return places;
+}
+
+}  // namespace
+
+TriangleMesh ConvexHull(const Eigen::Matrix3Xd& points) {
+  const TriangleMesh hull = Hull(points);
+  if (!(SignedVolume(hull) > 0.0)) return {};
+  const Eigen::Matrix3Xd corners = Corners(hull);
+  const double size = (corners.rowwise().maxCoeff() - corners.rowwise().minCoeff()).maxCoeff();
+  const Eigen::Matrix3Xd jittered = Jittered(corners, 1e-10 * size);
+  const TriangleMesh general = Hull(jittered);
+  return Ordered(general, PlacesOf(general, jittered), corners);
+}
+
+TriangleMesh ConvexHullOfJittered(const Eigen::Matrix3Xd& points) {
+  const TriangleMesh hull = Hull(points);
+  if (!(SignedVolume(hull) > 0.0)) return {};
+  const Eigen::Matrix3Xd corners = DistinctPoints(hull.vertices);
+  return Ordered(hull, PlacesOf(hull, corners), corners);
+}
+
 Eigen::Matrix3Xd DistinctPoints(const Eigen::Matrix3Xd& points) {
-  std::set<Place> places;
-  for (const auto point : points.colwise()) places.insert(PlaceOf(point));
+  std::vector<Place> places;
+  places.reserve(static_cast<std::size_t>(points.cols()));
+  for (const auto point : points.colwise()) places.push_back(PlaceOf(point));
+  std::ranges::stable_sort(places);  // -0 and 0 are one place: the first stays
+  places.erase(std::ranges::unique(places).begin(), places.end());
   Eigen::Matrix3Xd out(3, places.size());
   Eigen::Index i = 0;
   for (const Place& place : places) out.col(i++) = Eigen::Vector3d(place.data());

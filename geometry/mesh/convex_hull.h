@@ -13,6 +13,10 @@ namespace holdfast {
 /// the size (Jittered). No faces where the points span no volume.
 TriangleMesh ConvexHull(const Eigen::Matrix3Xd& points);
 
+/// The same of points of which no four lie in one plane (Jittered): all that its hull has are
+/// corners, and its faces are the only ones. A third of the time.
+TriangleMesh ConvexHullOfJittered(const Eigen::Matrix3Xd& points);
+
 /// The points (3 x n), each once, in the order of their coordinates.
 Eigen::Matrix3Xd DistinctPoints(const Eigen::Matrix3Xd& points);
 /// Each point moved by less than `size_m` along each axis, at random but always the same way: no

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -56,7 +57,7 @@ Part PartOf(Eigen::Matrix3Xd corners, const DistanceGrid& distance) {
   Part part;
   part.corners = std::move(corners);
   // A cut's many points in one plane would have the hull's predicates computed exactly.
-  part.hull = ConvexHull(Jittered(DistinctPoints(part.corners), kJitter_m));
+  part.hull = ConvexHullOfJittered(Jittered(DistinctPoints(part.corners), kJitter_m));
   MeasureExcess(distance, part);
   return part;
 }
@@ -108,13 +109,23 @@ std::pair<Part, Part> Cut(const Part& part, const DistanceGrid& distance, int th
     Part low, high;
   };
   std::vector<Try> tries(Directions().size() * kPlaces);
+  // One half may leave more outside than two halves of another plane: its other half is spared.
+  std::atomic<double> least = std::numeric_limits<double>::infinity();
   ParallelFor(static_cast<int>(tries.size()), threads, [&](int k) {
     const Eigen::Vector3d& normal = Directions()[k / kPlaces];
     const Eigen::RowVectorXd heights = normal.transpose() * part.hull.vertices;
     const double low = heights.minCoeff(), high = heights.maxCoeff();
     const double offset = low + (k % kPlaces + 1.0) / (kPlaces + 1.0) * (high - low);
-    tries[k] = {PartOf(Below(part.corners, normal, offset), distance),
-                PartOf(Below(part.corners, -normal, -offset), distance)};
+    Try& one = tries[k];
+    one.low = PartOf(Below(part.corners, normal, offset), distance);
+    if (one.low.outside_m3 > least) {
+      one.high.outside_m3 = std::numeric_limits<double>::infinity();
+      return;
+    }
+    one.high = PartOf(Below(part.corners, -normal, -offset), distance);
+    const double outside = one.low.outside_m3 + one.high.outside_m3;
+    for (double known = least; outside < known && !least.compare_exchange_weak(known, outside);) {
+    }
   });
   const auto best = std::ranges::min_element(
       tries, {}, [](const Try& one) { return one.low.outside_m3 + one.high.outside_m3; });

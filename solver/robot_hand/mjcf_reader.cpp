@@ -2,6 +2,7 @@
 #include <array>
 #include <memory>
 #include <numbers>
+#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -33,6 +34,9 @@ namespace fs = std::filesystem;
 using Model = std::unique_ptr<mjModel, void (*)(mjModel*)>;
 
 Model Load(const fs::path& path) {
+  // MuJoCo's own handlers print, write a log beside the user's files and end the program.
+  mju_user_warning = [](const char*) {};
+  mju_user_error = [](const char* what) { throw std::runtime_error(what); };
   std::array<char, 1000> why{};
   Model model(mj_loadXML(path.c_str(), nullptr, why.data(), static_cast<int>(why.size())),
               mj_deleteModel);
@@ -70,8 +74,26 @@ TriangleMesh MeshOf(const mjModel& model, int mesh) {
   return out;
 }
 
-TriangleMesh ShapeOf(const mjModel& model, int geom) {
+// How many of a geometry's sizes its kind has.
+int NumSizes(int kind) {
+  switch (kind) {
+    case mjGEOM_SPHERE:
+      return 1;
+    case mjGEOM_CAPSULE:
+    case mjGEOM_CYLINDER:
+      return 2;
+    case mjGEOM_ELLIPSOID:
+    case mjGEOM_BOX:
+      return 3;
+    default:
+      return 0;
+  }
+}
+
+TriangleMesh ShapeOf(const std::string& source, const mjModel& model, int geom) {
   const mjtNum* const size = model.geom_size + 3 * geom;
+  RequireShapeSize(source, NameOf(model, mjOBJ_BODY, model.geom_bodyid[geom]),
+                   Eigen::Map<const Eigen::VectorXd>(size, NumSizes(model.geom_type[geom])));
   switch (model.geom_type[geom]) {
     case mjGEOM_SPHERE:
       return BallMesh(size[0]);
@@ -91,11 +113,11 @@ TriangleMesh ShapeOf(const mjModel& model, int geom) {
 }
 
 // A body's geometries that only show, else all of them.
-std::vector<TriangleMesh> ShapesOf(const mjModel& model, int body) {
+std::vector<TriangleMesh> ShapesOf(const std::string& source, const mjModel& model, int body) {
   std::vector<TriangleMesh> seen, all;
   for (int k = 0; k < model.body_geomnum[body]; ++k) {
     const int geom = model.body_geomadr[body] + k;
-    const TriangleMesh shape = ShapeOf(model, geom);
+    const TriangleMesh shape = ShapeOf(source, model, geom);
     if (shape.NumFaces() == 0) continue;
     const Eigen::Isometry3d pose = PoseOf(model.geom_pos + 3 * geom, model.geom_quat + 4 * geom);
     all.push_back(Transformed(shape, Eigen::Affine3d(pose.matrix())));
@@ -155,7 +177,7 @@ class MjcfBuilder {
       link.parent_from_joint = parent_from_body * Eigen::Translation3d(-origin);
       hand_.links.push_back(std::move(link));
     }
-    hand_.links.back().shapes = ShapesOf(model_, body);
+    hand_.links.back().shapes = ShapesOf(hand_.source, model_, body);
     return hand_.NumLinks() - 1;
   }
 

@@ -8,6 +8,9 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "solver/robot_hand/reader_process.h"
+#include "solver/robot_hand/robot_file.h"
 #include "solver/robot_hand/robot_kinematics.h"
 
 namespace holdfast {
@@ -16,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kLargest_m = 2.0, kSmallest_m = 0.02;
+constexpr int kMaxHandLinks = 1000, kMaxDofs = 200;
 
 void RequireFinite(const RobotHand& hand) {
   for (const RobotLink& link : hand.links) {
@@ -51,6 +55,32 @@ void RequireHandSized(const RobotHand& hand) {
                   : "URDF and MJCF are in metres: check the unit of its meshes and origins");
 }
 
+// Its tree is gone through in every frame.
+RobotHand Bounded(RobotHand hand) {
+  const bool many = hand.NumLinks() > kMaxHandLinks;
+  if (!many && hand.NumDofs() <= kMaxDofs) return hand;
+  throw Error(
+      hand.source,
+      many ? fmt::format("has {} links: no hand has more than {}", hand.NumLinks(), kMaxHandLinks)
+           : fmt::format("has {} joints that move on their own: no hand has more than {}",
+                         hand.NumDofs(), kMaxDofs),
+      "Give the file of the hand alone");
+}
+
+// What a library says of a mesh, if it lives to, names no file: ours does.
+void RequireMeshes(const std::string& source, const RobotFile& file) {
+  for (const auto& [name, path] : file.files) {
+    if (path.empty() || !HasMeshFormat(path)) continue;
+    try {
+      ReadMesh(path);
+    } catch (const Error& error) {
+      throw Error(source,
+                  fmt::format("its mesh cannot be read: {}: {}", error.Where(), error.Problem()),
+                  error.Remedy());
+    }
+  }
+}
+
 }  // namespace
 
 RobotHand ReadRobotHand(const fs::path& path) {
@@ -66,7 +96,17 @@ RobotHand ReadRobotHand(const fs::path& path) {
     throw Error(path.string(), "is not a robot's file by its name",
                 "Give URDF (.urdf) or MJCF (.xml); make xacro into URDF first");
   }
-  RobotHand hand = extension == ".urdf" ? ReadUrdf(path) : ReadMjcf(path);
+  const RobotFile file = CheckRobotFile(path);
+  const bool is_urdf = extension == ".urdf";
+  RobotHand hand;
+  try {
+    hand = ReadInProcess(path, is_urdf ? "urdfdom" : "MuJoCo", [&] {
+      return Bounded(is_urdf ? ReadUrdf(path, file.text) : ReadMjcf(path));
+    });
+  } catch (const Error&) {
+    if (!is_urdf) RequireMeshes(path.string(), file);
+    throw;
+  }
   if (hand.dofs.empty()) {
     throw Error(path.string(), "has no joint that moves", "Give a hand with fingers");
   }

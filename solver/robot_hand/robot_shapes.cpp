@@ -70,6 +70,16 @@ TriangleMesh CapsuleMesh(double radius, double length) {
   return ConvexHull(points);
 }
 
+void RequireShapeSize(const std::string& source, const std::string& link,
+                      const Eigen::Ref<const Eigen::VectorXd>& sizes) {
+  constexpr double kMaxSize_m = 100.0;
+  for (const double size : sizes) {
+    if (size > 0.0 && size < kMaxSize_m) continue;
+    throw Error(source, fmt::format("link '{}' has a shape of size {:.4g} m", link, size),
+                "Give its shapes sizes above 0, in metres");
+  }
+}
+
 TriangleMesh Transformed(const TriangleMesh& mesh, const Eigen::Affine3d& transform) {
   TriangleMesh moved{transform * mesh.vertices, mesh.faces};
   if (transform.linear().determinant() < 0.0) moved.faces.row(1).swap(moved.faces.row(2));

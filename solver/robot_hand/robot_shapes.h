@@ -19,6 +19,11 @@ TriangleMesh CapsuleMesh(double radius, double length);
 /// An ellipsoid with these semi-axes.
 TriangleMesh EllipsoidMesh(const Eigen::Vector3d& semi_axes);
 
+/// Throws Error (`source`) unless the numbers of a link's shape are finite, above zero (`length` of
+/// a capsule may be zero) and below 100 m.
+void RequireShapeSize(const std::string& source, const std::string& link,
+                      const Eigen::Ref<const Eigen::VectorXd>& sizes);
+
 /// The mesh with its vertices moved; faces turn where the transform mirrors.
 TriangleMesh Transformed(const TriangleMesh& mesh, const Eigen::Affine3d& transform);
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <cmath>
-#include <fstream>
+#include <algorithm>
 #include <map>
-#include <mutex>
 #include <numbers>
 #include <sstream>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -12,6 +11,7 @@
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "solver/robot_hand/read_robot.h"
+#include "solver/robot_hand/robot_file.h"
 #include "solver/robot_hand/robot_joints.h"
 #include "solver/robot_hand/robot_shapes.h"
 
@@ -25,7 +25,7 @@ namespace holdfast {
 
 #ifndef HOLDFAST_HAS_URDFDOM
 
-RobotHand ReadUrdf(const std::filesystem::path& path) {
+RobotHand ReadUrdf(const std::filesystem::path& path, const std::string&) {
   throw Error(path.string(), "is URDF, and this build of Holdfast is without urdfdom",
               "Install it (Debian: liburdfdom-dev) and build again, or give the hand as MJCF");
 }
@@ -36,8 +36,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostBytes = 64'000'000;
-constexpr int kMostDepth = 200;  // of elements in each other: the parser recurses
+// A capsule is none of urdfdom's shapes: it goes through as a mesh of this name, "capsule:r,l".
+constexpr std::string_view kCapsule = "capsule:";
 
 // What urdfdom complains about, kept instead of printed.
 class Complaints final : public console_bridge::OutputHandler {
@@ -60,39 +60,30 @@ class Complaints final : public console_bridge::OutputHandler {
   int count_ = 0;
 };
 
-std::string ReadText(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(path.string(), "cannot be read", "Check the path");
-  std::string text;
-  text.resize(kMostBytes + 1);
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.empty() || text.size() > kMostBytes) {
-    throw Error(path.string(), text.empty() ? "is empty" : "is larger than 64 MB: no URDF is",
-                "Check the path");
-  }
-  int depth = 0;
-  for (std::size_t k = 0; k + 1 < text.size(); ++k) {
-    if (text[k] == '<' && text[k + 1] != '!' && text[k + 1] != '?') {
-      depth += text[k + 1] == '/' ? -1 : 1;
-    } else if (text[k] == '/' && text[k + 1] == '>') {
-      --depth;
+std::string WithCapsulesAsMeshes(const std::string& text) {
+  std::string out;
+  std::size_t done = 0;
+  XmlTags tags(text);
+  XmlTag tag;
+  while (tags.Next(tag)) {
+    if (tag.name != "capsule" && tag.name != "drake:capsule") continue;
+    out += text.substr(done, tag.begin - done);
+    done = tag.end;
+    if (tag.kind == XmlTag::Kind::kCloses) {
+      out += "</mesh>";
+      continue;
     }
-    if (depth > kMostDepth) {
-      throw Error(path.string(), "has elements nested deeper than any URDF", "Check the file");
-    }
+    out += fmt::format("<mesh filename=\"{}{},{}\"{}>", kCapsule, tag.Attribute("radius"),
+                       tag.Attribute("length"), tag.kind == XmlTag::Kind::kEmpty ? "/" : "");
   }
-  return text;
+  return out + text.substr(done);
 }
 
-// Two threads may not share the library's one place for messages.
 // `left_out`: what it complained about in a model that it could read.
 urdf::ModelInterfaceSharedPtr Parse(const fs::path& path, const std::string& text,
                                     std::string& left_out) {
-  static std::mutex one_at_a_time;
-  const std::lock_guard lock(one_at_a_time);
   const Complaints complaints;
-  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
+  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(WithCapsulesAsMeshes(text));
   if (!model || !model->getRoot()) {
     throw Error(path.string(),
                 "is not a URDF that can be read" +
@@ -174,8 +165,9 @@ class UrdfBuilder {
   // What is seen, if all of it is in a format that we read; else what collides.
   void AddShapes(const urdf::Link& from, RobotLink& link) {
     const auto readable = [](const auto& part) {
-      return !part || !part->geometry || part->geometry->type != urdf::Geometry::MESH ||
-             HasMeshFormat(static_cast<const urdf::Mesh&>(*part->geometry).filename);
+      if (!part || !part->geometry || part->geometry->type != urdf::Geometry::MESH) return true;
+      const std::string& name = static_cast<const urdf::Mesh&>(*part->geometry).filename;
+      return name.starts_with(kCapsule) || HasMeshFormat(name);
     };
     const bool see = std::ranges::all_of(from.visual_array, readable);
     if (see || from.collision_array.empty()) {
@@ -198,25 +190,51 @@ class UrdfBuilder {
     Eigen::Affine3d link_from_shape(origin.matrix());
     TriangleMesh mesh;
     switch (shape.type) {
-      case urdf::Geometry::SPHERE:
-        mesh = BallMesh(static_cast<const urdf::Sphere&>(shape).radius);
+      case urdf::Geometry::SPHERE: {
+        const double radius = static_cast<const urdf::Sphere&>(shape).radius;
+        RequireShapeSize(hand_.source, link.name, Eigen::VectorXd::Constant(1, radius));
+        mesh = BallMesh(radius);
         break;
-      case urdf::Geometry::BOX:
-        mesh = BoxMesh(ToEigen(static_cast<const urdf::Box&>(shape).dim));
+      }
+      case urdf::Geometry::BOX: {
+        const Eigen::Vector3d sides = ToEigen(static_cast<const urdf::Box&>(shape).dim);
+        RequireShapeSize(hand_.source, link.name, sides);
+        mesh = BoxMesh(sides);
         break;
+      }
       case urdf::Geometry::CYLINDER: {
         const auto& cylinder = static_cast<const urdf::Cylinder&>(shape);
+        RequireShapeSize(hand_.source, link.name,
+                         Eigen::Vector2d(cylinder.radius, cylinder.length));
         mesh = CylinderMesh(cylinder.radius, cylinder.length);
         break;
       }
       case urdf::Geometry::MESH: {
         const auto& file = static_cast<const urdf::Mesh&>(shape);
+        if (file.filename.starts_with(kCapsule)) {
+          mesh = Capsule(file.filename, link.name);
+          break;
+        }
         mesh = Load(file.filename);
         link_from_shape.scale(ToEigen(file.scale));
         break;
       }
     }
     if (mesh.NumFaces() > 0) link.shapes.push_back(Transformed(mesh, link_from_shape));
+  }
+
+  TriangleMesh Capsule(const std::string& name, const std::string& link) const {
+    double radius = 0.0, length = -1.0;
+    std::istringstream numbers(name.substr(kCapsule.size()));
+    numbers.imbue(std::locale::classic());
+    char comma = 0;
+    if (numbers >> radius >> comma >> length && numbers.eof() && length >= 0.0) {
+      RequireShapeSize(hand_.source, link, Eigen::Vector2d(radius, radius + length));
+      return CapsuleMesh(radius, length);
+    }
+    throw Error(hand_.source,
+                fmt::format("link '{}' has a capsule without radius and length", link),
+                "Give it a radius above 0 and a length, both in metres");
   }
 
   // Links of one kind share their files.
@@ -234,9 +252,9 @@ class UrdfBuilder {
 
 }  // namespace
 
-RobotHand ReadUrdf(const fs::path& path) {
+RobotHand ReadUrdf(const fs::path& path, const std::string& text) {
   std::string left_out;
-  const urdf::ModelInterfaceSharedPtr model = Parse(path, ReadText(path), left_out);
+  const urdf::ModelInterfaceSharedPtr model = Parse(path, text, left_out);
   RobotHand hand = UrdfBuilder(path, *model).Take();
   if (!left_out.empty())
     hand.notes.push_back("parts of it are left out, and with them what follows in their links: " +

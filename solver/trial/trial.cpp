@@ -208,10 +208,10 @@ HoldTrial TryHold(const std::vector<TrialLink>& links, const std::vector<GripCon
   return TryLinks(links, contacts, solid, hand_from_object, protocol, nullptr);
 }
 
-HoldTrial TryHold(const HandState& state, const Eigen::Isometry3d& world_from_object,
-                  const TrialSolid& solid, const SignedDistance& distance,
-                  const TrialProtocol& protocol, const HandMotion* motion) {
-  RequirePhysics();
+std::vector<GripContact> PressesOfHand(const HandState& state,
+                                       const Eigen::Isometry3d& world_from_object,
+                                       const TrialSolid& solid, const SignedDistance& distance,
+                                       const TrialProtocol& protocol) {
   const Eigen::Isometry3d wrist_from_object = state.WorldFromWrist().inverse() * world_from_object;
   std::vector<GripContact> contacts =
       ContactsOfHand(state, world_from_object, distance, protocol.touch_m);
@@ -219,6 +219,16 @@ HoldTrial TryHold(const HandState& state, const Eigen::Isometry3d& world_from_ob
                  std::max(protocol.least_grip_N,
                           protocol.grip_weights * solid.mass.mass_kg * protocol.gravity_m_s2),
                  contacts);
+  return contacts;
+}
+
+HoldTrial TryHold(const HandState& state, const Eigen::Isometry3d& world_from_object,
+                  const TrialSolid& solid, const SignedDistance& distance,
+                  const TrialProtocol& protocol, const HandMotion* motion) {
+  RequirePhysics();
+  const Eigen::Isometry3d wrist_from_object = state.WorldFromWrist().inverse() * world_from_object;
+  const std::vector<GripContact> contacts =
+      PressesOfHand(state, world_from_object, solid, distance, protocol);
   return TryLinks(LinksOfHand(state, protocol.fingers), contacts, solid, wrist_from_object,
                   protocol, motion);
 }

@@ -100,6 +100,13 @@ HoldTrial TryHold(const std::vector<TrialLink>& links, const std::vector<GripCon
                   const TrialSolid& solid, const Eigen::Isometry3d& hand_from_object,
                   const TrialProtocol& protocol);
 
+/// Where a hand touches the object, and the squeeze there (BalancePresses) that the protocol asks
+/// for; wrist's frame.
+std::vector<GripContact> PressesOfHand(const HandState& state,
+                                       const Eigen::Isometry3d& world_from_object,
+                                       const TrialSolid& solid, const SignedDistance& distance,
+                                       const TrialProtocol& protocol);
+
 /// A hand's motion, frame by frame: what the clip's own trial follows.
 struct HandMotion {
   double frame_rate = 30.0;

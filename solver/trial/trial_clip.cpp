@@ -2,6 +2,8 @@
 #include "solver/trial/trial_clip.h"
 
 #include <algorithm>
+#include <array>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -50,6 +52,86 @@ ClipTrial ChooseHold(const ClipScene& scene, const SignedDistance& distance) {
   return trial;
 }
 
+// Whether `side` holds, frame by frame.
+std::vector<bool> HoldsOf(const ClipScene& scene, Side side, const ClipTrial& nearer) {
+  const auto count = static_cast<std::size_t>(scene.clip.NumFrames());
+  if (scene.clip.holding_hand.empty()) return std::vector<bool>(count, side == nearer.side);
+  std::vector<bool> holds(count);
+  const std::uint8_t bit = side == Side::kRight ? kHoldsRight : kHoldsLeft;
+  for (std::size_t t = 0; t < count; ++t) holds[t] = (scene.clip.holding_hand[t] & bit) != 0;
+  return holds;
+}
+
+// What joints exert for these presses, each about the springs' axes.
+std::array<Eigen::Vector3d, kJointsPerHand> SqueezeOf(const std::vector<TrialLink>& links,
+                                                      const std::vector<MjcfLink>& simulated,
+                                                      const std::vector<GripContact>& contacts) {
+  std::vector<Eigen::Isometry3d> hand_from_link;
+  for (const TrialLink& link : links) {
+    const Eigen::Isometry3d own = RigidTransform(link.fitted.toRotationMatrix(), link.joint);
+    hand_from_link.push_back(link.parent < 0 ? own : hand_from_link[link.parent] * own);
+  }
+  std::array<Eigen::Vector3d, kJointsPerHand> squeeze;
+  squeeze.fill(Eigen::Vector3d::Zero());
+  for (const GripContact& contact : contacts) {
+    for (int k = contact.link; links[k].parent >= 0; k = links[k].parent) {
+      const Eigen::Vector3d torque =
+          (contact.point - hand_from_link[k].translation()).cross(contact.press);
+      squeeze[k - 1] += (hand_from_link[k].linear() * simulated[k].axes).transpose() * torque;
+    }
+  }
+  return squeeze;
+}
+
+std::vector<MjcfLink> SimulatedLinks(const std::vector<TrialLink>& links) {
+  std::vector<MjcfLink> out;
+  for (const TrialLink& link : links) {
+    MjcfLink& simulated = out.emplace_back();
+    simulated.parent = link.parent;
+    simulated.joint = link.joint;
+    simulated.pieces = link.pieces;
+    simulated.rest = link.fitted;
+    const Eigen::Vector3d across = link.flexion.unitOrthogonal();
+    simulated.axes << link.flexion, across, link.flexion.cross(across);
+    simulated.stiffness_Nm << link.stiffness_Nm, link.side_stiffness_Nm, link.side_stiffness_Nm;
+    simulated.limit_Nm << link.torque_limit_Nm, 0.0, 0.0;
+  }
+  return out;
+}
+
+// The hand of one side; nothing where it never touches while it holds.
+std::optional<MjcfHand> SimulatedHand(const ClipScene& scene, Side side,
+                                      const std::vector<bool>& holds, const TrialSolid& solid,
+                                      const SignedDistance& distance,
+                                      const TrialProtocol& protocol) {
+  const HandModel model(scene.body, scene.betas, side);
+  HandState state(model);
+  MjcfHand hand;
+  hand.side = side;
+  hand.damping_Nms = protocol.scene.joint_damping_Nms;
+  hand.inertia_kg_m2 = protocol.scene.joint_inertia_kg_m2;
+  std::array<Eigen::Vector3d, kJointsPerHand> none;
+  none.fill(Eigen::Vector3d::Zero());
+  hand.squeeze_Nm.assign(holds.size(), none);
+  bool pressing = false;  // since this hold's first touch
+  for (std::size_t t = 0; t < holds.size(); ++t) {
+    pressing = pressing && holds[t];
+    if (pressing) hand.squeeze_Nm[t] = hand.squeeze_Nm[t - 1];
+    if (!holds[t] || pressing) continue;
+    state.SetBody(scene.clip.pose[t], scene.clip.trans.col(static_cast<Eigen::Index>(t)));
+    state.Evaluate(FingersOf(scene.clip.pose[t], side), false);
+    const std::vector<GripContact> contacts = PressesOfHand(
+        state, scene.clip.object->Pose(static_cast<int>(t)), solid, distance, protocol);
+    if (contacts.empty()) continue;
+    const std::vector<TrialLink> links = LinksOfHand(state, protocol.fingers);
+    if (hand.links.empty()) hand.links = SimulatedLinks(links);
+    hand.squeeze_Nm[t] = SqueezeOf(links, hand.links, contacts);
+    pressing = true;
+  }
+  if (hand.links.empty()) return std::nullopt;
+  return hand;
+}
+
 nlohmann::json CourseJson(const TrialCourse& course) {
   return {{"holds", course.holds},
           {"touches_at_end", course.touches},
@@ -86,6 +168,37 @@ std::optional<ClipTrial> TryClip(const ClipScene& scene, const TrialProtocol& pr
   trial.hold = TryHold(state, scene.clip.object->Pose(trial.begin), solid, distance, protocol,
                        trial.end - trial.begin > 1 ? &motion : nullptr);
   return trial;
+}
+
+std::optional<MjcfPhysics> PhysicsOfClip(const ClipScene& scene,
+                                         std::optional<double> density_kg_m3,
+                                         TrialProtocol protocol) {
+  if (!scene.clip.object || !scene.object) return std::nullopt;
+  if (density_kg_m3) {
+    protocol.density_kg_m3 = *density_kg_m3;
+    protocol.least_mass_kg = 0.0;
+    protocol.most_mass_kg = std::numeric_limits<double>::infinity();
+  }
+  const SignedDistance distance(*scene.object);
+  const TrialSolid solid = MakeTrialSolid(*scene.object, distance, protocol);
+  MjcfPhysics physics;
+  physics.object_pieces = solid.pieces;
+  physics.mass_kg = solid.mass.mass_kg;
+  physics.centre = solid.mass.centre;
+  physics.inertia = solid.mass.inertia;
+  physics.mass_of_pieces = solid.mass_of_pieces;
+  physics.step_s = protocol.scene.step_s;
+  physics.friction = protocol.scene.friction;
+  physics.torsion_m = protocol.scene.torsion_m;
+  const ClipTrial nearer =
+      scene.clip.holding_hand.empty() ? ChooseHold(scene, distance) : ClipTrial();
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    if (!scene.body->HasHand(side)) continue;
+    std::optional<MjcfHand> hand =
+        SimulatedHand(scene, side, HoldsOf(scene, side, nearer), solid, distance, protocol);
+    if (hand) physics.hands.push_back(std::move(*hand));
+  }
+  return physics;
 }
 
 nlohmann::json TrialJson(const ClipTrial& trial) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/clip/clip_scene.h"
+#include "geometry/io/gltf/mjcf_writer.h"
 #include "solver/trial/trial.h"
 
 namespace holdfast {
@@ -25,6 +26,15 @@ struct ClipTrial {
 /// Clips of one frame have no motion of their own. Throws Error without MuJoCo, and for an object
 /// without volume.
 std::optional<ClipTrial> TryClip(const ClipScene& scene, const TrialProtocol& protocol = {});
+
+/// What a scene for MuJoCo (WriteMjcf) simulates, as a trial does: the object's pieces and mass,
+/// and each hand that holds it in some frames, with its links, springs and the squeeze of each
+/// hold's first touch. Without `holding_hand` the nearer hand holds in all frames. `density_kg_m3`:
+/// of the object, in place of the protocol's with its bounds of the mass. Nothing without an
+/// object. Throws Error for an object without volume; needs no MuJoCo.
+std::optional<MjcfPhysics> PhysicsOfClip(const ClipScene& scene,
+                                         std::optional<double> density_kg_m3,
+                                         TrialProtocol protocol = {});
 
 /// `held_directions`, `directions` (name, holds, slips), `settling`, `clip` and what they depend
 /// on.

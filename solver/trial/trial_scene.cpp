@@ -12,6 +12,7 @@
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"
+#include "solver/robot_hand/reader_process.h"
 
 #ifdef HOLDFAST_HAS_MUJOCO
 #include <mujoco/mujoco.h>
@@ -142,8 +143,7 @@ std::string SceneText(const std::vector<TrialLink>& links, const TrialObject& ob
 
 // MuJoCo's compiler and its handlers of errors are of the whole process.
 mjModel* Compile(const std::string& text) {
-  static std::mutex mutex;
-  const std::scoped_lock lock(mutex);
+  const std::scoped_lock lock(LibraryLock());
   mju_user_warning = [](const char*) {};
   mju_user_error = [](const char* what) { throw std::runtime_error(what); };
   const auto files = std::make_unique<mjVFS>();

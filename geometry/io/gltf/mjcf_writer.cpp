@@ -12,12 +12,14 @@
 
 #include <fmt/format.h>
 
+#include "geometry/body/hand_model.h"
 #include "geometry/body/hand_parts.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/convex_hull.h"
 #include "geometry/mesh/mesh_topology.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -109,6 +111,7 @@ class MjcfScene {
         surface_(surface),
         object_(clip.object ? object : nullptr),
         table_(clip.table ? options.table : nullptr),
+        physics_(object_ != nullptr ? options.physics : nullptr),
         options_(options),
         path_(path) {
     for (const Side side : {Side::kRight, Side::kLeft}) {
@@ -120,6 +123,10 @@ class MjcfScene {
     }
     report_.hand_pieces = static_cast<int>(pieces_.size());
     if (object_ != nullptr) WeighObject();
+    if (physics_ == nullptr) return;
+    report_.simulated_hands = static_cast<int>(physics_->hands.size());
+    report_.object_mass_kg = physics_->mass_kg;
+    report_.mass_of_hull = physics_->mass_of_pieces;
   }
 
   void WriteAssets() const {
@@ -128,6 +135,13 @@ class MjcfScene {
     if (table_ != nullptr) WriteMesh(*table_, folder / "table.obj");
     for (const HandPiece& piece : pieces_) {
       WriteMesh(piece.hull, folder / fmt::format("{}.obj", kJointNames[piece.joint]));
+    }
+    if (physics_ == nullptr) return;
+    WritePieces(physics_->object_pieces, "object", folder);
+    for (const MjcfHand& hand : physics_->hands) {
+      for (std::size_t k = 0; k < hand.links.size(); ++k) {
+        WritePieces(hand.links[k].pieces, LinkName(hand, k), folder);
+      }
     }
   }
 
@@ -138,14 +152,13 @@ class MjcfScene {
         "  <custom>\n"
         "    <text name=\"generator\" data=\"{}\"/>\n"
         "    <numeric name=\"frame_rate\" data=\"{:.9g}\"/>\n"
-        "  </custom>\n"
-        "  <default>\n"
-        "    <geom condim=\"4\"/>\n"
+        "  </custom>\n{}"
         "    <default class=\"hand\"><geom rgba=\"0.78 0.6 0.5 1\"/></default>\n"
         "  </default>\n",
         Attribute(options_.model_name), Attribute(MjcfAssets(path_).filename().string()),
-        Attribute(options_.generator), clip_.frame_rate / options_.every);
+        Attribute(options_.generator), clip_.frame_rate / options_.every, Engine());
     WriteBodies(file);
+    WriteDrives(file);
     WriteKeyFrames(file);
     file << "</mujoco>\n";
   }
@@ -171,6 +184,151 @@ class MjcfScene {
     report_.object_mass_kg = volume * options_.density_kg_m3;
   }
 
+  static std::string LinkName(const MjcfHand& hand, std::size_t link) {
+    const std::string name = fmt::format("{}_hand", SideName(hand.side));
+    if (link == 0) return name;
+    const std::string_view joint = kJointNames[HandBegin(hand.side) + static_cast<int>(link) - 1];
+    return fmt::format("{}_{}", name, joint.substr(joint.find('_') + 1));
+  }
+
+  bool Simulates(int joint) const {
+    if (physics_ == nullptr) return false;
+    return std::ranges::any_of(physics_->hands, [joint](const MjcfHand& hand) {
+      const int finger = joint - HandBegin(hand.side);
+      return joint == WristJoint(hand.side) || (finger >= 0 && finger < kJointsPerHand);
+    });
+  }
+
+  static void WritePieces(const std::vector<TriangleMesh>& pieces, const std::string& name,
+                          const std::filesystem::path& folder) {
+    for (std::size_t k = 0; k < pieces.size(); ++k) {
+      WriteMesh(pieces[k], folder / fmt::format("{}_piece_{}.obj", name, k));
+    }
+  }
+
+  // What the engine computes with, up to the geometries' default.
+  std::string Engine() const {
+    if (physics_ == nullptr) return "  <default>\n    <geom condim=\"4\"/>\n";
+    std::string text = fmt::format(
+        "  <option timestep=\"{:.9g}\" cone=\"elliptic\" impratio=\"10\" noslip_iterations=\"3\">"
+        "<flag multiccd=\"enable\"/></option>\n"
+        "  <size njmax=\"4000\" nconmax=\"800\" nstack=\"16000000\"/>\n"
+        "  <default>\n"
+        "    <geom condim=\"4\" friction=\"{:.9g} {:.9g} 0.0001\" solref=\"0.005 1\"/>\n"
+        "    <default class=\"seen\"><geom contype=\"0\" conaffinity=\"0\" mass=\"0\"/></default>\n"
+        "    <default class=\"target\"><geom contype=\"0\" conaffinity=\"0\" group=\"4\" "
+        "rgba=\"0.78 0.6 0.5 0.3\"/></default>\n"
+        "    <default class=\"object\"><geom type=\"mesh\" contype=\"1\" conaffinity=\"3\" "
+        "group=\"3\"/></default>\n"
+        "    <default class=\"link\"><geom type=\"mesh\" contype=\"2\" conaffinity=\"0\" "
+        "rgba=\"0.78 0.6 0.5 1\"/></default>\n",
+        physics_->step_s, physics_->friction, physics_->torsion_m);
+    for (const MjcfHand& hand : physics_->hands) {
+      fmt::format_to(std::back_inserter(text),
+                     "    <default class=\"{}\"><joint type=\"ball\" damping=\"{:.9g}\" "
+                     "armature=\"{:.9g}\"/></default>\n",
+                     LinkName(hand, 0), hand.damping_Nms, hand.inertia_kg_m2);
+    }
+    return text;
+  }
+
+  // Pieces of one body, as assets or as geometries of a class.
+  static std::string PieceAssets(const std::vector<TriangleMesh>& pieces, const std::string& name) {
+    std::string text;
+    for (std::size_t k = 0; k < pieces.size(); ++k) {
+      fmt::format_to(std::back_inserter(text),
+                     "    <mesh name=\"{0}_piece_{1}\" file=\"{0}_piece_{1}.obj\"/>\n", name, k);
+    }
+    return text;
+  }
+  static std::string PieceGeoms(const std::vector<TriangleMesh>& pieces, const std::string& name,
+                                const char* kind) {
+    std::string text;
+    for (std::size_t k = 0; k < pieces.size(); ++k) {
+      fmt::format_to(std::back_inserter(text), "<geom class=\"{}\" mesh=\"{}_piece_{}\"/>\n", kind,
+                     name, k);
+    }
+    return text;
+  }
+
+  std::string LinkBody(const MjcfHand& hand, std::size_t index, const std::string& place) const {
+    const MjcfLink& link = hand.links[index];
+    const std::string name = LinkName(hand, index);
+    std::string text = fmt::format("<body name=\"{}\" {}>\n", name, place);
+    text += link.parent < 0
+                ? fmt::format("<freejoint name=\"{}\"/>\n", name)
+                : fmt::format("<joint name=\"{}\" class=\"{}\"/>\n", name, LinkName(hand, 0));
+    if (link.pieces.empty()) {
+      text += "<inertial pos=\"0 0 0\" mass=\"0.001\" diaginertia=\"1e-6 1e-6 1e-6\"/>\n";
+    }
+    text += PieceGeoms(link.pieces, name, "link");
+    for (std::size_t child = index + 1; child < hand.links.size(); ++child) {
+      if (hand.links[child].parent != static_cast<int>(index)) continue;
+      text += LinkBody(hand, child,
+                       Place(RigidTransform(hand.links[child].rest.toRotationMatrix(),
+                                            hand.links[child].joint)));
+    }
+    return text + "</body>\n";
+  }
+
+  // The springs of simulated hands, and what draws their palms: slowly enough that a player may go
+  // from key frame to key frame in leaps.
+  void WriteDrives(std::ofstream& file) const {
+    if (physics_ == nullptr || physics_->hands.empty()) return;
+    file << "  <equality>\n";
+    for (const MjcfHand& hand : physics_->hands) {
+      file << fmt::format(
+          "    <weld body1=\"{}\" body2=\"{}\" solref=\"0.02 1\" solimp=\"0.99 0.999 "
+          "0.001\"/>\n",
+          kJointNames[WristJoint(hand.side)], LinkName(hand, 0));
+    }
+    file << "  </equality>\n  <actuator>\n";
+    for (const MjcfHand& hand : physics_->hands) {
+      for (std::size_t k = 1; k < hand.links.size(); ++k) {
+        const MjcfLink& link = hand.links[k];
+        for (int i = 0; i < 3; ++i) {
+          const Eigen::Vector3d axis = link.axes.col(i);
+          file << fmt::format(
+              "    <position name=\"{0}_{1}\" joint=\"{0}\" gear=\"{2:.9g} {3:.9g} {4:.9g} 0 0 0\" "
+              "kp=\"{5:.9g}\"{6}/>\n",
+              LinkName(hand, k), i, axis.x(), axis.y(), axis.z(), link.stiffness_Nm(i),
+              link.limit_Nm(i) > 0.0
+                  ? fmt::format(" forcelimited=\"true\" forcerange=\"-{0:.9g} {0:.9g}\"",
+                                link.limit_Nm(i))
+                  : "");
+        }
+      }
+    }
+    file << "  </actuator>\n";
+  }
+
+  // Pose of a simulated hand in a frame, and where its actuators pull.
+  void AppendHand(const MjcfHand& hand, int t, const BodyState& state, std::vector<PoseText>& turns,
+                  std::string& qpos, std::string& ctrl) const {
+    const auto append = [](std::string& text, const std::string& more) {
+      text += (text.empty() ? "" : " ") + more;
+    };
+    std::string position, rotation;
+    turns[0].Append(state.WorldFromJoint(WristJoint(hand.side)), position, rotation);
+    append(qpos, position + " " + rotation);
+    const FingerPose fingers = FingersOf(clip_.pose[static_cast<std::size_t>(t)], hand.side);
+    for (int j = 0; j < kJointsPerHand; ++j) {
+      const auto k = static_cast<std::size_t>(j) + 1;
+      const MjcfLink& link = hand.links[k];
+      const Eigen::Matrix3d turn =
+          link.rest.toRotationMatrix().transpose() * ExpSO3(fingers.segment<3>(3 * j));
+      position.clear();
+      rotation.clear();
+      turns[k].Append(RigidTransform(turn, Eigen::Vector3d::Zero()), position, rotation);
+      append(qpos, rotation);
+      const Eigen::Vector3d pull =
+          link.axes.transpose() * LogSO3(turn) +
+          hand.squeeze_Nm[static_cast<std::size_t>(t)][static_cast<std::size_t>(j)].cwiseQuotient(
+              link.stiffness_Nm);
+      append(ctrl, fmt::format("{:.7g} {:.7g} {:.7g}", pull.x(), pull.y(), pull.z()));
+    }
+  }
+
   void WriteBodies(std::ofstream& file) const {
     file << "  <asset>\n";
     const auto mesh = [&](std::string_view name) {
@@ -179,10 +337,32 @@ class MjcfScene {
     if (object_ != nullptr) mesh("object");
     if (table_ != nullptr) mesh("table");
     for (const HandPiece& piece : pieces_) mesh(kJointNames[piece.joint]);
+    if (physics_ != nullptr) {
+      file << PieceAssets(physics_->object_pieces, "object");
+      for (const MjcfHand& hand : physics_->hands) {
+        for (std::size_t k = 0; k < hand.links.size(); ++k) {
+          file << PieceAssets(hand.links[k].pieces, LinkName(hand, k));
+        }
+      }
+    }
     file << "  </asset>\n  <worldbody>\n"
             "    <light pos=\"0 0 4\"/>\n"
             "    <geom name=\"floor\" type=\"plane\" size=\"5 5 0.1\" rgba=\"0.8 0.8 0.8 1\"/>\n";
-    if (object_ != nullptr) {
+    if (physics_ != nullptr) {
+      const Eigen::Matrix3d& I = physics_->inertia;
+      const Eigen::Vector3d& centre = physics_->centre;
+      file << fmt::format(
+          "    <body name=\"object\" {}>\n"
+          "      <freejoint name=\"object\"/>\n"
+          "      <inertial pos=\"{:.9g} {:.9g} {:.9g}\" mass=\"{:.9g}\" fullinertia=\"{:.9g} "
+          "{:.9g} "
+          "{:.9g} {:.9g} {:.9g} {:.9g}\"/>\n"
+          "      <geom name=\"object\" class=\"seen\" type=\"mesh\" mesh=\"object\" "
+          "rgba=\"0.16 0.38 0.62 1\"/>\n{}    </body>\n",
+          Place(clip_.object->Pose(0)), centre.x(), centre.y(), centre.z(), physics_->mass_kg,
+          I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2),
+          PieceGeoms(physics_->object_pieces, "object", "object"));
+    } else if (object_ != nullptr) {
       file << fmt::format(
           "    <body name=\"object\" {}>\n"
           "      <freejoint name=\"object\"/>\n"
@@ -196,9 +376,15 @@ class MjcfScene {
     for (const HandPiece& piece : pieces_) {
       file << fmt::format(
           "    <body name=\"{0}\" mocap=\"true\" {1}>\n"
-          "      <geom name=\"{0}\" type=\"mesh\" mesh=\"{0}\" class=\"hand\"/>\n"
+          "      <geom name=\"{0}\" type=\"mesh\" mesh=\"{0}\" class=\"{2}\"/>\n"
           "    </body>\n",
-          kJointNames[piece.joint], Place(state.WorldFromJoint(piece.joint)));
+          kJointNames[piece.joint], Place(state.WorldFromJoint(piece.joint)),
+          Simulates(piece.joint) ? "target" : "hand");
+    }
+    if (physics_ != nullptr) {
+      for (const MjcfHand& hand : physics_->hands) {
+        file << LinkBody(hand, 0, Place(state.WorldFromJoint(WristJoint(hand.side))));
+      }
     }
     if (table_ != nullptr) {
       file << fmt::format(
@@ -213,18 +399,25 @@ class MjcfScene {
   void WriteKeyFrames(std::ofstream& file) {
     PoseText object;
     std::vector<PoseText> hands(pieces_.size());
+    std::vector<std::vector<PoseText>> simulated(static_cast<std::size_t>(report_.simulated_hands),
+                                                 std::vector<PoseText>(1 + kJointsPerHand));
     BodyState state;
     file << "  <keyframe>\n";
     for (int t = 0; t < clip_.NumFrames(); t += options_.every) {
       file << fmt::format("    <key name=\"frame_{}\" time=\"{:.9g}\"", t, t / clip_.frame_rate);
+      ForwardJoints(surface_.RestJoints(), clip_.pose[t], clip_.trans.col(t), state);
       if (object_ != nullptr) {
-        std::string position, rotation;
+        std::string position, rotation, ctrl;
         object.Append(clip_.object->Pose(t), position, rotation);
-        file << fmt::format(" qpos=\"{} {}\"", position, rotation);
+        std::string qpos = position + " " + rotation;
+        for (std::size_t k = 0; k < simulated.size(); ++k) {
+          AppendHand(physics_->hands[k], t, state, simulated[k], qpos, ctrl);
+        }
+        file << fmt::format(" qpos=\"{}\"", qpos);
+        if (!ctrl.empty()) file << fmt::format(" ctrl=\"{}\"", ctrl);
       }
       if (!pieces_.empty()) {
         std::string positions, rotations;
-        ForwardJoints(surface_.RestJoints(), clip_.pose[t], clip_.trans.col(t), state);
         for (std::size_t k = 0; k < pieces_.size(); ++k) {
           hands[k].Append(state.WorldFromJoint(pieces_[k].joint), positions, rotations);
         }
@@ -240,6 +433,7 @@ class MjcfScene {
   const BodySurface& surface_;
   const TriangleMesh* object_;
   const TriangleMesh* table_;
+  const MjcfPhysics* physics_;
   const MjcfOptions& options_;
   const std::filesystem::path& path_;
   std::vector<HandPiece> pieces_;
