@@ -25,15 +25,11 @@
 namespace holdfast::apps {
 namespace {
 
-std::string_view HandsText(std::uint8_t bits) {
-  switch (bits) {
-    case kHoldsRight:
-      return "the right hand";
-    case kHoldsLeft:
-      return "the left hand";
-    default:
-      return "both hands";
-  }
+// Which hands hold at some time.
+std::string_view HandsText(const HeldFrames& frames) {
+  if (frames.left + frames.both == 0) return "the right hand";
+  if (frames.right + frames.both == 0) return "the left hand";
+  return frames.right + frames.left == 0 ? "both hands" : "the right and the left hand";
 }
 
 }  // namespace
@@ -137,10 +133,9 @@ void ChooseGrasp(const FitJob& job, const LoadedClip& loaded, const LoadedObject
     if (ClipObject own = FindClipObject(loaded); !own.by_name) {
       options.clip_object = std::move(own.mesh);
     }
-    if (clip.object && NeedsGrasp(clip, object, options)) {
-      notes.push_back(fmt::format(
-          "the clip's grasp is of {}, not of {}: a new one is made (--keep-grasp keeps it)",
-          clip.object->name.empty() ? "another mesh" : clip.object->name, job.object));
+    if (loaded.change) options.other_body = loaded.change->from;
+    if (const std::string why = WhyNewGrasp(clip, object, job.object, options); !why.empty()) {
+      notes.push_back(why + ": a new one is made (--keep-grasp keeps it)");
     }
   }
   const bool needed = NeedsGrasp(clip, object, options);
@@ -207,7 +202,10 @@ nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const Pre
   const Side side = (report.held_by & kHoldsRight) != 0 ? Side::kRight : Side::kLeft;
   nlohmann::json metrics = JsonHead("holdfast/fit/1", common);
   metrics["options"] = FitOptionsJson(job);
-  metrics["held_by"] = HandsText(report.held_by);
+  const HeldFrames held = CountHeld(report.clip.holding_hand);
+  metrics["held_by"] = HandsText(held);
+  metrics["frames_held"] = {
+      {"right", held.right}, {"left", held.left}, {"both", held.both}, {"none", held.none}};
   metrics["grasp"] = FirstGraspJson(report.grasp);
   if (report.drunk) metrics["drink"] = DrinkJson(report.drink, *report.drunk);
   if (report.grasp.one && job.place.Given()) {
@@ -222,6 +220,8 @@ nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const Pre
   metrics["protocol"] =
       ProtocolJson(job.protocol, object.solid, HandModel(body.model, body.betas, side));
   metrics["notes"] = notes;
+  metrics["warnings"] = report.grasp.warnings;
+  for (const std::string& warning : report.warnings) metrics["warnings"].push_back(warning);
   metrics["clearance"] = ClearanceJson(report.clearance);
   metrics["summary"] = FitSummaryJson(report.fit, report.contact);
   metrics["per_frame"] = FitFramesJson(report.fit, report.contact, report.clearance);
@@ -231,8 +231,7 @@ nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const Pre
   return metrics;
 }
 
-// The folder's files; false when Ctrl-C came in between.
-bool WriteResult(const FitJob& job, const CarryReport& report, const PreparedObject& object,
+void WriteResult(const FitJob& job, const CarryReport& report, const PreparedObject& object,
                  const ClipBody& body, const nlohmann::json& metrics, ResultFolder& folder,
                  const CommonOptions& common) {
   WriteClip(report.clip, folder / "clip.npz");
@@ -248,10 +247,8 @@ bool WriteResult(const FitJob& job, const CarryReport& report, const PreparedObj
     shown.object = object.object.mesh;
     shown.metrics = std::move(written);
     WriteReportBeside({&shown, 1}, folder / "report.html", common);
-    if (Interrupted()) return false;
   }
   folder.Commit();
-  return true;
 }
 
 // Of --verbose: how the solver ended, frame by frame in numbers.
@@ -316,17 +313,16 @@ Outcome RunFitJob(const FitJob& asked, const CommonOptions& common, FitLibrary& 
   TellConvergence(report.fit, common);
   nlohmann::json metrics = MetricsOf(job, report, *object, loaded.body, notes, common);
   const nlohmann::json summary = FitSummaryJson(report.fit, report.contact);  // timings too
-  if (!WriteResult(job, report, *object, loaded.body, metrics, folder, common)) {
-    return {kInterrupted, {}, {}};
-  }
+  WriteResult(job, report, *object, loaded.body, metrics, folder, common);
   for (const std::string& warning : report.warnings) Note(common, "warning: " + warning);
 
   Outcome outcome;
-  outcome.exit_code = summary["frames_failed"] > 0 ? kFitFault : kDone;
+  const bool falls_short = !report.sound || summary["frames_failed"] > 0;
+  outcome.exit_code = Interrupted() ? kInterrupted : falls_short ? kFitFault : kDone;
   outcome.text = fmt::format(
-      "{}/clip.npz: {} held by {} through {} frames\n{}{}{}{}  whole fit {:.2f} s, grasp search "
+      "{}/clip.npz: {} held by {}\n{}{}{}{}  whole fit {:.2f} s, grasp search "
       "included\n",
-      job.output, object->object.name, HandsText(report.held_by), report.fit.frames.size(),
+      job.output, object->object.name, HoldersText(CountHeld(report.clip.holding_hand)),
       SummaryText(summary, job.protocol), ClearanceText(report.clearance), DrinkText(report),
       SwitchesText(metrics["switches"]),
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());

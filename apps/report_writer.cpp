@@ -23,6 +23,7 @@ void WriteReportBeside(std::span<const ReportInput> clips, const std::filesystem
                        const CommonOptions& common) {
   if (HasReportPlayer()) {
     WriteReport(clips, path, {}, common);
+    if (Interrupted()) Note(common, "note: interrupted: the result is kept, without report.html");
   } else {
     Note(common, "note: no report.html: this program was built without the player");
   }

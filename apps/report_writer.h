@@ -14,7 +14,7 @@ ReportPage WriteReport(std::span<const ReportInput> clips, const std::filesystem
                        ReportPageOptions options, const CommonOptions& common);
 
 /// For commands that make clips: the same into their result's folder. Without the player there is a
-/// note instead of a report.
+/// note instead of a report, as there is after Ctrl-C: what was made until then is kept.
 void WriteReportBeside(std::span<const ReportInput> clips, const std::filesystem::path& path,
                        const CommonOptions& common);
 

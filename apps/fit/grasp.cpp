@@ -259,7 +259,8 @@ void PrintGrasps(const GraspCommand& options, const LoadedObject& object, Side s
                           std::min<std::size_t>(set.grasps.size(), kMostShown)));
 }
 
-// Many distinct grasps into a folder; fewer than asked for are written, too.
+// Many distinct grasps into a folder; fewer than asked for are written, too, and after Ctrl-C those
+// found until then.
 int RunMany(GraspCommand options) {
   const CommonOptions& common = options.common;
   RequireNewFolder(options.output, common);
@@ -280,7 +281,8 @@ int RunMany(GraspCommand options) {
       return !Interrupted();
     });
   }
-  if (Interrupted()) return kInterrupted;
+  const bool stopped = held.set.status == GraspStatus::kStopped;
+  if (stopped && held.set.grasps.empty()) return kInterrupted;
   if (held.set.grasps.empty()) {
     throw FitFailure(fmt::format("{}: {} ({} hands closed). {}", object.name,
                                  Describe(held.set.status), held.set.closings,
@@ -288,6 +290,12 @@ int RunMany(GraspCommand options) {
   }
   WriteGrasps(options, object, side, held);
   PrintGrasps(options, object, side, held.set);
+  if (stopped) {
+    Note(common, fmt::format("warning: interrupted: {} of the {} grasps asked for were found until "
+                             "then, and are in {}",
+                             held.set.grasps.size(), options.count, options.output));
+    return kInterrupted;
+  }
   if (held.set.status == GraspStatus::kFound) return kDone;
   Note(common, fmt::format("warning: {} of the {} grasps asked for were found. For more, let them "
                            "be closer together (--apart, --apart-angle)",

@@ -98,6 +98,10 @@ std::string Text(const RefineCommand& options, const RefineReport& report) {
     text += fmt::format("  frames {}-{}: at rest, {:.3f} m above the ground\n", rest.begin,
                         rest.end - 1, rest.height_m);
   }
+  for (const FrameRange& frames : report.kept) {
+    text += fmt::format("  frames {}-{}: as the clip has them; refined, they were deeper\n",
+                        frames.begin, frames.end - 1);
+  }
   return text + fmt::format("  solved in {:.0f} ms, {} iterations\n", result.report.solve_ms,
                             result.report.iterations);
 }
@@ -145,6 +149,7 @@ nlohmann::json MetricsOf(const RefineCommand& options, const ClipInput& input,
   metrics["fingers"] = FingersJson(report.fingers);
   metrics["ball"] = report.ball;
   metrics.update(HoldsJson(result));
+  metrics["kept"] = KeptJson(report.kept);
   metrics["solve"] = {{"iterations", result.report.iterations},
                       {"converged", result.report.converged},
                       {"cost_before", result.report.cost_before},
@@ -216,7 +221,13 @@ int Refine(const RefineCommand& options) {
   folder.WriteMetrics(metrics);
   folder.Commit();
   PrintResult(options.common, summary, Text(options, report));
-  return kDone;
+  if (report.contact_kept) return kDone;
+  Note(options.common,
+       fmt::format("warning: contact is lost: in contact in {:.1f} % of the frames held, {:.1f} % "
+                   "before",
+                   100.0 * report.after.contact.contact_frames_ratio.value_or(0.0),
+                   100.0 * report.before.contact.contact_frames_ratio.value_or(0.0)));
+  return kFitFault;
 }
 
 }  // namespace

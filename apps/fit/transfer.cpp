@@ -238,8 +238,7 @@ std::string Text(const TransferCommand& options, const TransferInput& scene,
          ClearanceText(report.carried.clearance);
 }
 
-// The folder's files; false when Ctrl-C came in between.
-bool WriteTransfer(const TransferCommand& options, const TransferInput& scene,
+void WriteTransfer(const TransferCommand& options, const TransferInput& scene,
                    const CarryReport& carried, const nlohmann::json& metrics,
                    ResultFolder& folder) {
   WriteClip(carried.clip, folder / "clip.npz");
@@ -255,10 +254,8 @@ bool WriteTransfer(const TransferCommand& options, const TransferInput& scene,
     shown.object = scene.to_object->object.mesh;
     shown.metrics = std::move(written);
     WriteReportBeside({&shown, 1}, folder / "report.html", options.common);
-    if (Interrupted()) return false;
   }
   folder.Commit();
-  return true;
 }
 
 int TransferOne(const TransferCommand& options) {
@@ -291,12 +288,12 @@ int TransferOne(const TransferCommand& options) {
   metrics["per_frame"] =
       FitFramesJson(report.carried.fit, report.carried.contact, report.carried.clearance);
   metrics["per_frame"]["holding_hand"] = report.carried.holding.hands;
-  if (!WriteTransfer(options, scene, report.carried, metrics, folder)) return kInterrupted;
+  WriteTransfer(options, scene, report.carried, metrics, folder);
   for (const std::string& warning : report.carried.warnings) {
     Note(options.common, "warning: " + warning);
   }
   PrintResult(options.common, summary, Text(options, scene, report));
-  return kDone;
+  return Interrupted() ? kInterrupted : kDone;
 }
 
 std::string VariantsText(const TransferCommand& options, const VariantReport& report) {

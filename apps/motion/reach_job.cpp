@@ -286,8 +286,7 @@ ReportInput Shown(const ReachJob& job, const ReachPerson& person, const ReachOpt
   return shown;
 }
 
-// False where the user stopped it.
-bool WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOptions& options,
+void WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOptions& options,
                  const ReachReport& report, std::span<const Eigen::Vector3d> goals,
                  const nlohmann::json& metrics, ResultFolder& folder, const CommonOptions& common) {
   const auto shown_of = [&](int rank) {
@@ -307,10 +306,8 @@ bool WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOpti
   }
   if (job.write_report) {
     WriteReportBeside(shown, folder / "report.html", common);
-    if (Interrupted()) return false;
   }
   folder.Commit();
-  return true;
 }
 
 }  // namespace
@@ -351,11 +348,9 @@ Outcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
   const std::vector<std::string> why = WhyMissedAll(report, start.person, options);
   nlohmann::json metrics =
       MetricsOf(job, start, network, options, report, goals, why, notes, common);
-  if (!WriteResult(job, start.person, options, report, goals, metrics, folder, common)) {
-    return stopped;
-  }
+  WriteResult(job, start.person, options, report, goals, metrics, folder, common);
   Outcome outcome;
-  outcome.exit_code = kDone;
+  outcome.exit_code = Interrupted() ? kInterrupted : kDone;
   outcome.text = Text(job, options, report, goals, why);
   outcome.summary = std::move(metrics);
   outcome.summary["output"] = job.output;

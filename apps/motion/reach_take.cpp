@@ -127,11 +127,11 @@ Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
     shown.table = table;
     shown.metrics = std::move(written);
     WriteReportBeside({&shown, 1}, folder / "report.html", common);
-    if (Interrupted()) return stopped;
   }
   folder.Commit();
 
   Outcome outcome;
+  outcome.exit_code = Interrupted() ? kInterrupted : kDone;
   outcome.text = Text(job, metrics["take"], metrics["summary"]);
   outcome.summary = std::move(metrics);
   outcome.summary.erase("per_frame");

@@ -28,6 +28,7 @@ nlohmann::json TrackJson(const TrackJob& job, const std::string& from, const Rea
                         {"sigma", job.follow.sigma}};
   metrics["network"] = NetworkJson(network);
   metrics["summary"] = {{"frames", report.distance_m.size()},
+                        {"interrupted", report.stopped},
                         {"goal_distance_after_1_s_mean_m", report.mean_m},
                         {"goal_distance_after_1_s_max_m", report.worst_m},
                         {"foot_skating_ratio", report.skating},
@@ -70,7 +71,12 @@ Outcome RunReachTrack(const TrackJob& job, const ReachPerson& person, const std:
         if (done > 0) progress.Update(done, total);
         return !Interrupted();
       });
-  if (report.stopped) return {kInterrupted, {}, {}};
+  if (report.distance_m.empty()) return {kInterrupted, {}, {}};
+  if (report.stopped) {
+    Note(common, fmt::format("warning: interrupted after {} of {} goals: the motion until then is "
+                             "in {}",
+                             report.distance_m.size(), goals.size(), job.output));
+  }
 
   ReportInput shown;
   shown.file = std::filesystem::path(job.output) / "clip.npz";
@@ -81,19 +87,18 @@ Outcome RunReachTrack(const TrackJob& job, const ReachPerson& person, const std:
   shown.betas = person.betas;
   // A ball each second: where the goal came by.
   std::vector<Eigen::Vector3d> balls;
-  for (std::size_t t = 0; t < goals.size(); t += 30) balls.push_back(goals[t]);
+  for (std::size_t t = 0; t < report.distance_m.size(); t += 30) balls.push_back(goals[t]);
   shown.marker = GoalMarkers(balls);
   const nlohmann::json metrics = TrackJson(job, from, network, report, common);
   WriteClip(shown.clip, folder / "clip.npz");
   shown.metrics = folder.WriteMetrics(metrics);
-  if (job.write_report) {
+  if (job.write_report && !report.stopped) {
     const std::vector<ReportInput> all = {shown};
     WriteReportBeside(all, folder / "report.html", common);
-    if (Interrupted()) return {kInterrupted, {}, {}};
   }
   folder.Commit();
   Outcome outcome;
-  outcome.exit_code = kDone;
+  outcome.exit_code = Interrupted() ? kInterrupted : kDone;
   outcome.text = TrackText(job, report);
   outcome.summary = metrics;
   outcome.summary["output"] = job.output;

@@ -53,7 +53,9 @@ std::optional<BodyChange> BringOntoBody(Clip& clip, const ClipBody& body) {
   if (change.offset.norm() < kNoShift_m) change.offset.setZero();
   clip.trans.colwise() += change.offset;
   clip.betas = body.betas;
-  clip.v_template.resize(3, 0);
+  // BodyOfClip takes a surface of the model's vertices for the body: without it the clip would show
+  // another hand than the one that is measured.
+  if (clip.v_template.cols() != body.model->NumVertices()) clip.v_template.resize(3, 0);
   if (clip.contact) clip.contact->body.resize(0, 0);
   clip.body_model = body.model->Name();
   clip.surface_model_type = ModelKindName(body.model->Kind());

@@ -21,8 +21,9 @@ struct BodyChange {
 /// rest pose, and joint 0 is at J_0 + trans, so the pelvis stays where it was with
 ///     trans' = trans + J_0 - J_0'.
 /// J_0 of a model whose file is not there is its mean shape's, a few centimetres off for other
-/// shapes. Betas, surface and labels of the other model are dropped: the clip is `body`'s from then
-/// on. Nothing happens to a clip of the same kind of model, or of a hand alone.
+/// shapes. Betas and labels of the other model are dropped, and its surface, unless that has the
+/// vertices of `body` and is what BodyOfClip took: the clip is `body`'s from then on. Nothing
+/// happens to a clip of the same kind of model, or of a hand alone.
 std::optional<BodyChange> BringOntoBody(Clip& clip, const ClipBody& body);
 
 /// For people: from what to what, by how much, and how to keep the clip's own model.

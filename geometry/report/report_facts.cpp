@@ -68,9 +68,9 @@ std::vector<std::string> NotesOf(const ReportInput& input) {
   if (!input.object_missing.empty()) {
     notes.push_back("The object is not shown: " + input.object_missing);
   }
-  if (input.metrics.is_object() && input.metrics.contains("notes") &&
-      input.metrics["notes"].is_array()) {
-    for (const nlohmann::json& note : input.metrics["notes"]) {
+  for (const char* key : {"notes", "warnings"}) {
+    if (!input.metrics.is_object() || !input.metrics.contains(key)) continue;
+    for (const nlohmann::json& note : input.metrics[key]) {
       if (note.is_string()) notes.push_back(note.get<std::string>());
     }
   }

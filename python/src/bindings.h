@@ -52,6 +52,10 @@ struct FitFailure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Throws Error for a file or folder that is there already, unless `force`. What writes calls this
+/// before its work.
+void RequireNew(const std::filesystem::path& path, bool force);
+
 /// Notes of the library go to logging.getLogger("holdfast") at level INFO.
 void LogNotes(const std::vector<std::string>& notes);
 
@@ -62,6 +66,7 @@ struct ClipArgument {
   std::string name;            ///< for messages
   std::filesystem::path file;  ///< the clip's own, as of LoadedClip
   bool imported = false;       ///< of another program's file
+  std::string other_body;      ///< BodyChange::from, where the file's clip was brought onto `body`
 };
 /// Throws TypeError for neither, and Error for a Clip whose numbers are out of range or whose
 /// arrays differ in length. `model` is None for the embedded body. `options` are of files.

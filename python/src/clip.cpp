@@ -266,11 +266,14 @@ void BindClip(py::module_& module) {
                   "motion that import_motion reads.")
       .def(
           "save",
-          [](const Clip& self, const std::filesystem::path& path) {
+          [](const Clip& self, const std::filesystem::path& path, bool force) {
             RequireInRange(self, "Clip");
+            RequireNew(path, force);
             RunAside([self, path] { WriteClip(self, path); });
           },
-          "path"_a, "Writes AMASS's SMPL-X .npz, atomically, without the object's mesh.");
+          "path"_a, py::kw_only(), "force"_a = false,
+          "Writes AMASS's SMPL-X .npz, atomically, without the object's mesh. Raises Error for a "
+          "file that exists, which force=True overwrites.");
   module.def(
       "import_motion", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
       "frame_rate"_a = 0.0,
@@ -279,6 +282,12 @@ void BindClip(py::module_& module) {
       "retargeted. The mesh of its object, which the file holds or names, is clip.object.surface. "
       "What was decided on the way is logged to 'holdfast' (INFO; WARNING where it may be wrong, "
       "as a frame rate that the file does not tell).");
+}
+
+void RequireNew(const std::filesystem::path& path, bool force) {
+  std::error_code ignored;
+  if (force || !std::filesystem::exists(path, ignored)) return;
+  throw Error(path.string(), "exists already", "Choose another name, or give force=True");
 }
 
 void LogNotes(const std::vector<std::string>& notes) {
@@ -317,6 +326,7 @@ ClipArgument ClipOf(const py::handle& value, const py::object& model, const char
     LoadedClip loaded = Load(argument.name, model, std::move(options));
     argument.file = loaded.file;
     argument.imported = loaded.imported;
+    if (loaded.change) argument.other_body = loaded.change->from;
     argument.clip = std::make_shared<Clip>(std::move(loaded.clip));
     argument.body = loaded.body;
   }

@@ -74,7 +74,7 @@ py::object Part(const ConvertedMotion& self, const char* name) {
 }
 
 void Save(const ConvertedMotion& self, const std::filesystem::path& path, const std::string& layout,
-          const std::string& hands) {
+          const std::string& hands, bool force) {
   const ModelKind kind = self.body->Kind();
   const std::string family = self.body->LoneHand() ? "mano" : std::string(ModelKindName(kind));
   const bool json = path.extension() == ".json";
@@ -85,6 +85,7 @@ void Save(const ConvertedMotion& self, const std::filesystem::path& path, const 
                                {family.c_str(), ParameterLayout::kPackage}});
   const bool complete = Choice<bool>(hands, "hands", {{"complete", true}, {"relative", false}});
   RequireInRange(*self.clip, "clip");
+  RequireNew(path, force);
   Clip out = *self.clip;
   const py::gil_scoped_release unlocked;
   if (!complete) {
@@ -114,10 +115,12 @@ void BindConvert(py::module_& module) {
           [](const ConvertedMotion& self) { return Part(self, "not_carried_over"); },
           "list of str: what the other model has no place for")
       .def("save", &Save, "path"_a, py::kw_only(), "layout"_a = "auto", "hands"_a = "complete",
+           "force"_a = false,
            "Writes the parameters, .npz or .json. layout: names of the arrays: 'amass', the smplx "
            "package's ('smplx', 'smplh' or 'mano', as the model is), or 'auto': by the extension, "
            "AMASS's in .npz. hands: finger angles 'complete' (flat_hand_mean), or 'relative' to "
-           "the model's mean hand.")
+           "the model's mean hand. Raises Error for a file that exists, which force=True "
+           "overwrites.")
       .def("__repr__", [](const ConvertedMotion& self) {
         return fmt::format("<holdfast.ConvertResult: {} frames for {}, joints within {:.3f} mm>",
                            self.clip->NumFrames(), self.body->Name(), self.conversion.max_mm);

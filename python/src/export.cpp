@@ -22,7 +22,7 @@ using namespace py::literals;
 py::dict Export(const py::object& clip, const std::filesystem::path& path, const py::object& object,
                 double object_scale, const py::object& body,
                 const std::optional<std::filesystem::path>& onto, bool correctives,
-                double tolerance_mm, std::optional<double> density, int every, bool overwrite,
+                double tolerance_mm, std::optional<double> density, int every, bool force,
                 int threads, const py::object& progress) {
   ExportOptions options;
   RequirePositive(object_scale, "object_scale");
@@ -49,11 +49,8 @@ py::dict Export(const py::object& clip, const std::filesystem::path& path, const
   }
   options.object_look = look ? &*look : nullptr;
   options.name = path.stem().string();
-  std::error_code ignored;
   for (const std::filesystem::path& file : ExportedFiles(scene, options, path)) {
-    if (!overwrite && std::filesystem::exists(file, ignored)) {
-      throw Error(file.string(), "exists already", "Choose another name, or give overwrite=True");
-    }
+    RequireNew(file, force);
   }
   ExportReport report;
   std::optional<MjcfPhysics> physics;
@@ -98,7 +95,7 @@ void BindExport(py::module_& module) {
       "export", &Export, "clip"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
       "object_scale"_a = 1.0, "body"_a = py::none(), "onto"_a = py::none(), "correctives"_a = true,
       "tolerance_mm"_a = 1e3 * usual.tolerance_m, "density"_a = py::none(), "every"_a = 1,
-      "overwrite"_a = false, "threads"_a = 0, "progress"_a = py::none(),
+      "force"_a = false, "threads"_a = 0, "progress"_a = py::none(),
       "Writes a clip for other programs, in the format of the file's name.\n\n"
       ".glb: skinned body with pose correctives as morph targets, and the object, animated "
       "(metres, "
@@ -112,10 +109,11 @@ void BindExport(py::module_& module) {
       "(.glb, .gltf) whose skeleton is moved and whose skin is kept. correctives: False: no morph "
       "targets. tolerance_mm: of the .glb's skin from the body model's, 0.001 to 100. density: of "
       "the object, kg/m3, of the .xml; None: the mass of trials (score()). every: .xml, .usda and "
-      "meshes: each n-th frame. overwrite: "
-      "files that are there are replaced. Returns a dict: 'files' written, 'object': whether it is "
+      "meshes: each n-th frame. force: "
+      "files that exist are overwritten. Returns a dict: 'files' written, 'object': whether it is "
       "among them, and what the format has to tell ('surface_error_mm', 'object_mass_kg', ...). "
-      "Raises Error for a name of no format and for what cannot be written; Stopped.\n\n"
+      "Raises Error for a name of no format, for files that exist and for what cannot be "
+      "written; Stopped.\n\n"
       "    holdfast.export(held, 'held.glb')");
 }
 

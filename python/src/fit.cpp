@@ -30,10 +30,9 @@ void ChooseGrasp(FitCall& call, std::vector<std::string>& notes) {
   CarryOptions& options = call.options;
   const Clip& clip = *call.clip.clip;
   const bool needed = NeedsGrasp(clip, call.object, options);
-  if (options.grasp == GraspSource::kClipsOrNew && clip.object && needed && !options.place) {
-    notes.push_back(fmt::format(
-        "the clip's grasp is of {}, not of {}: a new one is made (keep_grasp=True keeps it)",
-        clip.object->name.empty() ? "another mesh" : clip.object->name, call.object.name));
+  if (const std::string why = WhyNewGrasp(clip, call.object, call.object.name, options);
+      !why.empty()) {
+    notes.push_back(why + ": a new one is made (keep_grasp=True keeps it)");
   }
   options.grasp = needed ? GraspSource::kNew : GraspSource::kClips;
   if (!needed) return;
@@ -140,6 +139,7 @@ CarriedPtr Fit(const py::object& clip, const py::object& object, const std::stri
   ModelOf(body);
   call.clip = ClipOf(clip, body);
   call.object = ObjectOf(object, call.clip, object_scale);
+  options.other_body = call.clip.other_body;
   if (options.grasp == GraspSource::kClipsOrNew) {
     if (ClipObject own = OwnObject(call.clip); !own.by_name) {
       options.clip_object = std::move(own.mesh);
@@ -251,8 +251,10 @@ const char* HolderOf(const CarriedClip& self) {
                                              : "both";
 }
 
-void SaveFit(const CarriedClip& self, const std::filesystem::path& folder) {
+void SaveFit(const CarriedClip& self, const std::filesystem::path& folder, bool force) {
   RequireInRange(*self.clip, "clip");
+  RequireNew(folder / "object.ply", force);
+  RequireNew(folder / "clip.npz", force);
   const py::gil_scoped_release unlocked;
   std::filesystem::create_directories(folder);
   Clip clip = *self.clip;
@@ -268,7 +270,10 @@ void BindFitResult(py::module_& module) {
       .def_property_readonly(
           "status", [](const CarriedClip&) { return "carried"; },
           "'carried': all else is raised as FitFailure")
-      .def_property_readonly("held_by", &HolderOf, "'right', 'left' or 'both', at some time")
+      .def_property_readonly(
+          "held_by", &HolderOf,
+          "'right' or 'left' where that hand alone holds at some time, else 'both'; "
+          "who holds in which frame is clip.holding_hand")
       .def_readonly("warnings", &CarriedClip::warnings, "list of str")
       .def_property_readonly("energies", &EnergiesOf,
                              "dict of (T,) arrays by term and unit ('energy_penetration_m2'), "
@@ -308,11 +313,12 @@ void BindFitResult(py::module_& module) {
           "(vertices (V, 3) metres, faces (F, 3)) that was fitted, scaled; copies")
       .def_property_readonly("object_name",
                              [](const CarriedClip& self) { return self.object->object.name; })
-      .def("save", &SaveFit, "folder"_a,
-           "Writes clip.npz and object.ply into a folder, which is made where it is not there.")
+      .def("save", &SaveFit, "folder"_a, py::kw_only(), "force"_a = false,
+           "Writes clip.npz and object.ply into a folder, which is made where it is not there. "
+           "Raises Error where it has one of them, which force=True overwrites.")
       .def("__repr__", [](const CarriedClip& self) {
-        return fmt::format("<holdfast.FitResult: {} held by {} through {} frames>",
-                           self.object->object.name, HolderOf(self), self.clip->NumFrames());
+        return fmt::format("<holdfast.FitResult: {} held by {}>", self.object->object.name,
+                           HoldersText(CountHeld(self.clip->holding_hand)));
       });
 }
 

@@ -188,8 +188,9 @@ py::tuple Solve(const py::object& recording, const py::object& still,
                         told);
 }
 
-void Write(const std::filesystem::path& path, const py::object& recording) {
+void Write(const std::filesystem::path& path, const py::object& recording, bool force) {
   const MarkerRecording given = RecordingOf(recording, "recording");
+  RequireNew(path, force);
   RunAside([&] { WriteC3d(given, path); });
 }
 
@@ -204,10 +205,10 @@ void BindMarkers(py::module_& module) {
       "file that is none of these or malformed.\n\n"
       "    drink = holdfast.read_markers('drink.c3d')");
   module.def(
-      "write_markers", &Write, "path"_a, "recording"_a,
+      "write_markers", &Write, "path"_a, "recording"_a, py::kw_only(), "force"_a = false,
       "Writes a recording, a dict as of read_markers() or a file of markers, as a C3D file: "
       "floats, millimetres, residual -1 where a marker is not seen. Atomic. Raises Error for what "
-      "the format can't hold.\n\n"
+      "the format can't hold, and for a file that exists, which force=True overwrites.\n\n"
       "    holdfast.write_markers('drink.c3d', holdfast.read_markers('drink.tsv'))");
   module.def(
       "solve_markers", &Solve, "recording"_a, py::kw_only(), "static"_a = py::none(),

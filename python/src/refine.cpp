@@ -145,6 +145,10 @@ void BindRefine(py::module_& module) {
           "touches", [](const RefinedClip& self) { return ToPython(TouchesOfRefined(self)); },
           "list of dict: frames [begin, end) in which a hand is at the object without moving it")
       .def_property_readonly(
+          "kept", [](const RefinedClip& self) { return ToPython(KeptJson(self.report.kept)); },
+          "list of dict: frames [begin, end) that stay as the clip has them, because they were "
+          "deeper refined")
+      .def_property_readonly(
           "fingers",
           [](const RefinedClip& self) { return ToPython(FingersJson(self.report.fingers)); },
           "list of dict: of each hand, whether fingers move, frames into which a joint jumped by "

@@ -68,7 +68,7 @@ ReportInput InputOf(const NamedClip& named, const py::object& object, double obj
 
 void Report(const py::object& clips, const std::filesystem::path& path, const py::object& object,
             double object_scale, const py::object& body, double contact_threshold_mm,
-            const std::string& title, bool overwrite, int threads, const py::object& progress) {
+            const std::string& title, bool force, int threads, const py::object& progress) {
   ReportPageOptions options;
   options.title = title;
   options.contact_threshold_mm = contact_threshold_mm;
@@ -76,10 +76,7 @@ void Report(const py::object& clips, const std::filesystem::path& path, const py
   RequireBetween(contact_threshold_mm, "contact_threshold_mm", 0.1, 12.0);
   RequirePositive(object_scale, "object_scale");
   ModelOf(body);
-  std::error_code ignored;
-  if (!overwrite && std::filesystem::exists(path, ignored)) {
-    throw Error(path.string(), "exists already", "Choose another name, or give overwrite=True");
-  }
+  RequireNew(path, force);
   std::vector<ReportInput> inputs;
   for (const NamedClip& named : ClipsOf(clips)) {
     inputs.push_back(InputOf(named, object, object_scale, body));
@@ -97,7 +94,7 @@ void BindReport(py::module_& module) {
   module.def(
       "report", &Report, "clips"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
       "object_scale"_a = 1.0, "body"_a = py::none(),
-      "contact_threshold_mm"_a = usual.contact_threshold_mm, "title"_a = "", "overwrite"_a = false,
+      "contact_threshold_mm"_a = usual.contact_threshold_mm, "title"_a = "", "force"_a = false,
       "threads"_a = 0, "progress"_a = py::none(),
       "Writes one self-contained page (.html) of a clip: a 3D player, curves of every frame, "
       "provenance. It needs no network.\n\n"
@@ -108,9 +105,8 @@ void BindReport(py::module_& module) {
       "object_scale, body as in score(), for all clips; a result brings its own object and the "
       "curves of its energies. contact_threshold_mm: skin this close to the object counts as "
       "contact, 0.1 to 12, where the clip has no metrics. title: of the page; by default the names "
-      "of object and motion. overwrite: a file that is there is replaced. Raises Error for one "
-      "that "
-      "is, and where the library was built without the player; Stopped.\n\n"
+      "of object and motion. force: a file that exists is overwritten. Raises Error for one that "
+      "exists, and where the library was built without the player; Stopped.\n\n"
       "    holdfast.report({'mug': held, 'bottle': held_bottle}, 'compare.html')");
 }
 

@@ -6,6 +6,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "geometry/io/gltf/mjcf_writer.h"
 #include "geometry/rotation.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
@@ -138,16 +139,25 @@ void BindRobot(py::module_& module) {
           "dict: contacts kept, penetration; as metrics.json")
       .def(
           "save",
-          [](const TransferredRobot& self, const std::filesystem::path& path) {
+          [](const TransferredRobot& self, const std::filesystem::path& path, bool force) {
+            RequireNew(path, force);
             WriteRobotMotion(self.setup, self.transfer.poses, self.measures, path);
           },
-          "path"_a, "Writes robot.npz (docs/robots.md)")
+          "path"_a, py::kw_only(), "force"_a = false,
+          "Writes robot.npz (docs/robots.md). Raises Error for a file that exists, which "
+          "force=True "
+          "overwrites.")
       .def(
           "save_scene",
-          [](const TransferredRobot& self, const std::filesystem::path& path) {
+          [](const TransferredRobot& self, const std::filesystem::path& path, bool force) {
+            RequireNew(path, force);
+            RequireNew(MjcfAssets(path), force);
             WriteRobotScene(self.setup, self.transfer.poses, path);
           },
-          "path"_a, "Writes a scene for MuJoCo (.xml) with its meshes beside it");
+          "path"_a, py::kw_only(), "force"_a = false,
+          "Writes a scene for MuJoCo (.xml) with its meshes in a folder beside it. Raises Error "
+          "for "
+          "a file or folder that exists, which force=True overwrites.");
   module.def("transfer_to_robot", &Transfer, "clip"_a, "robot"_a, py::kw_only(), "hand"_a = "auto",
              "correspondence"_a = py::none(), "on_path"_a = false, "object"_a = py::none(),
              "object_scale"_a = 1.0, "body"_a = py::none(), "threads"_a = 0,

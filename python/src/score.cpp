@@ -130,7 +130,7 @@ void RenderTo(const py::object& clip, const std::filesystem::path& path, const p
               double object_scale, const py::object& body, std::pair<int, int> size,
               const std::string& camera, std::optional<int> frame, std::pair<int, int> sheet,
               std::optional<double> frame_rate, const std::optional<std::filesystem::path>& markers,
-              int threads, const py::object& progress) {
+              bool force, int threads, const py::object& progress) {
   const PictureFile file = PictureFileOf(path);
   RequirePicture(file, size, sheet, frame_rate);
   const ClipScene scene = SceneOf(clip, object, object_scale, body);
@@ -152,10 +152,16 @@ void RenderTo(const py::object& clip, const std::filesystem::path& path, const p
                                    {"follow", ClipView::kFollow},
                                    {"hand", ClipView::kHand}});
   if (markers) how.how.markers = MeasuredMarkers(*markers);
+  const ClipPictures pictures = PlanPictures(scene.clip, file, how);
+  if (file.numbered) {
+    for (const int number : pictures.frames) RequireNew(file.numbered->Name(number), force);
+  } else {
+    RequireNew(path, force);
+  }
   RunWithProgress(progress, [&](const StagedProgress& watched) {
     const ClipRenderer renderer(scene.clip, scene.body, scene.betas,
                                 scene.clip.object && scene.object ? &*scene.object : nullptr);
-    WritePictures(renderer, PlanPictures(scene.clip, file, how),
+    WritePictures(renderer, pictures,
                   [&](int done, int total) { return watched("render", done, total); });
   });
 }
@@ -221,11 +227,8 @@ void BindScore(py::module_& module) {
         const ClipScene scene = SceneOf(clip, object, object_scale, body);
         TrialProtocol protocol;
         protocol.threads = ThreadsOf(threads);
-        std::optional<ClipTrial> trial;
-        {
-          const py::gil_scoped_release release;
-          trial = TryClip(scene, protocol);
-        }
+        const std::optional<ClipTrial> trial =
+            RunAside([scene, protocol] { return TryClip(scene, protocol); });
         if (!trial) return py::none();
         nlohmann::json json = TrialJson(*trial);
         json["protocol"] = TrialProtocolJson(protocol);
@@ -240,8 +243,8 @@ void BindScore(py::module_& module) {
   module.def("render", &RenderTo, "clip"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
              "object_scale"_a = 1.0, "body"_a = py::none(), "size"_a = std::pair(640, 480),
              "camera"_a = "auto", "frame"_a = py::none(), "sheet"_a = std::pair(4, 2),
-             "frame_rate"_a = py::none(), "markers"_a = py::none(), "threads"_a = 0,
-             "progress"_a = py::none(),
+             "frame_rate"_a = py::none(), "markers"_a = py::none(), "force"_a = false,
+             "threads"_a = 0, "progress"_a = py::none(),
              "Draws a clip without GPU or display.\n\nA .png is a sheet of (columns, rows) "
              "pictures evenly through the clip, or one picture of `frame`; with %d or %03d in the "
              "name one of each frame; a .gif or .mp4 a video (through the program ffmpeg) at "
@@ -249,7 +252,7 @@ void BindScore(py::module_& module) {
              "camera: 'auto', 'front', 'side', 'follow' or 'hand'. markers: a folder that "
              "'holdfast solve' made, whose measured markers are drawn too. Amber: skin within 3 mm "
              "of the object; red: skin inside it. clip, object, body "
-             "as in score().");
+             "as in score(). Raises Error for files that exist, which force=True overwrites.");
 }
 
 }  // namespace holdfast::python

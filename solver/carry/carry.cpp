@@ -104,7 +104,8 @@ class Carrier {
     options_.place.reset();
     report_.holding = Always(HoldingBit(report_.drink->times.side), clip_.pose.size());
     report_.grasp.status = std::string(Describe(report_.drink->status));
-    if (report_.drink->status == GraspStatus::kNoCleanGrasp) {
+    report_.grasp.clean = report_.drink->status != GraspStatus::kNoCleanGrasp;
+    if (!report_.grasp.clean) {
       report_.warnings.push_back(report_.grasp.status + ": the least bad grasp is carried on");
     }
     return report_.drink->status != GraspStatus::kNoRoom;
@@ -392,8 +393,16 @@ class Carrier {
                       "frames",
                       100.0 * report_.grasp.through_body));
     }
+    constexpr double kMinContact = 0.5;
+    const double contact = report_.contact.contact_frames_ratio.value_or(0.0);
+    report_.sound = report_.grasp.clean && contact >= kMinContact;
+    if (contact < kMinContact) {
+      report_.warnings.push_back(fmt::format(
+          "the hands that hold touch the object in {:.0f} % of the frames held", 100.0 * contact));
+    }
     for (const Handover& handover : report_.handovers) {
       if (handover.transfer.found) continue;
+      report_.sound = false;
       report_.warnings.push_back(
           fmt::format("the {} hand's grasp of frame {} is the least bad try: {}",
                       SideName(handover.to), handover.frame, handover.transfer.refused));
@@ -439,8 +448,21 @@ bool IsObjectOf(const Clip& clip, const std::optional<TriangleMesh>& clip_object
 
 bool NeedsGrasp(const Clip& clip, const LoadedObject& object, const CarryOptions& options) {
   if (!clip.object || options.grasp == GraspSource::kNew || options.place) return true;
-  return options.grasp == GraspSource::kClipsOrNew &&
-         !IsObjectOf(clip, options.clip_object, object, options.object_scale);
+  return !WhyNewGrasp(clip, object, object.name, options).empty();
+}
+
+std::string WhyNewGrasp(const Clip& clip, const LoadedObject& object, const std::string& name,
+                        const CarryOptions& options) {
+  if (!clip.object || options.grasp != GraspSource::kClipsOrNew || options.place) return {};
+  const std::string& own = clip.object->name;
+  if (!IsObjectOf(clip, options.clip_object, object, options.object_scale)) {
+    if (own == name) return "the clip's grasp is of another mesh named " + own;
+    return fmt::format("the clip's grasp is of {}, not of {}", own.empty() ? "another mesh" : own,
+                       name);
+  }
+  if (options.other_body.empty()) return {};
+  return fmt::format("the clip's grasp is of a hand of {}, which the body shown does not have",
+                     options.other_body);
 }
 
 CarryReport CarryObject(const Clip& clip, const ClipBody& body, const PreparedObject& object,

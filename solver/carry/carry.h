@@ -58,6 +58,9 @@ struct CarryOptions {
   GraspSource grasp = GraspSource::kClipsOrNew;
   /// The surface that the clip's object has, where it is known: tells whether it is this one.
   std::optional<TriangleMesh> clip_object;
+  /// The model that the clip was made with (BodyChange::from), where it is of another kind than the
+  /// body: the clip's grasp is of another hand. Empty: the body's own clip.
+  std::string other_body;
   double object_scale = 1.0;        ///< that the object was loaded with
   std::optional<GraspStyle> style;  ///< of a grasp that has to be made
   std::optional<GraspUse> use;      ///< and what the object is taken for; none: by its shape
@@ -102,6 +105,9 @@ struct CarryReport {
   ClearanceReport clearance;  ///< how the arms gave way to the body; recipe kHoldfast
   ContactScore contact;
   double fit_s = 0.0;
+  /// The result passes its own checks: grasps are clean, the hands that hold touch the object in
+  /// most frames. Where it does not, `warnings` (or the grasp's) say why.
+  bool sound = true;
   std::vector<std::string> warnings;
 };
 
@@ -111,8 +117,13 @@ bool IsObjectOf(const Clip& clip, const std::optional<TriangleMesh>& clip_object
                 const LoadedObject& object, double scale = 1.0);
 
 /// Whether CarryObject has to make a grasp: the clip has no object, one is asked for (a new one, or
-/// a place), or the clip's is of another object.
+/// a place), or the clip's is of another object or another body's hand.
 bool NeedsGrasp(const Clip& clip, const LoadedObject& object, const CarryOptions& options);
+
+/// Why the grasp that a clip has is not kept, for people, `object` being called `name`. Empty where
+/// it is, where there is none, and where a new one is asked for.
+std::string WhyNewGrasp(const Clip& clip, const LoadedObject& object, const std::string& name,
+                        const CarryOptions& options);
 
 /// Carries the object through the clip. A clip that has the object's trajectory keeps it as data;
 /// without, a hand takes the object in the first frame and holds it. `body` is the clip's

@@ -203,6 +203,14 @@ nlohmann::json FingersJson(const std::vector<FingerRepair>& fingers) {
   return list;
 }
 
+nlohmann::json KeptJson(const std::vector<FrameRange>& kept) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const FrameRange& frames : kept) {
+    list.push_back({{"begin", frames.begin}, {"end", frames.end}});
+  }
+  return list;
+}
+
 nlohmann::json HoldsJson(const RefineResult& result) {
   nlohmann::json holds = nlohmann::json::array(), rests = nlohmann::json::array();
   for (const RefinedHold& hold : result.holds) {

@@ -44,6 +44,9 @@ nlohmann::json HandsJson(const CarriedQuality& quality);
 /// What became of fingers, a list over the hands.
 nlohmann::json FingersJson(const std::vector<FingerRepair>& fingers);
 
+/// Frames of a refinement that stay as the clip has them: a list.
+nlohmann::json KeptJson(const std::vector<FrameRange>& kept);
+
 /// What a refinement found: {"holds": [...], "rests": [...], "touches": [...]}, units in the names.
 nlohmann::json HoldsJson(const RefineResult& result);
 

@@ -117,7 +117,8 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
                                report.candidates.front().refused);
     return first;
   }
-  if (report.status == GraspStatus::kNoCleanGrasp) {
+  first.clean = report.status != GraspStatus::kNoCleanGrasp;
+  if (!first.clean) {
     first.warnings.push_back(
         fmt::format("{}: the least bad grasp is carried on", Describe(report.status)));
   }

@@ -28,6 +28,7 @@ std::optional<std::string> WhyTooLarge(const LoadedObject& object, bool both);
 struct FirstGrasp {
   bool made = false;         ///< else the clip had one
   bool found = false;        ///< there is something to carry on with, if not a clean grasp
+  bool clean = true;         ///< else the least bad try was found
   std::string status;        ///< for people
   std::optional<Grasp> one;  ///< of one hand
   std::optional<BothHandsGrasp> both;

@@ -85,6 +85,85 @@ CarriedQuality QualityOf(const Clip& clip, std::span<const HandModel* const> han
   return quality;
 }
 
+constexpr double kBlend_s = 0.15;  // from a frame that is kept to one that is refined
+
+Eigen::Vector3d Between(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double share) {
+  if (share >= 1.0 || from == to) return to;
+  const Eigen::Matrix3d turn = ExpSO3(from);
+  return LogSO3(turn * ExpSO3(share * LogSO3(turn.transpose() * ExpSO3(to))));
+}
+
+// `refined` with the clip's own poses in the frames `kept`; the frames around them lead there.
+Clip KeepFrames(const Clip& clip, const Clip& refined, const std::vector<char>& kept) {
+  const int frames = clip.NumFrames();
+  const double reach = std::max(1.0, std::round(kBlend_s * clip.frame_rate)) + 1.0;
+  std::vector<double> away(static_cast<std::size_t>(frames), reach);  // from the nearest one kept
+  for (int t = 0; t < frames; ++t) {
+    away[t] = kept[t] != 0 ? 0.0 : t > 0 ? std::min(reach, away[t - 1] + 1.0) : reach;
+  }
+  for (int t = frames - 2; t >= 0; --t) away[t] = std::min(away[t], away[t + 1] + 1.0);
+  Clip result = refined;
+  for (int t = 0; t < frames; ++t) {
+    const double near = 1.0 - away[t] / reach;
+    const double share = near * near * (3.0 - 2.0 * near);
+    if (share <= 0.0) continue;
+    result.trans.col(t) += share * (clip.trans.col(t) - refined.trans.col(t));
+    for (Eigen::Index joint = 0; joint < result.pose[t].cols(); ++joint) {
+      result.pose[t].col(joint) =
+          Between(refined.pose[t].col(joint), clip.pose[t].col(joint), share);
+    }
+    Eigen::Isometry3d object = Eigen::Isometry3d::Identity();
+    object.translation() = refined.object->trans.col(t) +
+                           share * (clip.object->trans.col(t) - refined.object->trans.col(t));
+    object.linear() =
+        ExpSO3(Between(refined.object->orient.col(t), clip.object->orient.col(t), share));
+    result.object->SetPose(t, object);
+  }
+  return result;
+}
+
+std::vector<FrameRange> RangesOf(const std::vector<char>& kept) {
+  std::vector<FrameRange> ranges;
+  for (int t = 0; t < static_cast<int>(kept.size()); ++t) {
+    if (kept[t] == 0) continue;
+    if (t == 0 || kept[t - 1] == 0) ranges.push_back({t, t});
+    ranges.back().end = t + 1;
+  }
+  return ranges;
+}
+
+// Marks frames deeper than `most_mm`, and where that is asked for those around them; whether there
+// are any.
+bool MarkDeeper(const ContactScore& score, double most_mm, int around, std::vector<char>& kept) {
+  const auto frames = static_cast<int>(score.frames.size());
+  bool any = false;
+  for (int t = 0; t < frames; ++t) {
+    if (score.frames[t].penetration_mm <= most_mm) continue;
+    any = true;
+    std::fill(kept.begin() + std::max(0, t - around),
+              kept.begin() + std::min(frames, t + around + 1), char{1});
+  }
+  return any;
+}
+
+// Keeps frames of the clip until none is deeper than the clip's deepest.
+void KeepShallow(const Clip& clip, const std::function<CarriedQuality(const Clip&)>& measure,
+                 const std::function<bool()>& stopped, RefineReport& report) {
+  constexpr double kSame_mm = 1e-9;
+  constexpr int kRounds = 4;
+  const double most_mm = report.before.contact.penetration_max_mm + kSame_mm;
+  const int around = static_cast<int>(std::lround(kBlend_s * clip.frame_rate));
+  const Clip refined = report.result.clip;
+  std::vector<char> kept(refined.pose.size(), 0);
+  for (int round = 0; MarkDeeper(report.after.contact, most_mm, round * around, kept); ++round) {
+    if (round == kRounds) std::ranges::fill(kept, char{1});
+    report.result.clip = KeepFrames(clip, refined, kept);
+    report.after = measure(report.result.clip);
+    if (stopped() || round == kRounds) break;
+  }
+  report.kept = RangesOf(kept);
+}
+
 }  // namespace
 
 DataDistance DistanceToData(const Clip& data, const Clip& refined) {
@@ -147,27 +226,57 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
       return !stopped;
     };
   };
-  report.result =
-      report.ball
-          ? RefineBall(repaired, hands, object, holding, options.fit, telling("refine"))
-          : RefineClip(repaired, hands, object.fit, holding, options.fit, telling("refine"));
+  const auto solve = [&](const FitOptions& fit) {
+    RefineResult result =
+        report.ball ? RefineBall(repaired, hands, object, holding, fit, telling("refine"))
+                    : RefineClip(repaired, hands, object.fit, holding, fit, telling("refine"));
+    if (!stopped && !result.report.failed) {
+      result.clip.object->name = object.object.name;
+      result.clip.object->mesh = "object.ply";
+    }
+    return result;
+  };
+  const auto measure = [&](const Clip& measured) {
+    return QualityOf(measured, hands, report.result.clip.holding_hand, object, options.protocol,
+                     telling("metrics"));
+  };
+  report.result = solve(options.fit);
   if (stopped) return report;
   if (report.result.report.failed) {
     report.status = RefineStatus::kNotFinite;
     return report;
   }
-  Clip& refined = report.result.clip;
-  refined.object->name = object.object.name;
-  refined.object->mesh = "object.ply";
-  for (const auto& [measured, quality] :
-       {std::pair<const Clip*, CarriedQuality*>(&clip, &report.before),
-        std::pair<const Clip*, CarriedQuality*>(&refined, &report.after)}) {
-    *quality = QualityOf(*measured, hands, refined.holding_hand, object, options.protocol,
-                         telling("metrics"));
-    if (stopped) return report;
+  report.before = measure(clip);
+  if (!stopped) report.after = measure(report.result.clip);
+  constexpr double kDeeper_mm = 1e-3;
+  const double before_mm = report.before.contact.penetration_max_mm;
+  if (!stopped && report.after.contact.penetration_max_mm > before_mm + kDeeper_mm) {
+    constexpr double kHarder = 10.0;
+    FitOptions harder = options.fit;
+    harder.lambda_penetration *= kHarder;
+    harder.lambda_object_in_hand *= kHarder;
+    RefineResult again = solve(harder);
+    if (!stopped && !again.report.failed) {
+      std::swap(report.result, again);
+      CarriedQuality after = measure(report.result.clip);
+      if (after.contact.penetration_max_mm < report.after.contact.penetration_max_mm) {
+        report.before = measure(clip);  // who holds may be other frames
+        report.after = std::move(after);
+      } else {
+        std::swap(report.result, again);
+      }
+    }
   }
-  report.distance = DistanceToData(clip, refined);
+  if (!stopped)
+    KeepShallow(
+        clip, measure, [&] { return stopped; }, report);
+  if (stopped) return report;
+  report.distance = DistanceToData(clip, report.result.clip);
   const bool touched = report.after.contact.contact_frames_ratio.value_or(report.ball) > 0.0;
+  constexpr double kLost = 0.05;  // of the frames held
+  report.contact_kept =
+      report.ball || report.after.contact.contact_frames_ratio.value_or(0.0) >=
+                         report.before.contact.contact_frames_ratio.value_or(0.0) - kLost;
   report.status = touched ? RefineStatus::kRefined : RefineStatus::kNoContact;
   return report;
 }

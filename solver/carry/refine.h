@@ -52,12 +52,23 @@ enum class RefineStatus {
   kNoContact,  ///< no hand that holds touches the object in any frame
 };
 
+/// Frames [begin, end).
+struct FrameRange {
+  int begin = 0, end = 0;
+};
+
 struct RefineReport {
   RefineStatus status = RefineStatus::kStopped;
   std::vector<FingerRepair> fingers;  ///< of each hand that the body has
   bool ball = false;                  ///< as RefineBall does
   RefineResult result;
+  /// Frames that stay as the clip has them, and others blend into: refined, they were deeper than
+  /// any of the clip's.
+  std::vector<FrameRange> kept;
   CarriedQuality before, after;  ///< by the same hands in the same frames
+  /// Not in contact in fewer of the frames held than before, by more than a twentieth of them. Of a
+  /// ball that is followed nothing is asked.
+  bool contact_kept = true;
   DataDistance distance;
 };
 
@@ -65,9 +76,11 @@ DataDistance DistanceToData(const Clip& data, const Clip& refined);
 
 /// Cleans a clip that has this object's trajectory: fingers that jump (RepairFingers), then object,
 /// arms and fingers (RefineClip; RefineBall where IsUnturnedBall); and measures it before and
-/// after. `progress` sees "refine" and "metrics". Throws Error for a clip without an object
-/// trajectory, one that no hand holds or gets into, hands that the body lacks, and kOfClip without
-/// holding_hand.
+/// after. The deepest frame is never deeper than before: where it would be, the clip is solved
+/// again with ten times the weights of penetration, and frames that are too deep still stay as the
+/// clip has them (`kept`). `progress` sees "refine" and "metrics". Throws Error for a clip without
+/// an object trajectory, one that no hand holds or gets into, hands that the body lacks, and
+/// kOfClip without holding_hand.
 RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const PreparedObject& object,
                            const RefineOptions& options = {}, const StagedProgress& progress = {});
 

@@ -225,7 +225,7 @@ void GraspSampler::Run() {
     if (!Sample(sampling)) break;
     if (50 * (out_.grasps.size() - before) < out_.grasps.size() || out_.grasps.empty()) break;
   }
-  if (out_.grasps.empty()) KeepLoose();
+  if (out_.grasps.empty() && !stopped_) KeepLoose();
   std::stable_sort(out_.grasps.begin(), out_.grasps.end(),
                    [](const auto& a, const auto& b) { return a.grasp.score > b.grasp.score; });
   if (!out_.grasps.empty()) {

@@ -4,6 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "geometry/conventions/series.h"
 #include "geometry/error.h"
@@ -288,6 +292,34 @@ HoldLabels FindHolds(const Clip& clip, const HandModel& right, const HandModel& 
   const StatePath path = decide({OddsByPlace(hands[0], first.states, 0, windows),
                                  OddsByPlace(hands[1], first.states, 1, windows)});
   return HoldingOf(path, views[0].wrist - views[1].wrist, windows);
+}
+
+HeldFrames CountHeld(std::span<const std::uint8_t> hands) {
+  HeldFrames frames;
+  for (const std::uint8_t bits : hands) {
+    ++(bits == kHoldsRight                ? frames.right
+       : bits == kHoldsLeft               ? frames.left
+       : bits == kHoldsRight + kHoldsLeft ? frames.both
+                                          : frames.none);
+  }
+  return frames;
+}
+
+std::string HoldersText(const HeldFrames& frames) {
+  const std::pair<const char*, int> kinds[] = {{"the right hand", frames.right},
+                                               {"the left hand", frames.left},
+                                               {"both hands", frames.both}};
+  std::vector<std::string> parts;
+  for (const auto& [who, count] : kinds) {
+    if (count > 0 && count == frames.Total())
+      return fmt::format("{} through {} frames", who, count);
+    if (count > 0) parts.push_back(fmt::format("{} in {}", who, count));
+  }
+  if (parts.empty()) return fmt::format("no hand in {} frames", frames.Total());
+  const std::string last = std::move(parts.back());
+  parts.pop_back();
+  return fmt::format("{}{}{} of {} frames", fmt::join(parts, ", "), parts.empty() ? "" : " and ",
+                     last, frames.Total());
 }
 
 std::vector<HandSwitch> SwitchesOf(const std::vector<std::uint8_t>& hands) {

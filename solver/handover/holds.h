@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -48,6 +50,17 @@ struct HoldOptions {
 /// that are not a right and a left one.
 HoldLabels FindHolds(const Clip& clip, const HandModel& right, const HandModel& left,
                      const DistanceGrid& object, const HoldOptions& options = {});
+
+/// Frames of a sequence of `holding_hand` by who holds.
+struct HeldFrames {
+  int right = 0, left = 0, both = 0, none = 0;  ///< right and left: that hand alone
+  int Total() const { return right + left + both + none; }
+};
+HeldFrames CountHeld(std::span<const std::uint8_t> hands);
+
+/// The same for people: "the right hand through 133 frames", "the right hand in 48, the left hand
+/// in 65 and both hands in 20 of 133 frames".
+std::string HoldersText(const HeldFrames& frames);
 
 /// The switches in a sequence of `holding_hand`, with confidence 1.
 std::vector<HandSwitch> SwitchesOf(const std::vector<std::uint8_t>& hands);

@@ -199,10 +199,11 @@ FollowReport FollowTrack(const ReachPerson& person, const wandr::NetworkWeights&
   wandr::StateMatrix<double> states(wandr::kStateSize, count + 1);
   states.col(0) = person.states.rightCols<1>();
   FollowReport report;
+  int done = 0;
   for (int t = 0; t < count; ++t) {
     if (progress && !progress(t, count)) {
       report.stopped = true;
-      return report;
+      break;
     }
     for (const TrackPush& push : pushes) {
       if (push.frame == t) follower.Push(push.by);
@@ -212,10 +213,12 @@ FollowReport FollowTrack(const ReachPerson& person, const wandr::NetworkWeights&
     const double took = CoreSeconds() - began;
     report.seconds += took;
     report.slowest_frame_s = std::max(report.slowest_frame_s, took);
+    ++done;
   }
-  report.track.states = states.cast<float>();
+  if (done == 0) return report;
+  report.track.states = states.leftCols(done + 1).cast<float>();
   report.track.joints = wandr::JointsOfStates(report.track.states, person.bones.Cast<float>());
-  for (int t = 0; t < count; ++t) {
+  for (int t = 0; t < done; ++t) {
     const Eigen::Vector3d wrist =
         report.track.joints.block<3, 1>(3 * WristJoint(options.side), t + 1).cast<double>();
     report.distance_m.push_back((wrist - goals[static_cast<std::size_t>(t)]).norm());

@@ -45,7 +45,7 @@ struct FollowReport {
   double acceleration_m_s2 = 0.0;      ///< mean of the 22 joints
   double seconds = 0.0;                ///< of one core, for all frames
   double slowest_frame_s = 0.0;
-  bool stopped = false;  ///< by `progress`
+  bool stopped = false;  ///< by `progress`: all else is of the goals until then
 };
 
 /// GoalFollower through all goals. `progress` sees frames done and says whether to go on. Throws

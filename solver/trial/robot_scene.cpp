@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/gltf/mjcf_writer.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/convex_hull.h"
 #include "solver/trial/robot_grip.h"
@@ -75,9 +76,7 @@ class SceneWriter {
       : setup_(setup), poses_(poses), hand_(setup.robot), own_(HandJoints(setup)) {
     protocol_.threads = threads;
     solid_ = MakeTrialSolid(setup.object, *setup.object_distance, protocol_);
-    assets_ = path;
-    assets_.replace_extension();
-    assets_ += "_assets";
+    assets_ = MjcfAssets(path);
     fs::create_directories(assets_);
     children_.resize(hand_.links.size());
     for (int k = 1; k < hand_.NumLinks(); ++k) children_[hand_.links[k].parent].push_back(k);

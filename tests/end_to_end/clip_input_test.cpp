@@ -279,6 +279,82 @@ TEST(OtherBodies, TransGoesWithThePelvis) {
   EXPECT_EQ(Json(folder, "score fitted")["clips"][0]["foreign_body"], false);
 }
 
+// GRAB's folders of a person whose surface lies beside the sequence: in the embedded body's
+// vertices, which is what a test can make of it.
+void WriteGrabOfAnother(const TemporaryFolder& folder) {
+  const ProgramResult other =
+      RunHoldfast(folder.Path(), "transfer held --betas=3,1 -o other -q --no-report");
+  ASSERT_EQ(other.exit_code, 0) << other.err;
+  const Clip clip = ReadClip(folder / "other/clip.npz");
+  const auto body = BodyModel::Default();
+  TriangleMesh surface;
+  surface.vertices = body->ShapedVertices(clip.betas);
+  surface.faces = body->Faces();
+  const TriangleMesh mug = ReadMesh(folder / "other/object.ply");
+  for (const char* path : {"grab/s1", "tools/object_meshes", "tools/subject_meshes/male"}) {
+    std::filesystem::create_directories(folder / path);
+  }
+  WriteMesh(mug, folder / "tools/object_meshes/mug.ply");
+  WriteMesh(surface, folder / "tools/subject_meshes/male/s1.ply");
+  testing::WriteGrab(clip, "tools/object_meshes/mug.ply",
+                     static_cast<std::size_t>(mug.NumVertices()),
+                     folder / "grab/s1/mug_drink_1.npz");
+}
+
+// What a command says of contact and depth is what `score` finds in the clip that it wrote.
+void ExpectScoredAlike(const TemporaryFolder& folder, const std::string& output,
+                       const nlohmann::json& said) {
+  const nlohmann::json values = Json(folder, "score " + output)["clips"][0]["values"];
+  EXPECT_NEAR(values["penetration_max_mm"].get<double>(),
+              said["max_penetration_depth_mm"].get<double>(), 0.01)
+      << output;
+  EXPECT_NEAR(values["contact_frames_ratio"].get<double>(),
+              said["frames_in_contact_ratio"].get<double>(), 1e-6)
+      << output;
+}
+
+TEST(OtherBodies, ContactIsMeasuredOnTheBodyThatIsShown) {
+  const TemporaryFolder folder;
+  Held(folder);
+  for (const bool with_surface : {false, true}) {
+    if (with_surface) {
+      WriteGrabOfAnother(folder);
+    } else {
+      WriteGrabFolder(folder);
+    }
+    const std::string grab = "grab/s1/mug_drink_1.npz", more = with_surface ? "_1" : "_0";
+    for (const bool keep : {false, true}) {
+      const std::string output = (keep ? "kept" : "fitted") + more;
+      const nlohmann::json fit = Json(
+          folder, "fit " + grab + " mug --no-report -o " + output + (keep ? " --keep-grasp" : ""));
+      // The hand of the body that is shown is not the capture's: as the documentation has it.
+      EXPECT_EQ(fit["grasp"]["made"], !keep);
+      ExpectScoredAlike(folder, output, fit["summary"]);
+    }
+    const nlohmann::json refined = Json(folder, "refine " + grab + " -o refined" + more);
+    ExpectScoredAlike(folder, "refined" + more, refined["after"]);
+  }
+}
+
+TEST(OtherBodies, WhyAGraspIsNotKeptIsSaid) {
+  const TemporaryFolder folder;
+  WriteGrabFolder(folder);
+  const std::string grab = "fit grab/s1/mug_drink_1.npz ", more = " --no-report -o ";
+  ProgramResult fit = RunHoldfast(folder.Path(), grab + "mug" + more + "a");
+  EXPECT_EQ(fit.exit_code, 0) << fit.err;
+  EXPECT_THAT(fit.err, HasSubstr("the clip's grasp is of a hand of SMPL-X"));
+  EXPECT_THAT(fit.err, HasSubstr("a new one is made (--keep-grasp keeps it)"));
+  // Its own mesh is another one of the same name.
+  TriangleMesh larger = ReadMesh(folder / "tools/object_meshes/mug.ply");
+  larger.vertices *= 1.2;
+  WriteMesh(larger, folder / "tools/object_meshes/mug.ply");
+  fit = RunHoldfast(folder.Path(), grab + "mug" + more + "b");
+  EXPECT_EQ(fit.exit_code, 0) << fit.err;
+  EXPECT_THAT(fit.err,
+              HasSubstr("the clip's grasp is of another mesh named mug: a new one is made"));
+  EXPECT_THAT(fit.err, Not(HasSubstr("of mug, not of mug")));
+}
+
 TEST(OtherBodies, AHandThatIsAwayFromWhatItHoldsIsSaid) {
   const TemporaryFolder folder;
   Clip clip = Held(folder);

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 // The other commands through the program, each on something embedded.
+#include <algorithm>
+#include <filesystem>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
 #include "geometry/clip/clip.h"
+#include "geometry/io/container/npz.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"
@@ -38,6 +42,27 @@ TEST(GraspCommand, WritesAClipThatFitCanCarryOn) {
   const nlohmann::json metrics = nlohmann::json::parse(fitted.out);
   EXPECT_EQ(metrics["grasp"]["made"], false);
   EXPECT_EQ(metrics["summary"]["frames_in_contact_ratio"], 1.0);
+}
+
+TEST(GraspCommand, ManyThatAreInterruptedAreKept) {
+  const TemporaryFolder folder;
+  ProgramResult result;
+  for (int seconds = 4; seconds < 300 && !std::filesystem::exists(folder / "many"); seconds *= 2) {
+    result = RunHoldfast(folder.Path(),
+                         "grasp cube --count 1000000 --apart 0.1 --apart-angle 1 -o many --json",
+                         "timeout --preserve-status -s INT " + std::to_string(seconds));
+    ASSERT_EQ(result.exit_code, 130) << result.err;
+  }
+  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  const auto found = summary["found"].get<std::size_t>();
+  EXPECT_GT(found, 0u);
+  EXPECT_LT(found, 1'000'000u);
+  EXPECT_EQ(NpzReader(folder / "many/grasps.npz").Read("score").array.NumElements(), found);
+  const std::string table = testing::ReadText(folder / "many/grasps.csv");
+  EXPECT_EQ(std::ranges::count(table, '\n'), static_cast<std::ptrdiff_t>(found + 1));
+  EXPECT_GT(ReadClip(folder / "many/clip.npz").NumFrames(), 0);
+  EXPECT_THAT(result.err, HasSubstr("interrupted: " + std::to_string(found) +
+                                    " of the 1000000 grasps asked for"));
 }
 
 TEST(DecimateCommand, SaysHowFarTheResultIsOff) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Fits from a list, with both hands, and from hand to hand.
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -206,6 +208,26 @@ TEST(OffhandCommand, PassesTheAppleOfTheDemo) {
   for (int t = 1; t < clip.NumFrames(); ++t) {
     EXPECT_LT((clip.object->trans.col(t) - clip.object->trans.col(t - 1)).norm(), 0.06) << t;
   }
+}
+
+TEST(OffhandCommand, TellsWhoHoldsByTheLabels) {
+  const TemporaryFolder folder;
+  const ProgramResult result =
+      RunHoldfast(folder.Path(), "offhand demo_pass apple --end 80 -o out -q --no-report");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const std::vector<std::uint8_t> hands = ReadClip(folder / "out/clip.npz").holding_hand;
+  const auto right = std::ranges::count(hands, kHoldsRight);
+  const auto left = std::ranges::count(hands, kHoldsLeft);
+  const auto both = std::ranges::count(hands, kHoldsRight | kHoldsLeft);
+  EXPECT_GT(std::min({right, left, both}), 0);
+  EXPECT_THAT(result.out,
+              ::testing::HasSubstr(fmt::format("apple held by the right hand in {}, the left hand "
+                                               "in {} and both hands in {} of 80 frames",
+                                               right, left, both)));
+  const nlohmann::json metrics = nlohmann::json::parse(ReadText(folder / "out/metrics.json"));
+  EXPECT_EQ(metrics["held_by"], "the right and the left hand");
+  EXPECT_EQ(metrics["frames_held"],
+            (nlohmann::json{{"right", right}, {"left", left}, {"both", both}, {"none", 0}}));
 }
 
 TEST(FitCommand, HoldsABoxInBothHands) {

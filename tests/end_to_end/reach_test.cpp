@@ -111,6 +111,28 @@ TEST_F(ReachCommand, FollowsAGoalThatMovesAsFarAsItIsKnown) {
   EXPECT_THAT(Reach("--track short.csv --push 99,0.1,0,0 -o out").err, HasSubstr("25 goals"));
 }
 
+TEST_F(ReachCommand, ATrackThatIsInterruptedKeepsItsMotion) {
+  {
+    std::ofstream file(Path("hour.csv"));
+    for (int t = 0; t < 50'000; ++t) file << 0.5 * std::sin(0.01 * t) << ",-0.5,1.1\n";
+  }
+  ProgramResult result;
+  for (int seconds = 2; seconds < 200 && !std::filesystem::exists(Path("hour")); seconds *= 2) {
+    result = RunHoldfast(folder_.Path(), "reach --track hour.csv -o hour",
+                         "timeout --preserve-status -s INT " + std::to_string(seconds));
+    ASSERT_EQ(result.exit_code, 130) << result.err;
+  }
+  const nlohmann::json metrics = Json("hour/metrics.json");
+  const auto frames = metrics["summary"]["frames"].get<int>();
+  EXPECT_GT(frames, 0);
+  EXPECT_LT(frames, 50'000);
+  EXPECT_EQ(metrics["summary"]["interrupted"], true);
+  EXPECT_EQ(ReadClip(Path("hour/clip.npz")).NumFrames(), frames + 1);
+  EXPECT_THAT(result.err,
+              HasSubstr("interrupted after " + std::to_string(frames) + " of 50000 goals"));
+  EXPECT_THAT(result.out, HasSubstr("hour/clip.npz: a goal followed"));
+}
+
 TEST_F(ReachCommand, TheLeftWristIsMeasuredWhereItIs) {
   ASSERT_EQ(Reach("--goal 0.3,-1.5,1.1 --wrist left --samples 1 --no-report -o left").exit_code, 0);
   const nlohmann::json metrics = Json("left/metrics.json");

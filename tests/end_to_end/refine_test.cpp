@@ -10,8 +10,10 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/clip/clip.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 #include "tests/support/program.h"
+#include "tests/support/published_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -90,6 +92,35 @@ TEST(Refine, TakesOutNoiseJitterAndPenetration) {
     EXPECT_EQ(ReadText(folder / (std::string("clean/") + file)),
               ReadText(folder / (std::string("again/") + file)))
         << file;
+  }
+}
+
+// A GRAB file of another person, on the embedded body: the hand is deep in the mug.
+TEST(Refine, NeverLeavesADeeperFrameThanItFound) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(
+      RunHoldfast(folder.Path(), "fit demo_drink mug -o held -q --no-report --end 12").exit_code,
+      0);
+  for (const std::string betas : {"0,-3", "3,1"}) {
+    const std::string other = "of_" + betas;
+    ASSERT_EQ(RunHoldfast(folder.Path(),
+                          "transfer held --betas=" + betas + " -o " + other + " -q --no-report")
+                  .exit_code,
+              0);
+    const TriangleMesh mug = ReadMesh(folder / (other + "/object.ply"));
+    WriteMesh(mug, folder / "mug.ply");
+    testing::WriteGrab(ReadClip(folder / (other + "/clip.npz")), "mug.ply",
+                       static_cast<std::size_t>(mug.NumVertices()), folder / "grab.npz");
+    const ProgramResult run =
+        RunHoldfast(folder.Path(), "refine grab.npz -o clean_" + betas + " --json");
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const nlohmann::json summary = nlohmann::json::parse(run.out);
+    const auto deepest = [&](const char* when) {
+      return summary[when]["max_penetration_depth_mm"].get<double>();
+    };
+    EXPECT_GT(deepest("before"), 2.0) << betas;
+    EXPECT_LE(deepest("after"), deepest("before") + 1e-6) << betas;
+    EXPECT_GE(summary["after"]["frames_in_contact_ratio"].get<double>(), 0.95) << betas;
   }
 }
 

@@ -51,7 +51,7 @@ def test_faults_are_named(held, tmp_path):
     with pytest.raises(ValueError, match="density"):
         holdfast.export(held, tmp_path / "a.xml", density=np.nan)
     holdfast.export(held, tmp_path / "a.bvh")
-    with pytest.raises(holdfast.Error, match="overwrite=True"):
+    with pytest.raises(holdfast.Error, match="force=True"):
         holdfast.export(held, tmp_path / "a.bvh")
-    holdfast.export(held, tmp_path / "a.bvh", overwrite=True)
+    holdfast.export(held, tmp_path / "a.bvh", force=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.bvh"]

@@ -85,7 +85,7 @@ def test_progress_is_told_and_stops(player, demo, tmp_path):
 def test_what_is_there_stays(demo, tmp_path):
     path = tmp_path / "page.html"
     path.write_text("mine")
-    with pytest.raises(holdfast.Error, match="exists already.*overwrite=True"):
+    with pytest.raises(holdfast.Error, match="exists already.*force=True"):
         holdfast.report(demo, path)
     assert path.read_text() == "mine"
 
@@ -93,7 +93,7 @@ def test_what_is_there_stays(demo, tmp_path):
 def test_it_is_replaced_when_asked(player, demo, tmp_path):
     path = tmp_path / "page.html"
     path.write_text("mine")
-    holdfast.report(demo, path, overwrite=True)
+    holdfast.report(demo, path, force=True)
     assert header_of(path)["clips"]
 
 

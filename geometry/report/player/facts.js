@@ -13,7 +13,10 @@ const max = (values) => values.reduce((a, b) => Math.max(a, b), -Infinity);
 const kCards = [
   {
     title: "In contact",
-    about: "of all frames",
+    about: (clip) =>
+      Number.isFinite(clip.metrics?.summary?.frames_in_contact_ratio)
+        ? "of the frames held"
+        : "of all frames",
     unit: "%",
     value: (clip) => {
       const told = clip.metrics?.summary?.frames_in_contact_ratio;

@@ -150,6 +150,25 @@ TEST(BodyChange, ClipsOfTheSameKindOfModelStayAsTheyAre) {
   EXPECT_FALSE(BringOntoBody(clip, {BodyModel::Default(), {}}));
 }
 
+// BodyOfClip makes it the body: what is measured on that body must be in the clip too.
+TEST(BodyChange, ASurfaceOfTheBodysOwnVerticesStays) {
+  const std::shared_ptr<const BodyModel> model = BodyModel::Default();
+  Eigen::VectorXd tall(2);
+  tall << 3.0, 1.0;
+  Clip clip = MakeMovingClip(3, 4);
+  clip.v_template = model->ShapedVertices(tall);
+  std::vector<std::string> notes;
+  const ClipBody body = BodyOfClip("clip", clip, model, notes);
+  ASSERT_TRUE(BringOntoBody(clip, body));
+  EXPECT_EQ(clip.v_template, model->ShapedVertices(tall));
+  const ClipBody again = BodyOfClip("clip", clip, model, notes);
+  EXPECT_EQ(again.model->Template(), body.model->Template());
+  Clip of_others = MakeMovingClip(3, 4);
+  of_others.v_template = clip.v_template.leftCols(10'475);
+  ASSERT_TRUE(BringOntoBody(of_others, {model, {}}));
+  EXPECT_EQ(of_others.v_template.cols(), 0);
+}
+
 TEST(BodyChange, HandsThatHoldAreMeasuredToTheObject) {
   const ClipBody body{BodyModel::Default(), {}};
   Clip clip = MakeMovingClip(6, 3);

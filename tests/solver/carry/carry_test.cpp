@@ -108,11 +108,50 @@ TEST(NeedsGrasp, WhereTheClipHasNoneOfThisObject) {
   clip.object->name = "mug";
   options.clip_object = LoadObject("apple").mesh;
   EXPECT_TRUE(NeedsGrasp(clip, mug, options));
+  EXPECT_EQ(WhyNewGrasp(clip, mug, "mug", options),
+            "the clip's grasp is of another mesh named mug");
+  EXPECT_EQ(WhyNewGrasp(clip, mug, "mug.ply", options),
+            "the clip's grasp is of mug, not of mug.ply");
+  // A hand of another kind of body model holds nothing here.
+  options.clip_object = mug.mesh;
+  EXPECT_EQ(WhyNewGrasp(clip, mug, "mug", options), "");
+  options.other_body = keep.other_body = "SMPL-X";
+  EXPECT_TRUE(NeedsGrasp(clip, mug, options));
+  EXPECT_THAT(WhyNewGrasp(clip, mug, "mug", options), ::testing::HasSubstr("a hand of SMPL-X"));
+  EXPECT_FALSE(NeedsGrasp(clip, mug, keep));
+  options.other_body.clear();
   // A mesh in millimetres, loaded with the scale of metres.
   options.clip_object = mug.mesh;
   options.clip_object->vertices *= 1000.0;
   options.object_scale = 0.001;
   EXPECT_FALSE(NeedsGrasp(clip, mug, options));
+}
+
+// The object drifts into the hand, and nothing pushes it out: what is smooth and near the data goes
+// deeper than the clip here and there.
+TEST(RefineCarried, NeverGoesDeeperThanTheClip) {
+  const LoadedClip motion = Beginning(12);
+  const CarryReport held = CarryObject(motion.clip, motion.body, Mug());
+  ASSERT_EQ(held.status, CarryStatus::kCarried);
+  for (const Eigen::Vector3d by : {Eigen::Vector3d(0.004, -0.002, 0.001),
+                                   Eigen::Vector3d(-0.003, 0.0, 0.002), Eigen::Vector3d(0, 0, 0)}) {
+    Clip clip = held.clip;
+    for (int t = 0; t < clip.NumFrames(); ++t) clip.object->trans.col(t) += t / 11.0 * by;
+    RefineOptions options;
+    options.fit.lambda_penetration = options.fit.lambda_object_in_hand = 0.0;
+    const RefineReport report = RefineCarried(clip, motion.body, Mug(), options);
+    ASSERT_EQ(report.status, RefineStatus::kRefined);
+    EXPECT_LE(report.after.contact.penetration_max_mm,
+              report.before.contact.penetration_max_mm + 1e-9);
+    for (const FrameRange& kept : report.kept) {
+      for (int t = kept.begin; t < kept.end; ++t) {
+        EXPECT_EQ(report.result.clip.pose[t], clip.pose[t]) << t;
+        EXPECT_LT((report.result.clip.object->trans.col(t) - clip.object->trans.col(t)).norm(),
+                  1e-12)
+            << t;
+      }
+    }
+  }
 }
 
 TEST(RefineCarried, SaysWhatIsMissing) {

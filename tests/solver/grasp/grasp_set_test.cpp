@@ -129,6 +129,12 @@ TEST(GraspSet, StopsAndRefuses) {
   const GraspSet stopped = Find(6, 1, [](double) { return false; });
   EXPECT_EQ(stopped.status, GraspStatus::kStopped);
   EXPECT_TRUE(stopped.grasps.empty());
+  // What is found until then is complete.
+  const GraspSet some = Find(40, 1, [](double share) { return share == 0.0; });
+  EXPECT_EQ(some.status, GraspStatus::kStopped);
+  ASSERT_FALSE(some.grasps.empty());
+  EXPECT_LT(some.grasps.size(), 40u);
+  for (const CertifiedGrasp& one : some.grasps) EXPECT_TRUE(one.grasp.certificate);
   EXPECT_THROW(Find(0, 1), Error);
   const TriangleMesh sheet = testing::Sheet(8, 0.01);
   EXPECT_THROW(FindGrasps(RightHand(), sheet, SharedBlock().grid, {}), Error);

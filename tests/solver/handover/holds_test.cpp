@@ -155,6 +155,19 @@ TEST(SwitchesOf, ReadsThemFromTheBits) {
   EXPECT_TRUE(SwitchesOf({}).empty());
 }
 
+TEST(HoldersText, CountsFramesByWhoHolds) {
+  const auto text = [](const std::vector<std::uint8_t>& hands) {
+    return HoldersText(CountHeld(hands));
+  };
+  EXPECT_EQ(text({1, 1, 1}), "the right hand through 3 frames");
+  EXPECT_EQ(text({3, 3}), "both hands through 2 frames");
+  EXPECT_EQ(text({1, 1, 3, 2, 2, 2}),
+            "the right hand in 2, the left hand in 3 and both hands in 1 of 6 frames");
+  EXPECT_EQ(text({0, 2, 2}), "the left hand in 2 of 3 frames");
+  EXPECT_EQ(text({1, 0, 2}), "the right hand in 1 and the left hand in 1 of 3 frames");
+  EXPECT_EQ(text({0, 0}), "no hand in 2 frames");
+}
+
 TEST(ViterbiPath, IsTheCheapestOfAllPaths) {
   const Eigen::Matrix<double, 2, 5> costs{{0.0, 2.0, 0.1, 3.0, 1.0}, {1.0, 0.5, 0.4, 0.2, 1.1}};
   const Eigen::Matrix2d change{{0.0, 0.7}, {0.9, 0.0}};

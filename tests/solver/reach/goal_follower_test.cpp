@@ -98,6 +98,25 @@ TEST_F(FollowedGoal, JumpsAndPushesAreSurvived) {
   EXPECT_LT(report.distance_m.back(), 0.10);
 }
 
+TEST_F(FollowedGoal, WhatIsStoppedIsTheSameUntilThen) {
+  std::vector<Vector3d> goals;
+  for (int t = 0; t < 20; ++t) goals.push_back(Circling(t));
+  const FollowReport all = FollowTrack(person, network, goals, {}, Small());
+  const FollowReport part =
+      FollowTrack(person, network, goals, {}, Small(), [](int done, int) { return done < 12; });
+  EXPECT_TRUE(part.stopped);
+  EXPECT_FALSE(all.stopped);
+  ASSERT_EQ(part.distance_m.size(), 12u);
+  ASSERT_EQ(part.track.states.cols(), 13);
+  EXPECT_EQ(part.track.states, all.track.states.leftCols(13));
+  EXPECT_EQ(part.distance_m,
+            std::vector<double>(all.distance_m.begin(), all.distance_m.begin() + 12));
+  const FollowReport none =
+      FollowTrack(person, network, goals, {}, Small(), [](int, int) { return false; });
+  EXPECT_TRUE(none.stopped);
+  EXPECT_TRUE(none.distance_m.empty());
+}
+
 TEST_F(FollowedGoal, BadGoalsAndPushesAreNamed) {
   GoalFollower follower(person, network, Small());
   EXPECT_THROW(follower.Step({0, 0, -1}), Error);
