@@ -96,14 +96,13 @@ Eigen::Vector3d HeadOverFeet(const Eigen::Matrix3Xd& positions, const SkeletonMa
   return positions.col(head) - 0.5 * (positions.col(map.source[7]) + positions.col(map.source[8]));
 }
 
-// Height of the lowest joint along an axis, median over frames: near zero along what is up in most
-// files.
-double FloorAlong(const SourceMotion& motion, int axis, int sign) {
+// Height of the lowest joint along an axis, per frame: near zero along what is up in most files.
+std::vector<double> LowestAlong(const SourceMotion& motion, int axis, int sign) {
   std::vector<double> lowest;
   for (const Eigen::Matrix3Xd& positions : motion.positions) {
     lowest.push_back((sign * positions.row(axis)).minCoeff());
   }
-  return Median(lowest);
+  return lowest;
 }
 
 // Limits of the angle between a joint's rest and its pose, degrees, generous: loose clothing, shape
@@ -244,14 +243,19 @@ MotionUp FindMotionUp(const SourceMotion& motion, const SkeletonMap& map) {
   const int sign = along < 0 ? -1 : 1;
   constexpr double kStandingLegs = 1.4;  // head over ankles: 1.7 legs upright, 1.2 on all fours
   const bool stands = std::fabs(along) > kStandingLegs * leg;
-  const bool floor_here = std::fabs(FloorAlong(motion, axis, sign)) < 0.25 * leg;
+  const std::vector<double> lowest = LowestAlong(motion, axis, sign);
+  const bool floor_here = std::fabs(Median(lowest)) < 0.25 * leg;
+  const auto on_floor = std::ranges::count_if(
+      lowest, [&](double height) { return height > -0.03 * leg && height < 0.12 * leg; });
+  const bool stays_on_floor = static_cast<double>(on_floor) > 0.8 * motion.NumFrames();
   // No joint of a body that lies is below the floor; of one that stands at the origin some are
   // behind it.
-  const double under = FloorAlong(motion, rest_axis, 1);
+  const double under = Median(LowestAlong(motion, rest_axis, 1));
   const bool floor_at_rest_axis = under > -0.05 * leg && under < 0.25 * leg;
   const bool customary = axis == 1 && sign > 0;
-  if (axis == rest_axis ? std::fabs(along) > 0.8 * leg
-                        : stands && floor_here && (customary || !floor_at_rest_axis)) {
+  const bool along_rest = axis == rest_axis && std::fabs(along) > 0.8 * leg;
+  if (along_rest ||
+      (stands && floor_here && (customary || stays_on_floor || !floor_at_rest_axis))) {
     return {static_cast<UpAxis>(2 * axis + (sign < 0 ? 1 : 0)), share, true};
   }
   return up;

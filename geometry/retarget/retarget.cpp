@@ -288,6 +288,9 @@ class Retargeter {
     const Eigen::Vector3d hip_at = root + world[0] * RestBone(0, hip);
     const double thigh = RestBone(hip, knee).norm(), shin = RestBone(knee, ankle).norm();
     Eigen::Vector3d reach = calibration_.scale * motion_.Position(frame, ankle) - hip_at;
+    const Eigen::Vector3d now =
+        world[hip] * RestBone(hip, knee) + world[knee] * RestBone(knee, ankle);
+    if (calibration_.shaped_like_smplx && (now - reach).norm() < 1e-3) return;  // it is there
     const double longest = 0.9995 * (thigh + shin), shortest = 1.05 * std::abs(thigh - shin);
     const double distance = std::clamp(reach.norm(), shortest, longest);
     if (reach.norm() < 1e-9) return;

@@ -21,7 +21,7 @@ constexpr double kShapeTolerance = 5 * kDegree;   // and of what hangs on one jo
 constexpr double kRestTrust = 60 * kDegree;       // between axes at rest and the mean over a clip
 constexpr double kOppositeTrust = 100 * kDegree;  // likewise, of a head that rests upright
 constexpr double kWristTrust = 45 * kDegree;      // between a hand and its forearm, likewise
-constexpr double kLeastTip = 0.1;  // of the forearm: a shorter end site tells no direction
+constexpr double kLeastTip = 0.1;  // of the bone before: a shorter end site tells no direction
 
 enum Joint {
   kPelvis = 0,
@@ -186,6 +186,17 @@ class Calibrator {
     return mean;
   }
 
+  // A head bent at rest shows it by what hangs on it, which lies as its neck does or straight up.
+  void FollowTip(Eigen::Matrix3d& head) const {
+    const Eigen::Vector3d tip = motion_.Tip(kHead), neck = RestBone(kNeck, kHead);
+    const bool face = motion_.Has(22) || motion_.Has(23) || motion_.Has(24);
+    if (face || tip.norm() < kLeastTip * motion_.LocalBone(kNeck, kHead).norm()) return;
+    const Eigen::Vector3d straight = Eigen::Vector3d::UnitY();
+    const Eigen::Vector3d rest =
+        head * (Angle(head * neck, tip) <= Angle(head * straight, tip) ? neck : straight);
+    if (Angle(rest, tip) < 45 * kDegree) head = LeastRotation(rest, tip) * head;
+  }
+
   // By the bones alone: no rest pose is asked, but for the head, of which no bone tells.
   void ShapedTorso() {
     auto& C = result_.source_from_smplx;
@@ -198,6 +209,7 @@ class Calibrator {
     // A head at rest goes on as its neck does.
     C[kHead] = LeastRotation(C[kSpine3] * RestBone(kNeck, kHead), motion_.LocalBone(kNeck, kHead)) *
                C[kSpine3];
+    FollowTip(C[kHead]);
     Head(kRestTrust);
   }
 
