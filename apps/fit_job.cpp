@@ -15,6 +15,7 @@
 #include "apps/fit_metrics.h"
 #include "apps/report_writer.h"
 #include "apps/result_folder.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
@@ -135,8 +136,15 @@ void ChooseGrasp(const FitJob& job, const LoadedClip& loaded, const LoadedObject
   if (job.keep_grasp || job.motion) options.grasp = GraspSource::kClips;
   if (job.regrasp || job.place.Given()) options.grasp = GraspSource::kNew;
   if (options.grasp == GraspSource::kClipsOrNew) {
-    if (ClipObject own = FindClipObject(loaded); !own.by_name) {
-      options.clip_object = std::move(own.mesh);
+    try {
+      if (ClipObject own = FindClipObject(loaded); !own.by_name) {
+        options.clip_object = std::move(own.mesh);
+      }
+    } catch (const Error& error) {  // the motion is there all the same
+      notes.push_back(
+          fmt::format("{}: {}: whether the clip's grasp is of {} is judged by "
+                      "the object's name (--regrasp makes a new one)",
+                      error.Where(), error.Problem(), job.object));
     }
     if (clip.object && NeedsGrasp(clip, object, options)) {
       notes.push_back(fmt::format(
@@ -243,7 +251,7 @@ nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const Pre
 bool WriteResult(const FitJob& job, const CarryReport& report, const PreparedObject& object,
                  const ClipBody& body, const nlohmann::json& metrics, ResultFolder& folder,
                  const CommonOptions& common) {
-  WriteClip(report.clip, folder / "clip.npz");
+  WriteClip(report.clip, object.object.mesh, folder / "clip.npz");
   WriteMesh(object.object.mesh, folder / "object.ply");
   WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
   if (job.write_report) {
