@@ -45,7 +45,12 @@ bool IsFittedWith(const BodyModel& body, const nlohmann::json& metrics) {
 void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptions& options) {
   input.object_scale = options.object_scale;
   const bool told = !options.object.empty();
-  ClipObject own = FindClipObject(loaded, told ? 1.0 : options.object_scale);
+  ClipObject own;
+  try {
+    own = FindClipObject(loaded, told ? 1.0 : options.object_scale);
+  } catch (const Error&) {
+    if (!told) throw;
+  }
   if (told) {
     if (!own.by_name) input.own_object = std::move(own.mesh);
     input.object = LoadObject(options.object, options.object_scale).mesh;

@@ -41,10 +41,10 @@ LoadedClip LoadClip(const std::string& path_or_name, std::shared_ptr<const BodyM
 void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& body,
                 const TriangleMesh& object, const CommonOptions& common);
 
-/// Loads a clip of any kind, as LoadClip does. The object's mesh is the one told, else the one that
-/// the file names or holds, else the embedded object of the clip's object's name. A mesh that is
-/// not found is no fault here (`object_missing` says why); one that was told and cannot be read
-/// throws Error, as does an unreadable clip.
+/// Loads a clip of any kind, as LoadClip does. The object's mesh is the one told, else that of
+/// FindClipObject. A clip that names no file of its object and whose object is not embedded has none
+/// (`object_missing` says why); one that was told or is named and cannot be read throws Error, as
+/// does an unreadable clip.
 ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions& options,
                         const CommonOptions& common);
 

@@ -15,6 +15,7 @@
 #include "apps/fit_metrics.h"
 #include "apps/report_writer.h"
 #include "apps/result_folder.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -130,8 +131,15 @@ void ChooseGrasp(const FitJob& job, const LoadedClip& loaded, const LoadedObject
   if (job.keep_grasp || job.motion) options.grasp = GraspSource::kClips;
   if (job.regrasp || job.place.Given()) options.grasp = GraspSource::kNew;
   if (options.grasp == GraspSource::kClipsOrNew) {
-    if (ClipObject own = FindClipObject(loaded); !own.by_name) {
-      options.clip_object = std::move(own.mesh);
+    try {
+      if (ClipObject own = FindClipObject(loaded); !own.by_name) {
+        options.clip_object = std::move(own.mesh);
+      }
+    } catch (const Error& error) {  // the motion is there all the same
+      notes.push_back(
+          fmt::format("{}: {}: whether the clip's grasp is of {} is judged by "
+                      "the object's name (--regrasp makes a new one)",
+                      error.Where(), error.Problem(), job.object));
     }
     if (loaded.change) options.other_body = loaded.change->from;
     if (const std::string why = WhyNewGrasp(clip, object, job.object, options); !why.empty()) {
@@ -234,7 +242,7 @@ nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const Pre
 void WriteResult(const FitJob& job, const CarryReport& report, const PreparedObject& object,
                  const ClipBody& body, const nlohmann::json& metrics, ResultFolder& folder,
                  const CommonOptions& common) {
-  WriteClip(report.clip, folder / "clip.npz");
+  WriteClip(report.clip, object.object.mesh, folder / "clip.npz");
   WriteMesh(object.object.mesh, folder / "object.ply");
   nlohmann::json written = folder.WriteMetrics(metrics);
   if (job.write_report) {

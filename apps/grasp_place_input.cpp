@@ -53,7 +53,12 @@ TriangleMesh SurfaceNamed(const char* option, const std::vector<std::string>& as
                   fmt::format("lists vertices of a file, which {} is not", object),
                   "Give the object as a file");
     }
-    Append(ReadVertexRegion(name, ReadMesh(object)), surface);
+    const TriangleMesh mesh = ReadMesh(object);
+    try {
+      Append(ReadVertexRegion(name, mesh), surface);
+    } catch (const Error& error) {
+      throw Error(fmt::format("{} {}", option, error.Where()), error.Problem(), error.Remedy());
+    }
   }
   return surface;
 }

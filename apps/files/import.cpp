@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "apps/common.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/import/held_distance.h"
 #include "geometry/import/import_file.h"
@@ -330,6 +331,10 @@ ImportFileOptions ToLibrary(const ImportCommand& options) {
   return import;
 }
 
+void WriteImported(const Clip& clip, const ObjectMesh& mesh, const std::string& output) {
+  mesh.surface ? WriteClip(clip, *mesh.surface, output) : WriteClip(clip, output);
+}
+
 int Run(const ImportCommand& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
@@ -340,7 +345,7 @@ int Run(const ImportCommand& options) {
   if (!imported.motion) NoteBody(import.parameters.body, mesh, imported);
   for (const std::string& note : imported.notes) Note(common, "note: " + note);
   if (!imported.motion) {
-    WriteClip(imported.clip, options.output);
+    WriteImported(imported.clip, mesh, options.output);
     PrintResult(common, ParameterSummary(options, imported, mesh),
                 DescribeParameters(options, imported, mesh));
     return kDone;
@@ -351,7 +356,7 @@ int Run(const ImportCommand& options) {
                              "the frames around them",
                              report.retarget.repaired_hand_frames));
   }
-  WriteClip(imported.clip, options.output);
+  WriteImported(imported.clip, mesh, options.output);
   PrintResult(common, MotionSummary(options, imported.clip, report),
               DescribeMotion(options, imported.clip, report));
   return kDone;

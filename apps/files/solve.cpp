@@ -6,6 +6,7 @@
 
 #include "apps/common.h"
 #include "apps/result_folder.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/io/markers/c3d_writer.h"
 #include "geometry/io/mesh/load_object.h"
@@ -193,8 +194,10 @@ int Solve(const SolveCommand& options) {
     solved.clip.object->name = object->name;
     solved.clip.object->mesh = "object.ply";
     WriteMesh(object->mesh, folder / "object.ply");
+    WriteClip(solved.clip, object->mesh, folder / "clip.npz");
+  } else {
+    WriteClip(solved.clip, folder / "clip.npz");
   }
-  WriteClip(solved.clip, folder / "clip.npz");
   WriteC3d(RepairedMarkers(recording, solved), folder / "markers.c3d");
   folder.WriteMetrics(metrics);
   folder.Commit();
@@ -231,7 +234,7 @@ void AddSolveCommand(CLI::App& app, int& exit_code) {
       "Markers of an object: a table (.csv) name,x,y,z of their places in its "
       "mesh's frame, metres; or names alone: cup_top,cup_left,cup_right or 'cup_*'");
   command->add_option("--object", options->object,
-                      "The object's mesh (.obj .ply .stl .off), or an embedded object");
+                      "The object's mesh (.obj .ply .stl .off .glb .gltf), or an embedded object");
   AddOption(*command, "--object-scale", options->object_scale,
             "Multiplies the object's coordinates (0.001 for millimetres)", CLI::PositiveNumber);
   command->add_option("--body", options->body,

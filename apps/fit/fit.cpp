@@ -16,8 +16,8 @@ void AddFitCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitLibra
   CLI::App* command = app.add_subcommand(
       "fit", "Fit an object to a motion: solves object pose and finger angles for every frame");
   CLI::Option* const clip = command->add_option("clip", job.clip, kClipHelp);
-  CLI::Option* const object =
-      command->add_option("object", job.object, "Mesh (.obj .ply .stl .off) or embedded object");
+  CLI::Option* const object = command->add_option(
+      "object", job.object, "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object");
   clip->needs(object);
   command
       ->add_option(

@@ -9,6 +9,7 @@
 #include "apps/clip_input.h"
 #include "apps/common.h"
 #include "apps/grasp_place_input.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -132,7 +133,7 @@ std::string MeasuresText(const TriangleMesh& object) {
 void WriteGrasp(const LoadedObject& object, const GraspFiles& files, Clip& clip) {
   clip.object->mesh = files.mesh.filename().string();
   WriteMesh(object.mesh, files.mesh);
-  WriteClip(clip, files.clip);
+  WriteClip(clip, object.mesh, files.clip);
 }
 
 nlohmann::json GraspSummaryHead(const char* schema, const CommonOptions& common,
@@ -414,7 +415,9 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<GraspCommand>();
   CLI::App* command = app.add_subcommand(
       "grasp", "Close a hand around an object: a clip of one frame, the start of a fit");
-  command->add_option("object", options->object, "Mesh (.obj .ply .stl .off) or embedded object")
+  command
+      ->add_option("object", options->object,
+                   "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object")
       ->required();
   command
       ->add_option("-o,--output", options->output,

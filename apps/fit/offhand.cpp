@@ -16,7 +16,8 @@ void AddOffhandCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitL
   CLI::App* command = app.add_subcommand(
       "offhand", "Carry an object through a motion in which it passes from hand to hand");
   command->add_option("clip", job.clip, kClipHelp)->required();
-  command->add_option("object", job.object, "Mesh (.obj .ply .stl .off) or embedded object")
+  command
+      ->add_option("object", job.object, "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object")
       ->required();
   command
       ->add_option("-o,--output", job.output,

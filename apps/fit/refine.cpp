@@ -7,6 +7,7 @@
 #include "apps/common.h"
 #include "apps/fit_metrics.h"
 #include "apps/result_folder.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -216,7 +217,7 @@ int Refine(const RefineCommand& options) {
   nlohmann::json summary = metrics;
   summary["output"] = options.output;
   metrics["per_frame"] = PerFrameJson(report);
-  WriteClip(report.result.clip, folder / "clip.npz");
+  WriteClip(report.result.clip, object->object.mesh, folder / "clip.npz");
   WriteMesh(object->object.mesh, folder / "object.ply");
   folder.WriteMetrics(metrics);
   folder.Commit();

@@ -14,6 +14,7 @@
 #include "apps/fit_metrics.h"
 #include "apps/report_writer.h"
 #include "apps/result_folder.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -241,7 +242,7 @@ std::string Text(const TransferCommand& options, const TransferInput& scene,
 void WriteTransfer(const TransferCommand& options, const TransferInput& scene,
                    const CarryReport& carried, const nlohmann::json& metrics,
                    ResultFolder& folder) {
-  WriteClip(carried.clip, folder / "clip.npz");
+  WriteClip(carried.clip, scene.to_object->object.mesh, folder / "clip.npz");
   WriteMesh(scene.to_object->object.mesh, folder / "object.ply");
   nlohmann::json written = folder.WriteMetrics(metrics);
   if (options.write_report) {
@@ -362,11 +363,11 @@ int Transfer(const TransferCommand& options) {
 // Returns --object, which others need or exclude.
 CLI::Option* AddObjectOptions(CLI::App& command, TransferCommand& options) {
   const char* const group = "To another object";
-  CLI::Option* const object =
-      command
-          .add_option("--object", options.object,
-                      "Another object of the kind: mesh (.obj .ply .stl .off) or embedded object")
-          ->group(group);
+  CLI::Option* const object = command
+                                  .add_option("--object", options.object,
+                                              "Another object of the kind: mesh (.obj .ply .stl "
+                                              ".off .glb .gltf) or embedded object")
+                                  ->group(group);
   AddOption(command, "--object-scale", options.object_scale,
             "Multiplies that object's coordinates (0.001 for millimetres)", CLI::PositiveNumber)
       ->group(group);

@@ -39,10 +39,8 @@ struct Start {
 Start StartOf(const ReachJob& job, const CommonOptions& common) {
   if (job.from.empty()) return {"standing", StandingPerson(LoadBody(job.body))};
   const auto [name, frame] = ParseStart(job.from);
-  ClipInputOptions input_options;
-  input_options.body = job.body;
-  ClipInput input = LoadClipInput(name, input_options, common);
-  return {name, PersonInClip(std::move(input.clip), {input.body, input.betas}, frame, name)};
+  LoadedClip loaded = LoadClip(name, LoadBody(job.body), common);
+  return {name, PersonInClip(std::move(loaded.clip), loaded.body, frame, name)};
 }
 
 ReachOptions ToLibrary(const ReachJob& job, const CommonOptions& common) {

@@ -9,6 +9,7 @@
 #include "apps/fit_job.h"
 #include "apps/report_writer.h"
 #include "apps/result_folder.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
@@ -112,7 +113,7 @@ Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
   for (const std::string& note : report.notes) Note(common, "warning: " + note);
 
   const TriangleMesh table = report.table.Mesh();
-  WriteClip(report.clip, folder / "clip.npz");
+  WriteClip(report.clip, object->object.mesh, folder / "clip.npz");
   WriteMesh(object->object.mesh, folder / "object.ply");
   WriteMesh(table, folder / "table.ply");
   nlohmann::json written = folder.WriteMetrics(metrics);

@@ -23,10 +23,10 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   CLI::Option* action =
       command->add_option("--action", job.action, "The action: " + MadeActionNames())
           ->excludes(sentence);
-  CLI::Option* object =
-      command->add_option("--object", job.begin.object,
-                          "Mesh (.obj .ply .stl .off) or embedded object; the sentence's if left "
-                          "out");
+  CLI::Option* object = command->add_option(
+      "--object", job.begin.object,
+      "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object; the sentence's if left "
+      "out");
   action->needs(object);
   command->add_option("--class", job.object_class,
                       "Class of the object for the networks: mug, waterbottle, ... [its name]");

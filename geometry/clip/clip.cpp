@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <numbers>
 #include <numeric>
@@ -15,6 +17,7 @@
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
+#include "geometry/io/container/checksum.h"
 #include "geometry/io/container/npz.h"
 #include "geometry/pose.h"
 #include "geometry/rotation.h"
@@ -23,15 +26,19 @@
 namespace holdfast {
 namespace {
 
+constexpr const char* kObjectChecksum = "object_checksum";
+
 // The arrays of a clip's file: those of AMASS's SMPL-X layout, and those that only Holdfast has.
 constexpr std::array kAmassArrays = {
     "mocap_frame_rate",  "mocap_time_length", "trans", "root_orient", "pose_body", "pose_jaw",
     "pose_eye",          "pose_hand",         "poses", "betas",       "num_betas", "gender",
     "surface_model_type"};
-constexpr std::array kOwnArrays = {"body_model",     "subject",      "action",       "object_trans",
-                                   "object_orient",  "object_name",  "object_mesh",  "table_trans",
-                                   "table_orient",   "table_name",   "table_mesh",   "v_template",
-                                   "contact_object", "contact_body", "holding_hand", "rest_pelvis"};
+constexpr std::array kOwnArrays = {
+    "body_model",     "subject",      "action",       "object_trans",
+    "object_orient",  "object_name",  "object_mesh",  "table_trans",
+    "table_orient",   "table_name",   "table_mesh",   "v_template",
+    "contact_object", "contact_body", "holding_hand", "rest_pelvis",
+    kObjectChecksum};
 
 bool HasAll(std::span<const std::string> names, std::initializer_list<const char*> wanted) {
   return std::ranges::all_of(
@@ -352,6 +359,37 @@ void WriteClip(const Clip& clip, const std::filesystem::path& path) {
   NpzWriter writer;
   AddArrays(clip, writer);
   writer.Write(path);
+}
+
+void WriteClip(const Clip& clip, const TriangleMesh& object, const std::filesystem::path& path) {
+  NpzWriter writer;
+  AddArrays(clip, writer);
+  if (clip.object) writer.AddText(kObjectChecksum, MeshChecksum(object));
+  writer.Write(path);
+}
+
+std::string MeshChecksum(const TriangleMesh& mesh) {
+  std::string bytes;  // the lowest byte first on every machine
+  bytes.reserve(4 * static_cast<std::size_t>(mesh.vertices.size() + mesh.faces.size()) + 4);
+  const auto add = [&](std::uint32_t word) {
+    for (int k = 0; k < 4; ++k) bytes += static_cast<char>(word >> (8 * k) & 0xff);
+  };
+  add(static_cast<std::uint32_t>(mesh.NumVertices()));
+  for (const double x : mesh.vertices.reshaped()) {
+    add(std::bit_cast<std::uint32_t>(static_cast<float>(x) + 0.0f));  // -0 is 0
+  }
+  for (const int id : mesh.faces.reshaped()) add(static_cast<std::uint32_t>(id));
+  return Checksum(bytes);
+}
+
+void RequireMeshOf(const std::filesystem::path& clip, const TriangleMesh& mesh,
+                   const std::string& source) {
+  const std::string checksum = ReadText(NpzReader(clip), kObjectChecksum, "");
+  if (checksum.empty() || checksum == MeshChecksum(mesh)) return;
+  throw Error(source,
+              fmt::format("is not the mesh that {} was made with: its vertices or faces differ",
+                          clip.string()),
+              "Put that mesh back, or say which one is meant with --object");
 }
 
 Clip Slice(const Clip& clip, int begin, int end) {

@@ -7,11 +7,24 @@
 
 #include "geometry/clip/clip.h"
 #include "geometry/io/container/npz.h"
+#include "geometry/mesh/mesh.h"
 
 namespace holdfast {
 
 /// The arrays that WriteClip writes, added to a file that holds more than a clip.
 void AddArrays(const Clip& clip, NpzWriter& writer);
+
+/// Writes a clip whose `object->mesh` names a file that holds this mesh, with a checksum of it
+/// (`object_checksum`): another mesh of the file's name is then told from it.
+void WriteClip(const Clip& clip, const TriangleMesh& object, const std::filesystem::path& path);
+
+/// Of a mesh as files store it: vertices in single precision, in their order, and faces.
+std::string MeshChecksum(const TriangleMesh& mesh);
+
+/// Throws Error where a clip's file has a checksum of its object's mesh and `mesh`, as the file
+/// `source` holds it, has another.
+void RequireMeshOf(const std::filesystem::path& clip, const TriangleMesh& mesh,
+                   const std::string& source);
 
 /// The clip's betas, or as many zeros as AMASS's files have: loaders take a shape of some length.
 Eigen::VectorXd WrittenBetas(const Clip& clip);

@@ -60,7 +60,7 @@ class Exporter {
         break;
       case ExportFormat::kClip:
         report_.has_object = scene_.clip.object.has_value();
-        WriteClip(scene_.clip, output_);
+        WriteClipFile();
         break;
       case ExportFormat::kContacts:
       case ExportFormat::kContactsTable:
@@ -82,6 +82,18 @@ class Exporter {
     if (!options_.onto.empty() && report_.format != ExportFormat::kGlb) {
       throw Error(output_.string(), "cannot hold a character", "Give a name that ends in .glb");
     }
+  }
+
+  // Its object's mesh stays where it is.
+  void WriteClipFile() {
+    Clip clip = scene_.clip;
+    std::error_code ignored;
+    if (clip.object && HasMeshFormat(scene_.object_source)) {
+      const fs::path mesh =
+          fs::relative(scene_.object_source, fs::absolute(output_).parent_path(), ignored);
+      if (!mesh.empty()) clip.object->mesh = mesh.generic_string();
+    }
+    WriteClip(clip, output_);
   }
 
   void WriteGlbFile() {

@@ -16,6 +16,7 @@
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/io/markers/c3d.h"
 #include "geometry/io/markers/marker_recording.h"
+#include "geometry/io/mesh/mesh_scan.h"
 
 namespace holdfast {
 namespace {
@@ -104,11 +105,19 @@ FileKind BinaryKind(std::string_view head, std::size_t bytes) {
   }
   if (IsPickle(head)) return FileKind::kPickle;
   if (LooksLikeC3d(head)) return FileKind::kMarkers;
+  // A little may follow the triangles.
+  constexpr std::size_t kTrailing = 4096;
+  if (head.size() > 84 && Little32(head, 80) > 0) {
+    const std::size_t end = 84 + 50 * std::size_t{Little32(head, 80)};
+    if (bytes >= end && bytes - end <= kTrailing && !IsText(head)) return FileKind::kStl;
+  }
   return FileKind::kUnknown;
 }
 
 // Lines of an .obj: vertices and faces among a few other words.
-bool IsObj(std::string_view head) {
+bool IsObj(std::string_view start) {
+  const std::string plain = PlainLines(start, true);
+  std::string_view head = plain;
   int vertices = 0, others = 0;
   while (!head.empty()) {
     const std::size_t end = head.find('\n');
@@ -118,7 +127,10 @@ bool IsObj(std::string_view head) {
       ++vertices;
     } else if (!word.empty() && word.front() != '#') {
       static constexpr std::string_view kWords[] = {
-          "f", "vt", "vn", "vp", "g", "o", "s", "usemtl", "mtllib", "l", "p", "usemap", "cstype"};
+          "f",      "vt",   "vn",   "vp",     "g",      "o",     "s",        "usemtl",
+          "mtllib", "l",    "p",    "usemap", "maplib", "mg",    "cstype",   "deg",
+          "bmat",   "step", "curv", "curv2",  "surf",   "parm",  "trim",     "hole",
+          "scrv",   "sp",   "end",  "con",    "lod",    "bevel", "c_interp", "d_interp"};
       // The last line may be cut in the middle.
       if (end != std::string_view::npos && std::ranges::find(kWords, word) == std::end(kWords)) {
         ++others;
@@ -153,7 +165,9 @@ FileKind TextKind(std::string_view head) {
   if (StartsWithIgnoringCase(text, "solid") && text.find("facet") != std::string_view::npos) {
     return FileKind::kStl;
   }
-  if (first == "OFF" || first == "COFF" || first == "NOFF" || first == "STOFF" || first == "4OFF") {
+  const std::size_t digits = std::min(first.find_first_of("0123456789"), first.size());
+  if (first.substr(0, digits) == "OFF" || first == "OFF" || first == "COFF" || first == "NOFF" ||
+      first == "STOFF" || first == "4OFF") {
     return FileKind::kOff;
   }
   if (IsPickle(text)) return FileKind::kPickle;
@@ -162,10 +176,14 @@ FileKind TextKind(std::string_view head) {
 }
 
 FileKind PlyKind(std::string_view head) {
-  const std::size_t at = head.find("element face ");
   const std::size_t end = head.find("end_header");
-  const bool faces = at != std::string_view::npos && (end == std::string_view::npos || at < end) &&
-                     Part(head, at + 13, 2) != "0\n" && Part(head, at + 13, 2) != "0\r";
+  const auto has = [&](std::string_view element) {
+    const std::size_t at = head.find(element);
+    const std::string_view count = Part(head, at + element.size(), 2);
+    return at != std::string_view::npos && (end == std::string_view::npos || at < end) &&
+           count != "0\n" && count != "0\r";
+  };
+  const bool faces = has("element face ") || has("element tristrips ");
   return faces || end == std::string_view::npos ? FileKind::kPly : FileKind::kPlyPoints;
 }
 

@@ -48,6 +48,9 @@ ImportedClip ImportClip(const OpenFile& open, const ParameterOptions& options) {
   imported.format = "clip";
   imported.clip = ReadClip(open.path);
   imported.object_mesh = MeshBeside(open.path, imported.clip.object);
+  if (!imported.object_mesh.empty() && open.fields.Has("object_checksum")) {
+    RequireMeshOf(open.path, ReadMesh(imported.object_mesh), imported.object_mesh.string());
+  }
   imported.table_mesh = MeshBeside(open.path, imported.clip.table);
   if (auto note = OldPelvisNote(NpzReader(open.path))) imported.notes.push_back(std::move(*note));
   SettleWorld(imported, options, WorldUp::kPlusZ, false);

@@ -12,6 +12,7 @@
 #include "geometry/import/amass.h"
 #include "geometry/io/container/npz.h"
 #include "geometry/io/mesh/load_object.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/suggestion.h"
 
 namespace holdfast {
@@ -81,6 +82,24 @@ LoadedClip ReadFile(const fs::path& path, const ImportFileOptions& options) {
   return loaded;
 }
 
+// The mesh of a file that a clip names. Nothing is taken in its place: it would be another object.
+TriangleMesh ReadNamedMesh(const fs::path& clip, const std::string& path, double scale) {
+  constexpr std::string_view kRemedy =
+      "Put that mesh back, or say which one is meant with --object";
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) {
+    throw Error(path, "is missing: the clip names it as its object's mesh", kRemedy);
+  }
+  MeshFile file;
+  try {
+    file = ReadMeshFile(path);
+  } catch (const Error& error) {
+    throw Error(error.Where(), error.Problem(), fmt::format("{}. {}", error.Remedy(), kRemedy));
+  }
+  if (fs::is_regular_file(clip, ignored)) RequireMeshOf(clip, file.mesh, path);
+  return ObjectOfMesh(file.mesh, fs::path(path).stem().string(), path, scale).mesh;
+}
+
 }  // namespace
 
 LoadedClip LoadClip(const std::string& path_or_name, ImportFileOptions options) {
@@ -117,25 +136,22 @@ ClipObject FindClipObject(const LoadedClip& loaded, double scale) {
     found.in_clip = true;
     return found;
   }
-  struct Candidate {
-    std::string source;
-    double scale = 1.0;
-    bool by_name = false;
-  };
-  std::vector<Candidate> candidates;
-  if (!loaded.object_mesh.empty()) {
-    candidates.push_back({loaded.object_mesh.string(), loaded.object_mesh_scale});
-  } else if (!track.mesh.empty()) {
-    candidates.push_back({(loaded.file.parent_path() / track.mesh).string()});
-    candidates.push_back({track.mesh});  // an embedded object's name
+  // A clip that is of no file names none beside it.
+  const bool names_file =
+      HasMeshFormat(track.mesh) && (!loaded.file.empty() || fs::path(track.mesh).is_absolute());
+  if (names_file || !loaded.object_mesh.empty()) {
+    found.source = loaded.object_mesh.empty() ? (loaded.file.parent_path() / track.mesh).string()
+                                              : loaded.object_mesh.string();
+    found.scale = scale * loaded.object_mesh_scale;
+    found.mesh = ReadNamedMesh(loaded.file, found.source, found.scale);
+    return found;
   }
-  if (!track.name.empty()) candidates.push_back({track.name, 1.0, true});
-  for (const Candidate& candidate : candidates) {
+  for (const std::string& name : {track.mesh, track.name}) {
+    if (name.empty()) continue;
     try {
-      found.scale = scale * candidate.scale;
-      found.mesh = LoadObject(candidate.source, found.scale).mesh;
-      found.source = candidate.source;
-      found.by_name = candidate.by_name;
+      found.mesh = LoadObject(name, scale).mesh;
+      found.source = name;
+      found.by_name = name != track.mesh;
       found.missing.clear();
       return found;
     } catch (const Error& error) {

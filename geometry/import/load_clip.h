@@ -28,8 +28,8 @@ struct LoadedClip : ImportedFile {
 /// these.
 LoadedClip LoadClip(const std::string& path_or_name, ImportFileOptions options = {});
 
-/// The mesh of a clip's object: the one that the clip carries or its file holds, else the one that
-/// it names (beside the file, or embedded), else the embedded object of the object's name.
+/// The mesh of a clip's object: the one that the clip carries or its file holds, else the file that
+/// it names and no other, else the embedded object that it names, else that of the object's name.
 struct ClipObject {
   std::optional<TriangleMesh> mesh;  ///< full resolution, metres, times `scale`
   std::string source;                ///< where it is from, for LoadObject with `scale`
@@ -39,8 +39,8 @@ struct ClipObject {
   std::string missing;               ///< why there is none
 };
 
-/// A mesh that is not found is no fault (`missing`). Of `loaded` it looks at the object's track,
-/// the file, and what an importer found.
+/// An object without a mesh is no fault (`missing`). Looks at the track, the file, what an importer
+/// found. Throws Error for a named file that is missing, unreadable or of another checksum.
 ClipObject FindClipObject(const LoadedClip& loaded, double scale = 1.0);
 
 }  // namespace holdfast

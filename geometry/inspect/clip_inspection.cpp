@@ -11,7 +11,7 @@
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
-#include "geometry/import/import_file.h"
+#include "geometry/import/load_clip.h"
 #include "geometry/inspect/clip_findings.h"
 
 namespace holdfast {
@@ -157,10 +157,17 @@ void InspectClip(Inspection& inspection) {
     DescribeHands(motion, *body, inspection);
     DescribeObject(motion, *body, metres_per_unit, inspection);
     if (inspection.Worst() != Verdict::kFault) {
-      ImportedClip clip;
+      LoadedClip clip;
+      clip.file = inspection.path;
       clip.clip = ReadClip(inspection.path);
-      clip.object_mesh = MeshBeside(inspection.path, clip.clip.object);
-      DescribeOnBody(clip.clip, ObjectMeshOf(clip), body, inspection);
+      ClipObject object;
+      try {
+        object = FindClipObject(clip);
+      } catch (const Error& error) {
+        inspection.Fault(fmt::format("{} {}", error.Where(), error.Problem()), error.Remedy());
+      }
+      if (object.by_name) object.mesh.reset();
+      DescribeOnBody(clip.clip, object.mesh, body, inspection);
     }
   }
 

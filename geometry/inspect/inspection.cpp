@@ -15,6 +15,8 @@
 #include "geometry/inspect/model_inspection.h"
 #include "geometry/inspect/motion_inspection.h"
 #include "geometry/inspect/other_inspection.h"
+#include "geometry/io/gltf/asset/gltf_asset.h"
+#include "geometry/io/mesh/mesh_io.h"
 
 namespace holdfast {
 namespace {
@@ -40,6 +42,16 @@ void Include(const fs::path& file, Inspection& folder) {
 bool IsForImport(const fs::path& path) {
   try {
     return NeedsImport(NpzReader(path));
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+// Whether a glTF file shows meshes and moves none.
+bool IsMeshOnly(const fs::path& path) {
+  try {
+    const GltfAsset asset = GltfAsset::Read(path);
+    return asset.animations.empty() && asset.skins.empty() && !asset.meshes.empty();
   } catch (const Error&) {
     return false;
   }
@@ -131,9 +143,11 @@ Inspection Inspect(const fs::path& path) {
       case FileKind::kTorch:
       case FileKind::kSafetensors:
       case FileKind::kJson:
+        InspectData(inspection);
+        break;
       case FileKind::kGlb:
       case FileKind::kGltf:
-        InspectData(inspection);
+        IsMeshOnly(path) ? InspectMesh(inspection) : InspectData(inspection);
         break;
       case FileKind::kBodyModel:
         InspectModel(inspection);
@@ -153,6 +167,11 @@ Inspection Inspect(const fs::path& path) {
       case FileKind::kStl:
       case FileKind::kOff:
         InspectMesh(inspection);
+        break;
+      case FileKind::kText:
+      case FileKind::kUnknown:
+        // Meshes are read by their name: said is what the reader says.
+        HasMeshFormat(path) ? InspectMesh(inspection) : InspectOtherFile(inspection);
         break;
       default:
         InspectOtherFile(inspection);

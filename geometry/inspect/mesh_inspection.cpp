@@ -2,6 +2,7 @@
 #include "geometry/inspect/mesh_inspection.h"
 
 #include <algorithm>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,6 +10,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/text_scanner.h"
+#include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/mesh_check.h"
 
@@ -17,8 +19,15 @@ namespace {
 
 constexpr Eigen::Index kFitVertices = 300;
 
-std::string ExtensionOf(FileKind kind) {
-  switch (kind) {
+// Of the content; of the name where the content is not known.
+std::string ExtensionOf(const Inspection& inspection) {
+  switch (inspection.identity.kind) {
+    case FileKind::kObj:
+      return ".obj";
+    case FileKind::kGlb:
+      return ".glb";
+    case FileKind::kGltf:
+      return ".gltf";
     case FileKind::kPly:
       return ".ply";
     case FileKind::kStl:
@@ -26,7 +35,7 @@ std::string ExtensionOf(FileKind kind) {
     case FileKind::kOff:
       return ".off";
     default:
-      return ".obj";
+      return inspection.path.extension().string();
   }
 }
 
@@ -48,7 +57,7 @@ void AddSizes(const MeshReport& report, Inspection& inspection) {
 
 void InspectMesh(Inspection& inspection) {
   const std::string word = ShellWord(inspection.path);
-  const std::string extension = ExtensionOf(inspection.identity.kind);
+  const std::string extension = ExtensionOf(inspection);
   const bool misnamed = !EqualIgnoringCase(inspection.path.extension().string(), extension);
   if (inspection.identity.gzipped) {
     inspection.Fault("it is packed with gzip", "unpack it first");
@@ -63,7 +72,8 @@ void InspectMesh(Inspection& inspection) {
   }
   MeshReport report;
   MeshReport repaired_report;
-  std::vector<std::string> actions;
+  std::vector<std::string> actions, decimated;
+  std::optional<Error> too_complex;
   try {
     std::filesystem::path named = inspection.path;
     if (misnamed) named += extension;
@@ -73,6 +83,13 @@ void InspectMesh(Inspection& inspection) {
     const RepairedMesh repaired = RepairMesh(file.mesh);
     actions = repaired.actions;
     repaired_report = CheckMesh(repaired.mesh);
+    // As fit and decimate do.
+    const LoadedObject object = ObjectOfMesh(file.mesh, Stem(inspection.path), named.string());
+    try {
+      ForFitting(object, kFitVertices, &decimated);
+    } catch (const Error& error) {
+      too_complex = error;
+    }
   } catch (const Error& error) {
     inspection.Fault(fmt::format("{}: {}", error.Where(), error.Problem()), error.Remedy());
     return;
@@ -100,21 +117,25 @@ void InspectMesh(Inspection& inspection) {
         "it is usable: inside is decided by winding number; close the holes "
         "in a mesh editor for exact depths");
   }
+  for (const std::string& note : decimated) {
+    if (std::ranges::find(actions, note) != actions.end()) continue;
+    inspection.AddFact("fit_note", note, "for a fit: " + note);
+  }
+  const std::string path = inspection.path.string();
+  const std::vector<double> scales = PossibleScales(report.extent_m, path);
   if (report.implausible_size) {
-    const bool known = report.suggested_scale != 1.0;
-    inspection.AddFact("suggested_scale", report.suggested_scale, "");
-    inspection.Warn(fmt::format("{:.3g} m at its longest is not a size for a hand{}{}",
-                                report.extent_m.maxCoeff(), known ? ": the file is likely in " : "",
-                                UnitOfScale(report.suggested_scale)),
-                    known ? fmt::format("--object-scale {:g}", report.suggested_scale)
-                          : "give its unit with --object-scale");
+    inspection.AddFact("suggested_scale", scales.empty() ? 1.0 : scales.front(), "");
+    inspection.AddFact("possible_scales", scales, "");
+    inspection.Warn(fmt::format("{:.3g} x {:.3g} x {:.3g} m, no size to hold", report.extent_m.x(),
+                                report.extent_m.y(), report.extent_m.z()),
+                    UnitRemedy(report.extent_m, path));
   } else {
     inspection.Ok("a size for a hand, in metres");
   }
-  if (misnamed) return;
-  const std::string scale = report.implausible_size && report.suggested_scale != 1.0
-                                ? fmt::format(" --object-scale {:g}", report.suggested_scale)
-                                : "";
+  if (too_complex) inspection.Fault(too_complex->Problem(), too_complex->Remedy());
+  if (misnamed || too_complex) return;
+  const std::string scale =
+      scales.empty() ? "" : fmt::format(" --object-scale {:g}", scales.front());
   const std::string stem = Stem(inspection.path);
   inspection.next.push_back(
       fmt::format("holdfast fit demo_drink {} -o {}{}", word, ShellWord(stem + "_held"), scale));

@@ -5,7 +5,7 @@
 
 namespace holdfast {
 
-/// A surface mesh (.obj .ply .stl .off by content): size, unit, whether it is closed and sound, and
+/// A surface mesh (.obj .ply .stl .off .glb .gltf by content): size, unit, whether it is closed and sound, and
 /// what is repaired when it is loaded. Adds to `inspection`.
 void InspectMesh(Inspection& inspection);
 

@@ -56,7 +56,7 @@ constexpr Advice kAdvice[] = {
     {FileKind::kMatlab, Verdict::kFault, "MATLAB files are not read",
      "write the arrays with numpy.savez (scipy.io.loadmat reads them)"},
     {FileKind::kUnknown, Verdict::kFault, "nothing known begins like this",
-     "check what wrote it; Holdfast reads .npz, .bvh, .amc, .obj, .ply, .stl, .off"},
+     "check what wrote it; Holdfast reads .npz, .bvh, .amc, .glb, .obj, .ply, .stl, .off"},
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -64,18 +65,25 @@ bool IsPlausible(double longest) {
   return longest <= kLargestPlausible_m && longest >= kSmallestPlausible_m;
 }
 
+// Metric units are a factor of ten or more apart: at most one of them is typical. Inches come last.
+constexpr double kScales[] = {0.001, 0.01, 1000.0, 0.0254};
+
+std::string_view UnitOfScale(double scale) {
+  if (scale == 0.001) return "millimetres";
+  if (scale == 0.01) return "centimetres";
+  return scale == 0.0254 ? "inches" : "kilometres";
+}
+
+bool IsTypical(const Eigen::Vector3d& extent_m, double scale) {
+  const double factor = HandSize(extent_m) * scale / kTypicalSize_m;
+  return IsPlausible(extent_m.maxCoeff() * scale) && factor > 1.0 / kDecade && factor <= kDecade;
+}
+
 void JudgeSize(MeshReport& report) {
-  const double longest = report.extent_m.maxCoeff();
-  report.implausible_size = !IsPlausible(longest);
+  report.implausible_size = !IsPlausible(report.extent_m.maxCoeff());
   if (!report.implausible_size) return;
-  const double size = HandSize(report.extent_m);
-  const auto fits = [&](double scale) {
-    const double factor = size * scale / kTypicalSize_m;
-    return IsPlausible(longest * scale) && factor > 1.0 / kDecade && factor <= kDecade;
-  };
-  // Metric units are a factor of ten or more apart: at most one of them fits. Inches come last.
-  for (const double scale : {0.001, 0.01, 1000.0, 0.0254}) {
-    if (!fits(scale)) continue;
+  for (const double scale : kScales) {
+    if (!IsTypical(report.extent_m, scale)) continue;
     report.suggested_scale = scale;
     return;
   }
@@ -119,11 +127,37 @@ MeshReport CheckMesh(const TriangleMesh& mesh) {
   return report;
 }
 
-std::string_view UnitOfScale(double scale) {
-  if (scale == 0.001) return "millimetres";
-  if (scale == 0.01) return "centimetres";
-  if (scale == 0.0254) return "inches";
-  return scale == 1000.0 ? "kilometres" : "";
+std::vector<double> PossibleScales(const Eigen::Vector3d& extent_m, std::string_view path) {
+  constexpr double kLeast_m = 0.01, kMost_m = 0.3;
+  std::vector<double> scales;
+  if (IsPlausible(extent_m.maxCoeff())) return scales;
+  for (const double scale : kScales) {
+    const double size = HandSize(extent_m) * scale;
+    if (IsPlausible(extent_m.maxCoeff() * scale) && size >= kLeast_m && size <= kMost_m) {
+      scales.push_back(scale);
+    }
+  }
+  const bool is_stl = path.ends_with(".stl") || path.ends_with(".STL");
+  const auto is_likely = [&](double scale) {
+    return is_stl ? scale == 0.001 : IsTypical(extent_m, scale);
+  };
+  std::ranges::stable_partition(scales, is_likely);
+  return scales;
+}
+
+std::string UnitRemedy(const Eigen::Vector3d& extent_m, std::string_view path) {
+  const std::vector<double> scales = PossibleScales(extent_m, path);
+  if (scales.empty()) return "Meshes are in metres: give its unit with --object-scale";
+  const bool is_stl = path.ends_with(".stl") || path.ends_with(".STL");
+  std::string text = "Meshes are in metres, this one is likely in ";
+  for (std::size_t i = 0; i < scales.size(); ++i) {
+    const Eigen::Vector3d in_cm = 100.0 * scales[i] * extent_m;
+    text += fmt::format("{}{}{}: --object-scale {:g} makes it {:.3g} x {:.3g} x {:.3g} cm",
+                        i > 0 ? "; or in " : "", UnitOfScale(scales[i]),
+                        is_stl && scales[i] == 0.001 ? ", as .stl files are by custom" : "",
+                        scales[i], in_cm.x(), in_cm.y(), in_cm.z());
+  }
+  return text;
 }
 
 std::vector<std::string> Describe(const MeshReport& report) {
@@ -169,9 +203,10 @@ std::vector<std::string> Describe(const MeshReport& report) {
   if (report.implausible_size) {
     std::string line = fmt::format("The largest extent of {:.4g} m is {} for a handheld object",
                                    size, size > kLargestPlausible_m ? "large" : "small");
-    if (report.suggested_scale != 1.0) {
-      line += fmt::format(": the file is likely in {}, scale it by {:g}",
-                          UnitOfScale(report.suggested_scale), report.suggested_scale);
+    std::string_view join = ": the file may be in";
+    for (const double scale : PossibleScales(report.extent_m, "")) {
+      line += fmt::format("{} {} (scale it by {:g})", std::exchange(join, " or"),
+                          UnitOfScale(scale), scale);
     }
     lines.push_back(line + ".");
   }

@@ -55,8 +55,13 @@ struct MeshReport {
 /// Throws Error for ids out of range and coordinates that are not finite.
 MeshReport CheckMesh(const TriangleMesh& mesh);
 
-/// The unit that a suggested scale takes to metres, in the plural; empty for 1.
-std::string_view UnitOfScale(double scale);
+/// The factors that give metres if a common unit explains a size that is not handheld, the
+/// likeliest first: what they make of it is 1 cm ... 30 cm in the geometric mean. `path` is the
+/// mesh's file: .stl has no unit, and is in millimetres by custom.
+std::vector<double> PossibleScales(const Eigen::Vector3d& extent_m, std::string_view path);
+
+/// What to do about such a size: the options --object-scale, each with the size that it gives.
+std::string UnitRemedy(const Eigen::Vector3d& extent_m, std::string_view path);
 
 /// The report as plain sentences: what the mesh is, then each fault.
 std::vector<std::string> Describe(const MeshReport& report);

@@ -99,8 +99,14 @@ LoadedClip Load(const std::string& path, const py::object& body, ImportFileOptio
   if (!body.is_none()) options.parameters.body = body.cast<ModelPtr>();
   LoadedClip loaded = RunAside([path, options] {
     LoadedClip clip = LoadClip(path, options);
-    if (ClipObject own = FindClipObject(clip); own.mesh && !own.by_name) {
-      clip.clip.object->surface = std::make_shared<const TriangleMesh>(std::move(*own.mesh));
+    try {
+      if (ClipObject own = FindClipObject(clip); own.mesh && !own.by_name) {
+        clip.clip.object->surface = std::make_shared<const TriangleMesh>(std::move(*own.mesh));
+      }
+    } catch (const Error& error) {  // a fault where the mesh is needed
+      clip.notes.push_back(error.what());
+      clip.clip.object->mesh =
+          std::filesystem::absolute(clip.file.parent_path() / clip.clip.object->mesh).string();
     }
     return clip;
   });

@@ -260,7 +260,7 @@ void SaveFit(const CarriedClip& self, const std::filesystem::path& folder, bool 
   Clip clip = *self.clip;
   if (clip.object) clip.object->mesh = "object.ply";
   WriteMesh(self.object->object.mesh, folder / "object.ply");
-  WriteClip(clip, folder / "clip.npz");
+  WriteClip(clip, self.object->object.mesh, folder / "clip.npz");
 }
 
 void BindFitResult(py::module_& module) {

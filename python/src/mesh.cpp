@@ -144,7 +144,9 @@ py::list Doctor(const py::object& value) {
   fs::path path;
   if (py::isinstance<Clip>(value)) {
     path = folder->path / "clip.npz";
-    WriteClip(value.cast<const Clip&>(), path);
+    Clip clip = value.cast<const Clip&>();
+    if (clip.object) clip.object->mesh.clear();  // relative to another folder
+    WriteClip(clip, path);
   } else if (IsPath(value)) {
     path = std::string(py::str(value));
     std::error_code ignored;
@@ -360,7 +362,8 @@ void BindMesh(py::module_& module) {
         return MeshTuple(ObjectOf(path_or_name, scale, "path_or_name").mesh);
       },
       "path_or_name"_a, "scale"_a = 1.0,
-      "A mesh (.obj .ply .stl .off) or an embedded object, times `scale`: (vertices (V, 3) metres, "
+      "A mesh (.obj .ply .stl .off .glb .gltf) or an embedded object, times `scale`: (vertices (V, "
+      "3) metres, "
       "faces (F, 3)). Repaired where that does not change the shape (vertices at one place welded, "
       "faces without area left out, parts turned outwards); what was done is logged to 'holdfast' "
       "(INFO). Raises Error naming the file and the fault.");

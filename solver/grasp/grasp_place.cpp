@@ -38,16 +38,17 @@ GraspPlace::GraspPlace(const TriangleMesh& object, const Wanted& wanted)
     if (allowed_[static_cast<std::size_t>(f)]) faces.push_back(f);
   }
   if (faces.empty()) {
-    throw Error("place to grasp", "leaves nothing of the object's surface to hold",
+    throw Error(wanted.avoid.NumFaces() > 0 ? "--avoid" : "--region",
+                "leaves nothing of the object's surface to hold",
                 "Give a region of the object, and avoid less than all of it");
   }
   surface_ = {object.vertices, object.faces(Eigen::all, faces)};
-  if (at_ && !at_->allFinite()) throw Error("place to grasp", "has a point that is not finite", "");
   if (at_) {
+    if (!at_->allFinite()) throw Error("--at", "is not finite", "Give three numbers, metres");
     const double off = std::sqrt(tree_.Closest(*at_).squared_distance);
     if (off > kFarthestOff_m) {
       const Eigen::Vector3d &low = tree_.Min(), &high = tree_.Max();
-      throw Error("place to grasp",
+      throw Error("--at",
                   fmt::format("({:g}, {:g}, {:g}) is {:.1f} cm from the object's surface", at_->x(),
                               at_->y(), at_->z(), 100.0 * off),
                   fmt::format("Give a point on it in its own frame, metres: it reaches from "

@@ -16,6 +16,7 @@
 
 #include "generator/matching/random_draws.h"
 #include "geometry/body/own_body.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/clip/mirror_clip.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
@@ -336,7 +337,9 @@ VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const Prepare
       Attempt& attempt = attempts[static_cast<std::size_t>(k)];
       attempt = maker.Try(first + k);
       if (attempt.kept) {
-        WriteClip(attempt.clip, folder / attempt.line["file"].get<std::string>());
+        const TriangleMesh& surface = maker.ShapeOf(attempt.shape).object->object.mesh;
+        WriteClip(attempt.clip, attempt.mirrored ? MirrorMesh(surface) : surface,
+                  folder / attempt.line["file"].get<std::string>());
         attempt.clip = {};
         ++kept;
       }

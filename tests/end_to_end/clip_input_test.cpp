@@ -376,6 +376,69 @@ TEST(OtherBodies, AHandThatIsAwayFromWhatItHoldsIsSaid) {
   EXPECT_THAT(doctor.out, HasSubstr("--regrasp"));
 }
 
+// Runs every command that reads the folder "held"; each must end with exit code 1 and name the
+// mesh.
+void ExpectTheMeshIsMissed(const TemporaryFolder& folder, const std::string& why) {
+  for (const std::string command :
+       {"score held", "report held -o page.html", "render held -o held.png --size 64x64",
+        "refine held -o refined", "transfer held --scale 1.1 -o scaled", "export held -o held.glb",
+        "export held -o contacts.npz", "doctor held"}) {
+    const ProgramResult run = RunHoldfast(folder.Path(), command);
+    EXPECT_EQ(run.exit_code, 1) << command << run.out << run.err;
+    const std::string said = run.out + run.err;
+    EXPECT_THAT(said, HasSubstr("held/object.ply")) << command;
+    EXPECT_THAT(said, HasSubstr(why)) << command;
+    EXPECT_THAT(said, HasSubstr("--object")) << command;
+  }
+}
+
+TEST(ResultFolder, NoOtherMeshStandsInForItsOwn) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(RunHoldfast(folder.Path(),
+                        "fit demo_drink mug -o held -q --no-report --end 12 "
+                        "--object-scale 0.9")
+                .exit_code,
+            0);
+  const std::filesystem::path mesh = folder / "held/object.ply";
+  const std::string bytes = ReadText(mesh);
+  const auto put = [&](const std::string& content) {
+    std::ofstream(mesh, std::ios::binary) << content;
+  };
+  EXPECT_EQ(RunHoldfast(folder.Path(), "score held").exit_code, 0);
+  // Cut, another of its size, missing.
+  put(bytes.substr(0, bytes.size() / 2));
+  ExpectTheMeshIsMissed(folder, "may be cut short");
+  put(bytes);
+  TriangleMesh other = ReadMesh(mesh);
+  other.vertices(0, 7) += 1e-4;
+  WriteMesh(other, mesh);
+  ExpectTheMeshIsMissed(folder, "is not the mesh that held/clip.npz was made with");
+  std::filesystem::remove(mesh);
+  ExpectTheMeshIsMissed(folder, "is missing");
+  // The user may say which mesh it is; a fit takes the motion alone.
+  EXPECT_EQ(RunHoldfast(folder.Path(), "score held --object mug --object-scale 0.9").exit_code, 0);
+  const ProgramResult fit =
+      RunHoldfast(folder.Path(), "fit held apple -o apple --end 3 --no-report");
+  EXPECT_EQ(fit.exit_code, 0) << fit.err;
+  // A clip without checksum takes the file as it is, and misses one that is not there.
+  WriteClip(ReadClip(folder / "held/clip.npz"), folder / "held/clip.npz");
+  WriteMesh(other, mesh);
+  EXPECT_EQ(RunHoldfast(folder.Path(), "score held").exit_code, 0);
+  std::filesystem::remove(mesh);
+  EXPECT_EQ(RunHoldfast(folder.Path(), "score held").exit_code, 1);
+}
+
+TEST(ResultFolder, ItsClipExportedElsewhereKeepsItsMesh) {
+  const TemporaryFolder folder;
+  Held(folder);
+  std::filesystem::create_directories(folder / "out");
+  for (const std::string command :
+       {"export held -o out/exported.npz", "import held/clip.npz -o out/imported.npz"}) {
+    EXPECT_EQ(RunHoldfast(folder.Path(), command).exit_code, 0) << command;
+  }
+  EXPECT_EQ(RunHoldfast(folder.Path(), "score out/exported.npz out/imported.npz").exit_code, 0);
+}
+
 // The lines of AMASS's notebook and of the loaders after it.
 void ExpectAmassLoads(const std::filesystem::path& path, int frames) {
   const NpzReader file(path);

@@ -153,9 +153,10 @@ TEST(GraspPlace, SaysWhatThereIs) {
   for (const Case& c : std::vector<Case>{
            {grasp + "--region hilts", 1,
             "Did you mean 'hilt'? It has: hilt, grip, guard, blade, steel"},
-           {grasp + "--avoid far.txt", 1, "far.txt:1: '99' is not a vertex of the mesh"},
-           {grasp + "--at 0,0,2", 1, "is 125.0 cm from the object's surface"},
-           {grasp + "--region hilt --avoid grip", 1, "leaves nothing of the object's surface"},
+           {grasp + "--avoid far.txt", 1, "--avoid far.txt:1: '99' is not a vertex of the mesh"},
+           {grasp + "--at 0,0,2", 1, "--at: (0, 0, 2) is 125.0 cm from the object's surface"},
+           {grasp + "--region hilt --avoid grip", 1,
+            "--avoid: leaves nothing of the object's surface"},
            {grasp + "--at 0,0,2 --hand both", 1, "is 125.0 cm from the object's surface"},
            {grasp + "--at 0,0", 2, "--at"},
            {"grasp mug -q -o out.npz --region handle", 1, "mug has no named parts"},

@@ -22,6 +22,7 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"geometry"},
     {"geometry/mesh", "geometry/io/container", "geometry/body/kernels", "generator/nn/kernels",
      "solver/kernels"},
+    {"geometry/io/gltf/asset"},
     {"geometry/io/mesh", "geometry/io/pickle", "geometry/jobs", "generator/nn"},
     {"geometry/body", "generator/training"},
     {"geometry/clip"},

@@ -5,9 +5,6 @@
 /// go out as `.glb`, `.usda` and scenes for MuJoCo.
 ///
 /// From the inside out:
-///   gltf_container.h  JSON text and binary chunk, buffers
-///   gltf_asset.h      nodes, accessors, skins, animations
-///   gltf_mesh.h       triangles and materials of a mesh
 ///   gltf_sampler.h    an animation at any time
 ///   gltf_skeleton.h   characters by their skins, as trees
 ///   gltf_reader.h     ReadGltfMotion: a character, sampled

@@ -10,8 +10,8 @@
 #include <fmt/ranges.h>
 
 #include "geometry/error.h"
-#include "geometry/io/gltf/gltf_asset.h"
-#include "geometry/io/gltf/gltf_mesh.h"
+#include "geometry/io/gltf/asset/gltf_asset.h"
+#include "geometry/io/mesh/gltf_mesh.h"
 #include "geometry/io/gltf/gltf_sampler.h"
 #include "geometry/io/gltf/gltf_skeleton.h"
 

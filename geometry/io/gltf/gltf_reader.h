@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "geometry/io/gltf/gltf_asset.h"
-#include "geometry/io/gltf/gltf_container.h"  // LooksLikeGltf
+#include "geometry/io/gltf/asset/gltf_asset.h"
+#include "geometry/io/gltf/asset/gltf_container.h"  // LooksLikeGltf
 #include "geometry/io/motion/motion_file.h"
 
 namespace holdfast {

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "geometry/io/gltf/gltf_asset.h"
+#include "geometry/io/gltf/asset/gltf_asset.h"
 #include "geometry/io/motion/motion_file.h"
 
 namespace holdfast {

@@ -68,7 +68,7 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale) {
     if (!embedded) {
       throw Error(path_or_name, "is neither a file nor an embedded object",
                   Suggestion(path_or_name, names) +
-                      fmt::format("Give a mesh (.obj .ply .stl .off), or one of: {}",
+                      fmt::format("Give a mesh (.obj .ply .stl .off .glb .gltf), or one of: {}",
                                   fmt::join(names, ", ")));
     }
     const EmbeddedFile inside = FindEmbedded(fmt::format("objects/{}.ply", path_or_name));
@@ -94,14 +94,12 @@ LoadedObject ObjectOfMesh(const TriangleMesh& mesh, std::string name, std::strin
   const MeshReport report =
       NamingSource("mesh", object.source, [&] { return CheckMesh(object.mesh); });
   object.implausible_size = report.implausible_size;
-  object.suggested_scale = report.suggested_scale;
   if (report.implausible_size) {
+    const std::vector<double> scales = PossibleScales(report.extent_m, object.source);
+    if (!scales.empty()) object.suggested_scale = scales.front();
     object.notes.push_back(fmt::format(
-        "The object is {:.3g} x {:.3g} x {:.3g} m: is it in metres?{}", report.extent_m.x(),
-        report.extent_m.y(), report.extent_m.z(),
-        report.suggested_scale != 1.0
-            ? fmt::format(" (--object-scale {:g} would make it handheld)", report.suggested_scale)
-            : ""));
+        "The object is {:.3g} x {:.3g} x {:.3g} m. {}", report.extent_m.x(), report.extent_m.y(),
+        report.extent_m.z(), UnitRemedy(report.extent_m, object.source)));
   }
   if (!report.watertight) {
     object.notes.push_back("The mesh is not watertight: inside is decided by winding number");
@@ -112,16 +110,10 @@ LoadedObject ObjectOfMesh(const TriangleMesh& mesh, std::string name, std::strin
 void RequireHandheld(const LoadedObject& object) {
   if (!object.implausible_size) return;
   const Eigen::Vector3d extent = Extent(object.mesh);
-  const Eigen::Vector3d in_cm = 100.0 * object.suggested_scale * extent;
   throw Error(object.source,
               fmt::format("is {:.3g} x {:.3g} x {:.3g} m, no size to hold", extent.x(), extent.y(),
                           extent.z()),
-              object.suggested_scale != 1.0
-                  ? fmt::format("Meshes are in metres, this one is likely in {}: --object-scale "
-                                "{:g} makes it {:.3g} x {:.3g} x {:.3g} cm",
-                                UnitOfScale(object.suggested_scale), object.suggested_scale,
-                                in_cm.x(), in_cm.y(), in_cm.z())
-                  : "Meshes are in metres: give its unit with --object-scale");
+              UnitRemedy(extent, object.source));
 }
 
 TriangleMesh ForFitting(const LoadedObject& object, int vertices, std::vector<std::string>* notes) {

@@ -13,6 +13,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
+#include "geometry/io/mesh/mesh_scan.h"
 
 namespace holdfast {
 namespace {
@@ -102,7 +103,7 @@ std::vector<MeshGroup> ReadMeshGroups(const fs::path& path) {
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (extension != ".obj") return {};
   Sorter sorter;
-  std::istringstream text(Bytes(path));
+  std::istringstream text(PlainLines(Bytes(path), true));
   int seen = 0;
   for (std::string whole; std::getline(text, whole);) {
     std::istringstream line(whole.substr(0, whole.find('#')));

@@ -17,6 +17,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/mesh/gltf_mesh.h"
 #include "geometry/io/mesh/mesh_scan.h"
 #include "geometry/mesh/mesh_parts.h"
 
@@ -58,14 +59,18 @@ std::string ExtensionOf(const fs::path& path) {
   return extension;
 }
 
-/// ".OBJ" -> "obj". Throws Error unless it is a format we know.
-std::string FormatOf(const fs::path& path) {
+bool IsGltf(std::string_view extension) { return extension == ".glb" || extension == ".gltf"; }
+
+/// ".OBJ" -> "obj". Throws Error unless it is a format that is read, or written.
+std::string FormatOf(const fs::path& path, bool to_write) {
   const std::string extension = ExtensionOf(path);
-  if (!HasMeshFormat(path)) {
-    throw Error(path.string(),
-                extension.empty() ? "has no extension to tell its format"
-                                  : fmt::format("'{}' is not a mesh format known here", extension),
-                "Use .obj, .ply, .stl or .off");
+  if (!HasMeshFormat(path) || (to_write && IsGltf(extension))) {
+    throw Error(
+        path.string(),
+        extension.empty() ? "has no extension to tell its format"
+        : to_write        ? fmt::format("'{}' is not a format meshes are written in", extension)
+                          : fmt::format("'{}' is not a mesh format known here", extension),
+        to_write ? "Use .obj, .ply, .stl or .off" : "Use .obj, .ply, .stl, .off, .glb or .gltf");
   }
   return extension.substr(1);
 }
@@ -101,15 +106,22 @@ MeshScan Scan(const std::string& format, std::string_view bytes, const std::stri
 }  // namespace
 
 MeshFile ReadMeshFile(const fs::path& path) {
-  FormatOf(path);  // an unknown format is said before a large file is read
+  FormatOf(path, false);  // an unknown format is said before a large file is read
   // Every corner takes a byte or more, so that ids of corners stay within an int.
   return ReadMeshBytes(ReadFile(path, std::numeric_limits<int>::max()), path);
 }
 
 MeshFile ReadMeshBytes(std::string_view bytes, const fs::path& path) {
   const std::string name = path.string();
-  const std::string format = FormatOf(path);
+  const std::string format = FormatOf(path, false);
   if (bytes.empty()) throw Error(name, "is empty", "Copy or export it again");
+  if (IsGltf("." + format)) {
+    MeshFile file;
+    file.mesh =
+        ReadGltfScene(GltfAsset::Parse(std::string(bytes), name, path.parent_path()), file.notes);
+    RequireInRange(file.mesh, name);
+    return file;
+  }
   const MeshScan scan = Scan(format, bytes, name);
   const std::size_t num_polygons = scan.polygon_begin.size() - 1;
   if (num_polygons == 0) {
@@ -139,19 +151,25 @@ MeshFile ReadMeshBytes(std::string_view bytes, const fs::path& path) {
     file.notes.push_back(
         fmt::format("{} faces that repeat a corner were left out.", scan.num_left_out));
   }
+  if (scan.num_unread > 0) {
+    file.notes.push_back(fmt::format("{} byte{} after the triangles {} not read.", scan.num_unread,
+                                     scan.num_unread == 1 ? "" : "s",
+                                     scan.num_unread == 1 ? "was" : "were"));
+  }
   return file;
 }
 
 bool HasMeshFormat(const fs::path& path) {
   const std::string extension = ExtensionOf(path);
-  return extension == ".obj" || extension == ".ply" || extension == ".stl" || extension == ".off";
+  return extension == ".obj" || extension == ".ply" || extension == ".stl" || extension == ".off" ||
+         IsGltf(extension);
 }
 
 TriangleMesh ReadMesh(const fs::path& path) { return ReadMeshFile(path).mesh; }
 
 void WriteMesh(const TriangleMesh& mesh, const fs::path& path) {
   const std::string name = path.string();
-  const std::string format = FormatOf(path);
+  const std::string format = FormatOf(path, true);
   if (mesh.NumFaces() == 0) {
     throw Error(name, "a mesh without faces was to be written", "Give a surface");
   }

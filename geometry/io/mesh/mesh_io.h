@@ -17,9 +17,9 @@ struct MeshFile {
   std::vector<std::string> notes;  ///< what was done on the way, as plain sentences
 };
 
-/// Reads a surface mesh by its extension, in capitals or not: `.obj`, `.ply` (text
-/// and binary, either byte order), `.stl` (text and binary), `.off` (text). Numbers are taken as
-/// metres; texture, normals, colours and materials are passed over. Faces are kept when doubled,
+/// Reads a surface mesh by its extension, in capitals or not: `.obj`, `.ply` (text and binary),
+/// `.stl` (text and binary), `.off` (text), `.glb` and `.gltf` (ReadGltfScene). Numbers are taken
+/// as metres; texture, normals, colours and materials are passed over. Faces are kept when doubled,
 /// without area or non-manifold; in .obj and .stl files each corner of a face is taken once, and
 /// faces of fewer than three are left out (noted). An .stl file holds loose triangles: corners at
 /// the same place become one vertex.

@@ -190,7 +190,35 @@ void WeldTriangles(const std::vector<float>& numbers, MeshScan& scan) {
 
 }  // namespace
 
+std::string PlainLines(std::string_view bytes, bool continued) {
+  if (bytes.starts_with("\xef\xbb\xbf")) bytes.remove_prefix(3);
+  std::string text;
+  text.reserve(bytes.size() + 1);
+  std::size_t swallowed = 0;
+  bool joins = false;
+  while (!bytes.empty()) {
+    const std::size_t end = std::min(bytes.find_first_of("\r\n"), bytes.size());
+    const std::string_view line = bytes.substr(0, end);
+    const bool both = bytes.substr(end, 2) == "\r\n";
+    bytes.remove_prefix(std::min(end + (both ? 2 : 1), bytes.size()));
+    const std::size_t first = line.find_first_not_of(kBlank);
+    const std::size_t last = line.find_last_not_of(kBlank);
+    const bool is_comment = !joins && first != line.npos && line[first] == '#';
+    joins = continued && !is_comment && last != line.npos && line[last] == '\\';
+    text += joins ? line.substr(0, last) : line;
+    text += joins ? ' ' : '\n';
+    if (joins) {
+      ++swallowed;
+    } else {
+      text.append(std::exchange(swallowed, 0), '\n');
+    }
+  }
+  return text;
+}
+
 MeshScan ScanObj(std::string_view bytes, const std::string& name) {
+  const std::string plain = PlainLines(bytes, true);
+  bytes = plain;
   // Faces in a pass of their own: they may name vertices that come later.
   MeshScan scan;
   std::size_t num_vertices = 0;
@@ -224,9 +252,6 @@ MeshScan ScanObj(std::string_view bytes, const std::string& name) {
     if (keyword != "f") continue;
     for (std::string_view word = again.Word(); !word.empty() && word[0] != '#';
          word = again.Word()) {
-      if (word == "\\") {
-        again.Fail("a face continues on the next line, which is not read", "Join the lines");
-      }
       long long id = 0;
       const std::string_view vertex = word.substr(0, word.find('/'));
       if (!again.Integer(vertex, id) || word.find_first_not_of("0123456789/-") != word.npos) {
@@ -246,14 +271,18 @@ MeshScan ScanObj(std::string_view bytes, const std::string& name) {
 }
 
 MeshScan ScanOff(std::string_view bytes, const std::string& name) {
+  const std::string plain = PlainLines(bytes, false);
   MeshScan scan;
-  Lines lines(bytes, name);
-  const std::string_view magic = lines.WordAcrossLines();
+  Lines lines(plain, name);
+  std::string_view magic = lines.WordAcrossLines();
+  // ModelNet's files have the number of vertices in the same word.
+  std::string_view first = magic.substr(std::min(magic.find_first_of("0123456789"), magic.size()));
+  magic.remove_suffix(first.size());
   if (magic != "OFF" && magic != "COFF" && magic != "NOFF" && magic != "CNOFF" &&
       magic != "STOFF") {
     lines.Fail("does not start with OFF", "Check that it is an .off file");
   }
-  const std::string_view first = lines.WordAcrossLines();
+  if (first.empty()) first = lines.WordAcrossLines();
   if (first == "BINARY" || first == "binary") {
     throw Error(name, "is a binary .off file", "Convert it to .ply or to text");
   }
@@ -310,17 +339,20 @@ MeshScan ScanStl(std::string_view bytes, const std::string& name) {
   // Binary files may begin with "solid" too: the size decides.
   std::uint32_t count = 0;
   if (bytes.size() >= kStlHeader) std::memcpy(&count, bytes.data() + 80, sizeof count);
-  const bool size_fits =
-      bytes.size() >= kStlHeader && bytes.size() - kStlHeader == std::size_t{count} * kStlTriangle;
+  const std::size_t promised = kStlHeader + std::size_t{count} * kStlTriangle;
+  const bool size_fits = bytes.size() >= kStlHeader && bytes.size() >= promised &&
+                         (count > 0 || bytes.size() == kStlHeader);
   std::vector<float> corners;
   std::string_view start = bytes;
+  if (start.starts_with("\xef\xbb\xbf")) start.remove_prefix(3);
   while (!start.empty() && (IsBlank(start.front()) || start.front() == '\n'))
     start.remove_prefix(1);
   const bool says_solid = start.substr(0, 5) == "solid" || start.substr(0, 5) == "SOLID";
   const bool has_facets = bytes.find("facet") != bytes.npos || bytes.find("FACET") != bytes.npos ||
                           bytes.find("endsolid") != bytes.npos;
   if (!size_fits && says_solid && has_facets) {
-    Lines lines(bytes, name);
+    const std::string plain = PlainLines(bytes, false);
+    Lines lines(plain, name);
     const auto lower = [](std::string_view word) {
       std::string text(word.substr(0, 16));
       for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -348,9 +380,10 @@ MeshScan ScanStl(std::string_view bytes, const std::string& name) {
           bytes.size() < kStlHeader
               ? fmt::format("is too short for an .stl file ({} bytes)", bytes.size())
               : fmt::format("its header promises {} triangles ({} bytes), but it has {} bytes",
-                            count, kStlHeader + std::size_t{count} * kStlTriangle, bytes.size()),
+                            count, promised, bytes.size()),
           kTruncated);
     }
+    scan.num_unread = bytes.size() - promised;
     corners.resize(9 * std::size_t{count});
     for (std::size_t t = 0; t < count; ++t) {
       std::memcpy(&corners[9 * t], bytes.data() + kStlHeader + t * kStlTriangle + 12, 36);

@@ -23,7 +23,13 @@ struct MeshScan {
       0};                        ///< polygon i: ids polygon_begin[i] .. polygon_begin[i + 1]
   std::vector<int> polygon_ids;  ///< in range
   std::size_t num_left_out = 0;  ///< .obj, .stl: polygons of fewer than three different corners
+  std::size_t num_unread = 0;    ///< .stl: bytes behind the triangles
 };
+
+/// A text whose lines all end with a line feed, without byte order mark: a carriage return ends a
+/// line too. With `continued`, a backslash at the end of a line that is no comment goes on with the
+/// next, in its place, and as many empty lines follow: numbers of lines stay.
+std::string PlainLines(std::string_view bytes, bool continued);
 
 /// Each throws Error (`name`, with the line where there are lines) unless `bytes` can be read
 /// completely. Memory stays in proportion to the bytes given.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -17,6 +18,7 @@ namespace holdfast {
 namespace {
 
 constexpr const char* kExportAgain = "Check the file, or export it again";
+constexpr std::string_view kStrips = "tristrips";
 
 enum class Type { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
 
@@ -63,9 +65,9 @@ class PlyScanner {
       if (element.name == "vertex") {
         ReadVertices(element);
         vertices_seen = true;
-      } else if (element.name == "face") {
+      } else if (element.name == "face" || element.name == kStrips) {
         if (!vertices_seen) Fail("has its faces before its vertices", kExportAgain);
-        ReadFaces(element);
+        element.name == kStrips ? ReadStrips(element) : ReadFaces(element);
       } else {
         for (std::size_t i = 0; i < element.count; ++i) {
           for (const Property& property : element.properties) Skip(property, element.name);
@@ -82,8 +84,17 @@ class PlyScanner {
 
   std::string_view Line() {
     if (position_ >= bytes_.size()) Fail("ends within its header", kTruncated);
-    // A header is short text: a "line" of megabytes is something else.
-    const std::size_t end = bytes_.substr(position_, 4096).find('\n');
+    // A header is short text: a "line" of megabytes is something else. Of some writers its lines
+    // end with a carriage return alone; the first line tells, for numbers may follow the last.
+    const std::string_view ahead = bytes_.substr(position_, 4096);
+    if (line_end_ == '\0') {
+      const std::size_t first = ahead.find_first_of("\r\n");
+      line_end_ = ahead.substr(std::min(first, ahead.size())).starts_with("\r") &&
+                          ahead.substr(first, 2) != "\r\n"
+                      ? '\r'
+                      : '\n';
+    }
+    const std::size_t end = ahead.find(line_end_);
     if (end == std::string_view::npos) Fail("its header is not lines of text", kExportAgain);
     std::string_view line = bytes_.substr(position_, end);
     position_ += end + 1;
@@ -181,15 +192,21 @@ class PlyScanner {
       }
       least_bytes += element.count * each;
     }
-    for (const char* name : {"vertex", "face"}) {
-      const auto same_name = [&](const Element& e) { return e.name == name; };
-      const auto named = std::count_if(elements_.begin(), elements_.end(), same_name);
-      if (named > 1) Fail(fmt::format("its header has the element '{}' twice", name), kExportAgain);
-      const auto element = std::find_if(elements_.begin(), elements_.end(), same_name);
-      if (named == 0 || element->count == 0) {
-        Fail(fmt::format("has no {}", name == std::string_view("face") ? "faces" : "vertices"),
-             "A surface is needed: vertices, and faces that join them");
+    const auto count = [&](std::string_view name) {
+      std::size_t times = 0, elements = 0;
+      for (const Element& element : elements_) {
+        if (element.name != name) continue;
+        elements = element.count;
+        if (++times > 1) {
+          Fail(fmt::format("its header has the element '{}' twice", name), kExportAgain);
+        }
       }
+      return elements;
+    };
+    const bool no_vertices = count("vertex") == 0;
+    if (count("face") + count(kStrips) == 0 || no_vertices) {
+      Fail(fmt::format("has no {}", no_vertices ? "vertices" : "faces"),
+           "A surface is needed: vertices, and faces that join them");
     }
   }
 
@@ -341,9 +358,52 @@ class PlyScanner {
     }
   }
 
+  // Triangle strips: from the third corner on, each is one of a triangle with the two before it,
+  // every second the other way round; -1 begins another strip.
+  void ReadStrips(const Element& element) {
+    if (std::count_if(element.properties.begin(), element.properties.end(), IsCornerList) != 1) {
+      Fail("its strips do not have one list property vertex_indices", kExportAgain);
+    }
+    for (std::size_t s = 0; s < element.count; ++s) {
+      for (const Property& property : element.properties) {
+        if (!IsCornerList(property)) {
+          Skip(property, element.name);
+          continue;
+        }
+        int length = 0;
+        std::array<int, 2> before = {-1, -1};
+        for (std::size_t left = ListLength(property, element.name); left > 0; --left) {
+          const double id = Value(property.type, element.name);
+          if (id == -1.0) {
+            length = 0;
+            continue;
+          }
+          if (!(id >= 0.0) || id != std::floor(id) ||
+              id >= static_cast<double>(scan_.positions.size())) {
+            Fail(fmt::format("strip {} names vertex {} of {} (counted from 0)", s, id,
+                             scan_.positions.size()),
+                 kExportAgain);
+          }
+          const int corner = static_cast<int>(id);
+          if (++length >= 3) {
+            const auto [a, b] = before;
+            if (a != b && b != corner && corner != a) {  // others turn the strip, and have no area
+              const bool turned = length % 2 == 0;
+              scan_.polygon_ids.insert(scan_.polygon_ids.end(),
+                                       {turned ? b : a, turned ? a : b, corner});
+              scan_.polygon_begin.push_back(static_cast<int>(scan_.polygon_ids.size()));
+            }
+          }
+          before = {before[1], corner};
+        }
+      }
+    }
+  }
+
   std::string_view bytes_;
   std::string name_;
   std::size_t position_ = 0;
+  char line_end_ = '\0';  // of the header
   Format format_ = Format::kText;
   std::vector<Element> elements_;
   MeshScan scan_;

@@ -18,6 +18,7 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/io/mesh/mesh_io.h"
+#include "geometry/io/mesh/mesh_scan.h"
 #include "geometry/mesh/crease_normals.h"
 
 namespace holdfast {
@@ -74,7 +75,7 @@ class ObjReader {
  public:
   explicit ObjReader(const fs::path& path) : folder_(path.parent_path()) {
     ReadMeshFile(path);  // refuses what is malformed
-    std::istringstream lines(ReadFile(path));
+    std::istringstream lines(PlainLines(ReadFile(path), true));
     std::string text, keyword;
     while (std::getline(lines, text)) {
       std::istringstream line(text);

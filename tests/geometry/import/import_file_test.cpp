@@ -247,6 +247,15 @@ TEST(FindClipObject, TakesTheClipsOwnThenTheOneItNamesThenTheNames) {
   track.surface = std::make_shared<const TriangleMesh>(LoadObject("mug").mesh);
   EXPECT_EQ(FindClipObject(loaded).mesh->NumFaces(), track.surface->NumFaces());
 
+  // A file that the clip's own file names is that or none.
+  loaded.object_mesh.clear();
+  loaded.object_surface.reset();
+  track.surface.reset();
+  std::filesystem::remove(folder / "object.ply");
+  EXPECT_THROW(FindClipObject(loaded), Error);
+  track.mesh = "mug";  // embedded
+  EXPECT_FALSE(FindClipObject(loaded).by_name);
+
   loaded = {};
   loaded.clip.object.emplace().mesh = "nothing.ply";
   EXPECT_THAT(FindClipObject(loaded).missing, HasSubstr("nothing.ply"));

@@ -11,9 +11,12 @@
 #include <gtest/gtest.h>
 
 #include "geometry/embedded.h"
+#include "geometry/error.h"
 #include "geometry/inspect/inspection.h"
 #include "geometry/io/container/npz.h"
+#include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/append.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/synthetic_body.h"
 #include "tests/support/temporary_folder.h"
@@ -22,6 +25,7 @@ namespace holdfast {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::Contains;
 using ::testing::HasSubstr;
 using testing::TemporaryFolder;
 
@@ -244,6 +248,89 @@ TEST(Inspect, Meshes) {
   const Inspection wrong = Inspect(folder / "wrong.obj");
   EXPECT_EQ(wrong.identity.kind, FileKind::kPly);
   EXPECT_THAT(All(wrong), HasSubstr("its content is .ply"));
+}
+
+// doctor says of a mesh what the commands that read it do.
+TEST(Inspect, MeshesAsTheCommandsReadThem) {
+  const fs::path cases = HOLDFAST_SOURCE_DIR "/tests/fixtures/cases";
+  const Inspection fin = Inspect(cases / "mesh_fin/cup_fin.obj");
+  EXPECT_EQ(fin.Worst(), Verdict::kWarning) << All(fin);
+  EXPECT_THAT(All(fin), HasSubstr("Parted the surface along 1 edge of more than two faces"));
+  std::vector<std::string> notes;
+  EXPECT_EQ(ForFitting(LoadObject(fin.path.string()), 300, &notes).NumVertices(), 300);
+  EXPECT_THAT(notes, Contains(HasSubstr("Parted the surface along 1 edge")));
+  for (const char* name : {"continued.obj", "trailing.stl"}) {
+    const Inspection text = Inspect(cases / "mesh_text" / name);
+    EXPECT_LT(text.Worst(), Verdict::kFault) << All(text);
+    EXPECT_THAT(text.next, Contains(HasSubstr("holdfast fit"))) << name;
+  }
+  // A name and bytes of nothing known: what the reader says.
+  const TemporaryFolder folder;
+  for (const std::string name : {"cut.stl", "words.obj"}) {
+    WriteBytes(folder / name, name == "cut.stl" ? std::string(200, '\x7f') : "Hello, world\n");
+    const Inspection unread = Inspect(folder / name);
+    EXPECT_EQ(unread.Worst(), Verdict::kFault) << All(unread);
+    try {
+      ReadMesh(folder / name);
+      ADD_FAILURE() << name;
+    } catch (const Error& error) {
+      EXPECT_THAT(All(unread), HasSubstr(error.Problem()));
+    }
+  }
+  // What a fit cannot simplify.
+  TriangleMesh crumbs = ReadMeshBytes(EmbeddedBytes("objects/cube.ply"), "cube.ply").mesh;
+  crumbs.faces = crumbs.faces.leftCols(1).eval();
+  TriangleMesh many = crumbs;
+  for (int i = 1; i < 150; ++i) {
+    crumbs.vertices.row(0).array() += 0.2;
+    Append(crumbs, many);
+  }
+  many.vertices *= 0.01;
+  WriteMesh(many, folder / "crumbs.ply");
+  const Inspection loose = Inspect(folder / "crumbs.ply");
+  EXPECT_EQ(loose.Worst(), Verdict::kFault);
+  EXPECT_THAT(All(loose), HasSubstr("150 loose parts"));
+}
+
+TEST(Inspect, SizesThatTwoUnitsExplain) {
+  const fs::path cube = HOLDFAST_SOURCE_DIR "/tests/fixtures/cases/mesh_unit_guess/cube_20.stl";
+  const std::string both =
+      "millimetres, as .stl files are by custom: --object-scale 0.001 makes it 2 x 2 x 2 cm; or in "
+      "centimetres: --object-scale 0.01 makes it 20 x 20 x 20 cm";
+  const Inspection stl = Inspect(cube);
+  EXPECT_THAT(All(stl), HasSubstr(both));
+  EXPECT_THAT(stl.next.front(), HasSubstr("--object-scale 0.001"));
+  try {
+    RequireHandheld(LoadObject(cube.string()));
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_THAT(error.Remedy(), HasSubstr(both));
+  }
+  // Another format has no custom.
+  const TemporaryFolder folder;
+  WriteMesh(ReadMesh(cube), folder / "cube.obj");
+  EXPECT_THAT(
+      All(Inspect(folder / "cube.obj")),
+      HasSubstr("likely in centimetres: --object-scale 0.01 makes it 20 x 20 x 20 cm; or in "
+                "millimetres: --object-scale 0.001 makes it 2 x 2 x 2 cm"));
+}
+
+TEST(Inspect, GltfMeshes) {
+  const TemporaryFolder folder;
+  // Three float vectors: 0 0 0, 1 0 0, 0 1 0.
+  const std::string positions = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+  WriteBytes(
+      folder / "triangle.gltf",
+      R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,"scale":[0.1,0.1,0.1]}],
+                 "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+                 "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,)" +
+          positions + R"("}],"bufferViews":[{"buffer":0,"byteLength":36}],
+                 "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}]})");
+  const Inspection gltf = Inspect(folder / "triangle.gltf");
+  EXPECT_EQ(gltf.Worst(), Verdict::kWarning) << All(gltf);
+  EXPECT_THAT(All(gltf), HasSubstr("1 mesh is placed by the nodes of the file"));
+  EXPECT_THAT(gltf.next.front(), HasSubstr("holdfast fit"));
+  EXPECT_NEAR(LoadObject((folder / "triangle.gltf").string()).mesh.vertices.maxCoeff(), 0.1, 1e-7);
 }
 
 TEST(Inspect, BodyModels) {

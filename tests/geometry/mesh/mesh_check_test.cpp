@@ -184,6 +184,19 @@ TEST(CheckMesh, SuggestsWhatMakesAnythingHandSized) {
   EXPECT_EQ(CheckMesh(Box(Eigen::Vector3d::Zero(), {2.5, 1.5, 1.0})).suggested_scale, 0.0254);
 }
 
+TEST(CheckMesh, NamesAllUnitsThatExplainASize) {
+  const auto scales = [](double size, const char* path) {
+    return PossibleScales(Eigen::Vector3d::Constant(size), path);
+  };
+  EXPECT_THAT(scales(20.0, "a.obj"), ElementsAre(0.01, 0.001));
+  EXPECT_THAT(scales(20.0, "a.stl"), ElementsAre(0.001, 0.01));
+  EXPECT_THAT(scales(100.0, "a.obj"), ElementsAre(0.001));
+  EXPECT_THAT(scales(4.0, "a.stl"), ElementsAre(0.01, 0.0254));  // 4 mm is no size to hold
+  EXPECT_THAT(scales(0.1, "a.stl"), IsEmpty());                  // metres
+  EXPECT_THAT(UnitRemedy(Eigen::Vector3d::Constant(1e9), "a.obj"),
+              HasSubstr("give its unit with --object-scale"));
+}
+
 TEST(CheckMesh, IsIndependentOfUnitAndPlace) {
   for (const double scale : {1e-6, 1e6}) {
     TriangleMesh mesh = Sphere(0.05, 3);

@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/io/gltf/gltf_asset.h"
-#include "geometry/io/gltf/gltf_container.h"
+#include "geometry/io/gltf/asset/gltf_asset.h"
+#include "geometry/io/gltf/asset/gltf_container.h"
 
 namespace holdfast {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/gltf/gltf_asset.h"
+#include "geometry/io/gltf/asset/gltf_asset.h"
 
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/gzip.h"
 #include "geometry/io/container/json_budget.h"
-#include "geometry/io/gltf/gltf_container.h"
+#include "geometry/io/gltf/asset/gltf_container.h"
 
 namespace holdfast {
 namespace {

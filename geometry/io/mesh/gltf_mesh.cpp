@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/gltf/gltf_mesh.h"
+#include "geometry/io/mesh/gltf_mesh.h"
 
 #include <algorithm>
 #include <array>
@@ -9,11 +9,12 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/mesh/append.h"
 
 namespace holdfast {
 namespace {
 
-constexpr int kTriangles = 4;
+constexpr int kTriangles = 4, kStrip = 5;  // a fan is 6; less are points and lines
 
 bool IsPlain(const GltfAsset& asset, int accessor) {
   const GltfAccessor& found = asset.accessors[static_cast<std::size_t>(accessor)];
@@ -78,7 +79,7 @@ TriangleMesh ReadGltfMesh(const GltfAsset& asset, int mesh) {
   // What parts of a mesh share would be told again for each of them.
   std::size_t numbers = 0;
   for (const GltfPrimitive& primitive : asset.meshes[static_cast<std::size_t>(mesh)].primitives) {
-    if (primitive.mode != kTriangles || primitive.positions < 0) continue;
+    if (primitive.mode < kTriangles || primitive.positions < 0) continue;
     if (!IsPlain(asset, primitive.positions)) return {};
     if (primitive.indices >= 0 && !IsPlain(asset, primitive.indices)) return {};
     const GltfNumbers positions(asset, primitive.positions, 3);
@@ -103,15 +104,17 @@ TriangleMesh ReadGltfMesh(const GltfAsset& asset, int mesh) {
       }
       corners.push_back(vertex_of[index]);
     };
-    if (primitive.indices >= 0) {
-      const GltfNumbers indices(asset, primitive.indices, 1);
-      numbers += indices.Count();
-      for (std::size_t i = 0; i + 2 < indices.Count(); i += 3) {
-        for (std::size_t k = 0; k < 3; ++k) add(static_cast<std::size_t>(indices(i + k, 0)));
-      }
-    } else {
-      for (std::size_t i = 0; i + 2 < positions.Count(); i += 3) {
-        for (std::size_t k = 0; k < 3; ++k) add(i + k);
+    std::optional<GltfNumbers> indices;
+    if (primitive.indices >= 0) numbers += indices.emplace(asset, primitive.indices, 1).Count();
+    const std::size_t count = indices ? indices->Count() : positions.Count();
+    for (std::size_t i = 0; i + 2 < count; i += primitive.mode == kTriangles ? 3 : 1) {
+      const std::size_t turned = i % 2;
+      const std::array<std::size_t, 3> places_of =
+          primitive.mode == kTriangles ? std::array{i, i + 1, i + 2}
+          : primitive.mode == kStrip   ? std::array{i, i + 1 + turned, i + 2 - turned}
+                                       : std::array{i + 1, i + 2, std::size_t{0}};
+      for (const std::size_t k : places_of) {
+        add(indices ? static_cast<std::size_t>((*indices)(k, 0)) : k);
       }
     }
     if (numbers > asset.NumBytes()) {
@@ -129,10 +132,65 @@ TriangleMesh ReadGltfMesh(const GltfAsset& asset, int mesh) {
   return result;
 }
 
+TriangleMesh ReadGltfScene(const GltfAsset& asset, std::vector<std::string>& notes) {
+  std::vector<bool> shown(asset.nodes.size(), asset.scene_roots.empty());
+  for (const int root : asset.scene_roots) shown[static_cast<std::size_t>(root)] = true;
+  std::vector<Eigen::Affine3d> world(asset.nodes.size());
+  TriangleMesh scene;
+  scene.vertices.resize(3, 0);
+  scene.faces.resize(3, 0);
+  int num_meshes = 0;
+  for (const int node : asset.order) {
+    const auto at = static_cast<std::size_t>(node);
+    const GltfNode& from = asset.nodes[at];
+    world[at] = Eigen::Translation3d(from.translation) * from.rotation * Eigen::Scaling(from.scale);
+    if (from.parent >= 0) {
+      const auto parent = static_cast<std::size_t>(from.parent);
+      world[at] = world[parent] * world[at];
+      shown[at] = shown[at] || shown[parent];
+    }
+    if (!shown[at] || from.mesh < 0) continue;
+    const GltfMesh& mesh = asset.meshes[static_cast<std::size_t>(from.mesh)];
+    for (const GltfPrimitive& primitive : mesh.primitives) {
+      if (primitive.mode < kTriangles || primitive.positions < 0) continue;  // points, lines
+      if (!IsPlain(asset, primitive.positions) ||
+          (primitive.indices >= 0 && !IsPlain(asset, primitive.indices))) {
+        throw Error(fmt::format("{}[meshes][{}]", asset.Where(), from.mesh), "is compressed",
+                    "Export it without compression (Draco, meshopt)");
+      }
+    }
+    TriangleMesh part = ReadGltfMesh(asset, from.mesh);
+    if (part.NumFaces() == 0) continue;
+    if (from.skin < 0) {
+      part.vertices = world[at] * part.vertices;
+      if (world[at].linear().determinant() < 0.0) part.faces.row(1).swap(part.faces.row(2));
+    }
+    Append(part, scene);
+    ++num_meshes;
+    // A mesh in many nodes is many meshes.
+    if (static_cast<std::size_t>(scene.faces.size()) > 16 * asset.NumBytes()) {
+      throw Error(asset.Where(), "shows its meshes too often", "Leave out all but the object");
+    }
+  }
+  if (num_meshes == 0) {
+    throw Error(asset.Where(), "has no triangles in the scene that it shows",
+                "A surface is needed: a mesh in a node of the scene");
+  }
+  notes.push_back(fmt::format("{} placed by the nodes of the file; axes are its own (glTF: y up).",
+                              num_meshes == 1
+                                  ? std::string("1 mesh is")
+                                  : fmt::format("{} meshes are joined, each", num_meshes)));
+  return scene;
+}
+
 std::optional<TexturedMesh> ReadGltfLook(const GltfAsset& asset, int mesh) {
   const GltfMesh& from = asset.meshes[static_cast<std::size_t>(mesh)];
-  const bool has_look = std::ranges::any_of(
-      from.primitives, [](const GltfPrimitive& primitive) { return primitive.material >= 0; });
+  const bool has_look =
+      std::ranges::any_of(from.primitives,
+                          [](const GltfPrimitive& primitive) { return primitive.material >= 0; }) &&
+      std::ranges::none_of(from.primitives, [](const GltfPrimitive& primitive) {
+        return primitive.mode > kTriangles;  // strips and fans
+      });
   if (!has_look || ReadGltfMesh(asset, mesh).NumFaces() == 0) return std::nullopt;
   TexturedMesh look;
   std::map<int, int> material_of;

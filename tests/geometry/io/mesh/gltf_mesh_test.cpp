@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/gltf/gltf_mesh.h"
+#include "geometry/io/mesh/gltf_mesh.h"
 
 #include <fstream>
 

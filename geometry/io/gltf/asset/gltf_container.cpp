@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/gltf/gltf_container.h"
+#include "geometry/io/gltf/asset/gltf_container.h"
 
 #include <algorithm>
 #include <array>
