@@ -205,9 +205,9 @@ Clip ReadClip(const NpzReader& archive) {
       clip.holding_hand.push_back(static_cast<std::uint8_t>(bits));
     }
   }
-  RequireInRange(clip, archive.Path().string());
   const Eigen::Vector3d offset = PelvisOffset(archive);
   if (!offset.isZero(0.0)) clip.trans.colwise() += offset;
+  RequireInRange(clip, archive.Path().string());
   return clip;
 }
 
