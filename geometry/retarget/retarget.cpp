@@ -89,7 +89,7 @@ class Retargeter {
   // `R` turned by the least angle so that the rest bone points along `direction`.
   static Eigen::Matrix3d Aim(const Eigen::Matrix3d& R, const Eigen::Vector3d& rest_bone,
                              const Eigen::Vector3d& direction) {
-    if (direction.squaredNorm() < 1e-12) return R;
+    if (direction.squaredNorm() < 1e-18) return R;
     return LeastRotation(R * rest_bone, direction) * R;
   }
 
@@ -425,7 +425,7 @@ class ErrorMeter {
     for (const int joint : {begin, begin + 3, begin + 6, begin + 9}) {
       if (!motion_.Has(joint)) continue;
       const Eigen::Vector3d bone = motion_.Position(frame, joint) - motion_.Position(frame, wrist);
-      if (bone.norm() < 1e-6) continue;
+      if (bone.norm() < 1e-9) continue;
       clip += (joints.col(joint) - joints.col(wrist)).normalized();
       source += bone.normalized();
       ++knuckles;

@@ -105,6 +105,8 @@ class Calibrator {
     return motion_.Rest(to) - motion_.Rest(from);
   }
 
+  double Metres(const Eigen::Vector3d& length) const { return unit_ * length.norm(); }
+
   void Scale() {
     double source = 0, target = 0;
     for (const int hip : {kLeftHip, kRightHip}) {
@@ -113,10 +115,11 @@ class Calibrator {
         target += RestBone(joint, joint + 3).norm();
       }
     }
-    if (!(source > 1e-6)) {
+    if (!(source > 1e-9)) {
       throw Error("retargeting", "the source's legs have no length", "Check the map of its joints");
     }
     result_.scale = target / source;
+    if (result_.scale < 0.5 || result_.scale > 2) unit_ = result_.scale;
   }
 
   bool SameSkeleton() const {
@@ -263,12 +266,12 @@ class Calibrator {
       result_.source_from_smplx[kPelvis] = Pelvis(hips, lumbar, top);
     }
     if (motion_.Has(kSpine3) && top >= 0) {
-      const bool collars = motion_.Has(13) && motion_.Has(14) &&
-                           (motion_.Rest(13) - motion_.Rest(14)).norm() > 0.005;
+      const bool collars =
+          motion_.Has(13) && motion_.Has(14) && Metres(motion_.Rest(13) - motion_.Rest(14)) > 0.005;
       const Eigen::Vector3d lateral =
           collars ? Eigen::Vector3d(motion_.Rest(13) - motion_.Rest(14)) : shoulders;
       const Eigen::Vector3d up = motion_.Rest(top) - motion_.Rest(kSpine3);
-      if (up.norm() > 0.005 && Angle(lateral, up) > 30 * kDegree) {
+      if (Metres(up) > 0.005 && Angle(lateral, up) > 30 * kDegree) {
         const Eigen::Matrix3d chest =
             Frame(lateral, up) *
             Frame(Eigen::Vector3d::UnitX(), RestBone(kSpine3, top)).transpose();
@@ -286,7 +289,7 @@ class Calibrator {
     for (const int collar : {13, 14}) {
       if (!motion_.Has(collar)) continue;
       const Eigen::Vector3d bone = axes.transpose() * SourceRestBone(collar, collar + 3);
-      if (bone.norm() > 0.005 && Angle(bone, RestBone(collar, collar + 3)) > 60 * kDegree) {
+      if (Metres(bone) > 0.005 && Angle(bone, RestBone(collar, collar + 3)) > 60 * kDegree) {
         return false;
       }
     }
@@ -417,7 +420,7 @@ class Calibrator {
       const int joint = begin + finger;
       if (!motion_.Has(joint)) continue;
       const Eigen::Vector3d source = SourceRestBone(wrist, joint);
-      if (source.norm() < 0.01) continue;
+      if (Metres(source) < 0.01) continue;
       covariance += source.normalized() * RestBone(wrist, joint).normalized().transpose();
       ++knuckles;
     }
@@ -434,7 +437,7 @@ class Calibrator {
                                   RestBone(shoulder, elbow)) < 45 * kDegree;
     if (rests_in_t) {
       const Eigen::Vector3d rest = RestBone(wrist, middle).normalized();
-      correction = tip.norm() > 0.005 ? LeastRotation(axes_ * rest, tip) * axes_ : axes_;
+      correction = Metres(tip) > 0.005 ? LeastRotation(axes_ * rest, tip) * axes_ : axes_;
       return;
     }
     // Without a tip the hand goes on as its forearm does where its joint does not turn.
@@ -523,7 +526,7 @@ class Calibrator {
     const Eigen::Matrix3d flat = FrameFromUp(Eigen::Vector3d::UnitY(), sole);
     const auto take = [&](const Eigen::Vector3d& up, const Eigen::Vector3d& ahead,
                           Eigen::Matrix3d& correction) {
-      if (ahead.norm() < 0.005 || Angle(up, ahead) < 20 * kDegree) return;
+      if (Metres(ahead) < 0.005 || Angle(up, ahead) < 20 * kDegree) return;
       const Eigen::Matrix3d standing = FrameFromUp(up, ahead) * flat.transpose();
       if (rest_tells && AngleBetween(standing, rest) > kFootTrust) return;
       correction = standing;
@@ -543,7 +546,7 @@ class Calibrator {
     const int frames = motion_.NumFrames();
     std::vector<double> height(frames), sorted, weight(frames, 0.0);
     for (int t = 0; t < frames; ++t) {
-      height[t] = motion_.Position(t, ankle).y() + motion_.Position(t, foot).y();
+      height[t] = unit_ * (motion_.Position(t, ankle).y() + motion_.Position(t, foot).y());
     }
     sorted = height;
     std::nth_element(sorted.begin(), sorted.begin() + frames / 10, sorted.end());
@@ -552,7 +555,7 @@ class Calibrator {
       const int before = std::max(t - 1, 0), after = std::min(t + 1, frames - 1);
       const double span = std::max(after - before, 1) / motion_.FrameRate();
       const double speed =
-          (motion_.Position(after, ankle) - motion_.Position(before, ankle)).norm() / span;
+          Metres(motion_.Position(after, ankle) - motion_.Position(before, ankle)) / span;
       if (height[t] < low + 0.04 && speed < 0.25) weight[t] = 1;
     }
     return weight;
@@ -561,6 +564,7 @@ class Calibrator {
   const MappedMotion& motion_;
   const Eigen::Matrix3Xd& joints_;
   Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();  // source axes at rest from SMPL-X's
+  double unit_ = 1;  // metres of a body's size per metre of the source, where its unit is mistaken
   RetargetCalibration result_;
 };
 

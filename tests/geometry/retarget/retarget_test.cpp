@@ -321,9 +321,11 @@ TEST(Retarget, AnyRestPoseOfTheSameBonesGivesTheSamePlaces) {
       RetargetReport report;
       const Clip expected = Retarget(source(PlainFrames(), 1), map, body, options, &report);
       ASSERT_TRUE(report.same_skeleton);
+      double size = 1e-4;  // in metres of a file whose unit was mistaken, and more
       for (const auto& [name, frames] : sources) {
         const std::string what = std::string(name) + (fingers ? ", fingers" : "");
-        const Clip found = Retarget(source(frames, 37), map, body, options, &report);
+        size = size > 100 ? 1e-4 : 10 * size;
+        const Clip found = Retarget(source(frames, size), map, body, options, &report);
         EXPECT_LT(Compare(expected, found, rest, kNumBodyJoints).joint, 0.005) << what;
         if (fingers) {
           BodyState x, y;
