@@ -36,49 +36,15 @@ int AvailableThreads() {
   return std::max(1, threads);
 }
 
-namespace {
-
-// Of the BLAS that the program runs with, whichever it is linked against.
-struct OpenBlas {
-  int (*threads)() = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_num_threads"));
-  void (*set_threads)(int) = reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT,
-                                                                   "openblas_set_num_threads"));
-
-  int (*end_threads)() = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "blas_thread_shutdown_"));
-
-  std::mutex mutex;
-  int users = 0;
-  int before = 1;
-};
-
-OpenBlas* FindOpenBlas() {
-  static OpenBlas blas;
-  return blas.threads != nullptr && blas.set_threads != nullptr ? &blas : nullptr;
-}
-
-}  // namespace
-
-OneBlasThread::OneBlasThread() {
-  OpenBlas* const blas = FindOpenBlas();
-  if (blas == nullptr) return;
-  const std::lock_guard lock(blas->mutex);
-  if (blas->users++ > 0) return;
-  blas->before = blas->threads();
-  if (blas->before != 1) blas->set_threads(1);
-}
-
-OneBlasThread::~OneBlasThread() {
-  OpenBlas* const blas = FindOpenBlas();
-  if (blas == nullptr) return;
-  const std::lock_guard lock(blas->mutex);
-  if (--blas->users == 0 && blas->before != 1) blas->set_threads(blas->before);
-}
-
 void EndBlasThreads() {
-  OpenBlas* const blas = FindOpenBlas();
-  if (blas == nullptr || blas->end_threads == nullptr) return;
-  blas->set_threads(1);  // first: with more, it would make them again
-  blas->end_threads();
+  // Of the BLAS that the program runs with, whichever it is linked against.
+  const auto set_threads =
+      reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"));
+  const auto end_threads =
+      reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "blas_thread_shutdown_"));
+  if (set_threads == nullptr || end_threads == nullptr) return;
+  set_threads(1);  // first: with more, it would make them again
+  end_threads();
 }
 
 }  // namespace holdfast

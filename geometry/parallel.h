@@ -37,20 +37,10 @@ class StopOn {
 /// most its control group's share (containers) and SLURM_CPUS_PER_TASK. At least 1.
 int AvailableThreads();
 
-/// While one lives, OpenBLAS uses one thread, where that is the BLAS there is (Debian:
-/// libopenblas0-pthread): matrices here are small, its threads wait for each other longer than they
-/// work, and sums depend on how many there are. The last to go restores what was set.
-class OneBlasThread {
- public:
-  OneBlasThread();
-  ~OneBlasThread();
-  OneBlasThread(const OneBlasThread&) = delete;
-  OneBlasThread& operator=(const OneBlasThread&) = delete;
-};
-
 /// Ends OpenBLAS's threads, and it uses its caller's alone from then on. They are made when the
 /// program is loaded and spin for a while: a fifth of the processor time of half a second's
-/// command. For the main function of a program; nothing where the BLAS is another.
+/// command. For the main function of a program, and training, whose products are small; nothing
+/// where the BLAS is another (Debian: libopenblas0-pthread). Nothing else here uses a BLAS.
 void EndBlasThreads();
 
 /// Calls body(index) for 0 <= index < count on up to `threads` threads, the caller's among them.

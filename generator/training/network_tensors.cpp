@@ -7,7 +7,7 @@ namespace holdfast::wandr {
 
 void UseOneThreadForProducts() {
   at::set_num_threads(1);
-  static const OneBlasThread for_good;
+  EndBlasThreads();
 }
 
 nn::TensorMap TensorsOf(const nn::AnyWeights& weights) {

@@ -152,7 +152,7 @@ MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& ca
   if (!moves && problem.HasParameterBlock(still.data())) {
     problem.SetParameterBlockConstant(still.data());
   }
-  ceres::Solver::Options options = SparseOptions(max_iterations, 1e-3);
+  ceres::Solver::Options options = SparseOptions(max_iterations, 1e-4);
   StopWhenAsked stop(progress, max_iterations);
   options.callbacks.push_back(&stop);
   const ceres::Solver::Summary summary = SolveQuietly(options, problem);

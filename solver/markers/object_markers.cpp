@@ -24,10 +24,11 @@ namespace {
 
 constexpr double kAgree_m = 0.010;  // distances of a cluster's markers that differ less agree
 constexpr double kRobustObject_m = 0.005;  // beyond which a marker counts little
-constexpr double kLine_m = 0.005;          // markers nearer to a line than this tell no turn
-constexpr double kOtherTable_m = 0.03;     // places told that are this far off are another object's
-constexpr double kJump_rad = 0.5;          // a turn in a frame that labels have to explain
-constexpr int kSlopeFrames = 5;            // before and after a gap
+constexpr double kSame_m = 1e-9;
+constexpr double kLine_m = 0.005;       // markers nearer to a line than this tell no turn
+constexpr double kOtherTable_m = 0.03;  // places told that are this far off are another object's
+constexpr double kJump_rad = 0.5;       // a turn in a frame that labels have to explain
+constexpr int kSlopeFrames = 5;         // before and after a gap
 
 std::vector<std::string> SplitAtCommas(const std::string& line) {
   std::vector<std::string> words(1);
@@ -128,7 +129,8 @@ class ObjectTracker {
           off = std::max(off, std::abs((At(i, t) - At(j, t)).norm() - usual(i, j)));
         }
       }
-      if (seen > most || off < least) {
+      // Of frames that are as good the first: rounding does not choose.
+      if (seen > most || off < least - kSame_m) {
         best = t;
         most = seen;
         least = off;
@@ -144,6 +146,9 @@ class ObjectTracker {
     for (int k = 0; k < Count(); ++k) {
       if (Seen(k, first)) places_.col(k) = At(k, first);
     }
+    // About the markers' middle: a gap is filled with a path of the origin, and that of a far one
+    // bends with the turn.
+    places_.colwise() -= Middle();
     RequireSpread();
     constexpr int kRounds = 3;
     for (int round = 0; round < kRounds; ++round) {

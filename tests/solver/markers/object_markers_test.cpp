@@ -100,6 +100,19 @@ TEST_F(ObjectMarkersTest, WithoutPlacesHaveAFrameInTheirMiddle) {
   EXPECT_LT(track.orient.col(0).norm(), 0.01);
 }
 
+// What fills a gap does not depend on where the laboratory has its origin, nor on rounding.
+TEST_F(ObjectMarkersTest, PassGapsAlikeWhereverTheOriginIs) {
+  for (const int marker : {1, 2, 3, 4}) Hide(marker, 60, 85);
+  const ObjectTrack near = TrackObject(recording, markers, "trial").track;
+  const Eigen::Vector3d away(5.0, -3.0, 2.0);
+  for (int m = 0; m < recording.NumMarkers(); ++m) {
+    recording.positions.middleRows<3>(3 * m).colwise() += away;
+  }
+  const ObjectTrack far = TrackObject(recording, markers, "trial").track;
+  EXPECT_LT(((far.trans.colwise() - away) - near.trans).cwiseAbs().maxCoeff(), 1e-8);
+  EXPECT_LT((far.orient - near.orient).cwiseAbs().maxCoeff(), 1e-8);
+}
+
 TEST_F(ObjectMarkersTest, PassGapsAsTheObjectMoved) {
   for (const int marker : {1, 2, 3, 4}) Hide(marker, 60, 85);
   for (const int marker : {1, 4}) Hide(marker, 120, 150);  // two of four tell most
