@@ -389,7 +389,7 @@ void RequireMeshOf(const std::filesystem::path& clip, const TriangleMesh& mesh,
   throw Error(source,
               fmt::format("is not the mesh that {} was made with: its vertices or faces differ",
                           clip.string()),
-              "Put that mesh back, or say which one is meant with --object");
+              kMeshRemedy);
 }
 
 Clip Slice(const Clip& clip, int begin, int end) {

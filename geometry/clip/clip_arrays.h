@@ -21,6 +21,10 @@ void WriteClip(const Clip& clip, const TriangleMesh& object, const std::filesyst
 /// Of a mesh as files store it: vertices in single precision, in their order, and faces.
 std::string MeshChecksum(const TriangleMesh& mesh);
 
+/// What to do where a clip's own mesh is missing or another.
+inline constexpr const char* kMeshRemedy =
+    "Put that mesh back, or say which one is meant with --object (transfer: --from-object)";
+
 /// Throws Error where a clip's file has a checksum of its object's mesh and `mesh`, as the file
 /// `source` holds it, has another.
 void RequireMeshOf(const std::filesystem::path& clip, const TriangleMesh& mesh,

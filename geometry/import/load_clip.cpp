@@ -84,17 +84,15 @@ LoadedClip ReadFile(const fs::path& path, const ImportFileOptions& options) {
 
 // The mesh of a file that a clip names. Nothing is taken in its place: it would be another object.
 TriangleMesh ReadNamedMesh(const fs::path& clip, const std::string& path, double scale) {
-  constexpr std::string_view kRemedy =
-      "Put that mesh back, or say which one is meant with --object";
   std::error_code ignored;
   if (!fs::exists(path, ignored)) {
-    throw Error(path, "is missing: the clip names it as its object's mesh", kRemedy);
+    throw Error(path, "is missing: the clip names it as its object's mesh", kMeshRemedy);
   }
   MeshFile file;
   try {
     file = ReadMeshFile(path);
   } catch (const Error& error) {
-    throw Error(error.Where(), error.Problem(), fmt::format("{}. {}", error.Remedy(), kRemedy));
+    throw Error(error.Where(), error.Problem(), fmt::format("{}. {}", error.Remedy(), kMeshRemedy));
   }
   if (fs::is_regular_file(clip, ignored)) RequireMeshOf(clip, file.mesh, path);
   return ObjectOfMesh(file.mesh, fs::path(path).stem().string(), path, scale).mesh;

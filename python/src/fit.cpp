@@ -10,6 +10,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/import/held_distance.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "python/src/numpy.h"

@@ -150,6 +150,21 @@ def test_save_is_a_result_folder(held, tmp_path):
     assert (tmp_path / "held" / "object.ply").is_file()
 
 
+def test_no_other_mesh_stands_in_for_a_results_own(held, tmp_path):
+    held.save(tmp_path / "held")
+    mesh = tmp_path / "held" / "object.ply"
+    whole = mesh.read_bytes()
+    assert holdfast.score(str(tmp_path / "held"))["frames"] == 12
+    for broken in (whole[: len(whole) // 2], None):
+        mesh.unlink() if broken is None else mesh.write_bytes(broken)
+        clip = holdfast.Clip.load(str(tmp_path / "held"))  # the motion is there all the same
+        assert clip.object.surface is None
+        for given in (str(tmp_path / "held"), clip):
+            with pytest.raises(holdfast.Error, match="object.ply"):
+                holdfast.score(given)
+    assert holdfast.score(str(tmp_path / "held"), "mug")["frames"] == 12
+
+
 def test_refine_before_and_after(held):
     refined = holdfast.refine(held.clip, held.object, hand="clip")
     assert len(refined.clip) == len(held.clip)

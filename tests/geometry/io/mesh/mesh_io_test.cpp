@@ -334,7 +334,7 @@ TEST_F(MeshIo, ReadsPlyStrips) {
       "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float "
       "z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n"
       "0 0 0\n1 0 0\n0 1 0\n1 1 0\n2 0 0\n";
-  const TriangleMesh mesh = ReadMesh(Write("strips.ply", header + "9 0 1 2 3 -1 3 1 1 4\n"));
+  const TriangleMesh mesh = ReadMesh(Write("strips.ply", header + "10 0 1 2 3 -1 3 1 1 4 3\n"));
   ASSERT_EQ(mesh.NumFaces(), 3);
   for (Eigen::Index f = 0; f < 3; ++f) EXPECT_NEAR(FaceCross(mesh, f).norm(), 1.0, 1e-12);
   EXPECT_GT(FaceCross(mesh, 0).z(), 0.0);
@@ -352,7 +352,7 @@ TEST_F(MeshIo, ReadsGltfAsItsNodesPlaceIt) {
   for (const int id : box.faces.reshaped()) Append(numbers, static_cast<std::uint16_t>(id));
   for (const int id : {0, 1, 2, 3}) Append(numbers, static_cast<std::uint16_t>(id));
   Write("box.bin", numbers);
-  const std::string json = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,2,4]}],
+  const std::string scene = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,2,4]}],
     "nodes":[{"translation":[0,0,1],"scale":[2,2,2],"children":[1]},
              {"mesh":0,"translation":[1,0,0],"rotation":[0,0,0.7071067811865476,0.7071067811865476]},
              {"mesh":0,"scale":[-1,1,1]},{"mesh":0},{"mesh":1,"translation":[0,9,0]}],
@@ -364,17 +364,19 @@ TEST_F(MeshIo, ReadsGltfAsItsNodesPlaceIt) {
     "accessors":[{"bufferView":0,"componentType":5126,"count":8,"type":"VEC3"},
                  {"bufferView":1,"componentType":5123,"count":36,"type":"SCALAR"},
                  {"bufferView":2,"componentType":5123,"count":4,"type":"SCALAR"}]})";
-  const MeshFile file = ReadMeshFile(Write("scene.gltf", json));
+  const MeshFile file = ReadMeshFile(Write("scene.gltf", scene));
   EXPECT_THAT(file.notes, ElementsAre(HasSubstr("3 meshes are joined")));
   ASSERT_EQ(file.mesh.NumFaces(), 12 + 12 + 2);
-  const Eigen::Matrix3Xd first = file.mesh.vertices.leftCols(8);
-  EXPECT_LT((first.rowwise().minCoeff() - Eigen::Vector3d(0, 0, 1)).norm(), 1e-6);
-  EXPECT_LT((first.rowwise().maxCoeff() - Eigen::Vector3d(2, 2, 3)).norm(), 1e-6);
-  // The mirrored box faces outwards all the same.
-  EXPECT_NEAR(SignedVolume({file.mesh.vertices, file.mesh.faces.leftCols(24)}), 9.0, 1e-5);
-  EXPECT_EQ(file.mesh.vertices(1, file.mesh.NumVertices() - 1), 9.0 + 1.0);
+  // Parents come before children: the mirrored box, which faces outwards all the same, the strip.
+  EXPECT_NEAR(SignedVolume({file.mesh.vertices, file.mesh.faces.leftCols(12)}), 1.0, 1e-6);
+  EXPECT_EQ(file.mesh.vertices.leftCols(8).row(0).minCoeff(), -1.0);
+  EXPECT_EQ(file.mesh.vertices.row(1).maxCoeff(), 9.0 + 1.0);
+  const Eigen::Matrix3Xd last = file.mesh.vertices.rightCols(8);
+  EXPECT_LT((last.rowwise().minCoeff() - Eigen::Vector3d(0, 0, 1)).norm(), 1e-6);
+  EXPECT_LT((last.rowwise().maxCoeff() - Eigen::Vector3d(2, 2, 3)).norm(), 1e-6);
+  EXPECT_NEAR(SignedVolume({file.mesh.vertices, file.mesh.faces.rightCols(12)}), 8.0, 1e-5);
 
-  std::string points = json;
+  std::string points = scene;
   for (std::size_t at; (at = points.find("\"indices\"")) != std::string::npos;) {
     points.replace(at, 9, "\"mode\":0,\"ignored\"");
   }
