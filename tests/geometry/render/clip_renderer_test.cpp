@@ -109,8 +109,10 @@ TEST(ClipRenderer, SkinInsideTheObjectIsRed) {
   const auto body = BodyModel::Default();
   // Around the right hand, its far wall cutting the fingers open to view from the front.
   const BodySurface surface(body, {});
-  const Eigen::Vector3d knuckle = surface.RestJoints().col(kRightHandBegin + 3);
-  const Eigen::Vector3d at(knuckle.x(), 0.035 - knuckle.z(), knuckle.y() + 0.88);
+  const Eigen::Vector3d pelvis = surface.RestJoints().col(0);
+  const Eigen::Vector3d knuckle = surface.RestJoints().col(kRightHandBegin + 3) - pelvis;
+  const Eigen::Vector3d at =
+      pelvis + Eigen::Vector3d(knuckle.x(), 0.035 - knuckle.z(), knuckle.y() + 0.88);
   const TriangleMesh cube = Cube(0.04);
   const ClipRenderer renderer(StandingClip(at), body, {}, &cube);
   ClipRenderOptions options = Small(ClipView::kHand);
