@@ -219,10 +219,11 @@ std::string Text(const TransferCommand& options, const TransferInput& scene,
                  const TransferReport& report) {
   const SurfaceMapReport& map = scene.map->Report();
   std::string text = fmt::format(
-      "{}/clip.npz: {} through {} frames\n  map                 {}, stretches up to {:.2f} times, "
+      "{}/clip.npz: {} held by {}\n  map                 {}, stretches up to {:.2f} times, "
       "{:.1f} mm between the surfaces\n",
-      options.output, scene.to_object->object.name, report.carried.clip.NumFrames(),
-      MethodName(map.method), map.stretch_most, map.residual_mm);
+      options.output, scene.to_object->object.name,
+      HoldersText(CountHeld(report.carried.clip.holding_hand)), MethodName(map.method),
+      map.stretch_most, map.residual_mm);
   for (const TransferredHold& hold : report.holds) {
     const CarriedGrasp& grasp = hold.grasp;
     text += fmt::format(

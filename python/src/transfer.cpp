@@ -156,8 +156,8 @@ void BindTransfer(py::module_& module) {
           "object", [](const TransferredClip& self) { return MeshTuple(self.object.mesh); },
           "(vertices (V, 3) metres, faces (F, 3)), scaled; copies")
       .def("__repr__", [](const TransferredClip& self) {
-        return fmt::format("<holdfast.TransferResult: {} through {} frames>", self.object.name,
-                           self.clip->NumFrames());
+        return fmt::format("<holdfast.TransferResult: {} held by {}>", self.object.name,
+                           HoldersText(CountHeld(self.clip->holding_hand)));
       });
   module.def("transfer", &Transfer, "clip"_a, "object"_a = py::none(), py::kw_only(),
              "scale"_a = py::none(), "map"_a = py::none(), "betas"_a = py::none(),

@@ -104,8 +104,7 @@ class Carrier {
     options_.place.reset();
     report_.holding = Always(HoldingBit(report_.drink->times.side), clip_.pose.size());
     report_.grasp.status = std::string(Describe(report_.drink->status));
-    report_.grasp.clean = report_.drink->status != GraspStatus::kNoCleanGrasp;
-    if (!report_.grasp.clean) {
+    if (report_.drink->status == GraspStatus::kNoCleanGrasp) {
       report_.warnings.push_back(report_.grasp.status + ": the least bad grasp is carried on");
     }
     return report_.drink->status != GraspStatus::kNoRoom;

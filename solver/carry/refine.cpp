@@ -273,7 +273,7 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
   if (stopped) return report;
   report.distance = DistanceToData(clip, report.result.clip);
   const bool touched = report.after.contact.contact_frames_ratio.value_or(report.ball) > 0.0;
-  constexpr double kLost = 0.05;  // of the frames held
+  constexpr double kLost = 0.1;  // of the frames held
   report.contact_kept =
       report.ball || report.after.contact.contact_frames_ratio.value_or(0.0) >=
                          report.before.contact.contact_frames_ratio.value_or(0.0) - kLost;

@@ -66,7 +66,7 @@ struct RefineReport {
   /// any of the clip's.
   std::vector<FrameRange> kept;
   CarriedQuality before, after;  ///< by the same hands in the same frames
-  /// Not in contact in fewer of the frames held than before, by more than a twentieth of them. Of a
+  /// Not in contact in fewer of the frames held than before, by more than a tenth of them. Of a
   /// ball that is followed nothing is asked.
   bool contact_kept = true;
   DataDistance distance;

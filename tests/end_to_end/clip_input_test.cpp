@@ -315,7 +315,6 @@ void ExpectScoredAlike(const TemporaryFolder& folder, const std::string& output,
 
 TEST(OtherBodies, ContactIsMeasuredOnTheBodyThatIsShown) {
   const TemporaryFolder folder;
-  Held(folder);
   for (const bool with_surface : {false, true}) {
     if (with_surface) {
       WriteGrabOfAnother(folder);
