@@ -33,12 +33,11 @@ constexpr std::array kAmassArrays = {
     "mocap_frame_rate",  "mocap_time_length", "trans", "root_orient", "pose_body", "pose_jaw",
     "pose_eye",          "pose_hand",         "poses", "betas",       "num_betas", "gender",
     "surface_model_type"};
-constexpr std::array kOwnArrays = {
-    "body_model",     "subject",      "action",       "object_trans",
-    "object_orient",  "object_name",  "object_mesh",  "table_trans",
-    "table_orient",   "table_name",   "table_mesh",   "v_template",
-    "contact_object", "contact_body", "holding_hand", "rest_pelvis",
-    kObjectChecksum};
+constexpr std::array kOwnArrays = {"body_model",     "subject",      "action",       "object_trans",
+                                   "object_orient",  "object_name",  "object_mesh",  "table_trans",
+                                   "table_orient",   "table_name",   "table_mesh",   "v_template",
+                                   "contact_object", "contact_body", "holding_hand", "rest_pelvis",
+                                   kObjectChecksum};
 
 bool HasAll(std::span<const std::string> names, std::initializer_list<const char*> wanted) {
   return std::ranges::all_of(

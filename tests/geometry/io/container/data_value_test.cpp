@@ -217,9 +217,10 @@ TEST(JsonText, IsUtf8WhateverBytesItHolds) {
                                 "fte",
                                 {"w\xe4lk.c3d", 3, {{"b", "\xed\xa0\x80"}}}},
                                {"plain", "Gr\u00f6\u00dfe"}};
-  EXPECT_EQ(JsonText(json),
-            "{\"h\u00fc"
-            "fte\":[\"w\u00e4lk.c3d\",3,{\"b\":\"\ufffd\ufffd\ufffd\"}],\"plain\":\"Gr\u00f6\u00dfe\"}");
+  EXPECT_EQ(
+      JsonText(json),
+      "{\"h\u00fc"
+      "fte\":[\"w\u00e4lk.c3d\",3,{\"b\":\"\ufffd\ufffd\ufffd\"}],\"plain\":\"Gr\u00f6\u00dfe\"}");
   EXPECT_EQ(JsonText(nlohmann::json{{"a", 1}}, 1), "{\n \"a\": 1\n}");
   EXPECT_EQ(AsUtf8("Gr\xc3\xb6\xc3\x9f"
                    "e"),
