@@ -28,12 +28,12 @@ inline std::string AsUtf8(std::string_view bytes) {
 
 /// A JSON value with every name and text as UTF-8 (AsUtf8).
 template <typename Json>
-Json WithUtf8(const Json& json) {
-  if (json.is_string()) return AsUtf8(json.template get_ref<const std::string&>());
-  if (!json.is_structured()) return json;
-  Json texts = json.is_array() ? Json::array() : Json::object();
-  for (auto entry = json.begin(); entry != json.end(); ++entry) {
-    if (json.is_array()) {
+Json WithUtf8(const Json& value) {
+  if (value.is_string()) return AsUtf8(value.template get_ref<const std::string&>());
+  if (!value.is_structured()) return value;
+  Json texts = value.is_array() ? Json::array() : Json::object();
+  for (auto entry = value.begin(); entry != value.end(); ++entry) {
+    if (value.is_array()) {
       texts.push_back(WithUtf8(*entry));
     } else {
       texts[AsUtf8(entry.key())] = WithUtf8(*entry);
@@ -46,12 +46,12 @@ Json WithUtf8(const Json& json) {
 /// and joints may be any bytes, JSON is UTF-8: other texts are written as WithUtf8 has them, and
 /// what is no character even so as U+FFFD. Every JSON that leaves the library goes through here.
 template <typename Json>
-std::string JsonText(const Json& json, int indent = -1) {
+std::string JsonText(const Json& value, int indent = -1) {
   using Handler = typename Json::error_handler_t;
   try {
-    return json.dump(indent);
+    return value.dump(indent);
   } catch (const typename Json::type_error&) {
-    return WithUtf8(json).dump(indent, ' ', false, Handler::replace);
+    return WithUtf8(value).dump(indent, ' ', false, Handler::replace);
   }
 }
 
