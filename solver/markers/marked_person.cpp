@@ -96,7 +96,7 @@ JointPose RestPose(const std::array<HandAngles, 2>& relaxed, const std::array<Ha
     // Arms that no marker is on hang, and collars lower than in the T-pose with them.
     const double sign = side == Side::kRight ? 1.0 : -1.0;
     rest.col(side == Side::kRight ? kRightShoulder : kLeftShoulder).z() = sign * 75.0 * kDegree;
-    rest.col(side == Side::kRight ? kRightCollar : kLeftCollar).z() = sign * 12.0 * kDegree;
+    rest.col(side == Side::kRight ? kRightCollar : kLeftCollar).z() = sign * 14.0 * kDegree;
   }
   for (const int hip : {kLeftHip, kRightHip}) {
     const int knee = hip + kLeftKnee - kLeftHip;

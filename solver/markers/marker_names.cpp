@@ -97,7 +97,7 @@ constexpr std::pair<const char*, const char*> kSideAliases[] = {
     {"THM", "THMB"}, {"MKNE", "KNM"}, {"MANK", "MED"}};
 
 constexpr Row kMiddleRows[] = {
-    {"STRN", kSpine3, kSpine3, 0.0, 0, -14, 112, kSkin, 45},
+    {"STRN", kSpine3, kSpine3, 0.0, 0, 20, 150, kSkin, 50},
     {"CLAV", kSpine3, kNeck, 0.75, 0, 0, 100, kSkin, 20},
     {"C7", kSpine3, kNeck, 0.95, 0, 0, -80, kSkin, 20},
     {"T10", kSpine2, kSpine3, 0.3, 0, 0, -120, kSkin, 35},

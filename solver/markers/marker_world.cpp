@@ -162,12 +162,11 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
     if (WidthOf(of_trunk) <= kBothSides_m) continue;
     if (const auto trunk = FitBody(of_trunk)) trunk_up += trunk->rotation.col(1);
   }
-  // Arms may be anywhere, over the head too: where the whole says otherwise, a trunk with markers
+  // Arms may be anywhere, over the head too: where the whole is upside down, a trunk with markers
   // on both sides decides.
-  const auto upright = [](const Eigen::Vector3d& up_sum) {
-    return up_sum.maxCoeff() > -up_sum.minCoeff();
-  };
-  if (!trunk_up.isZero() && upright(body_up) != upright(trunk_up)) body_up = trunk_up;
+  if (body_up.maxCoeff() < -body_up.minCoeff() && trunk_up.maxCoeff() > -trunk_up.minCoeff()) {
+    body_up = trunk_up;
+  }
   if (!body_up.isZero()) {
     int axis = 0;
     body_up.cwiseAbs().maxCoeff(&axis);
