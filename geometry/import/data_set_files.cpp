@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kMaxFoldersUp = 6;
-constexpr std::size_t kMaxFilesBeside = 64;
+constexpr std::size_t kMaxFilesBeside = 100'000;
 constexpr std::uintmax_t kMaxObjectFile = std::uintmax_t{256} << 20;
 
 constexpr std::array<std::string_view, 12> kObjectTurns = {
@@ -41,11 +41,14 @@ std::string Lower(std::string text) {
   return text;
 }
 
-bool IsDataFile(const fs::path& path) {
-  std::error_code ignored;
+bool HasDataExtension(const fs::path& path) {
   return std::ranges::find(kDataExtensions, Lower(path.extension().string())) !=
-             kDataExtensions.end() &&
-         fs::is_regular_file(path, ignored) && fs::file_size(path, ignored) <= kMaxObjectFile;
+         kDataExtensions.end();
+}
+
+bool IsFileToRead(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored) && fs::file_size(path, ignored) <= kMaxObjectFile;
 }
 
 // Names of an object's file by the name of its body's, lower case: "smpl_fit_all" to
@@ -72,9 +75,9 @@ std::vector<fs::path> ObjectCandidates(const fs::path& body) {
   const fs::path folder = body.has_parent_path() ? body.parent_path() : fs::path(".");
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
-    if (entry->path().filename() == body.filename() || !IsDataFile(entry->path())) continue;
+    if (entry->path().filename() == body.filename() || !HasDataExtension(entry->path())) continue;
     others.push_back(entry->path());
-    if (others.size() > kMaxFilesBeside) break;
+    if (others.size() > kMaxFilesBeside) return {};
   }
   std::ranges::sort(others);
   const std::vector<std::string> stems = ObjectStems(Lower(body.stem().string()));
@@ -86,8 +89,9 @@ std::vector<fs::path> ObjectCandidates(const fs::path& body) {
       called.push_back(other);
     }
   }
-  if (!named.empty()) return named;
-  return others.size() == 1 ? others : called;
+  std::vector<fs::path> candidates = !named.empty() ? named : others.size() == 1 ? others : called;
+  std::erase_if(candidates, [](const fs::path& path) { return !IsFileToRead(path); });
+  return candidates;
 }
 
 // Reads the track; throws Error for what is not as many frames.

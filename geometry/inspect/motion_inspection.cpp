@@ -187,6 +187,11 @@ void InspectMotion(Inspection& inspection) {
     inspection.Fault(fmt::format("{}: {}", error.Where(), error.Problem()), error.Remedy());
     return;
   }
+  if (inspection.identity.kind == FileKind::kAmc) {
+    inspection.Warn(
+        fmt::format("AMC files have no frame rate: {:g} Hz taken, CMU's", motion.frame_rate),
+        "give another to import with --source-fps");
+  }
   Describe(motion, inspection);
 }
 
