@@ -579,11 +579,6 @@ Eigen::Matrix3d UprightFrom(UpAxis up) {
       .unaryExpr([](double x) { return std::round(x); });  // exactly, they are all 0 and 1
 }
 
-std::string_view UpAxisName(UpAxis up) {
-  constexpr std::array<std::string_view, 6> kNames = {"x", "-x", "y", "-y", "z", "-z"};
-  return kNames[static_cast<std::size_t>(up)];
-}
-
 MappedMotion::MappedMotion(const SourceMotion& motion, const SkeletonMap& map, UpAxis up)
     : motion_(motion), map_(map), upright_(UprightFrom(up)) {
   const int num_joints = motion.NumJoints();
