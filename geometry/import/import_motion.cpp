@@ -183,7 +183,8 @@ Clip ImportMotion(const SourceMotion& motion, const std::string& where, const Re
   RetargetOptions retarget;
   retarget.frame_rate = options.frame_rate;
   retarget.up = options.up.value_or(UpAxis::kY);
-  if (!options.up) {
+  const bool own = !motion.body_model.empty();  // a file of ours: y is up
+  if (!options.up && !own) {
     const MotionUp up = FindMotionUp(motion, map);
     retarget.up = up.axis;
     if (!up.certain) {

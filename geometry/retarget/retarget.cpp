@@ -501,6 +501,11 @@ void ReportSoles(const std::vector<Eigen::Matrix3Xd>& points, double frame_rate,
 
 }  // namespace
 
+std::string_view UpAxisName(UpAxis up) {
+  constexpr std::array<std::string_view, 6> kNames = {"x", "-x", "y", "-y", "z", "-z"};
+  return kNames[static_cast<std::size_t>(up)];
+}
+
 RetargetBody RetargetBodyOf(const BodyModel& model, const Eigen::VectorXd& betas) {
   const Eigen::Matrix3Xd shaped = model.ShapedVertices(betas);
   RetargetBody body;

@@ -431,7 +431,10 @@ class Calibrator {
     }
     const int elbow = wrist - 2, shoulder = wrist - 4, middle = begin + 3;
     const Eigen::Vector3d tip = motion_.Tip(wrist);
-    const bool rests_in_t = Angle(axes_.transpose() * SourceRestBone(elbow, wrist),
+    const Eigen::Vector3d forearm = motion_.LocalBone(elbow, wrist);
+    // Bones along their own axes may point aside by chance.
+    const bool rests_in_t = (result_.torso_rests_upright || !LiesAlongAxis(forearm)) &&
+                            Angle(axes_.transpose() * SourceRestBone(elbow, wrist),
                                   RestBone(elbow, wrist)) < 45 * kDegree &&
                             Angle(axes_.transpose() * SourceRestBone(shoulder, elbow),
                                   RestBone(shoulder, elbow)) < 45 * kDegree;
@@ -442,7 +445,6 @@ class Calibrator {
     }
     // Without a tip the hand goes on as its forearm does where its joint does not turn.
     const MeanHand mean = MeanHandOf(wrist);
-    const Eigen::Vector3d forearm = motion_.LocalBone(elbow, wrist);
     const bool has_tip = tip.norm() > kLeastTip * forearm.norm();
     const Eigen::Vector3d rest = has_tip ? RestBone(wrist, middle) : RestBone(elbow, wrist);
     Eigen::Vector3d along = has_tip ? tip : forearm;
@@ -577,11 +579,6 @@ Eigen::Matrix3d UprightFrom(UpAxis up) {
   return RotationBetween(sign * Eigen::Vector3d::Unit(axis), Eigen::Vector3d::UnitY())
       .toRotationMatrix()
       .unaryExpr([](double x) { return std::round(x); });  // exactly, they are all 0 and 1
-}
-
-std::string_view UpAxisName(UpAxis up) {
-  constexpr std::array<std::string_view, 6> kNames = {"x", "-x", "y", "-y", "z", "-z"};
-  return kNames[static_cast<std::size_t>(up)];
 }
 
 MappedMotion::MappedMotion(const SourceMotion& motion, const SkeletonMap& map, UpAxis up)

@@ -65,6 +65,7 @@ std::string Utf8FromUtf16(std::string_view bytes, std::endian order) {
         i += 2;
       }
     }
+    if (code >= 0xD800 && code < 0xE000) code = '?';  // half of a pair
     const auto put = [&](std::uint32_t byte) { text.push_back(static_cast<char>(byte)); };
     const auto tail = [&](int shift) { put(0x80 | (code >> shift & 0x3F)); };
     if (code < 0x80) {

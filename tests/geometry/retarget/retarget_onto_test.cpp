@@ -171,8 +171,9 @@ TEST(RetargetOnto, RefusesMirrorsAndChoices) {
 }
 
 TEST(RetargetOnto, TakesTheBonesThatVrmNames) {
-  const GltfAsset asset =
-      GltfAsset::Read(HOLDFAST_SOURCE_DIR "/tests/fixtures/cases/vrm_humanoid/vrm0.glb");
+  const std::filesystem::path vrm =
+      HOLDFAST_SOURCE_DIR "/tests/fixtures/cases/vrm_humanoid/vrm0.glb";
+  const GltfAsset asset = GltfAsset::Read(vrm);
   const GltfRig rig = ReadGltfRig(asset);
   const SkeletonMap map = RecognizeSkeleton(rig.motion, "vrm0.glb");
   EXPECT_EQ(map.NumMapped(), 22);
@@ -184,6 +185,16 @@ TEST(RetargetOnto, TakesTheBonesThatVrmNames) {
   for (int j = 0; j < kNumBodyJoints; ++j) {
     EXPECT_LT((moved.positions[3].col(map.source[j]) - YUp(state.joints.col(j))).norm(), 1e-3)
         << kJointNames[j];
+  }
+  const TemporaryFolder folder;
+  WriteGltfOnto(vrm, asset, rig, moved, map.source[0], nullptr, {"a", "b"}, folder / "a.glb");
+  const SourceMotion read = ReadGltfMotion(folder / "a.glb");
+  ASSERT_EQ(read.NumFrames(), 5);
+  for (const auto& [bone, joint] : rig.motion.humanoid) {
+    EXPECT_LT(
+        (read.positions[3].col(read.humanoid.at(bone)) - moved.positions[3].col(joint)).norm(),
+        1e-4)
+        << bone;
   }
 }
 

@@ -108,6 +108,7 @@ ImportOptions AsTheFileHasIt() {
   ImportOptions options;
   options.find_ground = false;
   options.frame_rate = 0;
+  options.up = UpAxis::kY;  // random poses have no posture to judge by
   return options;
 }
 
