@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include <CGAL/Simple_cartesian.h>
@@ -170,6 +172,40 @@ Eigen::Index FewestVerticesWrapped(const MeshParts& found, double extent) {
   return count;
 }
 
+/// Leaves out the smallest parts, less than a hundredth of the area together, until the others need
+/// no more than a tenth of the vertices: what is left goes to the shape. Returns how many.
+Eigen::Index DropSmallParts(TriangleMesh& mesh, int vertices) {
+  const MeshParts found = FindParts(mesh);
+  const Eigen::Index enough = std::max(vertices / 10, 2 * kFewestVertices);
+  Eigen::Index needed = FewestVertices(found);
+  if (needed <= enough) return 0;
+  std::vector<double> area(found.parts.size(), 0.0);
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    area[found.part_of_face[f]] += 0.5 * FaceCross(mesh, f).norm();
+  }
+  std::vector<std::size_t> smallest(area.size());
+  std::iota(smallest.begin(), smallest.end(), 0);
+  std::ranges::stable_sort(smallest, {}, [&](std::size_t part) { return area[part]; });
+  double left = 0.01 * SurfaceArea(mesh);
+  std::vector<bool> dropped(area.size(), false);
+  Eigen::Index count = 0;
+  for (const std::size_t part : smallest) {
+    if (needed <= enough || area[part] > left) break;
+    left -= area[part];
+    needed -= found.parts[part].closed ? kFewestVertices : 3;
+    dropped[part] = true;
+    ++count;
+  }
+  if (count == 0) return 0;
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    if (!dropped[found.part_of_face[f]]) kept.push_back(f);
+  }
+  mesh.faces = mesh.faces(Eigen::all, kept).eval();
+  DropUnreferenced(mesh);
+  return count;
+}
+
 SurfaceMesh ToCgal(const TriangleMesh& mesh, const Eigen::Vector3d& center, double scale) {
   SurfaceMesh out;
   out.reserve(static_cast<unsigned>(mesh.NumVertices()),
@@ -287,17 +323,10 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
   const bool one_manifold = edges.non_manifold == 0 && edges.misoriented == 0;
   if (!one_manifold && edges.boundary > 0) {
     // A wrap would close the surface, or double it.
-    const PartedSheets parted = PartSheets(surface);
-    if (parted.edges > 0) {
+    for (std::string& note : Describe(PartSheets(surface))) result.notes.push_back(std::move(note));
+    if (const Eigen::Index dropped = DropSmallParts(surface, options.vertices); dropped > 0) {
       result.notes.push_back(
-          fmt::format("Parted the surface along {} edge{} of more than two faces.", parted.edges,
-                      parted.edges == 1 ? "" : "s"));
-    }
-    if (parted.one_sided > 0) {
-      result.notes.push_back(
-          fmt::format("Cut the surface along {} edge{}: it has no two sides there (it is twisted "
-                      "like a Moebius strip).",
-                      parted.one_sided, parted.one_sided == 1 ? "" : "s"));
+          fmt::format("Left out the {} smallest parts, less than 1 % of the area.", dropped));
     }
   } else if (!one_manifold) {
     const std::string problem =

@@ -308,6 +308,37 @@ PartedSheets PartSheets(TriangleMesh& mesh) {
   }
 }
 
+std::vector<int> DropUnreferenced(TriangleMesh& mesh) {
+  std::vector<int> new_id(mesh.NumVertices(), -1);
+  for (const int v : mesh.faces.reshaped()) new_id[v] = 0;
+  std::vector<int> kept;
+  for (int v = 0; v < mesh.NumVertices(); ++v) {
+    if (new_id[v] < 0) continue;
+    new_id[v] = static_cast<int>(kept.size());
+    mesh.vertices.col(new_id[v]) = mesh.vertices.col(v);
+    kept.push_back(v);
+  }
+  mesh.vertices.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(kept.size()));
+  for (int& v : mesh.faces.reshaped()) v = new_id[v];
+  return kept;
+}
+
+std::vector<std::string> Describe(const PartedSheets& parted) {
+  std::vector<std::string> notes;
+  const auto edges = [](Eigen::Index n) { return fmt::format("{} edge{}", n, n == 1 ? "" : "s"); };
+  if (parted.edges > 0) {
+    notes.push_back(
+        fmt::format("Parted the surface along {} of more than two faces.", edges(parted.edges)));
+  }
+  if (parted.one_sided > 0) {
+    notes.push_back(
+        fmt::format("Cut the surface along {}: it has no two sides there (it is twisted "
+                    "like a Moebius strip).",
+                    edges(parted.one_sided)));
+  }
+  return notes;
+}
+
 MeshParts FindParts(const TriangleMesh& mesh) {
   const int num_faces = static_cast<int>(mesh.NumFaces());
   DisjointSets sets(num_faces);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -38,6 +39,9 @@ inline void FlipFace(Eigen::Matrix3Xi& faces, Eigen::Index face) {
 /// round; returns how many were flipped.
 Eigen::Index OrientConsistently(TriangleMesh& mesh);
 
+/// Drops vertices of no face; returns the ids of those that stay.
+std::vector<int> DropUnreferenced(TriangleMesh& mesh);
+
 struct PartedSheets {
   Eigen::Index edges = 0;      ///< of three faces or more, at which sheets came apart
   Eigen::Index one_sided = 0;  ///< edges along which a surface without two sides was cut
@@ -50,6 +54,9 @@ struct PartedSheets {
 /// duplicate_non_manifold_edges_in_polygon_soup slits open along the fin. No place changes. No face
 /// may have a repeated corner; `mesh` is oriented as OrientConsistently leaves it.
 PartedSheets PartSheets(TriangleMesh& mesh);
+
+/// What was done, as plain sentences; none where nothing was.
+std::vector<std::string> Describe(const PartedSheets& parted);
 
 /// A part of a mesh: faces joined through shared edges.
 struct MeshPart {

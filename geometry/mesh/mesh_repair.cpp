@@ -144,22 +144,6 @@ Eigen::Index TurnOutwards(TriangleMesh& mesh) {
   return count;
 }
 
-/// Drops vertices of no face; returns the ids of those that stay.
-std::vector<int> DropUnreferenced(TriangleMesh& mesh) {
-  std::vector<int> new_id(mesh.NumVertices(), -1);
-  for (const int v : mesh.faces.reshaped()) new_id[v] = 0;
-  std::vector<int> kept;
-  for (int v = 0; v < mesh.NumVertices(); ++v) {
-    if (new_id[v] < 0) continue;
-    new_id[v] = static_cast<int>(kept.size());
-    mesh.vertices.col(new_id[v]) = mesh.vertices.col(v);
-    kept.push_back(v);
-  }
-  mesh.vertices.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(kept.size()));
-  for (int& v : mesh.faces.reshaped()) v = new_id[v];
-  return kept;
-}
-
 }  // namespace
 
 RepairedMesh RepairMesh(const TriangleMesh& mesh) {

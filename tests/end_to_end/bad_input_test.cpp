@@ -230,7 +230,7 @@ std::vector<Case> Cases() {
        file("mesh.fbx", "Kaydara"),
        "fit demo_drink mesh.fbx -o out",
        1,
-       {"mesh.fbx", "Use .obj, .ply, .stl or .off"}},
+       {"mesh.fbx", "Use .obj, .ply, .stl, .off, .glb or .gltf"}},
       {"HugePlyHeader",
        file("mesh.ply",
             "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty "

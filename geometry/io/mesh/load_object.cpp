@@ -16,6 +16,8 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/decimate.h"
 #include "geometry/mesh/mesh_check.h"
+#include "geometry/mesh/mesh_parts.h"
+#include "geometry/mesh/mesh_topology.h"
 #include "geometry/suggestion.h"
 
 namespace holdfast {
@@ -117,7 +119,14 @@ void RequireHandheld(const LoadedObject& object) {
 }
 
 TriangleMesh ForFitting(const LoadedObject& object, int vertices, std::vector<std::string>* notes) {
-  if (object.mesh.NumVertices() <= vertices) return object.mesh;
+  if (object.mesh.NumVertices() <= vertices) {
+    TriangleMesh mesh = object.mesh;
+    const EdgeCounts edges = CountEdges(mesh.faces, EdgeTable(mesh.faces, mesh.NumVertices()));
+    if (edges.boundary == 0 || edges.non_manifold + edges.misoriented == 0) return mesh;
+    const std::vector<std::string> parted = Describe(PartSheets(mesh));
+    if (notes != nullptr) notes->insert(notes->end(), parted.begin(), parted.end());
+    return mesh;
+  }
   if (std::optional<TriangleMesh> own = SimplifiedEmbedded(object);
       own && own->NumVertices() == vertices) {
     return *std::move(own);

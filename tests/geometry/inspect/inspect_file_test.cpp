@@ -259,6 +259,12 @@ TEST(Inspect, MeshesAsTheCommandsReadThem) {
   std::vector<std::string> notes;
   EXPECT_EQ(ForFitting(LoadObject(fin.path.string()), 300, &notes).NumVertices(), 300);
   EXPECT_THAT(notes, Contains(HasSubstr("Parted the surface along 1 edge")));
+  // Small ones as well, which no fit simplifies.
+  const TemporaryFolder small;
+  WriteBytes(
+      small / "fin.obj",
+      "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0.1 0.1 0\nv 0.05 0.05 0.1\nf 1 2 3\nf 3 2 4\nf 2 3 5\n");
+  EXPECT_THAT(All(Inspect(small / "fin.obj")), HasSubstr("Parted the surface along 1 edge"));
   for (const char* name : {"continued.obj", "trailing.stl"}) {
     const Inspection text = Inspect(cases / "mesh_text" / name);
     EXPECT_LT(text.Worst(), Verdict::kFault) << All(text);

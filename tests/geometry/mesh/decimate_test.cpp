@@ -308,6 +308,21 @@ TEST(Decimate, OtherFaultsBesideAnEdgeOfThreeFacesAreNoHindrance) {
   EXPECT_NEAR(std::abs(SignedVolume(few)), volume, 0.05 * volume);
 }
 
+TEST(Decimate, LeavesOutSpecksThatComeOffInTooManyParts) {
+  // A speck on each of 120 faces' edges.
+  TriangleMesh mesh = OpenSphere();
+  const int before = static_cast<int>(mesh.NumVertices());
+  mesh.vertices.conservativeResize(Eigen::NoChange, before + 120);
+  const Eigen::Index faces = mesh.NumFaces();
+  mesh.faces.conservativeResize(Eigen::NoChange, faces + 120);
+  for (int i = 0; i < 120; ++i) {
+    const int a = mesh.faces(0, 8 * i), b = mesh.faces(1, 8 * i);
+    mesh.vertices.col(before + i) = (mesh.vertices.col(a) + mesh.vertices.col(b)) * (0.5 + 1e-4);
+    mesh.faces.col(faces + i) << a, b, before + i;
+  }
+  DecimatedOpen(mesh, "smallest parts, less than 1 % of the area");
+}
+
 TEST(Decimate, CutsAnOpenSurfaceWithoutTwoSides) {
   constexpr int kAround = 60, kAcross = 8;
   TriangleMesh strip;
