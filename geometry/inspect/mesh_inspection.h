@@ -5,8 +5,8 @@
 
 namespace holdfast {
 
-/// A surface mesh (.obj .ply .stl .off .glb .gltf by content): size, unit, whether it is closed and sound, and
-/// what is repaired when it is loaded. Adds to `inspection`.
+/// A surface mesh (.obj .ply .stl .off .glb .gltf by content): size, unit, whether it is closed and
+/// sound, and what is repaired when it is loaded. Adds to `inspection`.
 void InspectMesh(Inspection& inspection);
 
 }  // namespace holdfast

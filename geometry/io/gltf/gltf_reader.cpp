@@ -11,9 +11,9 @@
 
 #include "geometry/error.h"
 #include "geometry/io/gltf/asset/gltf_asset.h"
-#include "geometry/io/mesh/gltf_mesh.h"
 #include "geometry/io/gltf/gltf_sampler.h"
 #include "geometry/io/gltf/gltf_skeleton.h"
+#include "geometry/io/mesh/gltf_mesh.h"
 
 namespace holdfast {
 namespace {
