@@ -13,6 +13,7 @@
 #include "geometry/import/import_file.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
+#include "solver/trial/trial_clip.h"
 
 namespace holdfast::apps {
 namespace {
@@ -31,7 +32,7 @@ struct ExportCommand {
   bool no_object = false;
   bool no_correctives = false;
   double tolerance_mm = 0.02;
-  double density_kg_m3 = 1000.0;
+  std::optional<double> density_kg_m3;
   int start = 0;
   std::optional<int> end;
   int every = 1;
@@ -168,16 +169,21 @@ void Tell(const ExportReport& report, const ExportCommand& options, nlohmann::js
       text += fmt::format("  {} files\n", report.files.size());
       break;
     case ExportFormat::kMjcf:
-      if (report.mjcf.mass_of_hull) {
-        note(fmt::format(
-            "the object is not a closed surface with faces outwards: {} that of its convex hull",
-            report.mjcf.mesh_is_hull ? "mesh and mass are" : "its mass is"));
+      if (report.mjcf.mass_of_hull || report.mjcf.mesh_is_hull) {
+        note(
+            fmt::format("the object is not a closed surface with faces outwards: its mass is that "
+                        "of its convex pieces{}",
+                        report.mjcf.mesh_is_hull ? ", and its convex hull is shown" : ""));
       }
       summary["hand_pieces"] = report.mjcf.hand_pieces;
+      summary["simulated_hands"] = report.mjcf.simulated_hands;
       summary["object_mass_kg"] = report.mjcf.object_mass_kg;
       text += fmt::format(
-          "  {} hand pieces (mocap bodies){}; {} key frames; meshes in {}\n",
+          "  {} hand pieces (mocap bodies), {} simulated{}; {} key frames; meshes in {}\n",
           report.mjcf.hand_pieces,
+          report.mjcf.simulated_hands == 0   ? "no hand"
+          : report.mjcf.simulated_hands == 1 ? "the hand that holds"
+                                             : "both hands",
           report.has_object ? fmt::format(", object of {:.3g} kg", report.mjcf.object_mass_kg) : "",
           report.mjcf.key_frames, report.files.at(1).string());
       break;
@@ -242,7 +248,20 @@ int Run(const ExportCommand& options) {
   how.onto = options.onto;
   how.correctives = !options.no_correctives;
   how.tolerance_m = 1e-3 * options.tolerance_mm;
-  how.density_kg_m3 = options.density_kg_m3;
+  if (options.density_kg_m3) how.density_kg_m3 = *options.density_kg_m3;
+  std::optional<MjcfPhysics> physics;
+  if (format == ExportFormat::kMjcf && with_object) {
+    TrialProtocol protocol;
+    protocol.threads = NumThreads(common);
+    try {
+      physics = PhysicsOfClip(input, options.density_kg_m3, protocol);
+    } catch (const Error& error) {  // of a mesh that is not cut into pieces
+      Note(common, fmt::format("warning: the object is one hull and hands only push: {} {} (what "
+                               "they hold may fall)",
+                               input.object_source, error.Problem()));
+    }
+  }
+  how.physics = physics ? &*physics : nullptr;
   how.every = options.every;
   how.first_frame = options.start;
   how.object_look = look ? &*look : nullptr;
@@ -324,10 +343,11 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       "         stood on where the clip has one\n"
       "  .bvh   55 joints with the shaped body's offsets, centimetres, y up, Euler Z X Y\n"
       "  .usda  USD text, metres, z up: the body's points in every frame, the object's transform\n"
-      "  .xml   MJCF for MuJoCo, metres, z up: the object as a free body, the hands as mocap "
-      "bodies "
-      "of\n"
-      "         convex pieces, a floor, a key frame for each frame; meshes in scene_assets/\n"
+      "  .xml   MJCF for MuJoCo, metres, z up: the object as a free body of convex pieces, the "
+      "hand\n"
+      "         that holds it with joint springs that squeeze, as in score --physics; a floor, a "
+      "key\n"
+      "         frame for each frame (poses, mocap bodies, ctrl); meshes in scene_assets/\n"
       "  .npz   the clip itself (AMASS layout, z up), cut to --start and --end\n"
       "  contacts.npz, .csv  where the hands touch the object in each frame, normals, depth, and\n"
       "         the poses of wrists and fingertips (docs/formats.md); x_contacts.npz does too\n"

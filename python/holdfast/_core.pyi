@@ -654,7 +654,7 @@ def export(
     onto: Optional[_Path] = None,
     correctives: bool = True,
     tolerance_mm: float = 0.02,
-    density: float = 1000.0,
+    density: Optional[float] = None,
     every: int = 1,
     overwrite: bool = False,
     threads: int = 0,

@@ -12,6 +12,7 @@
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
+#include "solver/trial/trial_clip.h"
 
 namespace holdfast::python {
 namespace {
@@ -21,17 +22,16 @@ using namespace py::literals;
 py::dict Export(const py::object& clip, const std::filesystem::path& path, const py::object& object,
                 double object_scale, const py::object& body,
                 const std::optional<std::filesystem::path>& onto, bool correctives,
-                double tolerance_mm, double density, int every, bool overwrite, int threads,
-                const py::object& progress) {
+                double tolerance_mm, std::optional<double> density, int every, bool overwrite,
+                int threads, const py::object& progress) {
   ExportOptions options;
   RequirePositive(object_scale, "object_scale");
   RequireBetween(tolerance_mm, "tolerance_mm", 1e-3, 100.0);
-  RequireBetween(density, "density", 1.0, 30'000.0);
+  if (density) RequireBetween(*density, "density", 1.0, 30'000.0);
   if (every < 1) throw py::value_error(fmt::format("every: expected 1 or more, got {}", every));
   options.onto = onto.value_or("");
   options.correctives = correctives;
   options.tolerance_m = 1e-3 * tolerance_mm;
-  options.density_kg_m3 = density;
   options.every = every;
   options.generator = "Holdfast " HOLDFAST_VERSION;
   options.threads = ThreadsOf(threads);
@@ -56,6 +56,18 @@ py::dict Export(const py::object& clip, const std::filesystem::path& path, const
     }
   }
   ExportReport report;
+  std::optional<MjcfPhysics> physics;
+  if (ExportFormatOf(path) == ExportFormat::kMjcf) {
+    TrialProtocol protocol;
+    protocol.threads = options.threads;
+    try {
+      physics = PhysicsOfClip(scene, density, protocol);
+    } catch (const Error& error) {  // of a mesh that is not cut into pieces
+      LogNotes({fmt::format("the object is one hull and hands only push: it {}", error.Problem())});
+      if (density) options.density_kg_m3 = *density;
+    }
+  }
+  options.physics = physics ? &*physics : nullptr;
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
     report = ExportClip(scene, options, path, go_on);
   });
@@ -68,6 +80,7 @@ py::dict Export(const py::object& clip, const std::filesystem::path& path, const
     told["joints"] = report.joints_moved;
   } else if (report.format == ExportFormat::kMjcf) {
     told["hand_pieces"] = report.mjcf.hand_pieces;
+    told["simulated_hands"] = report.mjcf.simulated_hands;
     told["object_mass_kg"] = report.mjcf.object_mass_kg;
     told["mass_of_hull"] = report.mjcf.mass_of_hull;
   } else if (report.contact_hands > 0) {
@@ -84,21 +97,22 @@ void BindExport(py::module_& module) {
   module.def(
       "export", &Export, "clip"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
       "object_scale"_a = 1.0, "body"_a = py::none(), "onto"_a = py::none(), "correctives"_a = true,
-      "tolerance_mm"_a = 1e3 * usual.tolerance_m, "density"_a = usual.density_kg_m3, "every"_a = 1,
+      "tolerance_mm"_a = 1e3 * usual.tolerance_m, "density"_a = py::none(), "every"_a = 1,
       "overwrite"_a = false, "threads"_a = 0, "progress"_a = py::none(),
       "Writes a clip for other programs, in the format of the file's name.\n\n"
       ".glb: skinned body with pose correctives as morph targets, and the object, animated "
       "(metres, "
       "y up); .bvh: the skeleton (centimetres, y up); .usda: the body's points and the object's "
-      "transform in every frame (metres, z up); .xml: MJCF for MuJoCo, the object free, hands of "
-      "convex pieces as mocap bodies, a key frame a frame, meshes in a folder beside it; .npz: the "
+      "transform in every frame (metres, z up); .xml: MJCF for MuJoCo, the object free, the hand "
+      "that holds it simulated, a key frame a frame, meshes in a folder beside it; .npz: the "
       "clip; contacts.npz, contacts.csv: where hands touch the object; name_%04d.ply or .obj: a "
       "mesh a frame of the body, and of the object with 'object_' in the name.\n\n"
       "clip: a Clip, a result of fit(), refine(), grasp() or synthesize(), a file, a result folder "
       "or an embedded name. object, object_scale, body as in score(). onto: of a .glb, a character "
       "(.glb, .gltf) whose skeleton is moved and whose skin is kept. correctives: False: no morph "
       "targets. tolerance_mm: of the .glb's skin from the body model's, 0.001 to 100. density: of "
-      "the object, kg/m3, of the .xml. every: .xml, .usda and meshes: each n-th frame. overwrite: "
+      "the object, kg/m3, of the .xml; None: the mass of trials (score()). every: .xml, .usda and "
+      "meshes: each n-th frame. overwrite: "
       "files that are there are replaced. Returns a dict: 'files' written, 'object': whether it is "
       "among them, and what the format has to tell ('surface_error_mm', 'object_mass_kg', ...). "
       "Raises Error for a name of no format and for what cannot be written; Stopped.\n\n"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What MuJoCo makes of the scenes that `holdfast export` writes for it.
+#include <algorithm>
 #include <filesystem>
 #include <string>
 
@@ -111,6 +112,72 @@ TEST(MuJoCo, AGraspedBallDoesNotFall) {
   while (scene.Data().time < 0.5) scene.Step();
   EXPECT_LT((scene.Pose(scene.Body("object")).translation() - before).norm(), 0.03);
   EXPECT_GT(scene.Data().ncon, 1);
+}
+
+// Plays a scene in MuJoCo's own loop as docs/formats.md does. The object's way in the hand, the
+// most and at the end, mm, and whether it is touched then.
+struct Played {
+  double most_mm = 0.0;
+  int contacts = 0;
+};
+Played Play(const std::filesystem::path& path, const char* wrist, bool follow_ctrl) {
+  char fault[1000] = "";
+  mjModel* const model = mj_loadXML(path.c_str(), nullptr, fault, sizeof(fault));
+  EXPECT_NE(model, nullptr) << fault;
+  mjData* const data = mj_makeData(model);
+  const int object = mj_name2id(model, mjOBJ_BODY, "object");
+  const int target = mj_name2id(model, mjOBJ_BODY, wrist);
+  const auto place = [&] {
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> turn(data->xmat +
+                                                                              9 * target);
+    return Eigen::Vector3d(turn.transpose() *
+                           (Eigen::Map<const Eigen::Vector3d>(data->xipos + 3 * object) -
+                            Eigen::Map<const Eigen::Vector3d>(data->xpos + 3 * target)));
+  };
+  mj_resetDataKeyframe(model, data, 0);
+  mj_forward(model, data);
+  const Eigen::Vector3d first = place();
+  Played played;
+  for (int key = 1; key < model->nkey; ++key) {
+    std::copy_n(model->key_mpos + 3 * model->nmocap * key, 3 * model->nmocap, data->mocap_pos);
+    std::copy_n(model->key_mquat + 4 * model->nmocap * key, 4 * model->nmocap, data->mocap_quat);
+    if (follow_ctrl) std::copy_n(model->key_ctrl + model->nu * key, model->nu, data->ctrl);
+    while (data->time < model->key_time[key]) mj_step(model, data);
+    played.most_mm = std::max(played.most_mm, 1e3 * (place() - first).norm());
+  }
+  for (int warning = 0; warning < mjNWARNING; ++warning) {
+    EXPECT_EQ(data->warning[warning].number, 0) << mju_warningText(warning, 0);
+  }
+  played.contacts = data->ncon;
+  mj_deleteData(data);
+  mj_deleteModel(model);
+  return played;
+}
+
+// What passes the trial stays in the exported hand for the whole clip, in MuJoCo's own loop.
+TEST(MuJoCo, WhatPassesTheTrialIsHeldForTheWholeClip) {
+  const TemporaryFolder folder;
+  for (const char* object : {"mug", "apple"}) {
+    SCOPED_TRACE(object);
+    ASSERT_EQ(RunHoldfast(folder.Path(),
+                          std::string("fit demo_drink ") + object + " -o held -f -q --no-report")
+                  .exit_code,
+              0);
+    const auto score =
+        nlohmann::json::parse(RunHoldfast(folder.Path(), "score held --physics --json -q").out);
+    ASSERT_NE(score.dump().find("\"held_directions\":6"), std::string::npos) << score.dump(1);
+    const ProgramResult result =
+        RunHoldfast(folder.Path(), "export held -o scene.xml -f -q --json");
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const auto summary = nlohmann::json::parse(result.out);
+    EXPECT_EQ(summary["simulated_hands"], 1);
+    EXPECT_EQ(summary["hand_pieces"], 32);
+    for (const bool follow_ctrl : {true, false}) {
+      const Played played = Play(folder / "scene.xml", "right_wrist", follow_ctrl);
+      EXPECT_LT(played.most_mm, 20.0) << follow_ctrl;
+      EXPECT_GE(played.contacts, 2);
+    }
+  }
 }
 
 #else

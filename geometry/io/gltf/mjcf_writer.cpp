@@ -271,13 +271,14 @@ class MjcfScene {
     return text + "</body>\n";
   }
 
-  // The springs of simulated hands, and what draws their palms.
+  // The springs of simulated hands, and what draws their palms: slowly enough that a player may go
+  // from key frame to key frame in leaps.
   void WriteDrives(std::ofstream& file) const {
     if (physics_ == nullptr || physics_->hands.empty()) return;
     file << "  <equality>\n";
     for (const MjcfHand& hand : physics_->hands) {
       file << fmt::format(
-          "    <weld body1=\"{}\" body2=\"{}\" solref=\"0.005 1\" solimp=\"0.99 0.999 "
+          "    <weld body1=\"{}\" body2=\"{}\" solref=\"0.02 1\" solimp=\"0.99 0.999 "
           "0.001\"/>\n",
           kJointNames[WristJoint(hand.side)], LinkName(hand, 0));
     }
