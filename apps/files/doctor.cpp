@@ -183,8 +183,9 @@ void AddAnatomy(const RobotHand& hand, Inspection& inspection) {
     found.push_back(name);
     AddJointFact(hand, name, links, inspection);
   }
-  for (const auto name : kFingerNames) {
-    if (std::ranges::find(found, name) == found.end()) lacks.emplace_back(name);
+  for (const int finger : {kThumb, kIndex, kMiddle, kRing, kPinky}) {
+    const std::string name(kFingerNames[static_cast<std::size_t>(finger)]);
+    if (std::ranges::find(found, name) == found.end()) lacks.push_back(name);
   }
   std::vector<int> others;
   for (int k = 0; k < hand.NumLinks(); ++k) {

@@ -18,13 +18,14 @@ constexpr std::array<const char*, 6> kJointColours = {"#3b82c4", "#d4743a", "#4c
 
 std::string NumbersTable(const RobotMeasures& measures) {
   const auto frames = static_cast<double>(measures.frames.size());
-  return HtmlTable({"", ""},
-                   {{"contacts kept, mean distance", fmt::format("{:.2f} mm", measures.contact_mm)},
-                    {"contacts within 5 mm", Percent(measures.touching_ratio, 0)},
-                    {"normals, mean angle", fmt::format("{:.1f}°", measures.angle_deg)},
-                    {"deepest of the clip", fmt::format("{:.2f} mm", measures.deepest_mm)},
-                    {"frames deeper than 2 mm", Percent(measures.frames_deeper_than_2_mm / frames)},
-                    {"links in each other, deepest", fmt::format("{:.2f} mm", measures.self_mm)}});
+  return HtmlTable(
+      {"", ""}, {{"contacts kept (within 5 mm of the object)", Percent(measures.kept_ratio, 0)},
+                 {"from the human's places, mean", fmt::format("{:.2f} mm", measures.contact_mm)},
+                 {"within 5 mm of them", Percent(measures.touching_ratio, 0)},
+                 {"normals, mean angle", fmt::format("{:.1f}°", measures.angle_deg)},
+                 {"deepest of the clip", fmt::format("{:.2f} mm", measures.deepest_mm)},
+                 {"frames deeper than 2 mm", Percent(measures.frames_deeper_than_2_mm / frames)},
+                 {"links in each other, deepest", fmt::format("{:.2f} mm", measures.self_mm)}});
 }
 
 std::string FramesChart(const RobotMeasures& measures) {

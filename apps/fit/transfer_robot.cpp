@@ -16,6 +16,8 @@
 namespace holdfast::apps {
 namespace {
 
+constexpr double kLeastKept = 0.5;  // of the contacts: less is no transfer
+
 nlohmann::json RobotJson(const RobotTransferSetup& setup) {
   nlohmann::json parts = nlohmann::json::object();
   for (const PartLink& row : PartLinksOf(setup.robot, setup.anatomy)) {
@@ -49,6 +51,24 @@ std::string CorrespondenceText(const RobotTransferSetup& setup) {
     text += fmt::format("{},{}\n", row.part, row.link);
   }
   return text;
+}
+
+// Contacts that the robot does not keep, and those that it has no part for.
+void WarnOfLost(const RobotTransferSetup& setup, const RobotMeasures& measures,
+                const CommonOptions& common) {
+  std::vector<std::string> parts;
+  for (const LostPart& part : LostParts(measures)) {
+    parts.push_back(fmt::format("{} ({} of {} frames)", part.part, part.lost, part.frames));
+  }
+  if (!parts.empty()) {
+    Note(common, fmt::format("warning: contact is lost at {}: the robot's part is 5 mm and more "
+                             "from the object",
+                             fmt::join(parts, ", ")));
+  }
+  if (setup.contacts_left_out > 0) {
+    Note(common, fmt::format("note: {} of {} contacts are of parts that the robot lacks: left out",
+                             setup.contacts_left_out, setup.contacts_left_out + measures.contacts));
+  }
 }
 
 std::string GripText(const RobotMeasures& measures) {
@@ -121,6 +141,7 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
   metrics["robot"] = RobotJson(setup);
   metrics["protocol"] = RobotProtocolJson(options);
   metrics["transfer"] = RobotMeasuresJson(measures);
+  metrics["transfer"]["contacts_left_out"] = setup.contacts_left_out;
   const auto frames = static_cast<double>(result.poses.size());
   nlohmann::json summary = metrics;
   summary["output"] = output;
@@ -140,19 +161,27 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
   WriteAtomically(folder / "report.html", RobotPage(setup, result.poses, measures, "sheet.png"));
   WriteAtomically(folder / "metrics.json", metrics.dump(1) + "\n");
   folder.Commit();
+  WarnOfLost(setup, measures, common);
   PrintResult(
       common, summary,
       fmt::format(
           "{}: {} frames on {} ({} fingers, {} joints)\n"
-          "  contacts kept      {:.2f} mm, {:.1f} degrees (mean of {}), {:.0f} % within 5 mm\n"
+          "  contacts           {:.0f} % kept (of {}: within 5 mm of the object), {:.2f} mm and "
+          "{:.1f} degrees from the human's, {:.0f} % within 5 mm of them\n"
           "  deepest            {:.2f} mm, {} frames deeper than 2 mm\n"
           "  grip               {}\n"
           "  solved in          {:.2f} ms a frame, the start in {:.0f} ms\n",
           output, result.poses.size(), setup.robot.name, setup.anatomy.fingers.size(),
-          setup.robot.NumDofs(), measures.contact_mm, measures.angle_deg, measures.contacts,
-          100.0 * measures.touching_ratio, measures.deepest_mm, measures.frames_deeper_than_2_mm,
-          GripText(measures), result.solve_ms / frames, result.start_ms));
-  return kDone;
+          setup.robot.NumDofs(), 100.0 * measures.kept_ratio, measures.contacts,
+          measures.contact_mm, measures.angle_deg, 100.0 * measures.touching_ratio,
+          measures.deepest_mm, measures.frames_deeper_than_2_mm, GripText(measures),
+          result.solve_ms / frames, result.start_ms));
+  if (measures.kept_ratio >= kLeastKept) return kDone;
+  Note(common,
+       fmt::format("warning: less than {:.0f} % of the contacts are kept: this robot does not "
+                   "hold {} so (exit code 3)",
+                   100.0 * kLeastKept, scene.clip.object->name));
+  return kFitFault;
 }
 
 }  // namespace holdfast::apps

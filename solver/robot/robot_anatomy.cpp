@@ -8,6 +8,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <system_error>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -416,6 +417,10 @@ RobotAnatomy FindAnatomy(const RobotHand& hand, Side if_unclear) {
 }
 
 std::vector<PartLink> ReadCorrespondence(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
+    throw Error(path.string(), "is not a regular file", "Give a CSV file");
+  }
   std::ifstream file(path);
   if (!file) throw Error(path.string(), "cannot be read", "Check the path");
   std::vector<PartLink> parts;

@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "geometry/mesh/contact_samples.h"
 #include "geometry/mesh/triangle_tree.h"
 #include "geometry/parallel.h"
@@ -132,6 +134,7 @@ class TransferMeter {
     const SignedDistance::Result hit =
         setup_.object_distance->Query(posed.ObjectFromLink(touch->link) * touch->point);
     out.press_rad = AngleOf(hit.gradient, contact.normal);
+    out.gap_m = std::max(0.0, hit.distance);
     return out;
   }
 
@@ -161,7 +164,7 @@ class TransferMeter {
 RobotMeasures Summed(std::vector<RobotFrameMeasure> frames) {
   RobotMeasures out;
   out.frames = std::move(frames);
-  int touching = 0;
+  int touching = 0, kept = 0;
   std::vector<double> gives;
   for (const RobotFrameMeasure& frame : out.frames) {
     out.hold_frames += !frame.contacts.empty();
@@ -181,6 +184,7 @@ RobotMeasures Summed(std::vector<RobotFrameMeasure> frames) {
         out.bone_mm += 1e3 * contact.bone_m;
       }
       touching += contact.distance_m < kTouch_m;
+      kept += contact.gap_m < kTouch_m;
     }
   }
   if (out.contacts > 0) {
@@ -188,6 +192,7 @@ RobotMeasures Summed(std::vector<RobotFrameMeasure> frames) {
     out.angle_deg /= out.contacts;
     out.press_deg /= out.contacts;
     out.touching_ratio = static_cast<double>(touching) / out.contacts;
+    out.kept_ratio = static_cast<double>(kept) / out.contacts;
   }
   if (!gives.empty()) {
     const auto middle = gives.begin() + std::ssize(gives) / 2;
@@ -255,6 +260,27 @@ RobotMeasures MeasureHuman(const RobotTransferSetup& setup, int threads) {
   return Summed(std::move(frames));
 }
 
+std::vector<LostPart> LostParts(const RobotMeasures& measures) {
+  std::map<int, LostPart> parts;
+  for (const RobotFrameMeasure& frame : measures.frames) {
+    for (const RobotContact& contact : frame.contacts) {
+      LostPart& part = parts[contact.part];
+      ++part.frames;
+      part.lost += contact.gap_m >= kTouch_m;
+    }
+  }
+  std::vector<LostPart> lost;
+  for (auto& [part, of] : parts) {
+    if (2 * of.lost <= of.frames) continue;
+    of.part =
+        part < kJointsPerHand
+            ? fmt::format("{}{}", kFingerNames[static_cast<std::size_t>(part / 3)], part % 3 + 1)
+            : "palm";
+    lost.push_back(of);
+  }
+  return lost;
+}
+
 nlohmann::json RobotMeasuresJson(const RobotMeasures& measures) {
   return {{"contact_distance_mm", measures.contact_mm},
           {"contact_normal_deg", measures.angle_deg},
@@ -262,6 +288,7 @@ nlohmann::json RobotMeasuresJson(const RobotMeasures& measures) {
           {"bone_direction_deg", measures.bone_deg},
           {"bone_end_mm", measures.bone_mm},
           {"bones", measures.bones},
+          {"contacts_kept_ratio", measures.kept_ratio},
           {"contacts_within_5_mm_ratio", measures.touching_ratio},
           {"contacts", measures.contacts},
           {"hold_frames", measures.hold_frames},
@@ -278,6 +305,7 @@ nlohmann::json RobotProtocolJson(const RobotTransferOptions& options) {
            "object: the weighted mean of where it touches; against the nearest point of the "
            "robot's pad that stands for the part"},
           {"touch_mm", 1e3 * options.demonstration.touch_m},
+          {"contact_kept_mm", 1e3 * kTouch_m},
           {"give",
            "how far the object's own weight moves it in the grip, median of the frames that hold: "
            "joints as springs of 3 N m a radian, friction 0.6"},

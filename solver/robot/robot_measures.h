@@ -36,7 +36,8 @@ struct RobotMeasures {
   /// al. 2026, eq. 11 and 10). NaN where none does.
   double bone_deg = 0.0, bone_mm = 0.0;
   int bones = 0;                 ///< that touch, of all frames
-  double touching_ratio = 0.0;   ///< of contacts, those within 5 mm
+  double touching_ratio = 0.0;   ///< of contacts, those within 5 mm of the human's place
+  double kept_ratio = 0.0;       ///< of contacts, those whose pad is within 5 mm of the object
   double deepest_mm = 0.0;       ///< of the clip
   double mean_deepest_mm = 0.0;  ///< frames' deepest, mean
   int frames_deeper_than_2_mm = 0;
@@ -57,6 +58,14 @@ RobotMeasures MeasureTransfer(const RobotTransferSetup& setup, const std::vector
 /// It presses where it touches and its bones are what others' are compared with: press_deg is NaN,
 /// bones are none.
 RobotMeasures MeasureHuman(const RobotTransferSetup& setup, int threads = 1);
+
+/// Parts of the human hand ("index2") whose contact is lost (RobotContact::gap_m of 5 mm and more)
+/// in most of the frames in which they touch, and in how many of how many frames.
+struct LostPart {
+  std::string part;
+  int lost = 0, frames = 0;
+};
+std::vector<LostPart> LostParts(const RobotMeasures& measures);
 
 nlohmann::json RobotMeasuresJson(const RobotMeasures& measures);
 nlohmann::json RobotProtocolJson(const RobotTransferOptions& options);

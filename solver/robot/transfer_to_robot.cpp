@@ -247,8 +247,10 @@ RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
   setup.wrist_from_root = WristFromRoot(*setup.axes, setup.robot, setup.anatomy);
   // What no pad stands for is no contact that could be kept.
   for (HumanFrame& frame : setup.demonstration.frames) {
-    std::erase_if(frame.contacts,
-                  [&](const PartContact& contact) { return setup.pads.Empty(contact.part); });
+    setup.contacts_left_out +=
+        static_cast<int>(std::erase_if(frame.contacts, [&](const PartContact& contact) {
+          return setup.pads.Empty(contact.part);
+        }));
   }
   return setup;
 }

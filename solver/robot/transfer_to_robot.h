@@ -50,6 +50,7 @@ struct RobotContact {
   Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
   double distance_m = 0.0;  ///< point to target
   double angle_rad = 0.0;   ///< normal against the target's reversed
+  double gap_m = 0.0;       ///< of its pad, wherever that is nearest, to the object
   /// The object's normal where the pad is nearest to it, to the target's. NaN of a human hand.
   double press_rad = std::numeric_limits<double>::quiet_NaN();
   /// The phalanx's bone, robot's to human's: directions and far ends. NaN of the palm and of a
@@ -69,6 +70,7 @@ struct RobotTransferSetup {
   std::unique_ptr<HandLandmarks> landmarks;
   std::unique_ptr<HandAxes> axes;
   HumanDemonstration demonstration;
+  int contacts_left_out = 0;  ///< of all frames: of parts that the robot lacks
   TriangleMesh object;
   std::unique_ptr<SignedDistance> object_distance;
   std::unique_ptr<DistanceGrid> object_grid;

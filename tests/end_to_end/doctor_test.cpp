@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // `holdfast doctor` through the program.
+#include <filesystem>
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -8,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/program.h"
+#include "tests/support/robot_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -36,6 +38,63 @@ TEST(DoctorCommand, AFittedFolderIsSoundAndTheNextCommandWorks) {
   EXPECT_EQ(file["facts"]["frames"], 30);
   EXPECT_EQ(file["facts"]["object_rotation"], "column");
   EXPECT_EQ(file["facts"]["holding_hand"], "right");
+}
+
+// A robot's hand: what it is, what transfer makes of it, and the commands that do it.
+TEST(DoctorCommand, DescribesARobotsHandAndTheNextCommandWorks) {
+  const TemporaryFolder folder;
+  std::filesystem::copy(
+      std::filesystem::path(HOLDFAST_SOURCE_DIR) / "tests/fixtures/cases/doctor_robot/hand.urdf",
+      folder / "hand.urdf");
+  const ProgramResult text = RunHoldfast(folder.Path(), "doctor hand.urdf");
+  EXPECT_EQ(text.exit_code, 0) << text.out;
+  for (const char* said :
+       {"hand.urdf: robot (URDF)", "13 links, 10 with a shape", "9 joints that move on their own",
+        "thumb: thumb1_joint 0 to 86 degrees", "3 fingers: thumb, index, middle", "a right hand",
+        "contacts of ring and pinky are left out",
+        "next: holdfast transfer held --robot hand.urdf -o on_hand"}) {
+    EXPECT_THAT(text.out, HasSubstr(said));
+  }
+  const auto json =
+      nlohmann::json::parse(RunHoldfast(folder.Path(), "doctor hand.urdf --json").out)["files"][0];
+  EXPECT_EQ(json["facts"]["joints"], 9);
+  EXPECT_EQ(json["facts"]["fingers"], 3);
+  EXPECT_EQ(json["facts"]["side"], "right");
+  EXPECT_EQ(json["facts"]["joint_high"].size(), 9u);
+  ASSERT_EQ(json["next"].size(), 2u);
+  ASSERT_EQ(
+      RunHoldfast(folder.Path(), "fit demo_drink mug -o held --end 4 -q --no-report").exit_code, 0);
+  const int code =
+      RunHoldfast(folder.Path(), "transfer held --robot hand.urdf -o on_hand -q").exit_code;
+  EXPECT_TRUE(code == 0 || code == 3) << code;
+  EXPECT_TRUE(std::filesystem::exists(folder / "on_hand/robot.npz"));
+}
+
+TEST(DoctorCommand, TellsWhatIsWrongWithARobotsFile) {
+  const TemporaryFolder folder;
+  const std::string whole = testing::BoxHand().Urdf();
+  const auto doctor = [&](const std::string& name, const std::string& text) {
+    std::ofstream(folder / name) << text;
+    return RunHoldfast(folder.Path(), "doctor " + name);
+  };
+  const std::string extra =
+      "<link name=\"m\"><visual><geometry><mesh filename=\"package://hand/none.stl\"/></geometry>"
+      "</visual><visual><geometry><mesh filename=\"nor.obj\"/></geometry></visual></link><joint "
+      "name=\"f\" type=\"fixed\"><parent link=\"palm\"/><child link=\"m\"/></joint>";
+  const ProgramResult missing = doctor("hand.urdf", testing::BoxHand{.extra = extra}.Urdf());
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_THAT(missing.out, HasSubstr("2 of the files that it names are missing: "
+                                     "package://hand/none.stl, nor.obj"));
+  const ProgramResult named = doctor("hand.txt", whole);
+  EXPECT_EQ(named.exit_code, 1);
+  EXPECT_THAT(named.out, HasSubstr("rename it to .urdf"));
+  const ProgramResult xacro =
+      doctor("hand.xacro", "<robot><xacro:include filename=\"a\"/></robot>");
+  EXPECT_EQ(xacro.exit_code, 1);
+  EXPECT_THAT(xacro.out, HasSubstr("xacro hand.xacro > hand.urdf"));
+  const ProgramResult arm = doctor("arm.urdf", "<robot name=\"x\"><link name=\"a\"/></robot>");
+  EXPECT_EQ(arm.exit_code, 1);
+  EXPECT_THAT(arm.out, HasSubstr("no joint that moves"));
 }
 
 TEST(DoctorCommand, OneUnusableFileAmongSoundOnesIsExitCodeOne) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A held mug over to other mugs, sizes and people, by the program.
+#include <filesystem>
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -11,6 +12,7 @@
 #include "geometry/embedded.h"
 #include "geometry/io/container/npz.h"
 #include "tests/support/program.h"
+#include "tests/support/robot_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -149,6 +151,28 @@ TEST(Transfer, VariantsGoOnWhereTheyWereStoppedOnAnyNumberOfThreads) {
   }
   EXPECT_EQ(kept, 4);
   EXPECT_THAT(Transfer("--variants 4 -o more -q --seed 9").err, HasSubstr("another clip, options"));
+}
+
+// A robot whose fingers hardly bend keeps no contact: it is written, and told.
+TEST(Transfer, ARobotThatKeepsNoContactIsExitCodeThree) {
+  std::string stiff = testing::BoxHand().Urdf();
+  for (std::size_t at = 0; (at = stiff.find("upper=\"1.6\"", at)) != std::string::npos; ++at) {
+    stiff.replace(at, 11, "upper=\"-0.0\"");
+  }
+  std::ofstream(Held() / "stiff.urdf") << stiff;
+  const ProgramResult result =
+      RunHoldfast(Held().Path(), "transfer held --robot stiff.urdf -o stiff -f");
+  EXPECT_EQ(result.exit_code, 3) << result.out << result.err;
+  EXPECT_THAT(result.err, HasSubstr("warning: contact is lost at "));
+  EXPECT_THAT(result.err, HasSubstr("less than 50 % of the contacts are kept"));
+  EXPECT_LT(Metrics("stiff")["transfer"]["contacts_kept_ratio"], 0.5);
+  for (const char* name : {"robot.npz", "robot.csv", "scene.xml", "report.html"}) {
+    EXPECT_TRUE(std::filesystem::exists(Held() / "stiff" / name)) << name;
+  }
+  testing::BoxHand{.coupled = true}.Write(Held() / "bends.urdf");
+  EXPECT_EQ(RunHoldfast(Held().Path(), "transfer held --robot bends.urdf -o bends -f -q").exit_code,
+            0);
+  EXPECT_GE(Metrics("bends")["transfer"]["contacts_kept_ratio"], 0.5);
 }
 
 TEST(Transfer, RefusesWhatIsNone) {

@@ -477,6 +477,36 @@ def make_data_file():
     put("data_file", "tensors.safetensors", (ROOT / "safetensors/two.safetensors").read_bytes())
 
 
+def make_robot():
+    def link(name, size):
+        return (f'<link name="{name}"><visual><origin xyz="0 0 {size / 2}"/><geometry><box size="'
+                f'{size / 2} {size / 2} {size}"/></geometry></visual></link>')
+
+    def joint(parent, child, more=""):
+        return (f'<joint name="to_{child}" type="revolute"><parent link="{parent}"/><child link='
+                f'"{child}"/><origin xyz="0 0 0.08" rpy="0.1 0 0"/><axis xyz="0 1 0"/><limit '
+                f'lower="-0.1" upper="1.5" effort="1" velocity="1"/>{more}</joint>')
+
+    palm = '<?xml version="1.0"?>\n<robot name="hand"><!-- two fingers -->' + link("palm", 0.08)
+    whole = (palm + link("a", 0.05) + joint("palm", "a") + link("b", 0.04) + joint("palm", "b", (
+        '<mimic joint="to_a" multiplier="0.7" offset="0.05"/>')) + "</robot>")
+    put("robot", "two_fingers.urdf", whole)
+    put("robot", "capsule.urdf", whole.replace('<box size="0.02 0.02 0.04"/>',
+                                               '<capsule radius="0.01" length="0.02"/>'))
+    put("robot", "mesh_missing.urdf", whole.replace('<box size="0.02 0.02 0.04"/>',
+                                                    '<mesh filename="package://hand/none.stl"/>'))
+    put("robot", "follows_nobody.urdf", whole.replace('mimic joint="to_a"', 'mimic joint="to_c"'))
+    put("robot", "nested.urdf", "<robot>" + "<link>" * 300)
+    body = ('<mujoco><compiler angle="radian"/><worldbody><body name="palm"><geom type="box" size='
+            '"0.04 0.01 0.04"/><body name="f" pos="0.03 0 0.08"><joint name="j" axis="1 0 0" range='
+            '"0 1.5" limited="true"/><geom type="capsule" size="0.01 0.03"/></body></body>'
+            '</worldbody></mujoco>')
+    put("robot", "finger.xml", body)
+    put("robot", "not_finite.xml", body.replace("0.01 0.03", "&#110;an 0.03"))
+    put("robot", "composite.xml", body.replace("<worldbody>", (
+        '<worldbody><body><composite type="grid" count="1000 1000 1" spacing="1"/></body>')))
+
+
 MAKERS = {name[5:]: make for name, make in list(globals().items()) if name.startswith("make_")}
 
 if __name__ == "__main__":

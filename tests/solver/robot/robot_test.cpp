@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: MIT
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cmath>
+#include <csignal>
+#include <cstdio>
 #include <fstream>
 #include <random>
 #include <set>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -23,8 +29,11 @@
 #include "solver/robot/robot_solver.h"
 #include "solver/robot/start_choice.h"
 #include "solver/robot_hand/read_robot.h"
+#include "solver/robot_hand/reader_process.h"
+#include "solver/robot_hand/robot_file.h"
 #include "solver/robot_hand/robot_kinematics.h"
 #include "solver/robot_hand/robot_shapes.h"
+#include "solver/trial/trial_scene.h"
 #include "tests/support/robot_files.h"
 #include "tests/support/temporary_folder.h"
 
@@ -235,6 +244,149 @@ TEST(ReadRobotHand, WhatCollidesStandsForMeshesOfOtherFormats) {
   EXPECT_THAT(hand.notes[0], HasSubstr("'m'"));
   EXPECT_THROW(with(""), Error);
 }
+
+TEST(ReadRobotHand, CapsulesInUrdfHaveTheirEndsBesides) {
+  constexpr const char* kExtra =
+      "<link name=\"m\"><visual><geometry>{}</geometry></visual></link><joint name=\"f\" "
+      "type=\"fixed\"><parent link=\"palm\"/><child link=\"m\"/></joint>";
+  const TemporaryFolder folder;
+  for (const char* capsule : {"<capsule radius=\"0.01\" length=\"0.03\"/>",
+                              "<capsule length='0.03' radius='0.01'></capsule>",
+                              "<drake:capsule radius=\"0.01\" length=\"0.03\"/>"}) {
+    BoxHand{.extra = fmt::format(kExtra, capsule)}.Write(folder / "hand.urdf");
+    const RobotHand hand = ReadRobotHand(folder / "hand.urdf");
+    const RobotLink& link = hand.links[hand.FindLink("m")];
+    ASSERT_EQ(link.shapes.size(), 1u) << capsule;
+    EXPECT_NEAR(Extent(link.shapes[0]).z(), 0.05, 1e-9);
+    EXPECT_NEAR(Extent(link.shapes[0]).x(), 0.02, 1e-3);
+    EXPECT_TRUE(hand.notes.empty());
+  }
+  EXPECT_THAT(
+      WhatReadingSays(BoxHand{.extra = fmt::format(kExtra, "<capsule radius=\"0.01\"/>")}.Urdf()),
+      HasSubstr("capsule"));
+}
+
+std::string Mjcf(const std::string& extra, const std::string& size = "0.012") {
+  return "<mujoco>" + extra +
+         "<worldbody><body name=\"palm\"><geom type=\"box\" size=\"0.04 0.01 0.04\"/><body "
+         "name=\"f1\" pos=\"0.03 0 0.08\"><joint name=\"j1\" axis=\"1 0 0\" range=\"0 90\" "
+         "limited=\"true\"/><geom type=\"sphere\" size=\"" +
+         size + "\"/></body></body></worldbody></mujoco>";
+}
+
+// What ends, hangs or swells the libraries is told before they see it, or without them.
+TEST(ReadRobotHand, RefusesWhatNoLibraryStands) {
+  const auto repeated = [](const std::string& text, int times) {
+    std::string all;
+    for (int k = 0; k < times; ++k) all += text;
+    return all;
+  };
+  EXPECT_THAT(
+      WhatReadingSays("<robot a='" + repeated("/>", 1000) + "'>" + repeated("<link>", 1000)),
+      HasSubstr("nested"));
+  EXPECT_THAT(
+      WhatReadingSays("<robot><!--" + repeated("/>", 1000) + "-->" + repeated("<link>", 1000)),
+      HasSubstr("nested"));
+  EXPECT_THAT(WhatReadingSays("<robot>" + repeated("<link name='a'/>", 1001)), HasSubstr("links"));
+  if (!HasPhysics()) GTEST_SKIP() << "built without MuJoCo";
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {Mjcf("", "nan"), "size=\"nan\""},
+      {Mjcf("", "&#110;an"), "size=\"nan\""},
+      {Mjcf("", "-inf"), "body 'f1'"},
+      {Mjcf("", "1e999"), "not finite"},
+      {Mjcf("", "1e300"), "size"},
+      {Mjcf("<option timestep='nan'/>"), "timestep"},
+      {Mjcf("<size nuserdata='300000000'/>"), "gigabytes"},
+      {Mjcf("<size nuser_geom='1000000'/>"), "gigabytes"},
+      {Mjcf("<asset><hfield name='h' nrow='60000' ncol='60000' size='1 1 1 1'/></asset>"),
+       "points"},
+      {Mjcf("<asset><texture name='t' type='2d' builtin='flat' width='50000' "
+            "height='50000'/></asset>"),
+       "points"},
+      {Mjcf("<worldbody><body><composite type='grid' count='1000 1000 1' "
+            "spacing='1'/></body></worldbody>"),
+       "1000000 parts"},
+      {Mjcf("<worldbody><replicate count='200'><replicate count='200'/></replicate></worldbody>"),
+       "40000 parts"},
+      {"<!DOCTYPE a [<!ENTITY b 'c'>]>" + Mjcf(""), "entities"},
+      {Mjcf("<include file='/dev/zero'/>"), "a device"},
+      {Mjcf("<asset><mesh name='m' file='/'/></asset>"), "a folder"},
+      {Mjcf("<asset><mesh name='m' file='none.obj'/></asset>"), "none.obj"}};
+  for (const auto& [text, said] : cases) {
+    EXPECT_THAT(WhatReadingSays(text, "hand.xml"), HasSubstr(said)) << text.substr(0, 300);
+  }
+}
+
+// Files that once ended the program (tests/fixtures/cases/attack), and a pipe.
+TEST(ReadRobotHand, FaultsOfLibrariesAreErrorsThatNameTheFile) {
+  if (!HasPhysics()) GTEST_SKIP() << "built without MuJoCo";
+  const TemporaryFolder folder;
+  int read = 0;
+  const std::filesystem::path cases =
+      std::filesystem::path(HOLDFAST_SOURCE_DIR) / "tests/fixtures/cases/attack";
+  for (const auto& entry : std::filesystem::directory_iterator(cases)) {
+    std::filesystem::copy(entry.path(), folder / entry.path().filename());
+  }
+  ASSERT_EQ(mkfifo((folder / "fifo.obj").c_str(), 0600), 0);
+  for (const auto& entry : std::filesystem::directory_iterator(cases)) {
+    if (entry.path().extension() != ".xml") continue;
+    ++read;
+    const std::string name = entry.path().filename().string();
+    try {
+      ReadRobotHand(folder / name);
+      ADD_FAILURE() << name << " is read";
+    } catch (const Error& error) {
+      EXPECT_THAT(std::string(error.what()), HasSubstr(name));
+    }
+  }
+  EXPECT_GE(read, 8);
+}
+
+TEST(ReaderProcess, AFaultIsAnErrorAndAHandComesBackAsItWas) {
+  const auto what = [](const std::function<RobotHand()>& reader) -> std::string {
+    try {
+      ReadInProcess("hand.x", "lib", reader);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "nothing";
+  };
+  EXPECT_THAT(what([]() -> RobotHand {
+                std::raise(SIGSEGV);
+                return {};
+              }),
+              HasSubstr("hand.x: ends lib with a fault (Segmentation fault)"));
+  EXPECT_THAT(what([]() -> RobotHand { throw std::runtime_error("odd"); }), HasSubstr("odd"));
+  EXPECT_THAT(what([]() -> RobotHand { throw std::bad_alloc(); }), HasSubstr("memory"));
+  EXPECT_EQ(what([]() -> RobotHand { throw Error("a", "b", "c"); }), "a: b. c");
+  EXPECT_THAT(what([]() -> RobotHand { _exit(0); }), HasSubstr("fault"));
+  const RobotHand hand = Read({.coupled = true});
+  const RobotHand back = ReadInProcess("hand.x", "lib", [&] { return hand; });
+  ASSERT_EQ(back.NumLinks(), hand.NumLinks());
+  ASSERT_EQ(back.NumDofs(), hand.NumDofs());
+  EXPECT_EQ(back.name, hand.name);
+  for (int k = 0; k < hand.NumLinks(); ++k) {
+    EXPECT_EQ(back.links[k].name, hand.links[k].name);
+    EXPECT_EQ(back.links[k].factor, hand.links[k].factor);
+    EXPECT_EQ(back.links[k].parent_from_joint.matrix(), hand.links[k].parent_from_joint.matrix());
+    ASSERT_EQ(back.links[k].shapes.size(), hand.links[k].shapes.size());
+    EXPECT_EQ(back.links[k].shapes[0].vertices, hand.links[k].shapes[0].vertices);
+    EXPECT_EQ(back.links[k].shapes[0].faces, hand.links[k].shapes[0].faces);
+  }
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST(ReaderProcess, HasAGigabyte) {
+  EXPECT_THROW(ReadInProcess("hand.x", "lib",
+                             [] {
+                               std::vector<char> much(std::size_t{3} << 30, 'x');
+                               RobotHand hand;
+                               hand.name.assign(1, much[much.size() / 2]);
+                               return hand;
+                             }),
+               Error);
+}
+#endif
 
 TEST(ReadRobotHand, JointsWithoutRangeStandStill) {
   const TemporaryFolder folder;
