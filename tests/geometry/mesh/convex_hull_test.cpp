@@ -107,5 +107,21 @@ TEST(ConvexHullOfPoints, OfWhatIsFlatHasNoFaces) {
   EXPECT_EQ(ConvexHull(points).NumFaces(), 0);
 }
 
+// No four in a plane: one hull is enough, and it is the same to the last bit.
+TEST(ConvexHullOfPoints, OfJitteredPointsAreTheSameInOnePass) {
+  for (const int side : {3, 6}) {
+    Eigen::Matrix3Xd lattice(3, side * side * side);
+    for (int k = 0; k < lattice.cols(); ++k) {
+      lattice.col(k) << k % side, k / side % side, k / (side * side);
+    }
+    const Eigen::Matrix3Xd points = Jittered(DistinctPoints(0.01 * lattice), 4e-6);
+    const TriangleMesh whole = ConvexHull(points), once = ConvexHullOfJittered(points);
+    ASSERT_GT(whole.NumFaces(), 20);
+    EXPECT_EQ(whole.vertices, once.vertices);
+    EXPECT_EQ(whole.faces, once.faces);
+  }
+  EXPECT_EQ(ConvexHullOfJittered(Eigen::Matrix3Xd::Identity(3, 3)).NumFaces(), 0);
+}
+
 }  // namespace
 }  // namespace holdfast
