@@ -34,9 +34,14 @@ struct Part {
   double outside_m3 = 0.0;  // excess over the hull's surface
 };
 
-void MeasureExcess(const DistanceGrid& distance, Part& part) {
+// Until more than `most_m3` is outside, which nobody wants to know: infinitely much then.
+void MeasureExcess(const DistanceGrid& distance, double most_m3, Part& part) {
   const TriangleMesh& hull = part.hull;
   for (Eigen::Index f = 0; f < hull.NumFaces(); ++f) {
+    if (part.outside_m3 > most_m3) {
+      part.outside_m3 = std::numeric_limits<double>::infinity();
+      return;
+    }
     const Eigen::Vector3d a = hull.vertices.col(hull.faces(0, f));
     const Eigen::Vector3d ab = hull.vertices.col(hull.faces(1, f)) - a;
     const Eigen::Vector3d ac = hull.vertices.col(hull.faces(2, f)) - a;
@@ -53,12 +58,13 @@ void MeasureExcess(const DistanceGrid& distance, Part& part) {
   }
 }
 
-Part PartOf(Eigen::Matrix3Xd corners, const DistanceGrid& distance) {
+Part PartOf(Eigen::Matrix3Xd corners, const DistanceGrid& distance,
+            double most_m3 = std::numeric_limits<double>::infinity()) {
   Part part;
   part.corners = std::move(corners);
   // A cut's many points in one plane would have the hull's predicates computed exactly.
   part.hull = ConvexHullOfJittered(Jittered(DistinctPoints(part.corners), kJitter_m));
-  MeasureExcess(distance, part);
+  MeasureExcess(distance, most_m3, part);
   return part;
 }
 
@@ -117,12 +123,14 @@ std::pair<Part, Part> Cut(const Part& part, const DistanceGrid& distance, int th
     const double low = heights.minCoeff(), high = heights.maxCoeff();
     const double offset = low + (k % kPlaces + 1.0) / (kPlaces + 1.0) * (high - low);
     Try& one = tries[k];
-    one.low = PartOf(Below(part.corners, normal, offset), distance);
+    one.low = PartOf(Below(part.corners, normal, offset), distance, least);
     if (one.low.outside_m3 > least) {
       one.high.outside_m3 = std::numeric_limits<double>::infinity();
       return;
     }
-    one.high = PartOf(Below(part.corners, -normal, -offset), distance);
+    // A hair more than what is left: sums round.
+    const double left = (1.0 + 1e-9) * least - one.low.outside_m3;
+    one.high = PartOf(Below(part.corners, -normal, -offset), distance, left);
     const double outside = one.low.outside_m3 + one.high.outside_m3;
     for (double known = least; outside < known && !least.compare_exchange_weak(known, outside);) {
     }
