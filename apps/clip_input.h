@@ -42,10 +42,9 @@ void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& bod
                 const TriangleMesh& object, const CommonOptions& common);
 
 /// Loads a clip of any kind, as LoadClip does. The object's mesh is the one told, else that of
-/// FindClipObject. A clip that names no file of its object and whose object is not embedded has
-/// none
-/// (`object_missing` says why); one that was told or is named and cannot be read throws Error, as
-/// does an unreadable clip.
+/// FindClipObject. A clip that names no file of its object has none where the object is not
+/// embedded either (`object_missing` says why); one that was told or is named and cannot be read
+/// throws Error, as does an unreadable clip.
 ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions& options,
                         const CommonOptions& common);
 
