@@ -109,8 +109,8 @@ class BodyModel {
     return side == Side::kRight ? parts_->right_hand_ids : parts_->left_hand_ids;
   }
   const std::string& Name() const { return parts_->name; }  ///< file name, for reports
-  /// What is said where betas are used of a MANO_LEFT as published, whose shapedirs have the x of the
-  /// right hand's (smplx issue 48): Load sets the sign right. Empty for every other model.
+  /// What is said where betas are used of a MANO_LEFT as published, whose shapedirs have the x of
+  /// the right hand's (smplx issue 48): Load sets the sign right. Empty for every other model.
   std::string ShapeNote() const;
 
   /// Shaped vertices v_s (3 x V). Coefficients beyond the model's throw Error unless they are zero;
