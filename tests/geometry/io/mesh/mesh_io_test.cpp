@@ -314,7 +314,7 @@ TEST_F(MeshIo, ReadsLinesHoweverTheyEnd) {
   std::string binary =
       "ply\rformat binary_little_endian 1.0\relement vertex 3\rproperty uchar x\rproperty uchar y\r"
       "property uchar z\relement face 1\rproperty list uchar uchar vertex_indices\rend_header\r";
-  for (const char c : {10, 0, 0, 13, 0, 0, 0, 10, 0, 3, 0, 1, 2}) binary += c;
+  for (const int c : {10, 0, 0, 13, 0, 0, 0, 10, 0, 3, 0, 1, 2}) binary += static_cast<char>(c);
   const TriangleMesh three = ReadMesh(Write("binary.ply", binary));
   EXPECT_EQ(three.vertices(0, 0), 10.0);
   EXPECT_EQ(three.vertices(0, 1), 13.0);
