@@ -19,7 +19,7 @@
 #include "geometry/error.h"
 #include "geometry/import/import_motion.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/gltf/gltf_container.h"
+#include "geometry/io/gltf/asset/gltf_container.h"
 #include "geometry/retarget/ground_contact.h"
 #include "geometry/retarget/retarget_calibration.h"
 #include "geometry/rotation.h"
