@@ -141,6 +141,13 @@ ClipObject FindClipObject(const LoadedClip& loaded, double scale) {
     found.source = loaded.object_mesh.empty() ? (loaded.file.parent_path() / track.mesh).string()
                                               : loaded.object_mesh.string();
     found.scale = scale * loaded.object_mesh_scale;
+    // A result has its mesh beside it; of other clips it may not have come along.
+    std::error_code ignored;
+    if (!fs::exists(found.source, ignored) &&
+        !fs::exists(loaded.file.parent_path() / "metrics.json", ignored)) {
+      found.missing = fmt::format("{} does not exist", found.source);
+      return found;
+    }
     found.mesh = ReadNamedMesh(loaded.file, found.source, found.scale);
     return found;
   }

@@ -40,7 +40,7 @@ struct ClipObject {
 };
 
 /// An object without a mesh is no fault (`missing`). Looks at the track, the file, what an importer
-/// found. Throws Error for a named file that is missing, unreadable or of another checksum.
+/// found. Throws Error for a file that is unreadable, of another checksum, missing from a result.
 ClipObject FindClipObject(const LoadedClip& loaded, double scale = 1.0);
 
 }  // namespace holdfast

@@ -166,6 +166,10 @@ void InspectClip(Inspection& inspection) {
       } catch (const Error& error) {
         inspection.Fault(fmt::format("{} {}", error.Where(), error.Problem()), error.Remedy());
       }
+      if (!object.missing.empty()) {
+        inspection.AddFact("object_missing", object.missing,
+                           "no mesh of the object: " + object.missing);
+      }
       if (object.by_name) object.mesh.reset();
       DescribeOnBody(clip.clip, object.mesh, body, inspection);
     }

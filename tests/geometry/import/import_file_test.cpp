@@ -252,6 +252,9 @@ TEST(FindClipObject, TakesTheClipsOwnThenTheOneItNamesThenTheNames) {
   loaded.object_surface.reset();
   track.surface.reset();
   std::filesystem::remove(folder / "object.ply");
+  EXPECT_FALSE(FindClipObject(loaded).mesh);
+  EXPECT_THAT(FindClipObject(loaded).missing, HasSubstr("object.ply"));
+  std::ofstream(folder / "metrics.json") << "{}";  // a result
   EXPECT_THROW(FindClipObject(loaded), Error);
   track.mesh = "mug";  // embedded
   EXPECT_FALSE(FindClipObject(loaded).by_name);
