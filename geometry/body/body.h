@@ -6,6 +6,7 @@
 ///
 /// From the inside out:
 ///   skeleton.h             55 joints: names, parents, sides, mirroring
+///   rest_pelvis.h          J_0 of the published mean shapes and of the embedded body
 ///   smplx_hand_vertices.h  MANO's 778 vertices in SMPL-X
 ///   body_layouts.h         SMPL-H and MANO as 55 joints
 ///   linear_basis.h         shape and pose directions as stored

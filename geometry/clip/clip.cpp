@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
 #include <iterator>
 #include <numbers>
 #include <numeric>
@@ -381,9 +382,16 @@ std::string MeshChecksum(const TriangleMesh& mesh) {
   return Checksum(bytes);
 }
 
+std::string MeshChecksumIn(const std::filesystem::path& clip) {
+  std::array<char, 2> head{};
+  std::ifstream file(clip, std::ios::binary);
+  const bool is_npz = file.read(head.data(), head.size()) && head == std::array{'P', 'K'};
+  return is_npz ? ReadText(NpzReader(clip), kObjectChecksum, "") : std::string();
+}
+
 void RequireMeshOf(const std::filesystem::path& clip, const TriangleMesh& mesh,
                    const std::string& source) {
-  const std::string checksum = ReadText(NpzReader(clip), kObjectChecksum, "");
+  const std::string checksum = MeshChecksumIn(clip);
   if (checksum.empty() || checksum == MeshChecksum(mesh)) return;
   throw Error(source,
               fmt::format("is not the mesh that {} was made with: its vertices or faces differ",

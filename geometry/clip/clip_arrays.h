@@ -25,6 +25,10 @@ std::string MeshChecksum(const TriangleMesh& mesh);
 inline constexpr const char* kMeshRemedy =
     "Put that mesh back, or say which one is meant with --object (transfer: --from-object)";
 
+/// The checksum of its object's mesh that a clip (.npz) has; empty for clips without, and other
+/// files.
+std::string MeshChecksumIn(const std::filesystem::path& clip);
+
 /// Throws Error where a clip's file has a checksum of its object's mesh and `mesh`, as the file
 /// `source` holds it, has another.
 void RequireMeshOf(const std::filesystem::path& clip, const TriangleMesh& mesh,

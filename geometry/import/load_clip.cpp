@@ -94,7 +94,7 @@ TriangleMesh ReadNamedMesh(const fs::path& clip, const std::string& path, double
   } catch (const Error& error) {
     throw Error(error.Where(), error.Problem(), fmt::format("{}. {}", error.Remedy(), kMeshRemedy));
   }
-  if (fs::is_regular_file(clip, ignored)) RequireMeshOf(clip, file.mesh, path);
+  RequireMeshOf(clip, file.mesh, path);
   return ObjectOfMesh(file.mesh, fs::path(path).stem().string(), path, scale).mesh;
 }
 
@@ -141,10 +141,11 @@ ClipObject FindClipObject(const LoadedClip& loaded, double scale) {
     found.source = loaded.object_mesh.empty() ? (loaded.file.parent_path() / track.mesh).string()
                                               : loaded.object_mesh.string();
     found.scale = scale * loaded.object_mesh_scale;
-    // A result has its mesh beside it; of other clips it may not have come along.
+    // A result was written with its mesh beside it; of other clips it may not have come along.
     std::error_code ignored;
     if (!fs::exists(found.source, ignored) &&
-        !fs::exists(loaded.file.parent_path() / "metrics.json", ignored)) {
+        !fs::exists(loaded.file.parent_path() / "metrics.json", ignored) &&
+        MeshChecksumIn(loaded.file).empty()) {
       found.missing = fmt::format("{} does not exist", found.source);
       return found;
     }

@@ -85,6 +85,8 @@ CarriedQuality QualityOf(const Clip& clip, std::span<const HandModel* const> han
   return quality;
 }
 
+// How deep a hand that touches may be where the clip's touches nothing.
+constexpr double kTouch_mm = 1.0;
 constexpr double kBlend_s = 0.15;  // from a frame that is kept to one that is refined
 
 Eigen::Vector3d Between(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double share) {
@@ -146,12 +148,12 @@ bool MarkDeeper(const ContactScore& score, double most_mm, int around, std::vect
   return any;
 }
 
-// Keeps frames of the clip until none is deeper than the clip's deepest.
+// Keeps frames of the clip until none is deeper than the clip's deepest, or than a touch.
 void KeepShallow(const Clip& clip, const std::function<CarriedQuality(const Clip&)>& measure,
                  const std::function<bool()>& stopped, RefineReport& report) {
   constexpr double kSame_mm = 1e-9;
   constexpr int kRounds = 4;
-  const double most_mm = report.before.contact.penetration_max_mm + kSame_mm;
+  const double most_mm = std::max(report.before.contact.penetration_max_mm, kTouch_mm) + kSame_mm;
   const int around = static_cast<int>(std::lround(kBlend_s * clip.frame_rate));
   const Clip refined = report.result.clip;
   std::vector<char> kept(refined.pose.size(), 0);
@@ -249,7 +251,7 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
   report.before = measure(clip);
   if (!stopped) report.after = measure(report.result.clip);
   constexpr double kDeeper_mm = 1e-3;
-  const double before_mm = report.before.contact.penetration_max_mm;
+  const double before_mm = std::max(report.before.contact.penetration_max_mm, kTouch_mm);
   if (!stopped && report.after.contact.penetration_max_mm > before_mm + kDeeper_mm) {
     constexpr double kHarder = 10.0;
     FitOptions harder = options.fit;

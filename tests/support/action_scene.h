@@ -47,7 +47,7 @@ inline Clip ComposedActionClip(int which, int style, const std::string& subject 
   clip.holding_hand.assign(clip.NumFrames(), kHoldsRight);
   ObjectTrack track;
   track.name = what.object;
-  track.mesh = what.object + ".ply";
+  track.mesh = what.object;
   track.trans.resize(3, clip.NumFrames());
   track.orient.resize(3, clip.NumFrames());
   BodyState state;

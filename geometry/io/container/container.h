@@ -20,7 +20,9 @@
 ///   object_fields.h                 instances of classes, their fields
 ///   sparse_value.h, chumpy_value.h  scipy.sparse and chumpy as arrays
 ///   json_budget.h                   JSON parsed within a memory budget
+///   json_text.h                     JSON as UTF-8 text, whatever bytes its texts are
 ///   read_json.h                     JSON files, missing ones too
+///   wall_times.h                    results and their wall times, apart
 ///   text_scanner.h                  words of a text with line numbers
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/data_value.h"

@@ -15,6 +15,7 @@
 ///   joint_range.h   joint angles beyond captured limits
 /// and those of a whole pose (FreePose), Ceres cost functions:
 ///   marker_distance.h    markers off where the body carries them
+///   marker_on_skin.h     markers off their height over the skin
 ///   marker_place.h       markers off where their names say they sit; betas
 ///   pose_rest.h          joints off their rest, or beyond their limits
 ///   pose_acceleration.h  q_t-1 - 2 q_t + q_t+1

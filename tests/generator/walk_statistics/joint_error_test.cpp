@@ -53,8 +53,8 @@ TEST(JointError, FingertipsLieBeyondTheLastJointsAndMirror) {
     const Eigen::Vector3d tip = body->Template().col(right[finger]);
     EXPECT_GT((tip - last).dot(along.normalized()), 0.01) << finger;
     EXPECT_LT((tip - last).norm(), 0.05) << finger;
-    const Eigen::Vector3d mirrored =
-        body->Template().col(left[finger]).cwiseProduct(Eigen::Vector3d(-1, 1, 1));
+    Eigen::Vector3d mirrored = body->Template().col(left[finger]);
+    mirrored.x() = 2.0 * joints(0, 0) - mirrored.x();
     EXPECT_LT((tip - mirrored).norm(), 0.004) << finger;
   }
 }

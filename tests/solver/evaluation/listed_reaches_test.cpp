@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "generator/wandr/default_network.h"
+#include "geometry/body/rest_pelvis.h"
 #include "geometry/error.h"
 #include "tests/support/temporary_folder.h"
 
@@ -25,6 +26,7 @@ class ReachList : public ::testing::Test {
     for (JointPose& pose : clip.pose) pose(0, 0) = 1.5707963267948966;
     clip.trans = Eigen::Matrix3Xd::Zero(3, 20);
     clip.trans.row(2).setConstant(1.3);
+    clip.trans.colwise() -= kEmbeddedRestPelvis;
     WriteClip(clip, folder.Path() / "stands.npz");
   }
   testing::TemporaryFolder folder;

@@ -130,7 +130,7 @@ TEST(GraspSet, StopsAndRefuses) {
   EXPECT_EQ(stopped.status, GraspStatus::kStopped);
   EXPECT_TRUE(stopped.grasps.empty());
   // What is found until then is complete.
-  const GraspSet some = Find(40, 1, [](double share) { return share == 0.0; });
+  const GraspSet some = Find(40, 1, [](double share) { return share < 0.5; });
   EXPECT_EQ(some.status, GraspStatus::kStopped);
   ASSERT_FALSE(some.grasps.empty());
   EXPECT_LT(some.grasps.size(), 40u);

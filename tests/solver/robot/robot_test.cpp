@@ -229,10 +229,10 @@ TEST(ReadRobotHand, SaysWhatIsLeftOut) {
 
 TEST(ReadRobotHand, WhatCollidesStandsForMeshesOfOtherFormats) {
   constexpr const char* kExtra =
-      "<link name=\"m\"><visual><geometry><mesh filename=\"seen.glb\"/></geometry></visual>{}"
+      "<link name=\"m\"><visual><geometry><mesh filename=\"seen.dae\"/></geometry></visual>{}"
       "</link><joint name=\"f\" type=\"fixed\"><parent link=\"palm\"/><child link=\"m\"/></joint>";
   const TemporaryFolder folder;
-  std::ofstream(folder / "seen.glb") << "glTF";
+  std::ofstream(folder / "seen.dae") << "<COLLADA/>";
   const auto with = [&](const std::string& collision) {
     BoxHand{.extra = fmt::format(kExtra, collision)}.Write(folder / "hand.urdf");
     return ReadRobotHand(folder / "hand.urdf");
