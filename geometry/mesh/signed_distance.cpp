@@ -21,6 +21,7 @@ namespace {
 // Closer to the surface than this share of the mesh's size, the direction to the closest point is
 // rounding noise and the pseudonormal is the better gradient.
 constexpr double kOnSurface = 1e-12;
+constexpr Eigen::Index kManyClosing = 1000;
 
 bool HasCorner(const Eigen::Vector3i& face, int vertex) { return (face.array() == vertex).any(); }
 
@@ -44,6 +45,10 @@ struct SignedDistance::Impl {
     surface_tolerance = kOnSurface * (tree.Max() - tree.Min()).norm();
     if (sign != Sign::kWindingNumber) return;
     TriangleMesh whole = ClosingTriangles(mesh);
+    if (whole.NumFaces() > kManyClosing && 4 * whole.NumFaces() > mesh.NumFaces()) {
+      plain = std::make_unique<WindingNumber>(mesh);
+      return;
+    }
     closing = std::make_unique<WindingNumber>(whole);
     Append(mesh, whole);
     closed = std::make_unique<WindingNumber>(whole);
@@ -101,6 +106,7 @@ struct SignedDistance::Impl {
   /// Winding number of the surface: a whole number for what it is with the triangles that close it,
   /// which a ray counts, less that of those few.
   double Winding(const Eigen::Vector3d& point) const {
+    if (plain) return plain->At(point);
     const Eigen::Vector3d below = point - tree.Min(), above = tree.Max() - point;
     Eigen::Index axis, other;
     const bool ascending = above.minCoeff(&axis) < below.minCoeff(&other);  // the shortest way out
@@ -120,8 +126,9 @@ struct SignedDistance::Impl {
   std::vector<int> begin, around;  // the faces around a vertex v: around[begin[v]] ...
   double surface_tolerance = 0.0;
   Sign sign = Sign::kPseudonormal;
-  // Only without a watertight mesh: with the triangles that close it, and those alone.
-  std::unique_ptr<WindingNumber> closed, closing;
+  // Only without a watertight mesh: with the triangles that close it, and those alone. Of a mesh
+  // that is mostly edge, which many slivers would close, as it is.
+  std::unique_ptr<WindingNumber> closed, closing, plain;
 };
 
 SignedDistance::SignedDistance(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {}
