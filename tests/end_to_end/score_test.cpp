@@ -190,8 +190,8 @@ TEST(Score, AMeshWithHolesIsMeasuredByStatedFallbacks) {
   Fit(folder);
   TriangleMesh mesh = ReadMesh(folder / "held/object.ply");
   mesh.faces.conservativeResize(3, mesh.NumFaces() - 3);
-  WriteMesh(mesh, folder / "held/object.ply");
-  const json scores = Score(folder, "held");
+  WriteMesh(mesh, folder / "open.ply");
+  const json scores = Score(folder, "held --object open.ply");
   const json& clip = scores["clips"][0];
   EXPECT_EQ(clip["protocol"]["inside_by"], "winding number");
   EXPECT_EQ(clip["values"]["exact_volume_frames_ratio"], 0.0);
@@ -199,7 +199,8 @@ TEST(Score, AMeshWithHolesIsMeasuredByStatedFallbacks) {
             clip["values"]["intersection_volume_voxel_cm3"]);
   EXPECT_THAT(clip["notes"].dump(), HasSubstr("not watertight"));
   EXPECT_THAT(clip["notes"].dump(), HasSubstr("voxels of 2 mm stand in"));
-  const ProgramResult strict = RunHoldfast(folder.Path(), "score held --exact on");
+  const ProgramResult strict =
+      RunHoldfast(folder.Path(), "score held --object open.ply --exact on");
   EXPECT_EQ(strict.exit_code, 1);
   EXPECT_THAT(strict.err, HasSubstr("not watertight"));
 }
