@@ -141,9 +141,9 @@ ClipObject FindClipObject(const LoadedClip& loaded, double scale) {
     found.source = loaded.object_mesh.empty() ? (loaded.file.parent_path() / track.mesh).string()
                                               : loaded.object_mesh.string();
     found.scale = scale * loaded.object_mesh_scale;
-    // A result was written with its mesh beside it; of other clips it may not have come along.
+    // A result was written with its mesh beside it; of other files it may not have come along.
     std::error_code ignored;
-    if (!fs::exists(found.source, ignored) &&
+    if (!fs::exists(found.source, ignored) && !loaded.file.empty() &&
         !fs::exists(loaded.file.parent_path() / "metrics.json", ignored) &&
         MeshChecksumIn(loaded.file).empty()) {
       found.missing = fmt::format("{} does not exist", found.source);

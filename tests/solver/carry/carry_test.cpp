@@ -135,8 +135,7 @@ TEST(RefineCarried, NeverGoesDeeperThanTheClip) {
   ASSERT_EQ(held.status, CarryStatus::kCarried);
   Clip clip = held.clip;
   for (int t = 0; t < 12; ++t) {
-    clip.object->trans.col(t) +=
-        t < 6 ? Eigen::Vector3d(0.02, 0.02, 0.0) : Eigen::Vector3d(-0.01, 0.03, -0.02);
+    clip.object->trans(2, t) += t < 6 ? 0.05 : -0.05;
   }
   RefineOptions options;
   options.hands = RefineHands::kRight;

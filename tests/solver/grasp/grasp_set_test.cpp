@@ -130,10 +130,10 @@ TEST(GraspSet, StopsAndRefuses) {
   EXPECT_EQ(stopped.status, GraspStatus::kStopped);
   EXPECT_TRUE(stopped.grasps.empty());
   // What is found until then is complete.
-  const GraspSet some = Find(40, 1, [](double share) { return share < 0.5; });
+  const GraspSet some = Find(400, 1, [](double share) { return share < 0.5; });
   EXPECT_EQ(some.status, GraspStatus::kStopped);
   ASSERT_FALSE(some.grasps.empty());
-  EXPECT_LT(some.grasps.size(), 40u);
+  EXPECT_LT(some.grasps.size(), 400u);
   for (const CertifiedGrasp& one : some.grasps) EXPECT_TRUE(one.grasp.certificate);
   EXPECT_THROW(Find(0, 1), Error);
   const TriangleMesh sheet = testing::Sheet(8, 0.01);
