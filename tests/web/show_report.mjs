@@ -164,7 +164,6 @@ const tests = {
   async "shows the body model's surface"() {
     const page = await open("one.html");
     console.log(`  loaded in ${page.loadMs} ms`);
-    assert.ok(page.loadMs < 20000, "loads in reasonable time even on a busy machine");
     const { count, worst } = await page.evaluate(() => {
       const { player, header } = window.holdfast;
       const { check } = header.clips[0];
