@@ -195,15 +195,7 @@ Clip ReadClip(const NpzReader& archive) {
                                  ReadLabels(archive, "contact_body", frames)};
   }
   if (archive.Has("holding_hand")) {
-    const NpyMember member = archive.Read("holding_hand");
-    member.RequireShape({static_cast<std::ptrdiff_t>(frames)});
-    for (const std::int64_t bits : member.AsIntegers()) {
-      if (bits < 0 || bits > (kHoldsRight | kHoldsLeft)) {
-        throw Error(member.where, fmt::format("holds {}", bits),
-                    "0 is neither hand, 1 right, 2 left, 3 both");
-      }
-      clip.holding_hand.push_back(static_cast<std::uint8_t>(bits));
-    }
+    clip.holding_hand = HoldingHandOf(archive.Read("holding_hand"), frames);
   }
   const Eigen::Vector3d offset = PelvisOffset(archive);
   if (!offset.isZero(0.0)) clip.trans.colwise() += offset;
@@ -380,6 +372,19 @@ std::string MeshChecksum(const TriangleMesh& mesh) {
   }
   for (const int id : mesh.faces.reshaped()) add(static_cast<std::uint32_t>(id));
   return Checksum(bytes);
+}
+
+std::vector<std::uint8_t> HoldingHandOf(const NpyMember& member, Eigen::Index frames) {
+  member.RequireShape({static_cast<std::ptrdiff_t>(frames)});
+  std::vector<std::uint8_t> hands;
+  for (const std::int64_t bits : member.AsIntegers()) {
+    if (bits < 0 || bits > (kHoldsRight | kHoldsLeft)) {
+      throw Error(member.where, fmt::format("holds {}", bits),
+                  "0 is neither hand, 1 right, 2 left, 3 both");
+    }
+    hands.push_back(static_cast<std::uint8_t>(bits));
+  }
+  return hands;
 }
 
 std::string MeshChecksumIn(const std::filesystem::path& clip) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "geometry/clip/clip.h"
 #include "geometry/io/container/npz.h"
@@ -24,6 +26,10 @@ std::string MeshChecksum(const TriangleMesh& mesh);
 /// What to do where a clip's own mesh is missing or another.
 inline constexpr const char* kMeshRemedy =
     "Put that mesh back, or say which one is meant with --object (transfer: --from-object)";
+
+/// holding_hand of a clip's file: bits a frame (1 right, 2 left). Throws Error for another shape
+/// than (frames) and for other values.
+std::vector<std::uint8_t> HoldingHandOf(const NpyMember& member, Eigen::Index frames);
 
 /// The checksum of its object's mesh that a clip (.npz) has; empty for clips without, and other
 /// files.

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/import/data_set_files.h"
 #include "geometry/import/finger_angles.h"
@@ -107,15 +108,7 @@ void ReadClipExtras(const Fields& fields, ImportedClip& imported) {
   clip.body_model = TextOf(fields, "body_model");
   if (TextOf(fields, "surface_model_type").starts_with("mano")) clip.surface_model_type = "mano";
   if (const auto holding = fields.Find("holding_hand")) {
-    const NpyMember member = holding->Array();
-    member.RequireShape({static_cast<std::ptrdiff_t>(frames)});
-    for (const std::int64_t bits : member.AsIntegers()) {
-      if (bits < 0 || bits > (kHoldsRight | kHoldsLeft)) {
-        throw Error(member.where, fmt::format("holds {}", bits),
-                    "0 is neither hand, 1 right, 2 left, 3 both");
-      }
-      clip.holding_hand.push_back(static_cast<std::uint8_t>(bits));
-    }
+    clip.holding_hand = HoldingHandOf(holding->Array(), frames);
   }
 }
 
