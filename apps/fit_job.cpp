@@ -57,6 +57,7 @@ nlohmann::json FitOptionsJson(const FitJob& job) {
                             {"drag_share", fit.drag_share},
                             {"soft_tissue_mm", 1e3 * fit.soft_tissue_m},
                             {"contact_threshold_mm", job.contact_threshold_mm},
+                            {"normalize", job.normalize},
                             {"keep_motion", job.keep_motion},
                             {"drink", job.drink},
                             {"precision", job.precision},
@@ -113,6 +114,7 @@ CarryOptions ToLibrary(const FitJob& job, const CommonOptions& common) {
                                                : FitRecipe::kHoldfast;
   options.fit = job.fit;
   options.fit.contact_threshold_m = 1e-3 * job.contact_threshold_mm;
+  options.fit.normalize = job.normalize == "mean" ? Normalization::kMean : Normalization::kSum;
   options.fit.precision =
       job.precision == "double" ? PairPrecision::kDouble : PairPrecision::kSingle;
   options.fit.whole_clip = job.solve == "batch";
@@ -231,6 +233,7 @@ nlohmann::json MetricsOf(const FitJob& job, const CarryReport& report, const Pre
   metrics["warnings"] = report.grasp.warnings;
   for (const std::string& warning : report.warnings) metrics["warnings"].push_back(warning);
   metrics["clearance"] = ClearanceJson(report.clearance);
+  metrics["solver"] = SolverJson(job.fit);
   metrics["summary"] = FitSummaryJson(report.fit, report.contact);
   metrics["per_frame"] = FitFramesJson(report.fit, report.contact, report.clearance);
   metrics["per_frame"]["holding_hand"] = report.holding.hands;
@@ -377,6 +380,11 @@ void AddEnergyOptions(CLI::App& command, FitJob& job) {
   AddOption(command, "--contact-threshold", job.contact_threshold_mm,
             "tau: pairs closer than this when the hand takes hold are in contact, mm",
             CLI::PositiveNumber)
+      ->group(group);
+  AddOption(command, "--normalize", job.normalize,
+            "What the weights of E_c and E_t multiply: sum, as the paper writes them, or mean over "
+            "pairs and coordinates, as its code has them (E_d stays as it is)",
+            CLI::IsMember({"sum", "mean"}))
       ->group(group);
 }
 

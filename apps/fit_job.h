@@ -31,6 +31,7 @@ struct FitJob {
   std::string hand = "auto";   ///< right, left, both, auto
   std::string style = "auto";  ///< of a grasp that has to be made
   std::string use = "auto";    ///< what the object is taken for
+  std::string normalize = "sum";
   std::string precision = "single";
   std::string solve = "sequential";
   std::string recipe = "holdfast";  ///< holdfast, paper, imos-code

@@ -4,10 +4,14 @@
 #include <algorithm>
 #include <utility>
 
+#include <ceres/types.h>
+#include <ceres/version.h>
+
 #include <fmt/format.h>
 
 #include "geometry/error.h"
 #include "geometry/io/container/json_text.h"
+#include "solver/fit/frame_fitter.h"
 
 namespace holdfast::apps {
 namespace {
@@ -34,6 +38,16 @@ nlohmann::json WeightsJson(const FitOptions& options) {
     weights[fmt::format("lambda_{}", info.name)] = options.*info.weight;
   }
   return weights;
+}
+
+nlohmann::json SolverJson(const FitOptions& options) {
+  const ceres::Solver::Options solver = FrameSolverOptions(options);
+  return {{"library", "Ceres " CERES_VERSION_STRING},
+          {"minimizer", ceres::TrustRegionStrategyTypeToString(solver.trust_region_strategy_type)},
+          {"linear_solver", ceres::LinearSolverTypeToString(solver.linear_solver_type)},
+          {"max_iterations", solver.max_num_iterations},
+          {"step_tolerance", solver.parameter_tolerance},
+          {"function_tolerance", solver.function_tolerance}};
 }
 
 CLI::Option* AddWeightOption(CLI::App& command, EnergyTerm term, FitOptions& options) {

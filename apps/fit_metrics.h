@@ -16,6 +16,8 @@ namespace holdfast::apps {
 
 /// The weights of all terms, "lambda_...".
 nlohmann::json WeightsJson(const FitOptions& options);
+/// Which solver of Ceres a fit's frames are solved with, and when it stops.
+nlohmann::json SolverJson(const FitOptions& options);
 
 /// The option --lambda-... of a term.
 CLI::Option* AddWeightOption(CLI::App& command, EnergyTerm term, FitOptions& options);

@@ -247,6 +247,8 @@ def fit(
     object_vertices: int = 300,
     max_iterations: int = ...,
     precision: str = "single",
+    normalize: str = "sum",
+    custom_terms: Optional[Sequence[CustomTerm]] = None,
     body: Optional[BodyModel] = None,
     seed: int = 1,
     threads: int = 0,
@@ -433,6 +435,20 @@ def grasps(
     progress: _Progress = None,
 ) -> dict[str, Any]: ...
 
+class CustomTerm:
+    def __init__(
+        self,
+        name: str,
+        blocks: Sequence[str],
+        function: Callable[..., Any],
+        num_residuals: int,
+        *,
+        weight: float = 1.0,
+    ) -> None: ...
+    @property
+    def name(self) -> str: ...
+    weight: float
+
 class FrameFitter:
     def __init__(
         self,
@@ -447,6 +463,7 @@ class FrameFitter:
         frame_rate: float = 30.0,
         object_scale: float = 1.0,
         object_vertices: int = 300,
+        custom_terms: Optional[Sequence[CustomTerm]] = None,
         threads: int = 0,
     ) -> None: ...
     def start(

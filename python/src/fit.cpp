@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "python/src/fit.h"
+#include "python/src/custom_term.h"
 
 #include <algorithm>
 #include <chrono>
@@ -108,7 +109,8 @@ CarriedPtr Fit(const py::object& clip, const py::object& object, const std::stri
                const py::object& weights, double contact_threshold_mm, bool slip, bool hand_over,
                const std::string& first_hand, const py::object& switch_frames, int max_switches,
                double dwell_s, double object_scale, int object_vertices, int max_iterations,
-               const std::string& precision, const py::object& body, std::uint64_t seed,
+               const std::string& precision, const std::string& normalize,
+               const py::object& custom_terms, const py::object& body, std::uint64_t seed,
                int threads, const py::object& progress) {
   FitCall call;
   CarryOptions& options = call.options;
@@ -122,6 +124,9 @@ CarriedPtr Fit(const py::object& clip, const py::object& object, const std::stri
   SetHandOver({hand_over, first_hand, switch_frames, max_switches, dwell_s}, options);
   SetSolver(recipe, solve, precision, contact_threshold_mm, max_iterations, options);
   SetWeights(weights, options.fit);
+  options.fit.custom_terms = CustomTermsOf(custom_terms);
+  options.fit.normalize = Choice<Normalization>(
+      normalize, "normalize", {{"sum", Normalization::kSum}, {"mean", Normalization::kMean}});
   options.fit.slip = slip;
   options.keep_motion = keep_motion;
   options.drink = drink;
@@ -181,7 +186,8 @@ come to its rim; 'drink' of the result tells.
 
 recipe: 'holdfast' (all terms), 'paper' (the three of IMoS), 'imos-code'. solve: 'sequential', or
 'batch' for all frames at once afterwards. weights: dict by term, such as {'penetration': 3000.0}.
-contact_threshold_mm: tau. slip: contacts may travel along the surface.
+contact_threshold_mm: tau. normalize: 'sum' or 'mean', what the weights of E_c and E_t multiply. slip: contacts may travel along the surface. custom_terms: list of
+CustomTerm, terms of your own beside those, with solve='sequential'.
 
 hand_over: the object changes hands, in switch_frames (n,), ascending, or where that is found; dwell_s
 is how long both hold around a switch that was given.
@@ -209,6 +215,10 @@ py::dict EnergiesOf(const CarriedClip& self) {
     if (info.metric == nullptr) continue;
     energies[info.metric] =
         PerFrame<double>(frames, [&](const F& f) { return f.energies[info.term]; });
+  }
+  for (std::size_t k = 0; k < self.report.fit.custom_terms.size(); ++k) {
+    energies[py::str("energy_" + self.report.fit.custom_terms[k])] =
+        PerFrame<double>(frames, [&](const F& f) { return f.custom_energies.at(k); });
   }
   return energies;
 }
@@ -364,19 +374,20 @@ CarriedPtr RunFit(FitCall& call, const StagedProgress& progress, std::vector<std
 }
 
 void BindFit(py::module_& module) {
+  BindCustomTerm(module);
   BindFitResult(module);
-  module.def("fit", &Fit, "clip"_a, "object"_a = py::none(), py::kw_only(), "hand"_a = "auto",
-             "style"_a = "auto", "use"_a = "auto", "at"_a = py::none(), "region"_a = py::none(),
-             "avoid"_a = py::none(), "regrasp"_a = false, "keep_grasp"_a = false,
-             "keep_motion"_a = false, "drink"_a = false, "recipe"_a = "holdfast",
-             "solve"_a = "sequential", "weights"_a = py::none(), "contact_threshold_mm"_a = 10.0,
-             "slip"_a = false, "hand_over"_a = false, "first_hand"_a = "auto",
-             "switch_frames"_a = py::none(),
-             "max_switches"_a = HandoverSearchOptions{}.max_switches,
-             "dwell_s"_a = HandoverSearchOptions{}.dwell_s, "object_scale"_a = 1.0,
-             "object_vertices"_a = kFitVertices, "max_iterations"_a = FitOptions{}.max_iterations,
-             "precision"_a = "single", "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0,
-             "progress"_a = py::none(), kFitDoc);
+  module.def(
+      "fit", &Fit, "clip"_a, "object"_a = py::none(), py::kw_only(), "hand"_a = "auto",
+      "style"_a = "auto", "use"_a = "auto", "at"_a = py::none(), "region"_a = py::none(),
+      "avoid"_a = py::none(), "regrasp"_a = false, "keep_grasp"_a = false, "keep_motion"_a = false,
+      "drink"_a = false, "recipe"_a = "holdfast", "solve"_a = "sequential",
+      "weights"_a = py::none(), "contact_threshold_mm"_a = 10.0, "slip"_a = false,
+      "hand_over"_a = false, "first_hand"_a = "auto", "switch_frames"_a = py::none(),
+      "max_switches"_a = HandoverSearchOptions{}.max_switches,
+      "dwell_s"_a = HandoverSearchOptions{}.dwell_s, "object_scale"_a = 1.0,
+      "object_vertices"_a = kFitVertices, "max_iterations"_a = FitOptions{}.max_iterations,
+      "precision"_a = "single", "normalize"_a = "sum", "custom_terms"_a = py::none(),
+      "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(), kFitDoc);
   module.def(
       "offhand",
       [fit = py::object(module.attr("fit"))](const py::object& clip, const py::object& object,

@@ -21,6 +21,7 @@ namespace holdfast::python {
 void BindRefine(py::module_& module);
 void BindTransfer(py::module_& module);
 void BindGrasp(py::module_& module);
+void BindCustomTerm(py::module_& module);
 void BindFrameFitter(py::module_& module);
 void BindSynthesize(py::module_& module);
 

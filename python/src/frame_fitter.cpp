@@ -7,6 +7,7 @@
 
 #include "geometry/rotation.h"
 #include "geometry/value_ranges.h"
+#include "python/src/custom_term.h"
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
@@ -176,10 +177,11 @@ std::shared_ptr<LiveFitter> MakeFitter(const py::object& object, const py::objec
                                        const py::object& weights, double contact_threshold_mm,
                                        bool slip, const py::object& body, const py::object& betas,
                                        double frame_rate, double object_scale, int object_vertices,
-                                       int threads) {
+                                       const py::object& custom_terms, int threads) {
   const std::uint8_t bits = HandBits(hand);
   FitOptions options;
   SetWeights(weights, options);
+  options.custom_terms = CustomTermsOf(custom_terms);
   RequirePositive(contact_threshold_mm, "contact_threshold_mm");
   RequirePositive(object_scale, "object_scale");
   RequireBetween(frame_rate, "frame_rate", kLowestFrameRate, kHighestFrameRate);
@@ -232,6 +234,7 @@ py::object ReportOf(LiveFitter& self) {
   report["iterations"] = last.report.iterations;
   report["solve_ms"] = last.report.solve_ms;
   report["stop"] = StopReasonName(last.report.stop);
+  report["fault"] = last.report.fault;
   report["contact_pairs"] = last.contact_pairs;
   return ToPython(report);
 }
@@ -254,7 +257,8 @@ void BindFrameFitter(py::module_& module) {
       .def(py::init(&MakeFitter), "object"_a, "hand"_a = "right", py::kw_only(),
            "weights"_a = py::none(), "contact_threshold_mm"_a = 10.0, "slip"_a = false,
            "body"_a = py::none(), "betas"_a = py::none(), "frame_rate"_a = 30.0,
-           "object_scale"_a = 1.0, "object_vertices"_a = 300, "threads"_a = 0)
+           "object_scale"_a = 1.0, "object_vertices"_a = 300, "custom_terms"_a = py::none(),
+           "threads"_a = 0)
       .def("start", &StartFitter, "poses"_a, "trans"_a, "object_rotation"_a, "object_translation"_a,
            "The hand takes hold as it is: poses (165,) or (55, 3) axis-angle in radians with the "
            "grasping fingers, trans (3,) metres; the object is x_world = R x_object + T, "
@@ -279,7 +283,8 @@ void BindFrameFitter(py::module_& module) {
           "report", &ReportOf,
           "dict of the last frame: energies by term and unit, wrist_offset_mm (the farther wrist "
           "from its pose), iterations, solve_ms, stop "
-          "('given' after start(), 'converged', 'iteration_limit', 'failed'), contact_pairs")
+          "('given' after start(), 'converged', 'iteration_limit', 'failed'), fault (what a custom "
+          "term did wrong, or ''), contact_pairs")
       .def_property_readonly("hand", &LiveFitter::Hand, "'right', 'left' or 'both'")
       .def_property_readonly(
           "object", [](const LiveFitter& self) { return MeshTuple(self.Object().object.mesh); },

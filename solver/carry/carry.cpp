@@ -9,8 +9,10 @@
 #include <functional>
 #include <future>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -395,6 +397,7 @@ class Carrier {
     constexpr double kMinContact = 0.5;
     const double contact = report_.contact.contact_frames_ratio.value_or(0.0);
     report_.sound = report_.grasp.clean && contact >= kMinContact;
+    WarnOfFaults();
     if (contact < kMinContact) {
       report_.warnings.push_back(fmt::format(
           "the hands that hold touch the object in {:.0f} % of the frames held", 100.0 * contact));
@@ -405,6 +408,22 @@ class Carrier {
       report_.warnings.push_back(
           fmt::format("the {} hand's grasp of frame {} is the least bad try: {}",
                       SideName(handover.to), handover.frame, handover.transfer.refused));
+    }
+  }
+
+  // Custom terms that did something wrong, each with its first frame.
+  void WarnOfFaults() {
+    std::map<std::string, std::pair<std::size_t, int>> faults;  // first frame, frames
+    const std::vector<FrameReport>& frames = report_.fit.frames;
+    for (std::size_t t = 0; t < frames.size(); ++t) {
+      if (!frames[t].fault.empty())
+        ++faults.try_emplace(frames[t].fault, t, 0).first->second.second;
+    }
+    for (const auto& [fault, where] : faults) {
+      report_.sound = false;
+      report_.warnings.push_back(
+          fmt::format("frame {}: {}; {} frame(s) keep their start because of it", where.first,
+                      fault, where.second));
     }
   }
 

@@ -2,6 +2,7 @@
 #include "solver/carry/carry_json.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -122,6 +123,12 @@ nlohmann::json FitFramesJson(const FitResult& fit, const ContactScore& contact,
         Column(clearance.frames, [](const B& b) { return 1000.0 * b.depth_m; });
     columns["wrist_shift_mm"] =
         Column(clearance.frames, [](const B& b) { return 1000.0 * b.wrist_shift_m; });
+  }
+  for (std::size_t k = 0; k < fit.custom_terms.size(); ++k) {
+    columns["energy_" + fit.custom_terms[k]] = Column(frames, [&](const F& f) {
+      const bool acts = k < f.custom_energies.size() && !std::isnan(f.custom_energies[k]);
+      return acts ? nlohmann::json(f.custom_energies[k]) : nlohmann::json();
+    });
   }
   for (const EnergyTermInfo& info : EnergyTerms()) {
     if (info.metric == nullptr) continue;

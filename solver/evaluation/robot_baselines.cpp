@@ -11,6 +11,7 @@
 #include "solver/robot/robot_penetration_term.h"
 #include "solver/robot/robot_prior_terms.h"
 #include "solver/robot/robot_solver.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -98,13 +99,12 @@ class BaselineFrame {
     const Eigen::Isometry3d wrist = frame.object_from_wrist * setup_.wrist_from_root;
     const Eigen::VectorXd sigma = Eigen::VectorXd::Constant(setup_.robot.NumDofs(), 0.5);
     const RobotPostureTerm change(pose.q, sigma);
-    DenseMinimizer::Options options;
-    options.max_iterations = 50;
+    const ceres::Solver::Options options = DenseOptions(50, 1e-5, 1e-9);
     const auto solve = [&](const RobotTerm& task, double turn, double way, bool walls) {
       const RobotPlaceTerm place(wrist, setup_.anatomy.knuckles, turn, way);
       std::vector<const RobotTerm*> terms{&task, &place, &limits_, &rest_, &change};
       if (walls) terms.push_back(&walls_);
-      return solver_.Solve(terms, options, pose).iterations;
+      return StepsOf(solver_.Solve(terms, options, pose));
     };
     switch (baseline_) {
       case RobotBaseline::kFingertipVectors: {

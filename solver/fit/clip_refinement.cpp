@@ -15,6 +15,7 @@
 #include "solver/fit/frame_fitter.h"
 #include "solver/fit/time_filters.h"
 #include "solver/unknowns/rotation_manifold.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -318,10 +319,7 @@ class Refiner {
           energies[EnergyTerm::kObjectInHand] < kClean_m * kClean_m) {
         break;
       }
-      ceres::Problem::Options owned;
-      owned.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-      owned.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-      ceres::Problem problem(owned);
+      ceres::Problem problem(BorrowingProblem());
       double* const q = pose.orientation.coeffs().data();
       problem.AddParameterBlock(q, 4, &manifold);
       problem.AddResidualBlock(&held.Block(), nullptr, q, pose.translation.data(),

@@ -89,9 +89,7 @@ class WholeClip {
 
  private:
   ceres::Problem::Options ProblemOptions() {
-    ceres::Problem::Options options;
-    options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-    options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    ceres::Problem::Options options = BorrowingProblem();
     options.evaluation_callback = &evaluation_;
     return options;
   }

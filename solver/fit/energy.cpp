@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "solver/fit/energy.h"
 
+#include <algorithm>
+
 namespace holdfast {
 namespace {
 
@@ -45,6 +47,17 @@ double Energies::Total(const FitOptions& options) const {
   double sum = 0.0;
   for (std::size_t k = 0; k < values_.size(); ++k) sum += options.*kTerms[k].weight * values_[k];
   return sum;
+}
+
+double FitOptions::ContactWeight(double pairs, double contacts) const {
+  return normalize == Normalization::kMean ? lambda_contact * pairs / std::max(contacts, 1.0)
+                                           : lambda_contact;
+}
+
+double FitOptions::TemporalWeight(double pairs) const {
+  constexpr double kCoordinates = 6 + kHandDofs;
+  return normalize == Normalization::kMean ? lambda_temporal * pairs / kCoordinates
+                                           : lambda_temporal;
 }
 
 FitOptions FitOptions::OnlyPaper() const {

@@ -118,8 +118,17 @@ FitResult FitClip(const Clip& clip, std::span<const HandModel* const> hands,
                   const FitOptions& options, const GraspMaker& grasps,
                   const std::function<bool(int, int)>& progress) {
   Check(clip, hands, object, holding);
+  if (options.whole_clip && options.normalize != Normalization::kSum) {
+    throw Error("whole_clip", "knows the sums of E_c and E_t, not their means",
+                "Fit without whole_clip, or normalize by sums");
+  }
+  if (options.whole_clip && !options.custom_terms.empty()) {
+    throw Error("whole_clip", "solves all frames at once, and custom terms are of single frames",
+                "Fit without whole_clip, or without custom terms");
+  }
   const int frames = clip.NumFrames();
   FitResult result;
+  for (const CustomTerm& term : options.custom_terms) result.custom_terms.push_back(term.name);
   const ObjectTrack& track = *clip.object;
   FrameFitter fitter(hands, object, options, 1.0 / clip.frame_rate);
   fitter.Place(ObjectPose(track.Pose(0)));

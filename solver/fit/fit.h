@@ -7,6 +7,7 @@
 /// From the inside out:
 ///   fit_options.h         weights; the object as the terms see it
 ///   energy.h              terms by name, weight and column
+///   custom_term.h         terms of the user's: cost functions of Ceres over named blocks
 ///   time_filters.h        Gaussian, slopes, noise over time
 ///   clip_state.h          unknowns of a frame; written into a clip
 ///   prepared_object.h, fit_library.h  object with distances; shared by fits
@@ -24,6 +25,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -57,7 +59,8 @@ using GraspMaker = std::function<GraspPose(const GraspRequest&)>;
 struct FitResult {
   Clip clip;  ///< the input with fitted arms and fingers, object track and holding_hand
   std::vector<FrameReport> frames;
-  int num_contact_pairs = 0;  ///< sum of S of all grasps
+  int num_contact_pairs = 0;              ///< sum of S of all grasps
+  std::vector<std::string> custom_terms;  ///< names of FitOptions::custom_terms
 };
 
 /// Solves object pose and finger angles for every frame of a clip, with one hand or two. The first

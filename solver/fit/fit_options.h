@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -10,17 +11,28 @@
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
 #include "geometry/pose.h"
+#include "solver/fit/custom_term.h"
 #include "solver/terms/hand/hand_object_distance.h"
 
 namespace holdfast {
+
+/// What the weights of E_c and E_t multiply.
+enum class Normalization {
+  kSum,  ///< sums over pairs and coordinates, as the paper writes them
+  /// Means, as its code has them: E_d, E_c and E_t each divided by their number of pairs or
+  /// coordinates, all three then times the number of pairs of E_d. E_d is what it is with kSum, and
+  /// weights beyond the paper keep their meaning.
+  kMean,
+};
 
 /// Options of the object optimizer. The first group is the paper's (IMoS, Ghosh et al. 2023, eq.
 /// 5-9); its values are the defaults. Weights multiply sums, as there. The paper leaves tau open: 1
 /// cm is its code's. The second group goes beyond the paper.
 struct FitOptions {
-  double lambda_distance = 1.0;       ///< weight of E_d
-  double lambda_contact = 0.005;      ///< weight of E_c
-  double lambda_temporal = 0.005;     ///< weight of E_t
+  double lambda_distance = 1.0;                   ///< weight of E_d
+  double lambda_contact = 0.005;                  ///< weight of E_c
+  double lambda_temporal = 0.005;                 ///< weight of E_t
+  Normalization normalize = Normalization::kSum;  ///< of E_c and E_t
   double contact_threshold_m = 0.01;  ///< tau: first-frame pairs closer than this are in contact
 
   double lambda_penetration = 3000.0;     ///< weight of E_p, hand in object
@@ -42,10 +54,16 @@ struct FitOptions {
   double lambda_acceleration = 2000.0;  ///< whole clip: weight of second differences, 1/m^2
   double lambda_support = 1e5;          ///< whole clip: weight of where an object rests, 1/m^2
 
+  std::vector<CustomTerm> custom_terms;  ///< the user's, beside those above; frame by frame only
+
   PairPrecision precision = PairPrecision::kSingle;
   int max_iterations = 50;           ///< Levenberg-Marquardt iterations per frame
   double step_tolerance = 1e-5;      ///< stop when a step is this small against the unknowns
   double function_tolerance = 1e-9;  ///< or when the cost changes by this share
+
+  /// Weights of the sums, for one hand of a frame: `pairs` of E_d, `contacts` of E_c.
+  double ContactWeight(double pairs, double contacts) const;
+  double TemporalWeight(double pairs) const;
 
   /// These options with the paper's three terms and nothing else.
   FitOptions OnlyPaper() const;

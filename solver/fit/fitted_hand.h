@@ -28,6 +28,12 @@ class FittedHand {
   const HandState& State() const { return state_; }
   HandObjectBlock& Block() { return *block_; }
   HandPriorTerm* Limits() { return limits_.get(); }  ///< null when off
+  /// Of E_c and E_t, on the sums.
+  double ContactWeight() const { return hold_ ? hold_->ContactWeight() : 0.0; }
+  double TemporalWeight() const {
+    return options_.TemporalWeight(static_cast<double>(state_.Hand().NumVertices()) *
+                                   static_cast<double>(object_.vertices.cols()));
+  }
   int NumContactPairs() const { return hold_ ? hold_->NumContacts() : 0; }
 
   /// The body of this frame, the hand's own offset included.

@@ -6,16 +6,21 @@
 #include <cassert>
 #include <chrono>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include <ceres/problem.h>
 
+#include <fmt/format.h>
+
 #include "solver/fit/wrist_offset_block.h"
 #include "solver/terms/hand/object_data.h"
 #include "solver/terms/hand/temporal.h"
-#include "solver/unknowns/dense_minimizer.h"
+#include "solver/unknowns/dense_problem.h"
 #include "solver/unknowns/rotation_manifold.h"
+#include "solver/unknowns/sparse_solve.h"
 #include "solver/unknowns/wrist_offset.h"
 
 namespace holdfast {
@@ -60,14 +65,6 @@ void EaseOffset(const FitOptions& options, double frame_s, WristOffset& offset) 
   }
 }
 
-// A problem whose terms and manifolds others own.
-ceres::Problem::Options BorrowingProblem() {
-  ceres::Problem::Options options;
-  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  return options;
-}
-
 // One frame to be solved: moves the object, the fingers of the hands that hold and, where two do,
 // their wrists. Hands and object are those of the fitter and change in place.
 class FrameProblem {
@@ -75,22 +72,25 @@ class FrameProblem {
   FrameProblem(const FitOptions& options, double frame_s, const std::vector<FittedHand*>& holding,
                ObjectPose& object)
       : options_(options), frame_s_(frame_s), holding_(holding), object_(object), start_(object) {
-    for (FittedHand* hand : holding) problem_.AddBlock(hand->fingers.data(), kHandDofs);
-    problem_.AddBlock(Q(), 4, true);
-    problem_.AddBlock(T(), 3);
+    for (FittedHand* hand : holding) problem_.AddParameterBlock(hand->fingers.data(), kHandDofs);
+    problem_.AddParameterBlock(Q(), 4, true);
+    problem_.AddParameterBlock(T(), 3);
   }
   FrameProblem(const FrameProblem&) = delete;
   FrameProblem& operator=(const FrameProblem&) = delete;
 
   void AddGuide(const ObjectPose& guide) {
     data_.emplace(guide, options_.lambda_object);
-    problem_.AddTerm(*data_, {Q(), T()});
+    problem_.AddResidualBlock(*data_, {Q(), T()});
   }
   // The k-th hand: its wrist starts at `step`. `previous` is the object in the last frame, `pose`
   // the clip's in this one.
   void AddHand(std::size_t k, const WristOffset& step, const ObjectPose& previous,
                const JointPose& pose);
-  // Sets iterations and the reason to stop. A frame that failed is back at its start.
+  // The user's terms, once the hands are there.
+  void AddCustomTerms(const CustomTermFrame& frame);
+  // Sets iterations, the reason to stop and the energies of custom terms. A frame that failed is
+  // back at its start.
   void Solve(FrameReport& report);
 
   const WristOffset& Step(std::size_t k) const { return blocks_[k].step; }
@@ -101,6 +101,7 @@ class FrameProblem {
   double* T() { return object_.translation.data(); }
   void AddMovedHold(FittedHand& hand, HandBlocks& own);
   void Restore();
+  double* FindBlock(FitBlock block);
 
   const FitOptions& options_;
   double frame_s_;
@@ -109,7 +110,10 @@ class FrameProblem {
   ObjectPose start_;
   std::optional<ObjectData> data_;
   std::array<HandBlocks, 2> blocks_;
-  DenseMinimizer problem_;
+  std::vector<std::unique_ptr<GuardedTerm>>
+      custom_;  // of FitOptions::custom_terms, null where none acts
+  std::vector<std::vector<double*>> custom_parameters_;
+  DenseProblem problem_;
 };
 
 void FrameProblem::AddHand(std::size_t k, const WristOffset& step, const ObjectPose& previous,
@@ -123,21 +127,21 @@ void FrameProblem::AddHand(std::size_t k, const WristOffset& step, const ObjectP
   if (holding_.size() > 1) {
     AddMovedHold(hand, own);
   } else {
-    problem_.AddTerm(static_cast<const NormalTerm&>(hand.Block()), {Q(), T(), p});
+    problem_.AddResidualBlock(hand.Block(), {Q(), T(), p});
   }
   if (k == 0) {
     own.temporal.emplace(previous.orientation, previous.translation, hand.fingers,
-                         options_.lambda_temporal);
-    problem_.AddTerm(*own.temporal, {Q(), T(), p});
+                         hand.TemporalWeight());
+    problem_.AddResidualBlock(*own.temporal, {Q(), T(), p});
   } else {
-    own.finger_temporal.emplace(hand.fingers, options_.lambda_temporal);
-    problem_.AddTerm(*own.finger_temporal, {p});
+    own.finger_temporal.emplace(hand.fingers, hand.TemporalWeight());
+    problem_.AddResidualBlock(*own.finger_temporal, {p});
   }
   if (options_.lambda_fingers > 0.0) {
     own.finger_data.emplace(FingersOf(pose, hand.HandSide()), options_.lambda_fingers);
-    problem_.AddTerm(*own.finger_data, {p});
+    problem_.AddResidualBlock(*own.finger_data, {p});
   }
-  if (hand.Limits() != nullptr) problem_.AddTerm(*hand.Limits(), {p});
+  if (hand.Limits() != nullptr) problem_.AddResidualBlock(*hand.Limits(), {p});
 }
 
 // The terms between the object and a hand whose wrist may leave the clip's.
@@ -145,41 +149,95 @@ void FrameProblem::AddMovedHold(FittedHand& hand, HandBlocks& own) {
   double* const C = own.step.rotation.coeffs().data();
   double* const c = own.step.translation.data();
   own.moved.emplace(&hand.Block(), &hand.State());
-  problem_.AddTerm(static_cast<const NormalTerm&>(*own.moved),
-                   {Q(), T(), hand.fingers.data(), C, c});
+  problem_.AddResidualBlock(*own.moved, {Q(), T(), hand.fingers.data(), C, c});
   if (!(options_.lambda_wrist > 0.0)) return;  // the wrist stays where it is
-  problem_.AddBlock(C, 4, true);
-  problem_.AddBlock(c, 3);
+  problem_.AddParameterBlock(C, 4, true);
+  problem_.AddParameterBlock(c, 3);
   own.prior.emplace(hand.offset, options_.lambda_wrist);
-  problem_.AddTerm(*own.prior, {C, c});
+  problem_.AddResidualBlock(*own.prior, {C, c});
   // Hands that took hold off the clip's wrists go there within release_s, not at once.
   own.calm.emplace(WristOffset{}, options_.lambda_wrist * options_.release_s / frame_s_);
-  problem_.AddTerm(*own.calm, {C, c});
+  problem_.AddResidualBlock(*own.calm, {C, c});
+}
+
+// Null where the hand does not hold.
+double* FrameProblem::FindBlock(FitBlock block) {
+  if (block == FitBlock::kObjectRotation) return Q();
+  if (block == FitBlock::kObjectTranslation) return T();
+  const bool right = block == FitBlock::kRightFingers || block == FitBlock::kRightWristRotation ||
+                     block == FitBlock::kRightWristTranslation;
+  for (std::size_t k = 0; k < holding_.size(); ++k) {
+    if ((holding_[k]->HandSide() == Side::kRight) != right) continue;
+    switch (block) {
+      case FitBlock::kRightFingers:
+      case FitBlock::kLeftFingers:
+        return holding_[k]->fingers.data();
+      case FitBlock::kRightWristRotation:
+      case FitBlock::kLeftWristRotation:
+        return blocks_[k].step.rotation.coeffs().data();
+      default:
+        return blocks_[k].step.translation.data();
+    }
+  }
+  return nullptr;
+}
+
+void FrameProblem::AddCustomTerms(const CustomTermFrame& frame) {
+  for (const CustomTerm& term : options_.custom_terms) {
+    std::vector<double*>& parameters = custom_parameters_.emplace_back();
+    for (const FitBlock block : term.blocks) parameters.push_back(FindBlock(block));
+    custom_.emplace_back();
+    if (std::ranges::find(parameters, nullptr) != parameters.end()) continue;
+    custom_.back() = std::make_unique<GuardedTerm>(term, frame);
+    if (custom_.back()->Acts()) problem_.AddResidualBlock(*custom_.back(), parameters);
+  }
 }
 
 void FrameProblem::Solve(FrameReport& report) {
+  report.custom_energies.assign(custom_.size(), std::numeric_limits<double>::quiet_NaN());
+  const auto find_fault = [&] {
+    for (std::size_t k = 0; k < custom_.size(); ++k) {
+      if (custom_[k] == nullptr || custom_[k]->Fault().empty()) continue;
+      report.fault =
+          fmt::format("custom term '{}' {}", options_.custom_terms[k].name, custom_[k]->Fault());
+      return true;
+    }
+    return false;
+  };
+  if (find_fault()) {
+    report.stop = StopReason::kFailed;
+    Restore();
+    return;
+  }
   // Terms that look at some points only may find that the hand has gone where they did not look.
   constexpr int kRounds = 3;
-  const DenseMinimizer::Options options{options_.max_iterations, options_.step_tolerance,
-                                        options_.function_tolerance};
-  DenseMinimizer::Report solved;
+  const ceres::Solver::Options options = FrameSolverOptions(options_);
+  ceres::Solver::Summary solved;
   for (int round = 0; round < kRounds; ++round) {
-    solved = problem_.Minimize(options);
-    report.iterations += solved.iterations;
-    if (solved.stop == DenseMinimizer::Stop::kFailed) break;
+    solved = problem_.Solve(options);
+    report.iterations += StepsOf(solved);
+    if (solved.termination_type == ceres::FAILURE) break;
     bool anew = false;
     for (std::size_t k = 0; k < holding_.size(); ++k) {
       anew |= holding_[k]->Watch(object_, blocks_[k].step);
     }
     if (!anew) break;
   }
-  if (solved.stop == DenseMinimizer::Stop::kConverged) {
-    report.stop = StopReason::kConverged;
-  } else if (solved.stop == DenseMinimizer::Stop::kIterationLimit) {
-    report.stop = StopReason::kIterationLimit;
-  } else {
-    report.stop = StopReason::kFailed;
-    Restore();
+  switch (solved.termination_type) {
+    case ceres::CONVERGENCE:
+      report.stop = StopReason::kConverged;
+      break;
+    case ceres::NO_CONVERGENCE:
+      report.stop = StopReason::kIterationLimit;
+      break;
+    default:
+      report.stop = StopReason::kFailed;
+      find_fault();
+      Restore();
+  }
+  for (std::size_t k = 0; k < custom_.size(); ++k) {
+    if (custom_[k] != nullptr)
+      report.custom_energies[k] = custom_[k]->Energy(custom_parameters_[k].data());
   }
 }
 
@@ -210,14 +268,7 @@ std::string_view StopReasonName(StopReason reason) {
 }
 
 ceres::Solver::Options FrameSolverOptions(const FitOptions& options) {
-  ceres::Solver::Options solver_options;
-  solver_options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  solver_options.max_num_iterations = options.max_iterations;
-  solver_options.parameter_tolerance = options.step_tolerance;
-  solver_options.function_tolerance = options.function_tolerance;
-  solver_options.num_threads = 1;
-  solver_options.logging_type = ceres::SILENT;
-  return solver_options;
+  return DenseOptions(options.max_iterations, options.step_tolerance, options.function_tolerance);
 }
 
 ObjectPose FollowWrist(const ObjectPose& object, const WristFrame& from, const WristFrame& to) {
@@ -229,6 +280,7 @@ ObjectPose FollowWrist(const ObjectPose& object, const WristFrame& from, const W
 FrameFitter::FrameFitter(std::span<const HandModel* const> hands, const FitObject& object,
                          const FitOptions& options, double frame_s)
     : options_(options), frame_s_(frame_s) {
+  CheckCustomTerms(options.custom_terms);
   for (const HandModel* hand : hands) {
     hands_.push_back(std::make_unique<FittedHand>(*hand, object, options));
   }
@@ -325,9 +377,7 @@ void FrameFitter::Refine(Side side, const JointPose& pose, const Eigen::Vector3d
       problem.SetParameterBlockConstant(q);
       problem.SetParameterBlockConstant(T);
     }
-    ceres::Solver::Summary summary;
-    ceres::Solve(FrameSolverOptions(options_), &problem, &summary);
-    if (!summary.IsSolutionUsable()) return;
+    if (!SolveQuietly(FrameSolverOptions(options_), problem).IsSolutionUsable()) return;
     object_ = object;
     TakeHold(side, pose, trans, fingers, hand.offset.Compose(step));
   }
@@ -336,6 +386,9 @@ void FrameFitter::Refine(Side side, const JointPose& pose, const Eigen::Vector3d
 FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& trans) {
   const auto begin = std::chrono::steady_clock::now();
   FrameReport report;
+  ++frame_;
+  report.custom_energies.assign(options_.custom_terms.size(),
+                                std::numeric_limits<double>::quiet_NaN());
   std::vector<FittedHand*> holding;
   for (const auto& hand : hands_) {
     if (hand->Holds()) holding.push_back(hand.get());
@@ -363,6 +416,7 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
         k, carried ? Carried(before[k], Wrist(*holding[k]), previous, object_) : WristOffset{},
         previous, pose);
   }
+  problem.AddCustomTerms({frame_, frame_ * frame_s_, object_, pose, trans});
   problem.Solve(report);
   if (together) {
     for (std::size_t k = 0; k < holding.size(); ++k) {
@@ -388,14 +442,26 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
 }
 
 void FrameFitter::FillEnergies(FrameReport& report) {
+  double beyond = 0.0;  // what normalized weights add to the total
   for (const auto& hand : hands_) {
-    if (hand->Holds()) report.energies += hand->EnergiesAt(object_);
+    if (!hand->Holds()) continue;
+    const Energies& energies = hand->EnergiesAt(object_);
+    report.energies += energies;
+    beyond += (hand->ContactWeight() - options_.lambda_contact) * energies[EnergyTerm::kContact];
   }
-  report.energy_total = report.energies.Total(options_);
+  beyond += (hands_.front()->TemporalWeight() - options_.lambda_temporal) *
+            report.energies[EnergyTerm::kTemporal];
+  report.energy_total = report.energies.Total(options_) + beyond;
+  for (std::size_t k = 0; k < report.custom_energies.size(); ++k) {
+    if (std::isnan(report.custom_energies[k])) continue;
+    report.energy_total += options_.custom_terms[k].weight * report.custom_energies[k];
+  }
 }
 
 FrameReport FrameFitter::FirstFrame() {
   FrameReport report;
+  report.custom_energies.assign(options_.custom_terms.size(),
+                                std::numeric_limits<double>::quiet_NaN());
   for (const auto& hand : hands_) {
     if (hand->Holds()) hand->Watch(object_, {});
   }

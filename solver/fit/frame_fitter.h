@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -44,7 +45,10 @@ std::string_view StopReasonName(StopReason reason);
 /// precision of the pair loop, summed over the hands that hold.
 struct FrameReport {
   Energies energies;
-  double energy_total = 0.0;    ///< weighted sum
+  double energy_total = 0.0;            ///< weighted sum
+  std::vector<double> custom_energies;  ///< of FitOptions::custom_terms, NaN where one did not act
+  std::string
+      fault;  ///< what an custom term did wrong, so that the frame is at its start; or empty
   double wrist_offset_m = 0.0;  ///< how far the farther wrist is from the clip's
   int iterations = 0;
   double solve_ms = 0.0;  ///< wall time of the frame: body model, start, solve
@@ -108,6 +112,7 @@ class FrameFitter {
   std::unique_ptr<FitObject> own_object_;
   std::vector<std::unique_ptr<FittedHand>> hands_;
   ObjectPose object_;
+  int frame_ = 0;  // solved last
   std::optional<ObjectPose> guide_;
   JointPose body_;
 };

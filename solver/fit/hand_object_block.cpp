@@ -8,31 +8,13 @@
 
 #include "geometry/rotation.h"
 #include "solver/kernels/rank_update.h"
+#include "solver/unknowns/dense_problem.h"
 #include "solver/unknowns/rotation_manifold.h"
 
 namespace holdfast {
 namespace {
 
-// Upper S with S^T S = M for a positive semidefinite M. Directions without energy (a contact that
-// only acts along one normal, say) get rows of zeros instead of the square root of rounding errors.
-template <int kSize>
-void SemidefiniteFactor(const Eigen::Matrix<double, kSize, kSize>& M,
-                        Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>& S) {
-  S = M.template triangularView<Eigen::Upper>();
-  for (int k = 0; k < kSize; ++k) {
-    const double pivot = S(k, k);
-    if (!(pivot > 1e-14 * M(k, k))) {
-      S.row(k).setZero();
-      continue;
-    }
-    S.row(k).tail(kSize - k) /= std::sqrt(pivot);
-    for (int i = k + 1; i < kSize; ++i) {
-      S.row(i).tail(kSize - i) -= S(k, i) * S.row(k).tail(kSize - i);
-    }
-  }
-}
-
-// The same for 3 x 3, written out.
+// Upper S with S^T S = M for a positive semidefinite M.
 Eigen::Matrix3d Factor3(const Eigen::Matrix3d& M) {
   Eigen::Matrix3d S = Eigen::Matrix3d::Zero();
   double pivot = M(0, 0);
@@ -70,6 +52,8 @@ struct HandObjectBlock::Scratch {
   Energies vertex_energies, energies;
   Isa isa = BestIsa();
   System system;
+  RowMajorMatrix factor;  // of the system: the rows that Ceres gets
+  Eigen::VectorXd factor_residuals = Eigen::VectorXd(kRows);
 };
 
 HandObjectBlock::HandObjectBlock(HandState* state)
@@ -277,19 +261,6 @@ void HandObjectBlock::Linearize(double const* const* parameters, System& system)
   Chain(system);
 }
 
-const HandObjectBlock::System& HandObjectBlock::Linearized(double const* const* parameters) const {
-  Linearize(parameters, scratch_->system);
-  return scratch_->system;
-}
-
-void HandObjectBlock::NormalEquations(double const* const* parameters,
-                                      Eigen::Ref<Eigen::MatrixXd> hessian,
-                                      Eigen::Ref<Eigen::VectorXd> gradient) const {
-  const System& system = Linearized(parameters);
-  hessian = system.hessian;
-  gradient = system.gradient;
-}
-
 double HandObjectBlock::Cost() const {
   const Scratch& s = *scratch_;
   double cost = 0.0;
@@ -298,11 +269,6 @@ double HandObjectBlock::Cost() const {
     cost += 0.5 * s.rows.Residual(k) * s.rows.Residual(k);
   }
   return cost;
-}
-
-double HandObjectBlock::CostAt(double const* const* parameters) const {
-  Update(parameters, false);
-  return Cost();
 }
 
 bool HandObjectBlock::Evaluate(double const* const* parameters, double* residuals,
@@ -319,17 +285,10 @@ bool HandObjectBlock::Evaluate(double const* const* parameters, double* residual
     return true;
   }
   Chain(s.system);
-  // Rows [J r; 0 rest] with J^T J the Hessian, J^T r the gradient and r^T r + rest^2 twice the
-  // cost.
-  Eigen::Matrix<double, kTangent, kTangent, Eigen::RowMajor> J;
-  SemidefiniteFactor<kTangent>(s.system.hessian, J);
-  Eigen::Matrix<double, kTangent, 1> projected = s.system.gradient;  // J^T projected = gradient
-  for (int k = 0; k < kTangent; ++k) {
-    projected(k) = J(k, k) > 0.0 ? projected(k) / J(k, k) : 0.0;
-    projected.tail(kTangent - k - 1) -= projected(k) * J.row(k).tail(kTangent - k - 1).transpose();
-  }
-  r.head<kTangent>() = projected;
-  r(kTangent) = std::sqrt(std::max(0.0, 2.0 * s.system.cost - projected.squaredNorm()));
+  RowMajorMatrix& J = s.factor;
+  CompressNormalEquations(s.system.hessian, s.system.gradient, s.system.cost, J,
+                          s.factor_residuals);
+  r = s.factor_residuals;
   if (jacobians[0] != nullptr) {
     Eigen::Map<Eigen::Matrix<double, kRows, 4, Eigen::RowMajor>> J_orientation(jacobians[0]);
     J_orientation.topRows<kTangent>() = RotationManifold::Lift(J.leftCols<3>(), parameters[0]);

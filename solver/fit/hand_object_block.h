@@ -12,7 +12,6 @@
 
 #include "geometry/body/hand_model.h"
 #include "solver/fit/energy.h"
-#include "solver/unknowns/dense_minimizer.h"
 #include "solver/unknowns/skin_term.h"
 #include "solver/unknowns/vertex_term.h"
 
@@ -30,12 +29,12 @@ namespace holdfast {
 /// translation T (3, metres, world), fingers P (45, axis-angle, radians). Residuals: 52, square
 /// roots of energy. Evaluate returns false when the cost is not finite. `state` must have its body
 /// set, outlives the block, and is written to: one block per thread.
-class HandObjectBlock final : public ceres::CostFunction, public NormalTerm {
+class HandObjectBlock final : public ceres::CostFunction {
  public:
   static constexpr int kTangent = 6 + kHandDofs;
   static constexpr int kRows = kTangent + 1;
 
-  /// Unweighted Gauss-Newton system, for tests and for solvers other than Ceres.
+  /// The Gauss-Newton system that the rows are a factor of.
   struct System {
     Eigen::Matrix<double, kTangent, kTangent> hessian;
     Eigen::Matrix<double, kTangent, 1> gradient;
@@ -68,12 +67,6 @@ class HandObjectBlock final : public ceres::CostFunction, public NormalTerm {
 
   /// The system at a point, in tangent order (rotation on the right, T, P).
   void Linearize(double const* const* parameters, System& system) const;
-  const System& Linearized(double const* const* parameters) const;
-
-  std::vector<int> TangentSizes() const override { return {3, 3, kHandDofs}; }
-  double CostAt(double const* const* parameters) const override;
-  void NormalEquations(double const* const* parameters, Eigen::Ref<Eigen::MatrixXd> hessian,
-                       Eigen::Ref<Eigen::VectorXd> gradient) const override;
 
  private:
   struct Scratch;

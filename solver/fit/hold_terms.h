@@ -35,8 +35,11 @@ class HoldTerms {
     const Eigen::MatrixXd distances = HandObjectDistance::Distances(z, object.vertices);
     distance_ = std::make_unique<HandObjectDistance>(object.vertices, distances,
                                                      options.lambda_distance, options.precision);
+    const auto contacts = (distances.array() < options.contact_threshold_m).count();
+    contact_weight_ =
+        options.ContactWeight(static_cast<double>(distances.size()), static_cast<double>(contacts));
     contact_ = std::make_unique<Contact>(object.vertices, distances, options.contact_threshold_m,
-                                         options.lambda_contact);
+                                         contact_weight_);
   }
 
   void AddTo(HandObjectBlock& block) const {
@@ -48,6 +51,7 @@ class HoldTerms {
     }
   }
 
+  double ContactWeight() const { return contact_weight_; }  ///< of E_c, on the sum
   bool Slips() const { return slip_ != nullptr; }
   Slip* SlipTerm() const { return slip_.get(); }  ///< null where the hand holds firmly
   /// Pairs of S; with slip, vertices that touch.
@@ -58,6 +62,7 @@ class HoldTerms {
  private:
   std::unique_ptr<HandObjectDistance> distance_;
   std::unique_ptr<Contact> contact_;
+  double contact_weight_ = 0.0;
   std::unique_ptr<Slip> slip_;
 };
 

@@ -100,33 +100,4 @@ bool WristOffsetBlock::Evaluate(double const* const* parameters, double* residua
   return true;
 }
 
-double WristOffsetBlock::CostAt(double const* const* parameters) const {
-  return block_->CostAt(UnmovedParameters(*state_, parameters).inner.data());
-}
-
-void WristOffsetBlock::NormalEquations(double const* const* parameters,
-                                       Eigen::Ref<Eigen::MatrixXd> hessian,
-                                       Eigen::Ref<Eigen::VectorXd> gradient) const {
-  const UnmovedParameters unmoved(*state_, parameters);
-  const HandObjectBlock::System& system = block_->Linearized(unmoved.inner.data());
-  const Eigen::Matrix<double, 6, 12> J = unmoved.Jacobian();
-  const Eigen::Matrix<double, 12, 12> poses =
-      J.transpose() * system.hessian.topLeftCorner<6, 6>() * J;
-  const Eigen::Matrix<double, 12, kHandDofs> across =
-      J.transpose() * system.hessian.topRightCorner<6, kHandDofs>();
-  const Eigen::Matrix<double, 12, 1> by_poses = J.transpose() * system.gradient.head<6>();
-  constexpr Eigen::Index kAt[2] = {0, 6 + kHandDofs};  // of (R, T) and (C, c)
-  for (int a = 0; a < 2; ++a) {
-    for (int b = 0; b < 2; ++b) {
-      hessian.block<6, 6>(kAt[a], kAt[b]) = poses.block<6, 6>(6 * a, 6 * b);
-    }
-    hessian.block<6, kHandDofs>(kAt[a], 6) = across.middleRows<6>(6 * a);
-    hessian.block<kHandDofs, 6>(6, kAt[a]) = across.middleRows<6>(6 * a).transpose();
-    gradient.segment<6>(kAt[a]) = by_poses.segment<6>(6 * a);
-  }
-  hessian.block<kHandDofs, kHandDofs>(6, 6) =
-      system.hessian.bottomRightCorner<kHandDofs, kHandDofs>();
-  gradient.segment<kHandDofs>(6) = system.gradient.tail<kHandDofs>();
-}
-
 }  // namespace holdfast

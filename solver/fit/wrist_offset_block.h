@@ -20,18 +20,13 @@ namespace holdfast {
 ///
 /// Parameter blocks: orientation (4), translation (3), fingers (45) as in HandObjectBlock, then C
 /// (4, x y z w, with RotationManifold) and c (3). Residuals: 52, those of the block.
-class WristOffsetBlock final : public ceres::CostFunction, public NormalTerm {
+class WristOffsetBlock final : public ceres::CostFunction {
  public:
   /// `block` and `state` (the block's own) must outlive this; the state's body must be set.
   WristOffsetBlock(const HandObjectBlock* block, const HandState* state);
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
-
-  std::vector<int> TangentSizes() const override { return {3, 3, kHandDofs, 3, 3}; }
-  double CostAt(double const* const* parameters) const override;
-  void NormalEquations(double const* const* parameters, Eigen::Ref<Eigen::MatrixXd> hessian,
-                       Eigen::Ref<Eigen::VectorXd> gradient) const override;
 
  private:
   const HandObjectBlock* block_;

@@ -10,7 +10,8 @@
 #include "solver/terms/hand/grasp_contact.h"
 #include "solver/terms/hand/hand_prior.h"
 #include "solver/terms/hand/penetration.h"
-#include "solver/unknowns/dense_minimizer.h"
+#include "solver/unknowns/dense_problem.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -126,21 +127,20 @@ void RefineGrasp(const HandAnatomy& anatomy, HandEvaluation& hand, const Distanc
     weights.limits = 30.0;
     const HandPriorTerm prior(anatomy.axes, preferred, weights);
     const auto terms = PointTerms(anatomy, hand, object, options, std::move(points));
-    DenseMinimizer problem;
+    DenseProblem problem;
     double* const q = rotation.coeffs().data();
-    problem.AddBlock(fingers.data(), kHandDofs);
-    problem.AddBlock(q, 4, true);
-    problem.AddBlock(translation.data(), 3);
-    problem.AddTerm(prior, {fingers.data()});
+    problem.AddParameterBlock(fingers.data(), kHandDofs);
+    problem.AddParameterBlock(q, 4, true);
+    problem.AddParameterBlock(translation.data(), 3);
+    problem.AddResidualBlock(prior, {fingers.data()});
     for (const auto& term : terms) {
       if (term->parameter_block_sizes().size() == 1) {
-        problem.AddTerm(*term, {fingers.data()});
+        problem.AddResidualBlock(*term, {fingers.data()});
       } else {
-        problem.AddTerm(*term, {q, translation.data(), fingers.data()});
+        problem.AddResidualBlock(*term, {q, translation.data(), fingers.data()});
       }
     }
-    const DenseMinimizer::Report report = problem.Minimize({options.iterations, 1e-8, 1e-4});
-    if (report.stop == DenseMinimizer::Stop::kFailed) return;
+    if (!problem.Solve(DenseOptions(options.iterations, 1e-8, 1e-4)).IsSolutionUsable()) return;
 
     angles = anatomy.axes.Clamp(anatomy.axes.AnglesOf(fingers));
     wrist_from_object = RigidTransform(rotation.normalized().toRotationMatrix(), translation);

@@ -18,6 +18,7 @@
 #include "solver/terms/hand/contact.h"
 #include "solver/terms/hand/temporal.h"
 #include "solver/unknowns/rotation_manifold.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -196,28 +197,20 @@ int FitImosObject(HandState& state, const HandObjectDistance& distance,
   HandObjectBlock block(&state);
   block.AddTerm(EnergyTerm::kDistance, &distance);
   RotationManifold manifold;
-  ceres::Problem::Options problem_options;
-  problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::Problem problem(problem_options);
+  ceres::Problem problem(BorrowingProblem());
   double* const q = pose.orientation.coeffs().data();
   problem.AddParameterBlock(q, 4, &manifold);
   problem.AddResidualBlock(&block, nullptr, q, pose.translation.data(), fingers.data());
   problem.SetParameterBlockConstant(fingers.data());
-  ceres::Solver::Options solver_options;
-  solver_options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  solver_options.max_num_iterations = options.max_iterations;
-  solver_options.function_tolerance = options.tolerance;
-  solver_options.parameter_tolerance = options.tolerance;
+  ceres::Solver::Options solver_options =
+      DenseOptions(options.max_iterations, options.tolerance, options.tolerance);
   solver_options.gradient_tolerance = options.tolerance;
-  solver_options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver_options, &problem, &summary);
+  const ceres::Solver::Summary summary = SolveQuietly(solver_options, problem);
   if (!summary.IsSolutionUsable()) {
     pose = start;
     return -1;
   }
-  return summary.num_successful_steps + summary.num_unsuccessful_steps;
+  return StepsOf(summary);
 }
 
 FitResult FitClipImosCode(const Clip& clip, const HandModel& hand,

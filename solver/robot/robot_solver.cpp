@@ -1,65 +1,81 @@
 // SPDX-License-Identifier: MIT
 #include "solver/robot/robot_solver.h"
 
+#include <cmath>
+
+#include "solver/unknowns/rotation_manifold.h"
+#include "solver/unknowns/sparse_solve.h"
+
 namespace holdfast {
 
-RobotSolver::RobotSolver(const RobotHand& hand) : hand_(hand), robot_(hand), normal_(hand) {
-  pose_.q.resize(hand.NumDofs());
+RobotBlock::RobotBlock(const RobotHand& hand) : robot_(hand), normal_(hand) {
+  const int n = 6 + hand.NumDofs();
+  set_num_residuals(n + 1);
+  *mutable_parameter_block_sizes() = {4, 3, hand.NumDofs()};
+  rows_residuals_.resize(n + 1);
 }
 
-std::vector<int> RobotSolver::TangentSizes() const { return {3, 3, hand_.NumDofs()}; }
-
-void RobotSolver::Set(double const* const* parameters) const {
-  pose_.R = Eigen::Map<const Eigen::Quaterniond>(parameters[0]).toRotationMatrix();
-  pose_.T = Eigen::Map<const Eigen::Vector3d>(parameters[1]);
-  pose_.q = Eigen::Map<const Eigen::VectorXd>(parameters[2], hand_.NumDofs());
-  robot_.Set(pose_);
-}
-
-double RobotSolver::CostAt(double const* const* parameters) const {
-  Set(parameters);
-  double cost = 0.0;
-  for (const RobotTerm* term : *terms_) cost += term->Add(robot_, nullptr);
-  return cost;
-}
-
-void RobotSolver::NormalEquations(double const* const* parameters,
-                                  Eigen::Ref<Eigen::MatrixXd> hessian,
-                                  Eigen::Ref<Eigen::VectorXd> gradient) const {
-  Set(parameters);
-  normal_.Begin(robot_);
-  for (const RobotTerm* term : *terms_) term->Add(robot_, &normal_);
-  normal_.Finish(hessian, gradient);
-}
-
-DenseMinimizer::Report RobotSolver::Solve(const std::vector<const RobotTerm*>& terms,
-                                          const DenseMinimizer::Options& options, RobotPose& pose) {
-  terms_ = &terms;
-  Eigen::Quaterniond turn(pose.R);
-  Eigen::Vector3d T = pose.T;
-  Eigen::VectorXd q = pose.q;
-  DenseMinimizer minimizer;
-  minimizer.AddBlock(turn.coeffs().data(), 4, true);
-  minimizer.AddBlock(T.data(), 3);
-  minimizer.AddBlock(q.data(), hand_.NumDofs());
-  minimizer.AddTerm(static_cast<const NormalTerm&>(*this),
-                    {turn.coeffs().data(), T.data(), q.data()});
-  const DenseMinimizer::Report report = minimizer.Minimize(options);
-  pose = {turn.toRotationMatrix(), T, hand_.Clamped(q)};
-  return report;
-}
-
-double RobotSolver::Evaluate(const std::vector<const RobotTerm*>& terms, const RobotPose& pose,
-                             Eigen::MatrixXd& hessian, Eigen::VectorXd& gradient) {
-  const Eigen::Index n = 6 + hand_.NumDofs();
+double RobotBlock::Linearize(const RobotPose& pose, Eigen::MatrixXd& hessian,
+                             Eigen::VectorXd& gradient) const {
+  const Eigen::Index n = 6 + robot_.Hand().NumDofs();
   hessian.resize(n, n);
   gradient.resize(n);
   robot_.Set(pose);
   normal_.Begin(robot_);
   double cost = 0.0;
-  for (const RobotTerm* term : terms) cost += term->Add(robot_, &normal_);
+  for (const RobotTerm* term : terms_) cost += term->Add(robot_, &normal_);
   normal_.Finish(hessian, gradient);
   return cost;
+}
+
+bool RobotBlock::Evaluate(double const* const* parameters, double* residuals,
+                          double** jacobians) const {
+  const Eigen::Index n = num_residuals() - 1;
+  pose_.R = Eigen::Map<const Eigen::Quaterniond>(parameters[0]).toRotationMatrix();
+  pose_.T = Eigen::Map<const Eigen::Vector3d>(parameters[1]);
+  pose_.q = Eigen::Map<const Eigen::VectorXd>(parameters[2], n - 6);
+  Eigen::Map<Eigen::VectorXd> r(residuals, n + 1);
+  if (jacobians == nullptr) {
+    robot_.Set(pose_);
+    double cost = 0.0;
+    for (const RobotTerm* term : terms_) cost += term->Add(robot_, nullptr);
+    r.setZero();
+    r(0) = std::sqrt(2.0 * cost);
+    return std::isfinite(cost);
+  }
+  const double cost = Linearize(pose_, hessian_, gradient_);
+  if (!std::isfinite(cost)) return false;
+  CompressNormalEquations(hessian_, gradient_, cost, rows_, rows_residuals_);
+  r = rows_residuals_;
+  if (jacobians[0] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>> J(jacobians[0], n + 1, 4);
+    J.topRows(n) = RotationManifold::Lift(rows_.leftCols<3>(), parameters[0]);
+    J.row(n).setZero();
+  }
+  if (jacobians[1] != nullptr) {
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>> J(jacobians[1], n + 1, 3);
+    J << rows_.middleCols<3>(3), Eigen::RowVector3d::Zero();
+  }
+  if (jacobians[2] != nullptr) {
+    Eigen::Map<RowMajorMatrix> J(jacobians[2], n + 1, n - 6);
+    J << rows_.rightCols(n - 6), Eigen::RowVectorXd::Zero(n - 6);
+  }
+  return true;
+}
+
+ceres::Solver::Summary RobotSolver::Solve(const std::vector<const RobotTerm*>& terms,
+                                          const ceres::Solver::Options& options, RobotPose& pose) {
+  block_.SetTerms(terms);
+  Eigen::Quaterniond turn(pose.R);
+  Eigen::Vector3d T = pose.T;
+  Eigen::VectorXd q = pose.q;
+  RotationManifold manifold;
+  ceres::Problem problem(BorrowingProblem());
+  problem.AddResidualBlock(&block_, nullptr, turn.coeffs().data(), T.data(), q.data());
+  problem.SetManifold(turn.coeffs().data(), &manifold);
+  const ceres::Solver::Summary summary = SolveQuietly(options, problem);
+  pose = {turn.toRotationMatrix(), T, hand_.Clamped(q)};
+  return summary;
 }
 
 }  // namespace holdfast

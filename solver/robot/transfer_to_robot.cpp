@@ -23,6 +23,7 @@
 #include "solver/robot/robot_solver.h"
 #include "solver/robot/robot_start.h"
 #include "solver/robot/start_choice.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -149,17 +150,17 @@ class ClipTransfer {
       terms.push_back(&*change);
       terms.push_back(&*movement);
     }
-    DenseMinimizer::Options minimizer;
-    minimizer.max_iterations = max_iterations;
     // Starts are compared by their costs; frames begin at their neighbours' solutions.
-    minimizer.function_tolerance = before != nullptr ? 1e-4 : 1e-5;
-    minimizer.step_tolerance = 1e-4;
+    ceres::Solver::Options options =
+        DenseOptions(max_iterations, 1e-4, before != nullptr ? 1e-4 : 1e-5);
     // Where pads' nearest places change the first step often leads too far: trusted as before.
-    if (before != nullptr) minimizer.radius = radius_;
-    const DenseMinimizer::Report report = solver_.Solve(terms, minimizer, pose);
-    *iterations += report.iterations;
-    radius_ = std::clamp(10.0 * report.radius, 1e-2, 1e4);
-    return report.cost;
+    if (before != nullptr) options.initial_trust_region_radius = radius_;
+    const ceres::Solver::Summary summary = solver_.Solve(terms, options, pose);
+    *iterations += StepsOf(summary);
+    if (!summary.iterations.empty()) {
+      radius_ = std::clamp(10.0 * summary.iterations.back().trust_region_radius, 1e-2, 1e4);
+    }
+    return summary.final_cost;
   }
 
   double Deepest(const RobotPose& pose) {

@@ -19,6 +19,8 @@
 #include "solver/grasp/grasp_refinement.h"
 #include "solver/terms/hand/hand_prior.h"
 #include "solver/terms/hand/vertex_goals.h"
+#include "solver/unknowns/dense_problem.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -151,15 +153,15 @@ void GraspCarrier::Scene::Minimize(const HandGoals& goals, double goal_weight, b
   double* const q = object.orientation.coeffs().data();
   double* const T = object.translation.data();
   const double* const now[] = {q, T, fingers.data()};
-  DenseMinimizer problem;
-  problem.AddBlock(fingers.data(), kHandDofs);
-  problem.AddBlock(q, 4, true);
-  problem.AddBlock(T, 3);
-  problem.AddTerm(static_cast<const NormalTerm&>(block), {q, T, fingers.data()});
-  problem.AddTerm(prior, {fingers.data()});
+  DenseProblem problem;
+  problem.AddParameterBlock(fingers.data(), kHandDofs);
+  problem.AddParameterBlock(q, 4, true);
+  problem.AddParameterBlock(T, 3);
+  problem.AddResidualBlock(block, {q, T, fingers.data()});
+  problem.AddResidualBlock(prior, {fingers.data()});
   block.Watch(now);
   for (int round = 0; round < rounds; ++round) {
-    if (problem.Minimize({30, 1e-5, 1e-6}).stop == DenseMinimizer::Stop::kFailed) return;
+    if (!problem.Solve(DenseOptions(30, 1e-5, 1e-6)).IsSolutionUsable()) return;
     if (!block.Watch(now)) break;
   }
   hold.fingers = fingers;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "solver/unknowns/sparse_solve.h"
 
+#include <algorithm>
+
 namespace holdfast {
 
 ceres::Solver::Options SparseOptions(int max_iterations, double function_tolerance) {
@@ -12,6 +14,31 @@ ceres::Solver::Options SparseOptions(int max_iterations, double function_toleran
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   return options;
+}
+
+ceres::Solver::Options DenseOptions(int max_iterations, double step_tolerance,
+                                    double function_tolerance) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  options.max_num_iterations = max_iterations;
+  options.parameter_tolerance = step_tolerance;
+  options.function_tolerance = function_tolerance;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  return options;
+}
+
+ceres::Problem::Options BorrowingProblem() {
+  ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  return options;
+}
+
+int StepsOf(const ceres::Solver::Summary& summary) {
+  // The first of them is the start.
+  return std::max(0, static_cast<int>(summary.iterations.size()) - 1);
 }
 
 ceres::Solver::Summary SolveQuietly(const ceres::Solver::Options& options,

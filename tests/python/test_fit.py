@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: MIT
+import re
+
 import numpy as np
 import pytest
 
@@ -290,6 +292,58 @@ def test_frame_fitter_is_the_fit(held, hand):
             assert fingers.shape == (2, 45)
             np.testing.assert_array_equal(fitter.poses[75:], fingers[::-1].ravel())
     assert fitter.report["contact_pairs"] == fitted.contact["contact_pairs"]
+
+
+def tilt(frame, q):
+    x, y, z, w = q
+    return np.array([2 * (x * z + w * y), 2 * (y * z - w * x)])
+
+
+def tilt_with_jacobian(frame, q):
+    x, y, z, w = q
+    return tilt(frame, q), [2 * np.array([[z, w, x, y], [-w, z, y, -x]])]
+
+
+@pytest.mark.parametrize("function", [tilt, tilt_with_jacobian])
+def test_custom_terms_are_minimized_with_the_others(held, function):
+    term = holdfast.CustomTerm("upright", ["object_rotation"], function, 2, weight=1e5)
+    upright = holdfast.fit(held.clip, held.object, keep_grasp=True, custom_terms=[term])
+    plain = holdfast.fit(held.clip, held.object, keep_grasp=True)
+    energy = upright.per_frame["energy_upright"]
+    assert energy[0] is None and (energy[1:] > 0.0).all() and not upright.warnings
+    tilts = [[np.linalg.norm(tilt(0, quaternion(result.clip, t))) for t in range(1, 12)]
+             for result in (plain, upright)]
+    assert np.max(tilts[1]) < 0.2 * np.max(tilts[0])
+    np.testing.assert_allclose(np.square(tilts[1]), energy[1:].astype(float), atol=1e-6)
+
+
+def quaternion(clip, t):
+    rotation, _ = object_pose(clip, t)
+    angle = np.linalg.norm(rotation)
+    return np.append(np.sin(angle / 2) * rotation / angle, np.cos(angle / 2))
+
+
+@pytest.mark.parametrize("function, said", [
+    (lambda frame, q: np.array([np.nan, 0.0]), "returned nan as residual 0"),
+    (lambda frame, q: np.zeros(3), r"residuals of shape \(3\), expected \(2\)"),
+    (lambda frame, q: 1 / 0, "threw: ZeroDivisionError"),
+])
+def test_a_faulty_custom_term_keeps_the_frames_start_and_is_named(held, function, said):
+    def in_frame_5(frame, q):
+        return function(frame, q) if frame == 5 else np.zeros(2)
+    term = holdfast.CustomTerm("faulty", ["object_rotation"], in_frame_5, 2)
+    fitted = holdfast.fit(held.clip, held.object, keep_grasp=True, custom_terms=[term])
+    assert fitted.per_frame["stop"][5] == "failed" and fitted.per_frame["stop"][6] != "failed"
+    assert any(re.match("frame 5: custom term 'faulty' " + said, w) for w in fitted.warnings)
+
+
+def test_custom_terms_refuse_what_is_wrong():
+    for name, blocks, match in [("up right", ["object_rotation"], "name"),
+                                ("distance", ["object_rotation"], "another term"),
+                                ("upright", ["rotation"], "none is called 'rotation'"),
+                                ("upright", [], "no parameter block")]:
+        with pytest.raises((ValueError, holdfast.Error), match=match):
+            holdfast.CustomTerm(name, blocks, tilt, 2)
 
 
 def test_frame_fitter_refuses_what_is_wrong():

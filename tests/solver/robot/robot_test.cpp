@@ -34,6 +34,7 @@
 #include "solver/robot_hand/robot_kinematics.h"
 #include "solver/robot_hand/robot_shapes.h"
 #include "solver/trial/trial_scene.h"
+#include "solver/unknowns/rotation_manifold.h"
 #include "tests/support/robot_files.h"
 #include "tests/support/temporary_folder.h"
 
@@ -436,13 +437,31 @@ class RobotTerms : public ::testing::Test {
     return setup;
   }
 
+  // The rows that Ceres gets have these normal equations.
+  void ExpectRowsOf(const RobotBlock& block, const Eigen::MatrixXd& hessian,
+                    const Eigen::VectorXd& gradient) {
+    const Eigen::Quaterniond q(pose_.R);
+    const double* const parameters[] = {q.coeffs().data(), pose_.T.data(), pose_.q.data()};
+    const int rows = block.num_residuals(), dofs = hand_.NumDofs();
+    RowMajorMatrix J_q(rows, 4), J_T(rows, 3), J_numbers(rows, dofs);
+    double* jacobians[] = {J_q.data(), J_T.data(), J_numbers.data()};
+    Eigen::VectorXd r(rows);
+    ASSERT_TRUE(block.Evaluate(parameters, r.data(), jacobians));
+    Eigen::MatrixXd J(rows, 6 + dofs);
+    J << J_q * RotationManifold::PlusJacobianAt(parameters[0]), J_T, J_numbers;
+    EXPECT_LT((J.transpose() * J - hessian).norm(), 1e-7 * hessian.norm());
+    EXPECT_LT((J.transpose() * r - gradient).norm(), 1e-7 * gradient.norm());
+  }
+
   // The gradient against differences of the cost, relative to its largest entry.
   double GradientError(const RobotTerm& term, double length = 1e-7) {
-    RobotSolver solver(hand_);
+    RobotBlock block(hand_);
+    block.SetTerms({&term});
     Eigen::MatrixXd hessian;
     Eigen::VectorXd gradient;
-    EXPECT_GT(solver.Evaluate({&term}, pose_, hessian, gradient), 0.0);
+    EXPECT_GT(block.Linearize(pose_, hessian, gradient), 0.0);
     EXPECT_LT((hessian - hessian.transpose()).norm(), 1e-9 * hessian.norm());
+    ExpectRowsOf(block, hessian, gradient);
     Eigen::VectorXd numeric(gradient.size());
     for (Eigen::Index k = 0; k < gradient.size(); ++k) {
       double cost[2];

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: MIT
+#include "solver/unknowns/dense_problem.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+
+#include "geometry/isa.h"
+#include "solver/kernels/rank_update.h"
+#include "solver/unknowns/rotation_manifold.h"
+#include "solver/unknowns/sparse_solve.h"
+
+namespace holdfast {
+namespace {
+
+// Either zero, all of them; most rows of penetration are.
+bool IsZero(const double* values, int count) {
+  std::uint64_t bits = 0;
+  for (int k = 0; k < count; ++k) bits |= std::bit_cast<std::uint64_t>(values[k]);
+  return (bits << 1) == 0;
+}
+
+// Borrowed by every problem: it has no state.
+ceres::Manifold& SharedRotationManifold() {
+  static RotationManifold manifold;
+  return manifold;
+}
+
+}  // namespace
+
+void CompressNormalEquations(const Eigen::Ref<const Eigen::MatrixXd>& hessian,
+                             const Eigen::Ref<const Eigen::VectorXd>& gradient, double cost,
+                             RowMajorMatrix& S, Eigen::Ref<Eigen::VectorXd> r) {
+  const Eigen::Index n = hessian.rows();
+  S = hessian.transpose();
+  S.triangularView<Eigen::StrictlyLower>().setZero();
+  r.head(n) = gradient;
+  double rest = 2.0 * cost;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double pivot = S(k, k);
+    // A contact that acts along one normal leaves other directions without energy: no square root
+    // of rounding errors for those.
+    if (!(pivot > 1e-14 * hessian(k, k))) {
+      S.row(k).setZero();
+      r(k) = 0.0;
+      continue;
+    }
+    auto row = S.row(k).tail(n - k);
+    row /= std::sqrt(pivot);
+    r(k) /= S(k, k);
+    rest -= r(k) * r(k);
+    for (Eigen::Index i = k + 1; i < n; ++i) {
+      const double factor = S(k, i);
+      if (factor == 0.0) continue;
+      S.row(i).tail(n - i) -= factor * S.row(k).tail(n - i);
+      r(i) -= factor * r(k);
+    }
+  }
+  r(n) = std::sqrt(std::max(0.0, rest));
+}
+
+struct CompressedTerms::Scratch {
+  Isa isa = BestIsa();
+  std::vector<double> residuals, jacobian;
+  Eigen::MatrixXd hessian;  // lower triangle
+  Eigen::VectorXd gradient;
+  double cost = 0.0;
+  // Rows with many numbers wait here, `width` apart, for a product of all at once.
+  std::vector<double> dense, product;
+  int width = 0, num_dense = 0;
+  std::vector<double> row;
+  std::vector<int> places;
+  RowMajorMatrix S;
+  Eigen::VectorXd r;
+};
+
+CompressedTerms::CompressedTerms() = default;
+CompressedTerms::~CompressedTerms() = default;
+
+int CompressedTerms::AddBlock(int size, bool rotation) {
+  assert(!rotation || size == 4);
+  blocks_.push_back({size, rotation ? 3 : size, unknowns_, rotation});
+  unknowns_ += blocks_.back().tangent;
+  mutable_parameter_block_sizes()->push_back(size);
+  set_num_residuals(unknowns_ + 1);
+  scratch_.reset();
+  return static_cast<int>(blocks_.size()) - 1;
+}
+
+void CompressedTerms::AddTerm(const ceres::CostFunction& term, std::vector<int> blocks) {
+  assert(blocks.size() == term.parameter_block_sizes().size());
+  terms_.push_back({&term, std::move(blocks)});
+}
+
+bool CompressedTerms::AddRows(const Term& term, double const* const* parameters,
+                              double* const* jacobians) const {
+  Scratch& s = *scratch_;
+  const auto num_rows = static_cast<std::size_t>(term.cost->num_residuals());
+  s.residuals.resize(num_rows);
+  struct Part {
+    const Block* block;
+    const double* jacobian;
+    Eigen::Matrix<double, 4, 3> plus;  // of a rotation
+  };
+  std::vector<const double*> own;
+  std::vector<double*> own_jacobians;
+  std::vector<Part> parts;
+  std::size_t numbers = 0;
+  for (const int b : term.blocks) {
+    if (jacobians != nullptr && jacobians[b] != nullptr) {
+      numbers += num_rows * static_cast<std::size_t>(blocks_[static_cast<std::size_t>(b)].size);
+    }
+  }
+  if (s.jacobian.size() < numbers) s.jacobian.resize(numbers);
+  double* next = s.jacobian.data();
+  for (const int b : term.blocks) {
+    const Block& block = blocks_[static_cast<std::size_t>(b)];
+    own.push_back(parameters[b]);
+    const bool wanted = jacobians != nullptr && jacobians[b] != nullptr;
+    own_jacobians.push_back(wanted ? next : nullptr);
+    if (!wanted) continue;
+    parts.push_back({&block, next, {}});
+    if (block.rotation) parts.back().plus = RotationManifold::PlusJacobianAt(parameters[b]);
+    next += num_rows * static_cast<std::size_t>(block.size);
+  }
+  if (!term.cost->Evaluate(own.data(), s.residuals.data(),
+                           jacobians != nullptr ? own_jacobians.data() : nullptr)) {
+    return false;
+  }
+  for (const double r : s.residuals) s.cost += 0.5 * r * r;
+  if (parts.empty()) return true;
+
+  // By their columns, so that one loop runs down the lower triangle.
+  std::ranges::sort(parts, {}, [](const Part& part) { return part.block->column; });
+  constexpr std::size_t kFew = 10;  // numbers in a row that is added by itself
+  for (std::size_t r = 0; r < num_rows; ++r) {
+    std::size_t count = 0;
+    for (const auto& [block, jacobian, plus] : parts) {
+      const double* J = jacobian + r * static_cast<std::size_t>(block->size);
+      if (IsZero(J, block->size)) continue;
+      Eigen::RowVector3d turn;
+      if (block->rotation) {
+        turn = Eigen::Map<const Eigen::RowVector4d>(J) * plus;
+        J = turn.data();
+      }
+      for (int c = 0; c < block->tangent; ++c) {  // without branches: what is zero is overwritten
+        s.row[count] = J[c];
+        s.places[count] = block->column + c;
+        count += J[c] != 0.0 ? 1 : 0;
+      }
+    }
+    const double residual = s.residuals[r];
+    for (std::size_t j = 0; j < count; ++j) s.gradient(s.places[j]) += s.row[j] * residual;
+    if (count > kFew) {
+      s.dense.resize(static_cast<std::size_t>(++s.num_dense) * static_cast<std::size_t>(s.width));
+      double* const dense = s.dense.data() + s.dense.size() - s.width;
+      std::fill_n(dense, s.width, 0.0);
+      for (std::size_t j = 0; j < count; ++j) dense[s.places[j]] = s.row[j];
+      continue;
+    }
+    for (std::size_t j = 0; j < count; ++j) {
+      double* const column = s.hessian.col(s.places[j]).data();
+      for (std::size_t i = j; i < count; ++i) column[s.places[i]] += s.row[j] * s.row[i];
+    }
+  }
+  return true;
+}
+
+bool CompressedTerms::Evaluate(double const* const* parameters, double* residuals,
+                               double** jacobians) const {
+  const Eigen::Index n = unknowns_;
+  if (scratch_ == nullptr) {
+    scratch_ = std::make_unique<Scratch>();
+    scratch_->hessian.resize(n, n);
+    scratch_->gradient.resize(n);
+    scratch_->r.resize(n + 1);
+    scratch_->row.resize(static_cast<std::size_t>(n) + 1);
+    scratch_->places.resize(static_cast<std::size_t>(n) + 1);
+    scratch_->width = (unknowns_ + 7) / 8 * 8;
+    scratch_->product.resize(static_cast<std::size_t>(scratch_->width * scratch_->width));
+  }
+  Scratch& s = *scratch_;
+  s.cost = 0.0;
+  if (jacobians != nullptr) {
+    s.hessian.setZero();
+    s.gradient.setZero();
+    s.num_dense = 0;
+    s.dense.clear();
+  }
+  for (const Term& term : terms_) {
+    if (!AddRows(term, parameters, jacobians)) return false;
+  }
+  if (!std::isfinite(s.cost)) return false;
+  Eigen::Map<Eigen::VectorXd> r(residuals, n + 1);
+  if (jacobians == nullptr) {
+    r.setZero();
+    r(0) = std::sqrt(2.0 * s.cost);
+    return true;
+  }
+  std::ranges::fill(s.product, 0.0);
+  RankUpdate(s.isa, s.dense.data(), s.num_dense, s.width, s.product.data());
+  // The product's upper triangle by rows is the lower one by columns.
+  for (Eigen::Index c = 0; c < n; ++c) {
+    s.hessian.col(c).tail(n - c) +=
+        Eigen::Map<const Eigen::VectorXd>(s.product.data() + c * s.width + c, n - c);
+  }
+  CompressNormalEquations(s.hessian, s.gradient, s.cost, s.S, s.r);
+  r = s.r;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    if (jacobians[b] == nullptr) continue;
+    const Block& block = blocks_[b];
+    Eigen::Map<RowMajorMatrix> J(jacobians[b], n + 1, block.size);
+    if (block.rotation) {
+      J.topRows(n) = RotationManifold::Lift(s.S.middleCols<3>(block.column), parameters[b]);
+    } else {
+      J.topRows(n) = s.S.middleCols(block.column, block.size);
+    }
+    J.row(n).setZero();
+  }
+  return true;
+}
+
+DenseProblem::DenseProblem() = default;
+DenseProblem::~DenseProblem() = default;
+
+void DenseProblem::AddParameterBlock(double* x, int size, bool rotation) {
+  parameters_.push_back(x);
+  constant_.push_back(false);
+  rotation_.push_back(rotation);
+  terms_.AddBlock(size, rotation);
+  problem_.reset();
+}
+
+int DenseProblem::Index(double* x, int size) {
+  const auto found = std::ranges::find(parameters_, x);
+  if (found == parameters_.end()) {
+    AddParameterBlock(x, size);
+    constant_.back() = true;
+    return static_cast<int>(parameters_.size()) - 1;
+  }
+  return static_cast<int>(found - parameters_.begin());
+}
+
+void DenseProblem::AddResidualBlock(const ceres::CostFunction& term,
+                                    const std::vector<double*>& parameters) {
+  std::vector<int> blocks;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    blocks.push_back(Index(parameters[k], term.parameter_block_sizes()[k]));
+  }
+  terms_.AddTerm(term, std::move(blocks));
+  problem_.reset();
+}
+
+ceres::Solver::Summary DenseProblem::Solve(const ceres::Solver::Options& options) {
+  if (problem_ == nullptr) {
+    ceres::Problem::Options own = BorrowingProblem();
+    own.disable_all_safety_checks = true;
+    problem_ = std::make_unique<ceres::Problem>(own);
+    problem_->AddResidualBlock(&terms_, nullptr, parameters_);
+    for (std::size_t k = 0; k < parameters_.size(); ++k) {
+      if (constant_[k]) {
+        problem_->SetParameterBlockConstant(parameters_[k]);
+      } else if (rotation_[k]) {
+        problem_->SetManifold(parameters_[k], &SharedRotationManifold());
+      }
+    }
+  }
+  return SolveQuietly(options, *problem_);
+}
+
+}  // namespace holdfast

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <ceres/cost_function.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include <Eigen/Core>
+
+namespace holdfast {
+
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Upper triangular rows with the least squares of given normal equations: S (n x n) and r (n + 1)
+/// with S^T S = `hessian`, S^T r = `gradient` and |r|^2 = 2 `cost`. The lower triangle of `hessian`
+/// is read. Directions without energy get rows of zeros.
+void CompressNormalEquations(const Eigen::Ref<const Eigen::MatrixXd>& hessian,
+                             const Eigen::Ref<const Eigen::VectorXd>& gradient, double cost,
+                             RowMajorMatrix& S, Eigen::Ref<Eigen::VectorXd> r);
+
+/// Several cost functions over the same few parameter blocks as one, with one row more than there
+/// are unknowns. A dense solver of Ceres pays for every row; this sums J^T J and J^T r over all
+/// rows, skips their zeros (limits and penetration are mostly zeros) and returns the Cholesky
+/// factor. Cost, gradient and Gauss-Newton matrix are those of separate residual blocks; single
+/// residuals have no meaning. Without Jacobians only the norm of the residuals is right, which is
+/// all that Ceres reads then. For one thread at a time.
+class CompressedTerms final : public ceres::CostFunction {
+ public:
+  CompressedTerms();
+  ~CompressedTerms() override;
+
+  /// Adds a parameter block of `size` numbers and returns its index. A rotation is a unit
+  /// quaternion (x, y, z, w) with RotationManifold; its 4 numbers are 3 unknowns.
+  int AddBlock(int size, bool rotation);
+  /// Adds a term over blocks given by index, in the term's own order. It must outlive this.
+  void AddTerm(const ceres::CostFunction& term, std::vector<int> blocks);
+
+  /// False where a term returns false, or where the cost is not finite.
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  struct Block {
+    int size, tangent, column;
+    bool rotation;
+  };
+  struct Term {
+    const ceres::CostFunction* cost;
+    std::vector<int> blocks;
+  };
+  bool AddRows(const Term& term, double const* const* parameters, double* const* jacobians) const;
+
+  std::vector<Block> blocks_;
+  std::vector<Term> terms_;
+  int unknowns_ = 0;
+  struct Scratch;
+  mutable std::unique_ptr<Scratch> scratch_;
+};
+
+/// A ceres::Problem of about a hundred unknowns that is solved many times a second: its terms are
+/// compressed (CompressedTerms), so that Ceres sees one residual block.
+class DenseProblem {
+ public:
+  DenseProblem();
+  ~DenseProblem();
+  DenseProblem(const DenseProblem&) = delete;
+  DenseProblem& operator=(const DenseProblem&) = delete;
+
+  /// Unknowns; a rotation is a unit quaternion (x, y, z, w) with RotationManifold.
+  void AddParameterBlock(double* x, int size, bool rotation = false);
+  /// A term, which must outlive this. Parameters that were not added are constant.
+  void AddResidualBlock(const ceres::CostFunction& term, const std::vector<double*>& parameters);
+
+  /// ceres::Solve. May be called again after parameters or terms changed in place.
+  ceres::Solver::Summary Solve(const ceres::Solver::Options& options);
+
+ private:
+  int Index(double* x, int size);
+
+  std::vector<double*> parameters_;
+  std::vector<bool> constant_, rotation_;
+  CompressedTerms terms_;
+  std::unique_ptr<ceres::Problem> problem_;  // built by the first Solve
+};
+
+}  // namespace holdfast
