@@ -225,6 +225,7 @@ void FrameProblem::Solve(FrameReport& report) {
   }
   switch (solved.termination_type) {
     case ceres::CONVERGENCE:
+    case ceres::USER_SUCCESS:
       report.stop = StopReason::kConverged;
       break;
     case ceres::NO_CONVERGENCE:

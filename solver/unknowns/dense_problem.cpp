@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include <ceres/iteration_callback.h>
+
 #include "geometry/isa.h"
 #include "solver/kernels/rank_update.h"
 #include "solver/unknowns/rotation_manifold.h"
@@ -27,6 +29,22 @@ ceres::Manifold& SharedRotationManifold() {
   static RotationManifold manifold;
   return manifold;
 }
+
+// After each step Ceres has linearized where it is.
+class StopWhereFlat final : public ceres::IterationCallback {
+ public:
+  StopWhereFlat(const CompressedTerms& terms, double tolerance)
+      : terms_(terms), tolerance_(tolerance) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    return terms_.PromisedDecrease() <= tolerance_ * summary.cost
+               ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+               : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const CompressedTerms& terms_;
+  double tolerance_;
+};
 
 }  // namespace
 
@@ -208,6 +226,7 @@ bool CompressedTerms::Evaluate(double const* const* parameters, double* residual
   }
   CompressNormalEquations(s.hessian, s.gradient, s.cost, s.S, s.r);
   r = s.r;
+  promised_ = 0.5 * s.r.head(n).squaredNorm();
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     if (jacobians[b] == nullptr) continue;
     const Block& block = blocks_[b];
@@ -267,7 +286,10 @@ ceres::Solver::Summary DenseProblem::Solve(const ceres::Solver::Options& options
       }
     }
   }
-  return SolveQuietly(options, *problem_);
+  StopWhereFlat flat(terms_, options.function_tolerance);
+  ceres::Solver::Options with_stop = options;
+  with_stop.callbacks.push_back(&flat);
+  return SolveQuietly(with_stop, *problem_);
 }
 
 }  // namespace holdfast

@@ -42,6 +42,10 @@ class CompressedTerms final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
+  /// How much lower the linearization has its minimum than the cost where Jacobians were evaluated
+  /// last: half the square of all residuals but the last.
+  double PromisedDecrease() const { return promised_; }
+
  private:
   struct Block {
     int size, tangent, column;
@@ -56,6 +60,7 @@ class CompressedTerms final : public ceres::CostFunction {
   std::vector<Block> blocks_;
   std::vector<Term> terms_;
   int unknowns_ = 0;
+  mutable double promised_ = 0.0;
   struct Scratch;
   mutable std::unique_ptr<Scratch> scratch_;
 };
@@ -74,7 +79,9 @@ class DenseProblem {
   /// A term, which must outlive this. Parameters that were not added are constant.
   void AddResidualBlock(const ceres::CostFunction& term, const std::vector<double*>& parameters);
 
-  /// ceres::Solve. May be called again after parameters or terms changed in place.
+  /// ceres::Solve, which ends successfully too where the linearization promises no more decrease
+  /// than the function tolerance: no step is evaluated whose outcome cannot matter. May be called
+  /// again after parameters or terms changed in place.
   ceres::Solver::Summary Solve(const ceres::Solver::Options& options);
 
  private:

@@ -192,7 +192,7 @@ TEST(HandObjectBlock, CompressedTermsEndWhereSeparateOnesDo) {
   compressed.AddResidualBlock(block, parameters(a));
   compressed.AddResidualBlock(near, {a.fingers.data()});
   const ceres::Solver::Summary report = compressed.Solve(DenseOptions(100, 1e-10, 1e-14));
-  EXPECT_EQ(report.termination_type, ceres::CONVERGENCE);
+  EXPECT_TRUE(report.IsSolutionUsable()) << report.BriefReport();
 
   ceres::Problem problem(BorrowingProblem());
   RotationManifold manifold;

@@ -34,7 +34,7 @@ TEST(DenseProblem, RowsOfSeveralTermsMeetBetweenTheirGoals) {
   problem.AddResidualBlock(temporal, {x.q.coeffs().data(), x.T.data(), x.fingers.data()});
   problem.AddResidualBlock(fingers, {x.fingers.data()});
   const ceres::Solver::Summary summary = problem.Solve(DenseOptions(50, 1e-12, 1e-12));
-  EXPECT_EQ(summary.termination_type, ceres::CONVERGENCE);
+  EXPECT_TRUE(summary.IsSolutionUsable()) << summary.BriefReport();
   EXPECT_LT(x.q.angularDistance(turn), 1e-6);
   EXPECT_TRUE(x.T.isApprox(Eigen::Vector3d(1.0, 2.0, 3.0), 1e-6));
   EXPECT_TRUE(x.fingers.isApprox(0.25 * goal, 1e-6));
@@ -48,7 +48,7 @@ TEST(DenseProblem, BlocksThatWereNotAddedStay) {
   DenseProblem problem;
   problem.AddParameterBlock(x.T.data(), 3);
   problem.AddResidualBlock(data, {x.q.coeffs().data(), x.T.data()});
-  EXPECT_EQ(problem.Solve(DenseOptions(50, 1e-8, 1e-12)).termination_type, ceres::CONVERGENCE);
+  EXPECT_TRUE(problem.Solve(DenseOptions(50, 1e-8, 1e-12)).IsSolutionUsable());
   EXPECT_NEAR(x.T.x(), 1.0, 1e-6);
   EXPECT_EQ(x.q.x(), std::sin(0.15));
 }
@@ -74,7 +74,7 @@ TEST(DenseProblem, SolvesAgainFromWhereParametersWerePut) {
   problem.AddParameterBlock(&x, 1);
   problem.AddResidualBlock(root, {&x});
   const ceres::Solver::Summary summary = problem.Solve(DenseOptions(50, 1e-10, 1e-12));
-  EXPECT_EQ(summary.termination_type, ceres::CONVERGENCE);
+  EXPECT_TRUE(summary.IsSolutionUsable()) << summary.BriefReport();
   EXPECT_NEAR(x, std::sqrt(2.0), 1e-6);
   EXPECT_GT(StepsOf(summary), 3);
   EXPECT_EQ(StepsOf(summary), summary.num_successful_steps + summary.num_unsuccessful_steps - 1);
