@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "solver/unknowns/rotation_manifold.h"
-#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 
@@ -69,11 +68,12 @@ ceres::Solver::Summary RobotSolver::Solve(const std::vector<const RobotTerm*>& t
   Eigen::Quaterniond turn(pose.R);
   Eigen::Vector3d T = pose.T;
   Eigen::VectorXd q = pose.q;
-  RotationManifold manifold;
-  ceres::Problem problem(BorrowingProblem());
-  problem.AddResidualBlock(&block_, nullptr, turn.coeffs().data(), T.data(), q.data());
-  problem.SetManifold(turn.coeffs().data(), &manifold);
-  const ceres::Solver::Summary summary = SolveQuietly(options, problem);
+  DenseProblem problem;
+  problem.AddParameterBlock(turn.coeffs().data(), 4, true);
+  problem.AddParameterBlock(T.data(), 3);
+  problem.AddParameterBlock(q.data(), hand_.NumDofs());
+  problem.AddResidualBlock(block_, {turn.coeffs().data(), T.data(), q.data()});
+  const ceres::Solver::Summary summary = problem.Solve(options);
   pose = {turn.toRotationMatrix(), T, hand_.Clamped(q)};
   return summary;
 }
