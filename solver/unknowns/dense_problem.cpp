@@ -139,7 +139,7 @@ bool CompressedTerms::AddRows(const Term& term, double const* const* parameters,
     const bool wanted = jacobians != nullptr && jacobians[b] != nullptr;
     own_jacobians.push_back(wanted ? next : nullptr);
     if (!wanted) continue;
-    parts.push_back({&block, next, {}});
+    parts.push_back({&block, next, Eigen::Matrix<double, 4, 3>::Zero()});
     if (block.rotation) parts.back().plus = RotationManifold::PlusJacobianAt(parameters[b]);
     next += num_rows * static_cast<std::size_t>(block.size);
   }
