@@ -225,7 +225,7 @@ FitResult FitClipImosCode(const Clip& clip, const HandModel& hand,
   }
   const int frames = clip.NumFrames(), given = std::clamp(options.given_frames, 1, frames);
   const Side side = hand.HandSide();
-  FitResult result{clip, {}, 0};
+  FitResult result{clip, {}, 0, {}};
   ObjectTrack& track = *result.clip.object;
   ImosCodeFitter fitter(clip, hand, object_vertices, given, options);
   result.num_contact_pairs = fitter.NumContactPairs();
