@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: MIT
 // A term of your own in the fit: a mug is kept upright while a hand carries it.
 //
-//   own_term [OBJECT [CLIP [OUTPUT.npz]]]
+//   own_term [OBJECT [CLIP [FOLDER]]]
 //
 // The term is a cost function of Ceres over a parameter block of the fit, the object's rotation.
-// Prints the largest tilt without the term and with it, and writes the clip fitted with it.
-#include <array>
+// Prints the largest tilt without the term and with it, and writes the fit with it: FOLDER/clip.npz
+// and FOLDER/object.ply.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include <ceres/sized_cost_function.h>
 
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/import/load_clip.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 #include "solver/carry/carry.h"
 
@@ -63,7 +66,12 @@ int main(int argc, char** argv) try {
   std::printf("largest tilt without the term: %.1f degrees\n", LargestTilt(plain.clip));
   std::printf("largest tilt with the term:    %.1f degrees\n", LargestTilt(kept.clip));
   for (const std::string& warning : kept.warnings) std::printf("warning: %s\n", warning.c_str());
-  if (argc > 3) WriteClip(kept.clip, object.object.mesh, argv[3]);
+  if (argc > 3) {
+    const std::filesystem::path folder = argv[3];
+    std::filesystem::create_directories(folder);
+    WriteMesh(object.object.mesh, folder / "object.ply");
+    WriteClip(kept.clip, object.object.mesh, folder / "clip.npz");
+  }
   return 0;
 } catch (const Error& error) {  // where, what is wrong, what to do
   std::fprintf(stderr, "own_term: %s\n", error.what());

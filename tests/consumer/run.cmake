@@ -44,4 +44,7 @@ run_example(live_fitting "" "^time_s,x,y,z,qw,qx,qy,qz,energy,ms,stop\n0[.]0333,
             "\n4[.]8000,-?0[.][^\n]*,converged\n$")
 run_example(batch_fit "fitted;demo_drink;mug,bottle" "^clip,frames,hands,"
             "\ndemo_drink_mug,145,right," "\ndemo_drink_bottle,145,right," "\n.worst.,[^\n]*\n$")
+run_example(own_term "mug;demo_drink;upright" "tilt without the term: [1-9][0-9]"
+            "tilt with the term:    [0-9][.]")
+run(${prefix}/bin/holdfast score ${examples}/upright)
 run(${prefix}/bin/holdfast score ${examples}/fitted/demo_drink_bottle.npz --object bottle)
