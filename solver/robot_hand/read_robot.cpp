@@ -67,10 +67,19 @@ RobotHand Bounded(RobotHand hand) {
       "Give the file of the hand alone");
 }
 
-// What a library says of a mesh, if it lives to, names no file: ours does.
-void RequireMeshes(const std::string& source, const RobotFile& file) {
+std::string LowerExtension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+// What a library says of a mesh, if it lives to, names no file: ours does. MuJoCo reads outside its
+// memory where an OBJ has wrong indices, and may live: `only_obj` files are read before it.
+void RequireMeshes(const std::string& source, const RobotFile& file, bool only_obj) {
   for (const auto& [name, path] : file.files) {
     if (path.empty() || !HasMeshFormat(path)) continue;
+    if (only_obj && LowerExtension(path) != ".obj") continue;
     try {
       ReadMesh(path);
     } catch (const Error& error) {
@@ -89,22 +98,21 @@ RobotHand ReadRobotHand(const fs::path& path) {
     throw Error(path.string(), fs::is_directory(path, ignored) ? "is a folder" : "does not exist",
                 "Give the hand's .urdf or MJCF .xml file");
   }
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = LowerExtension(path);
   if (extension != ".urdf" && extension != ".xml" && extension != ".mjcf") {
     throw Error(path.string(), "is not a robot's file by its name",
                 "Give URDF (.urdf) or MJCF (.xml); make xacro into URDF first");
   }
   const RobotFile file = CheckRobotFile(path);
   const bool is_urdf = extension == ".urdf";
+  if (!is_urdf) RequireMeshes(path.string(), file, true);
   RobotHand hand;
   try {
     hand = ReadInProcess(path, is_urdf ? "urdfdom" : "MuJoCo", [&] {
       return Bounded(is_urdf ? ReadUrdf(path, file.text) : ReadMjcf(path));
     });
   } catch (const Error&) {
-    if (!is_urdf) RequireMeshes(path.string(), file);
+    if (!is_urdf) RequireMeshes(path.string(), file, false);
     throw;
   }
   if (hand.dofs.empty()) {

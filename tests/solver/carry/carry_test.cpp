@@ -127,18 +127,19 @@ TEST(NeedsGrasp, WhereTheClipHasNoneOfThisObject) {
   EXPECT_FALSE(NeedsGrasp(clip, mug, options));
 }
 
-// Halfway the object jumps from one side of the fingers to the other: what is smooth goes through
-// them.
+// Halfway the object jumps out of the hand: what is smooth goes through the fingers, and without
+// the terms of penetration nothing keeps it out of them.
 TEST(RefineCarried, NeverGoesDeeperThanTheClip) {
   const LoadedClip motion = Beginning(12);
   const CarryReport held = CarryObject(motion.clip, motion.body, Mug());
   ASSERT_EQ(held.status, CarryStatus::kCarried);
   Clip clip = held.clip;
   for (int t = 0; t < 12; ++t) {
-    clip.object->trans(2, t) += t < 6 ? 0.05 : -0.05;
+    clip.object->trans(0, t) += t < 6 ? 0.0 : 0.08;
   }
   RefineOptions options;
   options.hands = RefineHands::kRight;
+  options.fit.lambda_penetration = options.fit.lambda_object_in_hand = 0.0;
   const RefineReport report = RefineCarried(clip, motion.body, Mug(), options);
   ASSERT_EQ(report.status, RefineStatus::kRefined);
   EXPECT_LE(report.after.contact.penetration_max_mm,
