@@ -48,7 +48,7 @@ NaturalnessReaches MakeNaturalnessReaches(const NaturalnessReachOptions& options
   const fs::path table = options.list;
   const std::vector<ListedReach> listed =
       ReadListedReaches(table, options.root.empty() ? table.parent_path() : fs::path(options.root));
-  const ReachNetwork network = LoadReachNetwork(options.weights);
+  const ReachNetwork network = LoadReachNetwork(options.weights, common);
   const auto count = static_cast<int>(listed.size());
   Progress progress(common, "evaluate naturalness: reaches");
   std::mutex mutex;
