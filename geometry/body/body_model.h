@@ -26,7 +26,8 @@ using SparseRow = std::vector<std::pair<int, double>>;
 
 /// What a body model is made of, in SMPL-X's 55 joints (see BodyLayout). Metres.
 struct BodyModelParts {
-  std::string name;  ///< file name, for reports
+  std::string name;    ///< file name, for reports
+  std::string source;  ///< the file as it was given, for messages; may be empty
   ModelKind kind = ModelKind::kSmplx;
   Eigen::Matrix3Xd v_template;
   Eigen::Matrix3Xi faces;
@@ -109,6 +110,10 @@ class BodyModel {
     return side == Side::kRight ? parts_->right_hand_ids : parts_->left_hand_ids;
   }
   const std::string& Name() const { return parts_->name; }  ///< file name, for reports
+  /// The file as it was given, for messages; the name where there is none.
+  const std::string& Source() const {
+    return parts_->source.empty() ? parts_->name : parts_->source;
+  }
   /// What is said where betas are used of a MANO_LEFT as published, whose shapedirs have the x of
   /// the right hand's (smplx issue 48): Load sets the sign right. Empty for every other model.
   std::string ShapeNote() const;

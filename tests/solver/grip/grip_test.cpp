@@ -54,11 +54,13 @@ void PressOneAfterAnother(double radius_m, double friction, std::vector<GripCont
     w.col(g) << force, contact.point.cross(force) / radius_m;
   }
   Eigen::VectorXd f = Eigen::VectorXd::Constant(w.cols(), 0.25);
-  for (int sweep = 0; sweep < 20000; ++sweep) {
+  Eigen::Matrix<double, 6, 1> sum = w * f;
+  for (int sweep = 0; sweep < 5000; ++sweep) {
     for (Eigen::Index g = 0; g < f.size(); ++g) {
-      const Eigen::Matrix<double, 6, 1> rest = w * f - f[g] * w.col(g);
+      sum -= f[g] * w.col(g);
       f[g] = std::max(0.0,
-                      (0.25 - 100.0 * w.col(g).dot(rest)) / (100.0 * w.col(g).squaredNorm() + 1.0));
+                      (0.25 - 100.0 * w.col(g).dot(sum)) / (100.0 * w.col(g).squaredNorm() + 1.0));
+      sum += f[g] * w.col(g);
     }
   }
   for (std::size_t c = 0; c < contacts.size(); ++c) {
