@@ -64,7 +64,7 @@ std::vector<RatedNetwork> NetworksOf(const std::vector<std::string>& told,
                   "Give each network a name of its own");
     }
     networks.emplace_back(name, LoadSynthesisNetwork(text.substr(equals + 1)));
-    WarnOfOldPelvis(networks.back().second.source, networks.back().second.weights.notes, common);
+    WarnOfOldPelvis(text, networks.back().loaded.weights.notes, common);
   }
   return networks;
 }

@@ -26,8 +26,7 @@ using SparseRow = std::vector<std::pair<int, double>>;
 
 /// What a body model is made of, in SMPL-X's 55 joints (see BodyLayout). Metres.
 struct BodyModelParts {
-  std::string name;    ///< file name, for reports
-  std::string source;  ///< the file as it was given, for messages; may be empty
+  std::string name;  ///< file name, for reports
   ModelKind kind = ModelKind::kSmplx;
   Eigen::Matrix3Xd v_template;
   Eigen::Matrix3Xi faces;
@@ -43,6 +42,7 @@ struct BodyModelParts {
       left_hand_components;                        ///< (n x 45), one a row; may be empty
   std::vector<int> right_hand_ids, left_hand_ids;  ///< ascending; empty: the model lacks the hand
   bool shape_x_corrected = false;                  ///< see BodyModel::ShapeNote
+  std::string source;  ///< the file as it was given, for messages; may be empty
 };
 
 /// A body model of SMPL-X's form: const, shared by any number of threads.
