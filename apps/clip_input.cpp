@@ -42,7 +42,8 @@ bool IsFittedWith(const BodyModel& body, const nlohmann::json& metrics) {
 }
 
 // The mesh that was told, else the clip's own.
-void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptions& options) {
+void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptions& options,
+                const CommonOptions& common) {
   input.object_scale = options.object_scale;
   const bool told = !options.object.empty();
   ClipObject own;
@@ -56,6 +57,9 @@ void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptio
     input.object = LoadObject(options.object, options.object_scale).mesh;
     input.object_source = options.object;
     return;
+  }
+  if (!own.warning.empty()) {
+    Note(common, fmt::format("warning: {}: {}", input.source, own.warning));
   }
   input.object = std::move(own.mesh);
   input.object_source = own.in_clip ? input.source : own.source;
@@ -110,7 +114,7 @@ ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions&
                                                      : loaded.clip.body_model;
   if (!input.file.empty()) input.metrics = MetricsBeside(input.file);
   input.foreign_body = IsForeign(loaded) && !IsFittedWith(*input.body, input.metrics);
-  FindObject(input, loaded, options);
+  FindObject(input, loaded, options, common);
   // It is only looked at, so that its absence is no matter.
   if (!loaded.table_mesh.empty()) input.table = ReadMesh(loaded.table_mesh);
   if (input.object && (input.foreign_body || input.metrics.is_null())) {

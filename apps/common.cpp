@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "apps/config_file.h"
+#include "generator/body/rest_pelvis_note.h"
 #include "geometry/io/container/json_text.h"
 #include "geometry/parallel.h"
 
@@ -102,6 +103,11 @@ void Note(const CommonOptions& options, std::string_view text) {
     break;
   }
   LogJson(level, "note", {{"message", text}});
+}
+
+void WarnOfOldPelvis(const std::string& source, const std::map<std::string, std::string>& notes,
+                     const CommonOptions& options) {
+  if (const auto old = OldPelvisWarning(source, notes)) Note(options, "warning: " + *old);
 }
 
 void Detail(const CommonOptions& options, std::string_view event, std::string_view text,

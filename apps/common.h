@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -79,6 +80,10 @@ void LogJson(std::string_view level, std::string_view event, const nlohmann::ord
 
 /// A note for people, on stderr; nothing when quiet. "warning: " before it makes it a warning.
 void Note(const CommonOptions& options, std::string_view text);
+
+/// Warns of a network's notes that tell of another rest pelvis (OldPelvisWarning).
+void WarnOfOldPelvis(const std::string& source, const std::map<std::string, std::string>& notes,
+                     const CommonOptions& options);
 
 /// What --verbose adds: `text`, or the event with its fields.
 void Detail(const CommonOptions& options, std::string_view event, std::string_view text,

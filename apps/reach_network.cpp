@@ -20,6 +20,12 @@ const char* LayoutName(wandr::IntentionLayout layout) {
 
 }  // namespace
 
+ReachNetwork LoadReachNetwork(const std::string& path, const CommonOptions& common) {
+  ReachNetwork network = holdfast::LoadReachNetwork(path);
+  WarnOfOldPelvis(path, network.weights.notes, common);
+  return network;
+}
+
 nlohmann::json NetworkJson(const ReachNetwork& network) {
   return {{"weights", network.source},
           {"checksum", network.checksum},

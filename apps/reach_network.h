@@ -10,6 +10,9 @@
 
 namespace holdfast::apps {
 
+/// LoadReachNetwork; warns of a network that has to be trained again.
+ReachNetwork LoadReachNetwork(const std::string& path, const CommonOptions& common);
+
 /// Source, checksum, layout, notes.
 nlohmann::json NetworkJson(const ReachNetwork& network);
 

@@ -24,7 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::map<std::string, ReachNetwork> AblationNetworks(const std::vector<std::string>& told) {
+std::map<std::string, ReachNetwork> AblationNetworks(const std::vector<std::string>& told,
+                                                     const CommonOptions& common) {
   std::map<std::string, ReachNetwork> networks;
   for (const std::string& text : told) {
     const std::size_t equals = text.find('=');
@@ -36,7 +37,7 @@ std::map<std::string, ReachNetwork> AblationNetworks(const std::vector<std::stri
       throw Error("--ablation-weights " + text, "names no ablation",
                   "Give NAME=FILE, NAME one of wrist, wrist+pelvis, wrist+heading, none");
     }
-    networks.emplace(name, LoadReachNetwork(text.substr(equals + 1)));
+    networks.emplace(name, LoadReachNetwork(text.substr(equals + 1), common));
   }
   return networks;
 }
@@ -155,8 +156,9 @@ std::vector<Planned> PlanOf(const EvaluateReachOptions& options, const ReachNetw
 }  // namespace
 
 Outcome EvaluateReach(const EvaluateReachOptions& options, const CommonOptions& common) {
-  const ReachNetwork network = LoadReachNetwork(options.weights);
-  const std::map<std::string, ReachNetwork> others = AblationNetworks(options.ablation_weights);
+  const ReachNetwork network = LoadReachNetwork(options.weights, common);
+  const std::map<std::string, ReachNetwork> others =
+      AblationNetworks(options.ablation_weights, common);
   const StudyScene scene(options.starts);
   std::vector<Planned> plan = PlanOf(options, network, others, scene, common.seed);
   for (Planned& planned : plan) {

@@ -50,7 +50,7 @@ bool ComparesMethods(const EvaluateReachOptions& options) {
 }
 
 Outcome CompareReachMethods(const EvaluateReachOptions& options, const CommonOptions& common) {
-  const ReachNetwork network = LoadReachNetwork(options.weights);
+  const ReachNetwork network = LoadReachNetwork(options.weights, common);
   const wandr::Network<float> ready(network.weights);
   const StudyScene scene(options.starts);
   const std::vector<wandr::ReachStart> starts = scene.StartsFor(network);

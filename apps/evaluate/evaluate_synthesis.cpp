@@ -37,7 +37,8 @@ struct EvaluateSynthesisOptions {
   std::string output;
 };
 
-std::vector<RatedNetwork> NetworksOf(const std::vector<std::string>& told) {
+std::vector<RatedNetwork> NetworksOf(const std::vector<std::string>& told,
+                                     const CommonOptions& common) {
   std::vector<RatedNetwork> networks;
   std::set<std::string> names{"real", "clip", "still"};
   networks.reserve(told.size());
@@ -63,6 +64,7 @@ std::vector<RatedNetwork> NetworksOf(const std::vector<std::string>& told) {
                   "Give each network a name of its own");
     }
     networks.emplace_back(name, LoadSynthesisNetwork(text.substr(equals + 1)));
+    WarnOfOldPelvis(text, networks.back().loaded.weights.notes, common);
   }
   return networks;
 }
@@ -171,8 +173,8 @@ nlohmann::json EvaluationJson(const EvaluateSynthesisOptions& options, const Com
 }
 
 Outcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const CommonOptions& common) {
-  const std::vector<RatedNetwork> networks =
-      NetworksOf(options.weights.empty() ? std::vector<std::string>{"full="} : options.weights);
+  const std::vector<RatedNetwork> networks = NetworksOf(
+      options.weights.empty() ? std::vector<std::string>{"full="} : options.weights, common);
   std::vector<ObjectMode> modes;
   for (const std::string& name : options.objects) {
     for (const ObjectMode mode : {ObjectMode::kGiven, ObjectMode::kCarried, ObjectMode::kFitted}) {
@@ -180,6 +182,7 @@ Outcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const CommonO
     }
   }
   const imos::RecogniserWeights weights = imos::ReadRecogniser(options.recogniser);
+  WarnOfOldPelvis(options.recogniser, weights.notes, common);
   const imos::Recogniser recogniser(weights, options.recogniser);
   const std::vector<SynthesisCase> cases = CasesOf(options, common);
 

@@ -74,7 +74,7 @@ std::string TrackTable(const std::vector<TrackSummary>& summaries) {
 }  // namespace
 
 Outcome EvaluateTrack(const EvaluateReachOptions& options, const CommonOptions& common) {
-  const ReachNetwork network = LoadReachNetwork(options.weights);
+  const ReachNetwork network = LoadReachNetwork(options.weights, common);
   const std::vector<ReachPerson> persons = PersonsOf(options.starts);
   TrackStudyOptions study;
   study.tracks = options.goals > 0 ? options.goals : kTracks;

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/interrupt.h"
+#include "apps/reach_network.h"
 #include "generator/wandr/reach_network.h"
 #include "geometry/clip/clip.h"
 #include "geometry/parallel.h"
@@ -48,7 +49,7 @@ NaturalnessReaches MakeNaturalnessReaches(const NaturalnessReachOptions& options
   const fs::path table = options.list;
   const std::vector<ListedReach> listed =
       ReadListedReaches(table, options.root.empty() ? table.parent_path() : fs::path(options.root));
-  const ReachNetwork network = LoadReachNetwork(options.weights);
+  const ReachNetwork network = LoadReachNetwork(options.weights, common);
   const auto count = static_cast<int>(listed.size());
   Progress progress(common, "evaluate naturalness: reaches");
   std::mutex mutex;

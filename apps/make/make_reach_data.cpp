@@ -51,7 +51,7 @@ int Run(MakeReachDataCommand options) {
   const std::filesystem::path folder = options.output;
   const auto body = LoadBody(options.body);
   std::optional<ReachNetwork> network;  // what is wrong with it is said before hours of work
-  if (options.optimised > 0) network = LoadReachNetwork(options.weights);
+  if (options.optimised > 0) network = LoadReachNetwork(options.weights, common);
   StageProgress progress(common);
   const auto tell = [&](const char* stage, int done, int total) {
     progress.Update(stage, done, total);

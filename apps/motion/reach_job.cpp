@@ -317,11 +317,12 @@ Outcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
     track.follow.side = job.wrist == "left" ? Side::kLeft : Side::kRight;
     track.follow.seed = common.seed;
     const Start start = StartOf(job, common);
-    return RunReachTrack(track, start.person, start.source, LoadReachNetwork(job.weights), common);
+    return RunReachTrack(track, start.person, start.source, LoadReachNetwork(job.weights, common),
+                         common);
   }
   std::vector<Eigen::Vector3d> goals;
   for (const std::string& text : job.goals) goals.push_back(ParsePoint("--goal", text));
-  const ReachNetwork network = LoadReachNetwork(job.weights);
+  const ReachNetwork network = LoadReachNetwork(job.weights, common);
   const Start start = StartOf(job, common);
   const ReachOptions options = ToLibrary(job, common);
   const std::vector<std::string> notes = CheckReachGoals(goals, start.person, options);

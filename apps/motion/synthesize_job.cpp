@@ -184,6 +184,7 @@ void WriteSamples(const SynthesizeJob& job, const HoldingStart& start,
 
 Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
   const SynthesisNetwork network = LoadSynthesisNetwork(job.weights, job.action_embeddings);
+  WarnOfOldPelvis(job.weights, network.weights.notes, common);
   const imos::Intent intent = IntentOf(job, network);
   if (const std::string note = NoteOnIntent(network, intent); !note.empty()) Note(common, note);
   const LoadedObject object = LoadObject(job.begin.object, job.begin.object_scale);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "apps/train/training_curves.h"
+#include "generator/body/rest_pelvis_note.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/json_text.h"
 
@@ -42,6 +43,7 @@ int Train(const Training& training, const LongTraining& options, const TrainingT
     Note(common, fmt::format("resuming after iteration {}", trainer.Iteration()));
   }
   run.notes["made_by"] = fmt::format("holdfast train {} " HOLDFAST_VERSION, texts.network);
+  NoteRestPelvis(run.notes);
   std::filesystem::create_directories(run.folder);
   for (const std::string& note : texts.notes) Note(common, note);
   RunWatch watch;

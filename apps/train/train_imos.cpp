@@ -62,7 +62,11 @@ int TrainImos(const TrainImosCommand& options) {
     embeddings = imos::ReadActionTable(options.embeddings, recipe.config.action_size);
   }
   imos::Trainer trainer(set.train, recipe, embeddings);
-  if (!options.from.empty()) trainer.StartFrom(imos::ReadNetwork(options.from), options.from);
+  if (!options.from.empty()) {
+    const imos::NetworkWeights from = imos::ReadNetwork(options.from);
+    WarnOfOldPelvis(options.from, from.notes, options.common);
+    trainer.StartFrom(from, options.from);
+  }
   TrainingTexts texts;
   texts.network = "imos";
   texts.kept["key_frames"] = options.clips.key_frames;

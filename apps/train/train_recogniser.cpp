@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include "apps/train/train_command.h"
+#include "generator/body/rest_pelvis_note.h"
 #include "generator/imos/synthesis_metrics.h"
 #include "generator/imos/vocabulary.h"
 #include "generator/training/imos/recogniser.h"
@@ -122,6 +123,7 @@ int TrainRecogniser(const TrainRecogniserCommand& options) {
                     summary[name]["sequences"].get<int>());
   }
   trained.weights.notes["made_by"] = "holdfast train recogniser " HOLDFAST_VERSION;
+  NoteRestPelvis(trained.weights.notes);
   trained.weights.notes["key_frames"] = options.clips.key_frames;
   trained.weights.notes["seed"] = std::to_string(common.seed);
   trained.weights.notes["epochs"] = std::to_string(trained.best.epoch);

@@ -63,7 +63,10 @@ int TrainWandr(const TrainWandrCommand& options) {
   const wandr::Corpus corpus = ReadMotions(options, measures);
   const std::optional<wandr::Corpus> held_out = ReadHeldOut(options);
   std::optional<wandr::NetworkWeights> from;
-  if (!options.from.empty()) from = wandr::ReadNetwork(options.from);
+  if (!options.from.empty()) {
+    from = wandr::ReadNetwork(options.from);
+    WarnOfOldPelvis(options.from, from->notes, options.common);
+  }
   wandr::Trainer trainer(corpus, wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>(),
                          RecipeOf(options, measures), from ? &*from : nullptr);
   TrainingTexts texts;

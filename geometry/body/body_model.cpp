@@ -18,8 +18,9 @@ BodyModel::BodyModel(std::shared_ptr<const BodyModelParts> parts, Eigen::Matrix3
     : parts_(std::move(parts)), v_template_(std::move(v_template)), is_subject_(true) {}
 
 std::shared_ptr<const BodyModel> BodyModel::Load(const std::filesystem::path& path) {
-  return std::make_shared<const BodyModel>(
-      ReadBodyModel(BodyModelFields(path), path.stem().string()));
+  BodyModelParts parts = ReadBodyModel(BodyModelFields(path), path.stem().string());
+  parts.source = path.string();
+  return std::make_shared<const BodyModel>(std::move(parts));
 }
 
 std::string BodyModel::ShapeNote() const {
@@ -63,7 +64,7 @@ Eigen::Matrix3Xd BodyModel::ShapedVertices(const Eigen::VectorXd& betas,
   const auto check = [&](const char* what, const Eigen::VectorXd& coefficients, int available) {
     const Eigen::Index given = coefficients.size();
     if (given <= available || coefficients.tail(given - available).isZero(0.0)) return;
-    throw Error(Name(),
+    throw Error(Source(),
                 fmt::format("has {} {} coefficients, {} were given", available, what, given),
                 "Give as many as the model has, or another model");
   };

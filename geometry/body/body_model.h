@@ -42,6 +42,7 @@ struct BodyModelParts {
       left_hand_components;                        ///< (n x 45), one a row; may be empty
   std::vector<int> right_hand_ids, left_hand_ids;  ///< ascending; empty: the model lacks the hand
   bool shape_x_corrected = false;                  ///< see BodyModel::ShapeNote
+  std::string source;  ///< the file as it was given, for messages; may be empty
 };
 
 /// A body model of SMPL-X's form: const, shared by any number of threads.
@@ -109,6 +110,10 @@ class BodyModel {
     return side == Side::kRight ? parts_->right_hand_ids : parts_->left_hand_ids;
   }
   const std::string& Name() const { return parts_->name; }  ///< file name, for reports
+  /// The file as it was given, for messages; the name where there is none.
+  const std::string& Source() const {
+    return parts_->source.empty() ? parts_->name : parts_->source;
+  }
   /// What is said where betas are used of a MANO_LEFT as published, whose shapedirs have the x of
   /// the right hand's (smplx issue 48): Load sets the sign right. Empty for every other model.
   std::string ShapeNote() const;

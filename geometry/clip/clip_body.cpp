@@ -85,7 +85,7 @@ void RequireHands(const BodyModel& model, std::uint8_t bits) {
   for (const Side side : {Side::kRight, Side::kLeft}) {
     const std::uint8_t bit = side == Side::kRight ? kHoldsRight : kHoldsLeft;
     if ((bits & bit) == 0 || model.HasHand(side)) continue;
-    throw Error(model.Name(), fmt::format("has no {} hand", SideName(side)),
+    throw Error(model.Source(), fmt::format("has no {} hand", SideName(side)),
                 model.LoneHand()
                     ? fmt::format("It is a {} hand alone: give a whole body, or that "
                                   "hand with --hand {}",

@@ -82,6 +82,10 @@ LoadedClip ReadFile(const fs::path& path, const ImportFileOptions& options) {
   return loaded;
 }
 
+const std::string& MadeWith(const LoadedClip& loaded) {
+  return loaded.change ? loaded.change->from : loaded.clip.body_model;
+}
+
 // The mesh of a file that a clip names. Nothing is taken in its place: it would be another object.
 TriangleMesh ReadNamedMesh(const fs::path& clip, const std::string& path, double scale) {
   std::error_code ignored;
@@ -158,6 +162,13 @@ ClipObject FindClipObject(const LoadedClip& loaded, double scale) {
       found.mesh = LoadObject(name, scale).mesh;
       found.source = name;
       found.by_name = name != track.mesh;
+      if (found.by_name && MadeWith(loaded) != BodyModel::kDefaultName) {
+        found.warning = fmt::format(
+            "the mesh of its object was not found: Holdfast's own '{}' stands in, which has "
+            "another "
+            "shape (give the clip's mesh as object)",
+            name);
+      }
       found.missing.clear();
       return found;
     } catch (const Error& error) {

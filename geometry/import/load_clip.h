@@ -36,6 +36,7 @@ struct ClipObject {
   double scale = 1.0;                ///< the caller's, and of a file that is not in metres
   bool in_clip = false;              ///< the clip's own, at no other place
   bool by_name = false;              ///< known by the object's name alone
+  std::string warning;               ///< where that stands in for a mesh of another program's
   std::string missing;               ///< why there is none
 };
 

@@ -344,7 +344,10 @@ ClipObject OwnObject(const ClipArgument& clip, double scale) {
   LoadedClip place;
   place.file = clip.file;
   place.clip.object = clip.clip->object;
-  return RunAside([place, scale] { return FindClipObject(place, scale); });
+  place.clip.body_model = clip.other_body.empty() ? clip.clip->body_model : clip.other_body;
+  ClipObject own = RunAside([place, scale] { return FindClipObject(place, scale); });
+  if (!own.warning.empty()) own.warning = fmt::format("warning: {}: {}", clip.name, own.warning);
+  return own;
 }
 
 LoadedObject ObjectOf(const py::handle& value, const ClipArgument& clip, double scale) {
@@ -357,6 +360,7 @@ LoadedObject ObjectOf(const py::handle& value, const ClipArgument& clip, double 
   if (!own.mesh) {
     throw Error(clip.name, "its object's mesh is missing: " + own.missing, "Give it as object");
   }
+  if (!own.warning.empty()) LogNotes({own.warning});
   std::string name =
       track.name.empty() ? std::filesystem::path(track.mesh).stem().string() : track.name;
   if (name.empty()) name = "object";

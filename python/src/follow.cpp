@@ -4,6 +4,7 @@
 
 #include <pybind11/stl.h>
 
+#include "generator/body/rest_pelvis_note.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_network.h"
 #include "geometry/rotation.h"
@@ -86,8 +87,11 @@ std::unique_ptr<Follower> MakeFollower(const py::object& clip, const std::option
   const ModelPtr model = ModelOf(body);
   std::optional<ClipArgument> start;
   if (!clip.is_none()) start = ClipOf(clip, body);
+  const ReachNetwork network = RunAside([weights] { return LoadReachNetwork(weights); });
+  if (const auto old = OldPelvisWarning(weights, network.weights.notes)) {
+    LogNotes({"warning: " + *old});
+  }
   const py::gil_scoped_release release;
-  const ReachNetwork network = LoadReachNetwork(weights);
   ReachPerson person =
       start ? PersonInClip(*start->clip, start->body, frame, start->name) : StandingPerson(model);
   return std::make_unique<Follower>(std::move(person), network.weights, options);

@@ -4,6 +4,7 @@
 
 #include <pybind11/stl.h>
 
+#include "generator/body/rest_pelvis_note.h"
 #include "generator/wandr/reach_network.h"
 #include "geometry/error.h"
 #include "geometry/value_ranges.h"
@@ -128,6 +129,9 @@ py::object Reach(const py::object& goals, const py::object& clip, const std::opt
       }));
     }
     answer->warnings = CheckReachGoals(answer->goals, answer->person, options);
+    if (const auto old = OldPelvisWarning(weights, network.weights.notes)) {
+      answer->warnings.push_back(*old);
+    }
     if (take) return;
     answer->report = WalkAndReach(answer->person, network.weights, answer->goals, options, go_on);
     if (answer->report.status == ReachStatus::kStopped) throw Stopped();

@@ -56,6 +56,7 @@ ReportInput SceneOf(const py::object& clip, const py::object& object, double obj
     scene.object_source = loaded.source;
   } else if (scene.clip.object) {
     ClipObject own = OwnObject(argument, object_scale);
+    if (!own.warning.empty()) LogNotes({own.warning});
     scene.object = std::move(own.mesh);
     scene.object_source = own.in_clip ? argument.name : own.source;
     scene.object_missing = own.missing;

@@ -8,6 +8,7 @@
 #include <pybind11/stl.h>
 
 #include "generator/actions/action_catalog.h"
+#include "generator/body/rest_pelvis_note.h"
 #include "generator/imos/config.h"
 #include "generator/imos/synthesis_network.h"
 #include "geometry/error.h"
@@ -128,6 +129,9 @@ SynthesisPtr Run(SynthesisCall& call, const py::object& progress) {
   std::vector<std::string> notes;
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
     const SynthesisNetwork network = LoadSynthesisNetwork(call.weights, call.action_embeddings);
+    if (const auto old = OldPelvisWarning(call.weights, network.weights.notes)) {
+      notes.push_back("warning: " + *old);
+    }
     answer->intent = IntentOf(call, network);
     NoteOnIntent(network, answer->intent, notes);
     RequireHandheld(call.object);

@@ -14,9 +14,10 @@
 namespace holdfast {
 
 /// The terms of one frame as a function of the four control points of a cubic B-spline that its
-/// change lies between: x = sum_k basis_k c_k (ChangeSpline). Residuals: each term's kRows, in the
-/// order of the members of `Terms` (`Tied()`). Parameter blocks: four control points (28 each,
-/// UpperBodyDofs). The body is evaluated once for all terms.
+/// change lies between: x = sum_k basis_k c_k (ChangeSpline); or of the change itself, with one
+/// basis of 1. Residuals: each term's kRows, in the order of the members of `Terms` (`Tied()`).
+/// Parameter blocks: the control points (28 each, UpperBodyDofs). The body is evaluated once for
+/// all terms.
 template <typename Terms>
 class FrameBlock final : public ceres::CostFunction {
  public:
@@ -26,17 +27,18 @@ class FrameBlock final : public ceres::CostFunction {
 
   /// `chain` and `base` (the frame that is changed) must outlive the block.
   FrameBlock(const UpperBodyChain& chain, const BodyFrame& base, const Terms& terms,
-             const Eigen::Vector4d& basis)
+             const Eigen::VectorXd& basis)
       : chain_(chain), base_(base), terms_(terms), basis_(basis) {
     set_num_residuals(kRows);
-    mutable_parameter_block_sizes()->assign(4, UpperBodyDofs::kSize);
+    mutable_parameter_block_sizes()->assign(basis_.size(), UpperBodyDofs::kSize);
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
     UpperBodyChange change = UpperBodyChange::Zero();
-    for (int k = 0; k < 4; ++k)
+    for (int k = 0; k < basis_.size(); ++k) {
       change += basis_(k) * Eigen::Map<const UpperBodyChange>(parameters[k]);
+    }
     UpperBodyState state;
     state.Evaluate(chain_, base_, change);
     Eigen::Map<Eigen::Matrix<double, kRows, 1>> r(residuals);
@@ -54,7 +56,7 @@ class FrameBlock final : public ceres::CostFunction {
     };
     std::apply([&](const auto&... term) { (evaluate(term), ...); }, terms_.Tied());
     if (jacobians == nullptr) return true;
-    for (int k = 0; k < 4; ++k) {
+    for (int k = 0; k < basis_.size(); ++k) {
       if (jacobians[k] != nullptr) Eigen::Map<JacobianRows>{jacobians[k]} = basis_(k) * J;
     }
     return true;
@@ -66,7 +68,7 @@ class FrameBlock final : public ceres::CostFunction {
   const UpperBodyChain& chain_;
   const BodyFrame& base_;
   Terms terms_;
-  Eigen::Vector4d basis_;
+  Eigen::VectorXd basis_;
 };
 
 }  // namespace holdfast

@@ -9,10 +9,10 @@
 namespace holdfast {
 
 /// Trunk, collarbone and arm changed by as little as it takes to put the wrist on `target` (world,
-/// metres): Gauss-Newton for the three coordinates over 16 angles, shoulder and elbow moving most,
-/// the step of least weighted norm W J^T (J W J^T + mu I)^-1 r. Zero where the wrist is there
-/// already, and smooth in target and frame. The elbow keeps bent by 3 degrees at least. Returns how
-/// far the wrist stays from it, metres: a target out of reach is approached.
+/// metres): x of least |wrist(x) - target|^2 / (5 mm)^2 + sum_k x_k^2 / w_k over 16 angles,
+/// shoulder and elbow moving most. Zero where the wrist is there already, and smooth in target and
+/// frame. The elbow keeps bent by 3 degrees at least. Returns how far the wrist stays from it,
+/// metres: a target out of reach is approached.
 double PlaceWrist(const Eigen::Matrix3Xd& rest_joints, Side side, const Eigen::Vector3d& target,
                   BodyFrame& frame);
 

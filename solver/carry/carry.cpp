@@ -326,8 +326,7 @@ class Carrier {
     made.clear();
     for (const Handover& handover : report_.handovers) made.push_back(handover.transfer);
     Clip met = clip_;
-    LetHandsMeet(right_, left_, report_.holding.switches, report_.handovers,
-                 TransferOptions().lever_m, met);
+    LetHandsMeet(right_, left_, report_.holding.switches, report_.handovers, met);
     report_.handovers.clear();
     return met;
   }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include <ceres/loss_function.h>
 #include <ceres/problem.h>
 
 #include "geometry/error.h"
@@ -14,6 +15,7 @@
 #include "geometry/score/hand_object_score.h"
 #include "solver/fit/frame_fitter.h"
 #include "solver/fit/time_filters.h"
+#include "solver/terms/hand/object_data.h"
 #include "solver/unknowns/rotation_manifold.h"
 #include "solver/unknowns/sparse_solve.h"
 
@@ -24,7 +26,6 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kLever = 0.1;         // metres
 constexpr double kSlowFrames = 3.0;    // what changes more slowly than this is movement, not noise
 constexpr double kRigid_m = 0.004;     // an object may shift this much in a hand that holds firmly
 constexpr double kRigid_rad = 0.07;    // and turn this much
@@ -431,33 +432,31 @@ FitOptions RefinementDefaults() {
 }
 
 Isometry3d RobustMean(std::span<const Isometry3d> poses) {
-  Isometry3d mean = poses[poses.size() / 2];
+  ObjectPose mean(poses[poses.size() / 2]);
   constexpr int kRounds = 20;
   for (int round = 0; round < kRounds; ++round) {
     std::vector<double> away;
-    const Deviation deviation(poses, mean);
+    const Deviation deviation(poses, mean.Transform());
     for (Eigen::Index k = 0; k < deviation.shift.cols(); ++k) {
-      away.push_back(
-          std::hypot(deviation.shift.col(k).norm(), kLever * deviation.turn.col(k).norm()));
+      away.push_back(std::hypot(deviation.shift.col(k).norm(),
+                                ObjectData::kLever * deviation.turn.col(k).norm()));
     }
-    std::vector<double> sorted = away;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    const double scale = 2.0 * *middle + 1e-6;
-    Vector3d shift = Vector3d::Zero(), turn = Vector3d::Zero();
-    double weights = 0.0;
-    for (std::size_t k = 0; k < poses.size(); ++k) {
-      const double weight = 1.0 / (1.0 + away[k] * away[k] / (scale * scale));
-      shift += weight * deviation.shift.col(static_cast<Eigen::Index>(k));
-      turn += weight * deviation.turn.col(static_cast<Eigen::Index>(k));
-      weights += weight;
+    const auto middle = away.begin() + static_cast<std::ptrdiff_t>(away.size() / 2);
+    std::nth_element(away.begin(), middle, away.end());
+    auto* const loss = new ceres::CauchyLoss(2.0 * *middle + 1e-6);
+    ceres::Problem problem;
+    double* const q = mean.orientation.coeffs().data();
+    problem.AddParameterBlock(q, 4, new RotationManifold);
+    for (const Isometry3d& pose : poses) {
+      problem.AddResidualBlock(new ObjectData(ObjectPose(pose), 1.0), loss, q,
+                               mean.translation.data());
     }
-    mean.translation() += shift / weights;
-    mean.linear() = mean.linear() * ExpSO3(turn / weights);
-    if (shift.norm() + kLever * turn.norm() < 1e-9 * weights) break;
+    const Isometry3d before = mean.Transform();
+    SolveQuietly(SparseOptions(20, 1e-12), problem);
+    const Isometry3d moved = before.inverse() * mean.Transform();
+    if (moved.translation().norm() + LogSO3(moved.linear()).norm() < 1e-9) break;
   }
-  mean.linear() = NearestRotation(mean.linear());
-  return mean;
+  return mean.Transform();
 }
 
 RefineResult RefineClip(const Clip& clip, std::span<const HandModel* const> hands,

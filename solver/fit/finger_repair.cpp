@@ -2,14 +2,16 @@
 #include "solver/fit/finger_repair.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
 #include <Eigen/Geometry>
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
+
+#include "solver/terms/hand/angle_range.h"
+#include "solver/terms/motion/joint_acceleration.h"
+#include "solver/terms/motion/joint_goal.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -70,52 +72,23 @@ void Bridge(const std::vector<bool>& kept, Turns& turns) {
   }
 }
 
-// The angle nearest to `data` that changes its velocity little and keeps to its range.
-class AngleSmoother {
- public:
-  AngleSmoother(int frames, double weight) : smooth_(frames, frames) {
-    std::vector<Eigen::Triplet<double>> entries;
-    constexpr std::array<double, 3> kSecond = {1.0, -2.0, 1.0};
-    for (int t = 0; t + 2 < frames; ++t) {
-      for (int i = 0; i < 3; ++i) {
-        for (int j = 0; j < 3; ++j) {
-          entries.emplace_back(t + i, t + j, weight * kSecond[i] * kSecond[j]);
-        }
-      }
-    }
-    for (int t = 0; t < frames; ++t) entries.emplace_back(t, t, 0.0);
-    smooth_.setFromTriplets(entries.begin(), entries.end());
-    solver_.analyzePattern(smooth_);
+// Moves a joint's angles, a frame a column, as little as it takes to change their velocity little
+// and to keep to their ranges.
+void Smooth(const HandAxes& axes, int joint, const Eigen::VectorXd& trust, double weight,
+            Eigen::Matrix3Xd& angles) {
+  ceres::Problem problem;
+  const auto at = [&](Eigen::Index t) { return angles.col(t).data(); };
+  for (Eigen::Index t = 0; t < angles.cols(); ++t) {
+    problem.AddResidualBlock(new JointGoal(angles.col(t), trust(t)), nullptr, at(t));
+    problem.AddResidualBlock(new AngleRangeTerm(axes, joint, kLimitWeight), nullptr, at(t));
+    if (t < 2) continue;
+    problem.AddResidualBlock(new JointAcceleration(1.0, weight), nullptr, at(t - 2), at(t - 1),
+                             at(t));
   }
-
-  // By Gauss-Newton: which frames are beyond the range is settled within a few rounds.
-  Eigen::VectorXd Solve(const Eigen::VectorXd& data, const Eigen::VectorXd& trust,
-                        const AngleRange& range) {
-    Eigen::VectorXd angle = data;
-    Eigen::VectorXd beyond = Eigen::VectorXd::Constant(data.size(), -1.0);
-    constexpr int kRounds = 20;
-    for (int round = 0; round < kRounds; ++round) {
-      Eigen::VectorXd weight = trust, right = trust.cwiseProduct(data), now(data.size());
-      for (Eigen::Index t = 0; t < data.size(); ++t) {
-        now(t) = angle(t) < range.low ? 1.0 : angle(t) > range.high ? 2.0 : 0.0;
-        if (now(t) == 0.0) continue;
-        weight(t) += kLimitWeight;
-        right(t) += kLimitWeight * (now(t) == 1.0 ? range.low : range.high);
-      }
-      if (now == beyond) break;
-      beyond = now;
-      Eigen::SparseMatrix<double> matrix = smooth_;
-      matrix.diagonal() += weight;
-      solver_.factorize(matrix);
-      angle = solver_.solve(right);
-    }
-    return angle;
-  }
-
- private:
-  Eigen::SparseMatrix<double> smooth_;
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver_;
-};
+  ceres::Solver::Options options = SparseOptions(20, 1e-12);
+  options.initial_trust_region_radius = 1e12;  // linear but for which angles are beyond
+  SolveQuietly(options, problem);
+}
 
 }  // namespace
 
@@ -145,7 +118,7 @@ FingerRepair RepairFingers(const HandAxes& axes, Clip& clip) {
   const double most_step = std::min(kMostStep, kMostSpeed / clip.frame_rate);
   const int window = static_cast<int>(std::ceil(std::numbers::pi / most_step) +
                                       std::ceil(kBurst_s * clip.frame_rate));
-  AngleSmoother smoother(frames, std::pow(kSmoothing_s * clip.frame_rate, 4));
+  const double smooth = std::pow(kSmoothing_s * clip.frame_rate, 4);
   for (int k = 0; k < kJointsPerHand; ++k) {
     Turns turns = TurnsOf(clip, first + k);
     const std::vector<bool> kept = KeptFrames(turns, most_step, window);
@@ -159,10 +132,7 @@ FingerRepair RepairFingers(const HandAxes& axes, Clip& clip) {
       angles.col(t) = axes.Axes(k).transpose() * turn;
       trust(t) = kept[t] ? 1.0 : kReplacedWeight;
     }
-    for (int row = 0; row < 3; ++row) {
-      angles.row(row) =
-          smoother.Solve(angles.row(row).transpose(), trust, axes.Range(row, k)).transpose();
-    }
+    Smooth(axes, k, trust, smooth, angles);
     for (int t = 0; t < frames; ++t) clip.pose[t].col(first + k) = axes.Axes(k) * angles.col(t);
   }
   return repair;

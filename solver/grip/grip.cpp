@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "solver/grip/grip.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "solver/grip/squeeze_dual.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
 
-constexpr int kSweeps = 200;
 constexpr int kEdges = 4;
 constexpr double kBalanceWeight = 100.0;
 
@@ -42,18 +43,11 @@ ConeEdges::ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vect
 void BalancePresses(const Eigen::Vector3d& centre, double radius_m, double friction, double grip_N,
                     std::vector<GripContact>& contacts) {
   const ConeEdges edges(contacts, centre, radius_m, friction);
-  Eigen::VectorXd f = Eigen::VectorXd::Constant(edges.forces.cols(), 0.25);
-  Eigen::Matrix<double, 6, 1> sum = edges.wrenches * f;
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {  // one coordinate at a time: convex, bounded
-    for (Eigen::Index g = 0; g < f.size(); ++g) {
-      const auto w = edges.wrenches.col(g);
-      const Eigen::Matrix<double, 6, 1> rest = sum - f[g] * w;
-      const double best =
-          (0.25 - kBalanceWeight * w.dot(rest)) / (kBalanceWeight * w.squaredNorm() + 1.0);
-      f[g] = std::max(0.0, best);
-      sum = rest + f[g] * w;
-    }
-  }
+  Eigen::Matrix<double, 6, 1> y = Eigen::Matrix<double, 6, 1>::Zero();
+  ceres::Problem problem;
+  problem.AddResidualBlock(new SqueezeDual(edges.wrenches, kBalanceWeight), nullptr, y.data());
+  SolveQuietly(SparseOptions(50, 1e-14), problem);
+  const Eigen::VectorXd f = (0.25 - (edges.wrenches.transpose() * y).array()).max(0.0);
   const double pushes = f.sum();
   for (std::size_t c = 0; c < contacts.size() && pushes > 0.0; ++c) {
     const auto begin = static_cast<Eigen::Index>(kEdges * c);

@@ -5,7 +5,8 @@
 /// far the object's weight moves it in a hand whose joints are springs, come out.
 ///
 /// Beside this file:
-///   grip_give.h  how far a gripped object gives way
+///   squeeze_dual.h  the squeeze as a least-squares problem
+///   grip_give.h     how far a gripped object gives way
 
 #include <vector>
 

@@ -3,19 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-
-#include <Eigen/Cholesky>
 
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/rotation.h"
+#include "solver/terms/hand/object_data.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
 
 using Eigen::Isometry3d;
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
 
 constexpr double kEase_s = 1.0, kLeastEase_s = 0.3;
 
@@ -37,36 +34,24 @@ double ShareAt(int t, int from, int begin, int end, int to) {
 }  // namespace
 
 HandMeeting ShareTheWay(const Isometry3d& giver, const Isometry3d& receiver,
-                        const Isometry3d& giver_from_receiver, double lever_m) {
-  constexpr int kSteps = 20;
-  const Vector3d apart = receiver.translation() - giver.translation();
-  const Matrix3d twist =  // of the receiver, were the giver to stay
-      giver.linear() * giver_from_receiver.linear() * receiver.linear().transpose();
-  const Vector3d arm = giver.linear() * giver_from_receiver.translation();
-  Vector3d turn = -0.5 * LogSO3(twist);
-  for (int step = 0; step < kSteps; ++step) {
-    const Matrix3d turned = ExpSO3(turn);
-    const Vector3d twisted = LogSO3(turned * twist), reached = turned * arm;
-    Eigen::Matrix<double, 9, 1> residuals;
-    residuals << lever_m * turn, lever_m * twisted, std::numbers::sqrt2 / 2.0 * (reached - apart);
-    Eigen::Matrix<double, 9, 3> J_residuals_delta;
-    J_residuals_delta << lever_m * InverseLeftJacobianSO3(turn),
-        lever_m * InverseLeftJacobianSO3(twisted), -std::numbers::sqrt2 / 2.0 * Skew(reached);
-    const Vector3d delta = -(J_residuals_delta.transpose() * J_residuals_delta)
-                                .ldlt()
-                                .solve(J_residuals_delta.transpose() * residuals);
-    turn = LogSO3(ExpSO3(delta) * turned);
-    if (delta.norm() < 1e-9) break;
-  }
-  const Matrix3d turned = ExpSO3(turn);
-  const Vector3d half = 0.5 * (turned * arm - apart);
-  const Isometry3d met = RigidTransform(turned * giver.linear(), giver.translation() - half);
-  return {OffsetBetween(giver, met), OffsetBetween(receiver, met * giver_from_receiver)};
+                        const Isometry3d& giver_from_receiver) {
+  ObjectPose met(giver);
+  double* const q = met.orientation.coeffs().data();
+  ceres::Problem problem;
+  problem.AddParameterBlock(q, 4, new RotationManifold);
+  problem.AddResidualBlock(new ObjectData(ObjectPose(giver), 1.0), nullptr, q,
+                           met.translation.data());
+  problem.AddResidualBlock(
+      new ObjectData(ObjectPose(receiver), 1.0, ObjectPose(giver_from_receiver)), nullptr, q,
+      met.translation.data());
+  SolveQuietly(SparseOptions(50, 1e-16), problem);
+  return {OffsetBetween(giver, met.Transform()),
+          OffsetBetween(receiver, met.Transform() * giver_from_receiver)};
 }
 
 void LetHandsMeet(const HandModel& right, const HandModel& left,
                   std::span<const HandSwitch> switches, std::span<const Handover> handovers,
-                  double lever_m, Clip& clip) {
+                  Clip& clip) {
   const auto frames = [&](double seconds) {
     return std::max(1, static_cast<int>(std::lround(seconds * clip.frame_rate)));
   };
@@ -81,9 +66,9 @@ void LetHandsMeet(const HandModel& right, const HandModel& left,
     if (handover == handovers.end() || change.both_begin - from < frames(kLeastEase_s)) continue;
     const HandModel& giver = change.from == Side::kRight ? right : left;
     const HandModel& receiver = change.to == Side::kRight ? right : left;
-    const HandMeeting meeting = ShareTheWay(WristAt(giver, clip, change.both_begin),
-                                            WristAt(receiver, clip, change.both_begin),
-                                            handover->giver_from_receiver, lever_m);
+    const HandMeeting meeting =
+        ShareTheWay(WristAt(giver, clip, change.both_begin),
+                    WristAt(receiver, clip, change.both_begin), handover->giver_from_receiver);
     const int to = end - 1 + frames(kEase_s);
     for (int t = from + 1; t < std::min(to, clip.NumFrames()); ++t) {
       const double share = ShareAt(t, from, change.both_begin, end, to);

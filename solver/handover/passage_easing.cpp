@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "solver/handover/passage_easing.h"
 
-#include <array>
+#include <limits>
 
-#include <Eigen/Cholesky>
+#include <ceres/loss_function.h>
+
+#include "solver/terms/motion/joint_acceleration.h"
+#include "solver/terms/motion/joint_goal.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
+
+using Eigen::Vector3d;
 
 constexpr double kFollow = 1e-3, kFirmer = 1.6;
 constexpr int kRounds = 100;
@@ -14,47 +20,43 @@ constexpr int kRounds = 100;
 }  // namespace
 
 Eigen::Matrix3Xd EasedWay(const Eigen::Matrix3Xd& way, const WayEnds& ends,
-                          const std::function<bool(int, const Eigen::Vector3d&)>& is_clear) {
+                          const std::function<bool(int, const Vector3d&)>& is_clear) {
   const auto count = static_cast<int>(way.cols());
-  const auto known = [&](int k) -> const std::optional<Eigen::Vector3d>& {
-    if (k < 0) return k == -1 ? ends.before : ends.two_before;
-    return k == count ? ends.after : ends.two_after;
-  };
-  // Of the second differences: the square's matrix, and what the known ends add.
-  Eigen::MatrixXd bend = Eigen::MatrixXd::Zero(count, count);
-  Eigen::MatrixX3d pull = Eigen::MatrixX3d::Zero(count, 3);
-  for (int k = -1; k <= count; ++k) {
-    constexpr std::array kStencil = {1.0, -2.0, 1.0};
-    Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(count);
-    Eigen::RowVector3d rest = Eigen::RowVector3d::Zero();
-    bool whole = true;
-    for (int i = 0; i < 3; ++i) {
-      const int at = k - 1 + i;
-      if (at >= 0 && at < count) {
-        row(at) = kStencil[i];
-      } else if (const auto& end = known(at)) {
-        rest += kStencil[i] * end->transpose();
-      } else {
-        whole = false;
-      }
-    }
-    if (!whole) continue;
-    bend += row.transpose() * row;
-    pull -= row.transpose() * rest;
+  if (count == 0) return way;
+  const Vector3d unknown = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  Eigen::Matrix3Xd path(3, count + 4);
+  path << ends.two_before.value_or(unknown), ends.before.value_or(unknown), way,
+      ends.after.value_or(unknown), ends.two_after.value_or(unknown);
+  const auto at = [&](int k) { return path.col(k + 2).data(); };
+  ceres::Problem problem;
+  std::vector<double> weights(way.cols(), kFollow);
+  std::vector<ceres::LossFunctionWrapper*> follow;
+  for (int k = 0; k < count; ++k) {
+    follow.push_back(new ceres::LossFunctionWrapper(nullptr, ceres::TAKE_OWNERSHIP));
+    problem.AddResidualBlock(new JointGoal(way.col(k), 1.0), follow.back(), at(k));
   }
-  Eigen::VectorXd weights = Eigen::VectorXd::Constant(count, kFollow);
+  for (int k = -1; k <= count; ++k) {
+    if (path.middleCols<3>(k + 1).hasNaN()) continue;
+    problem.AddResidualBlock(new JointAcceleration(1.0, 1.0), nullptr, at(k - 1), at(k), at(k + 1));
+  }
+  for (const int k : {-2, -1, count, count + 1}) {
+    if (problem.HasParameterBlock(at(k))) problem.SetParameterBlockConstant(at(k));
+  }
+  ceres::Solver::Options options = SparseOptions(10, 1e-12);
+  options.initial_trust_region_radius = 1e12;  // linear
   for (int round = 0; round < kRounds; ++round) {
-    Eigen::MatrixXd normal = bend;
-    normal.diagonal() += weights;
-    const Eigen::MatrixX3d right = pull + weights.asDiagonal() * way.transpose();
-    const Eigen::Matrix3Xd eased = normal.ldlt().solve(right).transpose();
+    for (int k = 0; k < count; ++k) {
+      follow[k]->Reset(new ceres::ScaledLoss(nullptr, weights[k], ceres::TAKE_OWNERSHIP),
+                       ceres::TAKE_OWNERSHIP);
+    }
+    SolveQuietly(options, problem);
     bool clear = true;
     for (int k = 0; k < count; ++k) {
-      if (is_clear(k, eased.col(k))) continue;
+      if (is_clear(k, path.col(k + 2))) continue;
       clear = false;
-      weights(k) *= kFirmer;
+      weights[k] *= kFirmer;
     }
-    if (clear) return eased;
+    if (clear) return path.middleCols(2, count);
   }
   return way;
 }

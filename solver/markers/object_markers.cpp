@@ -7,6 +7,8 @@
 #include <fstream>
 #include <limits>
 
+#include <ceres/loss_function.h>
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
@@ -18,6 +20,8 @@
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/rotation.h"
 #include "geometry/suggestion.h"
+#include "solver/terms/hand/object_data.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -42,14 +46,11 @@ std::vector<std::string> SplitAtCommas(const std::string& line) {
   return words;
 }
 
-// The pose that takes places to the points, of markers with weights.
-Eigen::Isometry3d WeightedKabsch(const Eigen::Matrix3Xd& places, const Eigen::Matrix3Xd& points,
-                                 const Eigen::VectorXd& weights) {
-  const double sum = weights.sum();
-  const Eigen::Vector3d from = places * weights / sum, to = points * weights / sum;
+// The pose that takes places to the points.
+Eigen::Isometry3d Kabsch(const Eigen::Matrix3Xd& places, const Eigen::Matrix3Xd& points) {
+  const Eigen::Vector3d from = places.rowwise().mean(), to = points.rowwise().mean();
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = NearestRotation((points.colwise() - to) * weights.asDiagonal() *
-                                  (places.colwise() - from).transpose());
+  pose.linear() = NearestRotation((points.colwise() - to) * (places.colwise() - from).transpose());
   pose.translation() = to - pose.linear() * from;
   return pose;
 }
@@ -217,16 +218,29 @@ class ObjectTracker {
     const Eigen::Index n = seen.points.cols();
     Eigen::Matrix3Xd places(3, n);
     for (Eigen::Index k = 0; k < n; ++k) places.col(k) = places_.col(seen.marker[k]);
-    Eigen::VectorXd weights = Eigen::VectorXd::Ones(n);
-    Eigen::Isometry3d pose;
-    constexpr int kRounds = 5;
-    for (int round = 0; round < kRounds; ++round) {
-      pose = WeightedKabsch(places, seen.points, weights);
-      const Eigen::VectorXd off =
-          ((pose * places) - seen.points).colwise().norm() / kRobustObject_m;
-      weights = (1.0 + off.array().square()).inverse();
+    return Moved(Kabsch(places, seen.points), seen, 1.0, new ceres::CauchyLoss(kRobustObject_m),
+                 0.0);
+  }
+
+  // The pose near `start` that brings markers where they are seen. Poses are about the middle.
+  Eigen::Isometry3d Moved(const Eigen::Isometry3d& start, const SeenCluster& seen, double weight,
+                          ceres::LossFunction* loss, double start_weight) const {
+    const Eigen::Vector3d middle = Middle();
+    const ObjectPose before(start * Eigen::Translation3d(middle));
+    ObjectPose pose = before;
+    double* const q = pose.orientation.coeffs().data();
+    ceres::Problem problem;
+    problem.AddParameterBlock(q, 4, new RotationManifold);
+    problem.AddResidualBlock(new ObjectData(before, start_weight), nullptr, q,
+                             pose.translation.data());
+    for (Eigen::Index k = 0; k < seen.points.cols(); ++k) {
+      const ObjectPose place(Eigen::Quaterniond::Identity(), places_.col(seen.marker[k]) - middle);
+      const ObjectPose at(Eigen::Quaterniond::Identity(), seen.points.col(k));
+      problem.AddResidualBlock(new ObjectData(at, weight, place, 0.0), loss, q,
+                               pose.translation.data());
     }
-    return pose;
+    SolveQuietly(SparseOptions(20, 1e-10), problem);
+    return pose.Transform() * Eigen::Translation3d(-middle);
   }
 
   // Labels as they are, or with two that stand for each other changed back where more then agree
@@ -324,35 +338,6 @@ class ObjectTracker {
     return pose;
   }
 
-  // Nearest to what is filled in that brings one or two markers where they are seen: Gauss-Newton,
-  // markers to 2 mm, the pose to 5 cm and 0.5 rad.
-  Eigen::Isometry3d Nearer(Eigen::Isometry3d pose, const SeenCluster& seen) const {
-    constexpr double kMarker = 1.0 / 0.002, kShift = 1.0 / 0.05, kTurn = 1.0 / 0.5;
-    const Eigen::Isometry3d prior = pose;
-    const Eigen::Index n = seen.points.cols();
-    for (int round = 0; round < 5; ++round) {
-      Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3 * n + 6, 6);
-      Eigen::VectorXd r(3 * n + 6);
-      for (Eigen::Index k = 0; k < n; ++k) {
-        const Eigen::Vector3d arm = pose.linear() * (places_.col(seen.marker[k]) - Middle());
-        r.segment<3>(3 * k) =
-            kMarker * (pose * Middle() + arm - Eigen::Vector3d(seen.points.col(k)));
-        J.block<3, 3>(3 * k, 0) = kMarker * Eigen::Matrix3d::Identity();
-        J.block<3, 3>(3 * k, 3) = -kMarker * Skew(arm);
-      }
-      r.segment<3>(3 * n) = kShift * (pose * Middle() - prior * Middle());
-      r.tail<3>() = kTurn * LogSO3(pose.linear() * prior.linear().transpose());
-      J.block<3, 3>(3 * n, 0) = kShift * Eigen::Matrix3d::Identity();
-      J.block<3, 3>(3 * n + 3, 3) = kTurn * Eigen::Matrix3d::Identity();
-      const Eigen::Matrix<double, 6, 6> normal = J.transpose() * J;  // the priors keep it regular
-      const Eigen::Matrix<double, 6, 1> step = normal.llt().solve(-J.transpose() * r);
-      const Eigen::Vector3d middle = pose * Middle() + step.head<3>();
-      pose.linear() = ExpSO3(step.tail<3>()) * pose.linear();
-      pose.translation() = middle - pose.linear() * Middle();
-    }
-    return pose;
-  }
-
   Eigen::Vector3d Middle() const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int count = 0;
@@ -380,7 +365,8 @@ class ObjectTracker {
       poses[t] = after == solved.begin() ? *poses_[solved.front()]
                  : after == solved.end() ? *poses_[solved.back()]
                                          : Between(*(after - 1), *after, t);
-      if (!used_[t].marker.empty()) poses[t] = Nearer(poses[t], used_[t]);
+      // One or two markers to 2 mm, what is filled in to 5 cm and 0.5 rad.
+      if (!used_[t].marker.empty()) poses[t] = Moved(poses[t], used_[t], 25e4, nullptr, 400.0);
       auto& gaps = tracked_.report.gaps;
       if (gaps.empty() || gaps.back().second != t) gaps.emplace_back(t, t);
       gaps.back().second = t + 1;
@@ -445,7 +431,7 @@ class ObjectTracker {
       }
       told.conservativeResize(3, n);
       found.conservativeResize(3, n);
-      frame = WeightedKabsch(told, found, Eigen::VectorXd::Ones(n));
+      frame = Kabsch(told, found);
       const double off = std::sqrt((frame * told - found).squaredNorm() / static_cast<double>(n));
       if (off > kOtherTable_m) {
         throw Error(

@@ -279,6 +279,30 @@ TEST(OtherBodies, TransGoesWithThePelvis) {
   EXPECT_EQ(Json(folder, "score fitted")["clips"][0]["foreign_body"], false);
 }
 
+// The mesh of a sequence that came without the data set's folders.
+TEST(ClipInput, AMeshThatStandsInIsToldOf) {
+  const TemporaryFolder folder;
+  WriteGrabFolder(folder);
+  EXPECT_THAT(RunHoldfast(folder.Path(), "score grab/s1/mug_drink_1.npz").err,
+              Not(HasSubstr("Holdfast's own")));
+  std::filesystem::remove_all(folder / "tools");
+  ASSERT_EQ(RunHoldfast(folder.Path(), "import grab/s1/mug_drink_1.npz -o imported.npz").exit_code,
+            0);
+  for (const std::string clip : {"grab/s1/mug_drink_1.npz", "imported.npz"}) {
+    const ProgramResult score = RunHoldfast(folder.Path(), "score " + clip);
+    EXPECT_EQ(score.exit_code, 0) << score.err;
+    EXPECT_THAT(score.err,
+                HasSubstr("warning: " + clip + ": the mesh of its object was not found"));
+    EXPECT_THAT(RunHoldfast(folder.Path(), "score " + clip + " --object mug").err,
+                Not(HasSubstr("Holdfast's own")));
+  }
+  // A clip that says so means the embedded object.
+  Clip clip = ReadClip(folder / "held/clip.npz");
+  clip.object->mesh = "mug";
+  WriteClip(clip, folder / "own.npz");
+  EXPECT_THAT(RunHoldfast(folder.Path(), "score own.npz").err, Not(HasSubstr("Holdfast's own")));
+}
+
 // GRAB's folders of a person whose surface lies beside the sequence: in the embedded body's
 // vertices, which is what a test can make of it.
 void WriteGrabOfAnother(const TemporaryFolder& folder) {

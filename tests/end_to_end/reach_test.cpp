@@ -43,6 +43,18 @@ class ReachCommand : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+TEST_F(ReachCommand, WarnsOfANetworkFromBeforeThePelvisMoved) {
+  const std::string reach = "--goal 0.3,-1.5,1.1 --samples 1 --no-report -f -o out";
+  EXPECT_THAT(Reach(reach).err, Not(HasSubstr("pelvis")));
+  wandr::NetworkWeights old = wandr::ReadNetwork(Path("net.safetensors"));
+  old.notes["made_by"] = "holdfast train wandr 0.1.0";
+  WriteNetwork(old, Path("net.safetensors"));
+  const ProgramResult result = Reach(reach);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err,
+              HasSubstr("warning: net.safetensors: was trained when the embedded body"));
+}
+
 TEST_F(ReachCommand, WritesAResultFolderThatOtherCommandsRead) {
   const ProgramResult result =
       Reach("--goal 0.3,-1.5,1.1 --goal -0.5,-2,0.8 --samples 4 --all --no-report -o out");

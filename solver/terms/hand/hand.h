@@ -16,6 +16,7 @@
 ///   object_in_hand.h        E_o: depth of object surface in the hand
 ///   intrusion.h             places of the object that are in the hand, around one pose
 ///   wrist_prior.h           E_w: wrist offset from the clip
+///   angle_range.h           one joint's angles beyond their ranges
 ///   hand_prior.h            joint limits, coupling, distance from a posture
 ///   finger_collision.h      overlap of fingers with each other
 ///   grasp_contact.h         distance of pads from the surface

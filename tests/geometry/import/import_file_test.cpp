@@ -264,5 +264,22 @@ TEST(FindClipObject, TakesTheClipsOwnThenTheOneItNamesThenTheNames) {
   EXPECT_THAT(FindClipObject(loaded).missing, HasSubstr("nothing.ply"));
 }
 
+// The embedded object of a name is what Holdfast's clips mean by it, and nobody else's.
+TEST(FindClipObject, WarnsWhereAnEmbeddedMeshStandsInForAnothers) {
+  LoadedClip loaded;
+  ObjectTrack& track = loaded.clip.object.emplace();
+  track.name = "mug";
+  EXPECT_THAT(FindClipObject(loaded).warning, HasSubstr("Holdfast's own 'mug' stands in"));
+  loaded.clip.body_model = BodyModel::kDefaultName;
+  EXPECT_EQ(FindClipObject(loaded).warning, "");
+  loaded.change = BodyChange{"SMPL-X", Eigen::Vector3d::Zero()};  // brought onto that body
+  EXPECT_THAT(FindClipObject(loaded).warning, HasSubstr("stands in"));
+  track.mesh = "mug";  // embedded, by a clip that says so
+  EXPECT_EQ(FindClipObject(loaded).warning, "");
+  track.mesh.clear();
+  track.name = "none such";
+  EXPECT_EQ(FindClipObject(loaded).warning, "");
+}
+
 }  // namespace
 }  // namespace holdfast::testing

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -7,6 +9,8 @@
 #include <Eigen/Dense>
 
 #include "solver/grip/grip_give.h"
+#include "solver/grip/squeeze_dual.h"
+#include "tests/support/numeric_jacobian.h"
 
 namespace holdfast {
 namespace {
@@ -26,6 +30,64 @@ TEST(BalancePresses, OpposedContactsPushAlikeAndSumToTheGrip) {
   EXPECT_NEAR(pushes, 12.0, 1e-9);
   EXPECT_LT(sum.norm(), 0.2);
   EXPECT_NEAR(contacts[2].press.dot(contacts[2].into), 6.0, 0.1);
+}
+
+TEST(SqueezeDual, JacobianMatchesDifferences) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  SqueezeDual::Wrenches wrenches(6, 12);
+  for (double& w : wrenches.reshaped()) w = normal(random);
+  const SqueezeDual term(wrenches, 100.0);
+  Eigen::Matrix<double, 6, 1> y = 0.2 * wrenches.col(0);
+  EXPECT_LT(testing::JacobianError(term, {y.data()}, {nullptr}), 1e-6);
+}
+
+// The forces of the documented sum of squares, one coordinate at a time.
+void PressOneAfterAnother(double radius_m, double friction, std::vector<GripContact>& contacts) {
+  Eigen::Matrix<double, 6, Eigen::Dynamic> w(6, 4 * std::ssize(contacts));
+  for (Eigen::Index g = 0; g < w.cols(); ++g) {
+    const GripContact& contact = contacts[static_cast<std::size_t>(g / 4)];
+    const Eigen::Vector3d side = contact.into.unitOrthogonal(), up = contact.into.cross(side);
+    const double angle = 0.5 * std::numbers::pi * static_cast<double>(g % 4);
+    const Eigen::Vector3d force =
+        contact.into + friction * (std::cos(angle) * side + std::sin(angle) * up);
+    w.col(g) << force, contact.point.cross(force) / radius_m;
+  }
+  Eigen::VectorXd f = Eigen::VectorXd::Constant(w.cols(), 0.25);
+  Eigen::Matrix<double, 6, 1> sum = w * f;
+  for (int sweep = 0; sweep < 5000; ++sweep) {
+    for (Eigen::Index g = 0; g < f.size(); ++g) {
+      sum -= f[g] * w.col(g);
+      f[g] = std::max(0.0,
+                      (0.25 - 100.0 * w.col(g).dot(sum)) / (100.0 * w.col(g).squaredNorm() + 1.0));
+      sum += f[g] * w.col(g);
+    }
+  }
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const auto begin = static_cast<Eigen::Index>(4 * c);
+    contacts[c].press = w.topRows<3>().middleCols<4>(begin) * f.segment<4>(begin) / f.sum();
+  }
+}
+
+TEST(BalancePresses, IsTheLeastOverForcesThatPush) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  for (const int count : {2, 3, 5, 9}) {
+    std::vector<GripContact> contacts(static_cast<std::size_t>(count));
+    for (GripContact& contact : contacts) {
+      const auto draw = [&] {
+        return Eigen::Vector3d(normal(random), normal(random), normal(random));
+      };
+      contact.into = draw().normalized();
+      contact.point = -0.03 * contact.into + 0.005 * draw();
+    }
+    std::vector<GripContact> expected = contacts;
+    BalancePresses(Eigen::Vector3d::Zero(), 0.03, 0.5, 1.0, contacts);
+    PressOneAfterAnother(0.03, 0.5, expected);
+    for (std::size_t c = 0; c < contacts.size(); ++c) {
+      EXPECT_LT((contacts[c].press - expected[c].press).norm(), 1e-5) << count << " " << c;
+    }
+  }
 }
 
 // Two jaws along x, each on a spring of its own, that press with `press_N`.

@@ -35,15 +35,14 @@ struct Wrists {
 
 TEST(ShareTheWay, LeavesHandsThatFitWhereTheyAre) {
   const Wrists at;
-  const HandMeeting met =
-      ShareTheWay(at.giver, at.receiver, at.giver.inverse() * at.receiver, kLever);
+  const HandMeeting met = ShareTheWay(at.giver, at.receiver, at.giver.inverse() * at.receiver);
   EXPECT_LT(met.giver.translation.norm() + met.receiver.translation.norm(), 1e-9);
   EXPECT_LT(met.giver.rotation.vec().norm() + met.receiver.rotation.vec().norm(), 1e-9);
 }
 
 TEST(ShareTheWay, BringsHandsTogetherByTheLeastAndBothByAsMuch) {
   const Wrists at;
-  const HandMeeting met = ShareTheWay(at.giver, at.receiver, at.wanted, kLever);
+  const HandMeeting met = ShareTheWay(at.giver, at.receiver, at.wanted);
   const Isometry3d giver = Apply(at.giver, met.giver), receiver = Apply(at.receiver, met.receiver);
   EXPECT_TRUE((giver.inverse() * receiver).isApprox(at.wanted, 1e-9));
   EXPECT_NEAR((giver.translation() - at.giver.translation()).norm(),
@@ -80,7 +79,7 @@ struct Meeting {
   static Isometry3d Wrist(const HandModel& hand, const Clip& clip, int t) {
     return WristIn(hand, clip.pose[t], clip.trans.col(t));
   }
-  void Run() { LetHandsMeet(right, left, std::array{change}, std::array{handover}, kLever, met); }
+  void Run() { LetHandsMeet(right, left, std::array{change}, std::array{handover}, met); }
 };
 
 TEST(LetHandsMeet, MovesBothArmsSmoothlyAndNoFrameFarAway) {

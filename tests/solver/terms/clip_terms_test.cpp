@@ -56,6 +56,36 @@ TEST(ObjectData, JacobianMatchesDifferences) {
   }
 }
 
+TEST(ObjectData, IsOfWhatIsFixedToTheObject) {
+  const ObjectPose given{Turned({0.3, -0.7, 0.2}), {0.1, 0.2, 0.3}};
+  const ObjectPose fixed{Turned({-0.4, 0.9, 0.1}), {0.05, -0.1, 0.2}};
+  const ObjectData term(given, 5.0, fixed);
+  ObjectPose at(given.Transform() * fixed.Transform().inverse());
+  const double* parameters[] = {at.orientation.coeffs().data(), at.translation.data()};
+  Eigen::Matrix<double, 6, 1> r;
+  ASSERT_TRUE(term.Evaluate(parameters, r.data(), nullptr));
+  EXPECT_LT(r.norm(), 1e-12);
+  at = {at.orientation * Turned({0.5, -0.2, 1.1}), at.translation + Vector3d(0.1, 0.0, -0.3)};
+  EXPECT_LT(JacobianError(term, {at.orientation.coeffs().data(), at.translation.data()},
+                          {&kManifold, nullptr}),
+            1e-6);
+}
+
+TEST(ObjectData, OfAPointIsTheWayFromWhereItIsSeen) {
+  const Quaterniond none = Quaterniond::Identity();
+  const Vector3d point(0.1, -0.2, 0.05);
+  Quaterniond q = Turned({0.5, -0.2, 1.1});
+  Vector3d T(0.4, -0.5, 0.6);
+  const Vector3d seen = q * point + T - Vector3d(0.01, 0.0, -0.02);
+  const ObjectData term({none, seen}, 4.0, {none, point}, 0.0);
+  const double* parameters[] = {q.coeffs().data(), T.data()};
+  Eigen::Matrix<double, 6, 1> r;
+  ASSERT_TRUE(term.Evaluate(parameters, r.data(), nullptr));
+  EXPECT_LT((r.head<3>() - Vector3d(0.02, 0.0, -0.04)).norm(), 1e-12);
+  EXPECT_EQ(r.tail<3>().norm(), 0.0);
+  EXPECT_LT(JacobianError(term, {q.coeffs().data(), T.data()}, {&kManifold, nullptr}), 1e-6);
+}
+
 TEST(Support, PushesUpWhatIsBelowAndNothingElse) {
   Eigen::Matrix3Xd corners(3, 3);
   corners << 0.1, -0.1, 0.0, 0.0, 0.05, 0.1, -0.02, 0.03, 0.2;

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "solver/hand/hand_landmarks.h"
+#include "solver/terms/hand/angle_range.h"
 #include "tests/support/numeric_jacobian.h"
 
 namespace holdfast {
@@ -169,6 +170,19 @@ TEST(HandPrior, LastJointFollowsTheMiddleOne) {
   EXPECT_LT(Evaluate(term, hands.right_axes.PoseOf(angles)).norm(), 1e-13);
   angles(0, 3 * kRing + 2) += 0.3;
   EXPECT_NEAR(Evaluate(term, hands.right_axes.PoseOf(angles)).norm(), 0.3, 1e-12);
+}
+
+TEST(AngleRangeTerm, IsTheExcessOfOneJoint) {
+  const Hands hands;
+  const int joint = 3 * kMiddle;
+  const AngleRangeTerm term(hands.right_axes, joint, 4.0);
+  Eigen::Vector3d angles(hands.right_axes.Range(0, joint).high + 0.2, 0.0,
+                         hands.right_axes.Range(2, joint).low - 0.1);
+  const double* const at = angles.data();
+  Eigen::Vector3d r;
+  ASSERT_TRUE(term.Evaluate(&at, r.data(), nullptr));
+  EXPECT_LT((r - Eigen::Vector3d(0.4, 0.0, -0.2)).norm(), 1e-12);
+  EXPECT_LT(testing::JacobianError(term, {angles.data()}, {nullptr}), 1e-6);
 }
 
 }  // namespace

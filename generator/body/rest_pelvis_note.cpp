@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#include "generator/body/rest_pelvis_note.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/body/rest_pelvis.h"
+
+namespace holdfast {
+namespace {
+
+constexpr const char* kName = "rest_pelvis";
+
+std::string RestPelvis() { return fmt::format("{:.4f}", fmt::join(kEmbeddedRestPelvis, ",")); }
+
+}  // namespace
+
+void NoteRestPelvis(std::map<std::string, std::string>& notes) { notes[kName] = RestPelvis(); }
+
+std::optional<std::string> OldPelvisWarning(const std::string& source,
+                                            const std::map<std::string, std::string>& notes) {
+  const auto made_by = notes.find("made_by"), pelvis = notes.find(kName);
+  if (made_by == notes.end() || !made_by->second.starts_with("holdfast train") ||
+      (pelvis != notes.end() && pelvis->second == RestPelvis())) {
+    return std::nullopt;
+  }
+  return fmt::format(
+      "{}: was trained when the embedded body rested its pelvis elsewhere: places come out 0.35 m "
+      "off. Train it again ('{}'), unless it was trained with --body",
+      source, made_by->second.substr(0, made_by->second.rfind(' ')));
+}
+
+}  // namespace holdfast
