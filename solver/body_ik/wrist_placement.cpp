@@ -66,7 +66,7 @@ double PlaceWrist(const Eigen::Matrix3Xd& rest_joints, Side side, const Vector3d
                                          Dofs::kSize, {0, 1, 2, 3, 4, 5, 22, 23, 24, 25, 26, 27}));
   problem.SetParameterLowerBound(change.data(), Dofs::kElbow, kLeastBend - bend);
   problem.SetParameterUpperBound(change.data(), Dofs::kElbow, kMostBend - bend);
-  SolveQuietly(SparseOptions(20, 1e-6), problem);
+  SolveQuietly(DenseOptions(20, 1e-8, 1e-6), problem);
   frame = chain.Changed(frame, change);
   return (target - Place(rest_joints, frame).joints.col(arm.end)).norm();
 }
