@@ -23,8 +23,8 @@ enum class FitBlock {
   kObjectTranslation,  ///< 3: metres, world
   kRightFingers,       ///< 45: axis-angle, radians, in the body model's order
   kLeftFingers,        ///< 45
-  /// Of a hand where two hold: its wrist goes from where the clip has it, W, to W C about the wrist
-  /// and by W c. Constant with one hand.
+  /// Offset of a wrist from the clip's, where two hands hold: orientation W becomes W C, and the
+  /// wrist moves by W c. Constant with one hand.
   kRightWristRotation,     ///< 4: C
   kRightWristTranslation,  ///< 3: c, metres, wrist's frame
   kLeftWristRotation,      ///< 4
@@ -41,15 +41,14 @@ std::span<const FitBlockInfo> FitBlocks();
 
 /// The frame that is about to be solved.
 struct CustomTermFrame {
-  int frame = 0;          ///< from the first one, which is given and not solved
-  double time_s = 0.0;    ///< of the clip
-  ObjectPose start;       ///< of the object: carried along by the wrists from the frame before
-  const JointPose& pose;  ///< the clip's
+  int frame = 0;                 ///< index; frame 0 is given and not solved
+  double time_s = 0.0;           ///< of the clip
+  ObjectPose start;              ///< of the object, where the solve begins
+  const JointPose& pose;         ///< the clip's
   const Eigen::Vector3d& trans;  ///< the clip's, metres
 };
 
-/// A term of the user's: a residual block that Ceres minimizes together with those of the fit,
-/// frame by frame.
+/// A residual block of your own: Ceres minimizes it together with those of the fit, in each frame.
 struct CustomTerm {
   std::string name;              ///< letters, digits and underscores; its column is energy_<name>
   double weight = 1.0;           ///< of its sum of squares; lambda_distance is 1
@@ -63,8 +62,8 @@ struct CustomTerm {
 /// and finite, and a term without blocks or without `make`.
 void CheckCustomTerms(std::span<const CustomTerm> terms);
 
-/// An CustomTerm in one frame, with its weight. What it does wrong becomes false for Ceres and a
-/// sentence for the user: no exception passes through the solver.
+/// A CustomTerm in one frame, times its weight. A fault (an exception, a number that is not finite,
+/// a wrong size) becomes `false` for Ceres and a message for the user.
 class GuardedTerm final : public ceres::CostFunction {
  public:
   /// `term` must outlive this.
@@ -72,7 +71,7 @@ class GuardedTerm final : public ceres::CostFunction {
 
   /// Whether there is a term in this frame.
   bool Acts() const { return cost_ != nullptr; }
-  /// What it did wrong last; empty while nothing.
+  /// The last fault; empty while there is none.
   const std::string& Fault() const { return fault_; }
 
   bool Evaluate(double const* const* parameters, double* residuals,
