@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "apps/fit/transfer_robot.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -9,6 +10,7 @@
 #include "apps/fit/robot_page.h"
 #include "apps/result_folder.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/parallel.h"
 #include "geometry/render/png.h"
 #include "solver/robot/robot.h"
 #include "solver/trial/robot_scene.h"
@@ -148,16 +150,20 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
   metrics["per_frame"] = FramesJson(measures);
   WriteRobotMotion(setup, result.poses, measures, folder / "robot.npz");
   WriteRobotTable(setup, result.poses, folder / "robot.csv");
-  WriteRobotScene(setup, result.poses, folder / "scene.xml", options.threads);
   WriteAtomically(folder / "correspondence.csv", CorrespondenceText(setup));
-  RobotPictureOptions pictures;
-  pictures.columns = input.picture_columns;
-  pictures.rows = input.picture_rows;
-  pictures.threads = options.threads;
-  WritePng(RobotSheet(setup, result.poses, pictures), folder / "sheet.png");
-  pictures.columns = input.film_columns;
-  pictures.rows = input.film_rows;
-  WritePng(RobotFilm(setup, result.poses, pictures), folder / "film.png");
+  RobotPictureOptions sheet, film;
+  sheet.columns = input.picture_columns;
+  sheet.rows = input.picture_rows;
+  film.columns = input.film_columns;
+  film.rows = input.film_rows;
+  // Two at a time, each with half of the threads: much of the scene is made on one.
+  const int half = std::max(1, options.threads / 2);
+  sheet.threads = film.threads = half;
+  ParallelFor(3, std::min(options.threads, 2), [&](int k) {
+    if (k == 0) WriteRobotScene(setup, result.poses, folder / "scene.xml", half);
+    if (k == 1) WritePng(RobotFilm(setup, result.poses, film), folder / "film.png");
+    if (k == 2) WritePng(RobotSheet(setup, result.poses, sheet), folder / "sheet.png");
+  });
   WriteAtomically(folder / "report.html", RobotPage(setup, result.poses, measures, "sheet.png"));
   folder.WriteMetrics(metrics);
   folder.Commit();

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include <fmt/format.h>
@@ -21,7 +22,8 @@ namespace {
 
 using Colour = Eigen::Vector3f;  // linear light
 
-constexpr double kGridLine = 0.012;  // width of a line, fraction of the spacing
+constexpr double kShadowCell = 0.75;  // of a pixel, at what is nearest
+constexpr double kGridLine = 0.012;   // width of a line, fraction of the spacing
 constexpr float kGridStrength = 0.16f;
 
 void Check(std::span<const RenderItem> items, const RenderOptions& options) {
@@ -79,6 +81,15 @@ class Scene {
       buffer.Draw(position_[corner[0]], position_[corner[1]], position_[corner[2]],
                   static_cast<std::uint32_t>(t + 1));
     }
+  }
+
+  // Depth of the nearest vertex before the camera, metres.
+  double Nearest(double near) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& p : position_) {
+      if (p.z() >= near) nearest = std::min(nearest, p.z());
+    }
+    return nearest;
   }
 
   // Colour of triangle `id` where the ray (camera frame) meets it.
@@ -166,6 +177,7 @@ class Ground {
     return std::max(0.0, -world_from_camera_.row(2).dot(ray) / eye_height_);
   }
 
+  bool Visible() const { return visible_; }
   Colour Background() const { return background_; }
 
   Colour Shade(const Eigen::Vector3d& ray, double inverse_depth) const {
@@ -216,7 +228,8 @@ Image Render(std::span<const RenderItem> items, const Camera& camera,
 
   const Lighting lighting(view);
   const Ground ground(items, view, lighting, options);
-  const ShadowMap shadows(Meshes(items), lighting.to_key.cast<double>());
+  const ShadowMap shadows(Meshes(items), lighting.to_key.cast<double>(),
+                          kShadowCell * scene.Nearest(view.Near()) / view.Focal());
   constexpr std::uint32_t kGround = 0xffffffffu;
   // Samples of one pixel that show the same triangle are shaded once, at their mean position.
   struct Share {
@@ -226,6 +239,8 @@ Image Render(std::span<const RenderItem> items, const Camera& camera,
   };
   std::array<Share, 16> share;
   Image image(options.width, options.height);
+  std::array<std::uint8_t, 3> background;
+  for (int c = 0; c < 3; ++c) background[c] = SrgbByteFromLinear(ground.Background()[c]);
   for (int y = 0; y < options.height; ++y) {
     for (int x = 0; x < options.width; ++x) {
       int shares = 0;
@@ -233,15 +248,20 @@ Image Render(std::span<const RenderItem> items, const Camera& camera,
         const int sx = n * x + k % n;
         const int sy = n * y + k / n;
         std::uint32_t id = buffer.Id(sx, sy);
-        const Eigen::Vector3d ray = sample_view.RayInCamera(sx + 0.5, sy + 0.5);
-        const double plane = ground.InverseDepth(ray);
-        if (plane > static_cast<double>(buffer.InverseDepth(sx, sy))) id = kGround;
+        if (ground.Visible() && ground.InverseDepth(sample_view.RayInCamera(sx + 0.5, sy + 0.5)) >
+                                    static_cast<double>(buffer.InverseDepth(sx, sy))) {
+          id = kGround;
+        }
         int s = 0;
         while (s < shares && share[s].id != id) ++s;
         if (s == shares) share[shares++] = {id, 0, 0.0, 0.0};
         ++share[s].count;
         share[s].x += sx + 0.5;
         share[s].y += sy + 0.5;
+      }
+      if (shares == 1 && share[0].id == VisibilityBuffer::kNothing) {
+        std::ranges::copy(background, image.Pixel(x, y));
+        continue;
       }
       Colour sum = Colour::Zero();
       for (int s = 0; s < shares; ++s) {

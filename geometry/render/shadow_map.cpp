@@ -14,11 +14,13 @@
 namespace holdfast {
 namespace {
 
+constexpr double kMostCells = 1024.0;
 constexpr float kStrength = 0.7f;  // the light is wide: some of it reaches everywhere
 
 }  // namespace
 
-ShadowMap::ShadowMap(std::span<const TriangleMesh* const> meshes, const Eigen::Vector3d& to_light) {
+ShadowMap::ShadowMap(std::span<const TriangleMesh* const> meshes, const Eigen::Vector3d& to_light,
+                     double finest_m) {
   const Eigen::Vector3d across = to_light.unitOrthogonal();
   light_from_world_ << across.transpose(), to_light.cross(across).transpose(), to_light.transpose();
 
@@ -33,9 +35,10 @@ ShadowMap::ShadowMap(std::span<const TriangleMesh* const> meshes, const Eigen::V
   }
   if (box.isEmpty()) return;
   const double side = std::max(1.02 * box.sizes().maxCoeff(), 1e-9);
-  cell_m_ = side / kSize;
-  corner_ = box.center() - Eigen::Vector2d::Constant(0.5 * side);
-  nearest_.assign(static_cast<std::size_t>(kSize) * kSize, -std::numeric_limits<float>::infinity());
+  cell_m_ = std::max(side / kMostCells, std::min(finest_m, side));
+  size_ = static_cast<int>(std::ceil(side / cell_m_));
+  corner_ = box.center() - Eigen::Vector2d::Constant(0.5 * cell_m_ * size_);
+  nearest_.assign(static_cast<std::size_t>(size_) * size_, -std::numeric_limits<float>::infinity());
 
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     const TriangleMesh& mesh = *meshes[m];
@@ -63,10 +66,10 @@ ShadowMap::ShadowMap(std::span<const TriangleMesh* const> meshes, const Eigen::V
           area;
       const double low = height.minCoeff();
       const double high = height.maxCoeff();
-      ScanTriangle(cell, kSize, kSize, [&](int x, int y) {
+      ScanTriangle(cell, size_, size_, [&](int x, int y) {
         const Eigen::Vector2d offset = Eigen::Vector2d(x + 0.5, y + 0.5) - cell[0];
         const auto z = static_cast<float>(std::clamp(height[0] + slope.dot(offset), low, high));
-        float& nearest = nearest_[static_cast<std::size_t>(y) * kSize + x];
+        float& nearest = nearest_[static_cast<std::size_t>(y) * size_ + x];
         nearest = std::max(nearest, z);
       });
     }
@@ -76,7 +79,7 @@ ShadowMap::ShadowMap(std::span<const TriangleMesh* const> meshes, const Eigen::V
 float ShadowMap::Tap(double x, double y, float height) const {
   const int column = static_cast<int>(std::floor(x));
   const int row = static_cast<int>(std::floor(y));
-  if (column < 1 || row < 1 || column + 2 >= kSize || row + 2 >= kSize) return 1.0f;
+  if (column < 1 || row < 1 || column + 2 >= size_ || row + 2 >= size_) return 1.0f;
   const auto u = static_cast<float>(x - column);
   const auto v = static_cast<float>(y - row);
   const std::array<float, 4> weight_x = {1.0f - u, 1.0f, 1.0f, u};
@@ -84,7 +87,7 @@ float ShadowMap::Tap(double x, double y, float height) const {
   float lit = 0.0f;
   for (int j = 0; j < 4; ++j) {
     const float* const cells =
-        nearest_.data() + static_cast<std::size_t>(row - 1 + j) * kSize + (column - 1);
+        nearest_.data() + static_cast<std::size_t>(row - 1 + j) * size_ + (column - 1);
     float line = 0.0f;
     for (int i = 0; i < 4; ++i) line += cells[i] <= height ? weight_x[i] : 0.0f;
     lit += weight_y[j] * line;

@@ -50,6 +50,8 @@ HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& ha
   out.frame_rate = clip.frame_rate;
   HandState state(hand);
   bool touched = false;
+  // Each vertex's nearest face: where its next search begins.
+  std::vector<int> faces(static_cast<std::size_t>(hand.Surface().RestVertices().cols()), -1);
   for (int t = 0; t < clip.NumFrames(); ++t) {
     state.SetBody(clip.pose[t], clip.trans.col(t));
     state.Evaluate(FingersOf(clip.pose[t], out.side), false);
@@ -69,8 +71,11 @@ HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& ha
     const Eigen::Vector3d low = object.Min().array() - kFar_m, high = object.Max().array() + kFar_m;
     for (Eigen::Index v = 0; v < frame.vertices.cols(); ++v) {
       const Eigen::Vector3d x = frame.vertices.col(v);
-      const bool near = (x.array() > low.array()).all() && (x.array() < high.array()).all();
-      frame.distance(v) = near ? object.Distance(x) : kFar_m;
+      frame.distance(v) = kFar_m;
+      if ((x.array() <= low.array()).any() || (x.array() >= high.array()).any()) continue;
+      const SignedDistance::Result hit = object.Query(x, faces[v]);
+      frame.distance(v) = hit.distance;
+      faces[v] = hit.face;
     }
     frame.holds = clip.holding_hand.empty() || (clip.holding_hand[t] & HoldingBit(out.side)) != 0;
     if (frame.holds) frame.contacts = ContactsOf(frame, landmarks, object, touch_m);

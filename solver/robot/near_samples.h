@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -12,8 +14,15 @@
 
 namespace holdfast {
 
-/// Points as a solid's neighbours, in their frame, and a ball of which the smaller is the better:
-/// around all of them, or around the solid as it is now and NearSamples::kAround_m beyond.
+/// How many points in a row lie near each other, of those that InBlocks returns.
+inline constexpr int kSampleBlock = 16;
+
+/// The same points in another order.
+Eigen::Matrix3Xd InBlocks(const Eigen::Matrix3Xd& points);
+
+/// Points (InBlocks) as a solid's neighbours, in their frame, and a ball of which the smaller is
+/// the better: around all of them, or around the solid as it is now and NearSamples::kAround_m
+/// beyond.
 struct SampleSet {
   const Eigen::Matrix3Xd& points;
   Eigen::Vector3d centre;
@@ -65,19 +74,37 @@ class NearSamples {
     radius_ = set.radius + 1e-6;  // rounding
     near_.clear();
     const double most = reach + kSlack_m + kSlope * kFarthest_m;
-    for (int k = 0; k < static_cast<int>(set.points.cols()); ++k) {
-      if ((set.points.col(k) - centre_).squaredNorm() > radius_ * radius_) continue;
-      const Eigen::Vector3d x = then_ * set.points.col(k);
-      if (((solid.Min() - x).array().max((x - solid.Max()).array()) > most).any()) continue;
-      const double distance = solid.Linear(x);
-      if (distance <= most) near_.emplace_back(distance, k);
+    // Of what lies within `around` of a point, from the solid; infinity where that is too far.
+    const auto distance = [&](const Eigen::Vector3d& point, double around) {
+      constexpr double kFar = std::numeric_limits<double>::infinity();
+      if ((point - centre_).norm() > radius_ + around) return kFar;
+      const Eigen::Vector3d x = then_ * point;
+      if (((solid.Min() - x).array().max((x - solid.Max()).array()) > most + around).any()) {
+        return kFar;
+      }
+      const double there = solid.Linear(x);
+      return there > most + around ? kFar : there;
+    };
+    const int count = static_cast<int>(set.points.cols());
+    if (balls_.cols() == 0) balls_ = BallsAround(set.points);
+    for (int block = 0; block < static_cast<int>(balls_.cols()); ++block) {
+      if (std::isinf(distance(balls_.col(block).head<3>(), balls_(3, block)))) continue;
+      const int end = std::min((block + 1) * kSampleBlock, count);
+      for (int k = block * kSampleBlock; k < end; ++k) {
+        const double near = distance(set.points.col(k), 0.0);
+        if (!std::isinf(near)) near_.emplace_back(near, k);
+      }
     }
   }
+
+  // Centre and radius for each block.
+  static Eigen::Matrix4Xd BallsAround(const Eigen::Matrix3Xd& points);
 
   bool begun_ = false;
   Eigen::Isometry3d then_ = Eigen::Isometry3d::Identity();
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();  // of the set's ball at `then_`
   double radius_ = 0.0;
+  Eigen::Matrix4Xd balls_;                    // BallsAround the set
   std::vector<std::pair<double, int>> near_;  // distances at `then_`
 };
 

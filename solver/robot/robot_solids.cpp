@@ -9,6 +9,7 @@
 #include "geometry/mesh/decimate.h"
 #include "geometry/parallel.h"
 #include "solver/robot/hand_correspondence.h"
+#include "solver/robot/near_samples.h"
 #include "solver/robot_hand/robot_kinematics.h"
 
 namespace holdfast {
@@ -33,7 +34,7 @@ std::shared_ptr<const LinkSolid> MakeSolid(const RobotLink& link) {
   solid->grid.emplace(
       *solid->distance,
       DistanceGridOptions{.cell_m = kCell_m, .padding_m = kPadding_m, .exact_within_m = 0.004});
-  solid->samples = ContactSamples(solid->mesh, kLinkSpacing_m, kMostSamples);
+  solid->samples = InBlocks(ContactSamples(solid->mesh, kLinkSpacing_m, kMostSamples));
   solid->centre = 0.5 * (solid->distance->Min() + solid->distance->Max());
   solid->radius = (solid->mesh.vertices.colwise() - solid->centre).colwise().norm().maxCoeff();
   return solid;

@@ -179,15 +179,17 @@ TEST(ShadowMap, LitSurfacesDoNotShadeThemselves) {
   const TriangleMesh sphere = Sphere({0, 0, 0}, 0.5, 24);
   const TriangleMesh* const meshes[] = {&sphere};
   const Eigen::Vector3d to_light = Eigen::Vector3d(0.3, -0.5, 0.8).normalized();
-  const ShadowMap shadows(meshes, to_light);
   const Eigen::Matrix3Xd normals = VertexNormals(sphere);
-  for (Eigen::Index v = 0; v < sphere.NumVertices(); ++v) {
-    const Eigen::Vector3d normal = normals.col(v);
-    if (normal.dot(to_light) < 0.3) continue;
-    EXPECT_GT(shadows.Light(sphere.vertices.col(v), normal), 0.99f);
+  for (const double finest : {0.0, 0.003}) {
+    const ShadowMap shadows(meshes, to_light, finest);
+    for (Eigen::Index v = 0; v < sphere.NumVertices(); ++v) {
+      const Eigen::Vector3d normal = normals.col(v);
+      if (normal.dot(to_light) < 0.3) continue;
+      EXPECT_GT(shadows.Light(sphere.vertices.col(v), normal), 0.99f);
+    }
+    // Beneath the sphere, facing the light, it is dark.
+    EXPECT_LT(shadows.Light(-0.8 * to_light, to_light), 0.5f);
   }
-  // Beneath the sphere, facing the light, it is dark.
-  EXPECT_LT(shadows.Light(-0.8 * to_light, to_light), 0.5f);
 }
 
 TEST(Render, SameSceneGivesTheSameBytes) {

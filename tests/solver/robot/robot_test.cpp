@@ -409,7 +409,7 @@ class RobotTerms : public ::testing::Test {
         ball_(BallMesh(0.03)),
         distance_(ball_),
         grid_(distance_, {}),
-        obstacle_{&grid_, ContactSamples(ball_, 0.006, 400)} {
+        obstacle_{&grid_, InBlocks(ContactSamples(ball_, 0.006, 400))} {
     std::mt19937 random(5);
     pose_.q = RandomNumbers(hand_, random);
     pose_.R = ExpSO3({0.3, -0.2, 0.5});
@@ -612,6 +612,24 @@ TEST_F(RobotTerms, KeypointsAreWhereTheLinksAre) {
     const auto& nodes = anatomy_.fingers[f].nodes;
     EXPECT_NEAR((keypoints.tips[f].At(posed) - keypoints.joints[3 * f + 2].At(posed)).norm(),
                 (nodes[3] - nodes[2]).norm(), 1e-9);
+  }
+}
+
+// The same points, those of a block close together.
+TEST(NearSamples, BlocksHoldTheSamePoints) {
+  Eigen::Matrix3Xd points(3, 203);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    points.col(i) << static_cast<double>(i * 37 % 203), static_cast<double>(i % 7), 0.0;
+  }
+  const Eigen::Matrix3Xd blocks = InBlocks(points);
+  ASSERT_EQ(blocks.cols(), points.cols());
+  for (const auto point : points.colwise()) {
+    EXPECT_EQ((blocks.colwise() - point).colwise().norm().minCoeff(), 0.0);
+  }
+  for (Eigen::Index b = 0; b < blocks.cols(); b += kSampleBlock) {
+    const auto block =
+        blocks.row(0).segment(b, std::min<Eigen::Index>(kSampleBlock, blocks.cols() - b));
+    EXPECT_LT(block.maxCoeff() - block.minCoeff(), 2 * kSampleBlock);
   }
 }
 
