@@ -67,6 +67,8 @@ class LatentMotion {
                  return false;
                }));
     }
+    // What is broken at its sample is told as a motion that is no numbers.
+    if (solution_.trace.closest_m.empty()) latents_.setConstant(NAN);
   }
 
   void Refine() {

@@ -142,6 +142,11 @@ TEST(VaeOpt, BringsTheWristNearerThroughTheTrainedPrior) {
     for (const ReachSolution& solution :
          OptimiseAsPublished(network, DefaultBones().Cast<float>(), tasks, options, 2)) {
       EXPECT_LT(solution.trace.last_m.back(), 0.5F * solution.trace.last_m.front());
+      if (method == VaeOptMethod::kLm) {
+        EXPECT_LT(solution.trace.last_m.back(), 1e-3F);
+        EXPECT_EQ(solution.solves.back().termination, "USER_SUCCESS");
+        EXPECT_EQ(solution.solves.back().linear_solver, "CGNR");
+      }
     }
   }
 }
