@@ -78,11 +78,9 @@ class LatentMotion {
     RolloutCost<float> cost(batch_, index_, MotionView(PointsOf(body_)),
                             GoalRows{arrival_, joint_, task_.goal, kSigma_m},
                             [&](const MotionView& motion, MotionGradient& bar) {
-                              MotionGradient natural;
-                              natural.SetZero(motion.NumFrames());
-                              const double value = natural_.Evaluate(motion, &natural);
-                              bar.joints += kRest * natural.joints;
-                              bar.poses += kRest * natural.poses;
+                              const double value = AllTerms(motion, 1.0, bar);
+                              bar.joints *= kRest;
+                              bar.poses *= kRest;
                               return kRest * value;
                             });
     Note(
