@@ -34,9 +34,10 @@ std::vector<std::string> NotesOf(const EvaluateReachOptions& options, const Reac
       "above 2 m/s likewise. Latents: root mean square, 1 for a sample.");
   notes.push_back(
       "VAE + opt: the network without intention, latents of a random rollout changed to bring the "
-      "wrist of the last frame to the goal, by 0.5 |W - G|^2 / m^2 + 0.5e-4 |z|^2. The paper names "
+      "wrist of the last frame to the goal, by 0.5 |W - G|^2 / m^2 + 0.5e-6 |z|^2. The paper names "
       "neither objective nor optimizer: L-BFGS with step 1 and no line search is a setting of its "
-      "released code; motions are those of the last iterate.");
+      "released code; motions are those of the last iterate. Levenberg-Marquardt begins again from "
+      "other latents, twice at most, where it misses.");
   notes.push_back(
       "Seconds are of one core, measured on the machine that ran it: they differ from run to run, "
       "all other numbers do not.");

@@ -134,6 +134,12 @@ nlohmann::json MethodsJson(const std::vector<MethodRun>& runs,
                            {"latent_rms_mean", s.latent_rms},
                            {"seconds_mean", s.seconds},
                            {"diverged", s.study.reach.diverged}});
+    for (const auto& [how, count] : s.solves) {
+      one["solves"].push_back(
+          {{"solver", how},
+           {"count", count.first},
+           {"iterations_mean", static_cast<double>(count.second) / count.first}});
+    }
     const SuccessCurve iterations = SuccessByIteration(run), seconds = SuccessBySeconds(run);
     one["success_by_iteration"] = iterations.success;
     one["success_by_seconds"] = {{"seconds", seconds.x}, {"success_ratio", seconds.success}};

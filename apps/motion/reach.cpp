@@ -69,6 +69,20 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
           "with --object]")
       ->check(CLI::IsMember({"intention", "latent-opt", "vae-opt"}));
   command
+      ->add_option("--optimizer", job.optimizer,
+                   "vae-opt: lm, Levenberg-Marquardt on the goal's residuals and the prior; lbfgs, "
+                   "with a line search; lbfgs-step1, the released preset, every step whole; adam, "
+                   "with the released schedule [lm]")
+      ->check(CLI::IsMember({"lm", "lbfgs", "lbfgs-step1", "adam"}));
+  command
+      ->add_option("--iterations", job.iterations,
+                   "vae-opt: most iterations [lm 40, lbfgs-step1 80, others 200]")
+      ->check(CLI::Range(1, 100'000));
+  command
+      ->add_option("--prior-weight", job.prior_weight,
+                   "vae-opt: lambda of lambda/2 |z|^2 beside 1/2 |wrist - goal|^2 in metres [1e-6]")
+      ->check(CLI::Range(0.0, 1e6));
+  command
       ->add_option("--samples", job.samples,
                    "Motions to choose from [16, or 4 where each is optimized]")
       ->check(CLI::Range(1, 10'000));
@@ -114,8 +128,9 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
   AddWeightsOption(*command, job.weights);
   command->add_flag_callback(
       "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
-  for (const char* planned : {"--time", "--method", "--samples", "--obstacle", "--free-time",
-                              "--approach", "--no-refit", "--object", "--all", "--sigma"}) {
+  for (const char* planned :
+       {"--time", "--method", "--samples", "--obstacle", "--free-time", "--approach", "--no-refit",
+        "--object", "--optimizer", "--iterations", "--prior-weight", "--all", "--sigma"}) {
     command->get_option("--track")->excludes(command->get_option(planned));
   }
   AddOption(*command, "-o,--output", job.output,

@@ -62,6 +62,14 @@ ReachOptions ToLibrary(const ReachJob& job, const CommonOptions& common) {
     }
     options.approach = along.normalized();
   }
+  if (options.by == ReachBy::kVaeOpt) {
+    if (!job.optimizer.empty()) options.vae.method = VaeOptMethodByName(job.optimizer);
+    options.vae.iterations = job.iterations.value_or(0);
+    options.vae.prior_weight = job.prior_weight.value_or(options.vae.prior_weight);
+  } else if (!job.optimizer.empty() || job.iterations || job.prior_weight) {
+    throw Error("--optimizer, --iterations, --prior-weight",
+                "are not seen by --method " + job.Method(), "Add --method vae-opt");
+  }
   if (!job.obstacles.empty() && options.by != ReachBy::kLatents) {
     throw Error("--obstacle", "is not seen by --method " + job.Method(), "Add --method latent-opt");
   }
@@ -74,19 +82,26 @@ ReachOptions ToLibrary(const ReachJob& job, const CommonOptions& common) {
 }
 
 nlohmann::json OptionsJson(const ReachJob& job, const Start& start, const ReachOptions& options) {
-  return {{"goals", job.goals},
-          {"from", start.source},
-          {"from_frame_30fps", start.person.Frame()},
-          {"wrist", job.wrist},
-          {"method", job.Method()},
-          {"time_s", job.time_s ? nlohmann::json(*job.time_s) : nullptr},
-          {"samples", options.NumSamples()},
-          {"sigma", job.sigma},
-          {"refit", job.refit},
-          {"free_time", job.free_time},
-          {"approach", job.approach},
-          {"obstacles", job.obstacles},
-          {"body", start.person.body->Name()}};
+  nlohmann::json json = {{"goals", job.goals},
+                         {"from", start.source},
+                         {"from_frame_30fps", start.person.Frame()},
+                         {"wrist", job.wrist},
+                         {"method", job.Method()},
+                         {"time_s", job.time_s ? nlohmann::json(*job.time_s) : nullptr},
+                         {"samples", options.NumSamples()},
+                         {"sigma", job.sigma},
+                         {"refit", job.refit},
+                         {"free_time", job.free_time},
+                         {"approach", job.approach},
+                         {"obstacles", job.obstacles},
+                         {"body", start.person.body->Name()}};
+  if (options.by == ReachBy::kVaeOpt) {
+    json["vae_opt"] = {{"optimizer", job.optimizer.empty() ? "lm" : job.optimizer},
+                       {"iterations", options.vae.NumIterations()},
+                       {"goal_sigma_m", options.vae.goal_sigma_m},
+                       {"prior_weight", options.vae.prior_weight}};
+  }
+  return json;
 }
 
 // For each goal that was missed; empty where it was not.

@@ -22,12 +22,15 @@ struct ReachJob {
   std::string body;                 ///< body model file
   std::string weights;              ///< empty: the embedded network
   std::string wrist = "right";
-  std::optional<double> time_s;  ///< for each goal; empty: what turning and walking take
-  std::string method;            ///< intention, latent-opt, vae-opt; empty: Method()
-  std::optional<int> samples;    ///< motions to choose from; empty: by the method
-  bool refit = true;             ///< pin feet and place the wrist afterwards
-  bool free_time = false;        ///< latent-opt: arrive when it suits, until the deadline or so
-  std::string approach;          ///< latent-opt: "X,Y,Z", along the forearm on arrival; or empty
+  std::optional<double> time_s;        ///< for each goal; empty: what turning and walking take
+  std::string method;                  ///< intention, latent-opt, vae-opt; empty: Method()
+  std::optional<int> samples;          ///< motions to choose from; empty: by the method
+  std::string optimizer;               ///< vae-opt: lm, lbfgs, lbfgs-step1, adam; empty: lm
+  std::optional<int> iterations;       ///< vae-opt
+  std::optional<double> prior_weight;  ///< vae-opt
+  bool refit = true;                   ///< pin feet and place the wrist afterwards
+  bool free_time = false;  ///< latent-opt: arrive when it suits, until the deadline or so
+  std::string approach;    ///< latent-opt: "X,Y,Z", along the forearm on arrival; or empty
   std::vector<std::string> obstacles;  ///< mesh files, world
   std::string object;                  ///< mesh or embedded object to take at the first goal
   std::string style = "auto";          ///< of the grasp

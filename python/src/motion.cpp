@@ -48,6 +48,9 @@ std::vector<Eigen::Vector3d> GoalsOf(const py::object& value) {
 struct ReachArguments {
   const py::object& clip;
   const std::optional<int>& frame;
+  const std::optional<std::string>& optimizer;
+  const std::optional<int>& iterations;
+  const std::optional<double>& prior_weight;
   const py::object& approach;
   const py::object& obstacles;
 };
@@ -58,6 +61,18 @@ std::vector<std::pair<std::string, TriangleMesh>> CheckReach(const ReachArgument
   if (options.samples) RequireBetween(*options.samples, "samples", 1, 10'000);
   if (options.time_s) RequireBetween(*options.time_s, "time_s", 0.1, 60.0);
   RequireBetween(options.sigma, "sigma", 0.0, 3.0);
+  if (options.by != ReachBy::kVaeOpt && (in.optimizer || in.iterations || in.prior_weight)) {
+    throw py::value_error("optimizer, iterations, prior_weight: only method='vae-opt' sees them");
+  }
+  options.vae.method = Choice<VaeOptMethod>(in.optimizer.value_or("lm"), "optimizer",
+                                            {{"lm", VaeOptMethod::kLm},
+                                             {"lbfgs", VaeOptMethod::kLbfgs},
+                                             {"lbfgs-step1", VaeOptMethod::kLbfgsStepOne},
+                                             {"adam", VaeOptMethod::kAdam}});
+  if (in.iterations) RequireBetween(*in.iterations, "iterations", 1, 100'000);
+  options.vae.iterations = in.iterations.value_or(0);
+  options.vae.prior_weight = in.prior_weight.value_or(options.vae.prior_weight);
+  RequireBetween(options.vae.prior_weight, "prior_weight", 0.0, 1e6);
   if (in.clip.is_none() && in.frame) throw py::value_error("frame: needs clip");
   if (!in.approach.is_none()) {
     const py::array_t<double> numbers = Floats(in.approach, "approach", {3});
@@ -86,9 +101,10 @@ py::object Reach(const py::object& goals, const py::object& clip, const std::opt
                  const py::object& object, const std::string& grasp,
                  const std::optional<double>& object_yaw_deg, double object_scale,
                  const std::string& wrist, const std::optional<std::string>& method,
-                 const std::optional<int>& samples, const std::optional<double>& time_s,
-                 double sigma, bool refit, bool refit_all, bool free_time,
-                 const py::object& approach, const py::object& obstacles,
+                 const std::optional<std::string>& optimizer, const std::optional<int>& iterations,
+                 const std::optional<double>& prior_weight, const std::optional<int>& samples,
+                 const std::optional<double>& time_s, double sigma, bool refit, bool refit_all,
+                 bool free_time, const py::object& approach, const py::object& obstacles,
                  const std::string& weights, const py::object& body, std::uint64_t seed,
                  int threads, const py::object& progress) {
   auto answer = std::make_shared<ReachAnswer>();
@@ -108,7 +124,8 @@ py::object Reach(const py::object& goals, const py::object& clip, const std::opt
   options.free_time = free_time;
   options.seed = seed;
   options.threads = ThreadsOf(threads);
-  auto meshes = CheckReach({clip, frame, approach, obstacles}, options);
+  auto meshes =
+      CheckReach({clip, frame, optimizer, iterations, prior_weight, approach, obstacles}, options);
   const ModelPtr model = ModelOf(body);
   std::optional<ClipArgument> start;
   if (!clip.is_none()) start = ClipOf(clip, body);
@@ -253,6 +270,8 @@ and carried to the other goals; as for fit(), object_scale too. grasp: 'auto', '
 
 method: 'intention' (the network, conditioned on the goal, runs once), 'latent-opt' (its latents are
 then optimized), 'vae-opt' (WANDR's baseline); None: 'intention', or 'latent-opt' with an object.
+For vae-opt: optimizer 'lm' (None), 'lbfgs', 'lbfgs-step1' (the released preset) or 'adam',
+iterations at most, prior_weight lambda of lambda/2 |z|^2 beside 1/2 |wrist - goal|^2 in metres.
 samples: motions to choose from (None: 16, or 4 where each is optimized). time_s: until each goal is
 due (None: by its distance). sigma of the latents. refit: pin feet and place the wrist afterwards, in
 the best motion or (refit_all) in all. For latent-opt: free_time, approach (3,) along the forearm on
@@ -276,7 +295,8 @@ void BindMotion(py::module_& module) {
   module.def("reach", &Reach, "goals"_a, py::kw_only(), "clip"_a = py::none(),
              "frame"_a = py::none(), "object"_a = py::none(), "grasp"_a = "auto",
              "object_yaw_deg"_a = py::none(), "object_scale"_a = 1.0, "wrist"_a = "right",
-             "method"_a = py::none(), "samples"_a = py::none(), "time_s"_a = py::none(),
+             "method"_a = py::none(), "optimizer"_a = py::none(), "iterations"_a = py::none(),
+             "prior_weight"_a = py::none(), "samples"_a = py::none(), "time_s"_a = py::none(),
              "sigma"_a = 1.0, "refit"_a = true, "refit_all"_a = false, "free_time"_a = false,
              "approach"_a = py::none(), "obstacles"_a = py::none(), "weights"_a = "",
              "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(),

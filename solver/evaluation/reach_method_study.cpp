@@ -25,9 +25,17 @@ std::vector<double> Rounded(const std::vector<float>& values, double per_unit) {
 }
 
 nlohmann::json JsonOf(const MethodMotion& motion) {
-  return {{"outcome", StudyRow(motion.motion)}, {"fast_ratio", motion.fast_share},
-          {"latent_rms", motion.latent_rms},    {"seconds", motion.seconds},
-          {"closest_m", motion.closest_m},      {"seconds_at", motion.seconds_at}};
+  nlohmann::json solves = nlohmann::json::array();
+  for (const LatentSolve& solve : motion.solves) {
+    solves.push_back({solve.minimizer, solve.linear_solver, solve.iterations, solve.termination});
+  }
+  return {{"outcome", StudyRow(motion.motion)},
+          {"fast_ratio", motion.fast_share},
+          {"latent_rms", motion.latent_rms},
+          {"seconds", motion.seconds},
+          {"closest_m", motion.closest_m},
+          {"seconds_at", motion.seconds_at},
+          {"solves", solves}};
 }
 
 MethodMotion MotionOf(const nlohmann::json& out) {
@@ -38,6 +46,9 @@ MethodMotion MotionOf(const nlohmann::json& out) {
   motion.seconds = out.at("seconds");
   motion.closest_m = out.at("closest_m").get<std::vector<double>>();
   motion.seconds_at = out.at("seconds_at").get<std::vector<double>>();
+  for (const nlohmann::json& solve : out.at("solves")) {
+    motion.solves.push_back({solve.at(0), solve.at(1), solve.at(2), solve.at(3)});
+  }
   if (motion.closest_m.size() != motion.seconds_at.size()) {
     throw nlohmann::json::other_error::create(501, "iterates differ in number", nullptr);
   }
@@ -64,6 +75,12 @@ MethodSummary SummariseMethod(std::span<const MethodMotion> motions) {
     summary.fast_frames += motion.fast_share;
     summary.latent_rms += motion.latent_rms;
     summary.seconds += motion.seconds;
+    for (const LatentSolve& solve : motion.solves) {
+      const std::string with = solve.linear_solver.empty() ? "" : ", " + solve.linear_solver;
+      auto& [count, iterations] = summary.solves[solve.minimizer + with + ": " + solve.termination];
+      ++count;
+      iterations += solve.iterations;
+    }
     summary.success_any +=
         outcome.Reached() || std::ranges::any_of(motion.closest_m, [](double distance) {
           return distance <= wandr::kReachedWithin;
@@ -146,6 +163,7 @@ MethodMotion MethodStudy::Measure(const ReachTask& task, const ReachSolution& so
   measured.latent_rms = solution.latents.norm() / std::sqrt(numbers);
   measured.closest_m = Rounded(solution.trace.closest_m, 1e6);
   measured.seconds_at = Rounded(solution.trace.seconds, 1e4);
+  measured.solves = solution.solves;
   return measured;
 }
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "solver/evaluation/reach_study.h"
@@ -34,6 +36,7 @@ struct MethodMotion {
   double seconds = 0.0;     ///< of one core
   /// Iterates, the first before any step; empty for methods that do not iterate.
   std::vector<double> closest_m, seconds_at;
+  std::vector<LatentSolve> solves;
 };
 
 /// Over many of them.
@@ -45,6 +48,8 @@ struct MethodSummary {
   double latent_rms = 0.0;   ///< mean
   double seconds = 0.0;      ///< mean
   double success_any = 0.0;  ///< share that was within 10 cm at any iterate
+  /// "minimizer, linear solver: termination" of all solves, how often, with how many iterations.
+  std::map<std::string, std::pair<int, int>> solves;
 };
 MethodSummary SummariseMethod(std::span<const MethodMotion> motions);
 

@@ -46,7 +46,7 @@ ReachMethod Intention(const ReachGenerator& with, const wandr::ReachProtocol& pr
     wandr::RunRollouts(with.network, with.bones, request, threads,
                        {.intention = protocol.intention},
                        [&](int i, const wandr::RolloutTrack& track) {
-                         solutions[i] = {track, latents.col(i), {}};
+                         solutions[i] = {track, latents.col(i), {}, {}};
                          wandr::RolloutTrack& made = solutions[i].track;
                          if (refitted) RefitToGoal(with.body, tasks[i].goal, made);
                        });
@@ -59,7 +59,6 @@ ReachMethod VaeOpt(const ReachGenerator& with, const wandr::ReachProtocol& proto
                    const std::string& key, const std::string& label, VaeOptMethod optimiser) {
   VaeOptOptions options;
   options.method = optimiser;
-  options.iterations = VaeOptOptions::DefaultIterations(optimiser);
   options.sigma = protocol.sigma;
   ReachMethod method;
   method.key = key;
@@ -68,8 +67,8 @@ ReachMethod VaeOpt(const ReachGenerator& with, const wandr::ReachProtocol& proto
   method.protocol.with_intention = false;
   method.settings = fmt::format(
       "iterations {}, goal sigma {} m, prior weight {}, history {}, learning rate {} to {} of it",
-      options.iterations, options.objective.goal_sigma_m, options.objective.prior_weight,
-      options.history, options.learning_rate, options.last_learning_rate_ratio);
+      options.NumIterations(), options.goal_sigma_m, options.prior_weight, options.history,
+      options.learning_rate, options.last_learning_rate_ratio);
   method.solve = [with, options](std::span<const ReachTask> tasks, int threads,
                                  const std::function<void()>& poll) {
     VaeOptOptions polled = options;
@@ -98,8 +97,8 @@ std::string SettingsOf(const LatentOptions& o) {
         o.farthest_lean_reaching_m, o.collars}},
       {"height", {o.height, o.lowest_walk}},
       {"pace", "with the start's velocity"},
-      {"adam", {o.adam_iterations, o.least_iterations, o.adam_step, o.close_enough_m}},
-      {"newton", {o.newton_iterations, o.newton_goal_m}},
+      {"lbfgs", o.lbfgs_iterations},
+      {"lm", {o.lm_iterations, o.lm_goal_m}},
       {"hurries", o.hurries ? 2 : 0}};
   return JsonText(all);
 }
@@ -142,8 +141,8 @@ ReachMethod LatentOpt(const ReachGenerator& with, const wandr::ReachProtocol& pr
 
 const std::vector<std::string>& ReachMethodNames() {
   static const std::vector<std::string> names = {
-      "intention",    "intention-refit",  "vae-opt-lbfgs",  "vae-opt-lbfgs-step1",
-      "vae-opt-adam", "latent-opt-prior", "latent-opt-raw", "latent-opt"};
+      "intention",  "intention-refit",  "vae-opt-lbfgs-step1", "vae-opt-lbfgs", "vae-opt-adam",
+      "vae-opt-lm", "latent-opt-prior", "latent-opt-raw",      "latent-opt"};
   return names;
 }
 
@@ -170,6 +169,10 @@ std::vector<ReachMethod> ReachMethodsOf(const ReachMethodsOptions& options,
   if (asked("vae-opt-lbfgs")) {
     methods.push_back(VaeOpt(with, adaptive, "vae-opt-lbfgs", "VAE + opt: L-BFGS, line search",
                              VaeOptMethod::kLbfgs));
+  }
+  if (asked("vae-opt-lm")) {
+    methods.push_back(
+        VaeOpt(with, adaptive, "vae-opt-lm", "VAE + opt: Levenberg-Marquardt", VaeOptMethod::kLm));
   }
   if (asked("vae-opt-adam")) {
     methods.push_back(

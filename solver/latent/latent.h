@@ -5,15 +5,14 @@
 /// latents, the motions rolled out from them and traces of the optimization come out.
 ///
 /// From the inside out:
-///   lbfgs_memory.h           curvature from the last steps
-///   step_rule.h              Adam, L-BFGS with step 1
-///   dual_gauss_newton.h      a step for few residuals, many latents
 ///   motion_objective.h       Ceres terms over a motion, and gradient
-///   goal_objective.h         "VAE + opt": goal and prior alone
 ///   reach_task.h             start, goal, deadline; solution and trace
+///   rollout_batch.h          rollouts of many solvers in one pass
+///   rollout_cost.h           the cost function through a rollout
+///   step_rule.h              published baselines: Adam, L-BFGS with step 1
+///   latent_solve.h           LatentProblem: cost and priors, minimized by Ceres
 ///   latent_options.h         weights, body, obstacles
 ///   latent_terms.h           terms for goal and natural motion
-///   latent_problem.h         latents to motion, gradients back
 ///   latent_optimizer.h       OptimiseLatents: all terms
 ///   motion_cost.h            the terms that tell good motions of many from bad ones
 ///   vae_opt.h                OptimiseAsPublished: WANDR's baseline

@@ -2,7 +2,6 @@
 #include "solver/latent/latent_optimizer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <exception>
 #include <functional>
@@ -15,170 +14,162 @@
 #include "generator/wandr/run_rollouts.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
-#include "solver/latent/dual_gauss_newton.h"
-#include "solver/latent/latent_problem.h"
+#include "solver/latent/latent_solve.h"
 #include "solver/latent/latent_terms.h"
-#include "solver/latent/step_rule.h"
 
 namespace holdfast {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+constexpr int kContactsEvery = 10;  // iterations after which contacts are found anew
+constexpr int kHistory = 10;        // steps that L-BFGS remembers
 
-std::vector<LatentSample*> Pointers(std::vector<LatentSample>& all) {
-  std::vector<LatentSample*> out;
-  for (LatentSample& one : all) {
-    if (!one.done) out.push_back(&one);
-  }
-  return out;
-}
-
-void Record(LatentSample& one, ReachTrace& trace, double seconds) {
-  trace.closest_m.push_back(static_cast<float>(one.closest_m));
-  trace.last_m.push_back(static_cast<float>(one.last_m));
-  trace.seconds.push_back(static_cast<float>(seconds));
-}
-
-void Append(const ReachTrace& more, ReachTrace& trace) {
+void Append(const ReachSolution& more, ReachSolution& solution) {
+  ReachTrace& trace = solution.trace;
   const float before = trace.seconds.empty() ? 0.0f : trace.seconds.back();
-  trace.closest_m.insert(trace.closest_m.end(), more.closest_m.begin(), more.closest_m.end());
-  trace.last_m.insert(trace.last_m.end(), more.last_m.begin(), more.last_m.end());
-  for (const float seconds : more.seconds) trace.seconds.push_back(before + seconds);
+  const auto add = [](const auto& from, auto& to) {
+    to.insert(to.end(), from.begin(), from.end());
+  };
+  add(more.trace.closest_m, trace.closest_m);
+  add(more.trace.last_m, trace.last_m);
+  for (const float seconds : more.trace.seconds) trace.seconds.push_back(before + seconds);
+  add(more.solves, solution.solves);
 }
 
-class LatentBatchOptimizer {
+// One motion on its way: all terms by L-BFGS, then the goal by Levenberg-Marquardt.
+class LatentMotion {
  public:
-  LatentBatchOptimizer(const wandr::Network<float>& network, const LatentBody& body,
-                       std::span<const ReachTask> tasks, const LatentOptions& options)
-      : options_(options),
-        latent_size_(network.LatentSize()),
-        steps_(tasks[0].num_steps),
-        problem_(network, body, options, steps_, static_cast<int>(tasks.size())),
-        solutions_(tasks.size()),
-        started_(Clock::now()) {
-    const std::vector<BodyPoint> points = PointsOf(body);
-    for (std::size_t i = 0; i < tasks.size(); ++i) {
-      LatentSample one;
-      one.task = &tasks[i];
-      one.index = static_cast<int>(i);
-      one.motion = MotionView(points);
-      one.centre =
-          wandr::DrawLatents(tasks[i].seed, tasks[i].stream, network.LatentSize(), steps_, 1.0);
-      one.latents = one.centre;
-      adams_.emplace_back(AdamRates{.first = options.adam_step,
-                                    .last_ratio = 0.05,
-                                    .iterations = options.adam_iterations + 1,
-                                    .square_decay = 0.99,
-                                    .tiny = 1e-12});
-      samples_.push_back(std::move(one));
-    }
-  }
-
-  std::vector<ReachSolution> Run() {
-    Descend();
-    GaussNewton();
-    std::vector<LatentSample*> all;
-    for (LatentSample& one : samples_) all.push_back(&one);
-    problem_.Forward(all, true);
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      solutions_[i].track = problem_.TrackOf(i);
-      solutions_[i].latents = all[i]->latents;
-    }
-    return std::move(solutions_);
-  }
-
- private:
-  double Seconds() const {
-    return std::chrono::duration<double>(Clock::now() - started_).count() /
-           static_cast<double>(samples_.size());
-  }
+  LatentMotion(RolloutBatch<float>& batch, int index, const ReachTask& task, const LatentBody& body,
+               const LatentOptions& options, ReachSolution& solution)
+      : batch_(batch),
+        index_(index),
+        task_(task),
+        body_(body),
+        options_(options),
+        solution_(solution),
+        joint_(GoalJoint(options)),
+        centre_(
+            wandr::DrawLatents(task.seed, task.stream, batch.LatentSize(), batch.NumSteps(), 1.0)
+                .cast<double>()),
+        latents_(centre_) {}
 
   void Descend() {
-    for (int iteration = 0; iteration <= options_.adam_iterations; ++iteration) {
-      const std::vector<LatentSample*> moving = Pointers(samples_);
-      if (moving.empty()) break;
-      if (options_.poll) options_.poll();
-      problem_.Forward(moving);
-      const double seconds = Seconds();
-      for (LatentSample* one : moving) {
-        Record(*one, solutions_[static_cast<std::size_t>(one->index)].trace, seconds);
-        one->done =
-            iteration == options_.adam_iterations || (iteration >= options_.least_iterations &&
-                                                      one->goal_error_m <= options_.close_enough_m);
-      }
-      const double share = static_cast<double>(iteration) / std::max(1, options_.adam_iterations);
-      problem_.Gradient(moving, share);
-      for (LatentSample* one : moving) {
-        if (one->done) continue;
-        adams_[static_cast<std::size_t>(one->index)].Step(iteration, one->gradient, one->latents);
-      }
+    for (int done = 0; done < options_.lbfgs_iterations; done += kContactsEvery) {
+      const double share = static_cast<double>(done) / options_.lbfgs_iterations;
+      natural_.Clear();
+      RolloutCost<float> cost(batch_, index_, MotionView(PointsOf(body_)), {},
+                              [&](const MotionView& motion, MotionGradient& bar) {
+                                return AllTerms(motion, share, bar);
+                              });
+      const int most = std::min(kContactsEvery, options_.lbfgs_iterations - done);
+      Note(LatentProblem(cost, centre_, options_.prior)
+               .Minimise(LbfgsOptions(most, kHistory), latents_, [&](int i) {
+                 if (i > 0 || done == 0) See(cost.Motion());
+                 return false;
+               }));
     }
-    for (LatentSample& one : samples_) one.done = false;
+    // What is broken at its sample is told as a motion that is no numbers.
+    if (solution_.trace.closest_m.empty()) latents_.setConstant(NAN);
   }
 
-  void GaussNewton() {
-    // A centimetre off the goal counts as much as what moves five on the way there.
-    constexpr double kSigma = 0.01, kKappa = 1e-2, kLess = 0.05;
-    constexpr double penalty_scale = 1.0 / (0.05 * 0.05);
-    const auto size = static_cast<double>(latent_size_) * steps_;
-    std::vector<Eigen::MatrixXf> J;
-    std::vector<Eigen::Vector4d> r;
-    std::vector<double> radii(samples_.size(), 0.15);
-    std::vector<int> refusals(samples_.size(), 0);
-    for (int iteration = 0; iteration < options_.newton_iterations; ++iteration) {
-      for (LatentSample& one : samples_) {
-        one.done = one.done || one.goal_error_m <= options_.newton_goal_m ||
-                   refusals[static_cast<std::size_t>(one.index)] > 4;
-      }
-      const std::vector<LatentSample*> moving = Pointers(samples_);
-      if (moving.empty()) break;
-      if (options_.poll) options_.poll();
-      problem_.Forward(moving, true);
-      problem_.Rows(moving, kSigma, penalty_scale, J, r);
-      std::vector<Eigen::VectorXf> before;
-      std::vector<double> value;
-      for (std::size_t i = 0; i < moving.size(); ++i) {
-        LatentSample& one = *moving[i];
-        // The rest is no residual that can vanish: a little less of it is asked for.
-        const Eigen::Vector4d wanted(r[i][0], r[i][1], r[i][2], kLess * r[i][3]);
-        Eigen::VectorXf step = DualStep(J[i], wanted, kKappa, latent_size_);
-        const double rms = std::sqrt(static_cast<double>(step.squaredNorm()) / size);
-        const double radius = radii[static_cast<std::size_t>(one.index)];
-        if (rms > radius) step *= static_cast<float>(radius / rms);
-        before.push_back(one.latents);
-        value.push_back(r[i].squaredNorm());
-        one.latents += step;
-      }
-      problem_.Forward(moving, true);
-      const double seconds = Seconds();
-      for (std::size_t i = 0; i < moving.size(); ++i) {
-        LatentSample& one = *moving[i];
-        const auto at = static_cast<std::size_t>(one.index);
-        const double trial = one.goal_error_m * one.goal_error_m / (kSigma * kSigma) +
-                             2.0 * penalty_scale * problem_.Natural(one);
-        if (trial < value[i]) {
-          radii[at] *= 1.5;
-          refusals[at] = 0;
-        } else {
-          one.latents = before[i];
-          radii[at] *= 0.4;
-          ++refusals[at];
-          one.goal_error_m = r[i].head<3>().norm() * kSigma;
-        }
-        Record(one, solutions_[static_cast<std::size_t>(one.index)].trace, seconds);
-      }
-    }
+  void Refine() {
+    // The goal first: a centimetre off it counts as much as an E of 0.05.
+    constexpr double kSigma_m = 0.01, kRest = 10.0;
+    if (goal_error_m_ <= options_.lm_goal_m || options_.lm_iterations == 0) return;
+    RolloutCost<float> cost(batch_, index_, MotionView(PointsOf(body_)),
+                            GoalRows{arrival_, joint_, task_.goal, kSigma_m},
+                            [&](const MotionView& motion, MotionGradient& bar) {
+                              const double value = AllTerms(motion, 1.0, bar);
+                              bar.joints *= kRest;
+                              bar.poses *= kRest;
+                              return kRest * value;
+                            });
+    Note(
+        LatentProblem(cost, centre_, kRest * options_.prior)
+            .Minimise(LevenbergMarquardtOptions(options_.lm_iterations, 0.1), latents_, [&](int i) {
+              if (i > 0) See(cost.Motion());
+              return goal_error_m_ <= options_.lm_goal_m;
+            }));
   }
 
+  Eigen::VectorXf Latents() const { return latents_.cast<float>(); }
+
+ private:
+  // Contacts, standing and the way are told from the first motion.
+  double AllTerms(const MotionView& motion, double share_done, MotionGradient& bar) {
+    if (natural_.NumBlocks() == 0) AddNaturalTerms(body_, options_, motion, task_, natural_);
+    MotionObjective goal;
+    AddGoalTerms(options_, task_, share_done, motion.NumFrames(), goal);
+    return goal.Evaluate(motion, &bar) + natural_.Evaluate(motion, &bar);
+  }
+
+  // Solves of one kind are told as one.
+  void Note(const LatentSolve& solve) {
+    std::vector<LatentSolve>& all = solution_.solves;
+    if (all.empty() || all.back().minimizer != solve.minimizer) {
+      all.push_back(solve);
+      return;
+    }
+    all.back().iterations += solve.iterations;
+    all.back().termination = solve.termination;
+  }
+
+  void See(const MotionView& motion) {
+    Record(motion, joint_, task_.goal, batch_.Seconds(), solution_.trace);
+    const auto distance = [&](int t) { return (motion.At(t, joint_) - task_.goal).norm(); };
+    // With a time given the goal counts then, and nowhere else.
+    arrival_ = task_.deadline;
+    for (int t = 0; options_.free_time && t < motion.NumFrames(); ++t) {
+      if (t == 0 || distance(t) < distance(arrival_)) arrival_ = t;
+    }
+    goal_error_m_ = distance(arrival_);
+  }
+
+  RolloutBatch<float>& batch_;
+  int index_;
+  const ReachTask& task_;
+  const LatentBody& body_;
   const LatentOptions& options_;
-  Eigen::Index latent_size_;
-  int steps_;
-  LatentProblem problem_;
-  std::vector<Adam> adams_;
-  std::vector<LatentSample> samples_;
-  std::vector<ReachSolution> solutions_;
-  Clock::time_point started_;
+  ReachSolution& solution_;
+  int joint_;
+  Eigen::VectorXd centre_, latents_;
+  MotionObjective natural_;
+  int arrival_ = 0;
+  double goal_error_m_ = INFINITY;
 };
+
+std::vector<ReachSolution> OptimiseTogether(const wandr::Network<float>& network,
+                                            const LatentBody& body,
+                                            std::span<const ReachTask> tasks,
+                                            const LatentOptions& options) {
+  std::vector<wandr::RolloutStart<float>> starts;
+  std::vector<wandr::GoalPlan> plans;
+  for (const ReachTask& task : tasks) {
+    starts.push_back(task.start);
+    plans.push_back(options.with_intention ? wandr::GoalPlan{{task.goal, task.deadline}}
+                                           : wandr::GoalPlan{});
+  }
+  const int steps = tasks[0].num_steps, count = static_cast<int>(tasks.size());
+  RolloutBatch<float> batch(network, body.bones, options.intention, starts, plans, steps,
+                            options.poll);
+  std::vector<ReachSolution> solutions(tasks.size());
+  std::vector<LatentMotion> motions;
+  for (int i = 0; i < count; ++i) {
+    motions.emplace_back(batch, i, tasks[i], body, options, solutions[i]);
+  }
+  batch.Solve([&](int i) { motions[i].Descend(); });
+  batch.Solve([&](int i) { motions[i].Refine(); });
+  Eigen::MatrixXf latents(Eigen::Index{network.LatentSize()} * steps, count);
+  for (int i = 0; i < count; ++i) latents.col(i) = solutions[i].latents = motions[i].Latents();
+  wandr::RolloutRequest request;
+  request.starts = starts;
+  request.plans = plans;
+  request.num_steps = steps;
+  request.latents = &latents;
+  std::vector<wandr::RolloutTrack> tracks =
+      wandr::RunRollouts(network, body.bones, request, 1, {options.intention});
+  for (int i = 0; i < count; ++i) solutions[i].track = std::move(tracks[i]);
+  return solutions;
+}
 
 constexpr int kHurries = 2;
 constexpr int kOtherStarts = 2;
@@ -188,7 +179,7 @@ constexpr std::uint64_t kOtherStreams = 1'000'000'000'000;  // far from those of
 // that is not given up for them.
 LatentOptions InAHurry(LatentOptions options) {
   options.goal *= 4.0;
-  options.newton_iterations += 10;
+  options.lm_iterations += 10;
   options.path *= 0.5;
   options.cadence *= 0.3;
   options.fastest_turn_rad_s *= 1.4;
@@ -215,7 +206,7 @@ MotionFault FaultOf(const ReachSolution& solution, const ReachTask& task) {
 std::vector<ReachSolution> OptimiseBatch(const wandr::Network<float>& network,
                                          const LatentBody& body, std::span<const ReachTask> tasks,
                                          const LatentOptions& options) {
-  std::vector<ReachSolution> solutions = LatentBatchOptimizer(network, body, tasks, options).Run();
+  std::vector<ReachSolution> solutions = OptimiseTogether(network, body, tasks, options);
   if (!options.hurries) return solutions;
   LatentOptions hurry = options;
   for (int tried = 0; tried < kHurries + kOtherStarts; ++tried) {
@@ -227,15 +218,15 @@ std::vector<ReachSolution> OptimiseBatch(const wandr::Network<float>& network,
       // A goal that counts more would be jumped for all the more.
       if (fault.airborne_share > 0.0) {
         its.goal = options.goal;
-        its.newton_iterations = options.newton_iterations;
+        its.lm_iterations = options.lm_iterations;
       }
       ReachTask task = tasks[i];
       if (tried >= kHurries) task.stream += kOtherStreams * (1 + tried - kHurries);
-      ReachSolution again =
-          std::move(LatentBatchOptimizer(network, body, {&task, 1}, its).Run()[0]);
+      ReachSolution again = std::move(OptimiseTogether(network, body, {&task, 1}, its)[0]);
       if (FaultOf(again, tasks[i]).Sum() >= fault.Sum()) continue;
-      Append(again.trace, solutions[i].trace);
+      Append(again, solutions[i]);
       again.trace = std::move(solutions[i].trace);
+      again.solves = std::move(solutions[i].solves);
       solutions[i] = std::move(again);
     }
   }

@@ -50,7 +50,7 @@ struct LatentOptions {
   std::optional<Eigen::Vector3d> approach;  ///< unit, from elbow to wrist on arrival
 
   double goal = 1.0;
-  double direction = 0.05;
+  double direction = 0.2;
   double prior = 1e-4;  ///< on |z - z_0|^2
   double skate = 3.0;
   double creep = 0.3;
@@ -78,12 +78,9 @@ struct LatentOptions {
   double balance = 0.3;
   std::vector<LatentObstacle> obstacles;
 
-  int adam_iterations = 80;
-  int least_iterations = 30;    ///< even when the goal is reached
-  double adam_step = 0.08;      ///< decays linearly to a twentieth
-  double close_enough_m = 0.0;  ///< Adam stops here
-  int newton_iterations = 5;
-  double newton_goal_m = 0.003;  ///< Gauss-Newton stops here
+  int lbfgs_iterations = 80;  ///< contacts are found anew every ten
+  int lm_iterations = 10;
+  double lm_goal_m = 0.003;  ///< Levenberg-Marquardt stops here
   /// A motion that leaves the ground, or does not get within 10 cm of the goal, is made again in a
   /// hurry: path, cadence, turn and lean relaxed, and the goal, if it was missed on foot, weighing
   /// more; then from other latents. What is better is kept.

@@ -129,7 +129,7 @@ double MotionObjective::Evaluate(const MotionView& motion, MotionGradient* gradi
       }
       wanted = jacobians.data();
     }
-    block.cost->Evaluate(parameters.data(), residuals.data(), wanted);
+    if (!block.cost->Evaluate(parameters.data(), residuals.data(), wanted)) continue;
     double squared = 0.0;
     for (std::size_t r = 0; r < rows; ++r) squared += residuals[r] * residuals[r];
     double rho[3] = {squared, 1.0, 0.0};

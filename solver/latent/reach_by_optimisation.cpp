@@ -64,6 +64,7 @@ class MultiGoalMotion {
   }
 
   wandr::ReachSample& Sample() { return sample_; }
+  std::vector<LatentSolve>& Solves() { return solves_; }
 
   /// The frame of goal g that the wrist is to be at exactly.
   std::vector<RefitGoal> RefitGoals() const {
@@ -121,6 +122,7 @@ class MultiGoalMotion {
     outcome.taken_on = first;
     outcome.due = first + due;
     outcome.left = static_cast<int>(before + added) - 1;
+    solves_.insert(solves_.end(), solution.solves.begin(), solution.solves.end());
     at_goal_.push_back(std::min(outcome.due, outcome.left));
     Measure();
     if (options_.as_published || options_.latent.free_time) at_goal_.back() = outcome.closest_frame;
@@ -139,6 +141,7 @@ class MultiGoalMotion {
   std::uint64_t stream_;
   wandr::RolloutStart<float> here_;
   wandr::ReachSample sample_;
+  std::vector<LatentSolve> solves_;
   std::vector<int> at_goal_;
 };
 
@@ -180,6 +183,7 @@ std::vector<OptimisedReach> ReachByOptimisation(const wandr::Network<float>& net
     OptimisedReach& reach = reaches[static_cast<std::size_t>(i)];
     if (options.refit && !motion.Sample().diverged) Refit(measures, body, motion, reach.refit);
     reach.sample = std::move(motion.Sample());
+    reach.solves = std::move(motion.Solves());
   });
   return reaches;
 }

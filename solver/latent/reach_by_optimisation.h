@@ -39,6 +39,7 @@ struct ReachByOptimisationOptions {
 struct OptimisedReach {
   wandr::ReachSample sample;
   RefitReport refit;
+  std::vector<LatentSolve> solves;  ///< of the parts that were kept, in order
 };
 
 /// Makes `count` motions from the same start through all goals, each goal's part optimised by

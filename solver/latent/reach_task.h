@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -31,10 +32,19 @@ struct ReachTrace {
   std::vector<float> seconds;    ///< of the whole batch so far, by its size
 };
 
+/// How one minimization went, in Ceres' words.
+struct LatentSolve {
+  std::string minimizer;      ///< "LEVENBERG_MARQUARDT", "LBFGS", ..; "ADAM" is no Ceres minimizer
+  std::string linear_solver;  ///< "CGNR"; empty without one
+  int iterations = 0;
+  std::string termination;  ///< "CONVERGENCE", "NO_CONVERGENCE", ..
+};
+
 struct ReachSolution {
   wandr::RolloutTrack track;
   Eigen::VectorXf latents;  ///< (64 T)
   ReachTrace trace;
+  std::vector<LatentSolve> solves;  ///< one after another
 };
 
 }  // namespace holdfast

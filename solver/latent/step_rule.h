@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <Eigen/Core>
+#include <deque>
 
-#include "solver/latent/lbfgs_memory.h"
+#include <Eigen/Core>
 
 namespace holdfast {
 
-/// An optimiser that takes every step it makes: from the gradient to the next variables, without a
-/// look at the objective. One per motion; `iteration` counts from 0.
+/// A baseline's optimizer that takes every step it makes: from the gradient to the next variables,
+/// without a look at the objective. All else is minimized by Ceres. `iteration` counts from 0.
 class StepRule {
  public:
   virtual ~StepRule() = default;
+  virtual const char* Name() const = 0;
   /// False when there is nothing left to gain.
-  virtual bool Step(int iteration, const Eigen::Ref<const Eigen::VectorXf>& gradient,
-                    Eigen::Ref<Eigen::VectorXf> variables) = 0;
+  virtual bool Step(int iteration, const Eigen::VectorXd& gradient, Eigen::VectorXd& variables) = 0;
 };
 
 /// Falls linearly from the first iteration to the last.
@@ -30,24 +30,30 @@ struct AdamRates {
 class Adam final : public StepRule {
  public:
   explicit Adam(const AdamRates& rates) : rates_(rates) {}
-  bool Step(int iteration, const Eigen::Ref<const Eigen::VectorXf>& gradient,
-            Eigen::Ref<Eigen::VectorXf> variables) override;
+  const char* Name() const override { return "ADAM"; }
+  bool Step(int iteration, const Eigen::VectorXd& gradient, Eigen::VectorXd& variables) override;
 
  private:
   AdamRates rates_;
-  Eigen::ArrayXf mean_, square_;
+  Eigen::ArrayXd mean_, square_;
 };
 
-/// L-BFGS that takes every step whole, the first as steepest descent of length at most 1 (in the
-/// sum of magnitudes); it stops where no entry of the gradient is above 1e-7.
+/// L-BFGS (Nocedal & Wright 2006, algorithm 7.4) that takes every step whole, which no line search
+/// of Ceres does; the first as steepest descent of length at most 1 (in the sum of magnitudes). It
+/// stops where no entry of the gradient is above 1e-7.
 class LbfgsStepOne final : public StepRule {
  public:
-  explicit LbfgsStepOne(int history) : memory_(history) {}
-  bool Step(int iteration, const Eigen::Ref<const Eigen::VectorXf>& gradient,
-            Eigen::Ref<Eigen::VectorXf> variables) override;
+  explicit LbfgsStepOne(int history) : history_(static_cast<std::size_t>(history)) {}
+  const char* Name() const override { return "LBFGS_STEP_ONE"; }
+  bool Step(int iteration, const Eigen::VectorXd& gradient, Eigen::VectorXd& variables) override;
 
  private:
-  LbfgsMemory memory_;
+  struct Pair {
+    Eigen::VectorXd step, change;
+    double curvature;
+  };
+  std::size_t history_;
+  std::deque<Pair> pairs_;  // the oldest first
   Eigen::VectorXd step_, before_;
 };
 

@@ -2,174 +2,66 @@
 #include "solver/latent/vae_opt.h"
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <exception>
-#include <memory>
+#include <array>
 #include <numeric>
+#include <stdexcept>
+#include <string>
+#include <utility>
 
-#include <ceres/gradient_problem.h>
-#include <ceres/gradient_problem_solver.h>
 #include <fmt/format.h>
 
 #include "geometry/error.h"
 #include "geometry/parallel.h"
-#include "solver/latent/step_rule.h"
+#include "solver/latent/latent_solve.h"
 
 namespace holdfast {
 namespace {
 
-using Objective = GoalObjective<float>;
-
 // Motions that share the reading of weights; more would not fit a core's cache with their tapes.
 constexpr int kBatch = 16;
+// Levenberg-Marquardt ends here: all that it would go on with is the prior.
+constexpr double kThere_m = 5e-4;
+// It may end where the wrist gets no nearer; then it begins again from other latents.
+constexpr int kLmStarts = 3;
+constexpr double kMissed_m = 0.1;
+constexpr std::uint64_t kStartsApart = 1'000'000'000'000;
 
-// Tasks of the same number of steps, and what becomes of them.
-struct TaskBatch {
-  std::vector<wandr::RolloutStart<float>> starts;
-  std::vector<Eigen::Vector3d> goals;
-  Eigen::MatrixXf latents;  // (64 T x N)
-  std::vector<ReachTrace> traces;
-};
-
-class MotionTimer {
- public:
-  explicit MotionTimer(std::size_t motions) : motions_(static_cast<double>(motions)) {}
-  float Seconds() const {
-    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin_;
-    return static_cast<float>(passed.count() / motions_);
-  }
-
- private:
-  double motions_;
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-};
-
-void Append(ReachTrace& trace, double closest_m, double last_m, float seconds) {
-  trace.closest_m.push_back(static_cast<float>(closest_m));
-  trace.last_m.push_back(static_cast<float>(last_m));
-  trace.seconds.push_back(seconds);
-}
-
-// All motions of a batch together, each for as long as its numbers are finite.
-template <typename MakeRule>
-void StepTogether(Objective& objective, TaskBatch& batch, int iterations,
-                  const std::function<void()>& poll, const MakeRule& make_rule) {
-  const MotionTimer clock(batch.starts.size());
-  std::vector<int> going(batch.starts.size());
-  std::iota(going.begin(), going.end(), 0);
-  std::vector<std::unique_ptr<StepRule>> rules;
-  for (std::size_t i = 0; i < going.size(); ++i) rules.push_back(make_rule());
-  Eigen::MatrixXf latents = batch.latents, gradient;  // of those that are going
-  Objective::Values values;
-  for (int iteration = 0; iteration <= iterations && !going.empty(); ++iteration) {
-    if (poll) poll();
-    std::vector<wandr::RolloutStart<float>> starts;
-    std::vector<Eigen::Vector3d> goals;
-    for (const int i : going) {
-      starts.push_back(batch.starts[i]);
-      goals.push_back(batch.goals[i]);
+LatentSolve SolveOne(RolloutBatch<float>& batch, int motion, const ReachTask& task,
+                     const VaeOptOptions& options, Eigen::VectorXd& latents, ReachTrace& trace) {
+  const GoalRows goal{batch.NumSteps(), WristJoint(Side::kRight), task.goal, options.goal_sigma_m};
+  // First-order methods need one backward pass, not three.
+  const MotionEnergy energy = [&goal](const MotionView& view, MotionGradient& bar) {
+    const Eigen::Vector3d off = (view.At(goal.frame, goal.joint) - goal.place) / goal.sigma_m;
+    bar.joints.block<3, 1>(3 * goal.joint, goal.frame) += off / goal.sigma_m;
+    return 0.5 * off.squaredNorm();
+  };
+  const bool by_rows = options.method == VaeOptMethod::kLm;
+  RolloutCost<float> cost(batch, motion, MotionView(), by_rows ? std::optional(goal) : std::nullopt,
+                          by_rows ? nullptr : energy);
+  LatentProblem problem(cost, Eigen::VectorXd::Zero(latents.size()), options.prior_weight);
+  const IterateSeen seen = [&](int) {
+    Record(cost.Motion(), goal.joint, goal.place, batch.Seconds(), trace);
+    return by_rows && (cost.Motion().At(goal.frame, goal.joint) - goal.place).norm() < kThere_m;
+  };
+  const int iterations = options.NumIterations();
+  switch (options.method) {
+    case VaeOptMethod::kLm: {
+      ceres::Solver::Options solver = LevenbergMarquardtOptions(iterations, 0.02);
+      // Uphill for a while: from far off fewer end where the wrist gets no nearer.
+      solver.use_nonmonotonic_steps = true;
+      return problem.Minimise(std::move(solver), latents, seen);
     }
-    const bool last = iteration == iterations;
-    objective.Evaluate(starts, goals, latents, values, last ? nullptr : &gradient);
-    const float seconds = clock.Seconds();
-    int kept = 0;
-    for (int k = 0; k < static_cast<int>(going.size()); ++k) {
-      if (!std::isfinite(values.value[k])) continue;  // stays at the iterate before
-      const int i = going[k];
-      batch.latents.col(i) = latents.col(k);
-      Append(batch.traces[i], values.closest_m[k], values.last_m[k], seconds);
-      if (last || !gradient.col(k).allFinite()) continue;
-      latents.col(kept) = latents.col(k);
-      if (!rules[i]->Step(iteration, gradient.col(k), latents.col(kept))) continue;
-      going[kept++] = i;
+    case VaeOptMethod::kLbfgs:
+      return problem.Minimise(LbfgsOptions(iterations, options.history), latents, seen);
+    case VaeOptMethod::kLbfgsStepOne: {
+      LbfgsStepOne rule(options.history);
+      return problem.Descend(rule, iterations, latents, seen);
     }
-    going.resize(kept);
-    latents.conservativeResize(Eigen::NoChange, kept);
+    case VaeOptMethod::kAdam:
+      break;
   }
-}
-
-// One motion as Ceres sees it. What `poll` throws must not pass through Ceres: it is kept.
-class CeresGoal final : public ceres::FirstOrderFunction {
- public:
-  CeresGoal(Objective& objective, const TaskBatch& batch) : objective_(objective), batch_(batch) {}
-
-  bool Evaluate(const double* parameters, double* cost, double* gradient) const override {
-    objective_.Evaluate(
-        batch_.starts, batch_.goals,
-        Eigen::Map<const Eigen::VectorXd>(parameters, NumParameters()).cast<float>(), values_,
-        gradient ? &gradient_ : nullptr);
-    *cost = values_.value[0];
-    if (gradient) {
-      Eigen::Map<Eigen::VectorXd>(gradient, NumParameters()) = gradient_.col(0).cast<double>();
-    }
-    return std::isfinite(*cost) && (!gradient || gradient_.allFinite());
-  }
-  int NumParameters() const override { return static_cast<int>(batch_.latents.rows()); }
-
-  const Objective::Values& Latest() const { return values_; }
-
- private:
-  Objective& objective_;
-  const TaskBatch& batch_;
-  mutable Objective::Values values_;
-  mutable Eigen::MatrixXf gradient_;
-};
-
-class CeresWatch final : public ceres::IterationCallback {
- public:
-  CeresWatch(const CeresGoal& goal, const Eigen::VectorXd& parameters, ReachTrace& trace,
-             const std::function<void()>& poll)
-      : goal_(goal), parameters_(parameters), trace_(trace), poll_(poll) {}
-
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    // The line search may have looked further than the point that it took.
-    double cost = goal_.Latest().value[0];
-    if (cost != summary.cost) goal_.Evaluate(parameters_.data(), &cost, nullptr);
-    Append(trace_, goal_.Latest().closest_m[0], goal_.Latest().last_m[0], clock_.Seconds());
-    try {
-      if (poll_) poll_();
-    } catch (...) {
-      stopped_by_ = std::current_exception();
-      return ceres::SOLVER_ABORT;
-    }
-    return ceres::SOLVER_CONTINUE;
-  }
-  void Rethrow() const {
-    if (stopped_by_) std::rethrow_exception(stopped_by_);
-  }
-
- private:
-  const CeresGoal& goal_;
-  const Eigen::VectorXd& parameters_;
-  ReachTrace& trace_;
-  const std::function<void()>& poll_;
-  MotionTimer clock_{1};
-  std::exception_ptr stopped_by_;
-};
-
-void SolveWithCeres(Objective& objective, TaskBatch& batch, int iterations,
-                    const VaeOptOptions& options) {
-  Eigen::VectorXd parameters = batch.latents.col(0).cast<double>();
-  auto* const goal = new CeresGoal(objective, batch);
-  const ceres::GradientProblem problem(goal);  // owns it
-  CeresWatch watch(*goal, parameters, batch.traces[0], options.poll);
-  ceres::GradientProblemSolver::Options ceres_options;
-  ceres_options.line_search_direction_type = ceres::LBFGS;
-  ceres_options.line_search_type = ceres::WOLFE;
-  ceres_options.max_lbfgs_rank = options.history;
-  ceres_options.max_num_iterations = iterations;
-  // It goes on for as long as the line search finds anything: the others have no such test either.
-  ceres_options.function_tolerance = 0.0;
-  ceres_options.gradient_tolerance = 1e-7;
-  ceres_options.parameter_tolerance = 0.0;
-  ceres_options.logging_type = ceres::SILENT;
-  ceres_options.update_state_every_iteration = true;
-  ceres_options.callbacks.push_back(&watch);
-  ceres::GradientProblemSolver::Summary summary;
-  ceres::Solve(ceres_options, problem, parameters.data(), &summary);
-  watch.Rethrow();
-  batch.latents.col(0) = parameters.cast<float>();
+  Adam rule({options.learning_rate, options.last_learning_rate_ratio, iterations});
+  return problem.Descend(rule, iterations, latents, seen);
 }
 
 void CheckTasks(std::span<const ReachTask> tasks) {
@@ -203,7 +95,20 @@ std::vector<std::vector<int>> Groups(std::span<const ReachTask> tasks, int most)
 
 }  // namespace
 
+VaeOptMethod VaeOptMethodByName(std::string_view name) {
+  constexpr std::array<std::pair<std::string_view, VaeOptMethod>, 4> kNames = {
+      {{"lm", VaeOptMethod::kLm},
+       {"lbfgs", VaeOptMethod::kLbfgs},
+       {"lbfgs-step1", VaeOptMethod::kLbfgsStepOne},
+       {"adam", VaeOptMethod::kAdam}}};
+  for (const auto& [known, method] : kNames) {
+    if (known == name) return method;
+  }
+  throw std::invalid_argument("no optimizer of latents: " + std::string(name));
+}
+
 int VaeOptOptions::DefaultIterations(VaeOptMethod method) {
+  if (method == VaeOptMethod::kLm) return 40;
   return method == VaeOptMethod::kLbfgsStepOne ? 80 : 200;
 }
 
@@ -212,8 +117,8 @@ void VaeOptOptions::Check() const {
     if (!sound) throw Error(fmt::format("VAE + opt: {}", field), "makes no sense", remedy);
   };
   require(iterations >= 0, "iterations", "Give 1 or more, or 0 for the method's own");
-  require(objective.goal_sigma_m > 0.0, "goal_sigma_m", "Give metres above 0");
-  require(objective.prior_weight >= 0.0, "prior_weight", "Give 0 or more");
+  require(goal_sigma_m > 0.0, "goal_sigma_m", "Give metres above 0");
+  require(prior_weight >= 0.0, "prior_weight", "Give 0 or more");
   require(sigma >= 0.0 && sigma < 10.0, "sigma", "Give 0 to 10; training has 1");
   require(history >= 1, "history", "Give 1 or more steps");
   require(learning_rate > 0.0, "learning_rate", "Give more than 0");
@@ -226,50 +131,40 @@ std::vector<ReachSolution> OptimiseAsPublished(const wandr::Network<float>& netw
                                                const VaeOptOptions& options, int threads) {
   options.Check();
   CheckTasks(tasks);
-  const int iterations = options.iterations > 0 ? options.iterations
-                                                : VaeOptOptions::DefaultIterations(options.method);
   const int share = (static_cast<int>(tasks.size()) + threads - 1) / std::max(threads, 1);
-  const bool alone = options.method == VaeOptMethod::kLbfgs;  // each line search has its own steps
-  const auto groups = Groups(tasks, alone ? 1 : std::clamp(share, 1, kBatch));
+  const auto groups = Groups(tasks, std::clamp(share, 1, kBatch));
   std::vector<ReachSolution> solutions(tasks.size());
   ParallelFor(static_cast<int>(groups.size()), threads, [&](int g) {
     const std::vector<int>& group = groups[g];
-    const int count = static_cast<int>(group.size()), steps = tasks[group[0]].num_steps;
-    TaskBatch batch;
-    batch.traces.resize(count);
-    batch.latents.resize(Eigen::Index{network.LatentSize()} * steps, count);
-    for (int k = 0; k < count; ++k) {
+    const auto count = static_cast<Eigen::Index>(group.size());
+    const int steps = tasks[group[0]].num_steps;
+    std::vector<wandr::RolloutStart<float>> starts;
+    for (const int i : group) starts.push_back(tasks[i].start);
+    const std::vector<wandr::GoalPlan> no_plans(group.size());
+    RolloutBatch<float> batch(network, bones, {}, starts, no_plans, steps, options.poll);
+    Eigen::MatrixXf all(Eigen::Index{network.LatentSize()} * steps, count);
+    batch.Solve([&](int k) {
       const ReachTask& task = tasks[group[k]];
-      batch.starts.push_back(task.start);
-      batch.goals.push_back(task.goal);
-      batch.latents.col(k) =
-          wandr::DrawLatents(task.seed, task.stream, network.LatentSize(), steps, options.sigma);
-    }
-    const AdamRates rates{options.learning_rate, options.last_learning_rate_ratio, iterations};
-    Objective objective(network, bones, count, steps, options.objective);
-    switch (options.method) {
-      case VaeOptMethod::kLbfgs:
-        SolveWithCeres(objective, batch, iterations, options);
-        break;
-      case VaeOptMethod::kLbfgsStepOne:
-        StepTogether(objective, batch, iterations, options.poll,
-                     [&] { return std::make_unique<LbfgsStepOne>(options.history); });
-        break;
-      case VaeOptMethod::kAdam:
-        StepTogether(objective, batch, iterations, options.poll,
-                     [&] { return std::make_unique<Adam>(rates); });
-        break;
-    }
-    const std::vector<wandr::GoalPlan> no_plans(count);
+      ReachSolution& solution = solutions[group[k]];
+      const int starts_tried = options.method == VaeOptMethod::kLm ? kLmStarts : 1;
+      for (int start = 0; start < starts_tried; ++start) {
+        Eigen::VectorXd latents = wandr::DrawLatents(task.seed, task.stream + kStartsApart * start,
+                                                     network.LatentSize(), steps, options.sigma)
+                                      .cast<double>();
+        solution.solves.push_back(SolveOne(batch, k, task, options, latents, solution.trace));
+        solution.latents = latents.cast<float>();
+        if (!solution.trace.last_m.empty() && solution.trace.last_m.back() <= kMissed_m) break;
+      }
+      all.col(k) = solution.latents;
+    });
     wandr::RolloutRequest request;
-    request.starts = batch.starts;
+    request.starts = starts;
     request.plans = no_plans;
     request.num_steps = steps;
-    request.latents = &batch.latents;
+    request.latents = &all;
     std::vector<wandr::RolloutTrack> tracks = wandr::RunRollouts(network, bones, request, 1);
-    for (int k = 0; k < count; ++k) {
-      solutions[group[k]] = {std::move(tracks[k]), batch.latents.col(k),
-                             std::move(batch.traces[k])};
+    for (Eigen::Index k = 0; k < count; ++k) {
+      solutions[group[k]].track = std::move(tracks[static_cast<std::size_t>(k)]);
     }
   });
   return solutions;

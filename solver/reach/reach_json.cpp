@@ -84,6 +84,13 @@ nlohmann::json TakeSummaryJson(const TakeReport& report) {
 
 nlohmann::json MotionJson(const ReachMotion& motion) {
   const ReachQuality& quality = motion.quality;
+  nlohmann::json solves = nlohmann::json::array();
+  for (const LatentSolve& solve : motion.solves) {
+    solves.push_back({{"minimizer", solve.minimizer},
+                      {"linear_solver", solve.linear_solver},
+                      {"iterations", solve.iterations},
+                      {"termination", solve.termination}});
+  }
   return {{"sample", motion.index},
           {"frames", motion.sample.track.states.cols()},
           {"goals_reached", motion.sample.NumReached()},
@@ -94,7 +101,8 @@ nlohmann::json MotionJson(const ReachMotion& motion) {
           {"peak_pelvis_m_s", quality.peak_pelvis_m_s},
           {"motion_cost", motion.cost},
           {"crouches_twice", quality.crouches_twice},
-          {"diverged", motion.sample.diverged}};
+          {"diverged", motion.sample.diverged},
+          {"latent_solves", solves}};
 }
 
 nlohmann::json TakeJson(const TakeReport& report) {

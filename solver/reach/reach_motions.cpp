@@ -118,6 +118,8 @@ std::vector<OptimisedReach> ByOptimisation(const ReachScene& scene, const ReachO
                                                     ? wandr::MirroredPoint(*options.approach)
                                                     : *options.approach);
   }
+  reach.vae = options.vae;
+  reach.vae.sigma = options.sigma;
   reach.vae.poll = reach.latent.poll = [&] { watch.Poll(); };
   for (const ReachObstacle& obstacle : options.obstacles) {
     reach.latent.obstacles.push_back({obstacle.distance});
@@ -143,6 +145,7 @@ ReachMotions MakeReachMotions(const ReachPerson& person, const wandr::NetworkWei
       for (OptimisedReach& reach : ByOptimisation(scene, options, watch)) {
         made.samples.push_back(std::move(reach.sample));
         made.refits.push_back(std::move(reach.refit));
+        made.solves.push_back(std::move(reach.solves));
       }
     }
   } catch (const StopReaching&) {

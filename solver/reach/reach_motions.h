@@ -19,8 +19,9 @@ namespace holdfast {
 /// Motions made, in the world whatever the side: states and joints of the body that moves.
 struct ReachMotions {
   std::vector<wandr::ReachSample> samples;
-  std::vector<double> costs;        ///< MotionCost of each
-  std::vector<RefitReport> refits;  ///< of those refitted: none, or all
+  std::vector<double> costs;                     ///< MotionCost of each
+  std::vector<RefitReport> refits;               ///< of those refitted: none, or all
+  std::vector<std::vector<LatentSolve>> solves;  ///< of those optimized: none, or all
   double seconds = 0.0;
   bool stopped = false;  ///< by `progress`
 };

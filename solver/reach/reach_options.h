@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "geometry/body/skeleton.h"
+#include "solver/latent/vae_opt.h"
 #include "solver/reach/reach_obstacle.h"
 
 namespace holdfast {
@@ -34,6 +35,7 @@ struct ReachOptions {
   std::optional<Eigen::Vector3d> approach;  ///< kLatents: unit, along the forearm on arrival
   std::vector<ReachObstacle> obstacles;     ///< kLatents
   std::vector<int> stay_frames;             ///< kLatents: at each goal; empty: 16
+  VaeOptOptions vae;                        ///< kVaeOpt: all but sigma and poll
   std::uint64_t seed = 1;
   int threads = 1;  ///< the result does not depend on them
 

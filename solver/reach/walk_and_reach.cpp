@@ -185,6 +185,7 @@ ReachReport WalkAndReach(const ReachPerson& person, const wandr::NetworkWeights&
     motion.quality = QualityOf(motion.sample, lowest, goals, options.side);
     motion.cost = made.costs[i];
     motion.index = static_cast<int>(i);
+    if (!made.solves.empty()) motion.solves = std::move(made.solves[i]);
     if (options.refit && options.by == ReachBy::kLatents) motion.refit = made.refits[i];
     report.motions.push_back(std::move(motion));
   }

@@ -38,6 +38,7 @@ struct ReachMotion {
   double cost = 0.0;  ///< MotionCost, of what was made
   int index = 0;      ///< of the sample, before they were ranked
   std::optional<RefitReport> refit;
+  std::vector<LatentSolve> solves;  ///< of its latents, in order; none by intention
 };
 
 enum class MissedBy {

@@ -103,6 +103,30 @@ TEST_F(ReachMethods, TheBaselineOfThePaper) {
   EXPECT_LT(metrics["goals"][0]["closest_m"].get<double>(), 0.05);
   EXPECT_FALSE(metrics.contains("refit")) << "left as published";
   EXPECT_EQ(metrics["summary"]["frames"], metrics["goals"][0]["due_frame"].get<int>() + 1);
+  const nlohmann::json& solve = metrics["summary"]["latent_solves"][0];
+  EXPECT_EQ(solve["minimizer"], "LEVENBERG_MARQUARDT");
+  EXPECT_EQ(solve["linear_solver"], "CGNR");
+  EXPECT_GT(solve["iterations"], 0);
+  EXPECT_TRUE(solve["termination"] == "CONVERGENCE" || solve["termination"] == "NO_CONVERGENCE");
+}
+
+TEST_F(ReachMethods, TheBaselinesOptimizersByName) {
+  const std::string reach = "--goal 0.3,-1.0,1.1 --method vae-opt --samples 1 --iterations 12 ";
+  const std::pair<std::string, std::string> kNames[] = {
+      {"lbfgs", "LBFGS"}, {"lbfgs-step1", "LBFGS_STEP_ONE"}, {"adam", "ADAM"}};
+  for (const auto& [name, minimizer] : kNames) {
+    const ProgramResult result =
+        Reach(reach + "--prior-weight 1e-5 --optimizer " + name + " -o " + name);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const nlohmann::json metrics = Metrics(name);
+    EXPECT_EQ(metrics["options"]["vae_opt"]["optimizer"], name);
+    EXPECT_EQ(metrics["options"]["vae_opt"]["iterations"], 12);
+    EXPECT_EQ(metrics["options"]["vae_opt"]["prior_weight"], 1e-5);
+    const nlohmann::json& solve = metrics["summary"]["latent_solves"][0];
+    EXPECT_EQ(solve["minimizer"], minimizer);
+    EXPECT_EQ(solve["linear_solver"], "");
+    EXPECT_LE(solve["iterations"], 12);
+  }
 }
 
 TEST_F(ReachMethods, TheLeftWristReachesAsWell) {
@@ -231,6 +255,10 @@ TEST_F(ReachMethods, BadInputIsNamed) {
   fails("--method latent-opt --obstacle empty.obj", 1, "empty.obj");
   fails("--obstacle broken.obj", 1, "Add --method latent-opt");
   fails("--method latent", 2, "latent-opt");
+  fails("--method vae-opt --optimizer newton", 2, "lbfgs-step1");
+  fails("--method vae-opt --iterations 0", 2, "--iterations");
+  fails("--method vae-opt --prior-weight -1", 2, "--prior-weight");
+  fails("--iterations 5", 1, "Add --method vae-opt");
   fails("--method latent-opt --approach 1,2", 1, "--approach 1,2: is not three finite numbers");
   fails("--method latent-opt --approach 0,0,0", 1, "--approach: has no direction");
   fails("--method latent-opt --approach 0,0,1 --free-time", 2, "--free-time");

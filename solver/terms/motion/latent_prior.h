@@ -35,16 +35,6 @@ class LatentPrior final : public ceres::CostFunction {
     return true;
   }
 
-  /// The same without Jacobians, which are diagonal: adds the gradient of lambda/2 |z - z_0|^2 to
-  /// `gradient` and returns the value.
-  template <typename Latents, typename Centre, typename Gradient>
-  static double AddGradient(const Latents& latents, const Centre& centre, double weight,
-                            Gradient&& gradient) {
-    const auto factor = static_cast<typename Latents::Scalar>(weight);
-    gradient += factor * (latents - centre);
-    return 0.5 * weight * static_cast<double>((latents - centre).squaredNorm());
-  }
-
  private:
   Eigen::VectorXd centre_;
   double scale_;

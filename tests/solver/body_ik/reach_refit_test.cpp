@@ -397,7 +397,7 @@ TEST(ReachByOptimisation, GoesFromGoalToGoalWithoutAJump) {
 TEST(ReachByOptimisation, SaysThatItDidNotComeUpThere) {
   ReachByOptimisationOptions options;
   options.retries = 0;
-  options.latent.adam_iterations = 30;
+  options.latent.lbfgs_iterations = 30;
   const std::vector<Vector3d> goals = {{0.2, -0.8, 2.7}, {0.2, -0.8, 1.1}};
   const OptimisedReach reach = Reach(goals, 1, 1, options)[0];
   EXPECT_FALSE(reach.sample.goals[0].Reached());
@@ -409,8 +409,8 @@ TEST(ReachByOptimisation, SaysThatItDidNotComeUpThere) {
 
 TEST(ReachByOptimisation, NeitherThreadsNorTheNumberOfMotionsChangesOne) {
   ReachByOptimisationOptions options;
-  options.latent.adam_iterations = 10;
-  options.latent.newton_iterations = 2;
+  options.latent.lbfgs_iterations = 10;
+  options.latent.lm_iterations = 2;
   options.retries = 1;
   const std::vector<Vector3d> goals = {{0.3, -0.7, 1.1}, {-0.3, -0.9, 0.9}};
   const auto one = Reach(goals, 3, 1, options);
@@ -433,7 +433,7 @@ TEST(ReachByOptimisation, KeepsTheTimeThatIsGiven) {
   ReachByOptimisationOptions options;
   options.frames = 70;
   options.stay_frames = {20};
-  options.latent.adam_iterations = 20;
+  options.latent.lbfgs_iterations = 20;
   const OptimisedReach reach = Reach({{0.3, -0.9, 1.1}}, 1, 1, options)[0];
   EXPECT_EQ(reach.sample.goals[0].due, 70);
   EXPECT_EQ(reach.sample.track.states.cols(), 91);
@@ -450,7 +450,7 @@ TEST(ReachByOptimisation, SaysThatTheNetworkBroke) {
       wandr::testing::SmallNetwork(wandr::IntentionLayout::kFlagged, 3), 1e30F);
   const wandr::Network<float> network(weights);
   ReachByOptimisationOptions options;
-  options.latent.adam_iterations = 3;
+  options.latent.lbfgs_iterations = 3;
   const std::vector<Vector3d> goals = {{0.3, -0.5, 1.1}, {0.1, -0.5, 1.1}};
   const wandr::RolloutStart<float> start =
       wandr::StartAtRest(wandr::StandingPose(DefaultBody()),

@@ -12,6 +12,8 @@ namespace holdfast {
 namespace {
 
 using Eigen::Vector3d;
+using wandr::testing::DefaultBody;
+using wandr::testing::DefaultBones;
 
 // What the embedded network makes of a goal, and the same motion changed.
 class MotionCostOf : public ::testing::Test {

@@ -9,7 +9,6 @@
 
 #include "generator/wandr/default_network.h"
 #include "geometry/error.h"
-#include "solver/latent/lbfgs_memory.h"
 #include "solver/latent/step_rule.h"
 #include "tests/support/wandr_scene.h"
 
@@ -18,67 +17,26 @@ namespace {
 
 using wandr::testing::DefaultBody;
 using wandr::testing::DefaultBones;
-using wandr::testing::NumericGradient;
-using wandr::testing::RandomStart;
-using wandr::testing::RelativeError;
 using wandr::testing::SmallNetwork;
 using wandr::testing::WithScaledOutput;
 
-TEST(LbfgsMemory, IsNewtonsDirectionOnceItHasSeenAllOfAQuadratic) {
-  constexpr int kSize = 6;
-  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(kSize, kSize);
-  nn::RandomStream random(4);
-  for (double& value : root.reshaped()) value = 2.0 * random.Uniform() - 1.0;
-  const Eigen::MatrixXd hessian =
-      root * root.transpose() + 0.5 * Eigen::MatrixXd::Identity(kSize, kSize);
-  const Eigen::VectorXd b = root.col(0) + root.col(1);
-  // Exact line searches on a quadratic end at its minimum after as many steps as dimensions.
-  LbfgsMemory memory(kSize);
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(kSize), gradient = -b;
-  EXPECT_EQ(memory.Direction(gradient), -gradient) << "nothing remembered: steepest descent";
-  for (int k = 0; k < kSize; ++k) {
-    const Eigen::VectorXd direction = memory.Direction(gradient);
-    const Eigen::VectorXd step =
-        -gradient.dot(direction) / direction.dot(hessian * direction) * direction;
-    x += step;
-    memory.Remember(step, hessian * step);
-    gradient = hessian * x - b;
-  }
-  EXPECT_LT((x - hessian.ldlt().solve(b)).norm(), 1e-9);
-  for (double& value : gradient) value = 2.0 * random.Uniform() - 1.0;
-  EXPECT_LT((memory.Direction(gradient) + hessian.ldlt().solve(gradient)).norm(), 1e-8);
-}
-
-TEST(LbfgsMemory, ForgetsTheOldestAndWhatCurvesTheWrongWay) {
-  LbfgsMemory memory(2);
-  const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
-  memory.Remember(x, -x);
-  EXPECT_EQ(memory.Size(), 0);
-  memory.Remember(x, 4.0 * x);
-  memory.Remember(y, 2.0 * y);
-  memory.Remember(z, 2.0 * z);
-  EXPECT_EQ(memory.Size(), 2);
-  // Scaled by the last pair alone where nothing is remembered: 1/2, no longer 1/4 along x.
-  EXPECT_LT((memory.Direction(x + y + z) + 0.5 * (x + y + z)).norm(), 1e-12);
-}
-
 TEST(Adam, MovesEveryVariableByTheRateAndThenByLess) {
   // With the same gradient each time the ratio of its means is 1, whatever its size.
-  const Eigen::VectorXf gradient = Eigen::Vector3f(1e-3F, -2.0F, 500.0F);
-  Eigen::VectorXf x = Eigen::Vector3f::Zero();
+  const Eigen::VectorXd gradient = Eigen::Vector3d(1e-3, -2.0, 500.0);
+  Eigen::VectorXd x = Eigen::Vector3d::Zero();
   Adam adam({.first = 0.1, .last_ratio = 0.5, .iterations = 3});
   for (const double moved : {0.1, 0.175, 0.225}) {
     EXPECT_TRUE(adam.Step(moved < 0.15 ? 0 : moved < 0.2 ? 1 : 2, gradient, x));
-    EXPECT_LT((x - Eigen::Vector3f(-1.0F, 1.0F, -1.0F) * static_cast<float>(moved)).norm(), 1e-4);
+    EXPECT_LT((x - moved * Eigen::Vector3d(-1.0, 1.0, -1.0)).norm(), 1e-4);
   }
 }
 
 TEST(LbfgsStepOne, FindsTheMinimumOfAQuadraticAndStops) {
-  const Eigen::Vector3f scale(1.0F, 3.0F, 0.5F), minimum(0.2F, -1.0F, 4.0F);
-  Eigen::VectorXf x = Eigen::Vector3f::Zero();
+  const Eigen::Vector3d scale(1.0, 3.0, 0.5), minimum(0.2, -1.0, 4.0);
+  Eigen::VectorXd x = Eigen::Vector3d::Zero();
   LbfgsStepOne rule(10);
   int steps = 0;
-  const auto gradient = [&] { return Eigen::VectorXf(scale.cwiseProduct(x - minimum)); };
+  const auto gradient = [&] { return Eigen::VectorXd(scale.cwiseProduct(x - minimum)); };
   while (steps < 40 && rule.Step(steps, gradient(), x)) {
     ++steps;
     if (steps == 1) {
@@ -87,36 +45,6 @@ TEST(LbfgsStepOne, FindsTheMinimumOfAQuadraticAndStops) {
   }
   EXPECT_LT(steps, 40);
   EXPECT_LT((x - minimum).norm(), 1e-5);
-}
-
-TEST(GoalObjective, GradientIsTheDerivative) {
-  constexpr int kSteps = 7;
-  const wandr::NetworkWeights weights = SmallNetwork(wandr::IntentionLayout::kFlagged, 3);
-  const wandr::Network<double> network(weights);
-  GoalObjective<double> objective(network, DefaultBones(), 2, kSteps,
-                                  {.goal_sigma_m = 0.3, .prior_weight = 0.02});
-  nn::RandomStream random(11);
-  std::vector<wandr::RolloutStart<double>> starts = {RandomStart(random), RandomStart(random)};
-  const std::vector<Eigen::Vector3d> goals = {{1.0, -0.5, 1.2}, {0.2, 2.0, 0.4}};
-  const Eigen::MatrixXd latents =
-      Eigen::MatrixXd::NullaryExpr(8 * kSteps, 2, [&] { return 2.0 * random.Uniform() - 1.0; });
-  GoalObjective<double>::Values values;
-  Eigen::MatrixXd gradient;
-  objective.Evaluate(starts, goals, latents, values, &gradient);
-  const GoalObjective<double>::Values at = values;
-  for (int i = 0; i < 2; ++i) {
-    EXPECT_NEAR(at.value[i],
-                0.5 * at.last_m[i] * at.last_m[i] / 0.09 + 0.01 * latents.col(i).squaredNorm(),
-                1e-12);
-    EXPECT_LE(at.closest_m[i], at.last_m[i]);
-    const auto value = [&](const Eigen::VectorXd& step) {
-      Eigen::MatrixXd moved = latents;
-      moved.col(i) += step;
-      objective.Evaluate(starts, goals, moved, values, nullptr);
-      return values.value[i];
-    };
-    EXPECT_LT(RelativeError(gradient.col(i), NumericGradient(value, 8 * kSteps)), 1e-5);
-  }
 }
 
 // A quarter of the goals of a cylinder, or of whatever numbers a test wants.
@@ -134,8 +62,8 @@ std::vector<ReachTask> Tasks(const wandr::NetworkWeights& weights, int count, in
   return tasks;
 }
 
-constexpr VaeOptMethod kMethods[] = {VaeOptMethod::kLbfgs, VaeOptMethod::kLbfgsStepOne,
-                                     VaeOptMethod::kAdam};
+constexpr VaeOptMethod kMethods[] = {VaeOptMethod::kLm, VaeOptMethod::kLbfgs,
+                                     VaeOptMethod::kLbfgsStepOne, VaeOptMethod::kAdam};
 
 void ExpectSameSolution(const ReachSolution& a, const ReachSolution& b) {
   EXPECT_EQ(a.latents, b.latents);
@@ -182,7 +110,9 @@ TEST(VaeOpt, ATraceEndsWithTheMotionThatIsGivenBack) {
     for (std::size_t i = 0; i < tasks.size(); ++i) {
       const ReachTrace& trace = solutions[i].trace;
       ASSERT_FALSE(trace.last_m.empty());
-      EXPECT_LE(trace.last_m.size(), 9u);
+      // Levenberg-Marquardt begins again twice where it misses.
+      EXPECT_LE(trace.last_m.size(), 9u * solutions[i].solves.size());
+      EXPECT_EQ(solutions[i].solves.size() > 1, method == VaeOptMethod::kLm);
       EXPECT_EQ(trace.closest_m.size(), trace.last_m.size());
       EXPECT_EQ(trace.seconds.size(), trace.last_m.size());
       EXPECT_TRUE(std::ranges::is_sorted(trace.seconds));
@@ -204,7 +134,7 @@ TEST(VaeOpt, BringsTheWristNearerThroughTheTrainedPrior) {
   const wandr::NetworkWeights weights = wandr::DefaultNetwork();
   const wandr::Network<float> network(weights);
   const std::vector<ReachTask> tasks = Tasks(weights, 4, 90);
-  for (const VaeOptMethod method : {VaeOptMethod::kLbfgs, VaeOptMethod::kAdam}) {
+  for (const VaeOptMethod method : {VaeOptMethod::kLm, VaeOptMethod::kLbfgs, VaeOptMethod::kAdam}) {
     SCOPED_TRACE(static_cast<int>(method));
     VaeOptOptions options;
     options.method = method;
@@ -212,6 +142,11 @@ TEST(VaeOpt, BringsTheWristNearerThroughTheTrainedPrior) {
     for (const ReachSolution& solution :
          OptimiseAsPublished(network, DefaultBones().Cast<float>(), tasks, options, 2)) {
       EXPECT_LT(solution.trace.last_m.back(), 0.5F * solution.trace.last_m.front());
+      if (method == VaeOptMethod::kLm) {
+        EXPECT_LT(solution.trace.last_m.back(), 1e-3F);
+        EXPECT_EQ(solution.solves.back().termination, "USER_SUCCESS");
+        EXPECT_EQ(solution.solves.back().linear_solver, "CGNR");
+      }
     }
   }
 }
@@ -255,7 +190,7 @@ TEST(VaeOpt, RefusesWhatMakesNoSense) {
   };
   const ReachTask sound = Tasks(weights, 1, 3)[0];
   VaeOptOptions options;
-  options.objective.goal_sigma_m = 0.0;
+  options.goal_sigma_m = 0.0;
   EXPECT_THROW(run(sound, options), Error);
   options = {};
   options.history = 0;

@@ -264,12 +264,6 @@ TEST(LatentPrior, IsTheWayFromItsCentre) {
     return Blocks{VectorXd::NullaryExpr(7, [&] { return any.Number(-2, 2); })};
   });
   EXPECT_TRUE(Residuals(term, {centre}).isZero(0.0));
-  // The same, as its gradient alone.
-  const VectorXd z = VectorXd::NullaryExpr(7, [&] { return draw.Number(-2, 2); });
-  VectorXd gradient = VectorXd::Ones(7);
-  const double value = LatentPrior::AddGradient(z, centre, 0.25, gradient);
-  EXPECT_NEAR(value, 0.5 * Residuals(term, {z}).squaredNorm(), 1e-12);
-  EXPECT_LT((gradient - VectorXd::Ones(7) - 0.25 * (z - centre)).norm(), 1e-12);
 }
 
 TEST(LookAt, IsZeroForAFaceThatLooksThere) {

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+#include "solver/latent/latent_solve.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include <ceres/iteration_callback.h>
+
+#include "solver/terms/motion/latent_prior.h"
+
+namespace holdfast {
+namespace {
+
+class SeeIterates final : public ceres::IterationCallback {
+ public:
+  SeeIterates(const RolloutCost<float>& cost, const Eigen::VectorXd& latents,
+              const IterateSeen& seen)
+      : cost_(cost), latents_(latents), seen_(seen) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    // After a refused step the cost has the motion that was tried.
+    if (summary.iteration > 0 && !summary.step_is_successful) return ceres::SOLVER_CONTINUE;
+    if (!cost_.Look(latents_)) return ceres::SOLVER_ABORT;
+    last_ = latents_;
+    return seen_(summary.iteration) ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+  // The best iterate, where it was not the last.
+  void SeeResult(int iterations) {
+    if (last_.size() > 0 && last_ != latents_ && cost_.Look(latents_)) seen_(iterations);
+  }
+
+ private:
+  const RolloutCost<float>& cost_;
+  const Eigen::VectorXd& latents_;
+  const IterateSeen& seen_;
+  Eigen::VectorXd last_;
+};
+
+// Iterations are counted, not tolerances: what float rollouts resolve ends a solve.
+ceres::Solver::Options BaseOptions(int iterations) {
+  ceres::Solver::Options options;
+  options.max_num_iterations = iterations;
+  options.function_tolerance = 1e-9;
+  options.gradient_tolerance = 1e-9;
+  options.parameter_tolerance = 0.0;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  return options;
+}
+
+}  // namespace
+
+LatentProblem::LatentProblem(RolloutCost<float>& cost, Eigen::VectorXd centre, double prior_weight)
+    : cost_(cost), centre_(std::move(centre)), prior_weight_(prior_weight) {}
+
+LatentSolve LatentProblem::Minimise(ceres::Solver::Options options, Eigen::VectorXd& latents,
+                                    const IterateSeen& seen) {
+  ceres::Problem::Options unowned;
+  unowned.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  unowned.disable_all_safety_checks = true;
+  ceres::Problem problem(unowned);
+  const Eigen::Index size = cost_.parameter_block_sizes()[0];
+  std::vector<double*> steps;
+  std::vector<std::unique_ptr<LatentPrior>> priors;
+  for (Eigen::Index at = 0; at < latents.size(); at += size) {
+    steps.push_back(latents.data() + at);
+    if (prior_weight_ <= 0.0) continue;
+    priors.push_back(std::make_unique<LatentPrior>(centre_.segment(at, size), prior_weight_));
+  }
+  problem.AddResidualBlock(&cost_, nullptr, steps);
+  for (std::size_t t = 0; t < priors.size(); ++t) {
+    problem.AddResidualBlock(priors[t].get(), nullptr, steps[t]);
+  }
+  SeeIterates watch(cost_, latents, seen);
+  options.callbacks.push_back(&watch);
+  options.update_state_every_iteration = true;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  LatentSolve solve;
+  if (summary.minimizer_type == ceres::TRUST_REGION) {
+    solve.minimizer = ceres::TrustRegionStrategyTypeToString(summary.trust_region_strategy_type);
+    solve.linear_solver = ceres::LinearSolverTypeToString(summary.linear_solver_type_used);
+  } else {
+    solve.minimizer = ceres::LineSearchDirectionTypeToString(summary.line_search_direction_type);
+  }
+  solve.iterations = std::max(0, static_cast<int>(summary.iterations.size()) - 1);
+  solve.termination = ceres::TerminationTypeToString(summary.termination_type);
+  watch.SeeResult(solve.iterations);
+  return solve;
+}
+
+LatentSolve LatentProblem::Descend(StepRule& rule, int iterations, Eigen::VectorXd& latents,
+                                   const IterateSeen& seen) {
+  LatentSolve solve{rule.Name(), {}, 0, "NO_CONVERGENCE"};
+  Eigen::VectorXd next = latents, gradient;
+  for (int iteration = 0;; ++iteration) {
+    if (!cost_.Look(next)) {
+      solve.termination = "FAILURE";
+      return solve;
+    }
+    latents = next;
+    solve.iterations = iteration;
+    if (seen(iteration)) solve.termination = "USER_SUCCESS";
+    if (iteration == iterations || solve.termination == "USER_SUCCESS") return solve;
+    gradient = cost_.Gradient() + prior_weight_ * (latents - centre_);
+    if (rule.Step(iteration, gradient, next)) continue;
+    solve.termination = "CONVERGENCE";
+    return solve;
+  }
+}
+
+void Record(const MotionView& motion, int joint, const Eigen::Vector3d& goal, float seconds,
+            ReachTrace& trace) {
+  double closest = INFINITY, distance = INFINITY;
+  for (int t = 0; t < motion.NumFrames(); ++t) {
+    distance = (motion.At(t, joint) - goal).norm();
+    closest = std::min(closest, distance);
+  }
+  trace.closest_m.push_back(static_cast<float>(closest));
+  trace.last_m.push_back(static_cast<float>(distance));
+  trace.seconds.push_back(seconds);
+}
+
+ceres::Solver::Options LevenbergMarquardtOptions(int iterations, double radius) {
+  ceres::Solver::Options options = BaseOptions(iterations);
+  options.linear_solver_type = ceres::CGNR;
+  options.preconditioner_type = ceres::IDENTITY;
+  options.max_linear_solver_iterations = 20;
+  options.eta = 1e-2;
+  // Damping grows with a latent's leverage: the early ones, which move the wrist most, would else
+  // leave the range in which the motion is linear.
+  options.jacobi_scaling = false;
+  options.min_lm_diagonal = 1e-4;
+  options.initial_trust_region_radius = radius;
+  return options;
+}
+
+ceres::Solver::Options LbfgsOptions(int iterations, int history) {
+  ceres::Solver::Options options = BaseOptions(iterations);
+  options.minimizer_type = ceres::LINE_SEARCH;
+  options.line_search_direction_type = ceres::LBFGS;
+  options.line_search_type = ceres::WOLFE;
+  options.max_lbfgs_rank = history;
+  return options;
+}
+
+}  // namespace holdfast
