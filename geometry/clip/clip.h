@@ -3,16 +3,6 @@
 
 /// Human motion in SMPL-X parameters, with or without an object: `.npz` files or frames come in;
 /// clips resampled, on another body model or ready to be shown come out.
-///
-/// From the inside out:
-///   clip.h              Clip, ObjectTrack, contact labels; files
-///   clip_arrays.h       arrays of a clip within other files
-///   resample.h          other frame rates, chosen frames
-///   mirror_clip.h       left and right exchanged
-///   clip_body.h         the body of the clip's person
-///   body_change.h       from one kind of model to another
-///   corrective_basis.h  pose correctives in a few directions
-///   clip_scene.h        clip, body and object together
 
 #include <cstdint>
 #include <filesystem>

@@ -3,24 +3,6 @@
 
 /// Triangle meshes as plain data: they come in as loaded; checked, repaired, decimated and shaded
 /// meshes, points on them, nearest points and signed distances come out.
-///
-/// From the inside out:
-///   mesh.h              TriangleMesh: area, volume, normals, extent
-///   append.h            one mesh added to another
-///   mesh_topology.h     edges, fans, disjoint sets
-///   winding_number.h    generalized winding number, fast
-///   mesh_parts.h        validity, duplicates, fans parted
-///   mesh_check.h        CheckMesh and RepairMesh: faults, safe repairs
-///   nearest.h           nearest neighbors among points
-///   triangle_tree.h     nearest point on triangles
-///   signed_distance.h   exact, negative inside
-///   distance_grid.h     sampled on a grid, for solvers
-///   surface_distance.h  points by area, distance of two surfaces
-///   contact_samples.h   points that contact meets first
-///   wrap.h              a closed surface around any triangles
-///   convex_hull.h, convex_pieces.h  the convex hull of points; a solid as convex pieces
-///   decimate.h          edges collapsed to a vertex count
-///   crease_normals.h    normals and creases for pictures
 
 #include <string_view>
 

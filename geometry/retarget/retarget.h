@@ -3,15 +3,6 @@
 
 /// Motion from one skeleton to another: a SourceMotion on any named skeleton comes in and a clip
 /// comes out, or the other way round; parameters are converted between body models.
-///
-/// From the inside out:
-///   skeleton_tables.h       joint names by family of programs
-///   skeleton_map.h          source joints for SMPL-X's
-///   ground_contact.h        points that may touch, the ground plane
-///   retarget.h              Retarget: a motion onto a body
-///   retarget_calibration.h  constant rotations between both skeletons
-///   retarget_onto.h         a clip onto another skeleton
-///   convert_parameters.h    parameters between body models
 
 #include <array>
 #include <string_view>

@@ -3,18 +3,6 @@
 
 /// Objects held, as whole jobs. A clip and its body, or a body that is to stand, and an object go
 /// in; the clip with the object held in every frame, and a report, come out.
-///
-/// From the inside out:
-///   first_grasp.h     a grasp in the clip's first frame
-///   standing_grasp.h  a grasp by a standing person, one frame
-///   cup_in_hand.h     a hand closed around something that stands
-///   drink.h           ServeDrink: a cup from the table to the mouth and back
-///   carry.h           CarryObject: an object through a clip
-///   palms.h           both palms and the head over time
-///   follow.h          when an object follows a hand
-///   refine_ball.h     RefineBall: hands at a ball that was tracked without rotation
-///   refine.h          RefineCarried: a clip with its object cleaned
-///   carry_json.h      fits, hand-overs and holds as metrics.json has them
 
 #include <cstdint>
 #include <functional>

@@ -4,17 +4,6 @@
 /// The person's own body kept whole: a clip in which a hand carries an object comes in; the clip
 /// with arms that give way, so that object, hands and forearms keep out of trunk, legs, head and
 /// what holds from what does not, comes out.
-///
-/// From the inside out:
-///   arm_change.h        collar to wrist: 12 changes a frame
-///   arm_spline.h        those over time, a cubic B-spline
-///   depth_in_body.h        term: points beyond the skin nearest to them
-///   hand_stay.h         term: the wrist's pose off the clip's, and farther than it may be
-///   arm_range.h         term: elbow and wrist beyond their limits
-///   hand_closure.h      term: two hands on one rigid object
-///   clearance_blocks.h  terms of a frame by control points
-///   body_meeting.h      where object and arms meet the body
-///   clearance.h         KeepOutOfBody: a whole clip
 
 #include <cstdint>
 #include <span>

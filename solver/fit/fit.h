@@ -3,24 +3,6 @@
 
 /// The object optimizer. A clip, its hands, an object and who holds it in each frame go in; a clip
 /// with object poses, fingers and arms solved for every frame, with energies, comes out.
-///
-/// From the inside out:
-///   fit_options.h         weights; the object as the terms see it
-///   energy.h              terms by name, weight and column
-///   custom_term.h         terms of the user's: cost functions of Ceres over named blocks
-///   time_filters.h        Gaussian, slopes, noise over time
-///   clip_state.h          unknowns of a frame; written into a clip
-///   prepared_object.h, fit_library.h  object with distances; shared by fits
-///   hand_object_block.h   all terms of one hand, dense, 52 rows
-///   wrist_offset_block.h  the same where the wrist moves
-///   hold_terms.h          D and S of a hold
-///   fitted_hand.h         one hand and its terms through frames
-///   frame_fitter.h        FrameFitter: frame after frame, for live use
-///   clip_solver.h, hold_evaluation.h  all frames in one sparse problem; in parallel
-///   fit.h                 FitClip: an object through a clip
-///   grasps_from_clip.h    grasps for FitClip from the clip itself
-///   finger_repair.h       RepairFingers: fingers that jump come to rest
-///   clip_refinement.h     RefineClip: a captured or predicted trajectory cleaned
 
 #include <cstdint>
 #include <functional>

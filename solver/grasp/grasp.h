@@ -3,25 +3,6 @@
 
 /// New grasps. A hand, an object with its distances and where to take hold go in; finger pose, the
 /// object's pose relative to the wrist, and measures of the grasp come out.
-///
-/// From the inside out:
-///   grasp_candidates.h  opposed places on the surface
-///   grasp_place.h       where a hand may take hold
-///   grasp_handle.h      bars with an opening behind
-///   object_shape.h, object_bar.h, object_opening.h  slices and boxes; straight bars; openings
-///   grasp_use.h, use_by_kind.h  how people take an object, from its shape
-///   grasp_quality.h, grasp_obstacles.h  wrench quality (Ferrari & Canny); the body
-///   finger_closing.h    fingers bent until they touch
-///   grasp_placement.h, grasp_handle_placement.h  open hands at opposed places; at handles
-///   grasp_refinement.h  least squares of fingers and object pose
-///   grasp_assessment.h  measures, score, reasons to refuse
-///   grasp_certificate.h what contacts resist, proven by linear programs
-///   grasp_stages.h      what the searches for one and for many share
-///   grasp.h             CloseHand: one hand, the best grasp
-///   grasp_set.h         FindGrasps: one hand, many distinct grasps
-///   grasp_set_output.h  the set as arrays and as a table
-///   grasp_both.h        HoldInBothHands: the object between two hands
-///   hand_approach.h     ready fingers on a line to a grasp
 
 #include <array>
 #include <cstdint>

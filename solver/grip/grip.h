@@ -3,10 +3,6 @@
 
 /// A grip: contacts of a hand's links with an object go in; a squeeze that balances itself, and how
 /// far the object's weight moves it in a hand whose joints are springs, come out.
-///
-/// Beside this file:
-///   squeeze_dual.h  the squeeze as a least-squares problem
-///   grip_give.h     how far a gripped object gives way
 
 #include <vector>
 

@@ -3,14 +3,6 @@
 
 /// A robot's hand: a URDF or MJCF goes in; a tree of links, the numbers that move them, and where
 /// links are for given numbers come out.
-///
-/// From the inside out, beside this file:
-///   robot_joints.h      joints that follow others
-///   robot_shapes.h      primitives as meshes; where mesh files are
-///   robot_file.h        what a file may be before a library sees it
-///   reader_process.h    a library in a process of its own
-///   read_robot.h        URDF (urdfdom) and MJCF (MuJoCo)
-///   robot_kinematics.h  where links are, and how they move
 
 #include <string>
 #include <vector>

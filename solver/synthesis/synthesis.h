@@ -3,19 +3,6 @@
 
 /// IMoS's loop with the fit in it. A person who holds an object and an intent go in; key frames
 /// with the object fitted, and motion through them, come out.
-///
-/// From the inside out:
-///   holding_start.h     a person with the object in hand
-///   synthesis.h         Synthesise: key frames, object fitted to each
-///   still_start.h       frames left out in which nothing happens yet
-///   sample_style.h      pace and posture in which samples differ
-///   standing_life.h     sway as captured; gaze, weight and free arm once the hand is there
-///   arm_ease.h          EaseArm: the elbow where it is comfortable
-///   synthesis_motion.h  key frames resampled, feet pinned, breath and sway
-///   face_refit.h        what belongs at the face brought there
-///   hand_pace.h         the way of the hand made one movement
-///   return_motion.h     AddReturn: what was taken goes back; AddStrokes (generator/actions)
-///   synthesize.h        Synthesize: the best of several samples
 
 #include <cstdint>
 #include <span>

@@ -4,17 +4,6 @@
 /// A person walks up to an object on a table, grasps it and carries it. The object, its places, a
 /// start and a generator of body motion go in; a clip with arm, fingers and object solved, and its
 /// measures, come out.
-///
-/// From the inside out:
-///   take_table.h     side table: shape, distance, placement
-///   take_plan.h      grasps scored from where one may stand
-///   take_path.h      times of a take, the object's path
-///   take_turns.h     turns about the vertical that suit the wrist
-///   take_choice.h    grasp and yaw for the body there
-///   take_motion.h    arm and fingers on a body's motion
-///   take_fit.h       object fitted from the take on
-///   take_measures.h  depth in the table, tilt, goal errors
-///   take.h           TakeFromTable: all of this, best of several
 
 #include <functional>
 #include <memory>

@@ -3,19 +3,6 @@
 
 /// One demonstration, others: a clip in which hands hold an object comes in; the same with another
 /// object of the kind, or by another body, comes out, contacts kept, fitted and measured.
-///
-/// From the inside out:
-///   oriented_points.h       points of a surface with their normals
-///   embedded_deformation.h  nodes that bend space, and what they are solved for
-///   map_finder.h            MapFinder: a map found by shape or by pairs
-///   surface_map.h           SurfaceMap: one object's surface onto another's
-///   carried_grasp.h         GraspCarrier: a grasp over such a map
-///   other_body.h            a motion on another body; wrists onto paths
-///   transfer.h              TransferClip: the whole clip
-///   hold_measure.h          depth, contact of a hold
-///   variant_manifest.h      what a folder of variants has
-///   variants.h              MakeVariants: many of one demonstration
-///   transfer_json.h         maps and holds as metrics.json has them
 
 #include <cstdint>
 #include <memory>

@@ -5,15 +5,6 @@
 /// optional component). A hand, its pose and an object go in; how far the object moves in the
 /// hand while gravity pulls in six directions, and along the clip's own motion, comes out.
 /// docs/metrics.md has the protocol. No search uses it.
-///
-/// From the inside out:
-///   trial_hand.h   a hand as rigid links, and where it touches
-///   trial_scene.h  links and an object simulated
-///   trial_clip.h   trials of clips, as JSON and for people
-///   trial_film.h   pictures of a trial
-///   trial_grasps.h trials of many grasps of one object
-///   robot_grip.h   the squeeze of a robot's hand
-///   robot_scene.h  a robot's hand and what it holds as a scene of MuJoCo's own
 
 #include <array>
 #include <optional>

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Which folder may include which: a room uses only rooms on floors below its own.
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -54,12 +52,9 @@ const std::vector<std::vector<std::string>> kFloors = {
      "apps/score", "apps/train"},
 };
 
-// What a room may hold; more is a hall.
-constexpr int kMostFiles = 45;
-
 struct Tree {
-  std::map<std::string, int> files;                                 // of each room
-  std::map<std::string, std::set<std::string>> headers;             // of each room, by file name
+  std::set<std::string> rooms;
+  std::vector<fs::path> headers;                                    // below the source's folder
   std::map<std::pair<std::string, std::string>, std::string> uses;  // who and whom: by which file
 };
 
@@ -75,8 +70,8 @@ const Tree& Source() {
         const fs::path& file = entry.path();
         if (file.extension() != ".h" && file.extension() != ".cpp") continue;
         const std::string room = RoomOf(fs::relative(file, root));
-        ++t.files[room];
-        if (file.extension() == ".h") t.headers[room].insert(file.filename().string());
+        t.rooms.insert(room);
+        if (file.extension() == ".h") t.headers.push_back(fs::relative(file, root));
         std::ifstream text(file);
         for (std::string line; std::getline(text, line);) {
           std::smatch match;
@@ -91,20 +86,6 @@ const Tree& Source() {
   return tree;
 }
 
-// Headers that the comments of a file name, without those that are named with a folder.
-std::set<std::string> NamedInCommentsOf(const fs::path& file) {
-  const std::regex header("[\\w/]+\\.h\\b");
-  std::set<std::string> names;
-  std::ifstream text(file);
-  for (std::string line; std::getline(text, line);) {
-    if (!line.starts_with("//")) continue;
-    for (std::sregex_iterator it(line.begin(), line.end(), header), end; it != end; ++it) {
-      names.insert(it->str());
-    }
-  }
-  return names;
-}
-
 std::map<std::string, int> Floors() {
   std::map<std::string, int> floors;
   for (std::size_t k = 0; k < kFloors.size(); ++k) {
@@ -114,10 +95,9 @@ std::map<std::string, int> Floors() {
 }
 
 TEST(Rooms, AreAllInTheTableAndTheTableNamesNoOther) {
-  std::set<std::string> there, named;
-  for (const auto& [room, files] : Source().files) there.insert(room);
+  std::set<std::string> named;
   for (const auto& [room, floor] : Floors()) named.insert(room);
-  EXPECT_EQ(there, named);
+  EXPECT_EQ(Source().rooms, named);
 }
 
 TEST(Rooms, UseOnlyWhatStandsBelowThem) {
@@ -131,46 +111,21 @@ TEST(Rooms, UseOnlyWhatStandsBelowThem) {
   }
 }
 
-TEST(Rooms, HoldNoMoreThanOneCanKnow) {
-  for (const auto& [room, files] : Source().files) {
-    EXPECT_LE(files, kMostFiles) << room;
-  }
-}
-
-// The header named like the room lists the room's other headers, from the inside out.
-TEST(Rooms, OfTheLibraryHaveAHeaderThatNamesAllOthers) {
-  for (const auto& [room, headers] : Source().headers) {
-    if (room.starts_with("apps") || room.starts_with("meshes")) continue;
-    const std::string own = fs::path(room).filename().string() + ".h";
-    EXPECT_TRUE(headers.contains(own)) << room << " has no " << own;
-    if (!headers.contains(own)) continue;
-    const std::set<std::string> named =
-        NamedInCommentsOf(fs::path(HOLDFAST_SOURCE_DIR) / room / own);
-    std::string missing;
-    for (const std::string& header : headers) {
-      if (header != own && !named.contains(header)) missing += ' ' + header;
-    }
-    EXPECT_EQ(missing, "") << room << '/' << own << " does not name them";
-  }
-}
-
 // Two types of one name are one to the linker, which keeps the destructor of either.
 TEST(Rooms, EveryTypeIsDefinedInOneHeader) {
   static const std::regex opens(R"(namespace ([\w:]+) \{)"),
       type(R"((?:struct|class|enum class) (\w+)(?: final)?(?: : .*)? ?\{.*)");
   std::map<std::string, std::string> seen;
-  for (const auto& [room, headers] : Source().headers) {
-    for (const std::string& header : headers) {
-      std::ifstream file(fs::path(HOLDFAST_SOURCE_DIR) / room / header);
-      std::string scope;
-      std::smatch match;
-      for (std::string line; std::getline(file, line);) {
-        if (std::regex_match(line, match, opens)) scope = match[1].str() + "::";
-        if (!std::regex_match(line, match, type)) continue;
-        const auto [other, is_new] = seen.emplace(scope + match[1].str(), room + '/' + header);
-        EXPECT_TRUE(is_new) << other->first << " of " << other->second << " is in " << room << '/'
-                            << header << " too";
-      }
+  for (const fs::path& header : Source().headers) {
+    std::ifstream file(HOLDFAST_SOURCE_DIR / header);
+    std::string scope;
+    std::smatch match;
+    for (std::string line; std::getline(file, line);) {
+      if (std::regex_match(line, match, opens)) scope = match[1].str() + "::";
+      if (!std::regex_match(line, match, type)) continue;
+      const auto [other, is_new] = seen.emplace(scope + match[1].str(), header.string());
+      EXPECT_TRUE(is_new) << other->first << " of " << other->second << " is in " << header
+                          << " too";
     }
   }
   EXPECT_GT(seen.size(), 300u);

@@ -3,12 +3,6 @@
 
 /// Paths of markers from optical motion capture. A file as laboratories have them comes in; named
 /// positions per frame, in metres, come out, and go back into a C3D.
-///
-/// From the inside out:
-///   marker_recording.h  what was captured; ReadMarkers: any of the formats
-///   c3d.h               C3D (binary)
-///   c3d_writer.h        the same, written
-///   marker_tables.h     TRC (OpenSim), CSV (Vicon), TSV (Qualisys)
 #include "geometry/io/markers/c3d.h"
 #include "geometry/io/markers/c3d_writer.h"
 #include "geometry/io/markers/marker_recording.h"

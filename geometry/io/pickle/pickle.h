@@ -3,21 +3,6 @@
 
 /// Files of named values (numpy, pickle, torch, JSON, safetensors) come in, detected from the
 /// content; plain data come out.
-///
-/// From the inside out:
-///   pickle_text.h     texts and whole numbers in pickles
-///   pickle_scanner.h  bytes of a pickle, front to back
-///   pickle_globals.h  the names that are allowed
-///   pickle.h          ReadPickle, its limits and options
-///   pickle_context.h  what the reader's parts share
-///   pickle_numpy.h    dtypes, arrays and scalars
-///   pickle_torch.h    tensors as views of storages
-///   pickle_calls.h    calls as the data they describe
-///   pickle_machine.h  the stack machine, opcode by opcode
-///   torch_legacy.h    torch files before 1.6
-///   torch_archive.h   torch files since, zip archives
-///   json_data.h       JSON as plain data
-///   data_file.h       DataFile: any of these formats
 
 #include <cstddef>
 #include <cstdint>
