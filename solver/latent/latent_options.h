@@ -50,7 +50,7 @@ struct LatentOptions {
   std::optional<Eigen::Vector3d> approach;  ///< unit, from elbow to wrist on arrival
 
   double goal = 1.0;
-  double direction = 0.2;
+  double direction = 0.5;
   double prior = 1e-4;  ///< on |z - z_0|^2
   double skate = 3.0;
   double creep = 0.3;
