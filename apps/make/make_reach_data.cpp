@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "apps/common.h"
+#include "apps/reach_network.h"
 #include "generator/wandr/reach_network.h"
 #include "solver/body_ik/make_reach_data.h"
 #include "solver/reach/optimised_reaches.h"
