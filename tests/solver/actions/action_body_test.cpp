@@ -88,7 +88,7 @@ TEST(ActionTerms, VanishWhereTheBodyIsAsWanted) {
   JointLimits wide;
   wide.fill(3.0);
   terms.range = JointRange::Of(chain, frame, wide);
-  const ActionFrameBlock block(chain, frame, terms, {0.1, 0.5, 0.35, 0.05});
+  const ActionFrameBlock block(chain, frame, terms, Eigen::Vector4d(0.1, 0.5, 0.35, 0.05));
   const UpperBodyChange zero = UpperBodyChange::Zero();
   const std::array<const double*, 4> knots = {zero.data(), zero.data(), zero.data(), zero.data()};
   Eigen::VectorXd residuals = Eigen::VectorXd::Constant(ActionFrameBlock::kRows, NAN);

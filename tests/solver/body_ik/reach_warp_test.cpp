@@ -89,7 +89,7 @@ TEST_P(ReachTerms, VanishWhereTheCaptureIsWhatIsWanted) {
   terms.legs.longest = {1.0, 1.0};
   terms.balance.captured = Balance::Middle(chain, placed);
   terms.range = JointRange::Of(chain, frame, WideLimits());
-  const ReachFrameBlock block(chain, frame, terms, {0.1, 0.5, 0.35, 0.05});
+  const ReachFrameBlock block(chain, frame, terms, Eigen::Vector4d(0.1, 0.5, 0.35, 0.05));
   const UpperBodyChange zero = UpperBodyChange::Zero();
   const std::array<const double*, 4> knots = {zero.data(), zero.data(), zero.data(), zero.data()};
   Eigen::VectorXd residuals = Eigen::VectorXd::Constant(ReachFrameBlock::kRows, NAN);
