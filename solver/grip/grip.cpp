@@ -46,7 +46,7 @@ void BalancePresses(const Eigen::Vector3d& centre, double radius_m, double frict
   Eigen::Matrix<double, 6, 1> y = Eigen::Matrix<double, 6, 1>::Zero();
   ceres::Problem problem;
   problem.AddResidualBlock(new SqueezeDual(edges.wrenches, kBalanceWeight), nullptr, y.data());
-  SolveQuietly(DenseOptions(50, 1e-12, 1e-14), problem);
+  SolveQuietly(SparseOptions(50, 1e-14), problem);
   const Eigen::VectorXd f = (0.25 - (edges.wrenches.transpose() * y).array()).max(0.0);
   const double pushes = f.sum();
   for (std::size_t c = 0; c < contacts.size() && pushes > 0.0; ++c) {
