@@ -55,7 +55,7 @@ void PressOneAfterAnother(double radius_m, double friction, std::vector<GripCont
   }
   Eigen::VectorXd f = Eigen::VectorXd::Constant(w.cols(), 0.25);
   Eigen::Matrix<double, 6, 1> sum = w * f;
-  for (int sweep = 0; sweep < 5000; ++sweep) {
+  for (int sweep = 0; sweep < 100000; ++sweep) {
     for (Eigen::Index g = 0; g < f.size(); ++g) {
       sum -= f[g] * w.col(g);
       f[g] = std::max(0.0,
