@@ -74,7 +74,9 @@ class LatentMotion {
   void Refine() {
     // The goal first: a centimetre off it counts as much as an E of 0.05.
     constexpr double kSigma_m = 0.01, kRest = 10.0;
+    constexpr double kFarOff_m = 0.5;  // no walk gets there: the body would glide
     if (goal_error_m_ <= options_.lm_goal_m || options_.lm_iterations == 0) return;
+    if (goal_error_m_ > kFarOff_m) return;
     RolloutCost<float> cost(batch_, index_, MotionView(PointsOf(body_)),
                             GoalRows{arrival_, joint_, task_.goal, kSigma_m},
                             [&](const MotionView& motion, MotionGradient& bar) {

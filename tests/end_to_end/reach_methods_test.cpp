@@ -107,7 +107,7 @@ TEST_F(ReachMethods, TheBaselineOfThePaper) {
   EXPECT_EQ(solve["minimizer"], "LEVENBERG_MARQUARDT");
   EXPECT_EQ(solve["linear_solver"], "CGNR");
   EXPECT_GT(solve["iterations"], 0);
-  EXPECT_TRUE(solve["termination"] == "CONVERGENCE" || solve["termination"] == "NO_CONVERGENCE");
+  EXPECT_NE(solve["termination"], "FAILURE");
 }
 
 TEST_F(ReachMethods, TheBaselinesOptimizersByName) {

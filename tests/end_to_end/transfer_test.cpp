@@ -153,9 +153,9 @@ TEST(Transfer, VariantsGoOnWhereTheyWereStoppedOnAnyNumberOfThreads) {
   EXPECT_THAT(Transfer("--variants 4 -o more -q --seed 9").err, HasSubstr("another clip, options"));
 }
 
-// A robot whose fingers hardly bend keeps no contact: it is written, and told.
+// A robot whose two fingers do not bend keeps no contact: it is written, and told.
 TEST(Transfer, ARobotThatKeepsNoContactIsExitCodeThree) {
-  std::string stiff = testing::BoxHand().Urdf();
+  std::string stiff = testing::BoxHand{.fingers = 2}.Urdf();
   for (std::size_t at = 0; (at = stiff.find("upper=\"1.6\"", at)) != std::string::npos; ++at) {
     stiff.replace(at, 11, "upper=\"-0.0\"");
   }
