@@ -245,48 +245,55 @@ DenseProblem::DenseProblem() = default;
 DenseProblem::~DenseProblem() = default;
 
 void DenseProblem::AddParameterBlock(double* x, int size, bool rotation) {
-  parameters_.push_back(x);
-  constant_.push_back(false);
-  rotation_.push_back(rotation);
-  terms_.AddBlock(size, rotation);
+  parameters_.push_back({x, size, rotation, false});
   problem_.reset();
-}
-
-int DenseProblem::Index(double* x, int size) {
-  const auto found = std::ranges::find(parameters_, x);
-  if (found == parameters_.end()) {
-    AddParameterBlock(x, size);
-    constant_.back() = true;
-    return static_cast<int>(parameters_.size()) - 1;
-  }
-  return static_cast<int>(found - parameters_.begin());
 }
 
 void DenseProblem::AddResidualBlock(const ceres::CostFunction& term,
                                     const std::vector<double*>& parameters) {
-  std::vector<int> blocks;
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
-    blocks.push_back(Index(parameters[k], term.parameter_block_sizes()[k]));
-  }
-  terms_.AddTerm(term, std::move(blocks));
+  terms_.push_back({&term, parameters});
   problem_.reset();
 }
 
-ceres::Solver::Summary DenseProblem::Solve(const ceres::Solver::Options& options) {
-  if (problem_ == nullptr) {
-    ceres::Problem::Options own = BorrowingProblem();
-    own.disable_all_safety_checks = true;
-    problem_ = std::make_unique<ceres::Problem>(own);
-    problem_->AddResidualBlock(&terms_, nullptr, parameters_);
-    for (std::size_t k = 0; k < parameters_.size(); ++k) {
-      if (constant_[k]) {
-        problem_->SetParameterBlockConstant(parameters_[k]);
-      } else if (rotation_[k]) {
-        problem_->SetManifold(parameters_[k], &SharedRotationManifold());
+void DenseProblem::Build() {
+  std::vector<Parameter> blocks = parameters_;
+  std::vector<std::vector<int>> places;
+  for (const Term& term : terms_) {
+    std::vector<int>& own = places.emplace_back();
+    for (std::size_t k = 0; k < term.parameters.size(); ++k) {
+      auto found = std::ranges::find(blocks, term.parameters[k], &Parameter::x);
+      if (found == blocks.end()) {
+        blocks.push_back({term.parameters[k], term.cost->parameter_block_sizes()[k], false, true});
+        found = blocks.end() - 1;
       }
+      own.push_back(static_cast<int>(found - blocks.begin()));
     }
   }
-  StopWhereFlat flat(terms_, options.function_tolerance);
+  compressed_ = std::make_unique<CompressedTerms>();
+  std::vector<double*> values;
+  for (const Parameter& block : blocks) {
+    compressed_->AddBlock(block.size, block.rotation);
+    values.push_back(block.x);
+  }
+  for (std::size_t k = 0; k < terms_.size(); ++k) {
+    compressed_->AddTerm(*terms_[k].cost, std::move(places[k]));
+  }
+  ceres::Problem::Options own = BorrowingProblem();
+  own.disable_all_safety_checks = true;
+  problem_ = std::make_unique<ceres::Problem>(own);
+  problem_->AddResidualBlock(compressed_.get(), nullptr, values);
+  for (const Parameter& block : blocks) {
+    if (block.constant) {
+      problem_->SetParameterBlockConstant(block.x);
+    } else if (block.rotation) {
+      problem_->SetManifold(block.x, &SharedRotationManifold());
+    }
+  }
+}
+
+ceres::Solver::Summary DenseProblem::Solve(const ceres::Solver::Options& options) {
+  if (problem_ == nullptr) Build();
+  StopWhereFlat flat(*compressed_, options.function_tolerance);
   ceres::Solver::Options with_stop = options;
   with_stop.callbacks.push_back(&flat);
   return SolveQuietly(with_stop, *problem_);

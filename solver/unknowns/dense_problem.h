@@ -76,7 +76,8 @@ class DenseProblem {
 
   /// Unknowns; a rotation is a unit quaternion (x, y, z, w) with RotationManifold.
   void AddParameterBlock(double* x, int size, bool rotation = false);
-  /// A term, which must outlive this. Parameters that were not added are constant.
+  /// A term, which must outlive this. Parameters that are not added, before or after it, are
+  /// constant.
   void AddResidualBlock(const ceres::CostFunction& term, const std::vector<double*>& parameters);
 
   /// ceres::Solve, which ends successfully too where the linearization promises no more decrease
@@ -85,12 +86,22 @@ class DenseProblem {
   ceres::Solver::Summary Solve(const ceres::Solver::Options& options);
 
  private:
-  int Index(double* x, int size);
+  struct Parameter {
+    double* x;
+    int size;
+    bool rotation, constant;
+  };
+  struct Term {
+    const ceres::CostFunction* cost;
+    std::vector<double*> parameters;
+  };
+  void Build();
 
-  std::vector<double*> parameters_;
-  std::vector<bool> constant_, rotation_;
-  CompressedTerms terms_;
-  std::unique_ptr<ceres::Problem> problem_;  // built by the first Solve
+  std::vector<Parameter> parameters_;
+  std::vector<Term> terms_;
+  // Of those, by the first Solve after one was added.
+  std::unique_ptr<CompressedTerms> compressed_;
+  std::unique_ptr<ceres::Problem> problem_;
 };
 
 }  // namespace holdfast

@@ -53,6 +53,20 @@ TEST(DenseProblem, BlocksThatWereNotAddedStay) {
   EXPECT_EQ(x.q.x(), std::sin(0.15));
 }
 
+// A block that is added after a term of it is an unknown of that term.
+TEST(DenseProblem, TheOrderOfBlocksAndTermsDoesNotMatter) {
+  const ObjectData data({Eigen::Quaterniond::Identity(), {1.0, 0.0, 0.0}}, 1.0);
+  Unknowns x;
+  x.q = Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX());
+  DenseProblem problem;
+  problem.AddResidualBlock(data, {x.q.coeffs().data(), x.T.data()});
+  problem.AddParameterBlock(x.T.data(), 3);
+  problem.AddParameterBlock(x.q.coeffs().data(), 4, true);
+  EXPECT_TRUE(problem.Solve(DenseOptions(50, 1e-10, 1e-12)).IsSolutionUsable());
+  EXPECT_NEAR(x.T.x(), 1.0, 1e-6);
+  EXPECT_LT(x.q.angularDistance(Eigen::Quaterniond::Identity()), 1e-6);
+}
+
 // x^2 - 2: from 0.1 the first step leads too far, so that some are rejected.
 class Root final : public ceres::CostFunction {
  public:
