@@ -10,6 +10,7 @@
 #include <ceres/iteration_callback.h>
 
 #include "solver/terms/motion/latent_prior.h"
+#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {
@@ -58,8 +59,7 @@ LatentProblem::LatentProblem(RolloutCost<float>& cost, Eigen::VectorXd centre, d
 
 LatentSolve LatentProblem::Minimise(ceres::Solver::Options options, Eigen::VectorXd& latents,
                                     const IterateSeen& seen) {
-  ceres::Problem::Options unowned;
-  unowned.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  ceres::Problem::Options unowned = BorrowingProblem();
   unowned.disable_all_safety_checks = true;
   ceres::Problem problem(unowned);
   const Eigen::Index size = cost_.parameter_block_sizes()[0];
@@ -77,8 +77,7 @@ LatentSolve LatentProblem::Minimise(ceres::Solver::Options options, Eigen::Vecto
   SeeIterates watch(cost_, latents, seen);
   options.callbacks.push_back(&watch);
   options.update_state_every_iteration = true;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  const ceres::Solver::Summary summary = SolveQuietly(options, problem);
   LatentSolve solve;
   if (summary.minimizer_type == ceres::TRUST_REGION) {
     solve.minimizer = ceres::TrustRegionStrategyTypeToString(summary.trust_region_strategy_type);
@@ -86,7 +85,7 @@ LatentSolve LatentProblem::Minimise(ceres::Solver::Options options, Eigen::Vecto
   } else {
     solve.minimizer = ceres::LineSearchDirectionTypeToString(summary.line_search_direction_type);
   }
-  solve.iterations = std::max(0, static_cast<int>(summary.iterations.size()) - 1);
+  solve.iterations = StepsOf(summary);
   solve.termination = ceres::TerminationTypeToString(summary.termination_type);
   watch.SeeResult(solve.iterations);
   return solve;
