@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""What all studies share: a resumable store, a pool of processes, tables and the command line."""
+
+import argparse
+import hashlib
+import json
+import math
+import multiprocessing
+import os
+import pathlib
+import sys
+import tempfile
+
+import holdfast
+
+
+def parser(name, description, example):
+    """An argument parser with the options that every study has."""
+    made = argparse.ArgumentParser(
+        prog=f"python3 -m holdfast.evaluate {name}", description=description,
+        epilog=f"Example:\n  python3 -m holdfast.evaluate {example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter)
+    made.add_argument("-o", "--output", type=pathlib.Path, required=True,
+                      help="folder for the results; a study that was stopped continues there")
+    made.add_argument("--jobs", type=int, default=os.cpu_count(), help="number of processes")
+    made.add_argument("--seed", type=int, default=0, help="seed of everything random")
+    made.add_argument("--force", action="store_true",
+                      help="replace results of a different configuration")
+    return made
+
+
+def write_atomically(path, text):
+    """Writes `text` to `path`, which holds either the old text or all of the new one."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except BaseException:
+        os.unlink(name)
+        raise
+
+
+def write_json(path, value):
+    write_atomically(path, json.dumps(value, indent=1, allow_nan=False) + "\n")
+
+
+class Store:
+    """Results of the parts of a study, one JSON line each in `folder`/`name`.jsonl.
+
+    The first line is a checksum of `question`: everything that the results depend on. A store of
+    another question raises holdfast.Error unless `force` replaces it. A last line cut off by an
+    interrupt is dropped.
+    """
+
+    def __init__(self, folder, name, question, force=False):
+        folder.mkdir(parents=True, exist_ok=True)
+        self.path = folder / f"{name}.jsonl"
+        text = json.dumps([holdfast.__version__, question], sort_keys=True, default=str)
+        head = json.dumps({"question": hashlib.sha256(text.encode()).hexdigest()})
+        self.results = {}
+        lines = self.path.read_text(encoding="utf-8").split("\n") if self.path.exists() else []
+        if lines and lines[0] != head:
+            if not force:
+                raise holdfast.Error(
+                    f"{self.path}: holds results of a different configuration. Choose another "
+                    "folder, or --force to replace them")
+            lines = []
+        complete = lines[1:-1]
+        for number, line in enumerate(complete, 2):
+            try:
+                entry = json.loads(line)
+                self.results[entry["part"]] = entry["result"]
+            except (ValueError, KeyError, TypeError):
+                raise holdfast.Error(f"{self.path}:{number}: is damaged. Delete the line: its part "
+                                     "is computed again") from None
+        write_atomically(self.path, "\n".join([head, *complete, ""]))
+
+    def run(self, work, parts, jobs=1):
+        """{name: work(argument)} for the {name: argument} of `parts`, in their order.
+
+        `work` is a module-level function of a JSON-like argument; it returns what JSON can hold
+        (NaN excluded). Parts already stored are not computed again. Each runs in one of `jobs`
+        processes, which start afresh: no result depends on their number.
+        """
+        missing = {name: argument for name, argument in parts.items() if name not in self.results}
+        done = len(parts) - len(missing)
+        with open(self.path, "a", encoding="utf-8") as file:
+            for name, result in _outcomes(work, missing, jobs):
+                file.write(json.dumps({"part": name, "result": result}, allow_nan=False) + "\n")
+                file.flush()
+                self.results[name] = result
+                done += 1
+                progress(self.path.stem, done, len(parts))
+        return {name: self.results[name] for name in parts}
+
+
+def _call(task):
+    work, name, argument = task
+    return name, work(argument)
+
+
+def _outcomes(work, parts, jobs):
+    tasks = [(work, name, argument) for name, argument in parts.items()]
+    if jobs <= 1 or len(tasks) <= 1:
+        yield from map(_call, tasks)
+        return
+    with multiprocessing.get_context("spawn").Pool(min(jobs, len(tasks))) as pool:
+        yield from pool.imap_unordered(_call, tasks)
+
+
+def progress(name, done, total):
+    """A line that overwrites itself on a terminal, every tenth part elsewhere."""
+    if sys.stderr.isatty():
+        print(f"\r{name}: {done} of {total}", end="\n" if done == total else "", file=sys.stderr)
+    elif done == total or done % max(1, total // 10) == 0:
+        print(f"{name}: {done} of {total}", file=sys.stderr, flush=True)
+
+
+def fixed(value, digits, unit="", missing="-"):
+    """A number of a table; `missing` for None and NaN."""
+    if value is None or not math.isfinite(value):
+        return missing
+    return f"{value:.{digits}f}{' ' + unit if unit else ''}"
+
+
+def markdown(head, rows):
+    """A Markdown table of rows of strings."""
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
