@@ -36,7 +36,6 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"generator/walk_statistics", "generator/imos"},
     {"generator/actions"},
     {"generator/training/wandr", "generator/training/imos"},
-    {"meshes/make/body", "meshes/make/clips", "meshes/make/objects"},
     {"solver/unknowns", "solver/hand", "solver/robot_hand"},
     {"solver/terms/hand", "solver/terms/body", "solver/terms/motion", "solver/grip"},
     {"solver/fit", "solver/grasp", "solver/body_ik", "solver/clearance", "solver/markers"},
