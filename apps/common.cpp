@@ -68,6 +68,71 @@ void AddCommonOptions(CLI::App& command, CommonOptions& options, bool writes,
   command.footer(fmt::format("\nExamples:\n{}", examples));
 }
 
+namespace {
+
+template <typename T>
+CLI::Option* Checked(CLI::Option* option, const OptionRange& range) {
+  if (range.positive) return option->check(CLI::PositiveNumber);
+  if (!std::isfinite(range.low)) return option;
+  if (!std::isfinite(range.high)) return option->check(CLI::NonNegativeNumber);
+  return option->check(CLI::Range(static_cast<T>(range.low), static_cast<T>(range.high)));
+}
+
+// Declares one option of a table to CLI11.
+struct Declare {
+  CLI::App& command;
+  const Option& option;
+
+  CLI::Option* operator()(bool* value) const {
+    if (!option.flag.starts_with("--no-")) return command.add_flag(option.flag, *value, option.help);
+    return command.add_flag_callback(option.flag, [value] { *value = false; }, option.help);
+  }
+  template <typename T>
+  CLI::Option* operator()(T* value) const {
+    return Checked<T>(
+        command.add_option(option.flag, *value, option.help)->capture_default_str(), option.range);
+  }
+  CLI::Option* operator()(std::string* value) const {
+    return command.add_option(option.flag, *value, option.help)->capture_default_str();
+  }
+  template <typename T>
+  CLI::Option* operator()(std::optional<T>* value) const {
+    const std::string help = fmt::format("{} [{}]", option.help, option.default_text);
+    return Checked<T>(command.add_option(option.flag, *value, help), option.range);
+  }
+  CLI::Option* operator()(std::vector<int>* value) const {
+    return command.add_option(option.flag, *value, option.help)
+        ->delimiter(',')
+        ->check(CLI::NonNegativeNumber);
+  }
+  CLI::Option* operator()(const ScaledNumber& number) const {
+    CLI::Option* const added = command.add_option_function<double>(
+        option.flag,
+        [number](const double& value) { *number.variable = number.unit * value; }, option.help);
+    return Checked<double>(added->default_str(fmt::format("{:g}", *number.variable / number.unit)),
+                           option.range);
+  }
+  CLI::Option* operator()(const OptionChoice& choice) const {
+    CLI::Option* const added = command.add_option_function<std::string>(
+        option.flag,
+        [choice](const std::string& word) {
+          choice.set(static_cast<std::size_t>(std::ranges::find(choice.words, word) -
+                                              choice.words.begin()));
+        },
+        option.help);
+    return added->default_str(choice.words[choice.get()])->check(CLI::IsMember(choice.words));
+  }
+};
+
+}  // namespace
+
+void AddOptions(CLI::App& command, const OptionTable& table) {
+  for (const Option& option : table.All()) {
+    CLI::Option* const added = std::visit(Declare{command, option}, option.value);
+    if (!option.group.empty()) added->group(option.group);
+  }
+}
+
 int NumThreads(const CommonOptions& options) {
   if (options.threads > 0) return options.threads;
   return AvailableThreads();

@@ -7,7 +7,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,6 +19,7 @@
 #include "geometry/error.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/mesh.h"
+#include "geometry/options.h"
 #include "geometry/retarget/retarget.h"
 #include "solver/fit/fit_library.h"
 
@@ -31,11 +31,6 @@ inline constexpr int kInputFault = 1;
 inline constexpr int kUsageFault = 2;
 inline constexpr int kFitFault = 3;
 inline constexpr int kInterrupted = 130;
-
-/// The input is sound, yet there is no result: exit code 3.
-struct FitFailure : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 /// What came of a command's work.
 struct Outcome {
@@ -68,6 +63,9 @@ CLI::Option* AddOption(CLI::App& command, const char* names, Value& value, const
   (option->check(checks), ...);
   return option;
 }
+
+/// Adds all options of a job's table: --help, config files and their checks come from it.
+void AddOptions(CLI::App& command, const OptionTable& table);
 
 int NumThreads(const CommonOptions& options);
 

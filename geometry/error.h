@@ -24,6 +24,13 @@ class Error : public std::runtime_error {
   std::string remedy_;
 };
 
+/// The input is sound, yet there is no result: no grasp, no contact. The program ends with exit
+/// code 3. The text names options as the command line does ("--hand").
+class FitFailure : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// What `work` gives; an Error of it about `what` ("mesh", "the clip") is thrown on as one about
 /// `source`.
 template <typename Work>

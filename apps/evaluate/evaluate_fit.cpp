@@ -70,16 +70,19 @@ struct Study {
 };
 
 // The job as this recipe does it. All start from the grasp that the paper's made.
-FitJob ForRecipe(const FitJob& job, const std::string& recipe, const fs::path& folder) {
-  FitJob made = job;
-  made.recipe = recipe;
+FitCommand ForRecipe(const FitCommand& job, const std::string& recipe, const fs::path& folder) {
+  FitCommand made = job;
+  CarryOptions& carry = made.job.carry;
+  carry.recipe = recipe == "paper"       ? FitRecipe::kPaper
+                 : recipe == "imos-code" ? FitRecipe::kImosCode
+                                         : FitRecipe::kHoldfast;
   made.write_report = false;
   made.output = (folder / recipe / job.output).string();
-  if (made.hand == "auto") made.hand = "right";
+  if (carry.hands == CarryHands::kAuto) carry.hands = CarryHands::kRight;
   if (recipe != "paper") {
-    made.clip = (folder / "paper" / job.output / "clip.npz").string();
-    made.start = 0;
-    made.end = -1;
+    made.job.clip = (folder / "paper" / job.output / "clip.npz").string();
+    made.job.start = 0;
+    made.job.end = -1;
   }
   return made;
 }
@@ -130,12 +133,12 @@ std::string TimesText(const std::map<std::string, Study>& studies) {
 
 // Fits a clip unless its result is there, scores it, and adds it to the study; `values` is its
 // score. False when interrupted.
-bool FitAndScore(const FitJob& job, const std::string& name, const ScoreOptions& score_options,
+bool FitAndScore(const FitCommand& job, const std::string& name, const ScoreOptions& score_options,
                  const CommonOptions& common, FitLibrary& library, Study& study,
                  nlohmann::json& values) {
   const fs::path metrics_path = fs::path(job.output) / "metrics.json";
   if (!fs::exists(metrics_path)) {
-    RunFitJob(job, common, library);
+    RunFitCommand(job, common, library);
     if (Interrupted()) return false;
   }
   const ClipInput input = LoadClipInput(job.output, {}, common);
@@ -157,7 +160,7 @@ bool FitAndScore(const FitJob& job, const std::string& name, const ScoreOptions&
 
 // All jobs by all recipes, and each clip's scores; nothing when interrupted. A fault of one fit is
 // recorded, and the others go on.
-std::optional<nlohmann::json> FitByAllRecipes(const std::vector<FitJob>& jobs,
+std::optional<nlohmann::json> FitByAllRecipes(const std::vector<FitCommand>& jobs,
                                               const fs::path& folder, const CommonOptions& common,
                                               Progress& progress,
                                               std::map<std::string, Study>& studies) {
@@ -170,11 +173,11 @@ std::optional<nlohmann::json> FitByAllRecipes(const std::vector<FitJob>& jobs,
   const int total = static_cast<int>(jobs.size() * std::size(kRecipes));
   int done = 0;
   nlohmann::json clips = nlohmann::json::array();
-  for (const FitJob& job : jobs) {
-    nlohmann::json entry = {{"name", job.output}, {"clip", job.clip}, {"object", job.object}};
+  for (const FitCommand& job : jobs) {
+    nlohmann::json entry = {{"name", job.output}, {"clip", job.job.clip}, {"object", job.job.object}};
     for (const char* recipe : kRecipes) {
       Study& study = studies[recipe];
-      const FitJob made = ForRecipe(job, recipe, folder);
+      const FitCommand made = ForRecipe(job, recipe, folder);
       try {
         nlohmann::json values;
         if (!FitAndScore(made, job.output, score_options, inner, library, study, values)) {
@@ -214,17 +217,18 @@ nlohmann::json FitEvaluationJson(const std::map<std::string, Study>& studies, nl
 }
 
 // The list's jobs: clip, object and the options of a fit that have to do with them.
-std::vector<FitJob> ReadFitJobs(const fs::path& list) {
-  std::vector<FitJob> jobs;
+std::vector<FitCommand> ReadFitJobs(const fs::path& list) {
+  std::vector<FitCommand> jobs;
   for (const JobLine& line : ReadJobList(list)) {
-    FitJob& job = jobs.emplace_back();
+    FitCommand& job = jobs.emplace_back();
     CLI::App command;
-    command.add_option("clip", job.clip);
-    command.add_option("object", job.object);
-    AddOption(command, "--hand", job.hand, "", CLI::IsMember({"auto", "right", "left", "both"}));
-    AddFitJobOptions(command, job);
+    command.add_option("clip", job.job.clip);
+    command.add_option("object", job.job.object);
+    AddFitOptions(command, job, {"hand_over", "switch_frames", "first_hand", "max_switches",
+                                 "dwell_s"});
     ParseJob(command, JobArguments(command, line), line.where);
-    if (!(job.object_scale >= 1e-6 && job.object_scale <= 1e6)) {
+    const double scale = job.job.carry.object_scale;
+    if (!(scale >= 1e-6 && scale <= 1e6)) {
       throw Error(line.where, "object-scale is not within 1e-6 and 1e6",
                   "Write it like object-scale=0.001");
     }
@@ -237,7 +241,7 @@ std::vector<FitJob> ReadFitJobs(const fs::path& list) {
 
 Outcome EvaluateFit(const fs::path& list, const fs::path& folder, int handovers,
                     const CommonOptions& common) {
-  const std::vector<FitJob> jobs = ReadFitJobs(list);
+  const std::vector<FitCommand> jobs = ReadFitJobs(list);
   fs::create_directories(folder);
   std::map<std::string, Study> studies;
   Progress progress(common, "evaluate");

@@ -6,9 +6,9 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/fit_metrics.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
+#include "geometry/io/container/json_text.h"
 #include "geometry/export/export_clip.h"
 #include "geometry/import/import_file.h"
 #include "geometry/io/container/atomic_file.h"
@@ -17,6 +17,54 @@
 
 namespace holdfast::apps {
 namespace {
+
+// In quotes where it would end a cell.
+std::string CsvCell(std::string text) {
+  text = AsUtf8(text);
+  if (text.find_first_of(",\"\r\n") == text.npos) return text;
+  for (std::size_t at = 0; (at = text.find('"', at)) != text.npos; at += 2) text.insert(at, 1, '"');
+  return '"' + text + '"';
+}
+
+std::string CsvCell(const nlohmann::json& value) {
+  if (value.is_null()) return {};
+  if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
+  return CsvCell(value.is_string() ? value.get<std::string>() : JsonText(value));
+}
+
+// `count` frames from `begin` on of what a result's `metrics` (its metrics.json) have per frame,
+// as a table: frame (from 0 at `begin`), time_s, and a column for each name there, units in the
+// names. true and false are 1 and 0; what was not measured stays empty. Throws Error about
+// `source` where there is nothing per frame, or not for each of the `frames` of its clip.
+std::string PerFrameCsv(const nlohmann::json& metrics, const std::string& source, double frame_rate,
+                        int frames, int begin, int count) {
+  const nlohmann::json columns =
+      metrics.is_object() ? metrics.value("per_frame", nlohmann::json()) : nlohmann::json();
+  if (!columns.is_object() || columns.empty()) {
+    throw Error(
+        source, "has no metrics.json with values per frame",
+        "Give a folder that 'fit', 'offhand', 'refine' or 'reach' wrote, or measure the clip "
+        "with 'holdfast score --json --per-frame'");
+  }
+  std::string table = "frame,time_s";
+  for (const auto& [name, column] : columns.items()) {
+    if (!column.is_array() || column.size() != static_cast<std::size_t>(frames)) {
+      throw Error(source,
+                  fmt::format("has {} frames, but metrics.json not as many of '{}'", frames, name),
+                  "Make the result anew");
+    }
+    table += "," + CsvCell(name);
+  }
+  table += '\n';
+  for (int t = 0; t < count; ++t) {
+    table += fmt::format("{},{:.6f}", t, t / frame_rate);
+    for (const auto& column : columns) {
+      table += "," + CsvCell(column[static_cast<std::size_t>(begin + t)]);
+    }
+    table += '\n';
+  }
+  return table;
+}
 
 namespace fs = std::filesystem;
 

@@ -4,41 +4,42 @@
 #include "apps/fit_job.h"
 
 namespace holdfast::apps {
+namespace {
+
+struct Options {
+  CommonOptions common;
+  FitCommand fit;
+};
+
+constexpr const char* kObjectHelp = "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object";
+
+void Run(const Options& options, FitLibrary& library, int& exit_code) {
+  const Outcome outcome = RunFitCommand(options.fit, options.common, library);
+  if (!outcome.summary.is_null()) PrintResult(options.common, outcome.summary, outcome.text);
+  exit_code = outcome.exit_code;
+}
+
+}  // namespace
 
 void AddFitCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitLibrary>& library) {
-  struct Options {
-    CommonOptions common;
-    FitJob job;
-    bool paper = false;
-  };
   auto options = std::make_shared<Options>();
-  FitJob& job = options->job;
+  FitCommand& fit = options->fit;
   CLI::App* command = app.add_subcommand(
       "fit", "Fit an object to a motion: solves object pose and finger angles for every frame");
-  CLI::Option* const clip = command->add_option("clip", job.clip, kClipHelp);
-  CLI::Option* const object = command->add_option(
-      "object", job.object, "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object");
+  CLI::Option* const clip = command->add_option("clip", fit.job.clip, kClipHelp);
+  CLI::Option* const object = command->add_option("object", fit.job.object, kObjectHelp);
   clip->needs(object);
   command
       ->add_option(
-          "-o,--output", job.output,
+          "-o,--output", fit.output,
           "Folder to make: clip.npz, object.ply, metrics.json, report.html; of a batch, one "
           "such folder for each job, without a report, and manifest.json")
       ->required();
-  AddOption(*command, "--hand", job.hand,
-            "The hand that holds. auto: as the clip says, or as its object moves; without "
-            "an object the right",
-            CLI::IsMember({"auto", "right", "left", "both"}));
-  command->add_flag("--paper", options->paper,
-                    "The paper's three terms and nothing else (--recipe paper)");
-  AddOption(*command, "--recipe", job.recipe,
-            "holdfast: all terms; paper: the three terms of IMoS; imos-code: what its "
-            "authors' code does",
-            CLI::IsMember({"holdfast", "paper", "imos-code"}));
-  command->add_flag("--drink", job.drink,
-                    "The person drinks: the cup stands on the table until the hand takes it, is at "
-                    "the mouth when the hand is, and is put back; neck and head come to its rim");
-  AddFitJobOptions(*command, job);
+  AddFitOptions(*command, fit,
+                {"hand_over", "switch_frames", "first_hand", "max_switches", "dwell_s"});
+  command->add_flag_callback(
+      "--paper", [&recipe = fit.job.carry.recipe] { recipe = FitRecipe::kPaper; },
+      "The paper's three terms and nothing else (--recipe paper)");
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast fit demo_drink mug -o held\n"
@@ -47,12 +48,32 @@ void AddFitCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitLibra
       "  holdfast fit --batch list.txt -o fits\n"
       "  holdfast fit captured.npz phone -o held_phone --body SMPLX_NEUTRAL.npz --start 40\n");
   command->callback([options, library, &exit_code] {
-    if (options->paper) options->job.recipe = "paper";
-    if (options->job.object.empty()) throw CLI::RequiredError("clip and object (or --batch LIST)");
-    const Outcome outcome = RunFitJob(options->job, options->common, *library);
-    if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
-    exit_code = outcome.exit_code;
+    if (options->fit.job.object.empty()) {
+      throw CLI::RequiredError("clip and object (or --batch LIST)");
+    }
+    Run(*options, *library, exit_code);
   });
+}
+
+void AddOffhandCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitLibrary>& library) {
+  auto options = std::make_shared<Options>();
+  FitCommand& fit = options->fit;
+  CLI::App* command = app.add_subcommand(
+      "offhand", "Carry an object through a motion in which it passes from hand to hand");
+  command->add_option("clip", fit.job.clip, kClipHelp)->required();
+  command->add_option("object", fit.job.object, kObjectHelp)->required();
+  command
+      ->add_option("-o,--output", fit.output,
+                   "Folder to make: clip.npz, object.ply, metrics.json, report.html")
+      ->required();
+  fit.job.carry.hand_over = true;
+  AddFitOptions(*command, fit, {"hand_over", "hand", "recipe", "drink"});
+  AddCommonOptions(*command, options->common, true,
+                   "  holdfast offhand pass.npz apple -o passed\n"
+                   "  holdfast offhand pass.npz ball.obj -o passed_ball --first-hand right "
+                   "--switch 60\n");
+  command->callback(
+      [options, library, &exit_code] { Run(*options, *library, exit_code); });
 }
 
 }  // namespace holdfast::apps

@@ -5,7 +5,7 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/fit_metrics.h"
+#include "apps/fit_job.h"
 #include "apps/result_folder.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/conventions/posture.h"
@@ -248,11 +248,14 @@ void AddRefineCommand(CLI::App& app, int& exit_code) {
   AddClipInputOptions(*command, options->input);
   AddOption(*command, "--object-vertices", options->object_vertices,
             "Vertices that the object is simplified to", CLI::Range(4, 100'000));
-  for (const EnergyTerm term :
-       {EnergyTerm::kObject, EnergyTerm::kFingers, EnergyTerm::kAcceleration, EnergyTerm::kSupport,
-        EnergyTerm::kPenetration, EnergyTerm::kObjectInHand}) {
-    AddWeightOption(*command, term, options->fit);
-  }
+  OptionTable weights;
+  AddWeightOptions(weights, options->fit, [](const EnergyTermInfo& info) {
+    constexpr EnergyTerm kTerms[] = {EnergyTerm::kObject,       EnergyTerm::kFingers,
+                                     EnergyTerm::kAcceleration, EnergyTerm::kSupport,
+                                     EnergyTerm::kPenetration,  EnergyTerm::kObjectInHand};
+    return std::ranges::find(kTerms, info.term) != std::end(kTerms);
+  });
+  AddOptions(*command, weights);
   AddCommonOptions(*command, options->common, true,
                    "  holdfast refine captured.npz --object mug.obj -o clean\n"
                    "  holdfast refine held -o refined --hand right --json\n");

@@ -11,7 +11,7 @@
 #include "apps/clip_input.h"
 #include "apps/common.h"
 #include "apps/fit/transfer_robot.h"
-#include "apps/fit_metrics.h"
+#include "apps/fit_job.h"
 #include "apps/report_writer.h"
 #include "apps/result_folder.h"
 #include "geometry/clip/clip_arrays.h"

@@ -149,20 +149,21 @@ nlohmann::json SynthesisJson(const SynthesizeJob& job, const imos::Intent& inten
           {"and_back", job.and_back}};
 }
 
-FitJob FitJobOf(const SynthesizeJob& job, const SynthesizedMotion& made) {
-  FitJob fit;
-  fit.clip = made.motion.action;
+FitCommand FitOf(const SynthesizeJob& job, const SynthesizedMotion& made) {
+  FitCommand fit;
+  fit.job.clip = made.motion.action;
+  fit.job.object = job.begin.object;
   fit.motion = made.motion;
-  fit.object = job.begin.object;
-  fit.object_scale = job.begin.object_scale;
   fit.output = job.output;
   fit.body = job.begin.body;
   fit.write_report = job.write_report;
-  fit.clear_passages = made.lets_go;
-  fit.offhand = made.switch_frame.has_value();
-  if (fit.offhand) {
-    fit.handover.switch_frames = {*made.switch_frame};
-    fit.handover.first_hand = made.first_hand;
+  CarryOptions& carry = fit.job.carry;
+  carry.object_scale = job.begin.object_scale;
+  carry.clear_passages = made.lets_go;
+  carry.hand_over = made.switch_frame.has_value();
+  if (carry.hand_over) {
+    carry.handover.switch_frames = {*made.switch_frame};
+    carry.handover.first_hand = made.first_hand;
   }
   return fit;
 }
@@ -210,7 +211,7 @@ Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
   const SynthesizedMotion made = Synthesize(start.held, network.weights, intent, options);
   if (Interrupted()) return {kInterrupted, {}, {}};
 
-  FitJob fit = FitJobOf(job, made);
+  FitCommand fit = FitOf(job, made);
   fit.extra["synthesis"] = SynthesisJson(job, intent, network, start, options, made);
   std::optional<FaceDistance> at_face;
   fit.measure = [&](const Clip& fitted, nlohmann::json& metrics) {
@@ -220,7 +221,7 @@ Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common) {
     metrics["synthesis"]["at_face_frame"] = at_face->frame;
   };
   FitLibrary library;
-  Outcome outcome = RunFitJob(fit, common, library);
+  Outcome outcome = RunFitCommand(fit, common, library);
   if (outcome.summary.is_null()) return outcome;
   if (job.all) WriteSamples(job, start.held, made);
   if (at_face) {

@@ -41,8 +41,7 @@ struct SynthesizeJob {
 };
 
 /// Prepares the start, makes a motion (Synthesize) and fits the object to all of its frames
-/// (RunFitJob), whose result folder it is. Throws Error and
-/// FitFailure.
+/// (RunFitCommand), whose result folder it is. Throws Error and FitFailure.
 Outcome RunSynthesizeJob(SynthesizeJob job, const CommonOptions& common);
 
 }  // namespace holdfast::apps

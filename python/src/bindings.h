@@ -15,7 +15,9 @@
 #include "geometry/clip/clip_body.h"
 #include "geometry/import/import_file.h"
 #include "geometry/import/load_clip.h"
+#include "geometry/error.h"
 #include "geometry/io/mesh/load_object.h"
+#include "geometry/options.h"
 #include "geometry/report/report_facts.h"
 
 namespace holdfast::python {
@@ -46,11 +48,12 @@ struct Stopped : std::runtime_error {
   Stopped() : std::runtime_error("stopped by progress") {}
 };
 
-/// The input is sound, yet there is no result (no grasp, no contact): holdfast.FitFailure, a
-/// RuntimeError.
-struct FitFailure : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
+/// A text of the library, with its options as Python names them: "--object-scale" is object_scale.
+std::string PythonText(const std::string& text);
+
+/// Sets the options that are given by name. Throws TypeError for names that the table does not have
+/// and values of a wrong type, and ValueError for values out of range.
+void SetOptions(const py::kwargs& given, const OptionTable& table);
 
 /// Throws Error for a file or folder that is there already, unless `force`. What writes calls this
 /// before its work.
@@ -77,6 +80,9 @@ ClipArgument ClipOf(const py::handle& value, const py::object& model, const char
 /// is given, the result's or found.
 ReportInput SceneOf(const py::object& clip, const py::object& object, double object_scale,
                     const py::object& body, const char* name = "clip");
+
+/// The same as LoadClip gives it.
+LoadedClip LoadedOf(const ClipArgument& clip);
 
 /// The mesh of the clip's object, from its track, its file or by its name.
 ClipObject OwnObject(const ClipArgument& clip, double scale = 1.0);

@@ -300,7 +300,8 @@ void LogNotes(const std::vector<std::string>& notes) {
   if (notes.empty()) return;
   const py::object logger = py::module_::import("logging").attr("getLogger")("holdfast");
   constexpr std::string_view kWarning = "warning: ";
-  for (const std::string& note : notes) {
+  for (const std::string& text : notes) {
+    const std::string note = PythonText(text);
     if (note.starts_with(kWarning)) {
       logger.attr("warning")("%s", note.substr(kWarning.size()));
     } else {
@@ -340,12 +341,19 @@ ClipArgument ClipOf(const py::handle& value, const py::object& model, const char
   return argument;
 }
 
+LoadedClip LoadedOf(const ClipArgument& clip) {
+  LoadedClip loaded;
+  loaded.clip = *clip.clip;
+  loaded.body = clip.body;
+  loaded.file = clip.file;
+  loaded.imported = clip.imported;
+  if (!clip.other_body.empty()) loaded.change = BodyChange{clip.other_body, {0.0, 0.0, 0.0}};
+  return loaded;
+}
+
 ClipObject OwnObject(const ClipArgument& clip, double scale) {
-  LoadedClip place;
-  place.file = clip.file;
-  place.clip.object = clip.clip->object;
-  place.clip.body_model = clip.other_body.empty() ? clip.clip->body_model : clip.other_body;
-  ClipObject own = RunAside([place, scale] { return FindClipObject(place, scale); });
+  const LoadedClip loaded = LoadedOf(clip);
+  ClipObject own = RunAside([loaded, scale] { return FindClipObject(loaded, scale); });
   if (!own.warning.empty()) own.warning = fmt::format("warning: {}: {}", clip.name, own.warning);
   return own;
 }

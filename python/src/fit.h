@@ -13,6 +13,7 @@
 
 #include "python/src/bindings.h"
 #include "solver/carry/carry.h"
+#include "solver/carry/fit_job.h"
 #include "solver/grasp/grasp.h"
 
 namespace holdfast::python {
@@ -24,9 +25,6 @@ void BindGrasp(py::module_& module);
 void BindCustomTerm(py::module_& module);
 void BindFrameFitter(py::module_& module);
 void BindSynthesize(py::module_& module);
-
-/// FitFailure of what the program says, its options as Python calls them.
-FitFailure Failure(const std::string& text);
 
 /// ValueError unless `low` <= `value` <= `high`; NaN is not.
 template <typename Number>
@@ -61,10 +59,8 @@ nlohmann::json EnergiesJson(const FrameReport& frame);
 /// A fit that came to something: FitResult.
 struct CarriedClip {
   ClipPtr clip;
-  CarryReport report;  ///< without its clip
-  std::shared_ptr<const PreparedObject> object;
-  std::vector<std::string> warnings;
-  double seconds = 0.0;  ///< of grasp, fit and measures
+  FitJob job;
+  FitRun run;
 };
 using CarriedPtr = std::shared_ptr<CarriedClip>;
 
@@ -72,16 +68,10 @@ using CarriedPtr = std::shared_ptr<CarriedClip>;
 std::shared_ptr<const PreparedObject> PrepareAside(const LoadedObject& object, int vertices,
                                                    int threads);
 
-/// One fit: what CarryObject needs, and what is told of it.
-struct FitCall {
-  ClipArgument clip;
-  LoadedObject object;
-  std::shared_ptr<const PreparedObject> prepared;  ///< of `object`, where it is at hand
-  CarryOptions options;
-};
-
-/// Runs it; without the interpreter's lock. Throws FitFailure where nothing came of it, and adds
-/// what is to be logged to `notes`.
-CarriedPtr RunFit(FitCall& call, const StagedProgress& progress, std::vector<std::string>& notes);
+/// RunFit of an object that is prepared; without the interpreter's lock. Adds what is to be logged
+/// to `notes`.
+CarriedPtr Carry(const FitJob& job, LoadedClip motion, bool made,
+                 std::shared_ptr<const PreparedObject> object, const StagedProgress& progress,
+                 std::vector<std::string>& notes);
 
 }  // namespace holdfast::python

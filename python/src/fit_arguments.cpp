@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 
 #include "geometry/error.h"
@@ -11,23 +10,6 @@
 
 namespace holdfast::python {
 using namespace py::literals;
-
-FitFailure Failure(const std::string& text) {
-  std::string said;
-  bool option = false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool letter = std::islower(static_cast<unsigned char>(text[i])) != 0;
-    if (text.compare(i, 2, "--") == 0 && i + 2 < text.size() &&
-        std::islower(static_cast<unsigned char>(text[i + 2])) != 0) {
-      option = true;
-      ++i;
-      continue;
-    }
-    option = option && (letter || text[i] == '-');
-    said += option && text[i] == '-' ? '_' : text[i];
-  }
-  return FitFailure(said);
-}
 
 ModelPtr ModelOf(const py::object& body, const char* name) {
   if (body.is_none()) return BodyModel::Default();
@@ -58,23 +40,21 @@ void SetWeights(const py::object& weights, FitOptions& options) {
     throw py::type_error("weights: expected a dict such as {'penetration': 3000.0}, got " +
                          TypeText(weights));
   }
+  OptionTable table;
+  AddWeightOptions(table, options, [](const EnergyTermInfo&) { return true; });
   for (const auto& [key, value] : weights.cast<py::dict>()) {
     const std::string name = py::str(key);
-    const auto terms = EnergyTerms();
-    const auto found =
-        std::ranges::find_if(terms, [&](const EnergyTermInfo& info) { return name == info.name; });
-    if (found == terms.end()) {
+    if (table.Find("lambda_" + name) == nullptr) {
       std::string known;
-      for (const EnergyTermInfo& info : terms) {
+      for (const EnergyTermInfo& info : EnergyTerms()) {
         known += fmt::format("{}'{}'", known.empty() ? "" : ", ", info.name);
       }
       throw py::value_error(
           fmt::format("weights: no term is called '{}'. There are: {}", name, known));
     }
-    const std::string where = fmt::format("weights['{}']", name);
-    const double weight = *Floats(value, where.c_str(), {}).data();
-    if (weight < 0.0) throw py::value_error(where + ": expected 0 or more");
-    options.*found->weight = weight;
+    py::kwargs one;
+    one[py::str("lambda_" + name)] = value;
+    SetOptions(one, table);
   }
 }
 

@@ -41,7 +41,7 @@ void RequireFound(const LoadedObject& object, const GraspReport& report,
   if (report.status == GraspStatus::kStopped) throw Stopped();
   std::string why = fmt::format("{}: {}", object.name, Describe(report.status));
   if (!report.candidates.empty()) why += " (best try: " + report.candidates.front().refused + ")";
-  throw Failure(
+  throw FitFailure(
       fmt::format("{}. {}; a hand spans about 10 cm. {}, or try --closings {} --seed {}", why,
                   MeasuresText(object.mesh),
                   options.place ? "Choose another place" : "Check its unit (--object-scale)",
@@ -55,7 +55,7 @@ void HoldInOneHand(const ModelPtr& body, Side side, GraspOptions options,
   const LoadedObject& object = result.object;
   StandingGrasp held;
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
-    if (const auto why = WhyTooLarge(object, false)) throw Failure(*why);
+    if (const auto why = WhyTooLarge(object, false)) throw FitFailure(*why);
     if (place) options.place = std::make_shared<const GraspPlace>(object.mesh, *place);
     held = GraspStanding(body, side, object, options, [&](double share) {
       return go_on("grasp", static_cast<int>(100 * share), 100);
@@ -90,7 +90,7 @@ void HoldInTwoHands(const ClipBody& person, Clip clip, BothHandsOptions options,
   const LoadedObject& object = result.object;
   BothHandsGrasp grasp;
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
-    if (const auto why = WhyTooLarge(object, true)) throw Failure(*why);
+    if (const auto why = WhyTooLarge(object, true)) throw FitFailure(*why);
     if (place) {
       place->span_m = options.max_width_m;
       options.place = std::make_shared<const GraspPlace>(object.mesh, *place);
@@ -105,7 +105,7 @@ void HoldInTwoHands(const ClipBody& person, Clip clip, BothHandsOptions options,
                             clip.trans.col(0), object.mesh, grid, options);
     go_on("grasp", 100, 100);
     if (grasp.status == GraspStatus::kFound) return;
-    throw Failure(fmt::format(
+    throw FitFailure(fmt::format(
         "{} in both hands: {}. {}. {}, or take a pose with both hands in front (--clip)",
         object.name, Describe(grasp.status), MeasuresText(object.mesh),
         options.place ? "Choose another place" : "Check its unit (--object-scale)"));
@@ -218,14 +218,14 @@ py::dict ManyGrasps(const py::object& object, int count, const std::string& hand
   const LoadedObject loaded = ObjectOf(object, object_scale);
   StandingGraspSet held;
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
-    if (const auto why = WhyTooLarge(loaded, false)) throw Failure(*why);
+    if (const auto why = WhyTooLarge(loaded, false)) throw FitFailure(*why);
     if (place) options.search.place = std::make_shared<const GraspPlace>(loaded.mesh, *place);
     held = GraspsStanding(model, side, loaded, options, [&](double share) {
       return go_on("grasps", static_cast<int>(count * share), count);
     });
     if (held.set.status == GraspStatus::kStopped) throw Stopped();
     if (held.set.grasps.empty()) {
-      throw Failure(fmt::format("{}: {}. {}", loaded.name, Describe(held.set.status),
+      throw FitFailure(fmt::format("{}: {}. {}", loaded.name, Describe(held.set.status),
                                 MeasuresText(loaded.mesh)));
     }
   });

@@ -8,9 +8,20 @@
 PYBIND11_MODULE(_core, module) {
   namespace hf = holdfast::python;
   module.attr("__version__") = HOLDFAST_VERSION;
-  pybind11::register_exception<holdfast::Error>(module, "Error", PyExc_ValueError);
+  static const pybind11::exception<holdfast::Error> error(module, "Error", PyExc_ValueError);
+  static const pybind11::exception<holdfast::FitFailure> failure(module, "FitFailure",
+                                                                 PyExc_RuntimeError);
   pybind11::register_exception<hf::Stopped>(module, "Stopped", PyExc_RuntimeError);
-  pybind11::register_exception<hf::FitFailure>(module, "FitFailure", PyExc_RuntimeError);
+  // The library names options as the command line does.
+  pybind11::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const holdfast::Error& what) {
+      PyErr_SetString(error.ptr(), hf::PythonText(what.what()).c_str());
+    } catch (const holdfast::FitFailure& what) {
+      PyErr_SetString(failure.ptr(), hf::PythonText(what.what()).c_str());
+    }
+  });
   hf::BindRun();
   hf::BindClip(module);
   hf::BindBody(module);

@@ -70,9 +70,9 @@ RefinedPtr Refine(const py::object& clip, const py::object& object, const std::s
     case RefineStatus::kStopped:
       throw Stopped();
     case RefineStatus::kNotFinite:
-      throw Failure(input.name + ": the solve came to numbers that are not finite");
+      throw FitFailure(input.name + ": the solve came to numbers that are not finite");
     case RefineStatus::kNoContact:
-      throw Failure(
+      throw FitFailure(
           fmt::format("{}: no hand that holds touches {} in any frame. Say who holds with "
                       "--hand, or make a new grasp with fit(regrasp=True)",
                       input.name, refined->object.name));

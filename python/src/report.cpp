@@ -51,7 +51,7 @@ ReportInput InputOf(const NamedClip& named, const py::object& object, double obj
   ReportInput input = SceneOf(named.clip, object, object_scale, body, named.name.c_str());
   const py::object fit = py::hasattr(named.clip, "fit") ? named.clip.attr("fit") : named.clip;
   if (py::isinstance<CarriedClip>(fit)) {
-    const CarryReport& report = fit.cast<const CarriedClip&>().report;
+    const CarryReport& report = fit.cast<const CarriedClip&>().run.report;
     input.metrics = {{"per_frame", FitFramesJson(report.fit, report.contact, report.clearance)},
                      {"summary", FitSummaryJson(report.fit, report.contact)}};
   } else if (!input.file.empty()) {

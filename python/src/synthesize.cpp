@@ -76,11 +76,11 @@ HoldingStart StartOf(const SynthesisCall& call, std::string_view action) {
   StandingHold hold =
       MakeStandingHold({call.model, call.betas}, call.object, action, call.standing);
   if (hold.status == StandingHoldStatus::kNoGrasp) {
-    throw Failure(fmt::format("{}: {}. Try another size (--object-scale)", call.object.name,
+    throw FitFailure(fmt::format("{}: {}. Try another size (--object-scale)", call.object.name,
                               Describe(hold.grasp)));
   }
   if (hold.status == StandingHoldStatus::kNobodyCan) {
-    throw Failure(
+    throw FitFailure(
         fmt::format("{}: nobody can hold it so as to '{}': {} ({}). Try another --seed, "
                     "--betas or --object-scale",
                     call.object.name, action, hold.fault, hold.detail));
@@ -106,22 +106,24 @@ void NoteOnIntent(const SynthesisNetwork& network, const imos::Intent& intent,
 // The object fitted to all frames of the motion.
 CarriedPtr FitMotion(const SynthesisCall& call, const SynthesizedMotion& made, const Clip& motion,
                      const StagedProgress& progress, std::vector<std::string>& notes) {
-  FitCall fit;
-  fit.clip.clip = std::make_shared<Clip>(motion);
-  fit.clip.name = motion.action;
-  fit.clip.body = BodyOfClip(motion.action, motion, call.model, notes);
-  fit.object = call.object;
-  CarryOptions& options = fit.options;
-  options.grasp = GraspSource::kClips;
-  options.clear_passages = made.lets_go;
-  options.hand_over = made.switch_frame.has_value();
-  if (options.hand_over) {
-    options.handover.switch_frames = {*made.switch_frame};
-    options.handover.first_hand = made.first_hand;
+  FitJob job;
+  job.clip = motion.action;
+  job.object = call.object.name;
+  LoadedClip loaded;
+  loaded.clip = motion;
+  loaded.body = BodyOfClip(motion.action, motion, call.model, notes);
+  CarryOptions& carry = job.carry;
+  carry.clear_passages = made.lets_go;
+  carry.hand_over = made.switch_frame.has_value();
+  if (carry.hand_over) {
+    carry.handover.switch_frames = {*made.switch_frame};
+    carry.handover.first_hand = made.first_hand;
   }
-  options.seed = call.options.seed;
-  options.threads = call.options.threads;
-  return RunFit(fit, progress, notes);
+  carry.seed = call.options.seed;
+  carry.threads = call.options.threads;
+  const auto object = std::make_shared<const PreparedObject>(
+      PrepareObject(call.object, job.object_vertices, carry.threads));
+  return Carry(job, std::move(loaded), true, object, progress, notes);
 }
 
 SynthesisPtr Run(SynthesisCall& call, const py::object& progress) {

@@ -61,7 +61,7 @@ TakeCall TakeOf(const py::object& object, double object_scale, const std::string
   call.request.seed = options.seed;
   call.request.threads = options.threads;
   const LoadedObject loaded = ObjectOf(object, object_scale);
-  if (const auto why = WhyTooLarge(loaded, false)) throw Failure(*why);
+  if (const auto why = WhyTooLarge(loaded, false)) throw FitFailure(*why);
   call.object = PrepareAside(loaded, 300, options.threads);
   LogNotes(call.object->notes);
   return call;

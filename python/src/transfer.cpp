@@ -99,7 +99,7 @@ TransferredPtr Transfer(const py::object& clip, const py::object& object, const 
   result->map = used->Report();
   if (result->report.carried.status == CarryStatus::kStopped) throw Stopped();
   if (result->report.carried.status == CarryStatus::kNoContact) {
-    throw Failure(input.name + ": no hand touches " + result->object.name + " in any frame");
+    throw FitFailure(input.name + ": no hand touches " + result->object.name + " in any frame");
   }
   LogNotes(result->report.warnings);
   LogNotes(result->report.carried.warnings);

@@ -7,8 +7,13 @@
 #include <optional>
 #include <utility>
 
+#include <ceres/types.h>
+#include <ceres/version.h>
+#include <fmt/format.h>
+
 #include "geometry/conventions/series.h"
 #include "geometry/rotation.h"
+#include "solver/fit/frame_fitter.h"
 
 namespace holdfast {
 namespace {
@@ -47,6 +52,40 @@ nlohmann::json FirstGraspJson(const FirstGrasp& first) {
     }
   }
   return json;
+}
+
+nlohmann::json WeightsJson(const FitOptions& options) {
+  nlohmann::json weights;
+  for (const EnergyTermInfo& info : EnergyTerms()) {
+    weights[fmt::format("lambda_{}", info.name)] = options.*info.weight;
+  }
+  return weights;
+}
+
+nlohmann::json SolverJson(const FitOptions& options) {
+  const ceres::Solver::Options solver = FrameSolverOptions(options);
+  return {{"library", "Ceres " CERES_VERSION_STRING},
+          {"minimizer", ceres::TrustRegionStrategyTypeToString(solver.trust_region_strategy_type)},
+          {"linear_solver", ceres::LinearSolverTypeToString(solver.linear_solver_type)},
+          {"max_iterations", solver.max_num_iterations},
+          {"step_tolerance", solver.parameter_tolerance},
+          {"function_tolerance", solver.function_tolerance}};
+}
+
+nlohmann::json ProtocolJson(const ContactProtocol& protocol, const Solid& object,
+                            const HandModel& hand) {
+  return {
+      {"penetration",
+       "depth of hand vertices inside the object and of object vertices inside the hand (closed "
+       "at the wrist), exact signed distance to full-resolution meshes; mean_penetration: of hand "
+       "vertices alone"},
+      {"contact", "a hand vertex is in contact when |signed distance| is below the threshold"},
+      {"contact_threshold_mm", protocol.contact_threshold_mm},
+      {"intersection_volume", "voxel centres inside both object and hand (closed at the wrist)"},
+      {"voxel_mm", protocol.voxel_mm},
+      {"hand_vertices", hand.NumVertices()},
+      {"object_vertices", object.mesh.NumVertices()},
+      {"inside_by", object.IsClosed() ? "pseudonormal" : "winding number"}};
 }
 
 nlohmann::json DrinkJson(const std::optional<DrinkReport>& served, const DrinkMeasures& drunk) {

@@ -5,7 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "geometry/body/hand_model.h"
 #include "geometry/score/contact_score.h"
+#include "geometry/score/exact_intersection.h"
 #include "solver/carry/carry.h"
 #include "solver/carry/first_grasp.h"
 #include "solver/carry/refine.h"
@@ -16,6 +18,14 @@ namespace holdfast {
 
 /// How the object came into the hand, units in the names.
 nlohmann::json FirstGraspJson(const FirstGrasp& first);
+
+/// The weights of all terms, "lambda_...".
+nlohmann::json WeightsJson(const FitOptions& options);
+/// Which solver of Ceres a fit's frames are solved with, and when it stops.
+nlohmann::json SolverJson(const FitOptions& options);
+/// How contact and penetration were measured, so that they can be compared.
+nlohmann::json ProtocolJson(const ContactProtocol& protocol, const Solid& object,
+                            const HandModel& hand);
 
 /// Contact and penetration over a clip, units in the names; null where no frame is held.
 nlohmann::json ContactJson(const ContactScore& contact);

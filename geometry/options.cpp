@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/options.h"
+
+#include <algorithm>
+#include <type_traits>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+namespace holdfast {
+namespace {
+
+template <typename T>
+inline constexpr bool kIsOptional = false;
+template <typename T>
+inline constexpr bool kIsOptional<std::optional<T>> = true;
+
+nlohmann::json ValueOf(const Option& option) {
+  return std::visit(
+      [](const auto& value) -> nlohmann::json {
+        using Value = std::decay_t<decltype(value)>;
+        if constexpr (std::is_same_v<Value, OptionChoice>) {
+          return value.words[value.get()];
+        } else if constexpr (std::is_same_v<Value, ScaledNumber>) {
+          return *value.variable / value.unit;
+        } else if constexpr (kIsOptional<std::remove_pointer_t<Value>>) {
+          return *value ? nlohmann::json(**value) : nlohmann::json();
+        } else {
+          return *value;
+        }
+      },
+      option.value);
+}
+
+std::string RangeText(const Option& option) {
+  if (const auto* choice = std::get_if<OptionChoice>(&option.value)) {
+    return fmt::format("one of '{}'", fmt::join(choice->words, "', '"));
+  }
+  const OptionRange& range = option.range;
+  if (range.positive) return "more than 0";
+  const bool low = std::isfinite(range.low), high = std::isfinite(range.high);
+  if (low && high) return fmt::format("{:g} to {:g}", range.low, range.high);
+  return low ? fmt::format("{:g} or more", range.low) : std::string();
+}
+
+}  // namespace
+
+Option& OptionTable::Add(const std::string& name, const std::string& unit, OptionRange range,
+                         std::string help) {
+  Option& option = options_.emplace_back();
+  option.name = unit.empty() ? name : name + "_" + unit;
+  option.flag = "--" + name;
+  std::ranges::replace(option.flag, '_', '-');
+  option.help = std::move(help);
+  option.group = group_;
+  option.range = range;
+  return option;
+}
+
+void OptionTable::Flag(const std::string& name, bool& variable, std::string help) {
+  Option& option = Add(name, "", {}, std::move(help));
+  if (variable) option.flag.insert(2, "no-");
+  option.value = &variable;
+}
+
+void OptionTable::Number(const std::string& name, const std::string& unit, int& variable,
+                         OptionRange range, std::string help) {
+  Add(name, unit, range, std::move(help)).value = &variable;
+}
+
+void OptionTable::Number(const std::string& name, const std::string& unit, double& variable,
+                         OptionRange range, std::string help) {
+  Add(name, unit, range, std::move(help)).value = &variable;
+}
+
+void OptionTable::Number(const std::string& name, const std::string& unit, ScaledNumber variable,
+                         OptionRange range, std::string help) {
+  Add(name, unit, range, std::move(help)).value = variable;
+}
+
+void OptionTable::Number(const std::string& name, const std::string& unit,
+                         std::optional<int>& variable, OptionRange range, std::string default_text,
+                         std::string help) {
+  Option& option = Add(name, unit, range, std::move(help));
+  option.value = &variable;
+  option.default_text = std::move(default_text);
+}
+
+void OptionTable::Number(const std::string& name, const std::string& unit,
+                         std::optional<double>& variable, OptionRange range,
+                         std::string default_text, std::string help) {
+  Option& option = Add(name, unit, range, std::move(help));
+  option.value = &variable;
+  option.default_text = std::move(default_text);
+}
+
+void OptionTable::Frames(const std::string& name, std::string flag, std::vector<int>& variable,
+                         std::string help) {
+  Option& option = Add(name, "", kNonNegative, std::move(help));
+  option.value = &variable;
+  option.flag = std::move(flag);
+}
+
+void OptionTable::Text(const std::string& name, std::string& variable, std::string help) {
+  Add(name, "", {}, std::move(help)).value = &variable;
+}
+
+const Option* OptionTable::Find(const std::string& name) const {
+  const auto found = std::ranges::find(options_, name, &Option::name);
+  return found == options_.end() ? nullptr : &*found;
+}
+
+OptionTable OptionTable::Without(const std::vector<std::string>& names) const {
+  OptionTable rest = *this;
+  std::erase_if(rest.options_, [&](const Option& option) {
+    return std::ranges::find(names, option.name) != names.end();
+  });
+  return rest;
+}
+
+nlohmann::json OptionsJson(const OptionTable& table) {
+  nlohmann::json json;
+  for (const Option& option : table.All()) json[option.name] = ValueOf(option);
+  return json;
+}
+
+std::string OptionsText(const OptionTable& table) {
+  std::string text;
+  for (const Option& option : table.All()) {
+    const nlohmann::json value = ValueOf(option);
+    std::string usual = value.is_boolean() ? (value.get<bool>() ? "True" : "False")
+                        : value.is_null()  ? fmt::format("None: {}", option.default_text)
+                        : value.is_string() ? fmt::format("'{}'", value.get<std::string>())
+                                            : value.dump();
+    const std::string range = RangeText(option);
+    text += fmt::format("{} ({}{}{}): {}.\n", option.name, range, range.empty() ? "" : "; ", usual,
+                        option.help);
+  }
+  return text;
+}
+
+}  // namespace holdfast

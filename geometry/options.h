@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace holdfast {
+
+/// The values that a number may have. `positive` excludes 0.
+struct OptionRange {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool positive = false;
+
+  bool Contains(double value) const {
+    return value >= low && value <= high && (!positive || (value > 0.0 && std::isfinite(value)));
+  }
+};
+inline constexpr OptionRange kPositive{.low = 0.0, .positive = true};
+inline constexpr OptionRange kNonNegative{.low = 0.0};
+
+/// A choice among words, whatever type stands behind it.
+struct OptionChoice {
+  std::vector<std::string> words;
+  std::function<std::size_t()> get;      ///< index into `words`
+  std::function<void(std::size_t)> set;  ///< the same
+};
+
+/// A number whose unit differs from that of the variable: value = *variable * per_unit.
+struct ScaledNumber {
+  double* variable;
+  double unit;  ///< of the option in the variable's unit: 1e-3 for millimeters in meters
+};
+
+/// One option of a job. It is declared once, and read by the command line, config files, Python,
+/// metrics.json and the documentation.
+struct Option {
+  std::string name;     ///< "contact_threshold_mm": with its unit, as Python and JSON name it
+  std::string flag;     ///< "--contact-threshold": as the command line names it
+  std::string help;     ///< one sentence or more, without a period at the end
+  std::string group;    ///< heading in --help; empty: none
+  std::string default_text;  ///< of an optional value that is left out: "by the distance"
+  OptionRange range;
+  std::variant<bool*, int*, double*, std::string*, std::optional<int>*, std::optional<double>*,
+               std::vector<int>*, ScaledNumber, OptionChoice>
+      value;
+};
+
+/// The options of a job, bound to its variables. The job must outlive the table.
+///
+///   OptionTable OptionsOf(FitJob& job) {
+///     OptionTable table;
+///     table.Choice("hand", job.hand, {{"right", Side::kRight}, {"left", Side::kLeft}}, "...");
+///     table.Number("contact_threshold", "mm", job.threshold_mm, kPositive, "...");
+///     return table;
+///   }
+class OptionTable {
+ public:
+  /// Options declared from here on are in this group.
+  void Group(std::string heading) { group_ = std::move(heading); }
+
+  /// False or true. Where the default is true the command line has --no-NAME.
+  void Flag(const std::string& name, bool& variable, std::string help);
+  /// `unit` is empty for numbers without one.
+  void Number(const std::string& name, const std::string& unit, int& variable, OptionRange range,
+              std::string help);
+  void Number(const std::string& name, const std::string& unit, double& variable,
+              OptionRange range, std::string help);
+  void Number(const std::string& name, const std::string& unit, ScaledNumber variable,
+              OptionRange range, std::string help);
+  void Number(const std::string& name, const std::string& unit, std::optional<int>& variable,
+              OptionRange range, std::string default_text, std::string help);
+  void Number(const std::string& name, const std::string& unit, std::optional<double>& variable,
+              OptionRange range, std::string default_text, std::string help);
+  /// Whole numbers of 0 or more. `flag` is the name on the command line.
+  void Frames(const std::string& name, std::string flag, std::vector<int>& variable,
+              std::string help);
+  void Text(const std::string& name, std::string& variable, std::string help);
+  /// One of several words, each with the value that it stands for.
+  template <typename T>
+  void Choice(const std::string& name, T& variable,
+              const std::vector<std::pair<std::string, T>>& choices, std::string help) {
+    OptionChoice choice;
+    std::vector<T> values;
+    for (const auto& [word, value] : choices) {
+      choice.words.push_back(word);
+      values.push_back(value);
+    }
+    choice.get = [&variable, values] {
+      std::size_t i = 0;
+      while (i + 1 < values.size() && !(values[i] == variable)) ++i;
+      return i;
+    };
+    choice.set = [&variable, values](std::size_t i) { variable = values[i]; };
+    Add(name, "", {}, std::move(help)).value = std::move(choice);
+  }
+
+  const std::vector<Option>& All() const { return options_; }
+  /// Nothing where there is none of this name.
+  const Option* Find(const std::string& name) const;
+  /// Without the options of these names.
+  OptionTable Without(const std::vector<std::string>& names) const;
+
+ private:
+  Option& Add(const std::string& name, const std::string& unit, OptionRange range,
+              std::string help);
+
+  std::string group_;
+  std::vector<Option> options_;
+};
+
+/// The values of all options by name, as metrics.json records them; null for optional ones that are
+/// left out.
+nlohmann::json OptionsJson(const OptionTable& table);
+
+/// For people: a line for each option with its default and what it may be, as docstrings have it.
+std::string OptionsText(const OptionTable& table);
+
+}  // namespace holdfast

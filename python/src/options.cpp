@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/options.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "geometry/suggestion.h"
+#include "python/src/bindings.h"
+#include "python/src/numpy.h"
+
+namespace holdfast::python {
+namespace {
+
+[[noreturn]] void WrongType(const Option& option, const char* expected, const py::handle& given) {
+  throw py::type_error(
+      fmt::format("{}: expected {}, got {}", option.name, expected, TypeText(given)));
+}
+
+// The value as a C++ number or bool; TypeError for what is none.
+template <typename T>
+T Converted(const Option& option, const char* expected, const py::handle& given) {
+  try {
+    return given.cast<T>();
+  } catch (const py::cast_error&) {
+    WrongType(option, expected, given);
+  }
+}
+
+template <typename T>
+T InRange(const Option& option, const py::handle& given) {
+  const T value =
+      Converted<T>(option, std::is_same_v<T, int> ? "a whole number" : "a number", given);
+  const OptionRange& range = option.range;
+  const auto number = static_cast<double>(value);
+  if (range.Contains(number)) return value;
+  std::string expected = fmt::format("{:g} to {:g}", range.low, range.high);
+  if (!std::isfinite(range.high)) expected = fmt::format("{:g} or more", range.low);
+  if (range.positive) expected = "more than 0";
+  if (std::isnan(number)) expected = "a number";
+  throw py::value_error(fmt::format("{}: expected {}, got {}", option.name, expected, value));
+}
+
+// Sets one option to a Python value.
+struct Set {
+  const Option& option;
+  const py::handle& given;
+
+  void operator()(bool* value) const { *value = Converted<bool>(option, "True or False", given); }
+  void operator()(int* value) const { *value = InRange<int>(option, given); }
+  void operator()(double* value) const { *value = InRange<double>(option, given); }
+  void operator()(std::string* value) const {
+    if (!IsPath(given)) WrongType(option, "a str", given);
+    *value = py::str(given);
+  }
+  template <typename T>
+  void operator()(std::optional<T>* value) const {
+    *value = given.is_none() ? std::nullopt : std::optional<T>(InRange<T>(option, given));
+  }
+  void operator()(std::vector<int>* value) const {
+    value->clear();
+    if (given.is_none()) return;
+    const py::array_t<int> numbers = Integers(given, option.name.c_str(), {-1});
+    value->assign(numbers.data(), numbers.data() + numbers.size());
+  }
+  void operator()(const ScaledNumber& number) const {
+    *number.variable = number.unit * InRange<double>(option, given);
+  }
+  void operator()(const OptionChoice& choice) const {
+    if (!py::isinstance<py::str>(given)) WrongType(option, "a str", given);
+    const std::string word = py::str(given);
+    const auto found = std::ranges::find(choice.words, word);
+    if (found == choice.words.end()) {
+      throw py::value_error(fmt::format("{}: expected one of '{}', got '{}'", option.name,
+                                        fmt::join(choice.words, "', '"), word));
+    }
+    choice.set(static_cast<std::size_t>(found - choice.words.begin()));
+  }
+};
+
+}  // namespace
+
+std::string PythonText(const std::string& text) {
+  const auto is_letter = [&](std::size_t i) {
+    return i < text.size() && std::islower(static_cast<unsigned char>(text[i])) != 0;
+  };
+  std::string said;
+  bool option = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool first = i == 0 || text[i - 1] == ' ' || text[i - 1] == '(';
+    if (first && text.compare(i, 2, "--") == 0 && is_letter(i + 2)) {
+      option = true;
+      ++i;
+      continue;
+    }
+    option = option && (is_letter(i) || text[i] == '-');
+    said += option && text[i] == '-' ? '_' : text[i];
+  }
+  return said;
+}
+
+void SetOptions(const py::kwargs& given, const OptionTable& table) {
+  for (const auto& [key, value] : given) {
+    const std::string name = py::str(key);
+    const Option* const option = table.Find(name);
+    if (option == nullptr) {
+      std::vector<std::string> known;
+      for (const Option& one : table.All()) known.push_back(one.name);
+      throw py::type_error(fmt::format("no option is called '{}'. {}help() has them all", name,
+                                       Suggestion(name, known)));
+    }
+    const py::handle handle = value;
+    std::visit(Set{*option, handle}, option->value);
+  }
+}
+
+}  // namespace holdfast::python

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: MIT
+#include "solver/carry/fit_job.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "geometry/clip/clip_arrays.h"
+#include "geometry/conventions/posture.h"
+#include "geometry/error.h"
+#include "geometry/import/held_distance.h"
+#include "solver/carry/carry_json.h"
+
+namespace holdfast {
+namespace {
+
+void AddGraspOptions(FitJob& job, OptionTable& table) {
+  table.Group("The grasp");
+  AddStyleOption(table, job.carry.style,
+                 "How a new grasp holds: power, precision, handle (fingers through it), or auto");
+  AddUseOption(table, job.carry.use);
+  table.Flag("regrasp", job.regrasp, "Make a new grasp even if the clip has one of this object");
+  table.Flag("keep_grasp", job.keep_grasp,
+             "Keep the clip's own grasp and trajectory even if they are another object's");
+}
+
+void AddEnergyOptions(FitOptions& fit, OptionTable& table) {
+  table.Group("Terms of the energy");
+  AddWeightOptions(table, fit,
+                   [](const EnergyTermInfo& info) { return info.term != EnergyTerm::kSupport; });
+  table.Flag("slip", fit.slip,
+             "Contacts may travel along the surface, not off it: E_s in place of E_d and E_c, for "
+             "objects turned or squeezed in the fingers");
+  table.Number("contact_threshold", "mm", ScaledNumber{&fit.contact_threshold_m, 1e-3}, kPositive,
+               "tau: pairs closer than this when the hand takes hold are in contact, mm");
+  table.Choice("normalize", fit.normalize,
+               {{"sum", Normalization::kSum}, {"mean", Normalization::kMean}},
+               "What the weights of E_c and E_t multiply: sum, as the paper writes them, or mean "
+               "over pairs and coordinates, as its code has them (E_d stays as it is)");
+}
+
+void AddSolverOptions(FitJob& job, OptionTable& table) {
+  FitOptions& fit = job.carry.fit;
+  table.Group("The solver");
+  table.Number("object_vertices", "", job.object_vertices, {4, 100'000},
+               "Vertices that the object is simplified to");
+  table.Choice("solve", fit.whole_clip, {{"sequential", false}, {"batch", true}},
+               "sequential: frame after frame; batch: then all frames at once, with little change "
+               "of velocity");
+  table.Number("max_iterations", "", fit.max_iterations, {1, 10'000}, "Iterations per frame");
+  table.Choice("precision", fit.precision,
+               {{"single", PairPrecision::kSingle}, {"double", PairPrecision::kDouble}},
+               "Arithmetic of the pair loop");
+}
+
+void AddHandOverOptions(CarryOptions& carry, OptionTable& table) {
+  table.Group("The hand-over");
+  table.Flag("hand_over", carry.hand_over, "The object changes hands");
+  table.Frames("switch_frames", "--switch", carry.handover.switch_frames,
+               "Frames where it changes hands, ascending: 60,140. Found if left out: from the "
+               "clip's object, or where the hands meet");
+  table.Choice("first_hand", carry.handover.first_hand,
+               {{"auto", std::nullopt}, {"right", Side::kRight}, {"left", Side::kLeft}},
+               "The hand that has it first");
+  table.Number("max_switches", "", carry.handover.max_switches, {1, 100},
+               "Where they are found: at most this many");
+  table.Number("dwell", "s", carry.handover.dwell_s, {0.0, 10.0},
+               "Both hands hold for about this long around a switch that was given, s");
+}
+
+// Whose grasp it is. What no hand can hold is refused here, before anything is prepared for it.
+void ChooseGrasp(const FitJob& job, const FitInput& input, CarryOptions& options,
+                 std::vector<std::string>& notes) {
+  const Clip& clip = input.motion.clip;
+  options.grasp = GraspSource::kClipsOrNew;
+  if (job.keep_grasp || input.made) options.grasp = GraspSource::kClips;
+  if (job.regrasp || options.place) options.grasp = GraspSource::kNew;
+  if (options.grasp == GraspSource::kClipsOrNew) {
+    try {
+      if (ClipObject own = FindClipObject(input.motion); !own.by_name) {
+        options.clip_object = std::move(own.mesh);
+      }
+    } catch (const Error& error) {  // the motion is there all the same
+      notes.push_back(fmt::format(
+          "{}: {}: whether the clip's grasp is of {} is judged by the object's name (--regrasp "
+          "makes a new one)",
+          error.Where(), error.Problem(), job.object));
+    }
+    if (input.motion.change) options.other_body = input.motion.change->from;
+    if (const std::string why = WhyNewGrasp(clip, *input.object, job.object, options);
+        !why.empty()) {
+      notes.push_back(why + ": a new one is made (--keep-grasp keeps it)");
+    }
+  }
+  const bool needed = NeedsGrasp(clip, *input.object, options);
+  options.grasp = needed ? GraspSource::kNew : GraspSource::kClips;
+  constexpr std::uint8_t kHoldsBoth = kHoldsRight | kHoldsLeft;
+  if (needed) {
+    RequireGraspable(*input.object, options.hands == CarryHands::kBoth ||
+                                        std::ranges::count(clip.holding_hand, kHoldsBoth) > 0);
+  }
+}
+
+void CutToRange(const FitJob& job, Clip& clip) {
+  const int end = job.end < 0 ? clip.NumFrames() : std::min(job.end, clip.NumFrames());
+  if (job.start >= end) {
+    throw Error(
+        job.clip,
+        fmt::format("has {} frames: nothing between {} and {}", clip.NumFrames(), job.start, end),
+        "Give --start and --end within the clip");
+  }
+  if (job.start > 0 || end < clip.NumFrames()) clip = Slice(clip, job.start, end);
+}
+
+void RequireCarried(const FitJob& job, const CarryOptions& options, const CarryReport& report) {
+  if (report.status == CarryStatus::kNoGrasp) {
+    const std::uint8_t first = report.holding.hands.front();
+    const std::string other =
+        report.grasp.both ? "a first frame with both hands in front (--start)"
+                          : fmt::format("--hand {}", first == kHoldsLeft ? "right" : "left");
+    throw FitFailure(fmt::format("{}: {}. Try {}, {}", job.object, report.grasp.status, other,
+                                 options.place ? "or another place (--at, --region, --avoid)"
+                                               : "or another object size (--object-scale)"));
+  }
+  if (report.status == CarryStatus::kNoContact) {
+    throw FitFailure(fmt::format(
+        "{}: {} touches no hand in any frame, so that nothing is written. {}", job.clip, job.object,
+        report.grasp.made
+            ? "Try another --hand, or another frame to take hold in (--start)"
+            : "Its trajectory is of another object, scale or body: --regrasp makes a new grasp"));
+  }
+}
+
+// Which hands hold at some time.
+std::string_view HandsText(const HeldFrames& frames) {
+  if (frames.left + frames.both == 0) return "the right hand";
+  if (frames.right + frames.both == 0) return "the left hand";
+  return frames.right + frames.left == 0 ? "both hands" : "the right and the left hand";
+}
+
+}  // namespace
+
+void AddStyleOption(OptionTable& table, std::optional<GraspStyle>& style, std::string help) {
+  table.Choice("style", style,
+               {{"auto", std::nullopt},
+                {"power", GraspStyle::kPower},
+                {"precision", GraspStyle::kPrecision},
+                {"handle", GraspStyle::kHandle}},
+               std::move(help));
+}
+
+void AddUseOption(OptionTable& table, std::optional<GraspUse>& use) {
+  table.Choice("use", use,
+               {{"auto", std::nullopt},
+                {"handle", GraspUse::kHandle},
+                {"tool", GraspUse::kTool},
+                {"vessel", GraspUse::kVessel},
+                {"box", GraspUse::kBox},
+                {"dish", GraspUse::kDish},
+                {"any", GraspUse::kAny}},
+               "How people take such an object: handle (by its loop), tool (by the grip, thumb "
+               "towards the head), vessel (upright, rim free), box (across the narrow side), dish "
+               "(level, by the rim), any (wherever it is firmest), or auto: judged by its shape");
+}
+
+void AddWeightOptions(OptionTable& table, FitOptions& fit,
+                      const std::function<bool(const EnergyTermInfo&)>& terms) {
+  for (const EnergyTermInfo& info : EnergyTerms()) {
+    if (terms(info)) {
+      table.Number(fmt::format("lambda_{}", info.name), "", fit.*info.weight, kNonNegative,
+                   info.help);
+    }
+  }
+}
+
+OptionTable OptionsOf(FitJob& job) {
+  CarryOptions& carry = job.carry;
+  OptionTable table;
+  table.Choice("hand", carry.hands,
+               {{"auto", CarryHands::kAuto},
+                {"right", CarryHands::kRight},
+                {"left", CarryHands::kLeft},
+                {"both", CarryHands::kBoth}},
+               "The hand that holds. auto: as the clip says, or as its object moves; without an "
+               "object the right");
+  table.Choice("recipe", carry.recipe,
+               {{"holdfast", FitRecipe::kHoldfast},
+                {"paper", FitRecipe::kPaper},
+                {"imos-code", FitRecipe::kImosCode}},
+               "holdfast: all terms; paper: the three terms of IMoS; imos-code: what its authors' "
+               "code does");
+  table.Flag("drink", carry.drink,
+             "The person drinks: the cup stands on the table until the hand takes it, is at the "
+             "mouth when the hand is, and is put back; neck and head come to its rim");
+  table.Number("start", "", job.start, kNonNegative, "First frame to fit");
+  table.Number("end", "", job.end, {}, "Frame to stop before; -1 is the clip's end");
+  table.Number("object_scale", "", carry.object_scale, kPositive,
+               "Multiplies the object's coordinates (0.001 for millimetres)");
+  table.Flag("keep_motion", carry.keep_motion,
+             "Leave the clip's motion as it is. Without it, arms give way, smoothly and by little, "
+             "where the object, hand or forearm would go through the person's own body; with it "
+             "that is only reported");
+  AddHandOverOptions(carry, table);
+  AddGraspOptions(job, table);
+  AddEnergyOptions(carry.fit, table);
+  AddSolverOptions(job, table);
+  return table;
+}
+
+void RequireGraspable(const LoadedObject& object, bool both) {
+  if (const std::optional<std::string> why = WhyTooLarge(object, both)) throw FitFailure(*why);
+}
+
+bool FitRun::Sound() const {
+  return report.sound && std::ranges::none_of(report.fit.frames, [](const FrameReport& frame) {
+           return frame.stop == StopReason::kFailed;
+         });
+}
+
+FitRun RunFit(const FitJob& job, FitInput input,
+              const std::function<void(const std::string&)>& tell,
+              const StagedProgress& progress) {
+  const auto begin = std::chrono::steady_clock::now();
+  FitRun run;
+  run.options = job.carry;
+  if (run.options.recipe == FitRecipe::kPaper) run.options.fit = run.options.fit.OnlyPaper();
+  const auto warn = [&](const std::string& warning) {
+    run.warnings.push_back(warning);
+    tell("warning: " + warning);
+  };
+  if (!input.made) {
+    RequireMetres(job.clip, input.motion.clip, *input.motion.body.model);
+    CutToRange(job, input.motion.clip);
+  }
+  ChooseGrasp(job, input, run.options, run.notes);
+  run.object = input.prepare();
+  run.notes.insert(run.notes.end(), run.object->notes.begin(), run.object->notes.end());
+  for (const std::string& note : run.notes) tell("note: " + note);
+  run.body = std::move(input.motion.body);
+  const Clip& clip = input.motion.clip;
+  if (run.options.grasp == GraspSource::kClips) {
+    if (const auto away = WarnOfHeldDistance(clip, run.body, run.object->object.mesh)) {
+      warn(fmt::format("{}: {}: {}", job.clip, away->seen, away->advice));
+    }
+  }
+  run.report = NamingSource("the clip", job.clip, [&] {
+    return CarryObject(clip, run.body, *run.object, run.options, progress);
+  });
+  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  if (run.report.status == CarryStatus::kStopped) return run;
+  for (const std::string& warning : run.report.grasp.warnings) warn(warning);
+  RequireCarried(job, run.options, run.report);
+  for (const std::string& warning : run.report.warnings) warn(warning);
+  return run;
+}
+
+nlohmann::json FitMetricsJson(const FitJob& job, const FitRun& run) {
+  const CarryReport& report = run.report;
+  const FitOptions& fit = run.options.fit;
+  FitJob used = job;
+  used.carry = run.options;
+  nlohmann::json options = OptionsJson(OptionsOf(used));
+  options.update(WeightsJson(fit));
+  options.update({{"clip", job.clip},
+                  {"object", job.object},
+                  {"drag_share", fit.drag_share},
+                  {"soft_tissue_mm", 1e3 * fit.soft_tissue_m}});
+  if (!fit.whole_clip) options["lambda_acceleration"] = options["lambda_support"] = 0.0;
+
+  const Side side = (report.held_by & kHoldsRight) != 0 ? Side::kRight : Side::kLeft;
+  const HeldFrames held = CountHeld(report.clip.holding_hand);
+  nlohmann::json metrics = {{"options", std::move(options)}, {"held_by", HandsText(held)}};
+  metrics["frames_held"] = {
+      {"right", held.right}, {"left", held.left}, {"both", held.both}, {"none", held.none}};
+  metrics["grasp"] = FirstGraspJson(report.grasp);
+  if (report.drunk) metrics["drink"] = DrinkJson(report.drink, *report.drunk);
+  if (run.options.place && report.grasp.one) {
+    metrics["grasp"]["contacts_outside_place_ratio"] = report.grasp.one->outside_place;
+    metrics["grasp"]["from_point_mm"] = 1000.0 * report.grasp.one->from_place_m;
+  } else if (run.options.place && report.grasp.both) {
+    const std::array<Grasp, 2>& hands = report.grasp.both->hands;
+    metrics["grasp"]["contacts_outside_place_ratio"] =
+        std::max(hands[0].outside_place, hands[1].outside_place);
+  }
+  metrics["switches"] = SwitchesJson(report.holding, report.handovers);
+  metrics["protocol"] = ProtocolJson(run.options.protocol, run.object->solid,
+                                     HandModel(run.body.model, run.body.betas, side));
+  metrics["notes"] = run.notes;
+  metrics["warnings"] = run.warnings;
+  metrics["clearance"] = ClearanceJson(report.clearance);
+  metrics["solver"] = SolverJson(fit);
+  metrics["summary"] = FitSummaryJson(report.fit, report.contact);
+  metrics["per_frame"] = FitFramesJson(report.fit, report.contact, report.clearance);
+  metrics["per_frame"]["holding_hand"] = report.holding.hands;
+  return metrics;
+}
+
+}  // namespace holdfast
