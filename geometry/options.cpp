@@ -119,6 +119,14 @@ OptionTable OptionTable::Without(const std::vector<std::string>& names) const {
   return rest;
 }
 
+OptionTable OptionTable::Only(const std::vector<std::string>& names) const {
+  OptionTable some = *this;
+  std::erase_if(some.options_, [&](const Option& option) {
+    return std::ranges::find(names, option.name) == names.end();
+  });
+  return some;
+}
+
 nlohmann::json OptionsJson(const OptionTable& table) {
   nlohmann::json json;
   for (const Option& option : table.All()) json[option.name] = ValueOf(option);

@@ -106,8 +106,9 @@ class OptionTable {
   const std::vector<Option>& All() const { return options_; }
   /// Nothing where there is none of this name.
   const Option* Find(const std::string& name) const;
-  /// Without the options of these names.
+  /// Without the options of these names, and these alone.
   OptionTable Without(const std::vector<std::string>& names) const;
+  OptionTable Only(const std::vector<std::string>& names) const;
 
  private:
   Option& Add(const std::string& name, const std::string& unit, OptionRange range,

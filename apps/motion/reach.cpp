@@ -7,22 +7,22 @@ namespace holdfast::apps {
 namespace {
 
 // A goal that moves. What plans a whole motion makes no sense with it.
-void AddTrackOptions(CLI::App& command, CLI::Option& goal, ReachJob& job) {
+void AddTrackOptions(CLI::App& command, CLI::Option& goal, ReachCommand& reach) {
   CLI::Option* track =
       command
-          .add_option("--track", job.track,
+          .add_option("--track", reach.track,
                       "Table of goals (x,y,z or time,x,y,z a line): one a frame, followed without "
                       "looking ahead, 30 a second")
           ->excludes(&goal);
   command
       .add_option(
-          "--rate", job.rate_hz,
+          "--rate", reach.rate_hz,
           "Goals a second in the table [30, or by its times]; a frame has the one that came "
           "last")
       ->check(CLI::Range(0.1, 10'000.0))
       ->needs(track);
   command
-      .add_option("--push", job.pushes,
+      .add_option("--push", reach.pushes,
                   "FRAME,DX,DY,DZ: something moves the body by so many metres from that goal on, "
                   "within 0.3 s. Repeated: several")
       ->expected(1)
@@ -35,105 +35,61 @@ void AddTrackOptions(CLI::App& command, CLI::Option& goal, ReachJob& job) {
 void AddReachCommand(CLI::App& app, int& exit_code) {
   struct Options {
     CommonOptions common;
-    ReachJob job;
+    ReachCommand reach;
   };
   auto options = std::make_shared<Options>();
-  ReachJob& job = options->job;
+  ReachCommand& reach = options->reach;
   CLI::App* command =
       app.add_subcommand("reach", "Generate a person who walks to a goal and reaches for it");
   CLI::Option* goal =
       command
-          ->add_option("--goal", job.goals,
+          ->add_option("--goal", reach.goals,
                        "X,Y,Z of the wrist, metres, z up from the ground. Repeated: one after "
                        "another in one motion")
           ->expected(1)
           ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  AddTrackOptions(*command, *goal, job);
+  AddTrackOptions(*command, *goal, reach);
   command->add_option(
-      "--from", job.from,
+      "--from", reach.from,
       "CLIP or CLIP:FRAME to continue from (the last frame if left out). Without it a "
       "person stands at the origin, facing -y");
+  AddOptions(*command, OptionsOf(reach.job).Without({"grasp", "refit_all", "object_scale",
+                                                   "object_yaw_deg"}));
   command
-      ->add_option("--time", job.time_s,
-                   "Seconds until each goal is due [by how far there is to turn and to walk; "
-                   "vae-opt: by its distance, 1.4 s and 0.95 m/s]")
-      ->check(CLI::Range(0.1, 60.0));
-  command
-      ->add_option(
-          "--method", job.method,
-          "intention: the network is conditioned on the goal and runs once. latent-opt: its "
-          "latents are then "
-          "optimized until the wrist is at the goal and stays and the motion is physically "
-          "plausible; feet pinned last. vae-opt: WANDR's baseline, for comparison [intention; "
-          "latent-opt "
-          "with --object]")
-      ->check(CLI::IsMember({"intention", "latent-opt", "vae-opt"}));
-  command
-      ->add_option("--optimizer", job.optimizer,
-                   "vae-opt: lm, Levenberg-Marquardt on the goal's residuals and the prior; lbfgs, "
-                   "with a line search; lbfgs-step1, the released preset, every step whole; adam, "
-                   "with the released schedule [lm]")
-      ->check(CLI::IsMember({"lm", "lbfgs", "lbfgs-step1", "adam"}));
-  command
-      ->add_option("--iterations", job.iterations,
-                   "vae-opt: most iterations [lm 40, lbfgs-step1 80, others 200]")
-      ->check(CLI::Range(1, 100'000));
-  command
-      ->add_option("--prior-weight", job.prior_weight,
-                   "vae-opt: lambda of lambda/2 |z|^2 beside 1/2 |wrist - goal|^2 in metres [1e-6]")
-      ->check(CLI::Range(0.0, 1e6));
-  command
-      ->add_option("--samples", job.samples,
-                   "Motions to choose from [16, or 4 where each is optimized]")
-      ->check(CLI::Range(1, 10'000));
-  command
-      ->add_option("--obstacle", job.obstacles,
+      ->add_option("--obstacle", reach.obstacles,
                    "Mesh to keep out of, as it stands in the world (latent-opt). Repeated: several")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command->add_flag("--free-time", job.free_time,
-                    "Arrive at any time until the goal is due "
-                    "(latent-opt)");
   command
-      ->add_option("--approach", job.approach,
+      ->add_option("--approach", reach.approach,
                    "X,Y,Z along the forearm, elbow to wrist, on arrival (latent-opt)")
       ->excludes(command->get_option("--free-time"));
-  command->add_flag_callback(
-      "--no-refit", [&out = job.refit] { out = false; },
-      "Keep the network's motion: feet are not pinned, the wrist is some centimetres from the goal "
-      "(latent-opt: millimetres)");
   CLI::Option* object = command->add_option(
-      "--object", job.object,
+      "--object", reach.object,
       "Mesh or embedded object that stands on a table at the first --goal (the middle of its "
       "bottom) and is carried to the others. Needs --grasp");
   command
-      ->add_option("--grasp", job.style,
+      ->add_option("--grasp", reach.grasp,
                    "Take the object: by a power, precision or handle grasp, or whichever is best")
       ->expected(0, 1)
       ->default_str("auto")
       ->check(CLI::IsMember({"auto", "power", "precision", "handle"}))
       ->needs(object);
   object->needs(command->get_option("--grasp"));
-  command
-      ->add_option("--object-yaw", job.object_yaw_deg,
-                   "Yaw of the standing object, degrees [chosen for the hand]")
-      ->check(CLI::Range(-360.0, 360.0))
-      ->needs(object);
-  AddOption(*command, "--wrist", job.wrist, "Wrist used for reaching; left by mirroring the person",
-            CLI::IsMember({"right", "left"}));
-  AddOption(*command, "--sigma", job.sigma, "Standard deviation of the latents; 0: the mean motion",
-            CLI::Range(0.0, 3.0));
-  command->add_flag("--all", job.all, "Keep all samples: samples/NN.npz, best first");
-  command->add_option("--body", job.body, "Body model in place of the embedded one");
-  AddWeightsOption(*command, job.weights);
+  AddOptions(*command, OptionsOf(reach.job).Only({"object_yaw_deg", "object_scale"}));
+  command->get_option("--object-yaw")->needs(object);
+  command->get_option("--object-scale")->needs(object);
+  command->add_flag("--all", reach.all, "Keep all samples: samples/NN.npz, best first");
+  command->add_option("--body", reach.body, "Body model in place of the embedded one");
+  AddWeightsOption(*command, reach.weights);
   command->add_flag_callback(
-      "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
+      "--no-report", [&out = reach.write_report] { out = false; }, "Leave out report.html");
   for (const char* planned :
        {"--time", "--method", "--samples", "--obstacle", "--free-time", "--approach", "--no-refit",
         "--object", "--optimizer", "--iterations", "--prior-weight", "--all", "--sigma"}) {
     command->get_option("--track")->excludes(command->get_option(planned));
   }
-  AddOption(*command, "-o,--output", job.output,
+  AddOption(*command, "-o,--output", reach.output,
             "Folder to make: clip.npz, metrics.json, report.html");
   AddCommonOptions(
       *command, options->common, true,
@@ -151,10 +107,10 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "(speed, turns, lean, height of the pelvis, joint limits, accelerations), of others the\n"
       "least sum of closest distances.\n");
   command->callback([options, &exit_code] {
-    if (options->job.goals.empty() && options->job.track.empty()) {
+    if (options->reach.goals.empty() && options->reach.track.empty()) {
       throw CLI::RequiredError("--goal or --track");
     }
-    const Outcome outcome = RunReachJob(options->job, options->common);
+    const Outcome outcome = RunReach(options->reach, options->common);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;
   });

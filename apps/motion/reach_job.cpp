@@ -2,7 +2,6 @@
 #include "apps/motion/reach_job.h"
 
 #include <charconv>
-#include <tuple>
 
 #include <fmt/format.h>
 
@@ -36,125 +35,51 @@ struct Start {
   ReachPerson person;
 };
 
-Start StartOf(const ReachJob& job, const CommonOptions& common) {
-  if (job.from.empty()) return {"standing", StandingPerson(LoadBody(job.body))};
-  const auto [name, frame] = ParseStart(job.from);
-  LoadedClip loaded = LoadClip(name, LoadBody(job.body), common);
+Start StartOf(const ReachCommand& command, const CommonOptions& common) {
+  if (command.from.empty()) return {"standing", StandingPerson(LoadBody(command.body))};
+  const auto [name, frame] = ParseStart(command.from);
+  LoadedClip loaded = LoadClip(name, LoadBody(command.body), common);
   return {name, PersonInClip(std::move(loaded.clip), loaded.body, frame, name)};
 }
 
-ReachOptions ToLibrary(const ReachJob& job, const CommonOptions& common) {
-  ReachOptions options;
-  options.by = ReachByName(job.Method());
-  options.side = job.wrist == "left" ? Side::kLeft : Side::kRight;
-  options.samples = job.samples;
-  options.time_s = job.time_s;
-  options.sigma = job.sigma;
-  options.refit = job.refit;
-  options.refit_all = job.all;
-  options.free_time = job.free_time;
-  options.seed = common.seed;
-  options.threads = NumThreads(common);
-  if (!job.approach.empty()) {
-    const Eigen::Vector3d along = ParsePoint("--approach", job.approach);
-    if (along.norm() < 1e-6) {
-      throw Error("--approach", "has no direction", "Give a vector other than 0,0,0");
-    }
-    options.approach = along.normalized();
-  }
-  if (options.by == ReachBy::kVaeOpt) {
-    if (!job.optimizer.empty()) options.vae.method = VaeOptMethodByName(job.optimizer);
-    options.vae.iterations = job.iterations.value_or(0);
-    options.vae.prior_weight = job.prior_weight.value_or(options.vae.prior_weight);
-  } else if (!job.optimizer.empty() || job.iterations || job.prior_weight) {
-    throw Error("--optimizer, --iterations, --prior-weight",
-                "are not seen by --method " + job.Method(), "Add --method vae-opt");
-  }
-  if (!job.obstacles.empty() && options.by != ReachBy::kLatents) {
-    throw Error("--obstacle", "is not seen by --method " + job.Method(), "Add --method latent-opt");
-  }
-  for (const std::string& file : job.obstacles) {
-    options.obstacles.push_back(NamingSource("mesh", file, [&] {
-      return MakeObstacle(file, ReadMesh(file), options.side, options.threads);
+ReachOptions OptionsFor(const ReachCommand& command, const CommonOptions& common) {
+  ReachJob job = command.job;
+  job.options.refit_all = command.all;
+  job.options.seed = common.seed;
+  job.options.threads = NumThreads(common);
+  if (!command.approach.empty()) job.approach = ParsePoint("--approach", command.approach);
+  for (const std::string& file : command.obstacles) {
+    job.options.obstacles.push_back(NamingSource("mesh", file, [&] {
+      return MakeObstacle(file, ReadMesh(file), job.options.side, job.options.threads);
     }));
   }
-  return options;
+  return ReachOptionsOf(job, !command.object.empty());
 }
 
-nlohmann::json OptionsJson(const ReachJob& job, const Start& start, const ReachOptions& options) {
-  nlohmann::json json = {{"goals", job.goals},
+nlohmann::json OptionsJson(const ReachCommand& command, const Start& start,
+                           const ReachOptions& options) {
+  nlohmann::json json = {{"goals", command.goals},
                          {"from", start.source},
                          {"from_frame_30fps", start.person.Frame()},
-                         {"wrist", job.wrist},
-                         {"method", job.Method()},
-                         {"time_s", job.time_s ? nlohmann::json(*job.time_s) : nullptr},
+                         {"wrist", SideName(options.side)},
+                         {"method", ReachByName(options.by)},
+                         {"time_s", options.time_s ? nlohmann::json(*options.time_s) : nullptr},
                          {"samples", options.NumSamples()},
-                         {"sigma", job.sigma},
-                         {"refit", job.refit},
-                         {"free_time", job.free_time},
-                         {"approach", job.approach},
-                         {"obstacles", job.obstacles},
+                         {"sigma", options.sigma},
+                         {"refit", options.refit},
+                         {"free_time", options.free_time},
+                         {"approach", command.approach},
+                         {"obstacles", command.obstacles},
                          {"body", start.person.body->Name()}};
   if (options.by == ReachBy::kVaeOpt) {
-    json["vae_opt"] = {{"optimizer", job.optimizer.empty() ? "lm" : job.optimizer},
+    ReachJob job = command.job;
+    if (!job.optimizer) job.optimizer = VaeOptMethod::kLm;
+    json["vae_opt"] = {{"optimizer", holdfast::OptionsJson(OptionsOf(job))["optimizer"]},
                        {"iterations", options.vae.NumIterations()},
                        {"goal_sigma_m", options.vae.goal_sigma_m},
                        {"prior_weight", options.vae.prior_weight}};
   }
   return json;
-}
-
-// For each goal that was missed; empty where it was not.
-std::vector<std::string> WhyMissedAll(const ReachReport& report, const ReachPerson& person,
-                                      const ReachOptions& options) {
-  std::vector<std::string> why;
-  for (const ReachMiss& miss : report.misses) {
-    switch (miss.by) {
-      case MissedBy::kNothing:
-        why.emplace_back();
-        break;
-      case MissedBy::kHeight:
-        why.push_back(fmt::format("too high for this body, whose wrist comes to {:.2f} m",
-                                  person.HighestReach(options.side)));
-        break;
-      case MissedBy::kObstacle:
-        why.emplace_back("blocked: the goal is in an obstacle, or too near one for a hand");
-        break;
-      case MissedBy::kTime:
-        why.push_back(fmt::format("out of time: {:.1f} m in {:.1f} s is faster than a walk",
-                                  miss.distance_m, *options.time_s));
-        break;
-      case MissedBy::kMotion:
-        why.emplace_back(
-            "no motion that the network makes came closer: try more --samples, another --seed or "
-            "--method latent-opt");
-        break;
-    }
-  }
-  return why;
-}
-
-nlohmann::json GoalsJson(const wandr::ReachSample& sample, std::span<const Eigen::Vector3d> goals,
-                         std::span<const std::string> why) {
-  nlohmann::json out = nlohmann::json::array();
-  const auto frame_or_null = [](int frame) {
-    return frame < 0 ? nlohmann::json(nullptr) : nlohmann::json(frame);
-  };
-  for (std::size_t g = 0; g < goals.size(); ++g) {
-    const wandr::GoalOutcome& goal = sample.goals[g];
-    const bool tried = goal.taken_on >= 0;
-    out.push_back(
-        {{"goal_m", {goals[g].x(), goals[g].y(), goals[g].z()}},
-         {"reached", goal.Reached()},
-         {"taken_on_frame", frame_or_null(goal.taken_on)},
-         {"due_frame", frame_or_null(goal.due)},
-         {"reached_frame", frame_or_null(goal.reached)},
-         {"left_frame", frame_or_null(goal.left)},
-         {"closest_m", tried ? nlohmann::json(goal.closest_m) : nullptr},
-         {"closest_frame", frame_or_null(goal.closest_frame)},
-         {"why_missed", why[g].empty() ? nlohmann::json(nullptr) : nlohmann::json(why[g])}});
-  }
-  return out;
 }
 
 // Curves of one sample, for metrics and report.
@@ -171,14 +96,14 @@ nlohmann::json PerFrameJson(const wandr::ReachSample& sample,
   return curves;
 }
 
-std::string Text(const ReachJob& job, const ReachOptions& options, const ReachReport& report,
-                 std::span<const Eigen::Vector3d> goals, std::span<const std::string> why) {
+std::string Text(const ReachCommand& command, const ReachOptions& options, const ReachReport& report,
+                 std::span<const Eigen::Vector3d> goals, const std::vector<std::optional<std::string>>& why) {
   const wandr::ReachSample& best = report.motions.front().sample;
   const ReachQuality& quality = report.motions.front().quality;
   const auto frames = static_cast<double>(best.track.states.cols());
   std::string text = fmt::format(
       "{}/clip.npz: {} of {} goal{} reached with the {} wrist, {:.0f} frames ({:.1f} s)\n",
-      job.output, best.NumReached(), goals.size(), goals.size() == 1 ? "" : "s", job.wrist, frames,
+      command.output, best.NumReached(), goals.size(), goals.size() == 1 ? "" : "s", SideName(options.side), frames,
       frames / wandr::kFramesPerSecond);
   for (std::size_t g = 0; g < goals.size(); ++g) {
     const wandr::GoalOutcome& goal = best.goals[g];
@@ -188,14 +113,14 @@ std::string Text(const ReachJob& job, const ReachOptions& options, const ReachRe
                          (goal.reached - goal.taken_on) / wandr::kFramesPerSecond,
                          100.0 * goal.closest_m);
     } else if (goal.taken_on >= 0) {
-      fate = fmt::format("missed by {:.0f} cm: {}", 100.0 * goal.closest_m, why[g]);
+      fate = fmt::format("missed by {:.0f} cm: {}", 100.0 * goal.closest_m, why[g].value_or(""));
     }
     text += fmt::format("  {:<26}{}\n", "goal " + GoalText(goals[g]), fate);
   }
   text += fmt::format("  {:<26}{:.0f} % of frames skate, {:.0f} % in the air\n", "feet",
                       100.0 * quality.skating, 100.0 * quality.airborne);
   text += fmt::format("  {:<26}best of {} by {}; {} reach {}; {:.2f} s\n", "samples",
-                      options.NumSamples(), job.Method(), report.reach_all,
+                      options.NumSamples(), ReachByName(options.by), report.reach_all,
                       goals.size() == 1 ? "the goal" : "all goals", report.seconds);
   return text;
 }
@@ -238,30 +163,31 @@ std::pair<std::string, std::optional<int>> ParseStart(const std::string& text) {
 namespace {
 
 // The take and the carries after it.
-Outcome RunTake(const ReachJob& job, const Start& start, const ReachNetwork& network,
+Outcome RunTake(const ReachCommand& command, const Start& start, const ReachNetwork& network,
                 std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
                 const CommonOptions& common) {
   TakeJob take;
-  take.object = job.object;
+  take.object = command.object;
   take.side = options.side;
-  take.style = job.style;
+  take.style = command.grasp;
   take.places.assign(goals.begin(), goals.end());
-  take.object_yaw_deg = job.object_yaw_deg;
-  take.output = job.output;
-  take.write_report = job.write_report;
+  take.object_yaw_deg = command.job.object_yaw_deg;
+  take.object_scale = command.job.object_scale;
+  take.output = command.output;
+  take.write_report = command.write_report;
   nlohmann::json extra;
   extra["network"] = NetworkJson(network);
-  extra["options"] = OptionsJson(job, start, options);
+  extra["options"] = OptionsJson(command, start, options);
   return RunReachTake(take, start.person, network.weights, options, extra, common);
 }
 
-nlohmann::json MetricsOf(const ReachJob& job, const Start& start, const ReachNetwork& network,
+nlohmann::json MetricsOf(const ReachCommand& command, const Start& start, const ReachNetwork& network,
                          const ReachOptions& options, const ReachReport& report,
-                         std::span<const Eigen::Vector3d> goals, std::span<const std::string> why,
+                         std::span<const Eigen::Vector3d> goals, const std::vector<std::optional<std::string>>& why,
                          const std::vector<std::string>& notes, const CommonOptions& common) {
   const ReachMotion& best = report.motions.front();
   nlohmann::json metrics = JsonHead("holdfast/reach/1", common);
-  metrics["options"] = OptionsJson(job, start, options);
+  metrics["options"] = OptionsJson(command, start, options);
   metrics["network"] = NetworkJson(network);
   metrics["chosen_by"] = kRule;
   metrics["chosen"] = best.index;
@@ -282,13 +208,13 @@ nlohmann::json MetricsOf(const ReachJob& job, const Start& start, const ReachNet
 }
 
 // The motion of this rank as its report shows it; the best one has all metrics.
-ReportInput Shown(const ReachJob& job, const ReachPerson& person, const ReachOptions& options,
+ReportInput Shown(const ReachCommand& command, const ReachPerson& person, const ReachOptions& options,
                   const ReachMotion& motion, int rank, std::span<const Eigen::Vector3d> goals,
                   const nlohmann::json& metrics) {
   const std::string file = rank == 0 ? "clip.npz" : fmt::format("samples/{:02d}.npz", rank);
   ReportInput shown;
-  shown.file = fs::path(job.output) / file;
-  shown.source = rank == 0 ? job.output : shown.file.string();
+  shown.file = fs::path(command.output) / file;
+  shown.source = rank == 0 ? command.output : shown.file.string();
   shown.clip = ClipOf(motion, person);
   shown.body = person.body;
   shown.betas = person.betas;
@@ -299,17 +225,17 @@ ReportInput Shown(const ReachJob& job, const ReachPerson& person, const ReachOpt
   return shown;
 }
 
-void WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOptions& options,
+void WriteResult(const ReachCommand& command, const ReachPerson& person, const ReachOptions& options,
                  const ReachReport& report, std::span<const Eigen::Vector3d> goals,
                  const nlohmann::json& metrics, ResultFolder& folder, const CommonOptions& common) {
   const auto shown_of = [&](int rank) {
-    return Shown(job, person, options, report.motions[static_cast<std::size_t>(rank)], rank, goals,
+    return Shown(command, person, options, report.motions[static_cast<std::size_t>(rank)], rank, goals,
                  metrics);
   };
   std::vector<ReportInput> shown = {shown_of(0)};
   WriteClip(shown[0].clip, folder / "clip.npz");
   shown[0].metrics = folder.WriteMetrics(std::move(shown[0].metrics));
-  if (job.all) {
+  if (command.all) {
     fs::create_directory(folder / "samples");
     for (int rank = 0; rank < static_cast<int>(report.motions.size()); ++rank) {
       WriteClip(ClipOf(report.motions[static_cast<std::size_t>(rank)], person),
@@ -317,7 +243,7 @@ void WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOpti
       if (rank > 0 && rank < kReportedSamples) shown.push_back(shown_of(rank));
     }
   }
-  if (job.write_report) {
+  if (command.write_report) {
     WriteReportBeside(shown, folder / "report.html", common);
   }
   folder.Commit();
@@ -325,26 +251,26 @@ void WriteResult(const ReachJob& job, const ReachPerson& person, const ReachOpti
 
 }  // namespace
 
-Outcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
+Outcome RunReach(const ReachCommand& command, const CommonOptions& common) {
   const Outcome stopped{kInterrupted, {}, {}};
-  if (!job.track.empty()) {
-    TrackJob track{job.track, job.rate_hz, job.pushes, {}, job.output, job.write_report};
-    track.follow.side = job.wrist == "left" ? Side::kLeft : Side::kRight;
+  if (!command.track.empty()) {
+    TrackJob track{command.track, command.rate_hz, command.pushes, {}, command.output, command.write_report};
+    track.follow.side = command.job.options.side;
     track.follow.seed = common.seed;
-    const Start start = StartOf(job, common);
-    return RunReachTrack(track, start.person, start.source, LoadReachNetwork(job.weights, common),
+    const Start start = StartOf(command, common);
+    return RunReachTrack(track, start.person, start.source, LoadReachNetwork(command.weights, common),
                          common);
   }
   std::vector<Eigen::Vector3d> goals;
-  for (const std::string& text : job.goals) goals.push_back(ParsePoint("--goal", text));
-  const ReachNetwork network = LoadReachNetwork(job.weights, common);
-  const Start start = StartOf(job, common);
-  const ReachOptions options = ToLibrary(job, common);
+  for (const std::string& text : command.goals) goals.push_back(ParsePoint("--goal", text));
+  const ReachNetwork network = LoadReachNetwork(command.weights, common);
+  const Start start = StartOf(command, common);
+  const ReachOptions options = OptionsFor(command, common);
   const std::vector<std::string> notes = CheckReachGoals(goals, start.person, options);
   for (const std::string& note : notes) Note(common, "warning: " + note);
-  if (!job.object.empty()) return RunTake(job, start, network, goals, options, common);
+  if (!command.object.empty()) return RunTake(command, start, network, goals, options, common);
 
-  ResultFolder folder(job.output, common.force);
+  ResultFolder folder(command.output, common.force);
   StageProgress progress(common);
   const ReachReport report = WalkAndReach(start.person, network.weights, goals, options,
                                           [&](const char* stage, int done, int total) {
@@ -353,21 +279,16 @@ Outcome RunReachJob(const ReachJob& job, const CommonOptions& common) {
                                           });
   progress.End();
   if (report.status == ReachStatus::kStopped) return stopped;
-  if (report.status == ReachStatus::kDiverged) {
-    throw FitFailure(
-        fmt::format("{}: the motion stops being numbers in every sample (after {} "
-                    "frames in the best). Try another --weights",
-                    network.source, report.motions.front().sample.track.states.cols()));
-  }
-  const std::vector<std::string> why = WhyMissedAll(report, start.person, options);
+  RequireMade(report, network.source);
+  const std::vector<std::optional<std::string>> why = WhyMissed(report, start.person, options);
   nlohmann::json metrics =
-      MetricsOf(job, start, network, options, report, goals, why, notes, common);
-  WriteResult(job, start.person, options, report, goals, metrics, folder, common);
+      MetricsOf(command, start, network, options, report, goals, why, notes, common);
+  WriteResult(command, start.person, options, report, goals, metrics, folder, common);
   Outcome outcome;
   outcome.exit_code = Interrupted() ? kInterrupted : kDone;
-  outcome.text = Text(job, options, report, goals, why);
+  outcome.text = Text(command, options, report, goals, why);
   outcome.summary = std::move(metrics);
-  outcome.summary["output"] = job.output;
+  outcome.summary["output"] = command.output;
   return outcome;
 }
 

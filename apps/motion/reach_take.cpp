@@ -61,23 +61,6 @@ std::string Text(const TakeJob& job, const nlohmann::json& take, const nlohmann:
   return text;
 }
 
-void RequireTaken(const TakeReport& report, const TakeJob& job) {
-  if (report.status == TakeStatus::kNoGrasp) {
-    throw FitFailure(fmt::format("{}: {}. Try the other hand, or another object size", job.object,
-                                 Describe(report.plan.status)));
-  }
-  if (report.status == TakeStatus::kNoMotion) {
-    throw FitFailure(fmt::format("{}: {}. Try another --seed, or places nearer to one another",
-                                 job.object, report.motion.fault));
-  }
-  if (report.status == TakeStatus::kMissed) {
-    throw FitFailure(fmt::format(
-        "{}: the hand stays {:.0f} cm from the object, which is too far, too high or too low for "
-        "this body. Move the first --goal, or try another --seed",
-        job.object, 100.0 * report.motion.take_wrist_error_m));
-  }
-}
-
 }  // namespace
 
 Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
@@ -108,7 +91,7 @@ Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
                                          });
   progress.End();
   if (Interrupted()) return stopped;
-  RequireTaken(report, job);
+  RequireTaken(report, job.object);
   nlohmann::json metrics = TakeMetricsJson(job, report, extra, common);
   for (const std::string& note : report.notes) Note(common, "warning: " + note);
 

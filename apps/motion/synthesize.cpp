@@ -2,7 +2,6 @@
 #include "apps/common.h"
 #include "apps/motion/synthesize_job.h"
 #include "generator/actions/action_catalog.h"
-#include "generator/imos/config.h"
 #include "generator/imos/default_network.h"
 
 namespace holdfast::apps {
@@ -10,11 +9,10 @@ namespace holdfast::apps {
 void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   struct Options {
     CommonOptions common;
-    SynthesizeJob job;
-    std::string hand = "right", place = "any";
+    SynthesizeCommand command;
   };
   auto options = std::make_shared<Options>();
-  SynthesizeJob& job = options->job;
+  SynthesizeCommand& job = options->command;
   CLI::App* command = app.add_subcommand(
       "synthesize",
       "Generate a person who does something with an object: body and object motion from an intent");
@@ -24,48 +22,27 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
       command->add_option("--action", job.action, "The action: " + MadeActionNames())
           ->excludes(sentence);
   CLI::Option* object = command->add_option(
-      "--object", job.begin.object,
+      "--object", job.object,
       "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object; the sentence's if left "
       "out");
   action->needs(object);
-  command->add_option("--class", job.object_class,
+  command->add_option("--class", job.job.object_class,
                       "Class of the object for the networks: mug, waterbottle, ... [its name]");
-  AddOption(*command, "--object-scale", job.begin.object_scale,
-            "Multiplies the object's coordinates (0.001 for millimetres)", CLI::PositiveNumber);
-  command->add_option("--from", job.begin.from,
+  command->add_option("--from", job.from,
                       "CLIP or CLIP:FRAME of a person with the object in a hand to continue from. "
                       "Without it a person stands at the origin, facing -y");
-  AddOption(*command, "--start", options->place,
-            "Where the object is at a generated start: on a table, in the hand, any",
-            CLI::IsMember({"any", "table", "hand"}))
-      ->excludes(command->get_option("--from"));
-  AddOption(*command, "--hand", options->hand, "Hand that holds at a generated start",
-            CLI::IsMember({"right", "left"}))
-      ->excludes(command->get_option("--from"));
+  AddOptions(*command, OptionsOf(job.job).Without({"object_class"}));
+  for (const char* made : {"--start", "--hand"}) {
+    command->get_option(made)->excludes(command->get_option("--from"));
+  }
   command
-      ->add_option("--betas", job.begin.betas,
+      ->add_option("--betas", job.betas,
                    "Body shape at a generated start, coefficients of the body model: 1.5,-0.5")
       ->delimiter(',')
       ->excludes(command->get_option("--from"));
-  command
-      ->add_option("--seconds", job.seconds, "Duration of the motion [the usual one of the action]")
-      ->check(CLI::Range(0.5, 60.0));
-  AddOption(*command, "--key-frames", job.key_frames, "Number of key frames, 4 of them given",
-            CLI::Range(imos::kHistory + 1, 1000));
-  AddOption(*command, "--samples", job.samples, "Motions to choose from", CLI::Range(1, 10'000));
-  AddOption(*command, "--sigma", job.sigma, "Standard deviation of the latents; 0: the mean motion",
-            CLI::Range(0.0, 3.0));
-  AddOption(*command, "--style", job.style,
-            "How much samples differ in pace and posture; 0: by their latents alone. The first "
-            "sample has none",
-            CLI::Range(0.0, 2.0));
   command->add_flag("--all", job.all,
                     "Keep all samples: samples/NN.npz, best first, before the object is fitted");
-  AddOption(*command, "--frame-rate", job.frame_rate, "Frame rate of the output, Hz",
-            CLI::Range(5.0, 240.0));
-  command->add_flag("--and-back", job.and_back,
-                    "Put the object back where it was; on a table the hand lets go of it");
-  command->add_option("--body", job.begin.body, "Body model in place of the embedded one");
+  command->add_option("--body", job.body, "Body model in place of the embedded one");
   const bool embedded = imos::HasDefaultNetwork();
   command
       ->add_option("--weights", job.weights,
@@ -90,13 +67,11 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
       "The best sample: least penetration, least of the object in the body and of joints beyond\n"
       "what captured people do, most contact; the first of equals.\n");
   command->callback([options, &exit_code] {
-    SynthesizeJob& asked = options->job;
+    const SynthesizeCommand& asked = options->command;
     if (asked.sentence.empty() && asked.action.empty()) {
       throw CLI::RequiredError("A sentence, or --action and --object,");
     }
-    asked.begin.left = options->hand == "left";
-    if (options->place != "any") asked.begin.in_hand = options->place == "hand";
-    const Outcome outcome = RunSynthesizeJob(asked, options->common);
+    const Outcome outcome = RunSynthesize(asked, options->common);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;
   });

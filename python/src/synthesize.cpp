@@ -4,12 +4,9 @@
 #include <algorithm>
 #include <utility>
 
-#include <fmt/ranges.h>
 #include <pybind11/stl.h>
 
-#include "generator/actions/action_catalog.h"
 #include "generator/body/rest_pelvis_note.h"
-#include "generator/imos/config.h"
 #include "generator/imos/synthesis_network.h"
 #include "geometry/error.h"
 #include "geometry/value_ranges.h"
@@ -36,33 +33,23 @@ using SynthesisPtr = std::shared_ptr<SynthesisAnswer>;
 
 // One call, checked.
 struct SynthesisCall {
-  std::string action, object_class, weights, action_embeddings;
+  SynthesisJob job;
+  std::string action, weights, action_embeddings;
   std::optional<ClipArgument> from;
   std::optional<int> frame;
   ModelPtr model;
   Eigen::VectorXd betas;
   LoadedObject object;
-  std::optional<double> seconds;
-  StandingHoldOptions standing;
-  SynthesizeOptions options;
 };
 
-// Actions that the networks know and, where a start is to be made, that one can be made for.
 imos::Intent IntentOf(const SynthesisCall& call, const SynthesisNetwork& network) {
-  std::vector<std::string> names = network.Actions();
-  std::erase_if(names, [&](const std::string& name) {
-    return !call.from &&
-           std::ranges::find(MadeActions(), name, &MadeAction::name) == MadeActions().end();
-  });
-  const std::vector<std::string_view> offered(names.begin(), names.end());
+  const std::vector<std::string> names = OfferedActions(network, !call.from);
   imos::Intent intent;
-  intent.action = imos::ActionId(call.action, "action", offered);
-  const std::string_view label = imos::Actions()[intent.action].label;
-  if (std::ranges::find(offered, label) == offered.end()) {
-    throw Error("action", fmt::format("no motion can be generated for '{}'", label),
-                fmt::format("There are: {}", fmt::join(offered, ", ")));
-  }
-  const std::string& named = call.object_class.empty() ? call.object.name : call.object_class;
+  intent.action = imos::ActionId(call.action, "action",
+                                 std::vector<std::string_view>(names.begin(), names.end()));
+  RequireOffered(intent, names, "action");
+  const std::string& told = call.job.object_class;
+  const std::string& named = told.empty() ? call.object.name : told;
   const auto known = imos::FindObject(imos::VocabularyName(named));
   intent.object = known ? *known : imos::ObjectId(named, "object_class");
   return intent;
@@ -71,58 +58,21 @@ imos::Intent IntentOf(const SynthesisCall& call, const SynthesisNetwork& network
 HoldingStart StartOf(const SynthesisCall& call, std::string_view action) {
   if (call.from) {
     return StartInClip(*call.from->clip, call.from->body, call.object, call.frame,
-                       call.options.threads, call.from->name);
+                       call.job.options.threads, call.from->name);
   }
-  StandingHold hold =
-      MakeStandingHold({call.model, call.betas}, call.object, action, call.standing);
-  if (hold.status == StandingHoldStatus::kNoGrasp) {
-    throw FitFailure(fmt::format("{}: {}. Try another size (--object-scale)", call.object.name,
-                              Describe(hold.grasp)));
-  }
-  if (hold.status == StandingHoldStatus::kNobodyCan) {
-    throw FitFailure(
-        fmt::format("{}: nobody can hold it so as to '{}': {} ({}). Try another --seed, "
-                    "--betas or --object-scale",
-                    call.object.name, action, hold.fault, hold.detail));
-  }
-  return std::move(hold.start);
-}
-
-// A note where the networks have seen the action, and never with the object.
-void NoteOnIntent(const SynthesisNetwork& network, const imos::Intent& intent,
-                  std::vector<std::string>& notes) {
-  const std::string object(imos::Objects()[intent.object]);
-  const auto seen = network.seen.find(std::string(imos::Actions()[intent.action].label));
-  if (seen == network.seen.end() || !seen->second.is_object() || seen->second.contains(object)) {
-    return;
-  }
-  std::vector<std::string> objects;
-  for (const auto& [name, count] : seen->second.items()) objects.push_back(name);
-  notes.push_back(fmt::format("nobody was seen who {} a {}; seen with {}",
-                              imos::Actions()[intent.action].verb, object,
-                              fmt::join(objects, ", ")));
+  return MakeStart({call.model, call.betas}, call.object, call.object.name, action,
+                   call.job.standing);
 }
 
 // The object fitted to all frames of the motion.
 CarriedPtr FitMotion(const SynthesisCall& call, const SynthesizedMotion& made, const Clip& motion,
                      const StagedProgress& progress, std::vector<std::string>& notes) {
-  FitJob job;
-  job.clip = motion.action;
-  job.object = call.object.name;
+  const FitJob job = FitOf(call.job, made, call.object.name);
   LoadedClip loaded;
   loaded.clip = motion;
   loaded.body = BodyOfClip(motion.action, motion, call.model, notes);
-  CarryOptions& carry = job.carry;
-  carry.clear_passages = made.lets_go;
-  carry.hand_over = made.switch_frame.has_value();
-  if (carry.hand_over) {
-    carry.handover.switch_frames = {*made.switch_frame};
-    carry.handover.first_hand = made.first_hand;
-  }
-  carry.seed = call.options.seed;
-  carry.threads = call.options.threads;
   const auto object = std::make_shared<const PreparedObject>(
-      PrepareObject(call.object, job.object_vertices, carry.threads));
+      PrepareObject(call.object, job.object_vertices, job.carry.threads));
   return Carry(job, std::move(loaded), true, object, progress, notes);
 }
 
@@ -135,20 +85,14 @@ SynthesisPtr Run(SynthesisCall& call, const py::object& progress) {
       notes.push_back("warning: " + *old);
     }
     answer->intent = IntentOf(call, network);
-    NoteOnIntent(network, answer->intent, notes);
+    if (const auto note = NoteOnIntent(network, answer->intent)) notes.push_back(*note);
     RequireHandheld(call.object);
     const HoldingStart start = StartOf(call, imos::Actions()[answer->intent.action].label);
     if (!go_on("synthesize", 0, 1)) throw Stopped();
-    SynthesizeOptions& options = call.options;
-    options.seconds_per_key_frame = call.seconds
-                                        ? *call.seconds / (options.key_frames - 1)
-                                        : network.SecondsPerKeyFrame(answer->intent.action);
-    options.action_table = network.action_table;
-    const SynthesizedMotion made =
-        Synthesize(start, network.weights, answer->intent, options, go_on);
+    const SynthesizedMotion made = Synthesize(call.job, start, network, answer->intent, go_on);
     if (made.stopped) throw Stopped();
     answer->motion = WithSurface(made.motion, call.object.mesh);
-    answer->seconds_per_key_frame = options.seconds_per_key_frame;
+    answer->seconds_per_key_frame = call.job.options.seconds_per_key_frame;
     answer->switch_frame = made.switch_frame;
     for (const SynthesizedSample& sample : made.samples) {
       answer->samples.emplace_back(sample.number, sample.faults);
@@ -162,75 +106,60 @@ SynthesisPtr Run(SynthesisCall& call, const py::object& progress) {
 }
 
 SynthesisPtr SynthesizeFor(const std::string& action, const py::object& object,
-                           const std::string& object_class, const py::object& clip,
-                           const std::optional<int>& frame, const std::string& start,
-                           const std::string& hand, const py::object& betas, int samples,
-                           const std::optional<double>& seconds, int key_frames, double sigma,
-                           double frame_rate, bool and_back, double object_scale,
-                           const std::string& weights, const std::string& action_embeddings,
-                           const py::object& body, std::uint64_t seed, int threads,
-                           const py::object& progress) {
-  SynthesisCall call{action, object_class, weights, action_embeddings, {}, frame,
-                     {},     {},           {},      seconds,           {}, {}};
-  RequireBetween(samples, "samples", 1, 10'000);
-  RequireBetween(key_frames, "key_frames", imos::kHistory + 1, 1000);
-  RequireBetween(sigma, "sigma", 0.0, 3.0);
-  RequireBetween(frame_rate, "frame_rate", 5.0, 240.0);
-  if (seconds) RequireBetween(*seconds, "seconds", 0.5, 60.0);
-  RequirePositive(object_scale, "object_scale");
-  call.standing.in_hand = Choice<std::optional<bool>>(
-      start, "start", {{"any", std::nullopt}, {"table", false}, {"hand", true}});
-  call.standing.left = Choice<bool>(hand, "hand", {{"right", false}, {"left", true}});
-  call.standing.seed = call.options.seed = seed;
-  call.standing.threads = call.options.threads = ThreadsOf(threads);
-  call.options.samples = samples;
-  call.options.key_frames = key_frames;
-  call.options.sigma = sigma;
-  call.options.frame_rate = frame_rate;
-  call.options.and_back = and_back;
+                           const py::object& clip, const std::optional<int>& frame,
+                           const py::object& betas, const std::string& weights,
+                           const std::string& action_embeddings, const py::object& body,
+                           std::uint64_t seed, int threads, const py::object& progress,
+                           const py::kwargs& given) {
+  SynthesisCall call;
+  call.action = action;
+  call.weights = weights;
+  call.action_embeddings = action_embeddings;
+  call.frame = frame;
+  SynthesisJob& job = call.job;
+  SetOptions(given, OptionsOf(job));
+  job.standing.seed = job.options.seed = seed;
+  job.standing.threads = job.options.threads = ThreadsOf(threads);
   call.model = ModelOf(body);
   if (clip.is_none()) {
     if (frame) throw py::value_error("frame: needs clip");
   } else {
     if (frame && *frame < 0) throw py::value_error("frame: expected 0 or more");
-    if (start != "any" || hand != "right" || !betas.is_none()) {
+    if (job.standing.in_hand || job.standing.left || !betas.is_none()) {
       throw py::value_error("start, hand and betas are the clip's: leave them out");
     }
     call.from = ClipOf(clip, body);
   }
   call.betas = Eigen::VectorXd::Zero(call.model->NumShape());
   if (!betas.is_none()) {
-    const Eigen::VectorXd given = Vector(betas, "betas");
-    if (given.size() > call.betas.size() ||
-        (given.size() > 0 && given.cwiseAbs().maxCoeff() > kMostBeta)) {
+    const Eigen::VectorXd numbers = Vector(betas, "betas");
+    if (numbers.size() > call.betas.size() ||
+        (numbers.size() > 0 && numbers.cwiseAbs().maxCoeff() > kMostBeta)) {
       throw py::value_error(fmt::format("betas: expected at most {} numbers within {:g}",
                                         call.betas.size(), kMostBeta));
     }
-    call.betas.head(given.size()) = given;
+    call.betas.head(numbers.size()) = numbers;
   }
-  call.object = ObjectOf(object, object_scale);
+  call.object = ObjectOf(object, job.object_scale);
   return Run(call, progress);
 }
 
 constexpr const char* kSynthesizeDoc = R"(A person does something with an object: body and object
 motion from an intent, then the object fitted to every frame (fit()).
 
-action: 'drink', 'pour', 'offhand', ...; Error lists all. object as for fit(); object_class: what it
-is to the networks ('mug', 'waterbottle', ...), '' for its name.
+action: 'drink', 'pour', 'offhand', ...; Error lists all. object as for fit().
 
 clip: continues from this Clip, path or embedded clip, which shows the object in a hand at `frame`
-(from 0; None: the last). None: a person who stands at the origin, facing -y, with `betas` (B,) and
-the object in `hand` ('right', 'left'); start: 'table', 'hand' or 'any'.
-
-samples: motions to choose from. seconds: duration (None: the usual one of the action). key_frames:
-with the four given ones. sigma of the latents, 0: the mean motion. frame_rate in Hz. and_back: the object
-goes back to where it was, and the hand lets go of it where that is a table. weights,
-action_embeddings: files of other networks.
+(from 0; None: the last). None: a person who stands at the origin, facing -y, with `betas` (B,).
+weights, action_embeddings: files of other networks.
 
 Returns SynthesisResult. Raises FitFailure where the object cannot be held so, Stopped, and Error.
 
     made = holdfast.synthesize('drink', 'mug')
-    made.clip.save('drink.npz'))";
+    made.clip.save('drink.npz')
+
+Options:
+)";
 
 }  // namespace
 
@@ -272,13 +201,12 @@ void BindSynthesize(py::module_& module) {
         return fmt::format("<holdfast.SynthesisResult: {} ({} frames)>",
                            imos::SentenceOf(self.intent), self.fit->clip->NumFrames());
       });
+  SynthesisJob job;
+  static const std::string doc = kSynthesizeDoc + OptionsText(OptionsOf(job));
   module.def("synthesize", &SynthesizeFor, "action"_a, "object"_a, py::kw_only(),
-             "object_class"_a = "", "clip"_a = py::none(), "frame"_a = py::none(),
-             "start"_a = "any", "hand"_a = "right", "betas"_a = py::none(), "samples"_a = 8,
-             "seconds"_a = py::none(), "key_frames"_a = imos::kNumKeyFrames, "sigma"_a = 1.0,
-             "frame_rate"_a = 30.0, "and_back"_a = false, "object_scale"_a = 1.0, "weights"_a = "",
-             "action_embeddings"_a = "", "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0,
-             "progress"_a = py::none(), kSynthesizeDoc);
+             "clip"_a = py::none(), "frame"_a = py::none(), "betas"_a = py::none(),
+             "weights"_a = "", "action_embeddings"_a = "", "body"_a = py::none(), "seed"_a = 1,
+             "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
 }
 
 }  // namespace holdfast::python

@@ -22,45 +22,20 @@ struct TakenObject {
   std::vector<std::string> warnings;
 };
 
-void RequireTaken(const TakeReport& report, const std::string& object) {
-  switch (report.status) {
-    case TakeStatus::kTaken:
-      return;
-    case TakeStatus::kStopped:
-      throw Stopped();
-    case TakeStatus::kNoGrasp:
-      throw FitFailure(fmt::format("{}: {}. Try the other wrist, or another object_scale", object,
-                                   Describe(report.plan.status)));
-    case TakeStatus::kNoMotion:
-      throw FitFailure(fmt::format("{}: {}. Try another seed, or goals nearer to one another",
-                                   object, report.motion.fault));
-    case TakeStatus::kMissed:
-      throw FitFailure(fmt::format(
-          "{}: the hand stays {:.0f} cm from the object, which is too far, too high or too low for "
-          "this body. Move the first goal, or try another seed",
-          object, 100.0 * report.motion.take_wrist_error_m));
-  }
-}
-
 py::object PartOf(const TakenObject& self, const char* name) { return ToPython(self.json[name]); }
 
 }  // namespace
 
-TakeCall TakeOf(const py::object& object, double object_scale, const std::string& grasp,
-                const std::optional<double>& object_yaw_deg,
+TakeCall TakeOf(const py::object& object, const ReachJob& job,
                 const std::vector<Eigen::Vector3d>& goals, const ReachOptions& options) {
   TakeCall call;
-  RequirePositive(object_scale, "object_scale");
   call.request.side = options.side;
   call.request.places = goals;
-  if (object_yaw_deg) {
-    RequireBetween(*object_yaw_deg, "object_yaw_deg", -360.0, 360.0);
-    call.request.object_yaw_rad = *object_yaw_deg * kDegree;
-  }
-  call.request.style = StyleOf(grasp);
+  if (job.object_yaw_deg) call.request.object_yaw_rad = *job.object_yaw_deg * kDegree;
+  call.request.style = job.grasp;
   call.request.seed = options.seed;
   call.request.threads = options.threads;
-  const LoadedObject loaded = ObjectOf(object, object_scale);
+  const LoadedObject loaded = ObjectOf(object, job.object_scale);
   if (const auto why = WhyTooLarge(loaded, false)) throw FitFailure(*why);
   call.object = PrepareAside(loaded, 300, options.threads);
   LogNotes(call.object->notes);
@@ -74,6 +49,7 @@ py::object Take(const TakeCall& call, const ReachPerson& person,
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
     const TakeReport report =
         ReachAndTake(person, network, call.request, *call.object, options, go_on);
+    if (report.status == TakeStatus::kStopped) throw Stopped();
     RequireTaken(report, call.object->object.name);
     taken->json = TakeJson(report);
     taken->hand = SideName(report.plan.side);

@@ -19,8 +19,7 @@ struct TakeCall {
 };
 
 /// `goals`: middles of the object's bottom, where it stands, then where it shall be.
-TakeCall TakeOf(const py::object& object, double object_scale, const std::string& grasp,
-                const std::optional<double>& object_yaw_deg,
+TakeCall TakeOf(const py::object& object, const ReachJob& job,
                 const std::vector<Eigen::Vector3d>& goals, const ReachOptions& options);
 
 /// ReachAndTake as a TakeResult. Throws FitFailure where nothing came of it, and Stopped.

@@ -19,7 +19,7 @@ namespace {
 
 void AddGraspOptions(FitJob& job, OptionTable& table) {
   table.Group("The grasp");
-  AddStyleOption(table, job.carry.style,
+  AddStyleOption(table, "style", job.carry.style,
                  "How a new grasp holds: power, precision, handle (fingers through it), or auto");
   AddUseOption(table, job.carry.use);
   table.Flag("regrasp", job.regrasp, "Make a new grasp even if the clip has one of this object");
@@ -142,39 +142,6 @@ std::string_view HandsText(const HeldFrames& frames) {
 }
 
 }  // namespace
-
-void AddStyleOption(OptionTable& table, std::optional<GraspStyle>& style, std::string help) {
-  table.Choice("style", style,
-               {{"auto", std::nullopt},
-                {"power", GraspStyle::kPower},
-                {"precision", GraspStyle::kPrecision},
-                {"handle", GraspStyle::kHandle}},
-               std::move(help));
-}
-
-void AddUseOption(OptionTable& table, std::optional<GraspUse>& use) {
-  table.Choice("use", use,
-               {{"auto", std::nullopt},
-                {"handle", GraspUse::kHandle},
-                {"tool", GraspUse::kTool},
-                {"vessel", GraspUse::kVessel},
-                {"box", GraspUse::kBox},
-                {"dish", GraspUse::kDish},
-                {"any", GraspUse::kAny}},
-               "How people take such an object: handle (by its loop), tool (by the grip, thumb "
-               "towards the head), vessel (upright, rim free), box (across the narrow side), dish "
-               "(level, by the rim), any (wherever it is firmest), or auto: judged by its shape");
-}
-
-void AddWeightOptions(OptionTable& table, FitOptions& fit,
-                      const std::function<bool(const EnergyTermInfo&)>& terms) {
-  for (const EnergyTermInfo& info : EnergyTerms()) {
-    if (terms(info)) {
-      table.Number(fmt::format("lambda_{}", info.name), "", fit.*info.weight, kNonNegative,
-                   info.help);
-    }
-  }
-}
 
 OptionTable OptionsOf(FitJob& job) {
   CarryOptions& carry = job.carry;

@@ -29,13 +29,6 @@ struct FitJob {
 
 /// The options of `fit` and `offhand`.
 OptionTable OptionsOf(FitJob& job);
-/// The words of --style and --use; "auto" is nothing.
-void AddStyleOption(OptionTable& table, std::optional<GraspStyle>& style, std::string help);
-void AddUseOption(OptionTable& table, std::optional<GraspUse>& use);
-/// The weights of terms by their names: "lambda_contact". `terms` says which.
-void AddWeightOptions(OptionTable& table, FitOptions& fit,
-                      const std::function<bool(const EnergyTermInfo&)>& terms);
-
 /// What a fit works on.
 struct FitInput {
   LoadedClip motion;

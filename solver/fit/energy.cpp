@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 namespace holdfast {
 namespace {
 
@@ -67,6 +69,16 @@ FitOptions FitOptions::OnlyPaper() const {
     if (!info.in_paper) options.*info.weight = 0.0;
   }
   return options;
+}
+
+void AddWeightOptions(OptionTable& table, FitOptions& fit,
+                      const std::function<bool(const EnergyTermInfo&)>& terms) {
+  for (const EnergyTermInfo& info : EnergyTerms()) {
+    if (terms(info)) {
+      table.Number(fmt::format("lambda_{}", info.name), "", fit.*info.weight, kNonNegative,
+                   info.help);
+    }
+  }
 }
 
 }  // namespace holdfast

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <span>
 #include <string>
 
+#include "geometry/options.h"
 #include "solver/fit/fit_options.h"
 
 namespace holdfast {
@@ -38,6 +40,9 @@ struct EnergyTermInfo {
 
 /// All terms, in the order of EnergyTerm.
 std::span<const EnergyTermInfo> EnergyTerms();
+/// Options of the weights by their names ("lambda_contact"), of the terms that `wanted` takes.
+void AddWeightOptions(OptionTable& table, FitOptions& options,
+                      const std::function<bool(const EnergyTermInfo&)>& wanted);
 
 /// Energies of one frame without weights, all hands together.
 class Energies {

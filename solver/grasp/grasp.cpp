@@ -344,6 +344,16 @@ std::optional<GraspStyle> StyleByName(std::string_view name) {
   return std::nullopt;
 }
 
+void AddStyleOption(OptionTable& table, const std::string& name, std::optional<GraspStyle>& style,
+                    std::string help) {
+  table.Choice(name, style,
+               {{"auto", std::nullopt},
+                {"power", GraspStyle::kPower},
+                {"precision", GraspStyle::kPrecision},
+                {"handle", GraspStyle::kHandle}},
+               std::move(help));
+}
+
 Eigen::Isometry3d ObjectInWorld(const Grasp& grasp, const Eigen::Matrix3d& wrist_rotation,
                                 const Eigen::Vector3d& wrist_position) {
   return RigidTransform(wrist_rotation, wrist_position) * grasp.wrist_from_object;

@@ -20,6 +20,7 @@
 #include "geometry/mesh/distance_grid.h"
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
+#include "geometry/options.h"
 #include "geometry/score/contact_metrics.h"
 #include "solver/grasp/grasp_certificate.h"
 #include "solver/grasp/grasp_place.h"
@@ -108,6 +109,9 @@ std::string_view Describe(GraspStatus status);
 std::string_view StyleName(GraspStyle style);
 /// "power", "precision" or "handle"; nothing for any other name.
 std::optional<GraspStyle> StyleByName(std::string_view name);
+/// An option of this name: a StyleName, or "auto" for nothing.
+void AddStyleOption(OptionTable& table, const std::string& name, std::optional<GraspStyle>& style,
+                    std::string help);
 
 struct GraspReport {
   GraspStatus status = GraspStatus::kNothingToGrasp;

@@ -10,6 +10,7 @@
 
 #include "geometry/mesh/distance_grid.h"
 #include "geometry/mesh/mesh.h"
+#include "geometry/options.h"
 #include "solver/grasp/grasp_handle.h"
 #include "solver/grasp/grasp_quality.h"
 
@@ -27,6 +28,8 @@ enum class GraspUse {
 std::string_view UseName(GraspUse use);
 /// "any", "handle", "tool", "vessel", "box" or "dish"; nothing for any other name.
 std::optional<GraspUse> UseByName(std::string_view name);
+/// --use: a UseName, or "auto" for nothing.
+void AddUseOption(OptionTable& table, std::optional<GraspUse>& use);
 
 /// Part of space around an axis, object frame, metres.
 struct UseZone {

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "geometry/error.h"
 #include "solver/reach/reach_motions.h"
 
 namespace holdfast {
@@ -55,6 +58,25 @@ TakeReport ReachAndTake(const ReachPerson& person, const wandr::NetworkWeights& 
   };
   return TakeFromTable(request, {person.body, person.betas, person.like, person.Pelvis()}, object,
                        motions, progress);
+}
+
+void RequireTaken(const TakeReport& report, const std::string& object) {
+  switch (report.status) {
+    case TakeStatus::kTaken:
+    case TakeStatus::kStopped:
+      return;
+    case TakeStatus::kNoGrasp:
+      throw FitFailure(fmt::format("{}: {}. Try the other --wrist, or another --object-scale",
+                                   object, Describe(report.plan.status)));
+    case TakeStatus::kNoMotion:
+      throw FitFailure(fmt::format("{}: {}. Try another --seed, or goals nearer to one another",
+                                   object, report.motion.fault));
+    case TakeStatus::kMissed:
+      throw FitFailure(fmt::format(
+          "{}: the hand stays {:.0f} cm from the object, which is too far, too high or too low for "
+          "this body. Move the first --goal, or try another --seed",
+          object, 100.0 * report.motion.take_wrist_error_m));
+  }
 }
 
 }  // namespace holdfast

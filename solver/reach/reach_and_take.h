@@ -17,4 +17,7 @@ TakeReport ReachAndTake(const ReachPerson& person, const wandr::NetworkWeights& 
                         const TakeRequest& request, const PreparedObject& object,
                         ReachOptions options = {}, const StagedProgress& progress = {});
 
+/// FitFailure where `object` was not taken, with what to try.
+void RequireTaken(const TakeReport& report, const std::string& object);
+
 }  // namespace holdfast

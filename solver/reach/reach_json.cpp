@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "solver/reach/reach_json.h"
 
+#include <fmt/format.h>
+
 #include "geometry/rotation.h"
 
 namespace holdfast {
@@ -81,6 +83,56 @@ nlohmann::json TakeSummaryJson(const TakeReport& report) {
 }
 
 }  // namespace
+
+std::vector<std::optional<std::string>> WhyMissed(const ReachReport& report,
+                                                  const ReachPerson& person,
+                                                  const ReachOptions& options) {
+  std::vector<std::optional<std::string>> why;
+  for (const ReachMiss& miss : report.misses) {
+    std::optional<std::string>& text = why.emplace_back();
+    switch (miss.by) {
+      case MissedBy::kNothing:
+        break;
+      case MissedBy::kHeight:
+        text = fmt::format("too high for this body, whose wrist comes to {:.2f} m",
+                           person.HighestReach(options.side));
+        break;
+      case MissedBy::kObstacle:
+        text = "blocked: the goal is in an obstacle, or too near one for a hand";
+        break;
+      case MissedBy::kTime:
+        text = fmt::format("out of time: {:.1f} m in {:.1f} s is faster than a walk",
+                           miss.distance_m, *options.time_s);
+        break;
+      case MissedBy::kMotion:
+        text = "no motion that the network makes came closer: try more --samples, another --seed or "
+               "--method latent-opt";
+        break;
+    }
+  }
+  return why;
+}
+
+nlohmann::json GoalsJson(const wandr::ReachSample& sample, std::span<const Eigen::Vector3d> goals,
+                         const std::vector<std::optional<std::string>>& why) {
+  nlohmann::json out = nlohmann::json::array();
+  const auto frame_or_null = [](int frame) {
+    return frame < 0 ? nlohmann::json(nullptr) : nlohmann::json(frame);
+  };
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    const wandr::GoalOutcome& goal = sample.goals[g];
+    out.push_back({{"goal_m", VectorJson(goals[g])},
+                   {"reached", goal.Reached()},
+                   {"taken_on_frame", frame_or_null(goal.taken_on)},
+                   {"due_frame", frame_or_null(goal.due)},
+                   {"reached_frame", frame_or_null(goal.reached)},
+                   {"left_frame", frame_or_null(goal.left)},
+                   {"closest_m", goal.taken_on >= 0 ? nlohmann::json(goal.closest_m) : nullptr},
+                   {"closest_frame", frame_or_null(goal.closest_frame)},
+                   {"why_missed", why[g] ? nlohmann::json(*why[g]) : nlohmann::json(nullptr)}});
+  }
+  return out;
+}
 
 nlohmann::json MotionJson(const ReachMotion& motion) {
   const ReachQuality& quality = motion.quality;

@@ -8,6 +8,16 @@
 
 namespace holdfast {
 
+/// Why the best motion missed each goal, for people; nothing for a goal that it reached or never
+/// set out to.
+std::vector<std::optional<std::string>> WhyMissed(const ReachReport& report,
+                                                  const ReachPerson& person,
+                                                  const ReachOptions& options);
+
+/// What became of each goal in a motion: a list; null for frames that never came. `why`: WhyMissed.
+nlohmann::json GoalsJson(const wandr::ReachSample& sample, std::span<const Eigen::Vector3d> goals,
+                         const std::vector<std::optional<std::string>>& why);
+
 /// How good a motion is, as metrics.json has it; units in the names.
 nlohmann::json MotionJson(const ReachMotion& motion);
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <mutex>
 #include <ranges>
-#include <stdexcept>
 #include <string>
 
 #include "generator/wandr/motion_states.h"
@@ -14,13 +13,6 @@
 #include "solver/latent/reach_by_optimisation.h"
 
 namespace holdfast {
-
-ReachBy ReachByName(std::string_view name) {
-  if (name == "intention") return ReachBy::kIntention;
-  if (name == "latent-opt") return ReachBy::kLatents;
-  if (name == "vae-opt") return ReachBy::kVaeOpt;
-  throw std::invalid_argument("no method of reaching: " + std::string(name));
-}
 
 namespace {
 

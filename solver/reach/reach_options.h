@@ -9,6 +9,8 @@
 #include <Eigen/Core>
 
 #include "geometry/body/skeleton.h"
+#include "geometry/options.h"
+#include "solver/grasp/grasp.h"
 #include "solver/latent/vae_opt.h"
 #include "solver/reach/reach_obstacle.h"
 
@@ -20,7 +22,8 @@ enum class ReachBy {
   kVaeOpt,     ///< WANDR's baseline (VaeOptOptions)
 };
 
-/// "intention", "latent-opt" or "vae-opt". Throws std::invalid_argument for any other.
+/// "intention", "latent-opt" or "vae-opt". The second throws std::invalid_argument for any other.
+std::string_view ReachByName(ReachBy by);
 ReachBy ReachByName(std::string_view name);
 
 struct ReachOptions {
@@ -41,5 +44,25 @@ struct ReachOptions {
 
   int NumSamples() const { return samples.value_or(by == ReachBy::kIntention ? 16 : 4); }
 };
+
+/// A reach as the command line or Python asks for it.
+struct ReachJob {
+  std::optional<ReachBy> method;          ///< none: intention, or latent-opt with an object
+  std::optional<VaeOptMethod> optimizer;  ///< vae-opt
+  std::optional<int> iterations;          ///< vae-opt
+  std::optional<double> prior_weight;     ///< vae-opt
+  std::optional<Eigen::Vector3d> approach;  ///< any length
+  std::optional<GraspStyle> grasp;        ///< of an object that is taken
+  std::optional<double> object_yaw_deg;   ///< as it stands
+  double object_scale = 1.0;
+  ReachOptions options;  ///< all else; `by`, `approach` and `vae` are set by ReachOptionsOf
+};
+
+/// The options of `reach`.
+OptionTable OptionsOf(ReachJob& job);
+
+/// What the job comes to; `takes`: an object is taken. Throws Error for options that the method
+/// does not see.
+ReachOptions ReachOptionsOf(const ReachJob& job, bool takes);
 
 }  // namespace holdfast

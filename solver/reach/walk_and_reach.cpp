@@ -208,6 +208,14 @@ ReachReport WalkAndReach(const ReachPerson& person, const wandr::NetworkWeights&
   return report;
 }
 
+void RequireMade(const ReachReport& report, const std::string& source) {
+  if (report.status != ReachStatus::kDiverged) return;
+  throw FitFailure(
+      fmt::format("{}: the motion stops being numbers in every sample (after {} frames in the "
+                  "best). Try another --weights",
+                  source, report.motions.front().sample.track.states.cols()));
+}
+
 Clip ClipOf(const ReachMotion& motion, const ReachPerson& person) {
   Clip clip = wandr::ClipOfStates(motion.sample.track.states.cast<double>(), person.like);
   clip.action = "reach";

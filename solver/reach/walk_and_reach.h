@@ -81,6 +81,9 @@ ReachReport WalkAndReach(const ReachPerson& person, const wandr::NetworkWeights&
                          std::span<const Eigen::Vector3d> goals, const ReachOptions& options = {},
                          const StagedProgress& progress = {});
 
+/// FitFailure where the numbers of the network (from `source`) broke in every motion.
+void RequireMade(const ReachReport& report, const std::string& source);
+
 /// At 30 Hz, on the person's body.
 Clip ClipOf(const ReachMotion& motion, const ReachPerson& person);
 

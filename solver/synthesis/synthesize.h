@@ -3,15 +3,19 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "generator/imos/synthesis_network.h"
 #include "generator/imos/vocabulary.h"
 #include "generator/imos/weights.h"
 #include "geometry/clip/clip.h"
+#include "geometry/options.h"
 #include "geometry/progress.h"
+#include "solver/carry/fit_job.h"
 #include "solver/synthesis/face_refit.h"
 #include "solver/synthesis/holding_start.h"
 #include "solver/synthesis/sample_style.h"
@@ -73,5 +77,41 @@ std::optional<FaceDistance> NearestToFace(const HoldingStart& start, std::string
 SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeights& network,
                              const imos::Intent& intent, const SynthesizeOptions& options = {},
                              const StagedProgress& progress = {});
+
+/// A synthesis as the command line or Python asks for it.
+struct SynthesisJob {
+  std::string object_class;       ///< name of the vocabulary; empty: the object's own
+  std::optional<double> seconds;  ///< of the whole motion; none: as long as the action usually is
+  double object_scale = 1.0;
+  StandingHoldOptions standing;  ///< of a start that is made
+  SynthesizeOptions options;
+};
+
+/// The options of `synthesize`.
+OptionTable OptionsOf(SynthesisJob& job);
+
+/// Actions that the networks know and, where a start is to be made, that one can be made for.
+std::vector<std::string> OfferedActions(const SynthesisNetwork& network, bool makes_start);
+
+/// Throws Error about `where` for an action that is not offered.
+void RequireOffered(const imos::Intent& intent, const std::vector<std::string>& offered,
+                    const std::string& where);
+
+/// A sentence where the networks have seen the action, and never with the object.
+std::optional<std::string> NoteOnIntent(const SynthesisNetwork& network,
+                                        const imos::Intent& intent);
+
+/// A person of `body` who stands and has the object (called `name`) in the hand, on a table or
+/// before the waist. Throws FitFailure where nobody can.
+HoldingStart MakeStart(const ClipBody& body, const LoadedObject& object, const std::string& name,
+                       std::string_view action, const StandingHoldOptions& options);
+
+/// Sets what the job's options come to for an action of the network, and makes the motion.
+SynthesizedMotion Synthesize(SynthesisJob& job, const HoldingStart& start,
+                             const SynthesisNetwork& network, const imos::Intent& intent,
+                             const StagedProgress& progress = {});
+
+/// The fit of the object to the motion that was made.
+FitJob FitOf(const SynthesisJob& job, const SynthesizedMotion& made, const std::string& object);
 
 }  // namespace holdfast

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#include "solver/reach/reach_options.h"
+
+#include <array>
+#include <stdexcept>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+
+namespace holdfast {
+namespace {
+
+constexpr std::array<ReachBy, 3> kMethods = {ReachBy::kIntention, ReachBy::kLatents,
+                                             ReachBy::kVaeOpt};
+
+}  // namespace
+
+std::string_view ReachByName(ReachBy by) {
+  return by == ReachBy::kIntention ? "intention" : by == ReachBy::kLatents ? "latent-opt" : "vae-opt";
+}
+
+ReachBy ReachByName(std::string_view name) {
+  for (const ReachBy by : kMethods) {
+    if (ReachByName(by) == name) return by;
+  }
+  throw std::invalid_argument("no method of reaching: " + std::string(name));
+}
+
+OptionTable OptionsOf(ReachJob& job) {
+  ReachOptions& options = job.options;
+  OptionTable table;
+  table.Choice("wrist", options.side, {{"right", Side::kRight}, {"left", Side::kLeft}},
+               "Wrist used for reaching; left by mirroring the person");
+  table.Number("time", "s", options.time_s, {0.1, 60.0},
+               "by how far there is to turn and to walk; vae-opt: by its distance, 1.4 s and "
+               "0.95 m/s",
+               "Seconds until each goal is due");
+  table.Choice<std::optional<ReachBy>>(
+      "method", job.method,
+      {{"auto", std::nullopt},
+       {"intention", ReachBy::kIntention},
+       {"latent-opt", ReachBy::kLatents},
+       {"vae-opt", ReachBy::kVaeOpt}},
+      "intention: the network is conditioned on the goal and runs once. latent-opt: its latents are "
+      "then optimized until the wrist is at the goal and stays and the motion is physically "
+      "plausible; feet pinned last. vae-opt: WANDR's baseline, for comparison. auto: intention, or "
+      "latent-opt where an object is taken");
+  table.Choice<std::optional<VaeOptMethod>>(
+      "optimizer", job.optimizer,
+      {{"auto", std::nullopt},
+       {"lm", VaeOptMethod::kLm},
+       {"lbfgs", VaeOptMethod::kLbfgs},
+       {"lbfgs-step1", VaeOptMethod::kLbfgsStepOne},
+       {"adam", VaeOptMethod::kAdam}},
+      "vae-opt: lm (auto), Levenberg-Marquardt on the goal's residuals and the prior; lbfgs, with a "
+      "line search; lbfgs-step1, the released preset, every step whole; adam, with the released "
+      "schedule");
+  table.Number("iterations", "", job.iterations, {1, 100'000},
+               "lm 40, lbfgs-step1 80, others 200", "vae-opt: most iterations");
+  table.Number("prior_weight", "", job.prior_weight, {0.0, 1e6}, "1e-6",
+               "vae-opt: lambda of lambda/2 |z|^2 beside 1/2 |wrist - goal|^2 in metres");
+  table.Number("samples", "", options.samples, {1, 10'000}, "16, or 4 where each is optimized",
+               "Motions to choose from");
+  table.Flag("free_time", options.free_time,
+             "Arrive at any time until the goal is due (latent-opt)");
+  table.Flag("refit", options.refit,
+             "Pin the feet and place the wrist afterwards. Without it the network's motion is kept: "
+             "the wrist is some centimetres from the goal (latent-opt: millimetres)");
+  table.Flag("refit_all", options.refit_all, "In all motions, not in the best alone");
+  AddStyleOption(table, "grasp", job.grasp,
+                 "How the object is taken: by a power, precision or handle grasp, or whichever is "
+                 "best");
+  table.Number("object_yaw", "deg", job.object_yaw_deg, {-360.0, 360.0}, "chosen for the hand",
+               "Yaw of the standing object, degrees");
+  table.Number("object_scale", "", job.object_scale, kPositive,
+               "Multiplies the object's coordinates (0.001 for millimetres)");
+  table.Number("sigma", "", options.sigma, {0.0, 3.0},
+               "Standard deviation of the latents; 0: the mean motion");
+  return table;
+}
+
+ReachOptions ReachOptionsOf(const ReachJob& job, bool takes) {
+  ReachOptions options = job.options;
+  options.by = job.method.value_or(takes ? ReachBy::kLatents : ReachBy::kIntention);
+  const std::string unseen = fmt::format("are not seen by --method {}", ReachByName(options.by));
+  if (options.by == ReachBy::kVaeOpt) {
+    options.vae.method = job.optimizer.value_or(VaeOptMethod::kLm);
+    options.vae.iterations = job.iterations.value_or(0);
+    options.vae.prior_weight = job.prior_weight.value_or(options.vae.prior_weight);
+  } else if (job.optimizer || job.iterations || job.prior_weight) {
+    throw Error("--optimizer, --iterations, --prior-weight", unseen, "Add --method vae-opt");
+  }
+  if (!options.obstacles.empty() && options.by != ReachBy::kLatents) {
+    throw Error("--obstacle", unseen, "Add --method latent-opt");
+  }
+  if (job.approach) {
+    if (job.approach->norm() < 1e-6) {
+      throw Error("--approach", "has no direction", "Give a vector other than 0,0,0");
+    }
+    options.approach = job.approach->normalized();
+  }
+  return options;
+}
+
+}  // namespace holdfast
