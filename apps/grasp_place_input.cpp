@@ -65,15 +65,6 @@ TriangleMesh SurfaceNamed(const char* option, const std::vector<std::string>& as
 
 }  // namespace
 
-CLI::Option* AddUseOption(CLI::App& command, std::string& use) {
-  return AddOption(
-      command, "--use", use,
-      "How people take such an object: handle (by its loop), tool (by the grip, thumb towards the "
-      "head), vessel (upright, rim free), box (across the narrow side), dish (level, by the rim), "
-      "any (wherever it is firmest), or auto: judged by its shape",
-      CLI::IsMember({"auto", "handle", "tool", "vessel", "box", "dish", "any"}));
-}
-
 void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input, const std::string& group) {
   command
       .add_option("--at", input.at,

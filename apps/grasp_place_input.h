@@ -26,9 +26,6 @@ struct GraspPlaceInput {
 void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input,
                           const std::string& group = "Options");
 
-/// Adds --use: what the object is taken for, "auto" or a UseName.
-CLI::Option* AddUseOption(CLI::App& command, std::string& use);
-
 /// The place on an object that was loaded from `path_or_name` with this scale; nothing when none is
 /// asked for. Throws Error for names that the file does not have, with all that it has.
 std::optional<GraspPlace::Wanted> WantedPlace(const GraspPlaceInput& input,

@@ -13,12 +13,8 @@
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
-#include "geometry/mesh/distance_grid.h"
-#include "geometry/rotation.h"
-#include "solver/carry/first_grasp.h"
+#include "solver/carry/fit_job.h"
 #include "solver/carry/standing_grasp.h"
-#include "solver/fit/clip_state.h"
-#include "solver/grasp/grasp_both.h"
 #include "solver/grasp/grasp_set_output.h"
 
 namespace holdfast::apps {
@@ -26,39 +22,19 @@ namespace {
 
 struct GraspCommand {
   CommonOptions common;
+  GraspJob job;
   std::string object;
   std::string output;
   std::string body;
-  std::string hand = "auto";
-  std::string style = "auto";
-  std::string use = "auto";
   std::string clip;
   int frame = 0;
-  double object_scale = 1.0;
   GraspPlaceInput place;
-  GraspOptions grasp;
   int count = 0;
-  double apart_cm = 100.0 * GraspSetOptions{}.apart_m;
-  double apart_deg = GraspSetOptions{}.apart_rad / kDegree;
 };
 
-// The hand that is to hold: the only one of a hand alone, else the right if nothing is asked for.
-Side HandFor(const GraspCommand& options, const BodyModel& body) {
-  const Side side = options.hand == "auto"   ? body.LoneHand().value_or(Side::kRight)
-                    : options.hand == "left" ? Side::kLeft
-                                             : Side::kRight;
-  RequireHands(body, HoldingBit(side));
-  return side;
-}
-
-std::vector<std::string> TouchingParts(const Grasp& grasp) {
-  constexpr int kOrder[kNumFingers] = {kThumb, kIndex, kMiddle, kRing, kPinky};
-  std::vector<std::string> names;
-  for (const int finger : kOrder) {
-    if (grasp.fingers_touching[finger]) names.emplace_back(kFingerNames[finger]);
-  }
-  if (grasp.palm_touching) names.emplace_back("palm");
-  return names;
+std::string TouchingText(const Grasp& grasp) {
+  const auto parts = GraspJson(grasp)["touching"].get<std::vector<std::string>>();
+  return fmt::format("{}", fmt::join(parts, ", "));
 }
 
 // Of skin in the object and the object's surface in the hand.
@@ -88,20 +64,6 @@ std::string CertificateText(const Grasp& grasp, const TriangleMesh& object) {
                      std::ceil(100.0 * *certificate.least_friction - 1e-6) / 100.0);
 }
 
-nlohmann::json GraspJson(const Grasp& grasp) {
-  return {{"style", StyleName(grasp.style)},
-          {"touching", TouchingParts(grasp)},
-          {"fingers_through_handle",
-           std::count(grasp.fingers_through.begin(), grasp.fingers_through.end(), true)},
-          {"score", grasp.score},
-          {"wrench_quality", grasp.wrench_quality},
-          {"upright_cosine", grasp.upright},
-          {"skin_in_object_mm", grasp.max_penetration_mm},
-          {"object_in_hand_mm", grasp.object_in_hand_mm},
-          {"fingers_in_each_other_mm", grasp.self_penetration_mm},
-          {"limit_excess_deg", grasp.limit_excess_deg}};
-}
-
 // The two files that are written.
 struct GraspFiles {
   std::filesystem::path clip, mesh;
@@ -118,16 +80,10 @@ GraspFiles NewGraspFiles(const GraspCommand& options) {
 }
 
 LoadedObject LoadGraspable(const GraspCommand& options, bool both_hands) {
-  LoadedObject object = LoadObject(options.object, options.object_scale);
+  LoadedObject object = LoadObject(options.object, options.job.object_scale);
   for (const std::string& note : object.notes) Note(options.common, "note: " + note);
-  if (const auto why = WhyTooLarge(object, both_hands)) throw FitFailure(*why);
+  RequireGraspable(object, both_hands);
   return object;
-}
-
-std::string MeasuresText(const TriangleMesh& object) {
-  const Eigen::Vector3d extent = 100.0 * Extent(object);
-  return fmt::format("The object measures {:.1f} x {:.1f} x {:.1f} cm", extent.x(), extent.y(),
-                     extent.z());
 }
 
 void WriteGrasp(const LoadedObject& object, const GraspFiles& files, Clip& clip) {
@@ -147,18 +103,6 @@ nlohmann::json GraspSummaryHead(const char* schema, const CommonOptions& common,
   return summary;
 }
 
-void RequireFound(const GraspCommand& options, const LoadedObject& object,
-                  const GraspReport& report) {
-  if (report.status == GraspStatus::kFound) return;
-  std::string why = fmt::format("{}: {}", object.name, Describe(report.status));
-  if (!report.candidates.empty()) why += " (best try: " + report.candidates.front().refused + ")";
-  throw FitFailure(
-      fmt::format("{}. {}; a hand spans about 10 cm. {}, or try --closings {} --seed {}", why,
-                  MeasuresText(object.mesh),
-                  options.grasp.place ? "Choose another place" : "Check its unit (--object-scale)",
-                  4 * options.grasp.closings, options.common.seed + 1));
-}
-
 void PrintGrasp(const GraspCommand& options, const GraspFiles& files, const LoadedObject& object,
                 Side side, const Grasp& grasp, const GraspReport& report) {
   nlohmann::json summary =
@@ -166,23 +110,13 @@ void PrintGrasp(const GraspCommand& options, const GraspFiles& files, const Load
   summary["grasp"] = GraspJson(grasp);
   summary["certificate"] = CertificateJson(grasp);
   summary["grasp"]["use"] = UseName(report.use);
-  summary["contact"] = {{"hand_in_object_max_mm", grasp.metrics.max_penetration_mm},
-                        {"hand_in_object_mean_mm", grasp.metrics.mean_penetration_mm},
-                        {"contact_ratio", grasp.metrics.contact_ratio},
-                        {"contact_threshold_mm", ContactProtocol{}.contact_threshold_mm},
-                        {"intersection_volume_cm3", grasp.metrics.intersection_volume_cm3}};
-  if (options.grasp.place) {
+  summary["contact"] = GraspContactJson(grasp);
+  if (options.job.search.place) {
     summary["place"] = GraspPlaceJson(options.place);
     summary["place"]["contacts_outside_ratio"] = grasp.outside_place;
     summary["place"]["from_point_mm"] = 1000.0 * grasp.from_place_m;
   }
-  summary["search"] = {{"places", report.oppositions},
-                       {"placements", report.placements},
-                       {"closed", report.closings},
-                       {"refined", report.refinements},
-                       {"search_ms", report.search_ms},
-                       {"closing_ms", report.closing_ms},
-                       {"refinement_ms", report.refinement_ms}};
+  summary["search"] = GraspSearchJson(report);
   PrintResult(
       options.common, summary,
       fmt::format(
@@ -191,22 +125,21 @@ void PrintGrasp(const GraspCommand& options, const GraspFiles& files, const Load
           "  {}\n"
           "  {} of {} placements closed, {} refined in {:.1f} s\n",
           files.clip.string(), StyleName(grasp.style), object.name, UseName(report.use),
-          SideName(side), fmt::join(TouchingParts(grasp), ", "), Deepest_mm(grasp),
+          SideName(side), TouchingText(grasp), Deepest_mm(grasp),
           100.0 * grasp.metrics.contact_ratio, grasp.wrench_quality,
           CertificateText(grasp, object.mesh), report.closings, report.placements,
           report.refinements,
           1e-3 * (report.search_ms + report.closing_ms + report.refinement_ms)));
 }
 
-// Fills in what the command line says of the search.
+// Fills in what the command line says besides the table.
 void PrepareSearch(const LoadedObject& object, GraspCommand& options) {
-  options.grasp.style = StyleByName(options.style);
-  options.grasp.use = UseByName(options.use);
-  if (const auto wanted = WantedPlace(options.place, options.object, options.object_scale)) {
-    options.grasp.place = std::make_shared<const GraspPlace>(object.mesh, *wanted);
+  GraspOptions& search = options.job.search;
+  if (const auto wanted = WantedPlace(options.place, options.object, options.job.object_scale)) {
+    search.place = std::make_shared<const GraspPlace>(object.mesh, *wanted);
   }
-  options.grasp.seed = options.common.seed;
-  options.grasp.threads = NumThreads(options.common);
+  search.seed = options.common.seed;
+  search.threads = NumThreads(options.common);
 }
 
 void WriteGrasps(const GraspCommand& options, const LoadedObject& object, Side side,
@@ -266,14 +199,12 @@ int RunMany(GraspCommand options) {
   const CommonOptions& common = options.common;
   RequireNewFolder(options.output, common);
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
-  const Side side = HandFor(options, *body);
+  const Side side = HandFor(options.job.hands, *body);
   const LoadedObject object = LoadGraspable(options, false);
   PrepareSearch(object, options);
-  GraspSetOptions set_options;
+  GraspSetOptions set_options = options.job.many;
   set_options.count = options.count;
-  set_options.apart_m = 0.01 * options.apart_cm;
-  set_options.apart_rad = options.apart_deg * kDegree;
-  set_options.search = options.grasp;
+  set_options.search = options.job.search;
   StandingGraspSet held;
   {
     Progress progress(common, "grasps");
@@ -284,11 +215,7 @@ int RunMany(GraspCommand options) {
   }
   const bool stopped = held.set.status == GraspStatus::kStopped;
   if (stopped && held.set.grasps.empty()) return kInterrupted;
-  if (held.set.grasps.empty()) {
-    throw FitFailure(fmt::format("{}: {} ({} hands closed). {}", object.name,
-                                 Describe(held.set.status), held.set.closings,
-                                 MeasuresText(object.mesh)));
-  }
+  RequireFound(held.set, object);
   WriteGrasps(options, object, side, held);
   PrintGrasps(options, object, side, held.set);
   if (stopped) {
@@ -308,19 +235,19 @@ int Run(GraspCommand options) {
   const CommonOptions& common = options.common;
   const GraspFiles files = NewGraspFiles(options);
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
-  const Side side = HandFor(options, *body);
+  const Side side = HandFor(options.job.hands, *body);
   const LoadedObject object = LoadGraspable(options, false);
   PrepareSearch(object, options);
   StandingGrasp held;
   {
     Progress progress(common, "grasp");
-    held = GraspStanding(body, side, object, options.grasp, [&](double share) {
+    held = GraspStanding(body, side, object, options.job.search, [&](double share) {
       progress.Update(static_cast<int>(100 * share), 100);
       return !Interrupted();
     });
   }
   if (Interrupted()) return kInterrupted;
-  RequireFound(options, object, held.report);
+  RequireFound(held.report, object, options.job.search);
   WriteGrasp(object, files, held.clip);
   PrintGrasp(options, files, object, side, held.grasp, held.report);
   return kDone;
@@ -363,7 +290,7 @@ void PrintBothHandsGrasp(const GraspCommand& options, const GraspFiles& files,
     summary[name]["wrist_turn_deg"] = grasp.wrist_turn_deg[h];
     text += fmt::format(
         "  {}: {} touch, {:.2f} mm deepest penetration, wrist moved {:.0f} mm and {:.0f} degrees\n",
-        name, fmt::join(TouchingParts(grasp.hands[h]), ", "), Deepest_mm(grasp.hands[h]),
+        name, TouchingText(grasp.hands[h]), Deepest_mm(grasp.hands[h]),
         grasp.wrist_shift_mm[h], grasp.wrist_turn_deg[h]);
   }
   PrintResult(options.common, summary, text);
@@ -378,34 +305,14 @@ int RunBoth(const GraspCommand& options) {
   const LoadedObject object = LoadGraspable(options, true);
 
   Clip clip = StartForBoth(options, person);
-  const std::shared_ptr<const BodyModel> body = std::move(person.model);
-  const Eigen::VectorXd betas = std::move(person.betas);
-  const HandModel right(body, betas, Side::kRight), left(body, betas, Side::kLeft);
-  const SignedDistance surface(object.mesh);
-  DistanceGridOptions grid_options;
-  grid_options.threads = NumThreads(common);
-  const DistanceGrid grid(surface, grid_options);
   BothHandsOptions both_options;
   both_options.seed = common.seed;
   both_options.threads = NumThreads(common);
-  if (auto wanted = WantedPlace(options.place, options.object, options.object_scale)) {
-    wanted->span_m = both_options.max_width_m;
-    both_options.place = std::make_shared<const GraspPlace>(object.mesh, *wanted);
-  }
-  const BothHandsGrasp grasp = HoldInBothHands(right, left, BodySurface(body, betas), clip.pose[0],
-                                               clip.trans.col(0), object.mesh, grid, both_options);
+  const auto place = WantedPlace(options.place, options.object, options.job.object_scale);
+  const BothHandsGrasp grasp = HoldStanding(person, object, place, both_options, clip);
   if (Interrupted()) return kInterrupted;
-  if (grasp.status != GraspStatus::kFound) {
-    throw FitFailure(fmt::format(
-        "{} in both hands: {}. {}. {}, or take a pose with both hands in front (--clip, --frame)",
-        object.name, Describe(grasp.status), MeasuresText(object.mesh),
-        both_options.place ? "Choose another place" : "Check its unit (--object-scale)"));
-  }
-
-  clip.pose[0] = grasp.pose;
-  PutInHands(kHoldsRight | kHoldsLeft, object.name, grasp.world_from_object, clip);
   WriteGrasp(object, files, clip);
-  PrintBothHandsGrasp(options, files, object, grasp, both_options.place != nullptr);
+  PrintBothHandsGrasp(options, files, object, grasp, place.has_value());
   return kDone;
 }
 
@@ -423,31 +330,17 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
       ->add_option("-o,--output", options->output,
                    "Clip to write (.npz); the mesh goes beside it. With --count: a folder")
       ->required();
-  AddOption(*command, "--hand", options->hand,
-            "right, left, both: the object between them; auto: the right, or the only one of "
-            "a MANO model",
-            CLI::IsMember({"auto", "right", "left", "both"}));
+  AddOptions(*command, OptionsOf(options->job));
   CLI::Option* const clip = command->add_option(
       "--clip", options->clip, "With --hand both: take the pose from this clip; else standing");
   AddOption(*command, "--frame", options->frame, "Frame of --clip, from 0")
       ->needs(clip)
       ->check(CLI::NonNegativeNumber);
-  AddOption(*command, "--style", options->style,
-            "power, precision, handle (fingers through it), or auto: the best of all, by its "
-            "handle what has one",
-            CLI::IsMember({"auto", "power", "precision", "handle"}));
-  AddUseOption(*command, options->use);
   command->add_option(
       "--body", options->body,
       "Body model: SMPL-X, SMPL-H, or MANO for a hand alone (.npz, .pkl); default: the "
       "embedded one");
-  AddOption(*command, "--object-scale", options->object_scale,
-            "Multiplies the mesh: 0.001 for millimetres", CLI::PositiveNumber);
   AddGraspPlaceOptions(*command, options->place);
-  AddOption(*command, "--closings", options->grasp.closings,
-            "Placements that the fingers are closed for", CLI::Range(1, 100'000));
-  AddOption(*command, "--refinements", options->grasp.refinements, "Closed hands that are refined",
-            CLI::Range(1, 100'000));
   CLI::Option* const count = command
                                  ->add_option("--count", options->count,
                                               "Write so many distinct grasps to the folder -o "
@@ -456,17 +349,9 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
                                               "friction 0.5. Fewer are written with a "
                                               "warning, exit code 3")
                                  ->check(CLI::Range(1, 1'000'000));
-  AddOption(*command, "--apart", options->apart_cm,
-            "With --count: distinct wrists are so far apart, cm, in the object's frame ...")
-      ->needs(count)
-      ->check(CLI::NonNegativeNumber);
-  AddOption(*command, "--apart-angle", options->apart_deg, "... or turned by this much, degrees")
-      ->needs(count)
-      ->check(CLI::Range(0.0, 180.0));
-  AddOption(*command, "--friction", options->grasp.friction,
-            "Friction coefficient of skin on the object", CLI::Range(0.01, 2.0));
-  AddOption(*command, "--upright", options->grasp.upright_weight,
-            "How much an object that stays upright is preferred", CLI::NonNegativeNumber);
+  for (const char* of_many : {"--apart", "--apart-angle"}) {
+    command->get_option(of_many)->needs(count);
+  }
   AddCommonOptions(*command, options->common, true,
                    "  holdfast grasp mug -o mug_grasp.npz\n"
                    "  holdfast grasp hammer.obj -o hammer.npz --hand left --seed 3 --json\n"
@@ -475,10 +360,10 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
                    "  holdfast grasp mug --count 50 -o mug_grasps\n"
                    "  holdfast grasp box.obj -o box.npz --hand both --clip carry.npz --frame 60\n");
   command->callback([options, &exit_code] {
-    if (options->count > 0 && options->hand == "both") {
+    if (options->count > 0 && options->job.hands == GraspHands::kBoth) {
       throw CLI::ValidationError("--count", "is for one hand");
     }
-    if (options->hand == "both") {
+    if (options->job.hands == GraspHands::kBoth) {
       exit_code = RunBoth(*options);
       return;
     }

@@ -47,11 +47,6 @@ std::optional<GraspPlace::Wanted> PlaceOf(const py::object& at, const py::object
 /// Sets weights by the names of EnergyTerms(). `weights` is None or a dict.
 void SetWeights(const py::object& weights, FitOptions& options);
 
-/// Of a new grasp: "auto" is none.
-std::optional<GraspStyle> StyleOf(const std::string& style);
-/// What an object is taken for: "auto" is none.
-std::optional<GraspUse> UseOf(const std::string& use);
-
 /// Measures of a grasp, with "fingers" (45,) and "wrist_from_object" (4, 4).
 py::dict GraspDict(const Grasp& grasp);
 nlohmann::json EnergiesJson(const FrameReport& frame);

@@ -6,6 +6,7 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
+#include "solver/carry/standing_grasp.h"
 #include "solver/fit/energy.h"
 
 namespace holdfast::python {
@@ -58,45 +59,14 @@ void SetWeights(const py::object& weights, FitOptions& options) {
   }
 }
 
-std::optional<GraspStyle> StyleOf(const std::string& style) {
-  return Choice<std::optional<GraspStyle>>(style, "style",
-                                           {{"auto", std::nullopt},
-                                            {"power", GraspStyle::kPower},
-                                            {"precision", GraspStyle::kPrecision},
-                                            {"handle", GraspStyle::kHandle}});
-}
-
-std::optional<GraspUse> UseOf(const std::string& use) {
-  return Choice<std::optional<GraspUse>>(use, "use",
-                                         {{"auto", std::nullopt},
-                                          {"handle", GraspUse::kHandle},
-                                          {"tool", GraspUse::kTool},
-                                          {"vessel", GraspUse::kVessel},
-                                          {"box", GraspUse::kBox},
-                                          {"dish", GraspUse::kDish},
-                                          {"any", GraspUse::kAny}});
-}
-
 py::dict GraspDict(const Grasp& grasp) {
-  constexpr const char* kNames[kNumFingers] = {"index", "middle", "pinky", "ring", "thumb"};
-  py::list touching;
-  for (const int finger : {kThumb, kIndex, kMiddle, kRing, kPinky}) {
-    if (grasp.fingers_touching[finger]) touching.append(kNames[finger]);
-  }
-  if (grasp.palm_touching) touching.append("palm");
   const Eigen::Matrix4d wrist_from_object = grasp.wrist_from_object.matrix();
-  return py::dict("style"_a = std::string(StyleName(grasp.style)), "touching"_a = touching,
-                  "fingers_through_handle"_a = std::ranges::count(grasp.fingers_through, true),
-                  "score"_a = grasp.score, "wrench_quality"_a = grasp.wrench_quality,
-                  "upright_cosine"_a = grasp.upright,
-                  "skin_in_object_mm"_a = grasp.max_penetration_mm,
-                  "object_in_hand_mm"_a = grasp.object_in_hand_mm,
-                  "fingers_in_each_other_mm"_a = grasp.self_penetration_mm,
-                  "limit_excess_deg"_a = grasp.limit_excess_deg,
-                  "contacts_outside_place_ratio"_a = grasp.outside_place,
-                  "from_point_mm"_a = 1e3 * grasp.from_place_m,
-                  "fingers"_a = py::array_t<double>(grasp.fingers.size(), grasp.fingers.data()),
-                  "wrist_from_object"_a = Rows(wrist_from_object.transpose()));
+  py::dict dict = ToPython(GraspJson(grasp));
+  dict["contacts_outside_place_ratio"] = grasp.outside_place;
+  dict["from_point_mm"] = 1e3 * grasp.from_place_m;
+  dict["fingers"] = py::array_t<double>(grasp.fingers.size(), grasp.fingers.data());
+  dict["wrist_from_object"] = Rows(wrist_from_object.transpose());
+  return dict;
 }
 
 nlohmann::json EnergiesJson(const FrameReport& frame) {
