@@ -23,10 +23,7 @@ struct RefineCommand {
   ClipInputOptions input;
   std::string clip;
   std::string output;
-  std::string hand = "auto";
-  int object_vertices = 300;
-  FitOptions fit = RefinementDefaults();
-  ContactProtocol protocol;
+  RefineOptions refine;
 };
 
 nlohmann::json OrNull(const std::optional<double>& value) {
@@ -134,14 +131,14 @@ nlohmann::json MetricsOf(const RefineCommand& options, const ClipInput& input,
   const bool right = std::ranges::any_of(
       result.clip.holding_hand, [](std::uint8_t bits) { return (bits & kHoldsRight) != 0; });
   nlohmann::json metrics = JsonHead("holdfast/refine/1", options.common);
-  metrics["options"] = {{"clip", options.clip},
-                        {"hand", options.hand},
-                        {"object", input.object_source},
-                        {"object_scale", input.object_scale},
-                        {"object_vertices", options.object_vertices}};
-  metrics["options"].update(WeightsJson(options.fit));
+  RefineOptions refine = options.refine;
+  metrics["options"] = OptionsJson(OptionsOf(refine));
+  metrics["options"].update(WeightsJson(refine.fit));
+  metrics["options"].update({{"clip", options.clip},
+                             {"object", input.object_source},
+                             {"object_scale", input.object_scale}});
   metrics["protocol"] =
-      ProtocolJson(options.protocol, object.solid,
+      ProtocolJson(refine.protocol, object.solid,
                    HandModel(input.body, input.betas, right ? Side::kRight : Side::kLeft));
   metrics["before"] = MeasuredJson(report.before);
   metrics["after"] = MeasuredJson(report.after);
@@ -171,28 +168,16 @@ nlohmann::json PerFrameJson(const RefineReport& report) {
           {"distance_to_data_deg", report.distance.degrees}};
 }
 
-RefineOptions ToLibrary(const RefineCommand& command) {
-  RefineOptions options;
-  options.hands = command.hand == "right"  ? RefineHands::kRight
-                  : command.hand == "left" ? RefineHands::kLeft
-                  : command.hand == "both" ? RefineHands::kBoth
-                  : command.hand == "clip" ? RefineHands::kOfClip
-                                           : RefineHands::kFound;
-  options.fit = command.fit;
-  options.protocol = command.protocol;
-  options.threads = NumThreads(command.common);
-  return options;
-}
-
 int Refine(const RefineCommand& options) {
   ResultFolder folder(options.output, options.common.force);
   const ClipInput input = LoadRefinable(options);
-  const RefineOptions refine = ToLibrary(options);
+  RefineOptions refine = options.refine;
+  refine.threads = NumThreads(options.common);
   const auto object = std::make_shared<const PreparedObject>(
       PrepareObject(input.object_in_clip
                         ? ObjectOfMesh(*input.object, input.clip.object->name, input.object_source)
                         : LoadObject(input.object_source, input.object_scale),
-                    options.object_vertices, refine.threads));
+                    refine.object_vertices, refine.threads));
   for (const std::string& note : object->notes) Note(options.common, "note: " + note);
   StageProgress progress(options.common);
   const RefineReport report = NamingSource("the clip", options.clip, [&] {
@@ -204,15 +189,7 @@ int Refine(const RefineCommand& options) {
   });
   progress.End();
   if (Interrupted()) return kInterrupted;
-  if (report.status == RefineStatus::kNotFinite) {
-    throw FitFailure(options.clip + ": the solve came to numbers that are not finite");
-  }
-  if (report.status == RefineStatus::kNoContact) {
-    throw FitFailure(fmt::format(
-        "{}: no hand that holds touches {} in any frame, so that nothing is written. Say who holds "
-        "with --hand, or make a new grasp with 'holdfast fit --regrasp'",
-        options.clip, input.object_source));
-  }
+  RequireRefined(report, options.clip, input.object_source);
   nlohmann::json metrics = MetricsOf(options, input, *object, report);
   nlohmann::json summary = metrics;
   summary["output"] = options.output;
@@ -242,20 +219,8 @@ void AddRefineCommand(CLI::App& app, int& exit_code) {
       ->add_option("-o,--output", options->output,
                    "Folder to make: clip.npz, object.ply, metrics.json with before and after")
       ->required();
-  AddOption(*command, "--hand", options->hand,
-            "Who holds. auto: found in the clip; clip: as its holding_hand says",
-            CLI::IsMember({"auto", "clip", "right", "left", "both"}));
   AddClipInputOptions(*command, options->input);
-  AddOption(*command, "--object-vertices", options->object_vertices,
-            "Vertices that the object is simplified to", CLI::Range(4, 100'000));
-  OptionTable weights;
-  AddWeightOptions(weights, options->fit, [](const EnergyTermInfo& info) {
-    constexpr EnergyTerm kTerms[] = {EnergyTerm::kObject,       EnergyTerm::kFingers,
-                                     EnergyTerm::kAcceleration, EnergyTerm::kSupport,
-                                     EnergyTerm::kPenetration,  EnergyTerm::kObjectInHand};
-    return std::ranges::find(kTerms, info.term) != std::end(kTerms);
-  });
-  AddOptions(*command, weights);
+  AddOptions(*command, OptionsOf(options->refine));
   AddCommonOptions(*command, options->common, true,
                    "  holdfast refine captured.npz --object mug.obj -o clean\n"
                    "  holdfast refine held -o refined --hand right --json\n");

@@ -39,10 +39,8 @@ struct TransferCommand {
   std::string map;
   std::string body;
   std::vector<double> betas;
-  std::string keep = "auto";
-  bool no_search = false, keep_motion = false, write_report = true;
-  int object_vertices = 300;
-  ContactProtocol protocol;
+  TransferOptions transfer;
+  bool write_report = true;
   int variants = 0;
   std::vector<double> scale_range = {VariantOptions{}.scale_low, VariantOptions{}.scale_high};
   double yaw_deg = 180.0;
@@ -154,7 +152,7 @@ TransferInput LoadScene(const TransferCommand& options, int threads) {
   LoadedObject target = TargetObject(options, scene.input);
   const auto prepare = [&](LoadedObject object) {
     return std::make_shared<const PreparedObject>(
-        PrepareObject(std::move(object), options.object_vertices, threads));
+        PrepareObject(std::move(object), options.transfer.object_vertices, threads));
   };
   scene.from_object = prepare(
       ObjectOfMesh(*scene.input.object, scene.input.clip.object->name, scene.input.object_source));
@@ -177,13 +175,7 @@ TransferInput LoadScene(const TransferCommand& options, int threads) {
 }
 
 TransferOptions ToLibrary(const TransferCommand& options, int threads) {
-  TransferOptions transfer;
-  transfer.keeps = options.keep == "wrists"   ? TransferKeeps::kWrists
-                   : options.keep == "object" ? TransferKeeps::kObject
-                                              : TransferKeeps::kAuto;
-  transfer.grasp.search = !options.no_search;
-  transfer.carry.keep_motion = options.keep_motion;
-  transfer.carry.protocol = options.protocol;
+  TransferOptions transfer = options.transfer;
   transfer.carry.seed = options.common.seed;
   transfer.carry.threads = threads;
   return transfer;
@@ -194,20 +186,19 @@ nlohmann::json MetricsOf(const TransferCommand& options, const TransferInput& sc
   const CarryReport& carried = report.carried;
   const Side side = (carried.held_by & kHoldsRight) != 0 ? Side::kRight : Side::kLeft;
   nlohmann::json metrics = JsonHead("holdfast/transfer/1", options.common);
-  metrics["options"] = {{"clip", options.clip},
-                        {"from_object", scene.input.object_source},
-                        {"object", scene.to_object->object.source},
-                        {"scale", options.scale},
-                        {"map", options.map},
-                        {"body", scene.to.model->Name()},
-                        {"betas", options.betas},
-                        {"keep", options.keep},
-                        {"search", !options.no_search},
-                        {"object_vertices", options.object_vertices}};
+  TransferOptions transfer = options.transfer;
+  metrics["options"] = OptionsJson(OptionsOf(transfer));
+  metrics["options"].update({{"clip", options.clip},
+                             {"from_object", scene.input.object_source},
+                             {"object", scene.to_object->object.source},
+                             {"scale", options.scale},
+                             {"map", options.map},
+                             {"body", scene.to.model->Name()},
+                             {"betas", options.betas}});
   metrics["map"] = MapJson(scene.map->Report());
   metrics["holds"] = TransferredHoldsJson(report.holds);
   metrics["following"] = FollowingJson(report);
-  metrics["protocol"] = ProtocolJson(options.protocol, scene.to_object->solid,
+  metrics["protocol"] = ProtocolJson(options.transfer.carry.protocol, scene.to_object->solid,
                                      HandModel(scene.to.model, scene.to.betas, side));
   metrics["warnings"] = report.warnings;
   metrics["clearance"] = ClearanceJson(carried.clearance);
@@ -236,7 +227,7 @@ std::string Text(const TransferCommand& options, const TransferInput& scene,
         grasp.contact_off_mm, 1e3 * grasp.wrist_shift_m);
   }
   return text +
-         SummaryText(FitSummaryJson(report.carried.fit, report.carried.contact), options.protocol) +
+         SummaryText(FitSummaryJson(report.carried.fit, report.carried.contact), options.transfer.carry.protocol) +
          ClearanceText(report.carried.clearance);
 }
 
@@ -440,19 +431,7 @@ void AddVariantOptions(CLI::App& command, CLI::Option* object, TransferCommand& 
 
 void AddHowOptions(CLI::App& command, TransferCommand& options) {
   const char* const group = "How";
-  AddOption(command, "--keep", options.keep,
-            "What keeps its way: wrists (the object follows), object (arms follow), auto: wrists "
-            "where one hand of the same body holds all along",
-            CLI::IsMember({"auto", "wrists", "object"}))
-      ->group(group);
-  command
-      .add_flag("--no-search", options.no_search,
-                "Where the hand can't keep its contacts, look for no new grasp near them")
-      ->group(group);
-  command
-      .add_flag("--keep-motion", options.keep_motion,
-                "Arms do not give way where object or hand go through the person's own body")
-      ->group(group);
+  AddOptions(command, OptionsOf(options.transfer));
   command
       .add_option("--from-object", options.input.object,
                   "Mesh of the clip's own object, in place of the one that it names")
@@ -460,9 +439,6 @@ void AddHowOptions(CLI::App& command, TransferCommand& options) {
   command
       .add_option("--from-body", options.input.body,
                   "Body model of the clip, in place of the embedded one")
-      ->group(group);
-  AddOption(command, "--object-vertices", options.object_vertices,
-            "Vertices that objects are simplified to", CLI::Range(4, 100'000))
       ->group(group);
   command
       .add_flag_callback(

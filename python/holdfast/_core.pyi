@@ -198,6 +198,8 @@ class FitResult:
     @property
     def warnings(self) -> list[str]: ...
     @property
+    def metrics(self) -> dict[str, Any]: ...
+    @property
     def energies(self) -> dict[str, _Floats]: ...
     @property
     def per_frame(self) -> dict[str, Any]: ...
@@ -219,6 +221,9 @@ class FitResult:
     def object_name(self) -> str: ...
     def save(self, folder: _Path, *, force: bool = False) -> None: ...
 
+def options(
+    job: Literal["fit", "grasp", "reach", "refine", "synthesize", "transfer"],
+) -> dict[str, dict[str, Any]]: ...
 def fit(
     clip: _Clip,
     object: Optional[_Object] = None,
@@ -229,6 +234,8 @@ def fit(
     at: Optional[ArrayLike] = None,
     region: Optional[_Object] = None,
     avoid: Optional[_Object] = None,
+    start: int = 0,
+    end: int = -1,
     regrasp: bool = False,
     keep_grasp: bool = False,
     keep_motion: bool = False,
@@ -253,6 +260,7 @@ def fit(
     seed: int = 1,
     threads: int = 0,
     progress: _Progress = None,
+    **lambdas: float,
 ) -> FitResult: ...
 def offhand(clip: _Clip, object: Optional[_Object] = None, **options: Any) -> FitResult: ...
 
@@ -293,6 +301,7 @@ def refine(
     body: Optional[BodyModel] = None,
     threads: int = 0,
     progress: _Progress = None,
+    **lambdas: float,
 ) -> RefineResult: ...
 
 class RobotHand:
@@ -410,6 +419,7 @@ def grasp(
     object_scale: float = 1.0,
     closings: int = ...,
     refinements: int = ...,
+    friction: float = ...,
     upright: float = ...,
     seed: int = 1,
     threads: int = 0,
@@ -428,8 +438,8 @@ def grasps(
     body: Optional[BodyModel] = None,
     object_scale: float = 1.0,
     friction: float = ...,
-    apart: float = ...,
-    apart_angle: float = ...,
+    apart_cm: float = ...,
+    apart_angle_deg: float = ...,
     seed: int = 1,
     threads: int = 0,
     progress: _Progress = None,
@@ -529,8 +539,8 @@ def reach(
     object_yaw_deg: Optional[float] = None,
     object_scale: float = 1.0,
     wrist: Literal["right", "left"] = "right",
-    method: Optional[Literal["intention", "latent-opt", "vae-opt"]] = None,
-    optimizer: Optional[Literal["lm", "lbfgs", "lbfgs-step1", "adam"]] = None,
+    method: Literal["auto", "intention", "latent-opt", "vae-opt"] = "auto",
+    optimizer: Literal["auto", "lm", "lbfgs", "lbfgs-step1", "adam"] = "auto",
     iterations: Optional[int] = None,
     prior_weight: Optional[float] = None,
     samples: Optional[int] = None,
@@ -603,6 +613,7 @@ def synthesize(
     seconds: Optional[float] = None,
     key_frames: int = ...,
     sigma: float = 1.0,
+    style: float = 1.0,
     frame_rate: float = 30.0,
     and_back: bool = False,
     object_scale: float = 1.0,

@@ -35,6 +35,7 @@ void BindData(py::module_& module);
 void BindTerms(py::module_& module);
 void BindFit(py::module_& module);
 void BindMotion(py::module_& module);
+void BindOptions(py::module_& module);
 void BindFollow(py::module_& module);
 void BindScore(py::module_& module);
 void BindReport(py::module_& module);

@@ -30,6 +30,7 @@ PYBIND11_MODULE(_core, module) {
   hf::BindTerms(module);
   hf::BindFit(module);
   hf::BindMotion(module);
+  hf::BindOptions(module);
   hf::BindFollow(module);
   hf::BindScore(module);
   hf::BindReport(module);

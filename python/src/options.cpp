@@ -4,15 +4,24 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <pybind11/stl.h>
 
 #include "geometry/suggestion.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
+#include "solver/carry/fit_job.h"
+#include "solver/carry/refine.h"
+#include "solver/carry/standing_grasp.h"
+#include "solver/reach/reach_options.h"
+#include "solver/synthesis/synthesize.h"
+#include "solver/transfer/transfer.h"
 
 namespace holdfast::python {
+using namespace py::literals;
 namespace {
 
 [[noreturn]] void WrongType(const Option& option, const char* expected, const py::handle& given) {
@@ -115,6 +124,46 @@ void SetOptions(const py::kwargs& given, const OptionTable& table) {
     const py::handle handle = value;
     std::visit(Set{*option, handle}, option->value);
   }
+}
+
+void BindOptions(py::module_& module) {
+  module.def(
+      "options",
+      [](const std::string& job) {
+        FitJob fit;
+        GraspJob grasp;
+        ReachJob reach;
+        SynthesisJob synthesize;
+        RefineOptions refine;
+        TransferOptions transfer;
+        const std::map<std::string, OptionTable> tables = {
+            {"fit", OptionsOf(fit)},       {"grasp", OptionsOf(grasp)},
+            {"reach", OptionsOf(reach)},   {"synthesize", OptionsOf(synthesize)},
+            {"refine", OptionsOf(refine)}, {"transfer", OptionsOf(transfer)}};
+        const auto found = tables.find(job);
+        if (found == tables.end()) {
+          throw py::value_error("job: expected one of 'fit', 'grasp', 'reach', 'refine', "
+                                "'synthesize', 'transfer', got '" + job + "'");
+        }
+        const py::dict defaults = ToPython(OptionsJson(found->second));
+        py::dict options;
+        for (const Option& option : found->second.All()) {
+          py::dict told("default"_a = defaults[option.name.c_str()], "flag"_a = option.flag,
+                        "help"_a = option.help);
+          if (const auto* choice = std::get_if<OptionChoice>(&option.value)) {
+            told["choices"] = py::cast(choice->words);
+          } else {
+            told["range"] = py::make_tuple(option.range.low, option.range.high);
+          }
+          options[option.name.c_str()] = told;
+        }
+        return options;
+      },
+      "job"_a,
+      "The options that a function takes by name: {name: {'default', 'flag' of the command line, "
+      "'help', and 'choices' (list of str) or 'range' (least, most)}}. job: 'fit' (of offhand(), "
+      "too), 'grasp' (of grasps(), too), 'reach', 'refine', 'synthesize', 'transfer'.\n\n"
+      "    holdfast.options('fit')['contact_threshold_mm']['default']");
 }
 
 }  // namespace holdfast::python

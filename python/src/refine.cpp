@@ -37,19 +37,13 @@ LoadedObject RefinedObject(const ClipArgument& clip, const py::object& given, do
   return object;
 }
 
-RefinedPtr Refine(const py::object& clip, const py::object& object, const std::string& hand,
-                  const py::object& weights, double object_scale, int object_vertices,
-                  const py::object& body, int threads, const py::object& progress) {
+RefinedPtr Refine(const py::object& clip, const py::object& object, const py::object& weights,
+                  double object_scale, const py::object& body, int threads,
+                  const py::object& progress, const py::kwargs& given) {
   RefineOptions options;
-  options.hands = Choice<RefineHands>(hand, "hand",
-                                      {{"auto", RefineHands::kFound},
-                                       {"clip", RefineHands::kOfClip},
-                                       {"right", RefineHands::kRight},
-                                       {"left", RefineHands::kLeft},
-                                       {"both", RefineHands::kBoth}});
+  SetOptions(given, OptionsOf(options));
   SetWeights(weights, options.fit);
   RequirePositive(object_scale, "object_scale");
-  RequireBetween(object_vertices, "object_vertices", 4, 100'000);
   options.threads = ThreadsOf(threads);
   ModelOf(body);
   const ClipArgument input = ClipOf(clip, body);
@@ -59,26 +53,15 @@ RefinedPtr Refine(const py::object& clip, const py::object& object, const std::s
   }
   auto refined = std::make_shared<RefinedClip>();
   refined->object = RefinedObject(input, object, object_scale);
-  const auto prepared = PrepareAside(refined->object, object_vertices, options.threads);
+  const auto prepared = PrepareAside(refined->object, options.object_vertices, options.threads);
   LogNotes(prepared->notes);
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
     refined->report = NamingSource("the clip", input.name, [&] {
       return RefineCarried(*input.clip, input.body, *prepared, options, go_on);
     });
   });
-  switch (refined->report.status) {
-    case RefineStatus::kStopped:
-      throw Stopped();
-    case RefineStatus::kNotFinite:
-      throw FitFailure(input.name + ": the solve came to numbers that are not finite");
-    case RefineStatus::kNoContact:
-      throw FitFailure(
-          fmt::format("{}: no hand that holds touches {} in any frame. Say who holds with "
-                      "--hand, or make a new grasp with fit(regrasp=True)",
-                      input.name, refined->object.name));
-    case RefineStatus::kRefined:
-      break;
-  }
+  if (refined->report.status == RefineStatus::kStopped) throw Stopped();
+  RequireRefined(refined->report, input.name, refined->object.name);
   refined->clip = WithSurface(std::move(refined->report.result.clip), refined->object.mesh);
   return refined;
 }
@@ -171,15 +154,16 @@ void BindRefine(py::module_& module) {
       .def("__repr__", [](const RefinedClip& self) {
         return fmt::format("<holdfast.RefineResult: {} frames>", self.clip->NumFrames());
       });
-  module.def(
-      "refine", &Refine, "clip"_a, "object"_a = py::none(), py::kw_only(), "hand"_a = "auto",
-      "weights"_a = py::none(), "object_scale"_a = 1.0, "object_vertices"_a = 300,
-      "body"_a = py::none(), "threads"_a = 0, "progress"_a = py::none(),
+  RefineOptions options;
+  static const std::string doc =
       "Cleans a clip that has its object's trajectory, captured or predicted: penetration, jitter, "
       "lost contact; near the data.\n\n"
-      "object as for fit(). hand: who holds; 'auto': found in the clip, 'clip': as its "
-      "holding_hand says, 'right', 'left', 'both'. weights: dict by term. Returns RefineResult. "
-      "Raises FitFailure where no hand that holds touches the object, Stopped, and Error.");
+      "object as for fit(). weights: dict by term. Returns RefineResult. Raises FitFailure where no "
+      "hand that holds touches the object, Stopped, and Error.\n\nOptions:\n" +
+      OptionsText(OptionsOf(options));
+  module.def("refine", &Refine, "clip"_a, "object"_a = py::none(), py::kw_only(),
+             "weights"_a = py::none(), "object_scale"_a = 1.0, "body"_a = py::none(),
+             "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
 }
 
 }  // namespace holdfast::python

@@ -49,21 +49,15 @@ SurfaceMap MapOf(const py::object& map, const TriangleMesh& from, const Triangle
 }
 
 TransferredPtr Transfer(const py::object& clip, const py::object& object, const py::object& scale,
-                        const py::object& map, const py::object& betas, const std::string& keep,
-                        bool search, bool keep_motion, const py::object& from_object,
-                        double object_scale, int object_vertices, const py::object& body,
-                        std::uint64_t seed, int threads, const py::object& progress) {
+                        const py::object& map, const py::object& betas,
+                        const py::object& from_object, double object_scale, const py::object& body,
+                        std::uint64_t seed, int threads, const py::object& progress,
+                        const py::kwargs& given) {
   TransferOptions options;
-  options.keeps = Choice<TransferKeeps>(keep, "keep",
-                                        {{"auto", TransferKeeps::kAuto},
-                                         {"wrists", TransferKeeps::kWrists},
-                                         {"object", TransferKeeps::kObject}});
-  options.grasp.search = search;
-  options.carry.keep_motion = keep_motion;
+  SetOptions(given, OptionsOf(options));
   options.carry.seed = seed;
   options.carry.threads = ThreadsOf(threads);
   RequirePositive(object_scale, "object_scale");
-  RequireBetween(object_vertices, "object_vertices", 4, 100'000);
   if (!map.is_none() && object.is_none()) throw py::value_error("map: needs object");
   const Eigen::Vector3d factors = ScaleOf(scale);
   ModelOf(body);
@@ -80,8 +74,8 @@ TransferredPtr Transfer(const py::object& clip, const py::object& object, const 
   RequireHandheld(result->object);
   ClipBody to = input.body;
   if (!betas.is_none()) to.betas = Vector(betas, "betas");
-  const auto from_prepared = PrepareAside(first, object_vertices, options.carry.threads);
-  const auto to_prepared = PrepareAside(result->object, object_vertices, options.carry.threads);
+  const auto from_prepared = PrepareAside(first, options.object_vertices, options.carry.threads);
+  const auto to_prepared = PrepareAside(result->object, options.object_vertices, options.carry.threads);
   LogNotes(to_prepared->notes);
   std::optional<SurfaceMap> used;
   if (!map.is_none()) used = MapOf(map, from_prepared->object.mesh, to_prepared->object.mesh);
@@ -114,13 +108,15 @@ surfaces; then hand and object are fitted.
 
 clip: Clip, path, or result with an object (its mesh, or from_object). object: the other one, as for
 fit(); None: the clip's own. scale: factor, or (3,) one for each axis. map: found by shape, or pairs of
-points ((n, 3), (n, 3)), metres, or a path to them. betas: (B,) shape of another person. keep: what
-keeps its way, 'wrists', 'object' or 'auto'. search: a new grasp near the contacts where the hand
-can't keep them. Returns TransferResult. Raises FitFailure where no hand touches it, Stopped, and Error.
+points ((n, 3), (n, 3)), metres, or a path to them. betas: (B,) shape of another person. Returns
+TransferResult. Raises FitFailure where no hand touches it, Stopped, and Error.
 
     held = holdfast.fit('demo_drink', 'mug')
     large = holdfast.transfer(held, scale=1.2)
-    large.clip.save('large.npz'))";
+    large.clip.save('large.npz')
+
+Options:
+)";
 
 }  // namespace
 
@@ -159,12 +155,12 @@ void BindTransfer(py::module_& module) {
         return fmt::format("<holdfast.TransferResult: {} held by {}>", self.object.name,
                            HoldersText(CountHeld(self.clip->holding_hand)));
       });
+  TransferOptions options;
+  static const std::string doc = kTransferDoc + OptionsText(OptionsOf(options));
   module.def("transfer", &Transfer, "clip"_a, "object"_a = py::none(), py::kw_only(),
              "scale"_a = py::none(), "map"_a = py::none(), "betas"_a = py::none(),
-             "keep"_a = "auto", "search"_a = true, "keep_motion"_a = false,
-             "from_object"_a = py::none(), "object_scale"_a = 1.0, "object_vertices"_a = 300,
-             "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(),
-             kTransferDoc);
+             "from_object"_a = py::none(), "object_scale"_a = 1.0, "body"_a = py::none(),
+             "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
 }
 
 }  // namespace holdfast::python

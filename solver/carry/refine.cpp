@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <Eigen/Geometry>
+#include <fmt/format.h>
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"
@@ -281,6 +282,39 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
                          report.before.contact.contact_frames_ratio.value_or(0.0) - kLost;
   report.status = touched ? RefineStatus::kRefined : RefineStatus::kNoContact;
   return report;
+}
+
+OptionTable OptionsOf(RefineOptions& options) {
+  OptionTable table;
+  table.Choice("hand", options.hands,
+               {{"auto", RefineHands::kFound},
+                {"clip", RefineHands::kOfClip},
+                {"right", RefineHands::kRight},
+                {"left", RefineHands::kLeft},
+                {"both", RefineHands::kBoth}},
+               "Who holds. auto: found in the clip; clip: as its holding_hand says");
+  table.Number("object_vertices", "", options.object_vertices, {4, 100'000},
+               "Vertices that the object is simplified to");
+  AddWeightOptions(table, options.fit, [](const EnergyTermInfo& info) {
+    constexpr EnergyTerm kTerms[] = {EnergyTerm::kObject,       EnergyTerm::kFingers,
+                                     EnergyTerm::kAcceleration, EnergyTerm::kSupport,
+                                     EnergyTerm::kPenetration,  EnergyTerm::kObjectInHand};
+    return std::ranges::find(kTerms, info.term) != std::end(kTerms);
+  });
+  return table;
+}
+
+void RequireRefined(const RefineReport& report, const std::string& clip,
+                    const std::string& object) {
+  if (report.status == RefineStatus::kNotFinite) {
+    throw FitFailure(clip + ": the solve came to numbers that are not finite");
+  }
+  if (report.status == RefineStatus::kNoContact) {
+    throw FitFailure(fmt::format(
+        "{}: no hand that holds touches {} in any frame, so that nothing is written. Say who holds "
+        "with --hand, or make a new grasp with fit --regrasp",
+        clip, object));
+  }
 }
 
 }  // namespace holdfast

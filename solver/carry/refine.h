@@ -26,8 +26,12 @@ struct RefineOptions {
   RefineHands hands = RefineHands::kFound;
   FitOptions fit = RefinementDefaults();  ///< threads are those below
   ContactProtocol protocol;               ///< of the measurements; threads are those below
+  int object_vertices = 300;              ///< that the object is to be prepared with
   int threads = 1;                        ///< the result does not depend on them
 };
+
+/// The options of `refine`.
+OptionTable OptionsOf(RefineOptions& options);
 
 /// A clip in numbers, over the hands that hold.
 struct CarriedQuality {
@@ -83,5 +87,9 @@ DataDistance DistanceToData(const Clip& data, const Clip& refined);
 /// kOfClip without holding_hand.
 RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const PreparedObject& object,
                            const RefineOptions& options = {}, const StagedProgress& progress = {});
+
+/// FitFailure where nothing came of it.
+void RequireRefined(const RefineReport& report, const std::string& clip,
+                    const std::string& object);
 
 }  // namespace holdfast

@@ -301,4 +301,22 @@ TransferReport TransferClip(const Clip& clip, const ClipBody& from,
   return report;
 }
 
+OptionTable OptionsOf(TransferOptions& options) {
+  OptionTable table;
+  table.Group("How");
+  table.Choice("keep", options.keeps,
+               {{"auto", TransferKeeps::kAuto},
+                {"wrists", TransferKeeps::kWrists},
+                {"object", TransferKeeps::kObject}},
+               "What keeps its way: wrists (the object follows), object (arms follow), auto: wrists "
+               "where one hand of the same body holds all along");
+  table.Flag("search", options.grasp.search,
+             "Where the hand can't keep its contacts, look for a new grasp near them");
+  table.Flag("keep_motion", options.carry.keep_motion,
+             "Arms do not give way where object or hand go through the person's own body");
+  table.Number("object_vertices", "", options.object_vertices, {4, 100'000},
+               "Vertices that objects are simplified to");
+  return table;
+}
+
 }  // namespace holdfast

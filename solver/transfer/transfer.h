@@ -11,6 +11,7 @@
 
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_body.h"
+#include "geometry/options.h"
 #include "geometry/progress.h"
 #include "solver/carry/carry.h"
 #include "solver/fit/prepared_object.h"
@@ -32,7 +33,11 @@ struct TransferOptions {
   CarryGraspOptions grasp;  ///< seed and threads are those of `carry`
   CarryOptions carry;       ///< of the fit: grasp source and hands are set here
   double blend_s = 0.5;     ///< wrists come to their new paths and leave them in this time
+  int object_vertices = 300;  ///< that objects are to be prepared with
 };
+
+/// The options of `transfer` to another object or body.
+OptionTable OptionsOf(TransferOptions& options);
 
 /// A hold of one hand, [begin, end), as it was carried over.
 struct TransferredHold {

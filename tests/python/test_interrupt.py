@@ -42,7 +42,7 @@ CALLS = {
     "fit a large mesh": "holdfast.fit('demo_drink', ball(300))",
     "frame fitter": "holdfast.FrameFitter(ball(300))",
     "grasp": "holdfast.grasp('mug')",
-    "grasps": "holdfast.grasps('mug', 100000, apart=0.001, apart_angle=1.0)",
+    "grasps": "holdfast.grasps('mug', 100000, apart_cm=0.1, apart_angle_deg=57.0)",
     "synthesize": "holdfast.synthesize('drink', 'mug', samples=64)",
     "reach": "holdfast.reach([[1.5, 1, 1.1], [-3, 1, 1]], samples=400)",
 }

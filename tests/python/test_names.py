@@ -88,3 +88,35 @@ def test_arrays_have_shapes(path, argument):
     for name in re.findall(r"\bas (?:for|in) (\w+)", text):
         text += getattr(_core, name, item).__doc__
     assert re.search(rf"\b{argument}\b[^.;]*? \(?\((?:[A-Zn0-9]+,? ?)+\)", text), text
+
+
+def keywords(name):
+    """{name: default} of the keyword-only parameters in the stub."""
+    for node in ast.parse((FOLDER / "_core.pyi").read_text()).body:
+        if isinstance(node, ast.FunctionDef) and node.name == name:
+            return {argument.arg: default for argument, default
+                    in zip(node.args.kwonlyargs, node.args.kw_defaults)}
+    raise AssertionError(name)
+
+
+@pytest.mark.parametrize("job", ["fit", "grasp", "reach", "refine", "synthesize", "transfer"])
+def test_stubs_have_the_options_of_the_table(job):
+    table = holdfast.options(job)
+    stub = keywords(job)
+    if job == "grasp":
+        stub |= keywords("grasps")
+    lambdas = {name for name in table if name.startswith("lambda_")}
+    assert set(table) - lambdas <= set(stub)
+    for name in set(table) - lambdas:
+        if not isinstance(stub[name], ast.Constant) or stub[name].value is ...:
+            continue
+        default = table[name]["default"] if name != "switch_frames" else None
+        assert ast.literal_eval(stub[name]) == default, name
+        assert table[name]["help"] and table[name]["flag"].startswith("--")
+    with pytest.raises(ValueError, match="expected one of"):
+        holdfast.options("walk")
+
+
+def test_unknown_options_are_told_with_what_is_near():
+    with pytest.raises(TypeError, match="object_scale"):
+        holdfast.fit("demo_drink", "mug", object_scal=2.0)
