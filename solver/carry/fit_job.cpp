@@ -97,10 +97,10 @@ void ChooseGrasp(const FitJob& job, const FitInput& input, CarryOptions& options
   }
   const bool needed = NeedsGrasp(clip, *input.object, options);
   options.grasp = needed ? GraspSource::kNew : GraspSource::kClips;
-  constexpr std::uint8_t kHoldsBoth = kHoldsRight | kHoldsLeft;
+  constexpr std::uint8_t kBothHands = kHoldsRight | kHoldsLeft;
   if (needed) {
     RequireGraspable(*input.object, options.hands == CarryHands::kBoth ||
-                                        std::ranges::count(clip.holding_hand, kHoldsBoth) > 0);
+                                        std::ranges::count(clip.holding_hand, kBothHands) > 0);
   }
 }
 

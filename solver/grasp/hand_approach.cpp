@@ -17,7 +17,7 @@ constexpr std::array<double, 4> kLeads = {0.0, 0.5, 1.0, -0.5};
 constexpr std::array<double, 6> kOnTheWay = {0.006, 0.015, 0.028, 0.045, 0.065, 0.09};  // metres
 constexpr std::array<double, 8> kClosing = {0.1, 0.22, 0.35, 0.48, 0.6, 0.72, 0.85, 0.95};
 
-constexpr double kRounding = 1e-9;
+constexpr double kCostRounding = 1e-9;
 
 struct Depths {
   double through = 0.0, below = 0.0;  // metres
@@ -109,7 +109,7 @@ HandApproach FindApproach(const HandAnatomy& anatomy, const Grasp& grasp,
       for (const double share : kClosing) {
         // It only grows: neither the best way of these fingers nor the best of all.
         if (const double cost = cost_of(way, depths);
-            cost >= least_closing || cost >= least + kRounding) {
+            cost >= least_closing || cost >= least + kCostRounding) {
           break;
         }
         Add(skin_of(ClosingFingers(way, grasp, share)), Eigen::Vector3d::Zero(), object, bottom_z,
