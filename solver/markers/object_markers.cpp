@@ -151,8 +151,8 @@ class ObjectTracker {
     // bends with the turn.
     places_.colwise() -= Middle();
     RequireSpread();
-    constexpr int kRounds = 3;
-    for (int round = 0; round < kRounds; ++round) {
+    constexpr int kFitRounds = 3;
+    for (int round = 0; round < kFitRounds; ++round) {
       poses_.assign(static_cast<std::size_t>(recording_.NumFrames()), std::nullopt);
       used_.assign(poses_.size(), {});
       for (int t = 0; t < recording_.NumFrames(); ++t) SolveFrame(t, false);
