@@ -12,8 +12,8 @@
 #include "apps/common.h"
 #include "apps/program.h"
 #include "geometry/error.h"
-#include "geometry/io/container/wall_times.h"
-#include "geometry/jobs/job_hash.h"
+#include "geometry/io/container/json_file.h"
+#include "geometry/jobs/job_list.h"
 #include "geometry/jobs/run_jobs.h"
 #include "geometry/suggestion.h"
 

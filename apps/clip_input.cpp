@@ -7,7 +7,7 @@
 
 #include "geometry/embedded.h"
 #include "geometry/error.h"
-#include "geometry/import/held_distance.h"
+#include "geometry/import/load_clip.h"
 #include "geometry/io/mesh/mesh_io.h"
 
 namespace holdfast::apps {

@@ -12,7 +12,7 @@
 
 #include "apps/config_file.h"
 #include "generator/body/rest_pelvis_note.h"
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/parallel.h"
 
 namespace holdfast::apps {
@@ -84,13 +84,15 @@ struct Declare {
   const Option& option;
 
   CLI::Option* operator()(bool* value) const {
-    if (!option.flag.starts_with("--no-")) return command.add_flag(option.flag, *value, option.help);
-    return command.add_flag_callback(option.flag, [value] { *value = false; }, option.help);
+    if (!option.flag.starts_with("--no-"))
+      return command.add_flag(option.flag, *value, option.help);
+    return command.add_flag_callback(
+        option.flag, [value] { *value = false; }, option.help);
   }
   template <typename T>
   CLI::Option* operator()(T* value) const {
-    return Checked<T>(
-        command.add_option(option.flag, *value, option.help)->capture_default_str(), option.range);
+    return Checked<T>(command.add_option(option.flag, *value, option.help)->capture_default_str(),
+                      option.range);
   }
   CLI::Option* operator()(std::string* value) const {
     return command.add_option(option.flag, *value, option.help)->capture_default_str();
@@ -107,8 +109,8 @@ struct Declare {
   }
   CLI::Option* operator()(const ScaledNumber& number) const {
     CLI::Option* const added = command.add_option_function<double>(
-        option.flag,
-        [number](const double& value) { *number.variable = number.unit * value; }, option.help);
+        option.flag, [number](const double& value) { *number.variable = number.unit * value; },
+        option.help);
     return Checked<double>(added->default_str(fmt::format("{:g}", *number.variable / number.unit)),
                            option.range);
   }

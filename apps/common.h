@@ -21,7 +21,7 @@
 #include "geometry/mesh/mesh.h"
 #include "geometry/options.h"
 #include "geometry/retarget/retarget.h"
-#include "solver/fit/fit_library.h"
+#include "solver/fit/prepared_object.h"
 
 namespace holdfast::apps {
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "apps/batch.h"
 #include "apps/common.h"
-#include "apps/completion.h"
 #include "apps/program.h"
 #include "geometry/parallel.h"
 

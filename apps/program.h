@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,5 +24,12 @@ struct Ended {
 /// Parses the command line and runs the command it names; `exit_code` is what the commands of `app`
 /// write theirs to. Errors go to stderr, after `name`; returns the program's exit code.
 int RunProgram(CLI::App& app, std::string_view name, int argc, char** argv, const int& exit_code);
+
+/// A bash script that completes commands, options, values that an option lists, embedded objects
+/// and file names: `source <(holdfast --bash-completion)`.
+std::string BashCompletion(const CLI::App& app);
+
+/// Adds --bash-completion, which prints that script.
+void AddCompletionOption(CLI::App& app);
 
 }  // namespace holdfast::apps

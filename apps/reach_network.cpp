@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "apps/reach_network.h"
 
-#include "generator/wandr/default_network.h"
+#include "generator/wandr/reach_network.h"
 
 namespace holdfast::apps {
 namespace {

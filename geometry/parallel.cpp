@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/parallel.h"
 
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <string>
+
+#include <dlfcn.h>
 
 #ifdef __linux__
 #include <sched.h>

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <ctime>
 #include <exception>
+#include <functional>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -72,5 +74,16 @@ void ParallelFor(int count, int threads, const Body& body) {
   }
   if (failure) std::rethrow_exception(failure);
 }
+
+/// Seconds that this thread has had a core.
+inline double CoreSeconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Called now and then, from one thread at a time, with the stage of the work ("grasp", "fit",
+/// "metrics") and how much of that is done. Returning false stops the work.
+using StagedProgress = std::function<bool(const char* stage, int done, int total)>;
 
 }  // namespace holdfast

@@ -2,8 +2,11 @@
 #include "geometry/suggestion.h"
 
 #include <algorithm>
+#include <charconv>
 
 #include <fmt/format.h>
+
+#include "geometry/error.h"
 
 namespace holdfast {
 
@@ -33,6 +36,30 @@ std::string Suggestion(const std::string& given, const std::vector<std::string>&
   const auto length = static_cast<int>(std::max(given.size(), nearest->size()));
   if (distance(*nearest) > std::max(1, length / 3)) return "";
   return fmt::format("Did you mean '{}'? ", *nearest);
+}
+
+std::string NumberedName::Name(int number) const {
+  return fmt::format("{}{:0{}}{}", before, number, digits, after);
+}
+
+std::optional<NumberedName> ParseNumberedName(const std::string& name) {
+  const auto percent = name.find('%');
+  if (percent == std::string::npos) return std::nullopt;
+  const auto letter = name.find('d', percent);
+  NumberedName pattern;
+  if (letter != std::string::npos) {
+    const std::string width = name.substr(percent + 1, letter - percent - 1);
+    const auto [end, fault] =
+        std::from_chars(width.data(), width.data() + width.size(), pattern.digits);
+    pattern.before = name.substr(0, percent);
+    pattern.after = name.substr(letter + 1);
+    const bool number = fault == std::errc() && end == width.data() + width.size();
+    if ((width.empty() || number) && pattern.digits >= 0 && pattern.digits <= 9 &&
+        pattern.after.find('%') == std::string::npos) {
+      return pattern;
+    }
+  }
+  throw Error(name, "is not a pattern for numbered pictures", "Write it like frame_%03d.png");
 }
 
 }  // namespace holdfast

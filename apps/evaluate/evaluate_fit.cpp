@@ -14,8 +14,7 @@
 #include "geometry/conventions/series.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/json_text.h"
-#include "geometry/io/container/read_json.h"
+#include "geometry/io/container/json_file.h"
 #include "solver/evaluation/handover_study.h"
 #include "solver/score/metric_values.h"
 
@@ -174,7 +173,8 @@ std::optional<nlohmann::json> FitByAllRecipes(const std::vector<FitCommand>& job
   int done = 0;
   nlohmann::json clips = nlohmann::json::array();
   for (const FitCommand& job : jobs) {
-    nlohmann::json entry = {{"name", job.output}, {"clip", job.job.clip}, {"object", job.job.object}};
+    nlohmann::json entry = {
+        {"name", job.output}, {"clip", job.job.clip}, {"object", job.job.object}};
     for (const char* recipe : kRecipes) {
       Study& study = studies[recipe];
       const FitCommand made = ForRecipe(job, recipe, folder);
@@ -224,8 +224,8 @@ std::vector<FitCommand> ReadFitJobs(const fs::path& list) {
     CLI::App command;
     command.add_option("clip", job.job.clip);
     command.add_option("object", job.job.object);
-    AddFitOptions(command, job, {"hand_over", "switch_frames", "first_hand", "max_switches",
-                                 "dwell_s"});
+    AddFitOptions(command, job,
+                  {"hand_over", "switch_frames", "first_hand", "max_switches", "dwell_s"});
     ParseJob(command, JobArguments(command, line), line.where);
     const double scale = job.job.carry.object_scale;
     if (!(scale >= 1e-6 && scale <= 1e6)) {

@@ -5,7 +5,7 @@
 
 #include "apps/clip_input.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/rotation.h"
 #include "solver/evaluation/handover_study.h"

@@ -8,7 +8,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/render/video.h"
 #include "solver/evaluation/hold_study.h"
 #include "solver/trial/trial_clip.h"

@@ -16,7 +16,7 @@
 #include "solver/carry/carry_json.h"
 #include "solver/evaluation/marker_study.h"
 #include "solver/markers/marker_json.h"
-#include "solver/markers/marker_trials.h"
+#include "solver/markers/marker_world.h"
 
 namespace holdfast::apps {
 namespace {

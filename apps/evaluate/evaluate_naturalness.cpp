@@ -12,7 +12,7 @@
 #include "apps/evaluate/naturalness_reaches.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/json_file.h"
 
 namespace holdfast::apps {
 namespace {

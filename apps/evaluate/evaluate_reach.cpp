@@ -12,7 +12,7 @@
 #include "apps/evaluate/evaluate_track.h"
 #include "apps/evaluate/reach_study_output.h"
 #include "apps/evaluate/reach_study_page.h"
-#include "apps/interrupt.h"
+#include "apps/output.h"
 #include "apps/reach_network.h"
 #include "geometry/error.h"
 #include "solver/evaluation/captured_reaches.h"

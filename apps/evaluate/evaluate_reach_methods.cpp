@@ -7,7 +7,7 @@
 #include "apps/evaluate/evaluate_reach.h"
 #include "apps/evaluate/reach_study_methods_results.h"
 #include "apps/evaluate/reach_study_output.h"
-#include "apps/interrupt.h"
+#include "apps/output.h"
 #include "apps/reach_network.h"
 #include "solver/evaluation/captured_reaches.h"
 #include "solver/evaluation/reach_method_study.h"

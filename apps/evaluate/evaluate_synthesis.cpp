@@ -11,12 +11,11 @@
 #include "apps/clip_input.h"
 #include "apps/evaluate/evaluate_synthesis_page.h"
 #include "generator/imos/action_set.h"
-#include "generator/imos/default_network.h"
+#include "generator/imos/synthesis_network.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/byte_source.h"
-#include "geometry/io/container/checksum.h"
-#include "geometry/io/container/wall_times.h"
+#include "geometry/io/container/json_file.h"
 #include "solver/evaluation/synthesis/synthesis_study.h"
 
 namespace holdfast::apps {

@@ -5,11 +5,11 @@
 
 #include <fmt/format.h>
 
-#include "apps/interrupt.h"
+#include "apps/output.h"
 #include "apps/reach_network.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/wall_times.h"
+#include "geometry/io/container/json_file.h"
 #include "solver/evaluation/captured_reaches.h"
 #include "solver/evaluation/track_study.h"
 

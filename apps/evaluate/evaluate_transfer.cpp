@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 
 #include "apps/clip_input.h"
-#include "geometry/io/container/wall_times.h"
+#include "geometry/io/container/json_file.h"
 #include "solver/evaluation/robot_study.h"
-#include "solver/robot_hand/read_robot.h"
+#include "solver/robot_hand/robot_hand.h"
 #include "solver/trial/trial_clip.h"
 
 namespace holdfast::apps {

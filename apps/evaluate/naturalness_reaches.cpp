@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/interrupt.h"
+#include "apps/output.h"
 #include "apps/reach_network.h"
 #include "generator/wandr/reach_network.h"
 #include "geometry/clip/clip.h"

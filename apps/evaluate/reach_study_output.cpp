@@ -8,7 +8,7 @@
 #include "apps/reach_network.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/wall_times.h"
+#include "geometry/io/container/json_file.h"
 
 namespace holdfast::apps {
 

@@ -18,10 +18,9 @@
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/robot/robot_anatomy.h"
-#include "solver/robot_hand/read_robot.h"
 #include "solver/robot_hand/robot_file.h"
+#include "solver/robot_hand/robot_hand.h"
 #include "solver/robot_hand/robot_kinematics.h"
-#include "solver/robot_hand/robot_shapes.h"
 
 namespace holdfast::apps {
 namespace {

@@ -8,10 +8,10 @@
 #include "apps/common.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
-#include "geometry/io/container/json_text.h"
 #include "geometry/export/export_clip.h"
 #include "geometry/import/import_file.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "solver/trial/trial_clip.h"
 

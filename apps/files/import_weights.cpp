@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "generator/imos/import_weights.h"
+#include "generator/imos/weights.h"
 
 #include <fmt/format.h>
 

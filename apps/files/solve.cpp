@@ -5,10 +5,10 @@
 #include <fmt/ranges.h>
 
 #include "apps/common.h"
-#include "apps/result_folder.h"
+#include "apps/output.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
-#include "geometry/io/markers/c3d_writer.h"
+#include "geometry/io/markers/c3d.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/parallel.h"

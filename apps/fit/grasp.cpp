@@ -8,14 +8,14 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/grasp_place_input.h"
+#include "apps/fit_job.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "solver/carry/fit_job.h"
 #include "solver/carry/standing_grasp.h"
-#include "solver/grasp/grasp_set_output.h"
+#include "solver/grasp/grasp_set.h"
 
 namespace holdfast::apps {
 namespace {
@@ -290,8 +290,8 @@ void PrintBothHandsGrasp(const GraspCommand& options, const GraspFiles& files,
     summary[name]["wrist_turn_deg"] = grasp.wrist_turn_deg[h];
     text += fmt::format(
         "  {}: {} touch, {:.2f} mm deepest penetration, wrist moved {:.0f} mm and {:.0f} degrees\n",
-        name, TouchingText(grasp.hands[h]), Deepest_mm(grasp.hands[h]),
-        grasp.wrist_shift_mm[h], grasp.wrist_turn_deg[h]);
+        name, TouchingText(grasp.hands[h]), Deepest_mm(grasp.hands[h]), grasp.wrist_shift_mm[h],
+        grasp.wrist_turn_deg[h]);
   }
   PrintResult(options.common, summary, text);
 }

@@ -6,7 +6,7 @@
 #include "apps/clip_input.h"
 #include "apps/common.h"
 #include "apps/fit_job.h"
-#include "apps/result_folder.h"
+#include "apps/output.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"

@@ -12,8 +12,7 @@
 #include "apps/common.h"
 #include "apps/fit/transfer_robot.h"
 #include "apps/fit_job.h"
-#include "apps/report_writer.h"
-#include "apps/result_folder.h"
+#include "apps/output.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
@@ -23,7 +22,6 @@
 #include "solver/carry/carry_json.h"
 #include "solver/carry/first_grasp.h"
 #include "solver/transfer/transfer.h"
-#include "solver/transfer/transfer_json.h"
 #include "solver/transfer/variants.h"
 
 namespace holdfast::apps {
@@ -227,7 +225,8 @@ std::string Text(const TransferCommand& options, const TransferInput& scene,
         grasp.contact_off_mm, 1e3 * grasp.wrist_shift_m);
   }
   return text +
-         SummaryText(FitSummaryJson(report.carried.fit, report.carried.contact), options.transfer.carry.protocol) +
+         SummaryText(FitSummaryJson(report.carried.fit, report.carried.contact),
+                     options.transfer.carry.protocol) +
          ClearanceText(report.carried.clearance);
 }
 

@@ -1,7 +1,23 @@
 // SPDX-License-Identifier: MIT
+#include "apps/motion/reach.h"
+
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/motion/reach_job.h"
+#include "apps/motion/reach_take.h"
+#include "apps/output.h"
 #include "apps/reach_network.h"
+#include "geometry/error.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/mesh.h"
+#include "geometry/value_ranges.h"
+#include "solver/reach/reach_and_take.h"
+#include "solver/reach/walk_and_reach.h"
 
 namespace holdfast::apps {
 namespace {
@@ -53,8 +69,8 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "--from", reach.from,
       "CLIP or CLIP:FRAME to continue from (the last frame if left out). Without it a "
       "person stands at the origin, facing -y");
-  AddOptions(*command, OptionsOf(reach.job).Without({"grasp", "refit_all", "object_scale",
-                                                   "object_yaw_deg"}));
+  AddOptions(*command, OptionsOf(reach.job).Without(
+                           {"grasp", "refit_all", "object_scale", "object_yaw_deg"}));
   command
       ->add_option("--obstacle", reach.obstacles,
                    "Mesh to keep out of, as it stands in the world (latent-opt). Repeated: several")
@@ -114,6 +130,320 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;
   });
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kReportedSamples = 6;
+constexpr const char* kRule =
+    "most goals reached within 10 cm; then no second crouch; then, of those that reach all, the "
+    "least motion cost, of others the least sum of closest distances";
+
+// Who reaches, and what the user called it.
+struct Start {
+  std::string source = "standing";
+  ReachPerson person;
+};
+
+Start StartOf(const ReachCommand& command, const CommonOptions& common) {
+  if (command.from.empty()) return {"standing", StandingPerson(LoadBody(command.body))};
+  const auto [name, frame] = ParseStart(command.from);
+  LoadedClip loaded = LoadClip(name, LoadBody(command.body), common);
+  return {name, PersonInClip(std::move(loaded.clip), loaded.body, frame, name)};
+}
+
+ReachOptions OptionsFor(const ReachCommand& command, const CommonOptions& common) {
+  ReachJob job = command.job;
+  job.options.refit_all = command.all;
+  job.options.seed = common.seed;
+  job.options.threads = NumThreads(common);
+  if (!command.approach.empty()) job.approach = ParsePoint("--approach", command.approach);
+  for (const std::string& file : command.obstacles) {
+    job.options.obstacles.push_back(NamingSource("mesh", file, [&] {
+      return MakeObstacle(file, ReadMesh(file), job.options.side, job.options.threads);
+    }));
+  }
+  return ReachOptionsOf(job, !command.object.empty());
+}
+
+nlohmann::json OptionsJson(const ReachCommand& command, const Start& start,
+                           const ReachOptions& options) {
+  nlohmann::json json = {{"goals", command.goals},
+                         {"from", start.source},
+                         {"from_frame_30fps", start.person.Frame()},
+                         {"wrist", SideName(options.side)},
+                         {"method", ReachByName(options.by)},
+                         {"time_s", options.time_s ? nlohmann::json(*options.time_s) : nullptr},
+                         {"samples", options.NumSamples()},
+                         {"sigma", options.sigma},
+                         {"refit", options.refit},
+                         {"free_time", options.free_time},
+                         {"approach", command.approach},
+                         {"obstacles", command.obstacles},
+                         {"body", start.person.body->Name()}};
+  if (options.by == ReachBy::kVaeOpt) {
+    ReachJob job = command.job;
+    if (!job.optimizer) job.optimizer = VaeOptMethod::kLm;
+    json["vae_opt"] = {{"optimizer", holdfast::OptionsJson(OptionsOf(job))["optimizer"]},
+                       {"iterations", options.vae.NumIterations()},
+                       {"goal_sigma_m", options.vae.goal_sigma_m},
+                       {"prior_weight", options.vae.prior_weight}};
+  }
+  return json;
+}
+
+// Curves of one sample, for metrics and report.
+nlohmann::json PerFrameJson(const wandr::ReachSample& sample,
+                            std::span<const Eigen::Vector3d> goals, Side side) {
+  nlohmann::json distance = nlohmann::json::array();
+  for (Eigen::Index f = 0; f < sample.track.joints.cols(); ++f) {
+    const Eigen::Vector3d wrist =
+        sample.track.joints.block<3, 1>(3 * WristJoint(side), f).cast<double>();
+    distance.push_back((wrist - goals[sample.goal_of_frame[f]]).norm());
+  }
+  nlohmann::json curves = {{"goal_distance_m", distance}};
+  if (goals.size() > 1) curves["goal_index"] = sample.goal_of_frame;
+  return curves;
+}
+
+std::string Text(const ReachCommand& command, const ReachOptions& options,
+                 const ReachReport& report, std::span<const Eigen::Vector3d> goals,
+                 const std::vector<std::optional<std::string>>& why) {
+  const wandr::ReachSample& best = report.motions.front().sample;
+  const ReachQuality& quality = report.motions.front().quality;
+  const auto frames = static_cast<double>(best.track.states.cols());
+  std::string text = fmt::format(
+      "{}/clip.npz: {} of {} goal{} reached with the {} wrist, {:.0f} frames ({:.1f} s)\n",
+      command.output, best.NumReached(), goals.size(), goals.size() == 1 ? "" : "s",
+      SideName(options.side), frames, frames / wandr::kFramesPerSecond);
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    const wandr::GoalOutcome& goal = best.goals[g];
+    std::string fate = "never taken on: the motion broke before";
+    if (goal.Reached()) {
+      fate = fmt::format("reached after {:.1f} s, closest {:.1f} cm",
+                         (goal.reached - goal.taken_on) / wandr::kFramesPerSecond,
+                         100.0 * goal.closest_m);
+    } else if (goal.taken_on >= 0) {
+      fate = fmt::format("missed by {:.0f} cm: {}", 100.0 * goal.closest_m, why[g].value_or(""));
+    }
+    text += fmt::format("  {:<26}{}\n", "goal " + GoalText(goals[g]), fate);
+  }
+  text += fmt::format("  {:<26}{:.0f} % of frames skate, {:.0f} % in the air\n", "feet",
+                      100.0 * quality.skating, 100.0 * quality.airborne);
+  text += fmt::format("  {:<26}best of {} by {}; {} reach {}; {:.2f} s\n", "samples",
+                      options.NumSamples(), ReachByName(options.by), report.reach_all,
+                      goals.size() == 1 ? "the goal" : "all goals", report.seconds);
+  return text;
+}
+
+}  // namespace
+
+Eigen::Vector3d ParsePoint(const std::string& option, const std::string& text) {
+  const Error fault(option + " " + text, "is not three finite numbers",
+                    "Give X,Y,Z in metres with commas and no spaces, as in 1.5,1.0,1.1");
+  Eigen::Vector3d goal;
+  const char* at = text.data();
+  const char* const end = text.data() + text.size();
+  for (int k = 0; k < 3; ++k) {
+    const auto [stopped, error] = std::from_chars(at, end, goal[k]);
+    if (error != std::errc() || (k < 2 && (stopped == end || *stopped != ','))) throw fault;
+    at = stopped + (k < 2 ? 1 : 0);
+  }
+  if (at != end || !goal.allFinite()) throw fault;
+  if (goal.cwiseAbs().maxCoeff() > kMostMetres) {
+    throw Error(option + " " + text, fmt::format("is farther than {:g} m", kMostMetres),
+                "Give metres, as in 1.5,1.0,1.1");
+  }
+  return goal;
+}
+
+std::pair<std::string, std::optional<int>> ParseStart(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  std::error_code ignored;
+  if (colon == std::string::npos || fs::exists(text, ignored)) return {text, std::nullopt};
+  int frame = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stopped, error] = std::from_chars(text.data() + colon + 1, end, frame);
+  if (error != std::errc() || stopped != end || frame < 0) {
+    throw Error("--from " + text, "has no frame number after the colon",
+                "Give CLIP or CLIP:FRAME, frames counted from 0");
+  }
+  return {text.substr(0, colon), frame};
+}
+
+namespace {
+
+// The take and the carries after it.
+Outcome RunTake(const ReachCommand& command, const Start& start, const ReachNetwork& network,
+                std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
+                const CommonOptions& common) {
+  TakeJob take;
+  take.object = command.object;
+  take.side = options.side;
+  take.style = command.grasp;
+  take.places.assign(goals.begin(), goals.end());
+  take.object_yaw_deg = command.job.object_yaw_deg;
+  take.object_scale = command.job.object_scale;
+  take.output = command.output;
+  take.write_report = command.write_report;
+  nlohmann::json extra;
+  extra["network"] = NetworkJson(network);
+  extra["options"] = OptionsJson(command, start, options);
+  return RunReachTake(take, start.person, network.weights, options, extra, common);
+}
+
+nlohmann::json MetricsOf(const ReachCommand& command, const Start& start,
+                         const ReachNetwork& network, const ReachOptions& options,
+                         const ReachReport& report, std::span<const Eigen::Vector3d> goals,
+                         const std::vector<std::optional<std::string>>& why,
+                         const std::vector<std::string>& notes, const CommonOptions& common) {
+  const ReachMotion& best = report.motions.front();
+  nlohmann::json metrics = JsonHead("holdfast/reach/1", common);
+  metrics["options"] = OptionsJson(command, start, options);
+  metrics["network"] = NetworkJson(network);
+  metrics["chosen_by"] = kRule;
+  metrics["chosen"] = best.index;
+  metrics["goals"] = GoalsJson(best.sample, goals, why);
+  metrics["summary"] = MotionJson(best);
+  metrics["summary"]["samples_that_reach_all"] = report.reach_all;
+  if (best.refit) {
+    metrics["refit"] = {{"max_foot_correction_m", best.refit->max_foot_correction_m},
+                        {"max_pelvis_sink_m", best.refit->max_pelvis_sink_m},
+                        {"max_hand_bend_rad", best.refit->max_hand_bend_rad},
+                        {"wrist_errors_m", best.refit->wrist_errors_m}};
+  }
+  for (const ReachMotion& motion : report.motions) {
+    metrics["samples"].push_back(MotionJson(motion));
+  }
+  metrics["notes"] = notes;
+  return metrics;
+}
+
+// The motion of this rank as its report shows it; the best one has all metrics.
+ReportInput Shown(const ReachCommand& command, const ReachPerson& person,
+                  const ReachOptions& options, const ReachMotion& motion, int rank,
+                  std::span<const Eigen::Vector3d> goals, const nlohmann::json& metrics) {
+  const std::string file = rank == 0 ? "clip.npz" : fmt::format("samples/{:02d}.npz", rank);
+  ReportInput shown;
+  shown.file = fs::path(command.output) / file;
+  shown.source = rank == 0 ? command.output : shown.file.string();
+  shown.clip = ClipOf(motion, person);
+  shown.body = person.body;
+  shown.betas = person.betas;
+  shown.marker = GoalMarkers(goals);
+  for (const ReachObstacle& obstacle : options.obstacles) Append(obstacle.mesh, *shown.marker);
+  if (rank == 0) shown.metrics = metrics;
+  shown.metrics["per_frame"] = PerFrameJson(motion.sample, goals, options.side);
+  return shown;
+}
+
+void WriteResult(const ReachCommand& command, const ReachPerson& person,
+                 const ReachOptions& options, const ReachReport& report,
+                 std::span<const Eigen::Vector3d> goals, const nlohmann::json& metrics,
+                 ResultFolder& folder, const CommonOptions& common) {
+  const auto shown_of = [&](int rank) {
+    return Shown(command, person, options, report.motions[static_cast<std::size_t>(rank)], rank,
+                 goals, metrics);
+  };
+  std::vector<ReportInput> shown = {shown_of(0)};
+  WriteClip(shown[0].clip, folder / "clip.npz");
+  shown[0].metrics = folder.WriteMetrics(std::move(shown[0].metrics));
+  if (command.all) {
+    fs::create_directory(folder / "samples");
+    for (int rank = 0; rank < static_cast<int>(report.motions.size()); ++rank) {
+      WriteClip(ClipOf(report.motions[static_cast<std::size_t>(rank)], person),
+                folder / fmt::format("samples/{:02d}.npz", rank).c_str());
+      if (rank > 0 && rank < kReportedSamples) shown.push_back(shown_of(rank));
+    }
+  }
+  if (command.write_report) {
+    WriteReportBeside(shown, folder / "report.html", common);
+  }
+  folder.Commit();
+}
+
+}  // namespace
+
+Outcome RunReach(const ReachCommand& command, const CommonOptions& common) {
+  const Outcome stopped{kInterrupted, {}, {}};
+  if (!command.track.empty()) {
+    TrackJob track{command.track,  command.rate_hz,     command.pushes, {},
+                   command.output, command.write_report};
+    track.follow.side = command.job.options.side;
+    track.follow.seed = common.seed;
+    const Start start = StartOf(command, common);
+    return RunReachTrack(track, start.person, start.source,
+                         LoadReachNetwork(command.weights, common), common);
+  }
+  std::vector<Eigen::Vector3d> goals;
+  for (const std::string& text : command.goals) goals.push_back(ParsePoint("--goal", text));
+  const ReachNetwork network = LoadReachNetwork(command.weights, common);
+  const Start start = StartOf(command, common);
+  const ReachOptions options = OptionsFor(command, common);
+  const std::vector<std::string> notes = CheckReachGoals(goals, start.person, options);
+  for (const std::string& note : notes) Note(common, "warning: " + note);
+  if (!command.object.empty()) return RunTake(command, start, network, goals, options, common);
+
+  ResultFolder folder(command.output, common.force);
+  StageProgress progress(common);
+  const ReachReport report = WalkAndReach(start.person, network.weights, goals, options,
+                                          [&](const char* stage, int done, int total) {
+                                            progress.Update(stage, done, total);
+                                            return !Interrupted();
+                                          });
+  progress.End();
+  if (report.status == ReachStatus::kStopped) return stopped;
+  RequireMade(report, network.source);
+  const std::vector<std::optional<std::string>> why = WhyMissed(report, start.person, options);
+  nlohmann::json metrics =
+      MetricsOf(command, start, network, options, report, goals, why, notes, common);
+  WriteResult(command, start.person, options, report, goals, metrics, folder, common);
+  Outcome outcome;
+  outcome.exit_code = Interrupted() ? kInterrupted : kDone;
+  outcome.text = Text(command, options, report, goals, why);
+  outcome.summary = std::move(metrics);
+  outcome.summary["output"] = command.output;
+  return outcome;
+}
+
+TriangleMesh GoalMarkers(std::span<const Eigen::Vector3d> goals) {
+  constexpr double kMarkerRadius = 0.04;  // metres
+  constexpr int kAround = 12, kRings = 7;
+  constexpr int kVertices = kAround * kRings + 2, kFaces = 2 * kAround * kRings;
+  const auto count = static_cast<Eigen::Index>(goals.size());
+  TriangleMesh mesh;
+  mesh.vertices.resize(3, kVertices * count);
+  mesh.faces.resize(3, kFaces * count);
+  for (Eigen::Index g = 0; g < count; ++g) {
+    const Eigen::Vector3d& centre = goals[static_cast<std::size_t>(g)];
+    const auto first = static_cast<int>(kVertices * g);
+    int face = static_cast<int>(kFaces * g);
+    for (int r = 0; r < kRings; ++r) {
+      const double polar = std::numbers::pi * (r + 1) / (kRings + 1);
+      for (int a = 0; a < kAround; ++a) {
+        const double azimuth = 2.0 * std::numbers::pi * a / kAround;
+        mesh.vertices.col(first + kAround * r + a) =
+            centre + kMarkerRadius * Eigen::Vector3d(std::sin(polar) * std::cos(azimuth),
+                                                     std::sin(polar) * std::sin(azimuth),
+                                                     std::cos(polar));
+        const int here = first + kAround * r + a, next = first + kAround * r + (a + 1) % kAround;
+        if (r + 1 == kRings) continue;
+        mesh.faces.col(face++) << here, here + kAround, next;
+        mesh.faces.col(face++) << next, here + kAround, next + kAround;
+      }
+    }
+    const int top = first + kVertices - 2, bottom = first + kVertices - 1;
+    mesh.vertices.col(top) = centre + Eigen::Vector3d(0.0, 0.0, kMarkerRadius);
+    mesh.vertices.col(bottom) = centre - Eigen::Vector3d(0.0, 0.0, kMarkerRadius);
+    for (int a = 0; a < kAround; ++a) {
+      const int b = (a + 1) % kAround, ring = first + kAround * (kRings - 1);
+      mesh.faces.col(face++) << top, first + a, first + b;
+      mesh.faces.col(face++) << bottom, ring + b, ring + a;
+    }
+  }
+  return mesh;
 }
 
 }  // namespace holdfast::apps

@@ -1,8 +1,22 @@
 // SPDX-License-Identifier: MIT
+#include "apps/motion/synthesize.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/motion/synthesize_job.h"
+#include "apps/fit_job.h"
+#include "apps/motion/reach.h"
 #include "generator/actions/action_catalog.h"
-#include "generator/imos/default_network.h"
+#include "generator/imos/synthesis_network.h"
+#include "geometry/clip/clip_arrays.h"
+#include "geometry/embedded.h"
+#include "geometry/error.h"
+#include "solver/actions/action_clip.h"
+#include "solver/synthesis/synthesize.h"
 
 namespace holdfast::apps {
 
@@ -75,6 +89,164 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);
     exit_code = outcome.exit_code;
   });
+}
+
+namespace {
+
+// What the object is to the networks: as told, or what its name says.
+int ObjectClass(const SynthesizeCommand& job) {
+  if (!job.job.object_class.empty()) {
+    return imos::ObjectId(imos::VocabularyName(job.job.object_class), "--class");
+  }
+  const std::string named = std::filesystem::path(job.object).stem().string();
+  if (const auto id = imos::FindObject(imos::VocabularyName(named))) return *id;
+  LoadObject(job.object);  // no such file or object is another fault than one of no class
+  return imos::ObjectId(named, "--class");
+}
+
+imos::Intent IntentOf(SynthesizeCommand& job, const SynthesisNetwork& network) {
+  const std::vector<std::string> names = OfferedActions(network, job.from.empty());
+  const std::vector<std::string_view> actions(names.begin(), names.end());
+  imos::Intent intent;
+  if (job.sentence.empty()) {
+    intent = {imos::ActionId(job.action, "--action", actions), ObjectClass(job)};
+  } else {
+    const std::vector<std::string> meshes = EmbeddedNames("objects", "_300.ply");
+    std::vector<std::string_view> objects;
+    for (const std::string& mesh : meshes) objects.push_back(imos::VocabularyName(mesh));
+    intent = imos::ParseSentence(job.sentence, actions, objects);
+    if (job.object.empty()) {
+      job.object = imos::EmbeddedMeshName(imos::Objects()[intent.object]);
+    }
+  }
+  RequireOffered(intent, names,
+                 job.sentence.empty() ? "--action" : fmt::format("\"{}\"", job.sentence));
+  return intent;
+}
+
+struct SynthesisStart {
+  HoldingStart held;
+  nlohmann::json how;  // for metrics.json
+};
+
+// The person of the clip at its frame, up to it.
+SynthesisStart FromClip(const SynthesizeCommand& command, const LoadedObject& object,
+                        const CommonOptions& common) {
+  const auto [name, frame] = ParseStart(command.from);
+  ClipInputOptions options;
+  options.body = command.body;
+  options.object = command.object;
+  options.object_scale = command.job.object_scale;
+  const ClipInput input = LoadClipInput(name, options, common);
+  SynthesisStart start;
+  start.held =
+      StartInClip(input.clip, {input.body, input.betas}, object, frame, NumThreads(common), name);
+  start.how = {{"from", name}, {"frame", start.held.clip.NumFrames() - 1}};
+  return start;
+}
+
+// A person who stands and has the object.
+SynthesisStart Made(const SynthesizeCommand& command, const LoadedObject& object,
+                    std::string_view action) {
+  const std::shared_ptr<const BodyModel> body = LoadBody(command.body);
+  if (static_cast<int>(command.betas.size()) > body->NumShape()) {
+    throw Error(
+        "--betas",
+        fmt::format("{} numbers, {} has {}", command.betas.size(), body->Name(), body->NumShape()),
+        "Give fewer");
+  }
+  Eigen::VectorXd betas = Eigen::VectorXd::Zero(body->NumShape());
+  std::ranges::copy(command.betas, betas.begin());
+  const StandingHoldOptions& standing = command.job.standing;
+  return {MakeStart({body, betas}, object, command.object, action, standing),
+          {{"made", true}, {"hand", standing.left ? "left" : "right"}, {"betas", command.betas}}};
+}
+
+nlohmann::json SynthesisJson(const SynthesisJob& job, const imos::Intent& intent,
+                             const SynthesisNetwork& network, const SynthesisStart& start,
+                             const SynthesizedMotion& made) {
+  const SynthesizeOptions& options = job.options;
+  nlohmann::json faults = nlohmann::json::array();
+  for (const SynthesizedSample& sample : made.samples) {
+    faults.push_back({{"sample", sample.number}, {"faults", sample.faults}});
+  }
+  return {{"action", made.motion.action},
+          {"object", imos::Objects()[intent.object]},
+          {"sentence", imos::SentenceOf(intent)},
+          {"network", network.ToJson()},
+          {"start", start.how},
+          {"key_frames", options.key_frames},
+          {"seconds_per_key_frame", options.seconds_per_key_frame},
+          {"samples", faults},
+          {"switch_key_frame", made.samples.front().keys.switch_frame},
+          {"sigma", options.sigma},
+          {"style", options.style},
+          {"pace", made.samples.front().style.pace},
+          {"and_back", options.and_back}};
+}
+
+// Before the fit: the object is where the key frames have it.
+void WriteSamples(const std::string& output, const HoldingStart& start,
+                  const SynthesizedMotion& made) {
+  const std::filesystem::path folder = std::filesystem::path(output) / "samples";
+  std::filesystem::create_directories(folder);
+  for (std::size_t rank = 0; rank < made.samples.size(); ++rank) {
+    const Clip& motion = made.samples[rank].motion;
+    WriteClip(
+        start.mirrored ? MirrorClip(motion, start.actor->Measures().rest_joints.col(0)) : motion,
+        folder / fmt::format("{:02d}.npz", rank));
+  }
+}
+
+}  // namespace
+
+Outcome RunSynthesize(SynthesizeCommand command, const CommonOptions& common) {
+  const SynthesisNetwork network = LoadSynthesisNetwork(command.weights, command.action_embeddings);
+  WarnOfOldPelvis(command.weights, network.weights.notes, common);
+  const imos::Intent intent = IntentOf(command, network);
+  if (const auto note = NoteOnIntent(network, intent)) Note(common, "note: " + *note);
+  SynthesisJob& job = command.job;
+  job.standing.seed = job.options.seed = common.seed;
+  job.standing.threads = job.options.threads = NumThreads(common);
+  job.options.finish_all = command.all;
+  const LoadedObject object = LoadObject(command.object, job.object_scale);
+  RequireHandheld(object);
+  const SynthesisStart start = command.from.empty()
+                                   ? Made(command, object, imos::Actions()[intent.action].label)
+                                   : FromClip(command, object, common);
+  if (Interrupted()) return {kInterrupted, {}, {}};
+  const SynthesizedMotion made = Synthesize(job, start.held, network, intent);
+  if (Interrupted()) return {kInterrupted, {}, {}};
+
+  FitCommand fit;
+  fit.job = FitOf(job, made, command.object);
+  fit.motion = made.motion;
+  fit.output = command.output;
+  fit.body = command.body;
+  fit.write_report = command.write_report;
+  fit.extra["synthesis"] = SynthesisJson(job, intent, network, start, made);
+  std::optional<FaceDistance> at_face;
+  fit.measure = [&](const Clip& fitted, nlohmann::json& metrics) {
+    at_face = NearestToFace(start.held, made.motion.action, fitted);
+    if (!at_face) return;
+    metrics["synthesis"]["at_face_mm"] = 1000.0 * at_face->distance_m;
+    metrics["synthesis"]["at_face_frame"] = at_face->frame;
+  };
+  FitLibrary library;
+  Outcome outcome = RunFitCommand(fit, common, library);
+  if (outcome.summary.is_null()) return outcome;
+  if (command.all) WriteSamples(command.output, start.held, made);
+  if (at_face) {
+    outcome.text = fmt::format("  at the face         {:.1f} mm from its place in frame {}\n{}",
+                               1000.0 * at_face->distance_m, at_face->frame, outcome.text);
+  }
+  outcome.text = fmt::format(
+      "{}\n  made                {:.1f} s of motion in {} key frames; best of {} samples, {:.0f} "
+      "ms each with the object\n{}",
+      imos::SentenceOf(intent), (made.motion.NumFrames() - 1) / made.motion.frame_rate,
+      job.options.key_frames, job.options.samples, 1000.0 * made.loop_s / job.options.samples,
+      outcome.text);
+  return outcome;
 }
 
 }  // namespace holdfast::apps

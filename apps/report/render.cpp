@@ -7,7 +7,7 @@
 
 #include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/render_output.h"
+#include "apps/output.h"
 #include "geometry/render/clip_pictures.h"
 #include "geometry/rotation.h"
 #include "solver/markers/marker_json.h"

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "apps/clip_input.h"
-#include "apps/report_writer.h"
+#include "apps/output.h"
 
 namespace holdfast::apps {
 namespace {

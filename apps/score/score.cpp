@@ -11,8 +11,7 @@
 #include "apps/common.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/json_text.h"
-#include "geometry/io/container/read_json.h"
+#include "geometry/io/container/json_file.h"
 #include "solver/score/score_output.h"
 #include "solver/trial/trial_clip.h"
 

@@ -6,7 +6,7 @@
 #include "apps/train/training_curves.h"
 #include "generator/body/rest_pelvis_note.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/json_file.h"
 
 namespace holdfast::apps {
 

@@ -7,7 +7,6 @@
 
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/error.h"
-#include "geometry/pose.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

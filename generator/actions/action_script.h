@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,8 +11,8 @@
 
 #include "generator/actions/action_path.h"
 #include "generator/actions/face_marks.h"
-#include "generator/actions/object_marks.h"
-#include "generator/matching/random_draws.h"
+#include "generator/nn/random_stream.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 
@@ -83,5 +84,94 @@ struct ActionScene {
 /// Writes the script of an action (FindMadeAction) in a style of its own: times, places, tilts,
 /// strokes, gaze and lean are drawn.
 ActionScript WriteScript(std::string_view action, const ActionScene& scene, RandomDraws& draws);
+
+/// Poses of an object that put one of its points somewhere. All directions are unit or made so.
+
+/// The rotation that takes `a` to `to_a` and `b` as near to `to_b` as that allows.
+Eigen::Matrix3d AlignAxes(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                          const Eigen::Vector3d& to_a, const Eigen::Vector3d& to_b);
+
+/// `count` poses, evenly round: the axis of the object points along `direction`, its turn about it
+/// is free.
+std::vector<Eigen::Isometry3d> TurnedPoses(const Eigen::Vector3d& point,
+                                           const Eigen::Vector3d& axis,
+                                           const Eigen::Vector3d& place,
+                                           const Eigen::Vector3d& direction, int count);
+
+/// Upright (z up), `count` turns about the vertical; then the same leant by each of `tilts_rad`
+/// towards +x, -x, +y and -y of the world.
+std::vector<Eigen::Isometry3d> UprightPoses(const Eigen::Vector3d& point,
+                                            const Eigen::Vector3d& place, int count,
+                                            const std::vector<double>& tilts_rad = {});
+
+inline constexpr double kDegreeOfScript = std::numbers::pi / 180.0;
+
+/// A script under construction: keys one after the other, at this person's pace.
+class ScriptWriter {
+ public:
+  ScriptWriter(const ActionScene& scene, RandomDraws& draws);
+
+  const ActionScene& Scene() const { return scene_; }
+  RandomDraws& Draws() { return draws_; }
+  double Degrees(double low, double high) { return kDegreeOfScript * draws_.Uniform(low, high); }
+  double Uniform(double low, double high) { return draws_.Uniform(low, high); }
+  bool Chance(double share) { return draws_.Uniform(0.0, 1.0) < share; }
+  /// Seconds at this person's pace.
+  double Time(double low, double high) { return pace_ * draws_.Uniform(low, high); }
+  double Now() const { return now_s_; }
+
+  /// A place before the person: metres to the left, forward of the shoulder as a share of the arm,
+  /// above the shoulder.
+  Eigen::Vector3d Before(double left_m, double forward_share, double above_shoulder_m) const;
+  /// Between the eyes at the start, world.
+  Eigen::Vector3d Eyes() const { return scene_.head * scene_.face.eyes; }
+
+  /// Where the object is at the start: upright on a table, or in the hand above one's waist. Stays
+  /// half a second.
+  void Begin();
+  /// Comes to a key in `move_s`, stays for `stay_s`; returns its index. Times are as given.
+  int MoveTo(Anchor anchor, std::vector<Eigen::Isometry3d> poses, double move_s, double stay_s);
+  /// Back to an earlier key's pose.
+  int MoveBack(int key, double move_s, double stay_s);
+  ScriptKey& Last() { return script_.keys.back(); }
+
+  void LookAtObject(double begin_s, double share = 0.7);
+  /// Right and up of straight on, radians.
+  void Look(double begin_s, double left_rad, double up_rad, double share = 0.9,
+            double duration_s = 0.45);
+  void Lean(double begin_s, double duration_s, double forward_rad, double aside_rad);
+  void Add(const Stroke& stroke) { script_.strokes.push_back(stroke); }
+  ActionScript& Script() { return script_; }
+
+  /// Ends the clip a moment after the last key, or with the object back where it was.
+  ActionScript Finish(double chance_of_return);
+
+ private:
+  const ActionScene& scene_;
+  RandomDraws& draws_;
+  ActionScript script_;
+  double pace_;
+  double now_s_ = 0.0;
+};
+
+// One function per intent: the keys after the start, drawn. At the face (script_face.cpp):
+void WriteDrink(ScriptWriter& writer);
+void WriteToast(ScriptWriter& writer);
+void WriteEat(ScriptWriter& writer);
+void WriteCall(ScriptWriter& writer);
+void WriteTakePicture(ScriptWriter& writer);
+void WriteBrush(ScriptWriter& writer);
+// Before the body (script_front.cpp):
+void WritePass(ScriptWriter& writer);
+void WriteInspect(ScriptWriter& writer);
+void WriteLift(ScriptWriter& writer);
+void WritePour(ScriptWriter& writer);
+void WriteOffhand(ScriptWriter& writer);
+// With tools (script_tools.cpp):
+void WriteShake(ScriptWriter& writer);
+void WriteSwitchOn(ScriptWriter& writer);
+void WriteHammer(ScriptWriter& writer);
+void WriteChop(ScriptWriter& writer);
+void WriteCook(ScriptWriter& writer);
 
 }  // namespace holdfast

@@ -7,9 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "generator/body/arm_correction.h"
+#include "generator/body/pose_builder.h"
 #include "generator/matching/body_frame.h"
-#include "generator/matching/random_draws.h"
+#include "generator/nn/random_stream.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/body/body_model.h"
 #include "geometry/rotation.h"

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "generator/actions/object_marks.h"
+#include "generator/actions/face_marks.h"
 #include "geometry/clip/clip.h"
 
 namespace holdfast {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "generator/actions/face_marks.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -82,6 +84,144 @@ FaceMarks FindFaceMarks(const BodySurface& body) {
   }
   marks.head = CloseHoles(open);
   return marks;
+}
+
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kOffSkin_m = 0.003;
+constexpr double kNearLens_m = 0.13, kFarLens_m = 0.2, kNearScreen_m = 0.26, kFarScreen_m = 0.38;
+
+// Of a circle around the object's z axis, the point nearest to a place.
+Vector3d RimTowards(const ObjectMarks& object, const Vector3d& place) {
+  Vector3d out = place - object.rim;
+  out.z() = 0.0;
+  if (out.squaredNorm() < 1e-12) return object.rim;
+  return object.rim + object.rim_radius * out.normalized();
+}
+
+}  // namespace
+
+std::optional<FacePlace> FacePlaceOf(std::string_view action, const ObjectMarks& object,
+                                     const FaceMarks& face, const Isometry3d& head_from_object) {
+  const Vector3d mouth = face.mouth + Vector3d(0.0, 0.0, kOffSkin_m);
+  if (action == "drink" || action == "toast") {
+    const Vector3d lips = mouth + Vector3d(0.0, -0.004, 0.0);
+    return FacePlace{RimTowards(object, head_from_object.inverse() * lips), lips};
+  }
+  if (action == "eat") {
+    if (object.size.x() > 2.0 * object.size.y()) return FacePlace{object.tip, mouth};
+    const Vector3d in_object = head_from_object.inverse() * mouth;
+    const Vector3d out = (in_object - object.middle).normalized();
+    return FacePlace{object.middle + 0.5 * object.size.head<2>().maxCoeff() * out, mouth};
+  }
+  if (action == "call") {
+    return FacePlace{object.tip, face.right_ear + Vector3d(-0.006, -0.004, 0.004)};
+  }
+  if (action == "takepicture") {
+    const bool flat = object.size.z() < 0.3 * object.size.x();
+    Vector3d place = face.eyes + Vector3d(0.0, -0.02, 0.0);
+    place.z() = std::clamp((head_from_object * object.middle).z(),
+                           face.eyes.z() + (flat ? kNearScreen_m : kNearLens_m),
+                           face.eyes.z() + (flat ? kFarScreen_m : kFarLens_m));
+    return FacePlace{object.middle, place};
+  }
+  if (action == "brush") return FacePlace{object.tip, mouth};
+  return std::nullopt;
+}
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kRimBand_m = 0.003;
+
+// Where the tip is on the bounding box, per axis -1 to 1, and where it and the working side point.
+struct Known {
+  std::string_view name;
+  Vector3d tip, forward, facing;
+  bool round;
+};
+
+const std::array<Known, 18>& AllKnown() {
+  static const std::array<Known, 18> known = {{
+      {"apple", {0, 0, 0}, {0, 0, 1}, {1, 0, 0}, true},
+      {"banana", {1, 0, 0.4}, {1, 0, 0}, {0, 0, 1}, false},
+      {"bottle", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, true},
+      {"bowl", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, true},
+      {"camera", {0, -1, 0}, {0, -1, 0}, {0, 0, 1}, false},
+      {"cube", {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, false},
+      {"cylinder", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, true},
+      {"flashlight", {1, 0, 0}, {1, 0, 0}, {0, 0, 1}, false},
+      {"fryingpan", {-0.5, 0, 0}, {-1, 0, 0}, {0, 0, 1}, false},
+      {"hammer", {0.9, 1, 0}, {1, 0, 0}, {0, 1, 0}, false},
+      {"knife", {0.6, -1, 0}, {1, 0, 0}, {0, -1, 0}, false},
+      {"lightbulb", {0, 0, -1}, {0, 0, -1}, {1, 0, 0}, true},
+      {"mug", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, true},
+      {"phone", {0, 0.85, -1}, {0, 1, 0}, {0, 0, -1}, false},
+      {"sphere", {0, 0, 0}, {0, 0, 1}, {1, 0, 0}, true},
+      {"teapot", {1, 0, 0.4}, {1, 0, 0}, {0, 0, 1}, false},
+      {"toothbrush", {0.9, 0, 1}, {1, 0, 0}, {0, 0, 1}, false},
+      {"wineglass", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, true},
+  }};
+  return known;
+}
+
+}  // namespace
+
+ObjectMarks MarksOf(std::string_view name, const TriangleMesh& mesh) {
+  ObjectMarks marks;
+  const Vector3d low = mesh.vertices.rowwise().minCoeff();
+  const Vector3d high = mesh.vertices.rowwise().maxCoeff();
+  marks.middle = 0.5 * (low + high);
+  marks.size = high - low;
+
+  // The rim: the ring of vertices within 3 mm of the top.
+  Vector3d rim_low = high, rim_high = low;
+  for (Eigen::Index i = 0; i < mesh.vertices.cols(); ++i) {
+    const Vector3d p = mesh.vertices.col(i);
+    if (p.z() < high.z() - kRimBand_m) continue;
+    rim_low = rim_low.cwiseMin(p);
+    rim_high = rim_high.cwiseMax(p);
+  }
+  marks.rim = 0.5 * (rim_low + rim_high);
+  marks.rim.z() = high.z();
+  marks.rim_radius = 0.25 * (rim_high - rim_low).head<2>().sum();
+
+  marks.tip = marks.middle;
+  for (const Known& known : AllKnown()) {
+    if (known.name != name) continue;
+    marks.tip = marks.middle + 0.5 * marks.size.cwiseProduct(known.tip);
+    marks.forward = known.forward;
+    marks.facing = known.facing;
+    marks.round = known.round;
+    marks.two_sided = name == "hammer";
+  }
+  return marks;
+}
+
+Eigen::Isometry3d TurnedOver() {
+  Eigen::Isometry3d turned = Eigen::Isometry3d::Identity();
+  turned.linear() = Vector3d(1.0, -1.0, -1.0).asDiagonal();
+  return turned;
+}
+
+TriangleMesh ReflectX(const TriangleMesh& mesh) {
+  TriangleMesh reflected = mesh;
+  reflected.vertices.row(0) *= -1.0;
+  reflected.faces.row(1).swap(reflected.faces.row(2));
+  return reflected;
+}
+
+ObjectMarks ReflectX(const ObjectMarks& marks) {
+  ObjectMarks reflected = marks;
+  for (Vector3d* v :
+       {&reflected.middle, &reflected.rim, &reflected.tip, &reflected.forward, &reflected.facing}) {
+    v->x() *= -1.0;
+  }
+  return reflected;
 }
 
 }  // namespace holdfast

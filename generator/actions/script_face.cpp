@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "generator/actions/script_intents.h"
+#include "generator/actions/action_script.h"
 
 // Intents whose object goes to the face. Places and directions are in the head's frame (y up, z
 // forward, x left) unless said otherwise.

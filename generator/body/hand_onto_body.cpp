@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "generator/body/arm_correction.h"
+#include "generator/body/pose_builder.h"
 #include "geometry/body/hand_model.h"
 #include "geometry/error.h"
 

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "geometry/body/rest_pelvis.h"
+#include "geometry/body/skeleton.h"
 
 namespace holdfast {
 namespace {

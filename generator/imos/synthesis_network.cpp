@@ -2,12 +2,12 @@
 #include "generator/imos/synthesis_network.h"
 
 #include <filesystem>
+#include <string>
 
-#include "generator/imos/default_network.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/io/container/byte_source.h"
-#include "geometry/io/container/checksum.h"
+#include "geometry/io/container/safetensors.h"
 
 namespace holdfast {
 namespace {
@@ -74,3 +74,20 @@ nlohmann::json SynthesisNetwork::ToJson() const {
 }
 
 }  // namespace holdfast
+
+namespace holdfast::imos {
+namespace {
+
+constexpr std::string_view kName = "networks/imos.safetensors";
+
+}  // namespace
+
+bool HasDefaultNetwork() { return HasEmbedded(kName); }
+
+NetworkWeights DefaultNetwork() {
+  const EmbeddedFile file = FindEmbedded(kName);
+  const std::string name(file.name);
+  return ReadNetwork(SafetensorsReader(ByteSource(file.bytes, name)), name);
+}
+
+}  // namespace holdfast::imos

@@ -35,3 +35,13 @@ SynthesisNetwork LoadSynthesisNetwork(const std::string& path = {},
                                       const std::string& embeddings = {});
 
 }  // namespace holdfast
+
+namespace holdfast::imos {
+
+/// Whether this library was built with trained weights in it (meshes/networks/imos.safetensors).
+bool HasDefaultNetwork();
+
+/// Those weights. Throws Error when there are none.
+NetworkWeights DefaultNetwork();
+
+}  // namespace holdfast::imos

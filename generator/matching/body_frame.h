@@ -10,7 +10,7 @@
 
 #include "geometry/body/skeleton.h"
 #include "geometry/clip/clip.h"
-#include "geometry/pose.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 

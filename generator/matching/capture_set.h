@@ -9,7 +9,7 @@
 #include "generator/matching/capture_quality.h"
 #include "generator/matching/motion_library.h"
 #include "geometry/body/body_model.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 
 namespace holdfast {
 

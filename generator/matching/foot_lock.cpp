@@ -2,6 +2,8 @@
 #include "generator/matching/foot_lock.h"
 
 #include <algorithm>
+#include <array>
+#include <limits>
 
 #include "generator/body/limb_ik.h"
 #include "generator/scripted/minimum_jerk.h"
@@ -179,6 +181,147 @@ std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const Sole
   }
   if (report != nullptr) *report = found;
   return feet;
+}
+
+namespace {
+
+constexpr std::array<int, GroundProbe::kNumSoles> kSoleJoints = {7, 10, 8, 11};
+constexpr double kContactHeight = 0.04;  // metres
+constexpr double kContactSpeed = 0.35;   // m/s: a sole that rolls over the ball
+constexpr double kShortestRun = 0.1;     // seconds
+
+// Runs of `value` shorter than `shortest`, with something else on both sides, become the other.
+void FlipShortRuns(std::vector<bool>& flags, bool value, std::size_t shortest) {
+  for (std::size_t begin = 0; begin < flags.size();) {
+    std::size_t end = begin;
+    while (end < flags.size() && flags[end] == flags[begin]) ++end;
+    if (flags[begin] == value && end - begin < shortest && begin > 0 && end < flags.size()) {
+      std::fill(flags.begin() + static_cast<std::ptrdiff_t>(begin),
+                flags.begin() + static_cast<std::ptrdiff_t>(end), !value);
+    }
+    begin = end;
+  }
+}
+
+}  // namespace
+
+SolePoints::SolePoints(const Eigen::Matrix3Xd& rest_joints, double floor_y) {
+  // GroundProbe knows where soles are; at rest all rotations are the identity.
+  std::array<Eigen::Matrix3d, kNumJoints> identity;
+  identity.fill(Eigen::Matrix3d::Identity());
+  const Eigen::Matrix3Xd at_rest =
+      GroundProbe(rest_joints, floor_y).LowestPoints(rest_joints.leftCols<kNumJoints>(), identity);
+  for (int i = 0; i < GroundProbe::kNumSoles; ++i) {
+    offset_.col(i) = at_rest.col(i) - rest_joints.col(kSoleJoints[static_cast<std::size_t>(i)]);
+  }
+}
+
+Soles SolePoints::At(const BodyPlacement& placed) const {
+  Soles soles;
+  for (int i = 0; i < GroundProbe::kNumSoles; ++i) {
+    const int joint = kSoleJoints[static_cast<std::size_t>(i)];
+    soles.col(i) = placed.joints.col(joint) + placed.rotation[joint] * offset_.col(i);
+  }
+  return soles;
+}
+
+std::vector<Soles> SolePoints::At(std::span<const BodyPlacement> placed) const {
+  std::vector<Soles> soles;
+  soles.reserve(placed.size());
+  for (const BodyPlacement& frame : placed) soles.push_back(At(frame));
+  return soles;
+}
+
+double SpeedAlongGround(std::span<const Soles> soles, double frame_rate, int point, std::size_t t) {
+  const std::size_t before = t > 0 ? t - 1 : 0, after = std::min(t + 1, soles.size() - 1);
+  const double way = (soles[after].col(point) - soles[before].col(point)).head<2>().norm();
+  return way * frame_rate / static_cast<double>(std::max<std::size_t>(after - before, 1));
+}
+
+std::vector<SoleBits> FindContacts(std::span<const Soles> soles, double frame_rate) {
+  const std::size_t frames = soles.size();
+  std::vector<SoleBits> contacts(frames, 0);
+  const auto shortest = static_cast<std::size_t>(kShortestRun * frame_rate + 0.5);
+  for (int i = 0; i < GroundProbe::kNumSoles; ++i) {
+    std::vector<bool> flags(frames);
+    for (std::size_t t = 0; t < frames; ++t) {
+      const double speed = SpeedAlongGround(soles, frame_rate, i, t);
+      flags[t] = soles[t](2, i) < kContactHeight && speed < kContactSpeed;
+    }
+    FlipShortRuns(flags, false, shortest);
+    FlipShortRuns(flags, true, shortest);
+    for (std::size_t t = 0; t < frames; ++t) {
+      if (flags[t]) contacts[t] = static_cast<SoleBits>(contacts[t] | (1u << i));
+    }
+  }
+  return contacts;
+}
+
+namespace {
+
+constexpr double kHeight = 0.05;       // metres above the ground that cost as much as...
+constexpr double kSpeed = 0.35;        // ... this speed along it, m/s, or as being left out
+constexpr double kMostPerFrame = 9.0;  // beyond, it does not matter how fast or high
+constexpr double kChange = 3.0;        // of one foot, from carrying to not and back
+constexpr std::array<unsigned, 3> kStates = {0b01, 0b10, 0b11};  // left, right, both
+
+// What it costs to say of a foot that it carries. `heel` is the first of its two columns.
+double Cost(std::span<const Soles> soles, double frame_rate, int heel, std::size_t t) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const int point : {heel, heel + 1}) {
+    const double speed = SpeedAlongGround(soles, frame_rate, point, t);
+    const double height = std::max(soles[t](2, point), 0.0);
+    least =
+        std::min(least, speed * speed / (kSpeed * kSpeed) + height * height / (kHeight * kHeight));
+  }
+  return std::min(least, kMostPerFrame);
+}
+
+int NumChanges(unsigned from, unsigned to) {
+  return static_cast<int>((from ^ to) == 3u ? 2 : from != to);
+}
+
+}  // namespace
+
+std::vector<SoleBits> FindSupports(std::span<const Soles> soles, double frame_rate) {
+  const std::size_t frames = soles.size();
+  std::vector<SoleBits> contacts = FindContacts(soles, frame_rate);
+  if (frames == 0) return contacts;
+  std::array<double, kStates.size()> total{};
+  std::vector<std::array<std::uint8_t, kStates.size()>> from(frames);
+  for (std::size_t t = 0; t < frames; ++t) {
+    const double left = Cost(soles, frame_rate, 0, t), right = Cost(soles, frame_rate, 2, t);
+    std::array<double, kStates.size()> next{};
+    for (std::size_t to = 0; to < kStates.size(); ++to) {
+      double best = std::numeric_limits<double>::infinity();
+      for (std::size_t s = 0; s < kStates.size(); ++s) {
+        const double cost =
+            total[s] + (t == 0 ? 0.0 : kChange * NumChanges(kStates[s], kStates[to]));
+        if (cost < best) {
+          best = cost;
+          from[t][to] = static_cast<std::uint8_t>(s);
+        }
+      }
+      // A foot left out costs 1: at kSpeed on the ground either is as good.
+      next[to] =
+          best + ((kStates[to] & 1u) != 0 ? left : 1.0) + ((kStates[to] & 2u) != 0 ? right : 1.0);
+    }
+    total = next;
+  }
+  auto state = static_cast<std::size_t>(std::ranges::min_element(total) - total.begin());
+  for (std::size_t t = frames; t-- > 0; state = from[t][state]) {
+    for (const int heel : {0, 2}) {
+      const auto foot = static_cast<SoleBits>(3u << heel);
+      const bool carries = (kStates[state] & (heel == 0 ? 1u : 2u)) != 0;
+      if (!carries) {
+        contacts[t] = static_cast<SoleBits>(contacts[t] & ~foot);
+      } else if ((contacts[t] & foot) == 0) {
+        const int lowest = soles[t](2, heel) < soles[t](2, heel + 1) ? heel : heel + 1;
+        contacts[t] = static_cast<SoleBits>(contacts[t] | (1u << lowest));
+      }
+    }
+  }
+  return contacts;
 }
 
 }  // namespace holdfast

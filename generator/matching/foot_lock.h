@@ -1,16 +1,44 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "generator/matching/body_frame.h"
 #include "generator/matching/leg_placement.h"
-#include "generator/matching/sole_contact.h"
+#include "geometry/retarget/ground_contact.h"
 
 namespace holdfast {
+
+/// Heels and balls of the feet, in the order of GroundProbe: left heel, left ball, right heel,
+/// right ball. One column each, world metres.
+using Soles = Eigen::Matrix<double, 3, GroundProbe::kNumSoles>;
+
+/// Heels and balls of a placed body whose rest pose stands on `floor_y`.
+class SolePoints {
+ public:
+  SolePoints(const Eigen::Matrix3Xd& rest_joints, double floor_y);
+  Soles At(const BodyPlacement& placed) const;
+  std::vector<Soles> At(std::span<const BodyPlacement> placed) const;
+
+ private:
+  Soles offset_;  // in the joint's frame
+};
+
+/// How fast a sole point (column) goes along the ground in frame t, m/s: over both neighbours.
+double SpeedAlongGround(std::span<const Soles> soles, double frame_rate, int point, std::size_t t);
+
+/// Bit i of a frame's contacts: sole point i is on the ground.
+using SoleBits = std::uint8_t;
+inline constexpr SoleBits kLeftSole = 0b0011, kRightSole = 0b1100;
+
+/// Contacts of every frame: a point lower than 4 cm and slower than 0.35 m/s along the ground, in
+/// runs of at least 3 frames at 30 Hz; gaps of up to 2 are closed.
+std::vector<SoleBits> FindContacts(std::span<const Soles> soles, double frame_rate);
 
 struct FootLockOptions {
   /// Soles are at least that high half-way between two stances: where the motion shuffles, higher
@@ -49,5 +77,12 @@ std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const Sole
                                  std::vector<BodyFrame>& frames,
                                  const FootLockOptions& options = {},
                                  FootLockReport* report = nullptr);
+
+/// Contacts of a motion whose feet may slide, as networks make them: in every frame one foot at
+/// least carries, the one that is low and slow for longest, however fast it slides. Which feet
+/// carry is the cheapest way through {left, right, both} over all frames: a stance foot costs
+/// by its height and speed, one that does not by being low and still, a change of feet by itself.
+/// The points on the ground of a stance foot are FindContacts's, or else its lowest.
+std::vector<SoleBits> FindSupports(std::span<const Soles> soles, double frame_rate);
 
 }  // namespace holdfast

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "generator/matching/random_draws.h"
+#include "generator/nn/random_stream.h"
 #include "geometry/error.h"
 
 namespace holdfast {

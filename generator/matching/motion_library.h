@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 
 #include "generator/matching/body_frame.h"
-#include "generator/matching/sole_contact.h"
+#include "generator/matching/foot_lock.h"
 #include "geometry/clip/clip.h"
 
 namespace holdfast {

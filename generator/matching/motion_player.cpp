@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/rotation.h"
+
 namespace holdfast {
 namespace {
 
@@ -106,6 +108,103 @@ WalkState MotionPlayer::State() const {
                      static_cast<double>(span);
   }
   return state;
+}
+
+namespace {
+
+// Faster differences are noise of a capture rather than motion: they would overshoot.
+constexpr double kMaxTurnRate = 3.0;  // rad/s
+constexpr double kMaxSpeed = 0.8;     // m/s
+
+Eigen::Vector3d Turn(const Eigen::Quaterniond& from, const Eigen::Quaterniond& to) {
+  return LogSO3((to * from.conjugate()).toRotationMatrix());
+}
+
+Eigen::Vector3d Limited(const Eigen::Vector3d& v, double limit) {
+  const double norm = v.norm();
+  return norm > limit ? Eigen::Vector3d(v * (limit / norm)) : v;
+}
+
+}  // namespace
+
+MotionBlend::MotionBlend(const BodyFrame& old_before, const BodyFrame& old_now,
+                         const BodyFrame& new_before, const BodyFrame& new_now, double frame_rate,
+                         double duration_s)
+    : duration_s_(duration_s) {
+  for (int j = 0; j < kNumBodyJoints; ++j) {
+    offset_.col(j) = Turn(new_now.local[j], old_now.local[j]);
+    const Eigen::Vector3d before = Turn(new_before.local[j], old_before.local[j]);
+    velocity_.col(j) = Limited(frame_rate * (offset_.col(j) - before), kMaxTurnRate);
+  }
+  offset_.col(kNumBodyJoints) = old_now.pelvis - new_now.pelvis;
+  const Eigen::Vector3d before = old_before.pelvis - new_before.pelvis;
+  velocity_.col(kNumBodyJoints) =
+      Limited(frame_rate * (offset_.col(kNumBodyJoints) - before), kMaxSpeed);
+}
+
+BodyFrame MotionBlend::Apply(const BodyFrame& frame, double time_s) const {
+  if (time_s >= duration_s_) return frame;
+  const double s = std::max(time_s, 0.0) / duration_s_;
+  const double s3 = s * s * s;
+  // Quintic Hermite polynomials of the starting value and the starting velocity.
+  const double value = 1.0 + s3 * (-10.0 + s * (15.0 - 6.0 * s));
+  const double slope = s + s3 * (-6.0 + s * (8.0 - 3.0 * s));
+  const Offsets left = value * offset_ + slope * duration_s_ * velocity_;
+  BodyFrame blended = frame;
+  for (int j = 0; j < kNumBodyJoints; ++j) {
+    blended.local[j] = (Eigen::Quaterniond(ExpSO3(left.col(j))) * frame.local[j]).normalized();
+  }
+  blended.pelvis += left.col(kNumBodyJoints);
+  return blended;
+}
+
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kStep = 1.0 / 30.0;    // seconds
+constexpr double kVelocityTime = 0.25;  // s in which a walker takes up a new velocity
+constexpr double kTurnTime = 0.2;       // s, and a new heading
+constexpr double kFastestTurn = 3.5;    // rad/s
+constexpr double kSlowDown = 0.6;       // m before the target
+constexpr double kFaceAsAsked = 0.7;    // m before the target
+
+}  // namespace
+
+Vector2d Facing(double yaw_rad) { return {std::sin(yaw_rad), -std::cos(yaw_rad)}; }
+
+double YawToFace(const Vector2d& direction) { return std::atan2(direction.x(), -direction.y()); }
+
+FuturePath PlanWalk(const WalkState& now, const WalkTarget& target) {
+  WalkState walker = now;
+  FuturePath path;
+  for (int step = 1; step <= 30; ++step) {
+    const Vector2d to_go = target.place - walker.place;
+    const double distance = to_go.norm();
+    const double asked = distance > kFaceAsAsked ? YawToFace(to_go) : target.yaw_rad;
+    const double off = std::remainder(asked - walker.yaw_rad, 2.0 * M_PI);
+    walker.yaw_rad += std::clamp(off / kTurnTime, -kFastestTurn, kFastestTurn) * kStep;
+    Vector2d velocity = Vector2d::Zero();
+    if (distance > 1e-6) {
+      double speed = target.speed * std::min(1.0, distance / kSlowDown);
+      // Who has to turn round does so before walking off.
+      if (distance > kFaceAsAsked) speed *= std::clamp(0.35 + 0.65 * std::cos(off), 0.1, 1.0);
+      velocity = speed * to_go / distance;
+    }
+    walker.velocity += (velocity - walker.velocity) * (kStep / kVelocityTime);
+    walker.place += walker.velocity * kStep;
+    if (step % 10 != 0) continue;
+    const int column = step / 10 - 1;
+    path.col(column) = Eigen::Rotation2Dd(-now.yaw_rad) * Vector2d(walker.place - now.place);
+    path.col(3 + column) = Facing(walker.yaw_rad - now.yaw_rad);
+  }
+  return path;
+}
+
+FuturePath PlanStand() {
+  FuturePath path = FuturePath::Zero();
+  path.rightCols<3>().row(1).setConstant(-1.0);
+  return path;
 }
 
 }  // namespace holdfast

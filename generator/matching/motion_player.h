@@ -3,11 +3,62 @@
 
 #include <vector>
 
-#include "generator/matching/motion_blend.h"
+#include <Eigen/Core>
+
+#include "generator/matching/body_frame.h"
 #include "generator/matching/motion_library.h"
-#include "generator/matching/walk_plan.h"
 
 namespace holdfast {
+
+/// What is left of one motion while another one already plays: the difference between the two at
+/// the moment of change, with its velocity, dying away to nothing (value, velocity and acceleration
+/// zero) after `duration_s` along a quintic (after Bollo 2016, inertialization). The new motion is
+/// followed exactly afterwards; position and velocity never jump.
+class MotionBlend {
+ public:
+  /// Nothing is left.
+  MotionBlend() = default;
+  /// From two successive frames of the old motion and the same two instants of the new one, already
+  /// aligned in the plane.
+  MotionBlend(const BodyFrame& old_before, const BodyFrame& old_now, const BodyFrame& new_before,
+              const BodyFrame& new_now, double frame_rate, double duration_s);
+
+  /// The new motion's frame `time_s` after the change, with what is left of the old one.
+  BodyFrame Apply(const BodyFrame& frame, double time_s) const;
+  double Duration() const { return duration_s_; }
+
+ private:
+  using Offsets = Eigen::Matrix<double, 3, kNumBodyJoints + 1>;  // rotations, then the pelvis
+
+  Offsets offset_ = Offsets::Zero();
+  Offsets velocity_ = Offsets::Zero();
+  double duration_s_ = 0.0;
+};
+
+/// How a walker on the ground is to move: to a place, there to face a direction.
+struct WalkTarget {
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();
+  double yaw_rad = 0.0;  ///< as Yaw(BodyFrame)
+  double speed = 1.2;    ///< on the way, m/s
+};
+
+struct WalkState {
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();
+  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< world, m/s
+  double yaw_rad = 0.0;
+};
+
+/// The unit vector that a body of this yaw faces along the ground.
+Eigen::Vector2d Facing(double yaw_rad);
+/// The yaw of a body that faces along a direction.
+double YawToFace(const Eigen::Vector2d& direction);
+
+/// Where a walker would be and face in 1/3, 2/3 and 1 s: turns before it walks off, slows down as
+/// it comes near, faces the way it goes and in the end as the target asks.
+FuturePath PlanWalk(const WalkState& now, const WalkTarget& target);
+
+/// Standing where it is.
+FuturePath PlanStand();
 
 /// A stretch of captured motion in a made one: which, from which of its frames, how fast.
 struct MotionSegment {

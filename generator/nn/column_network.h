@@ -6,8 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "generator/nn/aligned_array.h"
-#include "generator/nn/any_weights.h"
+#include "generator/nn/network_weights.h"
 #include "generator/nn/packed_matrix.h"
 #include "geometry/isa.h"
 

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 
 #include "generator/nn/column_network.h"
-#include "generator/nn/mlp_weights.h"
+#include "generator/nn/network_weights.h"
 
 namespace holdfast::nn {
 

@@ -15,7 +15,6 @@
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/error.h"
-#include "geometry/pose.h"
 #include "geometry/rotation.h"
 #include "geometry/seed.h"
 

@@ -3,7 +3,7 @@
 
 #include <torch/torch.h>
 
-#include "generator/nn/any_weights.h"
+#include "generator/nn/network_weights.h"
 #include "generator/training/torch_network.h"
 
 namespace holdfast {

@@ -6,7 +6,7 @@
 #include <torch/torch.h>
 #include <Eigen/Core>
 
-#include "generator/nn/any_weights.h"
+#include "generator/nn/network_weights.h"
 #include "generator/nn/tensor.h"
 
 namespace holdfast::wandr {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "generator/training/torch_network.h"
 
-#include "generator/nn/mlp_weights.h"
+#include "generator/nn/network_weights.h"
 #include "generator/training/network_tensors.h"
 
 namespace holdfast::wandr {

@@ -2,7 +2,7 @@
 #include "generator/training/training_run.h"
 
 #include <chrono>
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/json_file.h"
 
 namespace holdfast {
 namespace {

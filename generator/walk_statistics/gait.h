@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "generator/matching/sole_contact.h"
+#include "generator/matching/foot_lock.h"
 #include "geometry/body/skeleton.h"
 
 namespace holdfast {

@@ -11,7 +11,7 @@
 #include "generator/matching/body_frame.h"
 #include "generator/matching/capture_quality.h"
 #include "generator/walk_statistics/reach_faults.h"
-#include "generator/wandr/reach_skating.h"
+#include "generator/wandr/reach_outcome.h"
 
 namespace holdfast {
 

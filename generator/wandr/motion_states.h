@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 
 #include "generator/scripted/reach_motion.h"
-#include "generator/wandr/body_kinematics.h"
 #include "generator/wandr/network.h"
 #include "generator/wandr/pose.h"
 #include "generator/wandr/rollout.h"

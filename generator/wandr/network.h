@@ -10,9 +10,8 @@
 
 #include <Eigen/Core>
 
-#include "generator/nn/any_weights.h"
 #include "generator/nn/column_network.h"
-#include "generator/wandr/condition.h"
+#include "generator/nn/network_weights.h"
 #include "generator/wandr/intention.h"
 #include "generator/wandr/statistics.h"
 #include "geometry/io/container/safetensors.h"

@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "generator/nn/random_stream.h"
-#include "generator/wandr/body_kinematics.h"
 #include "generator/wandr/motion_states.h"
+#include "generator/wandr/pose.h"
 #include "generator/wandr/reach_outcome.h"
 #include "generator/wandr/walk_pace.h"
 #include "geometry/error.h"

@@ -11,7 +11,6 @@
 
 #include "generator/wandr/goal_plan.h"
 #include "generator/wandr/rollout.h"
-#include "generator/wandr/run_rollouts.h"
 
 namespace holdfast::wandr {
 

@@ -2,10 +2,11 @@
 #include "generator/wandr/reach_network.h"
 
 #include <filesystem>
+#include <string>
 
-#include "generator/wandr/default_network.h"
 #include "geometry/embedded.h"
-#include "geometry/io/container/checksum.h"
+#include "geometry/io/container/byte_source.h"
+#include "geometry/io/container/safetensors.h"
 
 namespace holdfast {
 
@@ -20,3 +21,20 @@ ReachNetwork LoadReachNetwork(const std::string& path) {
 }
 
 }  // namespace holdfast
+
+namespace holdfast::wandr {
+namespace {
+
+constexpr std::string_view kName = "networks/wandr.safetensors";
+
+}  // namespace
+
+bool HasDefaultNetwork() { return HasEmbedded(kName); }
+
+NetworkWeights DefaultNetwork() {
+  const EmbeddedFile file = FindEmbedded(kName);
+  const std::string name(file.name);
+  return ReadNetwork(SafetensorsReader(ByteSource(file.bytes, name)), name);
+}
+
+}  // namespace holdfast::wandr

@@ -19,3 +19,13 @@ struct ReachNetwork {
 ReachNetwork LoadReachNetwork(const std::string& path = {});
 
 }  // namespace holdfast
+
+namespace holdfast::wandr {
+
+/// Whether this library was built with trained weights in it (meshes/networks/wandr.safetensors).
+bool HasDefaultNetwork();
+
+/// Those weights. Throws Error when there are none.
+NetworkWeights DefaultNetwork();
+
+}  // namespace holdfast::wandr

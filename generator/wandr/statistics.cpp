@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "generator/wandr/heading.h"
-#include "generator/wandr/pose_delta.h"
+#include "generator/wandr/intention.h"
+#include "generator/wandr/pose.h"
 #include "geometry/error.h"
 
 namespace holdfast::wandr {

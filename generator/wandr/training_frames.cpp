@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "generator/wandr/condition.h"
-#include "generator/wandr/pose_delta.h"
+#include "generator/wandr/pose.h"
+#include "generator/wandr/statistics.h"
 #include "geometry/error.h"
 
 namespace holdfast::wandr {

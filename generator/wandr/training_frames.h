@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 
 #include "generator/nn/random_stream.h"
-#include "generator/wandr/body_kinematics.h"
 #include "generator/wandr/goal_plan.h"
 #include "generator/wandr/network.h"
 #include "generator/wandr/pose.h"

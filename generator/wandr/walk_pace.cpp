@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "generator/wandr/heading.h"
+#include "generator/wandr/intention.h"
 #include "generator/wandr/pose.h"
 
 namespace holdfast::wandr {

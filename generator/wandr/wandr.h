@@ -16,5 +16,4 @@
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/network.h"
 #include "generator/wandr/rollout.h"
-#include "generator/wandr/run_rollouts.h"
 #include "generator/wandr/training_frames.h"

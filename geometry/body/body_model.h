@@ -17,7 +17,7 @@
 #include "geometry/body/linear_basis.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/mesh/mesh.h"
-#include "geometry/pose.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 

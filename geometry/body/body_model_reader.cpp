@@ -4,11 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <future>
+#include <span>
+#include <variant>
 
 #include <fmt/format.h>
 
-#include "geometry/body/smplx_hand_vertices.h"
 #include "geometry/error.h"
+#include "geometry/io/container/byte_source.h"
+#include "geometry/io/pickle/data_file.h"
+#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {
@@ -283,6 +287,81 @@ BodyModelParts ReadBodyModel(const BodyModelFields& fields, std::string name) {
   }
   if (pose_dirs.valid()) parts.pose_dirs = pose_dirs.get();
   return parts;
+}
+
+namespace {
+
+bool IsZip(const std::filesystem::path& path) { return ByteSource(path).Head(2) == "PK"; }
+
+}  // namespace
+
+struct BodyModelFields::Source {
+  std::variant<NpzReader, DataFile> file;
+};
+
+BodyModelFields::BodyModelFields(const std::filesystem::path& path) : file_(path.string()) {
+  // Torch archives are zips too; a .npz is one that has the arrays as members.
+  if (IsZip(path)) {
+    NpzReader archive(path);
+    if (!archive.Keys().empty()) {
+      source_ = std::make_unique<const Source>(Source{std::move(archive)});
+      return;
+    }
+  }
+  source_ = std::make_unique<const Source>(Source{DataFile(path)});
+}
+
+BodyModelFields::BodyModelFields(NpzReader archive)
+    : file_(archive.Path().string()),
+      source_(std::make_unique<const Source>(Source{std::move(archive)})) {}
+
+BodyModelFields::~BodyModelFields() = default;
+BodyModelFields::BodyModelFields(BodyModelFields&&) noexcept = default;
+
+bool BodyModelFields::Has(std::string_view key) const {
+  return std::visit([&](const auto& file) { return file.Has(key); }, source_->file);
+}
+
+NpyMember BodyModelFields::Read(std::string_view key) const {
+  if (const auto* archive = std::get_if<NpzReader>(&source_->file)) return archive->Read(key);
+  return std::get<DataFile>(source_->file)[key].Array();
+}
+
+std::vector<double> BodyModelFields::ReadFinite(std::string_view key,
+                                                const std::vector<std::ptrdiff_t>& shape) const {
+  const NpyMember member = Read(key);
+  member.RequireShape(shape);
+  std::vector<double> values = member.AsDoubles();
+  if (const auto bad = FirstBeyond(std::span<const double>(values), kMostMetres)) {
+    throw Error(member.where, fmt::format("holds {} at element {}", values[*bad], *bad),
+                "The model file is damaged: get it again");
+  }
+  return values;
+}
+
+std::string_view BodyModelFields::FirstOf(std::initializer_list<std::string_view> keys) const {
+  for (const std::string_view key : keys) {
+    if (Has(key)) return key;
+  }
+  return {};
+}
+
+// A range of ids without the vertices that MANO does not have.
+std::vector<int> SmplxHandVertices(Side side) {
+  static constexpr int kRightMissing[] = {7452, 7453, 7454, 7455, 7457, 7458, 7460,
+                                          7461, 7462, 7497, 7498, 7557, 7559, 7580,
+                                          7584, 7591, 7592, 7593, 7594, 7636};
+  static constexpr int kLeftMissing[] = {4716, 4717, 4718, 4719, 4721, 4722, 4724, 4725,
+                                         4726, 4761, 4762, 4821, 4823, 4844, 4848, 4855,
+                                         4856, 4857, 4858, 4900, 5349, 5350};
+  const bool right = side == Side::kRight;
+  const std::span<const int> missing =
+      right ? std::span<const int>(kRightMissing) : std::span<const int>(kLeftMissing);
+  std::vector<int> ids;
+  for (int v = right ? 7331 : 4595; v <= (right ? 8128 : 5394); ++v) {
+    if (std::find(missing.begin(), missing.end(), v) == missing.end()) ids.push_back(v);
+  }
+  return ids;
 }
 
 }  // namespace holdfast

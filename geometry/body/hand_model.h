@@ -111,4 +111,8 @@ class HandState {
   std::vector<Eigen::Matrix3d> blend_;  // per vertex, sum_k w_k G_k^R
 };
 
+/// Which of a hand's joints (the wrist, fifteen of the fingers) moves each vertex most; -1 for
+/// vertices of other parts.
+std::vector<int> StrongestHandJoints(const BodySurface& surface, Side side);
+
 }  // namespace holdfast

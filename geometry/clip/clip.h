@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Human motion in SMPL-X parameters, with or without an object: `.npz` files or frames come in;
-/// clips resampled, on another body model or ready to be shown come out.
-
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -16,6 +13,9 @@
 #include <Eigen/Geometry>
 
 #include "geometry/body/skeleton.h"
+
+/// Human motion in SMPL-X parameters, with or without an object: `.npz` files or frames come in;
+/// clips resampled, on another body model or ready to be shown come out.
 
 namespace holdfast {
 

@@ -11,16 +11,16 @@
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/import/import_motion.h"
-#include "geometry/io/container/gzip.h"
+#include "geometry/io/container/byte_source.h"
 #include "geometry/io/gltf/gltf_onto.h"
 #include "geometry/io/gltf/usda_writer.h"
 #include "geometry/io/mesh/mesh_io.h"
-#include "geometry/io/motion/bvh_writer.h"
-#include "geometry/numbered_name.h"
+#include "geometry/io/motion/bvh.h"
 #include "geometry/parallel.h"
 #include "geometry/retarget/retarget_onto.h"
 #include "geometry/score/contact_score.h"
 #include "geometry/score/contact_writer.h"
+#include "geometry/suggestion.h"
 
 namespace holdfast {
 namespace {

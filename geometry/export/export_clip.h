@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "geometry/clip/clip_scene.h"
+#include "geometry/clip/clip_body.h"
 #include "geometry/io/gltf/gltf_writer.h"
 #include "geometry/io/gltf/mjcf_writer.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 
 namespace holdfast {
 

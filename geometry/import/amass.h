@@ -4,7 +4,6 @@
 #include <filesystem>
 
 #include "geometry/import/fields.h"
-#include "geometry/import/imported_clip.h"
 #include "geometry/io/container/npz.h"
 
 namespace holdfast {

@@ -9,10 +9,8 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/import/archive_kind.h"
-#include "geometry/import/json_kind.h"
+#include "geometry/import/content_kind.h"
 #include "geometry/io/container/byte_source.h"
-#include "geometry/io/container/gzip.h"
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/io/markers/c3d.h"
 #include "geometry/io/markers/marker_recording.h"

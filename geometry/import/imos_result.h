@@ -2,7 +2,6 @@
 #pragma once
 
 #include "geometry/import/fields.h"
-#include "geometry/import/imported_clip.h"
 
 namespace holdfast {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "geometry/import/fields.h"
 #include "geometry/import/import_motion.h"
-#include "geometry/import/imported_clip.h"
 
 namespace holdfast {
 

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "geometry/body/skeleton.h"
-#include "geometry/import/imported_clip.h"
+#include "geometry/import/fields.h"
 #include "geometry/io/container/data_value.h"
 
 namespace holdfast {
@@ -36,5 +36,15 @@ void SetBetas(const Eigen::MatrixXd& betas, ImportedClip& imported);
 
 /// Appends.
 void Append(std::vector<std::string>& texts, std::vector<std::string> more);
+
+/// Parameters as one array without names, told by their number a frame:
+///   322: Motion-X (Lin et al., 2023): root 3, body 63, hands 90, jaw 3, expression 50, face shape
+///        100, trans 3, betas 10; y-up, 30 Hz
+///   165: the 55 joints of SMPL-X, axis-angle or any form of ReadRotations; no translation
+///   156: the 52 of SMPL-H, likewise
+/// Features of HumanML3D (263), KIT-ML (251) and HumanTOMATO (623), and joint positions, hold no
+/// rotations of this skeleton and are refused by name; so is ARCTIC's object (7) without its body.
+/// Throws Error for every other shape.
+ImportedClip ImportParameterArray(const DataValue& value, const ParameterOptions& options);
 
 }  // namespace holdfast

@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "geometry/import/imported_clip.h"
+#include "geometry/import/fields.h"
 #include "geometry/io/container/data_value.h"
 
 namespace holdfast {

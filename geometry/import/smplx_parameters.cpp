@@ -10,8 +10,8 @@
 
 #include "geometry/error.h"
 #include "geometry/import/data_set_files.h"
-#include "geometry/import/finger_angles.h"
 #include "geometry/import/joint_fields.h"
+#include "geometry/import/mano_parameters.h"
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/import/world_frame.h"
 #include "geometry/io/container/text_scanner.h"

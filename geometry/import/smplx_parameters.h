@@ -10,8 +10,7 @@
 #include <Eigen/Core>
 
 #include "geometry/import/fields.h"
-#include "geometry/import/finger_angles.h"
-#include "geometry/import/imported_clip.h"
+#include "geometry/import/mano_parameters.h"
 
 namespace holdfast {
 

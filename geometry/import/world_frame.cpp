@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
-#include "geometry/body/rest_pelvis.h"
+#include "geometry/body/skeleton.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"

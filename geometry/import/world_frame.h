@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "geometry/import/imported_clip.h"
+#include "geometry/import/fields.h"
 
 namespace holdfast {
 

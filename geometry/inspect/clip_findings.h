@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
@@ -41,5 +43,16 @@ void ProposeForHandAlone(const Clip& clip, const std::string& word, const std::s
 /// it says hold the object (`mesh`) are from it then.
 void DescribeOnBody(const Clip& clip, const std::optional<TriangleMesh>& mesh,
                     const std::shared_ptr<const BodyModel>& body, Inspection& inspection);
+
+// Commands that set a clip right, ready to paste into a shell.
+
+/// A clip whose world has `sign` times `axis` up, turned z-up.
+std::string TurnUpCommand(const std::filesystem::path& path, int axis, int sign);
+
+/// A clip with `trans` (and the object's) multiplied.
+std::string ScaleCommand(const std::filesystem::path& path, double factor);
+
+/// A clip with the object's rotation transposed; takes Python with numpy.
+std::string TransposeObjectCommand(const std::filesystem::path& path);
 
 }  // namespace holdfast

@@ -10,4 +10,7 @@ namespace holdfast {
 /// body model, or network weights.
 void InspectData(Inspection& inspection);
 
+/// A body model, of SMPL-X, SMPL-H, MANO or in one of their layouts.
+void InspectModel(Inspection& inspection);
+
 }  // namespace holdfast

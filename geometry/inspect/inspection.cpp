@@ -8,11 +8,7 @@
 
 #include "geometry/error.h"
 #include "geometry/import/amass.h"
-#include "geometry/inspect/clip_inspection.h"
 #include "geometry/inspect/data_inspection.h"
-#include "geometry/inspect/marker_inspection.h"
-#include "geometry/inspect/mesh_inspection.h"
-#include "geometry/inspect/model_inspection.h"
 #include "geometry/inspect/motion_inspection.h"
 #include "geometry/inspect/other_inspection.h"
 #include "geometry/io/gltf/asset/gltf_asset.h"

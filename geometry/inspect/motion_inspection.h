@@ -11,4 +11,7 @@ void InspectMotion(Inspection& inspection);
 /// An Acclaim skeleton without motion.
 void InspectAsf(Inspection& inspection);
 
+/// A clip, or what is meant as one: its arrays as they are, and what ReadClip would refuse.
+void InspectClip(Inspection& inspection);
+
 }  // namespace holdfast

@@ -10,4 +10,11 @@ namespace holdfast {
 /// Adds to `inspection`.
 void InspectOtherFile(Inspection& inspection);
 
+/// A surface mesh (.obj .ply .stl .off .glb .gltf by content): size, unit, whether it is closed and
+/// sound, and what is repaired when it is loaded. Adds to `inspection`.
+void InspectMesh(Inspection& inspection);
+
+/// A recording of markers: names, rate, unit, extent, gaps, and jumps that no hand makes.
+void InspectMarkers(Inspection& inspection);
+
 }  // namespace holdfast

@@ -14,8 +14,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/json_text.h"
-#include "geometry/io/container/read_json.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/jobs/job_journal.h"
 #include "geometry/parallel.h"
 

@@ -9,7 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "geometry/jobs/job_owner.h"
+#include "geometry/jobs/job_journal.h"
 
 namespace holdfast {
 

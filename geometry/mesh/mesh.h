@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Triangle meshes as plain data: they come in as loaded; checked, repaired, decimated and shaded
-/// meshes, points on them, nearest points and signed distances come out.
-
 #include <string_view>
 
 #include <Eigen/Core>
+
+/// Triangle meshes as plain data: they come in as loaded; checked, repaired, decimated and shaded
+/// meshes, points on them, nearest points and signed distances come out.
 
 namespace holdfast {
 
@@ -40,5 +40,8 @@ Eigen::Vector3d Extent(const TriangleMesh& mesh);
 /// Throws Error (`where`, with the vertex) for the first coordinate that is outside the range of
 /// geometry/value_ranges.h or no number.
 void RequireInRange(const TriangleMesh& mesh, std::string_view where);
+
+/// Adds the vertices and faces of another mesh, which may overlap this one: nothing is merged.
+void Append(const TriangleMesh& more, TriangleMesh& mesh);
 
 }  // namespace holdfast

@@ -2,8 +2,12 @@
 #include "geometry/mesh/mesh_topology.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <tuple>
+#include <vector>
+
+#include <Eigen/Geometry>
 
 namespace holdfast {
 
@@ -76,6 +80,91 @@ DisjointSets FindFans(const Eigen::Matrix3Xi& faces, const EdgeTable& edges) {
     }
   });
   return fans;
+}
+
+namespace {
+
+// Corner c of face f as one number, 3 f + c.
+struct Corners {
+  std::vector<int> begin;  // of each vertex in `corner`
+  std::vector<int> corner;
+};
+
+Corners CornersByVertex(const TriangleMesh& mesh) {
+  Corners corners;
+  corners.begin.assign(static_cast<std::size_t>(mesh.NumVertices()) + 1, 0);
+  for (const int v : mesh.faces.reshaped()) ++corners.begin[v + 1];
+  std::partial_sum(corners.begin.begin(), corners.begin.end(), corners.begin.begin());
+  corners.corner.resize(static_cast<std::size_t>(mesh.faces.size()));
+  std::vector<int> next = corners.begin;
+  for (int k = 0; k < mesh.faces.size(); ++k) corners.corner[next[mesh.faces(k)]++] = k;
+  return corners;
+}
+
+double CornerAngle(const TriangleMesh& mesh, int corner) {
+  const int f = corner / 3;
+  const Eigen::Vector3d at = mesh.vertices.col(mesh.faces(corner % 3, f));
+  const Eigen::Vector3d a = mesh.vertices.col(mesh.faces((corner + 1) % 3, f)) - at;
+  const Eigen::Vector3d b = mesh.vertices.col(mesh.faces((corner + 2) % 3, f)) - at;
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+}  // namespace
+
+ShadedMesh SplitAtCreases(const TriangleMesh& mesh, double crease_rad) {
+  const Corners corners = CornersByVertex(mesh);
+  Eigen::Matrix3Xd face_normals(3, mesh.NumFaces());  // zero for faces without area
+  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
+    face_normals.col(f) = FaceCross(mesh, f).normalized();
+  }
+  const double least_cosine = std::cos(crease_rad);
+  ShadedMesh result;
+  result.mesh.faces.resize(3, mesh.NumFaces());
+  std::vector<Eigen::Vector3d> positions, normals;
+  for (Eigen::Index v = 0; v < mesh.NumVertices(); ++v) {
+    const int first = corners.begin[v];
+    const int last = corners.begin[v + 1];
+    // Faces join while a chain of gentle steps links them, so a cone's rim stays round and the
+    // grouping does not depend on where it starts.
+    std::vector<int> group_of(last - first, -1);
+    int num_groups = 0;
+    for (int seed = 0; seed < last - first; ++seed) {
+      if (group_of[seed] >= 0) continue;
+      std::vector<int> open{seed};
+      group_of[seed] = num_groups;
+      while (!open.empty()) {
+        const auto normal = face_normals.col(corners.corner[first + open.back()] / 3);
+        open.pop_back();
+        for (int other = 0; other < last - first; ++other) {
+          if (group_of[other] >= 0) continue;
+          const auto candidate = face_normals.col(corners.corner[first + other] / 3);
+          if (normal.dot(candidate) < least_cosine) continue;
+          group_of[other] = num_groups;
+          open.push_back(other);
+        }
+      }
+      ++num_groups;
+    }
+    const auto base = static_cast<int>(positions.size());
+    normals.resize(normals.size() + num_groups, Eigen::Vector3d::Zero());
+    positions.resize(positions.size() + num_groups, mesh.vertices.col(v));
+    for (int k = first; k < last; ++k) {
+      const int corner = corners.corner[k];
+      const int vertex = base + group_of[k - first];
+      result.mesh.faces(corner % 3, corner / 3) = vertex;
+      normals[vertex] += CornerAngle(mesh, corner) * face_normals.col(corner / 3);
+    }
+  }
+  const auto count = static_cast<Eigen::Index>(positions.size());
+  result.mesh.vertices.resize(3, count);
+  result.normals.resize(3, count);
+  for (Eigen::Index v = 0; v < count; ++v) {
+    result.mesh.vertices.col(v) = positions[v];
+    const double length = normals[v].norm();
+    result.normals.col(v) =
+        length > 1e-12 ? Eigen::Vector3d(normals[v] / length) : Eigen::Vector3d::UnitZ();
+  }
+  return result;
 }
 
 }  // namespace holdfast

@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "geometry/error.h"
-#include "geometry/mesh/append.h"
+#include "geometry/mesh/mesh.h"
 #include "geometry/mesh/mesh_check.h"
 #include "geometry/mesh/winding_number.h"
 #include "geometry/parallel.h"

@@ -35,4 +35,11 @@ SurfaceDistance MeasureSurfaceDistance(const TriangleMesh& a, const TriangleMesh
 /// Throws Error for a mesh without area.
 bool SameSurface(const TriangleMesh& a, const TriangleMesh& b);
 
+/// Points of a surface that something soft would meet first (3 x n, metres): spread over the faces
+/// about `spacing_m` apart, and along sharp edges and at vertices, which points spread by area miss
+/// and which cut deepest. No two are nearer than half the spacing where one of them would do; not
+/// many more than `most` in all. The same mesh gives the same points. Throws Error for a mesh
+/// without area.
+Eigen::Matrix3Xd ContactSamples(const TriangleMesh& mesh, double spacing_m, int most);
+
 }  // namespace holdfast

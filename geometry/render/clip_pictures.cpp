@@ -2,7 +2,10 @@
 #include "geometry/render/clip_pictures.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <mutex>
+#include <numbers>
 #include <span>
 #include <string>
 
@@ -11,9 +14,11 @@
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/io/container/text_scanner.h"
+#include "geometry/mesh/mesh_topology.h"
 #include "geometry/parallel.h"
 #include "geometry/render/contact_sheet.h"
-#include "geometry/render/png.h"
+#include "geometry/render/image.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -130,6 +135,230 @@ bool WritePictures(const ClipRenderer& renderer, const ClipPictures& pictures,
              file.path);
   }
   return !draw.Stopped();
+}
+
+namespace {
+
+const Eigen::Vector3d kSkin(0.80, 0.69, 0.62);
+const Eigen::Vector3d kObject(0.36, 0.52, 0.68);
+const Eigen::Vector3d kTable(0.62, 0.56, 0.48);
+const Eigen::Vector3d kTouching(0.98, 0.70, 0.15);
+const Eigen::Vector3d kInside(0.86, 0.08, 0.10);
+const Eigen::Vector3d kMarker(0.10, 0.55, 0.30);
+constexpr double kContactDistance = 0.003;  // metres
+constexpr double kFullDepth = 0.002;        // inside by this much is wholly red
+
+constexpr double kWalk = 1.0;  // metres
+constexpr double kMarkerRadius = 0.008;
+
+constexpr double kHandRadius = 0.17;  // what the hand view shows around the fingers, metres
+
+// A mesh where its track puts it in a frame.
+TriangleMesh Placed(const TriangleMesh& mesh, const ObjectTrack& track, int frame) {
+  TriangleMesh placed = mesh;
+  placed.vertices = track.Pose(frame) * mesh.vertices;
+  return placed;
+}
+
+// Spheres at the markers seen in a frame: octahedra divided twice.
+TriangleMesh Spheres(const Eigen::Ref<const Eigen::VectorXd>& markers) {
+  constexpr int kSteps = 4;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Eigen::Vector3i> faces;
+  for (int octant = 0; octant < 8; ++octant) {
+    const Eigen::Vector3d signs(octant & 1 ? -1 : 1, octant & 2 ? -1 : 1, octant & 4 ? -1 : 1);
+    const bool mirrored = signs.prod() < 0.0;
+    const auto add = [&](int i, int j) {
+      points.push_back(signs.cwiseProduct(Eigen::Vector3d(i, j, kSteps - i - j)).normalized());
+      return static_cast<int>(points.size()) - 1;
+    };
+    const auto face = [&](int a, int b, int c) {
+      faces.emplace_back(a, mirrored ? c : b, mirrored ? b : c);
+    };
+    for (int i = 0; i < kSteps; ++i) {
+      for (int j = 0; i + j < kSteps; ++j) {
+        face(add(i + 1, j), add(i, j + 1), add(i, j));
+        if (i + j + 1 < kSteps) face(add(i + 1, j), add(i + 1, j + 1), add(i, j + 1));
+      }
+    }
+  }
+  TriangleMesh spheres;
+  const auto n = static_cast<Eigen::Index>(points.size()),
+             m = static_cast<Eigen::Index>(faces.size());
+  Eigen::Index count = 0;
+  spheres.vertices.resize(3, n * markers.size() / 3);
+  spheres.faces.resize(3, m * markers.size() / 3);
+  for (Eigen::Index k = 0; k < markers.size(); k += 3) {
+    const Eigen::Vector3d at = markers.segment<3>(k);
+    if (!at.allFinite()) continue;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      spheres.vertices.col(count * n + i) =
+          at + kMarkerRadius * points[static_cast<std::size_t>(i)];
+    }
+    for (Eigen::Index f = 0; f < m; ++f) {
+      spheres.faces.col(count * m + f) =
+          faces[static_cast<std::size_t>(f)].array() + static_cast<int>(count * n);
+    }
+    ++count;
+  }
+  spheres.vertices.conservativeResize(3, count * n);
+  spheres.faces.conservativeResize(3, count * m);
+  return spheres;
+}
+
+void RequireTrack(const Clip& clip, const std::optional<ObjectTrack>& track, const char* what) {
+  if (track && track->trans.cols() == clip.NumFrames() &&
+      track->orient.cols() == clip.NumFrames()) {
+    return;
+  }
+  throw Error("clip",
+              fmt::format("{} is to be drawn but its track is missing or has another length", what),
+              "Fit the object first (holdfast fit), or draw the body alone");
+}
+
+// Where a person's front is: azimuth, in quarters of a turn, so that who faces -y about is seen
+// from there. Who lies has none.
+double FrontOf(const JointPose& pose) {
+  const Eigen::Vector3d forward = ExpSO3(Eigen::Vector3d(pose.col(0))).col(2);
+  if (forward.head<2>().norm() < 0.5) return 0.0;
+  const double quarter = 0.5 * std::numbers::pi;
+  return quarter * std::round(std::atan2(forward.x(), -forward.y()) / quarter);
+}
+
+}  // namespace
+
+std::optional<ClipView> ParseClipView(std::string_view name) {
+  if (name == "front") return ClipView::kFront;
+  if (name == "side") return ClipView::kSide;
+  if (name == "follow") return ClipView::kFollow;
+  if (name == "hand") return ClipView::kHand;
+  return std::nullopt;
+}
+
+ClipView SheetView(const Clip& clip) {
+  const Eigen::Matrix2Xd ground = clip.trans.topRows<2>();
+  const bool walks = (ground.colwise() - ground.col(0)).colwise().norm().maxCoeff() > kWalk;
+  return walks ? ClipView::kFollow : ClipView::kFront;
+}
+
+ClipRenderer::ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body,
+                           const Eigen::VectorXd& betas, const TriangleMesh* object,
+                           const TriangleMesh* table)
+    : clip_(std::move(clip)), surface_(std::move(body), betas) {
+  if (clip_.NumFrames() > 0 && !surface_.Model().LoneHand()) front_rad_ = FrontOf(clip_.pose[0]);
+  if (object != nullptr) {
+    RequireTrack(clip_, clip_.object, "an object");
+    object_ = *object;
+    object_distance_.emplace(*object);
+  }
+  if (table != nullptr) {
+    RequireTrack(clip_, clip_.table, "a table");
+    table_ = SplitAtCreases(*table).mesh;  // boards have edges
+    const TriangleMesh first = Placed(*table_, *clip_.table, 0);
+    for (const auto p : first.vertices.colwise()) room_.extend(Eigen::Vector3d(p));
+  }
+  // Joints lie inside the body: room around them for what is skin, and for the crown of the head.
+  BodyState state;
+  for (int t = 0; t < clip_.NumFrames(); ++t) {
+    ForwardJoints(surface_.RestJoints(), clip_.pose[t], clip_.trans.col(t), state);
+    for (int j = 0; j < kNumJoints; ++j) {
+      const Eigen::Vector3d p = state.joints.col(j);
+      room_.extend(p - Eigen::Vector3d(0.08, 0.08, 0.03));
+      room_.extend(p + Eigen::Vector3d(0.08, 0.08, j == 23 || j == 24 ? 0.16 : 0.03));
+    }
+    if (!object_) continue;
+    const Eigen::Vector3d centre = object_->vertices.rowwise().mean();
+    room_.extend(ExpSO3(clip_.object->orient.col(t)) * centre + clip_.object->trans.col(t));
+  }
+}
+
+bool ClipRenderer::Holds(int frame, Side side) const {
+  const std::uint8_t bit = side == Side::kRight ? kHoldsRight : kHoldsLeft;
+  return clip_.holding_hand.empty() || (clip_.holding_hand[frame] & bit) != 0;
+}
+
+Camera ClipRenderer::CameraFor(const BodyState& state, int frame,
+                               const ClipRenderOptions& options) const {
+  const double aspect =
+      static_cast<double>(options.picture.width) / std::max(1, options.picture.height);
+  const auto azimuth = [&](double usual) { return options.azimuth_rad.value_or(usual); };
+  const auto from_front = [&](double usual) { return front_rad_ + azimuth(usual); };
+  const auto elevation = [&](double usual) { return options.elevation_rad.value_or(usual); };
+  switch (options.view) {
+    case ClipView::kFront:
+      return FitCamera(room_, from_front(-0.3), elevation(0.12), aspect);
+    case ClipView::kSide:
+      return FitCamera(room_, from_front(-0.5 * std::numbers::pi), elevation(0.1), aspect);
+    case ClipView::kFollow:
+      if (surface_.Model().LoneHand()) {  // a body's distance would leave a speck of it
+        return CloseUpCamera(state.joints.col(0), 1.6 * kHandRadius / std::min(1.0, aspect),
+                             azimuth(-0.7), elevation(0.2));
+      }
+      return OrbitCamera(state.joints.col(0) + Eigen::Vector3d(0.0, 0.0, 0.02), azimuth(-0.7),
+                         elevation(0.2), 3.4 / std::min(1.0, aspect));
+    case ClipView::kHand:
+      break;
+  }
+  const Side holds =
+      Holds(frame, Side::kRight) || !Holds(frame, Side::kLeft) ? Side::kRight : Side::kLeft;
+  const Side side = surface_.Model().LoneHand().value_or(holds);
+  const Eigen::Vector3d knuckles = state.joints.col(HandBegin(side) + 4);
+  return CloseUpCamera(knuckles, kHandRadius / std::min(1.0, aspect), azimuth(0.35),
+                       elevation(0.35));
+}
+
+Eigen::Matrix3Xd ClipRenderer::BodyColours(const BodyState& state, int frame,
+                                           bool show_contact) const {
+  Eigen::Matrix3Xd colours = kSkin.replicate(1, surface_.NumVertices());
+  if (!object_ || !show_contact) return colours;
+  const Eigen::Matrix3d world_from_object = ExpSO3(clip_.object->orient.col(frame));
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    for (const int v : surface_.Model().HandVertexIds(side)) {
+      const Eigen::Vector3d in_object =
+          world_from_object.transpose() * (state.vertices.col(v) - clip_.object->trans.col(frame));
+      const double distance = object_distance_->Distance(in_object);
+      if (distance >= kContactDistance) continue;
+      if (distance >= 0.0) {
+        const double share = 1.0 - 0.6 * distance / kContactDistance;
+        colours.col(v) = kSkin + share * (kTouching - kSkin);
+      } else {
+        const double share = 0.4 + 0.6 * std::min(1.0, -distance / kFullDepth);
+        colours.col(v) = kTouching + share * (kInside - kTouching);
+      }
+    }
+  }
+  return colours;
+}
+
+Image ClipRenderer::Draw(int frame, const ClipRenderOptions& options) const {
+  if (frame < 0 || frame >= NumFrames()) {
+    throw Error("render", fmt::format("no frame {}", frame),
+                fmt::format("The clip has frames 0 to {}", NumFrames() - 1));
+  }
+  if (options.markers.size() > 0 && options.markers.cols() != NumFrames()) {
+    throw Error("render",
+                fmt::format("markers of {} frames for {}", options.markers.cols(), NumFrames()),
+                "Give the markers that the clip was solved from");
+  }
+  BodyState state;
+  Forward(surface_, clip_.pose[frame], clip_.trans.col(frame), state);
+  const TriangleMesh body{state.vertices, surface_.Faces()};
+  const Eigen::Matrix3Xd colours = BodyColours(state, frame, options.show_contact);
+  std::vector<RenderItem> items = {{&body, kSkin, &colours}};
+  TriangleMesh object, table, markers;
+  if (options.markers.size() > 0) {
+    markers = Spheres(options.markers.col(frame));
+    items.push_back({&markers, kMarker, nullptr});
+  }
+  if (object_) {
+    object = Placed(*object_, *clip_.object, frame);
+    items.push_back({&object, kObject, nullptr});
+  }
+  if (table_) {
+    table = Placed(*table_, *clip_.table, frame);
+    items.push_back({&table, kTable, nullptr});
+  }
+  return Render(items, CameraFor(state, frame, options), options.picture);
 }
 
 }  // namespace holdfast

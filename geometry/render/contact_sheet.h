@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "geometry/render/image.h"
 
@@ -12,5 +13,15 @@ namespace holdfast {
 /// fewer than tiles). Every cell has the size of the largest tile; the rest stays white.
 /// Throws Error for no tiles or fewer than one column.
 Image ContactSheet(std::span<const Image> tiles, std::span<const std::string> labels, int columns);
+
+/// Writes a line of text with its top left corner at (x, y), in capitals of a built-in 5 x 7 font
+/// whose dots are `scale` pixels wide. Letters, digits, space and .,:;-+/_=%()#<>*' are known,
+/// anything else shows as a box. What falls outside the picture is cut off.
+void DrawLabel(Image& image, int x, int y, std::string_view text, int scale = 1,
+               std::uint8_t grey = 40);
+
+/// Width and height of a label in pixels.
+int LabelWidth(std::string_view text, int scale = 1);
+int LabelHeight(int scale = 1);
 
 }  // namespace holdfast

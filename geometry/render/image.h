@@ -3,6 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace holdfast {
@@ -28,5 +31,16 @@ struct Image {
                 static_cast<std::size_t>(x));
   }
 };
+
+/// The picture as a PNG file's bytes. The same picture gives the same bytes.
+/// Throws Error for an empty picture.
+std::string EncodePng(const Image& image);
+
+/// The inverse; grey, palette and alpha pictures come out as RGB over black.
+/// `where` names the source in messages. Throws Error for anything that is not a whole PNG.
+Image DecodePng(std::string_view bytes, std::string_view where = "png");
+
+/// EncodePng to a file, atomically.
+void WritePng(const Image& image, const std::filesystem::path& path);
 
 }  // namespace holdfast

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include <Eigen/Core>
 
+#include "geometry/mesh/mesh.h"
 #include "geometry/render/camera.h"
 
 namespace holdfast {
@@ -25,6 +28,49 @@ struct Lighting {
   /// unit, world; `albedo` linear; `key` the share of the key light that arrives (shadows).
   Eigen::Vector3f Shade(const Eigen::Vector3f& albedo, const Eigen::Vector3f& normal,
                         const Eigen::Vector3f& to_eye, float key = 1.0f) const;
+};
+
+/// Shadows that meshes cast on each other under one distant light: how near to the light the first
+/// surface is, on a grid seen from it (Williams 1978), compared over a few cells for soft edges
+/// (Reeves, Salesin & Cook 1987).
+class ShadowMap {
+ public:
+  /// `to_light`: unit direction towards the light; `finest_m`: no cell is smaller.
+  ShadowMap(std::span<const TriangleMesh* const> meshes, const Eigen::Vector3d& to_light,
+            double finest_m = 0.0);
+
+  /// Share of the light that arrives at a surface point with this unit normal, 0..1.
+  float Light(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
+
+ private:
+  // Share of a box three cells wide around (x, y) that is lit at `height`; slides smoothly.
+  float Tap(double x, double y, float height) const;
+
+  Eigen::Matrix3d light_from_world_;  // rows: two axes across the light, then towards it
+  Eigen::Vector2d corner_ = Eigen::Vector2d::Zero();
+  double cell_m_ = 1.0;
+  int size_ = 0;
+  std::vector<float> nearest_;  // size_ x size_: coordinate towards the light; empty: no shadow
+};
+
+/// How dark a horizontal plane gets under meshes: the shadow they cast along one direction, with
+/// the soft edge of a wide light, and the dimming of ambient light close beneath them. Both are
+/// drawn once into a small map of the plane and blurred.
+class GroundShadow {
+ public:
+  /// `to_light`: unit direction towards the light, z > 0. Vertices below the plane cast nothing.
+  GroundShadow(std::span<const TriangleMesh* const> meshes, double ground_height_m,
+               const Eigen::Vector3d& to_light);
+
+  /// Fraction of light that arrives at (x, y) of the plane, in (0, 1]; 1 away from everything.
+  float Light(double x, double y) const;
+
+ private:
+  static constexpr int kSize = 256;
+
+  double left_ = 0.0, bottom_ = 0.0;
+  double cells_per_metre_ = 0.0;
+  std::vector<float> light_;  // kSize x kSize, row-major from (left, bottom); empty when no shadow
 };
 
 }  // namespace holdfast

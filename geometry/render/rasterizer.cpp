@@ -12,9 +12,7 @@
 #include <Eigen/Geometry>
 
 #include "geometry/error.h"
-#include "geometry/render/ground_shadow.h"
 #include "geometry/render/lighting.h"
-#include "geometry/render/shadow_map.h"
 #include "geometry/render/visibility.h"
 
 namespace holdfast {

@@ -7,8 +7,6 @@
 
 #include <Eigen/Geometry>
 
-#include "geometry/render/triangle_scan.h"
-
 namespace holdfast {
 namespace {
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/report/report_facts.h"
-#include "geometry/report/report_payload.h"
+#include "geometry/report/report_page.h"
 
 namespace holdfast {
 

@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "geometry/clip/clip_scene.h"
+#include "geometry/clip/clip_body.h"
 #include "geometry/clip/corrective_basis.h"
 
 namespace holdfast {

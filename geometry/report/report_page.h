@@ -5,8 +5,11 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "geometry/progress.h"
+#include <nlohmann/json.hpp>
+
+#include "geometry/parallel.h"
 #include "geometry/report/report_facts.h"
 
 namespace holdfast {
@@ -38,5 +41,28 @@ ReportPage MakeReportPage(std::span<const ReportInput> clips, const ReportPageOp
 
 /// Text for HTML content and attribute values.
 std::string EscapeHtml(std::string_view text);
+
+/// Named little-endian arrays behind one another, for a page that reads them as typed arrays.
+class ReportPayload {
+ public:
+  /// Element types: float, int16, int8, uint32, uint16, uint8. `stride` is the number of values of
+  /// one row (a vertex, a frame), for the reader.
+  template <typename T>
+  void Add(std::string_view name, std::span<const T> values, int stride);
+  template <typename T>
+  void Add(std::string_view name, const std::vector<T>& values, int stride) {
+    Add(name, std::span<const T>(values), stride);
+  }
+
+  /// {name: {type, offset, count, stride}}: type as in "f32", offset in bytes.
+  const nlohmann::json& Directory() const { return directory_; }
+
+  /// All arrays, deflated (zlib format), as base64.
+  std::string Encode() const;
+
+ private:
+  nlohmann::json directory_ = nlohmann::json::object();
+  std::string bytes_;
+};
 
 }  // namespace holdfast

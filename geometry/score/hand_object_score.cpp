@@ -11,10 +11,9 @@
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
-#include "geometry/score/ball_tree.h"
 #include "geometry/score/clearance_memory.h"
 #include "geometry/score/clipped_volume.h"
-#include "geometry/score/object_shape.h"
+#include "geometry/score/object_pose_error.h"
 
 namespace holdfast {
 namespace {

@@ -1,13 +1,53 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/nearest.h"
-#include "geometry/score/object_symmetry.h"
 
 namespace holdfast {
+
+/// The rotations about `center` that carry an object's surface onto itself: its poses R and R S
+/// cannot be told apart by shape. Mirror images are not among them: no motion makes one.
+struct ObjectSymmetry {
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< object's frame, metres
+  /// The finite part, the identity first. With an axis: one of each class (identity, and the half
+  /// turn that swaps its ends if that is one).
+  std::vector<Eigen::Matrix3d> rotations = {Eigen::Matrix3d::Identity()};
+  std::optional<Eigen::Vector3d> axis;  ///< unit; any turn about it is a symmetry
+  bool sphere = false;                  ///< any rotation is one
+  /// The farthest that any of them carries a point of the surface off the surface, mm.
+  double deviation_mm = 0.0;
+
+  bool Any() const { return sphere || axis || rotations.size() > 1; }
+};
+
+struct SymmetryOptions {
+  /// A rotation is a symmetry when no sample of the surface leaves it by more than this share of
+  /// the diameter.
+  /// Small enough for a mug's handle, large enough for the thread of a bulb and the dents of a can.
+  double tolerance = 0.015;
+  int samples = 1500;  ///< on the surface, evenly spread
+};
+
+/// Looks for rotational symmetries: about the axes of inertia, about all axes perpendicular to one
+/// where two moments are equal, and about all axes where three are; turns by any angle, and by
+/// 1/2 ... 1/6 of a turn. What is found is closed under composition. Throws Error for a mesh
+/// without area.
+ObjectSymmetry DetectSymmetry(const TriangleMesh& mesh, const SymmetryOptions& options = {});
+
+/// "none", "any turn about (0, 0, 1), ends alike", "4 rotations", "any rotation".
+std::string Describe(const ObjectSymmetry& symmetry);
+
+/// Least angle (radians) between R_a and R_b S over all symmetries S.
+double AngleModulo(const Eigen::Matrix3d& R_a, const Eigen::Matrix3d& R_b,
+                   const ObjectSymmetry& symmetry);
 
 /// How far one pose of an object is from another.
 struct ObjectPoseError {
@@ -38,5 +78,18 @@ class ObjectPoseComparer {
   NearestPoints nearest_;
   double diameter_m_;
 };
+
+/// First and second moments of a surface, by its area: defined for open meshes as well.
+struct SurfaceMoments {
+  double area_m2 = 0.0;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();      ///< mean point, metres
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< about the centre, m^2
+};
+
+/// Exact integrals over the triangles. Throws Error for a mesh without area.
+SurfaceMoments MeasureMoments(const TriangleMesh& mesh);
+
+/// Greatest distance between two vertices, metres.
+double Diameter(const Eigen::Matrix3Xd& vertices);
 
 }  // namespace holdfast

@@ -10,7 +10,7 @@
 #include "geometry/body/body_frames.h"
 #include "geometry/mesh/surface_distance.h"
 #include "geometry/parallel.h"
-#include "geometry/score/ball_tree.h"
+#include "geometry/score/clearance_memory.h"
 
 namespace holdfast {
 namespace {

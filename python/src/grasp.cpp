@@ -12,7 +12,7 @@
 #include "solver/carry/standing_grasp.h"
 #include "solver/fit/clip_state.h"
 #include "solver/grasp/grasp_both.h"
-#include "solver/grasp/grasp_set_output.h"
+#include "solver/grasp/grasp_set.h"
 
 namespace holdfast::python {
 namespace {
@@ -193,7 +193,8 @@ void BindGrasp(py::module_& module) {
       "object's "
       "weight in every direction with this friction, as linear programs prove.\n\n"
       "object, at, region and avoid as for fit(). Of a use that is asked for all are of that use, "
-      "with 'auto' they come first. Returns a dict of arrays, best score first, those of grasps.npz: "
+      "with 'auto' they come first. Returns a dict of arrays, best score first, those of "
+      "grasps.npz: "
       "'wrist_from_object' and 'object_from_wrist' (N, 4, 4) metres, 'finger_pose' (N, 45) "
       "axis-angle in SMPL-X's order, 'style' (N,), 'least_friction' (N,), 'ball_lower' (N,), "
       "'contact_grasp' (C,), 'contact_point_object' and 'contact_normal_object' (C, 3) and more; "

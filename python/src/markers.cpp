@@ -13,7 +13,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "geometry/error.h"
-#include "geometry/io/markers/c3d_writer.h"
+#include "geometry/io/markers/c3d.h"
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"

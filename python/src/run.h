@@ -9,7 +9,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 
 namespace holdfast::python {
 

@@ -12,7 +12,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include "geometry/clip/clip_scene.h"
+#include "geometry/clip/clip_body.h"
 #include "geometry/error.h"
 #include "geometry/render/clip_pictures.h"
 #include "geometry/rotation.h"

@@ -12,7 +12,7 @@
 #include "python/src/numpy.h"
 #include "python/src/run.h"
 #include "solver/kernels/pair_kernel.h"
-#include "solver/terms/hand/hand_object_distance.h"
+#include "solver/terms/hand/paper_terms.h"
 
 namespace holdfast::python {
 namespace {

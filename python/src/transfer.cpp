@@ -11,7 +11,6 @@
 #include "python/src/numpy.h"
 #include "python/src/run.h"
 #include "solver/carry/carry_json.h"
-#include "solver/transfer/transfer_json.h"
 
 namespace holdfast::python {
 namespace {
@@ -75,7 +74,8 @@ TransferredPtr Transfer(const py::object& clip, const py::object& object, const 
   ClipBody to = input.body;
   if (!betas.is_none()) to.betas = Vector(betas, "betas");
   const auto from_prepared = PrepareAside(first, options.object_vertices, options.carry.threads);
-  const auto to_prepared = PrepareAside(result->object, options.object_vertices, options.carry.threads);
+  const auto to_prepared =
+      PrepareAside(result->object, options.object_vertices, options.carry.threads);
   LogNotes(to_prepared->notes);
   std::optional<SurfaceMap> used;
   if (!map.is_none()) used = MapOf(map, from_prepared->object.mesh, to_prepared->object.mesh);

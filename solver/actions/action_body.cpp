@@ -5,10 +5,9 @@
 
 #include "geometry/body/skeleton.h"
 #include "geometry/rotation.h"
-#include "solver/actions/action_frame_block.h"
-#include "solver/actions/action_stance.h"
+#include "solver/actions/action_measures.h"
+#include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/change_spline.h"
-#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {

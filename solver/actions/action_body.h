@@ -10,6 +10,9 @@
 #include "generator/matching/body_frame.h"
 #include "generator/matching/capture_quality.h"
 #include "generator/matching/leg_placement.h"
+#include "solver/body_ik/frame_pose.h"
+#include "solver/terms/body/goal_terms.h"
+#include "solver/terms/body/posture_terms.h"
 
 namespace holdfast {
 
@@ -40,5 +43,18 @@ ActionBodyReport MoveActionBody(const Eigen::Matrix3Xd& rest_joints, const FeetT
                                 const ActionScript& script, const ActionPath& path,
                                 double path_end_s, const ActionBodyOptions& options,
                                 std::vector<BodyFrame>& frames);
+
+/// All that is asked of a body in one frame of an action: 26 residuals.
+struct ActionFrameTerms {
+  HeldAtFace hand;
+  Gaze gaze;
+  TrunkLean lean;
+  LegReach legs;
+  Balance balance;
+  JointRange range;
+
+  auto Tied() const { return std::tie(hand, gaze, lean, legs, balance, range); }
+};
+using ActionFrameBlock = FrameBlock<ActionFrameTerms>;
 
 }  // namespace holdfast

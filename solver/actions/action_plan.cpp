@@ -11,7 +11,7 @@
 
 #include "generator/actions/action_catalog.h"
 #include "generator/imos/vocabulary.h"
-#include "generator/matching/random_draws.h"
+#include "generator/nn/random_stream.h"
 #include "geometry/error.h"
 #include "geometry/seed.h"
 

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "solver/markers/marked_person.h"
-#include "solver/markers/marker_trials.h"
+#include "solver/markers/marker_world.h"
 
 namespace holdfast {
 

@@ -9,7 +9,6 @@
 #include <Eigen/Core>
 
 #include "generator/actions/face_marks.h"
-#include "generator/actions/object_marks.h"
 #include "generator/scripted/reach_motion.h"
 #include "geometry/body/body_model.h"
 #include "geometry/body/hand_model.h"
@@ -17,11 +16,26 @@
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
 #include "solver/actions/action_choice.h"
-#include "solver/actions/action_grasps.h"
-#include "solver/actions/action_pairs.h"
 #include "solver/fit/fit_options.h"
 
 namespace holdfast {
+
+/// What hands choose from that carry an action: grasps of one hand, how many of them a grasp of the
+/// other hand is found for, and the vertices of the object that both are found on.
+inline constexpr int kGraspChoice = 14, kPairTries = 5, kPairVertices = 300;
+
+/// Two hands that can hold the object at once: what it changes hands with.
+struct GraspPair {
+  Grasp right, left;
+};
+
+/// Grasps of the left hand that takes the object over from the right one (TransferGrasp) before the
+/// chest of a person who stands upright, the object upright in whichever turn suits both arms. The
+/// right hand's most comfortable grasps there are tried first, `tries` of them; kept are pairs that
+/// leave both wrists within their limits.
+std::vector<GraspPair> FindGraspPairs(const HandModel& right_hand, const HandModel& left_hand,
+                                      const ActionObject& object, const std::vector<Grasp>& right,
+                                      std::uint64_t seed, int tries);
 
 /// A person who acts, of one shape: const and shared by clips.
 class ActionActor {

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <vector>
 
-#include "generator/body/arm_correction.h"
 #include "generator/body/limb_ik.h"
+#include "generator/body/pose_builder.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/rotation.h"
-#include "solver/carry/palms.h"
+#include "solver/carry/first_grasp.h"
 #include "solver/fit/clip_state.h"
 
 namespace holdfast {

@@ -14,11 +14,11 @@
 
 #include "generator/actions/action_catalog.h"
 #include "generator/imos/vocabulary.h"
-#include "generator/matching/random_draws.h"
 #include "generator/matching/set_manifest.h"
+#include "generator/nn/random_stream.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
-#include "geometry/io/container/read_json.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/parallel.h"
 #include "geometry/seed.h"
 #include "solver/actions/action_clip.h"

@@ -7,9 +7,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include "generator/actions/action_starts.h"
+#include "generator/actions/standing_start.h"
 #include "geometry/body/body_model.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 #include "solver/actions/action_plan.h"
 
 namespace holdfast {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "generator/body/limb_ik.h"
+#include "generator/matching/body_frame.h"
 #include "geometry/body/skeleton.h"
 
 namespace holdfast {
@@ -59,5 +61,12 @@ class ArmIk {
   Limb limb_;
   double longest_;
 };
+
+/// Arms that have nothing else to do, frame by frame: they hang more than the motion has it, and
+/// swing against the legs, each forward with the ankle of the other side, bending a little there.
+/// `idle` (left, right; 0 to 1) says how much of it an arm does, `walks` (0 to 1) how much swing
+/// there is. Smooth in all of them.
+void SwingArms(const Eigen::Matrix3Xd& rest_joints, const std::array<double, 2>& idle, double walks,
+               BodyFrame& frame);
 
 }  // namespace holdfast

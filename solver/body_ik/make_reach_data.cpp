@@ -10,10 +10,9 @@
 
 #include "generator/body/finger_pose.h"
 #include "generator/matching/set_manifest.h"
-#include "geometry/io/container/read_json.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/parallel.h"
 #include "geometry/seed.h"
-#include "solver/body_ik/goal_clip.h"
 #include "solver/body_ik/reach_clip.h"
 
 namespace holdfast {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "generator/matching/capture_set.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 
 namespace holdfast {
 

@@ -2,13 +2,18 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
+
+#include <nlohmann/json.hpp>
 
 #include "generator/matching/capture_quality.h"
 #include "generator/matching/foot_lock.h"
 #include "generator/matching/matched_reaches.h"
 #include "generator/matching/motion_library.h"
+#include "geometry/clip/clip.h"
 #include "solver/body_ik/reach_warp.h"
 
 namespace holdfast {
@@ -60,5 +65,11 @@ struct ReachClip {
 /// and seed give the same clip.
 ReachClip MakeReachClip(const MotionLibrary& library, const ReachClipOptions& options,
                         std::uint64_t seed);
+
+/// Writes a clip with the goals that it reaches, as networks learn them (wandr::ReadCorpus): arrays
+/// goal (K x 3, world, metres), goal_frame (K), goal_wrist (K; 1 right, 2 left) and a text
+/// provenance. Numbers are rounded to floats. Throws Error for a file that cannot be written.
+void WriteGoalClip(Clip clip, std::span<const ReachLabel> labels, const nlohmann::json& provenance,
+                   const std::filesystem::path& path);
 
 }  // namespace holdfast

@@ -8,7 +8,7 @@
 
 #include "generator/scripted/reach_motion.h"
 #include "generator/wandr/pose.h"
-#include "generator/wandr/run_rollouts.h"
+#include "generator/wandr/rollout.h"
 #include "geometry/body/skeleton.h"
 
 namespace holdfast {

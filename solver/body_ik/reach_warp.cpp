@@ -10,9 +10,8 @@
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
-#include "solver/body_ik/reach_frame_block.h"
+#include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/change_spline.h"
-#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {

@@ -9,6 +9,9 @@
 #include "generator/matching/body_frame.h"
 #include "generator/matching/leg_placement.h"
 #include "geometry/body/skeleton.h"
+#include "solver/body_ik/frame_pose.h"
+#include "solver/terms/body/goal_terms.h"
+#include "solver/terms/body/posture_terms.h"
 
 namespace holdfast {
 
@@ -52,5 +55,17 @@ struct ReachWarpReport {
 ReachWarpReport WarpReach(const Eigen::Matrix3Xd& rest_joints, const std::vector<FeetTarget>& feet,
                           const ReachWarp& warp, const ReachWarpOptions& options,
                           std::vector<BodyFrame>& frames);
+
+/// All that is asked of one frame of a reach: 20 residuals.
+struct ReachFrameTerms {
+  WristGoal wrist;
+  Gaze gaze;
+  LegReach legs;
+  Balance balance;
+  JointRange range;
+
+  auto Tied() const { return std::tie(wrist, gaze, legs, balance, range); }
+};
+using ReachFrameBlock = FrameBlock<ReachFrameTerms>;
 
 }  // namespace holdfast

@@ -21,9 +21,8 @@
 #include "geometry/error.h"
 #include "geometry/mesh/surface_distance.h"
 #include "solver/fit/clip_state.h"
-#include "solver/fit/grasps_from_clip.h"
-#include "solver/handover/hand_meeting.h"
 #include "solver/handover/hand_passage.h"
+#include "solver/handover/passage_clearance.h"
 #include "solver/recipes/imos_code.h"
 
 namespace holdfast {

@@ -13,7 +13,7 @@
 
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_body.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 #include "geometry/score/contact_score.h"
 #include "geometry/score/hand_object_score.h"
 #include "solver/carry/drink.h"

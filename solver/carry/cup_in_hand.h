@@ -6,7 +6,7 @@
 
 #include <Eigen/Core>
 
-#include "generator/actions/object_marks.h"
+#include "generator/actions/face_marks.h"
 #include "geometry/body/hand_model.h"
 #include "solver/fit/prepared_object.h"
 #include "solver/grasp/grasp.h"

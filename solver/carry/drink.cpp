@@ -7,14 +7,14 @@
 #include <functional>
 #include <vector>
 
-#include "generator/body/arm_correction.h"
 #include "generator/body/limb_ik.h"
+#include "generator/body/pose_builder.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "solver/carry/cup_in_hand.h"
 #include "solver/fit/clip_state.h"
-#include "solver/grasp/object_opening.h"
+#include "solver/grasp/object_shape.h"
 
 namespace holdfast {
 namespace {

@@ -7,11 +7,10 @@
 #include <Eigen/Core>
 
 #include "generator/actions/face_marks.h"
-#include "generator/actions/object_marks.h"
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_body.h"
-#include "solver/carry/palms.h"
+#include "solver/carry/first_grasp.h"
 #include "solver/fit/prepared_object.h"
 #include "solver/grasp/grasp.h"
 #include "solver/markers/unmarked_head.h"

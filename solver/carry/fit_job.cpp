@@ -11,7 +11,7 @@
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
-#include "geometry/import/held_distance.h"
+#include "geometry/import/load_clip.h"
 #include "solver/carry/carry_json.h"
 
 namespace holdfast {
@@ -188,8 +188,7 @@ bool FitRun::Sound() const {
 }
 
 FitRun RunFit(const FitJob& job, FitInput input,
-              const std::function<void(const std::string&)>& tell,
-              const StagedProgress& progress) {
+              const std::function<void(const std::string&)>& tell, const StagedProgress& progress) {
   const auto begin = std::chrono::steady_clock::now();
   FitRun run;
   run.options = job.carry;

@@ -10,7 +10,7 @@
 
 #include "geometry/import/load_clip.h"
 #include "geometry/options.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 #include "solver/carry/carry.h"
 
 namespace holdfast {

@@ -8,7 +8,7 @@
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "solver/fit/clip_state.h"
-#include "solver/fit/time_filters.h"
+#include "solver/fit/finger_repair.h"
 #include "solver/hand/hand_axes.h"
 
 namespace holdfast {

@@ -1,16 +1,59 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <utility>
 #include <vector>
 
 #include <ceres/sized_cost_function.h>
-
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
-#include "solver/clearance/arm_change.h"
+#include "generator/body/limb_ik.h"
+#include "geometry/body/body_model.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
+
+/// Changes to one arm in one frame: collar, shoulder, elbow, wrist, three each. Rotations
+/// R_j = S_j exp(x_j) with S_j the clip's, radians.
+using ArmChange = Eigen::Matrix<double, 12, 1>;
+using J_point_arm = Eigen::Matrix<double, 3, 12>;
+
+/// Joints of an arm, from the inside out.
+enum ArmJoint : int { kArmCollar, kArmShoulder, kArmElbow, kArmWrist };
+/// The joint in SMPL-X's numbering.
+inline constexpr int JointOfArm(Side side, int joint) {
+  constexpr int kRight[] = {kRightCollar, kRightShoulder, kRightElbow, kRightWrist};
+  return kRight[joint] - (side == Side::kLeft ? 1 : 0);
+}
+
+/// One frame's arm as the clip has it.
+struct ArmFrame {
+  std::array<Eigen::Matrix3d, 4> local;  ///< S_j
+  std::array<Eigen::Vector3d, 4> bone;   ///< from the joint before, in its frame, metres
+  Eigen::Isometry3d chest;               ///< world pose of the collar's parent
+
+  /// `state` has the joints of the frame (ForwardJoints).
+  ArmFrame(const Eigen::Matrix3Xd& rest_joints, Side side, const BodyState& state);
+};
+
+/// The arm with a change made, and how it moves with that. Scratch.
+class ArmState {
+ public:
+  void Evaluate(const ArmFrame& frame, const ArmChange& change);
+
+  const Eigen::Isometry3d& WorldFrom(int joint) const { return world_[joint]; }
+  /// d (world position `point` of something fixed to `joint`) / d change.
+  J_point_arm PointJacobian(int joint, const Eigen::Vector3d& point) const;
+  /// The world rotation vector of `joint` per change: d R = [J dx]x R.
+  J_point_arm TurnJacobian(int joint) const;
+
+ private:
+  std::array<Eigen::Isometry3d, 4> world_;
+  std::array<Eigen::Matrix3d, 4> J_omega_;
+};
 
 /// Control points of an arm's change stay small and change little from one to the next.
 ///
@@ -72,6 +115,71 @@ class ArmSpline {
  private:
   double knot_frames_;
   std::vector<ArmChange> knots_;
+};
+
+/// Elbow and wrist bend and twist no farther than joints do, or than the clip has them.
+///
+///   r_k = (max(0, a_k - highest_k) - max(0, lowest_k - a_k)) / sigma,   4 residuals
+///
+/// a: elbow flexion about its hinge, wrist flexion, ulnar deviation, twist of the forearm (of elbow
+/// and wrist together): components of log(S_j exp(x_j)), radians. x: the arm's change (12). Limits
+/// of Limb and WristLimits.
+struct ArmRange {
+  static constexpr int kRows = 4;
+  Eigen::Matrix3d elbow, wrist;     ///< S_j
+  Eigen::Matrix3d axes;             ///< columns: elbow's hinge; wrist: flexion, ulnar
+  Eigen::Vector4d lowest, highest;  ///< radians
+  double sigma_rad = 2.0 * kDegree;
+
+  ArmRange(Side side, const ArmFrame& frame)
+      : elbow(frame.local[kArmElbow]), wrist(frame.local[kArmWrist]) {
+    const double sign = side == Side::kRight ? 1.0 : -1.0;
+    const Limb arm = Arm(side);
+    const WristLimits limits;
+    axes << arm.hinge, sign * Eigen::Vector3d::UnitZ(), -sign * Eigen::Vector3d::UnitY();
+    const Eigen::Vector4d now = Angles(LogSO3(elbow), LogSO3(wrist));
+    lowest = Eigen::Vector4d(arm.min_flexion_rad, limits.flexion_min, limits.ulnar_min,
+                             -limits.twist_max)
+                 .cwiseMin(now);
+    highest =
+        Eigen::Vector4d(arm.max_flexion_rad, limits.flexion_max, limits.ulnar_max, limits.twist_max)
+            .cwiseMax(now);
+  }
+
+  Eigen::Vector4d Angles(const Eigen::Vector3d& elbow_turn,
+                         const Eigen::Vector3d& wrist_turn) const {
+    return {axes.col(0).dot(elbow_turn), axes.col(1).dot(wrist_turn), axes.col(2).dot(wrist_turn),
+            elbow_turn.x() + wrist_turn.x()};
+  }
+
+  template <typename Residuals, typename Jacobian>
+  void Evaluate(const ArmChange& change, Residuals&& residuals,
+                Jacobian&& J_residuals_change) const {
+    const Eigen::Vector3d at_elbow = change.segment<3>(3 * kArmElbow),
+                          at_wrist = change.segment<3>(3 * kArmWrist);
+    const Eigen::Vector3d elbow_turn = LogSO3(elbow * ExpSO3(at_elbow)),
+                          wrist_turn = LogSO3(wrist * ExpSO3(at_wrist));
+    const Eigen::Vector4d angles = Angles(elbow_turn, wrist_turn);
+    J_residuals_change.setZero();
+    for (int k = 0; k < kRows; ++k) {
+      residuals(k) =
+          (std::max(0.0, angles(k) - highest(k)) - std::max(0.0, lowest(k) - angles(k))) /
+          sigma_rad;
+      if (residuals(k) == 0.0) continue;
+      // log(S exp(x + dx)) = log(S exp(x)) + Jr^-1(turn) Jr(x) dx.
+      const Eigen::Vector3d axis = k < 3 ? Eigen::Vector3d(axes.col(k)) : Eigen::Vector3d::UnitX();
+      if (k == 0 || k == 3) {
+        J_residuals_change.template block<1, 3>(k, 3 * kArmElbow) =
+            axis.transpose() * InverseLeftJacobianSO3(-elbow_turn) * LeftJacobianSO3(-at_elbow) /
+            sigma_rad;
+      }
+      if (k > 0) {
+        J_residuals_change.template block<1, 3>(k, 3 * kArmWrist) =
+            axis.transpose() * InverseLeftJacobianSO3(-wrist_turn) * LeftJacobianSO3(-at_wrist) /
+            sigma_rad;
+      }
+    }
+  }
 };
 
 }  // namespace holdfast

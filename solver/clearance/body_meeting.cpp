@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "geometry/clip/clip.h"
-#include "geometry/mesh/contact_samples.h"
+#include "geometry/mesh/surface_distance.h"
 
 namespace holdfast {
 namespace {

@@ -9,15 +9,15 @@
 #include <span>
 #include <utility>
 
-#include "generator/body/arm_correction.h"
+#include "generator/body/pose_builder.h"
 #include "geometry/body/body_frames.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/clearance/arm_spline.h"
 #include "solver/clearance/clearance_blocks.h"
+#include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/change_spline.h"
-#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <mutex>
 
-#include "geometry/core_time.h"
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
 #include "geometry/io/mesh/load_object.h"

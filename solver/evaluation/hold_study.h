@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/clip/clip_scene.h"
+#include "geometry/clip/clip_body.h"
 #include "geometry/io/mesh/load_object.h"
 #include "solver/grasp/grasp.h"
 #include "solver/trial/trial_clip.h"

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "generator/wandr/heading.h"
+#include "generator/wandr/intention.h"
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
 #include "geometry/io/container/byte_source.h"

@@ -8,7 +8,6 @@
 #include <random>
 
 #include "geometry/clip/resample.h"
-#include "geometry/core_time.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"

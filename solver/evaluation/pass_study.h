@@ -8,7 +8,7 @@
 
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_body.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 #include "solver/carry/carry.h"
 
 namespace holdfast {

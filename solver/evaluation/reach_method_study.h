@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "solver/evaluation/reach_study.h"
-#include "solver/latent/reach_task.h"
+#include "solver/latent/latent_options.h"
 
 namespace holdfast {
 

@@ -7,7 +7,7 @@
 
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/walk_pace.h"
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/parallel.h"
 #include "solver/body_ik/reach_refit.h"
 #include "solver/latent/latent_optimizer.h"

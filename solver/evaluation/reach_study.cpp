@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "geometry/io/container/checksum.h"
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/byte_source.h"
+#include "geometry/io/container/json_file.h"
 #include "solver/body_ik/reach_refit.h"
 
 namespace holdfast {

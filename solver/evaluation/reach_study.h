@@ -11,9 +11,8 @@
 
 #include "generator/scripted/reach_motion.h"
 #include "generator/wandr/reach_network.h"
+#include "generator/wandr/reach_outcome.h"
 #include "generator/wandr/reach_protocol.h"
-#include "generator/wandr/reach_skating.h"
-#include "generator/wandr/reach_starts.h"
 #include "solver/evaluation/study_blocks.h"
 
 namespace holdfast {

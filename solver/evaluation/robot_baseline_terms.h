@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "solver/robot/robot_keypoints.h"
+#include "solver/robot/human_demonstration.h"
 
 namespace holdfast {
 

@@ -4,14 +4,13 @@
 #include <chrono>
 #include <cmath>
 
-#include "geometry/mesh/contact_samples.h"
+#include "geometry/mesh/surface_distance.h"
 #include "geometry/rotation.h"
 #include "solver/evaluation/robot_baseline_terms.h"
-#include "solver/robot/robot_keypoints.h"
-#include "solver/robot/robot_penetration_term.h"
-#include "solver/robot/robot_prior_terms.h"
+#include "solver/robot/human_demonstration.h"
 #include "solver/robot/robot_solver.h"
-#include "solver/unknowns/sparse_solve.h"
+#include "solver/robot/robot_terms.h"
+#include "solver/unknowns/ceres_solve.h"
 
 namespace holdfast {
 namespace {

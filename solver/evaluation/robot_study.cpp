@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "geometry/mesh/convex_hull.h"
-#include "solver/trial/robot_grip.h"
+#include "solver/trial/robot_scene.h"
 
 namespace holdfast {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/clip/clip_scene.h"
+#include "geometry/clip/clip_body.h"
 #include "solver/evaluation/robot_baselines.h"
 #include "solver/robot/robot_measures.h"
 #include "solver/trial/trial.h"

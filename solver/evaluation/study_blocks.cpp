@@ -6,8 +6,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/io/container/read_json.h"
-#include "geometry/io/container/wall_times.h"
+#include "geometry/io/container/json_file.h"
 
 namespace holdfast {
 

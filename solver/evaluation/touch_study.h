@@ -7,7 +7,7 @@
 
 #include "geometry/body/body_model.h"
 #include "geometry/io/markers/marker_recording.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 #include "solver/fit/prepared_object.h"
 #include "solver/markers/solve_markers.h"
 

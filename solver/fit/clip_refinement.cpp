@@ -13,11 +13,11 @@
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "geometry/score/hand_object_score.h"
+#include "solver/fit/finger_repair.h"
 #include "solver/fit/frame_fitter.h"
-#include "solver/fit/time_filters.h"
 #include "solver/terms/hand/object_data.h"
+#include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/rotation_manifold.h"
-#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {

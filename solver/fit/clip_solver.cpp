@@ -13,12 +13,9 @@
 #include "solver/terms/hand/hand_prior.h"
 #include "solver/terms/hand/object_data.h"
 #include "solver/terms/hand/object_motion.h"
-#include "solver/terms/hand/support.h"
-#include "solver/terms/hand/temporal.h"
-#include "solver/terms/hand/wrist_prior.h"
+#include "solver/terms/hand/paper_terms.h"
+#include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/rotation_manifold.h"
-#include "solver/unknowns/sparse_solve.h"
-#include "solver/unknowns/stop_when_asked.h"
 
 namespace holdfast {
 namespace {

@@ -11,7 +11,7 @@
 #include "geometry/body/hand_model.h"
 #include "geometry/clip/clip.h"
 #include "solver/fit/clip_state.h"
-#include "solver/fit/energy.h"
+#include "solver/fit/fit_options.h"
 
 namespace holdfast {
 

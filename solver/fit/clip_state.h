@@ -8,6 +8,7 @@
 
 #include "geometry/body/hand_model.h"
 #include "geometry/clip/clip.h"
+#include "solver/fit/fit.h"
 #include "solver/fit/fit_options.h"
 #include "solver/unknowns/wrist_offset.h"
 
@@ -37,5 +38,10 @@ inline std::uint8_t HoldingBit(Side side) {
 Clip ApplyFit(const Clip& source, std::span<const HandModel* const> hands,
               std::span<const std::uint8_t> holding, std::span<const FittedFrame> fitted,
               double release_s);
+
+/// Grasps as the clip itself has them: a hand takes hold with the fingers that the clip shows in
+/// that frame, and where the clip's hand is on the clip's object. For clips with an object
+/// trajectory, captured or predicted. `clip` and `hands` must outlive what is returned.
+GraspMaker GraspsFromClip(const Clip& clip, std::span<const HandModel* const> hands);
 
 }  // namespace holdfast

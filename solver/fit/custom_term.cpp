@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "solver/fit/energy.h"
+#include "solver/fit/fit_options.h"
 
 namespace holdfast {
 namespace {

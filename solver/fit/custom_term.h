@@ -12,7 +12,7 @@
 
 #include <Eigen/Core>
 
-#include "geometry/pose.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 

@@ -15,12 +15,12 @@
 
 #include <fmt/format.h>
 
-#include "solver/fit/wrist_offset_block.h"
+#include "solver/fit/fitted_hand.h"
 #include "solver/terms/hand/object_data.h"
-#include "solver/terms/hand/temporal.h"
+#include "solver/terms/hand/paper_terms.h"
+#include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/dense_problem.h"
 #include "solver/unknowns/rotation_manifold.h"
-#include "solver/unknowns/sparse_solve.h"
 #include "solver/unknowns/wrist_offset.h"
 
 namespace holdfast {

@@ -13,7 +13,7 @@
 #include <Eigen/Core>
 
 #include "geometry/body/hand_model.h"
-#include "solver/fit/energy.h"
+#include "solver/fit/fit_options.h"
 #include "solver/fit/fitted_hand.h"
 
 namespace holdfast {

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "geometry/rotation.h"
-#include "solver/kernels/rank_update.h"
+#include "solver/kernels/pair_kernel.h"
 #include "solver/unknowns/dense_problem.h"
 #include "solver/unknowns/rotation_manifold.h"
 

@@ -11,8 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "geometry/body/hand_model.h"
-#include "solver/fit/energy.h"
-#include "solver/unknowns/skin_term.h"
+#include "solver/fit/fit_options.h"
 #include "solver/unknowns/vertex_term.h"
 
 namespace holdfast {

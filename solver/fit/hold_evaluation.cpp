@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "geometry/parallel.h"
-#include "solver/fit/wrist_offset_block.h"
+#include "solver/fit/fitted_hand.h"
 
 namespace holdfast {
 namespace {

@@ -7,14 +7,13 @@
 
 #include <Eigen/Core>
 
-#include "solver/fit/energy.h"
+#include "solver/fit/fit_options.h"
 #include "solver/fit/hand_object_block.h"
 #include "solver/hand/hand_postures.h"
-#include "solver/terms/hand/contact.h"
-#include "solver/terms/hand/hand_object_distance.h"
 #include "solver/terms/hand/object_in_hand.h"
+#include "solver/terms/hand/paper_terms.h"
 #include "solver/terms/hand/penetration.h"
-#include "solver/terms/hand/slip.h"
+#include "solver/terms/hand/vertex_goals.h"
 
 namespace holdfast {
 

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "solver/fit/prepared_object.h"
 
+#include <algorithm>
 #include <future>
 #include <optional>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "geometry/parallel.h"
 
@@ -24,6 +27,56 @@ PreparedObject PrepareObject(LoadedObject object, int vertices, int threads) {
   fit.vertices = simplified.vertices;
   return {std::move(object), std::move(*solid), std::move(simplified), std::move(fit),
           std::move(notes)};
+}
+
+template <typename Value, typename Make>
+std::shared_ptr<const Value> FitLibrary::Find(Shelf<Value>& shelf, const std::string& key,
+                                              const Make& make) {
+  using Entry = typename Shelf<Value>::Entry;
+  std::promise<std::shared_ptr<const Value>> promise;
+  std::shared_future<std::shared_ptr<const Value>> value;
+  bool mine = false;
+  {
+    const std::scoped_lock guard(lock_);
+    const auto found = std::ranges::find(shelf.entries, key, &Entry::key);
+    if (found != shelf.entries.end()) {
+      shelf.entries.splice(shelf.entries.begin(), shelf.entries, found);
+    } else {
+      mine = true;
+      shelf.entries.push_front({key, promise.get_future().share()});
+      if (shelf.entries.size() > capacity_) shelf.entries.pop_back();
+    }
+    value = shelf.entries.front().value;
+  }
+  if (mine) {
+    try {
+      promise.set_value(make());
+    } catch (...) {
+      promise.set_exception(std::current_exception());  // the same fault for all who ask
+    }
+  }
+  return value.get();
+}
+
+std::shared_ptr<const BodyModel> FitLibrary::Body(const std::string& path) {
+  return Find(bodies_, path,
+              [&] { return path.empty() ? BodyModel::Default() : BodyModel::Load(path); });
+}
+
+std::shared_ptr<const LoadedObject> FitLibrary::Loaded(const std::string& path_or_name,
+                                                       double scale) {
+  return Find(loaded_, fmt::format("{}\n{}", path_or_name, scale), [&] {
+    return std::make_shared<const LoadedObject>(LoadObject(path_or_name, scale));
+  });
+}
+
+std::shared_ptr<const PreparedObject> FitLibrary::Object(const std::string& path_or_name,
+                                                         double scale, int vertices, int threads) {
+  const std::string key = fmt::format("{}\n{}\n{}", path_or_name, scale, vertices);
+  return Find(objects_, key, [&] {
+    return std::make_shared<const PreparedObject>(
+        PrepareObject(*Loaded(path_or_name, scale), vertices, threads));
+  });
 }
 
 }  // namespace holdfast

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <future>
+#include <list>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
+#include "geometry/body/body_model.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/score/exact_intersection.h"
 #include "solver/fit/fit_options.h"
@@ -22,5 +28,38 @@ struct PreparedObject {
 /// Simplifies the object to `vertices` for the pair terms and prepares its distances, on up to
 /// `threads` threads. Throws what Decimate and SignedDistance throw.
 PreparedObject PrepareObject(LoadedObject object, int vertices = 300, int threads = 1);
+
+/// Body models and objects that several fits share, each prepared once and by one thread, however
+/// many ask. Keeps the last few of each: memory does not grow with the number of fits.
+class FitLibrary {
+ public:
+  explicit FitLibrary(std::size_t capacity = 6) : capacity_(capacity) {}
+
+  /// The embedded body where `path` is empty. Throws what BodyModel::Load throws.
+  std::shared_ptr<const BodyModel> Body(const std::string& path);
+  /// The object alone, at once. Throws what LoadObject throws.
+  std::shared_ptr<const LoadedObject> Loaded(const std::string& path_or_name, double scale);
+  /// Throws what LoadObject and Decimate throw; prepares on `threads` threads.
+  std::shared_ptr<const PreparedObject> Object(const std::string& path_or_name, double scale,
+                                               int vertices, int threads);
+
+ private:
+  template <typename Value>
+  struct Shelf {
+    struct Entry {
+      std::string key;
+      std::shared_future<std::shared_ptr<const Value>> value;
+    };
+    std::list<Entry> entries;  // the last one asked for comes first
+  };
+  template <typename Value, typename Make>
+  std::shared_ptr<const Value> Find(Shelf<Value>& shelf, const std::string& key, const Make& make);
+
+  std::size_t capacity_;
+  std::mutex lock_;
+  Shelf<BodyModel> bodies_;
+  Shelf<LoadedObject> loaded_;
+  Shelf<PreparedObject> objects_;
+};
 
 }  // namespace holdfast

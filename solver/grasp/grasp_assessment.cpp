@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "solver/grasp/grasp_handle_placement.h"
-#include "solver/grasp/grasp_quality.h"
+#include "solver/grasp/grasp_placement.h"
 
 namespace holdfast {
 namespace {

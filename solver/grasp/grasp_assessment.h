@@ -13,9 +13,9 @@
 #include "geometry/score/contact_metrics.h"
 #include "solver/grasp/grasp.h"
 #include "solver/grasp/grasp_handle.h"
-#include "solver/grasp/grasp_obstacles.h"
+#include "solver/grasp/grasp_place.h"
 #include "solver/grasp/grasp_use.h"
-#include "solver/terms/hand/intrusion.h"
+#include "solver/terms/hand/penetration.h"
 
 namespace holdfast {
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "generator/body/arm_correction.h"
+#include "generator/body/pose_builder.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/grasp/grasp_assessment.h"

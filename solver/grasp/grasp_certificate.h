@@ -12,7 +12,7 @@
 #include "geometry/body/hand_model.h"
 #include "geometry/mesh/distance_grid.h"
 #include "geometry/mesh/mesh.h"
-#include "solver/grasp/grasp_quality.h"
+#include "solver/grasp/grasp_placement.h"
 #include "solver/hand/hand_postures.h"
 
 namespace holdfast {

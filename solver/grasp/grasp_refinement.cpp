@@ -6,12 +6,11 @@
 #include <utility>
 #include <vector>
 
-#include "solver/terms/hand/finger_collision.h"
-#include "solver/terms/hand/grasp_contact.h"
 #include "solver/terms/hand/hand_prior.h"
 #include "solver/terms/hand/penetration.h"
+#include "solver/terms/hand/vertex_goals.h"
+#include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/dense_problem.h"
-#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {

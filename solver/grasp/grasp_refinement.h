@@ -8,7 +8,7 @@
 
 #include "geometry/mesh/distance_grid.h"
 #include "solver/grasp/finger_closing.h"
-#include "solver/terms/hand/intrusion.h"
+#include "solver/terms/hand/penetration.h"
 
 namespace holdfast {
 

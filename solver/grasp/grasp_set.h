@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <map>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -8,6 +9,8 @@
 #include <Eigen/Core>
 
 #include "geometry/body/hand_model.h"
+#include "geometry/body/skeleton.h"
+#include "geometry/io/container/npz.h"
 #include "geometry/mesh/distance_grid.h"
 #include "geometry/mesh/mesh.h"
 #include "solver/grasp/grasp.h"
@@ -62,5 +65,13 @@ GraspSet FindGrasps(const HandModel& hand, const TriangleMesh& object, const Dis
 /// Whether two poses of the wrist in the object's frame are distinct.
 bool AreDistinct(const Eigen::Isometry3d& wrist_from_object, const Eigen::Isometry3d& other,
                  double apart_m, double apart_rad);
+
+/// A set of N grasps with C contacts in all as arrays by name, as docs/formats.md lists them: poses
+/// (N, 4, 4), finger angles (N, 45), qualities (N,), contacts (C, ...) with the grasp of each.
+std::map<std::string, NpyArray> GraspSetArrays(const GraspSet& set, const std::string& object,
+                                               Side side);
+
+/// The qualities and the wrist's pose as a table: a row for each grasp, best first.
+std::string GraspSetCsv(const GraspSet& set);
 
 }  // namespace holdfast

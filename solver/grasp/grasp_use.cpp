@@ -2,9 +2,14 @@
 #include "solver/grasp/grasp_use.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
+#include <vector>
 
-#include "solver/grasp/use_by_kind.h"
+#include <Eigen/Geometry>
+
+#include "solver/grasp/object_shape.h"
 
 namespace holdfast {
 
@@ -124,6 +129,267 @@ void AddUseOption(OptionTable& table, std::optional<GraspUse>& use) {
                "How people take such an object: handle (by its loop), tool (by the grip, thumb "
                "towards the head), vessel (upright, rim free), box (across the narrow side), dish "
                "(level, by the rim), any (wherever it is firmest), or auto: judged by its shape");
+}
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+constexpr double kWidestHold = 0.104;  // what a hand spans
+constexpr double kHandBreadth = 0.09;
+
+// Nothing above a rim: neither fingers in what is poured, nor a palm on it.
+UseZone Above(const ObjectOpening& opening, double below_rim) {
+  return {opening.middle - opening.middle.dot(opening.up) * opening.up,
+          opening.up,
+          opening.rim - below_rim,
+          opening.rim + 0.2,
+          0.0,
+          opening.radius + 0.012};
+}
+
+// The way up of what stands along `axis`: z if that is it, else its opening or its thinner end.
+Vector3d UpAlong(const ObjectShape& shape, const Vector3d& axis) {
+  if (std::abs(axis.z()) > 0.9) return axis.z() > 0.0 ? axis : Vector3d(-axis);
+  const bool heavy_above = axis.dot(shape.centroid) > shape.Along(axis).Middle();
+  return heavy_above ? Vector3d(-axis) : axis;
+}
+
+}  // namespace
+
+std::optional<ObjectUse> AsHandle(const ObjectShape& shape, const ObjectOpening& opening,
+                                  std::span<const Handle> handles) {
+  if (handles.empty()) return std::nullopt;
+  ObjectUse use;
+  use.kind = GraspUse::kHandle;
+  use.up_weight = 3.0;
+  Vector3d bars = Vector3d::Zero();
+  double flat = 0.0;
+  for (const Handle& handle : handles) {
+    bars += handle.bar / static_cast<double>(handles.size());
+    flat += std::abs(handle.through.z()) / static_cast<double>(handles.size());
+  }
+  if (opening.Any()) {
+    use.up = opening.up;
+    use.keep_free.push_back(Above(opening, 0.004));
+  }
+  if (flat > 0.8 && !opening.Any()) {
+    // Lies on its side: scissors, clamps. What is opposite the loops points away from the wrist.
+    const Vector3d away = shape.middle - bars;
+    use.up_weight = 1.0;
+    const Vector3d level = away - away.z() * Vector3d::UnitZ();
+    if (level.norm() > 0.02) use.thumb = level.normalized();
+  } else if (std::abs(handles.front().along.dot(use.up)) > 0.5) {
+    use.thumb = use.up;
+  }
+  return use;
+}
+
+std::optional<ObjectUse> AsBox(const ObjectShape& shape, const ObjectBox& box, bool wanted) {
+  const bool is_box = box.filled > 0.87 || (box.filled > 0.65 && box.square > 0.75);
+  if (!(wanted ? box.filled > 0.5 : is_box) || box.side[2] > 0.095) return std::nullopt;
+  if (!wanted && box.side[2] < 0.004) return std::nullopt;  // a sheet
+  ObjectUse use;
+  use.kind = GraspUse::kBox;
+  const bool card = box.side[2] < 0.02 && box.side[1] < 0.095;  // a phone lies in the palm
+  const double across = card ? box.side[1] : box.side[2];
+  for (int k = card ? 1 : 2; k >= 0; --k) {
+    if (box.side[k] < 1.15 * across && box.side[k] < 0.095) use.press.push_back(box.axes.col(k));
+  }
+  if (card) {
+    // Its face is to be seen.
+    const Vector3d up = box.axes.col(2).z() < 0.0 ? Vector3d(-box.axes.col(2)) : box.axes.col(2);
+    use.ahead = box.axes.col(1);
+    use.up = up;
+    use.up_weight = 1.0;
+    const double top = shape.Along(up).high;
+    use.keep_free.push_back({shape.middle - shape.middle.dot(up) * up, up, top + 0.002, top + 0.2,
+                             0.0, 0.4 * box.side[1]});
+    return use;
+  }
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d axis = box.axes.col(k);
+    if (std::abs(axis.z()) < 0.9) continue;
+    if (k == 2) break;
+    use.up_weight = 3.0;
+    // A hand comes from the side, half way up, the thumb above; a wide box it takes near an edge.
+    constexpr double kFromEdge = 0.055;
+    const double half = std::max(0.05, 0.25 * box.side[k]);
+    const Vector3d up = axis.z() > 0.0 ? axis : Vector3d(-axis);
+    const double middle = shape.Along(up).Middle();
+    use.thumb = up;
+    use.hold = UseZone{shape.middle - shape.middle.dot(up) * up, up, middle - half, middle + half,
+                       std::max(0.0, 0.5 * box.side[1 - k] - kFromEdge)};
+  }
+  return use;
+}
+
+std::optional<ObjectUse> AsTool(const ObjectShape& shape, const ObjectOpening& opening,
+                                bool wanted) {
+  const ObjectBar bar = FindBar(shape);
+  if (bar.last - bar.first < 2 || bar.Length() < (wanted ? 0.03 : 0.04)) return std::nullopt;
+  const ShapeSlices& slices = bar.slices;
+  const Vector3d &axis = slices.axis, &line = bar.line;
+  const double whole = slices.span.Length(), wide = bar.wide;
+  const AxisSpan run = bar.Run();
+  const std::array<BeyondBar, 2>& ends = bar.ends;
+  int head = ends[1].Bulk() > ends[0].Bulk() ? 1 : 0;
+  bool has_head = ends[head].length > 0.25 * bar.Length() || ends[head].reach > 0.8 * wide;
+  if (ends[head].Bulk() == 0.0) has_head = false;
+  AxisSpan held = run;
+  if (!has_head) {
+    // A bar as a whole: its bar is the end that is thicker and more even.
+    if (whole < 2.2 * wide || whole < 0.09 || bar.bend > 0.006) return std::nullopt;
+    const auto worth = [&](double from, double to) {
+      double thick = 0.0, mean = 0.0, square = 0.0;
+      int n = 0;
+      for (int k = slices.Of(from); k <= slices.Of(to - 1e-6); ++k) {
+        thick += std::min(slices.at[k].narrow, 0.03);
+        mean += slices.at[k].wide;
+        square += slices.at[k].wide * slices.at[k].wide;
+        ++n;
+      }
+      mean /= n;
+      return thick / n / (1.0 + 4.0 * std::sqrt(std::max(0.0, square / n - mean * mean)) / mean);
+    };
+    const double part = 0.45 * run.Length();
+    const double low = worth(run.low, run.low + part), high = worth(run.high - part, run.high);
+    if (std::max(low, high) < 1.15 * std::min(low, high)) {
+      if (!wanted) return std::nullopt;
+    } else {
+      has_head = true;
+      head = low > high ? 1 : 0;
+    }
+    held = head == 1 ? AxisSpan{run.low, run.low + 0.6 * run.Length()}
+                     : AxisSpan{run.high - 0.6 * run.Length(), run.high};
+  }
+  const double sign = head == 1 ? 1.0 : -1.0;
+  ObjectUse use;
+  use.kind = GraspUse::kTool;
+  const bool pinned = ends[1 - head].Bulk() > 0.0;  // something at the other end, too
+  // A hand's breadth near the end, not beyond it.
+  const double breadth = std::min(kHandBreadth, held.Length());
+  const double from_end = (pinned ? 0.5 : 0.15) * (held.Length() - breadth);
+  const double start = head == 1 ? held.low + from_end : held.high - from_end - breadth;
+  use.hold = UseZone{line, axis, start - 0.005, start + breadth + 0.005};
+  use.held_at = line + (start + 0.5 * breadth) * axis;
+  if (!has_head) return use;
+  use.thumb = sign * axis;
+  const Vector3d& off = ends[head].off;
+  // A pistol bar: the head stands out far, and farther to one side. With a battery at the other
+  // end a little farther is enough.
+  const double reach = ends[head].reach;
+  const bool stands_out = reach > std::max(0.045, 1.5 * wide);
+  if (opening.Any()) {  // a pan
+    use.up = opening.up;
+    use.up_weight = 3.0;
+  } else if (stands_out && off.norm() > (bar.Waist() ? 0.004 : std::max(0.012, 0.15 * reach))) {
+    use.ahead = off.normalized();
+    use.up = use.thumb;
+    use.up_weight = 2.0;
+  }
+  return use;
+}
+
+std::optional<ObjectUse> AsVessel(const ObjectShape& shape, const ObjectOpening& opening,
+                                  bool wanted) {
+  // About which axis: that of the opening, or one that it is round or long about.
+  std::vector<Vector3d> axes;
+  if (opening.Any()) axes.push_back(opening.up);
+  axes.push_back(Vector3d::UnitZ());
+  for (int k = 0; k < 3; ++k) axes.push_back(shape.axes.col(k));
+  for (const Vector3d& axis : axes) {
+    const bool open = opening.Any() && std::abs(axis.dot(opening.up)) > 0.9;
+    const ShapeSlices slices = CutIntoSlices(shape, axis, 24);
+    std::vector<double> narrow, wide;
+    for (const ShapeSlice& slice : slices.at) {
+      if (slice.count < 4) continue;
+      narrow.push_back(slice.narrow);
+      wide.push_back(slice.wide);
+    }
+    if (narrow.empty()) continue;
+    const double widest = *std::max_element(wide.begin(), wide.end());
+    const bool straight = std::ranges::all_of(slices.at, [&](const ShapeSlice& slice) {
+      const Vector3d apart = slice.center - shape.middle;
+      return slice.count < 4 || (apart - apart.dot(axis) * axis).norm() < 0.015;
+    });
+    std::nth_element(narrow.begin(), narrow.begin() + narrow.size() / 2, narrow.end());
+    const double thick = narrow[narrow.size() / 2];
+    const double height = slices.span.Length();
+    const bool round = Roundness(shape, axis, shape.middle) > 0.75;
+    if (thick > kWidestHold || (!open && (widest < 0.042 || thick < (round ? 0.034 : 0.045))))
+      continue;
+    const bool tall = height > (open ? 0.6 : round ? 1.05 : 1.4) * widest;
+    if (!wanted && (!tall || !(round || open || (straight && widest < kWidestHold)))) continue;
+    if (wanted && height < 0.5 * widest) continue;
+    ObjectUse use;
+    use.kind = GraspUse::kVessel;
+    use.up = open ? opening.up : UpAlong(shape, axis);
+    use.up_weight = 3.0;
+    const AxisSpan stand = shape.Along(use.up);
+    const double top = stand.high;
+    // Below what is drunk from or screwed, above the table.
+    const double low = stand.low + 0.12 * height;
+    const double high = top - std::clamp(0.2 * height, 0.015, 0.06);
+    const Vector3d line = shape.middle - shape.middle.dot(use.up) * use.up;
+    use.hold = UseZone{line, use.up, low, high};
+    use.held_at = line + std::clamp(use.up.dot(shape.centroid), low + 0.2 * (high - low),
+                                    high - 0.2 * (high - low)) *
+                             use.up;
+    use.keep_free.push_back({line, use.up, top - 0.004, top + 0.25});
+    use.keep_free.push_back({line, use.up, stand.low - 0.25, stand.low + 0.002});
+    if (!round && widest > 1.25 * thick) {
+      // Across the narrow side.
+      double least = 1e9;
+      Vector3d across = Vector3d::Zero();
+      const Vector3d x = use.up.unitOrthogonal(), y = use.up.cross(x);
+      for (int w = 0; w < 36; ++w) {
+        const double angle = std::numbers::pi * w / 36;
+        const Vector3d way = std::cos(angle) * x + std::sin(angle) * y;
+        const double width = shape.Along(way).Length();
+        if (width < least) {
+          least = width;
+          across = way;
+        }
+      }
+      use.press.push_back(across);
+    }
+    return use;
+  }
+  return std::nullopt;
+}
+
+std::optional<ObjectUse> AsDish(const ObjectShape& shape, const ObjectOpening& opening,
+                                bool wanted) {
+  ObjectUse use;
+  use.kind = GraspUse::kDish;
+  use.up_weight = 3.0;
+  use.held_anywhere = true;
+  const Vector3d flat = shape.axes.col(2);
+  if (opening.Any()) {
+    use.up = opening.up;
+  } else {
+    use.up = flat.z() < 0.0 ? Vector3d(-flat) : flat;
+  }
+  const AxisSpan stand = shape.Along(use.up);
+  const Vector3d line = shape.middle - shape.middle.dot(use.up) * use.up;
+  double radius = 0.0, least = 1e9;
+  const Vector3d x = use.up.unitOrthogonal(), y = use.up.cross(x);
+  for (int w = 0; w < 12; ++w) {
+    const double angle = std::numbers::pi * w / 12;
+    const double width = shape.Along(std::cos(angle) * x + std::sin(angle) * y).Length();
+    radius = std::max(radius, 0.5 * width);
+    least = std::min(least, 0.5 * width);
+  }
+  if (!wanted && (2.0 * least < kWidestHold || stand.Length() > 1.4 * least)) return std::nullopt;
+  if (!opening.Any() && stand.Length() > 0.045) return std::nullopt;
+  // The rim: the top of the wall of a bowl, the edge of a plate.
+  const double deep = opening.Any() ? std::max(0.5 * (opening.rim - opening.floor), 0.02) : 1.0;
+  use.hold = UseZone{line, use.up, stand.high - deep, stand.high + 0.01, least - 0.035};
+  if (stand.Length() < 0.045) use.press.push_back(use.up);
+  return use;
 }
 
 }  // namespace holdfast

@@ -12,7 +12,8 @@
 #include "geometry/mesh/mesh.h"
 #include "geometry/options.h"
 #include "solver/grasp/grasp_handle.h"
-#include "solver/grasp/grasp_quality.h"
+#include "solver/grasp/grasp_placement.h"
+#include "solver/grasp/object_shape.h"
 
 namespace holdfast {
 
@@ -75,5 +76,17 @@ struct ObjectUse {
 /// Deterministic; never throws for a mesh with area, open or in pieces.
 ObjectUse FindUse(const TriangleMesh& mesh, const DistanceGrid& object,
                   std::span<const Handle> handles, std::optional<GraspUse> wanted = {});
+
+/// How an object is taken for each kind of use; nothing where its shape is not of that kind.
+/// `wanted`: it was asked for, so that less of a likeness will do.
+std::optional<ObjectUse> AsHandle(const ObjectShape& shape, const ObjectOpening& opening,
+                                  std::span<const Handle> handles);
+std::optional<ObjectUse> AsBox(const ObjectShape& shape, const ObjectBox& box, bool wanted);
+std::optional<ObjectUse> AsTool(const ObjectShape& shape, const ObjectOpening& opening,
+                                bool wanted);
+std::optional<ObjectUse> AsVessel(const ObjectShape& shape, const ObjectOpening& opening,
+                                  bool wanted);
+std::optional<ObjectUse> AsDish(const ObjectShape& shape, const ObjectOpening& opening,
+                                bool wanted);
 
 }  // namespace holdfast

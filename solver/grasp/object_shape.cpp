@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "solver/grasp/object_shape.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -157,6 +161,178 @@ bool IsBall(const ObjectShape& shape) {
   const Eigen::RowVectorXd far = (shape.points.colwise() - shape.middle).colwise().norm();
   const double mean = far.mean();
   return std::sqrt((far.array() - mean).square().mean()) < 0.13 * mean;
+}
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+// Whether a ray meets the object.
+bool Meets(const DistanceGrid& object, const Vector3d& from, const Vector3d& way, double farthest) {
+  for (double s = 0.0; s < farthest;) {
+    const double d = object.Distance(from + s * way);
+    if (d < 0.0006) return true;
+    s += std::max(d, 0.0005);
+  }
+  return false;
+}
+
+ObjectOpening OpeningTowards(const ObjectShape& shape, const Vector3d& up) {
+  constexpr int kStride = 6, kRays = 8;
+  constexpr double kOff = 0.006;
+  const double size = Extent(shape.mesh).norm();
+  const Vector3d x = up.unitOrthogonal(), y = up.cross(x);
+  ObjectOpening opening;
+  opening.up = up;
+  opening.floor = std::numeric_limits<double>::infinity();
+  opening.rim = -opening.floor;
+  std::vector<Vector3d> inside;
+  int tried = 0;
+  for (Eigen::Index i = 0; i < shape.points.cols(); i += kStride) {
+    ++tried;
+    Vector3d normal;
+    shape.object.Distance(shape.points.col(i), &normal);
+    if (normal.norm() < 0.3) continue;
+    const Vector3d from = shape.points.col(i) + kOff * normal.normalized();
+    if (shape.object.Distance(from) < 0.3 * kOff || Meets(shape.object, from, up, size)) continue;
+    bool enclosed = true;
+    for (int ray = 0; ray < kRays && enclosed; ++ray) {
+      const double angle = 2.0 * std::numbers::pi * ray / kRays;
+      enclosed = Meets(shape.object, from, std::cos(angle) * x + std::sin(angle) * y, size);
+    }
+    if (!enclosed) continue;
+    inside.push_back(shape.points.col(i));
+    const double height = up.dot(shape.points.col(i));
+    opening.floor = std::min(opening.floor, height);
+    opening.rim = std::max(opening.rim, height);
+    opening.middle += shape.points.col(i);
+  }
+  if (inside.empty()) return {};
+  opening.share = static_cast<double>(inside.size()) / tried;
+  opening.middle /= static_cast<double>(inside.size());
+  for (const Vector3d& point : inside) {
+    const Vector3d apart = point - opening.middle;
+    opening.radius = std::max(opening.radius, (apart - apart.dot(up) * up).norm());
+  }
+  return opening;
+}
+
+}  // namespace
+
+ObjectOpening FindOpening(const ObjectShape& shape) {
+  ObjectOpening best = OpeningTowards(shape, Vector3d::UnitZ());
+  if (best.Any()) return best;
+  best = {};
+  for (const Matrix3d& axes : {Matrix3d(Matrix3d::Identity()), shape.axes}) {
+    for (int k = 0; k < 6; ++k) {
+      const ObjectOpening opening = OpeningTowards(shape, (k < 3 ? 1.0 : -1.0) * axes.col(k % 3));
+      if (opening.Any() && opening.share > std::max(best.share, 0.18)) best = opening;
+    }
+  }
+  return best;
+}
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+constexpr double kThickestBar = 0.066;  // its cross-section, its longer side
+constexpr double kThinnestBar = 0.006;
+
+// The longest run of slices that a hand closes around.
+ObjectBar LongestRun(ShapeSlices slices) {
+  ObjectBar bar;
+  bar.slices = std::move(slices);
+  const auto fits = [&](const ShapeSlice& slice) {
+    return slice.count >= 4 && slice.wide < kThickestBar && slice.narrow > kThinnestBar &&
+           slice.narrow < 0.052;
+  };
+  const int count = static_cast<int>(bar.slices.at.size());
+  for (int first = 0; first < count;) {
+    int last = first - 1;
+    while (last + 1 < count && fits(bar.slices.at[last + 1])) ++last;
+    if (last - first > bar.last - bar.first) {
+      bar.first = first;
+      bar.last = last;
+    }
+    first = last + 2;
+  }
+  return bar;
+}
+
+void MeasureBar(const ObjectShape& shape, ObjectBar& bar) {
+  const ShapeSlices& slices = bar.slices;
+  const int count = bar.last - bar.first + 1;
+  for (int k = bar.first; k <= bar.last; ++k) {
+    bar.line += slices.at[k].center / count;
+    bar.wide += slices.at[k].wide / count;
+  }
+  bar.line -= bar.line.dot(slices.axis) * slices.axis;
+  for (int k = bar.first; k <= bar.last; ++k) {
+    const Vector3d& center = slices.at[k].center;
+    const Vector3d apart = center - center.dot(slices.axis) * slices.axis - bar.line;
+    bar.bend = std::max(bar.bend, apart.norm());
+  }
+  const AxisSpan run = bar.Run();
+  bar.ends[0].length = run.low - slices.span.low;
+  bar.ends[1].length = slices.span.high - run.high;
+  for (Eigen::Index i = 0; i < shape.points.cols(); ++i) {
+    const double s = slices.axis.dot(shape.points.col(i));
+    if (s > run.low && s < run.high) continue;
+    BeyondBar& end = bar.ends[s > run.low ? 1 : 0];
+    const Vector3d apart = shape.points.col(i) - s * slices.axis - bar.line;
+    end.off += apart;
+    end.reach = std::max(end.reach, apart.norm());
+    ++end.count;
+  }
+  for (BeyondBar& end : bar.ends) end.off /= std::max(1, end.count);
+}
+
+// The direction in which the middles of a run's slices follow each other.
+Vector3d LineOf(const ObjectBar& bar) {
+  Matrix3Xd centers(3, bar.last - bar.first + 1);
+  for (int k = bar.first; k <= bar.last; ++k) {
+    centers.col(k - bar.first) = bar.slices.at[k].center;
+  }
+  const Matrix3Xd apart = centers.colwise() - centers.rowwise().mean();
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(apart * apart.transpose());
+  return eigen.eigenvectors().col(2);
+}
+
+}  // namespace
+
+bool ObjectBar::Waist() const {
+  return std::ranges::all_of(
+      ends, [&](const BeyondBar& end) { return end.length > 0.02 && end.reach > 0.75 * wide; });
+}
+
+ObjectBar FindBar(const ObjectShape& shape) {
+  constexpr int kDirections = 90, kSlices = 36;
+  constexpr double kStraight = 0.966;
+  ObjectBar best;
+  double most = -1.0;
+  const auto attempt = [&](const Vector3d& axis, bool anyway) {
+    ObjectBar bar = LongestRun(CutIntoSlices(shape, axis, kSlices));
+    if (bar.last - bar.first < 2) return;
+    if (std::abs(LineOf(bar).dot(axis)) < kStraight) return;
+    MeasureBar(shape, bar);
+    const double worth = bar.Length() - bar.wide + (bar.Waist() ? 0.06 : 0.0);
+    if (!anyway && worth <= most) return;
+    most = worth;
+    best = std::move(bar);
+  };
+  for (int k = 0; k < 3; ++k) attempt(shape.axes.col(k), false);
+  for (int i = 0; i < kDirections; ++i) {
+    const double z = (i + 0.5) / kDirections, r = std::sqrt(1.0 - z * z);
+    const double angle = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
+    attempt({r * std::cos(angle), r * std::sin(angle), z}, false);
+  }
+  for (int round = 0; round < 2 && best.last > best.first; ++round) attempt(LineOf(best), true);
+  return best;
 }
 
 }  // namespace holdfast

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <vector>
+
 #include <Eigen/Core>
 
 #include "geometry/body/hand_model.h"
@@ -32,6 +37,66 @@ class HandEvaluation {
   FingerPose fingers_;
   bool valid_ = false;
   bool has_jacobian_ = false;
+};
+
+/// Points in patches of neighbours, so that the least distance to something is found without
+/// looking at all of them: a patch is skipped when its middle is too far away. Const and shared by
+/// threads.
+class PointPatches {
+ public:
+  PointPatches() = default;
+  /// Those of `points` (3 x n, metres) with these ids. `give`: how much patches may grow when the
+  /// points move later, as a share.
+  PointPatches(const Eigen::Matrix3Xd& points, std::vector<int> ids, double give = 0.0);
+
+  const std::vector<int>& Ids() const { return ids_; }
+
+  /// The least of `most` and `value(id)` over the points: `value` may not change by more than the
+  /// way from point to point, as distances do not. Returns early once below `enough`.
+  template <typename Value>
+  double Least(const Value& value, double most = std::numeric_limits<double>::infinity(),
+               double enough = -std::numeric_limits<double>::infinity()) const {
+    std::array<double, kMostPatches> middle;
+    double least = most;
+    for (std::size_t p = 0; p < patches_.size(); ++p) {
+      middle[p] = value(ids_[patches_[p].begin]);
+      least = std::min(least, middle[p]);
+      if (least < enough) return least;
+    }
+    for (std::size_t p = 0; p < patches_.size(); ++p) {
+      if (middle[p] - patches_[p].radius >= least) continue;
+      for (int n = patches_[p].begin + 1; n < patches_[p].end; ++n) {
+        if (middle[p] - reach_[n] < least) least = std::min(least, value(ids_[n]));
+      }
+      if (least < enough) return least;
+    }
+    return least;
+  }
+
+  /// Calls visit(id) for the points whose value, which may not change faster than that, may be
+  /// below `limit`.
+  template <typename Value, typename Visit>
+  void ForBelow(double limit, const Value& value, const Visit& visit) const {
+    for (const Patch& patch : patches_) {
+      const double middle = value(ids_[patch.begin]);
+      if (middle - patch.radius >= limit) continue;
+      for (int n = patch.begin; n < patch.end; ++n) {
+        if (middle - reach_[n] < limit) visit(ids_[n]);
+      }
+    }
+  }
+
+ private:
+  static constexpr int kMostPatches = 256;
+  struct Patch {
+    int begin, end;  // in ids_; the first is in the middle
+    double radius;
+  };
+  void Split(const Eigen::Matrix3Xd& points, int begin, int end, int size, double give);
+
+  std::vector<int> ids_;
+  std::vector<double> reach_;  // of each of those, from the middle of its patch
+  std::vector<Patch> patches_;
 };
 
 }  // namespace holdfast

@@ -10,7 +10,7 @@
 #include "geometry/body/hand_model.h"
 #include "geometry/mesh/distance_grid.h"
 #include "solver/hand/hand_axes.h"
-#include "solver/hand/point_patches.h"
+#include "solver/hand/hand_evaluation.h"
 
 namespace holdfast {
 

@@ -15,12 +15,12 @@
 #include <vector>
 
 #include "geometry/error.h"
-#include "geometry/mesh/append.h"
+#include "geometry/mesh/mesh.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/grasp/grasp_assessment.h"
 #include "solver/grasp/grasp_refinement.h"
-#include "solver/handover/hand_balls.h"
+#include "solver/handover/grasps_by_transfer.h"
 
 namespace holdfast {
 namespace {

@@ -5,11 +5,16 @@
 #include <memory>
 #include <vector>
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
 #include "geometry/body/hand_model.h"
 #include "geometry/mesh/distance_grid.h"
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
 #include "solver/fit/fit.h"
+#include "solver/grasp/grasp.h"
+#include "solver/hand/hand_postures.h"
 #include "solver/handover/grasp_transfer.h"
 
 namespace holdfast {
@@ -45,5 +50,12 @@ GraspMaker GraspsByTransfer(const HandModel& right, const HandModel& left,
                             const DistanceGrid& distance, const GraspTransferOptions& options,
                             std::vector<Handover>* handovers, ReceivingHands receivers = {},
                             std::vector<GraspTransfer> made = {});
+
+/// A hand as balls (x, y, z, radius; 4 x n, metres, wrist's frame): those of its fingers, then 16
+/// in the palm. The same number, in the same order, for any fingers.
+Eigen::Matrix4Xd HandBalls(const HandAnatomy& anatomy, const FingerPose& fingers);
+
+/// Balls with their centres moved.
+Eigen::Matrix4Xd MovedBalls(const Eigen::Isometry3d& by, Eigen::Matrix4Xd balls);
 
 }  // namespace holdfast

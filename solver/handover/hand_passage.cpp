@@ -14,9 +14,7 @@
 #include "solver/fit/clip_state.h"
 #include "solver/grasp/hand_approach.h"
 #include "solver/handover/grasps_by_transfer.h"
-#include "solver/handover/hand_balls.h"
 #include "solver/handover/passage_clearance.h"
-#include "solver/handover/passage_easing.h"
 
 namespace holdfast {
 namespace {

@@ -12,7 +12,7 @@
 #include "geometry/body/skeleton.h"
 #include "geometry/error.h"
 #include "solver/fit/clip_state.h"
-#include "solver/fit/time_filters.h"
+#include "solver/fit/finger_repair.h"
 #include "solver/hand/hand_axes.h"
 #include "solver/handover/dwell_fit.h"
 

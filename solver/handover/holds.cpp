@@ -13,9 +13,8 @@
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
-#include "solver/fit/time_filters.h"
+#include "solver/fit/finger_repair.h"
 #include "solver/handover/dwell_fit.h"
-#include "solver/handover/viterbi.h"
 
 namespace holdfast {
 namespace {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -8,8 +10,12 @@
 #include <Eigen/Geometry>
 
 #include "geometry/body/hand_model.h"
+#include "geometry/clip/clip.h"
 #include "geometry/mesh/distance_grid.h"
 #include "solver/hand/hand_postures.h"
+#include "solver/handover/grasps_by_transfer.h"
+#include "solver/handover/holds.h"
+#include "solver/unknowns/wrist_offset.h"
 
 namespace holdfast {
 
@@ -58,5 +64,46 @@ class PassageClearance {
   double in_object_, in_other_;  // of the hold
   Eigen::VectorXd of_walls_;     // of each ball in the hold
 };
+
+/// Where a wrist is in the frames next to those of a way; nothing beyond the ends of the clip.
+struct WayEnds {
+  std::optional<Eigen::Vector3d> two_before, before, after, two_after;
+};
+
+/// A way of a wrist with less acceleration: of all paths x the one that minimizes
+///
+///   sum_k |x_{k-1} - 2 x_k + x_{k+1}|^2 + sum_k w_k |x_k - way_k|^2,
+///
+/// where w_k begins at 1e-3 (the path follows the way over about six frames) and grows wherever
+/// `is_clear(k, x_k)` says that the hand would be in something, until it is so nowhere.
+/// `way` is 3 x K, one frame a column, clear by itself; where easing does not become clear, it
+/// comes back as it is.
+Eigen::Matrix3Xd EasedWay(const Eigen::Matrix3Xd& way, const WayEnds& ends,
+                          const std::function<bool(int, const Eigen::Vector3d&)>& is_clear);
+
+/// How two wrists leave the clip's to hold one object, each in its own frame.
+struct HandMeeting {
+  WristOffset giver, receiver;
+};
+
+/// The wrists that are as far apart as a hand-over needs and nearest to where they are:
+///
+///   min E(R_g', p_g'; R_g, p_g) + E(R_r', p_r'; R_r, p_r)   (ObjectData)
+///
+/// where (R_g', p_g')^-1 (R_r', p_r') = `giver_from_receiver`; `giver` (R_g, p_g) and `receiver`
+/// are the world poses of the clip's wrists, metres. So both move by the same length.
+HandMeeting ShareTheWay(const Eigen::Isometry3d& giver, const Eigen::Isometry3d& receiver,
+                        const Eigen::Isometry3d& giver_from_receiver);
+
+/// Both arms of `clip` go to where its hands meet for each hand-over (ShareTheWay), stay there
+/// while both hold, and come and go smoothly (minimum jerk over up to 1 s, not before both last
+/// held). Without 0.3 s to come, and for hand-overs of no switch, the clip stays as it is.
+void LetHandsMeet(const HandModel& right, const HandModel& left,
+                  std::span<const HandSwitch> switches, std::span<const Handover> handovers,
+                  Clip& clip);
+
+/// How far `hand`'s wrist is in `to` from where `from` has it, in frames [begin, end).
+WristChange LargestChange(const HandModel& hand, const Clip& from, const Clip& to, int begin,
+                          int end);
 
 }  // namespace holdfast

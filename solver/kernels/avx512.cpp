@@ -4,9 +4,8 @@
 #if defined(__AVX512F__)
 #include <immintrin.h>
 
+#include "solver/kernels/pair_arguments.h"
 #include "solver/kernels/pair_loop.h"
-#include "solver/kernels/rank_update_loop.h"
-#include "solver/kernels/sum_halves.h"
 
 namespace holdfast::kernels {
 namespace {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <immintrin.h>
+
 namespace holdfast::kernels {
 
 /// Plain pointers: sources built for one instruction set see no library header.
@@ -33,4 +35,30 @@ void PairLoopAvx2(const PairArguments<double>& in);
 void PairLoopAvx512(const PairArguments<float>& in);
 void PairLoopAvx512(const PairArguments<double>& in);
 
+/// Plain pointers, as in pair_arguments.h.
+struct RankUpdateArguments {
+  const double* rows;  ///< num_rows x width, row-major
+  int num_rows;
+  int width;        ///< a multiple of 8
+  double* product;  ///< width x width, row-major; the upper triangle is added to
+};
+
+void RankUpdateScalar(const RankUpdateArguments& in);
+void RankUpdateSse2(const RankUpdateArguments& in);
+void RankUpdateAvx2(const RankUpdateArguments& in);
+void RankUpdateAvx512(const RankUpdateArguments& in);
+
+}  // namespace holdfast::kernels
+
+// Horizontal sum of an AVX register, by halves. Internal linkage, as in pair_loop.h.
+
+namespace holdfast::kernels {
+namespace {
+
+[[maybe_unused]] inline double SumHalves(__m256d v) {
+  const __m128d two = _mm_add_pd(_mm256_castpd256_pd128(v), _mm256_extractf128_pd(v, 1));
+  return _mm_cvtsd_f64(_mm_add_sd(two, _mm_unpackhi_pd(two, two)));
+}
+
+}  // namespace
 }  // namespace holdfast::kernels

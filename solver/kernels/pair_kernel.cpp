@@ -50,4 +50,21 @@ template void SumPairs<float>(Isa, const PairTargets<float>&, const float*, int,
 template void SumPairs<double>(Isa, const PairTargets<double>&, const double*, int, const double*,
                                PairSums*);
 
+void RankUpdate(Isa isa, const double* rows, int num_rows, int width, double* product) {
+  assert(IsSupported(isa) && width % 8 == 0);
+  const kernels::RankUpdateArguments in{rows, num_rows, width, product};
+  switch (isa) {
+#if defined(HOLDFAST_X86_KERNELS)
+    case Isa::kSse2:
+      return kernels::RankUpdateSse2(in);
+    case Isa::kAvx2:
+      return kernels::RankUpdateAvx2(in);
+    case Isa::kAvx512:
+      return kernels::RankUpdateAvx512(in);
+#endif
+    default:
+      return kernels::RankUpdateScalar(in);
+  }
+}
+
 }  // namespace holdfast

@@ -53,4 +53,9 @@ extern template void SumPairs<float>(Isa, const PairTargets<float>&, const float
 extern template void SumPairs<double>(Isa, const PairTargets<double>&, const double*, int,
                                       const double*, PairSums*);
 
+/// product += A^T A for A (num_rows x width, row-major), in its upper triangle (what lies below is
+/// undefined). `width` is a multiple of 8: pad with columns of zeros. Sums run over rows in order,
+/// so that the result depends on the instruction set only through fused rounding.
+void RankUpdate(Isa isa, const double* rows, int num_rows, int width, double* product);
+
 }  // namespace holdfast

@@ -2,7 +2,6 @@
 #include <cmath>
 
 #include "solver/kernels/pair_loop.h"
-#include "solver/kernels/rank_update_loop.h"
 
 namespace holdfast::kernels {
 namespace {

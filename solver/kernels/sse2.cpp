@@ -3,7 +3,6 @@
 #include <emmintrin.h>
 
 #include "solver/kernels/pair_loop.h"
-#include "solver/kernels/rank_update_loop.h"
 
 namespace holdfast::kernels {
 namespace {

@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "generator/wandr/reach_outcome.h"
-#include "generator/wandr/run_rollouts.h"
+#include "generator/wandr/rollout.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "solver/latent/latent_solve.h"

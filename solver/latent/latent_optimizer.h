@@ -7,7 +7,6 @@
 
 #include "generator/wandr/network.h"
 #include "solver/latent/latent_options.h"
-#include "solver/latent/reach_task.h"
 
 namespace holdfast {
 

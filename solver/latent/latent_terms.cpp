@@ -7,28 +7,12 @@
 #include <memory>
 
 #include "generator/matching/capture_quality.h"
-#include "generator/matching/sole_contact.h"
+#include "generator/matching/foot_lock.h"
 #include "generator/wandr/intention.h"
 #include "generator/wandr/walk_pace.h"
-#include "solver/terms/motion/airborne.h"
-#include "solver/terms/motion/approach_direction.h"
-#include "solver/terms/motion/cadence.h"
-#include "solver/terms/motion/first_arrival.h"
-#include "solver/terms/motion/floor_contact.h"
-#include "solver/terms/motion/foot_skate.h"
-#include "solver/terms/motion/heading_along.h"
-#include "solver/terms/motion/heading_turn.h"
-#include "solver/terms/motion/joint_acceleration.h"
-#include "solver/terms/motion/joint_goal.h"
-#include "solver/terms/motion/look_at.h"
-#include "solver/terms/motion/obstacle.h"
-#include "solver/terms/motion/pelvis_path.h"
-#include "solver/terms/motion/pelvis_speed.h"
-#include "solver/terms/motion/rotation_range.h"
-#include "solver/terms/motion/stand_near.h"
-#include "solver/terms/motion/standing_balance.h"
-#include "solver/terms/motion/upright_trunk.h"
-#include "solver/terms/motion/walking_height.h"
+#include "solver/terms/motion/feet_terms.h"
+#include "solver/terms/motion/goal_terms.h"
+#include "solver/terms/motion/posture_terms.h"
 
 namespace holdfast {
 namespace {

@@ -5,7 +5,6 @@
 
 #include "solver/latent/latent_options.h"
 #include "solver/latent/motion_objective.h"
-#include "solver/latent/reach_task.h"
 
 namespace holdfast {
 

@@ -14,7 +14,6 @@
 
 #include <Eigen/Core>
 
-#include "generator/wandr/body_kinematics.h"
 #include "generator/wandr/pose.h"
 
 namespace holdfast {

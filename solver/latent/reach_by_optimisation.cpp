@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "generator/wandr/motion_states.h"
-#include "generator/wandr/pose_delta.h"
+#include "generator/wandr/pose.h"
 #include "generator/wandr/reach_outcome.h"
 #include "generator/wandr/walk_pace.h"
 #include "geometry/error.h"

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "solver/latent/rollout_cost.h"
 
+#include <cassert>
 #include <cmath>
+#include <thread>
 #include <utility>
 
 namespace holdfast {
@@ -69,5 +71,129 @@ void RolloutCost<Real>::SeedFrom(const typename RolloutBatch<Real>::PoseAt& pose
 
 template class RolloutCost<float>;
 template class RolloutCost<double>;
+
+template <typename Real>
+RolloutBatch<Real>::RolloutBatch(const wandr::Network<Real>& network,
+                                 const wandr::BoneOffsets<Real>& bones,
+                                 const wandr::IntentionOptions& intention,
+                                 std::vector<wandr::RolloutStart<Real>> starts,
+                                 std::vector<wandr::GoalPlan> plans, int num_steps,
+                                 std::function<void()> poll)
+    : bones_(bones.template Cast<double>()),
+      starts_(std::move(starts)),
+      plans_(std::move(plans)),
+      latent_size_(network.LatentSize()),
+      num_steps_(num_steps),
+      poll_(std::move(poll)),
+      rollout_(network, bones, NumMotions(), num_steps, {intention}, true),
+      requests_(starts_.size()) {
+  seed_.joints.resize(static_cast<std::size_t>(num_steps) + 1);
+  seed_.poses.resize(static_cast<std::size_t>(num_steps) + 1);
+}
+
+template <typename Real>
+float RolloutBatch<Real>::Seconds() const {
+  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin_;
+  return static_cast<float>(passed.count() / NumMotions());
+}
+
+template <typename Real>
+void RolloutBatch<Real>::Solve(const std::function<void(int)>& solve) {
+  active_ = NumMotions();
+  const auto work = [&](int motion) {
+    const std::lock_guard lock(working_);
+    try {
+      if (!failure_) solve(motion);
+    } catch (...) {
+      if (!failure_) failure_ = std::current_exception();
+    }
+    --active_;
+    RunIfAllWait();
+  };
+  {
+    std::vector<std::jthread> others;
+    for (int i = 1; i < NumMotions(); ++i) others.emplace_back(work, i);
+    work(0);
+  }
+  if (failure_) std::rethrow_exception(failure_);
+}
+
+template <typename Real>
+bool RolloutBatch<Real>::Evaluate(int motion, const Vector& latents, int rows, const SeedRows& seed,
+                                  Matrix& out) {
+  assert(waiting_ == 0 || rows == rows_);
+  Request& request = requests_[static_cast<std::size_t>(motion)];
+  request = {&latents, &seed, &out};
+  rows_ = rows;
+  ++waiting_;
+  RunIfAllWait();
+  std::unique_lock lock(working_, std::adopt_lock);
+  answered_.wait(lock, [&] { return request.latents == nullptr; });
+  lock.release();
+  return !failure_;
+}
+
+template <typename Real>
+void RolloutBatch<Real>::RunIfAllWait() {
+  if (waiting_ == 0 || waiting_ < active_) return;
+  try {
+    if (!failure_ && poll_) poll_();
+    if (!failure_) Run();
+  } catch (...) {
+    failure_ = std::current_exception();
+  }
+  for (Request& request : requests_) request = {};
+  waiting_ = 0;
+  answered_.notify_all();
+}
+
+template <typename Real>
+void RolloutBatch<Real>::Run() {
+  std::vector<int> asked;
+  std::vector<wandr::RolloutStart<Real>> starts;
+  std::vector<wandr::GoalPlan> plans;
+  for (std::size_t i = 0; i < requests_.size(); ++i) {
+    if (requests_[i].latents == nullptr) continue;
+    asked.push_back(static_cast<int>(i));
+    starts.push_back(starts_[i]);
+    plans.push_back(plans_[i]);
+  }
+  const auto of = [&](std::size_t k) -> Request& {
+    return requests_[static_cast<std::size_t>(asked[k])];
+  };
+  rollout_.Begin(starts, plans);
+  Matrix step(latent_size_, asked.size());
+  for (int t = 0; t < num_steps_; ++t) {
+    for (std::size_t k = 0; k < asked.size(); ++k) {
+      step.col(static_cast<Eigen::Index>(k)) =
+          of(k).latents->segment(Eigen::Index{latent_size_} * t, latent_size_);
+    }
+    rollout_.Step(step);
+  }
+  const auto columns = static_cast<Eigen::Index>(asked.size()) * rows_;
+  for (Matrix& joints : seed_.joints) joints.resize(wandr::kJointNumbers, columns);
+  for (Matrix& poses : seed_.poses) poses.resize(wandr::kTangentSize, columns);
+  bars_.resize(static_cast<std::size_t>(rows_));
+  for (std::size_t k = 0; k < asked.size(); ++k) {
+    for (MotionGradient& bar : bars_) bar.SetZero(num_steps_ + 1);
+    (*of(k).seed)([&](int t) -> const wandr::Pose<Real>& { return rollout_.Poses(t)[k]; }, bars_);
+    for (int r = 0; r < rows_; ++r) {
+      const MotionGradient& bar = bars_[static_cast<std::size_t>(r)];
+      const Eigen::Index column = static_cast<Eigen::Index>(k) * rows_ + r;
+      for (int t = 0; t <= num_steps_; ++t) {
+        const auto at = static_cast<std::size_t>(t);
+        seed_.joints[at].col(column) = bar.joints.col(t).template cast<Real>();
+        seed_.poses[at].col(column) = bar.poses.col(t).template cast<Real>();
+      }
+    }
+  }
+  rollout_.Backward(seed_, rows_, gradient_);
+  for (std::size_t k = 0; k < asked.size(); ++k) {
+    *of(k).out = gradient_.latents.middleCols(static_cast<Eigen::Index>(k) * rows_, rows_);
+  }
+}
+
+template class RolloutBatch<float>;
+template class RolloutBatch<double>;
 
 }  // namespace holdfast

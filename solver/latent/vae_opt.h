@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "generator/wandr/network.h"
-#include "solver/latent/reach_task.h"
+#include "solver/latent/latent_options.h"
 
 namespace holdfast {
 

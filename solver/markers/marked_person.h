@@ -9,9 +9,8 @@
 
 #include "geometry/body/body_model.h"
 #include "solver/markers/marker_names.h"
-#include "solver/terms/body/marker_distance.h"
-#include "solver/terms/body/marker_on_skin.h"
-#include "solver/terms/body/pose_rest.h"
+#include "solver/terms/body/marker_terms.h"
+#include "solver/terms/body/posture_terms.h"
 
 namespace holdfast {
 

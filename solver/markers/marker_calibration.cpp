@@ -14,9 +14,9 @@
 #include "generator/body/limb_ik.h"
 #include "geometry/rotation.h"
 #include "solver/markers/marker_world.h"
-#include "solver/terms/body/marker_place.h"
-#include "solver/terms/body/pelvis_upright.h"
-#include "solver/unknowns/sparse_solve.h"
+#include "solver/terms/body/marker_terms.h"
+#include "solver/terms/body/posture_terms.h"
+#include "solver/unknowns/ceres_solve.h"
 
 namespace holdfast {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "geometry/body/skeleton.h"
 #include "geometry/error.h"
-#include "geometry/io/container/read_json.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/io/markers/marker_recording.h"
 #include "geometry/rotation.h"
 

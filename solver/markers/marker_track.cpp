@@ -10,9 +10,8 @@
 #include <ceres/solver.h>
 
 #include "geometry/conventions/series.h"
-#include "solver/terms/body/pose_acceleration.h"
-#include "solver/unknowns/sparse_solve.h"
-#include "solver/unknowns/stop_when_asked.h"
+#include "solver/terms/body/posture_terms.h"
+#include "solver/unknowns/ceres_solve.h"
 
 namespace holdfast {
 namespace {

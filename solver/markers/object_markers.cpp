@@ -21,7 +21,7 @@
 #include "geometry/rotation.h"
 #include "geometry/suggestion.h"
 #include "solver/terms/hand/object_data.h"
-#include "solver/unknowns/sparse_solve.h"
+#include "solver/unknowns/ceres_solve.h"
 
 namespace holdfast {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "geometry/clip/clip.h"
 #include "geometry/io/markers/marker_recording.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 #include "solver/markers/marker_calibration.h"
 #include "solver/markers/marker_names.h"
 #include "solver/markers/marker_track.h"

@@ -10,10 +10,9 @@
 
 #include "geometry/body/own_body.h"
 #include "geometry/rotation.h"
-#include "solver/terms/body/head_place.h"
-#include "solver/terms/body/pose_acceleration.h"
-#include "solver/terms/body/pose_rest.h"
-#include "solver/unknowns/sparse_solve.h"
+#include "solver/terms/body/goal_terms.h"
+#include "solver/terms/body/posture_terms.h"
+#include "solver/unknowns/ceres_solve.h"
 
 namespace holdfast {
 namespace {

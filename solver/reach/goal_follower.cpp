@@ -11,13 +11,12 @@
 #include "generator/body/limb_ik.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "generator/wandr/motion_states.h"
-#include "generator/wandr/pose_delta.h"
+#include "generator/wandr/pose.h"
 #include "generator/wandr/reach_goals.h"
 #include "geometry/error.h"
-#include "solver/body_ik/arm_swing.h"
+#include "solver/body_ik/arm_ik.h"
 #include "solver/body_ik/frame_pose.h"
-#include "solver/body_ik/wrist_placement.h"
-#include "solver/reach/follow_cost.h"
+#include "solver/body_ik/straighten_trunk.h"
 
 namespace holdfast {
 namespace {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -8,14 +11,46 @@
 #include <Eigen/Core>
 
 #include "generator/nn/random_stream.h"
+#include "generator/wandr/intention.h"
 #include "generator/wandr/network.h"
+#include "generator/wandr/pose.h"
 #include "generator/wandr/rollout.h"
 #include "geometry/body/skeleton.h"
-#include "solver/body_ik/foot_pinner.h"
-#include "solver/reach/goal_prediction.h"
+#include "solver/body_ik/foot_lift.h"
 #include "solver/reach/reach_person.h"
 
 namespace holdfast {
+
+/// Where a goal that is seen frame by frame will be: it goes on at the velocity it has, which fades
+/// with a time constant of 0.6 s. A goal that jumps (by more than 0.15 m in a frame, 4.5 m/s) has
+/// no velocity at first.
+class GoalPrediction {
+ public:
+  /// World, metres, 1/30 s after the one before.
+  void See(const Eigen::Vector3d& goal) {
+    constexpr double kJump = 0.15, kGain = 0.3;
+    const Eigen::Vector3d way = seen_ ? Eigen::Vector3d(goal - goal_) : Eigen::Vector3d::Zero();
+    if (way.norm() > kJump) {
+      velocity_.setZero();
+    } else {
+      velocity_ += kGain * (way * kFrameRate - velocity_);
+    }
+    goal_ = goal;
+    seen_ = true;
+  }
+  /// `frames` from the one seen last.
+  Eigen::Vector3d After(double frames) const {
+    constexpr double kFade_s = 0.6;
+    return goal_ - kFade_s * std::expm1(-frames / (kFrameRate * kFade_s)) * velocity_;
+  }
+  const Eigen::Vector3d& Velocity() const { return velocity_; }  ///< m/s
+
+ private:
+  static constexpr double kFrameRate = 30.0;
+  Eigen::Vector3d goal_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
+  bool seen_ = false;
+};
 
 struct FollowOptions {
   Side side = Side::kRight;
@@ -59,6 +94,88 @@ class GoalFollower {
  private:
   struct Loop;
   std::unique_ptr<Loop> loop_;
+};
+
+/// What one frame of a candidate's motion costs, in about metres: the right wrist away from the
+/// goal (while it reaches), the pelvis away from where one stands to reach, facing another way, no
+/// foot that carries (the better of both: its slide and height), soles in the ground, a trunk that
+/// tilts by more than 8 degrees, a body that is not over its feet, knees that are bent for no
+/// reason, a pelvis faster than people walk.
+class FollowCost {
+ public:
+  explicit FollowCost(const wandr::BoneOffsets<float>& bones, float sole_z) : bones_(bones) {
+    // Heights of ankles and balls of who stands.
+    wandr::Pose<float> rest;
+    wandr::BodyKinematics<float> placed;
+    wandr::ForwardKinematics(bones, rest, placed);
+    for (std::size_t k = 0; k < kFeet.size(); ++k) stands_[k] = placed.joints(1, kFeet[k]) - sole_z;
+    pelvis_ = placed.joints(1, kPelvis) - sole_z;
+  }
+
+  void Place(const wandr::Pose<float>& pose, wandr::BodyKinematics<float>& out) const {
+    wandr::ForwardKinematics(bones_, pose, out);
+  }
+
+  /// `reaches`: 0 walks to the goal, arms free, 1 has the wrist at it.
+  float operator()(const wandr::BodyKinematics<float>& before,
+                   const wandr::BodyKinematics<float>& now, const Eigen::Vector3f& goal,
+                   float reaches) const {
+    const auto& joints = now.joints;
+    const Eigen::Vector3f pelvis = joints.col(kPelvis), way = goal - pelvis;
+    const float away = way.head<2>().norm();
+    const bool low = goal.z() < 0.8f;
+    float cost = reaches * std::sqrt((joints.col(kRightWrist) - goal).squaredNorm() + 0.0025f);
+    cost += 1.5f * std::max(0.0f, away - kFar) + 1.5f * std::max(0.0f, kNear - away);
+    const Eigen::Vector3f forward = wandr::HeadingOf<float>(now.world[0]).Forward();
+    if (away > 0.2f) cost += 0.15f * (1.0f - forward.head<2>().dot(way.head<2>()) / away);
+    cost += 0.1f * Carries(before, now, cost);
+    const Eigen::Vector3f neck = joints.col(kNeck), trunk = (neck - pelvis).normalized();
+    cost += (low && reaches > 0.0f ? 0.4f : 4.0f) * std::max(0.0f, 0.99f - trunk.z());
+    cost += 2.0f * std::max(0.0f, OffFeet(joints, 0.5f * (neck + pelvis)) - 0.08f);
+    if (!low) cost += 2.0f * std::max(0.0f, pelvis_ - 0.05f - pelvis.z());
+    cost += 0.3f * std::max(0.0f, 30.0f * (pelvis - before.joints.col(0)).norm() - kFastest);
+    return cost;
+  }
+
+ private:
+  static constexpr float kNear = 0.30f, kFar = 0.42f;  // metres, of the goal from the pelvis
+  static constexpr float kFastest = 1.5f;              // m/s
+
+  // How badly the better foot carries; what is in the ground is added to `cost`.
+  float Carries(const wandr::BodyKinematics<float>& before, const wandr::BodyKinematics<float>& now,
+                float& cost) const {
+    float carries = 10.0f;
+    for (const int foot : {0, 1}) {
+      float moves = 0.0f, high = 1.0f;
+      for (const int k : {foot, foot + 2}) {
+        const int joint = kFeet[k];
+        const float height = now.joints(2, joint) - stands_[k];
+        cost += 3.0f * std::max(0.0f, -height - 0.02f);
+        high = std::min(high, std::max(0.0f, height - 0.02f));
+        moves += 0.5f * 30.0f * (now.joints.col(joint) - before.joints.col(joint)).head<2>().norm();
+      }
+      carries = std::min(carries, moves + 10.0f * high);
+    }
+    return carries;
+  }
+
+  // Of a point from the line between the feet, along the ground.
+  template <typename Joints>
+  static float OffFeet(const Joints& joints, const Eigen::Vector3f& point) {
+    const auto middle = [&](int ankle, int ball) {
+      return Eigen::Vector2f(0.5f * (joints.col(ankle) + joints.col(ball)).template head<2>());
+    };
+    const Eigen::Vector2f left = middle(kLeftAnkle, kLeftFoot);
+    const Eigen::Vector2f across = middle(kRightAnkle, kRightFoot) - left;
+    const float along = std::clamp(
+        across.dot(point.head<2>() - left) / std::max(across.squaredNorm(), 1e-4f), 0.0f, 1.0f);
+    return (left + along * across - point.head<2>()).norm();
+  }
+
+  static constexpr std::array<int, 4> kFeet = {kLeftAnkle, kRightAnkle, kLeftFoot, kRightFoot};
+  wandr::BoneOffsets<float> bones_;
+  std::array<float, 4> stands_ = {};
+  float pelvis_ = 0.0f;  // its height in who stands
 };
 
 }  // namespace holdfast

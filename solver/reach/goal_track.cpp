@@ -9,11 +9,10 @@
 
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_outcome.h"
-#include "generator/wandr/reach_skating.h"
-#include "geometry/core_time.h"
 #include "geometry/error.h"
 #include "geometry/io/container/byte_source.h"
 #include "geometry/io/container/text_scanner.h"
+#include "geometry/parallel.h"
 #include "geometry/value_ranges.h"
 
 namespace holdfast {

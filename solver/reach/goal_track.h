@@ -11,7 +11,7 @@
 #include <Eigen/Core>
 
 #include "generator/wandr/network.h"
-#include "generator/wandr/run_rollouts.h"
+#include "generator/wandr/rollout.h"
 #include "solver/reach/goal_follower.h"
 #include "solver/reach/reach_person.h"
 

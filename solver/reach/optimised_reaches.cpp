@@ -11,18 +11,18 @@
 
 #include <fmt/format.h>
 
-#include "generator/matching/random_draws.h"
 #include "generator/matching/set_manifest.h"
+#include "generator/nn/random_stream.h"
 #include "generator/scripted/reach_motion.h"
 #include "generator/wandr/goal_plan.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_outcome.h"
 #include "generator/wandr/walk_pace.h"
 #include "geometry/error.h"
-#include "geometry/io/container/read_json.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/parallel.h"
 #include "geometry/seed.h"
-#include "solver/body_ik/goal_clip.h"
+#include "solver/body_ik/reach_clip.h"
 #include "solver/body_ik/reach_refit.h"
 #include "solver/latent/latent_optimizer.h"
 #include "solver/latent/latent_terms.h"

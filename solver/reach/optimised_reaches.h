@@ -8,7 +8,7 @@
 #include "generator/matching/capture_set.h"
 #include "generator/wandr/network.h"
 #include "geometry/body/body_model.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 
 namespace holdfast {
 

@@ -9,7 +9,7 @@
 
 #include "generator/wandr/network.h"
 #include "generator/wandr/reach_goals.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 #include "solver/body_ik/reach_refit.h"
 #include "solver/reach/reach_options.h"
 #include "solver/reach/reach_person.h"

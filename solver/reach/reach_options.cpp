@@ -4,10 +4,13 @@
 #include <array>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "generator/wandr/reach_goals.h"
 #include "geometry/error.h"
+#include "geometry/mesh/signed_distance.h"
 
 namespace holdfast {
 namespace {
@@ -18,7 +21,9 @@ constexpr std::array<ReachBy, 3> kMethods = {ReachBy::kIntention, ReachBy::kLate
 }  // namespace
 
 std::string_view ReachByName(ReachBy by) {
-  return by == ReachBy::kIntention ? "intention" : by == ReachBy::kLatents ? "latent-opt" : "vae-opt";
+  return by == ReachBy::kIntention ? "intention"
+         : by == ReachBy::kLatents ? "latent-opt"
+                                   : "vae-opt";
 }
 
 ReachBy ReachByName(std::string_view name) {
@@ -43,7 +48,8 @@ OptionTable OptionsOf(ReachJob& job) {
        {"intention", ReachBy::kIntention},
        {"latent-opt", ReachBy::kLatents},
        {"vae-opt", ReachBy::kVaeOpt}},
-      "intention: the network is conditioned on the goal and runs once. latent-opt: its latents are "
+      "intention: the network is conditioned on the goal and runs once. latent-opt: its latents "
+      "are "
       "then optimized until the wrist is at the goal and stays and the motion is physically "
       "plausible; feet pinned last. vae-opt: WANDR's baseline, for comparison. auto: intention, or "
       "latent-opt where an object is taken");
@@ -54,20 +60,22 @@ OptionTable OptionsOf(ReachJob& job) {
        {"lbfgs", VaeOptMethod::kLbfgs},
        {"lbfgs-step1", VaeOptMethod::kLbfgsStepOne},
        {"adam", VaeOptMethod::kAdam}},
-      "vae-opt: lm (auto), Levenberg-Marquardt on the goal's residuals and the prior; lbfgs, with a "
+      "vae-opt: lm (auto), Levenberg-Marquardt on the goal's residuals and the prior; lbfgs, with "
+      "a "
       "line search; lbfgs-step1, the released preset, every step whole; adam, with the released "
       "schedule");
-  table.Number("iterations", "", job.iterations, {1, 100'000},
-               "lm 40, lbfgs-step1 80, others 200", "vae-opt: most iterations");
+  table.Number("iterations", "", job.iterations, {1, 100'000}, "lm 40, lbfgs-step1 80, others 200",
+               "vae-opt: most iterations");
   table.Number("prior_weight", "", job.prior_weight, {0.0, 1e6}, "1e-6",
                "vae-opt: lambda of lambda/2 |z|^2 beside 1/2 |wrist - goal|^2 in metres");
   table.Number("samples", "", options.samples, {1, 10'000}, "16, or 4 where each is optimized",
                "Motions to choose from");
   table.Flag("free_time", options.free_time,
              "Arrive at any time until the goal is due (latent-opt)");
-  table.Flag("refit", options.refit,
-             "Pin the feet and place the wrist afterwards. Without it the network's motion is kept: "
-             "the wrist is some centimetres from the goal (latent-opt: millimetres)");
+  table.Flag(
+      "refit", options.refit,
+      "Pin the feet and place the wrist afterwards. Without it the network's motion is kept: "
+      "the wrist is some centimetres from the goal (latent-opt: millimetres)");
   table.Flag("refit_all", options.refit_all, "In all motions, not in the best alone");
   AddStyleOption(table, "grasp", job.grasp,
                  "How the object is taken: by a power, precision or handle grasp, or whichever is "
@@ -102,6 +110,25 @@ ReachOptions ReachOptionsOf(const ReachJob& job, bool takes) {
     options.approach = job.approach->normalized();
   }
   return options;
+}
+
+double ReachObstacle::Distance(const Eigen::Vector3d& point, Side side) const {
+  return distance->Distance(side == Side::kLeft ? wandr::MirroredPoint(point) : point);
+}
+
+ReachObstacle MakeObstacle(std::string name, TriangleMesh mesh, Side side, int threads) {
+  ReachObstacle obstacle{std::move(name), std::move(mesh), nullptr};
+  TriangleMesh seen = obstacle.mesh;
+  if (side == Side::kLeft) {
+    seen.vertices.row(0) *= -1.0;
+    seen.faces.row(1).swap(seen.faces.row(2));
+  }
+  DistanceGridOptions grid;
+  grid.cell_m = 0.02;
+  grid.padding_m = 0.3;
+  grid.threads = threads;
+  obstacle.distance = std::make_shared<DistanceGrid>(SignedDistance(seen), grid);
+  return obstacle;
 }
 
 }  // namespace holdfast

@@ -2,19 +2,36 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "geometry/body/skeleton.h"
+#include "geometry/mesh/distance_grid.h"
+#include "geometry/mesh/mesh.h"
 #include "geometry/options.h"
 #include "solver/grasp/grasp.h"
 #include "solver/latent/vae_opt.h"
-#include "solver/reach/reach_obstacle.h"
 
 namespace holdfast {
+
+/// A solid to keep out of, in the world.
+struct ReachObstacle {
+  std::string name;
+  TriangleMesh mesh;
+  /// What optimised joints keep out of; its own mirror image where the left wrist reaches.
+  std::shared_ptr<const DistanceGrid> distance;
+
+  /// Metres from the surface, negative inside; `point` is in the world, not mirrored.
+  double Distance(const Eigen::Vector3d& point, Side side) const;
+};
+
+/// Throws Error for a mesh without an inside.
+ReachObstacle MakeObstacle(std::string name, TriangleMesh mesh, Side side, int threads);
 
 enum class ReachBy {
   kIntention,  ///< the network is conditioned on the goal and runs once
@@ -47,13 +64,13 @@ struct ReachOptions {
 
 /// A reach as the command line or Python asks for it.
 struct ReachJob {
-  std::optional<ReachBy> method;          ///< none: intention, or latent-opt with an object
-  std::optional<VaeOptMethod> optimizer;  ///< vae-opt
-  std::optional<int> iterations;          ///< vae-opt
-  std::optional<double> prior_weight;     ///< vae-opt
+  std::optional<ReachBy> method;            ///< none: intention, or latent-opt with an object
+  std::optional<VaeOptMethod> optimizer;    ///< vae-opt
+  std::optional<int> iterations;            ///< vae-opt
+  std::optional<double> prior_weight;       ///< vae-opt
   std::optional<Eigen::Vector3d> approach;  ///< any length
-  std::optional<GraspStyle> grasp;        ///< of an object that is taken
-  std::optional<double> object_yaw_deg;   ///< as it stands
+  std::optional<GraspStyle> grasp;          ///< of an object that is taken
+  std::optional<double> object_yaw_deg;     ///< as it stands
   double object_scale = 1.0;
   ReachOptions options;  ///< all else; `by`, `approach` and `vae` are set by ReachOptionsOf
 };

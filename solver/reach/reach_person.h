@@ -8,7 +8,6 @@
 #include <Eigen/Core>
 
 #include "generator/scripted/reach_motion.h"
-#include "generator/wandr/body_kinematics.h"
 #include "generator/wandr/pose.h"
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"

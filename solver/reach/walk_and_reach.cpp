@@ -10,7 +10,6 @@
 #include "generator/walk_statistics/reach_faults.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_outcome.h"
-#include "generator/wandr/reach_skating.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 

@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 
 #include "generator/wandr/network.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 #include "solver/body_ik/reach_refit.h"
 #include "solver/reach/reach_motions.h"
 #include "solver/reach/reach_options.h"

@@ -12,13 +12,10 @@
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
 #include "solver/fit/hand_object_block.h"
-#include "solver/recipes/adam.h"
 #include "solver/recipes/imos_finger_loss.h"
-#include "solver/recipes/rotation_6d.h"
-#include "solver/terms/hand/contact.h"
-#include "solver/terms/hand/temporal.h"
+#include "solver/terms/hand/paper_terms.h"
+#include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/rotation_manifold.h"
-#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {

@@ -8,7 +8,7 @@
 #include <memory>
 #include <optional>
 
-#include "geometry/mesh/append.h"
+#include "geometry/mesh/mesh.h"
 #include "geometry/mesh/triangle_tree.h"
 #include "solver/robot_hand/robot_kinematics.h"
 

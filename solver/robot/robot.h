@@ -6,6 +6,5 @@
 
 #include "solver/robot/robot_measures.h"
 #include "solver/robot/robot_output.h"
-#include "solver/robot/robot_pictures.h"
 #include "solver/robot/transfer_to_robot.h"
-#include "solver/robot_hand/read_robot.h"
+#include "solver/robot_hand/robot_hand.h"

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "solver/grip/grip_give.h"
+#include "solver/grip/grip.h"
 #include "solver/robot/transfer_to_robot.h"
 
 namespace holdfast {

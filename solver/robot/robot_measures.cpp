@@ -10,12 +10,12 @@
 
 #include <fmt/format.h>
 
-#include "geometry/mesh/contact_samples.h"
+#include "geometry/mesh/surface_distance.h"
 #include "geometry/mesh/triangle_tree.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
+#include "solver/robot/human_demonstration.h"
 #include "solver/robot/robot_hold.h"
-#include "solver/robot/robot_keypoints.h"
 
 namespace holdfast {
 namespace {

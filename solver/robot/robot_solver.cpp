@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "solver/robot/robot_solver.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
+#include "geometry/rotation.h"
+#include "solver/robot/robot_hold.h"
 #include "solver/unknowns/rotation_manifold.h"
 
 namespace holdfast {
@@ -76,6 +82,69 @@ ceres::Solver::Summary RobotSolver::Solve(const std::vector<const RobotTerm*>& t
   const ceres::Solver::Summary summary = problem.Solve(options);
   pose = {turn.toRotationMatrix(), T, hand_.Clamped(q)};
   return summary;
+}
+
+Eigen::Isometry3d WristFromRoot(const HandAxes& axes, const RobotHand&,
+                                const RobotAnatomy& anatomy) {
+  Eigen::Matrix3d wrist_from_axes;
+  wrist_from_axes << axes.Forward(), axes.Across(), axes.PalmNormal();
+  Eigen::Vector3d knuckles = Eigen::Vector3d::Zero();
+  int fingers = 0;
+  for (const RobotFinger& finger : anatomy.fingers) {
+    if (finger.human == kThumb) continue;
+    knuckles += axes.RestJoints().col(3 * finger.human);
+    ++fingers;
+  }
+  knuckles /= fingers;
+  return PoseAt(wrist_from_axes * anatomy.root_from_axes.transpose(), anatomy.knuckles, knuckles);
+}
+
+std::vector<RobotPose> RobotStarts(const HumanFrame& frame,
+                                   const Eigen::Isometry3d& wrist_from_root, const RobotHand& robot,
+                                   const RobotAnatomy& anatomy) {
+  constexpr std::array<double, 3> kBent = {0.15, 0.45, 0.75};
+  constexpr std::array<double, 3> kTilts = {0.0, 25.0 * kDegree, -25.0 * kDegree};
+  constexpr std::array<double, 2> kBack_m = {0.0, 0.03};
+  const Eigen::Isometry3d laid = frame.object_from_wrist * wrist_from_root;
+  std::vector<RobotPose> starts;
+  for (const double bent : kBent) {
+    const Eigen::VectorXd q = robot.Straight() + bent * (anatomy.closed - robot.Straight());
+    for (const double back : kBack_m) {
+      for (int axis = 0; axis < 3; ++axis) {
+        for (const double tilt : kTilts) {
+          if (tilt == 0.0 && axis > 0) continue;
+          const Eigen::Matrix3d turn =
+              Eigen::AngleAxisd(tilt, anatomy.root_from_axes.col(axis)).toRotationMatrix();
+          const Eigen::Vector3d place = anatomy.knuckles - back * anatomy.root_from_axes.col(2);
+          const Eigen::Isometry3d pose = laid * PoseAt(turn, anatomy.knuckles, place);
+          starts.push_back({pose.linear(), pose.translation(), q});
+        }
+      }
+    }
+  }
+  return starts;
+}
+
+int ChooseStart(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
+                const std::vector<double>& costs) {
+  constexpr double kMostCost = 3.0;  // over the least
+  constexpr double kGive_m = 0.02;   // for which twice the cost is paid
+  std::vector<std::size_t> order(poses.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, {}, [&](std::size_t k) { return costs[k]; });
+  const RobotHold hold(setup);
+  PosedRobot posed(setup.robot);
+  std::size_t best = order.front();
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::size_t k : order) {
+    if (costs[k] > kMostCost * costs[order.front()] || costs[k] >= least) break;
+    posed.Set(poses[k]);
+    const double cost = costs[k] * (1.0 + hold.Give_m(posed) / kGive_m);
+    if (cost >= least) continue;
+    least = cost;
+    best = k;
+  }
+  return static_cast<int>(best);
 }
 
 }  // namespace holdfast

@@ -5,8 +5,14 @@
 
 #include <ceres/cost_function.h>
 #include <ceres/solver.h>
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 
+#include "solver/hand/hand_axes.h"
+#include "solver/robot/human_demonstration.h"
+#include "solver/robot/robot_anatomy.h"
 #include "solver/robot/robot_term.h"
+#include "solver/robot/transfer_to_robot.h"
 #include "solver/unknowns/dense_problem.h"
 
 namespace holdfast {
@@ -53,5 +59,22 @@ class RobotSolver {
   const RobotHand& hand_;
   RobotBlock block_;
 };
+
+/// human_wrist_from_root: the robot's palm laid on the human's, knuckles on knuckles, axes along
+/// axes. Where a robot's hand is that follows the human wrist.
+Eigen::Isometry3d WristFromRoot(const HandAxes& axes, const RobotHand& robot,
+                                const RobotAnatomy& anatomy);
+
+/// Poses to begin from: the palm on the human's and tilted, drawn back from the object and not,
+/// fingers straight, half bent and nearly closed.
+std::vector<RobotPose> RobotStarts(const HumanFrame& frame,
+                                   const Eigen::Isometry3d& wrist_from_root, const RobotHand& robot,
+                                   const RobotAnatomy& anatomy);
+
+/// Which of the poses that the starts led to is taken: the least of cost (1 + give / 20 mm), of
+/// those that cost at most three times the least. The give is how far the object's own weight moves
+/// it in that grip (RobotHold). Returns its index.
+int ChooseStart(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
+                const std::vector<double>& costs);
 
 }  // namespace holdfast

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "solver/robot/robot_term.h"
 
-#include "geometry/pose.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

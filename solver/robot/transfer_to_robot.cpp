@@ -11,20 +11,15 @@
 
 #include "geometry/clip/clip_body.h"
 #include "geometry/error.h"
-#include "geometry/mesh/contact_samples.h"
 #include "geometry/mesh/decimate.h"
+#include "geometry/mesh/surface_distance.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
 #include "solver/robot/near_samples.h"
-#include "solver/robot/robot_distance_term.h"
-#include "solver/robot/robot_penetration_term.h"
-#include "solver/robot/robot_prior_terms.h"
-#include "solver/robot/robot_self_term.h"
 #include "solver/robot/robot_solver.h"
-#include "solver/robot/robot_start.h"
-#include "solver/robot/start_choice.h"
-#include "solver/unknowns/sparse_solve.h"
+#include "solver/robot/robot_terms.h"
+#include "solver/unknowns/ceres_solve.h"
 
 namespace holdfast {
 namespace {

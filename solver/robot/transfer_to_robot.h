@@ -7,12 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "geometry/clip/clip_scene.h"
-#include "geometry/progress.h"
+#include "geometry/clip/clip_body.h"
+#include "geometry/parallel.h"
 #include "solver/robot/hand_correspondence.h"
 #include "solver/robot/human_demonstration.h"
 #include "solver/robot/robot_anatomy.h"
-#include "solver/robot/robot_pads.h"
 #include "solver/robot/robot_solids.h"
 #include "solver/robot/robot_term.h"
 

@@ -8,9 +8,8 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "solver/robot_hand/read_robot.h"
-#include "solver/robot_hand/robot_joints.h"
-#include "solver/robot_hand/robot_shapes.h"
+#include "solver/robot_hand/robot_hand.h"
+#include "solver/robot_hand/robot_kinematics.h"
 
 #ifdef HOLDFAST_HAS_MUJOCO
 #include <mujoco/mujoco.h>

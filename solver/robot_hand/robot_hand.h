@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A robot's hand: a URDF or MJCF goes in; a tree of links, the numbers that move them, and where
-/// links are for given numbers come out.
-
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -11,6 +9,9 @@
 #include <Eigen/Geometry>
 
 #include "geometry/mesh/mesh.h"
+
+/// A robot's hand: a URDF or MJCF goes in; a tree of links, the numbers that move them, and where
+/// links are for given numbers come out.
 
 namespace holdfast {
 
@@ -55,5 +56,37 @@ struct RobotHand {
   /// -1 where there is none of that name.
   int FindLink(const std::string& link) const;
 };
+
+/// A joint as a robot's file has it, before followers are resolved.
+struct RobotJointSource {
+  std::string name;
+  std::string follows;  ///< another joint's name; empty: it moves on its own
+  double factor = 1.0, offset = 0.0;
+  double low = 0.0, high = 0.0;
+};
+
+/// Gives the links (with `joint` and `kind` set) their numbers: one for each joint that moves on
+/// its own, with bounds narrowed to what its followers allow. Joints without range stand still;
+/// bounds wider than a turn or a metre are narrowed, with a note. Throws Error (`hand.source`) for
+/// a joint that follows itself or one that is not there, for numbers that are not finite, a lower
+/// bound above the upper, and bounds that leave nothing.
+void ResolveJoints(std::vector<RobotJointSource> joints, RobotHand& hand);
+
+/// Reads a robot hand: URDF (`.urdf`, by urdfdom) or MJCF (`.xml`, by MuJoCo). Mesh files (.obj,
+/// .stl, .ply, .off) are looked for beside the file, as it names them, and `package://name/...` in
+/// the folders above it. What a link shows is its shape; what collides, where it shows nothing.
+/// Limits are the file's; joints without any turn freely within a turn. The file is checked first
+/// (CheckRobotFile), and its library runs in a process of its own (ReadInProcess).
+///
+/// Throws Error for a file that is neither, is not well-formed, has no joint that moves or more
+/// than 200 that move on their own; for what CheckRobotFile and ReadInProcess refuse; for meshes
+/// that are missing or cannot be read; for mimics of joints that are not there; for a hand larger
+/// than 2 m or smaller than 2 cm (a file in millimetres); and where this build has no library for
+/// the format.
+RobotHand ReadRobotHand(const std::filesystem::path& path);
+
+/// The readers of each format, in this process and without any of these checks. `text`: the file's.
+RobotHand ReadUrdf(const std::filesystem::path& path, const std::string& text);
+RobotHand ReadMjcf(const std::filesystem::path& path);
 
 }  // namespace holdfast

@@ -2,6 +2,14 @@
 #include "solver/robot_hand/robot_kinematics.h"
 
 #include <cassert>
+#include <cmath>
+#include <numbers>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/mesh/convex_hull.h"
 
 namespace holdfast {
 
@@ -52,6 +60,106 @@ Eigen::Matrix3Xd RobotState::PointJacobian(int link, const Eigen::Vector3d& poin
     J.col(column.dof) += column.twist.head<3>().cross(point) + column.twist.tail<3>();
   }
   return J;
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kAround = 24, kRings = 12;
+
+Eigen::Vector3d OnBall(int ring, int around) {
+  const double polar = std::numbers::pi * ring / kRings;
+  const double turn = 2.0 * std::numbers::pi * around / kAround;
+  return {std::sin(polar) * std::cos(turn), std::sin(polar) * std::sin(turn), std::cos(polar)};
+}
+
+}  // namespace
+
+TriangleMesh BoxMesh(const Eigen::Vector3d& size) {
+  Eigen::Matrix3Xd corners(3, 8);
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector3d sign(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5);
+    corners.col(k) = sign.cwiseProduct(size);
+  }
+  return ConvexHull(corners);
+}
+
+TriangleMesh EllipsoidMesh(const Eigen::Vector3d& semi_axes) {
+  Eigen::Matrix3Xd points(3, (kRings - 1) * kAround + 2);
+  Eigen::Index n = 0;
+  points.col(n++) = semi_axes.cwiseProduct(Eigen::Vector3d::UnitZ());
+  points.col(n++) = -semi_axes.cwiseProduct(Eigen::Vector3d::UnitZ());
+  for (int ring = 1; ring < kRings; ++ring) {
+    for (int k = 0; k < kAround; ++k) points.col(n++) = semi_axes.cwiseProduct(OnBall(ring, k));
+  }
+  return ConvexHull(points);
+}
+
+TriangleMesh BallMesh(double radius) { return EllipsoidMesh(Eigen::Vector3d::Constant(radius)); }
+
+TriangleMesh CylinderMesh(double radius, double length) {
+  Eigen::Matrix3Xd points(3, 2 * kAround);
+  for (int k = 0; k < kAround; ++k) {
+    const Eigen::Vector3d rim = radius * OnBall(kRings / 2, k);
+    points.col(2 * k) = rim + 0.5 * length * Eigen::Vector3d::UnitZ();
+    points.col(2 * k + 1) = rim - 0.5 * length * Eigen::Vector3d::UnitZ();
+  }
+  return ConvexHull(points);
+}
+
+TriangleMesh CapsuleMesh(double radius, double length) {
+  Eigen::Matrix3Xd points(3, 2 * (kRings + 1) * kAround);
+  Eigen::Index n = 0;
+  for (int ring = 0; ring <= kRings; ++ring) {
+    for (int k = 0; k < kAround; ++k) {
+      const Eigen::Vector3d ball = radius * OnBall(ring, k);
+      points.col(n++) = ball + 0.5 * length * Eigen::Vector3d::UnitZ();
+      points.col(n++) = ball - 0.5 * length * Eigen::Vector3d::UnitZ();
+    }
+  }
+  return ConvexHull(points);
+}
+
+void RequireShapeSize(const std::string& source, const std::string& link,
+                      const Eigen::Ref<const Eigen::VectorXd>& sizes) {
+  constexpr double kMaxSize_m = 100.0;
+  for (const double size : sizes) {
+    if (size > 0.0 && size < kMaxSize_m) continue;
+    throw Error(source, fmt::format("link '{}' has a shape of size {:.4g} m", link, size),
+                "Give its shapes sizes above 0, in metres");
+  }
+}
+
+TriangleMesh Transformed(const TriangleMesh& mesh, const Eigen::Affine3d& transform) {
+  TriangleMesh moved{transform * mesh.vertices, mesh.faces};
+  if (transform.linear().determinant() < 0.0) moved.faces.row(1).swap(moved.faces.row(2));
+  return moved;
+}
+
+fs::path FindRobotMesh(const fs::path& robot, const std::string& name) {
+  const fs::path folder = fs::absolute(robot).parent_path();
+  const std::string package = "package://", file = "file://";
+  std::error_code ignored;
+  if (name.starts_with(package)) {
+    const fs::path inside = name.substr(package.size());
+    fs::path without_name;
+    for (auto part = std::next(inside.begin(), inside.empty() ? 0 : 1); part != inside.end();
+         ++part) {
+      without_name /= *part;
+    }
+    for (fs::path up = folder;; up = up.parent_path()) {
+      for (const fs::path& tried : {up / inside, up / without_name}) {
+        if (fs::is_regular_file(tried, ignored)) return tried;
+      }
+      if (up == up.parent_path()) break;
+    }
+  } else {
+    const fs::path tried = folder / (name.starts_with(file) ? name.substr(file.size()) : name);
+    if (fs::is_regular_file(tried, ignored)) return tried;
+  }
+  throw Error(robot.string(), fmt::format("its mesh '{}' is missing", name),
+              "Put the file where the robot's file says, relative to it, or correct the name");
 }
 
 }  // namespace holdfast

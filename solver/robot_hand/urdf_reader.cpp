@@ -10,10 +10,9 @@
 
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
-#include "solver/robot_hand/read_robot.h"
 #include "solver/robot_hand/robot_file.h"
-#include "solver/robot_hand/robot_joints.h"
-#include "solver/robot_hand/robot_shapes.h"
+#include "solver/robot_hand/robot_hand.h"
+#include "solver/robot_hand/robot_kinematics.h"
 
 #ifdef HOLDFAST_HAS_URDFDOM
 #include <console_bridge/console.h>

@@ -9,7 +9,7 @@
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
-#include "geometry/score/object_shape.h"
+#include "geometry/score/object_pose_error.h"
 #include "solver/fit/clip_state.h"
 
 namespace holdfast {

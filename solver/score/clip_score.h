@@ -7,8 +7,8 @@
 
 #include "generator/walk_statistics/joint_error.h"
 #include "generator/walk_statistics/motion_metrics.h"
-#include "geometry/clip/clip_scene.h"
-#include "geometry/progress.h"
+#include "geometry/clip/clip_body.h"
+#include "geometry/parallel.h"
 #include "geometry/score/contact_score.h"
 #include "geometry/score/object_pose_error.h"
 #include "geometry/score/own_body_score.h"

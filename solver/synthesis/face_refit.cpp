@@ -5,15 +5,15 @@
 #include <cmath>
 #include <vector>
 
-#include "generator/actions/face_place.h"
+#include "generator/actions/face_marks.h"
 #include "generator/matching/capture_quality.h"
 #include "generator/matching/leg_placement.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/rotation.h"
-#include "solver/actions/action_frame_block.h"
-#include "solver/synthesis/synthesis_motion.h"
+#include "solver/actions/action_body.h"
+#include "solver/synthesis/synthesis.h"
+#include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/change_spline.h"
-#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "generator/actions/standing_start.h"
-#include "geometry/clip/mirror_clip.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/seed.h"

@@ -11,7 +11,7 @@
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/rotation.h"
-#include "solver/synthesis/synthesis_motion.h"
+#include "solver/synthesis/synthesis.h"
 
 namespace holdfast {
 namespace {

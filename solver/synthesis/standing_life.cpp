@@ -7,12 +7,12 @@
 #include <numbers>
 
 #include "generator/matching/leg_placement.h"
-#include "generator/matching/random_draws.h"
+#include "generator/nn/random_stream.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/rotation.h"
-#include "solver/synthesis/sample_style.h"
-#include "solver/synthesis/synthesis_motion.h"
+#include "solver/synthesis/motion_passes.h"
+#include "solver/synthesis/synthesis.h"
 
 namespace holdfast {
 namespace {

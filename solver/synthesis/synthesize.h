@@ -14,11 +14,11 @@
 #include "generator/imos/weights.h"
 #include "geometry/clip/clip.h"
 #include "geometry/options.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 #include "solver/carry/fit_job.h"
 #include "solver/synthesis/face_refit.h"
 #include "solver/synthesis/holding_start.h"
-#include "solver/synthesis/sample_style.h"
+#include "solver/synthesis/motion_passes.h"
 #include "solver/synthesis/synthesis.h"
 
 /// A motion for a person who holds an object and an intent: key frames by IMoS's loop, the best of

@@ -9,7 +9,7 @@
 #include "geometry/rotation.h"
 #include "geometry/score/hand_object_score.h"
 #include "solver/fit/clip_state.h"
-#include "solver/take/take_fit.h"
+#include "solver/take/take_measures.h"
 
 namespace holdfast {
 namespace {

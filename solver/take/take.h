@@ -14,7 +14,7 @@
 
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 #include "geometry/score/contact_score.h"
 #include "solver/fit/prepared_object.h"
 #include "solver/take/take_measures.h"

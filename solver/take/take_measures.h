@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
+#include "solver/fit/fit.h"
+#include "solver/take/take_motion.h"
 #include "solver/take/take_plan.h"
 #include "solver/take/take_table.h"
 
@@ -41,5 +44,11 @@ TakeMeasures MeasureTake(const Clip& clip, const BodySurface& surface, Side side
                          const TakeObject& object, const SideTable& table, int take,
                          const std::vector<int>& goals, const std::vector<Eigen::Vector3d>& places,
                          int threads);
+
+/// Fits the object to the hand (FitClip) from the take on; the frames before stay. Throws what
+/// FitClip throws. `frames` may be null.
+Clip FitTaken(const TakeMotion& motion, const HandModel& hand, const FitObject& object,
+              const FitOptions& options, std::vector<FrameReport>* frames = nullptr,
+              const std::function<bool(int, int)>& progress = {});
 
 }  // namespace holdfast

@@ -18,7 +18,6 @@
 #include "geometry/rotation.h"
 #include "solver/body_ik/reach_warp.h"
 #include "solver/fit/clip_state.h"
-#include "solver/take/take_choice.h"
 #include "solver/take/take_turns.h"
 
 namespace holdfast {

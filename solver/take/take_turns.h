@@ -4,9 +4,12 @@
 #include <span>
 #include <vector>
 
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include "generator/matching/body_frame.h"
+#include "solver/body_ik/arm_ik.h"
+#include "solver/take/take_path.h"
 #include "solver/take/take_plan.h"
 
 namespace holdfast {
@@ -23,5 +26,16 @@ namespace holdfast {
 void EaseTurns(const ArmIk& arm, const TakeCandidate& take, const TakeObject& object,
                std::span<const BodyPlacement> body, int take_frame, double frame_rate,
                std::vector<Eigen::Isometry3d>& way);
+
+/// The plan's candidate, and the object's yaw where it is free, that suit the body as it stands at
+/// the take; the wrist's way from where it is counts too.
+TakeCandidate ChooseTake(const TakePlan& plan, const TakeObject& object, const ArmIk& arm,
+                         const BodyPlacement& body);
+
+/// The turn of the object about the vertical at `place` that is most comfortable for a body that
+/// holds it by `take`; of equals the first from `usual_yaw` (radians) on.
+UprightPose ComfortableAt(const ArmIk& arm, const TakeCandidate& take, const TakeObject& object,
+                          const Eigen::Vector3d& place, const BodyPlacement& body,
+                          double usual_yaw);
 
 }  // namespace holdfast

@@ -11,7 +11,6 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/pose.h"
 #include "geometry/rotation.h"
 #include "solver/fit/hand_object_block.h"
 #include "solver/fit/hold_terms.h"
@@ -19,8 +18,8 @@
 #include "solver/grasp/grasp_refinement.h"
 #include "solver/terms/hand/hand_prior.h"
 #include "solver/terms/hand/vertex_goals.h"
+#include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/dense_problem.h"
-#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {

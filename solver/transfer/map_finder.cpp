@@ -16,7 +16,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "geometry/rotation.h"
-#include "solver/unknowns/quiet_ceres.h"
+#include "solver/unknowns/ceres_solve.h"
 
 namespace holdfast {
 

@@ -10,7 +10,6 @@
 
 #include "geometry/mesh/nearest.h"
 #include "geometry/mesh/signed_distance.h"
-#include "solver/transfer/oriented_points.h"
 #include "solver/transfer/surface_map.h"
 
 namespace holdfast {

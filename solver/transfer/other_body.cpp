@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "generator/body/arm_correction.h"
 #include "generator/body/limb_ik.h"
+#include "generator/body/pose_builder.h"
 #include "generator/matching/body_frame.h"
 #include "generator/matching/leg_placement.h"
 #include "geometry/error.h"

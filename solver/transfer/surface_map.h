@@ -11,6 +11,7 @@
 
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
+#include "geometry/mesh/surface_distance.h"
 #include "solver/transfer/embedded_deformation.h"
 
 namespace holdfast {
@@ -102,5 +103,25 @@ class SurfaceMap {
   Eigen::Isometry3d to_from_from_ = Eigen::Isometry3d::Identity();
   SurfaceMapReport report_;
 };
+
+/// Points of a surface with their outward normals.
+struct OrientedPoints {
+  Eigen::Matrix3Xd at, normal;
+  Eigen::Index Count() const { return at.cols(); }
+};
+/// `count` points, evenly over the mesh; `surface` is its distance.
+inline OrientedPoints SampleOriented(const TriangleMesh& mesh, const SignedDistance& surface,
+                                     int count) {
+  OrientedPoints points{SampleSurface(mesh, count), {}};
+  points.normal.resize(3, points.at.cols());
+  for (Eigen::Index i = 0; i < points.at.cols(); ++i) {
+    points.normal.col(i) = surface.Query(points.at.col(i)).gradient;
+  }
+  return points;
+}
+
+inline Eigen::AlignedBox3d BoxOf(const Eigen::Matrix3Xd& points) {
+  return {points.rowwise().minCoeff(), points.rowwise().maxCoeff()};
+}
 
 }  // namespace holdfast

@@ -1,23 +1,25 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// One demonstration, others: a clip in which hands hold an object comes in; the same with another
-/// object of the kind, or by another body, comes out, contacts kept, fitted and measured.
-
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_body.h"
 #include "geometry/options.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 #include "solver/carry/carry.h"
 #include "solver/fit/prepared_object.h"
 #include "solver/transfer/carried_grasp.h"
 #include "solver/transfer/other_body.h"
 #include "solver/transfer/surface_map.h"
+
+/// One demonstration, others: a clip in which hands hold an object comes in; the same with another
+/// object of the kind, or by another body, comes out, contacts kept, fitted and measured.
 
 namespace holdfast {
 
@@ -30,9 +32,9 @@ enum class TransferKeeps {
 
 struct TransferOptions {
   TransferKeeps keeps = TransferKeeps::kAuto;
-  CarryGraspOptions grasp;  ///< seed and threads are those of `carry`
-  CarryOptions carry;       ///< of the fit: grasp source and hands are set here
-  double blend_s = 0.5;     ///< wrists come to their new paths and leave them in this time
+  CarryGraspOptions grasp;    ///< seed and threads are those of `carry`
+  CarryOptions carry;         ///< of the fit: grasp source and hands are set here
+  double blend_s = 0.5;       ///< wrists come to their new paths and leave them in this time
   int object_vertices = 300;  ///< that objects are to be prepared with
 };
 
@@ -87,5 +89,14 @@ Clip PrepareTransfer(const Clip& clip, const ClipBody& from, const PreparedObjec
                      const TransferHands& hands, const TransferOptions& options,
                      TransferReport& report, const Clip* onto = nullptr,
                      std::vector<std::unique_ptr<const GraspCarrier>>* carriers = nullptr);
+
+/// A map in numbers, units in the names.
+nlohmann::json MapJson(const SurfaceMapReport& map);
+
+/// What became of each hold, a list.
+nlohmann::json TransferredHoldsJson(const std::vector<TransferredHold>& holds);
+
+/// What kept its way, and how body and arms followed.
+nlohmann::json FollowingJson(const TransferReport& report);
 
 }  // namespace holdfast

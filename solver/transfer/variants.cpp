@@ -14,13 +14,12 @@
 
 #include <fmt/format.h>
 
-#include "generator/matching/random_draws.h"
+#include "generator/nn/random_stream.h"
 #include "geometry/body/own_body.h"
 #include "geometry/clip/clip_arrays.h"
-#include "geometry/clip/mirror_clip.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
@@ -28,7 +27,6 @@
 #include "solver/fit/clip_state.h"
 #include "solver/grasp/grasp_assessment.h"
 #include "solver/handover/holds.h"
-#include "solver/transfer/hold_measure.h"
 #include "solver/transfer/transfer.h"
 #include "solver/transfer/variant_manifest.h"
 

@@ -9,7 +9,7 @@
 
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_body.h"
-#include "geometry/progress.h"
+#include "geometry/parallel.h"
 #include "solver/fit/prepared_object.h"
 
 namespace holdfast {

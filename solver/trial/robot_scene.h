@@ -4,7 +4,10 @@
 #include <filesystem>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "solver/robot/transfer_to_robot.h"
+#include "solver/trial/trial.h"
 
 namespace holdfast {
 
@@ -20,5 +23,16 @@ namespace holdfast {
 /// The same files on any number of threads. Throws Error for an object without volume.
 void WriteRobotScene(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                      const std::filesystem::path& path, int threads = 1);
+
+/// The squeeze of a robot's hand on the object: where its links are closer than `protocol.touch_m`
+/// (the nearest place of each), pressed by `BalancePresses`. `link` is the robot's; points and
+/// forces are in its root's frame.
+std::vector<GripContact> GripOfRobot(const RobotTransferSetup& setup, const RobotPose& pose,
+                                     const TrialSolid& solid, const TrialProtocol& protocol);
+
+/// What joints have to exert for these presses, a number of the hand each: N m, or N of sliding
+/// ones.
+Eigen::VectorXd GripTorques(const RobotHand& robot, const Eigen::VectorXd& q,
+                            const std::vector<GripContact>& contacts);
 
 }  // namespace holdfast

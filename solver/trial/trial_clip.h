@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "geometry/clip/clip_scene.h"
+#include "geometry/clip/clip_body.h"
 #include "geometry/io/gltf/mjcf_writer.h"
 #include "solver/trial/trial.h"
 

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "geometry/parallel.h"
-#include "geometry/render/label.h"
+#include "geometry/render/contact_sheet.h"
 #include "geometry/render/rasterizer.h"
 #include "geometry/render/video.h"
 #include "geometry/rotation.h"

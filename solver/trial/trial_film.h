@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "geometry/clip/clip_scene.h"
+#include "geometry/clip/clip_body.h"
 #include "solver/trial/trial_clip.h"
 
 namespace holdfast {

@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "geometry/body/hand_parts.h"
+#include "geometry/body/hand_model.h"
 #include "geometry/mesh/convex_hull.h"
 #include "geometry/rotation.h"
 #include "solver/hand/hand_axes.h"

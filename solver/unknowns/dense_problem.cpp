@@ -10,9 +10,9 @@
 #include <ceres/iteration_callback.h>
 
 #include "geometry/isa.h"
-#include "solver/kernels/rank_update.h"
+#include "solver/kernels/pair_kernel.h"
+#include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/rotation_manifold.h"
-#include "solver/unknowns/sparse_solve.h"
 
 namespace holdfast {
 namespace {

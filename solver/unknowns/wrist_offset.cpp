@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "solver/unknowns/wrist_offset.h"
 
-#include "generator/body/arm_correction.h"
+#include "generator/body/pose_builder.h"
 
 namespace holdfast {
 namespace {

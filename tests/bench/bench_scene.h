@@ -9,7 +9,7 @@
 #include "geometry/io/container/npz.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "solver/fit/fit.h"
-#include "solver/terms/hand/temporal.h"
+#include "solver/terms/hand/paper_terms.h"
 #include "solver/unknowns/rotation_manifold.h"
 #include "tests/support/plain_terms.h"
 

@@ -15,8 +15,8 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include "geometry/pose.h"
-#include "solver/robot_hand/read_robot.h"
+#include "geometry/rotation.h"
+#include "solver/robot_hand/robot_hand.h"
 #include "solver/robot_hand/robot_kinematics.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"

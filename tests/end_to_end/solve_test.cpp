@@ -11,8 +11,8 @@
 
 #include "geometry/clip/clip.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/gzip.h"
-#include "geometry/io/markers/c3d_writer.h"
+#include "geometry/io/container/byte_source.h"
+#include "geometry/io/markers/c3d.h"
 #include "solver/markers/marked_person.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "generator/actions/face_marks.h"
-#include "generator/actions/object_marks.h"
 #include "geometry/clip/clip.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"

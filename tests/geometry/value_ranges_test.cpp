@@ -2,7 +2,7 @@
 #include "geometry/value_ranges.h"
 
 #include "geometry/clip/clip.h"
-#include "geometry/io/motion/motion_limits.h"
+#include "geometry/io/motion/motion_file.h"
 #include "geometry/mesh/mesh.h"
 
 #include <cmath>

@@ -19,7 +19,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/body/body_model.h"
-#include "geometry/body/rest_pelvis.h"
+#include "geometry/body/skeleton.h"
 
 namespace holdfast {
 namespace {

@@ -9,12 +9,12 @@
 
 #include <gtest/gtest.h>
 
-#include "geometry/clip/clip_scene.h"
+#include "geometry/clip/clip_body.h"
 #include "geometry/import/load_clip.h"
 #include "solver/carry/carry.h"
 #include "solver/grasp/grasp_set.h"
 #include "solver/robot/robot.h"
-#include "solver/robot_hand/read_robot.h"
+#include "solver/robot_hand/robot_hand.h"
 #include "tests/support/robot_files.h"
 #include "tests/support/temporary_folder.h"
 

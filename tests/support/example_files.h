@@ -18,7 +18,7 @@
 #include "generator/imos/weights.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/clip/clip.h"
-#include "geometry/clip/mirror_clip.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/embedded.h"
 #include "geometry/io/container/npz.h"
 #include "geometry/io/mesh/mesh_io.h"

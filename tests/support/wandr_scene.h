@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "generator/scripted/reach_motion.h"
-#include "generator/wandr/pose_delta.h"
+#include "generator/wandr/pose.h"
 #include "generator/wandr/wandr.h"
 #include "geometry/body/body_model.h"
 #include "geometry/rotation.h"

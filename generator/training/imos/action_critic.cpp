@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "generator/training/imos/action_critic.h"
 
-#include "generator/nn/residual_weights.h"
+#include "generator/nn/network_weights.h"
 #include "generator/training/imos/imos_kinematics.h"
 
 namespace holdfast::imos {

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "generator/imos/vocabulary.h"
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/json_file.h"
 
 namespace holdfast::imos {
 namespace {

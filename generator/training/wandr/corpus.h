@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "generator/wandr/body_kinematics.h"
 #include "generator/wandr/goal_plan.h"
 #include "generator/wandr/pose.h"
 #include "generator/wandr/statistics.h"

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "generator/wandr/body_kinematics.h"
+#include "generator/wandr/pose.h"
 
 namespace holdfast::wandr {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "generator/training/wandr/motion_critic.h"
 
-#include "generator/wandr/condition.h"
+#include "generator/wandr/statistics.h"
 
 namespace holdfast::wandr {
 namespace {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include "generator/wandr/reach_protocol.h"
-#include "generator/wandr/reach_starts.h"
 
 namespace holdfast::wandr {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "generator/nn/any_weights.h"
+#include "generator/nn/network_weights.h"
 #include "generator/training/network_tensors.h"
 #include "generator/training/wandr/trainer_state.h"
 #include "geometry/error.h"

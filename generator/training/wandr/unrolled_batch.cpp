@@ -7,7 +7,7 @@
 
 #include <Eigen/Geometry>
 
-#include "generator/wandr/pose_delta.h"
+#include "generator/wandr/pose.h"
 #include "geometry/parallel.h"
 
 namespace holdfast::wandr {

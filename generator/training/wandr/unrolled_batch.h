@@ -7,8 +7,6 @@
 #include <Eigen/Core>
 
 #include "generator/training/wandr/goal_loss.h"
-#include "generator/wandr/body_kinematics.h"
-#include "generator/wandr/condition.h"
 #include "generator/wandr/goal_plan.h"
 #include "generator/wandr/intention.h"
 #include "generator/wandr/pose.h"

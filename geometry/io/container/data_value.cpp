@@ -8,7 +8,6 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/data_store.h"
-#include "geometry/io/container/object_fields.h"
 
 namespace holdfast {
 namespace {

@@ -10,7 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "geometry/error.h"
-#include "geometry/io/container/half.h"
+#include "geometry/io/container/npy_header.h"
 #include "geometry/io/container/npz.h"
 
 namespace holdfast {

@@ -11,10 +11,10 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/gzip.h"
-#include "geometry/io/container/json_text.h"
-#include "geometry/io/gltf/gltf_builder.h"
+#include "geometry/io/container/byte_source.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/io/gltf/gltf_skeleton.h"
+#include "geometry/io/gltf/gltf_writer.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

@@ -1,8 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
+#include <map>
 #include <string>
+#include <vector>
+
+#include <tiny_gltf.h>
+#include <Eigen/Core>
 
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
@@ -43,5 +51,77 @@ struct GlbReport {
 /// 4 GB or cannot be written.
 GlbReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
                    const GlbOptions& options, const std::filesystem::path& path);
+
+}  // namespace holdfast
+
+// Not for users of the library: names tinygltf.
+
+namespace holdfast {
+
+/// Of a .glb, whose lengths are 32 bits: what the format leaves, less room for its JSON.
+inline constexpr std::size_t kMaxGltfBytes = std::numeric_limits<std::uint32_t>::max() - (1u << 24);
+
+/// Quaternions x y z w through time, one a column.
+using GltfQuaternions = Eigen::Matrix<float, 4, Eigen::Dynamic>;
+
+/// R_after exp(axis_angle) through time as unit quaternions, neighbours in the same half of the
+/// sphere so that players turn the short way.
+GltfQuaternions QuaternionsOverTime(const Eigen::Matrix3d& R_after,
+                                    const Eigen::Matrix3Xd& axis_angle);
+
+/// Turns (x, y, z) with z up into (x, z, -y).
+Eigen::Matrix3d YUpFromZUp();
+
+template <typename Vector>
+std::vector<double> ToVector(const Vector& v) {
+  return {v.begin(), v.end()};
+}
+
+/// A glTF 2.0 scene with one animation, put together part by part. All indices that are returned
+/// are those of the file's arrays.
+class GltfBuilder {
+ public:
+  /// Key frames are `frames` at `frame_rate` (Hz), linear in between.
+  GltfBuilder(int frames, double frame_rate, const std::string& generator,
+              const std::string& animation);
+
+  /// In the scene itself without a parent.
+  int AddNode(tinygltf::Node node, int parent = -1);
+  /// A node in the z-up world: posed as in the first frame, moved by the animation.
+  void Place(int node, const Eigen::Matrix3Xd& trans, const Eigen::Matrix3Xd& orient);
+  /// The rotation or translation of a node through time, and as it stands.
+  void Turn(int node, const GltfQuaternions& rotation);
+  void Shift(int node, const Eigen::Matrix3Xf& translation);
+  void Animate(int node, const char* path, int output);
+
+  /// A rigid mesh that moves along a track, named as the track is or else as told.
+  void AddTracked(const TexturedMesh& rigid, const ObjectTrack& track, const char* usual);
+  tinygltf::Primitive Primitive(const TriangleMesh& mesh, const Eigen::Matrix3Xd& normals,
+                                int material);
+  int AddMesh(tinygltf::Mesh mesh);
+  int AddMaterial(const Material& look, bool double_sided);
+
+  /// One element per column.
+  template <typename Derived>
+  int AddFloats(const Eigen::MatrixBase<Derived>& columns, int type, int target = 0,
+                bool with_range = false) {
+    return AddFloatMatrix(columns, type, target, with_range);
+  }
+  int AddAccessor(const void* data, std::size_t num_bytes, std::size_t count, int component,
+                  int type, int target);
+
+  tinygltf::Model& Model() { return model_; }
+  /// As a .glb. Throws Error when it would pass the format's 4 GB.
+  std::string Bytes() const;
+
+ private:
+  int AddTexture(const std::string& file);
+  int AddView(const void* data, std::size_t num_bytes, int target);
+  int AddFloatMatrix(const Eigen::MatrixXf& values, int type, int target, bool with_range);
+
+  tinygltf::Model model_;
+  std::map<std::string, int> texture_of_;  // by the image's bytes
+  int times_ = -1;
+};
 
 }  // namespace holdfast

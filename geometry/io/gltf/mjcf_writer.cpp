@@ -13,7 +13,6 @@
 #include <fmt/format.h>
 
 #include "geometry/body/hand_model.h"
-#include "geometry/body/hand_parts.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"

@@ -8,8 +8,8 @@
 #include <fmt/ranges.h>
 
 #include "geometry/error.h"
-#include "geometry/io/container/gzip.h"
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/byte_source.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/io/markers/c3d.h"
 #include "geometry/io/markers/marker_tables.h"

@@ -11,7 +11,7 @@
 #include <fmt/ranges.h>
 
 #include "geometry/error.h"
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/io/container/text_scanner.h"
 
 namespace holdfast {

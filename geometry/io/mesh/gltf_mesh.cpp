@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/mesh/append.h"
+#include "geometry/mesh/mesh.h"
 
 namespace holdfast {
 namespace {

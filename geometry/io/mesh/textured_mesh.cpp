@@ -19,7 +19,7 @@
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/io/mesh/mesh_scan.h"
-#include "geometry/mesh/crease_normals.h"
+#include "geometry/mesh/mesh_topology.h"
 
 namespace holdfast {
 namespace {

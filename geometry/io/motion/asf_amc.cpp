@@ -11,9 +11,9 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/io/container/gzip.h"
+#include "geometry/io/container/byte_source.h"
 #include "geometry/io/container/text_scanner.h"
-#include "geometry/io/motion/motion_limits.h"
+#include "geometry/io/motion/motion_file.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
 #include "geometry/io/motion/motion_file.h"
 
 namespace holdfast {
@@ -24,5 +26,15 @@ SourceMotion ReadBvh(const std::filesystem::path& path, double metres_per_unit =
 
 /// The same for text in memory, as PlainText gives it; `name` is how messages call it.
 SourceMotion ParseBvh(std::string_view text, std::string name, double metres_per_unit = 0.01);
+
+/// The clip's 55 joints as a Biovision hierarchy, offsets those of the shaped body in its T-pose.
+/// Lengths are centimetres, world y up (x, z, -y of the clip), as most programs expect. The root
+/// has position and rotation channels, all others rotation only, as Z X Y Euler angles (R = Rz Rx
+/// Ry) in degrees that go on smoothly from frame to frame. End sites lie on the skin: the vertex of
+/// the joint farthest from it. The joint positions of the text are the clip's within a micrometre.
+std::string BvhText(const Clip& clip, const BodySurface& surface);
+
+/// Writes BvhText atomically.
+void WriteBvh(const Clip& clip, const BodySurface& surface, const std::filesystem::path& path);
 
 }  // namespace holdfast

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "geometry/io/container/text_scanner.h"
 #include "geometry/io/mesh/textured_mesh.h"
 #include "geometry/mesh/mesh.h"
 
@@ -56,5 +59,17 @@ struct SourceMotion {
     return rotations[static_cast<std::size_t>(frame) * joint_names.size() + joint];
   }
 };
+
+/// What a rotation and a position of a SourceMotion take.
+inline constexpr std::size_t kJointFrameBytes = 56;
+
+/// A joint without channels costs nothing in a text, yet memory in every frame. Throws Error at the
+/// scanner's line when `frames` of `joints` would take more than ten times the text they come from
+/// and 60 MB, or more than kMaxJointFrames.
+void RequireBearable(const TextScanner& scanner, double frames, int joints, std::size_t text_bytes);
+
+/// Throws Error (`where`, with the field and the frame) for the first number that is outside the
+/// ranges of geometry/value_ranges.h or no number.
+void RequireInRange(const SourceMotion& motion, std::string_view where);
 
 }  // namespace holdfast

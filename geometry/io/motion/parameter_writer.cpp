@@ -9,7 +9,7 @@
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/io/container/npz.h"
 
 namespace holdfast {

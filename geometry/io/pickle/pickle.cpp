@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/io/pickle/pickle_context.h"
+#include "geometry/io/pickle/pickle_globals.h"
 #include "geometry/io/pickle/pickle_machine.h"
-#include "geometry/io/pickle/pickle_scanner.h"
+#include "geometry/io/pickle/pickle_text.h"
 
 namespace holdfast {
 namespace {

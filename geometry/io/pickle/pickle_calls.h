@@ -7,9 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "geometry/io/pickle/pickle_context.h"
-#include "geometry/io/pickle/pickle_numpy.h"
-#include "geometry/io/pickle/pickle_torch.h"
+#include "geometry/io/pickle/pickle_arrays.h"
+#include "geometry/io/pickle/pickle_globals.h"
 
 namespace holdfast {
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The names that a pickle may use. To allow one more class whose instances are plain data, add a
-// row with kInstance: its fields become names of a DataValue. No row makes anything run.
 #include "geometry/io/pickle/pickle_globals.h"
 
 #include <algorithm>
 #include <string>
+
+// The names that a pickle may use. To allow one more class whose instances are plain data, add a
+// row with kInstance: its fields become names of a DataValue. No row makes anything run.
 
 namespace holdfast {
 namespace {

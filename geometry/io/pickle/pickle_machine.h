@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "geometry/io/pickle/pickle_calls.h"
-#include "geometry/io/pickle/pickle_context.h"
-#include "geometry/io/pickle/pickle_scanner.h"
+#include "geometry/io/pickle/pickle_globals.h"
+#include "geometry/io/pickle/pickle_text.h"
 
 namespace holdfast {
 

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <span>
+#include <string>
+
+#include "geometry/io/container/data_store.h"
 #include "geometry/io/container/data_value.h"
 #include "geometry/io/container/zip_archive.h"
 
@@ -15,5 +20,19 @@ bool IsTorchArchive(const ZipArchive& archive);
 /// (they are code), for classes that are no plain data, and for tensors that reach outside their
 /// storage.
 DataValue ReadTorchArchive(const ZipArchive& archive);
+
+/// Whether bytes begin as torch.save wrote before torch 1.6, and still does with
+/// `_use_new_zipfile_serialization=False`: with the pickle of a magic number.
+bool LooksLikeTorchLegacy(std::span<const std::byte> head);
+
+/// The value in such a file: pickles of the magic number, the protocol, the writer's machine, the
+/// object, and the names of its storages, then each storage as its length and its numbers. Arrays
+/// are views into `file`. Throws Error as ReadTorchArchive does.
+DataValue ReadTorchLegacy(DataBytes file, const std::string& where);
+
+/// The numbers of the one storage that such a file holds when it lies inside a pickle, as pickled
+/// tensors have it; sets `element` to their type.
+DataBytes ReadNestedTorchStorage(std::span<const std::byte> file, const std::string& where,
+                                 ElementType& element);
 
 }  // namespace holdfast

@@ -9,20 +9,18 @@
 #include <fmt/format.h>
 
 #include "generator/actions/action_strokes.h"
-#include "generator/imos/key_frames.h"
+#include "generator/imos/action_sequence.h"
 #include "generator/imos/run_synthesis.h"
 #include "generator/scripted/reach_motion.h"
 #include "geometry/body/skeleton.h"
-#include "geometry/clip/mirror_clip.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/clip/resample.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
 #include "solver/fit/fit.h"
-#include "solver/fit/grasps_from_clip.h"
 #include "solver/handover/grasps_by_transfer.h"
 #include "solver/synthesis/synthesis.h"
-#include "solver/synthesis/synthesis_motion.h"
 
 namespace holdfast {
 namespace {

@@ -13,8 +13,8 @@
 #include "generator/imos/network.h"
 #include "generator/imos/synthesis_metrics_motion.h"
 #include "generator/imos/synthesis_network.h"
-#include "geometry/clip/clip_scene.h"
-#include "solver/fit/fit_library.h"
+#include "geometry/clip/clip_body.h"
+#include "solver/fit/prepared_object.h"
 
 namespace holdfast {
 

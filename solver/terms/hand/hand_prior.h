@@ -2,13 +2,22 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
+#include <ceres/cost_function.h>
 #include <ceres/sized_cost_function.h>
-
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
+#include "geometry/rotation.h"
 #include "solver/hand/hand_axes.h"
+#include "solver/hand/hand_evaluation.h"
+#include "solver/hand/hand_landmarks.h"
+#include "solver/unknowns/rotation_manifold.h"
+#include "solver/unknowns/wrist_offset.h"
 
 namespace holdfast {
 
@@ -93,6 +102,122 @@ class HandPriorTerm final : public ceres::SizedCostFunction<97, kHandDofs> {
   const HandAxes& axes_;
   HandAngles preferred_;
   HandPriorWeights weights_;
+};
+
+/// E_w: the hands stay where the clip has them. With the offset B so far (in the body already) and
+/// the unknown offset (C, c) on top of it,
+///
+///   E_w = |c_B + B c|^2 + l^2 |log(B C)|^2,   l = 0.1 m
+///
+/// 6 residuals, metres: a turn counts as what it moves at l, the length of a hand's palm. Parameter
+/// blocks: C (4, x y z w, with RotationManifold), c (3, metres), both in the wrist's frame. Weight:
+/// lambda_w, on the sum; residuals are scaled by its square root. Not part of the paper's energy.
+class WristPrior final : public ceres::SizedCostFunction<6, 4, 3> {
+ public:
+  static constexpr double kLever = 0.1;  // metres
+
+  WristPrior(const WristOffset& before, double weight)
+      : before_(before), scale_(std::sqrt(weight)) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const Eigen::Map<const Eigen::Quaterniond> C(parameters[0]);
+    const Eigen::Map<const Eigen::Vector3d> c(parameters[1]);
+    const Eigen::Vector3d turn = LogSO3((before_.rotation * C).toRotationMatrix());
+    Eigen::Map<Eigen::Matrix<double, 6, 1>> r(residuals);
+    r.head<3>() = scale_ * (before_.translation + before_.rotation * c);
+    r.tail<3>() = scale_ * kLever * turn;
+    if (jacobians == nullptr) return true;
+    FillPoseJacobians(parameters, jacobians, 0, scale_, scale_ * kLever,
+                      InverseLeftJacobianSO3(turn).transpose(),
+                      before_.rotation.toRotationMatrix());
+    return true;
+  }
+
+ private:
+  WristOffset before_;
+  double scale_;
+};
+
+/// A finger joint keeps to its range.
+///
+///   r = sqrt(w) (a - clamp(a)),   3 residuals, radians
+///
+/// Parameter block: the joint's angles a (3, as a column of HandAngles).
+class AngleRangeTerm final : public ceres::SizedCostFunction<3, 3> {
+ public:
+  /// `axes` must outlive the term.
+  AngleRangeTerm(const HandAxes& axes, int finger_joint, double weight)
+      : axes_(axes), joint_(finger_joint), scale_(std::sqrt(weight)) {}
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    double* const J = jacobians != nullptr ? jacobians[0] : nullptr;
+    if (J != nullptr) std::fill_n(J, 9, 0.0);
+    for (int k = 0; k < 3; ++k) {
+      const AngleRange& range = axes_.Range(k, joint_);
+      const double beyond = parameters[0][k] - std::clamp(parameters[0][k], range.low, range.high);
+      residuals[k] = scale_ * beyond;
+      if (J != nullptr && beyond != 0.0) J[4 * k] = scale_;
+    }
+    return true;
+  }
+
+ private:
+  const HandAxes& axes_;
+  int joint_;
+  double scale_;
+};
+
+/// Fingers stay out of each other: for pairs of finger balls with centres c,
+///
+///   r = w max(0, free_distance - |c_1 - c_2|)
+///
+/// Parameter block: finger pose P (45, radians).
+class FingerCollisionTerm final : public ceres::CostFunction {
+ public:
+  /// `hand` and `landmarks` must outlive the term. `weight` is per metre.
+  FingerCollisionTerm(HandEvaluation& hand, const HandLandmarks& landmarks,
+                      std::vector<HandLandmarks::BallPair> pairs, double weight)
+      : hand_(hand), landmarks_(landmarks), pairs_(std::move(pairs)), weight_(weight) {
+    set_num_residuals(static_cast<int>(pairs_.size()));
+    *mutable_parameter_block_sizes() = {kHandDofs};
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const bool with_jacobian = jacobians && jacobians[0];
+    const HandState& state = hand_.At(parameters[0], with_jacobian);
+    Eigen::Matrix3Xd centers;
+    BallCenters(landmarks_, state.Vertices(), centers);
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const HandLandmarks::BallPair& pair = pairs_[i];
+      const Eigen::Vector3d apart = centers.col(pair.first) - centers.col(pair.second);
+      const double distance = apart.norm();
+      const double overlap = pair.free_distance - distance;
+      residuals[i] = weight_ * std::max(0.0, overlap);
+      if (!with_jacobian) continue;
+      double* const row = jacobians[0] + kHandDofs * i;
+      std::fill(row, row + kHandDofs, 0.0);
+      if (overlap <= 0.0 || distance == 0.0) continue;
+      const Eigen::Vector3d direction = -weight_ / distance * apart;
+      AddBall(pair.first, direction, row);
+      AddBall(pair.second, -direction, row);
+    }
+    return true;
+  }
+
+ private:
+  void AddBall(int ball, const Eigen::Vector3d& direction, double* row) const {
+    const std::vector<int>& ring = landmarks_.Balls()[ball].ring;
+    const Eigen::Vector3d share = direction / static_cast<double>(ring.size());
+    for (const int vertex : ring) hand_.AddRow(vertex, share, row);
+  }
+
+  HandEvaluation& hand_;
+  const HandLandmarks& landmarks_;
+  std::vector<HandLandmarks::BallPair> pairs_;
+  double weight_;
 };
 
 }  // namespace holdfast

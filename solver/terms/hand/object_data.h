@@ -8,7 +8,6 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "geometry/pose.h"
 #include "geometry/rotation.h"
 #include "solver/unknowns/rotation_manifold.h"
 

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "geometry/body/hand_model.h"
-#include "solver/unknowns/skin_term.h"
+#include "solver/unknowns/vertex_term.h"
 
 namespace holdfast {
 

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include <Eigen/Core>
 
+#include "geometry/mesh/distance_grid.h"
+#include "solver/terms/hand/penetration.h"
 #include "solver/unknowns/vertex_term.h"
 
 namespace holdfast {
@@ -41,6 +46,105 @@ class VertexGoals final : public VertexTerm {
   Eigen::Matrix3Xd goals_;
   Eigen::VectorXd weights_;
   double weight_;
+};
+
+/// r = w (d - target): points of a pad are drawn onto the surface from either side.
+struct GraspContactShape {
+  double weight = 1.0;  ///< per metre
+  double target = 0.0;  ///< metres; slightly negative presses the pad's soft tissue
+
+  std::pair<double, double> operator()(double distance) const {
+    return {weight * (distance - target), weight};
+  }
+};
+
+/// Pads on the surface: E = sum_i w^2 (d_i - target)^2 over the points chosen to touch.
+using GraspContactTerm = SkinDistanceTerm<GraspContactShape>;
+
+/// E_s: contacts travel along the surface, not off it. In place of E_d and E_c for objects that are
+/// turned or squeezed in the fingers. Over the hand vertices that touched when the hand took hold,
+///
+///   E_s = sum_i (d(z_i) - d_i0)^2 + share |(I - n_i n_i^T)(z_i - y_i)|^2,   m^2
+///
+/// d the object's signed distance, d_i0 that of the vertex when the hand took hold, y_i where the
+/// vertex was on the object in the last solved frame and n_i the surface's normal there. The second
+/// part is a weak drag: among all ways along the surface the shortest is taken, and an object that
+/// is free in the fingers goes with them. It needs no friction model and knows no forces.
+/// Weight: lambda_s, on the sum; not part of the paper's energy.
+class Slip final : public VertexTerm {
+ public:
+  /// `z` (3 x N, object's frame, metres) is the hand as it takes hold; its vertices touch that are
+  /// no farther than `touch_m` beyond the nearest one. `object` must outlive the term.
+  Slip(const DistanceGrid& object, const Eigen::Matrix3Xd& z, double touch_m, double weight,
+       double drag_share)
+      : object_(object), weight_(weight), drag_(drag_share) {
+    Eigen::VectorXd distances(z.cols());
+    for (Eigen::Index i = 0; i < z.cols(); ++i) distances(i) = object.Distance(z.col(i));
+    const double limit = std::max(0.0, distances.minCoeff()) + touch_m;
+    for (Eigen::Index i = 0; i < z.cols(); ++i) {
+      if (distances(i) >= limit) continue;
+      Contact contact;
+      contact.vertex = i;
+      contact.distance = distances(i);
+      contacts_.push_back(contact);
+    }
+    MoveTo(z);
+  }
+
+  /// Where a contact was on the object: y_i and n_i.
+  struct Mark {
+    Eigen::Vector3d at, normal;
+  };
+
+  /// The marks that a hand at `z` leaves, one for each contact.
+  std::vector<Mark> MarksOf(const Eigen::Matrix3Xd& z) const {
+    std::vector<Mark> marks;
+    for (const Contact& contact : contacts_) {
+      Mark mark{z.col(contact.vertex), Eigen::Vector3d::Zero()};
+      object_.Distance(mark.at, &mark.normal);
+      mark.normal.normalize();
+      marks.push_back(mark);
+    }
+    return marks;
+  }
+  /// Drag from here on is towards these.
+  void SetMarks(std::vector<Mark> marks) { marks_ = std::move(marks); }
+  /// The frame is solved: drag from here on is towards where the vertices are now.
+  void MoveTo(const Eigen::Matrix3Xd& z) { SetMarks(MarksOf(z)); }
+
+  double Add(const Eigen::Matrix3Xd& z, std::span<VertexQuadratic> quadratics) const override {
+    double energy = 0.0;
+    for (std::size_t k = 0; k < contacts_.size(); ++k) {
+      const Contact& contact = contacts_[k];
+      Eigen::Vector3d gradient;
+      const double off = object_.Distance(z.col(contact.vertex), &gradient) - contact.distance;
+      const Eigen::Vector3d& n = marks_[k].normal;
+      const Eigen::Matrix3d along = Eigen::Matrix3d::Identity() - n * n.transpose();
+      const Eigen::Vector3d travel = along * (z.col(contact.vertex) - marks_[k].at);
+      const double squares = off * off + drag_ * travel.squaredNorm();
+      VertexQuadratic& quadratic = quadratics[static_cast<std::size_t>(contact.vertex)];
+      quadratic.hessian += weight_ * (gradient * gradient.transpose() + drag_ * along);
+      quadratic.gradient += weight_ * (off * gradient + drag_ * travel);
+      quadratic.cost += 0.5 * weight_ * squares;
+      energy += squares;
+    }
+    return energy;
+  }
+
+  int NumContacts() const { return static_cast<int>(contacts_.size()); }  ///< vertices that touched
+
+ private:
+  struct Contact {
+    Eigen::Index vertex = 0;
+    double distance = 0.0;                             // d_i0
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();      // y_i
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // n_i
+  };
+
+  const DistanceGrid& object_;
+  double weight_, drag_;
+  std::vector<Contact> contacts_;
+  std::vector<Mark> marks_;  // one for each contact
 };
 
 }  // namespace holdfast

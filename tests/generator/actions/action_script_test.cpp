@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "generator/actions/action_catalog.h"
-#include "generator/actions/face_place.h"
+#include "generator/actions/face_marks.h"
 #include "generator/actions/standing_start.h"
 #include "generator/imos/vocabulary.h"
 #include "geometry/embedded.h"

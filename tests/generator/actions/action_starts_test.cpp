@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "generator/actions/action_starts.h"
+#include "generator/actions/standing_start.h"
 
 #include <filesystem>
 

@@ -8,7 +8,6 @@
 #include "generator/matching/body_frame.h"
 #include "generator/scripted/reach_motion.h"
 #include "geometry/io/mesh/load_object.h"
-#include "geometry/pose.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "generator/imos/default_network.h"
-#include "generator/wandr/default_network.h"
+#include "generator/imos/synthesis_network.h"
+#include "generator/wandr/reach_network.h"
 
 namespace holdfast {
 namespace {

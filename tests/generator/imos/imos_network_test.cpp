@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "generator/imos/import_weights.h"
+#include "generator/imos/weights.h"
 #include "geometry/error.h"
 #include "geometry/io/container/npz.h"
 #include "tests/support/column_network_checks.h"

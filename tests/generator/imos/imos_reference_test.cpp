@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "generator/imos/import_weights.h"
+#include "generator/imos/weights.h"
 #include "geometry/io/container/npz.h"
 #include "tests/support/imos_scene.h"
 #include "tests/support/temporary_folder.h"

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
-#include "geometry/io/container/checksum.h"
+#include "geometry/io/container/byte_source.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "generator/nn/mlp.h"
-#include "generator/nn/mlp_weights.h"
+#include "generator/nn/network_weights.h"
 #include "geometry/error.h"
 #include "tests/support/column_network_checks.h"
 

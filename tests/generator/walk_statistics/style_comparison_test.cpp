@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "generator/matching/random_draws.h"
+#include "generator/nn/random_stream.h"
 
 namespace holdfast {
 namespace {

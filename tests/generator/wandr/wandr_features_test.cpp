@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "generator/wandr/condition.h"
-#include "generator/wandr/pose_delta.h"
+#include "generator/wandr/pose.h"
+#include "generator/wandr/statistics.h"
 #include "tests/support/wandr_scene.h"
 
 namespace holdfast::wandr {

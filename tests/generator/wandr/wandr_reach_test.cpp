@@ -7,9 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "generator/wandr/reach_goals.h"
+#include "generator/wandr/reach_outcome.h"
 #include "generator/wandr/reach_protocol.h"
-#include "generator/wandr/reach_skating.h"
-#include "generator/wandr/reach_starts.h"
 #include "generator/wandr/walk_pace.h"
 #include "geometry/error.h"
 #include "tests/support/wandr_scene.h"

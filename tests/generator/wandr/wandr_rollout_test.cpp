@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "generator/wandr/pose_delta.h"
+#include "generator/wandr/pose.h"
 #include "geometry/error.h"
 #include "tests/support/allocation_count.h"
 #include "tests/support/wandr_scene.h"

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/clip/body_change.h"
+#include "geometry/clip/clip_body.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "geometry/body/rest_pelvis.h"
+#include "geometry/body/skeleton.h"
 #include "geometry/clip/clip_arrays.h"
-#include "geometry/import/held_distance.h"
 #include "geometry/import/import_file.h"
 #include "geometry/import/load_clip.h"
 #include "tests/support/moving_clip.h"

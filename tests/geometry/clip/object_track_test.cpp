@@ -7,7 +7,6 @@
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
-#include "geometry/pose.h"
 #include "geometry/rotation.h"
 #include "tests/geometry/mesh_shapes.h"
 #include "tests/support/temporary_folder.h"

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "geometry/error.h"
-#include "geometry/import/frame_files.h"
+#include "geometry/import/data_set_files.h"
 #include "geometry/import/load_clip.h"
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/io/container/npz.h"

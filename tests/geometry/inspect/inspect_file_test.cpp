@@ -16,7 +16,7 @@
 #include "geometry/io/container/npz.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
-#include "geometry/mesh/append.h"
+#include "geometry/mesh/mesh.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/synthetic_body.h"
 #include "tests/support/temporary_folder.h"

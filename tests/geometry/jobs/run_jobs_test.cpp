@@ -20,8 +20,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/read_json.h"
-#include "geometry/jobs/job_hash.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/jobs/job_journal.h"
 #include "geometry/jobs/job_list.h"
 #include "tests/support/temporary_folder.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/mesh/contact_samples.h"
+#include "geometry/mesh/surface_distance.h"
 
 #include <gtest/gtest.h>
 
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/signed_distance.h"
-#include "geometry/mesh/surface_distance.h"
 
 namespace holdfast {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/render/clip_renderer.h"
+#include "geometry/render/clip_pictures.h"
 
 #include <memory>
 

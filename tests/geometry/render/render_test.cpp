@@ -13,10 +13,9 @@
 
 #include "geometry/error.h"
 #include "geometry/render/contact_sheet.h"
-#include "geometry/render/label.h"
-#include "geometry/render/png.h"
-#include "geometry/render/shadow_map.h"
-#include "geometry/render/triangle_scan.h"
+#include "geometry/render/image.h"
+#include "geometry/render/lighting.h"
+#include "geometry/render/visibility.h"
 
 namespace holdfast {
 namespace {

@@ -16,7 +16,7 @@
 #include "geometry/import/import_motion.h"
 #include "geometry/io/gltf/gltf_writer.h"
 #include "geometry/io/mesh/mesh_io.h"
-#include "geometry/io/motion/bvh_writer.h"
+#include "geometry/io/motion/bvh.h"
 #include "geometry/io/motion/parameter_writer.h"
 #include "geometry/rotation.h"
 #include "tests/support/moving_clip.h"

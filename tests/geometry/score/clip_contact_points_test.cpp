@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/score/clip_contact_points.h"
+#include "geometry/score/contact_writer.h"
 
 #include <gtest/gtest.h>
 
 #include "geometry/body/hand_model.h"
 #include "geometry/error.h"
 #include "geometry/io/container/npz.h"
-#include "geometry/score/contact_writer.h"
 #include "geometry/score/hand_object_score.h"
 #include "tests/support/moving_clip.h"
 #include "tests/support/program.h"

@@ -9,7 +9,6 @@
 
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
-#include "geometry/score/object_shape.h"
 #include "tests/geometry/mesh_shapes.h"
 
 namespace holdfast {

@@ -8,7 +8,7 @@
 
 #include "geometry/body/own_body.h"
 #include "geometry/rotation.h"
-#include "geometry/score/ball_tree.h"
+#include "geometry/score/clearance_memory.h"
 #include "tests/geometry/mesh_shapes.h"
 
 namespace holdfast {

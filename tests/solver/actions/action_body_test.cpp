@@ -8,8 +8,7 @@
 
 #include "generator/actions/standing_start.h"
 #include "geometry/rotation.h"
-#include "solver/actions/action_frame_block.h"
-#include "solver/actions/action_stance.h"
+#include "solver/actions/action_measures.h"
 #include "tests/generator/test_body.h"
 #include "tests/support/numeric_jacobian.h"
 

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "geometry/clip/mirror_clip.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 

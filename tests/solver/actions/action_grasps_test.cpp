@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/actions/action_grasps.h"
+#include "solver/actions/action_choice.h"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "solver/actions/captured_action.h"
+#include "solver/actions/captured_clip.h"
 
 #include <fstream>
 
 #include <gtest/gtest.h>
 
 #include "generator/actions/standing_start.h"
-#include "generator/body/arm_correction.h"
 #include "generator/body/limb_ik.h"
+#include "generator/body/pose_builder.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/body_ik/arm_swing.h"
+#include "solver/body_ik/arm_ik.h"
 
 #include <gtest/gtest.h>
 

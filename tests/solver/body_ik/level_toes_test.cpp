@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/body_ik/level_toes.h"
+#include "solver/body_ik/foot_lift.h"
 
 #include <gtest/gtest.h>
 

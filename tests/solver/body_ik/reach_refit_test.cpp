@@ -8,12 +8,11 @@
 
 #include <gtest/gtest.h>
 
-#include "generator/matching/support_feet.h"
-#include "generator/wandr/default_network.h"
+#include "generator/matching/foot_lock.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_goals.h"
+#include "generator/wandr/reach_network.h"
 #include "generator/wandr/reach_outcome.h"
-#include "generator/wandr/reach_skating.h"
 #include "geometry/body/body_model.h"
 #include "geometry/error.h"
 #include "solver/latent/reach_by_optimisation.h"

@@ -10,7 +10,6 @@
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "solver/body_ik/reach_clip.h"
-#include "solver/body_ik/reach_frame_block.h"
 #include "solver/unknowns/change_spline.h"
 #include "tests/generator/test_body.h"
 #include "tests/support/numeric_jacobian.h"

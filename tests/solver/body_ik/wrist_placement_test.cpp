@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/body_ik/wrist_placement.h"
+#include "solver/body_ik/straighten_trunk.h"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "generator/body/arm_correction.h"
 #include "generator/body/limb_ik.h"
+#include "generator/body/pose_builder.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "generator/wandr/default_network.h"
-#include "geometry/body/rest_pelvis.h"
+#include "generator/wandr/reach_network.h"
+#include "geometry/body/skeleton.h"
 #include "geometry/error.h"
 #include "tests/support/temporary_folder.h"
 

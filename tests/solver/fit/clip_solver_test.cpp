@@ -12,7 +12,7 @@
 #include "geometry/rotation.h"
 #include "solver/fit/clip_refinement.h"
 #include "solver/fit/fit.h"
-#include "solver/terms/hand/temporal.h"
+#include "solver/terms/hand/paper_terms.h"
 #include "tests/support/hand_scene.h"
 
 namespace holdfast {

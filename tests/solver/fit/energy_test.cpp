@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/fit/energy.h"
+#include "solver/fit/fit_options.h"
 
 #include <set>
 #include <string>

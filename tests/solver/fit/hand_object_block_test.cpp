@@ -8,12 +8,10 @@
 
 #include <gtest/gtest.h>
 
-#include "solver/terms/hand/contact.h"
-#include "solver/terms/hand/hand_object_distance.h"
-#include "solver/terms/hand/temporal.h"
+#include "solver/terms/hand/paper_terms.h"
+#include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/dense_problem.h"
 #include "solver/unknowns/rotation_manifold.h"
-#include "solver/unknowns/sparse_solve.h"
 #include "tests/support/hand_scene.h"
 #include "tests/support/plain_terms.h"
 

@@ -7,7 +7,6 @@
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/signed_distance.h"
 #include "geometry/rotation.h"
-#include "solver/grasp/grasp_set_output.h"
 #include "tests/geometry/mesh_shapes.h"
 
 namespace holdfast {

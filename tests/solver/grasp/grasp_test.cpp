@@ -10,7 +10,7 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 #include "solver/grasp/grasp_candidates.h"
-#include "solver/grasp/grasp_quality.h"
+#include "solver/grasp/grasp_placement.h"
 #include "tests/geometry/mesh_shapes.h"
 
 namespace holdfast {

@@ -8,8 +8,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Dense>
 
-#include "solver/grip/grip_give.h"
-#include "solver/grip/squeeze_dual.h"
+#include "solver/grip/grip.h"
 #include "tests/support/numeric_jacobian.h"
 
 namespace holdfast {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/hand/point_patches.h"
+#include "solver/hand/hand_evaluation.h"
 
 #include <numeric>
 #include <random>

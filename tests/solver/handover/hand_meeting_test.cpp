@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "solver/handover/hand_meeting.h"
+#include "solver/handover/passage_clearance.h"
 
 #include <array>
 
 #include <gtest/gtest.h>
 
 #include "geometry/import/load_clip.h"
-#include "geometry/pose.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

@@ -11,8 +11,8 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 #include "solver/evaluation/handover_study.h"
+#include "solver/handover/dwell_fit.h"
 #include "solver/handover/handover_search.h"
-#include "solver/handover/viterbi.h"
 
 namespace holdfast {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/handover/passage_easing.h"
+#include "solver/handover/passage_clearance.h"
 
 #include <gtest/gtest.h>
 

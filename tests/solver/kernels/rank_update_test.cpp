@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/kernels/rank_update.h"
+#include "solver/kernels/pair_kernel.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/Core>

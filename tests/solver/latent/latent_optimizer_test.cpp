@@ -12,8 +12,8 @@
 
 #include <gtest/gtest.h>
 
-#include "generator/wandr/default_network.h"
 #include "generator/wandr/motion_states.h"
+#include "generator/wandr/reach_network.h"
 #include "generator/wandr/reach_outcome.h"
 #include "geometry/error.h"
 #include "tests/geometry/mesh_shapes.h"

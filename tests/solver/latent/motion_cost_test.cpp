@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "generator/wandr/default_network.h"
 #include "generator/wandr/motion_states.h"
+#include "generator/wandr/reach_network.h"
 #include "geometry/rotation.h"
 #include "tests/support/wandr_scene.h"
 

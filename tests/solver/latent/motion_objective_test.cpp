@@ -9,15 +9,9 @@
 #include <gtest/gtest.h>
 
 #include "generator/wandr/rollout.h"
-#include "solver/terms/motion/airborne.h"
-#include "solver/terms/motion/first_arrival.h"
-#include "solver/terms/motion/foot_skate.h"
-#include "solver/terms/motion/joint_acceleration.h"
-#include "solver/terms/motion/joint_goal.h"
-#include "solver/terms/motion/latent_prior.h"
-#include "solver/terms/motion/look_at.h"
-#include "solver/terms/motion/pelvis_speed.h"
-#include "solver/terms/motion/rotation_range.h"
+#include "solver/terms/motion/feet_terms.h"
+#include "solver/terms/motion/goal_terms.h"
+#include "solver/terms/motion/posture_terms.h"
 #include "tests/support/wandr_scene.h"
 
 namespace holdfast {

@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include "generator/wandr/default_network.h"
+#include "generator/wandr/reach_network.h"
 #include "geometry/error.h"
-#include "solver/latent/step_rule.h"
+#include "solver/latent/latent_solve.h"
 #include "tests/support/wandr_scene.h"
 
 namespace holdfast {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/markers/marker_trials.h"
+#include "solver/markers/marker_world.h"
 
 #include <filesystem>
 #include <fstream>

@@ -12,9 +12,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/npz.h"
 #include "geometry/rotation.h"
-#include "solver/recipes/adam.h"
 #include "solver/recipes/imos_finger_loss.h"
-#include "solver/recipes/rotation_6d.h"
 #include "tests/support/hand_scene.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/synthesis/sample_style.h"
+#include "solver/synthesis/motion_passes.h"
 
 #include <gtest/gtest.h>
 

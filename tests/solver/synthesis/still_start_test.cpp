@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/synthesis/still_start.h"
+#include "solver/synthesis/motion_passes.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,6 @@
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"
-#include "solver/synthesis/synthesis_motion.h"
 #include "tests/support/hand_scene.h"
 
 namespace holdfast {

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "generator/imos/default_network.h"
+#include "generator/imos/synthesis_network.h"
 #include "geometry/body/body_model.h"
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"

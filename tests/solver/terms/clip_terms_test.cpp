@@ -8,8 +8,7 @@
 #include "solver/fit/hand_object_block.h"
 #include "solver/terms/hand/object_data.h"
 #include "solver/terms/hand/object_motion.h"
-#include "solver/terms/hand/slip.h"
-#include "solver/terms/hand/support.h"
+#include "solver/terms/hand/vertex_goals.h"
 #include "tests/support/numeric_jacobian.h"
 
 namespace holdfast {

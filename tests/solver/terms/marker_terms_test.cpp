@@ -5,13 +5,9 @@
 #include <gtest/gtest.h>
 
 #include "geometry/io/mesh/load_object.h"
-#include "solver/terms/body/head_place.h"
-#include "solver/terms/body/marker_distance.h"
-#include "solver/terms/body/marker_on_skin.h"
-#include "solver/terms/body/marker_place.h"
-#include "solver/terms/body/pelvis_upright.h"
-#include "solver/terms/body/pose_acceleration.h"
-#include "solver/terms/body/pose_rest.h"
+#include "solver/terms/body/goal_terms.h"
+#include "solver/terms/body/marker_terms.h"
+#include "solver/terms/body/posture_terms.h"
 #include "tests/support/numeric_jacobian.h"
 
 namespace holdfast {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "geometry/clip/mirror_clip.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
 #include "geometry/io/mesh/load_object.h"

@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "solver/terms/hand/object_data.h"
-#include "solver/terms/hand/temporal.h"
+#include "solver/terms/hand/paper_terms.h"
+#include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/rotation_manifold.h"
-#include "solver/unknowns/sparse_solve.h"
 #include "tests/support/numeric_jacobian.h"
 
 namespace holdfast {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/unknowns/quiet_ceres.h"
+#include "solver/unknowns/ceres_solve.h"
 
 #include <cstdlib>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/unknowns/sparse_solve.h"
+#include "solver/unknowns/ceres_solve.h"
 
 #include <dlfcn.h>
 

@@ -6,10 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "geometry/rotation.h"
-#include "solver/fit/wrist_offset_block.h"
-#include "solver/terms/hand/contact.h"
-#include "solver/terms/hand/hand_object_distance.h"
-#include "solver/terms/hand/wrist_prior.h"
+#include "solver/fit/fitted_hand.h"
+#include "solver/terms/hand/hand_prior.h"
+#include "solver/terms/hand/paper_terms.h"
 #include "solver/unknowns/rotation_manifold.h"
 #include "tests/support/hand_scene.h"
 #include "tests/support/numeric_jacobian.h"

@@ -12,8 +12,8 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/gzip.h"
-#include "geometry/io/container/json_budget.h"
+#include "geometry/io/container/byte_source.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/io/gltf/asset/gltf_container.h"
 
 namespace holdfast {

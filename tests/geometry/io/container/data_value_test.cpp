@@ -12,7 +12,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/data_store.h"
-#include "geometry/io/container/json_text.h"
+#include "geometry/io/container/json_file.h"
 #include "geometry/io/pickle/pickle.h"
 #include "tests/support/pickle_files.h"
 

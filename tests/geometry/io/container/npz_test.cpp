@@ -16,7 +16,7 @@
 #include "geometry/clip/clip.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/container/half.h"
+#include "geometry/io/container/npy_header.h"
 #include "tests/support/peak_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/zip_bytes.h"

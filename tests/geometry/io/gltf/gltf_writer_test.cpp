@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "geometry/mesh/crease_normals.h"
+#include "geometry/mesh/mesh_topology.h"
 #include "geometry/rotation.h"
 #include "tests/support/glb_file.h"
 #include "tests/support/moving_clip.h"

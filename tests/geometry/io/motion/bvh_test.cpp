@@ -15,7 +15,7 @@
 #include "geometry/error.h"
 #include "geometry/import/file_kind.h"
 #include "geometry/import/import_motion.h"
-#include "geometry/io/container/gzip.h"
+#include "geometry/io/container/byte_source.h"
 #include "geometry/io/container/text_scanner.h"
 #include "tests/support/temporary_folder.h"
 

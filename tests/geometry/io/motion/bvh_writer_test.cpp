@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/motion/bvh_writer.h"
+#include "geometry/io/motion/bvh.h"
 
 #include <cmath>
 #include <iterator>
@@ -11,7 +11,6 @@
 #include <gtest/gtest.h>
 
 #include "geometry/import/import_motion.h"
-#include "geometry/io/motion/bvh.h"
 #include "tests/support/moving_clip.h"
 #include "tests/support/temporary_folder.h"
 

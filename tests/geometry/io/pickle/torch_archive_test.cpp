@@ -12,7 +12,6 @@
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/pickle/data_file.h"
-#include "geometry/io/pickle/torch_legacy.h"
 #include "tests/support/peak_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/zip_bytes.h"

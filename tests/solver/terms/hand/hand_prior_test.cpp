@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 
 #include "solver/hand/hand_landmarks.h"
-#include "solver/terms/hand/angle_range.h"
 #include "tests/support/numeric_jacobian.h"
 
 namespace holdfast {

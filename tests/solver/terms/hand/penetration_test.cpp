@@ -7,9 +7,8 @@
 
 #include "geometry/io/mesh/mesh_io.h"
 #include "solver/grasp/finger_closing.h"
-#include "solver/terms/hand/finger_collision.h"
-#include "solver/terms/hand/grasp_contact.h"
-#include "solver/terms/hand/intrusion.h"
+#include "solver/terms/hand/hand_prior.h"
+#include "solver/terms/hand/vertex_goals.h"
 #include "tests/support/numeric_jacobian.h"
 
 namespace holdfast {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/terms/hand/temporal.h"
+#include "solver/terms/hand/paper_terms.h"
 
 #include <cmath>
 #include <numbers>

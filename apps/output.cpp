@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "apps/output.h"
+
+#include <atomic>
+#include <charconv>
+#include <csignal>
+#include <system_error>
+#include <unistd.h>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "apps/common.h"
+#include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/json_file.h"
+
+namespace holdfast::apps {
+namespace {
+
+constexpr int kMaxSide = 16384;  // pixels, or tiles
+
+}  // namespace
+
+std::optional<std::pair<int, int>> ParsePair(const std::string& text) {
+  int a = 0;
+  int b = 0;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, a);
+  if (first.ec != std::errc() || first.ptr == end || *first.ptr != 'x') return std::nullopt;
+  const auto second = std::from_chars(first.ptr + 1, end, b);
+  if (second.ec != std::errc() || second.ptr != end || a < 1 || b < 1) return std::nullopt;
+  if (a > kMaxSide || b > kMaxSide) return std::nullopt;
+  return std::pair(a, b);
+}
+
+ReportPage WriteReport(std::span<const ReportInput> clips, const std::filesystem::path& path,
+                       ReportPageOptions options, const CommonOptions& common) {
+  if (Interrupted()) return {};
+  options.seed = common.seed;
+  options.threads = NumThreads(common);
+  Progress progress(common, "report");
+  ReportPage page = MakeReportPage(clips, options, [&](const char*, int done, int total) {
+    progress.Update(done, total);
+    return !Interrupted();
+  });
+  if (!page.html.empty()) WriteAtomically(path, page.html);
+  return page;
+}
+
+void WriteReportBeside(std::span<const ReportInput> clips, const std::filesystem::path& path,
+                       const CommonOptions& common) {
+  if (HasReportPlayer()) {
+    WriteReport(clips, path, {}, common);
+    if (Interrupted()) Note(common, "note: interrupted: the result is kept, without report.html");
+  } else {
+    Note(common, "note: no report.html: this program was built without the player");
+  }
+}
+
+namespace fs = std::filesystem;
+
+ResultFolder::ResultFolder(fs::path path, bool force) : path_(std::move(path)) {
+  if (path_.empty()) throw Error("--output", "is an empty name", "Name the folder to make");
+  if (path_.filename().empty()) path_ = path_.parent_path();  // "held/" is "held"
+  std::error_code error;
+  if (fs::exists(path_, error)) {
+    if (!force) {
+      throw Error(path_.string(), "exists already", "Choose another name, or give --force");
+    }
+    // Never replace a folder that is not one of ours.
+    if (!fs::is_directory(path_, error) ||
+        (!fs::is_empty(path_, error) && !fs::exists(path_ / "metrics.json", error))) {
+      throw Error(path_.string(), "is not a result folder: it is not replaced",
+                  "Choose another name");
+    }
+  }
+  const fs::path parent = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
+  temporary_ = parent / fmt::format(".{}.tmp{}", path_.filename().string(), ::getpid());
+  // Tried now, so that a place that cannot be written to is said before the work and not after it;
+  // made only when there is something to write, so that a killed program leaves nothing.
+  fs::remove_all(temporary_, error);
+  fs::create_directories(temporary_, error);
+  if (error) {
+    throw Error(path_.string(), fmt::format("cannot be created ({})", error.message()),
+                "Check the folder it is to be in");
+  }
+  fs::remove(temporary_, error);
+}
+
+fs::path ResultFolder::operator/(const char* name) const {
+  fs::create_directories(temporary_);
+  return temporary_ / name;
+}
+
+ResultFolder::~ResultFolder() {
+  std::error_code ignored;
+  if (!temporary_.empty()) fs::remove_all(temporary_, ignored);
+}
+
+nlohmann::json ResultFolder::WriteMetrics(nlohmann::json metrics) const {
+  nlohmann::json written =
+      WriteWithoutWallTimes(std::move(metrics), *this / "metrics.json", *this / "timing.json");
+  if (IsOneOfMany()) fs::remove(*this / "timing.json");
+  return written;
+}
+
+void ResultFolder::Commit() {
+  std::error_code error;
+  const fs::path old = temporary_.string() + ".old";
+  const bool replaces = fs::exists(path_, error);
+  if (replaces) fs::rename(path_, old, error);
+  if (!error) fs::rename(temporary_, path_, error);
+  if (error) {
+    std::error_code ignored;
+    if (replaces) fs::rename(old, path_, ignored);
+    throw Error(path_.string(), fmt::format("could not be put in place ({})", error.message()),
+                "Check the folder it is to be in");
+  }
+  temporary_.clear();
+  if (replaces) fs::remove_all(old, error);
+}
+
+namespace {
+
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+extern "C" void OnInterrupt(int signal) {
+  interrupted = true;
+  std::signal(signal, SIG_DFL);
+}
+
+}  // namespace
+
+void WatchForInterrupt() { std::signal(SIGINT, OnInterrupt); }
+
+bool Interrupted() { return interrupted; }
+
+}  // namespace holdfast::apps

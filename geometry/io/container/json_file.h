@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
+
+#include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/data_store.h"
+
+namespace holdfast {
+
+/// The bytes where they are UTF-8; else read as Latin-1, in which every byte is a character.
+inline std::string AsUtf8(std::string_view bytes) {
+  if (IsUtf8(bytes)) return std::string(bytes);
+  std::string text;
+  for (const char c : bytes) {
+    const auto code = static_cast<unsigned char>(c);
+    if (code < 0x80) {
+      text += c;
+    } else {
+      text += static_cast<char>(0xc0 | code >> 6);
+      text += static_cast<char>(0x80 | (code & 0x3f));
+    }
+  }
+  return text;
+}
+
+/// A JSON value with every name and text as UTF-8 (AsUtf8).
+template <typename Json>
+Json WithUtf8(const Json& value) {
+  if (value.is_string()) return AsUtf8(value.template get_ref<const std::string&>());
+  if (!value.is_structured()) return value;
+  Json texts = value.is_array() ? Json::array() : Json::object();
+  for (auto entry = value.begin(); entry != value.end(); ++entry) {
+    if (value.is_array()) {
+      texts.push_back(WithUtf8(*entry));
+    } else {
+      texts[AsUtf8(entry.key())] = WithUtf8(*entry);
+    }
+  }
+  return texts;
+}
+
+/// JSON as text, in one line, or indented where `indent` is not negative. Names of files, markers
+/// and joints may be any bytes, JSON is UTF-8: other texts are written as WithUtf8 has them, and
+/// what is no character even so as U+FFFD. Every JSON that leaves the library goes through here.
+template <typename Json>
+std::string JsonText(const Json& value, int indent = -1) {
+  using Handler = typename Json::error_handler_t;
+  try {
+    return value.dump(indent);
+  } catch (const typename Json::type_error&) {
+    return WithUtf8(value).dump(indent, ' ', false, Handler::replace);
+  }
+}
+
+/// Parses JSON whose values take at most ten times `file_bytes` and 32 MB of memory: a text of
+/// "{},{},{}," alone would take thirty times its size. Throws Error for that, for text that is no
+/// JSON (with the place) and for nesting deeper than 100. For library sources only.
+nlohmann::json ParseJsonWithin(std::string_view text, const std::string& where,
+                               std::size_t file_bytes);
+
+/// A JSON file; a discarded value (no object, no array) where it is missing or malformed. Throws
+/// Error for what is not a regular file.
+inline nlohmann::json ReadJson(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored) || std::filesystem::file_size(path, ignored) == 0) {
+    return nlohmann::json::value_t::discarded;
+  }
+  const std::string text = ReadFile(path, std::size_t{1} << 30);
+  try {
+    return ParseJsonWithin(text, path.string(), text.size());
+  } catch (const Error&) {
+    return nlohmann::json::value_t::discarded;
+  }
+}
+
+/// What `use` makes of the values of a JSON file; one of another type than it expects, or that is
+/// not there, is an Error about the file.
+template <typename Use>
+auto UseJson(const std::filesystem::path& path, const Use& use) {
+  try {
+    return use();
+  } catch (const nlohmann::json::exception&) {
+    throw Error(path.string(),
+                "is damaged: a value is missing, or of another type than it should be",
+                "Remove it, or make it anew");
+  }
+}
+
+/// Removes the wall times from a result and returns them, at the same places: an object of the keys
+/// that held times, a list with a null for each element without any. Null where `result` has none.
+/// A result without its times has the same bytes in every run. Keys that hold times are those of
+/// the list in wall_times.cpp.
+nlohmann::json TakeWallTimes(nlohmann::json& result);
+
+/// Puts `times` of TakeWallTimes back into `result`. Throws nlohmann::json::exception where a list
+/// has another length than it had.
+void PutBackWallTimes(const nlohmann::json& times, nlohmann::json& result);
+
+/// Writes `result` without its wall times to `file`, and these to `times_file` (none is written for
+/// a result without times). Returns what `file` has.
+nlohmann::json WriteWithoutWallTimes(nlohmann::json result, const std::filesystem::path& file,
+                                     const std::filesystem::path& times_file);
+
+}  // namespace holdfast

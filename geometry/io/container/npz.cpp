@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/io/container/npz.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <zip.h>
+
+#include "geometry/error.h"
+#include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/byte_source.h"
+#include "geometry/io/container/npy_header.h"
+#include "geometry/io/container/json_file.h"
+#include "geometry/io/container/zip_archive.h"
+
+namespace holdfast {
+namespace {
+
+constexpr std::string_view kEnding = ".npy";
+constexpr std::size_t kNamesInMessage = 40;
+
+// numpy.savez adds the ending; archives packed by other means may lack it.
+const ZipMember* FindMember(const ZipArchive& archive, std::string_view key) {
+  if (const ZipMember* member = archive.Find(fmt::format("{}{}", key, kEnding))) return member;
+  const ZipMember* member = archive.Find(key);
+  return member != nullptr && !member->name.ends_with('/') ? member : nullptr;
+}
+
+// One member of the archive, opened up to its data.
+class OpenMember {
+ public:
+  OpenMember(const NpzReader& reader, const ZipArchive& archive, std::string_view key,
+             NpyObjects objects)
+      : where_(fmt::format("{}[{}]", reader.Path().string(), key)),
+        stream_(archive, Locate(reader, archive, key), where_),
+        start_(ReadNpyStart([this](std::span<std::byte> target) { stream_.Read(target); }, where_,
+                            objects)) {}
+
+  const std::string& Where() const { return where_; }
+  ZipArchive::Stream& Stream() { return stream_; }
+  NpyArray& Array() { return start_.array; }
+
+ private:
+  const ZipMember& Locate(const NpzReader& reader, const ZipArchive& archive,
+                          std::string_view key) const {
+    if (const ZipMember* member = FindMember(archive, key)) return *member;
+    std::vector<std::string> keys = reader.Keys();
+    const std::size_t count = keys.size();
+    keys.resize(std::min(count, kNamesInMessage));
+    throw Error(where_, "is missing",
+                fmt::format("The file has: {}{}", fmt::join(keys, ", "),
+                            count > keys.size() ? fmt::format(", ... ({})", count) : ""));
+  }
+
+  std::string where_;
+  ZipArchive::Stream stream_;
+  NpyStart start_;
+};
+
+}  // namespace
+
+NpzReader::NpzReader(const std::filesystem::path& path)
+    : path_(path), archive_(std::make_unique<ZipArchive>(ByteSource(path))) {}
+
+NpzReader::NpzReader(std::span<const std::byte> bytes, std::string name)
+    : path_(name), archive_(std::make_unique<ZipArchive>(ByteSource(bytes, std::move(name)))) {}
+
+NpzReader::NpzReader(std::unique_ptr<const ZipArchive> archive)
+    : path_(archive->Source().Name()), archive_(std::move(archive)) {}
+
+NpzReader::~NpzReader() = default;
+NpzReader::NpzReader(NpzReader&&) noexcept = default;
+NpzReader& NpzReader::operator=(NpzReader&&) noexcept = default;
+
+std::uint64_t NpzReader::SizeBytes() const { return archive_->Source().Size(); }
+
+bool NpzReader::Has(std::string_view key) const { return FindMember(*archive_, key) != nullptr; }
+
+std::vector<std::string> NpzReader::Keys() const {
+  std::vector<std::string> keys;
+  for (const ZipMember& member : archive_->Members()) {
+    std::string_view name = member.name;
+    if (name.ends_with('/')) continue;  // a folder
+    if (name.ends_with(kEnding)) name.remove_suffix(kEnding.size());
+    keys.emplace_back(name);
+  }
+  return keys;
+}
+
+NpyMember NpzReader::ReadHeader(std::string_view key) const {
+  OpenMember member(*this, *archive_, key, NpyObjects::kAllowed);
+  return {member.Where(), std::move(member.Array())};
+}
+
+NpyMember NpzReader::Read(std::string_view key) const {
+  OpenMember member(*this, *archive_, key, NpyObjects::kRefused);
+  ZipArchive::Stream& stream = member.Stream();
+  NpyArray& array = member.Array();
+  array.data = stream.ReadRest(NpyDataBytes(array, stream.Remaining(), member.Where()));
+  return {member.Where(), std::move(array)};
+}
+
+std::vector<std::byte> NpzReader::ReadPickle(std::string_view key, std::size_t limit_bytes) const {
+  OpenMember member(*this, *archive_, key, NpyObjects::kAllowed);
+  if (member.Array().kind != 'O') {
+    throw Error(member.Where(), "holds no Python objects", "Read it as an array");
+  }
+  ZipArchive::Stream& stream = member.Stream();
+  if (stream.Remaining() > limit_bytes) {
+    throw Error(member.Where(),
+                fmt::format("holds {} bytes of Python objects, more than {}", stream.Remaining(),
+                            limit_bytes),
+                "Save plain arrays");
+  }
+  return stream.ReadRest(static_cast<std::size_t>(stream.Remaining()));
+}
+
+void NpzWriter::AddFloat32(std::string key, std::vector<std::size_t> shape,
+                           std::vector<float> values) {
+  Add(std::move(key), MakeNpyArray('f', std::move(shape), values));
+}
+
+void NpzWriter::AddFloat64(std::string key, std::vector<std::size_t> shape,
+                           std::vector<double> values) {
+  Add(std::move(key), MakeNpyArray('f', std::move(shape), values));
+}
+
+void NpzWriter::AddFloat16(std::string key, std::vector<std::size_t> shape,
+                           const std::vector<float>& values) {
+  std::vector<std::uint16_t> halves(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    halves[i] = FloatToHalf(values[i]);
+    if (std::isfinite(values[i]) && !std::isfinite(HalfToFloat(halves[i]))) {
+      throw Error(key, fmt::format("{} does not fit half precision", values[i]), "Use float32");
+    }
+  }
+  Add(std::move(key), MakeNpyArray('f', std::move(shape), halves));
+}
+
+void NpzWriter::AddInt64(std::string key, std::vector<std::size_t> shape,
+                         std::vector<std::int64_t> values) {
+  Add(std::move(key), MakeNpyArray('i', std::move(shape), values));
+}
+
+void NpzWriter::AddUint32(std::string key, std::vector<std::size_t> shape,
+                          std::vector<std::uint32_t> values) {
+  Add(std::move(key), MakeNpyArray('u', std::move(shape), values));
+}
+
+void NpzWriter::AddUint8(std::string key, std::vector<std::size_t> shape,
+                         std::vector<std::uint8_t> values) {
+  Add(std::move(key), MakeNpyArray('u', std::move(shape), values));
+}
+
+void NpzWriter::AddText(std::string key, std::string_view bytes) {
+  // UTF-8 to UCS-4; ill-formed bytes become U+FFFD rather than a broken file.
+  const std::string text = AsUtf8(bytes);
+  std::vector<std::uint32_t> codes;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i]);
+    const std::size_t length = lead < 0x80       ? 1
+                               : lead >> 5 == 6  ? 2
+                               : lead >> 4 == 14 ? 3
+                               : lead >> 3 == 30 ? 4
+                                                 : 0;
+    std::uint32_t code = length == 1   ? lead
+                         : length == 2 ? lead & 0x1fu
+                         : length == 3 ? lead & 0xfu
+                                       : lead & 7u;
+    bool good = length > 0 && i + length <= text.size();
+    for (std::size_t k = 1; good && k < length; ++k) {
+      const auto c = static_cast<unsigned char>(text[i + k]);
+      good = c >> 6 == 2;
+      code = code << 6 | (c & 0x3fu);
+    }
+    codes.push_back(good ? code : 0xfffdu);
+    i += good ? length : 1;
+  }
+  if (codes.empty()) codes.push_back(0);
+  NpyArray array{'U', 4 * codes.size(), false, false, {}, {}};
+  array.data.resize(array.item_size);
+  std::memcpy(array.data.data(), codes.data(), array.item_size);
+  Add(std::move(key), std::move(array));
+}
+
+void NpzWriter::Add(std::string key, NpyArray array) {
+  const std::size_t bytes = array.NumElements() * array.item_size;
+  if (array.data.size() != bytes) {
+    throw Error("npz",
+                fmt::format("{} bytes for shape ({}) of {} bytes each", array.data.size(),
+                            fmt::join(array.shape, ", "), array.item_size),
+                "");
+  }
+  arrays_.insert_or_assign(std::move(key), std::move(array));
+}
+
+void NpzWriter::Write(const std::filesystem::path& path) const {
+  WriteAtomically(path, [&](const std::filesystem::path& temporary) {
+    const auto fail = [&](std::string_view reason) {
+      return Error(path.string(), fmt::format("could not be written ({})", reason),
+                   "Free some space or choose another folder");
+    };
+    int code = 0;
+    zip_t* zip = zip_open(temporary.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code);
+    if (zip == nullptr) throw fail("cannot be created");
+    std::vector<std::string> members;  // libzip reads them when the archive is closed
+    members.reserve(arrays_.size());
+    for (const auto& [key, array] : arrays_) {
+      members.push_back(EncodeNpy(array));
+      zip_source_t* source =
+          zip_source_buffer(zip, members.back().data(), members.back().size(), 0);
+      const auto index = zip_file_add(zip, (key + ".npy").c_str(), source, ZIP_FL_ENC_UTF_8);
+      if (index < 0) {
+        zip_source_free(source);
+        const std::string reason = zip_strerror(zip);
+        zip_discard(zip);
+        throw fail(reason);
+      }
+      const auto id = static_cast<zip_uint64_t>(index);
+      zip_set_file_compression(zip, id, ZIP_CM_DEFLATE, 6);
+      zip_file_set_dostime(zip, id, 0, (1 << 5) | 1, 0);  // 1980-01-01: same arrays, same bytes
+    }
+    if (zip_close(zip) != 0) {
+      const std::string reason = zip_strerror(zip);
+      zip_discard(zip);
+      throw fail(reason);
+    }
+  });
+}
+
+}  // namespace holdfast

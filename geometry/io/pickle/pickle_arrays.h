@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "geometry/io/pickle/pickle_globals.h"
+
+namespace holdfast {
+
+/// How numpy writes dtypes, arrays and scalars into pickles, in its versions 1 and 2.
+class PickleNumpy {
+ public:
+  explicit PickleNumpy(PickleContext& context) : context_(context) {}
+
+  using Arguments = std::vector<NodeIndex>;
+
+  /// numpy.dtype("f8", align, copy); its state gives the byte order.
+  NodeIndex Dtype(const Arguments& arguments);
+  bool IsDtype(NodeIndex index) const { return dtypes_.contains(index); }
+  /// (version, byte order, subdtype, names, fields, item size, ...)
+  void SetDtypeState(NodeIndex dtype, NodeIndex state);
+
+  /// An array whose state is to follow.
+  NodeIndex EmptyArray();
+  bool IsEmptyArray(NodeIndex index) const;
+  /// (version, shape, dtype, is Fortran order, bytes or list). The node becomes the array; an array
+  /// of Python objects becomes a list, of lists where it has more dimensions.
+  void SetArrayState(NodeIndex array, NodeIndex state);
+
+  /// Whether a list was an array of objects without dimensions.
+  bool IsObjectScalar(NodeIndex list) const { return object_scalars_.contains(list); }
+
+  /// scalar(dtype, bytes): an array without dimensions.
+  NodeIndex Scalar(const Arguments& arguments);
+  /// _frombuffer(bytes, dtype, shape, order)
+  NodeIndex FromBuffer(const Arguments& arguments);
+
+ private:
+  struct Layout {
+    ElementType element;
+    std::string refused;  ///< why arrays of it cannot be read; empty when they can
+  };
+
+  Layout ParseDtype(std::string_view text) const;
+  const ElementType& ElementAt(NodeIndex dtype) const;
+  DataNode MakeArray(NodeIndex dtype, std::vector<std::size_t> shape, bool fortran_order,
+                     NodeIndex bytes) const;
+  DataNode NestObjects(const std::vector<NodeIndex>& items, const std::vector<std::size_t>& shape);
+
+  PickleContext& context_;
+  std::unordered_map<NodeIndex, Layout> dtypes_;
+  std::unordered_set<NodeIndex> object_scalars_;
+};
+
+/// How torch writes tensors into pickles: as views (offset, size, stride) of storages, whose
+/// numbers lie elsewhere. Several tensors may be views of one storage.
+class PickleTorch {
+ public:
+  explicit PickleTorch(PickleContext& context) : context_(context) {}
+
+  using Arguments = std::vector<NodeIndex>;
+
+  /// ('storage', class, key, device, count)
+  NodeIndex Storage(NodeIndex persistent_id);
+  /// What torch.storage._load_from_bytes(file) gives.
+  NodeIndex StorageFromBytes(const Arguments& arguments);
+  /// _rebuild_tensor(storage, offset, size, stride, ...)
+  NodeIndex Tensor(const Arguments& arguments);
+  /// The same; the type of its elements is the seventh argument.
+  NodeIndex UntypedTensor(const Arguments& arguments);
+
+  /// After the pickle's end: asks for the storages and lays the tensors onto them.
+  void Bind();
+
+ private:
+  struct Source {
+    TorchStorageRequest request;
+    DataBytes bytes;  ///< of a nested file; empty for those that are asked for
+    bool is_nested = false;
+  };
+  struct View {
+    NodeIndex node;
+    std::size_t source;
+    std::size_t offset;  ///< elements
+  };
+
+  NodeIndex AddSource(Source source, std::string class_name);
+  NodeIndex AddView(const Arguments& arguments, const ElementType* element);
+  void Lay(const View& view, const DataBytes& bytes);
+
+  PickleContext& context_;
+  std::vector<Source> sources_;
+  std::unordered_map<NodeIndex, std::size_t> source_of_;
+  std::map<std::string, NodeIndex, std::less<>> known_;
+  std::vector<View> views_;
+};
+
+/// "f4" as an element; kind 'c' for complex numbers, which no array can have.
+ElementType ElementFromCode(std::string_view code);
+
+}  // namespace holdfast

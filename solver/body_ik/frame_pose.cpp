@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#include "solver/body_ik/frame_pose.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace holdfast {
+
+std::vector<double> Envelope(const std::vector<double>& values, int radius) {
+  const int count = static_cast<int>(values.size());
+  std::vector<double> largest(values), smooth(values.size(), 0.0);
+  for (int t = 0; t < count; ++t) {
+    for (int s = std::max(0, t - radius); s <= std::min(count - 1, t + radius); ++s) {
+      largest[static_cast<std::size_t>(t)] =
+          std::max(largest[static_cast<std::size_t>(t)], values[static_cast<std::size_t>(s)]);
+    }
+  }
+  for (int t = 0; t < count; ++t) {
+    double sum = 0.0, weight = 0.0;
+    for (int s = std::max(0, t - radius); s <= std::min(count - 1, t + radius); ++s) {
+      const double w = 1.0 + std::cos(std::numbers::pi * (s - t) / (radius + 1.0));
+      sum += w * largest[static_cast<std::size_t>(s)];
+      weight += w;
+    }
+    smooth[static_cast<std::size_t>(t)] = sum / weight;
+  }
+  return smooth;
+}
+
+}  // namespace holdfast

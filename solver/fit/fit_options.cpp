@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#include "solver/fit/fit_options.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace holdfast {
+namespace {
+
+constexpr EnergyTermInfo kTerms[] = {
+    {EnergyTerm::kDistance, "distance", &FitOptions::lambda_distance, true, "energy_distance_m2",
+     "Weight of E_d: hand and object keep their distances (paper eq. 7)"},
+    {EnergyTerm::kContact, "contact", &FitOptions::lambda_contact, true, "energy_contact_m2",
+     "Weight of E_c: what touched stays together (paper eq. 8)"},
+    {EnergyTerm::kTemporal, "temporal", &FitOptions::lambda_temporal, true, "energy_temporal",
+     "Weight of E_t: little change between frames (paper eq. 9)"},
+    {EnergyTerm::kSlip, "slip", &FitOptions::lambda_slip, false, "energy_slip_m2",
+     "Weight of E_s: contacts may travel along the surface"},
+    {EnergyTerm::kPenetration, "penetration", &FitOptions::lambda_penetration, false,
+     "energy_penetration_m2", "Weight of E_p: the hand stays out of the object"},
+    {EnergyTerm::kObjectInHand, "object_in_hand", &FitOptions::lambda_object_in_hand, false,
+     "energy_object_in_hand_m2",
+     "Weight of E_o: the object stays out of the hand (thin walls, blades)"},
+    {EnergyTerm::kLimits, "limits", &FitOptions::lambda_limits, false, nullptr,
+     "Weight of angles beyond a joint's range, per rad2"},
+    {EnergyTerm::kWrist, "wrist", &FitOptions::lambda_wrist, false, nullptr,
+     "Weight of E_w: two hands that hold stay where the clip has them"},
+    {EnergyTerm::kFingers, "fingers", &FitOptions::lambda_fingers, false, nullptr,
+     "Weight of the fingers' way from the clip's own, per rad2 and frame"},
+    {EnergyTerm::kObject, "object", &FitOptions::lambda_object, false, nullptr,
+     "Weight of the object's way from the clip's own trajectory, per m2 and frame"},
+    {EnergyTerm::kAcceleration, "acceleration", &FitOptions::lambda_acceleration, false, nullptr,
+     "Weight of second differences, all frames solved together: more removes more jitter"},
+    {EnergyTerm::kSupport, "support", &FitOptions::lambda_support, false, nullptr,
+     "Weight of where an object that nobody holds lies"},
+};
+
+}  // namespace
+
+std::span<const EnergyTermInfo> EnergyTerms() { return kTerms; }
+
+Energies& Energies::operator+=(const Energies& more) {
+  for (std::size_t k = 0; k < values_.size(); ++k) values_[k] += more.values_[k];
+  return *this;
+}
+
+double Energies::Total(const FitOptions& options) const {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < values_.size(); ++k) sum += options.*kTerms[k].weight * values_[k];
+  return sum;
+}
+
+double FitOptions::ContactWeight(double pairs, double contacts) const {
+  return normalize == Normalization::kMean ? lambda_contact * pairs / std::max(contacts, 1.0)
+                                           : lambda_contact;
+}
+
+double FitOptions::TemporalWeight(double pairs) const {
+  constexpr double kCoordinates = 6 + kHandDofs;
+  return normalize == Normalization::kMean ? lambda_temporal * pairs / kCoordinates
+                                           : lambda_temporal;
+}
+
+FitOptions FitOptions::OnlyPaper() const {
+  FitOptions options = *this;
+  options.slip = false;
+  for (const EnergyTermInfo& info : kTerms) {
+    if (!info.in_paper) options.*info.weight = 0.0;
+  }
+  return options;
+}
+
+void AddWeightOptions(OptionTable& table, FitOptions& fit,
+                      const std::function<bool(const EnergyTermInfo&)>& terms) {
+  for (const EnergyTermInfo& info : EnergyTerms()) {
+    if (terms(info)) {
+      table.Number(fmt::format("lambda_{}", info.name), "", fit.*info.weight, kNonNegative,
+                   info.help);
+    }
+  }
+}
+
+}  // namespace holdfast

@@ -1,0 +1,375 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "geometry/mesh/distance_grid.h"
+#include "geometry/rotation.h"
+#include "solver/robot/hand_correspondence.h"
+#include "solver/robot/near_samples.h"
+#include "solver/robot/robot_solids.h"
+#include "solver/robot/robot_term.h"
+#include "solver/terms/hand/paper_terms.h"
+
+namespace holdfast {
+
+/// Where a part of the human hand touches the object.
+struct PartContact {
+  int part = 0;                                      ///< 15 phalanges, then the palm
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();   ///< of the object's surface, its frame
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< out of the object, unit
+  double weight = 1.0;
+};
+
+struct ContactSigmas {
+  double distance_m = 0.001;
+  double turn_rad = 0.1;
+};
+
+/// S kept: what a part of the human hand touched, the pad of the robot's part touches, face to
+/// face,
+///
+///   E_c = sum_c w_c ( |x - p_c|^2 / sigma_d^2 + |m + n_c|^2 / sigma_n^2 )
+///
+/// x and m the place of the part's pad and its outward normal that are nearest to the contact now
+/// (both measures together: the pad may roll along), p_c and n_c the object's. Object's frame,
+/// metres; 3 + 3 residuals a contact. Weights: sigma_d (metres) and sigma_n (radians).
+class RobotContactTerm final : public RobotTerm {
+ public:
+  RobotContactTerm(const RobotPads& pads, std::vector<PartContact> contacts,
+                   const ContactSigmas& sigmas)
+      : pads_(pads),
+        contacts_(std::move(contacts)),
+        by_place_(1.0 / (sigmas.distance_m * sigmas.distance_m)),
+        by_turn_(1.0 / (sigmas.turn_rad * sigmas.turn_rad)) {}
+
+  double Add(const PosedRobot& robot, RobotNormal* normal) const override {
+    double cost = 0.0;
+    for (const PartContact& contact : contacts_) {
+      double least = 0.0;
+      const std::optional<PadPoint> pad = pads_.BestFacing(
+          contact.part, robot, contact.point, contact.normal, by_place_, by_turn_, &least);
+      if (!pad) continue;
+      cost += 0.5 * contact.weight * least;
+      if (normal == nullptr) continue;
+      const Eigen::Isometry3d& pose = robot.ObjectFromLink(pad->link);
+      const Eigen::Vector3d x = pose * pad->point;
+      const Eigen::Vector3d m = pose.linear() * pad->normal;
+      const double d = contact.weight * by_place_, t = contact.weight * by_turn_;
+      normal->AddPoint(pad->link, x, d * (x - contact.point), d * Eigen::Matrix3d::Identity());
+      normal->AddTurn(pad->link, t * m.cross(contact.normal),
+                      t * (Eigen::Matrix3d::Identity() - m * m.transpose()));
+    }
+    return cost;
+  }
+
+ private:
+  const RobotPads& pads_;
+  std::vector<PartContact> contacts_;
+  double by_place_, by_turn_;
+};
+
+/// E_d on the interaction mesh: the robot's skin keeps the distances to the object that the human's
+/// has in this frame (IMoS, Ghosh et al. 2023, eq. 7; between two hands as in OmniRetarget, Yang et
+/// al. 2025, whose Laplacian stands on the same edges),
+///
+///   E_d = sum_i w_i / M sum_j ( |x_i(pose) - o_j| - |v_i - o_j| )^2 / sigma^2
+///
+/// x_i the robot's point, v_i the human's that it stands for, o_j the M object points; all in the
+/// object's frame, metres. Summed exactly to 3 x 3 a point (HandObjectDistance), then to 6 x 6 a
+/// link. Weights: w_i, 1 at the surface.
+class RobotDistanceTerm final : public RobotTerm {
+ public:
+  /// `human` (3 x n): v_i of each pair.
+  RobotDistanceTerm(const std::vector<SkinPair>& pairs, const Eigen::Matrix3Xd& human,
+                    const Eigen::Matrix3Xd& object, Eigen::VectorXd weights, double sigma_m)
+      : pairs_(pairs),
+        distances_(object, HandObjectDistance::Distances(human, object),
+                   1.0 / (sigma_m * sigma_m * static_cast<double>(object.cols()))),
+        weights_(std::move(weights)),
+        x_(3, human.cols()),
+        sums_(pairs.size()) {}
+
+  double Add(const PosedRobot& robot, RobotNormal* normal) const override {
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      x_.col(static_cast<Eigen::Index>(i)) = robot.ObjectFromLink(pairs_[i].link) * pairs_[i].point;
+      sums_[i] = {Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(), 0.0};
+    }
+    distances_.Add(x_, sums_);
+    double cost = 0.0;
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      cost += weights_(k) * sums_[i].cost;
+      if (normal == nullptr) continue;
+      normal->AddPoint(pairs_[i].link, x_.col(k), weights_(k) * sums_[i].gradient,
+                       weights_(k) * sums_[i].hessian);
+    }
+    return cost;
+  }
+
+ private:
+  const std::vector<SkinPair>& pairs_;
+  HandObjectDistance distances_;
+  Eigen::VectorXd weights_;
+  mutable Eigen::Matrix3Xd x_;  // scratch
+  mutable std::vector<VertexQuadratic> sums_;
+};
+
+/// Links stay out of each other: as RobotPenetrationTerm, for points of one link in the other, over
+/// the pairs that could meet (RobotSolids::Pairs). Metres; weight: sigma.
+class RobotSelfTerm final : public RobotTerm {
+ public:
+  RobotSelfTerm(const RobotSolids& solids, double sigma_m)
+      : solids_(solids), weight_(1.0 / sigma_m), near_(2 * solids.Pairs().size()) {}
+
+  double Add(const PosedRobot& robot, RobotNormal* normal) const override {
+    double cost = 0.0;
+    for (std::size_t k = 0; k < solids_.Pairs().size(); ++k) {
+      const auto& [a, b] = solids_.Pairs()[k];
+      const Eigen::Vector3d between = robot.ObjectFromLink(a) * solids_.Of(a).centre -
+                                      robot.ObjectFromLink(b) * solids_.Of(b).centre;
+      const double reach = solids_.Of(a).radius + solids_.Of(b).radius;
+      if (between.squaredNorm() > reach * reach) continue;
+      cost += AddInto(robot, a, b, near_[2 * k], normal) +
+              AddInto(robot, b, a, near_[2 * k + 1], normal);
+    }
+    return cost;
+  }
+
+ private:
+  // Points of `first` in `second`.
+  double AddInto(const PosedRobot& robot, int first, int second, NearSamples& near,
+                 RobotNormal* normal) const {
+    const LinkSolid &from = solids_.Of(first), &into = solids_.Of(second);
+    const Eigen::Isometry3d& pose = robot.ObjectFromLink(second);
+    double cost = 0.0;
+    near.ForNear({from.samples, from.centre, from.radius}, *into.grid,
+                 pose.inverse() * robot.ObjectFromLink(first), 0.0,
+                 [&](int, const Eigen::Vector3d& in_second) {
+                   Eigen::Vector3d gradient;
+                   const double r = -weight_ * into.grid->Distance(in_second, &gradient);
+                   if (r <= 0.0) return;
+                   cost += 0.5 * r * r;
+                   if (normal == nullptr) return;
+                   normal->AddBetween(first, second, pose * in_second,
+                                      -weight_ * (pose.linear() * gradient), r);
+                 });
+    return cost;
+  }
+
+  const RobotSolids& solids_;
+  double weight_;
+  mutable std::vector<NearSamples> near_;  // of each pair, one way and the other
+};
+
+/// Joint limits as walls: r_k = (low - q) / sigma below, (q - high) / sigma above. Radians (or
+/// metres) of each number of the hand; weight: sigma. What is left over is clamped.
+class RobotLimitTerm final : public RobotTerm {
+ public:
+  explicit RobotLimitTerm(double sigma) : weight_(1.0 / (sigma * sigma)) {}
+
+  double Add(const PosedRobot& robot, RobotNormal* normal) const override {
+    double cost = 0.0;
+    const auto& dofs = robot.Hand().dofs;
+    for (int k = 0; k < robot.Hand().NumDofs(); ++k) {
+      const double q = robot.Pose().q(k);
+      const double over = q - std::clamp(q, dofs[k].low, dofs[k].high);
+      if (over == 0.0) continue;
+      cost += 0.5 * weight_ * over * over;
+      if (normal != nullptr) normal->AddNumber(k, weight_ * over, weight_);
+    }
+    return cost;
+  }
+
+ private:
+  double weight_;
+};
+
+/// The hand's numbers stay near others (the frame before's; at rest): r_k = (q_k - target_k) /
+/// sigma_k. Radians or metres.
+class RobotPostureTerm final : public RobotTerm {
+ public:
+  RobotPostureTerm(Eigen::VectorXd target, Eigen::VectorXd sigma)
+      : target_(std::move(target)), weight_(sigma.cwiseAbs2().cwiseInverse()) {}
+
+  double Add(const PosedRobot& robot, RobotNormal* normal) const override {
+    const Eigen::VectorXd off = robot.Pose().q - target_;
+    if (normal != nullptr) {
+      for (Eigen::Index k = 0; k < off.size(); ++k) {
+        normal->AddNumber(static_cast<int>(k), weight_(k) * off(k), weight_(k));
+      }
+    }
+    return 0.5 * off.cwiseAbs2().dot(weight_);
+  }
+
+ private:
+  Eigen::VectorXd target_, weight_;
+};
+
+/// The root stays near a pose (the frame before's; what the human wrist says): six residuals,
+/// log(R_target^T R) / sigma_turn (radians) and the way of the point `centre` of the root's frame /
+/// sigma (metres), so that a turn about it is free of way.
+class RobotPlaceTerm final : public RobotTerm {
+ public:
+  RobotPlaceTerm(Eigen::Isometry3d object_from_root, Eigen::Vector3d centre, double sigma_turn,
+                 double sigma_m)
+      : target_(std::move(object_from_root)),
+        centre_(std::move(centre)),
+        turn_weight_(1.0 / (sigma_turn * sigma_turn)),
+        weight_(1.0 / (sigma_m * sigma_m)) {}
+
+  double Add(const PosedRobot& robot, RobotNormal* normal) const override {
+    const RobotPose& pose = robot.Pose();
+    const Eigen::Vector3d turn = LogSO3(target_.linear().transpose() * pose.R);
+    const Eigen::Vector3d way = pose.R * centre_ + pose.T - target_ * centre_;
+    if (normal != nullptr) {
+      // R exp(delta): log moves by the inverse right Jacobian, that is the left one of -log.
+      const Eigen::Matrix3d J_turn = InverseLeftJacobianSO3(-turn);
+      Eigen::Matrix<double, 3, 6> J_way;
+      J_way << -pose.R * Skew(centre_), Eigen::Matrix3d::Identity();
+      Eigen::Matrix<double, 6, 6> hessian = weight_ * J_way.transpose() * J_way;
+      Eigen::Matrix<double, 6, 1> gradient = weight_ * J_way.transpose() * way;
+      hessian.topLeftCorner<3, 3>() += turn_weight_ * J_turn.transpose() * J_turn;
+      gradient.head<3>() += turn_weight_ * J_turn.transpose() * turn;
+      normal->AddBase(gradient, hessian);
+    }
+    return 0.5 * (turn_weight_ * turn.squaredNorm() + weight_ * way.squaredNorm());
+  }
+
+ private:
+  Eigen::Isometry3d target_;
+  Eigen::Vector3d centre_;
+  double turn_weight_, weight_;
+};
+
+/// An object as a robot's hand meets it.
+struct RobotObstacle {
+  const DistanceGrid* grid = nullptr;
+  Eigen::Matrix3Xd samples;  ///< of its surface
+};
+
+/// Penetration both ways: points of the links in the object, and points of the object in the links,
+///
+///   E_p = sum_i max(0, margin - d(x_i))^2 / sigma^2
+///
+/// d the signed distance (negative inside) of the other solid. Metres; a residual for each point
+/// nearer than the margin. Weight: sigma. Not for
+/// use by several threads at a time.
+class RobotPenetrationTerm final : public RobotTerm {
+ public:
+  RobotPenetrationTerm(const RobotSolids& solids, const RobotObstacle& object, double margin_m,
+                       double sigma_m)
+      : solids_(solids),
+        object_(object),
+        margin_(margin_m),
+        weight_(1.0 / sigma_m),
+        near_(solids.Links().size()) {}
+
+  /// For solves that begin loosely.
+  void SetSigma(double sigma_m) { weight_ = 1.0 / sigma_m; }
+
+  double Add(const PosedRobot& robot, RobotNormal* normal) const override {
+    double cost = 0.0;
+    ForNearLinks(robot, [&](int link, const LinkSolid& solid, const Eigen::Isometry3d& pose,
+                            Near& near) {
+      cost += AddLink(link, solid, pose, near, normal) + AddObject(link, solid, pose, near, normal);
+    });
+    return cost;
+  }
+
+  /// The deepest of all points, metres; 0 where none is inside. Distances interpolated linearly.
+  double Deepest(const PosedRobot& robot) const {
+    double deepest = 0.0;
+    ForNearLinks(robot,
+                 [&](int, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near) {
+                   ForLinkPoints(solid, pose, near, [&](const Eigen::Vector3d& x) {
+                     deepest = std::max(deepest, -object_.grid->Linear(x));
+                   });
+                   ForObjectPoints(solid, pose, near, [&](int, const Eigen::Vector3d& in_link) {
+                     deepest = std::max(deepest, -solid.grid->Linear(in_link));
+                   });
+                 });
+    return deepest;
+  }
+
+ private:
+  static constexpr double kNear_m = 0.004;  // of what is looked at more closely
+  struct Near {
+    NearSamples of_link, of_object;
+  };
+
+  template <typename Visit>
+  void ForNearLinks(const PosedRobot& robot, const Visit& visit) const {
+    for (std::size_t k = 0; k < solids_.Links().size(); ++k) {
+      const int link = solids_.Links()[k];
+      const LinkSolid& solid = solids_.Of(link);
+      const Eigen::Isometry3d& pose = robot.ObjectFromLink(link);
+      if (object_.grid->Linear(pose * solid.centre) > solid.radius + margin_ + kNear_m) continue;
+      visit(link, solid, pose, near_[k]);
+    }
+  }
+
+  // The link's points that may be in the object, in the object's frame.
+  template <typename Visit>
+  void ForLinkPoints(const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
+                     const Visit& visit) const {
+    near.of_link.ForNear({solid.samples, solid.centre, solid.radius}, *object_.grid, pose, margin_,
+                         [&](int, const Eigen::Vector3d& x) { visit(x); });
+  }
+
+  // The object's points that may be in the link, in the link's frame.
+  template <typename Visit>
+  void ForObjectPoints(const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
+                       const Visit& visit) const {
+    near.of_object.ForNear(
+        {object_.samples, pose * solid.centre, solid.radius + NearSamples::kAround_m}, *solid.grid,
+        pose.inverse(), margin_, [&](int j, const Eigen::Vector3d& in_link) {
+          if (InBox(*solid.grid, in_link)) visit(j, in_link);
+        });
+  }
+
+  double AddLink(int link, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
+                 RobotNormal* normal) const {
+    double cost = 0.0;
+    ForLinkPoints(solid, pose, near, [&](const Eigen::Vector3d& x) {
+      Eigen::Vector3d gradient;
+      const double r = weight_ * (margin_ - object_.grid->Distance(x, &gradient));
+      if (r <= 0.0) return;
+      cost += 0.5 * r * r;
+      if (normal != nullptr) normal->AddPointRow(link, x, -weight_ * gradient, r);
+    });
+    return cost;
+  }
+
+  // The link's material at an object's point moves and the point stays: the distance changes the
+  // other way round.
+  double AddObject(int link, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
+                   RobotNormal* normal) const {
+    double cost = 0.0;
+    ForObjectPoints(solid, pose, near, [&](int j, const Eigen::Vector3d& in_link) {
+      Eigen::Vector3d gradient;
+      const double r = weight_ * (margin_ - solid.grid->Distance(in_link, &gradient));
+      if (r <= 0.0) return;
+      cost += 0.5 * r * r;
+      if (normal == nullptr) return;
+      normal->AddPointRow(link, object_.samples.col(j), weight_ * (pose.linear() * gradient), r);
+    });
+    return cost;
+  }
+
+  static bool InBox(const DistanceGrid& grid, const Eigen::Vector3d& x) {
+    return (x.array() > grid.Min().array()).all() && (x.array() < grid.Max().array()).all();
+  }
+
+  const RobotSolids& solids_;
+  const RobotObstacle& object_;
+  double margin_, weight_;
+  mutable std::vector<Near> near_;  // by RobotSolids::Links
+};
+
+}  // namespace holdfast

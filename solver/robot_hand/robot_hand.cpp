@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT
+#include "solver/robot_hand/robot_hand.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "geometry/error.h"
+#include "geometry/io/mesh/mesh_io.h"
+#include "solver/robot_hand/reader_process.h"
+#include "solver/robot_hand/robot_file.h"
+#include "solver/robot_hand/robot_kinematics.h"
+
+namespace holdfast {
+namespace {
+
+constexpr double kLeastRange = 1e-4;  // radians or metres: less is none
+constexpr double kTurn_rad = 2.0 * std::numbers::pi, kSlide_m = 1.0;  // no joint needs more
+
+struct Followed {
+  std::string leader;
+  double factor = 1.0, offset = 0.0;
+};
+
+// A follower of a follower follows the first.
+Followed Resolve(const std::map<std::string, const RobotJointSource*>& by_name,
+                 const std::string& source, const RobotJointSource& joint) {
+  Followed followed{joint.name, 1.0, 0.0};
+  const RobotJointSource* at = &joint;
+  for (std::size_t steps = 0; !at->follows.empty(); ++steps) {
+    const auto next = by_name.find(at->follows);
+    if (next == by_name.end()) {
+      throw Error(source,
+                  fmt::format("joint '{}' follows '{}', which is no joint that moves", at->name,
+                              at->follows),
+                  "Correct its mimic");
+    }
+    if (steps > by_name.size()) {
+      throw Error(source, fmt::format("joint '{}' follows itself", joint.name),
+                  "Correct its mimic");
+    }
+    followed.offset += followed.factor * at->offset;
+    followed.factor *= at->factor;
+    at = next->second;
+    followed.leader = at->name;
+  }
+  return followed;
+}
+
+void RequireSense(const std::string& source, const RobotJointSource& joint) {
+  for (const double value : {joint.low, joint.high, joint.factor, joint.offset}) {
+    if (std::isfinite(value)) continue;
+    throw Error(source,
+                fmt::format("joint '{}' has a limit or mimic that is not finite", joint.name),
+                "Correct its numbers");
+  }
+  if (joint.low > joint.high) {
+    throw Error(source,
+                fmt::format("the limits of joint '{}' are {} to {}: the lower one is above",
+                            joint.name, joint.low, joint.high),
+                "Swap them");
+  }
+}
+
+// Limits that stand for none: their middle would be nowhere.
+void Narrow(RobotJointKind kind, RobotJointSource& joint, std::vector<std::string>& notes) {
+  const bool turns = kind == RobotJointKind::kTurning;
+  const double most = turns ? kTurn_rad : kSlide_m;
+  if (joint.low >= -most && joint.high <= most) return;
+  const double kept = turns ? std::numbers::pi : kSlide_m;
+  joint.low = std::clamp(joint.low, -kept, kept);
+  joint.high = std::clamp(joint.high, -kept, kept);
+  notes.push_back(
+      turns ? fmt::format("joint '{}' may turn more than once: taken as half a turn "
+                          "either way",
+                          joint.name)
+            : fmt::format("joint '{}' may slide farther than a metre: taken as that", joint.name));
+}
+
+}  // namespace
+
+void ResolveJoints(std::vector<RobotJointSource> joints, RobotHand& hand) {
+  for (RobotJointSource& joint : joints) {
+    RequireSense(hand.source, joint);
+    const auto link = std::ranges::find(hand.links, joint.name, &RobotLink::joint);
+    if (link != hand.links.end()) Narrow(link->kind, joint, hand.notes);
+  }
+  std::map<std::string, const RobotJointSource*> by_name;
+  for (const RobotJointSource& joint : joints) {
+    if (!by_name.emplace(joint.name, &joint).second) {
+      throw Error(hand.source, fmt::format("has two joints named '{}'", joint.name),
+                  "Rename one of them");
+    }
+  }
+  std::map<std::string, int> dof_of;
+  const auto dof_named = [&](const std::string& leader) {
+    const auto [found, added] = dof_of.emplace(leader, hand.NumDofs());
+    const RobotJointSource& joint = *by_name.at(leader);
+    if (added) hand.dofs.push_back({leader, joint.low, joint.high});
+    return found->second;
+  };
+  for (RobotLink& link : hand.links) {
+    const auto found = by_name.find(link.joint);
+    if (link.kind == RobotJointKind::kFixed || found == by_name.end()) continue;
+    const RobotJointSource& joint = *found->second;
+    const Followed followed = Resolve(by_name, hand.source, joint);
+    const RobotJointSource& leader = *by_name.at(followed.leader);
+    if (followed.factor == 0.0 || leader.high - leader.low < kLeastRange) {
+      link.offset =
+          std::clamp(followed.factor * leader.low + followed.offset, joint.low, joint.high);
+      hand.notes.push_back(fmt::format("joint '{}' has no range: it stands still", joint.name));
+      continue;
+    }
+    link.dof = dof_named(followed.leader);
+    link.factor = followed.factor;
+    link.offset = followed.offset;
+    RobotDof& dof = hand.dofs[static_cast<std::size_t>(link.dof)];
+    const double one = (joint.low - followed.offset) / followed.factor;
+    const double other = (joint.high - followed.offset) / followed.factor;
+    const double low = std::min(one, other), high = std::max(one, other);
+    // A follower's rounded limits may leave a hair less than its leader's: no reason to complain.
+    if (low < dof.high && high > dof.low) {
+      dof.low = std::max(dof.low, low);
+      dof.high = std::min(dof.high, high);
+    }
+  }
+  for (const RobotDof& dof : hand.dofs) {
+    if (!(dof.high > dof.low)) {
+      throw Error(hand.source,
+                  fmt::format("the limits of joint '{}' are {} to {}", dof.name, dof.low, dof.high),
+                  "Correct its limits");
+    }
+  }
+}
+
+Eigen::VectorXd RobotHand::Straight() const { return Clamped(Eigen::VectorXd::Zero(NumDofs())); }
+
+Eigen::VectorXd RobotHand::Clamped(const Eigen::VectorXd& q) const {
+  Eigen::VectorXd within = q;
+  for (int k = 0; k < NumDofs(); ++k) within(k) = std::clamp(q(k), dofs[k].low, dofs[k].high);
+  return within;
+}
+
+int RobotHand::FindLink(const std::string& link) const {
+  for (int k = 0; k < NumLinks(); ++k) {
+    if (links[k].name == link) return k;
+  }
+  return -1;
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kLargest_m = 2.0, kSmallest_m = 0.02;
+constexpr int kMaxHandLinks = 1000, kMaxDofs = 200;
+
+void RequireFinite(const RobotHand& hand) {
+  for (const RobotLink& link : hand.links) {
+    const bool finite = link.parent_from_joint.matrix().allFinite() && link.axis.allFinite() &&
+                        std::ranges::all_of(link.shapes, [](const TriangleMesh& shape) {
+                          return shape.vertices.allFinite();
+                        });
+    if (!finite) {
+      throw Error(hand.source, fmt::format("link '{}' has numbers that are not finite", link.name),
+                  "Correct its joint's origin, axis and shapes");
+    }
+  }
+}
+
+void RequireHandSized(const RobotHand& hand) {
+  RobotState state(hand);
+  state.Evaluate(hand.Straight());
+  Eigen::AlignedBox3d box;
+  for (int k = 0; k < hand.NumLinks(); ++k) {
+    for (const TriangleMesh& shape : hand.links[k].shapes) {
+      for (const auto vertex : shape.vertices.colwise()) box.extend(state.RootFromLink(k) * vertex);
+    }
+  }
+  if (box.isEmpty()) {
+    throw Error(hand.source, "has no link with a shape", "Give its links visual or collision");
+  }
+  const double size = box.sizes().maxCoeff();
+  if (size <= kLargest_m && size >= kSmallest_m) return;
+  throw Error(hand.source, fmt::format("spans {:.4g} m: no hand does", size),
+              size > kLargest_m
+                  ? "URDF and MJCF are in metres: scale a file in millimetres by 0.001 "
+                    "(mesh scale, origins), or name the file of the hand without its arm"
+                  : "URDF and MJCF are in metres: check the unit of its meshes and origins");
+}
+
+// Its tree is gone through in every frame.
+RobotHand Bounded(RobotHand hand) {
+  const bool many = hand.NumLinks() > kMaxHandLinks;
+  if (!many && hand.NumDofs() <= kMaxDofs) return hand;
+  throw Error(
+      hand.source,
+      many ? fmt::format("has {} links: no hand has more than {}", hand.NumLinks(), kMaxHandLinks)
+           : fmt::format("has {} joints that move on their own: no hand has more than {}",
+                         hand.NumDofs(), kMaxDofs),
+      "Give the file of the hand alone");
+}
+
+std::string LowerExtension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::ranges::transform(extension, extension.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+// What a library says of a mesh, if it lives to, names no file: ours does. MuJoCo reads outside its
+// memory where an OBJ has wrong indices, and may live: `only_obj` files are read before it.
+void RequireMeshes(const std::string& source, const RobotFile& file, bool only_obj) {
+  for (const auto& [name, path] : file.files) {
+    if (path.empty() || !HasMeshFormat(path)) continue;
+    if (only_obj && LowerExtension(path) != ".obj") continue;
+    try {
+      ReadMesh(path);
+    } catch (const Error& error) {
+      throw Error(source,
+                  fmt::format("its mesh cannot be read: {}: {}", error.Where(), error.Problem()),
+                  error.Remedy());
+    }
+  }
+}
+
+}  // namespace
+
+RobotHand ReadRobotHand(const fs::path& path) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(path, ignored)) {
+    throw Error(path.string(), fs::is_directory(path, ignored) ? "is a folder" : "does not exist",
+                "Give the hand's .urdf or MJCF .xml file");
+  }
+  const std::string extension = LowerExtension(path);
+  if (extension != ".urdf" && extension != ".xml" && extension != ".mjcf") {
+    throw Error(path.string(), "is not a robot's file by its name",
+                "Give URDF (.urdf) or MJCF (.xml); make xacro into URDF first");
+  }
+  const RobotFile file = CheckRobotFile(path);
+  const bool is_urdf = extension == ".urdf";
+  if (!is_urdf) RequireMeshes(path.string(), file, true);
+  RobotHand hand;
+  try {
+    hand = ReadInProcess(path, is_urdf ? "urdfdom" : "MuJoCo", [&] {
+      return Bounded(is_urdf ? ReadUrdf(path, file.text) : ReadMjcf(path));
+    });
+  } catch (const Error&) {
+    if (!is_urdf) RequireMeshes(path.string(), file, false);
+    throw;
+  }
+  if (hand.dofs.empty()) {
+    throw Error(path.string(), "has no joint that moves", "Give a hand with fingers");
+  }
+  RequireFinite(hand);
+  RequireHandSized(hand);
+  return hand;
+}
+
+}  // namespace holdfast

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: MIT
+#include "solver/synthesis/motion_passes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "generator/body/limb_ik.h"
+#include "generator/matching/body_frame.h"
+#include "generator/nn/random_stream.h"
+#include "generator/scripted/minimum_jerk.h"
+#include "generator/walk_statistics/hand_way.h"
+#include "geometry/body/body_model.h"
+#include "geometry/clip/resample.h"
+#include "geometry/rotation.h"
+#include "solver/body_ik/arm_ik.h"
+#include "solver/synthesis/synthesis.h"
+
+namespace holdfast {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+constexpr double kOffSide_rad = 20.0 * kDegree;  // that a brush may point off its direction
+
+// 0 where the hand was in the first frame, 1 where it is farthest from there, as the chest has it.
+std::vector<double> SharesOfWay(const std::vector<BodyPlacement>& placed) {
+  std::vector<double> shares;
+  double farthest = 0.05;  // metres
+  const Isometry3d chest = placed.front().WorldFromJoint(kSpine3).inverse();
+  const Vector3d first = chest * placed.front().joints.col(kRightWrist);
+  for (const BodyPlacement& frame : placed) {
+    const Vector3d hand = frame.WorldFromJoint(kSpine3).inverse() * frame.joints.col(kRightWrist);
+    shares.push_back((hand - first).norm());
+    farthest = std::max(farthest, shares.back());
+  }
+  for (double& share : shares) share = MinimumJerk(std::min(1.0, 1.15 * share / farthest));
+  return shares;
+}
+
+// The turn about its bristles, in the world, that has a brush come from the hand's side.
+Matrix3d FromTheSide(const Isometry3d& head, const Vector3d& forward_in_world, double share) {
+  const Vector3d wanted = head.linear() * Vector3d(1.0, 0.1, -0.35).normalized();
+  const Eigen::AngleAxisd turn(Quaterniond::FromTwoVectors(forward_in_world, wanted));
+  const double angle = std::max(0.0, turn.angle() - kOffSide_rad);
+  return Eigen::AngleAxisd(share * angle, turn.axis()).toRotationMatrix();
+}
+
+Quaterniond Between(const Matrix3d& parent, const Matrix3d& child) {
+  return Quaterniond(Matrix3d(parent.transpose() * child)).normalized();
+}
+
+}  // namespace
+
+void EaseArm(const ActionActor& actor, const ActionProp& prop, std::string_view action,
+             double elbow_rad, Clip& clip) {
+  const Eigen::Matrix3Xd& rest_joints = actor.Measures().rest_joints;
+  std::vector<BodyFrame> frames = BodyFrames(clip, rest_joints);
+  const std::vector<Isometry3d> hands = HoldingHands(rest_joints, frames, clip);
+  const std::vector<BodyPlacement> placed = Place(rest_joints, frames);
+  const std::vector<double> shares = SharesOfWay(placed);
+  const ArmIk& arm = actor.Person().right;
+  const Limb& limb = arm.Bones();
+  std::vector<ArmTarget> targets;
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    Isometry3d wrist = hands[t];
+    if (action == "brush") {
+      const Isometry3d object = clip.object->Pose(static_cast<Eigen::Index>(t));
+      const Matrix3d turn = FromTheSide(placed[t].WorldFromJoint(kHead),
+                                        object.linear() * prop.marks.forward, shares[t]);
+      const Vector3d bristles = object * prop.marks.tip;
+      wrist.linear() = turn * wrist.linear();
+      wrist.translation() = bristles + turn * (wrist.translation() - bristles);
+    }
+    targets.push_back({placed[t].joints.col(limb.root), placed[t].rotation[kSpine3], wrist});
+  }
+  const std::vector<double> swivels = arm.Track(targets, clip.frame_rate);
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    const ArmChoice chosen = arm.At(targets[t], swivels[t] + elbow_rad);
+    const Matrix3d& collar = placed[t].rotation[static_cast<std::size_t>(kRightCollar)];
+    const auto turn = [&](int joint, const Quaterniond& to) {
+      Quaterniond& local = frames[t].local[static_cast<std::size_t>(joint)];
+      local = local.slerp(shares[t], to);
+    };
+    turn(limb.root, Between(collar, chosen.limb.upper));
+    turn(limb.middle, Between(chosen.limb.upper, chosen.wrist.lower));
+    turn(limb.end, Quaterniond(chosen.wrist.wrist).normalized());
+  }
+  TakeAlong(rest_joints, frames, hands, clip);
+  SetBodyFrames(frames, rest_joints, clip);
+}
+
+namespace {
+
+constexpr double kAtRest = 0.04;        // of the greatest speed
+constexpr double kComesToRest_s = 0.6;  // after arrival, at most
+// The share of time that passes as it did: what is still for the hand is not left out.
+constexpr double kAsItWas = 0.3;
+constexpr double kEarly = 0.7;  // minimum jerk at time^kEarly is fastest at 0.37 of the time
+
+// Frames from where the hand is at rest to where it is at rest again.
+struct Stretch {
+  Eigen::Index begin = 0, end = 0;
+};
+
+Stretch StretchOf(const HandWay& way, const Eigen::VectorXd& steps, double rate) {
+  const double at_rest = kAtRest * way.peak_m_s / rate;
+  Stretch stretch{way.begin, way.arrival};
+  while (stretch.begin > 0 && steps[stretch.begin - 1] > at_rest &&
+         steps[stretch.begin - 1] <= steps[stretch.begin]) {
+    --stretch.begin;
+  }
+  const auto last =
+      std::min<Eigen::Index>(steps.size() - 1, way.arrival + std::lround(kComesToRest_s * rate));
+  while (stretch.end < last && steps[stretch.end] > at_rest &&
+         steps[stretch.end] <= steps[stretch.end - 1]) {
+    ++stretch.end;
+  }
+  return stretch;
+}
+
+}  // namespace
+
+void PaceHand(const Eigen::Matrix3Xd& rest_joints, Clip& clip) {
+  const std::vector<BodyFrame> body = BodyFrames(clip, rest_joints);
+  const Eigen::Matrix3Xd path = HandPath(body, Place(rest_joints, body), Side::kRight);
+  const HandWay way = MeasureHandWay(path, clip.frame_rate, 1);
+  if (!(way.length_m > 0.0) || way.arrival - way.begin < 4) return;
+  const Eigen::Index frames = path.cols();
+  const Eigen::VectorXd steps =
+      (path.rightCols(frames - 1) - path.leftCols(frames - 1)).colwise().norm().transpose();
+  const auto [begin, end] = StretchOf(way, steps, clip.frame_rate);
+  const auto count = static_cast<double>(end - begin);
+  const double length = steps.segment(begin, end - begin).sum();
+
+  // Shares of way and time together grow in every frame: what is shown when they are as they
+  // should be.
+  std::vector<double> at;
+  for (Eigen::Index t = 0; t < frames; ++t) at.push_back(static_cast<double>(t));
+  Eigen::Index k = begin;
+  double made = 0.0;  // at frame k
+  for (Eigen::Index t = begin; t < end; ++t) {
+    const double time = static_cast<double>(t - begin) / count;
+    const double wanted = (1.0 - kAsItWas) * MinimumJerk(std::pow(time, kEarly)) + kAsItWas * time;
+    const auto step = [&] { return (1.0 - kAsItWas) * steps[k] / length + kAsItWas / count; };
+    while (k + 1 < end && made + step() < wanted) made += step(), ++k;
+    at[static_cast<std::size_t>(t)] =
+        static_cast<double>(k) + std::clamp((wanted - made) / step(), 0.0, 1.0);
+  }
+  clip = ResampleAt(clip, at);
+}
+
+namespace {
+
+constexpr double kStill_m = 0.02, kStill_rad = 8.0 * kDegree, kStays_s = 0.3;
+
+// The last frame up to which the right hand stays; the last one of all where it never leaves.
+int LastStill(const Eigen::Matrix3Xd& rest_joints, const Clip& clip) {
+  const auto wrist = [&](int t) {
+    BodyState state;
+    ForwardJoints(rest_joints, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
+    return state.WorldFromJoint(kRightWrist);
+  };
+  const Eigen::Isometry3d first = wrist(0);
+  int last = 0;
+  for (int t = 1; t < clip.NumFrames(); ++t, ++last) {
+    const Eigen::Isometry3d now = wrist(t);
+    if ((now.translation() - first.translation()).norm() > kStill_m ||
+        AngleBetween(now.linear(), first.linear()) > kStill_rad) {
+      break;
+    }
+  }
+  return last;
+}
+
+}  // namespace
+
+int LeaveOutStill(const Eigen::Matrix3Xd& rest_joints, Clip& clip) {
+  const int last = LastStill(rest_joints, clip), count = clip.NumFrames();
+  const int stay = std::max(1, static_cast<int>(std::lround(kStays_s * clip.frame_rate)));
+  if (last <= stay || last + 1 >= count) return 0;
+  std::vector<int> frames;
+  for (int k = 0; k < stay; ++k) frames.push_back(k * last / stay);
+  for (int t = last; t < count; ++t) frames.push_back(t);
+  clip = TakeFrames(clip, frames);
+  return count - clip.NumFrames();
+}
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+Quaterniond Turned(const Vector3d& axis_angle) { return Quaterniond(ExpSO3(axis_angle)); }
+
+void Stylise(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, double share,
+             BodyFrame& frame) {
+  for (const int joint : {kSpine1, kSpine2, kSpine3}) {
+    frame.local[joint] = Turned(share / 3.0 * style.trunk) * frame.local[joint];
+  }
+  ShiftWeight(style.weight, share, frame);
+  const Limb other = Arm(Side::kLeft), arm = Arm(Side::kRight);
+  // A bent elbow has the forearm before the belly: straight ahead nobody holds it for long.
+  constexpr double kTurnsIn = 30.0 * kDegree;  // farther is beyond what captured shoulders do
+  const Vector3d upper = (rest_joints.col(other.middle) - rest_joints.col(other.root)).normalized();
+  frame.local[other.root] =
+      Turned(share * style.other_arm) * frame.local[other.root] *
+      Quaterniond(Eigen::AngleAxisd(share * std::min(style.other_elbow, kTurnsIn), upper));
+  frame.local[other.middle] =
+      frame.local[other.middle] *
+      Quaterniond(Eigen::AngleAxisd(share * style.other_elbow, other.hinge));
+  // The elbow swings about the line from shoulder to wrist; the hand stays as it is.
+  const BodyPlacement placed = Place(rest_joints, frame);
+  const Vector3d along = placed.joints.col(arm.end) - placed.joints.col(arm.root);
+  if (along.norm() < 1e-6) return;
+  const Matrix3d swing =
+      Eigen::AngleAxisd(share * style.elbow, along.normalized()).toRotationMatrix();
+  const Matrix3d& parent = placed.rotation[kJointParents[arm.root]];
+  frame.local[arm.root] =
+      Quaterniond(Matrix3d(parent.transpose() * swing * placed.rotation[arm.root])).normalized();
+  const Matrix3d lower = swing * placed.rotation[arm.middle];
+  frame.local[arm.end] =
+      Quaterniond(Matrix3d(lower.transpose() * placed.rotation[arm.end])).normalized();
+}
+
+}  // namespace
+
+void ShiftWeight(const Eigen::Vector2d& weight, double share, BodyFrame& frame) {
+  constexpr double kRollPerMetre = 1.6;  // 4 degrees for 4.5 cm
+  const Matrix3d heading = Eigen::AngleAxisd(Yaw(frame), Vector3d::UnitZ()).toRotationMatrix();
+  frame.pelvis += share * (heading * Vector3d(weight.x(), -weight.y(), 0.0));
+  const Vector3d ahead = heading * -Vector3d::UnitY();
+  const Quaterniond roll(Eigen::AngleAxisd(share * kRollPerMetre * weight.x(), ahead));
+  const Quaterniond before = frame.local[kPelvis];
+  frame.local[kPelvis] = roll * before;
+  frame.local[kSpine1] = before.conjugate() * roll.conjugate() * before * frame.local[kSpine1];
+}
+
+SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount) {
+  SampleStyle style;
+  if (sample == 0 || amount <= 0.0) return style;
+  nn::RandomStream random(seed, 1'000'000 + static_cast<std::uint64_t>(sample));
+  double drawn[10] = {};
+  for (int k = 0; k < 10; k += 2) random.NormalPair(drawn[k], drawn[k + 1]);
+  for (double& value : drawn) value = amount * std::clamp(value, -2.0, 2.0);
+  style.pace = std::exp(0.27 * drawn[0]);
+  style.trunk = kDegree * Vector3d(std::max(-4.0, 7.0 * drawn[1]), 11.0 * drawn[2], 5.0 * drawn[3]);
+  style.elbow = 20.0 * kDegree * drawn[4];
+  // Hanging: little forward, less outward.
+  style.other_arm = kDegree * Vector3d(std::clamp(16.0 * drawn[5], -20.0, 14.0), 0.0,
+                                       std::clamp(14.0 * drawn[6], -12.0, 10.0));
+  style.other_elbow = std::min(70.0, 25.0 * std::abs(drawn[7]) * 1.4) * kDegree;
+  style.weight = 0.03 * Eigen::Vector2d(drawn[8], 0.5 * drawn[9]);
+  return style;
+}
+
+void ApplySampleStyle(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, Clip& keys) {
+  keys.frame_rate /= style.pace;
+  std::vector<BodyFrame> frames = BodyFrames(keys, rest_joints);
+  // How far the hand has gone from where it was, as the trunk has it.
+  std::vector<Vector3d> hands;
+  std::vector<Eigen::Isometry3d> wrists;
+  for (const BodyFrame& frame : frames) {
+    const BodyPlacement placed = Place(rest_joints, frame);
+    wrists.push_back(placed.WorldFromJoint(kRightWrist));
+    hands.push_back(placed.WorldFromJoint(kSpine3).inverse() * placed.joints.col(kRightWrist));
+  }
+  double farthest = 0.05;  // metres
+  for (const Vector3d& hand : hands) farthest = std::max(farthest, (hand - hands.front()).norm());
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    const double share = MinimumJerk((hands[t] - hands.front()).norm() / farthest);
+    Stylise(style, rest_joints, share, frames[t]);
+    if (!keys.object) continue;
+    const auto frame = static_cast<Eigen::Index>(t);
+    const Eigen::Isometry3d now = Place(rest_joints, frames[t]).WorldFromJoint(kRightWrist);
+    keys.object->SetPose(frame, now * wrists[t].inverse() * keys.object->Pose(frame));
+  }
+  SetBodyFrames(frames, rest_joints, keys);
+}
+
+}  // namespace holdfast
